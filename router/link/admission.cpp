@@ -7,12 +7,13 @@
 namespace tims::link {
 namespace {
 
-// A cookie is good in the period it was made in, and in the next one.
+// A cookie is valid in the period in which it was made and in the next one.
 constexpr Duration kCookiePeriod = std::chrono::seconds(5);
-// Two routers with one name: how long the first is given to show that it lives, in keep-alives.
+// Two routers with one address: how many keep-alives the first has to prove that it is running.
 constexpr int kRivalKeepAlives = 2;
 constexpr Duration kRivalForgotten = std::chrono::seconds(10);
-// One that is refused again and again is named so often, and at most so many at a time.
+// A router that is refused repeatedly is logged at this interval, and only a limited number of
+// routers at a time.
 constexpr Duration kRefusedAgain = std::chrono::seconds(10);
 constexpr std::size_t kRefusedMax = 64;
 
@@ -20,7 +21,7 @@ std::string text_of(const Identity& who) {
   return who.address().to_string(who.widths) + " " + std::string(who.name.view());
 }
 
-// The role a router above (or beside) one of this role has.
+// True when the roles allow this kind of link.
 bool fits(LinkKind kind, Role lower, Role upper) {
   if (kind == LinkKind::kPeer) return lower == upper && lower != Role::kSubsystem;
   return (lower == Role::kSubsystem && upper == Role::kSystem) ||
@@ -52,10 +53,10 @@ Refuse Admission::refusal(const Hello& hello, RefuseCode code, std::string_view 
   return {.echo = hello.token, .code = code, .text = std::string_view(text)};
 }
 
-// --- the proof of an address
+// --- verification of addresses
 
-// As in DTLS (RFC 9147, section 5.1): made from what is in the HELLO, so that nothing is kept of
-// it.
+// As in DTLS (RFC 9147, section 5.1): computed from the contents of the HELLO, so that no state
+// is needed.
 std::uint64_t Admission::cookie(const NetAddress& from, const Hello& hello, Duration period) const {
   std::array<std::uint64_t, 2> ip{};
   for (std::size_t i = 0; i < from.ip.size(); ++i) ip[i / 8] = ip[i / 8] << 8 | from.ip[i];
@@ -71,7 +72,7 @@ bool Admission::is_proven(Time now, const NetAddress& from, const Hello& hello) 
          hello.cookie == cookie(from, hello, period - kCookiePeriod);
 }
 
-// The setting under which this router may connect; else `refuse` says why not.
+// The setting under which this router may connect; null otherwise, with the reason in `refuse`.
 const LinkSettings* Admission::accepting(std::span<const LinkSettings> settings,
                                          const NetAddress& from, const Hello& hello,
                                          const IsCalled& is_called, Refuse& refuse) const {
@@ -124,12 +125,12 @@ const LinkSettings* Admission::accepting(std::span<const LinkSettings> settings,
                                      ", not " + std::to_string(who.system));
 }
 
-// Somebody with this system and id is linked already. It may have been started anew; or there are
-// two of them.
+// A router with this system and id is already linked. Either it has restarted, or there are two
+// of them.
 Admission::Rival Admission::rival(Time now, const NetAddress& from, const Hello& hello,
                                   const Link& link, Refuse& refuse) {
   const std::uint32_t address = hello.who.address().raw();
-  // Who knows our token is the one it was given to. An epoch is no secret.
+  // Our token proves that the sender is the router it was issued to. An epoch is not a secret.
   const bool same = link.paths().is_at(from) || hello.resume == link.our_token();
   if (same || !link.is_up()) {
     conflicts_.erase(address);

@@ -3,23 +3,23 @@
 namespace tims::link {
 namespace {
 
-// Between two questions for a whole table.
+// Minimum interval between two requests for a whole table.
 constexpr Duration kAskEvery = std::chrono::milliseconds(500);
-// After so long without news of a table that is not the one we hold, something was lost.
+// After this time without a message about a table that differs from ours, one was lost.
 constexpr Duration kStalledAfter = std::chrono::seconds(1);
-// Of a table that was too large, what was left out is asked for at most so often.
+// Minimum interval between two requests for the rest of a table that was too large.
 constexpr Duration kAskForRestEvery = std::chrono::seconds(10);
-// And who tells too much is named so often.
+// Minimum interval between two log entries about a router that announces too much.
 constexpr Duration kNoteEvery = std::chrono::seconds(10);
-// Nothing but a lane that is damaged in spite of UDP's checksum answers wrong so often.
+// So many wrong answers in a row occur only when the lane is damaged in spite of UDP's checksum.
 constexpr int kAskedInVainMax = 8;
-// While so much of what was told is still to be sent, nothing more is: changes come together.
+// While this much is still to be sent, no more is announced, so that changes are combined.
 constexpr std::uint64_t kBacklogMax = 64 << 10;
 
-// Hops: more than another way in a tree has, and far from kHopsMax.
+// Hops: more than any other route in a tree, and well below kHopsMax.
 constexpr std::uint8_t kFarther = 6;
 
-// Hops as the other router counts them: one less than here.
+// Hops as counted by the other router: one less than here.
 core::Origin as_told(core::Origin origin) {
   --origin.hops;
   return origin;
@@ -55,7 +55,7 @@ void Advertiser::want(Time now, const TableState& state) {
   send(now, message);
 }
 
-// --- what we tell
+// --- our announcements
 
 void Advertiser::set_scope(Time now, Scope scope) {
   if (scope_ == scope) return;
@@ -73,7 +73,8 @@ void Advertiser::advertise(Time now) {
 }
 
 void Advertiser::advertise_all(Time now) {
-  // What becomes farther is told again without forgetting it first: it stays known meanwhile.
+  // Addresses that become farther are announced again without removing them first, so they stay
+  // known.
   if (scope_ != Scope::kAsFarther) {
     ControlMessage begin(control::kSnapshot);
     send(now, begin);
@@ -97,7 +98,8 @@ void Advertiser::advertise_table(Time now) {
   if (!message.empty()) send(now, message);
 }
 
-// Each address that changed is looked up as it is now: what came and went in between is not told.
+// Each changed address is announced in its current state, so an address that came and went is not
+// announced.
 void Advertiser::advertise_changes(Time now) {
   ControlMessage gone(control::kRemove);
   ControlMessage there(control::kAdd);
@@ -130,7 +132,7 @@ void Advertiser::done(Time now) {
   send(now, message);
 }
 
-// --- what we hold
+// --- the other side's table
 
 std::optional<core::Origin> Advertiser::held(Address address) const {
   const auto refused = refused_.find(address.raw());
@@ -192,14 +194,14 @@ void Advertiser::forget_all(Time now) {
 
 bool Advertiser::on_control(Time now, const core::Message& message) {
   TableState state;
-  // Nobody says more at once: what one message costs is bounded.
+  // Larger messages are invalid: the cost of one message is bounded.
   if (message.bytes.size() > kHeaderSize + ControlMessage::kBodyMax) return false;
   if (message.header.type != control::kWant) heard_ = now;
   switch (message.header.type) {
     case control::kWant:
       if (!read_state(message.body(), state)) return false;
       wanted_ = true;
-      // Asked again before the last answer is out: the keep-alives will bring it up.
+      // Requested again before the last answer was sent: a later keep-alive repeats the request.
       if (session_.queued_bytes(kControlLane) > kBacklogMax) return true;
       if (scope_ == Scope::kAll &&
           state == TableState{router_.exported_table().number(), router_.exported_table().hash()} &&

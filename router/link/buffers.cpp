@@ -6,7 +6,7 @@
 namespace tims::link {
 
 std::size_t RangeSet::first_ending_at_or_after(std::uint64_t offset) const {
-  // Most often it is the last one.
+  // The common case is the last range.
   if (!ranges_.empty() && ranges_.back().begin <= offset) {
     return ranges_.back().end >= offset ? ranges_.size() - 1 : ranges_.size();
   }
@@ -17,7 +17,7 @@ std::size_t RangeSet::first_ending_at_or_after(std::uint64_t offset) const {
 bool RangeSet::add(Range range) {
   if (range.begin >= range.end) return true;
   const std::size_t first = first_ending_at_or_after(range.begin);
-  std::size_t last = first;  // one behind those that `range` touches
+  std::size_t last = first;  // one past the ranges that `range` touches
   while (last < ranges_.size() && ranges_[last].begin <= range.end) {
     range.begin = std::min(range.begin, ranges_[last].begin);
     range.end = std::max(range.end, ranges_[last].end);
@@ -90,7 +90,7 @@ void SentRanges::on_lost(Range range) {
     const auto missing = acked_.first_missing(range);
     if (!missing) return;
     if (!lost_.add(*missing)) {
-      // Too many pieces: send more than necessary instead.
+      // Too many ranges: extend the last one and send more than necessary.
       const Range last = lost_.ranges().back();
       lost_.add({std::min(last.begin, missing->begin), std::max(last.end, missing->end)});
     }
@@ -145,7 +145,7 @@ void StreamBuffer::free(Range range) {
     const std::uint64_t end = std::min(range.end, block_end);
     Block& block = slot(i);
     block.needed -= static_cast<std::uint32_t>(end - range.begin);
-    if (block.needed == 0 && block_end <= end_) give_back(block);  // else it is not full yet
+    if (block.needed == 0 && block_end <= end_) give_back(block);  // otherwise it is not full yet
     range.begin = end;
   }
   while (count_ > 1 && slot(0).index == core::BlockPool::kNone) release_to(base_ + kBlock);
@@ -195,7 +195,7 @@ bool MessageMemory::grow(std::uint32_t place, std::size_t size, std::size_t larg
 
 bool MessageMemory::grow_as_kept(std::uint32_t place, std::size_t size, std::size_t larger) {
   if ((has_kept_ != kNone && has_kept_ != place) || larger > place_bytes_) return false;
-  // What it has so far is free for others.
+  // Its own memory becomes available to others.
   if (has_kept_ == kNone) used_ -= size;
   has_kept_ = place;
   kept_used_ = larger;
@@ -230,7 +230,7 @@ std::span<std::byte> MessageMemory::surplus() {
   return {at(*place), size};
 }
 
-// --- what the lanes of one link share
+// --- memory shared by the lanes of one link
 
 core::BlockPool::Index Reassembly::take_block() {
   if (blocks >= pool.available()) return core::BlockPool::kNone;

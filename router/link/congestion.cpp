@@ -6,7 +6,7 @@
 namespace tims::link {
 namespace {
 
-// Between two times away from the queue, of two rounds each: in round trips, and at most and least.
+// Interval between two drains of two rounds each: in round trips, with a minimum and a maximum.
 constexpr int kLeaveEvery = 30;
 constexpr Duration kLeaveMost = std::chrono::seconds(4);
 constexpr Duration kLeaveLeast = std::chrono::milliseconds(100);
@@ -45,7 +45,7 @@ std::uint64_t Congestion::at_least_min(std::uint64_t window) const {
 }
 
 Duration Congestion::target() const {
-  // At least two datagrams, where they take long.
+  // At least two datagrams, where sending them takes long.
   const double datagrams = 2.0 * static_cast<double>(datagram_) / static_cast<double>(window_);
   const auto path = static_cast<double>((base_rtt() + others_).count());
   return std::max(kTarget + 2 * jitter_, Duration(static_cast<std::int64_t>(datagrams * path)));
@@ -75,7 +75,7 @@ double Congestion::round_rate(Time now) const {
 }
 
 void Congestion::leave_queue(Time now, bool overshot) {
-  // What came through in this round is what the path takes, or less.
+  // The amount delivered in this round is at most the capacity of the path.
   rate_before_ = round_rate(now);
   const auto window_of = [&](Duration time) {
     const double bytes = rate_before_ * std::chrono::duration<double>(time).count();
@@ -90,7 +90,8 @@ void Congestion::leave_queue(Time now, bool overshot) {
 
 void Congestion::come_back(Time now, Duration rtt) {
   next_leave_ = now + std::clamp(kLeaveEvery * rtt, kLeaveLeast, kLeaveMost);
-  // Less came through because we sent less: then the path was not full, and no delay was our queue.
+  // Less was delivered because less was sent: the path was not full, so the delay was not our
+  // queue.
   const double part = static_cast<double>(window_) / static_cast<double>(window_after_);
   const bool was_full = part > 0.7 || round_rate(now) > rate_before_ * (1 + part) / 2;
   const Duration left = (was_full ? rtt : std::max(rtt, rtt_before_)) - base_rtt();

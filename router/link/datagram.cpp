@@ -7,7 +7,7 @@ namespace tims::link {
 namespace {
 
 static_assert(35 + kWhoBytesMax <= kHelloSize);
-// The answers: WELCOME, and REFUSE with its longest sentence.
+// Answers are not longer than HELLO: WELCOME, and REFUSE with its longest sentence.
 static_assert(26 + kWhoBytesMax <= kHelloSize && 18 + 191 <= kHelloSize);
 
 constexpr std::string_view kMagic = "TIMS";
@@ -17,7 +17,7 @@ void put_ms(ByteWriter& out, Duration duration) {
   const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(duration).count();
   out.put(static_cast<std::uint16_t>(std::clamp<std::int64_t>(ms, kKeepAliveMinMs, 0xFFFF)));
 }
-// Never so short that a link dies at once.
+// The interval has a lower bound so that a link does not time out immediately.
 Duration get_ms(ByteReader& in) {
   return std::chrono::milliseconds(std::max<int>(in.get<std::uint16_t>(), kKeepAliveMinMs));
 }
@@ -31,7 +31,7 @@ std::optional<Datagram> decode_hello(ByteReader in, std::uint8_t low, std::uint8
   Hello hello{.version_min = low, .version_max = high};
   hello.token = in.get<std::uint64_t>();
   if (!in.ok() || hello.token == 0 || low > high) return std::nullopt;
-  // What stands behind the token may be different in another version.
+  // The bytes after the token may differ in another version.
   if (low > kVersionMax || high < kVersionMin) return hello;
   in.get(hello.resume, hello.cookie);
   hello.keep_alive = get_ms(in);
@@ -65,7 +65,7 @@ static_assert(kMagic.size() + 3 + kFleetMax + kWhoBytesMax +
                   kAnnouncedAddressesMax * kAddressBytesMax <=
               kAnnouncementBytesMax);
 
-// The interface of a link-local address is this host's own matter.
+// Link-local addresses are excluded: their interface is meaningful on this host only.
 bool is_for_others(const NetAddress& address) {
   return address && address.kind == PathKind::kUdp && address.scope == 0;
 }

@@ -10,11 +10,12 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Keep-alives, 9 s: so long has UDP to bring up a link to a new router. Of a fleet that starts at
-// once on a busy machine some take seconds, which is not the time to begin with DDS.
+// In keep-alives (9 s): how long UDP has to bring up a link to a new router. When a whole fleet
+// starts at once on a busy machine, some links take seconds; starting DDS then would add load.
 constexpr int kUdpFirst = 30;
-constexpr Duration kStandbySpacing = 500ms;  // of each router of the fleet, to prepare a DDS path
-// With more routers in the fleet none is prepared before it is needed.
+// Spacing between the routers of the fleet when they prepare DDS paths.
+constexpr Duration kStandbySpacing = 500ms;
+// With more routers in the fleet, paths are prepared only when needed.
 constexpr std::size_t kStandbyFleetMax = 100;
 
 }  // namespace
@@ -60,11 +61,11 @@ std::vector<const Announcement*> Fleet::candidates(const Link& link, bool alone)
   return all;
 }
 
-// --- paths over DDS that stand by
+// --- standby paths over DDS
 
 Time StandbyTurns::turn_at(Time now, const Link& link, std::size_t others, LinkContext& context,
                            Turn& standby) {
-  if (!link.is_up() && !link.settings().connects) return kNever;  // it calls nobody
+  if (!link.is_up() && !link.settings().connects) return kNever;  // it does not initiate
   if (standby.since == kNever) {
     std::uint64_t drawn = context.random();
     standby.since = now;

@@ -10,7 +10,7 @@ namespace tims::link {
 namespace {
 
 constexpr std::size_t kBlock = core::BlockPool::kBlockSize;
-// One block more than the window, which need not begin with a block; a power of two above that.
+// One block more than the window, which may start inside a block; rounded up to a power of two.
 constexpr std::size_t kRing = 2 * kLaneWindow / kBlock;
 
 }  // namespace
@@ -54,7 +54,7 @@ void LaneSender::commit(Time now, std::uint64_t committed_max) {
   }
 }
 
-// Of the message at the front, a part may have arrived.
+// A part of the first message may have arrived.
 std::uint64_t LaneSender::window_end() const {
   const std::uint64_t begin = stream_.begin();
   const RangeSet& acked = sent_.acked();
@@ -87,7 +87,7 @@ void LaneSender::on_acked(Range range) {
   range.begin = std::max(range.begin, stream_.begin());
   if (range.begin >= range.end) return;
   if (!sent_.on_acked(range)) return;
-  // What is acknowledged from the front on is released, message by message.
+  // Acknowledged bytes at the front are released message by message.
   std::uint64_t begin = stream_.begin();
   const Range first = sent_.acked().front();
   const std::uint64_t acked_to = first.begin <= begin ? first.end : begin;
@@ -109,8 +109,8 @@ void LaneSender::on_lost(Range range) {
   sent_.on_lost(range);
 }
 
-// Tells of all messages that begin below `to` and releases them; where the first behind them
-// begins.
+// Reports all messages that begin below `to` as lost and releases them; returns the beginning of
+// the first message after them.
 std::uint64_t LaneSender::lose(Time now, StreamBuffer& buffer, std::uint64_t to,
                                core::Outcome why) {
   std::uint64_t offset = buffer.begin();
@@ -155,7 +155,7 @@ void LaneSender::clear(Time now, core::Outcome why) {
   skip_due_ = false;
 }
 
-// --- what comes
+// --- receiving
 
 LaneReceiver::Verdict LaneReceiver::on_bytes(Time now, std::uint64_t offset,
                                              std::span<std::byte> bytes) {
@@ -183,7 +183,7 @@ LaneReceiver::Verdict LaneReceiver::on_skip(Time now, std::uint64_t to) {
   return drain_early(now);
 }
 
-// --- what comes too early
+// --- out-of-order bytes
 
 core::BlockPool::Index& LaneReceiver::block_of(std::uint64_t offset) {
   if (early_blocks_.empty()) early_blocks_.assign(kRing, core::BlockPool::kNone);
@@ -199,7 +199,7 @@ bool LaneReceiver::keep_early(std::uint64_t offset, std::span<const std::byte> b
     if (block == core::BlockPool::kNone) room = false;
   }
   if (!room || !early_.add(all)) {
-    // Blocks that were taken for nothing.
+    // Releases blocks that were not used.
     if (early_.empty()) drop_early();
     return false;
   }
@@ -226,15 +226,15 @@ LaneReceiver::Verdict LaneReceiver::drain_early(Time now) {
       next_ += taken;
       if (broken_) return Verdict::kBroken;
       if (taken < size) {
-        // No memory now: what is left stays here, and a later datagram brings us back.
+        // No memory now: the rest stays stored, and a later datagram triggers another attempt.
         verdict = Verdict::kRefused;
         break;
       }
     }
     early_.remove_below(next_);
   }
-  // Blocks of which nothing is needed any more. (With nothing left, all of them: a block may have
-  // been taken for bytes that were then refused.)
+  // Releases blocks that are no longer needed. When nothing is left, all are released: a block
+  // may have been allocated for bytes that were then refused.
   if (early_.empty()) {
     drop_early();
   } else {
@@ -259,7 +259,7 @@ void LaneReceiver::clear() {
   broken_ = false;
 }
 
-// --- messages out of the stream
+// --- extracting messages from the stream
 
 bool LaneReceiver::is_bad(const Header& header) const {
   return wire::check_length(header.length, reassembly_.message_max) != wire::LengthVerdict::kOk;
@@ -297,7 +297,8 @@ std::size_t LaneReceiver::consume(Time now, std::span<std::byte> bytes, bool sta
   return all - bytes.size();
 }
 
-// Takes bytes until the head of the next message is complete and there is memory for its beginning.
+// Takes bytes until the head of the next message is complete and there is memory for its
+// beginning.
 std::size_t LaneReceiver::consume_head(Time now, std::span<const std::byte> bytes) {
   const std::size_t size = std::min(kRecordHead - head_size_, bytes.size());
   std::memcpy(head_.data() + head_size_, bytes.data(), size);

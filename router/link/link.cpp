@@ -8,13 +8,13 @@
 namespace tims::link {
 namespace {
 
-constexpr int kHellosEach = 10;  // to one router, before another is tried
+constexpr int kHellosEach = 10;  // to one router, before another candidate is tried
 constexpr Duration kAfterRefusal = std::chrono::seconds(3);
-// A side that accepts says that it lives for so long to one it does not hear.
+// How long an accepting side keeps sending keep-alives to a silent router.
 constexpr Duration kCallsAfterSilence = std::chrono::seconds(30);
-// And then forgets it.
+// When it then removes the link.
 constexpr Duration kGoneAfter = std::chrono::seconds(60);
-// What CLOSE says when there will be no more of this session.
+// Reason in CLOSE when the session will not be resumed.
 constexpr std::uint8_t kRouterEnds = 10;
 static_assert(static_cast<std::uint8_t>(core::CloseReason::kShutdown) == kRouterEnds);
 
@@ -52,7 +52,7 @@ void Link::enter(Time now, State state) {
   context_.changed();
 }
 
-// --- finding each other
+// --- connecting
 
 void Link::set_targets(Time now, PathKind kind, std::span<const NetAddress> targets) {
   paths_.set_targets(kind, targets);
@@ -69,12 +69,12 @@ void Link::begin_connecting(Time now, Time first) {
 
 void Link::say_hello(Time now) {
   keep_alive_ = settings_.keep_alive;
-  // A little apart from each other, when a thousand do it at once.
+  // Jitter keeps a thousand routers from doing this at the same moment.
   const auto jitter = static_cast<std::int64_t>(context_.random() % 1000) - 500;
   next_hello_ = now + settings_.keep_alive + settings_.keep_alive * jitter / 5000;
   std::array<std::byte, kControlDatagramMax> bytes{};
   const std::span<const std::byte> datagram = std::span(bytes).first(encode(hello(), bytes));
-  // The preferred path has the first word.
+  // The first HELLO goes to the preferred path only.
   for (const NetAddress& to : paths_.to_call(hellos_++ == 0)) context_.send(to, datagram);
 }
 
@@ -86,7 +86,7 @@ Hello Link::hello() const {
           .who = context_.self()};
 }
 
-// Again at once, to where it comes from; when that is lost, all begins with the next HELLO.
+// Answers immediately to the source address; if that is lost, the next HELLO starts over.
 void Link::on_retry(const NetAddress& from, const Retry& retry) {
   if (state_ != State::kConnecting && state_ != State::kRefused) return;
   Hello again = hello();
@@ -108,7 +108,7 @@ void Link::note_nobody(std::string_view why) {
 
 void Link::on_welcome(Time now, const NetAddress& from, const Welcome& welcome) {
   if (state_ == State::kUp || state_ == State::kDown || !settings_.connects) return;
-  // Of a session that the other side has not taken up yet, nothing has arrived there either.
+  // If the other side did not take up the session, none of its data has arrived there either.
   const bool goes_on = welcome.token == their_token_;
   if (!goes_on) forget_session(now, core::Outcome::kLinkReset);
   called_ = true;
@@ -189,7 +189,7 @@ void Link::forget_session(Time now, core::Outcome why) {
   last_sent_ns_ = 0;
 }
 
-// The next one has a token of its own: who hears it does not take it for this one.
+// The next session uses a new token, so that the receiver cannot confuse the two.
 void Link::end_session(Time now) {
   forget_session(now, core::Outcome::kLinkReset);
   their_token_ = 0;
@@ -208,7 +208,7 @@ void Link::on_gone(Time now, const NetAddress& where) {
   if (paths_.on_gone(now, where) && is_up()) go_elsewhere(now, before);
 }
 
-// --- what is carried
+// --- data
 
 core::Outcome Link::send(Time now, const core::Message& message) {
   if (!is_up()) return core::Outcome::kClientGone;
@@ -219,13 +219,13 @@ core::Outcome Link::send(Time now, const core::Message& message) {
 
 void Link::on_data(Time now, const NetAddress& from, const Data& data) {
   if (state_ == State::kDown) return;
-  // A path that is not ours: whoever asks whether it works is told nothing.
+  // The path is not configured: challenges on it are not answered.
   if (!paths_.uses(from.kind)) return;
   if (!session_.is_new(data.header.packet)) return session_.note_duplicate();
   from_ = from;
   if (!is_up() && their_token_ != 0) {
-    // Who was called hears one that hears it. Who calls asks first: what comes may come one way
-    // only, and from a new address.
+    // The accepting side knows that datagrams pass in both directions. The calling side
+    // challenges first: the path may work in one direction only, or the address may be new.
     if (called_) {
       (void)paths_.on_source(now, from, context_.random());
       return;
@@ -240,7 +240,7 @@ void Link::on_data(Time now, const NetAddress& from, const Data& data) {
   unheard_ = false;
   const auto verdict = session_.on_data(now, data);
   if (verdict == LinkSession::Verdict::kBroken || broken_) {
-    // Whoever sends this knows the token and is no router that we understand.
+    // The sender knows the token but violates the protocol.
     say_goodbye(now, core::CloseReason::kBadRecord);
     if (is_up()) go_down(now, core::CloseReason::kBadRecord, State::kSilent);
     return end_session(now);
@@ -248,7 +248,8 @@ void Link::on_data(Time now, const NetAddress& from, const Data& data) {
   if (is_up() && unheard_) go_down(now, core::CloseReason::kSilent, State::kSilent);
   if (!is_up()) return;
   paths_.on_arrived(session_.newest_acked_sent());
-  // They may be elsewhere now. A datagram says it, and an answer from there proves it.
+  // The other router may have moved. The source address suggests it, and an answer from there
+  // proves it.
   if (from == address() || !paths_.leads(from.kind)) return;
   if (const auto question = paths_.on_source(now, from, context_.random()))
     send_nonce(now, FrameType::kChallenge, question->nonce, question->to);
@@ -272,12 +273,12 @@ void Link::on_control(Time now, const core::Message& message) {
 }
 
 void Link::on_lost(Time, const Header& header, core::Outcome why) {
-  // What the routers tell each other has no sender; it is told anew.
+  // Messages between the routers have no sender to notify; they are sent again.
   if (core::is_for_router(header)) return;
   context_.lost(client_, header, why);
 }
 
-// --- life
+// --- keep-alives and timeouts
 
 void Link::on_frame(Time now, const KeepAlive& frame) {
   unheard_ = frame.unheard;
@@ -354,7 +355,7 @@ Time Link::next_timeout(Time now) {
   return std::min(next, gone_at());
 }
 
-// Nothing waits for a router that has ended: what comes of it next is another session.
+// Messages do not wait for a router that has ended: its next connection is another session.
 Time Link::gone_at() const {
   if (settings_.connects || state_ != State::kSilent) return kNever;
   if (ended_) return since_;
@@ -374,7 +375,7 @@ void Link::on_timeout(Time now) {
   session_.on_timeout(now);
 }
 
-// --- by hand
+// --- manual control
 
 void Link::say_goodbye(Time now, core::CloseReason reason) {
   if (!is_up()) return;
@@ -429,9 +430,11 @@ void Link::send_nonce(Time now, FrameType type, std::uint64_t nonce, const NetAd
 }
 
 void Link::on_frame(Time now, const ChallengeFrame& frame) {
-  // A path that is not prepared yet: an answer would, and many may ask at once.
+  // Not over a path that is not prepared yet: the answer would prepare it, and many routers may
+  // ask at once.
   if (paths_.leads(from_.kind)) send_nonce(now, FrameType::kResponse, frame.nonce, from_);
-  // What comes this way may not go back this way.
+  // The answer also goes over the path in use, because the challenge's path may work in one
+  // direction only.
   if (from_.kind != paths_.kind())
     send_nonce(now, FrameType::kResponse, frame.nonce, paths_.address());
 }
@@ -441,7 +444,7 @@ void Link::on_frame(Time now, const ResponseFrame& frame) {
   if (is_up() && paths_.on_answer(now, from_, frame.nonce)) go_elsewhere(now, before);
 }
 
-// The other router is where paths_ says: what was on its way is sent again, there.
+// The address in paths_ has changed: everything in flight is sent again to the new one.
 void Link::go_elsewhere(Time now, PathKind before) {
   session_.on_new_path(now, paths_.kind());
   next_keep_alive_ = now;

@@ -13,7 +13,7 @@ using namespace std::chrono_literals;
 
 constexpr Duration kExpiryEvery = std::chrono::milliseconds(50);
 
-// make(0), make(1), ...
+// Array of make(0), make(1), ...
 template <std::size_t size, typename Make>
 auto array_of(Make make) {
   return [&]<std::size_t... i>(std::index_sequence<i...>) {
@@ -21,19 +21,20 @@ auto array_of(Make make) {
   }(std::make_index_sequence<size>());
 }
 
-// Of a lane that the other side has no memory for.
+// Pause of a lane for which the other side has no memory.
 constexpr Duration kPauseMin = 20ms;
 constexpr Duration kPauseMax = 500ms;
 
-constexpr std::size_t kUrgentLane = 5;  // from here on: beyond the window, if need be
-constexpr std::size_t kUpperLane = 4;   // from here on: the reserve of the rate, too
+constexpr std::size_t kUrgentLane = 5;  // lanes from here on may exceed the window
+constexpr std::size_t kUpperLane = 4;   // lanes from here on may also use the reserve of the rate
 constexpr std::uint64_t kBurstBytes = 64 << 10;
-// What goes between two waits of a fast link: setting a timer costs as much as a burst of
-// datagrams.
+// Amount sent between two waits on a fast link: setting a timer costs as much as sending a burst
+// of datagrams.
 constexpr std::uint64_t kPacerDepthMax = 4 * kBurstBytes;
-// Bytes a second from which on the largest datagram takes less than half a millisecond.
+// Bytes per second above which the largest datagram takes less than half a millisecond.
 constexpr std::uint64_t kJumboFrom = 2000 * kDatagramMax;
-constexpr Duration kPacedFrom = std::chrono::milliseconds(1);  // below, acknowledgements pace
+// Below, acknowledgements pace the sender.
+constexpr Duration kPacedFrom = std::chrono::milliseconds(1);
 
 }  // namespace
 
@@ -114,7 +115,7 @@ void LinkSession::on_timeout(Time now) {
     ++probes_;
     probe_packets_ = 2;
     if (probes_ == 3) congestion_.on_silence();
-    // The oldest again, as something worth an acknowledgement.
+    // Sends the oldest packet's contents again to elicit an acknowledgement.
     if (const SentPacket* oldest = sent_.oldest_in_flight()) {
       const SentPacket again = *oldest;
       for (std::size_t i = 0; i < again.pieces; ++i) on_lost(again.piece[i]);
@@ -125,7 +126,7 @@ void LinkSession::on_timeout(Time now) {
 
 void LinkSession::on_new_path(Time now, PathKind kind) {
   forget_path(now);
-  // DDS cuts what it sends by itself.
+  // DDS fragments samples itself.
   if (kind == PathKind::kDds) mtu_.fix(kDatagramMax);
 }
 
@@ -156,7 +157,7 @@ void LinkSession::reset(Time now, core::Outcome why) {
   forget_path(now);
 }
 
-// Of what asks about paths nothing is expected: some of them may be dead.
+// Path challenges are not counted as lost, because some of the paths may be dead.
 void LinkSession::measure_loss(std::uint8_t questions) {
   const std::uint64_t asked =
       (kQuestionsModulo + questions - measured_questions_) % kQuestionsModulo;
@@ -172,7 +173,7 @@ void LinkSession::measure_loss(std::uint8_t questions) {
   measured_questions_ = questions;
 }
 
-// --- what became of packets
+// --- fate of sent packets
 
 void LinkSession::on_acked(const SentPacket::Piece& piece) {
   const Range range{piece.offset, piece.offset + piece.size};
@@ -212,7 +213,7 @@ void LinkSession::on_packet_lost(const SentPacket& packet) {
   }
 }
 
-// --- what comes
+// --- receiving
 
 LinkSession::Verdict LinkSession::on_data(Time now, const Data& data) {
   const std::uint64_t number = window_.expand(data.header.packet);
@@ -233,8 +234,8 @@ LinkSession::Verdict LinkSession::on_data(Time now, const Data& data) {
   counters_.bytes_in += kDataHeaderSize + data.frames.size();
   if (!eliciting) return verdict;
   ++unacked_;
-  // At once when something is missing, so that the other side learns it soon; else for every second
-  // one, or after a moment.
+  // Acknowledge immediately when a packet is missing, so that the sender learns it soon;
+  // otherwise every second packet, or after a short delay.
   if (!in_order || unacked_ >= 2) ack_now_ = true;
   ack_at_ = std::min(ack_at_, now + RttEstimator::kAckDelayMax);
   return verdict;
@@ -278,13 +279,14 @@ LinkSession::Verdict LinkSession::on_frames(Time now, const Data& data, bool& el
     } else if (const auto* not_ready = std::get_if<NotReadyFrame>(&*frame)) {
       on_not_ready(now, not_ready->lanes);
     } else {
-      eliciting = true;  // a probe
+      eliciting = true;  // a probe needs an acknowledgement
     }
   }
   return broken || !reader.ok() ? Verdict::kBroken : Verdict::kTaken;
 }
 
-// The other side has no memory for these lanes: those that hold it go on, and must get through.
+// The other side has no memory for these lanes: pause them, so that the lanes that hold the
+// memory get through.
 void LinkSession::on_not_ready(Time now, std::uint16_t lanes) {
   const Duration pause = std::clamp<Duration>(4 * rtt_.smoothed(), kPauseMin, kPauseMax);
   for (std::size_t lane = 0; lane < kLanes; ++lane)
@@ -292,7 +294,7 @@ void LinkSession::on_not_ready(Time now, std::uint16_t lanes) {
   probes_ = 0;
 }
 
-// False: it acknowledges what was never sent.
+// Returns false when it acknowledges packets that were never sent.
 bool LinkSession::on_ack(Time now, const Ack& ack) {
   const std::uint64_t in_flight = sent_.bytes_in_flight();
   const auto result = sent_.on_ack(now, ack, rtt_, *this);
@@ -323,9 +325,9 @@ void LinkSession::after_ack(Time now, const SentPackets::AckResult& result, Dura
                                 .in_flight = in_flight});
 }
 
-// --- what is sent next
+// --- choice of what to send
 
-// A packet in the making.
+// A packet being built.
 struct LinkSession::Packet {
   ByteWriter out;
   SentPacket record{};
@@ -335,7 +337,7 @@ struct LinkSession::Packet {
   }
 };
 
-// --- what waits
+// --- waiting messages
 
 core::Outcome LinkSession::send(Time now, const RecordPrefix& prefix, const Header& header,
                                 std::span<const std::byte> message) {
@@ -353,19 +355,18 @@ core::Outcome LinkSession::send(Time now, const RecordPrefix& prefix, const Head
   return core::Outcome::kDelivered;
 }
 
-// Drops what is no more important than a message of this lane, until that has room. Nothing goes
-// when it would have none all the same.
+// Drops messages that are no more important than one of this lane until the lane has room. Drops
+// nothing when that would not be enough.
 bool LinkSession::make_room(Time now, std::size_t lane, std::size_t message) {
   constexpr std::uint64_t kBlock = core::BlockPool::kBlockSize;
-  // One link has no more of the memory than it leaves to others.
+  // A link may use no more of the shared memory than it leaves to others.
   const auto has_room = [&] {
     const std::uint64_t free = reassembly_.pool.available() * kBlock;
     return queued_at_most_ + message <= std::min(settings_.queue_bytes_max, free) &&
            lanes_[lane].has_room(message);
   };
   if (has_room()) return true;
-  // Counted anew only when it may matter: acknowledgements make the bound too high, never too
-  // low.
+  // Recounted only when it may matter: acknowledgements make the bound too high, never too low.
   queued_at_most_ = queued_bytes();
   std::uint64_t may_go = 0;
   for (std::size_t lower = 0; lower <= lane; ++lower)
@@ -376,7 +377,8 @@ bool LinkSession::make_room(Time now, std::size_t lane, std::size_t message) {
   return has_room();
 }
 
-// Drops one message that is no more important than one of this lane. False: there is none.
+// Drops one message that is no more important than one of this lane. Returns false when there is
+// none.
 bool LinkSession::drop_one(Time now, std::size_t lane) {
   for (std::size_t lower = 0; lower <= lane; ++lower) {
     if (samples_[lower].drop_one(now)) return true;
@@ -398,7 +400,7 @@ std::uint64_t LinkSession::committed_max() const {
   return std::max<std::uint64_t>(2 * kBurstBytes, congestion_.window());
 }
 
-// --- what may go
+// --- permission to send
 
 std::size_t LinkSession::datagram_max() const {
   std::uint64_t rate = congestion_.rate(rtt_.smoothed());
@@ -414,7 +416,7 @@ void LinkSession::set_rates() {
   if (settings_.rate != 0) {
     const std::uint64_t depth = std::max<std::uint64_t>(datagram, settings_.rate / 4000);
     cap_.set(settings_.rate, depth);
-    // Two at once take half the wake-ups; what is urgent waits behind no more than these.
+    // Sending two at once halves the wake-ups, and an urgent message waits for at most these two.
     lower_cap_.set(settings_.rate * (100U - settings_.reserve) / 100, 2 * depth);
   } else {
     cap_.set(0, 0);
@@ -428,15 +430,15 @@ void LinkSession::set_rates() {
   pacer_.set(rate, std::clamp<std::uint64_t>(rate / 1000, 2 * datagram, kPacerDepthMax));
 }
 
-// When something of this lane may go; kNever: only an acknowledgement can bring that about.
+// The time at which this lane may send; kNever: only an acknowledgement can change that.
 Time LinkSession::ready_at(Time now, std::size_t lane) {
   if (sent_.full()) return kNever;
   const Time cap = std::max(cap_.ready_at(now), paused_until_[lane]);
   if (probe_packets_ > 0) return cap;
   const std::uint64_t in_flight = sent_.bytes_in_flight();
   if (lane >= kUrgentLane) {
-    // Not to repeat what the other side has no memory for: the lanes below must get through, which
-    // hold that memory.
+    // Lanes without memory at the other side do not repeat: the lanes below, which hold that
+    // memory, must get through.
     const std::uint64_t window =
         lanes_[lane].repeats() ? congestion_.window() : congestion_.urgent_window();
     return in_flight < window ? cap : kNever;
@@ -473,12 +475,12 @@ void LinkSession::forget_idle_lanes() {
   }
 }
 
-// --- a packet
+// --- building a packet
 
 std::size_t LinkSession::build(Time now, std::uint64_t token, std::span<std::byte> out,
                                const KeepAlive* keep_alive) {
   if (keep_alive == nullptr && !has_something_to_send()) return 0;
-  // A probe after silence is small: large ones may be what the path loses.
+  // Probes after silence are small, because the path may be losing large datagrams.
   const std::size_t size =
       std::min(out.size(), probe_packets_ > 0 ? kDatagramBase : datagram_size());
   Packet packet{.out = ByteWriter(out.first(size))};
@@ -503,7 +505,7 @@ std::size_t LinkSession::build(Time now, std::uint64_t token, std::span<std::byt
   return finish(now, token, packet);
 }
 
-// Nothing but the wish for an acknowledgement.
+// A frame whose only purpose is to request an acknowledgement.
 void LinkSession::put_ping(Packet& packet) {
   if (packet.out.room() == 0) return;
   packet.out.put(FrameType::kProbe);

@@ -1,10 +1,10 @@
-// What two routers keep for each other while both live: the lanes with their messages, which
-// packets are on their way, how fast they may go and how large they may be. It outlives the loss of
-// the path, and knows nothing of addresses: link.h gives it datagrams and sends those it builds.
+// The state two routers keep for each other while both are running: the lanes with their
+// messages, the packets in flight, the sending rate and the datagram size. It outlives the loss
+// of the path and knows no addresses: link.h passes datagrams in and sends those built here.
 //
-// Sources: packets that are numbered once and acknowledged in ranges, loss detection and probe
-// timeout are QUIC's (RFC 9000, RFC 9002); streams of which the sender may give up a part, SCTP's
-// (RFC 4960, RFC 3758); sending in bursts and reassembly in place, Aeron's.
+// Sources: uniquely numbered packets acknowledged in ranges, loss detection and probe timeout
+// from QUIC (RFC 9000, RFC 9002); streams of which the sender may skip a part from SCTP (RFC
+// 4960, RFC 3758); sending in bursts and reassembly in place from Aeron.
 #pragma once
 
 #include <array>
@@ -26,11 +26,11 @@
 namespace tims::link {
 
 struct LinkSessionSettings {
-  std::uint32_t message_max = kMessageMaxDefault;  // that may come in
+  std::uint32_t message_max = kMessageMaxDefault;  // maximum size of a received message
   std::uint64_t queue_bytes_max = 16U << 20;
-  Duration lifetime = std::chrono::seconds(30);  // of a message here
-  std::uint64_t rate = 0;                        // bytes a second, headers included; 0: found
-  std::uint8_t reserve = 10;                     // percent of it for the upper classes
+  Duration lifetime = std::chrono::seconds(30);  // of a message waiting to be sent or acknowledged
+  std::uint64_t rate = 0;                        // bytes per second, headers included; 0: no limit
+  std::uint8_t reserve = 10;                     // percentage of it reserved for the upper classes
   core::PriorityClasses classes{};
 
   bool operator==(const LinkSessionSettings&) const = default;
@@ -41,10 +41,10 @@ struct LinkSessionCounters {
   std::uint64_t packets_out = 0;
   std::uint64_t bytes_in = 0;  // of datagrams
   std::uint64_t bytes_out = 0;
-  std::uint64_t packets_lost = 0;       // of ours
-  std::uint64_t packets_duplicate = 0;  // of theirs
-  std::uint64_t packets_refused = 0;    // theirs, for lack of memory
-  std::uint64_t sample_repeats = 0;     // parts of ours that were sent again
+  std::uint64_t packets_lost = 0;       // sent packets that were lost
+  std::uint64_t packets_duplicate = 0;  // duplicates received
+  std::uint64_t packets_refused = 0;    // received packets refused for lack of memory
+  std::uint64_t sample_repeats = 0;     // parts of samples sent again
 };
 
 class LinkSession final : private PacketObserver {
@@ -54,56 +54,57 @@ class LinkSession final : private PacketObserver {
 
   void configure(const LinkSessionSettings& settings);
 
-  // --- out. The message's header is in the machine's own order. kDelivered or kQueueFull.
+  // --- sending. The message's header is in host byte order. Returns kDelivered or kQueueFull.
   core::Outcome send(Time now, const RecordPrefix& prefix, const Header& header,
                      std::span<const std::byte> message);
   void send_control(Time now, std::span<const std::byte> message);
 
   // Builds the next packet into `out` and returns its size, 0 when nothing is to be sent now.
-  // `keep_alive`: to be put into it, if it is not null.
+  // `keep_alive`: included in the packet unless it is null.
   std::size_t build(Time now, std::uint64_t token, std::span<std::byte> out,
                     const KeepAlive* keep_alive = nullptr);
-  // A datagram of its own that tries a larger size; 0: none is due. `to` has kDatagramMax bytes.
+  // A datagram of its own that probes a larger size; 0: none is due. `to` has kDatagramMax bytes.
   std::size_t build_probe(Time now, std::uint64_t token, std::span<std::byte> to);
-  // A packet with nothing but this in it, for the address it is meant for.
+  // A packet containing only this frame, for the given address.
   std::size_t build_nonce(Time now, std::uint64_t token, FrameType type, std::uint64_t nonce,
                           std::span<std::byte> out);
   std::size_t build_close(Time now, std::uint64_t token, std::uint8_t reason,
                           std::span<std::byte> out);
 
-  // --- in
+  // --- receiving
   enum class Verdict : std::uint8_t { kTaken, kBroken };
-  // Has a packet with this number not come yet?
+  // True when no packet with this number has been received.
   [[nodiscard]] bool is_new(std::uint32_t packet) const {
     return window_.is_new(window_.expand(packet));
   }
-  // One that has: our acknowledgement may have been lost.
+  // A duplicate arrived: our acknowledgement may have been lost.
   void note_duplicate() {
     ++counters_.packets_duplicate;
     ack_now_ = true;
   }
-  Verdict on_data(Time now, const Data& data);  // a new one
+  Verdict on_data(Time now, const Data& data);  // precondition: is_new()
 
   // --- time
   [[nodiscard]] Time next_timeout(Time now);
   void on_timeout(Time now);
 
-  // Another path, or one that was dead: what was learnt about it is forgotten, what was on its way
-  // is sent again.
+  // The path was replaced or works again after it was dead: everything learnt about it is
+  // forgotten, and everything in flight is sent again.
   void on_new_path(Time now, PathKind kind);
-  // The other router has forgotten: everything that was to be sent is lost, and all begins anew.
+  // The other router has lost its state: everything waiting is lost, and the session restarts.
   void reset(Time now, core::Outcome why);
-  // When the newest of what is acknowledged was sent.
+  // Send time of the newest acknowledged packet.
   [[nodiscard]] Time newest_acked_sent() const { return newest_acked_sent_; }
 
-  // Off while the path is dead: nothing but keep-alives is built.
+  // Closed while the path is dead: only keep-alives are built.
   void set_open(bool open) { open_ = open; }
 
-  // --- to look at
+  // --- read access
   [[nodiscard]] const RttEstimator& rtt() const { return rtt_; }
   [[nodiscard]] const Congestion& congestion() const { return congestion_; }
   [[nodiscard]] std::size_t mtu() const { return mtu_.size(); }
-  // Of full datagrams now: a slow link gets small ones, so that nothing urgent waits long for one.
+  // Size of full datagrams: small on a slow link, so that urgent messages do not wait long for
+  // one.
   [[nodiscard]] std::size_t datagram_size() const;
   [[nodiscard]] std::uint64_t queued_bytes() const;
   [[nodiscard]] std::uint64_t queued_bytes(std::size_t lane) const;
@@ -111,12 +112,12 @@ class LinkSession final : private PacketObserver {
   [[nodiscard]] const LinkSessionCounters& counters() const { return counters_; }
   [[nodiscard]] const SampleReceiver& samples_in() const { return sample_receiver_; }
   [[nodiscard]] std::uint16_t loss_permille() const { return loss_permille_; }
-  // With a keep-alive, which says how many questions were sent before it.
+  // Called with a keep-alive, which states how many path challenges were sent before it.
   void measure_loss(std::uint8_t questions);
   [[nodiscard]] std::uint8_t questions_out() const {
     return static_cast<std::uint8_t>(questions_out_ % kQuestionsModulo);
   }
-  // The most urgent lane in the last packet that was built.
+  // The most urgent lane in the most recently built packet.
   [[nodiscard]] std::size_t last_lane() const { return last_lane_; }
 
  private:
@@ -127,15 +128,15 @@ class LinkSession final : private PacketObserver {
   void on_lost(const SentPacket::Piece& piece);
   void forget_path(Time now);
 
-  // --- what comes
+  // --- received frames
   Verdict on_frames(Time now, const Data& data, bool& eliciting, bool& keep);
   bool on_ack(Time now, const Ack& ack);
   void on_not_ready(Time now, std::uint16_t lanes);
   void after_ack(Time now, const SentPackets::AckResult& result, Duration rtt,
                  std::uint64_t in_flight);
 
-  // --- what is sent next
-  struct Packet;  // in the making
+  // --- choice of what to send
+  struct Packet;  // a packet being built
   bool make_room(Time now, std::size_t lane, std::size_t message);
   bool drop_one(Time now, std::size_t lane);
   void set_rates();
@@ -166,17 +167,17 @@ class LinkSession final : private PacketObserver {
   std::array<SampleSender, core::kClasses> samples_;
   LaneSet occupied_;  // all others are idle
   std::uint32_t last_sample_ = 0;
-  bool sample_first_ = false;  // of a class: its samples and its messages take turns
+  bool sample_first_ = false;  // samples and messages of a class take turns
   SentPackets sent_;
   RttEstimator rtt_;
   Congestion congestion_{kDatagramBase};
   PathMtu mtu_;
   base::RateLimiter pacer_;
   base::RateLimiter cap_;                    // the link's rate
-  base::RateLimiter lower_cap_;              // what the lower classes may have of it
-  std::array<Time, kLanes> paused_until_{};  // the other side has no memory for them
-  int probes_ = 0;                           // probe timeouts in a row
-  int probe_packets_ = 0;                    // that may go in spite of the window
+  base::RateLimiter lower_cap_;              // the share of the rate that the lower classes may use
+  std::array<Time, kLanes> paused_until_{};  // the other side has no memory for these lanes
+  int probes_ = 0;                           // consecutive probe timeouts
+  int probe_packets_ = 0;                    // packets that may exceed the window
   Time next_expiry_{};
   std::uint64_t queued_at_most_ = 0;
   Time newest_acked_sent_{};
@@ -186,15 +187,15 @@ class LinkSession final : private PacketObserver {
   std::array<LaneReceiver, kLanes> receivers_;
   SampleReceiver sample_receiver_;
   PacketWindow window_;
-  Time newest_at_{};           // when the packet with the highest number came
-  std::uint32_t unacked_ = 0;  // packets that want an acknowledgement
+  Time newest_at_{};           // arrival time of the packet with the highest number
+  std::uint32_t unacked_ = 0;  // packets that need an acknowledgement
   bool ack_now_ = false;
-  std::uint16_t not_ready_ = 0;  // lanes for which there was no memory, to be told
+  std::uint16_t not_ready_ = 0;  // lanes without memory, to be reported
   Time ack_at_ = kNever;
 
   LinkSessionCounters counters_;
   std::uint64_t measured_next_ = 0;
-  std::uint64_t measured_in_ = 0;  // without questions
+  std::uint64_t measured_in_ = 0;  // without path challenges
   std::uint8_t measured_questions_ = 0;
   std::uint64_t questions_in_ = 0;
   std::uint64_t questions_out_ = 0;

@@ -11,14 +11,16 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t kBurstsPerTurn = 16;  // of one link, before others have theirs
-// Differentiated services (RFC 4594): EF for what is urgent, AF41 and AF31 below, CS1 for texts.
-// Neither AF21 nor AF11: Linux before 6.8 sends those on Wi-Fi as background, like CS1.
+// Maximum for one link before the others have their turn.
+constexpr std::size_t kBurstsPerTurn = 16;
+// Differentiated services (RFC 4594): EF for urgent classes, AF41 and AF31 below, CS1 for texts.
+// AF21 and AF11 are not used: Linux before 6.8 sends those on Wi-Fi as background, like CS1.
 constexpr std::array<std::uint8_t, kLanes> kDscp{8, 0, 0, 26, 34, 46, 46, 46, 48};
 
-// A more preferred super router must have been up for so long before it is used again.
+// How long a more preferred super router must have been up before it is used again.
 constexpr Duration kFailBackAfter = std::chrono::milliseconds(500);
-// So long the one used before still knows what is below us: what is on its way finds us.
+// How long the previous super router still knows what is below us, so that messages in transit
+// arrive.
 constexpr Duration kOverlap = std::chrono::seconds(1);
 
 }  // namespace
@@ -127,7 +129,7 @@ std::vector<std::string> Links::wants_addresses() const {
   return names;
 }
 
-// --- what comes in
+// --- input
 
 Link* Links::by_token(std::uint64_t token) {
   const auto found = tokens_.find(token);
@@ -163,11 +165,12 @@ void Links::on_datagram(Time now, const NetAddress& from, std::span<std::byte> b
     link->on_refuse(now, from, *refuse);
     return touch(*link);
   }
-  // Only who has seen our datagrams can know what token we put into them.
+  // Only a receiver of our datagrams can know the token in them.
   const std::uint64_t token = std::get<Reset>(*datagram).token;
   for_each_link([&](Link& link) {
     if (token == 0 || link.their_token() != token) return;
-    // We also ask where the other router only may be: others there do not know us.
+    // Challenges also go to possible addresses of the other router, where other routers do not
+    // know us.
     if (link.paths().is_strange(from)) return;
     link.on_reset(now);
     touch(link);
@@ -205,7 +208,7 @@ void Links::on_welcome(Time now, const NetAddress& from, const Welcome& welcome)
   link->on_welcome(now, from, welcome);
 }
 
-// --- what the router decides
+// --- deliveries from the router
 
 core::Outcome Links::deliver(Time now, const core::Receiver& to, const core::Message& message) {
   Link& link = *slots_[to.token].link;
@@ -242,7 +245,7 @@ void Links::on_timeout(Time now) {
     link->on_timeout(now);
     link->is_gone(now) ? remove(now, wake.slot) : touch(*link);
   }
-  // A super router that has been up for long enough.
+  // A super router may have been up long enough.
   if (supers_.size() > 1) choose_ = true;
 }
 
@@ -253,10 +256,10 @@ void Links::learn_token(Link& link) {
   tokens_[link.our_token()] = link.slot();
 }
 
-// --- what is told
+// --- announcements
 
 void Links::advertise(Time now) {
-  // Nobody is told while nothing has changed, and those below never are.
+  // Nothing to do while the table has not changed; routers below never receive it.
   const std::uint32_t number = router_.exported_table().number();
   const bool changed = std::exchange(advertised_, number) != number;
   const auto advertise_one = [&](Link& link) {
@@ -281,7 +284,7 @@ void Links::report_losses(Time now) {
   losses_.clear();
 }
 
-// --- what goes out
+// --- output
 
 void Links::send(const NetAddress& to, std::span<const std::byte> datagram) {
   if (datagram.empty() || !to || singles_.size() >= 4096) return;
@@ -291,7 +294,7 @@ void Links::send(const NetAddress& to, std::span<const std::byte> datagram) {
   std::ranges::copy(datagram, single.bytes.begin());
 }
 
-// What nothing carries is lost, as it might be on its way.
+// Without a sender, datagrams are lost, as they could be on the network.
 bool Links::offer(const Burst& burst) {
   DatagramSender* sender = senders_[index(burst.to.kind)];
   return sender == nullptr || sender->offer(burst);
@@ -313,8 +316,8 @@ bool Links::send_bursts(Time now, Link& link) {
       }
       size += one;
       ++count;
-      // A burst's datagrams are of one size but the last. One that is not full is the last, or
-      // something else begins behind it.
+      // All datagrams of a burst have the same size except the last. A shorter one ends the
+      // burst, or belongs to a new one.
       const bool full = one == link.session().datagram_size() && one == burst.datagram_size;
       if (!full || count == kBurstDatagramsMax || size + one > kBurstBytesMax) break;
     }
@@ -339,7 +342,7 @@ void Links::flush(Time now) {
   }
   held_ = {};
   for (const Single& single : singles_) {
-    // One that the socket does not take is lost, as it might be on its way.
+    // A datagram that the socket does not accept is lost, as it could be on the network.
     (void)offer({.to = single.to,
                  .bytes = std::span(single.bytes).first(single.size),
                  .datagram_size = single.size,
@@ -355,7 +358,7 @@ void Links::flush(Time now) {
   }
 }
 
-// False: it has more to send.
+// Returns false when it has more to send.
 bool Links::flush_link(Time now, Link& link) {
   if (!send_bursts(now, link)) return false;
   std::span probe(scratch_.get(), kDatagramMax);
@@ -379,7 +382,7 @@ void Links::end(Time now) {
       [&](Link& link) { link.take_down(now, Link::State::kDown, core::CloseReason::kShutdown); });
 }
 
-// --- by hand
+// --- manual control
 
 Link* Links::find(std::string_view name) {
   return first_link([&](const Link& link) {
@@ -406,7 +409,7 @@ bool Links::act(Time now, std::string_view name, Action what) {
   return true;
 }
 
-// --- who may connect
+// --- admission
 
 void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
   const auto refuse = [&](const Refuse& refusal) {
@@ -416,10 +419,11 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
   if (const auto refusal = Admission::version_refusal(hello)) return refuse(*refusal);
   Link* link = link_to(hello.who);
   const bool resumes = link != nullptr && link->is_of_session(hello);
-  // Nothing is kept, looked up or said at length for somebody who may not be there.
+  // Nothing is stored, looked up or sent at length for an unverified address.
   if (!resumes && !admission_.is_proven(now, from, hello))
     return say(from, admission_.retry(now, from, hello));
-  // Both sides connect: whoever comes first from where we call, or whom we were linked with.
+  // Both sides connect: accept a router that is at an address we connect to, or that we were
+  // linked with.
   const auto is_called = [&](const LinkSettings& s) {
     return first_link([&](const Link& l) {
              return l.settings().to == s.to && (l.paths().is_target(from) || l.is_to(hello.who));
@@ -427,7 +431,8 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
   };
   Refuse refusal{.echo = hello.token};
   const LinkSettings* settings = admission_.accepting(settings_, from, hello, is_called, refusal);
-  // Over DDS, whom a link calls is known by its announcement, which may come after its HELLO.
+  // Over DDS, the router a link connects to is known by its announcement, which may arrive after
+  // its HELLO.
   const bool may_be_called =
       refusal.code == RefuseCode::kNotConfigured && from.kind == PathKind::kDds;
   if (settings == nullptr && may_be_called && !fleet_.routers().contains(from)) return;
@@ -435,7 +440,7 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
     admission_.note_refused(now, from, hello, refusal);
     return refuse(refusal);
   }
-  // Both call each other: the lower address's call counts.
+  // Both sides connect to each other: the call of the lower address is used.
   if (settings->connects && setup_.self.address() < hello.who.address()) return;
   if (resumes) {
     link->resume(hello);
@@ -514,14 +519,15 @@ void Links::look_for_all(Time now) {
   for_each_link([&](Link& link) { look_for(now, link); });
 }
 
-// It has come up: that one is meant from now on. Or it is down: any may be.
+// The link came up: from now on it is bound to that router. Or it went down: any candidate may be
+// used.
 void Links::look_anew(Time now, Link& link) {
   slots_[link.slot()].was_up = link.is_up();
   slots_[link.slot()].tries = 0;
   look_for(now, link);
 }
 
-// Tells a link where the router it means has announced to be.
+// Gives a link the announced addresses of the router it is meant for.
 void Links::look_for(Time now, Link& link) {
   touch(link);
   const std::vector<const Announcement*> candidates = fleet_.candidates(link, supers_.size() < 2);
@@ -535,7 +541,7 @@ void Links::look_for(Time now, Link& link) {
     return link.note_nobody(why);
   }
   const Announcement& one = *candidates[slots_[link.slot()].tries % candidates.size()];
-  // A router that was started anew is heard of while its former life still is.
+  // A restarted router may be announced while its previous instance still is.
   std::vector<NetAddress> udp;
   std::vector<NetAddress> dds;
   for (const Announcement* a : candidates) {
@@ -549,7 +555,7 @@ void Links::look_for(Time now, Link& link) {
   link.set_targets(now, PathKind::kDds, dds);
 }
 
-// --- which super router is used
+// --- choice of the super router
 
 void Links::choose_uplink(Time now) {
   if (!std::exchange(choose_, false)) return;

@@ -26,7 +26,7 @@ bool PacketWindow::is_new(std::uint64_t packet) const {
 
 void PacketWindow::add(std::uint64_t packet) {
   if (packet >= next_) {
-    // What lies between has not come; a leap beyond the window forgets everything.
+    // The numbers in between have not been received; a jump beyond the window clears it.
     const std::uint64_t forget = std::min(packet + 1 - next_, kWindow);
     for (std::uint64_t i = packet + 1 - forget; i <= packet; ++i) {
       bits_[i % kWindow / 64] &= ~(std::uint64_t{1} << (i % 64));
@@ -47,7 +47,8 @@ void PacketWindow::fill(Ack& ack) const {
   }
 }
 
-// The end of the run below `packet` in which all have come, or none has. A word at a time.
+// The end of the run below `packet` in which all packets were received, or none. Processes 64
+// bits at a time.
 std::uint64_t PacketWindow::below(std::uint64_t packet, bool come) const {
   const std::uint64_t oldest = next_ - std::min(next_, kWindow);
   while (packet > oldest) {
@@ -80,7 +81,7 @@ void SentPackets::sent(SentPacket& packet) {
     last_eliciting_ = packet.at;
     return;
   }
-  // Nobody need acknowledge it, and it is not kept.
+  // It needs no acknowledgement and is not kept.
   skip_resolved();
 }
 
@@ -98,13 +99,13 @@ SentPackets::AckResult SentPackets::on_ack(Time now, const Ack& ack, const RttEs
                                            PacketObserver& observer) {
   AckResult result;
   const auto whole = [this](std::uint32_t wire) {
-    // Of the numbers with these lower bits, the newest that was sent.
+    // The newest number sent that has these lower bits.
     const std::uint64_t last = next_ - 1;
     return last - static_cast<std::uint32_t>(static_cast<std::uint32_t>(last) - wire);
   };
   if (next_ == 0) return result;
   for (std::size_t i = 0; i < ack.count; ++i) {
-    // A number above all that were sent comes out nearly a whole turn too low.
+    // A number above all sent ones is mapped nearly 2^32 too low.
     const std::uint64_t last = whole(ack.ranges[i].last);
     const std::uint32_t more = ack.ranges[i].last - ack.ranges[i].first;
     if (last >= next_ || next_ - last > kTurn / 2 || more > last) return result;

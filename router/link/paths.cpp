@@ -7,7 +7,7 @@
 namespace tims::link {
 namespace {
 
-// Between two questions to an address that only datagrams have told.
+// Interval of challenges to an address known only as the source of datagrams.
 constexpr Duration kSuspectEvery = std::chrono::milliseconds(100);
 
 std::string seconds_text(Duration time) {
@@ -36,7 +36,7 @@ void PathMtu::on_probe_lost(Time now) {
   probing_ = false;
   next_ = now + kBetween;
   if (++tries_ < kTries) return;
-  // Larger ones would fare no better. Later, perhaps.
+  // Larger sizes would fail too. Try again later.
   tries_ = 0;
   next_ = now + kTryAgain;
 }
@@ -119,7 +119,8 @@ bool Paths::leads(PathKind kind) const {
   return path != nullptr && (path->address || !path->targets.empty());
 }
 
-// Where the other router may be on this path: where it was found, or else wherever it should be.
+// The possible addresses of the other router on this path: the confirmed one, or else all
+// candidates.
 std::vector<NetAddress> Paths::places(const Path& path) {
   if (path.works) return {path.address};
   std::vector<NetAddress> all = path.targets;
@@ -140,7 +141,7 @@ std::vector<NetAddress> Paths::to_call(bool first) const {
   return all;
 }
 
-// --- which path is used
+// --- choice of the path in use
 
 void Paths::use(Time now, std::size_t index, std::string why) {
   used_ = index;
@@ -153,7 +154,8 @@ void Paths::begin(Time now, const NetAddress& address) {
   for (std::size_t i = 0; i < paths_.size(); ++i) {
     Path& path = paths_[i];
     path.works = path.kind == address.kind;
-    path.address = path.works ? address : NetAddress();  // what was there may have been another's
+    // The previous address may belong to another router.
+    path.address = path.works ? address : NetAddress();
     path.since = now;
     path.asked = path.works ? now : Time{};
     if (!path.works) continue;
@@ -192,7 +194,7 @@ bool Paths::choose(Time now) {
     if (!path.works) continue;
     if (i == used_) return false;
     const bool better = i < used_;
-    // Taken back with an answer: not while the next one may already be overdue.
+    // Taken back only on an answer, so that the next one is not already overdue.
     const bool proven = now >= path.since + path.probation && now == path.answered;
     if (better && used().works && !proven) continue;
     const std::string left(name(kind()));
@@ -205,7 +207,7 @@ bool Paths::choose(Time now) {
   return false;
 }
 
-// --- questions
+// --- challenges
 
 Paths::Question Paths::note(const Question& question, bool known) {
   asked_[next_asked_] = {question, known};
@@ -223,8 +225,8 @@ std::optional<Paths::Question> Paths::on_source(Time now, const NetAddress& from
   return note({from, random}, false);
 }
 
-// What a stranger repeats from elsewhere leads nowhere: from an address that nobody but a datagram
-// has told us, the answer itself must come.
+// A repeated answer from a third party must not redirect the link: from an address that is known
+// only as the source of a datagram, the answer itself must arrive.
 bool Paths::on_answer(Time now, const NetAddress& from, std::uint64_t nonce) {
   const auto asked = std::ranges::find_if(asked_, [&](const Asked& a) {
     return a.question.to && a.question.nonce == nonce && (a.known || a.question.to == from);
@@ -235,7 +237,7 @@ bool Paths::on_answer(Time now, const NetAddress& from, std::uint64_t nonce) {
   if (suspected_ == where) suspected_ = {};
   Path* path = mine(where.kind);
   if (path == nullptr) return false;
-  // Of several places that were asked, the first to answer is the nearest.
+  // Of several challenged addresses, the first to answer is the nearest.
   if (known && path->works && path->address != where) return false;
   path->answered = now;
   if (!path->works) {
@@ -260,7 +262,7 @@ Duration Paths::interval(const Path& path) const {
   return &path == &used() || being_taken_back ? keep_alive_ : std::max(keep_alive_, kStandbyEvery);
 }
 
-// One that stood by is not dead because it was asked less often.
+// A standby path is not dead merely because it is challenged less often.
 Time Paths::alive_at(const Path& path) const {
   return &path == &used() ? std::max(path.answered, since_) : path.answered;
 }
@@ -269,7 +271,7 @@ Time Paths::next_question(const Path& path, Duration rtt) const {
   if (!path.address && path.targets.empty()) return kNever;
   const Time next = path.asked + interval(path);
   if (&path != &used() || !path.works) return next;
-  // An answer is overdue: soon it will be too late.
+  // An answer is overdue: challenge again before the path times out.
   const Time soon = std::max(path.asked + keep_alive_ / 4, alive_at(path) + keep_alive_ + rtt);
   return std::min(next, soon);
 }

@@ -12,24 +12,24 @@ bool same_stream(const Header& a, const Header& b) {
   return a.src == b.src && a.dest == b.dest && a.type == b.type;
 }
 
-// Numbers run on past their end.
+// Sample numbers wrap around.
 bool is_older(std::uint32_t number, std::uint32_t than) {
   return static_cast<std::int32_t>(number - than) < 0;
 }
 
 }  // namespace
 
-// --- out
+// --- sending
 
-// It takes the place of what it replaces: so a fast stream does not keep the others from their
-// turn.
+// The sample takes the position of the one it replaces, so that a fast stream does not delay the
+// others.
 void SampleSender::push(Time now, std::uint8_t hops, const Header& header,
                         std::span<const std::byte> message) {
   const auto droppable = waiting_.begin() + static_cast<std::ptrdiff_t>(first_droppable());
   auto place = waiting_.end();
   for (auto old = droppable; old != waiting_.end(); ++old) {
     if (!same_stream(old->header, header)) continue;
-    // Behind one that stays.
+    // If the old one stays, append.
     if (!old->replaceable) place = waiting_.end();
     if (old->replaceable && place == waiting_.end()) place = old;
   }
@@ -71,7 +71,7 @@ bool SampleSender::drop_one(Time now) {
   return true;
 }
 
-// The sample of which this byte was sent; null: it is not kept any more.
+// The sample that this sent byte belongs to; null when it is no longer kept.
 const SampleSender::Sample* SampleSender::sent_at(std::uint64_t offset) const {
   const auto has = [offset](const Sample& sample, std::uint64_t sent) {
     return offset >= sample.at && offset - sample.at < sent;
@@ -95,7 +95,7 @@ std::optional<SampleSender::Piece> SampleSender::next_lost(std::size_t size) {
   while (ranges_.repeats()) {
     Range range = ranges_.first_lost();
     const Sample* sample = sent_at(range.begin);
-    // A set that was full has joined what lay apart.
+    // A full range set has merged separate ranges.
     if (sample == nullptr) {
       ranges_.forget(range);
       continue;
@@ -113,7 +113,7 @@ std::optional<SampleSender::Piece> SampleSender::next(std::size_t size,
   if (auto lost = next_lost(size)) return lost;
   if (waiting_.empty()) return std::nullopt;
   Sample& sample = waiting_.front();
-  // 0 is none.
+  // The number 0 is reserved for "none".
   if (sample.number == 0) sample.number = ++last_number != 0 ? last_number : ++last_number;
   const std::uint64_t begin = sample.at + sent_;
   return piece_of(sample, {begin, std::min(begin + size, sample.range().end)});
@@ -142,7 +142,7 @@ void SampleSender::on_acked(Range range) {
   const Sample* found = sent_at(range.begin);
   if (found == nullptr || !ranges_.on_acked(range)) return;
   if (!ranges_.acked().contains(found->range())) return;
-  // What of its stream is older would be thrown away there.
+  // Older samples of the stream would be discarded by the receiver.
   std::erase_if(kept_, [&, newest = *found](const Sample& sample) {
     const bool done =
         same_stream(sample.header, newest.header) && !is_older(newest.number, sample.number);
@@ -180,7 +180,7 @@ void SampleSender::clear(Time now, core::Outcome why) {
   held_ = 0;
 }
 
-// --- in
+// --- receiving
 
 bool SampleReceiver::on_frame(Time now, const SampleFrame& frame) {
   if (frame.total < kHeaderSize || frame.total > reassembly_.message_max || frame.number == 0)
@@ -188,12 +188,12 @@ bool SampleReceiver::on_frame(Time now, const SampleFrame& frame) {
   if (frame.bytes.size() == frame.total)
     return !finish(frame.number) || hand_on(now, frame.hops, frame.number, frame.bytes);
   Part* part = part_for(now, frame);
-  if (part == nullptr) return true;  // no memory, and samples may be lost
+  if (part == nullptr) return true;  // no memory; samples may be lost
   if (part->total != frame.total) return false;
   const std::size_t end = frame.offset + frame.bytes.size();
-  // Memory reaches as far as what came, so it must not come from far ahead.
+  // Memory is used up to the highest offset received, so parts far ahead are refused.
   if (end > kAheadMin + kAheadTimes * part->received) return true;
-  if (part->have.contains({frame.offset, end})) return true;  // it was sent again for nothing
+  if (part->have.contains({frame.offset, end})) return true;  // a duplicate
   if (!reassembly_.grow(now, part->bytes, end, false)) return true;
   part->received += frame.bytes.size();
   if (part->received >= part->progress_at + LaneReceiver::kProgress) {
@@ -209,8 +209,8 @@ bool SampleReceiver::on_frame(Time now, const SampleFrame& frame) {
   return hand_on(now, frame.hops, frame.number, message);
 }
 
-// The sample this is a part of; else a free place, or that of the oldest. Null: there is no memory,
-// or the sample was handed on, or given up.
+// The sample this part belongs to; otherwise a free slot, or the slot of the oldest. Null when
+// there is no memory, or the sample was already delivered or given up.
 SampleReceiver::Part* SampleReceiver::part_for(Time now, const SampleFrame& frame) {
   Part* place = &parts_[0];
   for (Part& part : parts_) {
@@ -232,7 +232,7 @@ SampleReceiver::Part* SampleReceiver::part_for(Time now, const SampleFrame& fram
   return place->bytes ? place : nullptr;
 }
 
-// False: it was already.
+// Returns false when it was finished before.
 bool SampleReceiver::finish(std::uint32_t number) {
   const std::uint64_t whole = finished_.expand(number);
   if (!finished_.is_new(whole)) return false;
@@ -247,8 +247,8 @@ void SampleReceiver::drop(Part& part) {
   (void)finish(part.number);
 }
 
-// What is here in part of the same stream will not be wanted when it is whole, nor of the same
-// sample, when all of it came in a larger datagram.
+// Incomplete older samples of the same stream are no longer needed, nor is an incomplete copy of
+// the same sample when all of it arrived in a larger datagram.
 void SampleReceiver::drop_overtaken(const Header& header, std::uint32_t number) {
   if (!reassembly_.is_used()) return;
   for (Part& part : parts_) {

@@ -84,7 +84,7 @@ DdsParticipant NetAddress::participant() const {
 }
 
 NetAddress NetAddress::dds(const DdsParticipant& participant) {
-  NetAddress address{.port = 1, .kind = PathKind::kDds};  // all have one
+  NetAddress address{.port = 1, .kind = PathKind::kDds};  // DDS addresses share one port
   std::ranges::copy(participant, address.ip.begin());
   return address;
 }
