@@ -172,9 +172,10 @@ TEST_P(PlayedTest, GivesWhatIsInIt) {
                         {.on = capture.data == 0 ? kNotLong : kPatience});
   const auto on = component.on();
   ASSERT_EQ(on.ok(), capture.data > 0) << on.error().message();
-  const auto over = program.wait_for_line("is over");
+  const auto over = program.wait_for_line("end of the recording");
   ASSERT_TRUE(over) << over.error().message();
-  EXPECT_THAT(*over, HasSubstr(": " + std::to_string(capture.broken) + " telegrams were broken"));
+  EXPECT_THAT(*over, HasSubstr(": end of the recording, " + std::to_string(capture.broken) +
+                               " invalid telegrams"));
   EXPECT_EQ(data_sets(capture.address), capture.data);
   expect_values();
 }
@@ -321,7 +322,7 @@ TEST_F(CapturesTest, PicturesOfACamera) {
                              "play:" + file + "?speed=max");
   auto camera = at<rack::CameraProxy>("Camera(0/0)");
   ASSERT_TRUE(camera.on());
-  ASSERT_TRUE(program.wait_for_line("is over"));
+  ASSERT_TRUE(program.wait_for_line("end of the recording"));
   const auto picture = camera.get_data();
   ASSERT_TRUE(picture) << picture.error().message();
   // The last one, byte by byte.
@@ -342,7 +343,7 @@ TEST_F(CapturesTest, AReceiverAtAPort) {
   auto player = play(kRecordings + "nmea/gofree-corrupted.nmea?speed=max&baud=115200", address);
   auto& program = start_with("GpsNmea", std::string(kGga) + " --positionInst=-1", address);
   ASSERT_TRUE(at<rack::GpsProxy>("Gps(0/0)").on());
-  const auto over = program.wait_for_line("telegrams were broken");
+  const auto over = program.wait_for_line("invalid telegrams");
   ASSERT_TRUE(over) << over.error().message();
   EXPECT_THAT(*over, HasSubstr(": 142 telegrams"));
   EXPECT_GT(data_sets("Gps(0/0)"), 1);
@@ -366,8 +367,8 @@ TEST_F(CapturesTest, AReceiverAtATerminal) {
   }
   // The driver came into the middle of a sentence, at most.
   ASSERT_TRUE(gps.off());
-  EXPECT_THAT(program.output(), testing::AnyOf(testing::Not(HasSubstr("were broken")),
-                                               HasSubstr(": 1 telegrams were broken")));
+  EXPECT_THAT(program.output(), testing::AnyOf(testing::Not(HasSubstr("invalid telegrams")),
+                                               HasSubstr(", 1 invalid telegrams")));
 }
 
 TEST_F(CapturesTest, AScannerThatSendsDatagrams) {

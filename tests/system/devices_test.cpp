@@ -444,7 +444,7 @@ TEST_F(DevicesTest, ReplayedTheSameDataAreMadeOfARecording) {
     EXPECT_EQ(status->code, code) << program->output();
     EXPECT_THAT(program->output(), HasSubstr(said));
   };
-  replay(0, " data sets made again: 0 different\n");
+  replay(0, " data sets replayed: 0 different\n");
 
   std::ifstream recorded(file);
   std::string text{std::istreambuf_iterator<char>(recorded), {}};
@@ -453,11 +453,11 @@ TEST_F(DevicesTest, ReplayedTheSameDataAreMadeOfARecording) {
   char& digit = text[text.find('\n', made) - 1];  // of the checksum
   digit = digit == '0' ? '1' : '0';
   std::ofstream(file) << text;
-  replay(1, "other data are made of it\n");
-  replay(1, " data sets made again: 1 different\n");
+  replay(1, "the data differ\n");
+  replay(1, " data sets replayed: 1 different\n");
 
   std::ofstream(file) << "0.001 < 06\n";
-  replay(1, "does not say when a device was opened");
+  replay(1, "does not state when a device was opened");
 }
 
 TEST_F(DevicesTest, ADiskThatIsFullStopsNobodyAndIsSaidOnce) {
@@ -522,7 +522,7 @@ TEST_F(DevicesTest, TimsctlNamesWhatIsWrong) {
   std::ofstream(folder_.path() / "broken.cap") << "# rack capture 1 x y\n1.0 < 41\nnonsense\n";
   for (const Case& c : {
            Case{{"device", "record", "serial:/dev/none", "/tmp/x"}, 4, "timsctl device list"},
-           Case{{"device", "record", "nonsense", "/tmp/x"}, 2, "begins with none of"},
+           Case{{"device", "record", "nonsense", "/tmp/x"}, 2, "must begin with one of"},
            Case{{"device", "play", "/nowhere.cap"}, 4, "/nowhere.cap"},
            Case{{"device", "play", folder_.path() / "broken.cap"}, 1, "line 3"},
        }) {

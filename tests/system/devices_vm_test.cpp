@@ -345,7 +345,7 @@ TEST_F(CanProgramTest, AStormOfBusOffIsSaidInFewWordsAndPasses) {
     (void)chassis().get_data();
   }
   const auto seconds = (os::now() - begin) / 1s;
-  ASSERT_TRUE(driver_->wait_for_line("has left the bus"));
+  ASSERT_TRUE(driver_->wait_for_line("is bus-off"));
   EXPECT_TRUE(eventually(
       [&] {
         (void)chassis().set_active_pilot(Address(kWork));
@@ -354,8 +354,8 @@ TEST_F(CanProgramTest, AStormOfBusOffIsSaidInFewWordsAndPasses) {
       "it drives again"));
   const std::string said = driver_->output();
   std::int64_t times = 0;
-  for (std::size_t at = said.find("has left the bus"); at != std::string::npos;
-       at = said.find("has left the bus", at + 1))
+  for (std::size_t at = said.find("is bus-off"); at != std::string::npos;
+       at = said.find("is bus-off", at + 1))
     ++times;
   EXPECT_LE(times, 2 * seconds + 4) << said;
 }

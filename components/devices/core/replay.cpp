@@ -54,8 +54,7 @@ tims::Result<void> Replay::start(const CaptureRecord& record) {
   return {};
 }
 
-// The measurement may be earlier than the start of the recording; unsigned record times cannot
-// express that.
+// A measurement may be earlier than the start of the recording; its recorded time is then 0.
 void Replay::made(Time measured, std::span<const std::byte> message) {
   made_.push_back(
       {.measured = std::max(Duration(0), measured - kBegin), .checksum = checksum_of(message)});
@@ -75,7 +74,7 @@ void Replay::compare(const CaptureRecord& record) {
   if (now.measured != record.time)
     return differs(record.time, "it was measured " +
                                     std::to_string((now.measured - record.time).count()) +
-                                    " ns later by what is made now");
+                                    " ns later in the replay");
   if (!std::ranges::equal(now.checksum, record.bytes))
     differs(record.time, "the data differ");
 }
@@ -99,10 +98,10 @@ std::string Replay::report() const {
     const auto at = std::chrono::duration_cast<std::chrono::microseconds>(first_->at);
     text = "at " + std::to_string(at.count()) + " us: " + first_->text + "\n";
   }
-  text += std::to_string(messages_) + " data sets made again: " + std::to_string(different_) +
+  text += std::to_string(messages_) + " data sets replayed: " + std::to_string(different_) +
           " different";
   if (lost_ > 0)
-    text += "; " + std::to_string(lost_) + " more cannot be made, records before them are missing";
+    text += "; " + std::to_string(lost_) + " more cannot be replayed: earlier records are missing";
   return text + "\n";
 }
 

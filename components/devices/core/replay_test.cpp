@@ -124,7 +124,7 @@ TEST_F(ReplayTest, TheSameIsMadeAgain) {
   EXPECT_EQ(replay_->different(), 0U);
   EXPECT_EQ(replay_->lost(), 0U);
   EXPECT_TRUE(replay_->is_same());
-  EXPECT_EQ(replay_->report(), "10 data sets made again: 0 different\n");
+  EXPECT_EQ(replay_->report(), "10 data sets replayed: 0 different\n");
 }
 
 TEST_F(ReplayTest, OtherDataAreSeen) {

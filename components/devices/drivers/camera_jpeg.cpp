@@ -1,4 +1,4 @@
-// CameraJpeg: pictures of another camera, made small.
+// CameraJpeg: compresses the pictures of another camera.
 #include <array>
 #include <mutex>
 #include <optional>
@@ -13,7 +13,7 @@ namespace {
 constexpr std::array<ParameterInfo, 3> kParameters = {{
     {"cameraSys", 0, "system id of the camera", 0, kIdMax},
     {"cameraInst", 0, "instance of the camera", 0, kIdMax},
-    {"quality", 50, "1 to 100: small or good", 1, 100},
+    {"quality", 50, "JPEG quality: 1 (smallest) to 100 (best)", 1, 100},
 }};
 
 constexpr ModuleInfo kInfo{
@@ -37,7 +37,7 @@ class CameraJpeg : public DataModule<CameraData> {
   Result<void> module_on() override {
     maker_.emplace(integer("quality"));
     const auto camera = address_of(tims::class_id::kCamera, "camera");
-    if (camera == address()) return refused("cameraInst is this component itself");
+    if (camera == address()) return refused("cameraInst must not be this component itself");
     if (auto on = camera_->turn_on(camera); !on) return on;
     keep(camera_->proxy().get_parameter());
     const auto granted = camera_->subscribe();
@@ -54,12 +54,12 @@ class CameraJpeg : public DataModule<CameraData> {
     return put_local_buffer();
   }
 
-  // It is the same picture: calibrated as its camera is.
+  // Compression does not change the geometry: the calibration is that of the camera.
   Result<void> module_command(const tims::MessageView& message) override {
     if (message.header.type != CameraType::kGetParameter)
       return DataModule::module_command(message);
     const std::lock_guard lock(calibration_mutex_);
-    if (!calibration_) return refused("the camera has not said how it is calibrated");
+    if (!calibration_) return refused("the camera has not sent its calibration");
     reply(message.header, CameraType::kParameter, *calibration_);
     return {};
   }

@@ -1,4 +1,4 @@
-// CameraV4l: a camera of Linux (V4L2).
+// CameraV4l: driver of a V4L2 camera.
 #include <mutex>
 
 #include "components/devices/camera/camera_frames.h"
@@ -9,31 +9,31 @@ namespace rack::device {
 namespace {
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 18>{{
-    {"width", 320, "of the picture, pixels; the camera may have another near it", 1, 65535},
+    {"width", 320, "width of the picture [pixels]; the camera may choose a similar one", 1, 65535},
     {"height", 240, "pixels", 1, 65535},
-    {"depth", 24, "bits of a pixel; the mode says it", 8, 24},
+    {"depth", 24, "bits per pixel; determined by mode", 8, 24},
     {"mode", "rgb24", "mono8, mono16, rgb24, yuv422, jpeg, range or disparity"},
-    {"videoId", 0, "the camera is /dev/video of this number", 0, 255},
-    {"minHue", 15, "a darker picture makes the camera brighter, 0 to 255", 0, 255},
-    {"maxHue", 250, "a brighter picture makes it darker, 0 to 255", 0, 255},
-    {"gainMult", 1000, "how strongly, thousandths", 0, 100000},
-    {"autoBrightnessSize", 1, "looked at: 1 the picture, n a part of 1/n of its sides; 0 off", 0,
+    {"videoId", 0, "number N of the camera /dev/videoN", 0, 255},
+    {"minHue", 15, "increase the brightness below this mean value, 0 to 255", 0, 255},
+    {"maxHue", 250, "decrease the brightness above this mean value, 0 to 255", 0, 255},
+    {"gainMult", 1000, "gain of the brightness control [1/1000]", 0, 100000},
+    {"autoBrightnessSize", 1, "evaluated area: 1 whole picture, n 1/n of each side, 0 control off", 0,
      64},
-    {"fps", 5, "pictures a second", 1, 1000},
-    {"quality", 75, "of mode jpeg, where the camera makes none itself", 1, 100},
-    {"stereoBase", 0.0F, "between two eyes whose pictures lie side by side, mm; 0: one eye", 0,
+    {"fps", 5, "pictures per second [1/s]", 1, 1000},
+    {"quality", 75, "JPEG quality of mode jpeg, if the camera does not compress", 1, 100},
+    {"stereoBase", 0.0F, "base line of a side-by-side stereo camera [mm]; 0: monocular", 0,
      1e5},
-    {"stereoDisparities", 64, "how far the pictures of a near thing may be apart, pixels", 8, 512},
-    {"stereoBlock", 9, "side of what is compared, pixels, odd", 3, 31},
-    {"fx", 0.0F, "focal length, pixels (of one eye); 0: not known", 0, 1e6},
-    {"fy", 0.0F, "pixels", 0, 1e6},
-    {"e0", 0.0F, "where the axis meets the picture, pixels", 0, 1e6},
-    {"n0", 0.0F, "pixels", 0, 1e6},
+    {"stereoDisparities", 64, "disparity search range [pixels]", 8, 512},
+    {"stereoBlock", 9, "side of the matching block, odd [pixels]", 3, 31},
+    {"fx", 0.0F, "focal length in x (one lens of a stereo camera) [pixels]; 0: unknown", 0, 1e6},
+    {"fy", 0.0F, "focal length in y [pixels]", 0, 1e6},
+    {"e0", 0.0F, "principal point, x [pixels]", 0, 1e6},
+    {"n0", 0.0F, "principal point, y [pixels]", 0, 1e6},
 }});
 
 constexpr ModuleInfo kInfo{
     .program = "CameraV4l",
-    .purpose = "A camera of Linux (V4L2): webcam, grabber, depth camera, two eyes in one picture.",
+    .purpose = "A V4L2 camera: webcam, frame grabber, depth camera or side-by-side stereo camera.",
     .class_id = tims::class_id::kCamera,
     .parameters = kParameters,
 };
@@ -48,7 +48,7 @@ struct Format {
 
 class CameraV4l : public Driver<CameraData, CameraFrames> {
  public:
-  // Pictures are large, and the newest is what counts.
+  // Pictures are large and only the newest is of interest.
   CameraV4l() : Driver(kInfo, {.history = 4}) {}
 
  private:
@@ -77,7 +77,7 @@ class CameraV4l : public Driver<CameraData, CameraFrames> {
   Result<std::unique_ptr<CameraFrames>> make_dialogue() override {
     const auto format = wanted();
     if (!format) return format.error();
-    if (integer("stereoBlock") % 2 == 0) return refused("stereoBlock is odd");
+    if (integer("stereoBlock") % 2 == 0) return refused("stereoBlock must be odd");
     const auto period = std::chrono::milliseconds(1000 / integer("fps"));
     set_period(period);
     return std::make_unique<CameraFrames>(CameraSettings{
@@ -129,9 +129,9 @@ class CameraV4l : public Driver<CameraData, CameraFrames> {
     return data;
   }
 
-  // Holds until one of its parameters is set, or the program ends. While it is on, the next picture
-  // is of the new format. What is negative stays as it is: the window of the original's GUI sets
-  // either the size or the mode.
+  // The format is valid until one of its parameters is set or the program ends. While the component
+  // is on, the next picture has the new format. Negative values leave a setting unchanged: the
+  // original's GUI sets either the size or the mode.
   Result<void> set_format(const tims::MessageView& message) {
     const auto asked = decode<CameraFormatData>(message);
     if (!asked) return asked.error();
@@ -142,12 +142,12 @@ class CameraV4l : public Driver<CameraData, CameraFrames> {
     if (asked->height >= 0) format.height = asked->height;
     if (asked->mode >= 0) format.mode = static_cast<u16>(asked->mode);
     if (asked->mode > 0xFFFF || depth_of(format.mode) == 0)
-      return refused("mode " + std::to_string(asked->mode) + " is none of this camera's");
+      return refused("mode " + std::to_string(asked->mode) + " is not supported by this camera");
     if (format.width < 1 || format.height < 1 || format.width > 0xFFFF || format.height > 0xFFFF)
-      return refused("a picture has 1 to 65535 pixels a side");
+      return refused("width and height must be 1 to 65535 pixels");
     if (format.mode != camera_mode::kJpeg && asked->depth > 0 &&
         asked->depth != depth_of(format.mode))
-      return refused(std::string(name_of_mode(format.mode)) + " has a depth of " +
+      return refused(std::string(name_of_mode(format.mode)) + " requires depth=" +
                      std::to_string(depth_of(format.mode)));
     auto address = address_for(format);
     if (!address) return address.error();
@@ -177,14 +177,14 @@ class CameraV4l : public Driver<CameraData, CameraFrames> {
     const std::lock_guard lock(format_mutex_);
     if (asked_ && asked_over_ == format) return *asked_;
     if (!format)
-      return refused("mode is mono8, mono16, rgb24, yuv422, jpeg, range or disparity, not " +
+      return refused("mode must be mono8, mono16, rgb24, yuv422, jpeg, range or disparity, not " +
                      text("mode"));
     return *format;
   }
 
   mutable std::mutex format_mutex_;
-  std::optional<Format> asked_;       // by SET_FORMAT
-  std::optional<Format> asked_over_;  // what the parameters said then
+  std::optional<Format> asked_;       // requested by SET_FORMAT
+  std::optional<Format> asked_over_;  // format of the parameters at that time
   bool is_changed_ = false;
 };
 

@@ -1,5 +1,5 @@
-// What the drivers of vehicles with motors at a CAN bus share: which bus, how wheels and motors
-// belong together.
+// Base of the drivers of vehicles with motors on a CAN bus: the bus and the assignment of motors to
+// wheels.
 #pragma once
 
 #include <charconv>
@@ -9,20 +9,20 @@
 
 namespace rack::device {
 
-// steering: 0 differential, 1 steered before, 2 on both axles.
+// steering: 0 differential, 1 front axle steered, 2 both axles steered.
 constexpr std::array<ParameterInfo, 9> can_chassis_parameters(i32 steering) {
   return {{
-      {"canDev", 0, "N of canN", 0, 255},
-      {"steering", steering, "0 differential, 1 steered before, 2 before and behind", 0, 2},
+      {"canDev", 0, "number N of the CAN interface canN", 0, 255},
+      {"steering", steering, "0 differential, 1 front axle steered, 2 both axles steered", 0, 2},
       {"nodes", "1,2,3,4,5,6",
-       "of the motors: left, right; of four driven wheels front left, front right, rear left, rear "
-       "right; then what steers before, and behind. -3: node 3 turns the other way round"},
-      {"gearRatio", 1.0F, "turns of a motor for one of its wheel", 0.001, 10000},
-      {"steerRatio", 1.0F, "turns of a motor for one of the steering", 0.001, 10000},
-      {"steerZero", 0.0F, "of that motor when it is straight ahead, deg", -360000, 360000},
-      {"steerMax", 30, "of the steering to each side, deg", 0, 90},
-      {"vyMax", 0, "largest speed to the side, mm/s: only with steering=2", 0, 1e6},
-      {"periodTime", 50, "of the data, ms", 20, 1000},
+       "nodes of the motors: left, right; or front left, front right, rear left, rear right; then "
+       "front steering, rear steering; -3: node 3 is reversed"},
+      {"gearRatio", 1.0F, "motor turns per turn of the wheel", 0.001, 10000},
+      {"steerRatio", 1.0F, "motor turns per turn of the steering", 0.001, 10000},
+      {"steerZero", 0.0F, "angle of the steering motor for straight ahead [deg]", -360000, 360000},
+      {"steerMax", 30, "maximum steering angle to each side [deg]", 0, 90},
+      {"vyMax", 0, "maximum sideways speed [mm/s], only with steering=2", 0, 1e6},
+      {"periodTime", 50, "period of the data [ms]", 20, 1000},
   }};
 }
 
@@ -31,7 +31,7 @@ class CanChassis : public ChassisDriver<MotorChassis> {
   using ChassisDriver::ChassisDriver;
 
  protected:
-  // One motor, at its node.
+  // Creates the motor of a node.
   virtual Result<std::unique_ptr<Motor>> make_motor(std::uint8_t node, MotorTask task) const = 0;
   [[nodiscard]] virtual bool is_canopen() const = 0;
   [[nodiscard]] virtual std::uint8_t last_node() const = 0;
@@ -66,7 +66,7 @@ class CanChassis : public ChassisDriver<MotorChassis> {
   static constexpr i32 kDifferential = 0;
   static constexpr i32 kBothAxles = 2;
 
-  // "3,-4": node 4 turns the other way round.
+  // Reads a list such as "3,-4": node 4 turns in the opposite direction.
   Result<std::vector<int>> read_nodes() const {
     std::vector<int> nodes;
     const std::string list = text("nodes");
@@ -76,11 +76,11 @@ class CanChassis : public ChassisDriver<MotorChassis> {
       const auto [last, error] = std::from_chars(list.data() + begin, list.data() + end, node);
       if (error != std::errc() || last != list.data() + end || std::abs(node) > last_node())
         return refused("nodes=" + list + ": \"" + list.substr(begin, end - begin) +
-                       "\" is no node; they are 0 to " + std::to_string(last_node()));
+                       "\" is not a node; valid are 0 to " + std::to_string(last_node()));
       nodes.push_back(node);
       begin = end + 1;
     }
-    // As many as there are motors: the default lists more.
+    // Drops the surplus: the default lists more nodes than most vehicles have motors.
     const std::size_t needed = integer("steering") == kDifferential ? 2
                                : integer("steering") == kBothAxles  ? 6
                                                                     : 3;
@@ -101,7 +101,7 @@ class CanChassis : public ChassisDriver<MotorChassis> {
                    " motors, but steering=" + std::to_string(steering) +
                    (steering == kDifferential ? " needs 2"
                     : steering == kBothAxles  ? " needs 6"
-                                              : " needs 3, or 2 with one motor behind"));
+                                              : " needs 3, or 2 with one rear motor"));
   }
 
   Result<MotorLink> make_link(int signed_node, bool steers) const {

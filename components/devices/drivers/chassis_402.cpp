@@ -1,4 +1,4 @@
-// Chassis402: a vehicle with drives after CiA 402 (CANopen).
+// Chassis402: driver of a vehicle with CiA 402 drives (CANopen).
 #include "components/devices/drivers/cia402_chassis.h"
 
 namespace rack::device {
@@ -9,8 +9,8 @@ constexpr auto kParameters = chassis_parameters(cia402_parameters(0), ChassisDef
 constexpr ModuleInfo kInfo{
     .program = "Chassis402",
     .purpose =
-        "A differential or steered vehicle with CANopen drives after CiA 402. The drives "
-        "watch the driver's heartbeat: 0.2 s without it, and they make a quick stop.",
+        "A differential or steered vehicle with CANopen drives (CiA 402). The drives "
+        "monitor the driver's heartbeat: after 0.2 s without it they make a quick stop.",
     .class_id = tims::class_id::kChassis,
     .parameters = kParameters,
 };

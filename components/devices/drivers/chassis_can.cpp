@@ -1,4 +1,4 @@
-// ChassisCan: a vehicle with ODrive or VESC motor controllers at a CAN bus.
+// ChassisCan: driver of a vehicle with ODrive or VESC motor controllers on a CAN bus.
 #include "components/devices/chassis/odrive.h"
 #include "components/devices/chassis/vesc.h"
 #include "components/devices/drivers/can_chassis.h"
@@ -9,16 +9,16 @@ namespace {
 constexpr auto kParameters = chassis_parameters(
     joined(can_chassis_parameters(0), std::array<ParameterInfo, 2>{{
                                           {"controller", 0, "0 ODrive, 1 VESC", 0, 1},
-                                          {"polePairs", 7, "of a motor at a VESC", 1, 100},
+                                          {"polePairs", 7, "pole pairs of a motor (VESC only)", 1, 100},
                                       }}),
     ChassisDefaults{.wheelRadius = 85});
 
 constexpr ModuleInfo kInfo{
     .program = "ChassisCan",
     .purpose =
-        "A differential or steered vehicle with ODrive or VESC motor controllers at a CAN "
-        "bus. A guard beside the driver stops them when it dies; with the cable cut a VESC "
-        "stops after a second, an ODrive when its watchdog is set.",
+        "A differential or steered vehicle with ODrive or VESC motor controllers on a CAN "
+        "bus. A guard process stops the motors when the driver crashes. When the cable is cut, a "
+        "VESC stops after 1 s, an ODrive only if its watchdog is enabled.",
     .class_id = tims::class_id::kChassis,
     .parameters = kParameters,
 };

@@ -1,14 +1,14 @@
-// What every chassis driver is: a chassis (rack/chassis_module.h) with a device, and the safety
-// rule (chassis_control.h): the vehicle stands when its pilot is silent, is another one, or when
-// the driver is turned off, loses its device, or dies.
+// Base of all chassis drivers: a chassis (rack/chassis_module.h) with a device and the safety rules
+// of chassis_control.h. The vehicle stops when its pilot sends no commands, when another pilot is
+// selected, or when the driver is turned off, loses its device or crashes.
 //
 //   class ChassisPioneer : public ChassisDriver<P2os> {
 //     Result<DeviceOptions> device() const override;
 //     Result<std::unique_ptr<P2os>> make_dialogue() override;
 //   };
 //
-// After an error that lasted a moment only, the pilot may go on; after OFF, or a longer error,
-// somebody has to say again who drives.
+// After a short error the pilot may continue; after OFF or a longer error, the active pilot must be
+// selected again.
 #pragma once
 
 #include <mutex>
@@ -22,10 +22,10 @@ namespace rack::device {
 // --- parameters
 
 inline constexpr std::array<ParameterInfo, 1> kMoveDeadline = {{
-    {"moveDeadline", 0, "how long a MOVE holds, ms; 0: three periods of the pilot", 0, 10000},
+    {"moveDeadline", 0, "validity of a MOVE [ms]; 0: three periods of the pilot", 0, 10000},
 }};
 
-// The driver's own, its limits, and those of all drivers.
+// The parameters of a driver: its own, the limits of the vehicle and those of all drivers.
 template <std::size_t N>
 constexpr auto chassis_parameters(const std::array<ParameterInfo, N>& own,
                                   const ChassisDefaults& defaults) {
@@ -39,14 +39,14 @@ class ChassisDriver : public ChassisModule<Driver<ChassisData, Dialog>, ChassisC
   using Base = ChassisModule<Driver<ChassisData, Dialog>, ChassisControl>;
 
  public:
-  // A movement that is left out is lost: no samples.
+  // Each data set contains a movement, so subscribers must not skip any: no samples.
   explicit ChassisDriver(const ModuleInfo& info) : Base(info, {.history = 5, .samples = false}) {}
 
  protected:
   using Base::control_;
   using Base::control_mutex_;
 
-  // Steered vehicles do not.
+  // False for steered vehicles.
   [[nodiscard]] virtual bool turns_on_the_spot() const { return true; }
 
   void steer(const ChassisMoveData& wish) override { control_->move(wish, now()); }
@@ -70,7 +70,7 @@ class ChassisDriver : public ChassisModule<Driver<ChassisData, Dialog>, ChassisC
       const std::lock_guard lock(control_mutex_);
       control_.reset();
     }
-    Base::module_off();  // the vehicle is told to stand
+    Base::module_off();  // stops the vehicle
   }
 
   Result<void> module_loop() override {
@@ -88,7 +88,7 @@ class ChassisDriver : public ChassisModule<Driver<ChassisData, Dialog>, ChassisC
     if (!control_) return tims::kNever;
     this->dialogue().drive(control_->speed(now), now);
     if (control_->take_overdue())
-      this->log().warning("No MOVE of %n in time, stopped", control_->active_pilot());
+      this->log().warning("No MOVE from %n in time, stopped", control_->active_pilot());
     return control_->next_change();
   }
 
@@ -99,7 +99,7 @@ class ChassisDriver : public ChassisModule<Driver<ChassisData, Dialog>, ChassisC
   }
 
  private:
-  // So short a break needs nobody to say again who drives.
+  // After a break of at most this duration, the pilot need not be selected again.
   static constexpr tims::Duration kGoesOn = std::chrono::seconds(5);
 
   tims::Time failed_{};

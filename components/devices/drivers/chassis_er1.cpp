@@ -1,4 +1,4 @@
-// ChassisEr1: an Evolution Robotics ER1 at a serial line.
+// ChassisEr1: driver of an Evolution Robotics ER1 on a serial line.
 #include "components/devices/chassis/er1.h"
 #include "components/devices/drivers/chassis_driver.h"
 
@@ -7,13 +7,13 @@ namespace {
 
 constexpr auto kParameters = chassis_parameters(
     std::array<ParameterInfo, 7>{{
-        {"serialDev", "", "path of the serial line, as /dev/ttyUSB0"},
-        {"axisWidth", 380, "between the wheels, mm", 1, 1e5},
-        {"omegaMin", 15, "slowest turn on the spot, deg/s", 0, 3600},
-        {"velFactor", 764, "of the motion processors for 1 mm/s", 1, 1e6},
-        {"odoFactorA", 117, "what the wheels do, 1/100 of what they are told", 0, 1e6},
-        {"odoFactorB", 40, "less that, mm/s", 0, 1e6},
-        {"ticksPerMetre", 0, "of the processors' counters; 0: odometry by the two above", 0, 1e9},
+        {"serialDev", "", "path of the serial line, e.g. /dev/ttyUSB0"},
+        {"axisWidth", 380, "distance between the wheels [mm]", 1, 1e5},
+        {"omegaMin", 15, "slowest turn on the spot [deg/s]", 0, 3600},
+        {"velFactor", 764, "velocity units of the motion processors per mm/s", 1, 1e6},
+        {"odoFactorA", 117, "actual wheel speed relative to the commanded speed [%]", 0, 1e6},
+        {"odoFactorB", 40, "offset subtracted from the wheel speed [mm/s]", 0, 1e6},
+        {"ticksPerMetre", 0, "encoder ticks per metre; 0: odometry from odoFactorA and odoFactorB", 0, 1e9},
     }},
     ChassisDefaults{.vxMax = 1000,
                     .vxMin = 80,
@@ -31,8 +31,8 @@ constexpr auto kParameters = chassis_parameters(
 constexpr ModuleInfo kInfo{
     .program = "ChassisEr1",
     .purpose =
-        "An Evolution Robotics ER1 at a serial line. It would drive on when its driver "
-        "dies, so a guard beside the driver stops it.",
+        "An Evolution Robotics ER1 on a serial line. The robot has no watchdog: a guard "
+        "process stops it when the driver crashes.",
     .class_id = tims::class_id::kChassis,
     .parameters = kParameters,
 };
@@ -48,7 +48,7 @@ class ChassisEr1 : public ChassisDriver<Er1> {
     const std::string address = !text("device").empty() ? text("device")
                                 : path.empty()          ? ""
                                                         : "serial:" + path;
-    if (address.empty()) return refused("neither device nor serialDev says where the robot is");
+    if (address.empty()) return refused("device or serialDev must be set");
     const auto parsed = DeviceAddress::parse(address);
     if (!parsed) return parsed.error();
     return DeviceOptions{.address = *parsed, .baud = kBaud, .record = text("record")};

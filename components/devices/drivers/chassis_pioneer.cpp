@@ -1,4 +1,4 @@
-// ChassisPioneer: a Pioneer, or another robot that speaks P2OS, at a serial line.
+// ChassisPioneer: driver of a Pioneer, or another robot with P2OS, on a serial line.
 #include "components/devices/chassis/p2os.h"
 #include "components/devices/drivers/chassis_driver.h"
 #include "components/devices/drivers/relay.h"
@@ -8,21 +8,21 @@ namespace {
 
 constexpr auto kParameters = chassis_parameters(
     std::array<ParameterInfo, 7>{{
-        {"serialDev", 0, "0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM", 0, 299},
-        {"sonar", 0, "1: the sonars measure", 0, 1},
+        {"serialDev", 0, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
+        {"sonar", 0, "1: turn the sonars on", 0, 1},
         {"ladarSonarSys", 0, "system id of the Ladar that publishes the sonars", 0, kIdMax},
-        {"ladarSonarInst", -1, "its instance; -1: none", -1, kIdMax},
-        {"ticksPerMetre", 48500, "of the encoders; 128000 of a Pioneer 3-DX", 1, 1e6},
-        {"rotationWidth", 400, "between the wheels as they turn the robot, mm", 1, 1e5},
-        {"sonarScale", 268, "1/1000 mm for each unit of a sonar; 1000 of a Pioneer 3", 1, 1e6},
+        {"ladarSonarInst", -1, "instance of that component; -1: none", -1, kIdMax},
+        {"ticksPerMetre", 48500, "encoder ticks per metre; Pioneer 3-DX: 128000", 1, 1e6},
+        {"rotationWidth", 400, "effective distance between the wheels [mm]", 1, 1e5},
+        {"sonarScale", 268, "sonar unit [1/1000 mm]; Pioneer 3: 1000", 1, 1e6},
     }},
     ChassisDefaults{});
 
 constexpr ModuleInfo kInfo{
     .program = "ChassisPioneer",
     .purpose =
-        "A Pioneer 2 or 3, or another robot that speaks P2OS, at a serial line. It stops by "
-        "itself when it hears nothing for two seconds.",
+        "A Pioneer 2 or 3, or another robot with P2OS, on a serial line. The robot's watchdog "
+        "stops it after 2 s without a command.",
     .class_id = tims::class_id::kChassis,
     .parameters = kParameters,
 };

@@ -1,6 +1,6 @@
-// ChassisRobucar: an outdoor vehicle with four driven wheels and two steered axles, as the Robucar,
-// with CANopen drives. How the original's drives talked has never been published; these are drives
-// after CiA 402.
+// ChassisRobucar: driver of an outdoor vehicle with four driven wheels and two steered axles, as the
+// Robucar, with CANopen drives. The protocol of the original drives has never been published; this
+// driver uses CiA 402.
 #include "components/devices/drivers/cia402_chassis.h"
 
 namespace rack::device {
@@ -32,7 +32,7 @@ constexpr ModuleInfo kInfo{
     .program = "ChassisRobucar",
     .purpose =
         "An outdoor vehicle with four driven wheels and two steered axles, with CANopen "
-        "drives after CiA 402. They watch the driver's heartbeat: 0.2 s without it, and "
+        "drives (CiA 402). The drives monitor the driver's heartbeat: after 0.2 s without it "
         "they make a quick stop.",
     .class_id = tims::class_id::kChassis,
     .parameters = kParameters,

@@ -1,4 +1,4 @@
-// ChassisRoomba: an iRobot Roomba or Create 2 at a serial line.
+// ChassisRoomba: driver of an iRobot Roomba or Create 2 on a serial line.
 #include "components/devices/chassis/roomba.h"
 #include "components/devices/drivers/chassis_driver.h"
 #include "components/devices/drivers/relay.h"
@@ -9,16 +9,16 @@ namespace {
 
 constexpr auto kParameters = chassis_parameters(
     std::array<ParameterInfo, 10>{{
-        {"serialDev", 0, "0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM", 0, 299},
+        {"serialDev", 0, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
         {"model", 0, "0 Roomba (400), 1 Create 2, Roomba 600 and later", 0, 1},
         {"scan2dSys", 0, "system id of the Scan2d that publishes bumpers and cliffs", 0, kIdMax},
-        {"scan2dInst", -1, "its instance; -1: none", -1, kIdMax},
+        {"scan2dInst", -1, "instance of that component; -1: none", -1, kIdMax},
         {"ioSys", 0, "system id of the Io that publishes its sensors", 0, kIdMax},
-        {"ioInst", -1, "its instance; -1: none", -1, kIdMax},
-        {"motorMainBrush", 0, "1: turns", 0, 1},
-        {"motorVacuum", 0, "1: sucks", 0, 1},
-        {"motorSideBrush", 0, "1: turns", 0, 1},
-        {"startDocking", 0, "1: it seeks its dock by itself", 0, 1},
+        {"ioInst", -1, "instance of that component; -1: none", -1, kIdMax},
+        {"motorMainBrush", 0, "1: turn the brush on", 0, 1},
+        {"motorVacuum", 0, "1: turn the vacuum on", 0, 1},
+        {"motorSideBrush", 0, "1: turn the brush on", 0, 1},
+        {"startDocking", 0, "1: let the robot seek its dock", 0, 1},
     }},
     ChassisDefaults{.vxMax = 500,
                     .minTurningRadius = 100,
@@ -33,8 +33,8 @@ constexpr auto kParameters = chassis_parameters(
 constexpr ModuleInfo kInfo{
     .program = "ChassisRoomba",
     .purpose =
-        "An iRobot Roomba or Create 2 at a serial line. It would drive on when its driver "
-        "dies, so a guard beside the driver stops it.",
+        "An iRobot Roomba or Create 2 on a serial line. The robot has no watchdog: a guard "
+        "process stops it when the driver crashes.",
     .class_id = tims::class_id::kChassis,
     .parameters = kParameters,
 };

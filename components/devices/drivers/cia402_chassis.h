@@ -1,4 +1,4 @@
-// What vehicles with drives after CiA 402 share: Chassis402 and ChassisRobucar.
+// Base of the drivers of vehicles with CiA 402 drives: Chassis402 and ChassisRobucar.
 #pragma once
 
 #include "components/devices/drivers/can_chassis.h"
@@ -9,10 +9,10 @@ constexpr auto cia402_parameters(i32 steering) {
   return joined(
       can_chassis_parameters(steering),
       std::array<ParameterInfo, 3>{{
-          {"increments", 4096, "of a motor's encoder for a turn", 1, 1e9},
+          {"increments", 4096, "encoder increments per turn of the motor", 1, 1e9},
           {"velocityUnits", 0,
-           "of a drive for a turn each second; 60 where it is rpm; 0: increments", 0, 1e9},
-          {"quickStop", 2000, "deceleration of a quick stop, mm/s2", 1, 1e6},
+           "velocity units of the drive per turn/s; 60: rpm; 0: increments/s", 0, 1e9},
+          {"quickStop", 2000, "deceleration of a quick stop [mm/s2]", 1, 1e6},
       }});
 }
 
@@ -26,10 +26,10 @@ class Cia402Chassis : public CanChassis {
   [[nodiscard]] bool turns_on_the_spot() const override { return integer("steering") == 0; }
 
   Result<std::unique_ptr<Motor>> make_motor(std::uint8_t node, MotorTask task) const override {
-    if (node == 0) return refused("nodes=" + text("nodes") + ": 0 is no CANopen node");
+    if (node == 0) return refused("nodes=" + text("nodes") + ": 0 is not a CANopen node");
     const auto increments = static_cast<double>(integer("increments"));
     const auto units = static_cast<double>(integer("velocityUnits"));
-    // mm/s2 of the rim to rad/s2 of the shaft.
+    // Converts mm/s2 at the rim to rad/s2 at the shaft.
     const double gear = static_cast<double>(real("gearRatio")) /
                         static_cast<double>(std::max(integer("wheelRadius"), i32{1}));
     const auto ramp = [&](std::string_view name) {

@@ -1,4 +1,4 @@
-// What both programs for clocks that hear DCF77 are.
+// Base of the drivers of DCF77 radio clocks.
 #pragma once
 
 #include "components/devices/drivers/driver.h"
@@ -14,7 +14,7 @@ class ClockDcf77 : public Driver<ClockData, Dcf77> {
  protected:
   Result<std::unique_ptr<Dcf77>> make_dialogue() override {
     set_period(std::chrono::milliseconds(integer("periodTime")));
-    // A recording tells the time of another day.
+    // A recording contains the time of another day.
     clock_.start(integer("realtimeClockUpdate") != 0 && !is_recording(),
                  std::chrono::milliseconds(integer("realtimeClockUpdateTime")));
     return std::make_unique<Dcf77>(kind_);
@@ -36,10 +36,10 @@ class ClockDcf77 : public Driver<ClockData, Dcf77> {
 };
 
 inline constexpr std::array<ParameterInfo, 4> kClockParameters = {{
-    {"serialDev", 0, "0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM", 0, 299},
-    {"periodTime", 1000, "of its telegrams, ms", 100, 60000},
-    {"realtimeClockUpdate", 1, "1: sets the time of this host, which needs CAP_SYS_TIME", 0, 1},
-    {"realtimeClockUpdateTime", 60000, "how often, ms", 0},
+    {"serialDev", 0, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
+    {"periodTime", 1000, "period of the telegrams [ms]", 100, 60000},
+    {"realtimeClockUpdate", 1, "1: set the clock of this host, which needs CAP_SYS_TIME", 0, 1},
+    {"realtimeClockUpdateTime", 60000, "period of setting the clock [ms]", 0},
 }};
 
 }  // namespace rack::device

@@ -1,16 +1,16 @@
-// ClockDcf77EmcPro: a Gude EMC Professional, which hears DCF77.
+// ClockDcf77EmcPro: driver of a DCF77 radio clock Gude EMC Professional.
 #include "components/devices/drivers/clock_dcf77.h"
 
 namespace rack::device {
 namespace {
 
-constexpr std::uint32_t kBaud = 9600;  // it has no other
+constexpr std::uint32_t kBaud = 9600;  // fixed in the device
 
 constexpr auto kParameters = driver_parameters(kClockParameters);
 
 constexpr ModuleInfo kInfo{
     .program = "ClockDcf77EmcPro",
-    .purpose = "A radio clock Gude EMC Professional (DCF77) at a serial line.",
+    .purpose = "A DCF77 radio clock Gude EMC Professional on a serial line.",
     .class_id = tims::class_id::kClock,
     .parameters = kParameters,
 };

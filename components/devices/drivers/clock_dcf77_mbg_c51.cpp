@@ -1,4 +1,4 @@
-// ClockDcf77MbgC51: a Meinberg C51, which hears DCF77, or another clock with its telegram.
+// ClockDcf77MbgC51: driver of a DCF77 radio clock Meinberg C51, or another with its telegram.
 #include "components/devices/drivers/clock_dcf77.h"
 
 namespace rack::device {
@@ -6,12 +6,12 @@ namespace {
 
 constexpr auto kParameters =
     driver_parameters(joined(kClockParameters, std::array<ParameterInfo, 1>{{
-                                                   {"baudrate", 9600, "of the line", 300, 115200},
+                                                   {"baudrate", 9600, "baud rate of the line [bit/s]", 300, 115200},
                                                }}));
 
 constexpr ModuleInfo kInfo{
     .program = "ClockDcf77MbgC51",
-    .purpose = "A radio clock Meinberg C51 (DCF77), or another with its standard telegram.",
+    .purpose = "A DCF77 radio clock Meinberg C51, or another with its standard telegram.",
     .class_id = tims::class_id::kClock,
     .parameters = kParameters,
 };

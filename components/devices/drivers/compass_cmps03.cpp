@@ -1,4 +1,4 @@
-// CompassCmps03: a compass CMPS03 behind a board with a serial line.
+// CompassCmps03: driver of a CMPS03 compass behind a board with a serial line.
 #include "components/devices/drivers/driver.h"
 #include "components/devices/positioning/cmps03.h"
 
@@ -6,18 +6,18 @@ namespace rack::device {
 namespace {
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 6>{{
-    {"serialDev", 0, "0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM", 0, 299},
-    {"baudrate", 57600, "of the line", 1200, 4000000},
-    {"periodTime", 200, "of the board, ms", 10, 60000},
+    {"serialDev", 0, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
+    {"baudrate", 57600, "baud rate of the line [bit/s]", 1200, 4000000},
+    {"periodTime", 200, "period of the board [ms]", 10, 60000},
     at_once(
-        {"calibration", 0, "1: calibrates the compass in four directions, as the log says", 0, 1}),
-    at_once({"compassAligned", 0, "1: the compass looks where the log asks it to look", 0, 1}),
-    {"compassOffset", 0, "is added to what it says, deg", -360, 360},
+        {"calibration", 0, "1: calibrate the compass in four directions, guided by the log", 0, 1}),
+    at_once({"compassAligned", 0, "1: the compass points in the direction the log asks for", 0, 1}),
+    {"compassOffset", 0, "offset added to the heading [deg]", -360, 360},
 }});
 
 constexpr ModuleInfo kInfo{
     .program = "CompassCmps03",
-    .purpose = "A compass CMPS03 behind a board with a serial line.",
+    .purpose = "A CMPS03 compass behind a board with a serial line.",
     .class_id = tims::class_id::kCompass,
     .parameters = kParameters,
 };

@@ -1,15 +1,15 @@
-// What every driver is: a component whose data come out of a dialogue with a device.
+// Base of all drivers: a component that publishes the data of a device dialogue.
 //
 //   class Gps : public Driver<GpsData, GpsDialogue> {
 //     Result<DeviceOptions> device() const override;                    // by its parameters
 //     Result<std::unique_ptr<GpsDialogue>> make_dialogue() override;    // also set_period()
 //   };
 //
-// The dialogue tells by `bool take(Data&, Time& recorded)` that there are data, and when they were
-// measured; by `bool is_ready()` that data are to be expected: from then on three periods without
-// any are an error. An error turns the component off, and on again after errorTimeout: that is how
-// a device that was pulled out comes back. One that has broken() is asked how many telegrams were;
-// one that has serial_number(), whether this is the device that it was before.
+// The dialogue provides `bool take(Data&, Time& recorded)`, which returns the next data set and its
+// time of measurement, and `bool is_ready()`, which is true once the device sends data; from then
+// on, three periods without data are an error. An error turns the component off, and on again after
+// errorTimeout: this is how an unplugged device is used again. Optional members of a dialogue:
+// broken(), the number of invalid telegrams, and serial_number(), to detect a replaced device.
 #pragma once
 
 #include <algorithm>
@@ -31,20 +31,20 @@ namespace rack::device {
 // --- parameters of all drivers
 
 inline constexpr std::array<ParameterInfo, 4> kDriverParameters = {{
-    {"device", "", "where the device is, as tcp:192.168.0.1:2112; see timsctl device list"},
-    {"record", "", "file that what comes and goes is recorded in, for play: and replay"},
+    {"device", "", "address of the device, e.g. tcp:192.168.0.1:2112; see timsctl device list"},
+    {"record", "", "record received and sent data in this file, for play: and replay"},
     at_start({"replay", "",
-              "such a file, made data of again at once, without a router: are they the same?"}),
-    {"errorTimeout", 500, "after an error it is tried again, ms", 0, 60000},
+              "replay such a file without a router and compare the resulting data"}),
+    {"errorTimeout", 500, "pause before a retry after an error [ms]", 0, 60000},
 }};
 
-// Those and the driver's own.
+// The common parameters followed by those of the driver.
 template <std::size_t N>
 constexpr auto driver_parameters(const std::array<ParameterInfo, N>& own) {
   return joined(kDriverParameters, own);
 }
 
-// The wall-clock time of what was measured then: by the clock on the wall as it is set now.
+// The wall-clock time of a measurement, according to the current setting of the wall clock.
 inline TimeStamp time_stamp_of(tims::Time measured, tims::Time now, TimeStamp wall) {
   return wall - std::chrono::duration_cast<std::chrono::milliseconds>(now - measured);
 }
@@ -60,18 +60,18 @@ class Driver : public DataModule<Data> {
  protected:
   virtual Result<DeviceOptions> device() const = 0;
   virtual Result<std::unique_ptr<Dialog>> make_dialogue() = 0;
-  // Before each wait: what the dialogue shall do next. Returns when it wants to be asked again.
+  // Called before each wait to pass commands to the dialogue. Returns when to call it again.
   virtual tims::Time prepare(tims::Time /*now*/) { return tims::kNever; }
-  // Any task: prepare() is called now.
+  // Causes a call of prepare(); may be called by any task.
   void wake() {
     if (woken_) tims::os::signal_event_fd(woken_.get());
   }
-  // What the dialogue has for others, before the next piece comes from the device.
+  // Takes further results of the dialogue, for other components, before the next input.
   virtual void take_others() {}
-  // Of data that were just taken, before they are sent.
+  // Completes a data set before it is published.
   virtual Result<void> complete(Data& /*data*/) { return {}; }
 
-  // "device", or else what the original called `numbered`.
+  // The address given by parameter "device", or else by the original's parameter `numbered`.
   Result<DeviceOptions> device_by(std::string_view numbered,
                                   Result<DeviceAddress> (*by_number)(std::int32_t),
                                   std::uint32_t baud) const {
@@ -84,7 +84,7 @@ class Driver : public DataModule<Data> {
     return options;
   }
 
-  // At the component that NAMESys and NAMEInst say; -1: at none.
+  // Sets the target of a relay from the parameters NAMESys and NAMEInst; NAMEInst=-1: no target.
   template <class Other>
   void aim(Relay<Other>& relay, tims::Mailbox& work, std::uint32_t class_id,
            const std::string& name) const {
@@ -99,7 +99,7 @@ class Driver : public DataModule<Data> {
     return DataModule<Data>::module_init();
   }
 
-  // Anew, with what device() and make_dialogue() say now.
+  // Opens the device again with the current results of device() and make_dialogue().
   Result<void> open_device() {
     close_device();
     auto options = device();
@@ -123,7 +123,7 @@ class Driver : public DataModule<Data> {
 
   void module_off() override {
     if (device_ && broken() > 0 && !has_told_end_)
-      this->log().warning("%s: %d telegrams were broken since it was opened",
+      this->log().warning("%s: %d invalid telegrams since it was opened",
                           device_->description(), broken());
     close_device();
     dialogue_.reset();
@@ -142,7 +142,7 @@ class Driver : public DataModule<Data> {
   }
 
   [[nodiscard]] Dialog& dialogue() { return *dialogue_; }
-  // Nobody hears what is sent to this device.
+  // True if the device is a recording, which ignores output.
   [[nodiscard]] bool is_recording() const {
     const auto address = DeviceAddress::parse(this->text("device"));
     return address && address->kind == TransportKind::kPlayback;
@@ -163,7 +163,7 @@ class Driver : public DataModule<Data> {
     if (const auto event = device_->take_event()) this->log().warning("%s", *event);
   }
 
-  // All that the dialogue has ready is kept and sent.
+  // Publishes, and records if enabled, all data sets that the dialogue has ready.
   Result<void> take_all() {
     take_others();
     Data& data = this->get_local_buffer();
@@ -180,14 +180,14 @@ class Driver : public DataModule<Data> {
     return {};
   }
 
-  // As the device said it: nobody has added anything yet. Empty: it is none that can be sent.
+  // The encoded data of the device alone, without a wall-clock time. Empty if encoding fails.
   std::span<const std::byte> body_of(Data& data) {
     data.recordingTime = TimeStamp(0);
     const auto size = encode(data, std::span(made_));
     return std::span(made_).first(size ? *size : 0);
   }
 
-  // "replay": what this program makes now of what a device said then.
+  // Parameter "replay": processes a recording instead of a device.
   std::optional<Result<Module::Report>> run_alone() override {
     const std::string file = this->text("replay");
     if (file.empty()) return {};
@@ -209,15 +209,15 @@ class Driver : public DataModule<Data> {
         read_recording(file, [&](const CaptureRecord& record) { return replay.take(record); });
     if (!read) return read.error();
     if (replay.openings() == 0)
-      return this->refused(file + " does not say when a device was opened: it is none of --record");
+      return this->refused(file + " does not state when a device was opened: it was not written by --record");
     return Module::Report{.code = replay.is_same() ? ExitCode::kGood : ExitCode::kFailed,
                           .text = replay.report()};
   }
 
   Result<void> check_silence() {
     if (device_->is_over() && !std::exchange(has_told_end_, true))
-      this->log().print("%s is over: %d telegrams were broken", device_->description(), broken());
-    // A recording has the pauses that it has, and an end.
+      this->log().print("%s: end of the recording, %d invalid telegrams", device_->description(), broken());
+    // Pauses and the end of a recording are not errors.
     if (!dialogue_->is_ready() || device_->is_recording()) {
       heard_ = now();
       return {};
@@ -225,11 +225,11 @@ class Driver : public DataModule<Data> {
     const tims::Duration silence = now() - heard_;
     if (silence < std::max<tims::Duration>(3 * this->period(), kSilenceMin)) return {};
     const auto milliseconds = std::chrono::duration_cast<std::chrono::milliseconds>(silence);
-    return tims::Error(tims::Errc::kTimeout, device_->description() + " sends nothing, for " +
+    return tims::Error(tims::Errc::kTimeout, device_->description() + " has sent no data for " +
                                                  std::to_string(milliseconds.count()) + " ms");
   }
 
-  // Whoever is plugged in instead of another one is used, but that is said.
+  // A replaced device is used, but reported.
   void recognize() {
     if constexpr (requires { dialogue_->serial_number(); }) {
       std::string number = dialogue_->serial_number();
@@ -237,13 +237,13 @@ class Driver : public DataModule<Data> {
       if (serial_number_.empty())
         this->log().info("%s has the serial number %s", device_->description(), number);
       else
-        this->log().warning("%s is another device than before: serial number %s, not %s",
+        this->log().warning("%s is a different device: serial number %s, before %s",
                             device_->description(), number, serial_number_);
       serial_number_ = std::move(number);
     }
   }
 
-  // Of dialogues that count what was no telegram.
+  // Number of invalid telegrams, for dialogues that count them.
   [[nodiscard]] std::int64_t broken() const {
     if constexpr (requires { dialogue_->broken(); })
       return static_cast<std::int64_t>(dialogue_->broken());
@@ -254,11 +254,11 @@ class Driver : public DataModule<Data> {
   std::unique_ptr<Dialog> dialogue_;
   std::unique_ptr<Device> device_;
   tims::Time heard_{};
-  bool has_told_end_ = false;  // of a recording
+  bool has_told_end_ = false;  // the end of a recording was reported
   bool has_taken_ = false;
-  bool is_known_ = false;        // recognized, since it was opened
-  std::string serial_number_;    // of the last one, since this program was started
-  std::vector<std::byte> made_;  // while it is recorded or replayed
+  bool is_known_ = false;        // recognize() was called since the device was opened
+  std::string serial_number_;    // of the last device since this program started
+  std::vector<std::byte> made_;  // encoding buffer for recording and replay
 };
 
 }  // namespace rack::device

@@ -1,5 +1,5 @@
-// What all drivers of satellite receivers do with a fix: the pulse says when it was measured,
-// Position where that is in the robot's world, and who needs the time gets it.
+// Base of all drivers of satellite receivers. For each fix: takes the time of measurement from the
+// pulse per second, requests robot coordinates from Position, and relays the time.
 #pragma once
 
 #include <algorithm>
@@ -17,21 +17,21 @@
 namespace rack::device {
 
 inline constexpr std::array<ParameterInfo, 9> kGpsParameters = {{
-    {"positionSys", 0, "system id of the Position that makes robot coordinates of places", 0,
+    {"positionSys", 0, "system id of the Position that converts to robot coordinates", 0,
      kIdMax},
-    {"positionInst", 0, "its instance; -1: none", -1, kIdMax},
+    {"positionInst", 0, "instance of that component; -1: none", -1, kIdMax},
     {"positionUpdate", 0,
-     "1: Position is told where it is by fixes, weighed by how sure it and they are", 0, 1},
-    {"clockRelaySys", 0, "system id of the clock relay that gets the time", 0, kIdMax},
-    {"clockRelayInst", -1, "its instance; -1: none", -1, kIdMax},
-    {"realtimeClockUpdate", 0, "1: sets the time of this host, which needs CAP_SYS_TIME", 0, 1},
-    {"realtimeClockUpdateTime", 60000, "how often, ms", 0},
-    {"enablePPSTiming", 1, "1: fixes are stamped by the pulse of each second, if the kernel has it",
+     "1: update Position with fixes, weighted by both variances", 0, 1},
+    {"clockRelaySys", 0, "system id of the clock relay that receives the time", 0, kIdMax},
+    {"clockRelayInst", -1, "instance of that component; -1: none", -1, kIdMax},
+    {"realtimeClockUpdate", 0, "1: set the clock of this host, which needs CAP_SYS_TIME", 0, 1},
+    {"realtimeClockUpdateTime", 60000, "period of setting the clock [ms]", 0},
+    {"enablePPSTiming", 1, "1: time-stamp fixes by the pulse per second, if the kernel provides it",
      0, 1},
-    {"pps", "", "the kernel's pulse, as /dev/pps0; empty: that of the serial line"},
+    {"pps", "", "PPS device, e.g. /dev/pps0; empty: that of the serial line"},
 }};
 
-// `Dialog`: of NmeaReceiver's form.
+// `Dialog` must have the interface of NmeaReceiver.
 template <class Dialog>
 class GpsDriver : public Driver<GpsData, Dialog> {
  public:
@@ -44,7 +44,7 @@ class GpsDriver : public Driver<GpsData, Dialog> {
   }
 
   Result<void> module_on() override {
-    // A recording tells the time of another day.
+    // A recording contains the time of another day.
     clock_.start(this->integer("realtimeClockUpdate") != 0 && !this->is_recording(),
                  std::chrono::milliseconds(this->integer("realtimeClockUpdateTime")));
     position_.reset();
@@ -72,7 +72,7 @@ class GpsDriver : public Driver<GpsData, Dialog> {
   }
 
  private:
-  // The pulse is seen by the wall clock, which may be set at any time: only the age of it counts.
+  // The kernel stamps pulses with the wall clock, which may be set at any time: use only their age.
   bool take_pulse(const GpsMoment& moment, tims::Time& measured) const {
     if (!pulse_ || !moment.utc) return false;
     const auto pulse = pulse_->last();
@@ -92,7 +92,7 @@ class GpsDriver : public Driver<GpsData, Dialog> {
     const auto updated = clock_.update(*moment.utc, measured, now());
     if (!updated) this->log().warning("%s", updated.error().detail());
     if (updated && *updated) data.recordingTime = time_stamp_of(measured);
-    constexpr i32 kDeviation = 300;  // ms, of what a receiver needs until it sends
+    constexpr i32 kDeviation = 300;  // ms, standard deviation of the delay until a receiver sends
     constexpr i32 kCentury = 100;
     ClockData clock = clock::clock_of(std::chrono::floor<std::chrono::seconds>(*moment.utc));
     clock.year = clock.year % kCentury;
@@ -102,7 +102,7 @@ class GpsDriver : public Driver<GpsData, Dialog> {
     relay_.send(*work_, clock);
   }
 
-  // While Position is not there, it is asked every few seconds only.
+  // While Position does not answer, requests are limited to one every few seconds.
   void ask_position(GpsData& data) {
     constexpr tims::Duration kPause = std::chrono::seconds(5);
     if (!position_ || data.mode == gps_mode::kInvalid) return;
@@ -119,13 +119,14 @@ class GpsDriver : public Driver<GpsData, Dialog> {
     }
     if (!position_asked_)
       this->log().warning(
-          "%s; places have no robot coordinates until it answers (positionInst=-1: "
-          "none are wanted)",
+          "%s; fixes have no robot coordinates until Position answers (positionInst=-1 turns "
+          "them off)",
           position.error().message());
     position_asked_ = now();
   }
 
-  // A course says where the robot heads only while it moves. Position may not know that time.
+  // The course equals the heading only while the robot moves. Position may have no data for that
+  // time.
   void tell_position(const GpsData& data) {
     constexpr i32 kMoves = 1000;  // mm/s
     const auto known = position_->get_data(data.recordingTime);
@@ -150,12 +151,12 @@ class GpsDriver : public Driver<GpsData, Dialog> {
     if (opened)
       pulse_.emplace(std::move(*opened));
     else
-      this->log().warning("%s; fixes are stamped when they arrive", opened.error().message());
+      this->log().warning("%s; fixes are time-stamped at their arrival", opened.error().message());
   }
 
   tims::Mailbox* work_ = nullptr;
   std::optional<PositionProxy> position_;
-  std::optional<tims::Time> position_asked_;  // in vain
+  std::optional<tims::Time> position_asked_;  // last request without an answer
   Relay<ClockData> relay_;
   HostClock clock_;
   std::optional<Pulse> pulse_;

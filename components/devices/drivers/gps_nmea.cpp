@@ -1,4 +1,4 @@
-// GpsNmea: a satellite receiver that talks NMEA 0183.
+// GpsNmea: driver of a satellite receiver with NMEA 0183.
 #include <numbers>
 
 #include "components/devices/drivers/gps_driver.h"
@@ -9,22 +9,22 @@ namespace {
 
 constexpr auto kParameters = driver_parameters(joined(
     std::array<ParameterInfo, 10>{{
-        {"serialDev", 0, "0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM", 0, 299},
-        {"baudrate", 4800, "of the line", 1200, 4000000},
-        {"periodTime", 1000, "of the receiver, ms", 10, 60000},
-        {"trigMsgStart", 0, "sentence that begins a data set: 0 RMC, 1 GGA, 2 GSA, 3 VTG", 0, 3},
-        {"trigMsgEnd", 0, "sentence that ends it: 0 RMC, 1 GGA, 2 GSA, 3 VTG", 0, 3},
-        {"sdXYMax", 50000, "standard deviation with 4 satellites, mm", 0},
-        {"sdXYMin", 10000, "standard deviation with 12 satellites and more, mm", 0},
-        {"sdZMax", 100000, "of the height, with 4 satellites, mm", 0},
-        {"sdZMin", 20000, "of the height, with 12 satellites and more, mm", 0},
-        {"sdRho", 20, "standard deviation of the heading, deg", 0, 180},
+        {"serialDev", 0, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
+        {"baudrate", 4800, "baud rate of the line [bit/s]", 1200, 4000000},
+        {"periodTime", 1000, "period of the receiver [ms]", 10, 60000},
+        {"trigMsgStart", 0, "first sentence of a data set: 0 RMC, 1 GGA, 2 GSA, 3 VTG", 0, 3},
+        {"trigMsgEnd", 0, "last sentence of a data set: 0 RMC, 1 GGA, 2 GSA, 3 VTG", 0, 3},
+        {"sdXYMax", 50000, "standard deviation of the position with 4 satellites [mm]", 0},
+        {"sdXYMin", 10000, "standard deviation of the position with 12 or more satellites [mm]", 0},
+        {"sdZMax", 100000, "standard deviation of the height with 4 satellites [mm]", 0},
+        {"sdZMin", 20000, "standard deviation of the height with 12 or more satellites [mm]", 0},
+        {"sdRho", 20, "standard deviation of the heading [deg]", 0, 180},
     }},
     kGpsParameters));
 
 constexpr ModuleInfo kInfo{
     .program = "GpsNmea",
-    .purpose = "A satellite receiver that talks NMEA 0183, at a serial line or elsewhere.",
+    .purpose = "A satellite receiver with NMEA 0183, on a serial line or the network.",
     .class_id = tims::class_id::kGps,
     .parameters = kParameters,
 };

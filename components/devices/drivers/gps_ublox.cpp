@@ -1,4 +1,4 @@
-// GpsUblox: a u-blox receiver, by UBX beside NMEA.
+// GpsUblox: driver of a u-blox receiver with UBX in addition to NMEA.
 #include "components/devices/drivers/gps_driver.h"
 #include "components/devices/positioning/ublox.h"
 
@@ -7,16 +7,16 @@ namespace {
 
 constexpr auto kParameters = driver_parameters(
     joined(std::array<ParameterInfo, 3>{{
-               {"serialDev", 0, "0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM", 0, 299},
-               {"baudrate", 0, "that the receiver is brought to; 0: as it is found", 0, 921600},
+               {"serialDev", 0, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
+               {"baudrate", 0, "baud rate to set in the receiver [bit/s]; 0: keep the current one", 0, 921600},
                {"periodTime", 1000,
-                "of fixes, ms; beside NMEA each takes 600 bytes: 200 needs 57600 baud", 25, 60000},
+                "period of fixes [ms]; a fix with NMEA is 600 bytes: 200 needs 57600 baud", 25, 60000},
            }},
            kGpsParameters));
 
 constexpr ModuleInfo kInfo{
     .program = "GpsUblox",
-    .purpose = "A satellite receiver of u-blox (generations 7 to 10), by UBX beside NMEA.",
+    .purpose = "A u-blox satellite receiver (generations 7 to 10) with UBX in addition to NMEA.",
     .class_id = tims::class_id::kGps,
     .parameters = kParameters,
 };
@@ -27,7 +27,7 @@ class GpsUblox : public GpsDriver<Ublox> {
 
  private:
   Result<DeviceOptions> device() const override {
-    constexpr std::uint32_t kFirst = 38400;  // it is looked for
+    constexpr std::uint32_t kFirst = 38400;  // first rate tried by the search
     return device_by("serialDev", serial_device, kFirst);
   }
 

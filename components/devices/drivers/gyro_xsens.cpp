@@ -1,4 +1,4 @@
-// GyroXsens: an inertial measurement unit Xsens MTi or MTx.
+// GyroXsens: driver of an Xsens MTi or MTx inertial measurement unit.
 #include "components/devices/drivers/driver.h"
 #include "components/devices/positioning/xsens.h"
 
@@ -6,18 +6,18 @@ namespace rack::device {
 namespace {
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 5>{{
-    {"serialDev", 0, "0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM", 0, 299},
-    {"baudrate", 115200, "of the line", 9600, 4000000},
-    {"periodTime", 10, "of the data, ms", 5, 1000},
+    {"serialDev", 0, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
+    {"baudrate", 115200, "baud rate of the line [bit/s]", 9600, 4000000},
+    {"periodTime", 10, "period of the data [ms]", 5, 1000},
     {"mounting", 0,
-     "0 as the original: what the device says; 1 label up, 2 label down: angles of the robot", 0,
+     "0: angles of the device, as the original; angles of the robot: 1 label up, 2 label down", 0,
      2},
-    {"serialNumber", "", "of the only device that will do, its id in hex; empty: any"},
+    {"serialNumber", "", "required device id, hexadecimal; empty: any"},
 }});
 
 constexpr ModuleInfo kInfo{
     .program = "GyroXsens",
-    .purpose = "An inertial measurement unit Xsens MTi or MTx: MTData and MTData2.",
+    .purpose = "An Xsens MTi or MTx inertial measurement unit: MTData and MTData2.",
     .class_id = tims::class_id::kGyro,
     .parameters = kParameters,
 };

@@ -42,15 +42,15 @@ tims::Result<bool> HostClock::update(Duration utc, tims::Time measured, tims::Ti
     const auto days = std::chrono::duration_cast<std::chrono::days>(ahead).count();
     return tims::Error(tims::Errc::kInvalidArgument,
                        "the device's time is " + std::to_string(days) +
-                           " days behind this host's: the clock is not set back that far; whose "
-                           "date is wrong?");
+                           " days behind this host's: the clock is not set back by more than a "
+                           "day; check the date of host and device");
   }
   const bool is_slow = change == ClockChange::kSlowly;
   if (!(is_slow ? slew(-ahead) : step(time))) {
     is_wanted_ = false;
     return tims::Error(tims::Errc::kSystem,
                        std::string("cannot set the time of this host: ") + std::strerror(errno) +
-                           "; it needs CAP_SYS_TIME, or realtimeClockUpdate=0");
+                           "; grant CAP_SYS_TIME, or set realtimeClockUpdate=0");
   }
   updated_ = now;
   return !is_slow;

@@ -1,4 +1,4 @@
-// The clock of this host, set by a device that knows the time: realtimeClockUpdate.
+// Sets the clock of this host from a device with a time source: parameter realtimeClockUpdate.
 #pragma once
 
 #include <chrono>
@@ -10,11 +10,12 @@
 
 namespace rack::device {
 
-// What is to be done about a clock that is `ahead` of the device's time by so much.
+// How to correct a clock.
 enum class ClockChange : std::uint8_t { kSlowly, kAtOnce, kRefused };
 
-// Back by more than a day it is the device that errs: receivers whose count of weeks has begun anew
-// are 19 years behind, and what is emulated may be of any day.
+// `ahead`: host clock minus device time. If setting it back by more than a day were required, the
+// device is assumed to be wrong: after a rollover of the GPS week number, receivers are 19 years
+// behind, and emulated devices may report any day.
 constexpr ClockChange clock_change(tims::Duration ahead) {
   if (ahead > std::chrono::hours(24)) return ClockChange::kRefused;
   const bool is_near = std::chrono::abs(ahead) < std::chrono::milliseconds(100);
@@ -29,10 +30,10 @@ class HostClock {
     updated_.reset();
   }
 
-  // It was `utc` (since 1970) at `measured`. True: the clock was set, so that time stamps from
-  // before are of another time. Small differences are made up for slowly, without a jump. An error
-  // comes once: without CAP_SYS_TIME, or with a device of another time, there is no use in trying
-  // again.
+  // The device reported `utc` (since 1970) for time `measured`. Returns true if the clock was set in
+  // one step, which invalidates earlier time stamps. Small differences are corrected gradually. An
+  // error is returned once only: without CAP_SYS_TIME, or with a wrong device time, further attempts
+  // would fail too.
   tims::Result<bool> update(tims::Duration utc, tims::Time measured, tims::Time now);
 
  private:

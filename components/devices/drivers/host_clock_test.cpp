@@ -14,7 +14,7 @@ TEST(HostClockTest, SmallDifferencesWithoutAJumpLargeOnesForward) {
   EXPECT_EQ(clock_change(-99ms), ClockChange::kSlowly);
   EXPECT_EQ(clock_change(99ms), ClockChange::kSlowly);
   EXPECT_EQ(clock_change(101ms), ClockChange::kAtOnce);
-  EXPECT_EQ(clock_change(-24h * 365 * 50), ClockChange::kAtOnce);  // a board that begins in 1970
+  EXPECT_EQ(clock_change(-24h * 365 * 50), ClockChange::kAtOnce);  // a host that starts in 1970
 }
 
 TEST(HostClockTest, NotBackByMoreThanADay) {
@@ -23,7 +23,8 @@ TEST(HostClockTest, NotBackByMoreThanADay) {
   EXPECT_EQ(clock_change(24h * 7 * 1024), ClockChange::kRefused);
 }
 
-// What was measured 20 ms ago is 20 ms old by the clock as it is set now, whenever it was set.
+// A measurement 20 ms ago has a time stamp 20 ms before the current wall clock, even if that clock
+// was set in between.
 TEST(TimeStampTest, FollowsTheClockOnTheWall) {
   const tims::Time measured(500s);
   for (const auto wall : {std::chrono::milliseconds(5h), std::chrono::milliseconds(2h)})
@@ -31,7 +32,7 @@ TEST(TimeStampTest, FollowsTheClockOnTheWall) {
               TimeStamp::of(wall - 20ms));
 }
 
-// Nobody wants it: the clock of the host that tests is not touched.
+// Not enabled: the clock of the test host must not change.
 TEST(HostClockTest, IsLeftAloneUnlessItIsWanted) {
   HostClock clock;
   clock.start(false, 1s);

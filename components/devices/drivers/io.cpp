@@ -1,4 +1,4 @@
-// Io: inputs and outputs of the computer itself, or of a board.
+// Io: driver of digital and analog I/O of the computer or of a board.
 #include <mutex>
 #include <vector>
 
@@ -10,18 +10,18 @@ namespace rack::device {
 namespace {
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 7>{{
-    {"serialDev", 200, "board: 0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM", 0, 299},
-    {"baudrate", 57600, "of the board's Firmata", 9600, 1000000},
-    {"periodTime", 100, "at least so often; what changes is told at once, ms", 20, 5000},
-    {"inputs", "", "pins of the board, as 2,3,4; of gpio: the address says them (in=)"},
-    {"outputs", "", "pins of the board, as 12,13; of gpio: the address says them (out=)"},
-    {"analogInputs", "", "analog inputs of the board, as 0,1"},
-    {"pullUp", 0, "1: inputs of the board that nothing drives are high", 0, 1},
+    {"serialDev", 200, "serial device of the board: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
+    {"baudrate", 57600, "baud rate of the board's Firmata [bit/s]", 9600, 1000000},
+    {"periodTime", 100, "maximum period [ms]; changes are reported at once", 20, 5000},
+    {"inputs", "", "pins of the board, e.g. 2,3,4; for gpio: use option in= of the address"},
+    {"outputs", "", "pins of the board, e.g. 12,13; for gpio: use option out= of the address"},
+    {"analogInputs", "", "analog inputs of the board, e.g. 0,1"},
+    {"pullUp", 0, "1: enable the pull-up resistors of the board's inputs", 0, 1},
 }});
 
 constexpr ModuleInfo kInfo{
     .program = "Io",
-    .purpose = "Inputs and outputs: pins of the computer (gpio:), or of a board with Firmata.",
+    .purpose = "Digital and analog I/O: pins of the computer (gpio:) or of a board with Firmata.",
     .class_id = tims::class_id::kIo,
     .parameters = kParameters,
 };
@@ -36,7 +36,8 @@ Result<std::vector<std::uint16_t>> pins_of(std::string_view list, std::string_vi
     if (!pin || *pin > most)
       return tims::Error(
           tims::Errc::kInvalidArgument,
-          std::string(name) + " are numbers from 0 to " + std::to_string(most) + ", as 2,3");
+          std::string(name) + " must be numbers from 0 to " + std::to_string(most) +
+              "; example: 2,3");
     pins.push_back(*pin);
   }
   return pins;
@@ -88,7 +89,7 @@ class Io : public Driver<IoData, IoLines> {
     if (message.header.type != IoType::kSetData) return Driver::module_command(message);
     const auto wish = decode<IoData>(message);
     if (!wish) return wish.error();
-    if (!is_on()) return refused("it is off");
+    if (!is_on()) return refused("the component is off");
     {
       const std::lock_guard lock(wish_mutex_);
       if (wish->values.size() != outputs_)

@@ -1,4 +1,4 @@
-// What the programs for Hokuyo's range finders have in common: all but where the scanner is.
+// Base of the drivers of Hokuyo range finders: everything except the address of the scanner.
 #pragma once
 
 #include <numbers>
@@ -8,17 +8,17 @@
 
 namespace rack::device {
 
-inline constexpr std::int32_t kHokuyoStartAngle = 120;  // what the original assumes, deg
+inline constexpr std::int32_t kHokuyoStartAngle = 120;  // deg, default of the original
 
 inline constexpr std::array<ParameterInfo, 6> kHokuyoParameters = {{
-    {"start", 44, "first step that is measured", 0, 9999},
-    {"end", 725, "last step that is measured", 0, 9999},
-    {"cluster", 3, "steps that become one point", 1, 99},
+    {"start", 44, "first measured step", 0, 9999},
+    {"end", 725, "last measured step", 0, 9999},
+    {"cluster", 3, "steps combined into one point", 1, 99},
     {"startAngle", kHokuyoStartAngle,
-     "where the first step looks, deg to the right; 120: as a scanner of SCIP 2 says itself", -360,
+     "angle of the first step to the right [deg]; 120: as reported by a SCIP 2 scanner", -360,
      360},
-    {"intensity", 0, "1: also how much light came back (not all scanners know)", 0, 1},
-    {"serialNumber", "", "of the only scanner that will do; empty: any"},
+    {"intensity", 0, "1: also measure intensities (not supported by all scanners)", 0, 1},
+    {"serialNumber", "", "required serial number of the scanner; empty: any"},
 }};
 
 template <std::size_t N>
@@ -33,7 +33,7 @@ class LadarHokuyo : public Driver<LadarData, Hokuyo> {
  protected:
   static constexpr std::uint32_t kBaud = 115200;
 
-  // By which number the original names the device, and what the number means.
+  // The address for a number of the original's parameter serialDev.
   [[nodiscard]] virtual Result<DeviceAddress> numbered(std::int32_t number) const = 0;
 
  private:

@@ -1,17 +1,17 @@
-// LadarHokuyoUrg: a Hokuyo URG, UBG, UTM, UST at a serial line, USB (device=serial:/dev/ttyACM0) or
-// the network (device=tcp:192.168.0.10:10940).
+// LadarHokuyoUrg: driver of a Hokuyo URG, UBG, UTM or UST on a serial line, USB
+// (device=serial:/dev/ttyACM0) or the network (device=tcp:192.168.0.10:10940).
 #include "components/devices/drivers/ladar_hokuyo.h"
 
 namespace rack::device {
 namespace {
 
 constexpr auto kParameters = hokuyo_parameters(std::array<ParameterInfo, 1>{{
-    {"serialDev", 0, "0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM", 0, 299},
+    {"serialDev", 0, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
 }});
 
 constexpr ModuleInfo kInfo{
     .program = "LadarHokuyoUrg",
-    .purpose = "A laser range finder of Hokuyo at a serial line, USB or the network.",
+    .purpose = "A Hokuyo laser range finder on a serial line, USB or the network.",
     .class_id = tims::class_id::kLadar,
     .parameters = kParameters,
 };

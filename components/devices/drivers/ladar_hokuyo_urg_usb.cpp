@@ -1,18 +1,18 @@
-// LadarHokuyoUrgUsb: a Hokuyo URG at USB, whose numbers are those of ttyACM.
+// LadarHokuyoUrgUsb: driver of a Hokuyo URG on USB; serialDev numbers /dev/ttyACM devices.
 #include "components/devices/drivers/ladar_hokuyo.h"
 
 namespace rack::device {
 namespace {
 
-constexpr std::int32_t kFirstUsb = 200;  // as serial_device() counts
+constexpr std::int32_t kFirstUsb = 200;  // number of ttyACM0 for serial_device()
 
 constexpr auto kParameters = hokuyo_parameters(std::array<ParameterInfo, 1>{{
-    {"serialDev", 0, "N of /dev/ttyACMN", 0, 99},
+    {"serialDev", 0, "number N of /dev/ttyACMN", 0, 99},
 }});
 
 constexpr ModuleInfo kInfo{
     .program = "LadarHokuyoUrgUsb",
-    .purpose = "A laser range finder of Hokuyo at USB.",
+    .purpose = "A Hokuyo laser range finder on USB.",
     .class_id = tims::class_id::kLadar,
     .parameters = kParameters,
 };

@@ -1,4 +1,5 @@
-// LadarIbeo: an Ibeo LD-A at a CAN interface of 1 Mbit/s. Each sector of a turn is a scan.
+// LadarIbeo: driver of an Ibeo LD-A at a CAN interface with 1 Mbit/s. Each sector of a turn is
+// published as one scan.
 #include "components/devices/drivers/driver.h"
 #include "components/devices/scanners/ibeo.h"
 
@@ -6,13 +7,13 @@ namespace rack::device {
 namespace {
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 2>{{
-    {"canDev", 0, "N of canN", 0, 99},
-    {"sensorId", 1, "of the scanner, as it was configured", 1, 254},
+    {"canDev", 0, "number N of the CAN interface canN", 0, 99},
+    {"sensorId", 1, "id of the scanner, as configured", 1, 254},
 }});
 
 constexpr ModuleInfo kInfo{
     .program = "LadarIbeo",
-    .purpose = "A laser range finder Ibeo LD-A at a CAN interface.",
+    .purpose = "An Ibeo LD-A laser range finder at a CAN interface.",
     .class_id = tims::class_id::kLadar,
     .parameters = kParameters,
 };

@@ -1,5 +1,5 @@
-// LadarIbeoLux: an Ibeo Lux in the network. Its points are the data; what it takes for objects goes
-// to up to two ObjRecogRelayLadar, boxes to the one, contours to the other.
+// LadarIbeoLux: driver of an Ibeo Lux on the network. It publishes the points and sends recognised
+// objects to up to two ObjRecogRelayLadar: bounding boxes to one, contours to the other.
 #include <optional>
 
 #include "components/devices/drivers/driver.h"
@@ -12,21 +12,21 @@ namespace {
 constexpr std::int32_t kPort = 12002;
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 10>{{
-    {"ladarIp", "", "where the scanner is: name or number; not needed with device="},
-    {"ladarPort", kPort, "its TCP port", 1, 65535},
+    {"ladarIp", "", "host name or IP address of the scanner; not needed with device="},
+    {"ladarPort", kPort, "TCP port of the scanner", 1, 65535},
     {"positionSys", 0, "system id of the position", 0, kIdMax},
     {"positionInst", -1, "instance of the position, for refPos of objects; -1: none", -1, kIdMax},
     {"objRecogBoundSys", 0, "system id of the relay for boxes", 0, kIdMax},
     {"objRecogBoundInst", -1, "instance of the relay for boxes; -1: none", -1, kIdMax},
     {"objRecogContourSys", 0, "system id of the relay for contours", 0, kIdMax},
     {"objRecogContourInst", -1, "instance of the relay for contours; -1: none", -1, kIdMax},
-    {"distanceFilter", 0, "1: at each angle of a layer only the nearest object", 0, 1},
-    {"velocityMode", 0, "of objects: 0 relative to the scanner, 1 over ground", 0, 1},
+    {"distanceFilter", 0, "1: keep only the nearest object at each angle of a layer", 0, 1},
+    {"velocityMode", 0, "velocity of objects: 0 relative to the scanner, 1 over ground", 0, 1},
 }});
 
 constexpr ModuleInfo kInfo{
     .program = "LadarIbeoLux",
-    .purpose = "A laser range finder Ibeo Lux in the network.",
+    .purpose = "An Ibeo Lux laser range finder on the network.",
     .class_id = tims::class_id::kLadar,
     .parameters = kParameters,
 };
@@ -49,7 +49,7 @@ class LadarIbeoLux final : public Driver<LadarData, IbeoLux> {
     DeviceOptions options{.baud = 0, .record = text("record")};
     std::string address = text("device");
     if (address.empty()) {
-      if (text("ladarIp").empty()) return refused("ladarIp or device must be said");
+      if (text("ladarIp").empty()) return refused("ladarIp or device must be set");
       address = "tcp:" + text("ladarIp") + ":" + std::to_string(integer("ladarPort"));
     }
     const auto parsed = DeviceAddress::parse(address);
@@ -81,7 +81,7 @@ class LadarIbeoLux final : public Driver<LadarData, IbeoLux> {
     Driver::module_off();
   }
 
-  // A relay can be turned on when it has something to relay.
+  // A relay can only be turned on after it has received data: sends an empty list first.
   Result<void> turn_on(const std::string& name, std::optional<ObjRecogProxy>& relay) {
     relay.reset();
     if (integer(name + "Inst") < 0) return {};
@@ -92,7 +92,8 @@ class LadarIbeoLux final : public Driver<LadarData, IbeoLux> {
     return relay->on();
   }
 
-  // To its first mailbox, as the original does. Who is not there gets the next ones.
+  // Sends to the first mailbox of the relay, as in the original. If the relay is not running, the
+  // message is lost.
   void send(const ObjRecogProxy& relay, const ObjRecogData& objects) {
     const auto size = encode(objects, bytes_);
     if (!size) return;
@@ -104,7 +105,7 @@ class LadarIbeoLux final : public Driver<LadarData, IbeoLux> {
     (void)work_->send(envelope, std::span<const std::byte>(bytes_).first(*size));
   }
 
-  // Objects come beside the scan they were made of.
+  // Objects are sent together with the scan from which they were derived.
   Result<void> complete(LadarData&) override {
     tims::Time recorded{};
     if (!dialogue().take_objects(boxes_, contours_, recorded)) return {};

@@ -1,5 +1,5 @@
-// LadarRplidar: the turning range finders of small robots, Slamtec RPLIDAR A, S, C and LDROBOT
-// LD06, LD19.
+// LadarRplidar: driver of the rotating range finders of small robots, Slamtec RPLIDAR A, S, C and
+// LDROBOT LD06, LD19.
 #include "components/devices/drivers/driver.h"
 #include "components/devices/scanners/ld19.h"
 #include "components/devices/scanners/rplidar.h"
@@ -12,19 +12,19 @@ constexpr std::uint32_t kBaudOfRplidar = 115200;
 constexpr std::uint32_t kBaudOfLd19 = 230400;
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 7>{{
-    {"serialDev", 100, "0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM", 0, 299},
+    {"serialDev", 100, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
     {"model", kRplidar, "rplidar (A, S, C series), ld06 or ld19 (also STL-19P)"},
-    {"baudrate", 0, "115200 A1 A2, 256000 A3 S1, 460800 C1, 1000000 S2 S3; 0: is found out", 0,
+    {"baudrate", 0, "115200 A1 A2, 256000 A3 S1, 460800 C1, 1000000 S2 S3; 0: detect", 0,
      2000000},
-    {"scanMode", 0, "0: the best the scanner has; 1: single points, which all of them know", 0, 1},
-    {"turnsPerMinute", 0, "of C and S series; 0: as the scanner likes", 0, 1200},
-    {"periodTime", 100, "of a turn, ms", 10, 1000},
-    {"serialNumber", "", "of the only scanner that will do, 32 hex digits; empty: any"},
+    {"scanMode", 0, "0: best mode of the scanner; 1: single points, supported by all", 0, 1},
+    {"turnsPerMinute", 0, "speed of C and S series [1/min]; 0: default of the scanner", 0, 1200},
+    {"periodTime", 100, "period of a turn [ms]", 10, 1000},
+    {"serialNumber", "", "required serial number of the scanner, 32 hex digits; empty: any"},
 }});
 
 constexpr ModuleInfo kInfo{
     .program = "LadarRplidar",
-    .purpose = "A turning laser range finder: RPLIDAR A, S, C series, LD06, LD19.",
+    .purpose = "A rotating laser range finder: RPLIDAR A, S, C series, LD06, LD19.",
     .class_id = tims::class_id::kLadar,
     .parameters = kParameters,
 };
@@ -64,11 +64,11 @@ class LadarRplidar final : public Driver<LadarData, TurningLadar> {
     }
     if (model == "ld06" || model == "ld19") {
       if (!text("serialNumber").empty())
-        return refused("an " + model + " tells no serial number: serialNumber must be empty");
+        return refused("an " + model + " reports no serial number: serialNumber must be empty");
       const Ld19Settings settings{.baud = rate, .only_listen = is_recording()};
       return Made(std::make_unique<Ld19>(settings));
     }
-    return refused("model is rplidar, ld06 or ld19, not " + model);
+    return refused("model must be rplidar, ld06 or ld19, not " + model);
   }
 };
 

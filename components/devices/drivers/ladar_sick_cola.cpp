@@ -1,20 +1,20 @@
-// LadarSickCola: a SICK LMS1xx, LMS5xx, TiM or MRS1000, by CoLa over TCP.
+// LadarSickCola: driver of a SICK LMS1xx, LMS5xx, TiM or MRS1000 with CoLa over TCP.
 #include "components/devices/drivers/sick_cola_ladar.h"
 
 namespace rack::device {
 namespace {
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 5>{{
-    {"protocol", 0, "0 what the scanner answers in, 1 CoLa A (ASCII), 2 CoLa B (binary)", 0, 2},
-    {"periodTime", 20, "of its scans, ms: LMS1xx 20 or 40, LMS5xx 10 to 40, TiM 67", 1, 1000},
-    {"maxRange", 20000, "of the scanner, mm: LMS1xx 20000, LMS5xx 80000, TiM 25000", 1, 1000000},
-    {"reflectorRemission", 0, "what sends as much back is a reflector; 0: nothing is", 0, 65535},
-    {"serialNumber", 0, "of the only scanner that will do; 0: any", 0},
+    {"protocol", 0, "0: detect, 1: CoLa A (ASCII), 2: CoLa B (binary)", 0, 2},
+    {"periodTime", 20, "period of scans [ms]: LMS1xx 20 or 40, LMS5xx 10 to 40, TiM 67", 1, 1000},
+    {"maxRange", 20000, "range of the scanner [mm]: LMS1xx 20000, LMS5xx 80000, TiM 25000", 1, 1000000},
+    {"reflectorRemission", 0, "minimum remission of a reflector; 0: report no reflectors", 0, 65535},
+    {"serialNumber", 0, "required serial number of the scanner; 0: any", 0},
 }});
 
 constexpr ModuleInfo kInfo{
     .program = "LadarSickCola",
-    .purpose = "A laser range finder SICK LMS1xx, LMS5xx, TiM or MRS1000 in a network.",
+    .purpose = "A SICK LMS1xx, LMS5xx, TiM or MRS1000 laser range finder on the network.",
     .class_id = tims::class_id::kLadar,
     .parameters = kParameters,
 };
@@ -26,7 +26,7 @@ class LadarSickCola : public SickColaLadar {
  private:
   Result<DeviceOptions> device() const override {
     if (text("device").empty())
-      return refused("device is missing, as --device=tcp:192.168.0.1:2112");
+      return refused("device is missing; example: --device=tcp:192.168.0.1:2112");
     const auto address = DeviceAddress::parse(text("device"));
     if (!address) return address.error();
     return DeviceOptions{.address = *address, .baud = 115200, .record = text("record")};

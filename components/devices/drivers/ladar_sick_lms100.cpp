@@ -1,4 +1,4 @@
-// LadarSickLms100: a SICK LMS100, 111 or another LMS1xx in a network.
+// LadarSickLms100: driver of a SICK LMS100, 111 or another LMS1xx on the network.
 #include "components/devices/drivers/sick_cola_ladar.h"
 
 namespace rack::device {
@@ -8,14 +8,14 @@ constexpr std::int32_t kMaxRange = 20000;  // mm
 constexpr std::chrono::milliseconds kPeriod(20);
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 3>{{
-    {"lmsIp", "", "address of the scanner, as 192.168.0.1"},
-    {"lmsPort", 2112, "its port, 2111 or 2112", 1, 65535},
-    {"reflectorRemission", 1000, "what sends as much back is a reflector; 0: nothing is", 0, 65535},
+    {"lmsIp", "", "address of the scanner, e.g. 192.168.0.1"},
+    {"lmsPort", 2112, "TCP port of the scanner, 2111 or 2112", 1, 65535},
+    {"reflectorRemission", 1000, "minimum remission of a reflector; 0: report no reflectors", 0, 65535},
 }});
 
 constexpr ModuleInfo kInfo{
     .program = "LadarSickLms100",
-    .purpose = "A laser range finder SICK LMS1xx in a network.",
+    .purpose = "A SICK LMS1xx laser range finder on the network.",
     .class_id = tims::class_id::kLadar,
     .parameters = kParameters,
 };
@@ -28,7 +28,7 @@ class LadarSickLms100 : public SickColaLadar {
   Result<DeviceOptions> device() const override {
     std::string address = text("device");
     if (address.empty() && text("lmsIp").empty())
-      return refused("lmsIp is missing, as --lmsIp=192.168.0.1");
+      return refused("lmsIp is missing; example: --lmsIp=192.168.0.1");
     if (address.empty()) {
       const std::string host = text("lmsIp");
       const bool is_v6 = host.find(':') != std::string::npos;

@@ -1,4 +1,4 @@
-// LadarSickLms200: a SICK LMS2xx at a serial line.
+// LadarSickLms200: driver of a SICK LMS2xx on a serial line.
 #include "components/devices/drivers/driver.h"
 #include "components/devices/scanners/lms200.h"
 
@@ -6,14 +6,14 @@ namespace rack::device {
 namespace {
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 3>{{
-    {"serialDev", 0, "0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM", 0, 299},
+    {"serialDev", 0, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
     {"protocol", 0, "0 normal, 1 interlaced, 2 fast", 0, 2},
     {"baudrate", 38400, "9600, 19200, 38400 or 500000", 9600, 500000},
 }});
 
 constexpr ModuleInfo kInfo{
     .program = "LadarSickLms200",
-    .purpose = "A laser range finder SICK LMS200, 211, 221 or 291 at a serial line.",
+    .purpose = "A SICK LMS200, 211, 221 or 291 laser range finder on a serial line.",
     .class_id = tims::class_id::kLadar,
     .parameters = kParameters,
 };
@@ -33,10 +33,10 @@ class LadarSickLms200 : public Driver<LadarData, Lms200> {
                                   .only_listen = is_recording()};
     constexpr std::array<std::uint32_t, 4> kRates = {9600, 19200, 38400, 500000};
     if (std::ranges::find(kRates, settings.baud) == kRates.end())
-      return refused("baudrate is 9600, 19200, 38400 or 500000");
+      return refused("baudrate must be 9600, 19200, 38400 or 500000");
     if (settings.mode == Lms200Mode::kInterlaced && settings.baud != 500000)
       return refused("protocol=1 (interlaced) needs baudrate=500000");
-    // Of a whole scan at 38400 baud; at 500000 the mirror's turn.
+    // Duration of a whole scan at 38400 baud; at 500000 baud the turn of the mirror.
     set_period(std::chrono::milliseconds(settings.mode == Lms200Mode::kNormal ? 213 : 13));
     return std::make_unique<Lms200>(settings);
   }

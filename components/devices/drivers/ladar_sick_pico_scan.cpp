@@ -1,4 +1,4 @@
-// LadarSickPicoScan: a SICK picoScan100 or multiScan100, whose segments come by UDP.
+// LadarSickPicoScan: driver of a SICK picoScan100 or multiScan100, which send segments by UDP.
 #include "components/devices/drivers/driver.h"
 #include "components/devices/scanners/sick_compact.h"
 
@@ -6,14 +6,14 @@ namespace rack::device {
 namespace {
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 3>{{
-    {"periodTime", 50, "of its turns, ms: 20 to 67", 1, 1000},
-    {"maxRange", 75000, "of the scanner, mm", 1, 1000000},
-    {"serialNumber", 0, "of the only scanner that is heard; 0: any", 0},
+    {"periodTime", 50, "period of a turn [ms]: 20 to 67", 1, 1000},
+    {"maxRange", 75000, "range of the scanner [mm]", 1, 1000000},
+    {"serialNumber", 0, "required serial number of the scanner; 0: any", 0},
 }});
 
 constexpr ModuleInfo kInfo{
     .program = "LadarSickPicoScan",
-    .purpose = "A laser range finder SICK picoScan100, or a level layer of a multiScan100.",
+    .purpose = "A SICK picoScan100 laser range finder, or the level layer of a multiScan100.",
     .class_id = tims::class_id::kLadar,
     .parameters = kParameters,
 };

@@ -1,4 +1,4 @@
-// LadarSickS: a SICK S300 or S3000 at a serial line.
+// LadarSickS: driver of a SICK S300 or S3000 on a serial line.
 #include "components/devices/drivers/driver.h"
 #include "components/devices/scanners/sick_s.h"
 
@@ -9,14 +9,14 @@ constexpr std::int32_t kRate = 500000;
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 4>{{
     {"devNumber", 300, "300 or 3000", 300, 3000, true},
-    {"serialDev", 0, "0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM", 0, 299},
+    {"serialDev", 0, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
     {"EFIdev", 0, "0 master of the EFI bus, 1 its slave", 0, 1},
-    {"baudrate", kRate, "as it is set up: 500000 or less", 9600, kRate},
+    {"baudrate", kRate, "baud rate configured in the scanner [bit/s], at most 500000", 9600, kRate},
 }});
 
 constexpr ModuleInfo kInfo{
     .program = "LadarSickS",
-    .purpose = "A safety laser range finder SICK S300 or S3000 at a serial line.",
+    .purpose = "A SICK S300 or S3000 safety laser range finder on a serial line.",
     .class_id = tims::class_id::kLadar,
     .parameters = kParameters,
 };
@@ -32,10 +32,10 @@ class LadarSickS : public Driver<LadarData, SickS> {
 
   Result<std::unique_ptr<SickS>> make_dialogue() override {
     const std::int32_t number = integer("devNumber");
-    if (number != 300 && number != 3000) return refused("devNumber is 300 or 3000");
+    if (number != 300 && number != 3000) return refused("devNumber must be 300 or 3000");
     const bool is_small = number == 300;
     const std::int32_t baud = integer("baudrate");
-    // As the original counts: a slower line takes as many times longer.
+    // As in the original: the period is inversely proportional to the baud rate.
     set_period(std::chrono::milliseconds(kRate / baud * (is_small ? 40 : 30)));
     return std::make_unique<SickS>(
         SickSSettings{.device = is_small ? SickSDevice::kS300 : SickSDevice::kS3000,

@@ -1,8 +1,8 @@
-// MavlinkVehicle: a vehicle whose autopilot speaks MAVLink, as Chassis, Gps, Gyro and Position.
+// MavlinkVehicle: driver of a vehicle with a MAVLink autopilot, as Chassis, Gps, Gyro and Position.
 //
-// There is one connection to the autopilot, so all four are one program: the Chassis has the
-// connection, the others wait for what it hears. Each is a component of its own, with its own
-// instance, and they live as long as the Chassis does.
+// There is one connection to the autopilot, so one program contains all four components. The
+// Chassis owns the connection and passes received data to the others. Each is a component with its
+// own instance; all of them end when the Chassis ends.
 #include "components/devices/chassis/mavlink_vehicle.h"
 
 #include <atomic>
@@ -20,12 +20,12 @@ constexpr auto kParameters = chassis_parameters(
     std::array<ParameterInfo, 9>{{
         {"serialDev", -1, "0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM; -1: udp::14550", -1,
          299},
-        {"baudrate", 57600, "of a serial line", 1200, 3000000},
-        {"mavSystem", 0, "of the autopilot; 0: the first one that is heard", 0, 255},
-        {"arm", 0, "1: it is armed when it is turned on, and disarmed when off", 0, 1},
-        {"mode", -1, "it is brought into this mode (15: guided, of ArduRover); -1: as it is", -1,
+        {"baudrate", 57600, "baud rate of a serial line [bit/s]", 1200, 3000000},
+        {"mavSystem", 0, "system id of the autopilot; 0: the first one received", 0, 255},
+        {"arm", 0, "1: arm the vehicle at ON and disarm it at OFF", 0, 1},
+        {"mode", -1, "set this custom mode (ArduRover: 15 guided); -1: keep the mode", -1,
          1000},
-        {"periodTime", 100, "of the data, ms", 20, 1000},
+        {"periodTime", 100, "period of the data [ms]", 20, 1000},
         at_start({"gpsInst", 0, "instance of its Gps; -1: none", -1, kIdMax}),
         at_start({"gyroInst", 0, "instance of its Gyro; -1: none", -1, kIdMax}),
         at_start({"positionInst", -1, "instance of its Position; -1: none", -1, kIdMax}),
@@ -35,13 +35,13 @@ constexpr auto kParameters = chassis_parameters(
 constexpr ModuleInfo kInfo{
     .program = "MavlinkVehicle",
     .purpose =
-        "A vehicle whose autopilot speaks MAVLink, as Chassis, Gps, Gyro and Position. The "
-        "autopilot stops by itself when it hears no velocity for three seconds.",
+        "A vehicle with a MAVLink autopilot, as Chassis, Gps, Gyro and Position. The "
+        "autopilot stops the vehicle when it receives no velocity for 3 s.",
     .class_id = tims::class_id::kChassis,
     .parameters = kParameters,
 };
 
-// What the Chassis has heard for another component, the last ones of it.
+// A queue of data sets that the Chassis passes to another component; the oldest are overwritten.
 template <class Data>
 class Heard {
  public:
@@ -85,7 +85,7 @@ class Listener : public DataModule<Data> {
     constexpr tims::Duration kLongest = std::chrono::milliseconds(500);
     if (!heard_.take(this->get_local_buffer(), kLongest))
       return tims::Error(tims::Errc::kTimeout,
-                         "the autopilot tells nothing of it; is MavlinkVehicle's Chassis on?");
+                         "no data from the autopilot; check that MavlinkVehicle's Chassis is on");
     return this->put_local_buffer();
   }
 
@@ -93,7 +93,7 @@ class Listener : public DataModule<Data> {
 };
 
 constexpr std::array<ParameterInfo, 1> kListenerParameters = {{
-    {"periodTime", 100, "of the data, ms", 20, 1000},
+    {"periodTime", 100, "period of the data [ms]", 20, 1000},
 }};
 constexpr ModuleInfo listener(std::string_view program, std::uint32_t class_id) {
   return {.program = program,
@@ -105,10 +105,10 @@ constexpr ModuleInfo kGps = listener("MavlinkGps", tims::class_id::kGps);
 constexpr ModuleInfo kGyro = listener("MavlinkGyro", tims::class_id::kGyro);
 constexpr ModuleInfo kPosition = listener("MavlinkPosition", tims::class_id::kPosition);
 
-// A component with a thread that runs it.
+// Runs a component in a thread.
 class Part {
  public:
-  // Whichever of them hears that the program shall end, all do.
+  // When any component is requested to end, the whole program ends.
   Part(Module& module, Module& whole, std::vector<std::string> arguments) : module_(module) {
     thread_ = std::thread([this, &whole, arguments = std::move(arguments)] {
       std::vector<const char*> words;
@@ -121,7 +121,7 @@ class Part {
   Part(const Part&) = delete;
   Part& operator=(const Part&) = delete;
   ~Part() {
-    // It may not be so far that it can be stopped.
+    // The component may still be starting and ignore stop(), so repeat it.
     while (!has_ended_) {
       module_.stop();
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -142,7 +142,7 @@ class MavlinkChassis : public ChassisDriver<MavlinkVehicle> {
 
  private:
   Result<void> module_init() override {
-    // The service manager hears of this component only.
+    // Only this component notifies the service manager.
     ::unsetenv("NOTIFY_SOCKET");
     begin("gpsInst", kGps, gps_);
     begin("gyroInst", kGyro, gyro_);
@@ -209,14 +209,14 @@ class MavlinkChassis : public ChassisDriver<MavlinkVehicle> {
   GyroData gyro_data_;
   PositionData position_data_;
   std::vector<std::unique_ptr<Module>> modules_;
-  std::vector<std::unique_ptr<Part>> parts_;  // ends before what it uses
+  std::vector<std::unique_ptr<Part>> parts_;  // last member: destroyed before the data it uses
 };
 
 }  // namespace
 }  // namespace rack::device
 
 int main(int argc, char** argv) {
-  std::vector<std::string> router;  // the same for all parts
+  std::vector<std::string> router;  // option passed to all parts
   for (int i = 1; i < argc; ++i) {
     const std::string_view word = argv[i];
     if (word.starts_with("--router=")) router.emplace_back(word);

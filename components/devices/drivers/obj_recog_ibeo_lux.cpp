@@ -1,5 +1,5 @@
-// ObjRecogIbeoLux: tells an Ibeo Lux (or its computer) at a CAN interface how the vehicle moves.
-// Its own data have no objects, as in the original: those come through LadarIbeoLux.
+// ObjRecogIbeoLux: sends the motion of the vehicle to an Ibeo Lux (or its computer) at a CAN
+// interface. Its own data contain no objects, as in the original: LadarIbeoLux receives those.
 #include <optional>
 
 #include "components/devices/drivers/driver.h"
@@ -12,16 +12,16 @@ namespace rack::device {
 namespace {
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 4>{{
-    {"canDev", 0, "N of canN", 0, 99},
-    {"baseCanId", 0x500, "of what the scanner would send; not used, as in the original", 0, 0x7FF},
+    {"canDev", 0, "number N of the CAN interface canN", 0, 99},
+    {"baseCanId", 0x500, "CAN id of data from the scanner; not used, as in the original", 0, 0x7FF},
     {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
-    {"chassisInst", -1, "instance of the chassis that tells how the vehicle moves; -1: none", -1,
+    {"chassisInst", -1, "instance of the chassis that reports the motion; -1: none", -1,
      kIdMax},
 }});
 
 constexpr ModuleInfo kInfo{
     .program = "ObjRecogIbeoLux",
-    .purpose = "Tells an Ibeo Lux at a CAN interface how the vehicle moves.",
+    .purpose = "Sends the motion of the vehicle to an Ibeo Lux at a CAN interface.",
     .class_id = tims::class_id::kObjRecog,
     .parameters = kParameters,
 };

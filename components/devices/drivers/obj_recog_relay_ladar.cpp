@@ -1,5 +1,5 @@
-// ObjRecogRelayLadar: makes data of an ObjRecog out of what a ladar sends to its first mailbox:
-// moves it to where the ladar is on the robot, and says where the robot was.
+// ObjRecogRelayLadar: publishes objects that a ladar sends to its first mailbox as data of an
+// ObjRecog: transforms them to robot coordinates and adds the position of the robot.
 #include <array>
 #include <optional>
 
@@ -14,17 +14,17 @@ namespace {
 constexpr auto kLargest = static_cast<std::int32_t>(body_max<ObjRecogData>());
 
 constexpr std::array<ParameterInfo, 6> kParameters = {{
-    at_start({"maxDataSize", kLargest, "largest message it takes, bytes", 56, kLargest}),
-    {"periodTime", 1000, "of the ladar's objects, ms", 1, 60000},
+    at_start({"maxDataSize", kLargest, "maximum size of a received message [bytes]", 56, kLargest}),
+    {"periodTime", 1000, "period of the ladar's objects [ms]", 1, 60000},
     {"positionSys", 0, "system id of the position", 0, kIdMax},
     {"positionInst", -1, "instance of the position, for refPos; -1: none", -1, kIdMax},
-    {"ladarOffsetX", 0, "where the ladar is on the robot, mm"},
+    {"ladarOffsetX", 0, "position of the ladar on the robot, x [mm]"},
     {"ladarOffsetY", 0, "mm"},
 }};
 
 constexpr ModuleInfo kInfo{
     .program = "ObjRecogRelayLadar",
-    .purpose = "Objects that a ladar has recognised, as data of an ObjRecog.",
+    .purpose = "Publishes objects recognised by a ladar as data of an ObjRecog.",
     .class_id = tims::class_id::kObjRecog,
     .parameters = kParameters,
 };
@@ -35,7 +35,7 @@ class ObjRecogRelayLadar final : public DataModule<ObjRecogData> {
 
  private:
   Result<void> module_init() override {
-    // The first one: ladars know it by its number.
+    // This must be the first mailbox: ladars send to its fixed local id.
     const auto pushed = create_mailbox(2, static_cast<std::uint32_t>(integer("maxDataSize")));
     if (!pushed) return pushed.error();
     const auto work = create_mailbox(1, wire_size<PositionData>());
@@ -70,7 +70,7 @@ class ObjRecogRelayLadar final : public DataModule<ObjRecogData> {
     return put_local_buffer();
   }
 
-  // Waits as long as two periods.
+  // Waits for at most two periods.
   Result<void> next(ObjRecogData& data) {
     const tims::Time end = now() + 2 * period();
     for (;;) {

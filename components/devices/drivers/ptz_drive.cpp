@@ -1,4 +1,4 @@
-// PtzDrive: a camera mount that speaks VISCA.
+// PtzDrive: driver of a pan-tilt-zoom camera mount with VISCA.
 #include <mutex>
 #include <variant>
 #include <vector>
@@ -10,21 +10,21 @@ namespace rack::device {
 namespace {
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 9>{{
-    {"serialDev", 0, "0 to 99 ttyS, 100 to 199 ttyUSB, 200 to 299 ttyACM", 0, 299},
-    {"baudrate", 9600, "9600 or 38400, as the camera is set", 1200, 115200},
+    {"serialDev", 0, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
+    {"baudrate", 9600, "baud rate set in the camera: 9600 or 38400 [bit/s]", 1200, 115200},
     {"periodTime", 100, "ms", 50, 5000},
-    {"stepsPerDegree", 14.4F, "of pan and tilt (EVI-D70: 13.33)", 1, 1000},
-    {"zoomMax", 16384, "what the camera calls its farthest zoom", 1, 32767},
-    {"panVelMax", 100, "at its highest speed, deg/s", 1, 1000},
+    {"stepsPerDegree", 14.4F, "steps of pan and tilt per degree (EVI-D70: 13.33)", 1, 1000},
+    {"zoomMax", 16384, "zoom value of the camera at maximum zoom", 1, 32767},
+    {"panVelMax", 100, "maximum pan speed of the camera [deg/s]", 1, 1000},
     {"tiltVelMax", 100, "deg/s", 1, 1000},
     {"zoomVelMax", 50, "%/s", 1, 1000},
-    {"moveDeadline", 0, "how long a MOVE_VEL holds, ms; 0: three periods of its sender", 0,
+    {"moveDeadline", 0, "validity of a MOVE_VEL [ms]; 0: three periods of its sender", 0,
      3600000},
 }});
 
 constexpr ModuleInfo kInfo{
     .program = "PtzDrive",
-    .purpose = "A camera mount that pans, tilts and zooms, by VISCA (serial, or UDP port 52381).",
+    .purpose = "A pan-tilt-zoom camera mount with VISCA (serial, or UDP port 52381).",
     .class_id = tims::class_id::kPtzDrive,
     .parameters = kParameters,
 };
@@ -91,10 +91,10 @@ class PtzDrive : public Driver<PtzDriveData, Visca> {
     if (!is_on()) return refused("the drive is off");
     {
       const std::lock_guard lock(command_mutex_);
-      constexpr std::size_t kMost = 16;  // a drive that is told more often hears the newest
+      constexpr std::size_t kMost = 16;  // when exceeded, the oldest commands are dropped
       if (commands_.size() == kMost) commands_.erase(commands_.begin());
       commands_.push_back(command);
-      waiting_.clear();  // where they wait to arrive is no longer where it goes
+      waiting_.clear();  // the target they wait for has been replaced
       if (informs) waiting_.push_back(request);
     }
     wake();
@@ -124,7 +124,7 @@ class PtzDrive : public Driver<PtzDriveData, Visca> {
 
   std::mutex command_mutex_;
   std::vector<Command> commands_;
-  std::vector<tims::Header> waiting_;  // who is told that it is there
+  std::vector<tims::Header> waiting_;  // requests to answer when the target is reached
 };
 
 }  // namespace

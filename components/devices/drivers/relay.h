@@ -1,5 +1,5 @@
-// Data that a driver has besides those of its own class: they are pushed to the component that
-// publishes them, to its mailbox with local id 1, as in the original.
+// Pushes data of a different class than the driver's to the component that publishes them, to its
+// mailbox with local id 1, as in the original.
 #pragma once
 
 #include <optional>
@@ -14,7 +14,7 @@ namespace rack::device {
 template <class Data>
 class Relay {
  public:
-  // work: for its commands.
+  // work: mailbox for commands to the component.
   void aim(tims::Mailbox& work, tims::Address component) {
     proxy_.emplace(work, component);
     to_ = tims::Address(component.raw() + 1);
@@ -23,7 +23,7 @@ class Relay {
   [[nodiscard]] bool is_aimed() const { return proxy_.has_value(); }
   Result<void> turn_on() { return proxy_ ? proxy_->on() : Result<void>(); }
 
-  // Whoever is not there hears nothing.
+  // If the component is not running, the data are lost.
   void send(tims::Mailbox& from, const Data& data) {
     if (!proxy_) return;
     bytes_.resize(encoded_size(data));

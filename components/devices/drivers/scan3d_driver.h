@@ -1,5 +1,5 @@
-// What drivers of spinning scanners share: their parameters, where the robot was, and the commands
-// of the class.
+// Base of the drivers of rotating 3D scanners: their parameters, the robot's position and the
+// commands of the class.
 #pragma once
 
 #include <numbers>
@@ -13,10 +13,10 @@
 namespace rack::device {
 
 inline constexpr std::array<ParameterInfo, 7> kSpinParameters = {{
-    {"sectors", 1, "messages a turn", 1, 64},
-    {"minRange", 0, "nearer points are the robot itself, mm", 0, 1e6},
-    {"maxRange", 0, "farther points are left out, mm; 0: as the scanner", 0, 1e6},
-    {"direction", 0, "where its front looks on the robot, clockwise, deg", -360, 360},
+    {"sectors", 1, "messages per turn", 1, 64},
+    {"minRange", 0, "discard points nearer than this (the robot itself) [mm]", 0, 1e6},
+    {"maxRange", 0, "discard points farther than this [mm]; 0: range of the scanner", 0, 1e6},
+    {"direction", 0, "direction of the scanner's front on the robot, clockwise [deg]", -360, 360},
     {"positionSys", 0, "system id of the position", 0, kIdMax},
     {"positionInst", -1, "instance of the position, for refPos; -1: none", -1, kIdMax},
     kStorePath,

@@ -1,4 +1,4 @@
-// Scan3dOuster: an Ouster scanner in the network.
+// Scan3dOuster: driver of an Ouster scanner on the network.
 #include <iterator>
 
 #include "components/devices/drivers/scan3d_driver.h"
@@ -9,15 +9,15 @@ namespace rack::device {
 namespace {
 
 constexpr auto kParameters = driver_parameters(spin_parameters(std::array<ParameterInfo, 4>{{
-    {"udpPort", 7502, "that the scanner sends to", 1, 65535},
-    {"scanner", "", "its name or address: asked by HTTP how it is built and set"},
-    {"metadata", "", "file with that: written when the scanner is asked, else read, as for play:"},
-    {"turnsPerSecond", 10, "as the scanner is set", 1, 20},
+    {"udpPort", 7502, "UDP port to which the scanner sends", 1, 65535},
+    {"scanner", "", "host name or address; its metadata are read by HTTP"},
+    {"metadata", "", "metadata file: written if scanner is given, otherwise read (for play:)"},
+    {"turnsPerSecond", 10, "speed configured in the scanner [1/s]", 1, 20},
 }}));
 
 constexpr ModuleInfo kInfo{
     .program = "Scan3dOuster",
-    .purpose = "Scans of space by an Ouster (OS-0, OS-1, OS-2, OS-Dome).",
+    .purpose = "3D scans of an Ouster (OS-0, OS-1, OS-2, OS-Dome).",
     .class_id = tims::class_id::kScan3d,
     .parameters = kParameters,
 };
@@ -41,7 +41,7 @@ class Scan3dOuster : public Scan3dDriver<Ouster> {
     if (auto kept = keep_metadata(*json); !kept) return kept.error();
     if (metadata->layout.beams * metadata->layout.columns_of_turn >
         kScan3dPointsMax * static_cast<std::size_t>(integer("sectors")))
-      return refused("a turn has more points than a message may have: set sectors");
+      return refused("a turn has more points than a message can hold; increase sectors");
     set_period(std::chrono::milliseconds(1000 / integer("turnsPerSecond") / integer("sectors")));
     return std::make_unique<Ouster>(std::move(*metadata), spin_settings());
   }
@@ -49,13 +49,13 @@ class Scan3dOuster : public Scan3dDriver<Ouster> {
   Result<std::string> read_metadata() const {
     const std::string path = text("metadata");
     if (path.empty())
-      return refused("scanner is missing, as --scanner=192.168.0.1; without it, metadata");
+      return refused("scanner is missing; example: --scanner=192.168.0.1; or set metadata");
     std::ifstream file(path);
     if (!file) return tims::Error(tims::Errc::kSystem, "metadata: cannot read " + path);
     return std::string{std::istreambuf_iterator<char>(file), {}};
   }
 
-  // Each time it is turned on: it may be another scanner now, or set in another way.
+  // Called at each ON: the scanner may have been replaced or reconfigured.
   Result<std::string> ask_scanner() const {
     const std::string host = text("scanner");
     const bool has_port = host.find(':') != std::string::npos;
@@ -72,11 +72,11 @@ class Scan3dOuster : public Scan3dDriver<Ouster> {
     return get.body();
   }
 
-  // Firmware before 2.2 has no such page, but tells the same to its other port.
+  // Firmware before 2.2 does not have this page, but provides the same metadata on TCP port 7501.
   static tims::Error without_page(const tims::Error& error) {
     return {error.code(),
             error.detail() +
-                "; an old one tells metadata so: printf 'get_beam_intrinsics\\n"
+                "; with firmware before 2.2, write the metadata by: printf 'get_beam_intrinsics\\n"
                 "get_lidar_intrinsics\\nget_lidar_data_format\\n' | nc -q 2 SCANNER 7501 >FILE"};
   }
 

@@ -1,4 +1,4 @@
-// Scan3dVelodyne: a Velodyne scanner in the network.
+// Scan3dVelodyne: driver of a Velodyne scanner on the network.
 #include "components/devices/drivers/scan3d_driver.h"
 #include "components/devices/scan3d/velodyne.h"
 
@@ -6,13 +6,13 @@ namespace rack::device {
 namespace {
 
 constexpr auto kParameters = driver_parameters(spin_parameters(std::array<ParameterInfo, 2>{{
-    {"udpPort", 2368, "that the scanner sends to", 1, 65535},
-    {"turnsPerMinute", 600, "as the scanner is set", 60, 1200},
+    {"udpPort", 2368, "UDP port to which the scanner sends", 1, 65535},
+    {"turnsPerMinute", 600, "speed configured in the scanner [1/min]", 60, 1200},
 }}));
 
 constexpr ModuleInfo kInfo{
     .program = "Scan3dVelodyne",
-    .purpose = "Scans of space by a Velodyne (VLP-16, Puck LITE, Hi-Res, HDL-32E, VLP-32C).",
+    .purpose = "3D scans of a Velodyne (VLP-16, Puck LITE, Hi-Res, HDL-32E, VLP-32C).",
     .class_id = tims::class_id::kScan3d,
     .parameters = kParameters,
 };

@@ -1,4 +1,4 @@
-// ServoDrive: one axis with a drive after CiA 402 at a CAN bus.
+// ServoDrive: driver of one axis with a CiA 402 drive on a CAN bus.
 #include <mutex>
 #include <numbers>
 
@@ -9,30 +9,30 @@ namespace rack::device {
 namespace {
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 14>{{
-    {"canDev", 0, "N of canN", 0, 255},
-    {"node", 1, "of the drive", 1, 126},
-    {"sliding", 0, "0: it turns (rad, parameters in deg), 1: it slides (mm)", 0, 1},
-    {"gearRatio", 1.0F, "turns of the motor for a turn, or 1 mm; below 0: the other way round",
+    {"canDev", 0, "number N of the CAN interface canN", 0, 255},
+    {"node", 1, "CANopen node id of the drive", 1, 126},
+    {"sliding", 0, "0: rotary axis (data in rad, parameters in deg), 1: linear axis (mm)", 0, 1},
+    {"gearRatio", 1.0F, "motor turns per turn of the axis, or per mm; below 0: reversed",
      -10000, 10000},
-    {"increments", 4096, "of the motor's encoder for a turn", 1, 1e9},
-    {"velocityUnits", 0, "of the drive for a turn each second; 60 where it is rpm; 0: increments",
+    {"increments", 4096, "encoder increments per turn of the motor", 1, 1e9},
+    {"velocityUnits", 0, "velocity units of the drive per turn/s; 60: rpm; 0: increments/s",
      0, 1e9},
-    {"posMin", -180.0F, "where it may be, deg or mm", -1e6, 1e6},
-    {"posMax", 180.0F, "deg or mm", -1e6, 1e6},
-    {"velMax", 90.0F, "deg/s or mm/s", 0.001, 1e6},
-    {"accMax", 180.0F, "deg/s2 or mm/s2", 0.001, 1e6},
-    {"homingMethod", 35, "of CiA 402; 35, 37: where it is now is 0", -128, 127},
-    {"homeAtOn", 0, "1: it goes home when it is turned on", 0, 1},
-    {"periodTime", 50, "of the data, ms", 20, 1000},
-    {"moveDeadline", 0, "how long a MOVE_VEL holds, ms; 0: three periods of its sender", 0,
+    {"posMin", -180.0F, "minimum position [deg or mm]", -1e6, 1e6},
+    {"posMax", 180.0F, "maximum position [deg or mm]", -1e6, 1e6},
+    {"velMax", 90.0F, "maximum velocity [deg/s or mm/s]", 0.001, 1e6},
+    {"accMax", 180.0F, "maximum acceleration [deg/s2 or mm/s2]", 0.001, 1e6},
+    {"homingMethod", 35, "homing method of CiA 402; 35, 37: current position becomes 0", -128, 127},
+    {"homeAtOn", 0, "1: home the axis at ON", 0, 1},
+    {"periodTime", 50, "period of the data [ms]", 20, 1000},
+    {"moveDeadline", 0, "validity of a MOVE_VEL [ms]; 0: three periods of its sender", 0,
      3600000},
 }});
 
 constexpr ModuleInfo kInfo{
     .program = "ServoDrive",
     .purpose =
-        "One axis with a CANopen drive after CiA 402. Without the driver's heartbeat the "
-        "drive stops after 0.2 s.",
+        "One axis with a CANopen drive (CiA 402). Without the driver's heartbeat the drive stops "
+        "after 0.2 s.",
     .class_id = tims::class_id::kServoDrive,
     .parameters = kParameters,
 };
@@ -44,7 +44,7 @@ class ServoDrive : public Driver<ServoDriveData, ServoAxis> {
  private:
   Result<DeviceOptions> device() const override { return device_by("canDev", can_device, 0); }
 
-  // rad or mm.
+  // A parameter of the axis in rad or mm.
   [[nodiscard]] double axis(std::string_view name) const {
     const auto value = static_cast<double>(real(name));
     return integer("sliding") != 0 ? value : value * std::numbers::pi / 180;
@@ -53,8 +53,8 @@ class ServoDrive : public Driver<ServoDriveData, ServoAxis> {
   Result<std::unique_ptr<ServoAxis>> make_dialogue() override {
     set_period(std::chrono::milliseconds(integer("periodTime")));
     const double turns = static_cast<double>(real("gearRatio"));
-    if (turns == 0) return refused("gearRatio=0: the axis would never move");
-    if (axis("posMin") > axis("posMax")) return refused("posMin is larger than posMax");
+    if (turns == 0) return refused("gearRatio must not be 0");
+    if (axis("posMin") > axis("posMax")) return refused("posMin must not be larger than posMax");
     const double gear = integer("sliding") != 0 ? turns * 2 * std::numbers::pi : turns;
     const auto increments = static_cast<double>(integer("increments"));
     const auto units = static_cast<double>(integer("velocityUnits"));
@@ -98,7 +98,7 @@ class ServoDrive : public Driver<ServoDriveData, ServoAxis> {
     return data_between(time, to, interpolated);
   }
 
-  // Whoever wanted to know is told that it is there.
+  // Answers requests that wait until the target is reached.
   Result<void> complete(ServoDriveData&) override {
     const std::lock_guard lock(wish_mutex_);
     if (!waiting_ || wish_.position || wish_.home || !dialogue().is_reached()) return {};
@@ -154,7 +154,7 @@ class ServoDrive : public Driver<ServoDriveData, ServoAxis> {
 
   PriorityMutex wish_mutex_;
   Wish wish_;
-  std::optional<tims::Header> waiting_;  // who wants to know when it is there
+  std::optional<tims::Header> waiting_;  // request to answer when the target is reached
 };
 
 }  // namespace

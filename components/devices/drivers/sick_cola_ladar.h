@@ -1,4 +1,4 @@
-// What LadarSickCola and LadarSickLms100 have in common: what their scanner complains of is logged.
+// Base of LadarSickCola and LadarSickLms100: logs the warnings of the scanner.
 #pragma once
 
 #include "components/devices/drivers/driver.h"
@@ -22,8 +22,8 @@ class SickColaLadar : public Driver<LadarData, SickCola> {
     constexpr unsigned kTooDirty = 4;
     const unsigned dirt = dialogue().scan().status() & (kBecomesDirty | kTooDirty);
     if (dirt > dirt_)
-      log().warning((dirt & kTooDirty) != 0 ? "its front screen is too dirty to measure\n"
-                                            : "its front screen becomes dirty\n");
+      log().warning((dirt & kTooDirty) != 0 ? "the front screen is too dirty to measure; clean it\n"
+                                            : "the front screen is getting dirty; clean it\n");
     dirt_ = dirt;
     return {};
   }

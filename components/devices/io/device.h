@@ -1,5 +1,5 @@
-// A dialogue and the way to its device, brought together: waits, hands over what came, sends what
-// is to be sent, keeps a capture of both.
+// Connects a dialogue with the transport to its device: waits, passes received data to the dialogue,
+// sends its output, and records both.
 #pragma once
 
 #include <algorithm>
@@ -17,45 +17,46 @@ namespace rack::device {
 
 struct DeviceOptions {
   DeviceAddress address{};
-  std::uint32_t baud = 115200;  // where the address says none
-  std::string record{};         // path of a capture; empty: none
+  std::uint32_t baud = 115200;  // used if the address has no option baud
+  std::string record{};         // path of the capture to write; empty: none
 };
 
 class Device final : private Output {
  public:
-  // Its error is that of wait().
+  // wait() returns the error of this function.
   using Take = Conversation::Take;
 
-  // Opens it and starts the dialogue, which must outlive it.
+  // Opens the device and starts the dialogue, which must outlive this object.
   static tims::Result<std::unique_ptr<Device>> open(const DeviceOptions& options,
                                                     Dialogue& dialogue, Take take = {});
-  // The same with a way of one's own.
+  // The same with a transport created by the caller.
   static std::unique_ptr<Device> with(std::unique_ptr<Transport> transport,
                                       std::unique_ptr<CaptureFile> capture, Dialogue& dialogue,
                                       Take take = {});
   ~Device() override;
 
-  // Until something came, a time of the dialogue has passed, `also` can be read, or `until`. An
-  // error says why the device has to be opened again: it is gone, or the dialogue gave it up.
+  // Waits until data was received, a timeout of the dialogue has passed, `also` is readable, or
+  // `until`. After an error the device must be opened again: it was lost, or the dialogue has given
+  // it up.
   tims::Result<void> wait(Time until, int also = -1);
 
-  // For who waits for several at once, and calls wait() with a time that is past: when this can be
-  // read, or at this time.
+  // For callers that wait for several devices: they call wait() with a time in the past when
+  // descriptor() is readable or at next_timeout().
   [[nodiscard]] int descriptor() const { return transport_->descriptor(); }
   [[nodiscard]] Time next_timeout() const {
     return std::min(dialogue_.next_timeout(), transport_->next_timeout());
   }
 
   [[nodiscard]] std::string description() const { return transport_->description(); }
-  // Data that were taken, for the recording: a replay has to make them again.
+  // Records a data set for the comparison in a replay.
   void note_made(Time measured, std::span<const std::byte> message);
   [[nodiscard]] bool is_recorded() const { return capture_ != nullptr; }
-  // As those of the transport, and of the recording.
+  // Events of the transport and of the recording; see Transport::take_event().
   std::optional<std::string> take_event();
-  // The dialogue says its last words, and the recording is finished: only events can be asked then.
+  // Stops the dialogue and finishes the recording. After that, only take_event() may be called.
   void close();
   [[nodiscard]] std::string statistics() const { return transport_->statistics(); }
-  // It is a recording; and at its end.
+  // Whether the device is a recording, and whether its end was reached.
   [[nodiscard]] bool is_recording() const { return transport_->is_recording(); }
   [[nodiscard]] bool is_over() const { return transport_->is_over(); }
 
@@ -74,13 +75,13 @@ class Device final : private Output {
   tims::Result<void> state();
 
   std::unique_ptr<Transport> transport_;
-  std::unique_ptr<CaptureFile> capture_;  // or none
-  std::unique_ptr<Guard> guard_;          // or none
+  std::unique_ptr<CaptureFile> capture_;  // may be null
+  std::unique_ptr<Guard> guard_;          // may be null
   Dialogue& dialogue_;
   const Transport::Receive receive_;
   Conversation conversation_;
-  std::optional<tims::Error> lost_;  // while sending
-  std::uint32_t records_ = 0;        // of what the dialogue has heard
+  std::optional<tims::Error> lost_;  // error while sending
+  std::uint32_t records_ = 0;        // inputs passed to the dialogue
   bool is_closed_ = false;
 };
 

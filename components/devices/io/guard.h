@@ -1,10 +1,9 @@
-// The last words to a device whose driver dies.
+// Sends stop commands to a device when its driver crashes.
 //
-// Some vehicles go on driving until they are told to stop, and have no watchdog of their own. So a
-// small process of its own waits beside the driver, holds the line to the device open, and does
-// nothing; when the driver ends without having released it (a crash, kill -9, no memory), it tells
-// the device to stop, and ends. What it writes, the way to the device has made of what the dialogue
-// wants to be said: bytes, frames, lines of text.
+// Some vehicles keep moving until they receive a stop command and have no watchdog. For these, a
+// small child process holds the line to the device open. If the driver ends without releasing the
+// guard (crash, kill -9, out of memory), the guard writes the stop commands to the device and ends.
+// The transport has encoded them from Dialogue::last_words(): bytes, frames, or lines of text.
 #pragma once
 
 #include <memory>
@@ -19,10 +18,10 @@ namespace rack::device {
 
 class Guard {
  public:
-  // line: of the device; only its own copy is kept.
+  // line: descriptor of the device; the guard duplicates it.
   static tims::Result<std::unique_ptr<Guard>> start(
       int line, const std::vector<std::vector<std::byte>>& last_words);
-  // Releases it: nothing is said.
+  // Releases the guard, which then sends nothing.
   ~Guard();
   Guard(const Guard&) = delete;
   Guard& operator=(const Guard&) = delete;
@@ -30,7 +29,7 @@ class Guard {
  private:
   Guard(tims::os::File alive, pid_t process) : alive_(std::move(alive)), process_(process) {}
 
-  tims::os::File alive_;  // a socket to it: closed without a word when the driver dies
+  tims::os::File alive_;  // socket to the guard; closed without a release if the driver crashes
   pid_t process_;
 };
 

@@ -1,4 +1,4 @@
-// What is plugged into this host, as the kernel shows it in /sys and /dev.
+// The devices plugged into this host, according to /sys and /dev.
 #pragma once
 
 #include <string>
@@ -10,12 +10,12 @@
 
 namespace rack::device {
 
-// `root`: where /sys, /dev and /proc are, for tests.
+// `root`: directory that contains sys, dev and proc, for tests.
 std::vector<HostDevice> host_devices(const std::string& root = {});
 
-// Can be read when something was plugged in or pulled out; take_device_events() empties it. udev
-// needs some time after that for its links. Not every container hears of it: look again by the
-// clock as well.
+// A descriptor that becomes readable when a device was plugged in or unplugged;
+// take_device_events() drains it. udev creates its links some time later. Some containers receive
+// no such events: also poll host_devices() periodically.
 tims::Result<tims::os::File> listen_for_devices();
 void take_device_events(const tims::os::File& events);
 

@@ -1,5 +1,5 @@
-// Where an emulator's device ends: a pseudo terminal with the rate of a serial line, a TCP port, or
-// a transport as drivers have it (CAN, UDP).
+// The line of an emulated device: a pseudo terminal with the rate of a serial line, a listening TCP
+// port, or the same transport that drivers use (CAN, UDP).
 #pragma once
 
 #include <deque>
@@ -11,22 +11,22 @@
 
 namespace rack::device {
 
-// "pty:/tmp/lms", "pty:/tmp/bus?can=500000" (motors behind an adapter that speaks text),
-// "tcp:127.0.0.1:2111" (listens there), "can:vcan0", "udp:127.0.0.1:2368".
+// Addresses: "pty:/tmp/lms", "pty:/tmp/bus?can=500000" (CAN devices behind an SLCAN adapter),
+// "tcp:127.0.0.1:2111" (listens), "can:vcan0", "udp:127.0.0.1:2368".
 tims::Result<std::unique_ptr<Transport>> open_line(const DeviceAddress& address,
                                                    std::uint32_t baud);
 
-// Lets bytes pass no faster than a line does, ten bits each, and no sooner: none before its last
-// bit was on the line.
+// Limits bytes to the rate of a line, ten bits each. A byte passes only after its last bit was on
+// the line.
 class Pace {
  public:
-  // How many of `waiting` bytes may go now. `baud` 0: all of them.
+  // Number of the `waiting` bytes that may pass now. `baud` 0: all of them.
   std::size_t allowed(Time now, std::size_t waiting, std::uint32_t baud);
-  // When the next may.
+  // When the next byte may pass.
   [[nodiscard]] Time next() const { return next_; }
 
  private:
-  Time carried_{};  // the line has carried what went, until then
+  Time carried_{};  // when the line finished with the bytes that have passed
   bool is_idle_ = true;
   Time next_{};
 };

@@ -1,6 +1,6 @@
-// The pulse that a receiver gives at the beginning of each second, as the kernel has seen it: its
-// interrupt takes the time, not a program that reads lines. On a serial line it is the wire DCD,
-// for which somebody has said `ldattach PPS /dev/ttyS0`; on a small computer a pin (pps-gpio).
+// The pulse per second (PPS) of a receiver, time-stamped by an interrupt of the kernel and therefore
+// more exact than reading a line. On a serial line the pulse is on DCD, after
+// `ldattach PPS /dev/ttyS0`; on single-board computers it may be a GPIO pin (pps-gpio).
 #pragma once
 
 #include <optional>
@@ -14,12 +14,12 @@ namespace rack::device {
 
 class Pulse {
  public:
-  // /dev/ppsN of this serial line; where none is, the only one that belongs to no line. Empty:
-  // there is neither.
+  // The /dev/ppsN of this serial line, or else the only one that belongs to no line. Empty if there
+  // is neither.
   static std::string find(const std::string& serial_line);
   static tims::Result<Pulse> open(const std::string& path);
 
-  // The last one, by the wall clock, since 1970; none: there was none yet.
+  // Wall-clock time of the last pulse, since 1970; empty before the first one.
   [[nodiscard]] std::optional<tims::Duration> last() const;
 
  private:

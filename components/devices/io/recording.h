@@ -1,5 +1,5 @@
-// A file of what once came from a device, record by record: captures, candump logs, packet captures
-// (payloads of UDP and TCP), raw bytes; or a folder of pictures, as a camera's frames.
+// Reads a recording of a device record by record: captures, candump logs, packet captures (payloads
+// of UDP and TCP), raw bytes, or a folder of pictures as the frames of a camera.
 #pragma once
 
 #include <functional>
@@ -14,16 +14,17 @@ namespace rack::device {
 class Recording {
  public:
   virtual ~Recording() = default;
-  // False: the end.
+  // Returns false at the end.
   virtual Result<bool> next(CaptureRecord& record) = 0;
   virtual void rewind() = 0;
 };
 
-// Of "play:FILE". `baud`: the pace of raw bytes.
+// Opens the file of an address "play:FILE". `baud`: rate at which raw bytes are played.
 Result<std::unique_ptr<Recording>> open_recording(const DeviceAddress& address, std::uint32_t baud);
 
-// Record by record to its end. Returns how many cannot be read: of a program that died, the last
-// line is cut. kSystem: there is no such file; else what `take` says, with where that is.
+// Passes all records of a capture to `take`. Returns the number of unreadable lines: if the recording
+// program crashed, the last line is incomplete. Fails with kSystem if the file cannot be opened, or
+// with the error of `take` and its position in the file.
 Result<std::uint64_t> read_recording(const std::string& path,
                                      const std::function<Result<void>(const CaptureRecord&)>& take);
 

@@ -1,5 +1,5 @@
-// Datagrams and CAN frames with the time at which the kernel, or the interface itself, took them:
-// not when we got round to reading.
+// Receives datagrams and CAN frames with the time stamp of the kernel or of the interface, which is
+// more exact than the time of reading.
 #pragma once
 
 #include <cstddef>
@@ -13,10 +13,10 @@
 namespace rack::device {
 
 struct Stamped {
-  bool is_there = false;  // false: nothing waits now
+  bool is_there = false;  // false: nothing to receive now
   std::size_t size = 0;
   tims::Time when{};
-  std::uint32_t dropped = 0;  // by the kernel since the socket is open, because nobody read
+  std::uint32_t dropped = 0;  // total dropped by the kernel because its buffer was full
 };
 
 void ask_for_stamps(int socket);

@@ -1,5 +1,5 @@
-// A device whose bytes come through a file: serial lines, TCP connections. What cannot be written
-// at once waits in a small buffer, whole pieces or none.
+// A transport with a stream of bytes on a file descriptor: serial lines and TCP connections. Data
+// that cannot be written at once waits in a small buffer, which accepts whole pieces only.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace rack::device {
 
 class StreamTransport : public Transport {
  public:
-  // `baud`: of a serial line; 0: its bytes take no time.
+  // `baud`: rate of a serial line; 0: bytes have no transmission time.
   StreamTransport(tims::os::File file, std::string description, std::uint32_t baud);
 
   [[nodiscard]] int descriptor() const override { return file_.get(); }
@@ -23,7 +23,8 @@ class StreamTransport : public Transport {
   tims::Result<bool> send(Time now, std::span<const std::byte> bytes, std::uint32_t id) override;
 
  protected:
-  // Nothing could be read although the file said so: an error when the device is gone.
+  // Called when the descriptor was readable but read() returned nothing: returns an error if the
+  // device is gone.
   virtual tims::Result<void> on_end() = 0;
 
   tims::os::File file_;

@@ -1,4 +1,5 @@
-// The ways to a device: what all of them promise is one suite of tests (transport_contract_test).
+// Interface of all transports to a device. One suite of tests, transport_contract_test, verifies the
+// contract for all of them.
 #pragma once
 
 #include <functional>
@@ -12,48 +13,49 @@
 
 namespace rack::device {
 
-// Not for several threads. Whatever it waits for, it waits in poll() on its descriptor.
+// Not thread-safe. Callers wait with poll() on the descriptor.
 class Transport {
  public:
   using Receive = std::function<void(const Arrival&)>;
 
   virtual ~Transport() = default;
 
-  // To be waited for until it can be read.
+  // Readable when there is something to receive.
   [[nodiscard]] virtual int descriptor() const = 0;
-  // There may be something to read at this time without the descriptor saying so.
+  // receive() must also be called at this time, even if the descriptor is not readable.
   [[nodiscard]] virtual Time next_timeout() const { return tims::kNever; }
-  // All that is there now, in order. An error: the device is gone, in words; open it again.
+  // Passes all data received so far to `receive`, in order. An error means that the device was lost
+  // and must be opened again; its text states the reason.
   virtual tims::Result<void> receive(Time now, const Receive& receive) = 0;
-  // Whether it has taken all of it: a device that reads slower than it is told to loses whole
-  // pieces, never halves. An error as above.
+  // Returns whether the data was accepted: if the device reads too slowly, whole pieces are dropped,
+  // never parts of them. An error as above.
   virtual tims::Result<bool> send(Time now, std::span<const std::byte> bytes, std::uint32_t id) = 0;
-  // Of CAN: it is dropped when it could not be sent until then.
+  // On CAN, the frame is dropped if it could not be sent before the deadline.
   virtual tims::Result<bool> send_before(Time now, Time /*deadline*/,
                                          std::span<const std::byte> bytes, std::uint32_t id) {
     return send(now, bytes, id);
   }
 
-  // What somebody else would write to a copy of the descriptor to send these: each piece by one
-  // write(), or by several where it is a stream.
+  // The bytes another process must write to a copy of the descriptor to send these telegrams: each
+  // element by one write(), on streams by one or more.
   [[nodiscard]] virtual std::vector<std::vector<std::byte>> to_write(
       const std::vector<Telegram>& telegrams) const;
 
   virtual void set_baud(std::uint32_t /*baud*/) {}
   virtual void set_dtr(bool /*on*/) {}
-  // What has happened to the line since it was asked last, for people: "can0 has left the bus".
+  // A message for the log about an event since the last call, for example "can0 is bus-off".
   virtual std::optional<std::string> take_event() { return {}; }
-  // What has gone wrong so far, counted; empty: nothing.
+  // Text with the error counts so far; empty if there were no errors.
   [[nodiscard]] virtual std::string statistics() const { return {}; }
-  // For the log: how the device is reached, and what was found out about it.
+  // For the log: address and detected properties of the device.
   [[nodiscard]] virtual std::string description() const = 0;
-  // Nobody hears what is sent; is_over: and nothing more comes.
+  // is_recording: output is discarded. is_over: the end of the recording was reached.
   [[nodiscard]] virtual bool is_recording() const { return false; }
   [[nodiscard]] virtual bool is_over() const { return false; }
 };
 
-// `baud`: of serial lines whose address does not say any. `wanted`: of CAN. kSystem says what is
-// missing, and what to do: rights, a module of the kernel, a cable.
+// `baud`: rate of serial lines if the address has no option baud. `wanted`: CAN filters. The text of
+// kSystem states what is missing (rights, a kernel module, a cable) and what to do.
 tims::Result<std::unique_ptr<Transport>> open_transport(const DeviceAddress& address,
                                                         std::uint32_t baud,
                                                         const std::vector<CanFilter>& wanted = {

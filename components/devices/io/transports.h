@@ -1,4 +1,4 @@
-// The ways to a device, a source of its own each, which says how it is reached there.
+// The transports. Each has its own source file, which describes its addresses.
 #pragma once
 
 #include <vector>
@@ -12,12 +12,12 @@ namespace rack::device {
 
 tims::Result<std::unique_ptr<Transport>> open_serial(const DeviceAddress& address,
                                                      std::uint32_t baud);
-// A terminal of its own, whose other end `place` becomes a link to: an emulator opens it.
+// Creates a pseudo terminal and a link `place` to its other end, which an emulator opens.
 tims::Result<std::unique_ptr<Transport>> open_pty(const DeviceAddress& address, std::uint32_t baud);
 
-// Both ends of a pseudo terminal; `path` is a link to the other one, which is held open: who opens
-// and closes it is no end. `baud`: that it is set to; 0: it hands nothing back, all else is for
-// whoever opens it.
+// Both ends of a pseudo terminal; `path` is a link to the slave. The slave stays open, so that a
+// program that opens and closes it does not cause a hangup. `baud`: initial rate; 0: only echo is
+// turned off, the program that opens the slave configures the rest.
 struct Terminal {
   tims::os::File own;
   tims::os::File other;
@@ -26,23 +26,23 @@ tims::Result<Terminal> make_terminal(const std::string& path, std::uint32_t baud
 
 // --- slcan_adapter.cpp
 
-// line: to the adapter.
+// line: transport to the adapter.
 tims::Result<std::unique_ptr<Transport>> open_slcan(std::unique_ptr<Transport> line,
                                                     std::uint32_t bit_rate);
-// The same from the adapter's side, with the bus behind it: frames come and go as text.
+// The same from the adapter's side, for emulators: sends and receives frames as text.
 std::unique_ptr<Transport> slcan_frames(std::unique_ptr<Transport> line, std::uint32_t bit_rate);
 
 // --- socket.cpp
 
-// Waits for the connection, 1 s at most.
+// Waits for the connection for at most 1 s.
 tims::Result<std::unique_ptr<Transport>> open_tcp(const DeviceAddress& address);
-// Receives at the port; sends to place:port, where the address has a place, else to who was heard
-// last. Datagrams of others than a place that is given are left out.
+// Receives at the port. If the address has a host, sends to host:port and ignores datagrams from
+// other hosts; otherwise sends to the sender of the last datagram.
 tims::Result<std::unique_ptr<Transport>> open_udp(const DeviceAddress& address);
 
 // --- can.cpp
 
-// `wanted`: frames that fit any of them; none: no frames at all.
+// `wanted`: receives frames that match any of these filters; if empty, no frames.
 tims::Result<std::unique_ptr<Transport>> open_can(const DeviceAddress& address,
                                                   const std::vector<CanFilter>& wanted);
 
@@ -58,20 +58,20 @@ tims::Result<std::unique_ptr<Transport>> open_gpio(const DeviceAddress& address)
 
 tims::Result<std::unique_ptr<Transport>> open_video(const DeviceAddress& address);
 
-// Whether the camera has that size in one of the formats, although somebody uses it now; the error
-// says what it has.
+// Checks whether the camera supports the size in one of the formats, even while another program uses
+// it. The error lists the supported ones.
 tims::Result<void> check_video(const DeviceAddress& address);
 
 // --- playback.cpp
 
-// `baud`: the pace of raw bytes.
+// `baud`: rate at which raw bytes are played.
 tims::Result<std::unique_ptr<Transport>> open_playback(const DeviceAddress& address,
                                                        std::uint32_t baud);
 
 // --- device.cpp
 
-// The error of errno after open(2) of a device's file, with what to do about it. `group`: whose
-// members may.
+// The error for errno after open(2) of a device file, with advice. `group`: the group that has
+// access.
 tims::Error cannot_open_device(const std::string& path, std::string_view group);
 
 }  // namespace rack::device

@@ -215,11 +215,11 @@ TEST_P(XsensDialogueTest, AnotherDeviceIsRefusedByItsNumber) {
     EXPECT_TRUE(line.run(10s, [&] { return gyro.is_ready() || gyro.failure(); }));
     return gyro.failure() ? gyro.failure()->detail() : "";
   };
-  EXPECT_EQ(refusal("0378ABCE"), "this is the device with serial number 0378abcd, not 0378ABCE");
+  EXPECT_EQ(refusal("0378ABCE"), "this device has serial number 0378abcd; required: 0378ABCE");
   EXPECT_EQ(refusal("0378ABCD"), "");
   EXPECT_EQ(refusal(""), "");
   EXPECT_EQ(refusal("0378ABCD", false),
-            "this device tells no serial number, and 0378ABCD is wanted");
+            "this device reports no serial number; required: 0378ABCD");
 }
 
 INSTANTIATE_TEST_SUITE_P(Generations, XsensDialogueTest, testing::Bool());

@@ -61,12 +61,12 @@ std::string refusal(const std::string& wanted, HokuyoLanguage language = HokuyoL
 }
 
 TEST(HokuyoTest, AnotherScannerIsRefusedByItsNumber) {
-  EXPECT_EQ(refusal("H0614968"), "this is the scanner with serial number H0614967, not H0614968");
+  EXPECT_EQ(refusal("H0614968"), "this scanner has serial number H0614967; required: H0614968");
   EXPECT_EQ(refusal("H0614967"), "");
   EXPECT_EQ(refusal("h0614967"), "");
   EXPECT_EQ(refusal("H0614967", HokuyoLanguage::kScip1First), "");
   EXPECT_EQ(refusal("H0614967", HokuyoLanguage::kScip1Only),
-            "this scanner tells no serial number, and H0614967 is wanted");
+            "this scanner reports no serial number; required: H0614967");
   EXPECT_EQ(refusal("", HokuyoLanguage::kScip1Only), "");
 }
 

@@ -402,7 +402,7 @@ TEST(RplidarTest, AnotherScannerIsRefusedByItsNumber) {
     return driver.failure() ? driver.failure()->detail() : "";
   };
   EXPECT_EQ(refusal(digits + "6"),
-            "this is the scanner with serial number " + digits + "7, not " + digits + "6");
+            "this scanner has serial number " + digits + "7; required: " + digits + "6");
   EXPECT_EQ(refusal(digits + "7"), "");
   EXPECT_EQ(refusal(""), "");
 }

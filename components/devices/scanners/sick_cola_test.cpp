@@ -186,7 +186,7 @@ TEST(SickColaTest, TakesRemissionIn8BitsWhereThereIsNoOther) {
 TEST(SickColaTest, AnotherScannerIsRefusedByItsNumber) {
   Pair pair({.serial_number = 5}, {.serial_number = 6});
   EXPECT_FALSE(pair.run_until_ready());
-  EXPECT_EQ(pair.failure(), "this is the scanner with serial number 6, not 5");
+  EXPECT_EQ(pair.failure(), "this scanner has serial number 6; required: 5");
   Pair right({.serial_number = 6}, {.serial_number = 6});
   EXPECT_TRUE(right.run_until_ready());
 }
