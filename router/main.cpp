@@ -1,4 +1,4 @@
-// tims-router: puts the parts together, from top to bottom, and runs them.
+// tims-router: creates the components, in order of the members, and runs them.
 #include <array>
 #include <cstdio>
 #include <cstring>
@@ -33,7 +33,7 @@ constexpr int kCannotStart = 1;
 constexpr int kWrongUsage = 2;
 constexpr Duration kDrainTime = 2s;
 constexpr std::size_t kWaitingBytesMin = 256 << 20;  // address space, not memory
-constexpr std::size_t kFullQueues = 16;              // that fit into it
+constexpr std::size_t kFullQueues = 16;              // number of full queues that fit into it
 
 config::Host this_host() {
   config::Host host;
@@ -118,7 +118,7 @@ std::string cannot_listen(std::string_view key, const std::string& where, const 
   return fmt::format("cannot listen: {}; `--set {}=...`", error.detail(), key);
 }
 
-// The running router, part by part; and what it tells of itself.
+// The running router, component by component, and the source of its reports.
 class Program final : private core::RouterHooks, private io::AdminSource {
  public:
   Program(config::Loaded configuration, const io::Arguments& arguments)
@@ -270,7 +270,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     return {};
   }
 
-  // `endpoint`: nothing when the port is switched off. `where` becomes what is told about it.
+  // `endpoint`: empty when the port is switched off. `where` receives the listening address.
   template <typename TcpOrHttpPort>
   Result<void> listen(TcpOrHttpPort& port, std::string_view name,
                       const std::optional<config::Endpoint>& endpoint, std::string& where) {
@@ -286,7 +286,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     return {};
   }
 
-  // What waits for slow readers is still written, for a while.
+  // Data queued for slow readers is still written for a while.
   void stop() {
     if (drain_deadline_ != kNever) return;
     const Time now = os::now();
@@ -313,7 +313,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     manager_.ready();
   }
 
-  // All of it or nothing: what may fail comes first.
+  // Applies all changes or none: steps that may fail come first.
   void apply(const config::Loaded& loaded) {
     const Time now = os::now();
     config::Config wanted = config::reloaded(configuration_.config, loaded.config);
@@ -343,13 +343,14 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   const Time started_ = os::now();
   io::ProcessReport process_{.version = TIMS_VERSION,
                              .pid = static_cast<std::uint32_t>(::getpid()),
-                             .epoch = epoch_};  // what does not change, and where it listens
+                             // Values that never change, and the listening addresses.
+                             .epoch = epoch_};
   io::Log log_{configuration_.config.log.level};
   io::LimitedLog limited_log_{log_};
   io::Loop loop_;
   core::Router router_{
       router_settings(configuration_.config, epoch_), {random_number(), random_number()}, *this};
-  // Slow readers of TCP and WebSockets take nothing from links, nor links from them.
+  // Queues of TCP and WebSocket clients are separate from the memory of links.
   io::WaitingMemory queue_memory_{waiting_bytes(configuration_.config)};
   io::WaitingMemory link_memory_{waiting_bytes(configuration_.config)};
   io::LocalPort local_{loop_,
@@ -385,7 +386,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   io::Tracer tracer_;
   io::Service manager_{loop_};
   io::Signals signals_{loop_, {.stop = [this] { stop(); }, .reload = [this] { reload(); }}};
-  Time drain_deadline_ = kNever;  // set when the router is to end
+  Time drain_deadline_ = kNever;  // set when shutdown begins
 };
 
 int print(std::string_view text) {
@@ -413,7 +414,7 @@ int main(std::span<const char* const> words) {
   if (!loaded) return complain(loaded.error().message(), kCannotStart);
   for (const auto& problem : loaded->problems) complain(problem.to_string(), kCannotStart);
   if (!loaded->ok()) return kCannotStart;
-  if (arguments->action == Action::kCheck) return print("the configuration is good\n");
+  if (arguments->action == Action::kCheck) return print("the configuration is valid\n");
   if (arguments->action == Action::kPrintConfig) {
     return print(config::print_config(loaded->config, loaded->origins));
   }

@@ -94,7 +94,8 @@ class Checker {
     }
   }
 
-  // Everything beyond loopback is asked for, or was meant to be.
+  // True when listening beyond loopback is allowed, or the option for it was given with a bad
+  // value.
   [[nodiscard]] bool is_insecure() const {
     return config_.security.insecure || written_.refused.contains("security.insecure");
   }
@@ -110,7 +111,7 @@ class Checker {
              link.to_string(), kNoKeys, link.port, kInsecure));
   }
 
-  // Who connects, and who accepts.
+  // Checks which side connects and which accepts.
   void check_direction(std::size_t i, const Link& link) {
     const bool has_to = has(i, "to");
     if (link.kind == LinkKind::kSub && has_to)
@@ -159,8 +160,8 @@ class Checker {
     check_is_found(i, link);
   }
 
-  // An address is one of UDP. Without UDP the only super link means whoever is above, all others
-  // mean nobody.
+  // `to` is a UDP address. Without UDP, a single super link finds the router above by its role;
+  // all other links find no router.
   void check_is_found(std::size_t i, const Link& link) {
     if (link.accepts() || link.is_automatic() || link.uses(PathKind::kUdp)) return;
     const bool only_super = link.kind == LinkKind::kSuper &&
@@ -195,7 +196,7 @@ class Checker {
                                      in_quotes(server)));
   }
 
-  // "10.9.1.1", "10.9.1.1:7410".
+  // True for "10.9.1.1" and "10.9.1.1:7410".
   static bool is_place(const std::string& text) {
     return Endpoint::parse(text) || Endpoint::parse(text + ":1");
   }
@@ -225,13 +226,13 @@ class Checker {
         }
   }
 
-  // To the same router, or for the same routers: one of both would never be used.
+  // To the same router, or for the same group of routers: one of both would never be used.
   [[nodiscard]] bool is_same(std::size_t before, std::size_t i) const {
     const Link& a = config_.links[before];
     const Link& b = config_.links[i];
     if (!a.accepts() || !b.accepts()) return a.host == b.host && a.port == b.port;
     const bool both_read = is_sound(before) && is_sound(i);
-    const bool none_connects = a.kind != LinkKind::kSuper;  // that was told
+    const bool none_connects = a.kind != LinkKind::kSuper;  // already reported
     return both_read && none_connects && a.kind == b.kind && a.system == b.system;
   }
 
@@ -260,7 +261,7 @@ class Checker {
                              origin(fmt::format("route[{}]", before)).to_string()));
   }
 
-  // --- what was written
+  // --- positions in the configuration
 
   static std::string item(std::size_t i) { return fmt::format("link[{}]", i); }
   static std::string key(std::size_t i, std::string_view name) {
@@ -270,11 +271,11 @@ class Checker {
     return written_.origins.contains(key) || written_.refused.contains(key);
   }
   [[nodiscard]] bool has(std::size_t i, std::string_view name) const { return has(key(i, name)); }
-  // No key was mistyped: what is missing was forgotten.
+  // True when no key was mistyped: a missing key was really omitted.
   [[nodiscard]] bool is_complete(std::size_t i) const {
     return !written_.refused.contains(item(i));
   }
-  // Everything of it is what was written.
+  // True when the item has no refused values.
   [[nodiscard]] bool is_sound(std::size_t i) const {
     const auto next = written_.refused.lower_bound(item(i));
     return (next == written_.refused.end() || !next->first.starts_with(item(i))) && has(i, "kind");

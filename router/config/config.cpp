@@ -23,7 +23,7 @@ bool is_name_character(char c) {
   return is_digit(c) || (c >= 'a' && c <= 'z') || c == '-' || c == '_';
 }
 
-// "fe80::1", and "fe80::1%eth0": a link-local address wants to know its interface.
+// "fe80::1" or "fe80::1%eth0": a link-local address requires its interface.
 bool is_v6(std::string_view host) {
   const std::size_t percent = host.find('%');
   if (percent != std::string_view::npos) {
@@ -36,7 +36,7 @@ bool is_v6(std::string_view host) {
   return is_numeric(AF_INET6, std::string(host.substr(0, percent)));
 }
 
-// What looks like an IPv4 address but is none ("256.0.0.1") is no name either.
+// A malformed IPv4 address ("256.0.0.1") is not accepted as a name either.
 bool is_name(std::string_view host) {
   if (host.empty() || host.size() > kNameMax) return false;
   if (std::ranges::all_of(host.substr(host.rfind('.') + 1), is_digit)) return false;
@@ -49,7 +49,7 @@ bool is_name(std::string_view host) {
   return true;
 }
 
-// ":2010", or nothing for the default; nobody can be reached at port 0.
+// ":2010", or empty for the default; port 0 is not a valid destination.
 std::optional<std::uint16_t> parse_port_behind(std::string_view text) {
   if (text.empty()) return kLinkPort;
   const auto port = base::parse_number<std::uint16_t>(text.substr(1));
@@ -98,7 +98,7 @@ std::optional<Destination> Destination::parse(std::string_view text) {
   if (!port) return std::nullopt;
 
   std::string host(in_brackets ? text.substr(1, end - 1) : text.substr(0, end));
-  // An interface's name behind '%' is not the DNS's: its capital letters count.
+  // An interface name after '%' is not a DNS name: its case is significant.
   if (in_brackets) return is_v6(host) ? std::optional(Destination{host, *port}) : std::nullopt;
   for (char& c : host)
     if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');

@@ -1,5 +1,5 @@
-// What the router is told, as plain values. Defaults, limits, units and help of every value stand
-// in one table (options.cpp); a Config that came out of load() keeps them.
+// The configuration of the router, as plain values. Defaults, limits, units and help of every
+// value are in one table (options.cpp); a Config returned by load() satisfies them.
 #pragma once
 
 #include <chrono>
@@ -15,7 +15,7 @@
 
 namespace tims::config {
 
-// Where a port listens. The host is always numeric ("127.0.0.1", "::1"): nothing is resolved.
+// A listening address. The host is always numeric ("127.0.0.1", "::1"): nothing is resolved.
 struct Endpoint {
   std::string host;
   std::uint16_t port = 0;  // 0: the system chooses one
@@ -36,34 +36,35 @@ inline constexpr bool kHasDds = TIMS_WITH_DDS != 0;
 
 inline constexpr std::uint16_t kLinkPort = 2010;  // UDP, between routers
 
-// Where a link connects. The host may be a name: whoever connects looks it up, again and again.
+// The destination of a link. The host may be a name: the connecting side resolves it repeatedly.
 struct Destination {
-  std::string host;                // numeric, or a name in small letters; IPv6 without brackets
+  std::string host;                // numeric, or a name in lower case; IPv6 without brackets
   std::uint16_t port = kLinkPort;  // 0: found in the fleet; then the host is "auto"
 
-  [[nodiscard]] bool loopback() const;          // false for names: nothing is looked up here
+  [[nodiscard]] bool loopback() const;          // false for names: they are not resolved here
   [[nodiscard]] std::string to_string() const;  // "robot1:2010", "[::1]:2010"
-  static std::optional<Destination> parse(std::string_view text);  // the port may be missing
+  static std::optional<Destination> parse(std::string_view text);  // the port is optional
   bool operator==(const Destination&) const = default;
 };
 
 enum class LogLevel : std::uint8_t { kError, kWarning, kInfo, kDebug };
 
-using LinkPaths = std::vector<PathKind>;  // in order of preference, each once
+using LinkPaths = std::vector<PathKind>;  // in order of preference, without duplicates
 
-// A relation to another router, or to all those that may connect: [[link]].
+// A relation to another router, or to a group of routers that may connect: [[link]].
 struct Link {
   LinkKind kind = LinkKind::kSuper;
   std::string host;                                    // empty: this side accepts
   std::uint16_t port = 0;                              // 0: this side accepts
-  std::optional<std::uint8_t> system;                  // whom this side accepts; empty: any
+  std::optional<std::uint8_t> system;                  // the system this side accepts; empty: any
   LinkPaths paths{PathKind::kUdp};                     // at least one
-  std::string name;                                    // for people; may be empty
-  std::uint32_t mailboxes = 65536;                     // that the other side may announce
+  std::string name;                                    // for display; may be empty
+  std::uint32_t mailboxes = 65536;                     // maximum the other side may announce
   Duration interval = std::chrono::milliseconds(300);  // keep-alive
-  std::uint64_t rate = 0;                              // bytes a second at most; 0: no cap
-  std::uint8_t reserve = 10;                           // percent of the rate, for upper classes
-  Duration lifetime = std::chrono::seconds(30);        // of a reliable message that does not arrive
+  std::uint64_t rate = 0;                              // maximum bytes per second; 0: no limit
+  std::uint8_t reserve = 10;                           // percentage of the rate, for upper classes
+  // Of a reliable message that cannot be delivered.
+  Duration lifetime = std::chrono::seconds(30);
 
   [[nodiscard]] bool accepts() const { return host.empty(); }
   [[nodiscard]] bool is_automatic() const { return !accepts() && port == 0; }  // to = "auto"
@@ -72,21 +73,21 @@ struct Link {
   bool operator==(const Link&) const = default;
 };
 
-// What goes another way than the tree's: [[route]].
+// An exception from routing along the tree: [[route]].
 struct Route {
   std::string match;  // an AddressPattern: "Ladar(3/*)"
-  std::string via;    // name of a router on a link
+  std::string via;    // name of the router at the other end of a link
 
   [[nodiscard]] std::string to_string() const { return match; }
   bool operator==(const Route&) const = default;
 };
 
-// "10.9.1.1, 10.9.1.2:7410", one by one.
+// Splits "10.9.1.1, 10.9.1.2:7410" into its elements.
 std::vector<std::string> list_of(std::string_view text);
 
 struct Config {
   struct Router {
-    std::string name;  // for people; default: the host's name
+    std::string name;  // for users; default: the host's name
     Role role = Role::kSystem;
     std::uint8_t system = 0;
     std::uint8_t id = 1;
@@ -108,8 +109,8 @@ struct Config {
   struct Tcp {
     std::optional<Endpoint> listen = Endpoint{"127.0.0.1", 2000};  // empty: off
     bool compat_delete = false;
-    bool admin = false;  // clients may change the router itself; those of http as well
-    std::uint32_t queue_bytes = 4U << 20;  // waiting for one slow reader
+    bool admin = false;  // clients may change the router itself; applies to http as well
+    std::uint32_t queue_bytes = 4U << 20;  // queued for one slow reader
     bool operator==(const Tcp&) const = default;
   } tcp;
 
@@ -125,7 +126,7 @@ struct Config {
   } udp;
 
   struct Fleet {
-    std::string name;  // empty: this router belongs to none
+    std::string name;  // empty: this router is in no fleet
     bool operator==(const Fleet&) const = default;
   } fleet;
 
@@ -135,8 +136,9 @@ struct Config {
     std::string peers;   // "10.9.1.1, 10.9.1.2:7410"
     std::string server;  // "10.9.1.1:11811"; empty: none
     Duration lease = std::chrono::seconds(10);
-    std::uint32_t message_max = 1392;  // bytes; within a tunnel too (WireGuard takes 1420 with IP)
-    std::uint32_t history = 32;        // samples
+    // Bytes; fits into a tunnel too (WireGuard takes 1420 with IP).
+    std::uint32_t message_max = 1392;
+    std::uint32_t history = 32;  // samples
     Duration heartbeat = std::chrono::milliseconds(2);
     std::string profiles;  // a file; empty: none
     bool operator==(const Dds&) const = default;
@@ -165,7 +167,7 @@ struct Config {
   } log;
 
   struct Security {
-    bool insecure = false;  // listening beyond loopback without keys was asked for
+    bool insecure = false;  // listening beyond loopback without authentication was allowed
     bool operator==(const Security&) const = default;
   } security;
 
@@ -174,8 +176,8 @@ struct Config {
     bool operator==(const Sim&) const = default;
   } sim;
 
-  std::vector<Link> links;    // in the order they were written: the first super is preferred
-  std::vector<Route> routes;  // in the order they were written
+  std::vector<Link> links;    // in configuration order: the first super link is preferred
+  std::vector<Route> routes;  // in configuration order
 
   bool operator==(const Config&) const = default;
 };

@@ -58,7 +58,7 @@ class Loader {
   }
 
  private:
-  // In a fleet every link has the other path to fall back to.
+  // In a fleet every link has DDS as its fallback path.
   void add_default_paths() {
     if (loaded_.config.fleet.name.empty() || !kHasDds) return;
     for (std::size_t i = 0; i < loaded_.config.links.size(); ++i)
@@ -71,13 +71,13 @@ class Loader {
     const auto first = static_cast<std::ptrdiff_t>(loaded_.problems.size());
     for (const base::Problem& problem : tree.problems) fail(origin(problem.at), problem.text);
     for (const TomlNode& node : tree.root.children) add(node);
-    // Keys of one table need not stand together.
+    // Keys of one table may be scattered over a file.
     std::ranges::stable_sort(loaded_.problems.begin() + first, loaded_.problems.end(), {},
                              [](const Problem& p) { return std::pair(p.at.line, p.at.column); });
   }
 
-  // What stands at the top of a file. Options are one table deep: what lies deeper is a value that
-  // none takes.
+  // Adds a top-level node of a file. Options are one table deep: anything deeper is a value of a
+  // type that no option accepts.
   void add(const TomlNode& node) {
     if (node.form == TomlNode::Form::kTable) {
       if (!open_table(node)) return;
@@ -90,7 +90,7 @@ class Loader {
     }
   }
 
-  // `[name]`; false: there is no such table, and that was said.
+  // Opens `[name]`; returns false when there is no such table, after reporting it.
   bool open_table(const TomlNode& table) {
     if (is_table(table.key)) return true;
     fail(origin(table.at_key),
@@ -98,7 +98,7 @@ class Loader {
     return false;
   }
 
-  // One of `[[name]]`.
+  // Adds one item of `[[name]]`.
   void add_item(const std::string& name, const TomlNode& item) {
     const List* list = find_list(name);
     if (list == nullptr)
@@ -120,7 +120,7 @@ class Loader {
     return fmt::format("{0} is a table: write [{0}] once, above its keys", name);
   }
 
-  // The number of the new item.
+  // Returns the index of the new item.
   std::size_t append(const List& list, const Origin& at) {
     const std::size_t index = list.size(loaded_.config);
     list.append(loaded_.config);
@@ -146,7 +146,7 @@ class Loader {
                          key, list->name, list->sample_setting));
   }
 
-  // "kind=super,to=10.9.1.1:2010": one more item.
+  // "kind=super,to=10.9.1.1:2010": adds one item.
   void add_item_setting(const List& list, std::string_view text, const Origin& at) {
     const std::size_t index = append(list, at);
     while (!text.empty()) {
@@ -171,7 +171,7 @@ class Loader {
     refused_.insert_or_assign(item_key(list, index), at);
   }
 
-  // Quotes are allowed, as in a file; nothing is replaced: the shell has done that.
+  // Quotes are allowed, as in a file; nothing is substituted, since the shell has done that.
   static Result<Value> parse_setting(const Option& option, std::string_view text) {
     const bool is_quoted = text.size() >= 2 && text.front() == '"' && text.back() == '"';
     if (is_quoted) text = text.substr(1, text.size() - 2);
@@ -191,7 +191,7 @@ class Loader {
     return {fmt::format("{}.{}", item_key(list, index), option.name()), &option, index};
   }
 
-  // A value as TOML has it, as the option wants it.
+  // Converts a TOML value to the type of the option.
   Result<Value> typed(const Spec& option, const base::TomlValue& raw) const {
     if (const auto* text = std::get_if<std::string>(&raw)) return typed_text(option, *text);
     if (const auto* flag = std::get_if<bool>(&raw))
@@ -216,7 +216,8 @@ class Loader {
   Result<Value> typed_text(const Spec& option, const std::string& text) const {
     const auto replaced = substitute(text, environment_);
     if (!replaced) return replaced.error();
-    // A number in quotes is a mistake, unless it comes from the environment: that has only texts.
+    // A number in quotes is a mistake unless it comes from the environment, which contains only
+    // texts.
     const bool quotes_wrong = option.kind == Kind::kNumber || option.kind == Kind::kFlag ||
                               (option.kind == Kind::kSystem && text != "*");
     if (quotes_wrong && *replaced == text)
@@ -238,7 +239,7 @@ class Loader {
     return loaded_.origins.contains(key) || refused_.contains(key);
   }
 
-  // A default comes from the host: a path made of a long $XDG_RUNTIME_DIR may not fit.
+  // Defaults come from the host: a path built from a long $XDG_RUNTIME_DIR may not fit.
   void check_defaults() {
     for (const Option& option : options()) {
       if (is_written(option.key)) continue;
@@ -247,7 +248,7 @@ class Loader {
     }
   }
 
-  // What somebody meant by the unknown key may be what would be missed otherwise.
+  // The unknown key may be a misspelling of a key that would otherwise be reported as missing.
   void fail_unknown(const List& list, std::size_t index, std::string_view name, const Origin& at) {
     fail(at, unknown_item_key(list, name));
     refused_.insert_or_assign(item_key(list, index), at);
@@ -290,9 +291,10 @@ Result<std::vector<fs::path>> toml_files(const fs::path& folder) {
   return paths;
 }
 
-// --- names that nobody knows
+// --- unknown names
 
-// Nearest known key; else, for a name in the wrong table, the key that has exactly this name.
+// Suggests the nearest known key or, for a name in the wrong table, the key with exactly this
+// name.
 std::string did_you_mean(std::string_view key) {
   std::vector<std::string_view> known;
   for (const Option& option : options()) known.push_back(option.key);
@@ -318,24 +320,24 @@ std::vector<std::string_view> tables() {
   return known;
 }
 
-// --- back to text
+// --- back to TOML
 
-// A line of TOML, with a comment that says where it comes from.
+// A line of TOML, with the value's origin as a comment.
 std::string with_origin(std::string_view line, const Origins& origins, std::string_view key) {
   const auto found = origins.find(key);
   const Origin origin = found == origins.end() ? Origin{} : found->second;
   return fmt::format("{:<36}# {}\n", line, origin.to_string());
 }
 
-// Links that are right for the new values of these may be wrong for the old ones.
+// Links that are valid with the new values of these options may be invalid with the old ones.
 bool lists_wait(const Config& before, const Config& after) {
   return before.router.role != after.router.role || before.router.system != after.router.system ||
          before.address != after.address || before.udp != after.udp ||
          before.security != after.security;
 }
 
-// The items of one list, before and after. Items are the same when their labels are: the first of
-// a label with the first of it, the second with the second.
+// The items of one list, before and after. Items correspond when their labels are equal: the
+// first item with a label to the first one with it, the second to the second.
 class ListChanges {
  public:
   ListChanges(const List& list, const Config& before, const Config& after)
@@ -488,7 +490,7 @@ std::string unknown_table(std::string_view name, bool is_list) {
   const auto known = tables();
   const std::string written = in_brackets(name, is_list);
   auto candidates = known;
-  if (is_list) std::ranges::reverse(candidates);  // the lists first
+  if (is_list) std::ranges::reverse(candidates);  // lists first
   if (const auto best = nearest(name, candidates))
     return fmt::format("unknown table {}; did you mean {}?", written,
                        in_brackets(*best, find_list(*best) != nullptr));
@@ -522,7 +524,7 @@ std::string print_config(const Config& config, const Origins& origins) {
   return out;
 }
 
-// --- what changes
+// --- changes
 
 std::vector<Change> changes(const Config& before, const Config& after) {
   std::vector<Change> all;

@@ -1,7 +1,7 @@
-// From files and `--set` to a Config, back to text, and from one Config to the next. Strict: an
-// unknown key is an error that names the nearest known one; every error is reported, not only the
-// first, each with the place it was written at. Texts, environment and host come in as arguments:
-// only read_files touches the disk.
+// Converts files and `--set` to a Config, a Config to text, and computes the difference of two
+// configurations. Strict: an unknown key is an error that names the nearest known one; all errors
+// are reported, each with its position. Texts, environment and host are arguments: only
+// read_files accesses the disk.
 #pragma once
 
 #include <cstdint>
@@ -19,7 +19,7 @@ namespace tims::config {
 
 struct List;
 
-// Where a value or an error comes from.
+// The origin of a value or an error.
 struct Origin {
   enum class Kind : std::uint8_t { kDefault, kFile, kSet };
   Kind kind = Kind::kDefault;
@@ -39,7 +39,7 @@ struct Problem {
   [[nodiscard]] std::string to_string() const;  // "router.toml:3:1: unknown key ..."
 };
 
-using File = base::TextFile;  // its name as it is printed in errors
+using File = base::TextFile;  // the name as printed in errors
 
 struct Host {
   std::string name;
@@ -48,10 +48,9 @@ struct Host {
 };
 
 struct Sources {
-  // A later one overrides an earlier one, key by key; items of lists ([[link]]) come one behind the
-  // other.
+  // A later file overrides an earlier one, key by key; items of lists ([[link]]) are appended.
   std::vector<File> files;
-  std::vector<std::string> settings;  // --set key=value, over all files
+  std::vector<std::string> settings;  // --set key=value, applied after all files
   Host host;
 };
 
@@ -59,7 +58,7 @@ using Origins =
     std::map<std::string, Origin, std::less<>>;  // by key ("link[0].to"); absent = default
 
 struct Loaded {
-  Config config;  // to be used only when there are no problems
+  Config config;  // valid only when there are no problems
   Origins origins;
   std::vector<Problem> problems;
 
@@ -68,37 +67,37 @@ struct Loaded {
 
 Loaded load(const Sources& sources);
 
-// The values that hold when nothing is written anywhere: the table's defaults, the host's name,
-// and the socket where this user may put one.
+// The values that apply without any configuration: the table's defaults, the host's name, and a
+// socket path that this user may use.
 Config defaults(const Host& host);
 
-// Every effective value as TOML, each with a comment that says where it comes from. Loading the
-// result gives the same Config.
+// Every effective value as TOML, each with its origin as a comment. Loading the result yields the
+// same Config.
 std::string print_config(const Config& config, const Origins& origins);
 
-// The configuration files of a path, read. A file: that file, then *.toml of the folder beside it
-// that has its name with ".d" (router.toml, router.d/*.toml), in alphabetical order. A folder: its
-// *.toml files.
+// Reads the configuration files of a path. For a file: the file itself, then *.toml in the folder
+// beside it with the same name and ".d" (router.toml, router.d/*.toml), in alphabetical order.
+// For a folder: its *.toml files.
 Result<std::vector<File>> read_files(const std::string& path);
 
 // --- parts of load()
 
 using Environment = std::map<std::string, std::string, std::less<>>;
 
-// ${NAME} in a text becomes the environment's value; $$ becomes a dollar sign. An unknown variable
-// or an unclosed brace is an error that names it.
+// Replaces ${NAME} in a text by the value of the environment variable, and $$ by a dollar sign.
+// An unknown variable or an unclosed brace is an error that names it.
 Result<std::string> substitute(std::string_view text, const Environment& environment);
 
-// What is said about names that nobody knows.
+// Messages about unknown names.
 bool is_table(std::string_view name);
 
 std::string unknown_key(std::string_view key);
-// Shown as it was written: "[tpc]", "[[lnk]]".
+// In the notation of the file: "[tpc]", "[[lnk]]".
 std::string unknown_table(std::string_view name, bool is_list);
 std::string unknown_item_key(const List& list, std::string_view name);
 
-// Keys that were written with a value that was refused, and items ("link[0]") with an unknown key:
-// what follows from those mistakes is not told as well.
+// Keys with a refused value, and items ("link[0]") with an unknown key: errors that follow from
+// these mistakes are not reported.
 using Refused = std::map<std::string, Origin, std::less<>>;
 
 struct Written {
@@ -108,25 +107,26 @@ struct Written {
 
 std::vector<Problem> check(const Config& config, const Written& written);
 
-// --- what a new configuration changes, and what of it can be had without a restart
+// --- effects of a new configuration, and which of them need no restart
 
 struct Change {
-  std::string key;     // "log.level"; `link "10.9.1.1:2010" rate` of a list's item
-  std::string before;  // as TOML: "\"info\""; empty when items came, went or moved
+  std::string key;     // "log.level"; for an item of a list `link "10.9.1.1:2010" rate`
+  std::string before;  // as TOML: "\"info\""; empty when items were added, removed or reordered
   std::string after;   // as TOML; else "added", "removed", "in another order"
   bool reloadable = false;
 
-  // "log.level: \"info\" -> \"debug\"", "link \"10.9.1.1:2010\": added"; with ", needs a restart"
-  // behind it where that is so.
+  // "log.level: \"info\" -> \"debug\"", "link \"10.9.1.1:2010\": added"; followed by ", needs a
+  // restart" where necessary.
   [[nodiscard]] std::string to_string() const;
 };
 
-// In the order of the option table; empty when nothing changed. Links and routes do without a
-// restart, unless something they were checked against (router.role, udp.listen, ...) waits for one:
-// then they wait with it.
+// In the order of the option table; empty when nothing changed. Links and routes need no restart,
+// unless an option they were checked against (router.role, udp.listen, ...) needs one: then they
+// wait with it.
 std::vector<Change> changes(const Config& before, const Config& after);
 
-// `running` with the reloadable values of `wanted`: what a router without restart may go on with.
+// `running` with the reloadable values of `wanted`: the configuration to continue with without a
+// restart.
 Config reloaded(const Config& running, const Config& wanted);
 
 }  // namespace tims::config

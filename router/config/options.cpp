@@ -9,14 +9,14 @@
 namespace tims::config {
 namespace {
 
-// --- how a row of the table reaches its member of Config
+// --- access of a table row to its member of Config
 
 constexpr std::int64_t kKi = 1LL << 10;
 constexpr std::int64_t kGi = 1LL << 30;
 constexpr std::int64_t kMs = 1'000'000;
 constexpr std::int64_t kHour = 3'600'000 * kMs;
 
-// How a member of Config is kept in a Value, and back.
+// Conversion between a member of Config and a Value.
 template <Kind kind, typename T>
 Value to_value(const T& member) {
   if constexpr (kind == Kind::kSize) return Bytes{std::int64_t{member}};
@@ -39,7 +39,7 @@ void from_value(T& member, const Value& value) {
 
 bool always(const Config& /*config*/, std::size_t /*index*/) { return true; }
 
-// The struct that holds the member: a table of Config, or one item of a list of Config.
+// The struct that contains the member: a table of Config, or one item of a list of Config.
 template <auto holder, typename AnyConfig>
 auto& held(AnyConfig& config, [[maybe_unused]] std::size_t index) {
   if constexpr (requires { (config.*holder).at(index); })
@@ -48,7 +48,7 @@ auto& held(AnyConfig& config, [[maybe_unused]] std::size_t index) {
     return config.*holder;
 }
 
-// A row: the way to the value, then what is said about it.
+// A row: access to the value, and its description.
 template <Kind kind, auto holder, auto member>
 constexpr Option row(Spec spec) {
   spec.kind = kind;
@@ -62,7 +62,8 @@ constexpr Option row(Spec spec) {
 
 // --- the options
 
-constexpr std::int64_t kSocketPathMax = 107;  // sockaddr_un, with its zero
+// Sizeof(sockaddr_un::sun_path) minus the terminating zero.
+constexpr std::int64_t kSocketPathMax = 107;
 
 constexpr std::array kOptions{
     row<Kind::kText, &Config::router, &Config::Router::name>(
@@ -279,7 +280,7 @@ constexpr std::array kOptions{
 
 // --- the items of lists: [[link]] and [[route]]
 
-// Where a link connects is one key and two members.
+// The destination of a link is one key and two members.
 constexpr Option destination_row(Spec spec) {
   spec.kind = Kind::kDestination;
   return {spec,
@@ -420,7 +421,7 @@ via = "robot2"
 
 constexpr std::array kLists{link_list(), route_list()};
 
-// --- what people read: --help and the sample file
+// --- output for users: --help and the sample file
 
 constexpr std::string_view kSampleTop =
     "# Configuration of tims-router: every key with its default, commented out.\n"
@@ -439,7 +440,7 @@ std::string sample_value(const Option& option) {
   return option.sample.empty() ? default_text(option) : std::string(option.sample);
 }
 
-// `text` in lines of at most 98 columns, each behind `margin`, the first behind `first`.
+// Wraps `text` to lines of at most 98 columns, each prefixed by `margin`, the first by `first`.
 std::string wrapped(std::string_view text, std::string_view margin, std::string_view first) {
   constexpr std::size_t kWidth = 98;
   std::string out;
@@ -485,7 +486,7 @@ std::string sample_option(const Option& option) {
   return out + fmt::format("#{} = {}\n", option.name(), sample_value(option));
 }
 
-// The keys of an item in words, then examples behind '#'.
+// The description of an item's keys, then commented examples.
 std::string sample_list(const List& list) {
   std::string out = "\n" + wrapped(list.help, "# ");
   for (const Option& option : list.options)

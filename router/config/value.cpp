@@ -20,7 +20,7 @@ using base::kSizeUnitsRead;
 using base::MeasureError;
 using base::Unit;
 
-// In the order of their enumerations.
+// In the order of the enumeration.
 constexpr std::array<std::string_view, 4> kLogLevels{"error", "warning", "info", "debug"};
 constexpr auto kRoles = core::names(core::kRoles);
 constexpr auto kLinkKinds = core::names(core::kLinkKinds);
@@ -60,7 +60,7 @@ Result<Value> parse_word(Kind kind, std::string_view text) {
   return Value(static_cast<Word>(found - words.begin()));
 }
 
-// The value with its unit, as a T that is made from the count.
+// A number with its unit, converted to T from its count.
 template <typename T>
 Result<Value> parse_measured(Kind kind, std::string_view text, std::span<const Unit> units) {
   const base::Measure read = base::read_measure(text, units);
@@ -79,7 +79,7 @@ Result<Value> parse_measured(Kind kind, std::string_view text, std::span<const U
   return unreadable(kind, text);
 }
 
-// As the other kinds have it: what cannot be parsed wants an example.
+// Uniform error text: a value that cannot be parsed is answered with an example.
 template <typename T>
 Result<Value> parsed(Kind kind, std::string_view text, std::optional<T> value) {
   if (!value) return unreadable(kind, text);
@@ -95,7 +95,7 @@ Result<Value> parse_system(std::string_view text) {
   return Value(std::optional(static_cast<std::uint8_t>(std::get<std::int64_t>(*number))));
 }
 
-// As many numbers with slashes between them; nothing else.
+// Exactly `count` numbers separated by slashes.
 template <std::size_t count>
 std::optional<std::array<std::uint8_t, count>> parse_numbers(std::string_view rest) {
   std::array<std::uint8_t, count> numbers{};
@@ -146,7 +146,7 @@ Result<Value> parse_paths(std::string_view text) {
   return Value(paths);
 }
 
-// The value's text without looking at the limits.
+// Parses the text without checking limits.
 Result<Value> parse_any(Kind kind, std::string_view text) {
   switch (kind) {
     case Kind::kText:
@@ -185,7 +185,7 @@ Result<Value> parse_any(Kind kind, std::string_view text) {
   return unreadable(kind, text);
 }
 
-// What the range is compared with; nothing where the kind has no range.
+// The quantity that the range limits; empty for kinds without range.
 std::optional<std::int64_t> measure(const Value& value) {
   if (const auto* text = std::get_if<std::string>(&value))
     return static_cast<std::int64_t>(text->size());
@@ -203,20 +203,20 @@ std::string measure_text(Kind kind, std::int64_t measure) {
   return std::to_string(measure);
 }
 
-// Of ASCII: what lies beyond is part of a character.
+// ASCII only: other bytes are part of a multi-byte character.
 bool is_control(char c) {
   const auto code = static_cast<unsigned char>(c);
   return code < 0x80 && base::is_control(code);
 }
 
-// "$" as "$$", so that reading the text back replaces nothing.
+// Escapes "$" as "$$", so that loading the text substitutes nothing.
 std::string without_substitution(std::string_view text) {
   std::string out;
   for (const char c : text) out.append(c == '$' ? 2 : 1, c);
   return out;
 }
 
-// to_toml for each type of a value.
+// to_toml for each alternative of Value.
 struct ToToml {
   std::string operator()(const std::string& text) const {
     return in_quotes(without_substitution(text));

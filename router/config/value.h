@@ -1,4 +1,5 @@
-// One option's value: its kinds, how people write each, and the limits. Knows no keys and no files.
+// The value of one option: its kinds, the text form of each, and the limits. Independent of keys
+// and files.
 #pragma once
 
 #include <cstdint>
@@ -27,9 +28,9 @@ enum class Kind : std::uint8_t {
   kLinkKind,     // "super", "peer", "sub"
   kDestination,  // "10.9.1.1:2010", "robot1", "[::1]:2010"
   kSystem,       // 3, "*"
-  kRate,         // "6MB" (a second), 0 for no cap: units of kSize
+  kRate,         // "6MB" (per second), 0 for no limit: units of kSize
   kWidths,       // "8/8/8/8"
-  kPaths,        // ["udp", "dds"]; as one text "udp+dds"
+  kPaths,        // ["udp", "dds"]; as a single text "udp+dds"
   kClasses,      // "0/1/15/25/35/45/100"
 };
 
@@ -48,24 +49,24 @@ using Value =
                  LogLevel, Role, LinkKind, Destination, std::optional<std::uint8_t>, Rate,
                  AddressWidths, LinkPaths, PriorityClasses>;  // in the order of Kind
 
-// Both ends are allowed. Number; nanoseconds of a duration; bytes of a size or rate; length of a
-// text. A rate may also be 0.
+// Inclusive limits of a number, the nanoseconds of a duration, the bytes of a size or rate, or
+// the length of a text. A rate may also be 0.
 struct Range {
   std::int64_t min = 0;
   std::int64_t max = 0;
 };
 
-// What a person wrote, without quotes. The error's detail is half a sentence that follows the key:
-// "wants a size such as \"4MiB\", not \"4 apples\"".
+// Parses the text of a value, without quotes. The error's detail continues a sentence that begins
+// with the key: "wants a size such as \"4MiB\", not \"4 apples\"".
 Result<Value> parse_value(Kind kind, Range range, std::string_view text);
 
-// The second half of parse_value, for values that came typed.
+// The second half of parse_value, for values that are already typed.
 Result<void> check_range(Kind kind, Range range, const Value& value);
 
-// As TOML, in the largest unit that says it exactly: 4MiB, not 4096KiB.
+// The TOML form, in the largest unit that is exact: 4MiB, not 4096KiB.
 std::string to_toml(const Value& value);
 
-// "size", "duration"; "64KiB to 1GiB", empty where a kind has no range; "a size such as \"4MiB\"".
+// "size", "duration"; "64KiB to 1GiB", empty for a kind without range; "a size such as \"4MiB\"".
 std::string_view kind_name(Kind kind);
 std::string range_text(Kind kind, Range range);
 std::string_view kind_example(Kind kind);

@@ -96,12 +96,12 @@ Acceptor::Next Acceptor::accept_failed(int error) {
       log_.warning("no memory for new connections: they must wait");
       return Next::kPause;
     default:
-      return Next::kMore;  // that one connection broke before it was accepted
+      return Next::kMore;  // this connection broke before it was accepted
   }
 }
 
-// The system says that there is no descriptor also when nobody is there to be accepted. Whom it
-// has none for although one was given up waits: asking again at once would be all that is done.
+// The system reports missing descriptors even when no connection is waiting. If a connection
+// cannot be accepted even with the spare descriptor, wait: retrying immediately would busy-loop.
 Acceptor::Next Acceptor::turn_one_away() {
   spare_.reset();
   os::File newcomer(::accept4(file_.get(), nullptr, nullptr, SOCK_CLOEXEC));
@@ -111,7 +111,7 @@ Acceptor::Next Acceptor::turn_one_away() {
     log_.warning("no free file descriptor: new connections are refused");
     on_turned_away_();
   }
-  newcomer.reset();  // first: its number is the only one left for the spare
+  newcomer.reset();  // first: its descriptor is the only one left for the spare
   spare_ = open_spare();
   if (!spare_ || (!newcomer_came && !nobody)) return Next::kPause;
   return nobody ? Next::kWait : Next::kMore;

@@ -1,5 +1,5 @@
-// A listening socket, TCP or Unix. Survives a process without free descriptors: newcomers are then
-// turned away at once instead of waking the loop again and again.
+// A listening socket, TCP or Unix. Survives running out of file descriptors: new connections are
+// then refused immediately instead of waking the loop repeatedly.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@
 
 namespace tims::io {
 
-// Of a socket that was bound early (os/socket.h).
+// Warning for a socket that was bound before its address existed (os/socket.h).
 inline std::string waits_for_address(const char* protocol, const config::Endpoint& where) {
   return std::string(protocol) + " " + where.to_string() +
          ": this host has no such address yet; waiting for it";
@@ -23,8 +23,8 @@ inline std::string waits_for_address(const char* protocol, const config::Endpoin
 
 class Acceptor {
  public:
-  // A connected, non-blocking socket and where it comes from: "127.0.0.1:54321"; a Unix socket
-  // says nothing.
+  // A connected, non-blocking socket and its remote address: "127.0.0.1:54321"; empty for a Unix
+  // socket.
   using OnConnection = std::function<void(os::File socket, std::string peer)>;
 
   Acceptor(
@@ -33,16 +33,16 @@ class Acceptor {
   Acceptor(const Acceptor&) = delete;
   Acceptor& operator=(const Acceptor&) = delete;
 
-  // Where it listens: the port that the system chose when 0 was asked for.
+  // Returns the listening address, with the port that the system chose when 0 was requested.
   Result<config::Endpoint> listen(const config::Endpoint& where);
-  // A socket that listens already, and does not block.
+  // A socket that is already listening and non-blocking.
   void listen(os::File listening);
   void stop();
 
  private:
   enum class Next {
-    kMore,   // there may be another one
-    kWait,   // until one comes
+    kMore,   // there may be more connections
+    kWait,   // until one arrives
     kPause,  // nothing can be accepted at the moment
   };
 
@@ -58,7 +58,8 @@ class Acceptor {
   os::File file_;
   std::optional<Watch> watch_;
   Timer pause_;
-  os::File spare_;  // given up for a moment to accept, and close, what there is no descriptor for
+  // Released temporarily to accept and close a connection when there is no other descriptor.
+  os::File spare_;
 };
 
 }  // namespace tims::io

@@ -1,4 +1,4 @@
-// A router with a few clients, and what surrounds it, for tests and fuzzers of the admin protocol.
+// A router with a few clients and its surroundings, for tests and fuzzers of the admin protocol.
 #pragma once
 
 #include <deque>
@@ -9,7 +9,7 @@
 
 namespace tims::io::test {
 
-// Takes everything, keeps the questions.
+// Accepts everything and stores the questions.
 class QuietHooks final : public core::Port, public core::RouterHooks {
  public:
   core::Outcome deliver(Time, const core::Receiver&, const core::Message&) override {

@@ -20,7 +20,7 @@ QuestionError bad_argument(std::string_view name, std::string_view wanted) {
   return {"bad_argument", fmt::format("\"{}\" must be {}", name, wanted)};
 }
 
-// Larger ones are uint64 in JSON, others doubles.
+// Larger values are uint64 in JSON, and beyond that double.
 template <auto member>
 bool set_integer(Question& question, const json::value& value, std::int64_t min, std::int64_t max) {
   if (!value.is_int64() || value.get_int64() < min || value.get_int64() > max) return false;
@@ -98,8 +98,8 @@ bool set_blackout(Question& question, const json::value& value) {
 struct Argument {
   std::string_view name{};
   bool (*set)(Question&, const json::value&) = nullptr;
-  std::string_view wanted{};  // what it must be
-  std::string_view shown{};   // as what it is named then, if not by its name
+  std::string_view wanted{};  // description of valid values
+  std::string_view shown{};   // name used in the error message, if not the argument's own
 };
 constexpr std::string_view kAddressWanted = R"x(an address such as "Ladar(3/0)")x";
 constexpr std::string_view kLinkWanted = "the name of the router at its other end";
@@ -144,7 +144,7 @@ constexpr Argument kBlackout{"blackout", set_blackout, "true or false"};
 struct Form {
   std::string_view name;
   Ask ask;
-  std::array<Argument, 8> arguments;  // those without a name are not there
+  std::array<Argument, 8> arguments;  // unused entries have no name
 
   // Null: there is no such argument.
   [[nodiscard]] const Argument* argument(std::string_view key) const {
@@ -179,7 +179,7 @@ std::string known_names() {
   return names;
 }
 
-// The text is the asker's: a piece of it is enough to recognise it by.
+// The text comes from the client: a prefix is enough to identify it.
 std::string quoted(std::string_view text) { return fmt::format("\"{}\"", text.substr(0, 64)); }
 
 std::variant<Question, QuestionError> read_arguments(const Form& form, const json::object& body,

@@ -1,5 +1,5 @@
-// An admin question, checked. The body is anybody's bytes: whatever is wrong with it becomes an
-// error answer. What may be asked: ADMIN.md.
+// A checked admin question. The body is untrusted input: every defect becomes an error answer.
+// The questions are listed in ADMIN.md.
 #pragma once
 
 #include <chrono>
@@ -36,7 +36,7 @@ enum class Ask : std::uint8_t {
   kRouteDelete,
 };
 
-// Questions that change something: not to be asked by web pages.
+// Questions that change something: not accepted from web pages.
 constexpr bool acts(Ask ask) { return ask >= Ask::kLinkDo; }
 
 struct Question {
@@ -48,14 +48,14 @@ struct Question {
   std::size_t limit = kPageItemsMax;
   std::string after{};
   std::optional<std::uint64_t> since{};
-  std::string epoch{};  // of the router that counted up to `since`; empty: of this one
+  std::string epoch{};  // the epoch in which `since` was issued; empty: this router's
   std::chrono::milliseconds wait{};
   std::string pad{};
-  std::string link{};     // name of the router at its other end
+  std::string link{};     // name of the router at the link's other end
   std::string action{};   // up, down, reset
-  std::string pattern{};  // `match` as it was written
+  std::string pattern{};  // the text of `match`
   link::Faults faults{};
-  AddressWidths widths{};  // of the addresses in it
+  AddressWidths widths{};  // of the addresses in the question
 };
 
 struct QuestionError {

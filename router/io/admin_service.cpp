@@ -23,17 +23,17 @@ using link::Links;
 
 namespace json = boost::json;
 
-constexpr std::size_t kEnvelopeBytes = 4096;  // what an answer has beside its items
+constexpr std::size_t kEnvelopeBytes = 4096;  // size of an answer without its items
 constexpr std::size_t kStatusEvents = 5;
 
-// Items until the answer is full, as the text they become.
+// Collects items as text until the answer is full.
 class Page {
  public:
-  // Beside the items the answer has `fields_bytes` of more than a few fields.
+  // `fields_bytes`: size of the other fields of the answer, if there are more than a few.
   explicit Page(std::size_t fields_bytes = 0)
       : bytes_max_(kAnswerBytesMax - kEnvelopeBytes - fields_bytes) {}
 
-  // False: no room; the item was not taken.
+  // Returns false when there is no room; the item was not added.
   bool add(const json::object& item) {
     const std::string text = json::serialize(item);
     if (items_.size() + text.size() + 1 > bytes_max_) return false;
@@ -43,7 +43,7 @@ class Page {
   }
   [[nodiscard]] std::size_t size() const { return count_; }
 
-  // `{"schema": ...}` with the items behind it.
+  // `{"schema": ...}` followed by the items.
   [[nodiscard]] std::string put_into(const json::object& frame) const {
     std::string text = json::serialize(frame);
     text.pop_back();
@@ -56,7 +56,7 @@ class Page {
   std::size_t count_ = 0;
 };
 
-// What every answer begins with.
+// The common fields of all answers.
 json::object answer_frame(const AdminSource& source, const Clocks& clocks,
                           std::string_view schema) {
   return {{"schema", schema},
@@ -71,15 +71,15 @@ json::object error_json(const QuestionError& error) {
   return {{"error", std::move(out)}};
 }
 
-// --- what is done
+// --- actions
 
 Links::Action action_of(std::string_view action) {
   if (action == "up") return Links::Action::kUp;
   return action == "down" ? Links::Action::kDown : Links::Action::kReset;
 }
 
-// Names of the routers at the other ends; of those whose name is not known, where they are looked
-// for too, if `places`.
+// Names of the routers at the other ends. With `places`, a router whose name is unknown is
+// represented by its configured address.
 std::vector<std::string_view> link_names(const AdminSource& source, bool places) {
   std::vector<std::string_view> names;
   if (const Links* links = source.links())
@@ -90,7 +90,7 @@ std::vector<std::string_view> link_names(const AdminSource& source, bool places)
   return names;
 }
 
-// A route over a link that is not there would take messages away, and say nothing.
+// A route over a link that does not exist would silently drop messages.
 std::optional<QuestionError> no_link_for_route(const AdminSource& source, std::string_view name) {
   const auto known = link_names(source, false);
   if (std::ranges::find(known, name) != known.end()) return std::nullopt;
@@ -132,7 +132,7 @@ std::optional<QuestionError> change_routes(const Question& question, AdminSource
   return std::nullopt;
 }
 
-// Does what the question asks for; else what is wrong.
+// Executes the question's request; returns the error if it fails.
 std::optional<QuestionError> carry_out(const Question& question, AdminSource& source) {
   switch (question.ask) {
     case Ask::kLinkDo:
@@ -162,8 +162,8 @@ void merge(json::object& into, const json::object& fields) {
   for (const auto& [key, value] : fields) into[key] = value;
 }
 
-// What a page goes on with is the number of the first item that had no room: a link's is its slot,
-// and those of missing routers are greater.
+// A page continues with the number of the first item that had no room: for a link its slot;
+// numbers of missing routers are greater.
 constexpr std::uint64_t kMissingFirst = 1ULL << 32;
 
 std::uint64_t first_number(const Question& question) {
@@ -228,7 +228,7 @@ class Answerer {
       case Ask::kFleet:
         return fleet();
       default:
-        return {};  // what is to be done: act()
+        return {};  // handled by act()
     }
   }
 
@@ -293,7 +293,7 @@ class Answerer {
     return out;
   }
 
-  // All that are added by hand; of a longer list in the configuration its beginning.
+  // All routes added at run time; of a longer configured list only the beginning.
   [[nodiscard]] json::array static_routes() const {
     json::array routes;
     for (const core::StaticRoute& route : router_.static_routes()) {
@@ -381,7 +381,7 @@ class Answerer {
     return out;
   }
 
-  // Those that have a link are told with it, whatever its state.
+  // Routers that have a link are reported with it, whatever its state.
   void add_missing(json::object& out, Page& page) const {
     std::set<Address> linked;
     if (const link::Links* links = source_.links())
@@ -424,10 +424,10 @@ class Answerer {
   const AdminSource& source_;
   const Clocks& clocks_;
   const core::Router& router_;
-  std::optional<Page> page_{};  // of answers that have items
+  std::optional<Page> page_{};  // for answers with items
 };
 
-// --- who asks
+// --- origin of questions
 
 std::string answer_text(const std::variant<Question, QuestionError>& question,
                         const AdminSource& source, const Clocks& clocks) {
@@ -436,7 +436,8 @@ std::string answer_text(const std::variant<Question, QuestionError>& question,
   return Answerer(std::get<Question>(question), source, clocks).answer();
 }
 
-// A router counts its events anew when it starts: another epoch's number says nothing here.
+// A router numbers its events from 1 after every start: a number of another epoch is meaningless
+// here.
 std::variant<Question, QuestionError> read_question(std::string_view text,
                                                     const AdminSource& source, Time now) {
   auto read = parse_question(text, source.router().settings().widths);
@@ -494,7 +495,7 @@ std::string answer_admin(std::string_view question, const AdminSource& source,
   return answer_text(read, source, clocks);
 }
 
-// --- questions that wait
+// --- waiting questions
 
 void AdminService::ask(Time now, core::ClientId from, const core::Message& request) {
   changed_ = true;
@@ -531,12 +532,12 @@ bool AdminService::is_due(const Waiting& waiting, Time now) const {
   const auto* question = std::get_if<Question>(&waiting.question);
   if (question == nullptr || question->ask != Ask::kEvents || !question->since) return true;
   const std::uint64_t last = source_.router().events().last();
-  // Beyond the last: the number is from before a restart, and there is much to tell.
+  // Greater than the last number: it is from before a restart, and there is much to report.
   return last != *question->since || now >= waiting.deadline;
 }
 
-// One client after the other has an answer, until the turn has enough of them; those that had none
-// come first in the next turn.
+// Answers one question of each client in turn until the limit of the turn is reached; clients
+// that were not served are first in the next turn.
 void AdminService::answer(const Clocks& clocks, const Send& send) {
   changed_ = more_ = blocked_ = false;
   std::erase_if(waiting_, [&](const Waiting& waiting) {
@@ -567,7 +568,7 @@ void AdminService::answer(const Clocks& clocks, const Send& send) {
   if (!somebody_waits) served_.clear();
 }
 
-// A slow reader's questions wait with it: what it has not read is not made yet.
+// Questions of a slow reader wait: no answer is generated before it has read the previous ones.
 bool AdminService::can_take_more(core::ClientId asker) const {
   const core::Client& client = *source_.router().client(asker);
   return source_.queued_bytes(client.info.port, client.info.token) < kAnswerBytesMax;
@@ -618,7 +619,7 @@ Time AdminService::next_timeout() const {
 // --- hop records
 
 void Tracer::on_traced(core::ClientId from, core::ClientId to, const core::Message& message) {
-  // Records of records would never end.
+  // A hop record must not cause further hop records.
   if (hops_.size() >= kPerTurnMax || message.header.type == type::kHopRecord) return;
   hops_.push_back({from, to, message.header, message.hops, message.waited});
 }

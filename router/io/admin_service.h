@@ -1,6 +1,6 @@
-// What the router itself answers. The admin protocol's service (ADMIN.md): questions as JSON in,
-// answers as JSON out, made of what reports.h tells; and what some of them ask to be done: links
-// taken up and down, faults, routes. And hop records (Tracer).
+// The router's own answers. The admin protocol's service (ADMIN.md): takes questions as JSON and
+// returns answers as JSON, generated from reports.h; and executes their requests: taking links up
+// and down, faults, routes. Also hop records (Tracer).
 #pragma once
 
 #include <cstddef>
@@ -22,54 +22,55 @@ inline constexpr std::size_t kAnswerBytesMax = 256 << 10;
 
 inline constexpr std::size_t kStaticRoutesMax = 256;
 
-// The answer to any bytes, at once: a question that would wait is answered with what there is, and
-// one that would change something is refused.
+// Answers any bytes immediately: a question that would wait is answered with the current data,
+// and one that would change something is refused.
 std::string answer_admin(std::string_view question, const AdminSource& source,
                          const Clocks& clocks);
 
-// The static routes after a reload: those of the configuration, as it has changed from `before` to
-// `after`, and what people have added and deleted at run time since.
+// The static routes after a reload: the configured ones, as changed from `before` to `after`, and
+// those added and deleted at run time.
 std::vector<core::StaticRoute> reload_routes(const std::vector<core::StaticRoute>& running,
                                              const std::vector<core::StaticRoute>& before,
                                              const std::vector<core::StaticRoute>& after);
 
-// The questions that have come and are not answered yet. The router may not be called while it
-// hands over a question (core::RouterHooks::admin), so answers are made at the end of a turn; and
-// a question for events may wait for one.
+// The questions that have arrived and are not answered yet. The router must not be called while
+// it delivers a question (core::RouterHooks::admin), so answers are generated at the end of a
+// turn; a question for events may wait for one.
 //
-// Whoever asks much waits, and nobody else: of each client one question is answered in its turn,
-// and none as long as it leaves earlier answers unread.
+// A client that asks much delays only itself: one question per client is answered in each turn,
+// and none while the client leaves earlier answers unread.
 class AdminService {
  public:
-  // Beyond this many, the one that waits longest is answered with what there is.
+  // Beyond this number, the oldest waiting question is answered with the current data.
   static constexpr std::size_t kWaitingMax = 256;
-  // Of one client; further ones are answered "busy". A link counts as one client.
+  // Limit per client; further questions are answered "busy". A link counts as one client.
   static constexpr std::size_t kPerClientMax = 64;
-  // No further answer in a turn that has made so much.
+  // No further answer in a turn after this many bytes.
   static constexpr std::size_t kTurnBytesMax = 256 << 10;
 
   using Send = std::function<void(core::ClientId asker, core::Message& answer)>;
 
   explicit AdminService(AdminSource& source) : source_(source) {}
 
-  // From core::RouterHooks::admin: copies what it needs. What would change something is refused to
-  // clients of TCP and of WebSockets, unless tcp.admin allows it.
+  // Called from core::RouterHooks::admin: copies what it needs. Requests that change something
+  // are refused to TCP and WebSocket clients, unless tcp.admin allows them.
   void ask(Time now, core::ClientId from, const core::Message& request);
-  // From core::RouterHooks::may_ask: the same for questions to other routers.
+  // Called from core::RouterHooks::may_ask: the same for questions to other routers.
   [[nodiscard]] bool may_ask(core::ClientId from, const core::Message& request) const;
-  // From core::RouterHooks::event.
+  // Called from core::RouterHooks::event.
   void event_happened() { changed_ = true; }
 
-  // Whether answer() would do anything.
+  // True when answer() would do anything.
   [[nodiscard]] bool has_work(Time now) const {
     return changed_ || more_ || blocked_ || now >= next_timeout();
   }
-  // Whether it could have answered more: it wants another turn when others have had theirs.
+  // True when it could have answered more: it needs another turn after the other components.
   [[nodiscard]] bool wants_turn() const { return more_; }
-  // Answers what can be answered: `send` is Router::answer. Call it at the end of each turn and
-  // when next_timeout() is reached. The bytes given to `send` stay valid until release().
+  // Answers as many questions as possible: `send` is Router::answer. Call it at the end of each
+  // turn and when next_timeout() is reached. The bytes passed to `send` stay valid until
+  // release().
   void answer(const Clocks& clocks, const Send& send);
-  // After the ports were flushed.
+  // Call after the ports were flushed.
   void release() { sent_.clear(); }
 
   [[nodiscard]] Time next_timeout() const;
@@ -80,7 +81,7 @@ class AdminService {
     Header request{};
     std::variant<Question, QuestionError> question{};
     Time deadline{};
-    bool due = false;  // waits for nothing but its turn
+    bool due = false;  // waits only for its turn
   };
   struct Refused {
     core::ClientId asker{};
@@ -97,26 +98,27 @@ class AdminService {
   AdminSource& source_;
   std::vector<Waiting> waiting_;        // oldest first
   std::vector<Refused> refused_;        // since the last answer()
-  std::vector<core::ClientId> served_;  // while others still wait for their first answer
+  std::vector<core::ClientId> served_;  // while other clients still wait for their first answer
   std::vector<std::vector<std::byte>> sent_;
-  bool changed_ = false;  // a question came, or something one may wait for
+  bool changed_ = false;  // a question arrived, or an event one may wait for
   bool more_ = false;     // there was more to answer than fits into a turn
-  bool blocked_ = false;  // somebody has to read first
+  bool blocked_ = false;  // a client must read first
 };
 
 // --- hop records
 
 class Tracer {
  public:
-  // Of one turn; more are not told. Traces are for people, one message in a thousand.
+  // Maximum per turn; further records are dropped. Traces are a debugging aid, used for single
+  // messages.
   static constexpr std::size_t kPerTurnMax = 64;
 
   using Send = std::function<void(core::Message& record)>;
 
-  // From core::RouterHooks::traced.
+  // Called from core::RouterHooks::traced.
   void on_traced(core::ClientId from, core::ClientId to, const core::Message& message);
   [[nodiscard]] bool has_records() const { return !hops_.empty(); }
-  // At the end of a turn: `send` is Router::answer. The bytes stay valid until release().
+  // Call at the end of a turn: `send` is Router::answer. The bytes stay valid until release().
   void send_records(const core::Router& router, std::string_view name, const Clocks& clocks,
                     const Send& send);
   void release() { sent_.clear(); }

@@ -1,5 +1,5 @@
-// The command line, by CLI11: the only file that includes it, which takes a while to compile. What
-// is wrong is said in this program's words.
+// The command line, implemented with CLI11: the only file that includes it, because it compiles
+// slowly. Error messages are this program's own.
 #include "router/io/arguments.h"
 
 #include <algorithm>
@@ -17,7 +17,7 @@ constexpr const char* kOriginals =
     "As the original's tims_router_tcp, which this program is called too";
 constexpr const char* kActions = "Actions other than running";
 
-// How the program is called, then what it does; what CLI11 makes of the options follows.
+// The usage line and description; CLI11 appends the options.
 class Help final : public CLI::Formatter {
  public:
   Help() { column_width(21); }
@@ -32,7 +32,7 @@ class Help final : public CLI::Formatter {
   }
 };
 
-// The command line, and what stands in it.
+// The parser and its results.
 class CommandLine {
  public:
   CommandLine() {
@@ -60,7 +60,7 @@ class CommandLine {
   }
 
   Result<Arguments> parse(std::span<const char* const> words) {
-    std::vector<std::string> reversed(words.rbegin(), words.rend());  // as CLI11 wants them
+    std::vector<std::string> reversed(words.rbegin(), words.rend());  // the order CLI11 expects
     try {
       app_.parse(reversed);
     } catch (const CLI::ArgumentMismatch& error) {
@@ -86,7 +86,7 @@ class CommandLine {
   }
 
  private:
-  // Each time it is given, at once: of several the order counts.
+  // Called immediately for each occurrence, because the order of options matters.
   template <typename Take>
   CLI::Option* option(const char* name, const char* value, const char* help, Take take) {
     return app_.add_option_function<std::string>(name, take, help)
@@ -100,7 +100,7 @@ class CommandLine {
         ->trigger_on_parse();
   }
 
-  // Which start scripts of RACK 0.6.1 call.
+  // Options used by the start scripts of RACK 0.6.1.
   void add_originals() {
     const auto setting = [this](const char* format) {
       return [this, format](const std::string& value) {

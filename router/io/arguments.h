@@ -18,7 +18,7 @@ struct Arguments {
 
 Result<Arguments> parse_arguments(std::span<const char* const> words);
 
-// How to call it, up to the list of options.
+// Usage text, up to the list of options.
 std::string usage();
 
 }  // namespace tims::io

@@ -1,8 +1,7 @@
-// A report is a struct, or a view of what stands behind it, whose fields are listed once: what each
-// is called in JSON, how to get it, and, where monitoring wants it, the metric it is in Prometheus'
-// text. The admin protocol's JSON (to_json) and the page for Prometheus (metrics_text) are
-// both made by walking these lists, so a field cannot be forgotten in one of them, nor have another
-// unit there.
+// A report is a struct, or a view of data stored elsewhere, whose fields are listed once: the
+// name of each in JSON, how to get it and, for monitoring, the Prometheus metric it is exported
+// as. The admin protocol's JSON (to_json) and the Prometheus page (metrics_text) are both
+// generated from these lists, so neither can miss a field or use another unit.
 #pragma once
 
 #include <concepts>
@@ -22,7 +21,7 @@
 namespace tims::io {
 
 struct Metric {
-  int place = 0;  // on the page, among those of the same report; 0: it is none
+  int place = 0;  // position among the metrics of the same report; 0: not a metric
   std::string_view name{};
   std::string_view type{};
   std::string_view help{};
@@ -34,8 +33,8 @@ constexpr Metric gauge(int place, std::string_view name, std::string_view help) 
   return {place, name, "gauge", help};
 }
 
-// `name`: in JSON. Empty: of a report within a report, its fields stand in its place; of anything
-// else, it is a metric only. `get`: a member of the report, or a function of it.
+// `name`: in JSON. When it is empty, the fields of a nested report are inserted here; any other
+// field is a metric only. `get`: a member of the report, or a function of it.
 template <typename Get>
 struct Field {
   constexpr Field(std::string_view its_name, Get its_get, Metric its_metric = {})
@@ -46,7 +45,7 @@ struct Field {
   Metric metric;
 };
 
-// Specialised for each report. `list`: a tuple of fields, in the order of the JSON.
+// Specialised for each report. `list`: a tuple of fields, in JSON order.
 template <typename Report>
 struct Fields;
 
@@ -67,7 +66,7 @@ using FieldValue = std::remove_cvref_t<std::invoke_result_t<const Get&, const Re
 
 // --- JSON
 
-// Nothing where a text is empty, or a number 0: null in JSON.
+// Empty for an empty text or the number 0: null in JSON.
 template <typename T>
 std::optional<T> unless_empty(T value) {
   return value == T() ? std::optional<T>() : std::optional<T>(std::move(value));
@@ -76,8 +75,8 @@ std::optional<T> unless_empty(T value) {
 template <Described Report>
 boost::json::object to_json(const Report& report);
 
-// SI units, names of enumerations, null for what is not known; texts are whatever somebody sent,
-// and become UTF-8.
+// SI units, names of enumerators, null for unknown values. Texts may contain arbitrary bytes and
+// are converted to UTF-8.
 template <typename T>
 boost::json::value json_of(const T& value) {
   if constexpr (std::same_as<T, std::nullptr_t>)
@@ -96,7 +95,7 @@ boost::json::value json_of(const T& value) {
     return boost::json::value(value);
 }
 
-// `report` null: every field is null.
+// With a null `report`, every field is null.
 template <Described Report>
 void append_json(boost::json::object& out, const Report* report) {
   for_each_field<Report>([&]<typename Get>(const Field<Get>& field) {
@@ -128,7 +127,7 @@ boost::json::object to_json(const Report& report) {
 
 // --- metrics
 
-// visit(metric, get) for each field that is one, in the order of the page.
+// Calls visit(metric, get) for each field that is a metric, in page order.
 template <Described Report, typename Visit>
 void for_each_metric(Visit visit) {
   bool found = true;

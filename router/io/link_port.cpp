@@ -12,7 +12,7 @@
 namespace tims::io {
 namespace {
 
-// Without keys nothing beyond this host is spoken with, unless that was asked for.
+// Without authentication, DDS is restricted to this host unless security.insecure allows more.
 std::string dds_interface(const config::Config& config) {
   return config.security.insecure ? "" : "127.0.0.1";
 }
@@ -36,7 +36,7 @@ std::vector<link::NetAddress> all_addresses() { return own_addresses({.port = 1}
 using namespace std::chrono_literals;
 
 constexpr std::size_t kPartsBytesMin = 256 << 20;
-// Links that do not come up: their names may mean something else by now.
+// While links do not come up, their host names may have changed their meaning.
 constexpr Duration kResolveEvery = 2s;
 constexpr Duration kWallClockEvery = 100ms;
 
@@ -56,12 +56,12 @@ link::LinkSettings link_settings(const config::Link& from, const config::Config&
                       .reserve = from.reserve}};
 }
 
-// Of memory. What the largest message needs is kept, and others go on beside it.
+// Memory: the reserve for one message of maximum size, and more for others.
 std::size_t parts_bytes(std::uint32_t message_max) {
   return std::max(kPartsBytesMin, 4 * link::MessageMemory::place_bytes(message_max));
 }
 
-// Of address space, which costs nothing.
+// Address space, which costs nothing.
 std::size_t parts_space(std::uint32_t message_max) {
   return link::MessageMemory::kPlacesMax * link::MessageMemory::place_bytes(message_max);
 }
@@ -222,7 +222,7 @@ void LinkPort::on_network_change() {
   loop_.end_turn(now);
 }
 
-// --- datagrams in
+// --- incoming datagrams
 
 void LinkPort::on_ready(Ready ready) {
   const Time now = os::now();
@@ -245,11 +245,11 @@ void LinkPort::read_wall_clock(Time now) {
   links_.set_wall(wall.time_since_epoch().count() - os::now().time_since_epoch().count());
 }
 
-// --- datagrams out
+// --- outgoing datagrams
 
 void LinkPort::wait_for_sender() { watch_->set(Interest::kBoth); }
 
-// Others have their turn first.
+// Lets other components have their turn first.
 void LinkPort::continue_later() {
   if (std::exchange(continues_, true)) return;
   loop_.post([this] {
@@ -267,7 +267,7 @@ void LinkPort::stop() {
   if (dds_) dds_->stop();
 }
 
-// --- to look at
+// --- read access
 
 std::optional<UdpReport> LinkPort::udp_report() const {
   if (!socket_) return std::nullopt;
@@ -313,7 +313,7 @@ void LinkPort::on_timeout(Time now) {
   links_.on_timeout(now);
 }
 
-// --- a bad network, on purpose
+// --- fault injection
 
 bool LinkPort::inject_faults(std::string_view name, const link::Faults& faults) {
   const bool off = faults == link::Faults();

@@ -1,6 +1,6 @@
-// The shell of the links (router/link/links.h), which are the router's port for other routers: the
-// UDP socket and DDS under them, the names of other hosts, what changes about this host's network,
-// and a bad network on purpose.
+// The shell of the links (router/link/links.h), which are the router's port for other routers:
+// the UDP socket and DDS below them, name resolution of other hosts, changes of this host's
+// network, and fault injection.
 #pragma once
 
 #include <cstdint>
@@ -26,19 +26,19 @@
 
 namespace tims::io {
 
-// The DDS path under the links: what the engine brings goes to the links, and what they send by DDS
-// goes to the engine.
+// The DDS path below the links: passes datagrams received by the engine to the links, and
+// datagrams sent by the links to the engine.
 class DdsPath final : public link::DatagramSender, private DdsEngine::Listener {
  public:
   DdsPath(Loop& loop, Log& log, link::Links& links, const config::Config& config);
 
-  // `udp`: where this router takes datagrams.
+  // `udp`: the addresses at which this router receives datagrams.
   Result<void> start(std::vector<link::NetAddress> udp);
-  // This host may have other addresses now.
+  // The addresses of this host may have changed.
   void network_changed(std::vector<link::NetAddress> udp);
   void stop() { engine_.stop(); }
 
-  // One that the engine does not take is lost, as it might be on its way.
+  // A burst that the engine does not accept is lost, as it could be on the network.
   bool offer(const link::Burst& burst) override {
     (void)engine_.send(burst);
     return true;
@@ -58,7 +58,8 @@ class DdsPath final : public link::DatagramSender, private DdsEngine::Listener {
   Log& log_;
   link::Links& links_;
   link::Announcement self_;
-  std::vector<link::NetAddress> host_;  // all addresses when the engine looked at its interfaces
+  // All addresses at the time when the engine read the interfaces.
+  std::vector<link::NetAddress> host_;
   DdsEngine engine_;
 };
 
@@ -67,41 +68,41 @@ class LinkPort final : private link::LinksShell, private link::DatagramSender {
   LinkPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
            const link::LinksSetup& setup);
 
-  // Opens the socket; where it listens.
+  // Opens the socket; returns the listening address.
   Result<std::string> listen(const config::Endpoint& where);
-  // Becomes known in the fleet, and has the DDS path from here on.
+  // Announces this router in the fleet and enables the DDS path.
   Result<void> join(const config::Config& config);
   [[nodiscard]] bool is_open() const { return socket_ || dds_; }
-  // The links of the configuration; also those of a changed one.
+  // Applies the links of the configuration; also after a reload.
   void configure(Time now, const config::Config& config);
 
   // To be attached to the router.
   [[nodiscard]] core::Port& port() { return links_; }
-  // After all ports were flushed.
+  // Call after all ports were flushed.
   void release();
-  // Other routers hear that this one ends.
+  // Notifies the other routers that this one exits.
   void end(Time now);
   void stop();
 
   [[nodiscard]] Time next_timeout() const;
   void on_timeout(Time now);
 
-  // False when no link has this name.
+  // Returns false when no link has this name.
   bool act(Time now, std::string_view name, link::Links::Action what) {
     return links_.act(now, name, what);
   }
-  // What happens to all datagrams on their way out, and nothing else any more; with a name, to
-  // those of one link. False when no link has this name.
+  // Sets the faults of all outgoing datagrams, replacing earlier ones; with a name, only those of
+  // one link. Returns false when no link has this name.
   bool inject_faults(std::string_view name, const link::Faults& faults);
 
   [[nodiscard]] const link::Links& links() const { return links_; }
   [[nodiscard]] bool is_in_fleet() const { return dds_.has_value(); }
-  // Nothing before listen() and join().
+  // Empty before listen() and join().
   [[nodiscard]] std::optional<UdpReport> udp_report() const;
   [[nodiscard]] std::optional<DdsReport> dds_report() const;
 
  private:
-  struct Delayed {  // on its way through a bad network
+  struct Delayed {  // in transit through the simulated bad network
     Time at{};
     std::uint64_t order = 0;
     link::NetAddress to{};
@@ -130,7 +131,7 @@ class LinkPort final : private link::LinksShell, private link::DatagramSender {
 
   Loop& loop_;
   Log& log_;
-  WaitingMemory parts_;  // messages that come in parts
+  WaitingMemory parts_;  // messages received in parts
   link::MessageMemory memory_;
   link::Links links_;
   std::optional<UdpSocket> socket_;
@@ -143,15 +144,15 @@ class LinkPort final : private link::LinksShell, private link::DatagramSender {
   InterfaceWatch interfaces_;
   bool watches_network_ = false;
   std::map<std::string, std::pair<std::string, std::uint16_t>> names_;  // `to`: host and port
-  std::map<std::string, std::size_t> tries_;  // which of a name's addresses is next
+  std::map<std::string, std::size_t> tries_;  // index of the next address of a name to try
   Time next_resolve_ = kNever;
   Time wall_read_{};
 
   struct Injected {
-    std::string link{};  // as it was named
+    std::string link{};  // as given in the request
     link::FaultInjector faults;
   };
-  std::map<link::NetAddress, Injected> injected_;  // by where datagrams go
+  std::map<link::NetAddress, Injected> injected_;  // by destination of the datagrams
   std::optional<link::FaultInjector> injected_everywhere_;
   std::priority_queue<Delayed, std::vector<Delayed>, std::greater<>> delayed_;
   std::uint64_t order_ = 0;

@@ -17,31 +17,31 @@ namespace {
 
 using namespace std::chrono_literals;
 constexpr std::size_t kCopiesBytes = 256 << 10;
-constexpr int kRecordsPerTurn = 64;  // of one client, before others have theirs
-// After the start: time for the clients of a former router to come back, before slots that
-// writers unknown here left half-written are taken back.
+constexpr int kRecordsPerTurn = 64;  // limit for one client, before others have their turn
+// After the start, clients of a previous router have this time to reconnect before half-written
+// slots of unknown writers are reclaimed.
 constexpr Duration kReturnGrace = 10s;
 
-// Segments that were offered, and no mailbox opened in them: an honest client opens one before it
-// offers the next.
+// Segments that were offered without a mailbox opened in them: a correct client opens one before
+// it offers the next.
 constexpr std::size_t kUnusedSegmentsMax = 16;
 constexpr const char* kNoDescriptor =
     "is not registered: the router has no file descriptor left for this program, whose limit is a "
     "quarter of them: open mailboxes together, or raise the router's limit (LimitNOFILE, ulimit "
     "-n)";
 
-// Of the router's descriptors, for the memory and the wakers of one client.
+// The share of the router's descriptors for the memory and the eventfds of one client.
 std::size_t descriptors_for_one() {
   rlimit limit{};
   return ::getrlimit(RLIMIT_NOFILE, &limit) == 0 ? limit.rlim_cur / 4 : 0;
 }
 
-// Of one client, before others have theirs.
+// Limit for one client, before others have their turn.
 constexpr int kUplinkSlots = 1024;  // messages
 constexpr std::uint32_t kUplinkLongPlaces = 64;
 constexpr int kMessagesPerTurn = kUplinkSlots / 2;
 
-// A client: "pid 4711 (laser)", "127.0.0.1:40312".
+// Description of a client: "pid 4711 (laser)", "127.0.0.1:40312".
 std::string describe(const core::Peer& peer) {
   if (!peer.id) return "the router itself";
   std::string text;
@@ -60,7 +60,7 @@ LocalPort::LocalPort(Loop& loop, core::Router& router, Log& log, LocalPortSettin
       acceptor_(loop, log,
                 [this](os::File socket, const std::string&) { accept(std::move(socket)); }),
       sweep_(loop, [this] { sweep_orphans(); }),
-      // Another start, another range: a client of the former router keeps its number.
+      // Each start uses another range, so that clients of the previous router keep their numbers.
       last_writer_(static_cast<std::uint32_t>(settings_.epoch) & shm::SlotWord::kMask24),
       record_(wire::kRecordBytesMax),
       copies_(kCopiesBytes) {}
@@ -76,13 +76,13 @@ Result<void> LocalPort::listen() {
   return {};
 }
 
-// Before the socket is closed: until then no other file can be taken for ours.
+// Called before the socket is closed: until then no other file can have the same identity.
 void LocalPort::stop_accepting() {
   remove_socket_file();
   acceptor_.stop();
 }
 
-// Not that of another router, which was started on the same path meanwhile.
+// Not the file of another router that was started on the same path in between.
 void LocalPort::remove_socket_file() {
   if (socket_file_.inode != 0 && os::file_at(settings_.path) == socket_file_)
     ::unlink(settings_.path.c_str());
@@ -109,7 +109,7 @@ void LocalPort::end_turn(Time now) {
   copied_ = 0;
 }
 
-// The client may be gone afterwards.
+// The client may be destroyed afterwards.
 void LocalPort::receive_some(Time now, LocalClient& client) {
   const std::uint32_t token = client.token;
   for (int n = 0; n < kRecordsPerTurn; ++n) {
@@ -124,7 +124,7 @@ void LocalPort::receive_some(Time now, LocalClient& client) {
   }
 }
 
-// A connection whose end nobody has looked at yet is in nobody's way.
+// A connection that has hung up, but has not been processed yet, must not block a new one.
 void LocalPort::drop_if_hung_up(Time now, std::uint32_t token) {
   if (os::has_hung_up(clients_.find(token)->socket.get()))
     drop(now, token, core::CloseReason::kPeerClosed);
@@ -137,7 +137,7 @@ void LocalPort::drop(Time now, std::uint32_t token, core::CloseReason reason) {
   forget(client);
 }
 
-// Everything the client had and may have left behind in others' mailboxes.
+// Releases everything the client had, and its half-written slots in mailboxes of others.
 void LocalPort::forget(LocalClient& client) {
   for (const auto& [address, handle] : client.mailboxes) memory_.remove_mailbox(handle);
   for (const auto& [number, segment] : client.offered) memory_.drop_if_empty(segment);
@@ -170,7 +170,8 @@ core::Outcome LocalPort::deliver(Time /*now*/, const core::Receiver& to,
 }
 
 void LocalPort::reply(Time now, const core::Receiver& to, const Header& header) {
-  if (to.handle == 0) return;  // a local client hears of the router only in its mailboxes
+  // A local client receives the router's messages only in its mailboxes.
+  if (to.handle == 0) return;
   std::array<std::byte, kHeaderSize> bytes;
   wire::encode_header(header, bytes);
   (void)deliver(now, to, {header, bytes});
@@ -203,14 +204,14 @@ void LocalPort::sweep_orphans() {
   });
 }
 
-// --- What a client asks for
+// --- requests of clients
 
 bool LocalPort::handle(Time now, LocalClient& client, wire::Packet& packet,
                        os::Received& received) {
   const std::uint32_t request = packet.request;
   const wire::Record& record = packet.record;
   if (const auto* r = std::get_if<wire::Hello>(&record)) return hello(now, client, request, *r);
-  if (!client.id) return false;  // not a word before hello
+  if (!client.id) return false;  // hello must be first
   if (const auto* r = std::get_if<wire::OfferSegment>(&record)) return offer(client, *r, received);
   if (const auto* r = std::get_if<wire::Open>(&record))
     return open(now, client, request, *r, received);
@@ -218,7 +219,7 @@ bool LocalPort::handle(Time now, LocalClient& client, wire::Packet& packet,
     return close_mailboxes(now, client, request, *r);
   if (const auto* r = std::get_if<wire::Lookup>(&record)) return look_up(client, request, *r);
   if (std::holds_alternative<wire::UplinkRequest>(record)) return grant_uplink(client, request);
-  return false;  // a router's own word
+  return false;  // a record that only the router may send
 }
 
 bool LocalPort::hello(Time now, LocalClient& client, std::uint32_t request,
@@ -232,7 +233,7 @@ bool LocalPort::hello(Time now, LocalClient& client, std::uint32_t request,
     (void)send(client, request, wire::Refused{text});
     return false;
   }
-  // Of a program that lost its connection, and is back before the end of that was seen.
+  // The client lost its connection and reconnected before the end of the old one was processed.
   if (const auto former = writers_.find(hello.writer); former != writers_.end())
     drop_if_hung_up(now, former->second);
   const os::PeerCredentials who = os::peer_credentials(client.socket.get());
@@ -257,8 +258,8 @@ bool LocalPort::hello(Time now, LocalClient& client, std::uint32_t request,
                             .widths = router_.settings().widths});
 }
 
-// The number it had with the former router, when nobody has it now: slots it is writing at this
-// moment stay its own.
+// The number the client had with the previous router, if it is free: slots that are being written
+// now remain its own.
 std::uint32_t LocalPort::writer_for(std::uint32_t wish) {
   const auto free = [this](std::uint32_t w) {
     return w != 0 && w < kRouterWriter && !writers_.contains(w);
@@ -269,7 +270,7 @@ std::uint32_t LocalPort::writer_for(std::uint32_t wish) {
   return last_writer_;
 }
 
-// Said twice, by a client that had to wait for long: the first one stands.
+// A client that waited for a long time may send this twice: the first offer is valid.
 bool LocalPort::offer(LocalClient& client, const wire::OfferSegment& offer,
                       os::Received& received) {
   if (client.offered.contains(offer.segment)) return true;
@@ -283,7 +284,7 @@ bool LocalPort::offer(LocalClient& client, const wire::OfferSegment& offer,
   return received.files_lost || !has_room;
 }
 
-// All of them or none.
+// Opens all of them or none.
 bool LocalPort::open(Time now, LocalClient& client, std::uint32_t request, const wire::Open& open,
                      os::Received& received) {
   wire::Opened opened;
@@ -381,7 +382,7 @@ bool LocalPort::close_mailboxes(Time now, LocalClient& client, std::uint32_t req
   return send(client, request, wire::Closed{});
 }
 
-// Memory that no mailbox of the client lies in.
+// Releases memory that contains no mailbox of the client.
 void LocalPort::drop_unused(LocalClient& client) {
   std::erase_if(client.offered, [this](const auto& entry) {
     memory_.drop_if_empty(entry.second);
@@ -439,8 +440,8 @@ bool LocalPort::grant_uplink(LocalClient& client, std::uint32_t request) {
   return send(client, request, wire::Uplink{}, files);
 }
 
-// A client whose socket takes no more answers does not read them: it asks without end, or stands
-// still. Without its answers it is lost anyway. One that has gone meanwhile broke no rule.
+// A client whose socket accepts no more answers does not read them, and cannot continue without
+// them. A client that has just disconnected did not violate the protocol.
 bool LocalPort::send(LocalClient& client, std::uint32_t request, const wire::Record& record,
                      std::span<const int> files) {
   std::vector<std::byte> bytes;
@@ -449,7 +450,7 @@ bool LocalPort::send(LocalClient& client, std::uint32_t request, const wire::Rec
   return sent.ok() || sent.error() == Errc::kClosed;
 }
 
-// --- Messages that clients cannot deliver themselves
+// --- messages that clients cannot deliver directly
 
 void LocalPort::on_doorbell(LocalClient& client) {
   os::drain_event_fd(client.uplink->doorbell().get());
@@ -458,7 +459,7 @@ void LocalPort::on_doorbell(LocalClient& client) {
   end_turn(now);
 }
 
-// Until the uplink is empty and its doorbell armed: true.
+// Drains the uplink until it is empty and its doorbell is armed; then returns true.
 bool LocalPort::drain(Time now, LocalClient& client, int messages_max) {
   shm::Receiver& receiver = client.uplink->receiver();
   for (int n = 0; n < messages_max;) {
@@ -475,9 +476,9 @@ bool LocalPort::drain(Time now, LocalClient& client, int messages_max) {
   return false;
 }
 
-// What a client sent before it said something, or closed, goes first. Called again and again while
-// there is something to read, and true once all that was there when that came has gone: as much as
-// an uplink holds.
+// Messages sent before a record, or before the end of the connection, are processed first. Called
+// repeatedly while there is something to read; returns true once all messages that existed when
+// the record arrived have been forwarded: at most the capacity of an uplink.
 bool LocalPort::take_what_came_before(Time now, LocalClient& client) {
   if (!client.uplink) return true;
   if (!os::is_readable(client.socket.get())) return false;
@@ -487,9 +488,9 @@ bool LocalPort::take_what_came_before(Time now, LocalClient& client) {
   return true;
 }
 
-// The connection has ended. What was sent goes on, also what its sender died before announcing; a
-// client that lives learns from its next message, or the one it is writing, that it must look for
-// another uplink.
+// The connection has ended. Its remaining messages are forwarded, including those the sender
+// could not announce before it crashed. A client that is still running learns with its next
+// message, or the one it is writing, that it needs another uplink.
 void LocalPort::take_the_rest(Time now, LocalClient& client) {
   if (!client.uplink) return;
   const shm::MailboxView& view = client.uplink->receiver().view();
@@ -508,7 +509,7 @@ void LocalPort::continue_later(LocalClient& client) {
   });
 }
 
-// The sender can still write to its slot: what is forwarded is a copy that nobody can change.
+// The sender can still write to its slot, so a private copy is forwarded.
 void LocalPort::forward(Time now, LocalClient& client, const shm::Taken& taken) {
   std::span<std::byte> copy = room(now, taken.header.length);
   if (!taken.body.empty())
@@ -517,12 +518,12 @@ void LocalPort::forward(Time now, LocalClient& client, const shm::Taken& taken) 
   delivered_here_ = false;
   router_.on_message(now, client.id, message);
   if (!delivered_here_) return;
-  // It could have come by itself: the receiver is on this host by now.
+  // The receiver is on this host now, so the client could have delivered the message directly.
   if (find_local(taken.header.dest) != nullptr)
     (void)send(client, 0, wire::Moved{taken.header.dest});
 }
 
-// Memory that stays as it is until the ports are flushed.
+// Memory that stays valid until the ports are flushed.
 std::span<std::byte> LocalPort::room(Time now, std::size_t size) {
   if (copied_ + size > copies_.size()) {
     end_turn(now);

@@ -1,9 +1,9 @@
-// Where programs of this host attach: a Unix socket for words and file descriptors, shared memory
-// for messages. The words: libtims/wire/local_protocol.h.
+// The port for programs of this host: a Unix socket for control records and file descriptors,
+// shared memory for messages. Records: libtims/wire/local_protocol.h.
 //
-// Messages between two local programs do not come here. What does: messages to receivers that are
-// not on this host or attached by TCP (each client's uplink), and messages from those to local
-// mailboxes, which the router writes into the receiver's slots as any other sender would.
+// Messages between two local programs bypass this port. It handles messages to receivers on other
+// hosts or attached by TCP (through each client's uplink), and messages from those to local
+// mailboxes, which the router writes into the receiver's slots like any other sender.
 #pragma once
 
 #include <cstdint>
@@ -28,28 +28,30 @@
 
 namespace tims::io {
 
-// The router's own identity as a writer: its slots are never reclaimed while it lives.
+// The router's own identity as a writer: its slots are never reclaimed while it is running.
 inline constexpr std::uint32_t kRouterWriter = 0xFFFFFF;
 
-// One program of this host, as its port sees it.
+// One program of this host.
 struct LocalClient {
   os::File socket;
   std::optional<Watch> socket_watch;
-  core::ClientId id;  // kNoClient until it has said hello
+  core::ClientId id;  // kNoClient until its hello has been received
   std::uint32_t token = 0;
   std::uint32_t writer = 0;
-  std::unordered_map<std::uint64_t, os::ClientMemory::SegmentId> offered;  // by its own numbers
-  std::unordered_map<std::uint32_t, os::ClientMemory::Handle> mailboxes;   // by raw address
-  std::size_t wakers = 0;                                                  // of its mailboxes
+  // By the client's own numbers.
+  std::unordered_map<std::uint64_t, os::ClientMemory::SegmentId> offered;
+  std::unordered_map<std::uint32_t, os::ClientMemory::Handle> mailboxes;  // by raw address
+  // Eventfds of its mailboxes.
+  std::size_t wakers = 0;
   std::unordered_set<os::ClientMemory::SegmentId> known;  // segments it can write to
   std::unique_ptr<os::Uplink> uplink;
   std::optional<Watch> doorbell_watch;
-  int taken_before_record = 0;  // messages, since the record or the end to be read next has come
+  int taken_before_record = 0;  // messages taken since the next record, or the end, arrived
 };
 
 struct LocalPortSettings {
   std::string path;
-  bool everybody = false;  // of this host may connect; else owner and group
+  bool everybody = false;  // any user of this host may connect; otherwise owner and group
   Address router;
   std::uint64_t epoch = 0;
   std::uint32_t message_max = kMessageMaxDefault;
@@ -69,7 +71,7 @@ class LocalPort final : public core::Port {
   void moved(Address address) override;
   void stop_accepting() override;
 
-  // What is to be seen of a mailbox, by its handle.
+  // State of a mailbox, by its handle.
   [[nodiscard]] std::optional<MailboxFill> fill(std::uint32_t handle) const;
   [[nodiscard]] shm::Counters mailbox_counts() const { return memory_.counters(); }
 
@@ -82,7 +84,7 @@ class LocalPort final : public core::Port {
   void drop(Time now, std::uint32_t token, core::CloseReason reason);
   void forget(LocalClient& client);
 
-  // --- what the records ask for; false: the client broke the rules
+  // --- requests of clients; false: the client violated the protocol
   bool handle(Time now, LocalClient& client, wire::Packet& packet, os::Received& received);
   bool hello(Time now, LocalClient& client, std::uint32_t request, const wire::Hello& hello);
   bool offer(LocalClient& client, const wire::OfferSegment& offer, os::Received& received);
@@ -98,7 +100,7 @@ class LocalPort final : public core::Port {
   bool close_mailboxes(Time now, LocalClient& client, std::uint32_t request,
                        const wire::Close& close);
   bool look_up(LocalClient& client, std::uint32_t request, const wire::Lookup& lookup);
-  // The owner of a mailbox that local clients may write to themselves.
+  // The owner of a mailbox that local clients may write to directly.
   [[nodiscard]] const core::Table::Entry* find_local(Address address) const;
   bool found(LocalClient& client, std::uint32_t request, Address address);
   bool grant_uplink(LocalClient& client, std::uint32_t request);
@@ -106,7 +108,7 @@ class LocalPort final : public core::Port {
             std::span<const int> files = {});
   std::uint32_t writer_for(std::uint32_t wish);
 
-  // --- messages that clients cannot deliver themselves
+  // --- messages that clients cannot deliver directly
   void on_doorbell(LocalClient& client);
   bool drain(Time now, LocalClient& client, int messages_max);
   bool take_what_came_before(Time now, LocalClient& client);
@@ -122,17 +124,17 @@ class LocalPort final : public core::Port {
   core::Router& router_;
   const LocalPortSettings settings_;
   Acceptor acceptor_;
-  os::FileId socket_file_;  // the one we have made
+  os::FileId socket_file_;  // the file created by this router
   Timer sweep_;
   base::SlotMap<LocalClient> clients_;                        // by token
-  std::unordered_map<std::uint32_t, std::uint32_t> writers_;  // living ones: writer -> token
+  std::unordered_map<std::uint32_t, std::uint32_t> writers_;  // connected writers: writer -> token
   std::uint32_t last_writer_;
   os::ClientMemory memory_{kRouterWriter};
   std::vector<std::byte> record_;
-  // What came through uplinks this turn, copied out of shared memory.
+  // Messages received through uplinks in this turn, copied out of shared memory.
   std::vector<std::byte> copies_;
   std::size_t copied_ = 0;
-  bool delivered_here_ = false;  // the message at hand went into a local mailbox
+  bool delivered_here_ = false;  // the current message was delivered to a local mailbox
 };
 
 }  // namespace tims::io

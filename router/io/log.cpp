@@ -21,7 +21,7 @@ using core::EventKind;
 
 constexpr Duration kSummaryInterval = std::chrono::seconds(10);
 
-// The journal says so in $JOURNAL_STREAM; it may be a stderr of a parent that was redirected since.
+// $JOURNAL_STREAM names the journal's file; a parent may have redirected stderr since it was set.
 bool is_journal(int file) {
   const std::string stream = os::environment("JOURNAL_STREAM");
   struct stat status {};
@@ -45,7 +45,8 @@ std::string local_time() {
   return base::date(local) + " " + base::time_of_day(local);
 }
 
-// Neither what a terminal obeys, nor line ends (U+2028), nor what turns the direction of writing.
+// False for terminal control characters, line separators (U+2028) and characters that change the
+// writing direction.
 bool may_be_shown(std::uint32_t code) {
   const bool turns = code >= 0x2028 && code <= 0x202E;
   const bool isolates = code >= 0x2066 && code <= 0x2069;
@@ -53,10 +54,10 @@ bool may_be_shown(std::uint32_t code) {
 }
 
 constexpr Duration kInterval = std::chrono::minutes(1);
-constexpr std::uint32_t kLinesMax = 6;  // of a link, or of a kind, in that time
+constexpr std::uint32_t kLinesMax = 6;  // per link or kind, in that time
 constexpr std::size_t kLinksMax = 256;
 
-// Else something is wrong.
+// Other events are problems.
 bool is_news(EventKind kind) {
   return kind == EventKind::kLinkUp || kind == EventKind::kLinkPath ||
          kind == EventKind::kUplinkChanged;
@@ -103,7 +104,7 @@ void Log::summarise(Recent& line) {
   line.held_back = 0;
 }
 
-// There is room for a line where poll() says so: lines are shorter than what pipes (a page),
+// Write only when poll() reports room: a line is shorter than the room that pipes (a page),
 // terminals and sockets then have. The file is shared with other programs, so it stays blocking.
 void Log::put(LogLevel level, std::string_view text) const {
   pollfd ready{.fd = file_, .events = POLLOUT, .revents = 0};
@@ -118,7 +119,7 @@ void Log::put(LogLevel level, std::string_view text) const {
       journal_ ? fmt::format("<{}>{}{}{}\n", journal_priority(level), word(level), printable(text),
                              before)
                : fmt::format("{} {}{}{}\n", local_time(), word(level), printable(text), before);
-  // Nothing can be done about a stderr that takes nothing.
+  // An error of stderr cannot be reported anywhere.
   [[maybe_unused]] const auto written = ::write(file_, line.data(), line.size());
 }
 
@@ -157,7 +158,7 @@ std::string LimitedLog::key_of(const core::Event& event) const {
     default:
       return std::string(core::name(event.kind));
   }
-  // Names of links are texts of others; with so many, those that are new share their lines.
+  // Names of links are untrusted texts; beyond a maximum number, new names share one history.
   const std::string name = fmt::format("link {}", event.client.name.view());
   return histories_.size() < kLinksMax || histories_.contains(name) ? name : "link";
 }
@@ -182,7 +183,7 @@ Time LimitedLog::next_timeout() const {
   return next;
 }
 
-// Who was held back has to be quiet for a while before its lines are written again.
+// Suppression ends after a quiet period.
 void LimitedLog::on_timeout(Time now) {
   for (auto at = histories_.begin(); at != histories_.end();) {
     History& history = at->second;
@@ -209,7 +210,7 @@ void log_event(Log& log, LimitedLog& limited_log, const core::Event& event,
                const AddressWidths& widths) {
   using Kind = core::EventKind;
   switch (event.kind) {
-    // A guest can cause any number of these, each with another text.
+    // A client can cause any number of these, each with a different text.
     case Kind::kClientRefused:
     case Kind::kAddressRefused:
     case Kind::kMailboxLimit:
@@ -226,7 +227,7 @@ void log_event(Log& log, LimitedLog& limited_log, const core::Event& event,
     case Kind::kUplinkChanged:
       return limited_log.on_event(event.at, event, widths);
     default:
-      // A restart of the fleet brings a hundred thousand of these.
+      // A restart of the fleet causes a hundred thousand of these.
       if (log.writes(config::LogLevel::kDebug)) log.debug(event_text(event, widths));
   }
 }

@@ -1,12 +1,12 @@
-// Lines for people on stderr. In the journal each carries its priority, elsewhere the time. Never
-// called for a message. What is in a line may come from anybody: it is written so that it stays one
-// line, and moves no terminal. A reader who does not read stops nobody: lines that find no room are
-// left out, and the next one that does says how many.
+// Log lines on stderr. In the journal each has its priority, elsewhere the time. Never called for
+// a message. A line may contain text from any source: it is escaped so that it remains a single
+// line and contains no terminal control sequences. A reader that does not read blocks nothing:
+// lines without room are dropped, and the next line states how many.
 //
-// Nothing fills the log. A line that comes again and again is written once and then summarised.
-// Of the router's events, those of links that come and go and of what is refused to clients are
-// held back beyond six a minute of one link or of one kind of refusal (LimitedLog); once a minute
-// one line says what came last and how many they were.
+// The log cannot be flooded. A repeated line is written once and then summarised. Of the router's
+// events, those of links that come and go and those of refused clients are limited to six per
+// minute for each link or kind of refusal (LimitedLog); once a minute one line reports the last
+// of them and their number.
 #pragma once
 
 #include <array>
@@ -30,7 +30,7 @@ class Log {
   explicit Log(config::LogLevel level, int file = STDERR_FILENO);
   Log(const Log&) = delete;
   Log& operator=(const Log&) = delete;
-  ~Log();  // writes what is still to be summarised
+  ~Log();  // writes pending summaries
 
   void set_level(config::LogLevel level) { level_ = level; }
 
@@ -40,7 +40,7 @@ class Log {
   void warning(std::string_view text) { write(config::LogLevel::kWarning, text); }
   void info(std::string_view text) { write(config::LogLevel::kInfo, text); }
   void debug(std::string_view text) { write(config::LogLevel::kDebug, text); }
-  // However often it comes.
+  // Written however often it is repeated.
   void always(config::LogLevel level, std::string_view text) const {
     if (writes(level)) put(level, text);
   }
@@ -50,7 +50,7 @@ class Log {
     std::string text{};
     config::LogLevel level{};
     Time written{};
-    std::uint32_t held_back = 0;  // times it came since
+    std::uint32_t held_back = 0;  // repetitions since then
   };
 
   void write(config::LogLevel level, std::string_view text);
@@ -63,10 +63,11 @@ class Log {
   bool journal_;
   std::array<Recent, 8> recent_;
   std::size_t oldest_ = 0;
-  mutable std::uint64_t left_out_ = 0;  // lines, since the last one that found room
+  mutable std::uint64_t left_out_ = 0;  // lines dropped since the last one written
 };
 
-// Control characters, and bytes that are no UTF-8, as "\\n", "\\x1b"; at most kLogTextMax bytes.
+// Escapes control characters and invalid UTF-8, as "\\n" or "\\x1b"; truncates to kLogTextMax
+// bytes.
 inline constexpr std::size_t kLogTextMax = 2048;
 std::string printable(std::string_view text);
 
@@ -77,7 +78,7 @@ class LimitedLog {
   explicit LimitedLog(const Log& log);
   LimitedLog(const LimitedLog&) = delete;
   LimitedLog& operator=(const LimitedLog&) = delete;
-  ~LimitedLog();  // tells what is held back
+  ~LimitedLog();  // reports suppressed lines
 
   void on_event(Time now, const core::Event& event, const AddressWidths& widths = {});
 
@@ -86,7 +87,7 @@ class LimitedLog {
 
  private:
   struct History {
-    Time begin{};  // of this minute
+    Time begin{};  // start of this minute
     std::uint32_t lines = 0;
     std::uint64_t held_back = 0;  // since the last line
     config::LogLevel level{};     // of its last line
@@ -97,10 +98,10 @@ class LimitedLog {
   void summarise(History& history);
 
   const Write write_;
-  std::map<std::string, History, std::less<>> histories_;  // by link or kind, of the last minute
+  std::map<std::string, History, std::less<>> histories_;  // by link or kind, for the last minute
 };
 
-// Which of the router's events become lines of the log.
+// Decides which of the router's events are logged.
 void log_event(Log& log, LimitedLog& limited_log, const core::Event& event,
                const AddressWidths& widths);
 

@@ -13,7 +13,7 @@ namespace tims::io {
 Loop::Loop()
     : epoll_(::epoll_create1(EPOLL_CLOEXEC)),
       alarm_(::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC)) {
-  // Edges: setting it anew takes the last one back, and nobody need read it.
+  // Edge-triggered: setting the alarm again cancels a pending event, so it need not be read.
   epoll_event event{.events = EPOLLIN | EPOLLET, .data = {.ptr = this}};
   if (::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, alarm_.get(), &event) != 0)
     throw std::system_error(errno, std::generic_category(), "no event loop: epoll, timerfd");
@@ -39,7 +39,7 @@ void Loop::run_once(Time limit) {
 
 void Loop::hand_out(std::span<epoll_event> events) {
   for (epoll_event& event : events) {
-    if (event.data.ptr == nullptr) continue;  // forgotten meanwhile
+    if (event.data.ptr == nullptr) continue;  // removed in this turn
     if (event.data.ptr == this) {
       on_time(os::now());
       continue;
@@ -48,7 +48,7 @@ void Loop::hand_out(std::span<epoll_event> events) {
     const bool broken = (event.events & (EPOLLERR | EPOLLHUP)) != 0;
     const Ready ready{.to_read = broken || (event.events & (EPOLLIN | EPOLLRDHUP)) != 0,
                       .to_write = broken || (event.events & EPOLLOUT) != 0};
-    // The watch, and all that the function holds, may be gone when it returns.
+    // The watch, and everything the function holds, may be destroyed during the call.
     auto on_ready = std::move(watch.on_ready_);
     on_ready(ready);
     if (event.data.ptr != nullptr) watch.on_ready_ = std::move(on_ready);
@@ -71,8 +71,7 @@ Watch::~Watch() {
   loop_.forget(*this);
 }
 
-// A descriptor that nobody is interested in is taken out: the system would still tell of its
-// errors.
+// A descriptor without interest is removed, because epoll would still report its errors.
 void Watch::set(Interest interest) {
   if (interest == interest_) return;
   const int change = interest_ == Interest::kNothing  ? EPOLL_CTL_ADD
@@ -83,7 +82,7 @@ void Watch::set(Interest interest) {
   interest_ = interest;
 }
 
-// --- what was posted
+// --- posted actions
 
 void Loop::run_posted() {
   running_.swap(posted_);
@@ -99,12 +98,13 @@ Time Loop::next_deadline() const {
   return next;
 }
 
-// A deadline that has moved away costs nothing: the alarm finds nothing to do and is set anew.
+// A deadline moved to a later time costs nothing: the alarm finds nothing to do and is set again.
 void Loop::arm(Time at) {
   if (at >= armed_) return;
   armed_ = at;
   const itimerspec when{.it_interval = {},
-                        .it_value = os::to_timespec(std::max(at, Time(Duration(1))))};  // 0: never
+                        // 0 would disarm it.
+                        .it_value = os::to_timespec(std::max(at, Time(Duration(1))))};
   ::timerfd_settime(alarm_.get(), TFD_TIMER_ABSTIME, &when, nullptr);
 }
 
@@ -126,7 +126,7 @@ void Loop::on_time(Time now) {
 void Loop::run_timer(Timer& timer) {
   timer.cancel();
   timer_at_work_ = &timer;
-  // As with a watch: the timer may be gone when it returns.
+  // As with a watch: the timer may be destroyed during the call.
   auto on_timeout = std::move(timer.on_timeout_);
   on_timeout();
   if (timer_at_work_ != nullptr) timer.on_timeout_ = std::move(on_timeout);

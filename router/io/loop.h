@@ -1,11 +1,11 @@
-// The one thread everything runs in. A turn is one thing that happened (bytes came, a timer ran
-// out) and all that follows from it; it begins with a reading of the clock and ends with
+// The event loop, which runs on a single thread. A turn is one event (bytes arrived, a timer
+// expired) and everything that follows from it; it begins with reading the clock and ends with
 // end_turn().
 //
-// Descriptors are watched once and for all (Watch), and the system's timer is set only when the
-// next deadline comes earlier than before: what a message costs beside its own system calls is one
-// epoll_wait(). With a time-out of its own that would set a timer each time, which in a virtual
-// machine takes as long as a message.
+// Descriptors are registered permanently (Watch), and the system timer is set only when the next
+// deadline is earlier than before: beyond its own system calls, a message costs one epoll_wait().
+// A time-out parameter would set a timer in each call, which takes as long as a message in a
+// virtual machine.
 #pragma once
 
 #include <array>
@@ -29,7 +29,7 @@ class Watch;
 
 class Loop {
  public:
-  // Something with deadlines of its own, asked after every turn.
+  // A component with deadlines, queried after every turn.
   struct Deadlines {
     std::function<Time()> next;            // kNever: none
     std::function<void(Time)> on_timeout;  // at or after next()
@@ -39,18 +39,18 @@ class Loop {
   Loop(const Loop&) = delete;
   Loop& operator=(const Loop&) = delete;
 
-  // To be set up before run(). What is done at the end of each turn, in this order.
+  // Must be called before run(). Steps executed at the end of each turn, in this order.
   void at_turn_end(std::function<void(Time)> step) { steps_.push_back(std::move(step)); }
   void watch(Deadlines deadlines) { deadlines_.push_back(std::move(deadlines)); }
 
-  // Whoever handles something calls this when done; `began` is when its turn did.
+  // Called after an event was handled; `began` is the start of its turn.
   void end_turn(Time began);
-  // A turn of its own, when others have had theirs.
+  // Executes the action in a turn of its own, after the others.
   void post(std::function<void()> action) { posted_.push_back(std::move(action)); }
 
-  // Until stop().
+  // Runs until stop().
   void run();
-  // Waits once, until about `limit` at most, and handles what is ready then.
+  // Waits once, at most until about `limit`, and handles the events.
   void run_once(Time limit);
   void stop() { stopped_ = true; }
 
@@ -71,11 +71,11 @@ class Loop {
 
   os::File epoll_;
   os::File alarm_;                                // a timerfd
-  Time armed_ = kNever;                           // when it runs out
-  std::array<epoll_event, kEventsMax> events_{};  // of which some are not handed out yet
+  Time armed_ = kNever;                           // its expiry time
+  std::array<epoll_event, kEventsMax> events_{};  // some may not be dispatched yet
   std::vector<std::function<void()>> posted_;
-  std::vector<std::function<void()>> running_;  // that were posted before
-  std::set<std::pair<Time, Timer*>> timers_;    // that are set
+  std::vector<std::function<void()>> running_;  // posted before this turn
+  std::set<std::pair<Time, Timer*>> timers_;    // the active ones
   Timer* timer_at_work_ = nullptr;
   std::vector<std::function<void(Time)>> steps_;
   std::vector<Deadlines> deadlines_;
@@ -83,7 +83,7 @@ class Loop {
   bool stopped_ = false;
 };
 
-// What a descriptor is ready for; for both when it is broken.
+// Readiness of a descriptor; both are set when it is broken.
 struct Ready {
   bool to_read = false;
   bool to_write = false;
@@ -94,14 +94,14 @@ enum class Interest : std::uint32_t {
   kReading = EPOLLIN,
   kWriting = EPOLLOUT,
   kBoth = EPOLLIN | EPOLLOUT,
-  // Once whenever it becomes ready for anything, not as long as it is.
+  // Reports each change of readiness once, not continuously.
   kChanges = EPOLLIN | EPOLLOUT | EPOLLRDHUP | EPOLLET,
 };
 
-// A descriptor in the loop's care: the owner is called as long as it is ready.
+// A descriptor registered in the loop: the owner is called as long as it is ready.
 class Watch {
  public:
-  // `fd` stays open as long as this lives. The owner may destroy the watch when it is called.
+  // `fd` must stay open during the lifetime. The owner may destroy the watch in the callback.
   Watch(Loop& loop, int fd, std::function<void(Ready)> on_ready,
         Interest interest = Interest::kReading);
   Watch(const Watch&) = delete;
@@ -118,16 +118,16 @@ class Watch {
   Interest interest_ = Interest::kNothing;
 };
 
-// Calls its owner once when a time has come.
+// Calls its owner once at a given time.
 class Timer {
  public:
-  // The owner may destroy the timer when it is called.
+  // The owner may destroy the timer in the callback.
   Timer(Loop& loop, std::function<void()> on_timeout);
   Timer(const Timer&) = delete;
   Timer& operator=(const Timer&) = delete;
   ~Timer();
 
-  // Instead of what it was set to before.
+  // Replaces the previous time.
   void set(Time at);
   void cancel() { set(kNever); }
 

@@ -31,7 +31,7 @@ std::string refused_text(const core::Event& event, const AddressWidths& widths) 
   return text + "it is the router's own";
 }
 
-// How the next hop was found: in JSON, and why it is the one.
+// How the next hop was found: the name in JSON and the explanation.
 constexpr std::array kBys{
     core::Label<By>{By::kTable, "table", "it has announced the address"},
     core::Label<By>{By::kStatic, "static", "a static route matches"},
@@ -58,9 +58,9 @@ json::array texts_of(const auto& addresses) {
   return texts;
 }
 
-// --- the page for Prometheus
+// --- Prometheus page
 
-// A value ends at the quote; of all texts only the router's name could have one in it.
+// A label value ends at the quote; the router's name is the only text that may contain one.
 std::string escaped(std::string_view value) {
   std::string text;
   for (const char c : value) {
@@ -75,7 +75,7 @@ std::string escaped(std::string_view value) {
 
 class MetricsPage {
  public:
-  // What the samples that follow belong to.
+  // Starts a metric; the following samples belong to it.
   void family(std::string_view name, std::string_view type, std::string_view help) {
     name_ = name;
     text_ += fmt::format("# HELP {} {}\n# TYPE {} {}\n", name, help, name, type);
@@ -97,7 +97,8 @@ class MetricsPage {
   std::string text_;
 };
 
-// Each metric of these reports, a sample a report. `for_each` takes a function of a report.
+// All metrics of these reports, one sample per report. `for_each` calls a function for each
+// report.
 template <typename Report, typename ForEach, typename LabelsOf>
 void add_reports(MetricsPage& page, ForEach for_each, LabelsOf labels_of) {
   for_each_metric<Report>([&](const Metric& metric, auto get) {
@@ -117,7 +118,7 @@ void add_messages(MetricsPage& page, const core::Router& router) {
       });
 }
 
-// Also those that have not happened yet: a first drop shall be seen as a change from 0.
+// Includes counters that are 0, so that a first drop is visible as a change from 0.
 void add_drops_and_events(MetricsPage& page, const core::Router& router) {
   page.family("tims_router_drops_total", "counter", "Messages that were lost, by reason.");
   for (const auto& label : core::kOutcomes)
@@ -154,7 +155,7 @@ void add_clients(MetricsPage& page, const AdminSource& source) {
       });
 }
 
-// By the other router's name: few, and they do not change.
+// Sorted by the other router's name: there are few, and their order rarely changes.
 void add_links(MetricsPage& page, const AdminSource& source, Time now) {
   const link::Links* links = source.links();
   if (links == nullptr) return;
@@ -313,7 +314,7 @@ json::array Fields<LinkView>::paths(const LinkView& v) {
   return paths;
 }
 
-// Where it is; else where it will be looked for first.
+// The current address, or else the first candidate.
 std::optional<std::string> Fields<LinkView>::peer_address(const LinkView& v) {
   if (v.link.address()) return text_of(v.link.address());
   const std::vector<link::NetAddress> places = v.link.paths().to_call(true);

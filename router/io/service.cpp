@@ -41,14 +41,14 @@ long long number_in(const char* name) {
   return value;
 }
 
-// Half of what the unit's WatchdogSec= allows.
+// Half of the unit's WatchdogSec=.
 std::chrono::microseconds watchdog_interval() {
   const long long pid = number_in("WATCHDOG_PID");
   if (pid != 0 && pid != ::getpid()) return {};
   return std::chrono::microseconds(number_in("WATCHDOG_USEC") / 2);
 }
 
-// Under a bound, memory that is asked for later would be refused.
+// With a limit, later allocations would fail.
 bool may_lock_all() {
   const rlimit unlimited{RLIM_INFINITY, RLIM_INFINITY};
   if (::setrlimit(RLIMIT_MEMLOCK, &unlimited) == 0) return true;

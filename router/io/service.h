@@ -1,4 +1,4 @@
-// The process as a service: signals, the service manager, limits, memory.
+// The process as a service: signals, service manager, limits, memory.
 #pragma once
 
 #include <chrono>
@@ -12,7 +12,7 @@
 
 namespace tims::io {
 
-// SIGTERM, SIGINT and SIGHUP come as calls from the loop.
+// Delivers SIGTERM, SIGINT and SIGHUP as calls from the loop.
 class Signals {
  public:
   struct Actions {
@@ -29,12 +29,12 @@ class Signals {
   Watch watch_;
 };
 
-// The service manager is kept informed, and its watchdog fed.
+// Notifies the service manager and triggers its watchdog.
 class Service {
  public:
   explicit Service(Loop& loop);
 
-  // The watchdog, when the unit has one, is fed from here on.
+  // From here on the watchdog is triggered, if the unit has one.
   void ready();
   void reloading();
   void stopping();
@@ -47,14 +47,14 @@ class Service {
   Timer timer_;
 };
 
-// SCHED_FIFO for the thread that calls, and no other that it starts; memory of this process is kept
-// in RAM as far as it is touched. The error says what is missing; what is allowed is done.
+// Sets SCHED_FIFO for the calling thread only, not inherited by threads it starts, and locks
+// touched memory of the process. Does what is permitted; the error names what is missing.
 Result<void> become_real_time(int priority);
 
-// Of the process, in RAM.
+// Resident memory of the process.
 std::uint64_t resident_bytes();
 
-// As many file descriptors as the system lets this process have.
+// Raises the limit of file descriptors to the maximum permitted.
 void raise_descriptor_limit();
 
 }  // namespace tims::io

@@ -17,7 +17,7 @@ namespace {
 
 using core::Outcome;
 
-// Of one connection, before others have their turn.
+// Limit for one connection, before others have their turn.
 constexpr std::size_t kQueueBytesPerTurn = 1 << 20;
 
 std::span<const std::byte> bytes_of(const iovec& piece) {
@@ -32,7 +32,7 @@ void set(int socket, int level, int option, int value) {
   ::setsockopt(socket, level, option, &value, sizeof value);
 }
 
-// Many original clients switch the lifesign off: the system finds those whose machine has gone.
+// Many original clients switch lifesigns off; TCP keep-alive detects hosts that have disappeared.
 void find_dead_peers(int socket) {
   constexpr int kIdleSeconds = 30;
   constexpr int kProbeSeconds = 10;
@@ -43,9 +43,8 @@ void find_dead_peers(int socket) {
   set(socket, IPPROTO_TCP, TCP_KEEPCNT, kProbes);
 }
 
-// On a network, how much the system may hold that is not on its way yet: what waits beyond that
-// waits in our own queue, where urgent messages overtake. Within this host it would only cost
-// copies.
+// On a network, the maximum the system may buffer unsent: the rest waits in our own queue, where
+// urgent messages overtake. Within this host it would only cost copies.
 constexpr int kUnsentBytesMax = 256 << 10;
 
 bool is_on_this_host(int socket) {
@@ -64,11 +63,11 @@ using Status = wire::StreamReader::Status;
 using core::CloseReason;
 
 constexpr std::size_t kTcpPortKeptBytes = 64 << 10;
-// What the router itself says to a slow reader does not wait behind what others send to it: a
-// lifesign must be answered, and a registration may be waited for.
+// The router's own messages to a slow reader do not wait behind other messages: a lifesign must
+// be answered, and the client may wait for the answer to a registration.
 constexpr std::uint8_t kReplyPriority = 255;
 
-// Up to here, copying a message is cheaper than flushing all ports for it.
+// Up to this size, copying a message is cheaper than flushing all ports for it.
 constexpr std::size_t kCopiedBytesMax = 4 << 10;
 
 CloseReason reason_for(Status status) {
@@ -146,7 +145,7 @@ void TcpOutput::abandon() {
   may_have_lost_ = true;
 }
 
-// Returns how much the socket took.
+// Returns the number of bytes the socket accepted.
 std::size_t TcpOutput::send(std::span<const iovec> pieces) {
   msghdr message{};
   message.msg_iov = const_cast<iovec*>(pieces.data());
@@ -160,7 +159,7 @@ std::size_t TcpOutput::send(std::span<const iovec> pieces) {
   return 0;
 }
 
-// Copies the messages of the batch that were not written into the queue, which is empty.
+// Copies the unwritten messages of the batch into the queue. Precondition: the queue is empty.
 void TcpOutput::keep_rest(std::size_t written) {
   for_each_message([&](std::span<const std::byte> message, const Header& header) {
     if (written >= message.size()) {
@@ -272,8 +271,8 @@ void TcpPort::welcome(os::File socket, const std::string& peer) {
   loop_.end_turn(now);
 }
 
-// Of those that have not said anything yet, the one that came first has to go. Original programs
-// register as soon as they are connected.
+// Of the clients that have not sent anything yet, disconnects the oldest. Original programs
+// register immediately after connecting.
 void TcpPort::make_room(Time now) {
   TcpConnection* silent = nullptr;
   Time since = kNever;
@@ -338,7 +337,7 @@ bool TcpPort::drained() const {
 
 // --- Output
 
-// After bytes were written: what follows from how far that went.
+// Updates the connection after a write.
 void TcpPort::settle(Time now, TcpConnection& connection) {
   report_losses(now, connection);
   switch (connection.output.state()) {
@@ -374,7 +373,7 @@ void TcpPort::report_losses(Time now, TcpConnection& connection) {
   connection.output.forget_lost();
 }
 
-// The router knows it no more from here on; the connection itself goes when it is settled.
+// The router no longer knows the client; the connection itself is removed when it is settled.
 void TcpPort::forget(Time now, TcpConnection& connection, CloseReason reason) {
   if (connection.closing) return;
   connection.closing = true;
@@ -388,7 +387,7 @@ void TcpPort::erase(Time now, TcpConnection& connection) {
   connections_.erase(connection.token);
 }
 
-// --- Small things
+// --- helpers
 
 TcpConnection* TcpPort::find(std::uint32_t token, core::ClientId id) {
   TcpConnection* connection = connections_.find(token);
@@ -401,7 +400,8 @@ void TcpPort::touch(TcpConnection& connection) {
   touched_.push_back(&connection);
 }
 
-// A copy that stays until the flush. When there is no more room, what was collected is written now.
+// A copy that stays valid until the flush. When there is no room left, the collected data is
+// written now.
 std::span<std::byte> TcpPort::keep(std::span<const std::byte> bytes) {
   if (kept_size_ + bytes.size() > kTcpPortKeptBytes) {
     for (TcpConnection* connection : touched_) connection->output.write_batch();
@@ -413,7 +413,7 @@ std::span<std::byte> TcpPort::keep(std::span<const std::byte> bytes) {
   return copy;
 }
 
-// --- Input
+// --- input
 
 void TcpPort::on_ready(TcpConnection& connection, Ready ready) {
   const Time now = os::now();
@@ -452,7 +452,7 @@ void TcpPort::take_messages(Time now, TcpConnection& connection, std::span<std::
     if (item.status != Status::kMessage) return refuse_length(now, connection, item);
     take_message(now, connection, item);
     if (find(token, id) == nullptr || connection.closing) return;
-    touch(connection);  // again: the ports may have been flushed meanwhile
+    touch(connection);  // again: the ports may have been flushed
   }
 }
 
@@ -468,8 +468,8 @@ void TcpPort::bound_half_messages(Time now, std::uint32_t token, core::ClientId 
   }
 }
 
-// A message in the scratch buffer stays where it is until the flush; one that the reader has
-// gathered does not outlive its next call.
+// A message in the scratch buffer stays valid until the flush; one assembled by the reader is
+// valid only until its next call.
 void TcpPort::take_message(Time now, TcpConnection& connection,
                            const wire::StreamReader::Item& item) {
   const std::byte* begin = item.message.data();

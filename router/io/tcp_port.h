@@ -1,11 +1,11 @@
 // TCP port: original RACK programs and remote clients.
 //
-// A turn reads once from one connection, at most 256 KiB, hands every whole message to the router,
-// and then writes once to each connection that got something. A slow reader blocks nobody and never
-// sees a torn message: as long as a socket takes everything, messages go from where they were
-// received into it without a copy, as many as possible with one system call; what it does not take
-// waits in a MessageQueue, whole messages in order of importance, until the socket is writable
-// again (TcpOutput).
+// A turn reads once from one connection, at most 256 KiB, delivers every complete message to the
+// router, and then writes once to each connection with output. A slow reader blocks no other
+// client and never receives a partial message: while a socket accepts everything, messages go
+// into it without a copy from where they were received, as many as possible per system call; the
+// rest waits in a MessageQueue, whole messages by priority, until the socket is writable again
+// (TcpOutput).
 #pragma once
 
 #include <array>
@@ -35,7 +35,7 @@
 
 namespace tims::io {
 
-// What is to be written into one TCP connection.
+// The output of one TCP connection.
 class TcpOutput {
  public:
   TcpOutput(int socket, core::BlockPool& pool, std::uint64_t queue_bytes_max,
@@ -46,34 +46,35 @@ class TcpOutput {
 
   void set_queue_bytes_max(std::uint64_t bytes) { queue_.set_bytes_max(bytes); }
 
-  // A whole message. The bytes must stay until write_batch(), unless the queue has taken them.
-  // `priority` is the one it waits with, if it must.
+  // Adds a whole message. The bytes must stay valid until write_batch(), unless the queue has
+  // copied them. `priority` applies if it must wait.
   core::Outcome add(std::span<const std::byte> message, std::uint8_t priority);
 
-  // Writes what was added since the last time; after it the bytes are not needed any more.
+  // Writes the messages added since the last call; their bytes are not needed afterwards.
   void write_batch();
-  // The socket is writable again: writes from the queue, a bounded amount. Returns how much.
+  // The socket is writable again: writes a bounded amount from the queue. Returns the number of
+  // bytes.
   std::size_t write_queue();
 
   enum class State : std::uint8_t {
     kIdle,         // everything is written
     kWaiting,      // for the socket to become writable
     kBroken,       // the connection is gone
-    kOutOfMemory,  // a message could be written only in part, and there is no room for its rest
+    kOutOfMemory,  // a message was written partly, and there is no memory for the rest
   };
   [[nodiscard]] State state() const;
   [[nodiscard]] std::uint64_t queued_bytes() const { return queue_.bytes(); }
 
-  // Messages that were taken and then lost, by reason; told once.
+  // Messages that were accepted and then lost, by reason; reported once.
   struct Lost {
     core::LossCounts replaced{};
     core::LossCounts refused{};
     core::LossCounts gone{};
   };
-  // Null when there certainly are none.
+  // Null when there are none.
   [[nodiscard]] const Lost* lost() const { return may_have_lost_ ? &lost_ : nullptr; }
   void forget_lost();
-  // Counts everything not yet written as gone.
+  // Counts everything not yet written as lost.
   void abandon();
 
  private:
@@ -90,7 +91,7 @@ class TcpOutput {
   State failure_ = State::kIdle;
   std::size_t piece_count_ = 0;
   std::size_t batch_bytes_ = 0;
-  // Whole messages, one behind the other in each piece.
+  // whole messages, concatenated in each piece
   std::array<iovec, kPiecesMax> pieces_{};
   core::MessageQueue queue_;
   Lost lost_;
@@ -102,8 +103,8 @@ struct TcpConnection {
   TcpConnection(os::File socket, std::uint32_t message_max, core::BlockPool& pool,
                 std::uint64_t queue_bytes_max, const core::PriorityClasses& classes);
 
-  // Reads what is there, at most `scratch` and the rest of a large message. The bytes that are not
-  // yet in the reader come back as a part of `scratch`.
+  // Reads the available data, at most `scratch` and the rest of a large message. Bytes not yet in
+  // the reader are returned as part of `scratch`.
   enum class ReadStatus : std::uint8_t { kSome, kNothing, kClosed, kLost };
   struct Read {
     ReadStatus status;
@@ -117,8 +118,8 @@ struct TcpConnection {
   TcpOutput output;
   core::ClientId id{};
   std::uint32_t token = 0;
-  bool touched = false;  // the port must look at it when it flushes
-  bool closing = false;  // the router knows it no more; goes with the next flush
+  bool touched = false;  // to be processed at the next flush
+  bool closing = false;  // unknown to the router; removed at the next flush
 };
 
 struct TcpPortSettings {
@@ -131,7 +132,7 @@ class TcpPort final : public core::Port {
   TcpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
           const TcpPortSettings& settings);
 
-  // Where it listens.
+  // Returns the listening address.
   Result<config::Endpoint> listen(const config::Endpoint& where) { return acceptor_.listen(where); }
   void set_queue_bytes_max(std::uint64_t bytes);
 
@@ -146,7 +147,7 @@ class TcpPort final : public core::Port {
 
  private:
   static constexpr std::size_t kScratchBytes = 256 << 10;
-  // The kernel copies into the start of a page several times as fast as to 16 bytes behind it.
+  // The kernel copies several times faster to the start of a page than to 16 bytes after it.
   struct alignas(4096) Scratch {
     std::byte bytes[kScratchBytes];
   };
@@ -180,8 +181,8 @@ class TcpPort final : public core::Port {
   base::SlotMap<TcpConnection> connections_;  // by token
   std::vector<TcpConnection*> touched_;
   HalfMessages half_messages_;
-  std::unique_ptr<Scratch> scratch_;  // what was read this turn
-  // Replies of the router, and small messages whose bytes do not stay, until the flush.
+  std::unique_ptr<Scratch> scratch_;  // data read in this turn
+  // Replies of the router, and small messages whose bytes do not stay valid, until the flush.
   std::unique_ptr<std::byte[]> kept_;
   std::size_t kept_size_ = 0;
 };

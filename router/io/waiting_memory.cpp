@@ -5,7 +5,7 @@
 namespace tims::io {
 namespace {
 
-// Less than this is kept: it will be needed again.
+// Up to this amount is kept, because it will be needed again.
 constexpr std::size_t kWaitingMemoryKeptBytes = 8 << 20;
 
 std::span<std::byte> reserve(std::size_t bytes) {
@@ -31,7 +31,7 @@ void HalfMessages::set(Time now, std::uint32_t token, std::uint64_t bytes) {
   if (at == holders_.end()) at = holders_.insert(at, {.token = token, .since = now});
   bytes_ += bytes - at->bytes;
   at->bytes = bytes;
-  // Less than before: another message. Who sends byte by byte does not win time.
+  // Less than before: another message. A client that sends byte by byte does not gain time.
   if (bytes < at->noted || bytes >= at->noted + kStepBytes) {
     at->noted = bytes;
     at->since = now;
@@ -61,7 +61,7 @@ void WaitingMemory::give_back() {
 }
 
 void WaitingMemory::discard(std::span<std::byte> bytes) {
-  // What is locked (router.priority) wants the second; kernels before 5.18 keep it.
+  // Locked memory (router.priority) needs the second call; kernels before 5.18 keep it.
   if (::madvise(bytes.data(), bytes.size(), MADV_DONTNEED) != 0)
     ::madvise(bytes.data(), bytes.size(), MADV_DONTNEED_LOCKED);
 }

@@ -1,5 +1,5 @@
-// Memory of messages that are not done: those that wait for slow readers (WaitingMemory), and those
-// that have begun to come and are not complete (HalfMessages).
+// Memory of incomplete work: messages waiting for slow readers (WaitingMemory), and messages
+// received in part (HalfMessages).
 #pragma once
 
 #include <algorithm>
@@ -14,20 +14,21 @@
 
 namespace tims::io {
 
-// Memory for messages that have begun to come and are not complete, over all clients of a port:
-// bounded. When it is used up, somebody's has to go: of those who hold at least their equal share,
-// the one who has longest not sent on. Pure.
+// A bound on the memory of incomplete messages, over all clients of a port. When it is exceeded,
+// one client is disconnected: of those that hold at least an equal share, the one without
+// progress for the longest time. Pure.
 class HalfMessages {
  public:
-  // What a client may hold beside all bounds; and so much is progress.
+  // The amount a client may hold regardless of the bound; also the step that counts as progress.
   static constexpr std::uint64_t kStepBytes = 64 << 10;
 
   explicit HalfMessages(std::uint32_t message_max)
       : bytes_max_(std::max<std::uint64_t>(64U << 20, std::uint64_t{2} * message_max)) {}
 
-  // What the client `token` holds now, before or after more has come.
+  // The amount held by client `token` now, after a change in either direction.
   void set(Time now, std::uint32_t token, std::uint64_t bytes);
-  // Who has to go: its connection is closed, and set() to 0. Nothing while all is within bounds.
+  // The client to disconnect: close its connection and call set() with 0. Empty while within
+  // bounds.
   struct Victim {
     std::uint32_t token = 0;
     std::uint64_t bytes = 0;
@@ -41,18 +42,18 @@ class HalfMessages {
     std::uint32_t token = 0;
     std::uint64_t bytes = 0;
     std::uint64_t noted = 0;  // bytes at `since`
-    Time since{};             // of its last progress
+    Time since{};             // time of its last progress
   };
 
   std::uint64_t bytes_max_;
   std::uint64_t bytes_ = 0;
-  std::vector<Holder> holders_;  // of more than a step
+  std::vector<Holder> holders_;  // clients that hold more than one step
 };
 
-// Memory for messages that wait: reserved once, used by the system only as far as it is touched.
+// Memory for waiting messages: reserved once, physical memory is used only where touched.
 class WaitingMemory {
  public:
-  // Less when the system does not give as much.
+  // Smaller when the system does not provide as much.
   explicit WaitingMemory(std::size_t bytes);
   WaitingMemory(const WaitingMemory&) = delete;
   WaitingMemory& operator=(const WaitingMemory&) = delete;
@@ -61,10 +62,10 @@ class WaitingMemory {
   core::BlockPool& pool() { return pool_; }
   [[nodiscard]] std::span<std::byte> bytes() const { return memory_; }
 
-  // Bytes of such memory go back to the system; what they held is gone.
+  // Returns the bytes to the system; their contents are lost.
   static void discard(std::span<std::byte> bytes);
 
-  // After every turn: once nothing waits any more, what it took goes back to the system.
+  // Called after every turn: once no messages wait, returns the memory to the system.
   void give_back();
 
  private:

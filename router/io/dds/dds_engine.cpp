@@ -1,6 +1,6 @@
-// The engine: its loop's side (DdsEngine::Running) and its thread (DdsWorker). The loop writes and
-// reads samples and decides who is there; the thread makes and ends what the library needs long
-// for.
+// The engine: the part on the loop (DdsEngine::Running) and its thread (DdsWorker). The loop
+// writes and reads samples and keeps the list of routers; the thread performs the library's slow
+// operations: creating and destroying entities.
 #include "router/io/dds/dds_engine.h"
 
 #include <algorithm>
@@ -28,9 +28,9 @@ using link::NetAddress;
 
 constexpr std::size_t kSamplesATurn = 32;
 constexpr Duration kDdsEngineTryAgain = 3s;
-constexpr Duration kFinishLimit = 200ms;  // for the last words
+constexpr Duration kFinishLimit = 200ms;  // for the last messages
 constexpr Duration kEndLimit = 3s;
-constexpr Duration kSweep = 1s;  // between two looks for who has been silent too long
+constexpr Duration kSweep = 1s;  // interval of checks for routers whose lease has expired
 
 NetAddress sender(const eprosima::fastdds::dds::SampleInfo& info) {
   link::DdsParticipant id{};
@@ -39,8 +39,7 @@ NetAddress sender(const eprosima::fastdds::dds::SampleInfo& info) {
   return NetAddress::dds(id);
 }
 
-// The engine's thread: makes and ends participants and their writers, which may take long in the
-// library.
+// The engine's thread: creates and destroys participants and their writers, which may take long.
 class DdsWorker {
  public:
   DdsWorker(const DdsSettings& settings, const eprosima::fastdds::dds::DomainParticipantQos& qos,
@@ -53,7 +52,8 @@ class DdsWorker {
   void run() {
     send_library_log_to(events_);
     for (DdsCommands::Wanted wanted = commands_->wait(); !wanted.end; wanted = commands_->wait()) {
-      // Exceptions are the library's. What it has begun stays until another generation is wanted.
+      // The library throws exceptions. After one, the state stays until another generation is
+      // wanted.
       try {
         carry_out(wanted);
       } catch (const std::exception& e) {
@@ -63,7 +63,7 @@ class DdsWorker {
     writers_.clear();
     participant_.reset();
   }
-  // until the end is ordered
+  // until shutdown is requested
 
  private:
   void carry_out(const DdsCommands::Wanted& wanted) {
@@ -97,13 +97,13 @@ class DdsWorker {
   const std::shared_ptr<DdsCommands> commands_;
   std::uint64_t generation_ = 0;
   std::unique_ptr<DdsParticipant> participant_;
-  // Go before the participant does.
+  // Must be destroyed before the participant.
   std::map<std::shared_ptr<DdsPeer>, std::unique_ptr<DdsWriter>> writers_;
 };
 
 }  // namespace
 
-// From start() to stop().
+// The state between start() and stop().
 class DdsEngine::Running {
  public:
   Running(DdsEngine& engine, const eprosima::fastdds::dds::DomainParticipantQos& qos,
@@ -142,7 +142,7 @@ class DdsEngine::Running {
     auto traffic = UserTraffic::open(engine_.settings_.interface, port_);
     if (!traffic) return fail(traffic.error().detail());
     traffic_ = *traffic;
-    // A discovery server does not tell everything to everybody itself.
+    // A discovery server does not forward everything to every participant.
     const bool filtered = engine_.settings_.discovery_server.empty();
     metatraffic_ =
         filtered ? std::make_shared<Metatraffic>(self, generation_, events_, traffic_) : nullptr;
@@ -191,11 +191,11 @@ class DdsEngine::Running {
 
  private:
   struct Router {
-    std::uint64_t generation = 0;       // in which it was last heard of
-    std::unique_ptr<DdsRoute> route{};  // when it is sent to
+    std::uint64_t generation = 0;       // in which it was last announced
+    std::unique_ptr<DdsRoute> route{};  // set when we send to it
   };
 
-  // Exceptions are the library's.
+  // Runs library calls, which may throw.
   template <typename Work>
   void guarded(Work work) {
     try {
@@ -205,7 +205,7 @@ class DdsEngine::Running {
     }
   }
 
-  // Before the thread may end what the library has made.
+  // Must be called before the thread destroys the library's entities.
   void leave() {
     socket_watch_.reset();
     reader_ = nullptr;
@@ -213,7 +213,7 @@ class DdsEngine::Running {
     for (DdsRoute* route : routes_) route->set_writer(nullptr);
   }
 
-  // --- what the threads tell
+  // --- events of the threads
 
   void take_events() {
     DdsEvents::All events = events_->take();
@@ -232,7 +232,7 @@ class DdsEngine::Running {
     take_events();
   }
 
-  // Acknowledgements are among them.
+  // Acknowledgements are among the arrivals.
   void hand_on_arrivals() {
     events_->without_notifying([this] {
       const Time now = os::now();
@@ -271,7 +271,7 @@ class DdsEngine::Running {
     address_ = up.address;
     socket_watch_.emplace(engine_.loop_, traffic_->fd(), [this](Ready) { receive(); });
     engine_.last_error_.clear();
-    // Who went while there was no participant has not been heard going.
+    // The departure of a router is not noticed while there is no participant.
     former_until_ = os::now() + engine_.settings_.lease + 1s;
     sweep_.set(os::now() + kSweep);
     engine_.listener_.on_state();
@@ -288,7 +288,7 @@ class DdsEngine::Running {
 
   void begin_again() { begin(link::Announcement(self_)); }
 
-  // --- who is there
+  // --- routers of the fleet
 
   void order_peers() {
     std::vector<std::shared_ptr<DdsPeer>> peers;
@@ -318,7 +318,7 @@ class DdsEngine::Running {
     if (!silent.empty()) engine_.listener_.on_turn_end();
   }
 
-  // --- datagrams out
+  // --- outgoing datagrams
 
   void serve() {
     const Time now = os::now();
@@ -333,7 +333,7 @@ class DdsEngine::Running {
     if (next < serve_at_) serve_.set(serve_at_ = next);
   }
 
-  // What waits is written, and has arrived, unless that takes too long.
+  // Writes the queues and waits for acknowledgements, with a time limit.
   void finish() {
     const Time limit = os::now() + kFinishLimit;
     const auto is_finished = [this] {
@@ -347,7 +347,7 @@ class DdsEngine::Running {
     }
   }
 
-  // --- datagrams in
+  // --- incoming datagrams
 
   void take_samples() {
     for (std::size_t taken = 0; reader_ != nullptr; ++taken) {
@@ -380,7 +380,7 @@ class DdsEngine::Running {
     });
   }
 
-  // Others have their turn first.
+  // Lets other components have their turn first.
   void continue_later() { events_->wake(); }
 
   DdsEngine& engine_;
@@ -388,12 +388,12 @@ class DdsEngine::Running {
   const std::shared_ptr<DdsCommands> commands_ = std::make_shared<DdsCommands>();
   const std::uint16_t port_;
   std::optional<Watch> events_watch_;
-  std::optional<Watch> socket_watch_;  // while there is a participant
+  std::optional<Watch> socket_watch_;  // set while there is a participant
   Timer retry_;
   Timer sweep_;
   Timer serve_;
   Time serve_at_ = kNever;
-  Time former_until_{};  // those of our former generation are known
+  Time former_until_{};  // until then routers known to the previous generation are kept
   std::thread thread_;
 
   std::uint64_t generation_ = 0;
@@ -403,8 +403,8 @@ class DdsEngine::Running {
   std::shared_ptr<Metatraffic> metatraffic_;
   eprosima::fastdds::dds::DataReader* reader_ = nullptr;
   std::map<NetAddress, Router> known_;
-  std::vector<DdsRoute*> routes_;  // of those in known_ that are sent to
-  std::deque<OctetsIn> buffers_;   // of one turn
+  std::vector<DdsRoute*> routes_;  // routes of the routers in known_ that we send to
+  std::deque<OctetsIn> buffers_;   // valid for one turn
   Counters counters_{};
   DdsRoute::Counters written_{};
 };

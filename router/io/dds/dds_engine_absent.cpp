@@ -1,4 +1,4 @@
-// In the place of the engine when a router is built without Fast DDS.
+// Replaces the engine when a router is built without Fast DDS.
 #include "router/io/dds/dds_engine.h"
 
 namespace tims::io {

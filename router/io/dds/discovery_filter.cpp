@@ -38,7 +38,7 @@ constexpr std::int32_t kUdpV4 = 1;
 constexpr std::size_t kLocatorBytes = 24;
 constexpr std::size_t kLocatorsMax = 8;
 
-// Integers of either byte order.
+// Integers in either byte order.
 class Input {
  public:
   Input(std::span<const std::byte> bytes, bool little) : bytes_(bytes), little_(little) {}
@@ -70,7 +70,7 @@ DdsParticipant participant_in(std::span<const std::byte> bytes) {
   return id;
 }
 
-// Calls visit(id, value) for each parameter, up to the last one; what is left behind it.
+// Calls visit(id, value) for each parameter up to the last; returns the bytes after it.
 template <typename Visit>
 std::span<const std::byte> for_each_parameter(Input in, Visit visit) {
   while (!in.empty()) {
@@ -125,7 +125,8 @@ void read_data(Input in, std::uint8_t flags, RtpsMessage& message) {
   if ((flags & kPayload) != 0 && !message.ends) message.announced = read_announced(payload);
 }
 
-// The library judges those whom it knows; it may hear of them on other ways than we.
+// The library applies its own lease to the participants it has discovered, and may receive them
+// on other paths.
 constexpr int kLeasesAdmitted = 3;
 
 }  // namespace
@@ -148,7 +149,7 @@ std::optional<RtpsMessage> parse_rtps(std::span<const std::byte> bytes) {
     const bool little = (flags & kLittleEndian) != 0;
     std::size_t size = Input(rest.subspan(2), little).get<std::uint16_t>();
     rest = rest.subspan(4);
-    // The last one may leave its size to the end of the message.
+    // The last submessage may have size 0: it extends to the end of the message.
     if (size == 0 && kind != kPad && kind != kInfoTimestamp) size = rest.size();
     if (size > rest.size()) break;
     const auto body = rest.first(size);
@@ -168,7 +169,7 @@ std::array<std::byte, 68> encode(const RtpsHeartbeat& heartbeat) {
   out.put_bytes(std::as_bytes(std::span(heartbeat.from)));
   out.put(kInfoDestination, kLittleEndian, static_cast<std::uint16_t>(heartbeat.to.size()));
   out.put_bytes(std::as_bytes(std::span(heartbeat.to)));
-  out.put(kHeartbeat, kLittleEndian, kHeartbeatBytes, std::uint32_t{0});  // any reader there
+  out.put(kHeartbeat, kLittleEndian, kHeartbeatBytes, std::uint32_t{0});  // for any reader there
   out.put_bytes(std::as_bytes(std::span(heartbeat.writer)));
   for (const std::uint64_t number : {heartbeat.first, heartbeat.last})
     out.put(static_cast<std::uint32_t>(number >> 32), static_cast<std::uint32_t>(number));
@@ -189,7 +190,7 @@ std::vector<std::byte> directed(std::span<const std::byte> message, const DdsPar
   return made;
 }
 
-// --- who is heard
+// --- admission of participants
 
 DiscoveryFilter::Verdict DiscoveryFilter::on_message(Time now, std::span<const std::byte> bytes,
                                                      bool multicast) {
@@ -212,11 +213,11 @@ DiscoveryFilter::Verdict DiscoveryFilter::on_message(Time now, std::span<const s
       return verdict;
     announcement->dds = link::NetAddress::dds(message->from);
     on_announced(now, message->from, bytes, *announcement, message->announced->lease, verdict);
-    // Those that look for a router like us hear of us at once, and who does not know our addresses
-    // by multicast. What is for us alone is an answer already.
+    // A router that looks for one in our role is answered immediately, and so is a router that
+    // cannot receive our multicast. A message directed to us alone is already an answer.
     const bool wants_answer = !multicast || link::is_above(self_.who, announcement->who);
     if (own_message_.empty()) {
-      // We have nobody to announce ourselves to: the library answers those whom it discovers.
+      // We announce to no multicast group: the library answers those it discovers.
       if (!multicast) verdict.passes = !admit(message->from).empty();
     } else if (wants_answer && !message->to) {
       verdict.answer = directed(own_message_, message->from);

@@ -1,16 +1,17 @@
-// Which participants our own library hears of. Fast DDS makes endpoints towards everybody it
-// discovers, and announces itself again to each: n routers that start at once are n * n encounters,
-// of some twenty messages each. A router needs those few it has links with. So what others announce
-// is read here and kept, and the library gets it once either side wants the other:
+// Decides which participants our own library discovers. Fast DDS creates endpoints for every
+// participant it discovers, and announces itself again to each: n routers that start at the same
+// time exchange some twenty messages for each of n * n pairs. A router needs only those it has
+// links with. So announcements are read and kept here, and the library receives one when either
+// side wants to communicate:
 //
 //     held ── admit(): we send to it; or it addresses us ──► admitted ── forget() ──► held again
 //
-// Until then all other messages of a participant are dropped; so are those of participants that
-// are no routers of our fleet. Of those that address us a few a second are admitted; the others
-// do it again within a second.
+// Until then all other messages of a participant are dropped, as are those of participants that
+// are not routers of our fleet. Of the participants that address us, a few per second are
+// admitted; the others retry within a second.
 //
-// Of RTPS 2.2 (8.3, 9.4) as much is read as tells who a message is from and for, what a participant
-// announces (SPDP, 8.5.3), and what a heartbeat asks for.
+// Only a part of RTPS 2.2 (8.3, 9.4) is decoded: sender and receiver of a message, the
+// announcement of a participant (SPDP, 8.5.3), and the contents of a heartbeat.
 #pragma once
 
 #include <array>
@@ -31,69 +32,72 @@ namespace tims::io {
 // --- messages
 
 struct RtpsMessage {
-  // What a participant says of itself. An absent lease is the 100 s of the standard.
+  // The announcement of a participant. An absent lease has the standard's default of 100 s.
   struct Announced {
     std::span<const std::byte> user_data{};
-    std::vector<link::NetAddress> metatraffic{};  // where it takes discovery; 8 at most, IPv4
+    std::vector<link::NetAddress> metatraffic{};  // addresses for discovery; at most 8, IPv4
     Duration lease = std::chrono::seconds(100);
   };
 
   link::DdsParticipant from{};
-  std::optional<link::DdsParticipant> to{};  // for nobody else
+  std::optional<link::DdsParticipant> to{};  // the only intended receiver
   std::optional<Announced> announced{};
-  bool ends = false;  // the participant says that it goes
+  bool ends = false;  // the participant announces its end
 };
 
-// Nothing for bytes that are no RTPS message. Of one that is cut short, what can be read.
+// Empty for bytes that are not an RTPS message. For a truncated message, the readable part.
 std::optional<RtpsMessage> parse_rtps(std::span<const std::byte> message);
 
-// Who sent it, without a look at the rest.
+// The sender, without decoding the rest.
 std::optional<link::DdsParticipant> rtps_sender(std::span<const std::byte> message);
 
-// What a reliable writer tells the readers of `to` it has; they answer with what they have got.
+// The range of samples a reliable writer offers to the readers of `to`; they answer with an
+// acknowledgement.
 struct RtpsHeartbeat {
   link::DdsParticipant from{};
   std::array<std::uint8_t, 4> writer{};  // its entity id
   link::DdsParticipant to{};
-  std::uint64_t first = 1;  // samples that can be sent again
+  std::uint64_t first = 1;  // oldest sample that can be sent again
   std::uint64_t last = 0;
-  std::uint32_t count = 0;  // of heartbeats: readers take only growing ones
+  std::uint32_t count = 0;  // number of the heartbeat: readers accept only increasing ones
 };
 std::array<std::byte, 68> encode(const RtpsHeartbeat& heartbeat);
 
-// The same message for one receiver alone. `message` is one that parse_rtps() knows.
+// The same message, directed to one receiver. Precondition: parse_rtps() accepts `message`.
 std::vector<std::byte> directed(std::span<const std::byte> message, const link::DdsParticipant& to);
 
-// --- who is heard
+// --- admission
 
 class DiscoveryFilter {
  public:
-  static constexpr std::size_t kRoutersMax = 4096;         // more are not heard
-  static constexpr std::size_t kAnnouncedMax = 4096;       // bytes of a message that announces
-  static constexpr std::uint64_t kAdmittedPerSecond = 10;  // that address us; as many at once
+  static constexpr std::size_t kRoutersMax = 4096;    // further ones are ignored
+  static constexpr std::size_t kAnnouncedMax = 4096;  // size limit of announcements
+  // Participants that address us; also the burst size.
+  static constexpr std::uint64_t kAdmittedPerSecond = 10;
 
-  // What follows from one message.
+  // The actions for one message.
   struct Verdict {
-    bool passes = false;                            // the library is to get it
-    std::vector<std::byte> first{};                 // and before it this one, if not empty
-    std::vector<std::byte> answer{};                // what goes back, if not empty
-    std::vector<link::NetAddress> to{};             // where to
-    std::optional<link::Announcement> announced{};  // a router is new, or says something else
+    bool passes = false;                 // pass the message to the library
+    std::vector<std::byte> first{};      // pass this message first, if not empty
+    std::vector<std::byte> answer{};     // message to send back, if not empty
+    std::vector<link::NetAddress> to{};  // its destinations
+    // A router is new, or has changed its announcement.
+    std::optional<link::Announcement> announced{};
     std::optional<link::DdsParticipant> gone{};
   };
 
   explicit DiscoveryFilter(const link::Announcement& self) : self_(self) {}
 
   Verdict on_message(Time now, std::span<const std::byte> message, bool multicast);
-  // One of ours: the answer is taken from it.
+  // One of our own messages: answers are derived from it.
   void on_own(std::span<const std::byte> message);
 
-  // This router is to be discovered: what the library is to get. Empty: nothing is missing, or the
-  // router is not known.
+  // Admits this router: returns the messages to pass to the library. Empty when it needs none, or
+  // the router is unknown.
   std::vector<std::byte> admit(const link::DdsParticipant& who);
-  // The library has dropped it.
+  // The library has dropped this participant.
   void forget(const link::DdsParticipant& who) { routers_.erase(who); }
-  // Who has been silent for too long.
+  // Removes and returns participants whose lease has expired.
   std::vector<link::DdsParticipant> expire(Time now);
 
  private:
@@ -102,7 +106,7 @@ class DiscoveryFilter {
     Duration lease{};
     bool admitted = false;
     link::Announcement announcement{};
-    std::vector<std::byte> message{};  // in which it announced itself
+    std::vector<std::byte> message{};  // its announcement
   };
 
   void on_announced(Time now, const link::DdsParticipant& from, std::span<const std::byte> message,
@@ -112,7 +116,8 @@ class DiscoveryFilter {
   std::optional<link::DdsParticipant> own_{};
   std::vector<std::byte> own_message_{};
   std::map<link::DdsParticipant, Router> routers_;
-  base::RateLimiter budget_{kAdmittedPerSecond, kAdmittedPerSecond};  // of those that address us
+  // Limits participants that address us.
+  base::RateLimiter budget_{kAdmittedPerSecond, kAdmittedPerSecond};
 };
 
 }  // namespace tims::io

@@ -7,7 +7,7 @@
 namespace tims::io {
 namespace {
 
-// The same clock, by the name the standard library waits with.
+// The same clock, as the type used by the standard library for waiting.
 std::chrono::steady_clock::time_point steady(Time time) {
   return std::chrono::steady_clock::time_point(time.time_since_epoch());
 }
@@ -20,14 +20,14 @@ Result<std::shared_ptr<DdsEvents>> DdsEvents::make() {
   return std::make_shared<DdsEvents>(std::move(*wake_fd));
 }
 
-// Once until it is heard: samples come faster than the loop turns.
+// Once until the loop has read it, because samples arrive faster than the loop turns.
 void DdsEvents::notify() {
   if (!notified_.exchange(true)) os::signal_event_fd(wake_fd_.get());
 }
 
 DdsEvents::All DdsEvents::take() {
   os::drain_event_fd(wake_fd_.get());
-  notified_ = false;  // before anything is looked at
+  notified_ = false;  // before reading any state
   const std::lock_guard lock(mutex_);
   return std::exchange(all_, {});
 }

@@ -1,7 +1,7 @@
-// What the loop and the threads of the engine tell each other: events from the threads of the
-// library and the engine's own to the loop, which an eventfd wakes; commands from the loop to the
-// engine's thread. A command is a wish for a state, not for a step: of many, the thread carries out
-// the last.
+// Communication between the loop and the threads of the engine: events from the library's threads
+// and the engine's own thread to the loop, which is woken by an eventfd; commands from the loop
+// to the engine's thread. A command describes a wanted state, not a step: only the latest one is
+// executed.
 #pragma once
 
 #include <atomic>
@@ -29,21 +29,21 @@ class DdsWriter;
 class Metatraffic;
 class UserTraffic;
 
-// A router that is sent to.
+// A router that we send to.
 struct DdsPeer {
   explicit DdsPeer(const link::NetAddress& to) : address(to) {}
 
   const link::NetAddress address;
-  std::atomic<bool> matched = false;  // its reader is there: what is written arrives
+  std::atomic<bool> matched = false;  // its reader has been discovered: samples will arrive
 };
 
-// `generation` counts participants: what an earlier one has left behind is told apart by it.
+// `generation` counts participants, so that events of an earlier one can be recognised.
 class DdsEvents {
  public:
   struct Up {
     std::uint64_t generation = 0;
     link::NetAddress address{};
-    // The loop's until it wants another generation.
+    // Owned by the loop until it wants another generation.
     eprosima::fastdds::dds::DataReader* reader = nullptr;
   };
   struct Failure {
@@ -51,19 +51,19 @@ class DdsEvents {
     std::string text{};
   };
   struct Router {
-    std::uint64_t generation = 0;                      // of the participant that saw it
-    std::optional<link::Announcement> announcement{};  // nothing: gone, or no router of ours
+    std::uint64_t generation = 0;                      // of the participant that received it
+    std::optional<link::Announcement> announcement{};  // empty: gone, or not one of our routers
   };
   struct WriterReady {
     std::uint64_t generation = 0;
     std::shared_ptr<DdsPeer> peer{};
-    DdsWriter* writer = nullptr;  // the loop's while it wants the peer, and this generation
+    DdsWriter* writer = nullptr;  // used by the loop while it wants the peer and this generation
   };
   struct Line {
     bool error = false;
     std::string text{};
   };
-  // All since the last time; of each router the last word.
+  // All events since the last call; for each router only the latest.
   struct All {
     std::optional<Up> up{};
     std::optional<Failure> failure{};
@@ -75,19 +75,19 @@ class DdsEvents {
   static Result<std::shared_ptr<DdsEvents>> make();
   explicit DdsEvents(os::File wake_fd) : wake_fd_(std::move(wake_fd)) {}
 
-  // By any thread.
+  // Called by any thread.
   void post_up(const Up& up);
   void post_failure(Failure failure);
   void post_router(const link::DdsParticipant& participant, Router router);
   void post_writer(WriterReady ready);
-  void post_line(Line line);  // held back when there are many
-  // There are samples, or a reader to write to.
+  void post_line(Line line);  // limited when there are many
+  // Samples have arrived, or a reader has appeared.
   void wake() { notify(); }
 
-  // By the loop: readable when there is something.
+  // Called by the loop: readable when there are events.
   [[nodiscard]] int fd() const { return wake_fd_.get(); }
   All take();
-  // What is posted from within `work` wakes nobody: the loop looks by itself afterwards.
+  // Events posted from within `work` do not wake the loop, which checks afterwards anyway.
   template <typename Work>
   void without_notifying(Work work) {
     notified_ = true;
@@ -100,26 +100,27 @@ class DdsEvents {
   void notify();
 
   const os::File wake_fd_;
-  std::atomic<bool> notified_ = false;  // and not heard yet
+  std::atomic<bool> notified_ = false;  // and not read yet
   std::mutex mutex_;
   All all_{};
 
   base::LineLimiter lines_limiter_{1, 10};
 };
 
-// A participant, with a writer for each router that is sent to. The loop and the thread share it.
+// The wanted participant, with a writer for each router that we send to. Shared by the loop and
+// the thread.
 class DdsCommands {
  public:
   struct Wanted {
     std::uint64_t generation = 0;  // another number: another participant
     link::Announcement self{};
     std::shared_ptr<UserTraffic> traffic{};
-    std::shared_ptr<Metatraffic> metatraffic{};  // none: a server says who there is
+    std::shared_ptr<Metatraffic> metatraffic{};  // none: a discovery server is used
     std::vector<std::shared_ptr<DdsPeer>> peers{};
     bool end = false;
   };
 
-  // By the loop. `change` is a function of Wanted&.
+  // Called by the loop. `change` is a function of Wanted&.
   template <typename Change>
   void change(Change&& change) {
     {
@@ -129,10 +130,10 @@ class DdsCommands {
     }
     change_.notify_one();
   }
-  // False when the thread has not ended by then.
+  // Returns false when the thread has not ended in time.
   bool wait_for_end(Duration limit);
 
-  // By the thread: what is wanted, once that is something else than before.
+  // Called by the thread: waits until the wanted state changes, and returns it.
   Wanted wait();
   void ended();
 

@@ -1,4 +1,4 @@
-// A DDS participant of somebody else, for tests: it writes what it likes where it likes.
+// A DDS participant that is not a tims router, for tests: it writes arbitrary data.
 #pragma once
 
 #include <string>
@@ -40,7 +40,7 @@ class ForeignParticipant {
     builtin.metatrafficUnicastLocatorList.push_back(locator_at("127.0.0.1", port));
     return qos;
   }
-  // Says that it is a router.
+  // Announces itself as a router.
   static Qos router(const link::Announcement& announcement) {
     Qos qos = udp_only();
     std::vector<eprosima::fastrtps::rtps::octet> octets;

@@ -31,19 +31,22 @@ using UdpDescriptor = eprosima::fastdds::rtps::UDPv4TransportDescriptor;
 using TcpDescriptor = eprosima::fastdds::rtps::TCPTransportDescriptor;
 using eprosima::fastrtps::types::ReturnCode_t;
 
-constexpr unsigned kDomainMax = 232;                // the library ends the process beyond
-constexpr std::uint32_t kParticipantsOfAHost = 16;  // where a peer without port is looked for
-constexpr std::uint16_t kServerPort = 11811;        // as the library's own tools
+constexpr unsigned kDomainMax = 232;  // the library terminates the process above this
+// Number of ports at which a peer without port is searched.
+constexpr std::uint32_t kParticipantsOfAHost = 16;
+constexpr std::uint16_t kServerPort = 11811;  // as used by the library's own tools
 constexpr int kReaderSamples = 256;
-// For a router that starts alone one would do: others answer. Of a fleet that starts at once some
-// are lost.
+// For a router that starts alone, one would be enough, because others answer. When a whole fleet
+// starts at once, some are lost.
 constexpr std::uint32_t kInitialAnnouncements = 3;
-// What the library sends beside our heartbeats, which readers do not count.
+// The library's own heartbeats, in addition to ours; their counts are lower, so readers ignore
+// them.
 constexpr Duration kLibraryHeartbeat = 250ms;
 constexpr Duration kInitialPeriod = 300ms;
-// Participants of one host, each at a port of its own: those beyond find none.
+// Participants of one host, each with its own port: further ones find no free port.
 constexpr std::uint32_t kParticipantPortsTried = 500;
-// Between two times that the same is sent again: to a reader without room, that is all the time.
+// Minimum time between two repetitions of the same sample: a reader without room requests it
+// constantly.
 constexpr Duration kResendPause = 10ms;
 
 Error invalid(const std::string& text) { return {Errc::kInvalidArgument, "dds: " + text}; }
@@ -53,7 +56,7 @@ struct Place {
   std::uint16_t port = 0;
 };
 
-// "10.9.1.1:7410"; without port it is 0.
+// "10.9.1.1:7410"; without a port, the port is 0.
 std::optional<Place> parse_place(const std::string& text) {
   const std::size_t colon = text.rfind(':');
   Place place{text.substr(0, colon)};
@@ -72,7 +75,7 @@ Result<fast::DomainParticipantQos> participant_profile(const std::string& file) 
   std::error_code error;
   if (!std::filesystem::is_regular_file(file, error)) return invalid(file + ": no such file");
   auto* factory = fast::DomainParticipantFactory::get_instance();
-  // The library keeps what it has read for the whole process, and refuses a second "tims".
+  // The library keeps profiles for the whole process and refuses a second one named "tims".
   eprosima::fastrtps::xmlparser::XMLProfileManager::DeleteInstance();
   if (factory->load_XML_profiles_file(file) != eprosima::fastrtps::types::ReturnCode_t::RETCODE_OK)
     return invalid(file + " is not a file of Fast DDS profiles");
@@ -83,7 +86,8 @@ Result<fast::DomainParticipantQos> participant_profile(const std::string& file) 
   return qos;
 }
 
-// Participants of one process talk by UDP, as all others do. Ignored once there are some.
+// Participants of one process communicate over UDP, like all others. Has no effect once
+// participants exist.
 void set_library() {
   eprosima::fastrtps::LibrarySettingsAttributes library;
   library.intraprocess_delivery = eprosima::fastrtps::INTRAPROCESS_OFF;
@@ -92,9 +96,9 @@ void set_library() {
 
 // --- the participant
 
-// Sends messages that need no IP fragments (or as settings say), and takes larger ones. Where some
-// of many fragments are lost, nothing arrives, and what is left of them fills the receiver's memory
-// for 30 s.
+// Sends messages that need no IP fragments (or as configured), and accepts larger ones. When some
+// of many fragments are lost, nothing arrives, and the remaining ones occupy the receiver's
+// reassembly memory for 30 s.
 class UdpTransport final : public UdpDescriptor {
  public:
   explicit UdpTransport(const DdsSettings& settings) : message_max_(settings.message_max) {
@@ -108,15 +112,15 @@ class UdpTransport final : public UdpDescriptor {
   std::uint32_t message_max_;
 };
 
-// Only UDP: shared memory is found and does not work between containers of one host, and leaves
-// files behind.
+// UDP only: between containers of one host, shared memory is detected but does not work, and it
+// leaves files behind.
 Result<void> set_transport(fast::DomainParticipantQos& qos, const DdsSettings& settings) {
   auto& transport = qos.transport();
   if (transport.user_transports.empty() && transport.use_builtin_transports) {
     transport.use_builtin_transports = false;
     transport.user_transports.push_back(std::make_shared<UdpTransport>(settings));
   }
-  // The loop writes: it never waits for room.
+  // The loop writes, so a transport must never wait for room.
   for (const auto& descriptor : transport.user_transports) {
     if (dynamic_cast<const TcpDescriptor*>(descriptor.get()) != nullptr)
       return invalid(settings.profiles +
@@ -127,16 +131,16 @@ Result<void> set_transport(fast::DomainParticipantQos& qos, const DdsSettings& s
   return {};
 }
 
-// Where we are looked for: the first of the ports of DDS that is free, in steps of two. Left alone,
-// the library counts participants for as long as a process lives and takes the port from the count:
-// after some restarts nobody would look there.
+// The discovery port: the first free one of the DDS ports, in steps of two. By default the
+// library derives it from the number of participants created in the process: after some restarts
+// no peer would look there.
 Result<void> set_discovery(fast::DomainParticipantQos& qos, const DdsSettings& settings) {
   auto& builtin = qos.wire_protocol().builtin;
   const auto& ports = qos.wire_protocol().port;
   const auto here = static_cast<std::uint16_t>(ports.getUnicastPort(settings.domain, 0));
   const auto all = static_cast<std::uint16_t>(ports.getMulticastPort(settings.domain));
   const Locator multicast = locator_at("239.255.0.1", all);
-  if (builtin.metatrafficUnicastLocatorList.empty()) {  // no profile says otherwise
+  if (builtin.metatrafficUnicastLocatorList.empty()) {  // not set by a profile
     builtin.metatrafficUnicastLocatorList.push_back(locator_at("0.0.0.0", here));
     if (settings.multicast) builtin.metatrafficMulticastLocatorList.push_back(multicast);
   }
@@ -170,7 +174,7 @@ class Consumer final : public fast::LogConsumer {
  public:
   explicit Consumer(std::weak_ptr<DdsEvents> events) : events_(std::move(events)) {}
 
-  // In the library's own thread.
+  // Called in the library's own thread.
   void Consume(const fast::Log::Entry& entry) override {
     const auto events = events_.lock();
     if (!events) return;
@@ -244,7 +248,7 @@ std::uint16_t user_traffic_port(const fast::DomainParticipantQos& qos, unsigned 
   return static_cast<std::uint16_t>(ports.portBase + ports.domainIDGain * domain + ports.offsetd3);
 }
 
-// What a profile says of both stays.
+// Keeps the settings made by a profile.
 void carry(fast::DomainParticipantQos& qos, const std::shared_ptr<UserTraffic>& traffic,
            const std::shared_ptr<Metatraffic>& metatraffic) {
   auto& locators = qos.wire_protocol().default_unicast_locator_list;
@@ -256,7 +260,8 @@ void carry(fast::DomainParticipantQos& qos, const std::shared_ptr<UserTraffic>& 
   }
 }
 
-// Between two thirds and all of it: a fleet that started at once does not announce itself at once.
+// Chooses a value between two thirds and the whole of the period, so that routers started
+// together do not announce themselves together.
 void spread(eprosima::fastrtps::Duration_t& period, std::uint64_t random) {
   constexpr std::int64_t kSteps = 1024;
   const auto steps = kSteps - static_cast<std::int64_t>(core::spread(random) % (kSteps / 3));
@@ -274,7 +279,7 @@ void announce(fast::DomainParticipantQos& qos, const link::Announcement& announc
   spread(discovery.initial_announcements.period, announcement.who.epoch);
 }
 
-// KEEP_LAST would lose without a word.
+// KEEP_LAST would lose samples silently.
 template <typename Qos>
 void keep_all(Qos& qos, int samples) {
   qos.reliability().kind = fast::RELIABLE_RELIABILITY_QOS;
@@ -287,20 +292,21 @@ void keep_all(Qos& qos, int samples) {
 
 void complete(fast::DataWriterQos& qos, const DdsSettings& settings, bool is_profile, bool asks) {
   keep_all(qos, static_cast<int>(settings.history));
-  // What has been acknowledged stays until there is no room. Volatile writers take it out at once,
-  // in Fast DDS 2.9.1 also when a reader goes, with two locks in the other order than the thread
-  // that sends again what was lost: the participant would stand still forever.
+  // Acknowledged samples stay until the room is needed. Volatile writers remove them immediately
+  // and, in Fast DDS 2.9.1, also when a reader disappears, locking two mutexes in the opposite
+  // order to the thread that repeats lost samples: the participant would deadlock.
   qos.durability().kind = fast::TRANSIENT_LOCAL_DURABILITY_QOS;
   qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
   qos.reliability().max_blocking_time = {0, 0};
   if (is_profile) return;
   auto& times = qos.reliable_writer_qos().times;
-  // What was lost is noticed by the next one, and asked for at once.
+  // A lost sample is detected with the next one and requested immediately.
   times.heartbeatPeriod =
       dds_duration(asks ? std::max(settings.heartbeat, kLibraryHeartbeat) : settings.heartbeat);
   times.nackResponseDelay = dds_duration(0ms);
   times.nackSupressionDuration = dds_duration(kResendPause);
-  // Else with each sample once the history is full of what was acknowledged long ago.
+  // Otherwise each sample carries a heartbeat once the history is full of samples acknowledged
+  // long ago.
   qos.reliable_writer_qos().disable_heartbeat_piggyback = true;
   qos.publish_mode().kind = fast::SYNCHRONOUS_PUBLISH_MODE;
 }
@@ -308,7 +314,7 @@ void complete(fast::DataWriterQos& qos, const DdsSettings& settings, bool is_pro
 void complete(fast::DataReaderQos& qos, bool is_profile) {
   keep_all(qos, kReaderSamples);
   qos.durability().kind = fast::VOLATILE_DURABILITY_QOS;
-  // Of others on our topic: nothing larger than ours.
+  // Samples of others on our topic must not be larger than ours.
   qos.endpoint().history_memory_policy = rtps::PREALLOCATED_MEMORY_MODE;
   if (is_profile) return;
   auto& times = qos.reliable_reader_qos().times;
@@ -321,7 +327,7 @@ void send_library_log_to(const std::shared_ptr<DdsEvents>& events) {
   fast::Log::RegisterConsumer(std::make_unique<Consumer>(events));
 }
 
-// --- what the library's threads call
+// --- callbacks in the library's threads
 
 class DdsParticipant::Discovery final : public fast::DomainParticipantListener {
  public:
@@ -404,8 +410,8 @@ void DdsParticipant::make_reader() {
                     "reader");
 }
 
-// A discovery server tells a participant of another one only when one writes what the other reads,
-// by the names of topics. So all have a writer, which never writes.
+// A discovery server announces a participant only to participants that read a topic it writes. So
+// every participant has a writer that never writes.
 void DdsParticipant::make_presence() {
   fast::PublisherQos where = fast::PUBLISHER_QOS_DEFAULT;
   where.partition().push_back(partition_of(address()).c_str());

@@ -1,7 +1,7 @@
-// One participant of Fast DDS: from when it is made until the host's addresses change, with the
-// reader of what is sent to this router and a writer for each router that is sent to. What the
-// library's threads see is told as events. And the settings (QoS) of all three: what the
-// configuration says, and why each value is not the library's.
+// One participant of Fast DDS, which exists until the host's addresses change, with the reader of
+// samples sent to this router and a writer for each router we send to. Callbacks of the library's
+// threads are converted to events. Also the settings (QoS) of all three: the configured values,
+// and the reason for each deviation from the library's defaults.
 #pragma once
 
 #include <memory>
@@ -24,16 +24,16 @@ namespace tims::io {
 
 inline constexpr const char* kDdsProfile = "tims";
 
-// Which one router reads, and nobody else: "010f6e1f0a00000001000000".
+// The partition read by this router alone: "010f6e1f0a00000001000000".
 std::string partition_of(const link::NetAddress& address);
 
 eprosima::fastrtps::Duration_t dds_duration(Duration of);
 
-// The participant without what it says of itself. Refused when the settings cannot work; reads the
-// profiles.
+// The participant's settings without the announcement. Returns an error when the settings cannot
+// work; reads the profiles.
 Result<eprosima::fastdds::dds::DomainParticipantQos> participant_qos(const DdsSettings& settings);
 
-// Where the first participant of a host has its user traffic.
+// The user traffic port of the first participant on a host.
 std::uint16_t user_traffic_port(const eprosima::fastdds::dds::DomainParticipantQos& qos,
                                 unsigned domain);
 
@@ -44,20 +44,20 @@ void carry(eprosima::fastdds::dds::DomainParticipantQos& qos,
 void announce(eprosima::fastdds::dds::DomainParticipantQos& qos,
               const link::Announcement& announcement);
 
-// To what is there: the library's own, or a profile. `asks`: heartbeats are sent by us.
+// Completes the library's or a profile's settings. `asks`: heartbeats are sent by our own code.
 void complete(eprosima::fastdds::dds::DataWriterQos& qos, const DdsSettings& settings,
               bool is_profile, bool asks);
 void complete(eprosima::fastdds::dds::DataReaderQos& qos, bool is_profile);
 
 // --- the participant
 
-// Fast DDS has one log a process: it tells the engine that was started last, as long as `events`
-// lives. Nothing goes to the terminal any more.
+// Fast DDS has one log per process: it is sent to the most recently started engine, as long as
+// `events` exists. Nothing is written to the terminal any more.
 void send_library_log_to(const std::shared_ptr<DdsEvents>& events);
 
 class DdsParticipant {
  public:
-  // Throws std::runtime_error when the library does not make it.
+  // Throws std::runtime_error when the library cannot create it.
   DdsParticipant(const DdsSettings& settings, eprosima::fastdds::dds::DomainParticipantQos qos,
                  const DdsCommands::Wanted& wanted, std::shared_ptr<DdsEvents> events);
   DdsParticipant(const DdsParticipant&) = delete;

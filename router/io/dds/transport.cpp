@@ -66,8 +66,7 @@ class Transport final : public ChainingTransport {
     return true;
   }
 
-  // The library sends each message by all its sockets: it has more than one for the sake of
-  // multicast.
+  // The library sends each message through all its sockets: it has more than one for multicast.
   bool send(rtps::SenderResource* socket, const octet* message, std::uint32_t size,
             LocatorsIterator* first, LocatorsIterator* last,
             const std::chrono::steady_clock::time_point& limit) override {
@@ -101,7 +100,7 @@ class Transport final : public ChainingTransport {
 
   DdsTransport descriptor_;
   std::atomic<const rtps::SenderResource*> first_socket_ = nullptr;
-  std::vector<link::NetAddress> to_;  // of one message of the thread that corked
+  std::vector<link::NetAddress> to_;  // of one message of the thread that holds the cork
 };
 
 }  // namespace
@@ -158,7 +157,7 @@ std::span<const link::DdsParticipant> UserTraffic::receive() {
   return heard_;
 }
 
-// A message that is shorter than those before it ends their burst.
+// A message that is shorter than the previous ones ends their burst.
 void UserTraffic::put(std::span<const std::byte> message, std::span<const link::NetAddress> to) {
   const std::lock_guard lock(mutex_);
   const bool fits = std::ranges::equal(to, to_) && message.size() <= message_size_ &&

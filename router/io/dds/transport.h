@@ -1,10 +1,10 @@
-// What lies between Fast DDS and the network: UDP as the library does it, but for the user traffic
-// (RTPS: what is not discovery), which comes and goes by a socket of ours that the loop serves, and
-// for the metatraffic (discovery), of which the library gets what it needs.
+// The layer between Fast DDS and the network: UDP as in the library, except for the user traffic
+// (RTPS: everything but discovery), which uses a socket of ours served by the loop, and for the
+// metatraffic (discovery), of which the library receives only what it needs.
 //
-// Own code under a library wants a reason. The library's threads would take what arrives, one
-// message at a time, and each would wait for one more thread to wake up; and Fast DDS makes
-// endpoints towards everybody it discovers. README.md has what both buy, measured.
+// Reasons for own code below the library: its threads would receive one message at a time, each
+// after waking one more thread; and Fast DDS creates endpoints for every participant it
+// discovers. README.md has measurements of both.
 #pragma once
 
 #include <atomic>
@@ -28,44 +28,45 @@ namespace tims::io {
 
 class DdsEvents;
 
-// Where RTPS sends to and listens (IPv4 and UDP), and addresses of ours.
+// The address type of RTPS (IPv4 and UDP), and conversions of our addresses.
 using Locator = eprosima::fastdds::rtps::Locator;
 
-// `host`: "10.9.1.1"; 0.0.0.0 stands for all addresses.
+// `host`: "10.9.1.1"; 0.0.0.0 means all addresses.
 Locator locator_at(const std::string& host, std::uint16_t port);
 Locator locator_of(const link::NetAddress& address);
 link::NetAddress address_of(const Locator& locator);
 
-// The socket of one participant's user traffic (RTPS: what is not discovery), between the loop and
-// the library. The library's own threads would take what arrives, and each message would wait for
-// one more thread to wake up; so the loop takes it, and hands it to the library.
+// The socket of one participant's user traffic (RTPS: everything but discovery), between the loop
+// and the library. With the library's own threads, each message would wait for one more thread to
+// wake up; so the loop receives it and passes it to the library.
 class UserTraffic {
  public:
   using Receiver = eprosima::fastdds::rtps::TransportReceiverInterface;
 
-  // At the first free one of 16 ports from `port` on, in steps of two as DDS counts them, else at
-  // any. An empty interface: at all addresses of this host.
+  // Binds to the first free one of 16 ports from `port` on, in the steps of two used by DDS,
+  // otherwise to any port. An empty interface means all addresses of this host.
   static Result<std::shared_ptr<UserTraffic>> open(const std::string& interface,
                                                    std::uint16_t port);
   UserTraffic(UdpSocket socket, const std::string& interface);
 
-  // Where others send to; 0.0.0.0 stands for all addresses.
+  // The address that others send to; 0.0.0.0 means all addresses.
   [[nodiscard]] const Locator& locator() const { return locator_; }
 
-  // --- by the thread that makes the participant
+  // --- called by the thread that creates the participant
 
   void set_receiver(Receiver* receiver) { receiver_ = receiver; }
   [[nodiscard]] bool has_receiver() const { return receiver_ != nullptr; }
 
-  // --- by the loop, while there is a participant
+  // --- called by the loop, while there is a participant
 
   [[nodiscard]] int fd() const { return socket_.fd(); }
-  // Hands on some of what has arrived; listeners are called from here. Returns whom it came from,
-  // until the next call.
+  // Passes some of the received messages to the library, which calls listeners from here. Returns
+  // their senders, valid until the next call.
   std::span<const link::DdsParticipant> receive();
 
-  // What the library sends meanwhile from this thread goes out in few calls of the system, the last
-  // of them at the end. What the system does not take is lost, and sent again by RTPS.
+  // Collects messages that the library sends from this thread and sends them in few system calls,
+  // the last of them in the destructor. Messages that the system does not accept are lost and
+  // repeated by RTPS.
   class Cork {
    public:
     explicit Cork(UserTraffic& traffic) : traffic_(traffic) {
@@ -82,17 +83,17 @@ class UserTraffic {
     UserTraffic& traffic_;
   };
 
-  // --- by the transport, in any thread
+  // --- called by the transport, in any thread
 
   [[nodiscard]] bool is_corked() const { return corked_by_ == std::this_thread::get_id(); }
-  // `to`: all addresses of the receiver, as the library does it; whoever gets it twice drops one.
+  // `to`: all addresses of the receiver, as in the library; a receiver drops duplicates.
   void put(std::span<const std::byte> message, std::span<const link::NetAddress> to);
-  // By itself, at once.
+  // Sends a single message immediately.
   void send(std::span<const std::byte> message, std::span<const link::NetAddress> to);
-  // Where the last message of put() went.
+  // The destinations of the last message given to put().
   void last_to(std::vector<link::NetAddress>& to);
-  // Before anything goes another way: a heartbeat that overtakes what it tells of would have that
-  // sent again.
+  // Called before anything is sent by another path: a heartbeat that overtakes its sample would
+  // cause a repetition.
   void flush();
 
  private:
@@ -105,14 +106,14 @@ class UserTraffic {
   std::vector<link::DdsParticipant> heard_;
 
   std::atomic<std::thread::id> corked_by_{};
-  std::mutex mutex_;  // of what follows
+  std::mutex mutex_;  // protects the members below
   std::vector<link::NetAddress> to_{};
   std::vector<std::byte> burst_{};
   std::size_t message_size_ = 0;  // of all but the last
 };
 
-// The metatraffic of one participant (RTPS: discovery), between the library's threads, which take
-// it, and the library, which gets what it needs (discovery_filter.h).
+// The metatraffic (RTPS: discovery) of one participant, between the library's threads, which
+// receive it, and the library, which gets what it needs (discovery_filter.h).
 class Metatraffic {
  public:
   using Receiver = eprosima::fastdds::rtps::TransportReceiverInterface;
@@ -124,27 +125,27 @@ class Metatraffic {
         traffic_(std::move(traffic)),
         filter_(self) {}
 
-  // --- by the transport, in any thread
+  // --- called by the transport, in any thread
 
   void set_receiver(Receiver* receiver) { receiver_ = receiver; }
   void receive(Receiver& next, std::span<const std::byte> message, const Locator& local,
                const Locator& remote);
-  // A message of ours.
+  // One of our own messages was sent.
   void sent(std::span<const std::byte> message);
 
-  // --- by the thread that makes the participant, while there is one
+  // --- called by the thread that creates the participant, while there is one
 
-  // The library discovers this router, if it has not yet.
+  // Lets the library discover this router, if it has not yet.
   void admit(const link::DdsParticipant& who);
 
-  // --- by the library's threads
+  // --- called by the library's threads
 
-  // It is discovered anew once it announces itself again.
+  // The participant is discovered again once it announces itself again.
   void forget(const link::DdsParticipant& who);
 
-  // --- by the loop
+  // --- called by the loop
 
-  // Those that have been silent for their lease.
+  // Participants whose lease has expired.
   std::vector<link::DdsParticipant> expire(Time now);
 
  private:
@@ -152,12 +153,12 @@ class Metatraffic {
   const std::shared_ptr<DdsEvents> events_;
   const std::shared_ptr<UserTraffic> traffic_;
   std::atomic<Receiver*> receiver_ = nullptr;
-  std::mutex mutex_;  // of what follows; not held while the library is called
+  std::mutex mutex_;  // protects the members below; not held while the library is called
   DiscoveryFilter filter_;
 };
 
-// UDP as the library does it, but for the user traffic, which comes and goes by a socket of ours,
-// and for discovery, of which the library gets what it needs.
+// UDP as in the library, except for the user traffic, which uses a socket of ours, and for
+// discovery, of which the library receives only what it needs.
 struct DdsTransport final : eprosima::fastdds::rtps::ChainingTransportDescriptor {
   using Udp = std::shared_ptr<eprosima::fastdds::rtps::TransportDescriptorInterface>;
 
@@ -167,15 +168,15 @@ struct DdsTransport final : eprosima::fastdds::rtps::ChainingTransportDescriptor
         traffic(std::move(user_traffic)),
         metatraffic(std::move(discovery)) {}
   [[nodiscard]] eprosima::fastdds::rtps::TransportInterface* create_transport() const override;
-  // After so many bytes a writer asks all its readers what they have got. Fast DDS 2.9.1 counts
-  // with each sample all that the participant's sending thread has ever sent, so a router that has
-  // told many of its endpoints would ask all of them with each sample to one.
+  // After this many bytes, a writer sends heartbeats to all its readers. Fast DDS 2.9.1 counts
+  // all bytes ever sent by the participant's sending thread, so a router that has announced many
+  // endpoints would send heartbeats to all of them with each sample to one.
   [[nodiscard]] std::uint32_t min_send_buffer_size() const override {
     return std::numeric_limits<std::int32_t>::max();
   }
 
   std::shared_ptr<UserTraffic> traffic;
-  std::shared_ptr<Metatraffic> metatraffic;  // none: the library gets all
+  std::shared_ptr<Metatraffic> metatraffic;  // none: the library receives everything
 };
 
 }  // namespace tims::io

@@ -23,10 +23,10 @@ std::size_t serialized_size(const OctetsOut& sample) {
   return kLittleEndianCdr.size() + sample.parts[0].size() + sample.parts[1].size();
 }
 
-// The library's own, which are few, do not count beside ours.
+// The library's own heartbeats have lower counts, so readers ignore them.
 constexpr std::uint32_t kFirstHeartbeat = 1 << 16;
 
-constexpr Duration kReaderLimit = 2s;  // for the receiver to appear
+constexpr Duration kReaderLimit = 2s;  // time limit for the receiver to appear
 constexpr Duration kPauseMax = 250ms;
 constexpr Duration kWriterTryAgain = 100us;
 
@@ -123,7 +123,7 @@ SendQueue::Front SendQueue::front(std::size_t bytes_max) const {
 void SendQueue::remove(const Front& front) {
   used_ -= front.bytes;
   first_ = (first_ + front.bytes) % size_;
-  // A queue that is used little stays in few pages.
+  // Restart at the beginning, so that a queue with little use touches few pages.
   if (used_ == 0) first_ = end_ = 0;
 }
 
@@ -177,13 +177,14 @@ DdsWriter::~DdsWriter() {
   match_->forget();
 }
 
-// A full history is told as "timeout" or "out of resources", and has not kept the sample.
+// With a full history, write() returns "timeout" or "out of resources", and the sample is not
+// stored.
 Written DdsWriter::write(const OctetsOut& sample) {
   const UserTraffic::Cork cork(*traffic_);
-  OctetsOut octets = sample;  // the library takes no const
+  OctetsOut octets = sample;  // the library's parameter is not const
   const ReturnCode_t code = writer_->write(&octets, eprosima::fastrtps::rtps::InstanceHandle_t());
   if (code == ReturnCode_t::RETCODE_OK) {
-    // As many as the history takes stay in it.
+    // The history keeps this many samples.
     if (++heartbeat_.last > history_) ++heartbeat_.first;
     traffic_->last_to(to_);
     return Written::kYes;
@@ -217,13 +218,13 @@ void DdsRoute::on_heard(Time now) {
   if (ask_at_ != kNever) ask_at_ = std::min(ask_at_, next_ask(now));
 }
 
-// Twice as long as it usually takes, and twice as long each time.
+// Twice the usual answering time, doubled with each heartbeat.
 Time DdsRoute::next_ask(Time now) {
   const Duration silence = silent_since_ == kNever ? Duration() : now - silent_since_;
   return now + pause(std::max(silence, 2 * answers_in_), heartbeat_);
 }
 
-// From now on, if not longer.
+// Starts or continues a period of silence.
 Duration DdsRoute::silence(Time now) {
   silent_since_ = std::min(silent_since_, now);
   return now - silent_since_;
@@ -251,7 +252,7 @@ Time DdsRoute::write_next(Time now, Counters& counters) {
   const Written written = writer_->write({.parts = front.parts});
   if (written == Written::kNever) throw std::runtime_error("a sample could not be written");
   if (written == Written::kNotNow) return again_at_ = now + pause(silence(now), kWriterTryAgain);
-  // When it is silent the next question is set already.
+  // During silence, the next heartbeat is already scheduled.
   ask_at_ = std::min(ask_at_, now + (silent_since_ == kNever ? heartbeat_ : kPauseMax));
   queue_.remove(front);
   counters.samples += 1;

@@ -1,6 +1,6 @@
-// What is sent to one router: a bounded queue of datagrams, the writer that takes them as samples
-// of many datagrams each, and the route that decides when a sample is written and when the other is
-// asked what it has got. One writer for each router, in a partition that only that router reads.
+// Sending to one router: a bounded queue of datagrams, the writer that sends them as samples of
+// many datagrams each, and the route, which decides when to write a sample and when to send a
+// heartbeat. One writer for each router, in a partition that only that router reads.
 #pragma once
 
 #include <array>
@@ -24,27 +24,27 @@
 
 namespace tims::io {
 
-// What the library answers when it cannot make something: std::runtime_error for nullptr.
+// Converts a null pointer returned by the library to std::runtime_error.
 template <typename T>
 T* require(T* made, const char* what) {
   if (made == nullptr) throw std::runtime_error(std::string("no ") + what + " could be made");
   return made;
 }
 
-// --- samples: octets that mean nothing to DDS, without a copy more than needed
+// --- samples: octets without meaning for DDS, copied no more than necessary
 
 inline constexpr std::size_t kSampleBytesMax = 65'000;
 
-// What is written: both parts, one behind the other.
+// A sample to be written: both parts, concatenated.
 struct OctetsOut {
   std::array<std::span<const std::byte>, 2> parts{};
 };
 
-// What is taken; the memory is used again.
+// A received sample; the memory is reused.
 class OctetsIn {
  public:
   [[nodiscard]] std::span<std::byte> bytes() { return {memory_.get(), size_}; }
-  // Longer ones than we write are empty: nobody understands them.
+  // Samples longer than ours are stored as empty, because they cannot be valid.
   void assign(std::span<const std::byte> bytes);
 
  private:
@@ -66,24 +66,25 @@ class OctetsType final : public eprosima::fastdds::dds::TopicDataType {
   [[nodiscard]] bool is_bounded() const override { return false; }
 };
 
-// What waits to be written to one router: datagrams in a ring of bytes, in the form they have in a
-// sample (link/transport.h: Batch), so that a sample is a piece of the ring.
+// Datagrams waiting to be written to one router: a ring of bytes, in the encoding of a sample
+// (link/transport.h: Batch), so that a sample is a contiguous part of the ring.
 class SendQueue {
  public:
   static constexpr std::size_t kBytes = 4 << 20;  // allocated with the first burst
 
   explicit SendQueue(std::size_t bytes = kBytes) : size_(bytes) {}
 
-  // All of the burst, or nothing: false when there is no room for it.
+  // Stores the whole burst or nothing: returns false when there is no room.
   bool put(const link::Burst& burst);
 
-  // Whole datagrams from the front, `bytes_max` at most, or the first one if it is larger.
+  // Whole datagrams from the front, at most `bytes_max`, or the first one if it is larger.
   struct Front {
-    std::array<std::span<const std::byte>, 2> parts{};  // the second: from the ring's beginning on
+    // The second part starts at the beginning of the ring.
+    std::array<std::span<const std::byte>, 2> parts{};
     std::size_t bytes = 0;
     std::size_t datagrams = 0;
   };
-  // It stays as it is until remove().
+  // Valid until remove().
   [[nodiscard]] Front front(std::size_t bytes_max) const;
   void remove(const Front& front);
 
@@ -97,16 +98,17 @@ class SendQueue {
   std::unique_ptr<std::byte[]> ring_;
   std::size_t used_ = 0;
   std::size_t first_ = 0;  // the oldest byte
-  std::size_t end_ = 0;    // where the next one goes
+  std::size_t end_ = 0;    // position of the next byte to be stored
 };
 
 enum class Written : std::uint8_t {
   kYes,
-  kNotNow,  // the history is full of what the reader has not acknowledged
+  kNotNow,  // the history is full of unacknowledged samples
   kNever,
 };
 
-// A writer that reaches one router only. Made and ended by the engine's thread, used by the loop.
+// A writer that reaches one router only. Created and destroyed by the engine's thread, used by
+// the loop.
 class DdsWriter {
  public:
   struct Place {
@@ -115,19 +117,19 @@ class DdsWriter {
     const DdsSettings& settings;
   };
 
-  // Throws std::runtime_error when the library does not make it.
+  // Throws std::runtime_error when the library cannot create it.
   DdsWriter(const Place& place, std::shared_ptr<DdsPeer> peer, std::shared_ptr<DdsEvents> events,
             std::shared_ptr<UserTraffic> traffic);
   DdsWriter(const DdsWriter&) = delete;
   DdsWriter& operator=(const DdsWriter&) = delete;
   ~DdsWriter();
 
-  // May throw what the library throws. The bytes are copied.
+  // May throw exceptions of the library. The bytes are copied.
   Written write(const OctetsOut& sample);
-  // Whether all that was written has been acknowledged.
+  // True when all written samples have been acknowledged.
   [[nodiscard]] bool has_arrived();
-  // Asks the reader what it has got: what it lacks is sent again. Nothing where the library does
-  // that, as a profile says.
+  // Sends a heartbeat to the reader, so that lost samples are requested again. Does nothing when
+  // a profile leaves heartbeats to the library.
   void ask();
 
  private:
@@ -144,44 +146,45 @@ class DdsWriter {
   std::vector<link::NetAddress> to_{};
 };
 
-// The way to one router: what waits for it, and the writer that takes it.
+// The route to one router: its queue, and the writer that sends it.
 class DdsRoute {
  public:
   struct Counters {
     std::uint64_t samples = 0;
     std::uint64_t bytes = 0;  // of datagrams
     std::uint64_t datagrams = 0;
-    std::uint64_t unmatched = 0;  // datagrams thrown away: the receiver did not appear
+    std::uint64_t unmatched = 0;  // datagrams dropped because the receiver did not appear
   };
 
-  // `heartbeat`: how soon the other is asked what it has got. The longer nothing comes from it, the
-  // more seldom, whatever else is written meanwhile: who is slow since its host is busy gets no
-  // more to do that way, and many who wait for each other do not keep each other waiting.
+  // `heartbeat`: initial interval of heartbeats. The interval grows while the router is silent,
+  // whatever else is written: a router that is slow because its host is busy gets no additional
+  // work, and many waiting routers do not delay each other.
   DdsRoute(const link::NetAddress& to, Duration heartbeat)
       : peer_(std::make_shared<DdsPeer>(to)), heartbeat_(heartbeat) {}
 
-  // What the engine's thread makes a writer for.
+  // The peer for which the engine's thread creates a writer.
   [[nodiscard]] const std::shared_ptr<DdsPeer>& peer() const { return peer_; }
-  // None: until there is another one, all waits.
+  // Null: everything waits until there is another one.
   void set_writer(DdsWriter* writer) {
     writer_ = writer;
     ask_at_ = silent_since_ = kNever;
     again_at_ = {};
   }
 
-  // False when there is no room.
+  // Returns false when there is no room.
   bool put(const link::Burst& burst) { return queue_.put(burst); }
-  // Writes one sample of what waits, if it can: then others have their turn. When to call again;
-  // earlier if something has happened. Throws what the library throws.
+  // Writes one sample from the queue, if possible, then lets others have their turn. Returns the
+  // time of the next call; call earlier after an event. Throws exceptions of the library.
   Time serve(Time now, Counters& counters);
-  // Something has come from there, perhaps an acknowledgement: a full history may have room.
+  // Something was received from the router, perhaps an acknowledgement: a full history may have
+  // room.
   void on_heard(Time now);
 
-  // Until the next question or try, when nothing has come for so long: twice as long each time.
+  // The time until the next heartbeat or attempt after this period of silence: doubled each time.
   static Duration pause(Duration silent, Duration least);
 
   [[nodiscard]] std::size_t waiting_bytes() const { return queue_.waiting_bytes(); }
-  // Whether nothing is on its way.
+  // True when nothing is in flight.
   [[nodiscard]] bool is_finished() {
     return waiting_bytes() == 0 && (!writer_ || writer_->has_arrived());
   }
@@ -196,10 +199,11 @@ class DdsRoute {
   std::shared_ptr<DdsPeer> peer_;
   SendQueue queue_;
   DdsWriter* writer_ = nullptr;
-  Time waits_since_ = kNever;   // for the reader
-  Duration answers_in_{};       // how long it takes to answer, of late
-  Time silent_since_ = kNever;  // the other, as far as it was asked or is waited for
-  Time again_at_{};             // with a full history: each try costs a copy
+  Time waits_since_ = kNever;  // waiting for the reader
+  Duration answers_in_{};      // recent answering time
+  // Start of the router's silence, while an answer or acknowledgement is expected.
+  Time silent_since_ = kNever;
+  Time again_at_{};  // with a full history: each attempt costs a copy
   const Duration heartbeat_;
   Time ask_at_ = kNever;
 };

@@ -1,4 +1,4 @@
-// Boost.Asio is compiled here, once; everything else includes declarations only.
+// Boost.Asio is compiled here; all other files include only its declarations.
 #include "router/io/http/guest_socket.h"
 
 #include <cerrno>
@@ -17,7 +17,7 @@ constexpr int kHandlersPerTurn = 64;  // before others have their turn
 
 namespace asio = boost::asio;
 
-constexpr std::size_t kThrownAwayBytes = 1 << 20;  // at a time
+constexpr std::size_t kThrownAwayBytes = 1 << 20;  // discarded at a time
 
 }  // namespace
 
@@ -53,7 +53,7 @@ void GuestSocket::add(Transfer& transfer, asio::const_buffer piece) {
   add(transfer, asio::mutable_buffer(const_cast<void*>(piece.data()), piece.size()));
 }
 
-// --- one step: what the system call says
+// --- one step: the result of the system call
 
 ssize_t GuestSocket::read_step(Transfer& transfer) {
   msghdr message{};
@@ -97,7 +97,7 @@ void GuestSocket::go_on(Transfer& transfer) {
   } while (n < 0 && errno == EINTR);
   if (n > 0) return end(transfer, {}, static_cast<std::size_t>(n));
   if (n == 0) return end(transfer, asio::error::eof, 0);
-  if (errno == EAGAIN) return;  // the watch tells when
+  if (errno == EAGAIN) return;  // the watch reports when to continue
   end(transfer, {errno, boost::system::system_category()}, 0);
 }
 

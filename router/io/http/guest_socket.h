@@ -1,7 +1,7 @@
-// What Boost.Beast's WebSocket stands on: an io_context and a socket that are guests in the
-// router's loop. Asio's own socket would be watched by an epoll instance of Asio's: of two that
-// watch one socket, the one that is woken first may ask the other before that one knows, and
-// nothing would ever ask again.
+// The basis of Boost.Beast's WebSocket: an io_context and a socket that run in the router's loop.
+// A socket must be registered with one epoll instance only. With Asio's own epoll instance as a
+// second one, the first to wake may poll the other before that one has seen the event; the event
+// is then lost.
 #pragma once
 
 #include <array>
@@ -25,8 +25,8 @@
 
 namespace tims::io {
 
-// An io_context with neither a thread nor a wait of its own: the router's loop lets it run when
-// something was asked of it and when a GuestSocket is done with something. It has no timers, which
+// An io_context with neither a thread nor a wait of its own: the router's loop runs it when work
+// was posted to it and when a GuestSocket has completed an operation. It has no timers, which
 // would need more than that.
 class AsioGuest {
  public:
@@ -37,7 +37,7 @@ class AsioGuest {
   boost::asio::io_context& context() { return context_; }
   Loop& loop() { return loop_; }
 
-  // Something may be ready: to be looked at in a turn of its own.
+  // Schedules a turn for handlers that may be ready.
   void wake();
 
  private:
@@ -45,14 +45,14 @@ class AsioGuest {
 
   Loop& loop_;
   boost::asio::io_context context_{BOOST_ASIO_CONCURRENCY_HINT_UNSAFE};
-  // It is never done: without work it would stop.
+  // Keeps the context from stopping when it has no work.
   boost::asio::executor_work_guard<boost::asio::io_context::executor_type> work_{
       context_.get_executor()};
   bool awake_ = false;
 };
 
-// A connected TCP socket, watched by the router's loop: Beast's AsyncStream. One read and one write
-// at a time.
+// A connected TCP socket, watched by the router's loop: Beast's AsyncStream. One read and one
+// write at a time.
 class GuestSocket {
  public:
   using executor_type = boost::asio::io_context::executor_type;
@@ -73,23 +73,23 @@ class GuestSocket {
   auto async_write_some(const Buffers& buffers, Token&& token) {
     return start(write_, buffers, std::forward<Token>(token));
   }
-  // Bytes that the other side's system has acknowledged. Once that system holds as much as it will,
-  // this grows only as fast as the program there reads.
+  // Bytes acknowledged by the other host. When its receive buffer is full, this grows only as
+  // fast as the program there reads.
   [[nodiscard]] std::uint64_t bytes_acknowledged() const;
-  // Says that nothing more is sent, and throws away what comes until the other side says so too.
+  // Shuts down sending, and discards received data until the other side has closed too.
   void finish(Done done);
-  // What has not ended yet ends with operation_aborted.
+  // Pending operations complete with operation_aborted.
   void close();
 
  private:
   static constexpr std::size_t kPiecesMax = 16;
-  // What waits for the socket.
+  // A pending operation.
   struct Transfer {
     ssize_t (GuestSocket::*step)(Transfer&);
     std::array<iovec, kPiecesMax> pieces{};
     std::size_t count = 0;
     std::size_t bytes = 0;
-    std::optional<Done> done{};  // Done's own assignment calls itself for ever (Boost 1.81)
+    std::optional<Done> done{};  // Done's own assignment recurses infinitely (Boost 1.81)
   };
 
   template <typename Buffers, typename Token>
@@ -122,7 +122,7 @@ class GuestSocket {
   std::optional<Watch> watch_;
 };
 
-// Beast calls these at the end.
+// Called by Beast at the end.
 inline void beast_close_socket(GuestSocket& socket) { socket.close(); }
 void teardown(boost::beast::role_type role, GuestSocket& socket, GuestSocket::error_code& error);
 template <typename Handler>

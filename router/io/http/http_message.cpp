@@ -74,7 +74,7 @@ HttpResponse http_error(int status, std::string text, std::string_view field) {
   return {.status = status, .body = std::move(text) + "\n", .field = field};
 }
 
-// nosniff: a text that quotes somebody's words must not be taken for a page.
+// nosniff: a text that quotes untrusted input must not be interpreted as a page.
 std::string to_bytes(const HttpResponse& response, HttpFraming framing) {
   return fmt::format(
       "HTTP/1.1 {} {}\r\n"
@@ -131,7 +131,7 @@ HttpReader::Status HttpReader::next() {
     const std::size_t used =
         in.parser->put(boost::asio::buffer(in.buffer.data(), in.filled), error);
     in.drop(used);
-    // The parser's own limit is one for each field.
+    // The parser's own limit applies to each field separately.
     if (in_head) in.head_size += used;
     if (in.head_size > kHttpHeadBytesMax) return in.refuse(http::error::header_limit);
     if (in.parser->is_done()) {
@@ -140,7 +140,7 @@ HttpReader::Status HttpReader::next() {
       return Status::kRequest;
     }
     if (error == http::error::need_more) {
-      // The parser wants the whole head, or the whole line of a chunk, in one piece.
+      // The parser needs the whole head, or the whole line of a chunk, in one piece.
       if (in.filled == in.buffer.size()) return in.refuse(http::error::header_limit);
       if (used == 0) break;
       continue;

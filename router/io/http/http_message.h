@@ -1,6 +1,6 @@
-// HTTP messages: requests out of the bytes of a connection, answers into bytes. Pure: the caller
-// reads and writes the socket. The parser is Boost.Beast's, behind a plain interface; its include
-// costs 3 s a file.
+// HTTP messages: decodes requests from the bytes of a connection and encodes answers. Pure: the
+// caller reads and writes the socket. The parser is Boost.Beast's, behind a plain interface,
+// because including it costs 3 s of compile time per file.
 #pragma once
 
 #include <cstddef>
@@ -15,21 +15,21 @@ namespace tims::io {
 
 struct HttpRequest {
   struct Field {
-    std::string name;  // as it was sent: compare without regard to case
+    std::string name;  // as received: compare without regard to case
     std::string value;
   };
 
   std::string method{};  // "GET"
-  std::string target{};  // "/api/status?x=1", nothing decoded
+  std::string target{};  // "/api/status?x=1", not decoded
   int version = 11;      // 10 or 11
   std::vector<Field> fields{};
-  bool keep_alive = true;        // the connection stays for further requests
-  bool wants_websocket = false;  // it asks to go on as a WebSocket
+  bool keep_alive = true;        // the connection stays open for further requests
+  bool wants_websocket = false;  // asks for an upgrade to a WebSocket
 
   [[nodiscard]] std::string_view path() const {
     return std::string_view(target).substr(0, target.find('?'));
   }
-  // What stands behind the question mark.
+  // The part after the question mark.
   [[nodiscard]] std::string_view query() const {
     const std::size_t mark = target.find('?');
     return mark == std::string::npos ? std::string_view()
@@ -43,23 +43,23 @@ struct HttpResponse {
   int status = 200;
   std::string_view type = kTextType;
   std::string body;
-  // One more field with its line end, such as "Allow: GET\r\n".
+  // One additional field with its line end, such as "Allow: GET\r\n".
   std::string_view field{};
 };
 
-// A refusal in words: what was refused, and what to do.
+// A refusal as text: what was refused, and what to do.
 HttpResponse http_error(int status, std::string text, std::string_view field = {});
 
 struct HttpFraming {
-  bool with_body = true;  // not for HEAD
+  bool with_body = true;  // false for HEAD
   bool keep_alive = true;
 };
 std::string to_bytes(const HttpResponse& response, HttpFraming framing);
 
 inline constexpr std::size_t kHttpHeadBytesMax = 8 << 10;
-inline constexpr std::size_t kHttpBodyBytesMax = 4 << 10;  // read and thrown away
+inline constexpr std::size_t kHttpBodyBytesMax = 4 << 10;  // bodies are read and discarded
 
-// Bytes of a connection, split anywhere, into requests.
+// Decodes requests from the bytes of a connection, which may be split anywhere.
 class HttpReader {
  public:
   HttpReader();
@@ -70,10 +70,10 @@ class HttpReader {
   enum class Status {
     kRequest,   // request() is set; call next() again
     kNeedMore,  // read into room()
-    kRefused,   // refusal() is set; where the next request would begin is not known
+    kRefused,   // refusal() is set; the beginning of the next request is unknown
   };
 
-  // Where the next bytes may be read to; not empty after kNeedMore. Then advance() and next().
+  // Buffer for the next bytes; not empty after kNeedMore. Afterwards call advance() and next().
   std::span<char> room();
   void advance(std::size_t n);
 
@@ -81,9 +81,9 @@ class HttpReader {
   [[nodiscard]] const HttpRequest& request() const;
   [[nodiscard]] const HttpResponse& refusal() const;
 
-  // Bytes that came behind the last request.
+  // Number of bytes received after the last request.
   [[nodiscard]] std::size_t pending() const;
-  // Whether a request has begun and is not complete.
+  // True when a request has begun and is not complete.
   [[nodiscard]] bool is_inside() const;
 
  private:

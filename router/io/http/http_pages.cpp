@@ -25,7 +25,7 @@ bool is_same(std::string_view a, std::string_view b) {
   return std::ranges::equal(a, b, {}, lower, lower);
 }
 
-// Empty when there is none, or more than one: then nobody knows which one counts.
+// Empty when the field is missing or ambiguous because it occurs more than once.
 std::string_view only_field(const HttpRequest& request, std::string_view name) {
   const auto has_name = [&](const auto& field) { return is_same(field.name, name); };
   if (std::ranges::count_if(request.fields, has_name) != 1) return {};
@@ -37,7 +37,7 @@ bool has_field(const HttpRequest& request, std::string_view name) {
                              [&](const auto& field) { return is_same(field.name, name); });
 }
 
-// The asker's words, as much of them as is needed to recognise them.
+// A prefix of the client's text, enough to identify it.
 std::string quoted(std::string_view text) { return fmt::format("\"{}\"", text.substr(0, 64)); }
 
 std::optional<HttpResponse> host_refusal(const HttpRequest& request,
@@ -73,7 +73,7 @@ HttpResponse not_found(const HttpRequest& request) {
 
 namespace json = boost::json;
 
-// Every argument is a text in a query; these are numbers in JSON.
+// All arguments of a query are texts; these are numbers in JSON.
 constexpr std::array<std::string_view, 4> kNumbers{"limit", "since", "type", "wait_ms"};
 
 std::optional<std::string> decoded(std::string_view text) {
@@ -96,7 +96,7 @@ std::optional<std::string> decoded(std::string_view text) {
 
 json::value value_of(const std::string& key, const std::string& text) {
   const bool is_number = std::ranges::find(kNumbers, key) != kNumbers.end();
-  // What is no number goes on as a text: the answer will say what is wrong with it.
+  // A text that is not a number is passed on; the answer explains the error.
   if (const auto number = base::parse_number<std::int64_t>(text); is_number && number)
     return *number;
   return json::string(base::valid_utf8(text));
@@ -107,8 +107,8 @@ bool is_port(std::string_view text) {
          std::ranges::all_of(text, [](char c) { return c >= '0' && c <= '9'; });
 }
 
-// The host of "host", "host:port", "[::1]" and "[::1]:port", without brackets; empty when the text
-// is none of these.
+// The host of "host", "host:port", "[::1]" and "[::1]:port", without brackets; empty for other
+// texts.
 std::string host_of(std::string_view text) {
   const bool bracketed = text.starts_with('[');
   const std::size_t end = bracketed ? text.find(']') : text.find(':');
@@ -130,7 +130,7 @@ bool is_numeric(const std::string& host) {
          ::inet_pton(AF_INET6, host.c_str(), bytes.data()) == 1;
 }
 
-// "robot7:3000" of "http://robot7:3000"; empty when it is none.
+// "robot7:3000" of "http://robot7:3000"; empty when it is not an origin.
 std::string_view host_field_of(std::string_view origin) {
   for (const std::string_view scheme : {"http://", "https://"}) {
     if (!origin.starts_with(scheme)) continue;
@@ -150,7 +150,7 @@ std::optional<HttpResponse> websocket_refusal(const HttpRequest& request,
     return http_error(426, "this is a WebSocket: one binary message is one TiMS message",
                       "Upgrade: websocket\r\nConnection: Upgrade\r\n");
   if (auto refusal = host_refusal(request, origins)) return refusal;
-  // Browsers always say where a page comes from; other programs need not.
+  // Browsers always send the origin of a page; other programs need not.
   const std::string_view origin = only_field(request, "Origin");
   if (!has_field(request, "Origin") || is_safe_origin(origin, only_field(request, "Host"), origins))
     return std::nullopt;

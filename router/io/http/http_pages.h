@@ -1,4 +1,4 @@
-// What is to be had at this port, who may have it, and what is answered to everything else. Pure.
+// The pages of this port, access to them, and the answers to all other requests. Pure.
 #pragma once
 
 #include <functional>
@@ -15,17 +15,17 @@ inline constexpr std::string_view kMetricsType = "text/plain; version=0.0.4; cha
 
 struct HttpPages {
   std::function<std::string()> metrics;
-  // Why the router is not ready for clients; empty when it is.
+  // The reason why the router is not ready for clients; empty when it is.
   std::function<std::string()> not_ready;
   // The answer to a question of the admin protocol.
   std::function<std::string(const std::string& question)> ask;
-  // Pages from elsewhere that are welcome: see is_safe_origin().
+  // Permitted origins of other pages: see is_safe_origin().
   std::function<std::span<const std::string>()> origins;
 };
 
-// Whether the request is for the place where WebSockets begin.
+// True when the request is for the WebSocket path.
 bool is_for_websocket(const HttpRequest& request);
-// Why a request for that place is refused; nothing when the WebSocket may begin.
+// The reason why a WebSocket request is refused; empty when the WebSocket may begin.
 std::optional<HttpResponse> websocket_refusal(const HttpRequest& request,
                                               std::span<const std::string> origins);
 
@@ -36,23 +36,24 @@ HttpResponse answer_http(const HttpRequest& request, const HttpPages& pages);
 // "/api/mailboxes?match=Ladar(*%2F*)&limit=10" as a question of the admin protocol (ADMIN.md):
 // {"ask":"mailboxes","match":"Ladar(*/*)","limit":10}.
 //
-// `query` is what stands behind the question mark. Nothing when an escape in it is broken. Whether
-// the question makes sense is the admin protocol's business.
+// `query` is the part after the question mark. Empty when it contains an invalid escape. The
+// admin protocol checks the question itself.
 std::optional<std::string> api_question(std::string_view ask, std::string_view query);
 
-// --- who may talk to this port from a browser
+// --- access from browsers
 //
-// A page of any site can make a browser send requests
-// here; what it cannot do is forge the Host and Origin fields. `origins`: http.origins, pages from
-// elsewhere that are welcome ("http://robot7:3000").
+// A page of any site can make a browser send requests to this port; it cannot forge the Host and
+// Origin fields. `origins`: http.origins, permitted origins of other pages
+// ("http://robot7:3000").
 
-// A Host field that is a number or "localhost", with or without a port, or that of one of
-// `origins`. A site that points its own name at this machine (DNS rebinding) comes with that name.
+// True for a Host field that is a numeric address or "localhost", with or without a port, or the
+// host of one of `origins`. A site that points its own name at this machine (DNS rebinding) sends
+// that name.
 bool is_safe_host(std::string_view host, std::span<const std::string> origins = {});
 
-// An Origin field of a page that came from here, "http://" and what the Host field says, or from
-// one of `origins`. Pages of other ports are strangers, on this machine too: any user may serve
-// them. So is "null", which any site can be.
+// True for the Origin of a page served by this port, which is "http://" followed by the Host
+// field, or for one of `origins`. Pages of other ports are not trusted, even on this machine,
+// because any user may serve them. Neither is "null", which any site can send.
 bool is_safe_origin(std::string_view origin, std::string_view host,
                     std::span<const std::string> origins = {});
 

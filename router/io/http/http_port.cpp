@@ -19,8 +19,8 @@ using core::CloseReason;
 using core::Outcome;
 using core::PortKind;
 
-// What the router itself says to a slow reader does not wait behind what others send to it: a
-// lifesign must be answered, and a registration may be waited for.
+// The router's own messages to a slow reader do not wait behind other messages: a lifesign must
+// be answered, and the client may wait for the answer to a registration.
 constexpr std::uint8_t kReplyPriority = 255;
 
 Clocks read_clocks() {
@@ -112,7 +112,8 @@ std::uint64_t HttpPort::queued_bytes(std::uint32_t token) const {
   return client == nullptr ? 0 : client->output.queued_bytes();
 }
 
-// Browsers are told, once they have got what waits for them: their pages may try again.
+// Browsers are notified after they have received their queued messages: their pages may
+// reconnect.
 void HttpPort::stop_accepting() {
   stopping_ = true;
   server_.stop_accepting();
@@ -127,7 +128,7 @@ bool HttpPort::drained() const {
   return drained;
 }
 
-// --- Clients come
+// --- connecting
 
 HttpPort::Client::Client(HttpPort& its_port, std::string from)
     : port(its_port),
@@ -154,12 +155,12 @@ void HttpPort::welcome(Client& client) {
     say_goodbye(client, WebSocketClose::kTryAgainLater,
                 std::string(core::sentence(CloseReason::kTooManyClients)));
   }
-  // Somebody who came while the router ends is told so.
+  // A client that connects during shutdown is notified.
   touch(client);
   loop_.end_turn(now);
 }
 
-// --- Messages
+// --- messages
 
 void HttpPort::take_message(Client& client, std::span<std::byte> bytes) {
   const Time now = os::now();
@@ -167,7 +168,7 @@ void HttpPort::take_message(Client& client, std::span<std::byte> bytes) {
   core::Message message{.bytes = bytes};
   if (bytes.size() >= kHeaderSize) message.header = wire::decode_header(bytes.first<kHeaderSize>());
   if (client.closing) {
-    // It is told why; what still comes is too late.
+    // The client has been notified of the end; later messages are ignored.
   } else if (bytes.size() < kHeaderSize || message.header.length != bytes.size()) {
     refuse_length(now, client, message.header, bytes.size());
   } else {
@@ -186,7 +187,7 @@ void HttpPort::refuse_length(Time now, Client& client, const Header& header, std
                          : fmt::format("{} bytes are not a TiMS message: its header has 16", size));
 }
 
-// Its memory goes with the session: there is no time for a closing handshake.
+// Its memory is freed with the session: there is no time for a closing handshake.
 void HttpPort::bound_half_messages(Client& client, std::size_t bytes) {
   const Time now = os::now();
   half_messages_.set(now, client.token, bytes);
@@ -211,7 +212,7 @@ void HttpPort::refuse_text(Client& client) {
   loop_.end_turn(now);
 }
 
-// --- Output
+// --- output
 
 void HttpPort::on_written(Client& client) {
   client.writing = false;
@@ -239,13 +240,13 @@ void HttpPort::report_replaced(Time now, Client& client) {
   client.output.forget_replaced();
 }
 
-// --- Clients go
+// --- disconnecting
 
 void HttpPort::say_goodbye(Client& client, WebSocketClose code, std::string text) {
   client.session->close(code, std::move(text));
 }
 
-// The router knows it no more from here on; the client itself goes with its session.
+// The router no longer knows the client; the client itself is removed with its session.
 void HttpPort::forget(Time now, Client& client, CloseReason reason) {
   if (client.closing) return;
   client.closing = true;
@@ -271,7 +272,7 @@ void HttpPort::erase(Time now, Client& client) {
   clients_.erase(client.token);
 }
 
-// --- Small things
+// --- helpers
 
 HttpPort::Client* HttpPort::find(std::uint32_t token, core::ClientId id) {
   Client* client = clients_.find(token);

@@ -1,10 +1,10 @@
-// HTTP port: pages about the router (http_pages.h), and WebSocket clients: browsers, for which one
-// binary message is one TiMS message.
+// HTTP port: pages about the router (http_pages.h), and WebSocket clients, in particular
+// browsers, for which one binary message is one TiMS message.
 //
-// A WebSocket client does what a TCP client does: dest = src = 0 is the router, mailboxes are
-// registered with the same commands, a slow reader blocks nobody. Whether it lives is asked with
-// WebSocket pings, which a browser answers by itself, also for a page that sleeps or is busy. The
-// original's lifesign comes only to who asks for it.
+// A WebSocket client uses the same protocol as a TCP client: dest = src = 0 is the router,
+// mailboxes are registered with the same commands, a slow reader blocks no other client. Its
+// liveness is checked with WebSocket pings, which a browser answers by itself, even for a page
+// that sleeps or is busy. The original's lifesign is sent only to clients that request it.
 #pragma once
 
 #include <cstdint>
@@ -28,18 +28,18 @@ struct HttpPortSettings {
   std::uint32_t message_max = kMessageMaxDefault;
   std::uint64_t queue_bytes_max = 4U << 20;  // for one WebSocket; at least one message
   Duration ping_interval = std::chrono::seconds(5);
-  std::vector<std::string> origins{};  // of pages from elsewhere that may come
+  std::vector<std::string> origins{};  // permitted origins of other pages
   HttpTimeouts timeouts{};
 };
 
 class HttpPort final : public core::Port {
  public:
-  // `source`: what the pages tell.
+  // `source`: the data shown by the pages.
   HttpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
            const AdminSource& source, const HttpPortSettings& settings);
   ~HttpPort() override;
 
-  // Where it listens.
+  // Returns the listening address.
   Result<config::Endpoint> listen(const config::Endpoint& where) { return server_.listen(where); }
   void set_queue_bytes_max(std::uint64_t bytes);
   void set_ping_interval(Duration interval);
@@ -77,9 +77,9 @@ class HttpPort final : public core::Port {
     std::shared_ptr<WebSocketSession> session{};
     core::ClientId id{};  // kNoClient until the handshake is done
     std::uint32_t token = 0;
-    bool touched = false;  // the port must look at it when it flushes
-    bool writing = false;  // a frame
-    bool closing = false;  // the router knows it no more; the other side is told why
+    bool touched = false;  // to be processed at the next flush
+    bool writing = false;  // a frame is being written
+    bool closing = false;  // unknown to the router; a close frame with the reason is being sent
   };
 
   [[nodiscard]] HttpPages pages(const AdminSource& source) const;

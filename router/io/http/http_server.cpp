@@ -31,7 +31,7 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
     watch_.emplace(server_.loop_, socket_.get(), [this](Ready) { take_turn(); });
   }
 
-  // When the other side has used up its time: then forget it.
+  // The time at which the connection is closed.
   [[nodiscard]] Time deadline() const { return deadline_; }
   [[nodiscard]] bool is_writing() const { return state_ == State::kWriting; }
 
@@ -47,9 +47,9 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
  private:
   enum class State {
     kReading,
-    kServing,  // there may be a further request in what was read
+    kServing,  // the received data may contain a further request
     kWriting,
-    kGoodbye,  // all is written; what still comes is thrown away
+    kGoodbye,  // everything is written; received data is discarded
     kDone,
   };
 
@@ -62,7 +62,7 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
       case State::kWriting:
         return watch_->set(Interest::kWriting);
       case State::kServing:
-        // One request a turn: others wait, too.
+        // One request per turn, so that others are served too.
         watch_->set(Interest::kNothing);
         return take_turn_later();
       case State::kDone:
@@ -70,7 +70,7 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
     }
   }
 
-  // The owner may forget the connection at any time: then it is too late.
+  // The owner may destroy the connection in between.
   void take_turn_later() {
     server_.loop_.post([weak = weak_from_this()] {
       if (const auto self = weak.lock()) self->take_turn();
@@ -78,7 +78,7 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
   }
 
   void take_turn() {
-    const auto self = shared_from_this();  // until the end of this turn
+    const auto self = shared_from_this();  // keep alive until the end of this turn
     const Time now = os::now();
     switch (state_) {
       case State::kReading:
@@ -106,7 +106,7 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
     const ssize_t n = ::recv(socket_.get(), room.data(), room.size(), MSG_DONTWAIT);
     if (n < 0 && is_later(errno)) return;
     if (n <= 0) return finish();
-    // From its first byte on: whoever sends byte by byte does not win time.
+    // Starts with the first byte, so that a client that sends byte by byte does not gain time.
     if (!reader_.is_inside()) deadline_ = now + server_.timeouts_.request;
     reader_.advance(static_cast<std::size_t>(n));
     serve(now);
@@ -162,7 +162,7 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
   void after_answer(Time now) {
     output_ = std::string();
     if (last_answer_) {
-      // Closing while something unread has come would reset the connection, and with it the answer.
+      // Closing with unread data would reset the connection and discard the answer.
       ::shutdown(socket_.get(), SHUT_WR);
       state_ = State::kGoodbye;
       deadline_ = now + server_.timeouts_.goodbye;
@@ -191,8 +191,8 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
   HttpReader reader_;
   State state_ = State::kReading;
   std::string output_;
-  std::size_t written_ = 0;   // of output_
-  bool last_answer_ = false;  // the connection closes behind what is in output_
+  std::size_t written_ = 0;   // bytes of output_
+  bool last_answer_ = false;  // the connection is closed after output_ is written
   Time deadline_ = kNever;
 };
 

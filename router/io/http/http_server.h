@@ -1,5 +1,5 @@
-// The HTTP side of the port: connections that ask for pages, within bounds of number and time. Each
-// reads a request, writes the answer, and so on, until it closes or becomes a WebSocket.
+// The HTTP side of the port: connections that request pages, limited in number and time. Each
+// reads a request, writes the answer, and repeats, until it closes or becomes a WebSocket.
 #pragma once
 
 #include <cstddef>
@@ -16,19 +16,19 @@
 namespace tims::io {
 
 struct HttpTimeouts {
-  Duration request = std::chrono::seconds(10);  // to begin one; and to end one that has begun
-  Duration idle = std::chrono::seconds(60);     // to begin a further one
-  Duration answer = std::chrono::seconds(10);   // to take all of an answer
-  Duration goodbye = std::chrono::seconds(2);   // to close behind the last answer
+  Duration request = std::chrono::seconds(10);  // to begin a request; and to complete it
+  Duration idle = std::chrono::seconds(60);     // to begin a further request
+  Duration answer = std::chrono::seconds(10);   // to accept a whole answer
+  Duration goodbye = std::chrono::seconds(2);   // to close after the last answer
 };
 
 class HttpServer {
  public:
-  // Beyond this many, the connection that has the least time left makes room for a new one.
+  // Beyond this number, the connection with the least time left is closed for a new one.
   static constexpr std::size_t kConnectionsMax = 64;
 
   struct Actions {
-    // A WebSocket may begin.
+    // The request is a permitted WebSocket upgrade.
     std::function<void(os::File socket, const HttpRequest& request, const std::string& peer)>
         upgrade;
     std::function<void(Time began)> end_turn;
@@ -40,11 +40,11 @@ class HttpServer {
   ~HttpServer();
 
   Result<config::Endpoint> listen(const config::Endpoint& where) { return acceptor_.listen(where); }
-  // No new connections; those there are end with their next answer.
+  // Accepts no new connections; existing ones are closed after their next answer.
   void stop_accepting();
   [[nodiscard]] bool drained() const;
 
-  // kNever while nobody is connected: an idle router has no timer.
+  // kNever while there are no connections: an idle router has no timer.
   [[nodiscard]] Time next_timeout() const { return next_timeout_; }
   void on_timeout(Time now);
 
@@ -55,11 +55,12 @@ class HttpServer {
 
   void welcome(os::File socket, std::string peer);
   void drop_most_urgent();
-  // It goes on as a WebSocket.
+  // The connection continues as a WebSocket.
   void upgrade(Connection& connection);
-  // It is over.
+  // The connection is finished.
   void forget(Connection& connection);
-  // At the end of each turn that began with this connection, which may be forgotten by now.
+  // Called at the end of each turn that began with this connection, which may be destroyed by
+  // now.
   void end_turn(Time began, const Connection& connection);
 
   Loop& loop_;
@@ -68,7 +69,7 @@ class HttpServer {
   const HttpTimeouts timeouts_;
   bool stopping_ = false;
   std::vector<std::shared_ptr<Connection>> connections_;
-  Time next_timeout_ = kNever;  // or earlier
+  Time next_timeout_ = kNever;  // lower bound
   Acceptor acceptor_;
 };
 

@@ -30,13 +30,13 @@ namespace websocket = beast::websocket;
 using beast::error_code;
 using core::CloseReason;
 
-// Without compression: it is not for binary data.
+// Without compression, which is not useful for binary data.
 using Stream = websocket::stream<GuestSocket, false>;
 
-// A reader's buffer larger than this goes back after its message.
+// A larger receive buffer is freed after its message.
 constexpr std::size_t kKeptBufferBytes = 64 << 10;
-// What the system holds beyond what is on its way. More would only be overtaken by nobody: urgent
-// messages and pings wait behind it.
+// Limit of unsent bytes in the system's buffer. Urgent messages and pings wait behind them, so
+// more would only increase their delay.
 constexpr int kUnsentBytes = 128 << 10;
 
 void set_options(const os::File& socket) {
@@ -99,29 +99,29 @@ class Session final : public WebSocketSession, public std::enable_shared_from_th
   void fail(CloseReason reason);
   void end_when_quiet();
   void cut();
-  // Wraps what is to be done when an operation succeeds.
+  // Wraps an action to be executed when an operation succeeds.
   template <typename Action>
   auto finish(Action action);
 
   AsioGuest& guest_;
   Stream stream_;
-  Listener* listener_;  // null: nobody listens any more
+  Listener* listener_;  // null: no more calls
   Settings settings_;
   Timer life_timer_;
   Timer close_timer_;
   beast::flat_buffer input_;
   std::array<asio::const_buffer, kFramePiecesMax> output_;
-  int pending_ = 0;  // operations that will call back
+  int pending_ = 0;  // operations in progress
   bool open_ = false;
-  bool heard_ = true;               // from the other side, since it was asked whether it lives
-  bool asking_ = false;             // a ping is on its way
-  bool writing_ = false;            // a frame
-  std::uint64_t acknowledged_ = 0;  // bytes by the other side, when it was asked
+  bool heard_ = true;               // data received since the last ping
+  bool asking_ = false;             // a ping is in flight
+  bool writing_ = false;            // a frame is being written
+  std::uint64_t acknowledged_ = 0;  // bytes acknowledged by the other side at the last ping
   bool closing_ = false;
-  std::optional<CloseReason> end_;  // it is over, and why; first word counts
+  std::optional<CloseReason> end_;  // set when the session has ended; the first reason is kept
 };
 
-// Each operation holds the session until it has called back.
+// Each operation holds the session until its completion.
 template <typename Action>
 auto Session::finish(Action action) {
   ++pending_;
@@ -146,7 +146,7 @@ void Session::accept(const HttpRequest& request) {
                        }));
 }
 
-// --- Reading
+// --- reading
 
 void Session::read() {
   if (closing_ || listener_ == nullptr) return;
@@ -158,7 +158,7 @@ void Session::on_read() {
   if (stream_.is_message_done()) {
     const auto bytes = input_.data();
     if (closing_) {
-      // Thrown away.
+      // Discarded.
     } else if (stream_.got_text()) {
       listener_->on_text();
     } else {
@@ -172,10 +172,10 @@ void Session::on_read() {
   read();
 }
 
-// --- Does it live?
+// --- liveness
 //
-// Beast's own way of asking does not see that a slow reader, whom the ping has not reached yet,
-// goes on reading what waits for it.
+// Beast's own keep-alive does not notice that a slow reader, which the ping has not reached yet,
+// is still reading its queued data.
 
 void Session::set_ping_interval(Duration interval) {
   settings_.ping_interval = interval;
@@ -186,7 +186,7 @@ void Session::ask_after(Duration time) { life_timer_.set(os::now() + time); }
 
 void Session::ask_whether_it_lives() {
   if (closing_ || end_ || listener_ == nullptr) return;
-  const auto self = shared_from_this();  // until we have told that it is over
+  const auto self = shared_from_this();  // keep alive until the end was reported
   const std::uint64_t acknowledged = stream_.next_layer().bytes_acknowledged();
   const bool reads = acknowledged != std::exchange(acknowledged_, acknowledged);
   if (!open_ || (!std::exchange(heard_, false) && !(writing_ && reads))) {
@@ -198,7 +198,7 @@ void Session::ask_whether_it_lives() {
   ask_after(settings_.ping_interval);
 }
 
-// --- Writing
+// --- writing
 
 void Session::write(std::span<const std::span<const std::byte>> pieces, bool last) {
   for (std::size_t i = 0; i < pieces.size(); ++i)
@@ -211,13 +211,13 @@ void Session::write(std::span<const std::span<const std::byte>> pieces, bool las
                            }));
 }
 
-// --- The end
+// --- the end
 
 void Session::close(WebSocketClose code, std::string reason) {
   if (closing_ || end_) return;
   closing_ = true;
   reason.resize(std::min(reason.size(), websocket::reason_string::static_capacity));
-  // Beast's own time-out begins when the frame before is written, which may be never.
+  // Beast's own time-out starts only when the previous frame is written, which may never happen.
   close_timer_.set(os::now() + settings_.close_timeout);
   stream_.async_close({static_cast<websocket::close_code>(code), beast::string_view(reason)},
                       finish([](Session& self) { self.fail(CloseReason::kNone); }));
@@ -230,7 +230,7 @@ void Session::drop() {
 
 void Session::fail(CloseReason reason) {
   if (!end_) end_ = reason;
-  // While closing, the closing handshake decides when it is over.
+  // During closing, the closing handshake determines the end.
   if (!closing_) cut();
 }
 
@@ -274,9 +274,9 @@ std::optional<WebSocketOutput::Frame> WebSocketOutput::begin_frame() {
   return Frame{std::span(pieces_).first(count), rest_ == 0};
 }
 
-// Takes the header out of the queue: from then on the rest of the message is safe in it.
+// Removes the header from the queue: from then on the rest of the message cannot be dropped.
 std::size_t WebSocketOutput::begin_message() {
-  // In two blocks at most.
+  // It spans at most two blocks.
   const std::size_t available = queue_.gather(std::span(pieces_).first<2>());
   std::size_t filled = 0;
   for (std::size_t i = 0; i < available && filled < kHeaderSize; ++i) {
@@ -290,7 +290,7 @@ std::size_t WebSocketOutput::begin_message() {
   return 1;
 }
 
-// As much of the message as there are pieces for. What lies behind it belongs to other messages.
+// Adds as much of the message as there are pieces. The following bytes belong to other messages.
 std::size_t WebSocketOutput::add_rest(std::size_t count) {
   const std::size_t blocks_max = rest_ / core::ByteChain::kBlockBytes + 2;
   const std::size_t room = rest_ == 0 ? 0 : std::min(kFramePiecesMax - count, blocks_max);

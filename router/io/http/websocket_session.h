@@ -1,8 +1,8 @@
-// One WebSocket, from the handshake to the end: whole binary messages come in, frames go out
-// (WebSocketSession); and what waits to be written into it (WebSocketOutput, which is pure): whole
-// messages in order of importance, cut into frames just before they are written.
+// One WebSocket, from the handshake to the end: whole binary messages in, frames out
+// (WebSocketSession); and its output queue (WebSocketOutput, which is pure): whole messages by
+// priority, split into frames just before they are written.
 //
-// Behind a plain interface, because Boost.Beast's WebSocket costs a quarter of a minute of compile
+// The interface is plain because Boost.Beast's WebSocket costs a quarter of a minute of compile
 // time and 600 MB of memory: websocket_session.cpp is the only file that includes it.
 #pragma once
 
@@ -24,7 +24,7 @@
 
 namespace tims::io {
 
-// About a quarter of a megabyte a frame: between frames there is room for a ping.
+// About a quarter of a megabyte per frame: pings can be sent between frames.
 inline constexpr std::size_t kFramePiecesMax = 64;
 
 class WebSocketOutput {
@@ -35,21 +35,21 @@ class WebSocketOutput {
 
   void set_queue_bytes_max(std::uint64_t bytes) { queue_.set_bytes_max(bytes); }
 
-  // A whole message; it is copied.
+  // Copies a whole message.
   core::Outcome add(std::span<const std::byte> message, std::uint8_t priority);
 
   struct Frame {
     std::span<const std::span<const std::byte>> pieces;
-    bool last;  // of its message
+    bool last;  // last frame of its message
   };
-  // What is to be written next; nothing when nothing waits. The bytes stay where they are until
-  // end_frame(), which is called when they are written and before the next frame begins.
+  // The next frame; empty when the queue is empty. The bytes stay valid until end_frame(), which
+  // must be called when they are written and before the next frame begins.
   std::optional<Frame> begin_frame();
   void end_frame();
 
-  // Throws away what waits. No frame is being written.
+  // Drops all waiting messages. Precondition: no frame is being written.
   void clear(core::LossCounts& lost);
-  // What had to go for newer messages since the last time; null when nothing had to.
+  // Messages replaced by newer ones since the last call; null when there are none.
   [[nodiscard]] const core::LossCounts* replaced() const {
     return has_replaced_ ? &replaced_ : nullptr;
   }
@@ -83,17 +83,18 @@ enum class WebSocketClose : std::uint16_t {
 
 class WebSocketSession {
  public:
-  // What happens to a session. Comes from the event loop, never from within a call to the session.
+  // Receives the events of a session. Called from the event loop, never from within a call to the
+  // session.
   class Listener {
    public:
-    virtual void on_open() = 0;  // the handshake is done: first of all calls
-    // The bytes may be written to, and are used until the call returns.
+    virtual void on_open() = 0;  // the handshake is done: always the first call
+    // The bytes may be modified, and are valid until the call returns.
     virtual void on_message(std::span<std::byte> message) = 0;
-    // A part of a message came; so many bytes of it are here.
+    // A part of a message arrived; `bytes` of it have been received so far.
     virtual void on_part(std::size_t bytes) = 0;
-    virtual void on_text() = 0;     // a text message came; what is in it is not handed out
+    virtual void on_text() = 0;     // a text message arrived; its contents are not passed on
     virtual void on_written() = 0;  // the frame is in the socket
-    // Last of all calls. `unfinished`: bytes of a message that did not come to its end.
+    // Always the last call. `unfinished`: bytes of an incomplete message.
     virtual void on_end(core::CloseReason reason, std::size_t unfinished) = 0;
 
    protected:
@@ -102,14 +103,14 @@ class WebSocketSession {
 
   struct Settings {
     std::uint32_t message_max = 0;
-    // How often the other side is asked whether it lives, with a WebSocket ping. One that has not
-    // answered when the next is due, nor sent or read anything else, is given up.
+    // Interval of WebSocket pings. A client that has neither answered when the next one is due,
+    // nor sent or read anything else, is disconnected.
     Duration ping_interval{};
     Duration handshake_timeout = std::chrono::seconds(10);
     Duration close_timeout = std::chrono::seconds(5);
   };
 
-  // Answers `request`, the upgrade. The listener must stay until on_end() or drop().
+  // Answers `request`, the upgrade. The listener must exist until on_end() or drop().
   static std::shared_ptr<WebSocketSession> start(AsioGuest& guest, os::File socket,
                                                  const HttpRequest& request,
                                                  const Settings& settings, Listener& listener);
@@ -117,14 +118,15 @@ class WebSocketSession {
 
   virtual void set_ping_interval(Duration interval) = 0;
 
-  // One frame at a time: the next one after on_written(), until when the bytes must stay.
-  // `pieces`: kFramePiecesMax at most.
+  // Writes one frame at a time: the next one after on_written(), until when the bytes must stay
+  // valid. `pieces`: at most kFramePiecesMax.
   virtual void write(std::span<const std::span<const std::byte>> pieces, bool last) = 0;
 
-  // Says why, behind the frame that is being written, and ends; on_end() tells when. What still
-  // comes in is thrown away.
+  // Sends a close frame with the reason after the current frame; on_end() reports the end.
+  // Further received data is discarded.
   virtual void close(WebSocketClose code, std::string reason) = 0;
-  // Ends at once and silently: no more calls to the listener, no more looks at bytes.
+  // Ends immediately without a close frame: no more calls to the listener or accesses to the
+  // bytes.
   virtual void drop() = 0;
 };
 

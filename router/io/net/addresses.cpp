@@ -33,12 +33,12 @@ Header header_of(Bytes bytes) {
   return header;
 }
 
-// What lies behind the first `size` bytes and their padding.
+// The bytes after the first `size` bytes and their padding.
 Bytes behind(Bytes bytes, std::size_t size) {
   return bytes.subspan(std::min<std::size_t>(NLMSG_ALIGN(size), bytes.size()));
 }
 
-// A radio that looks for networks says so as news of its interface, every few seconds.
+// A radio that scans for networks reports it as a change of its interface, every few seconds.
 bool is_radio_event(const nlmsghdr& header, Bytes content) {
   if (header.nlmsg_type != RTM_NEWLINK) return false;
   for (Bytes rest = behind(content, sizeof(ifinfomsg)); rest.size() >= sizeof(rtattr);) {
@@ -67,7 +67,7 @@ bool is_any(const NetAddress& address) {
 
 }  // namespace
 
-// --- as the system has them
+// --- system addresses
 
 using link::NetAddress;
 
@@ -129,7 +129,7 @@ std::optional<NetAddress> numeric_address(const std::string& host, std::uint16_t
   return address;
 }
 
-// --- of this host
+// --- addresses of this host
 
 InterfaceWatch::InterfaceWatch(Loop& loop, std::function<void()> on_change)
     : loop_(loop), on_change_(std::move(on_change)), timer_(loop, [this] { on_timer(); }) {}
@@ -149,7 +149,7 @@ Result<void> InterfaceWatch::start() {
   return {};
 }
 
-// Whether anything has changed. Messages that the socket had no room for (ENOBUFS) count.
+// True when anything has changed. Messages lost by the socket (ENOBUFS) count as a change.
 bool InterfaceWatch::take() {
   bool changed = false;
   std::array<std::byte, 32 << 10> buffer;
@@ -162,7 +162,7 @@ bool InterfaceWatch::take() {
       changed = true;
     } else if (n < 0) {
       break;
-    } else if (from.nl_pid == 0) {  // the kernel; any process may write to this socket
+    } else if (from.nl_pid == 0) {  // from the kernel; any process may write to this socket
       changed |= has_change(Bytes(buffer).first(static_cast<std::size_t>(n)));
     }
   }

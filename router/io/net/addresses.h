@@ -1,5 +1,5 @@
-// Net addresses: as the system's calls take them, and those of this host's interfaces: which others
-// may reach, and when they change.
+// Net addresses: in the form used by system calls, and those of this host's interfaces: which of
+// them other hosts can reach, and when they change.
 #pragma once
 
 #include <algorithm>
@@ -21,7 +21,7 @@
 
 namespace tims::io {
 
-// --- as the system has them
+// --- system addresses
 
 // Room for an address of either family.
 struct SystemAddress {
@@ -30,27 +30,27 @@ struct SystemAddress {
 
   [[nodiscard]] sockaddr* get() { return reinterpret_cast<sockaddr*>(&storage); }
   [[nodiscard]] int family() const { return storage.sin6_family; }
-  [[nodiscard]] link::NetAddress net_address() const;  // port 0 unless of a known family
+  [[nodiscard]] link::NetAddress net_address() const;  // port 0 for an unknown family
 };
 
-// For a socket of this family; nothing when that cannot reach it (IPv6 from an IPv4 socket).
+// For a socket of this family; empty when it cannot reach the address (IPv6 from an IPv4 socket).
 std::optional<SystemAddress> system_address(const link::NetAddress& address, int family);
-// For one of the address's own.
+// For a socket of the address's own family.
 inline SystemAddress system_address(const link::NetAddress& address) {
   return *system_address(address, address.is_v4() ? AF_INET : AF_INET6);
 }
 
-// Of one answer of getaddrinfo(), or getifaddrs(); port 0 unless of a known family.
+// From a result of getaddrinfo() or getifaddrs(); port 0 for an unknown family.
 link::NetAddress net_address(const addrinfo& info);
 link::NetAddress net_address(const sockaddr& address);
 
-// "10.9.1.1", "fe80::1%eth0"; nothing for names, and for interfaces that do not exist.
+// "10.9.1.1", "fe80::1%eth0"; empty for names and for interfaces that do not exist.
 std::optional<link::NetAddress> numeric_address(const std::string& host, std::uint16_t port);
 
-// --- of this host
+// --- addresses of this host
 
-// Many changes close together are one: it is due once they have ended, and not too late when they
-// do not end.
+// Combines changes that are close together: due once they have ended, with an upper bound on the
+// delay.
 class Debounce {
  public:
   static constexpr Duration kQuiet = std::chrono::milliseconds(50);    // after the last change
@@ -60,7 +60,7 @@ class Debounce {
     if (due_ == kNever) first_ = now;
     due_ = std::min(now + kQuiet, first_ + kAtMost);
   }
-  [[nodiscard]] Time due() const { return due_; }  // kNever: there was none
+  [[nodiscard]] Time due() const { return due_; }  // kNever: no change
   void reset() { due_ = kNever; }
 
  private:
@@ -68,14 +68,14 @@ class Debounce {
   Time due_ = kNever;
 };
 
-// Tells when addresses, carrier or routes of this host change.
+// Reports changes of addresses, carrier or routes of this host.
 class InterfaceWatch {
  public:
-  // Called once for changes close together (Debounce), from the loop. There may have been none that
-  // matters, as when a router renews an address: whoever's reaction is costly compares.
+  // Called from the loop, once for changes close together (Debounce). The changes may be
+  // irrelevant, as when a router renews an address: an expensive reaction should compare first.
   InterfaceWatch(Loop& loop, std::function<void()> on_change);
 
-  // From here on; once.
+  // Starts watching; call once.
   Result<void> start();
 
  private:
@@ -91,10 +91,10 @@ class InterfaceWatch {
   Debounce debounce_;
 };
 
-// Where other hosts may reach a socket of this host. `local`: what the socket is bound to. Of a
-// socket that is bound to all addresses, one for each address of an interface that has a carrier:
-// not those of the link's own scope, which mean nothing elsewhere, and loopback only when there is
-// nothing else.
+// Addresses at which other hosts can reach a socket of this host. `local`: the address the socket
+// is bound to. For a socket bound to all addresses, one for each address of an interface with
+// carrier: without link-local ones, which are meaningless on other hosts, and loopback only when
+// there is nothing else.
 std::vector<link::NetAddress> own_addresses(const link::NetAddress& local);
 
 }  // namespace tims::io

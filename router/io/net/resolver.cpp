@@ -17,10 +17,10 @@ namespace {
 
 using link::NetAddress;
 
-constexpr int kNameServerSeconds = 1;  // of silence; who wants the name asks again
+constexpr int kNameServerSeconds = 1;  // timeout of one query; the caller retries
 constexpr int kNameServersMax = 2;
 
-// Of this thread. Read anew each time: name servers change when a robot joins another network.
+// For this thread. Read again each time: name servers change when a robot joins another network.
 void limit_name_servers() {
   ::res_init();
   _res.retrans = kNameServerSeconds;
@@ -51,7 +51,7 @@ Result<Resolver::Addresses> look_up(const std::string& host, std::uint16_t port)
   return addresses;
 }
 
-// What cannot be a name need not be looked for.
+// Rejects texts that cannot be names.
 std::optional<Error> refusal(const std::string& host) {
   if (host.empty()) return Error(Errc::kInvalidArgument, "host name: empty");
   if (host.find_first_of(":%") != std::string::npos) {
@@ -100,7 +100,7 @@ Result<void> Resolver::start_thread() {
     answered_ = std::move(file).value();
     watch_.emplace(loop_, answered_.get(), [this](Ready) { take_answers(); });
   }
-  // Signals belong to the loop's thread: this one is born without.
+  // Signals belong to the loop's thread: this thread starts with all of them blocked.
   sigset_t all;
   sigset_t before;
   ::sigfillset(&all);

@@ -1,4 +1,4 @@
-// Host names to addresses, without stopping the loop: a thread of its own asks the system.
+// Resolves host names without blocking the loop, in a thread of its own.
 #pragma once
 
 #include <condition_variable>
@@ -21,19 +21,19 @@ namespace tims::io {
 
 class Resolver {
  public:
-  using Addresses = std::vector<link::NetAddress>;  // the best one first; never empty
+  using Addresses = std::vector<link::NetAddress>;  // the preferred one first; never empty
   using Callback = std::function<void(Result<Addresses>)>;
 
   explicit Resolver(Loop& loop) : loop_(loop) {}
   Resolver(const Resolver&) = delete;
   Resolver& operator=(const Resolver&) = delete;
-  // Nobody is called any more. Waits for the one name that is being asked for: a few seconds when
-  // no name server answers.
+  // Calls no more callbacks. Waits for the query in progress: a few seconds when no name server
+  // answers.
   ~Resolver();
 
-  // Numbers ("10.9.1.1", "fe80::1%eth0") are answered at once, from within this call; names later,
-  // from the loop. Who asks for what is already being asked for gets the same answer. A callback
-  // may ask again, but not destroy the resolver.
+  // Numbers ("10.9.1.1", "fe80::1%eth0") are answered immediately, within this call; names later,
+  // from the loop. Concurrent requests for the same name share one answer. A callback may call
+  // resolve(), but must not destroy the resolver.
   void resolve(const std::string& host, std::uint16_t port, Callback callback);
 
  private:
@@ -50,15 +50,15 @@ class Resolver {
   void ask(const Question& question);
   Result<void> start_thread();
   void take_answers();
-  void work();  // in the thread
+  void work();  // runs in the thread
 
   Loop& loop_;
   os::File answered_;  // an eventfd
   std::optional<Watch> watch_;
   std::map<Question, std::vector<Callback>> waiting_;
-  std::thread thread_;  // from the first name on
+  std::thread thread_;  // started with the first name
 
-  // What both threads use.
+  // Shared by both threads.
   std::mutex mutex_;
   std::condition_variable asked_;
   std::deque<Question> questions_;

@@ -19,7 +19,7 @@ using link::Burst;
 
 constexpr std::align_val_t kPage{4096};
 
-// UDP_GRO and SO_RXQ_OVFL, and room for what a later kernel may add.
+// UDP_GRO and SO_RXQ_OVFL, with room for control messages of later kernels.
 struct alignas(cmsghdr) ReceiveControl {
   std::array<char, 4 * CMSG_SPACE(sizeof(int))> bytes;
 };
@@ -57,10 +57,11 @@ iovec part_of(std::span<const std::byte> bytes) {
   return {const_cast<std::byte*>(bytes.data()), bytes.size()};  // only read
 }
 
-// What stands beside a burst: its class, and how it is to be cut.
+// The control data of a burst: its class, and the size of its segments.
 class SendControl {
  public:
-  // The family is the address's, not the socket's: an IPv6 socket sends IPv4 as an IPv4 socket.
+  // The family is the address's, not the socket's: an IPv6 socket sends IPv4 packets like an IPv4
+  // socket.
   void add_dscp(std::uint8_t dscp, bool v4) {
     if (dscp == 0) return;
     const int field = (dscp & 0x3F) << 2;
@@ -90,13 +91,13 @@ class SendControl {
   std::size_t size_ = 0;
 };
 
-// One burst as sendmsg() takes it; `message` points into it.
+// One burst in the form of sendmsg(); `message` points into it.
 struct Call {
   SystemAddress to{};
   SendControl control{};
   iovec part{};
 
-  // False: not from a socket of this family.
+  // Returns false when a socket of this family cannot send it.
   bool prepare(const Burst& burst, int family, bool segmented, msghdr& message) {
     const auto address = system_address(burst.to, family);
     if (!address) return false;
@@ -159,7 +160,7 @@ Datagrams::~Datagrams() = default;
 
 void Datagrams::Release::operator()(std::byte* pages) const { ::operator delete(pages, kPage); }
 
-// The kernel writes the sizes it used into what it was given: what it has used is made anew.
+// The kernel overwrites the sizes in its arguments: those used by the last call are reset.
 void Datagrams::prepare() {
   for (std::size_t i = 0; i < used_; ++i) {
     calls_->parts[i] = {pages_.get() + i * slot_bytes_, slot_bytes_};
@@ -197,7 +198,7 @@ void Datagrams::take(std::size_t index, Outcome& outcome) {
     if (const auto drops = value_of<std::uint32_t>(*c, SOL_SOCKET, SO_RXQ_OVFL))
       outcome.dropped_by_kernel = drops;
   }
-  // Port 0 is nobody: no answer could go there.
+  // Port 0 is not a valid sender, since no answer could be sent to it.
   if ((message.msg_hdr.msg_flags & (MSG_TRUNC | MSG_CTRUNC)) != 0 || !from) {
     ++outcome.truncated;
     return;
@@ -224,7 +225,7 @@ Result<UdpSocket> UdpSocket::open(const config::Endpoint& where, const UdpOption
   return socket;
 }
 
-// Root may have more than net.core.rmem_max and wmem_max.
+// Root may exceed net.core.rmem_max and wmem_max.
 void UdpSocket::request_buffers() {
   const int bytes = static_cast<int>(options_.buffer_bytes);
   if (!set(fd(), SOL_SOCKET, SO_RCVBUFFORCE, bytes)) set(fd(), SOL_SOCKET, SO_RCVBUF, bytes);
@@ -233,8 +234,8 @@ void UdpSocket::request_buffers() {
   send_buffer_bytes_ = buffer_size(fd(), SO_SNDBUF);
 }
 
-// PROBE: does not fragment, and does not believe what ICMP says about the path, which anybody can
-// forge: links measure it themselves. Errors are not asked for (IP_RECVERR): same reason.
+// PROBE: does not fragment, and ignores ICMP messages about the path, which are easily forged:
+// links measure the path themselves. Errors are not requested (IP_RECVERR) for the same reason.
 void UdpSocket::set_options() {
   set(fd(), IPPROTO_IP, IP_MTU_DISCOVER, options_.fragments ? IP_PMTUDISC_DONT : IP_PMTUDISC_PROBE);
   if (family_ == AF_INET6) {
@@ -244,7 +245,7 @@ void UdpSocket::set_options() {
   }
   set(fd(), SOL_UDP, UDP_GRO, 1);
   set(fd(), SOL_SOCKET, SO_RXQ_OVFL, 1);
-  // An older kernel would ignore the size beside a burst and send it as one datagram.
+  // An older kernel would ignore the segment size and send the burst as one datagram.
   if (!set(fd(), SOL_UDP, UDP_SEGMENT, 0)) options_.segmentation = false;
 }
 
@@ -264,7 +265,7 @@ bool UdpSocket::receive(Datagrams& into) {
   const Datagrams::Outcome outcome = into.receive(fd());
   counters_.truncated += outcome.truncated;
   if (const auto drops = outcome.dropped_by_kernel) {
-    counters_.dropped_by_kernel += *drops - kernel_drops_;  // the kernel's number wraps around
+    counters_.dropped_by_kernel += *drops - kernel_drops_;  // the kernel's counter wraps around
     kernel_drops_ = *drops;
   }
   return outcome.messages > 0;
@@ -277,7 +278,7 @@ Sent UdpSocket::send(const Burst& burst) {
   return is_plain(burst.to) ? send_plain(burst) : send_segmented(burst);
 }
 
-// Also a single datagram, which needs no cutting.
+// Also for a single datagram, which needs no segmentation.
 Sent UdpSocket::send_segmented(const Burst& burst) {
   const bool cut = datagrams_in(burst) > 1;
   Call call;
@@ -286,15 +287,15 @@ Sent UdpSocket::send_segmented(const Burst& burst) {
   if (::sendmsg(fd(), &message, MSG_DONTWAIT | MSG_NOSIGNAL) >= 0) return Sent::kAll;
   const bool wants_fragments = options_.fragments && errno == EMSGSIZE;
   if (!cut || !(refuses_segments(errno) || wants_fragments)) return meaning_of(errno);
-  // Kernels before 6.13 call datagrams that are too big for the interface invalid: only when they
-  // go one by one was it the cutting.
+  // Kernels before 6.13 report datagrams too large for the interface as invalid: the segmentation
+  // was the cause only if sending one by one succeeds.
   const Sent sent = send_plain(burst);
   if (sent == Sent::kAll) remember_plain(burst.to);
   return sent;
 }
 
-// One by one, in one call. When the buffer becomes full on the way, the rest is lost: what went
-// must not go twice.
+// Sends one by one, in one call. When the buffer becomes full, the rest is lost, because what was
+// sent must not be sent twice.
 Sent UdpSocket::send_plain(const Burst& burst) {
   Call call;
   msghdr message;

@@ -1,5 +1,5 @@
-// A UDP socket that sends bursts of datagrams in one call (UDP_SEGMENT), takes many in one
-// (recvmmsg, UDP_GRO), and does not fragment them unless asked to. Whoever owns it waits for fd()
+// A UDP socket that sends bursts of datagrams in one call (UDP_SEGMENT), receives many in one
+// call (recvmmsg, UDP_GRO), and does not fragment unless configured to. The owner waits for fd()
 // in the loop.
 #pragma once
 
@@ -18,17 +18,17 @@
 
 namespace tims::io {
 
-// What arrives: up to 16 slots in one call, each with many datagrams of one sender where the kernel
-// puts them together. The memory is allocated once.
+// Receive buffers: up to 16 slots in one call, each with many datagrams of one sender where the
+// kernel combines them. The memory is allocated once.
 class Datagrams {
  public:
   static constexpr std::size_t kSlots = 16;
-  static constexpr std::size_t kSlotBytes = 64 << 10;  // the most that the kernel puts together
+  static constexpr std::size_t kSlotBytes = 64 << 10;  // the maximum the kernel combines
 
   struct Slot {
     link::NetAddress from{};
-    std::span<std::byte> bytes{};   // datagrams, one behind the other; empty: one without content
-    std::size_t datagram_size = 0;  // of each but the last, which may be shorter
+    std::span<std::byte> bytes{};   // concatenated datagrams; empty: one without content
+    std::size_t datagram_size = 0;  // of all but the last, which may be shorter
   };
 
   // Smaller slots are for tests.
@@ -37,7 +37,8 @@ class Datagrams {
   Datagrams& operator=(const Datagrams&) = delete;
   ~Datagrams();
 
-  // Of the last receive(), until the next one. The bytes may be written to (decryption in place).
+  // Result of the last receive(), until the next one. The bytes may be modified (decryption in
+  // place).
   [[nodiscard]] std::span<const Slot> slots() const { return {slots_.get(), count_}; }
 
   // visit(const link::NetAddress& from, std::span<std::byte> datagram)
@@ -47,10 +48,10 @@ class Datagrams {
  private:
   friend class UdpSocket;
 
-  struct Calls;  // what recvmmsg() takes
+  struct Calls;  // arguments of recvmmsg()
   struct Outcome {
     std::size_t messages = 0;   // slots that were filled by the call
-    std::size_t truncated = 0;  // of them: larger than a slot, or without sender; left out here
+    std::size_t truncated = 0;  // of them larger than a slot, or without sender; not returned
     std::optional<std::uint32_t> dropped_by_kernel{};  // since the socket was opened
   };
   Outcome receive(int socket);
@@ -81,36 +82,38 @@ void Datagrams::for_each_datagram(Visit&& visit) const {
 }
 
 struct UdpOptions {
-  std::uint32_t buffer_bytes = 8U << 20;  // asked of the system, in each direction
-  bool segmentation = true;               // false: as in a kernel without UDP_SEGMENT
-  bool fragments = false;                 // what is too big for the way goes in IP fragments
+  std::uint32_t buffer_bytes = 8U << 20;  // requested from the system, in each direction
+  bool segmentation = true;               // false: behave as on a kernel without UDP_SEGMENT
+  // Allow IP fragmentation of datagrams larger than the path MTU.
+  bool fragments = false;
 };
 
 enum class Sent : std::uint8_t {
   kAll,
-  kWouldBlock,   // nothing of it went: again when the socket is writable
-  kTooBig,       // larger than the interface takes: nothing of it went
-  kUnreachable,  // no way there, or no memory at the moment: lost like a datagram on the wire
-  kFailed,       // the system calls this burst wrong: never again
+  kWouldBlock,   // nothing was sent: retry when the socket is writable
+  kTooBig,       // larger than the interface's MTU: nothing was sent
+  kUnreachable,  // no route, or no memory at the moment: lost like a datagram on the wire
+  kFailed,       // the system rejects this burst: do not retry
 };
 
 class UdpSocket final : public link::DatagramSender {
  public:
   struct Counters {
-    std::uint64_t dropped_by_kernel = 0;  // no room in the receive buffer; known with the next one
-    std::uint64_t truncated = 0;          // arrivals that were left out
-    std::uint64_t cut_short = 0;  // datagrams at the end of bursts: the send buffer became full
+    std::uint64_t dropped_by_kernel = 0;  // receive buffer full; reported with the next datagram
+    std::uint64_t truncated = 0;          // received datagrams that were discarded
+    // Datagrams at the end of bursts, lost because the send buffer became full.
+    std::uint64_t cut_short = 0;
   };
 
-  // "[::]:2010" is for IPv4 as well. Port 0: the system chooses one.
+  // "[::]:2010" also accepts IPv4. Port 0: the system chooses one.
   static Result<UdpSocket> open(const config::Endpoint& where, const UdpOptions& options = {});
 
   [[nodiscard]] int fd() const { return file_.get(); }
   [[nodiscard]] const link::NetAddress& local() const { return local_; }
-  // When it was opened, no interface had this address yet.
+  // True when no interface had this address yet at opening.
   [[nodiscard]] bool is_early() const { return is_early_; }
 
-  // As asked for; half of what the system accounts with, which charges for its own records too.
+  // The requested size; half of what the system accounts for, which includes its own records.
   [[nodiscard]] std::uint32_t receive_buffer_bytes() const { return receive_buffer_bytes_; }
   [[nodiscard]] std::uint32_t send_buffer_bytes() const { return send_buffer_bytes_; }
   [[nodiscard]] std::uint32_t asked_buffer_bytes() const { return options_.buffer_bytes; }
@@ -118,10 +121,10 @@ class UdpSocket final : public link::DatagramSender {
   Sent send(const link::Burst& burst);
   bool offer(const link::Burst& burst) override { return send(burst) != Sent::kWouldBlock; }
 
-  // Puts what has come into `into`; false when nothing waits.
+  // Stores received datagrams in `into`; returns false when there are none.
   bool receive(Datagrams& into);
 
-  // Interfaces may have changed: whoever was refused bursts is tried again.
+  // Interfaces may have changed: try bursts again to addresses for which they were refused.
   void forget_refusals() { plain_.clear(); }
 
   [[nodiscard]] const Counters& counters() const { return counters_; }
@@ -147,8 +150,8 @@ class UdpSocket final : public link::DatagramSender {
   std::uint32_t send_buffer_bytes_ = 0;
   Counters counters_{};
   std::uint32_t kernel_drops_ = 0;       // as last reported
-  std::vector<link::NetAddress> plain_;  // whose interface refuses UDP_SEGMENT
-  std::size_t plain_next_ = 0;           // to be overwritten
+  std::vector<link::NetAddress> plain_;  // addresses whose interface refuses UDP_SEGMENT
+  std::size_t plain_next_ = 0;           // next entry to overwrite
 };
 
 }  // namespace tims::io
