@@ -46,7 +46,7 @@ TEST(CarmenLog, ScansWithoutPosesAreWhereTheOdometryWas) {
   EXPECT_NE(read_carmen(scan).error().detail().find("without ODOM"), std::string::npos);
 }
 
-// Of another scanner than the usual ones somebody says what it sees.
+// For a scanner whose number of beams is not known, the caller gives the field of view.
 TEST(CarmenLog, ScannersOfManyKinds) {
   const auto step_of = [](std::size_t count, double field) {
     std::string line = "FLASER " + std::to_string(count);
@@ -76,7 +76,7 @@ TEST(CarmenLog, OdometryAtTheTimeOfTheScan) {
       "FLASER 1 1 7 0 0 7 0 0 10.5 h 0.5\n");
   ASSERT_TRUE(log.ok());
   // ROS's x is RACK's y.
-  EXPECT_NEAR(log->odometry_of(log->scans[0], 0.0).y, 7000, 1e-9) << "as the line says";
+  EXPECT_NEAR(log->odometry_of(log->scans[0], 0.0).y, 7000, 1e-9) << "the pose from the line";
   EXPECT_NEAR(log->odometry_of(log->scans[0], 0.25).y, 250, 1e-9);
   EXPECT_NEAR(log->odometry_of(log->scans[0], 5).y, 0, 1e-9);
   EXPECT_NEAR(log->odometry_of(log->scans[0], -5).y, 1000, 1e-9) << "time went back: left out";
@@ -84,9 +84,10 @@ TEST(CarmenLog, OdometryAtTheTimeOfTheScan) {
 
 TEST(CarmenLog, SaysInWhichLineItIsBroken) {
   const auto error_of = [](std::string_view text) { return read_carmen(text).error().detail(); };
-  EXPECT_EQ(error_of("\nODOM 1 2 three 0 0 0 1 h 1\n"), "line 2: pose: \"three\" is no number");
+  EXPECT_EQ(error_of("\nODOM 1 2 three 0 0 0 1 h 1\n"), "line 2: pose: \"three\" is not a number");
   EXPECT_EQ(error_of("FLASER 3 1 2\n"), "line 1: range: the line ends before it");
-  EXPECT_EQ(error_of("FLASER 2 1 nan 0 0 0 0 0 0 1 h 1\n"), "line 1: range: \"nan\" is no number");
+  EXPECT_EQ(error_of("FLASER 2 1 nan 0 0 0 0 0 0 1 h 1\n"),
+            "line 1: range: \"nan\" is not a number");
   EXPECT_EQ(error_of("FLASER -1\n").substr(0, 24), "line 1: number of ranges");
   EXPECT_EQ(error_of("FLASER 99999999999\n").substr(0, 24), "line 1: number of ranges");
   EXPECT_EQ(error_of("FLASER 1 1 1e9 0 0 0 0 0 1 h 1\n"),

@@ -34,7 +34,8 @@ struct GridMap {
   std::int32_t rows = 0;   // to the north
   std::int32_t columns = 0;
   std::vector<Cell> cells{};
-  std::vector<MapLine> walls{};  // lines that the cells were drawn from; empty: only cells are known
+  std::vector<MapLine>
+      walls{};  // lines that the cells were drawn from; empty: only cells are known
 
   // 400 m x 400 m with cells of 100 mm, or 1 km of corridor, 40 m wide, with cells of 50 mm.
   static constexpr std::int64_t kCellsMax = 16'000'000;

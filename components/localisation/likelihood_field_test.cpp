@@ -198,7 +198,7 @@ TEST(LikelihoodField, KnowsWhatIsBehindAWall) {
   EXPECT_EQ(blocked({{2700, 0}, {1000, 0}, {2000, 0}, {1000, 1000}}), 0.25);
   EXPECT_EQ(blocked({{2700, 900}, {1e9F, 0}}), 1);
   EXPECT_EQ(blocked({{0, 0}}), 0);
-  EXPECT_EQ(blocked({{-1e30F, 1e30F}}), 0) << "as far as the map, however far it says";
+  EXPECT_EQ(blocked({{-1e30F, 1e30F}}), 0) << "the beam is only checked within the map";
 }
 
 TEST(Random, IsTheSameFromTheSameSeed) {

@@ -38,7 +38,7 @@ DxfDrawing plan() {
   return drawing;
 }
 
-// Of the plan itself, or of its cells as a map of ROS has them.
+// The field of the plan itself, or of its cells as in a map of ROS.
 GridMap map_of_plan(bool by_ros) {
   const auto map = read_map(plan(), 1000, 0, 0, 50);
   EXPECT_TRUE(map.ok());
@@ -264,7 +264,7 @@ double nees(const std::array<double, 3>& e, const Covariance& c) {
   return a * a + b * b + d * d;
 }
 
-// Normalised estimation error squared: 3 on average when the covariance is what it says.
+// Normalised estimation error squared: 3 on average for a correct covariance.
 double mean_nees(bool by_ros, bool has_walls) {
   double sum = 0;
   int count = 0;
@@ -289,12 +289,11 @@ TEST(Localiser, ItsCovarianceIsHonest) {
   const double plan = mean_nees(false, true);
 
   EXPECT_GT(plan, 1.5);
-  EXPECT_LT(plan, 3.2) << "it says more than it knows";
+  EXPECT_LT(plan, 3.2) << "the covariance is too small";
 }
 
-// By cells it says less than it knows: those of real maps are worse than these. And the filter
-// alone, on purpose: weights are flat, as beams of real walls err together, while here each errs
-// alone.
+// For a grid the covariance is larger than the error: cells of real maps are worse than
+// these. The same holds for the filter alone.
 TEST(Localiser, ByCellsOrWithoutWallsItSaysLessThanItKnows) {
   for (const bool has_walls : {true, false})
     for (const bool by_ros : {true, false}) {
@@ -339,7 +338,7 @@ DxfDrawing corridor() {
 }
 
 struct Search {
-  int sure = 0;   // of the scans that tell nothing of which end it is
+  int sure = 0;   // of the scans that do not show which end it is
   int wrong = 0;  // and at the other end
   bool is_found = false;
 };
@@ -395,7 +394,7 @@ TEST(Localiser, IsNotSureWherePlacesLookAlikeAndFoundWhenTheyDoNot) {
     sure += search.sure;
     if (search.is_found) ++found;
     const Search wrong = search_in_corridor(seed, *field, true);
-    EXPECT_GT(wrong.wrong, kToAndFro / 2) << "nothing there says that it is wrong";
+    EXPECT_GT(wrong.wrong, kToAndFro / 2) << "nothing there shows that it is wrong";
     if (wrong.is_found) ++back;
   }
   EXPECT_LT(sure, 10 * kToAndFro / 4) << "of " << 10 * kToAndFro;

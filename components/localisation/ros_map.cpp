@@ -70,7 +70,8 @@ std::string take(std::string_view key, std::string_view value, RosMapInfo& info)
     info.origin_y = origin[1];
   } else if (key == "mode") {
     const std::string_view mode = without_quotes(value);
-    if (mode != "trinary" && mode != "scale" && mode != "raw") return "mode: must be trinary, scale or raw";
+    if (mode != "trinary" && mode != "scale" && mode != "raw")
+      return "mode: must be trinary, scale or raw";
     info.is_raw = mode == "raw";
   }
   return {};
@@ -113,7 +114,8 @@ struct Picture {
 tims::Result<Picture> read_pgm(std::string_view bytes) {
   PgmReader reader(bytes);
   const std::string_view kind = reader.word();
-  if (kind != "P5" && kind != "P2") return malformed("not a PGM image: it must begin with P5 or P2");
+  if (kind != "P5" && kind != "P2")
+    return malformed("not a PGM image: it must begin with P5 or P2");
   const std::int64_t width = reader.number();
   const std::int64_t height = reader.number();
   const std::int64_t white = reader.number();
@@ -121,7 +123,8 @@ tims::Result<Picture> read_pgm(std::string_view bytes) {
   if (width * height > kPixelsMax)
     return malformed("the image has more than " + std::to_string(kPixelsMax) +
                      " pixels: crop it, or reduce its resolution");
-  if (white <= 0 || white > 65535) return malformed("the maximum value of the PGM image is not 1 to 65535");
+  if (white <= 0 || white > 65535)
+    return malformed("the maximum value of the PGM image is not 1 to 65535");
   Picture picture{static_cast<std::int32_t>(width),
                   static_cast<std::int32_t>(height),
                   static_cast<double>(white),

@@ -21,8 +21,9 @@ constexpr double kLeastTurn = radians(0.02);
 // Minimum standard deviation of the prior, however small that of the filter is.
 constexpr double kSpreadWay = 10;  // mm
 constexpr double kSpreadTurn = radians(0.3);
-constexpr double kReachLeast = 100;       // mm
-constexpr double kScanMatcherArm = 3000;  // mm: typical distance of walls, converts a rotation to a distance
+constexpr double kReachLeast = 100;  // mm
+constexpr double kScanMatcherArm =
+    3000;  // mm: typical distance of walls, converts a rotation to a distance
 
 Information matrix_of(const Covariance& c) {
   Information matrix;

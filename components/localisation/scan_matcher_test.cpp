@@ -117,7 +117,7 @@ TEST(ScanMatcher, ConvergesFromThirtyCentimetresAndFiveDegrees) {
   }
 }
 
-// Whatever it says, it is not much worse than what the filter said; and mostly far better.
+// Any result is not much worse than the estimate of the filter; and mostly far better.
 TEST(ScanMatcher, MakesNoPoseWorse) {
   ScanMatcher matcher;
   for (const bool as_cells : {false, true})
@@ -143,7 +143,7 @@ TEST(ScanMatcher, MakesNoPoseWorse) {
     }
 }
 
-// e^T C^-1 e is 3 on average when the covariance is what it says.
+// e^T C^-1 e is 3 on average for a correct covariance.
 TEST(ScanMatcher, ItsCovarianceIsHonest) {
   ScanMatcher matcher;
   for (const bool as_cells : {false, true})
@@ -190,7 +190,7 @@ TEST(ScanMatcher, LeavesTheWayAlongACorridorAlone) {
       EXPECT_NEAR(found->pose.x, truth.x, 20);
       EXPECT_LT(turn_off(found->pose, truth), radians(0.4));
       EXPECT_NEAR(found->pose.y, start.y, 4) << "nobody knows";
-      EXPECT_GT(found->covariance.yy, 55.0 * 55) << "and it says so";
+      EXPECT_GT(found->covariance.yy, 55.0 * 55) << "and its covariance shows it";
       EXPECT_LT(found->covariance.xx, 12.0 * 12);
     }
   }
@@ -238,7 +238,7 @@ TEST(ScanMatcher, SaysNothingOfWhatIsNoScanAndNoMap) {
   broken = start;
   broken.pose.y = 1e12;
   EXPECT_FALSE(matcher.refined(place.walls(), scan, broken));
-  // A tenth of the beams is no number.
+  // A tenth of the beams is not a number.
   std::vector<BeamEnd> holes(scan.begin(), scan.end());
   for (std::size_t i = 0; i < holes.size(); i += 10) holes[i] = {kNan, kEndless};
   const auto found = matcher.refined(place.walls(), holes, start);

@@ -1,4 +1,5 @@
-// The walls of plans and of cells as lines: where they are, which way they look, what is none.
+// The walls of plans and of cells as lines: their position and direction, and which cells have
+// none.
 #include "components/localisation/wall_lines.h"
 
 #include <cmath>
@@ -29,7 +30,7 @@ GridMap map_with(const MapLine& wall, bool as_cells) {
   return std::move(map).value();
 }
 
-// Of points along the wall and beside it: how far off their lines say that they are.
+// For points along the wall and beside it: the error of their lines.
 TEST(WallLines, SayHowFarAPointIsFromItsWall) {
   for (const bool as_cells : {false, true})
     for (double turned = 0; turned < 3.1; turned += 0.13) {

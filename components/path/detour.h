@@ -1,8 +1,8 @@
-// Round an obstacle on a path and back to it. Pure.
+// Detours around an obstacle and back to the path. Pure.
 //
-// A detour leaves the path where the vehicle is and comes back to it behind the obstacle, at the
-// first of some places where there is room. Between them it may go wherever the corridor of the
-// path is: what lies outside of it counts as occupied, and a planner does the rest.
+// A detour leaves the path at the vehicle and returns to it behind the obstacle, at the first of
+// several candidate places with enough room. In between, the whole corridor of the path may be
+// used: space outside of it counts as occupied, and a planner finds the detour.
 #pragma once
 
 #include <span>
@@ -15,17 +15,18 @@ namespace rack::path {
 
 struct OnPath {
   std::size_t index = 0;  // of the spline
-  double way = 0;         // on it, mm
+  double way = 0;         // distance from its start, mm
 };
 
-// So much further along the path, or at its end.
+// The place `distance` further along the path, or its end.
 OnPath further(std::span<const PolarSpline> path, const OnPath& from, double distance);
 Pose pose_on(std::span<const PolarSpline> path, const OnPath& at);
-// What is left of the path from there on, at the end of `to`; what does not fit is left out.
+// Appends the rest of the path from `from` on to `to`, as far as there is capacity.
 void append_rest(std::span<const PolarSpline> path, const OnPath& from,
                  std::vector<PolarSpline>& to);
 
-// Only cells in the corridors of these splines stay free, and those near a place.
+// Occupies all cells except those in the corridors of these splines and those within `distance` of
+// `near`.
 void keep_to_corridor(FreeSpace& space, std::span<const PolarSpline> splines, const Place& near,
                       double distance);
 

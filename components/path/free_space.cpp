@@ -9,11 +9,11 @@ namespace rack::path {
 
 namespace {
 
-constexpr float kNowhere = 1e5;  // cells: farther than any map is wide
+constexpr float kNowhere = 1e5;  // cells: larger than any map
 constexpr double kHalfDiagonals =
-    1.4142136;  // of two cells: a place and an obstacle in their cells
+    1.4142136;  // cells: maximum offset of a place and an obstacle within their cells
 
-// Where the parabolas over two places of a line have the same height.
+// The intersection of the parabolas over two cells of a line.
 double meeting(std::span<const double> line, std::size_t q, std::size_t p) {
   const auto a = static_cast<double>(q);
   const auto b = static_cast<double>(p);
@@ -26,7 +26,7 @@ HullDiscs::HullDiscs(const Size& size) : half_width_(size.half_width + size.marg
   const double front = size.front + size.margin;
   const double back = size.back + size.margin;
   const double length = std::max(front + back, 1.0);
-  // Squares or longer ones: few discs, that reach little beyond the hull.
+  // Few discs that exceed the hull only a little.
   const double wanted = std::ceil(length / std::max(half_width_ * 1.2, length / kMax));
   count_ = static_cast<std::size_t>(std::clamp(wanted, 1.0, static_cast<double>(kMax)));
   const double part = length / static_cast<double>(count_);
@@ -49,7 +49,7 @@ tims::Result<FreeSpace> FreeSpace::empty(const Place& corner, double width, doub
     return tims::Error(tims::Errc::kTooBig,
                        "a map of " + std::to_string(std::lround(width / 1000)) + " m by " +
                            std::to_string(std::lround(height / 1000)) +
-                           " m has more than 4 million cells: make them larger");
+                           " m has more than 4 million cells: use larger cells");
   FreeSpace space;
   space.corner_ = corner;
   space.cell_ = cell;
@@ -73,7 +73,7 @@ tims::Result<FreeSpace> FreeSpace::of(const GridMapData& map, std::uint8_t occup
   auto space = empty({static_cast<double>(map.offsetX), static_cast<double>(map.offsetY)},
                      map.gridNumX * cell, map.gridNumY * cell, cell);
   if (!space) return space;
-  // x is the outer one.
+  // x is the outer index.
   for (std::size_t i = 0; i < map.occupancy.size(); ++i)
     space->cells_[i] = map.occupancy[i] >= occupied ? 1 : 0;
   space->measure();
@@ -147,7 +147,7 @@ void FreeSpace::release(const Place& place) {
   if (contains(place)) cells_[index(place)] = 0;
 }
 
-// The squared distances to the nearest obstacle along line_, from the squared ones across it.
+// Squared distances to the nearest obstacle along line_, from the squared distances across it.
 void FreeSpace::envelope() {
   constexpr double kInfinity = std::numeric_limits<double>::infinity();
   std::size_t last = 0;
@@ -170,7 +170,7 @@ void FreeSpace::envelope() {
 }
 
 void FreeSpace::measure() {
-  // In cells to the nearest one of the same column: from below, then from above.
+  // Distance to the nearest obstacle of the same column, in cells: from below, then from above.
   for (std::size_t i = 0; i < rows_; ++i) {
     for (std::size_t j = 0; j < columns_; ++j) {
       const std::size_t k = i * columns_ + j;
@@ -193,7 +193,7 @@ void FreeSpace::measure() {
   }
 }
 
-// --- questions
+// --- queries
 
 bool FreeSpace::occupied(const Place& place) const {
   return !contains(place) || cells_[index(place)] != 0;
@@ -218,7 +218,7 @@ double FreeSpace::clearance(const Place& from, const Place& to) const {
     least = std::min(least, here);
     way += cell_ / 2;
   }
-  // Between two looks it may be nearer by half of what lies between them.
+  // Between two samples the obstacle may be nearer by half of their distance.
   return std::max(0.0, least - cell_ / 4);
 }
 

@@ -1,10 +1,10 @@
-// Where there is room: a map of cells, and for each how far it is to the nearest obstacle. Pure.
+// Free space: a grid map with the distance of each cell to the nearest obstacle. Pure.
 //
-// The distances are exact: first each column tells its cells how far the nearest obstacle of that
-// column is, then each row finds the lower envelope of the parabolas that stand over its cells
-// (Felzenszwalb and Huttenlocher, Distance Transforms of Sampled Functions, 2012). That is a few
-// operations a cell, once for each map; to ask whether a vehicle has room somewhere is then one
-// look at a time for each of the discs that cover its hull.
+// The distance transform is exact: first each column computes the distance to the nearest obstacle
+// in that column, then each row finds the lower envelope of the parabolas over its cells
+// (Felzenszwalb and Huttenlocher, Distance Transforms of Sampled Functions, 2012). This takes a few
+// operations per cell, once per map. A collision check of the vehicle is then one look-up for each
+// of the discs that cover its hull.
 #pragma once
 
 #include <array>
@@ -26,16 +26,16 @@ class HullDiscs {
     double front = 0;  // of the hull, from the reference point, mm
     double back = 0;
     double half_width = 0;
-    double margin = 0;  // around it
+    double margin = 0;  // around the hull
   };
   explicit HullDiscs(const Size& size);
 
   static constexpr std::size_t kMax = 8;
   [[nodiscard]] std::span<const double> centers() const { return {centers_.data(), count_}; }
   [[nodiscard]] double radius() const { return radius_; }
-  // Of a disc about the reference point that covers it in any heading.
+  // Radius of a disc around the reference point that covers the hull in any heading.
   [[nodiscard]] double turning_radius() const { return turning_radius_; }
-  [[nodiscard]] double half_width() const { return half_width_; }  // with the margin
+  [[nodiscard]] double half_width() const { return half_width_; }  // including the margin
 
  private:
   std::array<double, kMax> centers_{};  // ahead of the reference point
@@ -56,22 +56,22 @@ class FreeSpace {
   static constexpr double kCellMin = 10;  // mm
 
   FreeSpace() = default;
-  // Free cells from a corner on. kTooBig says what to do.
+  // A map of free cells with this corner. The error kTooBig suggests a remedy.
   static tims::Result<FreeSpace> empty(const Place& corner, double width, double height,
                                        double cell);
-  // occupied: from this value of the message on.
+  // `occupied`: values from this one on count as occupied.
   static tims::Result<FreeSpace> of(const GridMapData& map, std::uint8_t occupied = 128);
-  // Of a drawing, as FloorMap takes it, with `around` mm around it.
+  // From a drawing, as for FloorMap, with a margin of `around` mm.
   static tims::Result<FreeSpace> of(const DxfDrawing& drawing, double scale, double offset_x,
                                     double offset_y, double cell, double around);
 
-  // All of it is free, and lies elsewhere.
+  // Frees all cells and moves the map to another corner.
   void clear(const Place& corner);
   void occupy(const Place& place);
   void occupy(const Place& from, const Place& to);
-  // Takes away what is occupied there.
+  // Frees the cell at this place.
   void release(const Place& place);
-  // What was occupied counts only from here on.
+  // Computes the distances; changes of cells have no effect before.
   void measure();
 
   [[nodiscard]] double cell() const { return cell_; }
@@ -81,12 +81,12 @@ class FreeSpace {
   [[nodiscard]] Place center_of(std::size_t row, std::size_t column) const;
   [[nodiscard]] bool contains(const Place& place) const;
   [[nodiscard]] bool occupied(const Place& place) const;
-  // At least as far as this it is to the nearest obstacle, wherever in its cell that lies, mm.
-  // Nothing is free outside.
+  // Lower bound of the distance to the nearest obstacle, for any position of both within their
+  // cells, mm. Space outside of the map is not free.
   [[nodiscard]] double clearance(const Place& place) const;
-  // By how much all of the hull keeps away from obstacles; negative: it does not, mm.
+  // Distance between the hull and the nearest obstacle, mm; negative: they overlap.
   [[nodiscard]] double room(const HullDiscs& hull, const Pose& at) const;
-  // The smallest on the line between them.
+  // The minimum on the line between both places.
   [[nodiscard]] double clearance(const Place& from, const Place& to) const;
 
  private:
@@ -99,7 +99,7 @@ class FreeSpace {
   std::size_t columns_ = 0;
   std::vector<std::uint8_t> cells_;
   std::vector<float> distances_;  // between centres of cells, mm
-  // For measure(): a line of cells, where parabolas stand, where they begin, and what comes out.
+  // Buffers of measure(): a line of cells, the indices and starts of the parabolas, and the result.
   std::vector<double> line_;
   std::vector<std::size_t> at_;
   std::vector<double> begin_;

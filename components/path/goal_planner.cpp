@@ -7,10 +7,10 @@ namespace rack::path {
 
 namespace {
 
-constexpr double kGoalPlannerCellsMax = 700;  // of a search over cells, in each direction
-constexpr double kLastLeg = 100;    // mm, of one who turns at rest: shows how it shall stand
-constexpr double kAstray = 150;     // mm beside its path that a car may get at least
-constexpr double kReserve = 1.1;    // of the smallest radius: to get back to the path
+constexpr double kGoalPlannerCellsMax = 700;  // of a search over cells, per direction
+constexpr double kLastLeg = 100;    // mm, of a vehicle that turns at rest: gives the final heading
+constexpr double kAstray = 150;     // mm: minimum lateral deviation of a car that must be possible
+constexpr double kReserve = 1.1;    // factor on the minimum radius: reserve to return to the path
 constexpr double kLookEvery = 200;  // mm
 
 std::string place_name(const Pose& at) {
@@ -43,7 +43,8 @@ void GoalPlanner::set_limits(const PathLimits& limits) {
 tims::Result<void> GoalPlanner::begin(const FreeSpace& space, const Pose& start, const Pose& goal,
                                       double sense, double speed) {
   if (auto good = check(settings_.limits); !good) return good;
-  if (!finite(start) || !finite(goal)) return refused("the start or the goal is no place");
+  if (!finite(start) || !finite(goal))
+    return refused("the coordinates of the start or the goal are not valid");
   if (!space.contains({start.x, start.y}))
     return refused("the vehicle is at " + place_name(start) + ", outside of the map");
   if (!space.contains({goal.x, goal.y}))
@@ -70,7 +71,7 @@ GoalPlanner::Progress GoalPlanner::advance(int poses) {
   if (settings_.limits.radius_min == 0) return over_cells();
   const Progress progress = poses_.advance(poses);
   if (progress == Progress::kFailed)
-    return fail("no way was found from " + place_name(start_) + " to " + place_name(goal_));
+    return fail("no path was found from " + place_name(start_) + " to " + place_name(goal_));
   if (progress == Progress::kFound) lay_pieces();
   return progress;
 }
@@ -91,18 +92,18 @@ GoalPlanner::Progress GoalPlanner::over_cells() {
       return fail(good.error().detail());
     return Progress::kFound;
   }
-  return fail("no way with room to turn leads from " + place_name(start_) + " to " +
+  return fail("no path with room to turn was found from " + place_name(start_) + " to " +
               place_name(goal_));
 }
 
-// The corners of a way with that room, from the start to the goal.
+// Finds the corners of a path with that clearance, from the start to the goal.
 bool GoalPlanner::corners(double room) {
   const double width =
       static_cast<double>(std::max(space_->rows(), space_->columns())) / kGoalPlannerCellsMax;
   const auto stride = static_cast<std::size_t>(std::max(1.0, std::ceil(width)));
   const Place start{start_.x, start_.y};
   const Place goal{goal_.x, goal_.y};
-  // From the goal, so that it is traced in the sense it is driven.
+  // Searches from the goal, so that the trace is in the order of travel.
   const GridSearch::Settings settings{room, settings_.comfort, stride};
   if (!cells_.run(*space_, settings, goal, &start)) return false;
   cells_.trace(start, way_);
@@ -120,7 +121,8 @@ bool GoalPlanner::corners(double room) {
   return true;
 }
 
-// The farthest place of the way that can be seen from that one, and where it can turn; 0: none.
+// The farthest place of the path with a free line of sight from `from`, where the vehicle can turn;
+// 0: none.
 std::size_t GoalPlanner::next_corner(std::size_t from, double room) const {
   std::size_t next = 0;
   double on_the_way = 1e9;
@@ -128,10 +130,10 @@ std::size_t GoalPlanner::next_corner(std::size_t from, double room) const {
     const bool last = k + 1 == way_.size();
     on_the_way = std::min(on_the_way, space_->clearance(way_[k]));
     const double straight = space_->clearance(way_[from], way_[k]);
-    // At its ends it stands, or shall stand, with what room there is.
+    // At the ends, the vehicle stands with the room that is there.
     const bool at_an_end = k == from + 1 && (from == 0 || last);
     if (straight < room && !at_an_end) break;
-    // No corner is cut that the way keeps away from.
+    // Does not cut a corner that the path keeps a distance to.
     if (straight < std::min(on_the_way - space_->cell(), room + settings_.comfort) && next != 0)
       break;
     if (last || space_->clearance(way_[k]) >= hull_.turning_radius()) next = k;
@@ -141,7 +143,7 @@ std::size_t GoalPlanner::next_corner(std::size_t from, double room) const {
 
 tims::Result<void> GoalPlanner::lay_waypoints(double room, bool rounds) {
   std::vector<Waypoint2d> waypoints;
-  // The last leg shows the heading.
+  // The last leg gives the final heading.
   const Place stands{goal_.x - sense_ * kLastLeg * std::cos(goal_.rho),
                      goal_.y - sense_ * kLastLeg * std::sin(goal_.rho)};
   corners_.back() = stands;
@@ -150,8 +152,8 @@ tims::Result<void> GoalPlanner::lay_waypoints(double room, bool rounds) {
     Waypoint2d waypoint;
     waypoint.x = whole_millimetres(corners_[i].x);
     waypoint.y = whole_millimetres(corners_[i].y);
-    const double wish = speed_ > 0 ? speed_ : settings_.limits.speed_max;
-    waypoint.speed = static_cast<i32>(sense_ * std::max(wish, 10.0));
+    const double target = speed_ > 0 ? speed_ : settings_.limits.speed_max;
+    waypoint.speed = static_cast<i32>(sense_ * std::max(target, 10.0));
     const double spare = i == 0 ? 0 : space_->clearance(corners_[i - 1], corners_[i]) - room;
     waypoint.lbo = whole_millimetres(settings_.limits.half_width + std::max(1.0, spare));
     waypoint.maxRadius = rounds ? 0 : 1;
@@ -161,14 +163,14 @@ tims::Result<void> GoalPlanner::lay_waypoints(double room, bool rounds) {
   auto made = make_path(waypoints, settings_.limits);
   if (!made) return made.error();
   path_.assign(made->begin(), made->end());
-  // Beside it there may be less room than a follower needs to keep to it.
+  // The corridor is as wide as the free space beside the path allows.
   for (PolarSpline& spline : path_)
     spline.lbo =
         std::max(spline.lbo.raw(), whole_millimetres(settings_.limits.half_width + kAstray));
   return {};
 }
 
-// --- of pieces
+// --- from pieces
 
 void GoalPlanner::lay_pieces() {
   Pose at = start_;

@@ -1,9 +1,10 @@
-// A path to a place, through what is free of a map. Pure.
+// Plans a path to a destination through the free space of a map. Pure.
 //
-// A car is led by hybrid_search.h. One that turns at rest goes along the cells (grid_search.h): of
-// that way the corners stay that are needed to see from one to the next, and between them it drives
-// straight. It is looked for with room to turn everywhere; if there is none, with room to drive
-// through, and room to turn only where it has to.
+// For a vehicle with a minimum turning radius, hybrid_search.h finds the path. For one that turns
+// at rest, the path is searched over the cells (grid_search.h) and reduced to the corners with a
+// free line of sight between them, which are joined by straight lines. The first search requires
+// room to turn everywhere; if it fails, the second one requires room to pass, and room to turn only
+// at the corners.
 #pragma once
 
 #include <string>
@@ -15,25 +16,25 @@
 namespace rack::path {
 
 struct PlanSettings {
-  PathLimits limits{};     // radius_min 0: it turns at rest
-  HullDiscs::Size hull{};  // with the margin that a plan keeps
-  double comfort = 300;    // mm, of room that it would rather have, too
+  PathLimits limits{};     // radius_min 0: the vehicle turns at rest
+  HullDiscs::Size hull{};  // including the margin that a plan keeps
+  double comfort = 300;    // mm, additional clearance that is preferred
 };
 
 class GoalPlanner {
  public:
   using Progress = HybridSearch::Progress;
 
-  // What the vehicle is; takes the memory.
+  // Takes the properties of the vehicle; allocates the memory.
   explicit GoalPlanner(const PlanSettings& settings);
-  // Other speeds; the vehicle stays what it is.
+  // Changes the speeds; the vehicle's geometry stays.
   void set_limits(const PathLimits& limits);
 
-  // sense -1: it shall drive backward where it has the choice. `speed`: a limit, 0: none. The
-  // error says where there is no room. `space` has to live as long as the search.
+  // `sense` -1: prefers driving backward. `speed`: limit, 0: none. The error names the place
+  // without room. `space` must outlive the search.
   tims::Result<void> begin(const FreeSpace& space, const Pose& start, const Pose& goal,
                            double sense = 1, double speed = 0);
-  // So much work at a time that a period of 50 ms has room for it.
+  // Expands `poses` poses; the default takes less than a period of 50 ms.
   Progress advance(int poses = 1000);
   // After kFound.
   [[nodiscard]] const std::vector<PolarSpline>& path() const { return path_; }

@@ -10,7 +10,7 @@ namespace rack::path {
 namespace {
 
 constexpr float kUnreached = std::numeric_limits<float>::infinity();
-constexpr float kDear = 2;  // so much more for a cell that has no room to spare
+constexpr float kDear = 2;  // additional cost factor of a cell without spare room
 constexpr double kDiagonal = 1.4142136;
 
 struct Step {
@@ -90,7 +90,7 @@ void GridSearch::push(std::uint32_t cell, float cost, const Place* to) {
     const Place at = place_of(cell);
     const double x = std::abs(at.x - to->x);
     const double y = std::abs(at.y - to->y);
-    // A cell may be left in its middle only: never more than there is.
+    // The destination is a point within its cell: the estimate must not exceed the real cost.
     left = std::max(0.0, std::max(x, y) + (kDiagonal - 1) * std::min(x, y) - step_);
   }
   open_.push_back({cost + static_cast<float>(left), cell});
@@ -133,17 +133,17 @@ double GridSearch::cost(const Place& place) const {
   return inside ? static_cast<double>(costs_[cell_of(place)]) : static_cast<double>(kUnreached);
 }
 
-void GridSearch::trace(const Place& from, std::vector<Place>& way) const {
-  way.clear();
+void GridSearch::trace(const Place& from, std::vector<Place>& trace) const {
+  trace.clear();
   std::uint32_t cell = cell_of(from);
-  while (parents_[cell] != kNoParent && way.size() < costs_.size()) {
-    way.push_back(place_of(cell));
+  while (parents_[cell] != kNoParent && trace.size() < costs_.size()) {
+    trace.push_back(place_of(cell));
     const Step& step = kDirections[parents_[cell]];
     const auto back = static_cast<std::int64_t>(cell) -
                       step.row * static_cast<std::int64_t>(columns_) - step.column;
     cell = static_cast<std::uint32_t>(back);
   }
-  way.push_back(place_of(cell));
+  trace.push_back(place_of(cell));
 }
 
 }  // namespace rack::path

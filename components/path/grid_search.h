@@ -1,10 +1,10 @@
-// The shortest way over the cells of a map. Pure.
+// The shortest path over the cells of a map. Pure.
 //
-// A*: cells are visited in the order of the way to them plus what is left at least, as the crow
-// flies over a grid with diagonals; what is visited first is reached by the shortest way (Hart,
-// Nilsson and Raphael, 1968). Without a place to go to nothing is left, and all cells are reached
-// (Dijkstra): so a search from the goal says of every place how far it is from there. Cells near
-// obstacles may be made dearer, so that the way keeps away from them where it can.
+// A*: cells are expanded in the order of the cost so far plus the least remaining cost, the length
+// of a straight path over a grid with diagonals; a cell is expanded first by its shortest path
+// (Hart, Nilsson and Raphael, 1968). Without a destination the remaining cost is 0, and all cells
+// are reached (Dijkstra): a search from the goal gives the distance of every place to it. Cells
+// near obstacles may cost more, so that the path keeps away from them where it can.
 #pragma once
 
 #include <vector>
@@ -16,21 +16,21 @@ namespace rack::path {
 class GridSearch {
  public:
   struct Settings {
-    double room = 0;         // what each cell needs, mm
-    double comfort = 0;      // with so much more, it costs nothing extra
-    std::size_t stride = 1;  // so many cells of the map in each direction are one
+    double room = 0;         // clearance that each cell needs, mm
+    double comfort = 0;      // additional clearance from which on a cell costs nothing extra, mm
+    std::size_t stride = 1;  // cells of the map per cell of the search, in each direction
   };
-  // Memory for maps of that size; grows when it must.
+  // Allocates memory for maps of that size; it grows when necessary.
   void reserve(std::size_t cells);
 
-  // False: there is no way; or, without a place to go to, no room at the start. A start or goal
-  // without room counts as free: who looks from there knows it.
+  // False: there is no path; or, without a destination, no room at the start. A start or goal
+  // without room counts as free: the caller has chosen it.
   bool run(const FreeSpace& space, const Settings& settings, const Place& from, const Place* to);
 
-  // Of the last run, mm; infinite where it did not get.
+  // Cost of the last run, mm; infinite at places that were not reached.
   [[nodiscard]] double cost(const Place& place) const;
-  // From a place it got to, to where it began: centres of cells.
-  void trace(const Place& from, std::vector<Place>& way) const;
+  // The path from a reached place to the start: centres of cells.
+  void trace(const Place& from, std::vector<Place>& trace) const;
 
  private:
   struct Entry {
@@ -49,8 +49,8 @@ class GridSearch {
   std::size_t rows_ = 0;
   std::size_t columns_ = 0;
   std::vector<float> costs_;
-  std::vector<float> weights_;         // 0: not looked at yet; negative: no room
-  std::vector<std::uint8_t> parents_;  // the direction it was reached from
+  std::vector<float> weights_;         // 0: not computed yet; negative: no room
+  std::vector<std::uint8_t> parents_;  // direction of the predecessor
   std::vector<std::uint8_t> done_;
   std::vector<Entry> open_;
 };

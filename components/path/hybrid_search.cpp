@@ -10,18 +10,19 @@ namespace rack::path {
 namespace {
 
 constexpr std::size_t kHeadings = 72;
-constexpr double kBinsMax = 120;    // in each direction
+constexpr double kBinsMax = 120;    // per direction
 constexpr double kBinMin = 250;     // mm
-constexpr double kStepOfBin = 1.5;  // leaves the bin it began in
+constexpr double kStepOfBin = 1.5;  // long enough to leave the bin
 constexpr std::size_t kNodesMax = 120000;
 constexpr std::size_t kPiecesMax = 4000;
-constexpr double kOfTheRoom = 0.6;             // the ends of the hull go farther than its middle
-constexpr double kCheckEvery = 100;            // mm
-constexpr double kBesideTheStart = 1500;       // mm: here less room will do, if it stands with less
-constexpr double kHybridSearchCellsMax = 160;  // of the estimate, in each direction
-constexpr double kTurning = 1.05;              // what a way costs while it turns
-constexpr double kNearRadii = 3;               // near the goal its heading counts
-constexpr double kShortestTry = 4;             // poses between two tries of the rest
+constexpr double kOfTheRoom = 0.6;   // the ends of the hull move farther than its centre
+constexpr double kCheckEvery = 100;  // mm
+constexpr double kBesideTheStart =
+    1500;  // mm: within this distance, the clearance of the start is enough
+constexpr double kHybridSearchCellsMax = 160;  // of the estimate, per direction
+constexpr double kTurning = 1.05;              // cost factor of arcs
+constexpr double kNearRadii = 3;               // within these radii of the goal the heading counts
+constexpr double kShortestTry = 4;  // minimum number of poses between two tries of the direct path
 
 }  // namespace
 
@@ -52,7 +53,7 @@ void HybridSearch::begin(const FreeSpace& space, const Settings& settings, const
   pieces_.clear();
   closed_ = 0;
   until_try_ = 0;
-  // An estimate: it may go where the car has no room, but not through walls.
+  // An estimate: it may pass where the car has no room, but not through walls.
   const auto stride =
       static_cast<std::size_t>(std::ceil(width / space.cell() / kHybridSearchCellsMax));
   to_goal_.run(space,
@@ -93,7 +94,7 @@ std::size_t HybridSearch::bin_of(const Pose& at) const {
          std::min(turn, kHeadings - 1);
 }
 
-// Of a piece after another one.
+// The cost of a piece that follows another one.
 double HybridSearch::cost_of(const Piece& piece, const Piece& before) const {
   double cost = std::abs(piece.length) * (piece.length < 0 ? settings_.backward : 1);
   if (piece.curvature != 0) cost *= kTurning;
@@ -147,13 +148,13 @@ void HybridSearch::look_around(std::int32_t index) {
   }
 }
 
-// The nearer the goal, the more often it is tried.
+// Tries the direct path to the goal; more often near the goal.
 bool HybridSearch::try_the_rest(std::int32_t index) {
   const Node& node = nodes_[static_cast<std::size_t>(index)];
   const double left = to_goal_.cost({node.at.x, node.at.y});
   until_try_ = static_cast<int>(std::clamp(left / (4 * bin_), kShortestTry, 40.0));
   const ReedsShepp rest(node.at, goal_, settings_.radius);
-  // One that is much longer than the way over the cells leads round something else.
+  // A direct path that is much longer than the path over the cells leads around something else.
   if (rest.length() > 1.5 * left + 6 * settings_.radius || !is_free(node.at, rest.pieces()))
     return false;
   finish(index, rest.pieces());
@@ -170,7 +171,7 @@ void HybridSearch::finish(std::int32_t index, std::span<const Piece> rest) {
   merge();
 }
 
-// From each pose on, the latest one that a cheaper free way leads to.
+// Replaces parts of the path: from each pose, by a cheaper free path to the latest possible pose.
 void HybridSearch::shorten() {
   shorter_.clear();
   Pose at = start_;
@@ -196,7 +197,7 @@ void HybridSearch::shorten() {
   pieces_ = shorter_;
 }
 
-// One piece of neighbours that are the same.
+// Joins neighbouring pieces of equal curvature.
 void HybridSearch::merge() {
   std::size_t count = 0;
   for (const Piece& piece : pieces_) {
@@ -218,7 +219,7 @@ double HybridSearch::room(const Pose& at) const {
   return std::hypot(at.x - start_.x, at.y - start_.y) < kBesideTheStart ? 0 : room;
 }
 
-// Where there is much room the next look may be far away.
+// With much clearance the next sample may be far away.
 bool HybridSearch::is_free(const Pose& from, std::span<const Piece> pieces) const {
   Pose at = from;
   for (const Piece& piece : pieces) {

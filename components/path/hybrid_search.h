@@ -1,13 +1,13 @@
-// A way for a car among obstacles. Pure.
+// A path for a car among obstacles. Pure.
 //
 // Hybrid A* (Dolgov, Thrun, Montemerlo and Diebel, Path Planning for Autonomous Vehicles in Unknown
-// Semi-structured Environments, 2010): a search over poses, not cells. From each pose the car
-// drives a short arc to the left, to the right, or straight ahead, forward and backward; of the
-// poses that fall into one bin of place and heading, the one that is reached by the cheapest way
-// stays. What is left is estimated by the way over the map's cells to the goal, as if the car could
-// turn on the spot. Now and then the shortest way of a car without obstacles (Reeds and Shepp) is
-// tried from a pose: when it is free, it is the rest. Then the way is made shorter: wherever such a
-// free way leads from one of its poses to a later one, it replaces what lies between.
+// Semi-structured Environments, 2010): a search over poses instead of cells. From each pose the car
+// drives a short arc to the left, to the right, or straight ahead, forward and backward; among the
+// poses in one bin of place and heading, the cheapest is kept. The remaining cost is estimated by
+// the path over the map's cells to the goal, as if the car could turn at rest. From time to time
+// the shortest path of a car without obstacles (Reeds and Shepp) is tried from a pose: when it is
+// free, it completes the path. Finally the path is shortened: where such a direct path between two
+// of its poses is free, it replaces the part between them.
 #pragma once
 
 #include <vector>
@@ -22,21 +22,21 @@ class HybridSearch {
   struct Settings {
     double radius = 1000;  // mm
     HullDiscs hull{{}};
-    double backward = 1.5;  // what a way costs backward
-    double change = 2000;   // what it costs to change between forward and backward, mm
+    double backward = 1.5;  // cost factor of driving backward
+    double change = 2000;   // cost of a change between forward and backward, mm
   };
   enum class Progress : std::uint8_t { kSearching, kFound, kFailed };
 
-  HybridSearch();  // with all the memory it needs for maps of 40 m
+  HybridSearch();  // allocates the memory for maps of 40 m
 
-  // Both must be in the map. `space` has to live as long as the search.
+  // Start and goal must be in the map. `space` must outlive the search.
   void begin(const FreeSpace& space, const Settings& settings, const Pose& start, const Pose& goal);
-  // Looks from so many poses on.
+  // Expands that many poses.
   Progress advance(int poses);
 
   [[nodiscard]] std::span<const Piece> pieces() const { return pieces_; }
   [[nodiscard]] std::size_t looked_at() const { return closed_; }
-  // Whether the vehicle has room all the way.
+  // Whether the vehicle has room along all pieces.
   [[nodiscard]] bool is_free(const Pose& from, std::span<const Piece> pieces) const;
 
  private:
@@ -72,7 +72,7 @@ class HybridSearch {
   std::size_t rows_ = 0;
   std::size_t columns_ = 0;
   GridSearch to_goal_;
-  std::vector<std::int32_t> bins_;  // the node in each, -1: none
+  std::vector<std::int32_t> bins_;  // index of the node of each bin, -1: none
   std::vector<Node> nodes_;
   std::vector<Entry> open_;
   std::vector<Piece> pieces_;

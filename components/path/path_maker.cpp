@@ -14,20 +14,20 @@ namespace rack::path {
 
 namespace {
 
-constexpr double kSame = 10;                    // mm: two waypoints that near are one
-constexpr double kStraight = 0.0005;            // rad: a smaller bend is none
+constexpr double kSame = 10;                    // mm: waypoints nearer than this are merged
+constexpr double kStraight = 0.0005;            // rad: smaller bends are ignored
 constexpr double kLongest = 1e9;                // mm, of a leg
-constexpr double kRadiusMax = 1e8;              // mm: straight ahead
-constexpr double kPathMakerDirectionOnly = 10;  // mm/s: a waypoint's speed below is only its sign
-constexpr double kWorthwhile = 100;             // mm, of a radius for who can turn at rest
-constexpr double kAmple = 2;                    // so many times the radius that the speed needs
+constexpr double kRadiusMax = 1e8;              // mm: from here on, straight
+constexpr double kPathMakerDirectionOnly = 10;  // mm/s: of a lower speed only the sign counts
+constexpr double kWorthwhile = 100;  // mm, minimum radius for a vehicle that turns at rest
+constexpr double kAmple = 2;         // factor on the radius that the speed requires
 
 struct Point {
   double x = 0;
   double y = 0;
 };
 
-// The way to a waypoint.
+// The leg to a waypoint.
 struct Leg {
   Point from;
   Point to;
@@ -36,14 +36,14 @@ struct Leg {
   double length = 0;                // straight part, before corners are rounded
   double speed = 0;                 // mm/s
   double corridor = 0;              // mm, for the reference point
-  std::optional<PolarSpline> lead;  // an arc before it, from another heading
+  std::optional<PolarSpline> lead;  // an arc before it, from a different heading
   const Waypoint2d* waypoint = nullptr;
 };
 
 // Between a leg and the next.
 struct Bend {
   double angle = 0;  // rad, to the right
-  double least = 0;  // of each leg, with the smallest radius, mm
+  double least = 0;  // length of each leg that the minimum radius takes, mm
   i32 radius = 0;    // 0: none
 };
 
@@ -88,7 +88,7 @@ class Maker {
   std::span<const Waypoint2d> waypoints_;
   const PathLimits& limits_;
   std::vector<Leg> legs_;
-  std::vector<Bend> bends_;  // one less
+  std::vector<Bend> bends_;  // one less than legs
   std::vector<PolarSpline> splines_;
 };
 
@@ -105,7 +105,7 @@ tims::Result<std::vector<PolarSpline>> Maker::make(const double* start_heading) 
   if (splines_.size() > kSplinesMax)
     return tims::Error(tims::Errc::kTooBig, "the path has " + std::to_string(splines_.size()) +
                                                 " splines, " + std::to_string(kSplinesMax) +
-                                                " fit into a message: leave out waypoints");
+                                                " fit into a message: use fewer waypoints");
   set_speeds(splines_);
   return std::move(splines_);
 }
@@ -121,7 +121,7 @@ tims::Result<void> Maker::lay_legs(const double* start_heading) {
     const double* before = legs_.empty() ? start_heading : &legs_.back().heading;
     const bool turns = legs_.empty() || legs_.back().sense != leg->sense;
     if (turns && before != nullptr) {
-      // Where the path begins there is none of the route yet.
+      // There is no corridor at the start of the path.
       const double corridor = legs_.empty() ? kLongest : leg->corridor;
       if (auto good = turn_into(*leg, *before, corridor); !good) return good;
     }
@@ -139,16 +139,16 @@ tims::Result<Leg> Maker::leg_to(const Waypoint2d& waypoint, const Point& from) c
   leg.to = {static_cast<double>(waypoint.x), static_cast<double>(waypoint.y)};
   leg.waypoint = &waypoint;
   leg.sense = waypoint.speed < 0 ? -1 : 1;
-  const double wish = std::abs(static_cast<double>(waypoint.speed));
+  const double target = std::abs(static_cast<double>(waypoint.speed));
   const double most = leg.sense < 0 ? limits_.backward_max : limits_.speed_max;
-  leg.speed = wish < kPathMakerDirectionOnly ? most : std::min(wish, most);
+  leg.speed = target < kPathMakerDirectionOnly ? most : std::min(target, most);
   const double offset = waypoint.lbo > 0 ? static_cast<double>(waypoint.lbo) : limits_.corridor;
   leg.corridor = offset - limits_.half_width;
   aim(leg);
   if (leg.corridor <= 0)
     return wrong(leg,
                  "its corridor of " + mm(offset) + " to each side is narrower than the vehicle");
-  if (leg.length > kLongest) return wrong(leg, "it is more than 1000 km from the one before");
+  if (leg.length > kLongest) return wrong(leg, "it is more than 1000 km from the previous one");
   return leg;
 }
 
@@ -159,7 +159,7 @@ void Maker::aim(Leg& leg) const {
   leg.heading = std::atan2(leg.sense * y, leg.sense * x);
 }
 
-// The vehicle looks elsewhere than along the leg.
+// The heading of the vehicle is not that of the leg.
 tims::Result<void> Maker::turn_into(Leg& leg, double heading, double corridor) const {
   if (std::abs(signed_angle(leg.heading - heading)) < kStraight || limits_.radius_min == 0)
     return {};
@@ -172,7 +172,7 @@ tims::Result<void> Maker::turn_into(Leg& leg, double heading, double corridor) c
   return {};
 }
 
-// How far an arc strays from the leg that it leads into.
+// The maximum distance of an arc from the leg that follows it.
 double strays(const PolarSpline& lead, const Leg& leg) {
   constexpr int kSteps = 32;
   double most = 0;
@@ -183,14 +183,15 @@ double strays(const PolarSpline& lead, const Leg& leg) {
   return most;
 }
 
-// An arc from the leg's start with that heading, to where the tangent meets the waypoint.
+// An arc from the start of the leg with that heading, to the point where its tangent meets the
+// waypoint.
 std::optional<PolarSpline> Maker::lead_in(const Leg& leg, double heading, double corridor) const {
   std::optional<PolarSpline> best;
   const Pose start{.x = leg.from.x, .y = leg.from.y, .rho = heading};
   const Pose target = Pose{.x = leg.to.x, .y = leg.to.y} - start;
   const auto radius = std::ceil(std::max(limits_.radius_min, 1.0));
   for (const double side : {-1.0, 1.0}) {
-    // Seen from the centre of the arc, as if it turned to the right and forward.
+    // In the frame of the arc's centre, mirrored to a right turn driven forward.
     const double x = leg.sense * target.x;
     const double y = radius - side * target.y;
     const double away = std::hypot(x, y);
@@ -220,14 +221,14 @@ tims::Result<void> Maker::find_bends() {
   return {};
 }
 
-// What that bend may take of a leg; `other`: at its other end.
+// The length of a leg that a bend may take; `other`: the bend at its other end.
 double Maker::room(std::size_t leg, const Bend& bend, const Bend* other) const {
   const double length = legs_[leg].length;
   if (other == nullptr || other->angle == 0) return length;
   return bend.least + (length - bend.least - other->least) / 2;
 }
 
-// The largest there is room for.
+// The largest radius that there is room for.
 double Maker::radius_for(std::size_t i) const {
   const Bend& bend = bends_[i];
   const double half = std::abs(bend.angle) / 2;
@@ -255,7 +256,7 @@ tims::Result<void> Maker::choose_radius(std::size_t i) {
     return wrong(leg, "the route turns by " + std::to_string(std::lround(degrees(bend.angle))) +
                           " degrees, with room for a radius of " + mm(std::max(0.0, radius)) +
                           "; the vehicle needs " + mm(limits_.radius_min));
-  // In so tight a bend it is quicker to stop and turn.
+  // In such a tight bend it is faster to stop and turn.
   if (limits_.radius_min == 0 && radius < kWorthwhile) return {};
   bend.radius = static_cast<i32>(std::copysign(radius, bend.angle * leg.sense));
   return {};
@@ -265,7 +266,7 @@ tims::Result<void> Maker::choose_radius(std::size_t i) {
 
 tims::Result<void> Maker::lay_splines() {
   splines_.reserve(2 * legs_.size() + 1);
-  double taken = 0;  // of the leg, by the bend before
+  double taken = 0;  // length taken by the previous bend
   for (std::size_t i = 0; i < legs_.size(); ++i) {
     const Leg& leg = legs_[i];
     if (leg.lead) add(*leg.lead, leg, leg.speed);
@@ -306,7 +307,7 @@ i32 whole(double value) {
   return static_cast<i32>(std::clamp(value, 0.0, 1.0 * std::numeric_limits<i32>::max()));
 }
 
-// The speed at one end of a spline that is reached from the other one.
+// The speed that can be reached at one end of a spline from the speed at the other.
 double reached(double speed, double rate, const PolarSpline& spline) {
   return std::sqrt(speed * speed + 2 * rate * size(spline));
 }
@@ -343,8 +344,8 @@ tims::Result<std::vector<PolarSpline>> make_path(std::span<const Waypoint2d> way
   return Maker(waypoints, limits).make(start_heading);
 }
 
-void limit_speed(PolarSpline& spline, const PathLimits& limits, double wish) {
-  double speed = std::min(wish, spline.length < 0 ? limits.backward_max : limits.speed_max);
+void limit_speed(PolarSpline& spline, const PathLimits& limits, double target) {
+  double speed = std::min(target, spline.length < 0 ? limits.backward_max : limits.speed_max);
   if (spline.radius != 0) {
     const double radius = std::abs(static_cast<double>(spline.radius));
     speed = std::min(

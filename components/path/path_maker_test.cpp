@@ -150,7 +150,7 @@ TEST(PathMaker, SaysWhereTheVehicleCannotTurn) {
   ASSERT_FALSE(path.ok());
   EXPECT_NE(path.error().detail().find("(3000, 0)"), std::string::npos) << path.error().detail();
   EXPECT_TRUE(make_path(route, {.radius_min = 1000}).ok());
-  // Back on the same way: only who turns at rest can do it, and stops.
+  // Back on the same line: only a vehicle that turns at rest can do it, and it stops.
   const std::vector<Waypoint2d> back = {waypoint(0, 0), waypoint(3000, 0), waypoint(0, 0)};
   EXPECT_FALSE(make_path(back, {.radius_min = 100}).ok());
   const auto turning = make_path(back, {});

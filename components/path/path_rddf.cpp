@@ -1,4 +1,4 @@
-// PathRDDF: a path along a route, or to a place.
+// PathRDDF: a path along a route, or to a destination.
 #include <array>
 #include <cerrno>
 #include <fstream>
@@ -21,47 +21,50 @@ namespace rack::path {
 namespace {
 
 constexpr double kMax = 1e6;
-constexpr int kSilence = 20;              // periods without a position
-constexpr int kPosesAPeriod = 1500;       // that a search looks at
-constexpr double kDirectionOnly = 10;     // mm/s, as in waypoints
-constexpr double kExplained = 150;        // mm: so near to a wall of the map a point is that wall
-constexpr std::size_t kMarksMax = 20000;  // of obstacles that were seen
-constexpr std::array<double, 5> kBehind = {2000, 4000, 7000, 12000, 20000};  // an obstacle, mm
+constexpr int kSilence = 20;           // periods without a position
+constexpr int kPosesAPeriod = 1500;    // poses that a search expands per period
+constexpr double kDirectionOnly = 10;  // mm/s, as in waypoints
+constexpr double kExplained = 150;  // mm: a point this near to a wall of the map is explained by it
+constexpr std::size_t kMarksMax = 20000;  // marks of obstacles seen by the scanner
+constexpr std::array<double, 5> kBehind = {2000, 4000, 7000, 12000,
+                                           20000};  // distances behind an obstacle, mm
 constexpr i32 kLandmark = 1;
 constexpr std::streamoff kFileMax = 64 << 20;
 
 constexpr std::array<ParameterInfo, 24> kParameters = {{
-    {"rddfFile", "", "a route, as the DARPA Grand Challenge had them; none: SET_RDDF says it"},
+    {"rddfFile", "",
+     "route file (RDDF of the DARPA Grand Challenge); empty: the route comes by SET_RDDF"},
     {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
-    {"chassisInst", 0, "instance of the chassis, whose size and limits count", 0, kIdMax},
+    {"chassisInst", 0, "instance of the chassis, for its size and limits", 0, kIdMax},
     {"positionSys", 0, "system id of the position", 0, kIdMax},
     {"positionInst", 0, "instance of the position", 0, kIdMax},
     {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
-    {"scan2dInst", -1, "instance of the scan, -1: none, plans know the map only", -1, kIdMax},
+    {"scan2dInst", -1, "instance of the scan; -1: none, plans use the map only", -1, kIdMax},
     {"gridMapSys", 0, "system id of the grid map", 0, kIdMax},
-    {"gridMapInst", -1, "instance of a grid map to plan on, -1: none", -1, kIdMax},
-    {"mapFile", "", "a floor plan to plan on, DXF as text"},
-    {"mapScaleFactor", 1000, "mm for each unit of the plan", 1, kMax},
+    {"gridMapInst", -1, "instance of a grid map for planning; -1: none", -1, kIdMax},
+    {"mapFile", "", "floor plan for planning, a DXF text file"},
+    {"mapScaleFactor", 1000, "mm per unit of the plan", 1, kMax},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
-    {"cellSize", 100, "of the map that is planned on, mm", 10, 1000},
-    {"planWidth", 40000, "without a map: of the field around the robot that is free, mm", 1000,
+    {"cellSize", 100, "cell size of the planning map, mm", 10, 1000},
+    {"planWidth", 40000, "without a map: width of the free area around the robot, mm", 1000,
      200000},
-    {"vMax", 0, "largest speed, mm/s; 0: that of the chassis", 0, kMax},
-    {"accMax", 0, "acceleration, mm/s2; 0: 70 % of what the chassis can", 0, kMax},
-    {"decMax", 0, "deceleration, mm/s2; 0: 70 % of what the chassis can", 0, kMax},
-    {"omegaMax", 0, "largest turning speed, deg/s; 0: 90 % of what the chassis can", 0, 3600},
-    {"accLateral", 1000, "to the side in bends, mm/s2", 1, kMax},
+    {"vMax", 0, "maximum speed, mm/s; 0: that of the chassis", 0, kMax},
+    {"accMax", 0, "acceleration, mm/s2; 0: 70 % of the limit of the chassis", 0, kMax},
+    {"decMax", 0, "deceleration, mm/s2; 0: 70 % of the limit of the chassis", 0, kMax},
+    {"omegaMax", 0, "maximum angular speed, deg/s; 0: 90 % of the limit of the chassis", 0, 3600},
+    {"accLateral", 1000, "lateral acceleration in bends, mm/s2", 1, kMax},
     {"lbo", 500,
-     "corridor to each side of waypoints that say none, mm; wide enough for the chassis", 1, kMax},
-    {"comfort", 300, "room that a plan would rather keep, mm", 0, kMax},
-    {"layer", 0, "of the waypoints that are driven"},
-    {"periodTime", 50, "of the data, ms", 1, 60000},
+     "corridor to each side for waypoints without one, mm; at least the width of the chassis", 1,
+     kMax},
+    {"comfort", 300, "additional clearance that a plan prefers, mm", 0, kMax},
+    {"layer", 0, "layer of the waypoints to drive"},
+    {"periodTime", 50, "period of the data, ms", 1, 60000},
 }};
 
 constexpr ModuleInfo kInfo{
     .program = "PathRDDF",
-    .purpose = "A path along a route, or to a place.",
+    .purpose = "Plans a path along a route, or to a destination.",
     .class_id = tims::class_id::kPath,
     .parameters = kParameters,
     .command_slots = 8,
@@ -74,7 +77,7 @@ Result<std::string> read_file(const std::string& path) {
   };
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   if (!file || file.tellg() < 0) return failed(std::generic_category().message(errno));
-  if (file.tellg() > kFileMax) return failed("it is larger than 64 MB");
+  if (file.tellg() > kFileMax) return failed("the file is larger than 64 MB");
   file.seekg(0);
   return std::string(std::istreambuf_iterator<char>(file), {});
 }
@@ -85,7 +88,7 @@ Pose pose_of(const Position2d& pos) {
           .rho = static_cast<double>(pos.rho)};
 }
 
-// A component's mailbox takes what Java programs write there, too: a float of 1 or -1.
+// Java programs write the bits of a float (1 or -1) into this integer field.
 double direction_or_speed(i32 field) {
   constexpr i32 kMinusOne = static_cast<i32>(0xBF800000);
   constexpr i32 kOne = 0x3F800000;
@@ -208,19 +211,19 @@ class PathRddf : public DataModule<PathData> {
       for (Waypoint2d& waypoint : waypoints_) waypoint.layer = layer_;
       log().info("%s has %u waypoints", file, static_cast<unsigned>(waypoints_.size()));
     }
-    // A destination stays what it was while this was off, or in error.
-    plans_anew_ = destination_.has_value();
-    return plans_anew_ ? Result<void>() : make_route();
+    // The destination is kept while this component is off, or in error.
+    must_replan_ = destination_.has_value();
+    return must_replan_ ? Result<void>() : make_route();
   }
 
-  // --- again and again
+  // --- one period
 
   Result<void> module_loop() override {
     sleep_until_next(period());
     if (auto come = look(); !come) return come;
     const std::lock_guard lock(state_mutex_);
-    if (plans_anew_ && located_) {
-      plans_anew_ = false;
+    if (must_replan_ && located_) {
+      must_replan_ = false;
       if (auto good = plan_destination(); !good)
         log().warning("No plan: %s", good.error().message());
     }
@@ -228,7 +231,7 @@ class PathRddf : public DataModule<PathData> {
     PathData& data = get_local_buffer();
     if (is_new_) {
       data.splines.assign(path_.begin(), path_.end());
-      // Who reads it knows a path by its time.
+      // Receivers identify a path by its time.
       made_ = made_ == time_stamp() ? made_ + std::chrono::milliseconds(1) : time_stamp();
       data.recordingTime = made_;
       is_new_ = false;
@@ -261,7 +264,7 @@ class PathRddf : public DataModule<PathData> {
     planning_ = false;
     if (progress == GoalPlanner::Progress::kFailed) {
       log().warning("No plan: %s", planner_->why());
-      if (!detour_) take({});  // the old one led elsewhere
+      if (!detour_) take({});  // the old path has another destination
       return;
     }
     if (!detour_) {
@@ -313,19 +316,20 @@ class PathRddf : public DataModule<PathData> {
   }
 
   Result<void> make(const tims::MessageView& message) {
-    const auto wish = decode<PathMakeData>(message);
-    if (!wish) return wish.error();
-    if (!is_on()) return refused("turn it on first");
+    const auto command = decode<PathMakeData>(message);
+    if (!command) return command.error();
+    if (!is_on()) return refused("the path component is off; turn it on first");
     const std::lock_guard lock(state_mutex_);
-    // What is not positive is left as it is: the graphical interface sends -1.
+    // Values that are not positive have no effect: the graphical interface sends -1.
     limits_ = own_limits();
-    if (wish->vMax > 0) limits_.speed_max = std::min<double>(wish->vMax, chassis_.vxMax);
+    if (command->vMax > 0) limits_.speed_max = std::min<double>(command->vMax, chassis_.vxMax);
     limits_.backward_max = std::min(limits_.backward_max, limits_.speed_max);
-    if (wish->accMax > 0) limits_.acceleration = wish->accMax;
-    if (wish->decMax > 0) limits_.deceleration = wish->decMax;
-    if (wish->omegaMax > 0) limits_.omega_max = wish->omegaMax;
-    // Right after SET_DESTINATION the interface sends this, too: the plan is under way or there.
-    // When the destination was refused, it means no other way either.
+    if (command->accMax > 0) limits_.acceleration = command->accMax;
+    if (command->decMax > 0) limits_.deceleration = command->decMax;
+    if (command->omegaMax > 0) limits_.omega_max = command->omegaMax;
+    // The graphical interface sends this message right after SET_DESTINATION, too: then the plan is
+    // in progress or done. When the destination was refused, the message must not select another
+    // path.
     if (std::exchange(sent_by_, {}) == message.header.src) return {};
     return make_route();
   }
@@ -334,7 +338,7 @@ class PathRddf : public DataModule<PathData> {
     route_.clear();
     for (const Waypoint2d& waypoint : waypoints_)
       if (waypoint.layer == layer_) route_.push_back(waypoint);
-    planning_ = plans_anew_ = false;
+    planning_ = must_replan_ = false;
     destination_.reset();
     const double* start_heading = begin_at_the_robot();
     if (route_.size() < 2) {
@@ -347,7 +351,7 @@ class PathRddf : public DataModule<PathData> {
     return {};
   }
 
-  // A list of clicks is a way from where the robot was at the first of them.
+  // A list of clicks is a path from the robot's pose at the first of them.
   const double* begin_at_the_robot() {
     const bool clicks = !route_.empty() && std::abs(1.0 * route_[0].speed) == 1;
     if (!clicks || !located_) {
@@ -367,27 +371,27 @@ class PathRddf : public DataModule<PathData> {
   }
 
   Result<void> set_destination(const tims::MessageView& message) {
-    const auto wish = decode<PathDestData>(message);
-    if (!wish) return wish.error();
-    if (!is_on()) return refused("turn it on first");
+    const auto command = decode<PathDestData>(message);
+    if (!command) return command.error();
+    if (!is_on()) return refused("the path component is off; turn it on first");
     const std::lock_guard lock(state_mutex_);
     sent_by_ = message.header.src;
     if (!located_) return refused("the position is not known yet");
     marks_.clear();
     const auto before = destination_;
-    destination_ = *wish;
+    destination_ = *command;
     auto good = plan_destination();
     if (!good) destination_ = before;
     return good;
   }
 
   Result<void> plan_destination() {
-    const double wish = direction_or_speed(destination_->speed);
-    const double speed = std::abs(wish) < kDirectionOnly ? 0 : std::abs(wish);
+    const double target = direction_or_speed(destination_->speed);
+    const double speed = std::abs(target) < kDirectionOnly ? 0 : std::abs(target);
     planner_->set_limits(limits_);
     survey();
     auto good =
-        planner_->begin(space_, robot_, pose_of(destination_->pos), wish < 0 ? -1 : 1, speed);
+        planner_->begin(space_, robot_, pose_of(destination_->pos), target < 0 ? -1 : 1, speed);
     planning_ = good.ok();
     detour_ = false;
     return good;
@@ -396,10 +400,10 @@ class PathRddf : public DataModule<PathData> {
   Result<void> replan(const tims::MessageView& message) {
     const auto from = decode<PathReplanData>(message);
     if (!from) return from.error();
-    if (!is_on()) return refused("turn it on first");
+    if (!is_on()) return refused("the path component is off; turn it on first");
     const std::lock_guard lock(state_mutex_);
     if (!located_) return refused("the position is not known yet");
-    if (planning_) return {};  // it is about to
+    if (planning_) return {};  // a plan is in progress
     if (destination_) return plan_destination();
     if (path_.empty()) return refused("there is no path");
     const auto index = static_cast<std::size_t>(std::max(0, from->currSpline));
@@ -409,7 +413,7 @@ class PathRddf : public DataModule<PathData> {
     return plan_detour(at, std::max(0.0, 1.0 * from->distToObstacle));
   }
 
-  // Back to the path at the first place behind the obstacle that a plan can begin with.
+  // Returns to the path at the first place behind the obstacle for which a plan can start.
   Result<void> plan_detour(const OnPath& at, double to_obstacle) {
     survey();
     const double hull = chassis_.boundaryFront + chassis_.boundaryBack;
@@ -417,7 +421,7 @@ class PathRddf : public DataModule<PathData> {
     keep_to_corridor(space_, std::span(path_).subspan(at.index, end.index - at.index + 1),
                      {robot_.x, robot_.y}, hull);
     planner_->set_limits(limits_);
-    Result<void> good = refused("the obstacle is as long as the path");
+    Result<void> good = refused("the obstacle extends to the end of the path");
     for (const double behind : kBehind) {
       back_ = further(path_, at, to_obstacle + hull + behind);
       good = planner_->begin(space_, robot_, pose_on(path_, back_));
@@ -429,14 +433,14 @@ class PathRddf : public DataModule<PathData> {
   }
 
   Result<void> set_layer(const tims::MessageView& message) {
-    const auto wish = decode<PathLayerData>(message);
-    if (!wish) return wish.error();
+    const auto command = decode<PathLayerData>(message);
+    if (!command) return command.error();
     const std::lock_guard lock(state_mutex_);
-    layer_ = wish->layer;
+    layer_ = command->layer;
     return {};
   }
 
-  // --- what is free: the map, and what was seen since the destination was set
+  // --- free space: the map, and obstacles seen since the destination was set
 
   void survey() {
     if (has_map_)
@@ -463,7 +467,7 @@ class PathRddf : public DataModule<PathData> {
     }
   }
 
-  // Where it stands nothing else is.
+  // The place of the vehicle itself is free.
   void release_hull() {
     const auto step = static_cast<i32>(space_.cell() / 2);
     for (i32 x = -chassis_.boundaryBack.raw(); x <= chassis_.boundaryFront; x += step) {
@@ -477,18 +481,18 @@ class PathRddf : public DataModule<PathData> {
   tims::Mailbox* work_ = nullptr;
   std::optional<Input<PositionProxy>> position_input_;
   std::optional<Input<Scan2dProxy>> scan_input_;
-  PathRddfData rddf_;  // of the command task
+  PathRddfData rddf_;  // used by the command task
   bool looks_ = false;
 
-  PriorityMutex state_mutex_;  // of what follows
+  PriorityMutex state_mutex_;  // protects the members below
   ChassisParamData chassis_;
   PathLimits limits_;
   std::vector<Waypoint2d> waypoints_;
-  std::vector<Waypoint2d> route_;  // of them, those that are driven
+  std::vector<Waypoint2d> route_;  // waypoints of the selected layer
   i32 layer_ = 0;
   std::optional<PathDestData> destination_;
-  std::optional<tims::Address> sent_by_;  // whose next MAKE means it
-  std::optional<Place> clicked_;          // the first one
+  std::optional<tims::Address> sent_by_;  // sender of the destination; its next MAKE is ignored
+  std::optional<Place> clicked_;          // the first click
   Pose began_;
   Pose robot_;
   bool located_ = false;
@@ -501,7 +505,7 @@ class PathRddf : public DataModule<PathData> {
   std::vector<Place> marks_;
   std::optional<GoalPlanner> planner_;
   bool planning_ = false;
-  bool plans_anew_ = false;  // as soon as it knows where it is
+  bool must_replan_ = false;  // as soon as the position is known
   bool detour_ = false;
   OnPath back_;
   std::vector<PolarSpline> path_;

@@ -1,4 +1,4 @@
-// Planner: tasks as texts, done one after the other.
+// Planner: carries out tasks, given as text, one after the other.
 #include "rack/proxies/planner.h"
 
 #include <array>
@@ -23,7 +23,7 @@ constexpr std::array<ParameterInfo, 7> kParameters = {{
     {"pathInst", 0, "instance of the path", 0, kIdMax},
     {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
     {"chassisInst", 0, "instance of the chassis", 0, kIdMax},
-    {"periodTime", 200, "ms", 10, 10000},
+    {"periodTime", 200, "period of the data, ms", 10, 10000},
 }};
 
 constexpr ModuleInfo kInfo{
@@ -104,8 +104,8 @@ class Planner : public DataModule<PlannerData> {
     return put_local_buffer();
   }
 
-  // The original's graphical interface shows the first message, and a new line when it or the state
-  // is another one; without any nothing can be sent.
+  // The original's graphical interface shows the first message, and adds a line when the message or
+  // the state changes; without any message, it cannot send commands.
   [[nodiscard]] std::string headline() const {
     switch (tasks_.state()) {
       case TaskList::State::kFailed:
@@ -124,7 +124,7 @@ class Planner : public DataModule<PlannerData> {
       case PlannerType::kCommand:
         return command(message);
       case PlannerType::kGetCommand: {
-        PlannerCommand names;  // from which people choose
+        PlannerCommand names;  // offered by user interfaces
         for (const auto name : kTaskNames) names.commands.push_back(PlannerString::of(name));
         reply(message.header, PlannerType::kCommand, names);
         return {};
@@ -134,13 +134,13 @@ class Planner : public DataModule<PlannerData> {
     }
   }
 
-  // A new list in place of the old one; an empty one stops the robot.
+  // Replaces the task list; an empty one stops the robot.
   Result<void> command(const tims::MessageView& message) {
-    const auto wish = decode<PlannerCommand>(message);
-    if (!wish) return wish.error();
-    if (!is_on()) return refused("turn it on first");
+    const auto command = decode<PlannerCommand>(message);
+    if (!command) return command.error();
+    if (!is_on()) return refused("the planner is off; turn it on first");
     std::vector<Task> tasks;
-    for (const PlannerString& text : wish->commands) {
+    for (const PlannerString& text : command->commands) {
       auto task = read_task(text.text.view());
       if (!task) return task.error();
       tasks.push_back(std::move(*task));
@@ -154,13 +154,13 @@ class Planner : public DataModule<PlannerData> {
     return {};
   }
 
-  static constexpr std::size_t kTasksShown = 49;  // and the headline
+  static constexpr std::size_t kTasksShown = 49;  // plus the headline
 
   tims::Mailbox* work_ = nullptr;
   std::optional<PilotProxy> pilot_;
   std::optional<PathProxy> path_;
 
-  PriorityMutex tasks_mutex_;  // of what follows
+  PriorityMutex tasks_mutex_;  // protects the members below
   TaskList tasks_;
   bool stops_ = false;
 };

@@ -7,8 +7,8 @@ namespace rack::path {
 
 namespace {
 
-constexpr double kCorner = 0.004;    // rad; less is what rounding leaves
-constexpr double kLineOfEnds = 1e6;  // mm; shorter ones look where their heading says
+constexpr double kCorner = 0.004;    // rad; smaller angles are rounding errors
+constexpr double kLineOfEnds = 1e6;  // mm; shorter lines use their stored heading
 constexpr double kRightAngle = kPi / 2;
 
 Position2d rounded(const Pose& pose) {
@@ -22,7 +22,8 @@ Pose pose_of(const Position2d& position) {
           .rho = static_cast<double>(position.rho)};
 }
 
-// A heading of 32 bits is good for a millimetre in 3 km; of longer lines the ends know better.
+// A 32-bit heading is exact to a millimetre in 3 km; for longer lines the end points are more
+// exact.
 double heading_of_line(const PolarSpline& spline) {
   if (size(spline) < kLineOfEnds) return spline.startPos.rho;
   const double x = sense(spline) * (1.0 * spline.endPos.x - 1.0 * spline.startPos.x);
@@ -86,11 +87,11 @@ Beside beside(const PolarSpline& spline, const Pose& at) {
   const double radius = spline.radius;
   const double side = radius < 0 ? -1 : 1;
   const double bearing = std::atan2(at.y - center.y, at.x - center.x);
-  // Of the sense of travel, so that what is ahead is positive.
+  // In the sense of travel, so that points ahead are positive.
   const double ahead =
       side * sense(spline) * (bearing - (spline.startPos.rho - side * kRightAngle));
   const double opening = size(spline) / std::abs(radius);
-  // The turn is cut where neither the arc nor its neighbourhood is.
+  // The angle is wrapped opposite to the arc.
   const double before = std::max(0.0, std::min(kPi, (2 * kPi - opening) / 2));
   const double angle = heading(ahead + before) - before;
   const double along = sense(spline) * angle * std::abs(radius);

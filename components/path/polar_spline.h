@@ -1,12 +1,12 @@
-// Splines: the lines and arcs that paths are made of (specification, section 9.0). Pure.
+// Splines: the lines and arcs of a path (specification, section 9.0). Pure.
 //
-// A spline says where the vehicle is and looks at its start, and how far it goes from there. Lines
-// have radius 0. An arc turns about its centre, which is to the right for a positive radius. Its
-// sense of travel is the sign of the length: a negative one is driven backward, while the headings
-// are still those of the vehicle. So a heading on an arc is always that of the start plus the way
-// divided by the radius, whatever the signs are. Where a vehicle is beside a spline is said in the
-// original's coordinates: x along it, y to the right of it, rho to the right of its heading;
-// centerPos holds the frame they are measured in, as the original's programs expect it.
+// A spline has a start pose and a length. Lines have radius 0. The centre of an arc is to the right
+// for a positive radius. The sign of the length is the sense of travel: a negative one is driven
+// backward, while the headings remain those of the vehicle. So the heading on an arc is always that
+// of the start plus the distance divided by the radius, with all signs. The position of a vehicle
+// relative to a spline uses the original's coordinates: x along it, y to the right of it, rho to
+// the right of its heading; centerPos is the frame they are measured in, as the original's programs
+// expect it.
 #pragma once
 
 #include "components/geometry/pose.h"
@@ -14,20 +14,22 @@
 
 namespace rack::path {
 
-// Seen from a spline, in mm and rad. Along a spline that is driven backward is negative.
+// A pose relative to a spline, in mm and rad. `along` is negative on a spline that is driven
+// backward.
 struct Beside {
   double along = 0;
   double across = 0;
   double turned = 0;
 };
 
-// From that pose; a length below 0 goes backward. Only the geometry is filled in.
+// Starts at that pose; a negative length is driven backward. Only the geometry is set.
 PolarSpline line(const Pose& from, double length);
 PolarSpline arc(const Pose& from, i32 radius, double length);
 
-// A point of it, `along` of the sign of its length; beyond its ends it goes on.
+// The pose on the spline at `along`, which has the sign of its length; beyond its ends the spline
+// is continued.
 Pose pose_at(const PolarSpline& spline, double along);
-// Arcs: up to half a turn before their start, the rest is ahead of it.
+// On arcs, up to half a turn before the start is behind, the rest is ahead of it.
 Beside beside(const PolarSpline& spline, const Pose& at);
 
 // 1/mm, positive to the right.
@@ -39,11 +41,11 @@ inline double size(const PolarSpline& spline) {
 }
 inline double sense(const PolarSpline& spline) { return spline.length < 0 ? -1 : 1; }
 
-// Whether the vehicle can go from one to the next without a stop: in the same sense, and without a
-// corner.
+// Whether the vehicle can pass from one spline to the next without a stop: same sense, no corner.
 bool runs_on(const PolarSpline& from, const PolarSpline& to);
 
-// mm/s, after so many mm of it: between the speeds at its ends it keeps to accMax, decMax, vMax.
+// The speed after `way` mm of the spline, mm/s: follows the speeds at its ends within accMax,
+// decMax, vMax.
 double speed_at(const PolarSpline& spline, double way);
 
 }  // namespace rack::path

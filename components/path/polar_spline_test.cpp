@@ -22,7 +22,7 @@ TEST(PolarSpline, GoesAlongALine) {
   EXPECT_EQ(spline.radius, 0);
   const auto seen = beside(spline, {.x = 900, .y = 2500, .rho = kPi / 2 + 0.1});
   EXPECT_NEAR(seen.along, 500, kRounding);
-  EXPECT_NEAR(seen.across, 100, kRounding) << "to the right of who looks east is south";
+  EXPECT_NEAR(seen.across, 100, kRounding) << "facing east, south is to the right";
   EXPECT_NEAR(seen.turned, 0.1, 1e-6);
 }
 

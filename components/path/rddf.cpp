@@ -25,7 +25,7 @@ tims::Error malformed(std::size_t line, std::string_view what) {
   return {tims::Errc::kMalformed, "line " + std::to_string(line) + ": " + std::string(what)};
 }
 
-// The part up to the separator, which is taken from the text with it.
+// Removes the part up to the separator from the text and returns it.
 std::string_view take_until(std::string_view& text, char separator) {
   const auto end = text.find(separator);
   const auto part = text.substr(0, end);
@@ -33,7 +33,7 @@ std::string_view take_until(std::string_view& text, char separator) {
   return part;
 }
 
-// A number from `least` to `most`, and nothing else.
+// A number from `least` to `most` without any other text.
 std::optional<double> number(std::string_view text, double least, double most) {
   double value = 0;
   const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -56,11 +56,11 @@ tims::Result<RddfPoint> read_line(std::string_view text, std::size_t line) {
   const auto longitude = number(fields[2], -180, 180);
   const auto offset = number(fields[3], 0, kOffsetMax);
   const auto speed = number(fields[4], 0, kSpeedMax);
-  if (!id) return malformed(line, "the first field is no number of a waypoint");
-  if (!latitude) return malformed(line, "the second field is no latitude in degrees");
-  if (!longitude) return malformed(line, "the third field is no longitude in degrees");
-  if (!offset) return malformed(line, "the fourth field is no lateral boundary offset in feet");
-  if (!speed) return malformed(line, "the fifth field is no speed in miles an hour");
+  if (!id) return malformed(line, "the first field is not the number of a waypoint");
+  if (!latitude) return malformed(line, "the second field is not a latitude in degrees");
+  if (!longitude) return malformed(line, "the third field is not a longitude in degrees");
+  if (!offset) return malformed(line, "the fourth field is not a lateral boundary offset in feet");
+  if (!speed) return malformed(line, "the fifth field is not a speed in miles per hour");
   return RddfPoint{static_cast<i32>(*id), radians(*latitude), radians(*longitude), *offset * kFoot,
                    *speed * kMilePerHour};
 }
@@ -91,7 +91,7 @@ tims::Result<std::vector<Waypoint2d>> to_waypoints(std::span<const RddfPoint> po
   std::vector<Waypoint2d> waypoints;
   waypoints.reserve(points.size());
   for (const RddfPoint& point : points) {
-    // Of the leg that ends here.
+    // The fields of the leg that ends here.
     const RddfPoint& leg = waypoints.empty() ? point : points[waypoints.size() - 1];
     const auto name = [&] { return "waypoint " + std::to_string(point.number) + ": "; };
     const auto at = to_world({.latitude = point.latitude, .longitude = point.longitude});
@@ -99,8 +99,8 @@ tims::Result<std::vector<Waypoint2d>> to_waypoints(std::span<const RddfPoint> po
     if (out_of_range(at->pos.x) || out_of_range(at->pos.y))
       return tims::Error(tims::Errc::kInvalidArgument,
                          name() +
-                             "it is more than 2000 km from the origin of the world: give "
-                             "Position an offset near the route, or autoOffset=1");
+                             "it is more than 2000 km from the origin of the world: set "
+                             "an offset of Position near the route, or autoOffset=1");
     if (leg.speed == 0 && points.size() > 1)
       return tims::Error(
           tims::Errc::kInvalidArgument,

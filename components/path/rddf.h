@@ -1,9 +1,9 @@
-// Routes as the DARPA Grand Challenge gave them out: a Route Definition Data File is text, a
-// waypoint a line: number, latitude and longitude (WGS84, degrees), lateral boundary offset (feet),
-// speed limit (miles an hour), and up to three fields that nobody needs any more. Offset and limit
-// of a line are those of the leg that begins there; the last line has limit 0: the finish. Teams
-// wrote such files by hand, too: with comments (#), blanks, and without the last fields. RACK's
-// waypoints say it of the leg that ends there, in metric units. Pure.
+// Reads routes of the DARPA Grand Challenge. A Route Definition Data File is text with one waypoint
+// per line: number, latitude and longitude (WGS84, degrees), lateral boundary offset (feet), speed
+// limit (miles per hour), and up to three unused fields. Offset and limit of a line apply to the
+// leg that starts there; the last line has limit 0: the finish. Files written by hand may contain
+// comments (#) and blanks, and omit the last fields. In RACK's waypoints, both apply to the leg
+// that ends there, in metric units. Pure.
 #pragma once
 
 #include <functional>
@@ -27,10 +27,11 @@ struct RddfPoint {
   double speed = 0;      // mm/s
 };
 
-// kMalformed says which line is none; kTooBig: more than kWaypointsMax.
+// The error kMalformed names the line; kTooBig: more than kWaypointsMax.
 tims::Result<std::vector<RddfPoint>> read_rddf(std::string_view text);
 
-// A place on Earth in the world of the robot: Coordinates::from(), or a Position that is asked.
+// Converts a place on Earth to the world of the robot: Coordinates::from(), or a request to
+// Position.
 using ToWorld = std::function<tims::Result<PositionData>(const PositionWgs84Data&)>;
 
 tims::Result<std::vector<Waypoint2d>> to_waypoints(std::span<const RddfPoint> points,

@@ -11,20 +11,20 @@ namespace {
 constexpr double kQuarter = kPi / 2;
 constexpr double kTiny = 1e-10;
 
-// In units of the radius, seen from the start.
+// The goal in units of the radius, in the frame of the start.
 struct Target {
   double x;
   double y;
   double phi;
 };
 
-// Of a word: how long each part is, negative backward.
+// The lengths of the parts of a path, negative backward.
 struct Lengths {
   std::array<double, 5> of{};
   bool good = false;
 };
 
-// Of sums of a few angles: quicker than by division.
+// For sums of a few angles: faster than a division.
 double mod(double angle) {
   while (angle > kPi) angle -= 2 * kPi;
   while (angle <= -kPi) angle += 2 * kPi;
@@ -35,8 +35,8 @@ Lengths found(bool good, double a, double b, double c, double d = 0, double e = 
   return {{a, b, c, d, e}, good};
 }
 
-// The centres of the first and the last circle, as seen from each other: of the same side, and of
-// different ones.
+// The relative position of the centres of the first and the last circle: on the same side, and on
+// different sides.
 struct Centers {
   double xi;
   double eta;

@@ -1,11 +1,11 @@
-// The shortest way of a car between two poses, where nothing is in its way. Pure.
+// The shortest path of a car between two poses without obstacles. Pure.
 //
-// A car that turns with a smallest radius and drives in both senses gets anywhere, and the shortest
-// way is made of at most five pieces: lines, and arcs of that radius (Reeds and Shepp, Optimal
+// A car with a minimum turning radius that drives in both senses can reach any pose, and the
+// shortest path has at most five pieces: lines, and arcs of that radius (Reeds and Shepp, Optimal
 // paths for a car that goes both forwards and backwards, Pacific Journal of Mathematics 145, 1990,
-// whose formulas 8.1 to 8.11 these are). There are nine families; each is solved for the pose as it
-// is, with forward and backward exchanged, with left and right, with both, and some of them driven
-// from the other end. The shortest of what is found wins.
+// formulas 8.1 to 8.11). There are nine families; each is solved for the pose itself, with forward
+// and backward exchanged, with left and right exchanged, with both, and some of them from the other
+// end. The shortest solution wins.
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 
 namespace rack::path {
 
-// A part of a way: an arc, or a line with curvature 0.
+// A part of a path: an arc, or a line with curvature 0.
 struct Piece {
   double curvature = 0;  // 1/mm, positive to the right
   double length = 0;     // mm, negative backward
@@ -36,7 +36,7 @@ class ReedsShepp {
   double length_ = 0;
 };
 
-// Where a piece leads to.
+// The pose at the end of a piece.
 Pose driven(const Pose& from, const Piece& piece);
 
 }  // namespace rack::path

@@ -34,7 +34,7 @@ TEST(ReedsShepp, LeadsToWhereItShall) {
   }
 }
 
-// Shortest ways are no longer than any detour, and as long from the other end.
+// Shortest paths are no longer than any detour, and as long from the other end.
 TEST(ReedsShepp, IsTheShortest) {
   std::mt19937 random(2);
   for (int i = 0; i < 100000; ++i) {

@@ -1,4 +1,4 @@
-// Routes for tests: the files, and random ones.
+// For tests: routes from files, and random ones.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ inline std::string route_file(const std::string& name) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// In a world whose origin is near the first of them.
+// In a world whose origin is near the first waypoint.
 inline tims::Result<std::vector<Waypoint2d>> route(const std::string& name) {
   const auto points = read_rddf(route_file(name));
   if (!points) return points.error();
@@ -39,8 +39,8 @@ inline double distance_to_leg(double x, double y, const Waypoint2d& from, const 
   return std::hypot(x - ax - part * dx, y - ay - part * dy);
 }
 
-// How far a point is outside of the corridor of the route; negative inside. Only legs whose number
-// is not far from `near` count.
+// The distance of a point outside of the corridor of the route; negative inside. Only legs whose
+// number is within `neighbours` of `near` count.
 inline double outside(double x, double y, const std::vector<Waypoint2d>& route,
                       const PathLimits& limits, std::size_t near = 0,
                       std::size_t neighbours = 1000000) {

@@ -1,7 +1,7 @@
-// What a robot shall do, one after the other: tasks as people type them, and which is next. Pure.
+// The task list of a robot: parses tasks that users type, and selects the next one. Pure.
 //
 //   goto X Y [HEADING [SPEED]]   mm, degrees clockwise from north, mm/s
-//   route                        the route that the path has
+//   route                        the route of the path component
 //   wait SECONDS
 //   stop
 #pragma once
@@ -26,11 +26,11 @@ struct Task {
   std::string text;
 };
 
-// How tasks begin.
+// The first word of each task.
 inline constexpr std::array<std::string_view, 4> kTaskNames = {"goto", "route", "wait", "stop"};
 
-// kMalformed says what is wrong, and what would be right. The number may follow without a space:
-// the original's graphical interface puts what was typed right behind the name that was chosen.
+// The error kMalformed states the problem and the valid forms. The number may follow without a
+// space: the original's graphical interface appends the typed text directly to the chosen name.
 tims::Result<Task> read_task(std::string_view text);
 
 class TaskList {
@@ -40,7 +40,7 @@ class TaskList {
   void begin(std::vector<Task> tasks);
   void fail(std::string why);
 
-  // The task to begin now, if any. `passed`: since the last call.
+  // The task to start now, if any. `passed`: time since the last call.
   const Task* next(const PilotStatusData& pilot, std::chrono::milliseconds passed);
 
   [[nodiscard]] State state() const { return state_; }
@@ -52,7 +52,7 @@ class TaskList {
   [[nodiscard]] bool is_done(const PilotStatusData& pilot) const;
 
   std::vector<Task> tasks_;
-  std::size_t at_ = 0;  // the task that is under way, when `begun_`
+  std::size_t at_ = 0;  // index of the current task; it has started when `begun_`
   bool begun_ = false;
   std::chrono::milliseconds since_{0};
   State state_ = State::kIdle;

@@ -74,7 +74,7 @@ TEST(TaskList, GoesOnAfterAStop) {
   ASSERT_NE(task, nullptr);
   EXPECT_EQ(task->kind, Task::Kind::kStop);
   task = list.next(pilot(pilot_state::kPathError, -1), 100ms);
-  ASSERT_NE(task, nullptr) << "what the pilot says of its path does not matter";
+  ASSERT_NE(task, nullptr) << "the state of the pilot's path does not matter";
   EXPECT_EQ(task->kind, Task::Kind::kWait);
 }
 

@@ -1,4 +1,4 @@
-// What paths have to know of a chassis. Pure.
+// The properties of a chassis that paths depend on. Pure.
 #pragma once
 
 #include <algorithm>
@@ -8,7 +8,7 @@
 
 namespace rack::path {
 
-// Two driven wheels: the smallest radius that such a chassis states lies under its own hull.
+// A differential drive: the minimum radius that such a chassis reports is within its own hull.
 inline bool turns_at_rest(const ChassisParamData& chassis) {
   return chassis.minTurningRadius <=
          std::max(chassis.boundaryFront.raw(), chassis.boundaryBack.raw());
@@ -25,7 +25,7 @@ inline HullDiscs::Size hull_of(const ChassisParamData& chassis) {
           .margin = static_cast<double>(chassis.safetyMargin)};
 }
 
-// A path leaves a reserve of what the chassis can do, so that who follows it can correct.
+// A path keeps a reserve to the limits of the chassis, so that the follower can correct errors.
 inline PathLimits limits_of(const ChassisParamData& chassis) {
   constexpr double kOfAcceleration = 0.7;
   constexpr double kOfTurning = 0.9;

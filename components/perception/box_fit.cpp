@@ -9,10 +9,10 @@
 namespace rack::perception {
 namespace {
 
-constexpr std::size_t kBoxFitPointsMax = 64;  // of a cluster, for the search
+constexpr std::size_t kBoxFitPointsMax = 64;  // points of a cluster that the search uses
 constexpr int kCoarse = 6;                    // deg
 constexpr int kQuarter = 90;
-constexpr double kBoxFitNearest = 10;  // mm: nearer to a side counts as that
+constexpr double kBoxFitNearest = 10;  // mm: smaller distances to a side count as this one
 
 struct Extent {
   double least = std::numeric_limits<double>::infinity();

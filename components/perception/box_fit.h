@@ -1,11 +1,12 @@
-// The rectangle of which a scanner sees one or two sides (Zhang, Xu, Dong, Dolan: Efficient L-Shape
+// Fits a rectangle to points on one or two of its sides (Zhang, Xu, Dong, Dolan: Efficient L-Shape
 // Fitting for Vehicle Detection Using Laser Scanners, 2017). Pure.
 //
-// For each direction that the rectangle can have, within a quarter of a turn, the points are said
-// along and across it, and each is nearest to one of the four sides that enclose all of them; the
-// direction is taken for which the points are nearest to their sides (the criterion of closeness,
-// which gives a wall's noise less weight than a missing corner). Directions are tried in coarse
-// steps, then around the best in steps of a degree; of many points some are enough.
+// For each candidate direction within a quarter of a turn, the points are projected onto the
+// direction and its normal, and each point is assigned to the nearest of the four sides that
+// enclose all points. The direction with the smallest distances between points and sides wins (the
+// closeness criterion, which weighs the noise of a wall less than a missing corner). Directions are
+// tried in coarse steps, then around the best one in steps of a degree; of many points a subset is
+// used.
 #pragma once
 
 #include <span>

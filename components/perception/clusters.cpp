@@ -10,14 +10,14 @@ namespace {
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 constexpr std::size_t kClustersPointsMax = decltype(Scan2dData::points)::kMax;
 
-constexpr double kGapLeast = 100;  // mm between neighbours, noise
-constexpr double kGapBeams = 2.5;  // and widths between beams
+constexpr double kGapLeast = 100;  // mm between neighbours: noise
+constexpr double kGapBeams = 2.5;  // times the spacing of beams
 constexpr double kGapMost = 800;   // mm
 constexpr double kLeg = 230;       // mm
 constexpr double kPerson = 800;    // mm
-constexpr double kBehind = 45;     // mm: the middle of a leg behind the mean of what is seen of it
+constexpr double kBehind = 45;     // mm: the centre of a leg behind the mean of its visible points
 constexpr double kLegWidth = 120;  // mm
-constexpr double kPointsMost = 3;  // that a leg must have, if it is near
+constexpr double kPointsMost = 3;  // points that a near leg must have
 
 double distance(const Sight& a, const Sight& b) { return std::hypot(a.x - b.x, a.y - b.y); }
 
@@ -55,7 +55,7 @@ std::span<const Cluster> ClusterFinder::find(const ScanView& scan, double size_m
     if (count == 0 || extents_[label].size() > size_max) continue;
     if (clusters_.size() == kClustersMax) break;
     const Cluster cluster = describe(scan, std::span(order_).subspan(begins_[label], count));
-    // A speck of dust, or the edge between two things.
+    // Otherwise it is a speck of dust, or the edge between two objects.
     const double expected = kLegWidth / 2 / std::max(cluster.spacing, 1.0);
     if (static_cast<double>(cluster.count) >= std::clamp(expected, 1.0, kPointsMost))
       clusters_.push_back(cluster);
@@ -73,7 +73,7 @@ void ClusterFinder::sweep(const ScanView& scan) {
   std::array<Open, kOpenMax> open{};
   std::size_t count = 0;
   for (const std::uint32_t at : chosen_) {
-    // The newest one first: mostly it is that.
+    // The newest cluster first: it is the most likely one.
     std::size_t found = 0;
     while (found < count && !near(scan, sights[at], sights[open[found].last])) ++found;
     Open into{.label = labels_end_, .last = at};
@@ -113,7 +113,7 @@ void ClusterFinder::measure(const ScanView& scan) {
   }
 }
 
-// Those of clusters that are larger than a person, and of which a part has moved.
+// Chooses the moved points of clusters that are larger than a person and have moved in part.
 bool ClusterFinder::choose_moved(const ScanView& scan) {
   chosen_.clear();
   for (std::uint32_t i = 0; i < labels_.size(); ++i) {
@@ -131,7 +131,7 @@ void ClusterFinder::gather(const ScanView& scan) {
   order_.resize(begins_[labels_end_]);
   for (std::uint32_t i = 0; i < scan.sights().size(); ++i)
     if (labels_[i] != kNone) order_[begins_[labels_[i]]++] = i;
-  // Filling has moved each begin to the next one's.
+  // Filling has advanced each begin to that of the next label.
   for (std::uint32_t label = labels_end_; label > 0; --label) begins_[label] = begins_[label - 1];
   begins_[0] = 0;
 }

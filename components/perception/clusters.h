@@ -1,14 +1,14 @@
-// The points of a scan that belong together. Pure.
+// Groups the points of a scan into clusters. Pure.
 //
-// Points that follow each other and are near belong together; how near depends on how far away they
-// are, as beams spread (the adaptive jump distance of Borges and Aldon, 2004, linearised). Each
-// point is compared with the last ones of several clusters, and not of one only: in a merged scan
-// near and far points come in turns, and between two legs a beam goes through. Of a large cluster
-// the points that have moved become clusters of their own: a person who walks along a wall.
+// Consecutive points that are near each other belong to one cluster; the threshold grows with the
+// range, as beams diverge (the adaptive jump distance of Borges and Aldon, 2004, linearised). Each
+// point is compared with the last points of several clusters: in a merged scan near and far points
+// alternate, and between two legs a beam passes through. Points of a large cluster that have moved
+// become clusters of their own: a person who walks along a wall.
 //
-// A cluster is said as a box. What is as small as a leg or a person has no directions to speak of:
-// its centre is the mean of its points, moved away from the scanner by what of a round leg lies
-// behind them. A larger one is the rectangle that fits best.
+// A cluster is described by a box. One as small as a leg or a person has no useful direction: its
+// centre is the mean of its points, shifted away from the scanner to account for the invisible back
+// of a round leg. A larger one is the best fitting rectangle.
 #pragma once
 
 #include <array>
@@ -23,15 +23,15 @@ namespace rack::perception {
 
 struct Cluster {
   Box box{};
-  MapPoint point{};    // where a beam in its middle ended
+  MapPoint point{};    // end point of its central beam
   double away = 0;     // mm, from the scanner to its nearest point
   double size = 0;     // mm, across all its points
-  double spacing = 0;  // mm, of beams there
-  double moved = 0;    // share of its points
-  double stood = 0;    // s, mean of its points
+  double spacing = 0;  // mm, between beams at its range
+  double moved = 0;    // share of its points that have moved
+  double stood = 0;    // s, mean of Sight::stood
   std::size_t count = 0;
   bool leg = false;     // as narrow as one leg
-  bool person = false;  // as narrow as a person at most; else its box counts
+  bool person = false;  // at most as wide as a person; else its box is used
 };
 
 class ClusterFinder {
@@ -40,8 +40,8 @@ class ClusterFinder {
 
   ClusterFinder();
 
-  // Of what was hit and the map does not explain. What is larger than size_max is left out (walls).
-  // No more than kClustersMax, those at the end of the scan are left out.
+  // Clusters of the hits that the map does not explain. Clusters larger than size_max are left out
+  // (walls). At most kClustersMax; those at the end of the scan are left out.
   std::span<const Cluster> find(const ScanView& scan, double size_max);
 
  private:

@@ -8,14 +8,15 @@
 namespace rack::perception {
 namespace {
 
-constexpr double kBetween = 0.4;    // s, between two that are kept
-constexpr double kYoungest = 0.35;  // s: a younger one saw what walks where it is
-constexpr double kOldest = 25;      // s: the odometry has drifted
+constexpr double kBetween = 0.4;    // s, between two frames
+constexpr double kYoungest = 0.35;  // s: a younger frame saw a walking person at the same place
+constexpr double kOldest = 25;      // s: then the odometry has drifted
 constexpr std::uint8_t kAgreeing = 2;
-constexpr double kContradicting = 0.5;  // share of a scan
+constexpr double kContradicting = 0.5;  // share of a scan's points
 constexpr int kSightsLeast = 20;
-constexpr std::array<std::size_t, 4> kLaidOn{0, 2, 8, 16};  // kept scans, the newest is 0
-constexpr double kMisfitMost = 300;                         // mm, of a beam
+constexpr std::array<std::size_t, 4> kLaidOn{0, 2, 8,
+                                             16};  // indices of kept scans, the newest is 0
+constexpr double kMisfitMost = 300;                // mm, of a beam
 constexpr std::size_t kSightsOfSearch = 180;
 
 }  // namespace
@@ -39,9 +40,9 @@ void FreeMemory::compare(const FreeTable& table, const std::vector<Sight>& sight
     const double dx = sight.x - table.from().x;
     const double dy = sight.y - table.from().y;
     const double away = std::sqrt(dx * dx + dy * dy);
-    const FreeTable::Ways ways = table.towards(dx, dy);
-    now_[i] = sight.hit && FreeTable::is_through(ways, away) ? 1 : 0;
-    met_now_[i] = sight.hit && FreeTable::is_met(ways, away) ? 1 : 0;
+    const FreeTable::Distances distances = table.towards(dx, dy);
+    now_[i] = sight.hit && FreeTable::is_through(distances, away) ? 1 : 0;
+    met_now_[i] = sight.hit && FreeTable::is_met(distances, away) ? 1 : 0;
   }
 }
 
@@ -52,7 +53,7 @@ void FreeMemory::look(ScanView& scan, double seconds) {
   now_.assign(sights.size(), 0);
   met_now_.assign(sights.size(), 0);
   const auto hits = std::ranges::count_if(sights, &Sight::hit);
-  // The newest first.
+  // Newest first.
   for (const std::size_t at : order_) {
     Frame& frame = frames_[at];
     if (!frame.valid || seconds - frame.seconds < kYoungest) continue;
@@ -79,8 +80,8 @@ void FreeMemory::look(ScanView& scan, double seconds) {
   if (!any_ || seconds - kept_ >= kBetween) keep(seconds);
 }
 
-// Along each beam, how far from what a kept scan has met in its direction; the mean, since a pose
-// from which less of them is seen is no better for that.
+// The mean over the beams of the difference in range to a kept scan in the same direction. The
+// mean, since a pose with fewer common beams is not better for it.
 double FreeMemory::misfit(const ScanView& scan, const Pose& robot, std::size_t step) const {
   const double c = std::cos(robot.rho);
   const double s = std::sin(robot.rho);
@@ -107,13 +108,13 @@ double FreeMemory::misfit(const ScanView& scan, const Pose& robot, std::size_t s
 
 Pose FreeMemory::lay_on(const ScanView& scan, const Pose& robot) const {
   const std::size_t step = scan.sights().size() / kSightsOfSearch + 1;
-  // Wider than on a map: where scans come late, a robot that turns is several degrees off.
+  // A wider search than on a map: when scans are late, a turning robot is several degrees off.
   constexpr PoseSearch kSearch{.step = 80, .step_turn = radians(3.2), .levels = 5};
   return nearest_fit(robot, kSearch, [&](const Pose& pose) { return misfit(scan, pose, step); });
 }
 
 void FreeMemory::keep(double seconds) {
-  // Of those that are the newest no longer each so many-th stays; the place of another is free.
+  // Among frames that leave the newest ones, every fourth stays; the slot of the others is reused.
   const Frame& passes = frames_[order_[kNewest - 1]];
   const bool stays = passes.valid && passes.number % kOldApart == 0;
   const auto last = order_.begin() + (stays ? kFramesMax : kNewest);

@@ -29,8 +29,8 @@ ScanView room(double x, const Pose& robot = {}) {
 
 long moved(const ScanView& view) { return std::ranges::count_if(view.sights(), &Sight::moved); }
 
-// Ten scans a second from then until `end`. Returns of how many sights the last one says that they
-// have moved.
+// Ten scans a second from then until `end`. Returns the number of
+// sights of the last one that have moved.
 long look_until(FreeMemory& memory, double& t, double end, double x, const Pose& robot = {}) {
   long last = 0;
   for (; t < end; t += 0.1) {

@@ -1,13 +1,13 @@
-// What one scan says about places: that something stood there, that nothing did, or neither. Pure.
+// What one scan knows about a place: occupied, free, or hidden. Pure.
 //
-// A beam that ended at 5 m has seen that nothing stood on its way (the violation of free space, as
-// Wang and Thorpe used it in 2002). A scan is kept as a table of directions around the scanner: how
-// far it was free, and how far away something was met. A place is met when it is as far away as
-// what the beam there ended at; it was looked through when the beam and its neighbours went well
-// beyond it, since an edge is hit by one scan and missed by the next.
+// A beam that ended at 5 m has shown that its path is free (the violation of free space, as used by
+// Wang and Thorpe in 2002). A scan is stored as a table over directions around the scanner: the
+// free distance, and the distance of the hit. A place is hit when its distance is that of the
+// beam's end; it was seen through when the beam and its neighbours went well beyond it, since an
+// edge is hit by one scan and missed by the next.
 //
-// Directions are told apart without a trigonometric function: y / (|x| + |y|), continued around
-// the turn, grows with the angle.
+// Directions are compared without a trigonometric function: y / (|x| + |y|), continued around the
+// turn, increases with the angle.
 #pragma once
 
 #include <array>
@@ -21,36 +21,36 @@ namespace rack::perception {
 class FreeTable {
  public:
   enum class Seen : std::uint8_t { kHidden, kThrough, kMet };
-  struct Ways {
+  struct Distances {
     double free = 0;  // mm
-    double met = 0;   // mm; 0: nothing
+    double met = 0;   // mm; 0: no hit
   };
 
-  // The scan has its place.
+  // ScanView::place() was called for the scan.
   void fill(const ScanView& scan);
 
-  // In the direction of this way from the scanner.
-  [[nodiscard]] Ways towards(double dx, double dy) const;
-  // A place that is as much as `half` mm wide to both sides, and a beam at least.
+  // The distances in the direction (dx, dy) from the scanner.
+  [[nodiscard]] Distances towards(double dx, double dy) const;
+  // What was seen at a place that extends `half` mm to both sides, and at least a beam.
   [[nodiscard]] Seen look(const MapPoint& at, double half) const;
-  // Where the scanner was.
+  // The position of the scanner.
   [[nodiscard]] const MapPoint& from() const { return from_; }
 
-  // `away`: mm, of a place in that direction.
-  static bool is_through(const Ways& ways, double away);
-  static bool is_met(const Ways& ways, double away);
+  // `away`: distance of a place in that direction, mm.
+  static bool is_through(const Distances& distances, double away);
+  static bool is_met(const Distances& distances, double away);
 
  private:
   static constexpr std::size_t kDirections = 1440;
   using Table = std::array<float, kDirections>;
   static std::size_t direction(double x, double y);
-  static void say(Table& table, double x, double y, double half, float away);
-  [[nodiscard]] Ways at(std::size_t direction) const;
+  static void mark(Table& table, double x, double y, double half, float away);
+  [[nodiscard]] Distances at(std::size_t direction) const;
 
   MapPoint from_{};
   double spread_ = 0;  // tangent of the angle between two beams
-  Table met_{};        // mm, to what stood there; 0: nothing is known
-  Table free_{};       // the least of this and of its neighbours
+  Table met_{};        // mm, distance of the hit; 0: unknown
+  Table free_{};       // mm, minimum over a direction and its neighbours
 };
 
 }  // namespace rack::perception

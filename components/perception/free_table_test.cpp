@@ -27,7 +27,7 @@ TEST(FreeTable, APlaceIsAsWideAsItIs) {
   EXPECT_EQ(table.look({2950, 220}, 160), Seen::kMet);
 }
 
-// A leg between two beams: neither says that nothing is there.
+// A leg between two beams: neither of them shows the place as free.
 TEST(FreeTable, BeamsBesideAThingKnowNothingOfIt) {
   Room world;
   const FreeTable table = table_of(world.scan({{{3000, 0}, 100}}));

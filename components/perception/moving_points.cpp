@@ -11,7 +11,7 @@ constexpr double kBesideMax = 1;  // s
 
 bool is_pose(const Pose& pose) { return std::isfinite(pose.x + pose.y + pose.rho); }
 
-// Both say where their robot was, or neither does.
+// Uses the reference positions if both messages have one.
 Pose objects_in_scan(const Pose& then, const Pose& now) {
   const Pose zero = Pose::of(Position3d{});
   const auto is_zero = [&](const Pose& p) {

@@ -1,9 +1,9 @@
-// Which points of a scan lie on objects that move (specification, section 10.4). Pure.
+// Marks the points of a scan that are on moving objects (specification, section 10.4). Pure.
 //
-// Objects come as boxes in the robot's frame, some time before or after the scan: each is moved by
-// its speed to the time of the scan, and by how far the robot itself has moved since. A point
-// inside the box of one that is fast enough becomes a dynamic obstacle: pilots brake earlier for
-// it, and localisation leaves it out.
+// Objects are boxes in the robot's frame, some time before or after the scan: each is moved by its
+// speed to the time of the scan, and by the motion of the robot since then. A point inside the box
+// of an object that is fast enough becomes a dynamic obstacle: pilots brake earlier for it, and
+// localisation ignores it.
 #pragma once
 
 #include "rack/proxies/obj_recog.h"
@@ -18,7 +18,8 @@ struct MovingPoints {
   double margin = 100;     // mm around a box: noise of both
 };
 
-// Returns how many. Objects of more than a second beside the scan's time are none of it.
+// Returns the number of points marked. Objects whose time differs from the scan's by more than a
+// second are ignored.
 std::size_t mark_moving(const ObjRecogData& objects, const MovingPoints& settings,
                         Scan2dData& scan);
 

@@ -14,9 +14,9 @@ constexpr double kJump = 1000;      // mm, of the position
 constexpr double kFastest = 15000;  // mm/s
 constexpr double kJumpTurn = radians(30);
 constexpr double kFastestTurn = radians(360);  // 1/s
-constexpr double kSlips = 0.1;             // share of a scan that has moved although the map has it
+constexpr double kSlips = 0.1;  // share of a scan that has moved although it is in the map
 constexpr double kSlipsWithoutMap = 0.3;   // share of a scan that has moved
-constexpr double kMostOfUnknown = 100000;  // mm: what a message may say about a deviation
+constexpr double kMostOfUnknown = 100000;  // mm: maximum deviation in a message
 
 f32 real(double value) { return static_cast<f32>(value); }
 
@@ -38,7 +38,7 @@ void ObjectRecogniser::forget() {
 }
 
 bool ObjectRecogniser::jumped(double seconds, const Pose& robot) const {
-  const Pose step = robot - told_;
+  const Pose step = robot - reported_;
   return seconds > kPauseMost || std::hypot(step.x, step.y) > kJump + kFastest * seconds ||
          std::abs(signed_angle(step.rho)) > kJumpTurn + kFastestTurn * seconds;
 }
@@ -49,7 +49,7 @@ bool ObjectRecogniser::take(const Scan2dData& scan, const PositionData& robot) {
   if (started_) {
     const double passed = std::chrono::duration<double>(scan.recordingTime - time_).count();
     if (passed == 0) return false;
-    // Back in time: a recording that begins again, or a clock that was set.
+    // Time has gone backwards: a recording that restarts, or a clock that was set.
     if (passed < 0 || jumped(passed, pose)) forget();
     seconds_ += std::max(passed, 0.0);
   }
@@ -57,9 +57,9 @@ bool ObjectRecogniser::take(const Scan2dData& scan, const PositionData& robot) {
   if (map_ != nullptr)
     robot_ = lay_on_map(pose);
   else
-    robot_ = started_ ? memory_.lay_on(view_, robot_ + (pose - told_)) : pose;
+    robot_ = started_ ? memory_.lay_on(view_, robot_ + (pose - reported_)) : pose;
   view_.place(robot_);
-  told_ = pose;
+  reported_ = pose;
   started_ = true;
   time_ = scan.recordingTime;
   position_ = robot;
@@ -88,8 +88,8 @@ void ObjectRecogniser::explain() {
     hits += sight.hit ? 1 : 0;
     contradictions += sight.moved && (sight.explained || map_ == nullptr) ? 1 : 0;
   }
-  // What the map has does not move, nor a good part of a room: if it seems to, it is the position
-  // that slips.
+  // Obstacles of the map do not move, nor does a large part of a room: if they seem to, the
+  // position is wrong.
   const double most = map_ != nullptr ? kSlips : kSlipsWithoutMap;
   if (static_cast<double>(contradictions) > most * static_cast<double>(hits))
     for (Sight& sight : view_.sights()) sight.moved = false;
@@ -102,7 +102,7 @@ void ObjectRecogniser::to_message(ObjRecogData& data) {
   data.objects.clear();
   order_.clear();
   for (const Track& track : tracker_.tracks())
-    if (track.told()) order_.push_back(&track);
+    if (track.published()) order_.push_back(&track);
   const auto away = [&](const Track& track) {
     return std::hypot(track.at().x - robot_.x, track.at().y - robot_.y);
   };

@@ -1,14 +1,15 @@
-// From scans to objects: people, vehicles, and what the map does not have. Pure.
+// From scans to objects: people, vehicles, and everything that is not in the map. Pure.
 //
-// Each scan goes the same way: points that lie where the map has something are explained and left
-// out (components/localisation/likelihood_field.h); of the others free_memory.h says which have
-// moved, clusters.h which belong together, object_tracker.h which object they are. With a map
-// everything that it does not explain is an object, also what stands; without one an object is what
-// has moved, and stays one for half a minute when it stops.
+// Each scan passes the same steps. Points on obstacles of the map are explained and left out
+// (components/localisation/likelihood_field.h). Of the others, free_memory.h finds those that have
+// moved, clusters.h groups them, and object_tracker.h assigns the clusters to objects. With a map,
+// everything that it does not explain is an object, also static ones; without a map, an object is
+// something that has moved, and it remains one for half a minute after it stops.
 //
-// All of it happens in the frame of the map or of the odometry. Objects are told in the robot's
-// frame, with the robot's position as refPos (as the original's Scan2dDynObjRecog reads them);
-// speeds are those over ground, zero as long as an object does not move: its noise is no speed.
+// All steps use the frame of the map or of the odometry. Objects are published in the robot's
+// frame, with the robot's position as refPos (as the original's Scan2dDynObjRecog reads them).
+// Speeds are those over ground, and zero while an object does not move, so that noise is not
+// reported as speed.
 #pragma once
 
 #include <optional>
@@ -27,7 +28,7 @@ struct RecogniserSettings {
   Pose scanner{};            // on the robot
   double range_max = 30000;  // mm
   double tolerance = 250;    // mm around what the map has
-  double size_max = 12000;   // mm: what is larger is no object
+  double size_max = 12000;   // mm: anything larger is not an object
   std::size_t objects_max = 100;
 };
 
@@ -36,11 +37,11 @@ class ObjectRecogniser {
   // The map, if there is one, must outlive this.
   ObjectRecogniser(const RecogniserSettings& settings, const localisation::LikelihoodField* map);
 
-  // `robot`: at the scan's time. False: it was left out: no position, or not newer than the last.
-  // When time or robot jump, all objects are forgotten.
+  // `robot`: at the scan's time. False: the scan was ignored: it has no position, or is not newer
+  // than the last one. When time or robot jump, all objects are forgotten.
   bool take(const Scan2dData& scan, const PositionData& robot);
-  // The objects of the last scan that are confirmed, moving ones first, then the nearest. Allocates
-  // nothing when `data` has its room.
+  // The confirmed objects at the last scan: moving ones first, then the nearest. Allocates nothing
+  // when `data` has capacity.
   void to_message(ObjRecogData& data);
 
   bool stop(std::int32_t id) { return tracker_.stop(id); }
@@ -63,8 +64,8 @@ class ObjectRecogniser {
   std::vector<const Track*> order_;
   PositionData position_{};
   localisation::Beams beams_;
-  Pose told_{};   // the last position
-  Pose robot_{};  // the same, laid on the map or on earlier scans
+  Pose reported_{};  // the last position, as received
+  Pose robot_{};     // the same, aligned with the map or with earlier scans
   TimeStamp time_ = 0;
   double seconds_ = 0;  // since the first scan
   bool started_ = false;

@@ -16,7 +16,7 @@
 namespace rack::perception {
 namespace object_recogniser_test {
 
-ObjRecogData told(ObjectRecogniser& recogniser) {
+ObjRecogData message_of(ObjectRecogniser& recogniser) {
   ObjRecogData data;
   recogniser.to_message(data);
   return data;
@@ -33,7 +33,7 @@ TEST(ObjectRecogniser, APersonWalks) {
   Room world;
   ObjectRecogniser recogniser({}, nullptr);
   walk(world, recogniser, 50);
-  const ObjRecogData data = told(recogniser);
+  const ObjRecogData data = message_of(recogniser);
   ASSERT_EQ(data.objects.size(), 1U);
   const ObjRecogObject& person = data.objects[0];
   EXPECT_EQ(data.recordingTime, TimeStamp(world.time - 100));
@@ -53,7 +53,7 @@ TEST(ObjectRecogniser, ToldInTheRobotsFrame) {
   ObjectRecogniser recogniser({}, nullptr);
   const Pose robot{.x = 1000, .y = -1000, .rho = radians(90)};
   walk(world, recogniser, 50, robot);
-  const ObjRecogData data = told(recogniser);
+  const ObjRecogData data = message_of(recogniser);
   ASSERT_EQ(data.objects.size(), 1U);
   EXPECT_EQ(data.refPos.x, 1000);
   EXPECT_NEAR(data.objects[0].pos.x, 3000, 150);
@@ -65,10 +65,10 @@ TEST(ObjectRecogniser, WhoStopsKeepsItsNumberAndHasNoSpeed) {
   Room world;
   ObjectRecogniser recogniser({}, nullptr);
   walk(world, recogniser, 40);
-  const i32 id = told(recogniser).objects.at(0).objectId;
+  const i32 id = message_of(recogniser).objects.at(0).objectId;
   for (int i = 0; i < 100; ++i, world.time += 100)
     recogniser.take(world.scan(Room::person(900, 2000)), {});
-  const ObjRecogData data = told(recogniser);
+  const ObjRecogData data = message_of(recogniser);
   ASSERT_EQ(data.objects.size(), 1U);
   EXPECT_EQ(data.objects[0].objectId, id);
   EXPECT_EQ(data.objects[0].vel.x, 0);
@@ -79,9 +79,9 @@ TEST(ObjectRecogniser, WhoIsGoneIsToldForHalfASecond) {
   ObjectRecogniser recogniser({}, nullptr);
   walk(world, recogniser, 40);
   for (int i = 0; i < 4; ++i, world.time += 100) recogniser.take(world.scan({}), {});
-  EXPECT_EQ(told(recogniser).objects.size(), 1U);
+  EXPECT_EQ(message_of(recogniser).objects.size(), 1U);
   for (int i = 0; i < 2; ++i, world.time += 100) recogniser.take(world.scan({}), {});
-  EXPECT_TRUE(told(recogniser).objects.empty());
+  EXPECT_TRUE(message_of(recogniser).objects.empty());
 }
 
 TEST(ObjectRecogniser, WhoPassesBehindAPillarKeepsTheNumber) {
@@ -93,10 +93,10 @@ TEST(ObjectRecogniser, WhoPassesBehindAPillarKeepsTheNumber) {
     auto things = Room::person(-3000 + i * 100.0, 3000);
     things.push_back(pillar);
     recogniser.take(world.scan(things), {});
-    for (const ObjRecogObject& object : told(recogniser).objects) ids.insert(object.objectId);
+    for (const ObjRecogObject& object : message_of(recogniser).objects) ids.insert(object.objectId);
   }
   EXPECT_EQ(ids.size(), 1U);
-  EXPECT_EQ(told(recogniser).objects.size(), 1U);
+  EXPECT_EQ(message_of(recogniser).objects.size(), 1U);
 }
 
 // Without a map: when more than a third of a scan has moved, it is the position that slips.
@@ -111,7 +111,8 @@ TEST(ObjectRecogniser, NothingBeginsWhileTheScanSlips) {
   }
 }
 
-// Where the robot is said to be slips: a column of the map, looked through until now, is there.
+// The reported pose of the robot slips: it puts a column of the map at a place that was free until
+// now.
 TEST(ObjectRecogniser, NothingBeginsToMoveWhileThePositionContradictsTheMap) {
   const Room::Circle column{{3500, 0}, 1500};
   DxfDrawing drawing = room();
@@ -134,7 +135,7 @@ TEST(ObjectRecogniser, NothingBeginsToMoveWhileThePositionContradictsTheMap) {
       if (i >= 30 || !slips) things.push_back(column);
       ASSERT_TRUE(recogniser.take(world.scan(things), {}));
     }
-    const ObjRecogData data = told(recogniser);
+    const ObjRecogData data = message_of(recogniser);
     const auto moves = [](const ObjRecogObject& object) { return object.vel.x != 0; };
     EXPECT_EQ(std::ranges::count_if(data.objects, moves), slips ? 0 : 1);
   }
@@ -148,7 +149,7 @@ TEST(ObjectRecogniser, WhatAlwaysStoodThereIsNoObjectWithoutAMap) {
     auto things = Room::person(2000, 2000);
     things.push_back({{-1500, 2500}, 200});
     recogniser.take(world.scan(things, robot), {.pos = robot.position()});
-    EXPECT_TRUE(told(recogniser).objects.empty()) << i;
+    EXPECT_TRUE(message_of(recogniser).objects.empty()) << i;
   }
 }
 
@@ -161,7 +162,7 @@ TEST(ObjectRecogniser, WithAMapWhatItDoesNotHaveIsOne) {
   ObjectRecogniser recogniser({}, &*field);
   for (int i = 0; i < 20; ++i, world.time += 100)
     recogniser.take(world.scan({{{2000, 1000}, 300}}), {});
-  const ObjRecogData data = told(recogniser);
+  const ObjRecogData data = message_of(recogniser);
   ASSERT_EQ(data.objects.size(), 1U);
   EXPECT_NE(data.objects[0].type, object_type::kPedestrian);
   EXPECT_EQ(data.objects[0].vel.x, 0);
@@ -177,7 +178,7 @@ TEST(ObjectRecogniser, APositionThatDriftsMakesNoObjects) {
     const Pose known{.x = i * 10.4, .y = -500 + i * 2.0, .rho = heading(i * 0.054)};
     auto things = Room::person(2000, 2000);
     recogniser.take(world.scan(things, robot), {.pos = known.position()});
-    EXPECT_TRUE(told(recogniser).objects.empty()) << i;
+    EXPECT_TRUE(message_of(recogniser).objects.empty()) << i;
   }
 }
 
@@ -201,23 +202,23 @@ TEST(ObjectRecogniser, HostileScansAndPositions) {
   for (std::size_t i = 0; i < scan.points.size(); ++i)
     scan.points[i] = {.x = i % 2 == 0 ? 2147483647 : -2147483647, .y = 2147483647};
   EXPECT_TRUE(recogniser.take(scan, {})) << "as far as numbers go";
-  EXPECT_TRUE(told(recogniser).objects.empty());
+  EXPECT_TRUE(message_of(recogniser).objects.empty());
 }
 
 TEST(ObjectRecogniser, TimeGoesBackAndEverythingBeginsAnew) {
   Room world;
   ObjectRecogniser recogniser({}, nullptr);
   walk(world, recogniser, 40);
-  ASSERT_EQ(told(recogniser).objects.size(), 1U);
+  ASSERT_EQ(message_of(recogniser).objects.size(), 1U);
   world.time -= 3600000;
   ASSERT_TRUE(recogniser.take(world.scan(Room::person(1000, 2000)), {}));
-  EXPECT_TRUE(told(recogniser).objects.empty());
+  EXPECT_TRUE(message_of(recogniser).objects.empty());
   world.time += 100;
   walk(world, recogniser, 40);
-  EXPECT_EQ(told(recogniser).objects.size(), 1U);
+  EXPECT_EQ(message_of(recogniser).objects.size(), 1U);
   ASSERT_TRUE(recogniser.take(world.scan({}), {.pos = Pose{.x = 50000}.position()}))
       << "carried away";
-  EXPECT_TRUE(told(recogniser).objects.empty());
+  EXPECT_TRUE(message_of(recogniser).objects.empty());
 }
 
 TEST(ObjectRecogniser, ManyObjectsAndPointsFitAndAllocateNothing) {
@@ -259,10 +260,10 @@ TEST(ObjectRecogniser, AnObjectIsStopped) {
   Room world;
   ObjectRecogniser recogniser({}, nullptr);
   walk(world, recogniser, 40);
-  const i32 id = told(recogniser).objects.at(0).objectId;
+  const i32 id = message_of(recogniser).objects.at(0).objectId;
   EXPECT_FALSE(recogniser.stop(id + 1));
   EXPECT_TRUE(recogniser.stop(id));
-  EXPECT_TRUE(told(recogniser).objects.empty());
+  EXPECT_TRUE(message_of(recogniser).objects.empty());
 }
 
 }  // namespace object_recogniser_test

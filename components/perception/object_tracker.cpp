@@ -7,22 +7,23 @@
 namespace rack::perception {
 namespace {
 
-constexpr double kGate = 9.21;          // 99 % of what belongs together, in the plane
-constexpr double kGateMost = 1000;      // mm
-constexpr double kStride = 650;         // mm between the legs of a person
-constexpr double kOwnRoom = 350;        // mm: nothing begins so near to a person
-constexpr double kSame = 200;           // mm: two objects so near are one
-constexpr double kLegsOfOne = 450;      // mm
-constexpr double kAlike = 800;          // mm/s
-constexpr double kUnsureBehind = 4;     // new objects after confirmed ones
-constexpr double kUnmovedBehind = 2;    // and the room after what has moved
-constexpr double kMoved = 0.5;          // share of a cluster's points
-constexpr double kForgottenAfter = 30;  // s without a move, without a map: it is the room
-constexpr double kNeverMovedAfter = 5;  // s, the same of what was never said to move
+constexpr double kGate = 9.21;        // squared Mahalanobis distance: 99 % for 2 degrees of freedom
+constexpr double kGateMost = 1000;    // mm
+constexpr double kStride = 650;       // mm between the legs of a person
+constexpr double kOwnRoom = 350;      // mm: no new object starts this near to a person
+constexpr double kSame = 200;         // mm: objects nearer than this are one
+constexpr double kLegsOfOne = 450;    // mm
+constexpr double kAlike = 800;        // mm/s
+constexpr double kUnsureBehind = 4;   // factor on the distance: new objects after confirmed ones
+constexpr double kUnmovedBehind = 2;  // the same: the room after moved points
+constexpr double kMoved = 0.5;        // share of a cluster's points
+constexpr double kForgottenAfter =
+    30;  // s without motion, without a map: then it is part of the room
+constexpr double kNeverMovedAfter = 5;  // s, the same for an object that was never moving
 constexpr double kBodyHalf = 200;       // mm, half as wide as people are
-constexpr double kBoxWithin = 0.7;      // of its size: where its centre may be seen
+constexpr double kBoxWithin = 0.7;      // of its size: range of its visible centre
 
-constexpr double kOneLeg = 130;  // mm, standard deviation of a person's middle
+constexpr double kOneLeg = 130;  // mm, standard deviation of a person's centre
 constexpr double kTwoLegs = 60;
 constexpr double kBody = 80;
 constexpr double kBoxLeast = 100;
@@ -146,7 +147,7 @@ bool ObjectTracker::may_begin(const Cluster& cluster) const {
   });
 }
 
-// A leg waits for the nearest other one.
+// A leg is paired with the nearest other one.
 void ObjectTracker::begin_tracks(double seconds) {
   for (std::uint32_t c = 0; c < clusters_.size(); ++c) {
     if (taken_[c] || tracks_.size() == kTracksMax || !may_begin(clusters_[c])) continue;
@@ -169,7 +170,7 @@ void ObjectTracker::begin_tracks(double seconds) {
 bool ObjectTracker::are_one(const Track& a, const Track& b) {
   if (a.person() != b.person()) return false;
   const double apart = distance(a.at(), b.at());
-  // Each of them is a leg of the same person.
+  // Both are legs of the same person.
   const bool legs = a.person() && a.one_leg() && b.one_leg();
   return apart < kSame ||
          (legs && apart < kLegsOfOne && distance(a.velocity(), b.velocity()) < kAlike);
@@ -184,7 +185,7 @@ void ObjectTracker::drop() {
   doomed_.assign(tracks_.size(), false);
   for (std::size_t i = 0; i < tracks_.size(); ++i) {
     const Track& track = tracks_[i];
-    // The older of two that have become one stays.
+    // When two objects have merged, the older one stays.
     const auto older = [&](const Track& other) {
       return other.id() < track.id() && other.seen_now() && are_one(other, track);
     };

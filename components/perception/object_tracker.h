@@ -1,13 +1,14 @@
-// Clusters of scan after scan become objects that keep their number. Pure.
+// Tracks clusters over scans as objects with a constant number. Pure.
 //
-// Each cluster goes to the object that it fits best: of all pairs within the gate (a Mahalanobis
-// distance that 99 % of the right ones have) the nearest first, confirmed objects before those that
-// are new. A person gets two of them, if the second is as near as a second leg is. What is left
-// over begins new objects, legs by pairs. An object is believed when three of five scans show it,
-// and told until half a second after the last one did. It is given up when scans look through where
-// it should be; where they do not, it may be hidden: its number is kept for a second, or for five
-// if it stood. Nearest pairs first instead of the best assignment of
-// all (Hungarian method): they differ where two people cross within a stride, where neither knows.
+// Each cluster is assigned to the object that it fits best: among all pairs within the gate (a
+// Mahalanobis distance that 99 % of the correct pairs have) the nearest first, confirmed objects
+// before new ones. A person may get two clusters, if the second one is within the distance of a
+// second leg. The remaining clusters start new objects, legs in pairs. An object is confirmed when
+// three of five scans show it, and published until half a second after the last sighting. It is
+// dropped when scans see through the place where it should be; where they do not, it may be hidden:
+// its number is kept for a second, or for five if it was standing. Nearest pairs first gives the
+// same result as the optimal assignment (Hungarian method), except where two people cross within a
+// stride, where both are ambiguous.
 #pragma once
 
 #include <span>
@@ -18,7 +19,7 @@
 namespace rack::perception {
 
 struct TrackerSettings {
-  bool only_moved = true;  // without a map: an object begins where earlier scans looked through
+  bool only_moved = true;  // without a map: objects start only where earlier scans saw free space
 };
 
 class ObjectTracker {
@@ -27,11 +28,11 @@ class ObjectTracker {
 
   explicit ObjectTracker(const TrackerSettings& settings);
 
-  // `now`: what the scan saw. `seconds`: its time, more than the last one's.
+  // `now`: the free space of the scan. `seconds`: its time, greater than that of the last one.
   void take(std::span<const Cluster> clusters, const MapPoint& scanner, const FreeTable& now,
             double seconds);
   void forget();
-  // The object of that number; false: there is none.
+  // Forgets the object of that number; false: there is none.
   bool stop(std::int32_t id);
 
   [[nodiscard]] std::span<const Track> tracks() const { return tracks_; }

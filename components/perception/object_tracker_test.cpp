@@ -82,7 +82,7 @@ TEST(ObjectTracker, WhatIsMetAgainWhereItWasHasNotMoved) {
   }
 }
 
-// Whoever stands behind a pillar for 4 s keeps the number; whose place is empty does not.
+// A person who stands behind a pillar for 4 s keeps the number; one whose place is empty does not.
 TEST(ObjectTracker, WhoIsHiddenIsNotGone) {
   for (const bool hidden : {true, false}) {
     ObjectTracker tracker({});
@@ -96,7 +96,7 @@ TEST(ObjectTracker, WhoIsHiddenIsNotGone) {
     if (hidden) things.push_back({.at = {1500, 1200}, .radius = 200});
     for (; i < 100; ++i) {
       tracker.take({}, {}, table_of(world.scan(things)), i * 0.1);
-      for (const Track& track : tracker.tracks()) EXPECT_EQ(track.told(), i < 65) << i;
+      for (const Track& track : tracker.tracks()) EXPECT_EQ(track.published(), i < 65) << i;
     }
     EXPECT_EQ(tracker.tracks().size(), hidden ? 1U : 0U);
     for (; i < 105; ++i) take(tracker, {leg(3000, 2400)}, i * 0.1);

@@ -1,10 +1,10 @@
-// The pose near a given one that fits best: a search by steps along each of its three axes, which
-// are halved when none of them is better (pattern search, Hooke and Jeeves 1961). Pure.
+// Finds the pose near a given one that fits best: steps along each of the three axes, halved when
+// no step improves the fit (pattern search, Hooke and Jeeves 1961). Pure.
 //
-// A position is as good as odometry and localisation are, and half a degree of it is 90 mm at 10 m:
-// enough for a wall to stand beside itself. Before a scan is compared with the map or with earlier
-// scans it is therefore laid on them. What it may be wrong by is a few steps; where nothing is
-// better by a clear part it stays, so that it does not slide along a corridor.
+// The position is only as exact as odometry and localisation, and an error of half a degree is 90
+// mm at 10 m: enough to see a wall twice. A scan is therefore aligned with the map or with earlier
+// scans before it is compared with them. The error is a few steps at most. A step must improve the
+// fit by a minimum, so that the pose does not slide along a corridor.
 #pragma once
 
 #include <array>
@@ -15,14 +15,14 @@
 namespace rack::perception {
 
 struct PoseSearch {
-  double step = 80;  // mm, the first
+  double step = 80;  // mm, of the first level
   double step_turn = radians(1.6);
-  int levels = 4;            // each half as wide
-  int steps_most = 4;        // on each of them
-  double clear_part = 0.01;  // of the misfit: less is no better
+  int levels = 4;            // each halves the step
+  int steps_most = 4;        // per level
+  double clear_part = 0.01;  // minimum improvement, as a share of the misfit
 };
 
-// `misfit`: of a pose, the less the better.
+// `misfit`: function of a pose, to be minimised.
 template <typename Misfit>
 Pose nearest_fit(const Pose& start, const PoseSearch& search, const Misfit& misfit) {
   Pose best = start;

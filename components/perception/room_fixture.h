@@ -1,4 +1,4 @@
-// A bare room of 12 m x 12 m with round things in it, as a scanner sees it: for tests.
+// For tests: the scan of an empty room of 12 m x 12 m with round objects.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ inline DxfDrawing room() {
   return drawing;
 }
 
-// The robot stands at the origin unless it is moved; beams of half a degree, all around.
+// The robot is at the origin by default; beams every half degree, 360 degrees.
 class Room {
  public:
   explicit Room(std::uint64_t seed = 1) : walls_(room(), 1000, 0, 0), random_(seed) {}
@@ -58,7 +58,7 @@ class Room {
   Random random_;
 };
 
-// What a scan says about places.
+// The free space of a scan.
 inline FreeTable table_of(const Scan2dData& scan, const Pose& robot = {}) {
   ScanView view;
   view.take(scan, {}, 30000);

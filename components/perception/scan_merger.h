@@ -1,13 +1,13 @@
-// Scans of several scanners as one, as if it had been made at one moment (specification, section
-// 10.4). Pure.
+// Merges the scans of several scanners into one, as if it had been taken at one moment
+// (specification, section 10.4). Pure.
 //
-// Scanners do not turn in step, and the robot drives on between their scans. Each scan is therefore
-// kept in the frame of the odometry, moved there by the odometry of its own time; the merged scan
-// is made of the newest of each scanner, moved back into the frame that the robot has at the moment
-// asked for. Receivers know a scan as a turn of one beam: the points are sorted by their angle, and
-// their range is that from the robot. What saw nothing stays in it, since that says how far it is
-// free. A scanner that comes in sectors keeps its newest of each. When all have more points than a
-// message has room for, every so many-th is left out, all around alike.
+// Scanners are not synchronised, and the robot moves between their scans. Each scan is therefore
+// stored in the frame of the odometry, at the pose of the scan's own time; the merged scan contains
+// the newest scan of each scanner, transformed to the frame of the robot at the requested time.
+// Receivers expect a scan to be one turn of a beam: the points are sorted by angle, and their range
+// is measured from the robot. Points without a hit stay in the scan, since they show free space.
+// For a scanner that sends sectors, the newest scan of each sector is kept. When the sum has more
+// points than a message can hold, every n-th point is dropped, evenly over all directions.
 #pragma once
 
 #include <array>
@@ -26,15 +26,15 @@ class ScanMerger {
 
   ScanMerger();
 
-  // `odometry`: its pose at the time of the scan. False: that is no pose, or the scan is older than
-  // the one there is.
+  // `odometry`: its pose at the time of the scan. False: the pose is invalid, or the scan is older
+  // than the stored one.
   bool take(std::size_t source, const Scan2dData& scan, const Pose& odometry);
   void forget(std::size_t source);
 
-  // False: there is no scan. Points get the number of their source, from 1, as their segment.
-  // Allocates nothing when `merged` has its room; refPos stays as it is.
+  // False: there is no scan. The segment of each point is the number of its source, from 1.
+  // Allocates nothing when `merged` has capacity; refPos is not changed.
   bool merge(TimeStamp now, const Pose& odometry, Scan2dData& merged);
-  // How many points the last merged scan had no room for.
+  // Number of points that did not fit into the last merged scan.
   [[nodiscard]] std::size_t left_out() const { return left_out_; }
 
  private:
@@ -48,7 +48,7 @@ class ScanMerger {
   struct Source {
     std::vector<Point> points;
     TimeStamp newest = 0;
-    TimeStamp oldest = 0;  // when its newest scan began
+    TimeStamp oldest = 0;  // start of its newest scan
     std::int32_t range_max = 0;
     bool known = false;
   };

@@ -7,7 +7,7 @@ namespace rack::perception {
 namespace {
 
 constexpr std::size_t kScanViewPointsMax = decltype(Scan2dData::points)::kMax;
-constexpr double kScanViewNearest = 50;  // mm: what is nearer is the scanner itself
+constexpr double kScanViewNearest = 50;  // mm: anything nearer is the scanner itself
 constexpr double kFinest = radians(0.05);
 constexpr double kCoarsest = radians(3);
 
@@ -40,8 +40,8 @@ void ScanView::take(const Scan2dData& scan, const Pose& scanner, double range_ma
   if (!std::ranges::is_sorted(beams_, {}, &Beam::angle))
     std::ranges::sort(beams_, {}, &Beam::angle);
   for (const Beam& beam : beams_) sights_.push_back(beam.sight);
-  // Beams that are no measurement are missing: the median of what lies between two is not wider
-  // for that, but it costs a sort. What the message has room for in its span is near enough.
+  // Invalid beams are missing, so the median of the gaps would be the exact resolution, but it
+  // costs a sort. The span divided by the number of points of the message is accurate enough.
   const double span = beams_.empty() ? 0 : beams_.back().angle - beams_.front().angle;
   const auto gaps = static_cast<double>(std::max<std::size_t>(scan.points.size(), 2) - 1);
   resolution_ = std::clamp(span / gaps, kFinest, kCoarsest);

@@ -9,16 +9,16 @@ namespace {
 constexpr double kAcceleration = 800;  // mm/s^2, of a person that starts or turns
 constexpr double kAccelerationBox = 2000;
 constexpr double kFirstSpeed = 1000;   // mm/s, standard deviation
-constexpr double kShrinks = 0.995;     // a scan: one that was seen too large
+constexpr double kShrinks = 0.995;     // per scan: reduces a size that was measured too large
 constexpr double kPersonLength = 800;  // mm: room for a stride
 constexpr double kPersonWidth = 600;
 constexpr unsigned kHistory = 32;
 constexpr unsigned kConfirmOf = 5;  // scans
 constexpr int kConfirm = 3;
-constexpr double kToldFor = 0.5;       // s without being seen
+constexpr double kPublishedFor = 0.5;  // s without being seen
 constexpr double kLostAfter = 1;       // s
 constexpr double kStoodLostAfter = 5;  // s, if it stood
-constexpr double kGoneAfter = 0.45;    // s, if scans look through where it should be
+constexpr double kGoneAfter = 0.45;    // s, if scans see through its expected place
 constexpr double kGivenUpAfter = 0.5;  // s, if not confirmed
 
 constexpr double kMovesFrom = 250;    // mm/s
@@ -27,9 +27,9 @@ constexpr double kMovesSurely = 2.5;  // standard deviations
 constexpr double kLeft = 500;         // mm from where it stood
 constexpr double kLeftSurely = 1500;  // mm
 constexpr double kEvidence = 0.6;     // share of points that have moved
-constexpr int kHitsToMove = 7;        // scans that showed it, before it is said to move
+constexpr int kHitsToMove = 7;        // number of sightings before it can count as moving
 constexpr double kEvidenceGain = 0.2;
-constexpr double kJustCome = 1.5;  // s: somebody else may have stood there before
+constexpr double kJustCome = 1.5;  // s: before that, another object may have stood there
 
 constexpr double kOddsHit = 0.7;
 constexpr double kOddsMiss = 0.4;
@@ -42,7 +42,7 @@ constexpr double kCarLength = 2000;
 constexpr double kTruckLength = 6500;
 
 constexpr double kTracesApart = 250;  // mm
-constexpr double kGone = 400;         // mm from a trace: the object is not there
+constexpr double kGone = 400;         // mm: the object has left the trace
 constexpr double kTraceHalf = 60;     // mm, half a leg
 constexpr int kThroughLeast = 2;      // scans
 constexpr int kLeftLeast = 2;         // traces
@@ -76,7 +76,7 @@ void Track::predict(double seconds) {
   now_ = seconds;
   x_.value += x_.rate * dt;
   y_.value += y_.rate * dt;
-  const double q = square(person_ ? kAcceleration : kAccelerationBox) * dt;  // (mm/s)^2 each second
+  const double q = square(person_ ? kAcceleration : kAccelerationBox) * dt;  // (mm/s)^2 per second
   p_place_ += 2 * dt * p_both_ + dt * dt * p_rate_ + q * dt * dt / 3;
   p_both_ += dt * p_rate_ + q * dt / 2;
   p_rate_ += q;
@@ -128,7 +128,7 @@ void Track::miss(bool through) {
   log_odds_ = std::max(log_odds_ - kOddsMiss, -kOddsMost);
 }
 
-// The same rectangle, its length along the side that is nearest to where it headed.
+// The same rectangle, with its length along the side that is nearest to the last heading.
 Box Track::align(const Box& box) const {
   const double quarter = kPi / 2;
   const double turn = signed_angle(heading_ - box.heading);
@@ -144,7 +144,7 @@ MapPoint Track::centre_of(const Box& aligned, const MapPoint& scanner) const {
   const double s = std::sin(aligned.heading);
   const double dx = aligned.centre.x - scanner.x;
   const double dy = aligned.centre.y - scanner.y;
-  // Away from the scanner along each axis, as far as the unseen part goes.
+  // Shifts the centre away from the scanner along each axis, by half of the unseen part.
   const double along = std::copysign((length_ - aligned.length) / 2, dx * c + dy * s);
   const double across = std::copysign((width_ - aligned.width) / 2, dy * c - dx * s);
   return {aligned.centre.x + along * c - across * s, aligned.centre.y + along * s + across * c};
@@ -178,7 +178,7 @@ void Track::look_back(const FreeTable& now) {
   }
 }
 
-// One scan that met something is enough: what flickers is looked through by the next.
+// One hit is enough: something that flickers is seen through by the next scan.
 bool Track::has_left() const {
   if (traces_count_ > 0 && traces_.front().met) return false;
   int left = 0;
@@ -200,7 +200,7 @@ void Track::judge_movement(const Sighting& sighting) {
     moving_ = false;
     stood_ = at();
   }
-  // What has moved once can do it again.
+  // An object that has moved before needs less evidence.
   const double left = std::hypot(x_.value - stood_.x, y_.value - stood_.y);
   const bool surely = left > kLeftSurely || fast > kMovesSurely * speed_deviation();
   const bool can = ever_moved_ || (left > kLeft && surely && has_left() && evidence_ > kEvidence &&
@@ -224,7 +224,7 @@ bool Track::is_other(const Cluster& cluster) const {
   return cluster.stood > now_ - came_ + kJustCome;
 }
 
-bool Track::told() const { return confirmed_ && unseen() <= kToldFor; }
+bool Track::published() const { return confirmed_ && unseen() <= kPublishedFor; }
 
 bool Track::lost() const {
   if (confirmed_) {

@@ -1,15 +1,15 @@
-// One object that is followed: where it is, how fast, how large, and what it may be. Pure.
+// One tracked object: its position, speed, size and kind. Pure.
 //
-// Its movement is that of a Kalman filter with constant velocity: between two scans it goes on as
-// it went, with a random acceleration; north and east are alike, so that one 2 x 2 covariance does
-// for both. Scanners see sides and not middles: of a box the corner that is nearest to the scanner
-// is believed, and its middle lies where the largest length and width that were ever seen put it.
+// The motion model is a Kalman filter with constant velocity and random acceleration; north and
+// east have the same noise, so that one 2 x 2 covariance serves both. Scanners see sides and not
+// centres: the corner of a box that is nearest to the scanner is used, and the centre follows from
+// the largest length and width seen so far.
 //
-// What stands still has a speed, too, that of its noise. An object counts as moving when it is
-// faster than this, has left the place where it stood, and stands where earlier scans looked
-// through; and when later scans look through the places where it was. What slides along a wall
-// leaves the wall there, and where many thin legs of furniture stand, which beams meet by turns,
-// each place is met again. It counts as standing again when it is slow.
+// A static object has an apparent speed due to noise. An object counts as moving when it is faster
+// than the noise, has left the place where it stood, and is at a place that earlier scans saw as
+// free; and when later scans see through the places where it was. An artefact that slides along a
+// wall leaves the wall behind, and where beams alternate between many thin furniture legs, each
+// place is hit again. It counts as standing again when it is slow.
 #pragma once
 
 #include <array>
@@ -31,16 +31,16 @@ enum class ObjectKind : std::uint8_t {
   kTruck
 };
 
-// What one scan shows of an object.
+// The measurement of an object by one scan.
 struct Sighting {
   Box box{};
   double deviation = 0;  // mm, of its centre
-  double moved = 0;      // share of its points
-  bool person = false;   // no larger than that
-  bool leg = false;      // as narrow as one
+  double moved = 0;      // share of its points that have moved
+  bool person = false;   // at most as large as a person
+  bool leg = false;      // as narrow as a leg
   bool pair = false;     // two legs
-  MapPoint point{};      // where a beam in its middle ended
-  MapPoint scanner{};    // seen from
+  MapPoint point{};      // end point of its central beam
+  MapPoint scanner{};    // position of the scanner
 };
 
 class Track {
@@ -48,11 +48,11 @@ class Track {
   Track(std::int32_t id, const Sighting& sighting, double seconds);
 
   void predict(double seconds);
-  // What the scan sees where it has been.
+  // Checks the earlier positions of the object against the scan.
   void look_back(const FreeTable& now);
-  // After these, one of both.
+  // After predict() and look_back(): one of update() and miss().
   void update(const Sighting& sighting);
-  // `through`: the scan looked through where it should be.
+  // `through`: the scan saw through the place where the object should be.
   void miss(bool through);
 
   [[nodiscard]] std::int32_t id() const { return id_; }
@@ -61,7 +61,7 @@ class Track {
   [[nodiscard]] double speed() const;
   [[nodiscard]] double deviation() const;        // mm
   [[nodiscard]] double speed_deviation() const;  // mm/s
-  // Of a person: with room for a stride.
+  // For a person: including a stride.
   [[nodiscard]] double length() const;
   [[nodiscard]] double width() const;
   [[nodiscard]] double heading() const { return heading_; }
@@ -70,18 +70,18 @@ class Track {
 
   [[nodiscard]] bool person() const { return person_; }
   [[nodiscard]] bool confirmed() const { return confirmed_; }
-  // Confirmed, and hidden for so short a time that it is still worth to be told.
-  [[nodiscard]] bool told() const;
+  // Confirmed, and seen within the last half second.
+  [[nodiscard]] bool published() const;
   [[nodiscard]] bool moving() const { return moving_; }
   [[nodiscard]] bool ever_moved() const { return ever_moved_; }
-  // Scans show mostly one leg of it.
+  // Most scans show only one leg.
   [[nodiscard]] bool one_leg() const { return one_leg_ > 0.5; }
   [[nodiscard]] bool seen_now() const { return (hits_ & 1U) != 0; }
-  // It can be given up.
+  // The tracker can drop it.
   [[nodiscard]] bool lost() const;
-  // Something has stood there longer than this object.
+  // The cluster was at its place before this object came: it is another one.
   [[nodiscard]] bool is_other(const Cluster& cluster) const;
-  // s since it was seen, and since it last stood where earlier scans looked through.
+  // s since it was last seen, and since it was last at a place that earlier scans saw as free.
   [[nodiscard]] double unseen() const { return now_ - seen_; }
   [[nodiscard]] double unmoved() const { return now_ - moved_; }
 
@@ -96,7 +96,7 @@ class Track {
   void correct(const MapPoint& measured, double deviation);
   [[nodiscard]] Box align(const Box& box) const;
   [[nodiscard]] MapPoint centre_of(const Box& aligned, const MapPoint& scanner) const;
-  // How many of the last scans showed it, at most 32.
+  // The number of the last `scans` (at most 32) that showed it.
   [[nodiscard]] int hits_of(unsigned scans) const;
   void learn_size(const Box& aligned);
   void judge_movement(const Sighting& sighting);
@@ -105,8 +105,8 @@ class Track {
 
   struct Trace {
     MapPoint at{};
-    unsigned through = 0;  // scans that looked through it since
-    bool met = false;      // one met something there
+    unsigned through = 0;  // number of scans that saw through it since
+    bool met = false;      // a scan hit something there
   };
   static constexpr std::size_t kTracesMax = 8;
 
@@ -122,16 +122,16 @@ class Track {
   MapPoint stood_;
   double now_;  // s
   double seen_;
-  double hidden_;  // when it was last seen, or where it should be was hidden
+  double hidden_;  // when it was last seen, or its expected place was hidden
   double moved_;
-  double came_;          // when it was last on its way
-  double evidence_ = 0;  // share of points that have moved, averaged
-  double one_leg_ = 0;   // share of scans, averaged
-  double log_odds_ = 0;  // that it is there
-  unsigned hits_ = 1;    // of the last scans, the newest lowest
+  double came_;          // when it last moved
+  double evidence_ = 0;  // average share of points that have moved
+  double one_leg_ = 0;   // average share of scans with one leg
+  double log_odds_ = 0;  // of its existence
+  unsigned hits_ = 1;    // bit mask of the last scans, the newest is bit 0
   unsigned scans_ = 1;
   unsigned pairs_ = 0;                      // scans that showed two legs
-  std::array<Trace, kTracesMax> traces_{};  // before it is said to move, the newest last
+  std::array<Trace, kTracesMax> traces_{};  // positions before it counts as moving, the newest last
   std::size_t traces_count_ = 0;
   double fastest_ = 0;  // mm/s, while moving
   bool person_;

@@ -97,10 +97,10 @@ TEST(Track, WhoIsNotWhereItShouldBeIsGone) {
       track.miss(through);
     }
     EXPECT_EQ(track.lost(), through);
-    EXPECT_TRUE(track.told()) << "until half a second later";
+    EXPECT_TRUE(track.published()) << "until half a second later";
     track.predict(1);
     track.miss(through);
-    EXPECT_FALSE(track.told());
+    EXPECT_FALSE(track.published());
   }
 }
 

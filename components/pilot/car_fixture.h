@@ -1,5 +1,5 @@
-// A car for tests: it steers by its front wheels, which take time to turn, accelerates as it can,
-// does what it is told after a lag, and knows only roughly where it is.
+// For tests: a car with steered front wheels that take time to turn, limited acceleration, a lag of
+// commands, and noise of the position.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@ struct CarModel {
   double lag = 0.1;              // s
   double position_noise = 15;    // mm, standard deviation
   double heading_noise = 0.004;  // rad
-  bool turns_at_rest = false;    // two driven wheels instead
+  bool turns_at_rest = false;    // differential drive
 };
 
 class Car {
@@ -38,7 +38,7 @@ class Car {
             .y = at_.y + model_.position_noise * noise(random_),
             .rho = at_.rho + model_.heading_noise * noise(random_)};
   }
-  // Its wheels in motion, at rest it forgets nothing else.
+  // Sets the current speed; everything else is kept.
   void start_with(double speed) {
     speed_ = speed;
     for (auto& command : under_way_) command = {speed, 0};
@@ -80,7 +80,7 @@ class Car {
   std::deque<PathFollower::Command> under_way_;
 };
 
-// Dora, more or less.
+// Approximately the robot Dora.
 inline ChassisParamData car_chassis() {
   ChassisParamData chassis;
   chassis.vxMax = 4000;

@@ -9,7 +9,7 @@ namespace rack::pilot {
 
 namespace {
 
-// What the vehicle needs for itself, seen in the direction it goes.
+// The box around the vehicle, relative to the direction of travel.
 struct Box {
   double ahead;
   double right;
@@ -17,8 +17,8 @@ struct Box {
   double left;
 };
 
-// Of four sides, clockwise from the front: the one that lies so many quarter turns to the right of
-// the direction.
+// Of four sides, clockwise from the front: the one `turns` quarter turns to the right of the
+// direction.
 template <typename Sides>
 double side(const Sides& sides, Direction direction, std::size_t quarters) {
   return sides[(static_cast<std::size_t>(direction) + quarters) % 4];
@@ -29,8 +29,8 @@ Box box_of(Direction direction, const ChassisParamData& chassis) {
       static_cast<double>(chassis.boundaryFront), static_cast<double>(chassis.boundaryRight),
       static_cast<double>(chassis.boundaryBack), static_cast<double>(chassis.boundaryLeft)};
   const double margin = chassis.safetyMargin;
-  const double way = margin + chassis.safetyMarginMove.raw();
-  return {side(hull, direction, 0) + way, side(hull, direction, 1) + margin,
+  const double front = margin + chassis.safetyMarginMove.raw();
+  return {side(hull, direction, 0) + front, side(hull, direction, 1) + margin,
           side(hull, direction, 2), side(hull, direction, 3) + margin};
 }
 
@@ -38,14 +38,15 @@ double speed_for(const ScanPoint& point, Direction direction, const Box& box,
                  double break_constant) {
   const double x = point.x;
   const double y = point.y;
-  const std::array<double, 4> ways = {x, y, -x, -y};
-  const double to_front = side(ways, direction, 0);
-  const double to_right = side(ways, direction, 1);
-  if (to_front < -box.behind) return std::numeric_limits<double>::infinity();  // it goes away
+  const std::array<double, 4> distances = {x, y, -x, -y};
+  const double to_front = side(distances, direction, 0);
+  const double to_right = side(distances, direction, 1);
+  if (to_front < -box.behind)
+    return std::numeric_limits<double>::infinity();  // the vehicle moves away from it
   const double ahead = std::max(0.0, to_front - box.ahead);
-  const double besides = std::max({0.0, to_right - box.right, -to_right - box.left});
+  const double lateral = std::max({0.0, to_right - box.right, -to_right - box.left});
   const bool moves = (point.type & scan_point::kClassMask) == kDynamicObstacle;
-  return std::max(ahead, kBesides * besides) / (break_constant * (moves ? kMoving : 1));
+  return std::max(ahead, kLateral * lateral) / (break_constant * (moves ? kMoving : 1));
 }
 
 i32 speed_max(Direction direction, const ChassisParamData& chassis) {
@@ -62,7 +63,7 @@ double deflection(i32 percent, double exponent) {
   return std::copysign(bent, part);
 }
 
-// Not negative. Who holds a button knows better.
+// Not negative. A pressed button overrides the limit.
 i32 limit_of(Direction direction, i32 speed_max, const JoystickData& stick,
              const ChassisParamData& chassis, const Scan2dData* scan) {
   if (scan == nullptr || stick.buttons != 0) return speed_max;
@@ -73,7 +74,7 @@ i32 limit_of(Direction direction, i32 speed_max, const JoystickData& stick,
 
 i32 safe_speed(Direction direction, const ChassisParamData& chassis, const Scan2dData& scan) {
   const Box box = box_of(direction, chassis);
-  // A vehicle that brakes at once has none.
+  // A vehicle that stops immediately has a break constant of 0.
   const double break_constant = std::max<double>(chassis.breakConstant, 1e-3);
   double speed = speed_max(direction, chassis);
   for (const ScanPoint& point : scan.points) {
@@ -92,10 +93,10 @@ double speed_for_curve(double curve, const ChassisParamData& chassis) {
 
 Drive joystick_drive(const JoystickData& stick, const JoystickDriveSettings& settings,
                      const ChassisParamData& chassis, const Scan2dData* scan) {
-  const double wish = settings.speed_max * deflection(stick.position.x, settings.x_exponent);
-  const Direction along = wish < 0 ? Direction::kBackward : Direction::kForward;
+  const double target = settings.speed_max * deflection(stick.position.x, settings.x_exponent);
+  const Direction along = target < 0 ? Direction::kBackward : Direction::kForward;
   const i32 safe = limit_of(along, settings.speed_max, stick, chassis, scan);
-  double speed = std::clamp(wish, -1.0 * safe, 1.0 * safe);
+  double speed = std::clamp(target, -1.0 * safe, 1.0 * safe);
 
   const double turn = deflection(stick.position.y, settings.y_exponent);
   double omega = turn * chassis.omegaMax;
@@ -105,8 +106,8 @@ Drive joystick_drive(const JoystickData& stick, const JoystickDriveSettings& set
     const double limit = speed_for_curve(curve, chassis);
     speed = std::clamp(speed, -limit, limit);
     omega = curve * speed;
-  } else if (wish != 0) {
-    omega *= speed / wish;  // the curve stays what it was when it brakes
+  } else if (target != 0) {
+    omega *= speed / target;  // braking keeps the curvature
   }
 
   const double aside = settings.side_speed_max * deflection(stick.position.z, 0);
@@ -114,9 +115,9 @@ Drive joystick_drive(const JoystickData& stick, const JoystickDriveSettings& set
   const double side_safe = limit_of(across, settings.side_speed_max, stick, chassis, scan);
   return {.speed = static_cast<i32>(std::lround(speed)),
           .side = static_cast<i32>(std::lround(std::clamp(aside, -side_safe, side_safe))),
-          .speed_safe = wish < 0 ? -safe : safe,
+          .speed_safe = target < 0 ? -safe : safe,
           .omega = static_cast<f32>(omega),
-          .wish = static_cast<i32>(std::lround(wish))};
+          .target = static_cast<i32>(std::lround(target))};
 }
 
 void describe(const Drive& drive, PilotData& data) {
@@ -124,15 +125,15 @@ void describe(const Drive& drive, PilotData& data) {
   data.curve = drive.speed == 0 ? 0 : drive.omega / static_cast<f32>(drive.speed);
   data.distanceToDest = -1;
   data.splines.resize(1);
-  PolarSpline& way = data.splines[0];
-  way = {};
-  way.length = drive.wish;
-  way.endPos.x = drive.wish;
-  way.basepoint.x = drive.wish;
-  way.basepoint.speed = std::abs(drive.wish);
-  way.vMax = std::abs(drive.wish);
-  way.vStart = std::abs(drive.wish);
-  way.vEnd = std::abs(drive.wish);
+  PolarSpline& line = data.splines[0];
+  line = {};
+  line.length = drive.target;
+  line.endPos.x = drive.target;
+  line.basepoint.x = drive.target;
+  line.basepoint.speed = std::abs(drive.target);
+  line.vMax = std::abs(drive.target);
+  line.vStart = std::abs(drive.target);
+  line.vEnd = std::abs(drive.target);
 }
 
 }  // namespace rack::pilot

@@ -59,7 +59,7 @@ TEST(SafeSpeed, MindsWhatIsBesidesItsWholeLength) {
 }
 
 TEST(SafeSpeed, Sideways) {
-  const auto besides = [](Direction direction, i32 x, i32 y) {
+  const auto lateral = [](Direction direction, i32 x, i32 y) {
     ChassisParamData sideways = chassis();
     sideways.vyMax = 400;
     sideways.vyMin = 30;
@@ -67,14 +67,14 @@ TEST(SafeSpeed, Sideways) {
     scan.points = {{.x = x, .y = y}};
     return safe_speed(direction, sideways, scan);
   };
-  EXPECT_EQ(besides(Direction::kRight, 0, 1010), 250) << "500 mm beyond the box";
-  EXPECT_EQ(besides(Direction::kRight, 0, 511), 30) << "the smallest there is";
-  EXPECT_EQ(besides(Direction::kRight, 0, 510), 0);
-  EXPECT_EQ(besides(Direction::kRight, 0, -241), 400) << "it goes away";
-  EXPECT_EQ(besides(Direction::kRight, 400, 300), 200) << "it passes by";
-  EXPECT_EQ(besides(Direction::kLeft, 0, -790), 150);
-  EXPECT_EQ(besides(Direction::kLeft, -400, 0), 0);
-  EXPECT_EQ(besides(Direction::kLeft, 0, 261), 400);
+  EXPECT_EQ(lateral(Direction::kRight, 0, 1010), 250) << "500 mm beyond the box";
+  EXPECT_EQ(lateral(Direction::kRight, 0, 511), 30) << "the smallest there is";
+  EXPECT_EQ(lateral(Direction::kRight, 0, 510), 0);
+  EXPECT_EQ(lateral(Direction::kRight, 0, -241), 400) << "it goes away";
+  EXPECT_EQ(lateral(Direction::kRight, 400, 300), 200) << "it passes by";
+  EXPECT_EQ(lateral(Direction::kLeft, 0, -790), 150);
+  EXPECT_EQ(lateral(Direction::kLeft, -400, 0), 0);
+  EXPECT_EQ(lateral(Direction::kLeft, 0, 261), 400);
 }
 
 TEST(SafeSpeed, Backward) {
@@ -211,11 +211,11 @@ TEST(JoystickDrive, BendsTheCurveOfTheStick) {
 
 TEST(JoystickDrive, IsDescribedAsAStraightWay) {
   PilotData data;
-  describe({.speed = -200, .speed_safe = -200, .omega = 0.1F, .wish = -700}, data);
+  describe({.speed = -200, .speed_safe = -200, .omega = 0.1F, .target = -700}, data);
   EXPECT_EQ(data.speed, -200);
   EXPECT_FLOAT_EQ(data.curve, -0.0005F);
   ASSERT_EQ(data.splines.size(), 1U);
-  EXPECT_EQ(data.splines[0].length, -700) << "as far as the stick says";
+  EXPECT_EQ(data.splines[0].length, -700) << "as far as the stick requests";
   EXPECT_EQ(data.splines[0].endPos.x, -700);
   EXPECT_EQ(data.splines[0].vMax, 700);
   EXPECT_EQ(data.splines[0].radius, 0);

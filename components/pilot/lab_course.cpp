@@ -9,9 +9,9 @@ namespace {
 
 constexpr double kLabCourseThere = 50;      // mm
 constexpr double kLabCourseAligned = 0.03;  // rad
-constexpr double kLeftBehind = 1.2;         // rad: the place is beside it or behind
-constexpr double kSlowsDown = 1;            // mm for each mm/s, before the place
-constexpr i32 kDirectionOnly = 10;          // mm/s; smaller ones say forward or backward only
+constexpr double kLeftBehind = 1.2;         // rad: the destination is beside or behind the vehicle
+constexpr double kSlowsDown = 1;            // mm of distance left per mm/s
+constexpr i32 kDirectionOnly = 10;          // mm/s; smaller values only select forward or backward
 
 }  // namespace
 
@@ -54,11 +54,11 @@ Drive LabCourse::go(const Pose& at, const Scan2dData& scan) {
         state_ = left < kLabCourseThere ? State::kTurnAsItShallStand : State::kTurnThere;
         return {};
       }
-      const double wish = destination_.speed >= kDirectionOnly
-                              ? static_cast<double>(destination_.speed)
-                              : static_cast<double>(chassis_.vxMax);
+      const double target = destination_.speed >= kDirectionOnly
+                                ? static_cast<double>(destination_.speed)
+                                : static_cast<double>(chassis_.vxMax);
       const double safe = safe_speed(Direction::kForward, chassis_, scan);
-      const double speed = std::min({wish, safe, left / kSlowsDown});
+      const double speed = std::min({target, safe, left / kSlowsDown});
       Drive drive = turn(missing);
       drive.speed = static_cast<i32>(speed);
       return drive;

@@ -1,5 +1,5 @@
-// The simplest pilot that gets somewhere, to begin one's own with: it turns to the place, drives
-// there straight ahead, and turns as it shall stand. It goes round nothing, but waits before it.
+// A minimal pilot as a starting point for your own: it turns to the destination, drives straight to
+// it, and turns to the final heading. It does not avoid obstacles, but waits for them to clear.
 // Pure.
 #pragma once
 
@@ -22,7 +22,7 @@ class LabCourse {
   // mm; -1: none.
   [[nodiscard]] double distance(const Pose& at) const;
 
-  // What it does next.
+  // The next command.
   Drive go(const Pose& at, const Scan2dData& scan);
 
  private:

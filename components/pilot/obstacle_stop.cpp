@@ -10,19 +10,19 @@ namespace rack::pilot {
 
 namespace {
 
-constexpr double kCrawls = 10;  // mm/s: slower is none
+constexpr double kCrawls = 10;  // mm/s: lower speeds count as 0
 constexpr double kFarAway = 1e9;
 constexpr double kStraightAhead = 1e-7;  // 1/mm
 constexpr int kWhileHolding = 2;
 
-// It stops before it changes between forward and backward.
+// The part of the path up to the next change between forward and backward, where the vehicle stops.
 std::span<const PolarSpline> same_sense(std::span<const PolarSpline> path) {
   std::size_t count = 1;
   while (count < path.size() && path::sense(path[count]) == path::sense(path[0])) ++count;
   return path.first(count);
 }
 
-// As people write it, with two digits.
+// As text with two decimals.
 std::string hundredths(double value) {
   const auto whole = std::lround(value * 100);
   return std::to_string(whole / 100) + "." + std::to_string(100 + whole % 100).substr(1);
@@ -35,17 +35,17 @@ tims::Result<void> check_braking(const ChassisParamData& chassis, double speed_m
   const auto refuse = [](std::string text) {
     return tims::Error(tims::Errc::kInvalidArgument, std::move(text));
   };
-  if (chassis.decMax <= 0) return refuse("the chassis says that it cannot brake: its decMax is 0");
+  if (chassis.decMax <= 0) return refuse("the chassis reports decMax 0: it cannot brake");
   const double needed = seconds(reaction) + speed_max / (2.0 * chassis.decMax);
   if (chassis.breakConstant >= needed) return {};
   const double slow = 2.0 * chassis.decMax * (chassis.breakConstant - seconds(reaction));
   return refuse("with breakConstant " + hundredths(chassis.breakConstant) +
-                " it would brake too late at " + std::to_string(std::lround(speed_max)) +
+                " the vehicle would brake too late at " + std::to_string(std::lround(speed_max)) +
                 " mm/s: decMax " + std::to_string(chassis.decMax.raw()) + " and " +
-                std::to_string(reaction.count()) + " ms of reaction need " +
+                std::to_string(reaction.count()) + " ms of reaction time need " +
                 hundredths(std::ceil(needed * 100) / 100) +
-                "; give the chassis that breakConstant, or the pilot a maxSpeed of " +
-                std::to_string(std::max(0L, static_cast<long>(slow))) + " at most");
+                "; set this breakConstant at the chassis, or limit maxSpeed of the pilot to " +
+                std::to_string(std::max(0L, static_cast<long>(slow))) + " mm/s");
 }
 
 ObstacleStop::ObstacleStop(const ChassisParamData& chassis, std::chrono::milliseconds reaction)
@@ -55,7 +55,7 @@ ObstacleStop::ObstacleStop(const ChassisParamData& chassis, std::chrono::millise
   look_ahead_ = 1000 + kMoving * std::max(brakes, fast * chassis.breakConstant);
 }
 
-// Of v t + v^2 / 2a = free.
+// The solution of v t + v^2 / 2a = free for v.
 double ObstacleStop::still_stops(double free) const {
   if (free <= 0) return 0;
   const double rate = std::max(1.0, 1.0 * chassis_.decMax);
@@ -67,33 +67,33 @@ double ObstacleStop::hull_ahead() const {
   return sense_ > 0 ? chassis_.boundaryFront : chassis_.boundaryBack;
 }
 
-// As a point before a vehicle that drives straight ahead; false: not in reach.
-bool ObstacleStop::straighten(const ScanPoint& point, const Pose& seen_from, const Way& way,
+// Converts a point to the frame of a vehicle on a straight path; false: it is out of reach.
+bool ObstacleStop::straighten(const ScanPoint& point, const Pose& seen_from, const Course& course,
                               ScanPoint& straight) const {
   const Pose at =
       seen_from + Pose{.x = static_cast<double>(point.x), .y = static_cast<double>(point.y)};
-  double before = -way.from;
+  double before = -course.from;
   double nearest = kFarAway;
-  for (std::size_t i = 0; i < way.splines.size() && before < look_ahead_; ++i) {
-    const PolarSpline& spline = way.splines[i];
+  for (std::size_t i = 0; i < course.splines.size() && before < look_ahead_; ++i) {
+    const PolarSpline& spline = course.splines[i];
     const path::Beside seen = path::beside(spline, at);
     const double along = path::sense(spline) * seen.along;
     const bool first = i == 0;
-    const bool last = i + 1 == way.splines.size();
+    const bool last = i + 1 == course.splines.size();
     const double ahead = before + along;
     before += path::size(spline);
     if ((along < 0 && !first) || (along > path::size(spline) && !last)) continue;
-    // Both ends swing out of a bend.
+    // Both ends of the vehicle swing out in a bend.
     const double radius = std::abs(static_cast<double>(spline.radius));
     const double longest = std::max(chassis_.boundaryFront, chassis_.boundaryBack);
     const double swing = radius > 0 ? longest * longest / (2 * radius) : 0;
     const double across = sense_ * seen.across;
     const bool bends_right = sense_ * spline.radius > 0;
-    const double wider_right = way.right + (bends_right ? 0 : swing);
-    const double wider_left = way.left + (bends_right ? swing : 0);
+    const double wider_right = course.right + (bends_right ? 0 : swing);
+    const double wider_left = course.left + (bends_right ? swing : 0);
     const double narrow =
         across > 0 ? std::max(0.0, across - wider_right) : std::min(0.0, across + wider_left);
-    const double distance = std::max(ahead, kBesides * std::abs(narrow));
+    const double distance = std::max(ahead, kLateral * std::abs(narrow));
     if (distance >= nearest || ahead > look_ahead_) continue;
     nearest = distance;
     straight = point;
@@ -103,8 +103,8 @@ bool ObstacleStop::straighten(const ScanPoint& point, const Pose& seen_from, con
   return nearest < kFarAway;
 }
 
-// The box of drive.h stands around a vehicle that drives forward along the straightened way.
-double ObstacleStop::limit(const Scan2dData& scan, const Pose& seen_from, const Way& way,
+// The box of drive.h, around a vehicle that drives forward along the straightened path.
+double ObstacleStop::limit(const Scan2dData& scan, const Pose& seen_from, const Course& course,
                            bool comfort) {
   const double margin = margins_.safetyMargin;
   const double ahead = hull_ahead() + margin;
@@ -115,30 +115,30 @@ double ObstacleStop::limit(const Scan2dData& scan, const Pose& seen_from, const 
   double speed = kFarAway;
   for (const ScanPoint& point : scan.points) {
     ScanPoint straight;
-    if (!counts(point) || !straighten(point, seen_from, way, straight)) continue;
+    if (!counts(point) || !straighten(point, seen_from, course, straight)) continue;
     const double x = straight.x;
     const double y = straight.y;
     if (x < -behind) continue;
     const bool moves = (point.type & scan_point::kClassMask) == kDynamicObstacle;
     const double earlier = moves ? kMoving : 1;
-    const double besides = std::max({0.0, y - right, -y - left});
+    const double lateral = std::max({0.0, y - right, -y - left});
     const double free = std::max(0.0, x - ahead);
-    if (besides <= 0) {
+    if (lateral <= 0) {
       speed = std::min(speed, still_stops(free) / earlier);
-      if (comfort) free_way_ = std::min(free_way_, free);
+      if (comfort) free_distance_ = std::min(free_distance_, free);
     }
     if (!comfort) continue;
-    // What lies behind the end of the path needs no more room than the hull has there.
-    if (x - ahead >= way.end) continue;
-    const double wished = std::max(0.0, free - margins_.safetyMarginMove);
-    speed = std::min(speed, std::max(wished, kBesides * besides) / (constant * earlier));
+    // Beyond the end of the path, only points that the hull would touch there count.
+    if (x - ahead >= course.end) continue;
+    const double remaining = std::max(0.0, free - margins_.safetyMarginMove);
+    speed = std::min(speed, std::max(remaining, kLateral * lateral) / (constant * earlier));
   }
   return speed;
 }
 
 double ObstacleStop::speed_max(const Scan2dData& scan, const Pose& seen_from, const Pose& at,
                                const PathFollower& follower) {
-  free_way_ = look_ahead_;
+  free_distance_ = look_ahead_;
   margins_ = chassis_;
   if (follower.holds()) {
     margins_.safetyMargin = kWhileHolding * chassis_.safetyMargin;
@@ -149,7 +149,7 @@ double ObstacleStop::speed_max(const Scan2dData& scan, const Pose& seen_from, co
   const PolarSpline& spline = path[follower.index()];
   sense_ = path::sense(spline) * (follower.reverts() ? -1 : 1);
 
-  // The arc it is on.
+  // The current arc.
   const PathFollower::Command now = follower.last();
   const double curve = std::abs(now.speed) < 1 ? 0 : now.omega / now.speed;
   const PolarSpline arc =
@@ -167,9 +167,9 @@ double ObstacleStop::speed_max(const Scan2dData& scan, const Pose& seen_from, co
   const double from = path::sense(spline) * beside.along;
   double end = -from;
   for (const PolarSpline& part : ahead) end += path::size(part);
-  const Way way{ahead, from, std::max(0.0, -across) + std::max(0.0, -turned),
-                std::max(0.0, across) + std::max(0.0, turned), end};
-  speed = std::min(speed, limit(scan, seen_from, way, true));
+  const Course course{ahead, from, std::max(0.0, -across) + std::max(0.0, -turned),
+                      std::max(0.0, across) + std::max(0.0, turned), end};
+  speed = std::min(speed, limit(scan, seen_from, course, true));
   return speed < kCrawls ? 0 : speed;
 }
 

@@ -84,7 +84,7 @@ TEST_F(OnAPath, GoesAsFastAsTheFreeWayAllows) {
   EXPECT_GT(allowed({}), 1e6);
   EXPECT_NEAR(allowed({{900, 0}}), 500, 2) << "250 hull, 50 and 100 margins";
   EXPECT_EQ(allowed({{390, 0}}), 0);
-  EXPECT_NEAR(stop.free_way(), 90, 1);
+  EXPECT_NEAR(stop.free_distance(), 90, 1);
   EXPECT_NEAR(allowed({{900, 0}}, 3), 500.0 / 3, 2) << "it moves";
   EXPECT_GT(allowed({{900, 0}}, 1), 1e6) << "a landmark";
   EXPECT_NEAR(allowed({{500, 400}}), 400, 2) << "100 mm beside";

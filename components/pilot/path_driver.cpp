@@ -13,15 +13,15 @@ namespace {
 using State = PathFollower::State;
 using std::chrono::milliseconds;
 
-constexpr int kMissing = 3;                 // messages of an input, then it stops
-constexpr milliseconds kExtrapolated{500};  // at most: how old a position may be
+constexpr int kMissing = 3;                 // messages of an input, then the vehicle stops
+constexpr milliseconds kExtrapolated{500};  // maximum age of a position
 constexpr std::size_t kSplinesShown = 10;
-constexpr std::size_t kDestinationsMax = 1000;  // of a message
+constexpr std::size_t kDestinationsMax = 1000;  // in a message
 constexpr double kStands = 20;                  // mm/s
 constexpr i32 kHour = 3600000;                  // ms
-constexpr milliseconds kAskNextAgain{5000};     // the path, that had no way there
+constexpr milliseconds kAskNextAgain{5000};     // after the path has refused a destination
 
-// As PilotPath's parameters are bounded; a recording may hold anything.
+// The bounds of PilotPath's parameters; a recording may contain any value.
 bool is_sensible(const PathDriverSettings& settings) {
   const auto is_time = [](i32 time) { return time >= 0 && time <= kHour; };
   return settings.maxSpeed > 0 && settings.periodTime > 0 && is_time(settings.periodTime) &&
@@ -40,7 +40,7 @@ PathDriver::PathDriver() {
 
 Result<void> PathDriver::begin(PathDriverSettings settings) {
   if (!is_sensible(settings))
-    return tims::Error(tims::Errc::kInvalidArgument, "settings that no pilot has");
+    return tims::Error(tims::Errc::kInvalidArgument, "the settings are out of range");
   ChassisParamData& chassis = settings.chassis;
   const milliseconds reaction(settings.lag + settings.periodTime +
                               (settings.looks != 0 ? settings.scanPeriod : 0));
@@ -60,7 +60,7 @@ Result<void> PathDriver::begin(PathDriverSettings settings) {
   inputs_.path.splines.clear();
   inputs_.scan.recordingTime = 0;
   inputs_.scan.points.clear();
-  look_ = {};
+  cycle_ = {};
   at_ = seen_from_ = {};
   command_ = {};
   missing_ = Why::kDrives;
@@ -73,23 +73,23 @@ Result<void> PathDriver::begin(PathDriverSettings settings) {
   return {};
 }
 
-// --- a look
+// --- one period
 
-ChassisMoveData PathDriver::look(const PathLook& look) {
-  look_ = look;
-  located_ = located_ || (look.came & PathLook::kPosition) != 0;
-  if ((look.came & PathLook::kScan) != 0) {
+ChassisMoveData PathDriver::step(const PathCycle& cycle) {
+  cycle_ = cycle;
+  located_ = located_ || (cycle.came & PathCycle::kPosition) != 0;
+  if ((cycle.came & PathCycle::kScan) != 0) {
     seen_ = true;
     seen_from_ = pose_at(inputs_.scan.recordingTime);
   }
-  at_ = pose_at(look.time);
+  at_ = pose_at(cycle.time);
   take_path();
   command_ = decide();
-  mind_the_refusal();
+  check_refusal();
   return {static_cast<i32>(std::lround(command_.speed)), 0, static_cast<f32>(command_.omega)};
 }
 
-// Where it is by the newest position and how it moves.
+// Extrapolates the newest position by the current speed.
 Pose PathDriver::pose_at(TimeStamp time) const {
   const Pose pose = Pose::of(inputs_.position.pos);
   const ChassisData& chassis = inputs_.chassis;
@@ -100,7 +100,7 @@ Pose PathDriver::pose_at(TimeStamp time) const {
                      .rho = static_cast<double>(chassis.omega) * seconds};
 }
 
-// A path is another one when its time is.
+// A path is new when its time differs.
 void PathDriver::take_path() {
   const PathData& path = inputs_.path;
   if (!located_ || path.recordingTime == taken_) return;
@@ -111,7 +111,7 @@ void PathDriver::take_path() {
   if (!path.splines.empty() && std::exchange(awaits_next_, false))
     destinations_.erase(destinations_.begin());
   if (path.splines.empty()) {
-    // The plan that was asked for has failed; else there is just none.
+    // The requested plan has failed; otherwise there is no path yet.
     if (state_ == pilot_state::kPlanning) state_ = pilot_state::kPathError;
     return;
   }
@@ -120,8 +120,8 @@ void PathDriver::take_path() {
 
 PathFollower::Command PathDriver::decide() {
   if (!located_) return {};
-  mind_the_time();
-  mind_the_deviation();
+  check_hold_time();
+  check_deviation();
   missing_ = missing();
   const bool knows = missing_ == Why::kDrives;
   safe_ = 0;
@@ -140,51 +140,51 @@ PathFollower::Command PathDriver::decide() {
   return command;
 }
 
-// When messages are missing it does not know what is there, where it is, or where to go; it goes
-// on when they come again. And a position that nobody is sure of is none to steer by.
+// While messages are missing, obstacles, position or path are unknown; the vehicle resumes when
+// they arrive again. An uncertain position must not be used for steering.
 PathDriver::Why PathDriver::missing() const {
   const auto is_missing = [&](i32 silence, i32 period_of_input) {
     return silence * period() >= kMissing * std::max(milliseconds(period_of_input), period());
   };
   if (is_unsure_) return Why::kUnsure;
-  if (is_missing(look_.positionSilence, settings_.positionPeriod)) return Why::kPositionMissing;
-  if (is_missing(look_.chassisSilence, settings_.chassisPeriod)) return Why::kChassisMissing;
-  if (is_missing(look_.pathSilence, settings_.pathPeriod)) return Why::kPathMissing;
+  if (is_missing(cycle_.positionSilence, settings_.positionPeriod)) return Why::kPositionMissing;
+  if (is_missing(cycle_.chassisSilence, settings_.chassisPeriod)) return Why::kChassisMissing;
+  if (is_missing(cycle_.pathSilence, settings_.pathPeriod)) return Why::kPathMissing;
   if (settings_.looks == 0) return Why::kDrives;
   const milliseconds scan_period(settings_.scanPeriod);
-  const milliseconds old = look_.time - inputs_.scan.recordingTime;
-  const bool sees = seen_ && look_.scanSilence * period() <= kMissing * scan_period &&
+  const milliseconds old = cycle_.time - inputs_.scan.recordingTime;
+  const bool sees = seen_ && cycle_.scanSilence * period() <= kMissing * scan_period &&
                     old <= kMissing * scan_period + period();
   return sees ? Why::kDrives : Why::kScanMissing;
 }
 
-// Once it is known again where it is, that may be elsewhere on the path.
-void PathDriver::mind_the_deviation() {
+// When the position is certain again, the vehicle may be elsewhere on the path.
+void PathDriver::check_deviation() {
   const auto& var = inputs_.position.var;
   const bool was_unsure = is_unsure_;
-  is_unsure_ = look_.deviationMax > 0 && std::max(var.x, var.y) > look_.deviationMax;
+  is_unsure_ = cycle_.deviationMax > 0 && std::max(var.x, var.y) > cycle_.deviationMax;
   if (is_unsure_ || !was_unsure || inputs_.path.splines.empty()) return;
   if (state_ != pilot_state::kRunning && state_ != pilot_state::kPathError) return;
   follower_->take(inputs_.path.splines, at_);
   state_ = pilot_state::kRunning;
 }
 
-// Of HOLD, as far as it has an end.
-void PathDriver::mind_the_time() {
+// Ends a HOLD of limited time.
+void PathDriver::check_hold_time() {
   if (!follower_->holds() || hold_left_.count() == 0) return;
   hold_left_ -= std::min(hold_left_, period());
   if (hold_left_.count() == 0) follower_->hold(false);
 }
 
-void PathDriver::mind_the_refusal() {
+void PathDriver::check_refusal() {
   const bool is_refused = awaits_next_ && state_ == pilot_state::kPathError;
   refused_ = is_refused ? refused_ + period() : milliseconds(0);
 }
 
-// --- what needs others: the next destination, a way round an obstacle
+// --- requests to other components: the next destination, a path around an obstacle
 
-PathDriver::Errand PathDriver::take_errand() {
-  const milliseconds patience(look_.replanTime);
+PathDriver::Request PathDriver::take_request() {
+  const milliseconds patience(cycle_.replanTime);
   if (!destinations_.empty() && (reached_ || refused_ >= kAskNextAgain)) {
     awaits_next_ = true;
     reached_ = false;
@@ -194,23 +194,23 @@ PathDriver::Errand PathDriver::take_errand() {
   }
   if (patience.count() <= 0 || blocked_ < patience) return {};
   blocked_ = milliseconds(0);
-  return {.around = where_it_is()};
+  return {.around = replan_data()};
 }
 
-PathReplanData PathDriver::where_it_is() const {
+PathReplanData PathDriver::replan_data() const {
   const path::Beside& beside = follower_->beside();
   PathReplanData data;
   data.currSpline = static_cast<i32>(follower_->index());
   data.splinePos = {whole_millimetres(beside.along), whole_millimetres(beside.across),
                     static_cast<f32>(beside.turned)};
-  data.distToObstacle = whole_millimetres(stop_->free_way() + settings_.chassis.boundaryFront);
+  data.distToObstacle = whole_millimetres(stop_->free_distance() + settings_.chassis.boundaryFront);
   data.pathLength = std::max(1, whole_millimetres(follower_->rest()));
   return data;
 }
 
-void PathDriver::hold(const PilotHoldData& wish) {
-  follower_->hold(wish.holdState != 0);
-  hold_left_ = milliseconds(wish.holdTime);
+void PathDriver::hold(const PilotHoldData& command) {
+  follower_->hold(command.holdState != 0);
+  hold_left_ = milliseconds(command.holdTime);
 }
 
 u32 PathDriver::plan(u32 state) {
@@ -223,10 +223,10 @@ void PathDriver::keep(std::span<const DestinationPoint> further) {
   awaits_next_ = false;
 }
 
-// --- what it says
+// --- output
 
 PilotStatusData PathDriver::status() const {
-  PilotStatusData data{.recordingTime = look_.time, .pos = at_.position()};
+  PilotStatusData data{.recordingTime = cycle_.time, .pos = at_.position()};
   data.speed = static_cast<i32>(std::lround(command_.speed));
   data.curve = command_.speed == 0 ? 0 : static_cast<f32>(command_.omega / command_.speed);
   data.pilotState = state_;
@@ -270,24 +270,24 @@ PathDriver::Why PathDriver::why() const {
 
 std::string PathDriver::why_text() const {
   constexpr std::array<const char*, 13> kTexts = {
-      "it drives",
-      "no position has come yet",
-      "nobody is sure where it is (deviationMax)",
+      "follows the path",
+      "no position received yet",
+      "the position is uncertain (deviationMax)",
       "no messages of the position",
       "no messages of the chassis",
       "no messages of the path",
-      "no scans, or too old ones",
+      "no scans, or outdated ones",
       "an obstacle",
-      "it is held (HOLD)",
-      "there is no path",
-      "it has arrived",
-      "it has left the corridor",
-      "a corner, or it turns round",
+      "held by HOLD",
+      "no path",
+      "arrived",
+      "outside of the corridor",
+      "a corner, or a change of direction",
   };
   const Why reason = why();
   std::string text = kTexts.at(static_cast<std::size_t>(reason));
   if (reason == Why::kObstacle)
-    text += ", free way " + std::to_string(whole_millimetres(stop_->free_way())) + " mm";
+    text += ", free distance " + std::to_string(whole_millimetres(stop_->free_distance())) + " mm";
   return text;
 }
 

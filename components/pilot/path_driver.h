@@ -1,11 +1,11 @@
-// What PilotPath decides, period after period. Pure.
+// The decisions of PilotPath, one per period. Pure.
 //
-// A function of what it was told, in that order, and of nothing else: the newest messages of its
-// inputs, what time it was, how often nothing had come, and commands. So a recording of these gives
-// the same decisions again, bit for bit (pilot_replay.h), and why a robot stopped can be found out
-// after the fact. The steps are those of a careful driver: a new path is taken where the vehicle
-// is; as long as a message is missing, or nobody is sure of the position, it stands; else it goes
-// as fast as the obstacles allow along the path.
+// The result is a function of the inputs in their order and of nothing else: the newest messages,
+// the time, the number of periods without a message, and commands. So a recording of these inputs
+// reproduces the same decisions bit for bit (pilot_replay.h), and the reason for a stop can be
+// found later. A new path is joined at the position of the vehicle; while a message is missing or
+// the position is uncertain, the vehicle stands; otherwise it follows the path as fast as the
+// obstacles allow.
 #pragma once
 
 #include <optional>
@@ -23,36 +23,36 @@ namespace rack::pilot {
 struct PathDriverSettings {
   ChassisParamData chassis{};
   i32 maxSpeed = 4000;   // mm/s
-  i32 periodTime = 50;   // ms; also those below
-  i32 lag = 100;         // from a command to the wheels
-  i32 steeringRate = 0;  // deg/s, of steered wheels; 0: they need no time
-  i32 looks = 1;         // 0: without a scan, it stops before nothing
+  i32 periodTime = 50;   // ms; all times below are in ms, too
+  i32 lag = 100;         // from a command to the reaction of the wheels
+  i32 steeringRate = 0;  // deg/s, of steered wheels; 0: no limit
+  i32 looks = 1;         // 0: there is no scanner, and no stop at obstacles
   i32 scanPeriod = 0;    // of its inputs
   i32 positionPeriod = 0;
   i32 chassisPeriod = 0;
   i32 pathPeriod = 50;
 };
 
-// What came since the look before, and when it looks.
-struct PathLook {
+// Inputs of one period: its time, and what was received since the period before.
+struct PathCycle {
   static constexpr u32 kPosition = 1;
   static constexpr u32 kChassis = 2;
   static constexpr u32 kPath = 4;
   static constexpr u32 kScan = 8;
 
   TimeStamp time = 0;
-  u32 came = 0;             // which of those
-  i32 positionSilence = 0;  // looks in a row at which nothing had come
+  u32 came = 0;             // mask of the bits above
+  i32 positionSilence = 0;  // number of periods in a row without a message
   i32 chassisSilence = 0;
   i32 pathSilence = 0;
   i32 scanSilence = 0;
   i32 deviationMax = 0;   // mm; 0: any
-  i32 replanTime = 3000;  // ms; 0: for ever
+  i32 replanTime = 3000;  // ms; 0: never
 };
 
 class PathDriver {
  public:
-  // Why it goes no faster.
+  // The reason that limits the speed.
   enum class Why : std::uint8_t {
     kDrives,
     kNoPlace,
@@ -74,23 +74,24 @@ class PathDriver {
     PathData path{};
     Scan2dData scan{};
   };
-  // For others to do.
-  struct Errand {
+  // Requests to other components.
+  struct Request {
     std::optional<DestinationPoint> next{};
     std::optional<PathReplanData> around{};
   };
 
   PathDriver();
 
-  // Forgets all. An error: these brakes do not stop it in time, or the settings are nonsense.
+  // Resets the state. Error: the vehicle cannot stop in time with these brakes, or the settings are
+  // invalid.
   Result<void> begin(PathDriverSettings settings);
 
-  // Where the messages of the next look() are put. After begin() only.
+  // The caller stores the messages for the next step() here, after begin().
   Inputs& inputs() { return inputs_; }
   [[nodiscard]] const Inputs& inputs() const { return inputs_; }
-  // Once a period. Allocates nothing.
-  ChassisMoveData look(const PathLook& look);
-  Errand take_errand();
+  // Called once per period. Allocates nothing.
+  ChassisMoveData step(const PathCycle& cycle);
+  Request take_request();
 
   void describe(PilotData& data) const;
   // The same without splines.
@@ -102,14 +103,14 @@ class PathDriver {
   // --- commands
 
   [[nodiscard]] bool has_begun() const { return follower_.has_value(); }
-  void hold(const PilotHoldData& wish);
-  void revert(const PilotRevertData& wish) {
-    follower_->revert(std::chrono::milliseconds(wish.revertTime));
+  void hold(const PilotHoldData& command);
+  void revert(const PilotRevertData& command) {
+    follower_->revert(std::chrono::milliseconds(command.revertTime));
   }
-  // The state becomes this one; returns the one before.
+  // Sets the state; returns the previous one.
   u32 plan(u32 state);
-  // Where it goes once it has arrived, one after the other. One that the path has no way to stays
-  // the next: it is asked for again.
+  // Further destinations, used one after the other on arrival. When the path refuses one, it
+  // remains the next and is requested again.
   void keep(std::span<const DestinationPoint> further);
 
  private:
@@ -120,14 +121,14 @@ class PathDriver {
   void take_path();
   PathFollower::Command decide();
   [[nodiscard]] Why missing() const;
-  void mind_the_deviation();
-  void mind_the_time();
-  void mind_the_refusal();
-  [[nodiscard]] PathReplanData where_it_is() const;
+  void check_deviation();
+  void check_hold_time();
+  void check_refusal();
+  [[nodiscard]] PathReplanData replan_data() const;
 
   Inputs inputs_;
   PathDriverSettings settings_;
-  PathLook look_;
+  PathCycle cycle_;
   std::optional<PathFollower> follower_;
   std::optional<ObstacleStop> stop_;
   Pose at_;
@@ -137,13 +138,13 @@ class PathDriver {
   double safe_ = 0;  // mm/s
   bool seen_ = false;
   bool located_ = false;
-  bool is_unsure_ = false;  // of where it is
+  bool is_unsure_ = false;  // the position is uncertain
   u32 state_ = pilot_state::kIdle;
   bool reached_ = false;  // the end of its path
-  TimeStamp taken_ = 0;   // of its path
+  TimeStamp taken_ = 0;   // of the current path
   std::vector<DestinationPoint> destinations_;
-  bool awaits_next_ = false;  // the way to the first of them
-  milliseconds refused_{0};   // so long ago
+  bool awaits_next_ = false;  // a path to the first of them was requested
+  milliseconds refused_{0};   // time since the refusal
   milliseconds hold_left_{0};
   milliseconds blocked_{0};
 };

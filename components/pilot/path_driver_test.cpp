@@ -1,4 +1,4 @@
-// What a pilot does with a list of destinations, whatever the path says to each of them.
+// How a pilot processes a list of destinations when the path accepts or refuses them.
 #include "components/pilot/path_driver.h"
 
 #include <array>
@@ -27,10 +27,10 @@ class Robot {
   }
 
   // Looks until it wants something of others, for at most so long; ms until then.
-  PathDriver::Errand go(int ms) {
+  PathDriver::Request go(int ms) {
     for (waited = 0; waited < ms; waited += kPeriod) {
       look(0);
-      if (auto errand = driver.take_errand(); errand.next) return errand;
+      if (auto request = driver.take_request(); request.next) return request;
     }
     return {};
   }
@@ -44,15 +44,15 @@ class Robot {
     spline.accMax = spline.decMax = 700;
     spline.lbo = 1000;
     path.recordingTime = TimeStamp(static_cast<u32>(time_));
-    look(PathLook::kPath);
+    look(PathCycle::kPath);
     EXPECT_EQ(driver.status().pilotState, pilot_state::kRunning);
     here_ += way;
   }
-  // It has none, as it says later on.
+  // The path has refused, and reports it later.
   void has_no_way() {
     driver.inputs().path.splines.clear();
     driver.inputs().path.recordingTime = TimeStamp(static_cast<u32>(time_));
-    look(PathLook::kPath);
+    look(PathCycle::kPath);
   }
 
   PathDriver driver;
@@ -65,7 +65,7 @@ class Robot {
     driver.inputs().position.recordingTime = now;
     driver.inputs().position.pos.x = here_;
     driver.inputs().chassis.recordingTime = now;
-    driver.look({.time = now, .came = came | PathLook::kPosition | PathLook::kChassis});
+    driver.step({.time = now, .came = came | PathCycle::kPosition | PathCycle::kChassis});
   }
 
   i32 here_ = 0;
@@ -76,27 +76,27 @@ TEST(PathDriver, ADestinationThatIsRefusedStaysTheNext) {
   Robot robot;
   robot.driver.keep(std::array{at(2000), at(3000)});
   robot.goes(1000);
-  auto errand = robot.go(1000);
-  ASSERT_TRUE(errand.next);
-  EXPECT_EQ(errand.next->pos.x, 2000);
+  auto request = robot.go(1000);
+  ASSERT_TRUE(request.next);
+  EXPECT_EQ(request.next->pos.x, 2000);
   for (int refusals = 0; refusals < 3; ++refusals) {
     robot.driver.plan(pilot_state::kPathError);  // at once
-    errand = robot.go(20'000);
-    ASSERT_TRUE(errand.next);
-    EXPECT_EQ(errand.next->pos.x, 2000);
+    request = robot.go(20'000);
+    ASSERT_TRUE(request.next);
+    EXPECT_EQ(request.next->pos.x, 2000);
     EXPECT_GE(robot.waited, 4000) << "it does not press";
     EXPECT_EQ(robot.driver.status().pilotState, pilot_state::kPlanning);
   }
   robot.has_no_way();  // after a while
   EXPECT_EQ(robot.driver.status().pilotState, pilot_state::kPathError);
-  errand = robot.go(20'000);
-  ASSERT_TRUE(errand.next);
-  EXPECT_EQ(errand.next->pos.x, 2000);
+  request = robot.go(20'000);
+  ASSERT_TRUE(request.next);
+  EXPECT_EQ(request.next->pos.x, 2000);
 
   robot.goes(1000);
-  errand = robot.go(1000);
-  ASSERT_TRUE(errand.next);
-  EXPECT_EQ(errand.next->pos.x, 3000) << "each once";
+  request = robot.go(1000);
+  ASSERT_TRUE(request.next);
+  EXPECT_EQ(request.next->pos.x, 3000) << "each once";
   robot.goes(1000);
   EXPECT_FALSE(robot.go(20'000).next) << "that was all";
 }
@@ -111,9 +111,9 @@ TEST(PathDriver, WhatIsSaidAnewTakesThePlaceOfWhatWasRefused) {
   EXPECT_FALSE(robot.go(20'000).next);
   robot.driver.keep(std::array{at(5000)});
   robot.goes(500);
-  const auto errand = robot.go(1000);
-  ASSERT_TRUE(errand.next);
-  EXPECT_EQ(errand.next->pos.x, 5000);
+  const auto request = robot.go(1000);
+  ASSERT_TRUE(request.next);
+  EXPECT_EQ(request.next->pos.x, 5000);
 }
 
 }  // namespace path_driver_test

@@ -10,16 +10,17 @@ namespace rack::pilot {
 
 namespace {
 
-constexpr double kPathFollowerThere = 5;       // mm: at the end
-constexpr double kPathFollowerAligned = 0.02;  // rad: it has turned
-constexpr double kMisaligned = 0.35;           // rad: it turns at rest before it drives
+constexpr double kPathFollowerThere = 5;       // mm: tolerance at the end
+constexpr double kPathFollowerAligned = 0.02;  // rad: tolerance of a turn at rest
+constexpr double kMisaligned = 0.35;           // rad: above, turns at rest first
 constexpr double kLost = 2;                    // rad off the path's heading
-constexpr double kPerRadian = 1000;  // mm: how much a heading counts when it looks for its place
-constexpr double kAsNear = 300;      // mm: of two such places, the one that is driven first
-constexpr double kAtRest = 10;       // mm/s
-constexpr double kBraking = 0.95;    // of the deceleration of the path
+constexpr double kPerRadian =
+    1000;                        // mm per rad of heading error, in the search for the nearest point
+constexpr double kAsNear = 300;  // mm: among points that are this close, the first of the path wins
+constexpr double kAtRest = 10;   // mm/s
+constexpr double kBraking = 0.95;  // of the deceleration of the path
 
-// Where it is after driving so for a while.
+// The pose after driving with `command` for `time`.
 Pose moved(const Pose& from, const PathFollower::Command& command, double time) {
   const double turn = command.omega * time;
   const double middle = from.rho + turn / 2;
@@ -35,7 +36,7 @@ PathFollower::PathFollower(const FollowerSettings& settings) : settings_(setting
   rest_.reserve(path::kSplinesMax);
 }
 
-// --- where it is on the path
+// --- position on the path
 
 void PathFollower::take(std::span<const PolarSpline> path, const Pose& at) {
   if (path.empty() || path.size() > path::kSplinesMax) {
@@ -68,7 +69,7 @@ double PathFollower::rest() const {
 void PathFollower::find_place(const Pose& at) {
   index_ = 0;
   way_ = 0;
-  // A path that begins here begins at its beginning, however the vehicle stands.
+  // When the path starts here, it is joined at its start for any heading of the vehicle.
   const Pose start = path::pose_at(path_[0], 0);
   if (std::hypot(at.x - start.x, at.y - start.y) < kAsNear) {
     go_on(at);
@@ -90,7 +91,7 @@ void PathFollower::find_place(const Pose& at) {
   go_on(at);
 }
 
-// From spline to spline, as far as it does not have to stop between.
+// Advances to the following splines, up to the next stop.
 void PathFollower::go_on(const Pose& at) {
   for (;;) {
     const PolarSpline& spline = path_[index_];
@@ -107,7 +108,7 @@ void PathFollower::go_on(const Pose& at) {
   }
 }
 
-// What was commanded during the lag is what it is going to do.
+// The commands of the lag time have not taken effect yet.
 Pose PathFollower::predicted(const Pose& at) const {
   Pose pose = at;
   double left = std::min(seconds(settings_.lag), seconds(settings_.period) * (kCommandsMax - 1));
@@ -126,19 +127,19 @@ bool PathFollower::stops_ahead() const {
   return index_ + 1 == path_.size() || !path::runs_on(path_[index_], path_[index_ + 1]);
 }
 
-// To where it has to leave this spline, in the sense it drives.
+// Distance to the end of this spline in the direction of travel.
 double PathFollower::ahead() const { return reverts() ? way_ : path::size(path_[index_]) - way_; }
 
 bool PathFollower::is_astray() const {
   const double room = static_cast<double>(path_[index_].lbo);
   if (room > 0 && std::abs(beside_.across) > room) return true;
-  // Who can turns to where the path leads.
+  // A vehicle that can turn at rest turns towards the path instead.
   return settings_.chassis.minTurningRadius > 0 && std::abs(beside_.turned) > kLost;
 }
 
-// --- how fast
+// --- speed
 
-// Without what it needs to grow: the vehicle accelerates as it can.
+// Ignores the acceleration phases of the profile: the vehicle accelerates as it can.
 double PathFollower::profile(double further) const {
   std::size_t i = index_;
   double way = std::max(0.0, way_ + further);
@@ -159,7 +160,7 @@ double PathFollower::steering_time(double from, double to) const {
   return std::abs(std::atan(base * to) - std::atan(base * from)) / settings_.steering_rate;
 }
 
-// Of the path where it is, or soon will be.
+// Curvature of the path at the vehicle, or shortly ahead.
 double PathFollower::curvature_at(double speed) const {
   const double here = path::curvature(path_[index_]);
   if (reverts() || stops_ahead()) return here;
@@ -168,7 +169,7 @@ double PathFollower::curvature_at(double speed) const {
   return ahead() < std::abs(speed) * early ? next : here;
 }
 
-// --- what it does
+// --- output
 
 PathFollower::Command PathFollower::follow(const Pose& at, double speed, double speed_safe) {
   if (reverts()) revert_left_ -= std::min(revert_left_, settings_.period);
@@ -199,7 +200,7 @@ PathFollower::Command PathFollower::follow(const Pose& at, double speed, double 
   return give(drive(speed, speed_safe));
 }
 
-// At rest at the end of a spline: whether there is another one to go on with.
+// At rest at the end of a spline: whether another one follows.
 bool PathFollower::leave_stop(double speed) {
   if (std::abs(speed) > kAtRest || last().speed != 0) return false;
   if (index_ + 1 == path_.size()) {
@@ -214,7 +215,7 @@ bool PathFollower::leave_stop(double speed) {
   ++index_;
   beside_ = path::beside(path_[index_], at);
   way_ = path::sense(path_[index_]) * beside_.along;
-  // Corners that are no bends to it need not be waited for.
+  // Corners within the tolerance need no turn at rest.
   turning_ =
       std::abs(beside_.turned) > kPathFollowerAligned && settings_.chassis.minTurningRadius == 0;
   return true;
@@ -225,7 +226,7 @@ PathFollower::Command PathFollower::turn_at_rest(double missing) const {
   return {0, std::clamp(settings_.chassis.pilotParameterB * missing, -most, most)};
 }
 
-// As fast as it will be at least when it is told to stop.
+// The lowest speed that the vehicle can have after braking for one period.
 PathFollower::Command PathFollower::braking(double speed_now, double sense) const {
   const double time = seconds(settings_.lag) + seconds(settings_.period) / 2;
   const double speed = std::abs(speed_now) - settings_.chassis.decMax * time;
@@ -248,7 +249,7 @@ PathFollower::Command PathFollower::drive(double speed_now, double speed_safe) {
   }
   if (holds_) speed = std::min(speed, before - spline.decMax * period);
   const double grown = before + std::min<double>(settings_.chassis.accMax, spline.accMax) * period;
-  // One who stands has to begin with something.
+  // A standing vehicle has to start with at least vxMin.
   speed = std::clamp(speed, 0.0, std::max(grown, 1.0 * settings_.chassis.vxMin));
   const Command still = braking(speed_now, sense);
   if (speed <= 0 || speed < std::abs(still.speed))
@@ -260,7 +261,7 @@ double PathFollower::steer(double speed) const {
   const ChassisParamData& chassis = settings_.chassis;
   const double fast = std::max(std::abs(speed), 1.0);
   const double b = chassis.pilotParameterB;
-  // With A v = B / 2 the motion is damped by 0.7.
+  // A v = B / 2 gives a damping ratio of 0.7.
   const double a = std::min<double>(chassis.pilotParameterA, b / (2 * fast));
   const double steepest = std::asin(std::min(1.0, chassis.pilotVTransMax / fast));
   const double back = std::clamp(-a * beside_.across, -steepest, steepest);

@@ -1,18 +1,18 @@
 // Follows a path of splines. Pure.
 //
-// The law: omega = v curvature + B (heading error + A lateral error). The first part drives the
-// path as it bends, the second brings the vehicle back to it: a lateral error, times A, is the
-// angle at which it is approached, and B is how quickly that heading is taken. So the error dies
-// out like that of a spring and a damper; since the spring grows with the speed and the damper does
-// not, A is lowered with the speed until the motion is damped well. The angle is also bounded so
-// that the vehicle never goes faster than pilotVTransMax to the side. What it decides takes effect
-// only after a lag: so it steers by where it will be then, from the commands that are under way.
-// (The original's follower was not published; its law is that of the units of its parameters.)
+// Control law: omega = v curvature + B (heading error + A lateral error). The first term follows
+// the curvature of the path, the second corrects errors: the lateral error times A is the angle of
+// approach to the path, and B is the rate at which that heading is reached. The error decays like a
+// spring-damper system. The stiffness grows with the speed and the damping does not, so A is
+// reduced with the speed to keep the motion well damped. The angle is also limited so that the
+// lateral speed never exceeds pilotVTransMax. Commands take effect after a lag, so the controller
+// uses the pose predicted from the commands that have not taken effect yet. (The original's
+// follower was not published; this law matches the units of its parameters.)
 //
-// The speed is that of the path's profile where it will be, grows no faster than the vehicle
-// accelerates, and is never more than what whoever calls allows. While it brakes harder than the
-// vehicle can, it steers for the speed that is left. Where the path changes between
-// forward and backward, and in corners, it stops; one who turns at rest does so there.
+// The speed is that of the path's profile at the predicted position. It grows no faster than the
+// vehicle accelerates, and never exceeds the limit given by the caller. While the vehicle cannot
+// brake as hard as commanded, steering uses the actual speed. At changes between forward and
+// backward and in corners the vehicle stops; vehicles that can turn at rest do so there.
 #pragma once
 
 #include <array>
@@ -30,8 +30,8 @@ struct FollowerSettings {
   ChassisParamData chassis{};
   double speed_max = 0;  // mm/s, of the pilot; the chassis may have a lower one
   std::chrono::milliseconds period{50};
-  std::chrono::milliseconds lag{100};  // until the wheels begin to do what was commanded
-  double steering_rate = 0;            // rad/s, of steered wheels; 0: they need no time
+  std::chrono::milliseconds lag{100};  // from a command to the reaction of the wheels
+  double steering_rate = 0;            // rad/s, of steered wheels; 0: no limit
 };
 
 inline double seconds(std::chrono::milliseconds time) {
@@ -53,24 +53,23 @@ class PathFollower {
 
   explicit PathFollower(const FollowerSettings& settings);
 
-  // Goes on with a path at that place of it that is the nearest. Allocates nothing for up to
-  // kSplinesMax splines.
+  // Joins a path at its nearest point. Allocates nothing for up to kSplinesMax splines.
   void take(std::span<const PolarSpline> path, const Pose& at);
-  void drop();  // the path; it stops
+  void drop();  // removes the path; the vehicle stops
 
-  // Once a period. `speed`: of the vehicle, mm/s; `speed_safe`: what is allowed, mm/s.
+  // Called once per period. `speed`: of the vehicle, mm/s; `speed_safe`: limit, mm/s.
   Command follow(const Pose& at, double speed, double speed_safe);
 
-  // It stops, and stays on the path.
+  // Stops and keeps the path.
   void hold(bool holds) { holds_ = holds; }
   [[nodiscard]] bool holds() const { return holds_; }
-  // Goes back where it came from along the path, for that time.
+  // Drives back along the path for that time.
   void revert(std::chrono::milliseconds time) { revert_left_ = time; }
   [[nodiscard]] bool reverts() const { return revert_left_.count() > 0; }
 
   [[nodiscard]] State state() const { return state_; }
   [[nodiscard]] std::span<const PolarSpline> path() const { return path_; }
-  [[nodiscard]] std::size_t index() const { return index_; }  // of the spline it is on
+  [[nodiscard]] std::size_t index() const { return index_; }  // of the current spline
   [[nodiscard]] double way() const { return way_; }           // on that spline, mm
   [[nodiscard]] double rest() const;                          // to the end of the path, mm
   [[nodiscard]] const path::Beside& beside() const { return beside_; }

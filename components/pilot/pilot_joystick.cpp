@@ -1,4 +1,4 @@
-// PilotJoystick: drives as a joystick says, and brakes before obstacles.
+// PilotJoystick: drives by joystick and brakes for obstacles.
 #include <array>
 #include <optional>
 
@@ -11,28 +11,28 @@ namespace rack::pilot {
 namespace {
 
 constexpr auto kPeriod = std::chrono::milliseconds(100);
-constexpr int kSilence = 10;  // periods without a message of an input
+constexpr int kSilence = 10;  // periods without a message from an input
 constexpr std::uint32_t kScanMax = body_max<Scan2dData>();
 
 constexpr std::array<ParameterInfo, 12> kParameters = {{
     {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
-    {"scan2dInst", 0, "instance of the scan, -1: none, no braking", -1, kIdMax, true},
+    {"scan2dInst", 0, "instance of the scan; -1: no scan, no braking", -1, kIdMax, true},
     {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
     {"chassisInst", 0, "instance of the chassis", 0, kIdMax},
     {"joystickSys", 0, "system id of the joystick", 0, kIdMax},
     {"joystickInst", 0, "instance of the joystick", 0, kIdMax},
-    {"maxSpeed", 4000, "with the stick all the way forward, mm/s", 0, 1e6},
-    {"maxSpeedSide", 0, "with its third axis all the way, to the side, mm/s", 0, 1e6},
-    {"mode", 0, "to the side the stick means: 0 a curve, 1 a turning speed", 0, 1},
-    {"chassisMinTurnRadius", 300, "of the narrowest curve, mm; the chassis may want a larger one",
+    {"maxSpeed", 4000, "speed with the stick fully forward, mm/s", 0, 1e6},
+    {"maxSpeedSide", 0, "sideways speed with the third axis fully deflected, mm/s", 0, 1e6},
+    {"mode", 0, "meaning of the stick to the side: 0 curvature, 1 angular speed", 0, 1},
+    {"chassisMinTurnRadius", 300, "minimum turning radius, mm; the chassis may have a larger one",
      1, 1e6},
-    {"joystickExpX", 0.0F, "more than 0: finer near the middle", 0, 20},
-    {"joystickExpY", 0.0F, "the same to the side", 0, 20},
+    {"joystickExpX", 0.0F, "exponent of the stick; above 0: finer near the centre", 0, 20},
+    {"joystickExpY", 0.0F, "the same for the stick to the side", 0, 20},
 }};
 
 constexpr ModuleInfo kInfo{
     .program = "PilotJoystick",
-    .purpose = "Drives as a joystick says, and brakes before obstacles.",
+    .purpose = "Drives by joystick and brakes for obstacles.",
     .class_id = tims::class_id::kPilot,
     .parameters = kParameters,
 };
@@ -83,7 +83,7 @@ class PilotJoystick : public DataModule<PilotData> {
     if (auto asked = joystick_->proxy().get_data(stick_); !asked) return asked;
     const JoystickAxes& at = stick_.position;
     if (at.x != 0 || at.y != 0 || (settings_.side_speed_max > 0 && at.z != 0))
-      return refused("let go of the joystick first");
+      return refused("the joystick is deflected; release it first");
     const auto granted = joystick_->subscribe();
     return granted ? Result<void>() : granted.error();
   }
@@ -102,11 +102,12 @@ class PilotJoystick : public DataModule<PilotData> {
       if (!come) return come.error();
       seen_ = seen_ || *come;
     }
-    // Before the first scan it does not know what is there.
+    // Before the first scan, obstacles are unknown.
     Drive drive;
     if (!looks_ || seen_)
       drive = joystick_drive(stick_, settings_, limits_, looks_ ? &scan_data_ : nullptr);
-    // The original's chassis take the second number for a limit; those that go sideways do not.
+    // Chassis of the original use the second number as a limit; those that move sideways as a
+    // speed.
     const i32 second = limits_.vyMax == 0 ? drive.speed_safe : drive.side;
     if (auto moved = chassis_->move(drive.speed, second, drive.omega); !moved) return moved;
     PilotData& data = get_local_buffer();
@@ -118,7 +119,7 @@ class PilotJoystick : public DataModule<PilotData> {
   Result<void> module_command(const tims::MessageView& message) override {
     if (message.header.type != PilotType::kSetDestination)
       return DataModule::module_command(message);
-    return refused("a joystick has no destination");
+    return refused("a joystick pilot takes no destination");
   }
 
   tims::Mailbox* work_ = nullptr;

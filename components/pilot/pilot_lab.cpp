@@ -1,4 +1,4 @@
-// PilotLab: an example of a pilot. Copy it, and put your own course in the place of LabCourse.
+// PilotLab: an example of a pilot. Copy it and replace LabCourse by your own course.
 #include <array>
 #include <mutex>
 #include <optional>
@@ -22,7 +22,7 @@ constexpr std::array<ParameterInfo, 6> kParameters = {{
 
 constexpr ModuleInfo kInfo{
     .program = "PilotLab",
-    .purpose = "An example of a pilot: straight to its destination.",
+    .purpose = "An example of a pilot: drives straight to its destination.",
     .class_id = tims::class_id::kPilot,
     .parameters = kParameters,
 };
@@ -59,7 +59,7 @@ class PilotLab : public DataModule<PilotData> {
     scan_->stop();
   }
 
-  // Once a scan: look, decide, drive, tell.
+  // Once per scan: reads the inputs, decides, commands the chassis, publishes.
   Result<void> module_loop() override {
     if (auto come = scan_->next(scan_data_, 2 * period()); !come) return come;
     const auto position = position_->get_data();
@@ -90,12 +90,12 @@ class PilotLab : public DataModule<PilotData> {
   Result<void> module_command(const tims::MessageView& message) override {
     if (message.header.type != PilotType::kSetDestination)
       return DataModule::module_command(message);
-    const auto wish = decode<PilotDestData>(message);
-    if (!wish) return wish.error();
-    if (!is_on()) return refused("turn it on first");
+    const auto command = decode<PilotDestData>(message);
+    if (!command) return command.error();
+    if (!is_on()) return refused("the pilot is off; turn it on first");
     {
       const std::lock_guard lock(course_mutex_);
-      course_->set_destination(*wish);
+      course_->set_destination(*command);
     }
     reply(message.header, tims::type::kOk);
     return {};
@@ -106,7 +106,7 @@ class PilotLab : public DataModule<PilotData> {
   std::optional<PositionProxy> position_;
   std::optional<Input<Scan2dProxy>> scan_;
   Scan2dData scan_data_;
-  PriorityMutex course_mutex_;  // of what follows
+  PriorityMutex course_mutex_;  // protects the members below
   std::optional<LabCourse> course_;
 };
 

@@ -1,5 +1,5 @@
-// PilotPath: follows a path, and stops before obstacles. While position, path or scans are away it
-// stands and asks for them again; where it was sent to stays.
+// PilotPath: follows a path and stops at obstacles. While position, path or scans are missing, it
+// stands and subscribes again; it keeps its destination.
 #include <algorithm>
 #include <array>
 #include <memory>
@@ -23,36 +23,34 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr int kSilence = 10;  // periods without a message of an input
+constexpr int kSilence = 10;  // periods without a message from an input
 constexpr int kSilenceMost = 1000000;
 constexpr milliseconds kAskAgain{1000};
-constexpr milliseconds kAskFor{50};  // it stands then
+constexpr milliseconds kAskFor{50};  // short: the vehicle stands during this time
 
 constexpr std::array<ParameterInfo, 15> kParameters = {{
     {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
-    {"scan2dInst", 0, "instance of the scan, -1: none, it stops before nothing", -1, kIdMax, true},
+    {"scan2dInst", 0, "instance of the scan; -1: no scan, no stop at obstacles", -1, kIdMax, true},
     {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
     {"chassisInst", 0, "instance of the chassis", 0, kIdMax},
     {"positionSys", 0, "system id of the position", 0, kIdMax},
     {"positionInst", 0, "instance of the position", 0, kIdMax},
     {"pathSys", 0, "system id of the path", 0, kIdMax},
     {"pathInst", 0, "instance of the path", 0, kIdMax},
-    {"maxSpeed", 4000, "mm/s", 1, 1e6},
-    {"periodTime", 50, "ms", 10, 1000},
-    {"lag", 100, "from a command to the wheels, ms", 0, 1000},
-    {"deviationMax", 0,
-     "it stops while the standard deviation of the position is larger, mm; 0: never", 0, 1e6},
-    {"steeringRate", 0, "of steered wheels, deg/s; 0: they need no time", 0, 3600},
+    {"maxSpeed", 4000, "maximum speed, mm/s", 1, 1e6},
+    {"periodTime", 50, "period of the decisions, ms", 10, 1000},
+    {"lag", 100, "delay from a command to the reaction of the wheels, ms", 0, 1000},
+    {"deviationMax", 0, "stop while the standard deviation of the position is larger, mm; 0: never",
+     0, 1e6},
+    {"steeringRate", 0, "rate of steered wheels, deg/s; 0: no limit", 0, 3600},
     {"replanTime", 3000,
-     "how long it waits before an obstacle until it asks for another path, ms; 0: "
-     "for ever",
-     0, 3600000},
-    {"record", "", "file that what it receives and decides is recorded in, for pilot-replay"},
+     "time to wait at an obstacle before another path is requested, ms; 0: never", 0, 3600000},
+    {"record", "", "file to record inputs and decisions to, for pilot-replay"},
 }};
 
 constexpr ModuleInfo kInfo{
     .program = "PilotPath",
-    .purpose = "Follows a path, and stops before obstacles.",
+    .purpose = "Follows a path and stops at obstacles.",
     .class_id = tims::class_id::kPilot,
     .parameters = kParameters,
     .command_body_max = body_max<PilotMultiDestData>(),
@@ -68,7 +66,7 @@ class PilotPath : public DataModule<PilotData> {
   Result<void> module_init() override {
     if (auto made = create_mailbox(work_, 10, body_max<PathData>()); !made) return made;
     if (auto made = create_mailbox(command_work_, 4, 256); !made) return made;
-    if (auto made = create_mailbox(errand_work_, 4, 256); !made) return made;
+    if (auto made = create_mailbox(request_work_, 4, 256); !made) return made;
     if (auto made = create_input(scan_.input, *work_, 2, body_max<Scan2dData>()); !made)
       return made;
     if (auto made = create_input(position_.input, *work_, 10, wire_size<PositionData>()); !made)
@@ -89,7 +87,8 @@ class PilotPath : public DataModule<PilotData> {
     set_period(milliseconds(settings.periodTime));
     path_.patience = kSilence + kSilence * settings.pathPeriod / settings.periodTime;
     scan_.patience = kSilence + kSilence * settings.scanPeriod / settings.periodTime;
-    errand_.emplace(*errand_work_, address_of(tims::class_id::kPath, "path"), kPlanningTimeouts);
+    request_path_.emplace(*request_work_, address_of(tims::class_id::kPath, "path"),
+                          kPlanningTimeouts);
     if (auto good = begin(settings); !good) return good;
     return DataModule::module_on();
   }
@@ -110,14 +109,14 @@ class PilotPath : public DataModule<PilotData> {
     return {};
   }
 
-  // One that it can be without for a while.
+  // An input that may be missing for some time.
   template <typename ProxyType>
   struct Feed {
     std::optional<Input<ProxyType>> input{};
-    int patience = kSilence;            // looks
-    int left = 0;                       // of it
-    int silence = 0;                    // looks since something came
-    std::optional<tims::Time> asked{};  // while it is away
+    int patience = kSilence;            // periods without a message until it counts as lost
+    int left = 0;                       // periods left of it
+    int silence = 0;                    // periods since the last message
+    std::optional<tims::Time> asked{};  // last attempt to subscribe again, while it is lost
   };
 
   Result<void> start_inputs(PathDriverSettings& settings) {
@@ -160,58 +159,58 @@ class PilotPath : public DataModule<PilotData> {
     finish_recording();
   }
 
-  // --- again and again
+  // --- one period
 
   Result<void> module_loop() override {
     sleep_until_next(period());
-    PathLook look{.deviationMax = integer("deviationMax"), .replanTime = integer("replanTime")};
-    if (auto good = look_at_all(look); !good) return good;
+    PathCycle cycle{.deviationMax = integer("deviationMax"), .replanTime = integer("replanTime")};
+    if (auto good = read_inputs(cycle); !good) return good;
     ChassisMoveData move;
-    PathDriver::Errand errand;
+    PathDriver::Request request;
     {
       const std::lock_guard lock(state_mutex_);
-      move = decide(look);
+      move = decide(cycle);
       driver_.describe(get_local_buffer());
-      errand = driver_.take_errand();
+      request = driver_.take_request();
     }
     auto moved = chassis_->proxy().move(move.vx, move.vy, move.omega);
     if (!moved) return moved;
-    tell_refusal(errand_->take_answer());
-    if (auto sent = go_on(errand); !sent) tell_refusal(sent);
+    report_refusal(request_path_->take_answer());
+    if (auto sent = forward(request); !sent) report_refusal(sent);
     return put_local_buffer();
   }
 
-  // Under state_mutex_: a command comes before it or after it, and is recorded so.
-  ChassisMoveData decide(PathLook& look) {
+  // With state_mutex_ locked: the recording has each command either before or after this decision.
+  ChassisMoveData decide(PathCycle& cycle) {
     const bool was_unsure = driver_.is_unsure();
-    look.time = time_stamp();
-    record_inputs(look);
-    const ChassisMoveData move = driver_.look(look);
+    cycle.time = time_stamp();
+    record_inputs(cycle);
+    const ChassisMoveData move = driver_.step(cycle);
     record(PilotRecord::kMove, move);
     record(PilotRecord::kStatus, driver_.status());
-    tell_recording();
+    report_recording();
     if (driver_.is_unsure() != was_unsure) {
       if (was_unsure)
-        log().print("It is known again where it is");
+        log().print("the position is certain again");
       else
-        log().warning("It stops: nobody is sure where it is");
+        log().warning("stops: the position is uncertain (deviationMax)");
     }
     return move;
   }
 
-  Result<void> look_at_all(PathLook& look) {
+  Result<void> read_inputs(PathCycle& cycle) {
     PathDriver::Inputs& inputs = driver_.inputs();
     const auto come = chassis_->newest(inputs.chassis, kSilence);
     if (!come) return come.error();
-    if (*come) look.came |= PathLook::kChassis;
-    look.chassisSilence = chassis_->silence();
-    if (take(position_, inputs.position)) look.came |= PathLook::kPosition;
-    if (take(path_, inputs.path)) look.came |= PathLook::kPath;
-    look.positionSilence = position_.silence;
-    look.pathSilence = path_.silence;
+    if (*come) cycle.came |= PathCycle::kChassis;
+    cycle.chassisSilence = chassis_->silence();
+    if (take(position_, inputs.position)) cycle.came |= PathCycle::kPosition;
+    if (take(path_, inputs.path)) cycle.came |= PathCycle::kPath;
+    cycle.positionSilence = position_.silence;
+    cycle.pathSilence = path_.silence;
     if (!looks_) return {};
-    if (take(scan_, inputs.scan)) look.came |= PathLook::kScan;
-    look.scanSilence = scan_.silence;
+    if (take(scan_, inputs.scan)) cycle.came |= PathCycle::kScan;
+    cycle.scanSilence = scan_.silence;
     return {};
   }
 
@@ -227,8 +226,8 @@ class PilotPath : public DataModule<PilotData> {
     if (feed.asked) {
       ask_again(feed);
     } else if (!come || --feed.left <= 0) {
-      log().warning("%s: it stands until that is back",
-                    come ? "no data of " + name_of(feed) : std::string(come.error().message()));
+      log().warning("%s: stands until data arrive again",
+                    come ? "no data from " + name_of(feed) : std::string(come.error().message()));
       feed.asked = now();
     }
     return false;
@@ -243,7 +242,7 @@ class PilotPath : public DataModule<PilotData> {
     if (!feed.input->start(producer, {}, timeouts)) return;
     feed.asked.reset();
     feed.left = feed.patience;
-    log().print("%s is back", name_of(feed));
+    log().print("%s sends data again", name_of(feed));
   }
 
   template <typename ProxyType>
@@ -251,19 +250,19 @@ class PilotPath : public DataModule<PilotData> {
     return feed.input->proxy().component().to_string(address_widths());
   }
 
-  // --- what others do for it
+  // --- requests to other components
 
-  // Planning takes its time: the answer is taken at a later look.
-  Result<void> go_on(const PathDriver::Errand& errand) {
-    if (!errand.around && !errand.next) return {};
+  // Planning takes time: the answer is read in a later period.
+  Result<void> forward(const PathDriver::Request& request) {
+    if (!request.around && !request.next) return {};
     {
       const std::lock_guard lock(state_mutex_);
-      asks_next_ = errand.next.has_value();
+      asks_next_ = request.next.has_value();
     }
-    if (errand.around) return errand_->post_replan(*errand.around);
-    return errand_->post_destination(destination_of(errand.next->pos, errand.next->speed));
+    if (request.around) return request_path_->post_replan(*request.around);
+    return request_path_->post_destination(destination_of(request.next->pos, request.next->speed));
   }
-  void tell_refusal(const std::optional<Result<void>>& done) {
+  void report_refusal(const std::optional<Result<void>>& done) {
     if (!done) return;
     const std::lock_guard lock(state_mutex_);
     const bool is_of_next = std::exchange(asks_next_, false);
@@ -283,27 +282,27 @@ class PilotPath : public DataModule<PilotData> {
     if (!capture_) return;
     const auto size = encode(message, std::span(bytes_));
     if (!size) return;
-    const bool is_said = kind == PilotRecord::kMove || kind == PilotRecord::kStatus;
-    capture_->add(now(), is_said ? device::Direction::kSent : device::Direction::kReceived,
+    const bool is_output = kind == PilotRecord::kMove || kind == PilotRecord::kStatus;
+    capture_->add(now(), is_output ? device::Direction::kSent : device::Direction::kReceived,
                   static_cast<std::uint32_t>(kind), std::span(bytes_).first(*size));
     ++records_;
   }
 
-  // Of the path only what is another one: it is long, and comes again and again.
-  void record_inputs(const PathLook& look) {
+  // Records the path only when it has changed: it is long and is sent repeatedly.
+  void record_inputs(const PathCycle& cycle) {
     if (!capture_) return;
     const PathDriver::Inputs& inputs = driver_.inputs();
-    if ((look.came & PathLook::kPosition) != 0) record(PilotRecord::kPosition, inputs.position);
-    if ((look.came & PathLook::kChassis) != 0) record(PilotRecord::kChassis, inputs.chassis);
-    if ((look.came & PathLook::kPath) != 0 && inputs.path.recordingTime != recorded_path_) {
+    if ((cycle.came & PathCycle::kPosition) != 0) record(PilotRecord::kPosition, inputs.position);
+    if ((cycle.came & PathCycle::kChassis) != 0) record(PilotRecord::kChassis, inputs.chassis);
+    if ((cycle.came & PathCycle::kPath) != 0 && inputs.path.recordingTime != recorded_path_) {
       recorded_path_ = inputs.path.recordingTime;
       record(PilotRecord::kPath, inputs.path);
     }
-    if ((look.came & PathLook::kScan) != 0) record(PilotRecord::kScan, inputs.scan);
-    record(PilotRecord::kLook, RecordedLook{look, records_});
+    if ((cycle.came & PathCycle::kScan) != 0) record(PilotRecord::kScan, inputs.scan);
+    record(PilotRecord::kCycle, RecordedCycle{cycle, records_});
   }
 
-  void tell_recording() {
+  void report_recording() {
     if (!capture_) return;
     if (const auto event = capture_->take_event()) log().warning("%s", *event);
   }
@@ -311,7 +310,7 @@ class PilotPath : public DataModule<PilotData> {
   void finish_recording() {
     const std::lock_guard lock(state_mutex_);
     if (capture_) capture_->finish();
-    tell_recording();
+    report_recording();
     capture_.reset();
   }
 
@@ -337,9 +336,10 @@ class PilotPath : public DataModule<PilotData> {
     }
   }
 
-  // The path plans; what it says against it is the answer. Its plan may come before that.
+  // Forwards the destination to the path component and answers with its reply. The new plan may
+  // arrive before the reply.
   Result<void> go_to(const Position3d& pos, i32 speed) {
-    if (!is_on()) return refused("turn it on first");
+    if (!is_on()) return refused("the pilot is off; turn it on first");
     const u32 before = begin_planning(pilot_state::kPlanning);
     PathProxy path(*command_work_, address_of(tims::class_id::kPath, "path"), kPlanningTimeouts);
     auto good = path.set_destination(destination_of(pos, speed));
@@ -364,58 +364,58 @@ class PilotPath : public DataModule<PilotData> {
   }
 
   Result<void> set_destination(const tims::MessageView& message) {
-    const auto wish = decode<PilotDestData>(message);
-    if (!wish) return wish.error();
+    const auto command = decode<PilotDestData>(message);
+    if (!command) return command.error();
     keep({});
-    return go_to(wish->pos, wish->speed);
+    return go_to(command->pos, command->speed);
   }
 
   Result<void> set_destinations(const tims::MessageView& message) {
-    auto wish = decode<PilotMultiDestData>(message);
-    if (!wish) return wish.error();
-    if (wish->points.empty()) return refused("no destination is among them");
-    const DestinationPoint first = wish->points.front();
+    auto command = decode<PilotMultiDestData>(message);
+    if (!command) return command.error();
+    if (command->points.empty()) return refused("the list of destinations is empty");
+    const DestinationPoint first = command->points.front();
     if (auto good = go_to(first.pos, first.speed); !good) return good;
-    wish->points.erase(wish->points.begin());
-    keep(*wish);
+    command->points.erase(command->points.begin());
+    keep(*command);
     return {};
   }
 
   Result<void> hold(const tims::MessageView& message) {
-    const auto wish = decode<PilotHoldData>(message);
-    if (!wish) return wish.error();
+    const auto command = decode<PilotHoldData>(message);
+    if (!command) return command.error();
     const std::lock_guard lock(state_mutex_);
-    if (!driver_.has_begun()) return refused("turn it on first");
-    record(PilotRecord::kHold, *wish);
-    driver_.hold(*wish);
+    if (!driver_.has_begun()) return refused("the pilot is off; turn it on first");
+    record(PilotRecord::kHold, *command);
+    driver_.hold(*command);
     return {};
   }
 
   Result<void> revert(const tims::MessageView& message) {
-    const auto wish = decode<PilotRevertData>(message);
-    if (!wish) return wish.error();
+    const auto command = decode<PilotRevertData>(message);
+    if (!command) return command.error();
     const std::lock_guard lock(state_mutex_);
-    if (!driver_.has_begun() || !is_on()) return refused("turn it on first");
-    record(PilotRecord::kRevert, *wish);
-    driver_.revert(*wish);
+    if (!driver_.has_begun() || !is_on()) return refused("the pilot is off; turn it on first");
+    record(PilotRecord::kRevert, *command);
+    driver_.revert(*command);
     return {};
   }
 
   tims::Mailbox* work_ = nullptr;
-  tims::Mailbox* command_work_ = nullptr;  // of the command task
-  tims::Mailbox* errand_work_ = nullptr;
-  std::optional<PathProxy> errand_;
+  tims::Mailbox* command_work_ = nullptr;  // used by the command task
+  tims::Mailbox* request_work_ = nullptr;
+  std::optional<PathProxy> request_path_;
   Feed<Scan2dProxy> scan_;
   Feed<PositionProxy> position_;
   Feed<PathProxy> path_;
   std::optional<Input<ChassisProxy>> chassis_;
   bool looks_ = false;
 
-  PriorityMutex state_mutex_;  // of what follows; inputs() is of the data task alone
+  PriorityMutex state_mutex_;  // protects the members below; inputs() is used by the data task only
   PathDriver driver_;
-  bool asks_next_ = false;  // the path, for the way to the next destination of a list
-  std::unique_ptr<device::CaptureFile> capture_;  // or none
-  std::vector<std::byte> bytes_;                  // of a record
+  bool asks_next_ = false;  // a path to the next destination of a list was requested
+  std::unique_ptr<device::CaptureFile> capture_;  // nullptr: no recording
+  std::vector<std::byte> bytes_;                  // buffer for a record
   u32 records_ = 0;
   std::optional<TimeStamp> recorded_path_;
 };

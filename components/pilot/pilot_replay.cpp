@@ -70,7 +70,7 @@ Result<void> PilotReplay::change(std::string_view name, i32 value) {
     return {};
   }
   return Error(Errc::kInvalidArgument,
-               fmt::format("\"{}\" cannot be changed; write one of {}", name, changeable()));
+               fmt::format("\"{}\" cannot be changed; choose one of {}", name, changeable()));
 }
 
 // --- records
@@ -79,17 +79,17 @@ Result<void> PilotReplay::take(const CaptureRecord& record) {
   if (record.direction == device::Direction::kEvent) return {};
   const auto kind = static_cast<PilotRecord>(record.id);
   if (kind < PilotRecord::kBegin || kind > PilotRecord::kStatus)
-    return Error(Errc::kMalformed, fmt::format("{:08X} is no record of a pilot", record.id));
+    return Error(Errc::kMalformed, fmt::format("{:08X} is not a record of a pilot", record.id));
   if (kind == PilotRecord::kBegin) return begin(record);
   if (is_lost_) {
-    undecided_ += kind == PilotRecord::kLook ? 1 : 0;
+    undecided_ += kind == PilotRecord::kCycle ? 1 : 0;
     return {};
   }
-  if (kind == PilotRecord::kLook) return look(record);
+  if (kind == PilotRecord::kCycle) return cycle(record);
   ++records_;
   if (kind == PilotRecord::kMove) return compare_move(record);
   if (kind == PilotRecord::kStatus) return compare_status(record);
-  return kind < PilotRecord::kLook ? take_input(record) : take_command(record);
+  return kind < PilotRecord::kCycle ? take_input(record) : take_command(record);
 }
 
 Result<void> PilotReplay::begin(const CaptureRecord& record) {
@@ -127,16 +127,17 @@ Result<void> PilotReplay::take_input(const CaptureRecord& record) {
 }
 
 Result<void> PilotReplay::take_command(const CaptureRecord& record) {
-  const auto with = [&]<typename T>(const Result<T>& wish, auto what) -> Result<void> {
-    if (!wish) return wish.error();
-    what(*wish);
+  const auto with = [&]<typename T>(const Result<T>& message, auto what) -> Result<void> {
+    if (!message) return message.error();
+    what(*message);
     return {};
   };
   switch (static_cast<PilotRecord>(record.id)) {
     case PilotRecord::kHold:
-      return with(read<PilotHoldData>(record), [&](const auto& wish) { driver_.hold(wish); });
+      return with(read<PilotHoldData>(record), [&](const auto& message) { driver_.hold(message); });
     case PilotRecord::kRevert:
-      return with(read<PilotRevertData>(record), [&](const auto& wish) { driver_.revert(wish); });
+      return with(read<PilotRevertData>(record),
+                  [&](const auto& message) { driver_.revert(message); });
     case PilotRecord::kPlan:
       return with(read<PilotPlan>(record), [&](const auto& plan) { driver_.plan(plan.state); });
     default:
@@ -145,8 +146,8 @@ Result<void> PilotReplay::take_command(const CaptureRecord& record) {
   }
 }
 
-Result<void> PilotReplay::look(const CaptureRecord& record) {
-  auto recorded = read<RecordedLook>(record);
+Result<void> PilotReplay::cycle(const CaptureRecord& record) {
+  auto recorded = read<RecordedCycle>(record);
   if (!recorded) return recorded.error();
   if (recorded->records != records_) {
     is_lost_ = true;
@@ -154,25 +155,25 @@ Result<void> PilotReplay::look(const CaptureRecord& record) {
     return {};
   }
   ++records_;
-  looked_ = recorded->look;
-  looked_.deviationMax = changes_.deviation_max.value_or(looked_.deviationMax);
-  looked_.replanTime = changes_.replan_time.value_or(looked_.replanTime);
-  move_ = driver_.look(looked_);
+  cycle_ = recorded->cycle;
+  cycle_.deviationMax = changes_.deviation_max.value_or(cycle_.deviationMax);
+  cycle_.replanTime = changes_.replan_time.value_or(cycle_.replanTime);
+  move_ = driver_.step(cycle_);
   status_ = driver_.status();
   note_why(record.time);
-  (void)driver_.take_errand();  // its answer, if any, is in the recording
+  (void)driver_.take_request();  // its answer, if any, is in the recording
   ++decisions_;
   has_differed_ = false;
   return {};
 }
 
-// --- what is different
+// --- differences
 
 Result<void> PilotReplay::compare_move(const CaptureRecord& record) {
   const auto then = read<ChassisMoveData>(record);
   if (!then) return then.error();
   if (!same_bits(*then, move_))
-    differs(record, to_text(*then) + " then, " + to_text(move_) + " now");
+    differs(record, to_text(*then) + " recorded, " + to_text(move_) + " in the replay");
   return {};
 }
 
@@ -180,7 +181,7 @@ Result<void> PilotReplay::compare_status(const CaptureRecord& record) {
   const auto then = read<PilotStatusData>(record);
   if (!then) return then.error();
   if (!same_bits(*then, status_))
-    differs(record, to_text(*then) + " then, " + to_text(status_) + " now");
+    differs(record, to_text(*then) + " recorded, " + to_text(status_) + " in the replay");
   return {};
 }
 
@@ -196,8 +197,8 @@ std::string PilotReplay::inputs() const {
       "position {} {} mm {:.4f} rad ({} ms old), {} mm/s, {} points of a scan ({} ms old), {} "
       "splines: {}",
       by.position.pos.x.raw(), by.position.pos.y.raw(), static_cast<float>(by.position.pos.rho),
-      (looked_.time - by.position.recordingTime).count(), static_cast<float>(by.chassis.vx),
-      by.scan.points.size(), (looked_.time - by.scan.recordingTime).count(), by.path.splines.size(),
+      (cycle_.time - by.position.recordingTime).count(), static_cast<float>(by.chassis.vx),
+      by.scan.points.size(), (cycle_.time - by.scan.recordingTime).count(), by.path.splines.size(),
       driver_.why_text());
 }
 

@@ -1,11 +1,10 @@
-// The recording of a pilot (PilotPath --record=FILE), decided again. Pure.
+// Replays the recording of a pilot (PilotPath --record=FILE) and repeats its decisions. Pure.
 //
-// It is a capture as those of devices are (components/recordings/capture.h): what the pilot
-// received and what it commanded, each as a message of its kind in the order in which it was taken
-// into account. Time is what the recorded looks say it was, so that the same decisions come out
-// again, bit for bit, at once and on any day; the first that does not is kept, with what it was
-// decided by. A parameter can be changed: then the first difference is where it would have
-// mattered.
+// The recording is a capture like those of devices (components/recordings/capture.h): the messages
+// that the pilot received and the commands that it sent, in the order of processing. Time comes
+// from the recorded cycles, so that the decisions are reproduced bit for bit, as fast as possible
+// and on any day. The first difference is kept, together with the inputs of that decision. A
+// parameter can be changed: then the first difference shows where it would have mattered.
 #pragma once
 
 #include <optional>
@@ -18,14 +17,15 @@
 
 namespace rack::pilot {
 
-// The id of a record; its bytes are the message named behind it, of this machine's byte order.
+// The id of a record; its payload is the message named behind it, in the byte order of this
+// machine.
 enum class PilotRecord : std::uint32_t {
-  kBegin = 1,  // PathDriverSettings: it was turned on
+  kBegin = 1,  // PathDriverSettings: the pilot was turned on
   kPosition,   // PositionData
   kChassis,    // ChassisData
-  kPath,       // PathData, where it is another one
+  kPath,       // PathData, when it has changed
   kScan,       // Scan2dData
-  kLook,       // RecordedLook: it decides
+  kCycle,      // RecordedCycle: one decision
   kHold,       // PilotHoldData
   kRevert,     // PilotRevertData
   kPlan,       // PilotPlan
@@ -34,9 +34,9 @@ enum class PilotRecord : std::uint32_t {
   kStatus,     // PilotStatusData
 };
 
-struct RecordedLook {
-  PathLook look{};
-  u32 records = 0;  // before it, since it was turned on: a full disk leaves some out
+struct RecordedCycle {
+  PathCycle cycle{};
+  u32 records = 0;  // number of records since kBegin; with a full disk some are missing
 };
 
 struct PilotPlan {
@@ -47,36 +47,36 @@ class PilotReplay {
  public:
   struct Difference {
     tims::Duration at{};  // in the recording
-    std::string text;     // what was decided then, what now, and by what
+    std::string text;     // recorded decision, new decision, and its inputs
   };
   struct Event {
     tims::Duration at{};
     Pose pose;
-    bool stops = false;  // it was told to stand
+    bool stops = false;  // the pilot commanded a stop
     std::string why;
   };
 
-  // NAME of a parameter of PilotPath. kInvalidArgument: it cannot be changed here.
+  // NAME of a parameter of PilotPath. kInvalidArgument: it cannot be changed in a replay.
   Result<void> change(std::string_view name, i32 value);
   static std::string changeable();
 
-  // Record by record. kMalformed: it is none of a pilot's.
+  // Processes one record. kMalformed: it is not a record of a pilot.
   Result<void> take(const device::CaptureRecord& record);
 
   [[nodiscard]] std::uint64_t begins() const { return begins_; }
   [[nodiscard]] std::uint64_t decisions() const { return decisions_; }
   [[nodiscard]] std::uint64_t different() const { return different_; }
-  // Decisions that cannot be made again: records before them are missing.
+  // Decisions that cannot be repeated: records before them are missing.
   [[nodiscard]] std::uint64_t undecided() const { return undecided_; }
   [[nodiscard]] const std::optional<Difference>& first_difference() const { return first_; }
-  // Each time the reason for which it drives or stands became another one.
+  // One event for each change of the reason to drive or stand.
   [[nodiscard]] const std::vector<Event>& events() const { return events_; }
 
  private:
   Result<void> begin(const device::CaptureRecord& record);
   Result<void> take_input(const device::CaptureRecord& record);
   Result<void> take_command(const device::CaptureRecord& record);
-  Result<void> look(const device::CaptureRecord& record);
+  Result<void> cycle(const device::CaptureRecord& record);
   Result<void> compare_move(const device::CaptureRecord& record);
   Result<void> compare_status(const device::CaptureRecord& record);
   void differs(const device::CaptureRecord& record, const std::string& what);
@@ -96,11 +96,11 @@ class PilotReplay {
   Changes changes_;
   ChassisMoveData move_;
   PilotStatusData status_;
-  PathLook looked_;
+  PathCycle cycle_;
   std::optional<PathDriver::Why> why_;
-  bool is_lost_ = true;        // until it begins
-  bool has_differed_ = false;  // at this look
-  std::uint32_t records_ = 0;  // since it began
+  bool is_lost_ = true;        // until kBegin
+  bool has_differed_ = false;  // in this cycle
+  std::uint32_t records_ = 0;  // since kBegin
   std::uint64_t begins_ = 0;
   std::uint64_t decisions_ = 0;
   std::uint64_t different_ = 0;

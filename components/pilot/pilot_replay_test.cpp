@@ -42,8 +42,8 @@ class Drive {
   void go(int looks) {
     for (int i = 0; i < looks; ++i) step();
   }
-  void hold(bool wish) {
-    const PilotHoldData data{.holdState = wish ? 1 : 0};
+  void hold(bool on) {
+    const PilotHoldData data{.holdState = on ? 1 : 0};
     record(PilotRecord::kHold, data);
     driver.hold(data);
   }
@@ -65,21 +65,21 @@ class Drive {
 
   void step() {
     time_ += kPeriod;
-    PathLook look{.time = TimeStamp(static_cast<u32>(time_))};
+    PathCycle look{.time = TimeStamp(static_cast<u32>(time_))};
     look_around(look);
-    record(PilotRecord::kLook, RecordedLook{look, static_cast<u32>(capture.size())});
-    const ChassisMoveData move = driver.look(look);
+    record(PilotRecord::kCycle, RecordedCycle{look, static_cast<u32>(capture.size())});
+    const ChassisMoveData move = driver.step(look);
     record(PilotRecord::kMove, move);
     record(PilotRecord::kStatus, driver.status());
-    (void)driver.take_errand();
+    (void)driver.take_request();
     for (int i = 0; i < kPeriod; i += 5)
       car_.step({static_cast<double>(move.vx), static_cast<double>(move.omega)});
   }
 
-  void look_around(PathLook& look) {
+  void look_around(PathCycle& look) {
     PathDriver::Inputs& inputs = driver.inputs();
     const Pose at = car_.measured();
-    look.came = PathLook::kPosition | PathLook::kChassis;
+    look.came = PathCycle::kPosition | PathCycle::kChassis;
     inputs.position.recordingTime = look.time;
     inputs.position.pos = at.position();
     record(PilotRecord::kPosition, inputs.position);
@@ -87,7 +87,7 @@ class Drive {
     inputs.chassis.vx = static_cast<f32>(car_.speed());
     record(PilotRecord::kChassis, inputs.chassis);
     if (inputs.path.recordingTime != path_.recordingTime) {
-      look.came |= PathLook::kPath;
+      look.came |= PathCycle::kPath;
       inputs.path = path_;
       record(PilotRecord::kPath, inputs.path);
     }
@@ -96,7 +96,7 @@ class Drive {
       return;
     }
     blind_for_ = 0;
-    look.came |= PathLook::kScan;
+    look.came |= PathCycle::kScan;
     inputs.scan.recordingTime = look.time;
     inputs.scan.points.clear();
     for (const auto& [x, y] : posts) {

@@ -18,12 +18,12 @@ constexpr std::array<ParameterInfo, 11> kParameters = {{
     {"chassisInst", 0, "instance of the chassis", 0, kIdMax},
     {"positionSys", 0, "system id of the position", 0, kIdMax},
     {"positionInst", 0, "instance of the position", 0, kIdMax},
-    {"maxSpeed", 500, "mm/s", 0, 1e6},
-    {"omegaMax", 20, "deg/s", 0, 3600},
-    {"mode", 1, "0: keeps the wall on its right, 1: along near walls, away from what is ahead", 0,
+    {"maxSpeed", 500, "maximum speed, mm/s", 0, 1e6},
+    {"omegaMax", 20, "maximum angular speed, deg/s", 0, 3600},
+    {"mode", 1, "0: keep the wall on the right, 1: follow near walls, turn away from obstacles", 0,
      1},
-    {"distance", 1000, "to the wall, mm", 1, 1e6},
-    {"testDis", 1000, "mode 1: what it wants free ahead of it, mm", 1, 1e6},
+    {"distance", 1000, "distance to the wall, mm", 1, 1e6},
+    {"testDis", 1000, "mode 1: free distance required ahead, mm", 1, 1e6},
 }};
 
 constexpr ModuleInfo kInfo{

@@ -10,16 +10,16 @@ namespace rack::pilot {
 namespace {
 
 constexpr i64 kAcceleration = 100;         // mm/s2
-constexpr double kApproach = radians(30);  // steepest angle to a wall that is too far or too near
-constexpr double kRoomAfterTurning = 1.5;  // so much more than what it wants ahead when it drives
+constexpr double kApproach = radians(30);  // maximum angle to a wall that is too far or too near
+constexpr double kRoomAfterTurning = 1.5;  // factor on the free distance required for driving
 
-// Of the safety margin, around the hull: its corners need more room on the way than at first.
+// In safety margins around the hull: starting a turn requires more room than continuing it.
 constexpr int kMarginsToBegin = 2;
 constexpr int kMarginsToGoOn = 1;
 
 bool valid(const ScanPoint& point) { return (point.type & scan_point::kInvalid) == 0; }
 
-// Whether something is there: x from..to, y from..to, mm.
+// Whether a point is in the area: x from..to, y from..to, mm.
 struct Area {
   double back, front, left, right;
 };
@@ -50,7 +50,7 @@ std::optional<Seen> nearest(const Scan2dData& scan) {
   return nearest(scan, [](const ScanPoint&) { return true; });
 }
 
-// Clockwise, until what is seen there lies at right angles to the right, or to the left.
+// Clockwise angle until a point at this bearing is at a right angle to the right, or to the left.
 double angle_to_the_right(double bearing) { return signed_angle(bearing - kPi / 2); }
 double angle_to_the_left(double bearing) { return signed_angle(bearing + kPi / 2); }
 
@@ -61,7 +61,7 @@ Drive WallFollower::follow(const Scan2dData& scan, std::chrono::milliseconds per
   const i64 faster = kAcceleration * period.count() / 1000;
   speed_ = static_cast<i32>(std::min<i64>(speed_ + faster, settings_.speed_max));
   Drive result = turns() ? turn(scan, heading) : drive(scan);
-  result.wish = settings_.speed_max;
+  result.target = settings_.speed_max;
   result.speed_safe = safe_straight(scan);
   return result;
 }
@@ -110,7 +110,7 @@ void WallFollower::choose_wall(const Scan2dData& scan) {
   }
 }
 
-// As long as no other one is nearer.
+// True while no other wall is nearer.
 bool WallFollower::keeps_wall(const Scan2dData& scan) const {
   const i32 back = -chassis_.boundaryBack;
   const auto right = nearest(
@@ -162,7 +162,7 @@ double WallFollower::steer_along_wall(const Scan2dData& scan) const {
 
 // --- driving
 
-// With that turning speed, or what the turning radius leaves of it.
+// With that angular speed, limited by the turning radius.
 Drive WallFollower::go(double omega, const Scan2dData& scan) {
   const double tightest = 1.0 / std::max(chassis_.minTurningRadius.raw(), 1);
   const double curve = speed_ == 0 ? 0 : std::clamp(omega / speed_, -tightest, tightest);
@@ -203,7 +203,7 @@ Drive WallFollower::turn(const Scan2dData& scan, double heading) {
   return {.omega = static_cast<f32>(clamp_omega(std::copysign(settings_.omega_max, turn_->angle)))};
 }
 
-// False: there is no room for it, so it waits.
+// False: there is no room for the turn; the vehicle waits.
 bool WallFollower::begin_turn(const Scan2dData& scan, double heading) {
   double angle = turn_wanted_ ? *turn_wanted_ : angle_of_turn(scan);
   if (!free_to_turn(scan, angle, kMarginsToBegin)) {
@@ -217,13 +217,13 @@ bool WallFollower::begin_turn(const Scan2dData& scan, double heading) {
   return true;
 }
 
-// Where it goes on from before a wall.
+// The angle of a turn in front of a wall.
 double WallFollower::angle_of_turn(const Scan2dData& scan) {
   const i32 front = chassis_.boundaryFront;
   const auto ahead = nearest(scan, [=](const ScanPoint& p) { return p.x > front; });
   if (settings_.mode == WallFollowerSettings::Mode::kGeometric)
     return ahead ? angle_to_the_right(ahead->bearing) : -kPi / 2;
-  // Away from the wall it followed, also when it finds no way at once.
+  // Away from the wall that was followed, even if the direction is not free yet.
   if (wall_ == Wall::kRight) return -kPi / 2;
   if (wall_ == Wall::kLeft) return kPi / 2;
   const bool to_the_left = !ahead || ahead->bearing >= 0;
@@ -232,9 +232,9 @@ double WallFollower::angle_of_turn(const Scan2dData& scan) {
   return to_the_left ? angle_to_the_right(ahead->bearing) : angle_to_the_left(ahead->bearing);
 }
 
-// --- what it sees
+// --- evaluation of the scan
 
-// rad, towards a wall on the right that is too far away.
+// Angle of approach, rad; positive towards a wall on the right that is too far away.
 double WallFollower::lateral(double range) const {
   return std::clamp(chassis_.pilotParameterA * (range - settings_.distance), -kApproach, kApproach);
 }
@@ -244,7 +244,7 @@ double WallFollower::clamp_omega(double omega) const {
   return std::clamp(omega, -limit, limit);
 }
 
-// mm/s, wherever it looks to.
+// Safe speed straight ahead, mm/s.
 i32 WallFollower::safe_straight(const Scan2dData& scan) const {
   ChassisParamData front_only = chassis_;
   front_only.boundaryBack = 0;
@@ -259,7 +259,7 @@ bool WallFollower::free_ahead(const Scan2dData& scan, double distance) const {
                         margin + chassis_.boundaryRight.raw()});
 }
 
-// Turning, the front needs more room on one side and the rear on the other.
+// During a turn the front needs more room on one side and the rear on the other.
 bool WallFollower::free_to_turn(const Scan2dData& scan, double angle, int margins) const {
   const double margin = 1.0 * margins * chassis_.safetyMargin;
   const double left = -1.0 * chassis_.boundaryLeft.raw();

@@ -1,15 +1,15 @@
-// Drives along walls, on and on (specification, section 10.7). Pure.
+// Drives along walls continuously (specification, section 10.7). Pure.
 //
-// The nearest point of a scan stands for the wall it lies on: a ray to it meets the wall at right
-// angles. So the bearing of this point tells how the vehicle lies to the wall, and its range how
-// far it is. The controller turns in proportion to the angle that is missing to a right one, plus
-// an angle towards the wall, or away from it, that grows with the error of the distance up to 30
-// degrees: far from the wall it is approached steeply, near it the vehicle runs parallel.
+// The nearest point of a scan represents the wall: the ray to it meets the wall at a right angle.
+// So its bearing gives the orientation of the vehicle to the wall, and its range the distance. The
+// controller turns in proportion to the deviation from a right angle, plus an angle towards or away
+// from the wall that grows with the distance error up to 30 degrees: a distant wall is approached
+// steeply, near it the vehicle drives parallel.
 //
-// Two modes choose the wall. The geometric one keeps it on the right. The one called after
-// Braitenberg, whose vehicles steer by what is near, takes the side that is near, the middle of
-// two, and keeps its choice until another wall is nearer. Whatever does not leave room ahead
-// (drive.h) ends in a turn at rest, to the side where the corners of the hull have room.
+// Two modes choose the wall. The geometric one keeps it on the right. The Braitenberg mode, named
+// after vehicles that steer by what is near, follows the nearer side, or the middle between two,
+// and keeps its choice until another wall is nearer. When the distance ahead (drive.h) is not free,
+// the vehicle turns at rest, to the side where the corners of the hull have room.
 #pragma once
 
 #include <chrono>
@@ -22,13 +22,13 @@ namespace rack::pilot {
 struct WallFollowerSettings {
   enum class Mode : std::uint8_t {
     kGeometric = 0,    // keeps the wall on its right at a distance
-    kBraitenberg = 1,  // along the wall that is near, and amid two; turns away from what is ahead
+    kBraitenberg = 1,  // along the nearest wall, or between two; turns away from obstacles
   };
   Mode mode = Mode::kBraitenberg;
   i32 speed_max = 500;       // mm/s
   double omega_max = 0.35;   // rad/s
   i32 distance = 1000;       // to the wall, mm
-  i32 test_distance = 1000;  // kBraitenberg: what it wants free ahead of it, mm
+  i32 test_distance = 1000;  // kBraitenberg: free distance required ahead, mm
 };
 
 class WallFollower {
@@ -36,10 +36,10 @@ class WallFollower {
   WallFollower(const WallFollowerSettings& settings, const ChassisParamData& chassis)
       : settings_(settings), chassis_(chassis) {}
 
-  // Whether the next follow() has to know the heading.
+  // Whether the next follow() needs the heading.
   [[nodiscard]] bool turns() const { return task_ == Task::kTurn; }
 
-  // `period`: since the last scan. `heading`: rad, of the vehicle, only while it turns.
+  // `period`: since the last scan. `heading`: rad, of the vehicle; used only during a turn.
   Drive follow(const Scan2dData& scan, std::chrono::milliseconds period, double heading = 0);
 
  private:
@@ -47,7 +47,7 @@ class WallFollower {
     kDrive,
     kTurn,  // at rest
   };
-  enum class Wall : std::uint8_t { kNone, kRight, kLeft, kBoth };  // that it drives along
+  enum class Wall : std::uint8_t { kNone, kRight, kLeft, kBoth };  // that the vehicle follows
   struct Turn {
     double angle = 0;  // rad, clockwise
     double done = 0;
@@ -75,10 +75,10 @@ class WallFollower {
   WallFollowerSettings settings_;
   ChassisParamData chassis_;
   Task task_ = Task::kDrive;
-  std::optional<Turn> turn_;           // begun
-  std::optional<double> turn_wanted_;  // instead of what it sees then
+  std::optional<Turn> turn_;           // in progress
+  std::optional<double> turn_wanted_;  // requested angle; nullopt: chosen from the scan
   Wall wall_ = Wall::kNone;
-  bool chooses_ = true;  // another wall, whether it could keep this one or not
+  bool chooses_ = true;  // chooses a wall again, even if the current one could be kept
   i32 speed_ = 0;        // of the last scan
 };
 

@@ -329,7 +329,7 @@ TEST_F(PathTest, DoesTaskAfterTask) {
   auto planner = proxy<rack::PlannerProxy>("Planner(0/0)");
   const auto wrong = planner.send_command(tasks({"goto 1000 0", "fly"}));
   ASSERT_FALSE(wrong.ok());
-  EXPECT_NE(wrong.error().message().find("\"fly\" is no task"), std::string::npos);
+  EXPECT_NE(wrong.error().message().find("\"fly\" is not a task"), std::string::npos);
   ASSERT_TRUE(planner.send_command(tasks({"goto 1500 0", "wait 0.1", "goto 1500 1200 90 600"})));
   const auto ends = [&](int state) {
     return eventually(

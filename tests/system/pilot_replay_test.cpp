@@ -119,8 +119,8 @@ TEST_F(PilotReplayTest, DecidesTheSameAgainAndSaysWhyItStopped) {
   EXPECT_GT(same.json.at("decisions").as_int64(), 60);
   const Said why = replay({recording_, "--why"});
   EXPECT_EQ(why.status, 0);
-  EXPECT_THAT(why.text, testing::HasSubstr("stands: an obstacle, free way"));
-  EXPECT_THAT(why.text, testing::HasSubstr("it is held (HOLD)"));
+  EXPECT_THAT(why.text, testing::HasSubstr("stands: an obstacle, free distance"));
+  EXPECT_THAT(why.text, testing::HasSubstr("held by HOLD"));
   EXPECT_THAT(why.text, testing::HasSubstr(" decisions: 0 different"));
 
   const Said slower = replay({recording_, "--set", "maxSpeed=400"});
