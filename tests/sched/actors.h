@@ -1,4 +1,4 @@
-// Who takes part in the scenarios, and how their stage is set.
+// The actors of the scenarios, and functions that prepare the mailbox.
 #pragma once
 
 #include "tests/sched/explore.h"
@@ -14,7 +14,7 @@ inline Actor borrower(std::uint32_t writer) {
   return {"borrower " + std::to_string(writer),
           [=](MailboxFixture& fixture) { fixture.loan_and_give_up(writer); }};
 }
-// Looks for a message so many times, and does not wait for one.
+// Polls for a message `looks` times without waiting.
 inline Actor owner(int looks) {
   return {"owner", [=](MailboxFixture& fixture) {
             for (int i = 0; i < looks; ++i) fixture.receive();
@@ -25,18 +25,18 @@ inline Actor sleepy_owner(int messages) {
             for (int i = 0; i < messages; ++i) fixture.receive_or_sleep();
           }};
 }
-// Once `writer`, the first actor, has died.
+// Acts after `writer`, the first actor, has crashed.
 inline Actor router(std::uint32_t writer) {
   return {"router", [=](MailboxFixture& fixture) { fixture.reclaim_after_death(writer); }};
 }
 
 using Stage = std::function<void(MailboxFixture&)>;
 
-// Both rings stand `places` before their ends.
+// Both rings are `places` before the wrap-around of their indices.
 inline Stage near_the_end(std::uint32_t places) {
   return [=](MailboxFixture& fixture) { fixture.advance(fixture.view().geometry().ring - places); };
 }
-// Nobody has taken for so long that only `places` hints still fit into the arrival ring.
+// The owner has not received for so long that only `places` more hints fit into the arrival ring.
 inline Stage overrun_but_for(std::uint32_t places) {
   return [=](MailboxFixture& fixture) { fixture.overrun(fixture.view().geometry().ring - places); };
 }

@@ -25,21 +25,21 @@ int AllTraces::choose(const Moment& moment) {
   }
   Node& node = nodes_[depth];
   if (!contains(moment.runnable, node.chosen)) std::abort();  // runs that cannot be repeated
-  // What is known of the steps before the last choice stays as it was.
+  // The records of the steps before the last choice remain valid.
   if (depth + 1 == nodes_.size()) record(node, moment.next[at(node.chosen)], depth);
   clocks_[at(node.chosen)] = node.clock;
   ++depth_;
   return node.chosen;
 }
 
-// Some may wait for ever because of the order in which others went.
+// A thread may wait for ever because of the order of other threads' steps.
 void AllTraces::at_end(const Moment& moment) {
   if (redundant_) return;
   for (int i = 0; i < static_cast<int>(moment.next.size()); ++i)
     if (contains(moment.alive, i)) find_races(i, moment.next[at(i)], depth_);
 }
 
-// A new step behind the last. False: all that could be done here was tried before.
+// Appends a step. False: every thread that could run here was tried before.
 bool AllTraces::extend(const Moment& moment) {
   Node node;
   node.runnable = moment.runnable;
@@ -72,8 +72,8 @@ AllTraces::Clock AllTraces::happened_before(int thread, Operation next, std::siz
   return clock;
 }
 
-// A step races with `next` when the two depend on each other and nothing else puts them in order.
-// Who waited may have been let go on by any of the steps before, and so races with all of them.
+// A step races with `next` when the two depend on each other and nothing else orders them. Any of
+// the steps before may have released a thread that waited, so such a thread races with all of them.
 void AllTraces::find_races(int thread, Operation next, std::size_t depth) {
   const Clock clock = happened_before(thread, next, depth);
   Clock ordered = clocks_[at(thread)];
@@ -88,7 +88,7 @@ void AllTraces::find_races(int thread, Operation next, std::size_t depth) {
   }
 }
 
-// Has somebody tried, at the step `earlier`, who can begin what leads to `thread` going first.
+// Schedules a thread at step `earlier` that can begin a run in which `thread` precedes that step.
 void AllTraces::reverse(std::size_t earlier, int thread, const Clock& clock, std::size_t depth) {
   Node& node = nodes_[earlier];
   const Threads beginners = could_begin(earlier, thread, clock, depth);
@@ -96,8 +96,8 @@ void AllTraces::reverse(std::size_t earlier, int thread, const Clock& clock, std
   node.to_try |= contains(beginners, thread) ? only(thread) : only(first_of(beginners));
 }
 
-// Of the steps behind `earlier` that did not follow from it, and then the step of `thread`: whose
-// can be done first.
+// The threads whose step can be first among the steps after `earlier` that do not depend on it,
+// followed by the step of `thread` (initials of the sequence, Abdulla et al.).
 Threads AllTraces::could_begin(std::size_t earlier, int thread, const Clock& clock,
                                std::size_t depth) const {
   const int overtaken = nodes_[earlier].chosen;

@@ -1,5 +1,6 @@
-// All interleavings, one of each kind: two schedules are of one kind when they differ only in the
-// order of neighbouring steps that do not depend on each other, and so have the same result.
+// All interleavings, one of each equivalence class: two schedules are equivalent when they differ
+// only in the order of neighbouring steps that do not depend on each other; their results are
+// equal.
 //
 // Dynamic partial-order reduction with source sets and sleep sets (Abdulla, Aronis, Jonsson,
 // Sagonas, 2014): where two steps of a run race with each other, the other order is tried as well,
@@ -22,12 +23,12 @@ class AllTraces : public Strategy {
   [[nodiscard]] bool redundant() const override { return redundant_; }
 
  private:
-  // Of each thread: the number of its last step, counted from 1, that happened before.
+  // For each thread, the number (from 1) of its last step that happened before.
   using Clock = std::array<std::size_t, Scheduler::kThreadsMax>;
   struct Node {
     Threads runnable = 0;
     Threads to_try = 0;
-    Threads asleep = 0;  // tried already, here or before, and nothing they depend on has happened
+    Threads asleep = 0;  // sleep set: tried before, and no step since then depends on them
     int chosen = 0;
     Operation operation;
     Clock clock{};  // after the step

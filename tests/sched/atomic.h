@@ -1,5 +1,5 @@
-// Takes the place of the Atomic of libtims/shm/layout.h in the scheduled build: the same
-// operations, each announced to the scheduler first, on the machine's memory or on weak memory.
+// Replaces the Atomic of libtims/shm/layout.h in the scheduled build: the same operations, each a
+// step of the scheduler, on the machine's memory or on simulated weak memory.
 #pragma once
 
 #include <atomic>
@@ -38,14 +38,14 @@ class Atomic {
   T fetch_add(T n, std::memory_order order) {
     return update([n](T before) { return static_cast<T>(before + n); }, order);
   }
-  // For what the kernel does to a futex word.
+  // For the kernel's operations on a futex.
   T fetch_and(T mask, std::memory_order order) {
     return update([mask](T before) { return static_cast<T>(before & mask); }, order);
   }
   const std::atomic<T>* raw() const { return &value_; }
 
  private:
-  // Nobody else comes in between: in a schedule one thread runs at a time, outside there is one.
+  // Atomic, because in a schedule one thread runs at a time, and outside there is only one.
   template <typename F>
   T update(F f, std::memory_order order) {
     sched::step({this, sched::Access::kWrite});

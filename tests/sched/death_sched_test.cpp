@@ -1,5 +1,5 @@
-// A producer, the first actor, dies at every one of its steps, wherever the others are. The router
-// then gives back what it held and wakes the owner.
+// A producer, the first actor, crashes at each of its steps, under all interleavings with the other
+// actors. The router then releases its slots and wakes the owner.
 #include <gtest/gtest.h>
 
 #include "tests/sched/actors.h"
@@ -53,8 +53,8 @@ TEST(DeathSched, WhileGivingUpALoan) {
   explore_deaths({.actors = {borrower(2), producer(3), owner(2), router(2)}}, all_traces());
 }
 
-// The router may be wrong. Then the writer learns it; what commit() says is still true.
-TEST(DeathSched, OnlyThoughtToBeDead) {
+// The router may take a running writer for crashed. The result of its commit() must still be right.
+TEST(DeathSched, WrongSuspicion) {
   const Actor mistaken{"router", [](MailboxFixture& fixture) { fixture.reclaim_slots_of(2); }};
   explore({.actors = {producer(2, 2), owner(2), mistaken}}, all_traces());
 }

@@ -13,7 +13,7 @@
 namespace tims::sched {
 namespace {
 
-// Prints every step of a schedule that is repeated.
+// Replays a schedule and prints every step.
 class Told : public Strategy {
  public:
   Told(const Scenario& scenario, const MailboxFixture& fixture, std::vector<int> schedule)
@@ -39,10 +39,10 @@ struct Request {
   std::optional<Death> death;
   std::uint32_t memory_seed = 0;
 };
-// What the environment asks for.
+// The schedule given in the environment, if any.
 std::optional<Request> requested() {
   const auto text_of = [](const char* name) {
-    const char* text = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): nobody sets it
+    const char* text = std::getenv(name);  // NOLINT(concurrency-mt-unsafe): never set here
     return std::string(text == nullptr ? "" : text);
   };
   Request request;
@@ -73,7 +73,7 @@ class Exploration {
     run_all(*strategy(), {});
     say();
   }
-  // Until it has become too late to die.
+  // Crashes the first actor at each of its steps.
   void run_all_deaths(const MakeStrategy& strategy) {
     if (run_requested()) return;
     died_ = true;
@@ -111,7 +111,7 @@ class Exploration {
   void tell(const std::string& problem, const Outcome& outcome, std::optional<Death> death,
             std::uint32_t seed) const {
     std::ostringstream text;
-    text << problem << "\nafter " << runs_ << " schedules; this one again: ";
+    text << problem << "\nafter " << runs_ << " schedules; to repeat this one: ";
     if (weak_) text << "TIMS_MEMORY=" << seed << ' ';
     if (death) text << "TIMS_DEATH=" << death->thread << '@' << death->step << ' ';
     text << "TIMS_SCHEDULE=\"" << to_text(outcome.schedule) << '"';

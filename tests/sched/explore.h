@@ -1,8 +1,8 @@
 // Scenarios, and running all their schedules.
 //
-// A failure names the schedule that led to it. TIMS_SCHEDULE="0*12 1*3" (and TIMS_DEATH="1@5" and
-// TIMS_MEMORY=7 when it says so) in the environment, with --gtest_filter for the test, runs that
-// one and prints every step.
+// A failure prints the schedule that led to it. TIMS_SCHEDULE="0*12 1*3" (and TIMS_DEATH="1@5" and
+// TIMS_MEMORY=7 if printed) in the environment, with --gtest_filter for the test, runs that
+// schedule and prints every step.
 #pragma once
 
 #include <functional>
@@ -29,12 +29,12 @@ MakeStrategy few_preemptions(int preemptions_max);
 MakeStrategy all_traces();
 MakeStrategy random_schedules(std::uint64_t runs, std::uint32_t seed = 1);
 
-// Fails the test with the first schedule that leads to something that must not be. Prints how many
-// there were.
+// Fails the test with the first schedule that violates an invariant. Prints the number of
+// schedules.
 void explore(const Scenario& scenario, const MakeStrategy& strategy);
-// The same for every step at which the first actor may die.
+// The same with a crash of the first actor at each of its steps.
 void explore_deaths(const Scenario& scenario, const MakeStrategy& strategy);
-// Over weak memory, at random.
+// On weak memory, with random schedules.
 void explore_weak(const Scenario& scenario, std::uint64_t runs);
 void explore_weak_deaths(const Scenario& scenario, std::uint64_t runs);
 

@@ -1,4 +1,4 @@
-// Memory of a mailbox that somebody writes nonsense into, between two pages that nobody may touch.
+// A mailbox whose memory is corrupted on purpose, between two pages without access.
 #pragma once
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 
 namespace tims::shm {
 
-// The mailbox ends where the second forbidden page begins.
+// The mailbox ends at the second page without access.
 class GuardedMailbox {
  public:
   GuardedMailbox(std::uint32_t slots, std::uint32_t message_max, std::uint32_t long_places = 0)
@@ -33,7 +33,7 @@ class GuardedMailbox {
   GuardedMailbox(const GuardedMailbox&) = delete;
   GuardedMailbox& operator=(const GuardedMailbox&) = delete;
 
-  // As new.
+  // Creates the mailbox again.
   MailboxView lay_out() {
     std::ranges::fill(segment(), std::byte{0});
     return MailboxView::create(segment(), offset(),
@@ -57,8 +57,8 @@ class GuardedMailbox {
   std::byte* map_;
 };
 
-// Writes words that do the most harm: of the right form, near to what is there, what was there
-// before, or anything.
+// Overwrites 64-bit fields with values that are likely to do harm: well-formed ones, values close
+// to the present one, earlier ones, or random ones.
 class Scribbler {
  public:
   Scribbler(const GuardedMailbox& mailbox, std::uint32_t seed)
@@ -74,7 +74,7 @@ class Scribbler {
     const std::uint64_t before = words_[place].load(std::memory_order_relaxed);
     words_[place].store(choose_value(place, before), std::memory_order_relaxed);
     history_[any() % history_.size()] = before;
-    // A mailbox that says it is closed is left alone: nothing to see there.
+    // A closed mailbox is not used any more, so the flag is overwritten often enough to be open.
     if (any() % 4 == 0) words_[kSleepAndClosed].store(any(), std::memory_order_relaxed);
   }
 
@@ -84,7 +84,7 @@ class Scribbler {
 
   std::uint32_t any() { return static_cast<std::uint32_t>(random_()); }
 
-  // Half of the time the header: it is small, and everything begins there.
+  // Half of the time the header: it is small, and every operation begins there.
   std::size_t choose_place() {
     if (any() % 2 == 0) return any() % (sizeof(MailboxHeader) / sizeof(Word));
     return any();
@@ -112,7 +112,7 @@ class Scribbler {
         return sound_[place];
     }
   }
-  // Of the lap that is there or the next, to a slot that may not exist.
+  // A hint of the present lap or the next, to a slot that may not exist.
   std::uint64_t hint(std::uint64_t before) {
     Hint hint = Hint::unpack(before);
     hint.lap = static_cast<std::uint16_t>(hint.lap + any() % 2);
@@ -128,7 +128,7 @@ class Scribbler {
   }
 
   std::span<Word> words_;
-  std::vector<std::uint64_t> sound_;  // of the mailbox as new
+  std::vector<std::uint64_t> sound_;  // contents of the newly created mailbox
   Geometry geometry_;
   std::mt19937 random_;
   std::array<std::uint64_t, 64> history_{};

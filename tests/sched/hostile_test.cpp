@@ -1,5 +1,5 @@
-// A mailbox into which somebody writes nonsense, between any two steps of everybody else: nobody
-// may leave the mapping (the pages around it are forbidden), nor go on for ever.
+// A mailbox that is corrupted between any two steps of its users: no user may access memory outside
+// the mapping (the pages around it are not accessible) or loop for ever.
 #include <algorithm>
 #include <cstring>
 #include <iostream>
@@ -17,7 +17,7 @@
 namespace tims::shm {
 namespace hostile_test {
 
-// One operation after the other, as one who has to live with this memory would do them.
+// Performs the operations of a client, the owner and the router on the corrupted mailbox.
 class Victim {
  public:
   Victim(const MailboxView& view, std::span<std::byte> mailbox)
@@ -108,23 +108,23 @@ class Victim {
   std::optional<Taken> held_;
   std::uint64_t claimed_ = 0;
   std::uint64_t taken_ = 0;
-  std::uint64_t sum_ = 0;  // of what was read: it must be read
+  std::uint64_t sum_ = 0;  // of the bytes read, so that the reads are not optimised away
 };
 
 struct Attack {
   std::uint32_t slots = 2;
   std::uint32_t message_max = 112;
   std::uint32_t long_places = 0;
-  std::uint32_t mean_steps = 4;  // between two nonsensical words
+  std::uint32_t mean_steps = 4;  // mean number of steps between two corruptions
   std::uint32_t rounds = 60;
 };
 
-// Linear in the size of the mailbox.
+// Limit of steps per operation; linear in the size of the mailbox.
 std::uint64_t steps_max(const Geometry& geometry) {
   return 200 + 8 * std::uint64_t{geometry.ring} + 70 * std::uint64_t{geometry.slots};
 }
 
-// Returns how many steps the longest operation took.
+// Returns the number of steps of the longest operation.
 std::uint64_t run_one(const Attack& attack, GuardedMailbox& mailbox, std::uint32_t seed,
                       std::uint64_t& got_something) {
   std::mt19937 random(seed);
@@ -154,7 +154,8 @@ void run(const Attack& attack) {
     longest = std::max(longest, run_one(attack, mailbox, seed, got_something));
   std::cout << "[steps     ] " << longest << " at most, allowed " << steps_max(mailbox.geometry())
             << "; " << got_something << " messages\n";
-  EXPECT_GT(got_something, 3 * attack.rounds) << "the memory was too bad to try anything";
+  EXPECT_GT(got_something, 3 * attack.rounds)
+      << "hardly any message passed: the test has tested nothing";
 }
 
 TEST(HostileMemory, OneSlot) { run({.slots = 1, .rounds = 2000}); }
@@ -165,10 +166,10 @@ TEST(HostileMemory, LongMessages) { run({.slots = 3, .message_max = 5000, .round
 TEST(HostileMemory, SharedPlaces) {
   run({.slots = 4, .message_max = 5000, .long_places = 2, .rounds = 300});
 }
-TEST(HostileMemory, NonsenseAtEveryStep) { run({.slots = 3, .mean_steps = 1, .rounds = 2000}); }
-TEST(HostileMemory, SeldomNonsense) { run({.slots = 3, .mean_steps = 200, .rounds = 2000}); }
+TEST(HostileMemory, CorruptionAtEveryStep) { run({.slots = 3, .mean_steps = 1, .rounds = 2000}); }
+TEST(HostileMemory, RareCorruption) { run({.slots = 3, .mean_steps = 200, .rounds = 2000}); }
 
-// Stores without a step.
+// Stores without counting a step.
 template <typename T>
 void put(shm::Atomic<T>& word, T value) {
   const_cast<std::atomic<T>*>(word.raw())->store(value);
@@ -188,8 +189,8 @@ class NastyMailbox : public testing::Test {
   Receiver receiver_{view_};
 };
 
-// The owner's order is full of hints to one message, and it is there.
-TEST_F(NastyMailbox, HintsAtOneMessageWithoutEnd) {
+// All hints in the arrival ring refer to one message, which exists.
+TEST_F(NastyMailbox, AllHintsReferToOneMessage) {
   const SlotWord word{SlotState::kReadable, 7, 0, 1};
   wire::encode_header({.length = 112}, wire::HeaderBytes(view_.message_header(0), kHeaderSize));
   for (std::uint64_t lap = 0; lap < 3; ++lap) {
@@ -201,7 +202,7 @@ TEST_F(NastyMailbox, HintsAtOneMessageWithoutEnd) {
   }
 }
 
-// One nonsensical word costs no sender more than a few steps from then on.
+// One corrupted field must not cost senders more than a few steps from then on.
 TEST_F(NastyMailbox, TailFarAhead) {
   put(view_.header().arrival_tail, std::uint64_t{12345} * geometry_.ring);
   for (int i = 0; i < 10; ++i) {
@@ -217,7 +218,7 @@ TEST_F(NastyMailbox, HintOfAnotherLap) {
   }
 }
 
-TEST_F(NastyMailbox, FreeHintsWithoutEnd) {
+TEST_F(NastyMailbox, EndlessFreeHints) {
   const sched::StepLimit limit(steps_max(geometry_), [this] {
     Word64& head = view_.header().free_head;
     const std::uint64_t next = head.raw()->load() + 1;
@@ -227,7 +228,7 @@ TEST_F(NastyMailbox, FreeHintsWithoutEnd) {
   ASSERT_NO_THROW(send());
 }
 
-TEST_F(NastyMailbox, WordsThatNeverHoldStill) {
+TEST_F(NastyMailbox, SlotStatesThatChangeAtEveryStep) {
   std::uint32_t generation = 0;
   const auto change = [&] {
     ++generation;
@@ -239,7 +240,7 @@ TEST_F(NastyMailbox, WordsThatNeverHoldStill) {
   ASSERT_NO_THROW(EXPECT_EQ(send(), SendOutcome::kFull));
 }
 
-TEST(HostileMemory, OpenRefusesOrStaysInside) {
+TEST(HostileMemory, OpenRefusesOrStaysInsideTheMapping) {
   GuardedMailbox mailbox(4, 112);
   std::mt19937 random(1);
   std::uint32_t opened = 0;

@@ -1,4 +1,4 @@
-// What must be true of every run, whoever was interrupted or died wherever.
+// The invariants of every run, wherever threads were interrupted or crashed.
 #include <algorithm>
 
 #include "tests/sched/mailbox_fixture.h"
@@ -50,7 +50,8 @@ void MailboxFixture::observe() {
   for (Message* message : claiming_) look_for_room(*message);
 }
 
-// What nobody may overlook: commit() has come back, and nobody has it.
+// Messages that the owner must find: commit() has returned, and they were neither taken nor
+// replaced.
 std::vector<const Message*> MailboxFixture::certainly_waiting() const {
   std::vector<const Message*> waiting;
   if (weak_ != nullptr) return waiting;
@@ -60,7 +61,7 @@ std::vector<const Message*> MailboxFixture::certainly_waiting() const {
   return waiting;
 }
 
-// The message that had to go for this one, if it is known.
+// The message that this one replaced, if it is known.
 const Message* MailboxFixture::replaced_by(const Message& message) const {
   const auto is_victim = [&message](const Message& other) {
     const std::uint32_t next = (other.claim.word.generation + 1) & SlotWord::kMask24;
@@ -76,35 +77,37 @@ void MailboxFixture::check_claim(const Message& message) {
   switch (message.claim_outcome) {
     case SendOutcome::kFull:
       if (!message.was_full && weak_ == nullptr)
-        accuse(text_of(message) + ": full, but at no moment was it");
+        accuse(text_of(message) + " was refused as full, but the mailbox was never full");
       break;
     case SendOutcome::kReplaced:
       check_victim(message);
       break;
     case SendOutcome::kClosed:
-      if (!message.had_closed) accuse(text_of(message) + ": closed, but it is not");
+      if (!message.had_closed)
+        accuse(text_of(message) + " was refused as closed, but the mailbox is open");
       break;
     default:
       break;
   }
 }
 
-// The oldest of the lowest priority has to go.
+// The oldest message of the lowest priority must be replaced.
 void MailboxFixture::check_victim(const Message& message) {
   const Message* victim = replaced_by(message);
   if (victim == nullptr) return;
   if (victim->priority > message.priority)
-    accuse(text_of(*victim) + " was replaced by a lesser one");
+    accuse(text_of(*victim) + " was replaced by one of lower priority");
   for (const Message* other : certainly_waiting()) {
     if (other->committed >= message.begun) continue;
     if (other->priority < victim->priority)
-      accuse(text_of(*victim) + " was replaced, and not the lesser " + text_of(*other));
+      accuse(text_of(*victim) +
+             " was replaced instead of one of lower priority: " + text_of(*other));
     if (other->priority == victim->priority && other->committed < victim->begun)
-      accuse(text_of(*victim) + " was replaced, and not the older " + text_of(*other));
+      accuse(text_of(*victim) + " was replaced instead of the older " + text_of(*other));
   }
 }
 
-// `waiting`: certainly when take() was called, at the tick `begun`.
+// `waiting`: messages that were certainly available when take() was called, at the tick `begun`.
 void MailboxFixture::check_taken(const Message& message, std::uint64_t begun,
                                  const std::vector<const Message*>& waiting) {
   if (message.taken != 0) accuse(text_of(message) + " was taken twice");
@@ -125,7 +128,7 @@ void MailboxFixture::check_nothing_taken(const std::vector<const Message*>& wait
 }
 
 std::optional<std::string> MailboxFixture::judge(const Outcome& outcome) {
-  if (outcome.endless) accuse("a loop without end");
+  if (outcome.endless) accuse("an endless loop");
   if (weak_ != nullptr && weak_->raced()) accuse("a message is written while it may be read");
   if (accusation_) return accusation_;
   check_sleep(outcome.stuck);
@@ -146,7 +149,7 @@ void MailboxFixture::check_sleep(Threads stuck) {
     accuse("the owner sleeps while a message waits");
 }
 
-// Arrival order holds between messages of which one was committed before the other was begun.
+// Arrival order is guaranteed when one message was committed before the other was begun.
 void MailboxFixture::check_order() {
   for (const Message& early : messages_)
     for (const Message& late : messages_)
@@ -156,7 +159,8 @@ void MailboxFixture::check_order() {
         accuse(text_of(late) + " overtook " + text_of(early));
 }
 
-// Every message is taken, or replaced by one that says so. Who dies while claiming says nothing.
+// Every message is taken, or replaced by one whose outcome reports it; a sender that crashes while
+// claiming reports nothing.
 void MailboxFixture::check_losses(bool died) {
   std::size_t unexplained = 0;
   for (const Message& message : messages_) {
@@ -164,7 +168,7 @@ void MailboxFixture::check_losses(bool died) {
     const bool replaced = std::ranges::any_of(messages_, is_successor);
     if (message.taken != 0 && replaced) accuse(text_of(message) + " was taken and replaced");
     if (message.taken != 0 && message.outcome == SendOutcome::kReclaimed)
-      accuse(text_of(message) + " was taken, but commit() said it was reclaimed");
+      accuse(text_of(message) + " was taken, but commit() returned kReclaimed");
     if (message.committed != 0 && message.taken == 0 && !replaced) ++unexplained;
   }
   const auto is_open = [](const Message& m) { return m.claimed == 0; };
@@ -204,11 +208,11 @@ void MailboxFixture::check_slots_come_back() {
   if (sender.claim(kHeaderSize, kHighest, none) != SendOutcome::kFull)
     accuse("more slots than there are");
   for (const shm::Claim& claim : claims) sender.give_up(claim);
-  if (receiver_->take()) accuse("a message that nobody sent");
+  if (receiver_->take()) accuse("a message that was never sent");
 }
 
-// Nothing that happened may slow the mailbox down for good: with the owner awake, no sender looks
-// at every slot, and nor does the owner.
+// No run may slow the mailbox down permanently: while the owner is awake, neither a sender nor the
+// owner scans all slots.
 void MailboxFixture::check_rings_are_well() {
   const shm::MailboxHeader& header = view_.header();
   const std::uint64_t rescans = header.rescans.raw()->load();

@@ -14,8 +14,9 @@ namespace {
 
 constexpr std::uint32_t kLength = kHeaderSize + MailboxFixture::kBodyBytes;
 constexpr std::size_t kHalf = MailboxFixture::kBodyBytes / 2;
-constexpr std::uint32_t kMessagesMax = 512;  // in one record: their addresses must stay
-constexpr std::uint32_t kStageHand = 1;      // the writer that sets the stage
+constexpr std::uint32_t kMessagesMax =
+    512;  // per run; reserved, because their addresses must not change
+constexpr std::uint32_t kStageHand = 1;  // the writer that prepares the mailbox
 
 std::byte pattern(std::uint32_t number, std::size_t at) {
   return static_cast<std::byte>(std::size_t{number} * 37 + at * 11 + 5);
@@ -88,7 +89,7 @@ void MailboxFixture::send(std::uint32_t writer, std::uint8_t priority) {
   wake(sender);
 }
 
-// As the kernel does it for os::futex_clear_and_wake(): one step.
+// One step, as in the kernel for os::futex_clear_and_wake().
 void MailboxFixture::wake(shm::Sender& sender) {
   if (sender.sleeper() != 0) view_.header().sleep.fetch_and(~1U, std::memory_order_seq_cst);
 }
@@ -101,7 +102,8 @@ void MailboxFixture::loan_and_give_up(std::uint32_t writer) {
   sender.give_up(message.claim);
 }
 
-// In two pieces: a second writer in the same slot, or a reader too early, is seen by the pattern.
+// In two parts, so that the pattern reveals a second writer in the slot or a reader that is too
+// early.
 void MailboxFixture::write(const Message& message) {
   std::byte* bytes = message.claim.header;
   std::byte* body = message.claim.body;
@@ -114,7 +116,7 @@ void MailboxFixture::write(const Message& message) {
   for (std::size_t i = kHalf; i < kBodyBytes; ++i) body[i] = pattern(message.number, i);
 }
 
-// The number of the message, if all of it is there.
+// The number of the message if it is complete.
 std::optional<std::uint32_t> MailboxFixture::read(const shm::Taken& taken) {
   const std::uint32_t number = taken.header.dest.raw();
   const std::byte* bytes = taken.body.data() - kHeaderSize;
@@ -219,7 +221,7 @@ void MailboxFixture::age_slots(std::uint32_t generation) {
   }
 }
 
-// The last ones are recorded: they are still there when the run begins.
+// The last messages are recorded, because they are still in the mailbox when the run begins.
 void MailboxFixture::overrun(std::uint32_t messages) {
   const std::uint32_t slots = view_.geometry().slots;
   for (std::uint32_t i = 0; i + slots < messages; ++i) {
@@ -238,14 +240,14 @@ std::string MailboxFixture::name_of(Operation operation) const {
   const shm::Geometry& g = view_.geometry();
   const std::size_t offset = at - base;
   if (operation.where == nullptr) return "begins";
-  if (at == reinterpret_cast<std::uintptr_t>(&scheduler_.died())) return what + "the death";
+  if (at == reinterpret_cast<std::uintptr_t>(&scheduler_.died())) return what + "the crash";
   if (at < base || offset >= bytes_) return what + "private memory";
   if (offset < g.arrival_at) return what + "header + " + std::to_string(offset);
   if (offset < g.free_at) return what + "arrival " + std::to_string((offset - g.arrival_at) / 8);
   if (offset < g.slots_at) return what + "free " + std::to_string((offset - g.free_at) / 8);
   const std::size_t in_slot = (offset - g.slots_at) % g.stride;
   return what + "slot " + std::to_string((offset - g.slots_at) / g.stride) +
-         (in_slot == 0   ? " word"
+         (in_slot == 0   ? " state"
           : in_slot == 8 ? " stamp"
                          : " message");
 }

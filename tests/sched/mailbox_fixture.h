@@ -1,5 +1,5 @@
-// A mailbox with everybody who uses it, and a record of what each of them was told: every run of a
-// schedule is judged by it.
+// A mailbox with all its users, and a record of the results they got. judge() checks the invariants
+// against this record after every run of a schedule.
 #pragma once
 
 #include <cstdint>
@@ -15,18 +15,18 @@
 
 namespace tims::sched {
 
-// A message on its way, from the call of claim() on. Times are ticks of the record, 0: not yet.
+// A message, from the call of claim() on. Times are ticks of the record; 0: has not happened.
 struct Message {
   std::uint32_t number = 0;
   std::uint8_t priority = 0;
   std::uint32_t writer = 0;
   std::uint64_t begun = 0;
   std::uint64_t claimed = 0;
-  std::uint64_t committed = 0;  // commit() has said so
+  std::uint64_t committed = 0;  // commit() has returned success
   std::uint64_t taken = 0;
   bool given_up = false;
-  bool was_full = false;    // at a moment while it was claiming: no slot for its priority
-  bool had_closed = false;  // before claim() came back
+  bool was_full = false;    // at some time during claim(): no slot for its priority
+  bool had_closed = false;  // before claim() returned
   shm::SendOutcome claim_outcome = shm::SendOutcome::kFull;
   shm::SendOutcome outcome = shm::SendOutcome::kFull;
   shm::Claim claim;
@@ -38,39 +38,40 @@ class MailboxFixture {
  public:
   static constexpr std::uint32_t kBodyBytes = 40;
 
-  // Over weak memory nobody can be blamed for what he could not know yet: order is kept between
-  // messages of one writer, and what was full or waiting is not judged.
+  // On weak memory a thread may not have seen the latest values yet. Order is therefore checked
+  // only between messages of one writer, and not whether the mailbox was full or a message was
+  // waiting.
   explicit MailboxFixture(Scheduler& scheduler, const WeakMemory* weak = nullptr)
       : scheduler_(scheduler), weak_(weak) {}
 
-  // A fresh mailbox and an empty record.
+  // Creates a new mailbox and clears the record.
   void reset(std::uint32_t slots);
 
-  // What threads do, as the library's client does it.
+  // Operations of the threads, as in the library's client.
   void send(std::uint32_t writer, std::uint8_t priority = 0);
   void loan_and_give_up(std::uint32_t writer);
-  // Takes, reads and releases one message; false when none waits.
+  // Takes, reads and releases one message; false: none is available.
   bool receive();
-  // Sleeps until a message has come when none waits.
+  // The same, but sleeps until a message arrives if none is available.
   void receive_or_sleep();
   std::optional<shm::Taken> peek();
   void release(const shm::Taken& taken);
   void peek_and_put_back();
   void close();
-  // Once some thread has died: what the router does about its `writer`.
+  // What the router does for `writer` after a thread has crashed.
   void reclaim_after_death(std::uint32_t writer);
   void reclaim_slots_of(std::uint32_t writer);
 
-  // For setting the stage, without a record: moves every ring on by so many places.
+  // Preparation, not recorded: advances every ring by so many places.
   void advance(std::uint32_t messages);
-  // As if every slot had been claimed so many times.
+  // Sets the generation of every slot, as after so many claims.
   void age_slots(std::uint32_t generation);
-  // The same as advance() for the arrival ring alone, while nobody takes.
+  // Like advance(), for the arrival ring only: messages are sent and not taken.
   void overrun(std::uint32_t messages);
 
-  // Looks at memory after every step.
+  // Called after every step; records whether the mailbox is full.
   void observe();
-  // After the run: takes everything, and says what is wrong with what happened.
+  // After the run: takes all messages and returns the first violated invariant, if any.
   std::optional<std::string> judge(const Outcome& outcome);
 
   [[nodiscard]] shm::Receiver& receiver() { return *receiver_; }

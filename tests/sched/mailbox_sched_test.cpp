@@ -1,4 +1,4 @@
-// Producers and the owner of a mailbox under their interleavings. What must be true: judge.cpp.
+// Producers and the owner of a mailbox under their interleavings. Invariants: judge.cpp.
 #include <gtest/gtest.h>
 
 #include "tests/sched/actors.h"
@@ -97,8 +97,8 @@ TEST(MailboxSched, Closed) {
   explore({.actors = {producer(1, 2), producer(2), closing}}, few_preemptions(2));
 }
 
-// Laps have 16 bits, generations 24.
-TEST(MailboxSched, LapsAndGenerationsBeginAgain) {
+// Laps (16 bits) and generations (24 bits) wrap around.
+TEST(MailboxSched, LapsAndGenerationsWrapAround) {
   Scheduler scheduler;
   MailboxFixture fixture(scheduler);
   fixture.reset(1);

@@ -68,7 +68,7 @@ const Outcome& Scheduler::run(std::span<const Body> bodies, Strategy& strategy,
   count_ = static_cast<int>(bodies.size());
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     prepare(fibers_[i], bodies[i]);
-    // Beginning is a step too: until then the thread has not begun anything.
+    // Starting is a step as well: a thread may be delayed before it has done anything.
     next_[i] =
         dies_now(static_cast<int>(i)) ? Operation{&outcome_.died, Access::kWrite} : Operation{};
   }
@@ -101,7 +101,7 @@ void Scheduler::entry() {
   self.end_thread(State::kFinished);
 }
 
-// Returns when it is this thread's turn to do `next`.
+// Returns when the strategy has chosen this thread to execute `next`.
 void Scheduler::before_step(Operation next, std::function<bool()> condition) {
   const int self = running_;
   Fiber& fiber = fibers_[static_cast<std::size_t>(self)];

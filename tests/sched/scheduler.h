@@ -1,6 +1,6 @@
 // Runs several logical threads as fibers of one thread, one step at a time. A step ends before
-// every operation on shared memory; a strategy says who does the next one. A run depends on
-// nothing but the strategy's choices, so each can be repeated.
+// every operation on shared memory; a strategy chooses the thread that runs next. A run depends
+// only on the strategy's choices, so it can be repeated.
 #pragma once
 
 #include <array>
@@ -17,17 +17,17 @@
 
 namespace tims::sched {
 
-// The logical thread never does step `step` (the first is 0), nor any after it.
+// A crash: the logical thread does not execute step `step` (from 0) or any later one.
 struct Death {
   int thread = 0;
   int step = 0;
 };
 
 struct Outcome {
-  bool endless = false;       // stopped: more steps than any run may have
+  bool endless = false;       // stopped after kStepsMax steps
   Threads stuck = 0;          // waiting for ever
-  bool died = false;          // Death came true
-  std::vector<int> schedule;  // who did each step
+  bool died = false;          // the thread has reached the step of its Death
+  std::vector<int> schedule;  // the thread of each step
 };
 
 class Scheduler {
@@ -41,17 +41,17 @@ class Scheduler {
   Scheduler(const Scheduler&) = delete;
   Scheduler& operator=(const Scheduler&) = delete;
 
-  // `after_step` sees memory after every step; its own operations are none.
+  // `after_step` is called after every step; its operations do not count as steps.
   const Outcome& run(std::span<const Body> bodies, Strategy& strategy, std::optional<Death> death,
                      const std::function<void()>& after_step);
 
-  // From the next run on; nullptr: the machine's own.
+  // Takes effect in the next run; nullptr: the machine's memory.
   void use_memory(WeakMemory* memory) { memory_ = memory; }
 
-  // The word of the death: true once it has come. To be waited for.
+  // True after the crash; its address can be passed to wait_until().
   [[nodiscard]] const bool& died() const { return outcome_.died; }
 
-  // Everything a thread does inside `quietly` is no step.
+  // Operations inside `quietly` do not count as steps.
   template <typename F>
   auto quietly(F f) {
     const Quiet quiet(*this);
@@ -69,7 +69,7 @@ class Scheduler {
     std::unique_ptr<std::byte[]> stack;
     const Body* body = nullptr;
     State state = State::kFinished;
-    std::function<bool()> condition;  // of going on; empty: none
+    std::function<bool()> condition;  // for continuing; empty: none
     int steps = 0;
   };
   struct Quiet {

@@ -1,4 +1,4 @@
-// The scheduler itself: what it must find, and that its short ways leave nothing out.
+// The scheduler itself: errors it must find, and that its reductions omit no result.
 #include "tests/sched/scheduler.h"
 
 #include <set>
@@ -27,7 +27,7 @@ struct Search {
   bool endless = false;
 };
 
-// `make` sets the stage anew for every run; `result` reads what came of it.
+// `make` prepares every run; `result` reads its result.
 template <typename Make, typename Result>
 Search search(Strategy& strategy, Make make, Result result, std::optional<Death> death = {}) {
   Search found;
@@ -74,20 +74,20 @@ TEST_F(LostUpdate, IsFoundByAllTracesAndAtRandom) {
   EXPECT_EQ(search_with(random).results.size(), 2U);
 }
 
-// Three steps each, beginning included: 6! / 3! / 3!
+// Three steps each, including the start: 6! / (3! 3!) = 20.
 TEST_F(LostUpdate, UnlimitedSearchRunsEveryInterleaving) {
   FewPreemptions all(FewPreemptions::kUnlimited);
   EXPECT_EQ(search_with(all).runs, 20U);
 }
 
-TEST_F(LostUpdate, WhoDiesDoesNothingMore) {
+TEST_F(LostUpdate, ACrashedThreadDoesNothingMore) {
   for (int step = 0; step < 3; ++step) {
     FewPreemptions all(FewPreemptions::kUnlimited);
     const Search found = search_with(all, Death{0, step});
     EXPECT_EQ(found.results, std::set<std::vector<std::uint32_t>>{{1}}) << step;
   }
   FewPreemptions all(FewPreemptions::kUnlimited);
-  EXPECT_EQ(search_with(all, Death{0, 3}).results.size(), 2U) << "at its end by then";
+  EXPECT_EQ(search_with(all, Death{0, 3}).results.size(), 2U) << "it has finished before that step";
 }
 
 TEST_F(LostUpdate, IsRepeatedFromItsText) {
@@ -104,7 +104,7 @@ TEST_F(LostUpdate, IsRepeatedFromItsText) {
   EXPECT_EQ(value(x_), 1U);
 }
 
-TEST(SchedulerTest, SeesWhoWaitsForEver) {
+TEST(SchedulerTest, DetectsThreadsThatWaitForEver) {
   Word x{0};
   const auto make = [&]() -> Bodies {
     x.store(0, kOrder);
@@ -120,7 +120,7 @@ TEST(SchedulerTest, SeesWhoWaitsForEver) {
   EXPECT_EQ(search(all, make, nothing).stuck, only(0));
 }
 
-TEST(SchedulerTest, StopsWhatDoesNotEnd) {
+TEST(SchedulerTest, StopsEndlessLoops) {
   Word x{0};
   const auto make = [&]() -> Bodies {
     return {[&x] {
@@ -139,7 +139,7 @@ TEST(SchedulerTest, LimitOutsideOfASchedule) {
   EXPECT_THROW(x.load(kOrder), StepLimit::Exceeded);
 }
 
-// Small programs at random: three threads, two words, a few operations each.
+// Small random programs: three threads, two variables, a few operations each.
 class SmallProgram {
  public:
   explicit SmallProgram(std::uint32_t seed) {

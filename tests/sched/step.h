@@ -1,4 +1,4 @@
-// What the scheduled build of libtims/shm says before every operation on shared memory.
+// Calls of the scheduled build of libtims/shm before every operation on shared memory.
 #pragma once
 
 #include <cstdint>
@@ -9,42 +9,43 @@ namespace tims::sched {
 enum class Access : std::uint8_t { kRead, kWrite };
 
 struct Operation {
-  const void* where = nullptr;  // nullptr: touches nothing that others can see
+  const void* where = nullptr;  // nullptr: accesses nothing that is shared
   Access access = Access::kRead;
   bool waits = false;  // for a condition
-  // Of a compare-and-swap: whether it would succeed now. One that fails only reads.
+  // For a compare-and-swap: whether it would succeed now. A failing one only reads.
   bool (*succeeds)(const void* where, std::uint64_t expected) = nullptr;
   std::uint64_t expected = 0;
 };
-// Whether it can matter which of the two comes first.
+// Whether the order of the two can affect the result.
 constexpr bool dependent(Operation a, Operation b) {
   return a.where != nullptr && a.where == b.where &&
          (a.access == Access::kWrite || b.access == Access::kWrite);
 }
 
-// Other logical threads may go first now, or this one may never go on. Outside of a schedule:
-// counts for the StepLimit, if there is one.
+// Other logical threads may run before this returns, or this thread may crash here. Outside of a
+// schedule it counts for the StepLimit, if there is one.
 void step(Operation next);
 
-// Goes on once `condition`, which depends on nothing but what lies at `where`, holds.
+// Returns once `condition` holds; it must depend only on the memory at `where`.
 void wait_until(const void* where, std::function<bool()> condition);
 
-// Reading and writing bytes that are not atomic: steps too.
+// Reading and writing bytes that are not atomic; these are steps as well.
 void read_bytes(const void* where);
 void write_bytes(const void* where);
 
-// Of this step, in a schedule over weak memory: the memory, and whose step it is.
+// The memory and the thread of the present step, in a schedule on weak memory.
 class WeakMemory;
 struct WeakStep {
   WeakMemory* memory = nullptr;
   int thread = 0;
 };
 WeakStep weak_step();
-// The kernel has told this thread of another's end: it knows of everything by now.
+// The kernel has reported the end of another thread to this one, which synchronises with all
+// stores.
 void learn_everything();
 
-// Outside of a schedule: ends what does not end by itself, and lets others interfere before every
-// step.
+// Outside of a schedule: throws when an operation takes too many steps, and calls `before_step`
+// before every step, for interference.
 class StepLimit {
  public:
   struct Exceeded {};

@@ -7,7 +7,7 @@
 namespace tims::sched {
 namespace {
 
-// A scenario whose runs depend on more than the choices made cannot be searched.
+// A scenario whose runs depend on anything but the choices cannot be searched.
 int certainly(int chosen, const Moment& moment) {
   if (!contains(moment.runnable, chosen)) std::abort();
   return chosen;
@@ -54,7 +54,7 @@ bool Random::next_run() {
   return --runs_ > 0;
 }
 
-// Behind its end, or where the code has changed since: whoever can.
+// After its end, or if the code has changed since: the first runnable thread.
 int Replay::choose(const Moment& moment) {
   const int written = depth_ < schedule_.size() ? schedule_[depth_++] : -1;
   return written >= 0 && contains(moment.runnable, written) ? written : first_of(moment.runnable);

@@ -1,4 +1,4 @@
-// Schedules by depth-first search with few preemptions, at random, and one written down.
+// Schedules by depth-first search with few preemptions, random ones, and a recorded one.
 #pragma once
 
 #include <random>
@@ -9,8 +9,8 @@
 
 namespace tims::sched {
 
-// Every schedule in which a thread that could go on is interrupted at most `preemptions_max`
-// times. Most errors of such algorithms need one or two.
+// Every schedule with at most `preemptions_max` interruptions of a thread that could continue.
+// Most errors of lock-free algorithms need one or two.
 class FewPreemptions : public Strategy {
  public:
   static constexpr int kUnlimited = 1 << 20;
@@ -23,7 +23,7 @@ class FewPreemptions : public Strategy {
   struct Choice {
     int chosen = 0;
     Threads untried = 0;
-    bool interrupts = false;  // choosing another than the first
+    bool interrupts = false;  // another choice than the first is a preemption
   };
   int preemptions_max_;
   std::vector<Choice> choices_;
@@ -45,7 +45,7 @@ class Random : public Strategy {
   unsigned stretch_ = 2;  // mean number of steps between interruptions
 };
 
-// The schedule of an earlier run: who did each step.
+// The schedule of an earlier run: the thread of each step.
 class Replay : public Strategy {
  public:
   explicit Replay(std::vector<int> schedule) : schedule_(std::move(schedule)) {}

@@ -1,4 +1,4 @@
-// Who goes next: the schedules of a scenario, one run after the other.
+// Strategies choose the thread of every step, and so the schedules of a scenario, run by run.
 #pragma once
 
 #include <bit>
@@ -20,9 +20,9 @@ constexpr bool contains(Threads threads, int thread) { return (threads & only(th
 // What a strategy sees before every step.
 struct Moment {
   std::span<const Operation> next;  // of every thread
-  Threads alive = 0;                // neither at its end nor dead
+  Threads alive = 0;                // neither finished nor crashed
   Threads runnable = 0;             // and not waiting
-  int last = -1;                    // who did the step before
+  int last = -1;                    // the thread of the previous step
 };
 
 class Strategy {
@@ -30,9 +30,9 @@ class Strategy {
   virtual ~Strategy() = default;
   // One of the runnable threads, of which there is at least one.
   virtual int choose(const Moment& moment) = 0;
-  // Nobody can go on.
+  // Called when no thread can continue.
   virtual void at_end(const Moment& /*moment*/) {}
-  // After a run: gets ready for the next; false when there is none.
+  // After a run: prepares the next; false: there is none.
   virtual bool next_run() = 0;
   // Whether the run that just ended differed from an earlier one only in the order of steps that
   // do not depend on each other.

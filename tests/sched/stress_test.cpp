@@ -1,5 +1,5 @@
-// Real threads on one mailbox: what the scheduler cannot show, above all to the thread sanitizer,
-// which must see one mapping only. Bounded by messages, not by time.
+// Real threads on one mailbox, mainly for the thread sanitizer, which must see a single mapping.
+// Bounded by the number of messages, not by time.
 #include <array>
 #include <atomic>
 #include <cstring>
@@ -27,7 +27,7 @@ constexpr std::uint32_t kDoomed = 0x800;  // writers from here on leave a slot h
 struct Load {
   std::uint32_t slots = 16;
   std::uint32_t producers = 3;
-  std::uint32_t messages = 10000;  // of each producer
+  std::uint32_t messages = 10000;  // per producer
   std::uint32_t seed = 1;
 };
 
@@ -97,7 +97,7 @@ class Stress {
     if (sender.sleeper() != 0) wake();
   }
 
-  // A sender that claims and is gone, and the router that finds out.
+  // A sender claims a slot and crashes; the router reclaims the slot.
   void die_writing(std::uint32_t writer) {
     Sender sender(view_, writer);
     Claim claim;
@@ -112,7 +112,8 @@ class Stress {
 
   void receive_all() {
     for (;;) {
-      const bool last = done_.load();  // asked before looking: what was sent by then is there
+      const bool last =
+          done_.load();  // read before polling: all messages are in the mailbox by then
       if (const auto got = receiver_.take()) {
         check(*got);
         hand_over(got->hint);
@@ -145,7 +146,7 @@ class Stress {
     ++received_;
   }
 
-  // Every other slot is released by another thread of the owner.
+  // Every second slot is released by another thread of the owner.
   void hand_over(Hint hint) {
     if (received_ % 2 == 0 || handed_over_.load() != 0) return receiver_.release(hint);
     handed_over_.store(hint.pack() | kPresent);
@@ -177,7 +178,7 @@ class Stress {
       EXPECT_EQ(sender.claim(kLength, 0, claim), SendOutcome::kOk) << "a slot is lost";
   }
 
-  static constexpr std::uint64_t kPresent = std::uint64_t{1} << 63;  // of the lap, unused here
+  static constexpr std::uint64_t kPresent = std::uint64_t{1} << 63;  // a bit that is not used here
 
   const Load load_;
   std::unique_ptr<std::byte[], Free> memory_;

@@ -49,7 +49,7 @@ std::size_t WeakMemory::find(const void* where, std::uint64_t newest) {
   return used_++;
 }
 
-// One of the stores that the thread may still not know to be overwritten.
+// Chooses one of the stores that the thread may still read.
 std::uint16_t WeakMemory::choose(int thread, std::size_t location, memory_order order) {
   const Location& l = locations_[location];
   const auto newest = static_cast<std::uint16_t>(l.stores.size() - 1);
@@ -65,7 +65,7 @@ void WeakMemory::acquire(int thread, std::size_t location, std::uint16_t store,
   if (acquires(order)) join(view(thread), locations_[location].stores[store].released);
 }
 
-// `passed_on`: what the store before had released, when this one continues its release sequence.
+// `passed_on`: the view released by the store before, if this one continues its release sequence.
 void WeakMemory::append(int thread, std::size_t location, std::uint64_t value, memory_order order,
                         const View& passed_on) {
   Location& l = locations_[location];
@@ -100,7 +100,7 @@ void WeakMemory::update(int thread, const void* where, std::uint64_t newest, std
   append(thread, location, value, order, passed_on);
 }
 
-// One that fails is a relaxed load, and may have read an old value.
+// A failing one is a relaxed load and may have read an old value.
 bool WeakMemory::compare_exchange(int thread, const void* where, std::uint64_t newest,
                                   std::uint64_t expected, std::uint64_t desired,
                                   memory_order order) {

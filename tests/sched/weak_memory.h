@@ -1,11 +1,11 @@
-// Memory as the C++ memory model allows it to be: a load may return an older value than the newest,
-// as long as nothing its thread has come to know forbids it.
+// Memory as the C++ memory model allows it: a load may return an older value than the newest,
+// unless a newer store happens before it.
 //
-// Every location keeps all its stores, in the order in which they were made. A thread's view says
-// which store of each location it has to know at least; an acquiring load takes over the view that
-// was released with the store it reads. Which of the permitted stores is read is chosen at random.
-// Left out: stores that take effect in another order than they were made, and loads that see a
-// store that has not been made yet.
+// Every location keeps all its stores in the order in which they were made. A thread's view
+// contains the oldest store of each location that the thread may still read; an acquiring load
+// merges the view that was released with the store it reads. One of the permitted stores is chosen
+// at random. Not simulated: stores that take effect in another order than they were made, and loads
+// that see a later store.
 #pragma once
 
 #include <array>
@@ -20,11 +20,11 @@ namespace tims::sched {
 
 class WeakMemory {
  public:
-  // For a new run. Every thread knows everything that was before.
+  // Starts a new run; every thread sees all earlier stores.
   void reset(std::uint32_t seed);
   void learn_everything(int thread);
 
-  // `newest`: the value that is in memory; for a location not seen before, its first store.
+  // `newest`: the value in memory; at the first access to a location it becomes its first store.
   std::uint64_t load(int thread, const void* where, std::uint64_t newest, std::memory_order order);
   void store(int thread, const void* where, std::uint64_t newest, std::uint64_t value,
              std::memory_order order);
@@ -33,15 +33,15 @@ class WeakMemory {
   bool compare_exchange(int thread, const void* where, std::uint64_t newest, std::uint64_t expected,
                         std::uint64_t desired, std::memory_order order);
 
-  // Bytes that are not atomic: whoever writes them must know of all before, whoever reads them of
-  // the last writing.
+  // Bytes that are not atomic: a write must happen after all earlier accesses, a read after the
+  // last write; otherwise raced() becomes true.
   void read_bytes(int thread, const void* where);
   void write_bytes(int thread, const void* where);
   [[nodiscard]] bool raced() const { return raced_; }
 
  private:
   static constexpr std::size_t kLocationsMax = 128;
-  using View = std::array<std::uint16_t, kLocationsMax>;  // the number of a store, by location
+  using View = std::array<std::uint16_t, kLocationsMax>;  // the index of a store, by location
   struct Store {
     std::uint64_t value = 0;
     View released{};

@@ -1,5 +1,5 @@
-// The memory orders of libtims/shm: the same code over memory that may return old values. First the
-// memory itself: what each order must and must not allow.
+// The memory orders of libtims/shm: the same code on memory that may return old values. The first
+// tests check the simulated memory itself: what each order must allow and forbid.
 #include "tests/sched/weak_memory.h"
 
 #include <set>
@@ -22,7 +22,7 @@ class Litmus : public testing::Test {
   using Word = shm::Atomic<std::uint32_t>;
   using Results = std::set<std::pair<std::uint32_t, std::uint32_t>>;
 
-  // What a_ and b_ can be after both threads.
+  // All values of a_ and b_ after both threads have finished.
   Results results(const std::function<void()>& one, const std::function<void()>& other) {
     Results found;
     Scheduler scheduler;

@@ -5,7 +5,7 @@
 namespace tims::sim {
 namespace {
 
-// Cheap, and different for every message.
+// A cheap pseudo-random body, different for every message.
 void fill(std::size_t number, std::span<std::byte> body) {
   std::uint64_t state = number * 0x9E3779B97F4A7C15U + 1;
   for (std::byte& b : body) {
@@ -41,12 +41,12 @@ void Ledger::on_arrival(const Arrival& arrival) {
   const Header& header = arrival.header;
   if (header.type == type::kNotAvailable) {
     const auto found = numbers_.find({header.dest.raw(), header.src.raw(), header.seq_nr});
-    if (found == numbers_.end()) return fail_("NOT_AVAILABLE for what nobody sent");
+    if (found == numbers_.end()) return fail_("NOT_AVAILABLE for a message that was never sent");
     entries_[found->second].answered = true;
     return;
   }
   const auto found = numbers_.find({header.src.raw(), header.dest.raw(), header.seq_nr});
-  if (found == numbers_.end()) return fail_("a message arrived that nobody sent");
+  if (found == numbers_.end()) return fail_("a message arrived that was never sent");
   Entry& entry = entries_[found->second];
   if (header.type != entry.header.type || header.priority != entry.header.priority ||
       header.length != entry.header.length)

@@ -1,4 +1,4 @@
-// Every message that was sent in a simulated network, and what became of it.
+// Records every message that was sent in a simulated network, and whether it arrived.
 #pragma once
 
 #include <array>
@@ -33,10 +33,10 @@ class Ledger {
 
   explicit Ledger(std::function<void(const std::string&)> fail) : fail_(std::move(fail)) {}
 
-  // Messages keep their order from one address to another.
+  // Messages from one address to another must arrive in order.
   bool keeps_order = true;
 
-  // Numbers the message, and says what its body is to be.
+  // Numbers the message and generates its body.
   std::size_t add(const Entry& entry, std::size_t body_size, std::vector<std::byte>& body);
   void set_outcome(std::size_t number, core::Outcome outcome) {
     entries_[number].outcome = outcome;

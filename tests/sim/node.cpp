@@ -1,4 +1,4 @@
-// SimulatedNetwork, the part that is one host.
+// Node: one host of the simulated network.
 #include <algorithm>
 #include <new>
 
@@ -13,7 +13,7 @@ namespace {
 
 using core::next_random;
 
-constexpr std::size_t kPlaces = 32;  // for messages in parts
+constexpr std::size_t kPlaces = 32;  // for messages being reassembled
 
 link::Identity identity(const NodeSetup& setup, std::uint64_t epoch) {
   return {.epoch = epoch,
@@ -90,7 +90,7 @@ link::Announcement Node::announcement() const {
 void Node::kill() {
   if (before_kill) before_kill(*this);
   if (!setup_.fleet.empty()) network_.forget(*this);
-  // Its next life has another participant.
+  // After a restart it is another DDS participant.
   network_.addresses_.erase(dds_);
   dds_ = dds_address_of(network_.participants_++);
   network_.addresses_[dds_] = this;
@@ -122,7 +122,7 @@ std::size_t Node::memory_in_use() const {
 }
 
 core::ClientId Node::add_client(Time now, const std::string& name) {
-  // One of ours: flags of original programs (TCP) mean nothing beyond their router.
+  // A native client: flags of original programs (TCP) are not forwarded beyond their router.
   return router().connect(now,
                           {.port = core::PortKind::kWebSocket, .name = std::string_view(name)});
 }

@@ -1,4 +1,4 @@
-// How well links use what a network gives them, and how little they keep others waiting.
+// How well links use the capacity of a network, and how little they delay other messages.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -66,12 +66,12 @@ struct Line : SimulatedNetwork {
     }
     if (saturated) at(now() + 2ms, [this, size, backlog] { refill(size, backlog); });
   }
-  // A small message of the highest class now and then.
+  // Sends small messages of the highest class from time to time.
   void ping(Duration every) {
     send(255, 64 - kHeaderSize);
     at(now() + every, [this, every] { ping(every); });
   }
-  // Bytes a second that arrive at the sink.
+  // Bytes per second that arrive at the sink.
   double goodput(Duration settle, Duration span) {
     run_for(settle);
     const std::uint64_t before = bytes;
@@ -134,14 +134,14 @@ TEST(Rate, UrgentMessagesGoBeyondTheWindow) {
   EXPECT_LT(line.delay(1), 102ms);
 }
 
-TEST(Rate, AfterASilenceItBeginsSlowly) {
+TEST(Rate, AfterAPauseItStartsSlowly) {
   Line line({.delay = 5ms, .rate = 50 * kMbit, .queue = 312'500});
   const auto window = [&] { return line.robot->links().uplink()->session().congestion().window(); };
   line.saturate(20'000, 4 << 20);
   line.run_for(3s);
   EXPECT_GT(window(), 20'000U);
   line.cut("robot", "base");
-  line.run_for(600ms);  // not long enough to be dead
+  line.run_for(600ms);  // shorter than the timeout of the link
   ASSERT_NE(line.robot->links().uplink(), nullptr);
   EXPECT_LT(window(), 10'000U);
 }
@@ -159,8 +159,8 @@ TEST(Rate, AConfiguredRateKeepsUrgentMessagesNearlyUndisturbed) {
   EXPECT_LE(line.delay(0.99), unloaded + 500us);
 }
 
-// A network that takes everything: only the configuration says no.
-TEST(Rate, AConfiguredRateIsKept) {
+// The network has no limit; only the configured rate limits the link.
+TEST(Rate, AConfiguredRateIsNotExceeded) {
   Line line({.delay = 1ms}, {.rate = 8 * kMbit});
   line.saturate(20'000, 4 << 20);
   line.run_for(1s);
@@ -193,8 +193,8 @@ TEST(Rate, WiFiJitterCostsLittle) {
   EXPECT_GE(share, 0.6);
 }
 
-// Streams of samples over a line, the newest there are: when each came was sent, and how old it
-// was.
+// Streams of samples over a line. Each sample contains the time at which it was sent, so its age at
+// arrival is known.
 struct Streams : Line {
   explicit Streams(const Faults& faults) : Line(faults) {
     base->on_arrival = [this](Node&, core::ClientId, Arrival&& arrival) {
@@ -217,7 +217,7 @@ struct Streams : Line {
                        .src = kSource},
                       body);
   }
-  // Cameras of 20 pictures of 1 MiB a second.
+  // Each camera sends 20 pictures of 1 MiB per second.
   void run(int seconds, std::int8_t cameras, std::size_t scan) {
     for (int i = 0; i < seconds * 20; ++i) {
       for (std::int8_t camera = 0; camera < cameras; ++camera) sample(camera, kCamera, 1 << 20);
@@ -230,20 +230,21 @@ struct Streams : Line {
   std::array<std::vector<Duration>, 3> ages;
 };
 
-// Two cameras and a scanner on a line for three pictures a second: each camera's come in turn, the
-// newest there are, and the scans between them.
+// Two cameras and a scanner on a line with the capacity of three pictures per second: the newest
+// pictures of both cameras arrive alternately, with the scans between them.
 TEST(Rate, PicturesOfStreamsCrossALossyLine) {
   Streams line({.loss = 0.02, .delay = 5ms, .rate = 20 * kMbit, .queue = 312'500});
   constexpr int kSeconds = 20;
   line.run(kSeconds, 2, 3'668);
   for (const std::size_t camera : {0U, 1U}) {
-    ASSERT_GE(line.ages.at(camera).size(), kSeconds) << camera;  // 2.4 of both fit into a second
+    ASSERT_GE(line.ages.at(camera).size(), kSeconds)
+        << camera;  // the line carries 2.4 per second of both cameras together
     EXPECT_LE(*std::ranges::max_element(line.ages.at(camera)), 2500ms) << camera;
   }
   EXPECT_GE(line.ages[2].size(), kSeconds * 10U) << "scans";
 }
 
-// What a camera gets of a line, whatever that loses.
+// The share of a lossy line that a camera can use.
 TEST(Rate, LossCostsAStreamOfPicturesLittle) {
   for (const double loss : {0.0, 0.01, 0.02, 0.05}) {
     Streams line({.loss = loss, .delay = 5ms, .rate = 20 * kMbit, .queue = 312'500});
@@ -281,7 +282,7 @@ TEST(Rate, AFastLink) {
   EXPECT_GE(share, 0.8);
 }
 
-// Two links of two robots through one radio.
+// Two robots whose links share one radio.
 TEST(Rate, TwoLinksShareABottleneck) {
   SimulatedNetwork network(7);
   Node& base = network.add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}});
@@ -318,7 +319,7 @@ TEST(Rate, TwoLinksShareABottleneck) {
     network.at(network.now() + 5ms, [&, i] { refill(i); });
   };
   refill(0);
-  network.run_for(3s);  // the second comes late
+  network.run_for(3s);  // the second robot starts late
   refill(1);
   network.run_for(5s);
   bytes = {};

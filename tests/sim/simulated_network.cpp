@@ -8,10 +8,10 @@
 namespace tims::sim {
 namespace {
 
-// So much may happen at one moment, or somebody goes round in a circle.
+// Limit of steps at one point in time; beyond it, an endless loop is assumed.
 constexpr std::uint64_t kStepsAtOnceMax = 200'000;
 
-// Of DDS: so long until others hear of a router, and until a silent one is gone.
+// DDS: the time until other routers discover a new one, and until a silent one is reported as gone.
 constexpr Duration kDiscovery = std::chrono::milliseconds(200);
 constexpr Duration kLease = std::chrono::seconds(3);
 
@@ -180,7 +180,7 @@ void SimulatedNetwork::schedule(Node& node) {
   timeouts_.push({at, ++order_, &node});
 }
 
-// The first of the timeouts, which may have become a later one meanwhile.
+// Runs the earliest timeout, unless its node has postponed it since it was queued.
 bool SimulatedNetwork::step_timeout() {
   Node& node = *timeouts_.top().node;
   const Time at = timeouts_.top().at;
@@ -200,7 +200,8 @@ bool SimulatedNetwork::step_timeout() {
 void SimulatedNetwork::check_progress() {
   ++steps_;
   if (++steps_now_ > kStepsAtOnceMax)
-    throw std::runtime_error("the network goes round in a circle, seed " + std::to_string(seed_));
+    throw std::runtime_error("endless loop: the simulated clock does not advance, seed " +
+                             std::to_string(seed_));
 }
 
 bool SimulatedNetwork::step(Time limit) {

@@ -1,5 +1,5 @@
-// A fleet in one process: routers with their links, a bad network between them, clients
-// with mailboxes, and a clock that jumps from one event to the next. All of it follows from a seed.
+// A fleet in one process: routers with their links, an unreliable network between them, clients
+// with mailboxes, and a clock that jumps from one event to the next. The seed determines all of it.
 #pragma once
 
 #include <array>
@@ -33,7 +33,7 @@ struct NodeSetup {
   std::size_t message_bytes = 64U << 20;
   std::uint32_t message_max = 8U << 20;
   std::uint32_t links_max = 4096;
-  std::string fleet{};  // in which it announces itself; empty: in none
+  std::string fleet{};  // the fleet it announces itself in; empty: none
   core::PriorityClasses classes{};
 };
 
@@ -47,7 +47,7 @@ struct Arrival {
 
 class SimulatedNetwork;
 
-// Reserved, and taken from the system only as far as it is touched.
+// Reserved address space; the system provides pages only where they are touched.
 class Memory {
  public:
   explicit Memory(std::size_t size);
@@ -61,7 +61,7 @@ class Memory {
   std::span<std::byte> bytes_;
 };
 
-// One host: a router, its links and its clients. Killed, it forgets everything.
+// One host: a router, its links and its clients. A killed node loses all its state.
 class Node final : private core::Port, private core::RouterHooks, private link::DatagramSender {
  public:
   Node(SimulatedNetwork& network, const NodeSetup& setup, std::size_t index, std::uint64_t seed);
@@ -82,7 +82,7 @@ class Node final : private core::Port, private core::RouterHooks, private link::
   link::Links& links() { return running_->links; }
   [[nodiscard]] std::size_t memory_in_use() const;
 
-  // A client with a mailbox. Clients of a killed node are gone with it.
+  // Adds a client, without mailboxes. Killing the node removes its clients.
   core::ClientId add_client(Time now, const std::string& name);
   bool add_mailbox(Time now, core::ClientId client, Address address);
   core::Outcome send(Time now, core::ClientId client, Header header,
@@ -92,10 +92,10 @@ class Node final : private core::Port, private core::RouterHooks, private link::
     return running_->arrivals[client.value];
   }
   void forget_arrivals(core::ClientId client) { running_->arrivals[client.value].clear(); }
-  // Sees what clients receive, if it is set; then nothing is kept in arrivals().
+  // If set, it is called for every message a client receives, and arrivals() stays empty.
   std::function<void(Node&, core::ClientId, Arrival&&)> on_arrival;
-  std::vector<core::Event> events;  // of all lives
-  // Messages of a class that were taken and lost, or refused on the way, in all lives.
+  std::vector<core::Event> events;  // kept over restarts
+  // Messages of a class that were accepted and lost, or refused on their route; over restarts.
   [[nodiscard]] std::uint64_t lost(std::size_t message_class) const;
   std::function<void(Node&)> before_kill;
 
@@ -104,7 +104,7 @@ class Node final : private core::Port, private core::RouterHooks, private link::
   [[nodiscard]] Time next_timeout() const;
 
  private:
-  // core::Port of its clients
+  // core::Port, for its clients
   core::Outcome deliver(Time now, const core::Receiver& to, const core::Message& message) override;
   void reply(Time now, const core::Receiver& to, const Header& header) override;
   void close(const core::Receiver&, core::CloseReason) override {}
@@ -115,7 +115,7 @@ class Node final : private core::Port, private core::RouterHooks, private link::
   void arrived(core::ClientId client, Arrival&& arrival);
 
  public:
-  // Whatever was done to the router or its links by hand goes out.
+  // Sends what direct calls to the router or its links have produced.
   void end_turn(Time now);
 
  private:
@@ -136,11 +136,11 @@ class Node final : private core::Port, private core::RouterHooks, private link::
   NetAddress dds_;
   std::uint64_t random_;
   Duration wall_ = std::chrono::seconds(1'700'000'000);
-  std::array<std::uint64_t, core::kClasses> lost_{};  // in earlier lives
+  std::array<std::uint64_t, core::kClasses> lost_{};  // before the last restart
   std::unique_ptr<Running> running_;
 
   friend class SimulatedNetwork;
-  Time scheduled_ = kNever;  // in the network's list of timeouts
+  Time scheduled_ = kNever;  // its entry in the network's queue of timeouts
 };
 
 class SimulatedNetwork {
@@ -150,23 +150,23 @@ class SimulatedNetwork {
   Node& add(const NodeSetup& setup);  // not started
   [[nodiscard]] std::vector<std::unique_ptr<Node>>& nodes() { return nodes_; }
   Node& node(const std::string& name);
-  // A node that has a fleet is heard of there, and hears of the others.
+  // Announces the node to the other nodes of its fleet, and those to the node.
   void announce(Node& node);
-  // It is not heard of any more, after a while.
+  // The other nodes of the fleet lose it after the lease time.
   void forget(Node& node);
-  // Where the node is that a link's `to` means.
+  // The current address of the node that a link's `to` names.
   [[nodiscard]] NetAddress resolve(const std::string& to) const;
-  // A node has another address, and those who connect to it hear of it after a while.
+  // Changes a node's address; nodes that connect to it learn the new one after `known_after`.
   void move(Node& node, const NetAddress& address, Duration known_after);
 
   [[nodiscard]] Time now() const { return now_; }
-  // Runs until then, or until `until` says so. False: it did not.
   void run_for(Duration time);
+  // Runs until `condition` is true, for at most `limit`. Returns the condition at the end.
   bool run_until(const std::function<bool()>& condition, Duration limit);
-  // Something to be done then.
+  // Calls `action` at that time.
   void at(Time when, std::function<void()> action);
 
-  // What lies between two nodes, in one direction; ALL between others.
+  // Faults of all lines, or of the line from one node to another (one direction).
   void set_faults(const Faults& faults);
   void set_faults(const std::string& from, const std::string& to, const Faults& faults,
                   link::PathKind kind = link::PathKind::kUdp);
@@ -174,7 +174,7 @@ class SimulatedNetwork {
            link::PathKind kind = link::PathKind::kUdp);
   void cut_one_way(const std::string& from, const std::string& to, bool blackout = true,
                    link::PathKind kind = link::PathKind::kUdp);
-  // Both directions go through one and the same line.
+  // The second pair of nodes shares the line of the first: one radio for both.
   void share(const std::string& from, const std::string& to, const std::string& other_from,
              const std::string& other_to);
 
@@ -182,15 +182,15 @@ class SimulatedNetwork {
   std::uint64_t random(std::uint64_t below) { return random() % below; }
   double chance() { return core::next_share(random_); }
 
-  // For nodes: a burst leaves.
+  // Called by nodes: sends a burst.
   void transmit(Node& from, const link::Burst& burst);
   [[nodiscard]] std::uint64_t bytes_sent(const std::string& from) { return bytes_sent_[from]; }
-  // With this mark of differentiated services, by anybody.
+  // Bytes sent by all nodes with this DSCP (differentiated services).
   [[nodiscard]] std::uint64_t bytes_marked(std::uint8_t dscp) { return bytes_marked_[dscp]; }
   [[nodiscard]] std::uint64_t datagrams() const { return datagrams_; }
   [[nodiscard]] std::uint64_t steps() const { return steps_; }
   void schedule(Node& node);
-  // Sees every datagram; true: it goes no further.
+  // Called for every datagram; true: the datagram is dropped.
   std::function<bool(Node& from, const NetAddress& to, std::span<const std::byte>)> tap;
   void inject(const NetAddress& from, const NetAddress& to, std::span<const std::byte> bytes);
 
@@ -230,15 +230,15 @@ class SimulatedNetwork {
   std::priority_queue<Event, std::vector<Event>, std::greater<>> events_;
   std::priority_queue<Timeout, std::vector<Timeout>, std::greater<>> timeouts_;
   std::map<NetAddress, Node*> addresses_;
-  std::size_t participants_ = 0;          // of DDS, so far
-  std::map<std::string, Node*> targets_;  // by the first address of each
+  std::size_t participants_ = 0;          // DDS participants created so far
+  std::map<std::string, Node*> targets_;  // by each node's first address
   std::map<std::pair<NetAddress, NetAddress>, std::shared_ptr<link::FaultInjector>> lines_;
   Faults faults_{};
   std::map<std::string, std::uint64_t> bytes_sent_;
   std::map<std::uint8_t, std::uint64_t> bytes_marked_;
   std::uint64_t datagrams_ = 0;
   std::uint64_t steps_ = 0;
-  std::uint64_t steps_now_ = 0;  // since the clock stands still
+  std::uint64_t steps_now_ = 0;  // since the clock last advanced
 };
 
 // "10.0.0.N:2010" for the Nth node.

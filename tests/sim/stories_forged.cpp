@@ -1,13 +1,13 @@
-// Complaints about somebody between two routers who alters what they say.
+// Attacks: forged, altered and replayed datagrams between two routers.
 #include "router/link/datagram.h"
 #include "tests/sim/story.h"
 
 namespace tims::sim {
 namespace stories_forged {
 
-// Somebody between them catches a datagram and sends it on from elsewhere. What the base asks him
-// he passes on to the robot, whose answer proves nothing of that place.
-TEST(Forged, AnAddressIsBelievedWhenTheAnswerComesFromThere) {
+// An attacker intercepts a datagram and sends it from another address. He passes the base's
+// challenge on to the robot, whose answer does not prove the new address.
+TEST(Forged, ANewAddressIsAcceptedOnlyWhenTheAnswerComesFromIt) {
   Story s;
   s.begin();
   bool caught = false;
@@ -25,11 +25,11 @@ TEST(Forged, AnAddressIsBelievedWhenTheAnswerComesFromThere) {
   };
   s.run_for(2s);
   EXPECT_TRUE(caught);
-  EXPECT_EQ(strayed, 1U) << "a question, and nothing else";
+  EXPECT_EQ(strayed, 1U) << "a challenge, and nothing else";
   EXPECT_TRUE(s.gui_reaches_camera());
 }
 
-TEST(Forged, AnAddressIsNotBelievedForAWrongAnswer) {
+TEST(Forged, ANewAddressIsNotAcceptedForAWrongAnswer) {
   Story s;
   s.begin();
   std::size_t caught = 0;
@@ -38,7 +38,7 @@ TEST(Forged, AnAddressIsNotBelievedForAWrongAnswer) {
     strayed += to == address_of(900) ? 1 : 0;
     if (caught == 2 || &from != s.robot || to != s.base->address()) return false;
     ++caught;
-    // Made from the head of a caught one, twice: before the question and after it.
+    // Two forged answers with the head of an intercepted datagram: before and after the challenge.
     std::vector<std::byte> forged(bytes.begin(), bytes.begin() + link::kDataHeaderSize);
     forged.resize(forged.size() + link::kNonceFrameSize);
     const std::span<std::byte> all(forged);
@@ -49,7 +49,7 @@ TEST(Forged, AnAddressIsNotBelievedForAWrongAnswer) {
   };
   s.run_for(2s);
   EXPECT_EQ(caught, 2U);
-  EXPECT_EQ(strayed, 1U) << "a question, and nothing else";
+  EXPECT_EQ(strayed, 1U) << "a challenge, and nothing else";
   EXPECT_TRUE(s.gui_reaches_camera());
 }
 
@@ -73,8 +73,8 @@ link::Hello hello_of(core::Role role, std::uint8_t system, std::uint64_t epoch) 
           .who = {.epoch = epoch, .role = role, .system = system, .id = 1}};
 }
 
-// HELLOs from thousands of addresses, none of which answers: nothing is kept of them.
-TEST(Forged, CallsFromNobodyLeaveNoTrace) {
+// HELLOs from thousands of addresses, none of which answers, must not use memory.
+TEST(Forged, HellosFromSpoofedAddressesUseNoMemory) {
   Story s;
   s.base->start(s.now());
   for (std::uint64_t n = 1; n <= 5000; ++n) {
@@ -89,8 +89,8 @@ TEST(Forged, CallsFromNobodyLeaveNoTrace) {
   EXPECT_TRUE(s.run_until([&] { return Story::links_up(*s.robot) == 1; }, 1s));
 }
 
-// Nobody can be flooded by way of this router.
-TEST(Forged, NoAnswerIsLongerThanItsQuestion) {
+// The router cannot be used to amplify a flood.
+TEST(Forged, NoAnswerIsLongerThanItsRequest) {
   Story s;
   s.begin();
   std::size_t longest = 0;
@@ -113,7 +113,7 @@ TEST(Forged, NoAnswerIsLongerThanItsQuestion) {
         EXPECT_LE(longest_answer(std::span(bytes).first(n)), n) << "of a call";
     }
   }
-  std::array<std::byte, 300> other{};  // of versions to come
+  std::array<std::byte, 300> other{};  // of future versions
   link::ByteWriter out(other);
   for (const int b : {2, 7, 9, 0}) out.put(static_cast<std::uint8_t>(b));
   out.put_text("TIMS");
@@ -127,7 +127,7 @@ TEST(Forged, NoAnswerIsLongerThanItsQuestion) {
     EXPECT_LE(longest_answer(std::span(data).first(n)), n) << "of data with a token of nobody";
 }
 
-// Somebody who hears what is sent to his own address, and answers as a router does.
+// An attacker that receives what is sent to its own address, and answers as a router does.
 class Impostor {
  public:
   Impostor(Story& s, const link::Hello& hello) : s_(s), hello_(hello) {
@@ -162,8 +162,8 @@ class Impostor {
   bool welcome_ = false;
 };
 
-// Anybody who asks for the routers is told their epochs.
-TEST(Forged, WhoKnowsTheEpochOfALivingRouterIsNotThatRouter) {
+// Epochs are not secret: every client that asks for the routers gets them.
+TEST(Forged, KnowingTheEpochOfARunningRouterIsNoProofOfIdentity) {
   Story s;
   s.begin();
   link::Hello hello = hello_of(core::Role::kSystem, 1, s.robot->links().self().epoch);
@@ -179,8 +179,9 @@ TEST(Forged, WhoKnowsTheEpochOfALivingRouterIsNotThatRouter) {
   EXPECT_NE(Story::find_event(*s.base, core::EventKind::kDuplicateRouter), nullptr);
 }
 
-// The proof of an address is good for that address, that call and a few seconds.
-TEST(Forged, AProofOfAnAddressIsGoodForNothingElse) {
+// The cookie that proves an address is valid for that address and that HELLO, and for a few
+// seconds.
+TEST(Forged, ACookieIsValidForNothingElse) {
   Story s;
   s.begin();
   link::Hello hello = hello_of(core::Role::kSystem, 9, 4711);
@@ -204,10 +205,10 @@ TEST(Forged, AProofOfAnAddressIsGoodForNothingElse) {
   call(900);
   hello.cookie = cookie;
   call(901);
-  EXPECT_EQ(welcomed, 0U) << "from elsewhere";
+  EXPECT_EQ(welcomed, 0U) << "from another address";
   ++hello.token;
   call(900);
-  EXPECT_EQ(welcomed, 0U) << "another call";
+  EXPECT_EQ(welcomed, 0U) << "another HELLO";
   --hello.token;
   s.run_for(30s);
   call(900);
@@ -217,8 +218,8 @@ TEST(Forged, AProofOfAnAddressIsGoodForNothingElse) {
   EXPECT_EQ(Story::links_up(*s.base), 3U);
 }
 
-// What brought a link about comes once more, as a network or somebody else repeats it.
-TEST(Forged, ACallThatIsRepeatedDoesNotBeginTheLinkAnew) {
+// The HELLO that established a link is repeated by the network or by an attacker.
+TEST(Forged, ARepeatedHelloDoesNotRestartTheLink) {
   Story s;
   std::vector<std::vector<std::byte>> calls;
   s.tap = [&](Node& from, const NetAddress&, std::span<const std::byte> bytes) {
@@ -234,8 +235,8 @@ TEST(Forged, ACallThatIsRepeatedDoesNotBeginTheLinkAnew) {
   EXPECT_TRUE(s.gui_reaches_camera());
 }
 
-// The router that is called checks as well; this one need not trust it.
-TEST(Forged, AWelcomeThatDoesNotFitIsNoLink) {
+// The accepting router checks these values as well; the connecting one must not rely on that.
+TEST(Forged, AWelcomeWithOtherSettingsIsRefused) {
   struct Change {
     std::size_t at;
     std::vector<std::byte> to;

@@ -23,7 +23,7 @@ TEST(Load, LargeMessagesArriveInSpiteOfLossAndReordering) {
   EXPECT_EQ(s.base->arrivals(s.gui).size(), 3U) << "something came twice";
 }
 
-// Once full, never again? Neither the lowest class nor the others.
+// A full queue must be usable again after it has emptied, for every class.
 TEST(Load, AFullQueueEmptiesAgain) {
   Story s;
   s.begin();
@@ -50,21 +50,21 @@ TEST(Load, AFullQueueEmptiesAgain) {
   }
 }
 
-// The robot gives up after 200 ms what the base did not get.
+// The robot drops messages that the base has not received within 200 ms.
 void set_lifetime(Story& s) {
   auto links = s.robot->setup().links;
   for (link::LinkSettings& link : links) link.session.lifetime = 200ms;
   s.robot->links().configure(s.now(), links);
 }
 
-TEST(Load, WhatIsTooOldIsGivenUp) {
+TEST(Load, ExpiredMessagesAreDropped) {
   Story s;
   s.begin();
   set_lifetime(s);
   s.cut("robot", "base");
   const auto stream = static_cast<std::uint8_t>(flag::kNativeOrder | flag::kStream);
   s.robot->send(s.now(), s.ladar, {.type = 3, .dest = kGui, .src = kLadar});
-  for (int type = 2; type < 102; ++type)  // more samples than are on their way at once
+  for (int type = 2; type < 102; ++type)  // more samples than are in flight at a time
     s.robot->send(
         s.now(), s.ladar,
         {.flags = stream, .type = static_cast<std::int8_t>(-type), .dest = kGui, .src = kLadar},
@@ -77,8 +77,8 @@ TEST(Load, WhatIsTooOldIsGivenUp) {
   EXPECT_EQ(Story::not_available(*s.robot, s.ladar), 1U);
 }
 
-// The word that something was given up is lost as well, again and again.
-TEST(Load, WhatWasGivenUpDoesNotHoldUpTheRest) {
+// The SKIP frames that report the dropped messages are lost as well, several times.
+TEST(Load, DroppedMessagesDoNotBlockLaterOnes) {
   Story s;
   s.begin();
   set_lifetime(s);
@@ -104,9 +104,9 @@ TEST(Load, WhatWasGivenUpDoesNotHoldUpTheRest) {
   EXPECT_EQ(s.base->arrivals(s.gui).size(), 40U);
 }
 
-// Memory for two large messages at a time, and three are on their way: each is half there, and the
-// others wait.
-TEST(Load, WhatThereIsNoMemoryForComesAgain) {
+// Three large messages arrive at the same time, with memory for two: each is partly received, and
+// the rest must wait.
+TEST(Load, PacketsRefusedForLackOfMemoryAreRetransmitted) {
   Story s(8, {.block_bytes = 256U << 10, .message_bytes = 256U << 10, .message_max = 110'000});
   s.begin();
   s.set_faults({.loss = 0.02, .delay = 2ms});
@@ -125,8 +125,8 @@ TEST(Load, WhatThereIsNoMemoryForComesAgain) {
   EXPECT_EQ(s.base->arrivals(s.gui).size(), 30U);
 }
 
-// Two routers that announce the largest message in each class, and send nothing more of it.
-TEST(Load, WhatIsOnlyAnnouncedHoldsUpNobody) {
+// Two routers begin the largest message in each class, and never send the rest of it.
+TEST(Load, IncompleteMessagesDoNotBlockOthers) {
   Story s;
   std::array<Node*, 2> attackers{};
   link::LinkSettings up = super_link(address_of(0));
@@ -173,8 +173,8 @@ TEST(Load, WhatIsOnlyAnnouncedHoldsUpNobody) {
   EXPECT_LT(s.base->memory_in_use(), 1U << 20) << "given up";
 }
 
-// A router says how large a message it takes.
-TEST(Load, WhatTheOtherRouterDoesNotTakeIsNotSent) {
+// A router announces the size of the largest message it accepts.
+TEST(Load, MessagesTooLargeForTheOtherRouterAreNotSent) {
   Story s(8, {.message_max = 2000});
   s.begin();
   const auto send = [&](std::size_t size) {
@@ -189,7 +189,7 @@ TEST(Load, WhatTheOtherRouterDoesNotTakeIsNotSent) {
   EXPECT_EQ(Story::links_up(*s.robot), 2U);
 }
 
-TEST(Load, WhatIsUrgentDoesNotGiveWay) {
+TEST(Load, UrgentMessagesAreNotDroppedForOthers) {
   Story s;
   s.begin();
   s.cut("robot", "base");
@@ -207,7 +207,7 @@ TEST(Load, WhatIsUrgentDoesNotGiveWay) {
   EXPECT_GT(s.robot->lost(6), lost);
 }
 
-// Clients and their mailboxes, for days: nobody remembers them.
+// Clients and their mailboxes come and go for days; nothing of them may remain in memory.
 TEST(Load, MailboxesThatComeAndGoLeaveNothing) {
   Story s;
   s.begin();
@@ -234,9 +234,9 @@ TEST(Load, MailboxesThatComeAndGoLeaveNothing) {
   EXPECT_TRUE(s.gui_reaches_camera());
 }
 
-// Two radios, side by side: a robot that is linked to the base and to another robot, which is
-// linked to the base too.
-TEST(Load, OverTwoWaysEachMessageArrivesOnce) {
+// Two radios in parallel: a robot is linked to the base and to another robot, which is linked to
+// the base as well.
+TEST(Load, OverTwoRoutesEachMessageArrivesOnce) {
   SimulatedNetwork w(4);
   Node& base = w.add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}});
   Node& one = w.add(

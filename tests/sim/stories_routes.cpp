@@ -1,4 +1,4 @@
-// Complaints about messages that do not arrive, arrive late, or vanish without a word.
+// Complaints about messages that do not arrive, arrive late, or are lost without a report.
 #include <chrono>
 #include <cstdio>
 
@@ -19,7 +19,7 @@ TEST(Routes, ADeadLinkIsWithdrawnEverywhere) {
   EXPECT_EQ(Story::not_available(*s.base, s.gui), 1U);
 }
 
-TEST(Routes, WhatNobodyKnowsIsAnsweredFromTheTop) {
+TEST(Routes, CommandsToUnknownMailboxesAreAnsweredByTheTop) {
   Story s;
   s.begin();
   s.host->send(s.now(), s.camera, {.type = 3, .dest = Address(0x77010000), .src = kCamera});
@@ -27,8 +27,9 @@ TEST(Routes, WhatNobodyKnowsIsAnsweredFromTheTop) {
   EXPECT_EQ(s.base->router().messages().total(core::Outcome::kNoRoute).messages, 1U);
 }
 
-// An operator's joystick for the robot, at the base: found from the robot's second host as well.
-// Who asks for something of the robot that is nowhere is told so from the top, once.
+// An operator's joystick for the robot is at the base, and is found from the robot's second host as
+// well. A command to a mailbox of the robot that does not exist is answered by the top router,
+// once.
 TEST(Routes, AMailboxOfARobotMayBeAtTheBase) {
   constexpr Address kJoystick(0x01260000);
   Story s;
@@ -66,7 +67,7 @@ TEST(Routes, AnotherSuperRouterTakesOver) {
   w.run_for(5s);
   EXPECT_FALSE(Story::knows(a, kLadar));
   w.cut("robot", "a", false);
-  // A link that only just came up may go down again: it is used when it has been there for a while.
+  // A link that has just come up may go down again, so it is used only after some time.
   ASSERT_TRUE(w.run_until([&] { return Story::links_up(robot) == 2; }, 1s));
   w.run_for(400ms);
   EXPECT_EQ(robot.links().uplink()->peer().name.view(), "b");
@@ -74,22 +75,22 @@ TEST(Routes, AnotherSuperRouterTakesOver) {
                           3 * kKeepAlive + 1s));
 }
 
-TEST(Routes, ALinkThatIsConfiguredNoMoreIsGone) {
+TEST(Routes, ALinkRemovedFromTheConfigurationIsClosed) {
   Story s;
   s.begin();
   s.robot->links().configure(s.now(), std::vector{sub_link()});
   s.robot->end_turn(s.now());
   s.run_for(100ms);
   EXPECT_EQ(Story::links_up(*s.robot), 1U);
-  EXPECT_FALSE(Story::knows(*s.base, kCamera)) << "the base was told";
+  EXPECT_FALSE(Story::knows(*s.base, kCamera)) << "the base already knows that the host is gone";
   s.robot->links().configure(s.now(), s.robot->setup().links);
   s.robot->links().set_target(s.now(), s.base->address().to_string(), s.base->address());
   s.robot->end_turn(s.now());
   EXPECT_TRUE(s.run_until([&] { return s.converged(); }, 1s));
 }
 
-// A robot below either of two routers goes back to the one it prefers: nothing is lost meanwhile.
-TEST(Routes, NothingIsLostOnTheWayBackToThePreferredSuperRouter) {
+// A robot with two super routers returns to the preferred one without losing messages.
+TEST(Routes, NothingIsLostOnReturnToThePreferredSuperRouter) {
   SimulatedNetwork w(3);
   Node& base = w.add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}});
   for (std::uint8_t system = 1; system <= 2; ++system) {
@@ -145,8 +146,8 @@ TEST(Routes, TheTopClassOvertakesLargeMessages) {
   EXPECT_LT(s.base->arrivals(s.gui).size(), 6U);
 }
 
-// EF for what is urgent, nothing of a robot's data as background.
-TEST(Routes, TheNetworkIsToldWhatIsUrgent) {
+// Urgent messages are marked EF; no data of a robot is marked as background.
+TEST(Routes, UrgentDatagramsAreMarked) {
   Story s;
   s.begin();
   for (const auto& [priority, dscp] :
@@ -161,8 +162,8 @@ TEST(Routes, TheNetworkIsToldWhatIsUrgent) {
   }
 }
 
-// Originals send them with the priority of their data.
-TEST(Routes, TextsForPeopleAreTheLowestClass) {
+// Original programs send texts with the priority of their data.
+TEST(Routes, TextsAreTheLowestClass) {
   Story s;
   s.begin();
   const std::uint64_t before = s.bytes_marked(8);
@@ -172,8 +173,8 @@ TEST(Routes, TextsForPeopleAreTheLowestClass) {
   EXPECT_GT(s.bytes_marked(8), before + 10'000);
 }
 
-// The paper's robot sends with 20, 30 and 40: images fill the link, and neither what a laser sees
-// nor a pilot's command waits for them.
+// The robot of the RACK paper sends with priorities 20, 30 and 40: images fill the link, and
+// neither scans nor a pilot's commands wait for them.
 TEST(Routes, ThePrioritiesOfARobotOvertakeEachOther) {
   Story s;
   s.begin();
@@ -213,17 +214,17 @@ TEST(Routes, SamplesKeepTheLatest) {
                    .dest = kGui,
                    .src = kLadar},
                   scan);
-    s.run_for(10ms);  // three times what the link takes
+    s.run_for(10ms);  // three times the capacity of the link
   }
   const auto& all = s.base->arrivals(s.gui);
   ASSERT_GT(all.size(), 30U);
   EXPECT_LT(all.size(), 100U);
-  // Fresh to the end: the newest is not older than what the window holds.
+  // The newest sample is not older than the contents of the window.
   EXPECT_GE(all.back().header.seq_nr, 185);
   EXPECT_GT(s.robot->router().messages().total(core::Outcome::kQueueReplaced).messages, 50U);
 }
 
-TEST(Routes, AMailboxIsKnownAtTheTopAtOnce) {
+TEST(Routes, ANewMailboxIsKnownAtTheTopImmediately) {
   Story s;
   s.begin();
   s.set_faults({.delay = 10ms});
@@ -234,14 +235,14 @@ TEST(Routes, AMailboxIsKnownAtTheTopAtOnce) {
   EXPECT_TRUE(s.run_until([&] { return Story::knows(*s.base, Address(0x01170000)); }, 21ms));
 }
 
-// A top router above a thousand others, with a hundred mailboxes each.
+// A top router above a thousand routers with a hundred mailboxes each.
 TEST(Routes, AThousandRoutersComeBack) {
   SimulatedNetwork w(4);
   constexpr std::uint32_t kRouters = test::kSlowdown > 1 ? 100 : 1000;
   constexpr std::uint32_t kMailboxes = 100;
   Node& top = w.add({.name = "top", .role = core::Role::kTop, .links = {sub_link()}});
   for (std::uint32_t i = 0; i < kRouters; ++i) {
-    // Four systems share a number: the router's id tells them apart.
+    // Four routers share a system number and differ in their router id.
     w.add({.name = "r" + std::to_string(i),
            .system = static_cast<std::uint8_t>(i / 4 + 1),
            .id = static_cast<std::uint8_t>(i % 4 + 1),

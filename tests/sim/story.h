@@ -1,4 +1,4 @@
-// What most stories begin with: a base above two robots, the first of which has a second host.
+// Common setup of most scenarios: a base above two robots, the first of which has a second host.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ inline constexpr Address kChassis{0x02110000};  // at the other robot
 inline constexpr Duration kKeepAlive = 300ms;
 
 struct Story : SimulatedNetwork {
-  // `base_setup`: what the base has little of, if anything.
+  // `base_setup`: limits of the base, if it is to have any.
   explicit Story(std::uint64_t seed = 1, NodeSetup base_setup = {}) : SimulatedNetwork(seed) {
     base_setup.name = "base";
     base_setup.role = core::Role::kTop;
@@ -41,7 +41,7 @@ struct Story : SimulatedNetwork {
                   .links = {super_link(address_of(0)), sub_link()}});
     set_faults({.delay = 1ms});
   }
-  // All of them, with their clients; then everybody knows everybody.
+  // Starts all nodes and their clients, and waits until their mailboxes are known.
   void begin() {
     for (const auto& node : nodes()) node->start(now());
     gui = client(*base, kGui);
@@ -62,7 +62,7 @@ struct Story : SimulatedNetwork {
     return knows(*base, kLadar) && knows(*base, kCamera) && knows(*base, kChassis) &&
            knows(*robot, kCamera);
   }
-  // A command from the one to the other, and whether it arrives.
+  // Sends a command from `from` to `to`; returns whether it arrives.
   bool reaches(Node& from, core::ClientId sender, Address src, Node& to, core::ClientId receiver,
                Address dest, Duration within = 1s) {
     const std::size_t before = to.arrivals(receiver).size();

@@ -11,13 +11,13 @@ using link::PathKind;
 
 namespace {
 
-// How soon everything must be right again once the network is.
+// The time within which all tables must be right again once the network is.
 constexpr Duration kConvergence = 2s;
-// A preferred super router is used again when it has been up for a while, and the other one knows
-// us for another while.
+// Extra time for links to the preferred super router: it is used again only after its link has been
+// up for some time, and the other super router keeps its entries for some more time.
 constexpr Duration kFailBack = 500ms;
 constexpr Duration kDrain = 4s;
-// A link with a rate of its own may have some megabytes to get rid of.
+// Links with a limited rate may have some megabytes queued.
 constexpr Duration kSlowDrain = 60s;
 
 }  // namespace
@@ -48,8 +48,8 @@ std::vector<std::string> Swarm::run() {
   try {
     build();
     network_.run_for(1s + within(1500ms));
-    // The ways over DDS have their turns (PROTOCOL.md, section 7): before, a link that loses UDP is
-    // down.
+    // DDS paths are prepared in turns (PROTOCOL.md, section 7). Until its turn a link that loses
+    // UDP is down.
     const Duration turns =
         plan_.troubles.dds ? 2s + static_cast<int>(plan_.nodes.size()) * 500ms : Duration{};
     if (plan_.troubles.half_cuts) network_.run_for(turns);
@@ -200,7 +200,7 @@ void Swarm::cut(std::size_t a, std::size_t b, PathKind kind, bool one_way, Durat
   });
 }
 
-// One after the other of a link's ways, so that one always works and is known to.
+// Cuts the paths of each link one after the other, so that one always works and is known to work.
 void Swarm::plan_half_cuts(Duration span) {
   for (const auto& [lower, upper] : plan_.both_ways) {
     for (Time when = now() + within(span); when < now() + span; when += 3s) {
@@ -244,7 +244,7 @@ void Swarm::plan_churn(Time when) {
 }
 
 void Swarm::heal() {
-  tell("peace");
+  tell("all faults end");
   healed_ = true;
   network_.set_faults({.delay = 100us});
   for (std::size_t i = 0; i < plan_.nodes.size(); ++i) start(i);

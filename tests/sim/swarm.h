@@ -1,5 +1,5 @@
-// A network that follows from a seed: a tree of routers, traffic, trouble; then peace, and a look
-// at whether everything that must be true is.
+// A random network determined by a seed: a tree of routers with traffic and faults; then the faults
+// end, and the invariants are checked.
 #pragma once
 
 #include <array>
@@ -17,7 +17,7 @@ namespace tims::sim {
 struct SwarmTotals {
   std::uint64_t messages = 0;
   std::uint64_t arrived = 0;
-  std::uint64_t lost = 0;  // and told of
+  std::uint64_t lost = 0;  // and counted as lost by a router
   std::uint64_t datagrams = 0;
 };
 
@@ -25,7 +25,7 @@ class Swarm {
  public:
   Swarm(std::uint64_t seed, bool verbose);
 
-  // What was found wrong, line by line; nothing: all is well.
+  // Runs the simulation and returns the failures, one text each; empty: success.
   std::vector<std::string> run();
   [[nodiscard]] const SwarmTotals& totals() const { return totals_; }
 
@@ -34,10 +34,10 @@ class Swarm {
     std::size_t node = 0;
     std::string name{};
     std::vector<Address> mailboxes{};
-    core::ClientId id{};  // kNoClient: away
+    core::ClientId id{};  // kNoClient: not connected
   };
 
-  // swarm.cpp: what happens
+  // swarm.cpp: the events of the run
   void build();
   void start(std::size_t node);
   void attach(Client& client);
@@ -55,7 +55,7 @@ class Swarm {
   void send(Client& from, Address src, Client& to, Address dest, Header header, std::size_t size);
   void heal();
 
-  // swarm_checks.cpp: what must be true
+  // swarm_checks.cpp: the invariants
   void check_tables();
   void check_table(std::size_t node);
   void check_ways();

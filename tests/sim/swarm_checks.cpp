@@ -1,4 +1,4 @@
-// Swarm, the part that says what must be true.
+// Swarm: the checks of its invariants.
 #include <algorithm>
 
 #include "tests/sim/swarm.h"
@@ -10,13 +10,13 @@ using namespace std::chrono_literals;
 namespace {
 
 constexpr Duration kIdle = 3s;
-constexpr std::uint64_t kIdleBytesPerSecond = 500;  // of a link, each way
+constexpr std::uint64_t kIdleBytesPerSecond = 500;  // per link and direction
 constexpr std::uint64_t kIdleBytesOfTwoPaths = 1000;
-constexpr std::uint64_t kIdleStepsPerSecond = 100;  // of a link
+constexpr std::uint64_t kIdleStepsPerSecond = 100;  // per link
 
 }  // namespace
 
-// --- who is known where
+// --- tables
 
 void Swarm::check_tables() {
   for (std::size_t i = 0; i < plan_.nodes.size(); ++i) check_table(i);
@@ -31,7 +31,7 @@ void Swarm::check_tables() {
   }
 }
 
-// Nothing that is gone, and nothing that comes from elsewhere.
+// The table has no entry of a client that has left, and none from another part of the tree.
 void Swarm::check_table(std::size_t i) {
   std::size_t expected = 0;
   const auto reaches = [&](std::size_t from) {
@@ -56,7 +56,7 @@ std::size_t Swarm::waiting_from(std::size_t first) const {
                     [](const Ledger::Entry& e) { return !e.arrived && !e.answered; }));
 }
 
-// From every router to every mailbox, over a client that comes for this.
+// A temporary client at every router sends to every mailbox.
 void Swarm::check_ways() {
   std::vector<Client> guests;
   for (std::size_t i = 0; i < plan_.nodes.size(); ++i) {
@@ -77,12 +77,13 @@ void Swarm::check_ways() {
     const Ledger::Entry& entry = ledger_.entries()[n];
     const bool reachable = !plan_.way(entry.from, entry.to).empty();
     if (entry.arrived != reachable)
-      fail((reachable ? "did not arrive: " : "arrived without a way: ") + Ledger::describe(entry));
+      fail((reachable ? "did not arrive: " : "arrived without a route: ") +
+           Ledger::describe(entry));
     if (!reachable && !entry.answered) fail("no NOT_AVAILABLE: " + Ledger::describe(entry));
   }
 }
 
-// --- what was lost
+// --- losses
 
 void Swarm::check_losses() {
   std::array<std::uint64_t, core::kClasses> missing{};
@@ -105,17 +106,17 @@ void Swarm::check_losses() {
     totals_.lost += told;
     if (missing[c] > told)
       fail(std::to_string(missing[c]) + " messages of class " + std::to_string(c) +
-           " are lost, and " + std::to_string(told) + " were told of: " + example[c]);
+           " are lost, but only " + std::to_string(told) + " were counted as lost: " + example[c]);
     if (missing[c] > 0 && plan_.troubles.are_mild() && plan_.one_way_only)
-      fail("lost without need: " + example[c]);
+      fail("lost although all faults were mild: " + example[c]);
   }
 }
 
-// A command that will not arrive is answered, where there is a way back.
+// A command that cannot be delivered is answered where there is a route back.
 void Swarm::check_answers() {
   const Troubles& t = plan_.troubles;
   if (t.crashes || t.partitions || t.churn || t.loss || t.moves || t.short_lifetimes) return;
-  // The answer may have been lost, too.
+  // The answer may have been lost as well.
   std::array<std::uint64_t, core::kClasses> told{};
   for (std::size_t c = 0; c < core::kClasses; ++c) {
     for (const auto& one : network_.nodes()) told[c] += one->lost(c);
@@ -127,7 +128,7 @@ void Swarm::check_answers() {
   }
 }
 
-// --- rest
+// --- the idle network
 
 void Swarm::check_idle() {
   std::vector<std::uint64_t> before;
@@ -158,7 +159,7 @@ void Swarm::check_memory() {
 }
 
 void Swarm::check_events() {
-  // A way of each link always works.
+  // One path of each link always works.
   const bool stays_up = plan_.troubles.half_cuts && !plan_.troubles.crashes &&
                         !plan_.troubles.loss && !plan_.troubles.rates;
   for (const auto& one : network_.nodes()) {

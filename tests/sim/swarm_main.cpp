@@ -1,4 +1,5 @@
-// sim_swarm [--seed N] [--count N] [--verbose]: networks from seeds, as the test runs them.
+// sim_swarm [--seed N] [--count N] [--verbose]: simulates the networks of these
+// seeds, as the test does.
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -30,7 +31,7 @@ int main(int argc, char** argv) {
     sum.datagrams += swarm.totals().datagrams;
   }
   std::printf(
-      "%llu networks, %llu wrong; %llu messages, %llu arrived, %llu lost and told of; "
+      "%llu networks, %llu failed; %llu messages, %llu arrived, %llu counted as lost; "
       "%llu datagrams\n",
       static_cast<unsigned long long>(count), static_cast<unsigned long long>(bad),
       static_cast<unsigned long long>(sum.messages), static_cast<unsigned long long>(sum.arrived),

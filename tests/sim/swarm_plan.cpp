@@ -51,7 +51,7 @@ class Planner {
     if (role != core::Role::kSubsystem) accept(index, core::LinkKind::kSub);
     return index;
   }
-  // `only_one`: no other router could be meant.
+  // `only_one`: `upper` is the only router that fits, so the link can be automatic.
   void connect(std::size_t lower, std::size_t upper, bool only_one) {
     auto settings = super_link(address_of(upper));
     settings.session = make_session(network_, plan_.troubles);
@@ -66,7 +66,7 @@ class Planner {
     if (plan_.troubles.dds) settings.paths = paths(false);
     plan_.nodes[a].setup.links.push_back(settings);
     if (settings.paths.size() == 2) plan_.both_ways.push_back({a, b});
-    // Sometimes both call.
+    // Sometimes both ends connect.
     if (network_.random(2) == 0) {
       settings.to = address_of(a).to_string();
       plan_.nodes[b].setup.links.push_back(settings);

@@ -1,4 +1,4 @@
-// What a seed stands for: a tree of routers, and which kinds of trouble it is in.
+// What a seed determines: a tree of routers, and which kinds of faults occur.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace tims::sim {
 
-// Trouble is switched on and off as a whole by the seed, so that some networks have much of one
-// kind and none of the others (swarm testing, Groce et al. 2012).
+// The seed switches each kind of fault on or off for the whole run, so that some networks have many
+// faults of one kind and none of the others (swarm testing, Groce et al. 2012).
 struct Troubles {
   bool loss = false;
   bool duplicates = false;
@@ -29,11 +29,11 @@ struct Troubles {
   bool small_queues = false;
   bool short_lifetimes = false;
   bool little_memory = false;
-  bool dds = false;        // some links have it, as the first way, the other or the only one
-  bool half_cuts = false;  // then: one way of a link that has both is cut at a time
+  bool dds = false;        // some links use DDS as first, second or only path
+  bool half_cuts = false;  // with dds: cuts one path at a time of links with two
 
   [[nodiscard]] std::string to_string() const;
-  // Nothing that a link could not hide.
+  // Only faults that links must mask completely: no message may be lost.
   [[nodiscard]] bool are_mild() const {
     return !loss && !partitions && !crashes && !moves && !churn && !small_queues &&
            !short_lifetimes && !little_memory && !rates;
@@ -54,20 +54,20 @@ struct PlannedNode {
 struct Plan {
   Troubles troubles{};
   std::vector<PlannedNode> nodes{};
-  std::vector<PlannedLink> both_ways{};  // that have UDP and DDS at both ends
-  bool one_way_only = true;              // between any two nodes
+  std::vector<PlannedLink> both_ways{};  // links with UDP and DDS at both ends
+  bool one_way_only = true;              // one route between any two nodes
 
-  // From `node` up over the preferred super routers, itself first.
+  // The path from `node` up over the preferred super routers, starting with itself.
   [[nodiscard]] std::vector<std::size_t> up_from(std::size_t node) const;
   [[nodiscard]] bool is_below(std::size_t node, std::size_t top) const;
-  // The routers a message passes, both ends included; empty: there is no way.
+  // The routers a message passes, both ends included; empty: there is no route.
   [[nodiscard]] std::vector<std::size_t> way(std::size_t from, std::size_t to) const;
   [[nodiscard]] std::string to_string() const;
 };
 
 Plan make_plan(SimulatedNetwork& network);
 Faults make_faults(SimulatedNetwork& network, const Troubles& troubles);
-// What DDS makes of it: in order, seldom with losses, slower.
+// The same for DDS: in order, slower, with losses less often.
 Faults make_dds_faults(SimulatedNetwork& network, const Troubles& troubles);
 
 }  // namespace tims::sim

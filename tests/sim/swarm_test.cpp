@@ -1,4 +1,4 @@
-// Networks from seeds, in portions that run beside each other.
+// Simulates random networks; the seeds are divided into portions that can run in parallel.
 #include "tests/sim/swarm.h"
 
 #include <gtest/gtest.h>
@@ -19,12 +19,12 @@ void try_out(std::uint64_t seed) {
 
 class SwarmTest : public testing::TestWithParam<std::uint64_t> {};
 
-TEST_P(SwarmTest, AllIsWellInTheEnd) {
+TEST_P(SwarmTest, InvariantsHoldAfterTheFaultsEnd) {
   for (std::uint64_t i = 0; i < kSeedsEach; ++i) try_out(GetParam() * kSeedsEach + i + 1);
 }
 
-TEST(SwarmSeeds, ThatOnceWentWrong) {
-  try_out(6475);  // who had been left missed the news of it, and was never told again
+TEST(SwarmSeeds, ThatOnceFailed) {
+  try_out(6475);  // a router missed that another had left it; the notice was never repeated
 }
 
 INSTANTIATE_TEST_SUITE_P(Portions, SwarmTest, testing::Range<std::uint64_t>(0, kPortions));
