@@ -20,16 +20,16 @@ using tims::Result;
 using tims::os::File;
 
 constexpr std::size_t kWaitingMax = 8 << 20;
-constexpr auto kWriteEvery = std::chrono::seconds(1);  // what a loss of power may cost
+constexpr auto kWriteEvery = std::chrono::seconds(1);  // limits what a loss of power can destroy
 constexpr std::size_t kRecordOverhead = 80;
 
-// Where a recording that is there already goes on.
+// The state of an existing recording.
 struct Continued {
   tims::Duration time{};
-  bool is_cut = false;  // its program died while it wrote the last line
+  bool is_cut = false;  // the last line is incomplete after a crash
 };
 
-// Its last record's time, and how long ago that was written.
+// Finds the time of the last record. `written`: modification time of the file.
 Continued end_of(int file, off_t size, const timespec& written) {
   constexpr off_t kTail = 256 << 10;
   std::string tail(static_cast<std::size_t>(std::min(size, kTail)), '\0');
@@ -53,7 +53,7 @@ Continued end_of(int file, off_t size, const timespec& written) {
   return end;
 }
 
-// Nothing: a new file, or what is none (a pipe, /dev/null).
+// Empty for a new file and for other kinds of files (a pipe, /dev/null).
 Result<std::optional<Continued>> continued(int file, const std::string& path) {
   struct stat status {};
   if (::fstat(file, &status) != 0) return tims::os::system_error(path);
@@ -63,7 +63,7 @@ Result<std::optional<Continued>> continued(int file, const std::string& path) {
   const auto size = static_cast<std::size_t>(std::max<ssize_t>(0, got));
   if (format_of(std::span(beginning).first(size)) != RecordingFormat::kCapture)
     return tims::Error(tims::Errc::kInvalidArgument,
-                       path + " is there and is no recording: not overwritten");
+                       path + " exists and is not a recording: not overwritten");
   ::lseek(file, 0, SEEK_END);
   return std::optional(end_of(file, status.st_size, status.st_mtim));
 }
@@ -110,7 +110,7 @@ void CaptureFile::append(std::size_t room, Append append) {
     ++lost_;
   else
     append(waiting_);
-  // Frames of a camera fill it faster than the clock.
+  // Frames of a camera may fill the buffer before the next periodic write.
   if (waiting_.size() > kWaitingMax / 2) changed_.notify_one();
 }
 
@@ -156,9 +156,9 @@ void CaptureFile::on_written(std::string_view text, const Result<void>& written)
   if (!written) {
     lost_ += static_cast<std::uint64_t>(std::ranges::count(text, '\n'));
     if (!std::exchange(failed_, true))
-      event_ = written.error().detail() + "; until it can be written its records are lost";
+      event_ = written.error().detail() + "; records are lost until the file can be written";
   }
-  // At the end as well; a disk that is slow is never said to have failed.
+  // Reports lost records after the next successful write, or at the end.
   if (lost_ == told_ || (!ended_ && (!written || text.empty()))) return;
   event_ = path_ + (written ? " is written again; " : " could not be written; ") +
            std::to_string(lost_ - told_) + " records are missing in it";
@@ -166,7 +166,7 @@ void CaptureFile::on_written(std::string_view text, const Result<void>& written)
   failed_ = !written;
 }
 
-// Whole records, or none: what a full disk did not take goes again.
+// Writes whole records: what a full disk accepted only in part is truncated again.
 Result<void> CaptureFile::write_all(std::string_view text) {
   const off_t begin = ::lseek(file_.get(), 0, SEEK_CUR);
   while (!text.empty()) {
@@ -180,7 +180,7 @@ Result<void> CaptureFile::write_all(std::string_view text) {
     }
     text.remove_prefix(static_cast<std::size_t>(size));
   }
-  // EINVAL: of a pipe, /dev/null.
+  // EINVAL: the file is a pipe or /dev/null.
   if (::fdatasync(file_.get()) != 0 && errno != EINVAL) return tims::os::system_error(path_);
   return {};
 }

@@ -1,8 +1,9 @@
-// A capture that is written while its driver works: the driver's thread only appends to a buffer,
-// another one writes. A disk that is full or slow costs records, which are counted, never time.
+// Writes a capture while a driver runs: the driver's thread only appends to a buffer, another thread
+// writes it to the file. If the disk is full or slow, records are lost and counted, but the driver is
+// never delayed.
 //
-// A recording that is there already is continued: a driver that opens its device anew, or is
-// started again after a crash, does not erase what led to that.
+// An existing recording is continued: a driver that opens its device again, or is restarted after a
+// crash, does not erase the events that led to it.
 #pragma once
 
 #include <condition_variable>
@@ -18,7 +19,7 @@ namespace rack::device {
 
 class CaptureFile {
  public:
-  // `device`: for its first line. kInvalidArgument: there is a file that is no recording.
+  // `device`: address for the header line. kInvalidArgument: the file exists and is not a recording.
   static tims::Result<std::unique_ptr<CaptureFile>> create(const std::string& path,
                                                            std::string_view device,
                                                            tims::Time begin);
@@ -28,11 +29,11 @@ class CaptureFile {
            tims::Duration took = {});
   void add_event(tims::Time when, std::string_view event);
 
-  // Records that are missing in the file, so far.
+  // Number of records missing in the file so far.
   [[nodiscard]] std::uint64_t lost() const;
-  // What people should know since it was asked last: it cannot be written, or can be again.
+  // A message for the log since the last call: the file cannot be written, or can be written again.
   std::optional<std::string> take_event();
-  // Writes the rest; nothing can be added afterwards.
+  // Writes the rest of the buffer; nothing can be added after that.
   void finish();
 
  private:
@@ -50,7 +51,7 @@ class CaptureFile {
   std::condition_variable changed_;
   std::string waiting_;               // under mutex_
   std::uint64_t lost_ = 0;            // under mutex_
-  std::uint64_t told_ = 0;            // of those, under mutex_
+  std::uint64_t told_ = 0;            // lost records already reported, under mutex_
   bool failed_ = false;               // under mutex_
   bool ended_ = false;                // under mutex_
   std::optional<std::string> event_;  // under mutex_

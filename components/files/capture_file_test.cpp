@@ -1,4 +1,4 @@
-// Recordings survive what happens to their programs: an end, a crash, a disk that is full.
+// Recordings survive the end or crash of their program and a full disk.
 #include "components/files/capture_file.h"
 
 #include <array>
@@ -28,7 +28,7 @@ class CaptureFileTest : public testing::Test {
     EXPECT_TRUE(file) << file.error().message();
     return file ? std::move(*file) : nullptr;
   }
-  // What can be played of it.
+  // The records that can be played.
   std::vector<CaptureRecord> records() const {
     std::ifstream file(path_);
     std::vector<CaptureRecord> all;
@@ -117,7 +117,7 @@ TEST_F(CaptureFileTest, WhatIsNoFileLosesNothing) {
   EXPECT_FALSE((*file)->take_event());
 }
 
-// Whole records, or none; room again: it goes on.
+// Only whole records are written; when there is space again, recording continues.
 TEST_F(CaptureFileTest, AFullDiskCostsRecordsThatAreCounted) {
   if (::mount("none", folder_.path().c_str(), "tmpfs", 0, "size=256k") != 0)
     GTEST_SKIP() << "no right to mount a small disk";

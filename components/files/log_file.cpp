@@ -10,7 +10,7 @@ namespace {
 
 constexpr off_t kBlock = 4096;
 
-// A quota and a limit of the size of files are full disks to whoever meets them.
+// An exceeded quota or file size limit is reported as a full disk.
 tims::Error failed(const std::string& path) {
   const bool full = errno == ENOSPC || errno == EDQUOT || errno == EFBIG;
   const tims::Error error = tims::os::system_error(path);
@@ -42,7 +42,7 @@ tims::Result<std::uint64_t> LogFile::open(const std::string& path) {
   return static_cast<std::uint64_t>(there - size_);
 }
 
-// Behind the last line end.
+// The position after the last line end.
 tims::Result<off_t> LogFile::end_of_lines(off_t size) const {
   std::array<char, kBlock> block{};
   while (size > 0) {
@@ -67,7 +67,7 @@ tims::Result<void> LogFile::append(std::string_view text) {
     if (size < 0 && errno == EINTR) continue;
     if (size <= 0) {
       const tims::Error why = error();
-      // Half a line would spoil the next one.
+      // An incomplete line would corrupt the next one.
       if (written > 0 && ::ftruncate(file_.get(), size_) != 0) return error();
       return why;
     }

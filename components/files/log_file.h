@@ -1,4 +1,4 @@
-// A file that grows by whole lines, also on a disk that is full at times: kDiskFull then.
+// A file to which whole lines are appended. When the disk is full, operations fail with kDiskFull.
 #pragma once
 
 #include <cstdint>
@@ -13,14 +13,14 @@ class LogFile {
  public:
   LogFile() = default;
 
-  // Begins anew.
+  // Creates an empty file.
   tims::Result<void> create(const std::string& path);
-  // Goes on behind what is there. Returns how many bytes of a line without end had to go: the power
-  // went while it was written.
+  // Opens a file to append to it. Returns the number of bytes removed from an incomplete last line,
+  // which a loss of power may leave.
   tims::Result<std::uint64_t> open(const std::string& path);
-  // All of it, or nothing.
+  // Appends all of the text or nothing.
   tims::Result<void> append(std::string_view text);
-  // To the disk itself, where it outlives a loss of power.
+  // Flushes the file to the disk, so that it survives a loss of power.
   tims::Result<void> sync();
   void close() { file_.reset(); }
 
@@ -36,7 +36,7 @@ class LogFile {
   off_t size_ = 0;
 };
 
-// Names in a folder, of files that were made or renamed, to the disk itself.
+// Flushes a folder to the disk, after files in it were created or renamed.
 tims::Result<void> sync_folder(const std::string& path);
 
 }  // namespace rack

@@ -29,7 +29,8 @@ TEST(LogFile, GrowsByLines) {
   EXPECT_EQ(content(path), "") << "anew";
 }
 
-// What the power left of a line: also zeros, which file systems put where data did not arrive.
+// Incomplete lines after a loss of power, also with zeros, which file systems store in place of data
+// that was not written.
 TEST(LogFile, GoesOnBehindTheLastWholeLine) {
   const tims::test::TemporaryFolder folder;
   const std::string path = folder.path() / "a.dat";
@@ -72,7 +73,7 @@ TEST(LogFile, NeverKeepsHalfALine) {
   LogFile file;
   ASSERT_TRUE(file.create(path).ok());
   EXPECT_TRUE(file.append("one\n").ok());
-  // Files may be no larger than this now: as a disk with four bytes left.
+  // A limit of the file size simulates a disk with four bytes left.
   (void)std::signal(SIGXFSZ, SIG_IGN);
   rlimit before{};
   ASSERT_EQ(::getrlimit(RLIMIT_FSIZE, &before), 0);

@@ -15,7 +15,7 @@ using tims::Error;
 
 constexpr std::string_view kMagic = "# rack capture 1";
 constexpr std::string_view kDigits = "0123456789ABCDEF";
-constexpr std::string_view kDirections = "<>*~=";  // of all but events
+constexpr std::string_view kDirections = "<>*~=";  // all except events
 constexpr std::int64_t kNanoseconds = 1'000'000'000;
 constexpr std::uint32_t kExtendedId = 0x80000000;  // CAN_EFF_FLAG
 constexpr std::uint32_t kRemote = 0x40000000;      // CAN_RTR_FLAG
@@ -53,7 +53,7 @@ std::string_view next_word(std::string_view& line) {
   return word;
 }
 
-// "12.345": exact, whatever the number of digits.
+// Parses seconds such as "12.345" exactly, with any number of digits.
 std::optional<Duration> parse_time(std::string_view text) {
   const std::size_t point = text.find('.');
   const auto whole = tims::base::parse_number<std::int64_t>(text.substr(0, point));
@@ -69,7 +69,7 @@ std::optional<Duration> parse_time(std::string_view text) {
   return Duration(*whole * kNanoseconds + fraction);
 }
 
-// By a character's code; what is no digit has a bit above its lower four.
+// Values of hex digits by character code; other characters have this bit set.
 constexpr unsigned kNoDigit = 0x10;
 constexpr std::array<std::uint8_t, 256> kDigitOf = [] {
   std::array<std::uint8_t, 256> digits{};
@@ -96,8 +96,8 @@ bool parse_bytes(std::string_view text, std::vector<std::byte>& bytes) {
   return (seen & kNoDigit) == 0;
 }
 
-// "181#3701", "18DAF110#R", "00000181#3701". Eight digits of candump are an extended identifier, of
-// ours all the flags as well.
+// Parses a frame: "181#3701", "18DAF110#R", "00000181#3701". Eight digits are an extended identifier
+// in candump logs, and an identifier with all its flags in captures.
 bool parse_frame(std::string_view text, bool is_candump, CaptureRecord& record) {
   const std::size_t mark = text.find('#');
   const auto id = tims::base::parse_number<std::uint32_t>(text.substr(0, mark), 16);
@@ -122,14 +122,15 @@ Result<bool> parse_candump(std::string_view line, CaptureRecord& record) {
       in_brackets ? parse_time(time.substr(1, time.size() - 2)) : std::optional<Duration>();
   if (!stamp || interface.empty() || frame.find('#') == std::string_view::npos ||
       !parse_frame(frame, true, record))
-    return malformed(whole, "no line of candump");
+    return malformed(whole, "not a line of candump");
   record.time = *stamp;
   record.took = {};
   record.direction = Direction::kReceived;
   return true;
 }
 
-// Behind comments. A line that is longer than what was read is judged by what is there of it.
+// Checks the first line after comments. A line that is longer than `text` is checked as far as it was
+// read.
 bool begins_with_record(std::string_view text) {
   while (!text.empty()) {
     const std::size_t end = text.find('\n');
@@ -137,7 +138,7 @@ bool begins_with_record(std::string_view text) {
     CaptureRecord record;
     auto parsed = parse_record(line, record);
     if (end == std::string_view::npos && !parsed) {
-      line.remove_suffix(1);  // a digit of two
+      line.remove_suffix(1);  // half of a pair of hex digits
       parsed = parse_record(line, record);
     }
     if (!parsed || *parsed) return parsed.ok() && *parsed;
@@ -211,7 +212,7 @@ Result<bool> parse_record(std::string_view line, CaptureRecord& record) {
   const auto time = parse_time(times.substr(0, mark));
   const auto took =
       mark == std::string_view::npos ? Duration(0) : parse_time(times.substr(mark + 1));
-  if (!time || !took) return malformed(whole, "a line of a recording begins with seconds");
+  if (!time || !took) return malformed(whole, "a line of a recording must begin with seconds");
   record.time = *time;
   record.took = *took;
   record.direction = Direction::kReceived;
@@ -230,7 +231,7 @@ Result<bool> parse_record(std::string_view line, CaptureRecord& record) {
   }
   const bool has_id = word.find('#') != std::string_view::npos;
   const bool good = has_id ? parse_frame(word, false, record) : parse_bytes(word, record.bytes);
-  if (!good || !next_word(line).empty()) return malformed(whole, "bytes are pairs of hex digits");
+  if (!good || !next_word(line).empty()) return malformed(whole, "bytes must be pairs of hex digits");
   return true;
 }
 

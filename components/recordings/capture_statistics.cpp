@@ -33,7 +33,7 @@ void CaptureStatistics::add(const CaptureRecord& record) {
         events_.push_back({.time = record.time - *first_, .text = record.event});
       return;
     default:
-      return;  // what a driver did
+      return;  // records of drivers, ignored above
   }
 }
 

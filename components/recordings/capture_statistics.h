@@ -1,4 +1,4 @@
-// What is in a recording: how much of what, for how long, and when nothing came.
+// Statistics of a recording: records and bytes per direction and id, events, gaps.
 #pragma once
 
 #include <map>
@@ -17,7 +17,7 @@ class CaptureStatistics {
     std::uint64_t bytes = 0;
   };
   struct Event {
-    Duration time{};  // as all times here: since the first record
+    Duration time{};  // all times in this class are relative to the first record
     std::string text;
   };
 
@@ -26,19 +26,19 @@ class CaptureStatistics {
   [[nodiscard]] const Sum& received() const { return received_; }
   [[nodiscard]] const Sum& sent() const { return sent_; }
   [[nodiscard]] Duration duration() const { return last_ - first_.value_or(last_); }
-  // Of CAN frames and datagrams: by what came with them, at most kIdsMax of them.
+  // Received CAN frames and datagrams by id, at most kIdsMax different ids.
   [[nodiscard]] const std::map<std::uint32_t, Sum>& by_id() const { return by_id_; }
-  // The first kEventsMax of them, and how many there are.
+  // The first kEventsMax events, and the number of all events.
   [[nodiscard]] const std::vector<Event>& events() const { return events_; }
   [[nodiscard]] std::uint64_t event_count() const { return event_count_; }
 
-  // The longest time without anything received, and when it began.
+  // The longest time without a received record, and when it began.
   [[nodiscard]] Duration longest_gap() const { return longest_gap_; }
   [[nodiscard]] Duration longest_gap_at() const { return longest_gap_at_; }
-  // Times without anything received that were 10 times as long as the mean one, and 100 ms at
-  // least.
+  // Number of gaps between received records that are at least 10 times as long as the mean interval
+  // and at least 100 ms.
   [[nodiscard]] std::uint64_t gaps() const { return gaps_; }
-  // Records whose time is before that of the one before them.
+  // Number of records whose time is before that of their predecessor.
   [[nodiscard]] std::uint64_t backwards() const { return backwards_; }
 
   static constexpr std::size_t kIdsMax = 4096;
@@ -55,7 +55,7 @@ class CaptureStatistics {
   std::optional<Duration> first_;
   Duration last_{};
   std::optional<Duration> last_received_;
-  Duration between_received_{};  // all of them
+  Duration between_received_{};  // sum of all intervals
   Duration longest_gap_{};
   Duration longest_gap_at_{};
   std::uint64_t gaps_ = 0;

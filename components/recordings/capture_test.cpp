@@ -89,7 +89,7 @@ TEST(CaptureTest, TheBeginningTellsTheFormat) {
   EXPECT_EQ(format("(1.0) can0 123#00\n"), RecordingFormat::kCapture);
   EXPECT_EQ(format("0.2 0202\n0.3 03\n"), RecordingFormat::kCapture);
   EXPECT_EQ(format("# from somebody else\n\n0.2 0202\n"), RecordingFormat::kCapture);
-  EXPECT_EQ(format("0.2 0202020"), RecordingFormat::kCapture);  // a long line, of which more comes
+  EXPECT_EQ(format("0.2 0202020"), RecordingFormat::kCapture);  // a long line, truncated here
   EXPECT_EQ(format("# nothing but words\n"), RecordingFormat::kRaw);
   EXPECT_EQ(format("$GPGGA,1\n"), RecordingFormat::kRaw);
   EXPECT_EQ(format("\xD4\xC3\xB2\xA1 and more"), RecordingFormat::kPcap);

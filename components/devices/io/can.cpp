@@ -1,7 +1,7 @@
-// A CAN interface, raw frames by SocketCAN.
+// Transport of raw CAN frames by SocketCAN.
 //
-// Error frames of the controller arrive as frames with the error flag, whatever is wanted. What
-// cannot be sent at once waits in a small queue (CanQueue), 100 ms at most.
+// Error frames of the controller arrive as frames with the error flag, independent of the filters.
+// Frames that cannot be sent at once wait in a small queue (CanQueue) for at most 100 ms.
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -34,8 +34,8 @@ using tims::os::system_error;
 constexpr Duration kLate = std::chrono::milliseconds(100);
 constexpr Duration kCanTryAgain = std::chrono::milliseconds(1);
 
-// A driver that gives its bus up and opens it again must not forget how often it has been off. One
-// task of a program opens interfaces.
+// State that outlives a transport: a driver that closes its bus and opens it again must not forget
+// how often it went bus-off. Not thread-safe: only one task of a program opens interfaces.
 CanBus& bus_of(const std::string& name) {
   static std::map<std::string, CanBus> buses;
   return buses.try_emplace(name, name).first->second;
@@ -68,7 +68,7 @@ class CanInterface final : public Transport {
     if (bus_.next_restart() <= now) restart(now);
     if (const auto why = bus_.failure(now)) return Error(Errc::kSystem, *why);
     if (auto written = write_waiting(now); !written) return written;
-    constexpr int kAtOnce = 256;  // a full bus does not keep it for ever
+    constexpr int kAtOnce = 256;  // limits the time in this function on a busy bus
     for (int i = 0; i < kAtOnce; ++i) {
       can_frame frame{};
       socklen_t none = 0;
@@ -95,7 +95,7 @@ class CanInterface final : public Transport {
     if (auto written = write_waiting(now); !written) return written.error();
     return true;
   }
-  // A frame a write.
+  // One frame per write().
   [[nodiscard]] std::vector<std::vector<std::byte>> to_write(
       const std::vector<Telegram>& telegrams) const override {
     std::vector<std::vector<std::byte>> pieces;
@@ -118,12 +118,12 @@ class CanInterface final : public Transport {
     if (event) event_ = std::move(event);
   }
 
-  // Motors must not hear what was wanted before.
+  // Discards waiting frames: motors must not receive outdated commands.
   void restart(Time now) {
     waiting_.clear();
     bus_.on_restart(now);
     if (auto done = restart_can(index_); !done && !event_)
-      event_ = name_ + " cannot be sent back to the bus: " + done.error().detail();
+      event_ = name_ + " cannot be restarted after bus-off: " + done.error().detail();
   }
 
   Result<void> write_waiting(Time now) {
@@ -133,7 +133,7 @@ class CanInterface final : public Transport {
       const can_frame frame = frame_of(next.id, std::span(next.bytes).first(next.size));
       if (::write(socket_.get(), &frame, sizeof frame) != sizeof frame) {
         if (errno == EINTR) continue;
-        // A queue of ten frames is soon full: normal.
+        // The interface's queue is short (10 frames by default), so a full queue is normal.
         if (errno == ENOBUFS || errno == EAGAIN) break;
         return Error(Errc::kSystem, name_ + " is gone: " + system_error("write").detail());
       }
@@ -163,7 +163,7 @@ Result<std::unique_ptr<Transport>> open_can(const DeviceAddress& address,
   const unsigned index = ::if_nametoindex(name.c_str());
   if (index == 0)
     return Error(Errc::kSystem,
-                 "no interface " + name + "; ip link shows them, timsctl device list says more");
+                 "no interface " + name + "; to list interfaces: ip link, timsctl device list");
   const can_err_mask_t errors = CAN_ERR_MASK;
   ::setsockopt(socket.get(), SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors);
   std::vector<can_filter> filters;

@@ -23,7 +23,7 @@ using tims::Result;
 using tims::os::File;
 using tims::os::system_error;
 
-// A request with its attributes, one inside the other.
+// A netlink request with nested attributes.
 class Request {
  public:
   Request(unsigned short type, unsigned short flags, unsigned interface_index) {
@@ -72,7 +72,7 @@ std::optional<Value> value_of(std::span<const std::byte> bytes) {
   return value;
 }
 
-// Of attributes one behind the other, that of a type; nothing: it is not there.
+// Finds the attribute of a type in a sequence of attributes; empty if there is none.
 std::span<const std::byte> attribute(std::span<const std::byte> all, unsigned short type) {
   while (const auto head = value_of<rtattr>(all)) {
     if (head->rta_len < RTA_LENGTH(0) || head->rta_len > all.size()) break;
@@ -83,7 +83,7 @@ std::span<const std::byte> attribute(std::span<const std::byte> all, unsigned sh
   return {};
 }
 
-// The answer, into `answer`.
+// Sends a request and stores the answer in `answer`.
 Result<std::span<const std::byte>> ask(std::string_view bytes, std::span<std::byte> answer) {
   const File socket(::socket(AF_NETLINK, SOCK_RAW | SOCK_CLOEXEC, NETLINK_ROUTE));
   if (!socket || ::send(socket.get(), bytes.data(), bytes.size(), 0) < 0)

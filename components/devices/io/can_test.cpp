@@ -1,5 +1,5 @@
-// SocketCAN against the kernel's own virtual interface, two transports at one bus. Skipped where
-// the kernel has no vcan: `tools/dev vm-test` runs it in one that has.
+// SocketCAN with the kernel's virtual interface, two transports on one bus. Skipped if the kernel
+// has no vcan: `tools/dev vm-test` runs a kernel that has it.
 #include <array>
 #include <csignal>
 
@@ -69,7 +69,7 @@ class CanTest : public testing::Test {
     ASSERT_TRUE(sent) << sent.error().message();
     EXPECT_TRUE(*sent);
   }
-  // What comes, until there are so many; of none, what came in a short while.
+  // Receives `count` frames; with count 0, the frames received within a short time.
   static std::vector<Heard> hear(Transport& transport, std::size_t count) {
     std::vector<Heard> all;
     const Time end = tims::os::now() + (count == 0 ? Duration(100ms) : Duration(5s));
@@ -102,7 +102,7 @@ TEST_F(CanTest, FramesArriveWholeInOrderWithTimesThatWere) {
     EXPECT_GE(one_of_them.when, before - 50ms);
     EXPECT_LE(one_of_them.when, tims::os::now());
   }
-  EXPECT_TRUE(hear(*one, 0).empty()) << "what it sent itself";
+  EXPECT_TRUE(hear(*one, 0).empty()) << "its own frames";
 }
 
 TEST_F(CanTest, TheKernelFilters) {
@@ -144,7 +144,7 @@ TEST_F(CanTest, WhoOnlySpeaksHearsNothing) {
   EXPECT_TRUE(hear(*silent, 0).empty());
 }
 
-// The controller tells so that it is in trouble; here somebody else writes the frame.
+// Error frames normally come from the controller; here another socket sends one.
 TEST_F(CanTest, ErrorFramesArriveWithTheirFlag) {
   const auto listener = opened();
   const File socket(::socket(PF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW));
@@ -168,7 +168,7 @@ TEST_F(CanTest, AFrameHasEightBytesAtMost) {
   EXPECT_FALSE(*sent);
 }
 
-// A thousand frames in one turn, more than any queue has: a full bus loses frames, not the order.
+// A thousand frames at once, more than any queue holds: frames may be lost, but not reordered.
 TEST_F(CanTest, AFloodIsTakenInOrder) {
   const auto sender = opened();
   const auto receiver = opened();
@@ -196,7 +196,7 @@ TEST_F(CanTest, AnInterfaceThatGoesIsNoticedInWords) {
   EXPECT_THAT(received.error().detail(), testing::HasSubstr("gone"));
 }
 
-// Of a vehicle that would drive on.
+// The dialogue of a vehicle without a watchdog.
 class Driving final : public Dialogue {
  public:
   void start(Time, Output& out) override { out.send(bytes_of("go"), 0x21); }
@@ -230,7 +230,7 @@ TEST_F(CanTest, AnInterfaceThatIsDownIsSaid) {
   const bool failed = !transport ||
                       !(*transport)->receive(tims::os::now(), [](const Arrival&) {}) ||
                       !(*transport)->send(tims::os::now(), bytes_of("x"), 1);
-  EXPECT_TRUE(failed) << "a driver would wait for ever";
+  EXPECT_TRUE(failed) << "a driver would wait forever";
 }
 
 TEST_F(CanTest, TheListOfDevicesShowsIt) {

@@ -1,5 +1,5 @@
-// A USB converter (FT232) at the kernel's own driver, as the virtual machine of `tools/dev vm-test`
-// has one: recognised, fast, and noticed when it is pulled out. Skipped where there is none.
+// A USB converter (FT232) with the kernel's driver, as in the virtual machine of `tools/dev vm-test`:
+// it is recognised, has a low latency, and unplugging is detected. Skipped without a converter.
 #include <filesystem>
 #include <fstream>
 
@@ -32,7 +32,7 @@ std::optional<HostDevice> converter() {
   return std::nullopt;
 }
 
-// Its place at the bus, as "1-1".
+// Position on the USB bus, for example "1-1".
 std::string place_of(const HostDevice& device) {
   namespace fs = std::filesystem;
   fs::path path = fs::canonical("/sys/class/tty/" + device.node + "/device");
@@ -40,7 +40,7 @@ std::string place_of(const HostDevice& device) {
   return path.filename();
 }
 
-// As pulling the plug does it: the bus gives the device away, or looks at it again.
+// Simulates unplugging and plugging in, by unbinding or binding the USB device.
 void set_plugged(const std::string& place, bool in) {
   std::ofstream(std::string("/sys/bus/usb/drivers/usb/") + (in ? "bind" : "unbind")) << place;
 }

@@ -20,7 +20,7 @@ using tims::Result;
 
 namespace {
 
-// A serial line, or the CAN bus behind its adapter.
+// Opens a serial line, or the CAN bus behind an adapter on it.
 Result<std::unique_ptr<Transport>> open_line(const DeviceAddress& address, std::uint32_t baud) {
   constexpr std::uint32_t kBaud = 115200;
   const std::uint32_t bit_rate = address.can_bit_rate();
@@ -40,7 +40,7 @@ Error cannot_open_device(const std::string& path, std::string_view group) {
     return {Errc::kSystem, all.detail() + "; add the user to the group of the device (" +
                                std::string(group) + ")"};
   if (error == ENOENT)
-    return {Errc::kSystem, all.detail() + "; is it plugged in? timsctl device list shows what is"};
+    return {Errc::kSystem, all.detail() + "; check that it is plugged in: timsctl device list"};
   return all;
 }
 
@@ -73,7 +73,7 @@ Result<std::unique_ptr<Transport>> open_transport(const DeviceAddress& address, 
     case TransportKind::kUsb:
       return open_usb(address);
   }
-  return Error(Errc::kInvalidArgument, "no way to " + address.to_string());
+  return Error(Errc::kInvalidArgument, "no transport for " + address.to_string());
 }
 
 Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options, Dialogue& dialogue,
@@ -87,7 +87,7 @@ Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options, Dialo
     if (!created) return created.error();
     capture = std::move(*created);
   }
-  // Before anything is said to it. Nobody hears what is said to a recording.
+  // The guard must start before the first command is sent. A recording needs none.
   std::unique_ptr<Guard> guard;
   const auto last_words = dialogue.last_words();
   if (!last_words.empty() && !(*transport)->is_recording()) {
@@ -124,7 +124,7 @@ Device::~Device() { close(); }
 void Device::close() {
   if (std::exchange(is_closed_, true)) return;
   if (!lost_) dialogue_.stop(tims::os::now(), *this);
-  guard_.reset();  // it would keep the line open
+  guard_.reset();  // the guard keeps the line open
   if (capture_) capture_->finish();
 }
 
@@ -179,7 +179,7 @@ void Device::note_made(Time measured, std::span<const std::byte> message) {
   if (capture_) capture_->add(measured, Direction::kMade, records_, checksum_of(message));
 }
 
-// What came at the rate before is noise.
+// Bytes received at the previous rate are discarded.
 void Device::set_baud(std::uint32_t baud) {
   conversation_.drop_rest();
   transport_->set_baud(baud);

@@ -1,5 +1,5 @@
-// A dialogue and its device: what came together is heard apart, and what was made of it is taken in
-// between.
+// Device with a dialogue: data received together are passed in slices, and results are taken after
+// each slice.
 #include "components/devices/io/device.h"
 
 #include <gmock/gmock.h>
@@ -16,7 +16,7 @@ namespace device_test {
 using namespace std::chrono_literals;
 using testing::ElementsAre;
 
-// What the test says has come, all of it at the next wait().
+// A transport that delivers the arrivals given by the test, all in the next wait().
 class Given final : public Transport {
  public:
   explicit Given(std::vector<Arrival>& arrivals) : arrivals_(arrivals) {}
@@ -34,8 +34,7 @@ class Given final : public Transport {
   tims::os::File ready_{::eventfd(1, EFD_CLOEXEC)};
 };
 
-// Telegrams are numbers, two bytes each with the high one first; it has the last one only, as
-// dialogues do.
+// Telegrams are 16 bit big-endian numbers; as in real dialogues, only the last one is stored.
 class Numbers final : public Dialogue {
  public:
   void start(Time, Output&) override {}
@@ -159,7 +158,7 @@ TEST_F(DeviceTest, WhatCannotBeTakenIsSaidOnce) {
   EXPECT_TRUE(asked->wait(tims::os::now()));
 }
 
-// Whoever was killed may have written half of a line.
+// The killed program may have written an incomplete line.
 TEST(LastWordsTest, AnAdapterIsToldLinesOfText) {
   std::vector<Arrival> none;
   const auto adapter = open_slcan(std::make_unique<Given>(none), 500000);

@@ -1,10 +1,10 @@
-// Pins of the computer itself, by the kernel's character device for GPIO (Linux 5.10 and later).
+// Transport of the computer's pins, by the kernel's GPIO character device (Linux 5.10 and later).
 //
 //   gpio:/dev/gpiochip0?in=17,27&out=22&bias=pull-up
 //
-// An arrival is the level of one line: its offset is the id, one byte is 0 or 1. All of them come
-// once at the beginning, inputs whenever they change, with the kernel's time. What is sent with the
-// id of an output sets it. gpioinfo shows which line is which.
+// An arrival is the level of one line: the id is its offset, the byte is 0 or 1. All levels arrive
+// once after opening, and those of inputs after each change, with the kernel's time stamp. Sending a
+// byte with the id of an output sets that output. gpioinfo lists the lines.
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -41,7 +41,7 @@ Result<std::vector<std::uint32_t>> lines_of(const DeviceAddress& address, std::s
     const auto number = tims::base::parse_number<std::uint32_t>(one);
     if (!number)
       return Error(Errc::kInvalidArgument,
-                   std::string(name) + " is offsets of lines, as 17,27, not " + list);
+                   std::string(name) + " must be offsets of lines, for example 17,27, not " + list);
     lines.push_back(*number);
     at += one.size() + 1;
   }
@@ -54,7 +54,7 @@ Result<std::uint64_t> bias_of(const DeviceAddress& address) {
   if (found->second == "pull-up") return std::uint64_t{GPIO_V2_LINE_FLAG_BIAS_PULL_UP};
   if (found->second == "pull-down") return std::uint64_t{GPIO_V2_LINE_FLAG_BIAS_PULL_DOWN};
   if (found->second == "none") return std::uint64_t{GPIO_V2_LINE_FLAG_BIAS_DISABLED};
-  return Error(Errc::kInvalidArgument, "bias is pull-up, pull-down or none");
+  return Error(Errc::kInvalidArgument, "bias must be pull-up, pull-down or none");
 }
 
 class GpioLines final : public Transport {
@@ -138,7 +138,7 @@ Result<std::unique_ptr<Transport>> open_gpio(const DeviceAddress& address) {
   offsets->insert(offsets->end(), outputs->begin(), outputs->end());
   if (offsets->empty() || offsets->size() > GPIO_V2_LINES_MAX)
     return Error(Errc::kInvalidArgument,
-                 "1 to 64 lines are needed, as in gpio:/dev/gpiochip0?in=17,27&out=22");
+                 "1 to 64 lines are required; example: gpio:/dev/gpiochip0?in=17,27&out=22");
 
   const File chip(::open(address.place.c_str(), O_RDWR | O_CLOEXEC));
   if (!chip) return system_error(address.place);
@@ -157,7 +157,7 @@ Result<std::unique_ptr<Transport>> open_gpio(const DeviceAddress& address) {
   }
   if (::ioctl(chip.get(), GPIO_V2_GET_LINE_IOCTL, &request) != 0)
     return Error(Errc::kSystem, system_error(address.place).detail() +
-                                    "; gpioinfo says which lines there are and who uses them");
+                                    "; gpioinfo lists the lines and their users");
   File lines(request.fd);
   ::fcntl(lines.get(), F_SETFL, O_NONBLOCK);
   return std::unique_ptr<Transport>(std::make_unique<GpioLines>(

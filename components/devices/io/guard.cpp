@@ -20,16 +20,17 @@ using tims::os::system_error;
 
 constexpr char kReleased = 'r';
 
-// Only what may be called after fork() in a program with threads: from here to _exit().
+// From here to _exit(), only functions that are async-signal-safe may be called: this code runs after
+// fork() of a program with threads.
 
-// False: the line does not take it, for a second.
+// Returns false if the line has not accepted the bytes for 1 s.
 bool write_whole(int line, std::span<const std::byte> piece) {
   constexpr int kPause = 1;  // ms
   constexpr int kAttempts = 1000;
   for (int attempt = 0; attempt < kAttempts && !piece.empty(); ++attempt) {
     const ssize_t written = ::write(line, piece.data(), piece.size());
     if (written > 0) piece = piece.subspan(static_cast<std::size_t>(written));
-    // The queue of a CAN interface is full (ENOBUFS): poll() says that it can be written.
+    // When the queue of a CAN interface is full (ENOBUFS), poll() still reports it as writable.
     const bool is_full = written < 0 && (errno == EAGAIN || errno == ENOBUFS);
     if (written < 0 && !is_full && errno != EINTR) return false;
     if (is_full) ::poll(nullptr, 0, kPause);
@@ -40,11 +41,12 @@ bool write_whole(int line, std::span<const std::byte> piece) {
 [[noreturn]] void stand_guard(int line, int alive,
                               const std::vector<std::vector<std::byte>>& last_words) {
   ::prctl(PR_SET_NAME, "device-guard");
-  // It ends when the driver does, whatever is sent to the group of both.
+  // Blocks all signals: signals to the driver's process group must not end the guard.
   sigset_t all;
   ::sigfillset(&all);
   ::sigprocmask(SIG_SETMASK, &all, nullptr);
-  // Nobody must take the driver for alive because a socket of it is still open here.
+  // Closes all other descriptors: inherited sockets would make peers believe that the driver is still
+  // running.
   if (::dup2(line, 0) < 0 || ::dup2(alive, 1) < 0) ::_exit(1);
   ::close_range(2, ~0U, 0);
   char said = 0;
@@ -64,16 +66,16 @@ Result<std::unique_ptr<Guard>> Guard::start(int line,
                                             const std::vector<std::vector<std::byte>>& last_words) {
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
-    return system_error("socket of the device's guard");
-  // Above those that the guard uses itself.
+    return system_error("cannot create the socket of the device guard");
+  // The duplicates must be above the descriptors that the guard uses itself.
   constexpr int kAbove = 3;
   File reads(ends[0]);
   File writes(ends[1]);
   File own_line(::fcntl(line, F_DUPFD_CLOEXEC, kAbove));
   File own_read(::fcntl(reads.get(), F_DUPFD_CLOEXEC, kAbove));
-  if (!own_line || !own_read) return system_error("line of the device's guard");
+  if (!own_line || !own_read) return system_error("cannot duplicate the line for the device guard");
   const pid_t process = ::fork();
-  if (process < 0) return system_error("guard of the device");
+  if (process < 0) return system_error("cannot start the device guard");
   if (process == 0) stand_guard(own_line.get(), own_read.get(), last_words);
   return std::unique_ptr<Guard>(new Guard(std::move(writes), process));
 }

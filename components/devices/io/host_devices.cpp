@@ -85,7 +85,7 @@ class Host {
   }
 
  private:
-  // The device of the bus that this one is a part of.
+  // The USB device that contains this one.
   std::optional<fs::path> usb_above(fs::path device) const {
     for (; device.string().size() > sys_.string().size(); device = device.parent_path())
       if (there_is(device / "idVendor")) return device;
@@ -108,7 +108,7 @@ class Host {
             .plugged_as = number("busnum") * kDevicesOfBus + number("devnum")};
   }
 
-  // `entry`: in /sys/class. `file`: below /dev, or nothing.
+  // `entry`: directory in /sys/class. `file`: path below /dev, or empty.
   HostDevice& add(HostDeviceKind kind, const fs::path& entry, const std::string& file) {
     HostDevice device{.kind = kind, .node = entry.filename()};
     const fs::path real = real_path(entry / "device");
@@ -138,7 +138,7 @@ class Host {
   void add_serial_ports() {
     for (const fs::path& entry : entries_of(sys_ / "class/tty")) {
       if (!there_is(entry / "device")) continue;        // consoles, pseudo terminals
-      if (first_line(entry / "type") == "0") continue;  // a port that the mainboard has not
+      if (first_line(entry / "type") == "0") continue;  // a port that the mainboard does not have
       const std::string name = entry.filename();
       const bool is_platform = name.starts_with("ttyS") && !there_is(root_ + "/dev/" + name);
       if (is_platform) continue;
@@ -166,7 +166,7 @@ class Host {
     }
   }
 
-  // The first of a camera's files gives its frames.
+  // A camera has several files; the first one provides the frames.
   void add_video() {
     for (const fs::path& entry : entries_of(sys_ / "class/video4linux")) {
       if (!entry.filename().string().starts_with("video")) continue;
@@ -175,7 +175,7 @@ class Host {
     }
   }
 
-  // A stick has two files; programs of ours take the older one.
+  // A joystick has two device files, jsN and eventN; RACK programs use jsN, so eventN is skipped.
   void add_inputs() {
     for (const fs::path& entry : entries_of(sys_ / "class/input")) {
       const std::string name = entry.filename();
@@ -200,7 +200,7 @@ class Host {
     }
   }
 
-  // What is nothing of the above: spoken to directly, or the kernel has no driver for it.
+  // The remaining USB devices: used through libusb, or without a kernel driver.
   void add_usb() {
     for (const fs::path& entry : entries_of(sys_ / "bus/usb/devices")) {
       const fs::path real = real_path(entry);
@@ -220,7 +220,7 @@ class Host {
     }
   }
 
-  // Who has a file below /dev open: of others only root sees it.
+  // The processes that have a file below /dev open. Only root sees those of other users.
   std::multimap<std::string, std::string> find_users() const {
     std::multimap<std::string, std::string> users;
     for (const fs::path& process : entries_of(root_ + "/proc")) {
@@ -258,9 +258,9 @@ tims::Result<tims::os::File> listen_for_devices() {
       ::socket(AF_NETLINK, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, NETLINK_KOBJECT_UEVENT));
   sockaddr_nl where{};
   where.nl_family = AF_NETLINK;
-  where.nl_groups = 1;  // the kernel's own
+  where.nl_groups = 1;  // events of the kernel, not of udev
   if (!socket || ::bind(socket.get(), reinterpret_cast<const sockaddr*>(&where), sizeof where) != 0)
-    return tims::os::system_error("events of devices");
+    return tims::os::system_error("cannot receive device events");
   return socket;
 }
 

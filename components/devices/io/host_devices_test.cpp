@@ -1,4 +1,4 @@
-// Against a tree of files as the kernel's: what is listed, what is left out.
+// With a directory tree like that of the kernel: which devices are listed.
 #include "components/devices/io/host_devices.h"
 
 #include <filesystem>
@@ -35,7 +35,7 @@ class HostDevicesTest : public testing::Test {
     fs::create_directories(folder_.path() / target);
     fs::create_symlink(fs::relative(folder_.path() / target, from.parent_path()), from);
   }
-  // A device of the bus, and one that a driver makes of it.
+  // Creates a USB device.
   void usb(const std::string& place, const std::string& vendor, const std::string& product) {
     const std::string folder = "sys/devices/pci/usb1/" + place + "/";
     file(folder + "idVendor", vendor);
@@ -139,7 +139,7 @@ std::vector<std::byte> joined(std::vector<std::byte> one, const std::vector<std:
   return one;
 }
 
-// As a kernel of 6.1 answers of a controller; what was cut off is left out.
+// Answer of kernel 6.1 for a controller; truncated attributes are ignored.
 TEST(CanLinkTest, ItsBitRateAndStateAreRead) {
   std::vector<std::byte> timing;
   can_bittiming rate{};

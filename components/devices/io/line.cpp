@@ -23,10 +23,10 @@ using tims::os::File;
 using tims::os::system_error;
 
 constexpr std::size_t kWaitingMax = 1 << 16;
-constexpr Duration kSlice = std::chrono::milliseconds(1);  // of what is sent at once
+constexpr Duration kSlice = std::chrono::milliseconds(1);  // transmission time of one write
 
-// A driver opens the terminal's other end as its serial line. Who talks at another rate than the
-// device hears noise, and is heard as noise; a rate of 0 is any.
+// A driver opens the other end of the terminal as its serial line. If its rate differs from that of
+// the emulated device, both receive garbled bytes; rate 0 matches any.
 class EmulatedLine final : public StreamTransport {
  public:
   EmulatedLine(Terminal terminal, std::uint32_t baud, const std::string& link)
@@ -54,7 +54,7 @@ class EmulatedLine final : public StreamTransport {
     if (auto sent = send_waiting(now); !sent) return sent.error();
     return true;
   }
-  // After what was sent before, as a device does it.
+  // Takes effect after the bytes already sent, as in a real device.
   void set_baud(std::uint32_t baud) override {
     if (waiting_.empty())
       rate_ = baud;
@@ -97,7 +97,7 @@ class EmulatedLine final : public StreamTransport {
   std::vector<std::byte> noise_;
 };
 
-// One client at a time; who comes next takes its place, as with most scanners.
+// Serves one client at a time; a new client replaces the previous one, as with most scanners.
 class Listener final : public Transport {
  public:
   Listener(File listener, std::string description)
@@ -107,7 +107,7 @@ class Listener final : public Transport {
     return client_ ? client_->descriptor() : listener_.get();
   }
   [[nodiscard]] std::string description() const override { return description_; }
-  // Another client is not told by the descriptor of this one.
+  // The descriptor of the current client does not report a new client, so look periodically.
   [[nodiscard]] Time next_timeout() const override { return next_look_; }
 
   Result<void> receive(Time now, const Receive& receive) override {
@@ -155,7 +155,7 @@ Result<std::unique_ptr<Transport>> listen(const DeviceAddress& address) {
   where.sin_family = AF_INET;
   where.sin_port = htons(address.port);
   if (::inet_pton(AF_INET, address.place.c_str(), &where.sin_addr) != 1)
-    return Error(Errc::kInvalidArgument, address.place + " is no IPv4 address");
+    return Error(Errc::kInvalidArgument, address.place + " is not an IPv4 address");
   if (::bind(listener.get(), reinterpret_cast<const sockaddr*>(&where), sizeof where) != 0 ||
       ::listen(listener.get(), 4) != 0)
     return system_error(address.to_string());

@@ -1,4 +1,4 @@
-// The device's end of a line: its rate is true, and who talks at another one is not understood.
+// The device end of a line: it has the real rate, and bytes sent at a different rate are garbled.
 #include "components/devices/io/line.h"
 
 #include <array>
@@ -31,7 +31,7 @@ std::unique_ptr<Transport> opened(const std::string& text, std::uint32_t baud,
   return opened ? std::move(*opened) : nullptr;
 }
 
-// Lets both work until `to` has heard so many bytes.
+// Runs both transports until `to` has received `size` bytes.
 std::string exchange(Transport& from, Transport& to, std::size_t size, Duration limit = 20s) {
   std::string heard;
   const Time end = tims::os::now() + limit;
@@ -64,7 +64,7 @@ TEST_F(LineTest, BothUnderstandEachOtherAtOneRate) {
   EXPECT_EQ(exchange(*device_, *driver, 6), "answer");
 }
 
-// 960 bytes at 9600 baud last a second; the machine may be slow, the line is never fast.
+// 960 bytes at 9600 baud take 1 s. The test host may be slow, but the line must never be fast.
 TEST_F(LineTest, BytesComeNoFasterThanTheLineCarriesThem) {
   const auto driver = opened("serial:" + path_, 9600);
   const std::string text(480, 'x');
@@ -88,7 +88,7 @@ TEST_F(LineTest, AnotherRateIsNoiseInBothDirections) {
 }
 
 TEST_F(LineTest, ADeviceWithoutARateIsUnderstoodAtAny) {
-  device_.reset();  // it would take the name with it
+  device_.reset();  // closing the device removes its link
   device_ = opened("pty:" + path_, 0, true);
   const auto driver = opened("serial:" + path_, 57600);
   ASSERT_TRUE(*driver->send(tims::os::now(), bytes_of("question"), 0));
@@ -121,7 +121,7 @@ TEST_F(LineTest, DriversComeAndGo) {
   }
 }
 
-// Motors behind an adapter that speaks text: frames on both sides.
+// Motors behind an SLCAN adapter: both sides send and receive frames.
 TEST_F(LineTest, ABusBehindATextLineCarriesFrames) {
   device_.reset();
   device_ = opened("pty:" + path_ + "?can=500000", 0, true);

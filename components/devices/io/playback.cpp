@@ -1,7 +1,7 @@
-// A recording instead of a device: what was received comes again, at the pace of then, and what was
-// sent then as such (Arrival::is_sent); what is sent now goes nowhere. Captures, candump logs,
-// packet captures (payloads of UDP and TCP), raw bytes; a folder of pictures (.jpg) as a camera's
-// frames.
+// A transport that plays a recording: received data arrive with the recorded timing, and data sent
+// during the recording arrive as such (Arrival::is_sent). Output is discarded. Supports captures,
+// candump logs, packet captures (payloads of UDP and TCP), raw bytes, and a folder of pictures
+// (.jpg) as the frames of a camera.
 #include <algorithm>
 #include <cmath>
 
@@ -34,8 +34,8 @@ class Playback final : public Transport {
   [[nodiscard]] bool is_recording() const override { return true; }
   [[nodiscard]] bool is_over() const override { return is_over_; }
 
-  // One record at a time, also when it is late or need not wait: whoever has made a scan of it has
-  // to be able to take that before the next one comes.
+  // Passes one record at a time, even if several are due: the caller must be able to take the result
+  // of one record before the next one arrives.
   Result<void> receive(Time now, const Receive& receive) override {
     bool has_played = false;
     while (!is_over_ && due_ <= now && !has_played) {
@@ -52,7 +52,7 @@ class Playback final : public Transport {
     }
     return {};
   }
-  // Nobody hears it.
+  // Output is discarded.
   Result<bool> send(Time, std::span<const std::byte>, std::uint32_t) override { return true; }
 
  private:
@@ -92,14 +92,14 @@ class Playback final : public Transport {
   }
 
   std::unique_ptr<Recording> recording_;
-  File timer_;  // never rings: the times of the recording are waited for
+  File timer_;  // never becomes readable: callers wait for next_timeout()
   double speed_;
   bool loops_;
   std::string description_;
   CaptureRecord record_;
   bool has_record_ = false;
   bool is_over_ = false;
-  std::optional<Duration> began_;  // the first record's time, which is played at once
+  std::optional<Duration> began_;  // time of the first record, which is played at once
   Time started_{};
   Time due_{};
 };

@@ -15,7 +15,7 @@ namespace {
 
 using tims::os::File;
 
-// What the kernel says of a source: the terminal it was attached to, or nothing.
+// The terminal of a PPS source according to the kernel, or an empty string.
 std::string line_of(const std::filesystem::path& source) {
   std::ifstream file(source / "path");
   std::string path;
@@ -45,7 +45,7 @@ tims::Result<Pulse> Pulse::open(const std::string& path) {
 }
 
 std::optional<tims::Duration> Pulse::last() const {
-  pps_fdata data{};  // does not wait
+  pps_fdata data{};  // timeout 0: does not block
   if (::ioctl(file_.get(), PPS_FETCH, &data) != 0 || data.info.assert_sequence == 0)
     return std::nullopt;
   return std::chrono::seconds(data.info.assert_tu.sec) +

@@ -47,7 +47,7 @@ class CaptureLines final : public Recording {
   std::size_t number_ = 0;
 };
 
-// As they would come through a line of that rate, a millisecond's bytes at a time.
+// Raw bytes with the timing of a line of that rate, in pieces of 1 ms.
 class RawBytes final : public Recording {
  public:
   RawBytes(std::ifstream file, std::uint32_t baud)
@@ -77,7 +77,7 @@ class RawBytes final : public Recording {
   std::size_t taken_ = 0;
 };
 
-// `port`: of the device in TCP, of its receiver in UDP; 0: all of them.
+// `port`: for TCP the port of the device, for UDP that of the receiver; 0: all ports.
 class PacketCapture final : public Recording {
  public:
   PacketCapture(std::string path, std::uint16_t port) : path_(std::move(path)), port_(port) {}
@@ -131,7 +131,7 @@ class PacketCapture final : public Recording {
   StreamOrder order_;
 };
 
-// A folder of pictures, as a camera's frames, twenty a second, by their names.
+// A folder of pictures as the frames of a camera, sorted by name, 20 per second.
 class Pictures final : public Recording {
  public:
   explicit Pictures(const std::string& folder) {
@@ -204,13 +204,13 @@ Result<std::unique_ptr<Recording>> open_recording(const DeviceAddress& address,
   return std::unique_ptr<Recording>(std::move(packets));
 }
 
-// As many lines as there are: one that cannot be read is passed over.
+// Reads all lines and skips unreadable ones.
 Result<std::uint64_t> read_recording(
     const std::string& path, const std::function<Result<void>(const CaptureRecord&)>& take) {
   std::ifstream file(path, std::ios::binary);
   if (!file) return system_error(path);
   if (format_of_file(file) != RecordingFormat::kCapture)
-    return Error(Errc::kMalformed, path + " is no recording of ours");
+    return Error(Errc::kMalformed, path + " is not a RACK recording");
   CaptureLines lines(std::move(file));
   std::uint64_t unreadable = 0;
   CaptureRecord record;

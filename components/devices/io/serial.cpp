@@ -1,4 +1,4 @@
-// Serial lines, and pseudo terminals that stand in for them.
+// Serial lines, and pseudo terminals used in place of them.
 #include <array>
 #include <cerrno>
 #include <cstdlib>
@@ -34,8 +34,8 @@ std::string first_line_of(const std::string& path) {
   return line;
 }
 
-// Who holds the lock of a file: "LadarSickLms200 (pid 4711)". The kernel lists all of them:
-// "1: FLOCK  ADVISORY  WRITE 4711 00:06:88 0 EOF".
+// The process that holds the lock of a file, for example "LadarSickLms200 (pid 4711)". The kernel's
+// list of locks has lines such as "1: FLOCK  ADVISORY  WRITE 4711 00:06:88 0 EOF".
 std::string holder_of(int file) {
   struct stat status {};
   if (::fstat(file, &status) != 0) return "another program";
@@ -52,10 +52,10 @@ std::string holder_of(int file) {
   return "another program";
 }
 
-// 8 data bits, nothing translated, no modem lines waited for.
+// Sets 8 data bits, no translation of characters, and ignores modem control lines.
 Result<void> make_raw(int file, std::uint32_t baud, const std::string& parity) {
   termios2 settings{};
-  if (::ioctl(file, TCGETS2, &settings) != 0) return system_error("no terminal");
+  if (::ioctl(file, TCGETS2, &settings) != 0) return system_error("not a serial line");
   settings.c_iflag = 0;
   settings.c_oflag = 0;
   settings.c_lflag = 0;
@@ -70,8 +70,7 @@ Result<void> make_raw(int file, std::uint32_t baud, const std::string& parity) {
   return {};
 }
 
-// Else a terminal would hand back what is sent, as to somebody who types, until a driver has opened
-// it.
+// Turns echo off. Otherwise the terminal would return the bytes sent until a driver configures it.
 void hand_nothing_back(int file) {
   termios2 settings{};
   if (::ioctl(file, TCGETS2, &settings) != 0) return;
@@ -79,7 +78,8 @@ void hand_nothing_back(int file) {
   ::ioctl(file, TCSETS2, &settings);
 }
 
-// What USB converters call latency timer: 16 ms by default, more than a scan at 75 Hz.
+// Shortens the latency timer of a USB converter: the default of 16 ms exceeds the period of scans at
+// 75 Hz.
 bool make_low_latency(int file) {
   serial_struct serial{};
   if (::ioctl(file, TIOCGSERIAL, &serial) != 0) return false;
@@ -96,7 +96,7 @@ class SerialLine : public StreamTransport {
     if (::ioctl(file_.get(), TCGETS2, &settings) != 0) return;
     settings.c_cflag = (settings.c_cflag & ~static_cast<tcflag_t>(CBAUD)) | BOTHER;
     settings.c_ispeed = settings.c_ospeed = baud;
-    // What has come at the old rate is thrown away.
+    // Discards bytes received at the previous rate.
     if (::ioctl(file_.get(), TCSETSF2, &settings) == 0) baud_ = baud;
   }
 
@@ -106,7 +106,7 @@ class SerialLine : public StreamTransport {
   }
 
  private:
-  // A line that says nothing reads like one that was pulled out; its driver knows the difference.
+  // read() returns 0 on an idle line as well as on an unplugged one; an ioctl shows the difference.
   Result<void> on_end() override {
     int lines = 0;
     if (::ioctl(file_.get(), TIOCMGET, &lines) == 0 || errno == ENOTTY || errno == EINVAL)
@@ -115,7 +115,7 @@ class SerialLine : public StreamTransport {
   }
 };
 
-// A pseudo terminal whose name goes with it.
+// A pseudo terminal that removes its link when it is closed.
 class PseudoTerminal final : public SerialLine {
  public:
   PseudoTerminal(Terminal terminal, std::uint32_t baud, const std::string& link)
@@ -152,7 +152,7 @@ Result<Terminal> make_terminal(const std::string& path, std::uint32_t baud) {
   std::array<char, 64> name{};
   if (!own || ::grantpt(own.get()) != 0 || ::unlockpt(own.get()) != 0 ||
       ::ptsname_r(own.get(), name.data(), name.size()) != 0)
-    return system_error("cannot make a terminal");
+    return system_error("cannot create a pseudo terminal");
   File other(::open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
   if (!other) return system_error(name.data());
   if (baud == 0)

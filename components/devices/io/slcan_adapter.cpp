@@ -1,4 +1,4 @@
-// A CAN bus behind a USB adapter that speaks text (core/slcan.h): "serial:/dev/ttyACM0?can=500000".
+// A CAN bus behind an SLCAN adapter (core/slcan.h): "serial:/dev/ttyACM0?can=500000".
 #include "components/devices/core/slcan.h"
 #include "components/devices/io/transports.h"
 
@@ -41,7 +41,8 @@ class SlcanAdapter final : public Transport {
     slcan::append(going_, id, bytes);
     return line_->send(now, std::as_bytes(std::span(going_)), 0);
   }
-  // As lines. Whoever died may have written half of one: that is ended, and refused.
+  // Lines of text. The crashed program may have written an incomplete line: it is terminated first,
+  // and the adapter refuses it.
   [[nodiscard]] std::vector<std::vector<std::byte>> to_write(
       const std::vector<Telegram>& telegrams) const override {
     std::vector<std::vector<std::byte>> pieces;
@@ -62,7 +63,7 @@ class SlcanAdapter final : public Transport {
       if (coming_.size() < kLineMax) coming_ += character;
       return;
     }
-    // What answers a frame of ours stands before one of theirs: "zt1230".
+    // The answer to a sent frame may precede a received frame on one line: "zt1230".
     const std::size_t begin = coming_.find_first_of("tTrR");
     if (begin != std::string::npos) {
       if (const auto frame = slcan::parse(std::string_view(coming_).substr(begin)))
@@ -86,7 +87,7 @@ Result<std::unique_ptr<Transport>> open_slcan(std::unique_ptr<Transport> line,
   const auto opening = slcan::opening(bit_rate);
   if (!opening)
     return Error(Errc::kInvalidArgument, "can=" + std::to_string(bit_rate) +
-                                             ": adapters know 10000, 20000, 50000, 100000, 125000, "
+                                             ": valid are 10000, 20000, 50000, 100000, 125000, "
                                              "250000, 500000, 800000 and 1000000 bit/s");
   if (auto sent = line->send(Time{}, std::as_bytes(std::span(*opening)), 0); !sent)
     return sent.error();

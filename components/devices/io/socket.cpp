@@ -1,4 +1,4 @@
-// Devices in the network: a TCP connection, or datagrams of UDP.
+// Transports to devices on the network: TCP connections and UDP datagrams.
 #include <cerrno>
 #include <cstring>
 #include <optional>
@@ -57,7 +57,7 @@ void set(int socket, int level, int option, int value) {
   ::setsockopt(socket, level, option, &value, sizeof value);
 }
 
-// A scanner that lost its power says nothing: the kernel asks it whether it is there.
+// A device that lost its power does not close the connection: enables keep-alive probes.
 void notice_silence(int socket) {
   constexpr int kGoneMilliseconds = 1000;
   set(socket, IPPROTO_TCP, TCP_NODELAY, 1);
@@ -73,7 +73,7 @@ Result<void> connect_within(int socket, const Place& place) {
   if (errno != EINPROGRESS) return system_error("connect");
   pollfd wait{.fd = socket, .events = POLLOUT, .revents = 0};
   if (::poll(&wait, 1, kConnectMilliseconds) <= 0)
-    return Error(Errc::kTimeout, "no answer within 1 s; is it switched on, is the cable in?");
+    return Error(Errc::kTimeout, "no answer within 1 s; check the power and cable of the device");
   int error = 0;
   socklen_t size = sizeof error;
   ::getsockopt(socket, SOL_SOCKET, SO_ERROR, &error, &size);
@@ -105,7 +105,7 @@ class UdpPort final : public Transport {
   [[nodiscard]] std::string description() const override { return description_; }
 
   Result<void> receive(Time, const Receive& receive) override {
-    constexpr int kAtOnce = 256;  // who floods the port does not keep it for ever
+    constexpr int kAtOnce = 256;  // limits the time in this function when the port is flooded
     for (int i = 0; i < kAtOnce; ++i) {
       Place from;
       from.size = sizeof from.address;
@@ -193,7 +193,7 @@ Result<std::unique_ptr<Transport>> open_udp(const DeviceAddress& address) {
   set(socket->get(), SOL_SOCKET, SO_RCVBUF, kReceiveBuffer);
   ask_for_stamps(socket->get());
   if (::bind(socket->get(), raw(*own), own->size) != 0)
-    return system_error("port " + std::to_string(here.port));
+    return system_error("cannot use port " + std::to_string(here.port));
   return std::unique_ptr<Transport>(
       std::make_unique<UdpPort>(std::move(*socket), peer, address.to_string()));
 }

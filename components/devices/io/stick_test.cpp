@@ -1,5 +1,5 @@
-// A stick that the kernel's uinput makes: the list of devices shows it, and it can be read. Skipped
-// where there is no uinput: `tools/dev vm-test`.
+// A joystick created with the kernel's uinput: it is listed and can be read. Skipped without uinput:
+// `tools/dev vm-test` has it.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <linux/joystick.h>

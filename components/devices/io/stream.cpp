@@ -22,7 +22,7 @@ Error gone(const char* what) {
   return {Errc::kSystem, "the device is gone: " + tims::os::system_error(what).detail()};
 }
 
-// A connection that was lost must not end the program by a signal.
+// A lost connection must not end the program by SIGPIPE.
 ssize_t write_some(int file, std::span<const std::byte> bytes) {
   const ssize_t size = ::send(file, bytes.data(), bytes.size(), MSG_NOSIGNAL);
   return size < 0 && errno == ENOTSOCK ? ::write(file, bytes.data(), bytes.size()) : size;

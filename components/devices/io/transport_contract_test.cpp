@@ -1,5 +1,5 @@
-// What every way to a device promises: bytes arrive whole and in order with times that were; what
-// is sent arrives there; a device that goes is noticed in words.
+// The contract of all transports: bytes arrive complete and in order with plausible times; sent data
+// arrives at the peer; the loss of a device is reported with a reason.
 #include <array>
 #include <cstdlib>
 #include <filesystem>
@@ -37,7 +37,7 @@ std::string text_of(std::span<const std::byte> bytes) {
   return text;
 }
 
-// Waits for what comes, 5 s at most.
+// Receives until the condition is true, for at most 5 s.
 template <typename Condition>
 tims::Result<void> receive_until(Transport& transport, std::vector<Arrival>& arrivals,
                                  std::string& text, Condition condition) {
@@ -54,12 +54,12 @@ tims::Result<void> receive_until(Transport& transport, std::vector<Arrival>& arr
   return {};
 }
 
-// The other end, as a test moves it.
+// The other end of the transport, controlled by the test.
 class Peer {
  public:
   virtual ~Peer() = default;
   virtual std::string address() = 0;
-  // After the transport was opened.
+  // Called after the transport was opened.
   virtual void meet(Transport& /*transport*/) {}
   virtual void write(std::string_view text) = 0;
   virtual std::string read(std::size_t size) = 0;
@@ -251,7 +251,7 @@ TEST(TcpTest, NobodyThereIsSaid) {
   EXPECT_THAT(opened.error().detail(), testing::HasSubstr("refused"));
 }
 
-// It was switched off: nobody says that the connection is over.
+// The device was switched off without closing the connection.
 TEST(TcpTest, ADeviceThatLostItsPowerIsNoticed) {
   const auto networks = tims::test::TwoNetworks::enter();
   if (!networks) GTEST_SKIP() << networks.error().message();
@@ -366,7 +366,7 @@ TEST_F(PlaybackTest, APacketCaptureGivesThePayloadsOfItsPort) {
   ASSERT_TRUE(
       receive_until(**transport, arrivals_, text_, [&] { return (*transport)->is_over(); }));
   ASSERT_EQ(arrivals_.size(), 1U);
-  EXPECT_EQ(text_.size(), 1212U);  // what its UDP header says
+  EXPECT_EQ(text_.size(), 1212U);  // length in the UDP header
 }
 
 }  // namespace transport_contract_test

@@ -1,9 +1,9 @@
-// Devices at USB without a driver of the kernel: bytes by bulk transfers of libusb.
+// Transport to USB devices without a kernel driver: bytes in bulk transfers of libusb.
 //
 //   usb:15d1:0000            usb:15d1:0000/H0712345   (vendor:product, serial number)
 //
-// The first interface that has a bulk endpoint for each direction is used; a driver of the kernel
-// that holds it is sent away while we are there.
+// Uses the first interface with a bulk endpoint for each direction. A kernel driver bound to it is
+// detached while the device is open.
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -30,13 +30,13 @@ using tims::os::File;
 using tims::os::system_error;
 
 constexpr std::size_t kTransferBytes = 16384;
-constexpr std::size_t kReads = 4;  // transfers that wait for bytes
+constexpr std::size_t kReads = 4;  // pending read transfers
 constexpr std::size_t kWrites = 16;
 
 Error usb_error(const std::string& what, int code) {
   std::string text = what + ": " + ::libusb_strerror(code);
-  if (code == LIBUSB_ERROR_ACCESS) text += "; a udev rule must give the user the right to it";
-  if (code == LIBUSB_ERROR_BUSY) text += "; another program uses it";
+  if (code == LIBUSB_ERROR_ACCESS) text += "; a udev rule must grant the user access";
+  if (code == LIBUSB_ERROR_BUSY) text += "; another program uses the device";
   return {Errc::kSystem, std::move(text)};
 }
 
@@ -72,7 +72,7 @@ std::string serial_number(libusb_device_handle* handle, std::uint8_t index) {
   return size <= 0 ? "" : std::string(text.begin(), text.begin() + size);
 }
 
-// libusb itself; who is called back from it lives as long as that.
+// Contains the libusb context. Callbacks keep a pointer to this object, so it cannot be moved.
 class UsbDevice final : public Transport {
  public:
   explicit UsbDevice(std::string description) : description_(std::move(description)) {}
@@ -103,7 +103,7 @@ class UsbDevice final : public Transport {
 
   Result<void> receive(Time now, const Receive& receive) override {
     handle_events();
-    // They end in the order in which they were begun.
+    // Transfers complete in the order in which they were submitted.
     while (reads_[next_read_].is_done) {
       Transfer& transfer = reads_[next_read_];
       transfer.is_done = false;
@@ -140,7 +140,7 @@ class UsbDevice final : public Transport {
     libusb_transfer* transfer = nullptr;
     std::vector<std::byte> bytes = std::vector<std::byte>(kTransferBytes);
     bool is_on_way = false;
-    bool is_done = false;  // and not yet looked at
+    bool is_done = false;  // complete but not yet processed
   };
 
   Result<void> find(std::uint16_t vendor, std::uint16_t product, const std::string& serial) {
@@ -148,7 +148,7 @@ class UsbDevice final : public Transport {
     const ssize_t count = ::libusb_get_device_list(context_, &list);
     if (count < 0) return usb_error("USB", static_cast<int>(count));
     Error problem(Errc::kSystem,
-                  "no " + description_ + "; is it plugged in? timsctl device list shows what is");
+                  "no " + description_ + "; check that it is plugged in: timsctl device list");
     for (libusb_device* const device : std::span(list, static_cast<std::size_t>(count))) {
       libusb_device_descriptor about{};
       if (handle_ != nullptr || ::libusb_get_device_descriptor(device, &about) != 0 ||
@@ -161,7 +161,7 @@ class UsbDevice final : public Transport {
       const std::string its_own = serial_number(handle_, about.iSerialNumber);
       if (serial.empty() || its_own == serial) continue;
       problem =
-          Error(Errc::kSystem, "no " + description_ + "; what is there has the serial number " +
+          Error(Errc::kSystem, "no " + description_ + "; the device found has serial number " +
                                    tims::base::in_quotes(its_own));
       ::libusb_close(std::exchange(handle_, nullptr));
     }
@@ -170,7 +170,7 @@ class UsbDevice final : public Transport {
     return {};
   }
 
-  // All of the library's files in one that can be waited for.
+  // Combines all descriptors of libusb in one epoll descriptor.
   Result<void> watch() {
     epoll_ = File(::epoll_create1(EPOLL_CLOEXEC));
     if (!epoll_) return system_error("epoll");

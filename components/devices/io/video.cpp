@@ -1,11 +1,11 @@
-// Cameras of Linux (V4L2): frames in memory that is shared with the driver, with the time at which
-// they were taken. Webcams, depth cameras, grabbers.
+// Transport of V4L2 cameras (webcams, depth cameras, grabbers): frames in memory shared with the
+// kernel driver, with the time of their capture.
 //
 //   v4l:/dev/video0?size=640x480&format=MJPG,YUYV&rate=30
 //
-// format: the first of them that the camera has; size and rate: the nearest it has. What arrives is
-// said in core/video_frame.h. Who is slow gets the newest frame. What is sent with the id of a
-// control sets it.
+// format: the first supported one is used; size and rate: the nearest supported ones. The format of
+// arrivals is described in core/video_frame.h. A slow reader receives the newest frame. Sending a
+// value with the id of a control sets that control.
 #include <algorithm>
 #include <array>
 #include <cerrno>
@@ -34,7 +34,7 @@ using tims::Result;
 using tims::os::File;
 using tims::os::system_error;
 
-constexpr std::uint32_t kBuffers = 4;  // one is filled, one waits, one is read, one to spare
+constexpr std::uint32_t kBuffers = 4;  // one is being filled, one waits, one is read, one spare
 
 template <typename Request>
 bool control(int file, unsigned long what, Request& request) {
@@ -46,10 +46,10 @@ bool control(int file, unsigned long what, Request& request) {
 }
 
 struct Wish {
-  std::vector<std::uint32_t> formats;  // in order; none: whatever the camera has first
-  std::uint32_t width = 0;             // 0: as the camera stands
+  std::vector<std::uint32_t> formats;  // in order of preference; empty: the camera's first format
+  std::uint32_t width = 0;             // 0: current setting of the camera
   std::uint32_t height = 0;
-  double rate = 0;  // frames a second; 0: as the camera stands
+  double rate = 0;  // frames per second; 0: current setting of the camera
 };
 
 Result<Wish> wish_of(const DeviceAddress& address) {
@@ -64,21 +64,24 @@ Result<Wish> wish_of(const DeviceAddress& address) {
     const auto height = x == std::string::npos
                             ? std::nullopt
                             : tims::base::parse_number<std::uint32_t>(size.substr(x + 1));
-    if (!width || !height) return Error(Errc::kInvalidArgument, "size is as 640x480, not " + size);
+    if (!width || !height)
+      return Error(Errc::kInvalidArgument, "size must be WIDTHxHEIGHT, for example 640x480, not " +
+                                               size);
     wish.width = *width;
     wish.height = *height;
   }
   if (const std::string rate = value("rate"); !rate.empty()) {
     const auto number = tims::base::parse_number<double>(rate);
     if (!number || !(*number > 0) || *number > 1000)
-      return Error(Errc::kInvalidArgument, "rate is frames a second, not " + rate);
+      return Error(Errc::kInvalidArgument, "rate must be frames per second, not " + rate);
     wish.rate = *number;
   }
   const std::string formats = value("format");
   for (std::size_t at = 0; at < formats.size();) {
     const std::string format = formats.substr(at, formats.find(',', at) - at);
     if (format.empty() || format.size() > 4)
-      return Error(Errc::kInvalidArgument, "format is four letters each, as MJPG,YUYV");
+      return Error(Errc::kInvalidArgument,
+                   "format must be codes of four letters, for example MJPG,YUYV");
     wish.formats.push_back(four_letters(format));
     at += format.size() + 1;
   }
@@ -88,21 +91,22 @@ Result<Wish> wish_of(const DeviceAddress& address) {
 Error in_use(const std::string& path) {
   const int error = errno;
   if (error != EBUSY) return system_error(path);
-  return {Errc::kSystem, path + " is used by another program; fuser " + path + " says by which"};
+  return {Errc::kSystem, path + " is used by another program; to find it: fuser " + path};
 }
 
-// A file of it that is a camera: many cameras have one more, for what is no picture.
+// Opens a device file that delivers pictures: many cameras have a second file for metadata.
 Result<File> open_camera(const std::string& path) {
   File file(::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC));
   if (!file) return cannot_open_device(path, "video");
   v4l2_capability can{};
   if (!control(file.get(), VIDIOC_QUERYCAP, can))
-    return Error(Errc::kSystem, path + " is no camera (V4L2)");
+    return Error(Errc::kSystem, path + " is not a camera (V4L2)");
   const std::uint32_t of_this =
       (can.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? can.device_caps : can.capabilities;
   constexpr std::uint32_t kNeeded = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
   if ((of_this & kNeeded) != kNeeded)
-    return Error(Errc::kSystem, path + " gives no pictures; the camera may have another number");
+    return Error(Errc::kSystem,
+                 path + " delivers no pictures; the camera may have another number");
   return file;
 }
 
@@ -122,7 +126,7 @@ Result<v4l2_format> format_for(int file, const std::string& path, const Wish& wi
   const auto has = formats_of(file);
   const auto chosen = std::ranges::find_first_of(wish.formats, has);
   if (!wish.formats.empty() && chosen == wish.formats.end()) {
-    std::string text = path + " has none of the wanted formats, but";
+    std::string text = path + " supports none of the requested formats; supported:";
     for (const std::uint32_t one : has) text += " " + letters_of(one);
     return Error(Errc::kInvalidArgument, text);
   }
@@ -140,7 +144,7 @@ std::string text_of(const v4l2_pix_format& picture) {
          letters_of(picture.pixelformat);
 }
 
-// Rates are times between two frames. Not every camera can be told.
+// V4L2 expresses rates as frame intervals. Errors are ignored: some cameras have a fixed rate.
 void ask_for_rate(int file, double rate) {
   v4l2_streamparm parameters{};
   parameters.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
@@ -150,7 +154,7 @@ void ask_for_rate(int file, double rate) {
   (void)control(file, VIDIOC_S_PARM, parameters);
 }
 
-// A buffer of the kernel, as we see it.
+// A buffer of the kernel mapped into this process.
 class Mapping {
  public:
   Mapping(void* begin, std::size_t size) : begin_(begin), size_(size) {}
@@ -231,7 +235,7 @@ class VideoCapture final : public Transport {
     return {};
   }
 
-  // A control and its value.
+  // Sets the control `id` to a value.
   Result<bool> send(Time, std::span<const std::byte> bytes, std::uint32_t id) override {
     if (bytes.size() != 4) return false;
     std::uint32_t value = 0;
@@ -255,7 +259,7 @@ class VideoCapture final : public Transport {
     return {Errc::kSystem, path_ + " is gone: " + system_error("read").detail()};
   }
 
-  // Of the clock that all times here are of, but for old drivers.
+  // Drivers stamp frames with the monotonic clock; old ones do not, then `now` is used.
   static Time time_of(const v4l2_buffer& buffer, Time now) {
     if ((buffer.flags & V4L2_BUF_FLAG_TIMESTAMP_MASK) != V4L2_BUF_FLAG_TIMESTAMP_MONOTONIC)
       return now;
@@ -286,7 +290,7 @@ class VideoCapture final : public Transport {
   std::string path_;
   VideoHead head_;
   std::string description_;
-  std::vector<Mapping> buffers_;  // before file_ is closed
+  std::vector<Mapping> buffers_;  // must be destroyed before file_
   bool has_told_ = false;
 };
 
@@ -319,7 +323,7 @@ Result<void> check_video(const DeviceAddress& address) {
   if ((wish->width != 0 && picture.width != wish->width) ||
       (wish->height != 0 && picture.height != wish->height))
     return Error(Errc::kInvalidArgument,
-                 address.place + " has not that size; the nearest is " + text_of(picture));
+                 address.place + " does not support this size; the nearest is " + text_of(picture));
   return {};
 }
 

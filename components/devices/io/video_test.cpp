@@ -1,5 +1,5 @@
-// A real camera, or vivid (modprobe vivid): left out where there is no /dev/video0. What a missing
-// device says, always.
+// Tests with a real camera, or vivid (modprobe vivid), skipped without /dev/video0. Errors of missing
+// devices are always tested.
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -65,7 +65,7 @@ TEST_F(VideoTest, FramesComeWithTheirHeadAndTheirTimes) {
 TEST_F(VideoTest, AFormatItHasNotIsRefusedWithWhatItHas) {
   const auto opened = open("?format=QQQQ");
   ASSERT_FALSE(opened);
-  EXPECT_THAT(opened.error().detail(), testing::HasSubstr("none of the wanted formats, but "));
+  EXPECT_THAT(opened.error().detail(), testing::HasSubstr("none of the requested formats; supported: "));
   EXPECT_FALSE(check_video(*DeviceAddress::parse("v4l:" + camera() + "?format=QQQQ")));
 }
 
@@ -75,7 +75,7 @@ TEST_F(VideoTest, TwoProgramsDoNotShareIt) {
   const auto second = open("?size=320x240");
   ASSERT_FALSE(second);
   EXPECT_THAT(second.error().detail(), testing::HasSubstr("used by another program"));
-  // Asking what it has is allowed meanwhile.
+  // Queries are allowed while another program uses the camera.
   EXPECT_TRUE(check_video(*DeviceAddress::parse("v4l:" + camera() + "?size=640x480")));
 }
 
@@ -92,7 +92,7 @@ TEST(VideoMissingTest, WhatIsNotThereIsSaidWithWhatToDo) {
   EXPECT_THAT(opened.error().detail(), testing::HasSubstr("timsctl device list"));
   const auto no_camera = open_transport(*DeviceAddress::parse("v4l:/dev/null"), 0);
   ASSERT_FALSE(no_camera);
-  EXPECT_THAT(no_camera.error().detail(), testing::HasSubstr("no camera"));
+  EXPECT_THAT(no_camera.error().detail(), testing::HasSubstr("not a camera"));
   for (const auto* options : {"?size=640", "?size=ax3", "?rate=0", "?format=ABCDE", "?format=,"})
     EXPECT_FALSE(open_transport(*DeviceAddress::parse(std::string("v4l:/dev/null") + options), 0))
         << options;

@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::array<std::string_view, 7> kKinds = {"serial", "can", "video", "input",
                                                     "gpio",   "pps", "usb"};
-// A scan of a laser range finder at 75 Hz lasts less.
+// Must be shorter than the period of a laser range finder at 75 Hz.
 constexpr int kLatencyMaxMs = 4;
 
 const KnownUsb* known(const HostDevice& device) {
@@ -27,17 +27,19 @@ std::string module_missing(const HostDevice& device) {
   const KnownUsb* const row = known(device);
   if (device.kind != HostDeviceKind::kUsb || row == nullptr || row->module.empty()) return {};
   const std::string module(row->module);
-  return device.driver.empty() ? "no driver of the kernel has taken it: modprobe " + module
-                               : "the kernel's " + device.driver + " has it, and not " + module;
+  return device.driver.empty()
+             ? "no kernel driver is bound to it: modprobe " + module
+             : "kernel driver " + device.driver + " is bound to it instead of " + module;
 }
 
 std::string rights_missing(const HostDevice& device) {
   if (device.may_use || device.path.empty()) return {};
   if (!device.is_there)
-    return "no " + device.path + " here: a container has to be given it (docker run --device)";
+    return "no " + device.path + " here: pass it to the container (docker run --device)";
   if (device.group.empty() || device.group == "root")
-    return device.path + " is root's: install deploy/udev/60-rack.rules";
-  return "no right to " + device.path + ": usermod -aG " + device.group + " USER, and log in again";
+    return "only root has access to " + device.path + ": install deploy/udev/60-rack.rules";
+  return "no access to " + device.path + ": usermod -aG " + device.group +
+         " USER, and log in again";
 }
 
 }  // namespace
@@ -121,11 +123,11 @@ std::vector<std::string> what_is_missing(const HostDevice& device) {
                            ? ""
                            : " type can bitrate 500000 restart-ms 100"));
   if (device.can_state == "bus-off")
-    missing.push_back("it has left the bus: ip link set " + device.node + " type can restart");
+    missing.push_back("it is bus-off: ip link set " + device.node + " type can restart");
   if (device.latency_ms.value_or(0) > kLatencyMaxMs)
     missing.push_back(
-        "its converter waits " + std::to_string(*device.latency_ms) +
-        " ms for more bytes; our drivers set 1 ms, deploy/udev/60-rack.rules as well");
+        "its latency timer is " + std::to_string(*device.latency_ms) +
+        " ms; RACK drivers and deploy/udev/60-rack.rules set 1 ms");
   for (const std::string& program : device.used_by) missing.push_back("used by " + program);
   return missing;
 }

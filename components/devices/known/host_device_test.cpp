@@ -69,7 +69,7 @@ TEST(HostDeviceTest, SaysTheRestInWords) {
   device.latency_ms = 16;
   device.used_by = {"cat (pid 12)"};
   EXPECT_THAT(what_is_missing(device),
-              ElementsAre(HasSubstr("waits 16 ms"), "used by cat (pid 12)"));
+              ElementsAre(HasSubstr("latency timer is 16 ms"), "used by cat (pid 12)"));
   device.latency_ms = 1;
   device.used_by.clear();
   EXPECT_THAT(what_is_missing(device), IsEmpty());
@@ -98,7 +98,7 @@ TEST(HostDeviceTest, ChangesAreWhatCameAndWhatWent) {
   EXPECT_THAT(changes(before, after), IsEmpty()) << "it is the same device";
   after[0].usb->plugged_as = 5;
   const auto found = changes(before, after);
-  ASSERT_EQ(found.size(), 2U) << "pulled out and plugged in between two looks";
+  ASSERT_EQ(found.size(), 2U) << "unplugged and plugged in between two lists";
   EXPECT_FALSE(found[0].is_there);
   EXPECT_TRUE(found[1].is_there);
   EXPECT_EQ(changes(before, {}).size(), 2U);

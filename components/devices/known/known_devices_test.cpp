@@ -21,7 +21,7 @@ TEST(KnownDevicesTest, WhatIsNotInTheListIsNotKnown) {
   EXPECT_EQ(find_usb(0xFFFF, 0xFFFF), nullptr);
 }
 
-// A name becomes a part of a file's; what is used by libusb needs no module.
+// Names are part of file names; devices used through libusb need no module.
 TEST(KnownDevicesTest, RowsAreWhole) {
   for (const KnownUsb& known : known_usb()) {
     EXPECT_FALSE(known.device.empty());

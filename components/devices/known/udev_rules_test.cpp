@@ -20,7 +20,7 @@ TEST(UdevRulesTest, TheInstalledFileIsThatOfTheList) {
   EXPECT_EQ(text.str(), udev_rules()) << "cp " << wanted << " " << RACK_UDEV_RULES;
 }
 
-// udev skips a rule that it cannot read, with a line in a log that nobody looks at.
+// udev skips invalid rules and only writes a line to its log.
 TEST(UdevRulesTest, EveryLineIsARule) {
   std::istringstream lines(udev_rules());
   for (std::string line; std::getline(lines, line);) {

@@ -10,7 +10,7 @@ namespace {
 using namespace std::chrono_literals;
 using namespace firmata;
 
-constexpr int kAttempts = 5;  // a board that was reset is silent for two seconds
+constexpr int kAttempts = 5;  // a board does not answer for two seconds after a reset
 constexpr Duration kAnswerTime = 1s;
 constexpr Duration kSilence = 1s;
 constexpr std::size_t kMessageMax = 512;
@@ -18,7 +18,7 @@ constexpr unsigned kSevenBits = 0x7F;
 
 unsigned number(std::byte byte) { return std::to_integer<unsigned>(byte); }
 
-// Of a message that is not of F0 ... F7, by its command. 0: it is no command.
+// Size of a message by its command, except F0 ... F7. 0: not a command.
 std::size_t size_of(unsigned command) {
   const unsigned kind = command < 0xF0 ? command & 0xF0 : command;
   if (kind == kDigital || kind == kAnalog || kind == kVersion || kind == kMode || kind == kSetPin)
@@ -41,7 +41,7 @@ std::optional<std::span<const std::byte>> FirmataMessages::next() {
     const auto bytes = buffer_.bytes();
     const unsigned command = number(bytes.front());
     const auto is_command = [](std::byte byte) { return number(byte) > kSevenBits; };
-    // How many bytes of seven bits follow.
+    // The data bytes of seven bits that follow.
     const auto end = std::find_if(bytes.begin() + 1, bytes.end(), is_command);
     const auto size = static_cast<std::size_t>(end - bytes.begin());
     if (command == kBegin) {
@@ -94,10 +94,10 @@ void Firmata::on_timeout(Time now, Output& out) {
   } else if (!is_ready() || now - heard_ > std::max<Duration>(kSilence, 3 * settings().period)) {
     timeout_ = tims::kNever;
     fail(tims::Errc::kTimeout,
-         is_ready() ? "the board is silent"
-                    : "the board does not answer; does it run Firmata, at 57600 baud?");
+         is_ready() ? "the board has stopped sending"
+                    : "the board does not answer; check that it runs Firmata at 57600 baud");
   } else {
-    // So that it is heard that the board is there: inputs that do not change say nothing.
+    // Requests the firmware periodically to detect a lost board: unchanged inputs send nothing.
     sending_.clear();
     append(sending_, {kVersion});
     out.send(sending_);
@@ -130,7 +130,7 @@ void Firmata::on_message(std::span<const std::byte> message, Time when, Output& 
   }
 }
 
-// Also a board that was reset while it worked says it: it is set up again.
+// A board also sends this message after a reset, so it is configured again.
 void Firmata::on_firmware(std::span<const std::byte> message, Time now, Output& out) {
   firmware_.clear();
   for (std::size_t i = 4; i + 2 < message.size(); i += 2)

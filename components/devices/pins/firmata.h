@@ -1,9 +1,9 @@
-// Boards with inputs and outputs at USB or a serial line that run Firmata: Arduino and its like.
+// I/O boards with Firmata on USB or a serial line, for example Arduino.
 //
-// Bytes with their highest bit set begin a message: 9p two bytes of seven bits: levels of the eight
-// pins of port p; Ep: analog input p, ten bits; F4 pin mode; F5 pin level; Cp, Dp report analog
-// input, port; F9 version; F0 ... F7 longer ones, 79 in them the name of the firmware. 57600 baud.
-// Opening the line resets most boards: they are silent for two seconds.
+// A byte with its highest bit set begins a message. 9p: levels of the eight pins of port p, two bytes
+// of seven bits; Ep: analog input p, ten bits; F4: pin mode; F5: pin level; Cp, Dp: enable reports of
+// analog input or port p; F9: version; F0 ... F7: longer messages, of which 79 is the name of the
+// firmware. 57600 baud. Opening the line resets most boards: they do not answer for two seconds.
 //
 // Source: the protocol's description (github.com/firmata/protocol), version 2.6.
 #pragma once
@@ -35,7 +35,7 @@ inline constexpr std::uint8_t kModePullUp = 11;
 void append(std::vector<std::byte>& out, std::initializer_list<unsigned> bytes);
 }  // namespace firmata
 
-// Messages out of a stream; each begins with its command.
+// Splits a stream into messages; each begins with its command.
 class FirmataMessages {
  public:
   void add(const Arrival& arrival) { buffer_.add(arrival); }
@@ -57,7 +57,7 @@ class Firmata final : public IoLines {
   void on_timeout(Time now, Output& out) override;
   [[nodiscard]] Time next_timeout() const override;
 
-  // "StandardFirmata.ino 2.5"
+  // For example "StandardFirmata.ino 2.5".
   [[nodiscard]] const std::string& firmware() const { return firmware_; }
 
  private:

@@ -88,7 +88,7 @@ TEST(FirmataTest, OutputsAreSetAndInputsSeen) {
   driver.set(kOther);
   ASSERT_TRUE(line.run(1s, [&] { return driver.take(data, recorded) && data.values[1] == 1; }));
   EXPECT_EQ(data.values[0], 0);
-  // Nothing changes, and it is told nevertheless.
+  // Unchanged values are published periodically.
   const Time before = recorded;
   ASSERT_TRUE(line.run(1s, [&] { return driver.take(data, recorded); }));
   EXPECT_LE(recorded - before, 150ms);
@@ -102,7 +102,7 @@ TEST(FirmataTest, ABoardThatWasResetIsSetUpAgain) {
   IoData data;
   Time recorded;
   ASSERT_TRUE(line.run(5s, [&] { return driver.take(data, recorded); }));
-  // It says its firmware by itself when it starts.
+  // A board sends its firmware when it starts.
   struct Nobody : Output {
     void send(std::span<const std::byte>, std::uint32_t) override {}
   } nobody;
@@ -174,7 +174,7 @@ TEST(GpioPinsTest, LevelsComeAndOutputsGo) {
   EXPECT_EQ(keeper.sent, (std::vector<std::pair<std::uint32_t, int>>{{300, 1}}));
   ASSERT_TRUE(driver.take(data, recorded));
   EXPECT_EQ(values_of(data), (std::vector{0, 1, 1}));
-  // Again each period.
+  // Repeated each period.
   EXPECT_GT(driver.next_timeout(), Time(2s));
   driver.on_timeout(driver.next_timeout(), keeper);
   EXPECT_TRUE(driver.take(data, recorded));

@@ -20,7 +20,7 @@ void IoBoard::start(Time now, Output&) {
 
 void IoBoard::on_arrival(const Arrival& arrival, Output& out) {
   messages_.add(arrival);
-  // A question for the version is its command alone.
+  // A request for the version consists of the command only.
   for (const std::byte byte : arrival.bytes) {
     if (number(byte) != kVersion) continue;
     sending_.clear();
@@ -63,7 +63,7 @@ void IoBoard::on_message(std::span<const std::byte> message, Output& out) {
     if (pin >= 8) levels_.at(15 - pin) = levels_.at(pin);
   } else if ((command & 0xF0) == kReportDigital && (command & 0xF) < reports_port_.size()) {
     reports_port_.at(command & 0xF) = number(message[1]) != 0;
-    told_.at(command & 0xF) = ~0U;  // what is there now is told at once
+    told_.at(command & 0xF) = ~0U;  // the current value is reported at once
     report_port(command & 0xF, out);
   } else if ((command & 0xF0) == kReportAnalog && (command & 0xF) < kAnalogs) {
     reports_analog_.at(command & 0xF) = number(message[1]) != 0;

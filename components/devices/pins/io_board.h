@@ -1,5 +1,5 @@
-// A board with Firmata from its side: an Arduino UNO whose outputs are wired to its inputs: pin 13
-// to pin 2, 12 to 3, ... 8 to 7. Its analog inputs see a slow saw.
+// Emulator of a Firmata board: an Arduino UNO whose outputs are wired to its inputs: pin 13 to pin 2,
+// 12 to 3, ... 8 to 7. Its analog inputs read a slow sawtooth.
 #pragma once
 
 #include <array>

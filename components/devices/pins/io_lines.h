@@ -1,7 +1,7 @@
-// Inputs and outputs, whatever they are at: what the program Io asks of its dialogue.
+// Interface of the dialogues of program Io, for inputs and outputs of any device.
 //
-// Values are bytes: of each input and then of each output 0 or 1, then of each analog input 0 to
-// 255, in the order in which they were asked for.
+// Values are bytes: 0 or 1 for each input, then 0 or 1 for each output, then 0 to 255 for each analog
+// input, each in the order of the settings.
 #pragma once
 
 #include <optional>
@@ -13,21 +13,22 @@
 namespace rack::device {
 
 struct IoLayout {
-  std::vector<std::uint16_t> inputs{};  // numbers of pins or lines
+  std::vector<std::uint16_t> inputs{};  // pin numbers or line offsets
   std::vector<std::uint16_t> outputs{};
   std::vector<std::uint16_t> analogs{};
-  bool pull_up = false;  // inputs that nothing drives are high
+  bool pull_up = false;  // open inputs read as high
 };
 
 struct IoSettings {
   IoLayout layout{};
-  Duration period = std::chrono::milliseconds(100);  // at least so often; changes are told at once
-  bool only_listen = false;                          // to a recording
+  Duration period = std::chrono::milliseconds(100);  // maximum; changes are published at once
+  bool only_listen = false;                          // the device is a recording
 };
 
 class IoLines : public Dialogue {
  public:
-  // Outputs, in their order; sent at the next on_timeout(), which is due at once.
+  // Sets the outputs, in the order of the settings; sent at the next on_timeout(), which is due at
+  // once.
   void set(std::span<const u8> outputs);
   [[nodiscard]] bool is_ready() const { return is_ready_; }
   bool take(IoData& data, Time& recorded);
@@ -36,7 +37,7 @@ class IoLines : public Dialogue {
   explicit IoLines(const IoSettings& settings);
 
   [[nodiscard]] const IoSettings& settings() const { return settings_; }
-  // Which of `pins` it is.
+  // Index of a pin in `pins`.
   static std::optional<std::size_t> index_of(const std::vector<std::uint16_t>& pins,
                                              std::uint32_t pin);
   void set_ready(bool ready) { is_ready_ = ready; }
@@ -44,10 +45,10 @@ class IoLines : public Dialogue {
   void on_input(std::size_t index, bool high, Time when);
   void on_output(std::size_t index, bool high, Time when);
   void on_analog(std::size_t index, u8 value, Time when);
-  // As it is now, also when nothing changed.
+  // Publishes the current values, even if unchanged.
   void publish(Time when);
   [[nodiscard]] bool has_wish() const { return has_wish_; }
-  // What the outputs shall be; they are that from now on.
+  // Returns the requested outputs and takes them over as the current ones.
   std::span<const u8> take_wish(Time now);
 
  private:
@@ -62,7 +63,7 @@ class IoLines : public Dialogue {
   Time recorded_{};
 };
 
-// Lines of the computer itself (gpio:): arrivals are levels by the lines' offsets.
+// Lines of the computer (gpio:): the id of an arrival is the line's offset, the byte its level.
 class GpioPins final : public IoLines {
  public:
   explicit GpioPins(const IoSettings& settings) : IoLines(settings) {}
