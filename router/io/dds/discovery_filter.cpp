@@ -213,11 +213,13 @@ DiscoveryFilter::Verdict DiscoveryFilter::on_message(Time now, std::span<const s
       return verdict;
     announcement->dds = link::NetAddress::dds(message->from);
     on_announced(now, message->from, bytes, *announcement, message->announced->lease, verdict);
-    // A router that looks for one in our role is answered immediately, and so is a router that
-    // cannot receive our multicast. A message directed to us alone is already an answer.
+    // A router that looks for one in our role is answered immediately, and so is one that announces
+    // itself by unicast, because multicast may not reach it. A message directed to us alone is
+    // already an answer.
     const bool wants_answer = !multicast || link::is_above(self_.who, announcement->who);
     if (own_message_.empty()) {
-      // We announce to no multicast group: the library answers those it discovers.
+      // There is no message of our own to answer with: let the library discover the sender and
+      // answer it.
       if (!multicast) verdict.passes = !admit(message->from).empty();
     } else if (wants_answer && !message->to) {
       verdict.answer = directed(own_message_, message->from);
