@@ -1,5 +1,5 @@
-// What every client of a chaos run has sent to every other one, and what has come: in memory of a
-// file that all processes share, so it outlives each kill -9.
+// Counters of the messages that every client of a chaos run has sent to and received from every
+// other one, in a file mapped by all processes, so that they survive kill -9.
 #pragma once
 
 #include <array>
@@ -15,37 +15,37 @@
 namespace tims::chaos {
 
 inline constexpr std::size_t kClientsMax = 32;
-// Messages of one flow keep their order. By flow: one of each class but that of texts, two of the
-// highest; samples.
+// The priority of each flow; messages of one flow arrive in order. The flows are one per class
+// except texts, two of the highest class, and samples.
 inline constexpr std::array<std::uint8_t, 9> kPriorities{150, 0, 1, 20, 30, 40, 50, 255, 60};
 inline constexpr std::size_t kFlows = kPriorities.size();
 inline constexpr std::size_t kSamples = kFlows - 1;
 
 enum class Phase : std::uint32_t {
   kQuiet,
-  kTraffic,  // messages of all kinds to anybody
-  kTour,     // a short one to everybody in turn
+  kTraffic,  // messages of all kinds to random clients
+  kTour,     // a short one to each client in turn
 };
 
-// From one client to one other, in one flow.
+// Counters of one flow from one client to another.
 struct Cell {
-  // The sender's.
+  // Written by the sender.
   std::atomic<std::uint32_t> sent;      // number of the last message
-  std::atomic<std::uint32_t> refused;   // those that send() did not take
+  std::atomic<std::uint32_t> refused;   // those that send() refused
   std::atomic<std::uint32_t> answered;  // NOT_AVAILABLE
-  // The receiver's.
+  // Written by the receiver.
   std::atomic<std::uint32_t> received;
-  std::atomic<std::uint32_t> newest;  // number of the last that came
-  std::atomic<std::uint64_t> seen;    // bit n: newest - n has come
+  std::atomic<std::uint32_t> newest;  // highest number received
+  std::atomic<std::uint64_t> seen;    // bit n: message newest - n was received
 
-  // On its way, or lost.
+  // Messages in transit or lost.
   [[nodiscard]] std::uint32_t missing() const { return sent - refused - received; }
 };
 
 struct Board {
   std::atomic<Phase> phase;
   std::atomic<std::uint32_t> wrong;        // lines "WRONG" in the logs of clients
-  std::atomic<std::uint32_t> standstills;  // times that a client had to wait for the machine
+  std::atomic<std::uint32_t> standstills;  // times that a client was not scheduled for too long
   std::uint32_t clients;
   std::array<std::uint32_t, kClientsMax> addresses;
   std::array<std::array<std::array<Cell, kFlows>, kClientsMax>, kClientsMax> cells;  // [from][to]

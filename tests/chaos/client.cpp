@@ -23,11 +23,11 @@ using namespace std::chrono_literals;
 constexpr std::uint32_t kBodyMax = 64U << 10;
 constexpr std::uint32_t kSlots = 512;
 constexpr Duration kPause = test::kSlowdown * 10ms;  // between two messages
-// A machine that holds everybody up for so long may also make links fall silent.
+// If the machine does not schedule a client for so long, links may time out as well.
 constexpr Duration kStandstill = test::kSlowdown * 250ms;
 constexpr std::int8_t kCommand = 21;
 
-// The beginning of every body.
+// The head of every body.
 struct Stamp {
   std::uint32_t from;
   std::uint32_t to;
@@ -40,7 +40,7 @@ void say(const std::string& text) {
   std::fflush(stdout);
 }
 
-// Different for every message.
+// A different pattern for every message.
 void fill(const Stamp& stamp, std::span<std::byte> rest) {
   std::uint64_t state = std::uint64_t{stamp.from} << 40 ^ std::uint64_t{stamp.flow} << 32 ^
                         std::uint64_t{stamp.to} << 48 ^ stamp.number;
@@ -106,8 +106,8 @@ class Client {
     if (header.type == type::kNotAvailable) return take_answer(header);
     Stamp stamp{};
     if (body.size() < sizeof stamp)
-      return wrong(fmt::format("{} bytes of type {} from {}: nobody sent this", body.size(),
-                               header.type, header.src.to_string()));
+      return wrong(fmt::format("{} bytes of type {} from {}: never sent", body.size(), header.type,
+                               header.src.to_string()));
     std::memcpy(&stamp, body.data(), sizeof stamp);
     const std::string what = fmt::format(
         "message {} of flow {} from client {} to client {} ({} bytes, source {})", stamp.number,
@@ -124,7 +124,7 @@ class Client {
 
   void take_answer(const Header& header) {
     const auto priority = std::ranges::find(kPriorities, header.priority);
-    if (priority == kPriorities.end()) return wrong("an answer of no flow's priority");
+    if (priority == kPriorities.end()) return wrong("an answer with a priority that no flow has");
     const auto flow = static_cast<std::size_t>(priority - kPriorities.begin());
     for (std::size_t to = 0; to < board_.clients; ++to)
       if (board_.address(to) == header.src) ++board_.cells[own_][to][flow].answered;
@@ -144,7 +144,7 @@ class Client {
     const std::uint32_t behind = newest - stamp.number;
     const bool twice = behind < 64 && (cell.seen >> behind & 1) != 0;
     wrong(fmt::format("{} came after {}: {}", what, newest,
-                      twice ? "twice" : "out of order (or twice, and long ago)"));
+                      twice ? "twice" : "out of order (or a late duplicate)"));
   }
 
   void wrong(const std::string& what) {
@@ -161,7 +161,7 @@ class Client {
   std::size_t tour_ = 0;
 };
 
-// The router may not have seen yet that the last one to own this address is dead.
+// Retries, because the router may not have noticed yet that the previous owner has been killed.
 Result<Mailbox> open(Session& session, const MailboxOptions& options) {
   for (const Time deadline = os::now() + test::kPatience;;) {
     auto mailbox = session.open(options);
@@ -177,7 +177,7 @@ int run_client(const SharedBoard& board, std::size_t number) {
     say(event.text);
     if (event.kind != SessionEvent::Kind::kMailboxLost) return;
     ++board->wrong;
-    say("WRONG: somebody else has my address");
+    say("WRONG: another client has the address of this one");
   };
   auto session = Session::connect({.name = fmt::format("chaos{}", number), .on_event = on_event});
   if (!session) return say(session.error().message()), 1;

@@ -1,4 +1,4 @@
-// A component that sends numbered messages to all others, and judges every one it gets.
+// A component that sends numbered messages to all others, and checks every message it receives.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace tims::chaos {
 
-// At the router of $TIMS_ROUTER, until it is killed. What it finds wrong goes to stdout.
+// Runs at the router of $TIMS_ROUTER until it is killed. Errors are printed to stdout.
 int run_client(const SharedBoard& board, std::size_t number);
 
 }  // namespace tims::chaos

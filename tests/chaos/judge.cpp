@@ -20,11 +20,11 @@ using timsctl::number_or_zero;
 using timsctl::text_at;
 
 constexpr Duration kAnswerTime = test::kSlowdown * 2s;
-// Of a router's own memory, without the mailboxes it shares with its clients: it may keep
-// `tcp.queue` for each of its links. Sanitizers keep what was freed.
+// Limit of a router's private memory, without the mailboxes it shares with its clients: it may keep
+// `tcp.queue` for each of its links. Sanitizers keep freed memory.
 constexpr std::size_t kMemoryMax = std::size_t{test::kSlowdown == 1 ? 96 : 2048} << 20;
 
-// None of these can come of lines and programs that die.
+// None of these may result from cut lines and killed programs.
 constexpr std::array kNeverOutcomes{"hop_limit",         "forged_source",   "bad_length",
                                     "malformed_command", "unknown_command", "too_big"};
 constexpr std::array kNeverEvents{"loop",         "duplicate_address", "duplicate_router",
@@ -57,13 +57,13 @@ json::object Judge::ask(std::size_t host, const char* what) {
   return routers_[host].admin.ask({{"ask", what}});
 }
 
-// --- at any time
+// --- invariants at any time
 
 void Judge::look() {
   for (std::size_t host = 0; host < routers_.size(); ++host) {
     try {
       look_at(host);
-    } catch (const timsctl::Failure&) {  // killed a moment ago
+    } catch (const timsctl::Failure&) {  // was killed
     }
   }
 }
@@ -74,22 +74,22 @@ void Judge::look_at(std::size_t host) {
   for (const json::value& value : timsctl::items_of(stats)) {
     const std::string outcome = text_at(value.as_object(), "outcome");
     if (std::ranges::find(kNeverOutcomes, outcome) != kNeverOutcomes.end())
-      wrong_(fmt::format("{}: messages ended as {}: {}", shape_.hosts[host].name, outcome,
+      wrong_(fmt::format("{}: messages with outcome {}: {}", shape_.hosts[host].name, outcome,
                          timsctl::to_text(value)));
   }
   for (const char* event : kNeverEvents)
     if (number_or_zero(stats, fmt::format("events.{}", event)) > 0)
-      wrong_(fmt::format("{}: an event {}", shape_.hosts[host].name, event));
+      wrong_(fmt::format("{}: unexpected event {}", shape_.hosts[host].name, event));
 }
 
 void Judge::look_at_memory(std::size_t host) {
   const std::size_t memory = own_memory(text_at(ask(host, "status"), "pid"));
   memory_max_ = std::max(memory_max_, memory);
   if (memory > kMemoryMax)
-    wrong_(fmt::format("{}: its router takes {} bytes", shape_.hosts[host].name, memory));
+    wrong_(fmt::format("{}: its router uses {} bytes", shape_.hosts[host].name, memory));
 }
 
-// --- when all is healed
+// --- invariants after the faults have ended
 
 std::string Judge::not_settled() {
   for (std::size_t host = 0; host < routers_.size(); ++host) {
@@ -118,7 +118,7 @@ std::string Judge::missing_links(std::size_t host) {
 }
 
 std::string Judge::wrong_routes(std::size_t host) {
-  std::map<std::string, std::string> expected;  // address to the name of the way
+  std::map<std::string, std::string> expected;  // address to the name of the link
   for (std::size_t other = 0; other < shape_.hosts.size(); ++other) {
     const auto next = shape_.next_down(host, other);
     if (!next) continue;
@@ -130,7 +130,7 @@ std::string Judge::wrong_routes(std::size_t host) {
   const json::object routes = ask(host, "routes");
   for (const json::value& value : timsctl::items_of(routes)) {
     const std::string address = text_at(value.as_object(), "address.name");
-    if (address.starts_with("Tool")) continue;  // of this and other tools
+    if (address.starts_with("Tool")) continue;  // mailboxes of this and other tools
     const std::string via = text_at(value.as_object(), "via");
     const auto found = expected.find(address);
     if (found == expected.end()) return fmt::format("knows {} via {}", address, via);

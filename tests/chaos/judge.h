@@ -1,4 +1,4 @@
-// Asks the routers of a fleet whether all is as it must be.
+// Queries the routers of a fleet and checks the invariants.
 #pragma once
 
 #include <array>
@@ -21,20 +21,21 @@ using Losses = std::array<std::uint64_t, core::kClasses>;
 class Judge {
  public:
   using Wrong = std::function<void(const std::string&)>;
-  // The routers run.
+  // Requires that the routers are running.
   Judge(const Shape& shape, const timsctl::sim::RunningFleet& fleet,
         const timsctl::Signals& signals, Wrong wrong);
 
-  // What must be true at any time. A router that does not answer now is passed over.
+  // Checks the invariants that hold at any time. A router that does not answer is skipped.
   void look();
-  // What must be true soon after all is healed: the first thing that is not, empty when all is.
+  // Checks the invariants that hold soon after all faults have ended. Returns the first violation;
+  // empty: none.
   std::string not_settled();
-  // Nothing waits for a link.
+  // Whether no message is queued for a link.
   bool nothing_waits();
-  // What routers and mailboxes say they have thrown away, at most.
+  // The upper limit of the losses that routers and mailboxes have counted.
   Losses told_losses();
 
-  // What the routers know, as files.
+  // Writes the tables of the routers to files.
   void save(const std::string& folder);
   [[nodiscard]] std::size_t memory_max() const { return memory_max_; }
 

@@ -15,10 +15,10 @@ namespace {
 
 constexpr const char* kUsage =
     "usage: fleet_chaos [--seed N] [--for DURATION] [--robots N]\n\n"
-    "A fleet in network namespaces (root): routers and clients are killed and started, lines cut\n"
-    "and made bad, at random and in rounds, until DURATION (15s, 10min) is over. After each round\n"
-    "all is healed and everything that must be true is looked at. Exit status 1: it was not; 77:\n"
-    "no fleet can be made here. --seed repeats a run.\n";
+    "Runs a fleet in network namespaces (needs root). Routers and clients are killed and started,\n"
+    "lines are cut and degraded, at random and in rounds, for DURATION (15s, 10min). After each\n"
+    "round all faults are removed and the invariants are checked. Exit status 1: an invariant is\n"
+    "violated; 77: a fleet cannot be created here. --seed repeats a run.\n";
 constexpr int kSkipped = 77;
 constexpr std::size_t kRobotsMax = (kClientsMax / kClientsPerHost - 1) / 2;
 
@@ -28,7 +28,7 @@ bool parse(std::string_view text, Number& number) {
   return error == std::errc{} && end == text.data() + text.size();
 }
 
-// False: not understood.
+// False: invalid arguments.
 bool parse(int argc, char** argv, Settings& settings) {
   for (int i = 1; i + 1 < argc; i += 2) {
     const std::string_view name = argv[i];

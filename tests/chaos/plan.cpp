@@ -13,7 +13,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// As `timsctl sim show` prints the command; the blank tells client 1 from client 12.
+// The command as `timsctl sim show` prints it; the space distinguishes client 1 from client 12.
 std::string client_words(std::size_t number) { return fmt::format("client {} ", number); }
 
 std::string components(const Shape& shape, std::size_t host, const std::string& client) {

@@ -18,14 +18,14 @@ std::vector<std::string> texts(const Round& round) {
   return all;
 }
 
-TEST(Plan, FollowsFromTheSeed) {
+TEST(Plan, IsDeterminedByTheSeed) {
   const Shape shape = make_shape(3);
   EXPECT_EQ(texts(plan_round(7, 1, shape, 10s)), texts(plan_round(7, 1, shape, 10s)));
   EXPECT_NE(texts(plan_round(7, 1, shape, 10s)), texts(plan_round(7, 2, shape, 10s)));
   EXPECT_NE(texts(plan_round(7, 1, shape, 10s)), texts(plan_round(8, 1, shape, 10s)));
 }
 
-TEST(Plan, StepsComeInOrderAndKillOnlyWhereItSaysSo) {
+TEST(Plan, StepsAreInOrderAndKillOnlyInRoundsWithKills) {
   const Shape shape = make_shape(2);
   bool any_kill = false;
   for (std::size_t number = 0; number < 50; ++number) {
@@ -45,7 +45,7 @@ TEST(Plan, StepsComeInOrderAndKillOnlyWhereItSaysSo) {
   EXPECT_TRUE(any_kill);
 }
 
-TEST(Plan, TheShapeKnowsItsWays) {
+TEST(Plan, TheShapeFindsTheNextHostDown) {
   const Shape shape = make_shape(2);  // base, robot1-main, robot1-arm, robot2-main, robot2-arm
   ASSERT_EQ(shape.hosts.size(), 5U);
   EXPECT_EQ(shape.next_down(0, 4), 3U);

@@ -71,14 +71,14 @@ bool Run::go() {
   if (wrongs_ > 0) keep();
   const std::size_t memory = judge_->memory_max();
   judge_.reset();
-  for (const std::string& what : fleet_->take_down()) wrong("left behind: " + what);
+  for (const std::string& what : fleet_->take_down()) wrong("not removed: " + what);
   fleet_.reset();
   if (wrongs_ == 0) fs::remove_all(folder_);
-  say(
-      fmt::format("{} messages, {} steps; the slowest to settle took {:.1f} s, the largest router "
-                  "{:.1f} MiB; {} wrong (seed {})",
-                  received(), steps_, seconds(slowest_), static_cast<double>(memory) / (1 << 20),
-                  wrongs_, settings_.seed));
+  say(fmt::format(
+      "{} messages, {} steps; settled within {:.1f} s at most; largest router {:.1f} MiB; {} "
+      "violations (seed {})",
+      received(), steps_, seconds(slowest_), static_cast<double>(memory) / (1 << 20), wrongs_,
+      settings_.seed));
   return wrongs_ == 0;
 }
 
@@ -87,7 +87,7 @@ bool Run::go() {
 void Run::round(std::size_t number) {
   const Duration span = std::clamp<Duration>(settings_.length / 6, 1s, kSpanMax);
   const Round plan = plan_round(settings_.seed, number, shape_, span);
-  say(fmt::format("round {}: {:.1f} s of trouble{}", number, seconds(plan.span),
+  say(fmt::format("round {}: {:.1f} s of faults{}", number, seconds(plan.span),
                   plan.kills ? ", with kills" : ""));
   const Losses missing_before = missing_by_class();
   const Losses told_before = judge_->told_losses();
@@ -120,14 +120,14 @@ void Run::heal() {
   board_->phase = Phase::kQuiet;
 }
 
-// Every link is up, every router knows what it must know and nothing else.
+// Waits until every link is up and every router knows exactly the mailboxes it must know.
 void Run::settle() {
   const Duration took = await("settled", [&] { return judge_->not_settled(); });
   slowest_ = std::max(slowest_, took);
   say(fmt::format("settled after {:.2f} s", seconds(took)));
 }
 
-// From everybody to everybody.
+// Every client sends to every other.
 void Run::tour() {
   constexpr std::size_t kFlow = 7;
   const std::size_t clients = shape_.clients();
@@ -136,34 +136,34 @@ void Run::tour() {
     for (std::size_t to = 0; to < clients; ++to)
       marks.push_back(board_->cells[from][to][kFlow].sent);
   board_->phase = Phase::kTour;
-  await("a message from everybody to everybody", [&]() -> std::string {
+  await("a message from every client to every other", [&]() -> std::string {
     for (std::size_t from = 0; from < clients; ++from)
       for (std::size_t to = 0; to < clients; ++to)
         if (from != to && board_->cells[from][to][kFlow].newest <= marks[from * clients + to])
-          return fmt::format("nothing comes from client {} to client {}", from, to);
+          return fmt::format("nothing arrives from client {} at client {}", from, to);
     return {};
   });
   await_quiet();
 }
 
-// In peace nothing is lost; but it is no peace when the machine stands still.
+// Without faults nothing may be lost, unless the machine stalls: then the check is repeated.
 void Run::calm() {
   for (int i = 0; i < kCalmTries; ++i) {
     if (is_calm()) return;
-    say("the machine stood still: peace once more");
+    say("the machine stalled: repeating the check without faults");
     settle();
     await_quiet();
   }
 }
 
-// False: it was none.
+// False: the machine stalled, so the check is not valid.
 bool Run::is_calm() {
   const std::vector<std::uint32_t> before = missing();
   const std::uint32_t standstills = board_->standstills;
   board_->phase = Phase::kTraffic;
   pause_until(os::now() + kCalm);
   board_->phase = Phase::kQuiet;
-  await("everything sent in peace has arrived", [&]() -> std::string {
+  await("everything sent without faults has arrived", [&]() -> std::string {
     if (board_->standstills != standstills) return {};
     const std::vector<std::uint32_t> now = missing();
     const auto [a, b] = std::ranges::mismatch(now, before);
@@ -176,7 +176,7 @@ bool Run::is_calm() {
   return board_->standstills == standstills;
 }
 
-// Nothing was killed: what has not arrived was counted by somebody.
+// For rounds without kills: every missing message must be counted by a router or a mailbox.
 void Run::judge_losses(const Losses& missing_before, const Losses& told_before) {
   const Losses missing_now = missing_by_class();
   const Losses told_now = judge_->told_losses();
@@ -186,16 +186,17 @@ void Run::judge_losses(const Losses& missing_before, const Losses& told_before) 
     const std::uint64_t told = told_now[c] - told_before[c];
     all += lost;
     if (lost > told)
-      wrong(fmt::format("{} messages of class {} are lost, and {} were told of", lost, c, told));
+      wrong(
+          fmt::format("{} messages of class {} are lost, but only {} were counted", lost, c, told));
   }
-  say(fmt::format("{} messages lost, all told of", all));
+  say(fmt::format("{} messages lost, all of them counted", all));
 }
 
 void Run::finish_round() {
   judge_->look();
-  for (const std::string& what : fleet_->ended()) wrong("ended by itself: " + what);
+  for (const std::string& what : fleet_->ended()) wrong("exited by itself: " + what);
   if (board_->wrong > 0)
-    wrong(fmt::format("clients found {} things wrong: WRONG in component*.log",
+    wrong(fmt::format("clients reported {} violations: WRONG in component*.log",
                       board_->wrong.load()));
 }
 
@@ -226,7 +227,7 @@ Losses Run::missing_by_class() const {
   return sums;
 }
 
-// Nobody sends, nothing waits, nothing comes.
+// Waits until no client sends, no message is queued, and none arrives.
 void Run::await_quiet() {
   board_->phase = Phase::kQuiet;
   std::uint64_t before = received();
@@ -234,7 +235,7 @@ void Run::await_quiet() {
   await("quiet", [&]() -> std::string {
     const std::uint64_t now = received();
     if (now != std::exchange(before, now) || !judge_->nothing_waits()) since = os::now();
-    return os::now() - since > kStill ? "" : "something still comes";
+    return os::now() - since > kStill ? "" : "messages still arrive";
   });
 }
 
@@ -243,7 +244,7 @@ void Run::await_quiet() {
 template <typename Missing>
 Duration Run::await(const char* what, Missing missing) {
   const Time began = os::now();
-  Duration patience = 2 * test::kPatience;  // while this process runs: it may be stopped
+  Duration patience = 2 * test::kPatience;  // counts only while this process is scheduled
   for (Time last = began;;) {
     const Time now = os::now();
     patience -= std::min(now - std::exchange(last, now), 1s + kLookAgain);
@@ -251,7 +252,7 @@ Duration Run::await(const char* what, Missing missing) {
     const std::string text = missing();
     if (text.empty()) return os::now() - began;
     if (last_try) {
-      wrong(fmt::format("not after {:.0f} s: {}: {}", seconds(os::now() - began), what, text));
+      wrong(fmt::format("timeout after {:.0f} s: {}: {}", seconds(os::now() - began), what, text));
       return os::now() - began;
     }
     pause_until(os::now() + kLookAgain);
@@ -277,7 +278,7 @@ void Run::wrong(const std::string& text) {
 void Run::keep() {
   judge_->save(folder_);
   fleet_->save(folder_);
-  say("logs and what the routers know: " + folder_);
+  say("logs and router tables: " + folder_);
 }
 
 }  // namespace tims::chaos

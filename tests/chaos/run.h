@@ -1,4 +1,4 @@
-// A run of the chaos: rounds of trouble, each followed by peace and a look at everything.
+// A chaos run: rounds of faults, each followed by a time without faults and by checks.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ class Run {
  public:
   Run(const Settings& settings, const timsctl::Signals& signals);
 
-  // True: nothing was wrong. Throws timsctl::Failure when there can be no fleet here.
+  // Runs all rounds. True: no violation. Throws timsctl::Failure if a fleet cannot be created here.
   bool go();
 
  private:
@@ -36,12 +36,12 @@ class Run {
   void finish_round();
 
   [[nodiscard]] std::uint64_t received() const;
-  // All flows but samples, which may be lost.
+  // Missing messages of all flows except samples, which may be lost.
   [[nodiscard]] std::vector<std::uint32_t> missing() const;
   [[nodiscard]] Losses missing_by_class() const;
   void await_quiet();
 
-  // Until `missing` says that nothing is; at the limit that is wrong. How long it took.
+  // Waits until `missing` returns an empty text; a timeout is a violation. Returns the duration.
   template <typename Missing>
   Duration await(const char* what, Missing missing);
   void pause_until(Time deadline) const { (void)signals_.wait(-1, deadline); }
@@ -60,7 +60,7 @@ class Run {
   std::optional<Judge> judge_;
   std::size_t wrongs_ = 0;
   std::size_t steps_ = 0;
-  Duration slowest_{};  // to settle
+  Duration slowest_{};  // longest time until the routers had settled
 };
 
 }  // namespace tims::chaos

@@ -1,4 +1,4 @@
-// A client of a router, whatever the port it attaches at: what the contract of ports is tried with.
+// A client of a router at any kind of port, for the contract tests of ports.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@
 
 namespace tims::test {
 
-// With one mailbox. Calls wait, with a deadline.
+// A client with one mailbox. Calls block until a deadline.
 class Guest {
  public:
   Guest() = default;
@@ -19,13 +19,13 @@ class Guest {
   Guest& operator=(const Guest&) = delete;
   virtual ~Guest() = default;
 
-  // kAddressInUse when somebody has it.
+  // kAddressInUse when the address has an owner.
   virtual Result<void> open(Address address) = 0;
   // From its mailbox.
   virtual Result<void> send(const Header& header, std::span<const std::byte> body) = 0;
   // The next message to its mailbox.
   virtual Result<OwnedMessage> receive(Duration limit = kPatience) = 0;
-  // As programs leave that have said what they wanted to say.
+  // An orderly close, after everything that was sent.
   virtual void close() = 0;
 };
 

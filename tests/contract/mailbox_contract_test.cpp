@@ -1,6 +1,6 @@
-// Where messages wait for their receiver: a mailbox in shared memory, and the queue that a port of
-// the router keeps for a client that reads slowly. Both have one order and one rule for what goes
-// when there is no room, written down here once. Pure: no process, no clock.
+// The two queues in which messages wait for their receiver: a mailbox in shared memory, and the
+// queue of a port of the router for a client that reads slowly. Both have the same order and the
+// same rule for the message that is replaced when the queue is full. Pure: no process, no clock.
 #include <algorithm>
 #include <cstring>
 #include <memory>
@@ -21,7 +21,8 @@
 namespace tims {
 namespace mailbox_contract_test {
 
-constexpr std::size_t kBody = 84;  // of every message here, so that places and bytes are the same
+constexpr std::size_t kBody =
+    84;  // the same for every message here, so that the limits in messages and in bytes agree
 constexpr std::uint32_t kLength = kHeaderSize + kBody;
 
 std::vector<std::byte> message(std::uint32_t number, std::uint8_t priority) {
@@ -131,7 +132,7 @@ TYPED_TEST_SUITE(MailboxContract, Mailboxes, Names);
 using Numbers = std::vector<std::uint32_t>;
 using Priorities = std::vector<std::uint8_t>;
 
-TYPED_TEST(MailboxContract, MoreImportantOnesFirstThenByArrival) {
+TYPED_TEST(MailboxContract, HigherPriorityFirstThenByArrival) {
   TypeParam mailbox(8);
   std::uint32_t number = 0;
   for (const std::uint8_t priority : Priorities{1, 200, 1, 200, 100})
@@ -146,7 +147,7 @@ TYPED_TEST(MailboxContract, PrioritiesAreUnsigned) {
   EXPECT_EQ(this->drain(mailbox), (Numbers{3, 2, 1, 0}));
 }
 
-TYPED_TEST(MailboxContract, FullTheOldestOfTheLowestPriorityGoes) {
+TYPED_TEST(MailboxContract, WhenFullTheOldestOfTheLowestPriorityIsReplaced) {
   TypeParam mailbox(3);
   mailbox.put(0, 5);
   mailbox.put(1, 3);
@@ -156,7 +157,7 @@ TYPED_TEST(MailboxContract, FullTheOldestOfTheLowestPriorityGoes) {
   EXPECT_EQ(this->drain(mailbox), (Numbers{0, 3, 2}));
 }
 
-TYPED_TEST(MailboxContract, FullAnEqualOneGoesToo) {
+TYPED_TEST(MailboxContract, WhenFullAMessageOfEqualPriorityIsReplaced) {
   TypeParam mailbox(2);
   mailbox.put(0, 9);
   mailbox.put(1, 9);
@@ -164,7 +165,7 @@ TYPED_TEST(MailboxContract, FullAnEqualOneGoesToo) {
   EXPECT_EQ(this->drain(mailbox), (Numbers{1, 2}));
 }
 
-TYPED_TEST(MailboxContract, FullALessImportantOneIsRefusedAndNothingGoesForIt) {
+TYPED_TEST(MailboxContract, WhenFullAMessageOfLowerPriorityIsRefusedAndReplacesNothing) {
   TypeParam mailbox(2);
   mailbox.put(0, 200);
   mailbox.put(1, 255);
@@ -173,14 +174,14 @@ TYPED_TEST(MailboxContract, FullALessImportantOneIsRefusedAndNothingGoesForIt) {
   EXPECT_EQ(this->drain(mailbox), (Numbers{1, 0}));
 }
 
-// What each of them does against the rules written down as simply as possible: a sorted list.
+// The rules in their simplest form: a sorted list, to which each queue is compared.
 class Model {
  public:
   explicit Model(std::size_t places) : places_(places) {}
   Put put(std::uint32_t number, std::uint8_t priority) {
     Put outcome = Put::kTaken;
     if (waiting_.size() == places_) {
-      // The order of waiting_ is that of arrival: the first of the lowest is the oldest.
+      // waiting_ is in order of arrival, so the first of the lowest priority is the oldest.
       const auto lowest = std::ranges::min_element(waiting_, {}, &Waiting::priority);
       if (lowest->priority > priority) return Put::kRefused;
       waiting_.erase(lowest);
@@ -206,7 +207,7 @@ class Model {
   std::vector<Waiting> waiting_{};
 };
 
-TYPED_TEST(MailboxContract, BehavesAsTheModelWhateverComes) {
+TYPED_TEST(MailboxContract, BehavesLikeTheModelForRandomMessages) {
   for (std::uint32_t seed = 0; seed < 300; ++seed) {
     std::mt19937 random(seed);
     const auto places = static_cast<std::uint32_t>(1 + random() % 20);

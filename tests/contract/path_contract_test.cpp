@@ -1,5 +1,5 @@
-// What a path under the links promises, over UDP and over DDS: bursts of datagrams go out in one
-// call and arrive whole, from the address that their sender answers at; nobody waits for anybody.
+// Requirements of a path below the links, over UDP and over DDS: bursts of datagrams are sent in
+// one call and arrive complete, from the address at which their sender receives; no call blocks.
 #include <memory>
 #include <string>
 #include <vector>
@@ -26,7 +26,7 @@ class End {
   virtual ~End() = default;
 
   [[nodiscard]] virtual link::NetAddress address() const = 0;
-  // Whether others can send to it, as far as this side knows.
+  // Whether this end knows that it can send to the other.
   [[nodiscard]] virtual bool knows(const End& other) const = 0;
   virtual bool send(const link::Burst& burst) = 0;
   virtual void take_what_came() = 0;
@@ -91,7 +91,7 @@ class PathContract : public testing::TestWithParam<Kind> {
         },
         "each knows the other");
   }
-  // `sender` may have to do something for it, too.
+  // Runs both ends, because `sender` may have to act as well.
   static testing::AssertionResult comes(End& sender, End& to, std::size_t count) {
     return test::eventually([&]() -> std::string {
       sender.take_what_came();
@@ -101,7 +101,7 @@ class PathContract : public testing::TestWithParam<Kind> {
   }
 };
 
-// Each datagram of a burst looks different.
+// A different pattern for each datagram of a burst.
 Bytes pattern(std::size_t size, std::size_t datagram_size) {
   Bytes bytes(size);
   for (std::size_t i = 0; i < size; ++i)
@@ -109,7 +109,7 @@ Bytes pattern(std::size_t size, std::size_t datagram_size) {
   return bytes;
 }
 
-TEST_P(PathContract, BurstsOfAnySizeArriveWholeInOrderAndNameTheirSender) {
+TEST_P(PathContract, BurstsOfAnySizeArriveCompleteInOrderWithTheirSender) {
   const auto a = end("a");
   const auto b = end("b");
   ASSERT_TRUE(meet(*a, *b));
@@ -138,7 +138,7 @@ TEST_P(PathContract, BurstsOfAnySizeArriveWholeInOrderAndNameTheirSender) {
   }
 }
 
-TEST_P(PathContract, AnAnswerGoesToWhereADatagramCameFrom) {
+TEST_P(PathContract, AnAnswerGoesToTheSendersAddress) {
   const auto a = end("a");
   const auto b = end("b");
   ASSERT_TRUE(meet(*a, *b));
@@ -149,8 +149,8 @@ TEST_P(PathContract, AnAnswerGoesToWhereADatagramCameFrom) {
   EXPECT_TRUE(comes(*b, *a, 1));
 }
 
-// What it does not take in time is lost or refused; the next router's is not.
-TEST_P(PathContract, ARouterThatDoesNotReadHoldsUpNobodyElse) {
+// Datagrams that it does not read in time are lost or refused; those of another router are not.
+TEST_P(PathContract, ARouterThatDoesNotReadDoesNotBlockOthers) {
   const auto a = end("a");
   const auto b = end("b");
   const auto deaf = end("deaf");
@@ -158,7 +158,7 @@ TEST_P(PathContract, ARouterThatDoesNotReadHoldsUpNobodyElse) {
   ASSERT_TRUE(meet(*a, *deaf));
   const Bytes flood = pattern(60'000, 1200);
   const Bytes word = pattern(50, 50);
-  for (std::size_t i = 0; i < 500; ++i)  // 30 MB: more than anybody keeps
+  for (std::size_t i = 0; i < 500; ++i)  // 30 MB: more than any buffer
     (void)a->send({.to = deaf->address(), .bytes = flood, .datagram_size = 1200});
   for (std::size_t i = 0; i < 20; ++i) {
     (void)a->send({.to = deaf->address(), .bytes = flood, .datagram_size = 1200});
@@ -167,7 +167,7 @@ TEST_P(PathContract, ARouterThatDoesNotReadHoldsUpNobodyElse) {
   }
 }
 
-TEST_P(PathContract, ARouterThatWentIsNoErrorAndItsSuccessorIsReached) {
+TEST_P(PathContract, SendingToAClosedRouterIsNoErrorAndItsSuccessorIsReached) {
   const auto a = end("a");
   const Bytes word = pattern(50, 50);
   for (int round = 0; round < 2; ++round) {

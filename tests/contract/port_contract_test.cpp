@@ -1,5 +1,5 @@
-// What every port of the router promises to its clients, whether they attach by shared memory, TCP
-// or WebSocket, or stand behind a link. The other side is always a client of TCP: the witness.
+// Requirements of every port of the router, for clients on shared memory, TCP or WebSocket, and
+// behind a link. The other side is always a client on TCP, called the witness.
 #include <algorithm>
 #include <csignal>
 #include <memory>
@@ -27,7 +27,7 @@ constexpr Address kWitness{0x00150000};
 constexpr Address kBystander{0x00160000};
 constexpr Address kNobody{0x01170000};
 
-// A body that shows its number and whether it is whole.
+// A body that contains its number and a pattern that shows whether it is complete.
 std::vector<std::byte> numbered(std::uint32_t number, std::size_t size) {
   std::vector<std::byte> body(size);
   for (std::size_t i = 0; i < size; ++i) body[i] = static_cast<std::byte>(number >> 8 * (i % 4));
@@ -76,7 +76,7 @@ class PortContract : public testing::TestWithParam<Kind> {
     EXPECT_TRUE(is_reachable(address));
     return guest;
   }
-  // The witness' router has heard of it.
+  // Whether the witness' router knows the address.
   testing::AssertionResult is_reachable(Address address, bool wanted = true) {
     const std::string question = R"({"ask":"route","to":")" + address.to_hex() + R"("})";
     return eventually([&]() -> std::string {
@@ -109,7 +109,7 @@ class PortContract : public testing::TestWithParam<Kind> {
                {reinterpret_cast<const char*>(answer->body.data()), answer->body.size()})
         .as_object();
   }
-  // Messages that this outcome, or any that is a loss, was counted for.
+  // The number of messages counted with this outcome; by default, with any outcome that is a loss.
   std::uint64_t counted(std::string_view outcome = {}) {
     std::uint64_t messages = 0;
     for (RouterProcess* router : {router_ ? &*router_ : nullptr, below_ ? &*below_ : nullptr}) {
@@ -125,7 +125,7 @@ class PortContract : public testing::TestWithParam<Kind> {
   }
 
   std::optional<RouterProcess> router_;
-  std::optional<RouterProcess> below_;  // a link away
+  std::optional<RouterProcess> below_;  // connected by a link
   std::optional<TcpClient> witness_;
 
  private:
@@ -143,7 +143,7 @@ class PortContract : public testing::TestWithParam<Kind> {
   }
 };
 
-TEST_P(PortContract, MessagesOfAnySizeArriveWholeBothWays) {
+TEST_P(PortContract, MessagesOfAnySizeArriveCompleteInBothDirections) {
   const auto guest = guest_at(kGuest);
   std::uint8_t number = 0;
   for (const std::size_t size : {0U, 1U, 15U, 16U, 17U, 1199U, 1200U, 4095U, 4096U, 4097U, 9000U,
@@ -195,7 +195,7 @@ TEST_P(PortContract, WhatWasSentBeforeClosingArrives) {
   }
 }
 
-TEST_P(PortContract, ACommandToNobodyIsAnsweredAndDataIsCounted) {
+TEST_P(PortContract, ACommandWithoutReceiverIsAnsweredAndDataIsCounted) {
   const auto guest = guest_at(kGuest);
   ASSERT_TRUE(guest->send({.type = -6, .dest = kNobody, .src = kGuest}, {}).ok());
   ASSERT_TRUE(
@@ -218,7 +218,7 @@ TEST_P(PortContract, AnAddressHasOneOwner) {
   EXPECT_TRUE(owner->receive().ok());
 }
 
-TEST_P(PortContract, WhoComesBackIsReached) {
+TEST_P(PortContract, AClientThatReconnectsIsReached) {
   for (std::uint32_t round = 0; round < 5; ++round) {
     const auto guest = guest_at(kGuest);
     witness_sends({.type = 21, .dest = kGuest}, numbered(round, 8));
@@ -237,19 +237,19 @@ TEST_P(PortContract, WhoComesBackIsReached) {
   }
 }
 
-// --- Who does not read
+// --- A client that does not read
 
 class StalledReader : public PortContract {
  protected:
   static constexpr std::size_t kBody = 10'000;
-  static constexpr std::uint32_t kCount = 4000;  // 40 MB: far more than anybody keeps
+  static constexpr std::uint32_t kCount = 4000;  // 40 MB: far more than any queue
 
   void flood(std::uint8_t priority) {
     for (std::uint32_t i = 0; i < kCount; ++i)
       witness_sends({.type = -6, .priority = priority, .dest = kGuest}, numbered(i, kBody));
     wait_for_router();
   }
-  // Until it has taken all that the witness has sent.
+  // Waits until the router has processed everything that the witness has sent.
   void wait_for_router() {
     ASSERT_TRUE(witness_->send({.type = type::kAdminRequest}, bytes_of(R"({"ask":"ping"})")).ok());
     const auto answer = witness_->receive();
@@ -258,7 +258,7 @@ class StalledReader : public PortContract {
   }
 };
 
-TEST_P(StalledReader, HoldsUpNobodyAndLosesNothingUncounted) {
+TEST_P(StalledReader, BlocksNoOtherClientAndEveryLossIsCounted) {
   const auto guest = guest_at(kGuest);
   TcpClient bystander = tcp(kBystander);
   flood(1);
@@ -269,7 +269,7 @@ TEST_P(StalledReader, HoldsUpNobodyAndLosesNothingUncounted) {
   const auto take_all = [&] {
     while (const auto message = guest->receive(std::chrono::milliseconds(20))) {
       const auto number = number_of(message->body);
-      ASSERT_TRUE(number.has_value()) << "torn";
+      ASSERT_TRUE(number.has_value()) << "a damaged body";
       ASSERT_TRUE(!last || *number > *last) << *number << " after " << *last;
       last = number;
       ++received;
@@ -283,19 +283,19 @@ TEST_P(StalledReader, HoldsUpNobodyAndLosesNothingUncounted) {
                : std::to_string(received) + " received, " + std::to_string(lost) +
                      " counted as lost, of " + std::to_string(kCount);
   }));
-  EXPECT_LT(received, kCount) << "the flood was none";
-  // What is on a link already makes room for nobody.
+  EXPECT_LT(received, kCount) << "the flood did not exceed the queue";
+  // Messages that are already on a link are not replaced by newer ones.
   if (GetParam() != Kind::kLink) {
-    EXPECT_EQ(last, kCount - 1) << "the newest";
+    EXPECT_EQ(last, kCount - 1) << "the newest message is missing";
   }
 }
 
-TEST_P(StalledReader, AnUrgentMessageOvertakesWhatWaits) {
+TEST_P(StalledReader, AnUrgentMessageOvertakesWaitingOnes) {
   const auto guest = guest_at(kGuest);
   const auto neighbour = guest_at(kOtherGuest);
   flood(1);
   witness_sends({.type = 21, .priority = 255, .dest = kGuest}, numbered(kCount, 8));
-  // Where this one has come, the other one waits by now.
+  // When this message has arrived, the other one is in its queue.
   witness_sends({.type = 21, .priority = 255, .dest = kOtherGuest}, {});
   ASSERT_TRUE(neighbour->receive().ok());
   std::uint32_t newest_before = 0;
@@ -308,7 +308,7 @@ TEST_P(StalledReader, AnUrgentMessageOvertakesWhatWaits) {
   EXPECT_LT(newest_before, kCount - 1) << "the newest came before the urgent one";
 }
 
-TEST_P(StalledReader, ALessImportantMessageTakesNobodysPlace) {
+TEST_P(StalledReader, AMessageOfLowerPriorityReplacesNothing) {
   const auto guest = guest_at(kGuest);
   flood(200);
   witness_sends({.type = -6, .priority = 3, .dest = kGuest}, numbered(kCount, kBody));
@@ -323,8 +323,8 @@ TEST_P(StalledReader, ALessImportantMessageTakesNobodysPlace) {
         return received + counted() == kCount + 1;
       },
       "all accounted for"));
-  // Refused; or, where the flood was still on its way to the queue, the last.
-  EXPECT_TRUE(!arrived || *arrived == received) << "it came before more important ones";
+  // It was refused; or it arrived last, if the flood had not reached the queue yet.
+  EXPECT_TRUE(!arrived || *arrived == received) << "it arrived before messages of higher priority";
 }
 
 std::string name_of(const testing::TestParamInfo<Kind>& kind) {

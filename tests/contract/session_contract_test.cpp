@@ -1,5 +1,5 @@
-// What a session and its mailboxes promise, whether the router is reached by shared memory or over
-// TCP: the same calls, the same order, the same errors.
+// Requirements of a session and its mailboxes, for routers reached by shared memory and over TCP:
+// the same calls, the same order, the same errors.
 #include <atomic>
 #include <cstring>
 #include <optional>
@@ -33,7 +33,7 @@ class SessionContract : public LocalTest, public testing::WithParamInterface<Way
   std::string place() {
     return GetParam() == Way::kTcp ? router_.tcp() : "unix:" + router_.socket_path();
   }
-  // Sends, and waits until the message is where it belongs: over TCP that takes a moment.
+  // Sends, and waits until the message is in the mailbox, which takes some time over TCP.
   static void put(Mailbox& from, Mailbox& to, const std::string& text, std::uint8_t priority) {
     const auto before = to.counters();
     ASSERT_TRUE(send(from, to.address().raw(), text, priority).ok());
@@ -78,7 +78,7 @@ TEST_P(SessionContract, HeadersArriveAsTheyWereSentAndRepliesGoBack) {
   EXPECT_EQ(text_of(reply->body()), "data");
 }
 
-TEST_P(SessionContract, MailboxesOfOneSessionAndOfSeveralTalk) {
+TEST_P(SessionContract, MailboxesOfOneSessionAndOfSeveralExchangeMessages) {
   Session s = session();
   Session t = session();
   Mailbox a = open(s, 1);
@@ -92,7 +92,7 @@ TEST_P(SessionContract, MailboxesOfOneSessionAndOfSeveralTalk) {
   EXPECT_EQ(receive(c), "between sessions");
 }
 
-TEST_P(SessionContract, MoreImportantMessagesComeFirstAndReplaceTheLeastImportant) {
+TEST_P(SessionContract, HigherPriorityComesFirstAndReplacesTheLowest) {
   Session s = session();
   Mailbox a = open(s, 1);
   Mailbox b = open(s, 2, {.slots = 3});
@@ -107,7 +107,7 @@ TEST_P(SessionContract, MoreImportantMessagesComeFirstAndReplaceTheLeastImportan
   EXPECT_EQ(b.try_peek().error().code(), Errc::kEmpty);
 }
 
-TEST_P(SessionContract, WhatAMailboxDoesNotTakeIsCounted) {
+TEST_P(SessionContract, RefusedMessagesAreCounted) {
   Session s = session();
   Mailbox a = open(s, 1);
   Mailbox b = open(s, 2, {.slots = 1, .body_max = 10});
@@ -119,7 +119,7 @@ TEST_P(SessionContract, WhatAMailboxDoesNotTakeIsCounted) {
   EXPECT_EQ(receive(b), "first");
 }
 
-TEST_P(SessionContract, ACommandToNobodyIsAnswered) {
+TEST_P(SessionContract, ACommandWithoutReceiverIsAnswered) {
   Session s = session();
   Mailbox a = open(s, 1);
   ASSERT_TRUE(a.send({.dest = Address(99), .type = 21, .seq_nr = 4}));
@@ -147,7 +147,7 @@ TEST_P(SessionContract, AClosedMailboxIsNotAvailableAndIsFoundAgain) {
   }
 }
 
-TEST_P(SessionContract, WhatIsSentBeforeTheEndArrives) {
+TEST_P(SessionContract, MessagesSentBeforeTheSessionEndsArrive) {
   Session near = session();
   Mailbox b = open(near, 2, {.slots = 1000});
   {
@@ -158,8 +158,8 @@ TEST_P(SessionContract, WhatIsSentBeforeTheEndArrives) {
   for (int i = 0; i < 900; ++i) ASSERT_EQ(receive(b), std::to_string(i));
 }
 
-// What the router has to deliver: the receiver is a client of TCP.
-TEST_P(SessionContract, WhatIsSentThroughTheRouterBeforeTheEndArrives) {
+// The receiver is a client on TCP, so the router must deliver the messages.
+TEST_P(SessionContract, MessagesSentThroughTheRouterBeforeTheSessionEndsArrive) {
   auto far = TcpClient::connect(router_.tcp());
   ASSERT_TRUE(far.ok() && far->register_mailbox(Address(2)).ok());
   {
@@ -176,7 +176,7 @@ TEST_P(SessionContract, WhatIsSentThroughTheRouterBeforeTheEndArrives) {
 
 // --- Receiving
 
-TEST_P(SessionContract, WaitingEndsAtItsTimeAndNotBefore) {
+TEST_P(SessionContract, WaitingEndsAtItsTimeoutAndNotBefore) {
   Session s = session();
   Mailbox a = open(s, 1);
   std::vector<std::byte> buffer(64);
@@ -187,7 +187,7 @@ TEST_P(SessionContract, WaitingEndsAtItsTimeAndNotBefore) {
   EXPECT_EQ(a.receive_for(buffer, Duration::zero()).error().code(), Errc::kTimeout);
 }
 
-TEST_P(SessionContract, AMessageLargerThanTheBufferStays) {
+TEST_P(SessionContract, AMessageLargerThanTheBufferStaysInTheMailbox) {
   Session s = session();
   Mailbox a = open(s, 1);
   put(a, a, "0123456789", 0);
@@ -229,7 +229,7 @@ TEST_P(SessionContract, AMessageWakesItsReaderAndItsDescriptor) {
   Mailbox a = open(s, 1);
   Mailbox b = open(s, 2, {.event_fd = true});
   EXPECT_EQ(a.event_fd(), -1);
-  EXPECT_EQ(b.try_peek().error().code(), Errc::kEmpty);  // arms
+  EXPECT_EQ(b.try_peek().error().code(), Errc::kEmpty);  // arms the descriptor
   for (int round = 0; round < 20; ++round) {
     ASSERT_TRUE(send(a, 2, "x"));
     pollfd wait{b.event_fd(), POLLIN, 0};
@@ -242,7 +242,7 @@ TEST_P(SessionContract, AMessageWakesItsReaderAndItsDescriptor) {
   sender.join();
 }
 
-TEST_P(SessionContract, CleanThrowsAwayWhatWaits) {
+TEST_P(SessionContract, CleanDiscardsWaitingMessages) {
   Session s = session();
   Mailbox a = open(s, 1);
   for (int i = 0; i < 3; ++i) put(a, a, "x", 0);
@@ -252,7 +252,7 @@ TEST_P(SessionContract, CleanThrowsAwayWhatWaits) {
 
 // --- Loans
 
-TEST_P(SessionContract, LoansAreSentAndDroppedLoansLeaveNoTrace) {
+TEST_P(SessionContract, LoansAreSentAndDroppedLoansHaveNoEffect) {
   Session s = session();
   Mailbox a = open(s, 1);
   Mailbox b = open(s, 2, {.slots = 1});
@@ -270,7 +270,7 @@ TEST_P(SessionContract, LoansAreSentAndDroppedLoansLeaveNoTrace) {
 
 // --- Owners
 
-// The router may never have heard of the class.
+// The class is named by this program; the router may not know it.
 TEST_P(SessionContract, ARefusalNamesTheClassAsThisProgramDoes) {
   (void)name_class(0xEE, "Thermometer");
   Session first = session({.name = "probe"});
@@ -308,12 +308,12 @@ TEST_P(SessionContract, OpeningManyIsAllOrNone) {
   std::vector<MailboxOptions> options(10);
   for (std::uint32_t i = 0; i < 10; ++i) options[i].address = Address(i);
   EXPECT_EQ(second.open(options).error().code(), Errc::kAddressInUse);
-  Mailbox free = open(first, 4);  // not left behind
+  Mailbox free = open(first, 4);  // was not opened by the failed call
   options.erase(options.begin() + 4, options.begin() + 6);
   EXPECT_TRUE(second.open(options).ok());
 }
 
-// --- Routers that go and come back
+// --- Restarted routers
 
 TEST_P(SessionContract, AReconnectMakesAWorkingSession) {
   Session s = session();
@@ -326,7 +326,7 @@ TEST_P(SessionContract, AReconnectMakesAWorkingSession) {
     router_.kill();
     EXPECT_TRUE(eventually([&] { return !s.connected() && !t.connected(); }, "router missed"));
     EXPECT_EQ(send(a, 99, "x").error().code(), Errc::kNoRouter);
-    // Who is known: without the router where none is on the way, else it is told at once.
+    // Shared memory reaches a known mailbox without the router; TCP reports the error at once.
     const auto known = send(a, 2, "meanwhile");
     if (GetParam() == Way::kSharedMemory) {
       EXPECT_EQ(receive(b), "meanwhile");
@@ -345,13 +345,13 @@ TEST_P(SessionContract, AReconnectMakesAWorkingSession) {
   }
 }
 
-TEST_P(SessionContract, AMailboxThatSomebodyElseHasAfterwardsIsReported) {
+TEST_P(SessionContract, AMailboxTakenByAnotherClientAfterARestartIsReported) {
   std::atomic<bool> lost = false;
   Session s = session({.on_event = [&](const SessionEvent& event) {
     if (event.kind == SessionEvent::Kind::kMailboxLost) lost = true;
   }});
   std::optional<Mailbox> a = open(s, 1);
-  // The router comes back, and somebody else is there first.
+  // After the restart another client registers the address first.
   std::optional<TcpClient> other;
   for (bool first = false; !first;) {
     router_.kill();
@@ -361,8 +361,8 @@ TEST_P(SessionContract, AMailboxThatSomebodyElseHasAfterwardsIsReported) {
     other.emplace(std::move(*client));
     first = other->register_mailbox(Address(1)).ok();
   }
-  EXPECT_TRUE(eventually([&] { return lost.load(); }, "told"));
-  // To close it does not take it away from its owner.
+  EXPECT_TRUE(eventually([&] { return lost.load(); }, "the loss is reported"));
+  // Closing the lost mailbox does not affect its new owner.
   a.reset();
   Mailbox b = open(s, 2);
   ASSERT_TRUE(send(b, 1, "yours"));
@@ -371,7 +371,7 @@ TEST_P(SessionContract, AMailboxThatSomebodyElseHasAfterwardsIsReported) {
   EXPECT_EQ(text_of(message->body), "yours");
 }
 
-TEST_P(SessionContract, WithoutARouterConnectEndsAtItsTimeAndNamesThePlace) {
+TEST_P(SessionContract, WithoutARouterConnectTimesOutAndNamesTheEndpoint) {
   router_.kill();
   const auto refused = Session::connect(
       {.router = place(), .timeout = 50ms, .on_event = [](const SessionEvent&) {}});

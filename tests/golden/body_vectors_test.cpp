@@ -1,5 +1,5 @@
-// Every body that original programs wrote: understood, written again byte for byte, and written in
-// the other order as the program of the other kind wrote it.
+// Bodies written by original programs are decoded, encoded again to the same bytes, and encoded in
+// the other byte order as the original C and Java programs do.
 #include <algorithm>
 #include <map>
 #include <set>
@@ -19,7 +19,7 @@ namespace body_vectors_test {
 using rack::find_message;
 using rack::MessageInfo;
 
-// What is said to routers and the text sink is no message of a component; V90 is corrupt.
+// Messages to routers and to the text sink are not messages of components; V90 is corrupt.
 bool is_of_component(const GoldenVector& v) {
   const bool of_router = v.stated.dest == Address() && v.stated.src == Address();
   return !of_router && v.stated.dest != Address(0x00010000) && v.name != "V90";
@@ -62,7 +62,7 @@ TEST(GoldenBodies, AreAllKnown) {
   EXPECT_EQ(bodies, 46U);
 }
 
-TEST(GoldenBodies, AreWrittenAgainByteForByte) {
+TEST(GoldenBodies, AreEncodedAgainByteForByte) {
   for (const GoldenVector& v : component_vectors()) {
     if (!v.body().empty()) {
       EXPECT_EQ(recoded(v, v.stated.body_order()), base::to_hex(v.body())) << label(v);
@@ -70,8 +70,8 @@ TEST(GoldenBodies, AreWrittenAgainByteForByte) {
   }
 }
 
-TEST(GoldenBodies, OfCAreThoseOfJavaInTheOtherOrder) {
-  // The Java writers of these put other types into some fields (specification, section 16).
+TEST(GoldenBodies, CAndJavaDifferOnlyInByteOrder) {
+  // The Java encoders of these use other types for some fields (specification, section 16).
   const std::set<std::string> java_differs = {"V51", "V62"};
   std::map<std::string, GoldenVector> of_c;
   int pairs = 0;
@@ -87,7 +87,7 @@ TEST(GoldenBodies, OfCAreThoseOfJavaInTheOtherOrder) {
   EXPECT_EQ(pairs, 16);
 }
 
-TEST(GoldenBodies, MeanWhatTheSpecificationSays) {
+TEST(GoldenBodies, DecodeToTheValuesOfTheSpecification) {
   for (const char* const origin : {"C", "Java"}) {
     EXPECT_EQ(json("V30", origin),
               R"({"recordingTime":123456,"duration":13,"maxRange":8191,"startAngle":-1.5,)"
@@ -106,7 +106,7 @@ TEST(GoldenBodies, MeanWhatTheSpecificationSays) {
   EXPECT_EQ(json("V62", "C"), R"({"pos":{"x":1,"y":2,"rho":0.5},"speed":1000,"layer":3})");
 }
 
-TEST(GoldenBodies, MeanWhatTheModulesDid) {
+TEST(GoldenBodies, DecodeToTheValuesOfTheModules) {
   EXPECT_EQ(json("M05", "module"),
             R"~({"recordingTime":4205290943,"deltaX":5,"deltaY":0,"deltaRho":0.01,"vx":50,"vy":0,)~"
             R"~("omega":0.1,"battery":0,"activePilot":"GUI(0/1)"})~");

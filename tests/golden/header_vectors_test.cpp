@@ -1,4 +1,4 @@
-// Every header that original programs wrote: read, written again, and taken from a stream.
+// Headers written by original programs are decoded, encoded again, and extracted from a stream.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -15,7 +15,7 @@ namespace header_vectors_test {
 
 using wire::StreamReader;
 
-constexpr std::uint32_t kLengthMax = 262144;  // of the original router
+constexpr std::uint32_t kLengthMax = 262144;  // limit of the original router
 constexpr std::string_view kCorrupt = "V90";
 
 std::vector<GoldenVector> all_vectors() {
@@ -50,7 +50,7 @@ TEST(GoldenHeaders, DecodeToWhatTheSpecificationStates) {
   }
 }
 
-TEST(GoldenHeaders, LengthIsThatOfTheBytes) {
+TEST(GoldenHeaders, LengthMatchesTheBytes) {
   for (const GoldenVector& v : sound_vectors()) {
     EXPECT_EQ(v.stated.length, v.bytes.size()) << label(v);
   }
@@ -65,7 +65,8 @@ TEST(GoldenHeaders, EncodeByteForByte) {
   }
 }
 
-// As a router does that talks to a peer of the other kind: same meaning, only bit 0 differs.
+// As for a peer with the other byte order: the meaning is the same, only bit 0 of the flags
+// differs.
 TEST(GoldenHeaders, EncodeInTheOtherOrderMeansTheSame) {
   for (const GoldenVector& v : sound_vectors()) {
     const bool little = (v.stated.flags & flag::kHeaderLittleEndian) != 0;
@@ -80,8 +81,8 @@ TEST(GoldenHeaders, EncodeInTheOtherOrderMeansTheSame) {
   }
 }
 
-// What C and Java wrote for the same purpose differs in flags, priority and number only; so the
-// bytes of one are made from the header of the other.
+// C and Java messages for the same purpose differ only in flags, priority and sequence number, so
+// the bytes of one can be produced from the header of the other.
 TEST(GoldenHeaders, CAndJavaPairsMeanTheSame) {
   const std::vector<GoldenVector> vectors = sound_vectors();
   int pairs = 0;
@@ -114,7 +115,7 @@ TEST(GoldenHeaders, OneStreamOfAllOfThem) {
   EXPECT_EQ(reader.next(chunk).status, StreamReader::Status::kNeedMore);
 }
 
-// The specification says of the corrupt header: do not imitate, do not try to accept it.
+// The specification requires that this corrupt header is neither produced nor accepted.
 TEST(GoldenHeaders, CorruptOneIsRefused) {
   for (GoldenVector& v : all_vectors()) {
     if (v.name != kCorrupt) continue;
@@ -126,7 +127,7 @@ TEST(GoldenHeaders, CorruptOneIsRefused) {
   }
 }
 
-TEST(GoldenHeaders, HalfAMessageIsNoMessage) {
+TEST(GoldenHeaders, AnIncompleteMessageIsNotReturned) {
   for (GoldenVector& v : sound_vectors()) {
     for (std::size_t cut = 0; cut < v.bytes.size(); ++cut) {
       StreamReader reader(kLengthMax);

@@ -1,4 +1,5 @@
-// What the original's pilots made of what they saw (recording a-gui-drive), against ours.
+// Our pilots get the input of the original pilots (recording a-gui-drive); the outputs are
+// compared.
 #include <cmath>
 #include <deque>
 
@@ -17,7 +18,7 @@ using tims::Address;
 
 constexpr Address kChassis(0x00110000);
 
-// All that one pilot has received and sent, in its order.
+// All messages that one pilot received and sent, in order.
 class RecordedPilot {
  public:
   explicit RecordedPilot(Address component) : component_(component) {
@@ -48,7 +49,8 @@ class RecordedPilot {
   std::vector<tims::test::recorded::Line> lines_;
 };
 
-// It looked ten times a second at what there was; what came just before it sent may not have been.
+// The original polled its input ten times per second, so it may have used either of the last two
+// messages before its output.
 template <typename Data>
 class Newest {
  public:
@@ -84,7 +86,7 @@ TEST(RecordedPilots, PilotJoystick) {
                                                  .turns_at_rest = true};
             const auto as_sent = [&](const JoystickData& stick, const Scan2dData& scan) {
               const Drive ours = joystick_drive(stick, settings, chassis, &scan);
-              // The original leaves out every second point, and so sees an obstacle later.
+              // The original skips every second point, so it detects an obstacle later.
               return std::abs(ours.speed - sent.vx) <= 10 && ours.speed_safe <= sent.vy + 1 &&
                      ours.speed_safe >= sent.vy - 12 && std::abs(ours.omega - sent.omega) < 1e-3;
             };
@@ -95,7 +97,7 @@ TEST(RecordedPilots, PilotJoystick) {
             same += any ? 1 : 0;
           });
   EXPECT_GT(moves, 200);
-  EXPECT_GE(same, moves - 4) << "not the first, before a scan, nor the last, which stops";
+  EXPECT_GE(same, moves - 4) << "only the first, before a scan, and the last, a stop, may differ";
 }
 
 TEST(RecordedPilots, PilotWallFollowing) {
@@ -120,8 +122,8 @@ TEST(RecordedPilots, PilotWallFollowing) {
             }
           },
           [&](const ChassisMoveData& sent) {
-            // Where the original ends its second turn it does not see a point that ours sees. From
-            // then on what it saw and what ours would do are two stories.
+            // At the end of its second turn the original misses a point that ours detects. From
+            // then on the recorded input does not correspond to the movements of ours.
             if (++moves > kTogether) return;
             const bool is_same =
                 std::abs(ours.speed - sent.vx) <= 25 && std::abs(ours.omega - sent.omega) <= 0.02;

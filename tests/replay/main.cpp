@@ -1,4 +1,4 @@
-// tims-replay: a recorded session against a router, every answer compared.
+// tims-replay: replays a recorded session against a router and compares every answer.
 #include <csignal>
 #include <cstdio>
 #include <string>
@@ -42,7 +42,7 @@ constexpr const char* kFooter =
     "\n"
     "Exit status: 0 no difference, 1 differences, 2 could not replay, 130 interrupted.";
 
-// Ctrl-C and kill become readable instead of ending the program: connections are closed properly.
+// SIGINT and SIGTERM make this readable instead of ending the program, so connections are closed.
 tims::os::File catch_signals() {
   sigset_t signals;
   sigemptyset(&signals);
@@ -54,11 +54,11 @@ tims::os::File catch_signals() {
 void add_options(CLI::App& app, CommandLine& c) {
   app.footer(kFooter);
   app.add_option("FILE", c.file, "recording (*.jsonl.gz)")->required();
-  app.add_option("--to", c.replay.endpoint, "where the router listens")
+  app.add_option("--to", c.replay.endpoint, "address of the router (host:port)")
       ->required()
       ->type_name("HOST:PORT");
   app.add_option("--pace", c.replay.pace,
-                 "speed of time: 1 keeps the recorded moments, 10 is ten times as fast; default: "
+                 "speed factor: 1 keeps the recorded times, 10 is ten times as fast; default: "
                  "as fast as possible")
       ->check([](const std::string& text) {
         double pace = 0;
@@ -66,12 +66,13 @@ void add_options(CLI::App& app, CommandLine& c) {
         return good ? "" : "\"" + text + "\" is not a number above 0";
       })
       ->type_name("X");
-  app.add_option("--message-max", c.replay.message_max,
-                 "largest message this router takes, e.g. 16MiB; recorded messages that were too "
-                 "long for the original, but not for this one, are left out")
+  app.add_option(
+         "--message-max", c.replay.message_max,
+         "largest message that this router accepts, e.g. 16MiB; recorded messages that were "
+         "too long for the original router, but not for this one, are skipped")
       ->transform(CLI::AsSizeValue(false))
       ->type_name("SIZE");
-  app.add_flag("--json", c.json, "the result as one JSON object, nothing else");
+  app.add_flag("--json", c.json, "print the result as one JSON object, and nothing else");
 }
 
 void show_marks(CommandLine& c) {
@@ -142,7 +143,8 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& e) {
     if (e.get_exit_code() == 0) return app.exit(e) == 0 ? kSame : kCannot;
     const auto extra = app.remaining();
-    const std::string what = extra.empty() ? e.what() : "no option or argument " + extra.front();
+    const std::string what =
+        extra.empty() ? e.what() : "unknown option or argument " + extra.front();
     std::fprintf(stderr, "tims-replay: %s\n  -> tims-replay --help\n", what.c_str());
     return kCannot;
   }

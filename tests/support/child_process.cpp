@@ -34,7 +34,7 @@ struct ChildProcess::State {
   struct Stream {
     os::File file;
     bool is_error = false;
-    std::string rest;  // of a line that has not ended
+    std::string rest;  // an incomplete line
   };
 
   void read_to_the_end();
@@ -48,11 +48,11 @@ struct ChildProcess::State {
   mutable std::mutex mutex;
   std::condition_variable changed;
   std::vector<OutputLine> lines;
-  std::size_t searched = 0;  // lines before this one were found already
+  std::size_t searched = 0;  // lines before this index were returned already
   bool ended = false;
 
-  std::array<Stream, 2> streams;  // the reader's
-  std::thread reader;             // last: needs all the others
+  std::array<Stream, 2> streams;  // used by the reader only
+  std::thread reader;             // last member: it uses all others
 };
 
 Result<ChildProcess> ChildProcess::start(std::vector<std::string> command,
@@ -82,7 +82,7 @@ ChildProcess::State::~State() {
     process.signal(SIGKILL);
     (void)process.reap();
   }
-  // A grandchild may hold the pipes open for ever: nothing more is read.
+  // A grandchild may keep the pipes open for ever, so reading stops here.
   {
     const std::lock_guard lock(mutex);
     ended = true;
@@ -151,9 +151,9 @@ std::string ChildProcess::standard_error() const {
   return only(state_->lines, true);
 }
 
-// Runs in a thread of its own, so that a child that writes much is never held up by the test.
+// Runs in a separate thread, so that the test never blocks a child with much output.
 void ChildProcess::State::read_to_the_end() {
-  constexpr int kLookAgainMs = 100;  // whether the destructor wants an end
+  constexpr int kLookAgainMs = 100;  // to check whether the destructor requests the end
   bool open[2] = {true, true};
   while (open[0] || open[1]) {
     std::array<pollfd, 2> ready{};

@@ -1,4 +1,4 @@
-// A program started by a test: its output is collected as it comes, and it never outlives the test.
+// A program started by a test. Its output is collected; it is killed when the test ends.
 #pragma once
 
 #include <memory>
@@ -19,14 +19,14 @@ using os::ExitStatus;
 
 struct ChildOptions {
   std::vector<std::string> environment;  // "NAME=value", added to the test's own
-  std::string folder;                    // to run in; default: the test's
+  std::string folder;                    // working directory; default: the test's
 };
 
 // The system kills the child when the *thread* that started it ends (PR_SET_PDEATHSIG): start
 // children from a thread that lives as long as they should.
 class ChildProcess {
  public:
-  // As os::Process finds it. Fails when the program cannot be executed.
+  // Finds the program as os::Process does. Fails if it cannot be executed.
   static Result<ChildProcess> start(std::vector<std::string> command,
                                     const ChildOptions& options = {});
 
@@ -36,19 +36,19 @@ class ChildProcess {
 
   [[nodiscard]] pid_t pid() const;
 
-  // The next line of stdout or stderr that contains `part`, behind the one found last. Fails at
+  // The next line of stdout or stderr that contains `part`, after the one found last. Fails at
   // the deadline (kTimeout), or as soon as the output has ended (kClosed), with all output so far
   // in the error.
   Result<std::string> wait_for_line(std::string_view part, Duration limit = kPatience);
 
   void signal(int number);
-  // Its exit status, once its output has been read to the end. kTimeout: it still runs.
+  // The exit status, after the output has been read to its end. kTimeout: still running.
   Result<ExitStatus> wait(Duration limit = kPatience);
   // signal() and wait().
   Result<ExitStatus> stop(int number, Duration limit = kPatience);
 
   // Everything written so far.
-  [[nodiscard]] std::string output() const;  // both, line by line as they came
+  [[nodiscard]] std::string output() const;  // both streams, by lines in order of arrival
   [[nodiscard]] std::string standard_output() const;
   [[nodiscard]] std::string standard_error() const;
 

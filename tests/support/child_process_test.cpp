@@ -31,7 +31,7 @@ TEST(ChildProcess, CollectsBothOutputsAndTheExitStatus) {
   EXPECT_EQ(child->standard_error(), "two\n");
 }
 
-TEST(ChildProcess, WaitsForLinesOneBehindTheOther) {
+TEST(ChildProcess, WaitsForLinesOneAfterTheOther) {
   auto child = shell("echo listening 1; echo other; echo listening 2 >&2; exec cat /dev/zero");
   ASSERT_TRUE(child);
   std::set<std::string> lines;
@@ -50,7 +50,7 @@ TEST(ChildProcess, EndOfOutputEndsTheWait) {
   ASSERT_FALSE(line);
   EXPECT_TRUE(line.error() == Errc::kClosed);
   EXPECT_NE(line.error().message().find("cannot open socket"), std::string::npos)
-      << "the error shows what the program said instead";
+      << "the error contains the output of the program";
 }
 
 TEST(ChildProcess, DeadlinesPass) {
@@ -88,9 +88,9 @@ TEST(ChildProcess, IsKilledWithItsObject) {
   EXPECT_EQ(::kill(pid, 0), -1);
 }
 
-// A test that dies must not leave a router behind that keeps its ports. The pipe is held by the
-// dying test and by its child: it ends when both are gone.
-TEST(ChildProcess, IsKilledWhenTheTestDies) {
+// A crashing test must not leave a router that keeps its ports. The test and its child both hold
+// the pipe open, so it ends when both have exited.
+TEST(ChildProcess, IsKilledWhenTheTestCrashes) {
   std::array<int, 2> fds{};
   ASSERT_EQ(::pipe(fds.data()), 0);
   os::File read_end(fds[0]);

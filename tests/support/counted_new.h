@@ -1,5 +1,5 @@
-// Counts every `new` of a program, in this thread. Library `test_counted_new`: who links it has
-// another operator new.
+// Counts the calls of `new` in this thread. Library `test_counted_new`: it replaces operator new of
+// every program that links it.
 #pragma once
 
 #include <cstddef>

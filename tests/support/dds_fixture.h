@@ -1,4 +1,4 @@
-// Engines of several routers in one process, over loopback and whatever else this host has.
+// DDS engines of several routers in one process, over all interfaces of this host.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@ namespace tims::io {
 
 using Bytes = std::vector<std::byte>;
 
-// Tests that run side by side do not meet.
+// A different domain for each process, so that parallel tests do not discover each other.
 inline unsigned test_domain() { return static_cast<unsigned>(::getpid()) % 200; }
 inline std::string test_fleet(const std::string& name = "fleet") {
   return name + std::to_string(::getpid());
@@ -35,7 +35,7 @@ inline link::Announcement announcement_of(const std::string& name, const std::st
           .udp = {link::NetAddress::v4(10, 9, 1, 1, 2010)}};
 }
 
-// One router's engine, and all that it told.
+// The engine of one router, and everything it reported.
 class Host : public DdsEngine::Listener {
  public:
   struct Arrival {
@@ -78,10 +78,10 @@ class Host : public DdsEngine::Listener {
   Log log{config::LogLevel::kError};
   link::Announcement self;
   DdsEngine engine;
-  std::vector<link::Announcement> seen{};  // and not gone since
+  std::vector<link::Announcement> seen{};  // announced, and not gone since
   std::vector<link::NetAddress> gone{};
   std::vector<Arrival> arrivals{};
-  bool keeps = true;  // what arrives
+  bool keeps = true;  // stores arrivals
   std::uint64_t bytes_in = 0;
   int states = 0;
   int turns = 0;
@@ -97,14 +97,14 @@ class Host : public DdsEngine::Listener {
   }
 };
 
-// Lets the loop turn until `condition`.
+// Runs the loop until `condition` is true.
 template <typename Condition>
 testing::AssertionResult run_until(Loop& loop, Condition condition, const char* what,
                                    Duration limit = test::kPatience) {
   const Time end = os::now() + limit;
   while (!condition()) {
     const Time now = os::now();
-    if (now >= end) return testing::AssertionFailure() << "still not: " << what;
+    if (now >= end) return testing::AssertionFailure() << "condition not met: " << what;
     loop.run_once(now + std::chrono::milliseconds(1));
   }
   return testing::AssertionSuccess();
@@ -115,12 +115,12 @@ class DdsEngineTest : public testing::Test {
   testing::AssertionResult until(const std::function<bool()>& condition, const char* what) {
     return run_until(loop_, condition, what);
   }
-  // Both are started, and know each other.
+  // Starts both and waits until they have discovered each other.
   void meet(Host& a, Host& b) {
     ASSERT_TRUE(a.start());
     ASSERT_TRUE(b.start());
     ASSERT_TRUE(until([&] { return a.is_up() && b.is_up() && a.sees(b) && b.sees(a); },
-                      "each sees the other"))
+                      "both have discovered each other"))
         << a.engine.last_error() << b.engine.last_error();
   }
 

@@ -1,4 +1,4 @@
-// Waiting for a condition in a test: with a deadline, and with words for what was missing.
+// Waits for a condition in a test, up to a deadline; a failure states what was missing.
 //
 //   EXPECT_TRUE(eventually([&] { return table.size() == 3; }, "three mailboxes in the table"));
 //   EXPECT_TRUE(eventually([&] -> std::string {
@@ -20,7 +20,7 @@
 
 namespace tims::test {
 
-// `missing` returns an empty text once all is well, and until then what is still missing.
+// `missing` returns an empty text when the condition is met, and otherwise what is missing.
 template <typename Missing>
   requires std::convertible_to<std::invoke_result_t<Missing>, std::string>
 testing::AssertionResult eventually(Missing missing, Duration limit = kPatience) {
@@ -36,9 +36,8 @@ testing::AssertionResult eventually(Missing missing, Duration limit = kPatience)
       const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(limit).count();
       return testing::AssertionFailure() << "after " << ms << " ms: " << text;
     }
-    // Conditions that nobody announces are looked at again and again, less often the longer that
-    // takes: what is waited for gets the processor. Where something can be waited for (a line, a
-    // message, an exit status), wait for that instead.
+    // The condition is polled, less and less often, to leave the processor to the code under test.
+    // Where an event can be waited for (a line, a message, an exit status), use that instead.
     std::this_thread::sleep_for(pause);
     pause = std::min(pause * 5 / 4, kPauseMax);
   }
@@ -47,8 +46,9 @@ testing::AssertionResult eventually(Missing missing, Duration limit = kPatience)
 template <std::predicate Condition>
 testing::AssertionResult eventually(Condition condition, std::string_view what,
                                     Duration limit = kPatience) {
-  return eventually([&] { return condition() ? std::string() : "still not: " + std::string(what); },
-                    limit);
+  return eventually(
+      [&] { return condition() ? std::string() : "condition not met: " + std::string(what); },
+      limit);
 }
 
 }  // namespace tims::test

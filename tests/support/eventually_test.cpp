@@ -13,10 +13,10 @@ TEST(Eventually, HoldsAfterSomeTries) {
   EXPECT_EQ(tries, 3);
 }
 
-TEST(Eventually, SaysWhatIsMissing) {
+TEST(Eventually, ReportsWhatIsMissing) {
   const auto result = eventually([] { return false; }, "three mailboxes", kShort);
   EXPECT_FALSE(result);
-  EXPECT_STREQ(result.message(), "after 5 ms: still not: three mailboxes");
+  EXPECT_STREQ(result.message(), "after 5 ms: condition not met: three mailboxes");
 }
 
 TEST(Eventually, TheConditionMayExplainItself) {
@@ -26,11 +26,11 @@ TEST(Eventually, TheConditionMayExplainItself) {
   EXPECT_TRUE(eventually([]() -> std::string { return ""; }, kShort));
 }
 
-TEST(Eventually, LooksOnceMoreAtTheDeadline) {
+TEST(Eventually, ChecksOnceMoreAtTheDeadline) {
   EXPECT_TRUE(eventually([] { return true; }, "anything", Duration::zero()));
 }
 
-TEST(Eventually, LooksLessOftenTheLongerItTakes) {
+TEST(Eventually, PollsLessOftenTheLongerItTakes) {
   int tries = 0;
   const auto never = [&] { return ++tries < 0; };
   EXPECT_FALSE(eventually(never, "anything", std::chrono::milliseconds(500)));

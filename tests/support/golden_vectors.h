@@ -1,4 +1,5 @@
-// The golden byte vectors of the original: tests/data/vectors.txt, which explains its columns.
+// Byte vectors written by the original programs: tests/data/vectors.txt, which documents its
+// columns.
 #pragma once
 
 #include <string>
@@ -12,7 +13,7 @@ namespace tims::test {
 struct GoldenVector {
   std::string name;              // "V30"
   std::string origin;            // "C", "Java", "router", "module", "client"
-  Header stated;                 // what the specification says the header means
+  Header stated;                 // values of the header according to the specification
   std::vector<std::byte> bytes;  // header and body
 
   [[nodiscard]] std::span<const std::byte> body() const {
@@ -20,7 +21,7 @@ struct GoldenVector {
   }
 };
 
-// All of them, in the order of the file; an error names the line.
+// All vectors, in the order of the file; an error contains the line number.
 Result<std::vector<GoldenVector>> read_golden_vectors();
 
 }  // namespace tims::test

@@ -59,8 +59,8 @@ void Inbox::match(const Expected& expected, Arrival arrival, bool in_order) {
   }
 }
 
-// A message between the same mailboxes that nobody expects is shown beside the missing one: most
-// likely it is the same one, changed.
+// A surplus message between the same mailboxes is reported together with the missing one: most
+// likely it is the same message, changed.
 void Inbox::give_up() {
   for (const auto& [expected, overtaken] : std::exchange(expected_, {})) {
     const Header& header = recorded_message(expected).header;

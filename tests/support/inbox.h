@@ -1,8 +1,8 @@
-// What a recording says that one connection receives, held against what it does receive. Pure.
+// Compares the messages that a connection receives with those it received in the recording. Pure.
 //
-// Order matters among messages of one origin: those of one sending connection, and those of the
-// router itself. Messages of different origins may come in any order. A message may come before
-// the recording mentions it: the replay is faster than the programs were.
+// Messages of one origin must keep their order; an origin is a sending connection or the router
+// itself. Messages of different origins may arrive in any order. A message may arrive before its
+// line in the recording, because the replay is faster than the programs were.
 #pragma once
 
 #include <cstdint>
@@ -21,16 +21,16 @@ inline constexpr int kFromRouter = -1;
 class Inbox {
  public:
   struct Expected {
-    const recorded::Line* line = nullptr;  // holds a message from the router
+    const recorded::Line* line = nullptr;  // a line with a message from the router
     int origin = kFromRouter;              // the connection that sent it
   };
   struct Arrival {
     OwnedMessage message;
-    int line = 0;  // where the replay was
+    int line = 0;  // line of the recording at which the replay was
     std::uint64_t number = 0;
   };
-  // A difference. Nothing expected: the message is one too many. Nothing got: it is missing. Both:
-  // it came out of order, or it came changed.
+  // A difference. Nothing expected: the message is surplus. Nothing received: it is missing. Both:
+  // it arrived out of order or changed.
   struct Finding {
     std::optional<Expected> expected;
     std::optional<Arrival> got;
@@ -40,14 +40,14 @@ class Inbox {
   void expect(const Expected& expected);
   void arrive(OwnedMessage message, int line);
 
-  // Whether something expected has not come.
+  // Whether an expected message has not arrived.
   [[nodiscard]] bool is_waiting() const { return !expected_.empty(); }
-  // How many have come as expected.
+  // The number of messages that arrived as expected.
   [[nodiscard]] std::uint64_t matched() const { return matched_; }
 
-  // No longer waits: what has not come is missing.
+  // Stops waiting: messages that have not arrived are missing.
   void give_up();
-  // Nothing more is expected: what came beyond it is one too many.
+  // Nothing more is expected: remaining messages are surplus.
   void finish();
 
   std::vector<Finding> take_findings();
@@ -57,19 +57,19 @@ class Inbox {
 
   struct Waiting {
     Expected expected;
-    bool overtaken = false;  // something that was sent later is here
+    bool overtaken = false;  // a message that was sent later has arrived
   };
 
-  std::deque<Waiting> expected_;               // not here yet, in recorded order
-  std::deque<Arrival> early_;                  // not mentioned yet, in the order they came
+  std::deque<Waiting> expected_;  // not received yet, in recorded order
+  std::deque<Arrival> early_;     // not reached in the recording yet, in order of arrival
   std::map<int, std::uint64_t> last_matched_;  // number of the last arrival from each origin
   std::uint64_t arrivals_ = 0;
   std::uint64_t matched_ = 0;
   std::vector<Finding> findings_;
 };
 
-// Whether a router may deliver `got` where the original one delivered `recorded`: all but the byte
-// order of the header must be the same. Of what the router says itself, no flag counts.
+// Whether a router may deliver `got` where the original one delivered `recorded`: everything except
+// the byte order of the header must be equal. The flags of the router's own messages are ignored.
 bool is_equivalent(const MessageView& recorded, const MessageView& got, bool by_router);
 
 }  // namespace tims::test

@@ -58,7 +58,7 @@ TEST_F(InboxTest, AsRecorded) {
   EXPECT_EQ(inbox_.matched(), 1U);
 }
 
-TEST_F(InboxTest, MayComeBeforeTheRecordingMentionsIt) {
+TEST_F(InboxTest, MayArriveBeforeItsLineInTheRecording) {
   arrive(message(1));
   arrive(message(2));
   expect(kAnne, message(1));
@@ -70,17 +70,17 @@ TEST_F(InboxTest, Missing) {
   expect(kAnne, message(1));
   expect(kAnne, message(2));
   arrive(message(2));
-  EXPECT_EQ(findings(), "M") << "the second one is where it should be";
+  EXPECT_EQ(findings(), "M") << "only the first is missing";
 }
 
-TEST_F(InboxTest, OneTooMany) {
+TEST_F(InboxTest, Surplus) {
   expect(kAnne, message(1));
   arrive(message(1));
   arrive(message(1));
   EXPECT_EQ(findings(), "S");
 }
 
-TEST_F(InboxTest, ChangedIsShownBesideWhatWasExpected) {
+TEST_F(InboxTest, ChangedIsReportedWithTheExpectedOne) {
   expect(kAnne, message(1, "aa"));
   arrive(message(1, "ab"));
   EXPECT_EQ(findings(), "C");
@@ -94,7 +94,7 @@ TEST_F(InboxTest, OrderOfOneOrigin) {
   EXPECT_EQ(findings(), "O");
 }
 
-TEST_F(InboxTest, OrderOfOneOriginWhenBothCameEarly) {
+TEST_F(InboxTest, OrderOfOneOriginWhenBothArrivedEarly) {
   arrive(message(2));
   arrive(message(1));
   expect(kAnne, message(1));
@@ -102,7 +102,7 @@ TEST_F(InboxTest, OrderOfOneOriginWhenBothCameEarly) {
   EXPECT_EQ(findings(), "O");
 }
 
-TEST_F(InboxTest, OrderOfOneOriginWhenOneCameEarly) {
+TEST_F(InboxTest, OrderOfOneOriginWhenOneArrivedEarly) {
   arrive(message(2));
   expect(kAnne, message(1));
   expect(kAnne, message(2));
@@ -123,7 +123,7 @@ TEST(IsEquivalent, ByteOrderOfTheHeaderIsFree) {
   Header b = a;
   b.flags = 2;
   EXPECT_TRUE(is_equivalent({a, {}}, {b, {}}, false));
-  b.flags = 1;  // another order of the body
+  b.flags = 1;  // another byte order of the body
   EXPECT_FALSE(is_equivalent({a, {}}, {b, {}}, false));
   EXPECT_TRUE(is_equivalent({a, {}}, {b, {}}, true)) << "the router's own messages have no body";
   b.flags = 3;

@@ -1,4 +1,4 @@
-// A message that owns its body, and how one is shown to people.
+// A message that owns its body, and its description as text.
 #pragma once
 
 #include <cstddef>
@@ -16,10 +16,11 @@ using wire::is_router_message;
 
 OwnedMessage copy_of(const MessageView& message);
 
-// As it goes over a connection, in the machine's own order; the length is that of the body.
+// The bytes on a connection, in the machine's byte order; the length is set from the body.
 std::vector<std::byte> bytes_of(Header header, std::span<const std::byte> body = {});
 
-// "type 3 prio 0 seq 5 flags 00 GUI(0/1) -> Ladar(0/0), 18 bytes, body 0a0b"; long bodies are cut.
+// "type 3 prio 0 seq 5 flags 00 GUI(0/1) -> Ladar(0/0), 18 bytes, body 0a0b"; long bodies are
+// truncated.
 std::string describe(const MessageView& message);
 
 bool is_lifesign(const Header& header);

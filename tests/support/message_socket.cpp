@@ -23,7 +23,7 @@ void MessageSocket::on_writable() {
     } else if (errno == EAGAIN) {
       break;
     } else if (errno != EINTR) {
-      sent = unsent_.size();  // reading will say what has happened
+      sent = unsent_.size();  // the error is reported by the next read
     }
   }
   unsent_.erase(unsent_.begin(), unsent_.begin() + static_cast<std::ptrdiff_t>(sent));

@@ -1,4 +1,4 @@
-// A non-blocking TCP connection that carries whole messages, for an event loop.
+// A non-blocking TCP connection that transfers complete messages, for an event loop.
 #pragma once
 
 #include <cstddef>
@@ -17,27 +17,27 @@ class MessageSocket {
   explicit MessageSocket(os::File file, std::uint32_t length_max = std::uint32_t{64} << 20)
       : file_(std::move(file)), reader_(length_max) {}
 
-  // What has become of the other side.
+  // State of the other side.
   enum class Peer {
     kThere,
     kClosed,
     kReset,
-    kNonsense,  // it sent something that is no header
+    kNonsense,  // it sent an invalid header
   };
   [[nodiscard]] Peer peer() const { return peer_; }
   [[nodiscard]] bool is_there() const { return peer_ == Peer::kThere; }
   [[nodiscard]] int fd() const { return file_.get(); }
 
-  // Writes what the system takes now and keeps the rest for on_writable(). What can no longer be
-  // sent, because the other side is gone, is thrown away.
+  // Writes what the system accepts now and keeps the rest for on_writable(). After the other side
+  // has closed, the bytes are discarded.
   void send(std::span<const std::byte> bytes);
   void on_writable();
   [[nodiscard]] bool has_unsent() const { return !unsent_.empty(); }
 
-  // Reads what is there.
+  // Reads the available bytes.
   void on_readable(std::vector<OwnedMessage>& messages);
 
-  void shut_down_sending() const;  // the other side reads an end, and can still send
+  void shut_down_sending() const;  // the other side reads the end of the stream, and can still send
   void close_with_reset();
 
  private:

@@ -77,7 +77,7 @@ class ModelRouter::Loop {
 ModelRouter::ModelRouter(const ModelRouterOptions& options) {
   auto listener = listen_tcp();
   auto stop = os::make_event_fd();
-  if (!listener || !stop) return;  // nobody will connect
+  if (!listener || !stop) return;  // no client can connect
   endpoint_ = listener->endpoint();
   stop_ = *std::move(stop);
   loop_ = std::make_unique<Loop>(options, std::move(listener->socket), stop_.get());
@@ -211,7 +211,7 @@ void ModelRouter::Loop::beat() {
 void ModelRouter::Loop::remove_closed() {
   std::erase_if(clients_, [&](Client& c) {
     if (!c.is_closed) return false;
-    if (has(Fault::kKeepsMailboxes)) {  // and the client they point to
+    if (has(Fault::kKeepsMailboxes)) {  // and the client to which they belong
       c.socket.shut_down_sending();
       return false;
     }

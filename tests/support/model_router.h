@@ -1,5 +1,5 @@
-// The rules of the original TCP router (specification, section 3) in the fewest lines: what the
-// replay is tried on, with faults that it must find. In a thread of its own.
+// A minimal implementation of the original TCP router (specification, section 3) in its own thread,
+// with optional faults that a replay must find.
 #pragma once
 
 #include <chrono>
@@ -21,11 +21,11 @@ enum class Fault {
   kRepeatsMessage,
   kAltersBody,
   kAltersPriority,
-  kSwapsMessages,         // two that follow each other from one connection to another
-  kHangsUp,               // on the sender
-  kAnswersReplies,        // NOT_AVAILABLE for type <= 0, too
+  kSwapsMessages,         // two successive ones from one connection to another
+  kHangsUp,               // closes the sender's connection
+  kAnswersReplies,        // NOT_AVAILABLE for type <= 0 as well
   kRegistersTwice,        // OK for an address that has an owner
-  kKeepsMailboxes,        // of connections that have closed
+  kKeepsMailboxes,        // of closed connections
   kKeepsTooLongMessages,  // waits for the rest instead of closing
   kNeverClosesSilent,     // has no watchdog
 };
@@ -34,7 +34,7 @@ struct ModelRouterOptions {
   std::uint32_t message_max = 262144;
   Duration beat = std::chrono::seconds(5);  // of the watchdog
   Fault fault = Fault::kNone;
-  // Which message the fault befalls, where it befalls one: the first of these.
+  // Faults of a single message apply to the first message for which this is true.
   std::function<bool(const Header&)> befalls = [](const Header&) { return true; };
 };
 

@@ -1,4 +1,4 @@
-// Who sent what a recording shows to be delivered.
+// Finds the sender of each message that a recording shows as delivered.
 #pragma once
 
 #include <deque>
@@ -10,8 +10,8 @@
 
 namespace tims::test {
 
-// A delivered message comes from the connection that first sent the same and whose message has not
-// been delivered yet; else from the router itself.
+// A delivered message is assigned to the first connection that sent an equal message which has not
+// been delivered yet; otherwise to the router itself.
 class Origins {
  public:
   void sent(int conn, const MessageView& message) { senders_[key(message)].push_back(conn); }
@@ -27,7 +27,7 @@ class Origins {
   }
 
  private:
-  // All that forwarding keeps.
+  // Everything that forwarding does not change.
   static std::string key(const MessageView& message) {
     const Header& h = message.header;
     const std::uint32_t flags = h.flags & ~std::uint32_t{flag::kHeaderLittleEndian};

@@ -22,7 +22,8 @@ Result<void> configure_loopback(unsigned long request, ifreq settings) {
 Result<OwnNetwork> OwnNetwork::enter() {
   os::File before(::open("/proc/thread-self/ns/net", O_RDONLY | O_CLOEXEC));
   if (!before) return os::system_error("/proc/thread-self/ns/net");
-  if (::unshare(CLONE_NEWNET) != 0) return os::system_error("a network namespace (root may)");
+  if (::unshare(CLONE_NEWNET) != 0)
+    return os::system_error("cannot create a network namespace (needs root)");
   OwnNetwork network(std::move(before));
   ifreq up{};
   up.ifr_flags = IFF_UP;

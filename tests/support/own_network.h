@@ -1,4 +1,4 @@
-// A network namespace for one test: interfaces, addresses and routes that nobody else has.
+// A network namespace for one test, with its own interfaces, addresses and routes.
 #pragma once
 
 #include <string>
@@ -8,18 +8,18 @@
 
 namespace tims::test {
 
-// From enter() on the calling thread is in a new namespace, with a loopback that is up; sockets
-// made and programs started there stay in it. The destructor, in the same thread, goes back.
+// enter() moves the calling thread into a new namespace whose loopback is up; sockets and programs
+// created there stay in it. The destructor, in the same thread, returns to the previous namespace.
 class OwnNetwork {
  public:
-  // Needs the rights of root: the error says so.
+  // Needs root; the error states this.
   static Result<OwnNetwork> enter();
 
   OwnNetwork(OwnNetwork&&) noexcept = default;
   OwnNetwork& operator=(OwnNetwork&&) = delete;
   ~OwnNetwork();
 
-  // What one datagram over the loopback may have, headers included.
+  // The largest datagram over the loopback in bytes, headers included.
   static Result<void> set_loopback_mtu(int bytes);
 
  private:

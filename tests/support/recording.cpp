@@ -21,7 +21,7 @@ namespace json = boost::json;
 using GzFile = std::unique_ptr<gzFile_s, decltype(&::gzclose)>;
 using Line = recorded::Line;
 
-// What is missing in, or wrong with, one line.
+// The error of one line.
 struct Malformed {
   std::string text;
 };
@@ -47,7 +47,7 @@ class Fields {
   explicit Fields(std::string_view line) {
     json::error_code error;
     const json::value value = json::parse(line, error);
-    if (error || !value.is_object()) throw Malformed{"no JSON object"};
+    if (error || !value.is_object()) throw Malformed{"not a JSON object"};
     object_ = value.as_object();
   }
 
@@ -67,7 +67,7 @@ class Fields {
     if (!bytes) throw Malformed{std::string("no hex digits in ") + key};
     return *std::move(bytes);
   }
-  // Which of two words it is: true for the first.
+  // Whether the value is `first`; it must be one of the two.
   [[nodiscard]] bool is_first(const char* key, const char* first, const char* second) const {
     const std::string word = text(key);
     if (word != first && word != second) throw Malformed{std::string("unknown ") + key};
@@ -81,7 +81,7 @@ class Fields {
 recorded::Message parse_message(const Fields& fields) {
   recorded::Message message{fields.is_first("dir", "c2r", "r2c"), fields.bytes("hex")};
   if (message.bytes.size() < kHeaderSize || message.view().header.length != message.bytes.size()) {
-    throw Malformed{"the length in the header is not that of the message"};
+    throw Malformed{"the length in the header does not match the message"};
   }
   return message;
 }

@@ -15,7 +15,7 @@ namespace tims::test {
 
 namespace recorded {
 
-struct Message {  // one whole TiMS message
+struct Message {  // one complete TiMS message
   bool to_router = false;
   std::vector<std::byte> bytes;
 
@@ -26,12 +26,12 @@ struct Close {
   bool by_router = false;
   bool reset = false;
 };
-struct Partial {  // bytes that are no whole message, just before a close
+struct Partial {  // an incomplete message, directly before a close
   bool to_router = false;
   std::vector<std::byte> first_bytes;
   std::size_t size = 0;
 };
-struct Mark {  // what the people who recorded did next
+struct Mark {  // note of the next action during the recording
   std::string text;
 };
 
@@ -50,7 +50,7 @@ struct Recording {
   std::vector<recorded::Line> lines;
 };
 
-// An error names file and line.
+// An error contains the file and the line number.
 Result<Recording> read_recording(const std::string& path);
 
 }  // namespace tims::test

@@ -18,16 +18,16 @@ namespace {
 namespace router_command = wire::router_command;
 using Line = recorded::Line;
 
-// A message with an impossible length is refused as soon as its header is there, long before the
-// watchdog could do the same.
+// A message with an invalid length must be refused as soon as its header has arrived, long before
+// the watchdog would close the connection.
 constexpr Duration kRefusalLimit = std::chrono::seconds(3);
 
 bool is_restart(const recorded::Mark& mark) { return mark.text.starts_with("K1"); }
 
 bool is_lifesign_answer(const Header& h) { return is_router_message(h) && h.type == type::kOk; }
 
-// After which line a connection answers no lifesign any more: the last one, for those that the
-// router closes because they are silent.
+// The line after which a connection stops answering lifesigns: the last one, for connections that
+// the router closes because they do not answer.
 std::set<int> last_lines_of_silent_clients(const Recording& recording) {
   std::set<int> lines;
   std::map<int, int> last_line;
@@ -49,7 +49,7 @@ std::set<int> last_lines_of_silent_clients(const Recording& recording) {
   return lines;
 }
 
-// Walks through the lines of a recording, in order.
+// Executes the lines of a recording in order.
 class Walk {
  public:
   Walk(const Recording& recording, const ReplayOptions& options)
@@ -92,12 +92,12 @@ class Walk {
   const std::set<int> last_lines_of_silent_;
   Origins origins_;
   ReplayResult result_;
-  const Line* line_ = nullptr;                     // the replay is here
+  const Line* line_ = nullptr;                     // the present line
   int sender_ = -1;                                // the connection that sent last
-  std::optional<recorded::Partial> half_message_;  // of the line before
+  std::optional<recorded::Partial> half_message_;  // from the line before
   std::map<int, std::string> closed_by_restart_;
   Time start_{};
-  Duration behind_{0};  // how far the replay is behind the recorded moments
+  Duration behind_{0};  // delay of the replay behind the recorded times
 };
 
 ReplayResult Walk::run() {
@@ -143,7 +143,8 @@ void Walk::on(const recorded::Message& message) {
   become_sender(line_->conn);
   ReplayConnection* c = connection();
   if (c == nullptr) return;
-  if (!network_.send(*c, message.bytes)) differs(*c, "the router takes the message", "it does not");
+  if (!network_.send(*c, message.bytes))
+    differs(*c, "the router accepts the message", "it is not accepted");
   ++result_.sent;
   if (!is_router_message(view.header)) {
     origins_.sent(line_->conn, view);
@@ -164,7 +165,7 @@ void Walk::on(const recorded::Connect&) {
 }
 
 void Walk::on(const recorded::Partial& partial) {
-  if (partial.to_router) half_message_ = partial;  // the close follows
+  if (partial.to_router) half_message_ = partial;  // the close is the next line
 }
 
 void Walk::on(const recorded::Close& close) {
@@ -184,7 +185,7 @@ void Walk::on(const recorded::Close& close) {
     wait_for_close_by_router(*c, half_message ? at_once : options_.silence_limit);
   }
   if (!network_.wait_for_gone(c->conn)) {
-    differs(*c, "its mailboxes gone after the close", "the router still delivers there");
+    differs(*c, "mailboxes gone after the close", "the router still delivers to them");
   }
   forget(*c);
 }
@@ -194,7 +195,7 @@ void Walk::on(const recorded::Mark& mark) {
   if (is_restart(mark)) restart_router();
 }
 
-// A message that was too long for the recorded router, and is not for this one.
+// A message that was too long for the recorded router, but is not for this one.
 bool Walk::is_allowed_here(const recorded::Partial& partial) const {
   const std::span<const std::byte> bytes = partial.first_bytes;
   if (bytes.size() < kHeaderSize) return false;
@@ -207,7 +208,7 @@ void Walk::send_half_message(ReplayConnection& c, const recorded::Partial& parti
   bytes.resize(partial.size);
   c.may_be_closed = true;
   network_.send(c, bytes);
-  c.unfenced = false;  // whatever comes behind half a message is the rest of it
+  c.unfenced = false;  // a fence would be read as the rest of the incomplete message
 }
 
 void Walk::wait_for_moment(const Line& line) {
@@ -240,17 +241,17 @@ void Walk::become_sender(int conn) {
   sender_ = conn;
 }
 
-// Makes sure that the router has taken what the last sender sent, also where nobody answers.
+// Ensures that the router has processed the messages of the last sender, even without answers.
 void Walk::fence_sender() {
   ReplayConnection* c = network_.find(sender_);
   if (c == nullptr || !c->unfenced) return;
   if (network_.fence(*c) || !c->socket.is_there() || network_.is_stopped()) return;
-  differs(*c, "a message to itself comes back", "it does not");
+  differs(*c, "a message to itself returns", "it does not return");
   end(ReplayEnd::kGaveUp, "the router does not deliver");
 }
 
-// An orderly close is what the recorded close() was, but for one thing: this side goes on reading,
-// so that nothing is lost by which the router could be judged.
+// Like the recorded close(), but this side continues to read, so that everything the router sends
+// can be compared.
 void Walk::close_as_client(ReplayConnection& c, bool reset) {
   c.may_be_closed = true;
   if (reset) {
@@ -260,7 +261,7 @@ void Walk::close_as_client(ReplayConnection& c, bool reset) {
   }
   c.socket.shut_down_sending();
   if (!network_.run_until([&] { return !c.socket.is_there(); })) {
-    differs(c, "the router closes, too", "it keeps the connection");
+    differs(c, "the router closes the connection", "it keeps the connection");
   }
 }
 
@@ -282,7 +283,7 @@ void Walk::forget(ReplayConnection& c) {
 void Walk::restart_router() {
   if (!options_.restart) {
     finish();
-    return end(ReplayEnd::kNeedsRestart, "from here on a restarted router is needed");
+    return end(ReplayEnd::kNeedsRestart, "the rest needs a restarted router");
   }
   settle();
   fence_sender();
@@ -291,7 +292,7 @@ void Walk::restart_router() {
   if (!endpoint) return end(ReplayEnd::kGaveUp, endpoint.error().message());
   for (ReplayConnection* c : network_.all()) {
     if (!network_.run_until([&] { return !c->socket.is_there(); })) {
-      differs(*c, "closed by the end of the router", "still open");
+      differs(*c, "closed by the exit of the router", "still open");
     }
     closed_by_restart_[c->conn] = c->peer;
     forget(*c);
@@ -300,7 +301,7 @@ void Walk::restart_router() {
     end(ReplayEnd::kGaveUp, used.error().message());
 }
 
-// A last fence on every connection: what the router still had to say has been said.
+// A last fence on every connection ensures that everything the router sends has arrived.
 void Walk::finish() {
   settle();
   for (ReplayConnection* c : network_.all()) {
@@ -310,15 +311,14 @@ void Walk::finish() {
   for (ReplayConnection* c : network_.all()) forget(*c);
 }
 
-// Of the line. Null when the router has closed it; that was reported.
+// The connection of the line. Null: the router has closed it, which was reported.
 ReplayConnection* Walk::connection() { return network_.find(line_->conn); }
 
 void Walk::look_for_unexpected_closes() {
   for (ReplayConnection* c : network_.all()) {
     if (c->may_be_closed || c->socket.is_there()) continue;
     const bool nonsense = c->socket.peer() == MessageSocket::Peer::kNonsense;
-    differs(*c, "an open connection",
-            nonsense ? "bytes that are no header" : "closed by the router");
+    differs(*c, "an open connection", nonsense ? "an invalid header" : "closed by the router");
     forget(*c);
   }
 }
@@ -334,7 +334,7 @@ void Walk::collect_findings(ReplayConnection& c) {
       d.line = finding.expected->line->number;
       d.expected = describe(std::get<recorded::Message>(finding.expected->line->event).view());
     }
-    if (finding.out_of_order) d.got = "it after a message that was sent later";
+    if (finding.out_of_order) d.got = "this message after one that was sent later";
     result_.differences.push_back(std::move(d));
   }
 }
@@ -346,7 +346,7 @@ void Walk::end(ReplayEnd how, std::string why) {
 }
 
 void Walk::differs(const ReplayConnection& c, std::string expected, std::string got) {
-  if (network_.is_stopped()) return;  // then nothing was waited for
+  if (network_.is_stopped()) return;  // the waits were interrupted
   result_.differences.push_back(
       {line_->number, c.conn, c.peer, std::move(expected), std::move(got)});
 }

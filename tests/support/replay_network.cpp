@@ -19,12 +19,13 @@ namespace router_command = wire::router_command;
 
 constexpr std::uint32_t kFenceBase = 0x7E000000;
 constexpr int kProbe = 0x00FFFFFF;
-constexpr std::int8_t kFenceType = -99;    // no answer, whatever happens
-constexpr std::int8_t kQuestionType = 99;  // a command: its sender is told when nobody is there
+constexpr std::int8_t kFenceType = -99;  // never answered
+constexpr std::int8_t kQuestionType =
+    99;  // a command: answered by NOT_AVAILABLE if the mailbox does not exist
 
 Address fence_address(int conn) { return Address(kFenceBase + static_cast<std::uint32_t>(conn)); }
 
-// No recorded mailbox lies there.
+// Recordings do not use this range of addresses.
 bool belongs_to_replay(Address a) { return (a.raw() & 0xFF000000) == kFenceBase; }
 
 }  // namespace
@@ -41,7 +42,7 @@ Result<void> ReplayNetwork::use_router(const std::string& endpoint) {
   probe_ = std::make_unique<ReplayConnection>(kProbe, "probe", *std::move(socket));
   register_fence(*probe_);
   if (!fence(*probe_)) {
-    return Error(Errc::kTimeout, "a message to oneself does not come back from " + endpoint_);
+    return Error(Errc::kTimeout, "a message to itself does not return from " + endpoint_);
   }
   return {};
 }
@@ -52,7 +53,7 @@ Result<ReplayConnection*> ReplayNetwork::open(int conn, const std::string& peer)
   auto& connection = connections_[conn];
   connection = std::make_unique<ReplayConnection>(conn, peer, *std::move(socket));
   register_fence(*connection);
-  if (!fence(*connection)) return Error(Errc::kTimeout, "a message to itself does not come back");
+  if (!fence(*connection)) return Error(Errc::kTimeout, "a message to itself does not return");
   return connection.get();
 }
 
@@ -104,8 +105,8 @@ bool ReplayNetwork::wait_for_gone(int conn) {
   return false;
 }
 
-// A question to a mailbox that still exists is answered by nobody; the fence behind it tells when
-// to ask again.
+// A command to a mailbox that still exists is not answered; the fence sent after it shows when to
+// repeat it.
 bool ReplayNetwork::ask_whether_gone(int conn) {
   const Address asked = test::fence_address(conn);
   not_available_ = Address();

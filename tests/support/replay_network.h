@@ -1,5 +1,5 @@
-// The connections of a replay and the one event loop over them: sending, lifesigns, and knowing
-// that the router has taken what was sent.
+// The connections of a replay and their event loop: sending, lifesigns, and checks that the router
+// has processed what was sent.
 #pragma once
 
 #include <functional>
@@ -14,12 +14,12 @@
 
 namespace tims::test {
 
-// One connection of the recording, with the router under test at its other end.
+// One connection of the recording, to the router under test.
 struct ReplayConnection {
   ReplayConnection(int number, std::string program, os::File file)
       : conn(number), peer(std::move(program)), socket(std::move(file)) {}
 
-  // The mailbox by which the replay knows how far the router is.
+  // The mailbox that shows how far the router has processed the connection.
   [[nodiscard]] Address fence_address() const;
 
   int conn;
@@ -27,7 +27,7 @@ struct ReplayConnection {
   MessageSocket socket;
   Inbox inbox;
   bool answers_lifesigns = true;
-  bool may_be_closed = false;  // by the router, without that being a difference
+  bool may_be_closed = false;  // the router may close it without a difference
   bool unfenced = false;       // something was sent since the last fence
   std::uint64_t fences_sent = 0;
   std::uint64_t fences_seen = 0;
@@ -38,28 +38,28 @@ class ReplayNetwork {
   explicit ReplayNetwork(const ReplayOptions& options);
   ~ReplayNetwork();
 
-  // The router to which connections are opened from now on. Opens the probe (see wait_for_gone).
+  // Sets the router for new connections. Opens the probe (see wait_for_gone).
   Result<void> use_router(const std::string& endpoint);
   Result<ReplayConnection*> open(int conn, const std::string& peer);
   ReplayConnection* find(int conn);  // null when it is not open
-  void remove(int conn);             // closes it, whatever has not been read
+  void remove(int conn);             // closes it; unread bytes are discarded
   [[nodiscard]] std::vector<ReplayConnection*> all();
 
-  // Where the replay is: remembered with everything that arrives.
+  // Sets the present line, which is stored with every message that arrives.
   void set_line(int line) { line_ = line; }
 
-  // Sends, and waits until the system has taken all of it.
+  // Sends, and waits until the system has accepted all of it.
   bool send(ReplayConnection& c, std::span<const std::byte> bytes);
   // Registers the mailbox that fence() needs; purging removes it like all others.
   void register_fence(ReplayConnection& c);
-  // Waits until the router has taken everything this connection sent. False: it has not.
+  // Waits until the router has processed everything this connection sent. False: timeout.
   bool fence(ReplayConnection& c);
   // Waits until the router no longer knows the mailboxes of a connection.
   bool wait_for_gone(int conn);
 
-  // Runs the connections until `done`; false when the limit has passed or the replay is to end.
+  // Runs the connections until `done`; false: timeout, or the replay was stopped.
   bool run_until(const std::function<bool()>& done, Duration limit);
-  bool run_until(const std::function<bool()>& done);  // with the limit for answers
+  bool run_until(const std::function<bool()>& done);  // with answer_limit
   [[nodiscard]] bool is_stopped() const { return stopped_; }
 
   [[nodiscard]] std::uint64_t lifesigns_answered() const { return lifesigns_answered_; }
@@ -74,7 +74,7 @@ class ReplayNetwork {
   std::string endpoint_;
   std::map<int, std::unique_ptr<ReplayConnection>> connections_;
   std::unique_ptr<ReplayConnection> probe_;
-  Address not_available_;  // whom the router last said this of, to the probe
+  Address not_available_;  // the last mailbox the router reported NOT_AVAILABLE to the probe
   std::uint64_t lifesigns_answered_ = 0;
   int line_ = 0;
   bool stopped_ = false;

@@ -1,5 +1,5 @@
-// The replay on a model of the original router: no difference where there is none, and every
-// fault is found.
+// The replay with a model of the original router: no differences without a fault, and every fault
+// is found.
 #include "tests/support/replay.h"
 
 #include <gtest/gtest.h>
@@ -15,7 +15,7 @@ constexpr const char* kPython = TIMS_TEST_DATA_DIR "/recordings/b-python-client.
 constexpr const char* kDisturbances = TIMS_TEST_DATA_DIR "/recordings/c-disturbances.jsonl.gz";
 
 constexpr Duration kBeat = std::chrono::seconds(2);
-// For faults that show themselves only by something that does not come.
+// For faults that are detected only by a message that does not arrive.
 constexpr Duration kShort = std::chrono::seconds(3);
 constexpr Duration kLong = std::chrono::seconds(30);
 
@@ -62,7 +62,7 @@ TEST(Replay, Disturbances) {
   EXPECT_EQ(result.connections, 47);
 }
 
-TEST(Replay, EndsAtTheRestartWhenNobodyCanRestart) {
+TEST(Replay, EndsAtTheRestartWithoutARestartFunction) {
   const ModelRouter router({.message_max = 16 << 20, .beat = kBeat});
   const ReplayResult result =
       replay(read(kDisturbances), {.endpoint = router.endpoint(), .message_max = 16 << 20});
@@ -74,8 +74,8 @@ TEST(Replay, EndsAtTheRestartWhenNobodyCanRestart) {
 struct FaultCase {
   Fault fault;
   const char* path;
-  int type;           // of the messages it may befall
-  const char* words;  // in the text of the first difference
+  int type;           // type of the messages to which the fault may apply
+  const char* words;  // part of the text of the first difference
   Duration answer_limit = kLong;
 };
 
@@ -117,7 +117,7 @@ INSTANTIATE_TEST_SUITE_P(
                     FaultCase{Fault::kNeverClosesSilent, kDisturbances, 0,
                               "expected closed by the router", kShort}));
 
-TEST(Replay, StopsWhenTold) {
+TEST(Replay, StopsOnRequest) {
   const ModelRouter router({});
   auto stop = os::make_event_fd();
   ASSERT_TRUE(stop);
@@ -131,7 +131,7 @@ TEST(Replay, StopsWhenTold) {
   EXPECT_TRUE(result.same());
 }
 
-TEST(Replay, KeepsTheRecordedMoments) {
+TEST(Replay, KeepsTheRecordedTimes) {
   const ModelRouter router({});
   const ReplayResult result = replay(read(kPython), {.endpoint = router.endpoint(), .pace = 20});
   EXPECT_TRUE(result.same()) << all(result);

@@ -6,7 +6,7 @@ namespace tims::test {
 
 namespace {
 
-// The last word of "... listening tcp 127.0.0.1:40312".
+// The endpoint at the end of "... listening tcp 127.0.0.1:40312".
 std::string last_word(const std::string& line) { return line.substr(line.rfind(' ') + 1); }
 
 }  // namespace
@@ -14,7 +14,7 @@ std::string last_word(const std::string& line) { return line.substr(line.rfind('
 RouterProcess::RouterProcess(std::vector<std::string> settings) : settings_(std::move(settings)) {}
 
 Result<void> RouterProcess::start() {
-  // The same port again after a restart, so that clients find it.
+  // A restarted router uses the same port, so that clients find it.
   const std::string tcp = tcp_.empty() ? "127.0.0.1:0" : tcp_;
   std::vector<std::string> command{TIMS_ROUTER_PROGRAM};
   for (const std::string& setting :

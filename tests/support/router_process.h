@@ -1,4 +1,4 @@
-// A real tims-router in a folder of its own, for one test.
+// A real tims-router with its own folder, for one test.
 #pragma once
 
 #include <chrono>
@@ -13,21 +13,21 @@
 
 namespace tims::test {
 
-// A setting. Who does not answer within this time is closed.
+// A setting; clients that do not answer within this time are closed.
 inline std::string lifesign_interval(std::chrono::milliseconds interval) {
   return "lifesign.interval=" + std::to_string(kSlowdown * interval.count()) + "ms";
 }
 
 class RouterProcess {
  public:
-  // `settings`: "key=value" beside the test's own; a later one wins.
+  // `settings`: "key=value", in addition to the test's defaults; a later one takes precedence.
   explicit RouterProcess(std::vector<std::string> settings = {});
   RouterProcess(const RouterProcess&) = delete;
   RouterProcess& operator=(const RouterProcess&) = delete;
 
-  // Listening on all ports; the error has everything the router said.
+  // Returns when the router listens on all ports; an error contains the router's output.
   Result<void> start();
-  void kill();                // -9, and waited for
+  void kill();                // SIGKILL, and waits for the exit
   Result<ExitStatus> stop();  // SIGTERM
 
   [[nodiscard]] std::string folder() const { return folder_.path(); }

@@ -1,5 +1,5 @@
-// A client of the original protocol for tests: libtims' own, which can also be told to misbehave.
-// Calls wait with a deadline; lifesigns are answered while they wait.
+// A client of the original protocol for tests: libtims' client, which can also violate the
+// protocol. Calls block until a deadline; lifesigns are answered while they wait.
 #pragma once
 
 #include <bit>
@@ -23,28 +23,28 @@ class TcpClient {
   // `endpoint` is "host:port".
   static Result<TcpClient> connect(std::string_view endpoint, Duration limit = kPatience);
 
-  // Of headers, and of the bodies that are made here. Default: the machine's.
+  // Byte order of headers and of the bodies encoded here. Default: the machine's.
   void set_byte_order(std::endian order) { client_.protocol().set_byte_order(order); }
   // A client that no longer answers is closed by the router's watchdog.
   void set_answers_lifesigns(bool answers) { client_.protocol().set_answers_lifesigns(answers); }
   [[nodiscard]] std::uint64_t lifesigns() const { return client_.protocol().lifesigns(); }
 
-  // Registers and waits for the answer: kAddressInUse when the router says ERROR.
+  // Registers and waits for the answer: kAddressInUse if it is ERROR.
   Result<void> register_mailbox(Address address, Duration limit = kPatience);
   Result<void> delete_mailbox(Address address, Duration limit = kPatience);
 
-  // The header's length is set here.
+  // Sets the length in the header.
   Result<void> send(Header header, std::span<const std::byte> body = {},
                     Duration limit = kPatience);
-  // Any bytes, whether they are a message or not.
+  // Sends arbitrary bytes.
   Result<void> send_bytes(std::span<const std::byte> bytes, Duration limit = kPatience);
 
   // The next message that is not a lifesign. kTimeout, or kClosed once the router has closed.
   Result<OwnedMessage> receive(Duration limit = kPatience);
-  // Waits until the router closes. What it sent before can still be received.
+  // Waits until the router closes the connection. Earlier messages can still be received.
   Result<void> wait_for_close(Duration limit = kPatience);
 
-  // Bytes nobody can be blocked by: how much the system buffers for this client (SO_RCVBUF).
+  // Sets the size of the system's receive buffer for this client (SO_RCVBUF).
   void set_receive_buffer(int bytes);
   void close() { client_.socket().reset(); }
   void reset();
@@ -58,7 +58,7 @@ class TcpClient {
   std::deque<OwnedMessage> before_close_;
 };
 
-// Bytes of a text, for bodies in tests.
+// The bytes of a text, for bodies in tests.
 std::vector<std::byte> bytes_of(std::string_view text);
 
 }  // namespace tims::test

@@ -16,7 +16,7 @@ namespace tcp_client_test {
 namespace router_command = wire::router_command;
 constexpr Duration kShort = std::chrono::milliseconds(1);
 
-// The other end of a client: what a router would do, word by word.
+// The test is the other end of the client and sends the router's messages explicitly.
 class TcpClientTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -56,7 +56,7 @@ std::vector<std::byte> bytes(std::initializer_list<int> values) {
   return result;
 }
 
-TEST_F(TcpClientTest, SendsInTheOrderAskedFor) {
+TEST_F(TcpClientTest, SendsInTheRequestedByteOrder) {
   client_->set_byte_order(std::endian::big);
   ASSERT_TRUE(
       client_->send({.type = 5, .dest = Address(0x10), .src = Address(0x20)}, bytes_of("ab")));
@@ -67,15 +67,15 @@ TEST_F(TcpClientTest, SendsInTheOrderAskedFor) {
   EXPECT_EQ(router_receives(16), bytes({3, 5, 0, 0, 0x10, 0, 0, 0, 0x20, 0, 0, 0, 16, 0, 0, 0}));
 }
 
-TEST_F(TcpClientTest, RegistersAndKeepsWhatComesBetween) {
-  router_sends({.type = -6, .dest = Address(1), .src = Address(2)}, "news");
+TEST_F(TcpClientTest, RegistersAndKeepsMessagesThatArriveBefore) {
+  router_sends({.type = -6, .dest = Address(1), .src = Address(2)}, "data");
   router_sends({.type = type::kOk});
   ASSERT_TRUE(client_->register_mailbox(Address(0x00140001)));
   EXPECT_EQ(router_receives(20), bytes({3, 13, 0,    0, 0, 0, 0, 0, 0, 0, 0, 0, 20, 0, 0, 0,  //
                                         1, 0,  0x14, 0}));
   const auto message = client_->receive();
   ASSERT_TRUE(message);
-  EXPECT_EQ(message->body, bytes_of("news"));
+  EXPECT_EQ(message->body, bytes_of("data"));
 }
 
 TEST_F(TcpClientTest, RefusedRegistrationIsAnError) {
@@ -90,7 +90,7 @@ TEST_F(TcpClientTest, AnswersLifesignsWhileItWaits) {
   EXPECT_EQ(router_receives(16), bytes({3, 0, 0, 9, 0, 0, 0, 0, 0, 0, 0, 0, 16, 0, 0, 0}));
 }
 
-TEST_F(TcpClientTest, CanBeSilent) {
+TEST_F(TcpClientTest, CanIgnoreLifesigns) {
   client_->set_answers_lifesigns(false);
   router_sends({.type = router_command::kLifesign});
   EXPECT_TRUE(client_->receive(kShort).error() == Errc::kTimeout);
@@ -99,21 +99,21 @@ TEST_F(TcpClientTest, CanBeSilent) {
   EXPECT_EQ(::recv(router_.get(), &b, 1, MSG_DONTWAIT), -1);
 }
 
-TEST_F(TcpClientTest, SeesTheCloseAfterTheLastMessage) {
-  router_sends({.type = -6, .dest = Address(1)}, "last words");
+TEST_F(TcpClientTest, ReportsTheCloseAfterTheLastMessage) {
+  router_sends({.type = -6, .dest = Address(1)}, "last message");
   router_.reset();
   ASSERT_TRUE(client_->wait_for_close());
   EXPECT_TRUE(client_->receive());
   EXPECT_TRUE(client_->receive().error() == Errc::kClosed);
 }
 
-TEST_F(TcpClientTest, ANonsenseHeaderIsAnError) {
+TEST_F(TcpClientTest, AnInvalidHeaderIsAnError) {
   const auto nonsense = bytes({0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 3});
   ASSERT_EQ(::send(router_.get(), nonsense.data(), nonsense.size(), 0), 16);
   EXPECT_TRUE(client_->receive().error() == Errc::kMalformed);
 }
 
-TEST(TcpClient, NobodyThere) {
+TEST(TcpClient, NoRouter) {
   auto listener = listen_tcp();
   ASSERT_TRUE(listener);
   const std::string endpoint = listener->endpoint();

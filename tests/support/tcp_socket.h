@@ -1,5 +1,4 @@
-// Opening and closing TCP connections in tests. All sockets are non-blocking: whoever waits does
-// so with a deadline.
+// Opens and closes TCP connections in tests. All sockets are non-blocking; waits have a deadline.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +22,7 @@ struct Listener {
 };
 Result<Listener> listen_tcp();
 
-// Closes with a reset instead of an orderly end: what the other side has not read is lost to it.
+// Closes with a reset instead of an orderly end; the other side loses bytes it has not read.
 void close_with_reset(os::File& socket);
 
 }  // namespace tims::test

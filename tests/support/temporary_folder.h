@@ -1,5 +1,5 @@
-// A folder of its own for one test: tests run side by side, so no file has a fixed name. Gone with
-// the object.
+// A temporary folder for one test, because tests run in parallel and must not share fixed file
+// names. It is removed with the object.
 #pragma once
 
 #include <filesystem>
@@ -15,7 +15,7 @@ class TemporaryFolder {
   TemporaryFolder() {
     std::string path = (std::filesystem::temp_directory_path() / "tims-test.XXXXXX").string();
     if (::mkdtemp(path.data()) == nullptr)
-      throw std::system_error(errno, std::generic_category(), "making " + path);
+      throw std::system_error(errno, std::generic_category(), "cannot create " + path);
     path_ = path;
   }
   ~TemporaryFolder() {

@@ -1,6 +1,6 @@
-// libtsan of g++ 12 does not know pthread_mutex_clocklock(), of which std::timed_mutex is made: it
-// takes the mutex for unlocked, and all that it protects for races. Programs with the thread
-// sanitizer get this one, made of a call that is known.
+// libtsan of g++ 12 does not intercept pthread_mutex_clocklock(), which std::timed_mutex uses: it
+// takes the mutex for unlocked and reports races. Programs with the thread sanitizer use this
+// replacement, which calls an intercepted function.
 #include <chrono>
 
 #include <pthread.h>

@@ -1,5 +1,5 @@
-// What the thread sanitizer is not to tell of: Fast DDS comes from Debian without instrumentation,
-// so its atomics are not seen, and the order it takes its locks in is its own matter.
+// Reports of the thread sanitizer to suppress: Debian's Fast DDS is not instrumented, so its
+// atomics are not recognised; the order of its locks is not checked here.
 extern "C" const char* __tsan_default_suppressions();  // NOLINT(bugprone-reserved-identifier)
 
 extern "C" const char* __tsan_default_suppressions() {  // NOLINT(bugprone-reserved-identifier)

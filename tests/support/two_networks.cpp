@@ -26,7 +26,7 @@ Result<TwoNetworks> TwoNetworks::enter() {
   if (!outer) return outer.error();
   TwoNetworks networks(std::move(*outer));
   networks.right_ = this_network();
-  if (::unshare(CLONE_NEWNET) != 0) return os::system_error("a network namespace");
+  if (::unshare(CLONE_NEWNET) != 0) return os::system_error("cannot create a network namespace");
   networks.left_ = this_network();
   if (auto joined = networks.join(); !joined) return joined.error();
   return networks;

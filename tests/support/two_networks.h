@@ -1,5 +1,5 @@
-// Two hosts joined by a cable, for one test: network namespaces of which the calling thread is in
-// the left one.
+// Two hosts connected by a cable (veth), for one test: two network namespaces; the calling thread
+// is in the left one.
 #pragma once
 
 #include <string>
@@ -15,16 +15,16 @@ class TwoNetworks {
   static constexpr const char* kLeft = "10.78.0.1";
   static constexpr const char* kRight = "10.78.0.2";
 
-  // Needs the rights of root: the error says so.
+  // Needs root; the error states this.
   static Result<TwoNetworks> enter();
 
-  // What `act` opens and starts is on the right.
+  // Sockets and programs that `act` creates are in the right namespace.
   template <typename Act>
   auto on_the_right(Act act) const {
     const Visit visit(right_, left_);
     return act();
   }
-  // Lines for the shell (ip, nft): on the left, or on the right within on_the_right().
+  // Runs shell commands (ip, nft) in the left namespace, or in the right one within on_the_right().
   static Result<void> run(const std::string& commands);
 
  private:
@@ -36,7 +36,7 @@ class TwoNetworks {
   explicit TwoNetworks(OwnNetwork network) : outer_(std::move(network)) {}
   Result<void> join();
 
-  OwnNetwork outer_;  // the right one; goes back to where the test came from
+  OwnNetwork outer_;  // returns to the namespace of the test
   os::File right_{};
   os::File left_{};
 };

@@ -1,4 +1,4 @@
-// A stick that the kernel's uinput makes of a program's words: two axes and a button. Gone with the
+// A joystick emulated by the kernel's uinput, with two axes and a button. It is removed with the
 // object.
 #pragma once
 
@@ -17,7 +17,7 @@ namespace tims::test {
 
 class UinputStick {
  public:
-  // Not plugged in where there is no uinput: tools/dev vm-test.
+  // Without uinput it is not plugged in; tools/dev vm-test has uinput.
   explicit UinputStick(const std::string& name)
       : file_(::open("/dev/uinput", O_WRONLY | O_NONBLOCK | O_CLOEXEC)) {
     uinput_setup setup{};
@@ -40,7 +40,7 @@ class UinputStick {
   [[nodiscard]] bool is_plugged_in() const { return static_cast<bool>(file_); }
   void pull_out() { file_.reset(); }
 
-  static constexpr int kEnd = 100;  // of an axis, both ways
+  static constexpr int kEnd = 100;  // largest value of an axis in both directions
   // `axis`: ABS_X, ABS_Y.
   bool move(int axis, int value) const { return say(EV_ABS, axis, value); }
   bool press(bool down) const { return say(EV_KEY, BTN_TRIGGER, down ? 1 : 0); }
