@@ -1,9 +1,9 @@
-// Recordings of real devices, through the real programs: as many data come out, as many telegrams
-// are broken, as the recordings' READMEs state. By play:, and by `timsctl device play` at ports and
-// terminals.
+// Recordings of real devices, played to the real programs: the numbers of data sets and of invalid
+// telegrams are those in the recordings' READMEs. They are played by play:, and by `timsctl device
+// play` at ports and terminals.
 //
-// What may not lie in this repository (cars' CAN), and the whole of what was cut for it, is found
-// by $RACK_TEST_DATA; without it those tests are skipped.
+// Recordings that must not be copied into this repository (CAN of cars), and complete versions of
+// shortened ones, are in the folder $RACK_TEST_DATA; without it those tests are skipped.
 #include <cmath>
 #include <fstream>
 #include <numbers>
@@ -39,7 +39,7 @@ using testing::HasSubstr;
 constexpr std::uint32_t kData = 0x00020002;
 const std::string kRecordings = TIMS_TEST_DATA_DIR "/devices/";
 
-// How many data a component has made since it was started.
+// Counts the data sets of a component since its start.
 class Counter : public rack::Proxy {
  public:
   using Proxy::Proxy;
@@ -63,7 +63,7 @@ class CapturesTest : public ModulesTest {
   }
   std::int64_t data_sets(const std::string& address) { return at<Counter>(address).data_sets(); }
 
-  // Its path, unpacked if it has to be.
+  // The path of the unpacked file.
   std::string unpacked(const std::string& path) {
     const std::string to = folder_.path() / std::filesystem::path(path).filename().stem();
     const std::string with = path.ends_with(".xz") ? "xz" : path.ends_with(".gz") ? "gzip" : "";
@@ -85,12 +85,12 @@ class CapturesTest : public ModulesTest {
     return start(program, all);
   }
 
-  // timsctl device play: as if the device were there.
+  // timsctl device play, in place of the device.
   ChildProcess play(const std::string& file, const std::string& address) {
     auto player = ChildProcess::start(
         {std::string(TIMS_PROGRAMS) + "/timsctl", "device", "play", file, address}, at_router());
     EXPECT_TRUE(player) << player.error().message();
-    const auto ready = player->wait_for_line("is played at");
+    const auto ready = player->wait_for_line("playing ");
     EXPECT_TRUE(ready) << ready.error().message();
     return std::move(*player);
   }
@@ -98,7 +98,7 @@ class CapturesTest : public ModulesTest {
   TemporaryFolder folder_;
 };
 
-// --- through play:
+// --- by play:
 
 constexpr double kDegree = std::numbers::pi / 180;
 
@@ -107,15 +107,15 @@ struct Capture {
   std::string program;
   std::string arguments;
   std::string address;
-  std::int64_t data;        // that come out
-  std::int64_t broken = 0;  // telegrams
-  // Degrees and mm, where the README tells them.
+  std::int64_t data;        // number of data sets
+  std::int64_t broken = 0;  // invalid telegrams
+  // In degrees and mm, if the README states them.
   std::array<double, 4> latitude_longitude{};
   std::array<int, 2> distance{};
 };
 void PrintTo(const Capture& capture, std::ostream* out) { *out << capture.file; }
 
-// The sentence that ends a fix. Without RMC another one takes its place the fourth time.
+// The sentence that completes a fix. Without RMC another sentence is used from the fourth fix on.
 constexpr const char* kGga = "--trigMsgStart=1 --trigMsgEnd=1";
 constexpr const char* kRmc = "";
 
@@ -160,13 +160,13 @@ class PlayedTest : public CapturesTest, public testing::WithParamInterface<Captu
   }
 };
 
-TEST_P(PlayedTest, GivesWhatIsInIt) {
+TEST_P(PlayedTest, YieldsTheDataOfTheRecording) {
   const Capture& capture = GetParam();
-  if (path().empty()) GTEST_SKIP() << "RACK_TEST_DATA does not say where the whole recordings are";
-  // Of raw bytes some come at once.
+  if (path().empty()) GTEST_SKIP() << "RACK_TEST_DATA is not set: no complete recordings";
+  // Raw bytes have no times; they are played in pieces of this baud rate.
   auto& program = start_with(capture.program, capture.arguments,
                              "play:" + unpacked(path()) + "?speed=max&baud=115200");
-  // Who gives no data does not answer.
+  // A driver without data does not answer.
   constexpr Duration kNotLong = 1ms;
   rack::Proxy component(*work_, *Address::parse(capture.address),
                         {.on = capture.data == 0 ? kNotLong : kPatience});
@@ -230,7 +230,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Capture{"camera/donkeycar-20.cap", "CameraV4l",
                             "--mode=jpeg --width=160 --height=120", "Camera(0/0)", 20}),
     name_of);
-// Whole: the numbers of the READMEs in that folder. The last sentence of gps-20min has no end.
+// Complete recordings; numbers from the READMEs in that folder. gps-20min ends within a sentence.
 INSTANTIATE_TEST_SUITE_P(Whole, PlayedTest,
                          testing::Values(sick("$/sick/lms111.cola-b.txt.xz", 175, {62, 1841}),
                                          sick("$/sick/lms511-a.cola-b.txt.xz", 136, {282, 2921}),
@@ -242,7 +242,7 @@ INSTANTIATE_TEST_SUITE_P(Whole, PlayedTest,
                                              {52.36, 52.38, 4.90, 4.92})),
                          name_of);
 
-// --- what comes out is what went in
+// --- the data sets equal the recorded ones
 
 // All scans of a recording, decoded here.
 std::vector<rack::LadarData> scans_of(const std::string& file) {
@@ -268,7 +268,7 @@ std::vector<int> distances_of(const rack::LadarData& scan) {
   return distances;
 }
 
-TEST_F(CapturesTest, ScansOfSickComeInTheirOrder) {
+TEST_F(CapturesTest, ScansOfSickArriveInOrder) {
   const auto expected = scans_of("sick/lms111.cola-b.txt");
   ASSERT_EQ(expected.size(), 97U);
   start_with("LadarSickCola", "", "play:" + kRecordings + "sick/lms111.cola-b.txt");
@@ -283,7 +283,7 @@ TEST_F(CapturesTest, ScansOfSickComeInTheirOrder) {
     ASSERT_TRUE(ladar.decode_stream(*message, scan));
     EXPECT_EQ(scan.points.size(), 541U);
     const std::vector<int> distances = distances_of(scan);
-    // The first ones may be gone before the stream was asked for.
+    // The first scans may have been sent before the stream was requested.
     while (next < expected.size() && distances_of(expected[next]) != distances) ++next;
     ASSERT_LT(next, expected.size()) << "a scan that is not in the recording";
   }
@@ -325,7 +325,7 @@ TEST_F(CapturesTest, PicturesOfACamera) {
   ASSERT_TRUE(program.wait_for_line("end of the recording"));
   const auto picture = camera.get_data();
   ASSERT_TRUE(picture) << picture.error().message();
-  // The last one, byte by byte.
+  // The last picture equals the recorded bytes.
   std::ifstream lines(file);
   device::CaptureRecord record;
   for (std::string line; std::getline(lines, line);)
@@ -335,9 +335,10 @@ TEST_F(CapturesTest, PicturesOfACamera) {
   EXPECT_EQ(picture->height, 120);
 }
 
-// --- by programs that are in the place of the device
+// --- played by programs in place of the device
 
-// Who connects gets it from its beginning. Of fixes that come at once the newest counts.
+// Each connection gets the recording from its start. If several fixes arrive together, only the
+// newest is published.
 TEST_F(CapturesTest, AReceiverAtAPort) {
   const std::string address = "tcp:127.0.0.1:" + free_port(SOCK_STREAM);
   auto player = play(kRecordings + "nmea/gofree-corrupted.nmea?speed=max&baud=115200", address);
@@ -349,7 +350,7 @@ TEST_F(CapturesTest, AReceiverAtAPort) {
   EXPECT_GT(data_sets("Gps(0/0)"), 1);
   const auto status = player.wait();
   ASSERT_TRUE(status) << status.error().message();
-  EXPECT_THAT(player.output(), HasSubstr("were played"));
+  EXPECT_THAT(player.output(), HasSubstr(" played\n"));
 }
 
 TEST_F(CapturesTest, AReceiverAtATerminal) {
@@ -365,7 +366,7 @@ TEST_F(CapturesTest, AReceiverAtATerminal) {
     ASSERT_TRUE(fix) << fix.error().message();
     EXPECT_NE(fix->mode & rack::gps_mode::kDifferential, 0);
   }
-  // The driver came into the middle of a sentence, at most.
+  // The driver may have started reading within a sentence.
   ASSERT_TRUE(gps.off());
   EXPECT_THAT(program.output(), testing::AnyOf(testing::Not(HasSubstr("invalid telegrams")),
                                                HasSubstr(", 1 invalid telegrams")));
@@ -384,10 +385,10 @@ TEST_F(CapturesTest, AScannerThatSendsDatagrams) {
         const auto scan = scanner.get_next_data(kPatience);
         return scan && std::ranges::count(scan->points, 0, &rack::ScanPoint::type) == 21631;
       },
-      "a whole turn"));
+      "a complete turn"));
 }
 
-// A URG-04LX that says what another one has measured.
+// An emulated URG-04LX that sends recorded measurements.
 class MeasuredHokuyo {
  public:
   MeasuredHokuyo(std::vector<std::vector<std::uint16_t>> scans, const std::string& address)
@@ -402,7 +403,7 @@ class MeasuredHokuyo {
   ~MeasuredHokuyo() { thread_ = {}; }
 
  private:
-  // Nobody needs to wait for 80 turns of 100 ms.
+  // Faster than 100 ms per turn, to shorten the test.
   static device::ScipParameters fast() {
     device::ScipParameters parameters{.model = "URG-04LX(Hokuyo Automatic Co.,Ltd.)"};
     parameters.turns_of_minute = 6000;
@@ -421,7 +422,7 @@ TEST_F(CapturesTest, ScansOfAHokuyoAtAPort) {
   ASSERT_EQ(originals.size(), 80U);
   std::set<std::vector<int>> missing;
   for (const auto& original : originals) {
-    std::vector<int> distances;  // clockwise; codes are no distances
+    std::vector<int> distances;  // clockwise; error codes are not distances
     for (std::size_t step = 682; step-- > 0;)
       distances.push_back(original[step] < 20 ? 0 : original[step]);
     missing.insert(distances);
@@ -438,7 +439,7 @@ TEST_F(CapturesTest, ScansOfAHokuyoAtAPort) {
   rack::LadarData scan;
   while (!missing.empty()) {
     const auto message = data.peek_for(kPatience);
-    ASSERT_TRUE(message) << missing.size() << " scans have not come";
+    ASSERT_TRUE(message) << missing.size() << " scans are missing";
     ASSERT_TRUE(ladar.decode_stream(*message, scan));
     const std::vector<int> distances = distances_of(scan);
     if (missing.erase(distances) == 0) continue;
@@ -449,7 +450,7 @@ TEST_F(CapturesTest, ScansOfAHokuyoAtAPort) {
   EXPECT_EQ(codes, 32'811U);
 }
 
-// --- CAN of cars: no driver of ours, but a recording like each other
+// --- CAN recordings of cars; there is no driver for them
 
 struct Bus {
   const char* name;
@@ -462,7 +463,7 @@ class BusTest : public CapturesTest, public testing::WithParamInterface<Bus> {};
 
 TEST_P(BusTest, HasItsFramesAndIdentifiers) {
   const char* const folder = std::getenv("RACK_TEST_DATA");
-  if (folder == nullptr) GTEST_SKIP() << "RACK_TEST_DATA does not say where recordings of cars are";
+  if (folder == nullptr) GTEST_SKIP() << "RACK_TEST_DATA is not set: no recordings of cars";
   const auto path = unpacked(std::string(folder) + "/can/" + GetParam().name + ".candump.xz");
   auto child = ChildProcess::start(
       {std::string(TIMS_PROGRAMS) + "/timsctl", "device", "play", path, "-j"}, at_router());

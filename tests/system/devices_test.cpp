@@ -496,7 +496,7 @@ TEST_F(DevicesTest, TimsctlPlaysARecordingToADriver) {
       {std::string(TIMS_PROGRAMS) + "/timsctl", "device", "play", file + "?loop=1", "pty:" + path_},
       at_router());
   ASSERT_TRUE(player);
-  ASSERT_TRUE(player->wait_for_line("is played at"));
+  ASSERT_TRUE(player->wait_for_line("playing "));
   auto again =
       ChildProcess::start({std::string(TIMS_PROGRAMS) + "/timsctl", "device", "record",
                            "serial:" + path_, folder_.path() / "again.cap", "-n", "50", "-j"},

@@ -149,7 +149,7 @@ TEST_F(BusProgramTest, ACandumpIsPlayedAtABus) {
   }
   const std::string bus = std::string("can:") + kInterface;
   auto recorder = timsctl({"record", bus, again, "-n", std::to_string(kFrames)});
-  ASSERT_TRUE(recorder.wait_for_line("is recorded in"));
+  ASSERT_TRUE(recorder.wait_for_line("; stop with Ctrl-C"));
   auto player = timsctl({"play", log, bus});
   for (ChildProcess* const child : {&player, &recorder}) {
     const auto status = child->wait();
@@ -259,7 +259,7 @@ class CanProgramTest : public ModulesTest {
         {std::string(TIMS_PROGRAMS) + "/rack-emulate", "odrives", "can:" + std::string(kBus)});
     ASSERT_TRUE(motors);
     motors_ = std::move(*motors);
-    ASSERT_TRUE(motors_->wait_for_line("speaks with it"));
+    ASSERT_TRUE(motors_->wait_for_line("for driver"));
     driver_ = &start("ChassisCan",
                      {"--device=can:" + std::string(kBus), "--gearRatio=5", "--errorTimeout=100"});
     bus_ = opened();

@@ -90,7 +90,7 @@ TEST_F(FleetTest, ShowsHostsAndEndsWithoutATrace) {
 
   const Ran again = run({"sim", "up", file_, "--fleet", name_});
   EXPECT_EQ(again.code, 5);
-  EXPECT_THAT(again.err, HasSubstr("runs already"));
+  EXPECT_THAT(again.err, HasSubstr("is already running"));
 
   EXPECT_EQ(run({"sim", "down", name_}).code, 0);
   EXPECT_TRUE(namespaces().empty());

@@ -292,7 +292,7 @@ TEST_F(Tree, ARouterThatMayInjectsFaults) {
     return robot->timsctl({"sim", "fault", "--link", link, word});
   };
   ASSERT_TRUE(eventually([&] { return base->knows(Address(0x01000200)); }, "the arm is known"));
-  EXPECT_THAT(link_loss("base", "blackout"), HasSubstr("robot1, on the way out to base: blackout"));
+  EXPECT_THAT(link_loss("base", "blackout"), HasSubstr("robot1, datagrams to base: blackout"));
   EXPECT_TRUE(
       eventually([&] { return !base->knows(Address(0x01000200)); }, "the base hears nothing"));
   EXPECT_THAT(link_loss("all", "heal"), HasSubstr("perfect"));

@@ -44,7 +44,7 @@ class ModulesTest : public LocalTest {
   static ChildProcess emulate(const std::string& name, const std::string& address) {
     auto child = ChildProcess::start({std::string(TIMS_PROGRAMS) + "/rack-emulate", name, address});
     EXPECT_TRUE(child) << child.error().message();
-    const auto ready = child->wait_for_line("speaks with it");
+    const auto ready = child->wait_for_line("for driver");
     EXPECT_TRUE(ready) << ready.error().message();
     return std::move(*child);
   }

@@ -353,7 +353,7 @@ TEST_F(OriginalMapsTest, Scan3dShowsItsRangeImageAndStoresPoints) {
   auto axis = ChildProcess::start(
       {std::string(TIMS_PROGRAMS) + "/rack-emulate", "servo", "pty:" + line + "?can=125000"});
   ASSERT_TRUE(axis) << axis.error().message();
-  ASSERT_TRUE(axis->wait_for_line("speaks with it"));
+  ASSERT_TRUE(axis->wait_for_line("for driver"));
   start("ServoDrive", {"--gearRatio=10", "--velMax=90", "--accMax=400",
                        "--device=serial:" + line + "?can=125000"});
   start("ChassisSim");

@@ -24,7 +24,7 @@ class Scan3dTest : public RobotTest {
     const std::string line = folder_.path() / "axis";
     axis_.emplace(*ChildProcess::start(
         {std::string(TIMS_PROGRAMS) + "/rack-emulate", "servo", "pty:" + line + "?can=125000"}));
-    ASSERT_TRUE(axis_->wait_for_line("speaks with it"));
+    ASSERT_TRUE(axis_->wait_for_line("for driver"));
     start("ServoDrive", servo_arguments());
     start("ChassisSim", {"--vxMax=2000", "--periodTime=50"});
     start("OdometryChassis");

@@ -200,7 +200,7 @@ TEST_F(TimsctlComponentTest, ShowNamesTheOffender) {
 TEST_F(TimsctlComponentTest, NobodyThere) {
   const Ran ran = timsctl({"component", "on", "Pilot/0/0"});
   EXPECT_EQ(ran.code, 4);
-  EXPECT_THAT(ran.err, HasSubstr("Pilot(0/0): nobody has registered this address"));
+  EXPECT_THAT(ran.err, HasSubstr("Pilot(0/0): this address is not registered"));
 }
 
 TEST_F(TimsctlComponentTest, LogShowsWhatIsSaid) {

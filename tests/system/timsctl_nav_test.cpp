@@ -45,11 +45,11 @@ class TimsctlNavTest : public RobotTest {
 TEST_F(TimsctlNavTest, SaysWhereItIsAndWhatIsMissing) {
   const Ran nobody = nav({"where"});
   EXPECT_EQ(nobody.code, 4);
-  EXPECT_THAT(nobody.err, HasSubstr("no component of a robot is there"));
+  EXPECT_THAT(nobody.err, HasSubstr("no component of a robot is registered"));
   start_robot();
   const Ran off = nav({"where"});
   EXPECT_EQ(off.code, 1);
-  EXPECT_THAT(off.out, HasSubstr("not known: Position(0/0) is off\n"));
+  EXPECT_THAT(off.out, HasSubstr("unknown: Position(0/0) is off\n"));
   EXPECT_THAT(off.out, HasSubstr("  -> `timsctl component on Position/0/0`\n"));
   ASSERT_TRUE(turned_on("Position(0/0)"));
   const Ran on = nav({"where", "0"});
@@ -164,7 +164,7 @@ TEST_F(TimsctlNavTest, GoesToAPlaceOnEarth) {
   ASSERT_TRUE(turned_on("Position(0/0)"));
   const Ran nowhere = nav({"goto", "--gps", "52.4", "9.7"});
   EXPECT_EQ(nowhere.code, 1) << "it would take that place for its origin";
-  EXPECT_THAT(nowhere.err, HasSubstr("does not know where on Earth its origin lies"));
+  EXPECT_THAT(nowhere.err, HasSubstr("does not know the geographic position of its origin"));
   ASSERT_TRUE(turned_on("Position(0/0)"));
   // Its origin is found from the first place that it is told; 3e-5 degrees are some metres.
   rack::PositionWgs84Data place;

@@ -150,7 +150,7 @@ TEST_F(TimsctlTest, WhatIsWrongIsRefusedWithWhatIsMeant) {
     const char* hint;
   };
   const Case cases[] = {
-      {{"ping", "Ladr/0/0"}, 2, "is no address", "did you mean Ladar/0/0?"},
+      {{"ping", "Ladr/0/0"}, 2, "is not an address", "did you mean Ladar/0/0?"},
       {{"mbx", "list", "Ladr(*/*)"}, 2, "is no pattern", "did you mean Ladar(*/*)?"},
       {{"component", "status", "Ladar(*/0)", "--wait"}, 2, "is a pattern", "component list"},
       {{"component", "pilot", "Chassis/0/0", "Ladar/0/0"}, 2, "Ladar(0/0) is no pilot", "Pilot/0"},
@@ -158,8 +158,8 @@ TEST_F(TimsctlTest, WhatIsWrongIsRefusedWithWhatIsMeant) {
       {{"route", "add", "Ladar(3/*)", "robot3"}, 4, "no link to a router \"robot3\"", "no links"},
       {{"status", "-H", pages.http()}, 3, "answers in HTTP", "tcp.listen"},
       {{"status", "-H", "no-such-host.invalid"}, 3, "no router at no-such-host", "getent hosts"},
-      {{"route", "get", "Chassis/0/0", "--type", "moove"}, 2, "is no message", "mean move?"},
-      {{"ping", "Ladar/0/0", "-o", "csv"}, 2, "has no -o csv", "table, wide, json"},
+      {{"route", "get", "Chassis/0/0", "--type", "moove"}, 2, "is not a message", "mean move?"},
+      {{"ping", "Ladar/0/0", "-o", "csv"}, 2, "does not support -o csv", "table, wide, json"},
   };
   for (const Case& c : cases) {
     const Ran ran = timsctl(c.words);
@@ -176,7 +176,7 @@ TEST_F(TimsctlTest, ExplainNamesAClientWithoutAName) {
   ASSERT_TRUE(listener->wait_for_line("is registered"));
   const Ran ran = timsctl({"explain", "Ladar/0/0", "Test/0/1"});
   EXPECT_EQ(ran.code, 0);
-  EXPECT_THAT(ran.out, HasSubstr("hands it to the client at 127.0.0.1"));
+  EXPECT_THAT(ran.out, HasSubstr("delivers it to the client at 127.0.0.1"));
   ASSERT_TRUE(ladar_->send({.dest = kTest, .type = -42}));
   EXPECT_EQ(finish(*listener).code, 0);
 }

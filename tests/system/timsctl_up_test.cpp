@@ -63,11 +63,11 @@ TEST_F(TimsctlUpTest, ProgramsOfTheFamilySayWhatIsWrongWithTheirCommandLine) {
     const char* message;
     const char* hint;
   } cases[] = {
-      {"-robot", {}, "which verb?", "there are up, down, show, save"},
+      {"-robot", {}, "the verb is missing", "known: up, down, show, save"},
       {"-robot", {"shwo"}, "no verb \"shwo\"", "did you mean show?"},
       {"-sim", {"bogus"}, "no verb \"bogus\"", "timsctl-sim --help"},
       {"-robot", {"up"}, "up: FILE is missing", "timsctl-robot up FILE"},
-      {"-sim", {"start", "a", "b"}, "\"b\" is one word too many", "timsctl-sim start HOST"},
+      {"-sim", {"start", "a", "b"}, "unexpected argument \"b\"", "timsctl-sim start HOST"},
       {"-robot", {"down", "--quite"}, "down has no option --quite", "did you mean --quiet?"},
       {"-robot", {"-j"}, "", ""},
   };
@@ -119,7 +119,7 @@ TEST_F(TimsctlUpTest, WhatCrashesIsStartedAgainAsItWas) {
   EXPECT_EQ(timsctl({"component", "param", "set", "Chassis/0/0", "vxMax", "901"}).code, 0);
   EXPECT_EQ(timsctl({"component", "param", "set", "Chassis/0/0", "vxMax", "902"}).code, 0);
   ::kill(owner_of("Chassis(0/0)"), SIGKILL);
-  expect_line(up, "killed by signal 9: starts again in 0.2 s");
+  expect_line(up, "killed by signal 9: restart in 0.2 s");
   expect_line(up, "Module on");
   EXPECT_EQ(timsctl({"component", "status", "Chassis/0/0", "--wait"}).code, 0);
   EXPECT_THAT(timsctl({"component", "param", "get", "Chassis/0/0", "vxMax"}).out, HasSubstr("902"));
@@ -140,7 +140,7 @@ parameters = { targetStatus = 1, errorTimeout = 100 }
   EXPECT_EQ(timsctl({"component", "off", "Chassis/0/0"}).code, 0);
   expect_line(up, "has turned it off");
   ::kill(owner_of("Chassis(0/0)"), SIGKILL);
-  expect_line(up, "killed by signal 9: starts again in 0.2 s");
+  expect_line(up, "killed by signal 9: restart in 0.2 s");
   expect_line(up, "has turned it off, until it is turned on by hand");
   EXPECT_EQ(timsctl({"component", "status", "Chassis/0/0"}).out, "Chassis(0/0) off\n");
   EXPECT_EQ(timsctl({"component", "on", "Chassis/0/0"}).code, 0);
@@ -225,7 +225,7 @@ TEST_F(TimsctlUpTest, WhatWasSetIsSavedInItsFile) {
   set("vxMax", "902");
   const Ran changed = run({"component", "param", "save", "Chassis/0/0"});
   EXPECT_EQ(changed.code, 1);
-  EXPECT_THAT(changed.err, HasSubstr("robot.toml has changed since this robot was read from it"));
+  EXPECT_THAT(changed.err, HasSubstr("robot.toml has changed since this robot was started from it"));
   EXPECT_EQ(text(), after + "# changed\n");
   const Ran none = run({"component", "param", "save", "Ladar/0/0"});
   EXPECT_EQ(none.code, 4);
@@ -239,7 +239,7 @@ TEST_F(TimsctlUpTest, WhoIsStartedWronglyStaysDown) {
            "--for", "1ms"});
   EXPECT_EQ(ran.code, 1);
   EXPECT_THAT(ran.out, HasSubstr("vxMx"));
-  EXPECT_THAT(ran.out, HasSubstr("exit status 2: stays down"));
+  EXPECT_THAT(ran.out, HasSubstr("exit status 2: not restarted"));
   EXPECT_THAT(ran.out, HasSubstr("0 of 1 programs are ready, 1 ended"));
 }
 
@@ -263,7 +263,7 @@ TEST_F(TimsctlUpTest, InTheBackgroundUntilDown) {
   EXPECT_THAT(run({"robot"}).out, HasSubstr("robot  ChassisSim"));
   const Ran again = run({"up", file});
   EXPECT_EQ(again.code, 5);
-  EXPECT_THAT(again.err, HasSubstr("robot robot runs already"));
+  EXPECT_THAT(again.err, HasSubstr("robot robot is already running"));
   EXPECT_EQ(run({"down", "other"}).code, 4);
   EXPECT_EQ(run({"down"}).code, 0);
   EXPECT_EQ(timsctl({"route", "get", "Chassis/0/0"}).code, 1);

@@ -77,7 +77,7 @@ TEST_F(WidthsTest, AddressesAreReadAndWrittenAsTheFleetDividesThem) {
   for (const char* verb : {"ping", "trace"}) {
     const Ran unknown = timsctl({verb, "Ladar/80/0"});
     EXPECT_EQ(unknown.code, 2) << "there is no system 80 with six bits";
-    EXPECT_THAT(unknown.err, HasSubstr("is no address"));
+    EXPECT_THAT(unknown.err, HasSubstr("is not an address"));
   }
 }
 
@@ -165,7 +165,7 @@ TEST_F(TimsctlTest, PingAtAnOriginalRouter) {
   const ModelRouter original({});
   const Ran ping = timsctl({"ping", "Camera/3/0", "-n", "1", "-H", original.endpoint()});
   EXPECT_EQ(ping.code, 4) << ping.err;
-  EXPECT_THAT(ping.out, HasSubstr("Camera(3/0): nobody has registered this address"));
+  EXPECT_THAT(ping.out, HasSubstr("Camera(3/0): this address is not registered"));
 }
 
 }  // namespace timsctl_widths_test

@@ -14,12 +14,13 @@ namespace timsctl {
 
 namespace {
 
-// Before the data that may fill the mailbox, which are asked for with 0; behind what robots say.
+// Higher than that of data subscriptions (0), which may fill the mailbox; lower than that of
+// messages between robot components.
 constexpr std::uint8_t kPriority = 10;
 
 json::object parse_answer(const Message& message, const std::string& where) {
   if (auto answer = json_of(message)) return std::move(*answer);
-  throw Failure(Exit::kVersion, "version", where + ": the router's answer is not JSON",
+  throw Failure(Exit::kVersion, "version", where + ": the answer of the router is not JSON",
                 "install timsctl and tims-router of the same version");
 }
 
@@ -56,7 +57,8 @@ class FleetWalk {
     bool partial = false;
     for (const std::string& raw : order_) {
       json::object& item = routers_[raw];
-      partial = partial || text_at(item, "state") != "up";  // nor is known what came behind it
+      partial =
+          partial || text_at(item, "state") != "up";  // the routers behind it are unknown, too
       items.push_back(std::move(item));
     }
     return {{"schema", "tims/router_list/1"}, {"partial", partial}, {"items", std::move(items)}};
@@ -70,7 +72,7 @@ class FleetWalk {
       answer = router.ask({{"ask", "routers"}});
     } catch (const Failure& failure) {
       if (raw.empty()) throw;
-      // One that cannot answer hides none of the others.
+      // A router that does not answer must not hide the others.
       routers_[raw]["state"] = "unreachable";
       routers_[raw]["trouble"] = failure.message;
       return;
@@ -104,7 +106,7 @@ class FleetWalk {
     const std::string raw = text_at(item, "address.raw");
     const bool is_new = !routers_.contains(raw);
     json::object& known = place(raw);
-    // A router that has a link to it knows more than one that misses it.
+    // A router with a link to it knows more than a router that reports it as missing.
     const auto is_missing = [](const json::object& it) { return text_at(it, "kind") == "missing"; };
     const bool better = (text_at(item, "state") == "up" && text_at(known, "state") == "down") ||
                         (is_missing(known) && !is_missing(item));
@@ -116,7 +118,7 @@ class FleetWalk {
     const std::string name = text_at(parent, "name");
     const double depth = number_or_zero(parent, "depth");
     known = item;
-    // Only its neighbours know how a router is called.
+    // Only the neighbours of a router know its name.
     if (text_at(item, "name").empty()) known["name"] = text_at(item, "address.name");
     known["parent"] = name;
     known["depth"] = static_cast<int>(depth) + 1;
@@ -129,7 +131,7 @@ class FleetWalk {
     return routers_[raw];
   }
 
-  // Offsets add up along the way, and so does what is not known of them.
+  // Offsets add up along the path, and so do their uncertainties.
   static json::value sum(const json::value& parent, const json::object& item) {
     const auto offset = number_at(item, "clock.offset_s");
     if (!parent.is_object() || !offset) return nullptr;
@@ -145,7 +147,8 @@ class FleetWalk {
   std::deque<std::string> waiting_;
 };
 
-// Each "unknown[80](0/0)" of a class that is described in a file here: the router has not read it.
+// Replaces "unknown[80](0/0)" by the class name if a local message file describes the class: the
+// router may not have read that file.
 void name_class_in(json::string& text) {
   constexpr std::string_view kUnknown = "unknown[";
   for (std::size_t at = text.find(kUnknown); at != json::string::npos;
@@ -222,7 +225,7 @@ json::object AdminClient::ask_once(const json::object& question, tims::Duration 
     if (message->header.type == tims::type::kNotAvailable)
       throw Failure(Exit::kNoSuch, "no_such_router", "no router " + where() + " can be reached",
                     "`timsctl router list` shows the routers of the fleet");
-    // What a question that was given up is answered late is not meant either.
+    // Late answers to earlier requests are ignored.
     if (message->header.type != tims::type::kAdminReply) continue;
     json::object answer = parse_answer(*message, where());
     throw_error(answer);
@@ -230,8 +233,8 @@ json::object AdminClient::ask_once(const json::object& question, tims::Duration 
     answer["age_ms"] = std::chrono::duration_cast<std::chrono::milliseconds>(age).count();
     return answer;
   }
-  throw Failure(Exit::kTimeout, "timeout", where() + " did not answer the admin question in time",
-                "a longer --timeout; an original RACK router knows no admin questions");
+  throw Failure(Exit::kTimeout, "timeout", where() + " did not answer the admin request in time",
+                "use a longer --timeout; an original RACK router does not support admin requests");
 }
 
 std::optional<tims::Address> router_address(const json::object& item) {
@@ -276,7 +279,7 @@ tims::Address find_router(const AdminClient& first, std::string_view name) {
   }
   throw Failure(Exit::kNoSuch, "no_such_router",
                 "no router of the fleet is called \"" + std::string(name) + "\"",
-                "there are " + known);
+                "known: " + known);
 }
 
 }  // namespace timsctl

@@ -1,4 +1,4 @@
-// Asks a router by JSON (router/io/ADMIN.md).
+// Sends admin requests in JSON to a router (router/io/ADMIN.md).
 #pragma once
 
 #include <optional>
@@ -10,17 +10,17 @@
 
 namespace timsctl {
 
-// The body as a JSON object, if it is one.
+// The body as a JSON object; empty if it is not one.
 std::optional<json::object> json_of(const Message& message);
 
 class AdminClient {
  public:
-  // `router`: another one than that of the connection, reached through it.
+  // `router`: a router that is reached through that of the connection; empty: the latter itself.
   AdminClient(Connection& connection, const Signals& signals, tims::Duration timeout,
               std::optional<tims::Address> router = {})
       : connection_(connection), signals_(signals), timeout_(timeout), router_(router) {}
 
-  // The same connection, another router; nothing: the connection's own.
+  // A client of another router over the same connection; empty: the router of the connection.
   [[nodiscard]] AdminClient at(std::optional<tims::Address> router) const {
     return {connection_, signals_, timeout_, router};
   }
@@ -30,8 +30,9 @@ class AdminClient {
 
   [[nodiscard]] tims::AddressWidths widths() const { return connection_.widths(); }
 
-  // The answer, all its pages in one, with "age_ms". `patience` is what the router was asked to
-  // wait. Throws Failure: no answer, not understood, or what the router says is wrong.
+  // Returns the answer with all its pages and "age_ms". `patience`: additional time that the router
+  // may wait before it answers. Throws Failure: no answer, an invalid answer, or an error reported
+  // by the router.
   json::object ask(const json::object& question, tims::Duration patience = {});
 
  private:
@@ -45,23 +46,23 @@ class AdminClient {
   std::optional<tims::Address> router_;
 };
 
-// The routers of a fleet, found by asking one and then those it names.
+// The routers of a fleet. The search starts at one router and continues at those that it names.
 
-// {"items": one a router, "partial": somebody did not answer}, from the first on, neighbours after
-// each other. What an item has beside what routers say of themselves (router/io/ADMIN.md):
-// "state" (up; down: its link is, or that of the router it was behind; unreachable: it does not
-// answer), "parent" (name of the router it was found at, or was behind), "depth", "clock" (added up
-// along the way; null: not known).
+// Returns {"items": one per router, "partial": a router did not answer}, in breadth-first order
+// from the first router. In addition to the members that routers report (router/io/ADMIN.md), an
+// item has "state" (up; down: its link, or that of the router before it, is down; unreachable: it
+// does not answer), "parent" (name of the router that leads to it), "depth", and "clock" (the sum
+// of the offsets along the path; null: unknown).
 json::object walk_fleet(const AdminClient& first);
 
-// The items of every router that is there, each with "at": the router that knows it; "partial" also
-// when one of them did not answer.
+// The items of all routers of the fleet, each with "at", the router that reported it; "partial" is
+// also set if a router did not answer.
 json::object ask_everywhere(AdminClient& admin, const json::object& question);
 
-// By name ("robot1") or address ("Tims(1/1)"). Throws Failure when there is none.
+// Finds a router by name ("robot1") or address ("Tims(1/1)"). Throws Failure if there is none.
 tims::Address find_router(const AdminClient& first, std::string_view name);
 
-// A router's address as an item has it under "address".
+// The router address under "address" of an item.
 std::optional<tims::Address> router_address(const json::object& item);
 
 }  // namespace timsctl

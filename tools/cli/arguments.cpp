@@ -16,12 +16,12 @@ struct TypeName {
   std::int8_t type;
   std::string_view name;
 };
-// Between tools and routers, and what every class calls the same; the others are the catalogue's.
+// Types between tools and routers, and types common to all classes; the catalogue has the others.
 constexpr TypeName kOtherNames[] = {{tims::type::kData, "data"},
                                     {tims::type::kAdminRequest, "admin_request"},
                                     {tims::type::kAdminReply, "admin_reply"}};
 
-// "Ladar/3/0:2" as "Ladar(3/0):2"; anything else stays.
+// Converts "Ladar/3/0:2" to "Ladar(3/0):2"; other texts are unchanged.
 std::string with_parentheses(std::string_view text) {
   const std::size_t first = text.find('/');
   if (first == std::string_view::npos || text.find('(') != std::string_view::npos)
@@ -31,7 +31,7 @@ std::string with_parentheses(std::string_view text) {
   return fmt::format("{}({}){}", text.substr(0, first), rest.substr(0, end), rest.substr(end));
 }
 
-// "Ladr/3/0" was meant to be "Ladar/3/0", when the class is what is wrong.
+// Suggests "Ladar/3/0" for "Ladr/3/0" if only the class is unknown.
 std::string hint_for(std::string_view text, std::string otherwise) {
   const std::string_view name = text.substr(0, text.find_first_of("(/"));
   if (name.empty() || tims::class_id_of(name)) return otherwise;
@@ -95,16 +95,17 @@ std::uint32_t need_class(std::string_view text) {
   const std::string_view name = text.substr(0, text.find_first_of("(/"));
   if (const auto id = tims::class_id_of(name)) return *id;
   throw usage_error(
-      fmt::format("\"{}\" is no class", text),
+      fmt::format("\"{}\" is not a class", text),
       hint_for(text, "such as Chassis; `timsctl msg types` shows those with messages"));
 }
 
 tims::Address need_address(std::string_view text, const tims::AddressWidths& widths) {
   if (const auto address = parse_address(text, widths)) return *address;
   if (parse_pattern(text, widths))
-    throw usage_error(fmt::format("\"{}\" is a pattern; here one address is meant", text),
-                      fmt::format("`timsctl component list '{}'` shows what it fits", text));
-  throw usage_error(fmt::format("\"{}\" is no address", text),
+    throw usage_error(
+        fmt::format("\"{}\" is a pattern; a single address is required", text),
+        fmt::format("`timsctl component list '{}'` lists the matching addresses", text));
+  throw usage_error(fmt::format("\"{}\" is not an address", text),
                     hint_for(text, "Ladar/3/0, 'Ladar(3/0):2' or 0x03140002"));
 }
 
@@ -118,7 +119,7 @@ std::vector<tims::Address> need_addresses(const std::vector<std::string>& texts,
 
 tims::AddressPattern need_pattern(std::string_view text, const tims::AddressWidths& widths) {
   if (const auto pattern = parse_pattern(text, widths)) return *pattern;
-  throw usage_error(fmt::format("\"{}\" is no pattern of addresses", text),
+  throw usage_error(fmt::format("\"{}\" is not an address pattern", text),
                     hint_for(text, "Ladar, 'Ladar(*/0)', '*/3/0' or 0x03140000"));
 }
 

@@ -24,7 +24,8 @@ Signals::Signals() {
   sigemptyset(&set);
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&set, number);
   ::pthread_sigmask(SIG_BLOCK, &set, nullptr);
-  // A reader that goes away is an error of write(), not a sudden end without cleaning up.
+  // A closed reader must be an error of write(), not a signal that ends the process without
+  // cleanup.
   std::signal(SIGPIPE, SIG_IGN);
   file_ = tims::os::File(::signalfd(-1, &set, SFD_CLOEXEC | SFD_NONBLOCK));
 }
@@ -66,7 +67,7 @@ std::optional<Message> receive(Connection& connection, const Signals& signals, t
     if (message.error().code() != tims::Errc::kEmpty)
       throw failure_of(message.error(), connection.where());
     if (losses && connection.losses() != *losses)
-      throw failure_of({tims::Errc::kNoRouter, "the router went away"}, connection.where());
+      throw failure_of({tims::Errc::kNoRouter, "the router has disconnected"}, connection.where());
     if (signals.wait(connection.descriptor(), deadline) == Signals::WaitResult::kTimeout &&
         tims::os::now() >= deadline)
       return std::nullopt;
@@ -83,11 +84,11 @@ Host parse_host(std::string_view text) {
 
 namespace {
 
-// Counted by the session's own thread, which may outlive the connection by a moment.
+// Counted by the thread of the session, which may end shortly after the connection.
 class LossCounter {
  public:
   [[nodiscard]] std::uint64_t count() const { return count_; }
-  // Readable from a loss until seen().
+  // Readable after a loss until seen() is called.
   [[nodiscard]] int descriptor() const { return event_.get(); }
   void seen() const { tims::os::drain_event_fd(event_.get()); }
   void happened() {
@@ -149,7 +150,7 @@ class LocalConnection final : public Connection {
   tims::os::File descriptor_;
 };
 
-// A session would wait for a router to appear; a person wants to know at once that there is none.
+// A session would wait for a router; a user needs the error at once.
 void check_socket(const std::string& path) {
   const auto socket = tims::os::connect_unix(path);
   if (socket) return;
@@ -160,7 +161,7 @@ void check_socket(const std::string& path) {
         Exit::kDenied, "denied", path + ": " + reason,
         "join the group that owns the socket (`ls -l " + path + "`), or set unix.everybody");
   if (errno == EPROTOTYPE)
-    throw Failure(Exit::kNoRouter, "no_router", path + ": this socket is not a router's");
+    throw Failure(Exit::kNoRouter, "no_router", path + ": this is not the socket of a router");
   throw Failure(Exit::kNoRouter, "no_router", "no router at " + path + ": " + reason,
                 "start one with `tims-router`, or name another with -H or $TIMS_ROUTER");
 }
@@ -182,16 +183,16 @@ tims::Mailbox open(tims::Session& session, const MailboxRequest& request, const 
 // --- over TCP, as the original's clients do it: to routers elsewhere, and to original routers
 
 using tims::client::TcpClient;
-constexpr std::uint32_t kConnectionAnswerMax = 256U << 10;  // of a router to a question, bytes
+constexpr std::uint32_t kConnectionAnswerMax = 256U << 10;  // largest answer of a router, bytes
 
 std::string hint_for(std::string_view why, const TcpHost& host) {
   const auto is = [&](int error) { return why == std::generic_category().message(error); };
   if (is(ECONNREFUSED))
-    return "a fresh router listens on loopback only: tcp.listen in its configuration";
+    return "by default a router listens only on loopback; set tcp.listen in its configuration";
   if (is(ETIMEDOUT) || is(EHOSTUNREACH) || is(ENETUNREACH))
-    return "is that host up, and its network? A firewall may drop what comes to port " +
+    return "is the host up, and its network? A firewall may block port " +
            std::to_string(host.port);
-  return "that name has no address: is it spelt so? `getent hosts " + host.host + "`";
+  return "the name has no address: is it spelled correctly? `getent hosts " + host.host + "`";
 }
 
 class TcpConnection final : public Connection {
@@ -201,7 +202,7 @@ class TcpConnection final : public Connection {
 
   void begin(const MailboxRequest& request) {
     const tims::Time deadline = tims::os::deadline_after(timeout_);
-    // A tool that is stopped behind a pager is not dead.
+    // A tool that waits for a pager must not time out.
     client_.protocol().put_command(tims::wire::router_command::kDisableWatchdog);
     if (auto heard = client_.log_in(deadline); !heard) throw failure(heard.error());
     for (int taken = 1;; ++taken) {
@@ -218,7 +219,7 @@ class TcpConnection final : public Connection {
   [[nodiscard]] std::string where() const override { return where_; }
   [[nodiscard]] int descriptor() const override { return client_.socket().get(); }
 
-  // What the router drops for a slow reader, it counts.
+  // The router counts the messages that it drops for a slow reader.
   [[nodiscard]] std::uint64_t missed() const override { return 0; }
 
   tims::Result<void> send(const tims::Envelope& envelope,
@@ -258,8 +259,9 @@ class TcpConnection final : public Connection {
 
   [[nodiscard]] Failure failure(const tims::Error& error) const {
     if (error == tims::Errc::kVersion)
-      return {Exit::kNoRouter, "no_router", where_ + " answers in HTTP: no router's TCP port",
-              "-H takes the address of tcp.listen (port 2000 unless configured), not that of "
+      return {Exit::kNoRouter, "no_router",
+              where_ + " answers in HTTP: it is not the TCP port of a router",
+              "-H requires the address of tcp.listen (default port 2000), not that of "
               "http.listen"};
     return failure_of(error, where_);
   }

@@ -16,7 +16,7 @@ Exit exit_of(const json::object& answer) {
   return text_at(answer, "partial") == "true" ? Exit::kTimeout : Exit::kDone;
 }
 
-// The mailbox that asks is not what anybody looks for.
+// The mailbox of this command itself is not listed.
 void leave_out_own(json::array& items, tims::Address own) {
   const auto* const found = std::ranges::find_if(items, [&](const json::value& item) {
     return text_at(item.as_object(), "address.raw") == own.to_hex();
@@ -24,7 +24,7 @@ void leave_out_own(json::array& items, tims::Address own) {
   if (found != items.end()) items.erase(found);
 }
 
-// The router may be restarted while somebody watches it.
+// The router may be restarted during --watch.
 class Watcher {
  public:
   Watcher(Context& context, const AskRouter& ask, const Draw& draw)
@@ -55,13 +55,13 @@ class Watcher {
       if (failure.exit != Exit::kNoRouter && failure.exit != Exit::kTimeout) throw;
       connection_.reset();
       if (context_.out.json()) return context_.out.failure(failure);
-      context_.out.redraw(heading() + failure.message + ", trying again\n");
+      context_.out.redraw(heading() + failure.message + "; retrying\n");
     }
   }
 
   std::string heading() const {
     if (!context_.out.terminal()) return {};
-    return fmt::format("{}  every {}, Ctrl-C ends\n\n",
+    return fmt::format("{}  every {}, stop with Ctrl-C\n\n",
                        time_of_day(tims::os::wall_now(), context_.options.utc),
                        base::human_duration(base::seconds(*context_.options.watch)));
   }
@@ -81,7 +81,7 @@ tims::Time Context::run_end() const {
 std::unique_ptr<Connection> Context::connect(const MailboxRequest& request) const {
   if (const auto* tcp = std::get_if<TcpHost>(&host))
     return connect_tcp(*tcp, request, options.timeout);
-  // Called from the session's own thread; it writes one line to stderr.
+  // Called by the thread of the session; writes one line to stderr.
   const Log log = [this](const std::string& text) { out.detail(text); };
   return connect_local(std::get<UnixHost>(host), request, options.timeout, log);
 }

@@ -1,4 +1,4 @@
-// What a verb has at hand, and how most verbs do: they ask a router and show its answer.
+// The context of a verb, and the common pattern of verbs: ask a router and show its answer.
 #pragma once
 
 #include <functional>
@@ -31,16 +31,16 @@ class Context {
   const Signals& signals;
   const Host host;
 
-  // When it ends by itself, counted from now: --for. kNever: it does not.
+  // The end of the run by --for, counted from now; kNever without --for.
   [[nodiscard]] tims::Time run_end() const;
 
-  // A mailbox at the router. Throws Failure.
+  // Opens a mailbox at the router. Throws Failure.
   [[nodiscard]] std::unique_ptr<Connection> connect(const MailboxRequest& request = {}) const;
-  // Asks the router of the connection, or that of --router.
+  // A client of the router of the connection, or of the router of --router.
   [[nodiscard]] AdminClient admin(Connection& connection) const;
 };
 
-// Says so when messages came faster than a command could show them.
+// Reports messages that were lost because they arrived faster than a command could show them.
 class LostMessages {
  public:
   // `what`: "messages".
@@ -48,38 +48,38 @@ class LostMessages {
 
   void note(const Connection& connection, const Output& out) {
     const std::uint64_t all = connection.missed();
-    if (all == told_) return;
+    if (all == reported_) return;
     out.note(fmt::format("{} {} were lost: too fast for this output, or larger than --body-max",
-                         all - told_, what_));
-    told_ = all;
+                         all - reported_, what_));
+    reported_ = all;
   }
 
  private:
   std::string_view what_;
-  std::uint64_t told_ = 0;
+  std::uint64_t reported_ = 0;
 };
 
-// --- Verbs that ask something and show the answer, once or again and again (--watch)
+// --- Verbs that send a request and show the answer, once or repeatedly (--watch)
 
 using AskRouter = std::function<json::object(AdminClient&)>;
-// From the answer to what a person reads; never called for JSON.
+// Converts the answer to text; not called for JSON.
 using Draw = std::function<std::string(const json::object&, const Look&)>;
 
 Exit show(Context& context, const AskRouter& ask, const Draw& draw);
-// The answer's items as a table, or the answer as a page.
+// The items of the answer as a table, or the answer as a page.
 Draw table_of(std::span<const Column> columns);
 Draw page_of(std::span<const Column> lines);
 
-// A list: the answer's items as a table, ordered as --sort says.
+// Shows the items of the answer as a table, sorted by --sort.
 Exit show_items(Context& context, const json::object& question, std::span<const Column> columns,
                 const Draw& draw = {});
-// A list that no router is asked for.
+// Shows a list that does not come from a router.
 Exit show_list(Context& context, std::string_view schema, json::array items,
                std::span<const Column> columns);
-// Of the router something is wanted; its answer is only shown as JSON.
+// Sends a command to the router; the answer is shown only as JSON.
 Exit tell_router(Context& context, const json::object& question);
 
-// The question with "match" for the first argument, if there is one.
+// Adds "match" with the first argument to the request, if there is one.
 json::object with_match(json::object question, const Options& options);
 
 }  // namespace timsctl

@@ -1,5 +1,5 @@
-// Why a command cannot go on. Commands throw it; main() prints it and exits with its code. What a
-// command had opened is closed by its scope.
+// Failure: the reason why a command cannot continue. Commands throw it; main() prints it and exits
+// with its status. Resources of the command are released by their scopes.
 #pragma once
 
 #include <exception>
@@ -19,13 +19,13 @@ namespace timsctl {
 
 namespace base = tims::base;
 
-// What a command's end means to a script. One table for all commands.
+// The exit status, the same for all commands.
 
 enum class Exit : int {
   kDone = 0,           // done; the answer is yes
-  kNo = 1,             // the answer is no, a check failed, a component said ERROR
+  kNo = 1,             // the answer is no, a check failed, a component answered ERROR
   kUsage = 2,          // the command line is wrong
-  kNoRouter = 3,       // no router there, or not reachable
+  kNoRouter = 3,       // there is no router, or it cannot be reached
   kNoSuch = 4,         // no such address, key, code
   kDenied = 5,         // the system or the router refused
   kTimeout = 6,        // no answer in time, or only a part of it
@@ -34,56 +34,57 @@ enum class Exit : int {
 };
 
 struct Failure : std::exception {
-  Failure(Exit exit_code, std::string word, std::string what_and_where, std::string what_to_do = {})
+  Failure(Exit exit_code, std::string error_code, std::string what_and_where,
+          std::string what_to_do = {})
       : exit(exit_code),
-        code(std::move(word)),
+        code(std::move(error_code)),
         message(std::move(what_and_where)),
         hint(std::move(what_to_do)) {}
   [[nodiscard]] const char* what() const noexcept override { return message.c_str(); }
 
   Exit exit;
-  std::string code;     // one word for scripts: "no_router"
-  std::string message;  // what, and where
-  std::string hint;     // what to do; may be empty
+  std::string code;     // for scripts: "no_router"
+  std::string message;  // what failed, and where
+  std::string hint;     // what the user can do; may be empty
 };
 
-// Ctrl-C, or the reader of our output has gone.
+// Ctrl-C, or the reader of stdout has closed it.
 struct Interrupted : std::exception {
   [[nodiscard]] const char* what() const noexcept override { return "interrupted"; }
 };
 
 Failure usage_error(std::string message, std::string hint = {});
 
-// Nobody has registered it.
+// The address is not registered.
 Failure no_such_mailbox(const std::string& address,
                         std::string hint = "`timsctl mbx list` shows all");
 
-// For a name that nobody has: the one that was probably meant, `otherwise`, or all there are.
+// The hint for an unknown name: the most similar known name, else `otherwise`, else all names.
 std::string nearest_hint(std::string_view name, std::span<const std::string_view> known,
                          std::string otherwise = {});
 
-// For people, a line or more: "timsctl: what, and where", and what to do.
+// One or more lines of text: "timsctl: MESSAGE" and the hint.
 std::string failure_text(const Failure& failure);
 
-// main() of a program without verbs: `run`, when `app` has read the command line. Both may throw
-// what CLI11 throws of a command line. Returns the exit status.
+// main() of a program without verbs: parses the command line with `app`, then calls `run`, which
+// may also throw CLI::ParseError. Returns the exit status.
 int run_program(int argc, char** argv, CLI::App& app, const std::function<Exit()>& run);
 
-// `where` is the router or mailbox it happened at.
+// `where`: the router or mailbox at which the error occurred.
 Failure failure_of(const tims::Error& error, const std::string& where);
 
-// Throws Failure with all of them, a line each; there may be none.
+// Throws Failure with one line per problem, if there are any.
 void fail_if_any(std::span<const base::Problem> problems, const std::string& code,
                  const std::string& hint);
 
-// The value, or the failure thrown.
+// Returns the value or throws the failure.
 template <typename T>
 T value_or_fail(tims::Result<T> result, const std::string& where) {
   if (!result) throw failure_of(result.error(), where);
   if constexpr (!std::is_void_v<T>) return std::move(result).value();
 }
 
-// What the words mean that timsctl and the router use for what went wrong, and what to do.
+// The meaning of error codes, drop reasons and findings of timsctl and the router, with hints.
 
 struct CatalogueEntry {
   std::string_view code;  // "no_route", "mailboxes.dead", "3"

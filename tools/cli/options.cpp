@@ -27,10 +27,10 @@ T need(std::optional<T> value, string_view what, string_view text) {
 tims::Duration duration(string_view text) {
   return need(base::parse_duration(text), "a duration such as 250ms, 2s or 1min", text);
 }
-// Zero would be a loop without a pause.
+// Zero would cause a busy loop.
 tims::Duration pause(string_view text) {
   const auto value = duration(text);
-  if (value < std::chrono::milliseconds(10)) refuse("a pause of at least 10ms", text);
+  if (value < std::chrono::milliseconds(10)) refuse("a duration of at least 10ms", text);
   return value;
 }
 std::uint32_t size(string_view text) {
@@ -72,176 +72,179 @@ std::string one_of(string_view text, std::initializer_list<string_view> known) {
 
 std::string router_name(string_view text) {
   const bool is_place = text.find(':') != string_view::npos && text.find('(') == string_view::npos;
-  if (is_place) refuse("a router's name or address; -H takes HOST:PORT and unix:PATH", text);
+  if (is_place) refuse("the name or address of a router; use -H for HOST:PORT and unix:PATH", text);
   return std::string(text);
 }
 
 constexpr OptionRow kOptions[] = {
-    {"host", 'H', "HOST", "router to ask: HOST[:PORT] or unix:PATH (else $TIMS_HOST, this host)",
+    {"host", 'H', "HOST",
+     "use the router at HOST[:PORT] or unix:PATH (default: $TIMS_HOST, else this host)",
      [](Options& o, string_view v) { o.host = v; }},
-    {"router", 'r', "NAME", "another router of the fleet, by name or address, asked through it",
+    {"router", 'r', "NAME",
+     "ask another router of the fleet (name or address) through the router of -H",
      [](Options& o, string_view v) { o.router = router_name(v); }},
-    {"json", 'j', "", "JSON on stdout; one object a line where something is repeated",
+    {"json", 'j', "", "print JSON; one object per line if output is repeated",
      [](Options& o, string_view) { o.format = Format::kJson; }},
     {"json-lines", 0, "", "the same as --json",
      [](Options& o, string_view) { o.format = Format::kJson; }},
-    {"output", 'o', "FORM", "table, wide, plain, json, csv or name",
+    {"output", 'o', "FORM", "output format: table, wide, plain, json, csv or name",
      [](Options& o, string_view v) { o.format = format(v); }},
-    {"watch", 'w', "[2]", "show it again every 2 seconds, or as often as said",
+    {"watch", 'w', "[2]", "repeat every 2 s, or at this interval in seconds",
      [](Options& o, string_view v) { o.watch = pause(v); }},
     {"once", 0, "", "the same as -n 1", [](Options& o, string_view) { o.count = 1; }},
-    {"count", 'n', "N", "stop after N",
+    {"count", 'n', "N", "stop after N repetitions, messages or events",
      [](Options& o, string_view v) {
        o.count = count(v);
        if (o.count == 0) refuse("a count of at least 1", v);
      }},
     {"for", 0, "DUR", "stop after this time",
      [](Options& o, string_view v) { o.run_for = duration(v); }},
-    {"timeout", 0, "DUR", "how long to wait for an answer (default 2s; for who is turned on 5s)",
+    {"timeout", 0, "DUR", "wait so long for an answer (default 2s; for ON 5s)",
      [](Options& o, string_view v) {
        o.timeout = pause(v);
        o.has_timeout = true;
      }},
-    {"sort", 0, "COL", "order the rows by this column, largest first for numbers",
+    {"sort", 0, "COL", "sort the rows by this column; numbers in descending order",
      [](Options& o, string_view v) { o.sort = v; }},
-    {"quiet", 'q', "", "only the result, no remarks",
+    {"quiet", 'q', "", "print only the result, no notes",
      [](Options& o, string_view) { o.quiet = true; }},
-    {"verbose", 'v', "", "more remarks", [](Options& o, string_view) { o.verbose = true; }},
-    {"no-color", 0, "", "no colours (also $NO_COLOR)",
+    {"verbose", 'v', "", "print more notes", [](Options& o, string_view) { o.verbose = true; }},
+    {"no-color", 0, "", "do not use colours (also $NO_COLOR)",
      [](Options& o, string_view) { o.no_color = true; }},
-    {"utc", 0, "", "times in UTC", [](Options& o, string_view) { o.utc = true; }},
-    {"yes", 'y', "", "do not ask before something moves",
+    {"utc", 0, "", "print times in UTC", [](Options& o, string_view) { o.utc = true; }},
+    {"yes", 'y', "", "do not ask for confirmation before something moves",
      [](Options& o, string_view) { o.yes = true; }},
-    {"interval", 'i', "DUR", "time between two (default 1s)",
+    {"interval", 'i', "DUR", "interval between requests or reports (default 1s)",
      [](Options& o, string_view v) { o.interval = pause(v); }},
-    {"from", 0, "ADDR", "the sender to assume", [](Options& o, string_view v) { o.from = v; }},
+    {"from", 0, "ADDR", "assume this sender", [](Options& o, string_view v) { o.from = v; }},
     {"type", 0, "T", "message type: a number or a name such as get_status",
      [](Options& o, string_view v) { o.type = v; }},
-    {"listen", 0, "ADDR", "register ADDR and show what arrives there",
+    {"listen", 0, "ADDR", "register ADDR and print the messages that arrive there",
      [](Options& o, string_view v) { o.listen = v; }},
-    {"hex", 0, "DIGITS", "the body, as hex digits", [](Options& o, string_view v) { o.hex = v; }},
-    {"file", 'f', "FILE", "messages as `msg echo` wrote them, or else a body; - is stdin",
+    {"hex", 0, "DIGITS", "message body in hex digits",
+     [](Options& o, string_view v) { o.hex = v; }},
+    {"file", 'f', "FILE", "read messages written by `msg echo`, or a body, from FILE; - is stdin",
      [](Options& o, string_view v) { o.file = v; }},
-    {"raw", 0, "", "bytes: echo writes them (input of `msg pub -f`), pub takes the file for a body",
+    {"raw", 0, "", "echo: print bytes (input of `msg pub -f`); pub: send the file as a body",
      [](Options& o, string_view) { o.raw = true; }},
-    {"fields", 0, "", "a line a field", [](Options& o, string_view) { o.fields = true; }},
-    {"si", 0, "", "numbers in SI units: m, s (angles stay clockwise)",
+    {"fields", 0, "", "print one field per line", [](Options& o, string_view) { o.fields = true; }},
+    {"si", 0, "", "use SI units: m, s (angles remain clockwise)",
      [](Options& o, string_view) { o.si = true; }},
     {"filter", 0, "COND",
-     "only messages with this: 'vx>100', 'type_name=move,points[].distance<300'",
+     "only messages that match: 'vx>100', 'type_name=move,points[].distance<300'",
      [](Options& o, string_view v) { o.filter = v; }},
-    {"dry-run", 0, "", "only show what would be written",
+    {"dry-run", 0, "", "only print what would be written",
      [](Options& o, string_view) { o.dry_run = true; }},
     {"no-wait", 0, "", "do not wait for the answer to a command",
      [](Options& o, string_view) { o.no_wait = true; }},
-    {"rate", 0, "HZ", "send again and again",
+    {"rate", 0, "HZ", "send repeatedly at this rate [Hz]",
      [](Options& o, string_view v) { o.rate_hz = rate(v); }},
-    {"priority", 0, "P", "0 to 255; higher is more urgent",
+    {"priority", 0, "P", "message priority, 0 to 255; higher is more urgent",
      [](Options& o, string_view v) { o.priority = byte("a priority from 0 to 255", v); }},
-    {"size", 's', "BYTES", "bytes to add to each question to the router",
+    {"size", 's', "BYTES", "bytes to add to each request to the router",
      [](Options& o, string_view v) { o.size_bytes = size(v); }},
-    {"body-max", 0, "SIZE", "largest body to receive (default 4MiB)",
+    {"body-max", 0, "SIZE", "largest body that can be received (default 4MiB)",
      [](Options& o, string_view v) { o.body_max_bytes = size(v); }},
-    {"period", 0, "DUR", "ask for one message each DUR (default: every one)",
+    {"period", 0, "DUR", "request one message per DUR (default: every message)",
      [](Options& o, string_view v) { o.period = duration(v); }},
-    {"by", 0, "WHAT", "one row each: reason, port or class",
+    {"by", 0, "WHAT", "group the rows by reason, port or class",
      [](Options& o, string_view v) {
        o.by = one_of(v, {"reason", "port", "class"});
      }},
-    {"all-routers", 'a', "", "of every router of the fleet",
+    {"all-routers", 'a', "", "include every router of the fleet",
      [](Options& o, string_view) { o.all_routers = true; }},
-    {"hops", 0, "", "every router on the way, too", [](Options& o, string_view) { o.hops = true; }},
-    {"origin", 0, "", "also where each value comes from",
+    {"hops", 0, "", "include every router on the path",
+     [](Options& o, string_view) { o.hops = true; }},
+    {"origin", 0, "", "also print the source of each value",
      [](Options& o, string_view) { o.origin = true; }},
-    {"format", 0, "FORM", "text or nagios",
+    {"format", 0, "FORM", "report format: text or nagios",
      [](Options& o, string_view v) {
        o.style = one_of(v, {"text", "nagios"});
      }},
-    {"fleet", 0, "NAME", "which fleet; needed when several run",
+    {"fleet", 0, "NAME", "name of the fleet; required if several run",
      [](Options& o, string_view v) { o.fleet = v; }},
-    {"link", 0, "NAME", "a link of the router that is asked, by the other router's name; or all",
+    {"link", 0, "NAME", "link of the router of -H, by the name of the other router; or all",
      [](Options& o, string_view v) { o.link = v; }},
-    {"system", 0, "N", "the robot's number, 0 to 255, in place of the file's",
+    {"system", 0, "N", "number of the robot, 0 to 255, instead of the one in the file",
      [](Options& o, string_view v) { o.system = byte("a system from 0 to 255", v); }},
-    {"on", 0, "HOST", "only what the file has for this host, here",
+    {"on", 0, "HOST", "start only the components for HOST, on this host",
      [](Options& o, string_view v) { o.on = v; }},
-    {"world", 0, "ADDR", "which World; needed when the router knows several",
+    {"world", 0, "ADDR", "address of the World; required if there are several",
      [](Options& o, string_view v) { o.world = v; }},
-    {"wait", 0, "[30s]", "try again until it is so, at most 30 seconds or as long as said",
+    {"wait", 0, "[30s]", "retry until the condition holds, at most 30 s or this duration",
      [](Options& o, string_view v) { o.wait = duration(v); }},
-    {"component", 'c', "GLOB", "only texts of these components",
+    {"component", 'c', "GLOB", "only log messages of these components",
      [](Options& o, string_view v) { o.component = v; }},
-    {"level", 'l', "LEVEL",
-     "print, error, warning, info or detail: this and what is more important",
+    {"level", 'l', "LEVEL", "least important level to show: print, error, warning, info or detail",
      [](Options& o, string_view v) {
        o.level = need(rack::gdos::level_of(v), "one of print, error, warning, info, detail", v);
      }},
-    {"since", 'S', "TIME", "not before: 10min (ago), 03:15, 2026-11-22, '2026-11-22 03:15'",
+    {"since", 'S', "TIME", "not earlier than: 10min (ago), 03:15, 2026-11-22, '2026-11-22 03:15'",
      [](Options& o, string_view v) { o.since = v; }},
     {"until", 'U', "TIME", "not later than this", [](Options& o, string_view v) { o.until = v; }},
-    {"directory", 'D', "DIR", "where gdos-log keeps its files",
+    {"directory", 'D', "DIR", "folder of the files of gdos-log",
      [](Options& o, string_view v) { o.directory = v; }},
     {"robot", 0, "ROBOT",
-     "which robot: the number of its system, or the name of its router; needed when there are "
-     "several",
+     "robot to use: its system number or the name of its router; required if there are several",
      [](Options& o, string_view v) { o.robot = v; }},
-    {"gps", 0, "", "degrees north and east in place of X and Y",
+    {"gps", 0, "", "X and Y are degrees north and east",
      [](Options& o, string_view) { o.gps = true; }},
-    {"patience", 0, "DUR", "how long it may stand before that is an error (default 30s)",
+    {"patience", 0, "DUR", "longest standstill before the drive has failed (default 30s)",
      [](Options& o, string_view v) { o.patience = pause(v); }},
-    {"plot", 0, "FILE", "also as a picture, .svg or .png",
+    {"plot", 0, "FILE", "also draw a picture, .svg or .png",
      [](Options& o, string_view v) { o.plot = v; }},
-    {"detach", 0, "", "go on in the background once it is up",
+    {"detach", 0, "", "continue in the background after the start",
      [](Options& o, string_view) { o.detach = true; }},
 };
 
 constexpr std::string_view kRobot = "timsctl-robot";
 constexpr std::string_view kSim = "timsctl-sim";
 
-// The last one of timsctl-robot is what `timsctl component param save` becomes: not listed.
+// The last verb of timsctl-robot implements `timsctl component param save` and is not listed.
 constexpr Verb kProgramVerbs[] = {
     {"up", "", "FILE", 1, 1, "system on for detach", true,
-     "Starts the components of a robot at the router of -H, passes on what they say, and starts "
-     "again what crashes. Runs until Ctrl-C and ends them then. FILE - is stdin. Exit status 1: a "
-     "component ended and stayed down.",
+     "Start the components of a robot at the router of -H, pass on their output, and restart those "
+     "that crash. Runs until Ctrl-C, then stops them. FILE - is stdin. Exit status 1: a component "
+     "ended and could not be restarted.",
      "timsctl up deploy/robots/sim.toml --system 1", nullptr, kTexts, kRobot},
-    {"down", "", "[NAME]", 0, 1, "", false, "Ends a robot that `up` has started, on this host.",
+    {"down", "", "[NAME]", 0, 1, "", false, "Stop a robot that `up` has started on this host.",
      "timsctl down sim-1", nullptr, kTexts, kRobot},
     {"robot", "show", "", 0, 0, "", false,
-     "Robots that `up` has started on this host: their programs, and how they are.",
-     "timsctl robot", nullptr, kRows, kRobot},
+     "List robots that `up` has started on this host: their programs and states.", "timsctl robot",
+     nullptr, kRows, kRobot},
     {"param", "save", "ADDR [NAME]", 1, 2, "wait dry-run", false,
-     "Writes the parameters of a component that were set since `up` started "
-     "it into the robot's file.",
+     "Write the parameters of a component that were set since `up` started it into the robot file.",
      "", nullptr, kRows, kRobot},
 
     {"sim", "up", "FILE", 1, 1, "fleet for detach", true,
-     "Makes a fleet on this machine: network namespaces, a router in each, components, bad lines. "
-     "Runs until Ctrl-C and takes everything down then. Exit status 1: a program ended by itself. "
-     "Needs root.",
+     "Start a fleet on this machine: network namespaces, a router in each, components, lines with "
+     "faults. Runs until Ctrl-C, then removes everything. Exit status 1: a program ended "
+     "unexpectedly. Needs root.",
      "timsctl sim up deploy/fleets/demo.toml", nullptr, kTexts, kSim},
     {"sim", "down", "[NAME]", 0, 1, "fleet", false,
-     "Ends a fleet, or removes what a crash has left of it; without a name all of them.",
+     "Stop a fleet, or remove the remains of a crashed one; without NAME: all fleets.",
      "timsctl sim down demo", nullptr, kTexts, kSim},
     {"sim", "show", "[NAME]", 0, 1, "", false,
-     "Fleets on this machine: hosts, addresses, routers' sockets, lines, programs.",
+     "Show fleets on this machine: hosts, addresses, router sockets, lines, programs.",
      "timsctl sim show", nullptr, kTexts, kSim},
     {"sim", "fault", "LINE PROFILE|KEY=VALUE|cut|heal...", 1, 20, "fleet link", false,
-     "Changes a line between two hosts. Profiles: cable, wifi, corridor, lte, blackout and those "
-     "of the fleet file. Keys: loss, duplicate, reorder, delay, jitter, rate, and direction (up: "
-     "towards the base, down). cut pulls the cable, heal makes it as the fleet file says. With "
-     "--link NAME in place of LINE: what the router of -H, of any fleet, does to its own datagrams "
-     "to router NAME (all: to everybody), when its sim.faults is true. What is not said is "
-     "perfect; no cut and no direction: ask the other router for the other one.",
+     "Change a line between two hosts. Profiles: cable, wifi, corridor, lte, blackout and those of "
+     "the fleet file. Keys: loss, duplicate, reorder, delay, jitter, rate, and direction (up: "
+     "towards the base, down). cut: interrupt the line; heal: restore the state of the fleet file. "
+     "Omitted keys are faultless. With --link NAME instead of LINE: faults that the router of -H "
+     "(of any fleet, with sim.faults = true) applies to its own datagrams to router NAME (all: to "
+     "all routers); there, cut and direction are not available: ask the other router for the other "
+     "direction.",
      "timsctl sim fault robot1-base loss=10% delay=20ms direction=up", nullptr, kTexts, kSim},
     {"sim", "kill", "HOST [router|PROGRAM]", 1, 2, "fleet", false,
-     "Ends everything on a host at once, as if it lost its power; or only its router, or the "
-     "programs with PROGRAM in their command.",
+     "Kill everything on a host at once, like a power failure; or only its router, or the programs "
+     "with PROGRAM in their command.",
      "timsctl sim kill robot1-main", nullptr, kTexts, kSim},
-    {"sim", "start", "HOST", 1, 1, "fleet", false, "Starts what does not run on a host.",
-     "timsctl sim start robot1-main", nullptr, kTexts, kSim},
+    {"sim", "start", "HOST", 1, 1, "fleet", false,
+     "Start the programs of a host that are not running.", "timsctl sim start robot1-main", nullptr,
+     kTexts, kSim},
     {"sim", "exec", "HOST COMMAND...", 2, 1000, "fleet", false,
-     "Runs a command on a host, with $TIMS_ROUTER set. Options behind COMMAND are its own.",
+     "Run a command on a host, with $TIMS_ROUTER set. Options after COMMAND belong to the command.",
      "timsctl sim exec robot1-main timsctl route show -j", nullptr, kTexts, kSim},
 };
 

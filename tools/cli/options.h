@@ -1,4 +1,4 @@
-// What the command line said, as plain values.
+// The options of the command line as plain values, and the tables of options and verbs.
 #pragma once
 
 #include <cstdint>
@@ -21,11 +21,12 @@ enum class Format : std::uint8_t { kTable, kWide, kPlain, kJson, kCsv, kName };
 struct Options {
   // Which router.
   std::string host;    // "", "robot:2000", "unix:/run/tims/router.sock"
-  std::string router;  // of the fleet, by name or address: asked through the one of `host`
+  std::string router;  // another router of the fleet, by name or address, asked through the router
+                       // of `host`
   tims::Duration timeout = std::chrono::seconds(2);
-  bool has_timeout = false;  // somebody has said so
+  bool has_timeout = false;  // --timeout was given
 
-  // How things are shown.
+  // Output.
   Format format = Format::kTable;
   bool utc = false;
   bool no_color = false;
@@ -33,15 +34,15 @@ struct Options {
   bool verbose = false;
   std::string sort;
 
-  // How often and how long.
+  // Repetition.
   std::optional<tims::Duration> watch;
   std::optional<std::uint64_t> count;
   std::optional<tims::Duration> run_for;
   std::optional<tims::Duration> interval;
 
-  // What single verbs take.
+  // Options of single verbs.
   std::vector<std::string> arguments;
-  std::vector<std::string> given;  // the options, each in one form: "--count=5", "--json"
+  std::vector<std::string> given;  // the given options in long form: "--count=5", "--json"
   std::string from;
   std::string type;
   std::string listen;
@@ -59,7 +60,7 @@ struct Options {
   std::string on;     // of up: a host
   std::optional<std::int64_t> system;
   std::optional<tims::Duration> wait;  // of component
-  std::string component;               // of log: whose texts
+  std::string component;               // of log: pattern of senders
   std::optional<rack::gdos::Level> level;
   std::string since;
   std::string until;
@@ -82,21 +83,21 @@ struct Options {
   bool gps = false;  // of nav goto
 
   [[nodiscard]] bool json() const { return format == Format::kJson; }
-  // Of a verb that repeats something until it is stopped: the number of times it was told.
+  // Whether a verb that repeats something runs until it is stopped.
   [[nodiscard]] bool endless() const { return !count && !run_for; }
 };
 
-// The one table of options: how each is written, what it takes, where its value goes.
+// The table of all options: names, value, help, and where the value is stored.
 
 struct OptionRow {
-  std::string_view name;   // "timeout": long name, and how the table of verbs refers to it
-  char letter;             // 'n' for -n, 0 without
-  std::string_view value;  // "DUR"; empty: a flag. "[2]": may be left out, then it is 2
+  std::string_view name;   // "timeout": the long name; the table of verbs refers to it
+  char letter;             // 'n' for -n; 0: no short form
+  std::string_view value;  // "DUR"; empty: a flag. "[2]": optional, 2 by default
   std::string_view help;
-  // Throws Failure when the value is not one.
+  // Throws Failure if the value is invalid.
   void (*set)(Options& options, std::string_view value);
 
-  // The same, with the option's name in front of what is wrong.
+  // Calls set(); error messages start with the name of the option.
   void apply(Options& options, std::string_view text) const;
   [[nodiscard]] bool takes_value() const { return !value.empty() && !value.starts_with('['); }
 };
@@ -105,12 +106,12 @@ std::span<const OptionRow> option_table();
 const OptionRow* find_option(std::string_view name);
 const OptionRow* find_option(char letter);
 
-// What -o calls it.
+// The name of a format for -o.
 std::string_view form_name(Format format);
 
 // --- Verbs
 
-// What -o may say: text for people; also a message a line; also rows that are all alike.
+// The forms of -o that a verb supports: one object; also one message per line; also a list of rows.
 inline constexpr std::string_view kTexts = "table wide json";
 inline constexpr std::string_view kLines = "table wide json csv";
 inline constexpr std::string_view kRows = "table wide plain json csv name";
@@ -121,26 +122,26 @@ struct Verb {
   std::string_view arguments;  // "ADDR [TYPE]"
   std::size_t arguments_min;
   std::size_t arguments_max;
-  std::string_view options;  // beyond the general ones, as the option table names them
-  bool endless;              // runs until Ctrl-C unless told otherwise: then Ctrl-C is its end
+  std::string_view options;  // besides the general ones, by their long names
+  bool endless;              // runs until Ctrl-C unless limited; Ctrl-C is then its normal end
   std::string_view help;
   std::string_view example;
-  // Null: `program` does it, as "PROGRAM VERB OPTIONS -- ARGUMENTS".
+  // Null: `program` implements it, called as "PROGRAM VERB OPTIONS -- ARGUMENTS".
   Exit (*run)(Context& context);
   std::string_view forms = kTexts;  // of -o
   std::string_view program{};       // "timsctl-sim"
 
   [[nodiscard]] std::string name() const;  // "route show"
-  [[nodiscard]] std::string word() const;  // "show"; of a command without verbs its noun
+  [[nodiscard]] std::string word() const;  // "show"; the noun of a command without verbs
 };
 
-// Options every verb takes, and those of every verb that shows something once.
+// Options of all verbs, and options of all verbs that show a state.
 inline constexpr std::string_view kGeneralOptions =
     "host router json json-lines output timeout quiet verbose no-color utc";
 inline constexpr std::string_view kShowOptions = "watch count once sort";
 
-// What timsctl-robot and timsctl-sim do: timsctl lists their verbs with its own, and becomes them.
-// One without an example is not listed.
+// The verbs of timsctl-robot and timsctl-sim. timsctl lists them with its own verbs and executes
+// the program. Verbs without an example are not listed.
 std::span<const Verb> program_verbs();
 
 }  // namespace timsctl

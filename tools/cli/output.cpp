@@ -155,8 +155,8 @@ void Output::redraw(std::string_view text) {
   winsize size{};
   ::ioctl(STDOUT_FILENO, TIOCGWINSZ, &size);
   std::size_t lines_left = size.ws_row == 0 ? SIZE_MAX : size.ws_row - 1U;
-  // Home; each line with what is left of the old one erased; everything below erased. Lines longer
-  // than the terminal is wide are cut by the terminal (wrapping off and on again).
+  // Move to the top left, erase the rest of each old line and everything below. Long lines are cut,
+  // because wrapping is switched off during the output.
   std::string frame = "\033[?7l\033[H";
   for (const char c : text) {
     if (c == '\n' && lines_left-- <= 1) break;
@@ -259,7 +259,7 @@ void sort_items(json::array& items, std::span<const Column> columns, std::string
     std::string names;
     for (const Column& c : columns)
       names.append(names.empty() ? "" : ", ").append(base::lower(c.title));
-    throw usage_error("no column \"" + std::string(by) + "\"", "there are " + names);
+    throw usage_error("no column \"" + std::string(by) + "\"", "columns: " + names);
   }
   std::stable_sort(items.begin(), items.end(), [&](const json::value& a, const json::value& b) {
     if (right_aligned(*column))

@@ -1,5 +1,5 @@
-// JSON, read without asking at every step whether it is there; what a person sees of it (tables,
-// pages, CSV, names: pure); and where a command writes: results to stdout, remarks to stderr.
+// Access to optional members of JSON; conversion to tables, pages, CSV and names (pure); output of
+// results to stdout and notes to stderr.
 #pragma once
 
 #include <functional>
@@ -21,17 +21,17 @@ namespace timsctl {
 
 namespace json = boost::json;
 
-// "owner.name": the member of the member; nullptr when it is not there or null.
+// `path` may be nested: "owner.name". nullptr if the member is missing or null.
 const json::value* at_path(const json::object& object, std::string_view path);
 std::optional<double> number_at(const json::object& object, std::string_view path);
 double number_or_zero(const json::object& object, std::string_view path);
-// Texts as they are, other values as JSON; empty when not there.
+// A string as it is, other values as JSON; empty if missing.
 std::string text_at(const json::object& object, std::string_view path);
-// What is in the list, nothing when it is missing; most are called "items".
+// The elements of the list; empty if it is missing.
 std::span<const json::value> items_of(const json::object& answer, std::string_view list = "items");
 std::span<const json::value> items_of(json::object&& gone,
                                       std::string_view list = "items") = delete;
-json::array& item_array(json::object& answer);  // made when it is missing
+json::array& item_array(json::object& answer);  // created if missing
 inline auto objects(std::span<const json::value> items) {
   return std::views::transform(
       items, [](const json::value& item) -> const json::object& { return item.as_object(); });
@@ -40,16 +40,16 @@ void objects(json::array&& gone) = delete;
 
 std::string to_text(const json::value& value);  // compact, one line
 
-// From JSON items to text: aligned tables, plain rows, CSV, names. Pure.
+// Conversion of JSON items to text: aligned tables, plain rows, CSV, names. Pure.
 
-// How output is to look.
+// The appearance of the output.
 struct Look {
   Format format = Format::kTable;
   bool colour = false;
   bool utc = false;
-  std::string sort{};  // a column's title or path, without regard to case
+  std::string sort{};  // title or path of a column, case-insensitive
 
-  // Text to be read, and not rows that are all alike.
+  // Text for humans, not uniform rows.
   [[nodiscard]] bool for_people() const {
     return format == Format::kTable || format == Format::kWide;
   }
@@ -67,24 +67,24 @@ struct Column {
 };
 
 enum class Tone : std::uint8_t { kPlain, kBold, kDim, kGood, kWarning, kBad };
-// With escape codes if colours are wanted; widths must be counted before.
+// Adds escape codes if `colour`; compute widths before.
 std::string paint(std::string_view text, Tone tone, bool colour);
 
-// In quotes where CSV needs them.
+// Quotes the text if CSV requires it.
 std::string csv_cell(std::string text);
 
-// One value as a person reads it; "-" when it is not there.
+// One value as text; "-" if missing.
 std::string cell_text(const json::object& item, const Column& column);
 
-// The items in the look's format (anything but JSON). Every row ends with a newline.
+// The items in the format of the look (except JSON). Every row ends with a newline.
 std::string render_items(std::span<const json::value> items, std::span<const Column> columns,
                          const Look& look);
-// One object, a line a column: "Uptime:  3d 4h".
+// One object, one line per column: "Uptime:  3d 4h".
 std::string render_page(const json::object& object, std::span<const Column> lines,
                         const Look& look);
 
-// Orders by a column: numbers from large to small, texts from A to Z. Throws Failure for a column
-// that is not there.
+// Sorts by a column: numbers in descending, texts in ascending order. Throws Failure if there is no
+// such column.
 void sort_items(json::array& items, std::span<const Column> columns, std::string_view by);
 
 class Output {
@@ -95,15 +95,15 @@ class Output {
   [[nodiscard]] bool terminal() const { return terminal_; }
   [[nodiscard]] bool json() const { return look_.format == Format::kJson; }
 
-  // To stdout, at once. Throws Interrupted when nobody reads it any more.
+  // Writes to stdout, unbuffered. Throws Interrupted if the reader has closed it.
   void write(std::string_view text);
   void write(const json::object& object);  // one line
-  // The answer as JSON, if that is wanted; else the text.
+  // Writes the answer as JSON if requested, else the text.
   void write(const json::object& answer, const std::function<std::string()>& text);
-  // Over what was written before, when that can be done: a display that is drawn again and again.
+  // Overwrites the previous display if stdout is a terminal.
   void redraw(std::string_view text);
 
-  // To stderr: remarks that -q silences, and those only -v wants to see.
+  // Write to stderr: notes (not with -q) and details (only with -v).
   void note(std::string_view text) const;
   void detail(std::string_view text) const;
   // As JSON on stdout, or as text on stderr.
@@ -116,9 +116,9 @@ class Output {
   bool verbose_;
 };
 
-// "02:15:00.123", of this place; with Z when it is UTC.
+// "02:15:00.123" in local time, or with Z in UTC.
 std::string time_of_day(base::WallTime time, bool utc);
-// The time of day of an RFC 3339 time; the text itself when it is none.
+// The time of day of an RFC 3339 time; the unchanged text if it is not one.
 std::string local_time(std::string_view rfc3339_text, bool utc);
 
 }  // namespace timsctl

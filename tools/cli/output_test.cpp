@@ -121,7 +121,7 @@ TEST(Json, PathsThatAreNotThere) {
   EXPECT_TRUE(items_of(object).empty());
 }
 
-// What a program without verbs exits with and says, given one argument.
+// The exit status and the output of a program without verbs with one argument.
 struct Ended {
   int status;
   std::string said;

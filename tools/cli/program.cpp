@@ -11,7 +11,7 @@
 #include "tims/session.h"
 
 #ifndef TIMS_VERSION
-#error "the build says which version this is"
+#error "TIMS_VERSION must be defined by the build"
 #endif
 
 namespace timsctl {
@@ -24,7 +24,7 @@ bool no_color() {
   return (asked != nullptr && *asked != 0) || term == nullptr || std::string_view(term) == "dumb";
 }
 
-// -H, else $TIMS_HOST, else the router that programs of this host use.
+// -H, else $TIMS_HOST, else the default router of this host.
 Host router_of(const Options& options) {
   if (!options.host.empty()) return parse_host(options.host);
   const char* host = std::getenv("TIMS_HOST");
@@ -32,7 +32,7 @@ Host router_of(const Options& options) {
   return parse_host(tims::default_router());
 }
 
-// Errors of the command line are answered as JSON too, when it asks for JSON.
+// Errors of the command line are reported as JSON, too, if it requests JSON.
 Options for_errors(Arguments arguments) {
   Options options;
   std::string_view before;
@@ -50,7 +50,7 @@ Exit run(const Command& command, Output& out, const Signals& signals) {
   try {
     return command.run(context);
   } catch (const Interrupted&) {
-    // A verb without an end of its own is done when it is stopped.
+    // For a continuous verb, Ctrl-C is the normal end.
     return command.verb->endless && command.options.endless() ? Exit::kDone : Exit::kInterrupted;
   }
 }
@@ -76,12 +76,12 @@ Exit run(Arguments arguments, const ParseCommandLine& parse) {
     return Exit::kInterrupted;
   } catch (const std::exception& error) {
     out.failure({Exit::kVersion, "unexpected_answer", error.what(),
-                 "the router's answer has another form than expected: another version?"});
+                 "the answer of the router has an unexpected form: does it have another version?"});
     return Exit::kVersion;
   }
 }
 
-// Options behind the first argument of such a verb belong to the command that it runs.
+// Options after the first argument of such a verb belong to the command that it runs.
 bool takes_a_command(const Verb& verb) { return verb.arguments.ends_with("COMMAND..."); }
 
 bool has_option(const Verb& verb, std::string_view name) {
@@ -124,22 +124,22 @@ std::vector<std::string_view> words_of(const Verbs& verbs) {
   return words;
 }
 
-// CLI11 would say of an unknown verb that a verb is missing.
+// CLI11 would report an unknown verb as a missing verb.
 void check_verb(const VerbProgram& program, const Verbs& verbs,
                 std::span<const std::string> arguments) {
   const auto known = words_of(verbs);
   const std::string all =
-      fmt::format("there are {}; `{} --help`", fmt::join(known, ", "), program.name);
-  if (arguments.empty()) throw usage_error("which verb?", all);
+      fmt::format("known: {}; see `{} --help`", fmt::join(known, ", "), program.name);
+  if (arguments.empty()) throw usage_error("the verb is missing", all);
   const std::string& word = arguments.front();
   if (word.starts_with("--help") || word == "-h" || word == "--version") return;
   if (word.starts_with('-'))
-    throw usage_error(fmt::format("{}: options stand behind the verb", word), all);
+    throw usage_error(fmt::format("{}: options must follow the verb", word), all);
   if (std::ranges::find(known, word) == known.end())
     throw usage_error(fmt::format("no verb \"{}\"", word), nearest_hint(word, known, all));
 }
 
-// What CLI11 has against the command line of a verb.
+// The failure for a command line that CLI11 has rejected.
 Failure refused(const VerbProgram& program, const Verb& verb, const CLI::App& app,
                 const CLI::ParseError& error) {
   const std::string help = fmt::format("`{} {} --help`", program.name, verb.word());
@@ -160,7 +160,7 @@ std::string lines_of(const std::vector<std::string>& words) {
   return text;
 }
 
-// Broken at blanks; all lines but the first one indented.
+// Wraps the text at blanks; all lines except the first are indented.
 std::string wrapped(std::string_view text, std::size_t indent) {
   constexpr std::size_t kWidth = 98;
   std::string out;
@@ -185,8 +185,7 @@ std::variant<Command, Text> parse_verb_program(const VerbProgram& program, Argum
   if (arguments.size() == 3 && arguments[0] == "__complete")
     return Text{lines_of(program.candidates(
         arguments[1], base::parse_number<std::size_t>(arguments[2]).value_or(0)))};
-  // What stands behind "--" are arguments, whatever they look like. CLI11 would give them to the
-  // program and not to the verb.
+  // Everything after "--" is an argument. CLI11 would assign it to the program, not to the verb.
   const auto mark = std::ranges::find(arguments, "--");
   const std::span before(arguments.begin(), mark);
   const std::span behind(mark == arguments.end() ? mark : mark + 1, arguments.end());
@@ -202,7 +201,7 @@ std::variant<Command, Text> parse_verb_program(const VerbProgram& program, Argum
   };
   try {
     std::vector<std::string> reversed(before.rbegin(), before.rend());
-    app.parse(reversed);  // the last one first
+    app.parse(reversed);  // CLI11 expects the arguments in reverse order
   } catch (const CLI::CallForHelp&) {
     if (parsed() == verbs.end()) return Text{program_help(program, verbs)};
     const Verb& verb = *parsed()->first;
@@ -268,7 +267,7 @@ void check_arguments(std::string_view program, std::string_view call, const Verb
     throw usage_error(fmt::format("{}: {} is missing", call, verb.arguments), usage);
   if (arguments.size() > verb.arguments_max)
     throw usage_error(
-        fmt::format("{}: \"{}\" is one word too many", call, arguments[verb.arguments_max]), usage);
+        fmt::format("{}: unexpected argument \"{}\"", call, arguments[verb.arguments_max]), usage);
 }
 
 std::string_view own_version() { return TIMS_VERSION; }

@@ -56,13 +56,13 @@ std::string_view package_of(std::string_view program) {
   return {};
 }
 
-// Why a program was not started; errno as os/process.h left it.
+// The reason why a program was not started; errno is set by os/process.h.
 Failure not_started(const Launch& launch, const tims::Error& error) {
   const bool is_missing = errno == ENOENT;
   if (error.code() != tims::Errc::kInvalidArgument) return {Exit::kNo, "system", error.detail()};
   const std::string_view package = package_of(launch.command.front());
   return {is_missing ? Exit::kNoSuch : Exit::kDenied, "cannot_execute", error.detail(),
-          package.empty() ? "it is looked for beside timsctl and in $PATH"
+          package.empty() ? "it is searched in the folder of timsctl and in $PATH"
                           : fmt::format("apt-get install {}", package)};
 }
 
@@ -82,7 +82,7 @@ void run_or_fail(const Launch& launch, std::string_view input) {
   throw Failure(Exit::kDenied, "system",
                 fmt::format("{} (in {}): {}", fmt::join(launch.command, " "),
                             launch.network.empty() ? "this host" : launch.network, text),
-                "network namespaces need the rights of root and of CAP_NET_ADMIN");
+                "network namespaces require root and CAP_NET_ADMIN");
 }
 
 Process start(Launch launch) {
@@ -105,7 +105,7 @@ json::object ask_control(const std::string& path, const json::object& question,
   std::vector<std::byte> answer(kServiceAnswerMax);
   if (signals.wait(socket->get(), tims::os::deadline_after(timeout)) ==
       Signals::WaitResult::kTimeout)
-    throw Failure(Exit::kTimeout, "timeout", path + ": no answer", "a longer --timeout");
+    throw Failure(Exit::kTimeout, "timeout", path + ": no answer", "use a longer --timeout");
   const auto received = value_or_fail(tims::os::receive_record(socket->get(), answer, false), path);
   json::object object = parse_object({reinterpret_cast<const char*>(answer.data()), received.size});
   throw_error_of(object);
@@ -116,7 +116,8 @@ void ControlServer::wait(std::vector<int> others, const Signals& signals,
                          tims::Time deadline) const {
   others.push_back(listener_.get());
   const auto any = tims::os::any_of(others);
-  (void)signals.wait(any ? any->get() : -1, deadline);  // the system refuses: at the deadline
+  (void)signals.wait(any ? any->get() : -1,
+                     deadline);  // if accept fails, try again at the deadline
 }
 
 void ControlServer::take_question(
@@ -129,7 +130,7 @@ void ControlServer::take_question(
     return;
   std::array<std::byte, kQuestionMax> buffer{};
   const auto received = tims::os::receive_record(socket->get(), buffer, false);
-  if (!received || received->size == 0) return;  // it only wanted to know whether we are here
+  if (!received || received->size == 0) return;  // only a test whether this process listens
   try {
     const json::object question =
         parse_object({reinterpret_cast<const char*>(buffer.data()), received->size});
@@ -157,7 +158,7 @@ Exit run_detached(const std::string& log,
                   const std::function<Exit(const std::function<void()>& ready)>& work) {
   tims::os::Pipe pipe = value_or_fail(tims::os::make_pipe(), "pipe");
   const pid_t pid = ::fork();
-  if (pid < 0) throw Failure(Exit::kNo, "system", "fork: the system has no room for a process");
+  if (pid < 0) throw Failure(Exit::kNo, "system", "fork: the system cannot create another process");
   if (pid == 0) {
     ::setsid();
     return work([&] {

@@ -1,5 +1,5 @@
-// What a program needs that keeps other programs running: it starts them, goes on in the
-// background, says what happens to them, and answers those who ask it from another terminal.
+// Functions for programs that supervise other programs: starting processes, running in the
+// background, reporting events, and answering requests from another terminal.
 #pragma once
 
 #include <functional>
@@ -16,67 +16,69 @@
 
 namespace timsctl {
 
-// --- Other programs (os/process.h), with failures thrown
+// --- Processes (os/process.h); errors are thrown as Failure
 
 using tims::os::Launch;
 using tims::os::Process;
 using tims::os::Ran;
 
-// To its end. Throws Failure when it cannot be executed.
+// Runs a program to its end. Throws Failure if it cannot be executed.
 Ran run(const Launch& launch, std::string_view input = {});
-// The same; throws Failure with the program's words when it ended with another status than 0.
+// The same; throws Failure with the output of the program if its exit status is not 0.
 void run_or_fail(const Launch& launch, std::string_view input = {});
-// In a group of its own. Throws Failure when it cannot be executed.
+// Starts a program in its own process group. Throws Failure if it cannot be executed.
 Process start(Launch launch);
-// This process becomes that program. Comes back only by throwing Failure.
+// Replaces this process by the program. Returns only by throwing Failure.
 [[noreturn]] void become(const Launch& launch);
 
-// --- Questions from another terminal: one record of JSON there, one back. Who listens is there;
-// nothing else tells.
+// --- Requests from another terminal: one JSON record as request, one as answer. A supervisor is
+// running if and only if it listens at its socket.
 
 bool somebody_listens(const std::string& path);
-// Throws Failure: no answer in time, or what the other one threw. `nobody`: thrown when nobody
-// listens.
+// Sends a request. Throws Failure: no answer in time, or the failure that the server reported.
+// `nobody` is thrown if no process listens.
 json::object ask_control(const std::string& path, const json::object& question,
                          const Signals& signals, tims::Duration timeout, const Failure& nobody);
 
-// Answers them. {"do": "down"} is for itself: who asks that is told when all has ended.
+// The server of these requests. It handles {"do": "down"} itself: that request is answered at the
+// end, by end().
 class ControlServer {
  public:
   explicit ControlServer(tims::os::File listener) : listener_(std::move(listener)) {}
 
-  // Until somebody asks, one of the others can be read, or the deadline. Throws Interrupted.
+  // Waits for a request, until one of `others` is readable, or the deadline. Throws Interrupted.
   void wait(std::vector<int> others, const Signals& signals, tims::Time deadline) const;
-  // Takes the question that waits, if one does. What `answer` throws as Failure is answered.
+  // Handles a waiting request, if there is one. A Failure thrown by `answer` is sent as the answer.
   void take_question(const Signals& signals,
                      const std::function<json::object(const json::object& question)>& answer);
   [[nodiscard]] bool asked_to_end() const { return static_cast<bool>(ending_); }
-  // All has ended: nobody listens any more.
+  // Closes the socket and answers the request to end.
   void end(const json::object& answer);
 
  private:
   tims::os::File listener_;
-  tims::os::File ending_;  // who asked for the end
+  tims::os::File ending_;  // connection of the request to end
 };
 
-// Empty when the text is no JSON object.
+// Empty if the text is not a JSON object.
 json::object parse_object(std::string_view text);
 
-// --- Going on in the background
+// --- Running in the background
 
-// Runs `work` in a process of its own, and returns when that has called `ready` (kDone) or has
-// ended (its exit status). From `ready` on, what it says goes to the file `log`. Throws Failure
-// when the system has no room for a process. Before any thread is started.
+// Runs `work` in a child process and returns when that has called `ready` (kDone) or has ended (its
+// exit status). After `ready`, its output goes to the file `log`. Throws Failure if the system
+// cannot create a process. Must be called before any thread is started.
 Exit run_detached(const std::string& log,
                   const std::function<Exit(const std::function<void()>& ready)>& work);
 
-// --- What happens to the programs: when, to whom and what, a line each, or an object of JSON
+// --- Events of the supervised programs: time, subject and text, as one line or one JSON object
+// each
 
 class EventLines {
  public:
   EventLines(Context& context, std::string_view schema, int subject_width);
 
-  // Times count from now on.
+  // Sets the zero of the event times.
   void begin();
   [[nodiscard]] tims::Time began() const { return began_; }
 

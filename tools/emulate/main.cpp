@@ -1,4 +1,4 @@
-// rack-emulate: a device that exists only as a program, at the end of a line.
+// rack-emulate: emulates a device at the end of a line.
 #include <csignal>
 #include <cstdio>
 
@@ -17,7 +17,7 @@ namespace {
 constexpr int kFailed = 1;
 constexpr int kWrongUsage = 2;
 
-volatile std::sig_atomic_t asked_to_end = 0;  // written by the signal handler only
+volatile std::sig_atomic_t asked_to_end = 0;  // written only by the signal handler
 
 void on_signal(int) { asked_to_end = 1; }
 
@@ -36,7 +36,7 @@ int emulate(const std::string& name, const std::string& where, const std::string
   const EmulatorInfo* const info = find_emulator(name);
   if (info == nullptr)
     return fail(kWrongUsage, {tims::Errc::kInvalidArgument,
-                              "no emulator " + name + "; rack-emulate --list names them"});
+                              "no emulator " + name + "; rack-emulate --list shows all"});
   const auto address = DeviceAddress::parse(where.empty() ? info->address : where);
   if (!address) return fail(kWrongUsage, address.error());
   auto line = open_line(*address, info->baud);
@@ -53,7 +53,7 @@ int emulate(const std::string& name, const std::string& where, const std::string
   ::sigaction(SIGTERM, &action, nullptr);
   const auto emulator = info->make({});
   const auto device = Device::with(std::move(*line), std::move(capture), *emulator);
-  fmt::print("{} at {}; {} speaks with it\n", info->device, address->to_string(), info->driver);
+  fmt::print("{} at {}, for driver {}\n", info->device, address->to_string(), info->driver);
   std::fflush(stdout);
   constexpr Duration kLook = std::chrono::milliseconds(500);
   while (asked_to_end == 0)
@@ -66,19 +66,18 @@ int emulate(const std::string& name, const std::string& where, const std::string
 }  // namespace rack::device
 
 int main(int argc, char** argv) {
-  CLI::App app(
-      "A device that exists only as a program, for its driver's tests and for people\n"
-      "without the device.",
-      "rack-emulate");
+  CLI::App app("Emulate a device, to test its driver or to work without the device.",
+               "rack-emulate");
   std::string name;
   std::string address;
   std::string record;
   bool lists = false;
-  app.add_flag("--list", lists, "the devices, their drivers, and where they are by default");
-  app.add_option("NAME", name, "which device");
-  app.add_option("ADDRESS", address,
-                 "pty:PATH, tcp:127.0.0.1:PORT (listens there), can:INTERFACE, udp:HOST:PORT");
-  app.add_option("--record", record, "file that what comes and goes is recorded in");
+  app.add_flag("--list", lists, "list the devices, their drivers and default addresses");
+  app.add_option("NAME", name, "name of the device");
+  app.add_option(
+      "ADDRESS", address,
+      "where to serve it: pty:PATH, tcp:127.0.0.1:PORT (listens), can:INTERFACE, udp:HOST:PORT");
+  app.add_option("--record", record, "record received and sent bytes in this file");
   app.set_version_flag("--version", TIMS_VERSION);
   try {
     app.parse(argc, argv);
@@ -87,7 +86,7 @@ int main(int argc, char** argv) {
   }
   if (lists) return rack::device::list();
   if (name.empty()) {
-    fmt::print(stderr, "rack-emulate: which device? rack-emulate --list names them\n");
+    fmt::print(stderr, "rack-emulate: NAME is missing; rack-emulate --list shows all devices\n");
     return rack::device::kWrongUsage;
   }
   return rack::device::emulate(name, address, record);

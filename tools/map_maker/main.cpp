@@ -1,4 +1,4 @@
-// map-maker: a map of a building out of a recorded drive through it.
+// map-maker: builds a map of a building from a recorded drive through it.
 #include <atomic>
 #include <csignal>
 #include <cstdio>
@@ -31,8 +31,8 @@ using timsctl::Failure;
 struct Wanted {
   std::string log;
   std::string map;
-  std::string odometry;  // of a recording
-  std::string poses;     // to be written
+  std::string odometry;  // a recording of odometry
+  std::string poses;     // output file
   std::string truth;
   std::optional<double> lag;
   double resolution = 0.05;  // m
@@ -44,11 +44,11 @@ struct Wanted {
 
 std::atomic<bool> interrupted = false;
 
-// --- what comes in
+// --- input
 
 struct Input {
   Drive drive{};
-  std::optional<localisation::CarmenLog> log{};  // none: a recording
+  std::optional<localisation::CarmenLog> log{};  // empty: a recording
   double lag = 0;
 };
 
@@ -60,12 +60,12 @@ Input read_carmen(const Wanted& wanted, const std::string& text) {
   return input;
 }
 
-// The files of single scans lie beside that of the Scan2d, and are called so.
+// The files of single scans are in the folder of the Scan2d file, with this name.
 Input read_recording(const Wanted& wanted, const std::string& text) {
   if (wanted.odometry.empty())
     throw Failure(Exit::kUsage, "usage",
-                  fmt::format("{}: a recording of a Scan2d says nothing of odometry", wanted.log),
-                  "give the recording of Odometry or Position: --odometry FILE");
+                  fmt::format("{}: a recording of a Scan2d contains no odometry", wanted.log),
+                  "add the recording of Odometry or Position with --odometry FILE");
   const std::filesystem::path path(wanted.log);
   const std::string base = (path.parent_path() / path.stem()).string();
   const auto scan_file = [&](std::size_t number) {
@@ -81,7 +81,7 @@ Input read_input(const Wanted& wanted) {
   const std::string text = read_file(wanted.log);
   Input input = text.starts_with("% ") ? read_recording(wanted, text) : read_carmen(wanted, text);
   if (!wanted.truth.empty() && !input.log)
-    throw Failure(Exit::kUsage, "usage", "--truth is for logs of CARMEN");
+    throw Failure(Exit::kUsage, "usage", "--truth requires a CARMEN log");
   return input;
 }
 
@@ -96,7 +96,7 @@ class ProgressLine {
   ~ProgressLine() {
     if (shown_) fmt::print(stderr, "\r\033[K");
   }
-  // A line that counts on a terminal; elsewhere one for each step.
+  // On a terminal one line is updated; elsewhere one line per step is printed.
   bool operator()(std::string_view what, std::size_t done, std::size_t all) {
     const std::size_t percent = all > 0 ? 100 * done / all : 100;
     if (shown_ && (what != what_ || percent != percent_))
@@ -114,7 +114,7 @@ class ProgressLine {
   std::size_t percent_ = 0;
 };
 
-// --- what goes out
+// --- output
 
 void write_file(const std::string& name, const std::string& text) {
   if (const auto written = navigation::write_file(name, text); !written)
@@ -128,7 +128,7 @@ std::vector<Pose> laser_poses(const Drive& drive, const MadeMap& made) {
   return poses;
 }
 
-// The picture first: whoever reads the new YAML file finds it.
+// The image is written first: a reader of the new YAML file must find it.
 void write_map(const Wanted& wanted, const MadeMap& made) {
   const std::filesystem::path yaml(wanted.map);
   std::filesystem::path picture = yaml;
@@ -201,37 +201,40 @@ Exit make(const Wanted& wanted) {
 }
 
 constexpr const char* kAbout =
-    "A map of a building out of a recorded drive through it.\n\n"
-    "LOG is a log of CARMEN (.clf), or what DatalogRec wrote of a Scan2d; then --odometry is what\n"
-    "it wrote of an Odometry or Position meanwhile. Drive slowly, come back to where you were\n"
-    "every now and then, and drive the way once more at the end: loops make the map straight.\n"
-    "Written are MAP.yaml and MAP.pgm, as ROS and MonteCarloLocalisation read them.";
+    "Build a map of a building from a recorded drive through it.\n\n"
+    "LOG is a CARMEN log (.clf), or a recording of a Scan2d by DatalogRec; the latter requires\n"
+    "--odometry, the recording of Odometry or Position of the same drive. Drive slowly, return to\n"
+    "earlier places from time to time, and drive the route again at the end: loop closures "
+    "correct\n"
+    "the map. The output is MAP.yaml and MAP.pgm for ROS and MonteCarloLocalisation.";
 constexpr const char* kExits =
-    "Exit status: 0 done, 1 a file is broken (FILE: line N: what), 2 wrong command line, 4 no "
+    "Exit status: 0 done, 1 a file is invalid (FILE: line N: reason), 2 wrong command line, 4 no "
     "such\n"
     "file, 5 not written, 130 Ctrl-C: nothing was written.";
 
 void add_options(CLI::App& app, Wanted& wanted) {
-  app.add_option("LOG", wanted.log, "log of CARMEN, or recording of a Scan2d")->required();
-  app.add_option("MAP", wanted.map, "to be written, .yaml")->required();
+  app.add_option("LOG", wanted.log, "CARMEN log, or recording of a Scan2d")->required();
+  app.add_option("MAP", wanted.map, "output file, .yaml")->required();
   app.add_option("--odometry", wanted.odometry, "recording of Odometry or Position");
-  app.add_option("--resolution", wanted.resolution, "size of a cell, m")
+  app.add_option("--resolution", wanted.resolution, "cell size [m]")
       ->capture_default_str()
       ->check(CLI::Range(0.01, 1.0));
-  app.add_option("--range", wanted.range, "longer beams are not drawn, m")
+  app.add_option("--range", wanted.range, "longest beams that are drawn [m]")
       ->capture_default_str()
       ->check(CLI::Range(1.0, 1000.0));
-  app.add_option("--rounds", wanted.settings.rounds, "of laying all scans on all others")
+  app.add_option("--rounds", wanted.settings.rounds,
+                 "number of rounds of matching all scans with all others")
       ->capture_default_str()
       ->check(CLI::Range(0, 20));
-  app.add_option("--lag", wanted.lag, "age of scans of CARMEN, s (default: seen from its turns)")
+  app.add_option("--lag", wanted.lag,
+                 "age of scans in a CARMEN log [s] (default: estimated from turns)")
       ->check(CLI::Range(-10.0, 10.0));
   app.add_option("--poses", wanted.poses,
-                 "to be written: where the scanner was, `time index x y theta`, as mcl-eval reads");
+                 "write the poses of the scanner, `time index x y theta`, in the form of mcl-eval");
   app.add_option("--truth", wanted.truth,
-                 "poses or relations to compare these with, as mcl-eval reads them");
-  app.add_flag("--quiet", wanted.quiet, "no progress");
-  app.add_flag("--json", wanted.json, "the summary as a JSON object");
+                 "compare the poses with true poses or relations, in the form of mcl-eval");
+  app.add_flag("--quiet", wanted.quiet, "do not print the progress");
+  app.add_flag("--json", wanted.json, "print the summary as a JSON object");
   app.set_version_flag("--version", TIMS_VERSION);
   app.footer(kExits);
 }
@@ -249,7 +252,7 @@ int main(int argc, char** argv) {
     wanted.settings.resolution = 1000 * wanted.resolution;
     wanted.settings.range_max = 1000 * wanted.range;
     if (!wanted.map.ends_with(".yaml"))
-      throw timsctl::usage_error(wanted.map + ": the map is a .yaml file");
+      throw timsctl::usage_error(wanted.map + ": the map must be a .yaml file");
     return make(wanted);
   });
 }

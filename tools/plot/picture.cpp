@@ -23,9 +23,9 @@ constexpr double kInner = kWidth - kLeft - kRight;
 constexpr double kMapHeightMax = 760;
 constexpr double kMapHeightMin = 260;
 constexpr double kSeriesHeight = 150;
-constexpr double kBelow = 52;  // an axis and its words
+constexpr double kBelow = 52;  // height of an axis with its labels
 constexpr double kLegendLine = 22;
-constexpr double kLetter = 7.8;  // wide, of 13 pixels
+constexpr double kLetter = 7.8;  // width of a letter at 13 pixels
 constexpr const char* kGrid = "#e4e4e4";
 constexpr const char* kWall = "#555555";
 
@@ -41,7 +41,7 @@ Look look_of(Role role) {
     case Role::kOdometry:
       return {"#e69f00", "7 3", 1.5};
     case Role::kTruth:
-      return {"#7fd1b9", "", 4.5};  // wide and pale: others are seen on it
+      return {"#7fd1b9", "", 4.5};  // wide and pale: other lines remain visible on it
     case Role::kPath:
       return {"#d55e00", "10 3 2 3", 1.8};
     default:
@@ -49,7 +49,7 @@ Look look_of(Role role) {
   }
 }
 
-// Of several of one role, the further ones in the colours that are left.
+// Further lines of the same role use the remaining colours.
 std::vector<Look> looks_of(const std::vector<Role>& roles) {
   constexpr std::array<Look, 4> kMore = {
       {{"#56b4e9", "4 2", 1.8}, {"#000000", "", 1.2}, {"#cc79a7", "9 3", 1.8}, {"#f0e442", "", 2}}};
@@ -73,7 +73,7 @@ struct Range {
     high = std::max(high, value);
   }
   [[nodiscard]] double size() const { return high - low; }
-  // At least `least` wide, and a little more than what is in it.
+  // Widened to at least `least`, with a small margin around the values.
   void widen(double least) {
     if (!(high >= low)) low = high = 0;
     const double more = std::max(0.03 * size(), (least - size()) / 2);
@@ -93,7 +93,7 @@ std::string tick_text(double value, double step) {
   return value == 0 || text.find_first_not_of("-0.") == std::string::npos ? "0" : text;
 }
 
-// Where values are in the picture.
+// Maps values to positions in the picture.
 struct Axes {
   Box box;
   Range across;
@@ -131,7 +131,7 @@ void draw_axes(Svg& svg, const Axes& axes, const std::string& across, const std:
 
 // --- the map
 
-// In metres: across is y of RACK, up is x.
+// In metres: `across` is y of RACK, `up` is x.
 void add_points(const std::vector<MapPoint>& points, Range& across, Range& up) {
   for (const MapPoint& point : points) {
     across.add(point.y / 1000);
@@ -151,7 +151,8 @@ void add_map(const GridMap& map, Range& across, Range& up) {
 Axes map_axes(const Picture& picture, double top) {
   Axes axes;
   if (picture.map) add_map(*picture.map, axes.across, axes.up);
-  for (const Track& track : picture.tracks) add_points(track.points, axes.across, axes.up);
+  for (const Trajectory& trajectory : picture.trajectories)
+    add_points(trajectory.points, axes.across, axes.up);
   add_points(picture.dots, axes.across, axes.up);
   for (const Mark& mark : picture.marks) add_points({{mark.at.x, mark.at.y}}, axes.across, axes.up);
   axes.across.widen(2);
@@ -159,7 +160,7 @@ Axes map_axes(const Picture& picture, double top) {
   const double height =
       std::clamp(kInner * axes.up.size() / axes.across.size(), kMapHeightMin, kMapHeightMax);
   axes.box = {kLeft, top, kInner, height};
-  // The same scale for both.
+  // Both axes have the same scale.
   axes.across.stretch(axes.up.size() * kInner / height);
   axes.up.stretch(axes.across.size() * height / kInner);
   return axes;
@@ -168,7 +169,7 @@ Axes map_axes(const Picture& picture, double top) {
 // Walls as runs of cells, in units of cells, rows from the top.
 std::string wall_path(const GridMap& map) {
   std::string path = "M0 .5";  // in the middle of a row
-  std::int32_t x = 0;          // where the last one ended
+  std::int32_t x = 0;          // end of the last run
   std::int32_t y = 0;
   for (std::int32_t row = 0; row < map.rows; ++row)
     for (std::int32_t column = 0; column < map.columns; ++column) {
@@ -185,7 +186,7 @@ std::string wall_path(const GridMap& map) {
 }
 
 void draw_map(Svg& svg, const GridMap& map, const Axes& axes) {
-  // Not more than a cell for each pixel.
+  // At most one cell per pixel.
   const double pixel = axes.across.size() * 1000 / axes.box.width;  // mm
   const double wanted = std::max(1.0, pixel / map.resolution);
   const double cells = static_cast<double>(map.cells.size()) / (wanted * wanted);
@@ -195,9 +196,9 @@ void draw_map(Svg& svg, const GridMap& map, const Axes& axes) {
   svg.shape(wall_path(shown), left_top, shown.resolution / pixel, kWall);
 }
 
-std::vector<Spot> spots_of(const Track& track, const Axes& axes) {
+std::vector<Spot> spots_of(const Trajectory& trajectory, const Axes& axes) {
   std::vector<Spot> spots;
-  for (const MapPoint& point : track.points)
+  for (const MapPoint& point : trajectory.points)
     if (std::isfinite(point.x) && std::isfinite(point.y))
       spots.push_back(axes.spot(point.y / 1000, point.x / 1000));
   return spots;
@@ -225,10 +226,10 @@ void draw_ground(Svg& svg, const Picture& picture, const std::vector<Look>& look
   constexpr std::array kOrder = {Role::kTruth, Role::kOdometry, Role::kOther, Role::kPath,
                                  Role::kEstimate};
   for (const Role role : kOrder)
-    for (std::size_t i = 0; i < picture.tracks.size(); ++i) {
-      if (picture.tracks[i].role != role) continue;
+    for (std::size_t i = 0; i < picture.trajectories.size(); ++i) {
+      if (picture.trajectories[i].role != role) continue;
       const Look& look = looks[i];
-      svg.lines(spots_of(picture.tracks[i], axes),
+      svg.lines(spots_of(picture.trajectories[i], axes),
                 {.colour = look.colour, .width = look.width, .dashes = look.dashes});
     }
   for (const Mark& mark : picture.marks) draw_mark(svg, mark, axes);
@@ -242,7 +243,7 @@ struct Entry {
   Look look;
 };
 
-// How high it is; drawn when there is something to draw on.
+// Returns the height; draws only if `svg` is given.
 double legend(Svg* svg, const std::vector<Entry>& entries, double top) {
   double x = kLeft;
   double y = top;
@@ -267,13 +268,13 @@ double legend(Svg* svg, const std::vector<Entry>& entries, double top) {
 std::vector<Entry> entries_of(const Picture& picture, const std::vector<Look>& looks) {
   std::vector<Entry> entries;
   if (picture.map) entries.push_back({"map", {kWall, "", 4}});
-  for (std::size_t i = 0; i < picture.tracks.size(); ++i)
-    entries.push_back({picture.tracks[i].name, looks[i]});
+  for (std::size_t i = 0; i < picture.trajectories.size(); ++i)
+    entries.push_back({picture.trajectories[i].name, looks[i]});
   if (!picture.dots.empty()) entries.push_back({"samples", {"#56b4e9", "2 3", 3}});
   return entries;
 }
 
-// --- what changes with time
+// --- diagrams over time
 
 std::vector<std::string> units_of(const std::vector<Series>& series) {
   std::vector<std::string> units;
@@ -329,26 +330,29 @@ double height_of(const std::vector<const Series*>& series) {
 }
 
 bool has_ground(const Picture& picture) {
-  return picture.map || !picture.tracks.empty() || !picture.dots.empty() || !picture.marks.empty();
+  return picture.map || !picture.trajectories.empty() || !picture.dots.empty() ||
+         !picture.marks.empty();
 }
 
 // --- errors
 
-// Where the track was at that time; nothing before its begin and after its end.
-std::optional<MapPoint> at(const Track& track, double time) {
-  const auto after = std::ranges::lower_bound(track.times, time);
-  if (after == track.times.end()) return std::nullopt;
-  const auto i = static_cast<std::size_t>(after - track.times.begin());
-  if (track.times[i] == time) return track.points[i];
+// The interpolated position at a time; empty before the start and after the end.
+std::optional<MapPoint> at(const Trajectory& trajectory, double time) {
+  const auto after = std::ranges::lower_bound(trajectory.times, time);
+  if (after == trajectory.times.end()) return std::nullopt;
+  const auto i = static_cast<std::size_t>(after - trajectory.times.begin());
+  if (trajectory.times[i] == time) return trajectory.points[i];
   if (i == 0) return std::nullopt;
-  const double part = (time - track.times[i - 1]) / (track.times[i] - track.times[i - 1]);
-  const MapPoint& a = track.points[i - 1];
-  const MapPoint& b = track.points[i];
+  const double part =
+      (time - trajectory.times[i - 1]) / (trajectory.times[i] - trajectory.times[i - 1]);
+  const MapPoint& a = trajectory.points[i - 1];
+  const MapPoint& b = trajectory.points[i];
   return MapPoint{a.x + part * (b.x - a.x), a.y + part * (b.y - a.y)};
 }
 
-bool has_times(const Track& track) {
-  return track.times.size() == track.points.size() && std::ranges::is_sorted(track.times);
+bool has_times(const Trajectory& trajectory) {
+  return trajectory.times.size() == trajectory.points.size() &&
+         std::ranges::is_sorted(trajectory.times);
 }
 
 }  // namespace
@@ -365,21 +369,23 @@ std::vector<double> ticks(double low, double high, int about) {
   return out;
 }
 
-std::vector<Series> errors_of(const std::vector<Track>& tracks) {
-  const auto truth = std::ranges::find_if(tracks, [](const Track& track) {
-    return track.role == Role::kTruth && !track.times.empty() && has_times(track);
+std::vector<Series> errors_of(const std::vector<Trajectory>& trajectories) {
+  const auto truth = std::ranges::find_if(trajectories, [](const Trajectory& trajectory) {
+    return trajectory.role == Role::kTruth && !trajectory.times.empty() && has_times(trajectory);
   });
   std::vector<Series> errors;
-  if (truth == tracks.end()) return errors;
-  for (const Track& track : tracks) {
-    if (track.role == Role::kTruth || track.role == Role::kPath || !has_times(track)) continue;
-    Series error{track.name + ": distance to the truth", "m", track.role};
-    for (std::size_t i = 0; i < track.times.size(); ++i) {
-      const auto should = at(*truth, track.times[i]);
+  if (truth == trajectories.end()) return errors;
+  for (const Trajectory& trajectory : trajectories) {
+    if (trajectory.role == Role::kTruth || trajectory.role == Role::kPath || !has_times(trajectory))
+      continue;
+    Series error{trajectory.name + ": position error", "m", trajectory.role};
+    for (std::size_t i = 0; i < trajectory.times.size(); ++i) {
+      const auto should = at(*truth, trajectory.times[i]);
       if (!should) continue;
-      error.times.push_back(track.times[i]);
+      error.times.push_back(trajectory.times[i]);
       error.values.push_back(
-          std::hypot(track.points[i].x - should->x, track.points[i].y - should->y) / 1000);
+          std::hypot(trajectory.points[i].x - should->x, trajectory.points[i].y - should->y) /
+          1000);
     }
     if (!error.times.empty()) errors.push_back(std::move(error));
   }
@@ -388,8 +394,8 @@ std::vector<Series> errors_of(const std::vector<Track>& tracks) {
 
 std::string draw(const Picture& picture) {
   std::vector<Role> roles;
-  roles.reserve(picture.tracks.size());
-  for (const Track& track : picture.tracks) roles.push_back(track.role);
+  roles.reserve(picture.trajectories.size());
+  for (const Trajectory& trajectory : picture.trajectories) roles.push_back(trajectory.role);
   const auto looks = looks_of(roles);
   const auto entries = entries_of(picture, looks);
   const double title = picture.title.empty() ? 14 : 44;

@@ -1,8 +1,8 @@
-// What a drive looked like: a map, tracks on it, and below what changed with time. Pure.
+// A picture of a drive: a map with trajectories, and diagrams over time below. Pure.
 //
-// The map is drawn as maps are, north up: x of RACK upwards, y to the right, both with the same
-// scale. What has the same unit shares a diagram. Colours are those of Okabe and Ito, which people
-// who are colour-blind tell apart too; tracks of different kinds have different dashes besides.
+// The map has north up: x of RACK upwards, y to the right, with the same scale. Series with the
+// same unit share a diagram. The colours are those of Okabe and Ito, which colour-blind people can
+// distinguish; in addition, trajectories of different roles have different dashes.
 #pragma once
 
 #include <optional>
@@ -16,10 +16,10 @@ namespace rack::plot {
 
 enum class Role : std::uint8_t { kEstimate, kOdometry, kTruth, kPath, kOther };
 
-struct Track {
+struct Trajectory {
   std::string name;
   Role role = Role::kOther;
-  std::vector<double> times{};     // s; empty: not known
+  std::vector<double> times{};     // s; empty: unknown
   std::vector<MapPoint> points{};  // mm
 };
 
@@ -31,7 +31,7 @@ struct Series {
   std::vector<double> values{};
 };
 
-// Where something is, and looks.
+// A position with a heading.
 struct Mark {
   std::string name;
   Pose at{};
@@ -41,24 +41,23 @@ struct Mark {
 struct Picture {
   std::string title{};
   std::optional<localisation::GridMap> map{};
-  std::vector<Track> tracks{};
+  std::vector<Trajectory> trajectories{};
   std::vector<MapPoint> dots{};  // samples of a filter
   std::vector<Mark> marks{};
   std::vector<Series> series{};
 
   [[nodiscard]] bool empty() const {
-    return !map && tracks.empty() && dots.empty() && marks.empty() && series.empty();
+    return !map && trajectories.empty() && dots.empty() && marks.empty() && series.empty();
   }
 };
 
-// How far each track is from the one that is the truth, where both have times; nothing when none is
-// the truth.
-std::vector<Series> errors_of(const std::vector<Track>& tracks);
+// The distance of each trajectory to the true one, where both have times. Empty without a true one.
+std::vector<Series> errors_of(const std::vector<Trajectory>& trajectories);
 
-// As SVG.
+// Draws the picture as SVG.
 std::string draw(const Picture& picture);
 
-// Values for an axis: 1, 2 or 5 times a power of ten apart, some `about` of them.
+// About `about` tick values of an axis, at intervals of 1, 2 or 5 times a power of ten.
 std::vector<double> ticks(double low, double high, int about);
 
 }  // namespace rack::plot

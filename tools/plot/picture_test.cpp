@@ -54,15 +54,16 @@ TEST(Svg, WordsOfOthersAreNoMarkup) {
 }
 
 TEST(Errors, AreDistancesAtTheSameTime) {
-  const Track truth{"truth", Role::kTruth, {0, 10}, {{0, 0}, {1000, 0}}};
-  const Track estimate{"mcl", Role::kEstimate, {-1, 0, 5, 10, 11}, {{}, {}, {500, 200}, {}, {}}};
+  const Trajectory truth{"truth", Role::kTruth, {0, 10}, {{0, 0}, {1000, 0}}};
+  const Trajectory estimate{
+      "mcl", Role::kEstimate, {-1, 0, 5, 10, 11}, {{}, {}, {500, 200}, {}, {}}};
   const auto errors = errors_of({truth, estimate});
   ASSERT_EQ(errors.size(), 1U);
-  EXPECT_THAT(errors[0].times, ElementsAre(0, 5, 10)) << "nobody knows before and after";
+  EXPECT_THAT(errors[0].times, ElementsAre(0, 5, 10)) << "empty before the start and after the end";
   EXPECT_THAT(errors[0].values, ElementsAre(0, 0.2, 1));
   EXPECT_EQ(errors[0].unit, "m");
   EXPECT_THAT(errors_of({estimate}), IsEmpty());
-  const Track no_times{"truth", Role::kTruth, {}, {{0, 0}}};
+  const Trajectory no_times{"truth", Role::kTruth, {}, {{0, 0}}};
   EXPECT_THAT(errors_of({no_times, estimate}), IsEmpty());
 }
 
@@ -75,8 +76,8 @@ localisation::GridMap room() {
 
 TEST(Picture, NorthIsUpAndEastIsRight) {
   Picture picture;
-  picture.tracks.push_back({"north", Role::kEstimate, {}, {{0, 0}, {10000, 0}}});
-  picture.tracks.push_back({"east", Role::kOdometry, {}, {{0, 0}, {0, 10000}}});
+  picture.trajectories.push_back({"north", Role::kEstimate, {}, {{0, 0}, {10000, 0}}});
+  picture.trajectories.push_back({"east", Role::kOdometry, {}, {{0, 0}, {0, 10000}}});
   const std::string text = draw(picture);
   const auto ends = [&](const std::string& colour) {
     const auto at = text.rfind("<path d='M", text.rfind(colour));
@@ -94,7 +95,7 @@ TEST(Picture, NorthIsUpAndEastIsRight) {
 
 TEST(Picture, HasALegendUnitsAndOneDiagramForEachUnit) {
   Picture picture{.title = "A drive", .map = room()};
-  picture.tracks.push_back({"odometry", Role::kOdometry, {}, {{0, 0}, {300, 900}}});
+  picture.trajectories.push_back({"odometry", Role::kOdometry, {}, {{0, 0}, {300, 900}}});
   picture.marks.push_back({"robot", {.x = 100, .y = 100}});
   picture.dots = {{100, 100}, {110, 100}};
   picture.series.push_back({"error of the way", "m", Role::kEstimate, {5, 6, 7}, {0.1, 0.2, 0.1}});
@@ -115,9 +116,9 @@ TEST(Picture, OfNothingAndOfNonsense) {
   EXPECT_TRUE(Picture{}.empty());
   EXPECT_THAT(draw({}), HasSubstr("</svg>"));
   Picture picture;
-  picture.tracks.push_back({"nowhere", Role::kEstimate, {}, {{kNan, 0}, {INFINITY, 3}}});
-  picture.tracks.push_back({"point", Role::kEstimate, {}, {{5, 5}}});
-  picture.tracks.push_back({"far", Role::kEstimate, {}, {{5, 5}, {1e300, -1e300}}});
+  picture.trajectories.push_back({"nowhere", Role::kEstimate, {}, {{kNan, 0}, {INFINITY, 3}}});
+  picture.trajectories.push_back({"point", Role::kEstimate, {}, {{5, 5}}});
+  picture.trajectories.push_back({"far", Role::kEstimate, {}, {{5, 5}, {1e300, -1e300}}});
   picture.series.push_back({"none", "m", Role::kOther, {}, {}});
   const std::string text = draw(picture);
   EXPECT_THAT(text, Not(HasSubstr("nan")));

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kNear = 1;  // pixels
 
-// "12.3", "12", and nothing that SVG does not know.
+// "12.3", "12"; only forms that SVG permits.
 std::string number(double value) {
   if (!std::isfinite(value)) value = 0;
   std::string text = fmt::format("{:.1f}", value);
@@ -21,12 +21,12 @@ std::string number(double value) {
   return text == "-0" ? "0" : text;
 }
 
-// Within what renderers can draw.
+// Limited to the range that renderers support.
 double tenths(double pixels) {
   return std::isfinite(pixels) ? std::round(std::clamp(pixels, -1e5, 1e5) * 10) / 10 : 0;
 }
 
-// What has a meaning in XML, and control characters, which it does not allow.
+// Escapes XML characters and replaces control characters, which XML does not permit.
 std::string escaped(std::string_view text) {
   std::string out;
   for (const char c : tims::base::printable(text)) {
@@ -71,7 +71,7 @@ void Svg::line(const Spot& from, const Spot& to, const Pen& pen) {
                       number(from.x), number(from.y), number(to.x), number(to.y), stroke(pen));
 }
 
-// Each point as seen from the one before, in whole tenths of a pixel: no error adds up.
+// Each point is relative to the previous rounded one, in tenths of a pixel: errors do not add up.
 void Svg::lines(std::span<const Spot> spots, const Pen& pen) {
   if (spots.size() < 2) return;
   std::string path;

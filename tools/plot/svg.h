@@ -1,8 +1,7 @@
-// Pictures as SVG: text of lines, areas and words that every browser draws. Pure.
+// Writes SVG: lines, areas and text. Pure.
 //
-// Coordinates are written with one digit behind the point, a tenth of a pixel; a line leaves out
-// points that are less than a pixel away from the one before, so that a drive of an hour is a
-// picture of some 50 kB.
+// Coordinates have one decimal (a tenth of a pixel). Points of a line that are less than a pixel
+// from the previous one are omitted; so the picture of a drive of one hour has about 50 kB.
 #pragma once
 
 #include <span>
@@ -36,7 +35,7 @@ struct Words {
   double size = 14;
   Anchor anchor = Anchor::kStart;
   std::string_view colour = "#222222";
-  bool upwards = false;  // read from below
+  bool upwards = false;  // rotated by 90 degrees, read from below
   bool bold = false;
 };
 
@@ -48,11 +47,11 @@ class Svg {
   void lines(std::span<const Spot> spots, const Pen& pen);
   void frame(const Box& box, const Pen& pen);
   void area(const Box& box, std::string_view colour);
-  // A path in SVG's own words, as lines of width 1; then all of it becomes `scale` times as large.
+  // A path in SVG syntax, drawn with width 1 and then scaled by `scale`.
   void shape(std::string_view path, const Spot& left_top, double scale, std::string_view colour);
   void dot(const Spot& at, double radius, std::string_view colour, double opacity = 1);
   void text(const Spot& at, std::string_view words, const Words& look);
-  // What follows is seen within the box only, until the next one or end_clip().
+  // Clips the following output to the box, until the next clip() or end_clip().
   void clip(const Box& box);
   void end_clip();
 

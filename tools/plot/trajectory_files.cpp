@@ -35,7 +35,7 @@ Role role_of(string_view name) {
   return Role::kOther;
 }
 
-// --- lines and words
+// --- lines and fields
 
 string_view take_line(string_view& text) {
   const auto end = text.find('\n');
@@ -45,9 +45,9 @@ string_view take_line(string_view& text) {
   return line;
 }
 
-constexpr string_view kMarks = " \t\"";  // round a word
+constexpr string_view kMarks = " \t\"";  // stripped from fields
 
-// Between commas or semicolons words may be empty; between blanks not.
+// Fields between commas or semicolons may be empty; fields between blanks may not.
 std::vector<string_view> words_of(string_view line, char between) {
   std::vector<string_view> words;
   if (between != ' ') {
@@ -78,10 +78,10 @@ std::optional<double> number_of(string_view word) {
   return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
-// --- columns that have names
+// --- named columns
 
-struct TrackColumns {
-  std::string name{};  // what stands in front
+struct TrajectoryColumns {
+  std::string name{};  // prefix of the column names
   std::size_t x = 0;
   std::size_t y = 0;
   double factor = 1;  // to mm
@@ -101,12 +101,12 @@ class Table {
       if (columns[i] == "time_ms" || columns[i] == "recordingTime") set_time(i, 1e-3);
     }
     for (std::size_t i = 0; i < columns.size(); ++i) {
-      find_track(columns, i);
+      find_trajectory(columns, i);
       find_series(columns[i], i);
     }
   }
 
-  [[nodiscard]] bool empty() const { return tracks_.empty() && series_.empty(); }
+  [[nodiscard]] bool empty() const { return trajectories_.empty() && series_.empty(); }
 
   Result<void> add(std::span<const string_view> words, std::size_t line) {
     const auto at = [&](std::size_t column) -> std::optional<double> {
@@ -114,15 +114,15 @@ class Table {
     };
     for (std::size_t i = 0; i < words.size(); ++i)
       if (is_used(i) && !words[i].empty() && !at(i))
-        return wrong(line, "\"" + std::string(words[i].substr(0, 20)) + "\" is no number");
+        return wrong(line, "\"" + std::string(words[i].substr(0, 20)) + "\" is not a number");
     const auto clock = time_column_ < kColumnsMax ? at(time_column_) : std::nullopt;
     const double time = clock.value_or(0) * time_factor_;
-    for (std::size_t i = 0; i < tracks_.size(); ++i) {
+    for (std::size_t i = 0; i < trajectories_.size(); ++i) {
       const auto x = at(columns_[i].x);
       const auto y = at(columns_[i].y);
       if (!x || !y) continue;
-      tracks_[i].points.push_back({*x * columns_[i].factor, *y * columns_[i].factor});
-      if (clock) tracks_[i].times.push_back(time);
+      trajectories_[i].points.push_back({*x * columns_[i].factor, *y * columns_[i].factor});
+      if (clock) trajectories_[i].times.push_back(time);
     }
     for (SeriesColumn& column : series_) {
       const auto value = at(column.index);
@@ -134,17 +134,17 @@ class Table {
   }
 
   void move_to(Picture& picture) {
-    for (Track& track : tracks_)
-      if (!track.points.empty()) picture.tracks.push_back(std::move(track));
+    for (Trajectory& trajectory : trajectories_)
+      if (!trajectory.points.empty()) picture.trajectories.push_back(std::move(trajectory));
     for (SeriesColumn& column : series_)
       if (!column.series.values.empty()) picture.series.push_back(std::move(column.series));
   }
 
  private:
   [[nodiscard]] bool is_used(std::size_t column) const {
-    const bool of_track = std::ranges::any_of(
-        columns_, [&](const TrackColumns& c) { return c.x == column || c.y == column; });
-    return of_track || time_column_ == column ||
+    const bool of_trajectory = std::ranges::any_of(
+        columns_, [&](const TrajectoryColumns& c) { return c.x == column || c.y == column; });
+    return of_trajectory || time_column_ == column ||
            std::ranges::any_of(series_, [&](const auto& s) { return s.index == column; });
   }
 
@@ -153,8 +153,8 @@ class Table {
     time_factor_ = factor;
   }
 
-  // x here, and y somewhere: "truth_x_m" and "truth_y_m", "x_m", "pos.x".
-  void find_track(std::span<const string_view> columns, std::size_t i) {
+  // Finds a pair of columns whose x is column i: "truth_x_m" and "truth_y_m", "x_m", "pos.x".
+  void find_trajectory(std::span<const string_view> columns, std::size_t i) {
     constexpr std::array<std::pair<string_view, string_view>, 3> kPairs = {
         {{"x_m", "y_m"}, {"x_mm", "y_mm"}, {"pos.x", "pos.y"}}};
     for (const auto& [x, y] : kPairs) {
@@ -164,21 +164,22 @@ class Table {
       if (!whole) continue;
       const auto other = std::ranges::find(columns, std::string(before) + std::string(y));
       if (other == columns.end()) continue;
-      add_track(before.empty() ? before : before.substr(0, before.size() - 1), i,
-                static_cast<std::size_t>(other - columns.begin()), x == "x_m" ? 1000 : 1);
+      add_trajectory(before.empty() ? before : before.substr(0, before.size() - 1), i,
+                     static_cast<std::size_t>(other - columns.begin()), x == "x_m" ? 1000 : 1);
     }
   }
 
-  void add_track(string_view before, std::size_t x, std::size_t y, double factor) {
-    Track track;
-    track.name = own_name_.empty() ? title_ : own_name_;
-    if (track.name.empty()) track.name = "estimate";
-    track.role = role_of(track.name);
+  void add_trajectory(string_view before, std::size_t x, std::size_t y, double factor) {
+    Trajectory trajectory;
+    trajectory.name = own_name_.empty() ? title_ : own_name_;
+    if (trajectory.name.empty()) trajectory.name = "estimate";
+    trajectory.role = role_of(trajectory.name);
     if (!before.empty()) {
-      track.role = role_of(before);
-      track.name = own_name_.empty() ? before : std::string(own_name_) + " " + std::string(before);
+      trajectory.role = role_of(before);
+      trajectory.name =
+          own_name_.empty() ? before : std::string(own_name_) + " " + std::string(before);
     }
-    tracks_.push_back(std::move(track));
+    trajectories_.push_back(std::move(trajectory));
     columns_.push_back({std::string(before), x, y, factor});
   }
 
@@ -201,7 +202,7 @@ class Table {
           column.substr(0, column.size() - (bare ? 0 : known.end.size() - known.end.find('_')));
       const bool turn = std::string_view(known.unit) == "degrees";
       std::string name(what == "vx" ? "speed" : what);
-      if (what == "error") name = turn ? "turned against the truth" : "distance to the truth";
+      if (what == "error") name = turn ? "heading error" : "position error";
       const std::string whose = own_name_.empty() ? title_ : own_name_;
       if (!whose.empty()) name.insert(0, whose + ": ");
       series_.push_back({i,
@@ -213,10 +214,10 @@ class Table {
 
   std::string own_name_;
   std::string title_;
-  std::size_t time_column_ = kColumnsMax;  // as many: none
+  std::size_t time_column_ = kColumnsMax;  // kColumnsMax: none
   double time_factor_ = 1;                 // to s
-  std::vector<Track> tracks_;
-  std::vector<TrackColumns> columns_;  // of each
+  std::vector<Trajectory> trajectories_;
+  std::vector<TrajectoryColumns> columns_;  // of each trajectory
   std::vector<SeriesColumn> series_;
 };
 
@@ -226,7 +227,7 @@ Result<void> add_table(string_view text, string_view name, std::size_t line,
   Table table(columns, name, title);
   if (table.empty())
     return malformed(
-        "no columns that can be drawn: x_m and y_m, pos.x and pos.y, error_m, error_deg or "
+        "no columns to draw: expected x_m and y_m, pos.x and pos.y, error_m, error_deg or "
         "speed_mps, with time_s or recordingTime");
   while (!text.empty()) {
     const string_view row = take_line(text);
@@ -238,13 +239,13 @@ Result<void> add_table(string_view text, string_view name, std::size_t line,
   return {};
 }
 
-// --- recordings of paths: a count, and so many numbers for each spline
+// --- recordings of paths: the number of splines, then the numbers of each spline
 
 struct SplineColumns {
   std::size_t count = 0;  // column of the number of splines
   std::size_t first = 0;
   std::size_t each = 0;
-  std::size_t start = 0;  // within each: startPos.x y rho
+  std::size_t start = 0;  // offset in each spline: startPos.x y rho
   std::size_t length = 0;
 };
 
@@ -278,7 +279,7 @@ Result<void> add_last_path(string_view text, string_view name, const SplineColum
     const auto count = number(where.count);
     if (!count || *count < 0 || *count > static_cast<double>(words.size()) ||
         where.first + static_cast<std::size_t>(*count) * where.each > words.size())
-      return wrong(line, "not as many numbers as its splines have");
+      return wrong(line, "the number of values does not match the number of splines");
     std::vector<PolarSpline> splines;
     for (std::size_t i = 0; i < static_cast<std::size_t>(*count); ++i) {
       const std::size_t at = where.first + i * where.each;
@@ -287,22 +288,23 @@ Result<void> add_last_path(string_view text, string_view name, const SplineColum
       const auto rho = number(at + where.start + 2);
       const auto length = number(at + where.length);
       const auto radius = number(at + where.length + 1);
-      if (!x || !y || !rho || !length || !radius) return wrong(line, "a spline is no numbers");
+      if (!x || !y || !rho || !length || !radius)
+        return wrong(line, "a spline contains text that is not a number");
       const Pose from{.x = *x, .y = *y, .rho = *rho};
       splines.push_back(*radius == 0 ? path::line(from, *length)
                                      : path::arc(from, whole_millimetres(*radius), *length));
     }
     if (!splines.empty()) last = std::move(splines);
   }
-  if (last.empty()) return malformed("it has no path that is not empty");
-  picture.tracks.push_back(track_of(last, std::string(name)));
+  if (last.empty()) return malformed("there is no path with splines");
+  picture.trajectories.push_back(trajectory_of(last, std::string(name)));
   return {};
 }
 
 Result<void> add_recording(string_view text, string_view name, Picture& picture) {
   const string_view title = trimmed(take_line(text).substr(1), kMarks);
   string_view second = take_line(text);
-  if (!second.starts_with('%')) return wrong(2, "no names of columns behind %");
+  if (!second.starts_with('%')) return wrong(2, "no column names after %");
   const auto columns = words_of(second.substr(1), ' ');
   if (const auto splines = spline_columns(columns);
       splines && std::ranges::find(columns, "pos.x") == columns.end())
@@ -310,38 +312,38 @@ Result<void> add_recording(string_view text, string_view name, Picture& picture)
   return add_table(text, name, 2, columns, title, ' ', picture);
 }
 
-// --- others
+// --- other formats
 
 Result<void> add_carmen(string_view text, string_view name, Picture& picture) {
   const auto log = localisation::read_carmen(text);
   if (!log) return log.error();
-  Track track{name.empty() ? "odometry" : std::string(name), Role::kOdometry};
+  Trajectory trajectory{name.empty() ? "odometry" : std::string(name), Role::kOdometry};
   for (const auto& scan : log->scans) {
-    track.times.push_back(scan.logger_time);
-    track.points.push_back({scan.odometry.x, scan.odometry.y});
+    trajectory.times.push_back(scan.logger_time);
+    trajectory.points.push_back({scan.odometry.x, scan.odometry.y});
   }
-  picture.tracks.push_back(std::move(track));
+  picture.trajectories.push_back(std::move(trajectory));
   return {};
 }
 
 Result<void> add_truth(string_view text, string_view name, Picture& picture) {
-  Track track{name.empty() ? "truth" : std::string(name), Role::kTruth};
+  Trajectory trajectory{name.empty() ? "truth" : std::string(name), Role::kTruth};
   for (std::size_t line = 1; !text.empty(); ++line) {
     const string_view row = take_line(text);
     if (row.empty() || row.front() == '#') continue;
     const auto words = words_of(row, separator_of(row));
     if (words.size() != 4 && words.size() != 5)
-      return wrong(line, std::to_string(words.size()) + " words: a pose has 4 or 5 numbers");
+      return wrong(line, std::to_string(words.size()) + " fields: a pose has 4 or 5 numbers");
     const std::size_t at = words.size() - 3;
     const auto time = number_of(words[0]);
     const auto x = number_of(words[at]);
     const auto y = number_of(words[at + 1]);
-    if (!time || !x || !y) return wrong(line, "not all of it are numbers");
+    if (!time || !x || !y) return wrong(line, "a field is not a number");
     const Pose pose = localisation::pose_of_ros(*x, *y, 0);
-    track.times.push_back(*time);
-    track.points.push_back({pose.x, pose.y});
+    trajectory.times.push_back(*time);
+    trajectory.points.push_back({pose.x, pose.y});
   }
-  picture.tracks.push_back(std::move(track));
+  picture.trajectories.push_back(std::move(trajectory));
   return {};
 }
 
@@ -354,20 +356,20 @@ bool is_carmen(string_view text) {
 
 }  // namespace
 
-Track track_of(const std::vector<PolarSpline>& splines, std::string name) {
+Trajectory trajectory_of(const std::vector<PolarSpline>& splines, std::string name) {
   constexpr double kStep = 100;  // mm
   constexpr double kStepsMax = 2000;
-  Track track{std::move(name), Role::kPath};
+  Trajectory trajectory{std::move(name), Role::kPath};
   for (const PolarSpline& spline : splines) {
     const double length = spline.length;
     const double wanted = std::clamp(std::ceil(std::abs(length) / kStep), 1.0, kStepsMax);
     const int steps = spline.radius == 0 ? 1 : static_cast<int>(wanted);
     for (int k = 0; k <= steps; ++k) {
       const Pose at = path::pose_at(spline, length * k / steps);
-      track.points.push_back({at.x, at.y});
+      trajectory.points.push_back({at.x, at.y});
     }
   }
-  return track;
+  return trajectory;
 }
 
 Result<void> add_file(string_view text, string_view name, Picture& picture) {
@@ -379,7 +381,7 @@ Result<void> add_file(string_view text, string_view name, Picture& picture) {
     first = trimmed(take_line(rest), kMarks);
     ++line;
   }
-  if (first.empty() || first.front() == '#') return malformed("it is empty");
+  if (first.empty() || first.front() == '#') return malformed("the file is empty");
   const char between = separator_of(first);
   const auto words = words_of(first, between);
   if (std::ranges::all_of(words, [](string_view word) { return number_of(word).has_value(); }))

@@ -20,15 +20,16 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t kFileMax = 60'000;  // with its end it fits into a pipe
+constexpr std::size_t kFileMax = 60'000;  // with its terminator it fits into a pipe
 constexpr tims::Duration kEndAnswers = std::chrono::seconds(30);
 
-// Up to its end, or up to a zero byte: then somebody at the other end holds on to us.
+// Reads to the end, or to a zero byte: then the writer keeps stdin open as long as the robot shall
+// run.
 std::string read_text(std::istream& file, const std::string& name) {
   std::string text;
   if (!std::getline(file, text, '\0'))
-    throw Failure(Exit::kNoSuch, "no_such_file", fmt::format("{}: cannot be read", name),
-                  "deploy/robots/sim.toml is one");
+    throw Failure(Exit::kNoSuch, "no_such_file", fmt::format("cannot read {}", name),
+                  "see deploy/robots/sim.toml for an example");
   if (text.size() > kFileMax)
     throw Failure(Exit::kNo, "bad_robot", fmt::format("{}: larger than {} bytes", name, kFileMax));
   return text;
@@ -37,16 +38,16 @@ std::string read_text(std::istream& file, const std::string& name) {
 struct UpRequest {
   robot::Robot robot;
   robot::Deployment deployment;
-  bool held = false;  // by whoever wrote the text to stdin, as long as that stays open
+  bool held = false;  // the robot runs only as long as the writer keeps stdin open
 };
 
-// Programs run in another folder than timsctl.
+// Programs run in another folder than timsctl, so the path is made absolute.
 std::string absolute(Host host) {
   if (auto* local = std::get_if<UnixHost>(&host)) local->path = fs::absolute(local->path);
   return to_string(host);
 }
 
-// --on a host that the file does not have would start nothing, and wait.
+// An unknown host in --on would start nothing and wait.
 void need_host(const robot::Robot& robot, const std::string& name) {
   if (name.empty()) return;
   std::vector<std::string_view> known;
@@ -54,7 +55,8 @@ void need_host(const robot::Robot& robot, const std::string& name) {
   if (std::ranges::find(known, name) != known.end()) return;
   throw usage_error(
       fmt::format("--on: the robot has no host \"{}\"", name),
-      nearest_hint(name, known, known.empty() ? "[host.NAME] in its file makes one" : ""));
+      nearest_hint(name, known,
+                   known.empty() ? "define it with [host.NAME] in the robot file" : ""));
 }
 
 UpRequest read_robot_file(const Context& context) {
@@ -102,7 +104,7 @@ void show_saved(Context& context, const std::string& name, const json::object& a
                                   before.empty() ? "" : fmt::format(" (was {})", before)));
   }
   if (changes.empty()) {
-    context.out.note(fmt::format("{}: nothing was set that {} does not have", name, file));
+    context.out.note(fmt::format("{}: no parameters differ from {}", name, file));
   } else {
     context.out.note(fmt::format("{}: {} to {}", name,
                                  context.options.dry_run ? "would be written" : "written", file));
@@ -117,8 +119,9 @@ Exit up(Context& context) {
         robot::log_file(robot::key_of(name, request.deployment.router)),
         [&](const std::function<void()>& ready) { return run_robot(context, request, ready); });
   return run_robot(context, request, [&] {
-    context.out.note(fmt::format("robot {} is up: `timsctl component list`; {}", name,
-                                 context.options.run_for ? "it ends by itself" : "Ctrl-C ends it"));
+    context.out.note(fmt::format(
+        "robot {} is up: `timsctl component list`; {}", name,
+        context.options.run_for ? "it stops at the end of --for" : "stop it with Ctrl-C"));
   });
 }
 
@@ -132,7 +135,7 @@ Exit down(Context& context) {
   if (context.out.json())
     context.out.write(
         json::object{{"schema", "tims/robot_done/1"}, {"name", name}, {"done", true}});
-  context.out.note(fmt::format("robot {}: down", name));
+  context.out.note(fmt::format("robot {} is down", name));
   return Exit::kDone;
 }
 
@@ -164,8 +167,8 @@ Exit save(Context& context) {
   }
   throw Failure(
       Exit::kNoSuch, "no_robot_file",
-      fmt::format("no robot that `timsctl up` has started here at {} has {}", router, name),
-      "only that knows its file: on its host, with the same -H");
+      fmt::format("no robot started by `timsctl up` on this host at {} has {}", router, name),
+      "run this on the host of the robot, with the same -H as `timsctl up`");
 }
 
 Exit robot_show(Context& context) {
@@ -201,8 +204,7 @@ int main(int argc, char** argv) {
   using namespace timsctl;
   static constexpr VerbRun kRuns[] = {
       {"up", up}, {"down", down}, {"show", robot_show}, {"save", save}};
-  const VerbProgram program{"timsctl-robot",
-                            "starts, looks after and ends the components of a robot.", kRuns,
-                            candidates};
+  const VerbProgram program{"timsctl-robot", "start, supervise and stop the components of a robot.",
+                            kRuns, candidates};
   return run_program(argc, argv, program);
 }

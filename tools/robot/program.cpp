@@ -16,16 +16,16 @@ namespace timsctl::robot {
 
 namespace {
 
-constexpr int kCannotExecute = 127;  // as shells say it
+constexpr int kCannotExecute = 127;  // as in shells
 
-// "on", and "error: ..." of a component that tries to be on.
+// Whether the component is on or, with "error: ...", tries to be.
 bool wants_to_be_on(std::string_view status) {
   return status == "on" || status.starts_with("error");
 }
 
 constexpr std::size_t kTextMax = 1024;
 
-// What stands behind `name` at the beginning of a line.
+// The text after `name` at the start of a line.
 std::optional<std::string_view> value_of(std::string_view text, std::string_view name) {
   while (!text.empty()) {
     const std::string_view line = text.substr(0, text.find('\n'));
@@ -57,7 +57,7 @@ void Program::start(tims::Time now) {
   tims::os::Pipe in;
   if (!config_.input.empty()) {
     in = value_or_fail(tims::os::make_pipe(), "pipe");
-    // Less than a pipe holds: this never waits.
+    // Fits into the buffer of the pipe: this does not block.
     [[maybe_unused]] const ssize_t n =
         ::write(in.write.get(), config_.input.data(), config_.input.size());
     launch.in = in.read.get();
@@ -125,7 +125,7 @@ std::vector<std::string> Program::take_lines() {
     lines.insert(lines.end(), std::make_move_iterator(more.begin()),
                  std::make_move_iterator(more.end()));
   }
-  // Nobody writes there any more; or what still does is none of ours.
+  // All writers have closed the pipe; remaining ones are not processes of ours.
   if (output_ && (n == 0 || !child_)) output_.reset();
   if (output_) return lines;
   if (std::string rest = lines_.take_rest(); !rest.empty()) lines.push_back(std::move(rest));
@@ -156,9 +156,10 @@ StatusSocket::StatusSocket(std::string path)
   sockaddr_un address{};
   address.sun_family = AF_UNIX;
   if (path_.size() >= sizeof address.sun_path)
-    throw Failure(Exit::kDenied, "path", path_ + ": longer than a socket's path may be");
+    throw Failure(Exit::kDenied, "path", path_ + ": too long for the path of a socket");
   std::memcpy(address.sun_path, path_.data(), path_.size());
-  ::unlink(path_.c_str());  // who listens at the control socket owns the folder
+  ::unlink(path_.c_str());  // the listener at the control socket owns the folder, so a leftover can
+                            // be removed
   const int yes = 1;
   if (::bind(socket_.get(), reinterpret_cast<const sockaddr*>(&address), sizeof address) != 0 ||
       ::chmod(path_.c_str(), 0600) != 0 ||

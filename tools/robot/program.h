@@ -1,4 +1,4 @@
-// A program of a robot: it is started, heard, ended and started again.
+// A program of a robot: it is started, monitored, stopped and restarted.
 #pragma once
 
 #include <map>
@@ -17,20 +17,21 @@
 
 namespace timsctl::robot {
 
-// --- When it starts again: soon at first, then less and less often. Pure
+// --- Restart policy with increasing pauses (backoff). Pure
 
 inline constexpr tims::Duration kFirstPause = std::chrono::milliseconds(200);
 inline constexpr tims::Duration kLongestPause = std::chrono::seconds(10);
-// Who has run for so long begins with the first pause.
+// A program that has run for this time starts again with the first pause.
 inline constexpr tims::Duration kStableAfter = std::chrono::seconds(10);
-inline constexpr int kUsage = 2;  // exit status: nothing but another command line mends that
+inline constexpr int kUsage =
+    2;  // exit status: only another command line helps, so there is no restart
 
 class RestartPolicy {
  public:
   explicit RestartPolicy(Restart when) : when_(when) {}
 
-  // It ended with this exit status (128 and more: by a signal) after running for `ran`. How long to
-  // wait until it starts again; nothing: it stays down.
+  // Called when the program has ended with this exit status (128 and more: by a signal) after
+  // running for `ran`. Returns the pause until the restart; empty: no restart.
   std::optional<tims::Duration> ended(int status, tims::Duration ran);
 
  private:
@@ -38,22 +39,22 @@ class RestartPolicy {
   tims::Duration pause_ = kFirstPause;
 };
 
-// --- What it writes, line by line. Pure
+// --- Output of a program, line by line. Pure
 
-inline constexpr std::size_t kLineMax = 4096;  // a longer one is cut in pieces
+inline constexpr std::size_t kLineMax = 4096;  // a longer line is split
 
 class LineBuffer {
  public:
-  // The lines that are complete now, without their ends.
+  // Returns the completed lines without their terminators.
   std::vector<std::string> add(std::string_view text);
-  // What is left at the end of all.
+  // Returns the incomplete last line.
   std::string take_rest() { return std::exchange(rest_, {}); }
 
  private:
   std::string rest_;
 };
 
-// --- Where it says how it is, as services do to systemd (sd_notify(3))
+// --- Status notifications, as services send them to systemd (sd_notify(3))
 
 class StatusSocket {
  public:
@@ -65,10 +66,10 @@ class StatusSocket {
 
   [[nodiscard]] int descriptor() const { return socket_.get(); }
   struct Notification {
-    pid_t pid = 0;  // the system's word, not the sender's
+    pid_t pid = 0;  // from the kernel, not from the sender
     std::string text;
   };
-  // What waits to be read, one by one.
+  // Returns the next waiting notification.
   std::optional<Notification> take();
 
  private:
@@ -76,12 +77,13 @@ class StatusSocket {
   tims::os::File socket_;
 };
 
-// "READY=1\nSTATUS=on": what stands behind STATUS=; nothing when nothing does.
+// The text after STATUS= in "READY=1\nSTATUS=on"; empty optional if there is none.
 std::optional<std::string> status_in(std::string_view text);
 bool says_ready(std::string_view text);
-std::optional<std::string> address_in(std::string_view text);  // of a component: "0x01110000"
-// Of a component: a parameter that was set while it ran ("X_TIMS_PARAMETER=vxMax=900"), and what it
-// goes on with after a crash ("X_TIMS_STATE=initPosX=120"; without a value: no more).
+std::optional<std::string> address_in(
+    std::string_view text);  // address of the component: "0x01110000"
+// A parameter that was set at run time ("X_TIMS_PARAMETER=vxMax=900"), and a value with which the
+// component continues after a crash ("X_TIMS_STATE=initPosX=120"; without a value: cancelled).
 struct Setting {
   std::string name;
   std::string value;
@@ -92,45 +94,45 @@ std::optional<Setting> setting_in(std::string_view text, std::string_view what);
 
 // --- A program
 
-// In the words of sd_notify(3), as far as a program speaks them.
+// States according to sd_notify(3).
 enum class State : std::uint8_t { kDown, kStarting, kReady };
 
 class Program {
  public:
   struct Config {
     Restart restart = Restart::kOnFailure;
-    bool notifies = true;  // when it is ready; who does not is so at once
-    std::string input{};   // what it reads first; its stdin ends when this object does
+    bool notifies = true;  // sends READY=1; other programs count as ready at once
+    std::string input{};   // written to its stdin, which is closed when this object is destroyed
   };
   Program(std::string name, Launch launch, Config config);
 
   [[nodiscard]] const std::string& name() const { return name_; }
   [[nodiscard]] State state() const { return state_; }
   [[nodiscard]] const std::string& status() const { return status_; }    // "on", "error: ..."
-  [[nodiscard]] const std::string& address() const { return address_; }  // empty: none is known
+  [[nodiscard]] const std::string& address() const { return address_; }  // empty: unknown
   using Parameters = std::map<std::string, std::string>;
-  [[nodiscard]] const Parameters& parameters() const { return parameters_; }  // set while it ran
+  [[nodiscard]] const Parameters& parameters() const { return parameters_; }  // set at run time
   [[nodiscard]] std::optional<pid_t> pid() const;
 
-  // Throws Failure when it cannot be executed. A component that was on when it ended is told to be
-  // on again, and has the parameters that were set while it ran.
+  // Throws Failure if it cannot be executed. A component that was on when it ended is turned on
+  // again, with the parameters that were set at run time.
   void start(tims::Time now);
-  void on_notification(std::string_view text);  // at the status socket
+  void on_notification(std::string_view text);  // received at the status socket
   void signal(int number) const;
 
-  // Its output and its end can be read there.
+  // Readable when there is output or the program has ended.
   [[nodiscard]] std::vector<int> descriptors() const;
   struct End {
     tims::os::ExitStatus status;
-    std::optional<tims::Duration> pause;  // until it starts again
+    std::optional<tims::Duration> pause;  // until the restart
   };
-  // Once for each end.
+  // Reports each end once.
   std::optional<End> ended(tims::Time now);
-  // As if it had been started and had ended at once.
+  // Handles a failed start like a program that ended at once.
   End could_not_start(tims::Time now);
-  // What it has written since; all of it behind ended().
+  // The output since the last call; complete after ended().
   std::vector<std::string> take_lines();
-  [[nodiscard]] tims::Time start_at() const { return start_at_; }  // kNever: not
+  [[nodiscard]] tims::Time start_at() const { return start_at_; }  // kNever: no restart
   void stay_down() { start_at_ = tims::kNever; }
 
  private:
@@ -149,7 +151,7 @@ class Program {
   std::string status_;
   std::string address_;
   Parameters parameters_;
-  Parameters state_to_keep_;  // what it goes on with after a crash
+  Parameters state_to_keep_;  // values for a restart after a crash
   tims::Time started_{};
   tims::Time start_at_ = tims::kNever;
 };

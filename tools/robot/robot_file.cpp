@@ -1,4 +1,4 @@
-// A robot file's text to a Robot.
+// Parses the text of a robot file.
 #include "tools/robot/robot_file.h"
 
 #include <algorithm>
@@ -27,7 +27,7 @@ using tims::os::File;
 
 const std::vector<std::string> kPlaceholders = {"system"};
 
-// A component as it is written, before the robot's system is known.
+// A component as written, before the system of the robot is known.
 struct ComponentTable {
   base::Place at;
   std::string name;
@@ -70,7 +70,7 @@ class RobotReader {
     if (components_ != nullptr) read_components(*components_);
     if (robot_.components.empty() && reader_.problems().empty())
       reader_.add({{.file = file, .line = 1, .column = 1},
-                   "a robot needs a component: write [[component]]"});
+                   "a robot needs at least one component: add [[component]]"});
   }
 
   void read_components(const Node& node) {
@@ -81,7 +81,7 @@ class RobotReader {
 
   void name(const Node& node, std::string& out) {
     if (reader_.text(node, out) && !is_name(out))
-      reader_.refuse(node, fmt::format("\"{}\" is no name: at most {} letters, digits, - and _",
+      reader_.refuse(node, fmt::format("\"{}\" is not a name: at most {} letters, digits, - and _",
                                        out, kNameMax));
   }
 
@@ -101,11 +101,12 @@ class RobotReader {
                    {"router", [&](const Node& n) { reader_.text(n, host.router); }}});
     if (!is_name(host.name))
       reader_.add({node.at_key,
-                   fmt::format("\"{}\" is no name of a host: at most {} letters, digits, - and _",
+                   fmt::format("\"{}\" is not a host name: at most {} letters, digits, - and _",
                                host.name, kNameMax)});
     if (host.ssh.empty() || host.ssh.front() == '-')
       reader_.add(
-          {node.at_key, fmt::format("[host.{}] wants ssh = \"...\": how ssh calls it", host.name)});
+          {node.at_key,
+           fmt::format("[host.{}] requires ssh = \"...\", the destination for ssh", host.name)});
     robot_.hosts.push_back(std::move(host));
   }
 
@@ -126,16 +127,16 @@ class RobotReader {
     if (is_module != written.command.empty() ||
         (!is_module && (written.instance != 0 || !written.parameters.empty())))
       return reader_.add(
-          {written.at, "a component has program, instance and parameters; or a command"});
+          {written.at, "a component requires program, instance and parameters, or a command"});
     finish(written);
   }
 
   void parameters(const Node& node, ComponentTable& written) {
     if (node.form != Node::Form::kTable)
-      return reader_.refuse(node, "parameters want a table such as { cmdTaskPrio = 30 }");
+      return reader_.refuse(node, "parameters requires a table such as { cmdTaskPrio = 30 }");
     for (const Node& child : node.children) {
       if (child.key == "system" || child.key == "instance")
-        reader_.add({child.at_key, fmt::format("{} stands outside of parameters", child.key)});
+        reader_.add({child.at_key, fmt::format("{} must be outside of parameters", child.key)});
       std::string value;
       reader_.plain(child, value);
       check_placeholders(child, value);
@@ -148,8 +149,7 @@ class RobotReader {
     if (!reader_.text(node, text)) return;
     const auto words = base::split_words(text);
     if (!words || words->empty())
-      return reader_.refuse(node,
-                            words ? "an empty command" : "a quote that is opened and not closed");
+      return reader_.refuse(node, words ? "the command is empty" : "a quote is not closed");
     for (const std::string& word : *words) check_placeholders(node, word);
     out = *words;
   }
@@ -157,7 +157,7 @@ class RobotReader {
   void host_of(const Node& node, std::string& out) {
     reader_.text(node, out);
     if (std::ranges::find(robot_.hosts, out, &Host::name) == robot_.hosts.end())
-      reader_.refuse(node, fmt::format("no host {}: write [host.{}]", out, out));
+      reader_.refuse(node, fmt::format("unknown host {}: add [host.{}]", out, out));
   }
 
   void check_placeholders(const Node& node, std::string_view text) {
@@ -172,7 +172,7 @@ class RobotReader {
       if (other.name == component.name)
         return reader_.add(
             {written.at,
-             fmt::format("a second component called {}: give one of them another instance or name",
+             fmt::format("duplicate component {}: give one of them another instance or name",
                          component.name)});
     const base::Placeholders values{{"system", std::to_string(robot_.system)}};
     for (const std::string& word : written.command)
@@ -195,7 +195,7 @@ class RobotReader {
 
 constexpr std::string_view kDigits = "0123456789";
 
-// "-12", "0.5": what TOML takes for a number as it is.
+// Whether TOML accepts the text as a number: "-12", "0.5".
 bool is_number(std::string_view text) {
   if (text.starts_with('-')) text.remove_prefix(1);
   const std::size_t point = text.find('.');
@@ -212,7 +212,7 @@ const Node* child_of(const Node& node, std::string_view key) {
   return found == node.children.end() ? nullptr : &*found;
 }
 
-// One text that is changed once.
+// Applies one change to a text.
 class Editor {
  public:
   explicit Editor(std::string_view text) : text_(text) {}
@@ -265,7 +265,7 @@ class Editor {
     return std::string(text_.substr(0, at)).append(what).append(text_.substr(at));
   }
 
-  // Behind the line of `at`, as far to the right as `like`.
+  // Inserts a line after the line of `at`, with the indentation of `like`.
   [[nodiscard]] std::string new_line(std::size_t at, const Node& like,
                                      const std::string& what) const {
     const std::size_t line = line_of(like.at_key.line);
@@ -326,7 +326,7 @@ tims::Error refused(std::string text) { return {tims::Errc::kInvalidArgument, st
 
 [[noreturn]] void cannot_write(const std::string& path) {
   throw Failure(Exit::kDenied, "cannot_write", tims::os::system_error(path).detail(),
-                "may you write there?");
+                "do you have write permission?");
 }
 
 void write_all(const File& file, std::string_view text, const std::string& path) {
@@ -338,17 +338,17 @@ void write_all(const File& file, std::string_view text, const std::string& path)
   }
 }
 
-// Whoever reads it, also after a power cut, sees all of the old text or all of the new one.
+// Atomic: a reader sees the complete old or the complete new text, also after a power failure.
 void replace_file(const std::string& path, std::string_view text) {
   struct stat old {};
   if (::stat(path.c_str(), &old) != 0) cannot_write(path);
   const std::string made = path + ".new";
-  ::unlink(made.c_str());  // of somebody who did not get further
+  ::unlink(made.c_str());  // left by an interrupted attempt
   const File file(::open(made.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
   if (!file) cannot_write(made);
   try {
     write_all(file, text, made);
-    // It stays whose it is, if that is allowed.
+    // Keeps the owner, if that is permitted.
     if (::fchown(file.get(), old.st_uid, old.st_gid) != 0 && errno != EPERM) cannot_write(made);
     if (::fchmod(file.get(), old.st_mode & 07777) != 0 || ::fsync(file.get()) != 0 ||
         ::rename(made.c_str(), path.c_str()) != 0)
@@ -401,13 +401,11 @@ tims::Result<EditedFile> with_parameters(const base::TextFile& file,
     edited.text = Editor(edited.text).with(node, name, value);
     const RobotFile now = read_robot({file.name, edited.text}, "robot", system);
     if (!now.problems.empty())
-      return refused(fmt::format("{} = {} cannot stand in a robot file: {}", name, value,
+      return refused(fmt::format("{} = {} is not possible in a robot file: {}", name, value,
                                  now.problems.front().text));
     if (now.robot.components != robot.components)
-      return refused(
-          fmt::format("{} = {} cannot be written where its component stands in {}; "
-                      "please write it there by hand",
-                      name, value, file.name));
+      return refused(fmt::format("{} = {} cannot be written to its component in {}; add it by hand",
+                                 name, value, file.name));
   }
   return edited;
 }
@@ -415,23 +413,24 @@ tims::Result<EditedFile> with_parameters(const base::TextFile& file,
 json::object save_parameters(RobotText& source, std::size_t component,
                              const std::map<std::string, std::string>& parameters, bool dry_run) {
   if (source.file.empty())
-    throw Failure(Exit::kNoSuch, "no_robot_file", "this robot was not read from a file here",
-                  "its file is where `timsctl up` was given it");
+    throw Failure(Exit::kNoSuch, "no_robot_file",
+                  "this robot was not read from a file on this host",
+                  "save on the host where `timsctl up FILE` runs");
   std::error_code error;
-  const std::string path = fs::canonical(source.file, error);  // not a link to it
+  const std::string path = fs::canonical(source.file, error);  // resolve symbolic links
   std::ifstream stream(path);
   const std::string now{std::istreambuf_iterator<char>(stream), {}};
   if (error || !stream)
-    throw Failure(Exit::kNoSuch, "no_robot_file", source.file + ": cannot be read any more",
+    throw Failure(Exit::kNoSuch, "no_robot_file", "cannot read " + source.file,
                   "has it been moved?");
   if (now != source.text)
     throw Failure(Exit::kNo, "file_changed",
-                  source.file + " has changed since this robot was read from it",
-                  "write the parameters there by hand, or start the robot anew from it");
+                  source.file + " has changed since this robot was started from it",
+                  "add the parameters by hand, or restart the robot from the file");
   const auto edited = with_parameters({source.file, now}, source.system, component, parameters);
   if (!edited)
     throw Failure(Exit::kNo, "cannot_write", edited.error().detail(),
-                  "`--dry-run` shows what would change");
+                  "`--dry-run` shows the changes");
   if (!dry_run && !edited->changes.empty()) {
     replace_file(path, edited->text);
     source.text = edited->text;

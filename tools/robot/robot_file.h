@@ -1,4 +1,4 @@
-// What a robot file says: the programs of a robot, and where they run. Pure.
+// Robot files: the programs of a robot, and the hosts on which they run. Pure.
 #pragma once
 
 #include <map>
@@ -15,15 +15,15 @@
 
 namespace timsctl::robot {
 
-// When a program that has ended is started again.
+// When a program that has ended is restarted.
 enum class Restart : std::uint8_t { kNever, kOnFailure, kAlways };
 
 struct Component {
-  std::string name;           // among the robot's components: "PilotWallFollowing-1"
-  tims::os::Command command;  // placeholders are filled in
+  std::string name;           // unique in the robot: "PilotWallFollowing-1"
+  tims::os::Command command;  // placeholders are replaced
   std::string host;           // empty: where timsctl runs
   Restart restart = Restart::kOnFailure;
-  bool notifies = true;  // when it is ready, as our components do; other commands do not
+  bool notifies = true;  // sends READY=1, like our components; other commands do not
 
   bool operator==(const Component&) const = default;
 };
@@ -31,8 +31,8 @@ struct Component {
 // Another computer of the robot.
 struct Host {
   std::string name;
-  std::string ssh;     // how ssh calls it: "pi@arm"
-  std::string router;  // there, as --host of timsctl; empty: the default one
+  std::string ssh;     // destination for ssh: "pi@arm"
+  std::string router;  // router on that host, as for --host of timsctl; empty: the default
 };
 
 struct Robot {
@@ -43,27 +43,27 @@ struct Robot {
 };
 
 struct RobotFile {
-  Robot robot;  // to be used only when there are no problems
+  Robot robot;  // valid only if there are no problems
   std::vector<base::Problem> problems;
 };
 
-inline constexpr std::size_t kNameMax = 31;  // it becomes the name of a folder
+inline constexpr std::size_t kNameMax = 31;  // it is used as the name of a folder
 inline constexpr std::size_t kComponentsMax = 200;
 inline constexpr std::int64_t kIdMax = 255;
 
 bool is_name(std::string_view text);  // letters, digits, - and _
 
-// Every problem with its place. `name`: of a robot that does not say its own. `system`: in place of
-// the file's.
+// Reports every problem with its position. `name`: used if the file has no name. `system`:
+// overrides the value in the file.
 RobotFile read_robot(const base::TextFile& file, const std::string& name,
                      std::optional<std::int64_t> system = {});
 
-// A robot file with other parameters for one of its components; all else stays as it is written,
-// comments and order included. Pure.
+// Changes parameters of one component in the text of a robot file. All other text, including
+// comments and order, is unchanged. Pure.
 
 struct ParameterChange {
   std::string name;
-  std::optional<std::string> before;  // nothing: the file did not have it
+  std::optional<std::string> before;  // empty: not in the file before
   std::string after;
 
   bool operator==(const ParameterChange&) const = default;
@@ -71,27 +71,27 @@ struct ParameterChange {
 
 struct EditedFile {
   std::string text;
-  std::vector<ParameterChange> changes;  // without those that the file has already
+  std::vector<ParameterChange> changes;  // without those that are already in the file
 };
 
-// `component`: which of Robot::components, as read with `system`. kInvalidArgument says what cannot
-// be written there: the new text is read as `timsctl up` would, and must mean just this change.
+// `component`: index in Robot::components, as read with `system`. The new text is parsed as by
+// `timsctl up` and must differ in exactly this change; otherwise the error is kInvalidArgument.
 tims::Result<EditedFile> with_parameters(const base::TextFile& file,
                                          std::optional<std::int64_t> system, std::size_t component,
                                          const std::map<std::string, std::string>& parameters);
 
-// Parameters that were set while a robot runs, into its file.
+// Saving parameters that were set at run time to the robot file.
 
-// Where a robot was read from, and what stood there.
+// The origin of a robot: its file and the text that was read.
 struct RobotText {
   std::string file;  // its path; empty: stdin
   std::string text;
-  std::optional<std::int64_t> system{};  // in place of the file's
+  std::optional<std::int64_t> system{};  // overrides the value in the file
 };
 
-// `component`: which one of the file. After a power cut the file is the old or the new one. Returns
-// its path and what changes; `source` is what stands there now. Throws Failure: not from a file, no
-// longer what was read, not to be written.
+// `component`: index in the file. The file is replaced atomically, also in case of a power failure.
+// Returns the path and the changes, and updates `source`. Throws Failure: the robot was not read
+// from a file, the file has changed, or it cannot be written.
 json::object save_parameters(RobotText& source, std::size_t component,
                              const std::map<std::string, std::string>& parameters, bool dry_run);
 

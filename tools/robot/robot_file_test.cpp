@@ -14,7 +14,7 @@ RobotFile read(std::string text, std::optional<std::int64_t> system = {}) {
   return read_robot({"r.toml", std::move(text)}, "robot", system);
 }
 
-// All problems, a line each.
+// All problems, one per line.
 std::string problems(std::string text) {
   std::string all;
   for (const auto& problem : read(std::move(text)).problems) all += problem.to_string() + "\n";
@@ -33,7 +33,7 @@ program = "PilotWallFollowing"
 instance = 1
 restart = "never"
 )");
-  EXPECT_EQ(problems(""), "r.toml:1:1: a robot needs a component: write [[component]]\n");
+  EXPECT_EQ(problems(""), "r.toml:1:1: a robot needs at least one component: add [[component]]\n");
   ASSERT_TRUE(file.problems.empty()) << file.problems.front().to_string();
   EXPECT_EQ(file.robot.name, "scout");
   ASSERT_EQ(file.robot.components.size(), 2U);
@@ -81,15 +81,15 @@ TEST(RobotFile, EveryProblemHasItsPlaceAndSaysWhatToDo) {
               HasSubstr("r.toml:2:1: unknown key of [[component]] \"programm\"; did you mean "
                         "program?"));
   EXPECT_THAT(problems("[[component]]\nprogram = \"A\"\n[[component]]\nprogram = \"A\""),
-              HasSubstr("a second component called A: give one of them another instance or name"));
+              HasSubstr("duplicate component A: give one of them another instance or name"));
   EXPECT_THAT(problems("[[component]]\nprogram = \"A\"\ncommand = \"B\""),
-              HasSubstr("a component has program, instance and parameters; or a command"));
+              HasSubstr("a component requires program, instance and parameters, or a command"));
   EXPECT_THAT(problems("[[component]]\nprogram = \"A\"\nhost = \"arm\""),
-              HasSubstr("no host arm: write [host.arm]"));
+              HasSubstr("unknown host arm: add [host.arm]"));
   EXPECT_THAT(problems("[[component]]\nprogram = \"A\"\ninstance = 256"),
               HasSubstr("instance wants a number from 0 to 255, not 256"));
   EXPECT_THAT(problems("[[component]]\nprogram = \"A\"\nparameters = { system = 1 }"),
-              HasSubstr("system stands outside of parameters"));
+              HasSubstr("system must be outside of parameters"));
   EXPECT_THAT(problems("[[component]]\nprogram = \"A\"\nparameters = { a = \"{sytem}\" }"),
               HasSubstr("unknown placeholder \"sytem\"; did you mean system?"));
   EXPECT_THAT(problems("restart = \"on-falure\"\n[[component]]\nprogram = \"A\""),
@@ -204,7 +204,7 @@ TEST(ParameterEdit, WhatTheFileHasAlreadyChangesNothing) {
 TEST(ParameterEdit, WhatAFileCannotSayIsRefused) {
   const std::string text = "[[component]]\nprogram = \"A\"\n";
   EXPECT_THAT(edited(text, {{"instance", "2"}}),
-              HasSubstr("instance = 2 cannot stand in a robot file: instance stands outside"));
+              HasSubstr("instance = 2 is not possible in a robot file: instance must be outside"));
   EXPECT_THAT(edited(text, {{"x", "{host}"}}), HasSubstr("unknown placeholder"));
   EXPECT_THAT(edited(text, {{"x", "{system}"}}), HasSubstr("write it there by hand"));
 }

@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Where only this user may write.
+// A folder that only this user can write.
 std::string all_robots() {
   if (const std::string runtime = tims::os::environment("XDG_RUNTIME_DIR"); !runtime.empty())
     return runtime + "/tims-robots";
@@ -63,12 +63,12 @@ std::string chosen(std::string_view name, std::string_view router) {
   if (found.size() == 1) return found.front();
   if (found.size() > 1)
     throw usage_error(fmt::format("several robots run: {}", fmt::join(found, ", ")),
-                      "say which one: `timsctl down NAME`, with the -H of its `up` or as here");
+                      "name one: `timsctl down NAME`, with the same -H as its `up`");
   if (name.empty())
     throw Failure(Exit::kNoSuch, "no_such_robot", "no robot runs on this host",
                   "`timsctl up FILE` starts one");
-  throw Failure(Exit::kNoSuch, "no_such_robot", fmt::format("robot {} does not run", name),
-                "`timsctl robot` shows those that do");
+  throw Failure(Exit::kNoSuch, "no_such_robot", fmt::format("robot {} is not running", name),
+                "`timsctl robot` lists running robots");
 }
 
 bool is_running(std::string_view robot) { return somebody_listens(control_socket(robot)); }
@@ -77,7 +77,7 @@ json::object ask(std::string_view robot, const json::object& question, const Sig
                  tims::Duration timeout) {
   return ask_control(
       control_socket(robot), question, signals, timeout,
-      {Exit::kNoSuch, "no_such_robot", fmt::format("robot {} does not run", name_of(robot)),
+      {Exit::kNoSuch, "no_such_robot", fmt::format("robot {} is not running", name_of(robot)),
        "`timsctl up FILE` starts one"});
 }
 
@@ -85,7 +85,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr tims::Duration kStartPatience = 10s;  // a router may have to come first
+constexpr tims::Duration kStartPatience = 10s;  // the router may have to start first
 constexpr tims::Duration kEndPatience = 5s;
 
 // They come and go.
@@ -99,20 +99,21 @@ std::vector<int> descriptors_of(const std::list<Program>& programs) {
 tims::os::File listen(const Deployment& deployment, const std::string& path) {
   auto control = tims::os::listen_unix(path, 0600);
   if (!control && control.error().code() == tims::Errc::kAddressInUse)
-    throw Failure(Exit::kDenied, "robot_runs",
-                  fmt::format("robot {} runs already at {}", deployment.name, deployment.router),
-                  fmt::format("`timsctl down {}` ends it", deployment.name));
+    throw Failure(
+        Exit::kDenied, "robot_runs",
+        fmt::format("robot {} is already running at {}", deployment.name, deployment.router),
+        fmt::format("`timsctl down {}` stops it", deployment.name));
   return value_or_fail(std::move(control), path);
 }
 
-// What a command starts, as `nice World` does, is found where find_program() finds World.
+// A program started by a command (`nice World`) is searched where find_program() would find it.
 std::string search_path() {
   const std::string usual = tims::os::environment("PATH");
   const auto own = std::filesystem::path(tims::os::find_program("timsctl")).parent_path();
   return fmt::format("{}:{}", own.string(), usual.empty() ? "/usr/bin:/bin" : usual);
 }
 
-// Nobody holds its other end any more.
+// Whether the other end of the pipe is closed.
 bool has_closed(int input) {
   std::array<char, 256> ignored{};
   return tims::os::is_readable(input) && ::read(input, ignored.data(), ignored.size()) <= 0;
@@ -139,7 +140,7 @@ Supervisor::~Supervisor() {
   try {
     end_all();
   } catch (const std::exception&) {
-    // Nobody reads what we say any more: no reason to leave programs behind.
+    // The reader of stdout has closed it; the programs must be stopped nevertheless.
     for (const Program& program : programs_) program.signal(SIGKILL);
   }
   control_.end({{"schema", "tims/robot_done/1"}, {"done", true}});
@@ -156,7 +157,8 @@ void Supervisor::add(const Component& component, std::size_t number, const Deplo
   components_[&programs_.back()] = number;
 }
 
-// There timsctl looks after its programs, and ends when its stdin does: when we or the network go.
+// On that host timsctl supervises the programs. It ends when its stdin is closed, that is, when
+// this process ends or the connection breaks.
 void Supervisor::add(const Host& host, const Robot& robot, const Deployment& deployment) {
   tims::os::Command command{"ssh", "-oBatchMode=yes", "--", host.ssh, "timsctl"};
   if (!host.router.empty()) command.push_back("--host=" + host.router);
@@ -183,7 +185,7 @@ void Supervisor::start() {
   std::string text =
       fmt::format("{} of {} programs are ready",
                   programs_.size() - static_cast<std::size_t>(down + late), programs_.size());
-  if (late > 0) text += fmt::format(", {} did not say so", late);
+  if (late > 0) text += fmt::format(", {} not yet", late);
   if (down > 0) text += fmt::format(", {} ended", down);
   events_.say("started", name_, text);
 }
@@ -230,11 +232,11 @@ void Supervisor::look_after(Program& program) {
   if (program.start_at() <= now) start_again(program, now);
 }
 
-// What cannot be executed now may be in a moment: somebody is installing it.
+// A program that cannot be executed may just be being installed: it is tried again.
 void Supervisor::start_again(Program& program, tims::Time now) {
   try {
     program.start(now);
-    events_.say("restarted", program.name(), "started again");
+    events_.say("restarted", program.name(), "restarted");
   } catch (const Failure& failure) {
     take_end(program, program.could_not_start(now));
     events_.say("said", program.name(), failure.message);
@@ -245,11 +247,11 @@ void Supervisor::take_end(Program& program, const Program::End& end) {
   const std::string how = end.status.to_string();
   if (end.pause && !ending_)
     return events_.say("ended", program.name(),
-                       fmt::format("{}: starts again in {:g} s", how, base::seconds(*end.pause)));
+                       fmt::format("{}: restart in {:g} s", how, base::seconds(*end.pause)));
   program.stay_down();
   if (ending_) return events_.say("ended", program.name(), how);
   if (!end.status.success()) ++failures_;
-  events_.say("ended", program.name(), how + ": stays down");
+  events_.say("ended", program.name(), how + ": not restarted");
 }
 
 void Supervisor::take_notifications() {
@@ -257,7 +259,7 @@ void Supervisor::take_notifications() {
     const auto program = std::ranges::find(programs_, std::optional(said->pid), &Program::pid);
     if (program == programs_.end()) continue;
     program->on_notification(said->text);
-    // People see it in `timsctl robot`.
+    // The status is shown by `timsctl robot`.
     if (!program->status().empty() && context_.out.json())
       events_.say("state", program->name(), program->status());
   }
@@ -277,15 +279,15 @@ json::object Supervisor::report() const {
           {"items", std::move(items)}};
 }
 
-// Of the component at an address, which is one of ours; all of its parameters, or the one called
-// so.
+// Saves all changed parameters, or only the named one, of the component at an address.
 json::object Supervisor::save(const json::object& question) {
-  take_notifications();  // what it was told a moment ago
+  take_notifications();  // the newest parameter values may be waiting
   const auto program =
       std::ranges::find(programs_, text_at(question, "address"), &Program::address);
   if (program == programs_.end() || !components_.contains(&*program))
-    throw Failure(Exit::kNoSuch, "no_such_component", "robot " + name_ + " has no such component",
-                  "`timsctl robot` shows what it has");
+    throw Failure(Exit::kNoSuch, "no_such_component",
+                  "robot " + name_ + " does not have this component",
+                  "`timsctl robot` lists its components");
   Program::Parameters parameters = program->parameters();
   if (const std::string name = text_at(question, "name"); !name.empty())
     std::erase_if(parameters, [&](const auto& parameter) { return parameter.first != name; });

@@ -1,6 +1,6 @@
-// A robot that runs: its programs are started, heard, started again when they crash, and ended. And
-// which robots run on this host: a folder for each, with the socket at which its supervisor
-// listens.
+// The supervisor of a running robot: starts its programs, monitors them, restarts them after a
+// crash, and stops them. Also the list of running robots on this host: each has a folder with the
+// socket of its supervisor.
 #pragma once
 
 #include <list>
@@ -19,48 +19,50 @@
 
 namespace timsctl::robot {
 
-// Two robots of one name may run, at different routers: the name and what tells the router from
-// others ("sim-1@5c0ffee5") are the key of everything below.
+// Robots of the same name may run at different routers. The key of the functions below consists of
+// the name and a hash of the router: "sim-1@5c0ffee5".
 std::string key_of(std::string_view name, std::string_view router);
 std::string_view name_of(std::string_view key);
 
 std::string folder_of(std::string_view robot);
 std::string control_socket(std::string_view robot);
-std::string status_socket(std::string_view robot);  // where its components say how they are
-std::string log_file(std::string_view robot);       // of one in the background
+std::string status_socket(std::string_view robot);  // receives the status of its components
+std::string log_file(std::string_view robot);       // log of a robot in the background
 
-// Their keys, in order.
+// The keys of all running robots, sorted.
 std::vector<std::string> running();
 bool is_running(std::string_view robot);
-// The key of the one called so, or that has this key: at this router if several have the name.
-// Without a name: of the only one. Throws Failure.
+// The key of the robot with this name or key; if several have the name, of the one at this router.
+// Without a name: of the only robot. Throws Failure.
 std::string chosen(std::string_view name, std::string_view router);
-// Throws Failure: it does not run, it does not answer.
+// Sends a request to its supervisor. Throws Failure: it does not run or does not answer.
 json::object ask(std::string_view robot, const json::object& question, const Signals& signals,
                  tims::Duration timeout);
 
 struct Deployment {
-  std::string name;    // what `timsctl down` calls it
-  std::string host;    // of the robot, whose components run here; empty: those without a host
-  std::string folder;  // programs run there: the file's
-  std::string router;  // theirs, as in $TIMS_ROUTER
-  RobotText source;    // its text also for other hosts
+  std::string name;  // name for `timsctl down`
+  std::string
+      host;  // the host of the robot whose components run here; empty: components without a host
+  std::string folder;  // working folder of the programs: the folder of the file
+  std::string router;  // router of the programs, as in $TIMS_ROUTER
+  RobotText source;    // the text is also sent to other hosts
 };
 
 class Supervisor {
  public:
-  // Takes the name on this host: throws Failure when one of that name runs.
+  // Reserves the name on this host. Throws Failure if a robot of that name runs.
   Supervisor(Context& context, const Robot& robot, const Deployment& deployment);
-  // Ends all programs.
+  // Stops all programs.
   ~Supervisor();
   Supervisor(const Supervisor&) = delete;
   Supervisor& operator=(const Supervisor&) = delete;
 
-  // Starts all programs; returns when those of components are ready, or did not become so in time.
+  // Starts all programs and returns when the components are ready or the time is over.
   void start();
-  // Until the time, until `down`, or until `input` ends (-1: none); throws Interrupted on Ctrl-C.
+  // Runs until the time, until `down`, or until `input` ends (-1: none). Throws Interrupted on
+  // Ctrl-C.
   void serve(tims::Time until, int input = -1);
-  // Programs that have ended and stay down.
+  // The number of programs that have ended and are not restarted.
   [[nodiscard]] std::size_t failures() const { return failures_; }
 
  private:
@@ -88,7 +90,7 @@ class Supervisor {
   ControlServer control_;
   std::optional<StatusSocket> status_;
   std::list<Program> programs_;
-  std::map<const Program*, std::size_t> components_;  // which of the file's it is
+  std::map<const Program*, std::size_t> components_;  // index of the component in the file
   bool ending_ = false;
   std::size_t failures_ = 0;
 };

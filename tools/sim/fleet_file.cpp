@@ -1,4 +1,4 @@
-// A fleet file's text to a Fleet.
+// Parses the text of a fleet file.
 #include "tools/sim/fleet_file.h"
 
 #include <algorithm>
@@ -14,7 +14,7 @@ namespace {
 
 using Node = base::TomlNode;
 
-// What they are at a host: plan.cpp.
+// Their values are set in plan.cpp.
 const std::vector<std::string> kPlaceholders = {"robot", "host", "system"};
 
 bool is_word(std::string_view text, std::size_t length_max, bool digits) {
@@ -40,11 +40,10 @@ class FleetReader {
                    {"host", [&](const Node& n) { hosts(n); }},
                    {"profile", [&](const Node& n) { profiles(n); }},
                    {"fault", [&](const Node& n) { faults_ = &n; }}});
-    // In this order, whatever the text's is: a robot's line has a profile, a fault happens to a
-    // line.
+    // Independent of the order in the text: robots refer to profiles, and faults refer to lines.
     if (robots_ != nullptr) reader_.tables(*robots_, [&](const Node& n) { robot(n); });
     if (fleet_.robots.empty() && reader_.problems().empty())
-      reader_.add({end_, "a fleet needs a robot: write [[robot]]"});
+      reader_.add({end_, "a fleet needs at least one robot: add [[robot]]"});
     check_hosts();
     if (faults_ != nullptr) reader_.tables(*faults_, [&](const Node& n) { fault(n); });
     return finish();
@@ -56,17 +55,17 @@ class FleetReader {
   void fleet_name(const Node& node) {
     reader_.text(node, fleet_.name);
     if (!is_fleet_name(fleet_.name))
-      reader_.refuse(node, fmt::format("name wants at most {} small letters and digits, beginning "
-                                       "with a letter: it stands in names of namespaces",
-                                       kFleetNameMax));
+      reader_.refuse(node,
+                     fmt::format("name requires at most {} small letters and digits, beginning "
+                                 "with a letter: it is part of namespace names",
+                                 kFleetNameMax));
   }
 
   void components(const Node& node, HostPrograms& out) {
     reader_.texts(node, [&](const Node& item, const std::string& text) {
       const auto words = base::split_words(text);
       if (!words || words->empty())
-        return reader_.refuse(item,
-                              words ? "an empty command" : "a quote that is opened and not closed");
+        return reader_.refuse(item, words ? "the command is empty" : "a quote is not closed");
       for (const std::string& word : *words)
         if (const auto bad = base::unknown_placeholder(word, kPlaceholders))
           return reader_.unknown(item.at_value, "placeholder", *bad, kPlaceholders);
@@ -83,9 +82,10 @@ class FleetReader {
   void settings(const Node& node, HostPrograms& out) {
     reader_.texts(node, [&](const Node& item, const std::string& text) {
       if (text.find('=') == std::string::npos)
-        reader_.refuse(item, fmt::format("settings want key=value such as \"log.level=debug\", as "
-                                         "tims-router --set does, not \"{}\"",
-                                         text));
+        reader_.refuse(item,
+                       fmt::format("settings requires key=value such as \"log.level=debug\", as "
+                                   "tims-router --set does, not \"{}\"",
+                                   text));
       out.settings.push_back(text);
     });
   }
@@ -99,10 +99,10 @@ class FleetReader {
 
   void profiles(const Node& node) {
     reader_.named_tables(node, [&](const Node& table) {
-      // A built-in one is changed key by key.
+      // A table for a built-in profile overrides single keys.
       Quality& quality = fleet_.profiles[table.key];
       if (table.key == "cut" || table.key == "heal" || table.key == "off")
-        reader_.refuse(table, fmt::format("{} is what can be done to a line; name the profile "
+        reader_.refuse(table, fmt::format("{} is reserved for changes of a line; name the profile "
                                           "otherwise",
                                           table.key));
       for (const Node& key : table.children) profile_key(key, quality);
@@ -121,7 +121,7 @@ class FleetReader {
 
   struct RobotTable {
     std::int64_t count = 1;
-    std::int64_t system = 0;  // of the first one
+    std::int64_t system = 0;  // of the first robot
     std::string name = "robot";
     Robot robot;
     std::map<std::string, HostPrograms, std::less<>> programs;
@@ -145,8 +145,8 @@ class FleetReader {
     if (cable != nullptr) check_profile(*cable, table.robot.cable);
     if (table.robot.hosts.empty()) table.robot.hosts = {"main"};
     if (table.system + table.count - 1 > kSystemMax)
-      return reader_.add({node.at_key, fmt::format("systems (numbers of robots) go up to {}: there "
-                                                   "are too many robots",
+      return reader_.add({node.at_key, fmt::format("too many robots: the largest system number is "
+                                                   "{}",
                                                    kSystemMax)});
     for (std::int64_t i = 0; i < table.count; ++i)
       append(node, table, static_cast<std::uint8_t>(table.system + i));
@@ -156,8 +156,8 @@ class FleetReader {
     for (const Robot& other : fleet_.robots)
       if (other.system == system)
         return reader_.add(
-            {node.at_key, fmt::format("system {} is {}'s already: no two robots have "
-                                      "the same",
+            {node.at_key, fmt::format("system {} is already used by {}: systems must be "
+                                      "unique",
                                       system, other.name)});
     Robot robot = table.robot;
     robot.system = system;
@@ -180,8 +180,8 @@ class FleetReader {
   void robot_name(const Node& node, std::string& out) {
     reader_.text(node, out);
     if (!is_word(out, kRobotNameMax, false) || out == "base")
-      reader_.refuse(node, fmt::format("a robot's name is at most {} small letters, without a "
-                                       "number, and not base",
+      reader_.refuse(node, fmt::format("a robot name has at most {} small letters, no "
+                                       "digits, and is not base",
                                        kRobotNameMax));
   }
 
@@ -189,11 +189,11 @@ class FleetReader {
     constexpr std::string_view kTaken[] = {"base", "lo", "all", "default"};
     reader_.texts(node, [&](const Node& item, const std::string& text) {
       if (!is_word(text, kHostNameMax, true) || std::ranges::find(kTaken, text) != std::end(kTaken))
-        reader_.refuse(item, fmt::format("a host's name is at most {} small letters and digits, "
-                                         "beginning with a letter, and none of {}",
+        reader_.refuse(item, fmt::format("a host name has at most {} small letters and digits, "
+                                         "begins with a letter, and is none of {}",
                                          kHostNameMax, fmt::join(kTaken, ", ")));
       if (std::ranges::find(out, text) != out.end())
-        reader_.refuse(item, fmt::format("host \"{}\" is there twice", text));
+        reader_.refuse(item, fmt::format("duplicate host \"{}\"", text));
       out.push_back(text);
     });
     if (out.size() > kHostsMax)
@@ -203,7 +203,7 @@ class FleetReader {
   void own_components(const Node& node, RobotTable& table) {
     if (node.form != Node::Form::kTable)
       return reader_.refuse(node,
-                            "components of a robot stand behind a host's name: "
+                            "components of a robot require a host: "
                             "components.main = [\"...\"]");
     for (const Node& host : node.children) components(host, table.programs[host.key]);
   }
@@ -215,7 +215,7 @@ class FleetReader {
     reader_.unknown(node.at_value, "profile", name, known);
   }
 
-  // [host.X] must be somebody's.
+  // [host.X] must refer to a host of a robot.
   void check_hosts() {
     std::vector<std::string> all;
     for (const Robot& robot : fleet_.robots)
@@ -246,9 +246,10 @@ class FleetReader {
     step.words = base::split_words(what).value_or(tims::os::Command{});
     if (!direction.empty()) step.words.push_back("direction=" + direction);
     if (place == nullptr || action == nullptr || step.line.empty() == step.host.empty())
-      return reader_.add({node.at_key, "a fault has at, do, and either line or host"});
+      return reader_.add({node.at_key, "a fault requires at, do, and either line or host"});
     if (every > tims::Duration{} && every <= length)
-      reader_.add({node.at_key, "every is longer than for: it is undone before it comes again"});
+      reader_.add(
+          {node.at_key, "every must be longer than for: a fault is undone before it is repeated"});
     step.line.empty() ? check_host_step(*place, *action, step)
                       : check_line_step(*place, *action, step);
     fleet_.steps.push_back(std::move(step));
@@ -267,7 +268,7 @@ class FleetReader {
     if (std::ranges::find(hosts, step.host) == hosts.end())
       return reader_.unknown(place.at_value, "host", step.host, hosts);
     if (step.words != tims::os::Command{"kill"} && step.words != tims::os::Command{"start"})
-      reader_.refuse(action, "do wants kill or start where it happens to a host");
+      reader_.refuse(action, "do requires kill or start for a host");
   }
 
   base::TomlReader reader_;

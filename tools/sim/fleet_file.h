@@ -1,4 +1,4 @@
-// What a fleet file says: robots, their hosts, the lines between them, and what happens when. Pure.
+// Fleet files: robots, their hosts, the lines between them, and timed faults. Pure.
 #pragma once
 
 #include <cstdint>
@@ -14,45 +14,46 @@
 
 namespace timsctl::sim {
 
-// What runs on a host beside its router.
+// The programs of a host in addition to its router.
 struct HostPrograms {
   std::vector<tims::os::Command> components;
-  std::vector<std::string> settings;  // of its router: "log.level=debug"
+  std::vector<std::string> settings;  // of the router: "log.level=debug"
 };
 
 struct Robot {
   std::string name;  // "robot2"
   std::uint8_t system = 1;
-  std::vector<std::string> hosts;  // the first is the system router's
+  std::vector<std::string> hosts;  // the first runs the system router
   std::string link = "wifi";       // profile of its line to the base
   std::string cable = "cable";     // profile of the lines between its hosts
-  std::map<std::string, HostPrograms, std::less<>> programs;  // by host: [host.X], its own behind
+  std::map<std::string, HostPrograms, std::less<>>
+      programs;  // by host: those of [host.X], then those of the robot
 };
 
-// Something that happens by itself.
+// A timed fault.
 struct Step {
   tims::Duration at{};
-  std::string line;                        // or
-  std::string host;                        // what it happens to
-  std::vector<std::string> words;          // of a line: see changed(); of a host: "kill" or "start"
-  std::optional<tims::Duration> duration;  // then it is undone
-  std::optional<tims::Duration> every;     // again and again
+  std::string line;                // the affected line, or
+  std::string host;                // the affected host
+  std::vector<std::string> words;  // for a line: see changed(); for a host: "kill" or "start"
+  std::optional<tims::Duration> duration;  // it is undone after this time
+  std::optional<tims::Duration> every;     // interval of repetition
 };
 
 struct Fleet {
   std::string name = "fleet";
   HostPrograms base;
   std::vector<Robot> robots;
-  Profiles profiles;  // the built-in ones too
+  Profiles profiles;  // including the built-in ones
   std::vector<Step> steps;
 };
 
 struct FleetFile {
-  Fleet fleet;  // to be used only when there are no problems
+  Fleet fleet;  // valid only if there are no problems
   std::vector<base::Problem> problems;
 };
 
-// Every problem with file, line and column.
+// Reports every problem with file, line and column.
 FleetFile read_fleet(const base::TextFile& file);
 
 inline constexpr std::size_t kFleetNameMax = 15;

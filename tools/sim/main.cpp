@@ -16,21 +16,21 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Starting and ending programs takes longer than a router's answer.
+// Starting and stopping programs takes longer than an answer of a router.
 constexpr tims::Duration kFleetAnswers = 30s;
 
 sim::Fleet read_fleet_file(Context& context) {
   const std::string& path = context.options.arguments.front();
   std::ifstream file(path);
   if (!file)
-    throw Failure(Exit::kNoSuch, "no_such_file", fmt::format("{}: cannot be read", path),
-                  "deploy/fleets/demo.toml is one");
+    throw Failure(Exit::kNoSuch, "no_such_file", fmt::format("cannot read {}", path),
+                  "see deploy/fleets/demo.toml for an example");
   sim::FleetFile read = sim::read_fleet({path, {std::istreambuf_iterator<char>(file), {}}});
   fail_if_any(read.problems, "bad_fleet", "deploy/fleets/README.md");
   if (!context.options.fleet.empty()) {
     if (!sim::is_fleet_name(context.options.fleet))
       throw usage_error(
-          fmt::format("--fleet: \"{}\" is no name: at most {} small letters and "
+          fmt::format("--fleet: \"{}\" is not a name: at most {} small letters and "
                       "digits",
                       context.options.fleet, sim::kFleetNameMax));
     read.fleet.name = context.options.fleet;
@@ -38,7 +38,7 @@ sim::Fleet read_fleet_file(Context& context) {
   return std::move(read.fleet);
 }
 
-// Brought up; then `ready`, then until the end.
+// Starts the fleet, calls `ready`, and runs until the end.
 Exit run_fleet(Context& context, const sim::Plan& plan, const std::function<void()>& ready) {
   sim::Supervisor fleet(context, plan);
   fleet.bring_up();
@@ -72,8 +72,7 @@ constexpr Column kPrograms[] = {{"HOST", "host"},   {"PROGRAM", "name"},
 constexpr Column kLines[] = {
     {"LINE", "name"}, {"UPPER", "upper"}, {"LOWER", "lower"}, {"STATE", "state"}};
 
-// What tables show of a host beside what is written: one word for its programs, one cell of
-// addresses.
+// Adds derived cells of a host for tables: the state of its programs, and all addresses.
 json::array hosts_of(const json::object& fleet) {
   json::array hosts;
   for (json::object host : objects(items_of(fleet, "hosts"))) {
@@ -141,9 +140,10 @@ constexpr std::string_view kAll = "all";
 
 sim::Quality need_quality(const std::vector<std::string>& words) {
   for (const std::string& word : words) {
-    if (word == "cut") throw usage_error("a router has no cable to pull", "blackout loses all");
+    if (word == "cut")
+      throw usage_error("a router cannot cut a line", "use blackout, which loses all datagrams");
     if (word.starts_with("direction="))
-      throw usage_error("a router injects faults into what it sends, and nothing else",
+      throw usage_error("a router applies faults only to datagrams that it sends",
                         "ask the router at the other end for the other direction");
   }
   const auto state = sim::changed({}, {}, words, sim::built_in_profiles());
@@ -160,11 +160,11 @@ Exit sim_up(Context& context) {
       return run_fleet(context, plan, ready);
     });
   return run_fleet(context, plan, [&] {
-    context.out.note(
-        fmt::format("fleet {} is up: `timsctl sim show`, `timsctl sim exec base "
-                    "timsctl status`, `timsctl sim fault {} cut`; {}",
-                    plan.name, plan.lines.front().name,
-                    context.options.run_for ? "it ends by itself" : "Ctrl-C ends it"));
+    context.out.note(fmt::format(
+        "fleet {} is up: `timsctl sim show`, `timsctl sim exec base "
+        "timsctl status`, `timsctl sim fault {} cut`; {}",
+        plan.name, plan.lines.front().name,
+        context.options.run_for ? "it stops at the end of --for" : "stop it with Ctrl-C"));
   });
 }
 
@@ -176,7 +176,7 @@ Exit sim_down(Context& context) {
   bool found = false;
   for (const std::string& name : names) {
     if (!sim::is_fleet_name(name))
-      throw usage_error(fmt::format("\"{}\" is no name of a fleet", name), "`timsctl sim show`");
+      throw usage_error(fmt::format("\"{}\" is not a fleet name", name), "`timsctl sim show`");
     const bool runs = sim::is_running(name);
     if (runs) (void)sim::ask_fleet(name, {{"do", "down"}}, context.signals, kFleetAnswers);
     const bool left = !runs && sim::clean_up(name);
@@ -188,11 +188,11 @@ Exit sim_down(Context& context) {
     context.out.write(json::object{{"schema", "tims/sim_done/1"}, {"done", found}});
   if (found || context.options.arguments.empty()) return Exit::kDone;
   throw Failure(Exit::kNoSuch, "no_such_fleet",
-                fmt::format("no fleet {}, and nothing is left of it", names.front()),
+                fmt::format("there is no fleet {} and no remains of it", names.front()),
                 "`timsctl sim show`");
 }
 
-// sim fault --link: a bad network by the router's own hand, outside of a fleet in a box
+// sim fault --link: faults applied by a router, outside of a simulated fleet
 
 Exit link_fault(Context& context) {
   const sim::Quality quality = need_quality(context.options.arguments);
@@ -203,7 +203,7 @@ Exit link_fault(Context& context) {
   if (context.out.json())
     context.out.write(answer);
   else
-    context.out.note(fmt::format("{}, on the way out to {}: {}", text_at(answer, "router"),
+    context.out.note(fmt::format("{}, datagrams to {}: {}", text_at(answer, "router"),
                                  name == kAll ? "everybody" : name, sim::to_string(quality)));
   return Exit::kDone;
 }
@@ -212,8 +212,9 @@ Exit sim_fault(Context& context) {
   if (!context.options.link.empty()) return link_fault(context);
   const auto& arguments = context.options.arguments;
   if (arguments.size() < 2)
-    throw usage_error(fmt::format("what is to happen to {}?", arguments.front()),
-                      "`timsctl sim fault LINE loss=10%`; --link NAME is for a link of a router");
+    throw usage_error(
+        fmt::format("the fault for {} is missing", arguments.front()),
+        "such as `timsctl sim fault LINE loss=10%`; use --link NAME for a link of a router");
   json::array words;
   for (const std::string& word : std::span(arguments).subspan(1)) words.emplace_back(word);
   return ask(context, {{"do", "fault"}, {"line", arguments.front()}, {"words", std::move(words)}});
@@ -229,7 +230,7 @@ Exit sim_start(Context& context) {
   return ask(context, {{"do", "start"}, {"host", context.options.arguments.front()}});
 }
 
-// --- sim show, and what else only looks at the state of a fleet
+// --- sim show and other verbs that only read the state of a fleet
 
 Exit sim_show(Context& context) {
   json::array items;
@@ -289,7 +290,7 @@ int main(int argc, char** argv) {
       {"up", sim_up},     {"down", sim_down},   {"show", sim_show}, {"fault", sim_fault},
       {"kill", sim_kill}, {"start", sim_start}, {"exec", sim_exec}};
   const VerbProgram program{"timsctl-sim",
-                            "a fleet of robots on this machine, in network namespaces.", kRuns,
+                            "run a fleet of robots on this machine, in network namespaces.", kRuns,
                             sim_candidates};
   return run_program(argc, argv, program);
 }

@@ -22,7 +22,7 @@ std::string without_prefix(std::string_view address) {
   return std::string(address.substr(0, address.find('/')));
 }
 
-// What is the same at every host. `links`: the [[link]] tables.
+// The configuration common to all hosts. `links`: the [[link]] tables.
 std::string router_config(const PlannedHost& host, const std::string& links) {
   return fmt::format(R"([router]
 name = "{}"
@@ -152,7 +152,7 @@ class Planner {
 };
 
 void append_device(const LineEnd& end, std::string& out) {
-  // One datagram a packet: loss is of datagrams, not of the bursts they are sent in.
+  // One datagram per packet: loss must affect single datagrams, not bursts (GSO).
   out += fmt::format("link set dev {0} gso_max_segs 1\nlink set dev {0} addrgenmode none\n",
                      end.device);
   if (end.address.empty())
@@ -228,13 +228,13 @@ std::vector<std::string> line_names(const Fleet& fleet) {
   return names;
 }
 
-// --- the plan made real
+// --- implementation of the plan
 
 void Network::make() {
   run_or_fail({.command = {"ip", "-batch", "-"}}, network_commands(plan_));
   for (const PlannedHost& host : plan_.hosts)
     run_or_fail({.command = {"ip", "-n", host.network, "-batch", "-"}}, host_commands(plan_, host));
-  // A throw-away one, where nobody is yet.
+  // Tests for netem with a temporary qdisc on an unused interface.
   const std::string& first = plan_.hosts.front().network;
   netem_ = run({.command = {"tc", "-n", first, "qdisc", "add", "dev", "lo", "root", "netem",
                             "delay", "1ms"}})
@@ -285,7 +285,7 @@ namespace {
 
 constexpr std::uint64_t kShares = 1'000'000;    // loss in millionths
 constexpr std::uint64_t kBurstBytesMin = 3028;  // two packets
-constexpr int kQueueMs = 100;                   // what waits longer for the rate is lost
+constexpr int kQueueMs = 100;                   // packets that wait longer are dropped
 
 double ms(tims::Duration duration) {
   return std::chrono::duration<double, std::milli>(duration).count();
@@ -296,14 +296,14 @@ tims::os::Command netem(tims::os::Command words, const Quality& quality) {
   const auto add = [&](std::initializer_list<std::string> more) {
     words.insert(words.end(), more);
   };
-  // The jitter is on top: netem's lies on both sides of the delay.
+  // Jitter increases the delay; the jitter of netem is symmetric about the delay.
   const double half = ms(quality.jitter) / 2;
   const double delay = ms(quality.delay) + half;
   if (delay > 0 || quality.reorder > 0)
     add({"delay", fmt::format("{:.3f}ms", std::max(delay, 5.0 * (quality.reorder > 0))),
          fmt::format("{:.3f}ms", half)});
   if (quality.duplicate > 0) add({"duplicate", fmt::format("{:g}%", quality.duplicate * 100)});
-  // netem sends the share at once and holds the others back.
+  // netem sends this share at once and delays the others.
   if (quality.reorder > 0) add({"reorder", fmt::format("{:g}%", quality.reorder * 100)});
   if (quality.rate_bits > 0) add({"rate", fmt::format("{}bit", quality.rate_bits)});
   return words;
@@ -319,7 +319,7 @@ tims::os::Command shaping(const LineEnd& sender, const Quality& quality, bool ha
     words.emplace_back("noqueue");
     return words;
   }
-  // Five milliseconds may go at once.
+  // The burst corresponds to five milliseconds.
   const std::uint64_t burst = std::max(quality.rate_bits / 8 / 200, kBurstBytesMin);
   for (std::string word :
        {std::string("tbf"), std::string("rate"), fmt::format("{}bit", quality.rate_bits),
@@ -331,7 +331,7 @@ tims::os::Command shaping(const LineEnd& sender, const Quality& quality, bool ha
 
 std::string dropping(const LineEnd& receiver, const Quality& quality) {
   const std::string table = "table netdev tims_" + receiver.device;
-  // Declared first: what is not there cannot be deleted.
+  // Declared first: deleting a missing table is an error.
   std::string text = fmt::format("{0}\ndelete {0}\n", table);
   const auto lost = static_cast<std::uint64_t>(std::llround(quality.loss * double{kShares}));
   if (!quality.blackout && lost == 0) return text;

@@ -1,9 +1,9 @@
 // A fleet on this machine: which namespaces, interfaces, addresses and router configurations.
 //
-// The base has a bridge, "wifi", with one port for each robot's first host; a robot's other hosts
-// hang at the first one by a line each. Nothing forwards IP: from host to host go only messages.
+// The base has a bridge, "wifi", with one port for the first host of each robot. Each other host of
+// a robot has a line to the first one. IP is not forwarded: only messages pass from host to host.
 //
-// First the plan (pure), then what `ip`, `tc` and `nft` make of it.
+// First the plan (pure), then its implementation by `ip`, `tc` and `nft`.
 #pragma once
 
 #include <string>
@@ -40,7 +40,7 @@ struct PlannedHost {
 struct LineEnd {
   std::string host;
   std::string network;
-  std::string device;   // called after the other end
+  std::string device;   // named after the other end
   std::string address;  // "10.0.0.1/24"; empty: the bridge has it
 };
 
@@ -53,9 +53,11 @@ struct Line {
 
 struct Plan {
   std::string name;
-  std::string folder;              // "/run/tims-sim/demo"
-  std::string programs_folder;     // components run there: the fleet file's; empty: timsctl's own
-  std::vector<PlannedHost> hosts;  // the base first, a robot's first host before its others
+  std::string folder;           // "/run/tims-sim/demo"
+  std::string programs_folder;  // working folder of components: that of the fleet file; empty: the
+                                // current folder
+  std::vector<PlannedHost>
+      hosts;  // the base first; the first host of a robot before its other hosts
   std::vector<Line> lines;
   Profiles profiles;
   std::vector<Step> steps;
@@ -68,22 +70,22 @@ inline constexpr std::string_view kSimFolder = "/run/tims-sim";
 
 Plan make_plan(const Fleet& fleet);
 
-// What programs of a host find in their environment: its router, and a folder of its own for what
-// runs there.
+// The environment of the programs of a host: its router, and a separate runtime folder.
 std::vector<std::string> environment_at(const std::string& router_socket);
 
 std::string network_prefix(std::string_view fleet);  // "tims-demo-"
 
 // Input of `ip -batch -`: all namespaces and the cables between them.
 std::string network_commands(const Plan& plan);
-// Input of `ip -n NAMESPACE -batch -`: what is done inside of one.
+// Input of `ip -n NAMESPACE -batch -`: commands within one namespace.
 std::string host_commands(const Plan& plan, const PlannedHost& host);
 
-// How robots, hosts and lines are called. Pure.
+// Names of robots, hosts and lines. Pure.
 
-inline constexpr std::int64_t kSystemMax = 250;   // a robot's address at the base is 10.0.0.SYSTEM
-inline constexpr std::size_t kHostsMax = 200;     // of a robot
-inline constexpr std::size_t kRobotNameMax = 10;  // an interface of the base is called after it
+inline constexpr std::int64_t kSystemMax =
+    250;  // the address of a robot at the base is 10.0.0.SYSTEM
+inline constexpr std::size_t kHostsMax = 200;     // per robot
+inline constexpr std::size_t kRobotNameMax = 10;  // an interface of the base is named after it
 inline constexpr std::size_t kHostNameMax = 12;
 
 inline constexpr std::string_view kBase = "base";
@@ -94,16 +96,16 @@ std::string line_name(const Robot& robot, std::string_view host);
 std::vector<std::string> host_names_of(const Fleet& fleet);
 std::vector<std::string> line_names(const Fleet& fleet);
 
-// --- the plan made real
+// --- implementation of the plan
 
 class Network {
  public:
   explicit Network(const Plan& plan) : plan_(plan) {}
 
   void make();  // throws Failure
-  // What the kernel does of it; the routers do the rest (router_faults).
+  // Applies the part that the kernel supports; the routers apply the rest (router_faults).
   void apply(const Line& line, const LineState& before, const LineState& state) const;
-  // Can the kernel delay, double and reorder by itself?
+  // Whether the kernel has netem (delay, duplicates, reordering).
   [[nodiscard]] bool netem() const { return netem_; }
 
  private:
@@ -114,25 +116,25 @@ class Network {
   bool netem_ = false;
 };
 
-// Namespaces of that fleet which are there, whoever made them.
+// The existing namespaces of that fleet, including leftovers.
 std::vector<std::string> networks_of(std::string_view fleet);
-// Ends what runs in them, and takes them away.
+// Kills the processes in the namespaces and removes them.
 void remove_networks(const std::vector<std::string>& networks);
 
-// What makes a line bad, as text for tc and nft. Pure. What leaves an interface is shaped by tc,
-// what comes in is thrown away by nft; what neither can do is the routers' part.
+// Line faults as input of tc and nft. Pure. tc shapes outgoing packets, nft drops incoming ones;
+// the routers apply the rest.
 
-// For `tc`, at the sending end. Without netem only the rate.
+// For `tc` at the sending end. Without netem only the rate is limited.
 tims::os::Command shaping(const LineEnd& sender, const Quality& quality, bool netem);
 
-// For `nft -f -`, at the receiving end: takes the place of what was there.
+// For `nft -f -` at the receiving end; replaces earlier rules.
 std::string dropping(const LineEnd& receiver, const Quality& quality);
 
-// What the router at the sending end is asked to do: delay, jitter, doubles and changes of the
-// order, when the kernel has no netem. `link` is the router's name for the link.
+// The request to the router at the sending end for delay, jitter, duplicates and reordering, if the
+// kernel has no netem. `link`: the name of the link at that router.
 json::object router_faults(const std::string& link, const Quality& quality);
 bool needs_router(const Quality& quality);
-// All of it, of a router that nobody helps; an empty `link`: all its links.
+// All faults, for a router without help of the kernel. An empty `link`: all its links.
 json::object all_faults(const std::string& link, const Quality& quality);
 
 }  // namespace timsctl::sim

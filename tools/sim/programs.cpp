@@ -87,8 +87,8 @@ void Programs::await_router(Program& program, const Signals& signals) {
     const bool ended = signals.wait(program.child->descriptor(), now + kProgramsLookAgain) ==
                        Signals::WaitResult::kReadable;
     if (!ended && now < deadline) continue;
-    const std::string why =
-        ended ? program.child->reap().to_string() : std::string("it does not open its socket");
+    const std::string why = ended ? program.child->reap().to_string()
+                                  : std::string("it did not open its socket in time");
     if (ended) program.child.reset();
     throw Failure(Exit::kNo, "router_failed",
                   fmt::format("{}: tims-router did not start: {}\n{}", program.host->name, why,
@@ -145,7 +145,7 @@ std::size_t Programs::kill(const PlannedHost& host, std::string_view part) {
   }
   if (!any) throw no_such("program", part, known);
   end(concerned, SIGKILL);
-  std::error_code ignored;  // nobody listens there any more
+  std::error_code ignored;  // a leftover: no process listens there
   if (router) std::filesystem::remove(host.socket(), ignored);
   return killed;
 }

@@ -18,26 +18,26 @@ class Programs {
  public:
   explicit Programs(const Plan& plan);
 
-  // Starts what does not run of the host: its router first, then its components.
+  // Starts the programs of the host that do not run: the router first, then the components.
   void start(const PlannedHost& host, const Signals& signals);
-  // All routers side by side, then all components.
+  // Starts all routers in parallel, then all components.
   void start_all(const Signals& signals);
 
-  // As if it lost its power; or only the `router`, or what has `part` in its command. The number of
-  // programs that were ended. Throws Failure when the host has no such program.
+  // Kills all programs of the host, only its `router`, or those with `part` in their command.
+  // Returns the number of killed programs. Throws Failure if the host has no such program.
   std::size_t kill(const PlannedHost& host, std::string_view part);
-  // Asks everybody to end, components first, and does not wait for ever.
+  // Terminates all programs, components first, with a time limit.
   void end_all();
 
-  // Everything of which to wait for an end.
+  // File descriptors that become readable when a program ends.
   [[nodiscard]] std::vector<int> descriptors() const;
   struct End {
     std::string host;
     std::string label;
     tims::os::ExitStatus status;
-    std::string last_words;  // the end of its log
+    std::string last_words;  // last lines of its log
   };
-  // Those that have ended since, by themselves.
+  // Programs that have ended unexpectedly since the last call.
   std::vector<End> ended();
 
   [[nodiscard]] json::array report(const PlannedHost& host) const;
@@ -49,7 +49,7 @@ class Programs {
     std::string label;
     Launch launch;
     std::optional<Process> child;
-    tims::os::ExitStatus status;  // of its last end
+    tims::os::ExitStatus status;  // of its last run
   };
 
   void start(Program& program);
@@ -60,21 +60,21 @@ class Programs {
   std::list<Program> programs_;
 };
 
-// The routers of a fleet, asked over their sockets.
+// Requests to the routers of a fleet over their sockets.
 
 class Routers {
  public:
   Routers(const Context& context, const Plan& plan) : context_(context), plan_(plan) {}
 
-  // Asks a router to inject faults into what it sends over a link. False: not yet, there is no such
-  // link.
+  // Lets a router apply faults to the datagrams that it sends over a link. False: the link does not
+  // exist yet.
   [[nodiscard]] bool inject_faults(const std::string& host, const std::string& peer,
                                    const Quality& quality) const;
-  // Is the host's link to that peer up?
+  // Whether the link of the host to that peer is up.
   [[nodiscard]] bool is_linked(const std::string& host, const std::string& peer) const;
 
  private:
-  // Nothing when it does not answer, or says no.
+  // Empty without an answer or if the router refuses.
   [[nodiscard]] std::optional<json::object> ask(const std::string& host,
                                                 const json::object& question) const;
 

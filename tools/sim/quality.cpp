@@ -41,11 +41,11 @@ Result<double> parse_share(std::string_view text) {
   if (value && unit == "%") *value /= 100;
   const bool is_share = value && *value >= 0 && *value <= 1;
   if (!is_share || (!unit.empty() && unit != "%"))
-    return bad(fmt::format(R"(wants a share such as "1%", not "{}")", text));
+    return bad(fmt::format(R"(requires a share such as "1%", not "{}")", text));
   return *value;
 }
 
-// "50Mbit" (a second), "6MB" (the same in bytes), "0": no limit.
+// "50Mbit" (per second), "6MB" (bytes per second), "0": no limit.
 Result<std::uint64_t> parse_rate(std::string_view text) {
   struct Unit {
     std::string_view name;
@@ -60,17 +60,19 @@ Result<std::uint64_t> parse_rate(std::string_view text) {
   if (value && *value == 0 && name.empty()) return std::uint64_t{0};
   const auto* const unit = std::ranges::find(kUnits, name, &Unit::name);
   if (!value || unit == kUnits.end())
-    return bad(fmt::format(R"(wants a rate such as "50Mbit" or "6MB" (a second), not "{}")", text));
+    return bad(
+        fmt::format(R"(requires a rate per second such as "50Mbit" or "6MB", not "{}")", text));
   const double bits = *value * unit->bits;
   const bool in_range = bits >= 8'000 && bits <= 1e12;
-  if (!in_range) return bad(fmt::format("wants a rate from 8kbit to 1000Gbit, not \"{}\"", text));
+  if (!in_range)
+    return bad(fmt::format("requires a rate from 8kbit to 1000Gbit, not \"{}\"", text));
   return static_cast<std::uint64_t>(bits);
 }
 
 Result<tims::Duration> parse_delay(std::string_view text) {
   const auto value = base::parse_duration(text);
   if (!value || *value < tims::Duration{} || *value > kDelayMax)
-    return bad(fmt::format(R"(wants a duration up to 60s such as "20ms", not "{}")", text));
+    return bad(fmt::format(R"(requires a duration up to 60s such as "20ms", not "{}")", text));
   return *value;
 }
 
@@ -87,7 +89,8 @@ Result<Direction> parse_direction(std::string_view text) {
   if (text == "both") return Direction::kBoth;
   if (text == "up") return Direction::kUp;
   if (text == "down") return Direction::kDown;
-  return bad(fmt::format("direction wants up (towards the base), down or both, not \"{}\"", text));
+  return bad(
+      fmt::format("direction requires up (towards the base), down or both, not \"{}\"", text));
 }
 
 constexpr std::string_view kDirectionKey = "direction=";
@@ -107,8 +110,8 @@ Error unknown_word(std::string_view word, const Profiles& profiles) {
   std::vector<std::string_view> known = {"cut", "heal", "off"};
   for (const auto& [name, quality] : profiles) known.push_back(name);
   const auto near = base::nearest(word, known);
-  if (near) return bad(fmt::format("\"{}\" is no fault; did you mean {}?", word, *near));
-  return bad(fmt::format("\"{}\" is no fault; there are {}, and key=value with the keys {}", word,
+  if (near) return bad(fmt::format("\"{}\" is not a fault; did you mean {}?", word, *near));
+  return bad(fmt::format("\"{}\" is not a fault; known: {}, and key=value with the keys {}", word,
                          fmt::join(known, ", "), fmt::join(kKeys, ", ")));
 }
 
@@ -150,15 +153,15 @@ Result<void> set_key(Quality& quality, std::string_view key, std::string_view va
   if (key == "jitter") return store(quality.jitter, parse_delay(value));
   if (key == "rate") return store(quality.rate_bits, parse_rate(value));
   const auto near = base::nearest(key, kKeys);
-  if (near) return bad(fmt::format("is no property of a line; did you mean {}?", *near));
-  return bad(fmt::format("is no property of a line; there are {}", fmt::join(kKeys, ", ")));
+  if (near) return bad(fmt::format("is not a property of a line; did you mean {}?", *near));
+  return bad(fmt::format("is not a property of a line; known: {}", fmt::join(kKeys, ", ")));
 }
 
 Result<LineState> changed(const LineState& now, const LineState& own,
                           std::span<const std::string> words, const Profiles& profiles) {
   const auto direction = direction_of(words);
   if (!direction) return direction.error();
-  if (words.empty()) return bad("wants a profile, cut, heal or key=value");
+  if (words.empty()) return bad("requires a profile, cut, heal or key=value");
   LineState state = now;
   const bool up = *direction != Direction::kDown;
   const bool down = *direction != Direction::kUp;
@@ -166,7 +169,7 @@ Result<LineState> changed(const LineState& now, const LineState& own,
     if (word.starts_with(kDirectionKey)) continue;
     if (word == "cut") {
       if (*direction != Direction::kBoth)
-        return bad("cut has no direction: the cable is pulled; blackout has one");
+        return bad("cut affects both directions; use blackout for one direction");
       state.cut = true;
     } else if (word == "heal" || word == "off") {
       if (up) state.up = own.up;

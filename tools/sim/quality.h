@@ -1,4 +1,4 @@
-// How good or bad a line between two hosts is, and the words that change it. Pure.
+// The quality of a line between two hosts, and the commands that change it. Pure.
 #pragma once
 
 #include <cstdint>
@@ -12,21 +12,21 @@
 
 namespace timsctl::sim {
 
-// Of one direction.
+// The quality of one direction.
 struct Quality {
-  double loss = 0;  // share of the datagrams, 0 to 1
+  double loss = 0;  // fraction of the datagrams, 0 to 1
   double duplicate = 0;
   double reorder = 0;
   tims::Duration delay{};
-  tims::Duration jitter{};      // up to so much more
-  std::uint64_t rate_bits = 0;  // a second; 0: no limit
-  bool blackout = false;        // nothing arrives, and nobody is told
+  tims::Duration jitter{};      // maximum additional delay
+  std::uint64_t rate_bits = 0;  // per second; 0: no limit
+  bool blackout = false;        // all datagrams are lost silently
 
   bool operator==(const Quality&) const = default;
 };
 
 struct LineState {
-  bool cut = false;  // the cable is pulled: both ends see it
+  bool cut = false;  // the cable is unplugged: both ends lose the carrier
   Quality up;        // from the lower host to the upper one: towards the base
   Quality down;
 
@@ -36,12 +36,13 @@ struct LineState {
 using Profiles = std::map<std::string, Quality, std::less<>>;
 Profiles built_in_profiles();  // cable, wifi, corridor, lte, blackout
 
-// One key of a profile: "loss", "1%". The error's detail is half a sentence behind the key.
+// Sets one key of a profile: "loss", "1%". The error text continues a sentence that starts with the
+// key.
 tims::Result<void> set_key(Quality& quality, std::string_view key, std::string_view value);
 std::span<const std::string_view> quality_keys();
 
-// What becomes of a line by words such as "cut", "heal", "wifi", "loss=10%", "direction=up".
-// `own` is what the line is without any fault: heal goes back to it.
+// The state of a line after commands such as "cut", "heal", "wifi", "loss=10%", "direction=up".
+// `own`: the state without faults, restored by heal.
 tims::Result<LineState> changed(const LineState& now, const LineState& own,
                                 std::span<const std::string> words, const Profiles& profiles);
 

@@ -74,7 +74,7 @@ tims::Time RunningFleet::kill_router(const std::string& host) const {
   const bool gone = router && tims::os::is_readable(router.get(), options_.patience);
   const tims::Time when = tims::os::now();
   if (!gone || !command.has_ended(options_.patience) || !command.reap().success())
-    throw Failure(Exit::kNo, "sim", fmt::format("the router of {} cannot be killed", host),
+    throw Failure(Exit::kNo, "sim", fmt::format("cannot kill the router of {}", host),
                   options_.log);
   return when;
 }
@@ -111,7 +111,7 @@ std::vector<std::string> RunningFleet::take_down() {
   const Ran down = run_timsctl({"sim", "down", options_.name});
   if (!down.status.success()) left.push_back("timsctl sim down: " + down.output);
   if (!child_.has_ended(options_.patience))
-    left.emplace_back("the process of the fleet does not end");
+    left.emplace_back("the process of the fleet has not ended");
   for (const std::string& network : networks_of(options_.name))
     left.push_back("namespace " + network);
   if (fs::exists(folder_of(options_.name))) left.push_back(folder_of(options_.name));

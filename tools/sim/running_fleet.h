@@ -1,4 +1,4 @@
-// A fleet that another program runs, through `timsctl sim`: as a user would have it.
+// A fleet that another program runs through `timsctl sim`, like a user.
 #pragma once
 
 #include <string>
@@ -11,30 +11,30 @@ namespace timsctl::sim {
 class RunningFleet {
  public:
   struct Options {
-    std::string name;  // of the fleet, whatever its file says
+    std::string name;  // overrides the name in the fleet file
     std::string file;
-    std::string log;                  // what it says goes there
-    std::string timsctl = "timsctl";  // the program: a path, or one beside this program
-    tims::Duration patience = std::chrono::seconds(20);  // for its end
+    std::string log;                  // file for its output
+    std::string timsctl = "timsctl";  // a path, or a program in the folder of this program
+    tims::Duration patience = std::chrono::seconds(20);  // time limit for the end
   };
-  // Brings it up; throws Failure when that is not possible.
+  // Starts the fleet. Throws Failure if that is not possible.
   explicit RunningFleet(Options options);
-  // Takes it down.
+  // Stops the fleet.
   ~RunningFleet();
   RunningFleet(const RunningFleet&) = delete;
   RunningFleet& operator=(const RunningFleet&) = delete;
 
-  // `timsctl sim WORDS --fleet NAME`; throws Failure with its words.
+  // Runs `timsctl sim WORDS --fleet NAME`. Throws Failure with its output.
   void sim(std::vector<std::string> words) const;
-  // The same for its router: when it was gone, not when the command was given.
+  // Kills the router of a host; returns the time at which it had ended, not that of the command.
   [[nodiscard]] tims::Time kill_router(const std::string& host) const;
-  // What ended by itself.
+  // Programs that ended unexpectedly.
   [[nodiscard]] std::vector<std::string> ended() const;
-  // Every process of it.
+  // All processes of the fleet.
   [[nodiscard]] std::vector<pid_t> processes() const;
-  // Copies its logs there.
+  // Copies the logs to the folder.
   void save(const std::string& folder) const;
-  // Takes it down; what is left of it then.
+  // Stops the fleet and returns its remains.
   std::vector<std::string> take_down();
 
   [[nodiscard]] std::string socket(const std::string& host) const;

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// "tims-demo-base": "demo"; empty for names that are not ours.
+// "demo" for "tims-demo-base"; empty for names of other programs.
 std::string fleet_of_network(std::string_view network) {
   constexpr std::string_view kPrefix = "tims-";
   if (!network.starts_with(kPrefix)) return {};
@@ -29,7 +29,7 @@ std::string fleet_of_network(std::string_view network) {
 }
 
 Failure not_running(std::string_view fleet) {
-  return {Exit::kNoSuch, "no_such_fleet", fmt::format("fleet {} does not run", fleet),
+  return {Exit::kNoSuch, "no_such_fleet", fmt::format("fleet {} is not running", fleet),
           "`timsctl sim up FILE` starts one; `timsctl sim show` lists all"};
 }
 
@@ -61,7 +61,7 @@ json::object read_state(std::string_view fleet) {
 void write_state(std::string_view fleet, const json::object& state) {
   const std::string path = folder_of(fleet) + "/state.json";
   std::ofstream(path + ".new") << to_text(state) << '\n';
-  std::error_code ignored;  // readers see the old or the new one, never a half
+  std::error_code ignored;  // atomic: readers see the complete old or new file
   fs::rename(path + ".new", path, ignored);
 }
 
@@ -81,7 +81,7 @@ json::object ask_fleet(std::string_view fleet, const json::object& question, con
 std::string chosen_fleet(std::string_view name) {
   if (!name.empty()) {
     if (!is_fleet_name(name))
-      throw usage_error(fmt::format("\"{}\" is no name of a fleet", name), "`timsctl sim show`");
+      throw usage_error(fmt::format("\"{}\" is not a fleet name", name), "`timsctl sim show`");
     return std::string(name);
   }
   std::vector<std::string> running;
@@ -92,7 +92,7 @@ std::string chosen_fleet(std::string_view name) {
     throw Failure(Exit::kNoSuch, "no_such_fleet", "no fleet runs on this host",
                   "`timsctl sim up FILE` starts one, as root");
   throw usage_error(fmt::format("several fleets run: {}", fmt::join(running, ", ")),
-                    "say which one with --fleet NAME");
+                    "select one with --fleet NAME");
 }
 
 Failure no_such(std::string_view what, std::string_view name,
@@ -103,7 +103,7 @@ Failure no_such(std::string_view what, std::string_view name,
 
 void need_root() {
   if (::geteuid() == 0) return;
-  throw Failure(Exit::kDenied, "denied", "network namespaces are made by root only",
+  throw Failure(Exit::kDenied, "denied", "creating network namespaces requires root",
                 "sudo timsctl sim ...");
 }
 
@@ -111,7 +111,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr tims::Duration kInjectAgain = 200ms;  // a link that is not there yet
+constexpr tims::Duration kInjectAgain = 200ms;  // until the link exists
 constexpr tims::Duration kLinksPatience = 5s;
 constexpr tims::Duration kSupervisorLookAgain = 20ms;
 
@@ -119,7 +119,7 @@ std::string joined(const tims::os::Command& words) {
   return fmt::format("{}", fmt::join(words, " "));
 }
 
-// What undoes it after `for`; empty words: nothing does.
+// The action that undoes a fault after `for`; empty: there is none.
 tims::os::Command undoing(const Step& step) {
   if (!step.host.empty()) return {step.words.front() == "kill" ? "start" : "kill"};
   return {"heal"};
@@ -129,15 +129,16 @@ tims::os::Command undoing(const Step& step) {
 
 namespace {
 
-// As the only one of that name.
+// Reserves the name of the fleet.
 tims::os::File listen(const Context& context, const Plan& plan) {
   if (is_running(plan.name))
-    throw Failure(Exit::kDenied, "fleet_runs", fmt::format("fleet {} runs already", plan.name),
-                  fmt::format("`timsctl sim down {}` ends it; --fleet NAME gives this one another "
+    throw Failure(Exit::kDenied, "fleet_runs",
+                  fmt::format("fleet {} is already running", plan.name),
+                  fmt::format("`timsctl sim down {}` stops it; --fleet NAME gives this one another "
                               "name",
                               plan.name));
   if (clean_up(plan.name))
-    context.out.note(fmt::format("fleet {}: cleaned up what a crash had left", plan.name));
+    context.out.note(fmt::format("fleet {}: removed the remains of a crash", plan.name));
   return value_or_fail(tims::os::listen_unix(control_socket(plan.name), 0600), plan.folder);
 }
 
@@ -171,7 +172,7 @@ void Supervisor::write_files() const {
     std::ofstream file(host.config_file());
     file << host.router_config;
     if (!file.flush())
-      throw Failure(Exit::kDenied, "denied", fmt::format("{}: cannot write", host.config_file()),
+      throw Failure(Exit::kDenied, "denied", fmt::format("cannot write {}", host.config_file()),
                     "/run must be writable");
   }
 }
@@ -211,9 +212,8 @@ void Supervisor::bring_up() {
   network_.make();
   events_.say(
       "network", plan_.name,
-      fmt::format(
-          "{} hosts and {} lines{}", plan_.hosts.size(), plan_.lines.size(),
-          network_.netem() ? "" : "; no netem here: the routers delay, double and reorder"));
+      fmt::format("{} hosts and {} lines{}", plan_.hosts.size(), plan_.lines.size(),
+                  network_.netem() ? "" : "; no netem: the routers delay, duplicate and reorder"));
   programs_.start_all(context_.signals);
   std::size_t components = 0;
   for (const PlannedHost& host : plan_.hosts) components += host.components.size();
@@ -228,8 +228,8 @@ void Supervisor::bring_up() {
   write_state();
 }
 
-// Those that can come up. One that does not is told, and no reason to give up: it may be what
-// somebody wants to see.
+// Waits for the links that can come up. A link that does not is reported; it is not an error,
+// because the scenario may intend it.
 void Supervisor::await_links() {
   std::vector<const Line*> open;
   for (const Line& line : plan_.lines)
@@ -244,7 +244,7 @@ void Supervisor::await_links() {
     context_.signals.sleep_until(tims::os::now() + kSupervisorLookAgain);
   }
   events_.say("linked", plan_.name, fmt::format("{} of {} links are up", all - open.size(), all));
-  for (const Line* line : open) events_.say("not_linked", line->name, "its link does not come up");
+  for (const Line* line : open) events_.say("not_linked", line->name, "its link did not come up");
   inject_pending_faults();
 }
 
@@ -265,7 +265,7 @@ void Supervisor::tear_down() {
   control_.end({{"schema", "tims/sim_done/1"}, {"done", true}});
 }
 
-// --- what happens to lines and hosts
+// --- changes of lines and hosts
 
 void Supervisor::fault(const Line& line, const tims::os::Command& words) {
   LineState& state = states_[line.name];
@@ -283,9 +283,9 @@ void Supervisor::fault(const Line& line, const tims::os::Command& words) {
 
 void Supervisor::kill(const PlannedHost& host, std::string_view part) {
   const std::size_t count = programs_.kill(host, part);
-  events_.say(
-      "kill", host.name,
-      count == 0 ? "nothing runs there" : fmt::format("{}{}killed", part, part.empty() ? "" : " "));
+  events_.say("kill", host.name,
+              count == 0 ? "no program was running"
+                         : fmt::format("{}{}killed", part, part.empty() ? "" : " "));
   write_state();
 }
 

@@ -1,6 +1,6 @@
-// A fleet that runs: brings it up, does what its script and `timsctl sim` say, takes it down. And
-// what is there of fleets on this host, in /run/tims-sim: one runs as long as somebody listens at
-// its control socket; everything else under its name is a leftover.
+// The supervisor of a running fleet: starts it, executes its script and requests of `timsctl sim`,
+// and stops it. Also the list of fleets on this host, in /run/tims-sim: a fleet is running while a
+// process listens at its control socket; otherwise everything under its name is a leftover.
 #pragma once
 
 #include <map>
@@ -27,7 +27,7 @@ std::string control_socket(std::string_view fleet);
 std::vector<std::string> fleets();
 bool is_running(std::string_view fleet);
 
-// The state as the fleet's process wrote it last; empty when it has not.
+// The state last written by the process of the fleet; empty if there is none.
 json::object read_state(std::string_view fleet);
 void write_state(std::string_view fleet, const json::object& state);
 
@@ -35,11 +35,12 @@ void write_state(std::string_view fleet, const json::object& state);
 // nothing.
 bool clean_up(std::string_view fleet);
 
-// Asks the fleet's process. Throws Failure: it does not run, it does not answer, it said no.
+// Sends a request to the process of the fleet. Throws Failure: it does not run, does not answer, or
+// refuses.
 json::object ask_fleet(std::string_view fleet, const json::object& question, const Signals& signals,
                        tims::Duration timeout);
 
-// The one that is meant: the name, or the only one that runs. Throws Failure.
+// The name, or if it is empty the only running fleet. Throws Failure.
 std::string chosen_fleet(std::string_view name);
 
 Failure no_such(std::string_view what, std::string_view name,
@@ -50,17 +51,17 @@ void need_root();
 
 class Supervisor {
  public:
-  // Takes the fleet's name on this host: throws Failure when one of that name runs.
+  // Reserves the name on this host. Throws Failure if a fleet of that name runs.
   Supervisor(Context& context, const Plan& plan);
-  // Takes everything down.
+  // Stops and removes everything.
   ~Supervisor();
   Supervisor(const Supervisor&) = delete;
   Supervisor& operator=(const Supervisor&) = delete;
 
   void bring_up();
-  // Until the time, or until `sim down`; throws Interrupted on Ctrl-C.
+  // Runs until the time or `sim down`. Throws Interrupted on Ctrl-C.
   void serve(tims::Time until);
-  // Programs that ended by themselves and were not content.
+  // The number of programs that ended unexpectedly with an error.
   [[nodiscard]] std::size_t failures() const { return failures_; }
 
  private:
@@ -82,7 +83,7 @@ class Supervisor {
   void start(const PlannedHost& host);
   void act(const Action& action);
 
-  // The routers' part of lines' qualities: until they have accepted it.
+  // The part of line faults that routers apply: repeated until they have accepted it.
   void request_faults(const Line& line, const LineState& before, const LineState& state);
   void request_all_faults(const PlannedHost& host);
   void inject_pending_faults();
@@ -102,7 +103,7 @@ class Supervisor {
   ControlServer control_;
   std::map<std::string, LineState, std::less<>> states_;
   std::multimap<tims::Time, Action> schedule_;
-  // "robot1-main", "base": the router and its link, and what is pending.
+  // "robot1-main", "base": the router and its link, with the pending request.
   std::map<std::pair<std::string, std::string>, Quality> pending_faults_;
   tims::Time next_injection_{};
   std::string since_;

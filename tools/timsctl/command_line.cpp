@@ -13,237 +13,246 @@ namespace {
 
 constexpr Verb kOwnVerbs[] = {
     {"status", "", "", 0, 0, kShowOptions, false,
-     "One screen: who the router is, what it carries, what it dropped.", "timsctl status -w",
+     "Show a summary of the router: identity, traffic, dropped messages.", "timsctl status -w",
      status, kRows},
 
     {"router", "show", "", 0, 0, kShowOptions, false,
-     "Who the router is: name, address, version, where it listens.", "timsctl router -j",
-     router_show, kRows},
+     "Show the identity of the router: name, address, version, listening sockets.",
+     "timsctl router -j", router_show, kRows},
     {"router", "clients", "", 0, 0, kShowOptions, false,
-     "Everybody attached to the router, with the bytes in and out.",
+     "List all clients of the router, with the bytes in and out.",
      "timsctl router clients --sort drops", router_clients, kRows},
 
     {"router", "list", "", 0, 0, kShowOptions, false,
-     "All routers of the fleet as a tree: who is there, how far, whose clock is off. Exit status "
-     "6: "
-     "one that should be there did not answer.",
+     "Show all routers of the fleet as a tree: state, distance, clock offset. Exit status 6: an "
+     "expected router did not answer.",
      "timsctl router list", router_list, kRows},
 
     {"link", "show", "[NAME]", 0, 1, kShowOptions, false,
-     "Links to other routers: state, round trip, loss, rates, queues, what was dropped.",
+     "Show links to other routers: state, round-trip time, loss, rates, queues, drops.",
      "timsctl link show robot1 -o wide", link_show, kRows},
-    {"link", "up", "NAME", 1, 1, "", false, "Lets a link that was taken down come up again.",
+    {"link", "up", "NAME", 1, 1, "", false, "Bring a link up again that was taken down.",
      "timsctl link up robot1", link_up},
     {"link", "down", "NAME", 1, 1, "yes", false,
-     "Takes a link down: its mailboxes are withdrawn, and it stays down until `link up`.",
+     "Take a link down: its mailboxes are withdrawn, and it stays down until `link up`.",
      "timsctl link down robot1", link_down},
-    {"link", "reset", "NAME", 1, 1, "", false, "Ends a link's session and begins a new one.",
+    {"link", "reset", "NAME", 1, 1, "", false, "End the session of a link and start a new one.",
      "timsctl link reset robot1", link_reset},
 
     {"fleet", "show", "", 0, 0, kShowOptions, false,
-     "Routers that announce themselves in the fleet (by DDS), with their addresses, and how DDS "
-     "itself is.",
+     "List the routers that announce themselves by DDS, with their addresses, and the state of "
+     "DDS itself.",
      "timsctl fleet show", fleet_show, kRows},
     {"fleet", "server", "[ADDRESS:PORT]", 0, 1, "", false,
-     "Runs a discovery server, of Fast DDS, until Ctrl-C: routers with dds.server set to it find "
-     "each other without multicast. 0.0.0.0:11811 unless given.",
+     "Run a Fast DDS discovery server until Ctrl-C: routers whose dds.server names it find each "
+     "other without multicast. Default address: 0.0.0.0:11811.",
      "timsctl fleet server 10.9.1.1:11811", fleet_server},
 
     {"route", "show", "[GLOB]", 0, 1, "watch count once sort all-routers", false,
-     "Every registered address: through which port or link, to whom. -a: at every router.",
+     "Show every registered address with its port or link and its owner. -a: at every router.",
      "timsctl route show 'Ladar(*/0)'", route_show, kRows},
     {"route", "add", "GLOB ROUTER", 2, 2, "", false,
-     "Until the router ends: addresses that nobody has registered go to this neighbour.",
+     "Add a static route until the router ends: unregistered addresses that match GLOB go to this "
+     "neighbour.",
      "timsctl route add 'Ladar(3/*)' robot3", route_add},
-    {"route", "del", "GLOB [ROUTER]", 1, 2, "", false, "Takes such a route away.",
+    {"route", "del", "GLOB [ROUTER]", 1, 2, "", false, "Remove a static route.",
      "timsctl route del 'Ladar(3/*)'", route_del},
     {"route", "get", "ADDR", 1, 1, "from type", false,
-     "Asks the code that forwards where a message would go. Exit status 0: delivered, 1: not.",
+     "Ask the forwarding code where a message would go. Exit status 0: delivered, 1: not.",
      "timsctl route get Ladar/3/0 --from Pilot/3/0 --type get_data", route_get, kRows},
-    {"route", "watch", "[GLOB]", 0, 1, "count once for", true, "Registrations as they come and go.",
-     "timsctl route watch 'Camera(*/*)'", route_watch},
+    {"route", "watch", "[GLOB]", 0, 1, "count once for", true,
+     "Show registrations as they are added and removed.", "timsctl route watch 'Camera(*/*)'",
+     route_watch},
 
     {"mbx", "list", "[GLOB]", 0, 1, kShowOptions, false,
-     "Mailboxes: owner, what waits, what was replaced or refused.",
+     "List mailboxes: owner, waiting, replaced and refused messages.",
      "timsctl mbx list Ladar --sort replaced", mbx_list, kRows},
-    {"mbx", "show", "ADDR", 1, 1, kShowOptions, false, "All about one mailbox.",
+    {"mbx", "show", "ADDR", 1, 1, kShowOptions, false, "Show the details of a mailbox.",
      "timsctl mbx show Ladar/3/0", mbx_show, kRows},
 
     {"component", "list", "[GLOB]", 0, 1, "watch count once sort wait all-routers", false,
-     "Components, and whether they are on: all that have a mailbox here or behind a link; when "
-     "none "
-     "of them fits GLOB, and with -a, those of every router of the fleet. --wait: until there is "
-     "one.",
+     "List components and their state: all with a mailbox at this router or behind its links; if "
+     "none of them matches GLOB, and with -a, those of all routers of the fleet. --wait: wait for "
+     "at least one component.",
      "timsctl component list 'Ladar(*/*)'", component_list, kRows},
     {"component", "status", "ADDR...", 1, 64, "wait", false,
-     "Whether components are on. Exit status 1: one is not. --wait: until all are.",
+     "Show whether components are on. Exit status 1: not all are on. --wait: wait until they are.",
      "timsctl component status Chassis/1/0 Pilot/1/0", component_status, kRows},
     {"component", "show", "ADDR", 1, 1, "", false,
-     "All about one component: since when it is on, its parameters, who gets its data, and where "
-     "it was not in real time (components with a real-time priority watch themselves, others when "
-     "they are started with RACK_WATCH=1).",
+     "Show the details of a component: time since ON, parameters, subscribers, and violations of "
+     "real-time behaviour (monitored in components with a real-time priority, in others if they "
+     "are started with RACK_WATCH=1).",
      "timsctl component show Chassis/1/0", component_show},
     {"component", "on", "ADDR...", 1, 64, "wait", false,
-     "Turns components on, one after the other, and waits until each has done so. --wait: tries "
-     "again when one is not there yet or says no.",
+     "Turn components on, one after the other, and wait for each. --wait: try again if a component "
+     "does not exist yet or refuses.",
      "timsctl component on Pilot/1/1 --wait", component_on},
     {"component", "off", "ADDR...", 1, 64, "no-wait wait", false,
-     "Turns components off, and waits until they are.", "timsctl component off Pilot/1/1",
+     "Turn components off and wait until they are.", "timsctl component off Pilot/1/1",
      component_off},
     {"component", "param", "get|set|save ADDR [NAME] [VALUE]", 2, 4, "wait dry-run", false,
-     "Parameters of a component: all, one, or a new value for one, and when it takes effect. save "
-     "writes those that were set since `timsctl up` started it (or the one called NAME) into the "
-     "robot's file, whose comments and order stay; here, where that robot runs.",
+     "Show all parameters of a component or one of them, or set one; the answer states when the "
+     "new "
+     "value takes effect. save: write the parameters that were set since `timsctl up` started the "
+     "component (or only NAME) into the robot file; comments and order are kept. Run save on the "
+     "host of the robot.",
      "timsctl component param set Chassis/1/0 vxMax 500", component_param, kRows},
     {"component", "data", "ADDR", 1, 1, "body-max wait si", false,
-     "The newest data of a component, field by field. --wait: until it has some.",
+     "Show the newest data of a component, field by field. --wait: wait until it has data.",
      "timsctl component data Position/1/0", component_data, kLines},
     {"component", "pilot", "CHASSIS [PILOT|none]", 1, 2, "wait", false,
-     "Which pilot may drive a chassis; with PILOT: it may from now on, and no other.",
+     "Show the active pilot of a chassis; with PILOT: set the only pilot that may drive it.",
      "timsctl component pilot Chassis/1/0 Pilot/1/1", component_pilot},
 
     {"log", "show", "", 0, 0, "component level since until count once directory", false,
-     "What components have said, from the files of gdos-log on this host; needs no router. -n: the "
-     "newest. Exit status 1: nothing.",
+     "Show log messages of components from the files of gdos-log on this host; needs no router. "
+     "-n N: the newest N. Exit status 1: no message found.",
      "timsctl log show -c 'Chassis(*/*)' -l warning -S 10min", log_show},
     {"log", "follow", "[ADDR]", 0, 1, "component level count once for", true,
-     "What components say: time, who, how important, and the words. From gdos-log where it runs, "
-     "also on another robot (ADDR); else from the components themselves, and then only one program "
-     "can listen.",
+     "Show log messages of components as they arrive: time, sender, level, text. They come from "
+     "gdos-log if it runs, also on another robot (ADDR); else directly from the components, and "
+     "then only one program can receive them.",
      "timsctl log follow GDOS/3/1 -l warning", log_follow},
 
     {"ping", "", "ADDR|router", 1, 1, "count once for interval size priority hops", false,
-     "Round trips to a component or a router. A component is asked GET_STATUS, a router (`router`, "
-     "or an address such as Tims/1/1) the admin ping; 4 times unless -n or --for says otherwise. "
-     "--hops: to every router on the way first.",
+     "Measure round-trip times to a component (with GET_STATUS) or a router (`router` or an "
+     "address "
+     "such as Tims/1/1; with the admin ping). Sends 4 requests unless -n or --for is given. "
+     "--hops: measure every router on the path first.",
      "timsctl ping Ladar/3/0 -n 10 -i 100ms", ping},
 
     {"explain", "", "SRC DST", 2, 2, "type", false,
-     "Asks every router on the way what it would do with a message; the last line is the cause and "
-     "what to do. Exit status 0: it arrives, 1: not.",
+     "Ask every router on the path what it would do with a message; the last line states the cause "
+     "and the remedy. Exit status 0: the message arrives, 1: it does not.",
      "timsctl explain Pilot/1/0 Ladar/2/0", explain},
     {"trace", "", "ADDR", 1, 1, "type priority", false,
-     "Sends GET_STATUS with the TRACE flag: every router on the way tells when it passed and how "
-     "long it had waited.",
+     "Send GET_STATUS with the TRACE flag: every router on the path reports when the message "
+     "passed "
+     "and how long it waited there.",
      "timsctl trace Ladar/2/0", trace},
     {"clock", "", "", 0, 0, kShowOptions, false,
-     "Every router's clock against the first one's, from the keep-alives of the links.",
+     "Show the clock offset of every router to the first one, from the keep-alives of the links.",
      "timsctl clock", clock, kRows},
 
     {"msg", "pub", "ADDR [TYPE] [FIELD=VALUE...] [-]", 1, 256,
      "hex file raw rate count once for priority yes no-wait fields si", false,
-     "Sends a message: by its name with fields (those that are not given are as in its struct), as "
-     "bytes, or what `msg echo --raw` or --json wrote. Numbers are in the units of `msg show`, or "
-     "have one: vx=0.2m/s. A command (TYPE > 0) that is sent once waits for its answer. Asks first "
-     "when ADDR moves something.",
+     "Send a message: by name with fields (omitted fields keep the default of the struct), as "
+     "bytes, "
+     "or from the output of `msg echo --raw` or --json. Numbers are in the units of `msg show` or "
+     "have a unit: vx=0.2m/s. A command (TYPE > 0) that is sent once waits for its answer. Asks "
+     "for "
+     "confirmation if ADDR moves something.",
      "timsctl msg pub Chassis/0/0 move vx=200 omega=0.1", msg_pub},
     {"msg", "echo", "[ADDR...]", 0, 64,
      "listen count once for period body-max priority raw fields si filter", true,
-     "Prints the data of a component as it comes, a line a message. Subscribes with GET_CONT_DATA "
-     "and ends that when it ends; with --listen, registers an address and prints what comes there. "
-     "--raw and --json are valid input of `msg pub -f`.",
+     "Print the data of a component as it arrives, one message per line. Subscribes with "
+     "GET_CONT_DATA and unsubscribes at the end; with --listen, registers an address and prints "
+     "the "
+     "messages that arrive there. The output of --raw and --json is valid input of `msg pub -f`.",
      "timsctl msg echo Chassis/0/0 --si --filter 'vx>0.1'", msg_echo, kLines},
     {"msg", "types", "[CLASS|every]", 0, 1, "", false,
-     "The messages of a class, or of all: numbers, names, bodies. `every`: those that every "
-     "component understands. Needs no router.",
+     "List the messages of a class or of all classes: numbers, names, bodies. `every`: those that "
+     "every component understands. Needs no router.",
      "timsctl msg types Chassis", msg_types, kRows},
     {"msg", "show", "CLASS NAME", 2, 2, "", false,
-     "The fields of a message, with their units. Needs no router.", "timsctl msg show Chassis move",
-     msg_show, kRows},
+     "Show the fields of a message, with their units. Needs no router.",
+     "timsctl msg show Chassis move", msg_show, kRows},
     {"msg", "hz", "ADDR...", 1, 64, "count once for interval period body-max", true,
-     "How often messages come, side by side. -n counts reports.",
+     "Measure message rates, side by side. -n N: stop after N reports.",
      "timsctl msg hz Ladar/3/0 Odometry/3/0 --for 10s", msg_hz, kRows},
     {"msg", "bw", "ADDR...", 1, 64, "count once for interval period body-max", true,
-     "How many bytes come, side by side. -n counts reports.", "timsctl msg bw Camera/3/0 --once",
-     msg_bw, kRows},
+     "Measure data rates, side by side. -n N: stop after N reports.",
+     "timsctl msg bw Camera/3/0 --once", msg_bw, kRows},
 
     {"top", "", "", 0, 0, "count once for interval sort", true,
-     "Clients and their rates, live. Keys: q quits, left and right choose the column.",
+     "Show clients and their rates, live. Keys: q quits, left and right select the column.",
      "timsctl top --sort in/s", top, kRows},
     {"stats", "", "", 0, 0, "watch count once sort by", false,
-     "What became of messages, by port, class and outcome; of those in local mailboxes.",
+     "Show message counts by port, class and outcome, and those of local mailboxes.",
      "timsctl stats --by reason", stats, kRows},
 
     {"config", "show", "", 0, 0, "watch count once sort origin", false,
-     "The values the router runs with.", "timsctl config show --origin", config_show, kRows},
+     "Show the configuration that the router uses.", "timsctl config show --origin", config_show,
+     kRows},
     {"config", "check", "FILE", 1, 1, "", false,
-     "Reads a configuration as the router would. Exit status 1: it has errors.",
+     "Check a configuration file as the router would. Exit status 1: it has errors.",
      "timsctl config check /etc/tims/router.toml", config_check},
 
     {"device", "list", "", 0, 0, "sort", false,
-     "What is plugged into this host: serial ports, CAN interfaces, cameras, sticks, lines. Which "
-     "of our programs drives it, the address for its --device, and what is missing: rights, a "
-     "module of the kernel, or who has it. Needs no router.",
+     "List the devices of this host: serial ports, CAN interfaces, cameras, joysticks, I/O lines; "
+     "with the driver program, the address for its --device, and obstacles: permissions, a missing "
+     "kernel module, or the process that uses the device. Needs no router.",
      "timsctl device list", device_list, kRows},
     {"device", "watch", "", 0, 0, "count once for", true,
-     "Devices as they are plugged in and pulled out. Needs no router.", "timsctl device watch",
+     "Show devices as they are plugged in and unplugged. Needs no router.", "timsctl device watch",
      device_watch},
     {"device", "record", "DEVICE FILE", 2, 2, "count once for", true,
-     "Records what comes from a device that no program uses, as drivers do with --record: for "
-     "--device=play:FILE. A device that is pulled out is waited for.",
+     "Record the input from a device that no program uses, like --record of a driver; play it with "
+     "--device=play:FILE. If the device is unplugged, wait until it is back.",
      "timsctl device record 'serial:/dev/ttyUSB0?baud=9600' gps.cap --for 1min", device_record},
     {"device", "play", "FILE [DEVICE]", 1, 2, "for", false,
-     "What is in a recording (ours, candump's, pcap, raw bytes): records, bytes, gaps, events. "
-     "With DEVICE (pty:PATH, tcp:127.0.0.1:PORT, udp:HOST:PORT, can:INTERFACE): plays it there, in "
-     "the place of its device. FILE?speed=max plays without waiting, ?loop=1 again and again, "
-     "?port=N one port of a packet capture.",
+     "Show the content of a recording (of timsctl or a driver, candump, pcap, raw bytes): records, "
+     "bytes, gaps, events. With DEVICE (pty:PATH, tcp:127.0.0.1:PORT, udp:HOST:PORT, "
+     "can:INTERFACE): play it there in place of the device. FILE?speed=max plays without pauses, "
+     "?loop=1 repeatedly, ?port=N one port of a packet capture.",
      "timsctl device play gps.cap pty:/tmp/gps", device_play},
 
     {"world", "show", "", 0, 0, "watch count once sort world body-max", false,
-     "What is true in a simulated world: where robots and people are, what robots have touched, "
-     "what is pulled out of them.",
+     "Show the true state of a simulated world: poses of robots and people, contacts, unplugged "
+     "sensors.",
      "timsctl world -w", world_show, kRows},
     {"world", "place", "ROBOT X Y [RHO]", 3, 4, "world si", false,
-     "Puts a robot elsewhere: mm to the north and to the east, rad clockwise from north; or with a "
-     "unit, as 1.5m.",
+     "Move a robot to a pose: X north and Y east in mm, RHO in rad clockwise from north; or with a "
+     "unit, such as 1.5m.",
      "timsctl world place scout 1500 -2000 1.57", world_place},
     {"world", "put", "X Y RADIUS", 3, 3, "world si", false,
-     "Puts a post into the world, 1 m high, and prints its number.", "timsctl world put 4m 0 200",
+     "Place a post, 1 m high, into the world and print its id.", "timsctl world put 4m 0 200",
      world_put},
-    {"world", "remove", "ID", 1, 1, "world", false, "Takes it away again.",
-     "timsctl world remove 3", world_remove},
+    {"world", "remove", "ID", 1, 1, "world", false, "Remove a post.", "timsctl world remove 3",
+     world_remove},
     {"world", "people", "on|off", 1, 1, "world", false,
-     "off: all people stand still until they are turned on.", "timsctl world people off",
-     world_people},
+     "Let all people walk (on) or stand still (off).", "timsctl world people off", world_people},
     {"world", "unplug", "ROBOT SENSOR", 2, 2, "world", false,
-     "Pulls a device out of its line, as somebody pulls a cable; `base` is what drives the robot.",
+     "Unplug a device from its line; `base` is the drive of the robot.",
      "timsctl world unplug scout laser", world_unplug},
-    {"world", "plug", "ROBOT SENSOR", 2, 2, "world", false, "Plugs it in again.",
+    {"world", "plug", "ROBOT SENSOR", 2, 2, "world", false, "Plug a device in again.",
      "timsctl world plug scout laser", world_plug},
 
     {"nav", "where", "[ROBOT]", 0, 1, "robot watch count once", false,
-     "Where a robot is: x (north) and y (east), heading, how sure it is of that, and who says so; "
-     "what is missing, and what to do about it. Exit status 1: it does not know.",
+     "Show the pose of a robot: x (north), y (east), heading, uncertainty and source; if it is "
+     "unknown, what is missing and what to do. Exit status 1: unknown.",
      "timsctl nav where", nav_where},
     {"nav", "goto", "X Y [HEADING]", 2, 3, "robot gps no-wait for patience", false,
-     "Sends a robot to a place on its map, in m and degrees (clockwise from x), and shows how it "
-     "gets on until it is there: turns on what is needed for that and off the pilot that was "
-     "driving. Without HEADING it arrives as it comes. Ctrl-C, the end of --for and whatever "
-     "keeps it from going on stop the robot. Exit status 0: it is there, 1: it is not, and why.",
+     "Send a robot to a position on its map, in m and degrees (clockwise from x), and show its "
+     "progress until it arrives. Turns on the components that are needed and turns off the pilot "
+     "that was driving. Without HEADING any final heading is accepted. Ctrl-C, the end of --for "
+     "and "
+     "any failure stop the robot. Exit status 0: arrived, 1: not, with the reason.",
      "timsctl nav goto 3.5 6 180", nav_goto},
     {"nav", "path", "[ROBOT]", 0, 1, "robot watch count once sort plot", false,
-     "The path that a robot follows: lines and arcs, with lengths, radii and speeds.",
+     "Show the path that a robot follows: lines and arcs, with lengths, radii and speeds.",
      "timsctl nav path --plot path.svg", nav_path, kRows},
     {"nav", "map", "[show|load] [FILE]", 0, 2, "robot plot", false,
-     "Which maps a robot's components use. load: another one, a floor plan (.dxf) or a map of ROS "
-     "(.yaml, a file of the robot's host), for all that take one: at once, or at their next ON. "
-     "Exit status 1: one of them refused it.",
+     "Show the maps that the components of a robot use. load: set another map, a floor plan (.dxf) "
+     "or a ROS map (.yaml, a file on the robot's host), for all components that use one; it takes "
+     "effect at once or at their next ON. Exit status 1: a component refused it.",
      "timsctl nav map load floor.dxf", nav_map, kRows},
     {"nav", "plot", "PICTURE FILE...", 2, 64, "", false,
-     "Draws drives that were recorded, as .svg or .png: maps (.yaml, .dxf), files of DatalogRec, "
-     "logs of CARMEN, what `mcl-eval --poses` and `msg echo -o csv` write, any columns with names; "
-     "errors, where one of them is the truth. NAME=FILE gives a track its name. Needs no router.",
+     "Draw recorded drives as .svg or .png: maps (.yaml, .dxf), files of DatalogRec, CARMEN logs, "
+     "output of `mcl-eval --poses` and `msg echo -o csv`, any file with named columns; also "
+     "errors, "
+     "if one trajectory is the ground truth. NAME=FILE names a trajectory. Needs no router.",
      "timsctl nav plot drive.png map.yaml position_0.dat truth=truth.csv", nav_plot},
 
     {"doctor", "", "", 0, 0, "format", false,
-     "Looks for what usually goes wrong. Exit status 1: something did; 3: no router. --format "
-     "nagios exits with 0 to 3, as monitoring expects.",
+     "Check for common problems. Exit status 1: a problem was found; 3: no router. --format nagios "
+     "exits with 0 to 3, as monitoring expects.",
      "timsctl doctor", doctor},
     {"errors", "", "[CODE]", 0, 1, "", false,
-     "What an error code, reason or finding means, and what to do.", "timsctl errors no_route",
-     errors, kRows},
+     "Explain an error code, reason or finding, and the remedy.", "timsctl errors no_route", errors,
+     kRows},
     {"completion", "", "bash|zsh|fish", 1, 1, "", false,
-     "A script for the shell: completes verbs and living addresses.",
+     "Print a shell script that completes verbs and registered addresses.",
      "source <(timsctl completion bash)", completion},
     {"__complete", "", "WORD...", 0, 1000, "", false, "", "", complete},
 };
@@ -279,12 +288,12 @@ std::string_view expand(std::string_view word, std::span<const std::string_view>
   }
   if (fits.size() == 1) return fits.front();
   if (fits.size() > 1)
-    throw usage_error(fmt::format("\"{}\" may be {}", word, fmt::join(fits, ", ")),
-                      "write one more letter");
+    throw usage_error(fmt::format("\"{}\" is ambiguous: {}", word, fmt::join(fits, ", ")),
+                      "write more letters");
   throw usage_error(fmt::format("no {} \"{}\"", what, word), nearest_hint(word, names));
 }
 
-// "Ladar(3/0)" and "0x03140000" are arguments, whatever verbs there are.
+// "Ladar(3/0)" and "0x03140000" are never verbs.
 bool looks_like_verb(std::string_view word) {
   return std::ranges::all_of(word, [](char c) { return c >= 'a' && c <= 'z'; });
 }
@@ -318,7 +327,7 @@ Resolved resolve(std::span<const std::string> words) {
 
 namespace {
 
-// "--count=5", as split_words left it.
+// `word` has the form "--count=5", as returned by split_words().
 void set_option(const Verb& verb, std::string_view word, Options& options) {
   const std::size_t equals = std::min(word.find('='), word.size());
   const std::string_view name = word.substr(2, equals - 2);
@@ -334,8 +343,9 @@ void check_form(const Verb& verb, Format format) {
   std::string known(verb.forms);
   for (std::size_t at = 0; (at = known.find(' ', at)) != std::string::npos; at += 2)
     known.replace(at, 1, ", ");
-  throw usage_error(fmt::format("timsctl {} has no -o {}", verb.name(), form_name(format)),
-                    "it has " + known);
+  throw usage_error(
+      fmt::format("timsctl {} does not support -o {}", verb.name(), form_name(format)),
+      "available forms: " + known);
 }
 
 Text help_for(std::span<const std::string> words) {
@@ -395,7 +405,7 @@ class Splitter {
     return std::move(out_);
   }
 
-  // "sim exec HOST COMMAND...": the options of another program are not ours.
+  // In "sim exec HOST COMMAND..." the options after COMMAND belong to that command.
   [[nodiscard]] bool a_command_follows() const {
     if (out_.words.size() != 3) return false;
     try {
@@ -403,7 +413,7 @@ class Splitter {
       return found.verb != nullptr && found.words == 2 &&
              found.verb->arguments.ends_with("COMMAND...");
     } catch (const Failure&) {
-      return false;  // said later, when all words are known
+      return false;  // reported later, when all arguments are known
     }
   }
 
@@ -423,7 +433,7 @@ class Splitter {
     const OptionRow* row = find_option(name);
     if (row == nullptr) refuse_unknown(name);
     if (equals == std::string_view::npos) return add(*row, {}, false);
-    if (row->value.empty()) throw usage_error("--" + std::string(name) + " takes no value");
+    if (row->value.empty()) throw usage_error("--" + std::string(name) + " does not take a value");
     add(*row, token.substr(equals + 1), true);
   }
 
@@ -488,7 +498,7 @@ std::variant<Command, Text> parse_command_line(std::span<const std::string> argu
   if (words.words.empty()) words.words.emplace_back("status");
   const Resolved found = resolve(words.words);
   if (found.verb == nullptr)
-    throw usage_error(fmt::format("timsctl {}: which verb?", found.noun),
+    throw usage_error(fmt::format("timsctl {}: the verb is missing", found.noun),
                       fmt::format("timsctl {} --help", found.noun));
   Command command{found.verb, found.verb->run == nullptr ? become_own : found.verb->run, {}};
   for (const std::string& option : words.options) set_option(*found.verb, option, command.options);
@@ -508,16 +518,20 @@ bool is_single(std::string_view noun) { return find(noun, "") != nullptr; }
 
 std::string overview() {
   std::string text =
-      "timsctl NOUN [VERB] [ARGUMENTS] [OPTIONS]: asks a router and its components.\n"
-      "Unique beginnings are enough (`timsctl mb li`); without a word it is `timsctl status`.\n\n";
+      "timsctl NOUN [VERB] [ARGUMENTS] [OPTIONS]: query and control a router and its components.\n"
+      "Nouns and verbs may be abbreviated to a unique prefix (`timsctl mb li`). Without "
+      "arguments,\n"
+      "`timsctl status` is run.\n\n";
   for (const Verb& verb : verbs())
     if (!verb.example.empty()) text += verb_line(verb.name(), verb);
   text += "\nGeneral options:\n" + option_lines(kGeneralOptions);
-  text += "  -h, --help                    of a noun or verb: its options and an example\n";
+  text += "  -h, --help                    show the options and an example of a noun or verb\n";
   text +=
-      "\nADDR is Ladar(3/0), Ladar/3/0 (needs no quotes), Ladar/3/0:2 or 0x03140000. A GLOB has *\n"
-      "in any place: 'Ladar(*/0)', Ladar.\n"
-      "Environment: TIMS_HOST as -H, TIMS_ROUTER the router of programs here, NO_COLOR.\n";
+      "\nADDR is Ladar(3/0), Ladar/3/0 (needs no quotes), Ladar/3/0:2 or 0x03140000. A GLOB may "
+      "have\n"
+      "* in any position: 'Ladar(*/0)'; Ladar alone is the whole class.\n"
+      "Environment: TIMS_HOST (default of -H), TIMS_ROUTER (router of the programs on this host),\n"
+      "NO_COLOR.\n";
   return text.append(kExitHelp);
 }
 

@@ -1,9 +1,9 @@
-// The table of verbs, and from argv to a verb and its options. Parsing, --help, completion, the
-// manual pages and the README are made from the table.
+// The table of verbs and the parser of the command line. Parsing, --help, completion and the manual
+// pages use the table.
 //
-// By hand, and not by CLI11 as in the other programs: unique beginnings of nouns and verbs are
-// enough ("timsctl mb li"), "-6" is an argument, `show` may be left out, options whose value may be
-// left out take none from the next word, and an error names what was meant.
+// The other programs use CLI11, which does not support what timsctl needs: unique prefixes of nouns
+// and verbs ("timsctl mb li"), negative numbers as arguments ("-6"), an omitted `show`, options
+// with an optional value that never take the next argument, and suggestions in error messages.
 #pragma once
 
 #include <cstddef>
@@ -23,16 +23,16 @@ class Context;
 
 std::span<const Verb> verbs();
 
-// What the first words name. Unique prefixes are enough; `route` alone is `route show`.
+// The verb that the first arguments name. Unique prefixes suffice; `route` alone is `route show`.
 struct Resolved {
-  const Verb* verb = nullptr;  // nullptr: only a noun, or nothing
-  std::string_view noun;       // empty: nothing
-  std::size_t words = 0;       // how many of the words it took
+  const Verb* verb = nullptr;  // nullptr: only a noun was given, or nothing
+  std::string_view noun;       // empty: nothing was given
+  std::size_t words = 0;       // number of arguments that name the verb
 };
-// Throws Failure for words that name nothing, or more than one thing.
+// Throws Failure if the arguments name no verb or are ambiguous.
 Resolved resolve(std::span<const std::string> words);
 
-// --- What the table runs. One file a noun; those of robots and fleets are other programs
+// --- Functions of the table, one file per noun. Verbs of robots and fleets are other programs
 
 Exit status(Context& context);
 
@@ -111,24 +111,24 @@ Exit completion(Context& context);
 Exit complete(Context& context);
 Exit errors(Context& context);
 
-// Without the program's name. Throws Failure when the command line is wrong.
+// `arguments` does not contain the program name. Throws Failure if the command line is wrong.
 std::variant<Command, Text> parse_command_line(std::span<const std::string> arguments);
 
-// The program that does the verb, in place of this one: same terminal, process and exit status.
+// Replaces this process by the program of the verb: same terminal, process id and exit status.
 [[noreturn]] void become_verb(std::string_view program, const std::string& verb,
                               const Options& options, std::span<const std::string> arguments);
 
-// The command line taken apart before anything is known about the verb: words and options.
+// The command line split into arguments and options, before the verb is known.
 
 struct Words {
   std::vector<std::string> words;    // noun, verb, arguments; also "-" and numbers such as "-6"
-  std::vector<std::string> options;  // in one form: "--count=5", "--json"
+  std::vector<std::string> options;  // in long form: "--count=5", "--json"
 };
 
-// Throws Failure for options nobody has, and for a value that is missing.
+// Throws Failure for an unknown option and for a missing value.
 Words split_words(std::span<const std::string> arguments);
 
-// Texts made from the table of verbs.
+// Help texts, generated from the table of verbs.
 
 std::string version_text();
 std::string overview();

@@ -87,7 +87,7 @@ TEST(CommandLine, RefusalsSayWhatAndWhatToDo) {
   EXPECT_THAT(refusal({"status", "--cuont", "3"}), HasSubstr("did you mean --count"));
   EXPECT_THAT(refusal({"status", "--rate", "3"}), HasSubstr("status has no option --rate"));
   EXPECT_THAT(refusal({"status", "--count"}), HasSubstr("--count needs a value"));
-  EXPECT_THAT(refusal({"status", "--json=yes"}), HasSubstr("takes no value"));
+  EXPECT_THAT(refusal({"status", "--json=yes"}), HasSubstr("does not take a value"));
   EXPECT_THAT(refusal({"status", "-Z"}), HasSubstr("no option -Z"));
 }
 
@@ -134,7 +134,7 @@ TEST(CommandLine, FormsOfOutputAreThereOrRefused) {
   EXPECT_EQ(command({"route", "show", "-ocsv"}).options.format, Format::kCsv);
   EXPECT_EQ(command({"msg", "echo", "Ladar/0/0", "-ocsv"}).options.format, Format::kCsv);
   EXPECT_EQ(refusal({"ping", "Ladar/0/0", "-o", "csv"}),
-            "timsctl ping has no -o csv; it has table, wide, json");
+            "timsctl ping does not support -o csv; available forms: table, wide, json");
   for (const Verb& verb : verbs())
     for (const char* form : {"table", "json"})
       EXPECT_NE(verb.forms.find(form), std::string_view::npos) << verb.name();

@@ -1,5 +1,5 @@
-// timsctl completion: a script for the shell that asks `timsctl __complete WORDS...` for what may
-// come next, living addresses included.
+// timsctl completion: a shell script that calls `timsctl __complete WORDS...` for the possible
+// continuations, including registered addresses.
 #include <algorithm>
 #include <chrono>
 
@@ -76,8 +76,7 @@ Candidates split(std::string_view text, char at) {
   return out;
 }
 
-// --- what there is: asked of the router, of a component, of this host. Nothing when nobody
-// answers.
+// --- candidates from the router, a component or this host. Empty without an answer.
 
 Candidates living_addresses(const Context& context, std::optional<std::uint32_t> class_id = {}) {
   Candidates out;
@@ -118,7 +117,7 @@ Candidates parameters(Context& context, const std::string& component) {
   return out;
 }
 
-// Of a verb that another program does, the program itself knows them.
+// The candidates of a verb of another program come from that program.
 Candidates of_program(std::string_view program, const std::string& verb, std::size_t place) {
   const Ran ran =
       run({.command = {std::string(program), "__complete", verb, std::to_string(place)}});
@@ -161,15 +160,15 @@ Candidates fields(std::uint32_t class_id, const std::string& name) {
   return out;
 }
 
-// --- what may stand where
+// --- candidates by position
 
-// The name of the argument at that place: "ADDR" of "get|set ADDR [NAME] [VALUE]".
+// The name of the argument at that position: "ADDR" in "get|set ADDR [NAME] [VALUE]".
 std::string place_name(std::string_view arguments, std::size_t place) {
   Candidates places = split(arguments, ' ');
   if (places.empty()) return {};
   const bool repeats = places.back().find("...") != std::string::npos;
   if (place >= places.size() && !repeats) return {};
-  // "[FIELD=VALUE...] [-]": the ones that repeat may stand before others.
+  // "[FIELD=VALUE...] [-]": repeated arguments may precede others.
   const auto repeated = std::ranges::find_if(
       places, [](const std::string& p) { return p.find("...") != std::string::npos; });
   const auto at = std::min(place, static_cast<std::size_t>(repeated - places.begin()));
@@ -178,7 +177,7 @@ std::string place_name(std::string_view arguments, std::size_t place) {
   return name;
 }
 
-// What goes there; `before` are the arguments that stand before it.
+// The candidates for an argument; `before`: the preceding arguments.
 Candidates for_place(const Verb& verb, std::string_view name, const Candidates& before,
                      Context& context) {
   const auto class_before = [&] { return need_class(before.front()); };
@@ -211,7 +210,7 @@ Candidates for_place(const Verb& verb, std::string_view name, const Candidates& 
   return literal ? Candidates{std::string(name)} : Candidates{};
 }
 
-// The value of an option.
+// The candidates for the value of an option.
 Candidates for_option(std::string_view option, const Verb* verb, Context& context) {
   if (option == "output") return split(verb == nullptr ? kRows : verb->forms, ' ');
   if (option == "router" || option == "robot") return routers(context);
@@ -224,13 +223,13 @@ Candidates for_option(std::string_view option, const Verb* verb, Context& contex
   if (option == "by") return {"reason", "port", "class"};
   if (option == "format") return {"text", "nagios"};
   if (option == "fleet") return of_program("timsctl-sim", "down", 0);
-  return {};  // the shell proposes files
+  return {};  // the shell completes file names
 }
 
-// The words before the last one, without options and their values.
+// The arguments before the last one, without options and their values.
 struct Preceding {
   Candidates plain;
-  const OptionRow* waits = nullptr;  // for its value: the last word
+  const OptionRow* waits = nullptr;  // the option whose value is being completed
   std::string host;
 };
 
@@ -243,7 +242,7 @@ Preceding read_preceding(std::span<const std::string> words) {
     } else if (word.starts_with("--host=")) {
       out.host = word.substr(word.find('=') + 1);
     } else if (word.starts_with("--")) {
-      out.waits = find_option(word.substr(2));  // none for "--count=5"
+      out.waits = find_option(word.substr(2));  // nullptr for "--count=5"
     } else if (word.starts_with('-') && word.size() == 2) {
       out.waits = find_option(word[1]);
     } else if (!word.starts_with('-') || word == "-") {
@@ -300,7 +299,7 @@ Exit completion(Context& context) {
                                                     : "";
   if (script.empty())
     throw usage_error(fmt::format("completion: no script for \"{}\"", shell),
-                      "there are bash, zsh and fish");
+                      "supported: bash, zsh and fish");
   context.out.write({{"schema", "tims/completion/1"}, {"shell", shell}, {"script", script}},
                     [&] { return std::string(script); });
   return Exit::kDone;
@@ -310,7 +309,7 @@ Exit complete(Context& context) {
   std::vector<std::string> words = context.options.arguments;
   if (words.empty()) words.emplace_back();
   Options options = context.options;
-  options.timeout = std::chrono::milliseconds(500);  // somebody waits with a finger on a key
+  options.timeout = std::chrono::milliseconds(500);  // the user waits for the completion
   std::vector<std::string> all;
   try {
     const Preceding before = read_preceding(std::span(words).first(words.size() - 1));
@@ -318,7 +317,7 @@ Exit complete(Context& context) {
                   before.host.empty() ? context.host : parse_host(before.host));
     all = candidates(before, words.back(), there);
   } catch (const Failure&) {
-    return Exit::kDone;  // words that name nothing have no completion; no router, no addresses
+    return Exit::kDone;  // an unknown verb or a missing router means no candidates
   }
   std::ranges::sort(all);
   all.erase(std::unique(all.begin(), all.end()), all.end());

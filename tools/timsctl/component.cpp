@@ -1,4 +1,4 @@
-// timsctl component: what components do, and telling them what to do.
+// timsctl component: shows and controls components.
 #include <algorithm>
 #include <charconv>
 
@@ -21,7 +21,7 @@
 namespace timsctl {
 namespace {
 
-// Below are routers, the sink of texts, and people's programs.
+// Lower class ids belong to routers, the GDOS mailbox, and tools.
 constexpr std::uint32_t kFirstComponentClass = tims::class_id::kTest;
 constexpr tims::Duration kComponentOnPatience = std::chrono::seconds(5);
 
@@ -46,8 +46,8 @@ bool is_component(tims::Address address, const tims::AddressWidths& widths) {
 
 bool is_behind_a_link(const json::object& item) { return text_at(item, "owner.port") == "link"; }
 
-// From the router of each, with its program. Which of them the router asked first knows as well
-// does not matter: a robot knows nothing of its neighbours.
+// Asks every router for its own components and their programs. The first router alone is not
+// sufficient: a robot does not know the components of its neighbours.
 json::object everywhere(AdminClient& admin, const json::object& question) {
   json::object answer = ask_everywhere(admin, question);
   json::array here;
@@ -57,7 +57,7 @@ json::object everywhere(AdminClient& admin, const json::object& question) {
   return answer;
 }
 
-// The routers' items of components, each with its state.
+// The items of components, as reported by the routers, with the state of each component.
 void add_states(json::object& answer, ComponentClient& client, const tims::AddressWidths& widths) {
   json::array components;
   std::vector<tims::Address> addresses;
@@ -65,7 +65,7 @@ void add_states(json::object& answer, ComponentClient& client, const tims::Addre
     const auto address = parse_address(text_at(component, "address.raw"), widths);
     if (!address || !is_component(*address, widths)) continue;
     addresses.push_back(*address);
-    // Behind a link the owner that this router knows is the other router.
+    // For a component behind a link, this router knows only the other router as the owner.
     const bool behind = is_behind_a_link(component);
     component["program"] = behind ? json::value() : json::value(text_at(component, "owner.name"));
     components.push_back(std::move(component));
@@ -76,18 +76,18 @@ void add_states(json::object& answer, ComponentClient& client, const tims::Addre
   answer["items"] = std::move(components);
 }
 
-// A component answers OFF before it is off.
+// A component answers to OFF before it is off.
 void wait_until_off(Context& context, ComponentClient& client, tims::Address component) {
   const tims::Time deadline = tims::os::deadline_after(context.options.timeout);
   while (client.ask(component, tims::type::kGetStatus).header.type != tims::type::kDisabled) {
     if (tims::os::now() > deadline)
       throw Failure(Exit::kTimeout, "timeout", client.name_of(component) + " is not off yet",
-                    "a longer --timeout, or --no-wait");
+                    "use a longer --timeout, or --no-wait");
     context.signals.sleep_until(tims::os::deadline_after(std::chrono::milliseconds(20)));
   }
 }
 
-// Nothing, or what it says why not: empty when it is one of the original, which has no words.
+// Empty on success, else the reason, which is an empty string for components of the original RACK.
 std::optional<std::string> turn(Context& context, ComponentClient& client, tims::Address component,
                                 bool on) {
   const auto patience =
@@ -115,9 +115,9 @@ Exit turn_all(Context& context, bool on) {
       return fmt::format("{} {}\n", client.name_of(component), done ? "ok" : "error");
     });
     if (!done)
-      context.out.note(
-          client.name_of(component) +
-          (refused->empty() ? " says no; `timsctl log follow` shows its words" : ": " + *refused));
+      context.out.note(client.name_of(component) +
+                       (refused->empty() ? " refuses; `timsctl log follow` shows its messages"
+                                         : ": " + *refused));
   }
   return exit;
 }
@@ -147,7 +147,7 @@ Number number(std::string_view text, std::string_view name) {
   Number value{};
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size())
-    throw usage_error(fmt::format("{} is no value for {}", text, name));
+    throw usage_error(fmt::format("{} is not a value for {}", text, name));
   return value;
 }
 
@@ -192,16 +192,17 @@ Exit param_set(Context& context) {
   assign(wish.parameters[0], arguments[3]);
   const auto effects = client.effects(component);
   need_ok(client.ask(component, tims::type::kSetParam, wish),
-          fmt::format("{} does not take {} = {}", name, arguments[2], arguments[3]),
-          "its --help says what it may be");
+          fmt::format("{} refuses {} = {}", name, arguments[2], arguments[3]),
+          "see --help of the component for valid values");
   if (context.out.json())
     context.out.write(json::object{{"schema", "tims/parameter_set/1"},
                                    {"address", address_json(component, client.widths())},
                                    {"parameter", parameter_json(wish.parameters[0], effects)}});
   const auto effect = effect_of(effects, arguments[2]);
   context.out.note(fmt::format("{}: {} = {}, {}", name, arguments[2], arguments[3],
-                               effect ? fmt::format("takes effect {}", rack::name(*effect))
-                                      : "most take effect at the next ON; it does not say which"));
+                               effect
+                                   ? fmt::format("takes effect {}", rack::name(*effect))
+                                   : "it does not report when; most take effect at the next ON"));
   return Exit::kDone;
 }
 
@@ -240,7 +241,7 @@ Exit component_list(Context& context) {
     waited(context, [&] {
       const json::object question = with_match({{"ask", "mailboxes"}}, context.options);
       answer = context.options.all_routers ? everywhere(admin, question) : admin.ask(question);
-      // What somebody asks for by address may be of another robot.
+      // The pattern may match components of another robot.
       if (!context.options.arguments.empty() && items_of(answer).empty())
         answer = everywhere(admin, question);
       add_states(answer, client, admin.widths());
@@ -253,7 +254,7 @@ Exit component_list(Context& context) {
   return show(context, ask, table_of(kList));
 }
 
-// Exit status 1: one of them is not on.
+// Exit status 1: not all of them are on.
 Exit component_status(Context& context) {
   ComponentClient client(context);
   const auto components = need_addresses(context.options.arguments, client.widths());
@@ -291,7 +292,7 @@ Exit component_param(Context& context) {
   if (verb == "get") return param_get(context);
   if (verb == "set") return param_set(context);
   const auto more = std::span(context.options.arguments).subspan(1);
-  // Only who has started the component knows its file.
+  // Only the program that started the component knows its file.
   if (verb == "save" && more.size() < 3) become_verb("timsctl-robot", verb, context.options, more);
   throw usage_error("component param get ADDR [NAME], set ADDR NAME VALUE, or save ADDR [NAME]");
 }
@@ -318,7 +319,7 @@ Exit component_data(Context& context) {
   return Exit::kDone;
 }
 
-// --- component show: what a component is and how it is doing
+// --- component show: details of a component
 
 namespace {
 
@@ -357,7 +358,7 @@ constexpr Column kListeners[] = {
 };
 
 constexpr std::string_view kNoMember =
-    "It is not made with this runtime: nothing more is known of it.";
+    "The component does not use this runtime: no further details are available.";
 
 double seconds(rack::Milliseconds<rack::u32> period) {
   return static_cast<double>(period.raw()) / 1000;
@@ -421,7 +422,7 @@ json::object ask_all(ComponentClient& client, tims::Address component,
   return answer;
 }
 
-// A table below what stands already; an empty one is left out.
+// Appends a table; an empty one is left out.
 std::string section(const json::value& items, std::span<const Column> columns, const Look& look) {
   if (items.as_array().empty()) return "";
   return "\n" + render_items(items.as_array(), columns, look);
@@ -454,34 +455,33 @@ Exit component_show(Context& context) {
   return Exit::kDone;
 }
 
-// --- component pilot: who may drive a chassis
+// --- component pilot: the pilot that may drive a chassis
 
 namespace {
 
-// An address of anything else would take the chassis away from its pilots.
+// Setting any other address would prevent all pilots from driving the chassis.
 void need_class_of(tims::Address address, std::uint32_t wanted, std::string_view what,
                    std::string_view example, const tims::AddressWidths& widths) {
   if (address.fields(widths).class_id == wanted) return;
-  throw usage_error(fmt::format("{} is no {}", address.to_string(widths), what),
+  throw usage_error(fmt::format("{} is not a {}", address.to_string(widths), what),
                     fmt::format("such as {}", example));
 }
 
 void set_pilot(ComponentClient& client, tims::Address chassis, tims::Address pilot) {
   if (client.ask(chassis, tims::type::kGetStatus).header.type != tims::type::kEnabled)
-    throw Failure(
-        Exit::kNo, "component_off",
-        client.name_of(chassis) + " is not on, and forgets its pilot when it is turned on",
-        "`timsctl component on ADDR` first");
+    throw Failure(Exit::kNo, "component_off",
+                  client.name_of(chassis) + " is not on, and resets its pilot when it is turned on",
+                  "first run `timsctl component on ADDR`");
   const auto type = static_cast<std::int8_t>(rack::ChassisType::kSetActivePilot);
   need_ok(client.ask(chassis, type, rack::ChassisSetActivePilotData{pilot}),
-          client.name_of(chassis) + " does not take it", "is it a chassis?");
+          client.name_of(chassis) + " refuses the pilot", "is it a chassis?");
 }
 
 std::optional<tims::Address> get_pilot(ComponentClient& client, tims::Address chassis) {
   const auto newest = client.newest_data(chassis);
   if (!newest)
     throw Failure(Exit::kNo, "no_data", client.name_of(chassis) + " has no data",
-                  "it tells its pilot while it is on: `timsctl component on ADDR`");
+                  "it reports its pilot only when it is on: `timsctl component on ADDR`");
   const auto data =
       value_or_fail(rack::decode<rack::ChassisData>(newest->view()), client.name_of(chassis));
   const tims::Address pilot = data.activePilot;

@@ -24,7 +24,7 @@ Message ComponentClient::ask(tims::Address component, std::int8_t type,
     return std::move(*message);
   }
   throw Failure(Exit::kTimeout, "timeout", name_of(component) + " did not answer",
-                "a longer --timeout? `timsctl explain` shows whether it can be reached");
+                "try a longer --timeout; `timsctl explain` shows whether it can be reached");
 }
 
 std::optional<Message> ComponentClient::newest_data(tims::Address component) {
@@ -57,7 +57,7 @@ void need_ok(const Message& answer, const std::string& what, const std::string& 
   if (answer.header.type == tims::type::kOk) return;
   const std::string_view reason = rack::reason_of(answer.body);
   if (reason.empty())
-    throw Failure(Exit::kNo, "refused", what, hint + " `timsctl log follow` shows its words");
+    throw Failure(Exit::kNo, "refused", what, hint + " `timsctl log follow` shows its messages");
   throw Failure(Exit::kNo, "refused", what + ": " + std::string(reason), hint);
 }
 
@@ -128,18 +128,18 @@ std::optional<rack::TakesEffect> effect_of(const std::optional<rack::ParameterEf
   return static_cast<rack::TakesEffect>(found->takesEffect);
 }
 
-// --- data as they come
+// --- data subscriptions
 
 using namespace std::chrono_literals;
 
 namespace {
 
-// A component that is off, or not there, may come any moment; one that has gone silent may have
-// been restarted and know nothing of us.
+// A component that is off or missing may start at any time; a silent component may have been
+// restarted and lost the subscription.
 constexpr tims::Duration kAskOffAgain = 1s;
 constexpr tims::Duration kAskSilentAgain = 10s;
 constexpr tims::Duration kComponentClientStopPatience = 300ms;
-constexpr std::uint8_t kStopPriority = 255;  // its answer must not be lost behind data
+constexpr std::uint8_t kStopPriority = 255;  // highest: data must not displace its answer
 
 template <rack::Struct Body>
 tims::Result<void> send(Connection& connection, const tims::Envelope& envelope, const Body& body) {
@@ -207,7 +207,7 @@ Subscriptions::~Subscriptions() {
   try {
     finish();
   } catch (const std::exception&) {
-    // The connection is lost: there is nobody left to tell.
+    // The connection is lost: unsubscribing is impossible.
   }
 }
 
@@ -232,7 +232,7 @@ std::optional<Subscriptions::Data> Subscriptions::next(const Signals& signals,
   }
 }
 
-// Ctrl-C may have been what brought us here: signals are not looked at.
+// Signals are ignored here: Ctrl-C may have caused this call.
 void Subscriptions::finish() {
   std::size_t open = 0;
   for (const Subscription& subscription : list_) {

@@ -1,4 +1,4 @@
-// A component, asked: commands and their answers, its parameters, and its data as they come.
+// The client side of a component: commands and answers, parameters, data subscriptions.
 #pragma once
 
 #include <functional>
@@ -18,7 +18,7 @@
 
 namespace timsctl {
 
-// One question at a time, on a connection of its own.
+// Sends one request at a time, on its own connection.
 class ComponentClient {
  public:
   explicit ComponentClient(Context& context, const MailboxRequest& wish = {})
@@ -29,7 +29,8 @@ class ComponentClient {
     return need_address(text, widths());
   }
 
-  // Throws Failure: nobody has the address, no answer in time. ERROR is an answer.
+  // Throws Failure: the address is not registered, or there is no answer in time. ERROR is an
+  // answer.
   Message ask(tims::Address component, std::int8_t type, std::span<const std::byte> body = {},
               std::optional<tims::Duration> timeout = {});
 
@@ -41,7 +42,7 @@ class ComponentClient {
     return ask(component, type, std::span<const std::byte>(bytes), timeout);
   }
 
-  // What only our own runtime knows. Programs of the original answer ERROR, or nothing.
+  // Supported only by our runtime. Programs of the original RACK answer ERROR, or not at all.
   template <typename Data>
   std::optional<Data> ask_ours(tims::Address component, std::int8_t question,
                                std::int8_t expected) {
@@ -55,17 +56,17 @@ class ComponentClient {
     }
   }
 
-  // Nothing when it has none, as when it is off.
+  // Empty if it has no data, for example because it is off.
   std::optional<Message> newest_data(tims::Address component);
 
   rack::ParameterList parameters(tims::Address component);
-  // When new values take effect, as the component says; an original one does not.
+  // When new values take effect; unknown for components of the original RACK.
   std::optional<rack::ParameterEffects> effects(tims::Address component) {
     return ask_ours<rack::ParameterEffects>(component, tims::type::kGetParamEffects,
                                             tims::type::kParamEffects);
   }
 
-  // The states of many at once, in their order; who does not answer in time has none.
+  // The states of several components, in their order; empty without an answer in time.
   std::vector<std::optional<std::int8_t>> states(std::span<const tims::Address> components);
 
   [[nodiscard]] std::string name_of(tims::Address address) const {
@@ -77,15 +78,15 @@ class ComponentClient {
   std::unique_ptr<Connection> connection_;
 };
 
-// Throws Failure unless it is OK: `what`, with the reason in the component's own words. An original
-// one has none.
+// Throws Failure unless the answer is OK. The message is `what` with the reason given by the
+// component, if any: components of the original RACK give none.
 void need_ok(const Message& answer, const std::string& what, const std::string& hint);
 
-// Whether it is so: asked once, and with --wait again and again until it is or the time is over.
-// What the last attempt throws is thrown.
+// Checks the condition once, and with --wait repeatedly until it holds or the time is over.
+// Rethrows the exception of the last attempt.
 bool waited(const Context& context, const std::function<bool()>& attempt);
 
-// "on", "off", "error"; "answer -7" for what is none of these.
+// "on", "off", "error", or "answer -7" for other values.
 std::string state_text(std::int8_t state);
 
 std::optional<rack::TakesEffect> effect_of(const std::optional<rack::ParameterEffects>& effects,
@@ -94,16 +95,16 @@ std::optional<rack::TakesEffect> effect_of(const std::optional<rack::ParameterEf
 json::object parameter_json(const rack::Parameter& parameter,
                             const std::optional<rack::ParameterEffects>& effects);
 
-// --- data as they come: GET_CONT_DATA names a mailbox, DATA comes there until STOP_CONT_DATA.
-// Asked for again when the component was off, restarted or not there yet.
+// --- data subscriptions: after GET_CONT_DATA, a component sends DATA to a mailbox until
+// STOP_CONT_DATA. The request is repeated if the component was off, missing or restarted.
 
 class Subscription {
  public:
   enum class State {
     kAsking,     // no answer yet
     kRunning,    // granted
-    kOff,        // it says ERROR: not switched on
-    kNoMailbox,  // nobody has the address
+    kOff,        // it answers ERROR: not turned on
+    kNoMailbox,  // the address is not registered
   };
 
   Subscription(tims::Address component, std::uint32_t period_ms)
@@ -114,10 +115,10 @@ class Subscription {
   [[nodiscard]] std::string_view state_name() const;  // "on", "off", "no_mailbox", "asking"
   [[nodiscard]] std::optional<std::uint32_t> granted_ms() const { return granted_ms_; }
 
-  // Sends what is due: the question, and the question again.
+  // Sends the request if it is due, first or repeated.
   tims::Result<void> on_time(Connection& connection, tims::Time now);
   [[nodiscard]] tims::Time next_time() const { return next_question_; }
-  // A message from the component. True: it is data; false: it belonged to the subscription.
+  // Handles a message from the component. True: data; false: part of the subscription protocol.
   bool on_message(const Message& message, tims::Time now);
   void stop(Connection& connection) const;
   [[nodiscard]] bool needs_stop() const { return asked_ && state_ != State::kNoMailbox; }
@@ -133,23 +134,24 @@ class Subscription {
   tims::Time next_question_{};
 };
 
-// Several on one connection, ended together: nobody may go on sending to a mailbox that is gone.
+// Several subscriptions on one connection. They end together, because no component may continue to
+// send to a closed mailbox.
 class Subscriptions {
  public:
   Subscriptions(Connection& connection, const std::vector<tims::Address>& components,
                 std::uint32_t period_ms);
-  ~Subscriptions();  // tells every component, and waits a moment for their answers
+  ~Subscriptions();  // unsubscribes from every component and waits briefly for the answers
   Subscriptions(const Subscriptions&) = delete;
   Subscriptions& operator=(const Subscriptions&) = delete;
 
   [[nodiscard]] const std::vector<Subscription>& all() const { return list_; }
 
   struct Data {
-    std::size_t index;  // of the component
+    std::size_t index;  // index of the component
     Message message;
     tims::Time at;
   };
-  // The next data; nothing at the deadline. Throws as receive() does.
+  // The next data, or empty at the deadline. Throws like receive().
   std::optional<Data> next(const Signals& signals, tims::Time deadline);
 
  private:

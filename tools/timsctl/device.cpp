@@ -1,4 +1,4 @@
-// timsctl device: what is plugged into this host, and recordings of it. Asks no router.
+// timsctl device: devices of this host, and their recordings. Needs no router.
 #include <algorithm>
 #include <array>
 #include <charconv>
@@ -25,13 +25,13 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr std::uint32_t kBaud = 115200;  // where an address says none
+constexpr std::uint32_t kBaud = 115200;  // if the address does not contain one
 
 std::string joined(const std::vector<std::string>& texts, std::string_view between) {
   return fmt::format("{}", fmt::join(texts, between));
 }
 
-// --- what is plugged in
+// --- devices of this host
 
 json::object to_json(const HostDevice& device) {
   json::object item{{"kind", name(device.kind)},
@@ -104,18 +104,18 @@ Exit device_list(Context& context) {
   json::array items;
   for (const HostDevice& device : host_devices()) items.emplace_back(to_json(device));
   if (!context.options.sort.empty()) sort_items(items, kDeviceColumns, context.options.sort);
-  if (items.empty()) context.out.note("nothing is plugged in that a program of ours could drive");
+  if (items.empty()) context.out.note("there is no device for which a driver is available");
   return show_list(context, "tims/device_list/1", std::move(items), kDeviceColumns);
 }
 
 Exit device_watch(Context& context) {
-  constexpr auto kLookEvery = 1s;      // where nobody tells of events
-  constexpr auto kUntilLinks = 200ms;  // udev works meanwhile
+  constexpr auto kLookEvery = 1s;      // polling interval without udev events
+  constexpr auto kUntilLinks = 200ms;  // time for udev to create links
   std::uint64_t left = context.options.count.value_or(UINT64_MAX);
   const tims::Time end = context.run_end();
   const auto events = listen_for_devices();
   std::vector<HostDevice> known = host_devices();
-  context.out.note(fmt::format("{} devices are there; plug one in or out", known.size()));
+  context.out.note(fmt::format("{} devices found; waiting for changes", known.size()));
   while (left > 0 && tims::os::now() < end) {
     const tims::Time look = std::min<tims::Time>(end, tims::os::deadline_after(kLookEvery));
     if (events && context.signals.wait(events->get(), look) == Signals::WaitResult::kReadable) {
@@ -135,7 +135,7 @@ Exit device_watch(Context& context) {
   return left > 0 && context.options.count ? Exit::kTimeout : Exit::kDone;
 }
 
-// --- device record: a line without its driver
+// --- device record: recording of a device without a driver
 
 namespace {
 
@@ -155,7 +155,7 @@ class Recorder {
     auto transport = open_transport(address, kBaud);
     if (!transport)
       throw Failure(Exit::kNoSuch, "no_device", transport.error().detail(),
-                    "timsctl device list shows what is plugged in");
+                    "`timsctl device list` shows the devices");
     transport_ = std::move(*transport);
     began_ = tims::os::now();
     auto file = CaptureFile::create(path, address.to_string(), began_);
@@ -165,7 +165,7 @@ class Recorder {
 
   Exit run() {
     context_.out.note(
-        fmt::format("{} is recorded in {}, Ctrl-C ends", transport_->description(), path_));
+        fmt::format("recording {} to {}; stop with Ctrl-C", transport_->description(), path_));
     const tims::Time end = context_.run_end();
     try {
       while (left_ > 0 && tims::os::now() < end && !(transport_ && transport_->is_over()))
@@ -201,7 +201,7 @@ class Recorder {
     auto transport = open_transport(address_, kBaud);
     if (!transport) return;
     transport_ = std::move(*transport);
-    say("the device is there again", true);
+    say("the device is back", true);
   }
 
   void say(const std::string& text, bool is_there) {
@@ -227,7 +227,7 @@ class Recorder {
                                          base::human_bytes(static_cast<double>(bytes_)),
                                          base::human_duration(base::seconds(took)));
           if (lost > 0)
-            text += fmt::format("{} records were lost: the disk was full or slow\n", lost);
+            text += fmt::format("{} records were lost: the disk was full or too slow\n", lost);
           return text;
         });
   }
@@ -250,7 +250,7 @@ Exit device_record(Context& context) {
   return Recorder(context, need_device(arguments[0]), arguments[1]).run();
 }
 
-// --- device play: what is in a recording, or the recording to a program
+// --- device play: the content of a recording, or its playback to a program
 
 namespace {
 
@@ -299,13 +299,13 @@ constexpr Column kStatisticsLines[] = {
     {"Duration", "duration_s", Cell::kDuration},
     {"Received records", "received.records", Cell::kCount},
     {"Received bytes", "received.bytes", Cell::kBytes},
-    {"Bytes a second", "rate_bytes_per_s", Cell::kRate},
+    {"Bytes per second", "rate_bytes_per_s", Cell::kRate},
     {"Sent records", "sent.records", Cell::kCount},
     {"Sent bytes", "sent.bytes", Cell::kBytes},
     {"Longest gap", "longest_gap_s", Cell::kDuration},
-    {"which began at", "longest_gap_at_s", Cell::kDuration},
+    {"Longest gap at", "longest_gap_at_s", Cell::kDuration},
     {"Gaps", "gaps", Cell::kCount},
-    {"Times going back", "backwards", Cell::kCount, false, true},
+    {"Backward steps", "backwards", Cell::kCount, false, true},
     {"Events", "event_count", Cell::kCount},
 };
 constexpr Column kEventColumns[] = {{"AT", "time_s", Cell::kDuration}, {"EVENT", "text"}};
@@ -338,7 +338,7 @@ Exit show_statistics(Context& context, const DeviceAddress& file) {
   return Exit::kDone;
 }
 
-// Hands a recording to whoever opens the line.
+// Plays a recording to the program that opens the line.
 class Player {
  public:
   Player(Context& context, const DeviceAddress& file, const DeviceAddress& to)
@@ -346,11 +346,11 @@ class Player {
     auto playback = open_transport(file, to.baud(kBaud));
     if (!playback) throw bad_recording(file, playback.error());
     playback_ = std::move(*playback);
-    // The recording has its own pace.
+    // The recording determines the timing.
     auto line = open_line(to, to.options.contains("baud") ? kBaud : 0);
     if (!line) throw Failure(Exit::kDenied, "denied", line.error().detail());
     line_ = std::move(*line);
-    context.out.note(fmt::format("{} is played at {}, Ctrl-C ends", file.place, to.to_string()));
+    context.out.note(fmt::format("playing {} at {}; stop with Ctrl-C", file.place, to.to_string()));
   }
 
   Exit run() {
@@ -360,18 +360,19 @@ class Player {
       wait(std::min({end, playback_->next_timeout(), line_->next_timeout(), retry()}));
       play();
     }
-    // Who reads a terminal loses what was not read when it goes.
+    // When a terminal is closed, its reader loses all unread bytes.
     constexpr auto kLinger = 500ms;
     context_.signals.sleep_until(std::min<tims::Time>(end, tims::os::deadline_after(kLinger)));
     const json::object answer{
         {"schema", "tims/played/1"}, {"file", file_.place}, {"bytes", bytes_}};
     context_.out.write(
-        answer, [&] { return base::human_bytes(static_cast<double>(bytes_)) + " were played\n"; });
+        answer, [&] { return base::human_bytes(static_cast<double>(bytes_)) + " played\n"; });
     return Exit::kDone;
   }
 
  private:
-  // A port says to an empty piece whether somebody is there; at a bus it would be a frame.
+  // Sending an empty piece to a port tests whether a client is connected; on a bus it would be a
+  // frame.
   bool is_there() {
     if (!is_port_) return true;
     const auto taken = line_->send(tims::os::now(), {}, 0);
@@ -382,7 +383,7 @@ class Player {
     return waiting_.empty() ? tims::kNever : tims::Time(tims::os::deadline_after(2ms));
   }
 
-  // What programs say to their device is nothing to a recording.
+  // Bytes that programs send to the device are discarded.
   void wait(tims::Time until) {
     (void)context_.signals.wait(line_->descriptor(), until);
     if (auto heard = line_->receive(tims::os::now(), [](const Arrival&) {}); !heard)

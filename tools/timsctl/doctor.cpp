@@ -34,12 +34,12 @@ namespace {
 
 std::string_view who_reaches(std::string_view where) {
   const bool loopback = where.starts_with("127.") || where.starts_with("[::1]");
-  return loopback ? "every user of this host" : "everybody who reaches it";
+  return loopback ? "every user of this host" : "every host that can reach it";
 }
 
 constexpr double kLossMax = 0.05;
 constexpr double kClockOffsetMax_s = 0.1;
-// The size of datagrams is found within a moment; what is still the smallest then stays so.
+// Path MTU discovery takes a moment; if the MTU is still the smallest afterwards, it remains so.
 constexpr double kMtuFoundAfter_s = 10;
 constexpr double kMtuBase = 1200;
 
@@ -86,7 +86,7 @@ class Doctor {
         observed_.unreachable->hint);
     if (observed_.tcp_port_owner)
       add("port.tcp", Level::kWarning,
-          fmt::format("port 2000 is in use by {}: a router could not listen there",
+          fmt::format("port 2000 is in use by {}: a router cannot listen there",
                       *observed_.tcp_port_owner));
   }
 
@@ -124,17 +124,18 @@ class Doctor {
 
   void dead_mailboxes() {
     for (const std::string& owner : observed_.dead_owners)
-      add("mailboxes.dead", Level::kFailure, owner + " is registered, but its owner has gone");
+      add("mailboxes.dead", Level::kFailure,
+          owner + " is registered, but its owner no longer runs");
     if (observed_.dead_owners.empty() && observed_.local)
       add("mailboxes.dead", Level::kOk,
-          fmt::format("{} mailboxes, all with a living owner", observed_.mailboxes.size()));
+          fmt::format("{} mailboxes, all with a running owner", observed_.mailboxes.size()));
   }
 
   void duplicates() {
     const double refused = number_or_zero(observed_.stats, "events.address_refused");
     judge("mailboxes.duplicate", refused == 0, Level::kWarning,
           refused == 0
-              ? "nobody wanted an address that was taken"
+              ? "no registration was refused"
               : fmt::format("{:.0f} registrations were refused: the address was in use", refused));
   }
 
@@ -145,13 +146,14 @@ class Doctor {
       if (slots == 0 || number_or_zero(mailbox, "waiting") < slots) continue;
       any = true;
       add("mailboxes.full", Level::kWarning,
-          fmt::format("{} of {} is full: {:.0f} messages wait", text_at(mailbox, "address.name"),
+          fmt::format("{} of {} is full: {:.0f} messages are waiting",
+                      text_at(mailbox, "address.name"),
                       base::printable(text_at(mailbox, "owner.name")), slots));
     }
-    if (!any) add("mailboxes.full", Level::kOk, "every mailbox has room");
+    if (!any) add("mailboxes.full", Level::kOk, "no mailbox is full");
   }
 
-  // One finding a reason. What happened long ago is told, but is no warning.
+  // One finding per reason. Old drops are reported, but not as a warning.
   void drops() {
     const bool now = number_or_zero(observed_.status, "drops_last_minute") > 0;
     json::object sums;
@@ -184,7 +186,7 @@ class Doctor {
             observed_.memory->memfd
                 ? fmt::format("/dev/shm has {} left",
                               base::human_bytes(static_cast<double>(observed_.memory->free_bytes)))
-                : "the system makes no shared memory (memfd_create)");
+                : "the system cannot create shared memory (memfd_create)");
     judge("clock.synchronised", observed_.clock_synchronised, Level::kInfo,
           observed_.clock_synchronised ? "the clock is synchronised"
                                        : "the clock is not synchronised to any reference");
@@ -216,10 +218,10 @@ class Doctor {
       add("links", Level::kOk,
           fmt::format("{} link{} up", observed_.links.size(),
                       observed_.links.size() == 1 ? " is" : "s are"));
-    event("duplicate_router", "routers.duplicate", "a second router had the id of another one");
+    event("duplicate_router", "routers.duplicate", "two routers had the same id");
     event("duplicate_address", "addresses.duplicate",
-          "a mailbox was announced whose address another router has");
-    event("loop", "routes.loop", "messages or registrations went round in a loop");
+          "two routers announced a mailbox with the same address");
+    event("loop", "routes.loop", "messages or registrations were in a routing loop");
   }
 
   void socket_buffers() {
@@ -229,8 +231,9 @@ class Doctor {
     const double dropped = number_or_zero(observed_.status, "udp.dropped_by_kernel");
     if (asked == 0 || observed_.links.empty() || std::min(in, out) >= asked) return;
     std::string text = fmt::format(
-        "the links' socket buffers {} in and {} out, less than the {} "
-        "asked for: bursts may be lost",
+        "the socket of the links buffers {} in and {} out, less than the requested {}: bursts may "
+        "be "
+        "lost",
         base::human_bytes(in), base::human_bytes(out), base::human_bytes(asked));
     if (dropped > 0) text += fmt::format("; {} datagrams were", base::human_count(dropped));
     add("sockets.udp", dropped > 0 ? Level::kWarning : Level::kInfo, std::move(text));
@@ -249,7 +252,7 @@ class Doctor {
     const std::string since = base::human_duration(number_or_zero(link, "since_s"));
     const std::string refusal = text_at(link, "refusal");
     const std::string name = name_of(link);
-    // Those that call us may have been switched off.
+    // A link that the other router establishes may be down because that router is off.
     const Level level = text_at(link, "connects") == "true" ? Level::kFailure : Level::kWarning;
     if (state == "down")
       return add("links.down", Level::kWarning,
@@ -260,10 +263,10 @@ class Doctor {
                  fmt::format("the link to {} is refused: {}", name, base::printable(refusal)));
     if (state == "idle")
       return add("links.down", level,
-                 fmt::format("the link to {} has no address to call: its name is not known", name),
-                 "the name in `to` of its [[link]], or the name service: `getent hosts NAME`");
+                 fmt::format("the link to {} has no address: its name cannot be resolved", name),
+                 "check `to` in its [[link]] and the name service: `getent hosts NAME`");
     add("links.down", level,
-        fmt::format("the link to {} is not up: nothing is heard for {}", name, since));
+        fmt::format("the link to {} is not up: nothing received for {}", name, since));
   }
 
   void link_works(const json::object& link) {
@@ -281,7 +284,7 @@ class Doctor {
     const double offset = number_or_zero(link, "clock.offset_s");
     if (std::abs(offset) > kClockOffsetMax_s + number_or_zero(link, "clock.uncertainty_s"))
       add("links.clock", Level::kWarning,
-          fmt::format("the clock of {} is {} {} this router's", name,
+          fmt::format("the clock of {} is {} {} the clock of this router", name,
                       base::human_duration(std::abs(offset)), offset > 0 ? "ahead of" : "behind"));
   }
 
@@ -305,7 +308,7 @@ std::string group_name(gid_t id) {
   return entry == nullptr ? std::to_string(id) : entry->gr_name;
 }
 
-// The socket's inode of a listener at `port`: a row of /proc/net/tcp with state 0A.
+// The inode of the socket that listens at `port`: a row of /proc/net/tcp with state 0A.
 std::optional<std::string> listener_inode(const char* table, std::uint16_t port) {
   std::ifstream file(table);
   std::string line;
@@ -542,7 +545,7 @@ json::object to_json(const Observations& observed, const std::vector<Finding>& f
           {"items", std::move(items)}};
 }
 
-// One line and the exit status that monitoring programs read.
+// One line and the exit status for monitoring programs.
 Exit nagios(Context& context, const Observations& observed, const std::vector<Finding>& findings) {
   const Counts n = count(findings);
   const int level = n.failures > 0 ? 2 : n.warnings > 0 ? 1 : 0;
@@ -591,7 +594,7 @@ Exit errors(Context& context) {
     if (arguments.empty() || arguments.front() == entry.code) items.push_back(to_json(entry));
   if (items.empty())
     throw Failure(Exit::kNoSuch, "no_such_code", fmt::format("no code \"{}\"", arguments.front()),
-                  "`timsctl errors` lists all");
+                  "`timsctl errors` lists all codes");
   if (arguments.empty() || context.out.look().format != Format::kTable)
     return show_list(context, "tims/code/1", std::move(items), kColumns);
   const CatalogueEntry& entry = *find_in_catalogue(arguments.front());

@@ -1,5 +1,5 @@
-// timsctl doctor: what this host says about itself (files under /proc, limits, the clock), and what
-// the doctor concludes from that and from the router's answers.
+// timsctl doctor: observations of this host (files in /proc, limits, the clock), and findings from
+// them and from the answers of the router.
 #pragma once
 
 #include <cstdint>
@@ -22,29 +22,29 @@ std::optional<SocketFile> socket_file(const std::string& path);
 
 struct OpenFiles {
   std::uint64_t limit = 0;
-  std::optional<std::uint64_t> open;  // nothing when we may not look
+  std::optional<std::uint64_t> open;  // empty without permission
 };
 std::optional<OpenFiles> open_files(std::uint32_t pid);
 
-// Who listens at a TCP port; "another user's program" when it cannot be told.
+// The program that listens at a TCP port; "another user's program" if it cannot be determined.
 std::optional<std::string> port_owner(std::uint16_t port);
 
 struct SharedMemory {
-  bool memfd = false;            // can be made
+  bool memfd = false;            // memfd_create works
   std::uint64_t free_bytes = 0;  // of /dev/shm
 };
 SharedMemory shared_memory();
 
 bool clock_is_synchronised();
 bool is_running(std::uint32_t pid);
-// A number under /proc or /sys.
+// The number in a file in /proc or /sys.
 std::optional<std::uint64_t> number_in(const std::string& path);
 
-// What the doctor concludes from what it has seen. Pure.
+// Findings from the observations. Pure.
 
 struct Observations {
   std::string where;    // the router that was asked
-  bool local = true;    // it is on this host
+  bool local = true;    // the router is on this host
   std::string version;  // of timsctl
   std::optional<Failure> unreachable{};
   json::object status{};
@@ -55,10 +55,10 @@ struct Observations {
   std::vector<std::string> dead_owners{};  // "Ladar(3/0) of laser (pid 811)"
   std::optional<double> clock_difference_s{};
 
-  // Of this host; with a local router only.
+  // Observations of this host; only for a local router.
   std::optional<SocketFile> socket{};
   std::optional<OpenFiles> files{};
-  std::optional<std::string> tcp_port_owner{};  // of port 2000, when no router answers
+  std::optional<std::string> tcp_port_owner{};  // owner of port 2000 if no router answers
   std::optional<SharedMemory> memory{};
   bool clock_synchronised = true;
   std::optional<std::uint64_t> receive_buffer_max{};  // net.core.rmem_max
@@ -73,15 +73,15 @@ struct Finding {
   std::string hint;
 };
 
-// With the hint of the catalogue when it is bad and has none of its own.
+// Adds the hint of the catalogue to a warning or failure without a hint.
 Finding make_finding(std::string id, Level level, std::string text, std::string hint = {});
 
 std::vector<Finding> judge(const Observations& observed);
-// Of the clients (links, too) and mailboxes of a router: whom messages have not reached, those with
-// most of them first: "12 to camera, 3 in the mailbox Ladar(3/0)". Empty: none were lost.
+// The receivers (clients, links, mailboxes) with undelivered messages, in descending order: "12 to
+// camera, 3 in the mailbox Ladar(3/0)". Empty: no messages were lost.
 inline constexpr std::size_t kReceiversShown = 5;
 std::string lost_to(std::span<const json::value> clients, std::span<const json::value> mailboxes);
-// Those about links to other routers.
+// Findings about links to other routers.
 std::vector<Finding> judge_links(const Observations& observed);
 std::string_view name(Level level);
 

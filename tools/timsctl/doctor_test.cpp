@@ -165,7 +165,7 @@ TEST(LinkDoctor, ALinkThatIsNotUp) {
   Finding f = with("state", "connecting");
   EXPECT_EQ(f.id, "links.down");
   EXPECT_EQ(f.level, Level::kFailure);
-  EXPECT_EQ(f.text, "the link to base (super) is not up: nothing is heard for 1m 40s");
+  EXPECT_EQ(f.text, "the link to base (super) is not up: nothing received for 1m 40s");
 
   f = with("state", "idle");
   EXPECT_THAT(f.text, HasSubstr("no address"));

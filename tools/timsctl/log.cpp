@@ -60,7 +60,7 @@ std::string day_of(RecordTime time, bool utc) {
   return fmt::format("{:04}-{:02}-{:02}", fields.tm_year + 1900, fields.tm_mon + 1, fields.tm_mday);
 }
 
-// What is missing of a date comes from `fields`. All of the text must be used.
+// Missing parts of the date keep the values of `fields`. The whole text must be consumed.
 bool parse_with(const char* form, const std::string& text, std::tm& fields) {
   std::tm parsed = fields;
   const char* const end = ::strptime(text.c_str(), form, &parsed);
@@ -72,7 +72,7 @@ bool parse_with(const char* form, const std::string& text, std::tm& fields) {
 RecordTime need_when(const std::string& text, RecordTime now, bool utc) {
   if (const auto time = parse_when(text, now, utc)) return *time;
   throw usage_error(
-      "\"" + text + "\" is no time",
+      "\"" + text + "\" is not a time",
       "10min (ago), 03:15, 2026-11-22, '2026-11-22 03:15:30' or the same with T and Z");
 }
 
@@ -123,7 +123,7 @@ void show_text(Output& out, const Record& record, bool with_day) {
   out.write(paint(base::printable(line), tone_of(record.level), out.look().colour) + "\n");
 }
 
-// --- timsctl log: what components say to people
+// --- timsctl log: texts of components for the user
 
 namespace {
 
@@ -136,7 +136,7 @@ class Follower {
         left_(context.options.count.value_or(UINT64_MAX)),
         end_(context.run_end()) {}
 
-  // As the owner of the sink.
+  // Received directly, as owner of the GDOS mailbox.
   Exit own_sink(Connection& connection) {
     filter_ = text_filter(context_.options, connection.widths(), now());
     while (left_ > 0) {
@@ -148,7 +148,7 @@ class Follower {
     return end();
   }
 
-  // As a listener of the log.
+  // Received from gdos-log, as a subscriber.
   Exit subscribe(Connection& connection, tims::Address log) {
     filter_ = text_filter(context_.options, connection.widths(), now());
     const std::string name = log.to_string(connection.widths());
@@ -185,8 +185,8 @@ class Follower {
                   .text = words ? *words : words.error().detail() + " (malformed)"};
   }
 
-  // Its clock may be another one: the time is the log's own, in the turn of the counter nearest to
-  // ours.
+  // The clock of the log may differ from ours: the time is that of the log, unwrapped to the value
+  // nearest to ours.
   static std::optional<Record> record_of(const Message& message,
                                          const tims::AddressWidths& widths) {
     rack::GdosData data;
@@ -210,7 +210,7 @@ class Follower {
     if (state_ == Subscription::State::kNoMailbox && first)
       throw no_such_mailbox(name, "`timsctl component list GDOS` shows all logs");
     if (state_ == Subscription::State::kOff || state_ == Subscription::State::kNoMailbox)
-      context_.out.note(name + " has no texts now, waiting");
+      context_.out.note(name + " has no messages; waiting");
   }
 
   [[nodiscard]] Exit end() const {
@@ -225,7 +225,7 @@ class Follower {
   Subscription::State state_ = Subscription::State::kAsking;
 };
 
-// Who keeps the texts says where they are to be had; another owner of the sink says nothing.
+// gdos-log reports the address of its log; other owners of the GDOS mailbox do not.
 std::optional<tims::Address> ask_for_log(Context& context, Connection& connection) {
   const std::uint8_t seq_nr = connection.next_seq_nr();
   if (!connection.send(
@@ -268,7 +268,7 @@ Exit log_follow(Context& context) {
   return follower.subscribe(*connection, *log);
 }
 
-// --- log show: what components said, from the files of gdos-log
+// --- log show: texts from the files of gdos-log
 
 namespace {
 
@@ -278,11 +278,11 @@ template <typename Take>
 void read_file(const std::filesystem::path& path, rack::gdos::RecordReader& reader,
                const Signals& signals, Take take) {
   std::ifstream file(path, std::ios::binary);
-  // One that went while the log went on is older than all that are left.
+  // A file that was deleted during the listing is older than all remaining files.
   if (!file && errno == ENOENT) return;
   if (!file)
-    throw Failure(Exit::kDenied, "denied", path.string() + ": cannot be read",
-                  "are you in the group that owns it?");
+    throw Failure(Exit::kDenied, "denied", "cannot read " + path.string(),
+                  "are you a member of its group?");
   std::array<char, 64 << 10> piece{};
   while (file) {
     file.read(piece.data(), piece.size());
@@ -301,7 +301,7 @@ Exit log_show(Context& context) {
                                            : std::filesystem::path(options.directory);
   const auto paths = rack::gdos::log_paths(folder);
   if (paths.empty())
-    throw Failure(Exit::kNoSuch, "no_log", folder.string() + ": no texts are kept here",
+    throw Failure(Exit::kNoSuch, "no_log", folder.string() + ": there are no log files",
                   "start `gdos-log`, or name its folder with --directory");
 
   std::uint64_t shown = 0;
@@ -317,8 +317,8 @@ Exit log_show(Context& context) {
   for (const auto& path : paths) read_file(path, reader, context.signals, take);
   for (const Record& record : newest) show_text(context.out, record, true);
   if (reader.strange() > 0)
-    context.out.note(fmt::format("{} lines are no texts and were left out", reader.strange()));
-  if (shown == 0) context.out.note("nothing was said");
+    context.out.note(fmt::format("{} invalid lines were skipped", reader.strange()));
+  if (shown == 0) context.out.note("no messages found");
   return shown > 0 ? Exit::kDone : Exit::kNo;
 }
 

@@ -1,4 +1,4 @@
-// timsctl log: which texts of components it shows, and how.
+// timsctl log: selection and format of the texts of components.
 #pragma once
 
 #include <optional>
@@ -17,7 +17,7 @@ struct TextFilter {
 
   [[nodiscard]] bool passes(const rack::gdos::Record& record) const;
 };
-// What --component, --level, --since and --until say. Throws Failure.
+// The selection by --component, --level, --since and --until. Throws Failure.
 TextFilter text_filter(const Options& options, const tims::AddressWidths& widths,
                        rack::gdos::RecordTime now);
 
@@ -26,7 +26,7 @@ TextFilter text_filter(const Options& options, const tims::AddressWidths& widths
 std::optional<rack::gdos::RecordTime> parse_when(std::string_view text, rack::gdos::RecordTime now,
                                                  bool utc);
 
-// A line, in the colour of its level; or a line of JSON. With the day, of what is not live.
+// One line, coloured by level, or one line of JSON. `with_day`: for texts that are not live.
 void show_text(Output& out, const rack::gdos::Record& record, bool with_day);
 
 }  // namespace timsctl

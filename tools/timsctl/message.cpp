@@ -44,7 +44,7 @@ void append_row(std::string& out, std::size_t at, std::span<const std::byte> row
                     "write them with `timsctl msg echo`, or send a plain body with --raw");
 }
 
-// Reads what dump() writes.
+// Parses the output of dump().
 class DumpReader {
  public:
   std::vector<Draft> read(std::string_view text) {
@@ -62,7 +62,7 @@ class DumpReader {
       finish();
       read_header(line);
     } else if (line.starts_with(kShortened)) {
-      refuse(line_, "the body was shortened for a terminal");
+      refuse(line_, "the body is incomplete: it was shortened for a terminal");
     } else if (!line.empty() && line.front() != '#') {
       read_row(line);
     }
@@ -78,12 +78,12 @@ class DumpReader {
     };
     const auto number = [&](std::string_view name, std::uint64_t max) {
       const auto value = base::parse_number<std::uint64_t>(field(name));
-      if (!value || *value > max) refuse(line_, fmt::format("{} is no such number", name));
+      if (!value || *value > max) refuse(line_, fmt::format("{} is not a valid number", name));
       return *value;
     };
     Draft& draft = drafts_.back();
     const auto type = parse_type(field(" type="));
-    if (!type) refuse(line_, "type= is no message type");
+    if (!type) refuse(line_, "type= is not a message type");
     draft.type = *type;
     draft.priority = static_cast<std::uint8_t>(number(" priority=", 255));
     draft.seq_nr = static_cast<std::uint8_t>(number(" seq=", 255));
@@ -122,10 +122,10 @@ Draft read_json_line(std::size_t line, std::string_view text) {
   const json::object& object = value.get_object();
   const auto body = base::parse_hex(text_at(object, "body_hex"));
   const auto type = parse_type(text_at(object, "type"));
-  if (!body || !type) refuse(line, "type or body_hex is not one");
+  if (!body || !type) refuse(line, "type or body_hex is invalid");
   const auto number = [&](std::string_view name) {
     const double n = number_or_zero(object, name);
-    if (n < 0 || n > 255) refuse(line, fmt::format("{} is no such number", name));
+    if (n < 0 || n > 255) refuse(line, fmt::format("{} is not a valid number", name));
     return static_cast<std::uint8_t>(n);
   };
   return {.type = *type,
@@ -166,7 +166,7 @@ std::string indented(std::string_view lines) {
   return out;
 }
 
-// "points[3].distance" as the catalogue names it: "points[].distance".
+// The name in the catalogue: "points[].distance" for "points[3].distance".
 std::string without_indices(std::string_view name) {
   std::string out;
   bool inside = false;
@@ -178,7 +178,7 @@ std::string without_indices(std::string_view name) {
   return out;
 }
 
-// Calls fits() for each value that the path leads to, until one fits.
+// Calls fits() for each value at the path until it returns true.
 template <typename Fits>
 bool any_at(const json::value& value, std::string_view path, const Fits& fits) {
   if (path.empty()) return fits(value);
@@ -231,7 +231,7 @@ bool holds(const json::value& value, std::string_view relation, const std::strin
   return compare(found <=> wanted, relation);
 }
 
-// Fields one by one: {"data.pos.x", value}.
+// Appends all fields with their paths: {"data.pos.x", value}.
 void flatten(const json::object& object, const std::string& prefix,
              std::vector<std::pair<std::string, std::string>>& out) {
   for (const auto& [key, value] : object) {
@@ -262,7 +262,7 @@ std::vector<std::string> names_of(const rack::Schema& body) {
 }
 
 std::string listed(const std::vector<std::string>& names) {
-  return fmt::format("there are {}", fmt::join(names, ", "));
+  return fmt::format("known: {}", fmt::join(names, ", "));
 }
 
 }  // namespace
@@ -390,7 +390,7 @@ FieldFilter::FieldFilter(std::string_view text) {
     if (relation == "==") relation = "=";
     const std::string_view known[] = {"=", "!=", "<", "<=", ">", ">="};
     if (at == 0 || std::ranges::find(known, relation) == std::end(known))
-      throw usage_error(fmt::format("--filter: \"{}\" is no condition", part),
+      throw usage_error(fmt::format("--filter: \"{}\" is not a condition", part),
                         "such as 'vx>100' or 'type_name=move,priority>=10'");
     conditions_.push_back(
         {std::string(part.substr(0, at)), std::move(relation), std::string(part.substr(behind))});
@@ -431,18 +431,18 @@ std::vector<std::byte> make_body(const rack::MessageInfo& message, std::uint32_t
   }
   const auto columns = rack::columns_of(*message.body);
   std::vector<rack::Assignment> fields;
-  std::vector<std::string> addresses;  // what fields look at
+  std::vector<std::string> addresses;  // storage for address values
   addresses.reserve(assignments.size());
   for (const std::string& text : assignments) {
     const std::size_t equals = text.find('=');
     if (equals == std::string::npos)
-      throw usage_error(fmt::format("\"{}\" is no FIELD=VALUE", text), show);
+      throw usage_error(fmt::format("\"{}\" is not of the form FIELD=VALUE", text), show);
     const std::string_view name = std::string_view(text).substr(0, equals);
     std::string_view value = std::string_view(text).substr(equals + 1);
     const auto column = std::ranges::find_if(columns, [&](const rack::Column& c) {
       return without_indices(c.name) == without_indices(name);
     });
-    // A shell leaves "Pilot/0/1" alone; the codec knows "Pilot(0/1)" only.
+    // Users write "Pilot/0/1", which needs no quotes; the codec accepts only "Pilot(0/1)".
     if (column != columns.end() && column->type == "address" && value != "none")
       value = addresses.emplace_back(need_address(value, style.widths).to_hex());
     fields.push_back({name, value});
@@ -470,7 +470,7 @@ const rack::MessageInfo& need_message(std::uint32_t class_id, std::string_view n
         names.push_back(base::lower(message.name));
   const std::string of_class(tims::class_name(class_id));
   throw usage_error(
-      fmt::format("{}{}\"{}\" is no message", of_class, of_class.empty() ? "" : ": ", name),
+      fmt::format("{}{}\"{}\" is not a message", of_class, of_class.empty() ? "" : ": ", name),
       nearest_hint(base::lower(name), names, fmt::format("timsctl msg types {}", of_class)));
 }
 

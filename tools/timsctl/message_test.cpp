@@ -234,9 +234,9 @@ TEST(MessageFields, Filters) {
 }
 
 TEST(MessageFields, FiltersAreRefusedWithWhatIsMeant) {
-  EXPECT_THAT(refusal([] { FieldFilter("vx"); }), HasSubstr("\"vx\" is no condition"));
-  EXPECT_THAT(refusal([] { FieldFilter("vx=<1"); }), HasSubstr("is no condition"));
-  EXPECT_THAT(refusal([] { FieldFilter(">1"); }), HasSubstr("is no condition"));
+  EXPECT_THAT(refusal([] { FieldFilter("vx"); }), HasSubstr("\"vx\" is not a condition"));
+  EXPECT_THAT(refusal([] { FieldFilter("vx=<1"); }), HasSubstr("is not a condition"));
+  EXPECT_THAT(refusal([] { FieldFilter(">1"); }), HasSubstr("is not a condition"));
   const rack::Schema& data = *rack::find_message(kChassis, "data")->body;
   EXPECT_EQ(refusal([&] { FieldFilter("vx>1,priority>3,src=Chassis/0/0").check(data); }),
             "accepted");
@@ -265,11 +265,11 @@ TEST(MessageFields, BodiesAreRefusedWithWhatIsMeant) {
   EXPECT_EQ(refusal([] { made({"vx=fast"}); }),
             "vx=fast: expected a number in mm/s -> timsctl msg show Chassis move");
   EXPECT_EQ(refusal([] { made({"activePilot=Pilt/0/1"}, "set_active_pilot"); }),
-            "\"Pilt/0/1\" is no address -> did you mean Pilot/0/1?");
+            "\"Pilt/0/1\" is not an address -> did you mean Pilot/0/1?");
   EXPECT_EQ(refusal([] { made({"vx=1"}, "get_parameter"); }),
             "get_parameter has no fields -> timsctl msg show Chassis get_parameter");
   EXPECT_EQ(refusal([] { made({}, "moove"); }),
-            "Chassis: \"moove\" is no message -> did you mean move?");
+            "Chassis: \"moove\" is not a message -> did you mean move?");
 }
 
 }  // namespace message_test

@@ -1,4 +1,4 @@
-// timsctl msg: messages as they come, and sent by name.
+// timsctl msg: prints received messages, and sends messages by name.
 #include <cerrno>
 #include <fstream>
 #include <iostream>
@@ -23,7 +23,7 @@
 namespace timsctl {
 namespace {
 
-// Of a body, and of a sequence in it; all with -o wide, or into a pipe.
+// Limits for a body and a sequence on a terminal; there are none with -o wide or in a pipe.
 constexpr std::size_t kTerminalBytes = 256;
 constexpr std::size_t kTerminalElements = 3;
 
@@ -64,19 +64,19 @@ class Echo {
       if (components.size() == 1 && asking && tims::os::now() > patience)
         throw Failure(Exit::kTimeout, "timeout",
                       name_of(components.front()) + " does not answer GET_CONT_DATA",
-                      "is its owner busy? `timsctl mbx show ADDR` shows what waits");
+                      "is its owner busy? `timsctl mbx show ADDR` shows its waiting messages");
     }
     return end();
   }
 
   Exit listen() {
-    context_.out.note(name_of(connection_.address()) + " is registered, Ctrl-C ends");
+    context_.out.note(name_of(connection_.address()) + " is registered; stop with Ctrl-C");
     while (left_ > 0) {
       const auto message = receive(connection_, context_.signals, end_);
       if (!message) break;
       tell(*message);
       missed_.note(connection_, context_.out);
-      // Who sends a command waits for an answer; this one is of nobody who can carry it out.
+      // The sender of a command waits for an answer; this program cannot execute commands.
       if (message->header.type > 0)
         (void)connection_.send({.dest = message->header.src,
                                 .type = tims::type::kError,
@@ -112,8 +112,8 @@ class Echo {
     context_.out.write(describe(message, now, style));
   }
 
-  // What does not come says why. Alone and without -n or --for, an address that nobody has is an
-  // error at once; later it may come back.
+  // Reports why data is missing. At the start, a single address without -n or --for that is not
+  // registered is an error; later it may return.
   void note_changes(const Subscriptions& subscriptions) {
     const auto& all = subscriptions.all();
     states_.resize(all.size(), Subscription::State::kAsking);
@@ -127,11 +127,11 @@ class Echo {
         throw no_such_mailbox(who);
       if (state == Subscription::State::kOff && first && all.size() == 1)
         throw Failure(Exit::kNo, "component_off",
-                      who + " gives no data: it answers ERROR, as a component does that is off",
+                      who + " sends no data: it answers ERROR, like a component that is off",
                       fmt::format("timsctl msg pub {} on", all[i].component().to_hex()));
       if (state == Subscription::State::kNoMailbox)
-        context_.out.note(who + " is not there, waiting");
-      if (state == Subscription::State::kOff) context_.out.note(who + " is off, waiting");
+        context_.out.note(who + " is not registered; waiting");
+      if (state == Subscription::State::kOff) context_.out.note(who + " is off; waiting");
       if (state == Subscription::State::kRunning)
         context_.out.detail(
             fmt::format("{} sends every {} ms", who, all[i].granted_ms().value_or(0)));
@@ -217,19 +217,19 @@ PubArguments read_arguments(const Options& options) {
     else if (out.type.empty())
       out.type = word;
     else
-      throw usage_error(fmt::format("msg pub: \"{}\" is one word too many", word),
+      throw usage_error(fmt::format("msg pub: unexpected argument \"{}\"", word),
                         "fields are FIELD=VALUE, such as vx=200");
   }
   const int bodies = int{!out.file.empty()} + int{!options.hex.empty()} + int{!out.fields.empty()};
   if (bodies > 1) throw usage_error("msg pub: only one of --hex, a file and FIELD=VALUE");
   if (!out.fields.empty() && out.type.empty())
-    throw usage_error("msg pub: which TYPE has these fields?",
-                      "its name behind ADDR, such as move; `timsctl msg types` shows all");
+    throw usage_error("msg pub: TYPE is missing for these fields",
+                      "give its name after ADDR, such as move; `timsctl msg types` shows all");
   return out;
 }
 
-// The body of a message that is called by its name: all fields that are not given are as in its
-// struct. A bare number says nothing of the body.
+// The body of a message given by name; omitted fields keep the defaults of the struct. A type given
+// as a number does not define a body.
 std::vector<std::byte> body_of(const PubArguments& arguments, std::uint32_t class_id,
                                const FieldStyle& style) {
   if (arguments.fields.empty() && parse_type(arguments.type)) return {};
@@ -257,8 +257,8 @@ std::vector<Draft> load_drafts(const PubArguments& arguments, const Options& opt
   }
   if (drafts.empty()) {
     if (!type)
-      throw usage_error("msg pub: which TYPE?",
-                        "a number or a name such as get_status, behind ADDR");
+      throw usage_error("msg pub: TYPE is missing",
+                        "give a number or a name such as get_status after ADDR");
     drafts.push_back(std::move(plain));
   }
   for (Draft& draft : drafts) {
@@ -274,7 +274,8 @@ void confirm(const Context& context, tims::Address target, const tims::AddressWi
   std::string answer;
   std::getline(std::cin, answer);
   if (answer != "y" && answer != "Y" && answer != "yes")
-    throw Failure(Exit::kDenied, "not_confirmed", "nothing was sent", "-y sends without asking");
+    throw Failure(Exit::kDenied, "not_confirmed", "nothing was sent",
+                  "use -y to send without confirmation");
 }
 
 class Publisher {
@@ -286,7 +287,7 @@ class Publisher {
         target_name_(target.to_string(connection.widths())),
         connection_(connection) {}
 
-  // Data to nobody would be dropped without a word to the sender.
+  // Data to an unregistered address would be dropped without an answer.
   void check_route(std::int8_t type) {
     AdminClient admin = context_.admin(connection_);
     json::object route;
@@ -294,7 +295,8 @@ class Publisher {
       route = admin.ask({{"ask", "route"}, {"to", target_.to_hex()}, {"type", type}});
     } catch (const Failure& failure) {
       if (failure.exit != Exit::kTimeout) throw;
-      return context_.out.detail(failure.message);  // an original router: nobody to ask
+      return context_.out.detail(
+          failure.message);  // an original router does not support this request
     }
     if (text_at(route, "verdict") == "no_route") throw no_such_mailbox(target_name_);
   }
@@ -313,7 +315,7 @@ class Publisher {
     bytes_ += draft.body.size();
   }
 
-  // Again and again, as --rate says.
+  // Sends repeatedly, with --rate.
   void send_all(const std::vector<Draft>& drafts) {
     const Options& options = context_.options;
     const bool repeats = options.rate_hz.has_value();
@@ -346,7 +348,7 @@ class Publisher {
       return failed ? Exit::kNo : Exit::kDone;
     }
     throw Failure(Exit::kTimeout, "timeout", target_name_ + " did not answer within the timeout",
-                  "a longer --timeout, or --no-wait");
+                  "use a longer --timeout, or --no-wait");
   }
 
   void report(const Message* answer) {

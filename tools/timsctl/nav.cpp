@@ -1,4 +1,4 @@
-// timsctl nav where, path, map: where a robot is, which way it takes, what it knows of the place.
+// timsctl nav where, path, map: the pose of a robot, its path, its maps.
 #include <cmath>
 #include <filesystem>
 
@@ -66,7 +66,7 @@ class Where {
   }
 
  private:
-  // Only a position that was told where its origin lies knows.
+  // Known only if the geographic position of the origin was configured.
   void add_earth(json::object& answer, const rack::PositionData& data) {
     if (!knows_earth(robot_.client().parameters(position_))) return;
     const Message said = robot_.client().ask(position_, rack::PositionType::kPosToWgs84, data);
@@ -123,10 +123,10 @@ std::string where_text(const json::object& answer, const Look& look) {
                                    number("longitude_deg")));
     line("Deviation", fmt::format("{:.2f} m, {:.2f} m, {:.1f} deg", number("deviation.x_m"),
                                   number("deviation.y_m"), number("deviation.heading_deg")));
-    line("Said by", fmt::format("{}, {} ago", text_at(answer, "position.name"),
-                                base::human_duration(std::max(0.0, number("age_s")))));
+    line("Source", fmt::format("{}, {} ago", text_at(answer, "position.name"),
+                               base::human_duration(std::max(0.0, number("age_s")))));
   } else {
-    line("Place", fmt::format("not known: {} is {}", text_at(answer, "position.name"),
+    line("Place", fmt::format("unknown: {} is {}", text_at(answer, "position.name"),
                               text_at(answer, "state")));
   }
   if (at_path(answer, "localisation") != nullptr) {
@@ -167,7 +167,7 @@ constexpr Column kSplines[] = {
     {"HEADING", "heading"}, {"CORRIDOR", "corridor", Cell::kText, true},
 };
 
-// Numbers for programs, and words for the table.
+// Numbers for programs, and texts for the table.
 json::object spline_json(const rack::PolarSpline& spline, std::size_t number) {
   const bool line = spline.radius == 0;
   const bool back = spline.length < 0;
@@ -239,7 +239,7 @@ Exit nav_path(Context& context) {
   if (context.options.plot.empty()) return shown;
   rack::plot::Picture picture = picture_of(robot);
   if (!data.splines.empty())
-    picture.tracks.push_back(rack::plot::track_of(splines_of(data), "path"));
+    picture.trajectories.push_back(rack::plot::trajectory_of(splines_of(data), "path"));
   write_picture(context.options.plot, picture);
   return shown;
 }
@@ -255,7 +255,7 @@ constexpr Column kMaps[] = {
     {"CHANGE", "change", Cell::kText, true},
 };
 
-// Who takes a map, and how.
+// A component that uses a map, and how it loads one.
 struct MapUser {
   tims::Address component;
   bool loads = false;  // LOAD_MAP, at once; else its parameter, at the next ON
@@ -293,7 +293,8 @@ json::object user_json(NavRobot& robot, const MapUser& user) {
 
 void need_users(const NavRobot& robot, const std::vector<MapUser>& users) {
   if (users.empty())
-    throw Failure(Exit::kNoSuch, "no_component", robot.title() + " has nothing that uses a map",
+    throw Failure(Exit::kNoSuch, "no_component",
+                  robot.title() + " has no component that uses a map",
                   "start MonteCarloLocalisation, GridMap or PathRDDF");
 }
 
@@ -307,20 +308,20 @@ Exit map_show(Context& context, NavRobot& robot) {
     rack::plot::Picture picture = picture_of(robot);
     if (!picture.map)
       context.out.note(robot.title() +
-                       "'s map cannot be seen from here: no GridMap or FeatureMap is "
+                       " uses a map that is not available here: no GridMap or FeatureMap is "
                        "on, and the file is on another host");
     write_picture(context.options.plot, picture);
   }
   return shown;
 }
 
-// Where this file is here, programs of this host, whatever their folders are, find it as well.
+// A local file is passed as an absolute path, so that programs in other folders find it.
 std::string whole_path(const std::string& file) {
   std::error_code error;
   return std::filesystem::exists(file, error) ? std::filesystem::absolute(file).string() : file;
 }
 
-// Nothing: it took it.
+// Empty on success, else the reason.
 std::optional<std::string> give_map(NavRobot& robot, const MapUser& user, const std::string& file) {
   if (user.loads) {
     // FeatureMap's has the same number.
@@ -333,7 +334,7 @@ std::optional<std::string> give_map(NavRobot& robot, const MapUser& user, const 
   rack::Parameter& parameter = wish.parameters.emplace_back();
   (void)parameter.name.assign("mapFile");
   parameter.type = rack::Parameter::kString;
-  if (!parameter.valueString.assign(file)) return "its parameter takes 79 bytes";
+  if (!parameter.valueString.assign(file)) return "the path exceeds the 79 bytes of its parameter";
   const Message answer = robot.client().ask(user.component, tims::type::kSetParam, wish);
   if (answer.header.type == tims::type::kOk) return std::nullopt;
   return std::string(rack::reason_of(answer.body));
@@ -344,7 +345,7 @@ Exit map_load(Context& context, NavRobot& robot, const std::string& given) {
   need_users(robot, users);
   const std::string file = whole_path(given);
   if (file.size() >= decltype(rack::FileName::name)::kMax)
-    throw usage_error(file + ": longer than the 126 bytes that LOAD_MAP takes");
+    throw usage_error(file + ": exceeds the 126 bytes of LOAD_MAP");
   const bool is_plan = !file.ends_with(".yaml") && !file.ends_with(".yml");
   Exit exit = Exit::kDone;
   json::array items;
@@ -353,17 +354,17 @@ Exit map_load(Context& context, NavRobot& robot, const std::string& given) {
     json::object item = user_json(robot, user);
     if (text_of(user.parameters, "mapFile")->empty() &&
         robot.linked(user.parameters, "gridMap", id::kGridMap)) {
-      item["result"] = "left out: it uses another one's";
+      item["result"] = "skipped: it uses the map of another component";
     } else if (user.plans_only && !is_plan) {
-      item["result"] = "left out: it takes floor plans only";
+      item["result"] = "skipped: it accepts only floor plans";
     } else if (const auto why = give_map(robot, user, file)) {
       exit = Exit::kNo;
       item["result"] = "refused";
       item["why"] = *why;
-      context.out.note(who + " says no" + (why->empty() ? "" : ": " + *why));
+      context.out.note(who + " refuses the map" + (why->empty() ? "" : ": " + *why));
     } else {
       const bool later = !user.loads && text_at(item, "state") == "on";
-      item["result"] = later ? "at the next ON" : "taken";
+      item["result"] = later ? "at the next ON" : "loaded";
       item["map"] = file;
       if (later)
         context.out.note(fmt::format("{0}: `timsctl component off {0}`, then on",
@@ -383,7 +384,7 @@ Exit nav_map(Context& context) {
   const std::string what = arguments.empty() ? "show" : arguments.front();
   const bool loads = what == "load" && arguments.size() == 2;
   if (!loads && (what != "show" || arguments.size() > 1))
-    throw usage_error("nav map: show, or load FILE");
+    throw usage_error("nav map: expected show or load FILE");
   NavRobot robot(context);
   return loads ? map_load(context, robot, arguments[1]) : map_show(context, robot);
 }

@@ -1,4 +1,4 @@
-// timsctl nav goto: sends a robot to a place, and looks on until it is there.
+// timsctl nav goto: sends a robot to a position and monitors it until it arrives.
 #include <algorithm>
 #include <cmath>
 
@@ -23,10 +23,11 @@ namespace {
 namespace id = tims::class_id;
 
 constexpr tims::Duration kLookEvery = 200ms;
-constexpr tims::Duration kTellEvery = 1s;  // where lines stay
+constexpr tims::Duration kTellEvery =
+    1s;  // interval of progress lines if they cannot be overwritten
 constexpr tims::Duration kPatience = 30s;
 constexpr tims::Duration kNavGotoStopPatience = 5s;
-constexpr double kFar = 2e6;  // m: more are no millimetres of a message
+constexpr double kFar = 2e6;  // m; larger values exceed the range of a message in mm
 
 struct Goal {
   double x = 0;  // m, or degrees north with --gps
@@ -37,7 +38,7 @@ struct Goal {
 double number(const std::string& text, std::string_view what, double most) {
   const auto value = base::parse_number<double>(text);
   if (!value || !(std::abs(*value) <= most))
-    throw usage_error(fmt::format("nav goto: \"{}\" is no {}", text, what),
+    throw usage_error(fmt::format("nav goto: \"{}\" is not a {}", text, what),
                       "timsctl nav goto X Y [HEADING], in m and degrees");
   return *value;
 }
@@ -70,14 +71,15 @@ class Drive {
                     "start PilotPath and PathRDDF: docs/operating.md, \"Send a robot to a place\"");
   }
 
-  // Everything on that it needs, and no other pilot.
+  // Turns on everything that is needed, and turns off the pilot that was driving.
   void prepare() {
     localise();
     robot_.need_on(*chassis_);
     release_other_pilot();
     const rack::ChassisSetActivePilotData wish{pilot_};
     need_ok(robot_.client().ask(*chassis_, rack::ChassisType::kSetActivePilot, wish),
-            robot_.name(*chassis_) + " does not obey " + robot_.name(pilot_), "is it on?");
+            robot_.name(*chassis_) + " does not accept the pilot " + robot_.name(pilot_),
+            "is it on?");
     robot_.need_on(pilot_);
     const Message hull = robot_.client().ask(*chassis_, rack::ChassisType::kGetParameter);
     if (hull.header.type == rack::ChassisType::kParameter)
@@ -92,14 +94,14 @@ class Drive {
       if (!knows_earth(robot_.client().parameters(*position_)))
         throw Failure(
             Exit::kNo, "no_origin",
-            robot_.name(*position_) + " does not know where on Earth its origin lies",
-            "its parameters positionReference and offsetNorthing ...; or autoOffset, and a "
-            "receiver for satellites");
+            robot_.name(*position_) + " does not know the geographic position of its origin",
+            "set its parameters positionReference and offsetNorthing ..., or autoOffset with a "
+            "satellite receiver");
       const rack::PositionWgs84Data wish{rack::radians(goal.x), rack::radians(goal.y), 0, 0};
       const Message answer = robot_.client().ask(*position_, rack::PositionType::kWgs84ToPos, wish);
       if (answer.header.type != rack::PositionType::kPos)
-        need_ok(answer, robot_.name(*position_) + " does not know where on Earth this is",
-                "its parameters positionReference, offset..., autoOffset");
+        need_ok(answer, robot_.name(*position_) + " cannot convert the geographic position",
+                "check its parameters positionReference, offset..., autoOffset");
       at = value_or_fail(rack::decode<rack::PositionData>(answer.view()), robot_.name(*position_));
     } else {
       at.pos.x = rack::whole_millimetres(goal.x * 1000);
@@ -108,7 +110,7 @@ class Drive {
     rack::PilotDestData wish;
     wish.pos.x = at.pos.x;
     wish.pos.y = at.pos.y;
-    // Without a heading it arrives as it comes from here.
+    // Without a heading, the direction from the present position is used.
     const auto here = robot_.data<rack::PositionData>(*position_);
     const double towards =
         here ? std::atan2(at.pos.y.si() - here->pos.y.si(), at.pos.x.si() - here->pos.x.si()) : 0;
@@ -119,8 +121,8 @@ class Drive {
 
   void send(const rack::PilotDestData& wish) {
     need_ok(robot_.client().ask(pilot_, rack::PilotType::kSetDestination, wish, 10s),
-            fmt::format("{} has no way to {}", robot_.name(pilot_), goal_text()),
-            "is the place free, and on the map? `timsctl nav map show --plot FILE`");
+            fmt::format("{} finds no path to {}", robot_.name(pilot_), goal_text()),
+            "is the position free, and on the map? `timsctl nav map show --plot FILE`");
   }
 
   Exit follow() {
@@ -132,7 +134,7 @@ class Drive {
       throw;
     } catch (const Failure& failure) {
       if (failure.exit == Exit::kTimeout)
-        context_.out.note("the robot may be driving still: `timsctl component off " +
+        context_.out.note("the robot may still be driving: `timsctl component off " +
                           robot_.plain_name(pilot_) + "` stops it");
       throw;
     }
@@ -144,12 +146,12 @@ class Drive {
   }
 
  private:
-  // As well as it can be; without it the odometry has to do.
+  // Localisation is optional: without it, the odometry alone is used.
   void localise() {
     const auto mcl = robot_.first(id::kMcl);
     if (!mcl || robot_.is_on(*mcl)) return;
     if (const auto why = robot_.turn_on(*mcl))
-      context_.out.note(fmt::format("{} stays off, the odometry alone says where it is{}",
+      context_.out.note(fmt::format("{} remains off; only the odometry determines the position{}",
                                     robot_.name(*mcl), why->empty() ? "" : ": " + *why));
   }
 
@@ -166,13 +168,13 @@ class Drive {
   void hold(bool on) {
     const rack::PilotHoldData wish{.holdState = on ? 1 : 0, .holdTime = 0, .pos = {}};
     need_ok(robot_.client().ask(pilot_, rack::PilotType::kHoldCommand, wish),
-            robot_.name(pilot_) + (on ? " does not hold" : " holds on"), "is it on?");
+            robot_.name(pilot_) + (on ? " does not stop" : " does not continue"), "is it on?");
   }
 
   rack::PilotStatusData status() {
     const Message answer = robot_.client().ask(pilot_, rack::PilotType::kGetStatus);
     if (answer.header.type != rack::PilotType::kStatus)
-      need_ok(answer, robot_.name(pilot_) + " does not say how it is", "is it a PilotPath?");
+      need_ok(answer, robot_.name(pilot_) + " does not report its status", "is it a PilotPath?");
     return value_or_fail(rack::decode<rack::PilotStatusData>(answer.view()), robot_.name(pilot_));
   }
 
@@ -196,7 +198,7 @@ class Drive {
         throw Failure(Exit::kTimeout, "timeout",
                       fmt::format("{} is not at {} yet: {:.2f} m to go", robot_.title(),
                                   goal_text(), rest_m(seen)),
-                      "more time by --for");
+                      "use a longer --for");
       }
     }
   }
@@ -236,11 +238,11 @@ class Drive {
 
   std::string what_is_ahead(DriveState state) {
     if (state == DriveState::kSilent) return robot_.name(pilot_) + " is " + robot_.state(pilot_);
-    if (!scan_) return "it holds";
+    if (!scan_) return "the pilot is stopped";
     const auto scan = robot_.data<rack::Scan2dData>(*scan_);
     if (!scan) return robot_.name(*scan_) + " has no scan";
     const auto ahead = free_ahead(*scan, hull_);
-    return ahead ? fmt::format("something is {:.2f} m ahead", *ahead) : "the lane ahead is free";
+    return ahead ? fmt::format("an obstacle is {:.2f} m ahead", *ahead) : "the lane ahead is free";
   }
 
   Exit finish(DriveState state, const rack::PilotStatusData& status, double seconds) {
@@ -253,22 +255,23 @@ class Drive {
                               {"beside_m", beside},
                               {"seconds", seconds}};
       context_.out.write(done, [&] {
-        return fmt::format("arrived at {}, heading {:.1f} deg, {:.2f} m beside, after {:.1f} s\n",
-                           place_text(metres(status.pos.x), metres(status.pos.y)),
-                           rack::degrees(static_cast<double>(status.pos.rho)), beside, seconds);
+        return fmt::format(
+            "arrived at {}, heading {:.1f} deg, position error {:.2f} m, after {:.1f} s\n",
+            place_text(metres(status.pos.x), metres(status.pos.y)),
+            rack::degrees(static_cast<double>(status.pos.rho)), beside, seconds);
       });
       return Exit::kDone;
     }
     const std::string code(name(state));
     if (state == DriveState::kNoWay)
       throw Failure(Exit::kNo, code,
-                    fmt::format("{} found no way to {}", robot_.name(path_), goal_text()),
-                    fmt::format("`timsctl log show -c {}` has its words; what is free: `timsctl "
-                                "nav map show --plot FILE`",
+                    fmt::format("{} found no path to {}", robot_.name(path_), goal_text()),
+                    fmt::format("`timsctl log show -c {}` has its messages; `timsctl nav map show "
+                                "--plot FILE` draws the free space",
                                 robot_.plain_name(path_)));
     if (state == DriveState::kDropped)
-      throw Failure(Exit::kNo, code, robot_.name(pilot_) + " has no destination any more",
-                    "it was turned off and on, or somebody has sent the robot elsewhere");
+      throw Failure(Exit::kNo, code, robot_.name(pilot_) + " no longer has a destination",
+                    "it was turned off and on, or another program has sent the robot elsewhere");
     const std::string why = what_is_ahead(DriveState::kStanding);
     stop();
     if (state == DriveState::kAstray)
@@ -277,22 +280,22 @@ class Drive {
                                 rest_m(status)),
                     "`timsctl nav where`, then send it again");
     throw Failure(Exit::kNo, code,
-                  fmt::format("{} does not get further, {:.2f} m before the end: {}",
-                              robot_.title(), rest_m(status), why),
-                  "make way and send it again; --patience says how long to wait");
+                  fmt::format("{} is blocked {:.2f} m before the end: {}", robot_.title(),
+                              rest_m(status), why),
+                  "clear the path and send it again; --patience sets the longest standstill");
   }
 
-  // Whatever happens, it says how the robot is left.
+  // In any case, the final state of the robot is reported.
   void stop() {
     end_line();
     try {
       hold(true);
     } catch (const Failure&) {
-      // Who does not hold may still be turned off.
+      // A pilot that does not stop may still be turned off.
       const Message answer = robot_.client().ask(pilot_, tims::type::kOff);
       need_ok(answer,
-              "the robot may be driving: " + robot_.name(pilot_) + " neither holds nor ends",
-              "use its emergency stop");
+              "the robot may be driving: " + robot_.name(pilot_) + " neither stops nor turns off",
+              "use the emergency stop");
       return context_.out.note(robot_.name(pilot_) + " is off, the robot stops");
     }
     const tims::Time deadline = tims::os::deadline_after(kNavGotoStopPatience);
@@ -302,8 +305,8 @@ class Drive {
       stands = data && std::abs(static_cast<double>(data->vx)) < 1;
       if (!stands) context_.signals.sleep_until(tims::os::deadline_after(kLookEvery / 4));
     }
-    context_.out.note(fmt::format("{}: {} holds; `timsctl nav goto` sends it on",
-                                  stands ? "the robot stands" : "the robot is braking",
+    context_.out.note(fmt::format("{}: {} is stopped; `timsctl nav goto` continues",
+                                  stands ? "the robot stands still" : "the robot is braking",
                                   robot_.name(pilot_)));
   }
 

@@ -30,10 +30,10 @@ bool is_map(const std::string& file) {
   return file.ends_with(".yaml") || file.ends_with(".yml") || file.ends_with(".dxf");
 }
 
-// The form is said before anything is asked or read for the picture.
+// Checks the form before any request or file access.
 void check_form(const std::string& file) {
   if (!file.ends_with(".svg") && !file.ends_with(".png"))
-    throw usage_error(fmt::format("{}: a picture is .svg or .png", file));
+    throw usage_error(fmt::format("{}: a picture must be .svg or .png", file));
 }
 
 template <typename T>
@@ -49,7 +49,7 @@ void write_text(const std::string& file, const std::string& text) {
     throw Failure(Exit::kDenied, "not_written", written.error().detail());
 }
 
-// As its component reads it.
+// Reads the file like the component does.
 std::optional<GridMap> map_from_file(const rack::ParameterList& parameters) {
   const auto file = text_of(parameters, "mapFile");
   std::error_code error;
@@ -68,7 +68,7 @@ void write_picture(const std::string& file, const Picture& picture) {
   check_form(file);
   if (picture.empty())
     throw Failure(Exit::kNo, "nothing_to_draw", file + ": there is nothing to draw",
-                  "is something on? `timsctl nav where`");
+                  "are the components on? `timsctl nav where`");
   const std::string svg = rack::plot::draw(picture);
   if (file.ends_with(".svg")) return write_text(file, svg);
   try {
@@ -76,7 +76,7 @@ void write_picture(const std::string& file, const Picture& picture) {
   } catch (const Failure& failure) {
     throw Failure(Exit::kDenied, "not_written",
                   fmt::format("{}: rsvg-convert: {}", file, failure.message),
-                  "is it installed (apt install librsvg2-bin)? .svg needs nothing");
+                  "is it installed (apt install librsvg2-bin)? .svg does not need it");
   }
 }
 
@@ -124,18 +124,19 @@ Exit nav_plot(Context& context) {
     if (auto added = rack::plot::add_file(text, name, picture); !added)
       throw Failure(Exit::kNo, "bad_file", file + ": " + added.error().detail());
   }
-  if (picture.series.empty()) picture.series = rack::plot::errors_of(picture.tracks);
+  if (picture.series.empty()) picture.series = rack::plot::errors_of(picture.trajectories);
   write_picture(arguments[0], picture);
-  json::array tracks;
-  for (const auto& track : picture.tracks)
-    tracks.push_back(json::object{{"name", track.name}, {"points", track.points.size()}});
+  json::array trajectories;
+  for (const auto& trajectory : picture.trajectories)
+    trajectories.push_back(
+        json::object{{"name", trajectory.name}, {"points", trajectory.points.size()}});
   const json::object answer{{"schema", "tims/nav_plot/1"},
                             {"picture", arguments[0]},
-                            {"tracks", tracks},
+                            {"tracks", trajectories},
                             {"diagrams", picture.series.size()}};
   if (context.out.json()) context.out.write(answer);
-  context.out.note(fmt::format("{}: {} tracks, {} curves over time", arguments[0],
-                               picture.tracks.size(), picture.series.size()));
+  context.out.note(fmt::format("{}: {} trajectories, {} curves over time", arguments[0],
+                               picture.trajectories.size(), picture.series.size()));
   return Exit::kDone;
 }
 

@@ -1,4 +1,4 @@
-// Pictures for `timsctl nav`: what there is to draw, and into which file.
+// Pictures for `timsctl nav`.
 #pragma once
 
 #include <optional>
@@ -9,14 +9,14 @@
 
 namespace timsctl {
 
-// As .svg, or by rsvg-convert as .png. Throws Failure.
+// Writes .svg, or .png with rsvg-convert. Throws Failure.
 void write_picture(const std::string& file, const rack::plot::Picture& picture);
 
-// The map that a robot uses: from the file it has it from, when that is here, else as its GridMap
-// or FeatureMap sends it. Nothing: it has none, or it cannot be seen from here.
+// The map of a robot: from its file if that is on this host, else from its GridMap or FeatureMap.
+// Empty if there is no map or it is not available here.
 std::optional<rack::localisation::GridMap> map_of(NavRobot& robot);
 
-// The map, where the robot is and the samples of its localisation.
+// The map, the pose of the robot and the samples of its localisation.
 rack::plot::Picture picture_of(NavRobot& robot);
 
 }  // namespace timsctl

@@ -15,12 +15,13 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr double kSpreadMax = 0.5;  // m: with more of it MonteCarloLocalisation tells nothing
+constexpr double kSpreadMax = 0.5;  // m; above it MonteCarloLocalisation publishes no position
 constexpr double kApartMax = 0.5;   // m
 constexpr double kAgeMax = 2;       // s
-constexpr double kAhead = -0.5;     // s: clocks of hosts are not better than this
+constexpr double kAhead = -0.5;     // s; tolerance for unsynchronised clocks
 constexpr tims::Duration kSilence = 2s;
-constexpr double kTurned = 0.015;  // rad between two looks: more than a localiser corrects at rest
+constexpr double kTurned =
+    0.015;  // rad between two reports; more than corrections of localisation at rest
 
 MissingPart localiser_missing(const WhereFacts& facts) {
   if (facts.mcl.empty())
@@ -33,7 +34,7 @@ MissingPart localiser_missing(const WhereFacts& facts) {
     return {fmt::format("{} is {}", facts.mcl, facts.mcl_state),
             fmt::format("`timsctl component on {}`", facts.mcl)};
   return {
-      fmt::format("{} does not tell the position where it is", facts.mcl),
+      fmt::format("{} does not send its pose to the position component", facts.mcl),
       fmt::format("`timsctl component param set {} positionInst 0`, then off and on", facts.mcl)};
 }
 
@@ -63,25 +64,27 @@ std::vector<MissingPart> missing(const WhereFacts& facts) {
     found.push_back({fmt::format("{} is {}", facts.position, facts.position_state),
                      fmt::format("`timsctl component on {}`", facts.position)});
   const bool localises = !facts.mcl.empty() && facts.mcl_state == "on" && facts.mcl_tells;
-  // Outdoors a receiver for satellites does.
+  // Outdoors a satellite receiver is sufficient.
   if (!localises && !(facts.mcl.empty() && facts.has_gps))
     found.push_back(localiser_missing(facts));
   const bool unsure = localises && facts.samples && facts.samples->spread_m > kSpreadMax;
   if (unsure)
-    found.push_back({fmt::format("{} is not sure yet: its samples are {:.1f} m apart", facts.mcl,
-                                 facts.samples->spread_m),
-                     "let it drive some metres (PilotJoystick, PilotWallFollowing), or say where "
-                     "it starts: startX, startY, startRho"});
+    found.push_back(
+        {fmt::format("{} has not converged: its samples are spread over {:.1f} m", facts.mcl,
+                     facts.samples->spread_m),
+         "drive some metres (PilotJoystick, PilotWallFollowing), or set the start pose: "
+         "startX, startY, startRho"});
   if (localises && !unsure && facts.apart_m && *facts.apart_m > kApartMax)
     found.push_back(
         {fmt::format("{} and {} are {:.1f} m apart", facts.position, facts.mcl, *facts.apart_m),
-         "does the map fit? `timsctl nav map show --plot FILE`"});
+         "does the map match? `timsctl nav map show --plot FILE`"});
   if (facts.age_s && *facts.age_s > kAgeMax)
     found.push_back({fmt::format("the newest data are {:.1f} s old", *facts.age_s),
-                     "does its odometry run? `timsctl component list`"});
+                     "is its odometry on? `timsctl component list`"});
   if (facts.age_s && *facts.age_s < kAhead)
-    found.push_back({fmt::format("its clock is {:.1f} s ahead of this host's", -*facts.age_s),
-                     "`timsctl clock` compares those of all routers"});
+    found.push_back(
+        {fmt::format("its clock is {:.1f} s ahead of the clock of this host", -*facts.age_s),
+         "`timsctl clock` compares the clocks of all routers"});
   return found;
 }
 
@@ -114,7 +117,7 @@ DriveState DriveWatch::judge(const rack::PilotStatusData& status, tims::Time now
   switch (status.pilotState) {
     case rack::pilot_state::kIdle:
       if (status.distanceToDest == 0) return DriveState::kArrived;
-      // So it is for a moment when the pilot has just been turned on again.
+      // This state occurs briefly after the pilot was turned on again.
       if (!idle_since_) idle_since_ = now;
       return now - *idle_since_ >= kSilence ? DriveState::kDropped : DriveState::kPlanning;
     case rack::pilot_state::kPlanning:
@@ -141,7 +144,7 @@ std::optional<double> free_ahead(const rack::Scan2dData& scan, const rack::Chass
 }
 
 PathSummary summary_of(std::span<const rack::PolarSpline> splines) {
-  constexpr int kSteps = 50;  // of a spline, whose speed changes
+  constexpr int kSteps = 50;  // integration steps per spline; the speed is not constant
   PathSummary sum;
   for (const rack::PolarSpline& spline : splines) {
     sum.length_m += std::abs(spline.length.si());

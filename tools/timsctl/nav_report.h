@@ -1,4 +1,4 @@
-// What `timsctl nav` concludes from what components say. Pure.
+// Conclusions of `timsctl nav` from the data of components. Pure.
 #pragma once
 
 #include <optional>
@@ -15,7 +15,7 @@
 
 namespace timsctl {
 
-// --- where: what is missing, and what to do about it
+// --- where: findings and remedies
 
 struct Samples {
   std::size_t count = 0;
@@ -24,15 +24,15 @@ struct Samples {
 Samples samples_of(const rack::MclData& data);
 
 struct WhereFacts {
-  std::string position{};  // as timsctl takes it: "Position/1/0"
+  std::string position{};  // address in the form of timsctl: "Position/1/0"
   std::string position_state{};
-  std::string mcl{};  // empty: there is none
+  std::string mcl{};  // empty: there is no localisation
   std::string mcl_state{};
   bool mcl_has_map = false;
-  bool mcl_tells = false;  // the position where it is
+  bool mcl_tells = false;  // it sends its pose to the position component
   bool has_gps = false;
   std::optional<Samples> samples{};
-  std::optional<double> apart_m{};  // what the two say at the same time
+  std::optional<double> apart_m{};  // distance between both poses at the same time
   std::optional<double> age_s{};
 };
 
@@ -42,26 +42,27 @@ struct MissingPart {
 };
 std::vector<MissingPart> missing(const WhereFacts& facts);
 
-// --- goto: what has become of a drive
+// --- goto: the state of a drive
 
 enum class DriveState : std::uint8_t {
-  kPlanning,  // also: nothing is known yet
+  kPlanning,  // also before the first status
   kDriving,
   kTurning,   // at rest
-  kStanding,  // something is in its way, or it holds
-  kSilent,    // its pilot says nothing new
+  kStanding,  // an obstacle is ahead, or the pilot is stopped
+  kSilent,    // its pilot sends no new status
   kArrived,
   kNoWay,    // there is no plan
-  kAstray,   // it has left the corridor
-  kDropped,  // the pilot has no destination any more
-  kBlocked,  // it got no further for longer than one has patience
+  kAstray,   // the robot has left the corridor
+  kDropped,  // the pilot no longer has a destination
+  kBlocked,  // no progress for longer than `patience`
 };
 std::string_view name(DriveState state);
 constexpr bool is_end(DriveState state) { return state >= DriveState::kArrived; }
 
 class DriveWatch {
  public:
-  // `before`: of the pilot's status after it had taken the destination; older ones say nothing.
+  // `before`: the time of the status after the pilot accepted the destination; older ones are
+  // ignored.
   DriveWatch(rack::TimeStamp before, tims::Time now, tims::Duration patience)
       : newest_(before), changed_(now), moved_(now), patience_(patience) {}
 
@@ -71,17 +72,18 @@ class DriveWatch {
   DriveState judge(const rack::PilotStatusData& status, tims::Time now);
 
   rack::TimeStamp newest_;
-  tims::Time changed_;  // when the newest came
+  tims::Time changed_;  // arrival of the newest status
   tims::Time moved_;    // when it last drove
   tims::Duration patience_;
   std::optional<tims::Time> idle_since_;
-  double heading_ = 0;  // rad, of the newest
+  double heading_ = 0;  // rad, in the newest status
   bool turned_ = false;
   bool fresh_ = false;
   bool drove_ = false;
 };
 
-// m from the front of the hull to the nearest point in the lane ahead; nothing: it is free.
+// Distance in m from the front of the hull to the nearest point in the lane ahead; empty: it is
+// free.
 std::optional<double> free_ahead(const rack::Scan2dData& scan, const rack::ChassisParamData& hull);
 
 // --- path

@@ -66,7 +66,7 @@ NavRobot::NavRobot(Context& context, std::string wanted)
     }
   };
   add_all(admin.ask({{"ask", "mailboxes"}}));
-  // Somebody who names one may mean a neighbour.
+  // A named robot may be a neighbour.
   if (found_.empty() || !wanted.empty()) add_all(ask_everywhere(admin, {{"ask", "mailboxes"}}));
   choose(wanted, admin);
   for (auto& [class_id, list] : found_[system_]) std::ranges::sort(list);
@@ -81,17 +81,17 @@ void NavRobot::choose(const std::string& wanted, AdminClient& admin) {
     return;
   }
   if (found_.empty())
-    throw Failure(Exit::kNoSuch, "no_robot", "no component of a robot is there",
-                  "`timsctl up FILE` starts those of a robot");
+    throw Failure(Exit::kNoSuch, "no_robot", "no component of a robot is registered",
+                  "`timsctl up FILE` starts the components of a robot");
   if (wanted.empty())
-    throw usage_error("which robot? There are those of the systems " + known,
-                      "--robot N, or the name of its router");
+    throw usage_error("the robot is ambiguous; known systems: " + known,
+                      "use --robot with the system number or the name of the router");
   const auto number = base::parse_number<std::uint32_t>(wanted);
   system_ = number ? *number : find_router(admin, wanted).fields(client_.widths()).system;
   if (!found_.contains(system_))
     throw Failure(Exit::kNoSuch, "no_such_robot",
-                  fmt::format("{} has no components that drive", title()),
-                  "there are those of the systems " + known);
+                  fmt::format("{} has no components for driving", title()),
+                  "known systems: " + known);
 }
 
 const std::vector<tims::Address>& NavRobot::all(std::uint32_t class_id) const {
@@ -109,7 +109,7 @@ std::optional<tims::Address> NavRobot::first(std::uint32_t class_id) const {
 tims::Address NavRobot::need(std::uint32_t class_id, const std::string& program) const {
   if (const auto found = first(class_id)) return *found;
   throw Failure(Exit::kNoSuch, "no_component", fmt::format("{} has no {}", title(), program),
-                fmt::format("start {}, best by the robot's file (`timsctl up`)", program));
+                fmt::format("start {}, preferably with the robot file (`timsctl up`)", program));
 }
 
 std::string NavRobot::state(tims::Address component) {

@@ -1,4 +1,4 @@
-// timsctl ping, explain and trace: whether a message arrives, by which way, and how long it takes.
+// timsctl ping, explain and trace: whether a message arrives, its path, and how long it takes.
 
 #include <algorithm>
 #include <cmath>
@@ -20,18 +20,18 @@ namespace timsctl {
 
 namespace {
 
-// The way of a message from router to router, as each of them says it.
+// The path of a message from router to router, as reported by the routers.
 
 struct Step {
-  std::optional<tims::Address> router;  // nothing: that of the connection
+  std::optional<tims::Address> router;  // empty: the router of the connection
   std::string name;
-  json::object answer;  // to the question "route"
+  json::object answer;  // to the request "route"
 };
 
 struct Path {
   std::vector<Step> steps;
-  bool reached = false;                // the last one has the mailbox
-  std::optional<std::string> failure;  // a router on the way did not answer, or they go in circles
+  bool reached = false;                // the last router has the mailbox
+  std::optional<std::string> failure;  // a router did not answer, or there is a loop
 };
 
 bool has_it(const Step& step) {
@@ -39,7 +39,7 @@ bool has_it(const Step& step) {
   return verdict == "deliver" || verdict == "self";
 }
 
-// The router that has the mailbox itself: all routers of the fleet are asked. Nothing: none has it.
+// Asks all routers of the fleet which one has the mailbox. Empty: none has it.
 std::optional<Step> find_owner(const AdminClient& first, tims::Address mailbox) {
   const json::object fleet = walk_fleet(first);
   for (const json::object& item : objects(items_of(fleet))) {
@@ -49,14 +49,14 @@ std::optional<Step> find_owner(const AdminClient& first, tims::Address mailbox) 
     try {
       step.answer = first.at(router).ask({{"ask", "route"}, {"to", mailbox.to_hex()}});
     } catch (const Failure&) {
-      continue;  // gone meanwhile
+      continue;  // the router has disconnected
     }
     if (has_it(step)) return step;
   }
   return std::nullopt;
 }
 
-// Begins at the router that `first` asks.
+// Starts at the router of `first`.
 Path find_path(const AdminClient& first, std::optional<tims::Address> from, tims::Address to,
                std::int8_t type) {
   constexpr std::size_t kStepsMax = 20;
@@ -82,7 +82,7 @@ Path find_path(const AdminClient& first, std::optional<tims::Address> from, tims
     if (!forwards || !next) return path;
     at = next;
   }
-  path.failure = "the routers send it round in a loop";
+  path.failure = "there is a routing loop";
   return path;
 }
 
@@ -103,8 +103,8 @@ class Explainer {
     Conclusion conclusion;
     Path path;
     if (!source) {
-      conclusion = {false, fmt::format("nobody has registered the sender {}", name_of(src_)),
-                    "start the component that sends, then ask again"};
+      conclusion = {false, fmt::format("the sender {} is not registered", name_of(src_)),
+                    "start the sending component, then ask again"};
     } else {
       path = find_path(admin_.at(source->router), src_, dst_, type);
       conclusion = conclude(path);
@@ -116,7 +116,7 @@ class Explainer {
  private:
   std::string name_of(tims::Address address) { return address.to_string(admin_.widths()); }
 
-  // Where the sender is registered; that need not be where a message to it would go.
+  // Where the sender is registered; a message to it may be routed elsewhere.
   [[nodiscard]] std::optional<Step> find_source(std::int8_t type) {
     const Path path = find_path(admin_, {}, src_, type);
     if (path.reached) return path.steps.back();
@@ -124,7 +124,8 @@ class Explainer {
   }
 
   [[nodiscard]] Conclusion conclude(const Path& path) {
-    if (path.failure) return {false, *path.failure, "`timsctl router list` shows who answers"};
+    if (path.failure)
+      return {false, *path.failure, "`timsctl router list` shows which routers answer"};
     const Step& last = path.steps.back();
     if (path.reached) return at_mailbox(last);
     if (const auto broken = broken_link(path)) return *broken;
@@ -135,11 +136,12 @@ class Explainer {
                           last.name, name_of(dst_)),
               fmt::format("`timsctl route watch '{}'` there", name_of(dst_))};
     if (const auto owner = find_owner(admin_, dst_))
-      return {false,
-              fmt::format("{} is registered at {}, where no way leads: {} discards the message",
-                          name_of(dst_), owner->name, last.name),
-              fmt::format("`timsctl -r {} route add '{}' --via ...` over a link that leads there",
-                          last.name, name_of(dst_))};
+      return {
+          false,
+          fmt::format("{} is registered at {}, to which there is no route: {} discards the message",
+                      name_of(dst_), owner->name, last.name),
+          fmt::format("`timsctl -r {} route add '{}' --via ...` over a link that leads there",
+                      last.name, name_of(dst_))};
     std::string cause = fmt::format(
         "no router of the fleet has {} registered; {} discards the "
         "message",
@@ -147,11 +149,12 @@ class Explainer {
     const std::string away = routers_away();
     if (!away.empty())
       return {false, cause + "; it may be behind " + away,
-              "bring that router back: is its host up, and its network?"};
-    return {false, cause, "start the component; `timsctl route show -a` lists what there is"};
+              "restore that router: is its host up, and its network?"};
+    return {false, cause,
+            "start the component; `timsctl route show -a` lists all registered addresses"};
   }
 
-  // Programs of the original, behind TCP, have no name.
+  // Programs of the original RACK, connected by TCP, have no name.
   static std::string owner_of(const json::object& answer) {
     const std::string name = text_at(answer, "owner.name");
     if (!name.empty()) return name;
@@ -159,7 +162,7 @@ class Explainer {
     return peer.empty() ? "a client without a name" : "the client at " + peer;
   }
 
-  // The owner may not take what arrives.
+  // The owner may not read its messages.
   [[nodiscard]] Conclusion at_mailbox(const Step& last) {
     const json::object answer =
         admin_.at(last.router).ask({{"ask", "mailboxes"}, {"match", dst_.to_hex()}});
@@ -167,15 +170,15 @@ class Explainer {
       const double slots = number_or_zero(box, "slots");
       if (slots > 0 && number_or_zero(box, "waiting") >= slots)
         return {false,
-                fmt::format("the mailbox {} is full: its owner {} does not take its messages",
+                fmt::format("the mailbox {} is full: its owner {} does not read its messages",
                             name_of(dst_), owner_of(box)),
                 fmt::format("`timsctl -r {} mbx show '{}'`", last.name, name_of(dst_))};
     }
-    return {true, fmt::format("it arrives: {} hands it to {}", last.name, owner_of(last.answer)),
+    return {true, fmt::format("it arrives: {} delivers it to {}", last.name, owner_of(last.answer)),
             ""};
   }
 
-  // Routers of the fleet that were there and are not now.
+  // Routers of the fleet that are no longer reachable.
   [[nodiscard]] std::string routers_away() {
     const json::object fleet = walk_fleet(admin_);
     std::string names;
@@ -188,7 +191,7 @@ class Explainer {
     return names;
   }
 
-  // A link that is down although it should lead to the destination's system.
+  // A link to the system of the destination that is down.
   [[nodiscard]] std::optional<Conclusion> broken_link(const Path& path) {
     const double system = dst_.fields(admin_.widths()).system;
     for (const Step& step : path.steps) {
@@ -247,7 +250,7 @@ constexpr Column kHops[] = {
     {"TIME", "time"},
 };
 
-// A record, if the message is one.
+// The trace record in the message, if it contains one.
 std::optional<json::object> record_of(const Message& message) {
   if (message.header.type != tims::type::kHopRecord) return std::nullopt;
   return json_of(message);
@@ -255,8 +258,8 @@ std::optional<json::object> record_of(const Message& message) {
 
 }  // namespace
 
-// --- timsctl explain: why a message arrives, or does not. Walks from router to router as the
-// message would and asks each what it would do with it.
+// --- timsctl explain: why a message arrives or not. Follows the path of the message and asks each
+// router what it would do with it.
 
 Exit explain(Context& context) {
   const auto& arguments = context.options.arguments;
@@ -269,11 +272,11 @@ Exit explain(Context& context) {
       .run();
 }
 
-// --- timsctl trace: a message that every router on its way tells about.
+// --- timsctl trace: a message about which every router on its path sends a record.
 
 Exit trace(Context& context) {
   if (std::holds_alternative<TcpHost>(context.host))
-    throw usage_error("a message that comes over TCP is not traced", "-H unix:PATH on that host");
+    throw usage_error("messages over TCP are not traced", "-H unix:PATH on that host");
   (void)need_address(context.options.arguments.front(), kAnyWidths);
   const auto connection = context.connect();
   const tims::AddressWidths widths = connection->widths();
@@ -291,7 +294,7 @@ Exit trace(Context& context) {
   json::array hops;
   std::optional<Message> answer;
   std::optional<double> seconds;
-  // Records come as fast as the answer, not necessarily before it.
+  // Records may arrive after the answer.
   tims::Time deadline = tims::os::deadline_after(context.options.timeout);
   while (auto message = receive(*connection, context.signals, deadline)) {
     if (auto record = record_of(*message)) {
@@ -312,7 +315,8 @@ Exit trace(Context& context) {
                                    {"rtt_s", seconds ? json::value(*seconds) : json::value()},
                                    {"items", std::move(hops)}});
   } else {
-    if (hops.empty()) context.out.note("no router was on its way: it is on this host");
+    if (hops.empty())
+      context.out.note("there was no router on the path: the component is on this host");
     context.out.write(render_items(hops, kHops, context.out.look()));
     const std::string end =
         !answer ? "no answer"
@@ -325,7 +329,7 @@ Exit trace(Context& context) {
   return reached ? Exit::kDone : Exit::kNoSuch;
 }
 
-// --- timsctl ping: round trips. A component is asked for its status, a router by the admin ping.
+// --- timsctl ping: round trips, with GET_STATUS to a component or the admin ping to a router.
 
 namespace {
 
@@ -335,12 +339,12 @@ struct Answer {
   std::string text;  // "enabled"
   bool reached = true;
 };
-// One question; nothing when no answer came before the deadline.
+// Sends one request; empty if there was no answer before the deadline.
 using Ask = std::function<std::optional<Answer>(std::uint8_t number, tims::Time deadline)>;
 
 struct RoundTrip {
   std::uint64_t number = 0;
-  std::optional<double> seconds;  // nothing: lost
+  std::optional<double> seconds;  // empty: lost
   std::string answer;
 };
 
@@ -348,7 +352,7 @@ struct Statistics {
   double min = 0;
   double mean = 0;
   double max = 0;
-  double jitter = 0;  // mean change from one to the next
+  double jitter = 0;  // mean change between consecutive round trips
 };
 
 std::optional<Statistics> statistics_of(const std::vector<double>& values) {
@@ -422,7 +426,7 @@ class Pinger {
                           base::human_duration(n->min), base::human_duration(n->mean),
                           base::human_duration(n->max), base::human_duration(n->jitter));
     if (exit_ == Exit::kNoSuch)
-      text += fmt::format("{}: nobody has registered this address\n", target_);
+      text += fmt::format("{}: this address is not registered\n", target_);
     return text;
   }
 
@@ -456,7 +460,7 @@ class Pinger {
   std::string target_;
   Ask ask_;
   std::vector<RoundTrip> trips_;
-  std::vector<double> seconds_;  // of the answered ones
+  std::vector<double> seconds_;  // of the answered requests
   Exit exit_ = Exit::kDone;
 };
 
@@ -478,7 +482,7 @@ Exit ping_component(Context& context, Connection& connection, tims::Address targ
       return Answer{"no such mailbox", false};
     if (!sent) throw failure_of(sent.error(), name);
     while (auto message = receive(connection, context.signals, deadline)) {
-      // Late answers carry another number.
+      // Late answers have another sequence number.
       if (message->header.src != target || message->header.seq_nr != number) continue;
       return Answer{answer_text(message->header),
                     message->header.type != tims::type::kNotAvailable};
@@ -493,7 +497,7 @@ Exit ping_router(Context& context, Connection& connection, AdminClient admin) {
   if (context.options.size_bytes > 0) {
     constexpr std::uint32_t kPadMax = 60'000;
     if (context.options.size_bytes > kPadMax)
-      throw usage_error(fmt::format("--size: a question has at most {} bytes", kPadMax));
+      throw usage_error(fmt::format("--size: a request has at most {} bytes", kPadMax));
     question["pad"] = std::string(context.options.size_bytes, '.');
   }
   const auto ask = [&](std::uint8_t, tims::Time) -> std::optional<Answer> {
@@ -509,7 +513,7 @@ Exit ping_router(Context& context, Connection& connection, AdminClient admin) {
   return Pinger(context, "router " + name, ask).run();
 }
 
-// Every router on the way, the nearest first.
+// Every router on the path, the nearest first.
 void ping_hops(Context& context, Connection& connection, tims::Address target) {
   const AdminClient admin = context.admin(connection);
   const Path path = find_path(admin, connection.address(), target, tims::type::kGetStatus);

@@ -48,8 +48,8 @@ void RateMeter::on_interval(double value) {
   previous_interval_ = value;
 }
 
-// A component's data carries the number of the request: always the same. Only who counts can
-// lose.
+// Data of a component carries the constant number of the request. Losses can be detected only if
+// the sender counts.
 void RateMeter::on_sequence(std::uint8_t seq_nr) {
   const auto step = static_cast<std::uint8_t>(seq_nr - last_seq_nr_);
   if (step == 0) return;
@@ -79,7 +79,7 @@ RateReport RateMeter::report(tims::Time now) {
   report.intervals = last_intervals_;
   if (counts_) report.lost = lost_;
   if (last_message_) report.silent_s = tims::base::seconds(now - *last_message_);
-  // Silent for longer than ten of its intervals: it has stopped, and has no rate.
+  // After a silence of ten intervals the stream counts as stopped, without a rate.
   const bool silent = report.messages == 0 && report.silent_s > 1.0;
   if (silent && report.intervals && *report.silent_s * report.intervals->rate_hz > 10) {
     report.intervals.reset();
@@ -111,7 +111,7 @@ json::array TopRates::update(tims::Time now, std::span<const json::value> client
     samples[id] = sample;
     const auto before = samples_.find(id);
     if (before != samples_.end() && elapsed > 0) {
-      // Counters of a mailbox go with it.
+      // The counters of a closed mailbox disappear.
       const auto rate = [&](double Sample::*field) {
         return std::max(0.0, (sample.*field - before->second.*field) / elapsed);
       };
@@ -246,7 +246,7 @@ class RateWatch {
     context_.options.count == 1 ? context_.out.write(table) : context_.out.redraw(table);
   }
 
-  // A person waiting for numbers of an address nobody has would wait for ever.
+  // For an unregistered address the user would wait for ever.
   void check_reachable() const {
     const auto& all = subscriptions_.all();
     for (const Subscription& s : all)
@@ -284,7 +284,7 @@ Exit measure(Context& context, std::span<const Column> columns) {
 Exit msg_hz(Context& context) { return measure(context, kHz); }
 Exit msg_bw(Context& context) { return measure(context, kBw); }
 
-// --- timsctl top: who sends and receives how much, live
+// --- timsctl top: live rates of all clients
 
 namespace {
 
@@ -304,7 +304,7 @@ constexpr Column kTop[] = {
     {"DROPS", "drops", Cell::kCount, false, true},
     {"QUEUE", "queue_bytes", Cell::kBytes},
 };
-// Single keys from a terminal, without Enter and without echo, until this goes.
+// Reads single keys from a terminal, without Enter and echo, during its lifetime.
 enum class Key { kNone, kQuit, kLeft, kRight };
 
 class Keys {
@@ -317,7 +317,7 @@ class Keys {
     now.c_cc[VMIN] = 0;
     now.c_cc[VTIME] = 0;
     ::tcsetattr(STDIN_FILENO, TCSANOW, &now);
-  }  // does nothing when stdin is no terminal
+  }  // does nothing if stdin is not a terminal
   ~Keys() {
     if (before_) ::tcsetattr(STDIN_FILENO, TCSANOW, &*before_);
   }
@@ -325,12 +325,12 @@ class Keys {
   Keys(const Keys&) = delete;
   Keys& operator=(const Keys&) = delete;
 
-  // To wait on; -1 when there are no keys.
+  // A file descriptor to wait for; -1 without a terminal.
   [[nodiscard]] int descriptor() const { return before_ ? STDIN_FILENO : -1; }
   Key read() const {
     std::array<char, 16> buffer{};
     const ssize_t size = ::read(STDIN_FILENO, buffer.data(), buffer.size());
-    if (size == 0) return Key::kQuit;  // the terminal has gone
+    if (size == 0) return Key::kQuit;  // the terminal was closed
     const std::string_view text(buffer.data(), size > 0 ? static_cast<std::size_t>(size) : 0);
     if (text == "q" || text == "Q") return Key::kQuit;
     if (text == "\033[D" || text == "<") return Key::kLeft;
@@ -344,7 +344,7 @@ class Keys {
 
 constexpr std::size_t kFirstSortable = 4;
 
-// Asking for each of very many mailboxes every second would be a load of its own.
+// Requesting very many mailboxes every second would be a considerable load.
 constexpr double kMailboxesMax = 5000;
 
 class Top {
@@ -377,7 +377,7 @@ class Top {
       } catch (const Failure& failure) {
         if (!live || (failure.exit != Exit::kNoRouter && failure.exit != Exit::kTimeout)) throw;
         connection_.reset();
-        context_.out.redraw(failure.message + ", trying again\n");
+        context_.out.redraw(failure.message + "; retrying\n");
       }
     }
     return Exit::kDone;
@@ -424,7 +424,7 @@ class Top {
     return fmt::format(
         "{} up {}, {} clients, {} mailboxes, {} dropped in the last minute   by {}; q quits, left "
         "and "
-        "right choose\n\n",
+        "right select\n\n",
         base::printable(text_at(status_, "name")),
         base::human_duration(number_or_zero(status_, "uptime_s")),
         number_or_zero(status_, "clients"), number_or_zero(status_, "mailboxes"),

@@ -1,4 +1,4 @@
-// How often messages of one stream come, how evenly, and how many are missing. Pure.
+// Rate, jitter and losses of a stream of messages. Pure.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,7 @@ struct RateReport {
   std::uint32_t body_min_bytes = 0;
   double body_mean_bytes = 0;
   std::uint32_t body_max_bytes = 0;
-  // Of the times between two messages; nothing before there were two of them.
+  // Statistics of the intervals between messages; empty before the second message.
   struct Intervals {
     double rate_hz = 0;
     double min_s = 0;
@@ -27,7 +27,7 @@ struct RateReport {
     double jitter_s = 0;  // mean change from one interval to the next
   };
   std::optional<Intervals> intervals{};
-  std::optional<std::uint64_t> lost{};  // by sequence numbers, where the sender counts
+  std::optional<std::uint64_t> lost{};  // by sequence numbers, if the sender counts
   std::optional<double> silent_s{};     // since the last message
 };
 
@@ -36,7 +36,7 @@ class RateMeter {
   explicit RateMeter(tims::Time now) : window_begin_(now) {}
 
   void on_message(tims::Time now, std::uint32_t body_bytes, std::uint8_t seq_nr);
-  // What came since the last report. A stream slower than the reports keeps its intervals.
+  // The statistics since the last report. If there was no message, the previous intervals are kept.
   RateReport report(tims::Time now);
 
  private:
@@ -50,7 +50,7 @@ class RateMeter {
     std::uint64_t count = 0;
     double sum = 0;
     double mean = 0;
-    double square_sum = 0;  // of the distances from the mean (Welford)
+    double square_sum = 0;  // sum of squared deviations from the mean (Welford)
     double min = 0;
     double max = 0;
     double jitter_sum = 0;
@@ -66,17 +66,17 @@ class RateMeter {
   std::optional<tims::Time> last_message_{};
   std::uint64_t total_ = 0;
   std::uint8_t last_seq_nr_ = 0;
-  bool counts_ = false;  // the sequence numbers do change
+  bool counts_ = false;  // the sequence numbers change
   std::uint64_t lost_ = 0;
 };
 
-// From two samples of counters to rates, client by client. Pure.
+// Rates of each client from two samples of its counters. Pure.
 
 class TopRates {
  public:
-  // The clients of `clients`, each with in_per_s, out_per_s, in_bytes_per_s, out_bytes_per_s, and
-  // taken_per_s: what it took from its mailboxes, also what came past the router. No rates for a
-  // client that is new.
+  // Adds in_per_s, out_per_s, in_bytes_per_s, out_bytes_per_s and taken_per_s (messages taken from
+  // its mailboxes, including those that bypassed the router) to each client. A new client has no
+  // rates.
   json::array update(tims::Time now, std::span<const json::value> clients,
                      std::span<const json::value> mailboxes);
 

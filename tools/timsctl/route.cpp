@@ -49,7 +49,7 @@ std::string draw_verdict(const json::object& route, const Look& look) {
                         base::human_duration(number_or_zero(route, "age_s")));
   if (!delivered)
     text += text_at(route, "not_available") == "true"
-                ? "  the sender gets NOT_AVAILABLE\n"
+                ? "  the sender receives NOT_AVAILABLE\n"
                 : "  the message is dropped: only a command (type > 0) is answered\n";
   if (text_at(route, "from_registered") == "false")
     text += "  --from is not registered: local senders may only send from their own mailboxes\n";
@@ -96,8 +96,8 @@ Exit route_get(Context& context) {
   return verdict == "no_route" ? Exit::kNo : Exit::kDone;
 }
 
-// --- route watch: registrations as they come and go. The question waits at the router until
-// something happens.
+// --- route watch: registrations and withdrawals. The router answers the request when there is a
+// new event (long polling).
 
 namespace {
 
@@ -115,7 +115,7 @@ class RouteWatch {
 
   Exit run() {
     open();
-    context_.out.note(fmt::format("watching {}, Ctrl-C ends", connection_->where()));
+    context_.out.note(fmt::format("watching {}; stop with Ctrl-C", connection_->where()));
     while (left_ > 0 && tims::os::now() < end_) {
       try {
         step();
@@ -144,7 +144,7 @@ class RouteWatch {
   }
 
   void reopen(const Failure& failure) {
-    context_.out.note(failure.message + ", trying again");
+    context_.out.note(failure.message + "; retrying");
     connection_.reset();
     while (!connection_ && tims::os::now() < end_) {
       context_.signals.sleep_until(std::min(tims::os::deadline_after(500ms), end_));
@@ -164,9 +164,10 @@ class RouteWatch {
     AdminClient admin = context_.admin(*connection_);
     const json::object answer = admin.ask(
         {{"ask", "events"}, {"since", *since_}, {"epoch", epoch_}, {"wait_ms", wait_ms}}, wait);
-    if (text_at(answer, "epoch") != epoch_) context_.out.note("the router was started anew");
+    if (text_at(answer, "epoch") != epoch_) context_.out.note("the router has restarted");
     if (const double lost = number_or_zero(answer, "lost"); lost > 0)
-      context_.out.note(fmt::format("{:.0f} events came faster than they could be told", lost));
+      context_.out.note(fmt::format(
+          "{:.0f} events were lost: they occurred faster than they could be read", lost));
     for (const json::object& item : objects(items_of(answer))) tell(item, answer);
     remember(answer);
   }
@@ -204,7 +205,7 @@ class RouteWatch {
   tims::AddressPattern pattern_;
   std::unique_ptr<Connection> connection_;
   std::optional<std::int64_t> since_;
-  std::string epoch_;  // of the router that counted up to since_
+  std::string epoch_;  // epoch of the router to which since_ refers
 };
 
 }  // namespace

@@ -1,4 +1,4 @@
-// timsctl status, router, clock, link, fleet, mbx, stats and config: what a router shows.
+// timsctl status, router, clock, link, fleet, mbx, stats and config: the state of a router.
 
 #include <algorithm>
 #include <csignal>
@@ -23,7 +23,7 @@
 
 namespace timsctl {
 
-// --- timsctl status: the one screen to look at first
+// --- timsctl status: the summary
 
 namespace {
 
@@ -78,7 +78,7 @@ std::string draw_status(const json::object& status, const Look& look) {
   text += line("Carries",
                fmt::format("{} clients, {} mailboxes", count("clients"), count("mailboxes")));
   text += line("Forwarded",
-               fmt::format("{} messages, {}; local ones go past the router", count("messages"),
+               fmt::format("{} messages, {}; local ones bypass the router", count("messages"),
                            base::human_bytes(number_or_zero(status, "bytes"))));
   text += line("Dropped", drops_line(status, look));
   text +=
@@ -92,7 +92,7 @@ std::string draw_status(const json::object& status, const Look& look) {
 constexpr double kEventsAsked = 200;
 constexpr std::ptrdiff_t kEventsShown = 5;
 
-// Clients that are command-line tools, among those the events tell of.
+// The ids of command-line tools among the clients in the events.
 std::set<std::string> tools_in(const json::array& events, const tims::AddressWidths& widths) {
   std::set<std::string> tools;
   for (const json::object& event : objects(events)) {
@@ -103,7 +103,7 @@ std::set<std::string> tools_in(const json::array& events, const tims::AddressWid
   return tools;
 }
 
-// The last events without those that tools make by asking.
+// The last events, without those caused by requests of command-line tools.
 json::array foreign_events(AdminClient& admin, double last) {
   const auto since = static_cast<std::int64_t>(std::max(0.0, last - kEventsAsked));
   json::object answer = admin.ask({{"ask", "events"}, {"since", since}});
@@ -152,7 +152,7 @@ Exit status(Context& context) {
   });
 }
 
-// --- timsctl router: who the router is, and who is attached to it
+// --- timsctl router: the identity of the router, and its clients
 
 namespace {
 
@@ -195,7 +195,7 @@ constexpr Column kClocks[] = {
     {"STATE", "state"},
 };
 
-// The highest routers first, below each those it leads.
+// Orders the routers as a tree: each router is followed by its subordinate routers.
 class Tree {
  public:
   explicit Tree(json::array& items) : items_(items) {}
@@ -205,7 +205,7 @@ class Tree {
       for (json::value& item : items_)
         if (item.is_object() && text_at(item.as_object(), "role") == role) place(item, 0);
     }
-    for (json::value& item : items_) place(item, 0);  // of a role we do not know
+    for (json::value& item : items_) place(item, 0);  // routers with an unknown role
     return std::move(out_);
   }
 
@@ -223,10 +223,11 @@ class Tree {
       if (other.is_null()) continue;
       const json::object& below = other.as_object();
       const std::string its_role = text_at(below, "role");
-      const bool lower = (role == "top" && its_role == "system") ||
-                         (role == "system" && its_role == "subsystem" &&
-                          number_or_zero(below, "system") == system) ||
-                         (its_role.empty() && text_at(below, "parent") == name);  // it is missing
+      const bool lower =
+          (role == "top" && its_role == "system") ||
+          (role == "system" && its_role == "subsystem" &&
+           number_or_zero(below, "system") == system) ||
+          (its_role.empty() && text_at(below, "parent") == name);  // a missing router has no role
       if (lower) place(other, depth + 1);
     }
   }
@@ -299,7 +300,7 @@ constexpr Column kPaths[] = {
     {"WHY", "why"},
 };
 
-// The ways of a link that has a choice, one an item. Why another is used says the one in use.
+// One item per path of a link with several paths. The path in use states why it was chosen.
 void add_paths(const json::object& link, json::array& all) {
   const auto paths = items_of(link, "paths");
   if (paths.size() < 2) return;
@@ -327,7 +328,7 @@ Exit act(Context& context, std::string_view what) {
                      {{"ask", "link"}, {"link", context.options.arguments.front()}, {"do", what}});
 }
 
-constexpr tims::Duration kServerEnds = std::chrono::seconds(5);  // once it was told to
+constexpr tims::Duration kServerEnds = std::chrono::seconds(5);  // after SIGINT
 
 constexpr Column kDds[] = {
     {"Fleet", "fleet"},
@@ -367,7 +368,8 @@ std::string draw_fleet(const json::object& answer, const Look& look) {
   std::string routers = render_items(with_texts(items_of(answer)), kRouters, look);
   if (!look.for_people()) return routers;
   if (text_at(answer, "fleet").empty())
-    return "this router is in no fleet: write name = \"...\" under [fleet] of its configuration\n";
+    return "this router does not belong to a fleet: set name = \"...\" in [fleet] of its "
+           "configuration\n";
   return render_page(answer, kDds, look) + "\n" + routers;
 }
 
@@ -404,7 +406,7 @@ Exit fleet_show(Context& context) {
   return show_items(context, {{"ask", "fleet"}}, kRouters, draw_fleet);
 }
 
-// Only Ctrl-C ends the server well: after another signal it leaves files of shared memory behind.
+// Only SIGINT ends the server cleanly: after other signals it leaves shared memory files behind.
 Exit fleet_server(Context& context) {
   const auto& arguments = context.options.arguments;
   const std::string where = arguments.empty() ? "0.0.0.0:11811" : arguments.front();
@@ -487,7 +489,7 @@ Exit mbx_show(Context& context) {
   return show(context, ask, draw);
 }
 
-// --- timsctl stats: what became of messages
+// --- timsctl stats: outcomes of messages
 
 namespace {
 
@@ -523,9 +525,9 @@ void add(json::object& item, std::string_view key, double more) {
   item[key] = static_cast<std::uint64_t>(number_or_zero(item, key) + more);
 }
 
-// "15-24"; "texts" for what no priority leads to.
+// "15-24"; "texts" for a class without priorities.
 std::string priorities_of(const json::value& message_class, const json::array& classes) {
-  if (classes.empty()) return {};  // of an older router
+  if (classes.empty()) return {};  // an older router does not report classes
   const auto number = message_class.to_number<std::size_t>();
   const auto first_of = [&](std::size_t i) {
     if (i == 0) return 0;
@@ -561,7 +563,7 @@ json::array grouped(std::span<const json::value> items, std::string_view key,
   return groups;
 }
 
-// What went past the router, between programs of its host, is counted by the mailboxes alone.
+// Messages between programs of the same host bypass the router; only mailboxes count them.
 std::string mailboxes_line(const json::object& answer) {
   const auto count = [&](std::string_view name) {
     return base::human_count(number_or_zero(answer, fmt::format("mailboxes.{}", name)));
@@ -597,7 +599,7 @@ Exit stats(Context& context) {
   return show(context, ask, draw);
 }
 
-// --- timsctl config: what the router runs with, and what a file would make of it
+// --- timsctl config: the configuration of the router, and the check of a file
 
 namespace {
 

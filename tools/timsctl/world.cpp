@@ -1,5 +1,5 @@
-// timsctl world: what is true in a simulated world, and what is changed in it. Its commands are
-// messages like others (`timsctl msg types World`); here they have fewer words.
+// timsctl world: shows and changes the true state of a simulated world. The commands are ordinary
+// messages (`timsctl msg types World`) in a shorter form.
 #include "rack/proxies/world.h"
 
 #include <algorithm>
@@ -76,7 +76,7 @@ json::object thing_json(const rack::WorldThing& thing) {
   return item;
 }
 
-// What is pulled out of a robot.
+// The unplugged devices of a robot.
 std::string unplugged(const rack::WorldLines& lines, std::string_view robot) {
   std::string names;
   for (const rack::WorldLine& line : lines.lines)
@@ -99,7 +99,7 @@ json::array lines_json(const rack::WorldLines& lines) {
 rack::WorldLines ask_lines(ComponentClient& client, tims::Address world) {
   const Message answer = client.ask(world, rack::WorldType::kGetLines);
   if (answer.header.type != rack::WorldType::kLines)
-    throw Failure(Exit::kNo, "world_off", client.name_of(world) + " tells nothing of its devices",
+    throw Failure(Exit::kNo, "world_off", client.name_of(world) + " does not report its devices",
                   "is it on? timsctl component on " + client.name_of(world));
   return value_or_fail(rack::decode<rack::WorldLines>(answer.view()), client.name_of(world));
 }
@@ -127,7 +127,7 @@ json::object ask_truth(ComponentClient& client, tims::Address world) {
           {"lines", lines_json(lines)}};
 }
 
-// A command to the world, its arguments as fields of its message.
+// Sends a command to the world; the arguments are the fields of its message.
 Message order(Context& context, std::string_view name, const std::vector<std::string>& fields) {
   ComponentClient client(context);
   const tims::Address world = find_world(context);
@@ -136,7 +136,8 @@ Message order(Context& context, std::string_view name, const std::vector<std::st
                               {.widths = client.widths(), .si = context.options.si});
   Message answer = client.ask(world, message.type, std::span<const std::byte>(body));
   if (answer.header.type == tims::type::kError)
-    need_ok(answer, client.name_of(world) + " does not do it", "timsctl world shows what there is");
+    need_ok(answer, client.name_of(world) + " refuses the command",
+            "`timsctl world` shows its robots and devices");
   return answer;
 }
 
@@ -152,7 +153,7 @@ Exit plug(Context& context, bool is_plugged) {
               {"robot=" + words[0], "sensor=" + words[1],
                std::string("isPlugged=") + (is_plugged ? "1" : "0")});
   return done(context, {{"robot", words[0]}, {"sensor", words[1]}, {"plugged", is_plugged}},
-              words[0] + "/" + words[1] + (is_plugged ? " is plugged in" : " is pulled out"));
+              words[0] + "/" + words[1] + (is_plugged ? " is plugged in" : " is unplugged"));
 }
 
 }  // namespace
@@ -170,10 +171,11 @@ tims::Address find_world(Context& context) {
     if (fields.class_id == rack::kWorld && fields.local == 0) worlds.push_back(*address);
   }
   if (worlds.empty())
-    throw Failure(Exit::kNoSuch, "no_world", "no world is known to this router",
-                  "World --file=deploy/worlds/floor.toml makes one; -H asks another router");
+    throw Failure(
+        Exit::kNoSuch, "no_world", "this router knows no World",
+        "start one with World --file=deploy/worlds/floor.toml, or use another router with -H");
   if (worlds.size() > 1)
-    throw usage_error(fmt::format("there are {} worlds", worlds.size()),
+    throw usage_error(fmt::format("there are {} worlds; name one", worlds.size()),
                       "--world " + shell_name(worlds.front(), admin.widths()));
   return worlds.front();
 }
@@ -203,7 +205,7 @@ Exit world_place(Context& context) {
   (void)order(context, "PLACE",
               {"robot=" + words[0], "pos.x=" + words[1], "pos.y=" + words[2],
                "pos.rho=" + (words.size() > 3 ? words[3] : std::string("0"))});
-  return done(context, {{"robot", words[0]}}, words[0] + " stands there");
+  return done(context, {{"robot", words[0]}}, words[0] + " is at its new pose");
 }
 
 Exit world_put(Context& context) {
@@ -217,14 +219,14 @@ Exit world_put(Context& context) {
 Exit world_remove(Context& context) {
   const auto& words = context.options.arguments;
   (void)order(context, "REMOVE", {"id=" + words[0]});
-  return done(context, {{"id", words[0]}}, words[0] + " is gone");
+  return done(context, {{"id", words[0]}}, words[0] + " is removed");
 }
 
 Exit world_people(Context& context) {
   const std::string& word = context.options.arguments[0];
   if (word != "on" && word != "off")
     throw usage_error("world people: \"" + word + "\" is neither on nor off",
-                      "off: they stand still until they are turned on");
+                      "on: people walk, off: they stand still");
   const bool move = word == "on";
   (void)order(context, "PEOPLE", {std::string("move=") + (move ? "1" : "0")});
   return done(context, {{"people_move", move}}, move ? "people walk" : "people stand still");

@@ -1,4 +1,4 @@
-// A simulated world, asked: where it is, and what its robots have.
+// Requests to a simulated world: its address, its robots and their devices.
 #pragma once
 
 #include <string>
@@ -11,9 +11,9 @@ namespace timsctl {
 
 class Context;
 
-// Of --world, or the only one that the router knows. Throws Failure.
+// The address of --world, or of the only World that the router knows. Throws Failure.
 tims::Address find_world(Context& context);
-// Robots and what is plugged into each: {"scout", "laser"}. Throws Failure.
+// Pairs of robot and device: {"scout", "laser"}. Throws Failure.
 std::vector<std::pair<std::string, std::string>> world_devices(Context& context);
 
 }  // namespace timsctl

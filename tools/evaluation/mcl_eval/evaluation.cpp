@@ -19,7 +19,7 @@ constexpr double kStartWay = 500;  // mm
 constexpr double kStartTurn = radians(15);
 constexpr double kFoundWay = 1000;  // mm
 constexpr double kFoundTurn = radians(20);
-constexpr double kSureShare = 0.95;  // of the weight, in one place
+constexpr double kSureShare = 0.95;  // fraction of the weight in one cluster
 constexpr std::uint32_t kSureUpdates = 20;
 constexpr double kCarried = 10000;  // mm
 
@@ -34,13 +34,13 @@ PoseError error_of(const Pose& is, const Pose& should) {
   return {std::hypot(off.x, off.y), std::abs(signed_angle(off.rho))};
 }
 
-// What the robot had: scan by scan, with all that makes it harder.
+// The input of the robot, scan by scan, with all disturbances.
 class Drive {
  public:
   Drive(const Trial& trial, const CarmenLog& log)
       : trial_(trial), log_(log), random_(trial.seed * 7919 + 17) {}
 
-  // The odometry when scan `i` was made. Called for one scan after the other.
+  // The odometry at the time of scan `i`. Must be called for consecutive scans.
   Pose odometry(std::size_t i) {
     const Pose now = log_.odometry_of(log_.scans[i], trial_.lag);
     if (raw_) {
@@ -55,7 +55,7 @@ class Drive {
     raw_ = now;
     return said_;
   }
-  // The odometry has not seen how it came to scan `i`.
+  // Continues at scan `i` without a change of the odometry.
   void carry(std::size_t i) { raw_ = log_.odometry_of(log_.scans[i], trial_.lag); }
 
   std::span<const BeamEnd> beams(std::size_t i) {
@@ -106,7 +106,7 @@ class Ours final : public Contestant {
   Localiser localiser_;
 };
 
-// Where the robot was at the first scan: as the global start found it later, and back.
+// The pose at the first scan: found by a later global start and traced back.
 std::optional<Pose> find_start(const Trial& trial, const CarmenLog& log,
                                const LikelihoodField& field) {
   Localiser localiser(trial.settings, trial.seed);
@@ -257,7 +257,7 @@ class Evaluation {
   Outcome outcome_;
   std::vector<std::optional<Pose>> track_;  // of the laser, by scan
   std::size_t first_ = 0;
-  std::size_t at_ = 0;                // the next of the true poses
+  std::size_t at_ = 0;                // index of the next true pose
   std::optional<double> carried_at_;  // mm driven
   Pose placed_{};                     // the frame of the odometry
   bool sure_ = false;
@@ -278,7 +278,7 @@ std::optional<Kidnapping> kidnapping(const Truth& truth) {
 std::vector<Journey> journeys(const Truth& truth, std::size_t count, std::uint64_t seed) {
   constexpr double kBefore = 30000;  // mm
   constexpr double kAfter = 20000;
-  constexpr int kTries = 10000;  // a truth of one room has none
+  constexpr int kTries = 10000;  // data of a single room may have none
   const auto& poses = truth.poses;
   std::vector<double> way(poses.size());
   for (std::size_t i = 1; i < poses.size(); ++i)

@@ -1,14 +1,14 @@
-// A drive through a log: the localiser is given what the robot had, and what it says is compared
-// with the truth. Pure but for the stopwatch that is handed in. Who localises is ours, or somebody
-// else's filter that is to stand beside it.
+// Replays a log: the localiser receives the odometry and the scans, and its estimates are compared
+// with the ground truth. Pure except for the stopwatch argument. The localiser is ours or another
+// filter for comparison.
 //
-// Tracking starts beside the truth: half a metre and 15 degrees off. With relations there is no
-// such place; it is found first, by a global start on the same log, and tracking then starts from
-// there. The first true pose is not compared: it was given away. A global start knows nothing; what
-// it says counts from where it first was within a metre and 20 degrees.
+// Tracking starts with an error of half a metre and 15 degrees. Relations contain no start pose; it
+// is first estimated by a global start on the same log, and tracking starts there. The first true
+// pose is not compared, because the start depends on it. After a global start, estimates count from
+// the first one with an error below one metre and 20 degrees.
 //
-// What makes it harder: odometry that is wrong, beams that people cut short, and the robot carried
-// away: it goes on where the robot was at least 10 m away, while the odometry stands still.
+// Optional disturbances: errors of the odometry, shortened beams (people), and a kidnapped robot:
+// the drive continues at another place, at least 10 m away, without a change of the odometry.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@
 
 namespace rack::mcl_eval {
 
-// Where it is carried away and where it goes on, of the log's scans.
+// Indices of the scans at which the robot is carried away and at which the drive continues.
 struct Kidnapping {
   std::size_t leave = 0;
   std::size_t arrive = 0;
@@ -33,23 +33,24 @@ struct Kidnapping {
 
 struct Trial {
   localisation::LocaliserSettings settings{};
-  const localisation::WallLines* walls = nullptr;  // that scans are laid on, if they are
+  const localisation::WallLines* walls = nullptr;  // for scan matching; nullptr: none
   std::uint64_t seed = 1;
-  double lag = 0;  // s: scans are older than their time
+  double lag = 0;  // age of scans at their time stamps, s
   bool global = false;
   std::optional<Kidnapping> kidnap{};
-  double odometry_scale = 1;  // of ways
+  double odometry_scale = 1;  // factor of distances
   double odometry_drift = 0;  // deg/m
-  double short_beams = 0;     // share
+  double short_beams = 0;     // fraction of shortened beams
   bool keep_poses = false;
-  std::size_t begin = 0;  // of the truth's poses: where the drive begins
-  // m driven, since it was carried away if it is: there the drive ends.
+  std::size_t begin = 0;  // index of the true pose at which the drive starts
+  // The drive ends after this distance, m; counted from the kidnapping if there is one.
   double way_max = std::numeric_limits<double>::infinity();
 };
 
-// At one scan, of the robot; the odometry begins where the truth does, or else the estimate.
+// Poses of the robot at one scan. The odometry starts at the true pose, or at the estimate without
+// ground truth.
 struct PoseRow {
-  double time = 0;  // s, of the log
+  double time = 0;  // time in the log, s
   Pose estimate{};
   Pose odometry{};
   std::optional<Pose> truth{};
@@ -58,50 +59,50 @@ struct PoseRow {
 struct Outcome {
   std::vector<double> metres{};  // errors
   std::vector<double> degrees{};
-  double share_over_1m = 0;               // of the truth's poses
+  double share_over_1m = 0;               // fraction of the true poses
   bool lost = false;                      // more than 1 m or 20 degrees off at the end
-  std::optional<double> found_after{};    // m driven since a global start
-  std::optional<double> refound_after{};  // since it was carried away
+  std::optional<double> found_after{};    // distance driven since a global start, m
+  std::optional<double> refound_after{};  // distance driven since the kidnapping, m
   std::size_t updates = 0;
-  std::size_t recoveries = 0;  // updates in which particles were drawn anew
+  std::size_t recoveries = 0;  // updates in which particles were drawn from the whole map
   double us_per_update = 0;
-  std::vector<PoseRow> poses{};  // of all scans, if they are wanted
+  std::vector<PoseRow> poses{};  // of all scans, if keep_poses is set
 };
 
-// As columns with names between commas: tracks, and errors where there is a truth.
+// As CSV with named columns: trajectories, and errors where there is ground truth.
 std::string to_csv(std::span<const PoseRow> poses);
 
-// From the middle of the truth on; nothing: it has no two poses that are 10 m apart.
+// A kidnapping in the middle of the log. Empty if no two true poses are 10 m apart.
 std::optional<Kidnapping> kidnapping(const Truth& truth);
 
-// A drive from anywhere to anywhere else, at least 10 m away: it has gone on for 30 m before, and
-// 20 m are left.
+// A kidnapping between random poses that are at least 10 m apart, after 30 m of driving and with 20
+// m left.
 struct Journey {
-  std::size_t begin = 0;  // of the truth's poses
+  std::size_t begin = 0;  // index of the first true pose
   Kidnapping kidnapping{};
 };
 std::vector<Journey> journeys(const Truth& truth, std::size_t count, std::uint64_t seed);
 
 using Stopwatch = std::function<double()>;  // us
 
-// Who is judged. All as Localiser has it.
+// The interface of the evaluated localiser; same meaning as in Localiser.
 class Contestant {
  public:
   virtual ~Contestant() = default;
   virtual void start_at(const Pose& pose, double deviation, double deviation_rho) = 0;
   virtual void start_anywhere() = 0;
-  // `beams` in the frame of the robot; `scan` says where on it the scanner is and looks.
+  // `beams`: in the frame of the robot; `scan` contains the pose of the scanner on the robot.
   virtual bool take(const Pose& odometry, const localisation::LogScan& scan,
                     std::span<const localisation::BeamEnd> beams) = 0;
   [[nodiscard]] virtual Pose pose() const = 0;
-  [[nodiscard]] virtual double share() const = 0;   // of the cloud, in one place
-  [[nodiscard]] virtual bool searches() const = 0;  // particles were drawn anew
+  [[nodiscard]] virtual double share() const = 0;   // fraction of the weight in the main cluster
+  [[nodiscard]] virtual bool searches() const = 0;  // particles were drawn from the whole map
 };
 
 Outcome run(const Trial& trial, const localisation::CarmenLog& log,
             const localisation::LikelihoodField& field, const Truth& truth,
             const Stopwatch& stopwatch);
-// Somebody else in the place of our localiser; `field` finds where relations begin.
+// Evaluates another localiser instead of ours; `field` is used to find the start for relations.
 Outcome run(const Trial& trial, const localisation::CarmenLog& log,
             const localisation::LikelihoodField& field, const Truth& truth,
             const Stopwatch& stopwatch, Contestant& contestant);

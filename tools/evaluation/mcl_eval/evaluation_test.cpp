@@ -1,4 +1,4 @@
-// A made log of a robot that drives round a room, and its truth.
+// A synthetic log of a robot that drives around a room, with ground truth.
 #include "tools/evaluation/mcl_eval/evaluation.h"
 
 #include <algorithm>
@@ -16,7 +16,7 @@ namespace evaluation_test {
 
 using localisation::LikelihoodField;
 
-// 30 m x 20 m, in parts that differ.
+// 30 m x 20 m, with distinguishable parts.
 DxfDrawing plan() {
   DxfDrawing drawing;
   const auto wall = [&](double x, double y, double x2, double y2) {
@@ -49,7 +49,7 @@ Made make() {
   std::string poses;
   std::string relations;
   for (int i = 0; i < 500; ++i) {
-    // ROS's frame, on an ellipse; the odometry begins elsewhere.
+    // In the frame of ROS, on an ellipse; the odometry has another origin.
     const double part = i * 0.15 / 9;
     const double x = 15 + 10 * std::cos(part);
     const double y = 10 + 6 * std::sin(part);
@@ -99,7 +99,7 @@ class EvaluationTest : public testing::Test {
 
 TEST_F(EvaluationTest, Poses) {
   const Outcome outcome = evaluate({}, made_.poses);
-  EXPECT_EQ(outcome.metres.size(), 499U) << "the first was given away";
+  EXPECT_EQ(outcome.metres.size(), 499U) << "the first is not compared";
   EXPECT_LT(quantile(outcome.metres, 0.5), 0.06);
   EXPECT_LT(quantile(outcome.degrees, 0.5), 0.6);
   EXPECT_FALSE(outcome.lost);
@@ -132,7 +132,7 @@ TEST_F(EvaluationTest, CarriedAway) {
   EXPECT_FALSE(outcome.lost);
 }
 
-// There and back: also to places that it passed before.
+// There and back, also to places that the robot has passed before.
 TEST_F(EvaluationTest, CarriedFromAnywhereToAnywhere) {
   EXPECT_TRUE(journeys(made_.relations, 10, 1).empty());
   const auto all = journeys(made_.poses, 10, 1);
@@ -174,7 +174,7 @@ TEST_F(EvaluationTest, MadeHarder) {
   EXPECT_FALSE(outcome.lost);
 }
 
-// Of a room that is not this one: it cannot be found.
+// The map of another room: localisation must fail.
 TEST_F(EvaluationTest, SaysWhenItIsLost) {
   for (TruePose& pose : made_.poses.poses) pose.laser.x += 5000;
   const Outcome outcome = evaluate({}, made_.poses);

@@ -15,7 +15,8 @@ std::string read_file(const std::string& name) {
   if (!bytes) throw Failure(Exit::kNoSuch, "no_such_file", bytes.error().detail());
   if (bytes->starts_with("\xFD"
                          "7zXZ"))
-    throw Failure(Exit::kNo, "bad_file", fmt::format("{}: packed", name), "unpack it: xz -dk FILE");
+    throw Failure(Exit::kNo, "bad_file", fmt::format("{}: the file is compressed", name),
+                  "unpack it: xz -dk FILE");
   return std::move(bytes).value();
 }
 

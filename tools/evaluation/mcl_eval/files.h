@@ -1,5 +1,5 @@
-// What programs that judge recorded drives share: a drive out of its files, the time that judging
-// takes, figures as a line. What is wrong with a file is thrown as a Failure that names it.
+// Common functions of evaluation programs: reading the files of a drive, measuring time, printing
+// results. Errors of a file are thrown as a Failure with its name.
 #pragma once
 
 #include <string>
@@ -22,7 +22,7 @@ struct Files {
 std::string read_file(const std::string& name);
 localisation::GridMap read_map(const std::string& name);
 
-// What was made of the file, or the Failure.
+// Returns the value, or throws a Failure with the name of the file.
 template <typename T>
 T well(tims::Result<T> result, const std::string& file) {
   if (!result)
@@ -33,7 +33,7 @@ T well(tims::Result<T> result, const std::string& file) {
 
 localisation::LikelihoodField field_of(const localisation::GridMap& map, const std::string& file);
 
-// us of this thread alone: others on this machine do not count.
+// CPU time of this thread, us; other load on the machine does not count.
 double stopwatch_us();
 
 struct Field {
@@ -41,9 +41,9 @@ struct Field {
   double value;
   int digits;
 };
-// "name=value name=value", or the inside of a JSON object.
+// "name=value name=value", or the members of a JSON object.
 std::string line_of(const std::vector<Field>& fields, bool json);
-// That line, or the JSON object; whoever reads it has it at once.
+// Prints that line, or the JSON object, and flushes.
 void print_line(const std::vector<Field>& fields, bool json);
 
 }  // namespace rack::mcl_eval

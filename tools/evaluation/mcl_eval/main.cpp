@@ -1,4 +1,4 @@
-// mcl-eval: how well Monte Carlo localisation does on a recorded drive.
+// mcl-eval: evaluates Monte Carlo localisation on a recorded drive.
 #include <cstdio>
 #include <optional>
 
@@ -49,7 +49,7 @@ std::vector<Field> fields_of(const Outcome& outcome) {
   return fields;
 }
 
-// Each number's mean over all seeds, and the largest.
+// Mean and largest value of each result over all seeds.
 void print_summary(const std::vector<std::vector<Field>>& all) {
   std::vector<Field> average = all.front();
   std::vector<Field> most = all.front();
@@ -78,7 +78,7 @@ Exit evaluate(const Files& files, Trial trial, const Wanted& wanted) {
   if (wanted.scan_matching) trial.walls = &walls;
   const Truth truth = well(read_truth(read_file(files.truth), log), files.truth);
   if (truth.beside > 0)
-    fmt::print(stderr, "mcl-eval: {}: {} lines of times that no scan has are left out\n",
+    fmt::print(stderr, "mcl-eval: {}: {} lines without a scan of that time are skipped\n",
                files.truth, truth.beside);
   if (wanted.kidnap) trial.kidnap = kidnapping(truth);
   if (wanted.kidnap && !trial.kidnap)
@@ -86,7 +86,7 @@ Exit evaluate(const Files& files, Trial trial, const Wanted& wanted) {
                   fmt::format("{}: --kidnap needs poses that are 10 m apart", files.truth));
   trial.lag = wanted.lag ? *wanted.lag : localisation::estimate_lag(log);
   if (!wanted.lag)
-    fmt::print(stderr, "mcl-eval: {}: its scans are {:.2f} s older than its odometry\n", files.log,
+    fmt::print(stderr, "mcl-eval: {}: scans are {:.2f} s older than the odometry\n", files.log,
                trial.lag);
   bool lost = false;
   std::vector<std::vector<Field>> all;
@@ -128,7 +128,7 @@ Exit print_table(const Wanted& wanted) {
   for (const char* name : {"aces", "intel", "fr079"})
     recordings.push_back(read_recording(wanted.table, name));
   static constexpr const char* kRow = "| {:<62} | {:>12} | {:>24} | {:<8} |\n";
-  fmt::print(kRow, "what", "wanted", fmt::format("measured, {} seeds", wanted.seeds), "");
+  fmt::print(kRow, "requirement", "limit", fmt::format("measured, {} seeds", wanted.seeds), "");
   fmt::print("|---|--:|--:|---|\n");
   const bool held = measure(recordings, static_cast<std::uint32_t>(wanted.seeds),
                             wanted.scan_matching, stopwatch_us, [](const Row& row) {
@@ -140,60 +140,67 @@ Exit print_table(const Wanted& wanted) {
 }
 
 constexpr const char* kAbout =
-    "How well Monte Carlo localisation does on a recorded drive.\n\n"
-    "The localiser gets the log's odometry and scans, what it says is compared with TRUTH: poses "
-    "in\n"
-    "the frame of the map, as `time index x y theta` (index of the scan) or `time x y theta`, or\n"
-    "`time x y z qx qy qz qw`, or relations between scans, as `time1 time2 dx dy dz roll pitch "
-    "yaw`; m, rad, s. One line a "
-    "seed:\n"
-    "errors of positions and headings, lost (1: more than 1 m or 20 degrees off at the end),\n"
-    "us_per_update (time of the processor), over_1m (share of the compared), recoveries (updates\n"
-    "that drew particles anew all over the map), found_after_m (driven since a global start).\n"
-    "Tracking starts half a metre and 15 degrees beside the truth; with relations it starts where\n"
-    "a global start on the same log says that it began.";
+    "Evaluate Monte Carlo localisation on a recorded drive.\n\n"
+    "The localiser receives the odometry and scans of the log, and its estimates are compared "
+    "with\n"
+    "TRUTH: poses of the laser in the frame of the map, as `time index x y theta` (index of the\n"
+    "scan), `time x y theta` or `time x y z qx qy qz qw`, or relations between scans, as\n"
+    "`time1 time2 dx dy dz roll pitch yaw`; m, rad, s. Prints one line per seed: errors of "
+    "position\n"
+    "and heading, lost (1: error above 1 m or 20 degrees at the end), us_per_update (CPU time),\n"
+    "over_1m (fraction of compared poses), recoveries (updates that drew particles from the whole\n"
+    "map), found_after_m (distance driven since a global start). Tracking starts with an error of\n"
+    "half a metre and 15 degrees; with relations it starts at the pose found by a global start on\n"
+    "the same log.";
 constexpr const char* kExits =
-    "Exit status: 0 done, 1 lost, not held, or a file is broken (FILE: line N: what), 2 wrong "
-    "command line,\n"
-    "4 no such file, 5 a file cannot be written.";
+    "Exit status: 0 done, 1 lost, a requirement did not hold, or a file is invalid (FILE: line N:\n"
+    "reason), 2 wrong command line, 4 no such file, 5 a file cannot be written.";
 
 void add_options(CLI::App& app, Files& files, Trial& trial, Wanted& wanted) {
-  app.add_option("LOG", files.log, "log of CARMEN, .clf");
+  app.add_option("LOG", files.log, "CARMEN log, .clf");
   app.add_option("MAP", files.map,
-                 "map of ROS (.yaml, its picture beside it), or floor plan in m (DXF)");
+                 "ROS map (.yaml, with its image in the same folder), or floor plan in m (DXF)");
   app.add_option("TRUTH", files.truth, "poses or relations");
-  app.add_option("--particles", trial.settings.filter.particles, "while it knows where it is")
+  app.add_option("--particles", trial.settings.filter.particles,
+                 "number of particles after convergence")
       ->capture_default_str()
       ->check(CLI::Range(1U, 1000000U));
-  app.add_option("--beams", trial.settings.beams, "of each scan")
+  app.add_option("--beams", trial.settings.beams, "number of beams per scan that are used")
       ->capture_default_str()
       ->check(CLI::Range(1U, 10000U));
-  app.add_option("--seed", trial.seed, "of all that is random")->capture_default_str();
-  app.add_option("--seeds", wanted.seeds, "one run after the other; then their mean and most")
+  app.add_option("--seed", trial.seed, "seed of the random numbers")->capture_default_str();
+  app.add_option("--seeds", wanted.seeds,
+                 "number of runs with consecutive seeds; then prints mean and largest values")
       ->check(CLI::Range(1U, 1000000U));
-  app.add_option("--lag", wanted.lag, "age of scans, s (default: seen from the log's turns)")
+  app.add_option("--lag", wanted.lag, "age of scans [s] (default: estimated from turns in the log)")
       ->check(CLI::Range(-10.0, 10.0));
-  app.add_flag("--global", trial.global, "it does not know where it starts");
-  app.add_flag("--kidnap", wanted.kidnap, "half-way it is carried 10 m away");
-  app.add_option("--odometry-scale", trial.odometry_scale, "1.1: ways are said 10 % too long")
+  app.add_flag("--global", trial.global, "global localisation: the start pose is unknown");
+  app.add_flag("--kidnap", wanted.kidnap, "kidnap the robot half-way: carry it at least 10 m away");
+  app.add_option("--odometry-scale", trial.odometry_scale,
+                 "factor of odometry distances; 1.1: 10 % too long")
       ->check(CLI::Range(0.1, 10.0));
-  app.add_option("--odometry-drift", trial.odometry_drift, "deg/m")->check(CLI::Range(-90.0, 90.0));
-  app.add_option("--short-beams", trial.short_beams, "share of beams that people cut short")
+  app.add_option("--odometry-drift", trial.odometry_drift, "drift of the odometry heading [deg/m]")
+      ->check(CLI::Range(-90.0, 90.0));
+  app.add_option("--short-beams", trial.short_beams,
+                 "fraction of beams that are shortened, as by people")
       ->check(CLI::Range(0.0, 1.0));
-  app.add_option("--poses", wanted.poses,
-                 "file for what was said at each scan, and how far off: columns with names between "
-                 "commas, of\nthe first seed; `timsctl nav plot` draws it");
-  app.add_option("--table", wanted.table,
-                 "instead of LOG MAP TRUTH: folder of the public logs aces, intel and fr079, their "
-                 "maps and truths,\nunpacked; prints what has to be reached and what was, in 10 "
-                 "seeds unless --seeds says otherwise");
+  app.add_option(
+      "--poses", wanted.poses,
+      "write the estimates and errors of the first seed for each scan to this CSV file;\n"
+      "`timsctl nav plot` draws it");
+  app.add_option(
+      "--table", wanted.table,
+      "instead of LOG MAP TRUTH: folder with the public logs aces, intel and fr079, their "
+      "maps and\nground truth, uncompressed; prints requirements and measured values (10 seeds "
+      "by default)");
   app.add_option("--field-of-view", wanted.field,
-                 "of FLASER, degrees (default: 180, or what scanners of so many beams have)")
+                 "field of view of FLASER [deg] (default: 180, or that of known scanners with so "
+                 "many beams)")
       ->check(CLI::Range(1.0, 360.0));
   app.add_flag("--scan-matching,!--no-scan-matching", wanted.scan_matching,
-               "lay each scan on the walls of the map at last (default); --no-scan-matching: the "
-               "filter alone");
-  app.add_flag("--json", wanted.json, "a JSON object a line");
+               "refine each estimate by matching the scan with the walls of the map (default);\n"
+               "--no-scan-matching: only the filter");
+  app.add_flag("--json", wanted.json, "print one JSON object per line");
   app.set_version_flag("--version", TIMS_VERSION);
   app.footer(kExits);
 }
@@ -210,7 +217,7 @@ int main(int argc, char** argv) {
   add_options(app, files, trial, wanted);
   return timsctl::run_program(argc, argv, app, [&] {
     if (wanted.table.empty() == files.truth.empty())
-      throw CLI::ValidationError("LOG, MAP and TRUTH are needed, or --table alone");
+      throw CLI::ValidationError("LOG, MAP and TRUTH are required, or only --table");
     if (app.count("--seeds") == 0 && !wanted.table.empty()) wanted.seeds = 10;
     trial.settings.filter.particles_max =
         std::max(trial.settings.filter.particles_max, trial.settings.filter.particles);

@@ -1,5 +1,5 @@
-// Made logs of scanners and buildings that none of the public ones has: tracked, found, and found
-// again.
+// Synthetic logs of scanners and buildings that public logs do not contain: tracking, global
+// localisation, and relocalisation.
 #include <cmath>
 
 #include <fmt/format.h>
@@ -19,17 +19,17 @@ using localisation::WallLines;
 struct Kind {
   const char* name;
   double side;        // m, of the square
-  std::size_t rooms;  // walls and pillars in it
+  std::size_t rooms;  // number of walls and pillars
   std::size_t beams;
   double field;      // deg
   double range_max;  // m
   std::uint32_t particles_max;
-  // Within 20 m. In the yard, where beams are 40 m long and a degree matters, one of three is: a
-  // limit that the README tells.
+  // Relocalised within 20 m. In the yard, with beams of 40 m, only one of three is: a documented
+  // limit (README).
   bool is_found_again;
 };
 
-// A square with short walls and pillars anywhere, but not where the robot drives: on a circle.
+// A square with short walls and pillars at random places, except on the circle of the robot.
 DxfDrawing plan(const Kind& kind) {
   DxfDrawing drawing;
   const auto wall = [&](double x, double y, double x2, double y2) {
@@ -62,7 +62,7 @@ struct Made {
   Truth poses;
 };
 
-// Odometry that slips a little, and noise of 15 mm; a tenth of a metre between scans.
+// Odometry with a small slip, range noise of 15 mm, 0.1 m between scans.
 Made drive(const Kind& kind, const FloorMap& rays) {
   Random random(7);
   const auto normal = [&] { return static_cast<double>(random.normal()); };

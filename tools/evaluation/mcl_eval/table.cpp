@@ -46,7 +46,7 @@ class Table {
     if (scan_matching_) trial.walls = &of.walls;
     return run(trial, of.log, of.field, truth, stopwatch_);
   }
-  // Of all seeds; `change` makes the trial what it shall be.
+  // The outcomes of all seeds; `change` adapts the trial.
   template <typename Change>
   [[nodiscard]] std::vector<Outcome> drives(const Recording& of, const Truth& truth,
                                             const Change& change) const {
@@ -58,7 +58,7 @@ class Table {
     }
     return all;
   }
-  // The worst of all seeds.
+  // The largest value of all seeds.
   template <typename Get>
   [[nodiscard]] static double most(const std::vector<Outcome>& all, const Get& get) {
     double worst = -1;
@@ -76,7 +76,7 @@ class Table {
     print_({std::move(what), std::move(wanted), std::move(measured), held});
     all_held_ = all_held_ && held;
   }
-  // `measured` <= `limit`, both with so many digits.
+  // Requires `measured` <= `limit`; both are printed with `digits` decimals.
   void at_most(const std::string& what, double limit, double measured, const char* unit,
                int digits) {
     row(what, fmt::format("<= {:.{}f} {}", limit, digits, unit),
@@ -96,13 +96,13 @@ class Table {
             "deg", 2);
   }
 
-  // The mean of an update; 100 m of the drive are enough for it.
+  // The mean time of an update, measured over 100 m.
   void time(const Recording& of, std::uint32_t particles, double limit) {
     Trial one = trial(1);
     one.settings.filter.particles = particles;
     one.settings.filter.particles_max = std::max(one.settings.filter.particles_max, particles);
     one.way_max = 100;
-    at_most(fmt::format("{}, {} x 60, processor time of an update", of.name, particles), limit,
+    at_most(fmt::format("{}, {} x 60, CPU time of an update", of.name, particles), limit,
             drive(of, one, of.poses).us_per_update, "us", 0);
   }
 
@@ -121,7 +121,7 @@ class Table {
             100 * most(all, [](const auto& o) { return o.share_over_1m; }), "%", 1);
   }
 
-  // Each seed starts somewhere else in the first half.
+  // Each seed starts at another pose in the first half.
   void global(const Recording& of) {
     std::size_t found = 0;
     double farthest = 0;
@@ -136,11 +136,11 @@ class Table {
       farthest = std::max(farthest, *one.found_after);
     }
     const double share = static_cast<double>(found) / static_cast<double>(all.size());
-    row(of.name + ", found anywhere within 15 m", ">= 29 of 30",
+    row(of.name + ", global localisation within 15 m", ">= 29 of 30",
         fmt::format("{} of {}, after {:.1f} m", found, all.size(), farthest), share >= kFoundShare);
   }
 
-  // Each time between another pair of places.
+  // Each run uses another pair of poses.
   void kidnapped(const Recording& of) {
     std::size_t found = 0;
     double farthest = 0;
@@ -156,7 +156,7 @@ class Table {
       ++found;
       farthest = std::max(farthest, *after);
     }
-    row(of.name + ", found again within 20 m", "all",
+    row(of.name + ", relocalisation within 20 m", "all",
         fmt::format("{} of {}, after {:.1f} m", found, all.size(), farthest),
         found == all.size() && all.size() == seeds_);
   }

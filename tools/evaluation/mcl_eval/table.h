@@ -1,5 +1,5 @@
-// What the localiser must reach on the three public logs (aces, intel, fr079), as a table: what is
-// wanted, what was measured, and whether it held. Pure but for the stopwatch.
+// Requirements of the localiser on three public logs (aces, intel, fr079): limit, measured value
+// and verdict. Pure except for the stopwatch.
 #pragma once
 
 #include <functional>
@@ -10,7 +10,7 @@
 
 namespace rack::mcl_eval {
 
-// A recorded drive with all that is known of it; one of the truths may be empty.
+// A recorded drive with map and ground truth; poses or relations may be empty.
 struct Recording {
   std::string name{};
   localisation::CarmenLog log{};
@@ -27,8 +27,8 @@ struct Row {
   bool held = false;
 };
 
-// Rows are handed over as soon as they are known; false: one of them did not hold. `seeds` runs
-// each, with seeds 1, 2 ...
+// Calls `print` with each row as soon as it is measured. Returns false if a requirement did not
+// hold. Each row uses `seeds` runs, with seeds 1, 2 ...
 bool measure(const std::vector<Recording>& recordings, std::uint32_t seeds, bool scan_matching,
              const Stopwatch& stopwatch, const std::function<void(const Row&)>& print);
 

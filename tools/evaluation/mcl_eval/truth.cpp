@@ -39,12 +39,12 @@ tims::Result<Line> numbers_of(std::string_view text, std::size_t number) {
     if (line.count == kWordsMax) return wrong(number, "more than 8 numbers");
     const auto value = tims::base::parse_number<double>(word);
     if (!value || !std::isfinite(*value))
-      return wrong(number, "\"" + std::string(word.substr(0, 20)) + "\" is no number");
+      return wrong(number, "\"" + std::string(word.substr(0, 20)) + "\" is not a number");
     line.values[line.count++] = *value;
   }
 }
 
-// Of a length of 1: the angles of relations would hardly be that in each line.
+// Whether it is a unit quaternion; the angles of relations would hardly have norm 1 in every line.
 bool ends_with_quaternion(const Line& line) {
   if (line.count != kWordsMax) return false;
   double square = 0;
@@ -52,7 +52,7 @@ bool ends_with_quaternion(const Line& line) {
   return std::abs(square - 1) < 0.02;
 }
 
-// Scans by one of their times; in some logs time goes back.
+// Scans sorted by one of their times; in some logs time is not monotonic.
 class Times {
  public:
   Times(const CarmenLog& log, double LogScan::*time) {
@@ -104,7 +104,7 @@ class Reader {
       pose(scan_at(v[0]), v[1], v[2], v[3]);
     } else {
       if (v[1] < 0 || v[1] != std::floor(v[1]))
-        return wrong(number, "the second number is no index of a scan");
+        return wrong(number, "the second number is not a scan index");
       if (v[1] >= static_cast<double>(log_.scans.size()))
         return wrong(number, "the log has only " + std::to_string(log_.scans.size()) + " scans");
       pose(static_cast<std::size_t>(v[1]), v[2], v[3], v[4]);
@@ -116,9 +116,9 @@ class Reader {
     if (truth_.poses.empty() && truth_.relations.empty())
       return tims::Error(tims::Errc::kMalformed,
                          truth_.beside > 0
-                             ? "none of its times is one of the log's scans: is it of "
+                             ? "no scan of the log has one of its times: does it belong to "
                                "another log?"
-                             : "no pose and no relation");
+                             : "the file contains no poses or relations");
     std::ranges::stable_sort(truth_.poses, {}, &TruePose::scan);
     return std::move(truth_);
   }
@@ -142,7 +142,7 @@ class Reader {
       ++truth_.beside;
       return;
     }
-    // Seen from the robot, y is to the left there and to the right here.
+    // In the frame of the robot, y points to the left in the file and to the right here.
     truth_.relations.push_back({*from, *to, {.x = 1000 * v[2], .y = -1000 * v[3], .rho = -v[7]}});
   }
 
@@ -154,7 +154,7 @@ class Reader {
   Truth truth_;
 };
 
-// What has to be put before the track so that it lies on the true poses.
+// The rigid transformation that aligns the trajectory with the true poses.
 Pose frame_of(std::span<const Pose> laser, const Truth& truth) {
   Pose is;
   Pose should;

@@ -8,7 +8,7 @@ namespace rack::mcl_eval {
 
 namespace truth_test {
 
-// Three scans, at 100, 101 and 102 s; logger time begins with 0.
+// Three scans, at 100, 101 and 102 s; logger time starts at 0.
 localisation::CarmenLog log() {
   std::string text;
   for (int i = 0; i < 3; ++i)
@@ -38,7 +38,8 @@ TEST(Truth, PosesByTime) {
   EXPECT_EQ(truth->beside, 1U);
 }
 
-// Times are the scans' own, a quaternion turns about z; in relations the last angles are no length.
+// Times are those of the scans; the quaternion rotates about z; the last numbers of relations are
+// angles, not a unit quaternion.
 TEST(Truth, PosesWithQuaternions) {
   const auto truth = read_truth("# time x y z qx qy qz qw\n101 1 2 0 0 0 0.6 0.8\n", log());
   ASSERT_TRUE(truth.ok()) << truth.error().detail();
@@ -65,15 +66,15 @@ TEST(Truth, RelationsByTheScansOwnTimes) {
 }
 
 TEST(Truth, SaysInWhichLineItIsBroken) {
-  EXPECT_EQ(error_of("1 0 0 0 0\n1 0 x 0 0\n"), "line 2: \"x\" is no number");
+  EXPECT_EQ(error_of("1 0 0 0 0\n1 0 x 0 0\n"), "line 2: \"x\" is not a number");
   EXPECT_EQ(error_of("1 2 3\n"),
             "line 1: 3 numbers: neither a pose (4, 5, or 8 with a quaternion) nor a relation (8)");
   EXPECT_EQ(error_of("1 0 0 0 0\n1 0 0 0\n"), "line 2: 4 numbers, but 5 in the lines before");
   EXPECT_EQ(error_of("1 3 0 0 0\n"), "line 1: the log has only 3 scans");
-  EXPECT_EQ(error_of("1 0.5 0 0 0\n"), "line 1: the second number is no index of a scan");
+  EXPECT_EQ(error_of("1 0.5 0 0 0\n"), "line 1: the second number is not a scan index");
   EXPECT_EQ(error_of("1 2 3 4 5 6 7 8 9\n"), "line 1: more than 8 numbers");
-  EXPECT_EQ(error_of("inf 2 3 4\n"), "line 1: \"inf\" is no number");
-  EXPECT_EQ(error_of("# nothing\n"), "no pose and no relation");
+  EXPECT_EQ(error_of("inf 2 3 4\n"), "line 1: \"inf\" is not a number");
+  EXPECT_EQ(error_of("# nothing\n"), "the file contains no poses or relations");
   EXPECT_NE(error_of("50 0 0 0\n").find("another log"), std::string::npos);
 }
 

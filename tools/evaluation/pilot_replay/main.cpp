@@ -1,5 +1,5 @@
-// pilot-replay: the recording of a pilot, decided again: why it stopped, and whether it is the
-// same.
+// pilot-replay: replays the recording of a pilot: prints why it stopped, and checks that the
+// decisions are identical.
 #include <cstdio>
 #include <optional>
 
@@ -19,16 +19,16 @@ using timsctl::Exit;
 using timsctl::Failure;
 
 constexpr const char* kAbout =
-    "What PilotPath decided, again, from what it received then (PilotPath --record=FILE): at "
-    "once,\n"
-    "without a robot. Each MOVE has to be the same, bit for bit; the first that is not is shown\n"
-    "with what it was decided by.";
+    "Replay the decisions of PilotPath from a recording (PilotPath --record=FILE), at once and\n"
+    "without a robot. Each MOVE must be identical, bit for bit; the first difference is printed\n"
+    "with the input of the decision.";
 constexpr const char* kExamples =
     "Examples:\n"
-    "  pilot-replay drive.cap --why                  each stop, and why\n"
-    "  pilot-replay drive.cap --set maxSpeed=2000    where another value would have mattered\n"
+    "  pilot-replay drive.cap --why                  print each stop with its reason\n"
+    "  pilot-replay drive.cap --set maxSpeed=2000    find where another value changes a decision\n"
     "\n"
-    "Exit status: 0 all is the same, 1 something is not, or parts of the recording are missing,\n"
+    "Exit status: 0 all decisions are identical, 1 some differ or parts of the recording are "
+    "missing,\n"
     "2 wrong command line, 4 no such file.";
 
 struct Wanted {
@@ -47,12 +47,12 @@ void change(PilotReplay& replay, const std::string& text) {
                          : tims::base::parse_number<i32>(std::string_view(text).substr(mark + 1));
   if (!value)
     throw Failure(Exit::kUsage, "usage",
-                  fmt::format("--set {}: write NAME=NUMBER, as maxSpeed=2000", text));
+                  fmt::format("--set {}: expected NAME=NUMBER, such as maxSpeed=2000", text));
   if (auto good = replay.change(text.substr(0, mark), *value); !good)
     throw Failure(Exit::kUsage, "usage", "--set: " + good.error().detail());
 }
 
-// Returns how many lines cannot be read.
+// Returns the number of unreadable lines.
 std::uint64_t play(const std::string& file, PilotReplay& replay) {
   const auto read = device::read_recording(
       file, [&](const device::CaptureRecord& record) { return replay.take(record); });
@@ -60,21 +60,20 @@ std::uint64_t play(const std::string& file, PilotReplay& replay) {
   if (read.error().code() == tims::Errc::kSystem)
     throw Failure(Exit::kNoSuch, "no_such_file", read.error().detail());
   throw Failure(Exit::kNo, "bad_file", read.error().detail(),
-                "is it what PilotPath --record=FILE has written?");
+                "was it recorded by PilotPath --record=FILE?");
 }
 
 void print_text(const PilotReplay& replay, const Wanted& wanted) {
   if (wanted.why) {
     for (const PilotReplay::Event& event : replay.events())
       fmt::print("{:10.3f} s  at {:.2f} {:.2f} m  {}: {}\n", seconds(event.at), event.pose.x / 1000,
-                 event.pose.y / 1000, event.stops ? "stands" : "drives", event.why);
+                 event.pose.y / 1000, event.stops ? "stops" : "drives", event.why);
   }
   if (const auto& first = replay.first_difference())
     fmt::print("{:10.3f} s  {}\n", seconds(first->at), first->text);
   fmt::print("{} decisions: {} different", replay.decisions(), replay.different());
   if (replay.undecided() > 0)
-    fmt::print("; {} more cannot be made again, records before them are missing",
-               replay.undecided());
+    fmt::print("; {} more cannot be reproduced: earlier records are missing", replay.undecided());
   fmt::print("\n");
 }
 
@@ -99,8 +98,8 @@ Exit run(const Wanted& wanted) {
   for (const std::string& text : wanted.changes) change(replay, text);
   const std::uint64_t unreadable = play(wanted.file, replay);
   if (replay.begins() == 0)
-    throw Failure(Exit::kNo, "bad_file", wanted.file + ": no pilot was turned on in it",
-                  "PilotPath --record=FILE writes it");
+    throw Failure(Exit::kNo, "bad_file", wanted.file + ": it does not contain the ON of a pilot",
+                  "record it with PilotPath --record=FILE");
   if (wanted.json)
     print_json(replay, unreadable);
   else
@@ -115,13 +114,15 @@ int main(int argc, char** argv) {
   using namespace rack::pilot;
   Wanted wanted;
   CLI::App app(kAbout, "pilot-replay");
-  app.add_option("FILE", wanted.file, "what PilotPath --record=FILE has written")->required();
-  app.add_flag("--why", wanted.why, "each time it began to stand or to drive, and why");
-  app.add_option("--set", wanted.changes, "another parameter: " + PilotReplay::changeable())
+  app.add_option("FILE", wanted.file, "recording by PilotPath --record=FILE")->required();
+  app.add_flag("--why", wanted.why,
+               "print each time it stopped or started to drive, with the reason");
+  app.add_option("--set", wanted.changes,
+                 "use another value of a parameter: " + PilotReplay::changeable())
       ->type_name("NAME=NUMBER")
       ->expected(1)
       ->take_all();
-  app.add_flag("--json", wanted.json, "all of it as one JSON object");
+  app.add_flag("--json", wanted.json, "print one JSON object");
   app.set_version_flag("--version", TIMS_VERSION);
   app.footer(kExamples);
   return timsctl::run_program(argc, argv, app, [&] { return run(wanted); });

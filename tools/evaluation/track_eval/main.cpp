@@ -1,4 +1,4 @@
-// track-eval: how well people and other things that move are followed.
+// track-eval: evaluates the tracking of people and other moving objects.
 #include <algorithm>
 #include <cstdio>
 #include <optional>
@@ -44,7 +44,7 @@ LikelihoodField hall_field() {
   return std::move(field).value();
 }
 
-// What the lines of all seeds come to.
+// Summary over all seeds.
 void print_all(const std::vector<Score>& scores, bool json) {
   std::vector<double> mota;
   std::vector<double> off;
@@ -143,54 +143,56 @@ Exit evaluate_drive(const Wanted& wanted) {
 }
 
 constexpr const char* kAbout =
-    "How well people and other things that move are followed.\n\n"
-    "Without LOG: simulated people in a hall, whose truth is known, and a robot that drives among\n"
-    "them. One line a seed: mota (1 - missed, wrong and changed numbers, for each person seen),\n"
-    "mean_m, mean_m_s (error of places and of speeds), ghosts_per_minute (objects that move where\n"
-    "nobody is), us_per_scan (time of the processor); of several seeds a last line: means, worst.\n"
-    "With LOG: what was said to move on a recorded drive, for you to judge; with MAP the robot is\n"
-    "localised in it, and what it has is no object.";
+    "Evaluate the tracking of people and other moving objects.\n\n"
+    "Without LOG: simulated people in a hall with known positions, and a robot that drives among\n"
+    "them. Prints one line per seed: mota (1 - missed, false and switched objects per visible\n"
+    "person), mean_m, mean_m_s (errors of position and velocity), ghosts_per_minute (moving "
+    "objects\n"
+    "without a person), us_per_scan (CPU time); with several seeds a last line with means and "
+    "worst.\n"
+    "With LOG: prints the objects reported as moving on a recorded drive, for manual inspection.\n"
+    "With MAP the robot is localised in it, and the objects of the map are ignored.";
 constexpr const char* kExits =
-    "Exit status: 0 done, 1 a file is broken (FILE: line N: what), 2 wrong command line, 4 no "
+    "Exit status: 0 done, 1 a file is invalid (FILE: line N: reason), 2 wrong command line, 4 no "
     "such\n"
     "file.";
 
 void add_options(CLI::App& app, Wanted& wanted) {
-  app.add_option("LOG", wanted.log, "log of CARMEN, .clf");
+  app.add_option("LOG", wanted.log, "CARMEN log, .clf");
   app.add_option("MAP", wanted.map,
-                 "map of ROS (.yaml, its picture beside it), or floor plan in m (DXF)");
-  app.add_option("--people", wanted.hall.people, "in the hall")
+                 "ROS map (.yaml, with its image in the same folder), or floor plan in m (DXF)");
+  app.add_option("--people", wanted.hall.people, "number of people in the hall")
       ->capture_default_str()
       ->check(CLI::Range(0U, 20U));
-  app.add_option("--seconds", wanted.seconds, "of each run")
+  app.add_option("--seconds", wanted.seconds, "length of each run [s]")
       ->capture_default_str()
       ->check(CLI::Range(1.0, 86400.0));
-  app.add_option("--beams", wanted.hall.beams, "of a scan")
+  app.add_option("--beams", wanted.hall.beams, "number of beams per scan")
       ->capture_default_str()
       ->check(CLI::Range(2U, 8000U));
-  app.add_option("--opening", wanted.hall.opening, "of the scanner, deg")
+  app.add_option("--opening", wanted.hall.opening, "field of view of the scanner [deg]")
       ->capture_default_str()
       ->check(CLI::Range(1.0, 360.0));
-  app.add_option("--period", wanted.hall.period, "between scans, s")
+  app.add_option("--period", wanted.hall.period, "interval between scans [s]")
       ->capture_default_str()
       ->check(CLI::Range(0.005, 1.0));
-  app.add_option("--noise", wanted.hall.noise, "of ranges, mm")
+  app.add_option("--noise", wanted.hall.noise, "standard deviation of ranges [mm]")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 200.0));
-  app.add_option("--robot-speed", wanted.hall.robot_speed, "mm/s")
+  app.add_option("--robot-speed", wanted.hall.robot_speed, "speed of the robot [mm/s]")
       ->capture_default_str()
       ->check(CLI::Range(0.0, 3000.0));
   app.add_flag("--localised", wanted.hall.localised,
-               "the robot has the hall's map and knows where it is");
-  app.add_option("--seed", wanted.hall.seed, "of all that is random")->capture_default_str();
-  app.add_option("--seeds", wanted.seeds, "one run after the other")
+               "the robot has a map of the hall and knows its pose");
+  app.add_option("--seed", wanted.hall.seed, "seed of the random numbers")->capture_default_str();
+  app.add_option("--seeds", wanted.seeds, "number of runs with consecutive seeds")
       ->check(CLI::Range(1U, 1000000U));
-  app.add_option("--lag", wanted.lag, "age of a log's scans, s (default: seen from its turns)")
+  app.add_option("--lag", wanted.lag, "age of scans in the log [s] (default: estimated from turns)")
       ->check(CLI::Range(-10.0, 10.0));
   app.add_flag("--judge", wanted.judge,
-               "MAP only says which movers are where it has something; it is not subtracted");
-  app.add_flag("--list", wanted.list, "each that was said to move");
-  app.add_flag("--json", wanted.json, "a JSON object a line");
+               "use MAP only to report which movers are on occupied cells; do not subtract it");
+  app.add_flag("--list", wanted.list, "list all objects reported as moving");
+  app.add_flag("--json", wanted.json, "print one JSON object per line");
   app.set_version_flag("--version", TIMS_VERSION);
   app.footer(kExits);
 }

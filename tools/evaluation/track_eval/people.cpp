@@ -9,8 +9,8 @@ namespace {
 constexpr double kLength = 16000;  // mm to the east
 constexpr double kDepth = 12000;   // mm to the north
 constexpr double kLegRadius = 60;
-constexpr double kLegsApart = 90;       // mm from the middle
-constexpr double kSwing = 220;          // mm, of a leg that walks fast
+constexpr double kLegsApart = 90;       // mm from the centre
+constexpr double kSwing = 220;          // mm, amplitude of a leg at fast walking
 constexpr double kStep = 700;           // mm
 constexpr double kAcceleration = 1200;  // mm/s^2
 constexpr double kFromWalls = 500;
@@ -21,8 +21,8 @@ constexpr double kRestMost = 3;  // s
 constexpr double kSlice = 0.02;  // s
 constexpr std::size_t kNobody = ~std::size_t{0};
 constexpr double kOdometryScale = 1.01;
-constexpr double kOdometryDrift = radians(0.5);  // for each m
-constexpr double kKnownTo = 20;                  // mm, localised
+constexpr double kOdometryDrift = radians(0.5);  // per m
+constexpr double kKnownTo = 20;                  // mm, position noise of a localised robot
 constexpr double kKnownToTurn = radians(0.3);
 
 void add_box(DxfDrawing& drawing, double x, double y, double x2, double y2) {
@@ -92,7 +92,7 @@ void Hall::choose_goal(Walk& walk, const MapPoint& from) {
 }
 
 bool Hall::meets(std::size_t i, const MapPoint& next) const {
-  // Who goes away from somebody near may.
+  // Moving away from a near person is permitted.
   const auto nearer = [&](const MapPoint& other, double least) {
     return distance(next, other) < least && distance(next, other) <= distance(people_[i].at, other);
   };

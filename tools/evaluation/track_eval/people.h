@@ -1,11 +1,11 @@
-// A hall with people and a robot, to judge how well people are followed: what its scanner sees, and
-// where everybody truly is. Pure.
+// A simulated hall with people and a robot, for the evaluation of people tracking: scans of the
+// robot and the true positions. Pure.
 //
-// The hall is 16 m x 12 m, with pillars and a table. People walk straight to some place, stand
-// there for a while, and go on; they stop before each other and before the robot. Each is seen as
-// two legs: circles of 60 mm that swing as people stride. The robot goes round on an ellipse. Its
-// ranges have noise, some beams nothing comes back of, and its odometry drifts, unless it has a map
-// and knows where it is but for some noise.
+// The hall is 16 m x 12 m, with pillars and a table. People walk straight to a random place, stand
+// there for a while, and continue; they stop in front of each other and of the robot. Each person
+// is two legs: circles of 60 mm that swing with the stride. The robot drives on an ellipse. Its
+// ranges have noise, some beams return no echo, and its odometry drifts; a localised robot has only
+// small position noise.
 #pragma once
 
 #include <array>
@@ -28,28 +28,28 @@ struct HallSettings {
   double period = 0.1;       // s
   double range_max = 20000;  // mm
   double noise = 15;         // mm
-  double dropped = 0.005;    // share of beams
+  double dropped = 0.005;    // fraction of beams
   double robot_speed = 500;  // mm/s
-  bool localised = false;    // it knows where it is
+  bool localised = false;    // the robot knows its pose
 };
 
 struct Person {
   MapPoint at{};
   MapPoint velocity{};      // mm/s
-  std::uint32_t beams = 0;  // of the last scan, that met one of its legs
+  std::uint32_t beams = 0;  // beams of the last scan that hit one of its legs
 };
 
 class Hall {
  public:
   explicit Hall(const HallSettings& settings);
 
-  // As it stands on paper, in m.
+  // The floor plan, in m.
   static DxfDrawing plan();
 
-  // A period later.
+  // Advances by one period.
   void step();
   void scan(Scan2dData& scan);
-  [[nodiscard]] PositionData position() const;  // as the robot knows it
+  [[nodiscard]] PositionData position() const;  // as estimated by the robot
 
   [[nodiscard]] const std::vector<Person>& people() const { return people_; }
   [[nodiscard]] const Pose& robot() const { return robot_; }
@@ -60,9 +60,9 @@ class Hall {
     double wanted = 1200;  // mm/s
     double speed = 0;
     double direction = 0;
-    double phase = 0;  // of the stride
+    double phase = 0;  // phase of the stride
     double rest = 0;   // s
-    double waits = 0;  // s, for somebody in the way
+    double waits = 0;  // waiting time in front of an obstacle, s
   };
   struct Leg {
     MapPoint at{};
@@ -84,10 +84,10 @@ class Hall {
   std::vector<Walk> walks_;
   std::vector<Leg> legs_;
   std::vector<double> ranges_;
-  std::vector<std::size_t> met_;  // whose leg a beam ends at
+  std::vector<std::size_t> met_;  // index of the leg that a beam hits
   Pose robot_{};
   Pose odometry_{};
-  double way_ = 0;  // of the robot
+  double way_ = 0;  // distance driven by the robot
   double now_ = 0;  // s
 };
 

@@ -21,7 +21,7 @@ constexpr std::uint32_t kBeamsToBeSeen = 2;
 constexpr double kBelongs = 500;  // mm
 constexpr std::int32_t kNoTrack = 0;
 
-// An object as it truly would be, if the robot's frame were right.
+// The object transformed to the true frame.
 struct Told {
   std::int32_t id;
   MapPoint at;
@@ -37,7 +37,7 @@ class People {
     tell(hall.robot(), data);
     const auto& people = hall.people();
     found_.assign(people.size(), nullptr);
-    // Who had a number keeps it, as long as that is near enough.
+    // A previous assignment is kept while the object is near enough.
     for (std::size_t i = 0; i < people.size(); ++i)
       for (Told& told : told_)
         if (told.id == last_[i] && distance(told.at, people[i].at) < kBelongs) give(i, told);
@@ -97,7 +97,7 @@ class People {
   }
 
   Score& score_;
-  std::vector<std::int32_t> last_;  // number of each person
+  std::vector<std::int32_t> last_;  // last object id of each person
   std::vector<Told> told_;
   std::vector<Told*> found_;
   std::set<std::int32_t> ghosts_;
@@ -138,13 +138,13 @@ Score follow_people(const HallSettings& settings, double seconds, const Likeliho
 
 namespace {
 
-constexpr double kSureShare = 0.95;  // as mcl-eval has it
+constexpr double kSureShare = 0.95;  // as in mcl-eval
 constexpr std::uint32_t kSureUpdates = 20;
 constexpr double kOnMap = 300;  // mm
 
 constexpr double kPause = 3;         // s
-constexpr double kAtOnce = 0.25;     // of the mean time between two scans
-constexpr double kBunches = 0.1;     // share of such scans
+constexpr double kAtOnce = 0.25;     // fraction of the mean interval between scans
+constexpr double kBunches = 0.1;     // fraction of such scans
 constexpr std::size_t kAround = 12;  // neighbours on each side
 
 // Scans from `begin` on, up to the next pause.
@@ -256,11 +256,11 @@ class Drive {
   const CarmenLog& log_;
   const DriveSettings& settings_;
   const Stopwatch& stopwatch_;
-  std::vector<double> times_;  // of the scans
+  std::vector<double> times_;  // times of the scans
   Localiser localiser_;
   ObjectRecogniser recogniser_;
   DriveScore score_;
-  std::vector<unsigned> places_;  // of each mover
+  std::vector<unsigned> places_;  // number of positions of each mover
   std::vector<localisation::BeamEnd> beams_;
   Scan2dData scan_;
   ObjRecogData data_;

@@ -1,11 +1,11 @@
-// How well objects are followed. With people whose truth is known: MOTA (Bernardin, Stiefelhagen:
-// the CLEAR MOT metrics, 2008), which counts people that were missed, objects where nobody is, and
-// numbers that changed, and errors of place and speed. On a recorded drive: every object that was
-// said to move, with its way, for somebody to look at. Pure but for the stopwatch handed in.
+// Evaluation of object tracking. With simulated people: MOTA (Bernardin, Stiefelhagen: the CLEAR
+// MOT metrics, 2008), which counts missed people, false positives and identity switches, and errors
+// of position and velocity. On a recorded drive: a list of all objects reported as moving, for
+// manual inspection. Pure except for the stopwatch argument.
 //
-// A person counts in a scan as soon as two beams have met it. An object belongs to a person within
-// half a metre, last time's first. What stands beside a person that is hidden is neither right nor
-// wrong.
+// A person counts in a scan if at least two beams hit it. An object is assigned to a person within
+// half a metre; the assignment of the previous scan has priority. An object next to a hidden person
+// is neither a match nor a false positive.
 #pragma once
 
 #include <cstdint>
@@ -22,20 +22,20 @@ namespace rack::track_eval {
 using Stopwatch = std::function<double()>;  // us
 
 struct Score {
-  std::uint64_t people = 0;  // in all scans
+  std::uint64_t people = 0;  // visible people, summed over all scans
   std::uint64_t missed = 0;
-  std::uint64_t wrong = 0;      // objects where nobody is
-  std::uint64_t switches = 0;   // of numbers
-  std::vector<double> off{};    // mm
-  std::vector<double> speed{};  // mm/s, error of the speed as a vector
-  std::uint32_t ghosts = 0;     // objects that move where nobody is, by their numbers
+  std::uint64_t wrong = 0;      // false positives
+  std::uint64_t switches = 0;   // identity switches
+  std::vector<double> off{};    // position errors, mm
+  std::vector<double> speed{};  // errors of the velocity vector, mm/s
+  std::uint32_t ghosts = 0;     // moving objects without a person, counted by identity
   double minutes = 0;
   double us_per_scan = 0;
 
   [[nodiscard]] double mota() const;
 };
 
-// `map`: of the hall, or none.
+// `map`: of the hall, or nullptr.
 Score follow_people(const HallSettings& settings, double seconds,
                     const localisation::LikelihoodField* map, const Stopwatch& stopwatch);
 
@@ -43,34 +43,34 @@ Score follow_people(const HallSettings& settings, double seconds,
 
 struct Mover {
   std::int32_t id = 0;
-  double from = 0;  // s since the log began
+  double from = 0;  // s since the start of the log
   double to = 0;
-  double way = 0;    // mm, from where it was first said to move to its farthest place
+  double way = 0;    // mm, largest distance from the first position reported as moving
   double speed = 0;  // mm/s, mean
   double size = 0;   // mm
-  MapPoint first{};  // places in the frame of the map or of the odometry
+  MapPoint first{};  // positions in the frame of the map or the odometry
   MapPoint last{};
-  double on_map = 0;  // share of its places where the map, if there is one, has something
+  double on_map = 0;  // fraction of its positions on occupied cells of the map, if any
   perception::ObjectKind kind{};
 };
 
 struct DriveScore {
   std::vector<Mover> movers{};
   std::size_t scans = 0;
-  std::size_t objects = 0;  // confirmed ones, in all scans
-  double minutes = 0;       // of recognition
+  std::size_t objects = 0;  // confirmed objects, summed over all scans
+  double minutes = 0;       // processed time
   double us_per_scan = 0;
 };
 
-// When the scans were made, in s. Logging programs write several at once, with nearly the same
-// time, though the scanner made them one after the other: if a log has such bunches, each scan has
-// the mean time of its neighbours on both sides (pauses apart), else the time that the log says.
+// The estimated times of the scans, s. Some logging programs write several scans at once, with
+// nearly the same time stamp. If a log has such bunches, the time of a scan is the mean over its
+// neighbours on both sides (between pauses), else the time stamp of the log.
 std::vector<double> even_times(const std::vector<localisation::LogScan>& scans);
 
 struct DriveSettings {
-  double lag = 0;                                      // s: scans are older than their time
-  const localisation::LikelihoodField* map = nullptr;  // the robot is localised in it
-  bool subtract = true;                                // else the map only judges
+  double lag = 0;                                      // age of scans at their time stamps, s
+  const localisation::LikelihoodField* map = nullptr;  // map for localisation
+  bool subtract = true;  // remove points of the map; false: only compute on_map
   std::uint64_t seed = 1;
 };
 

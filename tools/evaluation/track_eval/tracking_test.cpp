@@ -13,7 +13,7 @@ double no_clock() { return 0; }
 
 class PeopleTest : public testing::TestWithParam<bool> {};
 
-// What the README promises, on fewer minutes.
+// The results of the README, with a shorter time.
 TEST_P(PeopleTest, AreFollowed) {
   const bool localised = GetParam();
   const auto map = localisation::read_map(Hall::plan(), 1000, 0, 0, 50);
@@ -31,7 +31,7 @@ TEST_P(PeopleTest, AreFollowed) {
 }
 INSTANTIATE_TEST_SUITE_P(WithAndWithoutAMap, PeopleTest, testing::Bool());
 
-// A scanner that looks away from half of them, and sees a leg by a single beam from 7 m on.
+// A scanner with a field of view of 180 degrees; from 7 m a leg is hit by a single beam.
 TEST(People, AreFollowedByHalfATurnWithoutAMap) {
   for (const std::uint64_t seed : {11U, 12U}) {
     const Score score =
@@ -94,7 +94,7 @@ TEST(EvenTimes, OthersStayAsTheyAre) {
   EXPECT_TRUE(even_times({}).empty());
 }
 
-// A room 8 m x 8 m in a log of ours, and somebody who walks through it.
+// A synthetic log of a room of 8 m x 8 m with a walking person.
 TEST(Drive, SomebodyWalks) {
   localisation::CarmenLog log;
   log.range_max = 50;
