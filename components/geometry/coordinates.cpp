@@ -16,7 +16,7 @@ constexpr i32 kFirstNorthernBand = 12;  // N
 constexpr double kFalseEasting = 500000;
 constexpr double kFalseNorthing = 10000000;  // UTM, south of the equator
 
-// The series of Krueger in n, the third flattening; exact to a millimetre within some 3000 km.
+// Krueger's series in n, the third flattening; exact to a millimetre within about 3000 km.
 struct Series {
   explicit Series(const Ellipsoid& ellipsoid) {
     const double f = 1 / ellipsoid.flattening;
@@ -29,14 +29,14 @@ struct Series {
     beta = {n / 2 - 2 * n2 / 3 + 37 * n3 / 96, n2 / 48 + n3 / 15, 17 * n3 / 480};
     delta = {2 * n - 2 * n2 / 3 - 2 * n3, 7 * n2 / 3 - 8 * n3 / 5, 56 * n3 / 15};
   }
-  double radius;  // of a sphere with as long a meridian
+  double radius;  // of a sphere with a meridian of the same length
   double eccentricity;
   std::array<double, 3> alpha;
   std::array<double, 3> beta;
   std::array<double, 3> delta;
 };
 
-// In the frame of the Earth, m.
+// Earth-centred coordinates, m.
 struct Vector {
   double x;
   double y;
@@ -53,7 +53,7 @@ Vector to_vector(const Geodetic& at, const Ellipsoid& ellipsoid) {
           (radius * (1 - e2) + at.height) * s};
 }
 
-// Bowring's formula: good to far less than a millimetre near the ground.
+// Bowring's formula: the error is far below a millimetre near the ground.
 Geodetic to_geodetic(const Vector& at, const Ellipsoid& ellipsoid) {
   const double f = 1 / ellipsoid.flattening;
   const double e2 = f * (2 - f);
@@ -70,15 +70,15 @@ Geodetic to_geodetic(const Vector& at, const Ellipsoid& ellipsoid) {
   return {latitude, std::atan2(at.y, at.x), height};
 }
 
-// The original's numbers, from WGS84 to Bessel; the rotation is one of the frame, not of the
-// vector. It writes the scale as 1 / (1 - 9.82e-6), which would lift the ground by 125 m: the
-// opposite fits.
+// The constants of the original, from WGS84 to Bessel; the rotation is that of the frame, not of
+// the vector. The original has a scale of 1 / (1 - 9.82e-6), which would raise the ground by 125 m;
+// the inverse is correct.
 constexpr Vector kShift{-591.28, -81.35, -396.39};
 constexpr Vector kTurn{7.1606980699878466e-6, -3.568228692966184e-7, -7.068583470577034e-6};
 constexpr double kScale = 1 - 9.82e-6;
 
-Vector turned(const Vector& v, double way) {
-  const Vector r{way * kTurn.x, way * kTurn.y, way * kTurn.z};
+Vector turned(const Vector& v, double sign) {
+  const Vector r{sign * kTurn.x, sign * kTurn.y, sign * kTurn.z};
   return {v.x + r.z * v.y - r.y * v.z, -r.z * v.x + v.y + r.x * v.z, r.y * v.x - r.x * v.y + v.z};
 }
 
@@ -159,7 +159,7 @@ PositionUtmData to_utm(const PositionWgs84Data& from) {
   const double longitude = degrees(signed_angle(from.longitude));
   const double latitude = degrees(from.latitude);
   const auto zone = static_cast<i32>(std::clamp(std::floor((longitude + 180) / 6) + 1, 1.0, 60.0));
-  // C is the first of bands of 8 degrees, from 80 degrees south; X is longer.
+  // The bands start with C at 80 degrees south and have 8 degrees each; X is larger.
   const auto band = static_cast<i32>(std::clamp(std::floor((latitude + 80) / 8), 0.0, 19.0)) + 2;
   const PlanePoint point =
       project({from.latitude, radians(longitude), 0}, {kEarth, 0.9996, zone_meridian(zone)});
@@ -204,7 +204,7 @@ bool good(const PositionUtmData& utm) {
 }
 
 tims::Error no_place() {
-  return {tims::Errc::kInvalidArgument, "these are no coordinates of a place on Earth"};
+  return {tims::Errc::kInvalidArgument, "these are not coordinates of a place on Earth"};
 }
 
 }  // namespace

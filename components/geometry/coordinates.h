@@ -1,5 +1,5 @@
-// Places on Earth, as a plane of the robot's world and back: the projections (transverse Mercator,
-// as UTM and Gauss-Krueger have it), and what x and y of a position stand for (specification,
+// Coordinates of the Earth as a plane of the robot's world, and back: the projections (transverse
+// Mercator for UTM and Gauss-Krueger), and the meaning of x and y of a position (specification,
 // section 10.5). Pure.
 #pragma once
 
@@ -19,7 +19,7 @@ struct Geodetic {
 };
 
 struct Ellipsoid {
-  double axis;        // larger one, m
+  double axis;        // semi-major axis, m
   double flattening;  // inverse
 };
 inline constexpr Ellipsoid kEarth{6378137.0, 298.257223563};
@@ -38,11 +38,11 @@ struct PlanePoint {
 PlanePoint project(const Geodetic& at, const Grid& grid);
 Geodetic unproject(const PlanePoint& point, const Grid& grid);
 
-// Between the globes: a Helmert transformation.
+// Between the ellipsoids: a Helmert transformation.
 Geodetic wgs84_to_bessel(const Geodetic& at);
 Geodetic bessel_to_wgs84(const Geodetic& at);
 
-// --- between the messages. Heading stays as it is; so does altitude, but between the globes.
+// --- between the messages. Heading and altitude are kept; the altitude changes between ellipsoids.
 
 PositionGkData to_gk(const PositionWgs84Data& from);
 PositionWgs84Data to_wgs84(const PositionGkData& from);
@@ -50,11 +50,11 @@ PositionUtmData to_utm(const PositionWgs84Data& from);
 // zone: 1 to 60, band: N and later are north of the equator.
 PositionWgs84Data to_wgs84(const PositionUtmData& from);
 
-// --- Positions in the world of the robot, said as coordinates of the Earth and back
+// --- Positions in the world of the robot as coordinates of the Earth, and back
 
-// What x and y of a position are.
+// The meaning of x and y of a position.
 enum class PositionReference : i32 {
-  kWgs84 = 0,         // metres by a scale for each degree
+  kWgs84 = 0,         // metres, by a scale per degree
   kGaussKrueger = 1,  // northing and easting
   kUtm = 2,
 };
@@ -73,8 +73,8 @@ struct CoordinateSettings {
 
 class Coordinates {
  public:
-  // auto_offset: the first northing and easting converted, rounded to 100 m, become the offset, and
-  // their zone and band of UTM the zone and band of the world.
+  // auto_offset: the first converted northing and easting, rounded to 100 m, become the offset, and
+  // their UTM zone and band those of the world.
   Coordinates(const CoordinateSettings& settings, bool auto_offset)
       : settings_(settings), auto_offset_(auto_offset) {}
 
@@ -82,21 +82,21 @@ class Coordinates {
   tims::Result<PositionData> from(const PositionGkData& gk);
   tims::Result<PositionData> from(const PositionUtmData& utm);
 
-  // Without a scale every place is where the offset is.
+  // Without a scale, every position maps to the offset.
   [[nodiscard]] PositionWgs84Data to_wgs84(const PositionData& position) const;
   [[nodiscard]] PositionGkData to_gk(const PositionData& position) const;
   [[nodiscard]] PositionUtmData to_utm(const PositionData& position) const;
 
-  // With the offsets, zone and band found.
+  // Including offsets, zone and band found by auto_offset.
   [[nodiscard]] const CoordinateSettings& settings() const { return settings_; }
 
  private:
-  // As northing and easting, m; the zone of UTM is the one set.
+  // Northing and easting, m, in the configured UTM zone.
   struct Plane {
     double northing = 0;
     double easting = 0;
   };
-  // Whether that place is the first one, and becomes the offset.
+  // Sets the offset from the first place; returns whether it is the first one.
   bool find_offset(const Plane& plane);
   [[nodiscard]] PositionData on_plane(const Plane& plane, i32 altitude, f32 heading) const;
   [[nodiscard]] Plane plane_of(const PositionData& position) const;

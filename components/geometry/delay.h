@@ -1,4 +1,4 @@
-// What a machine is told, until it begins to do it: in order, one never overtakes another.
+// A delay line for commands: they take effect in order after a lag; none overtakes another.
 // Allocates nothing.
 #pragma once
 
@@ -11,22 +11,22 @@
 
 namespace rack::device {
 
-template <typename Wish>
+template <typename Command>
 class Delay {
  public:
   struct Due {
     tims::Time at{};
-    Wish wish{};
+    Command command{};
   };
 
-  // When too many are under way, it takes the last one's place.
-  void tell(const Wish& wish, tims::Time due) {
+  // When the buffer is full, the new command replaces the last one.
+  void tell(const Command& command, tims::Time due) {
     if (count_ == kUnderWayMax) --count_;
     if (count_ > 0) due = std::max(due, newest()->at);
-    all_[(first_ + count_) % kUnderWayMax] = {due, wish};
+    all_[(first_ + count_) % kUnderWayMax] = {due, command};
     ++count_;
   }
-  // The next that is due by then.
+  // The next command that is due at `now`.
   std::optional<Due> take(tims::Time now) {
     if (count_ == 0 || all_[first_].at > now) return {};
     const Due due = all_[first_];
@@ -34,7 +34,7 @@ class Delay {
     --count_;
     return due;
   }
-  // Null if nothing is under way.
+  // nullptr when no command is pending.
   [[nodiscard]] const Due* newest() const {
     return count_ == 0 ? nullptr : &all_[(first_ + count_ - 1) % kUnderWayMax];
   }

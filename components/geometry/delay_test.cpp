@@ -15,14 +15,14 @@ TEST(DelayTest, NothingIsTakenBeforeItIsDue) {
   EXPECT_FALSE(delay.take(kBegin));
   delay.tell(1, kBegin + 50ms);
   delay.tell(2, kBegin + 60ms);
-  EXPECT_EQ(delay.newest()->wish, 2);
+  EXPECT_EQ(delay.newest()->command, 2);
   EXPECT_FALSE(delay.take(kBegin + 50ms - 1ns));
   const auto first = delay.take(kBegin + 50ms);
   ASSERT_TRUE(first);
-  EXPECT_EQ(first->wish, 1);
+  EXPECT_EQ(first->command, 1);
   EXPECT_EQ(first->at, kBegin + 50ms);
   EXPECT_FALSE(delay.take(kBegin + 50ms));
-  EXPECT_EQ(delay.take(kBegin + 1s)->wish, 2);
+  EXPECT_EQ(delay.take(kBegin + 1s)->command, 2);
   EXPECT_EQ(delay.newest(), nullptr);
 }
 
@@ -31,8 +31,8 @@ TEST(DelayTest, OneNeverOvertakesAnother) {
   delay.tell(1, kBegin + 50ms);
   delay.tell(2, kBegin + 10ms);
   EXPECT_FALSE(delay.take(kBegin + 49ms));
-  EXPECT_EQ(delay.take(kBegin + 50ms)->wish, 1);
-  EXPECT_EQ(delay.take(kBegin + 50ms)->wish, 2);
+  EXPECT_EQ(delay.take(kBegin + 50ms)->command, 1);
+  EXPECT_EQ(delay.take(kBegin + 50ms)->command, 2);
 }
 
 TEST(DelayTest, WhatIsForgottenIsNotDone) {
@@ -54,8 +54,8 @@ TEST(DelayTest, WhenTooManyAreUnderWayTheNewestTakesTheLastOnesPlace) {
       }
       for (int i = 1; i <= told; ++i) delay.tell(i, kBegin);
       const int kept = std::min(told, kMax);
-      for (int i = 1; i < kept; ++i) ASSERT_EQ(delay.take(kBegin)->wish, i);
-      EXPECT_EQ(delay.take(kBegin)->wish, told);
+      for (int i = 1; i < kept; ++i) ASSERT_EQ(delay.take(kBegin)->command, i);
+      EXPECT_EQ(delay.take(kBegin)->command, told);
       EXPECT_FALSE(delay.take(kBegin));
     }
   }

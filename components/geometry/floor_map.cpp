@@ -13,7 +13,7 @@ namespace rack {
 
 namespace {
 
-constexpr double kFarthest = 1e9;  // of a coordinate that makes sense
+constexpr double kFarthest = 1e9;  // limit of a plausible coordinate
 
 template <typename T>
 std::optional<T> number(std::string_view text) {
@@ -24,14 +24,14 @@ std::optional<T> number(std::string_view text) {
 struct Group {
   int code = 0;
   std::string_view value{};
-  std::size_t line = 0;  // of the code
+  std::size_t line = 0;  // line number of the code
 };
 
 class Groups {
  public:
   explicit Groups(std::string_view text) : left_(text) {}
 
-  // Nothing: the file has ended.
+  // Nothing: end of the file.
   tims::Result<std::optional<Group>> next() {
     if (left_.find_first_not_of(" \t\r\n") == std::string_view::npos) return {std::nullopt};
     const std::string_view code = take_line();
@@ -59,7 +59,7 @@ class Groups {
   std::size_t line_ = 0;
 };
 
-// What is known of the entity that is being read.
+// The entity that is being read.
 struct Entity {
   std::string_view type{};
   std::size_t line = 0;
@@ -68,15 +68,15 @@ struct Entity {
   std::int32_t flags = 0;
   std::optional<std::int32_t> count{};
   std::vector<DxfPoint> vertices{};  // LWPOLYLINE
-  bool bad = false;                  // a number is none
+  bool bad = false;                  // a value is not a number
 };
 
 constexpr std::int32_t kClosed = 1;
-constexpr std::int32_t kMesh = 16 | 64;  // of POLYLINE: vertices are no line then
+constexpr std::int32_t kMesh = 16 | 64;  // flags of POLYLINE: its vertices do not form a line
 
 class Reader {
  public:
-  // False: this is the end.
+  // False: the end of the section or file.
   bool take(const Group& group) {
     if (group.code == 0) {
       finish();
@@ -164,23 +164,23 @@ class Reader {
   }
 
   void line() {
-    if (entity_.bad) return skip(entity_, "a coordinate is no number");
+    if (entity_.bad) return skip(entity_, "a coordinate is not a number");
     if (!entity_.x || !entity_.y || !entity_.x2 || !entity_.y2)
       return skip(entity_, "without an end");
     add({*entity_.x, *entity_.y}, {*entity_.x2, *entity_.y2}, entity_);
   }
 
   void point() {
-    if (entity_.bad) return skip(entity_, "a coordinate is no number");
-    if (!entity_.x || !entity_.y) return skip(entity_, "without a place");
+    if (entity_.bad) return skip(entity_, "a coordinate is not a number");
+    if (!entity_.x || !entity_.y) return skip(entity_, "without coordinates");
     add({*entity_.x, *entity_.y}, {*entity_.x, *entity_.y}, entity_);
   }
 
   void light_polyline() {
     const Entity polyline = std::move(entity_);
-    if (polyline.bad) return skip(polyline, "a coordinate is no number");
+    if (polyline.bad) return skip(polyline, "a coordinate is not a number");
     if (polyline.count && std::cmp_not_equal(*polyline.count, polyline.vertices.size()))
-      return skip(polyline, "has another number of vertices than it says");
+      return skip(polyline, "has a wrong number of vertices");
     add_all(polyline);
   }
 
@@ -197,7 +197,7 @@ class Reader {
     if (!polyline_) return;
     const Entity polyline = std::move(*polyline_);
     polyline_.reset();
-    if (polyline.bad) return skip(polyline, "a coordinate is no number");
+    if (polyline.bad) return skip(polyline, "a coordinate is not a number");
     if (!sequence_ended_) skip(polyline, "without SEQEND");
     if ((polyline.flags & kMesh) != 0) return skip(polyline, "is a mesh");
     add_all(polyline);
@@ -218,7 +218,7 @@ class Reader {
 
   void skip(const Entity& entity, std::string_view why) {
     if (drawing_.skipped.size() == DxfDrawing::kSkippedMax) return;
-    // A type is as long as its author likes.
+    // The name of a type may be of any length.
     drawing_.skipped.push_back(Groups::at(entity.line) + std::string(entity.type.substr(0, 20)) +
                                " " + std::string(why));
   }
@@ -247,7 +247,7 @@ tims::Result<DxfDrawing> read_dxf(std::string_view text) {
 
 namespace {
 
-constexpr double kCorner = 1e-3;  // mm: where walls meet, no ray slips through
+constexpr double kCorner = 1e-3;  // mm: no ray passes between joined walls
 constexpr double kNearlyStraight = 1e-6;
 
 }  // namespace
@@ -271,8 +271,8 @@ void FloorMap::cast(const RayFan& fan, double max_range, std::span<double> range
   }
 }
 
-// Only the rays that look between the ends of the wall are tried: all of a scan cost little more
-// than one ray against all walls.
+// Only the rays between the directions of the wall's ends are tested: the cost for all rays of a
+// scan is little more than that of one ray against all walls.
 void FloorMap::cast(const Wall& wall, const RayFan& fan, std::span<double> ranges) {
   const double x = wall.from.x - fan.from.x;
   const double y = wall.from.y - fan.from.y;
@@ -280,13 +280,13 @@ void FloorMap::cast(const Wall& wall, const RayFan& fan, std::span<double> range
   const double turn = signed_angle(std::atan2(y + wall.way.y, x + wall.way.x) - begin);
   double first = turn < 0 ? begin + turn : begin;
   double width = std::abs(turn);
-  if (width > kPi - kNearlyStraight) {  // seen from the wall itself, either side may be the front
+  if (width > kPi - kNearlyStraight) {  // the point is on the wall: either side may be the front
     first = begin;
     width = 2 * kPi;
   }
   const double count = static_cast<double>(ranges.size());
   double from = heading(first - fan.first) - 2 * kPi;
-  while (from <= fan.step * count) {  // a fan may look into one direction more than once
+  while (from <= fan.step * count) {  // a fan may contain a direction more than once
     const double low = std::clamp(std::floor(from / fan.step), 0.0, count);
     const double high = std::clamp(std::ceil((from + width) / fan.step) + 1, 0.0, count);
     for (auto i = static_cast<std::size_t>(low); i < static_cast<std::size_t>(high); ++i) {

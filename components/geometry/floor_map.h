@@ -1,12 +1,11 @@
-// A floor plan: walls out of a DXF file, and how far a ray goes until it meets one (specification,
-// section 10.3). Pure.
+// A floor plan: reads walls from a DXF file, and casts rays against them (specification, section
+// 10.3). Pure.
 //
-// DXF is pairs of lines, a group code and its value; an entity begins with code 0 and its name.
-// Lines and polylines are walls, everything else is passed over, and what is damaged is left out
-// with its line number. A scanner is a fan of rays from one point. Each wall is seen between the
-// directions of its ends, so that only the rays between them are tried: where a ray meets the line
-// of the wall, the range becomes the smaller of the two. That is walls times rays that hit them,
-// and not times all.
+// DXF is a sequence of line pairs, a group code and its value; an entity begins with code 0 and its
+// name. Lines and polylines are walls, other entities are ignored, and damaged ones are skipped and
+// reported with their line number. A scanner is a fan of rays from one point. For each wall, only
+// the rays between the directions of its ends are intersected with its line, and the range becomes
+// the minimum. The cost is the number of walls times the rays that hit them, instead of all pairs.
 #pragma once
 
 #include <cmath>
@@ -21,18 +20,18 @@
 
 namespace rack {
 
-// --- A drawing. Taken are LINE, POLYLINE with its VERTEXes, LWPOLYLINE and POINT of the section
-// ENTITIES (or of no section at all); curves in polylines become straight.
+// --- A drawing: LINE, POLYLINE with its VERTEXes, LWPOLYLINE and POINT of the section ENTITIES
+// (or of a file without sections); curves in polylines become straight.
 
 struct DxfPoint {
-  double x = 0;  // as in the drawing: to the east
+  double x = 0;  // to the east, in units of the drawing
   double y = 0;  // to the north
 };
 
 struct DxfLine {
   DxfPoint from;
   DxfPoint to;
-  std::int32_t layer = 0;  // its name as a number
+  std::int32_t layer = 0;  // number in its name
 };
 
 struct DxfDrawing {
@@ -44,10 +43,10 @@ struct DxfDrawing {
   static constexpr std::size_t kSkippedMax = 20;
 };
 
-// kMalformed says in which line this stops being DXF.
+// The error kMalformed names the line where the text is not DXF.
 tims::Result<DxfDrawing> read_dxf(std::string_view text);
 
-// --- Walls seen from above, and how far it is to them.
+// --- Walls in the plane, and distances to them.
 
 struct MapPoint {
   double x = 0;  // mm to the north
@@ -68,21 +67,21 @@ struct RayFan {
 class FloorMap {
  public:
   FloorMap() = default;
-  // A drawing has x to the east and y to the north; robots have x to the north and y to the east.
-  // x = (drawing's y - offset_x) * scale, y = (drawing's x - offset_y) * scale.
+  // A drawing has x to the east and y to the north; robots have x to the north and y to the east. x
+  // = (drawing's y - offset_x) * scale, y = (drawing's x - offset_y) * scale.
   FloorMap(const DxfDrawing& drawing, double scale, double offset_x, double offset_y);
 
   struct Wall {
     MapPoint from;
-    MapPoint way;  // to its end
+    MapPoint way;  // vector from `from` to its end
     double length;
   };
   [[nodiscard]] std::span<const Wall> walls() const { return walls_; }
   [[nodiscard]] std::size_t size() const { return walls_.size(); }
 
-  // The way to the nearest wall along each ray, at most max_range.
+  // The distance to the nearest wall along each ray, at most max_range.
   void cast(const RayFan& fan, double max_range, std::span<double> ranges) const;
-  // How far the nearest wall is, in any direction.
+  // The distance to the nearest wall in any direction.
   [[nodiscard]] double clearance(const MapPoint& at) const;
 
  private:

@@ -63,10 +63,10 @@ TEST(Dxf, SkipsWhatIsDamagedAndSaysWhere) {
   EXPECT_TRUE(drawing.lines.empty());
   const std::vector<std::string> expected = {
       "line 1: LINE without an end",
-      "line 7: LINE a coordinate is no number",
-      "line 17: LWPOLYLINE has another number of vertices than it says",
+      "line 7: LINE a coordinate is not a number",
+      "line 17: LWPOLYLINE has a wrong number of vertices",
       "line 25: VERTEX without POLYLINE",
-      "line 31: POINT a coordinate is no number",
+      "line 31: POINT a coordinate is not a number",
       "line 37: POLYLINE without SEQEND",
   };
   EXPECT_EQ(drawing.skipped, expected);

@@ -1,4 +1,4 @@
-// Angles and poses in the plane, clockwise as RACK has them. Pure.
+// Angles and poses in the plane, clockwise as in RACK. Pure.
 #pragma once
 
 #include <cmath>
@@ -8,19 +8,19 @@
 
 namespace rack {
 
-// --- Angles as messages want them (specification, section 9): rho from 0 to 2 pi, others around 0.
+// --- Angles as in messages (specification, section 9): rho from 0 to 2 pi, others around 0.
 
 inline constexpr double kPi = std::numbers::pi;
 
 constexpr double radians(double degrees) { return degrees * kPi / 180; }
 constexpr double degrees(double radians) { return radians * 180 / kPi; }
 
-// 0 to 2 pi, the latter excluded; what is no number becomes 0.
+// 0 to 2 pi, the latter excluded; 0 for values that are not numbers.
 inline double heading(double angle) {
   const double rest = std::fmod(angle, 2 * kPi);
   if (!std::isfinite(rest)) return 0;
   const double positive = rest < 0 ? rest + 2 * kPi : rest;
-  return positive < 2 * kPi ? positive : 0;  // a tiny negative one
+  return positive < 2 * kPi ? positive : 0;  // a tiny negative angle was rounded up
 }
 
 // -pi to pi, the former excluded.
@@ -29,12 +29,12 @@ inline double signed_angle(double angle) {
   return positive > kPi ? positive - 2 * kPi : positive;
 }
 
-// As messages have lengths.
+// The unit of lengths in messages.
 inline i32 whole_millimetres(double mm) { return Millimetres<i32>::from_si(mm / 1000); }
 
-// --- Where something is and where it looks, and how poses follow from each other.
+// --- Poses and their composition.
 
-// As a Position3d, but with fractions: what is added up a million times must not be rounded.
+// A Position3d with fractions: sums of millions of steps must not be rounded.
 struct Pose {
   double x = 0;    // mm
   double y = 0;    // mm
@@ -48,12 +48,12 @@ struct Pose {
   [[nodiscard]] Position3d position() const;
 };
 
-// `local`, said in the frame `frame`, as its surroundings see it. Frames turn about z only.
+// Transforms `local` from the frame `frame` to the parent of the frame. Frames turn about z only.
 Pose operator+(const Pose& frame, const Pose& local);
-// What has to be added to `from` to get `to`: from + (to - from) is `to`.
+// The pose relative to `from`: from + (to - from) is `to`.
 Pose operator-(const Pose& to, const Pose& from);
 
-// `part` 0: a, 1: b; less and more go on beyond. Angles take the short way.
+// Interpolates: `part` 0: a, 1: b; other values extrapolate. Angles take the shorter arc.
 Pose between(const Pose& a, const Pose& b, double part);
 
 }  // namespace rack

@@ -1,9 +1,9 @@
-// Numbers that look random and are the same again from the same seed, on every machine (the
-// distributions of the standard library differ between them). Pure.
+// A pseudo-random generator with the same sequence for the same seed on every machine (the
+// distributions of the standard library differ between implementations). Pure.
 //
-// The generator is SplitMix64 (Steele, Lea, Flood 2014): a counter that is stirred. What is nearly
-// normally distributed is the sum of four uniform 16-bit numbers of one draw: it ends at 3.5
-// standard deviations, and needs no logarithm.
+// The generator is SplitMix64 (Steele, Lea, Flood 2014): a hashed counter. Approximately normal
+// numbers are the sum of four uniform 16-bit numbers of one draw: limited to 3.5 standard
+// deviations, and without a logarithm.
 #pragma once
 
 #include <cstdint>

@@ -1,19 +1,21 @@
-// How points lie about their mean: along which straight line, how far along it and beside it. Pure.
+// The scatter of points about their mean: the best straight line, and the variances along it and
+// across it. Pure.
 #pragma once
 
 namespace rack {
 
-// Of one point at least. Seen from a point among them: what is squared then stays small.
+// Needs at least one point. Use coordinates relative to a point among them, so that squares stay
+// small.
 class Scatter {
  public:
   struct Mean {
     double x = 0;
     double y = 0;
   };
-  // Means of the squared distances from the mean, in the points' unit squared.
+  // Mean squared distances from the mean, in squared units of the points.
   struct Variances {
-    double along = 0;   // the straight line through them
-    double beside = 0;  // that line
+    double along = 0;   // along the line
+    double beside = 0;  // across the line
   };
 
   void add(double x, double y) {
@@ -28,7 +30,7 @@ class Scatter {
   [[nodiscard]] int points() const { return points_; }
   [[nodiscard]] Mean mean() const { return {x_ / points_, y_ / points_}; }
   [[nodiscard]] Variances variances() const;
-  // rad, of the straight line through them: -pi/2 to pi/2.
+  // Direction of the line, rad: -pi/2 to pi/2.
   [[nodiscard]] double direction() const;
 
  private:

@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kStands = 1e-3;  // mm/s
 
-// a * x = b; a vehicle whose wheels say nothing of a direction does not move in it.
+// Solves a * x = b; a direction that no wheel determines has speed 0.
 std::array<double, 3> solve(std::array<std::array<double, 4>, 3> rows) {
   constexpr double kNothing = 1e-9;
   std::array<double, 3> solution{};
@@ -70,7 +70,7 @@ void Wheels::targets(const ChassisSpeed& speed, std::span<double> motors) const 
   const double omega = static_cast<double>(speed.omega);
   const auto vx = static_cast<double>(speed.vx);
   const auto vy = static_cast<double>(speed.vy);
-  // The steering is of the axle's middle: both wheels of an axle have one motor.
+  // The steering angle is that of the axle's centre: both wheels of an axle have one motor.
   for (const Wheel& wheel : wheels_) {
     const double side = vy + omega * wheel.x;
     if (wheel.steer < 0 || std::hypot(vx, side) < kStands) continue;
@@ -101,7 +101,7 @@ ChassisSpeed Wheels::movement(std::span<const double> motors) const {
     const double s = std::sin(angle);
     if (wheel.drive >= 0)
       add({c, s, s * wheel.x - c * wheel.y}, motors[static_cast<std::size_t>(wheel.drive)]);
-    // No wheel slips sideways; of an axle that is steered as one its middle does not.
+    // No wheel slips sideways; for an axle with a common steering angle, its centre does not.
     const double y = wheel.steer < 0 ? wheel.y : 0;
     add({-s, c, c * wheel.x + s * y}, 0);
   }

@@ -1,5 +1,5 @@
-// Where the wheels of a vehicle are, what they have to do for a speed of it, and what the vehicle
-// does when its wheels do something. In the vehicle's frame: x forward, y to the right, turning
+// Wheel kinematics: the targets of wheels and steering for a movement of the vehicle, and the
+// movement that results from its wheels. In the vehicle's frame: x forward, y to the right, angles
 // clockwise.
 #pragma once
 
@@ -20,8 +20,8 @@ struct ChassisSpeed {
 struct Wheel {
   double x = 0;  // mm, from the reference point
   double y = 0;
-  int drive = -1;  // number of the motor that turns it; -1: none
-  int steer = -1;  // number of the motor that steers it; -1: it is fixed
+  int drive = -1;  // index of the motor that drives it; -1: none
+  int steer = -1;  // index of the motor that steers it; -1: not steered
 };
 
 class Wheels {
@@ -30,22 +30,22 @@ class Wheels {
   Wheels(std::vector<Wheel> wheels, std::size_t motors, double steer_max)
       : wheels_(std::move(wheels)), motors_(motors), steer_max_(steer_max) {}
 
-  // Two wheels beside each other: motors 0 left, 1 right.
+  // Two wheels on one axle: motors 0 left, 1 right.
   static Wheels differential(double track);
-  // Driven behind, steered before; the reference point is the rear axle. Motors: 0 left, 1 right, 2
-  // steers; with one motor behind: 0 drives, 1 steers.
+  // Rear axle driven, front axle steered; the reference point is on the rear axle. Motors: 0 left,
+  // 1 right, 2 steers; with one rear motor: 0 drives, 1 steers.
   static Wheels ackermann(double base, double track, bool one_motor, double steer_max);
-  // Both axles are steered, four wheels are driven; the reference point is the middle. Motors: 0
-  // front left, 1 front right, 2 rear left, 3 rear right, 4 steers the front, 5 the rear.
+  // Both axles steered, four wheels driven; the reference point is in the middle. Motors: 0 front
+  // left, 1 front right, 2 rear left, 3 rear right, 4 steers the front, 5 the rear.
   static Wheels double_ackermann(double base, double track, double steer_max);
 
   [[nodiscard]] std::size_t motors() const { return motors_; }
   [[nodiscard]] bool is_steering(std::size_t motor) const;
 
-  // Of each motor: mm/s of the rim, or rad (clockwise) of the steering; steering stays where it was
-  // when the vehicle shall stand.
+  // The target of each motor: mm/s of the rim, or rad (clockwise) of the steering; for speed 0 the
+  // steering keeps its angle.
   void targets(const ChassisSpeed& speed, std::span<double> motors) const;
-  // The movement that fits best (least squares) to that of the rims (mm/s, or mm) and the steering.
+  // The movement that fits best (least squares) to rims (mm/s, or mm) and steering.
   [[nodiscard]] ChassisSpeed movement(std::span<const double> motors) const;
 
  private:

@@ -112,7 +112,7 @@ class World {
   void make_odometry_wrong(double scale) { scale_ = scale; }
   // As much as the filter takes for granted, of two steps of 50 mm for each scan that it takes.
   void make_odometry_as_bad_as(const FilterSettings& settings) {
-    slip_way_ = (settings.way_least + settings.way_by_way * 100) / std::sqrt(2);
+    slip_way_ = (settings.way_least + settings.along_by_way * 100) / std::sqrt(2);
     slip_turn_ = (settings.turn_least + settings.turn_by_way * 0.1) / std::sqrt(2);
   }
   void let_people_in(double share) { people_ = share; }

@@ -52,7 +52,7 @@ struct ClusterOf {
 }  // namespace
 
 StepNoise noise_of(const FilterSettings& settings, double way, double turn) {
-  return {.along = settings.way_least + settings.way_by_way * way,
+  return {.along = settings.way_least + settings.along_by_way * way,
           .across = settings.way_least + settings.side_by_way * way,
           .turn = settings.turn_least + settings.turn_by_turn * turn +
                   settings.turn_by_way * way / 1000};

@@ -55,7 +55,7 @@ TEST(ParticleFilter, MovesAheadAndGrows) {
   const Estimate estimate = filter.estimate();
   EXPECT_NEAR(estimate.pose.x, 0, 5);
   EXPECT_NEAR(estimate.pose.y, 1000, 5);
-  const double step = settings.way_least + settings.way_by_way * 100;
+  const double step = settings.way_least + settings.along_by_way * 100;
   EXPECT_NEAR(std::sqrt(estimate.covariance.yy), step * std::sqrt(10), 1) << "along";
   const double turn = settings.turn_least + settings.turn_by_way * 0.1;
   EXPECT_NEAR(std::sqrt(estimate.covariance.rho_rho), turn * std::sqrt(10), 0.001);

@@ -42,12 +42,12 @@ TEST(RosMap, SaysWhatIsWrongWithItsDescription) {
   const auto error_of = [](std::string_view text) { return read_ros_yaml(text).error().detail(); };
   EXPECT_EQ(error_of("image: a\nresolution 5\n"), "line 2: expected `key: value`");
   EXPECT_EQ(error_of("resolution: fine\n"), "line 1: resolution: not a number");
-  EXPECT_EQ(error_of("image: a\n\norigin: [1, 2]\n"), "line 3: origin: [x, y, theta] wanted");
+  EXPECT_EQ(error_of("image: a\n\norigin: [1, 2]\n"), "line 3: origin: must be [x, y, theta]");
   EXPECT_EQ(error_of("origin: [1, 2, 0.5]\n").substr(0, 7), "line 1:");
   EXPECT_EQ(error_of("mode: grey\n"), "line 1: mode: must be trinary, scale or raw");
-  EXPECT_EQ(error_of("origin:\n- 1\n- 2\nimage: a\n"), "line 4: origin: [x, y, theta] wanted");
-  EXPECT_EQ(error_of("origin:\n- 1\n"), "origin: [x, y, theta] wanted");
-  EXPECT_EQ(error_of("origin:\n- 1\n- x\n- 0\n"), "line 4: origin: [x, y, theta] wanted");
+  EXPECT_EQ(error_of("origin:\n- 1\n- 2\nimage: a\n"), "line 4: origin: must be [x, y, theta]");
+  EXPECT_EQ(error_of("origin:\n- 1\n"), "origin: must be [x, y, theta]");
+  EXPECT_EQ(error_of("origin:\n- 1\n- x\n- 0\n"), "line 4: origin: must be [x, y, theta]");
   EXPECT_EQ(error_of("size:\n- 1\n").substr(0, 7), "line 2:");
   EXPECT_EQ(error_of("negate: maybe\n"), "line 1: negate: must be 0 or 1");
   EXPECT_NE(error_of("resolution: 0.1\n").find("no `image"), std::string::npos);

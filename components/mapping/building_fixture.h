@@ -1,5 +1,5 @@
-// A building to drive through: two rooms and a corridor round them, a robot with odometry that
-// errs, and a scanner of half a turn.
+// For tests: a building with a corridor around its core, a robot with erroneous odometry, and a
+// scanner with 180 degrees.
 #pragma once
 
 #include <array>
@@ -24,7 +24,7 @@ inline DxfDrawing building() {
     wall(x, y2, x, y);
   };
   box(0, 0, 16, 12);         // the house
-  box(2.5, 2.5, 13.5, 9.5);  // its core, round which the corridor leads
+  box(2.5, 2.5, 13.5, 9.5);  // its core, surrounded by the corridor
   box(4, 0, 4.4, 0.5);       // pillars, no two alike
   box(9, 0, 9.2, 0.9);
   box(15.3, 4, 16, 4.5);
@@ -40,7 +40,7 @@ class Building {
  public:
   explicit Building(std::uint64_t seed) : rays_(building(), 1000, 0, 0), random_(seed) {}
 
-  // Along the middle of the corridor, corners rounded.
+  // The pose after `way` mm along the middle of the corridor, corners rounded.
   static Pose place(double way) {
     constexpr double kX = 4750;  // half of it, to the north
     constexpr double kY = 6750;
@@ -62,7 +62,7 @@ class Building {
     return at;
   }
 
-  // `drift`: rad that the odometry turns too much, each metre.
+  // `drift`: heading error of the odometry, rad per metre.
   Drive drive(double way, double step, double drift) {
     Drive drive;
     truth_.clear();

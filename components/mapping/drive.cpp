@@ -11,9 +11,9 @@ namespace rack::mapping {
 
 namespace {
 
-constexpr double kFarthest = 1e8;      // mm
-constexpr double kOdometryGap = 1;     // s: beyond it nobody knows where the robot was
-constexpr std::size_t kWordsMax = 16;  // of a line
+constexpr double kFarthest = 1e8;       // mm
+constexpr double kOdometryGap = 1;      // s: in longer gaps the pose is unknown
+constexpr std::size_t kFieldsMax = 16;  // fields of a line
 constexpr i32 kDynamic = 3;
 
 tims::Error wrong(std::string_view file, std::size_t line, const std::string& what) {
@@ -22,15 +22,15 @@ tims::Error wrong(std::string_view file, std::size_t line, const std::string& wh
 }
 
 struct Line {
-  std::array<double, kWordsMax> values{};
+  std::array<double, kFieldsMax> values{};
   std::size_t count = 0;
 };
 
-// Lines of numbers, one after the other; remarks and empty ones are passed over.
+// Reads lines of numbers; skips comments and empty lines.
 class Table {
  public:
   Table(std::string_view text, std::string_view file, std::size_t words_least)
-      : left_(text), file_(file), words_least_(words_least) {}
+      : left_(text), file_(file), fields_least_(words_least) {}
 
   // False at the end.
   tims::Result<bool> next(Line& line) {
@@ -41,10 +41,10 @@ class Table {
       left_.remove_prefix(end == std::string_view::npos ? left_.size() : end + 1);
       if (auto taken = take(text, line); !taken) return taken.error();
       if (line.count == 0) continue;
-      if (line.count < words_least_)
+      if (line.count < fields_least_)
         return wrong(file_, number_,
                      std::to_string(line.count) + " numbers, at least " +
-                         std::to_string(words_least_) + " expected: the wrong file?");
+                         std::to_string(fields_least_) + " expected: the wrong file?");
       return true;
     }
     return false;
@@ -52,26 +52,27 @@ class Table {
   [[nodiscard]] std::size_t number() const { return number_; }
 
  private:
-  // What is beyond kWordsMax is not of interest.
+  // Fields beyond kFieldsMax are ignored.
   [[nodiscard]] tims::Result<void> take(std::string_view text, Line& line) const {
     constexpr std::string_view kBlank = " \t\r";
     line.count = 0;
     for (;;) {
       text.remove_prefix(std::min(text.find_first_not_of(kBlank), text.size()));
       if (text.empty() || text.starts_with('%') || text.starts_with('#')) return {};
-      if (line.count == kWordsMax) return {};
-      const std::string_view word = text.substr(0, text.find_first_of(kBlank));
-      text.remove_prefix(word.size());
-      const auto value = tims::base::parse_number<double>(word);
+      if (line.count == kFieldsMax) return {};
+      const std::string_view field = text.substr(0, text.find_first_of(kBlank));
+      text.remove_prefix(field.size());
+      const auto value = tims::base::parse_number<double>(field);
       if (!value || !std::isfinite(*value))
-        return wrong(file_, number_, "\"" + std::string(word.substr(0, 20)) + "\" is no number");
+        return wrong(file_, number_,
+                     "\"" + std::string(field.substr(0, 20)) + "\" is not a number");
       line.values[line.count++] = *value;
     }
   }
 
   std::string_view left_;
   std::string_view file_;
-  std::size_t words_least_;
+  std::size_t fields_least_;
   std::size_t number_ = 0;
 };
 
@@ -89,7 +90,7 @@ struct Odometry {
   }
 };
 
-// recordingTime x y z phi psi rho: Odometry, and Position, which has more behind them.
+// Columns: recordingTime x y z phi psi rho. Files of Position have more columns behind them.
 tims::Result<Odometry> read_odometry(std::string_view text) {
   Odometry odometry;
   Table table(text, "odometry", 7);
@@ -111,7 +112,7 @@ tims::Result<Odometry> read_odometry(std::string_view text) {
   return odometry;
 }
 
-// x y z type segment intensity, a point a line; z is how far it is.
+// Columns: x y z type segment intensity, one point per line; z is the range.
 tims::Result<void> read_points(std::string_view text, const std::string& file, double range_max,
                                std::vector<BeamEnd>& ends) {
   constexpr i32 kUseless = scan_point::kInvalid | scan_point::kMaxRange;
@@ -130,7 +131,7 @@ tims::Result<void> read_points(std::string_view text, const std::string& file, d
   }
 }
 
-// The scanner's place is not recorded; all beams seem to come from the middle of the robot.
+// The pose of the scanner is not recorded; all beams start at the reference point of the robot.
 void add_scan(Drive& drive, double time, const Pose& odometry, std::size_t row, std::size_t begin) {
   drive.scans.push_back({.time = time,
                          .odometry = odometry,
@@ -171,7 +172,7 @@ tims::Result<Drive> read_recording(std::string_view odometry_text, std::string_v
     const auto& v = line.values;
     const double time = v[0] / 1000;
     if (v[12] < 1 || v[12] > 1e9 || v[12] != std::floor(v[12]))
-      return wrong("scans", table.number(), "its last number is none of a file");
+      return wrong("scans", table.number(), "its last number is not the number of a file");
     if (!odometry->knows(time)) {
       ++drive.left_out;
       continue;

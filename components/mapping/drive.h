@@ -1,6 +1,6 @@
-// A recorded drive as a map is made of it: where the odometry was at each scan, and where the beams
-// ended. Two kinds of recordings become one: logs of CARMEN, and what DatalogRec wrote (a text file
-// a component, a file of its own for each scan). Pure: whoever can open files hands in their bytes.
+// A recorded drive, the input of the map maker: the odometry pose and the end points of the beams
+// of each scan. It is read from logs of CARMEN, and from recordings of DatalogRec (one text file
+// per component, one file per scan). Pure: the caller opens the files and passes their contents.
 #pragma once
 
 #include <cstddef>
@@ -19,33 +19,33 @@ using localisation::BeamEnd;
 
 struct DriveScan {
   double time = 0;      // s
-  Pose odometry{};      // of the robot when the scan was made
+  Pose odometry{};      // of the robot at the time of the scan
   Pose scanner{};       // on the robot
-  std::size_t row = 0;  // of the log's scans, from 0
+  std::size_t row = 0;  // index among the log's scans
   std::size_t begin = 0;
   std::size_t count = 0;
 };
 
-// Ends of beams lie in the frame of the robot, in the order of the scanner, without those that saw
+// End points are in the frame of the robot, in the order of the scanner, without beams that hit
 // nothing.
 struct Drive {
   std::vector<DriveScan> scans{};
   std::vector<BeamEnd> ends{};
-  std::size_t left_out = 0;  // scans without odometry of their time, or of no size
+  std::size_t left_out = 0;  // scans without odometry at their time, or without points
 
   [[nodiscard]] std::span<const BeamEnd> beams(const DriveScan& scan) const {
     return std::span(ends).subspan(scan.begin, scan.count);
   }
 };
 
-// `lag`: how much older scans are than they say, s (localisation::estimate_lag).
+// `lag`: delay of the time stamps of scans, s (localisation::estimate_lag).
 Drive drive_of(const localisation::CarmenLog& log, double lag);
 
-// The text of the file of the scan with this number, counted by DatalogRec from 1.
+// The text of the file of a scan; DatalogRec numbers scans from 1.
 using ScanFile = std::function<tims::Result<std::string>(std::size_t number)>;
 
-// `odometry`: a file of an Odometry or a Position, `scans`: of a Scan2d. Points count if they are
-// neither invalid nor dynamic. kMalformed: "odometry, line 17: ...".
+// `odometry`: a file of an Odometry or a Position, `scans`: of a Scan2d. Points that are invalid or
+// dynamic are ignored. Error kMalformed: "odometry, line 17: ...".
 tims::Result<Drive> read_recording(std::string_view odometry, std::string_view scans,
                                    const ScanFile& scan_file);
 

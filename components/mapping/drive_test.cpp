@@ -43,13 +43,13 @@ TEST(Recording, SaysWhatIsWrongAndWhere) {
   EXPECT_EQ(error_of("1000 0 0\n", kScans),
             "odometry, line 1: 3 numbers, at least 7 expected: the wrong file?");
   EXPECT_EQ(error_of("% a\n1000 0 nan 0 0 0 0\n", kScans),
-            "odometry, line 2: \"nan\" is no number");
+            "odometry, line 2: \"nan\" is not a number");
   EXPECT_EQ(error_of("1000 0 1e12 0 0 0 0\n", kScans),
             "odometry, line 1: a pose more than 100 km away");
   EXPECT_EQ(error_of("% nothing\n", kScans), "odometry: no line with a pose");
   EXPECT_EQ(error_of(kOdometry, "% nothing\n"), "scans: no line with a scan");
   EXPECT_EQ(error_of(kOdometry, "1050 13 30000 1 0 0 0 0 0 0 0 4 -1\n"),
-            "scans, line 1: its last number is none of a file");
+            "scans, line 1: its last number is not the number of a file");
   EXPECT_EQ(error_of(kOdometry, "1050 13 30000 1 0 0 0 0 0 0 0 4 3\n"), "no such file");
   EXPECT_EQ(error_of(kOdometry, "9050 13 30000 1 0 0 0 0 0 0 0 4 1\n"),
             "no scan has odometry within a second of it: were the two recorded together?");

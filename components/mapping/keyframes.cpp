@@ -12,10 +12,10 @@ namespace {
 
 constexpr double kWayBetween = 200;  // mm
 constexpr double kTurnBetween = radians(9);
-constexpr double kMapWay = 5000;          // mm behind, that a scan is matched with
-constexpr std::size_t kMapScansMax = 40;  // a robot that turns on the spot drives no way
+constexpr double kMapWay = 5000;          // mm of travel before a scan that it is matched with
+constexpr std::size_t kMapScansMax = 40;  // limit for a robot that turns at rest
 constexpr std::size_t kPointsLeast = 20;  // of a scan
-constexpr double kShareGood = 0.7;        // of points that found their line
+constexpr double kShareGood = 0.7;        // share of points with a line
 constexpr double kKeyframesShareLeast = 0.4;
 constexpr Window kJump{.way = 700, .turn = radians(25)};
 constexpr double kKeyframesScoreLeast = 0.3;
@@ -23,9 +23,9 @@ constexpr double kOdometryCounts = 0.1;
 
 }  // namespace
 
-// As the particle filter has them (FilterSettings), which were found on the same kind of robots;
-// but a scanner that looks half a degree aside, or a wheel that is worn, errs the same way with
-// every step. The scans would pay for it by a map that bends. So the odometry counts for a tenth.
+// The values of the particle filter (FilterSettings), which were found with the same kind of
+// robots. But a scanner mounted half a degree off, or a worn wheel, causes the same error in each
+// step; the map would bend to compensate. So the odometry counts for a tenth.
 Information odometry_information(const Pose& step) {
   const double way = std::hypot(step.x, step.y);
   const double turn = std::abs(signed_angle(step.rho));
@@ -91,7 +91,7 @@ class Follower {
     track_.keyframes.push_back(std::move(keyframe));
   }
 
-  // Seen from the last keyframe.
+  // The pose relative to the last keyframe.
   std::optional<Match> find(const Keyframe& keyframe, const Prior& prior) {
     const auto& keyframes = track_.keyframes;
     const std::size_t last = keyframes.size() - 1;
@@ -124,7 +124,7 @@ class Follower {
 std::optional<Track> follow(const Drive& drive, const Progress& progress) {
   Follower follower(drive);
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
-    if (i % 64 == 0 && !progress("following the scans", i, drive.scans.size())) return std::nullopt;
+    if (i % 64 == 0 && !progress("matching the scans", i, drive.scans.size())) return std::nullopt;
     follower.take(i);
   }
   return follower.take_track();

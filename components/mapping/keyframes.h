@@ -1,10 +1,10 @@
-// The scans of a drive that its map is made of, and how the robot got from one to the next: each
-// scan is laid on those before it. Pure.
+// Keyframes: the scans of a drive that the map is made of, and the motion from each to the next.
+// Pure.
 //
-// A scan is taken each 0.2 m or 9 degrees. It is matched with all scans of the last metres
-// together, starting where the odometry says; what the scans do not tell (the way along a bare
-// corridor), the odometry does. When the match is poor the odometry has jumped (wheels slip), and
-// the scan is searched for around.
+// A keyframe is taken every 0.2 m or 9 degrees. It is matched with the scans of the last metres
+// together, starting at the pose of the odometry; directions that the scans do not determine (along
+// a bare corridor) follow the odometry. When the match is poor the odometry has jumped (wheels
+// slip), and the surroundings are searched.
 #pragma once
 
 #include <functional>
@@ -16,9 +16,9 @@
 namespace rack::mapping {
 
 struct Keyframe {
-  std::size_t scan = 0;  // of the drive
+  std::size_t scan = 0;  // index in the drive
   Pose odometry{};
-  double way = 0;  // mm driven until here
+  double way = 0;  // mm, distance driven until here
   std::vector<ScanPoint2d> points{};
 };
 
@@ -26,21 +26,21 @@ struct Track {
   std::vector<Keyframe> keyframes{};
   std::vector<Pose> poses{};  // of the keyframes
   std::vector<Edge> edges{};  // from each to the next, by scans and by odometry
-  std::size_t searched = 0;   // keyframes that the odometry did not lead to
-  std::size_t unmatched = 0;  // that only the odometry knows of
+  std::size_t searched = 0;   // keyframes found by a search
+  std::size_t unmatched = 0;  // keyframes placed by odometry only
 };
 
-// What is being done, and how much of it; false: it shall end.
+// Progress report: the step, and its amount done; returns false to stop.
 using Progress = std::function<bool(std::string_view what, std::size_t done, std::size_t all)>;
 
-// Where a step of the odometry leads, and how sure it is, in the frame of its beginning.
+// Information of a step of the odometry, in the frame of its start.
 Information odometry_information(const Pose& step);
 
-// The points of some keyframes, seen from `frame`.
+// The points of keyframes in the frame of `frame`.
 std::vector<ScanPoint2d> points_around(const Track& track, std::size_t first, std::size_t last,
                                        const Pose& frame);
 
-// Nothing: `progress` said so.
+// Nothing: stopped by `progress`.
 std::optional<Track> follow(const Drive& drive, const Progress& progress);
 
 }  // namespace rack::mapping

@@ -11,14 +11,16 @@ namespace rack::mapping {
 
 namespace {
 
-constexpr double kEvery = 1000;         // mm of way between searches
-constexpr double kLoopsGap = 10000;     // mm of way: what is nearer is no loop
-constexpr double kLoopsStretch = 2000;  // mm of way to both sides, that is searched for
-constexpr double kPlace = 6000;         // and that it is searched beside
-constexpr double kLoopsSeen = 3000;     // mm between two places that see the same
-constexpr std::size_t kPlacesMax = 4;   // for one search
-constexpr double kGrain = 120;          // mm between points that are searched for
-// How far off a pose can be after a way without a loop.
+constexpr double kEvery = 1000;      // mm of travel between searches
+constexpr double kLoopsGap = 10000;  // mm of travel: less is not a loop
+constexpr double kLoopsStretch =
+    2000;  // mm of travel to both sides, of the stretch that is matched
+constexpr double kPlace =
+    6000;  // mm of travel to both sides, of the stretch that it is matched against
+constexpr double kLoopsSeen = 3000;    // mm between two places with a common view
+constexpr std::size_t kPlacesMax = 4;  // candidates of one search
+constexpr double kGrain = 120;         // mm between points used in the search
+// The possible error of a pose after a distance without a loop.
 constexpr double kWindowLeast = 300;  // mm
 constexpr double kWindowMost = 8000;
 constexpr double kWindowByWay = 0.05;
@@ -28,18 +30,18 @@ constexpr double kTurnByWay = radians(0.25) / 1000;
 constexpr double kLoopsScoreLeast = 0.45;
 constexpr double kLoopsShareLeast = 0.7;
 constexpr double kLoopsMisfitMost = 50;  // mm
-// A second one that says the same.
+// Conditions for a second match that confirms a loop.
 constexpr double kSecondWayLeast = 500;  // mm
 constexpr double kSecondWayMost = 6000;
 constexpr double kSecondPlaceMost = 12000;
 constexpr double kSameWay = 300;  // mm
 constexpr double kSameTurn = radians(3);
-constexpr double kFarOff = 500;  // mm: a loop that changes much is closed at once
+constexpr double kFarOff = 500;  // mm: a loop with a larger correction is closed immediately
 constexpr std::size_t kAtOnce = 10;
 
 double way_of(const Pose& step) { return std::hypot(step.x, step.y); }
 
-// Points that are not nearer than kGrain, about.
+// Thins points to a distance of about kGrain.
 std::vector<ScanPoint2d> thinned(std::span<const ScanPoint2d> points) {
   std::vector<std::pair<std::int64_t, std::size_t>> cells;
   for (std::size_t i = 0; i < points.size(); ++i) {
@@ -60,7 +62,7 @@ class LoopCloser {
  public:
   explicit LoopCloser(Track& track) : track_(track) {}
 
-  // The keyframe's stretch beside all places that it can be near.
+  // Matches the keyframe's stretch against all places that it may be near.
   void look(std::size_t at) {
     const Stretch stretch = around(at, kLoopsStretch);
     std::vector<ScanPoint2d> points;
@@ -102,14 +104,14 @@ class LoopCloser {
     return stretch;
   }
 
-  // How far off one can be beside the other: by the way between them, or since the last loop.
+  // The possible error between two keyframes: by the distance between them, or since the last loop.
   [[nodiscard]] Window window(std::size_t at, std::size_t place) const {
     const double alone = std::min(way(at) - closed_at_, way(at) - way(place));
     return {.way = std::min(kWindowLeast + kWindowByWay * alone, kWindowMost),
             .turn = std::min(kTurnLeast + kTurnByWay * alone, kTurnMost)};
   }
 
-  // Of each pass the nearest keyframe; the nearest of those.
+  // The nearest keyframe of each pass, and the nearest of those.
   [[nodiscard]] std::vector<std::size_t> places(std::size_t at) const {
     std::vector<std::pair<double, std::size_t>> passes;
     bool inside = false;
@@ -119,9 +121,9 @@ class LoopCloser {
         inside = false;
         continue;
       }
-      const bool anew = !inside || way(i) - way(passes.back().second) > 2 * kPlace;
-      if (anew) passes.emplace_back(off, i);
-      if (!anew && off < passes.back().first) passes.back() = {off, i};
+      const bool is_new = !inside || way(i) - way(passes.back().second) > 2 * kPlace;
+      if (is_new) passes.emplace_back(off, i);
+      if (!is_new && off < passes.back().first) passes.back() = {off, i};
       inside = true;
     }
     std::ranges::sort(passes);
@@ -179,7 +181,7 @@ class LoopCloser {
   Track& track_;
   Loops loops_;
   std::vector<std::pair<Edge, bool>> found_;
-  double closed_at_ = 0;  // mm of way
+  double closed_at_ = 0;  // mm of travel
   double most_off_ = 0;
   std::size_t unused_ = 0;  // edges since the last optimisation
 };

@@ -1,10 +1,10 @@
-// Where a drive comes back to where it has been: loops are found, checked and closed. Pure.
+// Finds, checks and closes loops: places where a drive comes back to an earlier one. Pure.
 //
-// Each metre the scans of a stretch are searched for, together, beside all earlier stretches that
-// they can be near (branch and bound, in a window that grows with the way since the last loop).
-// What is found is believed only when the points lie on walls there, and when a second one, found
-// some way on, says the same: a corridor with doors fits many places, but it does not fit twice in
-// the same wrong place. Then the graph is optimised, and the search goes on with better poses.
+// Every metre, the scans of a stretch are matched together against all earlier stretches that may
+// be near (branch and bound, in a window that grows with the distance since the last loop). A match
+// is accepted only when its points are on walls there, and a second match, found some distance
+// later, agrees: a corridor with doors fits many places, but not twice at the same wrong place.
+// Then the graph is optimised, and the search continues with better poses.
 #pragma once
 
 #include "components/mapping/keyframes.h"
@@ -17,10 +17,10 @@ struct Loops {
   std::size_t found = 0;
 };
 
-// Improves the poses of the track. Nothing: `progress` said so.
+// Improves the poses of the track. Nothing: stopped by `progress`.
 std::optional<Loops> close_loops(Track& track, const Progress& progress);
 
-// The edges of the track, and of loops.
+// The edges of the track and of the loops.
 std::vector<Edge> all_edges(const Track& track, const Loops& loops);
 
 }  // namespace rack::mapping

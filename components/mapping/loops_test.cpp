@@ -64,7 +64,7 @@ TEST(Stages, WithoutALoopThereIsNone) {
   EXPECT_EQ(all_edges(*track, *loops).size(), track->edges.size());
 }
 
-// What the odometry says counts by how far it went, along more than across.
+// The information of the odometry decreases with the distance, along more than across.
 TEST(Odometry, IsLessSureOfLongerSteps) {
   const Information near = odometry_information({.x = 100});
   const Information far = odometry_information({.x = 1000, .rho = 0.5});

@@ -10,11 +10,12 @@ namespace rack::mapping {
 
 namespace {
 
-constexpr double kMapMakerMargin = 500;  // mm around all that was seen
+constexpr double kMapMakerMargin = 500;  // mm around all points
 
 tims::Error stopped() { return {tims::Errc::kClosed, "stopped"}; }
 
-// Between two keyframes as the odometry went, and what it was wrong by is spread over the way.
+// Between two keyframes the poses follow the odometry, with its error distributed over the
+// distance.
 std::vector<Pose> poses_of_all(const Drive& drive, const Track& track) {
   std::vector<Pose> poses;
   poses.reserve(drive.scans.size());
@@ -66,7 +67,7 @@ tims::Result<localisation::GridMap> draw(const Drive& drive, const Track& track,
     box.add(from.x, from.y);
     box.add(to.x, to.y);
   });
-  // Cells begin at whole multiples of their size, whoever drew them.
+  // Cells begin at multiples of their size, so that maps of different drives align.
   const auto snapped = [&](double at) {
     return std::floor((at - kMapMakerMargin) / settings.resolution) * settings.resolution;
   };

@@ -18,7 +18,7 @@ using test::Building;
 
 bool go_on(std::string_view /*what*/, std::size_t /*done*/, std::size_t /*all*/) { return true; }
 
-// Of each pose as seen from the first one.
+// The error of each pose relative to the first one.
 double most_off(const std::vector<Pose>& poses, const std::vector<Pose>& truth) {
   double most = 0;
   for (std::size_t i = 0; i < poses.size(); ++i) {
@@ -78,7 +78,7 @@ TEST(MapMaker, EndsWhenItShall) {
   Building building(1);
   const Drive drive = building.drive(50000, 200, 0.01);
   for (const std::string_view last :
-       {"following the scans", "closing loops", "laying all scans on all"}) {
+       {"matching the scans", "closing loops", "matching all scans against all"}) {
     const auto made =
         make_map(drive, {}, [&](std::string_view what, std::size_t done, std::size_t all) {
           EXPECT_LE(done, all);

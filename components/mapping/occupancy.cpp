@@ -11,7 +11,7 @@ namespace {
 using localisation::Cell;
 using localisation::GridMap;
 
-constexpr double kOccupiedShare = 0.25;  // of the beams: a wall's edge is passed by many
+constexpr double kOccupiedShare = 0.25;  // share of beams that end; many pass the edge of a wall
 constexpr std::uint32_t kFreeLeast = 2;  // beams
 
 }  // namespace
@@ -28,7 +28,7 @@ tims::Result<Occupancy> Occupancy::of(double resolution, const MapPoint& low,
                        "the map would be " + std::to_string(std::llround((high.x - low.x) / 1000)) +
                            " m x " + std::to_string(std::llround((high.y - low.y) / 1000)) +
                            " m, more than " + std::to_string(GridMap::kCellsMax) +
-                           " cells: take larger cells or shorter beams");
+                           " cells: use larger cells or shorter beams");
   Occupancy occupancy;
   occupancy.map_ = {.resolution = resolution,
                     .origin = low,
@@ -43,7 +43,7 @@ Occupancy::Counts* Occupancy::at(std::int64_t row, std::int64_t column) {
   return &counts_[static_cast<std::size_t>(row * map_.columns + column)];
 }
 
-// From one border of a cell to the next (Amanatides and Woo 1987).
+// Steps from one cell border to the next (Amanatides and Woo 1987).
 void Occupancy::add_beam(const MapPoint& from, const MapPoint& to) {
   const double x = (from.x - map_.origin.x) / map_.resolution;
   const double y = (from.y - map_.origin.y) / map_.resolution;

@@ -1,9 +1,9 @@
-// Which cells of a map are free and which are occupied, by counting: how many beams ended in a
-// cell, and how many went through it (Haehnel, Burgard, Fox, Thrun 2003, "reflection probability").
-// People are counted through later and vanish. Ranges err: of the beams that end at a wall some
-// seem to end a cell before it and some a cell behind. Before it the others pass through; behind it
-// nothing would, and each wall would be a cell too thick, away from the robot. So a beam counts
-// against the cell behind its end, as against those before. Pure.
+// Classifies the cells of a map as free or occupied by counting the beams that end in a cell and
+// those that pass through it (Haehnel, Burgard, Fox, Thrun 2003, "reflection probability"). People
+// disappear, as later beams pass through their cells. Because of range noise, some beams that end
+// at a wall appear to end a cell before it, others a cell behind it. The cell before the wall is
+// passed by the other beams, but the cell behind it would not be, and each wall would be a cell too
+// thick on the far side. So a beam also counts as a pass for the cell behind its end. Pure.
 #pragma once
 
 #include <span>
@@ -18,7 +18,7 @@ namespace rack::mapping {
 
 class Occupancy {
  public:
-  // Refused: a map with more cells than GridMap::kCellsMax, or of no size.
+  // Refuses a map with more than GridMap::kCellsMax cells, or of size 0.
   static tims::Result<Occupancy> of(double resolution, const MapPoint& low, const MapPoint& high);
 
   void add_beam(const MapPoint& from, const MapPoint& to);
@@ -28,7 +28,7 @@ class Occupancy {
   struct Counts {
     std::uint32_t ended = 0;
     std::uint32_t passed = 0;
-    std::uint32_t behind = 0;  // ended just before it
+    std::uint32_t behind = 0;  // beams that ended in the cell before it
   };
   Occupancy() = default;
   [[nodiscard]] Counts* at(std::int64_t row, std::int64_t column);

@@ -13,9 +13,9 @@ namespace {
 using Vector = Eigen::Vector3d;
 using Matrix = Eigen::Matrix3d;
 
-constexpr double kOdd = 9;  // disagreement from which an edge counts less: 3 deviations
+constexpr double kOdd = 9;  // squared error from which an edge counts less: 3 standard deviations
 constexpr double kOddAtFirst = 1e6;
-constexpr double kOddFalls = 0.1;  // from round to round
+constexpr double kOddFalls = 0.1;  // factor per round
 constexpr int kRounds = 15;
 constexpr double kDoneWay = 0.1;    // mm
 constexpr double kDoneTurn = 1e-5;  // rad
@@ -26,7 +26,7 @@ Vector error_of(const Edge& edge, std::span<const Pose> poses) {
   return {is.x - edge.step.x, is.y - edge.step.y, signed_angle(is.rho - edge.step.rho)};
 }
 
-// How the error changes with each of the two poses.
+// The derivatives of the error by both poses.
 struct Slopes {
   Matrix from;
   Matrix to;
@@ -84,7 +84,7 @@ class System {
     right_.segment<3>(i) -= slopes.from.transpose() * w * error;
     right_.segment<3>(j) -= slopes.to.transpose() * w * error;
   }
-  // Of the lower half only.
+  // Only the lower triangle.
   void block(Eigen::Index row, Eigen::Index column, const Matrix& m) {
     for (Eigen::Index r = 0; r < 3; ++r)
       for (Eigen::Index c = 0; c < 3; ++c)

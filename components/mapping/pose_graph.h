@@ -1,14 +1,13 @@
-// Poses that agree best with all that was measured between them (Lu and Milios 1997; Grisetti et
-// al. 2010, "A tutorial on graph-based SLAM"). Pure.
+// Pose graph optimisation: the poses that agree best with all measurements between them (Lu and
+// Milios 1997; Grisetti et al. 2010, "A tutorial on graph-based SLAM"). Pure.
 //
-// Each edge says where one pose is seen from another, and how sure that is. The sum of all squared
-// disagreements, by their information, is made small by Gauss-Newton: linearised, the edges are a
-// sparse symmetric system of three unknowns a pose, which Eigen solves by a Cholesky decomposition.
-// Edges that disagree much with the others count less (Cauchy's weights), so that a wrong one among
-// many cannot bend the map. A loop that is closed for the first time disagrees with everything, and
-// is right: then all edges count fully at first, and the limit comes down from round to round
-// (graduated non-convexity: Yang, Antonante, Tzoumas, Carlone 2020). The first pose stays where it
-// is.
+// Each edge is a measured relative pose with its information. Gauss-Newton minimises the sum of all
+// squared errors, weighted by information: linearised, the edges are a sparse symmetric system with
+// three unknowns per pose, which Eigen solves by a Cholesky decomposition. Edges with large errors
+// count less (Cauchy's weights), so that a wrong edge among many cannot bend the map. A correct
+// loop also has a large error when it is closed for the first time; therefore all edges count fully
+// at first, and the limit decreases from round to round (graduated non-convexity: Yang, Antonante,
+// Tzoumas, Carlone 2020). The first pose is fixed.
 #pragma once
 
 #include <cstddef>
@@ -22,17 +21,17 @@ namespace rack::mapping {
 struct Edge {
   std::size_t from;
   std::size_t to;
-  Pose step;                // `to` as seen from `from`
+  Pose step;                // pose of `to` in the frame of `from`
   Information information;  // in the frame of `from`
 };
 
-// The squared disagreement of an edge with the poses.
+// The squared error of an edge for these poses.
 double disagreement(const Edge& edge, std::span<const Pose> poses);
 
 enum class Doubt { kNotAtFirst, kAlways };
 
-// Changes the poses. False: there is no solution, and they are as before. Each pose must hang on
-// the first one by some edges.
+// Optimises the poses. False: there is no solution, and they are unchanged. Each pose must be
+// connected to the first one by edges.
 bool optimise(std::span<const Edge> edges, std::vector<Pose>& poses, Doubt doubt);
 
 }  // namespace rack::mapping

@@ -7,16 +7,16 @@ namespace rack::mapping {
 
 namespace {
 
-constexpr double kRefineStretch = 1250;  // mm of way to both sides, of scans that are one
-constexpr double kRefineGap = 6000;      // mm of way between passes
-constexpr double kRefineSeen = 4000;     // mm: places that see the same
+constexpr double kRefineStretch = 1250;  // mm of travel to both sides, of scans that are combined
+constexpr double kRefineGap = 6000;      // mm of travel between passes
+constexpr double kRefineSeen = 4000;     // mm between places with a common view
 constexpr std::size_t kPassesMax = 5;
 constexpr std::size_t kStretchScansMax = 30;
 constexpr double kRefineShareLeast = 0.5;
 constexpr double kRefineMisfitMost = 50;  // mm
-constexpr double kMovedMost = 400;        // mm: a match beyond is of another wall
+constexpr double kMovedMost = 400;        // mm: larger corrections belong to another wall
 constexpr double kTurnedMost = radians(4);
-// Neighbouring scans see the same walls on the same passes, and err together.
+// Neighbouring scans see the same walls of a pass, so their errors are correlated.
 constexpr double kPassCounts = 0.1;
 
 class Refinement {
@@ -44,7 +44,7 @@ class Refinement {
     return last;
   }
 
-  // The nearest keyframe of each other pass, the nearest ones first.
+  // The nearest keyframe of each other pass, nearest first.
   [[nodiscard]] std::vector<std::size_t> passes(std::size_t at) const {
     std::vector<std::pair<double, std::size_t>> all;
     bool inside = false;
@@ -92,12 +92,13 @@ std::optional<std::vector<Edge>> refine(Track& track, const Loops& loops, int ro
     Refinement refinement(track);
     for (std::size_t i = 0; i < track.poses.size(); ++i) {
       const std::size_t done = static_cast<std::size_t>(round) * track.poses.size() + i;
-      if (i % 32 == 0 && !progress("laying all scans on all", done, all)) return std::nullopt;
+      if (i % 32 == 0 && !progress("matching all scans against all", done, all))
+        return std::nullopt;
       refinement.lay(i);
     }
     std::vector<Edge> better = refinement.take_edges();
-    // Odometry and first matches hold together what nothing else does, and loops what passes do
-    // not.
+    // The edges of odometry and first matches connect poses without other edges, and loops those
+    // that passes do not.
     better.insert(better.end(), track.edges.begin(), track.edges.end());
     for (const Edge& loop : loops.edges)
       better.push_back({loop.from, loop.to, loop.step, kPassCounts * loop.information});

@@ -8,7 +8,7 @@ namespace rack::mapping {
 namespace {
 
 constexpr std::int64_t kScanMatchCellsMax = 4'000'000;
-constexpr float kSameWall = 0.7F;  // cosine of what their directions differ
+constexpr float kSameWall = 0.7F;  // cosine of the angle between normals
 
 }  // namespace
 
@@ -29,7 +29,7 @@ void add_points(std::span<const ScanPoint2d> points, const Pose& frame,
         {x + c * p.x - s * p.y, y + s * p.x + c * p.y, c * p.nx - s * p.ny, s * p.nx + c * p.ny});
 }
 
-// Sorted by cells: counted first, then put in their places. Points on no wall are left out.
+// Counting sort by cells. Points that are not on a wall are left out.
 PointIndex::PointIndex(std::span<const ScanPoint2d> points) {
   float high_x = -1e9F;
   float high_y = -1e9F;
@@ -72,7 +72,7 @@ std::size_t PointIndex::cell(float x, float y) const {
 const ScanPoint2d* PointIndex::nearest(const ScanPoint2d& point, float reach) const {
   const float row = (point.x - low_x_) / kReach;
   const float column = (point.y - low_y_) / kReach;
-  // Also false for what is no number.
+  // Also false when a coordinate is not a number.
   const bool is_inside = row >= 1 && column >= 1 && row < static_cast<float>(rows_ - 1) &&
                          column < static_cast<float>(columns_ - 1);
   if (!is_inside) return nullptr;
@@ -80,7 +80,7 @@ const ScanPoint2d* PointIndex::nearest(const ScanPoint2d& point, float reach) co
   float least = reach * reach;
   const ScanPoint2d* best = nullptr;
   for (std::ptrdiff_t r = -columns_; r <= columns_; r += columns_) {
-    // Three cells of a row lie side by side.
+    // The points of three neighbouring cells of a row are contiguous.
     const std::uint32_t end = begin_[static_cast<std::size_t>(middle + r + 2)];
     for (std::uint32_t i = begin_[static_cast<std::size_t>(middle + r - 1)]; i < end; ++i) {
       const ScanPoint2d& other = points_[i];

@@ -1,9 +1,8 @@
-// Points of scans by where they are, so that other scans can be laid on them
-// (`components/localisation/line_match.h` lays them). Pure.
+// A spatial index of scan points, for matching other scans against them
+// (`components/localisation/line_match.h`). Pure.
 //
-// The two sides of a thin wall are two walls: a point is given the nearest of the points whose wall
-// looks the same way as its own. Points are sorted into cells as large as the farthest that is
-// asked for, so that nine cells are looked at.
+// The two sides of a thin wall are two walls: only points with a similar normal are matched. Points
+// are sorted into cells as large as the maximum reach, so that a look-up visits nine cells.
 #pragma once
 
 #include <cstdint>
@@ -21,19 +20,20 @@ using localisation::Match;
 using localisation::Prior;
 using localisation::ScanPoint2d;
 
-// Not more than a point each 40 mm.
+// Thinned to one point per 40 mm.
 std::vector<ScanPoint2d> points_of(std::span<const BeamEnd> scan, const Pose& scanner);
-// Seen from `frame`.
+// Appends the points, transformed by `frame`.
 void add_points(std::span<const ScanPoint2d> points, const Pose& frame,
                 std::vector<ScanPoint2d>& to);
 
-// Points by where they are.
+// Points sorted by cells.
 class PointIndex final : public localisation::Lines {
  public:
   explicit PointIndex(std::span<const ScanPoint2d> points);
 
   [[nodiscard]] bool empty() const override { return points_.empty(); }
-  // The nearest one within kReach whose wall looks like that of `point`; nullptr: none.
+  // The nearest point within `reach` (at most kReach) whose normal is similar to that of `point`;
+  // nullptr: none.
   [[nodiscard]] const ScanPoint2d* nearest(const ScanPoint2d& point, float reach) const override;
 
   static constexpr float kReach = 300;  // mm
@@ -45,7 +45,7 @@ class PointIndex final : public localisation::Lines {
   float low_y_ = 0;
   std::int32_t rows_ = 0;
   std::int32_t columns_ = 0;
-  std::vector<std::uint32_t> begin_;  // by cell: its first point
+  std::vector<std::uint32_t> begin_;  // index of the first point of each cell
   std::vector<ScanPoint2d> points_;
 };
 

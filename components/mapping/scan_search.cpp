@@ -8,7 +8,7 @@ namespace rack::mapping {
 
 namespace {
 
-constexpr std::size_t kLevels = 6;  // the last one's squares have 32 cells a side
+constexpr std::size_t kLevels = 6;  // squares of the last level have sides of 32 cells
 constexpr std::int32_t kScanSearchMargin = 1 << (kLevels - 1);
 constexpr std::int32_t kBlur = 2;      // cells around a point
 constexpr double kBlurDeviation = 60;  // mm
@@ -28,7 +28,7 @@ ScanSearch::ScanSearch(std::span<const ScanPoint2d> others) {
     high_x = std::max(high_x, static_cast<double>(p.x));
     high_y = std::max(high_y, static_cast<double>(p.y));
   }
-  // A square that begins in the margin below may reach into the grid.
+  // A square that begins in the margin may reach into the grid.
   low_x_ -= kScanSearchMargin * kCell;
   low_y_ -= kScanSearchMargin * kCell;
   const double rows = std::floor((high_x - low_x_) / kCell) + 2 + kBlur;
@@ -56,7 +56,7 @@ void ScanSearch::draw(const ScanPoint2d& point) {
     }
 }
 
-// From squares of half the side.
+// Computes a level from squares of half the side.
 void ScanSearch::widen(std::size_t level) {
   const auto& from = levels_[level - 1];
   auto& to = levels_[level];
@@ -72,7 +72,7 @@ void ScanSearch::widen(std::size_t level) {
     }
 }
 
-// The points of a scan in one direction, as cells, and how far they may be shifted.
+// The points of a scan rotated to one direction, as cells, and the maximum shift.
 struct ScanSearch::Turned {
   std::vector<Offset> points{};
   std::int32_t shift_max = 0;
@@ -100,7 +100,7 @@ void ScanSearch::descend(const Turned& turned, std::size_t level, const Square& 
     return;
   }
   const std::int32_t half = 1 << (level - 1);
-  std::array<Square, 4> parts{};  // the best one first: it rules out the others
+  std::array<Square, 4> parts{};  // best first, so that it excludes others
   std::size_t count = 0;
   for (const std::int32_t row : {square.row, square.row + half})
     for (const std::int32_t column : {square.column, square.column + half}) {

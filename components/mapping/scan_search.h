@@ -1,12 +1,12 @@
-// Where a scan fits beside other scans when hardly anything is known: by branch and bound (Olson
-// 2009 for the grid that is read; Hess, Kohler, Rapp, Andor 2016 for the search). Pure.
+// Finds the pose of a scan relative to other scans without a good initial pose, by branch and bound
+// (Olson 2009 for the look-up grid; Hess, Kohler, Rapp, Andor 2016 for the search). Pure.
 //
-// The others' points are drawn into a grid of how likely a beam ends in a cell, blurred. A pose
-// scores the mean of the cells that its points fall into. For each direction of the window all
-// shifts are tried, but not one by one: a second grid has in each cell the largest of 2 x 2, a
-// third of 4 x 4, and so on. A score read there is at least as high as that of every shift in the
-// square, so when it is below the best one found, none of them has to be looked at. The best of all
-// is found, exactly.
+// The points of the other scans are drawn into a blurred grid of the likelihood that a beam ends in
+// a cell. The score of a pose is the mean over the cells of its points. For each direction of the
+// window, all shifts are covered by a hierarchy: each cell of the second grid has the maximum of 2
+// x 2 cells, of the third 4 x 4, and so on. A score in such a grid is an upper bound for all shifts
+// of the square; when it is below the best score so far, the whole square is skipped. The result is
+// the exact optimum.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +20,7 @@ namespace rack::mapping {
 
 struct Window {
   double way = 1000;  // mm, to all four sides
-  double turn = 0.2;  // rad, to both
+  double turn = 0.2;  // rad, to both sides
 };
 
 class ScanSearch {
@@ -31,7 +31,7 @@ class ScanSearch {
     Pose pose{};
     double score = 0;  // 0 to 1
   };
-  // The best pose around `middle`, if it scores more than `least`.
+  // The best pose around `middle`, if its score is above `least`.
   [[nodiscard]] std::optional<Found> find(std::span<const ScanPoint2d> scan, const Pose& middle,
                                           const Window& window, double least) const;
 

@@ -153,15 +153,15 @@ TEST(PilotReplay, SaysWhyItStopped) {
   for (const PilotReplay::Event& event : replay.events())
     if (event.stops) stops.push_back(event.why);
   ASSERT_GE(stops.size(), 2U);
-  EXPECT_THAT(stops, testing::Contains(testing::StartsWith("an obstacle, free way ")));
+  EXPECT_THAT(stops, testing::Contains(testing::StartsWith("an obstacle, free distance ")));
   EXPECT_THAT(stops, testing::Not(testing::Contains(testing::HasSubstr("corridor"))));
   const auto& events = replay.events();
   const auto has = [&](const char* why) {
     return std::ranges::any_of(events, [&](const auto& e) { return e.why == why; });
   };
-  EXPECT_TRUE(has("no scans, or too old ones"));
-  EXPECT_TRUE(has("it is held (HOLD)"));
-  EXPECT_TRUE(has("it drives"));
+  EXPECT_TRUE(has("no scans, or outdated ones"));
+  EXPECT_TRUE(has("held by HOLD"));
+  EXPECT_TRUE(has("follows the path"));
 }
 
 TEST(PilotReplay, TheFirstDifferenceIsSaid) {

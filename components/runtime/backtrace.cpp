@@ -15,9 +15,9 @@ namespace rack {
 
 namespace {
 
-constexpr pid_t kThread = 1;  // what libdw calls the only thread that it gets to see
+constexpr pid_t kThread = 1;  // thread id for libdw; there is only one thread
 
-// Files of this host only: nobody waits for a server of debug information.
+// Only files of this host: no requests to a debuginfo server.
 constexpr Dwfl_Callbacks kFiles = {.find_elf = dwfl_linux_proc_find_elf,
                                    .find_debuginfo = dwfl_build_id_find_debuginfo,
                                    .section_address = nullptr,
@@ -58,7 +58,7 @@ struct Frames {
   std::size_t count = 0;
 };
 
-// A call returns to the instruction behind it, which may belong to the next function already.
+// A return address is behind the call, and may belong to the next function.
 int add_frame(Dwfl_Frame* frame, void* argument) {
   Frames& frames = *static_cast<Frames*>(argument);
   Dwarf_Addr address = 0;
@@ -110,7 +110,7 @@ std::span<std::uint64_t> Unwinder::frames(const ThreadState& thread,
   if constexpr (!kRegisterNames.empty()) {
     look_for(thread.registers[kInstructionPointer]);
     thread_ = &thread;
-    dwfl_getthread_frames(dwfl_, kThread, add_frame, &frames);  // as far as it comes
+    dwfl_getthread_frames(dwfl_, kThread, add_frame, &frames);  // as far as possible
   }
   if (frames.count > 1 || thread.frame_pointers.empty()) return room.first(frames.count);
   const std::size_t size = std::min(thread.frame_pointers.size(), room.size());

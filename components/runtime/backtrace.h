@@ -1,8 +1,8 @@
-// Who called whom, with names: of a thread as it was when the kernel looked at it (RealTimeWatch),
-// and of one that has crashed (crash_report.cpp). Both come as registers and the top of the stack.
-// libdw (elfutils) steps from a function to its caller by the tables that the compiler leaves in
-// every program, so also through functions without frame pointers, and knows names, files and
-// lines. It allocates, so an Unwinder is nothing for a signal handler.
+// Back-traces with names: of a thread at the time of a kernel sample (RealTimeWatch), and of a
+// thread that has crashed (crash_report.cpp). The input is the registers and the top of the stack.
+// libdw (elfutils) unwinds by the tables that the compiler adds to every program, so it also works
+// for functions without frame pointers, and it knows names, files and lines. It allocates, so an
+// Unwinder must not be used in a signal handler.
 #pragma once
 
 #include <array>
@@ -23,13 +23,13 @@ struct Dwfl;
 
 namespace rack {
 
-// --- A thread's registers, in the order in which the kernel samples them: one table an
-// architecture. Where there is none, back-traces consist of frame pointers alone.
+// --- A thread's registers in the order of kernel samples: one table per architecture. Without a
+// table, back-traces consist of frame pointers only.
 
 struct RegisterName {
-  int sampled;        // the bit that asks the kernel for it
-  int signal;         // where it lies in what a signal handler is given
-  std::size_t dwarf;  // its number in the compiler's tables
+  int sampled;        // bit that requests it from the kernel
+  int signal;         // index in the context of a signal handler
+  std::size_t dwarf;  // DWARF register number
 };
 
 #if defined(__x86_64__)
@@ -73,34 +73,35 @@ inline Registers registers_of([[maybe_unused]] const ucontext_t& context) {
   return registers;
 }
 
-// --- Who called whom
+// --- Back-traces
 
 struct ThreadState {
   Registers registers{};
-  std::span<const std::byte> stack{};  // as much as is known
+  std::span<const std::byte> stack{};  // the known part
   std::uint64_t stack_begin = 0;       // its address
-  // Return addresses as far as frame pointers led to them: better than nothing.
+  // Return addresses found by frame pointers; a fallback.
   std::span<const std::uint64_t> frame_pointers{};
 };
 
-inline constexpr std::size_t kFramesMax = 48;  // that a back-trace has for people
+inline constexpr std::size_t kFramesMax = 48;  // maximum length of a printed back-trace
 
 class Unwinder {
  public:
-  Unwinder();                          // of this process
-  explicit Unwinder(std::FILE* maps);  // of one whose /proc/PID/maps said so
+  Unwinder();                          // for this process
+  explicit Unwinder(std::FILE* maps);  // for a process with this /proc/PID/maps
   Unwinder(const Unwinder&) = delete;
   Unwinder& operator=(const Unwinder&) = delete;
   ~Unwinder();
 
-  // Innermost first, into `room`: where each function was; of those that called, the call itself.
+  // Writes the frames to `room`, innermost first: the current address of each function, for callers
+  // that of the call.
   std::span<std::uint64_t> frames(const ThreadState& thread, std::span<std::uint64_t> room);
 
   struct Function {
     std::string name;    // "rack::Module::run(int, char**)", "libc.so.6 + 0x1234"
-    bool known = false;  // as a function
+    bool known = false;  // the name is that of a function
   };
-  const Function& function(std::uint64_t address);  // remembered
+  const Function& function(std::uint64_t address);  // cached
   // "offender.cpp:42"; empty: not known.
   [[nodiscard]] std::string source(std::uint64_t address) const;
 
@@ -109,8 +110,8 @@ class Unwinder {
   void look_for(std::uint64_t address);
 
   Dwfl* dwfl_;
-  bool own_;                             // this process: libraries may still come
-  const ThreadState* thread_ = nullptr;  // that frames() is at
+  bool own_;                             // this process: more libraries may be loaded
+  const ThreadState* thread_ = nullptr;  // thread that frames() unwinds
   std::unordered_map<std::uint64_t, Function> functions_;
 };
 

@@ -59,10 +59,11 @@ class UnwinderTest : public testing::Test {
 
 TEST_F(UnwinderTest, NamesWhoCalledWhomOfAStackOfThePast) {
   Unwinder unwinder;
-  const std::string said = text(unwinder);
-  EXPECT_TRUE(said.starts_with("rack::copies_itself(rack::Copied&) at backtrace")) << said;
-  EXPECT_NE(said.find("\nrack::calls_it(rack::Copied&) at backtrace_test.cpp:"), std::string::npos);
-  EXPECT_NE(said.find("SetUp() at backtrace_test.cpp:"), std::string::npos) << said;
+  const std::string trace = text(unwinder);
+  EXPECT_TRUE(trace.starts_with("rack::copies_itself(rack::Copied&) at backtrace")) << trace;
+  EXPECT_NE(trace.find("\nrack::calls_it(rack::Copied&) at backtrace_test.cpp:"),
+            std::string::npos);
+  EXPECT_NE(trace.find("SetUp() at backtrace_test.cpp:"), std::string::npos) << trace;
 }
 
 TEST_F(UnwinderTest, OfAnotherProcessByItsMaps) {
@@ -115,7 +116,7 @@ TEST(CrashDeathTest, SaysAddressesWithoutItsReporter) {
         ::raise(SIGSEGV);
       },
       testing::KilledBySignal(SIGSEGV),
-      "Crash: SIGSEGV in thread runtime_test.*\n.* does not start; addresses, for addr2line:\n"
+      "Crash: SIGSEGV in thread runtime_test.*\n.* cannot be started; addresses for addr2line:\n"
       "  # .*libc.so.6 \\+ 0x");
 }
 #endif

@@ -33,10 +33,10 @@ constexpr bool kReports = true;
 constexpr int kSignals[] = {SIGSEGV, SIGABRT, SIGBUS, SIGFPE, SIGILL};
 constexpr int kLast = 19;
 
-char* reporter = nullptr;          // its path, from before there is anything to report
-std::atomic<pid_t> reporting = 0;  // the thread that does
+char* reporter = nullptr;          // path of the reporter, set before any crash
+std::atomic<pid_t> reporting = 0;  // id of the thread that reports
 
-void say(std::string_view text) {
+void write_text(std::string_view text) {
   while (!text.empty()) {
     const ssize_t written = ::write(STDERR_FILENO, text.data(), text.size());
     if (written <= 0) return;
@@ -44,31 +44,31 @@ void say(std::string_view text) {
   }
 }
 
-void say_number(std::uint64_t number, int base) {
+void write_number(std::uint64_t number, int base) {
   std::array<char, 24> text{};
   const auto end = std::to_chars(text.data(), text.data() + text.size(), number, base).ptr;
-  say({text.data(), static_cast<std::size_t>(end - text.data())});
+  write_text({text.data(), static_cast<std::size_t>(end - text.data())});
 }
 
-void say_signal(int signal, const siginfo_t& info, const char* thread) {
-  say("Crash: SIG");
-  say(::sigabbrev_np(signal));
-  // Who sends a signal says no address.
+void write_signal(int signal, const siginfo_t& info, const char* thread) {
+  write_text("Crash: SIG");
+  write_text(::sigabbrev_np(signal));
+  // A signal sent by a process has no address.
   if (signal != SIGABRT && info.si_code > 0) {
-    say(" at 0x");
-    say_number(reinterpret_cast<std::uintptr_t>(info.si_addr), 16);
+    write_text(" at 0x");
+    write_number(reinterpret_cast<std::uintptr_t>(info.si_addr), 16);
   }
-  say(" in thread ");
-  say(thread);
-  say("\n");
+  write_text(" in thread ");
+  write_text(thread);
+  write_text("\n");
 }
 
-// For addr2line(1): "#3 /usr/lib/librack.so.0.1 + 0x12ab". Asks the dynamic linker, but for what
-// takes no lock of it, which may be held.
-void say_addresses(std::uint64_t crashed_at) {
+// Writes addresses for addr2line(1): "#3 /usr/lib/librack.so.0.1 + 0x12ab". Uses only those
+// functions of the dynamic linker that take no lock, which may be held.
+void write_addresses(std::uint64_t crashed_at) {
   std::array<void*, kFramesMax> frames{};
   const auto count = static_cast<std::size_t>(::backtrace(frames.data(), kFramesMax));
-  bool is_crashed = false;  // before come the handler's own
+  bool is_crashed = false;  // the first frames are those of the handler
   for (std::size_t i = 0; i < count; ++i) {
     const auto address = reinterpret_cast<std::uintptr_t>(frames[i]);
     is_crashed = is_crashed || address == crashed_at || crashed_at == 0;
@@ -76,11 +76,11 @@ void say_addresses(std::uint64_t crashed_at) {
     dl_find_object file{};
     const bool known = ::_dl_find_object(frames[i], &file) == 0;
     const char* path = known ? file.dlfo_link_map->l_name : "?";
-    say("  # ");
-    say(*path == '\0' ? "(program)" : path);
-    say(" + 0x");
-    say_number(address - (known ? file.dlfo_link_map->l_addr : 0), 16);
-    say("\n");
+    write_text("  # ");
+    write_text(*path == '\0' ? "(program)" : path);
+    write_text(" + 0x");
+    write_number(address - (known ? file.dlfo_link_map->l_addr : 0), 16);
+    write_text("\n");
   }
 }
 
@@ -91,11 +91,11 @@ void copy_maps(int to) {
     if (::write(to, text.data(), static_cast<std::size_t>(size)) != size) break;
 }
 
-// In memory, which has room at once however slowly it is read. -1: it cannot be.
+// Into a memory file: a pipe would block while the reader is slow. -1: failed.
 int write_record(CrashRecord& record) {
   const int file = ::memfd_create("crash", MFD_CLOEXEC);
   ::lseek(file, sizeof record, SEEK_SET);
-  // As much as is there: what is no memory is not read.
+  // The kernel writes only the mapped part of the stack.
   const ssize_t stack = ::syscall(SYS_write, file, record.stack_begin, CrashRecord::kStackMax);
   record.stack_size = stack > 0 ? static_cast<std::uint64_t>(stack) : 0;
   copy_maps(file);
@@ -103,8 +103,8 @@ int write_record(CrashRecord& record) {
   return good && ::lseek(file, 0, SEEK_SET) == 0 ? file : -1;
 }
 
-// With time that nobody else wants, however urgent the thread that has crashed. Returns when it
-// cannot start.
+// Runs the reporter with idle priority, whatever the priority of the crashed thread. Returns only
+// if it cannot be started.
 void become_reporter(int record) {
   const sched_param ordinary{};
   ::sched_setscheduler(0, SCHED_BATCH, &ordinary);
@@ -117,7 +117,7 @@ void become_reporter(int record) {
 void report(int signal, const siginfo_t& info, const ucontext_t& context) {
   CrashRecord record{.process = ::getpid(), .registers = registers_of(context)};
   ::prctl(PR_GET_NAME, record.thread.data());
-  say_signal(signal, info, record.thread.data());
+  write_signal(signal, info, record.thread.data());
   std::uint64_t crashed_at = 0;
   if constexpr (!kRegisterNames.empty()) {
     crashed_at = record.registers[kInstructionPointer];
@@ -127,10 +127,10 @@ void report(int signal, const siginfo_t& info, const ucontext_t& context) {
   const pid_t child = ::_Fork();  // fork() would take locks
   if (child > 0) return;
   if (child == 0) become_reporter(file);
-  say("  ");
-  say(reporter);
-  say(" does not start; addresses, for addr2line:\n");
-  say_addresses(crashed_at);
+  write_text("  ");
+  write_text(reporter);
+  write_text(" cannot be started; addresses for addr2line:\n");
+  write_addresses(crashed_at);
   if (child == 0) ::_exit(1);
 }
 
@@ -140,10 +140,10 @@ void on_crash(int signal, siginfo_t* info, void* context) {
   if (reporting.compare_exchange_strong(nobody, self)) {
     report(signal, *info, *static_cast<const ucontext_t*>(context));
   } else if (nobody != self) {
-    // Another thread has crashed before, and ends all of us when it has said so.
+    // Another thread has crashed before and ends the process after its report.
     for (;;) ::pause();
   }
-  // Delivered when this returns: the end, and the core file, are those of the crash.
+  // Delivered again on return: exit status and core file are those of the crash.
   std::signal(signal, SIG_DFL);
   ::raise(signal);
 }
@@ -155,7 +155,7 @@ void install_crash_report(const std::string& reporter_program) {
   static std::string path = reporter_program;
   reporter = path.data();
   std::array<void*, 1> frame{};
-  ::backtrace(frame.data(), 1);  // loads what it needs
+  ::backtrace(frame.data(), 1);  // loads the libraries it needs
   struct sigaction action {};
   action.sa_sigaction = on_crash;
   action.sa_flags = SA_SIGINFO | SA_ONSTACK;

@@ -1,9 +1,10 @@
-// When a component crashes: who called whom, on standard error, while it ends as it would have.
+// Prints a back-trace to standard error when a component crashes, which then ends as it would
+// without this: same signal, same core file.
 //
-// The signal's handler only writes down what is needed for that: registers, the top of the stack,
-// and which files are loaded where. Then it starts another program, tims-crash-report, which may
-// allocate as libdw does, and lets this one die: whoever must notice that it is gone (the router,
-// its supervisor, those that lived on its data) waits for no names.
+// The signal handler only collects registers, the top of the stack, and the loaded files. Then it
+// starts another program, tims-crash-report, which may allocate as libdw does, and lets this
+// process end: those that must notice the crash (the router, the supervisor, consumers of its data)
+// do not wait for the names.
 #pragma once
 
 #include <array>
@@ -18,11 +19,13 @@
 
 namespace rack {
 
-// Of the whole program, once, at its beginning. Sanitizers have their own reports: then nothing.
+// Call once at the start of the program. With sanitizers it does nothing: they have their own
+// reports.
 void install_crash_report(
     const std::string& reporter_program = tims::os::find_program("tims-crash-report"));
 
-// A stack for the handler, as the crashed one may be full. One a thread, in the thread.
+// An alternative stack for the handler, as the normal one may be exhausted. One per thread, created
+// in the thread.
 class CrashStack {
  public:
   CrashStack();
@@ -35,8 +38,8 @@ class CrashStack {
   std::unique_ptr<std::byte[]> memory_;
 };
 
-// What tims-crash-report finds on its standard input; then come stack_size bytes of the stack, and
-// what was in /proc/PID/maps.
+// The input of tims-crash-report; followed by stack_size bytes of the stack and the contents of
+// /proc/PID/maps.
 struct CrashRecord {
   static constexpr std::size_t kStackMax = 256 << 10;
 

@@ -1,4 +1,4 @@
-// tims-crash-report: says who called whom when a component has crashed. The component starts it,
+// tims-crash-report: prints the back-trace of a component that has crashed. The component starts it
 // and does not wait for it (crash.h).
 #include <array>
 #include <cstdio>
@@ -13,7 +13,7 @@
 
 namespace {
 
-constexpr unsigned kPatience = 30;  // s; files with names may lie on a network
+constexpr unsigned kPatience = 30;  // s; symbol files may be on a network
 
 // "  #3 rack::Module::run(int, char**) at module.cpp:42"
 std::string line(rack::Unwinder& unwinder, std::size_t index, std::uint64_t address) {
@@ -27,7 +27,7 @@ std::string line(rack::Unwinder& unwinder, std::size_t index, std::uint64_t addr
 int main() {
   rack::CrashRecord record;
   if (std::fread(&record, sizeof record, 1, stdin) != 1) {
-    std::fputs("tims-crash-report is started by components that crash\n", stderr);
+    std::fputs("tims-crash-report is only started by a component that crashes\n", stderr);
     return 2;
   }
   ::alarm(kPatience);
@@ -35,8 +35,7 @@ int main() {
   stack.resize(std::fread(stack.data(), 1, stack.size(), stdin));
   rack::Unwinder unwinder(stdin);
   std::array<std::uint64_t, rack::kFramesMax> room{};
-  std::string text =
-      fmt::format("Who called whom in {} ({}):\n", record.thread.data(), record.process);
+  std::string text = fmt::format("Back-trace of {} ({}):\n", record.thread.data(), record.process);
   std::size_t index = 0;
   for (const std::uint64_t address :
        unwinder.frames({record.registers, stack, record.stack_begin}, room))

@@ -16,7 +16,7 @@ class DataModuleBase::Publisher {
         answer_(module.data_.size_max) {}
 
   void clear() { listeners_.clear(); }
-  // The stream has ended.
+  // Ends all streams.
   void end_streams();
   void send(TimeStamp recorded, std::size_t size);
 
@@ -27,16 +27,16 @@ class DataModuleBase::Publisher {
   void drop(tims::Address mailbox);
   [[nodiscard]] ListenersData listeners() const;
 
-  std::uint32_t period_ms_ = 1000;  // under mutex_
+  std::uint32_t period_ms_ = 1000;  // protected by mutex_
 
  private:
   Result<void> check_added(Listeners::Added added, tims::Address mailbox);
 
   DataModuleBase& module_;
-  Listeners listeners_;            // under mutex_
-  std::int64_t data_sets_ = 0;     // under mutex_
-  std::vector<Listener> due_;      // data task
-  std::vector<std::byte> answer_;  // command task
+  Listeners listeners_;            // protected by mutex_
+  std::int64_t data_sets_ = 0;     // protected by mutex_
+  std::vector<Listener> due_;      // used by the data task
+  std::vector<std::byte> answer_;  // used by the command task
 };
 
 DataModuleBase::DataModuleBase(const ModuleInfo& info, const DataInfo& data)
@@ -52,7 +52,7 @@ DataModuleBase::~DataModuleBase() = default;
 Result<void> DataModuleBase::module_on() {
   {
     const std::lock_guard lock(mutex_);
-    if (publisher_->period_ms_ == 0) return refused("a period of 0 ms");
+    if (publisher_->period_ms_ == 0) return refused("the period is 0 ms");
     history_.clear();
     publisher_->clear();
   }
@@ -111,7 +111,7 @@ void DataModuleBase::Publisher::send(TimeStamp recorded, std::size_t size) {
   }
 }
 
-// Its mailbox is gone.
+// The mailbox of a listener does not exist any more.
 void DataModuleBase::Publisher::drop(tims::Address mailbox) {
   const std::lock_guard lock(module_.mutex_);
   if (listeners_.remove(mailbox)) module_.log().info("Listener %n is gone", mailbox);
@@ -149,7 +149,7 @@ Result<void> DataModuleBase::module_command(const tims::MessageView& message) {
 Result<void> DataModuleBase::Publisher::get_data(const tims::MessageView& message) {
   const auto request = decode<GetDataRequest>(message);
   if (!request) return request.error();
-  if (!module_.is_on()) return refused("no data while it is off");
+  if (!module_.is_on()) return refused("the component is off and has no data");
   Result<std::size_t> size = std::size_t{0};
   {
     const std::lock_guard lock(module_.mutex_);
@@ -178,9 +178,9 @@ tims::Error DataModuleBase::not_there(DataHistory::Miss miss, TimeStamp time) {
   const std::string at = std::to_string(time.raw());
   switch (miss) {
     case DataHistory::Miss::kTooOld:
-      return refused("no data of " + at + " ms any more");
+      return refused("data of time " + at + " ms are no longer available");
     case DataHistory::Miss::kTooNew:
-      return refused("no data of " + at + " ms yet");
+      return refused("data of time " + at + " ms are not available yet");
     case DataHistory::Miss::kEmpty:
       break;
   }
@@ -190,7 +190,7 @@ tims::Error DataModuleBase::not_there(DataHistory::Miss miss, TimeStamp time) {
 Result<void> DataModuleBase::Publisher::get_cont_data(const tims::MessageView& message) {
   const auto request = decode<GetContDataRequest>(message);
   if (!request) return request.error();
-  if (!module_.is_on()) return refused("no data while it is off");
+  if (!module_.is_on()) return refused("the component is off and has no data");
   std::uint32_t granted = 0;
   Listeners::Added added{};
   {
@@ -206,8 +206,8 @@ Result<void> DataModuleBase::Publisher::get_cont_data(const tims::MessageView& m
 
 Result<void> DataModuleBase::Publisher::check_added(Listeners::Added added, tims::Address mailbox) {
   if (added == Listeners::Added::kFull)
-    return refused("it has " + std::to_string(module_.data_.listeners) +
-                   " listeners already, no more fit");
+    return refused("the maximum of " + std::to_string(module_.data_.listeners) +
+                   " listeners is reached");
   if (added == Listeners::Added::kAgain)
     module_.log().warning("Listener %n is already in list", mailbox);
   return {};
@@ -237,7 +237,7 @@ ListenersData DataModuleBase::Publisher::listeners() const {
 }
 
 Result<void> DataModuleBase::Publisher::get_next_data(const tims::MessageView& message) {
-  if (!module_.is_on()) return refused("no data while it is off");
+  if (!module_.is_on()) return refused("the component is off and has no data");
   Listeners::Added added{};
   {
     const std::lock_guard lock(module_.mutex_);

@@ -35,9 +35,10 @@
 namespace rack {
 namespace {
 
-constexpr tims::Duration kRouterWait = std::chrono::seconds(2);  // also over a slow network
+constexpr tims::Duration kRouterWait = std::chrono::seconds(2);  // long enough for a slow network
 constexpr tims::Duration kCommandWait = std::chrono::milliseconds(500);
-constexpr int kReportEach = 250;  // ms; a real-time task does not stop to wake anybody
+constexpr int kReportEach =
+    250;  // ms; the main thread polls, so that a real-time task need not wake it
 
 sigset_t end_signals() {
   sigset_t set;
@@ -53,21 +54,21 @@ bool end_is_wanted() {
          ::sigismember(&pending, SIGHUP) == 1;
 }
 
-// What a component says itself needs no heading.
-std::string words_of(const tims::Error& error) {
+// The text of an error; refusals of the component itself have no prefix.
+std::string text_of(const tims::Error& error) {
   return error.code() == tims::Errc::kInvalidArgument && !error.detail().empty() ? error.detail()
                                                                                  : error.message();
 }
 
 int fail(std::string_view program, const tims::Error& error, ExitCode code) {
-  std::fprintf(stderr, "%s: %s\n", std::string(program).c_str(), words_of(error).c_str());
+  std::fprintf(stderr, "%s: %s\n", std::string(program).c_str(), text_of(error).c_str());
   return static_cast<int>(code);
 }
 
 }  // namespace
 
-// The runtime's side of a module, which those who derive do not see. Two threads share it; what is
-// under the module's mutex_ says so.
+// The runtime of a module, hidden from derived classes. Two threads share it; members protected by
+// the module's mutex_ are marked.
 class Module::Runtime {
  public:
   explicit Runtime(Module& module)
@@ -81,7 +82,7 @@ class Module::Runtime {
   Result<void> start(const Arguments& arguments);
   void wait_for_end();
   void end();
-  void tell(std::string_view what, std::string_view name, const std::string& value) const;
+  void notify(std::string_view what, std::string_view name, const std::string& value) const;
   [[nodiscard]] Status status() const;
   [[nodiscard]] bool wants_on() const;
 
@@ -104,7 +105,7 @@ class Module::Runtime {
   void turn_on(const tims::Header& request);
   void turn_off(const tims::Header& request);
   void refuse(const tims::Header& request, std::string_view why);
-  void tell_held(std::optional<tims::Address> by) const;
+  void report_held(std::optional<tims::Address> by) const;
   [[nodiscard]] std::string why_not_on() const;
   [[nodiscard]] LifeCycle::By commanded_by(tims::Address program) const;
   [[nodiscard]] std::string name_of_command(const tims::Header& header) const;
@@ -114,7 +115,7 @@ class Module::Runtime {
   void data_task();
   void take_step(LifeCycle::Step step);
   void apply(const LifeCycle::Change& change, const tims::Error* why);
-  void say_failed(const char* what, const std::string& why);
+  void report_failure(const char* what, const std::string& why);
   void tell_status(std::string_view status, const tims::Error* why = nullptr);
   Result<void> watched_loop();
 
@@ -125,11 +126,11 @@ class Module::Runtime {
   PriorityMutex& mutex_;
   tims::os::ServiceManager manager_;
 
-  std::optional<LifeCycle> cycle_;         // under mutex_
-  std::condition_variable_any commanded_;  // with mutex_
+  std::optional<LifeCycle> cycle_;         // protected by mutex_
+  std::condition_variable_any commanded_;  // used with mutex_
   std::atomic<TimeStamp> state_since_ = TimeStamp(0);
-  RealTimeWatch watch_;      // of the data task
-  std::string said_failed_;  // why it failed, as last said; data task
+  RealTimeWatch watch_;           // watches the data task
+  std::string reported_failure_;  // last reported reason of a failure; used by the data task
   std::optional<Thread> command_thread_;
   std::optional<Thread> data_thread_;
 };
@@ -142,7 +143,7 @@ Module::Module(const ModuleInfo& info)
 
 Module::~Module() = default;
 
-// --- a program's life
+// --- life cycle of the program
 
 int Module::run(int argc, char** argv) {
   return run(std::span<const char* const>(argv, static_cast<std::size_t>(argc)).subspan(1));
@@ -180,7 +181,7 @@ Result<void> Module::Runtime::start(const Arguments& arguments) {
   if (info_.own_class != nullptr) {
     if (auto added = add_class(*info_.own_class); !added) return added;
   }
-  // Before any thread is there, so that all of them leave these signals to the main thread.
+  // Blocked before any thread is started, so that the main thread gets these signals.
   const sigset_t signals = end_signals();
   ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   auto stop = tims::os::make_event_fd();
@@ -189,7 +190,7 @@ Result<void> Module::Runtime::start(const Arguments& arguments) {
   log_.set_threshold(gdos::level_of_parameter(parameters_.integer("gdosLevel")));
 
   if (auto connected = connect(arguments.router); !connected) return connected;
-  if (!session_) return {};  // told to end before there was a router
+  if (!session_) return {};  // stopped before there was a router
   if (auto fit = parameters_.set_widths(module_.address_widths()); !fit) return fit;
   address_ = module_.address_of(info_.class_id, parameters_.integer("system"),
                                 parameters_.integer("instance"));
@@ -207,17 +208,18 @@ Result<void> Module::Runtime::start(const Arguments& arguments) {
   return {};
 }
 
-// Until there is a router, or somebody wants an end.
+// Waits until there is a router, or until the program is stopped.
 Result<void> Module::Runtime::connect(const std::string& router) {
-  auto said = std::make_shared<std::atomic<bool>>(false);
-  const auto say_once = [said, program = parameters_.program()](const tims::SessionEvent& event) {
+  auto reported = std::make_shared<std::atomic<bool>>(false);
+  const auto report_once = [reported,
+                            program = parameters_.program()](const tims::SessionEvent& event) {
     const bool waiting = event.kind == tims::SessionEvent::Kind::kWaiting;
     const bool worth = event.kind != tims::SessionEvent::Kind::kConnected;
-    if (worth && !(waiting && said->exchange(true)))
+    if (worth && !(waiting && reported->exchange(true)))
       std::fprintf(stderr, "%s: %s\n", program.c_str(), event.text.c_str());
-    if (!waiting) said->store(false);
+    if (!waiting) reported->store(false);
   };
-  // What a real-time task sends waits for no ordinary thread.
+  // Messages of a real-time task must not wait for an ordinary thread.
   const int priority =
       std::max(parameters_.integer("cmdTaskPrio"), parameters_.integer("dataTaskPrio"));
   while (!session_ && !end_is_wanted()) {
@@ -226,7 +228,7 @@ Result<void> Module::Runtime::connect(const std::string& router) {
                                 .router = router,
                                 .timeout = kRouterWait,
                                 .tcp_priority = priority >= kFirstRealTime ? priority : 0,
-                                .on_event = say_once});
+                                .on_event = report_once});
     if (session) {
       session_.emplace(std::move(*session));
     } else if (session.error().code() != tims::Errc::kTimeout) {
@@ -261,7 +263,7 @@ Result<void> Module::Runtime::start_tasks(std::optional<tims::Address> held_off_
     const auto body = [this, task] { (this->*task)(); };
     auto started = thread.emplace().start(settings, body);
     if (started) return {};
-    log_.warning("%s: an ordinary one will do", started.error().detail());
+    log_.warning("%s: using an ordinary thread", started.error().detail());
     settings.priority = 0;
     return thread->start(settings, body);
   };
@@ -296,7 +298,7 @@ void Module::Runtime::end() {
     stopping_.store(true, std::memory_order_relaxed);
   }
   commanded_.notify_all();
-  // Wakes the command task; answers to nobody.
+  // Wakes the command task; has no receiver for an answer.
   if (command_mailbox_) (void)command_mailbox_->send({.dest = address_, .type = tims::type::kOk});
   command_thread_.reset();
   data_thread_.reset();
@@ -306,7 +308,7 @@ void Module::Runtime::end() {
   log_.pass_on(tims::os::now(), *command_mailbox_);
 }
 
-// --- what a component uses
+// --- used by a component
 
 std::int32_t Module::integer(std::string_view name) const {
   const std::lock_guard lock(mutex_);
@@ -366,7 +368,7 @@ tims::Address Module::component_of(tims::Address mailbox) const {
 
 Result<tims::Mailbox*> Module::create_mailbox(std::uint32_t slots, std::uint32_t body_max) {
   if (runtime_->last_local_ + 1 >= std::uint64_t{1} << address_widths().local)
-    return refused("addresses here have no room for more mailboxes of a component");
+    return refused("the addresses of this fleet have no free local id for another mailbox");
   auto fields = runtime_->address_.fields(runtime_->session_->address_widths());
   fields.local = ++runtime_->last_local_;
   auto mailbox = runtime_->session_->open(
@@ -444,10 +446,10 @@ void Module::Runtime::on_command(const tims::MessageView& message) {
   }
   const auto done = module_.module_command(message);
   if (done || header.type <= 0) return;
-  // Who looks at a component that is off, as windows do, disturbs nobody.
+  // Requests to a component that is off are normal, for example from graphical interfaces.
   log_.write(module_.is_on() ? gdos::Level::kWarning : gdos::Level::kInfo, "%s from %n: %s",
-             {name_of_command(header), header.src, words_of(done.error())});
-  refuse(header, words_of(done.error()));
+             {name_of_command(header), header.src, text_of(done.error())});
+  refuse(header, text_of(done.error()));
 }
 
 void Module::Runtime::turn_on(const tims::Header& request) {
@@ -463,7 +465,7 @@ void Module::Runtime::turn_on(const tims::Header& request) {
     if (answer == tims::type::kError) why = why_not_on();
   }
   commanded_.notify_all();
-  if (was_held && !is_held) tell_held(std::nullopt);
+  if (was_held && !is_held) report_held(std::nullopt);
   if (answer == tims::type::kError) return refuse(request, why);
   if (answer) module_.reply(request, *answer);
 }
@@ -476,37 +478,36 @@ void Module::Runtime::turn_off(const tims::Header& request) {
     unanswered = cycle_->turn_off(request, by);
   }
   commanded_.notify_all();
-  if (by == LifeCycle::By::kOperator)
-    tell_held(request.src);  // before anybody knows that it is off
+  if (by == LifeCycle::By::kOperator) report_held(request.src);  // before the answer to OFF
   module_.reply(request, tims::type::kOk);
   if (unanswered)
     refuse(*unanswered,
-           request.src.to_string(module_.address_widths()) + " has turned it off meanwhile");
+           request.src.to_string(module_.address_widths()) + " has turned it off before it was on");
 }
 
-// With ERROR, and in words when there is room for them.
+// Answers with ERROR, with the reason if there is room.
 void Module::Runtime::refuse(const tims::Header& request, std::string_view why) {
   const bool has_room = (request.flags & tims::flag::kTellWhy) != 0 ||
                         (request.type == tims::type::kOn &&
                          request.length >= tims::kHeaderSize + wire_size<OnRequest>());
-  const auto words = std::as_bytes(std::span(why.substr(0, kReasonMax)));
-  if (has_room && module_.reply(request, tims::type::kError, words)) return;
+  const auto text = std::as_bytes(std::span(why.substr(0, kReasonMax)));
+  if (has_room && module_.reply(request, tims::type::kError, text)) return;
   module_.reply(request, tims::type::kError);
 }
 
-// Whoever starts this program again after a crash leaves it off.
-void Module::Runtime::tell_held(std::optional<tims::Address> by) const {
+// Reports the OFF to the supervisor, which keeps it when it restarts the program after a crash.
+void Module::Runtime::report_held(std::optional<tims::Address> by) const {
   module_.tell_state(kHeldOffBy, by ? by->to_hex() : std::string());
 }
 
 std::string Module::Runtime::why_not_on() const {
   const auto by = cycle_->held_off_by();
-  if (!by) return "it is being turned on already";
+  if (!by) return "it is already being turned on";
   return by->to_string(module_.address_widths()) +
-         " has turned it off, until it is turned on by hand";
+         " has turned it off; only an operator can turn it on again";
 }
 
-// Classes of components begin at Test.
+// Class ids of components begin at Test.
 LifeCycle::By Module::Runtime::commanded_by(tims::Address program) const {
   return program.fields(module_.address_widths()).class_id < tims::class_id::kTest
              ? LifeCycle::By::kOperator
@@ -518,7 +519,7 @@ std::string Module::Runtime::name_of_command(const tims::Header& header) const {
   return info != nullptr ? std::string(info->name) : "Command " + std::to_string(header.type);
 }
 
-Result<void> Module::module_command(const tims::MessageView&) { return refused("not known here"); }
+Result<void> Module::module_command(const tims::MessageView&) { return refused("unknown command"); }
 
 bool Module::Runtime::wants_on() const {
   const std::lock_guard lock(mutex_);
@@ -535,7 +536,7 @@ ParameterList Module::Runtime::parameter_list() const {
   return parameters_.list();
 }
 
-// Takes no lock that the data task wants: to ask whether it is disturbed does not disturb it.
+// Takes no lock of the data task, so that the request does not disturb it.
 RuntimeData Module::Runtime::runtime_data() const {
   RuntimeData data;
   data.since = state_since_.load();
@@ -543,7 +544,7 @@ RuntimeData Module::Runtime::runtime_data() const {
   return data;
 }
 
-// Takes what is good of a list, and says what is not.
+// Sets the valid parameters of a list, and logs the others.
 void Module::Runtime::set_parameters(const tims::MessageView& message) {
   const auto list = decode<ParameterList>(message);
   if (!list) {
@@ -560,7 +561,7 @@ void Module::Runtime::set_parameters(const tims::MessageView& message) {
       if (set) log_.set_threshold(gdos::level_of_parameter(parameters_.integer("gdosLevel")));
       if (set && *set) value = parameters_.as_text(record.name.view());
     }
-    if (set && *set) tell("X_TIMS_PARAMETER=", record.name.view(), value);
+    if (set && *set) notify("X_TIMS_PARAMETER=", record.name.view(), value);
     if (set) continue;
     log_.error("%s", set.error().detail());
     if (why.empty()) why = set.error().detail();
@@ -569,15 +570,15 @@ void Module::Runtime::set_parameters(const tims::MessageView& message) {
   module_.reply(message.header, tims::type::kOk);
 }
 
-// Whoever starts this program again after a crash starts it with what was set meanwhile.
-void Module::Runtime::tell(std::string_view what, std::string_view name,
+// Reports a changed parameter to the supervisor, which restarts the program with it after a crash.
+void Module::Runtime::notify(std::string_view what, std::string_view name,
                            const std::string& value) const {
-  if (value.find('\n') != std::string::npos) return;  // each line of what is told has a name
+  if (value.find('\n') != std::string::npos) return;  // the protocol is one line per variable
   manager_.tell(std::string(what).append(name) + "=" + value);
 }
 
 void Module::tell_state(std::string_view name, const std::string& value) const {
-  runtime_->tell("X_TIMS_STATE=", name, value);
+  runtime_->notify("X_TIMS_STATE=", name, value);
 }
 
 // --- the data task
@@ -633,26 +634,26 @@ void Module::Runtime::take_step(LifeCycle::Step step) {
 
 void Module::Runtime::apply(const LifeCycle::Change& change, const tims::Error* why) {
   using Kind = LifeCycle::Change::Kind;
-  // The graphical interface of the original knows these words.
+  // The graphical interface of the original recognises these texts.
   switch (change.kind) {
     case Kind::kNone:
       break;
     case Kind::kOn:
-      said_failed_.clear();
+      reported_failure_.clear();
       log_.print("Module on");
       tell_status("on");
       break;
     case Kind::kOff:
       module_.turned_off();
       module_.module_off();
-      said_failed_.clear();
+      reported_failure_.clear();
       log_.print("Module off");
       tell_status("off");
       break;
     case Kind::kCannotTurnOn:
     case Kind::kError:
-      say_failed(change.kind == Kind::kError ? "Error" : "Error, can't turn on module",
-                 why->message());
+      report_failure(change.kind == Kind::kError ? "Error" : "Error, can't turn on module",
+                     why->message());
       tell_status("error", why);
       module_.turned_off();
       module_.module_off();
@@ -662,15 +663,15 @@ void Module::Runtime::apply(const LifeCycle::Change& change, const tims::Error* 
   if (change.answer != tims::type::kError) {
     module_.reply(*change.request, change.answer);
   } else {
-    refuse(*change.request, why != nullptr ? words_of(*why) : std::string());
+    refuse(*change.request, why != nullptr ? text_of(*why) : std::string());
   }
 }
 
-// Once, however often it is tried again in vain for the same reason. The graphical interface of
-// the original looks for the short text, which is of the level of all that it knows.
-void Module::Runtime::say_failed(const char* what, const std::string& why) {
-  const bool again = why == said_failed_;
-  said_failed_ = why;
+// Reports a failure once while retries fail for the same reason. The graphical interface of the
+// original looks for the short text, at the level that it knows.
+void Module::Runtime::report_failure(const char* what, const std::string& why) {
+  const bool again = why == reported_failure_;
+  reported_failure_ = why;
   log_.write(again ? gdos::Level::kInfo : gdos::Level::kError, "%s", {why});
   if (!again) log_.print(what);
 }
@@ -679,7 +680,7 @@ void Module::Runtime::tell_status(std::string_view status, const tims::Error* wh
   if (!manager_.listens()) return;
   std::string text = "STATUS=" + std::string(status);
   if (why != nullptr) text += ": " + why->message();
-  std::ranges::replace(text, '\n', ' ');  // each line has a name
+  std::ranges::replace(text, '\n', ' ');  // the protocol is one line per variable
   manager_.tell(text);
 }
 

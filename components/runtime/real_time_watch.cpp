@@ -44,7 +44,7 @@ perf_event_attr attributes(std::uint64_t event, bool with_kernel) {
   wanted.sample_stack_user = kSampledRegisters == 0 ? 0 : Snapshot::kStackMax;
   wanted.exclude_callchain_kernel = 1;
   wanted.exclude_kernel = with_kernel ? 0 : 1;
-  // Nobody waits for records.
+  // No thread waits for records.
   wanted.watermark = 1;
   wanted.wakeup_watermark = kRealTimeWatchRing;
   return wanted;
@@ -72,12 +72,12 @@ void give_back(void* memory, std::uint64_t up_to) {
 
 constexpr std::string_view kOutermost = "rack::Module::Runtime::watched_loop";
 
-// Only the task writes them; an ordinary addition will do.
+// Only the task writes the counters, so no atomic addition is needed.
 void add(std::atomic<std::int64_t>& counter, std::int64_t more) {
   counter.store(counter.load(std::memory_order_relaxed) + more, std::memory_order_relaxed);
 }
 
-const char* words(Violation violation) {
+const char* text_of(Violation violation) {
   return violation == Violation::kPageFault ? "a page fault" : "blocked";
 }
 
@@ -101,11 +101,11 @@ WatchDepth PerfEvents::open() {
   return WatchDepth::kCounts;
 }
 
-// Switches happen inside the kernel, at which not everybody may look (perf_event_paranoid).
+// Context switches happen inside the kernel, whose events may be restricted (perf_event_paranoid).
 bool PerfEvents::open_events(bool with_kernel) {
   close();
   perf_event_attr faults = attributes(PERF_COUNT_SW_PAGE_FAULTS, with_kernel);
-  faults.context_switch = 1;  // and records that say why
+  faults.context_switch = 1;  // and records with the kind of the switch
   faults_ = open_event(faults);
   if (faults_ && with_kernel)
     switches_ = open_event(attributes(PERF_COUNT_SW_CONTEXT_SWITCHES, true));
@@ -131,7 +131,7 @@ bool PerfEvents::map_ring() {
   return true;
 }
 
-// So that reading it is no page fault of the thread that is watched.
+// So that reading the ring is not a page fault of the watched thread.
 void PerfEvents::prefault_ring() {
   const volatile std::byte* ring = static_cast<const std::byte*>(memory_);
   for (std::size_t at = 0; at < kRealTimeWatchRing; at += page()) (void)ring[page() + at];
@@ -164,8 +164,8 @@ bool PerfEvents::next(PerfRecord& record) {
 }
 
 bool is_watched(int priority) {
-  const std::string wish = tims::os::environment("RACK_WATCH");
-  if (!wish.empty()) return wish[0] != '0';
+  const std::string setting = tims::os::environment("RACK_WATCH");
+  if (!setting.empty()) return setting[0] != '0';
   return priority >= kFirstRealTime;
 }
 
@@ -174,9 +174,9 @@ bool is_watched(int priority) {
 void RealTimeWatch::start(TextLog& log) {
   const WatchDepth depth = events_.open();
   if (depth == WatchDepth::kCounts)
-    log.info("Real time is watched without places: %s", events_.error().detail());
+    log.info("Real-time violations are counted without locations: %s", events_.error().detail());
   if (depth == WatchDepth::kFaultPlaces)
-    log.info("Real time is watched without places of switches (CAP_PERFMON would show them)");
+    log.info("Real-time violations have no locations of context switches (needs CAP_PERFMON)");
   before_ = usage();
   depth_.store(depth, std::memory_order_relaxed);
   tims::set_wait_observer(this);
@@ -207,7 +207,7 @@ void RealTimeWatch::ends() {
   if (inside_) open_section();
 }
 
-// Whatever happened until now is nobody's fault.
+// Events before the section do not count.
 void RealTimeWatch::open_section() {
   if (depth() == WatchDepth::kCounts) {
     before_ = usage();
@@ -244,7 +244,7 @@ void RealTimeWatch::note(const PerfRecord& record) {
   }
 }
 
-// When the main thread has no time for more, counts must do.
+// When the ring is full, only the counts are kept.
 void RealTimeWatch::hand_over(Violation violation, const Snapshot* snapshot) {
   const std::uint32_t put = put_.load(std::memory_order_relaxed);
   if (snapshot == nullptr || put - taken_.load(std::memory_order_acquire) == kRealTimeWatchRing)
@@ -280,9 +280,9 @@ void RealTimeWatch::report(TextLog& log) {
       const std::lock_guard lock(mutex_);
       is_new = places_.add(violation, place);
     }
-    if (is_new) log.detail("Not in real time: %s in %s", words(violation), place);
-    if (!std::exchange(said_, true))
-      log.warning("Not always in real time: `timsctl component show` tells where");
+    if (is_new) log.detail("Not in real time: %s in %s", text_of(violation), place);
+    if (!std::exchange(reported_, true))
+      log.warning("Not always in real time: `timsctl component show` lists the locations");
   }
 }
 
@@ -308,11 +308,11 @@ void RealTimeWatch::describe(RuntimeData& data) const {
   data.lost = lost_.load(std::memory_order_relaxed);
   const std::lock_guard lock(mutex_);
   for (const ViolationPlaces::Place& place : places_.worst(decltype(data.places)::kMax)) {
-    RuntimePlace& told = data.places.emplace_back();
-    told.kind = place.violation == Violation::kPageFault ? RuntimePlace::kPageFault
-                                                         : RuntimePlace::kBlocked;
-    told.count = static_cast<i64>(place.count);
-    (void)told.where.assign(place.text);
+    RuntimePlace& place_data = data.places.emplace_back();
+    place_data.kind = place.violation == Violation::kPageFault ? RuntimePlace::kPageFault
+                                                               : RuntimePlace::kBlocked;
+    place_data.count = static_cast<i64>(place.count);
+    (void)place_data.where.assign(place.text);
   }
 }
 

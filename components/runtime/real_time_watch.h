@@ -1,10 +1,10 @@
-// Watches whether a task that shall work in real time does so: while it is in its loop it neither
-// gives its CPU away nor touches memory that is not there yet. Waiting through the runtime
-// (sleep_until_next(), messages) is what such a task is for, and no violation.
+// Checks that a real-time task works in real time: while it is in its loop it neither blocks nor
+// touches memory that is not resident. Waiting through the runtime (sleep_until_next(), messages)
+// is intended and not a violation.
 //
-// The kernel writes each page fault and each switch to another thread into a ring, with the place
-// where it was (perf_event_open(2)); the task reads the ring without system calls, and only counts.
-// What it has found is looked at by the main thread, which knows names of functions.
+// The kernel writes each page fault and each context switch with its location into a ring
+// (perf_event_open(2)); the task reads the ring without system calls, and only counts. The main
+// thread resolves the locations to function names.
 #pragma once
 
 #include <array>
@@ -22,7 +22,7 @@
 
 namespace rack {
 
-// What the kernel tells the calling thread about itself.
+// Kernel events of the calling thread.
 class PerfEvents {
  public:
   PerfEvents() = default;
@@ -30,15 +30,15 @@ class PerfEvents {
   PerfEvents& operator=(const PerfEvents&) = delete;
   ~PerfEvents();
 
-  // From now on, of the calling thread: as much as is allowed here. kCounts: no places, and error()
-  // says why.
+  // Starts recording events of the calling thread, as far as permitted. kCounts: no locations;
+  // error() is the reason.
   WatchDepth open();
   [[nodiscard]] const tims::Error& error() const { return error_; }
 
-  // --- the thread itself
+  // --- called by the thread itself
 
-  void skip();  // all that is there
-  // False: no more is there.
+  void skip();  // drops all records
+  // False: there are no more records.
   bool next(PerfRecord& record);
 
  private:
@@ -50,12 +50,12 @@ class PerfEvents {
   tims::os::File faults_;    // writes into the ring
   tims::os::File switches_;  // into the same one
   PerfLayout layout_;
-  void* memory_ = nullptr;  // the kernel's page, and the ring behind it
+  void* memory_ = nullptr;  // control page of the kernel, followed by the ring
   std::uint64_t at_ = 0;
   tims::Error error_{tims::Errc::kSystem, ""};
 };
 
-// Whether a task of that priority is watched; $RACK_WATCH = 1 watches every one, 0 none.
+// Whether a task of that priority is watched; RACK_WATCH=1 watches every task, RACK_WATCH=0 none.
 bool is_watched(int priority);
 
 class RealTimeWatch final : private tims::WaitObserver {
@@ -84,7 +84,7 @@ class RealTimeWatch final : private tims::WaitObserver {
 
   // --- the main thread
 
-  // Finds out where what was found is, for describe(); says once that there is something.
+  // Resolves the locations of new violations, for describe(); logs the first one.
   void report(TextLog& log);
 
   // --- any thread
@@ -93,7 +93,7 @@ class RealTimeWatch final : private tims::WaitObserver {
   void describe(RuntimeData& data) const;
 
  private:
-  // What the task hands to the main thread.
+  // A violation passed from the task to the main thread.
   struct Found {
     Violation violation{};
     Snapshot snapshot;
@@ -102,7 +102,7 @@ class RealTimeWatch final : private tims::WaitObserver {
 
   void enter();
   void leave();
-  // A wait that is meant, also outside of sections.
+  // An intended wait, also outside of sections.
   void begins() override;
   void ends() override;
 
@@ -127,11 +127,11 @@ class RealTimeWatch final : private tims::WaitObserver {
   std::atomic<std::int64_t> blocked_ = 0;
   std::atomic<std::int64_t> preempted_ = 0;
   std::atomic<std::int64_t> page_faults_ = 0;
-  std::atomic<std::int64_t> lost_ = 0;  // violations that were not told of in time
+  std::atomic<std::int64_t> lost_ = 0;  // violations that did not fit into the ring
   bool inside_ = false;
   PerfEvents events_;
   PerfRecord record_;
-  Snapshot switch_;  // where a switch was, until it is known why
+  Snapshot switch_;  // location of a switch until its kind is known
   bool switch_seen_ = false;
   Usage before_;
 
@@ -141,8 +141,8 @@ class RealTimeWatch final : private tims::WaitObserver {
   std::atomic<std::uint32_t> taken_ = 0;
 
   // The main thread.
-  bool said_ = false;
-  std::optional<Unwinder> unwinder_;  // made when there is something to look at
+  bool reported_ = false;
+  std::optional<Unwinder> unwinder_;  // created with the first violation
 
   mutable PriorityMutex mutex_;
   ViolationPlaces places_;

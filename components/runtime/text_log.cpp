@@ -21,23 +21,23 @@ struct QueuedText {
 };
 constexpr std::size_t kTextLogRing = 64;
 
-// Whoever reads the texts is not flooded.
+// Limits the rate of texts.
 constexpr std::uint64_t kTextsPerSecond = 10;
 constexpr std::uint64_t kBurst = 50;
 
 void pass_on_one(const QueuedText& text, tims::Mailbox& mailbox) {
   const auto body = std::span(text.body).first(text.size);
-  // Texts are the least important of all, and nobody may be there to read them.
+  // Texts have the lowest priority, and there may be no receiver.
   (void)mailbox.send(
       {.dest = gdos::kSink, .type = static_cast<std::int8_t>(text.level), .priority = 0}, body);
   const auto widths = mailbox.address_widths();
-  const auto words = gdos::decode(body, std::endian::native, widths);
+  const auto line = gdos::decode(body, std::endian::native, widths);
   std::fprintf(stderr, "%s %s: %s\n", mailbox.address().to_string(widths).c_str(),
                std::string(gdos::name(text.level)).c_str(),
-               (words ? *words : words.error().detail()).c_str());
+               (line ? *line : line.error().detail()).c_str());
 }
 
-void say_suppressed(tims::Mailbox& mailbox, std::uint32_t count) {
+void report_suppressed(tims::Mailbox& mailbox, std::uint32_t count) {
   QueuedText text{.level = gdos::Level::kWarning};
   const gdos::Argument argument(count);
   text.size = static_cast<std::uint16_t>(
@@ -59,7 +59,7 @@ struct TextLog::Ring {
 
   tims::os::File doorbell;
   tims::base::LineLimiter limiter{kTextsPerSecond, kBurst};  // the main thread
-  PriorityMutex mutex;                                       // of what follows
+  PriorityMutex mutex;                                       // protects the members below
   std::array<QueuedText, kTextLogRing> texts;
   std::size_t first = 0;
   std::size_t count = 0;
@@ -67,7 +67,7 @@ struct TextLog::Ring {
 };
 
 TextLog::TextLog(gdos::Level threshold) : threshold_(threshold), ring_(std::make_unique<Ring>()) {
-  // Without it texts are passed on a little later.
+  // Without the doorbell, texts are sent a little later.
   if (auto doorbell = tims::os::make_event_fd()) ring_->doorbell = std::move(*doorbell);
 }
 
@@ -99,7 +99,7 @@ void TextLog::pass_on(tims::Time now, tims::Mailbox& mailbox) {
   while (ring_->take(text)) {
     if (!ring_->limiter.take(now)) continue;
     if (const std::uint32_t held_back = ring_->limiter.take_held_back())
-      say_suppressed(mailbox, held_back);
+      report_suppressed(mailbox, held_back);
     pass_on_one(text, mailbox);
   }
   std::uint32_t lost = 0;
@@ -107,7 +107,7 @@ void TextLog::pass_on(tims::Time now, tims::Mailbox& mailbox) {
     const std::lock_guard lock(ring_->mutex);
     lost = std::exchange(ring_->lost, 0);
   }
-  if (lost > 0) say_suppressed(mailbox, lost);
+  if (lost > 0) report_suppressed(mailbox, lost);
 }
 
 }  // namespace rack

@@ -14,7 +14,8 @@ namespace rack {
 namespace {
 
 constexpr std::size_t kStack = 2 << 20;
-constexpr std::size_t kTouched = 256 << 10;  // of it, before the thread's work begins
+constexpr std::size_t kTouched =
+    256 << 10;  // bytes of the stack touched before the thread's work begins
 
 tims::Error refused(const std::string& what, int code) {
   std::string text = what + ": " + std::generic_category().message(code);
@@ -51,7 +52,8 @@ tims::Result<void> Thread::start(const ThreadSettings& settings, std::function<v
   if (settings.priority >= kFirstRealTime) set_real_time(attributes, settings);
   const int code = ::pthread_create(&id_, &attributes, &Thread::run, this);
   ::pthread_attr_destroy(&attributes);
-  if (code != 0) return refused("thread with priority " + std::to_string(settings.priority), code);
+  if (code != 0)
+    return refused("starting a thread with priority " + std::to_string(settings.priority), code);
   running_ = true;
   ::pthread_setname_np(id_, settings.name.substr(0, 15).c_str());
   return {};
@@ -71,8 +73,8 @@ void Thread::join() {
 }
 
 tims::Result<void> lock_memory() {
-  // What is there is brought in now. What comes later is mostly mailboxes of others, large and
-  // never touched as a whole: ON_FAULT locks what is.
+  // Current memory is loaded now. Later mappings are mostly mailboxes of others, large and never
+  // touched completely: ON_FAULT locks only the touched pages.
   if (::mlockall(MCL_CURRENT) != 0 || ::mlockall(MCL_CURRENT | MCL_FUTURE | MCL_ONFAULT) != 0)
     return refused("locking memory", errno);
   return {};

@@ -1,4 +1,4 @@
-// A thread with a name and, when wanted, a real-time priority, and a CPU of its own.
+// A thread with a name and optionally a real-time priority and a fixed CPU.
 #pragma once
 
 #include <functional>
@@ -10,16 +10,16 @@
 
 namespace rack {
 
-// From here on SCHED_FIFO. 1 is the original's default: nothing special.
+// From this priority on SCHED_FIFO. 1 is the default of the original: an ordinary thread.
 inline constexpr int kFirstRealTime = 2;
 
-// Bound to one, it waits for others there while a second stands idle. The original binds to 0.
+// A thread bound to one CPU may wait there while another CPU is idle. The original binds to CPU 0.
 inline constexpr int kAnyCpu = -1;
 
 struct ThreadSettings {
   std::string name{};  // at most 15 characters are kept
   int priority = 0;    // up to 99; below kFirstRealTime: an ordinary thread
-  int cpu = kAnyCpu;   // of real-time threads; one that does not exist: 0
+  int cpu = kAnyCpu;   // of real-time threads; 0 if the CPU does not exist
 };
 
 class Thread {
@@ -29,7 +29,7 @@ class Thread {
   Thread& operator=(const Thread&) = delete;
   ~Thread() { join(); }
 
-  // kSystem when the priority is not allowed; the text says what would allow it.
+  // kSystem: the priority is not permitted; the text names the capability that is needed.
   tims::Result<void> start(const ThreadSettings& settings, std::function<void()> body);
   void join();
 
@@ -41,8 +41,8 @@ class Thread {
   bool running_ = false;
 };
 
-// Keeps all memory of this process in RAM. What it has now never faults again; what comes later
-// faults when it is touched first.
+// Locks all memory of this process in RAM. Current memory never faults again; memory mapped later
+// faults at its first access.
 tims::Result<void> lock_memory();
 
 }  // namespace rack

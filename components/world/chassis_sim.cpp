@@ -1,4 +1,4 @@
-// ChassisSim: a chassis without wheels.
+// ChassisSim: a simulated chassis.
 #include <array>
 #include <mutex>
 
@@ -12,22 +12,22 @@ namespace {
 constexpr auto kParameters =
     joined(chassis_limits({.omegaMax = 20}),
            std::array<ParameterInfo, 4>{{
-               {"vyMax", 0, "largest speed to the side, mm/s", 0, 1e6},
-               {"vyMin", 0, "smallest one that is not 0, mm/s", 0, 1e6},
-               {"periodTime", 100, "of the data, ms", 1, 60000},
-               {"acceleration", 0, "1: speeds change no faster than accMax and decMax allow", 0, 1},
+               {"vyMax", 0, "maximum speed to the side, mm/s", 0, 1e6},
+               {"vyMin", 0, "minimum speed to the side other than 0, mm/s", 0, 1e6},
+               {"periodTime", 100, "period of the data, ms", 1, 60000},
+               {"acceleration", 0, "1: limit the change of speeds by accMax and decMax", 0, 1},
            }});
 
 constexpr ModuleInfo kInfo{
     .program = "ChassisSim",
-    .purpose = "A simulated chassis: does as it is told, within its limits.",
+    .purpose = "A simulated chassis: follows commands within its limits.",
     .class_id = tims::class_id::kChassis,
     .parameters = kParameters,
 };
 
 class ChassisSim : public ChassisModule<DataModule<ChassisData>, ChassisModel> {
  public:
-  // A movement that is left out is lost: no samples.
+  // Each data set contains a movement, so none may be skipped: no samples.
   ChassisSim() : ChassisModule(kInfo, {.history = 5, .samples = false}) {}
 
  private:
@@ -54,7 +54,7 @@ class ChassisSim : public ChassisModule<DataModule<ChassisData>, ChassisModel> {
     return put_local_buffer();
   }
 
-  void steer(const ChassisMoveData& wish) override { control_->move(wish); }
+  void steer(const ChassisMoveData& command) override { control_->move(command); }
 
   [[nodiscard]] ChassisParamData limits() const override {
     ChassisParamData limits = ChassisModule::limits();

@@ -1,4 +1,4 @@
-// LadarSim: a laser range finder that sees a floor plan.
+// LadarSim: a simulated laser range finder in a floor plan.
 #include "components/world/map_scanner.h"
 
 namespace rack::sim {
@@ -14,7 +14,7 @@ constexpr std::array<ParameterInfo, kMapScannerParameters + 2> kParameters = [] 
 
 constexpr ModuleInfo kInfo{
     .program = "LadarSim",
-    .purpose = "A simulated laser range finder: sees a floor plan from where the odometry is.",
+    .purpose = "A simulated laser range finder: scans a floor plan from the pose of the odometry.",
     .class_id = tims::class_id::kLadar,
     .parameters = kParameters,
 };
@@ -29,7 +29,7 @@ class LadarSim : public MapScanner<LadarData> {
                               .first = integer("angleMin"),
                               .last = integer("angleMax"),
                               .step = integer("angleRes")};
-    if (wanted.last < wanted.first) return refused("angleMax is before angleMin");
+    if (wanted.last < wanted.first) return refused("angleMax is less than angleMin");
     return wanted;
   }
 };

@@ -1,5 +1,5 @@
-// What LadarSim and Scan2dSim share: scans of a floor plan from where the odometry says the robot
-// is.
+// The common part of LadarSim and Scan2dSim: scans of a floor plan from the pose that the odometry
+// reports.
 #pragma once
 
 #include <array>
@@ -20,26 +20,27 @@ inline constexpr std::size_t kMapScannerParameters = 8;
 inline constexpr std::array<ParameterInfo, kMapScannerParameters> kMapScanner = {{
     {"odometrySys", 0, "system id of the odometry", 0, 255},
     {"odometryInst", 0, "instance of the odometry", 0, 255},
-    {"maxRange", 10000, "how far it sees, mm", 1, 1e6},
-    {"angleRes", 1, "between two rays, deg", 1, 360},
-    {"mapFile", "", "the floor plan, DXF as text", 0, 0, true},
-    {"mapScaleFactor", 1000, "mm for each unit of the plan", 1, 1e6},
+    {"maxRange", 10000, "maximum range, mm", 1, 1e6},
+    {"angleRes", 1, "angle between two rays, deg", 1, 360},
+    {"mapFile", "", "floor plan, a DXF text file", 0, 0, true},
+    {"mapScaleFactor", 1000, "mm per unit of the plan", 1, 1e6},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
 }};
 
-inline constexpr std::streamoff kFileMax = 64 << 20;  // a drawing of such a size is none of a floor
+inline constexpr std::streamoff kFileMax = 64 << 20;  // larger than any drawing of a floor
 
 inline Result<std::string> read_file(const std::string& path) {
   std::ifstream file(path, std::ios::binary | std::ios::ate);
   if (!file || file.tellg() < 0)
     return tims::Error(tims::Errc::kSystem, std::generic_category().message(errno));
-  if (file.tellg() > kFileMax) return tims::Error(tims::Errc::kTooBig, "it is larger than 64 MB");
+  if (file.tellg() > kFileMax)
+    return tims::Error(tims::Errc::kTooBig, "the file is larger than 64 MB");
   file.seekg(0);
   return std::string(std::istreambuf_iterator<char>(file), {});
 }
 
-// What of it could not be read is said in the log; a file that is no drawing is an error.
+// Parts that cannot be read are logged; a file that is not a drawing is an error.
 inline Result<FloorMap> load_map(const std::string& path, double scale, double offset_x,
                                  double offset_y, TextLog& log) {
   const auto text = read_file(path);

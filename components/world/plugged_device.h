@@ -1,5 +1,5 @@
-// An emulated device at its line, which can be pulled out and plugged in. What has power of its own
-// lives on meanwhile: a base drives on until its watchdog has waited long enough.
+// An emulated device on its line, which can be unplugged and plugged in. A device with its own
+// power supply keeps running: a base drives on until its watchdog expires.
 #pragma once
 
 #include <memory>
@@ -12,7 +12,7 @@ namespace rack::device {
 
 class PluggedDevice {
  public:
-  // `name`: "scout/laser", for people. `baud`: of its line when it is switched on.
+  // `name`: "scout/laser", for messages. `baud`: of its line after power-on.
   PluggedDevice(std::string name, DeviceAddress address, std::uint32_t baud,
                 std::unique_ptr<Dialogue> emulator)
       : name_(std::move(name)),
@@ -24,14 +24,14 @@ class PluggedDevice {
   [[nodiscard]] const DeviceAddress& address() const { return address_; }
   [[nodiscard]] bool is_plugged() const { return is_plugged_; }
 
-  // Already so: nothing happens. An error: its line cannot be opened; it is pulled out.
+  // No effect when it is plugged in. Error: its line cannot be opened; it stays unplugged.
   tims::Result<void> plug();
   void pull();
 
-  // What is due, and what has come. A line that was lost is opened again after a while; the text
-  // says why, once.
+  // Processes timers and received bytes. A lost line is opened again after a while; the text is the
+  // reason, returned once.
   std::optional<std::string> serve(Time now);
-  // To be waited for, or -1.
+  // The descriptor to poll, or -1.
   [[nodiscard]] int descriptor() const { return device_ ? device_->descriptor() : -1; }
   [[nodiscard]] Time next_timeout() const;
 
@@ -42,7 +42,7 @@ class PluggedDevice {
   DeviceAddress address_;
   std::uint32_t baud_;
   std::unique_ptr<Dialogue> emulator_;
-  std::unique_ptr<Device> device_;  // or none: it hears nothing, and nobody hears it
+  std::unique_ptr<Device> device_;  // nullptr: the line is closed
   bool is_plugged_ = false;
   Time retry_ = tims::kNever;
 };

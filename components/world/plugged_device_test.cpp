@@ -13,7 +13,7 @@ namespace plugged_device_test {
 
 using namespace std::chrono_literals;
 
-// Says when it is started, and wants to be woken again and again.
+// Sends a text at its start, and requests timeouts repeatedly.
 class Ticking final : public Dialogue {
  public:
   void start(Time now, Output&) override {

@@ -1,4 +1,4 @@
-// Scan2dSim: a flat scan of a floor plan, all around.
+// Scan2dSim: a simulated 360 degree scan of a floor plan.
 #include "components/world/map_scanner.h"
 
 namespace rack::sim {
@@ -6,7 +6,7 @@ namespace {
 
 constexpr ModuleInfo kInfo{
     .program = "Scan2dSim",
-    .purpose = "A simulated scan: sees a floor plan from where the odometry is.",
+    .purpose = "A simulated scan: scans a floor plan from the pose of the odometry.",
     .class_id = tims::class_id::kScan2d,
     .parameters = kMapScanner,
 };

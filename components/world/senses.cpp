@@ -14,7 +14,7 @@ using tims::Result;
 using world::SensorKind;
 using world::World;
 
-constexpr double kMillimetres = 1000;  // of a metre
+constexpr double kMillimetres = 1000;  // per metre
 
 CoursePoint course_point(const world::SatelliteFix& fix, Duration utc) {
   constexpr int kSatellites = 9;
@@ -30,7 +30,7 @@ CoursePoint course_point(const world::SatelliteFix& fix, Duration utc) {
   return point;
 }
 
-// From x forward, y to the right, z down to x ahead, y to the left, z up.
+// Converts x forward, y right, z down to x forward, y left, z up.
 std::array<double, 3> upright(const std::array<double, 3>& values, double factor) {
   return {values[0] * factor, -values[1] * factor, -values[2] * factor};
 }
@@ -93,7 +93,7 @@ Result<Drivetrain> Drivetrain::make(const World& world, std::size_t robot,
   if (motors.motor_count() != wheels.motors())
     return Error(Errc::kInvalidArgument, base.device + " has " +
                                              std::to_string(motors.motor_count()) +
-                                             " motors, and the wheels of this robot need " +
+                                             " motors, but the wheels of this robot need " +
                                              std::to_string(wheels.motors()));
   motors.set_lag(base.lag);
   Drivetrain train(robot, motors);
@@ -112,7 +112,7 @@ Result<Drivetrain> Drivetrain::make(const World& world, const world::SensorId& s
   const world::AxisDescription& axis =
       world.description().robots[sensor.robot].sensors[sensor.sensor].axis;
   if (motor.motor_count() != 1 || !motor.tells_shafts())
-    return Error(Errc::kInvalidArgument, axis.device + " is no drive of an axis");
+    return Error(Errc::kInvalidArgument, axis.device + " is not a drive of an axis");
   Drivetrain train(sensor.robot, motor);
   train.axis_ = sensor;
   train.count_ = 1;
@@ -131,15 +131,15 @@ void Drivetrain::drive(World& world, Time now, Time next) {
   for (std::size_t i = 0; i < count_; ++i) {
     Motor& motor = all_[i];
     const double way = ways[i] * motor.factor;
-    const double rate = asked_ == Time{} || since <= 0 ? 0 : (way - motor.told) / since;
+    const double rate = asked_ == Time{} || since <= 0 ? 0 : (way - motor.reported) / since;
     const double then = way + rate * ahead;
     wanted[i] = motor.steers ? then : (then - motor.driven) / seconds;
-    motor.told = way;
+    motor.reported = way;
     motor.driven = then;
   }
   asked_ = now;
   if (axis_) return world.turn(*axis_, wanted[0]);
-  // These motors have turned already: the lag is theirs.
+  // These motors have turned already, so the lag is included.
   const Duration lag = world.description().robots[robot_].lag;
   world.drive(robot_, std::span(wanted).first(count_), world.now() - lag);
 }

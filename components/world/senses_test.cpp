@@ -88,7 +88,7 @@ class SensesTest : public testing::Test {
     world_.truth(truth);
     return truth.robots[0];
   }
-  // What the driver's dialogue has told last within that time.
+  // The newest data that the driver's dialogue has reported within that time.
   template <class Data, class Dialog>
   Data newest(Dialog& driver, Dialogue& emulator, const emulator::LineSettings& settings,
               Duration within) {
@@ -147,7 +147,7 @@ TEST_F(SensesTest, APioneerIsWhereItsOdometryIs) {
   EXPECT_NEAR(truth.vx, 0, 1e-6);
 }
 
-// Behind gears: shafts tell turns, rims move.
+// With gears: shafts report turns, rims move.
 TEST(SensesOfACar, MotorsBehindGearsMoveIt) {
   world::WorldDescription field = hall();
   field.robots[0].kind = world::DriveKind::kDoubleAckermann;
@@ -180,7 +180,7 @@ TEST(SensesOfACar, MotorsBehindGearsMoveIt) {
   EXPECT_FALSE(Drivetrain::make(*made, 0, two)) << "six wheels to turn, and two motors";
 }
 
-// A drive tilts the scanner: where its driver says that the axis was, the scanner looked.
+// A drive tilts the scanner: the scanner measures at the angle that the driver of the axis reports.
 TEST(SensesOfAnAxis, TheScannerLooksWhereTheDriveSays) {
   world::WorldDescription field = hall();
   field.robots[0].sensors[0].mount = {.z = -1000};
@@ -197,14 +197,14 @@ TEST(SensesOfAnAxis, TheScannerLooksWhereTheDriveSays) {
   line.start();
   ASSERT_TRUE(line.run(5s, [&] { return driver.is_ready(); }));
   driver.move_to(radians(-35), radians(60), 0);
-  ServoDriveData told;
+  ServoDriveData reported;
   Time recorded{};
   int compared = 0;
   line.run(400ms, [&] {
-    if (driver.take(told, recorded) && told.position < radians(-5)) {
+    if (driver.take(reported, recorded) && reported.position < radians(-5)) {
       ++compared;
       const double range = made->look({0, 0}, {}, recorded).range;
-      EXPECT_NEAR(std::asin(1000 / range), -static_cast<double>(told.position), radians(0.2));
+      EXPECT_NEAR(std::asin(1000 / range), -static_cast<double>(reported.position), radians(0.2));
     }
     return false;
   });
@@ -279,7 +279,7 @@ TEST_F(SensesTest, AReceiverHasThePeriodOfItsDescription) {
   EXPECT_NEAR(static_cast<double>((times[4] - times[0]).count()), 8e9, 5e6);
 }
 
-// A lag of its motors is one of its encoders, too: these never tell what its wheels will do.
+// A lag of the motors also applies to their encoders: these never report what the wheels will do.
 TEST(SensesOfALaggingRobot, EncodersTellWhatItsWheelsDo) {
   world::WorldDescription field = hall();
   field.robots[0].lag = 200ms;
@@ -287,7 +287,7 @@ TEST(SensesOfALaggingRobot, EncodersTellWhatItsWheelsDo) {
   ASSERT_TRUE(made) << made.error().message();
   class TwoShafts final : public emulator::Wheelwork {
    public:
-    void tell(double speed) { shaft_.turn(speed); }
+    void turn(double speed) { shaft_.turn(speed); }
     [[nodiscard]] std::size_t motor_count() const override { return 2; }
     void set_lag(Duration lag) override { shaft_.set_lag(lag); }
     void turned(Time now, std::span<double> ways) override {
@@ -303,7 +303,7 @@ TEST(SensesOfALaggingRobot, EncodersTellWhatItsWheelsDo) {
   auto truth = made->make_truth();
   Time now = kBegin;
   const auto drive = [&](double speed, Duration how_long) {
-    motors.tell(speed);
+    motors.turn(speed);
     for (const Time end = now + how_long; now < end; now += 5ms) {
       go_on(*made, trains, now, truth);
       EXPECT_NEAR(truth.robots[0].way, motors.way(), 15) << "at " << (now - kBegin) / 1ms << " ms";

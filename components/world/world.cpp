@@ -1,10 +1,10 @@
-// World: the world that simulated robots live in, with their devices at the ends of their lines.
-// Real drivers talk with them as with real devices; what comes and goes between them moves the
-// robots of this world, and nothing else does. It tells the truth of it, and takes commands.
+// World: the simulated world with the devices of its robots on their lines. Drivers communicate
+// with the devices as with real ones; only the traffic on the lines moves the robots of this world.
+// It publishes the truth and takes commands.
 //
-// One thread serves all lines and lets the world go on: in steps of the world at least, and
-// whenever a device is due, so that what a device measures is the world of that moment. What a
-// command changes is changed between two steps.
+// One thread serves all lines and advances the world: at least once per step of the world, and
+// whenever a device is due, so that a device measures the world of that moment. Commands take
+// effect between two steps.
 #include "rack/proxies/world.h"
 
 #include <cmath>
@@ -30,26 +30,26 @@ namespace {
 using world::SensorId;
 using world::Truth;
 
-constexpr std::string_view kBase = "base";  // the name of a robot's own line among its sensors'
+constexpr std::string_view kBase = "base";  // name of the robot's own line, next to its sensors
 
 constexpr std::array<ParameterInfo, 3> kParameters = {{
-    {"file", "", "of the world (TOML)"},
-    {"period", 50, "of the truth that is told, ms", 5, 60000},
-    {"seed", 0, "of noise, slip and people; 0: the file's", 0, 2e9},
+    {"file", "", "file of the world (TOML)"},
+    {"period", 50, "period of the published truth, ms", 5, 60000},
+    {"seed", 0, "seed of noise, slip and people; 0: the seed in the file", 0, 2e9},
 }};
 
 constexpr ModuleInfo kInfo{
     .program = "World",
-    .purpose = "A simulated world: its robots' devices at the ends of their lines, and the truth.",
+    .purpose = "A simulated world: the devices of its robots on their lines, and the truth.",
     .class_id = kWorld,
     .parameters = kParameters,
 };
 
-// --- what a robot has
+// --- the devices of a robot
 
 struct SensorOfRobot {
   SensorId id;
-  std::string name;  // "laser", and "laser-axis" of what turns it
+  std::string name;  // "laser", and "laser-axis" for its axis
   bool is_axis = false;
   PluggedDevice device;
 };
@@ -145,7 +145,7 @@ class World : public DataModule<WorldData> {
     return put_local_buffer();
   }
 
-  // --- making it
+  // --- construction
 
   static Result<std::string> read_all(const std::filesystem::path& path) {
     std::ifstream file(path, std::ios::binary);
@@ -153,20 +153,19 @@ class World : public DataModule<WorldData> {
     return std::string{std::istreambuf_iterator<char>(file), {}};
   }
 
-  // Drawings lie beside the world's file, unless they have a path.
+  // Drawings without a path are in the folder of the world's file.
   Result<world::WorldDescription> read_description() {
     const std::filesystem::path path = text("file");
-    if (path.empty()) return refused("no world: --file says which");
-    auto words = read_all(path);
-    if (!words) return words.error();
-    auto file = world::read_world({path.string(), std::move(*words)}, [&](const std::string& name) {
-      return read_all(path.parent_path() / name);
-    });
+    if (path.empty()) return refused("no world: give its file with --file");
+    auto content = read_all(path);
+    if (!content) return content.error();
+    auto file = world::read_world(
+        {path.string(), std::move(*content)},
+        [&](const std::string& name) { return read_all(path.parent_path() / name); });
     for (std::size_t i = 0; i + 1 < file.problems.size(); ++i)
       log().error("%s", file.problems[i].to_string().c_str());
     if (!file.problems.empty()) return refused(file.problems.back().to_string());
-    for (const std::string& passed : file.passed_over)
-      log().warning("passed over: %s", passed.c_str());
+    for (const std::string& passed : file.passed_over) log().warning("ignored: %s", passed.c_str());
     if (integer("seed") != 0) file.description.seed = static_cast<std::uint64_t>(integer("seed"));
     return std::move(file.description);
   }
@@ -207,7 +206,7 @@ class World : public DataModule<WorldData> {
     const EmulatorInfo* const info = find_emulator(robot.device);
     if (info == nullptr || info->senses != Senses::kWheels)
       return refused(robot.name + ": \"" + robot.device +
-                     "\" is no base; rack-emulate --list names devices");
+                     "\" is not a base; rack-emulate --list shows all devices");
     auto emulator = info->make({});
     auto& wheelwork = dynamic_cast<emulator::Wheelwork&>(*emulator);
     auto drivetrain = Drivetrain::make(*world_, number, wheelwork);
@@ -229,15 +228,16 @@ class World : public DataModule<WorldData> {
     const std::string name = robot.name + "/" + sensor.name;
     const EmulatorInfo* const info = find_emulator(sensor.device);
     if (info == nullptr || info->senses != senses_of(sensor.kind))
-      return refused(name + ": \"" + sensor.device +
-                     "\" is no device for such a sensor; rack-emulate --list names devices");
+      return refused(
+          name + ": \"" + sensor.device +
+          "\" is not a device for this kind of sensor; rack-emulate --list shows all devices");
     auto device = plugged(name, *info, sensor.line, info->make(scene_of(*world_, id, utc_of_zero)));
     if (!device) return device.error();
     robots_[id.robot].sensors.push_back({id, sensor.name, false, std::move(*device)});
     return {};
   }
 
-  // What turns it.
+  // The drive of a sensor's axis.
   Result<void> make_axis(const SensorId& id) {
     const world::RobotDescription& robot = world_->description().robots[id.robot];
     const world::SensorDescription& sensor = robot.sensors[id.sensor];
@@ -247,7 +247,7 @@ class World : public DataModule<WorldData> {
     const EmulatorInfo* const info = find_emulator(sensor.axis.device);
     if (info == nullptr || info->senses != Senses::kWheels)
       return refused(name + ": \"" + sensor.axis.device +
-                     "\" is no drive; rack-emulate --list names devices");
+                     "\" is not a drive; rack-emulate --list shows all devices");
     auto emulator = info->make({});
     auto train = Drivetrain::make(*world_, id, dynamic_cast<emulator::Wheelwork&>(*emulator));
     if (!train) return tims::Error(train.error().code(), name + ": " + train.error().detail());
@@ -258,7 +258,8 @@ class World : public DataModule<WorldData> {
     return {};
   }
 
-  // At its line. "{system}" in it is the system of this component: worlds beside each other.
+  // Connects an emulator to its line. "{system}" in the line is the system of this component, so
+  // that several worlds can run in parallel.
   Result<PluggedDevice> plugged(const std::string& name, const EmulatorInfo& info,
                                 const std::string& line, std::unique_ptr<Dialogue> emulator) const {
     const auto system = address().fields(address_widths()).system;
@@ -272,7 +273,7 @@ class World : public DataModule<WorldData> {
     return device;
   }
 
-  // --- going on
+  // --- advancing
 
   template <typename Each>
   void for_each_device(const Each& each) {
@@ -288,7 +289,7 @@ class World : public DataModule<WorldData> {
     return next_truth_ += period();
   }
 
-  // Until a device is due or says something, or the world has to go on.
+  // Waits until a device is due or has received bytes, or the world must advance.
   void wait(tims::Time until) {
     {
       const std::lock_guard lock(world_mutex_);
@@ -310,7 +311,7 @@ class World : public DataModule<WorldData> {
     go_on(*world_, trains_, now, truth_);
     for_each_device([&](PluggedDevice& device) {
       if (const auto problem = device.serve(now))
-        log().warning("%s; it is opened again", problem->c_str());
+        log().warning("%s; opening it again", problem->c_str());
     });
   }
 
@@ -320,24 +321,26 @@ class World : public DataModule<WorldData> {
     const std::lock_guard lock(world_mutex_);
     switch (message.header.type) {
       case WorldType::kPlace:
-        return answered(message, with<WorldPlace>(
-                                     message, [&](const WorldPlace& wish) { return place(wish); }));
+        return answered(message, with<WorldPlace>(message, [&](const WorldPlace& command) {
+                          return place(command);
+                        }));
       case WorldType::kPut:
-        return with<WorldObstacle>(message,
-                                   [&](const WorldObstacle& wish) { return put(message, wish); });
+        return with<WorldObstacle>(
+            message, [&](const WorldObstacle& command) { return put(message, command); });
       case WorldType::kRemove:
-        return answered(message, with<WorldRemove>(message, [&](const WorldRemove& wish) {
-                          return remove(wish);
+        return answered(message, with<WorldRemove>(message, [&](const WorldRemove& command) {
+                          return remove(command);
                         }));
       case WorldType::kPeople:
         return answered(message,
-                        with<WorldPeople>(message, [&](const WorldPeople& wish) -> Result<void> {
-                          world_->freeze_people(wish.move == 0);
+                        with<WorldPeople>(message, [&](const WorldPeople& command) -> Result<void> {
+                          world_->freeze_people(command.move == 0);
                           return {};
                         }));
       case WorldType::kPlug:
-        return answered(
-            message, with<WorldPlug>(message, [&](const WorldPlug& wish) { return plug(wish); }));
+        return answered(message, with<WorldPlug>(message, [&](const WorldPlug& command) {
+                          return plug(command);
+                        }));
       case WorldType::kGetLines:
         return tell_lines(message);
       default:
@@ -345,13 +348,13 @@ class World : public DataModule<WorldData> {
     }
   }
 
-  // What a command wants, while there is a world.
-  template <Struct Wish, typename Do>
+  // Decodes a command and executes it while there is a world.
+  template <Struct Command, typename Do>
   Result<void> with(const tims::MessageView& message, const Do& act) {
-    const auto wish = decode<Wish>(message);
-    if (!wish) return wish.error();
-    if (!world_) return refused("the world is off");
-    return act(*wish);
+    const auto command = decode<Command>(message);
+    if (!command) return command.error();
+    if (!world_) return refused("the world is off; turn it on first");
+    return act(*command);
   }
 
   Result<std::size_t> robot_called(std::string_view name) const {
@@ -361,50 +364,50 @@ class World : public DataModule<WorldData> {
     return refused("no robot \"" + std::string(name) + "\"; there are:" + names);
   }
 
-  Result<void> place(const WorldPlace& wish) {
-    const auto robot = robot_called(wish.robot.view());
+  Result<void> place(const WorldPlace& command) {
+    const auto robot = robot_called(command.robot.view());
     if (!robot) return robot.error();
-    const auto rho = static_cast<double>(wish.pos.rho.raw());
-    if (!std::isfinite(rho)) return refused("rho is no number");
-    return world_->place(*robot, {.x = static_cast<double>(wish.pos.x.raw()),
-                                  .y = static_cast<double>(wish.pos.y.raw()),
+    const auto rho = static_cast<double>(command.pos.rho.raw());
+    if (!std::isfinite(rho)) return refused("rho is not a number");
+    return world_->place(*robot, {.x = static_cast<double>(command.pos.x.raw()),
+                                  .y = static_cast<double>(command.pos.y.raw()),
                                   .rho = rho});
   }
 
-  Result<void> put(const tims::MessageView& message, const WorldObstacle& wish) {
-    if (wish.radius.raw() <= 0 || wish.height.raw() <= 0)
-      return refused("an obstacle has a radius and a height of 1 mm and more");
+  Result<void> put(const tims::MessageView& message, const WorldObstacle& command) {
+    if (command.radius.raw() <= 0 || command.height.raw() <= 0)
+      return refused("the radius and the height of an obstacle must be at least 1 mm");
     const auto id = world_->put({.shape = world::Shape::kCircle,
-                                 .at = {.x = static_cast<double>(wish.pos.x.raw()),
-                                        .y = static_cast<double>(wish.pos.y.raw())},
-                                 .radius = static_cast<double>(wish.radius.raw()),
-                                 .height = static_cast<double>(wish.height.raw())});
+                                 .at = {.x = static_cast<double>(command.pos.x.raw()),
+                                        .y = static_cast<double>(command.pos.y.raw())},
+                                 .radius = static_cast<double>(command.radius.raw()),
+                                 .height = static_cast<double>(command.height.raw())});
     if (!id) return id.error();
-    WorldObstacle there = wish;
+    WorldObstacle there = command;
     there.id = static_cast<i32>(*id);
     reply(message.header, WorldType::kObstacle, there);
     return {};
   }
 
-  Result<void> remove(const WorldRemove& wish) {
-    if (wish.id < 0 || !world_->remove(static_cast<std::size_t>(wish.id)))
-      return refused("no obstacle " + std::to_string(wish.id) + " was put here");
+  Result<void> remove(const WorldRemove& command) {
+    if (command.id < 0 || !world_->remove(static_cast<std::size_t>(command.id)))
+      return refused("no obstacle " + std::to_string(command.id) + " was placed in this world");
     return {};
   }
 
-  Result<void> plug(const WorldPlug& wish) {
-    const auto robot = robot_called(wish.robot.view());
+  Result<void> plug(const WorldPlug& command) {
+    const auto robot = robot_called(command.robot.view());
     if (!robot) return robot.error();
-    if (wish.sensor.view() == kBase && robots_[*robot].base)
-      return plug(*robots_[*robot].base, wish.isPlugged != 0);
+    if (command.sensor.view() == kBase && robots_[*robot].base)
+      return plug(*robots_[*robot].base, command.isPlugged != 0);
     std::string names = robots_[*robot].base ? " base" : "";
     for (SensorOfRobot& sensor : robots_[*robot].sensors) {
       names += " " + sensor.name;
-      if (sensor.name != wish.sensor.view()) continue;
-      if (!sensor.is_axis) world_->plug(sensor.id, wish.isPlugged != 0);
-      return plug(sensor.device, wish.isPlugged != 0);
+      if (sensor.name != command.sensor.view()) continue;
+      if (!sensor.is_axis) world_->plug(sensor.id, command.isPlugged != 0);
+      return plug(sensor.device, command.isPlugged != 0);
     }
-    return refused("no device \"" + std::string(wish.sensor.view()) + "\"; there are:" + names);
+    return refused("no device \"" + std::string(command.sensor.view()) + "\"; there are:" + names);
   }
   static Result<void> plug(PluggedDevice& device, bool is_plugged) {
     if (is_plugged) return device.plug();
@@ -413,7 +416,7 @@ class World : public DataModule<WorldData> {
   }
 
   Result<void> tell_lines(const tims::MessageView& message) {
-    if (!world_) return refused("the world is off");
+    if (!world_) return refused("the world is off; turn it on first");
     WorldLines all;
     for (std::size_t i = 0; i < robots_.size(); ++i) {
       const world::RobotDescription& robot = world_->description().robots[i];
@@ -438,11 +441,11 @@ class World : public DataModule<WorldData> {
   }
 
   PriorityMutex world_mutex_;
-  std::optional<world::World> world_;  // while it is on
+  std::optional<world::World> world_;  // while the component is on
   std::vector<Robot> robots_;
   std::vector<Drivetrain> trains_;
   Truth truth_;
-  std::vector<pollfd> polled_;  // of the data task
+  std::vector<pollfd> polled_;  // used by the data task
   tims::Time next_truth_{};
 };
 

@@ -57,7 +57,7 @@ TEST_F(ModulesProgramsTest, AreSilentAboutCommandsWhileTheyAreOff) {
   const auto moved = chassis().move(100, 0, 0);
   ASSERT_FALSE(moved);
   EXPECT_EQ(moved.error().detail(),
-            "Chassis(0/0), MOVE: GUI(0/0) is not its active pilot, it has none");
+            "Chassis(0/0), MOVE: GUI(0/0) is not the active pilot of this chassis, which has none");
   const auto said = program.wait_for_line("is not its active pilot");
   ASSERT_TRUE(said) << said.error().message();
   EXPECT_NE(said->find("warning: MOVE from GUI(0/0):1: "), std::string::npos) << *said;
@@ -220,7 +220,7 @@ TEST_F(ModulesProgramsTest, HaveRoomForSoManyListeners) {
     if (producer.get_cont_data(0, listeners.back().address())) ++taken;
   }
   EXPECT_EQ(taken, kMax);
-  EXPECT_TRUE(program.wait_for_line("it has 64 listeners already, no more fit"));
+  EXPECT_TRUE(program.wait_for_line("the maximum of 64 listeners is reached"));
   EXPECT_EQ(status(), "enabled") << "listeners that never read stop nobody";
 }
 

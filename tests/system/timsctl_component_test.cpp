@@ -72,7 +72,7 @@ TEST_F(TimsctlComponentTest, MessagesByName) {
 
   const Ran refused = timsctl({"msg", "pub", "Chassis/0/0", "move", "vx=200", "-y"});
   EXPECT_EQ(refused.code, 1);
-  EXPECT_THAT(refused.err, HasSubstr("is not its active pilot, that is Pilot(0/1)\n"));
+  EXPECT_THAT(refused.err, HasSubstr("is not the active pilot of this chassis, which is Pilot(0/1)\n"));
   const Ran move = timsctl({"msg", "pub", "Chassis/0/0", "moove", "vx=200", "-y"});
   EXPECT_EQ(move.code, 2);
   EXPECT_THAT(move.err, HasSubstr("did you mean move?"));

@@ -89,7 +89,7 @@ TEST_F(TimsctlUpTest, TheSampleRobotIsUpAndDown) {
   EXPECT_EQ(timsctl({"component", "on", "Chassis/3/0"}).code, 0);
   EXPECT_EQ(timsctl({"component", "pilot", "Chassis/3/0"}).out, "none\n");
   EXPECT_THAT(timsctl({"component", "on", "Pilot/3/1"}).err,
-              HasSubstr("Pilot(3/1) is not its active pilot, it has none"));
+              HasSubstr("Pilot(3/1) is not the active pilot of this chassis, which has none"));
   EXPECT_EQ(timsctl({"component", "pilot", "Chassis/3/0", "Pilot/3/1"}).out, "Pilot(3/1)\n");
   EXPECT_EQ(timsctl({"component", "on", "Pilot/3/1"}).out, "Pilot(3/1) ok\n");
   EXPECT_THAT(timsctl({"component", "param", "get", "Pilot/3/1", "mode"}).out, HasSubstr("0"))
@@ -141,7 +141,7 @@ parameters = { targetStatus = 1, errorTimeout = 100 }
   expect_line(up, "has turned it off");
   ::kill(owner_of("Chassis(0/0)"), SIGKILL);
   expect_line(up, "killed by signal 9: restart in 0.2 s");
-  expect_line(up, "has turned it off, until it is turned on by hand");
+  expect_line(up, "has turned it off; only an operator can turn it on again");
   EXPECT_EQ(timsctl({"component", "status", "Chassis/0/0"}).out, "Chassis(0/0) off\n");
   EXPECT_EQ(timsctl({"component", "on", "Chassis/0/0"}).code, 0);
   ::kill(owner_of("Chassis(0/0)"), SIGKILL);

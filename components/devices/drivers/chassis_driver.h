@@ -49,8 +49,8 @@ class ChassisDriver : public ChassisModule<Driver<ChassisData, Dialog>, ChassisC
   // False for steered vehicles.
   [[nodiscard]] virtual bool turns_on_the_spot() const { return true; }
 
-  void steer(const ChassisMoveData& wish) override { control_->move(wish, now()); }
-  void pilot_is_said() override { pilot_before_ = kNoPilot; }
+  void steer(const ChassisMoveData& target) override { control_->move(target, now()); }
+  void pilot_was_set() override { pilot_before_ = kNoPilot; }
   void commanded() override { this->wake(); }
 
   Result<void> module_on() override {

@@ -21,7 +21,7 @@ std::vector<std::string_view> known_names(const Parameters& parameters) {
   return names;
 }
 
-// The one option that begins like this, or is this.
+// The option with this name, or the only one with this prefix.
 tims::Result<std::string_view> option(std::string_view text, const Parameters& parameters) {
   std::vector<std::string_view> found;
   if (text == kHeldOffBy) return kHeldOffBy;
@@ -54,7 +54,7 @@ tims::Result<Arguments> parse_arguments(std::span<const char* const> arguments,
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     const std::string_view argument = arguments[i];
     if (!argument.starts_with('-'))
-      return wrong(std::string(argument) + " is no option: they begin with --");
+      return wrong(std::string(argument) + " is not an option: options begin with --");
     const std::string_view text = argument.substr(argument.starts_with("--") ? 2 : 1);
     const std::size_t equals = text.find('=');
     const auto name = option(text.substr(0, equals), parameters);
@@ -98,7 +98,7 @@ std::string usage(const Parameters& parameters, std::string_view purpose) {
                                allowed(*entry.info) + ")");
   }
   line(kHelp, "this");
-  line(kVersion, "which version this is");
+  line(kVersion, "print the version");
   return text;
 }
 

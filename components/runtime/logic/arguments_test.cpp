@@ -53,7 +53,7 @@ TEST_F(ArgumentsTest, WhoHoldsItOffIsWrittenOut) {
 TEST_F(ArgumentsTest, SayWhatIsWrong) {
   EXPECT_EQ(error({"--vMax", "1"}), "unknown option --vMax (--help lists the options)");
   EXPECT_EQ(error({"vxMax=1"}),
-            "vxMax=1 is no option: they begin with -- (--help lists the options)");
+            "vxMax=1 is not an option: options begin with -- (--help lists the options)");
   EXPECT_EQ(error({"--vxMax"}), "--vxMax needs a value (--help lists the options)");
   EXPECT_EQ(error({"--vxMax", "-1"}),
             "--vxMax = -1: must be a whole number from 0 to 10000 (--help lists the options)");

@@ -19,7 +19,7 @@ void DataHistory::publish(TimeStamp recorded, std::size_t size) {
 
 void DataHistory::clear() { held_ = 0; }
 
-// How many data sets before the newest the last one lies that is not after `time`.
+// The index, counted back from the newest, of the last data set that is not after `time`.
 std::variant<std::uint32_t, DataHistory::Miss> DataHistory::not_after(
     TimeStamp time, std::chrono::milliseconds ahead) const {
   if (held_ == 0) return Miss::kEmpty;

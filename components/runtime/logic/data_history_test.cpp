@@ -40,7 +40,7 @@ constexpr std::int64_t kEmpty = -1 - static_cast<int>(Miss::kEmpty);
 constexpr std::int64_t kTooOld = -1 - static_cast<int>(Miss::kTooOld);
 constexpr std::int64_t kTooNew = -1 - static_cast<int>(Miss::kTooNew);
 
-// On an ordinary day, and while the 32 bits begin anew.
+// At an ordinary time, and at the wrap of the 32 bits.
 INSTANTIATE_TEST_SUITE_P(Days, History, testing::Values(1'000'000, 0xFFFF'FF06, 0x7FFF'FF06));
 
 TEST_P(History, IsEmptyAtFirst) { EXPECT_EQ(nearest(0), kEmpty); }

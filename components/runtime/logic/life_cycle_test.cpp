@@ -91,7 +91,7 @@ TEST(LifeCycle, OffByHandHoldsUntilOnByHand) {
   EXPECT_EQ(cycle.turn_on(kStart + 2s, on_request(2), By::kComponent), kError);
   EXPECT_EQ(cycle.next(kStart + 2s), Step::kWait);
   (void)cycle.turn_off(on_request(3), By::kComponent);
-  EXPECT_EQ(cycle.held_off_by(), kOff.src) << "who held it off first";
+  EXPECT_EQ(cycle.held_off_by(), kOff.src) << "the first OFF counts";
   EXPECT_EQ(cycle.turn_on(kStart + 4s, on_request(4), By::kOperator), std::nullopt);
   EXPECT_FALSE(cycle.held_off_by());
   EXPECT_EQ(cycle.next(kStart + 4s), Step::kTurnOn);

@@ -24,7 +24,7 @@ Listeners::Added Listeners::add(const Listener& wanted) {
   }
   known->reduction = wanted.reduction;
   known->once = wanted.once;
-  // The answer to GET_NEXT_DATA is known by its number.
+  // The answer to GET_NEXT_DATA is identified by its sequence number.
   if (wanted.once) {
     known->priority = wanted.priority;
     known->seq_nr = wanted.seq_nr;

@@ -12,7 +12,8 @@
 namespace rack {
 namespace {
 
-// As long as any path; a message has room for 79 bytes, and shows the beginning of more.
+// Long enough for any path; a message has room for 79 bytes and contains the beginning of a longer
+// text.
 constexpr std::size_t kTextMax = 4095;
 constexpr double kLowest = -2147483648.0;
 constexpr double kHighest = 2147483647.0;
@@ -21,15 +22,15 @@ constexpr double kHighest = 2147483647.0;
 constexpr std::array<ParameterInfo, 8> kCommon = {
     at_start({"system", 0, "system id", 0, kIdMax}),
     at_start({"instance", 0, "instance id", 0, kIdMax}),
-    at_once({"gdosLevel", 2, "texts: 0 print, 1 error, 2 warning, 3 info, 4 detail", 0, 4}),
+    at_once({"gdosLevel", 2, "level of log texts: 0 print, 1 error, 2 warning, 3 info, 4 detail", 0,
+             4}),
     at_start({"targetStatus", 0, "1: turn on at start", 0, 1}),
     at_start({"cmdTaskPrio", 1, "real-time priority of the command task; 1: none", 0, 99}),
-    at_start({"dataTaskPrio", 1,
-              "real-time priority of the data task, 1: none; and of its messages", 0, 99}),
-    at_start({"cpu", -1, "of tasks with a real-time priority; -1: any, wherever there is room", -1,
-              1023}),
-    at_start({"errorTimeout", -1, "ms until it tries again after an error; -1: 2 to 4 s, by chance",
-              -1}),
+    at_start({"dataTaskPrio", 1, "real-time priority of the data task and of its messages; 1: none",
+              0, 99}),
+    at_start({"cpu", -1, "CPU of tasks with a real-time priority; -1: any", -1, 1023}),
+    at_start(
+        {"errorTimeout", -1, "delay of the retry after an error, ms; -1: random, 2 to 4 s", -1}),
 };
 
 std::string plain(std::int32_t value) { return std::to_string(value); }
@@ -53,7 +54,7 @@ tims::Error refused(const Parameters::Entry& entry, std::string_view value) {
           std::string(info.name) + " = " + std::string(value) + ": must be " + allowed(info)};
 }
 
-// That an id has in an address; 0: it is none.
+// The number of bits that an id has in an address; 0: the parameter is not an id.
 int bits_of_id(std::string_view name, const tims::AddressWidths& widths) {
   if (name == "system" || name.ends_with("Sys")) return widths.system;
   if (name == "instance" || name.ends_with("Inst")) return widths.instance;
@@ -66,7 +67,8 @@ ParameterValue initial_of(const ParameterInfo& info) {
   return std::get<float>(info.initial);
 }
 
-// The number in a record, whatever its type says: Java programs send what their table holds.
+// The number in a record, independent of its type: Java programs send the type that their table
+// has.
 std::optional<ParameterValue> value_of(const Parameter& record, const ParameterValue& like) {
   const bool text = std::holds_alternative<std::string>(like);
   if (text != (record.type == Parameter::kString)) return std::nullopt;

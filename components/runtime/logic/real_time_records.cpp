@@ -9,7 +9,7 @@ namespace rack {
 
 namespace {
 
-// The rest of one record. Whatever a record claims, nothing behind its end is read.
+// The rest of one record. Whatever sizes the record states, nothing behind its end is read.
 class Cursor {
  public:
   Cursor(std::span<const std::byte> ring, std::uint64_t at, std::uint64_t end)
@@ -41,7 +41,7 @@ class Cursor {
   std::uint64_t end_;
 };
 
-// Between the addresses stand marks that say whose they are.
+// Marks between the addresses give their context (user or kernel).
 bool is_mark(std::uint64_t address) { return address >= PERF_CONTEXT_MAX; }
 
 bool take_chain(Cursor& cursor, Snapshot& to) {
@@ -66,7 +66,7 @@ bool take_registers(Cursor& cursor, std::uint32_t count, Snapshot& to) {
   return true;
 }
 
-// A place of fixed size, of which less may be filled.
+// A block of fixed size, which may be filled in part.
 bool take_stack(Cursor& cursor, Snapshot& to) {
   std::uint64_t room = 0;
   if (!cursor.take(room)) return false;
@@ -80,7 +80,7 @@ bool take_stack(Cursor& cursor, Snapshot& to) {
   return true;
 }
 
-// What is cut short is still a sample, with less in it.
+// A truncated sample is used as far as it goes.
 void read_sample(Cursor cursor, const PerfLayout& layout, PerfRecord& record) {
   std::uint64_t id = 0;
   if (!cursor.take(id)) return;
@@ -103,7 +103,7 @@ void read_lost(Cursor cursor, PerfRecord& record) {
 
 constexpr std::string_view kCalledBy = " < ";
 
-// The innards of std::vector and the like say less than who uses them.
+// Internals of std::vector and the like are less informative than their caller.
 bool is_of_library(std::string_view name) {
   const std::size_t at = name.find("std::");
   return at != std::string_view::npos && at < name.find('<');
@@ -173,7 +173,8 @@ std::string place_text(std::span<const std::string> functions, std::string_view 
 }
 
 std::string_view without_parameters(std::string_view function) {
-  // "(anonymous namespace)" and "operator()" are parts of names: the last pair is the parameters.
+  // "(anonymous namespace)" and "operator()" are parts of names: the last parentheses are the
+  // parameters.
   const std::size_t last = function.rfind(')');
   if (last == std::string_view::npos) return function;
   int open = 0;

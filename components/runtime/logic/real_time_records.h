@@ -1,7 +1,6 @@
-// Where a thread has not worked in real time. The kernel tells it by records in the ring of
-// perf_event_open(2): here their bytes become values, each with a snapshot of the thread, and the
-// places that were found in them become a list for people, each place once. Whatever a record
-// claims, nothing behind its end is read. Pure.
+// Real-time violations of a thread. Parses the records in the ring of perf_event_open(2) into
+// values, each with a snapshot of the thread, and collects the locations in a list without
+// duplicates. Whatever sizes a record states, nothing behind its end is read. Pure.
 #pragma once
 
 #include <array>
@@ -14,17 +13,17 @@
 
 namespace rack {
 
-// Where a thread was at one moment, as the kernel has seen it.
+// The state of a thread at one moment, sampled by the kernel.
 struct Snapshot {
   static constexpr std::size_t kChainMax = 32;
   static constexpr std::size_t kRegistersMax = 40;
   static constexpr std::size_t kStackMax = 2048;  // bytes
 
-  // Return addresses found by frame pointers, innermost first. Who called a function without a
-  // frame of its own, as many in libc, is missing among them.
+  // Return addresses found by frame pointers, innermost first. The caller of a function without a
+  // frame, such as many in libc, is missing.
   std::array<std::uint64_t, kChainMax> chain;
   std::uint32_t chain_size = 0;
-  // In the order of the kernel's numbers for them.
+  // In the order of the kernel's register numbers.
   std::array<std::uint64_t, kRegistersMax> registers;
   std::uint32_t register_count = 0;
   // From the stack pointer upwards.
@@ -37,11 +36,11 @@ struct Snapshot {
   void clear() { chain_size = register_count = stack_size = 0; }
 };
 
-// What the events were asked for; it decides what stands in a sample.
+// The configuration of the events, which determines the layout of samples.
 struct PerfLayout {
-  std::uint64_t fault_id = 0;   // the kernel's name of the event "page fault"
+  std::uint64_t fault_id = 0;   // kernel id of the event "page fault"
   std::uint64_t switch_id = 0;  // of "context switch"
-  std::uint32_t registers = 0;  // in each sample
+  std::uint32_t registers = 0;  // number of registers per sample
 };
 
 struct PerfRecord {
@@ -49,8 +48,8 @@ struct PerfRecord {
     kOther,
     kPageFault,    // with snapshot
     kSwitch,       // with snapshot; kSwitchedOut follows
-    kSwitchedOut,  // says whether it was preempted
-    kLost,         // so many records did not fit
+    kSwitchedOut,  // states whether it was preempted
+    kLost,         // records that did not fit into the ring
   };
   Kind kind = Kind::kOther;
   bool preempted = false;
@@ -58,21 +57,21 @@ struct PerfRecord {
   Snapshot snapshot;
 };
 
-// Reads the record at position `at` of the endless stream whose last bytes the ring holds, and
-// moves `at` behind it. False: up to `end` there is no whole record; the rest is worthless. The
-// ring's size is a power of two.
+// Reads the record at position `at` of the stream whose last bytes are in the ring, and moves `at`
+// behind it. False: there is no complete record up to `end`; the rest is unusable. The ring's size
+// is a power of two.
 bool read_record(std::span<const std::byte> ring, std::uint64_t& at, std::uint64_t end,
                  const PerfLayout& layout, PerfRecord& record);
 
-// What must not happen while a task works in real time. That somebody more important takes its CPU
-// is no fault of the place where it was.
+// Events that must not happen in a real-time task. Preemption by a task of higher priority is not a
+// violation.
 enum class Violation : std::uint8_t {
-  kBlocked,  // it gave its CPU away
+  kBlocked,  // it gave up its CPU
   kPageFault,
 };
 
-// The places of all violations, each once. When there are too many, those that were seen first
-// stay.
+// The locations of all violations without duplicates. When there are too many, the first ones are
+// kept.
 class ViolationPlaces {
  public:
   static constexpr std::size_t kMax = 64;
@@ -82,7 +81,7 @@ class ViolationPlaces {
     std::string text;
     std::uint64_t count = 0;
   };
-  // True: for the first time.
+  // True: the location is new.
   bool add(Violation violation, std::string_view text);
   // The most frequent first.
   [[nodiscard]] std::vector<Place> worst(std::size_t max) const;
@@ -91,13 +90,13 @@ class ViolationPlaces {
   std::vector<Place> places_;
 };
 
-// How people read where a thread was, innermost function first: "read < Sweeper::look". Names come
-// without parameters; the innards of the standard library are left out, and so is all from
-// `outermost` on.
+// A location as text, innermost function first: "read < Sweeper::look". Names are without
+// parameters; internals of the standard library are omitted, and so are `outermost` and its
+// callers.
 std::string place_text(std::span<const std::string> functions, std::string_view outermost,
                        std::size_t size_max);
 
-// "rack::Sweeper::look(int) const" without what stands in parentheses behind the name.
+// "rack::Sweeper::look(int) const" without the parentheses behind the name.
 std::string_view without_parameters(std::string_view function);
 
 }  // namespace rack

@@ -1,6 +1,6 @@
-// Where everything that moves was in the last second: a ring of the states at the ends of steps,
-// and what lies between them. What was put elsewhere did not move there: until then it was
-// where it was.
+// The poses of all moving objects in the last second: a ring buffer of the states at the ends of
+// steps, and linear interpolation in between. An object that was placed elsewhere did not move
+// there: it was at its old place until then.
 #pragma once
 
 #include <algorithm>
@@ -17,14 +17,14 @@ namespace rack::world {
 
 struct RobotSample {
   MapPoint at{};
-  double rho = 0;  // not normalised: turns go on
+  double rho = 0;  // not normalised: continuous over turns
   double vx = 0;   // in its own frame
   double vy = 0;
   double omega = 0;
   double ax = 0;  // of the reference point
   double ay = 0;
   double alpha = 0;                 // rad/s2
-  tims::Duration jumped = kNoJump;  // put there then, after the begin
+  tims::Duration jumped = kNoJump;  // time at which it was placed there, since the start
 
   static constexpr tims::Duration kNoJump{-1};
 };
@@ -40,11 +40,11 @@ class History {
         person_samples_(people * kSamples),
         axis_samples_(axes * kSamples) {}
 
-  // Which samples a time lies between.
+  // The samples before and after a time.
   struct Moment {
-    std::size_t before = 0;  // places in the ring
+    std::size_t before = 0;  // indices in the ring
     std::size_t after = 0;
-    double part = 0;  // of the way from one to the other
+    double part = 0;  // position between both, 0 to 1
     tims::Duration age{};
   };
   [[nodiscard]] Moment moment(tims::Time at) const {
@@ -97,7 +97,7 @@ class History {
     const double after = axis_samples_[moment.after * axes_ + number];
     return before + (after - before) * moment.part;
   }
-  // Where it was, roughly: enough to pass over who is far from a ray.
+  // Approximate position, to skip people far from a ray.
   [[nodiscard]] const MapPoint& person_about(std::size_t number, const Moment& moment) const {
     return person_samples_[moment.before * people_ + number].at;
   }
@@ -111,7 +111,7 @@ class History {
   std::size_t axes_;
   tims::Time begin_;
   std::uint64_t steps_ = 0;
-  std::vector<RobotSample> robot_samples_;  // by place in the ring, then by number
+  std::vector<RobotSample> robot_samples_;  // by index in the ring, then by number
   std::vector<Figure> person_samples_;
   std::vector<double> axis_samples_;
 };

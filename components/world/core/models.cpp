@@ -9,9 +9,9 @@ namespace rack::sim {
 
 namespace {
 
-float limited(float wish, float smallest, float largest) {
-  if (wish == 0) return 0;
-  return std::copysign(std::min(std::max(std::abs(wish), smallest), largest), wish);
+float limited(float target, float smallest, float largest) {
+  if (target == 0) return 0;
+  return std::copysign(std::min(std::max(std::abs(target), smallest), largest), target);
 }
 
 template <typename Scan>
@@ -33,11 +33,11 @@ void ChassisModel::set_active_pilot(tims::Address pilot) {
   wanted_ = {};
 }
 
-void ChassisModel::move(const ChassisMoveData& wish) {
+void ChassisModel::move(const ChassisMoveData& command) {
   const auto mm_per_s = [](i32 speed) { return static_cast<float>(speed); };
-  wanted_.vx = limited(mm_per_s(wish.vx), mm_per_s(limits_.vxMin), mm_per_s(limits_.vxMax));
-  wanted_.vy = limited(mm_per_s(wish.vy), mm_per_s(limits_.vyMin), mm_per_s(limits_.vyMax));
-  const float omega = std::isfinite(wish.omega.raw()) ? wish.omega.raw() : 0;
+  wanted_.vx = limited(mm_per_s(command.vx), mm_per_s(limits_.vxMin), mm_per_s(limits_.vxMax));
+  wanted_.vy = limited(mm_per_s(command.vy), mm_per_s(limits_.vyMin), mm_per_s(limits_.vyMax));
+  const float omega = std::isfinite(command.omega.raw()) ? command.omega.raw() : 0;
   wanted_.omega = limited(omega, 0, limits_.omegaMax);
 }
 
@@ -62,7 +62,7 @@ ChassisData ChassisModel::step(TimeStamp now, std::chrono::milliseconds period) 
   return data;
 }
 
-// Towards `to`, slower when it means braking. An acceleration of 0 is none that limits.
+// Changes `from` towards `to`, with decMax when braking. An acceleration of 0 is no limit.
 float ChassisModel::approach(float from, float to, float seconds) const {
   const bool braking = std::abs(to) < std::abs(from) || to * from < 0;
   const i32 rate = braking ? limits_.decMax : limits_.accMax;

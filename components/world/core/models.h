@@ -1,5 +1,5 @@
-// What a robot that is not there does and sees: the models of a chassis and of a scanner, without a
-// clock (specification, sections 10.1 and 10.3). Pure.
+// Models of a simulated chassis and of a simulated scanner, without a clock (specification,
+// sections 10.1 and 10.3). Pure.
 #pragma once
 
 #include <chrono>
@@ -13,22 +13,21 @@
 
 namespace rack::sim {
 
-// A vehicle that does what it is told: speeds within limits, reached at once or, when wanted, at
-// the acceleration it has. Once a period the speed takes a step towards the one that is wanted, by
-// accMax when it grows and by decMax when the vehicle brakes or turns round; what it has moved is
-// this speed times the period.
+// A chassis: limited speeds, reached immediately or, on request, with limited acceleration. In each
+// period the speed changes towards its target, by accMax when it grows and by decMax when the
+// vehicle brakes or reverses; the movement is this speed times the period.
 class ChassisModel {
  public:
-  // acceleration: whether accMax and decMax count; the original leaves them out.
+  // acceleration: whether accMax and decMax apply; the original ignores them.
   ChassisModel(const ChassisParamData& limits, bool acceleration);
 
   void set_active_pilot(tims::Address pilot);  // also stops
   [[nodiscard]] tims::Address active_pilot() const { return pilot_; }
   [[nodiscard]] const ChassisParamData& limits() const { return limits_; }
-  // The wish is cut to what the vehicle can do: a speed below the smallest becomes the smallest.
-  void move(const ChassisMoveData& wish);
+  // Limits the command to the range of the vehicle: a speed below the minimum becomes the minimum.
+  void move(const ChassisMoveData& command);
 
-  // What it has done in `period`.
+  // The movement during `period`.
   ChassisData step(TimeStamp now, std::chrono::milliseconds period);
 
  private:
@@ -55,13 +54,13 @@ struct ScanSettings {
   [[nodiscard]] i32 count() const { return (last - first) / step + 1; }
 };
 
-// What a scanner in the middle of the robot would see of a floor plan. From the place of the robot
-// a ray is cast into each direction of the scanner, and its way to the first wall is the distance
-// that is measured, without noise; a ray that meets none within the range of the scanner is
-// invalid, as a real scanner says it.
+// A scanner at the reference point of the robot. A ray is cast from the position of the robot in
+// each direction of the scanner; its range is the distance to the first wall of a floor plan,
+// without noise. A ray without a hit within the range of the scanner is invalid, as real scanners
+// report it.
 class ScanModel {
  public:
-  // settings: step of 1 and more, last not before first.
+  // `settings`: step of at least 1, last not before first.
   ScanModel(FloorMap map, const ScanSettings& settings);
 
   void measure(const OdometryData& from, std::chrono::milliseconds duration, LadarData& scan);

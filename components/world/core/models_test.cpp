@@ -22,9 +22,9 @@ ChassisParamData limits() {
   return limits;
 }
 
-float speed_after(i32 wish) {
+float speed_after(i32 target) {
   ChassisModel model(limits(), false);
-  model.move({.vx = wish});
+  model.move({.vx = target});
   return model.step(0, 100ms).vx;
 }
 

@@ -1,6 +1,6 @@
-// What a sensor's errors are at a time: numbers that look random and follow from who measures what
-// and when, so that it does not matter in which order one asks. A seed is stirred with all of that;
-// what drifts is a sum of three slow waves whose phases come from the seed.
+// Errors of a sensor at a time: pseudo-random numbers that depend only on the sensor, the
+// measurement and the time, so that the order of queries does not matter. The seed is hashed with
+// all of these; drift is a sum of three slow waves whose phases follow from the seed.
 #pragma once
 
 #include <bit>
@@ -13,7 +13,7 @@
 
 namespace rack::world {
 
-// A seed of its own for each use.
+// A separate seed for each use.
 inline std::uint64_t stirred(std::uint64_t seed, std::uint64_t with) {
   return Random(seed ^ Random(with).bits()).bits();
 }

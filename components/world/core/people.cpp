@@ -20,22 +20,22 @@ constexpr std::uint64_t kLookEvery = 40;  // steps
 
 // mm, mm/s, rad
 constexpr double kLegRadius = 60;
-constexpr double kHips = 0.5;  // of the height
+constexpr double kHips = 0.5;  // share of the height
 constexpr double kLegApart = 90;
-constexpr double kStride = 220;  // of a leg before and behind the body, at a usual pace
+constexpr double kStride = 220;  // of a leg before and behind the body, at normal speed
 constexpr double kUsualSpeed = 1200;
-constexpr double kGaitLength = 1400;  // of both steps
+constexpr double kGaitLength = 1400;  // length of two steps
 constexpr double kTorso = 200;
 constexpr double kAcceleration = 2500;
 constexpr double kTurnRate = 4;
-constexpr double kAhead = 400;  // how far ahead it aims
+constexpr double kAhead = 400;  // distance of the point that it aims at
 constexpr double kSlowsDown = 500;
 constexpr double kRoomToRobot = 150;
-constexpr double kStepsBack = 50;  // from a robot that is as near
+constexpr double kStepsBack = 50;  // distance of a robot from which it steps back
 constexpr double kRoomToOthers = 450;
-constexpr double kShoulders = 400;               // people touch
-constexpr double kForgets = 1500;                // a robot that is as far is met anew
-constexpr double kPlanned = kPersonRadius + 40;  // places are reached nearly
+constexpr double kShoulders = 400;               // distance at which people touch
+constexpr double kForgets = 1500;                // a robot that was farther away is a new meeting
+constexpr double kPlanned = kPersonRadius + 40;  // places count as reached within this
 constexpr double kReached = 35;
 constexpr double kLongestPause = 1e9;  // steps
 
@@ -65,7 +65,7 @@ double meets(const Ray& ray, const Figure& person, double height) {
     nearest = std::min(nearest, meets(ray, inside(ray, leg), kHips * height));
   const Inside torso = inside(ray, Circle{person.at, kTorso});
   if (torso.from > torso.to) return nearest;
-  // From below it is met where the ray comes to the height of the hips.
+  // From below, the ray hits at the height of the hips.
   const double enters = std::max(torso.from, 0.0);
   const double hips = kHips * height;
   if (ray.height_at(enters) >= hips) return std::min(nearest, meets(ray, torso, height));
@@ -108,39 +108,39 @@ void People::add_walker(const WalkDescription& walk, std::uint64_t seed) {
   for (const MapPoint& at : walk.places) {
     const auto found = roadmap_.find(at);
     if (!found) {
-      problem_ =
-          fmt::format("nobody can walk to x {:.0f} y {:.0f}: no room there, or no way", at.x, at.y);
+      problem_ = fmt::format(
+          "nobody can walk to x {:.0f} y {:.0f}: no room there, or no path to it", at.x, at.y);
       return;
     }
     places.push_back(*found);
   }
   if (places.empty() || !has_room(places.front())) {
-    problem_ = "two walks begin at one place, or one has no place";
+    problem_ = "two walks begin at one place, or a walk has no places";
     return;
   }
-  Mind mind = mind_at(places.front(), seed);
-  mind.next = 1 % places.size();
+  Behaviour behaviour = behaviour_at(places.front(), seed);
+  behaviour.next = 1 % places.size();
   const double rest = std::chrono::duration<double>(walk.pause).count();
-  mind.rest = steps_between(mind, rest, rest);
-  mind.pause = mind.rest;
-  mind.walk = std::move(places);
-  minds_.push_back(std::move(mind));
+  behaviour.rest = steps_between(behaviour, rest, rest);
+  behaviour.pause = behaviour.rest;
+  behaviour.walk = std::move(places);
+  behaviours_.push_back(std::move(behaviour));
   figures_.push_back({.at = walk.places.front()});
 }
 
 void People::add_stroller(std::size_t place, std::uint64_t seed) {
-  Mind mind = mind_at(place, seed);
-  mind.pause = steps_between(mind, 0, 2);
-  figures_.push_back(
-      {.at = roadmap_.place(place), .rho = static_cast<double>(mind.random.uniform(0, 6.28F))});
-  minds_.push_back(std::move(mind));
+  Behaviour behaviour = behaviour_at(place, seed);
+  behaviour.pause = steps_between(behaviour, 0, 2);
+  figures_.push_back({.at = roadmap_.place(place),
+                      .rho = static_cast<double>(behaviour.random.uniform(0, 6.28F))});
+  behaviours_.push_back(std::move(behaviour));
 }
 
-People::Mind People::mind_at(std::size_t place, std::uint64_t seed) const {
-  Mind mind(seed, stirred(seed, 1));
-  mind.speed = description_.speed * static_cast<double>(mind.random.uniform(0.8F, 1.2F));
-  mind.from = mind.to = mind.goal = place;
-  return mind;
+People::Behaviour People::behaviour_at(std::size_t place, std::uint64_t seed) const {
+  Behaviour behaviour(seed, stirred(seed, 1));
+  behaviour.speed = description_.speed * static_cast<double>(behaviour.random.uniform(0.8F, 1.2F));
+  behaviour.from = behaviour.to = behaviour.goal = place;
+  return behaviour;
 }
 
 bool People::has_room(std::size_t place) const {
@@ -149,40 +149,40 @@ bool People::has_room(std::size_t place) const {
   });
 }
 
-int People::steps_between(Mind& mind, double from_s, double to_s) const {
-  const double seconds = from_s + (to_s - from_s) * static_cast<double>(mind.random.uniform());
+int People::steps_between(Behaviour& behaviour, double from_s, double to_s) const {
+  const double seconds = from_s + (to_s - from_s) * static_cast<double>(behaviour.random.uniform());
   return static_cast<int>(std::min(seconds * kStepsPerSecond, kLongestPause)) + 1;
 }
 
-int People::pause_at_goal(Mind& mind) const {
-  if (!mind.walk.empty()) return mind.rest;
-  return steps_between(mind, 0, std::chrono::duration<double>(description_.pause_max).count());
+int People::pause_at_goal(Behaviour& behaviour) const {
+  if (!behaviour.walk.empty()) return behaviour.rest;
+  return steps_between(behaviour, 0, std::chrono::duration<double>(description_.pause_max).count());
 }
 
-void People::choose_goal(Mind& mind) const {
-  if (mind.walk.empty()) {
-    mind.goal = mind.random.below(static_cast<std::uint32_t>(roadmap_.size()));
+void People::choose_goal(Behaviour& behaviour) const {
+  if (behaviour.walk.empty()) {
+    behaviour.goal = behaviour.random.below(static_cast<std::uint32_t>(roadmap_.size()));
   } else {
-    mind.goal = mind.walk[mind.next];
-    mind.next = (mind.next + 1) % mind.walk.size();
+    behaviour.goal = behaviour.walk[behaviour.next];
+    behaviour.next = (behaviour.next + 1) % behaviour.walk.size();
   }
-  mind.patience = steps_between(mind, 1, 4);
+  behaviour.patience = steps_between(behaviour, 1, 4);
 }
 
-void People::turn_round(Mind& mind) {
-  std::swap(mind.from, mind.to);
-  choose_goal(mind);
+void People::turn_round(Behaviour& behaviour) {
+  std::swap(behaviour.from, behaviour.to);
+  choose_goal(behaviour);
 }
 
 People::Line People::line_of(std::size_t person) const {
-  const Mind& mind = minds_[person];
-  const MapPoint& to = roadmap_.place(mind.to);
-  Line line{.from = roadmap_.place(mind.from)};
+  const Behaviour& behaviour = behaviours_[person];
+  const MapPoint& to = roadmap_.place(behaviour.to);
+  Line line{.from = roadmap_.place(behaviour.from)};
   line.length = distance(line.from, to);
   if (line.length > 0) {
     line.x = (to.x - line.from.x) / line.length;
     line.y = (to.y - line.from.y) / line.length;
-    line.room = roadmap_.room(mind.from, mind.to) / 2;
+    line.room = roadmap_.room(behaviour.from, behaviour.to) / 2;
   }
   const MapPoint& at = figures_[person].at;
   line.along = (at.x - line.from.x) * line.x + (at.y - line.from.y) * line.y;
@@ -193,11 +193,11 @@ People::Line People::line_of(std::size_t person) const {
 void People::step(const Surroundings& around, std::span<Contacts> contacts) {
   ++steps_;
   for (std::size_t i = 0; i < figures_.size(); ++i) {
-    Mind& mind = minds_[i];
+    Behaviour& behaviour = behaviours_[i];
     if (steps_back(i, around, contacts)) continue;
-    if (mind.pause > 0) {
+    if (behaviour.pause > 0) {
       stop(i);
-      if (--mind.pause == 0) choose_goal(mind);
+      if (--behaviour.pause == 0) choose_goal(behaviour);
       continue;
     }
     if (arrive(i) || (steps_ + i) % kLookEvery == 0) look_ahead(i, around);
@@ -209,21 +209,22 @@ void People::step(const Surroundings& around, std::span<Contacts> contacts) {
 void People::stand() {
   for (std::size_t i = 0; i < figures_.size(); ++i) {
     stop(i);
-    minds_[i].bumped.reset();
+    behaviours_[i].bumped.reset();
   }
 }
 
-// A robot that brakes still moves a little when somebody has walked against it.
+// A braking robot still moves a little after a person has walked into it.
 bool People::walked_against(const Box& robot) const {
   for (std::size_t i = 0; i < figures_.size(); ++i) {
     const MapPoint& at = figures_[i].at;
     if (!overlap(robot, Circle{at, kPersonRadius})) continue;
-    const Mind& mind = minds_[i];
+    const Behaviour& behaviour = behaviours_[i];
     const Figure& person = figures_[i];
     const bool has_just =
-        mind.bumped && static_cast<double>(steps_ - *mind.bumped) <= kStepsPerSecond;
+        behaviour.bumped && static_cast<double>(steps_ - *behaviour.bumped) <= kStepsPerSecond;
     const double towards = person.vx * (robot.at.x - at.x) + person.vy * (robot.at.y - at.y);
-    const bool is_about_to = mind.meeting == Meeting::kOverlooks && !mind.touches && towards > 0;
+    const bool is_about_to =
+        behaviour.meeting == Meeting::kOverlooks && !behaviour.touches && towards > 0;
     if (!has_just && !is_about_to) return false;
   }
   return true;
@@ -245,7 +246,7 @@ bool People::is_free(std::size_t person, double side, bool robots,
       return &other != &figures_[person] && distance(there, other.at) < kRoomToOthers &&
              distance(there, other.at) < distance(at, other.at);
     };
-    const double room = minds_[person].squeezes ? kRoomToRobot / 2 : kRoomToRobot;
+    const double room = behaviours_[person].squeezes ? kRoomToRobot / 2 : kRoomToRobot;
     const auto robot_in_way = [&](const Box& box) {
       return distance(there, box) < kPersonRadius + room &&
              distance(there, box) < distance(at, box);
@@ -262,37 +263,37 @@ bool People::is_free(std::size_t person, double side, bool robots,
 }
 
 void People::look_ahead(std::size_t person, const Surroundings& around) {
-  Mind& mind = minds_[person];
+  Behaviour& behaviour = behaviours_[person];
   const MapPoint& at = figures_[person].at;
   const auto is_near = [&](const Box& box) { return distance(at, box) < kForgets; };
   if (std::ranges::none_of(around.robots, is_near)) {
-    mind.meeting = Meeting::kNone;
-    mind.touches = mind.squeezes = false;
-  } else if (mind.meeting == Meeting::kNone) {
-    const bool avoids = static_cast<double>(mind.luck.uniform()) < description_.avoids_share;
-    mind.meeting = avoids ? Meeting::kAvoids : Meeting::kOverlooks;
+    behaviour.meeting = Meeting::kNone;
+    behaviour.touches = behaviour.squeezes = false;
+  } else if (behaviour.meeting == Meeting::kNone) {
+    const bool avoids = static_cast<double>(behaviour.luck.uniform()) < description_.avoids_share;
+    behaviour.meeting = avoids ? Meeting::kAvoids : Meeting::kOverlooks;
   }
-  // Who has walked against a robot has seen it now.
-  const bool robots = mind.touches || mind.meeting != Meeting::kOverlooks;
-  mind.waits = true;
+  // A person who has walked into a robot has noticed it.
+  const bool robots = behaviour.touches || behaviour.meeting != Meeting::kOverlooks;
+  behaviour.waits = true;
   for (const double side : {1.0, 0.0, -1.0}) {
     if (!is_free(person, side, robots, around)) continue;
-    mind.side = side;
-    mind.waits = false;
+    behaviour.side = side;
+    behaviour.waits = false;
     break;
   }
-  if (!std::exchange(mind.is_stopped, false) && !mind.waits) return;
-  mind.patience -= static_cast<int>(kLookEvery);
-  if (mind.patience > 0) return;
-  mind.squeezes = true;
-  turn_round(mind);
+  if (!std::exchange(behaviour.is_stopped, false) && !behaviour.waits) return;
+  behaviour.patience -= static_cast<int>(kLookEvery);
+  if (behaviour.patience > 0) return;
+  behaviour.squeezes = true;
+  turn_round(behaviour);
 }
 
-// Away from the nearest point of a robot, if there is room.
+// Moves away from the nearest point of a robot, if there is room.
 bool People::steps_back(std::size_t person, const Surroundings& around,
                         std::span<Contacts> contacts) {
   Figure& figure = figures_[person];
-  if (minds_[person].meeting == Meeting::kOverlooks) return false;
+  if (behaviours_[person].meeting == Meeting::kOverlooks) return false;
   const auto too_near = std::ranges::find_if(around.robots, [&](const Box& box) {
     return distance(figure.at, box) < kPersonRadius + kStepsBack;
   });
@@ -315,55 +316,58 @@ bool People::steps_back(std::size_t person, const Surroundings& around,
   return true;
 }
 
-// At a place, the next way begins, or a pause: then true.
+// At a place, starts the next line or a pause; returns whether it pauses.
 bool People::arrive(std::size_t person) {
-  Mind& mind = minds_[person];
-  if (mind.goes_to_line) return false;
-  const double left = distance(figures_[person].at, roadmap_.place(mind.to));
-  const std::size_t next = roadmap_.next(mind.to, mind.goal);
+  Behaviour& behaviour = behaviours_[person];
+  if (behaviour.goes_to_line) return false;
+  const double left = distance(figures_[person].at, roadmap_.place(behaviour.to));
+  const std::size_t next = roadmap_.next(behaviour.to, behaviour.goal);
   double reached = kReached;
-  if (mind.to != mind.goal)
-    reached += std::min(roadmap_.room(mind.from, mind.to), roadmap_.room(mind.to, next)) / 2;
+  if (behaviour.to != behaviour.goal)
+    reached +=
+        std::min(roadmap_.room(behaviour.from, behaviour.to), roadmap_.room(behaviour.to, next)) /
+        2;
   if (left > reached) return false;
-  if (mind.to == mind.goal) {
-    mind.from = mind.to;
+  if (behaviour.to == behaviour.goal) {
+    behaviour.from = behaviour.to;
     stop(person);
-    mind.pause = pause_at_goal(mind);
+    behaviour.pause = pause_at_goal(behaviour);
   } else {
-    mind.from = mind.to;
-    mind.to = next;
+    behaviour.from = behaviour.to;
+    behaviour.to = next;
   }
   return true;
 }
 
-// The velocity it would like to have.
-MapPoint People::wish(std::size_t person) const {
-  const Mind& mind = minds_[person];
+// The target velocity.
+MapPoint People::target_velocity(std::size_t person) const {
+  const Behaviour& behaviour = behaviours_[person];
   const MapPoint& at = figures_[person].at;
   const Line line = line_of(person);
-  if (mind.waits || mind.pause > 0) return {};
+  if (behaviour.waits || behaviour.pause > 0) return {};
   const double way = std::min(line.along + kAhead, line.length);
   const double fades = std::clamp((line.length - way) / kAhead, 0.0, 1.0);
-  const MapPoint aim = mind.goes_to_line ? line.at(std::clamp(line.along, 0.0, line.length), 0)
-                                         : line.at(way, mind.side * line.room * fades);
+  const MapPoint aim = behaviour.goes_to_line ? line.at(std::clamp(line.along, 0.0, line.length), 0)
+                                              : line.at(way, behaviour.side * line.room * fades);
   const double left = distance(at, aim);
   if (left == 0) return {};
-  const double to_place = distance(at, roadmap_.place(mind.to));
-  const bool is_narrow = mind.to == mind.goal || line.room < 100 || mind.goes_to_line;
+  const double to_place = distance(at, roadmap_.place(behaviour.to));
+  const bool is_narrow =
+      behaviour.to == behaviour.goal || line.room < 100 || behaviour.goes_to_line;
   const double slower = is_narrow ? std::clamp(to_place / kSlowsDown, 0.15, 1.0) : 1.0;
-  const double speed = std::min(mind.speed * slower, left * kStepsPerSecond);
+  const double speed = std::min(behaviour.speed * slower, left * kStepsPerSecond);
   return {(aim.x - at.x) / left * speed, (aim.y - at.y) / left * speed};
 }
 
 void People::walk(std::size_t person, const Surroundings& around, std::span<Contacts> contacts) {
   Figure& figure = figures_[person];
-  Mind& mind = minds_[person];
-  const MapPoint wanted = wish(person);
+  Behaviour& behaviour = behaviours_[person];
+  const MapPoint wanted = target_velocity(person);
   const double x = wanted.x - figure.vx;
   const double y = wanted.y - figure.vy;
   const double change = std::hypot(x, y);
   const double share =
-      mind.goes_to_line ? 1 : std::min(1.0, kAcceleration * kPeopleSeconds / change);
+      behaviour.goes_to_line ? 1 : std::min(1.0, kAcceleration * kPeopleSeconds / change);
   if (change > 0) {
     figure.vx += x * share;
     figure.vy += y * share;
@@ -374,21 +378,22 @@ void People::walk(std::size_t person, const Surroundings& around, std::span<Cont
   figure.gait += std::hypot(figure.vx, figure.vy) * kPeopleSeconds / kGaitLength * 2 * kPi;
   figure.at = to;
   constexpr double kOnLine = 10;
-  if (mind.goes_to_line && std::abs(line_of(person).aside) < kOnLine) mind.goes_to_line = false;
+  if (behaviour.goes_to_line && std::abs(line_of(person).aside) < kOnLine)
+    behaviour.goes_to_line = false;
 }
 
 bool People::may_go(std::size_t person, const MapPoint& to, const Surroundings& around,
                     std::span<Contacts> contacts) {
-  Mind& mind = minds_[person];
+  Behaviour& behaviour = behaviours_[person];
   if (around.scenery.clearance(to, kPersonRadius) < kPersonRadius) {
-    mind.goes_to_line = true;
+    behaviour.goes_to_line = true;
     return false;
   }
-  mind.is_stopped = mind.is_stopped || meets_somebody(person, to, around, contacts);
-  return !mind.is_stopped;
+  behaviour.is_stopped = behaviour.is_stopped || meets_somebody(person, to, around, contacts);
+  return !behaviour.is_stopped;
 }
 
-// Whether it would touch what it does not touch yet, or touch it more.
+// Whether it would touch a robot or person that it does not touch yet, or overlap more.
 bool People::meets_somebody(std::size_t person, const MapPoint& to, const Surroundings& around,
                             std::span<Contacts> contacts) {
   const MapPoint& at = figures_[person].at;
@@ -400,15 +405,15 @@ bool People::meets_somebody(std::size_t person, const MapPoint& to, const Surrou
     if (is_nearer(kPersonRadius, solid)) return true;
   for (const Figure& other : figures_)
     if (&other != &figures_[person] && is_nearer(kShoulders, other.at)) return true;
-  Mind& mind = minds_[person];
-  const bool sees = mind.touches || mind.meeting == Meeting::kAvoids;
+  Behaviour& behaviour = behaviours_[person];
+  const bool sees = behaviour.touches || behaviour.meeting == Meeting::kAvoids;
   for (std::size_t i = 0; i < around.robots.size(); ++i) {
     if (!is_nearer(kPersonRadius + (sees ? kRoomToRobot / 2 : 0), around.robots[i])) continue;
     if (!sees) {
       ++contacts[i].bumped;
-      mind.bumped = steps_;
+      behaviour.bumped = steps_;
     }
-    mind.touches = true;
+    behaviour.touches = true;
     return true;
   }
   return false;

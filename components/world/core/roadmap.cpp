@@ -10,11 +10,11 @@ namespace rack::world {
 namespace {
 
 constexpr int kThrows = 6000;
-constexpr double kRoomMax = 400;  // mm: nobody walks further from the line
+constexpr double kRoomMax = 400;  // mm: maximum distance of a person from the line
 constexpr double kLongestLeg = 30000;
 
-// The room beside the line, or less than 0: a person does not fit. From a point with some clearance
-// on, nothing is nearer for as far as that.
+// The room beside the line, negative if a person does not fit. Steps are as long as the clearance
+// of a point allows.
 double room_along(const Scenery& scenery, const MapPoint& from, const MapPoint& to, double radius) {
   const double length = distance(from, to);
   double room = kRoomMax;
@@ -40,11 +40,11 @@ Roadmap::Roadmap(const Scenery& scenery, const Area& area, double radius, std::u
   throw_places(scenery, area, radius, random);
   Links links = joined(scenery, radius);
   keep_largest(links);
-  find_ways(links);
+  find_paths(links);
   links_ = std::move(links);
 }
 
-// Not too near to each other, first; what room is left gets places between them.
+// First samples places with a minimum distance; then fills the remaining room.
 void Roadmap::throw_places(const Scenery& scenery, const Area& area, double radius,
                            Random& random) {
   const double height = area.to.x - area.from.x;
@@ -121,7 +121,7 @@ void Roadmap::keep_largest(Links& links) {
     for (Link& link : of_place) link.to = number[link.to];
 }
 
-void Roadmap::find_ways(const Links& links) {
+void Roadmap::find_paths(const Links& links) {
   next_.assign(size() * size(), 0);
   using Open = std::pair<double, std::size_t>;
   for (std::size_t goal = 0; goal < size(); ++goal) {

@@ -1,7 +1,7 @@
-// Ways that people can walk: places with room round them, thrown at random over the ground, and
-// joined where a person fits through all along the straight line between them (a probabilistic
-// roadmap: Kavraki, Svestka, Latombe and Overmars 1996). Which place comes next on the shortest way
-// to which other is a table, by Dijkstra from each place.
+// The paths that people can walk: places with room around them, sampled at random, and joined where
+// a person has room along the straight line between them (a probabilistic roadmap: Kavraki,
+// Svestka, Latombe and Overmars 1996). A table holds the next place of the shortest path between
+// any two places, by Dijkstra from each place.
 #pragma once
 
 #include <cstddef>
@@ -18,23 +18,23 @@ namespace rack::world {
 class Roadmap {
  public:
   static constexpr std::size_t kPlacesMax = 300;
-  static constexpr std::size_t kLinksMax = 12;  // of a place, to the nearest
+  static constexpr std::size_t kLinksMax = 12;  // per place, to the nearest
 
   Roadmap() = default;
-  // `radius`: what a person needs; `wanted`: places that shall be among them.
+  // `radius`: of a person; `wanted`: places that must be included.
   Roadmap(const Scenery& scenery, const Area& area, double radius, std::uint64_t seed,
           std::span<const MapPoint> wanted = {});
 
-  // All places can be reached from all.
+  // Each place can be reached from each other.
   [[nodiscard]] std::size_t size() const { return places_.size(); }
   [[nodiscard]] const MapPoint& place(std::size_t number) const { return places_[number]; }
-  // A wanted one; none when nobody fits there, or comes there.
+  // The index of a wanted place; none when it has no room or cannot be reached.
   [[nodiscard]] std::optional<std::size_t> find(const MapPoint& wanted) const;
-  // The next place from one on the way to another.
+  // The next place on the path from one place to another.
   [[nodiscard]] std::size_t next(std::size_t from, std::size_t to) const {
     return next_[to * size() + from];
   }
-  // Of two that are joined: how far beside the line a person still has its radius.
+  // The distance that a person can keep beside the line between two joined places.
   [[nodiscard]] double room(std::size_t from, std::size_t to) const;
 
  private:
@@ -48,7 +48,7 @@ class Roadmap {
   void throw_places(const Scenery& scenery, const Area& area, double radius, Random& random);
   [[nodiscard]] Links joined(const Scenery& scenery, double radius) const;
   void keep_largest(Links& links);
-  void find_ways(const Links& links);
+  void find_paths(const Links& links);
 
   std::vector<MapPoint> places_;
   Links links_;

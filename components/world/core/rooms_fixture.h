@@ -1,4 +1,4 @@
-// Where tests of the world happen, and what they need again and again.
+// For tests of the world: rooms, a robot, and helpers.
 #pragma once
 
 #include <chrono>

@@ -8,8 +8,8 @@ namespace rack::world {
 namespace {
 
 constexpr double kCellMin = 250;      // mm
-constexpr double kCellsMax = 400000;  // then cells are larger
-constexpr double kMargin = 1;         // mm: rounding leads no ray past a figure
+constexpr double kCellsMax = 400000;  // above, larger cells are used
+constexpr double kMargin = 1;         // mm: rounding errors must not lead a ray past a figure
 
 struct Bounds {
   MapPoint low{kNoHit, kNoHit};
@@ -25,7 +25,7 @@ double radius_of(const Solid& solid) {
   return solid.shape == Shape::kCircle ? solid.circle.radius : solid.box.radius();
 }
 
-// Which part of a ray is in a box along one axis; false: none.
+// The part of a ray that is in a box along one axis; false: none.
 bool clip(double from, double direction, double low, double high, double& first, double& last) {
   if (direction == 0) return from >= low && from <= high;
   const double one = (low - from) / direction;
@@ -57,14 +57,14 @@ void Scenery::make_cells() {
   origin_ = {bounds.low.x - around, bounds.low.y - around};
   const double height = bounds.high.x - bounds.low.x + 2 * around;
   const double width = bounds.high.y - bounds.low.y + 2 * around;
-  // Long and narrow is fine: only the number of cells counts.
+  // The grid may be long and narrow: only the number of cells is limited.
   cell_ = std::max(
       {kCellMin, std::sqrt(height * width / kCellsMax), std::max(height, width) / kCellsMax * 4});
   rows_ = static_cast<std::int64_t>(height / cell_) + 1;
   columns_ = static_cast<std::int64_t>(width / cell_) + 1;
 }
 
-// Counts first, then writes: the lists are as long as they must be.
+// Counts first, then writes, so that the lists have their exact size.
 void Scenery::fill() {
   begins_.assign(static_cast<std::size_t>(rows_ * columns_) + 1, 0);
   const auto figures = static_cast<Number>(walls_.size() + solids_.size());
@@ -91,7 +91,7 @@ void Scenery::cells_of(Number figure, const Visit& visit) const {
       row(x, at.y - reach, at.y + reach);
     return;
   }
-  // Of a wall only what lies in each row of cells.
+  // For a wall, only its part in each row of cells.
   const Segment& segment = walls_[figure].segment;
   const auto [low, high] = std::minmax(segment.from.x, segment.to.x);
   const std::int64_t last = std::min(rows_ - 1, cell_of({high + kMargin, 0}).x);
@@ -145,7 +145,7 @@ Scenery::Hit Scenery::cast(const Ray& ray) const {
           std::clamp<std::int64_t>(cell.y, 0, columns_ - 1)};
   const std::int64_t step_x = ray.x < 0 ? -1 : 1;
   const std::int64_t step_y = ray.y < 0 ? -1 : 1;
-  // The ways to the next borders between cells.
+  // Distances to the next borders between cells.
   const auto border = [&](std::int64_t index, std::int64_t step, double origin, double from,
                           double direction) {
     if (direction == 0) return kNoHit;

@@ -1,7 +1,6 @@
-// What stands in a world: walls and obstacles that never move, in a uniform grid of cells, so that
-// a ray tries only what lies in the cells it goes through, from the near ones to the far ones
-// (Amanatides and Woo 1987), and ends in the first cell where it has met something. A figure is in
-// the list of each cell it touches; the lists lie behind each other in one array.
+// The static objects of a world: walls and obstacles in a uniform grid. A ray visits the cells on
+// its path from near to far (Amanatides and Woo 1987) and ends in the first cell with a hit. Each
+// cell has a list of the figures it touches; all lists are contiguous in one array.
 #pragma once
 
 #include <cstddef>
@@ -20,14 +19,14 @@ class Scenery {
   Scenery(std::span<const WallDescription> walls, std::span<const ObstacleDescription> obstacles);
 
   struct Hit {
-    double way = kNoHit;  // over ground
+    double way = kNoHit;  // distance over ground
     Met met = Met::kNothing;
   };
-  // The nearest that the ray meets within its reach.
+  // The nearest hit of the ray within its range.
   [[nodiscard]] Hit cast(const Ray& ray) const;
-  // How far the nearest of it is, at most `most`.
+  // Distance to the nearest object, at most `most`.
   [[nodiscard]] double clearance(const MapPoint& at, double most) const;
-  // What of it the box overlaps, or nothing.
+  // The kind of object that the box overlaps, or kNothing.
   [[nodiscard]] Met touches(const Box& box) const;
 
  private:
@@ -39,7 +38,7 @@ class Scenery {
     std::int64_t x = 0;
     std::int64_t y = 0;
   };
-  // Of a figure: walls first, then solids.
+  // Index of a figure: walls first, then solids.
   using Number = std::uint32_t;
 
   void make_cells();
@@ -48,7 +47,7 @@ class Scenery {
   void cells_of(Number figure, const Visit& visit) const;
   [[nodiscard]] Cell cell_of(const MapPoint& at) const;
   [[nodiscard]] std::span<const Number> at(const Cell& cell) const;
-  // Each figure of the cells that a square touches, some more than once.
+  // Visits each figure of the cells that a square touches, some more than once.
   template <typename Visit>
   void near(const MapPoint& middle, double reach, const Visit& visit) const;
   void try_cell(const Ray& ray, const Cell& cell, Hit& best) const;

@@ -1,6 +1,6 @@
-// What sensors see. A ray is told in the sensor's frame, turned into the robot's by its mount, and
-// into the world by where the robot was at that time; over ground it goes through the scenery, and
-// from near to far it counts who is met first.
+// Sensing. A ray is given in the sensor's frame, transformed to the robot's frame by the mount, and
+// to the world by the pose of the robot at that time. It is traced through the scenery over ground,
+// and then against moving objects; the nearest hit counts.
 #include <algorithm>
 #include <cmath>
 
@@ -16,7 +16,7 @@ using Vector = std::array<double, 3>;
 constexpr double kGravity = 9806.65;  // mm/s2
 constexpr double kVertical = 1e-9;
 
-// About z, then y, then x, as a mount is told.
+// Rotation about z, then y, then x, the order of a mount.
 std::array<Vector, 3> turn_of(const Pose& mount) {
   const double cz = std::cos(mount.rho);
   const double sz = std::sin(mount.rho);
@@ -43,7 +43,7 @@ Vector turned_back(const std::array<Vector, 3>& turn, const Vector& v) {
   return result;
 }
 
-// As roll, pitch and yaw turn: clockwise when looking along the axis.
+// Rotations by roll, pitch and yaw are clockwise when looking along the axis.
 Vector turned_about(TurnedAbout axis, double angle, const Vector& v) {
   const double c = std::cos(angle);
   const double s = std::sin(angle);
@@ -100,7 +100,7 @@ RayHit World::State::look(const SensorId& id, const RayDirection& direction, tim
       .height = -mount.z,
       .climb = -v[2] / flat,
       .reach = most * flat};
-  // Over ground, until the end.
+  // Over ground, up to its end.
   const Scenery::Hit standing = scenery_.cast(ray);
   best = {.range = standing.way, .met = standing.met};
   if (ray.climb < 0 && -ray.height / ray.climb < best.range)
@@ -122,7 +122,7 @@ void World::State::meet_obstacles(const Ray& ray, tims::Time at, RayHit& best) c
 }
 
 void World::State::meet_people(const Ray& ray, const History::Moment& when, RayHit& best) const {
-  constexpr double kNear = 500;  // mm: arms, legs and what it walks in a step
+  constexpr double kNear = 500;  // mm: arms, legs and the movement within a step
   for (std::size_t i = 0; i < people_.size(); ++i) {
     if (!passes(ray, history_.person_about(i, when), kNear)) continue;
     const double way = meets(ray, history_.person(i, when), description_.people.height);
@@ -199,7 +199,7 @@ InertialMeasurement World::State::inertial(const SensorId& id, tims::Time at) co
   const Pose& mount = sensor.is.mount;
   const tims::Duration when = age(seen_at(at));
   Random random = noise_at(sensor.seed, when);
-  // Away from the reference point it is thrown outwards.
+  // Centrifugal acceleration away from the reference point.
   const double square = robot.omega * robot.omega;
   const Vector acceleration{robot.ax - robot.alpha * mount.y - square * mount.x,
                             robot.ay + robot.alpha * mount.x - square * mount.y, -kGravity};

@@ -6,7 +6,7 @@ namespace rack::world {
 
 namespace {
 
-constexpr double kCorner = 1e-3;  // mm: where walls meet, no ray slips through (as in FloorMap)
+constexpr double kCorner = 1e-3;  // mm: no ray passes between joined walls (as in FloorMap)
 constexpr double kNearlyStraight = 1e-6;
 
 struct Span {
@@ -27,7 +27,7 @@ std::array<MapPoint, 4> corners(const Box& box) {
   return points;
 }
 
-// Whether edges of `of` have everything of the other on their far side.
+// Whether an edge of `of` separates all points of the other.
 template <typename Points>
 bool separates(const Box& of, const Points& others) {
   Span x{kNoHit, -kNoHit};
@@ -86,7 +86,7 @@ double meets(const Ray& ray, const Inside& inside, double height) {
   if (inside.from > inside.to || inside.to < 0) return kNoHit;
   const double enters = std::max(inside.from, 0.0);
   const double at_side = ray.height_at(enters);
-  if (at_side < 0) return kNoHit;  // it has met the ground
+  if (at_side < 0) return kNoHit;  // it hits the ground first
   if (at_side <= height) return enters;
   if (ray.climb >= 0) return kNoHit;
   const double at_top = (height - ray.height) / ray.climb;
@@ -141,7 +141,7 @@ bool overlap(const Box& a, const Box& b) {
 
 bool overlap(const Box& box, const Segment& segment) {
   if (separates(box, std::array{segment.from, segment.to})) return false;
-  // The only other edge is the segment itself: whether all corners lie on one side of it.
+  // The remaining edge is the segment itself: whether all corners are on one side of it.
   const double x = segment.to.x - segment.from.x;
   const double y = segment.to.y - segment.from.y;
   int left = 0;

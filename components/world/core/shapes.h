@@ -1,6 +1,6 @@
-// Circles and boxes on the ground, and rays through them: where a ray enters and leaves, and
-// whether two of them overlap (of boxes by the separating axis: two convex figures are apart when
-// they are apart along the direction of some edge).
+// Circles and boxes on the ground, and rays through them: the entry and exit of a ray, and overlap
+// of two shapes (for boxes by the separating axis theorem: two convex shapes are disjoint when they
+// are separated along the direction of some edge).
 #pragma once
 
 #include <algorithm>
@@ -14,16 +14,16 @@ namespace rack::world {
 
 inline constexpr double kNoHit = std::numeric_limits<double>::infinity();
 
-// From a point above the ground; along it everything is told by the way over ground.
+// A ray from a point above the ground; positions on it are given by the distance over ground.
 struct Ray {
   MapPoint from{};
-  double x = 1;  // its direction over ground, of length 1
+  double x = 1;  // its direction over ground, unit vector
   double y = 0;
-  double height = 0;  // above the ground where it begins
-  double climb = 0;   // for each mm over ground
+  double height = 0;  // of its start above the ground
+  double climb = 0;   // mm per mm over ground
   double reach = 0;   // mm over ground
 
-  [[nodiscard]] double height_at(double way) const { return height + climb * way; }
+  [[nodiscard]] double height_at(double distance) const { return height + climb * distance; }
 };
 
 struct Circle {
@@ -32,8 +32,8 @@ struct Circle {
 };
 
 struct Box {
-  MapPoint at{};  // its middle
-  double c = 1;   // cosine and sine of where its length points to
+  MapPoint at{};  // its centre
+  double c = 1;   // cosine and sine of the direction of its length
   double s = 0;
   double half_length = 0;
   double half_width = 0;
@@ -41,7 +41,7 @@ struct Box {
   static Box of(const MapPoint& at, double rho, double length, double width) {
     return {at, std::cos(rho), std::sin(rho), length / 2, width / 2};
   }
-  // In its own frame.
+  // The point in the frame of the box.
   [[nodiscard]] MapPoint local(const MapPoint& p) const {
     const double x = p.x - at.x;
     const double y = p.y - at.y;
@@ -55,7 +55,7 @@ struct Segment {
   MapPoint to{};
 };
 
-// An obstacle as one of the two.
+// An obstacle as a circle or a box.
 struct Solid {
   Shape shape = Shape::kCircle;
   Circle circle{};
@@ -65,7 +65,7 @@ struct Solid {
   static Solid of(const ObstacleDescription& obstacle);
 };
 
-// --- where a ray is inside, as ways over ground; from > to: nowhere
+// --- the part of a ray inside a shape, as distances over ground; from > to: none
 
 struct Inside {
   double from = kNoHit;
@@ -75,17 +75,17 @@ struct Inside {
 Inside inside(const Ray& ray, const Circle& circle);
 Inside inside(const Ray& ray, const Box& box);
 
-// The way to the side or the top of a solid of this height, or kNoHit.
+// The distance to the side or the top of a solid of this height, or kNoHit.
 double meets(const Ray& ray, const Inside& inside, double height);
 double meets(const Ray& ray, const Solid& solid);
-// To a wall.
+// The distance to a wall.
 double meets(const Ray& ray, const Segment& wall, double height);
 
-// --- what is apart
+// --- distances and overlap
 
 double distance(const MapPoint& point, const Segment& segment);
 double distance(const MapPoint& point, const Box& box);  // 0 inside
-// How far a point is from a solid; 0 inside.
+// Distance of a point to a solid; 0 inside.
 double distance(const MapPoint& point, const Solid& solid);
 
 bool overlap(const Box& a, const Box& b);

@@ -13,7 +13,8 @@ namespace rack::world {
 namespace {
 
 constexpr double kStateSeconds = std::chrono::duration<double>(kStep).count();
-constexpr std::uint64_t kFreeAfter = 100;  // steps: a touch again is a new contact
+constexpr std::uint64_t kFreeAfter =
+    100;  // steps without contact; then the next touch is a new contact
 constexpr std::size_t kPutKept = 2 * kPutMax;
 constexpr double kPutLargest = 100e3;  // mm
 
@@ -99,7 +100,7 @@ void World::State::advance(tims::Time to) {
   now_ = to;
 }
 
-// Robots first, then people, who see where the robots are now.
+// Robots move first, then people, who see the new poses of the robots.
 void World::State::step() {
   const tims::Time begin = begin_ + static_cast<std::int64_t>(history_.steps()) * kStep;
   for (std::size_t i = 0; i < robots_.size(); ++i) step_robot(i, begin);
@@ -143,7 +144,7 @@ void World::State::step_robot(std::size_t number, tims::Time begin) {
   settle(number, next);
 }
 
-// With the accelerations from the state before.
+// Sets the new state, with accelerations from the difference to the last one.
 void World::State::settle(std::size_t number, const RobotSample& next) {
   RobotSample& now = robots_[number].now;
   const double ax = (next.vx - now.vx) / kStateSeconds - next.omega * next.vy;
@@ -155,7 +156,8 @@ void World::State::settle(std::size_t number, const RobotSample& next) {
   now.alpha = alpha;
 }
 
-// One contact, as long as it stays there or trembles. Who walks against it is counted by People.
+// Counts one contact while the robot stays there or jitters. People who walk into it are counted by
+// People.
 void World::State::block(std::size_t number, Met met, const Box& there) {
   Robot& robot = robots_[number];
   robot.is_blocked = true;
@@ -206,7 +208,7 @@ Met World::State::in_the_way(std::size_t robot, const Box& hull) const {
 
 tims::Result<void> World::State::place(std::size_t number, const Pose& pose) {
   if (!std::isfinite(pose.x) || !std::isfinite(pose.y) || !std::isfinite(pose.rho))
-    return tims::Error(tims::Errc::kInvalidArgument, "this is no pose");
+    return tims::Error(tims::Errc::kInvalidArgument, "the pose is not a number");
   const Box there = hull(number, {pose.x, pose.y}, pose.rho);
   if (const Met met = in_the_way(number, there); met != Met::kNothing)
     return tims::Error(tims::Errc::kRefused,
@@ -228,17 +230,17 @@ tims::Result<std::size_t> World::State::put(const ObstacleDescription& obstacle)
       !std::isfinite(obstacle.rho) || !is_length(obstacle.length) || !is_length(obstacle.width) ||
       !is_length(obstacle.radius) || !is_length(obstacle.height))
     return tims::Error(tims::Errc::kInvalidArgument,
-                       "an obstacle has a place, and sizes above 0 and up to 100 m");
+                       "an obstacle needs a position, and sizes above 0 and up to 100 m");
   const Solid solid = Solid::of(obstacle);
   for (std::size_t i = 0; i < hulls_.size(); ++i)
     if (overlap(hulls_[i], solid))
       return tims::Error(tims::Errc::kRefused,
-                         "robot " + description_.robots[i].name + " stands there");
+                         "robot " + description_.robots[i].name + " is at this place");
   for (const Figure& person : people_.figures())
     if (distance(person.at, solid) < kPersonRadius)
-      return tims::Error(tims::Errc::kRefused, "a person stands there");
+      return tims::Error(tims::Errc::kRefused, "a person is at this place");
   if (solids_.size() == kPutMax)
-    return tims::Error(tims::Errc::kFull, fmt::format("{} obstacles were put and not removed: "
+    return tims::Error(tims::Errc::kFull, fmt::format("{} obstacles were placed and not removed: "
                                                       "remove one",
                                                       kPutMax));
   forget_obstacles();
@@ -257,7 +259,8 @@ bool World::State::remove(std::size_t obstacle) {
   return false;
 }
 
-// Those that nobody can look back at, and when that is not enough, the one that went first.
+// Deletes obstacles that are older than the history, and if that is not enough, the one that was
+// removed first.
 void World::State::forget_obstacles() {
   std::erase_if(
       put_, [&](const Put& put) { return put.to != tims::kNever && put.to < now_ - kRemembered; });

@@ -1,4 +1,4 @@
-// Inside of a world: what is there, and how a step goes. Only for world.cpp and sensing.cpp.
+// The state of a world and its steps. Only for world.cpp and sensing.cpp.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ namespace rack::world {
 class World::State {
  public:
   State(WorldDescription description, tims::Time begin);
-  // Why this cannot be a world, if it cannot.
+  // The reason why the description is not valid, if it is not.
   [[nodiscard]] std::optional<std::string> problem() const;
 
   [[nodiscard]] const WorldDescription& description() const { return description_; }
@@ -38,7 +38,7 @@ class World::State {
   void freeze_people(bool frozen) { frozen_ = frozen; }
   void truth(Truth& out) const;
 
-  // --- seeing (sensing.cpp)
+  // --- sensing (sensing.cpp)
 
   [[nodiscard]] RayHit look(const SensorId& id, const RayDirection& direction, tims::Time at) const;
   [[nodiscard]] Echo measure(const SensorId& id, const RayDirection& direction,
@@ -59,7 +59,7 @@ class World::State {
     SensorDescription is;
     std::uint64_t seed;
     std::array<std::array<double, 3>, 3> turn{};  // from its frame to the robot's
-    std::optional<std::size_t> axis{};            // its number
+    std::optional<std::size_t> axis{};            // index in axes_
     bool is_plugged = true;
   };
   struct Axis {
@@ -75,7 +75,7 @@ class World::State {
     bool is_blocked = false;
     std::uint64_t free_steps = 0;
   };
-  // An obstacle that was put. It is kept as long as somebody may look back at it.
+  // An obstacle placed by a command. It is kept as long as a sensor may look back at it.
   struct Put {
     std::size_t id = 0;
     ObstacleDescription description{};
@@ -97,14 +97,14 @@ class World::State {
   void step();
   void step_robot(std::size_t number, tims::Time begin);
   void block(std::size_t number, Met met, const Box& there);
-  // What is in the way of a hull; of another robot's only where it is now.
+  // The kind of object that a hull would touch; other robots only at their current places.
   [[nodiscard]] Met in_the_way(std::size_t robot, const Box& hull) const;
   [[nodiscard]] bool is_on_ground(const Box& hull) const;
   void settle(std::size_t number, const RobotSample& next);
   void collect_obstacles();
   void forget_obstacles();
 
-  // What of that which moves or was put a ray meets before `best`.
+  // Hits of moving and placed objects before `best`.
   void meet_obstacles(const Ray& ray, tims::Time at, RayHit& best) const;
   void meet_people(const Ray& ray, const History::Moment& when, RayHit& best) const;
   void meet_robots(const Ray& ray, std::size_t own, const History::Moment& when,
@@ -121,7 +121,7 @@ class World::State {
   People people_;
   History history_;
   std::vector<Put> put_;
-  std::vector<Solid> solids_;  // of those that are there now
+  std::vector<Solid> solids_;  // of the placed obstacles that exist now
   std::size_t next_put_ = 1;
   bool frozen_ = false;
   navigation::Grid grid_{};  // of satellites

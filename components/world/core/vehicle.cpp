@@ -29,7 +29,7 @@ Vehicle::Vehicle(const RobotDescription& robot, std::uint64_t seed)
     : limits_(robot), wheels_(wheels_of(robot)), random_(seed) {}
 
 const Vehicle::Targets& Vehicle::newest() const {
-  return under_way_.newest() ? under_way_.newest()->wish : targets_;
+  return under_way_.newest() ? under_way_.newest()->command : targets_;
 }
 
 void Vehicle::drive(std::span<const double> motors, tims::Time due) {
@@ -75,7 +75,7 @@ void Vehicle::follow(std::size_t motor) {
 }
 
 Movement Vehicle::step(tims::Time begin) {
-  while (const auto due = under_way_.take(begin)) targets_ = due->wish;
+  while (const auto due = under_way_.take(begin)) targets_ = due->command;
   std::array<double, kMotorsMax> now{};
   for (std::size_t i = 0; i < wheels_.motors(); ++i) {
     follow(i);

@@ -1,8 +1,7 @@
-// A robot's motors and wheels: what they are told comes after a lag, they follow as fast as they
-// can, and the ground takes what they do with some slip. What the wheels do to the robot is
-// Wheels' business, as for the drivers; only here the ground has a part in it. (WheeledModel and
-// ShaftModel in components/devices/chassis are what such a device shows on its line; they stand
-// without a ground.)
+// The motors and wheels of a robot: commands take effect after a lag, motors follow within their
+// limits, and the ground adds slip. The kinematics is that of Wheels, which the drivers also use.
+// (WheeledModel and ShaftModel in components/devices/chassis model what such a device reports on
+// its line, without a ground.)
 #pragma once
 
 #include <array>
@@ -26,12 +25,12 @@ class Vehicle {
   Vehicle(const RobotDescription& robot, std::uint64_t seed);
 
   [[nodiscard]] const device::Wheels& wheels() const { return wheels_; }
-  // Those of motors that are left out, and what is no number, stay.
+  // Motors without a value, or with one that is not a number, keep their target.
   void drive(std::span<const double> motors, tims::Time due);
   void drive(const device::ChassisSpeed& speed, tims::Time due);
-  // What it does over ground in the step that begins then.
+  // The movement over ground in the step that begins at `begin`.
   Movement step(tims::Time begin);
-  // What it was told is forgotten, and its wheels stand.
+  // Drops all commands and stops the wheels.
   void stop();
 
   [[nodiscard]] std::span<const MotorState> motors() const {
@@ -49,7 +48,7 @@ class Vehicle {
   device::Wheels wheels_;
   Random random_;
   std::array<MotorState, kMotorsMax> motors_{};
-  Targets targets_{};  // what the motors know of
+  Targets targets_{};  // commands that have reached the motors
   device::Delay<Targets> under_way_;
 };
 

@@ -1,19 +1,19 @@
-// The one world that all robots of a simulation live in, and the only one who knows where everybody
-// is. It has walls (of floor plans, extruded), obstacles, people who walk about, and robots whose
-// wheels do what their devices say; it answers what a device would see at a time, and what is true.
-// Components that crash or come late change nothing in it. Pure.
+// The simulated world: it is common to all robots of a simulation and is the only source of true
+// positions. It has walls (extruded floor plans), obstacles, walking people, and robots whose
+// wheels do what their devices command. It answers what a device measures at a time, and what is
+// true. Components that crash or are late do not affect it. Pure.
 //
-// Time goes on in steps of 5 ms from the begin of the world, as far as advance() says and at most
-// one step further; in between everything moves on straight lines. All that happens follows from
-// the description, its seed, and what was commanded when: the same again in any slices of
-// advance(). Noise of a measurement follows from the sensor, the time and the ray, so that it is
-// the same in whichever order sensors are asked. What moved in the last second is kept: a device
-// that turns a mirror asks for each ray at the ray's own time, one with a lag for what was.
+// Time advances in steps of 5 ms since the start, up to the time of advance() and at most one step
+// further; within a step, objects move on straight lines. Everything follows from the description,
+// its seed, and the times of commands: the result is the same for any slices of advance(). The
+// noise of a measurement depends on the sensor, the time and the ray, so that the order of queries
+// does not matter. The last second is stored: a device with a rotating mirror queries each ray at
+// the ray's own time, a device with a lag at an earlier time.
 //
-// A robot stops where its hull would touch something: its wheels turn on, and the contact is
+// A robot stops where its hull would touch an object: its wheels turn on, and the contact is
 // counted. The ground is flat; a robot does not tilt, its sensors may.
 //
-// Nothing is allocated once it is made, but for the texts of errors.
+// After construction nothing is allocated except the texts of errors.
 #pragma once
 
 #include <array>
@@ -35,35 +35,35 @@ namespace rack::world {
 
 inline constexpr tims::Duration kStep = std::chrono::milliseconds(5);
 inline constexpr tims::Duration kRemembered = std::chrono::seconds(1);
-inline constexpr std::size_t kPutMax = 256;  // obstacles that were put and not removed
+inline constexpr std::size_t kPutMax = 256;  // maximum number of obstacles placed by commands
 inline constexpr std::size_t kMotorsMax = 6;
 
-// Numbers as in the description.
+// Indices of the description.
 struct SensorId {
   std::size_t robot = 0;
   std::size_t sensor = 0;
   bool operator==(const SensorId&) const = default;
 };
 
-// --- what devices see
+// --- measurements of devices
 
 enum class Met : std::uint8_t { kNothing, kWall, kObstacle, kPerson, kRobot, kGround };
 
 struct RayHit {
-  double range = 0;  // mm; the sensor's largest when it met nothing
+  double range = 0;  // mm; the sensor's maximum without a hit
   Met met = Met::kNothing;
-  std::size_t id = 0;  // of a person or robot, and of an obstacle that was put
+  std::size_t id = 0;  // of a person, a robot, or a placed obstacle
 };
 
 struct Echo {
   RayHit truth{};
-  double range = 0;       // mm, as it is measured
-  bool is_valid = false;  // something came back
+  double range = 0;       // mm, as measured
+  bool is_valid = false;  // there is an echo
 };
 
 // One direction of a sensor, in its own frame.
 struct RayDirection {
-  double azimuth = 0;    // rad, clockwise from where it looks
+  double azimuth = 0;    // rad, clockwise from the sensor's x axis
   double elevation = 0;  // rad, up
 };
 
@@ -72,33 +72,33 @@ struct SatelliteFix {
   double latitude = 0;   // rad
   double longitude = 0;  // rad
   double altitude = 0;   // m
-  double course = 0;     // rad, where it moves to; of the world's grid, as RACK's Position takes it
-  double speed = 0;      // mm/s
+  double course = 0;  // rad, direction of movement in the world's grid, as RACK's Position uses it
+  double speed = 0;   // mm/s
   double deviation = 0;  // mm, of noise and drift
 };
 
 // In the sensor's frame: x forward, y to the right, z down.
 struct InertialMeasurement {
   std::array<double, 3> rates{};          // rad/s about x, y, z
-  std::array<double, 3> accelerations{};  // mm/s2, as a mass on springs feels it: at rest -g in z
+  std::array<double, 3> accelerations{};  // mm/s2, proper acceleration: at rest -g in z
   double phi = 0;                         // rad, attitude
   double psi = 0;
   double rho = 0;
 };
 
-// --- what is true
+// --- the truth
 
 struct MotorState {
   double speed = 0;  // mm/s of the rim; of steering rad/s
-  double way = 0;    // mm of the rim since the begin; of steering its angle, rad
+  double way = 0;    // mm of the rim since the start; of steering its angle, rad
 };
 
 struct Contacts {
-  std::uint64_t walls = 0;  // and the end of the ground
+  std::uint64_t walls = 0;  // including the border of the ground
   std::uint64_t obstacles = 0;
   std::uint64_t people = 0;
   std::uint64_t robots = 0;
-  // People who walked against it: not its fault.
+  // People who walked into it: not caused by the robot.
   std::uint64_t bumped = 0;
 
   [[nodiscard]] std::uint64_t own() const { return walls + obstacles + people + robots; }
@@ -110,7 +110,7 @@ struct RobotTruth {
   double vx = 0;     // mm/s, forward, over ground
   double vy = 0;     // mm/s, to the right
   double omega = 0;  // rad/s
-  double way = 0;    // mm, over ground, since the begin
+  double way = 0;    // mm, over ground, since the start
   bool is_blocked = false;
   Contacts contacts{};
 };
@@ -120,11 +120,11 @@ struct PersonTruth {
   MapPoint at{};
   double vx = 0;   // mm/s to the north
   double vy = 0;   // mm/s to the east
-  double rho = 0;  // where it looks
+  double rho = 0;  // direction of view
 };
 
 struct PutObstacle {
-  std::size_t id = 0;  // never given again
+  std::size_t id = 0;  // never reused
   ObstacleDescription obstacle{};
 };
 
@@ -140,7 +140,7 @@ struct Truth {
 
 class World {
  public:
-  // kInvalidArgument says what of it cannot be: a robot in a wall, people without room.
+  // The error kInvalidArgument names what is not possible: a robot in a wall, people without room.
   static tims::Result<World> make(WorldDescription description, tims::Time begin);
   World(World&&) noexcept;
   World& operator=(World&&) noexcept;
@@ -151,62 +151,63 @@ class World {
   [[nodiscard]] std::optional<SensorId> find_sensor(std::string_view robot,
                                                     std::string_view sensor) const;
 
-  // Time goes never back: what is earlier changes nothing.
+  // Time never goes back: an earlier time has no effect.
   void advance(tims::Time to);
   [[nodiscard]] tims::Time now() const;
 
-  // --- Driving. What the motors of a base do, or are told; they follow after the robot's lag, as
-  // fast as it can. It begins with the first step that is not before `at`; what comes later than
-  // its step, with the next one.
+  // --- Driving. Targets of the motors of a base; they follow after the robot's lag, within its
+  // limits. A target takes effect with the first step that is not before `at`; one that is too late
+  // takes effect with the next step.
 
-  // One number a motor, in the order of the robot's Wheels: mm/s of each rim (differential: left,
-  // right), and rad of each steering. What is no number stays as it was, and so do motors left out.
+  // One value per motor, in the order of the robot's Wheels: mm/s of each rim (differential: left,
+  // right), and rad of each steering. Motors without a value, or with one that is not a number,
+  // keep their target.
   void drive(std::size_t robot, std::span<const double> motors, tims::Time at);
-  // The same by a movement, for a base that is told one.
+  // The same by a movement, for a base that receives movements.
   void drive(std::size_t robot, const device::ChassisSpeed& speed, tims::Time at);
   [[nodiscard]] const device::Wheels& wheels(std::size_t robot) const;
-  // What encoders of the motors would show now.
+  // The current values of the motors' encoders.
   [[nodiscard]] std::span<const MotorState> motors(std::size_t robot) const;
-  // How fast the axis of a sensor turns from the next step on, rad/s. What is no number changes
-  // nothing, and neither does a sensor without one.
+  // Sets the rate of a sensor's axis from the next step on, rad/s. No effect: a rate that is not a
+  // number, or a sensor without an axis.
   void turn(const SensorId& sensor, double rate);
-  // Where it was, rad; 0 without one.
+  // The angle of the axis, rad; 0 without an axis.
   [[nodiscard]] double axis(const SensorId& sensor, tims::Time at) const;
 
-  // --- Seeing, at any time from a second ago until now: later is taken as now.
+  // --- Sensing, at any time from a second ago until now; later times count as now.
 
-  // What a ray meets, without noise. A robot does not see itself.
+  // The hit of a ray, without noise. A robot does not see itself.
   [[nodiscard]] RayHit look(const SensorId& sensor, const RayDirection& ray, tims::Time at) const;
-  // The same as the sensor measures it.
+  // The same with the noise of the sensor.
   [[nodiscard]] Echo measure(const SensorId& sensor, const RayDirection& ray, tims::Time at) const;
   [[nodiscard]] SatelliteFix satellite_fix(const SensorId& sensor, tims::Time at) const;
   [[nodiscard]] InertialMeasurement inertial(const SensorId& sensor, tims::Time at) const;
-  // Where the sensor's x axis points to, rad from north.
+  // Direction of the sensor's x axis, rad from north.
   [[nodiscard]] double compass(const SensorId& sensor, tims::Time at) const;
-  // Where a sensor was; z, phi and psi are those of its mount, and so is all of it on an axis.
+  // The pose of a sensor; z, phi and psi are those of its mount, and with an axis all of it.
   [[nodiscard]] Pose sensor_pose(const SensorId& sensor, tims::Time at) const;
 
-  // --- Commands. They hold from now on.
+  // --- Commands. They take effect immediately.
 
-  // Puts a robot elsewhere, where it stands until its wheels do something. kRefused: there is no
-  // room.
+  // Places a robot, where it stands until its wheels move. kRefused: there is no room.
   tims::Result<void> place(std::size_t robot, const Pose& pose);
-  // Its number. kRefused: somebody is there; kFull: kPutMax are there.
+  // Places an obstacle and returns its number. kRefused: a robot or person is there; kFull: kPutMax
+  // are placed.
   tims::Result<std::size_t> put(const ObstacleDescription& obstacle);
-  // Whether it was there.
+  // Returns whether the obstacle existed.
   bool remove(std::size_t obstacle);
   void freeze_people(bool frozen);
-  // Only kept: whoever makes the devices asks.
+  // Only stored, for the emulation of the devices.
   void plug(const SensorId& sensor, bool plugged);
   [[nodiscard]] bool is_plugged(const SensorId& sensor) const;
 
-  // --- The truth of now.
+  // --- The current truth.
 
-  // One with room for all there can be.
+  // A message with capacity for all objects.
   [[nodiscard]] Truth make_truth() const;
-  // Allocates nothing into one of make_truth().
+  // Allocates nothing when `out` comes from make_truth().
   void truth(Truth& out) const;
-  // Where a robot was; poses beyond what is remembered are the oldest.
+  // The pose of a robot at a time; times before the history give the oldest pose.
   [[nodiscard]] Pose pose(std::size_t robot, tims::Time at) const;
 
  private:

@@ -82,7 +82,7 @@ class WorldReader {
   Read each(Read read) {
     return [this, read = std::move(read)](const Node& node) { reader_.tables(node, read); };
   }
-  // Bounds are parameters of the template: so a Read holds two pointers, and allocates nothing.
+  // Bounds are template parameters, so that a Read holds two pointers and needs no allocation.
   template <Range kRange>
   Read real(double& out) {
     return [this, &out](const Node& node) { reader_.real(node, kRange.min, kRange.max, out); };
@@ -93,9 +93,9 @@ class WorldReader {
   template <int kMost>
   Read angle(double& out) {
     return [this, &out](const Node& node) {
-      double said = degrees(out);
-      reader_.real(node, -kMost, kMost, said);
-      out = radians(said);
+      double value = degrees(out);
+      reader_.real(node, -kMost, kMost, value);
+      out = radians(value);
     };
   }
   Read text(std::string& out) {
@@ -107,9 +107,9 @@ class WorldReader {
   template <typename T, std::size_t N>
   Read one_of(const std::array<Name<T>, N>& names, std::string_view what, T& out) {
     return [this, &names, what, &out](const Node& node) {
-      std::string said;
-      if (!reader_.text(node, said)) return;
-      const auto found = std::ranges::find(names, said, &Name<T>::name);
+      std::string value;
+      if (!reader_.text(node, value)) return;
+      const auto found = std::ranges::find(names, value, &Name<T>::name);
       if (found != names.end()) {
         out = found->value;
         return;
@@ -117,7 +117,7 @@ class WorldReader {
       std::vector<std::string> known;
       known.reserve(N);
       for (const auto& name : names) known.emplace_back(name.name);
-      reader_.unknown(node.at_value, what, said, known);
+      reader_.unknown(node.at_value, what, value, known);
     };
   }
 
@@ -131,22 +131,22 @@ class WorldReader {
   }
   Read point(MapPoint& out) {
     return [this, &out](const Node& node) {
-      std::array<double, 2> said{};
-      numbers(node, "a place such as [1000, -500]: mm to the north, mm to the east", said);
-      out = {said[0], said[1]};
+      std::array<double, 2> value{};
+      numbers(node, "a place such as [1000, -500]: mm to the north, mm to the east", value);
+      out = {value[0], value[1]};
     };
   }
   Read pose(std::string_view what, Pose& out) {
     return [this, what, &out](const Node& node) {
-      std::array<double, 3> said{};
-      numbers(node, what, said);
-      out.x = said[0];
-      out.y = said[1];
-      out.rho = radians(said[2]);
+      std::array<double, 3> value{};
+      numbers(node, what, value);
+      out.x = value[0];
+      out.y = value[1];
+      out.rho = radians(value[2]);
     };
   }
 
-  // Whether it is there at all.
+  // Reports a missing key.
   void require(const Node& node, std::string_view key) {
     const auto has = [&](const Node& child) { return child.key == key; };
     if (std::ranges::none_of(node.children, has))
@@ -155,15 +155,15 @@ class WorldReader {
   template <typename List>
   bool has_room(const Node& node, const List& list, std::size_t most, std::string_view what) {
     if (list.size() < most) return true;
-    if (list.size() == most && !std::exchange(said_full_, true))
+    if (list.size() == most && !std::exchange(value_full_, true))
       reader_.add({node.at_key, fmt::format("more than {} {}", most, what)});
     return false;
   }
 
   void seed(const Node& node) {
-    std::int64_t said = 1;
-    reader_.number(node, 0, std::numeric_limits<std::int64_t>::max(), said);
-    file_.description.seed = static_cast<std::uint64_t>(said);
+    std::int64_t value = 1;
+    reader_.number(node, 0, std::numeric_limits<std::int64_t>::max(), value);
+    file_.description.seed = static_cast<std::uint64_t>(value);
   }
 
   void area(const Node& node, std::string_view what, Area& out) {
@@ -374,11 +374,11 @@ class WorldReader {
     SensorDescription sensor;
     double height = 0;
     const auto tilt = [&](const Node& n) {
-      std::array<double, 2> said{};
+      std::array<double, 2> value{};
       numbers(n, "two angles such as [0, -10]: degrees rolled to the right, degrees looking up",
-              said);
-      sensor.mount.phi = radians(said[0]);
-      sensor.mount.psi = radians(said[1]);
+              value);
+      sensor.mount.phi = radians(value[0]);
+      sensor.mount.psi = radians(value[1]);
     };
     reader_.table(
         node, "[[robot.sensor]]",
@@ -429,10 +429,10 @@ class WorldReader {
 
   // ["60s to 90s"]
   void outages(const Node& node, std::vector<Outage>& out) {
-    reader_.texts(node, [&](const Node& item, const std::string& said) {
+    reader_.texts(node, [&](const Node& item, const std::string& value) {
       constexpr std::string_view kTo = " to ";
-      const auto middle = said.find(kTo);
-      const std::string_view text = said;
+      const auto middle = value.find(kTo);
+      const std::string_view text = value;
       const auto from = tims::base::parse_duration(text.substr(0, middle));
       const auto to = middle == std::string::npos
                           ? std::nullopt
@@ -440,12 +440,12 @@ class WorldReader {
       if (!from || !to || *to <= *from)
         return reader_.refuse(item, fmt::format("outages want times after the begin such as "
                                                 "\"60s to 90s\", not \"{}\"",
-                                                said));
+                                                value));
       out.push_back({*from, *to});
     });
   }
 
-  // As large as what stands on it, and some metres round the robots.
+  // Makes the ground as large as its objects, and some metres around the robots.
   void fit_ground() {
     constexpr double kInfinite = std::numeric_limits<double>::infinity();
     constexpr double kRound = 5000;
@@ -471,7 +471,7 @@ class WorldReader {
   const ReadPlan& read_plan_;
   Reader reader_;
   WorldFile file_;
-  bool said_full_ = false;
+  bool value_full_ = false;
 };
 
 }  // namespace

@@ -1,4 +1,5 @@
-// A world's file: TOML, in mm, degrees and durations as "60ms". What its keys are says README.md.
+// The file of a world: TOML, in mm, degrees and durations such as "60ms". README.md describes its
+// keys.
 #pragma once
 
 #include <functional>
@@ -12,23 +13,23 @@
 namespace rack::world {
 
 struct WorldFile {
-  WorldDescription description{};  // to be used only when there are no problems
+  WorldDescription description{};  // valid only when there are no problems
   std::vector<tims::base::Problem> problems{};
-  // Of drawings: what could not be read, "floor.dxf, line 17: LINE without an end".
+  // Parts of drawings that could not be read: "floor.dxf, line 17: LINE without an end".
   std::vector<std::string> passed_over{};
 };
 
 inline constexpr std::size_t kRobotsMax = 16;
-inline constexpr std::size_t kSensorsMax = 16;  // of a robot
+inline constexpr std::size_t kSensorsMax = 16;  // per robot
 inline constexpr std::size_t kPeopleMax = 200;
-inline constexpr std::size_t kWalksMax = 20;       // of them
-inline constexpr std::size_t kWalkPlacesMax = 10;  // of a walk
+inline constexpr std::size_t kWalksMax = 20;       // walks among the people
+inline constexpr std::size_t kWalkPlacesMax = 10;  // per walk
 inline constexpr std::size_t kObstaclesMax = 5000;
 
-// The text of a floor plan, by its name as the world's file has it.
+// Reads the text of a floor plan by its name in the world's file.
 using ReadPlan = std::function<tims::Result<std::string>(const std::string& name)>;
 
-// Every problem with file, line and column.
+// Reports every problem with file, line and column.
 WorldFile read_world(const tims::base::TextFile& file, const ReadPlan& read_plan);
 
 }  // namespace rack::world

@@ -1,12 +1,11 @@
-// What everything of class CHASSIS is, with wheels or without: the commands of the class, who of
-// the pilots is heard, and the limits of the vehicle as parameters.
+// The base of all components of class CHASSIS: the commands of the class, the active pilot, whose
+// commands are accepted, and the limits of the vehicle as parameters.
 //
 //   class ChassisSim : public ChassisModule<DataModule<ChassisData>, ChassisModel> {
-//     void steer(const ChassisMoveData& wish) override { control_->move(wish); }
+//     void steer(const ChassisMoveData& command) override { control_->move(command); }
 //   };
 //
-// `Control` has the limits, the active pilot and what it wants; there is one while the module is
-// on.
+// `Control` holds the limits, the active pilot and its command; it exists while the module is on.
 #pragma once
 
 #include <array>
@@ -21,7 +20,7 @@ namespace rack {
 
 // --- parameters
 
-// Of the vehicle as it comes; a program says what is different.
+// Default limits of a vehicle; a program overrides those that differ.
 struct ChassisDefaults {
   i32 vxMax = 700;
   i32 vxMin = 50;
@@ -48,27 +47,28 @@ struct ChassisDefaults {
 constexpr std::array<ParameterInfo, 20> chassis_limits(const ChassisDefaults& of) {
   constexpr double kMost = 1e6;
   return {{
-      {"vxMax", of.vxMax, "largest speed, mm/s", 0, kMost},
-      {"vxMin", of.vxMin, "smallest speed that is not 0, mm/s", 0, kMost},
-      {"accMax", of.accMax, "acceleration, mm/s2; 0: any", 0, kMost},
-      {"decMax", of.decMax, "deceleration, mm/s2; 0: any", 0, kMost},
-      {"omegaMax", of.omegaMax, "largest turning speed, deg/s", 0, 3600},
-      {"minTurningRadius", of.minTurningRadius, "mm", 0, kMost},
-      {"breakConstant", of.breakConstant, "way for braking, mm for each 100 mm/s", 0, kMost},
-      {"safetyMargin", of.safetyMargin, "around the hull, mm", 0, kMost},
-      {"safetyMarginMove", of.safetyMarginMove, "more of it where it goes, mm", 0, kMost},
-      {"comfortMargin", of.comfortMargin, "mm", 0, kMost},
-      {"front", of.front, "hull before the reference point, mm", 0, kMost},
-      {"back", of.back, "hull behind it, mm", 0, kMost},
-      {"left", of.left, "hull left of it, mm", 0, kMost},
-      {"right", of.right, "hull right of it, mm", 0, kMost},
-      {"wheelBase", of.wheelBase, "mm", 0, kMost},
-      {"wheelRadius", of.wheelRadius, "mm", 0, kMost},
-      {"trackWidth", of.trackWidth, "mm", 0, kMost},
+      {"vxMax", of.vxMax, "maximum speed, mm/s", 0, kMost},
+      {"vxMin", of.vxMin, "minimum speed other than 0, mm/s", 0, kMost},
+      {"accMax", of.accMax, "acceleration, mm/s2; 0: no limit", 0, kMost},
+      {"decMax", of.decMax, "deceleration, mm/s2; 0: no limit", 0, kMost},
+      {"omegaMax", of.omegaMax, "maximum angular speed, deg/s", 0, 3600},
+      {"minTurningRadius", of.minTurningRadius, "minimum turning radius, mm", 0, kMost},
+      {"breakConstant", of.breakConstant, "braking distance, mm per 100 mm/s", 0, kMost},
+      {"safetyMargin", of.safetyMargin, "safety margin around the hull, mm", 0, kMost},
+      {"safetyMarginMove", of.safetyMarginMove, "additional margin in the direction of travel, mm",
+       0, kMost},
+      {"comfortMargin", of.comfortMargin, "preferred margin, mm", 0, kMost},
+      {"front", of.front, "hull in front of the reference point, mm", 0, kMost},
+      {"back", of.back, "hull behind the reference point, mm", 0, kMost},
+      {"left", of.left, "hull left of the reference point, mm", 0, kMost},
+      {"right", of.right, "hull right of the reference point, mm", 0, kMost},
+      {"wheelBase", of.wheelBase, "distance between the axles, mm", 0, kMost},
+      {"wheelRadius", of.wheelRadius, "radius of the wheels, mm", 0, kMost},
+      {"trackWidth", of.trackWidth, "distance between left and right wheels, mm", 0, kMost},
       {"pilotParameterA", of.pilotParameterA, "gain for the distance to the path, 1/10000 rad/mm",
        0, kMost},
       {"pilotParameterB", of.pilotParameterB, "gain for the heading, 1/100 1/s", 0, kMost},
-      {"pilotVTransMax", of.pilotVTransMax, "mm/s", 0, kMost},
+      {"pilotVTransMax", of.pilotVTransMax, "maximum lateral speed of pilots, mm/s", 0, kMost},
   }};
 }
 
@@ -79,14 +79,14 @@ class ChassisModule : public Base {
  protected:
   using Base::Base;
 
-  // Of the active pilot. With the lock, while it is on.
-  virtual void steer(const ChassisMoveData& wish) = 0;
-  // Somebody has said who drives. With the lock, also while it is off.
-  virtual void pilot_is_said() {}
-  // One of the two was done.
+  // Executes a command of the active pilot. Called with the lock held, while the module is on.
+  virtual void steer(const ChassisMoveData& target) = 0;
+  // The active pilot was set. Called with the lock held, also while the module is off.
+  virtual void pilot_was_set() {}
+  // One of the two commands was executed.
   virtual void commanded() {}
 
-  // Parameters are read at every ON; while it is off, those of the next one.
+  // The limits from the parameters, which are read at every ON; while off, those of the next ON.
   [[nodiscard]] virtual ChassisParamData limits() const;
 
   Result<void> module_command(const tims::MessageView& message) override {
@@ -121,8 +121,8 @@ class ChassisModule : public Base {
 
 template <class Base, class Control>
 Result<void> ChassisModule<Base, Control>::move(const tims::MessageView& message) {
-  const auto wish = decode<ChassisMoveData>(message);
-  if (!wish) return wish.error();
+  const auto command = decode<ChassisMoveData>(message);
+  if (!command) return command.error();
   const tims::Address pilot = this->component_of(message.header.src);
   {
     const std::lock_guard lock(control_mutex_);
@@ -131,10 +131,10 @@ Result<void> ChassisModule<Base, Control>::move(const tims::MessageView& message
     if (pilot != active) {
       const auto widths = this->address_widths();
       return this->refused(
-          pilot.to_string(widths) + " is not its active pilot, " +
-          (active == kNoPilot ? "it has none" : "that is " + active.to_string(widths)));
+          pilot.to_string(widths) + " is not the active pilot of this chassis, " +
+          (active == kNoPilot ? "which has none" : "which is " + active.to_string(widths)));
     }
-    steer(*wish);
+    steer(*command);
   }
   commanded();
   this->reply(message.header, tims::type::kOk);
@@ -143,20 +143,21 @@ Result<void> ChassisModule<Base, Control>::move(const tims::MessageView& message
 
 template <class Base, class Control>
 Result<void> ChassisModule<Base, Control>::set_active_pilot(const tims::MessageView& message) {
-  const auto wish = decode<ChassisSetActivePilotData>(message);
-  if (!wish) return wish.error();
-  const bool none = wish->activePilot == kNoPilot;
-  const tims::Address pilot = none ? kNoPilot : this->component_of(wish->activePilot);
+  const auto command = decode<ChassisSetActivePilotData>(message);
+  if (!command) return command.error();
+  const bool none = command->activePilot == kNoPilot;
+  const tims::Address pilot = none ? kNoPilot : this->component_of(command->activePilot);
   bool is_new = false;
   {
     const std::lock_guard lock(control_mutex_);
-    pilot_is_said();
+    pilot_was_set();
     is_new = control_ && control_->active_pilot() != pilot;
     if (control_) control_->set_active_pilot(pilot);
   }
   commanded();
-  if (is_new && none) this->log().print("No active pilot, says %n", message.header.src);
-  if (is_new && !none) this->log().print("Active pilot is %n, says %n", pilot, message.header.src);
+  if (is_new && none) this->log().print("No active pilot, set by %n", message.header.src);
+  if (is_new && !none)
+    this->log().print("Active pilot is %n, set by %n", pilot, message.header.src);
   this->reply(message.header, tims::type::kOk);
   return {};
 }

@@ -8,15 +8,15 @@
 
 namespace rack {
 
-// Of deadlines and periods.
+// The clock of deadlines and periods.
 inline tims::Time now() {
   timespec now{};
   ::clock_gettime(CLOCK_MONOTONIC, &now);
   return tims::Time(std::chrono::seconds(now.tv_sec) + tims::Duration(now.tv_nsec));
 }
 
-// Of recording times: the wall clock, as in the original, so that data of several hosts can be
-// compared when their clocks agree.
+// The clock of recording times: the wall clock, as in the original, so that data of several hosts
+// can be compared when their clocks agree.
 inline TimeStamp time_stamp() {
   timespec now{};
   ::clock_gettime(CLOCK_REALTIME, &now);

@@ -1,10 +1,9 @@
-// The last data sets that a component has published, found again by the time of their recording:
-// who asks for the data of a moment gets the data set nearest to it, or the two around it, to
-// interpolate between.
+// The last data sets that a component has published, accessible by recording time: a request for a
+// time gets the nearest data set, or the two around it for interpolation.
 //
-// It is a ring of places of one size that are allocated once; the oldest data set makes room for
-// the next. One of the places is the workspace, where the next one is made; it is never read. Time
-// stamps wrap, so times are compared by their difference. Pure.
+// A ring of slots of equal size, allocated once; the oldest data set is overwritten. One of the
+// slots is the workspace, where the next data set is built; it is never read. Time stamps wrap, so
+// times are compared by their difference. Pure.
 #pragma once
 
 #include <cstddef>
@@ -23,30 +22,29 @@ class DataHistory {
  public:
   struct Entry {
     TimeStamp recorded = 0;
-    std::span<const std::byte> body{};  // as it was published
+    std::span<const std::byte> body{};  // as published
   };
   enum class Miss : std::uint8_t { kEmpty, kTooOld, kTooNew };
 
-  // `places`: data sets it can hold, the workspace included; at least 2. `size_max`: of each,
-  // bytes.
+  // `places`: number of slots including the workspace, at least 2. `size_max`: bytes per data set.
   DataHistory(std::uint32_t places, std::size_t size_max);
 
   [[nodiscard]] std::span<std::byte> workspace();
-  // The first `size` bytes of the workspace are the newest data set now.
+  // The first `size` bytes of the workspace become the newest data set.
   void publish(TimeStamp recorded, std::size_t size);
   void clear();
 
   [[nodiscard]] std::uint32_t size() const { return held_; }
-  [[nodiscard]] const Entry& newest() const { return entry(0); }  // of those there are
+  [[nodiscard]] const Entry& newest() const { return entry(0); }  // requires size() > 0
   [[nodiscard]] const Entry& oldest() const { return entry(held_ - 1); }
 
-  // The data set recorded nearest to `time`; of two equally near the later one. kTooNew: more than
-  // `ahead` after the newest.
+  // The data set nearest to `time`; of two equally near, the later one. kTooNew: more than `ahead`
+  // after the newest.
   [[nodiscard]] std::variant<Entry, Miss> nearest(TimeStamp time,
                                                   std::chrono::milliseconds ahead) const;
 
-  // The neighbours of `time`: `before` is the last one not after it, except that with a time after
-  // the newest both are the newest two.
+  // The neighbours of `time`: `before` is the last one not after it; for a time after the newest,
+  // both are the newest two.
   struct Pair {
     Entry before;
     Entry after;
@@ -55,7 +53,7 @@ class DataHistory {
                                                 std::chrono::milliseconds ahead) const;
 
  private:
-  // n data sets before the newest.
+  // The n-th data set before the newest.
   [[nodiscard]] const Entry& entry(std::uint32_t n) const {
     return entries_[(workspace_ + entries_.size() - 1 - n) % entries_.size()];
   }

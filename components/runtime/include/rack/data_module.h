@@ -1,11 +1,11 @@
-// A component that produces data: the last data sets are kept, sent to listeners, and found again
-// by their time (specification, section 6).
+// A component that produces data: its data sets are kept for a while, sent to listeners, and can be
+// requested by their time (specification, section 6).
 //
 //   class Scanner : public rack::DataModule<rack::LadarData> {
 //     Result<void> module_loop() override {
 //       rack::LadarData& scan = get_local_buffer();
-//       ...                                  // recordingTime first of all
-//       return put_local_buffer();           // keeps it, and sends it
+//       ...                                  // recordingTime is the first field
+//       return put_local_buffer();           // stores and sends it
 //     }
 //   };
 #pragma once
@@ -21,14 +21,14 @@
 namespace rack {
 
 struct DataInfo {
-  std::uint32_t history = 10;    // data sets that can be asked for
-  std::size_t size_max = 0;      // of the body of one, bytes
-  std::uint32_t listeners = 64;  // at most
-  // A newer data set makes an older one worthless: links short of bandwidth leave out the older.
+  std::uint32_t history = 10;    // number of data sets that can be requested
+  std::size_t size_max = 0;      // maximum size of a body, bytes
+  std::uint32_t listeners = 64;  // maximum number
+  // A newer data set replaces an older one: links short of bandwidth may skip the older.
   bool samples = true;
 };
 
-// All of it that does not depend on the struct.
+// The part that does not depend on the struct.
 class DataModuleBase : public Module {
  public:
   DataModuleBase(const ModuleInfo& info, const DataInfo& data);
@@ -36,18 +36,20 @@ class DataModuleBase : public Module {
 
  protected:
   Result<void> module_command(const tims::MessageView& message) override;
-  // Calls module_loop() until there are data: who has turned this on can ask for them.
+  // Calls module_loop() until there are data, so that data can be requested as soon as the
+  // component is on.
   Result<void> module_on() override;
 
-  // Of the data, ms; in module_on(), before DataModule::module_on(). 0 cannot be turned on.
+  // The period of the data, ms. Call it in module_on(), before DataModule::module_on(). With 0 the
+  // component cannot be turned on.
   void set_period(std::chrono::milliseconds period);
   [[nodiscard]] std::chrono::milliseconds period() const;
 
   std::span<std::byte> workspace() { return history_.workspace(); }
   void publish(TimeStamp recorded, std::size_t size);
 
-  // The data set of a time that was asked for, into `to`; returns its size. By default the nearest;
-  // a component may interpolate. Called with mutex_ held.
+  // Writes the data set of a requested time to `to` and returns its size. By default the nearest; a
+  // component may interpolate. Called with mutex_ held.
   virtual Result<std::size_t> data_at(TimeStamp time, std::span<std::byte> to) const;
   [[nodiscard]] const DataHistory& history() const { return history_; }
   static tims::Error not_there(DataHistory::Miss miss, TimeStamp time);
@@ -55,10 +57,10 @@ class DataModuleBase : public Module {
  private:
   void turned_off() override;
 
-  class [[gnu::visibility("hidden")]] Publisher;  // who gets the data
+  class [[gnu::visibility("hidden")]] Publisher;  // sends the data to listeners
 
   const DataInfo data_;
-  DataHistory history_;  // under mutex_, but for the workspace, which is the data task's
+  DataHistory history_;  // protected by mutex_, except the workspace of the data task
   std::unique_ptr<Publisher> publisher_;
 };
 
@@ -70,9 +72,9 @@ class DataModule : public DataModuleBase {
   }
 
  protected:
-  // Where the data task makes the next data set; keeps what was in it.
+  // The data task builds the next data set here; the contents of the last one are kept.
   Data& get_local_buffer() { return local_buffer_; }
-  // kInvalidArgument: it cannot be sent as it is, or is larger than DataInfo::size_max.
+  // kInvalidArgument: the data set cannot be encoded, or is larger than DataInfo::size_max.
   Result<void> put_local_buffer() {
     const auto size = encode(local_buffer_, workspace());
     if (!size) return size.error();
@@ -80,8 +82,8 @@ class DataModule : public DataModuleBase {
     return {};
   }
 
-  // data_at() of who interpolates: what `between` makes of the data sets before and after `time`,
-  // and `time`. After the newest, but not by more than `ahead`, these are the newest two.
+  // For a data_at() that interpolates: calls `between` with the data sets before and after `time`.
+  // Up to `ahead` after the newest, these are the newest two.
   using Between = Data (*)(const Data& before, const Data& after, TimeStamp time);
   Result<std::size_t> data_between(TimeStamp time, std::chrono::milliseconds ahead,
                                    std::span<std::byte> to, Between between) const {
@@ -94,8 +96,8 @@ class DataModule : public DataModuleBase {
     if (!after) return after.error();
     return encode(between(*before, *after, time), to);
   }
-  // The same, but after the newest that one is the answer, as by default: what has jumped, or
-  // stopped, is not carried on.
+  // The same without extrapolation: after the newest, the answer is the newest, as by default. For
+  // data that may jump or stop.
   Result<std::size_t> data_between(TimeStamp time, std::span<std::byte> to, Between between) const {
     if (time - history().newest().recorded >= std::chrono::milliseconds(0))
       return DataModuleBase::data_at(time, to);

@@ -1,11 +1,11 @@
-// What every component is derived from (specification, section 5).
+// The base class of every component (specification, section 5).
 //
 //   class Sweeper : public rack::Module {
 //    public:
 //     Sweeper() : Module(kInfo) {}
 //    private:
-//     Result<void> module_on() override;    // what it needs while it is on
-//     Result<void> module_loop() override;  // again and again while it is on
+//     Result<void> module_on() override;    // acquires what it needs while on
+//     Result<void> module_loop() override;  // called repeatedly while on
 //     void module_off() override;           // also after one of the two has failed
 //   };
 //   int main(int argc, char** argv) {
@@ -13,9 +13,9 @@
 //     return sweeper.run(argc, argv);
 //   }
 //
-// Two threads: the *command task* takes commands from the command mailbox and answers them; the
-// *data task* turns the component on and off and calls module_loop(). What both use is protected by
-// whoever derives; the runtime's own state is.
+// Two threads: the *command task* receives commands from the command mailbox and answers them; the
+// *data task* turns the component on and off and calls module_loop(). The derived class must
+// protect its members that both use; the runtime protects its own state.
 #pragma once
 
 #include <cstdint>
@@ -37,18 +37,18 @@
 #pragma GCC visibility push(default)  // what librack.so shows
 namespace rack {
 
-// A component's program, in a few words.
+// The description of a component's program.
 struct ModuleInfo {
-  std::string_view program;  // "ChassisSim"; the first of its parameters
+  std::string_view program;  // "ChassisSim"; also the first entry of its parameter list
   std::string_view purpose;  // for --help
   std::uint32_t class_id = 0;
-  std::span<const ParameterInfo> parameters{};  // its own, and common ones with another default
+  std::span<const ParameterInfo> parameters{};  // its own, and common ones with a different default
   std::uint32_t command_slots = 16;
-  std::uint32_t command_body_max = 8192;  // takes 47 parameters at once
-  const ClassInfo* own_class = nullptr;   // of a class that is none of RACK's: its messages
+  std::uint32_t command_body_max = 8192;  // enough for 47 parameters in one message
+  const ClassInfo* own_class = nullptr;   // for a class outside of RACK: its messages
 };
 
-// Of run(): what a program ends with.
+// Exit codes of run().
 enum class ExitCode : int { kGood = 0, kFailed = 1, kUsage = 2 };
 
 class Module {
@@ -58,9 +58,8 @@ class Module {
   Module& operator=(const Module&) = delete;
   virtual ~Module();
 
-  // All of a program's life: arguments, router, tasks, until SIGTERM, SIGINT, SIGHUP or
-  // stop(). A service manager (sd_notify(3)) is told when it is ready, and its status: on, off,
-  // error.
+  // Runs the program: arguments, router, tasks, until SIGTERM, SIGINT, SIGHUP or stop(). Notifies a
+  // service manager (sd_notify(3)) when it is ready, and of its status: on, off, error.
   int run(int argc, char** argv);
   int run(std::span<const char* const> arguments);
   void stop();  // from any thread
@@ -69,46 +68,47 @@ class Module {
   [[nodiscard]] const Parameters& parameters() const { return parameters_; }
 
  protected:
-  // --- what a component fills in
+  // --- overridden by a component
 
-  // Once, before the tasks start: mailboxes and proxies. An error ends the program.
+  // Called once before the tasks start: creates mailboxes and proxies. An error ends the program.
   virtual Result<void> module_init() { return {}; }
   virtual void module_cleanup() {}
   virtual Result<void> module_on() { return {}; }
   virtual void module_off() {}
-  // May wait at most as long as people are ready to wait for OFF. An error: off, and on again
-  // later.
+  // Must return within the time that a user accepts for OFF. An error turns the component off, and
+  // on again later.
   virtual Result<void> module_loop() = 0;
-  // A command that is not common to all. An error is answered by ERROR. Called by the command task.
+  // Handles a command that is not common to all components. An error is answered by ERROR. Called
+  // by the command task.
   virtual Result<void> module_command(const tims::MessageView& message);
-  // Work without a router, when a parameter asks for it instead of all that: what the program says
-  // and ends with. Nothing: it does not.
+  // Runs without a router when a parameter requests it, and returns the output and exit code.
+  // Nothing: normal operation.
   struct Report {
     ExitCode code = ExitCode::kGood;
     std::string text{};
   };
   virtual std::optional<Result<Report>> run_alone() { return {}; }
 
-  // --- what a component uses
+  // --- used by a component
 
   TextLog& log() { return log_; }
-  // Any task: a copy of what the parameter is now.
+  // Any task: a copy of the current value of a parameter.
   [[nodiscard]] std::int32_t integer(std::string_view name) const;
   [[nodiscard]] float real(std::string_view name) const;
   [[nodiscard]] std::string text(std::string_view name) const;
-  // Of what a component has found out itself; must be a number that its parameter allows.
+  // Sets a parameter to a value that the component has determined; it must be in the allowed range.
   void set_parameter(std::string_view name, std::int32_t value);
-  // A text longer than parameters are (79 bytes) becomes an empty one.
+  // A text longer than 79 bytes, the limit of parameters, becomes empty.
   void set_parameter(std::string_view name, std::string_view value);
 
-  // With what this parameter shall be when the program is started again after a crash, because it
-  // goes on where it was: nobody has set it.
+  // Reports a state to the service manager, as the value that this parameter gets when the program
+  // is restarted after a crash. The parameter itself does not change.
   void tell_state(std::string_view name, const std::string& value) const;
-  // With the next local id, and the priority of the data task; takes bodies of at least kReasonMax
-  // bytes. In module_init().
+  // Creates a mailbox with the next local id and the priority of the data task, for bodies of at
+  // least kReasonMax bytes. Call in module_init().
   Result<tims::Mailbox*> create_mailbox(std::uint32_t slots, std::uint32_t body_max);
   Result<void> create_mailbox(tims::Mailbox*& mailbox, std::uint32_t slots, std::uint32_t body_max);
-  // An Input (rack/input.h) with a mailbox for its stream.
+  // Creates an Input (rack/input.h) with a mailbox for its stream.
   template <typename InputType>
   Result<void> create_input(std::optional<InputType>& input, tims::Mailbox& work,
                             std::uint32_t slots, std::uint32_t body_max) {
@@ -117,15 +117,16 @@ class Module {
     input.emplace(work, **stream);
     return {};
   }
-  // At an address that is not one of its own: its text says who has it (kAddressInUse). Any task.
+  // Opens a mailbox at an address outside of this component. kAddressInUse: the text names the
+  // owner. Any task.
   Result<tims::Mailbox> open_mailbox(const tims::MailboxOptions& options);
   [[nodiscard]] tims::Mailbox& command_mailbox();
-  // Of a component of this fleet, local id 0.
+  // The address of a component of this fleet, local id 0.
   [[nodiscard]] tims::Address address_of(std::uint32_t class_id, std::int32_t system,
                                          std::int32_t instance) const;
-  // Of the one that parameters name: "chassis" stands for chassisSys and chassisInst.
+  // The address named by parameters: "chassis" stands for chassisSys and chassisInst.
   [[nodiscard]] tims::Address address_of(std::uint32_t class_id, std::string_view name) const;
-  // Makes a proxy of that one and turns it on; none where its instance is below 0.
+  // Creates a proxy of that component and turns it on; no proxy if its instance is below 0.
   template <typename ProxyType>
   Result<void> turn_on_if_named(std::optional<ProxyType>& proxy, tims::Mailbox& work,
                                 std::uint32_t class_id, std::string_view name) {
@@ -137,37 +138,37 @@ class Module {
   // The component that owns a mailbox: the address without its local id.
   [[nodiscard]] tims::Address component_of(tims::Address mailbox) const;
 
-  // False: not delivered. Who has gone meanwhile needs no answer.
+  // False: not delivered. A sender that no longer exists needs no answer.
   bool reply(const tims::Header& request, std::int8_t type, std::span<const std::byte> body = {});
   template <Struct Body>
   void reply(const tims::Header& request, std::int8_t type, const Body& body);
-  // What module_command() returns of a command whose answer is OK once it is done.
+  // The result of module_command() for a command that is answered by OK when done.
   Result<void> answered(const tims::MessageView& command, Result<void> done) {
     if (done) reply(command.header, tims::type::kOk);
     return done;
   }
-  // Why it does not do what it is asked, for the log.
+  // An error with the reason of a refusal.
   static tims::Error refused(std::string text) {
     return {tims::Errc::kInvalidArgument, std::move(text)};
   }
 
   [[nodiscard]] bool is_on() const;
   [[nodiscard]] bool is_stopping() const;
-  // Nobody has turned it off, and it is not stopping: for module_on() that waits for something.
+  // The component was not turned off and is not stopping: for a module_on() that waits.
   [[nodiscard]] bool is_wanted() const;
-  // The data task sleeps until the next multiple of `period` since it was turned on; late ones are
-  // left out, not made up for. Returns that time.
+  // Called by the data task: sleeps until the next multiple of `period` since ON. Missed periods
+  // are skipped. Returns that time.
   tims::Time sleep_until_next(tims::Duration period);
 
   // --- DataModule only: between a component and the runtime
   virtual void turned_off() {}   // before module_off()
-  mutable PriorityMutex mutex_;  // of the runtime's state
+  mutable PriorityMutex mutex_;  // protects the state of the runtime
 
  private:
-  class [[gnu::visibility("hidden")]] Runtime;  // its threads and mailboxes, and whom it answers
+  class [[gnu::visibility("hidden")]] Runtime;  // its threads, mailboxes and pending requests
 
   const ModuleInfo& info_;
-  Parameters parameters_;  // under mutex_
+  Parameters parameters_;  // protected by mutex_
   TextLog log_;
   std::unique_ptr<Runtime> runtime_;
 };

@@ -1,5 +1,5 @@
-// Parameters of a component: declared once, given as arguments when it starts, read and changed by
-// messages while it runs (specification, section 5.4). Pure.
+// Parameters of a component: declared once, set by arguments at the start, read and changed by
+// messages at run time (specification, section 5.4). Pure.
 #pragma once
 
 #include <algorithm>
@@ -19,21 +19,21 @@
 #pragma GCC visibility push(default)  // what librack.so shows
 namespace rack {
 
-using ParameterValue = std::variant<std::int32_t, std::string, float>;  // as Parameter::type counts
+using ParameterValue = std::variant<std::int32_t, std::string, float>;  // index is Parameter::type
 
-// Of a system or an instance, as far as parameters go; what fits into the addresses of a fleet is
-// known with its router (Parameters::set_widths).
+// The maximum of a system or instance id as a parameter; the limit of the fleet's addresses is
+// known after connecting to the router (Parameters::set_widths).
 inline constexpr double kIdMax = 65535;
 
-// What a component says about one of its parameters.
+// The declaration of a parameter.
 struct ParameterInfo {
   std::string_view name;
   std::variant<std::int32_t, std::string_view, float> initial;  // its type is the parameter's
   std::string_view help;                                        // one line, with the unit
-  double min = -2147483648.0;                                   // of numbers
+  double min = -2147483648.0;                                   // for numbers
   double max = 2147483647.0;
-  bool required = false;  // as an argument
-  // When a new value does. What module_on() reads, and nothing later, is of the next ON.
+  bool required = false;  // must be given as an argument
+  // When a new value takes effect. kAtOn: it is read by module_on() only.
   TakesEffect takes_effect = TakesEffect::kAtOn;
 };
 
@@ -46,7 +46,7 @@ constexpr ParameterInfo at_start(ParameterInfo info) {
   return info;
 }
 
-// One list behind another.
+// Concatenates two lists.
 template <std::size_t N, std::size_t M>
 constexpr std::array<ParameterInfo, N + M> joined(const std::array<ParameterInfo, N>& first,
                                                   const std::array<ParameterInfo, M>& second) {
@@ -55,33 +55,34 @@ constexpr std::array<ParameterInfo, N + M> joined(const std::array<ParameterInfo
   return all;
 }
 
-// Those that every module has, before its own. They take effect where the runtime reads them.
+// The parameters that every module has, listed before its own.
 std::span<const ParameterInfo> common_parameters();
 
 class Parameters {
  public:
-  // `program` is what the first record of the list says. The infos must outlive this. One of `own`
-  // with a common name takes its place: another default.
+  // `program` is the first record of the list. The infos must outlive this. An entry of `own` with
+  // the name of a common parameter replaces it, to change its default.
   Parameters(std::string_view program, std::span<const ParameterInfo> own);
 
   [[nodiscard]] const std::string& program() const { return program_; }
 
-  // Of a declared name and type.
+  // For declared names and their type.
   [[nodiscard]] std::int32_t integer(std::string_view name) const;
   [[nodiscard]] float real(std::string_view name) const;
   [[nodiscard]] const std::string& text(std::string_view name) const;
 
-  // kInvalidArgument says which parameter, what it was to become, and what it may be; the old value
-  // stays. An unknown name is suggested a known one.
+  // Error kInvalidArgument: names the parameter, the value and the allowed range; the old value
+  // stays. For an unknown name, a similar one is suggested.
   tims::Result<void> set(std::string_view name, std::string_view value);
-  // False: there is no such parameter. Programs of the original may send any number type for any.
+  // False: there is no such parameter. Programs of the original may send any number type for any
+  // parameter.
   tims::Result<bool> set(const Parameter& record);
 
-  // Ids must fit into the fleet's addresses: "system", "instance", and those that end in "Sys" or
-  // "Inst". kInvalidArgument: one that was given does not.
+  // Ids must fit into the fleet's addresses: "system", "instance", and names that end in "Sys" or
+  // "Inst". kInvalidArgument: one of the values given does not fit.
   tims::Result<void> set_widths(const tims::AddressWidths& widths);
 
-  // As an argument would have it.
+  // In the form of a command line argument.
   [[nodiscard]] std::string as_text(std::string_view name) const;
   [[nodiscard]] ParameterList list() const;
   [[nodiscard]] ParameterEffects effects() const;  // in the order of list()
@@ -104,9 +105,9 @@ class Parameters {
   std::vector<Entry> entries_;
 };
 
-// For people: "700", "none", "required".
+// As text: "700", "none", "required".
 std::string default_of(const ParameterInfo& info);
-// What is allowed: "0 to 255", "at least 1", "any number", "a text".
+// The allowed values as text: "0 to 255", "at least 1", "any number", "a text".
 std::string allowed(const ParameterInfo& info);
 
 }  // namespace rack

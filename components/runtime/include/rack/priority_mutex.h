@@ -1,5 +1,5 @@
-// A mutex whose holder inherits the priority of whoever waits for it: the data task never waits for
-// a less important thread that lies between the two.
+// A mutex with priority inheritance: the holder gets the priority of the waiting thread, so that
+// the data task does not wait for threads of medium priority.
 #pragma once
 
 #include <pthread.h>

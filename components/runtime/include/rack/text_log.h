@@ -1,7 +1,7 @@
-// Texts of a component for people: to the sink of the robot, and to standard error.
+// Log texts of a component: to the log sink of the robot, and to standard error.
 //
-// Whoever writes a text only puts it into a ring, so that the data task never waits for a terminal
-// or a socket; the component's main thread passes it on.
+// Writing a text only puts it into a ring, so that the data task never waits for a terminal or a
+// socket; the component's main thread sends it.
 #pragma once
 
 #include <atomic>
@@ -49,9 +49,9 @@ class TextLog {
 
   // --- the main thread
 
-  // Readable when texts wait.
+  // Readable when texts are pending.
   [[nodiscard]] int descriptor() const;
-  // Passes on what waits, with the sink's mailbox as destination, from `mailbox`.
+  // Sends the pending texts from `mailbox` to the mailbox of the sink.
   void pass_on(tims::Time now, tims::Mailbox& mailbox);
 
  private:
