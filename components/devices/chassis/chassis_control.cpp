@@ -8,13 +8,13 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kStep = 20ms;  // of a speed that grows or falls
+constexpr Duration kStep = 20ms;  // time step while the speed changes
 
-float limited(float wish, i32 smallest, i32 largest) {
-  if (wish == 0 || largest == 0) return 0;
+float limited(float target, i32 smallest, i32 largest) {
+  if (target == 0 || largest == 0) return 0;
   const auto low = static_cast<float>(smallest);
   const auto high = static_cast<float>(largest);
-  return std::copysign(std::min(std::max(std::abs(wish), low), high), wish);
+  return std::copysign(std::min(std::max(std::abs(target), low), high), target);
 }
 
 }  // namespace
@@ -31,16 +31,16 @@ void ChassisControl::stop() {
   deadline_.end();
 }
 
-void ChassisControl::move(const ChassisMoveData& wish, Time now) {
+void ChassisControl::move(const ChassisMoveData& target, Time now) {
   if (!deadline_.holds()) stepped_ = now;
   deadline_.on_move(now);
-  wanted_ = within_limits(wish);
+  wanted_ = within_limits(target);
 }
 
-ChassisSpeed ChassisControl::within_limits(const ChassisMoveData& wish) const {
-  ChassisSpeed speed{.vx = limited(static_cast<float>(wish.vx.raw()), limits_.vxMin, limits_.vxMax),
-                     .vy = limited(static_cast<float>(wish.vy.raw()), limits_.vyMin, limits_.vyMax),
-                     .omega = std::isfinite(wish.omega.raw()) ? wish.omega.raw() : 0};
+ChassisSpeed ChassisControl::within_limits(const ChassisMoveData& target) const {
+  ChassisSpeed speed{.vx = limited(static_cast<float>(target.vx.raw()), limits_.vxMin, limits_.vxMax),
+                     .vy = limited(static_cast<float>(target.vy.raw()), limits_.vyMin, limits_.vyMax),
+                     .omega = std::isfinite(target.omega.raw()) ? target.omega.raw() : 0};
   float most = limits_.omegaMax.raw();
   if (!rules_.turns_on_the_spot && limits_.minTurningRadius > 0) {
     const float radius = static_cast<float>(limits_.minTurningRadius.raw());
@@ -64,17 +64,17 @@ ChassisSpeed ChassisControl::speed(Time now) {
   now_.vx = approach(now_.vx, wanted_.vx, faster, slower, seconds);
   now_.vy = approach(now_.vy, wanted_.vy, faster, slower, seconds);
   if (rules_.turns_on_the_spot) {
-    // As fast as its wheels can change their speed.
+    // The change of the turning speed is limited by that of the wheels.
     const float arm = std::max(static_cast<float>(limits_.trackWidth.raw()) / 2, 1.0F);
     now_.omega = approach(now_.omega, wanted_.omega, faster / arm, slower / arm, seconds);
   } else {
-    // The curve is that of the steering, whatever the speed is on its way.
+    // The curvature is kept while the speed changes, because the steering determines it.
     now_.omega = wanted_.vx == 0 ? 0 : wanted_.omega / wanted_.vx * now_.vx;
   }
   return now_;
 }
 
-// Towards `to`, at the deceleration when it brakes. An acceleration of 0 is none that limits.
+// Moves `from` towards `to`, with the deceleration when braking. An acceleration of 0 does not limit.
 float ChassisControl::approach(float from, float to, float acceleration, float deceleration,
                                float seconds) const {
   const bool brakes = std::abs(to) < std::abs(from) || to * from < 0;

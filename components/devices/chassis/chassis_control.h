@@ -1,11 +1,9 @@
-// How a chassis driver talks with its vehicle, whichever it is, and what it lets its wheels do: the
-// speed that the active pilot wants, within the limits of the vehicle, and nothing once the pilot
-// is silent.
+// Interface of the dialogues of all vehicles, and the control of the speed: the speed requested by
+// the active pilot, within the limits of the vehicle, and 0 when the pilot stops sending.
 //
-// A vehicle whose pilot has died must not go on. So a MOVE holds for three periods of the pilot
-// that sent it, which are learnt from its MOVEs, and then the speed becomes 0 at once. It also does
-// when another pilot becomes the active one. In between the speed changes as accMax and decMax
-// allow.
+// A vehicle must stop when its pilot crashes. A MOVE is therefore valid for three periods of the
+// pilot, which are estimated from its MOVEs; then the speed is set to 0 at once. The same happens
+// when another pilot becomes active. Otherwise accMax and decMax limit the change of speed.
 #pragma once
 
 #include "components/devices/chassis/move_deadline.h"
@@ -17,18 +15,19 @@ namespace rack::device {
 
 class ChassisDialogue : public Dialogue {
  public:
-  // From now on; sent as soon as the device may be told. What was wanted before is forgotten.
+  // Sets the speed; sent as soon as the protocol permits. Replaces an earlier speed that was not yet
+  // sent.
   virtual void drive(const ChassisSpeed& speed, Time now) = 0;
 
   [[nodiscard]] virtual bool is_ready() const = 0;
-  // All but the active pilot.
+  // Fills all fields except activePilot.
   virtual bool take(ChassisData& data, Time& recorded) = 0;
 };
 
 struct ChassisRules {
-  // Whether it can turn without going: tracks and differential drives can, steered vehicles not.
+  // True for tracked vehicles and differential drives, false for steered vehicles.
   bool turns_on_the_spot = true;
-  // How long a MOVE holds; 0: three periods of the pilot.
+  // Validity of a MOVE; 0: three periods of the pilot.
   Duration move_deadline{};
 };
 
@@ -39,33 +38,33 @@ class ChassisControl {
 
   [[nodiscard]] const ChassisParamData& limits() const { return limits_; }
   [[nodiscard]] tims::Address active_pilot() const { return pilot_; }
-  void set_active_pilot(tims::Address pilot);  // also stops
+  void set_active_pilot(tims::Address pilot);  // also stops the vehicle
 
-  // Of the active pilot. The wish is cut to what the vehicle can do; a speed below the smallest
-  // becomes the smallest.
-  void move(const ChassisMoveData& wish, Time now);
+  // A MOVE of the active pilot. The request is limited to the maximum speeds; a speed below the
+  // minimum is raised to the minimum.
+  void move(const ChassisMoveData& target, Time now);
 
-  // What the wheels shall do now.
+  // The speed to command now.
   ChassisSpeed speed(Time now);
-  // When speed() is another one than it was.
+  // When the result of speed() changes next.
   [[nodiscard]] Time next_change() const;
-  // The last wish was too old: the vehicle was stopped. True once for each time.
+  // True once after each stop because the last MOVE had expired.
   bool take_overdue();
   [[nodiscard]] Duration deadline() const { return deadline_.length(); }
 
  private:
   void stop();
-  [[nodiscard]] ChassisSpeed within_limits(const ChassisMoveData& wish) const;
+  [[nodiscard]] ChassisSpeed within_limits(const ChassisMoveData& target) const;
   [[nodiscard]] float approach(float from, float to, float acceleration, float deceleration,
                                float seconds) const;
 
   ChassisParamData limits_;
   ChassisRules rules_;
   tims::Address pilot_ = kNoPilot;
-  MoveDeadline deadline_;  // while it holds no MOVE, it stands
+  MoveDeadline deadline_;  // without a valid MOVE the vehicle stops
   ChassisSpeed wanted_;
   ChassisSpeed now_;
-  Time stepped_{};  // speed() was asked
+  Time stepped_{};  // last call of speed()
   bool overdue_ = false;
 };
 

@@ -23,7 +23,7 @@ ChassisParamData limits() {
 
 class ChassisControlTest : public testing::Test {
  protected:
-  // A pilot that drives, until its period is known.
+  // Sends MOVEs until the period of the pilot is known.
   void drive(ChassisControl& control, Duration period, int times = 6) {
     for (int i = 0; i < times; ++i) {
       now_ += period;

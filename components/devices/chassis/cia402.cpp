@@ -14,7 +14,7 @@ using namespace std::chrono_literals;
 constexpr Duration kCia402Tick = 50ms;
 constexpr Duration kCia402AnswerTime = 200ms;
 constexpr int kCia402Attempts = 3;
-constexpr Duration kCia402ReadyTime = 5s;     // from its first word until its motor turns
+constexpr Duration kCia402ReadyTime = 5s;     // from the first message until the motor is enabled
 constexpr std::uint16_t kOwnHeartbeat = 100;  // ms
 constexpr double kCia402Turn = 2 * std::numbers::pi;
 
@@ -22,7 +22,7 @@ constexpr int kNmtStart = 0x01;
 constexpr int kNmtPreOperational = 0x80;
 constexpr std::uint8_t kEachSync = 1;
 constexpr std::uint8_t kAtOnce = 255;
-constexpr std::uint32_t kUnused = 0x80000000;  // of the identifier of a process data object
+constexpr std::uint32_t kUnused = 0x80000000;  // flag in the identifier of a process data object
 
 constexpr unsigned kShutDown = 0x06;
 constexpr unsigned kSwitchOn = 0x07;
@@ -30,11 +30,11 @@ constexpr unsigned kEnable = 0x0F;
 constexpr unsigned kQuickStop = 0x02;
 constexpr unsigned kDisable = 0x00;
 constexpr unsigned kClearFault = 0x80;
-constexpr unsigned kNewPosition = 0x10;  // also: go home
-constexpr unsigned kAtOnceBit = 0x20;    // a new position does not wait for the one before
+constexpr unsigned kNewPosition = 0x10;  // also: start homing
+constexpr unsigned kAtOnceBit = 0x20;    // a new position replaces the current one at once
 
 constexpr unsigned kReachedBit = 0x0400;
-constexpr unsigned kTakenBit = 0x1000;  // the new position; at home
+constexpr unsigned kTakenBit = 0x1000;  // new position acknowledged, or homing attained
 
 std::uint32_t bits(double value) {
   return static_cast<std::uint32_t>(std::lround(std::clamp(value, 0.0, 2e9)));
@@ -105,14 +105,14 @@ Cia402State cia402_state(std::uint16_t statusword) {
 
 Cia402::Cia402(const Cia402Settings& settings) : settings_(settings) { plan(); }
 
-// What is written before it may turn.
+// Lists the objects to write before the motor may be enabled.
 void Cia402::plan() {
   const bool turns = settings_.task == MotorTask::kTurns;
   const double velocity = settings_.velocity_of_turn / kCia402Turn;
   const auto mode = turns ? Cia402Mode::kProfileVelocity : Cia402Mode::kProfilePosition;
   const auto lost = static_cast<std::uint32_t>(canopen::kHostLost / 1ms);
-  constexpr std::uint32_t kQuickStopOption = 3;  // when the host is lost
-  constexpr std::uint32_t kQuickStopRamp = 2;    // slow down, then switch off
+  constexpr std::uint32_t kQuickStopOption = 3;  // quick stop when the host is lost
+  constexpr std::uint32_t kQuickStopRamp = 2;    // brake by the quick stop ramp, then switch off
   setup_ = {
       {0x1016, 1, 4, std::uint32_t{canopen::kHost} << 16 | lost},
       {0x1017, 0, 2, kOwnHeartbeat},
@@ -129,7 +129,7 @@ void Cia402::plan() {
   map(0x1801, canopen::kTpdo2, kEachSync, {0x606C0020});
 }
 
-// A process data object is off while its contents change.
+// A process data object must be disabled while its mapping changes.
 void Cia402::map(std::uint16_t communication, std::uint32_t id, std::uint8_t transmission,
                  std::initializer_list<std::uint32_t> objects) {
   constexpr std::uint16_t kMappingBehind = 0x200;
@@ -203,7 +203,7 @@ void Cia402::on_sdo(std::span<const std::byte> bytes, Time now, Output& out) {
     return;
   if (bytes[0] == kAborted && !writing_->is_optional) {
     fail("refuses object " + hex(writing_->index, 4) + ":" + std::to_string(writing_->sub) +
-         " with " + hex(little_endian<std::uint32_t>(bytes, 4), 8));
+         ", abort code " + hex(little_endian<std::uint32_t>(bytes, 4), 8));
     writing_.reset();
   } else if (bytes[0] == kDone || bytes[0] == kAborted) {
     writing_.reset();
@@ -236,7 +236,7 @@ void Cia402::on_heartbeat(std::span<const std::byte> bytes, Time when, Output& o
   heard_ = when;
   const std::byte state = bytes[0] & std::byte{0x7F};
   if (state == kBootUp && was_enabled_)
-    fail("was started anew");
+    fail("was restarted");
   else if (state == kBootUp)
     start(when, out);
   else if (was_enabled_ && state != canopen::kOperational)
@@ -247,7 +247,7 @@ void Cia402::on_status(std::span<const std::byte> bytes, Time when, Output& out)
   if (!is_set_up_) return;
   statusword_ = little_endian<std::uint16_t>(bytes);
   const auto position = little_endian<std::int32_t>(bytes, 2);
-  // From where it is, and then as far as it goes: its counter may turn round.
+  // Starts at the current position and adds differences, because the 32 bit counter may overflow.
   const auto steps = position_ ? static_cast<std::int32_t>(static_cast<std::uint32_t>(position) -
                                                            static_cast<std::uint32_t>(*position_))
                                : position;
@@ -272,7 +272,7 @@ void Cia402::on_status(std::span<const std::byte> bytes, Time when, Output& out)
   }
 }
 
-// One state up towards operation enabled.
+// Requests the next state towards operation enabled.
 void Cia402::climb(Output& out) {
   pulse_ = !pulse_;
   switch (drive_state()) {
@@ -285,7 +285,7 @@ void Cia402::climb(Output& out) {
     case Cia402State::kReadyToSwitchOn:
       return send_control(kSwitchOn, 0, out);
     case Cia402State::kSwitchedOn:
-      // A positioning drive stays where it is.
+      // A positioning drive keeps its current position.
       target_ = settings_.task == MotorTask::kPositions ? position_.value_or(0) : 0;
       pulse_ = false;
       return send_control(kEnable, target_, out);
@@ -301,10 +301,10 @@ void Cia402::on_timeout(Time now, Output& out) {
     if (attempts_ < kCia402Attempts)
       write(Object(*writing_), now, out);
     else
-      fail("answers no SDO; is it switched on, and its bit rate right?");
+      fail("does not answer to SDO; check its power, cable and bit rate");
   }
-  if (heard_ != tims::kNever && now - heard_ > kSilenceMax) fail("has no heartbeat any more");
-  if (was_enabled_ && now - state_.measured > kSilenceMax) fail("answers no SYNC any more");
+  if (heard_ != tims::kNever && now - heard_ > kSilenceMax) fail("has stopped sending heartbeats");
+  if (was_enabled_ && now - state_.measured > kSilenceMax) fail("has stopped answering SYNC");
   if (!was_enabled_ && now >= ready_due_)
     fail("does not enable its motor, statusword " + hex(statusword_, 4) +
          (error_ != 0 ? ", error " + hex(error_, 4) : ""));
@@ -329,7 +329,7 @@ void Cia402::command(double target, Time now, Output& out) {
     send_control(kEnable, wanted, out, now + kCommandHolds);
     return;
   }
-  // Each new position is a pulse of its bit, which the drive has to see.
+  // Each new position needs a pulse of its bit, which the drive must acknowledge.
   if (wanted != target_) {
     target_ = wanted;
     is_new_target_ = true;
@@ -365,7 +365,7 @@ void Cia402::home(Time now, Output& out) {
   write({0x6098, 0, 1, static_cast<std::uint8_t>(settings_.homing_method)}, now, out);
 }
 
-// A drive that is not enabled does nothing with it.
+// A drive that is not enabled ignores this.
 void Cia402::stand(Output& out) const {
   send_control(kQuickStop, settings_.task == MotorTask::kTurns ? 0 : target_, out);
 }

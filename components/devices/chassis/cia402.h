@@ -1,16 +1,16 @@
-// A drive after CiA 402 at a CANopen bus.
+// A CiA 402 drive on a CANopen bus.
 //
-// The host is a node of its own (127 here). It tells all nodes what to be (NMT 000: 01 operational,
-// 80 pre-operational), writes objects by SDO (600 + node, answered at 580 + node), and then moves
-// the drive by process data: RPDO1 (200 + node) has the controlword and the target, TPDO1 (180 +
-// node) the statusword and the position, TPDO2 (280 + node) the velocity, each time SYNC (080) is
-// sent. The drive goes from switch-on disabled by 06, 07, 0F to operation enabled; 80 clears a
-// fault.
+// The host has its own node id (127 here). It sets the state of all nodes (NMT 000: 01 operational,
+// 80 pre-operational), writes objects by SDO (600 + node, answered at 580 + node), and then controls
+// the drive by process data: RPDO1 (200 + node) contains the controlword and the target; TPDO1 (180 +
+// node) the statusword and the position, TPDO2 (280 + node) the velocity, sent after each SYNC (080).
+// The controlwords 06, 07, 0F lead from switch-on disabled to operation enabled; 80 clears a fault.
 //
-// Both sides send heartbeats (700 + node). The drive watches the host's (1016): without it, it
-// makes a quick stop (6007, 605A). So a vehicle stops when its host dies, or its cable is cut.
+// Both sides send heartbeats (700 + node). The drive monitors that of the host (1016) and makes a
+// quick stop (6007, 605A) when it is missing. A vehicle therefore stops when its host crashes or its
+// cable is cut.
 //
-// Source: CiA 301 and CiA 402, as many manuals of drives quote them.
+// Source: CiA 301 and CiA 402, as quoted in the manuals of many drives.
 #pragma once
 
 #include <algorithm>
@@ -37,14 +37,14 @@ inline constexpr std::uint32_t kHeartbeat = 0x700;
 
 inline constexpr std::byte kOperational{0x05};
 inline constexpr Duration kHostHeartbeat = std::chrono::milliseconds(50);
-// Without the host's heartbeat a drive stops after this.
+// A drive stops after this time without the heartbeat of the host.
 inline constexpr Duration kHostLost = std::chrono::milliseconds(200);
 
-// What an SDO download of up to four bytes is, and its abort.
+// An SDO download of up to four bytes, and its abort.
 std::array<std::byte, 8> sdo_write(std::uint16_t index, std::uint8_t sub, std::uint32_t value,
                                    std::size_t size);
 
-// The part of the host that is the same for all drives of a bus: its heartbeat and SYNC.
+// The part of the host common to all drives of a bus: heartbeat and SYNC.
 class Host {
  public:
   explicit Host(Duration sync) : sync_(sync) {}
@@ -61,7 +61,7 @@ class Host {
 
 }  // namespace canopen
 
-// What the statusword says.
+// The state in the statusword.
 enum class Cia402State : std::uint8_t {
   kNotReady,
   kSwitchOnDisabled,
@@ -79,14 +79,14 @@ enum class Cia402Mode : std::int8_t { kProfilePosition = 1, kProfileVelocity = 3
 struct Cia402Settings {
   std::uint8_t node = 1;
   MotorTask task = MotorTask::kTurns;
-  double increments_of_turn = 4096;  // of 6064
-  double velocity_of_turn = 4096;    // of 606C and 60FF at one turn a second; 60 where it is rpm
-  // rad/s2 of the shaft.
+  double increments_of_turn = 4096;  // units of object 6064 per turn
+  double velocity_of_turn = 4096;    // value of 606C and 60FF at 1 turn/s; 60 if the unit is rpm
+  // rad/s2 at the shaft.
   double acceleration = 100;
   double deceleration = 100;
   double quick_stop = 400;
-  std::int8_t homing_method = 35;  // 35, 37: here is home
-  bool only_listen = false;        // to a recording, which may begin after the drive was set up
+  std::int8_t homing_method = 35;  // 35, 37: the current position becomes 0
+  bool only_listen = false;        // recording, which may start after the drive was set up
 };
 
 class Cia402 final : public Motor {
@@ -109,11 +109,11 @@ class Cia402 final : public Motor {
   }
   [[nodiscard]] Cia402State drive_state() const { return cia402_state(statusword_); }
 
-  // Of a positioning drive: how fast it goes there, rad/s and rad/s2. 0: as before.
+  // For positioning drives: limits of velocity and acceleration, rad/s and rad/s2; 0: unchanged.
   void limit(double velocity, double acceleration, Output& out) const;
   void home(Time now, Output& out);
   [[nodiscard]] bool is_homing() const { return homing_ != Homing::kNone; }
-  // It is where it was told to be.
+  // The drive has reached its target.
   [[nodiscard]] bool is_reached() const;
 
  private:
@@ -122,7 +122,7 @@ class Cia402 final : public Motor {
     std::uint8_t sub;
     std::uint8_t size;
     std::uint32_t value;
-    bool is_optional = false;  // not all drives have it
+    bool is_optional = false;  // the drive need not have this object
   };
   enum class Homing : std::uint8_t { kNone, kMethod, kMode, kRuns, kBack };
 
@@ -146,7 +146,7 @@ class Cia402 final : public Motor {
   std::vector<Object> setup_;
   std::size_t step_ = 0;
   bool is_set_up_ = false;
-  std::optional<Object> writing_;  // and no answer yet
+  std::optional<Object> writing_;  // the write that waits for an answer
   int attempts_ = 0;
   Time answer_due_ = tims::kNever;
   Time next_ = tims::kNever;
@@ -154,9 +154,9 @@ class Cia402 final : public Motor {
   Time ready_due_ = tims::kNever;
 
   std::uint16_t statusword_ = 0;
-  std::uint16_t error_ = 0;  // of the last emergency
+  std::uint16_t error_ = 0;  // code of the last emergency message
   bool was_enabled_ = false;
-  bool pulse_ = false;  // of the bit that clears a fault, or that a new position is there
+  bool pulse_ = false;  // current level of the bit for clearing a fault or for a new position
   std::int32_t target_ = 0;
   bool is_new_target_ = false;
   std::optional<std::int32_t> position_;

@@ -11,7 +11,7 @@ using namespace std::chrono_literals;
 constexpr std::uint32_t kEr1Baud = 250000;
 constexpr Duration kEr1Period = 100ms;
 constexpr Duration kEr1AnswerTime = 30ms;
-constexpr int kEr1Attempts = 6;  // a busy host is late once
+constexpr int kEr1Attempts = 6;  // tolerates delays of a busy host
 constexpr std::int32_t kPower = 0x4CC0;
 constexpr std::int32_t kAcceleration = 0xB0;
 constexpr std::int32_t kVelocityProfile = 1;
@@ -41,7 +41,7 @@ constexpr std::array<SetUp, 7> kSetUp = {{{Code::kReset, 0},
                                           {Code::kSetAcceleration, kAcceleration},
                                           {Code::kSetDeceleration, kAcceleration},
                                           {Code::kUpdate, 0}}};
-// Of each round, both wheels one after the other.
+// The commands of each round, sent to both wheels.
 constexpr std::array<Code, 4> kRound = {Code::kSetMotorCommand, Code::kSetVelocity, Code::kUpdate,
                                         Code::kGetActualPosition};
 
@@ -156,13 +156,13 @@ void Er1::on_timeout(Time now, Output& out) {
   } else {
     timeout_ = tims::kNever;
     fail(tims::Errc::kTimeout,
-         "a motion processor of the robot does not answer; is the control "
-         "module switched on?");
+         "a motion processor of the robot does not answer; check that the control "
+         "module is switched on");
   }
 }
 
-// The place in the round is that of the command. While it is set up, and after its last words,
-// there are none: power says when a round begins.
+// Follows the rounds of a recording by its commands. There are no rounds during the setup and after
+// the stop commands; a power command marks the beginning of a round.
 void Er1::on_sent(const Arrival& words) {
   if (!settings_.only_listen) return;
   is_asking_ = false;
@@ -181,7 +181,7 @@ void Er1::on_sent(const Arrival& words) {
   is_asking_ = index_ < count();
 }
 
-// A new round begins every 100 ms, or as soon as another speed is wanted.
+// A new round begins every 100 ms, or as soon as the requested speed changes.
 void Er1::next_command(Time now, Output& out) {
   if (index_ == 0 && is_set_up_) {
     sending_ = wanted_;
@@ -208,7 +208,7 @@ void Er1::on_arrival(const Arrival& arrival, Output& out) {
   const std::size_t size = 2 + er1_answer_size(command(index_).code);
   if (answer_.size() < size) return;
   const auto answer = answer_.bytes().first(size);
-  // Something else: the time for the answer passes, and it is asked again.
+  // Invalid answers are ignored: after the timeout the command is repeated.
   if (!adds_up_to_nothing(answer) || answer[0] != std::byte{0}) return;
   is_asking_ = false;
   on_answer(answer.subspan(2), arrival.last);

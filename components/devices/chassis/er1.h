@@ -1,18 +1,18 @@
-// The robot control module of an Evolution Robotics ER1: two motors, each with a motion processor
-// of PMD (Navigator), on one serial line at 250 kbaud.
+// The robot control module of an Evolution Robotics ER1: two motors, each with a PMD Navigator motion
+// processor, on one serial line at 250 kbaud.
 //
-// A command is address, checksum, axis (0), code, and up to three words, high byte first; the bytes
-// of a command add up to 0. The processor answers with a status (0 is good), a checksum of the same
-// kind, and words when there are some. Address 0 turns the right wheel, address 1 the left one,
-// which is built in the other way round. What was set becomes true with Update (1A). It goes on
-// turning when the host is silent, so the driver has a guard that says er1_stop().
+// A command is address, checksum, axis (0), code, and up to three 16 bit values, high byte first; the
+// bytes of a command add up to 0. The processor answers with a status (0: success), a checksum of the
+// same kind, and optional 16 bit values. Address 0 is the right wheel, address 1 the left one, which
+// is mounted in reverse. Set values take effect with Update (1A). The wheels keep turning without
+// commands, so the driver has a guard that sends er1_stop().
 //
-// An answer says neither what was asked nor how fast the wheels turn: a recording tells by what was
-// said to the processors then.
+// An answer contains neither its request nor the speed of the wheels. In a replay, these are taken
+// from the recorded commands.
 //
-// Source: PMD's Navigator programmer's reference; what RACK 0.6.1 sends. That program shifted the
-// upper word of a velocity by 8 bits only, so that its velocities were 256 times what it meant:
-// with the same velFactor this one sends the same.
+// Source: PMD's Navigator programmer's reference; RACK 0.6.1. The latter shifted the upper 16 bits of
+// a velocity by 8 bits only, so that its velocities were 256 times the intended ones; with the same
+// velFactor this driver sends the same values.
 #pragma once
 
 #include <array>
@@ -29,7 +29,7 @@ enum class Er1Code : std::uint8_t {
   kUpdate = 0x1A,
   kGetActualPosition = 0x37,
   kReset = 0x39,
-  kSetMotorCommand = 0x77,  // the power
+  kSetMotorCommand = 0x77,  // motor power
   kSetLimitSwitchMode = 0x80,
   kSetAcceleration = 0x90,
   kSetDeceleration = 0x91,
@@ -48,25 +48,25 @@ struct Er1Command {
     [[nodiscard]] std::span<const std::byte> view() const { return std::span(bytes).first(size); }
   };
   [[nodiscard]] Bytes encode() const;
-  // Nothing: it is not one command, or a broken one.
+  // Empty if the bytes are not exactly one valid command.
   static std::optional<Er1Command> decode(std::span<const std::byte> bytes);
 };
-// Of the value, and of what the answer has besides status and checksum.
+// Sizes of the value of a command, and of its answer without status and checksum, bytes.
 std::size_t er1_value_size(Er1Code code);
 std::size_t er1_answer_size(Er1Code code);
 
-// What stops both wheels.
+// The commands that stop both wheels.
 std::vector<std::byte> er1_stop();
 
 struct Er1Settings {
   double axis_width = 380;       // mm
-  double velocity_factor = 764;  // of the processor for 1 mm/s
-  // What the wheels really do, mm/s: factor x speed - offset.
+  double velocity_factor = 764;  // velocity units of the processor per mm/s
+  // Actual speed of the wheels, mm/s: factor x commanded speed - offset.
   double odometry_factor = 1.17;
   double odometry_offset = 40;
-  double ticks_per_mm = 0;   // of the processor's counters; 0: none are asked for
-  double omega_min = 0.26;   // rad/s; less of it on the spot does not turn the robot
-  bool only_listen = false;  // to a recording
+  double ticks_per_mm = 0;   // encoder ticks; 0: encoders are not read
+  double omega_min = 0.26;   // rad/s; slower turns on the spot do not move the robot
+  bool only_listen = false;  // the device is a recording
 };
 
 class Er1 final : public ChassisDialogue {
@@ -100,19 +100,19 @@ class Er1 final : public ChassisDialogue {
 
   Er1Settings settings_;
   bool is_set_up_ = false;
-  std::size_t index_ = 0;     // of the command in this round
-  bool is_asking_ = false;    // an answer is missing
-  bool is_in_round_ = false;  // of a recording
+  std::size_t index_ = 0;     // index of the command in this round
+  bool is_asking_ = false;    // waiting for an answer
+  bool is_in_round_ = false;  // the start of a round was found in the recording
   int attempts_ = 0;
   Time timeout_ = tims::kNever;
   Time round_{};
   StreamBuffer answer_{64};
 
   std::array<double, 2> wanted_{};   // mm/s, by Wheel
-  std::array<double, 2> sending_{};  // in this round
+  std::array<double, 2> sending_{};  // mm/s, sent in this round
   std::array<double, 2> confirmed_{};
   std::array<std::optional<std::int32_t>, 2> counts_{};
-  std::array<double, 2> ways_{};  // since the last data, mm
+  std::array<double, 2> ways_{};  // distances since the last data, mm
   Time confirmed_since_{};
 
   bool has_data_ = false;

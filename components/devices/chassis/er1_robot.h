@@ -1,5 +1,4 @@
-// The control module of an ER1 that is not there: two motion processors, which turn until they are
-// told to stop.
+// Emulator of an ER1 control module: two motion processors, which keep turning until a stop command.
 #pragma once
 
 #include "components/devices/chassis/er1.h"
@@ -22,7 +21,7 @@ class Er1Emulator final : public WheeledRobot {
   void on_command(std::span<const std::byte> bytes, Output& out);
 
   StreamBuffer heard_{128};
-  std::array<std::int32_t, 2> velocity_{};  // set, and in force after Update
+  std::array<std::int32_t, 2> velocity_{};  // takes effect with Update
   std::array<std::int32_t, 2> in_force_{};
   std::array<std::int32_t, 2> power_{};
 };

@@ -12,9 +12,9 @@ constexpr std::size_t kHead1 = 6;
 constexpr std::size_t kHead2 = 10;
 constexpr std::size_t kCrc = 2;
 constexpr std::size_t kSignature = 13;
-constexpr unsigned kSigned = 0x01;  // of the flags that must be understood
+constexpr unsigned kSigned = 0x01;  // incompatibility flag: the packet is signed
 
-// X.25, reflected, four bytes at once: table n is of a byte with n zeros behind it.
+// CRC X.25, reflected, four bytes at once: table n is for a byte followed by n zero bytes.
 constexpr auto kTables = [] {
   constexpr unsigned kPolynomial = 0x8408;
   std::array<std::array<std::uint16_t, 256>, 4> tables{};
@@ -98,7 +98,7 @@ bool Packets::next(Packet& packet) {
       continue;
     }
     if (bytes.size() < size) return false;
-    // Whose layout is unknown cannot be checked; an autopilot sends many of them.
+    // The CRC of a message with an unknown layout cannot be verified; autopilots send many of them.
     if (!layout) {
       buffer_.consume(size);
       continue;

@@ -1,10 +1,10 @@
-// MAVLink 1 and 2: what autopilots (ArduPilot, PX4) and their ground stations talk.
+// MAVLink 1 and 2: the protocol of autopilots (ArduPilot, PX4) and ground stations.
 //
-// A packet of version 2 is FD, length, flags that must and flags that may be understood, sequence,
-// system, component, message (3 bytes), payload, CRC; of version 1 FE, length, sequence, system,
-// component, message, payload, CRC; all little-endian. The CRC (X.25) goes over all but the first
-// byte and ends with a byte that stands for the layout of the message. Zeros at the end of a
-// payload of version 2 are left out.
+// A packet of version 2 is FD, length, incompatibility flags, compatibility flags, sequence, system,
+// component, message (3 bytes), payload, CRC; of version 1 FE, length, sequence, system, component,
+// message, payload, CRC; all little-endian. The CRC (X.25) covers everything after the first byte,
+// followed by an extra byte that identifies the layout of the message. Version 2 omits trailing zeros
+// of the payload.
 //
 // Source: mavlink.io, guide and common message set.
 #pragma once
@@ -30,8 +30,8 @@ enum class Message : std::uint32_t {
   kOdometry = 331,
 };
 
-// Length of the payload with all its fields, and the byte that ends the CRC. Nothing: a message
-// that RACK has no use for.
+// Length of the complete payload, and the extra byte of the CRC. Empty for messages that RACK does
+// not use.
 struct Layout {
   std::uint8_t size;
   std::uint8_t crc_extra;
@@ -44,7 +44,7 @@ struct Packet {
   Message message{};
   std::uint8_t system = 0;
   std::uint8_t component = 0;
-  // As long as the layout says, what was left out is 0.
+  // Has the length of the layout; omitted bytes are 0.
   std::array<std::byte, kPayloadMax> payload{};
   Time began{};
 
@@ -58,7 +58,7 @@ struct Packet {
 class Packets {
  public:
   void add(const Arrival& arrival) { buffer_.add(arrival); }
-  // False: no whole packet is there. Messages that are not known here are passed over.
+  // Returns false if there is no complete packet yet. Skips unknown messages.
   bool next(Packet& packet);
   void clear() { buffer_.clear(); }
   [[nodiscard]] std::uint64_t broken() const { return broken_; }
@@ -72,7 +72,7 @@ class Packets {
 
 std::uint16_t crc(std::span<const std::byte> bytes, std::uint8_t extra);
 
-// A packet of version 2 that is being written, in place.
+// Writes a packet of version 2 without allocating memory.
 class Writer {
  public:
   Writer(Message message, std::uint8_t sequence, std::uint8_t system, std::uint8_t component);

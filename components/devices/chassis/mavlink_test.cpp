@@ -34,7 +34,7 @@ std::vector<mavlink::Packet> packets_in(std::initializer_list<std::span<const st
   return found;
 }
 
-// Of the tests of three other implementations.
+// Packets from the tests of three other implementations.
 TEST(MavlinkTest, PacketsOfOthersAreRead) {
   const auto version1 = bytes_of("FE09EF0102000500000002035903031F50");
   const auto version2 = bytes_of("FD090000EF010100000005000000020359030310F0");
@@ -186,7 +186,7 @@ TEST_F(MavlinkVehicleTest, OtherClassesHaveTheirData) {
   EXPECT_FALSE(vehicle_->take_gps(gps, recorded_));
 }
 
-// What the autopilot does not know it says to be no number: angles are needed, speeds are 0 then.
+// Unknown values are NaN: unknown angular rates become 0, unknown angles make the message invalid.
 TEST_F(MavlinkVehicleTest, WhatItDoesNotKnowIsNoData) {
   begin({});
   line_->run(1s);
@@ -195,7 +195,7 @@ TEST_F(MavlinkVehicleTest, WhatItDoesNotKnowIsNoData) {
   struct Nobody final : Output {
     void send(std::span<const std::byte>, std::uint32_t) override {}
   } nobody;
-  // Roll, pitch, yaw, and their speeds.
+  // Roll, pitch, yaw, and their rates.
   const auto say = [&](const std::array<double, 6>& attitude) {
     (void)vehicle_->take_gyro(gyro, recorded_);
     mavlink::Writer writer(mavlink::Message::kAttitude, 0, RoverEmulator::kSystem, 1);
@@ -242,7 +242,7 @@ TEST_F(MavlinkVehicleTest, StandsWhenItIsLeftAndWhenItsHostIsGone) {
   EXPECT_TRUE(rover_.body().is_told_to_stand());
   line_->run(1500ms, [&] { return vehicle_->failure().has_value(); });
   ASSERT_TRUE(vehicle_->failure());
-  EXPECT_THAT(vehicle_->failure()->detail(), testing::HasSubstr("no heartbeat"));
+  EXPECT_THAT(vehicle_->failure()->detail(), testing::HasSubstr("stopped sending heartbeats"));
 }
 
 TEST_F(MavlinkVehicleTest, AnotherSystemIsNotItsVehicle) {

@@ -21,15 +21,15 @@ constexpr std::uint16_t kMavlinkSetMode = 176;
 constexpr std::uint16_t kMavlinkArm = 400;
 constexpr std::uint16_t kMavlinkMessageInterval = 511;
 
-constexpr std::uint8_t kAutopilot = 1;       // its component
-constexpr std::uint8_t kOwnComponent = 190;  // mission planner's
-constexpr std::uint8_t kGroundStation = 6;   // type
+constexpr std::uint8_t kAutopilot = 1;       // component id
+constexpr std::uint8_t kOwnComponent = 190;  // component id of a mission planner
+constexpr std::uint8_t kGroundStation = 6;   // MAV_TYPE_GCS
 constexpr std::uint8_t kNoAutopilot = 8;
 constexpr std::uint8_t kArmedFlag = 0x80;
 constexpr std::uint8_t kBodyFrame = 8;             // forward, right, down
-constexpr std::uint16_t kOnlyVelocities = 0x05C7;  // of the fields of 84, what is not meant
+constexpr std::uint16_t kOnlyVelocities = 0x05C7;  // type mask of message 84: ignored fields
 
-// What it does not know it says to be no number; and no place, angle or speed is so large.
+// The autopilot marks unknown values by NaN. Implausibly large values are rejected as well.
 bool is_measured(std::initializer_list<double> values) {
   constexpr double kFar = 1e6;
   return std::ranges::all_of(values, [](double value) { return std::abs(value) <= kFar; });
@@ -98,7 +98,7 @@ void MavlinkVehicle::on_timeout(Time now, Output& out) {
     next_heartbeat_ = now + kHeartbeat;
     send_heartbeat(out);
     if (heard_ != tims::kNever && now - heard_ > kHeartbeatLost)
-      fail(tims::Errc::kTimeout, "the autopilot has no heartbeat any more");
+      fail(tims::Errc::kTimeout, "the autopilot has stopped sending heartbeats");
   }
   if (next_velocity_ <= now) {
     next_velocity_ = now + kVelocityAgain;
@@ -176,7 +176,7 @@ void MavlinkVehicle::on_heartbeat(const Packet& packet, Time now, Output& out) {
   if (settings_.arms && !is_armed_ && is_in_mode) send_command(kMavlinkArm, {1}, out);
 }
 
-// It is in its mode: it may be armed, before its heartbeat says so.
+// After the mode is acknowledged, the vehicle can be armed without waiting for the next heartbeat.
 void MavlinkVehicle::on_answer(const Packet& packet, Output& out) {
   constexpr std::uint8_t kAccepted = 0;
   const bool is_done = packet.number<std::uint8_t>(2) == kAccepted;
@@ -203,7 +203,7 @@ void MavlinkVehicle::on_gps(const Packet& packet) {
   gps.speed = speed == kUnknown ? 0 : speed * 10;
   gps.heading = course == kUnknown ? 0 : real(course * kMavlinkPi / 18000);
   gps.satelliteNum = satellites == 0xFF ? 0 : satellites;
-  // Counted since 1970 where it knows the time, since it was switched on otherwise.
+  // The time is since 1970 if the autopilot knows it, otherwise since power-on.
   constexpr std::uint64_t kYear2000 = 946684800ULL * 1000000;
   const auto time = packet.number<std::uint64_t>(0);
   gps.utcTime = time > kYear2000 ? static_cast<i64>(time / 1000000) : 0;
@@ -211,7 +211,7 @@ void MavlinkVehicle::on_gps(const Packet& packet) {
   gps_.is_new = true;
 }
 
-// A speed that it does not know is 0; an angle cannot be anything else.
+// Unknown angular rates are replaced by 0; messages with unknown angles are discarded.
 void MavlinkVehicle::on_attitude(const Packet& packet) {
   const auto speed = [&](std::size_t at) {
     return is_measured({packet.real(at)}) ? packet.real(at) : 0;
@@ -238,7 +238,7 @@ void MavlinkVehicle::on_local_position(const Packet& packet) {
             packet.began);
 }
 
-// With its speed in its own frame, and its attitude as a quaternion.
+// Contains the speed in the body frame and the attitude as a quaternion.
 void MavlinkVehicle::on_odometry(const Packet& packet) {
   constexpr std::uint8_t kLocalNed = 1;
   if (packet.number<std::uint8_t>(228) != kLocalNed) return;

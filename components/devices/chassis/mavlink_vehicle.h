@@ -1,13 +1,13 @@
-// A vehicle with an autopilot that speaks MAVLink (mavlink.h): rovers of ArduPilot and PX4, and
-// whatever else takes a velocity.
+// A vehicle with a MAVLink autopilot (mavlink.h): rovers of ArduPilot and PX4, and any other vehicle
+// that accepts velocity commands.
 //
-// The autopilot shows itself by its heartbeat (0) once a second, and gets ours. It is asked for its
-// data (command 511) and told a velocity and a turning speed in its own frame (84), at 10 Hz and
-// more; when it hears none for three seconds (a setting of it) it stops by itself, and by its
-// ground station failsafe when our heartbeat is missing. It only obeys in a mode that takes
-// commands and when it is armed: both only when the driver is told to.
+// The autopilot and this driver send a heartbeat (0) once a second. The driver requests data (command
+// 511) and sends a velocity and a turning speed in the body frame (84) at 10 Hz or more. The autopilot
+// stops the vehicle after three seconds without a velocity (a setting), and by its ground station
+// failsafe when the heartbeat of the driver is missing. It accepts commands only in a suitable mode
+// and when it is armed; the driver sets both only if configured.
 //
-// Its frames are those of RACK: north, east, down; forward, to the right, clockwise.
+// The frames are the same as in RACK: north, east, down; forward, right, clockwise.
 #pragma once
 
 #include "components/devices/chassis/chassis_control.h"
@@ -19,13 +19,13 @@
 namespace rack::device {
 
 struct MavlinkSettings {
-  std::uint8_t system = 0;        // of the autopilot; 0: the first one that shows itself
-  std::uint8_t own_system = 255;  // as a ground station
-  bool arms = false;              // it is armed, and disarmed at the end
+  std::uint8_t system = 0;        // id of the autopilot; 0: the first one received
+  std::uint8_t own_system = 255;  // id of a ground station
+  bool arms = false;              // arm at the start and disarm at the end
   std::optional<std::uint32_t>
-      mode{};  // its number for "guided" or "offboard", set at the beginning
-  Duration period = std::chrono::milliseconds(100);  // of its data
-  bool only_listen = false;                          // to a recording
+      mode{};  // custom mode, for example that of "guided" or "offboard", set at the start
+  Duration period = std::chrono::milliseconds(100);  // period of the data
+  bool only_listen = false;                          // the device is a recording
 };
 
 class MavlinkVehicle final : public ChassisDialogue {
@@ -39,7 +39,7 @@ class MavlinkVehicle final : public ChassisDialogue {
   [[nodiscard]] Time next_timeout() const override;
 
   void drive(const ChassisSpeed& speed, Time now) override;
-  // Its heartbeat has come.
+  // A heartbeat was received.
   [[nodiscard]] bool is_ready() const override { return target_ != 0; }
   bool take(ChassisData& data, Time& recorded) override;
   bool take_gps(GpsData& data, Time& recorded);
@@ -71,11 +71,11 @@ class MavlinkVehicle final : public ChassisDialogue {
   MavlinkSettings settings_;
   mavlink::Packets packets_;
   mavlink::Packet packet_;
-  std::uint8_t target_ = 0;  // its system
+  std::uint8_t target_ = 0;  // system id of the autopilot
   std::uint8_t component_ = 0;
   std::uint8_t sequence_ = 0;
   bool is_armed_ = false;
-  bool has_odometry_ = false;  // then the local position is not the better one
+  bool has_odometry_ = false;  // odometry was received and takes precedence over local position
   Time heard_ = tims::kNever;
   Time next_heartbeat_ = tims::kNever;
   Time next_velocity_ = tims::kNever;
@@ -90,7 +90,7 @@ class MavlinkVehicle final : public ChassisDialogue {
   double yaw_before_ = 0;
   double battery_ = 0;
 
-  // What waits to be taken.
+  // Data that were not yet taken.
   template <class Data>
   struct Slot {
     Data data{};

@@ -1,4 +1,4 @@
-// A motor controller at a CAN bus, whichever it is: what it is told and what it tells.
+// Interface of all motor controllers on a CAN bus: commands and state.
 #pragma once
 
 #include <optional>
@@ -8,14 +8,14 @@
 
 namespace rack::device {
 
-enum class MotorTask : std::uint8_t { kTurns, kPositions };  // it is told rad/s, or rad
+enum class MotorTask : std::uint8_t { kTurns, kPositions };  // commands in rad/s, or in rad
 
-// Of its own shaft.
+// State of the motor's shaft, before any gear.
 struct MotorState {
   double position = 0;           // rad
   double velocity = 0;           // rad/s
-  double volts = 0;              // 0: it does not tell
-  Time measured = tims::kNever;  // kNever: nothing yet
+  double volts = 0;              // supply voltage; 0: unknown
+  Time measured = tims::kNever;  // kNever: no data yet
 };
 
 class Motor {
@@ -23,29 +23,29 @@ class Motor {
   virtual ~Motor() = default;
 
   virtual void start(Time now, Output& out) = 0;
-  // False: the frame is of somebody else.
+  // Returns false if the frame belongs to a different node.
   virtual bool on_frame(const Arrival& frame, Output& out) = 0;
   virtual void on_timeout(Time /*now*/, Output& /*out*/) {}
   [[nodiscard]] virtual Time next_timeout() const { return tims::kNever; }
-  // Of all frames those that are of it, and maybe a few others.
+  // Filter for the frames of this motor; a few other frames may pass.
   [[nodiscard]] virtual CanFilter wanted_frames() const = 0;
-  // Some times in a tenth of a second, once it is ready: its watchdog lives on it.
+  // Must be called several times within 100 ms once the motor is ready: this feeds its watchdog.
   virtual void command(double target, Time now, Output& out) = 0;
-  // It stops and is released, whatever it was told before, and whoever says it.
+  // Stops and releases the motor, independent of the state of the protocol and of the sender.
   virtual void stand(Output& out) const = 0;
-  // The same, and nothing is said any more.
+  // The same, and sends nothing afterwards.
   virtual void stop(Output& out) = 0;
 
-  // It does what it is told.
+  // The motor executes commands.
   [[nodiscard]] virtual bool is_ready() const = 0;
   [[nodiscard]] const MotorState& state() const { return state_; }
-  // Why it does not, behind its name: "is silent for 500 ms".
+  // Why it does not; follows the name of the motor in a message: "has stopped sending heartbeats".
   [[nodiscard]] const std::optional<std::string>& failure() const { return failure_; }
 
  protected:
-  // Longer than any of them is silent.
+  // Longer than the pause between two messages of any controller.
   static constexpr Duration kSilenceMax = std::chrono::milliseconds(500);
-  // How long a command can wait for a bus: then newer ones wait behind it.
+  // How long a command may wait for the bus; after that, newer commands replace it.
   static constexpr Duration kCommandHolds = std::chrono::milliseconds(50);
 
   void fail(std::string why) {
@@ -62,7 +62,7 @@ class Motor {
   std::optional<std::string> failure_;
 };
 
-// What motors are told, kept for later.
+// Stores the telegrams sent by motors.
 class KeptTelegrams final : public Output {
  public:
   void send(std::span<const std::byte> bytes, std::uint32_t id) override {
@@ -76,7 +76,7 @@ class KeptTelegrams final : public Output {
 
 namespace can {
 
-// As SocketCAN has them.
+// Flags of SocketCAN.
 inline constexpr std::uint32_t kExtended = 0x80000000;
 inline constexpr std::uint32_t kRemote = 0x40000000;
 inline constexpr std::uint32_t kError = 0x20000000;

@@ -37,21 +37,21 @@ std::int32_t whole(double value) { return static_cast<std::int32_t>(std::llround
 }  // namespace
 
 void ShaftModel::step(Time now) {
-  // What came is of the time when it was on the line, which may be before the last step.
+  // Arrivals have the time when they were on the line, which may be before the last step.
   if (last_ == Time{}) last_ = now;
   if (now < last_) return;
   while (const auto due = under_way_.take(now)) {
     go_on(std::max(due->at, last_));
-    does_ = due->wish;
+    does_ = due->command;
   }
   go_on(now);
 }
 
-void ShaftModel::want(const Wish& wish) {
+void ShaftModel::want(const Target& target) {
   if (lag_ == Duration{})
-    does_ = wish;
+    does_ = target;
   else
-    under_way_.tell(wish, last_ + lag_);
+    under_way_.tell(target, last_ + lag_);
 }
 
 void ShaftModel::go_on(Time now) {
@@ -122,7 +122,7 @@ std::unique_ptr<Dialogue> bus_of(std::uint8_t motors, Make make) {
 }
 
 std::unique_ptr<EmulatedMotor> default_drive(std::uint8_t node) {
-  constexpr double kIncrements = 4096;  // as the drivers' parameter is
+  constexpr double kIncrements = 4096;  // default of the drivers' parameter
   return std::make_unique<Cia402Emulator>(node, kIncrements, kIncrements);
 }
 
@@ -187,7 +187,7 @@ void OdriveEmulator::on_timeout(Time now, Output& out) {
   next_ = now + kNodeTick;
   shaft_.step(now);
   if (enabled_ && has_watchdog && now - fed_ > kOdriveWatchdog) {
-    errors = 0x01000000;  // its watchdog
+    errors = 0x01000000;  // watchdog timer expired
     enabled_ = false;
   }
   if (errors != 0) enabled_ = false;

@@ -1,5 +1,5 @@
-// A CAN bus with motor controllers that are not there: ODrives, VESCs, drives after CiA 402, each
-// with a shaft that turns, and with the watchdog that the real ones have.
+// Emulator of a CAN bus with motor controllers: ODrives, VESCs, CiA 402 drives, each with a turning
+// shaft and the watchdog of the real controllers.
 #pragma once
 
 #include <cmath>
@@ -16,7 +16,7 @@
 
 namespace rack::device {
 
-// What a motor turns: as fast as it is told, or to where.
+// Model of a motor's shaft, with a target velocity or a target position.
 class ShaftModel {
  public:
   void turn(double velocity) { want({.velocity = velocity}); }
@@ -33,20 +33,20 @@ class ShaftModel {
  private:
   static constexpr double kAcceleration = 400;  // rad/s2
 
-  struct Wish {
+  struct Target {
     double velocity = 0;
     std::optional<double> target{};
-    double limit = 0;  // of the velocity, on the way to the target
+    double limit = 0;  // maximum velocity towards the target position
   };
 
-  void want(const Wish& wish);
+  void want(const Target& target);
   void go_on(Time now);
 
   double position_ = 0;
   double velocity_ = 0;
-  Wish does_{};
+  Target does_{};
   Duration lag_{};
-  Delay<Wish> under_way_;
+  Delay<Target> under_way_;
   Time last_{};
 };
 
@@ -80,7 +80,7 @@ class MotorBus final : public Dialogue, public emulator::Wheelwork {
 
   [[nodiscard]] EmulatedMotor& motor(std::size_t index) { return *motors_[index]; }
   [[nodiscard]] bool stands() const;
-  // Nobody hears this one any more; it hears.
+  // This motor can no longer send, but still receives.
   void cut_off(std::size_t index) { silent_ = index; }
 
   [[nodiscard]] std::size_t motor_count() const override { return motors_.size(); }
@@ -111,8 +111,8 @@ class OdriveEmulator final : public EmulatedMotor {
   [[nodiscard]] Time next_timeout() const override { return next_; }
 
   std::uint32_t errors = 0;
-  bool sends_encoder = true;  // by itself; some are asked
-  bool has_watchdog = true;   // off as it comes
+  bool sends_encoder = true;  // false: sends it only on request
+  bool has_watchdog = true;   // disabled in a new ODrive
 
  private:
   void send_encoder(Output& out) const;
@@ -151,10 +151,10 @@ class Cia402Emulator final : public EmulatedMotor {
   [[nodiscard]] Time next_timeout() const override { return next_; }
 
   void set_fault(std::uint16_t error, Output& out);
-  void restart(Output& out);  // its supply was away
+  void restart(Output& out);  // as after an interruption of its supply
   [[nodiscard]] Cia402State drive_state() const { return state_; }
   [[nodiscard]] std::optional<std::uint32_t> object(std::uint16_t index, std::uint8_t sub) const;
-  std::optional<std::uint16_t> lacks;  // an object that this one does not have
+  std::optional<std::uint16_t> lacks;  // an object that this drive does not have
 
  private:
   void on_sdo(std::span<const std::byte> bytes, Output& out);
@@ -169,7 +169,7 @@ class Cia402Emulator final : public EmulatedMotor {
   std::map<std::uint32_t, std::uint32_t> objects_;
   bool operational_ = false;
   Cia402State state_ = Cia402State::kSwitchOnDisabled;
-  bool taken_ = false;  // the new position
+  bool taken_ = false;  // the new position was acknowledged
   bool homed_ = false;
   unsigned control_ = 0;
   Time host_heard_ = tims::kNever;

@@ -7,9 +7,9 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kMotorChassisReadyTime = 8s;  // with the encoder search of some
-constexpr Duration kMotorChassisBetween = 5ms;   // a bus has no room for more
-constexpr Duration kStale = 200ms;               // what a motor has told is of the past
+constexpr Duration kMotorChassisReadyTime = 8s;  // includes the encoder search of some motors
+constexpr Duration kMotorChassisBetween = 5ms;   // limits the load of the bus
+constexpr Duration kStale = 200ms;               // age at which the state of a motor is outdated
 
 }  // namespace
 
@@ -62,7 +62,7 @@ void MotorChassis::on_arrival(const Arrival& arrival, Output& out) {
 void MotorChassis::on_timeout(Time now, Output& out) {
   if (is_stopped_) return;
   host_.on_timeout(now, out);
-  // A recording answers nothing, and its pauses say nothing of the motors.
+  // A recording does not answer, and its pauses are not failures of the motors.
   if (!settings_.only_listen)
     for (MotorLink& link : links_)
       if (link.motor->next_timeout() <= now) link.motor->on_timeout(now, out);
@@ -78,7 +78,7 @@ void MotorChassis::on_timeout(Time now, Output& out) {
   }
 }
 
-// Whether all are ready, and none has failed: then all of them stop at once.
+// Checks whether all motors are ready. If one has failed, all are stopped at once.
 void MotorChassis::check(Time now, Output& out) {
   bool all = true;
   for (const MotorLink& link : links_) {
@@ -94,7 +94,7 @@ void MotorChassis::check(Time now, Output& out) {
     next_data_ = now;
     for (std::size_t i = 0; i < links_.size(); ++i)
       positions_[i] = links_[i].motor->state().position / links_[i].gear;
-    // Steering begins where it is.
+    // Steering starts at its current position.
     for (std::size_t i = 0; i < links_.size(); ++i)
       if (wheels_.is_steering(i))
         targets_[i] = (links_[i].motor->state().position - links_[i].zero) / links_[i].gear;
@@ -129,7 +129,7 @@ void MotorChassis::measure(Time now) {
     oldest = std::min(oldest, link.motor->state().measured);
     volts = std::max(volts, link.motor->state().volts);
   }
-  if (now - oldest > kStale) return;  // no data are an error after three periods
+  if (now - oldest > kStale) return;  // the driver fails after three periods without data
   const auto movement = [&](bool is_way) {
     for (std::size_t i = 0; i < links_.size(); ++i) {
       const MotorState& state = links_[i].motor->state();

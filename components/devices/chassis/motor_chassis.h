@@ -1,5 +1,5 @@
-// A vehicle whose motors are controllers at a CAN bus: differential, steered before, or on both
-// axles. All of them are ready, or none is told anything; one that fails stops all.
+// A vehicle with motor controllers on a CAN bus: differential, or steered on one or both axles.
+// Commands are sent only when all motors are ready; the failure of one motor stops all.
 #pragma once
 
 #include <memory>
@@ -16,17 +16,16 @@ namespace rack::device {
 struct MotorLink {
   std::unique_ptr<Motor> motor{};
   std::string name{};  // "left motor (node 3)"
-  // rad of the motor's shaft for 1 mm of the rim, or for 1 rad of the steering; below 0: it turns
-  // the other way round.
+  // rad of the motor's shaft per mm at the rim, or per rad of the steering; below 0: reversed.
   double gear = 1;
-  double zero = 0;  // of steering: rad of the motor when it is straight ahead
+  double zero = 0;  // steering: rad of the motor for straight ahead
 };
 
 struct MotorChassisSettings {
-  Duration cycle = std::chrono::milliseconds(20);    // of the commands
-  Duration period = std::chrono::milliseconds(100);  // of the data
-  bool is_canopen = false;                           // heartbeat and SYNC are sent
-  bool only_listen = false;                          // to a recording
+  Duration cycle = std::chrono::milliseconds(20);    // period of the commands
+  Duration period = std::chrono::milliseconds(100);  // period of the data
+  bool is_canopen = false;                           // send heartbeat and SYNC
+  bool only_listen = false;                          // the device is a recording
 };
 
 class MotorChassis final : public ChassisDialogue {
@@ -63,8 +62,8 @@ class MotorChassis final : public ChassisDialogue {
   Time next_data_ = tims::kNever;
 
   ChassisSpeed wanted_;
-  std::vector<double> targets_;    // of the wheels
-  std::vector<double> positions_;  // of the rims at the last data, mm
+  std::vector<double> targets_;    // targets of the wheels
+  std::vector<double> positions_;  // positions of the rims at the last data, mm
   std::vector<double> measured_;
   bool has_data_ = false;
   ChassisData data_;

@@ -15,7 +15,7 @@ namespace motor_chassis_test {
 
 using namespace std::chrono_literals;
 
-// One of so many is lost.
+// Loses this share of the frames.
 emulator::VirtualLine::Lose lost(double share) {
   return [share, random = std::mt19937(1)](bool, std::span<const std::byte>) mutable {
     return std::bernoulli_distribution(share)(random);
@@ -174,7 +174,7 @@ TEST_P(MotorChassisTest, MotorsStopByThemselvesWhenTheHostIsGone) {
 
 TEST_P(MotorChassisTest, ItsLastWordsStopTheMotorsWhoeverSaysThem) {
   build(Wheels::ackermann(1000, 600, false, 0.6));
-  const auto words = chassis_->last_words();  // before it has said anything
+  const auto words = chassis_->last_words();  // before any communication
   ASSERT_TRUE(wait_for_data());
   chassis_->drive({.vx = 500}, line_->now());
   line_->run(1s);
@@ -229,7 +229,7 @@ TEST_P(MotorChassisTest, FramesOfOthersAndNoiseBreakNothing) {
   for (int i = 0; i < 5000; ++i) {
     std::array<std::byte, 8> bytes{};
     for (std::byte& byte : bytes) byte = static_cast<std::byte>(random());
-    // Of any sender but these two; error frames too.
+    // From any node except these two; also error frames.
     const std::uint32_t node = 20 + random() % 40;
     const std::uint32_t kind = random() % 3;
     const std::uint32_t id = kind == 0   ? 0x700 + node
@@ -253,7 +253,7 @@ TEST_P(MotorChassisTest, ARecordingIsListenedToOnly) {
   listening.stop({}, *std::make_unique<Ear>());
 }
 
-// What a motor says as long as it lives.
+// The messages that show that a motor is running.
 std::vector<std::pair<std::uint32_t, std::vector<std::byte>>> signs_of_life(std::uint8_t node) {
   const std::vector<std::byte> zeros(8);
   std::vector<std::byte> closed = zeros;
@@ -305,7 +305,7 @@ TEST_P(MotorChassisTest, WhatItHearsPassesItsFilter) {
 
 TEST_P(MotorChassisTest, CommandsAreWorthlessSoonAndTheEndIsNot) {
   const auto one = motor(5, MotorTask::kTurns);
-  if (GetParam() == Kind::kCia402) GTEST_SKIP() << "is told nothing before it is enabled";
+  if (GetParam() == Kind::kCia402) GTEST_SKIP() << "receives no commands before it is enabled";
   Ear ear;
   one->command(1, Time{1s}, ear);
   EXPECT_EQ(ear.deadlines.back(), Time{1050ms});
@@ -394,7 +394,7 @@ class OneDriveTest : public testing::Test {
     line_->start();
     line_->run(5s, [&] { return chassis_->is_ready() || chassis_->failure(); });
   }
-  // What the drive says of its own, right away.
+  // The frames that the drive sends without a request.
   struct Wire final : Output {
     explicit Wire(OneDriveTest& of) : test(of) {}
     void send(std::span<const std::byte> bytes, std::uint32_t id) override {
@@ -429,7 +429,7 @@ TEST_F(OneDriveTest, ANeededObjectMayNot) {
   build(0x6060);
   ASSERT_TRUE(chassis_->failure());
   EXPECT_THAT(chassis_->failure()->detail(),
-              testing::HasSubstr("refuses object 6060:0 with 06020000"));
+              testing::HasSubstr("refuses object 6060:0, abort code 06020000"));
 }
 
 TEST_F(OneDriveTest, AFaultIsNamedAndClearedByANewBeginning) {
@@ -450,7 +450,7 @@ TEST_F(OneDriveTest, ARestartedDriveIsFoundOut) {
   drive_->restart(wire);
   line_->run(100ms);
   ASSERT_TRUE(chassis_->failure());
-  EXPECT_THAT(chassis_->failure()->detail(), testing::HasSubstr("was started anew"));
+  EXPECT_THAT(chassis_->failure()->detail(), testing::HasSubstr("was restarted"));
 }
 
 }  // namespace motor_chassis_test

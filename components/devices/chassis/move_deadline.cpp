@@ -9,8 +9,8 @@ using namespace std::chrono_literals;
 
 constexpr int kPeriods = 3;
 constexpr Duration kUnknown = 100ms;
-constexpr Duration kShortest = 50ms;  // of a very fast sender: the scheduler may be late once
-constexpr Duration kLongest = 1s;     // a longer gap is a new beginning
+constexpr Duration kShortest = 50ms;  // minimum, tolerates a delay by the scheduler
+constexpr Duration kLongest = 1s;     // after a longer gap the estimation starts again
 
 }  // namespace
 
@@ -29,7 +29,7 @@ void MoveDeadline::forget() {
   end();
 }
 
-// The middle one of the last gaps, so that neither two in a row nor a single late one counts.
+// The median of the last intervals, so that single very short or long intervals have no effect.
 Duration MoveDeadline::period() const {
   constexpr std::size_t kEnough = 3;
   const std::size_t known = std::min(count_, kGaps);

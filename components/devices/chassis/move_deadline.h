@@ -1,6 +1,6 @@
-// How long a command to move holds. What moves must not go on when whoever moved it has died: so a
-// command holds for three periods of its sender, which are learnt from its commands, unless a time
-// is set.
+// Validity of motion commands. A device must stop when the sender of its commands crashes. A command
+// is therefore valid for three periods of its sender, which are estimated from its commands, unless a
+// fixed time is set.
 #pragma once
 
 #include <array>
@@ -15,18 +15,18 @@ using tims::Time;
 
 class MoveDeadline {
  public:
-  // 0: three periods of the sender.
+  // fixed: validity; 0: three periods of the sender.
   explicit MoveDeadline(Duration fixed = {}) : fixed_(fixed) {}
 
   void on_move(Time now);
-  // It stands, or does something else.
+  // The motion has ended or was replaced: no command is valid.
   void end() { moved_ = tims::kNever; }
-  // And somebody else commands from now on.
+  // The same, and a new sender follows: discards the estimated period.
   void forget();
 
   [[nodiscard]] bool holds() const { return moved_ != tims::kNever; }
   [[nodiscard]] Duration length() const;
-  // When the last command is too old; kNever: none holds.
+  // When the last command expires; kNever: no command is valid.
   [[nodiscard]] Time due() const { return holds() ? moved_ + length() : tims::kNever; }
 
  private:

@@ -9,7 +9,7 @@ using namespace std::chrono_literals;
 
 constexpr Time kBegin{1000s};
 
-// When the last of `count` commands was given.
+// Gives `count` commands and returns the time of the last one.
 Time command(MoveDeadline& deadline, Duration period, int count, Time now = kBegin) {
   for (int i = 0; i < count; ++i) deadline.on_move(now += period);
   return now;

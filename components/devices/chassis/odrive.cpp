@@ -14,10 +14,10 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr Duration kOdriveTick = 50ms;
-constexpr Duration kEncoderLate = 40ms;  // then it is asked for
+constexpr Duration kEncoderLate = 40ms;  // then encoder values are requested
 constexpr Duration kCloseAgain = 500ms;
 constexpr int kOdriveAttempts = 5;
-// More than any of them has: no measurement.
+// Larger values are not measurements.
 constexpr float kTurnsMax = 1e7F;
 constexpr float kTurnsEachSecondMax = 1e4F;
 constexpr float kVoltsMax = 1e3F;
@@ -86,7 +86,7 @@ bool Odrive::on_frame(const Arrival& frame, Output& out) {
       if (axis_state_ != kClosedLoop && !failure() && frame.last >= next_close_) {
         next_close_ = frame.last + kCloseAgain;
         if (++attempts_ > kOdriveAttempts)
-          fail("does not close its loop; is it calibrated?");
+          fail("does not enter closed loop control; check its calibration");
         else
           close_loop(out);
       }
@@ -124,7 +124,7 @@ void Odrive::on_heartbeat(std::span<const std::byte> bytes, Time when) {
 void Odrive::on_timeout(Time now, Output& out) {
   if (next_ > now) return;
   next_ = now + kOdriveTick;
-  if (heard_ != tims::kNever && now - heard_ > kSilenceMax) fail("has no heartbeat any more");
+  if (heard_ != tims::kNever && now - heard_ > kSilenceMax) fail("has stopped sending heartbeats");
   if (state_.measured == tims::kNever || now - state_.measured > kEncoderLate)
     ask(OdriveCommand::kEncoder, out);
   if (now >= next_volts_) {

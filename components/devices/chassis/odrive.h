@@ -1,9 +1,9 @@
 // ODrive (3.x with firmware 0.5, Pro and S1 with 0.6) by CANSimple.
 //
 // An 11-bit identifier is node << 5 | command; the bytes are little-endian. A drive sends its
-// heartbeat (01: errors, state) every 100 ms and where its encoder is (09: revolutions, revolutions
-// a second) every 10 ms. It turns when it is in state 8 (closed loop) and hears a velocity (0D).
-// Its watchdog (axis.config.watchdog_timeout, off as it comes) is fed by these: set it to 0.2 s.
+// heartbeat (01: errors, state) every 100 ms and its encoder values (09: turns, turns per second)
+// every 10 ms. It turns when it is in state 8 (closed loop) and receives a velocity (0D). Velocities
+// also feed its watchdog (axis.config.watchdog_timeout, disabled by default): set it to 0.2 s.
 //
 // Source: ODrive's documentation of the CAN protocol, 0.5 and 0.6.
 #pragma once
@@ -60,7 +60,7 @@ class Odrive final : public Motor {
   MotorTask task_;
   std::uint8_t axis_state_ = 0;
   int attempts_ = 0;
-  Time heard_ = tims::kNever;  // its heartbeat
+  Time heard_ = tims::kNever;  // time of the last heartbeat
   Time next_ = tims::kNever;
   Time next_close_{};
   Time next_volts_{};

@@ -13,15 +13,15 @@ constexpr std::byte kHead1{0xFA};
 constexpr std::byte kHead2{0xFB};
 constexpr std::size_t kFrame = 3;
 constexpr std::uint32_t kP2osBaud = 9600;
-constexpr Duration kP2osBetween = 10ms;  // two commands
+constexpr Duration kP2osBetween = 10ms;  // pause between two commands
 constexpr Duration kP2osAnswerTime = 500ms;
-constexpr Duration kRepeat = 200ms;  // far below the two seconds of its watchdog
+constexpr Duration kRepeat = 200ms;  // far below the watchdog time of 2 s
 constexpr int kP2osAttempts = 6;
 constexpr int kEncoderPacket = 0x90;
 constexpr double kP2osPi = std::numbers::pi;
 constexpr i32 kSonarMax = 5000;  // mm
 
-// How the robot's disks look around it, deg, clockwise from ahead.
+// Directions of the sonars, deg, clockwise from straight ahead.
 constexpr std::array<int, kP2osSonars> kSonarAngles = {-90, -50, -30, -10, 10,  30,  50,  90,
                                                        90,  130, 150, 170, 190, 210, 230, 270};
 
@@ -87,7 +87,7 @@ bool decode_p2os_state(std::span<const std::byte> body, P2osState& state) {
   constexpr std::size_t kSonarCount = 19;
   if (body.size() <= kSonarCount || (byte_at(body, 0) & 0xF0) != 0x30) return false;
   state.is_moving = byte_at(body, 0) == 0x33;
-  // The highest bit is not of the number.
+  // The highest bit is not part of the number.
   const auto place = [&](std::size_t index) {
     const int value = little_endian<std::uint16_t>(body, index) & 0x7FFF;
     return value >= 0x4000 ? value - 0x8000 : value;
@@ -160,12 +160,12 @@ void P2os::on_timeout(Time now, Output& out) {
       if (++attempts_ > kP2osAttempts) {
         next_command_ = tims::kNever;
         fail(tims::Errc::kTimeout,
-             "the robot answers no SYNC; is it switched on, and its serial line free?");
+             "the robot does not answer to SYNC; check its power and that its serial line is free");
         return;
       }
       out.send(p2os_sync(static_cast<int>(state_)).view());
       next_command_ = now + kP2osAnswerTime;
-      // Once it is asked for anew, it begins anew.
+      // After three attempts the sequence starts again with SYNC 0.
       if (attempts_ % 3 == 0) state_ = State::kSync0;
       return;
     case State::kSetup:
@@ -182,7 +182,7 @@ void P2os::send(const P2osPacket& packet, Time now, Output& out) {
   next_command_ = now + kP2osBetween;
 }
 
-// One command each time. The last one is the one that lets it drive.
+// Sends one command per call. The last one enables the motors.
 void P2os::send_setup(Time now, Output& out) {
   using Command = P2osCommand;
   switch (step_++) {
@@ -222,7 +222,7 @@ void P2os::drive(const ChassisSpeed& speed, Time now) {
     next_command_ = std::min(next_command_, std::max(now, repeat_ - kRepeat + kP2osBetween));
 }
 
-// What has changed; all of it again from time to time, which also feeds its watchdog.
+// Sends changed speeds, and repeats all of them periodically, which also feeds the watchdog.
 void P2os::send_speed(Time now, Output& out) {
   if (now >= repeat_) {
     sent_speed_.reset();
@@ -263,7 +263,7 @@ void P2os::on_packet(const P2osPackets::Packet& packet, Time now) {
   const int what = byte_at(packet.body, 0);
   P2osState state;
   if (decode_p2os_state(packet.body, state)) {
-    // Somebody has opened it before and gone without a word: it needs no SYNC.
+    // The robot was opened before and not closed: it needs no SYNC.
     if (state_ < State::kSetup) enter(State::kSetup, now);
     if (state_ == State::kOpen) on_state(state, packet.began);
   } else if (what == kEncoderPacket && packet.body.size() >= 9) {
@@ -305,7 +305,7 @@ void P2os::on_state(const P2osState& state, Time began) {
         data_.deltaRho + static_cast<f32>((ways_[0] - ways_[1]) / settings_.rotation_width);
     ways_ = {};
   } else if (pose_) {
-    // What the robot has reckoned itself, turned back into its own frame.
+    // Transforms the odometry of the robot into its body frame.
     const auto wrapped = [](int difference, int turn) {
       return (difference + 3 * turn / 2) % turn - turn / 2;
     };

@@ -1,14 +1,14 @@
-// Robots of MobileRobots that speak P2OS (ARCOS, AROS and the others): Pioneer 2 and 3, PeopleBot.
+// MobileRobots robots with P2OS (ARCOS, AROS and others): Pioneer 2 and 3, PeopleBot.
 //
 // A packet is FA FB, the number of bytes that follow, the bytes, and a checksum: the sum of their
-// pairs, high byte first, a last odd one xored. The host says SYNC 0, 1, 2, which come back, the
-// last one with the robot's names; then commands: a number, and an argument with its type (3B: 0
-// and more, 1B: its negative, 2B: text). Between two commands lie 10 ms. Opened, the robot sends a
-// server information packet (32 when it stands, 33 when it moves) every 100 ms, and encoder packets
-// (90) when asked for. When it hears nothing for two seconds (a setting of the robot) it stops by
-// itself: that is what saves it when the host dies.
+// pairs, high byte first, a last odd byte XORed. The host sends SYNC 0, 1, 2, which the robot returns,
+// the last one with its names; then commands: a number, and an argument with its type (3B: not
+// negative, 1B: negative, 2B: text). The pause between two commands is 10 ms. After OPEN the robot
+// sends a server information packet (32 at rest, 33 in motion) every 100 ms, and encoder packets (90)
+// on request. After two seconds without a packet (a setting of the robot) it stops: this is the
+// protection against a crash of the host.
 //
-// Source: Pioneer 3 operations manual, chapter 6; what RACK 0.6.1 sends.
+// Source: Pioneer 3 operations manual, chapter 6; RACK 0.6.1.
 #pragma once
 
 #include <array>
@@ -29,11 +29,11 @@ enum class P2osCommand : std::uint8_t {
   kSetAcceleration = 5,  // mm/s2; below 0: deceleration
   kVelocity = 11,        // mm/s
   kEncoder = 19,         // 0 none, 1 one, 2 all
-  kTurn = 21,            // deg/s, to the left
+  kTurn = 21,            // deg/s, counterclockwise
   kSonar = 28,
 };
 
-// A packet in place: no memory is taken.
+// A packet in a fixed buffer, without dynamic memory.
 struct P2osPacket {
   static constexpr std::size_t kSizeMax = 12;
   std::array<std::byte, kSizeMax> bytes{};
@@ -44,7 +44,7 @@ std::uint16_t p2os_checksum(std::span<const std::byte> body);
 P2osPacket p2os_command(P2osCommand command, std::optional<int> argument = {});
 P2osPacket p2os_sync(int number);
 
-// Of a whole packet: its body, without the frame and the checksum.
+// Splits a stream into packets and returns their bodies, without frame and checksum.
 class P2osPackets {
  public:
   struct Packet {
@@ -52,7 +52,7 @@ class P2osPackets {
     Time began{};
   };
   void add(const Arrival& arrival) { buffer_.add(arrival); }
-  // False: no whole packet is there. Valid until the next call.
+  // Returns false if there is no complete packet. The packet is valid until the next call.
   bool next(Packet& packet);
   void clear() { buffer_.clear(); }
   [[nodiscard]] std::uint64_t broken() const { return broken_; }
@@ -66,18 +66,18 @@ class P2osPackets {
 
 inline constexpr std::size_t kP2osSonars = 16;
 
-// The part of a server information packet that RACK has a use for.
+// The part of a server information packet that RACK uses.
 struct P2osState {
   bool is_moving = false;
-  int x = 0;  // mm, as the robot counts them
+  int x = 0;  // mm, odometry of the robot
   int y = 0;
-  int heading = 0;  // 4096 to a turn, to the left
+  int heading = 0;  // 4096 per turn, counterclockwise
   float left = 0;   // mm/s
   float right = 0;
   float battery = 0;  // V
   struct Sonar {
     std::uint8_t number;
-    std::uint16_t range;  // as it is sent
+    std::uint16_t range;  // raw value
   };
   std::array<Sonar, kP2osSonars> sonars{};
   std::size_t sonar_count = 0;
@@ -86,12 +86,12 @@ bool decode_p2os_state(std::span<const std::byte> body, P2osState& state);
 
 struct P2osSettings {
   bool sonar = false;
-  double ticks_per_mm = 48.5;   // of the encoders; a Pioneer 3-DX has 128
-  double rotation_width = 400;  // mm that the difference of the wheels is divided by
-  double sonar_scale = 0.268;   // mm; 1 of a Pioneer 3
-  int acceleration = 0;         // mm/s2; 0: what the robot is set to
+  double ticks_per_mm = 48.5;   // encoder ticks; Pioneer 3-DX: 128
+  double rotation_width = 400;  // effective distance of the wheels, mm
+  double sonar_scale = 0.268;   // mm per unit; Pioneer 3: 1
+  int acceleration = 0;         // mm/s2; 0: setting of the robot
   int deceleration = 0;
-  bool only_listen = false;  // to a recording
+  bool only_listen = false;  // the device is a recording
 };
 
 class P2os final : public ChassisDialogue {
@@ -107,14 +107,14 @@ class P2os final : public ChassisDialogue {
   void drive(const ChassisSpeed& speed, Time now) override;
   [[nodiscard]] bool is_ready() const override { return state_ == State::kOpen; }
   bool take(ChassisData& data, Time& recorded) override;
-  // The sonars as rays around the robot, when some have been measured anew.
+  // Takes the sonars as rays around the robot, if there are new measurements.
   bool take_sonars(LadarData& rays, Time& recorded);
 
-  // "name type subtype", once it is open.
+  // "name type subtype", after the connection was opened.
   [[nodiscard]] const std::string& robot() const { return robot_; }
 
  private:
-  // In the order in which they are gone through.
+  // In the order of the connection setup.
   enum class State : std::uint8_t { kSync0, kSync1, kSync2, kSetup, kOpen };
 
   void enter(State state, Time now);
@@ -128,8 +128,8 @@ class P2os final : public ChassisDialogue {
 
   P2osSettings settings_;
   State state_ = State::kSync0;
-  int step_ = 0;      // of the setup
-  int attempts_ = 0;  // of this SYNC
+  int step_ = 0;      // step of the setup
+  int attempts_ = 0;  // attempts of the current SYNC
   Time next_command_ = tims::kNever;
   P2osPackets packets_;
   std::string robot_;
@@ -138,11 +138,11 @@ class P2os final : public ChassisDialogue {
   int wanted_turn_ = 0;   // deg/s
   std::optional<int> sent_speed_;
   std::optional<int> sent_turn_;
-  Time repeat_{};  // both are said again
+  Time repeat_{};  // when to repeat both
 
   std::optional<std::array<std::int32_t, 2>> encoders_;  // left, right
-  std::array<double, 2> ways_{};                         // of the wheels since the last data, mm
-  std::optional<std::array<int, 3>> pose_;               // as long as there are no encoders
+  std::array<double, 2> ways_{};                         // distances of the wheels since last data
+  std::optional<std::array<int, 3>> pose_;               // used until encoder packets arrive
 
   bool has_data_ = false;
   ChassisData data_;

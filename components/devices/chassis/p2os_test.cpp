@@ -13,7 +13,7 @@ namespace p2os_test {
 
 using namespace std::chrono_literals;
 
-// One of so many is lost.
+// Loses this share of the packets.
 emulator::VirtualLine::Lose lost(double share) {
   return [share, random = std::mt19937(1)](bool, std::span<const std::byte>) mutable {
     return std::bernoulli_distribution(share)(random);
@@ -40,7 +40,7 @@ TEST(P2osTest, PacketsAreThoseOfTheManual) {
 
 class P2osDialogueTest : public testing::Test {
  protected:
-  // Until there are data; false: it gave up.
+  // Waits for data; false if the dialogue has given up.
   bool open(P2os& dialogue) {
     line_.emplace(dialogue, robot_, emulator::LineSettings{.delay = 1ms});
     line_->start();
@@ -112,7 +112,7 @@ TEST_F(P2osDialogueTest, TheRobotStopsByItselfWhenTheHostIsGone) {
   ASSERT_TRUE(open(dialogue));
   dialogue.drive({.vx = 300}, line_->now());
   line_->run(10s);
-  EXPECT_FALSE(robot_.body().is_told_to_stand());  // fed as long as the host lives
+  EXPECT_FALSE(robot_.body().is_told_to_stand());  // the watchdog is fed while the host runs
   line_->set_lose([](bool, std::span<const std::byte>) { return true; });
   line_->run(2200ms);
   EXPECT_TRUE(robot_.body().is_told_to_stand());
@@ -146,7 +146,7 @@ TEST_F(P2osDialogueTest, SaysThatNobodyAnswers) {
   line_->start();
   line_->run(20s, [&] { return dialogue.failure().has_value(); });
   ASSERT_TRUE(dialogue.failure());
-  EXPECT_THAT(dialogue.failure()->detail(), testing::HasSubstr("answers no SYNC"));
+  EXPECT_THAT(dialogue.failure()->detail(), testing::HasSubstr("does not answer to SYNC"));
 }
 
 TEST_F(P2osDialogueTest, SonarsAreRaysAroundTheRobot) {
@@ -210,7 +210,7 @@ TEST(P2osStreamTest, AFlippedBitCostsOnePacket) {
   for (std::size_t bit = 0; bit < stream.size() * 8; ++bit) {
     auto broken = stream;
     broken[bit / 8] ^= static_cast<std::byte>(1 << bit % 8);
-    // A wrong length swallows what comes next, until it is found out.
+    // A wrong length causes the loss of the following packets, until it is detected.
     EXPECT_GE(data_sets({broken, stream, stream}), 8 - 3) << bit;
   }
 }

@@ -49,7 +49,7 @@ void PioneerEmulator::on_command(std::span<const std::byte> body, Time now, Outp
     send_framed(answer, out);
     return;
   }
-  if (!opened_ && number == 0 && body.size() == 1) {  // begins anew
+  if (!opened_ && number == 0 && body.size() == 1) {  // SYNC 0 restarts the sequence
     synced_ = 1;
     send_framed(body, out);
     return;

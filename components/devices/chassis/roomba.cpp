@@ -27,7 +27,7 @@ constexpr int kBaudWorkingCode = 7;
 constexpr std::uint32_t kBaudCreate2 = 115200;
 
 constexpr Duration kRoombaPeriod = 100ms;
-constexpr Duration kRoombaBetween = 15ms;  // the interface looks every 15 ms
+constexpr Duration kRoombaBetween = 15ms;  // cycle of the interface
 constexpr Duration kOvercurrentMax = 1s;
 constexpr std::size_t kAnswer = 26;
 constexpr int kSpeedMax = 500;
@@ -36,7 +36,7 @@ constexpr int kStraight = 0x8000;
 
 int rounded(double value) { return static_cast<int>(std::lround(value)); }
 
-// Where its sensors are, mm: forward, to the right.
+// Position of a sensor, mm: forward, right.
 struct Place {
   i32 x;
   i32 y;
@@ -59,7 +59,7 @@ bool decode_roomba_sensors(std::span<const std::byte> bytes, double track, Roomb
   for (std::size_t i = 0; i < 4; ++i) sensors.cliffs[i] = byte_at(bytes, 2 + i) != 0;
   sensors.overcurrents = static_cast<std::uint8_t>(byte_at(bytes, 7));
   const double way = big_endian<std::int16_t>(bytes, 12);
-  // Half of what the right wheel went farther than the left one, mm: to the left.
+  // Half of the difference between right and left wheel, mm; positive: counterclockwise.
   const double turn = big_endian<std::int16_t>(bytes, 14) / (track / 2);
   sensors.ways = {static_cast<float>(way - turn * track / 2),
                   static_cast<float>(way + turn * track / 2)};
@@ -152,7 +152,7 @@ void Roomba::start(Time now, Output&) {
   next_drive_ = tims::kNever;
 }
 
-// One command each time, and its pause.
+// Sends one command per call, with the required pause.
 void Roomba::setup(Time now, Output& out) {
   const bool is_old = settings_.model == RoombaModel::kRoomba;
   next_step_ = now + 20ms;
@@ -215,7 +215,7 @@ void Roomba::on_timeout(Time now, Output& out) {
     next_step_ = tims::kNever;
     return;
   }
-  // The answer has no frame: only what comes after the question is one.
+  // The answer has no frame: only bytes received after the request belong to it.
   answer_.clear();
   asked_ = true;
   say(out, kSensors, 0);
@@ -232,7 +232,7 @@ void Roomba::drive(const ChassisSpeed& speed, Time now) {
 void Roomba::send_speed(Time now, Output& out) {
   last_drive_ = now;
   next_drive_ = now + kRoombaPeriod;
-  if (settings_.dock) return;  // it goes where it wants
+  if (settings_.dock) return;  // the robot drives autonomously
   const auto speed = static_cast<double>(wanted_.vx);
   const auto omega = static_cast<double>(wanted_.omega);
   if (settings_.model == RoombaModel::kCreate2) {
@@ -245,11 +245,11 @@ void Roomba::send_speed(Time now, Output& out) {
   }
   int along = std::clamp(rounded(speed), -kSpeedMax, kSpeedMax);
   int radius = kStraight;
-  if (along == 0 && omega != 0) {  // on the spot: 1 to the left, -1 to the right
+  if (along == 0 && omega != 0) {  // on the spot: 1 counterclockwise, -1 clockwise
     along = std::min(rounded(std::abs(omega) * settings_.track / 2), kSpeedMax);
     radius = omega > 0 ? -1 : 1;
   } else if (omega != 0 && std::abs(speed / omega) <= kRadiusMax) {
-    radius = rounded(-speed / omega);  // to the left
+    radius = rounded(-speed / omega);  // positive: left curve
   }
   say(out, kDrive, along >> 8, along, radius >> 8, radius);
 }
@@ -292,8 +292,8 @@ void Roomba::on_sensors(const RoombaSensors& sensors, Time measured) {
     overcurrent_since_ = measured;
   } else if (measured - overcurrent_since_ >= kOvercurrentMax) {
     fail(tims::Errc::kSystem, (sensors.overcurrents & 0x18) != 0
-                                  ? "a wheel takes too much current for a second: is it blocked?"
-                                  : "a brush takes too much current for a second: is it blocked?");
+                                  ? "overcurrent of a wheel for 1 s: check whether it is blocked"
+                                  : "overcurrent of a brush for 1 s: check whether it is blocked");
     return;
   }
   constexpr Duration kJitter = 10ms;

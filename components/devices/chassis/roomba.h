@@ -1,15 +1,15 @@
 // iRobot Roomba (the open interface of the 400 series) and Create 2, Roomba 600 and later.
 //
-// The host sends an opcode and its bytes, high byte first; nothing is acknowledged. 80 starts the
-// interface, 82 and 84 give the host control of everything, 89 drives (speed and radius), 91 drives
-// each wheel (Create 2), 8A switches brushes and vacuum, 8F seeks the dock. The older one is asked
-// for all its sensors (8E 00, 26 bytes without any frame), the newer one sends a frame every 15 ms
-// (94): 13, number of bytes, packets with their ids, and a checksum that makes the sum 0.
+// The host sends an opcode and its data, high byte first; there are no acknowledgements. 80 starts
+// the interface, 82 and 84 give the host full control, 89 drives (speed and radius), 91 drives each
+// wheel (Create 2), 8A switches brushes and vacuum, 8F seeks the dock. The sensors of the older model
+// are polled (8E 00, 26 bytes without a frame). The newer model sends a frame every 15 ms (94): 13,
+// number of bytes, packets with their ids, and a checksum that makes the sum 0.
 //
-// Neither stops by itself when the host is silent. So the driver has a guard (io/guard.h) that says
-// kRoombaStop when it dies.
+// Neither model has a watchdog. The driver therefore has a guard (io/guard.h) that sends kRoombaStop
+// when the driver crashes.
 //
-// Source: iRobot's open interface specifications of both; what RACK 0.6.1 sends.
+// Source: iRobot's open interface specifications of both; RACK 0.6.1.
 #pragma once
 
 #include <array>
@@ -23,25 +23,26 @@ namespace rack::device {
 
 enum class RoombaModel : std::uint8_t { kRoomba, kCreate2 };
 
-// What both send, as far as RACK has a use for it.
+// The sensors of both models that RACK uses.
 struct RoombaSensors {
-  std::uint8_t bumps = 0;  // 1 right, 2 left, 4 and more: a wheel has dropped
+  std::uint8_t bumps = 0;  // bits: 1 right, 2 left, 4 and higher: wheel drop
   bool wall = false;
   std::array<bool, 4> cliffs{};   // left, front left, front right, right
-  std::uint8_t overcurrents = 0;  // 1 side brush, 2 vacuum, 4 main brush, 8 right, 16 left wheel
+  std::uint8_t overcurrents = 0;  // bits: 1 side brush, 2 vacuum, 4 main brush, 8 right, 16 left
   std::uint8_t charging = 0;
   float battery = 0;            // V
-  std::array<float, 2> ways{};  // of the left and the right wheel since the last ones, mm
+  std::array<float, 2> ways{};  // distances of left and right wheel since the last sensors, mm
 };
 
-// Packet group 0: 26 bytes. False: it cannot be one. track: between the wheels, mm.
+// Decodes packet group 0, 26 bytes. Returns false if the values are implausible. track: distance of
+// the wheels, mm.
 bool decode_roomba_sensors(std::span<const std::byte> bytes, double track, RoombaSensors& sensors);
 
-// Frames of a Create 2; its counters of the wheels become ways.
+// Decodes the frames of a Create 2; converts encoder counts to distances.
 class Create2Frames {
  public:
   void add(const Arrival& arrival) { buffer_.add(arrival); }
-  // False: no whole frame is there.
+  // Returns false if there is no complete frame.
   bool next(RoombaSensors& sensors, Time& began);
   void clear();
   [[nodiscard]] std::uint64_t broken() const { return broken_; }
@@ -51,13 +52,13 @@ class Create2Frames {
   std::optional<std::array<std::uint16_t, 2>> counts_;
   std::uint64_t broken_ = 0;
 };
-// The packets that are asked for, in their order.
+// The requested packets, in order.
 inline constexpr std::array<std::uint8_t, 11> kCreate2Packets = {7,  8,  9,  10, 11, 12,
                                                                  14, 21, 22, 43, 44};
 std::size_t create2_packet_size(std::uint8_t id);
 inline constexpr double kCreate2MillimetresOfCount = 3.14159265358979 * 72.0 / 508.8;
 
-// Drive 0, some times: what was cut off before is filled up.
+// Drive with speed 0, repeated: the first bytes complete a command that may have been cut off.
 inline constexpr std::array<std::byte, 20> kRoombaStop = [] {
   std::array<std::byte, 20> words{};
   for (std::size_t i = 0; i < words.size(); i += 5) words[i] = std::byte{0x89};
@@ -66,12 +67,12 @@ inline constexpr std::array<std::byte, 20> kRoombaStop = [] {
 
 struct RoombaSettings {
   RoombaModel model = RoombaModel::kRoomba;
-  double track = 258;  // mm; 235 of a Create 2
+  double track = 258;  // mm; Create 2: 235
   bool main_brush = false;
   bool vacuum = false;
   bool side_brush = false;
   bool dock = false;
-  bool only_listen = false;  // to a recording
+  bool only_listen = false;  // the device is a recording
 };
 
 class Roomba final : public ChassisDialogue {
@@ -90,7 +91,7 @@ class Roomba final : public ChassisDialogue {
   void drive(const ChassisSpeed& speed, Time now) override;
   [[nodiscard]] bool is_ready() const override { return is_running_; }
   bool take(ChassisData& data, Time& recorded) override;
-  // What it touches and where the floor ends, as points around it.
+  // Adds bumper contacts and cliffs as points around the robot.
   void look(Scan2dData& scan) const;
   [[nodiscard]] const RoombaSensors& sensors() const { return sensors_; }
 
@@ -102,9 +103,9 @@ class Roomba final : public ChassisDialogue {
   void say(Output& out, Bytes... bytes);
 
   RoombaSettings settings_;
-  int step_ = 0;  // of the setup
+  int step_ = 0;  // step of the setup
   bool is_running_ = false;
-  bool asked_ = false;  // for its sensors, in this period
+  bool asked_ = false;  // sensors were requested in this period
   Time next_step_ = tims::kNever;
   Time next_drive_ = tims::kNever;
   Time last_drive_{};
@@ -117,7 +118,7 @@ class Roomba final : public ChassisDialogue {
 
   bool has_data_ = false;
   ChassisData data_;
-  double way_ = 0;   // since the last data, mm
+  double way_ = 0;   // distance since the last data, mm
   double turn_ = 0;  // rad
   Time recorded_{};
   Time recorded_before_{};

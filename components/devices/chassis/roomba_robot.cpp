@@ -10,7 +10,7 @@ using namespace std::chrono_literals;
 
 constexpr Duration kFrames = 15ms;
 
-// Bytes behind an opcode; nothing: it is none that is known here.
+// Number of data bytes of an opcode; empty for unknown opcodes.
 std::optional<std::size_t> arguments_of(int opcode, std::span<const std::byte> rest) {
   switch (opcode) {
     case 0x80:

@@ -1,4 +1,4 @@
-// A Roomba or Create 2 that is not there. Like the real ones it drives on until it is told to stop.
+// Emulator of a Roomba or Create 2. As the real robots, it keeps driving until a stop command.
 #pragma once
 
 #include "components/devices/chassis/roomba.h"
@@ -21,7 +21,7 @@ class RoombaEmulator final : public WheeledRobot {
 
   [[nodiscard]] int motors() const { return motors_; }
   [[nodiscard]] bool is_in_control() const { return full_; }
-  std::uint8_t bumps = 0;  // what it shall tell
+  std::uint8_t bumps = 0;  // reported bumper state
   std::uint8_t overcurrents = 0;
 
  private:
@@ -34,7 +34,7 @@ class RoombaEmulator final : public WheeledRobot {
   bool started_ = false;
   bool full_ = false;
   int motors_ = 0;
-  double told_left_ = 0;  // ways at the last sensors, mm
+  double told_left_ = 0;  // distance reported so far, mm
   double told_right_ = 0;
   Time next_frame_ = tims::kNever;
 };

@@ -13,7 +13,7 @@ namespace roomba_test {
 
 using namespace std::chrono_literals;
 
-// One of so many is lost.
+// Loses this share of the messages.
 emulator::VirtualLine::Lose lost(double share) {
   return [share, random = std::mt19937(1)](bool, std::span<const std::byte>) mutable {
     return std::bernoulli_distribution(share)(random);
@@ -131,7 +131,7 @@ TEST_P(RoombaTest, ABlockedWheelEndsIt) {
   robot_.overcurrents = 8;
   line_->run(3s, [&] { return dialogue.failure().has_value(); });
   ASSERT_TRUE(dialogue.failure());
-  EXPECT_THAT(dialogue.failure()->detail(), testing::HasSubstr("a wheel takes too much current"));
+  EXPECT_THAT(dialogue.failure()->detail(), testing::HasSubstr("overcurrent of a wheel"));
 }
 
 TEST_P(RoombaTest, LostBytesCostData) {

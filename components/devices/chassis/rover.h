@@ -1,5 +1,5 @@
-// A rover with an autopilot that is not there: heartbeat, attitude, local position, GPS, battery;
-// it drives when it is armed, and stops when it hears no velocity for three seconds.
+// Emulator of a rover with an autopilot: heartbeat, attitude, local position, GPS, battery. It drives
+// when it is armed, and stops after three seconds without a velocity.
 #pragma once
 
 #include "components/devices/chassis/mavlink.h"
@@ -21,7 +21,7 @@ class RoverEmulator final : public WheeledRobot {
   [[nodiscard]] Time next_timeout() const override { return next_; }
 
   [[nodiscard]] bool is_armed() const { return armed_; }
-  [[nodiscard]] int intervals() const { return intervals_; }  // that it was asked for
+  [[nodiscard]] int intervals() const { return intervals_; }  // number of interval requests received
   bool sends_odometry = false;
 
  private:

@@ -60,7 +60,7 @@ void ServoAxis::on_arrival(const Arrival& arrival, Output& out) {
 void ServoAxis::on_timeout(Time now, Output& out) {
   if (is_stopped_) return;
   host_.on_timeout(now, out);
-  // A recording answers nothing, and its pauses say nothing of the drive.
+  // A recording does not answer, and its pauses are not failures of the drive.
   if (!settings_.only_listen && drive_.next_timeout() <= now) drive_.on_timeout(now, out);
   check(now, out);
   if (is_stopped_) return;

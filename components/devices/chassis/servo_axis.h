@@ -1,4 +1,4 @@
-// One axis with a drive after CiA 402: a pan unit, a turntable, a lift.
+// One axis with a CiA 402 drive: a pan unit, a turntable, a lift.
 #pragma once
 
 #include <utility>
@@ -12,17 +12,17 @@ namespace rack::device {
 struct ServoAxisSettings {
   Cia402Settings drive{};
   double gear =
-      1;  // rad of the motor for 1 rad, or 1 mm, of the axis; below 0: the other way round
-  // Where it may be, rad or mm.
+      1;  // rad of the motor per rad or mm of the axis; below 0: reversed
+  // Permitted range, rad or mm.
   double min = -1e9;
   double max = 1e9;
   double velocity_max = 1;  // rad/s or mm/s
   Duration period = std::chrono::milliseconds(50);
-  Duration move_deadline{};  // of move(); 0: three periods of who calls it
-  bool only_listen = false;  // to a recording
+  Duration move_deadline{};  // validity of move(); 0: three periods of the caller
+  bool only_listen = false;  // the device is a recording
 };
 
-// At `time`, at an even speed between two data sets.
+// Interpolates linearly between two data sets.
 ServoDriveData interpolated(const ServoDriveData& before, const ServoDriveData& after,
                             TimeStamp time);
 
@@ -38,18 +38,18 @@ class ServoAxis final : public Dialogue {
   [[nodiscard]] Time next_timeout() const override;
   [[nodiscard]] std::vector<CanFilter> wanted_frames() const override;
 
-  // velocity, acceleration: limits on the way; 0: the largest.
+  // velocity, acceleration: limits; 0: maximum.
   void move_to(double position, double velocity, double acceleration);
-  // Until it is at the end of its way, or nobody has said it again in time (move_deadline.h). 0: it
-  // stays where it is.
+  // Moves until the end of the range, or until the command expires without a repetition
+  // (move_deadline.h). 0: stops.
   void move(double velocity, Time now);
-  // It was stopped because nobody said it again. True once for each time.
+  // True once after each stop because the command had expired.
   bool take_overdue() { return std::exchange(overdue_, false); }
-  // Here, or where its homing method finds it, is 0.
+  // Starts homing: the homing method determines position 0.
   void home();
 
   [[nodiscard]] bool is_ready() const { return is_ready_; }
-  // It is where it was told to be.
+  // The target is reached.
   [[nodiscard]] bool is_reached() const;
   bool take(ServoDriveData& data, Time& recorded);
 
@@ -70,7 +70,7 @@ class ServoAxis final : public Dialogue {
   double target_ = 0;  // rad or mm
   double velocity_ = 0;
   double acceleration_ = 0;
-  bool has_limits_ = false;  // that were not sent yet
+  bool has_limits_ = false;  // new limits must be sent
   bool shall_home_ = false;
   bool has_data_ = false;
   Time recorded_{};

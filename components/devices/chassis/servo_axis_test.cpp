@@ -46,7 +46,7 @@ TEST_F(ServoAxisTest, GoesWhereItIsTold) {
   line_->run(3s);
   EXPECT_TRUE(axis_->is_reached());
   EXPECT_NEAR(position(), 1.5, 1e-3);
-  axis_->move_to(-9, 0, 0);  // farther than it may
+  axis_->move_to(-9, 0, 0);  // outside of the permitted range
   line_->run(5s);
   EXPECT_NEAR(position(), -2, 1e-3);
 }
@@ -87,7 +87,7 @@ TEST_F(ServoAxisTest, StandsWhenNobodyMovesItAnyMore) {
   EXPECT_LT(there, 0.8);
   line_->run(2s);
   EXPECT_NEAR(position(), there, 0.05);
-  // What it is told to reach it reaches.
+  // A target position is reached even without repetition of the command.
   axis_->move(1, line_->now());
   axis_->move_to(-1, 0, 0);
   line_->run(5s);

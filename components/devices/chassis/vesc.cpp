@@ -14,7 +14,7 @@ using namespace std::chrono_literals;
 constexpr Duration kVescTick = 100ms;
 constexpr double kVescTurn = 2 * std::numbers::pi;
 constexpr double kRpm = kVescTurn / 60;  // rad/s
-constexpr int kStepsOfElectricTurn = 6;  // of the tachometer
+constexpr int kStepsOfElectricTurn = 6;  // tachometer steps
 
 }  // namespace
 
@@ -41,7 +41,7 @@ bool Vesc::on_frame(const Arrival& frame, Output&) {
   if (packet == static_cast<std::uint32_t>(VescPacket::kStatus1)) {
     const double velocity =
         big_endian<std::int32_t>(bytes) * kRpm / static_cast<double>(settings_.pole_pairs);
-    // Who does not tell its tachometer has turned as fast as it says.
+    // Without a tachometer, the position is integrated from the speed.
     if (settings_.task == MotorTask::kTurns && !tachometer_ && state_.measured != tims::kNever)
       state_.position +=
           velocity * std::chrono::duration<double>(frame.last - state_.measured).count();
@@ -71,7 +71,7 @@ void Vesc::on_timeout(Time now, Output&) {
   if (next_ > now) return;
   next_ = now + kVescTick;
   if (state_.measured != tims::kNever && now - state_.measured > kSilenceMax)
-    fail("sends no status any more");
+    fail("has stopped sending its status");
 }
 
 void Vesc::command(double target, Time now, Output& out) {

@@ -1,4 +1,4 @@
-// The body of an emulated robot with two wheels: what its wheels do, how far it has come.
+// Model of an emulated robot with two wheels: speeds of the wheels and odometry.
 #pragma once
 
 #include <algorithm>
@@ -13,7 +13,7 @@ class WheeledModel {
  public:
   WheeledModel(double track, double acceleration) : track_(track), acceleration_(acceleration) {}
 
-  // mm/s
+  // Sets the target speeds, mm/s.
   void want(double left, double right) {
     wanted_left_ = left;
     wanted_right_ = right;
@@ -24,12 +24,12 @@ class WheeledModel {
   }
   void set_lag(tims::Duration lag) { lag_ = lag; }
   void step(tims::Time now) {
-    // What came is of the time when it was on the line, which may be before the last step.
+    // Arrivals have the time when they were on the line, which may be before the last step.
     if (last_ == tims::Time{}) last_ = now;
     if (now < last_) return;
     while (const auto due = under_way_.take(now)) {
       go_on(std::max(due->at, last_));
-      does_ = due->wish;
+      does_ = due->command;
     }
     go_on(now);
   }
@@ -39,7 +39,7 @@ class WheeledModel {
   [[nodiscard]] double left_way() const { return left_way_; }  // mm
   [[nodiscard]] double right_way() const { return right_way_; }
   [[nodiscard]] double track() const { return track_; }
-  [[nodiscard]] double x() const { return x_; }  // mm, where it is: x forward, y to the right
+  [[nodiscard]] double x() const { return x_; }  // mm; x forward, y to the right
   [[nodiscard]] double y() const { return y_; }
   [[nodiscard]] double heading() const { return heading_; }  // rad, clockwise
   [[nodiscard]] bool stands() const { return left_ == 0 && right_ == 0; }
@@ -69,7 +69,7 @@ class WheeledModel {
   double acceleration_;
   tims::Duration lag_{};
   Delay<Speeds> under_way_;
-  Speeds does_{};  // of what it was told
+  Speeds does_{};  // target speeds in effect, after the delay
   double wanted_left_ = 0;
   double wanted_right_ = 0;
   double left_ = 0;
@@ -82,7 +82,7 @@ class WheeledModel {
   tims::Time last_{};
 };
 
-// What robots with such a body have in common.
+// Base of emulated robots with this model.
 class WheeledRobot : public Dialogue, public emulator::Wheelwork {
  public:
   [[nodiscard]] const WheeledModel& body() const { return body_; }

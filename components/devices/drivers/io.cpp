@@ -77,9 +77,9 @@ class Io : public Driver<IoData, IoLines> {
                               .period = period,
                               .only_listen = is_recording()};
     {
-      const std::lock_guard lock(wish_mutex_);
+      const std::lock_guard lock(pending_mutex_);
       outputs_ = outputs->size();
-      has_wish_ = false;
+      has_pending_ = false;
     }
     if (is_gpio) return std::unique_ptr<IoLines>(std::make_unique<GpioPins>(settings));
     return std::unique_ptr<IoLines>(std::make_unique<Firmata>(settings));
@@ -87,16 +87,16 @@ class Io : public Driver<IoData, IoLines> {
 
   Result<void> module_command(const tims::MessageView& message) override {
     if (message.header.type != IoType::kSetData) return Driver::module_command(message);
-    const auto wish = decode<IoData>(message);
-    if (!wish) return wish.error();
+    const auto outputs = decode<IoData>(message);
+    if (!outputs) return outputs.error();
     if (!is_on()) return refused("the component is off");
     {
-      const std::lock_guard lock(wish_mutex_);
-      if (wish->values.size() != outputs_)
+      const std::lock_guard lock(pending_mutex_);
+      if (outputs->values.size() != outputs_)
         return refused("there are " + std::to_string(outputs_) + " outputs, not " +
-                       std::to_string(wish->values.size()));
-      wish_.assign(wish->values.begin(), wish->values.end());
-      has_wish_ = true;
+                       std::to_string(outputs->values.size()));
+      pending_.assign(outputs->values.begin(), outputs->values.end());
+      has_pending_ = true;
     }
     wake();
     reply(message.header, tims::type::kOk);
@@ -104,15 +104,15 @@ class Io : public Driver<IoData, IoLines> {
   }
 
   tims::Time prepare(tims::Time) override {
-    const std::lock_guard lock(wish_mutex_);
-    if (std::exchange(has_wish_, false)) dialogue().set(wish_);
+    const std::lock_guard lock(pending_mutex_);
+    if (std::exchange(has_pending_, false)) dialogue().set(pending_);
     return tims::kNever;
   }
 
-  std::mutex wish_mutex_;
-  std::vector<u8> wish_;
+  std::mutex pending_mutex_;
+  std::vector<u8> pending_;
   std::size_t outputs_ = 0;
-  bool has_wish_ = false;
+  bool has_pending_ = false;
 };
 
 }  // namespace

@@ -74,23 +74,23 @@ class ServoDrive : public Driver<ServoDriveData, ServoAxis> {
         .period = period(),
         .move_deadline = std::chrono::milliseconds(integer("moveDeadline")),
         .only_listen = is_recording()});
-    const std::lock_guard lock(wish_mutex_);
-    wish_ = {.home = integer("homeAtOn") != 0};
+    const std::lock_guard lock(pending_mutex_);
+    pending_ = {.home = integer("homeAtOn") != 0};
     waiting_.reset();
     return dialogue;
   }
 
   tims::Time prepare(tims::Time now) override {
-    const std::lock_guard lock(wish_mutex_);
+    const std::lock_guard lock(pending_mutex_);
     if (!dialogue().is_ready()) return tims::kNever;
     if (dialogue().take_overdue()) log().warning("No MOVE_VEL in time, stopped");
-    if (std::exchange(wish_.home, false)) dialogue().home();
-    if (wish_.position)
-      dialogue().move_to(static_cast<double>(wish_.position->position),
-                         static_cast<double>(wish_.position->vel),
-                         static_cast<double>(wish_.position->acc));
-    if (wish_.velocity) dialogue().move(static_cast<double>(*wish_.velocity), now);
-    wish_ = {};
+    if (std::exchange(pending_.home, false)) dialogue().home();
+    if (pending_.position)
+      dialogue().move_to(static_cast<double>(pending_.position->position),
+                         static_cast<double>(pending_.position->vel),
+                         static_cast<double>(pending_.position->acc));
+    if (pending_.velocity) dialogue().move(static_cast<double>(*pending_.velocity), now);
+    pending_ = {};
     return tims::kNever;
   }
 
@@ -100,8 +100,8 @@ class ServoDrive : public Driver<ServoDriveData, ServoAxis> {
 
   // Answers requests that wait until the target is reached.
   Result<void> complete(ServoDriveData&) override {
-    const std::lock_guard lock(wish_mutex_);
-    if (!waiting_ || wish_.position || wish_.home || !dialogue().is_reached()) return {};
+    const std::lock_guard lock(pending_mutex_);
+    if (!waiting_ || pending_.position || pending_.home || !dialogue().is_reached()) return {};
     (void)reply(*waiting_, ServoDriveType::kPositionReached);
     waiting_.reset();
     return {};
@@ -112,17 +112,17 @@ class ServoDrive : public Driver<ServoDriveData, ServoAxis> {
       case ServoDriveType::kHome:
         return accept(message, {.home = true}, false);
       case ServoDriveType::kMovePos: {
-        const auto wish = decode<ServoDriveMovePosData>(message);
-        if (!wish) return wish.error();
-        return accept(message, {.position = *wish}, wish->replyPositionReached != 0);
+        const auto motion = decode<ServoDriveMovePosData>(message);
+        if (!motion) return motion.error();
+        return accept(message, {.position = *motion}, motion->replyPositionReached != 0);
       }
       case ServoDriveType::kMoveVel: {
-        const auto wish = decode<ServoDriveMoveVelData>(message);
-        if (!wish) return wish.error();
-        return accept(message, {.velocity = wish->vel}, false);
+        const auto motion = decode<ServoDriveMoveVelData>(message);
+        if (!motion) return motion.error();
+        return accept(message, {.velocity = motion->vel}, false);
       }
       case ServoDriveType::kInformReached: {
-        const std::lock_guard lock(wish_mutex_);
+        const std::lock_guard lock(pending_mutex_);
         waiting_ = message.header;
         break;
       }
@@ -133,17 +133,17 @@ class ServoDrive : public Driver<ServoDriveData, ServoAxis> {
     return {};
   }
 
-  struct Wish {
+  struct Motion {
     bool home = false;
     std::optional<ServoDriveMovePosData> position{};
     std::optional<f32> velocity{};
   };
 
-  Result<void> accept(const tims::MessageView& message, const Wish& wish, bool inform) {
+  Result<void> accept(const tims::MessageView& message, const Motion& motion, bool inform) {
     if (!is_on()) return refused("the drive is off");
     {
-      const std::lock_guard lock(wish_mutex_);
-      wish_ = wish;
+      const std::lock_guard lock(pending_mutex_);
+      pending_ = motion;
       waiting_.reset();
       if (inform) waiting_ = message.header;
     }
@@ -152,8 +152,8 @@ class ServoDrive : public Driver<ServoDriveData, ServoAxis> {
     return {};
   }
 
-  PriorityMutex wish_mutex_;
-  Wish wish_;
+  PriorityMutex pending_mutex_;
+  Motion pending_;
   std::optional<tims::Header> waiting_;  // request to answer when the target is reached
 };
 

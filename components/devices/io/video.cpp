@@ -45,15 +45,15 @@ bool control(int file, unsigned long what, Request& request) {
   return result >= 0;
 }
 
-struct Wish {
+struct VideoMode {
   std::vector<std::uint32_t> formats;  // in order of preference; empty: the camera's first format
   std::uint32_t width = 0;             // 0: current setting of the camera
   std::uint32_t height = 0;
   double rate = 0;  // frames per second; 0: current setting of the camera
 };
 
-Result<Wish> wish_of(const DeviceAddress& address) {
-  Wish wish;
+Result<VideoMode> mode_of(const DeviceAddress& address) {
+  VideoMode mode;
   const auto value = [&](std::string_view name) -> std::string {
     const auto found = address.options.find(name);
     return found == address.options.end() ? "" : found->second;
@@ -67,14 +67,14 @@ Result<Wish> wish_of(const DeviceAddress& address) {
     if (!width || !height)
       return Error(Errc::kInvalidArgument, "size must be WIDTHxHEIGHT, for example 640x480, not " +
                                                size);
-    wish.width = *width;
-    wish.height = *height;
+    mode.width = *width;
+    mode.height = *height;
   }
   if (const std::string rate = value("rate"); !rate.empty()) {
     const auto number = tims::base::parse_number<double>(rate);
     if (!number || !(*number > 0) || *number > 1000)
       return Error(Errc::kInvalidArgument, "rate must be frames per second, not " + rate);
-    wish.rate = *number;
+    mode.rate = *number;
   }
   const std::string formats = value("format");
   for (std::size_t at = 0; at < formats.size();) {
@@ -82,10 +82,10 @@ Result<Wish> wish_of(const DeviceAddress& address) {
     if (format.empty() || format.size() > 4)
       return Error(Errc::kInvalidArgument,
                    "format must be codes of four letters, for example MJPG,YUYV");
-    wish.formats.push_back(four_letters(format));
+    mode.formats.push_back(four_letters(format));
     at += format.size() + 1;
   }
-  return wish;
+  return mode;
 }
 
 Error in_use(const std::string& path) {
@@ -119,21 +119,21 @@ std::vector<std::uint32_t> formats_of(int file) {
   return formats;
 }
 
-Result<v4l2_format> format_for(int file, const std::string& path, const Wish& wish) {
+Result<v4l2_format> format_for(int file, const std::string& path, const VideoMode& mode) {
   v4l2_format format{};
   format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   if (!control(file, VIDIOC_G_FMT, format)) return system_error(path);
   const auto has = formats_of(file);
-  const auto chosen = std::ranges::find_first_of(wish.formats, has);
-  if (!wish.formats.empty() && chosen == wish.formats.end()) {
+  const auto chosen = std::ranges::find_first_of(mode.formats, has);
+  if (!mode.formats.empty() && chosen == mode.formats.end()) {
     std::string text = path + " supports none of the requested formats; supported:";
     for (const std::uint32_t one : has) text += " " + letters_of(one);
     return Error(Errc::kInvalidArgument, text);
   }
   auto& picture = format.fmt.pix;
-  if (!wish.formats.empty()) picture.pixelformat = *chosen;
-  if (wish.width != 0) picture.width = wish.width;
-  if (wish.height != 0) picture.height = wish.height;
+  if (!mode.formats.empty()) picture.pixelformat = *chosen;
+  if (mode.width != 0) picture.width = mode.width;
+  if (mode.height != 0) picture.height = mode.height;
   picture.field = V4L2_FIELD_ANY;
   picture.bytesperline = 0;
   return format;
@@ -298,30 +298,30 @@ class VideoCapture final : public Transport {
 
 Result<std::unique_ptr<Transport>> open_video(const DeviceAddress& address) {
   const std::string& path = address.place;
-  const auto wish = wish_of(address);
-  if (!wish) return wish.error();
+  const auto mode = mode_of(address);
+  if (!mode) return mode.error();
   auto file = open_camera(path);
   if (!file) return file.error();
-  auto format = format_for(file->get(), path, *wish);
+  auto format = format_for(file->get(), path, *mode);
   if (!format) return format.error();
   if (!control(file->get(), VIDIOC_S_FMT, *format)) return in_use(path);
-  ask_for_rate(file->get(), wish->rate);
+  ask_for_rate(file->get(), mode->rate);
   auto capture = std::make_unique<VideoCapture>(std::move(*file), path, format->fmt.pix);
   if (auto started = capture->start(); !started) return started.error();
   return std::unique_ptr<Transport>(std::move(capture));
 }
 
 Result<void> check_video(const DeviceAddress& address) {
-  const auto wish = wish_of(address);
-  if (!wish) return wish.error();
+  const auto mode = mode_of(address);
+  if (!mode) return mode.error();
   const auto file = open_camera(address.place);
   if (!file) return file.error();
-  auto format = format_for(file->get(), address.place, *wish);
+  auto format = format_for(file->get(), address.place, *mode);
   if (!format) return format.error();
   if (!control(file->get(), VIDIOC_TRY_FMT, *format)) return system_error(address.place);
   const auto& picture = format->fmt.pix;
-  if ((wish->width != 0 && picture.width != wish->width) ||
-      (wish->height != 0 && picture.height != wish->height))
+  if ((mode->width != 0 && picture.width != mode->width) ||
+      (mode->height != 0 && picture.height != mode->height))
     return Error(Errc::kInvalidArgument,
                  address.place + " does not support this size; the nearest is " + text_of(picture));
   return {};

@@ -83,11 +83,11 @@ void Firmata::ask_firmware(Time now, Output& out) {
   timeout_ = now + kAnswerTime;
 }
 
-Time Firmata::next_timeout() const { return has_wish() && is_ready() ? Time{} : timeout_; }
+Time Firmata::next_timeout() const { return has_pending() && is_ready() ? Time{} : timeout_; }
 
 void Firmata::on_timeout(Time now, Output& out) {
   if (settings().only_listen || failure()) return;
-  if (has_wish() && is_ready()) send_outputs(now, out);
+  if (has_pending() && is_ready()) send_outputs(now, out);
   if (timeout_ > now) return;
   if (!is_ready() && attempts_ < kAttempts) {
     ask_firmware(now, out);
@@ -163,10 +163,10 @@ void Firmata::set_up(Output& out) {
 }
 
 void Firmata::send_outputs(Time now, Output& out) {
-  const auto wish = take_wish(now);
+  const auto pending = take_pending(now);
   sending_.clear();
-  for (std::size_t i = 0; i < wish.size(); ++i)
-    append(sending_, {kSetPin, settings().layout.outputs[i], wish[i] != 0 ? 1U : 0U});
+  for (std::size_t i = 0; i < pending.size(); ++i)
+    append(sending_, {kSetPin, settings().layout.outputs[i], pending[i] != 0 ? 1U : 0U});
   out.send(sending_);
 }
 

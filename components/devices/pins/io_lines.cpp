@@ -15,7 +15,7 @@ IoLines::IoLines(const IoSettings& settings)
 void IoLines::reset() {
   clear_failure();
   std::ranges::fill(values_, u8{0});
-  has_wish_ = has_data_ = false;
+  has_pending_ = has_data_ = false;
   is_ready_ = settings_.only_listen;
 }
 
@@ -27,16 +27,16 @@ std::optional<std::size_t> IoLines::index_of(const std::vector<std::uint16_t>& p
 }
 
 void IoLines::set(std::span<const u8> outputs) {
-  wish_.assign(outputs.begin(), outputs.end());
-  wish_.resize(settings_.layout.outputs.size());
-  has_wish_ = true;
+  pending_.assign(outputs.begin(), outputs.end());
+  pending_.resize(settings_.layout.outputs.size());
+  has_pending_ = true;
 }
 
-std::span<const u8> IoLines::take_wish(Time now) {
-  has_wish_ = false;
-  for (std::size_t i = 0; i < wish_.size(); ++i) on_output(i, wish_[i] != 0, now);
+std::span<const u8> IoLines::take_pending(Time now) {
+  has_pending_ = false;
+  for (std::size_t i = 0; i < pending_.size(); ++i) on_output(i, pending_[i] != 0, now);
   publish(now);
-  return wish_;
+  return pending_;
 }
 
 void IoLines::put(std::size_t at, u8 value, Time when) {
@@ -81,10 +81,10 @@ void GpioPins::on_arrival(const Arrival& arrival, Output&) {
 }
 
 void GpioPins::on_timeout(Time now, Output& out) {
-  if (has_wish()) {
-    const auto wish = take_wish(now);
-    for (std::size_t i = 0; i < wish.size(); ++i) {
-      const std::array level = {wish[i] != 0 ? std::byte{1} : std::byte{0}};
+  if (has_pending()) {
+    const auto pending = take_pending(now);
+    for (std::size_t i = 0; i < pending.size(); ++i) {
+      const std::array level = {pending[i] != 0 ? std::byte{1} : std::byte{0}};
       out.send(level, settings().layout.outputs[i]);
     }
   }

@@ -47,17 +47,17 @@ class IoLines : public Dialogue {
   void on_analog(std::size_t index, u8 value, Time when);
   // Publishes the current values, even if unchanged.
   void publish(Time when);
-  [[nodiscard]] bool has_wish() const { return has_wish_; }
+  [[nodiscard]] bool has_pending() const { return has_pending_; }
   // Returns the requested outputs and takes them over as the current ones.
-  std::span<const u8> take_wish(Time now);
+  std::span<const u8> take_pending(Time now);
 
  private:
   void put(std::size_t at, u8 value, Time when);
 
   IoSettings settings_;
   std::vector<u8> values_;
-  std::vector<u8> wish_;
-  bool has_wish_ = false;
+  std::vector<u8> pending_;
+  bool has_pending_ = false;
   bool is_ready_ = false;
   bool has_data_ = false;
   Time recorded_{};
@@ -71,7 +71,7 @@ class GpioPins final : public IoLines {
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
-  [[nodiscard]] Time next_timeout() const override { return has_wish() ? Time{} : next_; }
+  [[nodiscard]] Time next_timeout() const override { return has_pending() ? Time{} : next_; }
 
  private:
   Time next_ = tims::kNever;
