@@ -28,4 +28,17 @@ if grep -q '^apt-get install -y' "$work/called"; then fail "it installed all the
 
 program apt-get <<<''  # nothing stands in the way
 PATH=$work:$PATH "$here/../../tools/dev" setup >"$work/said" 2>&1 || fail "it should have installed"
-grep -q '^apt-get install -y .*--no-remove .*libboost1.81-dev' "$work/called" || fail "not as asked"
+installed() { grep "^apt-get install -y .*--no-remove .*$1" "$work/called"; }
+installed libboost1.81-dev >"$work/said" || fail "not as asked"
+grep -q clang-tidy-16 "$work/said" || fail "setup must install what tests need, too"
+
+# A build needs less; it ends here because the installation fails.
+program apt-get <<'TEXT'
+case "$*" in "install -y"*) exit 1 ;; esac
+TEXT
+for verb in build demo fleet bench; do
+  : >"$work/called"
+  if PATH=$work:$PATH "$here/../../tools/dev" $verb >"$work/said" 2>&1; then fail "$verb: it did not stop"; fi
+  installed libboost1.81-dev >"$work/said" || fail "$verb: what it is built with is not installed"
+  if grep -qE 'clang|doxygen|help2man' "$work/said"; then fail "$verb: installs more than it needs"; fi
+done
