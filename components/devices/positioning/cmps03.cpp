@@ -52,7 +52,7 @@ void Cmps03::on_arrival(const Arrival& arrival, Output& out) {
       if (end == nullptr) break;
       std::string_view line(text, static_cast<std::size_t>(end - text));
       const std::size_t size = line.size() + 1;
-      // What was cut, with a whole one behind it.
+      // A truncated line may be followed by a complete one.
       const std::size_t begin = std::min(line.rfind('$'), line.size());
       line.remove_prefix(begin);
       if (line.ends_with('\r')) line.remove_suffix(1);
@@ -63,7 +63,7 @@ void Cmps03::on_arrival(const Arrival& arrival, Output& out) {
   });
 }
 
-// Without the end of a line: only what may become one is kept.
+// Without a line end, keeps only bytes that may become a line.
 void Cmps03::forget_noise() {
   if (buffer_.size() <= kLineMax) return;
   const auto bytes = buffer_.bytes();
@@ -85,7 +85,7 @@ void Cmps03::on_line(std::string_view line, Time began, Time, Output& out) {
   const double sum = *degrees + settings_.offset;
   const double turned = sum >= 0 && sum < kTurn ? sum : std::fmod(sum, kTurn);
   data_.orientation = static_cast<f32>((turned < 0 ? turned + 360 : turned) * kCmps03Degree);
-  // While it is calibrated nobody knows what it means.
+  // During the calibration the heading is undefined.
   data_.varOrientation = is_calibrating() ? kUnknown : kAccuracy;
   recorded_ = began;
   has_data_ = has_heard_ = true;
@@ -132,15 +132,15 @@ void Cmps03::on_timeout(Time now, Output& out) {
     return;
   }
   if (state_ == State::kAsked) {
-    // Asked again by itself it might take this direction for the next one.
+    // Do not repeat the request automatically: the compass might take this direction for the next.
     state_ = State::kAligning;
     step_direction_ = direction_;
     return tell(Step::kSilent);
   }
   if (has_heard_ || is_calibrating()) return;
   fail(tims::Errc::kTimeout,
-       bytes_ == 0 ? "the compass sends nothing; is it switched on, and its line the right one?"
-                   : "what comes is no heading of a CMPS03 board; is baudrate right (57600)?");
+       bytes_ == 0 ? "the compass sends nothing; check its power and the serial line"
+                   : "received data are not headings of a CMPS03 board; check baudrate (57600)");
 }
 
 bool Cmps03::take(CompassData& data, Time& recorded) {

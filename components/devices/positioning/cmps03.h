@@ -1,11 +1,11 @@
-// A compass CMPS03 behind a small board with a serial line (57600 baud).
+// A CMPS03 compass behind a small board with a serial line (57600 baud).
 //
-// The board sends "$dddd" and LF, tenths of a degree from magnetic north, clockwise. To be
-// calibrated the compass is turned to each of the four directions: at each the board gets 7E, says
-// "$OK", and gets 23. It keeps the calibration.
+// The board sends "$dddd" and LF, tenths of a degree from magnetic north, clockwise. For calibration,
+// the compass is turned to each of the four directions; at each one, the host sends 7E, the board
+// answers "$OK", and the host sends 23. The compass stores the calibration.
 //
-// Source: what RACK 0.6.1 sends; Devantech's description of the compass: 0.1 deg resolution, 3 to 4
-// deg accuracy, four directions to calibrate.
+// Source: RACK 0.6.1; Devantech's description of the compass: 0.1 deg resolution, 3 to 4 deg
+// accuracy, four directions to calibrate.
 #pragma once
 
 #include <optional>
@@ -22,16 +22,16 @@ inline constexpr std::byte kConfirm{0x23};    // '#'
 inline constexpr int kDirections = 4;
 }  // namespace cmps03
 
-// A line without its end: "$1234" is 123.4 deg. Nothing: it is none.
+// Parses a line without its line end: "$1234" is 123.4 deg. Empty if the line is invalid.
 std::optional<double> parse_cmps03(std::string_view line);
 
 struct Cmps03Settings {
-  double offset = 0;  // deg, added to what it says
+  double offset = 0;  // deg, added to the heading
 };
 
 class Cmps03 final : public Dialogue {
  public:
-  // Of the calibration, for people.
+  // Steps of the calibration to report to the user.
   enum class Step : std::uint8_t { kNone, kAlign, kConfirmed, kSilent, kDone, kEnded };
 
   explicit Cmps03(const Cmps03Settings& settings) : settings_(settings) {}
@@ -44,15 +44,15 @@ class Cmps03 final : public Dialogue {
   [[nodiscard]] bool is_ready() const { return has_heard_ && !is_calibrating(); }
   bool take(CompassData& data, Time& recorded);
 
-  // What people want: to calibrate, and that the compass looks into the direction that step() asked
-  // for. Taken up within the next turn of the dialogue.
+  // Requests of the user: to calibrate; and that the compass has been aligned as requested by
+  // take_step(). They take effect at the next timeout of the dialogue.
   void want_calibration(bool wanted, bool aligned, Time now);
   [[nodiscard]] bool is_calibrating() const { return state_ != State::kMeasuring; }
-  // The next thing to be told, once; `direction`: 1 to 4.
+  // Returns each step to report once; `direction`: 1 to 4.
   Step take_step(int& direction);
 
  private:
-  // kAligning: waits for people; kAsked: waits for OK.
+  // kAligning: waits for the user; kAsked: waits for OK.
   enum class State : std::uint8_t { kMeasuring, kAligning, kAsked };
   static constexpr std::size_t kLineMax = 64;
 
@@ -65,7 +65,7 @@ class Cmps03 final : public Dialogue {
   StreamBuffer buffer_{2048};
   State state_ = State::kMeasuring;
   int direction_ = 1;
-  bool ask_ = false;  // at the next opportunity
+  bool ask_ = false;  // send the request at the next opportunity
   Step step_ = Step::kNone;
   int step_direction_ = 1;
   bool has_heard_ = false;

@@ -1,4 +1,4 @@
-// A compass CMPS03 behind its board, which turns by some degrees a second, or as its scene does.
+// Emulator of a CMPS03 compass with its board. It turns slowly, or follows its scene.
 #pragma once
 
 #include <cmath>
@@ -8,7 +8,7 @@
 
 namespace rack::device::emulator {
 
-// By default clockwise, deg/s.
+// The default scene; deg/s, clockwise.
 struct SlowTurn {
   double speed = 15;
   double operator()(Time /*when*/, Duration since_start) const {
@@ -25,14 +25,14 @@ class Cmps03Emulator final : public Dialogue {
   void on_timeout(Time now, Output& out) override;
   [[nodiscard]] Time next_timeout() const override { return next_; }
 
-  // Directions that were calibrated, each confirmed.
+  // Number of calibrated and confirmed directions.
   [[nodiscard]] int directions() const { return directions_; }
 
  private:
   static constexpr Duration kPeriod = std::chrono::milliseconds(100);
 
   Heading heading_;
-  bool is_confirming_ = false;  // it has said OK
+  bool is_confirming_ = false;  // has sent OK
   int directions_ = 0;
   Time began_{};
   Time next_ = tims::kNever;

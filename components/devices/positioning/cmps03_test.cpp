@@ -27,7 +27,7 @@ class Cmps03Test : public testing::Test {
     if (!compass.take(data, recorded)) return std::nullopt;
     return data;
   }
-  // As the program does each time it has waited.
+  // Does the same as the program after each wait.
   Cmps03::Step turn(Cmps03& compass, bool wanted, bool aligned) {
     now_ += 10ms;
     compass.want_calibration(wanted, aligned, now_);
@@ -120,7 +120,7 @@ TEST_F(Cmps03Test, ALostConfirmationIsSaid) {
 
 TEST_F(Cmps03Test, SaysWhatIsWrong) {
   for (const auto& [text, expected] :
-       {std::pair{"", "sends nothing"}, {"\x01\x02", "no heading"}}) {
+       {std::pair{"", "sends nothing"}, {"\x01\x02", "not headings"}}) {
     Cmps03 compass({});
     compass.start(now_, out_);
     hear(compass, text);

@@ -13,8 +13,8 @@ constexpr char kStart = 0x02;
 constexpr char kEnd = 0x03;
 constexpr Duration kDcf77FirstData = 5s;
 constexpr Duration kEmcProDelay = 22ms;
-constexpr i32 kDeviation = 10;        // ms, of a long wave and a simple receiver
-constexpr i32 kDeviationFree = 1000;  // running by itself for who knows how long
+constexpr i32 kDeviation = 10;        // ms, of long wave reception with a simple receiver
+constexpr i32 kDeviationFree = 1000;  // ms, free running for an unknown time
 
 std::optional<int> digits(std::string_view text, std::size_t at, std::size_t count) {
   int number = 0;
@@ -29,13 +29,13 @@ struct Shown {
   std::optional<int> hour, minute, second, day, month, year, weekday;
 };
 
-// False: there is no such time. `ahead`: of UTC.
+// Returns false for an impossible time. `ahead`: offset of local time from UTC.
 bool fill(const Shown& shown, std::chrono::hours ahead, bool is_synchronised, ClockData& clock) {
   using namespace std::chrono;
   if (!shown.hour || !shown.minute || !shown.second || !shown.day || !shown.month || !shown.year ||
       !shown.weekday)
     return false;
-  constexpr int kFirstYear = 80;  // of 1900
+  constexpr int kFirstYear = 80;  // two-digit years from here are 19xx
   const int century = *shown.year < kFirstYear ? 2000 : 1900;
   const year_month_day date(year(century + *shown.year), month(static_cast<unsigned>(*shown.month)),
                             day(static_cast<unsigned>(*shown.day)));
@@ -86,7 +86,7 @@ bool parse_meinberg(std::string_view telegram, ClockData& clock) {
 }
 
 bool parse_emc_pro(std::string_view telegram, ClockData& clock) {
-  constexpr std::size_t kSize = 24;  // with both brackets
+  constexpr std::size_t kSize = 24;  // including both brackets
   constexpr std::size_t kSizeWithSum = kSize + 2;
   if (telegram.size() != kSize && telegram.size() != kSizeWithSum) return false;
   if (telegram.front() != '<' || telegram[kSize - 1] != '>') return false;
@@ -123,7 +123,7 @@ void Dcf77::on_arrival(const Arrival& arrival, Output&) {
 }
 
 void Dcf77::take_byte(char c, const Arrival& arrival, std::size_t index) {
-  // When the byte there began; the next one: when it ended.
+  // When the byte at this index began; that of the next index is when it ended.
   const auto time_of = [&](std::size_t at) {
     return arrival.first + (arrival.last - arrival.first) * static_cast<std::int64_t>(at) /
                                static_cast<std::int64_t>(arrival.bytes.size());
@@ -152,9 +152,9 @@ void Dcf77::on_timeout(Time now, Output&) {
   timeout_ = tims::kNever;
   if (has_heard_) return;
   fail(tims::Errc::kTimeout,
-       bytes_ == 0 ? "the clock sends nothing; is it switched on, and set to send each second?"
-                   : "what comes is no telegram of this clock; is its format the right one, and "
-                     "baudrate?");
+       bytes_ == 0 ? "the clock sends nothing; check its power and that it sends each second"
+                   : "received data are not telegrams of this clock; check its format and "
+                     "baudrate");
 }
 
 bool Dcf77::take(ClockData& clock, Time& recorded) {

@@ -1,17 +1,17 @@
-// Clocks that hear DCF77, the time signal of central Europe, and send a telegram each second.
+// Radio clocks that receive DCF77, the time signal of central Europe, and send a telegram each second.
 //
 // Meinberg (C51 and others), 9600 baud: 02 "D:dd.mm.yy;T:w;U:hh.mm.ss;uvxy" 03. u '#': never
-// synchronised, v '*': runs by itself; x ' ': CET, 'S': CEST, 'U': UTC; y '!' or 'A': a change of
-// the zone, or a leap second, comes. Its first bit is the beginning of the second. The clock is
-// delivered with seven bits, even parity and two stop bits; read as eight bits without parity only
-// the upper bit is strange, which is left out: both ways of setting it work.
+// synchronised, v '*': free running; x ' ': CET, 'S': CEST, 'U': UTC; y '!' or 'A': announces a change
+// of daylight saving time or a leap second. The first bit marks the beginning of the second. The
+// factory setting is seven bits, even parity and two stop bits. The line is read as eight bits without
+// parity and the upper bit is ignored, so that both settings work.
 //
-// Gude EMC Professional, 9600 8N1: "<hhmmddmmyywZeeSUA000ss>cc" CR. Z 'F': synchronised, 'Q': runs
-// by itself; S: CEST; cc: the sum of all characters, brackets included, in hex. Its last character
-// comes 22 ms after the beginning of the second.
+// Gude EMC Professional, 9600 8N1: "<hhmmddmmyywZeeSUA000ss>cc" CR. Z 'F': synchronised, 'Q': free
+// running; S: CEST; cc: the sum of all characters including the brackets, in hex. The last character
+// is sent 22 ms after the beginning of the second.
 //
-// Both show the time of the zone. The fields of ClockData are what the clock shows, as in the
-// original; utcTime is UTC, which the original takes the time of the zone for.
+// Both send local time. The fields of ClockData contain this local time, as in the original; utcTime
+// is UTC, whereas the original stores local time in it.
 //
 // Source: Meinberg, "Format of the Meinberg Standard Time String"; Gude Systems, "V.24
 // Ausgabeprotokoll"; RACK 0.6.1.
@@ -27,8 +27,8 @@ namespace rack::device {
 
 enum class Dcf77Kind : std::uint8_t { kMeinberg, kEmcPro };
 
-// A whole telegram, from its first character to its last one: 03, or what stands before CR. False:
-// it is none, or none of a real time. recordingTime stays as it is.
+// Parses a complete telegram, from its first to its last character (03, or the one before CR).
+// Returns false for invalid telegrams and impossible times. Does not change recordingTime.
 bool parse_meinberg(std::string_view telegram, ClockData& clock);
 bool parse_emc_pro(std::string_view telegram, ClockData& clock);
 
@@ -42,7 +42,7 @@ class Dcf77 final : public Dialogue {
   [[nodiscard]] Time next_timeout() const override { return timeout_; }
 
   [[nodiscard]] bool is_ready() const { return has_heard_; }
-  // `recorded`: when the second began that it tells.
+  // `recorded`: when the second of the telegram began.
   bool take(ClockData& clock, Time& recorded);
   [[nodiscard]] Time recorded() const { return recorded_; }
   [[nodiscard]] std::uint64_t broken() const { return broken_; }
@@ -54,7 +54,7 @@ class Dcf77 final : public Dialogue {
 
   Dcf77Kind kind_;
   std::array<char, kTelegramMax> text_{};
-  std::size_t size_ = 0;  // 0: waits for a beginning
+  std::size_t size_ = 0;  // 0: waits for the start of a telegram
   Time began_{};
   std::uint64_t bytes_ = 0;
   std::uint64_t broken_ = 0;

@@ -7,7 +7,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// From the last Sunday of March to that of October, each at one o'clock UTC.
+// Daylight saving time: from the last Sunday of March to that of October, each at 01:00 UTC.
 bool is_summer(std::chrono::sys_seconds utc) {
   using namespace std::chrono;
   const year_month_day date(floor<days>(utc));

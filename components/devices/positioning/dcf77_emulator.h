@@ -1,5 +1,4 @@
-// Radio clocks for DCF77: a telegram each second. They know the time a few seconds after they were
-// switched on.
+// Emulators of DCF77 radio clocks: a telegram each second, synchronised a few seconds after power-on.
 #pragma once
 
 #include <string>
@@ -14,7 +13,7 @@ struct Dcf77EmulatorSettings {
   std::chrono::seconds synchronised_after{3};
 };
 
-// Of that second, in the zone that central Europe has then.
+// The telegram of a second, in the local time of central Europe.
 std::string dcf77_telegram(Dcf77Kind kind, std::chrono::seconds utc, bool is_synchronised);
 
 class Dcf77Emulator : public Dialogue {

@@ -155,7 +155,7 @@ TEST_P(Dcf77StreamTest, SaysWhatIsWrong) {
   clock.start(now_, out_);
   (void)count(clock, bytes_of_text("hello"));
   clock.on_timeout(now_ + 6s, out_);
-  EXPECT_THAT(clock.failure()->detail(), testing::HasSubstr("no telegram"));
+  EXPECT_THAT(clock.failure()->detail(), testing::HasSubstr("not telegrams"));
 }
 
 TEST_P(Dcf77StreamTest, NoiseBreaksNothing) {

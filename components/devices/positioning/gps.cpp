@@ -27,7 +27,7 @@ Position3d guessed_deviations(const GpsDeviations& deviations, i32 mode, i32 sat
 std::optional<Duration> measured_by_pulse(Duration pulse, Duration fraction, Duration arrived) {
   constexpr Duration kSecond = 1s;
   Duration measured = pulse + fraction;
-  if (measured > arrived) measured -= kSecond;  // of the second before the pulse
+  if (measured > arrived) measured -= kSecond;  // measured in the second before the pulse
   if (measured > arrived || arrived - measured >= kSecond) return std::nullopt;
   return measured;
 }
@@ -35,7 +35,7 @@ std::optional<Duration> measured_by_pulse(Duration pulse, Duration fraction, Dur
 std::optional<PositionData> weighed(const PositionData& known, const GpsData& fix,
                                     bool has_course) {
   if (2.0 * std::max(known.var.x, known.var.y) <= std::max(fix.var.x, fix.var.y)) return {};
-  // Of the way from what is known to the fix.
+  // Weight of the fix: 0 keeps the known value, 1 takes that of the fix.
   const auto share = [](double known_deviation, double fix_deviation) {
     const double squares = known_deviation * known_deviation + fix_deviation * fix_deviation;
     return squares > 0 ? known_deviation * known_deviation / squares : 0;

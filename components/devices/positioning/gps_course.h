@@ -1,5 +1,5 @@
-// Where an emulated satellite receiver is: on a circle, at an even speed, 10 m above its height of
-// the beginning at most. It needs some seconds to its first fix, and loses it now and then.
+// Default scene of an emulated satellite receiver: a circle at constant speed, at most 10 m above the
+// initial altitude. The first fix takes some seconds, and the fix is lost periodically.
 #pragma once
 
 #include <cmath>
@@ -10,14 +10,14 @@
 namespace rack::device::emulator {
 
 struct GpsCourse {
-  double latitude = 52.382;  // of the middle, deg
+  double latitude = 52.382;  // centre of the circle, deg
   double longitude = 9.717;
   double altitude = 60;                              // m
   double radius = 50;                                // m
   double speed = 2;                                  // m/s
   Duration begins = std::chrono::hours(24) * 20454;  // 2026-01-01
   Duration first_fix = std::chrono::seconds(4);
-  Duration lost_every = std::chrono::seconds(60);  // for some seconds; 0: never
+  Duration lost_every = std::chrono::seconds(60);  // period of losing the fix; 0: never
   Duration lost_for = std::chrono::seconds(5);
 
   [[nodiscard]] CoursePoint at(Duration since_start) const {
@@ -39,7 +39,7 @@ struct GpsCourse {
     point.satellites = point.is_fixed ? 8 + static_cast<int>(seconds) % 5 : 2;
     return point;
   }
-  // As its Course.
+  // For use as a Course.
   CoursePoint operator()(Time /*when*/, Duration since_start) const { return at(since_start); }
 };
 

@@ -1,4 +1,4 @@
-// While they are on, the dialogues of receivers, gyros, compasses and clocks ask for no memory.
+// The dialogues of receivers, gyros, compasses and clocks allocate no memory during operation.
 #include <gtest/gtest.h>
 
 #include "components/devices/core/pieces.h"
@@ -18,7 +18,7 @@ class SilentOutput : public Output {
   void send(std::span<const std::byte>, std::uint32_t) override {}
 };
 
-// Of all that hears these bytes, and how many data sets it has given.
+// Passes the bytes to a dialogue and returns the number of data sets.
 template <class Data, class Dialog>
 std::size_t allocations_of(Dialog& dialogue, std::span<const std::byte> bytes, int& found) {
   SilentOutput out;

@@ -1,5 +1,5 @@
-// Drivers of receivers, gyros, compasses and clocks talk with their emulators, on a line and a
-// clock of their own: at true rates, with answers lost, at the wrong rate.
+// The dialogues of receivers, gyros, compasses and clocks with their emulators, on a simulated line
+// with a virtual clock: real rates, lost answers, wrong rates.
 #include <numbers>
 
 #include <gmock/gmock.h>
@@ -22,7 +22,7 @@ using namespace std::chrono_literals;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-// All that comes within a time.
+// Takes all data sets within a time.
 template <class Data, class Dialog>
 std::vector<Data> hear(VirtualLine& line, Dialog& dialogue, Duration how_long,
                        std::vector<Time>* times = nullptr) {
@@ -162,7 +162,7 @@ TEST(UbloxEmulatorTest, OneThatHearsNothingIsSaid) {
   line.start();
   line.run(60s, [&] { return receiver.failure().has_value(); });
   ASSERT_TRUE(receiver.failure());
-  EXPECT_THAT(receiver.failure()->detail(), testing::HasSubstr("is its input wired"));
+  EXPECT_THAT(receiver.failure()->detail(), testing::HasSubstr("check the wiring of its input"));
 }
 
 // --- gyros
@@ -287,7 +287,7 @@ TEST_P(Dcf77EmulatorTest, TellsEachSecondWhenItBegan) {
   }
 }
 
-// Over both changes of the zone no second is told twice.
+// At both changes of daylight saving time, each second is reported once.
 TEST_P(Dcf77EmulatorTest, SummerBeginsAndEnds) {
   for (const std::chrono::seconds change : {1774746000s, 1792890000s}) {  // 2026
     for (std::chrono::seconds utc = change - 3s; utc < change + 3s; utc += 1s) {

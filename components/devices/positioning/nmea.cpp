@@ -10,7 +10,7 @@ namespace rack::device {
 namespace {
 
 constexpr char kSentence = '$';
-constexpr char kEncapsulated = '!';  // AIS and the like
+constexpr char kEncapsulated = '!';  // for example AIS
 
 bool begins_sentence(char c) { return c == kSentence || c == kEncapsulated; }
 
@@ -35,13 +35,13 @@ unsigned checksum_of(std::string_view text) {
   return sum;
 }
 
-// What has begun like a sentence and got as far as its checksum.
+// Whether the text has the start and the checksum of a sentence.
 bool looks_like_sentence(std::string_view line) {
   return begins_sentence(line.front()) && line.find('*') != std::string_view::npos;
 }
 
-// Fields and checksum of what stands between $ and *, in one pass. False: there is another
-// beginning or end in it.
+// Splits the text between $ and * into fields and computes its checksum in one pass. Returns false if
+// it contains another $ or *.
 bool split(std::string_view text, NmeaSentence& sentence, unsigned& sum) {
   std::size_t head = text.size();
   std::size_t begin = 0;
@@ -50,7 +50,7 @@ bool split(std::string_view text, NmeaSentence& sentence, unsigned& sum) {
   for (std::size_t i = 0; i < text.size(); ++i) {
     const char c = text[i];
     sum ^= static_cast<unsigned char>(c);
-    if (c > ',') continue;  // most of them
+    if (c > ',') continue;  // fast path for most characters
     if (begins_sentence(c) || c == '*') return false;
     if (c != ',') continue;
     if (head == text.size())
@@ -145,7 +145,7 @@ std::optional<int> days_since_1970(int year, unsigned month, unsigned day) {
 }
 
 std::optional<int> nmea_date(std::string_view field) {
-  constexpr int kFirstYear = 80;  // of the system itself
+  constexpr int kFirstYear = 80;  // GPS time starts in 1980
   if (field.size() != 6) return std::nullopt;
   const auto day = two_digits(field);
   const auto month = two_digits(field.substr(2));

@@ -1,9 +1,9 @@
-// NMEA 0183: what nearly every satellite receiver speaks, and other instruments of ships.
+// NMEA 0183: the protocol of nearly all satellite receivers and of marine instruments.
 //
 // A sentence is a line "$GPRMC,fields*hh": talker (two letters; GP: GPS, GN: several systems), type
-// (three letters), fields, and the XOR of all characters between $ and *. At 4800 baud a second's
-// sentences take most of the second; receivers of today send at 9600 to 115200, up to 20 times a
-// second. Fields may be empty: what is not known is not said.
+// (three letters), fields, and the XOR of all characters between $ and *. At 4800 baud, the sentences
+// of one second take most of a second; current receivers send at 9600 to 115200 baud, up to 20 times a
+// second. Fields with unknown values are empty.
 //
 // Source: IEC 61162-1 as receivers' manuals quote it; recordings of 17 receivers.
 #pragma once
@@ -20,39 +20,40 @@ namespace rack::device {
 struct NmeaSentence {
   static constexpr std::size_t kFieldsMax = 32;
 
-  std::string_view talker{};                          // "GP"; "P" of a manufacturer
-  std::string_view type{};                            // "RMC"; of a manufacturer all that follows
+  std::string_view talker{};                          // "GP"; "P": proprietary sentence
+  std::string_view type{};                            // "RMC"; proprietary: all that follows the P
   std::array<std::string_view, kFieldsMax> fields{};  // valid until the next call
   std::size_t count = 0;
-  Time began{};  // its first byte on the line
+  Time began{};  // when its first byte was on the line
 
-  // Of the number that the standard counts from 1; empty where there is none.
+  // The field with this number, counted from 1 as in the standard; empty if it does not exist.
   [[nodiscard]] std::string_view operator[](std::size_t number) const {
     return number - 1 < count ? fields[number - 1] : std::string_view{};
   }
 };
 
-// A line without its end. False: it is not one sentence, or its checksum is wrong or missing.
+// Parses a line without its line end. Returns false if it is not exactly one sentence, or if the
+// checksum is wrong or missing.
 bool parse_nmea(std::string_view line, NmeaSentence& sentence);
-// "GPRMC,1,2" becomes "$GPRMC,1,2*hh" and the end of a line.
+// Appends "GPRMC,1,2" as "$GPRMC,1,2*hh" with its line end.
 void append_nmea(std::vector<std::byte>& out, std::string_view text);
 
-// --- fields. None: empty, or not what it should be
+// --- fields; the result is empty if the field is empty or invalid
 
 std::optional<double> nmea_number(std::string_view field);
 // "ddmm.mmmm" and "N", "S", "E" or "W"; rad.
 std::optional<double> nmea_angle(std::string_view field, std::string_view side);
-// "hhmmss.ss" since midnight; a leap second is the first second after it.
+// "hhmmss.ss" since midnight; a leap second counts as the first second of the next day.
 std::optional<Duration> nmea_time_of_day(std::string_view field);
 // "ddmmyy": 1980 to 2079, in days since 1970.
 std::optional<int> nmea_date(std::string_view field);
 std::optional<int> days_since_1970(int year, unsigned month, unsigned day);
 
-// Sentences out of a stream of lines. A line that was cut, with the next one behind it, still gives
-// the next one.
+// Splits a stream into sentences. If a truncated line is directly followed by a sentence, that
+// sentence is recovered.
 class NmeaLines {
  public:
-  // Of what comes at once: next() is to be called until there is none before more is added.
+  // Maximum size of a piece; call next() until it returns false before adding more.
   static constexpr std::size_t kPieceMax = 1024;
 
   void add(const Arrival& arrival) { buffer_.add(arrival); }
@@ -61,9 +62,9 @@ class NmeaLines {
   void clear();
 
   [[nodiscard]] std::uint64_t sentences() const { return sentences_; }
-  // Of these, found behind the rest of another one.
+  // Number of sentences that were recovered after a truncated line.
   [[nodiscard]] std::uint64_t recovered() const { return recovered_; }
-  // Lines that begin like a sentence and have a checksum, and are not one.
+  // Number of lines with the start and checksum of a sentence that are invalid.
   [[nodiscard]] std::uint64_t broken() const { return broken_; }
 
  private:
@@ -73,9 +74,9 @@ class NmeaLines {
   bool parse_line(std::string_view line, NmeaSentence& sentence);
 
   StreamBuffer buffer_{8 * kLineMax};
-  std::size_t used_ = 0;      // of the line that was handed out
-  std::size_t searched_ = 0;  // without an end of a line
-  bool is_rest_ = false;      // of a line that was too long
+  std::size_t used_ = 0;      // bytes of the line that was returned
+  std::size_t searched_ = 0;  // bytes known to contain no line end
+  bool is_rest_ = false;      // discarding the rest of a line that was too long
   std::uint64_t sentences_ = 0;
   std::uint64_t recovered_ = 0;
   std::uint64_t broken_ = 0;

@@ -1,4 +1,4 @@
-// A satellite receiver that sends RMC, VTG, GGA, GSA, GST and ZDA, whether anybody listens or not.
+// Emulator of a satellite receiver that sends RMC, VTG, GGA, GSA, GST and ZDA without requests.
 #pragma once
 
 #include <string>
@@ -11,11 +11,11 @@ namespace rack::device::emulator {
 struct NmeaEmulatorSettings {
   Course course = GpsCourse{};
   Duration period = std::chrono::seconds(1);
-  Duration delay = std::chrono::milliseconds(80);  // from the fix to its first byte
+  Duration delay = std::chrono::milliseconds(80);  // from the fix to the first byte
   std::string talker = "GN";
 };
 
-// The sentences of one fix, with the ends of their lines.
+// Appends the sentences of one fix, with their line ends.
 void append_sentences(std::vector<std::byte>& out, const CoursePoint& point,
                       const std::string& talker);
 

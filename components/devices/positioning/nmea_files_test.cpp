@@ -1,4 +1,4 @@
-// Recordings of 17 receivers: as many sentences, broken lines and fixes as were counted by hand.
+// Recordings of 17 receivers: numbers of sentences, invalid lines and fixes, counted by hand.
 #include <cmath>
 #include <numbers>
 
@@ -16,8 +16,8 @@ struct File {
   std::uint64_t sentences;
   std::uint64_t broken;
   int fixed;                       // rounds with a position
-  int unfixed;                     // and without one
-  NmeaKind kind = NmeaKind::kGga;  // that ends a round
+  int unfixed;                     // rounds without a position
+  NmeaKind kind = NmeaKind::kGga;  // last sentence of a round
 };
 
 void PrintTo(const File& file, std::ostream* out) { *out << file.name; }
@@ -37,20 +37,20 @@ constexpr File kFiles[] = {
     {"unicore-um621.log", 882, 0, 16, 4},
     {"ublox-zed-f9p-nmea.log", 1015, 0, 29, 0},
     {"ublox-neo-m9n-nmea.log", 1403, 0, 61, 0},
-    {"gp-320fw-2019-04-07-coldboot.log", 86, 41, -1, -1},  // broken ones that are recovered count
+    {"gp-320fw-2019-04-07-coldboot.log", 86, 41, -1, -1},  // including recovered lines
     {"firefly-II.log", 46, 23, 23, 0, NmeaKind::kRmc},
     {"garmin48.log", 91, 1, 7, 0},
 };
 
 class NmeaFilesTest : public testing::TestWithParam<File> {
  protected:
-  // All data sets of the file, as it comes through a line: in pieces of some bytes.
+  // Takes all data sets of the file, passed in pieces as from a line.
   std::vector<GpsData> all_of(NmeaReceiver& receiver, std::size_t piece) {
     HeardOutput out;
     receiver.start(Time{}, out);
     std::vector<GpsData> all;
     auto bytes = bytes_of_file("nmea/" + std::string(GetParam().name));
-    bytes.push_back(std::byte{'\n'});  // one recording ends within a line
+    bytes.push_back(std::byte{'\n'});  // one recording ends with an incomplete line
     in_pieces({.bytes = bytes}, piece, [&](const Arrival& arrival) {
       receiver.on_arrival(arrival, out);
       GpsData data;
@@ -74,7 +74,7 @@ TEST_P(NmeaFilesTest, HasItsSentencesBrokenLinesAndFixes) {
   EXPECT_EQ(static_cast<int>(all.size()) - fixed, file.unfixed);
 }
 
-// Also of receivers without RMC, or with it among others.
+// Includes receivers without RMC.
 TEST_P(NmeaFilesTest, GivesDataAsTheProgramIsSetByDefault) {
   NmeaReceiver receiver({.only_listen = true});
   EXPECT_GE(all_of(receiver, 16).size(), 4U);
@@ -97,7 +97,7 @@ INSTANTIATE_TEST_SUITE_P(Recordings, NmeaFilesTest, testing::ValuesIn(kFiles),
                            return name;
                          });
 
-// --- what single files are known for
+// --- known properties of single files
 
 std::vector<GpsData> data_of(const std::string& name, NmeaKind kind) {
   NmeaReceiver receiver({.start = kind, .end = kind, .only_listen = true});
@@ -114,7 +114,7 @@ std::vector<GpsData> data_of(const std::string& name, NmeaKind kind) {
   return all;
 }
 
-// m, on a plane, which is good enough for some kilometres.
+// m, in a planar approximation that suffices for some kilometres.
 double distance(const GpsData& a, const GpsData& b) {
   constexpr double kRadius = 6371e3;
   const double north = (b.latitude - a.latitude) * kRadius;

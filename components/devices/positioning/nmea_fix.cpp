@@ -10,7 +10,7 @@ using namespace std::chrono_literals;
 constexpr Duration kHalfDay = 12h;
 constexpr Duration kDay = 24h;
 constexpr double kKnot = 1852.0 / 3600;  // m/s
-constexpr double kUnknownDop = 999.999;  // as the original has it
+constexpr double kUnknownDop = 999.999;  // as in the original
 
 std::optional<int> whole(std::string_view field) {
   const auto number = nmea_number(field);
@@ -92,7 +92,7 @@ void NmeaFix::take_date(std::optional<int> day, std::string_view time) {
 
 GpsMoment NmeaFix::moment() const {
   if (!date_ || !time_of_day_) return {};
-  // The date may have been said before midnight, and this be after it, or the other way round.
+  // The date and this time may have been received on different sides of midnight.
   int day = date_->day;
   if (*time_of_day_ + kHalfDay < date_->time_of_day) ++day;
   if (*time_of_day_ > date_->time_of_day + kHalfDay) --day;
@@ -112,7 +112,7 @@ void NmeaFix::add_rmc(const NmeaSentence& sentence) {
 void NmeaFix::add_gga(const NmeaSentence& sentence) {
   const auto quality = whole(sentence[6]);
   constexpr int kLast = static_cast<int>(Quality::kSimulated);
-  // An empty quality says nothing, neither good nor bad.
+  // An empty quality is unknown, neither good nor bad.
   say(gga_, quality && *quality >= 0 && *quality <= kLast
                 ? std::optional(static_cast<Quality>(*quality))
                 : std::nullopt);
@@ -121,7 +121,7 @@ void NmeaFix::add_gga(const NmeaSentence& sentence) {
 }
 
 void NmeaFix::add_gns(const NmeaSentence& sentence) {
-  Quality best = Quality::kNone;  // of all its systems
+  Quality best = Quality::kNone;  // of all satellite systems
   const auto rank = [](Quality quality) {
     constexpr std::array<int, 9> kRanks = {0, 4, 5, 6, 8, 7, 3, 2, 1};
     return kRanks[static_cast<std::size_t>(quality)];
@@ -138,7 +138,7 @@ void NmeaFix::add_gll(const NmeaSentence& sentence) {
   if (status_.value != Quality::kNone) take_place(sentence, 1);
 }
 
-// One for each system; all say the same mode and dilution.
+// Receivers send one GSA per satellite system, all with the same mode and dilution.
 void NmeaFix::add_gsa(const NmeaSentence& sentence) {
   say(dimensions_, whole(sentence[2]));
   say(pdop_, nmea_number(sentence[15]));
@@ -178,14 +178,14 @@ void NmeaFix::take_place(const NmeaSentence& sentence, std::size_t first_field) 
   if (latitude && longitude) place_ = {.latitude = *latitude, .longitude = *longitude};
 }
 
-// Satellites, dilution and height stand behind each other in GGA and GNS.
+// Satellites, dilution and height are consecutive fields in GGA and GNS.
 void NmeaFix::take_height(const NmeaSentence& sentence, std::size_t satellites_field) {
   say(satellites_, whole(sentence[satellites_field]));
   if (const auto hdop = nmea_number(sentence[satellites_field + 1])) say(hdop_, hdop);
   say(height_, nmea_number(sentence[satellites_field + 2]));
 }
 
-// Who stands has no course: the last one stays.
+// A receiver at rest sends no course: the last one is kept.
 void NmeaFix::take_motion(std::string_view knots, std::string_view course) {
   if (const auto speed = nmea_number(knots)) say(speed_, std::optional(*speed * kKnot));
   if (const auto degrees = nmea_number(course)) course_ = degrees;
@@ -214,15 +214,15 @@ NmeaFix::Quality NmeaFix::quality_of(char mode) {
   }
 }
 
-// Receivers of before 2000 have no mode.
+// Receivers made before 2000 send no mode.
 NmeaFix::Quality NmeaFix::quality_of(std::string_view status, std::string_view mode) {
   if (status != "A" && status != "D") return Quality::kNone;
   return mode.empty() ? Quality::kGps : quality_of(mode.front());
 }
 
-// --- all of it
+// --- combination
 
-// Whoever has spoken last that there is no position is believed; GGA knows best how good one is.
+// The most recent sentence decides that there is no position; GGA has the most detailed quality.
 NmeaFix::Quality NmeaFix::quality() const {
   const auto status = known(status_);
   const auto gga = known(gga_);

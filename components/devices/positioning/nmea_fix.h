@@ -1,9 +1,9 @@
-// What a receiver has said in its sentences, brought together: a position comes in pieces.
+// Combines the sentences of a receiver to a fix: each sentence contains a part of it.
 //
 // RMC: time, date, position, speed, course. GGA, GNS: position, quality, satellites, height. GLL:
 // position. GSA: 2D or 3D, dilution. VTG: speed, course. GST: standard deviations. ZDA: time and
-// date. HDT: heading of two antennas. All sentences of one measurement have the same time of day:
-// they are a round. What is older than the round before it is no longer believed.
+// date. HDT: heading of two antennas. All sentences of one measurement have the same time of day and
+// form a round. Values older than the previous round are not used.
 #pragma once
 
 #include "components/devices/positioning/gps.h"
@@ -11,11 +11,11 @@
 
 namespace rack::device {
 
-// The first four as the original's trigMsgStart and trigMsgEnd count them.
+// The first four have the numbers of the original's trigMsgStart and trigMsgEnd.
 enum class NmeaKind : std::uint8_t { kRmc, kGga, kGsa, kVtg, kGll, kGst, kZda, kHdt, kGns, kOther };
 inline constexpr std::size_t kNmeaKinds = 10;
 NmeaKind nmea_kind(const NmeaSentence& sentence);
-// It says where the receiver is.
+// The sentence contains a position.
 bool tells_position(NmeaKind kind);
 
 class NmeaFix {
@@ -27,15 +27,15 @@ class NmeaFix {
 
   // When the first sentence of this round began.
   [[nodiscard]] Time round_began() const { return round_began_; }
-  // All that is known now; recordingTime is left as it is.
+  // Fills in all current values, except recordingTime.
   void fill(GpsData& data) const;
   [[nodiscard]] GpsMoment moment() const;
-  // Its data were handed out. Of a receiver that does not know the time nothing else tells that a
-  // new measurement begins.
+  // Called after the data were taken. For a receiver that does not know the time, this is the only
+  // indication that a new round begins.
   void end_round();
 
  private:
-  // As GGA counts it.
+  // Numbers as in GGA.
   enum class Quality : std::uint8_t {
     kNone = 0,
     kGps = 1,
@@ -47,7 +47,7 @@ class NmeaFix {
     kManual = 7,
     kSimulated = 8,
   };
-  // Something, and the round it was said in.
+  // A value and the round in which it was received.
   template <typename T>
   struct Said {
     std::optional<T> value{};
@@ -64,7 +64,7 @@ class NmeaFix {
   };
   struct Date {
     int day = 0;             // since 1970
-    Duration time_of_day{};  // when it was that day
+    Duration time_of_day{};  // time of day at which the date was received
   };
 
   void add_rmc(const NmeaSentence& sentence);
@@ -98,14 +98,14 @@ class NmeaFix {
   GpsDeviations deviations_;
   std::uint64_t round_ = kRoundsKept + 1;
   std::optional<Duration> time_of_day_;
-  bool has_time_ = false;  // since the last end_round()
+  bool has_time_ = false;  // a time was received since the last end_round()
   bool is_leap_second_ = false;
   Time round_began_{};
   std::optional<Date> date_;
-  std::optional<Place> place_;    // the last one that was known
+  std::optional<Place> place_;    // last known position
   std::optional<double> course_;  // deg
   Said<Quality> gga_;
-  Said<Quality> status_;  // of RMC, GLL, GNS
+  Said<Quality> status_;  // from RMC, GLL, GNS
   Said<int> dimensions_;  // GSA: 1 none, 2, 3
   Said<int> satellites_;
   Said<double> height_;  // m
@@ -115,7 +115,7 @@ class NmeaFix {
   Said<double> heading_;
   Said<Deviations> said_deviations_;
 
-  static constexpr std::uint64_t kRoundsKept = 10;  // of what some send every 5 s only
+  static constexpr std::uint64_t kRoundsKept = 10;  // some receivers send some values every 5 s only
 };
 
 }  // namespace rack::device

@@ -9,7 +9,7 @@ namespace {
 
 using namespace std::chrono_literals;
 
-// Of a receiver that was just switched on.
+// Includes the start-up time of a receiver.
 constexpr Duration kNmeaPatience = 5s;
 constexpr int kOftenEnough = 4;
 
@@ -37,20 +37,20 @@ void NmeaReceiver::on_arrival(const Arrival& arrival, Output&) {
   });
 }
 
-// Nothing has come of it: says what may be wrong.
+// There is no data set yet: fails with the probable reason.
 void NmeaReceiver::on_timeout(Time now, Output&) {
   if (timeout_ > now) return;
   timeout_ = tims::kNever;
   const std::string at = std::to_string(settings_.baud) + " baud";
   if (bytes_ == 0)
     fail(tims::Errc::kTimeout,
-         "the receiver sends nothing; is it switched on, and its line the right one?");
+         "the receiver sends nothing; check its power and the serial line");
   else if (lines_.sentences() == 0)
-    fail(tims::Errc::kTimeout, "what comes is not NMEA at " + at +
-                                   "; receivers send at 4800, 9600, 38400 or 115200: baudrate");
+    fail(tims::Errc::kTimeout, "received data are not NMEA at " + at +
+                                   "; set baudrate, mostly 4800, 9600, 38400 or 115200");
   else
     fail(tims::Errc::kTimeout,
-         "the receiver sends no position; it has to send RMC, GGA, GNS or GLL");
+         "the receiver sends no position; configure it to send RMC, GGA, GNS or GLL");
 }
 
 void NmeaReceiver::add(const NmeaSentence& sentence) {
@@ -63,7 +63,7 @@ void NmeaReceiver::add(const NmeaSentence& sentence) {
   const NmeaKind end = instead_.value_or(settings_.end);
   if (kind == start && !has_begun_) {
     has_begun_ = true;
-    // Of sentences of one measurement the first is nearest to it.
+    // The first sentence of a round is closest to the time of measurement.
     begun_ = start == end && fix_.round_began() != Time{} ? fix_.round_began() : sentence.began;
   }
   if (kind == end && has_begun_)

@@ -1,9 +1,9 @@
-// A satellite receiver that talks NMEA 0183 by itself: GpsNmea listens and never asks.
+// A satellite receiver that sends NMEA 0183 without requests; GpsNmea sends nothing to it.
 //
-// A data set begins with the sentence that trigMsgStart names, and ends with trigMsgEnd; if both
-// are the same (RMC in most cases), each of these is one, completed by what the others have said
-// last. A receiver that does not send it is listened to all the same: the first sentence with a
-// position that has come four times meanwhile takes its place.
+// A data set begins with the sentence of trigMsgStart and ends with that of trigMsgEnd. If both are
+// the same (mostly RMC), each such sentence gives a data set, completed by the latest values of the
+// others. For receivers that do not send it, the first sentence with a position that has arrived four
+// times is used instead.
 #pragma once
 
 #include "components/devices/positioning/nmea_fix.h"
@@ -15,8 +15,8 @@ struct NmeaSettings {
   NmeaKind end = NmeaKind::kRmc;
   Duration period = std::chrono::seconds(1);
   GpsDeviations deviations{};
-  std::uint32_t baud = 4800;  // for words only
-  bool only_listen = false;   // to a recording: silence is no failure
+  std::uint32_t baud = 4800;  // for error messages only
+  bool only_listen = false;   // the device is a recording: pauses are not failures
 };
 
 class NmeaReceiver final : public Dialogue {
@@ -29,16 +29,16 @@ class NmeaReceiver final : public Dialogue {
   void on_timeout(Time now, Output& out) override;
   [[nodiscard]] Time next_timeout() const override { return timeout_; }
 
-  // It has sent a data set; from then on the driver watches for silence.
+  // A data set was received; from then on, missing data are an error of the driver.
   [[nodiscard]] bool is_ready() const { return is_ready_; }
   bool take(GpsData& data, Time& recorded);
-  // Of what was taken last.
+  // The time of the data taken last.
   [[nodiscard]] const GpsMoment& moment() const { return taken_; }
   [[nodiscard]] Time recorded() const { return recorded_; }
   [[nodiscard]] const NmeaLines& lines() const { return lines_; }
   [[nodiscard]] std::uint64_t broken() const { return lines_.broken(); }
 
-  // Sentences that came on another way, beside another protocol.
+  // Adds a sentence that was received together with another protocol.
   void add(const NmeaSentence& sentence);
 
  private:
@@ -48,10 +48,10 @@ class NmeaReceiver final : public Dialogue {
   NmeaSettings settings_;
   NmeaLines lines_;
   NmeaFix fix_;
-  std::optional<NmeaKind> instead_;  // of the start and end that never come
+  std::optional<NmeaKind> instead_;  // replaces start and end if they are not received
   std::array<int, kNmeaKinds> since_end_{};
   bool has_begun_ = false;
-  bool start_comes_ = false;  // the one that was asked for
+  bool start_comes_ = false;  // the sentence of trigMsgStart was received
   bool is_ready_ = false;
   Time begun_{};
   Time timeout_ = tims::kNever;

@@ -66,7 +66,7 @@ TEST(NmeaTest, AFlippedBitIsSeen) {
   for (std::size_t i = 0; i < whole.size() * 8; ++i) {
     std::string broken = whole;
     broken[i / 8] = static_cast<char>(broken[i / 8] ^ (1 << i % 8));
-    // Of the digits of the checksum case does not matter.
+    // The case of the checksum digits does not matter.
     const bool is_case = i / 8 >= whole.size() - 2 && i % 8 == 5;
     EXPECT_TRUE(is_case || !parse_nmea(broken, sentence)) << broken;
   }
@@ -236,7 +236,7 @@ TEST_F(NmeaReceiverTest, AFixIsLostAndFoundAgain) {
   };
   constexpr i32 kRtk = gps_mode::k3d + gps_mode::kDifferential;
   EXPECT_EQ(round(1, false), gps_mode::kInvalid);
-  EXPECT_EQ(round(2, true), gps_mode::k2d);  // GGA has not yet said more
+  EXPECT_EQ(round(2, true), gps_mode::k2d);  // no GGA received yet
   EXPECT_EQ(round(3, true), kRtk);
   EXPECT_EQ(round(4, false), gps_mode::kInvalid);
   EXPECT_EQ(round(5, true), gps_mode::k2d);  // bits are not kept
@@ -267,7 +267,7 @@ TEST_F(NmeaReceiverTest, MidnightLeapSecondsAndMissingDates) {
     hear(receiver, "GPGGA," + std::string(time) + ",5200.0,N,00900.0,E,1,08,0.9,50.0,M,45,M,,");
     return taken(receiver)->utcTime.raw();
   };
-  EXPECT_EQ(utc_at("235958"), 0);  // of no day
+  EXPECT_EQ(utc_at("235958"), 0);  // date unknown
   hear(receiver, "GPZDA,235959,31,12,2016,00,00");
   constexpr i64 kNewYear = 1483228800;
   EXPECT_EQ(utc_at("235959.50"), kNewYear - 1);
@@ -359,11 +359,12 @@ TEST(GpsTest, AFixIsWeighedByHowSureItIs) {
   EXPECT_EQ(both->pos.y, 900);
   EXPECT_EQ(both->var.x, 707);
   EXPECT_EQ(both->var.y, 949);
-  EXPECT_NEAR(both->pos.rho, (0.1 + 6.2 - 2 * std::numbers::pi) / 2, 1e-5) << "the short way";
-  EXPECT_FLOAT_EQ(weighed(known, fix, false)->pos.rho, 0.1F) << "who stands has no course";
+  EXPECT_NEAR(both->pos.rho, (0.1 + 6.2 - 2 * std::numbers::pi) / 2, 1e-5) << "shortest rotation";
+  EXPECT_FLOAT_EQ(weighed(known, fix, false)->pos.rho, 0.1F) << "a receiver at rest has no course";
 }
 
-// A receiver that stands drifts for minutes: a thousand fixes are not a thousand measurements.
+// The position of a receiver at rest drifts for minutes: a thousand fixes are not a thousand
+// independent measurements.
 TEST(GpsTest, FixesMakeNothingSurerThanHalfOfOne) {
   PositionData known;
   known.var = {.x = 100'000, .y = 100'000};

@@ -10,14 +10,14 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr Duration kListenTime = 1200ms;  // for something that comes once a second
+constexpr Duration kListenTime = 1200ms;  // sufficient for messages sent once a second
 constexpr Duration kUbloxAnswerTime = 1s;
 constexpr Duration kFirstFix = 5s;
-constexpr Duration kLeaves = 100ms;  // from this program to the line
+constexpr Duration kLeaves = 100ms;  // until a message has left this host
 constexpr int kUbloxAttempts = 3;
 constexpr int kRateTries = 4;
 
-// The upper four bits of a key say how many bytes its value has.
+// The upper four bits of a key determine the size of its value.
 void put_value(std::vector<std::byte>& out, std::uint32_t key, std::uint64_t value) {
   append_little(out, key);
   for (std::size_t i = 0; i < ubx_value_size(key); ++i)
@@ -67,7 +67,7 @@ void Ublox::found(Time now, Output& out) {
   enter(has_rate ? State::kSetFix : State::kSetRate, now, out);
 }
 
-// --- what it is told
+// --- configuration
 
 void Ublox::enter(State state, Time now, Output& out) {
   state_ = state;
@@ -92,7 +92,7 @@ void Ublox::ask(Time now, Output& out) {
   }
   ++attempts_;
   out.send(question_);
-  // To another rate the line changes when all of it has left, whatever lies between.
+  // The rate of the line may change only after the whole message has been transmitted.
   const bool is_rate = state_ == State::kSetRate;
   timeout_ =
       now + (is_rate ? line_time(question_.size(), rates_[rate_]) + kLeaves : kUbloxAnswerTime);
@@ -134,8 +134,8 @@ void Ublox::ask_old(State state) {
     const auto milliseconds =
         std::chrono::duration_cast<std::chrono::milliseconds>(settings_.period);
     append_little(payload_, static_cast<std::uint16_t>(milliseconds.count()));
-    append_little(payload_, std::uint16_t{1});  // a solution of each measurement
-    append_little(payload_, std::uint16_t{0});  // at whole seconds of UTC
+    append_little(payload_, std::uint16_t{1});  // one solution per measurement
+    append_little(payload_, std::uint16_t{0});  // aligned to UTC
   }
   if (state == State::kSetMessage) {
     asked_ = ubx::kCfgMessage;
@@ -144,7 +144,7 @@ void Ublox::ask_old(State state) {
   }
 }
 
-// --- what it says
+// --- answers
 
 void Ublox::on_arrival(const Arrival& arrival, Output& out) {
   in_pieces(arrival, UbxStream::kPieceMax, [&](const Arrival& piece) {
@@ -189,11 +189,10 @@ void Ublox::on_answer(bool accepted, Time now, Output& out) {
     return enter(State::kSetFix, now, out);
   }
   if (state_ == State::kSetFix)
-    fail(tims::Errc::kSystem, "the receiver refuses periodTime; it cannot measure that often");
+    fail(tims::Errc::kSystem, "the receiver refuses periodTime; set a longer period");
   else
     fail(tims::Errc::kSystem,
-         "the receiver does not know NAV-PVT: it is older than the seventh generation; GpsNmea "
-         "understands it");
+         "the receiver does not support NAV-PVT (older than the seventh generation); use GpsNmea");
   timeout_ = tims::kNever;
 }
 
@@ -201,19 +200,20 @@ void Ublox::on_timeout(Time now, Output& out) {
   if (timeout_ > now) return;
   if (state_ == State::kListen) {
     timeout_ = tims::kNever;
-    if (!is_ready_) fail(tims::Errc::kTimeout, "the receiver was set, but sends no fixes");
+    if (!is_ready_)
+      fail(tims::Errc::kTimeout, "the receiver was configured, but sends no fixes");
     return;
   }
   if (state_ == State::kFind) {
     if (rate_ + 1 < rates_.size()) return find_at(rate_ + 1, now, out);
     timeout_ = tims::kNever;
     fail(tims::Errc::kTimeout,
-         "no receiver answers at 9600, 38400, 57600, 115200 or 460800 baud; is it switched on?");
+         "no receiver answers at 9600, 38400, 57600, 115200 or 460800 baud; check its power");
     return;
   }
   if (state_ == State::kSetRate) {
     out.set_baud(settings_.baud);
-    rate_ = 0;  // it stands first
+    rate_ = 0;  // the requested rate is first in rates()
     stream_.clear();
     return enter(State::kVerifyRate, now, out);
   }
@@ -222,8 +222,8 @@ void Ublox::on_timeout(Time now, Output& out) {
 
 void Ublox::on_silence(Time now, Output& out) {
   if (attempts_ < kUbloxAttempts) return ask(now, out);
-  // What did not follow to another rate is still where it was found: told the other way, and in
-  // case something was lost both ways again.
+  // A receiver that did not change its rate is still at the detected one: try the other message, and
+  // repeat both in case one was lost.
   if (state_ == State::kVerifyRate && ++rate_tries_ < kRateTries) {
     is_old_ = !is_old_;
     return find_at(rates_.size() > 1 ? 1 : 0, now, out);
@@ -234,10 +234,11 @@ void Ublox::on_silence(Time now, Output& out) {
   }
   timeout_ = tims::kNever;
   fail(tims::Errc::kTimeout, state_ == State::kVerifyRate
-                                 ? "the receiver does not follow to " +
+                                 ? "the receiver does not change to " +
                                        std::to_string(settings_.baud) +
-                                       " baud: baudrate=0 leaves it"
-                                 : "the receiver sends, but does not answer; is its input wired?");
+                                       " baud; baudrate=0 keeps the current rate"
+                                 : "the receiver sends, but does not answer; check the wiring of "
+                                   "its input");
 }
 
 // --- fixes

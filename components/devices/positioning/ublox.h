@@ -1,12 +1,10 @@
-// A u-blox receiver: found at whatever rate its line has, told to send its fixes as NAV-PVT, and
-// listened to.
+// A u-blox receiver: the dialogue detects its baud rate and configures it to send fixes as NAV-PVT.
 //
-// Receivers up to the eighth generation begin at 9600 baud, later ones at 38400; somebody may have
-// changed it. At each rate it is listened for a second and asked for its version. Then it is set:
-// with CFG-VALSET, which receivers since the ninth generation know; one that refuses it, or does
-// not answer, is set with the messages of older ones. Nothing is stored: after power off it is as
-// it was. Until the first NAV-PVT has come, and of recordings without any, its NMEA sentences
-// count.
+// Receivers up to the eighth generation start at 9600 baud, later ones at 38400, unless configured
+// otherwise. At each rate, the dialogue listens for one second and requests the version. It then
+// configures the receiver with CFG-VALSET, known since the ninth generation; a receiver that refuses
+// it or does not answer is configured with the older messages. The configuration is not stored: it is
+// lost at power-off. NMEA sentences are used until the first NAV-PVT, and in recordings without it.
 #pragma once
 
 #include "components/devices/positioning/nmea_receiver.h"
@@ -15,9 +13,9 @@
 namespace rack::device {
 
 struct UbloxSettings {
-  std::uint32_t baud = 0;  // to bring the line to; 0: as it is found
+  std::uint32_t baud = 0;  // rate to set; 0: keep the detected rate
   Duration period = std::chrono::seconds(1);
-  bool only_listen = false;  // to a recording
+  bool only_listen = false;  // the device is a recording
 };
 
 class Ublox final : public Dialogue {
@@ -32,16 +30,16 @@ class Ublox final : public Dialogue {
 
   [[nodiscard]] bool is_ready() const { return is_ready_; }
   bool take(GpsData& data, Time& recorded);
-  // Of what was taken last.
+  // The time of the data taken last.
   [[nodiscard]] const GpsMoment& moment() const { return taken_; }
   [[nodiscard]] Time recorded() const { return recorded_; }
   [[nodiscard]] const UbxStream& stream() const { return stream_; }
   [[nodiscard]] std::uint64_t broken() const { return stream_.broken(); }
-  // It was set with the messages of receivers up to the eighth generation.
+  // The receiver was configured with the messages of the eighth generation and earlier.
   [[nodiscard]] bool is_old() const { return is_old_; }
 
  private:
-  // In the order in which they are gone through.
+  // In the order of the setup.
   enum class State : std::uint8_t { kFind, kSetRate, kVerifyRate, kSetFix, kSetMessage, kListen };
 
   void find_at(std::size_t rate, Time now, Output& out);
@@ -61,7 +59,7 @@ class Ublox final : public Dialogue {
   UbxStream stream_;
   NmeaReceiver nmea_;
   State state_ = State::kFind;
-  std::size_t rate_ = 0;  // of rates(), that the line has now
+  std::size_t rate_ = 0;  // index in rates() of the current rate
   std::vector<std::uint32_t> rates_;
   int attempts_ = 0;
   int rate_tries_ = 0;
@@ -69,7 +67,7 @@ class Ublox final : public Dialogue {
   bool has_pvt_ = false;
   bool is_ready_ = false;
   Time timeout_ = tims::kNever;
-  std::uint8_t asked_ = 0;  // number of the class CFG that waits for an acknowledgement
+  std::uint8_t asked_ = 0;  // CFG message that waits for an acknowledgement
   std::vector<std::byte> question_;
   std::vector<std::byte> payload_;
   bool has_data_ = false;

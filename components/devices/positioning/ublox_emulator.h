@@ -1,5 +1,5 @@
-// A u-blox receiver: NMEA from the beginning, NAV-PVT when it is told to. Up to the eighth
-// generation it refuses CFG-VALSET, and takes CFG-PRT, CFG-RATE and CFG-MSG instead.
+// Emulator of a u-blox receiver: sends NMEA at first, NAV-PVT after configuration. Up to the eighth
+// generation it refuses CFG-VALSET and accepts CFG-PRT, CFG-RATE and CFG-MSG instead.
 #pragma once
 
 #include "components/devices/positioning/gps_course.h"
@@ -41,7 +41,7 @@ class UbloxEmulator : public Dialogue {
   Duration period_ = std::chrono::seconds(1);
   bool sends_pvt_ = false;
   std::uint32_t baud_ = 0;
-  std::uint32_t next_baud_ = 0;  // after its answer
+  std::uint32_t next_baud_ = 0;  // rate after the answer
   std::vector<std::byte> burst_;
 };
 

@@ -11,7 +11,7 @@ using namespace std::chrono_literals;
 constexpr std::byte kSync1{0xB5};
 constexpr std::byte kSync2{0x62};
 constexpr std::byte kDollar{'$'};
-constexpr Duration kUbxPatience = 2s;  // for the end of something that has begun
+constexpr Duration kUbxPatience = 2s;  // maximum time to complete a frame
 
 std::uint16_t fletcher(std::span<const std::byte> bytes) {
   unsigned a = 0;
@@ -23,7 +23,7 @@ std::uint16_t fletcher(std::span<const std::byte> bytes) {
   return static_cast<std::uint16_t>((a & 0xFF) | (b & 0xFF) << 8);
 }
 
-// Where the next frame or sentence may begin.
+// The index at which the next frame or sentence may begin.
 std::size_t find_beginning(std::span<const std::byte> bytes) {
   std::size_t at = 0;
   while (at < bytes.size() && bytes[at] != kSync1 && bytes[at] != kDollar) ++at;
@@ -54,7 +54,7 @@ std::size_t ubx_value_size(std::uint32_t key) {
 }
 
 bool decode_ubx_pvt(std::span<const std::byte> payload, GpsData& data, GpsMoment& moment) {
-  constexpr std::size_t kOldSize = 84;  // of the seventh generation
+  constexpr std::size_t kOldSize = 84;  // size in the seventh generation
   constexpr double kDegree = std::numbers::pi / 180;
   if (payload.size() < kOldSize) return false;
   const auto u8_at = [&](std::size_t at) { return std::to_integer<unsigned>(payload[at]); };
@@ -76,7 +76,7 @@ bool decode_ubx_pvt(std::span<const std::byte> payload, GpsData& data, GpsMoment
   data.latitude = i32_at(28) * 1e-7 * kDegree;
   data.altitude = i32_at(36);
   data.speed = i32_at(60);
-  // Of the vehicle where a receiver with sensors knows it, else of its motion.
+  // Heading of the vehicle if the receiver has sensors to measure it, otherwise heading of motion.
   const bool has_heading = (flags & 0x20) != 0 && payload.size() >= 92;
   data.heading = heading_of(i32_at(has_heading ? 84 : 64) * 1e-5);
   data.pdop = static_cast<f32>(little_endian<std::uint16_t>(payload, 76) * 0.01);
@@ -92,7 +92,7 @@ bool decode_ubx_pvt(std::span<const std::byte> payload, GpsData& data, GpsMoment
                  std::chrono::seconds(second) + Duration(i32_at(16));
     moment.is_leap_second = second == 60;
   }
-  // A few nanoseconds before a second are meant to be that second.
+  // Rounds up times that are a few nanoseconds before a full second.
   data.utcTime =
       moment.utc ? std::chrono::floor<std::chrono::seconds>(*moment.utc + 1ms).count() : 0;
   return true;
@@ -104,8 +104,7 @@ void UbxStream::clear() {
   is_part_ = false;
 }
 
-// A length that was received wrongly would be waited for long: whoever has waited for seconds gives
-// up.
+// A corrupted length would block the stream, so an incomplete frame is discarded after a timeout.
 void UbxStream::add(const Arrival& arrival) {
   if (is_part_ && arrival.first - waits_since_ > kUbxPatience) {
     buffer_.consume(1);
@@ -161,7 +160,7 @@ UbxStream::Found UbxStream::find_frame(UbxFrame& frame) {
   return Found::kWhole;
 }
 
-// Up to the end of its checksum; whatever is no text ends it before.
+// A sentence ends after its checksum; a character that is not text ends it prematurely.
 UbxStream::Found UbxStream::find_sentence(NmeaSentence& sentence) {
   constexpr std::size_t kChecksum = 3;
   const auto bytes = buffer_.bytes();

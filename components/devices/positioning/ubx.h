@@ -1,9 +1,9 @@
-// UBX, what u-blox receivers speak beside NMEA on the same line.
+// UBX, the binary protocol of u-blox receivers, used together with NMEA on the same line.
 //
-// A frame is B5 62, class, number, length (u16), payload, and a Fletcher checksum of two bytes over
-// all between; numbers are little-endian. Between frames stand sentences of NMEA, and corrections
-// (RTCM 3), which are passed over. Everything that is set is acknowledged (05 01) or refused (05
-// 00).
+// A frame is B5 62, class, id, length (u16), payload, and a two byte Fletcher checksum over class to
+// payload; numbers are little-endian. Between frames there may be NMEA sentences and RTCM 3
+// corrections; the latter are skipped. Each configuration message is acknowledged (05 01) or refused
+// (05 00).
 //
 // Source: u-blox interface descriptions of protocols 15 to 27; recordings of pyubx2.
 #pragma once
@@ -39,7 +39,7 @@ inline constexpr std::uint8_t kMon = 0x0A;
 inline constexpr std::uint8_t kVersion = 0x04;
 inline constexpr std::uint8_t kLayerRam = 1;
 
-// Values of receivers since the ninth generation; the upper four bits are their size.
+// Configuration keys of receivers since the ninth generation; the upper four bits encode the size.
 inline constexpr std::uint32_t kBaudOfUart1 = 0x40520001;        // u32
 inline constexpr std::uint32_t kUbxOutOfUart1 = 0x10740001;      // bool
 inline constexpr std::uint32_t kPvtAtUart1 = 0x20910007;         // u8, every so many fixes
@@ -49,33 +49,33 @@ inline constexpr std::uint32_t kMillisecondsOfFix = 0x30210001;  // u16
 
 void append_ubx(std::vector<std::byte>& out, std::uint8_t class_id, std::uint8_t number,
                 std::span<const std::byte> payload);
-// Bytes of a value of CFG-VALSET by its key; 0: no such size.
+// Size of a value of CFG-VALSET by its key, bytes; 0: invalid key.
 std::size_t ubx_value_size(std::uint32_t key);
 
-// A NAV-PVT becomes a fix; recordingTime and pos stay as they are. False: it is none.
+// Decodes NAV-PVT; does not change recordingTime and pos. Returns false if the payload is invalid.
 bool decode_ubx_pvt(std::span<const std::byte> payload, GpsData& data, GpsMoment& moment);
 
 class UbxStream {
  public:
   enum class What : std::uint8_t { kNothing, kFrame, kSentence };
 
-  // Of what comes at once: next() is to be called until there is none before more is added.
+  // Maximum size of a piece; call next() until it returns nothing before adding more.
   static constexpr std::size_t kPieceMax = 1024;
 
   void add(const Arrival& arrival);
-  // What it returned is valid until the next call.
+  // The result is valid until the next call.
   What next(UbxFrame& frame, NmeaSentence& sentence);
   void clear();
 
   [[nodiscard]] std::uint64_t frames() const { return frames_; }
   [[nodiscard]] std::uint64_t sentences() const { return sentences_; }
-  // Frames with a wrong checksum, and what begins like one and is none.
+  // Number of frames with a wrong checksum, and of false starts of a frame.
   [[nodiscard]] std::uint64_t broken() const { return broken_; }
-  // The beginning of something that has not come to its end.
+  // The start of an incomplete frame or sentence.
   [[nodiscard]] std::span<const std::byte> rest() const { return buffer_.bytes(); }
 
  private:
-  // Longer ones exist, of raw measurements of very many satellites.
+  // Longer frames exist only for raw measurements of very many satellites.
   static constexpr std::size_t kPayloadMax = 4096;
   static constexpr std::size_t kFrame = 8;
   static constexpr std::size_t kSentenceMax = 512;
@@ -85,7 +85,7 @@ class UbxStream {
   Found find_sentence(NmeaSentence& sentence);
 
   StreamBuffer buffer_{2 * (kPayloadMax + kFrame)};
-  Time waits_since_{};  // for the end of what stands first
+  Time waits_since_{};  // since when the first frame or sentence has been incomplete
   bool is_part_ = false;
   std::size_t used_ = 0;
   std::uint64_t frames_ = 0;

@@ -37,13 +37,13 @@ Counts counts_of(std::span<const std::byte> bytes, std::size_t piece, UbxStream&
   return counts;
 }
 
-// --- recordings: as counted by a scan for B5 62 and $
+// --- recordings, compared with the counts of B5 62 and $ in the files
 
 struct File {
   const char* name;
   std::uint64_t frames;
   std::uint64_t fixes;
-  std::uint64_t without_frame;  // beginnings of frames that are none
+  std::uint64_t without_frame;  // false starts of frames
   std::uint64_t sentences;
 };
 
@@ -96,7 +96,7 @@ TEST(UbxFilesTest, TheProgramUnderstandsThem) {
     });
     EXPECT_GE(taken, file.fixes) << file.name;
     if (file.sentences > 100) {
-      EXPECT_GT(taken, 50U) << file.name;  // without NAV-PVT by its NMEA
+      EXPECT_GT(taken, 50U) << file.name;  // from NMEA if there is no NAV-PVT
     }
   }
   EXPECT_TRUE(out.sent.empty());
@@ -104,7 +104,7 @@ TEST(UbxFilesTest, TheProgramUnderstandsThem) {
 
 // --- frames
 
-// From u-blox' documents, as many programs quote them.
+// Frames from u-blox documents.
 TEST(UbxTest, KnownFrames) {
   std::vector<std::byte> frame;
   append_ubx(frame, ubx::kMon, ubx::kVersion, {});

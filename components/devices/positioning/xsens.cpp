@@ -18,8 +18,8 @@ constexpr std::byte kLongLength{0xFF};
 constexpr int kXsensAttempts = 3;
 constexpr Duration kXsensAnswerTime = 500ms;
 constexpr double kXsensDegree = std::numbers::pi / 180;
-constexpr double kTicksOfSecond = 115200;  // of the period of MTData
-constexpr double kMost = 1e6;              // that it measures, in units of SI and degrees
+constexpr double kTicksOfSecond = 115200;  // unit of the period of MTData, 1/s
+constexpr double kMost = 1e6;              // limit for plausible values in SI units or degrees
 
 using Vector = XsensSample::Vector;
 using Rotation = XsensSample::Rotation;
@@ -36,13 +36,13 @@ double float_at(std::span<const std::byte> bytes, std::size_t at) {
 double double_at(std::span<const std::byte> bytes, std::size_t at) {
   return std::bit_cast<double>(big_endian<std::uint64_t>(bytes, at));
 }
-// 32 bits behind the point, and then 16 before it.
+// Fixed-point number: 32 bits of the fraction are followed by 16 bits of the integer.
 double long_fixed_at(std::span<const std::byte> bytes, std::size_t at) {
   return big_endian<std::int16_t>(bytes, at + 4) +
          big_endian<std::uint32_t>(bytes, at) / 4294967296.0;
 }
 
-// `count` numbers in the format that the lower two bits of an item say.
+// Reads numbers in the format given by the lower two bits of an item.
 bool numbers_of(std::uint16_t item, std::span<const std::byte> bytes, std::span<double> numbers) {
   constexpr std::array<std::size_t, 4> kSizes = {4, 4, 6, 8};
   const unsigned format = item & 3U;
@@ -54,7 +54,7 @@ bool numbers_of(std::uint16_t item, std::span<const std::byte> bytes, std::span<
                  : format == 1 ? big_endian<std::int32_t>(bytes, at) / 1048576.0
                  : format == 2 ? long_fixed_at(bytes, at)
                                : double_at(bytes, at);
-    // Also a number that is finite in its 64 bits only.
+    // Also rejects NaN and numbers that exceed the range of float.
     if (!(std::abs(numbers[i]) <= kMost)) return false;
   }
   return true;
@@ -80,7 +80,7 @@ Rotation operator*(const Rotation& a, const Rotation& b) {
           .z = a.w * b.z + a.x * b.y - a.y * b.x + a.z * b.w};
 }
 
-// Yaw about z first, then pitch about y, then roll about x.
+// Rotation order: yaw about z, pitch about y, roll about x.
 Rotation from_euler(const Vector& euler) {
   const auto about = [](double angle) {
     return std::pair(std::cos(angle / 2), std::sin(angle / 2));
@@ -102,12 +102,12 @@ Vector to_euler(const Rotation& q) {
 // Half a turn about x: z up becomes z down.
 constexpr Rotation kHalfTurn{0, 1, 0, 0};
 
-// From the frame of the Earth that the device uses to north, east, down.
+// Rotation from the Earth frame of the device to north, east, down.
 Rotation to_north_east_down(std::uint16_t frame) {
   constexpr double kHalf = std::numbers::sqrt2 / 2;
   if (frame == xsens::kNorthEastDown) return {};
   if (frame == xsens::kNorthWestUp) return kHalfTurn;
-  return {0, kHalf, kHalf, 0};  // x and y change places, z its sign
+  return {0, kHalf, kHalf, 0};  // swaps x and y and inverts z
 }
 
 bool decode_data(std::span<const std::byte> data, XsensSample& sample) {
@@ -221,7 +221,7 @@ bool decode_xsens(const XsensMessage& message, XsensSample& sample) {
 bool to_gyro(const XsensSample& sample, XsensMounting mounting, GyroData& data) {
   const bool has_orientation = sample.orientation || sample.euler;
   if (!sample.acceleration || !sample.rate || !has_orientation) return false;
-  // Label up the device's y is to the left and its z up.
+  // With the label up, y of the device is to the left and z is up.
   const double side = mounting == XsensMounting::kLabelUp ? -1 : 1;
   constexpr double kMillimetres = -1000;
   data.aX = static_cast<f32>(sample.acceleration->x * kMillimetres);
@@ -344,7 +344,7 @@ bool Xsens::is_right_one() {
   return false;
 }
 
-// Or not: then any device has to do.
+// Continues with or without a device id; without one, only an unrestricted configuration accepts it.
 void Xsens::identified(Time now, Output& out) {
   if (is_right_one()) enter(State::kOutput, now, out);
 }
@@ -370,10 +370,10 @@ void Xsens::on_answer(const XsensMessage& message, Output& out) {
   }
 }
 
-// An older one does not know what MTData2 is.
+// Older devices do not support MTData2.
 void Xsens::on_refusal(const XsensMessage& message, Output& out) {
   if (state_ == State::kOutput) return enter(State::kPeriod, message.began, out);
-  // It does not say what it refuses: it may be the question before, a second time.
+  // The error message does not name its request: it may refer to a repetition of the previous one.
   if (attempts_ < kXsensAttempts) return ask(message.began, out);
   if (state_ == State::kIdentity) return identified(message.began, out);
   const unsigned code = message.data.empty() ? 0 : std::to_integer<unsigned>(message.data.front());
@@ -386,7 +386,7 @@ void Xsens::on_timeout(Time now, Output& out) {
   if (attempts_ < kXsensAttempts) return ask(now, out);
   if (state_ == State::kIdentity) return identified(now, out);
   if (state_ == State::kOutput) return enter(State::kPeriod, now, out);
-  // Nobody hears what is sent, but it measures: its line to us is enough.
+  // The device does not answer but sends data, so only the line to the host works: accept that.
   if (sends_data_ && state_ == State::kConfiguration) {
     if (is_right_one()) enter(State::kMeasuring, now, out);
     return;
@@ -394,8 +394,8 @@ void Xsens::on_timeout(Time now, Output& out) {
   timeout_ = tims::kNever;
   fail(tims::Errc::kTimeout, state_ == State::kConfiguration
                                  ? "no Xsens device answers at " + std::to_string(settings_.baud) +
-                                       " baud; is it switched on, and baudrate right?"
-                                 : "the device does not answer while it is configured");
+                                       " baud; check its power and baudrate"
+                                 : "the device does not answer during its configuration");
 }
 
 void Xsens::take_sample(const XsensMessage& message) {
@@ -405,7 +405,7 @@ void Xsens::take_sample(const XsensMessage& message) {
   has_data_ = true;
 }
 
-// By its own counter, which has no jitter; of a recording its rate is not known.
+// Uses the counter of the device, which has no jitter. In a recording its rate is unknown.
 Time Xsens::measured_at(const XsensMessage& message, const XsensSample& sample) {
   const bool counts_time = message.number == xsens::kData2;
   if (!sample.counter || (settings_.only_listen && !counts_time)) return message.began;

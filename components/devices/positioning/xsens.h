@@ -1,16 +1,16 @@
-// Xsens MTi and MTx: inertial measurement units at a serial line.
+// Xsens MTi and MTx: inertial measurement units on a serial line.
 //
-// A message is FA, FF, number, length, data, checksum; FF and the checksum included all bytes after
-// FA add up to 0 (modulo 256). Length FF means that two bytes of length follow. Numbers are
-// big-endian. In the state of configuration (after 30) it is told what to send, then it measures
-// (10). Two generations: MTData (32) has an order that was agreed on before; MTData2 (36) is a list
-// of items, each with what it is and its length.
+// A message is FA, FF, id, length, data, checksum; all bytes after FA, including the checksum, add up
+// to 0 (modulo 256). Length FF means that a length of two bytes follows. Numbers are big-endian. The
+// device is configured in configuration state (after 30), then it is set to measurement (10). There
+// are two generations: MTData (32) has a configured order of values; MTData2 (36) is a list of items,
+// each with type and length.
 //
-// The original only listens, takes wrong checksums for good, and scales rates of turn as if they
-// were degrees; here wrong ones are refused, and rates are what the device says: rad/s.
+// The original does not configure the device, accepts wrong checksums, and scales rates of turn as if
+// they were degrees. This dialogue rejects wrong checksums and keeps rates in rad/s.
 //
-// Source: Xsens' "MT Low Level Communication Protocol"; messages of an MTi-300 with what the
-// manufacturer's program made of them.
+// Source: Xsens' "MT Low Level Communication Protocol"; messages of an MTi-300 with their decoding by
+// the manufacturer's program.
 #pragma once
 
 #include <array>
@@ -30,10 +30,10 @@ inline constexpr std::uint8_t kData = 0x32;
 inline constexpr std::uint8_t kData2 = 0x36;
 inline constexpr std::uint8_t kError = 0x42;
 inline constexpr std::uint8_t kSetPeriod = 0x04;
-inline constexpr std::uint8_t kSetOutput = 0xC0;  // of MTData2
-inline constexpr std::uint8_t kSetMode = 0xD0;    // of MTData
+inline constexpr std::uint8_t kSetOutput = 0xC0;  // for MTData2
+inline constexpr std::uint8_t kSetMode = 0xD0;    // for MTData
 inline constexpr std::uint8_t kSetSettings = 0xD2;
-inline constexpr std::uint8_t kAnswers = 1;  // an answer is one more than what it answers
+inline constexpr std::uint8_t kAnswers = 1;  // id of an answer minus id of its request
 
 inline constexpr std::uint16_t kPacketCounter = 0x1020;
 inline constexpr std::uint16_t kSampleTime = 0x1060;  // 0.1 ms
@@ -41,7 +41,7 @@ inline constexpr std::uint16_t kQuaternion = 0x2010;
 inline constexpr std::uint16_t kEuler = 0x2030;
 inline constexpr std::uint16_t kAcceleration = 0x4020;
 inline constexpr std::uint16_t kRateOfTurn = 0x8020;
-// What the lower bits of an orientation say: the frame it is given in.
+// Bits of an orientation item: the reference frame.
 inline constexpr std::uint16_t kFrameMask = 0x000C;
 inline constexpr std::uint16_t kEastNorthUp = 0x0000;
 inline constexpr std::uint16_t kNorthEastDown = 0x0004;
@@ -59,7 +59,7 @@ void append_xsens(std::vector<std::byte>& out, std::uint8_t number,
 
 class XsensMessages {
  public:
-  // Of what comes at once: next() is to be called until there is none before more is added.
+  // Maximum size of a piece; call next() until it returns false before adding more.
   static constexpr std::size_t kPieceMax = 1024;
 
   void add(const Arrival& arrival) { buffer_.add(arrival); }
@@ -76,14 +76,14 @@ class XsensMessages {
   std::uint64_t broken_ = 0;
 };
 
-// What one measurement says, in the device's own axes and units.
+// One measurement in the axes and units of the device.
 struct XsensSample {
   struct Vector {
     double x = 0;
     double y = 0;
     double z = 0;
   };
-  struct Rotation {  // a quaternion: the device in its frame of the Earth
+  struct Rotation {  // quaternion: orientation of the device in its Earth frame
     double w = 1;
     double x = 0;
     double y = 0;
@@ -93,33 +93,33 @@ struct XsensSample {
   std::optional<Vector> acceleration{};  // m/s2
   std::optional<Vector> rate{};          // rad/s
   std::optional<Rotation> orientation{};
-  std::optional<Vector> euler{};  // rad: roll, pitch, yaw as the device says them
+  std::optional<Vector> euler{};  // rad: roll, pitch, yaw reported by the device
   std::uint16_t frame = xsens::kNorthWestUp;
-  std::optional<std::uint64_t> counter{};  // 0.1 ms of MTData2, else samples
+  std::optional<std::uint64_t> counter{};  // MTData2: 0.1 ms; MTData: samples
 
   bool operator==(const XsensSample&) const = delete;
 };
 
-// False: it is none that this program has asked for. MTData has calibrated data and Euler angles or
-// a quaternion, perhaps a counter: its length tells.
+// Returns false for messages this program has not configured. MTData contains calibrated data, Euler
+// angles or a quaternion, and optionally a counter; its length determines which.
 bool decode_xsens(const XsensMessage& message, XsensSample& sample);
 
-// How the device is mounted.
+// Mounting of the device.
 enum class XsensMounting : std::uint8_t {
-  kAsItSays,  // as the original: angles and rates as they come, x forward and z down
-  kLabelUp,   // as it usually is; angles become the robot's, with heading 0 in the north
+  kAsItSays,  // as the original: angles and rates unchanged, x forward and z down
+  kLabelUp,   // usual mounting; converted to angles of the robot with heading 0 to the north
   kLabelDown,
 };
-// The fields of the data; false: something is missing. Accelerations have the original's sign: that
-// of the force that a mass in the robot feels, so gravity is 9810 mm/s2 in z.
+// Converts a sample to data; returns false if a value is missing. Accelerations have the sign of the
+// original, that of the force on a mass in the robot: gravity is +9810 mm/s2 in z.
 bool to_gyro(const XsensSample& sample, XsensMounting mounting, GyroData& data);
 
 struct XsensSettings {
   Duration period = std::chrono::milliseconds(10);
   XsensMounting mounting = XsensMounting::kAsItSays;
-  std::uint32_t baud = 115200;  // for words only
-  std::string serial_number{};  // of the only device that will do, its id in hex; empty: any
-  bool only_listen = false;     // to a recording
+  std::uint32_t baud = 115200;  // for error messages only
+  std::string serial_number{};  // required device id, hexadecimal; empty: any
+  bool only_listen = false;     // the device is a recording
 };
 
 class Xsens final : public Dialogue {
@@ -133,13 +133,13 @@ class Xsens final : public Dialogue {
 
   [[nodiscard]] bool is_ready() const { return state_ == State::kMeasuring; }
   bool take(GyroData& data, Time& recorded);
-  // Empty: it has told none.
+  // Empty if the device has not reported one.
   [[nodiscard]] const std::string& serial_number() const { return serial_number_; }
   [[nodiscard]] const XsensMessages& messages() const { return messages_; }
   [[nodiscard]] std::uint64_t broken() const { return messages_.broken(); }
 
  private:
-  // In the order in which they are gone through: of MTData2 kOutput, of MTData the three after it.
+  // In the order of the setup: kOutput is used with MTData2, the three states after it with MTData.
   enum class State : std::uint8_t {
     kConfiguration,
     kIdentity,
@@ -164,7 +164,7 @@ class Xsens final : public Dialogue {
   XsensSettings settings_;
   State state_ = State::kConfiguration;
   int attempts_ = 0;
-  bool sends_data_ = false;  // whatever it was told
+  bool sends_data_ = false;  // data are received, with or without answers
   std::uint8_t asked_ = 0;
   std::string serial_number_;
   Time timeout_ = tims::kNever;

@@ -51,7 +51,7 @@ void XsensEmulator::start(Time now, Output&) {
   messages_.clear();
   period_ = 10ms;
   began_ = now;
-  next_ = now + period_;  // it measures when it is switched on
+  next_ = now + period_;  // measures after power-on
   counter_ = 0;
 }
 

@@ -1,5 +1,5 @@
-// An Xsens device, label up, on a robot that turns and sways, or moves as its scene does: MTData2,
-// or MTData as older ones.
+// Emulator of an Xsens device, label up, on a robot that turns and sways, or follows its scene. It
+// sends MTData2, or MTData like older devices.
 #pragma once
 
 #include "components/devices/core/scene.h"
@@ -7,7 +7,7 @@
 
 namespace rack::device::emulator {
 
-// Turns at one place, and sways by that angle to both sides, once in two seconds.
+// Turns on the spot and sways by an angle to both sides with a period of two seconds.
 struct Swaying {
   double turn = 0.2;   // rad/s
   double sway = 0.05;  // rad
@@ -16,7 +16,7 @@ struct Swaying {
 };
 
 struct XsensEmulatorSettings {
-  bool is_old = false;  // knows no MTData2
+  bool is_old = false;  // does not support MTData2
   Inertia inertia = Swaying{};
   std::uint32_t id = 0x03780F4A;
 };

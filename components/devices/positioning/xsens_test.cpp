@@ -14,7 +14,7 @@ using namespace std::chrono_literals;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-// Whole messages that others have published, with the checksum of the device.
+// Complete messages published by others, with the checksums of the device.
 constexpr std::string_view kAccelerationAndRate =
     "FAFF3631 1020 02 DFC5 1060 04 00459DA0 4020 0C BEDC9AFA 3F549F37 411CBB70"
     "8020 0C BBAA5C80 3B8C5501 BB813300 E020 04 00000081 45";
@@ -26,7 +26,7 @@ constexpr std::string_view kAll =
     "FAFF364E 1060 04 025335CB 2010 10 3F7FFA66 BB4034B8 3C49962D 3B5A1F82"
     "8020 0C 39FF9101 BAECDD81 BA865380 4020 0C BE64DB99 BCE7FF83 411DC2CF"
     "C020 0C BE904880 3F673204 BF548904 E020 04 00000003 C9";
-// Of an MTi-300: data only, with what the manufacturer's program shows for it.
+// Data of an MTi-300, without frame, with their decoding by the manufacturer's program.
 constexpr std::string_view kMti300 =
     "1020 02 A655 1060 04 0057472E 2010 10 3F7F7DC4 BC10107D 3BA15770 BD7EC656"
     "4020 0C BDA21AF8 BE2A8E96 411D27A2 4010 0C B94FC800 B9DA2400 3CC92880"
@@ -106,7 +106,7 @@ TEST(XsensTest, AsTheOriginalHasIt) {
   GyroData data;
   ASSERT_TRUE(to_gyro(level(30), XsensMounting::kAsItSays, data));
   EXPECT_FLOAT_EQ(data.aZ, -9810);
-  EXPECT_FLOAT_EQ(data.wYaw, 0.03F);  // rad/s stay what they are
+  EXPECT_FLOAT_EQ(data.wYaw, 0.03F);  // rad/s, unchanged
   EXPECT_NEAR(data.yaw, 30 * kDegree, 1e-6);
 }
 
