@@ -1,4 +1,5 @@
-// A component that a test kills: does one thing, says so in a line, and goes on until it dies.
+// A component that a test kills: it does one task, reports it in a line, and runs until it is
+// killed.
 #include <csignal>
 #include <cstdio>
 #include <cstring>
@@ -26,7 +27,7 @@ void say(const char* text) {
   for (;;) ::pause();
 }
 
-// Builds messages in every slot it can get of mailbox 2, and never sends them.
+// Takes loans of all free slots of mailbox 2, and never sends them.
 void hold_loans(Mailbox& own) {
   std::vector<tims::Loan> loans;
   for (;;) {
@@ -46,14 +47,14 @@ void hold_peek(Mailbox& own) {
   wait_for_death();
 }
 
-// Sends numbers to mailbox 2 as fast as they are taken.
+// Sends numbers to mailbox 2 as fast as they are accepted.
 void flood(Mailbox& own) {
   say("sending");
   for (std::uint64_t number = 0;; ++number)
     (void)own.send({.dest = Address(2), .type = -6}, std::as_bytes(std::span(&number, 1)));
 }
 
-// Sends a number to mailbox 2, and when it is told to, 899 more.
+// Sends a number to mailbox 2, and on request 899 more.
 void send_many(Mailbox& own) {
   for (std::uint32_t number = 0; number < 900; ++number) {
     const auto body = std::as_bytes(std::span(&number, 1));
@@ -71,7 +72,7 @@ void send_many_and_die(Mailbox& own) {
   ::raise(SIGKILL);
 }
 
-// Echoes until it dies.
+// Echoes messages until it is killed.
 void echo(Mailbox& own) {
   say("ready");
   for (;;)

@@ -1,4 +1,4 @@
-// Waiting for the state of a component.
+// Waits for a state of a component.
 #pragma once
 
 #include <string>

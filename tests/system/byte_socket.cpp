@@ -70,7 +70,7 @@ bool ByteSocket::has_input() {
   return !received_.empty() || os::is_ready(socket_.get(), POLLIN, os::now());
 }
 
-// False at the deadline, and when the other side has closed.
+// False at the deadline and when the other side has closed.
 bool ByteSocket::receive() {
   if (closed_ || !os::is_ready(socket_.get(), POLLIN, os::deadline_after(kPatience))) return false;
   std::array<char, 65536> bytes;

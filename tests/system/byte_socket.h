@@ -1,4 +1,4 @@
-// A TCP connection of which the test controls every byte. Calls wait, with a deadline.
+// A TCP connection on which the test controls every byte. Calls block until a deadline.
 #pragma once
 
 #include <cstddef>
@@ -11,23 +11,23 @@ namespace tims::test {
 
 class ByteSocket {
  public:
-  explicit ByteSocket(std::string_view endpoint);  // not connected: closed() says so
+  explicit ByteSocket(std::string_view endpoint);  // if it fails, closed() is true
 
-  // All of it; false when the other side has closed.
+  // Sends all bytes; false when the other side has closed.
   bool send(std::string_view bytes);
-  // As much as the system takes now.
+  // Sends as much as the system accepts now.
   std::size_t send_some(std::string_view bytes);
   void shut_down_sending();
   void close();
-  // Before anything has come: how much the system takes for this side.
+  // Sets the size of the system's receive buffer; call it before anything has arrived.
   void set_receive_buffer(int bytes);
 
-  // Exactly so many bytes, or everything up to and with `end`; less once the other side has closed.
+  // Exactly so many bytes, or everything up to and including `end`; less if the other side closes.
   std::string take(std::size_t size);
   std::string take_until(std::string_view end);
   // Everything until the other side closes.
   std::string take_rest();
-  // Whether something is there to be taken, without waiting.
+  // Whether bytes are available, without waiting.
   bool has_input();
 
   [[nodiscard]] bool closed() const { return closed_; }

@@ -1,4 +1,4 @@
-// tims.h, used as a C program would.
+// Uses tims.h as a C program would.
 #include <cstring>
 #include <string>
 #include <vector>
@@ -25,12 +25,12 @@ class CApiTest : public testing::Test {
   }
   void TearDown() override { tims_disconnect(session_); }
 
-  static tims_mailbox_options wish(std::uint32_t address, std::uint32_t slots = 4,
-                                   std::uint8_t event_fd = 0) {
+  static tims_mailbox_options options_for(std::uint32_t address, std::uint32_t slots = 4,
+                                          std::uint8_t event_fd = 0) {
     return {address, slots, 64, event_fd, {}, 0};
   }
   tims_mailbox* open(std::uint32_t address, std::uint8_t event_fd = 0) {
-    const tims_mailbox_options options = wish(address, 4, event_fd);
+    const tims_mailbox_options options = options_for(address, 4, event_fd);
     tims_mailbox* mailbox = tims_open(session_, &options);
     EXPECT_NE(mailbox, nullptr) << tims_error_text();
     return mailbox;
@@ -86,16 +86,16 @@ TEST_F(CApiTest, Loans) {
   tims_close(mailbox);
 }
 
-TEST_F(CApiTest, ErrorsHaveCodesAndSentences) {
+TEST_F(CApiTest, ErrorsHaveCodesAndTexts) {
   tims_mailbox* mailbox = open(0x00140000);
-  const tims_mailbox_options same = wish(0x00140000);
+  const tims_mailbox_options same = options_for(0x00140000);
   EXPECT_EQ(tims_open(session_, &same), nullptr);
   EXPECT_NE(std::string(tims_error_text()).find("Ladar(0/0)"), std::string::npos);
   EXPECT_EQ(tims_error_code(), TIMS_EADDRESS_IN_USE);
   EXPECT_STREQ(tims_error_name(tims_error_code()), "address_in_use");
   EXPECT_STREQ(tims_error_name(0), "unknown");
   EXPECT_STREQ(tims_error_name(INT32_MIN), "unknown");
-  const tims_mailbox_options impossible = wish(5, 0);
+  const tims_mailbox_options impossible = options_for(5, 0);
   EXPECT_EQ(tims_open(session_, &impossible), nullptr);
   EXPECT_EQ(tims_error_code(), TIMS_EINVALID);
   char buffer[4];
@@ -126,7 +126,7 @@ TEST_F(CApiTest, EventFd) {
   tims_close(mailbox);
 }
 
-TEST_F(CApiTest, BodiesInPieces) {
+TEST_F(CApiTest, BodiesFromSeveralPieces) {
   tims_mailbox* mailbox = open(1);
   const tims_header to_self{1, 0, 0, TIMS_TELL_IF_GONE | TIMS_TELL_WHY, -6, 0, 0};
   std::vector<tims_piece> pieces{{"ab", 2}, {nullptr, 0}, {"c", 1}};
@@ -145,9 +145,9 @@ TEST_F(CApiTest, BodiesInPieces) {
   tims_close(mailbox);
 }
 
-TEST_F(CApiTest, SeveralMailboxesOrNone) {
+TEST_F(CApiTest, OpensSeveralMailboxesOrNone) {
   tims_mailbox* both[2] = {};
-  const tims_mailbox_options options[] = {wish(7), wish(8)};
+  const tims_mailbox_options options[] = {options_for(7), options_for(8)};
   ASSERT_EQ(tims_open_all(session_, options, 2, both), 0) << tims_error_text();
   EXPECT_EQ(tims_mailbox_address(both[1]), 8U);
   EXPECT_EQ(tims_mailbox_body_max(both[1]), 64U);
@@ -158,7 +158,7 @@ TEST_F(CApiTest, SeveralMailboxesOrNone) {
   tims_close(both[1]);
 }
 
-TEST_F(CApiTest, WhatAMailboxCounts) {
+TEST_F(CApiTest, CountersOfAMailbox) {
   tims_mailbox* mailbox = open(1);
   const tims_header to_self{1, 0, 0, 0, -6, 0, 0};
   for (int i = 0; i < 5; ++i) ASSERT_EQ(tims_send(mailbox, &to_self, nullptr, 0), 0);
@@ -171,7 +171,7 @@ TEST_F(CApiTest, WhatAMailboxCounts) {
   tims_close(mailbox);
 }
 
-TEST_F(CApiTest, WhatASessionKnows) {
+TEST_F(CApiTest, PropertiesOfASession) {
   EXPECT_STREQ(tims_version(), TIMS_VERSION);
   EXPECT_EQ(tims_is_connected(session_), 1);
   EXPECT_NE(tims_router_address(session_), ~0U);
@@ -179,10 +179,11 @@ TEST_F(CApiTest, WhatASessionKnows) {
   EXPECT_GT(tims_default_router(path, sizeof path), 0U);
   EXPECT_LT(std::strlen(path), sizeof path);
   router_.kill();
-  EXPECT_TRUE(eventually([&] { return tims_is_connected(session_) == 0; }, "it is lost"));
+  EXPECT_TRUE(
+      eventually([&] { return tims_is_connected(session_) == 0; }, "the session is disconnected"));
 }
 
-// A negative time-out does not wait, as 0.
+// A negative timeout does not wait, like 0.
 TEST_F(CApiTest, NegativeTimeouts) {
   tims_mailbox* mailbox = open(1);
   EXPECT_EQ(tims_receive(mailbox, nullptr, nullptr, 0, -5), TIMS_EEMPTY);
@@ -191,18 +192,18 @@ TEST_F(CApiTest, NegativeTimeouts) {
   tims_close(mailbox);
 }
 
-// What was sent to elsewhere has been taken by the router when the call returns.
-TEST_F(CApiTest, ClosingLingersUntilTheRouterHasTakenEverything) {
+// When the call returns, the router has accepted all messages to other clients.
+TEST_F(CApiTest, CloseWaitsUntilTheRouterHasAcceptedEverything) {
   auto far = TcpClient::connect(router_.tcp());
   ASSERT_TRUE(far.ok());
   ASSERT_TRUE(far->register_mailbox(Address(9)).ok());
   for (const std::string& way : {router_.socket_path(), router_.tcp()}) {
     tims_session* session = tims_connect(way.c_str(), "lingers", kPatience.count());
     ASSERT_NE(session, nullptr) << tims_error_text();
-    const tims_mailbox_options options = wish(3);
+    const tims_mailbox_options options = options_for(3);
     tims_mailbox* mailbox = tims_open(session, &options);
     ASSERT_NE(mailbox, nullptr) << tims_error_text();
-    EXPECT_EQ(tims_flush(session, 0), 0) << "nothing is on the way";
+    EXPECT_EQ(tims_flush(session, 0), 0) << "nothing is in transit";
     const tims_header header{9, 0, 0, 0, -6, 0, 0};
     ASSERT_EQ(tims_send(mailbox, &header, "first", 5), 0) << tims_error_text();
     ASSERT_EQ(tims_flush(session, kPatience.count()), 0) << tims_error_text();
@@ -248,12 +249,12 @@ TEST_F(CApiTest, Addresses) {
   }
 }
 
-// A fleet with few robots and many components of a kind.
+// A fleet with few robots and many components of each class.
 struct CApiWidthsTest : CApiTest {
   CApiWidthsTest() : CApiTest({"address.widths=6/8/10/8"}) {}
 };
 
-TEST_F(CApiWidthsTest, AddressesAreDividedAsTheFleetDividesThem) {
+TEST_F(CApiWidthsTest, AddressesUseTheWidthsOfTheFleet) {
   std::uint32_t address = 0;
   ASSERT_EQ(tims_parse_address(session_, "Ladar(3/500):2", &address), 0) << tims_error_text();
   EXPECT_EQ(address, 3U << 26 | 0x14U << 18 | 500U << 8 | 2U);

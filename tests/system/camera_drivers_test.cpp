@@ -1,5 +1,5 @@
-// CameraV4l and CameraJpeg, real programs at recordings: every mode of every format, SET_FORMAT
-// while it is on, cameras that are pulled out or send what is none, two eyes.
+// CameraV4l and CameraJpeg as real programs with recordings: every mode of every format, SET_FORMAT
+// while they are on, cameras that are unplugged or send invalid pictures, stereo cameras.
 #include <fstream>
 
 #include <gmock/gmock.h>
@@ -35,7 +35,7 @@ class CameraDriversTest : public ModulesTest {
     work_.emplace(open(*session_, kWork, {.body_max = rack::kCameraBytesMax + 64}));
   }
 
-  // A recording that is made record by record.
+  // A recording that is composed record by record.
   struct Recording {
     std::string text = device::capture_header("v4l:/dev/video0", "2026-11-23T09:30:00Z");
     Duration time{};
@@ -71,7 +71,8 @@ class CameraDriversTest : public ModulesTest {
   TemporaryFolder folder_;
 };
 
-// Left half dark, right half bright, of these bytes each pixel (or pair of pixels).
+// Left half dark, right half bright; `dark` and `bright` are the bytes of a pixel (or pair of
+// pixels).
 Bytes frame_of(const VideoHead& head, const Bytes& dark, const Bytes& bright) {
   Bytes frame;
   for (std::uint32_t y = 0; y < head.height; ++y)
@@ -89,20 +90,20 @@ Bytes bytes(std::initializer_list<int> values) {
 }
 
 struct Mode {
-  const char* name;  // of the test
+  const char* name;  // name of the test
   VideoHead head;
   Bytes dark, bright;  // as the camera sends them
   const char* mode;
   u16 number;
   u16 depth;
-  Bytes first, last;  // of the picture; none: it is JPEG
+  Bytes first, last;  // of the picture; empty: JPEG
 };
 
 void PrintTo(const Mode& mode, std::ostream* out) { *out << mode.name; }
 
 class CameraModesTest : public CameraDriversTest, public testing::WithParamInterface<Mode> {};
 
-TEST_P(CameraModesTest, ComesOutOfTheFormat) {
+TEST_P(CameraModesTest, IsProducedFromTheFormat) {
   const Mode& one = GetParam();
   Recording recording;
   recording.head(one.head);
@@ -171,7 +172,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Mode{"GreyJpeg", kGrey, bytes({9}), bytes({200}), "jpeg", 41, 24, {}, {}}),
     [](const auto& one) { return std::string(one.param.name); });
 
-TEST_F(CameraDriversTest, TwoEyesMeasureHowFar) {
+TEST_F(CameraDriversTest, AStereoCameraMeasuresDistances) {
   constexpr std::size_t kWidth = 80;
   constexpr std::size_t kHeight = 24;
   constexpr std::uint32_t kApart = 6;
@@ -206,7 +207,7 @@ TEST_F(CameraDriversTest, TwoEyesMeasureHowFar) {
   EXPECT_NEAR(word_in_the_middle(camera_mode::kDisparity), 16 * kApart, 4);
 }
 
-TEST_F(CameraDriversTest, ItsFormatIsSetWhileItIsOn) {
+TEST_F(CameraDriversTest, TheFormatIsSetWhileItIsOn) {
   start("CameraV4l", {std::string("--device=play:") + kFrames + "?loop=1", "--mode=jpeg"});
   ASSERT_TRUE(camera().on());
   EXPECT_EQ(next_picture().mode, camera_mode::kJpeg);
@@ -220,7 +221,7 @@ TEST_F(CameraDriversTest, ItsFormatIsSetWhileItIsOn) {
                                               {160, 120, 24, 0}})
     EXPECT_FALSE(camera().set_format(wrong)) << wrong.mode;
   EXPECT_EQ(next_picture().mode, camera_mode::kMono8);
-  // Until one of its parameters is set.
+  // SET_FORMAT takes effect until one of the parameters is set.
   rack::Parameter mode;
   mode.name = "mode";
   mode.type = rack::Parameter::kString;
@@ -239,13 +240,13 @@ TEST_F(CameraDriversTest, TheEndOfARecordingIsNoError) {
   for (int i = 0; i < 5; ++i) recording.add(kGrey.format, frame_of(kGrey, bytes({9}), bytes({9})));
   start("CameraV4l", {play(recording, ""), "--mode=mono8"});
   ASSERT_TRUE(camera().on());
-  // Five periods in which nothing comes: of a camera that would be an error.
+  // Five periods without data; with a camera this would be an error.
   EXPECT_TRUE(eventually([&] { return !camera().get_next_data(1s); }, "its end"));
   EXPECT_TRUE(has_status(rack::Status::kEnabled));
   EXPECT_TRUE(camera().get_data());
 }
 
-TEST_F(CameraDriversTest, FramesOfAWrongSizeAreLeftOut) {
+TEST_F(CameraDriversTest, FramesOfAWrongSizeAreSkipped) {
   Recording recording;
   recording.head(kGrey);
   const Bytes frame = frame_of(kGrey, bytes({9}), bytes({200}));
@@ -257,8 +258,9 @@ TEST_F(CameraDriversTest, FramesOfAWrongSizeAreLeftOut) {
   EXPECT_TRUE(has_status(rack::Status::kEnabled));
 }
 
-// A head that is larger than the frames, pictures that are none: said in words, and no picture.
-TEST_F(CameraDriversTest, ACameraThatSendsNoPicturesIsSaidInWords) {
+// A head with a larger format than the frames, and invalid pictures: a reason is reported, and no
+// picture is sent.
+TEST_F(CameraDriversTest, InvalidPicturesAreReportedWithTheReason) {
   Recording wrong_head;
   wrong_head.head({video::kGrey, 320, 240, 320});
   Recording broken;
@@ -288,7 +290,7 @@ TEST_F(CameraDriversTest, ACameraThatSendsNoPicturesIsSaidInWords) {
   }
 }
 
-TEST_F(CameraDriversTest, CameraJpegSaysWhatItCannotCompress) {
+TEST_F(CameraDriversTest, CameraJpegNamesTheModesItCanCompress) {
   Recording recording;
   recording.head(kDepth);
   for (int i = 0; i < 10; ++i)

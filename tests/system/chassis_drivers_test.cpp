@@ -1,5 +1,5 @@
-// Drivers of chassis, real programs, with emulated robots at pseudo terminals: they drive, and they
-// stand whenever nobody drives them any more, also when the driver is killed.
+// Chassis drivers as real programs, with emulated robots at pseudo terminals: the robots drive, and
+// they stop whenever commands end, also when the driver is killed.
 #include <condition_variable>
 #include <functional>
 #include <mutex>
@@ -26,8 +26,8 @@ namespace chassis_drivers_test {
 
 namespace device = rack::device;
 
-// A robot at the other end of a terminal, which lives in a thread of its own and tells what its
-// wheels are told.
+// A robot at the other end of a terminal, emulated in a separate thread. It reports the commands to
+// its wheels.
 class EmulatedRobot {
  public:
   EmulatedRobot(std::unique_ptr<device::Dialogue> robot, std::function<bool()> stands,
@@ -76,19 +76,19 @@ class EmulatedRobot {
   std::jthread thread_;
 };
 
-// Whoever is told to stand does: what takes longer was stopped by something else, its own watchdog.
+// Time within which a stop command takes effect; a later stop is due to the robot's own watchdog.
 constexpr Duration kSoon = kSlowdown * 500ms;
-// A pilot that sends MOVE 50 times a second, or has not said how often.
+// Validity of MOVE from a pilot that sends 50 per second, or has not announced its period.
 constexpr Duration kMoveHolds = 300ms;
 
 struct Driver {
   std::string program;
   std::vector<std::string> arguments;
   std::function<std::unique_ptr<EmulatedRobot>(const std::string& address)> robot;
-  // How long the robot goes on without its driver. 0: the driver's guard stops it, long before a
-  // watchdog of its own.
+  // How long the robot continues without its driver. 0: the driver's guard process stops it, long
+  // before a watchdog of the robot.
   Duration watchdog;
-  std::string options{};  // of the address
+  std::string options{};  // options of the address
 };
 
 void PrintTo(const Driver& driver, std::ostream* out) { *out << driver.program; }
@@ -103,7 +103,7 @@ auto making(Arguments... arguments) {
   };
 }
 
-// Motors at a bus, of nodes 1, 2, and so on.
+// Motors at a bus, with node numbers 1, 2, and so on.
 using MakeMotor = std::function<std::unique_ptr<device::EmulatedMotor>(std::uint8_t node)>;
 auto making_motors(std::uint8_t count, MakeMotor make) {
   return [count, make = std::move(make)](const std::string& address) {
@@ -120,7 +120,7 @@ auto making_motors(std::uint8_t count, MakeMotor make) {
 std::unique_ptr<device::EmulatedMotor> make_drive(std::uint8_t node) {
   return std::make_unique<device::Cia402Emulator>(node, 4096, 4096);
 }
-// As it comes: without a watchdog.
+// In its factory settings: without a watchdog.
 std::unique_ptr<device::EmulatedMotor> make_odrive(std::uint8_t node) {
   auto odrive = std::make_unique<device::OdriveEmulator>(node);
   odrive->has_watchdog = false;
@@ -170,15 +170,15 @@ class ChassisDriversTest : public RobotTest, public testing::WithParamInterface<
   [[nodiscard]] std::string path() const { return folder_.path() / "robot"; }
   rack::ChassisProxy chassis() { return proxy<rack::ChassisProxy>("Chassis(0/0)"); }
 
-  // As a pilot of 50 Hz, until the robot drives. A busy machine may let the robot's watchdog have
-  // its way once: the driver is off for a moment, and the pilot goes on.
+  // Sends MOVE at 50 Hz until the robot drives. On a busy machine the robot's watchdog may stop it
+  // once; the driver is off for a moment, and the pilot continues.
   void drive() {
     auto chassis = this->chassis();
     const Time end = os::now() + kPatience;
     do {
       const auto moved = chassis.move(200, 0, 0.1F);
       ASSERT_LT(os::now(), end) << "the robot does not drive: "
-                                << (moved ? "it hears MOVE" : moved.error().message());
+                                << (moved ? "it receives MOVE" : moved.error().message());
     } while (!robot_->drives_within(20ms));
   }
 
@@ -186,45 +186,46 @@ class ChassisDriversTest : public RobotTest, public testing::WithParamInterface<
   std::unique_ptr<EmulatedRobot> robot_;
 };
 
-TEST_P(ChassisDriversTest, StandsWhenItsPilotIsSilent) {
+TEST_P(ChassisDriversTest, StopsWhenItsPilotIsSilent) {
   drive();
   EXPECT_TRUE(robot_->stands_within(kMoveHolds + kSoon));
-  drive();  // and goes on
+  drive();  // and continues
 }
 
-TEST_P(ChassisDriversTest, StandsWhenAnotherPilotIsChosen) {
+TEST_P(ChassisDriversTest, StopsWhenAnotherPilotIsSelected) {
   drive();
   ASSERT_TRUE(chassis().set_active_pilot(Address(0x00180000)).ok());
   EXPECT_TRUE(robot_->stands_within(kSoon));
   EXPECT_FALSE(chassis().move(200, 0, 0).ok());
 }
 
-TEST_P(ChassisDriversTest, StandsWhenItIsTurnedOff) {
+TEST_P(ChassisDriversTest, StopsWhenItIsTurnedOff) {
   drive();
   ASSERT_TRUE(chassis().off().ok());
   EXPECT_TRUE(robot_->stands_within(kSoon));
 }
 
-TEST_P(ChassisDriversTest, StandsWhenItsDriverIsKilled) {
+TEST_P(ChassisDriversTest, StopsWhenItsDriverIsKilled) {
   drive();
   kill(GetParam().program);
   EXPECT_TRUE(robot_->stands_within(GetParam().watchdog + kSoon));
-  // Nobody holds the line: another driver takes over.
+  // The line is free, so another driver can open it.
   start_driver();
 }
 
-// Its pilot may be well, but is no longer heard.
-TEST_P(ChassisDriversTest, StandsWhenItsRouterIsKilled) {
+// The pilot may be running, but its commands no longer arrive.
+TEST_P(ChassisDriversTest, StopsWhenItsRouterIsKilled) {
   drive();
   router_.kill();
   EXPECT_TRUE(robot_->stands_within(kMoveHolds + kSoon));
-  // Nobody has to choose the pilot again.
+  // The pilot need not be selected again.
   ASSERT_TRUE(router_.start().ok());
   drive();
 }
 
-// Unplugged for a moment: the robot drives on when its pilot does, and nobody has to do anything.
-TEST_P(ChassisDriversTest, ComesBackWithItsLine) {
+// The line is unplugged for a moment: the robot drives again when its pilot does, without any other
+// action.
+TEST_P(ChassisDriversTest, ContinuesAfterItsLineIsReplugged) {
   drive();
   robot_.reset();
   EXPECT_TRUE(eventually([&]() -> std::string {
@@ -241,7 +242,7 @@ INSTANTIATE_TEST_SUITE_P(Drivers, ChassisDriversTest, testing::ValuesIn(kDrivers
 
 class ServoDriveTest : public RobotTest {};
 
-TEST_F(ServoDriveTest, GoesWhereItIsToldAndTellsThatItIsThere) {
+TEST_F(ServoDriveTest, MovesToItsTargetAndReportsItsArrival) {
   const TemporaryFolder folder;
   const std::string path = folder.path() / "servo";
   const auto axis = making_motors(1, make_drive)(path + "?can=125000");
@@ -267,7 +268,7 @@ TEST_F(ServoDriveTest, GoesWhereItIsToldAndTellsThatItIsThere) {
   }));
 }
 
-// A mount that turns does not turn for ever, whoever has died.
+// A turning mount must stop whichever program crashes.
 class PtzDriveTest : public RobotTest {
  protected:
   void SetUp() override {
@@ -287,18 +288,18 @@ class PtzDriveTest : public RobotTest {
   std::optional<EmulatedRobot> camera_;
 };
 
-TEST_F(PtzDriveTest, StandsWhenNobodyMovesItAnyMore) {
+TEST_F(PtzDriveTest, StopsWithoutFurtherCommands) {
   EXPECT_TRUE(camera_->stands_within(kMoveHolds + kSoon));
 }
 
-TEST_F(PtzDriveTest, StandsWhenItsDriverIsKilled) {
+TEST_F(PtzDriveTest, StopsWhenItsDriverIsKilled) {
   kill("PtzDrive");
   EXPECT_TRUE(camera_->stands_within(kSoon));
 }
 
 class MavlinkPartsTest : public RobotTest {};
 
-TEST_F(MavlinkPartsTest, AllOfThemHaveTheirDataAndEndTogether) {
+TEST_F(MavlinkPartsTest, AllHaveDataAndExitTogether) {
   const TemporaryFolder folder;
   const std::string path = folder.path() / "rover";
   const auto rover = making<device::RoverEmulator>()(path);

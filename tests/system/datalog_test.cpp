@@ -1,4 +1,4 @@
-// DatalogRec writes what a real component sends.
+// DatalogRec records the data of a real component.
 #include "rack/proxies/datalog.h"
 
 #include <algorithm>
@@ -15,14 +15,14 @@ constexpr std::uint32_t kDatalog = 0x001A0000;
 
 class DatalogTest : public ModulesTest {
  protected:
-  // Records the chassis, and nothing else, to `folder` + `file`.
+  // Records only the chassis to `folder` + `file`.
   ChildProcess& record(const std::string& folder, const std::string& file) {
     start("ChassisSim", {"--periodTime=20"});
     auto& recorder = start("DatalogRec", {"--logPathName=" + folder});
     auto datalog = proxy<rack::DatalogProxy>(kDatalog);
     auto log = datalog.get_log_status(kPatience);
     EXPECT_TRUE(log) << log.error().message();
-    EXPECT_EQ(log->logInfo.size(), 1U) << "only what is there";
+    EXPECT_EQ(log->logInfo.size(), 1U) << "only the running component";
     log->logInfo.at(0).logEnable = 1;
     EXPECT_TRUE(log->logInfo.at(0).filename.assign(file));
     EXPECT_TRUE(datalog.set_log(*log));
@@ -49,7 +49,7 @@ TEST_F(DatalogTest, AFileOfTheOriginal) {
   EXPECT_EQ(std::ranges::count(lines.at(2), ' '), 8) << lines.at(2);
 }
 
-// Behind those of every component: the original's two first.
+// After the parameters common to all components: first the original's two.
 TEST_F(DatalogTest, ParametersInTheirOrder) {
   start("DatalogRec");
   const auto list = proxy<rack::DatalogProxy>(kDatalog).get_param();
@@ -61,7 +61,7 @@ TEST_F(DatalogTest, ParametersInTheirOrder) {
   EXPECT_EQ(names, (std::vector<std::string>{"binaryIo", "logInfoFileName", "logPathName"}));
 }
 
-TEST_F(DatalogTest, TheListIsSetWhileItRecords) {
+TEST_F(DatalogTest, TheListIsChangedWhileItRecords) {
   const TemporaryFolder folder;
   record(folder.path().string() + "/", "c.dat");
   auto datalog = proxy<rack::DatalogProxy>(kDatalog);
@@ -81,10 +81,10 @@ TEST_F(DatalogTest, TheListIsSetWhileItRecords) {
   ASSERT_TRUE(eventually([&] { return datalog.on().ok(); }, "on again"));
   const auto now = datalog.get_log_status(kPatience);
   ASSERT_TRUE(now);
-  EXPECT_EQ(now->logInfo.at(0).logEnable, 0) << "from then on";
+  EXPECT_EQ(now->logInfo.at(0).logEnable, 0) << "the change is kept";
 }
 
-TEST_F(DatalogTest, AFullDiskIsSaidAndStopsNobody) {
+TEST_F(DatalogTest, AFullDiskIsReportedAndDoesNotStopTheRecorder) {
   auto& recorder = record("/dev/", "full");
   EXPECT_TRUE(recorder.wait_for_line("No space left on device"));
   const auto status = proxy<rack::DatalogProxy>(kDatalog).status();

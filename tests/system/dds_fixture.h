@@ -1,4 +1,4 @@
-// Routers of one fleet that find each other by name, with DDS under their links.
+// Routers of one fleet that discover each other by name, with links over DDS.
 #pragma once
 
 #include <memory>
@@ -19,7 +19,7 @@ namespace tims::test {
 inline constexpr Address kServer(0x01140000);  // Ladar(1/0), at the robot
 inline constexpr Address kClient(0x00020000);  // GUI(0/0), at the base
 
-// Of this test alone, whatever else runs on this machine.
+// A fleet name that other tests on this machine do not use.
 inline std::vector<std::string> fleet_settings(const std::string& more = "sim.faults=false") {
   return {"security.insecure=true", "fleet.name=test" + std::to_string(::getpid()), more};
 }
@@ -35,7 +35,7 @@ inline std::unique_ptr<Host> fleet_host(const std::string& name, const std::stri
   return host;
 }
 
-// What a router says of its link to `peer`; null: it has none.
+// The router's status of its link to `peer`; null: no link.
 inline boost::json::value link_of(const Host& host, std::string_view peer) {
   namespace json = boost::json;
   boost::system::error_code error;
@@ -48,7 +48,7 @@ inline boost::json::value link_of(const Host& host, std::string_view peer) {
   return nullptr;
 }
 
-// Until the link to `peer` is up and what this router sends goes that way.
+// Waits until the link to `peer` is up and this router sends over that path.
 inline testing::AssertionResult goes_by(const Host& host, const std::string& peer,
                                         const std::string& path, Duration within = kPatience) {
   return eventually(

@@ -1,4 +1,4 @@
-// Routers that find each other by the name of their fleet, on one machine.
+// Routers that discover each other by the name of their fleet, on one machine.
 #include "tests/system/dds_fixture.h"
 
 namespace tims::test {
@@ -45,7 +45,7 @@ TEST_F(DdsFleet, EachFindsItsSuperRouter) {
   EXPECT_THAT(arm->timsctl({"fleet", "show"}), HasSubstr("robot"));
 }
 
-TEST_F(DdsFleet, AnotherFleetIsNotSeen) {
+TEST_F(DdsFleet, AnotherFleetIsNotDiscovered) {
   const auto base = start("base", "top", 0, 1);
   const auto other = start("other", "top", 0, 1, "fleet.name=other" + std::to_string(::getpid()));
   const auto robot = start("robot", "system", 1, 1);
@@ -55,7 +55,7 @@ TEST_F(DdsFleet, AnotherFleetIsNotSeen) {
   EXPECT_EQ(links_up(*other), 0U);
 }
 
-TEST_F(DdsFleet, TwoWithOneIdAreNamedOnBothEnds) {
+TEST_F(DdsFleet, TwoRoutersWithOneIdAreReportedOnBothEnds) {
   const auto base = start("base", "top", 0, 1);
   const auto robot = start("robot", "system", 1, 1);
   EXPECT_TRUE(goes_by(*robot, "base", "udp"));
@@ -70,7 +70,7 @@ TEST_F(DdsFleet, TwoWithOneIdAreNamedOnBothEnds) {
   EXPECT_TRUE(goes_by(*base, "robot", "udp"));
 }
 
-// Fewer where a sanitizer makes each of them large.
+// Fewer with a sanitizer, because it increases the memory of each.
 TEST_F(DdsFleet, FiftyOnOneMachine) {
   const int robots = kSlowdown > 1 ? 9 : 49;
   const auto base = start("base", "top", 0, 1);
@@ -85,7 +85,7 @@ TEST_F(DdsFleet, FiftyOnOneMachine) {
       3 * kPatience));
 }
 
-TEST_F(DdsFleet, WithoutMulticastPeersAreEnough) {
+TEST_F(DdsFleet, ConfiguredPeersReplaceMulticast) {
   const auto base = start("base", "top", 0, 1, "dds.multicast=false");
   auto robot = std::make_unique<Host>("robot", "system", 1, 1,
                                       std::vector<std::string>{"kind=super,to=auto"}, [] {
@@ -97,7 +97,7 @@ TEST_F(DdsFleet, WithoutMulticastPeersAreEnough) {
   EXPECT_TRUE(goes_by(*robot, "base", "udp"));
 }
 
-TEST_F(DdsFleet, ADiscoveryServerThatIsStartedAnew) {
+TEST_F(DdsFleet, ADiscoveryServerThatIsRestarted) {
   const std::string server_at = "127.0.0.1:11811";
   const auto serve = [&] {
     auto child = ChildProcess::start({TIMSCTL_PROGRAM, "fleet", "server", server_at});
@@ -115,7 +115,7 @@ TEST_F(DdsFleet, ADiscoveryServerThatIsStartedAnew) {
   server = serve();
   EXPECT_TRUE(goes_by(*late, "base", "udp"));
   EXPECT_TRUE(goes_by(*robot, "base", "udp"));
-  // As a service manager does it: nothing of it stays.
+  // As a service manager stops it: all its processes exit.
   server.signal(SIGTERM);
   EXPECT_TRUE(server.wait_for_line("Server shut down").ok());
   const auto status = server.wait();

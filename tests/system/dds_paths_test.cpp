@@ -1,4 +1,4 @@
-// A base and a robot on two hosts, with UDP and DDS between them: cut one, the other, both.
+// A base and a robot on two hosts, connected by UDP and DDS: either path or both are cut.
 #include <atomic>
 #include <iostream>
 #include <thread>
@@ -21,7 +21,7 @@ class DdsPaths : public testing::Test {
   void TearDown() override {
     if (HasFailure() && robot_)
       std::cerr << "base:\n" << base_->log() << "robot:\n" << robot_->log();
-    // Programs before their networks.
+    // The programs must exit before their networks are removed.
     robot_.reset();
     base_.reset();
   }
@@ -31,7 +31,8 @@ class DdsPaths : public testing::Test {
     robot_ = fleet_host("robot", "system", 1, 1, paths);
     networks_->on_the_right([this] { robot_->start(); });
   }
-  // Until both ways work: a link that loses one before is down until the other's turn has come.
+  // Waits until both paths work; a link that loses one before that is down until the other is
+  // prepared.
   static testing::AssertionResult both_work(const Host& host, const std::string& peer) {
     return eventually(
         [&] {
@@ -41,9 +42,9 @@ class DdsPaths : public testing::Test {
             if (!path.at("works").as_bool()) return false;
           return true;
         },
-        "both ways work");
+        "both paths work");
   }
-  // Drops on the left what comes in or goes out and matches.
+  // Drops matching packets on the left host, incoming or outgoing.
   static void drop(const std::vector<std::string>& what, bool in = true, bool out = true) {
     std::string commands = "nft add table inet cut\n";
     for (const char* hook : {"input", "output"})
@@ -70,8 +71,8 @@ class DdsPaths : public testing::Test {
   std::unique_ptr<Host> robot_;
 };
 
-// Numbered messages from the base to the robot, all the time; who receives them checks that none is
-// lost, doubled or overtaken.
+// Continuous numbered messages from the base to the robot; the receiver checks that none is lost,
+// duplicated or overtaken.
 class Traffic {
  public:
   Traffic(const Host& from, const Host& to)
@@ -83,21 +84,21 @@ class Traffic {
     receiver_ = std::jthread([this](const std::stop_token& end) { receive(end); });
     sender_ = std::jthread([this](const std::stop_token& end) { send(end); });
   }
-  // Until everything that was sent has come.
+  // Waits until everything that was sent has arrived.
   void expect_all() {
     sender_.request_stop();
     sender_.join();
-    EXPECT_TRUE(eventually([&] { return received_ == sent_; }, "all have come"))
+    EXPECT_TRUE(eventually([&] { return received_ == sent_; }, "all messages have arrived"))
         << received_ << " of " << sent_;
     receiver_.request_stop();
     receiver_.join();
     EXPECT_EQ(disorder_, 0U);
   }
   [[nodiscard]] std::uint32_t received() const { return received_; }
-  // Until some more have come.
+  // Waits until some more messages have arrived.
   [[nodiscard]] testing::AssertionResult goes_on() const {
     const std::uint32_t before = received_;
-    return eventually([&] { return received_ > before + 5; }, "more messages come");
+    return eventually([&] { return received_ > before + 5; }, "more messages arrive");
   }
 
  private:
@@ -111,7 +112,7 @@ class Traffic {
       const std::uint32_t next = sent_ + 1;
       if (out_.send({.dest = kServer, .type = -1}, std::as_bytes(std::span(&next, 1))).ok())
         sent_ = next;
-      (void)out_.peek_for(2ms);  // the pace: nobody answers
+      (void)out_.peek_for(2ms);  // sets the rate; there are no answers
     }
   }
   void receive(const std::stop_token& end) {
@@ -136,7 +137,7 @@ class Traffic {
   std::jthread sender_;
 };
 
-TEST_F(DdsPaths, UdpDiesAndComesBack) {
+TEST_F(DdsPaths, UdpFailsAndRecovers) {
   start();
   EXPECT_TRUE(goes_by(*base_, "robot", "udp"));
   EXPECT_TRUE(goes_by(*robot_, "base", "udp"));
@@ -163,7 +164,7 @@ TEST_F(DdsPaths, AFilterInOneDirection) {
   EXPECT_TRUE(both_work(*base_, "robot"));
   EXPECT_TRUE(both_work(*robot_, "base"));
   Traffic traffic(*base_, *robot_);
-  cut_udp(false, true);  // what the base sends
+  cut_udp(false, true);  // datagrams from the base
   EXPECT_TRUE(goes_by(*base_, "robot", "dds"));
   EXPECT_TRUE(goes_by(*robot_, "base", "udp"));
   EXPECT_TRUE(traffic.goes_on());
@@ -172,7 +173,7 @@ TEST_F(DdsPaths, AFilterInOneDirection) {
   traffic.expect_all();
 }
 
-TEST_F(DdsPaths, DdsDiesThenBothThenAllIsWell) {
+TEST_F(DdsPaths, DdsFailsThenBothThenBothRecover) {
   start();
   EXPECT_TRUE(goes_by(*base_, "robot", "udp"));
   Traffic traffic(*base_, *robot_);
@@ -195,7 +196,7 @@ TEST_F(DdsPaths, DdsAlone) {
   traffic.expect_all();
 }
 
-// As a robot whose Wi-Fi comes up after its router.
+// Like a robot whose Wi-Fi comes up after its router.
 TEST_F(DdsPaths, ACableThatIsPluggedInLater) {
   ASSERT_TRUE(TwoNetworks::run("ip link set cable down").ok());
   start();
@@ -234,7 +235,7 @@ TEST_F(DdsPaths, ARobotThatIsKilledAndStartedAgain) {
       [&] {
         return base_->timsctl({"fleet", "show", "--json"}).find("\"robot\"") == std::string::npos;
       },
-      "nobody stale in the fleet"));
+      "the old entry is removed from the fleet"));
   networks_->on_the_right([this] { robot_->start(); });
   EXPECT_TRUE(goes_by(*base_, "robot", "dds"));
   EXPECT_TRUE(goes_by(*robot_, "base", "dds"));

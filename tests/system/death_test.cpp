@@ -1,4 +1,4 @@
-// Programs die at any moment, by SIGKILL, and nobody else suffers.
+// Programs are killed at any time by SIGKILL, and no other program is affected.
 #include <csignal>
 #include <cstring>
 #include <optional>
@@ -45,7 +45,7 @@ class DeathTest : public testing::Test {
   std::optional<Session> session_;
 };
 
-TEST_F(DeathTest, SlotsOfAProducerThatDiedComeBack) {
+TEST_F(DeathTest, SlotsOfAKilledProducerAreReleased) {
   Mailbox sender = open(1);
   Mailbox owner = open(2, 3);
   ChildProcess child = actor("hold-loans", "3");
@@ -58,7 +58,7 @@ TEST_F(DeathTest, SlotsOfAProducerThatDiedComeBack) {
   EXPECT_EQ(owner.counters().reclaimed, 3U);
 }
 
-TEST_F(DeathTest, SendersLearnThatAnOwnerDiedWhilePeeking) {
+TEST_F(DeathTest, SendersGetAnErrorWhenTheOwnerIsKilledWhilePeeking) {
   Mailbox sender = open(1);
   ChildProcess child = actor("hold-peek", "2");
   expect_line(child, "ready");
@@ -78,7 +78,7 @@ TEST_F(DeathTest, SendersLearnThatAnOwnerDiedWhilePeeking) {
   expect_line(successor, "peeking");
 }
 
-TEST_F(DeathTest, ProducersThatDieInAFloodLeaveAWorkingMailbox) {
+TEST_F(DeathTest, ProducersKilledInAFloodLeaveAWorkingMailbox) {
   Mailbox sender = open(1);
   Mailbox owner = open(2);
   for (int round = 0; round < 20; ++round) {
@@ -87,7 +87,7 @@ TEST_F(DeathTest, ProducersThatDieInAFloodLeaveAWorkingMailbox) {
     (void)child.stop(SIGKILL);
     owner.clean();
   }
-  // The router takes back what the last one was writing: then every slot can be filled.
+  // The router reclaims the slot that the last one was writing; then every slot can be used.
   EXPECT_TRUE(eventually(
       [&] {
         owner.clean();
@@ -100,7 +100,7 @@ TEST_F(DeathTest, ProducersThatDieInAFloodLeaveAWorkingMailbox) {
       "eight slots"));
 }
 
-TEST_F(DeathTest, TheRouterDiesUnderLoadAndLocalTrafficDoesNotStop) {
+TEST_F(DeathTest, LocalTrafficContinuesWhenTheRouterIsKilledUnderLoad) {
   Mailbox client = open(1);
   ChildProcess server = actor("echo", "2");
   expect_line(server, "ready");
@@ -117,7 +117,7 @@ TEST_F(DeathTest, TheRouterDiesUnderLoadAndLocalTrafficDoesNotStop) {
     EXPECT_TRUE(eventually([&] { return session_->connected(); }, "connected again"));
     for (int i = 0; i < 1000; ++i) ASSERT_TRUE(round_trip()) << i;
   }
-  // A newcomer finds the server: it registered again by itself.
+  // A new client finds the server, which has registered again by itself.
   Mailbox late = open(9);
   EXPECT_TRUE(eventually(
       [&] {
@@ -125,10 +125,10 @@ TEST_F(DeathTest, TheRouterDiesUnderLoadAndLocalTrafficDoesNotStop) {
         const auto reply = late.peek_for(kPatience);
         return reply && reply->header().type == type::kOk;
       },
-      "an answer to the newcomer"));
+      "an answer to the new client"));
 }
 
-TEST_F(DeathTest, AnOwnerThatDiesWithTheRouterIsGoneForItsSuccessor) {
+TEST_F(DeathTest, AnOwnerKilledWithTheRouterIsGoneForTheNextRouter) {
   Mailbox client = open(1);
   ChildProcess server = actor("echo", "2");
   expect_line(server, "ready");
@@ -137,7 +137,8 @@ TEST_F(DeathTest, AnOwnerThatDiesWithTheRouterIsGoneForItsSuccessor) {
   router_.kill();
   (void)server.stop(SIGKILL);
   ASSERT_TRUE(router_.start().ok());
-  // Nobody could mark its mailbox: after the time for a return, the router's word counts.
+  // Nothing could mark its mailbox as closed. After the time for reconnecting the router reports
+  // it.
   EXPECT_TRUE(eventually(
       [&] {
         (void)client.send({.dest = Address(2), .type = 21});
@@ -147,10 +148,10 @@ TEST_F(DeathTest, AnOwnerThatDiesWithTheRouterIsGoneForItsSuccessor) {
       "NOT_AVAILABLE"));
 }
 
-// What a program has sent goes on, whether it closes or dies right afterwards.
-class LastWordsTest : public DeathTest, public testing::WithParamInterface<const char*> {};
+// Messages that a program has sent are delivered, even if it closes or crashes directly afterwards.
+class LastMessagesTest : public DeathTest, public testing::WithParamInterface<const char*> {};
 
-TEST_P(LastWordsTest, AreHeard) {
+TEST_P(LastMessagesTest, AreDelivered) {
   constexpr std::uint32_t kCount = 900;
   auto receiver = TcpClient::connect(router_.tcp());
   ASSERT_TRUE(receiver.ok());
@@ -159,7 +160,7 @@ TEST_P(LastWordsTest, AreHeard) {
   ChildProcess program = actor(GetParam(), "3");
   expect_line(program, "ready");
   EXPECT_TRUE(receiver->receive().ok());
-  {  // A loan: the way to it is known before the router stands still.
+  {  // A loan, because its mailbox is looked up before the router is stopped.
     auto go = starter.loan({.dest = Address(3), .type = -7}, 0);
     ASSERT_TRUE(go.ok());
     router_.process().signal(SIGSTOP);
@@ -180,7 +181,7 @@ TEST_P(LastWordsTest, AreHeard) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(OfAProgram, LastWordsTest,
+INSTANTIATE_TEST_SUITE_P(Programs, LastMessagesTest,
                          testing::Values("send-and-close", "send-and-die"));
 
 }  // namespace death_test

@@ -1,5 +1,5 @@
-// Drivers as real programs: LadarSickLms200 and a scanner at the other end of a pseudo terminal,
-// pulled out, plugged in, recorded, played; and timsctl device beside them.
+// Drivers as real programs: LadarSickLms200 with an emulated scanner at a pseudo terminal, which is
+// unplugged, plugged in, recorded and played; and timsctl device.
 #include <atomic>
 #include <filesystem>
 #include <fstream>
@@ -30,7 +30,7 @@ using testing::HasSubstr;
 constexpr std::uint32_t kLadar = 0x00140000;
 constexpr std::uint32_t kSecondLadar = 0x00140100;
 constexpr std::uint32_t kData = 0x00180002;
-constexpr Duration kTurn = 13ms;  // of the mirror
+constexpr Duration kTurn = 13ms;  // one turn of the mirror
 constexpr int kFirstDistance = 1000;
 
 std::vector<std::byte> scan_telegram(int number) {
@@ -47,16 +47,16 @@ std::vector<std::byte> scan_telegram(int number) {
   return telegram;
 }
 
-// As the manual says, as far as the driver asks. Each scan has its number as its distances.
+// Implements the parts of the manual that the driver uses. All distances of a scan are its number.
 class Scanner final : public Dialogue {
  public:
   struct Habits {
-    int at_once = 1;       // it sends its scans so many at a time, as a converter that waits does
-    bool is_slow = false;  // each answer comes late, and twice
+    int at_once = 1;       // number of scans sent together, as by a converter that buffers
+    bool is_slow = false;  // each answer is sent late, and twice
   };
   explicit Scanner(const Habits& habits) : habits_(habits), at_once_(habits.at_once) {}
 
-  // From any thread: from now on it sends noise, at a line's full rate, and does nothing else.
+  // Set by any thread: it then sends only noise, at the full rate of the line.
   std::atomic<bool> is_mad = false;
 
   void start(Time, Output&) override {}
@@ -119,7 +119,8 @@ class Scanner final : public Dialogue {
   int number_ = 0;
 };
 
-// Plugged in while it exists. Scans that come at once come at no line's rate.
+// The scanner is plugged in during the lifetime of this object. Scans sent together ignore the rate
+// of the line.
 class PluggedIn {
  public:
   explicit PluggedIn(const std::string& path, const Scanner::Habits& habits = {})
@@ -165,7 +166,7 @@ class DevicesTest : public ModulesTest {
     const auto on = ladar().on();
     ASSERT_TRUE(on) << on.error().message();
   }
-  // Its distances, of which all are alike.
+  // The distance of the next scan; all distances of a scan are equal.
   int next_scan() {
     const auto scan = ladar().get_next_data(kPatience);
     EXPECT_TRUE(scan) << scan.error().message();
@@ -173,7 +174,8 @@ class DevicesTest : public ModulesTest {
   }
   static void expect_in_order(const std::vector<int>& scans, std::size_t count) {
     ASSERT_EQ(scans.size(), count);
-    for (std::size_t i = 1; i < count; ++i) ASSERT_EQ(scans[i], scans[i - 1] + 1) << "none missing";
+    for (std::size_t i = 1; i < count; ++i)
+      ASSERT_EQ(scans[i], scans[i - 1] + 1) << "no scan is missing";
   }
   std::vector<int> stream(std::size_t count, Mailbox& data) {
     std::vector<int> all;
@@ -192,7 +194,7 @@ class DevicesTest : public ModulesTest {
     EXPECT_TRUE(ladar().get_cont_data(0, data.address()));
     return data;
   }
-  // Of a driver that is started and stopped.
+  // Records the scans of a driver that is started and stopped.
   void record_scans(const std::string& file) {
     const PluggedIn scanner(path_);
     auto& program = start_ladar({"--record=" + file});
@@ -213,7 +215,7 @@ class DevicesTest : public ModulesTest {
   const std::string path_ = folder_.path() / "scanner";
 };
 
-TEST_F(DevicesTest, AScannerIsBroughtToItsRateAndItsScansArriveInOrder) {
+TEST_F(DevicesTest, AScannersBaudRateIsSetAndItsScansArriveInOrder) {
   const PluggedIn scanner(path_);
   start_ladar();
   expect_on();
@@ -221,7 +223,7 @@ TEST_F(DevicesTest, AScannerIsBroughtToItsRateAndItsScansArriveInOrder) {
   expect_in_order(stream(20, data), 20);
 }
 
-TEST_F(DevicesTest, ADeviceThatAnswersLateAndTwiceIsUnderstood) {
+TEST_F(DevicesTest, ADeviceThatAnswersLateAndTwiceIsHandled) {
   const PluggedIn scanner(path_, {.is_slow = true});
   start_ladar();
   expect_on();
@@ -229,10 +231,10 @@ TEST_F(DevicesTest, ADeviceThatAnswersLateAndTwiceIsUnderstood) {
   expect_in_order(stream(20, data), 20);
 }
 
-// What a process has used so far.
+// Resources that a process has used so far.
 struct Used {
-  double seconds = 0;  // of a core
-  long kilobytes = 0;  // it holds
+  double seconds = 0;  // CPU time
+  long kilobytes = 0;  // resident memory
 };
 Used used_by(pid_t process) {
   Used used;
@@ -246,7 +248,7 @@ Used used_by(pid_t process) {
   return used;
 }
 
-TEST_F(DevicesTest, NoiseAtAFullLineIsSaidCostsLittleAndPasses) {
+TEST_F(DevicesTest, NoiseAtTheFullRateIsReportedAndCostsLittle) {
   PluggedIn scanner(path_);
   auto& program = start_ladar();
   expect_on();
@@ -256,7 +258,7 @@ TEST_F(DevicesTest, NoiseAtAFullLineIsSaidCostsLittleAndPasses) {
   ASSERT_TRUE(said) << said.error().message();
   const Used before = used_by(program.pid());
   const Time begin = os::now();
-  // It tries again and again meanwhile.
+  // It retries during this time.
   EXPECT_TRUE(eventually([&] { return os::now() - begin > 4s; }, "four seconds"));
   const Used after = used_by(program.pid());
   EXPECT_LE(after.seconds - before.seconds, kSlowdown * 0.4) << "a tenth of a core";
@@ -266,7 +268,7 @@ TEST_F(DevicesTest, NoiseAtAFullLineIsSaidCostsLittleAndPasses) {
   EXPECT_TRUE(eventually([&] { return ladar().get_next_data(kPatience).ok(); }, "scans again"));
 }
 
-TEST_F(DevicesTest, ScansThatComeTogetherAllArrive) {
+TEST_F(DevicesTest, ScansSentTogetherAllArrive) {
   const PluggedIn scanner(path_, {.at_once = 5});
   start_ladar();
   expect_on();
@@ -274,7 +276,7 @@ TEST_F(DevicesTest, ScansThatComeTogetherAllArrive) {
   expect_in_order(stream(60, data), 60);
 }
 
-TEST_F(DevicesTest, AllScansOfARecordedPieceArrive) {
+TEST_F(DevicesTest, AllScansOfARecordedBlockArrive) {
   const std::string file = folder_.path() / "pieces.cap";
   {
     std::string text = capture_header("serial:x", "then");
@@ -294,8 +296,8 @@ TEST_F(DevicesTest, AllScansOfARecordedPieceArrive) {
   expect_in_order(stream(60, data), 60);
 }
 
-// A device that is silent for so long would be opened again: the recording began anew.
-TEST_F(DevicesTest, APauseInARecordingIsNoSilenceOfTheDevice) {
+// A device that is silent for so long would be opened again, and the recording would restart.
+TEST_F(DevicesTest, APauseInARecordingDoesNotReopenTheDevice) {
   const std::string file = folder_.path() / "pause.cap";
   {
     std::string text = capture_header("serial:x", "then");
@@ -313,15 +315,15 @@ TEST_F(DevicesTest, APauseInARecordingIsNoSilenceOfTheDevice) {
   EXPECT_EQ(program.standard_error().find("sends nothing"), std::string::npos);
 }
 
-TEST_F(DevicesTest, ADeviceThatIsNotThereIsSaidInWords) {
+TEST_F(DevicesTest, AMissingDeviceIsReportedWithTheReason) {
   start_ladar();
   const auto on = ladar().on();
   ASSERT_FALSE(on);
   EXPECT_THAT(on.error().message(), HasSubstr("timsctl device list"));
 }
 
-// A receiver that only listens, at a line on which nothing is said to it.
-TEST_F(DevicesTest, WhoWaitsForItsFirstDataIsTurnedOffNevertheless) {
+// A receiver that sends nothing to its device, at a line without data.
+TEST_F(DevicesTest, ADriverWaitingForItsFirstDataCanBeTurnedOff) {
   const PluggedIn scanner(path_);
   auto& program = start("GpsNmea", {"--device=serial:" + path_, "--positionInst=-1"});
   rack::GpsProxy gps(*work_, Address::of({.class_id = class_id::kGps}),
@@ -334,7 +336,7 @@ TEST_F(DevicesTest, WhoWaitsForItsFirstDataIsTurnedOffNevertheless) {
   ASSERT_TRUE(off) << off.error().message();
 }
 
-TEST_F(DevicesTest, PulledOutItIsNoticedAndPluggedInItGoesOn) {
+TEST_F(DevicesTest, UnpluggingIsReportedAndItContinuesWhenPluggedIn) {
   auto scanner = std::make_unique<PluggedIn>(path_);
   auto& program = start_ladar();
   expect_on();
@@ -355,8 +357,8 @@ TEST_F(DevicesTest, PulledOutItIsNoticedAndPluggedInItGoesOn) {
   }
 }
 
-// The scanner goes on measuring, at the rate that it was brought to.
-TEST_F(DevicesTest, ADriverThatWasKilledIsFollowedByAnother) {
+// The scanner continues to measure, at the baud rate that was set.
+TEST_F(DevicesTest, AKilledDriverIsReplacedByAnother) {
   const PluggedIn scanner(path_);
   start_ladar();
   expect_on();
@@ -367,7 +369,7 @@ TEST_F(DevicesTest, ADriverThatWasKilledIsFollowedByAnother) {
   EXPECT_GE(next_scan(), kFirstDistance);
 }
 
-TEST_F(DevicesTest, ASecondProgramAtTheDeviceIsRefusedAndToldWhoHasIt) {
+TEST_F(DevicesTest, TheRefusalOfASecondProgramNamesTheFirst) {
   const PluggedIn scanner(path_);
   auto& first = start_ladar();
   expect_on();
@@ -379,7 +381,7 @@ TEST_F(DevicesTest, ASecondProgramAtTheDeviceIsRefusedAndToldWhoHasIt) {
   next_scan();
 }
 
-TEST_F(DevicesTest, RawBytesAreScansToo) {
+TEST_F(DevicesTest, RawBytesCanBePlayed) {
   const std::string file = folder_.path() / "raw";
   {
     std::ofstream raw(file, std::ios::binary);
@@ -397,7 +399,7 @@ TEST_F(DevicesTest, RawBytesAreScansToo) {
   EXPECT_LT(first, kFirstDistance + 100);
 }
 
-TEST_F(DevicesTest, WhatWasRecordedGivesTheSameScansAgain) {
+TEST_F(DevicesTest, ARecordingYieldsTheSameScans) {
   const std::string file = folder_.path() / "scans.cap";
   std::vector<int> live;
   {
@@ -417,7 +419,7 @@ TEST_F(DevicesTest, WhatWasRecordedGivesTheSameScansAgain) {
   Mailbox data = listen();
   auto again = stream(50, data);
   ASSERT_FALSE(again.empty());
-  // Each listener begins a little earlier or later: from where both hear.
+  // Listeners start at slightly different times; compare from the first common scan.
   const int first = std::max(live.front(), again.front());
   for (std::vector<int>* const scans : {&live, &again})
     scans->erase(scans->begin(), std::ranges::find(*scans, first));
@@ -428,9 +430,9 @@ TEST_F(DevicesTest, WhatWasRecordedGivesTheSameScansAgain) {
   EXPECT_EQ(again, live);
 }
 
-// By its own program, without a router: two openings in one recording; then one with other bytes,
-// and one that no driver has made.
-TEST_F(DevicesTest, ReplayedTheSameDataAreMadeOfARecording) {
+// Replayed by the driver's program, without a router: a recording in which the device was opened
+// twice; then one with changed bytes, and one that was not written by a driver.
+TEST_F(DevicesTest, AReplayProducesTheSameDataFromARecording) {
   const std::string file = folder_.path() / "scans.cap";
   record_scans(file);
   record_scans(file);
@@ -450,7 +452,7 @@ TEST_F(DevicesTest, ReplayedTheSameDataAreMadeOfARecording) {
   std::string text{std::istreambuf_iterator<char>(recorded), {}};
   const std::size_t made = text.rfind(" = ");
   ASSERT_NE(made, std::string::npos);
-  char& digit = text[text.find('\n', made) - 1];  // of the checksum
+  char& digit = text[text.find('\n', made) - 1];  // a digit of the checksum
   digit = digit == '0' ? '1' : '0';
   std::ofstream(file) << text;
   replay(1, "the data differ\n");
@@ -460,14 +462,15 @@ TEST_F(DevicesTest, ReplayedTheSameDataAreMadeOfARecording) {
   replay(1, "does not state when a device was opened");
 }
 
-TEST_F(DevicesTest, ADiskThatIsFullStopsNobodyAndIsSaidOnce) {
+TEST_F(DevicesTest, AFullDiskDoesNotStopTheDriverAndIsReportedOnce) {
   const PluggedIn scanner(path_);
   auto& program = start_ladar({"--record=/dev/full"});
   expect_on();
   const auto said = program.wait_for_line("/dev/full: No space left on device; until it can");
   EXPECT_TRUE(said) << said.error().message();
   const int first = next_scan();
-  EXPECT_TRUE(eventually([&] { return next_scan() > first + 150; }, "it goes on for two seconds"));
+  EXPECT_TRUE(
+      eventually([&] { return next_scan() > first + 150; }, "it continues for two seconds"));
   ASSERT_TRUE(ladar().off());
   const auto missing = program.wait_for_line("/dev/full could not be written; ");
   EXPECT_TRUE(missing) << missing.error().message();
@@ -488,7 +491,7 @@ std::string received(const std::string& path) {
   return all;
 }
 
-// A driver at a recording that is played by another program: as if the device were there.
+// Another program plays the recording in place of the device.
 TEST_F(DevicesTest, TimsctlPlaysARecordingToADriver) {
   const std::string file = folder_.path() / "scans.cap";
   record_scans(file);
@@ -513,7 +516,7 @@ TEST_F(DevicesTest, TimsctlPlaysARecordingToADriver) {
   EXPECT_TRUE(player->stop(SIGINT));
 }
 
-TEST_F(DevicesTest, TimsctlNamesWhatIsWrong) {
+TEST_F(DevicesTest, TimsctlReportsErrors) {
   struct Case {
     std::vector<std::string> words;
     int code;
@@ -534,7 +537,7 @@ TEST_F(DevicesTest, TimsctlNamesWhatIsWrong) {
   EXPECT_EQ(timsctl({"device", "watch", "--for", "50ms"}).code, 0);
 }
 
-// Programs refuse what they do not know before they show their help.
+// Programs refuse unknown parameters before they show their help.
 TEST(SampleRobotsTest, EachProgramHasTheParametersThatAreGivenToIt) {
   std::string missing;
   for (const auto& entry : std::filesystem::directory_iterator(TIMS_ROBOTS)) {

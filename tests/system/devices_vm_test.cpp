@@ -1,4 +1,4 @@
-// Programs at devices of a real kernel. Skipped where it has none: `tools/dev vm-test`.
+// Programs with devices of a real kernel. Skipped without such devices; run by `tools/dev vm-test`.
 #include <atomic>
 #include <bit>
 #include <filesystem>
@@ -63,7 +63,7 @@ TEST_F(StickProgramTest, MovesAndButtonsArrive) {
   EXPECT_TRUE(has([](const auto& data) { return data.buttons == 0; }, "no button"));
 }
 
-TEST_F(StickProgramTest, AStickThatIsPulledOutIsSaid) {
+TEST_F(StickProgramTest, AnUnpluggedStickIsReported) {
   auto& program = start("Joystick", {"--periodTime=20"});
   ASSERT_TRUE(joystick().on());
   stick_->pull_out();
@@ -72,7 +72,7 @@ TEST_F(StickProgramTest, AStickThatIsPulledOutIsSaid) {
   EXPECT_TRUE(eventually([&] { return joystick().on().ok(); }, "plugged in again"));
 }
 
-TEST_F(StickProgramTest, TimsctlTellsOfThem) {
+TEST_F(StickProgramTest, TimsctlReportsSticks) {
   auto watch = ChildProcess::start(
       {std::string(TIMS_PROGRAMS) + "/timsctl", "device", "watch", "-j", "-n", "2"}, at_router());
   ASSERT_TRUE(watch);
@@ -115,7 +115,7 @@ class BusProgramTest : public ModulesTest {
     EXPECT_TRUE(child) << child.error().message();
     return std::move(*child);
   }
-  // Identifiers and bytes, in their order.
+  // Identifiers and bytes of all frames, in order.
   static std::vector<std::string> frames_of(const std::string& path) {
     std::vector<std::string> frames;
     std::ifstream file(path);
@@ -135,7 +135,7 @@ class BusProgramTest : public ModulesTest {
   TemporaryFolder folder_;
 };
 
-// What candump has written of one bus is played at another: the same frames, and none besides.
+// A candump log of one bus is played at another: the same frames, and no others.
 TEST_F(BusProgramTest, ACandumpIsPlayedAtABus) {
   const std::string log = folder_.path() / "car.candump";
   const std::string again = folder_.path() / "again.cap";
@@ -160,7 +160,7 @@ TEST_F(BusProgramTest, ACandumpIsPlayedAtABus) {
   EXPECT_EQ(frames_of(again), frames_of(log));
 }
 
-// --- the camera that the kernel plays (modprobe vivid)
+// --- the kernel's emulated camera (modprobe vivid)
 
 class VividProgramTest : public ModulesTest {
  protected:
@@ -188,15 +188,16 @@ class VividProgramTest : public ModulesTest {
   static inline const std::string kDriver = "/sys/bus/platform/drivers/vivid";
 };
 
-TEST_F(VividProgramTest, ItsPicturesComeInTheFormatThatIsSet) {
+TEST_F(VividProgramTest, PicturesHaveTheFormatThatIsSet) {
   start("CameraV4l", {"--width=640", "--height=480", "--fps=30", "--mode=rgb24"});
   const auto on = camera().on();
   ASSERT_TRUE(on) << on.error().message();
   const rack::CameraData first = next_picture();
   EXPECT_EQ(first.mode, rack::camera_mode::kRgb24);
   EXPECT_GE(first.width.raw(), 320);
-  EXPECT_TRUE(eventually([&] { return next_picture().image != first.image; }, "they move"));
-  // As the box of the original's GUI does it.
+  EXPECT_TRUE(
+      eventually([&] { return next_picture().image != first.image; }, "the pictures change"));
+  // As the selection box of the original's GUI does.
   for (const auto& [mode, depth] : {std::pair{rack::camera_mode::kMono8, 8},
                                     {rack::camera_mode::kYuv422, 16},
                                     {rack::camera_mode::kJpeg, -1}}) {
@@ -204,7 +205,7 @@ TEST_F(VividProgramTest, ItsPicturesComeInTheFormatThatIsSet) {
     ASSERT_TRUE(set) << set.error().message();
     EXPECT_TRUE(eventually([&] { return next_picture().mode == mode; }, std::to_string(mode)));
   }
-  // It has neither depth nor two eyes: refused at once, and it goes on as it was.
+  // It is neither a depth nor a stereo camera: refused at once, and the old format is kept.
   const auto range = camera().set_format(
       {.width = -1, .height = -1, .depth = -1, .mode = rack::camera_mode::kRange});
   EXPECT_FALSE(range);
@@ -220,7 +221,7 @@ TEST_F(VividProgramTest, ASecondProgramIsRefused) {
   EXPECT_THAT(on.error().message(), testing::HasSubstr("used by another program"));
 }
 
-TEST_F(VividProgramTest, PulledOutItIsNoticedAndPluggedInItGoesOn) {
+TEST_F(VividProgramTest, UnpluggingIsReportedAndItContinuesWhenPluggedIn) {
   start("CameraV4l", {"--width=640", "--height=480", "--fps=30"});
   ASSERT_TRUE(camera().on());
   for (int i = 0; i < 2; ++i) {
@@ -247,7 +248,7 @@ bool run(std::vector<std::string> command) {
   return status && status->success();
 }
 
-// Two emulated ODrives and ChassisCan, which is on and has this test as its pilot.
+// Two emulated ODrives and ChassisCan, which is on; the test is its pilot.
 class CanProgramTest : public ModulesTest {
  protected:
   void SetUp() override {
@@ -277,7 +278,7 @@ class CanProgramTest : public ModulesTest {
   }
   rack::ChassisProxy chassis() { return proxy<rack::ChassisProxy>(kChassis); }
 
-  // Of the first motor, turns a second, as it was told last.
+  // The last speed command to the first motor, in turns per second.
   double speed() {
     (void)bus_->receive(os::now(), [this](const device::Arrival& frame) {
       if (frame.id != device::odrive_id(1, device::OdriveCommand::kEncoder) ||
@@ -288,7 +289,7 @@ class CanProgramTest : public ModulesTest {
     });
     return speed_;
   }
-  // As a pilot; each MOVE holds for a while.
+  // Sends MOVE as a pilot; each is valid for a limited time.
   testing::AssertionResult drives(const char* when) {
     return eventually(
         [&] { return chassis().move(300, 0, 0) && chassis().get_data() && speed() > 0.1; }, when);
@@ -303,16 +304,16 @@ class CanProgramTest : public ModulesTest {
   double speed_ = 0;
 };
 
-TEST_F(CanProgramTest, AVehicleDrivesAndStandsWithoutItsPilotAndWithoutItsDriver) {
+TEST_F(CanProgramTest, AVehicleDrivesAndStopsWithoutItsPilotOrItsDriver) {
   ASSERT_TRUE(drives("it drives"));
   ASSERT_TRUE(stands("its pilot is silent"));
-  ASSERT_TRUE(drives("it goes on"));
+  ASSERT_TRUE(drives("it continues"));
   kill("ChassisCan");
-  EXPECT_TRUE(stands("its driver is dead"));
+  EXPECT_TRUE(stands("its driver was killed"));
 }
 
-// 1 Mbit/s carry some nine thousand frames a second.
-TEST_F(CanProgramTest, AFullBusStopsNobody) {
+// 1 Mbit/s can carry about 9000 frames per second.
+TEST_F(CanProgramTest, AFullBusDoesNotStopTheVehicle) {
   const auto noise = opened();
   std::atomic<std::uint64_t> sent = 0;
   std::jthread others([&](const std::stop_token& stop) {
@@ -333,11 +334,11 @@ TEST_F(CanProgramTest, AFullBusStopsNobody) {
   EXPECT_TRUE(stands("its pilot is silent"));
 }
 
-// The controller reports that it has left the bus, again and again.
-TEST_F(CanProgramTest, AStormOfBusOffIsSaidInFewWordsAndPasses) {
+// The controller reports bus-off repeatedly.
+TEST_F(CanProgramTest, AStormOfBusOffIsReportedInFewLinesAndPasses) {
   ASSERT_TRUE(drives("it drives"));
   const auto controller = opened();
-  constexpr std::uint32_t kBusOff = 0x20000040;  // as linux/can/error.h has it
+  constexpr std::uint32_t kBusOff = 0x20000040;  // as in linux/can/error.h
   constexpr std::array<std::byte, 8> kNoMore{};
   const Time begin = os::now();
   for (int i = 0; i < 100; ++i) {

@@ -45,7 +45,7 @@ class FleetTest : public testing::Test {
     return finish(
         ChildProcess::start(std::move(arguments), {.environment = {"TIMS_HOST="}, .folder = {}}));
   }
-  // timsctl at a host of the fleet.
+  // Runs timsctl at a host of the fleet.
   Ran on(const std::string& host, const std::vector<std::string>& arguments) const {
     std::vector<std::string> all = {"sim", "exec", "--fleet", name_, host, TIMSCTL_PROGRAM};
     all.insert(all.end(), arguments.begin(), arguments.end());
@@ -56,7 +56,7 @@ class FleetTest : public testing::Test {
     all.insert(all.end(), words.begin(), words.end());
     return run(all);
   }
-  // Whether the base knows a way to the server on the robot's arm.
+  // Whether the base knows a route to the server on the robot's arm.
   [[nodiscard]] bool reachable() const {
     return on("base", {"route", "get", "Test/1/0"}).code == 0;
   }
@@ -78,7 +78,7 @@ class FleetTest : public testing::Test {
   const std::string file_ = testing::TempDir() + name_ + ".toml";
 };
 
-TEST_F(FleetTest, ShowsHostsAndEndsWithoutATrace) {
+TEST_F(FleetTest, ShowsHostsAndRemovesEverythingAtTheEnd) {
   const json::object fleet = state();
   EXPECT_EQ(fleet.at("state"), "running");
   EXPECT_EQ(fleet.at("hosts").as_array().size(), 3U);
@@ -98,7 +98,7 @@ TEST_F(FleetTest, ShowsHostsAndEndsWithoutATrace) {
   EXPECT_EQ(run({"sim", "down", name_}).code, 4);
 }
 
-TEST_F(FleetTest, ALineIsCutAndHealed) {
+TEST_F(FleetTest, ALineIsCutAndRestored) {
   ASSERT_TRUE(eventually([&] { return reachable(); }, "the server is known at the base"));
   EXPECT_EQ(fault({"cut"}).code, 0);
   EXPECT_TRUE(eventually([&] { return !reachable(); }, "what the robot announced is withdrawn"));
@@ -107,13 +107,13 @@ TEST_F(FleetTest, ALineIsCutAndHealed) {
   EXPECT_TRUE(eventually([&] { return reachable(); }, "the robot is there again"));
 
   EXPECT_EQ(fault({"blackout", "direction=up"}).code, 0);
-  EXPECT_TRUE(
-      eventually([&] { return !reachable(); }, "a link that is deaf in one direction ends"));
+  EXPECT_TRUE(eventually([&] { return !reachable(); },
+                         "a link that works in one direction only goes down"));
   EXPECT_EQ(fault({"off"}).code, 0);
   EXPECT_TRUE(eventually([&] { return reachable(); }, "the robot is there again"));
 }
 
-TEST_F(FleetTest, LossAndRateAreTheKernelsAndDelayIsSomebodys) {
+TEST_F(FleetTest, LossAndRateAreSetInTheKernelAndDelayIsAdded) {
   ASSERT_TRUE(eventually([&] { return reachable(); }, "the server is known at the base"));
   const Ran said = fault({"loss=1%", "rate=20Mbit", "delay=30ms"});
   EXPECT_EQ(said.code, 0) << said.err;
@@ -145,7 +145,7 @@ TEST_F(FleetTest, AHostIsKilledAndStarted) {
   EXPECT_THAT(unknown.err, HasSubstr("servant"));
 }
 
-TEST_F(FleetTest, WhatACrashLeavesIsRemovedByTheNext) {
+TEST_F(FleetTest, TheNextFleetRemovesTheRemainsOfACrash) {
   const auto pid = static_cast<pid_t>(state().at("pid").as_int64());
   const auto router =
       static_cast<pid_t>(state().at("hosts").at(0).at("programs").at(0).at("pid").as_int64());

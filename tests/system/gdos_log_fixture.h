@@ -1,4 +1,4 @@
-// gdos-log at a router of the test's own, writing to a folder of the test's own.
+// gdos-log at the test's own router, writing to a temporary folder.
 #pragma once
 
 #include <filesystem>
@@ -33,7 +33,7 @@ class GdosLogTest : public ModulesTest {
     EXPECT_TRUE(ready) << ready.error().message();
     return log;
   }
-  // All that is in the files, oldest first.
+  // The contents of all files, oldest first.
   [[nodiscard]] std::string kept() const {
     std::string all;
     for (const auto& path : rack::gdos::log_paths(folder())) {
@@ -42,14 +42,14 @@ class GdosLogTest : public ModulesTest {
     }
     return all;
   }
-  // As often as it takes; says what is there when it does not come.
+  // Waits until the files contain `part`; a failure shows their contents.
   testing::AssertionResult comes_to_be_kept(const std::string& part) const {
     return eventually([&]() -> std::string {
       const std::string all = kept();
       return all.find(part) == std::string::npos ? "\"" + part + "\" is not in\n" + all : "";
     });
   }
-  // A text without arguments, from the test's mailbox.
+  // Sends a text without arguments from the test's mailbox.
   void say(const std::string& text, rack::gdos::Level level = rack::gdos::Level::kWarning) {
     const auto sent = work_->send(
         {.dest = rack::gdos::kSink, .type = static_cast<std::int8_t>(level)}, bytes_of(text));
@@ -60,7 +60,7 @@ class GdosLogTest : public ModulesTest {
                                  "--timeout", std::to_string(kPatienceMs) + "ms"});
     return ChildProcess::start(std::move(words));
   }
-  // What `timsctl log show` says, standard output before standard error.
+  // The output of `timsctl log show`, standard output before standard error.
   std::string shown(std::vector<std::string> options, int code = 0) const {
     options.insert(options.begin(), {"log", "show", "--utc", "-D", folder().string()});
     auto child = timsctl(std::move(options));

@@ -1,11 +1,11 @@
-// Two robots of a fleet, each with a log of its own at the one address that all components send to.
+// Two robots of a fleet, each with its own log; all logs have the same address.
 #include "tests/system/gdos_log_fixture.h"
 #include "tests/system/host.h"
 
 namespace tims::test {
 namespace gdos_log_fleet_test {
 
-// base (the fixture's router is not used) above robot1 and robot2.
+// The base (not the fixture's router) is above robot1 and robot2.
 class GdosLogFleetTest : public GdosLogTest {
  protected:
   void SetUp() override {
@@ -37,7 +37,7 @@ class GdosLogFleetTest : public GdosLogTest {
   std::vector<Host> robots_;
 };
 
-// A component of a robot, with texts as urgent as an original sends them.
+// A component of a robot that sends texts with the priority of original programs.
 class Speaker {
  public:
   Speaker(const Host& host, std::uint32_t address) : session_(host.session("speaker")) {
@@ -55,7 +55,7 @@ class Speaker {
   std::optional<Mailbox> mailbox_;
 };
 
-TEST_F(GdosLogFleetTest, EachRobotKeepsItsOwnAndWhoHasNoneTellsTheBase) {
+TEST_F(GdosLogFleetTest, EachRobotKeepsItsTextsAndARobotWithoutLogSendsThemToTheBase) {
   ChildProcess base_log = log_at(base_, 0, "base");
   std::optional<ChildProcess> first(log_at(robots_[0], 1, "robot1"));
   const ChildProcess second = log_at(robots_[1], 2, "robot2");
@@ -76,7 +76,7 @@ TEST_F(GdosLogFleetTest, EachRobotKeepsItsOwnAndWhoHasNoneTellsTheBase) {
   EXPECT_TRUE(has("robot1", "from one"));
   EXPECT_TRUE(has("robot2", "from two"));
   EXPECT_EQ(kept_at("robot1").find("from two"), std::string::npos);
-  // A robot without one.
+  // A robot without a log.
   first.reset();
   EXPECT_TRUE(eventually(
       [&] {
@@ -84,7 +84,8 @@ TEST_F(GdosLogFleetTest, EachRobotKeepsItsOwnAndWhoHasNoneTellsTheBase) {
         return kept_at("base").find("to the base") != std::string::npos;
       },
       "the base hears it"));
-  EXPECT_EQ(kept_at("base").find("from"), std::string::npos) << "the others stay on board";
+  EXPECT_EQ(kept_at("base").find("from"), std::string::npos)
+      << "the texts of the other robot are kept there";
   EXPECT_EQ(kept_at("robot2").find("to the base"), std::string::npos);
   EXPECT_THAT(base_.timsctl({"status"}), Not(HasSubstr("duplicate")));
 }

@@ -1,4 +1,4 @@
-// Texts in the journal of the host: a real journald, in a corner of its own of this machine.
+// Texts in the journal of the host, with a real journald in separate namespaces.
 #include <boost/json/object.hpp>
 #include <boost/json/parse.hpp>
 #include <unistd.h>
@@ -10,7 +10,7 @@ namespace gdos_log_journal_test {
 
 namespace json = boost::json;
 
-// What it mounts and starts is gone with it: nobody else sees either.
+// Runs a command in its own mount and process namespaces, so its mounts and processes end with it.
 constexpr const char* kInItsCorner = R"(
 mount -t tmpfs none /run && mkdir -p /run/systemd/journal /run/log/journal || exit 1
 mount -t tmpfs none /var/log || exit 1
@@ -22,11 +22,11 @@ exec "$@"
 class GdosLogJournalTest : public GdosLogTest {
  protected:
   void SetUp() override {
-    if (::geteuid() != 0) GTEST_SKIP() << "only root may mount";
+    if (::geteuid() != 0) GTEST_SKIP() << "needs root to mount";
     if (::access("/lib/systemd/systemd-journald", X_OK) != 0) GTEST_SKIP() << "no journald here";
     GdosLogTest::SetUp();
     ChildOptions options = at_router();
-    options.environment.emplace_back("JOURNAL_STREAM=1:1");  // as systemd sets it
+    options.environment.emplace_back("JOURNAL_STREAM=1:1");  // as set by systemd
     auto log = ChildProcess::start(
         {"unshare", "-m", "-p", "-f", "--kill-child", "bash", "-c", kInItsCorner, "corner",
          std::string(TIMS_PROGRAMS) + "/gdos-log", "--directory=" + folder().string()},
@@ -35,7 +35,7 @@ class GdosLogJournalTest : public GdosLogTest {
     log_.emplace(std::move(*log));
     if (!log_->wait_for_line("Texts are kept in")) GTEST_SKIP() << log_->output();
   }
-  // What the journal has of it, by the fields.
+  // The entries of the journal that match.
   std::vector<json::object> journal(const std::string& match) {
     auto child =
         ChildProcess::start({"nsenter", "-m", "-t", std::to_string(log_->pid()), "journalctl", "-D",

@@ -1,4 +1,4 @@
-// Who has the sink: gdos-log, somebody else, or two of them; and who listens.
+// Owners of the sink of texts: gdos-log, other programs, or several; and programs that follow.
 #include "tests/support/model_router.h"
 #include "tests/system/gdos_log_fixture.h"
 
@@ -12,12 +12,12 @@ class Window {
     const auto registered = client_.register_mailbox(rack::gdos::kSink);
     EXPECT_TRUE(registered) << registered.error().message();
   }
-  // The next text of those that the test says.
+  // The next text sent by the test.
   std::string next(Duration limit = kPatience) {
     for (;;) {
       const auto message = client_.receive(limit);
       if (!message) return message.error().message();
-      EXPECT_LT(message->header.type, 0) << "it knows texts only";
+      EXPECT_LT(message->header.type, 0) << "the window understands texts only";
       if (message->header.src == Address(0x00020001)) return text_of(message->body);
     }
   }
@@ -26,7 +26,7 @@ class Window {
   TcpClient client_;
 };
 
-TEST_F(GdosLogTest, WindowsOfTheOriginalAndTheLogHearAll) {
+TEST_F(GdosLogTest, WindowsOfTheOriginalAndTheLogReceiveAllTexts) {
   std::optional<Window> first(std::in_place, router_);
   start_log();
   say("one");
@@ -45,18 +45,18 @@ TEST_F(GdosLogTest, WindowsOfTheOriginalAndTheLogHearAll) {
         say("three");
         return follower->standard_output().find("three") != std::string::npos;
       },
-      "the log is found beside the windows"));
+      "the log is found in addition to the windows"));
   EXPECT_EQ(second.next(), "three");
   EXPECT_TRUE(comes_to_be_kept("three"));
 }
 
-// A component that has written to the log without the router until then.
-TEST_F(GdosLogTest, AWindowThatComesLaterHearsWhoSpokeBefore) {
+// Until then the component has sent to the log without the router.
+TEST_F(GdosLogTest, AWindowThatStartsLaterReceivesTextsOfRunningComponents) {
   start_log();
   say("before");
   ASSERT_TRUE(comes_to_be_kept("before"));
   Window window(router_);
-  // Not before the component has been told that it must ask the router.
+  // It takes effect when the component has been notified that it must send through the router.
   EXPECT_TRUE(eventually(
       [&] {
         say("after");
@@ -66,7 +66,7 @@ TEST_F(GdosLogTest, AWindowThatComesLaterHearsWhoSpokeBefore) {
   EXPECT_TRUE(comes_to_be_kept("after"));
 }
 
-TEST_F(GdosLogTest, GoesOnWithARestartedRouter) {
+TEST_F(GdosLogTest, ContinuesWithARestartedRouter) {
   start_log();
   router_.kill();
   ASSERT_TRUE(router_.start());
@@ -78,7 +78,7 @@ TEST_F(GdosLogTest, GoesOnWithARestartedRouter) {
       "a text after the restart"));
 }
 
-TEST_F(GdosLogTest, ASecondOneKeepsTextsToo) {
+TEST_F(GdosLogTest, ASecondLogKeepsTextsAsWell) {
   start_log();
   const TemporaryFolder other;
   auto second = ChildProcess::start({std::string(TIMS_PROGRAMS) + "/gdos-log", "--instance=2",
@@ -102,8 +102,8 @@ TEST_F(GdosLogTest, ASecondOneKeepsTextsToo) {
       "the second goes on"));
 }
 
-// A router of the original gives the sink to one only.
-TEST_F(GdosLogTest, WaitsForTheSinkOfARouterThatSharesNothing) {
+// The original router accepts one owner of the sink only.
+TEST_F(GdosLogTest, WaitsForTheSinkOfAnOriginalRouter) {
   const ModelRouter original({});
   auto console = TcpClient::connect(original.endpoint());
   ASSERT_TRUE(console);
@@ -128,7 +128,7 @@ TEST_F(GdosLogTest, ItsOwnAddressIsNotTheSink) {
   EXPECT_THAT(log->output(), HasSubstr("GDOS(0/0) is the sink itself"));
 }
 
-TEST_F(GdosLogTest, AnyNumberFollows) {
+TEST_F(GdosLogTest, AnyNumberOfProgramsCanFollow) {
   start_log();
   std::vector<ChildProcess> followers;
   for (const auto& words : {std::vector<std::string>{"log", "follow"},
@@ -156,7 +156,7 @@ TEST_F(GdosLogTest, AnyNumberFollows) {
   EXPECT_THAT(followers[3].standard_output(), HasSubstr(R"("schema":"tims/text/1")"));
 }
 
-TEST_F(GdosLogTest, AnOwnerThatSharesNothingIsNamed) {
+TEST_F(GdosLogTest, AnExclusiveOwnerIsNamed) {
   const ModelRouter original({});
   auto console = TcpClient::connect(original.endpoint());
   ASSERT_TRUE(console);

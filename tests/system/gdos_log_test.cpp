@@ -1,4 +1,4 @@
-// gdos-log keeps what components say, whatever they say, and whatever becomes of it.
+// gdos-log keeps the texts of components, also malformed ones, and also when it is killed.
 #include <csignal>
 
 #include "rack/proxies/chassis.h"
@@ -7,7 +7,7 @@
 namespace tims::test {
 namespace gdos_log_test {
 
-TEST_F(GdosLogTest, WhatComponentsSayIsKeptAndFoundAgain) {
+TEST_F(GdosLogTest, TextsOfComponentsAreKeptAndFound) {
   start_log();
   start("ChassisSim");
   ASSERT_TRUE(proxy<rack::ChassisProxy>(0x00110000).on());
@@ -35,14 +35,14 @@ TEST_F(GdosLogTest, IsAComponentLikeOthers) {
   EXPECT_TRUE(eventually([&] { return is(rack::Status::kEnabled); }, "on by itself"));
   ASSERT_TRUE(log.off());
   EXPECT_TRUE(eventually([&] { return is(rack::Status::kDisabled); }, "off"));
-  EXPECT_TRUE(session_->open({.address = rack::gdos::kSink})) << "the sink is free meanwhile";
+  EXPECT_TRUE(session_->open({.address = rack::gdos::kSink})) << "the sink is free while it is off";
   ASSERT_TRUE(log.on());
   say("here again");
   EXPECT_TRUE(comes_to_be_kept("here again"));
 }
 
-// Of either byte order, with numbers behind texts; and things that are no texts.
-TEST_F(GdosLogTest, AnybodysTextsAreUnderstoodAndHarmless) {
+// Texts in either byte order and with numeric arguments; and messages that are not texts.
+TEST_F(GdosLogTest, AllKindsOfTextsAreDecodedAndHarmless) {
   start_log();
   const auto send = [&](const std::string& body, std::uint8_t order) {
     EXPECT_TRUE(work_->send({.dest = rack::gdos::kSink, .type = -125, .body_order = order},
@@ -66,7 +66,7 @@ TEST_F(GdosLogTest, AnybodysTextsAreUnderstoodAndHarmless) {
        {"port 258 of lms", "port 259", "from Java", R"(Käfer \"quoted\")", "(malformed)"})
     EXPECT_THAT(all, HasSubstr(text));
   EXPECT_EQ(all.find('\x1b'), std::string::npos);
-  EXPECT_THAT(shown({"-c", "GUI"}), Not(HasSubstr("no texts"))) << "every line can be read";
+  EXPECT_THAT(shown({"-c", "GUI"}), Not(HasSubstr("no texts"))) << "every line can be decoded";
 }
 
 TEST_F(GdosLogTest, CommandsToTheSinkAreAnswered) {
@@ -122,7 +122,7 @@ TEST_F(GdosLogTest, AFloodIsCutShort) {
   EXPECT_GE(details, 100);
 }
 
-TEST_F(GdosLogTest, AFullDiskIsSaidOnceAndGoesBy) {
+TEST_F(GdosLogTest, AFullDiskIsReportedOnceAndDoesNotStopIt) {
   std::filesystem::create_directories(folder());
   std::filesystem::create_symlink("/dev/full", folder() / rack::gdos::kCurrentFile);
   auto& log = start_log();

@@ -1,4 +1,4 @@
-// Routers of several hosts, each a process, joined by real UDP over the loopback.
+// Routers of several hosts, each a process, connected by real UDP over the loopback.
 #pragma once
 
 #include <memory>
@@ -52,7 +52,7 @@ class Host {
     EXPECT_TRUE(connected.ok()) << connected.error().message();
     return std::move(*connected);
   }
-  // What timsctl says about this router; its exit status is not looked at.
+  // The output of timsctl at this router; the exit status is ignored.
   std::string timsctl(std::vector<std::string> words) const {
     words.insert(words.begin(), {TIMSCTL_PROGRAM, "-H", "unix:" + socket()});
     if (!words.back().starts_with("--timeout="))

@@ -1,5 +1,5 @@
-// A program of this host that does not keep to the local protocol: it is thrown out, and nobody
-// else notices.
+// A program on this host that violates the local protocol is disconnected, and other clients are
+// not affected.
 #include <cstring>
 #include <fstream>
 #include <functional>
@@ -41,7 +41,7 @@ class HostileClientTest : public testing::Test {
  protected:
   void SetUp() override { ASSERT_TRUE(router_.start().ok()); }
   void TearDown() override {
-    // Whatever happened: the router serves others as before.
+    // The router still serves other clients.
     auto session = Session::connect({.router = router_.socket_path(), .timeout = kPatience});
     ASSERT_TRUE(session.ok());
     auto mailbox = session->open({.address = Address(0x7F000001)});
@@ -55,13 +55,13 @@ class HostileClientTest : public testing::Test {
   RouterProcess router_;
 };
 
-TEST_F(HostileClientTest, WordsBeforeHello) {
+TEST_F(HostileClientTest, MessagesBeforeHello) {
   RawClient client(router_.socket_path());
   client.send(wire::Lookup{{Address(1)}});
   EXPECT_TRUE(client.thrown_out());
 }
 
-TEST_F(HostileClientTest, OtherVersionsAreToldWhatToDo) {
+TEST_F(HostileClientTest, OtherVersionsGetARefusalWithAnAdvice) {
   RawClient client(router_.socket_path());
   client.send(
       wire::Hello{.version_min = wire::kLocalVersion + 1, .version_max = 9, .name = "future"});
@@ -85,7 +85,7 @@ TEST_F(HostileClientTest, Garbage) {
   }
 }
 
-TEST_F(HostileClientTest, ARoutersOwnWords) {
+TEST_F(HostileClientTest, MessagesThatOnlyRoutersSend) {
   RawClient client(router_.socket_path());
   ASSERT_TRUE(client.hello());
   client.send(wire::Welcome{});
@@ -100,7 +100,7 @@ TEST_F(HostileClientTest, MemoryThatCouldShrinkIsRefused) {
   EXPECT_EQ(try_open(client, memfd, 0), wire::OpenStatus::kBadPlace);
 }
 
-TEST_F(HostileClientTest, MemoryThatIsNoMailboxIsRefused) {
+TEST_F(HostileClientTest, MemoryWithoutAMailboxIsRefused) {
   for (const std::uint64_t offset : {std::uint64_t{0}, std::uint64_t{1}, std::uint64_t{4096},
                                      std::uint64_t{1} << 40, ~std::uint64_t{127}}) {
     const os::File memfd = std::move(*os::make_memfd("zeros", 4096));
@@ -114,7 +114,7 @@ TEST_F(HostileClientTest, MemoryThatIsNoMailboxIsRefused) {
   EXPECT_EQ(try_open(client, not_memory, 0), wire::OpenStatus::kBadPlace);
 }
 
-TEST_F(HostileClientTest, AnOwnerThatScribblesOverItsMailboxHurtsOnlyItself) {
+TEST_F(HostileClientTest, AnOwnerThatCorruptsItsMailboxHarmsOnlyItself) {
   const std::size_t bytes = shm::Geometry::of(4, 80).bytes;
   const os::File memfd = std::move(*os::make_memfd("scribble", bytes));
   const os::Mapping mapping = std::move(*os::Mapping::of(memfd));
@@ -137,11 +137,11 @@ TEST_F(HostileClientTest, AnOwnerThatScribblesOverItsMailboxHurtsOnlyItself) {
   ASSERT_TRUE(tcp->send({.type = -6, .dest = Address(5), .src = Address(3)}).ok());
 }
 
-// Descriptors that take nothing more, and make whoever writes to them wait.
+// Descriptors whose buffers are full: a blocking write to them does not return.
 struct Trap {
   std::string kind;
   os::File in;
-  os::File out;  // kept, so that somebody could read
+  os::File out;  // kept open, so that the write waits for a reader
 };
 Trap full(std::string kind, std::array<int, 2> ends) {
   Trap trap{std::move(kind), os::File(ends[1]), os::File(ends[0])};
@@ -168,8 +168,8 @@ std::vector<Trap> traps() {
   return all;
 }
 
-// Nobody waits for the owner of a mailbox, whatever it says that it is to be woken by.
-TEST_F(HostileClientTest, AnOwnerWhoseWakerTakesNothing) {
+// No sender waits for the owner of a mailbox, whatever descriptor the owner chose for its wake-up.
+TEST_F(HostileClientTest, AnOwnerWhoseWakeUpDescriptorIsFull) {
   auto tcp = TcpClient::connect(router_.tcp());
   ASSERT_TRUE(tcp.ok());
   auto session = Session::connect({.router = router_.socket_path(), .timeout = kPatience});
@@ -196,8 +196,8 @@ TEST_F(HostileClientTest, AnOwnerWhoseWakerTakesNothing) {
     ASSERT_TRUE(tcp->send({.type = -6, .dest = Address(5), .src = Address(3)}).ok());
     EXPECT_TRUE(eventually([&] { return shm::waiting(view) == 1; }, "the router's message"));
     ASSERT_TRUE(client.send(wire::Lookup{{Address(5)}}));
-    ASSERT_TRUE(client.receive().has_value()) << "the router waits";
-    // The memory says something else by the time a neighbour looks into it.
+    ASSERT_TRUE(client.receive().has_value()) << "the router is blocked";
+    // The memory has changed by the time another client reads it.
     view.header().wake = shm::WakeKind::kDoorbell;
     sleep();
     EXPECT_TRUE(neighbour->send({.dest = Address(5), .type = -7}).ok());
@@ -205,7 +205,7 @@ TEST_F(HostileClientTest, AnOwnerWhoseWakerTakesNothing) {
   }
 }
 
-TEST_F(HostileClientTest, AClientThatScribblesOverItsUplink) {
+TEST_F(HostileClientTest, AClientThatCorruptsItsUplink) {
   RawClient client(router_.socket_path());
   ASSERT_TRUE(client.hello_and_uplink());
   const os::Mapping mapping = std::move(*os::Mapping::of(client.files()[0]));
@@ -216,7 +216,8 @@ TEST_F(HostileClientTest, AClientThatScribblesOverItsUplink) {
     for (std::byte& b : head)
       if (random() % 8 == 0) b = static_cast<std::byte>(random());
     os::signal_event_fd(doorbell.get());
-    if (!client.send(wire::Lookup{{Address(5)}}) || !client.receive()) break;  // it is awake
+    if (!client.send(wire::Lookup{{Address(5)}}) || !client.receive())
+      break;  // the router is awake
   }
 }
 
@@ -225,8 +226,8 @@ bool has_rung(const os::File& doorbell) {
   return ::poll(&look, 1, 0) == 1;
 }
 
-// A closed mailbox is one whose owner need not wait: the router is the owner, and waits all the
-// same.
+// The owner of a closed mailbox need not wait. The router, as owner of the uplink, must wait
+// nevertheless.
 TEST_F(HostileClientTest, AClientThatClosesItsUplink) {
   RawClient client(router_.socket_path());
   ASSERT_TRUE(client.hello_and_uplink());
@@ -234,7 +235,7 @@ TEST_F(HostileClientTest, AClientThatClosesItsUplink) {
   const os::File doorbell = std::move(client.files()[1]);
   shm::MailboxView::open(mapping.bytes(), 0)->header().closed.store(1U, std::memory_order_release);
   os::signal_event_fd(doorbell.get());
-  // It sleeps when it is found so again and again.
+  // It counts as asleep if it is found asleep several times in succession.
   int asleep = 0;
   EXPECT_TRUE(eventually(
       [&] {
@@ -245,7 +246,7 @@ TEST_F(HostileClientTest, AClientThatClosesItsUplink) {
       "the router sleeps"));
 }
 
-// It says so in its memory, as often as it likes; the router says that it is there.
+// It sets the flag in its memory repeatedly, while the router reports the mailbox as open.
 TEST_F(HostileClientTest, AnOwnerThatClosesAgainAndAgain) {
   const os::File memfd = std::move(*os::make_memfd("closing", shm::Geometry::of(4, 80).bytes));
   const os::Mapping mapping = std::move(*os::Mapping::of(memfd));
@@ -269,7 +270,7 @@ TEST_F(HostileClientTest, AnOwnerThatClosesAgainAndAgain) {
   EXPECT_LT(mappings_of(::getpid()), mappings + 100);
 }
 
-// An owner sleeps, whatever is written into its mailbox by those who may send to it.
+// An owner sleeps, whatever its senders write into its mailbox.
 TEST_F(HostileClientTest, ASenderThatClosesTheMailbox) {
   auto victim = ChildProcess::start({TIMS_ACTOR_PROGRAM, "echo", router_.socket_path(), "5"});
   ASSERT_TRUE(victim.ok());
@@ -291,7 +292,7 @@ TEST_F(HostileClientTest, ASenderThatClosesTheMailbox) {
       "the owner sleeps"));
 }
 
-// Descriptors are bounded for each client: one cannot take them from the others.
+// Descriptors are limited per client, so that one client cannot use those of the others.
 TEST_F(HostileClientTest, AClientThatOffersMemoryAndOpensNothing) {
   const os::File memfd = std::move(*os::make_memfd("offered", 4096));
   RawClient client(router_.socket_path());
@@ -306,7 +307,7 @@ TEST_F(HostileClientTest, AClientThatOffersMemoryAndOpensNothing) {
                          "its descriptors are free"));
 }
 
-// The flags of a shared descriptor are shared: the router must not wait where it reads it.
+// The flags of a shared descriptor are shared, so the router's read must not depend on O_NONBLOCK.
 TEST_F(HostileClientTest, AClientThatEmptiesItsDoorbellBeforeTheRouterDoes) {
   RawClient client(router_.socket_path());
   ASSERT_TRUE(client.hello_and_uplink());
@@ -336,7 +337,7 @@ TEST_F(HostileClientTest, ForgedSourcesFromThisHostAreDropped) {
   wire::encode_header(forged, wire::HeaderBytes(claim.header, kHeaderSize));
   ASSERT_EQ(sender.commit(claim), shm::SendOutcome::kOk);
   os::signal_event_fd(client.files()[1].get());
-  // Then something honest, behind it.
+  // Then a valid message, after the forged one.
   auto mailbox = session->open({.address = Address(8)});
   ASSERT_TRUE(mailbox.ok());
   ASSERT_TRUE(mailbox->send({.dest = Address(9), .type = -7}).ok());
@@ -350,7 +351,7 @@ TEST_F(HostileClientTest, AClientThatAsksAndNeverReads) {
   ASSERT_TRUE(client.hello());
   const std::vector<Address> many(wire::kBatchMax, Address(1));
   for (int i = 0; i < 1000; ++i)
-    if (!client.send(wire::Lookup{many})) return;  // thrown out
+    if (!client.send(wire::Lookup{many})) return;  // disconnected
   FAIL() << "still connected after a million questions";
 }
 

@@ -1,4 +1,4 @@
-// Routers that misbehave, at a real one, by real UDP. What else a link must bear: tests/sim.
+// Routers that violate the protocol, at a real router over real UDP. More such tests: tests/sim.
 #include <array>
 #include <bit>
 #include <optional>
@@ -24,7 +24,7 @@ namespace hostile_link_test {
 constexpr Address kServer(0x01140000);  // Ladar(1/0)
 constexpr Address kClient(0x00020000);  // GUI(0/0)
 
-// Speaks the protocol of links as a system router does that this router here accepts.
+// A peer that implements the link protocol like a system router, so that the router accepts it.
 class RawPeer {
  public:
   RawPeer(const std::string& udp, std::uint8_t system) : system_(system) {
@@ -49,7 +49,7 @@ class RawPeer {
     std::array<std::byte, link::kControlDatagramMax> bytes{};
     send(std::span(bytes).first(link::encode(hello, bytes)));
   }
-  // False: no link.
+  // False: the link was not accepted.
   bool connect() {
     say(hello());
     const auto retry = hear<link::Retry>();
@@ -59,7 +59,7 @@ class RawPeer {
     if (welcome) token_ = welcome->token;
     return welcome.has_value();
   }
-  // The first bytes of a message of the largest size, in one lane.
+  // Sends the first bytes of a message of the largest size in one lane.
   void announce_message(std::uint8_t lane) {
     const Header header{.flags = flag::kNativeOrder,
                         .type = 3,
@@ -82,7 +82,7 @@ class RawPeer {
   void send(std::span<const std::byte> bytes) {
     EXPECT_EQ(::send(socket_.get(), bytes.data(), bytes.size(), 0), std::ssize(bytes));
   }
-  // The next of this kind; nothing when none comes.
+  // The next datagram of this kind; nothing after the timeout.
   template <typename Kind>
   std::optional<Kind> hear() {
     pollfd waiting{.fd = socket_.get(), .events = POLLIN, .revents = 0};
@@ -109,7 +109,7 @@ struct HostileLinkTest : testing::Test {
   Host base{"base", "top", 0, 1, {"kind=sub,system=*"}};
 };
 
-// What a robot sends in the lowest class arrives, whole and in order.
+// Messages of a robot in the lowest class arrive complete and in order.
 void send_large(Host& base, Host& robot) {
   Session at_base = base.session("client");
   auto client = at_base.open({.address = kClient, .slots = 4, .body_max = 8U << 20});
@@ -130,7 +130,7 @@ void send_large(Host& base, Host& robot) {
   }
 }
 
-TEST_F(HostileLinkTest, MessagesThatAreOnlyAnnouncedHoldUpNobody) {
+TEST_F(HostileLinkTest, IncompleteMessagesDoNotBlockOthers) {
   std::array<RawPeer, 2> attackers{RawPeer(base.udp(), 10), RawPeer(base.udp(), 11)};
   for (RawPeer& attacker : attackers) {
     ASSERT_TRUE(attacker.connect());
@@ -141,8 +141,8 @@ TEST_F(HostileLinkTest, MessagesThatAreOnlyAnnouncedHoldUpNobody) {
   send_large(base, robot);
 }
 
-// Each from a router of its own, and none of them proves where it is.
-TEST_F(HostileLinkTest, HellosThatProveNothingShutOutNobody) {
+// Each HELLO is from another router, and none of them proves its address.
+TEST_F(HostileLinkTest, HellosWithoutProofDoNotExcludeOthers) {
   RawPeer forger(base.udp(), 10);
   for (std::uint32_t i = 0; i < 10'000; ++i) {
     link::Hello hello = forger.hello();

@@ -1,4 +1,4 @@
-// The HTTP port of a real router, asked with raw bytes.
+// The HTTP port of a real router, with requests as raw bytes.
 #include <charconv>
 #include <string>
 #include <vector>
@@ -54,7 +54,7 @@ class HttpTest : public testing::Test {
     EXPECT_TRUE(socket.send(request(target, host)));
     return read_reply(socket);
   }
-  // What comes back for these bytes until the router closes.
+  // The response to these bytes, until the router closes.
   std::string say(const std::string& bytes) {
     ByteSocket socket(router_.http());
     socket.send(bytes);
@@ -71,7 +71,7 @@ TEST_F(HttpTest, HealthAndReadiness) {
   EXPECT_EQ(get("/readyz").status, 200);
 }
 
-TEST_F(HttpTest, MetricsFollowWhatHappens) {
+TEST_F(HttpTest, MetricsCountEvents) {
   const std::string before = get("/metrics").body;
   EXPECT_THAT(before, HasSubstr("tims_router_clients{port=\"tcp\"} 0\n"));
   EXPECT_THAT(before, HasSubstr("tims_router_mailboxes 0\n"));
@@ -81,7 +81,7 @@ TEST_F(HttpTest, MetricsFollowWhatHappens) {
   auto client = TcpClient::connect(router_.tcp());
   ASSERT_TRUE(client.ok());
   ASSERT_TRUE(client->register_mailbox(Address(5)).ok());
-  // To nobody; the answer says that the router has seen it.
+  // Without a receiver; the answer shows that the router has processed it.
   ASSERT_TRUE(
       client->send({.type = 3, .priority = 99, .dest = Address(6), .src = Address(5)}).ok());
   ASSERT_TRUE(client->receive().ok());
@@ -112,7 +112,7 @@ TEST_F(HttpTest, QuestionsOfTheAdminProtocol) {
   EXPECT_THAT(nonsense.body, HasSubstr("unknown_question"));
 }
 
-TEST_F(HttpTest, RefusalsInWords) {
+TEST_F(HttpTest, RefusalsHaveReasons) {
   EXPECT_EQ(get("/nowhere").status, 404);
   EXPECT_THAT(get("/nowhere").body, HasSubstr("/metrics, /healthz, /readyz"));
   EXPECT_EQ(get("/tims").status, 426);
@@ -139,7 +139,7 @@ TEST_F(HttpTest, PipelinedAndSplitAnywhere) {
   }
 }
 
-TEST_F(HttpTest, TheConnectionStaysOrClosesAsAsked) {
+TEST_F(HttpTest, TheConnectionStaysOrClosesAsRequested) {
   ByteSocket stays(router_.http());
   for (int i = 0; i < 20; ++i) {
     stays.send(request("/healthz"));
@@ -167,7 +167,7 @@ TEST_F(HttpTest, GarbageAndTooMuch) {
                   std::string(1'000'000, 'b')),
               StartsWith("HTTP/1.1 413 "));
   EXPECT_EQ(say("GET /healthz HTT"), "");
-  // And it is still there.
+  // The router still serves requests.
   EXPECT_EQ(get("/healthz").status, 200);
 }
 
@@ -180,7 +180,7 @@ TEST_F(HttpTest, ManyAtOnce) {
   for (ByteSocket& socket : sockets) EXPECT_EQ(read_reply(socket).status, 200);
 }
 
-TEST_F(HttpTest, WhereItListensIsTakenOnlyOnce) {
+TEST_F(HttpTest, TwoRoutersCannotListenAtOneAddress) {
   RouterProcess second({"http.listen=" + router_.http()});
   const auto started = second.start();
   ASSERT_FALSE(started.ok());

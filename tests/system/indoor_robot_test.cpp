@@ -1,6 +1,6 @@
-// The indoor robot of the samples: real drivers in a simulated world, which localises on its floor
-// plan and is sent to a place among people. What it reaches is judged by the truth, not by what it
-// believes.
+// The indoor robot of the samples: real drivers in a simulated world. It localises itself on its
+// floor plan and is sent to a destination among people. Its arrival is checked against the ground
+// truth, not against its own estimate.
 #include <algorithm>
 #include <cmath>
 #include <csignal>
@@ -24,8 +24,8 @@ class IndoorRobotTest : public SampleRobotTest {
     start_robot(TIMS_ROBOTS "/emulated.toml", 13);
   }
 
-  // On a machine that is very busy streams break, its pilot with them: then it is sent once more.
-  // `look` is called again and again meanwhile.
+  // On a very busy machine streams break, and its pilot stops: then it is sent once more. `look` is
+  // called repeatedly during the drive.
   testing::AssertionResult arrives(const std::string& x, const std::string& y,
                                    const std::function<void()>& look) {
     const auto drive = [&]() -> std::string {
@@ -38,7 +38,7 @@ class IndoorRobotTest : public SampleRobotTest {
     return eventually(drive, kDrive);
   }
 
-  // The process that has its mailbox.
+  // The process that owns its mailbox.
   pid_t owner_of(const Address& component) {
     ChildProcess asking = begin({"mbx", "list", component.to_string(), "--json"});
     const auto ended = asking.wait();
@@ -50,7 +50,7 @@ class IndoorRobotTest : public SampleRobotTest {
   }
 };
 
-// Where somebody is, from the robot: ahead, to the right.
+// The position of a person relative to the robot: ahead, to the right.
 rack::Pose seen_by(const rack::WorldThing& robot, const rack::WorldThing& person) {
   const auto pose = [](const rack::Position2d& pos) {
     return rack::Pose{.x = 1.0 * pos.x.raw(), .y = 1.0 * pos.y.raw(), .rho = 1.0 * pos.rho.raw()};
@@ -58,14 +58,14 @@ rack::Pose seen_by(const rack::WorldThing& robot, const rack::WorldThing& person
   return pose(person.pos) - pose(robot.pos);
 }
 
-TEST_F(IndoorRobotTest, LocalisesIsSentToAPlaceAmongPeopleAndArrives) {
+TEST_F(IndoorRobotTest, LocalisesAndReachesADestinationAmongPeople) {
   ASSERT_TRUE(arrives("3.5", "3", [] {})) << up_->output();
 
   const rack::WorldData truth_then = truth();
   const auto* const is = truth_then.find(rack::world_thing::kRobot, "scout");
   ASSERT_NE(is, nullptr);
   EXPECT_LT(std::hypot(is->pos.x.raw() - 3500, is->pos.y.raw() - 3000), 300);
-  EXPECT_EQ(is->contacts(), 0U) << "people who walk against it are not its doing";
+  EXPECT_EQ(is->contacts(), 0U) << "contacts caused by people do not count";
   EXPECT_GT(is->way.raw(), 4000);
   EXPECT_EQ(truth_then.peopleMove, 1);
 
@@ -76,9 +76,9 @@ TEST_F(IndoorRobotTest, LocalisesIsSentToAPlaceAmongPeopleAndArrives) {
       200);
 }
 
-// Somebody stands in the middle of the corridor, straight before it: it stops, waits whether they
-// go on, and goes round.
-TEST_F(IndoorRobotTest, MeetsSomebodyInItsWayAndTouchesNobody) {
+// A person stands in the middle of the corridor, directly ahead: the robot stops, waits for the
+// person to move on, and then drives around.
+TEST_F(IndoorRobotTest, PassesAPersonOnItsPathWithoutContact) {
   constexpr double kTouches = 200 + 250;  // half of its width, and of a person
   const auto stands_in_the_corridor = [&] {
     const rack::WorldData now = truth();
@@ -120,13 +120,13 @@ TEST_F(IndoorRobotTest, MeetsSomebodyInItsWayAndTouchesNobody) {
   ASSERT_NE(robot, nullptr);
   EXPECT_TRUE(was_in_its_way);
   EXPECT_GT(nearest, kTouches);
-  EXPECT_LT(nearest, 1500) << "it met nobody";
+  EXPECT_LT(nearest, 1500) << "it did not meet the person";
   EXPECT_EQ(robot->contacts(), 0U);
   EXPECT_LT(std::hypot(robot->pos.x.raw() - 6300, robot->pos.y.raw()), 300);
 }
 
-// What tells where it is dies on the way; the supervisor starts it again.
-TEST_F(IndoorRobotTest, StandsWhileItsPositionIsAwayAndGoesOn) {
+// Its localisation is killed during the drive; the supervisor restarts it.
+TEST_F(IndoorRobotTest, StopsWithoutItsLocalisationAndContinues) {
   ASSERT_TRUE(world().let_people_move(false).ok());
   const auto position = of_robot<rack::PositionProxy>("Position").component();
   bool is_killed = false;

@@ -1,4 +1,4 @@
-// Routers of several hosts, as processes joined by real UDP over the loopback: the tree.
+// A tree of routers of several hosts, as processes connected by real UDP over the loopback.
 #include <csignal>
 #include <fstream>
 #include <memory>
@@ -100,7 +100,7 @@ TEST_F(Tree, ARequestGoesDownTwoLinksAndItsAnswerComesUp) {
   EXPECT_EQ(text_of(answer->body()), "well");
 }
 
-TEST_F(Tree, WhatIsNowhereIsAnsweredByTheTop) {
+TEST_F(Tree, CommandsToUnknownMailboxesAreAnsweredByTheTop) {
   Session session = arm->session("client");
   Mailbox client = open(session, kServer);
   ASSERT_TRUE(eventually([&] { return base->knows(kServer); }, "the top knows the client"));
@@ -111,7 +111,7 @@ TEST_F(Tree, WhatIsNowhereIsAnsweredByTheTop) {
   EXPECT_EQ(answer->header().src, Address(0x07140000));
 }
 
-TEST_F(Tree, ARouterThatDiesIsWithdrawnAndFoundAgain) {
+TEST_F(Tree, AKilledRouterIsWithdrawnAndFoundAgain) {
   Session session = arm->session("server");
   Mailbox server = open(session, kServer);
   ASSERT_TRUE(eventually([&] { return base->knows(kServer); }, "the top knows the server"));
@@ -127,7 +127,7 @@ TEST_F(Tree, ARouterThatDiesIsWithdrawnAndFoundAgain) {
   EXPECT_TRUE(eventually([&] { return base->knows(kServer); }, "it is known at the top again"));
 }
 
-TEST_F(Tree, ASecondRouterWithTheSameIdIsRefusedByName) {
+TEST_F(Tree, TheRefusalOfASecondRouterWithOneIdNamesTheFirst) {
   Host twin("twin", "system", 1, 1, {"kind=super,to=" + base->udp()});
   ASSERT_TRUE(eventually([&] { return base->knows(Address(0x01000100)); }, "robot1 is there"));
   twin.start();
@@ -153,14 +153,14 @@ TEST_F(Tree, EveryRouterIsSeenFromEveryOther) {
   EXPECT_THAT(base->timsctl({"--router", "arm", "status", "--json"}), HasSubstr(R"("name":"arm")"));
 }
 
-// A robot's router knows nothing of the robots beside it.
+// A robot's router does not know the other robots.
 TEST_F(Tree, ComponentsOfAnotherRobotAreListed) {
   Host other("robot2", "system", 2, 1, {"kind=super,to=" + base->udp()});
   other.start();
   Session session = other.session("server");
   const Mailbox server = open(session, Address(0x02140000));
   ASSERT_TRUE(eventually([&] { return base->knows(Address(0x02140000)); }, "it is known"));
-  // The ladar never says how it is: that is waited for, but not for long.
+  // The ladar does not report its status; the list waits for it only for a short time.
   const auto lists = [](Host& at, const char* part) {
     return at.timsctl({"component", "list", "Ladar(2/*)", "--json", "--timeout=300ms"})
                .find(part) != std::string::npos;
@@ -171,11 +171,11 @@ TEST_F(Tree, ComponentsOfAnotherRobotAreListed) {
                          "the base knows it, but not its program"));
 }
 
-TEST_F(Tree, AListWithoutARouterIsAPartOfIt) {
+TEST_F(Tree, AListWithoutARouterIsIncomplete) {
   ASSERT_TRUE(eventually([&] { return base->knows(Address(0x01000200)); }, "the arm is known"));
   EXPECT_THAT(base->timsctl({"router", "list", "-j"}), HasSubstr(R"("partial":false)"));
   robot->kill();
-  // Who asks it before its link is down waits for an answer.
+  // A request before its link is down would wait for an answer.
   ASSERT_TRUE(eventually([&] { return !base->knows(Address(0x01000100)); }, "its link is down"));
   EXPECT_TRUE(eventually(
       [&] {
@@ -205,9 +205,9 @@ testing::AssertionResult list_becomes(const Host& host, const std::string& wante
   });
 }
 
-TEST_F(Tree, ARouteIsOverALinkThatIsThere) {
+TEST_F(Tree, ARouteNeedsAnExistingLink) {
   ASSERT_TRUE(eventually([&] { return base->knows(Address(0x01000100)); }, "robot1 is there"));
-  // Whoever asks: the router itself says it.
+  // For any client: the refusal is from the router itself.
   Session session = base->session("client");
   Mailbox client = open(session, kClient);
   ASSERT_TRUE(client.send({.dest = session.router(), .type = type::kAdminRequest},
@@ -227,7 +227,7 @@ TEST_F(Tree, ARouteIsOverALinkThatIsThere) {
   EXPECT_TRUE(has_route());
 }
 
-TEST_F(Tree, ARouteThatWasAddedIsKeptByAReload) {
+TEST_F(Tree, AnAddedRouteIsKeptByAReload) {
   const std::string folder = base->socket().substr(0, base->socket().rfind('/'));
   const std::string path = folder + "/spare.toml";
   const std::string socket = folder + "/spare.sock";
@@ -259,7 +259,7 @@ TEST_F(Tree, ARouteThatWasAddedIsKeptByAReload) {
   EXPECT_TRUE(has_route());
 }
 
-TEST_F(Tree, WhoSaysGoodbyeIsNotMissing) {
+TEST_F(Tree, ARouterThatSentCloseIsNotListedAsMissing) {
   ASSERT_TRUE(list_becomes(*base, "0; base up; robot1 base up; arm robot1 up"));
   arm->process().signal(SIGTERM);
   ASSERT_TRUE(arm->process().wait());
@@ -269,11 +269,11 @@ TEST_F(Tree, WhoSaysGoodbyeIsNotMissing) {
   ASSERT_TRUE(robot->process().wait());
   EXPECT_TRUE(list_becomes(*base, "0; base up"));
   robot->start();
-  EXPECT_TRUE(list_becomes(*base, "0; base up; robot1 base up")) << "and is found again";
+  EXPECT_TRUE(list_becomes(*base, "0; base up; robot1 base up")) << "it is found again";
 }
 
-// The base alone can tell of the arm: robot1 cannot be asked, and one started anew knows nothing.
-TEST_F(Tree, WhatLiesBehindADeadRouterIsListedAsMissing) {
+// Only the base knows of the arm: robot1 cannot be asked, and a restarted one knows nothing.
+TEST_F(Tree, RoutersBelowAKilledOneAreListedAsMissing) {
   const auto becomes = [&](const std::string& wanted) { return list_becomes(*base, wanted); };
   const std::string all = "0; base up; robot1 base up; arm robot1 up";
   ASSERT_TRUE(becomes(all));
@@ -287,14 +287,14 @@ TEST_F(Tree, WhatLiesBehindADeadRouterIsListedAsMissing) {
   EXPECT_TRUE(becomes(all));
 }
 
-TEST_F(Tree, ARouterThatMayInjectsFaults) {
+TEST_F(Tree, APermittedRouterInjectsFaults) {
   const auto link_loss = [&](const char* link, const char* word) {
     return robot->timsctl({"sim", "fault", "--link", link, word});
   };
   ASSERT_TRUE(eventually([&] { return base->knows(Address(0x01000200)); }, "the arm is known"));
   EXPECT_THAT(link_loss("base", "blackout"), HasSubstr("robot1, datagrams to base: blackout"));
   EXPECT_TRUE(
-      eventually([&] { return !base->knows(Address(0x01000200)); }, "the base hears nothing"));
+      eventually([&] { return !base->knows(Address(0x01000200)); }, "the base receives nothing"));
   EXPECT_THAT(link_loss("all", "heal"), HasSubstr("perfect"));
   EXPECT_TRUE(eventually([&] { return base->knows(Address(0x01000200)); }, "it is back"));
 
@@ -305,7 +305,7 @@ TEST_F(Tree, ARouterThatMayInjectsFaults) {
               HasSubstr("set sim.faults = true"));
 }
 
-TEST_F(Tree, ATraceTellsOfEveryRouter) {
+TEST_F(Tree, ATraceShowsEveryRouter) {
   Session session = arm->session("server");
   Mailbox server = open(session, kServer);
   ASSERT_TRUE(eventually([&] { return base->knows(kServer); }, "the top knows the server"));
@@ -346,8 +346,8 @@ TEST_F(Tree, AMailboxOfARobotMayBeAtTheBase) {
               HasSubstr("it arrives: base"));
 }
 
-// The sink of texts is told to nobody: a message from the base does not find that of a robot.
-TEST_F(Tree, ExplainAsksAllRoutersBeforeItSaysThatNobodyHasIt) {
+// The sink of texts is not announced to other routers, so the base has no route to that of a robot.
+TEST_F(Tree, ExplainAsksAllRoutersBeforeItReportsThatAMailboxIsUnknown) {
   Session session = arm->session("log");
   Mailbox sink = open(session, kTextSink);
   ASSERT_TRUE(eventually([&] { return base->knows(Address(0x01000200)); }, "the arm is known"));

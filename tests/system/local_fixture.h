@@ -1,4 +1,4 @@
-// A router of its own and the vocabulary of the tests with native components.
+// A router for each test, and helper functions of the tests with native components.
 #pragma once
 
 #include <string>

@@ -1,4 +1,4 @@
-// Components of one host with a real router: what libtims promises.
+// Components of one host with a real router: the guarantees of libtims.
 #include <algorithm>
 #include <atomic>
 #include <cstdlib>
@@ -20,11 +20,11 @@
 namespace tims::test {
 namespace local_test {
 
-TEST_F(LocalTest, AMailboxThatSpinsFallsAsleepAllTheSame) {
+TEST_F(LocalTest, AMailboxThatSpinsSleepsAfterTheSpinTime) {
   Session s = session();
   Mailbox a = open(s, 1, {.spin = 1ms});
   EXPECT_EQ(receive(a, 20ms), "timeout");
-  EXPECT_EQ(receive(a, 100us), "timeout") << "the deadline comes before the end of spinning";
+  EXPECT_EQ(receive(a, 100us), "timeout") << "the deadline is before the end of spinning";
   std::thread sender([&] { EXPECT_TRUE(send(a, 1, "late")); });
   EXPECT_EQ(receive(a), "late");
   sender.join();
@@ -39,7 +39,7 @@ TEST_F(LocalTest, BodiesAtTheLimitOfTheMailbox) {
   EXPECT_EQ(a.counters().too_big, 1U);
 }
 
-TEST_F(LocalTest, LoansAreBuiltInPlaceAndDroppedLoansLeaveNoTrace) {
+TEST_F(LocalTest, LoansAreBuiltInPlaceAndDroppedLoansHaveNoEffect) {
   Session s = session();
   Mailbox a = open(s, 1);
   Mailbox b = open(s, 2, {.slots = 1});
@@ -79,7 +79,7 @@ TEST_F(LocalTest, AnEventLoopCanWaitForAMailbox) {
     pollfd p{b.event_fd(), POLLIN, 0};
     return ::poll(&p, 1, ms) == 1;
   };
-  EXPECT_EQ(b.try_peek().error().code(), Errc::kEmpty);  // arms
+  EXPECT_EQ(b.try_peek().error().code(), Errc::kEmpty);  // arms the descriptor
   EXPECT_FALSE(readable(0));
   for (int round = 0; round < 100; ++round) {
     ASSERT_TRUE(send(a, 2, "x").ok());
@@ -95,9 +95,9 @@ TEST_F(LocalTest, AnEventLoopCanWaitForAMailbox) {
   sender.join();
 }
 
-// --- beside TCP clients ---
+// --- together with TCP clients ---
 
-TEST_F(LocalTest, OriginalProgramsAndNativeOnesTalk) {
+TEST_F(LocalTest, OriginalProgramsAndNativeOnesExchangeMessages) {
   Session s = session();
   Mailbox native = open(s, 0x00140000);
   auto old = TcpClient::connect(router_.tcp());
@@ -119,7 +119,7 @@ TEST_F(LocalTest, OriginalProgramsAndNativeOnesTalk) {
   EXPECT_EQ(text_of(reply->body), "answer");
 }
 
-TEST_F(LocalTest, MarksOfNativeStreamsAreNotSeenByOriginalPrograms) {
+TEST_F(LocalTest, FlagsOfNativeStreamsAreNotForwardedToOriginalPrograms) {
   Session s = session();
   Mailbox native = open(s, 0x00140000);
   auto old = TcpClient::connect(router_.tcp());
@@ -131,7 +131,7 @@ TEST_F(LocalTest, MarksOfNativeStreamsAreNotSeenByOriginalPrograms) {
   EXPECT_EQ(got->header.flags, flag::kNativeOrder);
 }
 
-TEST_F(LocalTest, LargeMessagesGoThroughTheRouterBothWays) {
+TEST_F(LocalTest, LargeMessagesPassTheRouterInBothDirections) {
   Session s = session();
   Mailbox native = open(s, 1, {.slots = 4, .body_max = (16U << 20) - 16});
   auto old = TcpClient::connect(router_.tcp());
@@ -169,9 +169,9 @@ TEST_F(LocalTest, OrderHoldsWhenAReceiverMovesFromTcpToThisHost) {
   for (int i = 0; i < 500; ++i) ASSERT_EQ(receive(native), std::to_string(i));
 }
 
-// --- where the router is
+// --- the default router
 
-// A variable of the environment that is gone for a while.
+// Removes an environment variable during its lifetime.
 class Without {
  public:
   explicit Without(const char* name) : name_(name) {
@@ -189,7 +189,7 @@ class Without {
   std::optional<std::string> before_;
 };
 
-TEST(DefaultRouter, IsTheUsersOwnInTmpButNobodyElses) {
+TEST(DefaultRouter, IsTheUsersOwnInTmpButNotOfAnotherUser) {
   const Without router("TIMS_ROUTER");
   const Without runtime("XDG_RUNTIME_DIR");
   const std::filesystem::path folder = "/tmp/tims-" + std::to_string(::geteuid());

@@ -1,5 +1,5 @@
-// A robot in a mapped floor plan finds out where it is, by its scanner, and tells its position;
-// maps are shown and edited.
+// A robot with a floor plan localises itself by its scanner and publishes its position; maps are
+// shown and edited.
 #include <cmath>
 
 #include "rack/proxies/feature_map.h"
@@ -12,10 +12,10 @@
 namespace tims::test {
 namespace localisation_test {
 
-// The simulated scanner is where the odometry says: that is the truth here.
+// The simulated scanner is at the odometry's position, so the odometry is the ground truth here.
 class LocalisationTest : public RobotTest {
  protected:
-  // In the room in the middle: the corridor around it looks the same from both of its ends.
+  // Starts in the room in the middle, because the corridor looks the same from both of its ends.
   void start_robot(std::vector<std::string> localisation) {
     start("ChassisSim");
     start("OdometryChassis", {"--initPosX", "3000", "--initPosY", "2500", "--initPosRho", "80"});
@@ -31,7 +31,8 @@ class LocalisationTest : public RobotTest {
     ASSERT_TRUE(chassis.set_active_pilot(*Address::parse("Pilot(0/1)")).ok());
     ASSERT_TRUE(turned_on("Pilot(0/1)"));
   }
-  // How far the estimate is from the truth of its time, mm; or why this is not known.
+  // The distance of the estimate from the truth at the same time, in mm; or the reason of a
+  // failure.
   Result<double> off() {
     const auto mcl = proxy<rack::MclProxy>("Mcl(0/0)").get_data();
     if (!mcl) return mcl.error();
@@ -48,12 +49,12 @@ class LocalisationTest : public RobotTest {
   }
 };
 
-TEST_F(LocalisationTest, FindsItselfAndTellsItsPosition) {
+TEST_F(LocalisationTest, LocalisesItselfAndPublishesItsPosition) {
   start_robot({"--mapFile", FLOOR_PLAN, "--startMode", "1", "--positionInst", "0", "--period",
                "200", "--maxRange", "10000"});
   ASSERT_TRUE(turned_on("Position(0/0)"));
   auto position = proxy<rack::PositionProxy>("Position(0/0)");
-  EXPECT_EQ(position.get_data()->pos.x, 0) << "it knows nothing of the map";
+  EXPECT_EQ(position.get_data()->pos.x, 0) << "it does not know the map";
   ASSERT_TRUE(turned_on("Mcl(0/0)"));
   let_drive();
   ASSERT_TRUE(found());
@@ -80,7 +81,7 @@ TEST_F(LocalisationTest, AMapIsLoadedWhileItIsOff) {
   auto mcl = proxy<rack::MclProxy>("Mcl(0/0)");
   EXPECT_FALSE(mcl.on().ok()) << "without a map";
   EXPECT_FALSE(mcl.load_map("/nowhere/floor.dxf").ok());
-  EXPECT_FALSE(mcl.load_map("/proc/self/status").ok()) << "no map";
+  EXPECT_FALSE(mcl.load_map("/proc/self/status").ok()) << "not a map";
   ASSERT_TRUE(mcl.load_map(FLOOR_PLAN).ok());
   ASSERT_TRUE(turned_on("Mcl(0/0)"));
   let_drive();
@@ -92,7 +93,7 @@ TEST_F(LocalisationTest, AMapIsLoadedWhileItIsOff) {
 
 class PositionTest : public RobotTest {};
 
-// The odometry knows it between its data sets, and the world is its frame here.
+// The odometry interpolates between its data sets; its frame is that of the world here.
 TEST_F(PositionTest, IsKnownBetweenDataSets) {
   start("ChassisSim", {"--vxMax=2000", "--omegaMax=90"});
   start("OdometryChassis");
@@ -114,7 +115,7 @@ TEST_F(PositionTest, IsKnownBetweenDataSets) {
           return is_new;
         },
         "the next data set"));
-    if (i < 3) continue;  // there are none so old
+    if (i < 3) continue;  // there is no data set so old
     const rack::TimeStamp then = looked - std::chrono::milliseconds(7 + 13 * i);
     const auto at = position.get_data(then);
     ASSERT_TRUE(at) << at.error().message();
@@ -128,7 +129,8 @@ TEST_F(PositionTest, IsKnownBetweenDataSets) {
   EXPECT_GT(y, 10) << "it has driven";
   const auto ahead = position.get_data(looked + std::chrono::milliseconds(50));
   ASSERT_TRUE(ahead) << ahead.error().message();
-  EXPECT_LE(ahead->recordingTime - looked, std::chrono::milliseconds(200)) << "it guesses nothing";
+  EXPECT_LE(ahead->recordingTime - looked, std::chrono::milliseconds(200))
+      << "it does not extrapolate";
 }
 
 class MapsTest : public RobotTest {};
@@ -167,10 +169,10 @@ TEST_F(MapsTest, LinesAreEditedAndSaved) {
   ASSERT_TRUE(map.load_map(saved).ok());
   ASSERT_TRUE(has(count)) << "a loaded map shows all layers";
   EXPECT_FALSE(map.load_map("/nowhere/map.dxf").ok());
-  ASSERT_TRUE(has(count)) << "and the old one stays";
+  ASSERT_TRUE(has(count)) << "the old map is kept";
 }
 
-TEST_F(MapsTest, CellsOfTheWholeAndOfAPart) {
+TEST_F(MapsTest, CellsOfTheWholeMapAndOfAPart) {
   start("GridMap", {"--mapFile", FLOOR_PLAN, "--mapResolution", "10", "--period", "50"});
   auto map = proxy<rack::GridMapProxy>("GridMap(0/0)");
   ASSERT_TRUE(turned_on("GridMap(0/0)"));

@@ -1,4 +1,4 @@
-// Programs of components at a router of the test's own, and proxies to talk to them.
+// Programs of components at the test's own router, and proxies for them.
 #pragma once
 
 #include <csignal>
@@ -29,7 +29,7 @@ class ModulesTest : public LocalTest {
   [[nodiscard]] ChildOptions at_router() const {
     return {.environment = {"TIMS_ROUTER=" + router_.socket_path()}, .folder = {}};
   }
-  // Of bin/, until its mailbox is there: what it says first.
+  // Starts a program of bin/ and waits until its mailbox exists, which its first line reports.
   ChildProcess& start(const std::string& program, std::vector<std::string> arguments = {}) {
     std::vector<std::string> command{std::string(TIMS_PROGRAMS) + "/" + program};
     command.insert(command.end(), arguments.begin(), arguments.end());
@@ -40,7 +40,7 @@ class ModulesTest : public LocalTest {
     EXPECT_TRUE(ready) << ready.error().message();
     return kept;
   }
-  // rack-emulate NAME ADDRESS, until it can be spoken with.
+  // Starts rack-emulate NAME ADDRESS and waits until it is ready.
   static ChildProcess emulate(const std::string& name, const std::string& address) {
     auto child = ChildProcess::start({std::string(TIMS_PROGRAMS) + "/rack-emulate", name, address});
     EXPECT_TRUE(child) << child.error().message();
@@ -48,7 +48,7 @@ class ModulesTest : public LocalTest {
     EXPECT_TRUE(ready) << ready.error().message();
     return std::move(*child);
   }
-  // For SOCK_STREAM or SOCK_DGRAM; nobody else has it at this moment.
+  // A free port for SOCK_STREAM or SOCK_DGRAM.
   static std::string free_port(int kind) {
     const os::File socket(::socket(AF_INET, kind, 0));
     sockaddr_in any{};

@@ -1,4 +1,4 @@
-// The runtime of components, as others see it: commands, parameters, data, texts and ends.
+// The runtime of components as seen by other components: commands, parameters, data, texts, exit.
 #include <csignal>
 
 #include <gtest/gtest.h>
@@ -36,20 +36,20 @@ class ModulesProgramsTest : public ModulesTest {
   }
 };
 
-TEST_F(ModulesProgramsTest, GoOnAndOff) {
+TEST_F(ModulesProgramsTest, AreTurnedOnAndOff) {
   start_chassis();
   EXPECT_EQ(status(), "disabled");
   EXPECT_TRUE(chassis().on());
   EXPECT_EQ(status(), "enabled");
-  EXPECT_TRUE(chassis().get_data()) << "who is on has data";
+  EXPECT_TRUE(chassis().get_data()) << "a component that is on has data";
   EXPECT_TRUE(chassis().on()) << "it is on already";
   EXPECT_TRUE(chassis().off());
   EXPECT_TRUE(eventually([&] { return status() == "disabled"; }, "off"));
   EXPECT_FALSE(chassis().get_data());
 }
 
-// What a window of the graphical interface asks for twice a second.
-TEST_F(ModulesProgramsTest, AreSilentAboutCommandsWhileTheyAreOff) {
+// A window of the graphical interface sends these requests twice per second.
+TEST_F(ModulesProgramsTest, DoNotLogCommandsWhileTheyAreOff) {
   auto& program = start("ChassisSim", {"--periodTime=20"});
   EXPECT_FALSE(chassis().get_data());
   EXPECT_FALSE(chassis().move(100, 0, 0));
@@ -65,19 +65,19 @@ TEST_F(ModulesProgramsTest, AreSilentAboutCommandsWhileTheyAreOff) {
   EXPECT_EQ(program.output().find("is off"), std::string::npos);
 }
 
-TEST_F(ModulesProgramsTest, StayOffWhenTheyWereTurnedOffByHand) {
+TEST_F(ModulesProgramsTest, StayOffWhenTheyWereTurnedOffByAUser) {
   start("ChassisSim", {"--periodTime=20"});
   auto& odometry = start("OdometryChassis", {"--errorTimeout=50"});
   auto told = proxy<rack::OdometryProxy>(0x00120000);
   ASSERT_TRUE(told.on());
-  EXPECT_EQ(status(), "enabled") << "turned on by who needs it";
+  EXPECT_EQ(status(), "enabled") << "turned on by the component that needs it";
   ASSERT_TRUE(chassis().off());
   const auto said = odometry.wait_for_line("GUI(0/0):1 has turned it off");
   ASSERT_TRUE(said) << said.error().message();
   EXPECT_NE(said->find("error: Chassis(0/0), ON: "), std::string::npos) << *said;
   for (int i = 0; i < 3; ++i) {
     const auto tried = told.on();
-    ASSERT_FALSE(tried) << "tried at once, and answered why not";
+    ASSERT_FALSE(tried) << "tried at once, and refused with a reason";
     EXPECT_NE(tried.error().message().find("Odometry(0/0), ON: the component answered"),
               std::string::npos);
     EXPECT_NE(tried.error().message().find("until it is turned on by hand"), std::string::npos)
@@ -87,11 +87,11 @@ TEST_F(ModulesProgramsTest, StayOffWhenTheyWereTurnedOffByHand) {
   const std::string all = odometry.output();
   EXPECT_EQ(all.find("has turned it off"), all.rfind("has turned it off")) << "once: " << all;
   ASSERT_TRUE(chassis().on());
-  EXPECT_TRUE(eventually([&] { return told.on().ok(); }, "it goes on by itself"));
+  EXPECT_TRUE(eventually([&] { return told.on().ok(); }, "it can be turned on again"));
 }
 
-// Programs of the original would close a connection for a body that they do not expect.
-TEST_F(ModulesProgramsTest, SayWhyNotOnlyToThoseWhoAsk) {
+// Programs of the original would close the connection when they receive an unexpected body.
+TEST_F(ModulesProgramsTest, SendReasonsOnlyOnRequest) {
   start("OdometryChassis");
   for (const bool asks : {false, true}) {
     std::vector<std::byte> body(asks ? 4 : 0);
@@ -103,7 +103,7 @@ TEST_F(ModulesProgramsTest, SayWhyNotOnlyToThoseWhoAsk) {
   }
 }
 
-TEST_F(ModulesProgramsTest, DoWhatTheyAreTold) {
+TEST_F(ModulesProgramsTest, ExecuteCommands) {
   start_chassis();
   auto told = chassis();
   ASSERT_TRUE(told.on());
@@ -116,7 +116,7 @@ TEST_F(ModulesProgramsTest, DoWhatTheyAreTold) {
   EXPECT_EQ(data->activePilot, Address(kWork & ~0xFFU));
 }
 
-TEST_F(ModulesProgramsTest, SayWhoDrivesAndAnswerWhatIsInForce) {
+TEST_F(ModulesProgramsTest, ReportTheActivePilotAndTheParametersInForce) {
   auto& program = start("ChassisSim", {"--periodTime=20"});
   auto told = chassis();
   ASSERT_TRUE(told.on());
@@ -125,7 +125,8 @@ TEST_F(ModulesProgramsTest, SayWhoDrivesAndAnswerWhatIsInForce) {
   ASSERT_TRUE(program.wait_for_line("No active pilot, says GUI(0/0)"));
   const std::string all = program.output();
   EXPECT_NE(all.find("print: Active pilot is Pilot(0/1), says GUI(0/0)"), std::string::npos);
-  EXPECT_EQ(all.find("Active pilot is"), all.rfind("Active pilot is")) << "when it changes";
+  EXPECT_EQ(all.find("Active pilot is"), all.rfind("Active pilot is"))
+      << "reported only when it changes";
   rack::Parameter speed;
   ASSERT_TRUE(speed.name.assign("vxMax"));
   speed.valueInt = 900;
@@ -146,7 +147,7 @@ TEST_F(ModulesProgramsTest, RefuseOnWithoutAMap) {
       << on.error().message();
 }
 
-TEST_F(ModulesProgramsTest, AChassisThatDiesMovesNobody) {
+TEST_F(ModulesProgramsTest, AKilledChassisDoesNotMoveTheRobot) {
   start("ChassisSim", {"--periodTime=20"});
   start("OdometryChassis", {"--errorTimeout=50"});
   auto odometry = proxy<rack::OdometryProxy>(0x00120000);
@@ -166,7 +167,7 @@ TEST_F(ModulesProgramsTest, AChassisThatDiesMovesNobody) {
   ASSERT_TRUE(odometry.off());
   ASSERT_TRUE(eventually([&] { return *odometry.status() == rack::Status::kDisabled; }, "off"));
   ASSERT_TRUE(odometry.on());
-  EXPECT_EQ(x(), 0) << "as the original";
+  EXPECT_EQ(x(), 0) << "like the original";
 }
 
 TEST_F(ModulesProgramsTest, SendStreams) {
@@ -186,7 +187,7 @@ TEST_F(ModulesProgramsTest, SendStreams) {
   ASSERT_TRUE(producer.stop_cont_data(data.address()));
 }
 
-TEST_F(ModulesProgramsTest, TellTheirListenersWhenTheyGoOff) {
+TEST_F(ModulesProgramsTest, NotifyTheirListenersWhenTheyAreTurnedOff) {
   start_chassis();
   Mailbox data = open(*session_, kData);
   ASSERT_TRUE(chassis().on());
@@ -195,7 +196,7 @@ TEST_F(ModulesProgramsTest, TellTheirListenersWhenTheyGoOff) {
   EXPECT_TRUE(eventually([&] { return next_header(data).type == type::kError; }, "ERROR"));
 }
 
-TEST_F(ModulesProgramsTest, ForgetListenersThatAreGone) {
+TEST_F(ModulesProgramsTest, RemoveListenersThatHaveExited) {
   auto& program = start("ChassisSim", {"--periodTime=20", "--gdosLevel=3"});
   ASSERT_TRUE(chassis().on());
   {
@@ -207,7 +208,7 @@ TEST_F(ModulesProgramsTest, ForgetListenersThatAreGone) {
   EXPECT_TRUE(gone) << gone.error().message();
 }
 
-TEST_F(ModulesProgramsTest, HaveRoomForSoManyListeners) {
+TEST_F(ModulesProgramsTest, LimitTheNumberOfListeners) {
   auto& program = start("ChassisSim", {"--periodTime=20"});
   auto producer = chassis();
   ASSERT_TRUE(producer.on());
@@ -221,10 +222,10 @@ TEST_F(ModulesProgramsTest, HaveRoomForSoManyListeners) {
   }
   EXPECT_EQ(taken, kMax);
   EXPECT_TRUE(program.wait_for_line("the maximum of 64 listeners is reached"));
-  EXPECT_EQ(status(), "enabled") << "listeners that never read stop nobody";
+  EXPECT_EQ(status(), "enabled") << "listeners that never read do not stop it";
 }
 
-TEST_F(ModulesProgramsTest, TakeParameters) {
+TEST_F(ModulesProgramsTest, AcceptParameters) {
   start_chassis();
   auto told = chassis();
   const auto list = told.get_param();
@@ -237,10 +238,10 @@ TEST_F(ModulesProgramsTest, TakeParameters) {
   EXPECT_EQ(told.get_parameter()->vxMax.raw(), 900);
   speed.valueInt = -1;
   EXPECT_FALSE(told.set_param(speed));
-  EXPECT_EQ(told.get_parameter()->vxMax.raw(), 900) << "the old value stays";
+  EXPECT_EQ(told.get_parameter()->vxMax.raw(), 900) << "the old value is kept";
 }
 
-TEST_F(ModulesProgramsTest, TakeManyParametersInOneMessage) {
+TEST_F(ModulesProgramsTest, AcceptManyParametersInOneMessage) {
   start_chassis();
   rack::ParameterList list;
   for (const char* name : {"vxMax", "vxMin", "nobodyKnowsThis"}) {
@@ -272,7 +273,7 @@ TEST_F(ModulesProgramsTest, AnswerBodiesOfAnyLength) {
   EXPECT_EQ(status(), "enabled");
 }
 
-TEST_F(ModulesProgramsTest, SpeakToTheSink) {
+TEST_F(ModulesProgramsTest, SendTextsToTheSink) {
   Mailbox sink = open(*session_, rack::gdos::kSink.raw());
   start_chassis();
   const auto text = sink.peek_for(kPatience);
@@ -283,7 +284,7 @@ TEST_F(ModulesProgramsTest, SpeakToTheSink) {
   EXPECT_EQ(*rack::gdos::decode(text->body(), text->header().body_order()), "Init");
 }
 
-TEST_F(ModulesProgramsTest, EndWhenAskedTo) {
+TEST_F(ModulesProgramsTest, ExitOnSignals) {
   for (const int signal : {SIGTERM, SIGINT}) {
     auto& program = start("ChassisSim", {"--targetStatus=1"});
     ASSERT_TRUE(program.wait_for_line("Module on"));
@@ -295,7 +296,7 @@ TEST_F(ModulesProgramsTest, EndWhenAskedTo) {
   }
 }
 
-TEST_F(ModulesProgramsTest, SayWhyTheyCannotStart) {
+TEST_F(ModulesProgramsTest, ReportWhyTheyCannotStart) {
   start_chassis();
   const std::string program = std::string(TIMS_PROGRAMS) + "/ChassisSim";
   auto second = ChildProcess::start({program}, at_router());
@@ -309,7 +310,7 @@ TEST_F(ModulesProgramsTest, SayWhyTheyCannotStart) {
   EXPECT_NE(wrong->output().find("--vxMax = fast: must be"), std::string::npos) << wrong->output();
 }
 
-// The components that the paper prints.
+// The components that are printed in the RACK paper.
 TEST_F(ModulesProgramsTest, ExamplesRun) {
   auto& simple = start("SimpleModule");
   rack::Proxy module(*work_, Address(0x00100000));
