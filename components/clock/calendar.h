@@ -1,5 +1,5 @@
-// What the clock and the calendar show (specification, section 9.3), and what another clock says
-// about ours. Pure.
+// Conversion between time and clock data (specification, section 9.3), and the time by another
+// clock. Pure.
 #pragma once
 
 #include <algorithm>
@@ -10,8 +10,7 @@
 
 namespace rack::clock {
 
-// As UTC has it, the year with all its digits, as the original's ClockSystem sends it.
-// recordingTime stays 0.
+// UTC, with the full year, as the original's ClockSystem sends it. recordingTime stays 0.
 inline ClockData clock_of(std::chrono::seconds since_1970) {
   using namespace std::chrono;
   const auto day = floor<days>(since_1970);
@@ -27,10 +26,10 @@ inline ClockData clock_of(std::chrono::seconds since_1970) {
           .dayOfWeek = static_cast<i32>(weekday(sys_days(day)).iso_encoding())};
 }
 
-// What time it is `now` by the data of another clock; none: it is not synchronised itself.
+// The current time by the data of another clock; none: that clock is not synchronised.
 inline std::optional<std::chrono::milliseconds> time_by(const ClockData& other, TimeStamp now) {
   if (other.syncMode == 0) return std::nullopt;
-  // A duration without sign on the wire: a clock of the future is one of just now.
+  // The age is unsigned on the wire: data from the future count as age 0.
   return std::chrono::seconds(other.utcTime.raw()) +
          std::max(now - other.recordingTime, std::chrono::milliseconds(0));
 }

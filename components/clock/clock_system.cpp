@@ -1,4 +1,4 @@
-// ClockSystem: the clock of this host, which another one may set.
+// ClockSystem: the clock of this host, which another clock may set.
 #include <array>
 #include <cerrno>
 #include <ctime>
@@ -13,15 +13,16 @@ namespace rack::clock {
 namespace {
 
 constexpr auto kPeriod = std::chrono::milliseconds(5000);
-constexpr auto kStep = std::chrono::milliseconds(100);  // OFF does not wait for a whole period
+constexpr auto kStep =
+    std::chrono::milliseconds(100);  // so that OFF need not wait for a whole period
 
 constexpr std::array<ParameterInfo, 4> kParameters = {
     ParameterInfo{"clockSys", 0, "system id of the clock that sets this one", 0, kIdMax},
     ParameterInfo{"clockInst", -1, "instance of the clock that sets this one; -1: none", -1,
                   kIdMax},
     at_once({"systemClockUpdate", 1,
-             "1: that clock sets the time of this host, which needs CAP_SYS_TIME", 0, 1}),
-    at_once({"systemClockUpdateTime", 60000, "how often, ms", 0}),
+             "1: set the time of this host by that clock; needs CAP_SYS_TIME", 0, 1}),
+    at_once({"systemClockUpdateTime", 60000, "interval between updates, ms", 0}),
 };
 
 constexpr ModuleInfo kInfo{
@@ -58,8 +59,8 @@ class ClockSystem : public DataModule<ClockData> {
     return put_local_buffer();
   }
 
-  // Sets the time of this host by the other clock when it is time to; until that one knows the time
-  // itself, it is asked each period.
+  // Sets the time of this host by the other clock when it is due; while that clock is not
+  // synchronised, retries every period.
   Result<void> update() {
     if (!other_ || integer("systemClockUpdate") == 0) return {};
     const std::chrono::milliseconds interval(integer("systemClockUpdateTime"));

@@ -1,4 +1,4 @@
-// DatalogRec: writes the data of other modules to files.
+// DatalogRec: writes the data of other components to files.
 #include <algorithm>
 #include <array>
 #include <deque>
@@ -23,30 +23,30 @@ namespace {
 
 constexpr std::uint32_t kSmall = 20 << 10;
 constexpr std::uint32_t kLarge = 1 << 20;
-constexpr auto kSilence = std::chrono::seconds(2);  // and not before five periods
+constexpr auto kSilence = std::chrono::seconds(2);  // at least five periods
 constexpr auto kAskAgain = std::chrono::seconds(2);
 constexpr auto kIdle = std::chrono::milliseconds(200);
-constexpr auto kLook = std::chrono::milliseconds(20);  // for large messages meanwhile
+constexpr auto kLook = std::chrono::milliseconds(20);  // large messages are received in between
 
-// The list is made at the start, and when INIT_LOG says so.
+// The list is built at the start, and by INIT_LOG.
 constexpr std::array<ParameterInfo, 3> kParameters = {
-    ParameterInfo{"binaryIo", 0, "1: values of Io, and points of Scan3d, as they are", 0, 1},
+    ParameterInfo{"binaryIo", 0, "1: write values of Io and points of Scan3d in binary form", 0, 1},
     at_start({"logInfoFileName", "", "list of modules: address in hexadecimal, blank, file name"}),
     at_start(
-        {"logPathName", "", "in front of each file name, with its slash; at most 39 characters"}),
+        {"logPathName", "", "prefix of each file name, ends with a slash; at most 39 characters"}),
 };
 
 constexpr ModuleInfo kInfo{
     .program = "DatalogRec",
-    .purpose = "Writes the data of other modules to files.",
+    .purpose = "Writes the data of other components to files.",
     .class_id = tims::class_id::kDatalog,
     .parameters = kParameters,
 };
 
-// One module that is recorded: its stream and its file.
+// One recorded component: its stream and its file.
 class Recorder {
  public:
-  // `stream`: where its data shall go.
+  // `stream`: the mailbox for its data.
   Recorder(DatalogLogInfo& info, const RecordedClass& recorded, tims::Mailbox& work,
            tims::Address stream)
       : info_(&info),
@@ -59,13 +59,14 @@ class Recorder {
   [[nodiscard]] std::chrono::milliseconds period() const { return period_; }
 
   Result<void> create(const std::string& path);
-  // Turns the module on, and makes it send.
+  // Turns the component on and subscribes.
   Result<void> subscribe(tims::Time now);
   void stop() { (void)proxy_.stop_cont_data(stream_); }
 
-  // A message of its stream. What cannot be written is said once, and left out.
+  // Writes a message of its stream. A failure is logged once; the message is skipped.
   void take(const tims::MessageView& message, tims::Time now, bool binary_io, TextLog& log);
-  // Whether nothing has come for long: it may have been started anew, and must be asked again.
+  // Whether no message was received for long: the component may have been restarted, which requires
+  // a new subscription.
   [[nodiscard]] bool is_silent(tims::Time now) const;
   void ask_again(tims::Time now, TextLog& log);
 
@@ -82,8 +83,8 @@ class Recorder {
   std::chrono::milliseconds period_{};
   tims::Time heard_{};
   tims::Time asked_{};
-  bool ended_ = false;    // said that it has no data now
-  bool failing_ = false;  // the last one was not written
+  bool ended_ = false;    // the component has ended its stream
+  bool failing_ = false;  // the last message was not written
 };
 
 Result<void> Recorder::create(const std::string& path) {
@@ -117,7 +118,7 @@ void Recorder::take(const tims::MessageView& message, tims::Time now, bool binar
   failing_ = !written;
 }
 
-// The line last: it speaks of the other files.
+// The line is written last, since it refers to the other files.
 Result<void> Recorder::write(const Record& record) {
   std::size_t bytes = record.line.size();
   const auto beside = [&](std::string_view suffix, const std::string& content) -> Result<void> {
@@ -230,7 +231,7 @@ class DatalogRec : public DataModule<DatalogData> {
       const std::string path =
           std::string(list_.logPathName.view()) + std::string(info.filename.view());
       if (auto created = recorder.create(path); !created) {
-        // A full disk may have room later; no such folder will not.
+        // A full disk may have room later; a missing folder is a permanent error.
         log().error("%s", created.error().message());
         if (created.error().code() != tims::Errc::kDiskFull) return created;
       }
@@ -307,7 +308,7 @@ class DatalogRec : public DataModule<DatalogData> {
     }
   }
 
-  // Takes effect with the next ON, as everything that is set; what is being recorded is counted on.
+  // Takes effect with the next ON, like all settings; the current recording continues.
   Result<void> set_log(const tims::MessageView& message) {
     const auto wanted = decode<DatalogData>(message);
     if (!wanted) return wanted.error();
@@ -340,7 +341,7 @@ class DatalogRec : public DataModule<DatalogData> {
     return {};
   }
 
-  // Modules that do not say how they are.
+  // Removes components that do not report their status.
   void forget_absent() {
     std::erase_if(list_.logInfo, [this](const DatalogLogInfo& info) {
       Proxy module(*work_, info.moduleMbx, {.data = std::chrono::seconds(1)});
@@ -354,9 +355,9 @@ class DatalogRec : public DataModule<DatalogData> {
   tims::Mailbox* large_ = nullptr;
   bool binary_io_ = false;
   bool first_ = true;
-  PriorityMutex list_mutex_;  // of what follows, and of the work mailbox
+  PriorityMutex list_mutex_;  // protects the members below and the work mailbox
   DatalogData list_;
-  std::deque<Recorder> recorders_;  // of those in the list that are enabled, while it is on
+  std::deque<Recorder> recorders_;  // of the enabled components in the list, while on
 };
 
 }  // namespace

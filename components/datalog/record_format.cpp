@@ -45,7 +45,7 @@ void add_fields(RecordLine& line, const Fields&... fields) {
   (line.add(fields), ...);
 }
 
-// --- how a message is written: all of its fields, unless there is a function for it
+// --- formatting of a message: all of its fields, unless there is a special function
 
 template <Struct Data>
 Record record_of(const Data& data, u32 /*file_number*/, bool /*binary_io*/) {
@@ -132,7 +132,8 @@ Record record_of(const Scan2dData& data, u32 file_number, bool /*binary_io*/) {
 }
 
 Record record_of(const Scan3dData& data, u32 file_number, bool binary_io) {
-  if (data.compressed != 0) {  // files have points; what cannot be understood is recorded as none
+  if (data.compressed !=
+      0) {  // files contain points; invalid compressed data are recorded without points
     Scan3dData scan = data;
     if (!Scan3dCompression().decompress(scan)) {
       scan.compressed = 0;
@@ -166,7 +167,7 @@ Result<Record> record(const MessageView& message, u32 file_number, bool binary_i
 
 #define POSITION(name) name ".x " name ".y " name ".z " name ".phi " name ".psi " name ".rho"
 
-// Of a spline, between its way point and its end.
+// The fields of a spline between its waypoint and its end.
 #define SPLINE                                                                           \
   "spline[0].startPos.x spline[0].startPos.y spline[0].startPos.rho spline[0].endPos.x " \
   "spline[0].endPos.y spline[0].endPos.rho spline[0].centerPos.x spline[0].centerPos.y " \
@@ -186,8 +187,9 @@ constexpr RecordedClass entry(std::uint32_t class_id, std::string_view title, st
 
 namespace id = tims::class_id;
 
-// Columns as the original writes them: of a sequence the first element, and without those that it
-// has forgotten (minute of the clock, engine of the vehicle, variances of recognised objects).
+// Columns as the original writes them: of a sequence only the first element, and without the fields
+// that the original omits (minute of the clock, engine of the vehicle, variances of recognised
+// objects).
 constexpr std::array<RecordedClass, 19> kClasses = {{
     entry<CameraData>(id::kCamera, "Camera", "camera", 4,
                       "recordingTime width height depth mode colorFilterId cameraFileNum"),
@@ -245,8 +247,8 @@ constexpr std::array<RecordedClass, 19> kClasses = {{
 #undef SPLINE
 #undef POSITION
 
-// The names of fields, of a sequence those of its first element.
-std::string column_words(const Schema& data) {
+// The names of the fields; for a sequence those of its first element.
+std::string column_names(const Schema& data) {
   std::string columns;
   for (const Column& column : columns_of(data)) {
     std::string name = column.name;
@@ -258,14 +260,14 @@ std::string column_words(const Schema& data) {
 }
 
 std::vector<RecordedClass> with_added() {
-  static std::deque<std::string> texts;  // what the list refers to
+  static std::deque<std::string> texts;  // storage of the texts in the list
   std::vector<RecordedClass> all(kClasses.begin(), kClasses.end());
   for (const ClassInfo& own : added_classes()) {
     const MessageInfo* data = find_message(own.class_id, tims::type::kData);
     if (data == nullptr || data->body == nullptr) continue;
     const std::string& name = texts.emplace_back(tims::base::lower(own.name));
     all.push_back({own.class_id, own.name, name, 1, data->body->size_max,
-                   texts.emplace_back(column_words(*data->body)), nullptr, data->body});
+                   texts.emplace_back(column_names(*data->body)), nullptr, data->body});
   }
   return all;
 }
@@ -292,7 +294,7 @@ tims::Result<DatalogLogInfo> read_entry(std::string_view line, std::size_t numbe
   std::string_view digits = line.substr(0, blank);
   if (digits.starts_with("0x")) digits.remove_prefix(2);
   const auto address = tims::base::parse_number<u32>(digits, 16);
-  if (!address) return bad(number, "the address is no hexadecimal number");
+  if (!address) return bad(number, "the address is not a hexadecimal number");
   DatalogLogInfo info{.moduleMbx = tims::Address(*address)};
   const RecordedClass* recorded = recorded_class(info.moduleMbx.fields(widths).class_id);
   if (recorded == nullptr) return bad(number, "data of this class are not recorded");
@@ -346,7 +348,7 @@ tims::Result<std::vector<DatalogLogInfo>> read_list(std::string_view text,
 }
 
 std::string base_of(const std::string& path) {
-  const auto name = path.rfind('/') + 1;  // also when there is none
+  const auto name = path.rfind('/') + 1;  // also correct when there is no slash
   const auto dot = path.rfind('.');
   return dot == std::string::npos || dot < name ? path : path.substr(0, dot);
 }

@@ -1,5 +1,5 @@
-// The files of a recording, as the original has them (specification, section 11): the list of what
-// is recorded, and what becomes of a message. Pure.
+// The files of a recording in the format of the original (specification, section 11): the list of
+// recorded components, and the text of a message. Pure.
 #pragma once
 
 #include <charconv>
@@ -16,10 +16,10 @@
 
 namespace rack::datalog {
 
-// Numbers of a message as a line of text, separated by blanks.
+// Formats the numbers of a message as a line of text, separated by blanks.
 class RecordLine {
  public:
-  // A struct field by field, each sequence element by element; its Count is a number of its own.
+  // A struct field by field, each sequence element by element; its Count is a separate number.
   template <typename T>
   void add(const T& value) {
     if constexpr (WrappedNumber<T>) {
@@ -35,7 +35,7 @@ class RecordLine {
       });
     }
   }
-  // Ends a line; more may follow.
+  // Ends the line; more lines may follow.
   void end() { text_ += '\n'; }
 
   [[nodiscard]] std::string take() { return std::move(text_); }
@@ -56,7 +56,7 @@ class RecordLine {
     std::to_chars_result result{};
     if constexpr (std::is_floating_point_v<T>) {
       constexpr int kDecimals =
-          sizeof(T) == sizeof(double) ? 16 : 6;  // doubles are places on Earth
+          sizeof(T) == sizeof(double) ? 16 : 6;  // doubles are geographic coordinates
       result =
           std::to_chars(digits, digits + sizeof digits, value, std::chars_format::fixed, kDecimals);
     } else if constexpr (sizeof(T) == 1) {
@@ -71,23 +71,23 @@ class RecordLine {
   std::string text_;
 };
 
-// What is written for one message.
+// The output for one message.
 struct Record {
   std::string line{};         // of the .dat file
-  std::string_view suffix{};  // of a file of its own, ".2d"; empty: none
+  std::string_view suffix{};  // of a separate file, ".2d"; empty: none
   std::string file{};
-  std::string_view raw_suffix{};  // of another one
+  std::string_view raw_suffix{};  // of another separate file
   std::string raw{};
 };
 
 struct RecordedClass {
   std::uint32_t class_id;
-  std::string_view title;    // in its files: "Scan2d"
-  std::string_view name;     // of its files: "scan2d"
-  std::int32_t instances;    // in the built-in list: from 0 on
+  std::string_view title;    // in the heading of its files: "Scan2d"
+  std::string_view name;     // in the names of its files: "scan2d"
+  std::int32_t instances;    // number of instances in the built-in list, from 0 on
   std::size_t body_max;      // bytes
   std::string_view columns;  // the second line of its files
-  // file_number: of the file of its own, if there is one. Of a class that was made known: null.
+  // file_number: of the separate file, if there is one. nullptr for classes from add_class().
   tims::Result<Record> (*record)(const tims::MessageView& message, std::uint32_t file_number,
                                  bool binary_io);
   const Schema* data = nullptr;
@@ -95,23 +95,22 @@ struct RecordedClass {
 tims::Result<Record> record(const RecordedClass& recorded, const tims::MessageView& message,
                             std::uint32_t file_number, bool binary_io);
 
-// In the order of the built-in list. Behind those of the original come the data of all classes that
-// were made known (add_class() of the catalogue) before this is called: all their fields, one
-// instance.
+// In the order of the built-in list. After those of the original follow all classes that were added
+// (add_class() of the catalogue) before this call: with all their fields and one instance.
 std::span<const RecordedClass> recorded_classes();
-const RecordedClass* recorded_class(std::uint32_t class_id);  // nullptr: is not recorded
+const RecordedClass* recorded_class(std::uint32_t class_id);  // nullptr: not recorded
 
 // The first two lines of a file.
 std::string heading(const RecordedClass& recorded, tims::Address module,
                     const tims::AddressWidths& widths = {});
 
-// What is to be recorded, as a list in a file: lines of an address in hexadecimal, a blank, a file
-// name; an empty line, or the end, ends it. Nothing is recorded until SET_LOG says so. kMalformed
-// says in which line.
+// Reads the list of recorded components from a file: lines of an address in hexadecimal, a blank, a
+// file name; an empty line or the end of the file ends it. Recording is disabled until SET_LOG. The
+// error kMalformed names the line.
 tims::Result<std::vector<DatalogLogInfo>> read_list(std::string_view text,
                                                     const tims::AddressWidths& widths = {});
 
-// Path and name without what follows its last dot: files of single messages are called so.
+// The path without its extension: the prefix of files of single messages.
 std::string base_of(const std::string& path);
 
 }  // namespace rack::datalog

@@ -170,7 +170,7 @@ TEST(LogList, IsReadToAnEmptyLine) {
   ASSERT_EQ(list->size(), 2U);
   EXPECT_EQ((*list)[0].moduleMbx, tims::Address(0x00120000));
   EXPECT_EQ((*list)[0].filename, "odo.dat");
-  EXPECT_EQ((*list)[0].logEnable, 0) << "until it is told so";
+  EXPECT_EQ((*list)[0].logEnable, 0) << "until SET_LOG";
   EXPECT_EQ((*list)[0].maxDataLen, 28);
   EXPECT_EQ((*list)[1].moduleMbx, tims::Address(0x00190100));
   EXPECT_EQ((*list)[1].filename, "scan.dat");
@@ -179,7 +179,7 @@ TEST(LogList, IsReadToAnEmptyLine) {
 
 TEST(LogList, RefusesWhatIsNone) {
   EXPECT_EQ(refusal("00120000\n"), "line 1: expected an address, a blank and a file name");
-  EXPECT_EQ(refusal("00120000 a\nhello b\n"), "line 2: the address is no hexadecimal number");
+  EXPECT_EQ(refusal("00120000 a\nhello b\n"), "line 2: the address is not a hexadecimal number");
   EXPECT_EQ(refusal("00170000 joystick.dat"), "line 1: data of this class are not recorded");
   EXPECT_EQ(refusal("00120000 " + std::string(40, 'a')),
             "line 1: the file name is longer than 39 characters");

@@ -16,15 +16,15 @@ struct Role {
   const char* name;
   const char* help;
   Address at;
-  Address to;  // raw 0: it talks to nobody by itself
+  Address to;  // raw 0: the component does not contact others
   double rate_hz;
 };
 
 constexpr std::array kRoles = {
     Role{"ladar", "a laser range finder, Ladar(0/0)", kLadar, {}, 75},
-    Role{"viewer", "watches a ladar, prints a line a second", kViewer, kLadar, 0},
-    Role{"server", "Test(0/0): answers with the bytes reversed", kServer, {}, 0},
-    Role{"client", "asks a server", kClient, kServer, 10},
+    Role{"viewer", "subscribes to a ladar, prints one line per second", kViewer, kLadar, 0},
+    Role{"server", "Test(0/0): answers requests with the bytes reversed", kServer, {}, 0},
+    Role{"client", "sends requests to a server", kClient, kServer, 10},
 };
 
 Duration period_of(double rate_hz) {
@@ -35,7 +35,8 @@ void add_address(CLI::App& app, const char* name, Address& to, const char* help)
   const auto parse = [&to, name](const std::string& text) {
     const auto address = Address::parse(text);
     if (!address)
-      throw CLI::ValidationError(name, text + " is no address; write Ladar(3/0) or 'Test(1/2):1'");
+      throw CLI::ValidationError(name,
+                                 text + " is not an address; write Ladar(3/0) or 'Test(1/2):1'");
     to = *address;
   };
   app.add_option_function<std::string>(name, parse, help)->type_name("ADDR");
@@ -44,17 +45,17 @@ void add_address(CLI::App& app, const char* name, Address& to, const char* help)
 void add_rate(CLI::App& app, Duration& period, double usual) {
   const auto parse = [&period](const double& rate) {
     if (std::isnan(rate) || rate < 0.1 || rate > 1000)
-      throw CLI::ValidationError("--rate", "0.1 to 1000 Hz");
+      throw CLI::ValidationError("--rate", "must be 0.1 to 1000 Hz");
     period = period_of(rate);
   };
-  app.add_option_function<double>("--rate", parse, fmt::format("how often (default: {})", usual))
+  app.add_option_function<double>("--rate", parse, fmt::format("rate (default: {})", usual))
       ->type_name("HZ");
 }
 
 }  // namespace
 
-std::variant<Arguments, Refusal> parse_arguments(std::vector<std::string> words) {
-  CLI::App app("A small component to try a fleet with, at the router of $TIMS_ROUTER.",
+std::variant<Arguments, Refusal> parse_arguments(std::vector<std::string> arguments) {
+  CLI::App app("A small component for trying out a fleet, at the router of $TIMS_ROUTER.",
                "tims-demo");
   app.set_version_flag("--version", TIMS_VERSION);
   app.require_subcommand(1);
@@ -63,16 +64,17 @@ std::variant<Arguments, Refusal> parse_arguments(std::vector<std::string> words)
     const Role& role = kRoles[i];
     all[i] = {.role = role.name, .at = role.at, .to = role.to, .period = period_of(role.rate_hz)};
     CLI::App& command = *app.add_subcommand(role.name, role.help);
-    add_address(command, "--at", all[i].at, "its own mailbox: several may run when each has one");
-    if (role.to != Address()) add_address(command, "--to", all[i].to, "whom it talks to");
+    add_address(command, "--at", all[i].at,
+                "address of its mailbox; several components need different ones");
+    if (role.to != Address()) add_address(command, "--to", all[i].to, "address of its peer");
     if (role.rate_hz > 0) add_rate(command, all[i].period, role.rate_hz);
   }
-  if (!words.empty() && !words[0].starts_with('-') &&
-      std::ranges::find(all, words[0], &Arguments::role) == all.end())
-    return Refusal{2, "no component \"" + words[0] + "\""};
-  std::ranges::reverse(words);  // as CLI11 wants them
+  if (!arguments.empty() && !arguments[0].starts_with('-') &&
+      std::ranges::find(all, arguments[0], &Arguments::role) == all.end())
+    return Refusal{2, "no component \"" + arguments[0] + "\""};
+  std::ranges::reverse(arguments);  // CLI11 expects the reverse order
   try {
-    app.parse(words);
+    app.parse(arguments);
   } catch (const CLI::CallForHelp&) {
     const auto chosen = app.get_subcommands();
     return Refusal{0, chosen.empty() ? app.help() : chosen.front()->help()};

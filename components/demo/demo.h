@@ -1,5 +1,4 @@
-// What a demo component was told (its role, its mailbox, whom it talks to), and what its ladar
-// sees.
+// The arguments of a demo component (role, mailbox, peer), and the scan of its simulated ladar.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +13,7 @@
 
 namespace tims::demo {
 
-// Where the demo components are when nobody says otherwise.
+// Default addresses of the demo components.
 inline constexpr Address kLadar = Address::of({.class_id = class_id::kLadar});
 inline constexpr Address kServer = Address::of({.class_id = class_id::kTest});
 inline constexpr Address kViewer =
@@ -25,20 +24,19 @@ inline constexpr Address kClient =
 struct Arguments {
   std::string role;   // "ladar"
   Address at{};       // own mailbox
-  Address to{};       // whom a viewer watches and a client asks
-  Duration period{};  // between two scans or questions
+  Address to{};       // the ladar of a viewer, or the server of a client
+  Duration period{};  // between two scans or requests
 };
 
-// Instead: help, or what is wrong.
+// The result instead of arguments: the help text, or an error.
 struct Refusal {
   int exit_code;
   std::string text;
 };
 
-std::variant<Arguments, Refusal> parse_arguments(std::vector<std::string> words);
+std::variant<Arguments, Refusal> parse_arguments(std::vector<std::string> arguments);
 
-// A half circle of 361 points, 0.5 degrees apart, in a round room whose wall breathes with
-// `number`.
+// A semicircle of 361 points, 0.5 degrees apart, in a round room whose radius varies with `number`.
 rack::LadarData scan_of_a_room(std::uint32_t number, rack::TimeStamp time);
 
 }  // namespace tims::demo

@@ -9,17 +9,17 @@ using namespace std::chrono_literals;
 using testing::AllOf;
 using testing::HasSubstr;
 using testing::StartsWith;
-using Words = std::vector<std::string>;
+using Strings = std::vector<std::string>;
 
-Arguments parsed(const Words& words) {
-  const auto result = parse_arguments(words);
+Arguments parsed(const Strings& arguments) {
+  const auto result = parse_arguments(arguments);
   const auto* arguments = std::get_if<Arguments>(&result);
   EXPECT_NE(arguments, nullptr) << std::get<Refusal>(result).text;
   return arguments == nullptr ? Arguments{} : *arguments;
 }
 
-std::string refusal(const Words& words) {
-  const auto result = parse_arguments(words);
+std::string refusal(const Strings& arguments) {
+  const auto result = parse_arguments(arguments);
   const auto* refusal = std::get_if<Refusal>(&result);
   return refusal != nullptr ? std::to_string(refusal->exit_code) + ": " + refusal->text
                             : "accepted";

@@ -24,10 +24,10 @@ using namespace std::chrono_literals;
 using rack::now;
 
 constexpr std::size_t kListenersMax = 64;
-constexpr std::int8_t kReverse = 21;  // the server's one command
+constexpr std::int8_t kReverse = 21;  // the only command of the server
 constexpr std::size_t kScanMax = rack::body_max<rack::LadarData>();
 
-// SIGINT and SIGTERM, blocked and asked for, instead of a handler.
+// Blocks SIGINT and SIGTERM and polls them, instead of a handler.
 class StopSignals {
  public:
   StopSignals() {
@@ -51,8 +51,8 @@ int failed(const char* what, const Error& error) {
   return 1;
 }
 
-// A component as small as one can be: no life, no parameters, and each scan written where
-// its receiver reads it. rack::DataModule is what robots are made of.
+// A minimal component: no life cycle and no parameters; each scan is written directly into the
+// mailbox of its receiver. Robots use rack::DataModule.
 class Ladar {
  public:
   Ladar(Mailbox& mailbox, std::uint32_t sample_ms) : mailbox_(mailbox), sample_ms_(sample_ms) {}
@@ -165,7 +165,7 @@ int run_viewer(Session& session, const StopSignals& signals, const Arguments& ar
   while (!signals.stop_within(Duration{})) {
     if (!subscribed && now() >= ask) {
       subscribed = subscribe(*mailbox, arguments.to).ok();
-      ask = now() + 200ms;  // nobody is there yet: not at once again
+      ask = now() + 200ms;  // no server yet: waits before the next attempt
     }
     const auto scan = mailbox->peek_for(200ms);
     if (scan && scan->header().type == type::kData) {
@@ -180,7 +180,7 @@ int run_viewer(Session& session, const StopSignals& signals, const Arguments& ar
     report += 1s;
     std::printf("viewer: %llu scans/s, nearest %d mm\n", static_cast<unsigned long long>(second),
                 nearest);
-    subscribed = second > 0;  // a ladar that was restarted has forgotten us
+    subscribed = second > 0;  // a restarted ladar has lost the subscription
     second = 0;
   }
   return all > 0 ? 0 : 1;
@@ -206,14 +206,14 @@ int run_server(Session& session, const StopSignals& signals, const Arguments& ar
   return 0;
 }
 
-// One question and its answer; false when there was none, or a wrong one.
+// Sends a request and checks its answer; false when there was none, or a wrong one.
 bool ask(Mailbox& mailbox, Address server, std::uint8_t number) {
   const std::string question = "question " + std::to_string(number);
   const auto sent = mailbox.send({.dest = server, .type = kReverse, .seq_nr = number},
                                  std::as_bytes(std::span(question)));
   if (!sent) return false;
   for (auto reply = mailbox.peek_for(1s); reply; reply = mailbox.peek_for(1s)) {
-    if (reply->header().seq_nr != number) continue;  // a late answer to an earlier question
+    if (reply->header().seq_nr != number) continue;  // a late answer to an earlier request
     const auto* text = reinterpret_cast<const char*>(reply->body().data());
     const std::string answer(text, reply->body().size());
     return reply->header().type == type::kOk &&
@@ -247,7 +247,9 @@ int run_client(Session& session, const StopSignals& signals, const Arguments& ar
       std::printf(", in %.3f ms\n", std::chrono::duration<double, std::milli>(fastest).count());
     fastest = Duration::max();
   }
-  return good > 0 && bad <= 1 ? 0 : 1;  // the first may have been asked before the server was there
+  return good > 0 && bad <= 1
+             ? 0
+             : 1;  // the first request may have been sent before the server was running
 }
 
 }  // namespace

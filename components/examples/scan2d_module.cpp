@@ -1,4 +1,4 @@
-// A component that lives on the data of another one: Scan2dModule of the paper on RACK.
+// A component that processes the data of another one: Scan2dModule of the paper on RACK.
 #include <cmath>
 #include <optional>
 
@@ -8,7 +8,7 @@
 
 namespace {
 
-constexpr std::int8_t kClearCommand = rack::kFirstCommand;  // of our own
+constexpr std::int8_t kClearCommand = rack::kFirstCommand;  // specific to this component
 
 constexpr rack::ModuleInfo kInfo{.program = "Scan2dModule",
                                  .purpose = "The points of a laser scan.",
@@ -29,7 +29,7 @@ class Scan2dModule : public rack::DataModule<rack::Scan2dData> {
     return DataModule::module_init();
   }
 
-  // Commands of our own; DataModule knows those of all components that have data.
+  // Commands of this component; DataModule handles those of all components with data.
   rack::Result<void> module_command(const tims::MessageView& message) override {
     if (message.header.type != kClearCommand) return DataModule::module_command(message);
     reply(message.header, tims::type::kOk);

@@ -1,10 +1,10 @@
-// The least a component is: SimpleModule of the paper on RACK.
+// A minimal component: SimpleModule of the paper on RACK.
 #include "rack/module.h"
 
 namespace {
 
 constexpr rack::ModuleInfo kInfo{.program = "SimpleModule",
-                                 .purpose = "Does nothing, as a component should.",
+                                 .purpose = "A minimal component that does nothing.",
                                  .class_id = tims::class_id::kTest};
 
 class SimpleModule : public rack::Module {

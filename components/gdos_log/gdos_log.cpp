@@ -1,4 +1,4 @@
-// gdos-log: keeps what components say to people.
+// gdos-log: stores the log texts of all components.
 #include "rack/proxies/gdos_log.h"
 
 #include <array>
@@ -15,8 +15,8 @@ namespace rack::gdos_log {
 namespace {
 
 constexpr auto kLook = std::chrono::milliseconds(100);
-constexpr auto kTryAgain = std::chrono::milliseconds(500);  // to own the sink
-// A listener hears at least as often that nothing was said: so it knows that nothing is lost.
+constexpr auto kTryAgain = std::chrono::milliseconds(500);  // to open the sink
+// Period of an empty message to listeners when there are no texts, so that a loss is noticed.
 constexpr auto kPeriod = std::chrono::milliseconds(5000);
 constexpr int kAtOnce = 256;
 
@@ -24,17 +24,20 @@ constexpr std::array<ParameterInfo, 8> kParameters = {{
     // The sink itself is instance 0 of system 0.
     {"instance", 1, "instance id", 0, kIdMax},
     {"targetStatus", 1, "1: turn on at start", 0, 1},
-    {"directory", "", "for the files; none: /var/log/tims for root, else ~/.local/state/tims"},
-    {"fileSize", 10240, "KiB of a file; then the next one begins", 1, 1 << 21},
-    {"files", 10, "that are kept, with the one that grows", 1, 100000},
-    {"age", 0, "days until a file goes; 0: it goes when there are more than `files`", 0, 36500},
-    {"syncTime", 1000, "ms of texts that may be lost with the power", 10, 3600000},
-    {"journal", -1, "1: also to journald; 0: not; -1: when it is a service of systemd", -1, 1},
+    {"directory", "",
+     "folder of the files; empty: /var/log/tims for root, else ~/.local/state/tims"},
+    {"fileSize", 10240, "maximum size of a file, KiB", 1, 1 << 21},
+    {"files", 10, "maximum number of files, including the current one", 1, 100000},
+    {"age", 0, "maximum age of a file, days; 0: limited by `files` only", 0, 36500},
+    {"syncTime", 1000,
+     "interval between syncs to disk, ms; later texts are lost at a power failure", 10, 3600000},
+    {"journal", -1, "1: write to journald, too; 0: do not; -1: only as a service of systemd", -1,
+     1},
 }};
 
 constexpr ModuleInfo kInfo{
     .program = "gdos-log",
-    .purpose = "Keeps what components say to people.",
+    .purpose = "Stores the log texts of all components.",
     .class_id = tims::class_id::kGdos,
     .parameters = kParameters,
 };
@@ -50,9 +53,8 @@ class GdosLog : public DataModule<GdosData> {
  private:
   Result<void> module_init() override {
     if (address() != gdos::kSink) return {};
-    return tims::Error(
-        tims::Errc::kInvalidArgument,
-        address().to_string(address_widths()) + " is the sink itself: --instance 1 is free");
+    return tims::Error(tims::Errc::kInvalidArgument, address().to_string(address_widths()) +
+                                                         " is the sink itself; use --instance 1");
   }
 
   Result<void> module_on() override {
@@ -101,8 +103,8 @@ class GdosLog : public DataModule<GdosData> {
 
   // --- the sink
 
-  // A router of the original gives it to one program only, and the graphical interface may have
-  // been there first.
+  // A router of the original allows one owner of the sink only, which may be the graphical
+  // interface.
   void take_sink() {
     const tims::Time now = tims::os::now();
     if (now < next_try_) return;
@@ -128,8 +130,8 @@ class GdosLog : public DataModule<GdosData> {
     }
     if (!message && message.error().code() != tims::Errc::kTimeout &&
         message.error().code() != tims::Errc::kEmpty)
-      return sink_.reset();  // somebody else has it since the router was restarted
-    tell_lost();
+      return sink_.reset();  // another program owns it since the router was restarted
+    report_lost();
   }
 
   void take(const tims::PeekGuard& message) {
@@ -137,11 +139,11 @@ class GdosLog : public DataModule<GdosData> {
     const auto level = gdos::level_of(header.type);
     if (!level) return answer(header);
     if (!limits_.take(tims::os::now(), header.src, *level)) return;
-    const auto words = gdos::decode(message.body(), header.body_order(), address_widths());
-    pass_on(header.src, *level, words ? *words : words.error().detail() + " (malformed)");
+    const auto text = gdos::decode(message.body(), header.body_order(), address_widths());
+    pass_on(header.src, *level, text ? *text : text.error().detail() + " (malformed)");
   }
 
-  // Who wants the texts is told where they are to be had.
+  // Answers requests for the texts with the address of this component.
   void answer(const tims::Header& request) {
     if (request.type <= 0) return;
     std::array<std::byte, wire_size<GdosLogAddress>()> body{};
@@ -153,8 +155,8 @@ class GdosLog : public DataModule<GdosData> {
     }
   }
 
-  // Those that came faster than they could be written.
-  void tell_lost() {
+  // Reports texts that arrived faster than they could be written.
+  void report_lost() {
     const tims::MailboxCounters counters = sink_->counters();
     const std::uint64_t lost = counters.replaced + counters.refused + counters.too_big;
     if (lost == lost_) return;
@@ -165,12 +167,12 @@ class GdosLog : public DataModule<GdosData> {
 
   // --- texts
 
-  void pass_on(tims::Address sender, gdos::Level level, const std::string& words) {
+  void pass_on(tims::Address sender, gdos::Level level, const std::string& text) {
     const gdos::Record record{.time = wall_now(),
                               .address = sender,
                               .component = sender.to_string(address_widths()),
                               .level = level,
-                              .text = gdos::to_utf8(words)};
+                              .text = gdos::to_utf8(text)};
     writer_->write(record);
     (void)publish_data(record);
   }
@@ -184,11 +186,11 @@ class GdosLog : public DataModule<GdosData> {
     return put_local_buffer();
   }
 
-  // The data task's.
+  // Used by the data task only.
   std::optional<TextWriter> writer_;
   std::optional<tims::Mailbox> sink_;
   SenderLimits limits_;
-  std::string owner_;  // of the sink, as last said
+  std::string owner_;  // owner of the sink, as last logged
   std::uint64_t lost_ = 0;
   tims::Time next_try_{};
   tims::Time next_sign_{};

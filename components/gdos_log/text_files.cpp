@@ -13,7 +13,7 @@
 
 #include "proxies/gdos_texts.h"
 
-// Without it the library would add this file and line as those of the text.
+// Prevents the library from adding this source file and line to each text.
 #define SD_JOURNAL_SUPPRESS_LOCATION
 
 namespace rack::gdos_log {
@@ -34,7 +34,7 @@ bool SenderLimits::take(tims::Time now, tims::Address sender, gdos::Level level)
   Sender& from = find(now, sender);
   tims::base::LineLimiter& limiter = level >= gdos::Level::kWarning ? from.urgent : from.other;
   if (limiter.take(now)) return true;
-  if (!any_suppressed_) next_word_ = now + kTellEach;
+  if (!any_suppressed_) next_word_ = now + kReportEach;
   any_suppressed_ = true;
   return false;
 }
@@ -102,7 +102,7 @@ tims::Result<std::uint64_t> TextFiles::open_current() {
 }
 
 tims::Result<void> TextFiles::append(std::string_view line) {
-  // A file that could not be begun, for a full disk.
+  // Retries a file that could not be created on a full disk.
   if (!file_.is_open()) {
     if (auto opened = open_current(); !opened) return opened.error();
   }
@@ -121,8 +121,8 @@ tims::Result<void> TextFiles::sync() {
   return file_.sync();
 }
 
-// What is in the file is on the disk before the file has another name: whatever happens meanwhile,
-// each text is found once.
+// Syncs the file before renaming it, so that each text exists exactly once after a crash at any
+// point.
 tims::Result<void> TextFiles::rotate() {
   if (auto good = sync(); !good) return good;
   const fs::path old = folder_ / gdos::numbered_file(gdos::log_files(folder_).next_number());
@@ -134,7 +134,7 @@ tims::Result<void> TextFiles::rotate() {
   return opened ? tims::Result<void>() : opened.error();
 }
 
-// Files that grow no more: too many, or too old.
+// Removes old files that are too many or too old.
 void TextFiles::remove_old() const {
   const gdos::LogFiles files = gdos::log_files(folder_);
   const std::size_t kept = limits_.files > 0 ? limits_.files - 1 : 0;
@@ -189,7 +189,7 @@ tims::Result<void> to_journal(const gdos::Record& record) {
 }
 
 bool runs_under_journal() {
-  // NOLINTNEXTLINE(concurrency-mt-unsafe): nobody changes the environment
+  // NOLINTNEXTLINE(concurrency-mt-unsafe): the environment is never changed
   return std::getenv("JOURNAL_STREAM") != nullptr;
 }
 
@@ -198,10 +198,10 @@ bool runs_under_journal() {
 tims::Result<void> TextWriter::open(const std::filesystem::path& folder,
                                     const TextFileLimits& limits) {
   const auto opened = files_.open(folder, limits);
-  // A full disk may have room later; no such folder will not.
+  // A full disk may have room later; a missing folder is a permanent error.
   if (!opened && opened.error().code() != tims::Errc::kDiskFull) return opened.error();
   if (opened && *opened > 0)
-    log_.warning("%u bytes of a text that was not written to its end were cut off", *opened);
+    log_.warning("removed %u bytes of an incomplete text at the end of the file", *opened);
   return {};
 }
 
@@ -213,7 +213,7 @@ void TextWriter::write(const gdos::Record& record) {
   journal_failed_ = !sent;
 }
 
-// What it says of itself comes back to it as a text: so never more than once.
+// Its own log texts come back to it as texts to store, so failures are logged only once.
 void TextWriter::report(const tims::Result<void>& written) {
   if (!written) {
     if (not_kept_++ == 0) log_.error("Texts are not kept: %s", written.error().message());

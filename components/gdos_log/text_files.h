@@ -1,5 +1,5 @@
-// What becomes of the texts that components say: how many of each are kept, the files that they go
-// to, which grow and are replaced, and the journal of the host.
+// Storage of log texts: limits per sender, the log files with rotation, and the journal of the
+// host.
 #pragma once
 
 #include <chrono>
@@ -20,33 +20,33 @@
 
 namespace rack::gdos_log {
 
-// --- How many texts of one component are kept. Each has its own limit, so that one that has much
-// to say does not fill the disk, and details do not use up the room of errors.
+// --- Rate limits. Each component has its own limit, so that a single one cannot fill the disk, and
+// details cannot displace errors.
 //
 // A sender has two token buckets, one for prints, errors and warnings and one for the rest: a
-// burst, then a steady rate. What does not fit is counted, and told from time to time. There is
-// room for so many senders; when it is used up, those whose buckets are full are forgotten, as they
-// are like new ones, and who finds no room shares one pair of buckets. Time is an argument.
+// burst, then a steady rate. Suppressed texts are counted and reported from time to time. The
+// number of senders is limited; when it is reached, senders with full buckets are removed, as they
+// are equivalent to new ones, and further senders share one pair of buckets. Time is an argument.
 class SenderLimits {
  public:
-  // Components that are told apart; what more of them say shares one limit.
+  // Number of senders with their own limit; all others share one.
   static constexpr std::size_t kSendersMax = 1024;
-  // Above what a component of ours lets out by itself.
+  // Above the limit that a component applies itself.
   static constexpr std::uint32_t kUrgentBurst = 400;
   static constexpr std::uint32_t kUrgentPerSecond = 50;
   static constexpr std::uint32_t kOtherBurst = 100;
   static constexpr std::uint32_t kOtherPerSecond = 20;
-  // Between two words about the same flood.
-  static constexpr tims::Duration kTellEach = std::chrono::seconds(1);
+  // Minimum time between two reports about the same sender.
+  static constexpr tims::Duration kReportEach = std::chrono::seconds(1);
 
-  // Whether a text may be kept.
+  // Whether a text may be stored.
   bool take(tims::Time now, tims::Address sender, gdos::Level level);
 
   struct Suppressed {
     tims::Address sender;
     std::uint32_t count;
   };
-  // What has to be said by now of texts that were not kept. Cheap when there is nothing.
+  // The reports on suppressed texts that are due. Cheap when there are none.
   std::vector<Suppressed> take_suppressed(tims::Time now);
 
  private:
@@ -61,27 +61,27 @@ class SenderLimits {
   tims::Time next_word_{};
 };
 
-// --- The texts on disk: a file that grows, and what it held before. Nothing that was synchronised
-// is lost with the power; half a line at the end is cut off when it is opened again.
+// --- The texts on disk: a current file and older ones. Synchronised texts survive a loss of power;
+// an incomplete line at the end is removed at the next start.
 
 struct TextFileLimits {
-  std::uint64_t bytes = 10 << 20;  // of one file
-  std::uint32_t files = 10;        // with the one that grows
-  std::chrono::days age{0};        // of a file that grows no more; 0: any
+  std::uint64_t bytes = 10 << 20;  // per file
+  std::uint32_t files = 10;        // including the current one
+  std::chrono::days age{0};        // maximum age of older files; 0: no limit
 };
 
 class TextFiles {
  public:
-  // Makes the folder. Returns how many bytes of half a line were cut off. kAddressInUse: another
-  // program writes there.
+  // Creates the folder. Returns the number of bytes of an incomplete line that were removed.
+  // kAddressInUse: another program writes there.
   tims::Result<std::uint64_t> open(const std::filesystem::path& folder,
                                    const TextFileLimits& limits);
   void close();
   [[nodiscard]] const std::filesystem::path& folder() const { return folder_; }
 
-  // All of it, or nothing. kDiskFull: later there may be room.
+  // Appends the whole line or nothing. kDiskFull: there may be room later.
   tims::Result<void> append(std::string_view line);
-  // What was appended is on the disk then. Begins a new file when somebody took this one away.
+  // Forces appended lines to the disk. Starts a new file when the current one was removed.
   tims::Result<void> sync();
 
  private:
@@ -99,21 +99,21 @@ class TextFiles {
   bool unsynced_ = false;
 };
 
-// --- Texts in the journal of the host, with fields to look for:
+// --- Texts in the journal of the host, with fields for queries:
 //   journalctl TIMS_COMPONENT='Chassis(0/0)' -p warning
 
-// The priority of syslog: what `journalctl -p` counts.
+// The syslog priority, as used by `journalctl -p`.
 int journal_priority(gdos::Level level);
 
-// A host without a journal takes no notice. Pieces: MESSAGE, PRIORITY, SYSLOG_IDENTIFIER (the
+// Does nothing on a host without a journal. Fields: MESSAGE, PRIORITY, SYSLOG_IDENTIFIER (the
 // component), TIMS_ADDRESS, TIMS_COMPONENT, TIMS_LEVEL.
 tims::Result<void> to_journal(const gdos::Record& record);
 
-// Whether standard error goes there: a service of systemd.
+// Whether standard error is connected to the journal, as in a service of systemd.
 bool runs_under_journal();
 
-// --- Where texts go: to files, and to the journal when asked. What cannot be written stops nobody:
-// it is said once and counted, and tried again with the next text.
+// --- Writes texts to files, and to the journal if configured. A failure does not stop the
+// component: it is logged once, failures are counted, and the next text is tried again.
 
 class TextWriter {
  public:
@@ -122,7 +122,7 @@ class TextWriter {
 
   tims::Result<void> open(const std::filesystem::path& folder, const TextFileLimits& limits);
   void write(const gdos::Record& record);
-  // Often: what is older than `sync_each` goes to the disk.
+  // Call it often: syncs texts that are older than `sync_each`.
   void on_time(tims::Time now);
 
  private:
@@ -133,7 +133,7 @@ class TextWriter {
   bool journal_;
   TextFiles files_;
   tims::Time next_sync_{};
-  std::uint32_t not_kept_ = 0;  // since it last went well
+  std::uint32_t not_kept_ = 0;  // number of failures since the last success
   bool journal_failed_ = false;
 };
 

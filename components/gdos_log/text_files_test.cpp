@@ -155,16 +155,16 @@ TEST(SenderLimits, SaysHowManyOnceASecond) {
   SenderLimits limits;
   (void)passed(limits, kStart, kChassis, gdos::Level::kDetail, 150);
   EXPECT_TRUE(limits.take_suppressed(kStart + 900ms).empty());
-  const auto told = limits.take_suppressed(kStart + 1s);
-  ASSERT_EQ(told.size(), 1U);
-  EXPECT_EQ(told[0].sender, kChassis);
-  EXPECT_EQ(told[0].count, 50U);
+  const auto suppressed = limits.take_suppressed(kStart + 1s);
+  ASSERT_EQ(suppressed.size(), 1U);
+  EXPECT_EQ(suppressed[0].sender, kChassis);
+  EXPECT_EQ(suppressed[0].count, 50U);
   EXPECT_TRUE(limits.take_suppressed(kStart + 1h).empty());
 }
 
 TEST(SenderLimits, IsBounded) {
   SenderLimits limits;
-  // Everybody has said something, and nobody is forgotten yet.
+  // All senders have sent a text, and none is removed yet.
   for (std::uint32_t i = 1; i <= SenderLimits::kSendersMax; ++i)
     EXPECT_TRUE(limits.take(kStart, tims::Address(i), gdos::Level::kPrint));
   std::uint32_t of_newcomers = 0;
@@ -173,7 +173,7 @@ TEST(SenderLimits, IsBounded) {
   EXPECT_EQ(of_newcomers, SenderLimits::kOtherBurst) << "they share one limit";
   EXPECT_EQ(passed(limits, kStart + 1h, tims::Address(9999), gdos::Level::kDetail),
             SenderLimits::kOtherBurst)
-      << "those who are silent make room";
+      << "inactive senders are removed";
 }
 
 }  // namespace text_files_test

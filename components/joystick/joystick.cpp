@@ -1,4 +1,4 @@
-// Joystick: a stick of this host, or the keyboard of its terminal.
+// Joystick: a joystick of this host, or the keyboard of its terminal.
 #include <array>
 #include <cerrno>
 #include <optional>
@@ -18,25 +18,25 @@ namespace {
 
 constexpr std::array<ParameterInfo, 6> kParameters = {{
     {"device", "/dev/input/js0", "joystick device, or a pipe of its events; -: the keyboard"},
-    {"axisX", 1, "of the device: backward and forward, -1: none", -1, 255},
-    {"axisY", 0, "of the device: left and right", -1, 255},
-    {"axisZ", 2, "of the device: the third", -1, 255},
-    {"deadZone", 5, "around the middle, %", 0, 100},
-    {"periodTime", 100, "of the data, ms", 1, 1000},
+    {"axisX", 1, "axis of the device for backward and forward; -1: none", -1, 255},
+    {"axisY", 0, "axis of the device for left and right; -1: none", -1, 255},
+    {"axisZ", 2, "third axis of the device; -1: none", -1, 255},
+    {"deadZone", 5, "dead zone around the centre, %", 0, 100},
+    {"periodTime", 100, "period of the data, ms", 1, 1000},
 }};
 
 constexpr ModuleInfo kInfo{
     .program = "Joystick",
     .purpose =
         "A joystick of this host, or the keyboard of its terminal: w a s d or arrows move "
-        "the stick, digits are buttons, any other key lets go.",
+        "the stick, digits are buttons, any other key releases it.",
     .class_id = tims::class_id::kJoystick,
     .parameters = kParameters,
 };
 
 using tims::os::system_error;
 
-// A terminal that hands over keys as they are pressed, while it exists.
+// Switches the terminal to raw mode, with keys passed immediately, while it exists.
 class RawTerminal {
  public:
   RawTerminal() : good_(::tcgetattr(STDIN_FILENO, &before_) == 0) {
@@ -73,7 +73,7 @@ class Joystick : public DataModule<JoystickData> {
 
   Result<void> open_keyboard() {
     terminal_.emplace();
-    if (!terminal_->good()) return system_error("stdin is no terminal");
+    if (!terminal_->good()) return system_error("stdin is not a terminal");
     keyboard_.emplace();
     return {};
   }
@@ -128,9 +128,9 @@ class Joystick : public DataModule<JoystickData> {
     }
   }
 
-  // Nobody holds the stick any more.
+  // The device is gone: releases the stick.
   Result<void> ended() {
-    if (!is_pipe_) return tims::Error(tims::Errc::kSystem, "the joystick is gone");
+    if (!is_pipe_) return tims::Error(tims::Errc::kSystem, "the joystick was unplugged");
     events_->release();
     return {};
   }

@@ -8,13 +8,13 @@ namespace rack::joystick {
 
 namespace {
 
-// time (4 bytes), value (2), type, number; in the machine's own order.
+// An event: time (4 bytes), value (2), type, number; in the byte order of the machine.
 constexpr std::size_t kValue = 4;
 constexpr std::size_t kType = 6;
 constexpr std::size_t kNumber = 7;
 constexpr u8 kButton = 0x01;
 constexpr u8 kAxis = 0x02;
-constexpr u8 kInit = 0x80;  // how things are when the device is opened
+constexpr u8 kInit = 0x80;  // flag: initial state when the device is opened
 constexpr u8 kButtons = 32;
 constexpr double kDeflection = 32767;
 
@@ -79,7 +79,7 @@ void KeyboardStick::push(std::string_view characters) {
   }
 }
 
-// Arrows are ESC [ A to D, or ESC O A to D.
+// Arrow keys are ESC [ A to D, or ESC O A to D.
 void KeyboardStick::escape(char part) {
   if (escape_ == Escape::kBegun && (part == '[' || part == 'O')) {
     escape_ = Escape::kBracket;

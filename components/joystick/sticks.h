@@ -1,4 +1,5 @@
-// Sticks: what a device of Linux and what keys of a terminal say, as positions. Pure.
+// Converts the events of a Linux joystick device, or keys of a terminal, to positions of a stick.
+// Pure.
 #pragma once
 
 #include <array>
@@ -10,23 +11,23 @@
 
 namespace rack::joystick {
 
-// --- The bytes of a Linux joystick device (/dev/input/js0) as a stick (linux/joystick.h).
+// --- The bytes of a Linux joystick device (/dev/input/js0), see linux/joystick.h.
 
-// Which of the device's axes is which of ours; -1: none.
+// The assignment of the device's axes; -1: none.
 struct AxisMap {
-  i32 x = 1;  // devices count backwards as positive, we forward
+  i32 x = 1;  // positive is backward at the device, forward here
   i32 y = 0;
   i32 z = 2;
-  i32 dead_zone = 5;  // %, around the middle: few sticks come back to it
+  i32 dead_zone = 5;  // %, around the centre: few sticks return to it exactly
 };
 
 class JsEvents {
  public:
   explicit JsEvents(const AxisMap& axes) : axes_(axes) {}
 
-  // As they come: an event may be cut anywhere.
+  // Received bytes; an event may be split anywhere.
   void push(std::span<const std::byte> bytes);
-  void release();  // all in the middle, no button down
+  void release();  // all axes centred, no button pressed
 
   [[nodiscard]] JoystickAxes position() const;
   [[nodiscard]] i32 buttons() const { return static_cast<i32>(buttons_); }
@@ -38,19 +39,19 @@ class JsEvents {
 
   AxisMap axes_;
   std::array<std::byte, kEventSize> event_{};
-  std::size_t size_ = 0;  // of what is there of the next event
+  std::size_t size_ = 0;  // received bytes of the next event
   std::array<i16, 256> values_{};
   u32 buttons_ = 0;
 };
 
-// --- A stick made of keys, for who has no other: each press moves it by a tenth.
+// --- A stick controlled by keys: each press moves it by a tenth.
 //
 //   w, s or up, down     forward, backward        0 to 9   button on, off
-//   a, d or left, right  to the left, right       others   all in the middle, no button
+//   a, d or left, right  to the left, right       others   all centred, no button
 
 class KeyboardStick {
  public:
-  // What the terminal says; keys that are several characters come whole or in pieces.
+  // Received characters; keys of several characters may be split anywhere.
   void push(std::string_view characters);
 
   [[nodiscard]] const JoystickAxes& position() const { return position_; }

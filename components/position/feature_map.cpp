@@ -1,4 +1,4 @@
-// FeatureMap: a map of lines that people look at and edit.
+// FeatureMap: a map of lines that users view and edit.
 #include <array>
 #include <atomic>
 #include <mutex>
@@ -16,19 +16,19 @@ namespace {
 using localisation::LineMap;
 
 constexpr std::array<ParameterInfo, 7> kParameters = {{
-    {"mapFile", "", "floor plan (DXF); none: an empty map"},
-    {"mapScaleFactor", 1000, "mm for each unit of a floor plan", 1, 1e6},
+    {"mapFile", "", "floor plan (DXF); empty: start with an empty map"},
+    {"mapScaleFactor", 1000, "mm per unit of a floor plan", 1, 1e6},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
     {"positionSys", 0, "system id of the position", 0, kIdMax},
     {"positionInst", -1,
-     "instance of the position: of large maps the lines near it are sent; -1: none", -1, kIdMax},
-    {"period", 1000, "between two data sets, ms", 10, 60000},
+     "instance of the position; of large maps, only lines near it are sent; -1: none", -1, kIdMax},
+    {"period", 1000, "period of the data, ms", 10, 60000},
 }};
 
 constexpr ModuleInfo kInfo{
     .program = "FeatureMap",
-    .purpose = "A map of lines that people look at and edit.",
+    .purpose = "A map of lines that users view and edit.",
     .class_id = tims::class_id::kFeatureMap,
     .parameters = kParameters,
 };
@@ -40,7 +40,7 @@ class FeatureMap : public DataModule<FeatureMapData> {
  private:
   Result<void> module_init() override { return create_mailbox(work_, 1, body_max<PositionData>()); }
 
-  // What was loaded or edited stays, also when it is turned off and on.
+  // A loaded or edited map is kept when the component is turned off and on.
   Result<void> module_on() override {
     if (const std::string path = text("mapFile"); !begun_ && !path.empty())
       if (auto loaded = load(path); !loaded) return loaded;
@@ -103,7 +103,7 @@ class FeatureMap : public DataModule<FeatureMapData> {
     }
   }
 
-  // Decoded, done, and answered by OK.
+  // Decodes and executes a command, and answers by OK.
   template <typename Body, typename Do>
   Result<void> with(const tims::MessageView& message, const Do& what) {
     const auto body = decode<Body>(message);
@@ -152,7 +152,7 @@ class FeatureMap : public DataModule<FeatureMapData> {
 
   tims::Mailbox* work_ = nullptr;
   std::optional<PositionProxy> position_;
-  std::atomic<bool> begun_ = false;  // it has its map, and mapFile counts no more
+  std::atomic<bool> begun_ = false;  // the map is loaded; mapFile is ignored from now on
   PriorityMutex map_mutex_;
   LineMap map_;
 };

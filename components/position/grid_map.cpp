@@ -1,4 +1,4 @@
-// GridMap: a map of cells, as a whole or the part of it around the robot.
+// GridMap: a grid map, as a whole or the part around the robot.
 #include <array>
 #include <optional>
 
@@ -13,28 +13,29 @@ namespace {
 
 constexpr std::array<ParameterInfo, 8> kParameters = {{
     {"mapFile", "", "floor plan (DXF) or map of ROS (.yaml)", 0, 0, true},
-    {"mapScaleFactor", 1000, "mm for each unit of a floor plan", 1, 1e6},
+    {"mapScaleFactor", 1000, "mm per unit of a floor plan", 1, 1e6},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
-    {"mapResolution", 50, "cells of a floor plan, mm", 1, 1000},
+    {"mapResolution", 50, "cell size for floor plans, mm", 1, 1000},
     {"positionSys", 0, "system id of the position", 0, kIdMax},
     {"positionInst", -1,
-     "instance of the position: of large maps the part around it is sent; -1: the whole, with "
+     "instance of the position; of large maps, only the part around it is sent; -1: the whole, "
+     "with "
      "larger "
      "cells",
      -1, kIdMax},
-    {"period", 1000, "between two data sets, ms", 10, 60000},
+    {"period", 1000, "period of the data, ms", 10, 60000},
 }};
 
 constexpr ModuleInfo kInfo{
     .program = "GridMap",
-    .purpose = "A map of cells, as a whole or the part of it around the robot.",
+    .purpose = "A grid map, as a whole or the part around the robot.",
     .class_id = tims::class_id::kGridMap,
     .parameters = kParameters,
 };
 
 constexpr std::size_t kCellsMax = decltype(GridMapData::occupancy)::kMax;
-constexpr std::int32_t kSide = 500;  // of a part: a data set full
+constexpr std::int32_t kSide = 500;  // cells per side of a part: fills a data set
 
 class GridMap : public DataModule<GridMapData> {
  public:
@@ -59,7 +60,7 @@ class GridMap : public DataModule<GridMapData> {
                  static_cast<unsigned>(map_.resolution));
     }
     part_ = {};
-    if (!position_) tell({0, 0, map_.rows, map_.columns});
+    if (!position_) send_part({0, 0, map_.rows, map_.columns});
     set_period(std::chrono::milliseconds(integer("period")));
     return DataModule::module_on();
   }
@@ -70,13 +71,13 @@ class GridMap : public DataModule<GridMapData> {
       const auto position = position_->get_data();
       if (!position) return position.error();
       const Pose robot = Pose::of(position->pos);
-      tell(localisation::part_around(map_, {robot.x, robot.y}, kSide));
+      send_part(localisation::part_around(map_, {robot.x, robot.y}, kSide));
     }
     get_local_buffer().recordingTime = time_stamp();
     return put_local_buffer();
   }
 
-  void tell(const localisation::GridPart& part) {
+  void send_part(const localisation::GridPart& part) {
     if (part == part_) return;
     part_ = part;
     localisation::to_message(map_, part, get_local_buffer());
@@ -85,7 +86,7 @@ class GridMap : public DataModule<GridMapData> {
   tims::Mailbox* work_ = nullptr;
   std::optional<PositionProxy> position_;
   localisation::GridMap map_;
-  localisation::GridPart part_;  // of it, in the local buffer
+  localisation::GridPart part_;  // the part of the map in the local buffer
 };
 
 }  // namespace

@@ -1,4 +1,5 @@
-// Maps out of files: a floor plan in DXF, or a map of ROS (.yaml, with its picture beside it).
+// Loads maps from files: a floor plan in DXF, or a map of ROS (.yaml, with its image in the same
+// folder).
 #pragma once
 
 #include <string>
@@ -9,9 +10,9 @@
 
 namespace rack::navigation {
 
-// How a floor plan becomes a map: x = (its y - offset_x) * scale, y = (its x - offset_y) * scale.
+// Conversion of a floor plan: x = (plan y - offset_x) * scale, y = (plan x - offset_y) * scale.
 struct PlanPlacement {
-  double scale = 1000;  // mm for each of its units
+  double scale = 1000;  // mm per unit of the plan
   double offset_x = 0;
   double offset_y = 0;
   double resolution = 50;  // mm
@@ -21,10 +22,10 @@ struct PlanPlacement {
 tims::Result<localisation::GridMap> load_map(const std::string& path,
                                              const PlanPlacement& placement);
 
-// All of it; directories and files of more than 512 MB are refused.
+// Reads the whole file; directories and files of more than 512 MB are refused.
 tims::Result<std::string> read_file(const std::string& path);
 
-// Beside the old one first: who reads it sees one of the two.
+// Writes a temporary file and renames it, so that a reader gets either the old or the new contents.
 tims::Result<void> write_file(const std::string& path, std::string_view text);
 
 }  // namespace rack::navigation

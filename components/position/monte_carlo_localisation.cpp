@@ -1,4 +1,4 @@
-// MonteCarloLocalisation: where the robot is in a map, by its scanner.
+// MonteCarloLocalisation: the pose of the robot in a map, by its laser scanner.
 #include <array>
 #include <memory>
 #include <mutex>
@@ -23,38 +23,39 @@ constexpr std::array<ParameterInfo, 24> kParameters = {{
     {"odometrySys", 0, "system id of the odometry", 0, kIdMax},
     {"odometryInst", 0, "instance of the odometry", 0, kIdMax},
     {"positionSys", 0, "system id of the position", 0, kIdMax},
-    {"positionInst", -1, "instance of the position that is told where it is; -1: none", -1, kIdMax},
-    {"period", 1000, "between two data sets and updates of the position, ms", 1, 60000},
-    {"mapFile", "", "floor plan (DXF) or map of ROS (.yaml); none: LOAD_MAP brings it"},
-    {"mapScaleFactor", 1000, "mm for each unit of a floor plan", 1, 1e6},
+    {"positionInst", -1, "instance of the position to update; -1: none", -1, kIdMax},
+    {"period", 1000, "period of the data and of updates of the position, ms", 1, 60000},
+    {"mapFile", "", "floor plan (DXF) or map of ROS (.yaml); empty: the map comes by LOAD_MAP"},
+    {"mapScaleFactor", 1000, "mm per unit of a floor plan", 1, 1e6},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
-    {"mapResolution", 50, "cells of a floor plan, mm", 1, 1000},
-    {"particles", 500, "while it knows where it is", 10, 100000},
-    {"particlesMax", 20000, "while it searches", 10, 100000},
-    {"beams", 60, "of a scan", 1, 8000},
-    {"scanMatching", 1, "lay each scan on the walls of the map at last: 1 yes, 0 no", 0, 1},
-    {"maxRange", 30000, "mm", 1, 1e9},
-    {"scanLag", 0, "how much older scans are than they say, ms", 0, 1000},
-    {"startMode", 0, "0: at startX ..., 1: anywhere, 2: where the position says", 0, 2},
-    {"startX", 0, "mm"},
-    {"startY", 0, "mm"},
-    {"startRho", 0, "deg", -360, 360},
-    {"startDeviation", 500, "mm; as many times 0.03 deg", 0, 100000},
-    {"seed", 1, "of all that is random", 0, 2147483647.0},
+    {"mapResolution", 50, "cell size for floor plans, mm", 1, 1000},
+    {"particles", 500, "number of particles while localised", 10, 100000},
+    {"particlesMax", 20000, "number of particles while searching", 10, 100000},
+    {"beams", 60, "number of beams used per scan", 1, 8000},
+    {"scanMatching", 1, "1: refine the pose by matching scans against the walls of the map", 0, 1},
+    {"maxRange", 30000, "maximum range of the scanner, mm", 1, 1e9},
+    {"scanLag", 0, "delay of the time stamps of scans, ms", 0, 1000},
+    {"startMode", 0, "start pose: 0 startX ..., 1 unknown, 2 from the position", 0, 2},
+    {"startX", 0, "start pose, mm to the north"},
+    {"startY", 0, "start pose, mm to the east"},
+    {"startRho", 0, "heading of the start pose, deg", -360, 360},
+    {"startDeviation", 500,
+     "standard deviation of the start pose, mm; of its heading 0.03 deg per mm", 0, 100000},
+    {"seed", 1, "seed of the random generator", 0, 2147483647.0},
 }};
 
 constexpr ModuleInfo kInfo{
     .program = "MonteCarloLocalisation",
-    .purpose = "Where the robot is in a map, by its scanner.",
+    .purpose = "Determines the pose of the robot in a map by its laser scanner.",
     .class_id = tims::class_id::kMcl,
     .parameters = kParameters,
 };
 
-constexpr double kUpdateDeviation = 500;  // mm: less sure ones are not told
-constexpr i32 kLostDeviation = 5000;      // mm, at least
-constexpr int kMissesMax = 20;            // scans in a row of which the odometry knows nothing
-constexpr double kDeviationTurn = radians(0.03);  // for each mm
+constexpr double kUpdateDeviation = 500;          // mm: less certain poses are not sent as updates
+constexpr i32 kLostDeviation = 5000;              // mm, at least
+constexpr int kMissesMax = 20;                    // scans in a row without odometry of their time
+constexpr double kDeviationTurn = radians(0.03);  // per mm
 
 class MonteCarloLocalisation : public DataModule<MclData> {
  public:
@@ -70,7 +71,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   }
 
   Result<void> module_on() override {
-    if (auto map = have_map(); !map) return map;
+    if (auto map = ensure_map(); !map) return map;
     lag_ = std::chrono::milliseconds(integer("scanLag"));
     range_max_ = integer("maxRange");
     matches_scans_ = integer("scanMatching") != 0;
@@ -93,18 +94,18 @@ class MonteCarloLocalisation : public DataModule<MclData> {
 
   void module_off() override { scan2d_->stop(); }
 
-  // The one that LOAD_MAP brought stays, also when it is turned off and on.
-  Result<void> have_map() {
+  // A map from LOAD_MAP is kept when the component is turned off and on.
+  Result<void> ensure_map() {
     {
       const std::lock_guard lock(field_mutex_);
       if (commanded_) return {};
     }
     const std::string path = text("mapFile");
-    if (path.empty()) return refused("no map: mapFile is empty, and no LOAD_MAP has come");
+    if (path.empty()) return refused("no map: mapFile is empty, and no LOAD_MAP was received");
     return take_map(path, false);
   }
 
-  // Any task. Reading takes its time; only the exchange is locked.
+  // Any task. Reading may take long; only the exchange of the map is locked.
   Result<void> take_map(const std::string& path, bool commanded) {
     const auto map = load_map(path, {.scale = static_cast<double>(integer("mapScaleFactor")),
                                      .offset_x = static_cast<double>(integer("mapOffsetX")),
@@ -159,7 +160,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     const TimeStamp time = scan_.recordingTime - lag_;
     const auto odometry = odometry_->get_data(time);
     if (!odometry) {
-      // It may be a moment behind or have just begun.
+      // The odometry may be late or may have just started.
       if (++misses_ > kMissesMax) return odometry.error();
       return {};
     }
@@ -171,10 +172,10 @@ class MonteCarloLocalisation : public DataModule<MclData> {
                        matches_scans_ ? walls_.get() : nullptr);
     }
     if (!is_due()) return {};
-    return tell(time);
+    return publish_estimate(time);
   }
 
-  // On average each period, whichever scan that is.
+  // Once per period on average.
   bool is_due() {
     if (published_ && scan_.recordingTime - *published_ < data_period_) return false;
     const bool follows = published_ && scan_.recordingTime - *published_ < 2 * data_period_;
@@ -182,21 +183,22 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     return true;
   }
 
-  Result<void> tell(TimeStamp time) {
+  Result<void> publish_estimate(TimeStamp time) {
     if (position_) {
-      auto taken = tell_position(time);
+      auto taken = update_position(time);
       if (!taken) return taken;
     }
     localisation::to_message(*localiser_, time, get_local_buffer());
     return put_local_buffer();
   }
 
-  // Where it was; or, that nobody is sure any more: Position stays where it believes to be then.
-  Result<void> tell_position(TimeStamp time) {
+  // Sends the pose as an update, or once that the pose is uncertain; Position then keeps its pose
+  // with a large standard deviation.
+  Result<void> update_position(TimeStamp time) {
     PositionData known = localisation::to_update(*localiser_, time);
     const bool is_sure = localisation::is_sure(localiser_->now(), kUpdateDeviation);
     if (is_sure != was_sure_)
-      log().print(is_sure ? "It is sure where it is" : "It is no longer sure where it is");
+      log().print(is_sure ? "The pose is certain" : "The pose is uncertain");
     const bool has_lost = was_sure_ && !is_sure;
     was_sure_ = is_sure;
     if (!is_sure && !has_lost) return {};
@@ -234,7 +236,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   int misses_ = 0;
   std::optional<TimeStamp> published_;
   bool was_sure_ = false;
-  PriorityMutex field_mutex_;  // of the three below, which LOAD_MAP exchanges
+  PriorityMutex field_mutex_;  // protects the three members below, which LOAD_MAP exchanges
   std::unique_ptr<LikelihoodField> field_;
   std::unique_ptr<WallLines> walls_;
   bool commanded_ = false;

@@ -1,4 +1,4 @@
-// OdometryChassis: adds up what a chassis says it has moved.
+// OdometryChassis: integrates the movements of a chassis.
 #include <array>
 #include <atomic>
 #include <cmath>
@@ -17,14 +17,14 @@ namespace {
 constexpr std::array<ParameterInfo, 5> kParameters = {{
     {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
     {"chassisInst", 0, "instance of the chassis", 0, kIdMax},
-    {"initPosX", 0, "where it is when it is turned on, mm"},
-    {"initPosY", 0, "mm"},
-    {"initPosRho", 0, "deg"},
+    {"initPosX", 0, "initial x, mm"},
+    {"initPosY", 0, "initial y, mm"},
+    {"initPosRho", 0, "initial heading, deg"},
 }};
 
 constexpr ModuleInfo kInfo{
     .program = "OdometryChassis",
-    .purpose = "Odometry: adds up what a chassis says it has moved.",
+    .purpose = "Odometry: integrates the movements that a chassis reports.",
     .class_id = tims::class_id::kOdometry,
     .parameters = kParameters,
 };
@@ -62,7 +62,7 @@ class OdometryChassis : public DataModule<OdometryData> {
       const std::lock_guard lock(reckoning_mutex_);
       get_local_buffer() = reckoning_->add(movement_);
     }
-    tell_place(get_local_buffer().pos);
+    report_pose(get_local_buffer().pos);
     return put_local_buffer();
   }
 
@@ -80,16 +80,16 @@ class OdometryChassis : public DataModule<OdometryData> {
     return data_between(time, ahead_.load(), to, interpolated);
   }
 
-  // A program that is started again after a crash goes on where it was, to the millimetre and
-  // degree.
-  void tell_place(const Position3d& pos) {
+  // Reports the pose to the supervisor: a program that is restarted after a crash continues there,
+  // exact to the millimetre and degree.
+  void report_pose(const Position3d& pos) {
     const auto degree = std::lround(degrees(pos.rho.raw()));
-    const auto tell = [this](std::string_view name, std::int64_t& told, std::int64_t now) {
-      if (std::exchange(told, now) != now) tell_state(name, std::to_string(now));
+    const auto report = [this](std::string_view name, std::int64_t& reported, std::int64_t now) {
+      if (std::exchange(reported, now) != now) tell_state(name, std::to_string(now));
     };
-    tell("initPosX", told_[0], pos.x.raw());
-    tell("initPosY", told_[1], pos.y.raw());
-    tell("initPosRho", told_[2], degree);
+    report("initPosX", reported_[0], pos.x.raw());
+    report("initPosY", reported_[1], pos.y.raw());
+    report("initPosRho", reported_[2], degree);
   }
 
   [[nodiscard]] Pose start() const {
@@ -100,9 +100,9 @@ class OdometryChassis : public DataModule<OdometryData> {
 
   std::optional<Input<ChassisProxy>> chassis_;
   ChassisData movement_;
-  bool failed_ = false;                 // goes on where it was; after OFF it begins anew
-  std::array<std::int64_t, 3> told_{};  // x, y, heading
-  std::atomic<std::chrono::milliseconds> ahead_{};  // how far beyond the newest data it guesses
+  bool failed_ = false;  // after an error it continues at its pose; after OFF it starts again
+  std::array<std::int64_t, 3> reported_{};          // x, y, heading
+  std::atomic<std::chrono::milliseconds> ahead_{};  // maximum extrapolation beyond the newest data
   PriorityMutex reckoning_mutex_;
   std::optional<DeadReckoning> reckoning_;
 };

@@ -1,4 +1,4 @@
-// Position: where the robot is in the world.
+// Position: the pose of the robot in the world.
 #include <array>
 #include <mutex>
 #include <optional>
@@ -14,27 +14,27 @@ namespace {
 constexpr std::array<ParameterInfo, 16> kParameters = {{
     {"odometrySys", 0, "system id of the odometry", 0, kIdMax},
     {"odometryInst", 0, "instance of the odometry", 0, kIdMax},
-    {"updateInterpol", 0, "time an update takes to have its full effect, ms", 0, 3600000},
-    {"offsetLatitude", 0.0F, "of x = 0, deg", -90, 90},
-    {"offsetLongitude", 0.0F, "of y = 0, deg", -180, 180},
+    {"updateInterpol", 0, "blending time of an update, ms", 0, 3600000},
+    {"offsetLatitude", 0.0F, "latitude of x = 0, deg", -90, 90},
+    {"offsetLongitude", 0.0F, "longitude of y = 0, deg", -180, 180},
     {"scaleLatitude", 0, "length of a degree of latitude, m", 0, 1e6},
     {"scaleLongitude", 0, "length of a degree of longitude, m", 0, 1e6},
-    {"offsetNorthing", 0, "of x = 0, m"},
-    {"offsetEasting", 0, "of y = 0, m"},
-    {"utmZone", 32, "of the world", 1, 60},
-    {"utmBand", 18, "of the world: index into ABCDEFGHJKLMNPQRSTUVWXYZ", 0, 23},
-    {"positionReference", 0, "what x and y are: 0 WGS84, 1 Gauss-Krueger, 2 UTM", 0, 2},
+    {"offsetNorthing", 0, "northing of x = 0, m"},
+    {"offsetEasting", 0, "easting of y = 0, m"},
+    {"utmZone", 32, "UTM zone of the world", 1, 60},
+    {"utmBand", 18, "UTM band of the world: index into ABCDEFGHJKLMNPQRSTUVWXYZ", 0, 23},
+    {"positionReference", 0, "meaning of x and y: 0 WGS84, 1 Gauss-Krueger, 2 UTM", 0, 2},
     {"autoOffset", 0,
-     "1: the first place that is converted becomes the offset, to 100 m, with its zone and band", 0,
+     "1: the first converted place becomes the offset, rounded to 100 m, with its zone and band", 0,
      1},
-    {"odometryStdDevX", 50, "how uncertain a way along x is, mm/m", 0, 1e6},
-    {"odometryStdDevY", 50, "and one along y, mm/m", 0, 1e6},
+    {"odometryStdDevX", 50, "growth of the standard deviation along x, mm/m", 0, 1e6},
+    {"odometryStdDevY", 50, "growth of the standard deviation along y, mm/m", 0, 1e6},
     {"odometryStdDevRho", 0.0F, "not used, as in the original"},
 }};
 
 constexpr ModuleInfo kInfo{
     .program = "Position",
-    .purpose = "Position in the world: what was known once, and the odometry since.",
+    .purpose = "Position in the world: the last known pose plus the odometry since.",
     .class_id = tims::class_id::kPosition,
     .parameters = kParameters,
     .command_slots = 8,
@@ -115,10 +115,10 @@ class Position : public DataModule<PositionData> {
   Result<void> update(const tims::MessageView& message) {
     const auto known = decode<PositionData>(message);
     if (!known) return known.error();
-    if (!is_on()) return refused("there is no odometry while off");
+    if (!is_on()) return refused("the position is off and has no odometry; turn it on first");
     {
       const std::lock_guard lock(state_mutex_);
-      if (!odometry_->started()) return refused("just turned off");
+      if (!odometry_->started()) return refused("the position was just turned off");
       const auto then = odometry_->proxy().get_data(known->recordingTime);
       if (!then) return then.error();
       tracker_.update(*known, *then);
@@ -135,20 +135,20 @@ class Position : public DataModule<PositionData> {
     const CoordinateSettings before = coordinates().settings();
     auto position = coordinates().from(*from);
     if (!position) return position.error();
-    tell_found(before, coordinates().settings());
+    report_offset(before, coordinates().settings());
     reply(message.header, PositionType::kPos, *position);
     return {};
   }
 
-  // What autoOffset has found.
-  void tell_found(const CoordinateSettings& before, const CoordinateSettings& now) {
-    const auto tell = [this](std::string_view name, i32 was, i32 is) {
+  // Logs the offset found by autoOffset.
+  void report_offset(const CoordinateSettings& before, const CoordinateSettings& now) {
+    const auto report = [this](std::string_view name, i32 was, i32 is) {
       if (is != was) set_parameter(name, is);
     };
-    tell("offsetNorthing", before.offset_northing, now.offset_northing);
-    tell("offsetEasting", before.offset_easting, now.offset_easting);
-    tell("utmZone", before.utm_zone, now.utm_zone);
-    tell("utmBand", before.utm_band, now.utm_band);
+    report("offsetNorthing", before.offset_northing, now.offset_northing);
+    report("offsetEasting", before.offset_easting, now.offset_easting);
+    report("utmZone", before.utm_zone, now.utm_zone);
+    report("utmBand", before.utm_band, now.utm_band);
   }
 
   template <typename To>
@@ -161,7 +161,7 @@ class Position : public DataModule<PositionData> {
     return {};
   }
 
-  // Also before it was ever on.
+  // Also available before the first ON.
   Coordinates& coordinates() {
     if (!coordinates_) coordinates_.emplace(coordinate_settings(), integer("autoOffset") != 0);
     return *coordinates_;
@@ -180,9 +180,9 @@ class Position : public DataModule<PositionData> {
   }
 
   std::optional<Input<OdometryProxy>> odometry_;
-  // Of what follows, and of the work mailbox: an update asks the odometry, too.
+  // Protects the members below and the work mailbox: an update also sends requests to the odometry.
   PriorityMutex state_mutex_;
-  PositionTracker tracker_{{}, {}};  // also while it is off: it is where it was
+  PositionTracker tracker_{{}, {}};  // kept while off: the pose stays
   std::optional<Coordinates> coordinates_;
 };
 

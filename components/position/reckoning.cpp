@@ -43,7 +43,7 @@ void PositionTracker::begin(const Drift& drift, std::chrono::milliseconds blendi
   drift_ = drift;
   blending_ = blending;
   blends_ = false;
-  frame_ = {said_, Pose::of(odometry.pos)};
+  frame_ = {reported_, Pose::of(odometry.pos)};
   newest_ = odometry;
   followed_ = true;
 }
@@ -61,7 +61,7 @@ PositionData PositionTracker::follow(const OdometryData& odometry) {
     const double part = std::max(0.0, std::chrono::duration<double>(since) / blending_);
     pose = between(earlier_.at(now), pose, part);
   }
-  said_ = pose;
+  reported_ = pose;
   Position3d deviation = known_deviation_;
   deviation.x = whole_millimetres(deviation_.x);
   deviation.y = whole_millimetres(deviation_.y);
@@ -71,7 +71,7 @@ PositionData PositionTracker::follow(const OdometryData& odometry) {
 
 void PositionTracker::update(const PositionData& known, const OdometryData& then) {
   if (blending_.count() > 0 && followed_) {
-    // Where it says it is now is where it starts from, also in the middle of an earlier update.
+    // The blending starts at the current result, also during an earlier blending.
     const Pose now = Pose::of(newest_.pos);
     earlier_ = {Pose::of(follow(newest_).pos), now};
     blends_ = true;

@@ -1,5 +1,5 @@
-// Where a vehicle is by how it has moved: in the frame of its odometry, and in the world by a
-// position that was known once (specification, sections 10.2 and 10.5). Pure.
+// Dead reckoning: the pose of a vehicle from its movements, in the frame of its odometry and in the
+// world, relative to a known position (specification, sections 10.2 and 10.5). Pure.
 #pragma once
 
 #include <chrono>
@@ -13,39 +13,38 @@ namespace rack::navigation {
 
 // --- In the frame of its odometry
 //
-// Each movement is relative to the vehicle as it was: it is turned by the heading so far, and
-// added. Between two data sets the vehicle is taken to move at an even speed; angles go the short
-// way round.
+// Each movement is relative to the vehicle's previous pose: it is rotated by the heading and added.
+// Between two data sets constant speed is assumed; angles take the shorter arc.
 class DeadReckoning {
  public:
   explicit DeadReckoning(const Pose& start) : pose_(start) {}
 
   void reset() { pose_ = {}; }
-  // Movements that are no numbers are left out.
+  // Ignores movements that are not numbers.
   OdometryData add(const ChassisData& movement);
 
  private:
   Pose pose_;
 };
 
-// At `time`, between two data sets or on the straight line beyond them. A position is as uncertain
-// as the less certain of both.
+// The pose at `time`, between two data sets or on their straight extension. The uncertainty is the
+// larger one of both.
 OdometryData interpolated(const OdometryData& before, const OdometryData& after, TimeStamp time);
 PositionData interpolated(const PositionData& before, const PositionData& after, TimeStamp time);
 
 // --- In the world
 //
-// Odometry knows well how the vehicle has moved, and badly where it is: it has a frame of its own
-// that drifts. What is kept is where that frame lies in the world: the pose that was known, beside
-// the pose that the odometry had at that moment. The position is the known pose plus the movement
-// since, turned into the world. With each millimetre and each radian the standard deviation grows.
-// A new known pose moves the frame; so that nobody who steers by it sees a jump, the position goes
-// from the old frame to the new one in a straight line during the time of blending.
+// Odometry is accurate for movements but not for poses: its frame drifts. The tracker stores the
+// pose of that frame in the world: a known pose, and the pose of the odometry at the same moment.
+// The position is the known pose plus the movement since, transformed to the world. The standard
+// deviation grows with each millimetre and each radian. A new known pose moves the frame; to avoid
+// a jump for controllers that use the position, it changes linearly from the old frame to the new
+// one during the blending time.
 
-// How fast a position becomes uncertain.
+// The growth of the standard deviation.
 struct Drift {
-  double x = 50;  // mm for each metre along x
-  double y = 50;  // and y; a fifth of it for each metre across
+  double x = 50;  // mm per metre along x
+  double y = 50;  // mm per metre along y; for a metre across, a fifth
 };
 
 class PositionTracker {
@@ -53,19 +52,19 @@ class PositionTracker {
   PositionTracker(const Drift& drift, std::chrono::milliseconds blending)
       : drift_(drift), blending_(blending) {}
 
-  // The odometry of the place where it is: at first the origin of the world, and where it was when
-  // it begins again, whatever the odometry has done meanwhile.
+  // Starts with this odometry at the origin of the world; when started again, at the last position,
+  // independent of the movement of the odometry in between.
   void begin(const Drift& drift, std::chrono::milliseconds blending, const OdometryData& odometry);
 
-  // Where it is now. Without begin() the world is where the odometry began.
+  // The current position. Without begin() the origin of the world is that of the odometry.
   PositionData follow(const OdometryData& odometry);
 
-  // It was at `known` when the odometry said `then`. With blending, what follow() says goes there
-  // bit by bit.
+  // The position was `known` when the odometry was `then`. With blending, follow() approaches it
+  // gradually.
   void update(const PositionData& known, const OdometryData& then);
 
  private:
-  // Where the frame of the odometry lies in the world.
+  // The pose of the odometry's frame in the world.
   struct Frame {
     Pose world{};
     Pose odometry{};
@@ -81,13 +80,13 @@ class PositionTracker {
   Drift drift_;
   std::chrono::milliseconds blending_;
   Frame frame_;
-  Frame earlier_;  // left behind bit by bit
+  Frame earlier_;  // the previous frame, while blending
   bool blends_ = false;
   TimeStamp updated_ = 0;
   bool followed_ = false;
   OdometryData newest_{};
-  Pose said_{};                   // by the last follow()
-  Position3d known_deviation_{};  // z, phi and psi stay as they were known
+  Pose reported_{};               // by the last follow()
+  Position3d known_deviation_{};  // z, phi and psi are not updated by odometry
   Deviation deviation_;
 };
 

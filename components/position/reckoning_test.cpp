@@ -109,7 +109,7 @@ TEST(PositionTracker, BeginsAtTheOriginAndGoesOnWhereItWas) {
   EXPECT_EQ(data.pos.y, 0);
   EXPECT_NEAR(data.pos.rho, 0, 1e-6);
   const auto deviation = data.var.x;
-  // Off and on again: meanwhile the odometry has begun anew.
+  // Off and on again: in between the odometry was reset.
   tracker.begin({.x = 50, .y = 50}, 0ms, odometry(3, 0));
   data = tracker.follow(odometry(4, 0));
   EXPECT_EQ(data.pos.x, 1000);
@@ -168,7 +168,7 @@ TEST(PositionTracker, AnUpdateOfThePastHasDriftedSince) {
 
 TEST(PositionTracker, BlendsBitByBit) {
   PositionTracker tracker({}, 1000ms);
-  (void)tracker.follow(odometry(0xFFFFFF00, 0));  // the time wraps meanwhile
+  (void)tracker.follow(odometry(0xFFFFFF00, 0));  // the time wraps in between
   tracker.update({.pos = {.x = 100, .y = 50}}, odometry(0xFFFFFF00, 0));
   EXPECT_EQ(tracker.follow(odometry(0xFFFFFF00, 0)).pos.x, 0);
   EXPECT_EQ(tracker.follow(odometry(0xFFFFFF00 + 500, 1000)).pos.x, 1050);

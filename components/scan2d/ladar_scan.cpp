@@ -15,7 +15,7 @@ i32 median(i32 a, i32 b, i32 c) { return std::max(std::min(a, b), std::min(std::
 
 bool is_reflector(const LadarPoint& point) { return (point.type & ladar_point::kReflector) != 0; }
 
-// What is no measurement, or a reflector, is left as it is.
+// Invalid points and reflectors are not filtered.
 i32 distance_of(const LadarData& ladar, std::size_t i, bool filtered) {
   const auto& points = ladar.points;
   if (!filtered || i == 0 || i + 1 >= points.size()) return points[i].distance;
@@ -33,15 +33,15 @@ i32 type_of(const LadarPoint& point) {
 
 // --- reflectors
 
-constexpr double kNeighbours = 250;               // mm, of the points that a wall is made of
-constexpr double kAtRightAngles = radians(15.0);  // so far from it
+constexpr double kNeighbours = 250;               // mm, range of points used for the line of a wall
+constexpr double kAtRightAngles = radians(15.0);  // tolerance
 
 bool shines(const Scan2dData& scan, std::size_t i) {
   return i < scan.points.size() && (scan.points[i].type & scan_point::kReflector) != 0;
 }
 
 bool is_one_of_three(const Scan2dData& scan, std::size_t i) {
-  // i - 1 of the first point is no point either
+  // for the first point, i - 1 is out of range, too
   return (shines(scan, i - 1) && shines(scan, i + 1)) ||
          (shines(scan, i - 1) && shines(scan, i - 2)) ||
          (shines(scan, i + 1) && shines(scan, i + 2));
@@ -51,7 +51,7 @@ bool is_near(const ScanPoint& a, const ScanPoint& b) {
   return std::hypot(static_cast<double>(a.x) - b.x, static_cast<double>(a.y) - b.y) <= kNeighbours;
 }
 
-// The points without a gap around one of them.
+// The points around one without a gap.
 std::span<const ScanPoint> wall_around(const Scan2dData& scan, std::size_t i) {
   const auto& points = scan.points;
   std::size_t first = i;
@@ -76,14 +76,14 @@ void drop_shining_walls(const LadarMounting& mounting, Scan2dData& scan) {
   }
 }
 
-// --- the way of the robot meanwhile
+// --- movement of the robot during a scan
 
 constexpr double kLongestScan = 1000;  // ms
-constexpr double kSpeed = 30;          // mm in a ms
-constexpr double kTurning = 0.0125;    // rad in a ms: two turns a second
+constexpr double kSpeed = 30;          // mm per ms
+constexpr double kTurning = 0.0125;    // rad per ms: two turns per second
 
-// Where the ladar was at the so many-th point, seen from the middle of the scan. So short a way is
-// straight.
+// Pose of the ladar at the i-th point, relative to the middle of the scan. Such a short movement is
+// taken as straight.
 Pose ladar_at(std::size_t i, std::size_t count, const LadarMounting& mounting, const Pose& way) {
   const double after =
       count > 1 ? static_cast<double>(i) / static_cast<double>(count - 1) - 0.5 : 0;
@@ -100,9 +100,9 @@ Pose way_during_scan(const Pose& before, const Pose& now, double ms_between, dou
   const Pose step = now - before;
   const double way = std::hypot(step.x, step.y);
   const double turn = std::abs(signed_angle(step.rho));
-  const bool is_way = ms_between > 0 && ms_of_scan > 0 && ms_of_scan <= kLongestScan &&
-                      way <= kSpeed * ms_between && turn <= kTurning * ms_between;
-  if (!is_way) return {};  // also when it is no number
+  const bool is_plausible = ms_between > 0 && ms_of_scan > 0 && ms_of_scan <= kLongestScan &&
+                            way <= kSpeed * ms_between && turn <= kTurning * ms_between;
+  if (!is_plausible) return {};  // also when it is not a number
   const double part = ms_of_scan / ms_between;
   return {.x = part * step.x, .y = part * step.y, .rho = part * signed_angle(step.rho)};
 }
@@ -118,7 +118,7 @@ void convert(const LadarData& ladar, const LadarMounting& mounting, const ScanFi
     const std::size_t i = mounting.upside_down ? ladar.points.size() - 1 - n : n;
     const LadarPoint& point = ladar.points[i];
     const double angle = mounting.upside_down ? -point.angle : point.angle.raw();
-    // Also leaves out angles that are no number.
+    // Also excludes angles that are not numbers.
     const bool is_seen = angle >= filter.angle_min && angle <= filter.angle_max;
     if (!is_seen) continue;
     i32 distance = distance_of(ladar, i, filter.median);
@@ -144,13 +144,14 @@ tims::Result<void> add_intensities(const CameraData& camera, Scan2dData& scan) {
     return tims::Error(tims::Errc::kInvalidArgument, std::move(text));
   };
   if (camera.recordingTime != scan.recordingTime)
-    return wrong("the picture is of another time than the scan");
-  const bool words = camera.mode == camera_mode::kMono12 || camera.mode == camera_mode::kMono16;
-  if (!words || (camera.width != 1 && camera.height != 1))
-    return wrong("the picture has more than one row and column, or is not of 12 or 16 bits");
+    return wrong("the image has another time than the scan");
+  const bool has_two_bytes =
+      camera.mode == camera_mode::kMono12 || camera.mode == camera_mode::kMono16;
+  if (!has_two_bytes || (camera.width != 1 && camera.height != 1))
+    return wrong("the image has more than one row and column, or not 12 or 16 bits per pixel");
   if (camera.image.size() != 2 * scan.points.size())
-    return wrong("the picture has " + std::to_string(camera.image.size() / 2) +
-                 " pixels, the scan " + std::to_string(scan.points.size()) + " points");
+    return wrong("the image has " + std::to_string(camera.image.size() / 2) + " pixels, the scan " +
+                 std::to_string(scan.points.size()) + " points");
   for (std::size_t i = 0; i < scan.points.size(); ++i) {
     const auto high = std::to_integer<u32>(camera.image[2 * i]);
     const auto low = std::to_integer<u32>(camera.image[2 * i + 1]);

@@ -49,7 +49,7 @@ TEST(LadarScan, WhereTheLadarIs) {
 
 // A round wall at 10 m around where the robot is in the middle of the scan, seen while it turns and
 // goes: farthest off the wall's place, mm.
-double bent(const Pose& way, bool reversed, const Pose& said) {
+double bent(const Pose& way, bool reversed, const Pose& reported) {
   constexpr int kPoints = 361;
   const LadarMounting mounting{.x = 300, .y = -50, .rho = 0.1, .is_reversed = reversed};
   LadarData ladar{.duration = 100, .maxRange = 30000};
@@ -64,7 +64,7 @@ double bent(const Pose& way, bool reversed, const Pose& said) {
                     Pose{.x = 10000 * std::cos(seen.angle), .y = 10000 * std::sin(seen.angle)});
   }
   Scan2dData scan;
-  convert(ladar, mounting, {}, scan, said);
+  convert(ladar, mounting, {}, scan, reported);
   double most = 0;
   for (std::size_t i = 0; i < scan.points.size(); ++i)
     most = std::max(most, std::hypot(scan.points[i].x - truth[i].x, scan.points[i].y - truth[i].y));

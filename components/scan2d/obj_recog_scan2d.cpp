@@ -1,4 +1,4 @@
-// ObjRecogScan2d: people and other things that a scanner sees and a map does not have.
+// ObjRecogScan2d: people and other objects in a scan that are not in the map.
 #include <array>
 #include <memory>
 #include <mutex>
@@ -21,31 +21,33 @@ constexpr std::array<ParameterInfo, 18> kParameters = {{
     {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
     {"scan2dInst", 0, "instance of the scan", 0, kIdMax, true},
     {"positionSys", 0, "system id of the position", 0, kIdMax},
-    {"positionInst", -1, "instance of the position; -1: what the scan says (refPos)", -1, kIdMax},
-    {"mapFile", "", "what it has is no object: floor plan (DXF) or map of ROS (.yaml)"},
-    {"mapScaleFactor", 1000, "mm for each unit of a floor plan", 1, 1e6},
+    {"positionInst", -1, "instance of the position; -1: refPos of the scan", -1, kIdMax},
+    {"mapFile", "", "map of static obstacles: floor plan (DXF) or map of ROS (.yaml)"},
+    {"mapScaleFactor", 1000, "mm per unit of a floor plan", 1, 1e6},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
-    {"mapResolution", 50, "cells of a floor plan, mm", 1, 1000},
+    {"mapResolution", 50, "cell size for floor plans, mm", 1, 1000},
     {"gridMapSys", 0, "system id of the GridMap", 0, kIdMax},
-    {"gridMapInst", -1, "instance of the GridMap that has the map; -1: none", -1, kIdMax},
+    {"gridMapInst", -1, "instance of the GridMap with the map; -1: none", -1, kIdMax},
     {"featureMapSys", 0, "system id of the FeatureMap", 0, kIdMax},
-    {"featureMapInst", -1, "instance of the FeatureMap that has the map; -1: none", -1, kIdMax},
-    {"mapTolerance", 250, "how far from what the map has a point may be, mm", 0, 10000},
-    {"ladarOffsetX", 0, "where the ladar is on the robot, mm"},
-    {"ladarOffsetY", 0, "mm"},
-    {"maxRange", 30000, "mm", 1, 1e9},
-    {"maxObjects", 100, "that are sent; the original's programs take up to 100", 1, 300},
+    {"featureMapInst", -1, "instance of the FeatureMap with the map; -1: none", -1, kIdMax},
+    {"mapTolerance", 250, "points within this distance of the map's obstacles are ignored, mm", 0,
+     10000},
+    {"ladarOffsetX", 0, "position of the ladar on the robot, mm forward"},
+    {"ladarOffsetY", 0, "mm to the right"},
+    {"maxRange", 30000, "maximum range, mm", 1, 1e9},
+    {"maxObjects", 100, "maximum number of objects sent; programs of the original accept up to 100",
+     1, 300},
 }};
 
 constexpr ModuleInfo kInfo{
     .program = "ObjRecogScan2d",
-    .purpose = "People and other things that a scanner sees and a map does not have.",
+    .purpose = "Detects people and other objects in a scan that are not in the map.",
     .class_id = tims::class_id::kObjRecog,
     .parameters = kParameters,
 };
 
-constexpr int kMissesMax = 20;  // scans in a row of which the position knows nothing
+constexpr int kMissesMax = 20;  // scans in a row without a position of their time
 
 class ObjRecogScan2d : public DataModule<ObjRecogData> {
  public:
@@ -83,7 +85,7 @@ class ObjRecogScan2d : public DataModule<ObjRecogData> {
 
   void module_off() override { scan2d_->stop(); }
 
-  // --- the map, if one is wanted
+  // --- the map, if one is configured
 
   Result<void> take_map() {
     std::unique_ptr<LikelihoodField> field;
@@ -100,7 +102,7 @@ class ObjRecogScan2d : public DataModule<ObjRecogData> {
                  static_cast<unsigned>(map->columns), static_cast<unsigned>(map->resolution));
     }
     const std::lock_guard lock(recogniser_mutex_);
-    recogniser_.reset();  // it looks at the old one
+    recogniser_.reset();  // it refers to the old map
     field_ = std::move(field);
     return {};
   }
@@ -129,7 +131,7 @@ class ObjRecogScan2d : public DataModule<ObjRecogData> {
     return proxy.get_data();
   }
 
-  // --- scan by scan
+  // --- for each scan
 
   Result<void> module_loop() override {
     if (auto come = scan2d_->next(scan_, 5 * period()); !come) return come;
@@ -137,7 +139,7 @@ class ObjRecogScan2d : public DataModule<ObjRecogData> {
     if (position_) {
       const auto known = position_->get_data(scan_.recordingTime);
       if (!known) {
-        // It may be a moment behind or have just begun.
+        // The position may be late or may have just started.
         if (++misses_ > kMissesMax) return known.error();
         return {};
       }
@@ -152,19 +154,20 @@ class ObjRecogScan2d : public DataModule<ObjRecogData> {
     return put_local_buffer();
   }
 
-  // --- commands. SET_ESTIMATE is answered by ERROR: it tells what it sees itself.
+  // --- commands. SET_ESTIMATE is answered by ERROR: only detected objects are reported.
 
   Result<void> module_command(const tims::MessageView& message) override {
     if (message.header.type == ObjRecogType::kStopRecog) return answered(message, stop(message));
     return DataModule::module_command(message);
   }
 
-  // Without objects: all of them. What still moves is found again, with another number.
+  // An empty list stops all objects. An object that still moves is detected again, with a new
+  // number.
   Result<void> stop(const tims::MessageView& message) {
     const auto which = decode<ObjRecogData>(message);
     if (!which) return which.error();
     const std::lock_guard lock(recogniser_mutex_);
-    if (!recogniser_) return refused("there are no objects before it was on");
+    if (!recogniser_) return refused("there are no objects yet; turn the component on first");
     if (which->objects.empty()) recogniser_->forget();
     for (const ObjRecogObject& object : which->objects)
       if (!recogniser_->stop(object.objectId))
@@ -177,7 +180,7 @@ class ObjRecogScan2d : public DataModule<ObjRecogData> {
   std::optional<PositionProxy> position_;
   Scan2dData scan_;
   int misses_ = 0;
-  PriorityMutex recogniser_mutex_;  // of both, for commands
+  PriorityMutex recogniser_mutex_;  // protects the members below, for commands
   std::unique_ptr<LikelihoodField> field_;
   std::unique_ptr<ObjectRecogniser> recogniser_;
 };

@@ -10,10 +10,10 @@ using scan3d::Frame;
 using scan3d::Place;
 
 tims::Error wrong(std::string text) {
-  return {tims::Errc::kInvalidArgument, "the camera's picture: " + std::move(text)};
+  return {tims::Errc::kInvalidArgument, "the camera's image: " + std::move(text)};
 }
 
-// 0: no pixels that are understood.
+// 0: the pixel format is not supported.
 std::size_t bytes_of_pixel(u16 mode) {
   switch (mode) {
     case camera_mode::kMono8:
@@ -39,7 +39,7 @@ i16 brightness(const CameraData& picture, std::size_t at) {
       return static_cast<i16>(byte(0) << 8 | byte(1));
     case camera_mode::kYuv422:
       return static_cast<i16>(byte(1));
-    case camera_mode::kRgb24:  // as eyes have it
+    case camera_mode::kRgb24:  // perceived brightness
       return static_cast<i16>((77 * byte(0) + 150 * byte(1) + 29 * byte(2)) / 256);
     default:
       return static_cast<i16>(byte(0));
@@ -53,13 +53,13 @@ tims::Result<CameraView> CameraView::make(const CameraParamData& camera, const P
   if (!is_size(camera.fx.raw()) || !is_size(camera.fy.raw()) || camera.calibration_width <= 0 ||
       camera.calibration_height <= 0)
     return tims::Error(tims::Errc::kInvalidArgument,
-                       "the camera does not say what it sees: its parameters fx and fy (pixels)");
+                       "the camera has no focal length: set its parameters fx and fy (pixels)");
   return CameraView(camera, mounting);
 }
 
 std::optional<Pixel> CameraView::pixel(const Place& place, double width, double height) const {
   const Place seen = to_camera_ * place;
-  constexpr double kNearest = 1;  // mm before the lens
+  constexpr double kNearest = 1;  // mm in front of the lens
   if (!(seen.x > kNearest)) return {};
   const double f = camera_.f > 0 ? static_cast<double>(camera_.f.raw()) : 1;
   double x = f * seen.y / seen.x;  // mm on the sensor
@@ -91,11 +91,11 @@ tims::Result<void> add_brightness(const CameraView& view, const CameraData& pict
   const std::size_t bytes = bytes_of_pixel(picture.mode);
   if (bytes == 0)
     return wrong("mode " + std::to_string(picture.mode) +
-                 " is not understood: grey, yuv422 or rgb24 are");
+                 " is not supported; use grey, yuv422 or rgb24");
   const std::size_t width = picture.width;
   const std::size_t height = picture.height;
   if (picture.image.size() < width * height * bytes)
-    return wrong("it has fewer bytes than its pixels need");
+    return wrong("it has fewer bytes than its size requires");
   const Frame to_picture(moved);
   for (ScanPoint& point : scan.points) {
     const Place place{static_cast<double>(point.x.raw()), static_cast<double>(point.y.raw()), 0};

@@ -1,9 +1,8 @@
-// How bright the points of a scan are in the picture of a camera that looks at them. Pure.
+// The brightness of the points of a scan in a camera image. Pure.
 //
-// The camera is a pinhole: a point goes through the middle of the lens onto the sensor, where the
-// lens bends it a little (radial k1, k2, tangential p1, p2, in mm on the sensor); see D. C. Brown,
-// "Close-range camera calibration", 1971. The robot drives on between scan and picture: points are
-// looked up where they were, seen from the robot when the picture was taken.
+// Pinhole camera with lens distortion (radial k1, k2, tangential p1, p2, in mm on the sensor); see
+// D. C. Brown, "Close-range camera calibration", 1971. The robot moves between scan and image:
+// points are projected from their positions relative to the robot at the time of the image.
 #pragma once
 
 #include <optional>
@@ -23,11 +22,12 @@ struct Pixel {
 
 class CameraView {
  public:
-  // `mounting`: of the lens in the plane of the ladar; it looks along its x. kInvalidArgument: the
-  // camera does not say what it sees.
+  // `mounting`: pose of the lens relative to the plane of the ladar; it looks along its x.
+  // kInvalidArgument: the camera has no focal length.
   static tims::Result<CameraView> make(const CameraParamData& camera, const Pose& mounting);
 
-  // Of a place in the frame of the robot, in a picture of this size. None: it is not in it.
+  // The pixel of a point in the frame of the robot, for an image of this size. None: outside of the
+  // image.
   [[nodiscard]] std::optional<Pixel> pixel(const scan3d::Place& place, double width,
                                            double height) const;
 
@@ -39,9 +39,9 @@ class CameraView {
   scan3d::Frame to_camera_;
 };
 
-// Each point's intensity becomes how bright it is in the picture; 0 where it is not in it.
-// `moved`: from the robot at the picture to the robot at the scan. kInvalidArgument: pixels of this
-// mode are not understood, or there are too few; the scan stays as it is.
+// Sets the intensity of each point to its brightness in the image; 0 outside of it. `moved`: pose
+// of the robot at the scan, relative to that at the image. kInvalidArgument: the pixel format is
+// not supported, or the image is too short; the scan is not changed.
 tims::Result<void> add_brightness(const CameraView& view, const CameraData& picture,
                                   const Pose& moved, Scan2dData& scan);
 

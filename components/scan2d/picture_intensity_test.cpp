@@ -20,7 +20,7 @@ CameraParamData camera() {
           .n0 = 120};
 }
 
-// Each pixel says its column, plus 100 in the lower half.
+// The value of each pixel is its column, plus 100 in the lower half.
 CameraData picture() {
   CameraData data{.width = 160, .height = 120, .depth = 8, .mode = camera_mode::kMono8};
   for (int row = 0; row < 120; ++row)
@@ -55,7 +55,7 @@ TEST(CameraView, LooksWhereItIsMounted) {
   Scan2dData seen = scan({{100, 3200}, {-200, 3200}});
   ASSERT_TRUE(add_brightness(*view, picture(), {}, seen));
   EXPECT_EQ(seen.points[0].intensity, 140);
-  EXPECT_EQ(seen.points[1].intensity, 147) << "behind the robot is right of who looks right";
+  EXPECT_EQ(seen.points[1].intensity, 147) << "facing right, behind the robot is on the right";
 }
 
 // The picture was taken a metre before the scan, and the robot has turned.

@@ -1,4 +1,4 @@
-// Scan2d: the scans of a ladar as points of the robot.
+// Scan2d: the scans of a ladar as points in the robot's frame.
 #include <algorithm>
 #include <array>
 #include <chrono>
@@ -16,46 +16,47 @@
 namespace rack::scan2d {
 namespace {
 
-// The original's, in its order; behind them where a camera of pictures is, and what tells how the
-// robot goes during a scan.
+// The parameters of the original in its order; behind them the pose of a camera and the odometry
+// for the robot's movement during a scan.
 constexpr std::array<ParameterInfo, 26> kParameters = {{
     {"ladarSys", 0, "system id of the ladar", 0, kIdMax},
     {"ladarInst", 0, "instance of the ladar", 0, kIdMax, true},
     {"cameraSys", 0, "system id of the camera", 0, kIdMax},
-    {"cameraInst", -1,
-     "instance of the camera that has the intensities (given at the start); -1: none", -1, kIdMax},
+    {"cameraInst", -1, "instance of the camera for intensities (set at the start); -1: none", -1,
+     kIdMax},
     {"positionSys", 0, "system id of the position", 0, kIdMax},
     {"positionInst", -1, "instance of the position, for refPos; -1: none", -1, kIdMax},
-    {"ladarOffsetX", 0, "where the ladar is on the robot, mm"},
-    {"ladarOffsetY", 0, "mm"},
-    {"ladarOffsetRho", 0, "where it looks, deg / ladarOffsetRhoDivider"},
-    {"ladarOffsetRhoDivider", 1, "for fractions of degrees", 1, 1e6},
-    {"ladarUpsideDown", 0, "1: it hangs upside down", 0, 1},
-    {"maxRange", 30000, "mm", 1, 1e9},
-    {"reduce", 1, "each so many-th point", 1, 10000},
-    {"angleMin", -180, "of the ladar as if it stood upright, deg", -360, 360},
-    {"angleMax", 180, "of the ladar as if it stood upright, deg", -360, 360},
-    {"reflectorFilterMode", 0, "1: a wall seen at right angles is no reflector", 0, 1},
-    {"medianFilter", 0, "1: single points that stick out are noise", 0, 1},
-    {"cameraX", 0, "where a camera of pictures is on the robot, mm"},
-    {"cameraY", 0, "mm"},
+    {"ladarOffsetX", 0, "position of the ladar on the robot, mm forward"},
+    {"ladarOffsetY", 0, "mm to the right"},
+    {"ladarOffsetRho", 0, "heading of the ladar, deg / ladarOffsetRhoDivider"},
+    {"ladarOffsetRhoDivider", 1, "divisor of ladarOffsetRho, for fractions of degrees", 1, 1e6},
+    {"ladarUpsideDown", 0, "1: the ladar is mounted upside down", 0, 1},
+    {"maxRange", 30000, "maximum range, mm", 1, 1e9},
+    {"reduce", 1, "use every n-th point", 1, 10000},
+    {"angleMin", -180, "minimum angle of the ladar if mounted upright, deg", -360, 360},
+    {"angleMax", 180, "maximum angle of the ladar if mounted upright, deg", -360, 360},
+    {"reflectorFilterMode", 0, "1: do not report walls seen at a right angle as reflectors", 0, 1},
+    {"medianFilter", 0, "1: remove single outliers by a median filter", 0, 1},
+    {"cameraX", 0, "position of the camera on the robot, mm forward"},
+    {"cameraY", 0, "mm to the right"},
     {"cameraZ", 0, "below the plane of the ladar, mm; above it: negative"},
-    {"cameraPhi", 0.0F, "how it leans to the right, deg", -360, 360},
-    {"cameraPsi", 0.0F, "how far it looks up, deg", -360, 360},
-    {"cameraRho", 0.0F, "where it looks, clockwise, deg", -360, 360},
+    {"cameraPhi", 0.0F, "roll of the camera to the right, deg", -360, 360},
+    {"cameraPsi", 0.0F, "pitch of the camera upwards, deg", -360, 360},
+    {"cameraRho", 0.0F, "heading of the camera, clockwise, deg", -360, 360},
     {"odometrySys", 0, "system id of the odometry", 0, kIdMax},
     {"odometryInst", -1,
-     "instance of the odometry, by whose way during a scan its points are placed; -1: none", -1,
+     "instance of the odometry, to correct points for the movement during a scan; -1: none", -1,
      kIdMax},
-    {"ladarReversed", 0, "1: its last point is measured first (SICK LMS200, S300)", 0, 1},
+    {"ladarReversed", 0, "1: the last point is measured first (SICK LMS200, S300)", 0, 1},
 }};
 
-constexpr u32 kLongest = 10000;                    // ms, of a scan
-constexpr std::chrono::milliseconds kAtLeast{50};  // so that whole mm and ms count for little
+constexpr u32 kLongest = 10000;  // ms, maximum duration of a scan
+constexpr std::chrono::milliseconds kAtLeast{
+    50};  // long enough to reduce rounding errors of mm and ms
 
 constexpr ModuleInfo kInfo{
     .program = "Scan2d",
-    .purpose = "The scans of a ladar as points of the robot.",
+    .purpose = "Converts the scans of a ladar to points in the robot's frame.",
     .class_id = tims::class_id::kScan2d,
     .parameters = kParameters,
 };
@@ -81,7 +82,7 @@ class Scan2d : public DataModule<Scan2dData> {
     camera_.reset();
     if (integer("cameraInst") >= 0) {
       if (picture_.image.capacity() == 0)
-        return refused("cameraInst has to be given when Scan2d is started");
+        return refused("cameraInst can only be set when Scan2d is started");
       camera_.emplace(*work_, address_of(tims::class_id::kCamera, "camera"));
       if (auto on = camera_->on(); !on) return on;
       view_ = camera_view();
@@ -94,7 +95,7 @@ class Scan2d : public DataModule<Scan2dData> {
     return DataModule::module_on();
   }
 
-  // A ladar that is a camera, too, need not say what it sees.
+  // For a ladar with a camera interface, no focal length is needed.
   Result<CameraView> camera_view() {
     const auto camera = camera_->get_parameter();
     if (!camera) return camera.error();
@@ -116,7 +117,7 @@ class Scan2d : public DataModule<Scan2dData> {
                                 integer("ladarOffsetRhoDivider")),
                  .upside_down = integer("ladarUpsideDown") != 0,
                  .is_reversed = integer("ladarReversed") != 0};
-    // Half a thousandth of a degree more: the ends are meant.
+    // Half a thousandth of a degree more, so that the limits are included.
     filter_ = {.range_max = integer("maxRange"),
                .reduce = integer("reduce"),
                .angle_min = radians(integer("angleMin") - 0.0005),
@@ -128,7 +129,7 @@ class Scan2d : public DataModule<Scan2dData> {
   void module_off() override { ladar_->stop(); }
 
   Result<void> module_loop() override {
-    // As long as drivers wait for a device; who drives stops long before.
+    // As long as drivers wait for a device; pilots stop much earlier.
     constexpr std::chrono::milliseconds kSilenceMin{200};
     const auto patience = std::max<std::chrono::milliseconds>(3 * period(), kSilenceMin);
     if (auto come = ladar_->next(ladar_data_, patience); !come) return come;
@@ -148,8 +149,8 @@ class Scan2d : public DataModule<Scan2dData> {
     return put_local_buffer();
   }
 
-  // As far as the odometry knows: of the time before the middle of the scan, which it surely has.
-  // It may have begun just now: then as if the robot stood still.
+  // Uses the time before the middle of the scan, for which the odometry surely has data. If it has
+  // just started, no movement is assumed.
   Result<Pose> way_of_scan() {
     if (!odometry_ || ladar_data_.duration == 0) return Pose{};
     const std::chrono::milliseconds during(std::min<u32>(ladar_data_.duration, kLongest));
@@ -182,7 +183,7 @@ class Scan2d : public DataModule<Scan2dData> {
   tims::Mailbox* work_ = nullptr;
   std::optional<Input<LadarProxy>> ladar_;
   std::optional<CameraProxy> camera_;
-  Result<CameraView> view_ = refused("it was not asked");
+  Result<CameraView> view_ = refused("the camera was not queried yet");
   std::optional<PositionProxy> position_;
   std::optional<OdometryProxy> odometry_;
   LadarData ladar_data_;

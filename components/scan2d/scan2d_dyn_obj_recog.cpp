@@ -1,4 +1,4 @@
-// Scan2dDynObjRecog: a scan whose points know whether they lie on something that moves.
+// Scan2dDynObjRecog: a scan whose points on moving objects are marked.
 #include <array>
 #include <optional>
 
@@ -10,23 +10,24 @@
 namespace rack::scan2d {
 namespace {
 
-// The original's, in its order.
+// The parameters of the original, in its order.
 constexpr std::array<ParameterInfo, 5> kParameters = {{
     {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
     {"scan2dInst", 0, "instance of the scan", 0, kIdMax, true},
     {"objRecogSys", 0, "system id of the object recognition", 0, kIdMax},
     {"objRecogInst", 0, "instance of the object recognition", 0, kIdMax, true},
-    {"vMin", 300, "slower objects do not count, mm/s", 0, 1e6},
+    {"vMin", 300, "slower objects are ignored, mm/s", 0, 1e6},
 }};
 
 constexpr ModuleInfo kInfo{
     .program = "Scan2dDynObjRecog",
-    .purpose = "A scan whose points on moving objects are dynamic obstacles.",
+    .purpose = "Marks the points of a scan on moving objects as dynamic obstacles.",
     .class_id = tims::class_id::kScan2d,
     .parameters = kParameters,
 };
 
-constexpr tims::Duration kAskFor = std::chrono::milliseconds(30);  // who waits is late
+constexpr tims::Duration kAskFor =
+    std::chrono::milliseconds(30);  // short: scans wait during this time
 constexpr tims::Duration kAskAgain = std::chrono::seconds(1);
 
 class Scan2dDynObjRecog : public DataModule<Scan2dData> {
@@ -53,7 +54,7 @@ class Scan2dDynObjRecog : public DataModule<Scan2dData> {
 
   void module_off() override { scan2d_->stop(); }
 
-  // Scans go on without a recogniser: who lives on them must not stand still for that.
+  // Scans are sent without the object recognition, too: their receivers must not stop for that.
   Result<void> module_loop() override {
     Scan2dData& scan = get_local_buffer();
     if (auto come = scan2d_->next(scan, 2 * period()); !come) return come;
@@ -67,11 +68,12 @@ class Scan2dDynObjRecog : public DataModule<Scan2dData> {
     const auto come = recogniser_->get_data(objects_, time);
     if (!come) {
       if (!silent_since_)
-        log().warning("%s; until it is back no point is dynamic", come.error().message());
+        log().warning("%s; no points are marked as dynamic until data arrive again",
+                      come.error().message());
       silent_since_ = before;
       return false;
     }
-    if (silent_since_) log().info("the object recognition is back");
+    if (silent_since_) log().info("the object recognition sends data again");
     silent_since_.reset();
     return true;
   }

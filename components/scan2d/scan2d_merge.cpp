@@ -1,4 +1,4 @@
-// Scan2dMerge: the scans of several scanners as one.
+// Scan2dMerge: merges the scans of several scanners.
 #include <array>
 #include <optional>
 
@@ -14,7 +14,7 @@ namespace {
 
 using perception::ScanMerger;
 
-// The original's, in its order.
+// The parameters of the original, in its order.
 constexpr std::array<ParameterInfo, 12> kParameters = {{
     {"odometrySys", 0, "system id of the odometry", 0, kIdMax},
     {"odometryInst", 0, "instance of the odometry", 0, kIdMax},
@@ -36,15 +36,15 @@ constexpr std::array<std::string_view, ScanMerger::kSourcesMax> kInstances = {
 
 constexpr ModuleInfo kInfo{
     .program = "Scan2dMerge",
-    .purpose = "The scans of several scanners as one, whenever the odometry has moved.",
+    .purpose = "Merges the scans of several scanners, at the rate of the odometry.",
     .class_id = tims::class_id::kScan2d,
     .parameters = kParameters,
 };
 
-constexpr int kSilence = 5;  // periods, until a scanner counts as away
+constexpr int kSilence = 5;  // periods without a scan until a scanner counts as missing
 constexpr tims::Duration kSilenceLeast = std::chrono::milliseconds(500);
 constexpr tims::Duration kTryAgain = std::chrono::seconds(1);
-// The others wait as long as that for one that is away.
+// Short: the other scanners wait for a missing one during this time.
 constexpr tims::Duration kTryFor = std::chrono::milliseconds(30);
 
 class Scan2dMerge : public DataModule<Scan2dData> {
@@ -58,7 +58,7 @@ class Scan2dMerge : public DataModule<Scan2dData> {
     bool wanted = false;
     bool here = false;
     tims::Duration silence_most{};
-    tims::Time heard{};  // when it last sent, or was last called
+    tims::Time last_active{};  // time of the last scan or of the last attempt to subscribe
   };
 
   Result<void> module_init() override {
@@ -83,9 +83,9 @@ class Scan2dMerge : public DataModule<Scan2dData> {
     return DataModule::module_on();
   }
 
-  // One is enough: the others are called again and again.
+  // One scanner is enough: the others are tried repeatedly.
   Result<void> start_sources() {
-    Result<void> none = refused("no scan2dInst is given");
+    Result<void> none = refused("no scan2dInst is set");
     bool any = false;
     for (std::size_t i = 0; i < sources_.size(); ++i) {
       Source& source = sources_[i];
@@ -96,7 +96,8 @@ class Scan2dMerge : public DataModule<Scan2dData> {
       source.address =
           address_of(tims::class_id::kScan2d, integer(kSystems[i]), integer(kInstances[i]));
       const auto called = call(source, {});
-      if (!called) log().warning("%s; left out until it is there", called.error().message());
+      if (!called)
+        log().warning("%s; merging without it until it is available", called.error().message());
       if (!called && !any) none = called;
       any = any || called;
     }
@@ -105,7 +106,7 @@ class Scan2dMerge : public DataModule<Scan2dData> {
 
   Result<void> call(Source& source, const ProxyTimeouts& timeouts) {
     const auto granted = source.input->start(source.address, {}, timeouts);
-    source.heard = now();
+    source.last_active = now();
     source.here = granted.ok();
     if (!granted) return granted.error();
     source.silence_most = std::max<tims::Duration>(kSilence * *granted, kSilenceLeast);
@@ -125,7 +126,7 @@ class Scan2dMerge : public DataModule<Scan2dData> {
       look_at(i);
       any = any || sources_[i].here;
     }
-    if (!any) return tims::Error(tims::Errc::kTimeout, "no scan of any scanner");
+    if (!any) return tims::Error(tims::Errc::kTimeout, "no scan from any scanner");
     Scan2dData& merged = get_local_buffer();
     if (position_) {
       const auto position = position_->get_data(odometry_data_.recordingTime);
@@ -133,7 +134,7 @@ class Scan2dMerge : public DataModule<Scan2dData> {
       merged.refPos = position->pos;
     }
     if (!merger_.merge(odometry_data_.recordingTime, Pose::of(odometry_data_.pos), merged))
-      return {};  // at first there is none
+      return {};  // no scan yet
     tell_left_out();
     return put_local_buffer();
   }
@@ -142,9 +143,9 @@ class Scan2dMerge : public DataModule<Scan2dData> {
     Source& source = sources_[i];
     const tims::Time time = now();
     if (!source.here) {
-      if (time - source.heard < kTryAgain) return;
+      if (time - source.last_active < kTryAgain) return;
       if (call(source, {.on = kTryFor, .off = kTryFor, .data = kTryFor}))
-        log().info("%n is back", source.address);
+        log().info("%n sends data again", source.address);
       return;
     }
     for (;;) {
@@ -152,23 +153,24 @@ class Scan2dMerge : public DataModule<Scan2dData> {
       if (come && !*come) break;
       if (!come) return leave_out(i, come.error().message());
       const auto odometry = odometry_->proxy().get_data(scan_.recordingTime);
-      // Of a time that the odometry does not know: as if it had not come.
-      if (odometry && merger_.take(i, scan_, Pose::of(odometry->pos))) source.heard = time;
+      // A scan without odometry of its time is dropped.
+      if (odometry && merger_.take(i, scan_, Pose::of(odometry->pos))) source.last_active = time;
     }
-    if (time - source.heard > source.silence_most) leave_out(i, "it is silent");
+    if (time - source.last_active > source.silence_most) leave_out(i, "no scans");
   }
 
   void leave_out(std::size_t i, std::string_view why) {
-    log().warning("%n is left out until it is back: %s", sources_[i].address, why);
+    log().warning("%n is not merged until it sends data again: %s", sources_[i].address, why);
     sources_[i].here = false;
-    sources_[i].heard = now();
+    sources_[i].last_active = now();
     merger_.forget(i);
   }
 
   void tell_left_out() {
     if (merger_.left_out() > 0 && !told_left_out_)
-      log().warning("more points than a scan has room for: %u are left out, all around alike",
-                    static_cast<unsigned>(merger_.left_out()));
+      log().warning(
+          "more points than a scan has room for: %u are dropped, evenly over all directions",
+          static_cast<unsigned>(merger_.left_out()));
     told_left_out_ = merger_.left_out() > 0;
   }
 

@@ -1,8 +1,9 @@
-// Places in space, and frames that are moved and turned in it: of a turning scanner on a robot that
-// rolls and pitches, for which poses in the plane (components/geometry) are not enough. Pure.
+// Points in space, and frames that are translated and rotated: for a turning scanner on a robot
+// that rolls and pitches, for which poses in the plane (components/geometry) are not sufficient.
+// Pure.
 //
-// RACK's axes are x ahead, y right, z down; angles are clockwise when looking along their axis. A
-// pose turns about x (phi), then y (psi), then z (rho), and moves last.
+// RACK's axes are x forward, y right, z down; angles are clockwise when looking along their axis. A
+// pose rotates about x (phi), then y (psi), then z (rho), and translates last.
 #pragma once
 
 #include <array>
@@ -47,7 +48,7 @@ class Frame {
     return Frame({{{c, -s, 0}, {s, c, 0}, {0, 0, 1}}});
   }
 
-  // What lies at `local` in this frame, said in the frame that this one is in.
+  // Transforms a point from this frame to its parent frame.
   Place operator*(const Place& local) const { return turned(local) + origin_; }
   Frame operator*(const Frame& local) const {
     Frame made;

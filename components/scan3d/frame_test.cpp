@@ -34,7 +34,7 @@ TEST(Frame, RollsThenPitchesThenTurnsThenMoves) {
 }
 
 TEST(Track, IsKnownBetweenItsSamplesOnly) {
-  Track<double> track;
+  Trajectory<double> track;
   EXPECT_FALSE(track.at(1000, 0));
   EXPECT_TRUE(track.add(1000, 0.1));
   EXPECT_TRUE(track.add(1100, 0.3));
@@ -46,7 +46,7 @@ TEST(Track, IsKnownBetweenItsSamplesOnly) {
 }
 
 TEST(Track, TakesSamplesInAnyOrderAndTwice) {
-  Track<double> track;
+  Trajectory<double> track;
   for (const u32 time : {1000U, 1300U, 1100U, 1200U, 1300U, 900U, 1100U})
     EXPECT_TRUE(track.add(time, time / 10000.0));
   for (double ms = 0; ms <= 400; ms += 12.5)
@@ -54,7 +54,7 @@ TEST(Track, TakesSamplesInAnyOrderAndTwice) {
 }
 
 TEST(Track, KeepsTheNewest) {
-  Track<double> track;
+  Trajectory<double> track;
   u32 time = 4294960000U;  // over the end of the counter
   for (int i = 0; i < 1000; ++i) EXPECT_TRUE(track.add(time += 20, i * 0.01));
   EXPECT_NEAR(*track.at(time, -50), 9.965, 1e-9);
@@ -66,10 +66,10 @@ TEST(Track, KeepsTheNewest) {
 }
 
 TEST(Track, DoesNotBridgePausesAndSteps) {
-  Track<double> track;
+  Trajectory<double> track;
   track.add(1000, 0.1);
   track.add(1600, 0.1);
-  EXPECT_FALSE(track.at(1300, 0)) << "nobody knows what it did meanwhile";
+  EXPECT_FALSE(track.at(1300, 0)) << "the pause between the samples is too long";
   track.add(1650, 3);
   EXPECT_FALSE(track.at(1625, 0)) << "nothing turns like that";
   EXPECT_TRUE(track.at(1650, 0));
@@ -77,17 +77,17 @@ TEST(Track, DoesNotBridgePausesAndSteps) {
   EXPECT_FALSE(track.add(1700, INFINITY));
   EXPECT_FALSE(track.add(1700, 1e9));
 
-  Track<Pose> poses;
+  Trajectory<Pose> poses;
   poses.add(1000, {.rho = 6.2});
   poses.add(1050, {.x = 100, .rho = 0.1});
   EXPECT_NEAR(poses.at(1025, 0)->rho, 0.008, 0.001) << "the short way";
   poses.add(1100, {.x = 5000, .rho = 0.1});
-  EXPECT_FALSE(poses.at(1075, 0)) << "somebody told where it is";
+  EXPECT_FALSE(poses.at(1075, 0)) << "the pose was set";
   EXPECT_FALSE(poses.add(1200, {.psi = NAN}));
 }
 
 TEST(Track, BeginsAnewWhenAClockIsSet) {
-  Track<double> track;
+  Trajectory<double> track;
   track.add(50'000, 0.1);
   track.add(20'000, 0.2);
   track.add(20'100, 0.3);

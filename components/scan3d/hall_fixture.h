@@ -1,5 +1,5 @@
-// For tests: a robot drives through a hall, with a ladar on an axis that tilts or turns. What the
-// ladar measures is worked out point by point, each at its own moment.
+// For tests: a robot drives through a hall, with a ladar on an axis that tilts or turns. The
+// measurements of the ladar are computed point by point, each at its own time.
 #pragma once
 
 #include <algorithm>
@@ -14,7 +14,7 @@
 namespace rack::scan3d {
 
 struct Plane {
-  Place normal{};   // to the outside, length 1
+  Place normal{};   // unit vector to the outside
   double away = 0;  // mm from the origin of the world
 
   [[nodiscard]] double beyond(const Place& place) const {
@@ -44,7 +44,7 @@ struct Ride {
   double period = 1 / 75.0;   // s
   double duration = 6.67e-3;  // s, of a flat scan
   double noise = 0;           // mm, of a range
-  double axis_late = 0.06;    // s, until a sample is there
+  double axis_late = 0.06;    // s, delay of a sample
   double axis_period = 0.05;
   double pose_late = 0.04;
   double pose_period = 0.05;
@@ -52,7 +52,7 @@ struct Ride {
   std::mt19937 random{1};
 };
 
-// Where a ray is after each length.
+// A ray: origin and direction.
 struct Ray {
   Place from{};
   Place along{};
@@ -95,7 +95,7 @@ inline double range(const std::vector<Plane>& walls, const Ray& ray) {
   return nearest;
 }
 
-inline constexpr u32 kEpoch = 4294967000U;  // the clock wraps on the way
+inline constexpr u32 kEpoch = 4294967000U;  // the clock wraps during the drive
 inline TimeStamp stamp(double s) { return kEpoch + static_cast<u32>(std::llround(s * 1000)); }
 
 inline LadarData flat_scan(Ride& ride, const std::vector<Plane>& walls, double middle) {
@@ -116,7 +116,8 @@ inline LadarData flat_scan(Ride& ride, const std::vector<Plane>& walls, double m
   return scan;
 }
 
-// From 0 to `end`, s: what comes, comes when it would. All messages go to `got`.
+// Simulates from 0 to `end`, s: samples arrive with their delays. All messages are appended to
+// `got`.
 inline void drive(Ride& ride, const std::vector<Plane>& walls, double end, Sweep& sweep,
                   const std::function<void(const Scan3dData&)>& got) {
   Scan3dData message;
@@ -133,10 +134,10 @@ inline void drive(Ride& ride, const std::vector<Plane>& walls, double end, Sweep
   }
 }
 
-// --- how flat walls are
+// --- flatness of walls
 
 struct Flatness {
-  double p95 = 0;  // mm beside the plane that fits best
+  double p95 = 0;  // mm from the best fitting plane
   double max = 0;
   std::size_t points = 0;
 };
@@ -147,7 +148,7 @@ inline Place in_world(const Scan3dData& scan, const ScanPoint& point) {
                                               static_cast<double>(point.z.raw())};
 }
 
-// Of the points near this wall, and not near another one. The plane that fits best leans to the
+// For the points near this wall, and not near another one. The best fitting plane differs from the
 // wall by two small slopes: least squares over the two directions along it.
 inline Flatness flatness(const Scan3dData& scan, const std::vector<Plane>& walls,
                          std::size_t wall) {

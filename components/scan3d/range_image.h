@@ -1,8 +1,8 @@
-// A scan of space as a picture for people, and as text. Pure.
+// A 3D scan as a range image, and as text. Pure.
 //
-// Each flat scan is a row, each of its points a pixel that says how far away it is. The original's
-// graphical interface draws the rows of a pitching scanner mirrored: it expects the ladar to count
-// its points from the right. All others it takes as they are.
+// Each flat scan is a row; each pixel is the range of a point. The original's graphical interface
+// mirrors the rows of a pitching scanner: it expects the ladar to count its points from the right.
+// All other modes are not mirrored.
 #pragma once
 
 #include <string>
@@ -11,11 +11,11 @@
 
 namespace rack::scan3d {
 
-// Of a scan whose points are not compressed. What is missing at its end is invalid, what is too
-// much is left out.
+// The points of the scan must not be compressed. Missing pixels at the end are invalid, excess
+// points are dropped.
 Scan3dRangeImageData range_image(const Scan3dData& scan);
 
-// A line a point: x y z type segment intensity.
+// One line per point: x y z type segment intensity.
 std::string point_lines(const Scan3dData& scan);
 
 }  // namespace rack::scan3d

@@ -1,4 +1,4 @@
-// Scan3d: the scans of a ladar on an axis that tilts or turns it, as scans of space.
+// Scan3d: 3D scans from a ladar on an axis that tilts or turns it.
 #include <array>
 #include <cmath>
 #include <memory>
@@ -19,10 +19,10 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr milliseconds kSilence{200};      // of the ladar, at least five of its periods
-constexpr milliseconds kToldAgain{500};    // the axis, where it shall go
-constexpr double kThere = radians(1);      // near the end where it turns back
-constexpr std::uint32_t kLadarSlots = 16;  // scans that wait while a message is made
+constexpr milliseconds kSilence{200};  // without scans of the ladar; at least five of its periods
+constexpr milliseconds kResend{500};   // period of repeated commands to the axis
+constexpr double kThere = radians(1);  // distance to the end where the axis turns back
+constexpr std::uint32_t kLadarSlots = 16;  // scans that are queued while a message is built
 
 constexpr std::array<ParameterInfo, 36> kParameters = {{
     {"ladarSys", 0, "system id of the ladar", 0, kIdMax},
@@ -30,49 +30,52 @@ constexpr std::array<ParameterInfo, 36> kParameters = {{
     {"servoDriveSys", 0, "system id of the axis", 0, kIdMax},
     {"servoDriveInst", 0, "instance of the axis", 0, kIdMax, true},
     {"positionSys", 0, "system id of the position", 0, kIdMax},
-    {"positionInst", -1, "instance of the position, for refPos and the way; -1: none", -1, kIdMax},
+    {"positionInst", -1, "instance of the position, for refPos and the robot's movement; -1: none",
+     -1, kIdMax},
     {"odometrySys", 0, "system id of the odometry", 0, kIdMax},
     {"odometryInst", -1,
-     "instance of the odometry, for the way instead of the position, which may jump; -1: none", -1,
-     kIdMax},
+     "instance of the odometry, for the movement instead of the position, which may jump; -1: none",
+     -1, kIdMax},
     {"scanMode", 2,
      "1 roll (about x), 2 pitch (about y), 3 yaw, 4 top, 5 top-down (about z, the ladar upright, "
      "its front ahead, up, down)",
      1, 5},
-    {"angleMin", -45.0F, "of the axis: where a scan ends on this side, deg", -1e5, 1e5},
-    {"angleMax", 45.0F, "on the other side, deg", -1e5, 1e5},
-    {"round", 0, "1: round and round, each angleMax - angleMin is a scan; 0: to and fro", 0, 1},
-    {"drive", 1, "1: it moves the axis; 0: somebody else does", 0, 1},
-    {"axisVel", 20.0F, "how fast the axis is moved, deg/s; below 0: round the other way", -720,
-     720},
-    {"sectors", 8, "messages while it scans, beside the whole; 1: only the whole", 1, 64},
-    {"scanNum", 400, "flat scans of a whole, at most", 1, 10000},
-    {"maxPoints", 72400, "of a whole; with more points there are fewer flat scans", 1,
+    {"angleMin", -45.0F, "lower limit of the axis, deg", -1e5, 1e5},
+    {"angleMax", 45.0F, "upper limit of the axis, deg", -1e5, 1e5},
+    {"round", 0, "1: turn continuously, each angleMax - angleMin is a scan; 0: to and fro", 0, 1},
+    {"drive", 1, "1: move the axis; 0: another program moves it", 0, 1},
+    {"axisVel", 20.0F, "speed of the axis, deg/s; below 0: turn in the other direction", -720, 720},
+    {"sectors", 8,
+     "number of partial messages per scan, in addition to the whole; 1: only the whole", 1, 64},
+    {"scanNum", 400, "maximum number of flat scans in a whole scan", 1, 10000},
+    {"maxPoints", 72400,
+     "maximum number of points in a whole scan; more points per flat scan mean fewer flat scans", 1,
      static_cast<double>(kScan3dPointsMax)},
-    {"reduce", 1, "each so many-th point", 1, 10000},
+    {"reduce", 1, "use every n-th point", 1, 10000},
     {"minRange", 0, "nearer points are the robot itself, mm", 0, 1e6},
-    {"maxRange", 0, "farther points are left out, mm; 0: as the ladar", 0, 1e6},
-    {"axisX", 0, "where the axis is on the robot, mm"},
-    {"axisY", 0, "mm"},
+    {"maxRange", 0, "farther points are ignored, mm; 0: range of the ladar", 0, 1e6},
+    {"axisX", 0, "position of the axis on the robot, mm forward"},
+    {"axisY", 0, "mm to the right"},
     {"axisZ", 0, "mm, down"},
-    {"axisPhi", 0.0F, "how it is built in, deg about x", -360, 360},
+    {"axisPhi", 0.0F, "orientation of the axis, deg about x", -360, 360},
     {"axisPsi", 0.0F, "deg about y", -360, 360},
     {"axisRho", 0.0F, "deg about z", -360, 360},
-    {"ladarX", 0, "where the ladar is on what turns, at angle 0, mm"},
-    {"ladarY", 0, "mm"},
+    {"ladarX", 0, "position of the ladar relative to the axis at angle 0, mm forward"},
+    {"ladarY", 0, "mm to the right"},
     {"ladarZ", 0, "mm, down"},
-    {"ladarRho", 0.0F, "where it looks in its plane, deg clockwise", -360, 360},
-    {"ladarUpsideDown", 0, "1: it is built on upside down", 0, 1},
-    {"ladarReversed", 0, "1: its last point is measured first (SICK LMS200, S300)", 0, 1},
-    {"ladarLag", 0.0F, "how much later than its scans its times are, ms", -1000, 1000},
-    {"ladarDuration", -1.0F, "of a flat scan, ms; -1: as the ladar says; LadarSim: 0", -1, 1000},
-    {"compress", 0, "1: points are sent compressed", 0, 1},
+    {"ladarRho", 0.0F, "orientation of the ladar in its plane, deg clockwise", -360, 360},
+    {"ladarUpsideDown", 0, "1: the ladar is mounted upside down", 0, 1},
+    {"ladarReversed", 0, "1: the last point is measured first (SICK LMS200, S300)", 0, 1},
+    {"ladarLag", 0.0F, "delay of the time stamps of the ladar, ms", -1000, 1000},
+    {"ladarDuration", -1.0F,
+     "duration of a flat scan, ms; -1: as reported by the ladar; LadarSim: 0", -1, 1000},
+    {"compress", 0, "1: compress the points", 0, 1},
     kStorePath,
 }};
 
 constexpr ModuleInfo kInfo{
     .program = "Scan3d",
-    .purpose = "The scans of a ladar on an axis that tilts or turns it, as scans of space.",
+    .purpose = "3D scans from a ladar on an axis that tilts or turns it.",
     .class_id = tims::class_id::kScan3d,
     .parameters = kParameters,
 };
@@ -95,10 +98,10 @@ class Scan3d : public Scan3dCommands<DataModule<Scan3dData>> {
     if (!(settings.to > settings.from)) return refused("angleMax is not larger than angleMin");
     velocity_ = radians(static_cast<double>(real("axisVel")));
     if (velocity_ == 0) return refused("axisVel=0: the axis would never move");
-    if (velocity_ < 0 && !settings.is_round) return refused("axisVel is below 0, but not round");
+    if (velocity_ < 0 && !settings.is_round) return refused("axisVel below 0 needs round=1");
     sweep_ = std::make_unique<Sweep>(settings);
-    told_ = {};
-    losses_told_ = {};
+    commanded_ = {};
+    reported_losses_ = {};
     servo_.emplace(*work_, address_of(tims::class_id::kServoDrive, "servoDrive"));
     if (auto on = servo_->on(); !on) return on;
     if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
@@ -165,7 +168,7 @@ class Scan3d : public Scan3dCommands<DataModule<Scan3dData>> {
     return {};
   }
 
-  // Where axis and robot are now, and where they were when the scan that waits was made.
+  // Requests the current poses of axis and robot, and those at the time of the pending scan.
   Result<void> ask() {
     const auto axis = servo_->get_data();
     if (!axis) return axis.error();
@@ -185,7 +188,7 @@ class Scan3d : public Scan3dCommands<DataModule<Scan3dData>> {
     return {};
   }
 
-  // The time of the newest; without a robot's way it is never too old.
+  // The time of the newest pose; without poses of the robot it is never too old.
   Result<TimeStamp> newest_pose() {
     if (!position_ && !odometry_) return ladar_data_.recordingTime + kSilence;
     TimeStamp time = 0;
@@ -205,26 +208,27 @@ class Scan3d : public Scan3dCommands<DataModule<Scan3dData>> {
     if (recorded != nullptr) *recorded = data->recordingTime;
     return {};
   }
-  // Who has no data of that time any more answers ERROR: the flat scan is lost, no more.
+  // A component without data of that time answers ERROR: only that flat scan is lost.
   template <typename Data>
   static Result<void> known_or_lost(const Result<Data>& data) {
     if (data || data.error().code() == tims::Errc::kAnsweredError) return {};
     return data.error();
   }
 
-  // To the other end when it is at one; again and again, for it may have been off meanwhile.
+  // Moves to the other end when one is reached. The command is repeated, since the drive may have
+  // been off.
   Result<void> move_axis() {
     if (integer("drive") == 0) return {};
     const double low = angle("angleMin");
     const double high = angle("angleMax");
     const double before = goal_;
-    if (!told_ || (goal_ != low && goal_ != high))
+    if (!commanded_ || (goal_ != low && goal_ != high))
       goal_ = std::abs(angle_ - low) < std::abs(angle_ - high) ? low : high;
     if (std::abs(angle_ - goal_) < kThere) goal_ = goal_ == low ? high : low;
     const bool is_round = integer("round") != 0;
     const tims::Time time = now();
-    if (told_ && (is_round || goal_ == before) && time - *told_ < kToldAgain) return {};
-    told_ = time;
+    if (commanded_ && (is_round || goal_ == before) && time - *commanded_ < kResend) return {};
+    commanded_ = time;
     if (is_round) return servo_->move_vel(static_cast<f32>(velocity_));
     return servo_->move_pos(
         {.position = static_cast<f32>(goal_), .vel = static_cast<f32>(velocity_)});
@@ -232,7 +236,7 @@ class Scan3d : public Scan3dCommands<DataModule<Scan3dData>> {
 
   Result<void> send() {
     Scan3dData& scan = get_local_buffer();
-    if (odometry_) {  // its frame is nobody else's
+    if (odometry_) {  // the frame of the odometry is only used here
       scan.refPos = {};
       if (position_) {
         const auto position = position_->get_data(scan.recordingTime);
@@ -251,14 +255,14 @@ class Scan3d : public Scan3dCommands<DataModule<Scan3dData>> {
 
   void tell_losses() {
     const SweepLosses& losses = sweep_->losses();
-    const auto told = std::exchange(losses_told_, losses);
-    const auto lost = losses.unplaced + losses.crowded - told.unplaced - told.crowded;
+    const auto reported = std::exchange(reported_losses_, losses);
+    const auto lost = losses.unplaced + losses.crowded - reported.unplaced - reported.crowded;
     if (lost > 0)
-      log().warning("%d flat scans left out: where axis or robot were is not known in time",
+      log().warning("%d flat scans dropped: the pose of axis or robot was not known in time",
                     static_cast<std::int64_t>(lost));
-    if (losses.broken > told.broken)
-      log().warning("%d flat scans left out: without points, or of more than a second",
-                    static_cast<std::int64_t>(losses.broken - told.broken));
+    if (losses.broken > reported.broken)
+      log().warning("%d flat scans dropped: no points, or longer than a second",
+                    static_cast<std::int64_t>(losses.broken - reported.broken));
   }
 
   Result<Scan3dData> shown() const override {
@@ -274,13 +278,13 @@ class Scan3d : public Scan3dCommands<DataModule<Scan3dData>> {
   std::optional<OdometryProxy> odometry_;
   LadarData ladar_data_;
   std::unique_ptr<Sweep> sweep_;
-  SweepLosses losses_told_{};
+  SweepLosses reported_losses_{};
   Scan3dCompression compression_;
   milliseconds silence_{};
   double velocity_ = 0;  // rad/s
-  double angle_ = 0;     // of the axis, the newest
+  double angle_ = 0;     // newest angle of the axis
   double goal_ = 0;
-  std::optional<tims::Time> told_{};  // the axis, last
+  std::optional<tims::Time> commanded_{};  // time of the last command to the axis
   mutable PriorityMutex whole_mutex_;
   Scan3dData whole_;
 };

@@ -1,5 +1,5 @@
-// What every component with scans of space is asked for beside its data: the newest scan as a
-// picture (GET_RANGE_IMAGE), and to write it to a file (STORE_DATA).
+// Commands of every component with 3D scans: the newest scan as a range image (GET_RANGE_IMAGE),
+// and to a file (STORE_DATA).
 #pragma once
 
 #include <fstream>
@@ -14,17 +14,17 @@
 namespace rack {
 
 inline constexpr ParameterInfo kStorePath{
-    "storePath", "", "STORE_DATA writes the scan to this and a number, as text (.3d)"};
+    "storePath", "", "path prefix for STORE_DATA, completed by a number and .3d (text)"};
 
-// `Base` is a DataModule<Scan3dData> with the parameter kStorePath. Commands of people: they may
-// allocate.
+// `Base` is a DataModule<Scan3dData> with the parameter kStorePath. The commands come from users,
+// so they may allocate.
 template <class Base>
 class Scan3dCommands : public Base {
  public:
   using Base::Base;
 
  protected:
-  // The scan that is shown; its points may be compressed.
+  // The scan for these commands; its points may be compressed.
   virtual Result<Scan3dData> shown() const {
     const std::lock_guard lock(this->mutex_);
     if (this->history().size() == 0) return this->refused("there is no scan yet");
@@ -46,7 +46,7 @@ class Scan3dCommands : public Base {
  private:
   Result<void> store(const Scan3dData& scan) {
     const std::string path = this->text("storePath");
-    if (path.empty()) return this->refused("storePath says where to, and is empty");
+    if (path.empty()) return this->refused("storePath is empty; set it to a path prefix");
     const std::string name = path + "_" + std::to_string(++stored_) + ".3d";
     std::ofstream file(name);
     file << scan3d::point_lines(scan);

@@ -10,13 +10,13 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr double kTurnedBack = 0.01;  // rad, against the direction: no noise
-constexpr double kWhole = 0.9;        // of the span, that were seen
-constexpr double kLongest = 1000;     // ms, of a flat scan
+constexpr double kTurnedBack = 0.01;  // rad, against the direction: more than noise
+constexpr double kWhole = 0.9;        // share of the span that must be seen
+constexpr double kLongest = 1000;     // ms, maximum duration of a flat scan
 constexpr std::int64_t kComplete = std::numeric_limits<std::int64_t>::max();  // instead of a cell
-constexpr milliseconds kWaitMax{2000};  // for samples from after a scan
+constexpr milliseconds kWaitMax{2000};  // for samples after a scan
 
-// The plane of the ladar at angle 0: where ahead and right of it lie on what turns.
+// The plane of the ladar at angle 0: its forward and right directions in the frame of the axis.
 std::pair<Place, Place> plane_of(i32 mode) {
   switch (mode) {
     case scan_mode::kYaw:
@@ -56,7 +56,7 @@ Sweep::Sweep(const SweepSettings& settings)
   for (LadarData& scan : waiting_) reserve_all(scan);
 }
 
-// --- flat scans wait until it is known where they were made
+// --- flat scans are queued until their pose is known
 
 void Sweep::add(const LadarData& scan) {
   const double half = half_of(scan);
@@ -104,7 +104,7 @@ Sweep::Found Sweep::find(const LadarData& scan, Course& course) const {
   const bool is_late = (axis_.is_empty() || axis_.newest() < end) ||
                        (settings_.has_poses && (poses_.is_empty() || poses_.newest() < end));
   if (is_late) {
-    // As long as the ladar itself has not gone on for long, they may still come.
+    // As long as the newest scan is not much later, the samples may still arrive.
     const LadarData& newest = waiting_[(first_ + count_ - 1) % waiting_.size()];
     const auto waited = std::chrono::abs(newest.recordingTime - scan.recordingTime);
     return waited <= kWaitMax ? Found::kNotYet : Found::kNever;
@@ -156,7 +156,7 @@ bool Sweep::next(Scan3dData& scan) {
   }
 }
 
-// --- where in the sweep it is
+// --- position in the sweep
 
 bool Sweep::take(const LadarData& scan, const Course& course) {
   const double axis = course.axis();
@@ -190,7 +190,7 @@ bool Sweep::take(const LadarData& scan, const Course& course) {
   return true;
 }
 
-// False: it has turned back, and the sweep has ended.
+// False: the axis has turned back, and the sweep has ended.
 bool Sweep::follow_direction(double axis) {
   if (!farthest_) farthest_ = axis;
   if (direction_ == 0) {
@@ -211,7 +211,7 @@ bool Sweep::follow_direction(double axis) {
 // False: the next span has begun, and the sweep has ended.
 bool Sweep::follow_round(double axis) {
   const double turn = std::floor((axis - settings_.from) / (settings_.to - settings_.from));
-  // Back by less than a change of direction is no other span.
+  // A movement back that is less than a change of direction does not start another span.
   if (turn == turn_ || (sweep_.scans > 0 && (turn - turn_) * direction_ < 0)) return true;
   turn_ = turn;
   last_cell_ = -1;
@@ -219,8 +219,8 @@ bool Sweep::follow_round(double axis) {
   return !is_sweep_due_;
 }
 
-// Of the span, in the direction of the sweep: from 0 to 1. What lies before or behind it is not of
-// it.
+// Position in the span in the direction of the sweep, 0 to 1; outside of the span, beyond these
+// limits.
 double Sweep::progress(double axis) const {
   const double span = settings_.to - settings_.from;
   const double turned = (axis - settings_.from) / span - (settings_.is_round ? turn_ : 0);
@@ -309,7 +309,7 @@ void Sweep::fill(const Part& part, Scan3dData& scan) const {
   scan.refPos = settings_.has_poses ? last_.middle.position() : Position3d{};
   scan.compressed = 0;
   scan.compressedPoints.clear();
-  // By the reference position as it is sent, in whole millimetres.
+  // Uses the reference position as it is sent, in whole millimetres.
   const Frame from_origin =
       settings_.has_poses ? (to_origin_ * Frame(Pose::of(scan.refPos))).inverse() : Frame();
   scan.points.resize(size_ - part.point);
@@ -326,8 +326,8 @@ void Sweep::fill(const Part& part, Scan3dData& scan) const {
   scan.pointNum = static_cast<i32>(scan.points.size());
 }
 
-// As the original's graphical interface draws them: a positive pitch goes from above to below, all
-// other positive ones clockwise.
+// The sign for the original's graphical interface: a positive pitch goes from top to bottom, all
+// other positive modes clockwise.
 i32 Sweep::mode() const {
   const i32 mode = settings_.mounting.mode;
   const bool is_positive = mode == scan_mode::kPitch ? direction_ < 0 : direction_ > 0;

@@ -210,7 +210,7 @@ TEST(Sweep, WaitsForTheAxisAndGivesUp) {
   EXPECT_EQ(sweep.losses().unplaced, 0U);
   sweep.add(flat_scan(ride, walls, 3));
   EXPECT_FALSE(sweep.next(scan));
-  EXPECT_EQ(sweep.losses().unplaced, 14U) << "nobody has said for two seconds where the axis was";
+  EXPECT_EQ(sweep.losses().unplaced, 14U) << "no sample of the axis for two seconds";
   for (int i = 0; i < 100; ++i) sweep.add(flat_scan(ride, walls, 3.1));
   EXPECT_EQ(sweep.losses().crowded, 69U);
 }

@@ -1,11 +1,11 @@
-// Where something was at any moment, by samples of it: the angle of an axis, the pose of a robot.
+// The trajectory of a value over time, from samples: the angle of an axis, the pose of a robot.
 // Pure.
 //
-// Samples may come twice and in any order; the newest of them are kept, sorted by time. Between two
-// of them it went straight and evenly. A moment is known only when both its neighbours are: nothing
-// is guessed ahead. A pause between them that is too long, or a step that nothing real makes, is no
-// way from the one to the other. Clocks are set at times: a sample far away from all others begins
-// anew.
+// Samples may arrive twice and in any order; the newest ones are kept, sorted by time. Between two
+// samples the value is interpolated linearly. A value is known only between two samples: there is
+// no extrapolation. A pause between samples that is too long, or a step that is physically
+// impossible, is not interpolated. Clocks may be set: a sample far away in time from all others
+// clears them.
 #pragma once
 
 #include <algorithm>
@@ -19,7 +19,7 @@
 
 namespace rack::scan3d {
 
-// --- of which values there are tracks
+// --- types of values
 
 inline double between(double a, double b, double part) { return a + (b - a) * part; }
 using rack::between;
@@ -30,17 +30,19 @@ inline bool is_usable(const Pose& pose) {
          std::isfinite(pose.phi) && std::isfinite(pose.psi) && std::isfinite(pose.rho);
 }
 
-// What goes from the one to the other within so many ms; rounding and noise are no step.
-inline bool is_way(double from, double to, double /*ms*/) { return std::abs(to - from) < 0.5; }
-inline bool is_way(const Pose& from, const Pose& to, double ms) {
-  constexpr double kSpeed = 30;        // mm in a ms
-  constexpr double kTurning = 0.0125;  // rad in a ms: two turns a second
+// Whether a value can change from one to the other within `ms`; rounding and noise are not steps.
+inline bool is_continuous(double from, double to, double /*ms*/) {
+  return std::abs(to - from) < 0.5;
+}
+inline bool is_continuous(const Pose& from, const Pose& to, double ms) {
+  constexpr double kSpeed = 30;        // mm per ms
+  constexpr double kTurning = 0.0125;  // rad per ms: two turns per second
   return std::hypot(to.x - from.x, to.y - from.y, to.z - from.z) < 50 + kSpeed * ms &&
          std::abs(signed_angle(to.rho - from.rho)) < 0.05 + kTurning * ms;
 }
 
 template <typename Value>
-class Track {
+class Trajectory {
  public:
   // False: the sample cannot be used.
   bool add(TimeStamp time, const Value& value) {
@@ -67,10 +69,12 @@ class Track {
   }
 
   [[nodiscard]] bool is_empty() const { return size_ == 0; }
-  [[nodiscard]] TimeStamp newest() const { return samples_[size_ - 1].time; }  // of those there are
+  [[nodiscard]] TimeStamp newest() const {
+    return samples_[size_ - 1].time;
+  }  // requires !is_empty()
   void clear() { size_ = 0; }
 
-  // `ms` after `time`, with fractions. None: it is not known.
+  // The value `ms` after `time`, with fractions. None: it is not known.
   [[nodiscard]] std::optional<Value> at(TimeStamp time, double ms) const {
     const auto kept = std::span(samples_).first(size_);
     const auto is_before = [&](const Sample& sample) { return ms_between(time, sample) <= ms; };
@@ -81,7 +85,7 @@ class Track {
     if (since <= 0) return before.value;
     if (after == kept.end()) return {};
     const double pause = ms_between(before.time, *after);
-    if (pause > kPauseMax || !is_way(before.value, after->value, pause)) return {};
+    if (pause > kPauseMax || !is_continuous(before.value, after->value, pause)) return {};
     return between(before.value, after->value, since / pause);
   }
 

@@ -1,5 +1,5 @@
-// The mean of the last samples: what this component computes, apart from threads and messages, so
-// that a test can try it without a router.
+// The mean of the last samples: the computation of this component, separate from threads and
+// messages, so that it can be tested without a router.
 #pragma once
 
 #include <numeric>

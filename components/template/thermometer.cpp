@@ -1,4 +1,4 @@
-// Thermometer: tells a temperature, and whether it is above a limit.
+// Thermometer: measures a temperature, and compares it with a limit.
 #include "thermometer.h"
 
 #include <array>
@@ -15,17 +15,18 @@ namespace {
 
 constexpr int kIcePoint = 273150;  // mK
 
-// Each is an option, a parameter that SET_PARAM changes, and a line of --help.
+// Each parameter is a command line option, can be changed by SET_PARAM, and has a line in --help.
 constexpr std::array<rack::ParameterInfo, 4> kParameters = {{
-    {"sensor", "", "file with thousandths of degrees Celsius, as of hwmon; none: simulated"},
-    {"period", 100, "ms", 10, 60000},
-    {"smoothing", 4, "samples that are averaged", 1, 16},
-    {"limit", 353150, "too hot above, mK", 0, 2e6},
+    {"sensor", "",
+     "file with the temperature in 1/1000 degrees Celsius, as from hwmon; empty: simulated"},
+    {"period", 100, "period of the data, ms", 10, 60000},
+    {"smoothing", 4, "number of samples to average", 1, 16},
+    {"limit", 353150, "limit for tooHot, mK", 0, 2e6},
 }};
 
 constexpr rack::ModuleInfo kInfo{
     .program = "Thermometer",
-    .purpose = "Tells a temperature, and whether it is above a limit.",
+    .purpose = "Measures a temperature, and compares it with a limit.",
     .class_id = kThermometer,
     .parameters = kParameters,
     .own_class = &kThermometerClass,
@@ -57,13 +58,13 @@ class Thermometer : public rack::DataModule<ThermometerData> {
     return put_local_buffer();
   }
 
-  // By the command task; the answer of what goes wrong is ERROR, with its words.
+  // Called by the command task; an error is answered by ERROR with its text.
   rack::Result<void> module_command(const tims::MessageView& message) override {
     if (message.header.type != ThermometerType::kSetLimit)
       return DataModule::module_command(message);
     const auto wanted = rack::decode<ThermometerLimit>(message);
     if (!wanted) return wanted.error();
-    if (wanted->limit < 0) return refused("nothing is colder than 0 K");
+    if (wanted->limit < 0) return refused("the limit must not be below 0 K");
     limit_ = wanted->limit.raw();
     reply(message.header, tims::type::kOk);
     return {};
@@ -74,7 +75,7 @@ class Thermometer : public rack::DataModule<ThermometerData> {
     if (path.empty()) return kIcePoint + 20000 + static_cast<int>(rack::time_stamp().raw() % 1000);
     int celsius = 0;
     std::ifstream file(path);
-    if (!(file >> celsius)) return refused(path + ": cannot be read, or is no number");
+    if (!(file >> celsius)) return refused(path + ": cannot be read, or is not a number");
     return kIcePoint + celsius;
   }
 

@@ -1,6 +1,6 @@
-// What a thermometer says and is told: its messages, in one place. Everything else about them is
-// made of this file: bytes in either order, the calls of the proxy, and the description by which
-// timsctl and DatalogRec know their fields (rack_message_file() in CMakeLists.txt).
+// The messages of a thermometer, in one place. Everything else is derived from this file: the
+// encoding in both byte orders, the calls of the proxy, and the description that gives timsctl and
+// DatalogRec the fields (rack_message_file() in CMakeLists.txt).
 #pragma once
 
 #include <rack/proxies/catalogue.h>
@@ -8,10 +8,10 @@
 
 namespace thermometer {
 
-// Of the class in addresses. RACK's own are below 128.
+// The class id in addresses. Ids below 128 are reserved for RACK.
 inline constexpr rack::u32 kThermometer = 128;
 
-// Units of one's own have a name, the name of their SI unit, and what one of them is in it.
+// A custom unit has a name, the name of its SI unit, and its size in that unit.
 struct Millikelvin {
   static constexpr std::string_view kName = "mK";
   static constexpr std::string_view kSiName = "K";
@@ -25,15 +25,15 @@ struct ThermometerType {
   };
 };
 
-// A struct's fields are its layout. Lengths that vary: a Count, and behind all other fields the
-// Sequence. The data of a component begin with the time.
+// The fields of a struct are its layout. For a variable length: a Count, and a Sequence after all
+// other fields. The data of a component begin with the time.
 struct ThermometerData {
   rack::TimeStamp recordingTime = 0;
   Temperature temperature = 0;  // smoothed
   Temperature limit = 0;
   rack::u8 tooHot = 0;  // 1: above the limit
   rack::Count sampleNum = {};
-  rack::Sequence<Temperature, 16> samples = {};  // what it is made of, newest last
+  rack::Sequence<Temperature, 16> samples = {};  // the averaged samples, newest last
 };
 
 struct ThermometerLimit {
@@ -46,7 +46,7 @@ inline constexpr rack::MessageInfo kMessages[] = {
 };
 inline constexpr rack::ClassInfo kThermometerClass = {kThermometer, "Thermometer", kMessages};
 
-// What other components call.
+// The interface for other components.
 class ThermometerProxy : public rack::DataProxy<ThermometerData> {
  public:
   using DataProxy::DataProxy;
