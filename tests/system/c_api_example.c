@@ -1,5 +1,5 @@
-/* A component in C: asks another one, and answers it itself, as one would from any language that
- * binds to tims.h. c_api_test starts it: c_api_example ROUTER. */
+/* A client and a server in C, as in any language with bindings to tims.h. c_api_test starts it:
+ * c_api_example ROUTER. */
 #include <poll.h>
 #include <stdio.h>
 #include <string.h>
@@ -19,7 +19,7 @@ static void on_event(void* user, enum tims_event event, const char* text) {
   if (event == TIMS_EVENT_CONNECTED) ++*(int*)user;
 }
 
-/* What a server does in its event loop. */
+/* One step of a server's event loop. */
 static int answer_one(tims_mailbox* server) {
   struct pollfd wait = {tims_event_fd(server), POLLIN, 0};
   struct tims_header request;

@@ -29,7 +29,7 @@ class DoraTest : public testing::Test {
  protected:
   void SetUp() override {
     if (::geteuid() != 0) GTEST_SKIP() << "network namespaces need root";
-    if (!lines().empty()) GTEST_SKIP() << "another one drives here: " << lines().front();
+    if (!lines().empty()) GTEST_SKIP() << "another Dora is running: " << lines().front();
   }
   static ChildProcess start(std::vector<std::string> arguments) {
     std::vector<std::string> command = {DORA_PROGRAM, "--fleet-file", DORA_FLEET};
@@ -38,7 +38,7 @@ class DoraTest : public testing::Test {
     EXPECT_TRUE(child) << child.error().message();
     return std::move(*child);
   }
-  // What a fleet of that process would have left.
+  // Files and namespaces that a fleet of that process has not removed.
   static std::vector<std::string> left_by(pid_t process) {
     std::vector<std::string> left;
     const std::string name = "dora" + std::to_string(process % 100000);
@@ -51,7 +51,7 @@ class DoraTest : public testing::Test {
     for (std::string& line : lines()) left.push_back(std::move(line));
     return left;
   }
-  // Of her devices: there are no two of them at the same time.
+  // The lines of Dora's devices; only one Dora can run at a time.
   static std::vector<std::string> lines() {
     std::vector<std::string> all;
     for (const auto& entry : fs::directory_iterator("/tmp"))
@@ -64,7 +64,7 @@ std::string text(const json::object& row, const char* name) {
   return std::string(row.at(name).as_string());
 }
 
-TEST_F(DoraTest, DrivesStopsAndGoesOnByHerself) {
+TEST_F(DoraTest, DrivesStopsAndContinuesAutonomously) {
   auto dora = start({"--for", "5s", "--json"});
   const pid_t process = dora.pid();
   const auto ended = dora.wait(90s);
@@ -79,11 +79,13 @@ TEST_F(DoraTest, DrivesStopsAndGoesOnByHerself) {
     const std::string what = text(row, "what");
     const std::string measured = text(row, "measured");
     const bool held = text(row, "verdict") == "held";
-    // All messages must arrive, in time or not. Steps that do not fit in five seconds are no failure.
+    // All messages must arrive, in time or not. Steps that do not fit in five seconds are no
+    // failure.
     if (what.starts_with("period of ")) {
       ++periods;
       if (measured.find("intervals received") != std::string::npos) failed.push_back(what);
-    } else if (what.starts_with("posts that appear") || what == "programs that ended unexpectedly") {
+    } else if (what.starts_with("posts that appear") ||
+               what == "programs that ended unexpectedly") {
       if (!held) failed.push_back(fmt::format("{}: {}", what, measured));
     }
   }

@@ -155,7 +155,7 @@ TEST_F(FleetTest, TheNextFleetRemovesTheRemainsOfACrash) {
   EXPECT_EQ(namespaces().size(), 3U);
   const Ran up = run({"sim", "up", file_, "--fleet", name_, "--detach"});
   EXPECT_EQ(up.code, 0) << up.err;
-  EXPECT_THAT(up.err, HasSubstr("cleaned up what a crash had left"));
+  EXPECT_THAT(up.err, HasSubstr("removed the remains of a crash"));
   EXPECT_EQ(state().at("state"), "running");
 
   ASSERT_EQ(::kill(static_cast<pid_t>(state().at("pid").as_int64()), SIGKILL), 0);

@@ -58,7 +58,7 @@ TEST_F(ModulesProgramsTest, DoNotLogCommandsWhileTheyAreOff) {
   ASSERT_FALSE(moved);
   EXPECT_EQ(moved.error().detail(),
             "Chassis(0/0), MOVE: GUI(0/0) is not the active pilot of this chassis, which has none");
-  const auto said = program.wait_for_line("is not its active pilot");
+  const auto said = program.wait_for_line("is not the active pilot of this chassis");
   ASSERT_TRUE(said) << said.error().message();
   EXPECT_NE(said->find("warning: MOVE from GUI(0/0):1: "), std::string::npos) << *said;
   EXPECT_EQ(program.output().find("GET_DATA"), std::string::npos);
@@ -80,7 +80,8 @@ TEST_F(ModulesProgramsTest, StayOffWhenTheyWereTurnedOffByAUser) {
     ASSERT_FALSE(tried) << "tried at once, and refused with a reason";
     EXPECT_NE(tried.error().message().find("Odometry(0/0), ON: the component answered"),
               std::string::npos);
-    EXPECT_NE(tried.error().message().find("until it is turned on by hand"), std::string::npos)
+    EXPECT_NE(tried.error().message().find("only an operator can turn it on again"),
+              std::string::npos)
         << tried.error().message();
   }
   EXPECT_EQ(status(), "disabled");

@@ -1,4 +1,4 @@
-// A component that misbehaves as its parameter `deed` says; only for tests.
+// A component that violates rules as its parameter `deed` selects; only for tests.
 #include <array>
 #include <cstdlib>
 #include <semaphore>
@@ -13,7 +13,7 @@
 #include "rack/data_module.h"
 #include "rack/proxies/clock.h"
 
-// Functions that back-traces must name: not inlined, and not the last thing their callers do.
+// Functions that back traces must name: not inlined, and not called as tail calls.
 namespace rack::deeds {
 
 [[gnu::noinline]] void takes_a_nap() {
@@ -31,13 +31,13 @@ namespace rack::deeds {
 
 [[gnu::noinline]] void writes_to_nowhere() {
   volatile int* nowhere = nullptr;
-  asm volatile("" : "+r"(nowhere));  // the compiler would know that this is a mistake
+  asm volatile("" : "+r"(nowhere));  // hides the null pointer from the compiler
   *nowhere = 1;
 }
 
 [[gnu::noinline]] void gives_up() { std::abort(); }
 
-// Another thread has the dynamic linker's lock, and does not give it back.
+// Another thread holds the dynamic linker's lock and does not release it.
 void occupy_dynamic_linker() {
   static std::binary_semaphore occupied{0};
   static std::jthread holder([] {
@@ -82,7 +82,7 @@ class Offender : public DataModule<ClockData> {
 
   Result<void> module_loop() override {
     sleep_until_next(period());
-    // What the first data set was made with: nothing happens before it is on.
+    // The violation starts with the second data set, so nothing happens while it is off.
     if (history().size() > 0) misbehave(static_cast<Deed>(integer("deed")));
     get_local_buffer().recordingTime = time_stamp();
     return put_local_buffer();

@@ -1,5 +1,5 @@
-// The windows for Mcl, FeatureMap, GridMap, Position and the common map of the original's GUI at
-// our components, and the one for Scan3d: what they send, read and paint.
+// The windows for Mcl, FeatureMap, GridMap, Position, the common map and Scan3d of the original's
+// GUI with our components: what they send, receive and paint.
 #include <cmath>
 #include <fstream>
 #include <numbers>
@@ -36,7 +36,7 @@ class OriginalMapsTest : public RobotTest {
     gui_.emplace(router_.tcp());
   }
   Window open_window(std::uint32_t component) { return gui_->open_window(component); }
-  // On as soon as what it lives on is there: people press again.
+  // Presses On until the components that it needs are available, as users do.
   static void press_on_until_ok(Window& window) {
     ASSERT_TRUE(eventually([&] { return window.answer_to(type::kOn) == type::kOk; }, "it is on"));
   }
@@ -58,9 +58,9 @@ Place place_of(Fields& fields) {
   return place;
 }
 
-// --- Position, and the map that all windows paint on
+// --- Position, and the common map
 
-// Also what a click on the map sends: no time, and no deviations.
+// The message of a click on the map: without time and deviations.
 Body position_update(i32 x, i32 y, float rho) {
   return Body().add(i32{0}).add(x, y, i32{0}, 0.0F, 0.0F, rho).text("", 24);
 }
@@ -94,7 +94,7 @@ TEST_F(OriginalMapsTest, PositionIsShownAndSetByAClick) {
   EXPECT_TRUE(shows(7000, -9000, 1.5F));
 }
 
-// The hull that the common map paints; it asks when it is opened, whatever is on.
+// The common map paints the hull; it requests it when it is opened, whichever components are on.
 TEST_F(OriginalMapsTest, TheHullOfTheChassisIsPainted) {
   start("ChassisSim");
   const auto chassis = proxy<rack::ChassisProxy>("Chassis(0/0)").get_parameter();
@@ -120,7 +120,7 @@ struct Cloud {
   std::vector<std::array<i32, 2>> measurements;
 };
 
-// Points of the types it knows, each a square; lines are pairs of points.
+// Points of the types that the window knows are squares; pairs of points are lines.
 Cloud paint_cloud(const OwnedMessage& message) {
   Fields fields(message);
   fields.next<i32>();
@@ -143,13 +143,13 @@ Cloud paint_cloud(const OwnedMessage& message) {
   return cloud;
 }
 
-TEST_F(OriginalMapsTest, MclShowsItsSamplesAndWhereBeamsEnd) {
+TEST_F(OriginalMapsTest, MclShowsItsSamplesAndTheEndsOfBeams) {
   start("ChassisSim");
   start("OdometryChassis", {"--initPosX=3000", "--initPosY=2500"});
   start("Scan2dSim", {"--mapFile", FLOOR_PLAN});
   start("MonteCarloLocalisation", {"--startX=3000", "--startY=2500", "--period=200"});
   Window window = open_window(kMcl);
-  // As Java writes names of files: without padding.
+  // File names as Java writes them: without padding.
   const auto name = [](std::string_view file) {
     return Body().add(static_cast<i32>(file.size())).text(file);
   };
@@ -182,20 +182,21 @@ std::vector<Line> lines_of(const OwnedMessage& message) {
   fields.next<i32>();
   place_of(fields);
   const auto count = static_cast<std::size_t>(fields.next<i32>());
-  EXPECT_LE(count, 200U) << "it has room for no more";
+  EXPECT_LE(count, 200U) << "the window has room for 200";
   EXPECT_EQ(message.body.size(), 32 + 72 * count);
   std::vector<Line> lines(count);
   for (Line& line : lines) {
     for (double& end : line.ends) end = fields.next<double>();
     fields.skip<double>(4);
     line.layer = fields.next<i32>();
-    EXPECT_GE(line.layer, 0) << "it has no colour";
+    EXPECT_GE(line.layer, 0) << "the window has no colour for it";
     EXPECT_EQ(fields.next<i32>(), rack::FeatureMapDataPoint::kLine);
   }
   return lines;
 }
 
-// What clicks send: ends and, of a new line, length, layer and type. The rest is 0, or old.
+// The message of clicks: the ends and, for a new line, length, layer and type. Other fields are 0
+// or have old values.
 Body feature(const std::array<double, 4>& ends, i32 layer, i32 number) {
   const auto& [x, y, x2, y2] = ends;
   return Body()
@@ -222,7 +223,7 @@ TEST_F(OriginalMapsTest, LinesAreAddedDisplacedDeletedAndSavedByClicks) {
   EXPECT_EQ(window.answer_to(Type::kAddLine, feature({1, 2, 301, 402}, 2, 0)), type::kOk);
   ASSERT_TRUE(has(count + 1));
   EXPECT_EQ(lines().back().layer, 2);
-  // Marked by a click, then put elsewhere, and deleted. Without a mark it sends one too many.
+  // Selected by a click, then moved, and deleted. Without a selection the number is invalid.
   const auto marked = static_cast<i32>(count);
   EXPECT_EQ(window.answer_to(Type::kDisplaceLine, feature({9, 2, 9, 502}, 0, marked)), type::kOk);
   EXPECT_TRUE(eventually([&] { return lines().back().ends[3] == 502; }, "the line elsewhere"));
@@ -236,12 +237,12 @@ TEST_F(OriginalMapsTest, LinesAreAddedDisplacedDeletedAndSavedByClicks) {
   EXPECT_TRUE(has(count));
 }
 
-// A picture, north up: darker is more occupied.
+// A grey picture with north up; darker means more occupied.
 struct Picture {
   i32 width = 0;
   i32 height = 0;
-  i32 north = 0;  // of the lowest row's middle, mm
-  i32 west = 0;   // of the first column's
+  i32 north = 0;  // x of the centre of the lowest row, mm
+  i32 west = 0;   // y of the centre of the first column, mm
   i32 scale = 1;
   std::vector<int> shade{};
 
@@ -253,7 +254,7 @@ struct Picture {
   }
 };
 
-// The window takes the numbers of cells for each other's, and turns the map to the left.
+// The window exchanges the numbers of rows and columns, and rotates the map to the left.
 Picture paint_cells(const OwnedMessage& message) {
   Fields fields(message);
   fields.next<i32>();
@@ -295,7 +296,8 @@ TEST_F(OriginalMapsTest, WallsAreWhereBothMapsPaintThem) {
 
 // --- ObjRecog
 
-// It waits for the next data, and paints boxes around where the robot was then.
+// The window requests the next data, and paints boxes relative to the robot's position at that
+// time.
 TEST_F(OriginalMapsTest, ObjectsAreBoxesBeforeTheRobot) {
   std::ifstream plan(FLOOR_PLAN);
   std::string text((std::istreambuf_iterator<char>(plan)), {});
@@ -324,7 +326,7 @@ TEST_F(OriginalMapsTest, ObjectsAreBoxesBeforeTheRobot) {
     EXPECT_NEAR(place_of(fields).xyz[0], 3000, 5);
     place_of(fields);
     const auto count = static_cast<std::size_t>(fields.next<i32>());
-    EXPECT_LE(count, 100U) << "it chooses among so many";
+    EXPECT_LE(count, 100U) << "the window can select among 100";
     EXPECT_EQ(message->body.size(), 56 + 136 * count);
     if (count == 0) return "no object";
     EXPECT_GE(fields.next<i32>(), 0) << "its colour is id % 6";
@@ -334,12 +336,11 @@ TEST_F(OriginalMapsTest, ObjectsAreBoxesBeforeTheRobot) {
     const std::array size{fields.next<i32>(), fields.next<i32>()};
     EXPECT_NEAR(middle.xyz[0], 800, 150);
     EXPECT_NEAR(middle.xyz[1], 0, 150);
-    EXPECT_NEAR(std::max(size[0], size[1]), 600, 250)
-        << "what may be somebody has room for a stride";
+    EXPECT_NEAR(std::max(size[0], size[1]), 600, 250) << "a possible person has room for a step";
     return "";
   };
   EXPECT_TRUE(eventually(look));
-  // An estimate by a click: who recognises by itself says no.
+  // An estimate by a click is refused by a component that recognises objects itself.
   const Body estimate =
       Body().text("", 52).add(i32{1}, i32{0}, i32{0}, i32{800}, i32{0}).text("", 120);
   EXPECT_EQ(window.answer_to(rack::ObjRecogType::kSetEstimate, estimate), type::kError);
@@ -347,7 +348,7 @@ TEST_F(OriginalMapsTest, ObjectsAreBoxesBeforeTheRobot) {
 
 // --- Scan3d
 
-// The rows that it paints are as many as the message says; this kind of scan is painted in squares.
+// The window paints as many rows as the message states; this kind of scan is painted in squares.
 TEST_F(OriginalMapsTest, Scan3dShowsItsRangeImageAndStoresPoints) {
   const std::string line = folder_.path() / "axis";
   auto axis = ChildProcess::start(
@@ -376,7 +377,7 @@ TEST_F(OriginalMapsTest, Scan3dShowsItsRangeImageAndStoresPoints) {
   fields.next<i32>();
   const i32 mode = fields.next<i32>();
   EXPECT_EQ(mode & 0xFF, rack::scan_mode::kPitch);
-  EXPECT_NE(mode & 0x200, 0) << "every other row would be painted half a pixel aside";
+  EXPECT_NE(mode & 0x200, 0) << "every second row would be shifted by half a pixel";
   fields.next<i32>();
   const auto rows = static_cast<std::size_t>(fields.next<i16>());
   const auto columns = static_cast<std::size_t>(fields.next<i16>());
@@ -389,7 +390,8 @@ TEST_F(OriginalMapsTest, Scan3dShowsItsRangeImageAndStoresPoints) {
     fields.next<i16>();
   }
   EXPECT_GT(seen, rows * columns / 2);
-  // To store its points it waits for the next data, and unpacks them: stages 3 (Huffman), 2 and 1.
+  // To store points the window requests the next data and decompresses them: stages 3 (Huffman),
+  // 2, 1.
   const auto next = window.wait_for_next();
   ASSERT_TRUE(next);
   Fields scan(*next);

@@ -1,5 +1,5 @@
-// The windows for Path, Pilot and Planner of the original's GUI at our components: a robot is sent
-// to places and along clicks, and what the windows paint fits.
+// The windows for Path, Pilot and Planner of the original's GUI with our components: a robot is
+// sent to destinations and along clicked points, and the painted curves are checked.
 #include <cmath>
 #include <numbers>
 
@@ -53,15 +53,15 @@ std::vector<Spline> splines_of(Fields& fields) {
   return splines;
 }
 
-// A part of a circle as Java paints it: from an angle counted against the clock, round the centre.
+// A point of a circular arc as Java paints it: angles are counterclockwise around the centre.
 Place on_circle(const Spline& spline, double angle) {
   const double radius = std::abs(spline.radius);
   return {spline.places[2].x + radius * std::cos(angle),
           spline.places[2].y - radius * std::sin(angle)};
 }
 
-// The window of the path begins at the start and goes on by length / radius. A stroke of negative
-// width would end its painting.
+// The path window paints from the start over the angle length / radius. A stroke of negative width
+// would abort its painting.
 void check_stroke(const Spline& spline) {
   EXPECT_GE(spline.half_width, 0);
   if (spline.radius == 0) {
@@ -75,7 +75,7 @@ void check_stroke(const Spline& spline) {
   EXPECT_LT(distance(on_circle(spline, start - turned), spline.places[1]), 20);
 }
 
-// The window of the pilot has a formula for each side and direction, and paints against the clock.
+// The pilot window has a formula for each side and direction, and paints counterclockwise.
 void check_arc(const Spline& spline) {
   if (spline.radius == 0) return;
   const double open = std::abs(spline.length / spline.radius);
@@ -139,7 +139,7 @@ class PathWindow {
   void press_on() {
     ASSERT_TRUE(eventually([&] { return window_.answer_to(type::kOn) == type::kOk; }, "it is on"));
   }
-  // The direction is a float, and what MAKE shall not change is -1.
+  // The direction is a float; -1 marks fields that MAKE must not change.
   void click_destination(i32 x, i32 y, float rho, float direction) {
     said_ =
         window_.answer_to(PathType::kSetDestination, Body().add(x, y, rho, direction).add(i32{0}));
@@ -156,7 +156,7 @@ class PathWindow {
   }
   [[nodiscard]] int answer_to_destination() const { return said_; }
 
-  // A path that it has not painted yet, if there is one: it knows them by their time.
+  // Gets a path that was not painted yet, if there is one; paths are identified by their time.
   bool look() {
     const auto message = window_.poll();
     if (!message) return false;
@@ -169,7 +169,7 @@ class PathWindow {
     for (const Spline& spline : path_) check_stroke(spline);
     return true;
   }
-  // Where the path ends; far away when there is none.
+  // The end of the path; far away if there is none.
   [[nodiscard]] Place end() const {
     return path_.empty() ? Place{1e9, 1e9} : path_.back().places[1];
   }
@@ -198,7 +198,7 @@ class PathWindow {
   int said_ = 0;
 };
 
-TEST_F(OriginalPilotsTest, PathsAreMadeByClicksAndPainted) {
+TEST_F(OriginalPilotsTest, PathsAreCreatedByClicksAndPainted) {
   start("PathRDDF");
   PathWindow window(open_window(kPath));
   window.press_on();
@@ -208,13 +208,13 @@ TEST_F(OriginalPilotsTest, PathsAreMadeByClicksAndPainted) {
   window.click_destination(-3000, 2000, 0, -1);
   EXPECT_TRUE(window.shows_path_to({-3000, 2000}));
   EXPECT_LT(window.path().front().length, 0) << "backward";
-  // Clicks after a destination are a path of their own, drawn through their points.
+  // Clicks after a destination create a separate path through their points.
   window.click_base_point(2000, 0, 1);
   EXPECT_TRUE(window.shows_path_to({2000, 0}));
   window.click_base_point(4000, 2500, 1);
   EXPECT_TRUE(window.shows_path_to({4000, 2500}));
   EXPECT_EQ(window.path().back().basepoint[0], 4000);
-  // Where nobody can go: what there was stays, and is no way along old clicks.
+  // An unreachable destination: the old path is kept, and is not a path through old clicks.
   window.click_destination(900'000, 0, 0, 1);
   EXPECT_EQ(window.answer_to_destination(), type::kError);
   EXPECT_FALSE(window.look());
@@ -249,7 +249,7 @@ std::optional<Shown> look(Window& window) {
     fields.skip<i32>(4);
   }
   shown.speed = fields.next<i32>();
-  EXPECT_TRUE(std::isfinite(fields.next<float>())) << "it divides by the curve";
+  EXPECT_TRUE(std::isfinite(fields.next<float>())) << "the window divides by the curvature";
   shown.left = fields.next<i32>();
   shown.state = fields.next<i32>();
   shown.path = splines_of(fields);
@@ -258,13 +258,13 @@ std::optional<Shown> look(Window& window) {
   return shown;
 }
 
-// Of a click on the map the speed is 1 or -1: forward or backward.
+// A click on the map has speed 1 or -1: forward or backward.
 Body destination(i32 x, i32 y, float rho, i32 speed) {
   return Body().add(x, y, i32{0}, 0.0F, 0.0F, rho).add(speed);
 }
 Body hold(i32 state) { return Body().add(state, i32{0}).text("", 24); }
 
-TEST_F(OriginalPilotsTest, AClickSendsItThereAndHoldStopsIt) {
+TEST_F(OriginalPilotsTest, AClickSetsTheDestinationAndHoldStopsIt) {
   Window window = open_window(kPilot);
   start_pilot();
   Window position = open_window(kPosition);
@@ -298,7 +298,7 @@ TEST_F(OriginalPilotsTest, AClickSendsItThereAndHoldStopsIt) {
   EXPECT_TRUE(comes_to(position, {2500, 700}));
 }
 
-TEST_F(OriginalPilotsTest, ThePilotOfTheExampleGetsThereByAClick) {
+TEST_F(OriginalPilotsTest, ThePilotOfTheExampleReachesAClickedDestination) {
   start("Scan2dSim", {"--mapFile", FLOOR_PLAN});
   start("PilotLab", {"--scan2dInst=0"});
   activate_pilot();
@@ -306,7 +306,8 @@ TEST_F(OriginalPilotsTest, ThePilotOfTheExampleGetsThereByAClick) {
   Window position = open_window(kPosition);
   ASSERT_EQ(window.answer_to(PilotType::kSetDestination, destination(1500, -500, 0, 1)), type::kOk);
   EXPECT_TRUE(comes_to(position, {1500, -500}));
-  EXPECT_EQ(window.answer_to(PilotType::kHoldCommand, hold(1)), type::kError) << "it knows no hold";
+  EXPECT_EQ(window.answer_to(PilotType::kHoldCommand, hold(1)), type::kError)
+      << "it does not support hold";
 }
 
 // --- Planner
@@ -315,7 +316,7 @@ class PlannerWindow {
  public:
   explicit PlannerWindow(const Window& window) : window_(window) {}
 
-  // Its box of commands, filled when it opens.
+  // The commands of its selection box, which is filled when the window opens.
   std::vector<std::string> names() {
     const auto message = window_.ask(rack::PlannerType::kGetCommand);
     if (!message) return {};
@@ -326,13 +327,13 @@ class PlannerWindow {
   void press_on() {
     ASSERT_TRUE(eventually([&] { return window_.answer_to(type::kOn) == type::kOk; }, "it is on"));
   }
-  // What was typed comes right behind the name.
+  // The typed text follows directly after the name.
   int send(const std::string& name, const std::string& typed) {
     const std::string text = name + typed;
     return window_.answer_to(rack::PlannerType::kCommand,
                              Body().add(i32{1}, static_cast<i32>(text.size())).text(text, 80));
   }
-  // A new line of its table: the first message, when it is another one.
+  // A new line of its table: the first message, if it differs from the last.
   testing::AssertionResult shows(const std::string& wanted, i32 state) {
     return eventually(
         [&]() -> std::string {
@@ -342,7 +343,7 @@ class PlannerWindow {
           fields.next<i32>();
           const i32 said = fields.next<i32>();
           const auto lines = texts(fields);
-          EXPECT_FALSE(lines.empty()) << "without a message nothing can be sent";
+          EXPECT_FALSE(lines.empty()) << "without a message the window cannot send";
           if (lines.empty()) return "nothing";
           return said == state && lines[0].starts_with(wanted) ? "" : lines[0];
         },
@@ -350,7 +351,7 @@ class PlannerWindow {
   }
 
  private:
-  // As long as each says; all have room for 80.
+  // Each text states its length; each has room for 80 bytes.
   static std::vector<std::string> texts(Fields& fields) {
     std::vector<std::string> texts(static_cast<std::size_t>(fields.next<i32>()));
     for (std::string& text : texts) {
@@ -364,7 +365,7 @@ class PlannerWindow {
   Window window_;
 };
 
-TEST_F(OriginalPilotsTest, ThePlannerIsCommandedByChoiceAndText) {
+TEST_F(OriginalPilotsTest, ThePlannerIsCommandedBySelectionAndText) {
   start("PathRDDF");
   start("PilotPath", {"--scan2dInst=-1"});
   start("Planner");

@@ -1,5 +1,5 @@
-// Programs of the original and our components: what they have sent while somebody drove (recording
-// a-gui-drive), byte for byte and in their order, and answers as they expect them.
+// Our components get the messages of original programs, recorded during a drive (a-gui-drive), byte
+// for byte and in order; the answers must be those that the programs expect.
 #include <ostream>
 #include <ranges>
 #include <set>
@@ -13,7 +13,7 @@
 namespace tims::test {
 namespace original_programs_test {
 
-constexpr int kGui = 17;  // its connection
+constexpr int kGui = 17;  // the GUI's connection
 constexpr std::chrono::seconds kModulesEnd(68);
 constexpr Address kJoystick(0x00170000);  // the GUI's own
 constexpr Address kTexts(0x00010000);
@@ -33,18 +33,19 @@ class Gui {
     client_.set_byte_order(std::endian::big);
   }
 
-  // One of its recorded messages.
+  // Sends one of its recorded messages.
   void say(const MessageView& message, std::span<const std::byte> bytes) {
     const Header& header = message.header;
     if (header.dest == Address() && header.type == wire::router_command::kMailboxInitWithReply)
       return register_at(message);
-    if (header.dest == Address() || is_of_gui(header.dest)) return;  // lifesigns, and to itself
+    if (header.dest == Address() || is_of_gui(header.dest))
+      return;  // lifesigns, and messages to itself
     if (header.src == kJoystick) return move_stick(message, bytes);
     if (header.type == type::kOn) return turn_on(header, bytes);
     if (header.type > 0) ask(header, bytes);
   }
 
-  // Texts come in their own time, also after the answer.
+  // Texts are asynchronous; they may arrive after the answer.
   testing::AssertionResult hears(const std::string& text) {
     return eventually(
         [&] {
@@ -66,7 +67,7 @@ class Gui {
     ASSERT_TRUE(registered) << registered.error().message();
   }
 
-  // Answers to the pilot are made when it asks; here is what the stick says from now on.
+  // Requests of the pilot are answered with the latest position of the stick, which is stored here.
   void move_stick(const MessageView& message, std::span<const std::byte> bytes) {
     if (message.header.type != type::kData) return;
     stick_.assign(message.body.begin(), message.body.end());
@@ -74,8 +75,8 @@ class Gui {
     ASSERT_TRUE(client_.send_bytes(bytes));
   }
 
-  // What it lives on may be in error for a moment, when there was no CPU for long: people press
-  // again.
+  // The components it needs may be in error for a moment on a busy machine; it presses On again, as
+  // users do.
   void turn_on(const Header& request, std::span<const std::byte> bytes) {
     const std::pair refused{int{type::kError}, std::size_t{0}};
     Answers& given = answers[{request.dest.raw(), request.type}];
@@ -139,7 +140,7 @@ class Gui {
   bool pilot_listens_ = false;
 };
 
-TEST_F(RobotTest, TheOriginalsGuiDrivesIt) {
+TEST_F(RobotTest, IsDrivenByTheOriginalsGui) {
   const auto recording = read_recording(TIMS_TEST_DATA_DIR "/recordings/a-gui-drive.jsonl.gz");
   ASSERT_TRUE(recording) << recording.error().message();
   auto client = TcpClient::connect(router_.tcp());
@@ -166,7 +167,7 @@ TEST_F(RobotTest, TheOriginalsGuiDrivesIt) {
     EXPECT_EQ((gui.answers[{component, type::kOn}]), done) << std::hex << component;
     EXPECT_EQ((gui.answers[{component, type::kOff}]), done) << std::hex << component;
     Answers states = gui.answers[{component, type::kGetStatus}];
-    states.erase({type::kError, 0});  // for a moment, when there was no CPU for long
+    states.erase({type::kError, 0});  // for a moment, on a busy machine
     EXPECT_EQ(states, (Answers{{type::kEnabled, 0}, {type::kDisabled, 0}}))
         << std::hex << component;
   }
@@ -182,8 +183,8 @@ TEST_F(RobotTest, TheOriginalsGuiDrivesIt) {
     EXPECT_TRUE(gui.hears(text));
 }
 
-// Its "all off" holds everything off, its On buttons are a hand as well: whatever their order, all
-// come up again. It does not wait for answers.
+// The GUI's "all off" keeps all components off; its On buttons count as a user's action, so all can
+// be turned on again in any order. The GUI does not wait for answers.
 TEST_F(RobotTest, AllOnAfterAllOffOfTheOriginalsGui) {
   start("ChassisSim");
   start("OdometryChassis");
@@ -214,7 +215,7 @@ TEST_F(RobotTest, AllOnAfterAllOffOfTheOriginalsGui) {
     }
     return "";
   };
-  // A chassis that comes on obeys nobody.
+  // A chassis that is turned on has no active pilot.
   const auto choose_pilot = [&]() -> std::string {
     auto chassis = proxy<rack::ChassisProxy>("Chassis(0/0)");
     const auto status = chassis.status();
@@ -240,7 +241,7 @@ bool answers_to(const Header& request, const Header& header) {
   return header.dest == request.src && header.src == request.dest && header.type <= 0;
 }
 
-// A module of the recording: its connections, and what it asks of others.
+// A module of the recording: its connections, and its requests to others.
 class OriginalModule {
  public:
   OriginalModule(const Recording& recording, const std::set<int>& connections) {
@@ -257,7 +258,7 @@ class OriginalModule {
   };
   [[nodiscard]] const std::vector<Request>& requests() const { return requests_; }
   [[nodiscard]] const std::set<std::uint32_t>& mailboxes() const { return mailboxes_; }
-  AnswersTo answers;  // that it got then
+  AnswersTo answers;  // in the recording
 
  private:
   void add_request(const recorded::Message& message) {
@@ -280,7 +281,7 @@ class OriginalModule {
 };
 
 struct Replaced {
-  const char* program;  // of ours, that is not there
+  const char* program;  // our program that it replaces
   std::set<int> connections;
 
   friend std::ostream& operator<<(std::ostream& out, const Replaced& replaced) {
@@ -290,7 +291,7 @@ struct Replaced {
 
 class OriginalModules : public RobotTest, public testing::WithParamInterface<Replaced> {};
 
-TEST_P(OriginalModules, LiveOnOurs) {
+TEST_P(OriginalModules, GetTheirAnswersFromOurs) {
   const std::map<std::string, std::vector<std::string>> ours = {
       {"ChassisSim", {}},
       {"OdometryChassis", {}},
@@ -305,7 +306,7 @@ TEST_P(OriginalModules, LiveOnOurs) {
   ASSERT_TRUE(client) << client.error().message();
   for (const std::uint32_t mailbox : module.mailboxes())
     ASSERT_TRUE(client->register_mailbox(Address(mailbox)));
-  // As the GUI did before.
+  // The GUI did this before.
   ASSERT_TRUE(turned_on("Chassis(0/0)"));
   const Address pilot(*module.mailboxes().begin() & ~0xFFU);
   ASSERT_TRUE(proxy<rack::ChassisProxy>("Chassis(0/0)").set_active_pilot(pilot));

@@ -1,6 +1,6 @@
-// How the windows of the original's GUI speak with components (specification, section 12): one
-// connection with a mailbox a window, big-endian requests with a number that the answer must have,
-// On buttons, data polled and read field by field in the message's order of bytes.
+// Emulates the windows of the original's GUI (specification, section 12): one connection and
+// mailbox per window, big-endian requests with a sequence number that the answer must repeat, On
+// buttons, and data that are polled and decoded field by field in the byte order of the message.
 #pragma once
 
 #include <algorithm>
@@ -20,7 +20,7 @@
 
 namespace tims::test {
 
-// As Java's DataInput reads them.
+// Decodes like Java's DataInput.
 class Fields {
  public:
   explicit Fields(const OwnedMessage& message)
@@ -52,7 +52,7 @@ class Fields {
   std::endian order_;
 };
 
-// As Java's DataOutput writes them.
+// Encodes like Java's DataOutput.
 class Body {
  public:
   template <typename T>
@@ -66,7 +66,7 @@ class Body {
   Body& add(T value, More... more) {
     return add(value).add(more...);
   }
-  // With zeros up to `size`.
+  // Padded with zeros to `size`.
   Body& text(std::string_view text, std::size_t size = 0) {
     for (const char letter : text) add(letter);
     for (std::size_t i = text.size(); i < size; ++i) add(char{0});
@@ -86,7 +86,7 @@ class Window {
     EXPECT_TRUE(registered) << registered.error().message();
   }
 
-  // Only the answer of the same number is its.
+  // Accepts only an answer with the same sequence number.
   std::optional<OwnedMessage> ask(std::int8_t type, std::span<const std::byte> body = {}) {
     ++number_;
     const auto sent = router_->send(
@@ -105,9 +105,9 @@ class Window {
   }
   int answer_to(std::int8_t type, const Body& body) { return answer_to(type, body.bytes()); }
   void press_on() { EXPECT_EQ(answer_to(type::kOn), type::kOk); }
-  // "The newest": its time is 0. Nothing: the window shows no values.
+  // Requests the newest data (time 0). Nothing: the window shows no values.
   std::optional<OwnedMessage> poll() { return data(type::kGetData, Body().add(std::int32_t{0})); }
-  // Some windows wait for the next data instead.
+  // Some windows request the next data instead.
   std::optional<OwnedMessage> wait_for_next() { return data(type::kGetNextData, {}); }
 
  private:

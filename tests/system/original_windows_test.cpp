@@ -1,5 +1,5 @@
-// The windows for Gps, Gyro, Compass and Camera of the original's GUI at our drivers. The camera's
-// window waits for the next picture, paints it, and sets either its mode or its size.
+// The windows for Gps, Gyro, Compass and Camera of the original's GUI with our drivers. The camera
+// window requests the next picture, paints it, and sets either its mode or its size.
 #include <cmath>
 #include <fstream>
 #include <numbers>
@@ -27,7 +27,7 @@ class OriginalWindowsTest : public ModulesTest {
     gui_.emplace(router_.tcp());
   }
   Window open_window(std::uint32_t component) { return gui_->open_window(component); }
-  // An emulated device at the end of a terminal; its address for the driver.
+  // Starts an emulated device at a terminal; returns its address for the driver.
   std::string emulate(const std::string& name) {
     const std::string path = folder_.path() / name;
     devices_.push_back(ModulesTest::emulate(name, "pty:" + path));
@@ -41,7 +41,7 @@ class OriginalWindowsTest : public ModulesTest {
   std::vector<ChildProcess> devices_;
 };
 
-TEST_F(OriginalWindowsTest, GpsShowsWhereItIs) {
+TEST_F(OriginalWindowsTest, GpsShowsThePosition) {
   start("GpsNmea", {emulate("nmea"), "--positionInst=-1"});
   Window window = open_window(0x00160000);
   EXPECT_FALSE(window.poll()) << "it is off";
@@ -80,7 +80,7 @@ TEST_F(OriginalWindowsTest, GpsShowsWhereItIs) {
   EXPECT_TRUE(eventually([&] { return !window.poll(); }, "no values"));
 }
 
-TEST_F(OriginalWindowsTest, GyroShowsHowItTurns) {
+TEST_F(OriginalWindowsTest, GyroShowsAnglesAndRates) {
   start("GyroXsens", {emulate("xsens")});
   Window window = open_window(0x001E0000);
   window.press_on();
@@ -96,13 +96,13 @@ TEST_F(OriginalWindowsTest, GyroShowsHowItTurns) {
   };
   ASSERT_TRUE(eventually(look, "values"));
   EXPECT_NEAR(std::abs(shown[5]), 9810, 50);   // gravity, mm/s2
-  EXPECT_NEAR(std::abs(shown[8]), 0.2, 0.01);  // it turns, rad/s
+  EXPECT_NEAR(std::abs(shown[8]), 0.2, 0.01);  // rate of turn, rad/s
   EXPECT_NEAR(shown[1], 0, 0.01);
   const float yaw = shown[2];
   EXPECT_TRUE(eventually([&] { return look() && std::abs(shown[2] - yaw) > 0.05; }, "it turned"));
 }
 
-TEST_F(OriginalWindowsTest, CompassShowsWhereItLooks) {
+TEST_F(OriginalWindowsTest, CompassShowsTheHeading) {
   start("CompassCmps03", {emulate("cmps03")});
   Window window = open_window(0x00280000);
   window.press_on();
@@ -143,7 +143,7 @@ class CameraWindowTest : public OriginalWindowsTest {
     return {picture.image.begin(), picture.image.end()};
   }
 
-  // As the window does it, which knows these modes (and two that no driver sends).
+  // Paints like the window, which supports these modes (and two that no driver sends).
   static Painted paint(const OwnedMessage& message) {
     Fields fields(message);
     fields.next<i32>();
@@ -152,7 +152,7 @@ class CameraWindowTest : public OriginalWindowsTest {
     painted.height = fields.next<i16>();
     fields.next<i16>();  // depth
     painted.mode = fields.next<i16>();
-    const auto count = fields.next<i32>();  // of bytes, or which filter
+    const auto count = fields.next<i32>();  // number of bytes, or the filter
     const auto bytes = fields.rest();
     const auto pixels =
         static_cast<std::size_t>(painted.width) * static_cast<std::size_t>(painted.height);
@@ -188,13 +188,13 @@ class CameraWindowTest : public OriginalWindowsTest {
     if (!message || message->header.type != type::kData) return {};
     return paint(*message);
   }
-  // What its boxes send: the other half is -1.
+  // The message of its selection boxes; fields that are not selected are -1.
   int choose(Window& window, i32 width, i32 height, i32 depth, i32 mode) {
     return window.answer_to(rack::CameraType::kSetFormat, Body().add(width, height, depth, mode));
   }
 
-  // How far the painted picture is from the nearest frame of the recording: mean of all colours; of
-  // grey ones their green, which is near it.
+  // The distance of the painted picture from the nearest frame of the recording: mean over all
+  // colours; for grey pictures, compared with green, which is close to the luminance.
   double distance_to_recording(const Painted& painted) {
     if (recorded_.empty()) read_recording();
     double best = 255;
@@ -243,13 +243,14 @@ TEST_F(CameraWindowTest, PaintsEachModeOfItsBox) {
                            "the mode " + std::to_string(one.mode)));
     EXPECT_LE(distance_to_recording(painted), one.exactness) << one.mode;
   }
-  // A size alone leaves the mode; a mode that no frame can become is refused, and painted is on.
+  // Setting the size keeps the mode; a mode that the frames cannot be converted to is refused, and
+  // painting continues.
   EXPECT_EQ(choose(window, 640, 480, -1, -1), type::kOk);
   EXPECT_EQ(choose(window, -1, -1, 16, camera_mode::kRgb565), type::kError);
   EXPECT_EQ(next_picture(window).mode, camera_mode::kYuv422);
 }
 
-TEST_F(CameraWindowTest, PaintsWhatCameraJpegMakesOfIt) {
+TEST_F(CameraWindowTest, PaintsPicturesOfCameraJpeg) {
   start("CameraV4l", {std::string("--device=play:") + kFrames + "?loop=1", "--mode=rgb24"});
   start("CameraJpeg", {"--instance=1", "--cameraInst=0", "--quality=90"});
   Window window = open_window(0x00150100);

@@ -1,5 +1,5 @@
-// What components say of their parameters is true: a new value takes effect now, at the next ON, or
-// when the program starts again.
+// Components report correctly when a new value of a parameter takes effect: immediately, at the
+// next ON, or at the next start of the program.
 #include <cmath>
 #include <functional>
 
@@ -46,17 +46,17 @@ class ParameterEffectsTest : public RobotTest {
         "off"));
     ASSERT_TRUE(turned_on(address));
   }
-  // A value of the newest data made from now on; NaN when there are none.
+  // A value of the next data set; NaN without data.
   template <typename Proxy, typename Read>
   double fresh(const std::string& address, const Read& read) {
-    // A period of the slowest, and time to be late on a busy machine.
+    // The longest period, with a margin for a busy machine.
     Proxy component(*work_, *Address::parse(address), {.data = std::chrono::seconds(2)});
     (void)component.get_next_data();
     const auto data = component.get_next_data();
     return data ? static_cast<double>(read(*data)) : std::nan("");
   }
 
-  // `now` is what it does at present; the new value is what it shall do after the next ON.
+  // `now` returns the present behaviour, which must correspond to the new value after the next ON.
   void takes_effect_at_on(const std::string& address, const char* name, std::int32_t value,
                           const std::function<double()>& now) {
     SCOPED_TRACE(address + " " + name);
@@ -115,7 +115,7 @@ TEST_F(ParameterEffectsTest, OfAPilotAtTheNextOn) {
   const auto speed = [&] {
     return fresh<rack::ChassisProxy>("Chassis(0/0)", [](auto& d) { return d.vx.raw(); });
   };
-  // On a busy machine it may miss data and be turned on again before it drives, not while it does.
+  // On a busy machine it may miss data and be turned on again, but only before it drives.
   ASSERT_TRUE(eventually([&] { return speed() > 100; }, "drives fast"));
   set("Pilot(0/1)", "maxSpeed", 60);
   EXPECT_GT(speed(), 100) << "not yet";
@@ -124,7 +124,7 @@ TEST_F(ParameterEffectsTest, OfAPilotAtTheNextOn) {
   for (int i = 0; i < 5; ++i) EXPECT_LE(speed(), 61);
 }
 
-// The other clock is the test.
+// The test is the other clock.
 TEST_F(ParameterEffectsTest, OfAClockNow) {
   Session other = session();
   Mailbox clock = open(other, Address::parse("Clock(0/1)")->raw());
@@ -136,7 +136,8 @@ TEST_F(ParameterEffectsTest, OfAClockNow) {
   ASSERT_TRUE(clock.reply(on->header(), type::kOk));
   const auto answer = work_->peek_for(kPatience);
   ASSERT_TRUE(answer && answer->header().type == type::kOk);
-  EXPECT_EQ(clock.try_peek().error().code(), Errc::kEmpty) << "it has data, and asked nobody";
+  EXPECT_EQ(clock.try_peek().error().code(), Errc::kEmpty)
+      << "it has data without a request to the other clock";
   set("Clock(0/0)", "systemClockUpdate", 1);
   const auto asked = clock.peek_for(kPatience);
   ASSERT_TRUE(asked) << asked.error().message();
@@ -159,7 +160,7 @@ TEST_F(ParameterEffectsTest, OfARecorderAtItsStart) {
   EXPECT_EQ(list->logPathName.view(), "");
 }
 
-// Read by the runtime, alike in all.
+// Parameters of the runtime, the same in all components.
 TEST_F(ParameterEffectsTest, OfTheRuntime) {
   start("SimpleModule");
   const auto address = std::string("Test(0/0)");
@@ -168,7 +169,7 @@ TEST_F(ParameterEffectsTest, OfTheRuntime) {
   ASSERT_TRUE(turned_on(address));
   set(address, "instance", 3);
   off_and_on(address);
-  EXPECT_TRUE(proxy<rack::Proxy>(address).status().ok()) << "where it was";
+  EXPECT_TRUE(proxy<rack::Proxy>(address).status().ok()) << "at its old address";
   EXPECT_FALSE(proxy<rack::Proxy>("Test(0/3)").status().ok());
 }
 

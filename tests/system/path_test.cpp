@@ -1,4 +1,4 @@
-// A simulated robot is sent to places, along routes, and round what is in its way.
+// A simulated robot is sent to destinations, along routes, and around obstacles.
 #include "rack/proxies/path.h"
 
 #include <atomic>
@@ -50,7 +50,7 @@ class PathTest : public RobotTest {
         },
         kLong);
   }
-  // A wall across the corridor that no map knows.
+  // A plan with a wall across the corridor that is not on the map.
   std::string plan_with_wall() {
     std::ifstream plan(FLOOR_PLAN);
     std::string text((std::istreambuf_iterator<char>(plan)), {});
@@ -85,7 +85,7 @@ class PathTest : public RobotTest {
   TemporaryFolder folder_;
 };
 
-TEST_F(PathTest, ThroughADoorToAPlaceOnTheMap) {
+TEST_F(PathTest, ThroughADoorToADestinationOnTheMap) {
   start_robot();
   start_eyes();
   start("PathRDDF", {"--mapFile", FLOOR_PLAN, "--scan2dInst=0", "--cellSize=50"});
@@ -106,7 +106,7 @@ TEST_F(PathTest, ThroughADoorToAPlaceOnTheMap) {
                status->distanceToDest == 0;
       },
       "the pilot has reached its destination"));
-  // In a wall, and outside.
+  // Destinations in a wall, and outside of the map.
   goal.pos.x = 1500;
   const auto walled = pilot.set_destination(goal);
   ASSERT_FALSE(walled.ok());
@@ -116,8 +116,9 @@ TEST_F(PathTest, ThroughADoorToAPlaceOnTheMap) {
   EXPECT_FALSE(pilot.set_destination(goal).ok());
 }
 
-// The second is in a wall: it says so, keeps it, and goes elsewhere when it is told.
-TEST_F(PathTest, ADestinationOfAListThatIsRefusedIsNotForgotten) {
+// The second destination is in a wall: the refusal is reported, the destination is kept, and a new
+// one is accepted.
+TEST_F(PathTest, ARefusedDestinationOfAListIsKept) {
   start_robot();
   start("PathRDDF", {"--mapFile", FLOOR_PLAN, "--cellSize=50"});
   start("PilotPath", {"--scan2dInst=-1", "--maxSpeed=700"});
@@ -142,8 +143,8 @@ TEST_F(PathTest, ADestinationOfAListThatIsRefusedIsNotForgotten) {
   EXPECT_TRUE(comes_to(1200, 0));
 }
 
-// As the graphical interface sends them: the whole list at each click, speed 1 or -1, and MAKE with
-// -1 for what it does not know.
+// As the graphical interface sends them: the complete list at each click, speed 1 or -1, and MAKE
+// with -1 for unknown fields.
 TEST_F(PathTest, AlongClicksForwardAndBackward) {
   start_robot();
   start("PathRDDF");
@@ -173,7 +174,7 @@ TEST_F(PathTest, AlongClicksForwardAndBackward) {
       "no path"));
 }
 
-TEST_F(PathTest, HoldsAndGoesBackOnItsWay) {
+TEST_F(PathTest, HoldsAndReturnsAlongItsPath) {
   start_robot();
   start("PathRDDF");
   start("PilotPath", {"--scan2dInst=-1"});
@@ -201,7 +202,7 @@ TEST_F(PathTest, HoldsAndGoesBackOnItsWay) {
   EXPECT_TRUE(speed([](float vx) { return vx > 300; }));
 }
 
-TEST_F(PathTest, ReadsARouteOfTheEarth) {
+TEST_F(PathTest, ReadsARouteInGeographicCoordinates) {
   start_robot({"--positionReference=2", "--autoOffset=1"});
   start("PathRDDF", {"--rddfFile", std::string(ROUTES) + "/sunlot-rddf.txt", "--vMax=1000"});
   ASSERT_TRUE(turned_on(kPath));
@@ -216,7 +217,7 @@ TEST_F(PathTest, ReadsARouteOfTheEarth) {
   EXPECT_EQ(*path.get_layer(), 7);
 }
 
-TEST_F(PathTest, FindsAWayRoundAnObstacle) {
+TEST_F(PathTest, FindsAPathAroundAnObstacle) {
   start_robot();
   start("Scan2dSim", {"--mapFile", plan_with_wall()});
   start("PathRDDF", {"--mapFile", FLOOR_PLAN, "--scan2dInst=0", "--cellSize=50", "--lbo=1300"});
@@ -228,7 +229,7 @@ TEST_F(PathTest, FindsAWayRoundAnObstacle) {
   EXPECT_TRUE(comes_to(7000, 0));
 }
 
-// A path that somebody else has made, and that does not say at once whether there is a way round.
+// A path component in the test, which delays its answer whether there is a path around.
 class PathOfTheTest {
  public:
   PathOfTheTest(Mailbox mailbox, rack::PathData data)
@@ -238,7 +239,7 @@ class PathOfTheTest {
     thread_.join();
   }
   [[nodiscard]] bool is_asked() const { return is_asked_; }
-  // From now on it answers.
+  // From now on it answers requests, with a refusal.
   void refuse() { refuses_ = true; }
 
  private:
@@ -285,8 +286,8 @@ class PathOfTheTest {
   std::thread thread_;
 };
 
-// It would be too late for an answer that it has to wait for.
-TEST_F(PathTest, ThePilotGoesOnWhileAWayRoundIsLookedFor) {
+// If the pilot waited for the answer, it would be late with its next command.
+TEST_F(PathTest, ThePilotContinuesWhileAPathAroundIsSearched) {
   start_robot();
   start("Scan2dSim", {"--mapFile", plan_with_wall()});
   start("PathRDDF");
@@ -320,7 +321,7 @@ rack::PlannerCommand tasks(const std::vector<std::string>& texts) {
   return command;
 }
 
-TEST_F(PathTest, DoesTaskAfterTask) {
+TEST_F(PathTest, ExecutesTasksInOrder) {
   start_robot();
   start("PathRDDF");
   start("PilotPath", {"--scan2dInst=-1"});
@@ -344,13 +345,13 @@ TEST_F(PathTest, DoesTaskAfterTask) {
         kLong);
   };
   EXPECT_TRUE(ends(1));
-  // What fails on the way comes back, and goes on.
+  // A component that crashes during the drive is restarted, and the task continues.
   kill("Position");
   start("Position");
   EXPECT_TRUE(ends(0));
   EXPECT_TRUE(comes_to(1500, 1200));
   ASSERT_TRUE(planner.send_command(tasks({"goto 900000 0"})));
-  EXPECT_TRUE(ends(2)) << "outside of what it may plan on";
+  EXPECT_TRUE(ends(2)) << "outside of the area of the planner";
   // An empty list stops it.
   ASSERT_TRUE(planner.send_command(tasks({"goto 9000 1200"})));
   EXPECT_TRUE(comes_to(2500, 1200));
@@ -364,8 +365,9 @@ TEST_F(PathTest, DoesTaskAfterTask) {
       "standing"));
 }
 
-// A vehicle that was carried away: its localisation has noticed, searches, and has found it.
-TEST_F(PathTest, StandsWhileNobodyIsSureWhereItIs) {
+// The vehicle was carried away: its localisation has detected this, searches, and finds the
+// position.
+TEST_F(PathTest, StopsWhileItsPositionIsUncertain) {
   start_robot();
   start("PathRDDF");
   start("PilotPath", {"--scan2dInst=-1", "--deviationMax=500"});
@@ -381,14 +383,14 @@ TEST_F(PathTest, StandsWhileNobodyIsSureWhereItIs) {
   ASSERT_TRUE(drives(false));
   known = position.get_data();
   ASSERT_TRUE(known);
-  known->pos = {.x = 500, .y = 300, .rho = known->pos.rho};  // behind where it was
+  known->pos = {.x = 500, .y = 300, .rho = known->pos.rho};  // behind its old position
   known->var.x = 50;
   ASSERT_TRUE(position.update(*known));
   ASSERT_TRUE(drives(true));
   EXPECT_TRUE(comes_to(5000, 0));
 }
 
-TEST_F(PathTest, StandsWithoutAPathAndGoesOnWithTheNext) {
+TEST_F(PathTest, StopsWithoutAPathAndContinuesWithTheNext) {
   start_robot();
   start("PathRDDF");
   start("PilotPath", {"--scan2dInst=-1"});
@@ -403,7 +405,7 @@ TEST_F(PathTest, StandsWithoutAPathAndGoesOnWithTheNext) {
   const auto began = std::chrono::steady_clock::now();
   ASSERT_TRUE(drives(false));
   EXPECT_LT(std::chrono::steady_clock::now() - began, kSlowdown * 900ms)
-      << "it stands before it gives up";
+      << "it stops before it gives up";
   start("PathRDDF");
   ASSERT_TRUE(turned_on(kPath));
   ASSERT_TRUE(onward());
@@ -411,7 +413,7 @@ TEST_F(PathTest, StandsWithoutAPathAndGoesOnWithTheNext) {
   EXPECT_TRUE(comes_to(5000, 0));
 }
 
-TEST_F(PathTest, ThePilotOfTheExampleGetsThereToo) {
+TEST_F(PathTest, ThePilotOfTheExampleArrivesToo) {
   start_robot();
   start_eyes();
   start("PilotLab", {"--scan2dInst=0"});
@@ -424,7 +426,7 @@ TEST_F(PathTest, ThePilotOfTheExampleGetsThereToo) {
   EXPECT_TRUE(comes_to(1500, -500));
 }
 
-TEST_F(PathTest, RefusesToBrakeTooLate) {
+TEST_F(PathTest, RefusesParametersThatBrakeTooLate) {
   start("ChassisSim", {"--vxMax=4000", "--decMax=1000", "--breakConstant=100"});
   start("OdometryChassis");
   start("Position");

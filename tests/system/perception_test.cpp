@@ -1,5 +1,5 @@
-// Several scanners as one, objects that a map does not have, and scans that know about them: the
-// real programs around a simulated robot that stands in the middle room of the floor plan.
+// Several scanners merged into one, objects that are not on the map, and scans that mark them: the
+// real programs with a simulated robot at rest in the middle room of the floor plan.
 #include <cmath>
 
 #include <gmock/gmock.h>
@@ -23,7 +23,7 @@ class PerceptionTest : public RobotTest {
   void start_scanner(int instance) {
     start("Scan2dSim", {"--instance", std::to_string(instance), "--mapFile", FLOOR_PLAN});
   }
-  // Until the scan has as many points.
+  // Waits until the scan has so many points.
   testing::AssertionResult has_points(const std::string& address, std::size_t count) {
     return eventually([&]() -> std::string {
       const auto scan = proxy<rack::Scan2dProxy>(address).get_data();
@@ -33,7 +33,7 @@ class PerceptionTest : public RobotTest {
   }
 };
 
-TEST_F(PerceptionTest, ScansAreMergedAndOneThatIsAwayIsLeftOut) {
+TEST_F(PerceptionTest, ScansAreMergedAndAMissingOneIsOmitted) {
   start_robot();
   start_scanner(1);
   start("Scan2dMerge", {"--instance", "5", "--scan2dInstA", "1", "--scan2dInstB", "0"});
@@ -44,10 +44,10 @@ TEST_F(PerceptionTest, ScansAreMergedAndOneThatIsAwayIsLeftOut) {
   const auto angle = [](const rack::ScanPoint& p) { return std::atan2(p.y.raw(), p.x.raw()); };
   EXPECT_TRUE(std::ranges::is_sorted(merged->points, {}, angle));
   EXPECT_EQ(std::ranges::count(merged->points, 1, &rack::ScanPoint::segment), 361);
-  kill("Scan2dSim");  // the one that was started first
+  kill("Scan2dSim");  // the first one started
   ASSERT_TRUE(has_points("Scan2d(0/5)", 361));
   start_scanner(0);
-  EXPECT_TRUE(has_points("Scan2d(0/5)", 722)) << "it is called again";
+  EXPECT_TRUE(has_points("Scan2d(0/5)", 722)) << "the scanner is used again";
 }
 
 TEST_F(PerceptionTest, OneScannerOfTwoIsEnough) {
@@ -57,8 +57,8 @@ TEST_F(PerceptionTest, OneScannerOfTwoIsEnough) {
   EXPECT_TRUE(has_points("Scan2d(0/5)", 361));
 }
 
-// Somebody takes a wall out of the map: it is an object now.
-TEST_F(PerceptionTest, WhatTheMapDoesNotHaveIsAnObjectAndItsPointsKnowIt) {
+// A wall is deleted from the map, so it becomes an object.
+TEST_F(PerceptionTest, AWallMissingOnTheMapIsAnObjectAndItsPointsAreMarked) {
   start_robot();
   start("Position");
   start("FeatureMap", {"--mapFile", FLOOR_PLAN, "--period", "50"});
@@ -77,7 +77,7 @@ TEST_F(PerceptionTest, WhatTheMapDoesNotHaveIsAnObjectAndItsPointsKnowIt) {
       eventually([&] { return map.get_data()->features.size() + 1 == whole->features.size(); },
                  "the edited map"));
 
-  // The position begins at the origin: it is told where it is.
+  // Position starts at the origin, so it is set to the robot's position.
   ASSERT_TRUE(turned_on("Position(0/0)"));
   rack::PositionData here;
   const auto odometry = proxy<rack::OdometryProxy>("Odometry(0/0)").get_data();
@@ -99,7 +99,7 @@ TEST_F(PerceptionTest, WhatTheMapDoesNotHaveIsAnObjectAndItsPointsKnowIt) {
   }));
   const auto objects = recogniser.get_data();
   EXPECT_EQ(objects->refPos.x, 3000);
-  EXPECT_EQ(objects->objects[0].vel.x, 0) << "it stands";
+  EXPECT_EQ(objects->objects[0].vel.x, 0) << "it does not move";
   const auto marked = [&]() -> std::string {
     const auto scan = proxy<rack::Scan2dProxy>("Scan2d(0/3)").get_data();
     if (!scan) return scan.error().message();
@@ -116,7 +116,7 @@ TEST_F(PerceptionTest, WhatTheMapDoesNotHaveIsAnObjectAndItsPointsKnowIt) {
   EXPECT_TRUE(recogniser.stop_recog({}).ok());
   ASSERT_TRUE(eventually(marked)) << "it is found again";
 
-  // Scans go on when nobody recognises anything.
+  // Scans continue without object recognition.
   kill("ObjRecogScan2d");
   EXPECT_TRUE(eventually([&]() -> std::string {
     const auto scan = proxy<rack::Scan2dProxy>("Scan2d(0/3)").get_next_data(kPatience);

@@ -1,5 +1,5 @@
-// A simulated robot drives, stops before an obstacle, and is asked afterwards why: what it decided
-// is decided again, bit for bit.
+// A simulated robot drives and stops before an obstacle. A replay of its recording repeats all
+// decisions bit for bit and shows the reason of the stop.
 #include <fstream>
 #include <sstream>
 
@@ -34,7 +34,7 @@ class PilotReplayTest : public RobotTest {
     ASSERT_TRUE(turned_on(kPilot));
   }
 
-  // The floor, and a wall across its corridor that is not on any path's mind.
+  // The floor plan with a wall across its corridor that the path does not know.
   std::string file(const std::string& name) {
     std::ifstream plan(FLOOR_PLAN);
     std::string text((std::istreambuf_iterator<char>(plan)), {});
@@ -88,7 +88,7 @@ class PilotReplayTest : public RobotTest {
   const std::string recording_ = (folder_.path() / "drive.cap").string();
 };
 
-TEST_F(PilotReplayTest, DecidesTheSameAgainAndSaysWhyItStopped) {
+TEST_F(PilotReplayTest, RepeatsItsDecisionsAndReportsWhyItStopped) {
   drive_along_the_corridor();
   ASSERT_TRUE(has_speed(true));
   auto pilot = proxy<rack::PilotProxy>(kPilot);
@@ -97,7 +97,7 @@ TEST_F(PilotReplayTest, DecidesTheSameAgainAndSaysWhyItStopped) {
   ASSERT_TRUE(pilot.hold_command({0, 0, {}}));
   ASSERT_TRUE(has_speed(true));
   ASSERT_TRUE(has_speed(false)) << "before the wall";
-  ASSERT_TRUE(pilot.off());  // and on: the recording goes on
+  ASSERT_TRUE(pilot.off());  // and on again: the recording continues
   ASSERT_TRUE(eventually(
       [&] {
         const auto status = pilot.status();
@@ -107,7 +107,7 @@ TEST_F(PilotReplayTest, DecidesTheSameAgainAndSaysWhyItStopped) {
   ASSERT_TRUE(turned_on(kPilot));
   ASSERT_TRUE(pilot.off());
 
-  // OFF is answered before the last of it is in the file.
+  // OFF is answered before the end of the recording is written.
   Said same;
   ASSERT_TRUE(eventually([&]() -> std::string {
     same = replay({recording_, "--json"});

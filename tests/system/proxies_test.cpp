@@ -1,4 +1,4 @@
-// Proxies against a component that answers what a test wants, with a real router between.
+// Proxies with a component that gives the answers of the test, through a real router.
 #include <atomic>
 #include <functional>
 #include <thread>
@@ -26,7 +26,7 @@ constexpr rack::ProxyTimeouts kPatient = {.on = kPatience, .off = kPatience, .da
 
 using Handler = std::function<void(Mailbox&, const PeekGuard&)>;
 
-// Answers in its own thread until it goes.
+// Answers in its own thread until it is destroyed.
 class FakeComponent {
  public:
   FakeComponent(Mailbox mailbox, Mailbox& stopper, Handler handler)
@@ -113,7 +113,7 @@ TEST_F(ProxiesTest, CommandsOfEveryComponent) {
   ASSERT_TRUE(status);
   EXPECT_EQ(*status, rack::Status::kDisabled);
   EXPECT_TRUE(chassis.stop_cont_data(Address(kStream)));
-  fake.reset();  // its thread has ended: what it has seen may be read
+  fake.reset();  // its thread has ended, so `seen` may be read
   EXPECT_EQ(seen, (std::vector<i8>{type::kOn, type::kOff, type::kGetStatus, type::kStopContData}));
 }
 
@@ -158,7 +158,7 @@ TEST_F(ProxiesTest, AnAnswerOfEitherByteOrder) {
   }
 }
 
-TEST_F(ProxiesTest, ParametersGoOneAtATime) {
+TEST_F(ProxiesTest, ParametersAreSetOneAtATime) {
   rack::ParameterList seen;
   const auto fake = component([&](Mailbox& from, const PeekGuard& request) {
     if (request.header().type == type::kSetParam) {
@@ -178,7 +178,7 @@ TEST_F(ProxiesTest, ParametersGoOneAtATime) {
   EXPECT_EQ(list->parameters[0].valueInt, 4);
 }
 
-TEST_F(ProxiesTest, DataAskedForAndAsAStream) {
+TEST_F(ProxiesTest, DataOnRequestAndAsAStream) {
   rack::LadarData scan;
   scan.points = {{.angle = 1, .distance = 2000}};
   const auto fake = component([&](Mailbox& from, const PeekGuard& request) {
@@ -219,7 +219,7 @@ TEST_F(ProxiesTest, DataAskedForAndAsAStream) {
 
 constexpr std::uint32_t kPath = 0x00250000;
 
-TEST_F(ProxiesTest, TheAnswerToWhatWasPostedIsTakenWhenItHasCome) {
+TEST_F(ProxiesTest, TheAnswerToAPostedCommandIsTakenWhenItHasArrived) {
   Mailbox path = open(*session_, kPath);
   rack::PathProxy proxy(*work_, Address(kPath), kPatient);
   EXPECT_FALSE(proxy.take_answer()) << "nothing was posted";
@@ -240,7 +240,7 @@ TEST_F(ProxiesTest, TheAnswerToWhatWasPostedIsTakenWhenItHasCome) {
   EXPECT_TRUE(*answer);
   EXPECT_FALSE(proxy.take_answer()) << "once";
 
-  // Of two the later counts, whatever the earlier one is told.
+  // Only the answer to the later of two commands counts.
   ASSERT_TRUE(proxy.post_replan({.currSpline = 1}));
   ASSERT_TRUE(proxy.post_replan({.currSpline = 2}));
   for (const char* const why : {"of yesterday", "no way round"}) {
@@ -253,7 +253,7 @@ TEST_F(ProxiesTest, TheAnswerToWhatWasPostedIsTakenWhenItHasCome) {
   EXPECT_EQ(answer->error().detail(), "Path(0/0), REPLAN: no way round");
 }
 
-TEST_F(ProxiesTest, WhatIsPostedInVainEndsAtTheDeadline) {
+TEST_F(ProxiesTest, APostedCommandWithoutAnswerTimesOut) {
   rack::PathProxy nobody(*work_, Address(kPath), kPatient);
   ASSERT_TRUE(nobody.post_replan({}));
   std::optional<Result<void>> answer;
@@ -284,21 +284,21 @@ TEST_F(ProxiesTest, ErrorsNameTheComponentAndTheCommand) {
   EXPECT_TRUE(moved.error().detail().starts_with("Chassis(0/0), MOVE: ")) << moved.error().detail();
 }
 
-// Who has a long way to go first.
-TEST_F(ProxiesTest, SomeCommandsHaveTheirOwnTime) {
+// For components that need a long time before they answer.
+TEST_F(ProxiesTest, SomeCommandsHaveTheirOwnTimeout) {
   const auto fake = component(answers(type::kOk));
   rack::Scan3dProxy scanner(*work_, Address(kComponent), {.data = 1ns});
   EXPECT_TRUE(scanner.store_data(kPatience));
 }
 
-TEST_F(ProxiesTest, NobodyThere) {
+TEST_F(ProxiesTest, WithoutTheComponent) {
   const auto moved = proxy().move(1, 2, 3);
   ASSERT_FALSE(moved);
   EXPECT_EQ(moved.error().code(), Errc::kNoMailbox) << moved.error().message();
 }
 
-TEST_F(ProxiesTest, SilenceEndsAtTheDeadlineWhateverElseArrives) {
-  // Rubbish keeps coming until the call has given up.
+TEST_F(ProxiesTest, OtherMessagesDoNotExtendTheDeadline) {
+  // Unrelated messages arrive until the call times out.
   std::atomic<bool> over = false;
   const auto fake = component([&](Mailbox& from, const PeekGuard& request) {
     Header late = request.header();
@@ -311,7 +311,7 @@ TEST_F(ProxiesTest, SilenceEndsAtTheDeadlineWhateverElseArrives) {
   EXPECT_EQ(moved.error().code(), Errc::kTimeout) << moved.error().message();
 }
 
-TEST_F(ProxiesTest, ALateAnswerIsNotTakenForTheNext) {
+TEST_F(ProxiesTest, ALateAnswerIsNotUsedForTheNextCommand) {
   std::optional<Header> first;
   const auto fake = component([&](Mailbox& from, const PeekGuard& request) {
     rack::ChassisParamData parameter;
@@ -326,7 +326,7 @@ TEST_F(ProxiesTest, ALateAnswerIsNotTakenForTheNext) {
   });
   rack::ChassisProxy impatient = proxy({.data = 20ms});
   EXPECT_EQ(impatient.get_parameter().error().code(), Errc::kTimeout);
-  // The same proxy, so that its numbers go on.
+  // The same proxy, so that its sequence numbers continue.
   const auto wait = [&] {
     for (;;) {
       if (const auto answer = impatient.get_parameter()) return i8(answer->vxMax);
@@ -348,7 +348,7 @@ TEST_F(ProxiesTest, AMalformedAnswerNamesItsField) {
       << data.error().message();
 }
 
-TEST_F(ProxiesTest, WhatCannotBeSentIsNotSent) {
+TEST_F(ProxiesTest, InvalidBodiesAreNotSent) {
   const auto fake = component(answers(type::kOk));
   rack::PathRddfData waypoints;
   waypoints.waypoints.resize(6001);
@@ -358,7 +358,7 @@ TEST_F(ProxiesTest, WhatCannotBeSentIsNotSent) {
   EXPECT_EQ(fake->requests(), 0);
 }
 
-TEST_F(ProxiesTest, ALayerIsTakenFromCAndFromJava) {
+TEST_F(ProxiesTest, ALayerIsAcceptedFromCAndFromJava) {
   for (const i8 answer : {rack::PathType::kLayer, rack::PathType::kLayerOfC}) {
     const auto fake = component(answers(answer, encoded(rack::PathLayerData{3})));
     const auto layer = proxy<rack::PathProxy>().get_layer();

@@ -1,4 +1,5 @@
-// A data task allocates nothing when it publishes. A program of its own: it counts every `new`.
+// A data task must not allocate memory when it publishes. A separate program, because it counts
+// every `new`.
 #include <atomic>
 #include <thread>
 
@@ -10,7 +11,7 @@
 namespace tims::test {
 namespace publish_test {
 
-std::atomic<bool> steady = false;  // everybody has had something: ways are known
+std::atomic<bool> steady = false;  // every listener has received data, so all routes are known
 std::atomic<std::size_t> allocated = 0;
 
 constexpr rack::ModuleInfo kInfo{

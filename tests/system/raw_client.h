@@ -1,4 +1,4 @@
-// A client of the local protocol that says what it likes, and what is to be seen of a process.
+// A client of the local protocol that can send arbitrary messages, and properties of processes.
 #pragma once
 
 #include <filesystem>
@@ -20,7 +20,7 @@ namespace tims::test {
 
 using namespace std::chrono_literals;
 
-// The local protocol by hand.
+// Sends and receives single messages of the local protocol.
 class RawClient {
  public:
   explicit RawClient(const std::string& path) : socket_(std::move(*os::connect_unix(path))) {
@@ -49,11 +49,11 @@ class RawClient {
     const auto answer = receive();
     return answer && std::holds_alternative<wire::Welcome>(*answer);
   }
-  // As hello(); files() are then the uplink's memory and its doorbell.
+  // Like hello(); files() are then the uplink's memory and its doorbell.
   bool hello_and_uplink() {
     return hello() && send(wire::UplinkRequest{}) && receive() && files_.size() == 2;
   }
-  // The router has closed the connection.
+  // Whether the router has closed the connection.
   bool thrown_out() {
     for (;;) {
       std::vector<std::byte> buffer(wire::kRecordBytesMax);
@@ -69,7 +69,7 @@ class RawClient {
   std::vector<os::File> files_;
 };
 
-// Offers `memfd` and asks for a mailbox at `offset` of it; what the router says.
+// Offers `memfd` and requests a mailbox at `offset` of it; returns the router's answer.
 inline std::optional<wire::OpenStatus> try_open(RawClient& client, const os::File& memfd,
                                                 std::uint64_t offset, const os::File& waker = {}) {
   client.send(wire::OfferSegment{1}, {memfd.get()});
@@ -80,7 +80,7 @@ inline std::optional<wire::OpenStatus> try_open(RawClient& client, const os::Fil
   return std::get<wire::Opened>(*answer).entries.front().status;
 }
 
-// 'R': it runs, 'S': it waits for something to do.
+// State of a process: 'R' running, 'S' sleeping.
 inline char state_of(pid_t pid) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/stat");
   const std::string text(std::istreambuf_iterator<char>(file), {});
@@ -93,7 +93,7 @@ inline std::size_t descriptors_of(pid_t pid) {
   const std::filesystem::directory_iterator folder("/proc/" + std::to_string(pid) + "/fd", gone);
   return static_cast<std::size_t>(std::distance(begin(folder), end(folder)));
 }
-// How many shared mappings a process has: private ones are its allocator's, and a sanitizer's.
+// The number of shared mappings of a process; private ones belong to its allocator or a sanitizer.
 inline std::size_t mappings_of(pid_t pid) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/maps");
   std::size_t count = 0;
@@ -102,7 +102,7 @@ inline std::size_t mappings_of(pid_t pid) {
     count += rights.ends_with('s') ? 1 : 0;
   return count;
 }
-// How many descriptors a process may have from now on; those it has already stay.
+// Limits the number of descriptors of a process; open ones are kept.
 inline void limit_descriptors(pid_t pid, rlim_t count) {
   rlimit limit{};
   ::prlimit(pid, RLIMIT_NOFILE, nullptr, &limit);

@@ -1,5 +1,5 @@
-// Components that look after themselves: who does not work in real time is told where, and who
-// crashes tells where.
+// Self-monitoring of components: violations of real-time rules and crashes are reported with their
+// location in the code.
 #include <csignal>
 #include <cstdlib>
 
@@ -19,7 +19,7 @@ using rack::RuntimeData;
 
 class RealTimeTest : public ModulesTest {
  protected:
-  // Watched without being in real time, which not everybody is allowed.
+  // Watched without real-time priority, for which the user may lack the permission.
   void SetUp() override {
     ::setenv("RACK_WATCH", "1", 1);  // NOLINT(concurrency-mt-unsafe)
     ModulesTest::SetUp();
@@ -43,7 +43,7 @@ class RealTimeTest : public ModulesTest {
   }
   RuntimeData runtime() { return ask<RuntimeData>(type::kGetRuntime); }
 
-  // The ledger once a place of that kind is in it, with its function.
+  // Waits until the report contains a location of that kind in that function.
   testing::AssertionResult tells(std::int32_t kind, const std::string& function) {
     return eventually([&]() -> std::string {
       std::string known;
@@ -60,29 +60,30 @@ class RealTimeTest : public ModulesTest {
   }
 };
 
-TEST_F(RealTimeTest, WhoBlocksIsNamed) {
+TEST_F(RealTimeTest, TheFunctionThatBlocksIsNamed) {
   auto& program = start_offender("1");
   EXPECT_TRUE(eventually([&] { return runtime().blocked > 10; }, "blocked"));
-  if (!sees_places(runtime())) GTEST_SKIP() << "the kernel shows no places here";
+  if (!sees_places(runtime())) GTEST_SKIP() << "the kernel does not report locations here";
   EXPECT_TRUE(tells(rack::RuntimePlace::kBlocked, "rack::deeds::takes_a_nap"));
-  const auto said = program.wait_for_line("`timsctl component show` tells where");
+  const auto said = program.wait_for_line("`timsctl component show` lists the locations");
   EXPECT_TRUE(said) << said.error().message();
-  EXPECT_EQ(program.output().find("rack::deeds"), std::string::npos) << "the log stays short";
+  EXPECT_EQ(program.output().find("rack::deeds"), std::string::npos)
+      << "the location is not in the log";
 }
 
-TEST_F(RealTimeTest, WhoTouchesNewMemoryIsNamed) {
+TEST_F(RealTimeTest, TheFunctionThatTouchesNewMemoryIsNamed) {
   start_offender("2");
   EXPECT_TRUE(eventually([&] { return runtime().pageFaults > 10; }, "page faults"));
-  if (!sees_places(runtime())) GTEST_SKIP() << "the kernel shows no places here";
+  if (!sees_places(runtime())) GTEST_SKIP() << "the kernel does not report locations here";
   EXPECT_TRUE(tells(rack::RuntimePlace::kPageFault, "rack::deeds::touches_new_memory"));
 }
 
-TEST_F(RealTimeTest, WaitingForTheNextPeriodIsNoOffence) {
+TEST_F(RealTimeTest, WaitingForTheNextPeriodIsNotAViolation) {
   start_offender("0");
   EXPECT_TRUE(eventually([&] { return runtime().loops > 50; }, "loops"));
   const RuntimeData data = runtime();
   EXPECT_EQ(data.blocked, 0);
-#if !defined(__SANITIZE_THREAD__)  // its own memory comes in as it is needed
+#if !defined(__SANITIZE_THREAD__)  // its shadow memory is paged in on demand
   EXPECT_EQ(data.pageFaults, 0);
   for (const rack::RuntimePlace& place : data.places) ADD_FAILURE() << place.where.view();
 #endif
@@ -109,7 +110,7 @@ TEST_F(RealTimeTest, ListenersAreShown) {
 #define IF_NOT_SANITIZED(name) name
 #endif
 
-TEST_F(RealTimeTest, IF_NOT_SANITIZED(ACrashSaysWhere)) {
+TEST_F(RealTimeTest, IF_NOT_SANITIZED(ACrashReportsItsLocation)) {
   const std::pair<const char*, int> deeds[] = {{"3", SIGSEGV}, {"4", SIGABRT}, {"5", SIGSEGV}};
   const char* const functions[] = {"rack::deeds::writes_to_nowhere", "rack::deeds::gives_up",
                                    "rack::deeds::writes_to_nowhere"};
@@ -117,7 +118,7 @@ TEST_F(RealTimeTest, IF_NOT_SANITIZED(ACrashSaysWhere)) {
     auto& program = start_offender(deeds[i].first);
     const auto status = program.wait();
     ASSERT_TRUE(status) << status.error().message();
-    EXPECT_EQ(status->signal, deeds[i].second) << "it ends as it would have";
+    EXPECT_EQ(status->signal, deeds[i].second) << "the exit status is unchanged";
     const std::string said = program.output();
     for (const std::string text :
          {"Crash: SIG", "thread OffenderD", functions[i],

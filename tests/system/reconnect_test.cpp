@@ -1,4 +1,5 @@
-// A living client that the router has lost, or that had to wait for long: back it works as before.
+// A running client that the router has disconnected or kept waiting: it works again after it has
+// reconnected.
 #include <atomic>
 #include <csignal>
 #include <optional>
@@ -20,7 +21,7 @@ namespace reconnect_test {
 
 class ReconnectTest : public LocalTest {
  protected:
-  // As session(), and its connections are counted.
+  // Like session(), but counts its connections.
   Session counted(const std::string& name = "test") {
     auto connected = Session::connect({.name = name,
                                        .router = router_.socket_path(),
@@ -32,13 +33,13 @@ class ReconnectTest : public LocalTest {
     EXPECT_TRUE(connected.ok()) << connected.error().message();
     return std::move(*connected);
   }
-  // Every connection of this program to the router breaks, as when the router closes it.
+  // Breaks every connection of this program to the router, as if the router had closed it.
   void break_connections() {
     const pid_t router = router_.process().pid();
     for (int fd = 3; fd < 1024; ++fd)
       if (os::peer_credentials(fd).pid == router) ::shutdown(fd, SHUT_RDWR);
   }
-  // How many of them hear `from`.
+  // The number of mailboxes that receive messages of `from`.
   static std::size_t reached(Mailbox& from, std::vector<Mailbox>& mailboxes) {
     std::size_t count = 0;
     for (Mailbox& mailbox : mailboxes) {
@@ -52,7 +53,7 @@ class ReconnectTest : public LocalTest {
   std::atomic<std::size_t> lost_ = 0;
 };
 
-TEST_F(ReconnectTest, WhomTheRouterHasDroppedIsHeardAgain) {
+TEST_F(ReconnectTest, ClientsDroppedByTheRouterAreReachedAgain) {
   constexpr std::size_t kCount = 20;
   std::vector<Session> sessions;
   std::vector<Mailbox> mailboxes;
@@ -78,12 +79,12 @@ TEST_F(ReconnectTest, WhomTheRouterHasDroppedIsHeardAgain) {
   EXPECT_EQ(lost_, 0U);
 }
 
-// The router dies with all that was sent while it stood still: the next one gets it.
-TEST_F(ReconnectTest, WhatWaitedForARouterThatDiedGoesToTheNextOne) {
+// Messages sent while the router is stopped are delivered by its successor if it is killed.
+TEST_F(ReconnectTest, MessagesForAKilledRouterGoToItsSuccessor) {
   constexpr int kCount = 1000;
   Session s = counted();
   Mailbox sender = open(s, 1, {.slots = 2 * kCount});
-  // Nobody has this address: the router says so of each.
+  // The address has no owner, so the router answers each message.
   const auto send_one = [&](int i) {
     return sender.send({.dest = Address(0x63140000),
                         .type = 21,
@@ -102,10 +103,10 @@ TEST_F(ReconnectTest, WhatWaitedForARouterThatDiedGoesToTheNextOne) {
     ASSERT_TRUE(answer.ok()) << i << " of " << kCount;
     ASSERT_EQ(answer->header().type, type::kNotAvailable);
   }
-  EXPECT_FALSE(sender.peek_for(20ms).ok()) << "nothing twice";
+  EXPECT_FALSE(sender.peek_for(20ms).ok()) << "no message is answered twice";
 }
 
-// A mailbox by hand.
+// A mailbox created without libtims.
 struct RawMailbox {
   os::File memfd = std::move(*os::make_memfd("raw", shm::Geometry::of(4, 80).bytes));
   os::Mapping mapping = std::move(*os::Mapping::of(memfd));
@@ -113,8 +114,8 @@ struct RawMailbox {
       mapping.bytes(), 0, {.address = Address(5), .slots = 4, .message_max = 80});
 };
 
-// Who heard nothing for long says it again; the router was only slow.
-TEST_F(ReconnectTest, WordsSaidTwiceAreNoBreach) {
+// A client that gets no answer repeats its request; the router was only slow.
+TEST_F(ReconnectTest, ARepeatedRequestIsNotAViolation) {
   const RawMailbox mailbox;
   RawClient client(router_.socket_path());
   ASSERT_TRUE(client.hello());
@@ -126,9 +127,9 @@ TEST_F(ReconnectTest, WordsSaidTwiceAreNoBreach) {
   EXPECT_EQ(shm::waiting(mailbox.view), 1U);
 }
 
-// The end of the first connection and the words of the second one: the router reads them in any
+// The router may read the end of the first connection and the requests of the second in either
 // order.
-TEST_F(ReconnectTest, TheFormerConnectionIsNoOtherOwner) {
+TEST_F(ReconnectTest, TheFormerConnectionIsNotAnotherOwner) {
   const RawMailbox mailbox;
   std::optional<RawClient> client(std::in_place, router_.socket_path());
   ASSERT_TRUE(client->hello());
@@ -149,7 +150,7 @@ TEST_F(ReconnectTest, TheFormerConnectionIsNoOtherOwner) {
   }
 }
 
-// Without descriptors one call fails, and says why; what is there stays as it is.
+// Without descriptors a call fails with the reason; existing clients are not affected.
 TEST_F(ReconnectTest, ARouterWithoutDescriptorsRefusesAndKeepsItsClients) {
   Session s = counted();
   Session t = counted();
@@ -173,14 +174,14 @@ TEST_F(ReconnectTest, ARouterWithoutDescriptorsRefusesAndKeepsItsClients) {
   EXPECT_EQ(connected_, 2U);
 }
 
-// A quarter of the router's descriptors, and not what the others need.
+// A client may use a quarter of the router's descriptors, so that others get theirs.
 TEST_F(ReconnectTest, OneClientCannotTakeAllDescriptors) {
   constexpr std::size_t kShare = 30;
   limit_descriptors(router_.process().pid(), 4 * kShare);
   Session s = session();
   std::vector<Mailbox> mailboxes;
   for (std::uint32_t i = 0; mailboxes.size() < kShare / 2; ++i)
-    mailboxes.push_back(open(s, 100 + i, {.event_fd = true}));  // two each
+    mailboxes.push_back(open(s, 100 + i, {.event_fd = true}));  // two descriptors each
   for (const bool event_fd : {false, true}) {
     const auto refused = s.open({.address = Address(500), .event_fd = event_fd});
     ASSERT_FALSE(refused.ok());
@@ -188,12 +189,12 @@ TEST_F(ReconnectTest, OneClientCannotTakeAllDescriptors) {
   }
   mailboxes.pop_back();
   mailboxes.push_back(open(s, 501));
-  EXPECT_TRUE(s.open({.address = Address(502)}).ok());  // what one had given back
+  EXPECT_TRUE(s.open({.address = Address(502)}).ok());  // uses the descriptor that was released
   Session other = session();
   EXPECT_EQ(open(other, 1).address(), Address(1));
 }
 
-// Newcomers wait, and the router does not go round and round meanwhile.
+// New connections wait, and the router must not busy-wait during that time.
 TEST_F(ReconnectTest, ARouterThatCannotAcceptSleeps) {
   const pid_t router = router_.process().pid();
   limit_descriptors(router, 3);
@@ -204,7 +205,7 @@ TEST_F(ReconnectTest, ARouterThatCannotAcceptSleeps) {
   EXPECT_TRUE(eventually(
       [&] {
         asleep = state_of(router) == 'S' ? asleep + 1 : 0;
-        return asleep == 10;  // looks in a row
+        return asleep == 10;  // consecutive checks
       },
       "the router sleeps"));
   limit_descriptors(router, 1024);
@@ -212,8 +213,8 @@ TEST_F(ReconnectTest, ARouterThatCannotAcceptSleeps) {
   EXPECT_NO_FATAL_FAILURE((void)session());
 }
 
-// What a refused call offered is given back.
-TEST_F(ReconnectTest, ARefusedOpenLeavesNothingBehind) {
+// Descriptors offered by a refused call are released.
+TEST_F(ReconnectTest, ARefusedOpenReleasesEverything) {
   Session s = session();
   Session t = session();
   const Mailbox owner = open(s, 1);

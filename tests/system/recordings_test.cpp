@@ -1,5 +1,5 @@
-// Sessions of original programs with the original router, replayed against ours: an original
-// program cannot tell the difference.
+// Sessions of original programs with the original router, replayed with ours: an original program
+// cannot distinguish them.
 #include <memory>
 
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 namespace tims::test {
 namespace recordings_test {
 
-// What the recorded router did. Silent clients are closed sooner, to save time.
+// Settings of the recorded router. Clients that do not answer are closed sooner, to save time.
 std::vector<std::string> settings(const std::string& message_max) {
   return {"tcp.compat_delete=true", "message.max=" + message_max, "lifesign.interval=2s"};
 }
@@ -35,7 +35,7 @@ class Recordings : public testing::Test {
     ASSERT_TRUE(started) << started.error().message();
   }
 
-  // kill -9, and another one that takes longer messages: mark K1 of the third recording.
+  // Kills the router and starts one that accepts longer messages: mark K1 of the third recording.
   Result<std::string> restart() {
     router_->kill();
     router_ = std::make_unique<RouterProcess>(settings("1MiB"));

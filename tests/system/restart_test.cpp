@@ -1,4 +1,4 @@
-// The router may go and come back, or come late: components stay.
+// The router may be restarted, or start late: components keep running.
 #include <atomic>
 #include <chrono>
 #include <csignal>
@@ -16,7 +16,7 @@ namespace restart_test {
 
 class RestartTest : public LocalTest {};
 
-TEST_F(RestartTest, TheRouterMayDieAndComeBack) {
+TEST_F(RestartTest, TheRouterMayBeKilledAndRestarted) {
   Session s = session();
   Session t = session();
   Mailbox a = open(s, 1);
@@ -26,7 +26,7 @@ TEST_F(RestartTest, TheRouterMayDieAndComeBack) {
 
   router_.kill();
   EXPECT_TRUE(eventually([&] { return !s.connected() && !t.connected(); }, "router missed"));
-  ASSERT_TRUE(send(a, 2, "without a router").ok());  // they know each other
+  ASSERT_TRUE(send(a, 2, "without a router").ok());  // the mailboxes know each other
   EXPECT_EQ(receive(b), "without a router");
   EXPECT_EQ(send(a, 99, "x").error().code(), Errc::kNoRouter);
 
@@ -40,7 +40,7 @@ TEST_F(RestartTest, TheRouterMayDieAndComeBack) {
   EXPECT_EQ(receive(b), "tcp");  // registered again
 }
 
-TEST_F(RestartTest, AnOwnerThatDiedWhileTheRouterWasAwayIsNoticed) {
+TEST_F(RestartTest, AnOwnerKilledWhileNoRouterRanIsDetected) {
   Session s = session();
   std::optional<Session> t = session();
   Mailbox a = open(s, 1);
@@ -60,8 +60,8 @@ TEST_F(RestartTest, AnOwnerThatDiedWhileTheRouterWasAwayIsNoticed) {
       "NOT_AVAILABLE"));
 }
 
-// Who knows the way to a mailbox of this host does not wait for a router, however slow it is.
-TEST_F(RestartTest, ARouterThatStandsStillAfterARestartHoldsUpNobody) {
+// Senders that know a mailbox of this host do not wait for the router, however slow it is.
+TEST_F(RestartTest, ARouterStoppedAfterARestartDoesNotBlockKnownRoutes) {
   Session s = session();
   Session t = session();
   Mailbox a = open(s, 1);
@@ -76,7 +76,7 @@ TEST_F(RestartTest, ARouterThatStandsStillAfterARestartHoldsUpNobody) {
   ASSERT_TRUE(router_.start().ok());
   EXPECT_TRUE(eventually([&] { return s.connected() && t.connected(); }, "both back"));
   router_.process().signal(SIGSTOP);
-  std::thread first_use([&] { (void)send(b, 8, "unknown"); });  // waits, and alone
+  std::thread first_use([&] { (void)send(b, 8, "unknown"); });  // only this one waits
   const auto begin = std::chrono::steady_clock::now();
   for (int i = 0; i < 300; ++i) {
     EXPECT_TRUE(send(a, 2, "local").ok());

@@ -1,4 +1,4 @@
-// A simulated robot: real components around a real router, and proxies to all of them.
+// A simulated robot: real components at a real router, and proxies for all of them.
 #pragma once
 
 #include <string>
@@ -14,7 +14,7 @@ namespace tims::test {
 
 class RobotTest : public ModulesTest {
  protected:
-  // Components that try again soon after an error.
+  // Starts components with a short retry interval after errors.
   void start(const std::string& program, std::vector<std::string> arguments = {}) {
     arguments.insert(arguments.begin(), "--errorTimeout=100");
     ModulesTest::start(program, std::move(arguments));
@@ -24,7 +24,7 @@ class RobotTest : public ModulesTest {
   Proxy proxy(const std::string& address) {
     return Proxy(*work_, *Address::parse(address));
   }
-  // What it lives on may not be ready yet.
+  // Retries, because the components it needs may not be ready yet.
   testing::AssertionResult turned_on(const std::string& address) {
     rack::Proxy component(*work_, *Address::parse(address));
     return eventually([&]() -> std::string {

@@ -1,4 +1,4 @@
-// A component lives on data from another host, while the link between the two breaks and heals.
+// A component needs data from another host, while the link between the two fails and recovers.
 #include "rack/proxies/odometry.h"
 #include "tests/system/becomes.h"
 #include "tests/system/host.h"
@@ -15,7 +15,7 @@ ChildProcess start(Host& host, const std::string& program, std::vector<std::stri
   return std::move(child).value();
 }
 
-TEST(RobotLinks, AConsumerRecoversWhenTheLinkHeals) {
+TEST(RobotLinks, AConsumerRecoversWithTheLink) {
   Host main("main", "system", 1, 1, {"kind=sub,system=1"});
   main.start();
   Host arm("arm", "subsystem", 1, 2, {"kind=super,to=" + main.udp()});
@@ -33,7 +33,7 @@ TEST(RobotLinks, AConsumerRecoversWhenTheLinkHeals) {
     EXPECT_TRUE(becomes(*work, "Odometry(1/0)", rack::Status::kError)) << "cut " << cut;
     (void)arm.timsctl({"link", "up", "main"});
     EXPECT_TRUE(becomes(*work, "Odometry(1/0)", rack::Status::kEnabled)) << "healed " << cut;
-    EXPECT_TRUE(proxy.get_next_data(kPatience)) << "data come again";
+    EXPECT_TRUE(proxy.get_next_data(kPatience)) << "data arrive again";
   }
 }
 

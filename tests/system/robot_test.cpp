@@ -1,5 +1,5 @@
-// The simulated robot drives along walls, by itself and by joystick, and survives the death of its
-// odometry.
+// The simulated robot drives along walls, autonomously and by joystick, and recovers from a crash
+// of its odometry.
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -22,7 +22,7 @@
 namespace tims::test {
 namespace robot_test {
 
-constexpr double kHull = 354;  // of ChassisSim, its corners, mm
+constexpr double kHull = 354;  // distance of ChassisSim's corners from its centre, mm
 
 rack::FloorMap floor() {
   std::ifstream file(FLOOR_PLAN);
@@ -44,7 +44,7 @@ class DrivingTest : public RobotTest {
           {"--instance", "1", "--scan2dInst", "0", "--maxSpeed", "700", "--mode", mode});
   }
 
-  // The order of the graphical interface.
+  // Turns the components on in the order of the graphical interface.
   void let_drive(const std::string& pilot) {
     ASSERT_TRUE(turned_on("Chassis(0/0)"));
     auto chassis = proxy<rack::ChassisProxy>("Chassis(0/0)");
@@ -53,8 +53,8 @@ class DrivingTest : public RobotTest {
     ASSERT_TRUE(turned_on(pilot));
   }
 
-  // Waits until the robot is more than `way` mm away from where it is now, and looks all the time
-  // how far the walls are.
+  // Waits until the robot has moved by more than `way` mm, and checks the distance of the walls all
+  // the time.
   testing::AssertionResult moves(
       double way, const std::function<void()>& drive = [] {}) {
     auto position = proxy<rack::PositionProxy>("Position(0/0)");
@@ -87,7 +87,7 @@ TEST_F(DrivingTest, AlongWalls) {
   EXPECT_NE(pilot->recordingTime, rack::TimeStamp(0));
 }
 
-TEST_F(DrivingTest, GoesOnWhenItsOdometryIsBack) {
+TEST_F(DrivingTest, ContinuesWhenItsOdometryHasRestarted) {
   start_robot();
   start_wall_following("1");
   let_drive("Pilot(0/1)");
@@ -118,7 +118,7 @@ TEST_F(DrivingTest, GoesOnWhenItsOdometryIsBack) {
   EXPECT_GT(clearance_, kHull);
 }
 
-TEST_F(DrivingTest, ScansOfALadarArePoints) {
+TEST_F(DrivingTest, ScansOfALadarAreConvertedToPoints) {
   start_robot();
   start("LadarSim", {"--mapFile", FLOOR_PLAN, "--angleMin", "-90", "--angleMax", "90"});
   start("Scan2d", {"--instance", "1", "--ladarInst", "0", "--positionInst", "0"});
@@ -136,17 +136,17 @@ TEST_F(DrivingTest, ScansOfALadarArePoints) {
   }
 }
 
-TEST_F(DrivingTest, TellsTheTime) {
+TEST_F(DrivingTest, SendsTheTime) {
   start("ClockSystem");
   ASSERT_TRUE(turned_on("Clock(0/0)"));
   const auto clock = proxy<rack::ClockProxy>("Clock(0/0)").get_data();
   ASSERT_TRUE(clock.ok()) << clock.error().message();
   EXPECT_NEAR(static_cast<double>(clock->utcTime), static_cast<double>(::time(nullptr)), 60);
-  EXPECT_GT(clock->year, 2000) << "as the original's program sends it";
+  EXPECT_GT(clock->year, 2000) << "like the original program";
 }
 
-// Not a clock that knows the time itself: it would set that of this host.
-TEST_F(DrivingTest, AsksAnotherClock) {
+// The clock of the test must not be synchronised: the component would set the clock of this host.
+TEST_F(DrivingTest, RequestsTheTimeOfAnotherClock) {
   start("ClockSystem", {"--instance", "1"});
   start("ClockSystem",
         {"--clockInst", "1", "--systemClockUpdate", "1", "--systemClockUpdateTime", "1000"});
@@ -157,7 +157,7 @@ TEST_F(DrivingTest, AsksAnotherClock) {
   EXPECT_EQ(clock->syncMode, 0) << "the other one is not synchronised";
 }
 
-TEST_F(DrivingTest, APositionStaysWhereItIs) {
+TEST_F(DrivingTest, APositionIsKept) {
   start("ChassisSim");
   start("OdometryChassis", {"--initPosX", "700"});
   start("Position", {"--positionReference", "2", "--autoOffset", "1"});
@@ -167,7 +167,7 @@ TEST_F(DrivingTest, APositionStaysWhereItIs) {
     return data ? data->pos.x.raw() : -1;
   };
   ASSERT_TRUE(turned_on("Position(0/0)"));
-  EXPECT_EQ(at(), 0) << "the origin, wherever the odometry begins";
+  EXPECT_EQ(at(), 0) << "the origin, independent of the odometry's start";
   ASSERT_TRUE(position.update({.pos = {.x = 5000}}).ok());
   EXPECT_TRUE(eventually([&] { return at() == 5000; }, "the update"));
   ASSERT_TRUE(position.off().ok());
@@ -187,7 +187,7 @@ TEST_F(DrivingTest, APositionStaysWhereItIs) {
   EXPECT_EQ(zone->valueInt, 55) << "of the first place that was converted";
 }
 
-// A joystick device in the hands of the test.
+// A joystick device controlled by the test.
 class Stick {
  public:
   explicit Stick(const std::string& path) {
@@ -220,7 +220,7 @@ TEST_F(DrivingTest, ByJoystick) {
   let_drive("Pilot(0/0)");
   ASSERT_TRUE(turned_on("Position(0/0)"));
   auto pilot = proxy<rack::PilotProxy>("Pilot(0/0)");
-  // As people do: who gets no CPU for long is in error, and then wants the stick let go first.
+  // As users do: after an error due to lack of CPU time, the stick must be released first.
   const auto drive = [&] {
     const auto status = pilot.status();
     stick.push(status && *status == rack::Status::kEnabled ? 32767 : 0);
@@ -233,7 +233,7 @@ TEST_F(DrivingTest, ByJoystick) {
   };
   stick.push(0);
   EXPECT_TRUE(eventually([&] { return speed() == 0.0F; }, "standing"));
-  // A pilot without joystick does not drive on.
+  // Without a joystick the pilot stops.
   EXPECT_TRUE(eventually(
       [&] {
         drive();

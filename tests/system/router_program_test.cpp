@@ -1,4 +1,4 @@
-// tims-router as a program: command line, signals, service manager, limits of the system.
+// tims-router as a program: command line, signals, service manager, system limits.
 #include <array>
 #include <csignal>
 #include <cstring>
@@ -41,7 +41,7 @@ bool contains(const std::string& text, std::string_view part) {
   return text.find(part) != std::string::npos;
 }
 
-TEST(RouterProgram, SaysHowItIsCalled) {
+TEST(RouterProgram, PrintsItsUsage) {
   const Ran help = run({"--help"});
   EXPECT_EQ(help.status.code, 0);
   EXPECT_TRUE(contains(help.output, "--set KEY=VALUE")) << help.output;
@@ -51,7 +51,7 @@ TEST(RouterProgram, SaysHowItIsCalled) {
   EXPECT_TRUE(version.output.starts_with("tims-router ")) << version.output;
 }
 
-TEST(RouterProgram, WrongUsageIs2AndABadConfigurationIs1) {
+TEST(RouterProgram, ExitStatusIs2ForWrongUsageAnd1ForABadConfiguration) {
   EXPECT_EQ(run({"--nonsense"}).status.code, 2);
   EXPECT_EQ(run({"--set"}).status.code, 2);
   const Ran check = run({"check", "--set", "tcp.lisen=127.0.0.1:2000"});
@@ -69,7 +69,7 @@ TEST(RouterProgram, PrintsTheConfigurationItWouldUse) {
 
 class RouterProgramTest : public TcpTest {};
 
-TEST_F(RouterProgramTest, ASecondOneSaysWhereTheFirstListens) {
+TEST_F(RouterProgramTest, ASecondRouterReportsWhereTheFirstListens) {
   start();
   const Ran second = run({"--set", "unix.path=" + router_->folder() + "/other.sock", "--set",
                           "tcp.listen=" + router_->tcp(), "--set", "http.listen=off"});
@@ -84,7 +84,7 @@ TEST_F(RouterProgramTest, ASecondOneSaysWhereTheFirstListens) {
   EXPECT_TRUE(contains(third.output, "--set unix.path=...")) << third.output;
 }
 
-// What /proc/PID/status says of "VmLck", ...
+// The value of "VmLck" etc. in /proc/PID/status.
 std::string status_of(pid_t pid, const std::string& key) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/status");
   for (std::string line; std::getline(file, line);)
@@ -92,13 +92,13 @@ std::string status_of(pid_t pid, const std::string& key) {
   return {};
 }
 
-TEST(RouterProgram, RunsInRealTimeWithLockedMemoryWhereItMay) {
+TEST(RouterProgram, RunsInRealTimeWithLockedMemoryIfPermitted) {
   RouterProcess router({"router.priority=3"});
   ASSERT_TRUE(router.start().ok());
   const pid_t pid = router.process().pid();
   const std::string said = router.process().output();
   const bool locked = !contains(status_of(pid, "VmLck"), " 0 kB");
-  if (kSlowdown == 1) {  // sanitizers lock nothing, and say that they did
+  if (kSlowdown == 1) {  // with sanitizers mlockall() does nothing and reports success
     EXPECT_NE(locked, contains(said, "memory is not locked")) << said;
   }
   if (contains(said, "no real-time priority")) GTEST_SKIP() << "not allowed here: " << said;
@@ -110,13 +110,14 @@ TEST(RouterProgram, RunsInRealTimeWithLockedMemoryWhereItMay) {
        std::filesystem::directory_iterator("/proc/" + std::to_string(pid) + "/task")) {
     const pid_t id = std::stoi(thread.path().filename());
     if (id == pid) continue;
-    EXPECT_EQ(::sched_getscheduler(id), SCHED_OTHER) << "only what carries messages";
+    EXPECT_EQ(::sched_getscheduler(id), SCHED_OTHER)
+        << "only threads that transfer messages are real-time";
   }
 }
 
-// As a user without rights: it says what is missing, and runs.
-TEST(RouterProgram, WithoutTheRightToRealTimeItWarnsAndRuns) {
-  if (::geteuid() != 0) GTEST_SKIP() << "only root may give up rights";
+// As an unprivileged user it reports the missing permissions, and runs.
+TEST(RouterProgram, WithoutPermissionForRealTimeItWarnsAndRuns) {
+  if (::geteuid() != 0) GTEST_SKIP() << "needs root to drop privileges";
   const TemporaryFolder folder;
   auto router = ChildProcess::start(
       {"setpriv", "--bounding-set=-sys_nice,-sys_resource,-ipc_lock", "--inh-caps=-all", "prlimit",
@@ -131,8 +132,8 @@ TEST(RouterProgram, WithoutTheRightToRealTimeItWarnsAndRuns) {
   EXPECT_TRUE(router->wait_for_line("listening tcp ").ok());
 }
 
-// Where links could never put together the largest message, the router does not start.
-TEST(RouterProgram, SaysThatThereIsNoRoomForTheLargestMessageInParts) {
+// The router does not start if links could never reassemble the largest message.
+TEST(RouterProgram, ReportsTooLittleMemoryForReassemblingTheLargestMessage) {
   if (kSlowdown > 1) GTEST_SKIP() << "sanitizers need address space themselves";
   const TemporaryFolder folder;
   for (const std::string message_max : {"16MiB", "1GiB"}) {
@@ -154,7 +155,7 @@ TEST(RouterProgram, SaysThatThereIsNoRoomForTheLargestMessageInParts) {
   }
 }
 
-TEST(RouterProgram, TheSocketIsForOwnerAndGroupOrForEverybody) {
+TEST(RouterProgram, TheSocketIsForOwnerAndGroupOrForAllUsers) {
   using std::filesystem::perms;
   constexpr perms kGroup =
       perms::owner_read | perms::owner_write | perms::group_read | perms::group_write;
@@ -166,7 +167,7 @@ TEST(RouterProgram, TheSocketIsForOwnerAndGroupOrForEverybody) {
   }
 }
 
-TEST(RouterProgram, AnotherOnesSocketStays) {
+TEST(RouterProgram, TheSocketOfAnotherRouterIsKept) {
   RouterProcess first;
   ASSERT_TRUE(first.start().ok());
   std::filesystem::remove(first.socket_path());
@@ -175,12 +176,12 @@ TEST(RouterProgram, AnotherOnesSocketStays) {
   EXPECT_TRUE(first.stop().ok());
   EXPECT_TRUE(Session::connect({.router = first.socket_path(), .timeout = kPatience}).ok());
   EXPECT_TRUE(second.stop().ok());
-  EXPECT_FALSE(std::filesystem::exists(first.socket_path())) << "its own goes with it";
+  EXPECT_FALSE(std::filesystem::exists(first.socket_path())) << "its own socket is removed with it";
 }
 
-// In a folder like /tmp others may have been faster.
-TEST(RouterProgram, AFolderOfAnotherUserWhereEverybodyMayMakeSomeIsNotUsed) {
-  if (::geteuid() != 0) GTEST_SKIP() << "only root can make folders of others";
+// In a folder like /tmp another user may have created the folder first.
+TEST(RouterProgram, AFolderOfAnotherUserInASharedFolderIsNotUsed) {
+  if (::geteuid() != 0) GTEST_SKIP() << "needs root to create folders of other users";
   namespace fs = std::filesystem;
   const TemporaryFolder folder;
   const fs::path shared = folder.path() / "shared";
@@ -199,7 +200,7 @@ TEST(RouterProgram, AFolderOfAnotherUserWhereEverybodyMayMakeSomeIsNotUsed) {
   EXPECT_TRUE(ours.start().ok());
 }
 
-TEST_F(RouterProgramTest, EndsWhenAsked) {
+TEST_F(RouterProgramTest, ExitsOnSignals) {
   for (const int signal : {SIGTERM, SIGINT}) {
     start();
     TcpClient client = connect_with(Address(1));
@@ -238,7 +239,7 @@ TEST_F(RouterProgramTest, ReadsItsConfigurationAgain) {
   EXPECT_TRUE(a->register_mailbox(Address(1)).ok());
 }
 
-// The configuration stays what is running, and so do routes that somebody has added.
+// The running configuration is kept, including routes that were added.
 TEST_F(RouterProgramTest, AReloadThatCannotListenChangesNothing) {
   const RouterProcess folder_only;
   const os::File taken(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
@@ -280,8 +281,8 @@ TEST_F(RouterProgramTest, AReloadThatCannotListenChangesNothing) {
   EXPECT_TRUE(router->wait_for_line("log.level").ok());
 }
 
-// A pipe that is full and that nobody reads.
-TEST_F(RouterProgramTest, AStandardErrorThatNobodyReadsStopsNobody) {
+// A full pipe without a reader.
+TEST_F(RouterProgramTest, AStandardErrorWithoutReaderDoesNotBlockIt) {
   RouterProcess folder_only;
   std::array<int, 2> ends{};
   ASSERT_EQ(::pipe2(ends.data(), O_CLOEXEC), 0);
@@ -333,7 +334,7 @@ class NotifySocket {
   os::File file_;
 };
 
-TEST_F(RouterProgramTest, TellsTheServiceManager) {
+TEST_F(RouterProgramTest, NotifiesTheServiceManager) {
   RouterProcess folder_only;
   NotifySocket manager(folder_only.folder() + "/notify");
   auto router = ChildProcess::start(
@@ -357,7 +358,7 @@ TEST_F(RouterProgramTest, TellsTheServiceManager) {
 
 // --- Out of descriptors
 
-TEST_F(RouterProgramTest, WithoutDescriptorsNewcomersAreTurnedAwayAndTheOthersServed) {
+TEST_F(RouterProgramTest, WithoutDescriptorsNewClientsAreRefusedAndOthersServed) {
   RouterProcess folder_only;
   auto router = ChildProcess::start(
       {"sh", "-c",

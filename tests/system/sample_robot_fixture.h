@@ -1,5 +1,5 @@
-// A robot of the samples: its file started as people start it, its programs around a simulated
-// world, which is the judge.
+// A sample robot, started from its file as users do, with a simulated world that provides the
+// ground truth.
 #pragma once
 
 #include <memory>
@@ -18,7 +18,8 @@ inline constexpr Duration kDrive = 4 * kPatience;
 
 class SampleRobotTest : public RobotTest {
  protected:
-  // All of its programs; terminals have the system's number: another run has another.
+  // Starts all its programs. Terminals contain the system number, which differs between parallel
+  // runs.
   void start_robot(const std::string& file, int programs) {
     up_ = std::make_unique<ChildProcess>(begin({"up", file, "--system", system_}));
     const auto ready = up_->wait_for_line(" programs are ready", kDrive);

@@ -1,4 +1,4 @@
-// Drivers of scanners of space, real programs, with emulated scanners in the network.
+// Drivers of 3D scanners as real programs, with emulated scanners in the network.
 #include <fstream>
 
 #include <sys/socket.h>
@@ -22,7 +22,7 @@ class Scan3dDriversTest : public ModulesTest {
   TemporaryFolder folder_;
 };
 
-TEST_F(Scan3dDriversTest, AnOusterIsAskedWhatItIs) {
+TEST_F(Scan3dDriversTest, ItRequestsTheMetadataOfAnOuster) {
   const std::string data = free_port(SOCK_DGRAM);
   const std::string page = "127.0.0.1:" + free_port(SOCK_STREAM);
   const std::string kept = folder_.path() / "os.json";
@@ -43,7 +43,7 @@ TEST_F(Scan3dDriversTest, AnOusterIsAskedWhatItIs) {
   EXPECT_NE(text.find("beam_altitude_angles"), std::string::npos);
 }
 
-TEST_F(Scan3dDriversTest, WithoutWordOfTheOusterItSaysWhatIsMissing) {
+TEST_F(Scan3dDriversTest, WithoutMetadataOfTheOusterItReportsWhatIsMissing) {
   auto& program = start("Scan3dOuster");
   EXPECT_FALSE(scanner().on());
   const auto said = program.wait_for_line("scanner is missing");

@@ -1,5 +1,5 @@
 // A ladar is tilted by an axis (a real driver and an emulated drive) while the robot drives at 2
-// m/s: Scan3d sends sectors and whole scans with flat walls.
+// m/s: Scan3d sends sectors and complete scans with flat walls.
 #include <fstream>
 #include <optional>
 
@@ -52,7 +52,7 @@ class Scan3dTest : public RobotTest {
             "--device=serial:" + (folder_.path() / "axis").string() + "?can=125000"};
   }
 
-  // All that it sends from now on; it forgets its listeners with an error.
+  // Subscribes to its data; after an error it has no listeners any more.
   void subscribe() {
     stream_->clean();
     ASSERT_TRUE(eventually([&]() -> std::string {
@@ -60,7 +60,7 @@ class Scan3dTest : public RobotTest {
       return granted ? "" : granted.error().message();
     }));
   }
-  // The next scan of so many sectors; nothing when there is none in time.
+  // The next scan of so many sectors; nothing after a timeout.
   std::optional<Scan3dData> next(rack::i32 sectors) {
     const auto end = std::chrono::steady_clock::now() + kPatience;
     while (std::chrono::steady_clock::now() < end) {
@@ -72,7 +72,7 @@ class Scan3dTest : public RobotTest {
     }
     return {};
   }
-  // It writes a file before it answers.
+  // With a long timeout, because it writes a file before it answers.
   rack::Scan3dProxy scanner() {
     return {*work_, *Address::parse("Scan3d(0/0)"), {.data = kPatience}};
   }
@@ -97,7 +97,7 @@ TEST_F(Scan3dTest, WallsAreFlatWhileItDrives) {
     ASSERT_TRUE(scan);
     const double way = scan->refPos.x - last_x;
     last_x = scan->refPos.x;
-    if (tries == 0 || way < 1500) continue;  // it began to drive within this one
+    if (tries == 0 || way < 1500) continue;  // it started to drive during this scan
     ++driven;
     EXPECT_GT(scan->scanNum, 40);
     for (std::size_t wall = 0; wall < walls.size(); ++wall) {
@@ -111,7 +111,7 @@ TEST_F(Scan3dTest, WallsAreFlatWhileItDrives) {
   EXPECT_GE(flat_walls, 4);
 }
 
-TEST_F(Scan3dTest, SectorsPictureFileAndLessBytes) {
+TEST_F(Scan3dTest, SectorsPictureFileAndCompression) {
   start_robot({"--compress=1", "--positionInst=-1"});
   const auto packed = scanner().get_next_data(5s);
   ASSERT_TRUE(packed) << packed.error().message();
@@ -134,7 +134,7 @@ TEST_F(Scan3dTest, SectorsPictureFileAndLessBytes) {
   EXPECT_GT(lines, 181 * 40);
 }
 
-TEST_F(Scan3dTest, GoesOnWhenItsAxisComesBack) {
+TEST_F(Scan3dTest, ContinuesWhenItsAxisHasRestarted) {
   start_robot();
   ASSERT_TRUE(next(1));
   kill("ServoDrive");
@@ -144,7 +144,7 @@ TEST_F(Scan3dTest, GoesOnWhenItsAxisComesBack) {
   EXPECT_TRUE(next(1));
 }
 
-TEST_F(Scan3dTest, RefusesWithWords) {
+TEST_F(Scan3dTest, RefusalsHaveReasons) {
   start("Scan3d", {"--ladarInst=0", "--servoDriveInst=0", "--angleMin=30", "--angleMax=30"});
   auto scanner = proxy<rack::Scan3dProxy>("Scan3d(0/0)");
   const auto on = scanner.on();

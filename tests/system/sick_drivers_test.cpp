@@ -1,5 +1,5 @@
-// Drivers of SICK's scanners, real programs: emulated scanners at terminals and sockets are
-// unplugged and come back, and another one instead. Recordings of real ones: captures_test.cpp.
+// Drivers of SICK scanners as real programs: emulated scanners at terminals and sockets are
+// unplugged, plugged in again, and replaced. Recordings of real ones: captures_test.cpp.
 #include <thread>
 
 #include <arpa/inet.h>
@@ -30,7 +30,7 @@ class SickDriversTest : public ModulesTest {
     return tims::test::becomes(*work_, "Ladar(0/0)", wanted);
   }
 
-  // That its scans show the emulators' room.
+  // Checks that the scans show the emulated room.
   void expect_room(double exactness) {
     const auto scan = ladar().get_data();
     ASSERT_TRUE(scan) << scan.error().message();
@@ -39,7 +39,7 @@ class SickDriversTest : public ModulesTest {
       ASSERT_NEAR(point.distance, room.distance(static_cast<double>(point.angle)), exactness);
   }
 
-  // Turned on, unplugged, plugged in again.
+  // The driver is turned on, the scanner unplugged and plugged in again.
   void expect_to_come_back(const std::string& name, const std::string& address, double exactness) {
     auto emulator = emulate(name, address);
     ASSERT_TRUE(ladar().on());
@@ -98,7 +98,7 @@ class Sender : public device::Output {
   sockaddr_in to_{};
 };
 
-// A scanner that sends until it is gone.
+// A scanner that sends until it is destroyed.
 std::jthread pico_scan(const std::string& port, std::uint32_t serial_number) {
   return std::jthread([port, serial_number](const std::stop_token& stop) {
     Sender sender(port);
@@ -119,8 +119,8 @@ TEST_F(SickDriversTest, PicoScan) {
   EXPECT_TRUE(becomes(rack::Status::kError));
 }
 
-// It is used, and people are told: once, each time it changes.
-TEST_F(SickDriversTest, AnotherScannerInsteadIsSaid) {
+// The new scanner is used, and each change is reported once.
+TEST_F(SickDriversTest, AReplacedScannerIsReported) {
   const std::string port = free_port(SOCK_STREAM);
   auto& program = start("LadarSickPicoScan", {"--device=udp::" + port});
   auto scanner = pico_scan(port, 101);
@@ -139,8 +139,8 @@ TEST_F(SickDriversTest, AnotherScannerInsteadIsSaid) {
   EXPECT_EQ(all.find(once), all.rfind(once)) << all;
 }
 
-// By every program whose device tells who it is.
-TEST_F(SickDriversTest, AScannerThatIsNotWantedIsRefused) {
+// In every driver whose device reports its serial number.
+TEST_F(SickDriversTest, AnUnexpectedScannerIsRefused) {
   const std::string path = folder_.path() / "scanner";
   const auto expect_refused = [&](const std::string& name, const std::string& program,
                                   const std::string& sentence) {
@@ -155,7 +155,7 @@ TEST_F(SickDriversTest, AScannerThatIsNotWantedIsRefused) {
   expect_refused("rplidar", "LadarRplidar", "serial number c0de0102030405");
 }
 
-TEST_F(SickDriversTest, SayWhatIsMissing) {
+TEST_F(SickDriversTest, ReportWhatIsMissing) {
   auto& program = start("LadarSickLms100");
   EXPECT_FALSE(ladar().on());
   const auto said = program.wait_for_line("lmsIp is missing");

@@ -17,9 +17,9 @@ namespace start_script_test {
 
 using testing::HasSubstr;
 
-// Its calls: programs by their folder, the router without options, values behind a blank or an
-// equals sign. Where it waits for the GUI to end and calls killall, this one waits for a word, and
-// says what killall would find.
+// The calls of the script: programs with their folder, the router without options, values after a
+// space or an equals sign. Where the original waits for the GUI and calls killall, this one waits
+// for a line, and prints the processes that killall would find.
 constexpr const char* kScript = R"(
 $BINDIR/tims_router_tcp &
 
@@ -41,8 +41,8 @@ kill $(cat $PKGDATADIR/jobs)
 wait
 )";
 
-// Port 2000, /run and the list of processes are the test's own.
-TEST(StartScript, OfTheOriginalStartsOurPrograms) {
+// Port 2000, /run and the list of processes are in namespaces of the test.
+TEST(StartScript, TheOriginalScriptStartsOurPrograms) {
   const auto network = OwnNetwork::enter();
   if (!network) GTEST_SKIP() << network.error().message();
   const TemporaryFolder folder;
@@ -58,7 +58,7 @@ TEST(StartScript, OfTheOriginalStartsOurPrograms) {
        .folder = {}});
   ASSERT_TRUE(script) << script.error().message();
 
-  // As the GUI does: over TCP, where the original's router is.
+  // Like the GUI: over TCP, at the port of the original router.
   auto session = Session::connect({.name = "gui", .router = "127.0.0.1:2000"});
   ASSERT_TRUE(session) << session.error().message() << script->output();
   auto work = session->open({.address = Address(0x00020001)});
@@ -83,7 +83,7 @@ TEST(StartScript, OfTheOriginalStartsOurPrograms) {
 
   std::ofstream(ended) << "\n";
   EXPECT_TRUE(script->wait()) << script->output();
-  EXPECT_THAT(script->output(), HasSubstr("\ntims_router_tcp\n")) << "what killall finds";
+  EXPECT_THAT(script->output(), HasSubstr("\ntims_router_tcp\n")) << "the process name for killall";
 }
 
 }  // namespace start_script_test

@@ -1,5 +1,5 @@
-// The surveying robot of the samples: two scanners as one scan, what moves in it marked, and scans
-// of space from a scanner that a servo axis tilts, while the robot drives through its hall at 2
+// The surveying robot of the samples: two scanners merged into one scan with moving points marked,
+// and 3D scans of a scanner that a servo axis tilts, while the robot drives through its hall at 2
 // m/s.
 #include <algorithm>
 #include <cmath>
@@ -22,9 +22,9 @@ using namespace std::chrono_literals;
 using rack::Scan3dData;
 
 constexpr double kFlat = 20;  // mm, p95
-constexpr int kFast = 1900;   // mm/s: all that the plan's speed profile reaches of 2 m/s
+constexpr int kFast = 1900;   // mm/s: the highest speed in the plan's profile, of 2 m/s
 
-// The walls, and the floor; the ends of the hall are too far away for enough of its points.
+// The walls and the floor; too few points are measured at the distant ends of the hall.
 std::vector<rack::scan3d::Plane> hall() {
   return {{{1, 0, 0}, 36000},
           {{-1, 0, 0}, 4000},
@@ -33,8 +33,8 @@ std::vector<rack::scan3d::Plane> hall() {
           {{0, 0, 1}, 0}};
 }
 
-// How deep below the floor it is, by the middle one of its points that are not far away: an axis
-// whose angle is wrong, or late, keeps planes flat, and puts them elsewhere.
+// The depth of the measured floor below the real one, as the median of near points. A wrong or late
+// angle of the axis keeps planes flat but displaces them.
 double depth_of_the_floor(const Scan3dData& scan) {
   std::vector<double> depths;
   for (const rack::ScanPoint& point : scan.points) {
@@ -66,8 +66,8 @@ class SurveyorRobotTest : public SampleRobotTest {
   }
 };
 
-// Where somebody walks, points are dynamic; the crates are objects that do not move.
-TEST_F(SurveyorRobotTest, SeesAllAroundAndMarksWhatMoves) {
+// Points on walking people are dynamic; the crates are objects that do not move.
+TEST_F(SurveyorRobotTest, ScansAllAroundAndMarksMovingObjects) {
   ASSERT_TRUE(turned_on(of_system("ObjRecog")));
   ASSERT_TRUE(turned_on(of_system("Scan2d", 3)));
   auto scanner = of_robot<rack::Scan2dProxy>("Scan2d", 3);
@@ -112,7 +112,7 @@ TEST_F(SurveyorRobotTest, SeesAllAroundAndMarksWhatMoves) {
       "the crate", kDrive));
 }
 
-TEST_F(SurveyorRobotTest, WallsOfItsScansOfSpaceAreFlatAtTwoMetresASecond) {
+TEST_F(SurveyorRobotTest, WallsOfIts3dScansAreFlatAtTwoMetresPerSecond) {
   ASSERT_TRUE(world().let_people_move(false).ok());
   ASSERT_TRUE(turned_on(of_system("Scan3d")));
   auto stream = open(*session_, kWork + 1, {.slots = 32, .body_max = 1 << 20});
@@ -149,7 +149,7 @@ TEST_F(SurveyorRobotTest, WallsOfItsScansOfSpaceAreFlatAtTwoMetresASecond) {
   EXPECT_EQ(ended->code, 0) << going.output() << up_->output();
   EXPECT_GE(sweeps, 2);
   EXPECT_GE(seen_walls, 3 * sweeps);
-  // On a busy machine a time stamp of its odometry or its scanner is some ms late now and then.
+  // On a busy machine a time stamp of odometry or scanner is sometimes late by a few ms.
   EXPECT_GE(4 * flat_walls, 3 * seen_walls) << testing::PrintToString(beside);
   std::ranges::sort(beside);
   if (beside.empty()) return;

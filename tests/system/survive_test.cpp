@@ -1,4 +1,5 @@
-// What must not matter to a robot: listeners that sleep, commands of any length, sudden deaths.
+// Events that must not disturb a robot: listeners that do not read, commands of any length,
+// crashes.
 #include "rack/proxies/odometry.h"
 #include "tests/system/becomes.h"
 #include "tests/system/robot_fixture.h"
@@ -32,7 +33,7 @@ std::vector<std::uint32_t> times(Mailbox& mailbox, std::size_t count) {
   return all;
 }
 
-TEST_F(SurviveTest, AListenerThatNeverReadsCostsTheOthersNothing) {
+TEST_F(SurviveTest, AListenerThatNeverReadsDoesNotAffectOthers) {
   start("ChassisSim", {"--periodTime=10"});
   ASSERT_TRUE(turned_on("Chassis(0/0)"));
   Mailbox asleep = open(*session_, 0x00020100, {.slots = 2});
@@ -43,7 +44,7 @@ TEST_F(SurviveTest, AListenerThatNeverReadsCostsTheOthersNothing) {
     ASSERT_TRUE(chassis.get_cont_data(0, listener->address()));
   const auto heard = times(second, 50);
   ASSERT_EQ(heard.size(), 50U);
-  // Who subscribed earlier has all of it, too.
+  // The earlier subscriber has received all data as well.
   auto all = times(first, 50);
   all.erase(all.begin(), std::ranges::find(all, heard.front()));
   EXPECT_TRUE(std::ranges::equal(all, std::span(heard).first(all.size())));
@@ -51,7 +52,7 @@ TEST_F(SurviveTest, AListenerThatNeverReadsCostsTheOthersNothing) {
   EXPECT_GT(asleep.counters().replaced, 0U) << "the newest are kept";
 }
 
-// To each program of a robot; it says something sensible afterwards.
+// They are sent to each program of a robot, which must still answer correctly.
 TEST_F(SurviveTest, CommandsOfAnyLengthToEveryProgram) {
   start_all();
   for (const char* address : {"Chassis(0/0)", "Odometry(0/0)", "Position(0/0)", "Scan2d(0/0)",
@@ -62,7 +63,7 @@ TEST_F(SurviveTest, CommandsOfAnyLengthToEveryProgram) {
       const std::vector<std::byte> body(size, std::byte{0xFF});
       for (std::int8_t command = 4; command < 40; ++command)
         ASSERT_TRUE(work_->send({.dest = component, .type = command}, body)) << address;
-      // Its answers are many, and not what this is about.
+      // The answers to the commands are not checked.
       rack::Proxy proxy(*work_, component, {.data = kPatience});
       const auto status = proxy.status();
       ASSERT_TRUE(status) << address << ", " << size << " bytes: " << status.error().message();
@@ -77,8 +78,8 @@ TEST_F(SurviveTest, CommandsOfAnyLengthToEveryProgram) {
   }
 }
 
-// Who lives on it is in error while it is away, and well again when it is back.
-TEST_F(SurviveTest, TheSuddenDeathOfEachProducer) {
+// Its consumers are in error while it is missing, and recover after it has restarted.
+TEST_F(SurviveTest, ACrashOfEachProducer) {
   start_all();
   const auto allow_pilot = [this] {
     const auto on = turned_on("Chassis(0/0)");
@@ -104,18 +105,18 @@ TEST_F(SurviveTest, TheSuddenDeathOfEachProducer) {
     start(death.program, death.arguments);
     EXPECT_TRUE(becomes(*work_, death.consumer, rack::Status::kEnabled)) << death.program;
     if (death.consumer == std::string("Odometry(0/0)")) {
-      EXPECT_TRUE(allow_pilot()) << "a new chassis lets nobody drive";
+      EXPECT_TRUE(allow_pilot()) << "a restarted chassis has no active pilot";
     }
   }
   EXPECT_TRUE(becomes(*work_, "Pilot(0/1)", rack::Status::kEnabled));
 }
 
-// The test is the chassis, and says what time it is.
+// The test is the chassis and sets its time stamps.
 class ChassisOfTheTest {
  public:
   explicit ChassisOfTheTest(Mailbox mailbox) : mailbox_(std::move(mailbox)) {}
 
-  // Until somebody has subscribed.
+  // Serves requests until a client has subscribed.
   void serve(std::uint32_t period_ms) {
     while (!listener_) {
       const auto message = mailbox_.peek_for(kPatience);
@@ -146,7 +147,7 @@ class ChassisOfTheTest {
   std::optional<Address> listener_;
 };
 
-// 32 bits of milliseconds are over every 49.7 days.
+// 32-bit time stamps in milliseconds wrap around every 49.7 days.
 TEST_F(SurviveTest, TimesAreFoundAcrossTheirWrap) {
   constexpr std::uint32_t kPeriod = 10'000;
   constexpr float kStep = 100;  // mm

@@ -34,7 +34,7 @@ class TcpTest : public testing::Test {
     return client;
   }
 
-  // What the router answers to a question of the admin protocol.
+  // The router's answer to a request of the admin protocol.
   static std::string ask(TcpClient& client, std::string_view question) {
     EXPECT_TRUE(client.send({.type = type::kAdminRequest}, bytes_of(question)).ok());
     for (;;) {
@@ -44,13 +44,13 @@ class TcpTest : public testing::Test {
       return {reinterpret_cast<const char*>(answer->body.data()), answer->body.size()};
     }
   }
-  // The router has taken everything this client sent before, and it still serves it.
+  // Whether the router has processed everything this client sent before, and still serves it.
   static testing::AssertionResult is_served(TcpClient& client) {
     const std::string answer = ask(client, R"({"ask":"ping"})");
     if (answer.find("tims/ping") != std::string::npos) return testing::AssertionSuccess();
     return testing::AssertionFailure() << answer;
   }
-  // A message from `from` to `to`, which waits for it.
+  // Sends a message from `from` and waits for it at `to`.
   static testing::AssertionResult reaches(TcpClient& from, Address source, TcpClient& to,
                                           Address dest) {
     static std::uint8_t number = 0;
@@ -61,7 +61,7 @@ class TcpTest : public testing::Test {
     const auto received = to.receive();
     if (!received) return testing::AssertionFailure() << received.error().message();
     if (received->header.seq_nr == number) return testing::AssertionSuccess();
-    return testing::AssertionFailure() << "another message came";
+    return testing::AssertionFailure() << "another message arrived";
   }
 
   std::optional<RouterProcess> router_;

@@ -1,4 +1,4 @@
-// Guests at the TCP port who do not mean well, or are broken: nobody else notices.
+// Hostile or broken clients at the TCP port: other clients are not affected.
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -24,7 +24,7 @@ constexpr Address kLadar(0x02140000);
 
 class HostileGuestTest : public TcpTest {
  protected:
-  // "VmHWM" of the router: the most memory it has ever had.
+  // "VmHWM" of the router: its peak memory.
   std::size_t peak_bytes() {
     std::ifstream status("/proc/" + std::to_string(router_->process().pid()) + "/status");
     for (std::string line; std::getline(status, line);) {
@@ -33,7 +33,7 @@ class HostileGuestTest : public TcpTest {
     return 0;
   }
   void expect_grown_by_less(std::size_t bytes, std::size_t before) {
-    if (kSlowdown > 1) return;  // sanitizers keep what was freed
+    if (kSlowdown > 1) return;  // sanitizers keep freed memory
     EXPECT_LT(peak_bytes() - before, bytes);
   }
   std::size_t descriptors() {
@@ -51,7 +51,7 @@ class HostileGuestTest : public TcpTest {
   }
 };
 
-// It once had 572 MB of answers made in one turn of 14 s.
+// Regression: the router once produced 572 MB of answers in one turn of its loop, which took 14 s.
 TEST_F(HostileGuestTest, ThousandsOfQuestionsAtOnceAreAnsweredInTurns) {
   constexpr int kQuestions = 8'000;
   start({"lifesign.interval=1h"});
@@ -81,9 +81,9 @@ TEST_F(HostileGuestTest, ThousandsOfQuestionsAtOnceAreAnsweredInTurns) {
   expect_grown_by_less(std::size_t{64} << 20, before);
 }
 
-// Behind a message that is gathered and flushed on its own, a connection was forgotten and left
-// open.
-TEST_F(HostileGuestTest, ABadHeaderBehindALargeMessageClosesTheConnection) {
+// Regression: after a message that is collected and flushed separately, a connection was not
+// closed.
+TEST_F(HostileGuestTest, ABadHeaderAfterALargeMessageClosesTheConnection) {
   constexpr int kGuests = 20;
   start({"lifesign.interval=1h"});
   TcpClient bystander = connect_with(kPilot);
@@ -91,8 +91,9 @@ TEST_F(HostileGuestTest, ABadHeaderBehindALargeMessageClosesTheConnection) {
   const std::size_t before = descriptors();
   std::vector<std::byte> bytes;
   append_message(bytes, {.type = 21, .dest = kLadar, .src = Address(3)}, std::string(5'000, 'x'));
-  const std::size_t first = 3'000;  // so that the rest of the message comes with what is behind it
-  bytes.resize(bytes.size() + kHeaderSize);  // says 0 bytes
+  const std::size_t first =
+      3'000;  // so that the rest of the message arrives together with the bad header
+  bytes.resize(bytes.size() + kHeaderSize);  // a length of 0 bytes
   std::vector<TcpClient> guests;
   for (int i = 0; i < kGuests; ++i) {
     guests.push_back(connect());
@@ -105,7 +106,7 @@ TEST_F(HostileGuestTest, ABadHeaderBehindALargeMessageClosesTheConnection) {
   EXPECT_NE(ask(bystander, R"({"ask":"stats"})").find(R"("protocol_error":20)"), std::string::npos);
 }
 
-// 15 of 16 MiB, and then nothing: of each of many.
+// Many clients each send 15 of 16 MiB, and then nothing.
 TEST_F(HostileGuestTest, HalfMessagesDoNotUseUpTheMemory) {
   constexpr std::uint32_t kMessage = 16 << 20;
   constexpr std::size_t kSent = 15 << 20;
@@ -119,7 +120,7 @@ TEST_F(HostileGuestTest, HalfMessagesDoNotUseUpTheMemory) {
   std::vector<TcpClient> guests;
   for (int i = 0; i < kGuests; ++i) {
     guests.push_back(connect());
-    // The first of them are closed while others still send.
+    // The first clients are closed while others still send.
     ASSERT_TRUE(guests.back().send_bytes(half).ok());
   }
   EXPECT_TRUE(guests.front().wait_for_close().ok());
@@ -129,7 +130,7 @@ TEST_F(HostileGuestTest, HalfMessagesDoNotUseUpTheMemory) {
         return ask(bystander, R"({"ask":"stats"})").find(R"("incomplete")") != std::string::npos;
       },
       "what did not come to its end is counted"));
-  // Whoever sends on gets through.
+  // A client that sends a complete message succeeds.
   const std::vector<std::byte> body(kMessage - kHeaderSize);
   TcpClient sender = connect();
   ASSERT_TRUE(sender.send({.type = 21, .dest = kPilot}, body).ok());
@@ -138,24 +139,24 @@ TEST_F(HostileGuestTest, HalfMessagesDoNotUseUpTheMemory) {
   EXPECT_EQ(whole->body.size(), body.size());
 }
 
-TEST_F(HostileGuestTest, SilentGuestsKeepNobodyOut) {
+TEST_F(HostileGuestTest, SilentClientsDoNotExcludeOthers) {
   start({"limits.clients=8", "lifesign.interval=1h"});
   TcpClient quiet = connect_with(kLadar);
   std::vector<TcpClient> silent;
   for (int i = 0; i < 20; ++i) silent.push_back(connect());
-  // Components of this host have places of their own.
+  // Components of this host have a separate limit.
   auto session = Session::connect({.router = router_->socket_path(), .timeout = kPatience});
   ASSERT_TRUE(session.ok()) << session.error().message();
   auto mailbox = session->open({.address = Address(0x7F000001)});
   EXPECT_TRUE(mailbox.ok());
-  // The oldest of those that said nothing makes room for who has something to say.
+  // The oldest connection that sent nothing is closed to make room for a client that sends.
   TcpClient newcomer = connect_with(kPilot);
   EXPECT_TRUE(silent.front().wait_for_close().ok());
-  // Who has registered may be as quiet as it likes.
+  // A registered client may be silent for any time.
   EXPECT_TRUE(reaches(newcomer, kPilot, quiet, kLadar));
 }
 
-// 4 000 refusals, each with another text: it once wrote 5 MB of log in 4 s.
+// Regression: 4000 refusals with different texts once produced 5 MB of log in 4 s.
 TEST_F(HostileGuestTest, RefusalsDoNotFillTheLog) {
   start({"lifesign.interval=1h", "limits.mailboxes_per_client=1"});
   TcpClient guest = connect_with(kLadar);

@@ -1,4 +1,4 @@
-// The TCP port against clients that behave badly, and against many.
+// The TCP port with clients that violate the protocol, and with many clients.
 #include <algorithm>
 #include <array>
 #include <csignal>
@@ -33,7 +33,7 @@ std::size_t open_files(pid_t pid) {
 
 // --- Broken messages
 
-TEST_F(TcpTest, HalfAMessageIsNeverForwarded) {
+TEST_F(TcpTest, AnIncompleteMessageIsNeverForwarded) {
   start();
   TcpClient a = connect_with(kA);
   TcpClient b = connect_with(kB);
@@ -41,14 +41,14 @@ TEST_F(TcpTest, HalfAMessageIsNeverForwarded) {
   half.resize(500);
   ASSERT_TRUE(b.send_bytes(half).ok());
   b.close();
-  // Its mailbox goes with it; then nothing of it is under way any more.
+  // When its mailbox has been removed, nothing of it is in transit any more.
   TcpClient c = connect();
   EXPECT_TRUE(eventually([&] { return c.register_mailbox(kB).ok(); }, "the address is free"));
   EXPECT_TRUE(reaches(c, kB, a, kA));
   EXPECT_NE(ask(c, R"({"ask":"stats"})").find("incomplete"), std::string::npos);
 }
 
-TEST_F(TcpTest, AResetInTheMiddleOfAMessageHarmsNobodyElse) {
+TEST_F(TcpTest, AResetWithinAMessageDoesNotAffectOthers) {
   start();
   TcpClient a = connect_with(kA);
   TcpClient b = connect_with(kB);
@@ -61,7 +61,7 @@ TEST_F(TcpTest, AResetInTheMiddleOfAMessageHarmsNobodyElse) {
   EXPECT_TRUE(reaches(c, kB, a, kA));
 }
 
-TEST_F(TcpTest, MessagesMayComeInAnyPieces) {
+TEST_F(TcpTest, MessagesMayArriveInAnyPieces) {
   start();
   TcpClient a = connect_with(kA);
   TcpClient b = connect();
@@ -104,7 +104,7 @@ TEST_F(TcpTest, LengthsOf16AndOfTheMaximumPass) {
   }
 }
 
-// What was sent before the broken header still arrives.
+// Messages sent before the invalid header still arrive.
 TEST_F(TcpTest, MessagesBeforeABrokenOneAreForwarded) {
   start();
   TcpClient a = connect_with(kA);
@@ -117,7 +117,7 @@ TEST_F(TcpTest, MessagesBeforeABrokenOneAreForwarded) {
   EXPECT_TRUE(a.receive().ok());
 }
 
-TEST_F(TcpTest, GarbageHarmsNobody) {
+TEST_F(TcpTest, GarbageDoesNotAffectOthers) {
   start({"message.max=64KiB"});
   TcpClient a = connect_with(kA);
   TcpClient b = connect_with(kB);
@@ -126,7 +126,7 @@ TEST_F(TcpTest, GarbageHarmsNobody) {
     TcpClient noise = connect();
     std::vector<std::byte> bytes(1 + random() % 5000);
     std::ranges::generate(bytes, [&] { return static_cast<std::byte>(random()); });
-    // The router may close in the middle of it.
+    // The router may close the connection during this call.
     [[maybe_unused]] const auto sent = noise.send_bytes(bytes);
   }
   EXPECT_TRUE(reaches(b, kB, a, kA));
@@ -134,7 +134,7 @@ TEST_F(TcpTest, GarbageHarmsNobody) {
 
 // --- Many
 
-TEST_F(TcpTest, MoreThan32ClientsTalk) {
+TEST_F(TcpTest, MoreThan32ClientsExchangeMessages) {
   start();
   std::vector<TcpClient> clients;
   for (std::uint32_t i = 0; i < 200; ++i) clients.push_back(connect_with(Address(i)));
@@ -160,7 +160,7 @@ TEST_F(TcpTest, TenThousandConnectionsComeAndGo) {
   EXPECT_TRUE(is_served(witness));
 }
 
-TEST_F(TcpTest, TheLimitOfClientsIsKept) {
+TEST_F(TcpTest, TheLimitOfClientsIsEnforced) {
   start({"limits.clients=3"});
   TcpClient a = connect_with(kA);
   TcpClient b = connect_with(kB);
@@ -175,17 +175,17 @@ TEST_F(TcpTest, TheLimitOfClientsIsKept) {
 
 // --- Commands
 
-TEST_F(TcpTest, OnlyTheOwnerDeletesUnlessToldOtherwise) {
+TEST_F(TcpTest, OnlyTheOwnerDeletesByDefault) {
   start();
   TcpClient a = connect_with(kA);
   TcpClient b = connect();
   EXPECT_FALSE(b.delete_mailbox(kA).ok());
-  EXPECT_TRUE(b.delete_mailbox(kB).ok());  // nobody's
+  EXPECT_TRUE(b.delete_mailbox(kB).ok());  // a mailbox without owner
   EXPECT_TRUE(a.delete_mailbox(kA).ok());
   EXPECT_TRUE(b.register_mailbox(kA).ok());
 }
 
-TEST_F(TcpTest, CompatDeleteIsForEverybody) {
+TEST_F(TcpTest, CompatDeleteIsForAllClients) {
   start({"tcp.compat_delete=true"});
   TcpClient a = connect_with(kA);
   TcpClient b = connect();
@@ -194,7 +194,7 @@ TEST_F(TcpTest, CompatDeleteIsForEverybody) {
   EXPECT_TRUE(is_served(a));
 }
 
-TEST_F(TcpTest, TheWatchdogClosesWhoDoesNotAnswer) {
+TEST_F(TcpTest, TheWatchdogClosesClientsThatDoNotAnswer) {
   start({lifesign_interval(200ms)});
   TcpClient living = connect_with(kA);
   TcpClient unwatched = connect();
@@ -202,7 +202,7 @@ TEST_F(TcpTest, TheWatchdogClosesWhoDoesNotAnswer) {
   unwatched.set_answers_lifesigns(false);
   TcpClient silent = connect_with(kB);
   silent.set_answers_lifesigns(false);
-  // Both have to be served meanwhile: a client answers only while it waits.
+  // Both clients must be called in turns, because a client answers only during a call.
   EXPECT_TRUE(eventually([&] { return is_served(living) && silent.wait_for_close(10ms).ok(); },
                          "silent is closed"));
   EXPECT_GE(living.lifesigns(), 1U);

@@ -1,4 +1,4 @@
-// Sessions over TCP and what answers at the port is no router, or a bad one.
+// Sessions over TCP to a port where no router or a hostile one answers.
 #include <array>
 #include <atomic>
 #include <functional>
@@ -25,8 +25,8 @@ namespace tcp_session_hostile_test {
 namespace command = wire::router_command;
 using namespace std::chrono_literals;
 
-// Answers every command with OK, and then says what the test wants, to each connection once. A
-// registration of address 1 is the cue.
+// Answers every command with OK. After a registration of address 1 it sends the bytes given by the
+// test, once per connection.
 class FakeRouter {
  public:
   explicit FakeRouter(std::vector<std::byte> words, bool answers = true)
@@ -91,7 +91,7 @@ Result<Session> connect(const FakeRouter& router, Duration timeout = kPatience) 
       {.router = router.endpoint(), .timeout = timeout, .on_event = [](const SessionEvent&) {}});
 }
 
-// The session leaves such a router, and tries again.
+// The session disconnects from such a router and retries.
 void expect_reconnect(std::uint32_t length) {
   FakeRouter router(header_that_says(length));
   auto session = connect(router);
@@ -100,19 +100,19 @@ void expect_reconnect(std::uint32_t length) {
   EXPECT_TRUE(eventually([&] { return router.connections() >= 3; }, "three connections")) << length;
 }
 
-TEST(HostileRouter, LengthsThatNoMessageHasEndTheConnection) {
+TEST(HostileRouter, InvalidLengthsEndTheConnection) {
   for (const std::uint32_t length : {0U, 15U, (16U << 20) + 1, 0xFFFFFFFFU})
     expect_reconnect(length);
 }
 
-TEST(HostileRouter, WordsWithoutAQuestionAreIgnored) {
+TEST(HostileRouter, AnswersWithoutARequestAreIgnored) {
   std::vector<std::byte> words;
   for (const std::int8_t type : {type::kOk, type::kError, std::int8_t{-100}, std::int8_t{100}})
     for (int i = 0; i < 100; ++i) {
       const auto word = bytes_of(Header{.type = type});
       words.insert(words.end(), word.begin(), word.end());
     }
-  for (const std::uint32_t dest : {0U, 1U, 5U}) {  // 5: nobody's
+  for (const std::uint32_t dest : {0U, 1U, 5U}) {  // 5 has no owner
     const auto message = bytes_of(Header{.dest = Address(dest), .src = Address(9)}, bytes_of("x"));
     words.insert(words.end(), message.begin(), message.end());
   }
@@ -128,7 +128,7 @@ TEST(HostileRouter, WordsWithoutAQuestionAreIgnored) {
   EXPECT_EQ(router.connections(), 1);
 }
 
-TEST(HostileRouter, WhoSaysNothingIsNoRouter) {
+TEST(HostileRouter, AServerThatDoesNotAnswerIsNotARouter) {
   FakeRouter router({}, false);
   const auto session = connect(router, 50ms);
   ASSERT_FALSE(session.ok());

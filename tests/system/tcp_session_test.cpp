@@ -1,4 +1,4 @@
-// Sessions that reach their router over TCP: the same calls, the same order, the same errors.
+// Sessions with a router over TCP: the same calls, the same order, the same errors.
 #include <atomic>
 #include <csignal>
 #include <filesystem>
@@ -22,7 +22,7 @@
 namespace tims::test {
 namespace tcp_session_test {
 
-constexpr std::uint32_t kTcpMax = 256 << 10;  // by default, header included
+constexpr std::uint32_t kTcpMax = 256 << 10;  // default limit, header included
 
 class TcpSessionTest : public LocalTest {
  protected:
@@ -37,7 +37,7 @@ class TcpSessionTest : public LocalTest {
   }
 };
 
-TEST_F(TcpSessionTest, TalksToMailboxesOfTheRoutersHostAndBack) {
+TEST_F(TcpSessionTest, ExchangesMessagesWithMailboxesOfTheRoutersHost) {
   Session far = tcp_session();
   Session near = session();
   EXPECT_TRUE(far.connected());
@@ -58,15 +58,15 @@ TEST_F(TcpSessionTest, TalksToMailboxesOfTheRoutersHostAndBack) {
   EXPECT_EQ(answer->header().seq_nr, 7);
 }
 
-// Of this process, in bytes.
+// Peak memory of this process in bytes.
 std::size_t most_memory() {
   rusage usage{};
   ::getrusage(RUSAGE_SELF, &usage);
   return static_cast<std::size_t>(usage.ru_maxrss) << 10;
 }
 
-// What was sent before goes first, and not what others send meanwhile.
-TEST_F(TcpSessionTest, ClosingTakesNoMoreThanAnUplinkHolds) {
+// Closing waits for messages sent before, but not for those that others send at the same time.
+TEST_F(TcpSessionTest, ClosingUsesNoMoreMemoryThanAnUplinkHolds) {
   Session s = tcp_session();
   std::atomic<bool> done = false;
   std::vector<std::thread> senders;
@@ -87,7 +87,7 @@ TEST_F(TcpSessionTest, ClosingTakesNoMoreThanAnUplinkHolds) {
   }
   done = true;
   for (std::thread& sender : senders) sender.join();
-  if (kSlowdown == 1) {  // a sanitizer keeps what was freed
+  if (kSlowdown == 1) {  // sanitizers keep freed memory
     EXPECT_LT(most_memory() - before, 32U << 20);
   }
 }
@@ -97,7 +97,7 @@ TEST_F(TcpSessionTest, AMessageMayBeAsLargeAsTheLimit) {
   Mailbox a = open(s, 1);
   Mailbox b = open(s, 2, {.body_max = 1 << 20});
   const std::string largest(kTcpMax - kHeaderSize, 'x');
-  for (int i = 0; i < 20; ++i) {  // more than the uplink has places for
+  for (int i = 0; i < 20; ++i) {  // more than the uplink has slots
     ASSERT_TRUE(send(a, 2, largest));
     EXPECT_EQ(receive(b), largest);
   }
@@ -130,7 +130,7 @@ TEST_F(TcpSessionTest, AnAddressHasOneOwner) {
   EXPECT_EQ(receive(successor), "to the next owner");
 }
 
-TEST_F(TcpSessionTest, ARouterThatStandsStillKeepsNoSenderForLong) {
+TEST_F(TcpSessionTest, AStoppedRouterDoesNotBlockSendersForLong) {
   Session s = tcp_session();
   Mailbox a = open(s, 1);
   const std::string large(100'000, 'x');
@@ -138,7 +138,7 @@ TEST_F(TcpSessionTest, ARouterThatStandsStillKeepsNoSenderForLong) {
   EXPECT_EQ(receive(a), "so that the way is known");
   router_.process().signal(SIGSTOP);
   Errc outcome = Errc::kEmpty;
-  while (outcome != Errc::kFull) {  // what the sockets hold, and the uplink
+  while (outcome != Errc::kFull) {  // fills the sockets and the uplink
     const Time begin = os::now();
     const auto sent = send(a, 1, large);
     EXPECT_LT(os::now() - begin, 200ms + kPatience / 10);
@@ -167,7 +167,7 @@ TEST_F(TcpSessionTest, LifesignsAreAnswered) {
   EXPECT_TRUE(s->connected());
 }
 
-TEST_F(TcpSessionTest, TextsThatNameNoRouterAreRefused) {
+TEST_F(TcpSessionTest, InvalidEndpointsAreRefused) {
   const auto refused = Session::connect({.router = "robot:x"});
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code(), Errc::kInvalidArgument);
@@ -187,7 +187,7 @@ bool may_be_real_time(int priority) {
   return may;
 }
 
-// Of the thread with that name; 0: an ordinary one, or none.
+// The real-time priority of the thread with that name; 0: not real-time, or no such thread.
 int priority_of(pid_t process, const std::string& thread) {
   for (const auto& task :
        std::filesystem::directory_iterator("/proc/" + std::to_string(process) + "/task")) {
@@ -202,8 +202,8 @@ int priority_of(pid_t process, const std::string& thread) {
   return 0;
 }
 
-// What its tasks send would wait for an ordinary thread else, on a busy machine for 100 ms and
-// more.
+// With an ordinary sending thread, messages of its tasks would wait for 100 ms or more on a busy
+// machine.
 TEST_F(TcpSessionTest, ARealTimeComponentSendsInRealTime) {
   if (!may_be_real_time(30)) GTEST_SKIP() << "needs the right to real-time priorities";
   for (const int priority : {1, 29}) {
@@ -216,7 +216,7 @@ TEST_F(TcpSessionTest, ARealTimeComponentSendsInRealTime) {
   }
 }
 
-TEST_F(TcpSessionTest, AComponentDoesWithoutARouterOfItsHost) {
+TEST_F(TcpSessionTest, AComponentNeedsNoRouterOnItsHost) {
   auto chassis = ChildProcess::start({TIMS_CHASSIS_SIM_PROGRAM, "--router", router_.tcp()});
   ASSERT_TRUE(chassis.ok());
   Session s = session();

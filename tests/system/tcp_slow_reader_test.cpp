@@ -1,4 +1,4 @@
-// A client that stops reading: it blocks nobody, and never sees a torn message.
+// A client that stops reading: it does not block others, and never receives an incomplete message.
 #include <algorithm>
 #include <csignal>
 
@@ -14,7 +14,7 @@ constexpr Address kPing{0x00160000};
 constexpr Address kPong{0x00170000};
 constexpr std::uint32_t kEnd = 0xFFFFFFFF;
 
-// A body that shows whether it is whole, and which one it is.
+// A body that contains its number and shows whether it is complete.
 std::vector<std::byte> numbered(std::uint32_t number, std::size_t size) {
   std::vector<std::byte> body(size);
   for (std::size_t i = 0; i < size; ++i) {
@@ -23,7 +23,7 @@ std::vector<std::byte> numbered(std::uint32_t number, std::size_t size) {
   return body;
 }
 
-// The number, or kEnd for a body that is not whole.
+// The number, or kEnd for an incomplete body.
 std::uint32_t number_of(const std::vector<std::byte>& body) {
   std::uint32_t number = 0;
   for (std::size_t i = 0; i < 4; ++i) number |= std::to_integer<std::uint32_t>(body[i]) << 8 * i;
@@ -54,7 +54,7 @@ class SlowReaderTest : public TcpTest {
   std::optional<TcpClient> source_;
 };
 
-TEST_F(SlowReaderTest, WhatItDidNotReadIsCountedWhenItGoes) {
+TEST_F(SlowReaderTest, UnreadMessagesAreCountedWhenItDisconnects) {
   flood(1);
   slow_->close();
   EXPECT_TRUE(eventually(
@@ -62,13 +62,13 @@ TEST_F(SlowReaderTest, WhatItDidNotReadIsCountedWhenItGoes) {
       "the loss is counted"));
 }
 
-TEST_F(SlowReaderTest, WhatWaitsIsWrittenWhenTheRouterIsToEnd) {
+TEST_F(SlowReaderTest, WaitingMessagesAreWrittenBeforeTheRouterExits) {
   flood(1);
   router_->process().signal(SIGTERM);
   std::uint32_t last = kEnd;
   while (const auto message = slow_->receive()) {
     last = number_of(message->body);
-    ASSERT_NE(last, kEnd) << "torn";
+    ASSERT_NE(last, kEnd) << "an incomplete message";
   }
   EXPECT_EQ(last, kCount - 1);
   const auto status = router_->process().wait();
@@ -76,17 +76,17 @@ TEST_F(SlowReaderTest, WhatWaitsIsWrittenWhenTheRouterIsToEnd) {
   EXPECT_TRUE(status->success()) << status->to_string();
 }
 
-TEST_F(SlowReaderTest, DoesNotKeepTheRouterFromEnding) {
+TEST_F(SlowReaderTest, DoesNotPreventTheRouterFromExiting) {
   flood(1);
   const auto status = router_->stop();
   ASSERT_TRUE(status.ok()) << status.error().message();
   EXPECT_TRUE(status->success()) << status->to_string();
 }
 
-// Twenty of them want more than the memory of all queues; who reads stays, and gets what is
-// important.
-TEST_F(TcpTest, StalledReadersTakeNothingFromWhoReads) {
-  start({"message.max=1MiB", "tcp.queue=16MiB"});  // of which 16 fit into the memory
+// Twenty stalled readers exceed the memory of all queues; a client that reads stays connected and
+// gets messages of high priority.
+TEST_F(TcpTest, StalledReadersDoNotAffectAClientThatReads) {
+  start({"message.max=1MiB", "tcp.queue=16MiB"});  // 16 such messages fit into the memory
   TcpClient source = connect();
   std::vector<TcpClient> stalled;
   for (std::uint32_t i = 0; i < 20; ++i) stalled.push_back(connect_with(Address(kSlow.raw() + i)));
@@ -100,7 +100,7 @@ TEST_F(TcpTest, StalledReadersTakeNothingFromWhoReads) {
   EXPECT_NE(ask(source, R"({"ask":"stats"})").find("queue_replaced"), std::string::npos);
   TcpClient reader = connect_with(kPing);
   for (std::uint32_t round = 0; round < 5; ++round) {
-    // More at once than its socket takes, so that it has a message in part.
+    // More than its socket accepts at once, so that one message is written partly.
     for (std::uint32_t i = 0; i < 12; ++i)
       ASSERT_TRUE(source.send({.type = -6, .dest = kPing}, large).ok());
     ASSERT_TRUE(is_served(source));
@@ -112,7 +112,7 @@ TEST_F(TcpTest, StalledReadersTakeNothingFromWhoReads) {
       number = number_of(message->body);
       ASSERT_TRUE(number == 1 || number == 2 + round) << number;
     }
-    // What was less important than that.
+    // A message of lower priority.
     ASSERT_TRUE(source.send({.type = -6, .dest = kPing}, numbered(100, 100)).ok());
     while (number_of(reader.receive().value().body) != 100) {
     }

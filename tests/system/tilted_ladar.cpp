@@ -1,6 +1,6 @@
 // A ladar on the axis ServoDrive(0/0), on the robot at Position(0/0), in the hall of
-// hall_fixture.h; only for tests. It measures where axis and robot were a moment ago, each point
-// at its own time.
+// hall_fixture.h; only for tests. It measures with a delay, from the positions of axis and robot at
+// the time of each point.
 #include <optional>
 
 #include "components/scan3d/hall_fixture.h"
@@ -15,7 +15,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr auto kPeriod = std::chrono::microseconds(13333);
-constexpr auto kLate = 250ms;  // by then it is known where axis and robot were
+constexpr auto kLate = 250ms;  // by then the positions of axis and robot are known
 
 constexpr ModuleInfo kInfo{.program = "tims-test-ladar",
                            .purpose = "A ladar on an axis, in a hall.",

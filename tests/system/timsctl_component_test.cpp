@@ -1,4 +1,4 @@
-// timsctl component and log: a real component is looked at and told what to do.
+// timsctl component and log, with a real component.
 #include "tests/support/eventually.h"
 #include "tests/system/timsctl_fixture.h"
 
@@ -18,8 +18,8 @@ class TimsctlComponentTest : public TimsctlTest {
   std::optional<ChildProcess> chassis_;
 };
 
-TEST_F(TimsctlComponentTest, ListTellsWhoIsOn) {
-  // The ladar of the test answers nothing.
+TEST_F(TimsctlComponentTest, ListShowsTheStatus) {
+  // The ladar of the test does not answer.
   const Ran ran = timsctl({"component", "list", "Chassis", "--json"});
   EXPECT_EQ(ran.code, 0);
   const json::object answer = json_lines(ran.out).at(0);
@@ -43,7 +43,7 @@ TEST_F(TimsctlComponentTest, OnStatusDataOff) {
   EXPECT_THAT(timsctl({"component", "data", "Chassis/0/0", "-ocsv"}).out,
               HasSubstr("omega,battery,activePilot\n"));
   EXPECT_EQ(timsctl({"component", "off", "Chassis/0/0"}).code, 0);
-  EXPECT_EQ(timsctl({"component", "data", "Chassis/0/0"}).code, 1) << "it is off by now";
+  EXPECT_EQ(timsctl({"component", "data", "Chassis/0/0"}).code, 1) << "it is off";
 }
 
 TEST_F(TimsctlComponentTest, MessagesByName) {
@@ -72,7 +72,8 @@ TEST_F(TimsctlComponentTest, MessagesByName) {
 
   const Ran refused = timsctl({"msg", "pub", "Chassis/0/0", "move", "vx=200", "-y"});
   EXPECT_EQ(refused.code, 1);
-  EXPECT_THAT(refused.err, HasSubstr("is not the active pilot of this chassis, which is Pilot(0/1)\n"));
+  EXPECT_THAT(refused.err,
+              HasSubstr("is not the active pilot of this chassis, which is Pilot(0/1)\n"));
   const Ran move = timsctl({"msg", "pub", "Chassis/0/0", "moove", "vx=200", "-y"});
   EXPECT_EQ(move.code, 2);
   EXPECT_THAT(move.err, HasSubstr("did you mean move?"));
@@ -82,7 +83,7 @@ TEST_F(TimsctlComponentTest, MessagesByName) {
   EXPECT_EQ(timsctl({"msg", "echo", "Chassis/0/0", "-n", "1", "--filter", "vz>1"}).code, 2);
 }
 
-// Needs no router, and no class that is there.
+// Needs no router and no running component.
 TEST_F(TimsctlComponentTest, TheCatalogueOfMessages) {
   const Ran types = timsctl({"msg", "types", "Chassis"});
   EXPECT_EQ(types.code, 0);
@@ -118,8 +119,8 @@ TEST_F(TimsctlComponentTest, Parameters) {
   EXPECT_EQ(timsctl({"component", "param", "delete", "Chassis/0/0"}).code, 2);
 }
 
-// The ladar of the test stands for an original one, which knows no such question.
-TEST_F(TimsctlComponentTest, AnOriginalOneDoesNotSayWhenParametersTakeEffect) {
+// The ladar of the test behaves like an original component, which does not know this request.
+TEST_F(TimsctlComponentTest, AnOriginalOneDoesNotReportWhenParametersTakeEffect) {
   auto child = start({"component", "param", "set", "Ladar/0/0", "maxRange", "7"});
   ASSERT_TRUE(child);
   const auto request = expect_request(type::kGetParam);
@@ -139,7 +140,7 @@ TEST_F(TimsctlComponentTest, AnOriginalOneDoesNotSayWhenParametersTakeEffect) {
 TEST_F(TimsctlComponentTest, ItsVersionAndItsParametersForTheShell) {
   auto version = ChildProcess::start({std::string(TIMS_PROGRAMS) + "/ChassisSim", "--version"});
   EXPECT_THAT(finish(std::move(version)).out, HasSubstr("ChassisSim "));
-  // The shell waits half a second only.
+  // The completion waits for half a second only.
   EXPECT_TRUE(eventually(
       [&] {
         return timsctl({"__complete", "component", "param", "set", "Chassis/0/0", "vxM"}).out ==
@@ -148,7 +149,7 @@ TEST_F(TimsctlComponentTest, ItsVersionAndItsParametersForTheShell) {
       "its parameters"));
 }
 
-TEST_F(TimsctlComponentTest, ShowTellsAll) {
+TEST_F(TimsctlComponentTest, ShowPrintsEverything) {
   EXPECT_EQ(timsctl({"component", "on", "Chassis/0/0"}).code, 0);
   const Ran text = timsctl({"component", "show", "Chassis/0/0"});
   EXPECT_EQ(text.code, 0);
@@ -162,7 +163,7 @@ TEST_F(TimsctlComponentTest, ShowTellsAll) {
   EXPECT_EQ(shown.at("real_time").as_object().at("watch").as_string(), "off");
 }
 
-// The ladar of the test stands for an original one: it knows nothing but what those know.
+// The ladar of the test behaves like an original component and answers only its commands.
 TEST_F(TimsctlComponentTest, ShowOfAnOriginalOne) {
   auto child = start({"component", "show", "Ladar/0/0"});
   ASSERT_TRUE(child);
@@ -175,7 +176,7 @@ TEST_F(TimsctlComponentTest, ShowOfAnOriginalOne) {
   const Ran ran = finish(*child);
   EXPECT_EQ(ran.code, 0);
   EXPECT_THAT(ran.out, HasSubstr("off"));
-  EXPECT_THAT(ran.out, HasSubstr("not made with this runtime"));
+  EXPECT_THAT(ran.out, HasSubstr("does not use this runtime"));
 }
 
 TEST_F(TimsctlComponentTest, ShowNamesTheOffender) {
@@ -188,8 +189,8 @@ TEST_F(TimsctlComponentTest, ShowNamesTheOffender) {
   EXPECT_TRUE(started->wait_for_line("Module on"));
   if (timsctl({"component", "show", "Clock/0/0"}).out.find("Watched:      places\n") ==
       std::string::npos)
-    GTEST_SKIP() << "the kernel shows no places here";
-  EXPECT_TRUE(started->wait_for_line("`timsctl component show` tells where"));
+    GTEST_SKIP() << "the kernel does not report locations here";
+  EXPECT_TRUE(started->wait_for_line("`timsctl component show` lists the locations"));
   const auto named = [&] {
     return timsctl({"component", "show", "Clock/0/0"}).out.find("rack::deeds::takes_a_nap") !=
            std::string::npos;
@@ -197,16 +198,16 @@ TEST_F(TimsctlComponentTest, ShowNamesTheOffender) {
   EXPECT_TRUE(eventually(named, "the place"));
 }
 
-TEST_F(TimsctlComponentTest, NobodyThere) {
+TEST_F(TimsctlComponentTest, AMissingComponent) {
   const Ran ran = timsctl({"component", "on", "Pilot/0/0"});
   EXPECT_EQ(ran.code, 4);
   EXPECT_THAT(ran.err, HasSubstr("Pilot(0/0): this address is not registered"));
 }
 
-TEST_F(TimsctlComponentTest, LogShowsWhatIsSaid) {
+TEST_F(TimsctlComponentTest, LogShowsTexts) {
   auto follow = start({"log", "follow", "-n", "1"});
   ASSERT_TRUE(follow);
-  // It listens when its mailbox is there.
+  // It receives texts as soon as its mailbox exists.
   EXPECT_TRUE(eventually([&] { return timsctl({"route", "get", "GDOS/0/0"}).code == 0; }, "sink"));
   EXPECT_EQ(timsctl({"component", "on", "Chassis/0/0"}).code, 0);
   const Ran ran = finish(*follow);

@@ -1,4 +1,4 @@
-// A router, a component that is a mailbox of the test itself, and timsctl as a child process.
+// A router, a component that is a mailbox of the test, and timsctl as a child process.
 #pragma once
 
 #include <algorithm>
@@ -26,7 +26,7 @@ using testing::Not;
 inline constexpr Address kLadar(0x00140000);  // Ladar(0/0)
 inline constexpr Address kTest(0x00100100);   // Test(0/1)
 
-// Every line of the text; each must be a JSON object.
+// Parses every line of the text, each of which must be a JSON object.
 inline std::vector<json::object> json_lines(const std::string& text) {
   std::vector<json::object> lines;
   for (std::size_t at = 0; at < text.size();) {
@@ -40,7 +40,7 @@ inline std::vector<json::object> json_lines(const std::string& text) {
   return lines;
 }
 
-// What became of a program.
+// The result of a program.
 struct Ran {
   int code = -1;
   std::string out;
@@ -78,14 +78,14 @@ class TimsctlTest : public testing::Test {
   }
 
   Result<ChildProcess> start(std::vector<std::string> arguments) {
-    // Its own two seconds are for people; a loaded test machine may need more.
+    // The default timeout of two seconds is for users; a loaded test machine may need more.
     const bool patient = arguments[0] != "__complete" &&
                          std::ranges::find(arguments, "--timeout") == arguments.end();
     if (patient) arguments.push_back("--timeout=" + std::to_string(kPatienceMs) + "ms");
     arguments.insert(arguments.begin(), TIMSCTL_PROGRAM);
     return ChildProcess::start(std::move(arguments), options());
   }
-  // A terminal's settings and a person's preferences must not matter.
+  // The settings of the terminal and the user's preferences must have no effect.
   [[nodiscard]] ChildOptions options() const {
     return {.environment = {"TIMS_ROUTER=" + router_.socket_path(), "TIMS_HOST=", "TERM=xterm",
                             "NO_COLOR="},
@@ -93,7 +93,7 @@ class TimsctlTest : public testing::Test {
   }
   Ran timsctl(std::vector<std::string> arguments) { return finish(start(std::move(arguments))); }
 
-  // The ladar's next request, which must be of this type.
+  // The next request to the ladar, which must be of this type.
   std::optional<Header> expect_request(std::int8_t type, std::vector<std::byte>* body = nullptr) {
     auto request = ladar_->peek_for(kPatience);
     EXPECT_TRUE(request) << request.error().message();
@@ -114,7 +114,7 @@ class TimsctlTest : public testing::Test {
     EXPECT_TRUE(ladar_->reply(*request, type::kContData, std::as_bytes(std::span(&granted_ms, 1))));
     return Address(words[1]);
   }
-  // The ladar's next request, and its answer.
+  // Receives the next request to the ladar and answers it.
   void answer(std::int8_t request_type, std::int8_t answer_type) {
     const auto request = expect_request(request_type);
     if (!request) return;

@@ -1,4 +1,4 @@
-// timsctl with a component that talks back: ping, messages, what Ctrl-C leaves behind.
+// timsctl with a component that answers: ping, messages, the effect of Ctrl-C.
 #include <csignal>
 #include <fstream>
 
@@ -53,7 +53,7 @@ TEST_F(TimsctlTest, EchoIsInputForPub) {
     auto echo = start({"msg", "echo", "Ladar/0/0", "-n", "1", form});
     ASSERT_TRUE(echo);
     const Address data = grant_subscription();
-    // Big endian, as from a machine that is.
+    // Big-endian, as from a big-endian machine.
     ASSERT_TRUE(ladar_->send(
         {.dest = data, .type = type::kData, .priority = 77, .seq_nr = 9, .body_order = 0}, body));
     end_subscription();
@@ -73,7 +73,7 @@ TEST_F(TimsctlTest, EchoIsInputForPub) {
   }
 }
 
-TEST_F(TimsctlTest, CtrlCEndsTheSubscriptionAndIsTheEndOfAVerbWithout) {
+TEST_F(TimsctlTest, CtrlCEndsTheSubscriptionOrAnEndlessVerb) {
   auto echo = start({"msg", "echo", "Ladar/0/0", "--json"});
   ASSERT_TRUE(echo);
   const Address data = grant_subscription();
@@ -82,7 +82,7 @@ TEST_F(TimsctlTest, CtrlCEndsTheSubscriptionAndIsTheEndOfAVerbWithout) {
   echo->signal(SIGINT);
   end_subscription();
   EXPECT_EQ(finish(*echo).code, 0);
-  // Its mailbox has gone with it.
+  // Its mailbox is removed with it.
   EXPECT_EQ(timsctl({"mbx", "show", data.to_hex()}).code, 4);
 }
 
@@ -97,13 +97,13 @@ TEST_F(TimsctlTest, CtrlCBeforeTheEndIs130) {
   EXPECT_THAT(run.out, HasSubstr("1 sent, 1 answered"));
 }
 
-TEST_F(TimsctlTest, AReaderThatGoesAwayEndsTheSubscriptionToo) {
+TEST_F(TimsctlTest, AClosedPipeEndsTheSubscriptionToo) {
   auto echo = ChildProcess::start(
       {"sh", "-c", std::string(TIMSCTL_PROGRAM) + " msg echo Ladar/0/0 | head -n 1"}, options());
   ASSERT_TRUE(echo);
   const Address data = grant_subscription();
   std::vector<std::byte> body(64);
-  // More than one message: the pipe is found closed at the second write, or the third.
+  // Several messages, because the closed pipe is detected by the second or third write.
   for (int sent = 0; sent < 1000; ++sent) {
     ASSERT_TRUE(ladar_->send({.dest = data, .type = type::kData}, body));
     auto answer = ladar_->peek_for(10ms);
@@ -112,7 +112,7 @@ TEST_F(TimsctlTest, AReaderThatGoesAwayEndsTheSubscriptionToo) {
     EXPECT_TRUE(ladar_->reply(answer->header(), type::kOk));
     return;
   }
-  ADD_FAILURE() << "the subscription was never ended";
+  ADD_FAILURE() << "the subscription was not ended";
 }
 
 TEST_F(TimsctlTest, HzMeasures) {
@@ -148,7 +148,7 @@ TEST_F(TimsctlTest, ListenRegistersAndAnswersCommandsWithError) {
   EXPECT_THAT(run.out, HasSubstr("Ladar(0/0) -> Test(0/1) type=-42 "));
 }
 
-TEST_F(TimsctlTest, StatsTellOfMailboxesAlsoWhenTheyAreGone) {
+TEST_F(TimsctlTest, StatsIncludeRemovedMailboxes) {
   const auto replaced = [this] {
     const auto lines = json_lines(timsctl({"stats", "-j"}).out);
     return lines.empty() ? 0 : lines[0].at("mailboxes").at("replaced").to_number<int>();
@@ -163,7 +163,7 @@ TEST_F(TimsctlTest, StatsTellOfMailboxesAlsoWhenTheyAreGone) {
   EXPECT_THAT(timsctl({"stats"}).out, HasSubstr(" 2 replaced, "));
 }
 
-TEST_F(TimsctlTest, RouteWatchInJsonIsAnEventALine) {
+TEST_F(TimsctlTest, RouteWatchInJsonIsOneEventPerLine) {
   auto watch = start({"route", "watch", "-j", "-n", "2"});
   ASSERT_TRUE(watch);
   ASSERT_TRUE(watch->wait_for_line("watching"));
@@ -178,7 +178,7 @@ TEST_F(TimsctlTest, RouteWatchInJsonIsAnEventALine) {
   EXPECT_EQ(lines[1].at("address").at("raw").as_string(), kTest.to_hex());
 }
 
-TEST_F(TimsctlTest, RouteWatchTellsWhoComesAndGoesAlsoAfterARestart) {
+TEST_F(TimsctlTest, RouteWatchShowsChangesAlsoAfterARestart) {
   auto watch = start({"route", "watch", "Test"});
   ASSERT_TRUE(watch);
   ASSERT_TRUE(watch->wait_for_line("watching"));

@@ -1,4 +1,4 @@
-// timsctl nav: a simulated robot is asked where it is, and sent to places.
+// timsctl nav: shows the position of a simulated robot, and sends it to destinations.
 #include <fstream>
 #include <iterator>
 
@@ -42,7 +42,7 @@ class TimsctlNavTest : public RobotTest {
   }
 };
 
-TEST_F(TimsctlNavTest, SaysWhereItIsAndWhatIsMissing) {
+TEST_F(TimsctlNavTest, ShowsThePositionAndWhatIsMissing) {
   const Ran nobody = nav({"where"});
   EXPECT_EQ(nobody.code, 4);
   EXPECT_THAT(nobody.err, HasSubstr("no component of a robot is registered"));
@@ -67,7 +67,7 @@ TEST_F(TimsctlNavTest, SaysWhereItIsAndWhatIsMissing) {
   EXPECT_EQ(loaded.code, 0) << loaded.err;
   EXPECT_THAT(loaded.out, HasSubstr("taken"));
   EXPECT_EQ(nav({"map", "load", "/nowhere/floor.dxf"}).code, 1);
-  EXPECT_THAT(nav({"map"}).out, HasSubstr(FLOOR_PLAN)) << "the one that it had taken";
+  EXPECT_THAT(nav({"map"}).out, HasSubstr(FLOOR_PLAN)) << "the map that it had loaded";
   ASSERT_TRUE(turned_on("Mcl(0/0)"));
   EXPECT_TRUE(eventually([&]() -> std::string {
     const json::object answer = nav_json({"where"});
@@ -79,7 +79,7 @@ TEST_F(TimsctlNavTest, SaysWhereItIsAndWhatIsMissing) {
   }));
 }
 
-TEST_F(TimsctlNavTest, GoesToAPlaceOnTheMap) {
+TEST_F(TimsctlNavTest, DrivesToADestinationOnTheMap) {
   start_robot();
   start_pilot({"--mapFile", FLOOR_PLAN});
   const Ran there = nav({"goto", "3.5", "6", "172"});
@@ -117,7 +117,7 @@ TEST_F(TimsctlNavTest, GoesToAPlaceOnTheMap) {
   EXPECT_THAT(sent.out, HasSubstr("sent to x 0.00 m, y 0.00 m"));
 }
 
-TEST_F(TimsctlNavTest, CtrlCAndTheEndOfTimeStopIt) {
+TEST_F(TimsctlNavTest, CtrlCAndTheTimeoutStopIt) {
   start_robot();
   start_pilot();
   const auto stands = [&] {
@@ -140,8 +140,8 @@ TEST_F(TimsctlNavTest, CtrlCAndTheEndOfTimeStopIt) {
   EXPECT_TRUE(stands());
 }
 
-// Somebody else holds it: it stands, and after a while that is the answer.
-TEST_F(TimsctlNavTest, GivesUpWhenItDoesNotGetFurther) {
+// Another client holds it: it does not move, and after some time this is reported.
+TEST_F(TimsctlNavTest, GivesUpWhenItMakesNoProgress) {
   start_robot();
   start_pilot();
   start("PilotWallFollowing", {"--instance=1", "--scan2dInst=0"});
@@ -153,10 +153,10 @@ TEST_F(TimsctlNavTest, GivesUpWhenItDoesNotGetFurther) {
   const Ran blocked = finish(*drive);
   EXPECT_EQ(blocked.code, 1);
   EXPECT_THAT(blocked.out, HasSubstr("standing "));
-  EXPECT_THAT(blocked.err, HasSubstr("does not get further"));
+  EXPECT_THAT(blocked.err, HasSubstr("is blocked"));
 }
 
-TEST_F(TimsctlNavTest, GoesToAPlaceOnEarth) {
+TEST_F(TimsctlNavTest, DrivesToAGeographicDestination) {
   start("ChassisSim", {"--omegaMax=90", "--periodTime=50", "--vxMax=1000"});
   start("OdometryChassis");
   start("Position", {"--positionReference=2", "--autoOffset=1"});
@@ -166,7 +166,7 @@ TEST_F(TimsctlNavTest, GoesToAPlaceOnEarth) {
   EXPECT_EQ(nowhere.code, 1) << "it would take that place for its origin";
   EXPECT_THAT(nowhere.err, HasSubstr("does not know the geographic position of its origin"));
   ASSERT_TRUE(turned_on("Position(0/0)"));
-  // Its origin is found from the first place that it is told; 3e-5 degrees are some metres.
+  // The origin follows from the first geographic position; 3e-5 degrees are about three metres.
   rack::PositionWgs84Data place;
   place.latitude = 52.4 * 3.14159265358979 / 180;
   place.longitude = 9.7 * 3.14159265358979 / 180;
@@ -178,7 +178,7 @@ TEST_F(TimsctlNavTest, GoesToAPlaceOnEarth) {
   here.pos.x = first->pos.x;
   here.pos.y = first->pos.y;
   ASSERT_TRUE(position.update(here).ok());
-  // Who plans hears of it a moment later.
+  // The planner gets it a moment later.
   json::object there;
   ASSERT_TRUE(eventually([&]() -> std::string {
     there = nav_json({"goto", "--gps", "52.40003", "9.70003"});
@@ -193,7 +193,7 @@ TEST_F(TimsctlNavTest, GoesToAPlaceOnEarth) {
   EXPECT_EQ(nav({"goto", "--gps", "95", "9"}).code, 2);
 }
 
-TEST_F(TimsctlNavTest, DrawsWhatWasRecorded) {
+TEST_F(TimsctlNavTest, DrawsRecordings) {
   const TemporaryFolder folder;
   const std::string track = folder.path() / "drive.csv";
   const std::string truth = folder.path() / "world.csv";

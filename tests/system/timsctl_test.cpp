@@ -1,4 +1,4 @@
-// timsctl as people and scripts use it: every verb, every form of output, every exit status.
+// timsctl as used by people and scripts: every verb, output format and exit status.
 #include <fstream>
 
 #include "router/core/statistics.h"
@@ -8,11 +8,11 @@
 namespace tims::test {
 namespace timsctl_test {
 
-TEST_F(TimsctlTest, EveryShowingVerbSpeaksToPeopleAndPrograms) {
+TEST_F(TimsctlTest, EveryVerbThatShowsHasTextAndJsonOutput) {
   struct Case {
     std::vector<std::string> words;
-    const char* shows;   // a person
-    const char* schema;  // a program
+    const char* shows;   // part of the text output
+    const char* schema;  // schema of the JSON output
   };
   const std::string good_config = router_.folder() + "/good.toml";
   std::ofstream(good_config) << "[tcp]\nlisten = \"off\"\n";
@@ -50,7 +50,7 @@ TEST_F(TimsctlTest, EveryShowingVerbSpeaksToPeopleAndPrograms) {
   }
 }
 
-TEST_F(TimsctlTest, WatchingInJsonIsOneObjectALine) {
+TEST_F(TimsctlTest, WatchingInJsonIsOneObjectPerLine) {
   const Ran run = timsctl({"mbx", "list", "-j", "--watch=0.01", "-n", "3"});
   EXPECT_EQ(run.code, 0);
   EXPECT_EQ(json_lines(run.out).size(), 3U);
@@ -75,13 +75,13 @@ TEST_F(TimsctlTest, TheWholeTableComesInPages) {
   EXPECT_FALSE(lines[0].contains("next"));
 }
 
-TEST_F(TimsctlTest, ExitStatusSaysWhatHappened) {
+TEST_F(TimsctlTest, ExitStatusReportsTheResult) {
   const std::string bad_config = router_.folder() + "/bad.toml";
   std::ofstream(bad_config) << "[tcp]\nlisten = 7\n";
   struct Case {
     std::vector<std::string> words;
     int code;
-    const char* error;  // code in JSON, nothing for verbs that answer "no"
+    const char* error;  // error code in the JSON output; null for verbs whose answer is "no"
   };
   const std::string nowhere = "unix:" + router_.folder() + "/none.sock";
   const Case cases[] = {
@@ -139,7 +139,7 @@ TEST_F(TimsctlTest, OverTcpAsOverTheSocket) {
   EXPECT_THAT(finish(*echo).out, HasSubstr("bytes=3"));
 }
 
-TEST_F(TimsctlTest, WhatIsWrongIsRefusedWithWhatIsMeant) {
+TEST_F(TimsctlTest, MistakesAreRefusedWithASuggestion) {
   RouterProcess pages({"http.listen=127.0.0.1:0"});
   const auto started = pages.start();
   ASSERT_TRUE(started) << started.error().message();
@@ -151,7 +151,7 @@ TEST_F(TimsctlTest, WhatIsWrongIsRefusedWithWhatIsMeant) {
   };
   const Case cases[] = {
       {{"ping", "Ladr/0/0"}, 2, "is not an address", "did you mean Ladar/0/0?"},
-      {{"mbx", "list", "Ladr(*/*)"}, 2, "is no pattern", "did you mean Ladar(*/*)?"},
+      {{"mbx", "list", "Ladr(*/*)"}, 2, "is not an address pattern", "did you mean Ladar(*/*)?"},
       {{"component", "status", "Ladar(*/0)", "--wait"}, 2, "is a pattern", "component list"},
       {{"component", "pilot", "Chassis/0/0", "Ladar/0/0"}, 2, "Ladar(0/0) is no pilot", "Pilot/0"},
       {{"component", "pilot", "Ladar/0/0"}, 2, "Ladar(0/0) is no chassis", "Chassis/0/0"},
@@ -181,13 +181,13 @@ TEST_F(TimsctlTest, ExplainNamesAClientWithoutAName) {
   EXPECT_EQ(finish(*listener).code, 0);
 }
 
-TEST_F(TimsctlTest, CompletionKnowsVerbsAndLivingAddresses) {
+TEST_F(TimsctlTest, CompletionKnowsVerbsAndRunningAddresses) {
   for (const char* shell : {"bash", "zsh", "fish"})
     EXPECT_THAT(timsctl({"completion", shell}).out, HasSubstr("timsctl __complete"));
   EXPECT_EQ(timsctl({"completion", "tcsh"}).code, 2);
   EXPECT_EQ(timsctl({"__complete", "rou"}).out, "route\nrouter\n");
   EXPECT_EQ(timsctl({"__complete", "msg", ""}).out, "bw\necho\nhz\npub\nshow\ntypes\n");
-  // It asks the router for half a second only: a shell is waiting.
+  // Completion waits for the router for half a second only, because the user is waiting.
   EXPECT_TRUE(eventually(
       [&] {
         return timsctl({"__complete", "ping", "La"}).out == "Ladar/0/0\n";
@@ -202,7 +202,8 @@ TEST_F(TimsctlTest, CompletionKnowsVerbsAndLivingAddresses) {
   EXPECT_EQ(timsctl({"__complete", "msg", "pub", "Chassis/0/0", "move", "vx=1", "o"}).out,
             "omega=\n");
   EXPECT_EQ(timsctl({"__complete", "msg", "show", "Cha"}).out, "Chassis\n");
-  EXPECT_EQ(timsctl({"__complete", "config", "check", ""}).out, "") << "the shell proposes files";
+  EXPECT_EQ(timsctl({"__complete", "config", "check", ""}).out, "")
+      << "the shell completes file names";
   EXPECT_TRUE(eventually(
       [&] {
         const std::string tcp = router_.tcp();
@@ -219,8 +220,8 @@ TEST_F(TimsctlTest, EveryReasonTheRouterCountsIsInTheCatalogue) {
   }
 }
 
-// It would have five seconds.
-TEST_F(TimsctlTest, WhoIsTurnedOnHasAsLongAsIsSaid) {
+// The default would be five seconds.
+TEST_F(TimsctlTest, TurningOnWaitsForTheGivenTimeout) {
   const auto began = std::chrono::steady_clock::now();
   const Ran ran = timsctl({"component", "on", "Ladar/0/0", "--timeout", "500ms"});
   EXPECT_EQ(ran.code, 6) << ran.err;

@@ -1,4 +1,4 @@
-// timsctl up and down: a robot is started, looked after and ended.
+// timsctl up and down: a robot is started, supervised and stopped.
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -16,7 +16,7 @@ class TimsctlUpTest : public TimsctlTest {
  protected:
   void SetUp() override {
     TimsctlTest::SetUp();
-    // Robots that run are found there.
+    // The folder in which running robots are registered.
     options_ = options();
     options_.environment.push_back("XDG_RUNTIME_DIR=" + router_.folder());
   }
@@ -56,7 +56,7 @@ constexpr const char* kOneChassis = R"(
 program = "ChassisSim"
 )";
 
-TEST_F(TimsctlUpTest, ProgramsOfTheFamilySayWhatIsWrongWithTheirCommandLine) {
+TEST_F(TimsctlUpTest, ProgramsReportErrorsInTheirCommandLine) {
   const struct {
     const char* program;
     std::vector<std::string> words;
@@ -83,7 +83,7 @@ TEST_F(TimsctlUpTest, ProgramsOfTheFamilySayWhatIsWrongWithTheirCommandLine) {
   }
 }
 
-TEST_F(TimsctlUpTest, TheSampleRobotIsUpAndDown) {
+TEST_F(TimsctlUpTest, TheSampleRobotIsStartedAndStopped) {
   ChildProcess up = begin({"up", std::string(TIMS_ROBOTS) + "/sim.toml", "--system", "3"});
   expect_line(up, "sim-3                6 of 6 programs are ready");
   EXPECT_EQ(timsctl({"component", "on", "Chassis/3/0"}).code, 0);
@@ -103,15 +103,15 @@ TEST_F(TimsctlUpTest, TheSampleRobotIsUpAndDown) {
   const Ran ran = finish(up);
   EXPECT_EQ(ran.code, 0);
   EXPECT_THAT(ran.out, HasSubstr("Chassis(3/0) print: Terminated"));
-  EXPECT_EQ(timsctl({"route", "get", "Chassis/3/0"}).code, 1) << "nothing is left";
+  EXPECT_EQ(timsctl({"route", "get", "Chassis/3/0"}).code, 1) << "all components have exited";
 }
 
-TEST_F(TimsctlUpTest, ACommandFindsWhatIsBesideTimsctl) {
+TEST_F(TimsctlUpTest, ACommandFindsProgramsInTheFolderOfTimsctl) {
   ChildProcess up = begin({"up", write("[[component]]\ncommand = 'nice -n 1 ChassisSim'\n")});
   expect_line(up, "Chassis(0/0) print: Init");
 }
 
-TEST_F(TimsctlUpTest, WhatCrashesIsStartedAgainAsItWas) {
+TEST_F(TimsctlUpTest, ACrashedComponentIsRestartedInItsState) {
   ChildProcess up = begin({"up", write(kOneChassis)});
   expect_line(up, "1 of 1 programs are ready");
   EXPECT_EQ(timsctl({"component", "on", "Chassis/0/0"}).code, 0);
@@ -125,7 +125,7 @@ TEST_F(TimsctlUpTest, WhatCrashesIsStartedAgainAsItWas) {
   EXPECT_THAT(timsctl({"component", "param", "get", "Chassis/0/0", "vxMax"}).out, HasSubstr("902"));
 }
 
-TEST_F(TimsctlUpTest, WhatWasTurnedOffByHandStaysOff) {
+TEST_F(TimsctlUpTest, AComponentTurnedOffByAUserStaysOff) {
   ChildProcess up = begin({"up", write(R"(
 [[component]]
 program = "ChassisSim"
@@ -145,12 +145,12 @@ parameters = { targetStatus = 1, errorTimeout = 100 }
   EXPECT_EQ(timsctl({"component", "status", "Chassis/0/0"}).out, "Chassis(0/0) off\n");
   EXPECT_EQ(timsctl({"component", "on", "Chassis/0/0"}).code, 0);
   ::kill(owner_of("Chassis(0/0)"), SIGKILL);
-  expect_line(up, "starts again in");
+  expect_line(up, "restart in");
   EXPECT_EQ(timsctl({"component", "status", "Chassis/0/0", "--wait"}).code, 0) << "on again";
 }
 
-// The simulated world is where odometry says that the robot is.
-TEST_F(TimsctlUpTest, WhatCrashesMovesNothing) {
+// In the simulation the robot is at the position of the odometry.
+TEST_F(TimsctlUpTest, ACrashDoesNotMoveTheRobot) {
   ChildProcess up = begin({"up", std::string(TIMS_ROBOTS) + "/sim.toml", "--system", "3"});
   expect_line(up, "6 of 6 programs are ready");
   const auto x_of = [&](const std::string& component) {
@@ -173,7 +173,7 @@ TEST_F(TimsctlUpTest, WhatCrashesMovesNothing) {
   const double position = x_of("Position/3/0");
   for (const std::string name : {"Chassis", "Odometry"}) {
     ::kill(owner_of(name + "(3/0)"), SIGKILL);
-    expect_line(up, "starts again in");
+    expect_line(up, "restart in");
     for (const char* component : {"Chassis/3/0", "Odometry/3/0", "Position/3/0"})
       EXPECT_TRUE(eventually(
           [&] {
@@ -187,7 +187,7 @@ TEST_F(TimsctlUpTest, WhatCrashesMovesNothing) {
   }
 }
 
-TEST_F(TimsctlUpTest, WhatWasSetIsSavedInItsFile) {
+TEST_F(TimsctlUpTest, ChangedParametersAreSavedInItsFile) {
   const std::string before =
       "# mine\n[[component]]\nprogram = \"ChassisSim\"\nparameters = { vxMax = 700 } # slow\n";
   const std::string after =
@@ -204,7 +204,8 @@ TEST_F(TimsctlUpTest, WhatWasSetIsSavedInItsFile) {
   };
   ChildProcess up = begin({"up", file});
   expect_line(up, "1 of 1 programs are ready");
-  EXPECT_THAT(run({"component", "param", "save", "Chassis/0/0"}).err, HasSubstr("nothing was set"));
+  EXPECT_THAT(run({"component", "param", "save", "Chassis/0/0"}).err,
+              HasSubstr("no parameters differ"));
   set("vxMax", "901");
   const Ran dry = run({"component", "param", "save", "Chassis/0/0", "--dry-run"});
   EXPECT_EQ(dry.out, "vxMax = 901 (was 700)\n");
@@ -225,15 +226,16 @@ TEST_F(TimsctlUpTest, WhatWasSetIsSavedInItsFile) {
   set("vxMax", "902");
   const Ran changed = run({"component", "param", "save", "Chassis/0/0"});
   EXPECT_EQ(changed.code, 1);
-  EXPECT_THAT(changed.err, HasSubstr("robot.toml has changed since this robot was started from it"));
+  EXPECT_THAT(changed.err,
+              HasSubstr("robot.toml has changed since this robot was started from it"));
   EXPECT_EQ(text(), after + "# changed\n");
   const Ran none = run({"component", "param", "save", "Ladar/0/0"});
   EXPECT_EQ(none.code, 4);
-  EXPECT_THAT(none.err, HasSubstr("no robot that `timsctl up` has started here"));
+  EXPECT_THAT(none.err, HasSubstr("no robot started by `timsctl up` on this host"));
   EXPECT_EQ(run({"component", "param", "save", "Chassis/0/0", "vxMax", "1"}).code, 2);
 }
 
-TEST_F(TimsctlUpTest, WhoIsStartedWronglyStaysDown) {
+TEST_F(TimsctlUpTest, AComponentWithWrongArgumentsIsNotRestarted) {
   const Ran ran =
       run({"up", write("[[component]]\nprogram = \"ChassisSim\"\nparameters = { vxMx = 1 }"),
            "--for", "1ms"});
@@ -250,7 +252,7 @@ TEST_F(TimsctlUpTest, AFileWithMistakesStartsNothing) {
   EXPECT_EQ(run({"up", "/nowhere.toml"}).code, 4);
 }
 
-TEST_F(TimsctlUpTest, AProgramThatIsNotThere) {
+TEST_F(TimsctlUpTest, AMissingProgram) {
   const Ran ran = run({"up", write("[[component]]\nprogram = \"ChasisSim\"")});
   EXPECT_EQ(ran.code, 4);
   EXPECT_THAT(ran.err, HasSubstr("cannot run ChasisSim"));
@@ -281,16 +283,16 @@ TEST_F(TimsctlUpTest, TwoOfOneNameAtTwoRouters) {
   ChildProcess there_up = begin({"up", file, "-H", there});
   expect_line(there_up, "1 of 1 programs are ready");
   EXPECT_THAT(run({"robot", "-o", "plain"}).out, HasSubstr(other.socket_path()));
-  EXPECT_EQ(run({"up", file, "-H", there}).code, 5) << "but not twice at one";
+  EXPECT_EQ(run({"up", file, "-H", there}).code, 5) << "but not twice at one router";
   EXPECT_EQ(run({"__complete", "down", ""}).out, "robot\n");
   EXPECT_EQ(run({"down", "robot", "-H", there}).code, 0);
   EXPECT_EQ(finish(there_up).code, 0);
-  EXPECT_EQ(timsctl({"route", "get", "Chassis/0/0"}).code, 0) << "this one goes on";
+  EXPECT_EQ(timsctl({"route", "get", "Chassis/0/0"}).code, 0) << "this one keeps running";
   EXPECT_EQ(run({"down"}).code, 0);
   EXPECT_EQ(finish(here_up).code, 0);
 }
 
-TEST_F(TimsctlUpTest, AHostThatItDoesNotHave) {
+TEST_F(TimsctlUpTest, AnUnknownHost) {
   const Ran ran = run({"up",
                        write("[host.arm]\nssh = \"pi@arm\"\n"
                              "[[component]]\nprogram = \"ChassisSim\"\nhost = \"arm\""),
@@ -299,7 +301,7 @@ TEST_F(TimsctlUpTest, AHostThatItDoesNotHave) {
   EXPECT_THAT(ran.err, HasSubstr("did you mean arm?"));
 }
 
-TEST_F(TimsctlUpTest, BeforeItsRouterIsThere) {
+TEST_F(TimsctlUpTest, BeforeItsRouterRuns) {
   router_.kill();
   ChildProcess up = begin({"up", write(kOneChassis)});
   expect_line(up, "ChassisSim: waiting for a router");
@@ -310,7 +312,7 @@ TEST_F(TimsctlUpTest, BeforeItsRouterIsThere) {
   EXPECT_THAT(up.output(), HasSubstr("exit status 0")) << "it did not have to be killed";
 }
 
-// ssh is none here: what it would run there runs on this host, until its stdin ends.
+// ssh is replaced by a script that runs the command on this host until its stdin ends.
 TEST_F(TimsctlUpTest, OnAnotherHost) {
   const std::string ssh = router_.folder() + "/ssh";
   std::ofstream(ssh) << "#!/bin/sh\nshift 3\nPATH=" TIMS_PROGRAMS ":$PATH exec \"$@\"\n";

@@ -1,11 +1,11 @@
-// timsctl at routers that divide addresses in another way, or do not say how.
+// timsctl at routers with other address widths, or that do not report their widths.
 #include "tests/support/model_router.h"
 #include "tests/system/timsctl_fixture.h"
 
 namespace tims::test {
 namespace timsctl_widths_test {
 
-// A fleet with few robots and many components of a kind. The ladar is Ladar(3/500):2.
+// A fleet with few robots and many components of each class. The ladar is Ladar(3/500):2.
 struct WidthsTest : TimsctlTest {
   static constexpr AddressWidths kWidths{6, 8, 10, 8};
 
@@ -21,20 +21,20 @@ struct WidthsTest : TimsctlTest {
     ladar_.emplace(std::move(*mailbox));
   }
 
-  // The local socket, and TCP.
+  // The local socket and TCP.
   std::vector<std::string> hosts() const {
     return {"unix:" + router_.socket_path(), router_.tcp()};
   }
 };
 
-TEST_F(WidthsTest, ASessionKnowsThem) {
+TEST_F(WidthsTest, ASessionKnowsTheWidths) {
   EXPECT_EQ(session_->address_widths(), kWidths);
   const auto far = Session::connect({.name = "far", .router = router_.tcp()});
   ASSERT_TRUE(far) << far.error().message();
   EXPECT_EQ(far->address_widths(), kWidths);
 }
 
-// A chassis by the local socket, its odometry over TCP.
+// A chassis on the local socket, its odometry over TCP.
 TEST_F(WidthsTest, ComponentsFindOthersBeyond255) {
   const auto start_at = [&](const std::string& router, std::vector<std::string> command) {
     command.front().insert(0, std::string(TIMS_PROGRAMS) + "/");
@@ -61,7 +61,7 @@ TEST_F(WidthsTest, ComponentsFindOthersBeyond255) {
   EXPECT_TRUE(odometry->wait_for_line("chassisInst = 1024: must be a whole number from 0 to 1023"));
 }
 
-TEST_F(WidthsTest, AddressesAreReadAndWrittenAsTheFleetDividesThem) {
+TEST_F(WidthsTest, AddressesAreParsedAndPrintedWithTheFleetsWidths) {
   EXPECT_THAT(timsctl({"status"}).out, HasSubstr("Tims(3/30)"));
   EXPECT_THAT(timsctl({"route", "show", "Ladar(3/500)"}).out, HasSubstr("Ladar(3/500):2"));
   EXPECT_THAT(timsctl({"route", "show", "Ladar(3/499)"}).out, Not(HasSubstr("Ladar(3/")));
@@ -160,7 +160,7 @@ TEST_F(WidthsTest, EchoListens) {
   }
 }
 
-// It does not answer the question for the widths: they are the usual ones.
+// It does not answer the request for the widths, so the default ones are used.
 TEST_F(TimsctlTest, PingAtAnOriginalRouter) {
   const ModelRouter original({});
   const Ran ping = timsctl({"ping", "Camera/3/0", "-n", "1", "-H", original.endpoint()});

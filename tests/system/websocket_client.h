@@ -1,5 +1,5 @@
-// A WebSocket client of which the test controls every frame (RFC 6455), and on top of it one that
-// speaks TiMS. Calls wait, with a deadline.
+// A WebSocket client on which the test controls every frame (RFC 6455), and on top of it a TiMS
+// client. Calls block until a deadline.
 #pragma once
 
 #include <cstdint>
@@ -25,11 +25,11 @@ class WebSocketClient {
     kPong = 10,
   };
 
-  // Connects and begins. `fields`: lines that go into the request beside what must be there.
+  // Connects and sends the handshake. `fields`: additional header lines of the request.
   explicit WebSocketClient(const std::string& endpoint, std::string_view fields = {});
   static std::string request(std::string_view fields = {});
 
-  // Whether the router agreed; else what it said.
+  // Whether the router accepted; otherwise answer() is its refusal.
   [[nodiscard]] bool is_open() const;
   [[nodiscard]] const std::string& answer() const { return answer_; }
   ByteSocket& socket() { return socket_; }
@@ -49,14 +49,14 @@ class WebSocketClient {
     std::string reason{};
     bool operator==(const Closed&) const = default;
   };
-  // Waits for the end, and answers it. What comes before is thrown away.
+  // Waits for the close and answers it. Frames before it are discarded.
   Closed wait_for_close();
 
-  // --- Messages. Pings are answered meanwhile.
+  // --- Messages. Pings are answered during these calls.
   static std::string bytes_of_message(Header header, std::string_view body);
   bool send_message(const Header& header, std::string_view body = {});
   Result<OwnedMessage> receive();
-  // The router's answer: kAddressInUse when it says ERROR.
+  // The router's answer: kAddressInUse for ERROR.
   Result<void> register_mailbox(Address address);
 
   [[nodiscard]] int pings() const { return pings_; }

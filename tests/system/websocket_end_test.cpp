@@ -1,4 +1,4 @@
-// How WebSocket clients of a real router leave, and what becomes of those that do not read.
+// How WebSocket clients of a real router disconnect, and clients that do not read.
 #include <algorithm>
 #include <chrono>
 #include <csignal>
@@ -18,9 +18,9 @@ namespace websocket_end_test {
 using namespace std::chrono_literals;
 using Closed = WebSocketClient::Closed;
 
-// --- Coming and going
+// --- Connecting and disconnecting
 
-TEST_F(WebSocketTest, APageThatLeavesIsAnsweredAndForgotten) {
+TEST_F(WebSocketTest, APageThatClosesIsAnsweredAndRemoved) {
   start();
   WebSocketClient browser = page(kPage);
   browser.send({WebSocketClient::kClose, true, std::string("\x03\xe9") + "bye"});
@@ -28,7 +28,7 @@ TEST_F(WebSocketTest, APageThatLeavesIsAnsweredAndForgotten) {
   EXPECT_TRUE(eventually_free(kPage));
 }
 
-TEST_F(WebSocketTest, APageThatVanishesIsForgotten) {
+TEST_F(WebSocketTest, APageThatDisconnectsIsRemoved) {
   start();
   {
     WebSocketClient browser = page(kPage);
@@ -50,7 +50,7 @@ TEST_F(WebSocketTest, ManyPagesComeAndGo) {
                          "no page left"));
 }
 
-TEST_F(WebSocketTest, AnEndingRouterSaysSo) {
+TEST_F(WebSocketTest, AnExitingRouterClosesWithItsReason) {
   start();
   WebSocketClient browser = page(kPage);
   router_->process().signal(SIGTERM);
@@ -60,9 +60,9 @@ TEST_F(WebSocketTest, AnEndingRouterSaysSo) {
   EXPECT_TRUE(status->success());
 }
 
-// --- Does it live?
+// --- Keep-alive
 
-TEST_F(WebSocketTest, WhoAnswersPingsStays) {
+TEST_F(WebSocketTest, AClientThatAnswersPingsStays) {
   start({lifesign_interval(300ms)});
   WebSocketClient browser = page(kPage);
   for (int i = 0; i < 4; ++i) {
@@ -78,7 +78,7 @@ TEST_F(WebSocketTest, WhoAnswersPingsStays) {
   EXPECT_EQ(text_of(message->body), "still there");
 }
 
-TEST_F(WebSocketTest, WhoDoesNotIsGivenUp) {
+TEST_F(WebSocketTest, AClientThatDoesNotAnswerPingsIsClosed) {
   start({lifesign_interval(100ms)});
   WebSocketClient browser = page(kPage);
   EXPECT_EQ(browser.wait_for_close(), Closed{});
@@ -86,14 +86,14 @@ TEST_F(WebSocketTest, WhoDoesNotIsGivenUp) {
   EXPECT_EQ(metric("tims_router_events_total{event=\"watchdog_closed\"}"), 1U);
 }
 
-TEST_F(WebSocketTest, WhoAsksForTheOriginalsLifesignGetsIt) {
+TEST_F(WebSocketTest, TheOriginalsLifesignIsSentOnRequest) {
   start({lifesign_interval(100ms)});
   WebSocketClient browser = page();
   browser.send_message({.type = wire::router_command::kEnableWatchdog});
   const auto lifesign = browser.receive();
   ASSERT_TRUE(lifesign.ok());
   EXPECT_TRUE(is_lifesign(lifesign->header));
-  // It answers pings, but not this.
+  // The client answers pings, but not lifesigns.
   auto end = browser.receive();
   while (end.ok()) end = browser.receive();
   EXPECT_EQ(end.error().detail(), "opcode 8");
@@ -115,7 +115,7 @@ class SlowPageTest : public WebSocketTest {
     ASSERT_TRUE(browser_->register_mailbox(kPage).ok());
     robot_.emplace(tcp(kLadar));
   }
-  // Its number, over and over.
+  // The number, repeated.
   static std::string body(int number) {
     std::string text;
     while (text.size() < kBodySize) text += std::to_string(number) + ' ';
@@ -129,7 +129,7 @@ class SlowPageTest : public WebSocketTest {
   std::uint64_t drops(const std::string& reason) {
     return metric("tims_router_drops_total{reason=\"" + reason + "\"}");
   }
-  // Sends until the router has lost some for this reason; how many it has sent.
+  // Sends until the router has dropped some for this reason; returns the number sent.
   int send_until_lost(const std::string& reason, int first, std::uint8_t priority) {
     int number = first;
     while (drops(reason) == 0 && number - first < 5000) {
@@ -143,7 +143,7 @@ class SlowPageTest : public WebSocketTest {
   std::optional<TcpClient> robot_;
 };
 
-TEST_F(SlowPageTest, OlderMessagesGoWholeOnesArriveUrgentOnesOvertake) {
+TEST_F(SlowPageTest, OldMessagesAreDroppedOthersArriveCompleteUrgentOnesOvertake) {
   const int sent = send_until_lost("queue_replaced", 0, 1);
   send(-1, 200);
   const auto lost_before = drops("queue_replaced");
@@ -161,16 +161,16 @@ TEST_F(SlowPageTest, OlderMessagesGoWholeOnesArriveUrgentOnesOvertake) {
     else
       numbers.push_back(number);
   }
-  // In order, the newest among them; what is missing are older ones that waited.
+  // They arrive in order, including the newest; the missing ones are older ones from the queue.
   EXPECT_TRUE(std::ranges::is_sorted(numbers));
   EXPECT_EQ(numbers.back(), sent - 1);
   EXPECT_EQ(static_cast<int>(numbers.size()), arriving);
-  // Before what waited in the queue: twenty messages, less those the socket still took meanwhile.
+  // It overtook the messages in the queue: twenty, less those that the socket has accepted since.
   EXPECT_GT(urgent_at, 0);
   EXPECT_LT(urgent_at, arriving - 3);
 }
 
-TEST_F(SlowPageTest, WhatItDidNotReadIsCountedWhenItLeaves) {
+TEST_F(SlowPageTest, UnreadMessagesAreCountedWhenItDisconnects) {
   const int sent = send_until_lost("queue_replaced", 0, 1);
   const std::uint64_t replaced = drops("queue_replaced");
   browser_.reset();
@@ -179,8 +179,8 @@ TEST_F(SlowPageTest, WhatItDidNotReadIsCountedWhenItLeaves) {
   EXPECT_EQ(metric("tims_router_queued_bytes{port=\"websocket\"}"), 0U);
 }
 
-// Pings reach it late, and are not answered at all here; but it reads.
-TEST_F(SlowPageTest, WhoReadsLives) {
+// Pings reach it late and are not answered here, but it reads.
+TEST_F(SlowPageTest, AClientThatReadsStays) {
   begin(lifesign_interval(1s));
   const int sent = send_until_lost("queue_replaced", 0, 1);
   for (int beat = 0; beat < 3; ++beat) {
@@ -192,15 +192,15 @@ TEST_F(SlowPageTest, WhoReadsLives) {
   EXPECT_EQ(metric("tims_router_clients{port=\"websocket\"}"), 1U);
 }
 
-TEST_F(SlowPageTest, WhoDoesNotReadDoesNot) {
+TEST_F(SlowPageTest, AClientThatDoesNotReadIsClosed) {
   begin(lifesign_interval(100ms));
   send_until_lost("queue_replaced", 0, 1);
   EXPECT_TRUE(eventually([&] { return drops("client_gone") > 0; }, "messages of a client gone"));
   EXPECT_GE(metric("tims_router_events_total{event=\"watchdog_closed\"}"), 1U);
 }
 
-// The frame on its way never ends: the router does not wait for that.
-TEST_F(SlowPageTest, ARouterThatEndsDoesNotWaitForIt) {
+// The frame being written never completes; the router does not wait for it.
+TEST_F(SlowPageTest, AnExitingRouterDoesNotWaitForIt) {
   send_until_lost("queue_replaced", 0, 1);
   const auto status = router_->stop();
   ASSERT_TRUE(status.ok());

@@ -39,7 +39,7 @@ class WebSocketTest : public testing::Test {
     EXPECT_TRUE(client->register_mailbox(mailbox).ok());
     return std::move(*client);
   }
-  // How a page that sends these bytes in one frame is closed.
+  // How the router closes a page that sends these bytes in one frame.
   WebSocketClient::Closed close_of(const std::string& bytes) {
     WebSocketClient client = page();
     client.socket().send(bytes);
@@ -55,7 +55,7 @@ class WebSocketTest : public testing::Test {
     const std::size_t at = text.find("\n" + name + " ");
     return at == std::string::npos ? 0 : std::stoull(text.substr(at + name.size() + 2));
   }
-  // Until a mailbox is free again.
+  // Waits until a mailbox is free again.
   testing::AssertionResult eventually_free(Address address) {
     auto client = TcpClient::connect(router_->tcp());
     return eventually([&] { return client->register_mailbox(address).ok(); }, "free address");

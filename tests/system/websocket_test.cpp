@@ -24,13 +24,13 @@ TEST_F(WebSocketTest, Handshake) {
   EXPECT_THAT(client.answer(), HasSubstr("Server: tims-router\r\n"));
 }
 
-TEST_F(WebSocketTest, WhoMayNotCome) {
+TEST_F(WebSocketTest, RefusedHandshakes) {
   start();
   EXPECT_THAT(WebSocketClient(router_->http(), "Origin: https://evil.example\r\n").answer(),
               StartsWith("HTTP/1.1 403 "));
   EXPECT_THAT(WebSocketClient(router_->http(), "Origin: http://localhost:3000\r\n").answer(),
               StartsWith("HTTP/1.1 403 "))
-      << "any user of this machine may have served it";
+      << "any user of this machine may have served the page";
   EXPECT_THAT(WebSocketClient(router_->http(), "Origin: null\r\n").answer(),
               StartsWith("HTTP/1.1 403 "));
   ByteSocket rebound(router_->http());
@@ -88,7 +88,7 @@ TEST_F(WebSocketTest, APageAndANativeProgram) {
   EXPECT_EQ(text_of(reply->body), "data");
 }
 
-TEST_F(WebSocketTest, EverySizeBothWays) {
+TEST_F(WebSocketTest, EverySizeInBothDirections) {
   start();
   WebSocketClient browser = page(kPage);
   TcpClient robot = tcp(kLadar);
@@ -106,7 +106,7 @@ TEST_F(WebSocketTest, EverySizeBothWays) {
   }
 }
 
-TEST_F(WebSocketTest, AFragmentedMessageWithAPingInTheMiddle) {
+TEST_F(WebSocketTest, AFragmentedMessageWithAPingInside) {
   start();
   WebSocketClient browser = page(Address(1));
   const std::string bytes =
@@ -135,7 +135,7 @@ TEST_F(WebSocketTest, BytesOneByOne) {
   EXPECT_EQ(socket.take(2 + kHeaderSize).size(), 2 + kHeaderSize);
 }
 
-// --- What is refused
+// --- Refusals
 
 TEST_F(WebSocketTest, LengthsMustAgree) {
   start({"message.max=64KiB"});
@@ -156,7 +156,7 @@ TEST_F(WebSocketTest, LengthsMustAgree) {
   EXPECT_EQ(metric("tims_router_events_total{event=\"protocol_error\"}"), 5U);
 }
 
-TEST_F(WebSocketTest, WhatIsNoBinaryMessage) {
+TEST_F(WebSocketTest, FramesThatAreNotBinaryMessages) {
   start();
   EXPECT_THAT(close_of(WebSocketClient::to_bytes({WebSocketClient::kText, true, "hello"})).reason,
               HasSubstr("one binary message is one TiMS message"));
@@ -169,11 +169,11 @@ TEST_F(WebSocketTest, WhatIsNoBinaryMessage) {
   EXPECT_EQ(code_of({3, true, message}), 1002);
   EXPECT_EQ(code_of({WebSocketClient::kPing, false, ""}), 1002);
   EXPECT_EQ(code_of({WebSocketClient::kPing, true, std::string(126, 'x')}), 1002);
-  // And the router is still there.
+  // The router still accepts clients.
   EXPECT_TRUE(page().is_open());
 }
 
-// 15 of 16 MiB, and then nothing: of each of some.
+// Some clients each send 15 of 16 MiB, and then nothing.
 TEST_F(WebSocketTest, HalfMessagesDoNotUseUpTheMemory) {
   start();
   const std::string half = WebSocketClient::to_bytes({.opcode = WebSocketClient::kBinary,
@@ -187,7 +187,8 @@ TEST_F(WebSocketTest, HalfMessagesDoNotUseUpTheMemory) {
     others.push_back(page());
     ASSERT_TRUE(others.back().socket().send(half));
   }
-  EXPECT_EQ(first.wait_for_close().code, 0) << "without a word: it would wait for the rest";
+  EXPECT_EQ(first.wait_for_close().code, 0)
+      << "without a close frame: the client would wait for the rest";
   EXPECT_TRUE(eventually([&] { return metric("tims_router_clients{port=\"websocket\"}") == 4; },
                          "the others stay"));
 }

@@ -1,5 +1,5 @@
-// A simulated world, real drivers at its devices, and components on them: what they believe is
-// what is true, and the world goes on whatever becomes of them.
+// A simulated world with real drivers at its devices, and components that use them: their estimates
+// agree with the ground truth, and the world continues when programs crash.
 #include "rack/proxies/world.h"
 
 #include <cmath>
@@ -100,7 +100,7 @@ class WorldTest : public RobotTest {
                           " mm/s";
     });
   }
-  // Whose pilot this test is. To be chosen stops a chassis.
+  // Makes the test the active pilot. Selecting a pilot stops a chassis.
   void turn_on_chassis() {
     ASSERT_TRUE(turned_on("Chassis(0/0)"));
     ASSERT_TRUE(chassis().set_active_pilot(Address(kWork)).ok());
@@ -129,7 +129,7 @@ class WorldTest : public RobotTest {
   TemporaryFolder folder_;
 };
 
-TEST_F(WorldTest, ARobotFollowsWallsOnItsOwnSensesAndTouchesNothing) {
+TEST_F(WorldTest, ARobotFollowsWallsByItsSensorsWithoutContact) {
   start("LadarSickLms200", {"--device=serial:" + in_folder("lms200"), "--baudrate=38400"});
   start("OdometryChassis");
   start("Scan2d", {"--ladarInst=0", "--ladarOffsetX=160", "--maxRange=8000"});
@@ -149,13 +149,13 @@ TEST_F(WorldTest, ARobotFollowsWallsOnItsOwnSensesAndTouchesNothing) {
   ASSERT_NE(is, nullptr);
   EXPECT_EQ(is->contacts(), 0U);
   EXPECT_EQ(is->isBlocked, 0);
-  // It began at 0, 0; odometry is wrong by the slip of its wheels.
+  // It started at 0, 0; the error of the odometry is due to wheel slip.
   const double way = is->way.raw();
   EXPECT_NEAR(reckoned->pos.x.raw(), is->pos.x.raw(), 100 + way * 0.05);
   EXPECT_NEAR(reckoned->pos.y.raw(), is->pos.y.raw(), 100 + way * 0.05);
 }
 
-TEST_F(WorldTest, GoesOnWithoutADriverThatWasKilled) {
+TEST_F(WorldTest, ContinuesWhenADriverIsKilled) {
   turn_on_chassis();
   ASSERT_TRUE(drives());
   kill("ChassisPioneer");
@@ -164,7 +164,7 @@ TEST_F(WorldTest, GoesOnWithoutADriverThatWasKilled) {
   const auto stands = scout();
   const auto after = world().get_data();
   ASSERT_TRUE(before && after);
-  EXPECT_GT(after->recordingTime, before->recordingTime) << "time goes on";
+  EXPECT_GT(after->recordingTime, before->recordingTime) << "simulated time continues";
 
   start("ChassisPioneer", {"--device=serial:" + in_folder("pioneer")});
   turn_on_chassis();
@@ -172,10 +172,10 @@ TEST_F(WorldTest, GoesOnWithoutADriverThatWasKilled) {
   EXPECT_EQ(still.pos.x, stands.pos.x);
   EXPECT_EQ(still.way, stands.way);
   ASSERT_TRUE(drives());
-  EXPECT_GT(scout().way, stands.way) << "it drives on from there";
+  EXPECT_GT(scout().way, stands.way) << "it continues from there";
 }
 
-TEST_F(WorldTest, WhatDrivesAgainstAPostStandsThereAndIsCounted) {
+TEST_F(WorldTest, ACollisionWithAPostStopsTheRobotAndIsCounted) {
   turn_on_chassis();
   const auto post = world().put({.pos = {.x = 800, .y = 0}, .radius = 150});
   ASSERT_TRUE(post) << post.error().message();
@@ -189,10 +189,10 @@ TEST_F(WorldTest, WhatDrivesAgainstAPostStandsThereAndIsCounted) {
   EXPECT_EQ(at.vx.raw(), 0);
   ASSERT_TRUE(world().remove(post->id).ok());
   EXPECT_TRUE(drives());
-  EXPECT_FALSE(world().remove(post->id).ok()) << "it is gone";
+  EXPECT_FALSE(world().remove(post->id).ok()) << "it was removed";
 }
 
-TEST_F(WorldTest, ALaserThatIsPulledOutIsMissedAndComesBack) {
+TEST_F(WorldTest, AnUnpluggedLaserIsReportedAndRecovers) {
   start("LadarSickLms200", {"--device=serial:" + in_folder("lms200"), "--baudrate=38400"});
   ASSERT_TRUE(turned_on("Ladar(0/0)"));
   auto ladar = proxy<rack::LadarProxy>("Ladar(0/0)");
@@ -212,7 +212,7 @@ TEST_F(WorldTest, TimsctlShowsAndChangesIt) {
                       "it was put elsewhere"));
   const auto put = timsctl({"world", "put", "3000", "500", "200"});
   EXPECT_EQ(put.code, 0) << put.err;
-  EXPECT_EQ(timsctl({"world", "put", "1500", "500", "200"}).code, 1) << "there is the robot";
+  EXPECT_EQ(timsctl({"world", "put", "1500", "500", "200"}).code, 1) << "the robot is there";
   EXPECT_EQ(timsctl({"world", "unplug", "scout", "laser"}).code, 0);
   EXPECT_EQ(timsctl({"world", "people", "off"}).code, 0);
   EXPECT_TRUE(eventually([&]() -> std::string {
@@ -243,7 +243,7 @@ TEST_F(WorldTest, TimsctlShowsAndChangesIt) {
               HasSubstr("\"name\":\"scout\""));
 }
 
-TEST_F(WorldTest, AFileThatIsWrongIsSaidWithItsLine) {
+TEST_F(WorldTest, AnErrorInAFileIsReportedWithItsLine) {
   write("[[robot]]\nname = \"scout\"\nat = [0, 0]\n");
   kill("World");
   start("World", {"--file=" + file()});
