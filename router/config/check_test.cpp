@@ -12,7 +12,7 @@ using testing::StartsWith;
 const Host kHost{.name = "robot1", .uid = 0, .environment = {}};
 const std::string kOpen = "[security]\ninsecure = true\n";
 
-// All that is said about `text`; two lines stand above it.
+// All problems reported for `text`, which is preceded by two lines.
 std::vector<std::string> problems(const std::string& text, std::vector<std::string> settings = {}) {
   const Loaded loaded = load({{{"r.toml", kOpen + text}}, std::move(settings), kHost});
   std::vector<std::string> texts;

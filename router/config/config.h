@@ -63,7 +63,7 @@ struct Link {
   Duration interval = std::chrono::milliseconds(300);  // keep-alive
   std::uint64_t rate = 0;                              // maximum bytes per second; 0: no limit
   std::uint8_t reserve = 10;                           // percentage of the rate, for upper classes
-  // Of a reliable message that cannot be delivered.
+  // Maximum age of a reliable message that cannot be delivered.
   Duration lifetime = std::chrono::seconds(30);
 
   [[nodiscard]] bool accepts() const { return host.empty(); }

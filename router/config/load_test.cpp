@@ -123,7 +123,7 @@ TEST(Load, ADefaultThatDoesNotFitIsAnError) {
   EXPECT_TRUE(load({{}, {"unix.path=/tmp/short"}, host}).ok());
 }
 
-// One line of the table: what somebody wrote, and all that is said about it.
+// One row of the table: a configuration text, and all problems reported for it.
 struct Bad {
   std::string_view text;
   std::vector<std::string> problems;
@@ -233,7 +233,7 @@ TEST(Load, ProblemsComeInTheOrderOfTheText) {
                                    testing::StartsWith("r.toml:3:1: unknown key tcp.queu"),
                                    testing::StartsWith("r.toml:4:10: tcp.listen wants"),
                                    testing::StartsWith("r.toml:5:2: unknown table [lok]")));
-  // Keys of one table need not stand together.
+  // Keys of one table may be scattered over a file.
   EXPECT_THAT(
       problems_of(load_text("tcp.queu = 1\nlog.lvl = 2\ntcp.lisen = 3\n")),
       testing::ElementsAre(testing::StartsWith("r.toml:1:5"), testing::StartsWith("r.toml:2:5"),
@@ -396,24 +396,25 @@ TEST(Load, AllProblemsOfAllSourcesAreReported) {
 }
 
 TEST(Load, ItemsOnTheCommandLineAreWhole) {
-  const auto said = [](std::string setting) {
+  const auto setting_problems = [](std::string setting) {
     return problems_of(load_text("", {std::move(setting)}));
   };
   const std::string alone =
       "--set 1: {} cannot be set alone: write [[link]] in a file, or give a whole link as --set "
       "link='kind=super,to=10.9.1.1:2010'";
   const auto named = [&](std::string_view key) { return std::string(alone).replace(9, 2, key); };
-  EXPECT_THAT(said("link.to=robot2"), testing::ElementsAre(named("link.to")));
-  EXPECT_THAT(said("link[0].to=robot2"), testing::ElementsAre(named("link[0].to")));
-  EXPECT_THAT(said("links=kind=sub"),
+  EXPECT_THAT(setting_problems("link.to=robot2"), testing::ElementsAre(named("link.to")));
+  EXPECT_THAT(setting_problems("link[0].to=robot2"), testing::ElementsAre(named("link[0].to")));
+  EXPECT_THAT(setting_problems("links=kind=sub"),
               testing::ElementsAre("--set 1: unknown key links; did you mean link?"));
-  EXPECT_THAT(said("link="), testing::ElementsAre(testing::StartsWith("--set 1: a link needs a")));
-  EXPECT_THAT(said("link=sub"),
+  EXPECT_THAT(setting_problems("link="),
+              testing::ElementsAre(testing::StartsWith("--set 1: a link needs a")));
+  EXPECT_THAT(setting_problems("link=sub"),
               testing::ElementsAre("--set 1: link wants key=value,key=value, such as --set "
                                    "link='kind=super,to=10.9.1.1:2010', not \"sub\""));
-  EXPECT_THAT(said("link=kind=sub,sytem=1"),
+  EXPECT_THAT(setting_problems("link=kind=sub,sytem=1"),
               testing::ElementsAre("--set 1: unknown key link.sytem; did you mean link.system?"));
-  EXPECT_THAT(said("link=kind=sub,kind=peer"),
+  EXPECT_THAT(setting_problems("link=kind=sub,kind=peer"),
               testing::ElementsAre("--set 1: link.kind is given twice"));
 }
 

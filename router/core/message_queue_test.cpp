@@ -51,7 +51,7 @@ class MessageQueueTest : public testing::Test {
   LossCounts replaced_{};
 };
 
-// A text says 50, and gives way all the same; it is counted as one.
+// A text with priority 50 still yields to other messages; it is counted as a text.
 TEST_F(MessageQueueTest, TextsAreCountedAsTexts) {
   Bytes text = message(100, 50);
   wire::encode_header({.priority = 50, .dest = kTextSink, .length = 100},
@@ -156,7 +156,7 @@ TEST_F(MessageQueueTest, CountsWhatIsThrownAway) {
   EXPECT_EQ(pool_.used(), 0U);
 }
 
-// The rules of the header, in the simplest words.
+// A simple reference implementation of the rules in the header.
 class Model {
  public:
   explicit Model(std::size_t bytes_max) : bytes_max_(bytes_max) {}
@@ -252,7 +252,7 @@ TEST(MessageQueueModel, BehavesAsItsRulesSay) {
   }
 }
 
-// Of each of 20 who have stopped reading, and one who has not.
+// For 20 clients that have stopped reading, and one that has not.
 std::size_t blocks_left_by_stalled_ones(MessageQueue::Share share) {
   constexpr std::size_t kBlocks = 1024;
   std::vector<std::byte> memory((kBlocks + 1) * BlockPool::kBlockSize);

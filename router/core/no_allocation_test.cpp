@@ -1,4 +1,4 @@
-// Nothing is allocated on a message's way. A program of its own: it counts every `new`.
+// Forwarding a message does not allocate. A program of its own, because it counts every `new`.
 #include <gtest/gtest.h>
 
 #include "router/core/router.h"

@@ -91,7 +91,7 @@ TEST(MissingRouters, OfTooManyTheOldestGo) {
 
 class RegistrationsTest : public testing::Test {
  protected:
-  // Each client's list and the table say the same.
+  // Each client's list and the table are consistent.
   void expect_consistent(const std::vector<Client>& clients) {
     std::size_t total = 0;
     for (const Client& client : clients) {

@@ -13,14 +13,14 @@ constexpr std::uint8_t kOwnFlags =
     flag::kStream | flag::kTrace | flag::kTellIfGone | flag::kTellWhy;
 
 // No route to the destination exists: the sender of a command receives NOT_AVAILABLE.
-bool is_no_way(Outcome outcome) {
+bool is_unroutable(Outcome outcome) {
   return outcome == Outcome::kNoRoute || outcome == Outcome::kWouldReturn ||
          outcome == Outcome::kHopLimit;
 }
 
 // True when the sender must be notified that the destination is not registered. The extension
 // flags of original programs are arbitrary and therefore ignored.
-bool wants_to_know(const Client& sender, const Header& header) {
+bool wants_notification(const Client& sender, const Header& header) {
   const bool asks = (header.flags & flag::kTellIfGone) != 0;
   return header.type > 0 || (asks && sender.info.port != PortKind::kTcp);
 }
@@ -243,7 +243,7 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
   const Outcome outcome = forward(now, &sender, message);
   const bool lost_command =
       header.type > 0 && !taken(outcome) && leads_over_link(sender, header.dest);
-  if (lost_command || (is_no_way(outcome) && wants_to_know(sender, header)))
+  if (lost_command || (is_unroutable(outcome) && wants_notification(sender, header)))
     answer_not_available(now, receiver_of(sender, handle), header);
   return outcome;
 }
@@ -278,7 +278,7 @@ Outcome Router::forward(Time now, Client* from, Message& message) {
     if (message.header.type <= 0) {
       copy_text(now, message);
     } else if (on.to->info.port != PortKind::kLocal) {
-      on = who_keeps_texts(on);
+      on = local_text_reader(on);
     }
   }
   // Original programs set these bits arbitrarily and do not know the meaning of the extensions;
@@ -308,7 +308,7 @@ void Router::copy_text(Time now, Message& message) {
 
 // A command to the sink is meant for our own log program; the original's windows accept texts
 // only.
-Router::NextHop Router::who_keeps_texts(const NextHop& otherwise) const {
+Router::NextHop Router::local_text_reader(const NextHop& otherwise) const {
   for (const TextReader& reader : text_readers_) {
     Client* client = clients_.find(reader.client);
     if (client->info.port == PortKind::kLocal) return {client, reader.handle, NextHop::By::kTable};
@@ -700,7 +700,7 @@ Outcome Router::carry_out(Time now, Client& sender, Message& message) {
       lifesigns_.unwatch(sender);
       break;
     case Verb::kLogin:
-      tell_widths(now, sender, message);
+      send_widths(now, sender, message);
       break;
     case Verb::kAdmin:
       hooks_.admin(now, sender.id, message);
@@ -729,7 +729,7 @@ void Router::answer_command(Time now, const Client& client, const Header& reques
 
 // Only for clients that left room for the widths in their login; the answer overwrites the
 // question.
-void Router::tell_widths(Time now, Client& client, Message& login) {
+void Router::send_widths(Time now, Client& client, Message& login) {
   namespace command = wire::router_command;
   if (settings_.widths == AddressWidths() || login.body().size() != command::kWidthsSize) return;
   std::ranges::copy(command::encode_widths(settings_.widths),

@@ -245,7 +245,7 @@ class Router {
   static Receiver receiver_of(const Client& client, std::uint32_t handle = 0);
   Outcome forward(Time now, Client* from, Message& message);
   void copy_text(Time now, Message& message);
-  [[nodiscard]] NextHop who_keeps_texts(const NextHop& otherwise) const;
+  [[nodiscard]] NextHop local_text_reader(const NextHop& otherwise) const;
   Outcome hand_over(Time now, const Receiver& to, Client& receiver, Message& message);
   Outcome for_router_itself(Time now, Client& sender, std::uint32_t handle, const Message& message);
   void answer_not_available(Time now, const Receiver& to, const Header& request);
@@ -264,7 +264,7 @@ class Router {
 
   // --- commands of the original protocol
   Outcome carry_out(Time now, Client& sender, Message& message);
-  void tell_widths(Time now, Client& client, Message& login);
+  void send_widths(Time now, Client& client, Message& login);
   [[nodiscard]] bool may_delete(const Client& by, const Client& owner) const;
   void answer_command(Time now, const Client& client, const Header& request, bool success);
   void ask_for_lifesign(Time now, const Client& client);

@@ -33,7 +33,7 @@ TEST_F(RouterTest, AllWhoHaveTheSinkOfTextsGetEachText) {
     EXPECT_EQ(sink_.replies.back().header.type, type::kOk);
   }
   EXPECT_EQ(sink_.moved_addresses, std::vector(kPortKindCount, kTextSink))
-      << "every port hears it once";
+      << "every port is notified once";
   for (const ClientId id : {windows.front(), log, connect()}) {
     const Registration again = router_.register_mailbox(now_, id, kTextSink);
     EXPECT_EQ(again.status, Registration::Status::kAddressInUse) << "its own already, or too many";
@@ -113,8 +113,8 @@ TEST_F(RouterTest, DeleteIsForTheOwner) {
   send_command(a, command::kMailboxDeleteWithReply, 1);
   EXPECT_EQ(owner(1), kNoClient);
   ASSERT_EQ(sink_.replies.size(), 3U);
-  EXPECT_EQ(sink_.replies[0].header.type, type::kError);  // somebody else's
-  EXPECT_EQ(sink_.replies[1].header.type, type::kOk);     // nobody's
+  EXPECT_EQ(sink_.replies[0].header.type, type::kError);  // owned by another client
+  EXPECT_EQ(sink_.replies[1].header.type, type::kOk);     // not registered
   EXPECT_EQ(sink_.replies[2].header.type, type::kOk);
   EXPECT_EQ(count(EventKind::kDeleteRefused), 2U);
 }

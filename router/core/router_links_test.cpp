@@ -1,4 +1,4 @@
-// What a router learns from links, and which way messages go by it.
+// Announcements received over links, and the resulting routes of messages.
 #include <map>
 #include <string>
 
@@ -53,7 +53,7 @@ TEST_F(RouterLinksTest, WhatALinkAnnouncesGoesThereAndGoesWithIt) {
 
 TEST_F(RouterLinksTest, RoutersBehindALinkThatGoesAreMissing) {
   const auto missing = [&] {
-    std::map<Address, std::string> all;  // and behind whom
+    std::map<Address, std::string> all;  // and the link they are behind
     router_.missing().for_each(now_, [&](const MissingRouter& m) {
       all[m.router] = std::string(m.via.view()) + (m.behind == m.router ? " itself" : "");
     });
@@ -82,7 +82,7 @@ TEST_F(RouterLinksTest, ARouterThatSaysGoodbyeIsNotMissing) {
   router_.disconnect(now_, sub, CloseReason::kShutdown);
   std::vector<Address> missing;
   router_.missing().for_each(now_, [&](const MissingRouter& m) { missing.push_back(m.router); });
-  EXPECT_THAT(missing, ElementsAre(kFar.router)) << "who was behind it did not";
+  EXPECT_THAT(missing, ElementsAre(kFar.router)) << "routers behind it sent no CLOSE";
 }
 
 TEST_F(RouterLinksTest, ARouterThatAnotherLinkBringsIsNotMissing) {
@@ -94,7 +94,7 @@ TEST_F(RouterLinksTest, ARouterThatAnotherLinkBringsIsNotMissing) {
   router_.disconnect(now_, one, CloseReason::kSilent);
   router_.missing().for_each(now_, [&](const MissingRouter&) { ++missing; });
   EXPECT_EQ(missing, 0);
-  // One that is withdrawn while its link is up has been told by a router that knows why.
+  // A router withdrawn while its link is up is not missing: the neighbour reported the withdrawal.
   router_.forget(now_, other, kFar.router);
   router_.missing().for_each(now_, [&](const MissingRouter&) { ++missing; });
   EXPECT_EQ(missing, 0);

@@ -49,7 +49,7 @@ TEST_F(RouterTest, TheRoutersOwnAddressIsTaken) {
   EXPECT_EQ(refused.owner, kNoClient);
 }
 
-// Of 100 places.
+// Room for 100 clients.
 TEST_F(RouterTest, GuestsOfOnePortDoNotShutOutOthers) {
   const auto connect_all = [&](PortKind port) {
     int count = 0;
@@ -197,7 +197,7 @@ TEST_F(RouterTest, AForgedSourceOfALocalProgramIsDropped) {
   router_.register_mailbox(now_, local, kPilot);
   EXPECT_EQ(send(local, {.type = 1, .dest = kLaser, .src = kLaser}), Outcome::kForgedSource);
   EXPECT_EQ(send(local, {.type = 1, .dest = kLaser, .src = Address(99)}), Outcome::kForgedSource);
-  // dest = src = 0 is the original's; local programs have their own words for that.
+  // dest = src = 0 belongs to the original protocol; local programs use control records.
   EXPECT_EQ(send_command(local, command::kMailboxInit, 5), Outcome::kForgedSource);
   EXPECT_TRUE(sink_.delivered.empty());
   EXPECT_TRUE(sink_.replies.empty());

@@ -295,7 +295,7 @@ void put_question(AdminService& service, core::ClientId from, std::string_view q
 
 constexpr std::string_view kEventsQuestion = R"({"ask":"events","since":4,"wait_ms":10000})";
 
-// As long as it wants turns.
+// While it needs turns.
 void answer_all(AdminService& service, Answers& answers) {
   do {
     service.answer(AdminFixture::clocks(), answers.keep());
@@ -459,7 +459,7 @@ TEST(AdminService, ATurnMakesABoundedNumberOfBytes) {
   EXPECT_EQ(answers.all.size(), 4U) << "no further one when 256 KiB are made";
   service.answer(AdminFixture::clocks(), answers.keep());
   ASSERT_EQ(answers.all.size(), 6U);
-  EXPECT_EQ(answers.all[4].first, clients[4]) << "who had none comes first";
+  EXPECT_EQ(answers.all[4].first, clients[4]) << "clients without an answer come first";
   answer_all(service, answers);
   EXPECT_EQ(answers.all.size(), 12U);
 }
@@ -494,7 +494,7 @@ TEST(AdminService, GuestsChangeNoOtherRouter) {
   EXPECT_FALSE(may_ask(lab.pilot(), change));
   EXPECT_TRUE(may_ask(lab.laser(), change));
   EXPECT_TRUE(may_ask(lab.pilot(), R"({"ask":"status"})"));
-  EXPECT_TRUE(may_ask(lab.pilot(), "nonsense")) << "the other router says what is wrong with it";
+  EXPECT_TRUE(may_ask(lab.pilot(), "nonsense")) << "the other router reports the error";
   lab.configure({"tcp.admin=true"});
   EXPECT_TRUE(may_ask(lab.pilot(), change));
 }

@@ -324,7 +324,7 @@ bool LinkPort::inject_faults(std::string_view name, const link::Faults& faults) 
     choose_sender();
     return true;
   }
-  // It may have had other addresses when that was said before.
+  // It may have had other addresses at the previous request.
   bool found = std::erase_if(injected_, [&](const auto& i) { return i.second.link == name; }) > 0;
   links_.for_each([&](const link::Link& link) {
     const bool meant = link.peer().name.view() == name || link.settings().to == name;

@@ -1,4 +1,4 @@
-// A router with a link in every state there is, for tests and fuzzers of what is told of links.
+// A router with a link in every possible state, for tests and fuzzers of link reports.
 #pragma once
 
 #include <memory>
@@ -9,7 +9,7 @@ namespace tims::io::test {
 
 inline constexpr std::uint32_t kMessageMax = 1U << 16;
 
-// The links of one router, and the memory they need. Hosts hear each other at once.
+// The links of one router, and the memory they need. Datagrams arrive immediately.
 struct Host : private link::DatagramSender {
   Host(core::Router& router, const link::Identity& self)
       : address(address_of(self.id)), links(router, pool, memory, {.self = self, .seed = self.id}) {
@@ -19,17 +19,17 @@ struct Host : private link::DatagramSender {
   static link::NetAddress address_of(std::uint8_t number) {
     return link::NetAddress::v4(10, 0, 0, number, 2010);
   }
-  // Says what is to be said now. True: one of `others` has heard something.
+  // Sends all datagrams that are due. Returns true when one of `others` has received any.
   bool speak(Time now, std::span<Host* const> others) {
     now_ = now;
     others_ = others;
-    heard_ = false;
+    received_ = false;
     do {
       links.on_timeout(now);
       links.flush(now);
       links.release();
     } while (links.next_timeout() <= now);
-    return heard_;
+    return received_;
   }
 
   const link::NetAddress address;
@@ -45,10 +45,10 @@ struct Host : private link::DatagramSender {
  private:
   bool offer(const link::Burst& burst) override {
     for (Host* other : others_)
-      heard_ = (other->address == burst.to && other->hear(now_, address, burst)) || heard_;
+      received_ = (other->address == burst.to && other->receive(now_, address, burst)) || received_;
     return true;
   }
-  bool hear(Time now, const link::NetAddress& from, const link::Burst& burst) {
+  bool receive(Time now, const link::NetAddress& from, const link::Burst& burst) {
     std::vector<std::byte> datagrams(burst.bytes.begin(), burst.bytes.end());
     std::span<std::byte> rest = datagrams;
     while (!rest.empty()) {
@@ -61,7 +61,7 @@ struct Host : private link::DatagramSender {
 
   Time now_{};
   std::span<Host* const> others_{};
-  bool heard_ = false;  // by one of the others
+  bool received_ = false;  // by one of the others
 };
 
 // A router elsewhere, that is nothing but one end of a link.

@@ -113,7 +113,7 @@ void LocalPort::end_turn(Time now) {
 void LocalPort::receive_some(Time now, LocalClient& client) {
   const std::uint32_t token = client.token;
   for (int n = 0; n < kRecordsPerTurn; ++n) {
-    if (!take_what_came_before(now, client)) return;
+    if (!drain_earlier_messages(now, client)) return;
     auto received = os::receive_record(client.socket.get(), record_, false);
     if (!received && received.error() == Errc::kEmpty) return;
     if (!received || received->size == 0) return drop(now, token, core::CloseReason::kPeerClosed);
@@ -132,7 +132,7 @@ void LocalPort::drop_if_hung_up(Time now, std::uint32_t token) {
 
 void LocalPort::drop(Time now, std::uint32_t token, core::CloseReason reason) {
   LocalClient& client = *clients_.find(token);
-  take_the_rest(now, client);
+  drain_remaining_messages(now, client);
   router_.disconnect(now, client.id, reason);
   forget(client);
 }
@@ -260,11 +260,11 @@ bool LocalPort::hello(Time now, LocalClient& client, std::uint32_t request,
 
 // The number the client had with the previous router, if it is free: slots that are being written
 // now remain its own.
-std::uint32_t LocalPort::writer_for(std::uint32_t wish) {
+std::uint32_t LocalPort::writer_for(std::uint32_t requested) {
   const auto free = [this](std::uint32_t w) {
     return w != 0 && w < kRouterWriter && !writers_.contains(w);
   };
-  if (free(wish)) return wish;
+  if (free(requested)) return requested;
   do last_writer_ = (last_writer_ + 1) & shm::SlotWord::kMask24;
   while (!free(last_writer_));
   return last_writer_;
@@ -479,7 +479,7 @@ bool LocalPort::drain(Time now, LocalClient& client, int messages_max) {
 // Messages sent before a record, or before the end of the connection, are processed first. Called
 // repeatedly while there is something to read; returns true once all messages that existed when
 // the record arrived have been forwarded: at most the capacity of an uplink.
-bool LocalPort::take_what_came_before(Time now, LocalClient& client) {
+bool LocalPort::drain_earlier_messages(Time now, LocalClient& client) {
   if (!client.uplink) return true;
   if (!os::is_readable(client.socket.get())) return false;
   if (!drain(now, client, kMessagesPerTurn) && client.taken_before_record < kUplinkSlots)
@@ -491,7 +491,7 @@ bool LocalPort::take_what_came_before(Time now, LocalClient& client) {
 // The connection has ended. Its remaining messages are forwarded, including those the sender
 // could not announce before it crashed. A client that is still running learns with its next
 // message, or the one it is writing, that it needs another uplink.
-void LocalPort::take_the_rest(Time now, LocalClient& client) {
+void LocalPort::drain_remaining_messages(Time now, LocalClient& client) {
   if (!client.uplink) return;
   const shm::MailboxView& view = client.uplink->receiver().view();
   shm::condemn(view);

@@ -38,7 +38,7 @@ struct LocalClient {
   core::ClientId id;  // kNoClient until its hello has been received
   std::uint32_t token = 0;
   std::uint32_t writer = 0;
-  // By the client's own numbers.
+  // Keyed by the client's own segment numbers.
   std::unordered_map<std::uint64_t, os::ClientMemory::SegmentId> offered;
   std::unordered_map<std::uint32_t, os::ClientMemory::Handle> mailboxes;  // by raw address
   // Eventfds of its mailboxes.
@@ -106,13 +106,13 @@ class LocalPort final : public core::Port {
   bool grant_uplink(LocalClient& client, std::uint32_t request);
   bool send(LocalClient& client, std::uint32_t request, const wire::Record& record,
             std::span<const int> files = {});
-  std::uint32_t writer_for(std::uint32_t wish);
+  std::uint32_t writer_for(std::uint32_t requested);
 
   // --- messages that clients cannot deliver directly
   void on_doorbell(LocalClient& client);
   bool drain(Time now, LocalClient& client, int messages_max);
-  bool take_what_came_before(Time now, LocalClient& client);
-  void take_the_rest(Time now, LocalClient& client);
+  bool drain_earlier_messages(Time now, LocalClient& client);
+  void drain_remaining_messages(Time now, LocalClient& client);
   void forward(Time now, LocalClient& client, const shm::Taken& taken);
   void continue_later(LocalClient& client);
   std::span<std::byte> room(Time now, std::size_t size);

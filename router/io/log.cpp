@@ -58,7 +58,7 @@ constexpr std::uint32_t kLinesMax = 6;  // per link or kind, in that time
 constexpr std::size_t kLinksMax = 256;
 
 // Other events are problems.
-bool is_news(EventKind kind) {
+bool is_routine(EventKind kind) {
   return kind == EventKind::kLinkUp || kind == EventKind::kLinkPath ||
          kind == EventKind::kUplinkChanged;
 }
@@ -167,7 +167,7 @@ void LimitedLog::on_event(Time now, const core::Event& event, const AddressWidth
   const auto [at, first] = histories_.try_emplace(key_of(event));
   History& history = at->second;
   if (first) history.begin = now;
-  history.level = is_news(event.kind) ? LogLevel::kInfo : LogLevel::kWarning;
+  history.level = is_routine(event.kind) ? LogLevel::kInfo : LogLevel::kWarning;
   history.text = event_text(event, widths);
   if (history.lines == kLinesMax) {
     ++history.held_back;

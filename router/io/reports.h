@@ -511,9 +511,10 @@ struct Fields<LinkView> : RouterFields {
   static std::optional<Duration> path_since(const View& v) {
     return v.link.is_up() ? std::optional(Duration(v.now - v.link.paths().since())) : std::nullopt;
   }
-  static std::optional<Duration> heard(const View& v) {
-    return v.link.heard() == Time() ? std::nullopt
-                                    : std::optional(Duration(v.now - v.link.heard()));
+  static std::optional<Duration> last_received(const View& v) {
+    return v.link.last_received() == Time()
+               ? std::nullopt
+               : std::optional(Duration(v.now - v.link.last_received()));
   }
   static boost::json::array paths(const View& v);
   static std::optional<std::string> peer_address(const View& v);
@@ -536,7 +537,7 @@ struct Fields<LinkView> : RouterFields {
           Field{"peer_address", peer_address},
           Field{"refusal",
                 [](auto& v) { return unless_empty(std::string(v.link.refusal().view())); }},
-          Field{"heard_s", heard},
+          Field{"heard_s", last_received},
           Field{"keep_alive_s", [](auto& v) { return v.link.settings().keep_alive; }},
           Field{"loss_in", [](auto& v) { return v.session().loss_permille() / 1000.0; }},
           Field{"loss_out", [](auto& v) { return v.link.their_loss_permille() / 1000.0; }},

@@ -31,7 +31,8 @@ std::map<std::string, json::object> items(const LinkedFixture& lab, const std::s
         ask(lab, fmt::format(R"({{"ask":"{}","limit":{},"after":"{}"}})", question, limit, after));
     for (const auto& item : answer.at("items").as_array()) {
       const auto& name = item.at("name").is_null() ? item.at("to") : item.at("name");
-      EXPECT_TRUE(all.emplace(name.as_string(), item.as_object()).second) << "told twice: " << name;
+      EXPECT_TRUE(all.emplace(name.as_string(), item.as_object()).second)
+          << "reported twice: " << name;
     }
     if (!answer.contains("next")) return all;
     after = answer.at("next").as_string();
@@ -84,7 +85,7 @@ std::string fields_line(std::string_view what) {
   return text + line + "\n";
 }
 
-// The document and the reports cannot drift apart: what stands there is made from the lists.
+// The field lists in the document must equal those generated from the reports.
 TEST(Reports, TheDocumentHasEveryField) {
   const std::string lists =
       fields_line<AddressView>("an address") + fields_line<StatusView>("tims/status/1") +
@@ -187,7 +188,7 @@ TEST(Reports, RoutersThatWentWithTheirLinkAreToldAfterTheOthers) {
         if (item.at("kind") == "missing") missing.push_back(item.as_object());
       after = answer.contains("next") ? answer.at("next").as_string().c_str() : "";
     } while (!after.empty());
-    // "head" is silent, and told as a link.
+    // "head" is silent, and still reported as a link.
     ASSERT_EQ(missing.size(), 2U) << limit;
     EXPECT_EQ(missing[0].at("name"), "tail");
     EXPECT_TRUE(missing[1].at("name").is_null());

@@ -176,7 +176,7 @@ TEST_F(TcpOutputTest, WithoutMemoryForTheRestOfAMessageTheConnectionIsLost) {
   EXPECT_EQ(output_->state(), State::kOutOfMemory);
 }
 
-// Random sizes, priorities and moments of reading: nothing is torn, lost or told twice.
+// Random sizes, priorities and moments of reading: no message is torn, lost or reported twice.
 TEST_F(TcpOutputTest, EveryMessageArrivesWholeOrIsCounted) {
   std::mt19937 generator(11);
   const auto random = [&] { return static_cast<std::uint32_t>(generator()); };

@@ -139,7 +139,7 @@ Admission::Rival Admission::rival(Time now, const NetAddress& from, const Hello&
   const Duration patience = kRivalKeepAlives * link.their_keep_alive();
   auto [conflict, first] = conflicts_.try_emplace(address, now);
   if (now > conflict->second + kRivalForgotten) conflict->second = now;
-  if (link.heard() <= conflict->second) {
+  if (link.last_received() <= conflict->second) {
     return now > conflict->second + patience ? Rival::kNone : Rival::kWait;
   }
   if (!first && now <= conflict->second + patience / 2) return Rival::kWait;

@@ -79,7 +79,7 @@ TEST_F(AdmissionTest, TheConfigurationSaysWhoMayConnect) {
             "Tims(0/1)  is a top router, which cannot be a super router for a subsystem router");
 }
 
-// Who tries again and again is not told of each time.
+// Repeated attempts of one router are not logged each time.
 TEST_F(AdmissionTest, RefusalsAreNotedNowAndThen) {
   const Time now{100s};
   const Hello hello{.kind = LinkKind::kSuper, .token = 7, .who = kRobot};

@@ -20,7 +20,7 @@ constexpr std::uint64_t kBacklogMax = 64 << 10;
 constexpr std::uint8_t kFarther = 6;
 
 // Hops as counted by the other router: one less than here.
-core::Origin as_told(core::Origin origin) {
+core::Origin as_announced(core::Origin origin) {
   --origin.hops;
   return origin;
 }
@@ -138,7 +138,7 @@ std::optional<core::Origin> Advertiser::held(Address address) const {
   const auto refused = refused_.find(address.raw());
   if (refused != refused_.end()) return refused->second;
   const auto announced = router_.announced(client_, address);
-  return announced ? std::optional(as_told(*announced)) : std::nullopt;
+  return announced ? std::optional(as_announced(*announced)) : std::nullopt;
 }
 
 void Advertiser::add(Time now, Address address, core::Origin origin) {
@@ -196,7 +196,7 @@ bool Advertiser::on_control(Time now, const core::Message& message) {
   TableState state;
   // Larger messages are invalid: the cost of one message is bounded.
   if (message.bytes.size() > kHeaderSize + ControlMessage::kBodyMax) return false;
-  if (message.header.type != control::kWant) heard_ = now;
+  if (message.header.type != control::kWant) last_message_ = now;
   switch (message.header.type) {
     case control::kWant:
       if (!read_state(message.body(), state)) return false;
@@ -236,7 +236,7 @@ bool Advertiser::on_control(Time now, const core::Message& message) {
 
 std::optional<TableState> Advertiser::to_ask_for(Time now, const TableState& theirs) const {
   if (!imports_ || now < asked_ + kAskEvery) return std::nullopt;
-  if (theirs == kNobodyAsked) return TableState{};
+  if (theirs == kNotRequested) return TableState{};
   if (incomplete_) {
     const bool room = held_count_ < mailboxes_max_ && now >= asked_ + kAskForRestEvery;
     return room ? std::optional(TableState{}) : std::nullopt;
@@ -245,7 +245,7 @@ std::optional<TableState> Advertiser::to_ask_for(Time now, const TableState& the
     if (theirs.hash == hash_) return std::nullopt;
     return TableState{};
   }
-  const bool stalled = now >= heard_ + kStalledAfter && now >= asked_ + kStalledAfter;
+  const bool stalled = now >= last_message_ + kStalledAfter && now >= asked_ + kStalledAfter;
   if (!stalled) return std::nullopt;
   return holding_.hash == hash_ ? holding_ : TableState{};
 }

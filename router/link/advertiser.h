@@ -31,7 +31,7 @@ class Advertiser {
   void end();
 
   // Scope of announcements. A super router that is not in use receives none. One that was in use
-  // until now is told for a while that everything is farther away: routers above then prefer the
+  // until now receives, for a while, larger distances: routers above then prefer the
   // other route, while messages already in transit through this one still arrive.
   enum class Scope : std::uint8_t { kNothing, kAsFarther, kAll };
   void set_scope(Time now, Scope scope);
@@ -45,7 +45,7 @@ class Advertiser {
   // only a new session repairs that.
   [[nodiscard]] bool compare(Time now, const TableState& theirs);
   // For our keep-alive.
-  [[nodiscard]] TableState advertised() const { return wanted_ ? advertised_ : kNobodyAsked; }
+  [[nodiscard]] TableState advertised() const { return wanted_ ? advertised_ : kNotRequested; }
   [[nodiscard]] std::uint64_t held() const { return held_count_; }
   // Number of announcements refused so far: too many, or of a system that the link is not for.
   [[nodiscard]] std::uint64_t refused() const { return refused_count_; }
@@ -53,7 +53,7 @@ class Advertiser {
  private:
   // State sent in the keep-alive by a router that does not know what the other side holds. No
   // table has number 0 with this hash.
-  static constexpr TableState kNobodyAsked{0, 1};
+  static constexpr TableState kNotRequested{0, 1};
 
   void send(Time now, ControlMessage& message);
   void want(Time now, const TableState& state);
@@ -83,7 +83,7 @@ class Advertiser {
   std::uint64_t held_count_ = 0;
   Time asked_{};  // time of the last WANT
   int asked_in_vain_ = 0;
-  Time heard_{};  // time of the last message about the other side's table
+  Time last_message_{};  // time of the last message about the other side's table
   // Announcements that the router refused: in a loop, or of a system the link is not for. Counted
   // as held, otherwise they would be requested forever.
   std::map<std::uint32_t, core::Origin> refused_;

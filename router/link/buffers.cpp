@@ -244,7 +244,7 @@ void Reassembly::give_block(core::BlockPool::Index& block) {
   --blocks;
 }
 
-bool Reassembly::grow(Time now, MessageBuffer& buffer, std::size_t size, bool insists) {
+bool Reassembly::grow(Time now, MessageBuffer& buffer, std::size_t size, bool will_retry) {
   MessageBuffer fresh;
   if (!buffer && places < memory.free_places()) fresh = MessageBuffer(memory);
   MessageBuffer& grown = buffer ? buffer : fresh;
@@ -254,7 +254,7 @@ bool Reassembly::grow(Time now, MessageBuffer& buffer, std::size_t size, bool in
     const std::size_t after = bytes + MessageMemory::whole_chunks(size) - before;
     larger = !is_over_share(now, after) && grown.grow(size);
     if (!larger) memory.note_wanted(now, this);
-    larger = larger || (insists && grown.grow_as_kept(size));
+    larger = larger || (will_retry && grown.grow_as_kept(size));
   }
   if (!larger) return false;
   bytes += grown.size() - before;

@@ -356,9 +356,9 @@ struct Reassembly {
   core::BlockPool::Index take_block();
   void give_block(core::BlockPool::Index& block);
   // Grows `buffer`, which is empty before its first bytes arrive, to `size`. Returns false when
-  // that is not possible now. With `insists` the bytes will be sent again, and the reserve may be
-  // used.
-  bool grow(Time now, MessageBuffer& buffer, std::size_t size, bool insists);
+  // that is not possible now. With `will_retry` the bytes will be sent again, and the reserve may
+  // be used.
+  bool grow(Time now, MessageBuffer& buffer, std::size_t size, bool will_retry);
   void give(MessageBuffer& buffer);
   void hand_on(MessageBuffer& buffer);  // the message is read until the turn ends
   void forget(const MessageBuffer& buffer);

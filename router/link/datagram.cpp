@@ -6,9 +6,9 @@
 namespace tims::link {
 namespace {
 
-static_assert(35 + kWhoBytesMax <= kHelloSize);
+static_assert(35 + kIdentityBytesMax <= kHelloSize);
 // Answers are not longer than HELLO: WELCOME, and REFUSE with its longest sentence.
-static_assert(26 + kWhoBytesMax <= kHelloSize && 18 + 191 <= kHelloSize);
+static_assert(26 + kIdentityBytesMax <= kHelloSize && 18 + 191 <= kHelloSize);
 
 constexpr std::string_view kMagic = "TIMS";
 constexpr int kKeepAliveMinMs = 10;
@@ -61,7 +61,7 @@ std::optional<Datagram> decode_refuse(ByteReader in, std::uint8_t low, std::uint
 constexpr std::uint8_t kVersion = 1;
 constexpr std::size_t kAddressBytesMax = 1 + 2 + 16;
 constexpr std::size_t kFleetMax = 63;
-static_assert(kMagic.size() + 3 + kFleetMax + kWhoBytesMax +
+static_assert(kMagic.size() + 3 + kFleetMax + kIdentityBytesMax +
                   kAnnouncedAddressesMax * kAddressBytesMax <=
               kAnnouncementBytesMax);
 

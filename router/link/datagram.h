@@ -137,7 +137,7 @@ inline bool is_above(const Identity& who, const Identity& below) {
 }
 
 // The encoding of an identity, common to HELLO, WELCOME and announcements (drawn in PROTOCOL.md).
-inline constexpr std::size_t kWhoBytesMax = 27 + 63;
+inline constexpr std::size_t kIdentityBytesMax = 27 + 63;
 
 template <typename Enum>
 bool get_enum(ByteReader& in, Enum last, Enum& value) {

@@ -22,7 +22,7 @@ std::span<std::byte> written(const Identity& who, std::span<std::byte> to) {
 }
 
 TEST(Who, IsReadAsItWasWritten) {
-  std::array<std::byte, kWhoBytesMax> bytes{};
+  std::array<std::byte, kIdentityBytesMax> bytes{};
   ByteReader in(written(kRobot, bytes));
   Identity who;
   EXPECT_TRUE(get(in, who));
@@ -33,12 +33,12 @@ TEST(Who, IsReadAsItWasWritten) {
 TEST(Who, TheLongestNameHasRoom) {
   Identity who = kRobot;
   who.name = std::string_view("a name of sixty-three letters, which is the longest there may be!");
-  std::array<std::byte, kWhoBytesMax> bytes{};
-  EXPECT_EQ(written(who, bytes).size(), kWhoBytesMax);
+  std::array<std::byte, kIdentityBytesMax> bytes{};
+  EXPECT_EQ(written(who, bytes).size(), kIdentityBytesMax);
 }
 
 TEST(Who, BytesThatAreNobody) {
-  std::array<std::byte, kWhoBytesMax> bytes{};
+  std::array<std::byte, kIdentityBytesMax> bytes{};
   const auto all = written(kRobot, bytes);
   Identity who;
   for (std::size_t size = 0; size < all.size(); ++size) {

@@ -34,7 +34,7 @@ class Fleet {
 
  private:
   const Identity self_;
-  // By the address from which they announce themselves.
+  // Keyed by the source address of the announcement.
   std::map<NetAddress, Announcement> routers_;
 };
 

@@ -57,7 +57,7 @@ class FleetTest : public testing::Test {
     around.who = self;
   }
   void be(const Identity& self) { be(self, {.to = std::string(kAutomatic), .paths = kBoth}); }
-  void hear(std::initializer_list<Identity> all) {
+  void announce(std::initializer_list<Identity> all) {
     for (const Identity& one : all) EXPECT_TRUE(fleet->add(announced(one)));
   }
   std::vector<std::uint64_t> candidates(bool alone = true) {
@@ -113,29 +113,29 @@ TEST_F(FleetTest, OnlyNewsIsNews) {
 
 TEST_F(FleetTest, ASystemRouterLooksForATopLevelOne) {
   be(kOne);
-  hear({kHost, kTwo, kOther, kBase});
+  announce({kHost, kTwo, kOther, kBase});
   EXPECT_EQ(candidates(), Epochs{10});
   EXPECT_EQ(fleet->looked_for(), "a top-level router");
 }
 
 TEST_F(FleetTest, ASubsystemLooksForTheSystemRouterOfItsSystem) {
   be(kHost);
-  hear({kBase, kTwo});
+  announce({kBase, kTwo});
   EXPECT_TRUE(candidates().empty());
-  hear({kOther, kOne});
+  announce({kOther, kOne});
   EXPECT_EQ(candidates(), (Epochs{11, 13})) << "the lowest id first, at all of them";
   EXPECT_EQ(fleet->looked_for(), "a system router of system 1");
 }
 
 TEST_F(FleetTest, ATopLevelRouterLooksForNobody) {
   be(kBase);
-  hear({kOne, who(Role::kTop, 0, 2, 14)});
+  announce({kOne, who(Role::kTop, 0, 2, 14)});
   EXPECT_TRUE(candidates().empty());
 }
 
 TEST_F(FleetTest, WhoIsLinkedIsTheOneWhileTheLinkIsUp) {
   be(kHost);
-  hear({kOne, kOther});
+  announce({kOne, kOther});
   come_up(kOther);
   EXPECT_EQ(candidates(), Epochs{13});
   link->take_down(now, Link::State::kSilent);
@@ -144,12 +144,12 @@ TEST_F(FleetTest, WhoIsLinkedIsTheOneWhileTheLinkIsUp) {
 
 TEST_F(FleetTest, AnAddressMeansWhoAnnouncesIt) {
   be(kHost, {.to = udp(13).to_string(), .paths = kBoth});
-  hear({kOne, kOther});
+  announce({kOne, kOther});
   const NetAddress target = udp(13);
   link->set_targets(now, PathKind::kUdp, {&target, 1});
   EXPECT_EQ(candidates(), Epochs{13});
   be(kOne, {.kind = LinkKind::kPeer, .to = udp(12).to_string(), .paths = kBoth});
-  hear({kBase, kTwo});
+  announce({kBase, kTwo});
   const NetAddress peer = udp(12);
   link->set_targets(now, PathKind::kUdp, {&peer, 1});
   EXPECT_EQ(candidates(), Epochs{12}) << "a peer has its address only";
@@ -157,14 +157,14 @@ TEST_F(FleetTest, AnAddressMeansWhoAnnouncesIt) {
 
 TEST_F(FleetTest, WithoutUdpAnAddressMeansNothingAndTheRoleAllToAnOnlyLink) {
   be(kOne, {.to = udp(10).to_string(), .paths = {PathKind::kDds}});
-  hear({kBase});
+  announce({kBase});
   EXPECT_EQ(candidates(), Epochs{10});
   EXPECT_TRUE(candidates(false).empty()) << "another link may mean it";
 }
 
 TEST_F(FleetTest, WhoAcceptsLooksForNobodyButWhomItHasAccepted) {
   be(kOne, {.kind = LinkKind::kSub, .connects = false, .paths = kBoth});
-  hear({kBase, kHost});
+  announce({kBase, kHost});
   EXPECT_TRUE(candidates().empty());
   link->accept(now, udp(21), {.token = 5, .keep_alive = 300ms, .who = kHost}, 6);
   EXPECT_EQ(candidates(), Epochs{21});

@@ -11,7 +11,7 @@ constexpr std::uint64_t kOffsetMax = std::uint64_t{1} << 62;
 KeepAlive get_keep_alive(ByteReader& in) {
   KeepAlive frame;
   const auto state = in.get<std::uint8_t>();
-  frame.unheard = (state & 1) != 0;
+  frame.nothing_received = (state & 1) != 0;
   frame.questions = state >> 1;
   in.get(frame.loss_permille, frame.held_us, frame.sent_ns, frame.echo_ns, frame.wall_ns,
          frame.table_number, frame.table_hash);
@@ -119,7 +119,8 @@ std::optional<Frame> FrameReader::bad() {
 }
 
 void put(ByteWriter& out, const KeepAlive& frame) {
-  const auto state = static_cast<std::uint8_t>(frame.questions << 1 | (frame.unheard ? 1 : 0));
+  const auto state =
+      static_cast<std::uint8_t>(frame.questions << 1 | (frame.nothing_received ? 1 : 0));
   out.put(FrameType::kKeepAlive, state, frame.loss_permille, frame.held_us, frame.sent_ns,
           frame.echo_ns, frame.wall_ns, frame.table_number, frame.table_hash);
 }

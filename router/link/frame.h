@@ -55,7 +55,8 @@ enum class FrameType : std::uint8_t {
 // Sent at a steady pace by both sides, each echoing the other's last one: round trip and clock
 // offset follow from the four timestamps, as in NTP's symmetric mode (RFC 5905, section 8).
 struct KeepAlive {
-  bool unheard = false;  // its sender has received nothing from the receiver for a long time
+  bool nothing_received =
+      false;  // its sender has received nothing from the receiver for a long time
   // number of CHALLENGE and RESPONSE sent: lost on a dead path, they do not count as loss
   std::uint8_t questions = 0;
   std::uint64_t sent_ns = 0;        // on the sender's monotonic clock

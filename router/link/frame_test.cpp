@@ -12,7 +12,7 @@ namespace frame_test {
 TEST(Frame, AllKindsReadBack) {
   std::array<std::byte, 400> bytes{};
   ByteWriter out(bytes);
-  put(out, KeepAlive{.unheard = true,
+  put(out, KeepAlive{.nothing_received = true,
                      .questions = 127,
                      .sent_ns = 1,
                      .echo_ns = 2,
@@ -36,7 +36,7 @@ TEST(Frame, AllKindsReadBack) {
   put(out, NotReadyFrame{0x101});
   FrameReader reader(out.written());
   const auto keep_alive = std::get<KeepAlive>(*reader.next());
-  EXPECT_TRUE(keep_alive.unheard);
+  EXPECT_TRUE(keep_alive.nothing_received);
   EXPECT_EQ(keep_alive.questions, 127);
   EXPECT_EQ(keep_alive.wall_ns, -5);
   EXPECT_EQ(std::get<Ack>(*reader.next()).ranges[1].last, 2U);

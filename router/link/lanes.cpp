@@ -178,7 +178,7 @@ LaneReceiver::Verdict LaneReceiver::on_bytes(Time now, std::uint64_t offset,
 LaneReceiver::Verdict LaneReceiver::on_skip(Time now, std::uint64_t to) {
   if (to <= next_) return Verdict::kTaken;
   next_ = to;
-  head_size_ = thrown_away_ = 0;
+  head_size_ = discarded_ = 0;
   reassembly_.give(body_);
   return drain_early(now);
 }
@@ -254,7 +254,7 @@ void LaneReceiver::drop_early() {
 void LaneReceiver::clear() {
   drop_early();
   next_ = 0;
-  head_size_ = thrown_away_ = 0;
+  head_size_ = discarded_ = 0;
   reassembly_.give(body_);
   broken_ = false;
 }
@@ -269,9 +269,9 @@ std::size_t LaneReceiver::consume(Time now, std::span<std::byte> bytes, bool sta
   const std::size_t all = bytes.size();
   while (!bytes.empty() && !broken_) {
     std::size_t taken = 0;
-    if (thrown_away_ > 0) {
-      taken = std::min(thrown_away_, bytes.size());
-      thrown_away_ -= taken;
+    if (discarded_ > 0) {
+      taken = std::min(discarded_, bytes.size());
+      discarded_ -= taken;
     } else if (body_) {
       taken = consume_body(now, bytes);
       if (taken == 0) break;
@@ -355,7 +355,7 @@ std::optional<Header> LaneReceiver::give_up_stalled(Time now) {
   if (!body_ || now < progress_ + patience) return std::nullopt;
   const bool waits = now < refused_ + kPatienceIfWanted;
   if (waits && !reassembly_.is_over_share(now, reassembly_.bytes)) return std::nullopt;
-  thrown_away_ = header_.length - body_size_;
+  discarded_ = header_.length - body_size_;
   reassembly_.give(body_);
   return header_;
 }

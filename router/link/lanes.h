@@ -191,10 +191,10 @@ class LaneReceiver {
   // The message being received.
   std::array<std::byte, kRecordHead> head_{};
   std::size_t head_size_ = 0;
-  MessageBuffer body_;           // the received part of the message, header included
-  std::size_t body_size_ = 0;    // number of bytes received
-  std::size_t thrown_away_ = 0;  // remaining bytes of a message that was given up
-  Time progress_{};              // time of the last significant progress
+  MessageBuffer body_;         // the received part of the message, header included
+  std::size_t body_size_ = 0;  // number of bytes received
+  std::size_t discarded_ = 0;  // remaining bytes of a message that was given up
+  Time progress_{};            // time of the last significant progress
   std::size_t progress_at_ = 0;
   Time refused_{};  // last time there was no memory
   Header header_{};

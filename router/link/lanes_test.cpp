@@ -247,7 +247,7 @@ TEST_F(LanesTest, ThousandsOfGaps) {
 
 // --- what links take from each other
 
-// A link whose lanes are told by hand what comes.
+// A link whose lanes receive bytes from the test.
 struct Peer : ArrivalObserver {
   Peer(core::BlockPool& pool, MessageMemory& memory, std::vector<MessageBuffer>& all_done)
       : done(all_done), reassembly{pool, memory, all_done, 4U << 20} {
@@ -312,7 +312,7 @@ TEST_F(SharesTest, WhoHoldsAllGivesItBackWhenOthersWantSome) {
     (void)first.begin(lane, 4 * kLarge, 4 * kLarge - 10'000);
   EXPECT_EQ(memory.free_bytes(), 0U);
   EXPECT_EQ(honest.whole(0, kLarge), Verdict::kRefused);
-  // It goes on asking, which is no reason to keep all that.
+  // The link keeps requesting memory, but may not keep all it holds.
   for (int i = 0; i < 3; ++i) {
     for (Peer* peer : {&first, &honest}) peer->now += LaneReceiver::kPatienceIfWanted / 2;
     std::vector<std::byte> rest(1000);
@@ -351,7 +351,7 @@ TEST_F(SharesTest, OfMessagesThatWaitForEachOtherEachArrives) {
   EXPECT_EQ(memory.used_bytes(), 0U);
 }
 
-// A message that waits for memory is not taken as one that does not go on.
+// A message that waits for memory does not count as one without progress.
 TEST_F(SharesTest, WhoWaitsForMemoryIsNotGivenUp) {
   ASSERT_EQ(first.begin(0, 4 * kLarge, kLarge), Verdict::kTaken);
   for (std::size_t lane = 0; lane < kLanes; ++lane)

@@ -95,14 +95,14 @@ void Link::on_retry(const NetAddress& from, const Retry& retry) {
   context_.send(from, std::span(bytes).first(encode(again, bytes)));
 }
 
-bool Link::gives_up() {
+bool Link::should_try_next() {
   const bool calls = state_ == State::kRefused || state_ == State::kConnecting;
   if (!calls || hellos_ < kHellosEach) return false;
   hellos_ = 0;
   return true;
 }
 
-void Link::note_nobody(std::string_view why) {
+void Link::note_no_candidate(std::string_view why) {
   if (!is_up()) refusal_ = why;
 }
 
@@ -163,7 +163,7 @@ void Link::come_up(Time now) {
                                            .only = settings_.system}});
   if (!client_) return;
   ended_ = false;
-  heard_ = now;
+  last_received_ = now;
   next_hello_ = kNever;
   next_keep_alive_ = now;
   refusal_ = {};
@@ -205,7 +205,7 @@ void Link::on_reset(Time now) {
 
 void Link::on_gone(Time now, const NetAddress& where) {
   const PathKind before = paths_.kind();
-  if (paths_.on_gone(now, where) && is_up()) go_elsewhere(now, before);
+  if (paths_.on_gone(now, where) && is_up()) switch_path(now, before);
 }
 
 // --- data
@@ -234,18 +234,18 @@ void Link::on_data(Time now, const NetAddress& from, const Data& data) {
     come_up(now);
   }
   if (!is_up()) return;
-  heard_ = now;
+  last_received_ = now;
   paths_.count_in(from.kind, kDataHeaderSize + data.frames.size());
   broken_ = false;
-  unheard_ = false;
+  peer_receives_nothing_ = false;
   const auto verdict = session_.on_data(now, data);
   if (verdict == LinkSession::Verdict::kBroken || broken_) {
     // The sender knows the token but violates the protocol.
-    say_goodbye(now, core::CloseReason::kBadRecord);
+    send_close(now, core::CloseReason::kBadRecord);
     if (is_up()) go_down(now, core::CloseReason::kBadRecord, State::kSilent);
     return end_session(now);
   }
-  if (is_up() && unheard_) go_down(now, core::CloseReason::kSilent, State::kSilent);
+  if (is_up() && peer_receives_nothing_) go_down(now, core::CloseReason::kSilent, State::kSilent);
   if (!is_up()) return;
   paths_.on_arrived(session_.newest_acked_sent());
   // The other router may have moved. The source address suggests it, and an answer from there
@@ -281,7 +281,7 @@ void Link::on_lost(Time, const Header& header, core::Outcome why) {
 // --- keep-alives and timeouts
 
 void Link::on_frame(Time now, const KeepAlive& frame) {
-  unheard_ = frame.unheard;
+  peer_receives_nothing_ = frame.nothing_received;
   their_loss_permille_ = frame.loss_permille;
   last_sent_ns_ = frame.sent_ns;
   last_keep_alive_ = now;
@@ -299,7 +299,7 @@ void Link::on_frame(Time now, const KeepAlive& frame) {
 }
 
 KeepAlive Link::keep_alive(Time now) const {
-  KeepAlive frame{.unheard = !is_up(),
+  KeepAlive frame{.nothing_received = !is_up(),
                   .questions = session_.questions_out(),
                   .sent_ns = ns(now),
                   .loss_permille = session_.loss_permille(),
@@ -317,7 +317,7 @@ KeepAlive Link::keep_alive(Time now) const {
 bool Link::keeps_alive(Time now) const {
   if (is_up()) return true;
   return state_ == State::kSilent && !settings_.connects && their_token_ != 0 &&
-         now < heard_ + kCallsAfterSilence;
+         now < last_received_ + kCallsAfterSilence;
 }
 
 std::size_t Link::build(Time now, std::span<std::byte> to) {
@@ -351,7 +351,8 @@ Time Link::next_timeout(Time now) {
   if (state_ == State::kConnecting || state_ == State::kRefused) next = std::min(next, next_hello_);
   if (keeps_alive(now)) next = std::min(next, next_keep_alive_);
   if (is_up())
-    next = std::min({next, heard_ + dead_after(), paths_.next_timeout(session_.rtt().smoothed())});
+    next = std::min(
+        {next, last_received_ + dead_after(), paths_.next_timeout(session_.rtt().smoothed())});
   return std::min(next, gone_at());
 }
 
@@ -363,7 +364,7 @@ Time Link::gone_at() const {
 }
 
 void Link::on_timeout(Time now) {
-  if (is_up() && now >= heard_ + dead_after())
+  if (is_up() && now >= last_received_ + dead_after())
     go_down(now, core::CloseReason::kSilent, State::kSilent);
   if (is_up()) watch_paths(now);
   const bool calls = state_ == State::kConnecting || state_ == State::kRefused;
@@ -377,7 +378,7 @@ void Link::on_timeout(Time now) {
 
 // --- manual control
 
-void Link::say_goodbye(Time now, core::CloseReason reason) {
+void Link::send_close(Time now, core::CloseReason reason) {
   if (!is_up()) return;
   std::array<std::byte, 64> bytes{};
   context_.send(address(), std::span(bytes).first(session_.build_close(
@@ -385,7 +386,7 @@ void Link::say_goodbye(Time now, core::CloseReason reason) {
 }
 
 void Link::take_down(Time now, State state, core::CloseReason reason) {
-  say_goodbye(now, reason);
+  send_close(now, reason);
   if (is_up()) go_down(now, reason, state);
   end_session(now);
   enter(now, state);
@@ -408,13 +409,13 @@ void Link::configure(Time now, const LinkSettings& settings) {
   advertiser_.set_mailboxes_max(settings.mailboxes_max);
   const PathKind before = paths_.kind();
   if (paths_.configure(now, settings.paths, settings.keep_alive) && is_up())
-    go_elsewhere(now, before);
+    switch_path(now, before);
 }
 
 void Link::watch_paths(Time now) {
   const Duration rtt = session_.rtt().smoothed();
   const PathKind before = paths_.kind();
-  if (paths_.on_timeout(now, rtt)) go_elsewhere(now, before);
+  if (paths_.on_timeout(now, rtt)) switch_path(now, before);
   paths_.ask(
       now, rtt, [&] { return context_.random(); },
       [&](const Paths::Question& question) {
@@ -441,11 +442,11 @@ void Link::on_frame(Time now, const ChallengeFrame& frame) {
 
 void Link::on_frame(Time now, const ResponseFrame& frame) {
   const PathKind before = paths_.kind();
-  if (is_up() && paths_.on_answer(now, from_, frame.nonce)) go_elsewhere(now, before);
+  if (is_up() && paths_.on_answer(now, from_, frame.nonce)) switch_path(now, before);
 }
 
 // The address in paths_ has changed: everything in flight is sent again to the new one.
-void Link::go_elsewhere(Time now, PathKind before) {
+void Link::switch_path(Time now, PathKind before) {
   session_.on_new_path(now, paths_.kind());
   next_keep_alive_ = now;
   if (paths_.kind() == before) return;

@@ -73,9 +73,9 @@ class Link final : private ArrivalObserver, private LossObserver {
   void on_welcome(Time now, const NetAddress& from, const Welcome& welcome);
   // Returns true once when the router being called does not answer or refuses, so that another
   // candidate can be tried.
-  bool gives_up();
+  bool should_try_next();
   // There is no router to call; `why` is the reason.
-  void note_nobody(std::string_view why);
+  void note_no_candidate(std::string_view why);
   void on_refuse(Time now, const NetAddress& from, const Refuse& refuse);
 
   // --- the side that accepts. The source address of the HELLO has been verified.
@@ -130,7 +130,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   [[nodiscard]] const NetAddress& address() const { return paths_.address(); }
   [[nodiscard]] const Paths& paths() const { return paths_; }
   [[nodiscard]] Time since() const { return since_; }  // start of the current state
-  [[nodiscard]] Time heard() const { return heard_; }
+  [[nodiscard]] Time last_received() const { return last_received_; }
   [[nodiscard]] const core::Text<191>& refusal() const { return refusal_; }
   [[nodiscard]] const LinkSession& session() const { return session_; }
   [[nodiscard]] const RttEstimator& rtt() const { return rtt_; }
@@ -154,13 +154,13 @@ class Link final : private ArrivalObserver, private LossObserver {
 
   void enter(Time now, State state);
   // Sends CLOSE with the reason to the other side.
-  void say_goodbye(Time now, core::CloseReason reason);
+  void send_close(Time now, core::CloseReason reason);
   void begin_connecting(Time now, Time first);
   void say_hello(Time now);
   void come_up(Time now);
   void go_down(Time now, core::CloseReason reason, State state);
   [[nodiscard]] Time gone_at() const;
-  void go_elsewhere(Time now, PathKind before);
+  void switch_path(Time now, PathKind before);
   void watch_paths(Time now);
   void send_nonce(Time now, FrameType type, std::uint64_t nonce, const NetAddress& to);
   [[nodiscard]] KeepAlive keep_alive(Time now) const;
@@ -191,7 +191,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   Time next_hello_ = kNever;
   int hellos_ = 0;  // number of HELLOs since connecting began
   Time next_keep_alive_ = kNever;
-  Time heard_{};
+  Time last_received_{};
   Duration keep_alive_{};  // the interval announced to the other side
   Duration their_keep_alive_{};
   std::uint64_t last_sent_ns_ = 0;  // from their last keep-alive
@@ -200,10 +200,11 @@ class Link final : private ArrivalObserver, private LossObserver {
   RttEstimator rtt_;
   ClockOffset clock_;
 
-  NetAddress from_{};     // source of the datagram being processed
-  bool broken_ = false;   // the datagram violated the protocol
-  bool unheard_ = false;  // the other side reports that it does not receive our datagrams
-  bool ended_ = false;    // the other router announced its end
+  NetAddress from_{};    // source of the datagram being processed
+  bool broken_ = false;  // the datagram violated the protocol
+  // The other side reports that it does not receive our datagrams.
+  bool peer_receives_nothing_ = false;
+  bool ended_ = false;  // the other router announced its end
 };
 
 std::string_view name(Link::State state);

@@ -22,7 +22,7 @@ struct Nobody : ArrivalObserver, LossObserver {
 };
 
 struct LinkSessionTest : testing::Test {
-  // A packet that wants an acknowledgement and has nothing else in it.
+  // A packet that only requests an acknowledgement.
   void receive(std::uint32_t packet) {
     std::array frames{static_cast<std::byte>(FrameType::kProbe)};
     ASSERT_TRUE(session.is_new(packet));
@@ -78,7 +78,7 @@ TEST_F(LinkSessionTest, APacketOutOfOrderIsAcknowledgedAtOnce) {
 }
 
 struct FullQueueTest : testing::Test {
-  struct Told final : Nobody {
+  struct Losses final : Nobody {
     void on_lost(Time, const Header&, core::Outcome) override { ++lost; }
     int lost = 0;
   };
@@ -94,13 +94,13 @@ struct FullQueueTest : testing::Test {
   core::BlockPool pool{blocks};
   MessageMemory memory{{}, 1U << 16, 1U << 18};
   std::vector<MessageBuffer> done;
-  Told told;
-  LinkSession session{pool, memory, done, {.queue_bytes_max = kMax}, told, told};
+  Losses losses;
+  LinkSession session{pool, memory, done, {.queue_bytes_max = kMax}, losses, losses};
   Time now{100s};
 };
 
 TEST_F(FullQueueTest, NothingIsDroppedForWhatHasNoRoomAllTheSame) {
-  // On its way, or more important: it stays.
+  // In flight, or more important: it stays.
   while (session.queued_bytes() < kMax - 60'000)
     ASSERT_EQ(send(255, 20'000), core::Outcome::kDelivered);
   ASSERT_EQ(session.queued_bytes(1), 0U);
@@ -108,7 +108,7 @@ TEST_F(FullQueueTest, NothingIsDroppedForWhatHasNoRoomAllTheSame) {
     ASSERT_EQ(send(0, 1'000), core::Outcome::kDelivered);
   const std::uint64_t before = session.queued_bytes();
   EXPECT_EQ(send(100, 300'000), core::Outcome::kQueueFull);
-  EXPECT_EQ(told.lost, 0);
+  EXPECT_EQ(losses.lost, 0);
   EXPECT_EQ(session.queued_bytes(), before);
 }
 
@@ -116,7 +116,7 @@ TEST_F(FullQueueTest, NoMoreIsDroppedThanIsNeeded) {
   while (session.queued_bytes() < kMax - 20'000)
     ASSERT_EQ(send(0, 20'000), core::Outcome::kDelivered);
   EXPECT_EQ(send(100, 30'000), core::Outcome::kDelivered);
-  EXPECT_LE(told.lost, 2);
+  EXPECT_LE(losses.lost, 2);
 }
 
 }  // namespace link_session_test

@@ -40,7 +40,7 @@ Links::Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
 std::uint64_t Links::random() { return core::sip_hash(secret_, {++drawn_}); }
 
 template <typename Datagram>
-void Links::say(const NetAddress& to, const Datagram& datagram) {
+void Links::send_control(const NetAddress& to, const Datagram& datagram) {
   std::array<std::byte, kControlDatagramMax> bytes{};
   send(to, std::span(bytes).first(encode(datagram, bytes)));
 }
@@ -184,27 +184,28 @@ void Links::on_data(Time now, const NetAddress& from, const Data& data) {
     return touch(*link);
   }
   ++counters_.unknown_token;
-  say(from, Reset{token});
+  send_control(from, Reset{token});
 }
 
 void Links::on_welcome(Time now, const NetAddress& from, const Welcome& welcome) {
   Link* link = by_token(welcome.echo);
   if (link == nullptr || link->is_up()) return;
-  const auto told = [&](const std::string& text) {
+  const auto refuse_welcome = [&](const std::string& text) {
     link->on_refuse(now, from, {.echo = welcome.echo, .text = std::string_view(text)});
     touch(*link);
   };
   if (welcome.version < kVersionMin || welcome.version > kVersionMax)
-    return told("it supports version " + std::to_string(welcome.version) + " of the protocol");
+    return refuse_welcome("it supports version " + std::to_string(welcome.version) +
+                          " of the protocol");
   if (welcome.who.widths != setup_.self.widths)
-    return told("the widths of its address fields differ: see [address] widths");
+    return refuse_welcome("the widths of its address fields differ: see [address] widths");
   if (welcome.who.classes != setup_.self.classes)
-    return told("its message.classes are " + welcome.who.classes.to_string() + ", here " +
-                setup_.self.classes.to_string());
+    return refuse_welcome("its message.classes are " + welcome.who.classes.to_string() + ", here " +
+                          setup_.self.classes.to_string());
   const Link* other = link_to(welcome.who);
   if (other != nullptr && other != link && other->is_up())
-    return told("there is already a link to " + std::string(welcome.who.name.view()) + ", at " +
-                other->address().to_string());
+    return refuse_welcome("there is already a link to " + std::string(welcome.who.name.view()) +
+                          ", at " + other->address().to_string());
   link->on_welcome(now, from, welcome);
 }
 
@@ -237,7 +238,7 @@ void Links::on_timeout(Time now) {
     if (slots_[wake.slot].wakes_at == wake.at) slots_[wake.slot].wakes_at = kNever;
     Link* link = slots_[wake.slot].link.get();
     if (link == nullptr) continue;
-    if (link->settings().is_automatic() && link->gives_up()) {
+    if (link->settings().is_automatic() && link->should_try_next()) {
       ++slots_[wake.slot].tries;
       look_for(now, *link);
     }
@@ -365,7 +366,7 @@ bool Links::flush_link(Time now, Link& link) {
   const std::size_t size = link.build_probe(now, probe);
   if (size > 0)
     (void)offer({.to = link.address(), .bytes = probe.first(size), .datagram_size = size});
-  if (slots_[link.slot()].was_up != link.is_up()) look_anew(now, link);
+  if (slots_[link.slot()].was_up != link.is_up()) look_again(now, link);
   slots_[link.slot()].is_touched = false;
   learn_token(link);
   const Time at = std::min(slots_[link.slot()].standby.at, link.next_timeout(now));
@@ -414,14 +415,14 @@ bool Links::act(Time now, std::string_view name, Action what) {
 void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
   const auto refuse = [&](const Refuse& refusal) {
     ++counters_.refused;
-    say(from, refusal);
+    send_control(from, refusal);
   };
   if (const auto refusal = Admission::version_refusal(hello)) return refuse(*refusal);
   Link* link = link_to(hello.who);
   const bool resumes = link != nullptr && link->is_of_session(hello);
   // Nothing is stored, looked up or sent at length for an unverified address.
   if (!resumes && !admission_.is_proven(now, from, hello))
-    return say(from, admission_.retry(now, from, hello));
+    return send_control(from, admission_.retry(now, from, hello));
   // Both sides connect: accept a router that is at an address we connect to, or that we were
   // linked with.
   const auto is_called = [&](const LinkSettings& s) {
@@ -476,11 +477,11 @@ std::size_t Links::links_in_use() const {
 }
 
 void Links::welcome(const NetAddress& to, const Hello& hello, const Link& link, bool resumed) {
-  say(to, Welcome{.resumed = resumed,
-                  .echo = hello.token,
-                  .token = link.our_token(),
-                  .keep_alive = link.settings().keep_alive,
-                  .who = setup_.self});
+  send_control(to, Welcome{.resumed = resumed,
+                           .echo = hello.token,
+                           .token = link.our_token(),
+                           .keep_alive = link.settings().keep_alive,
+                           .who = setup_.self});
 }
 
 void Links::take(Time now, const NetAddress& from, const Hello& hello, Link& link) {
@@ -521,7 +522,7 @@ void Links::look_for_all(Time now) {
 
 // The link came up: from now on it is bound to that router. Or it went down: any candidate may be
 // used.
-void Links::look_anew(Time now, Link& link) {
+void Links::look_again(Time now, Link& link) {
   slots_[link.slot()].was_up = link.is_up();
   slots_[link.slot()].tries = 0;
   look_for(now, link);
@@ -538,7 +539,7 @@ void Links::look_for(Time now, Link& link) {
     if (!automatic) return;
     link.set_targets(now, PathKind::kUdp, {});
     const std::string why = "the fleet has no router that is " + fleet_.looked_for();
-    return link.note_nobody(why);
+    return link.note_no_candidate(why);
   }
   const Announcement& one = *candidates[slots_[link.slot()].tries % candidates.size()];
   // A restarted router may be announced while its previous instance still is.

@@ -119,7 +119,7 @@ class Links final : public core::Port, private LinkContext {
   };
 
   template <typename Datagram>
-  void say(const NetAddress& to, const Datagram& datagram);
+  void send_control(const NetAddress& to, const Datagram& datagram);
 
   // LinkContext
   std::uint64_t random() override;
@@ -162,7 +162,7 @@ class Links final : public core::Port, private LinkContext {
   // --- routers of the fleet
   void look_for_all(Time now);
   void look_for(Time now, Link& link);
-  void look_anew(Time now, Link& link);
+  void look_again(Time now, Link& link);
   void advertise(Time now);
   void report_losses(Time now);
   bool send_bursts(Time now, Link& link);

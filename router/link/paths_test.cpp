@@ -60,7 +60,7 @@ const NetAddress kDds = NetAddress::dds({1});
 const std::vector kBoth{PathKind::kUdp, PathKind::kDds};
 
 // The paths to a router that answers after kRtt, over whichever path, what is asked at an address
-// where it is heard.
+// where it is reachable.
 class PathsTest : public testing::Test {
  protected:
   PathsTest() { begin(); }
@@ -96,15 +96,15 @@ class PathsTest : public testing::Test {
         now, kRtt, [&] { return ++nonce; },
         [&](const Paths::Question& question) {
           asked.push_back({now, question});
-          if (std::ranges::find(heard, question.to) != heard.end())
+          if (std::ranges::find(reachable, question.to) != reachable.end())
             answers.push_back({now + kRtt, question});
         });
   }
   void cut(const NetAddress& address) {
-    std::erase(heard, address);
+    std::erase(reachable, address);
     std::erase_if(answers, [&](const Answer& a) { return a.question.to == address; });
   }
-  // Runs until the other path is used, and says how long it took.
+  // Runs until the other path is used, and returns the time it took.
   Duration until(PathKind kind, Duration limit = 2min) {
     const Time start = now;
     while (paths.kind() != kind && now < start + limit) run_for(1ms);
@@ -129,14 +129,14 @@ class PathsTest : public testing::Test {
   };
   Time now{100s};
   Paths paths;
-  std::vector<NetAddress> heard{kUdp, kDds};
+  std::vector<NetAddress> reachable{kUdp, kDds};
   std::vector<Answer> asked;
   std::vector<Answer> answers;
   std::uint64_t nonce = 0;
   int changes = 0;
 };
 
-// --- who is asked, and when
+// --- which addresses are challenged, and when
 
 TEST_F(PathsTest, WhatIsUsedIsAskedEveryKeepAliveAndTheOtherEverySecond) {
   run_for(60s);
@@ -184,7 +184,7 @@ TEST_F(PathsTest, AllPlacesAreAskedAndTheFirstToAnswerIsTaken) {
   const std::vector places{kMoved, kElsewhere};
   run_for(1s);
   paths.set_targets(PathKind::kUdp, places);
-  heard = {kDds, kMoved, kElsewhere};
+  reachable = {kDds, kMoved, kElsewhere};
   run_for(10s);
   EXPECT_FALSE(questions(kElsewhere).empty());
   EXPECT_EQ(paths.address(), kMoved);
@@ -198,7 +198,7 @@ TEST_F(PathsTest, AllPlacesAreAskedAndTheFirstToAnswerIsTaken) {
 TEST_F(PathsTest, ADeadOneIsGivenUpAfterTwoKeepAlivesAndBeforeTheThird) {
   for (const Duration keep_alive : {50ms, 300ms, 10'000ms}) {
     begin(kBoth, keep_alive);
-    heard = {kUdp, kDds};
+    reachable = {kUdp, kDds};
     run_for(5 * keep_alive + 1s);
     const Time answered = paths.find(PathKind::kUdp)->answered;
     cut(kUdp);
@@ -253,7 +253,7 @@ TEST_F(PathsTest, TheBetterOneIsTakenBackAfterThreeSecondsOfWork) {
   run_for(10s);
   EXPECT_EQ(paths.kind(), PathKind::kDds);
   EXPECT_EQ(paths.why(), "udp has not answered for 620 ms");
-  heard.push_back(kUdp);
+  reachable.push_back(kUdp);
   const Duration took = until(PathKind::kUdp);
   EXPECT_GE(took, 3s);
   EXPECT_LE(took, 3s + 1s + kKeepAlive + kRtt);
@@ -267,7 +267,7 @@ TEST_F(PathsTest, OneThatComesAndGoesIsLeftAlone) {
     for (int i = 0; i < 60; i += 6) {
       cut(kUdp);
       run_for(1s);
-      heard.push_back(kUdp);
+      reachable.push_back(kUdp);
       run_for(5s);
     }
   }
@@ -277,7 +277,7 @@ TEST_F(PathsTest, OneThatComesAndGoesIsLeftAlone) {
   run_for(2min);  // forgiven
   cut(kUdp);
   until(PathKind::kDds);
-  heard.push_back(kUdp);
+  reachable.push_back(kUdp);
   EXPECT_LE(until(PathKind::kUdp), 5s);
 }
 
@@ -290,13 +290,13 @@ TEST_F(PathsTest, WhenAllAreDeadTheUsedOneIsStillAskedForAndComesBack) {
   EXPECT_FALSE(works(PathKind::kUdp));
   EXPECT_FALSE(works(PathKind::kDds));
   EXPECT_EQ(paths.kind(), PathKind::kDds);
-  heard = {kUdp};
+  reachable = {kUdp};
   EXPECT_LE(until(PathKind::kUdp), 1s + kRtt + 1ms) << "at once: there is nothing else";
 }
 
 TEST_F(PathsTest, AfterASilenceAllAreAskedAnew) {
   run_for(2s);
-  heard = {kDds};
+  reachable = {kDds};
   paths.begin_again(now);
   EXPECT_FALSE(works(PathKind::kUdp));
   EXPECT_FALSE(works(PathKind::kDds));
@@ -320,7 +320,7 @@ TEST_F(PathsTest, ANonceThatNobodyAskedOrThatWasAnsweredIsNothing) {
   EXPECT_FALSE(paths.on_answer(now, kDds, 77));
   EXPECT_FALSE(paths.on_answer(now, kDds, 0));
   EXPECT_FALSE(works(PathKind::kDds));
-  heard = {};
+  reachable = {};
   run_for(1ms);
   ASSERT_EQ(asked.size(), 1U);
   const Paths::Question question = asked[0].question;
@@ -333,7 +333,7 @@ TEST_F(PathsTest, ANonceThatNobodyAskedOrThatWasAnsweredIsNothing) {
 }
 
 TEST_F(PathsTest, AKnownAddressMayBeAnsweredForAnyWay) {
-  heard = {};
+  reachable = {};
   run_for(1ms);
   ASSERT_EQ(asked[0].question.to, kDds);
   (void)paths.on_answer(now, kUdp, asked[0].question.nonce);
@@ -363,7 +363,7 @@ TEST_F(PathsTest, AStrangeAddressIsAskedTenTimesASecondAtMost) {
 
 TEST_F(PathsTest, ALateAnswerFromWhereItWasDoesNotMoveItBack) {
   run_for(310ms - 2 * kRtt + 1ms);
-  heard = {};
+  reachable = {};
   ask();
   run_for(20ms);
   ASSERT_EQ(asked.back().question.to, kUdp);
@@ -384,7 +384,8 @@ TEST_F(PathsTest, TheFirstWayThatLeadsAnywhereIsCalledFirst) {
   EXPECT_TRUE(paths.has_targets());
   EXPECT_FALSE(paths.is_target(kUdp));
   (void)paths.on_source(now, kMoved, 1);
-  EXPECT_EQ(paths.to_call(true), std::vector{kMoved}) << "from where it was heard, too";
+  EXPECT_EQ(paths.to_call(true), std::vector{kMoved})
+      << "also the address it was last reachable at";
   paths.set_targets(PathKind::kDds, {});
   EXPECT_FALSE(paths.has_targets());
 }

@@ -1,4 +1,4 @@
-// The worked bytes of PROTOCOL.md are what the code writes.
+// The example bytes in PROTOCOL.md equal the output of the code.
 #include <cctype>
 #include <fstream>
 #include <sstream>
@@ -13,7 +13,7 @@
 namespace tims::link {
 namespace protocol_test {
 
-// The document with nothing but its hex digits and letters: spaces and line breaks do not count.
+// The document without spaces and line breaks.
 std::string document() {
   std::ifstream file(TIMS_PROTOCOL_FILE);
   std::stringstream text;
@@ -45,11 +45,11 @@ TEST(Protocol, TheHelloOfTheDocumentIsTheHelloOfTheCode) {
                             .name = std::string_view("robot1"),
                             .message_max = 16U << 20}};
   std::array<std::byte, kControlDatagramMax> bytes{};
-  // Without the zeros behind it.
-  auto said = std::span(bytes).first(encode(hello, bytes));
-  EXPECT_EQ(said.size(), 256U);
-  while (said.back() == std::byte{0}) said = said.first(said.size() - 1);
-  EXPECT_NE(document().find(hex(said)), std::string::npos) << hex(said);
+  // Without the trailing zeros.
+  auto encoded = std::span(bytes).first(encode(hello, bytes));
+  EXPECT_EQ(encoded.size(), 256U);
+  while (encoded.back() == std::byte{0}) encoded = encoded.first(encoded.size() - 1);
+  EXPECT_NE(document().find(hex(encoded)), std::string::npos) << hex(encoded);
 }
 
 TEST(Protocol, TheDataOfTheDocumentIsTheDataOfTheCode) {

@@ -80,7 +80,7 @@ struct SamplesTest : testing::Test, ArrivalObserver, LossObserver {
 TEST_F(SamplesTest, ANewerOneTakesThePlaceOfOneThatWasTried) {
   push(1, 100);
   push(2, 100);
-  EXPECT_TRUE(lost.empty());  // nobody has tried yet
+  EXPECT_TRUE(lost.empty());  // no attempt to send yet
   sender.congested();
   push(3, 100);
   EXPECT_EQ(lost, (std::vector<std::uint8_t>{1, 2}));
@@ -137,7 +137,7 @@ TEST_F(SamplesTest, PartsInAnyOrder) {
   EXPECT_EQ(memory.used_bytes(), 0U);
 }
 
-// Memory was taken for what the first part said.
+// Memory was allocated for the size stated in the first part.
 TEST_F(SamplesTest, AllPartsSayTheSameSize) {
   push(1, 5000);
   auto pieces = take(1000);
@@ -159,7 +159,7 @@ TEST_F(SamplesTest, WhatIsTooLargeOrNoMessageBreaksTheLink) {
   EXPECT_FALSE(deliver(pieces[5]));
   pieces[11].bytes.resize(99);
   pieces[11].frame.total = 99;
-  EXPECT_FALSE(deliver(pieces[11])) << "its header says 100";
+  EXPECT_FALSE(deliver(pieces[11])) << "its header states 100";
 }
 
 TEST_F(SamplesTest, AnOlderOneIsNotHandedOn) {
@@ -307,7 +307,7 @@ TEST_F(SamplesTest, OfWhatWasSentNoMoreIsKept) {
   EXPECT_EQ(take(100).size(), 0U) << "the oldest went";
 }
 
-// It costs nobody anything but the repeating of it.
+// The only cost is the repetition.
 TEST_F(SamplesTest, WhatWasSentIsDroppedFirst) {
   push(1, 50'000);
   const auto sent = take(1000);

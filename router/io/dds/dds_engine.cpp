@@ -238,7 +238,7 @@ class DdsEngine::Running {
       const Time now = os::now();
       for (const link::DdsParticipant& from : traffic_->receive()) {
         const auto known = known_.find(NetAddress::dds(from));
-        if (known != known_.end() && known->second.route) known->second.route->on_heard(now);
+        if (known != known_.end() && known->second.route) known->second.route->on_received(now);
       }
     });
   }

@@ -36,7 +36,7 @@ struct DdsSettings {
   // Messages larger than the network's MTU are sent as IP fragments.
   std::uint32_t message_max = 1392;
   std::uint32_t history = 32;  // samples one router may leave unacknowledged
-  // To a router that has not acknowledged everything.
+  // Interval of heartbeats to a router that has not acknowledged everything.
   Duration heartbeat = std::chrono::milliseconds(2);
 };
 

@@ -41,7 +41,7 @@ TEST_F(DdsEngineTest, RoutersOfAFleetSeeEachOther) {
   const auto address = b.address();
   b.engine.stop();
   EXPECT_EQ(b.engine.state(), DdsEngine::State::kOff);
-  EXPECT_TRUE(until([&] { return !a.gone.empty(); }, "a hears that b went"));
+  EXPECT_TRUE(until([&] { return !a.gone.empty(); }, "a notices that b has gone"));
   EXPECT_THAT(a.gone, Contains(address));
 }
 
@@ -116,15 +116,15 @@ TEST_F(DdsEngineTest, NothingOfAFloodIsLostWhenTheSenderTriesAgain) {
 TEST_F(DdsEngineTest, ARouterThatDoesNotReadHoldsUpNobodyElse) {
   Loop asleep;
   Host a(loop_, "a");
-  Host deaf(asleep, "deaf");
+  Host stalled(asleep, "stalled");
   Host b(loop_, "b");
-  ASSERT_TRUE(deaf.start());
+  ASSERT_TRUE(stalled.start());
   ASSERT_TRUE(run_until(
-      asleep, [&] { return deaf.is_up(); }, "the deaf one is up"));
+      asleep, [&] { return stalled.is_up(); }, "the stalled one is up"));
   meet(a, b);
-  ASSERT_TRUE(until([&] { return a.sees(deaf); }, "a sees the deaf one"));
+  ASSERT_TRUE(until([&] { return a.sees(stalled); }, "a sees the stalled one"));
   const Bytes burst(60'000);
-  ASSERT_TRUE(until([&] { return !a.send(deaf.address(), burst, 1200); }, "its queue is full"));
+  ASSERT_TRUE(until([&] { return !a.send(stalled.address(), burst, 1200); }, "its queue is full"));
   const auto counters = a.engine.counters();
   EXPECT_LE(counters.waiting_bytes, 4U << 20);
   // And stays full: the histories are bounded too.
@@ -132,7 +132,7 @@ TEST_F(DdsEngineTest, ARouterThatDoesNotReadHoldsUpNobodyElse) {
   std::uint32_t answered = 0;
   for (std::uint32_t i = 0; i < 200; ++i) {
     ASSERT_TRUE(a.send(b.address(), numbered(i, 100), 100));
-    (void)a.send(deaf.address(), burst, 1200);
+    (void)a.send(stalled.address(), burst, 1200);
     ASSERT_TRUE(until([&] { return b.arrivals.size() > i; }, "b has got it")) << i;
     ++answered;
   }
@@ -150,7 +150,7 @@ TEST_F(DdsEngineTest, RestartGivesANewAddressAndGoesOn) {
   a.self.who.epoch = 2;
   a.engine.restart(a.self);
   EXPECT_FALSE(a.is_up());
-  // What is sent meanwhile waits for the new participant.
+  // Datagrams sent in between wait for the new participant.
   EXPECT_TRUE(a.send(b.address(), numbered(2, 50), 50));
   ASSERT_TRUE(until([&] { return a.is_up() && b.sees(a) && a.sees(b); }, "known again"));
   EXPECT_NE(a.address(), before);
@@ -171,12 +171,12 @@ TEST_F(DdsEngineTest, WhoWentDuringARestartIsGone) {
   const auto address = b.address();
   a.engine.restart(a.self);
   b.engine.stop();
-  EXPECT_TRUE(until([&] { return a.is_up() && !a.gone.empty(); }, "a hears that b went"));
+  EXPECT_TRUE(until([&] { return a.is_up() && !a.gone.empty(); }, "a notices that b has gone"));
   EXPECT_THAT(a.gone, Contains(address));
   EXPECT_FALSE(a.send(address, Bytes(10), 10));
 }
 
-// The end of an engine waits for the other router, which lives meanwhile.
+// Stopping an engine waits for the other router, which is still running.
 TEST_F(DdsEngineTest, LastWordsArrive) {
   Loop own;
   Host a(own, "a");
@@ -231,7 +231,7 @@ TEST_F(DdsEngineTest, StartsAgainAfterStop) {
   Host b(loop_, "b");
   meet(a, b);
   b.engine.stop();
-  ASSERT_TRUE(until([&] { return a.seen.empty(); }, "a hears that b went"));
+  ASSERT_TRUE(until([&] { return a.seen.empty(); }, "a notices that b has gone"));
   b.seen.clear();
   ASSERT_TRUE(b.start());
   ASSERT_TRUE(until([&] { return b.is_up() && a.sees(b) && b.sees(a); }, "they meet again"));
@@ -277,7 +277,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Bad{"NoProfiles", {.profiles = "/nowhere/dds.xml"}, "/nowhere/dds.xml"}),
     [](const auto& bad) { return bad.param.name; });
 
-// How routers find each other, who else there is, and how they go.
+// Discovery of routers, of foreign participants, and of their departure.
 
 using testing::HasSubstr;
 using namespace std::chrono_literals;
@@ -305,7 +305,7 @@ TEST_F(DdsEngineTest, GarbageOfOthersIsCountedAndHarmsNobody) {
   stranger.write(bytes({5}));
   stranger.write(bytes({200, 0, 1, 2, 3}));
   stranger.write(Bytes(50'000, std::byte{0xFF}));
-  stranger.write(bytes({2, 0, 0xAB, 0xCD}));  // well-formed: links tell who may say it
+  stranger.write(bytes({2, 0, 0xAB, 0xCD}));  // well-formed: the links check the sender
   ASSERT_TRUE(b.send(a.address(), Bytes(10), 10));
   ASSERT_TRUE(until([&] { return a.arrivals.size() == 2; }, "two datagrams"));
   ASSERT_TRUE(until([&] { return a.engine.counters().strange == 4; }, "four are strange"));
@@ -345,8 +345,9 @@ TEST_F(DdsEngineTest, WhatIsForNobodyIsGivenUp) {
 // Not a test: a router in a process of its own.
 TEST_F(DdsEngineTest, DISABLED_Actor) {
   const char* domain =
-      ::getenv("DDS_TEST_DOMAIN");                 // NOLINT(concurrency-mt-unsafe): nobody sets it
-  const char* fleet = ::getenv("DDS_TEST_FLEET");  // NOLINT(concurrency-mt-unsafe): nobody sets it
+      ::getenv("DDS_TEST_DOMAIN");  // NOLINT(concurrency-mt-unsafe): no thread sets it
+  const char* fleet =
+      ::getenv("DDS_TEST_FLEET");  // NOLINT(concurrency-mt-unsafe): no thread sets it
   ASSERT_TRUE(domain != nullptr && fleet != nullptr);
   Host actor(loop_, "actor",
              {.fleet = fleet, .domain = static_cast<unsigned>(std::stoul(domain)), .lease = 3s});
@@ -378,7 +379,7 @@ std::uint64_t packets_out() {
   return 0;
 }
 
-// The library notices; what is written when it dies may begin the lease anew.
+// The library detects it; data written when it crashes may restart the lease.
 TEST_F(DdsEngineTest, ARouterThatIsKilledIsGoneWithinItsLease) {
   constexpr Duration kLease = 3s;
   Host a(loop_, "a", {.lease = kLease});
@@ -472,7 +473,7 @@ TEST_F(DdsEngineTest, ADiscoveryServerTellsWhoThereIsAndMayGo) {
   Host late(loop_, "late", by_server);
   ASSERT_TRUE(late.start());
   ASSERT_TRUE(until([&] { return late.is_up(); }, "the late one is up"));
-  // Who has sent to each other needs no server.
+  // Routers that have communicated do not need the server.
   ASSERT_TRUE(b.send(a.address(), Bytes(10), 10));
   ASSERT_TRUE(until([&] { return a.arrivals.size() == 2; }, "it arrives"));
   server = std::make_unique<ForeignParticipant>(test_domain(),
@@ -563,6 +564,6 @@ TEST_F(DdsProfiles, ThatAreNone) {
 
 }  // namespace dds_engine_test
 
-// How routers find each other, who else there is, and how they go.
+// Discovery of routers, of foreign participants, and of their departure.
 
 }  // namespace tims::io

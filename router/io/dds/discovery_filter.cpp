@@ -199,7 +199,7 @@ DiscoveryFilter::Verdict DiscoveryFilter::on_message(Time now, std::span<const s
   const auto known = routers_.find(message->from);
   const bool is_known = known != routers_.end();
   if (is_known && known->second.admitted) {
-    known->second.heard = now;
+    known->second.last_received = now;
     return {.passes = true};
   }
   Verdict verdict;
@@ -242,7 +242,7 @@ void DiscoveryFilter::on_announced(Time now, const link::DdsParticipant& from,
     known = routers_.emplace(from, Router()).first;
   }
   Router& router = known->second;
-  router.heard = now;
+  router.last_received = now;
   router.lease = lease;
   if (router.announcement == announcement) return;
   router.announcement = announcement;
@@ -268,7 +268,7 @@ std::vector<std::byte> DiscoveryFilter::admit(const link::DdsParticipant& who) {
 std::vector<link::DdsParticipant> DiscoveryFilter::expire(Time now) {
   std::vector<link::DdsParticipant> gone;
   for (const auto& [who, router] : routers_) {
-    if (now >= router.heard + (router.admitted ? kLeasesAdmitted : 1) * router.lease)
+    if (now >= router.last_received + (router.admitted ? kLeasesAdmitted : 1) * router.lease)
       gone.push_back(who);
   }
   for (const link::DdsParticipant& who : gone) forget(who);

@@ -102,7 +102,7 @@ class DiscoveryFilter {
 
  private:
   struct Router {
-    Time heard{};
+    Time last_received{};
     Duration lease{};
     bool admitted = false;
     link::Announcement announcement{};

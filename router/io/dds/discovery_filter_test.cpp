@@ -65,7 +65,7 @@ Bytes ends(const DdsParticipant& from) {
 
 class DiscoveryFilterTest : public testing::Test {
  protected:
-  DiscoveryFilter::Verdict hear(const Bytes& message, bool multicast = true) {
+  DiscoveryFilter::Verdict receive(const Bytes& message, bool multicast = true) {
     return filter.on_message(now, message, multicast);
   }
   void announce_self() { filter.on_own(announces(kSelf, announcement(9, Role::kTop))); }
@@ -76,33 +76,33 @@ class DiscoveryFilterTest : public testing::Test {
 
 TEST_F(DiscoveryFilterTest, ARouterIsKnownAndHeldUntilItIsWanted) {
   const Bytes message = announces(1, Role::kSystem);
-  const auto first = hear(message);
+  const auto first = receive(message);
   EXPECT_FALSE(first.passes);
   ASSERT_TRUE(first.announced);
   EXPECT_EQ(first.announced->dds, link::NetAddress::dds({1}));
   EXPECT_EQ(first.announced->who.epoch, 1);
-  const auto again = hear(message);
+  const auto again = receive(message);
   EXPECT_FALSE(again.passes || again.announced);
-  EXPECT_FALSE(hear(addresses({1}, {2})).passes) << "for somebody else";
+  EXPECT_FALSE(receive(addresses({1}, {2})).passes) << "for another participant";
   EXPECT_EQ(filter.admit({1}), message);
   EXPECT_TRUE(filter.admit({1}).empty()) << "once";
-  EXPECT_TRUE(hear(message).passes);
-  EXPECT_TRUE(hear(addresses({1}, {2})).passes);
+  EXPECT_TRUE(receive(message).passes);
+  EXPECT_TRUE(receive(addresses({1}, {2})).passes);
   filter.forget({1});
-  const auto anew = hear(message);
-  EXPECT_FALSE(anew.passes);
-  EXPECT_TRUE(anew.announced);
+  const auto rediscovered = receive(message);
+  EXPECT_FALSE(rediscovered.passes);
+  EXPECT_TRUE(rediscovered.announced);
 }
 
 TEST_F(DiscoveryFilterTest, WhoAddressesUsIsAdmitted) {
   announce_self();
-  EXPECT_FALSE(hear(addresses({1}, kSelf)).passes) << "nobody knows it";
+  EXPECT_FALSE(receive(addresses({1}, kSelf)).passes) << "it is unknown";
   const Bytes message = announces(1, Role::kSystem);
-  (void)hear(message);
-  const auto verdict = hear(addresses({1}, kSelf));
+  (void)receive(message);
+  const auto verdict = receive(addresses({1}, kSelf));
   EXPECT_TRUE(verdict.passes);
   EXPECT_EQ(verdict.first, message);
-  EXPECT_TRUE(hear(addresses({1}, kSelf)).first.empty());
+  EXPECT_TRUE(receive(addresses({1}, kSelf)).first.empty());
 }
 
 // A fleet that loses UDP at once addresses the router above all at once.
@@ -110,10 +110,11 @@ TEST_F(DiscoveryFilterTest, AFewASecondAreAdmittedThatAddressUs) {
   announce_self();
   const auto admitted = [&] {
     std::size_t n = 0;
-    for (std::uint8_t i = 10; i < 100; ++i) n += hear(addresses({i}, kSelf)).first.empty() ? 0 : 1;
+    for (std::uint8_t i = 10; i < 100; ++i)
+      n += receive(addresses({i}, kSelf)).first.empty() ? 0 : 1;
     return n;
   };
-  for (std::uint8_t i = 10; i < 100; ++i) (void)hear(announces(i, Role::kSystem));
+  for (std::uint8_t i = 10; i < 100; ++i) (void)receive(announces(i, Role::kSystem));
   EXPECT_EQ(admitted(), DiscoveryFilter::kAdmittedPerSecond);
   EXPECT_EQ(admitted(), 0);
   EXPECT_FALSE(filter.admit({99}).empty()) << "those we send to do not wait";
@@ -124,12 +125,12 @@ TEST_F(DiscoveryFilterTest, AFewASecondAreAdmittedThatAddressUs) {
 }
 
 TEST_F(DiscoveryFilterTest, OthersAreNotHeard) {
-  EXPECT_FALSE(hear(announces(1, Role::kSystem, "others")).announced);
-  EXPECT_FALSE(hear(announces(2, Role::kSystem, "others")).passes);
-  EXPECT_FALSE(hear(announces(9, Role::kTop)).announced) << "our own epoch";
+  EXPECT_FALSE(receive(announces(1, Role::kSystem, "others")).announced);
+  EXPECT_FALSE(receive(announces(2, Role::kSystem, "others")).passes);
+  EXPECT_FALSE(receive(announces(9, Role::kTop)).announced) << "our own epoch";
   Bytes none = announces(1, Role::kSystem);
   none[0] = std::byte{'X'};
-  EXPECT_FALSE(hear(none).announced || hear({}).announced);
+  EXPECT_FALSE(receive(none).announced || receive({}).announced);
   EXPECT_TRUE(filter.admit({1}).empty());
 }
 
@@ -142,47 +143,48 @@ TEST_F(DiscoveryFilterTest, WhatIsCutShortHarmsNobody) {
 }
 
 TEST_F(DiscoveryFilterTest, WhoLooksForUsIsAnswered) {
-  EXPECT_TRUE(hear(announces(1, Role::kSystem)).answer.empty()) << "nothing to say yet";
+  EXPECT_TRUE(receive(announces(1, Role::kSystem)).answer.empty())
+      << "no announcement of our own yet";
   announce_self();
-  const auto verdict = hear(announces(1, Role::kSystem));
+  const auto verdict = receive(announces(1, Role::kSystem));
   EXPECT_EQ(verdict.to, std::vector{kWhere});
   const auto answer = parse_rtps(verdict.answer);
   ASSERT_TRUE(answer && answer->announced);
   EXPECT_EQ(answer->from, kSelf);
   EXPECT_EQ(answer->to, DdsParticipant{1});
-  EXPECT_TRUE(hear(announces(2, Role::kTop)).answer.empty()) << "it looks for nobody";
-  EXPECT_TRUE(hear(announces(3, Role::kSubsystem)).answer.empty()) << "not for us";
-  EXPECT_FALSE(hear(announces(3, Role::kSubsystem), false).answer.empty()) << "by address";
-  EXPECT_TRUE(hear(directed(announces(4, Role::kSystem), kSelf), false).answer.empty())
+  EXPECT_TRUE(receive(announces(2, Role::kTop)).answer.empty()) << "it looks for no router";
+  EXPECT_TRUE(receive(announces(3, Role::kSubsystem)).answer.empty()) << "not for us";
+  EXPECT_FALSE(receive(announces(3, Role::kSubsystem), false).answer.empty()) << "by address";
+  EXPECT_TRUE(receive(directed(announces(4, Role::kSystem), kSelf), false).answer.empty())
       << "is an answer";
   (void)filter.admit({1});
-  EXPECT_TRUE(hear(announces(1, Role::kSystem)).answer.empty()) << "the library does it";
+  EXPECT_TRUE(receive(announces(1, Role::kSystem)).answer.empty()) << "the library does it";
 }
 
 // Without multicast and peers there is nothing of ours to be repeated.
 TEST_F(DiscoveryFilterTest, WhoComesByAddressBeforeWeAnnouncedIsForTheLibraryToAnswer) {
-  const auto verdict = hear(announces(1, Role::kSystem), false);
+  const auto verdict = receive(announces(1, Role::kSystem), false);
   EXPECT_TRUE(verdict.passes);
   EXPECT_TRUE(verdict.announced);
 }
 
 TEST_F(DiscoveryFilterTest, WhoGoesOrIsSilentIsGone) {
-  (void)hear(announces(1, Role::kSystem));
-  EXPECT_EQ(hear(ends({1})).gone, DdsParticipant{1});
-  EXPECT_FALSE(hear(ends({1})).gone);
-  (void)hear(announces(1, Role::kSystem));
-  (void)hear(announces(2, Role::kSystem));
+  (void)receive(announces(1, Role::kSystem));
+  EXPECT_EQ(receive(ends({1})).gone, DdsParticipant{1});
+  EXPECT_FALSE(receive(ends({1})).gone);
+  (void)receive(announces(1, Role::kSystem));
+  (void)receive(announces(2, Role::kSystem));
   now += 4499ms;
   EXPECT_TRUE(filter.expire(now).empty());
-  (void)hear(announces(2, Role::kSystem));
+  (void)receive(announces(2, Role::kSystem));
   now += 2ms;
   EXPECT_EQ(filter.expire(now), std::vector{DdsParticipant{1}});
   EXPECT_TRUE(filter.expire(now).empty());
 }
 
-// The library hears of them on other ways than we.
+// The library may receive them on other paths.
 TEST_F(DiscoveryFilterTest, WhomTheLibraryKnowsItJudgesItself) {
-  (void)hear(announces(1, Role::kSystem));
+  (void)receive(announces(1, Role::kSystem));
   (void)filter.admit({1});
   now += 3 * 4500ms - 1ms;
   EXPECT_TRUE(filter.expire(now).empty());
@@ -197,10 +199,10 @@ TEST_F(DiscoveryFilterTest, KnowsNoMoreThanItsLimit) {
         announcement(i + 100, Role::kSystem));
   };
   for (std::size_t i = 0; i < DiscoveryFilter::kRoutersMax; ++i)
-    ASSERT_TRUE(hear(of(i)).announced) << i;
-  EXPECT_FALSE(hear(of(DiscoveryFilter::kRoutersMax)).announced);
-  (void)hear(ends({1, 7}));
-  EXPECT_TRUE(hear(of(DiscoveryFilter::kRoutersMax)).announced);
+    ASSERT_TRUE(receive(of(i)).announced) << i;
+  EXPECT_FALSE(receive(of(DiscoveryFilter::kRoutersMax)).announced);
+  (void)receive(ends({1, 7}));
+  EXPECT_TRUE(receive(of(DiscoveryFilter::kRoutersMax)).announced);
 }
 
 std::vector<std::byte> bytes(std::initializer_list<int> octets) {

@@ -210,16 +210,16 @@ Duration DdsRoute::pause(Duration silent, Duration least) {
   return std::clamp(silent, least, std::max(least, kPauseMax));
 }
 
-void DdsRoute::on_heard(Time now) {
+void DdsRoute::on_received(Time now) {
   if (silent_since_ == kNever) return;
   answers_in_ = (3 * answers_in_ + silence(now)) / 4;
   silent_since_ = kNever;
   again_at_ = {};
-  if (ask_at_ != kNever) ask_at_ = std::min(ask_at_, next_ask(now));
+  if (heartbeat_at_ != kNever) heartbeat_at_ = std::min(heartbeat_at_, next_heartbeat(now));
 }
 
 // Twice the usual answering time, doubled with each heartbeat.
-Time DdsRoute::next_ask(Time now) {
+Time DdsRoute::next_heartbeat(Time now) {
   const Duration silence = silent_since_ == kNever ? Duration() : now - silent_since_;
   return now + pause(std::max(silence, 2 * answers_in_), heartbeat_);
 }
@@ -236,11 +236,11 @@ Time DdsRoute::serve(Time now, Counters& counters) {
 }
 
 Time DdsRoute::ask(Time now) {
-  if (!writer_ || now < ask_at_) return ask_at_;
-  if (writer_->has_arrived()) return ask_at_ = kNever;
+  if (!writer_ || now < heartbeat_at_) return heartbeat_at_;
+  if (writer_->has_arrived()) return heartbeat_at_ = kNever;
   writer_->ask();
   (void)silence(now);
-  return ask_at_ = next_ask(now);
+  return heartbeat_at_ = next_heartbeat(now);
 }
 
 Time DdsRoute::write_next(Time now, Counters& counters) {
@@ -253,7 +253,7 @@ Time DdsRoute::write_next(Time now, Counters& counters) {
   if (written == Written::kNever) throw std::runtime_error("a sample could not be written");
   if (written == Written::kNotNow) return again_at_ = now + pause(silence(now), kWriterTryAgain);
   // During silence, the next heartbeat is already scheduled.
-  ask_at_ = std::min(ask_at_, now + (silent_since_ == kNever ? heartbeat_ : kPauseMax));
+  heartbeat_at_ = std::min(heartbeat_at_, now + (silent_since_ == kNever ? heartbeat_ : kPauseMax));
   queue_.remove(front);
   counters.samples += 1;
   counters.datagrams += front.datagrams;

@@ -167,7 +167,7 @@ class DdsRoute {
   // Null: everything waits until there is another one.
   void set_writer(DdsWriter* writer) {
     writer_ = writer;
-    ask_at_ = silent_since_ = kNever;
+    heartbeat_at_ = silent_since_ = kNever;
     again_at_ = {};
   }
 
@@ -178,7 +178,7 @@ class DdsRoute {
   Time serve(Time now, Counters& counters);
   // Something was received from the router, perhaps an acknowledgement: a full history may have
   // room.
-  void on_heard(Time now);
+  void on_received(Time now);
 
   // The time until the next heartbeat or attempt after this period of silence: doubled each time.
   static Duration pause(Duration silent, Duration least);
@@ -193,7 +193,7 @@ class DdsRoute {
   Time write_next(Time now, Counters& counters);
   Time ask(Time now);
   Time wait_for_reader(Time now, Counters& counters);
-  Time next_ask(Time now);
+  Time next_heartbeat(Time now);
   Duration silence(Time now);
 
   std::shared_ptr<DdsPeer> peer_;
@@ -205,7 +205,7 @@ class DdsRoute {
   Time silent_since_ = kNever;
   Time again_at_{};  // with a full history: each attempt costs a copy
   const Duration heartbeat_;
-  Time ask_at_ = kNever;
+  Time heartbeat_at_ = kNever;
 };
 
 }  // namespace tims::io

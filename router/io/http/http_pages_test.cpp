@@ -179,7 +179,7 @@ TEST(ApiQuestion, OddQueries) {
   EXPECT_EQ(api_question("clients", "limit=ten"), R"({"limit":"ten","ask":"clients"})");
 }
 
-// The path says what is asked, whatever the query says.
+// The path determines the question, whatever the query contains.
 TEST(ApiQuestion, TheQueryCannotAskForSomethingElse) {
   EXPECT_EQ(api_question("ping", "ask=config"), R"({"ask":"ping"})");
 }

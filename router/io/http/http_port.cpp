@@ -95,7 +95,7 @@ void HttpPort::close(const core::Receiver& receiver, CloseReason reason) {
   Client* client = find(receiver.token, receiver.client);
   if (client == nullptr || client->closing) return;
   client->closing = true;
-  say_goodbye(*client, WebSocketClose::kPolicy, std::string(core::sentence(reason)));
+  send_close(*client, WebSocketClose::kPolicy, std::string(core::sentence(reason)));
 }
 
 void HttpPort::flush(Time now) {
@@ -152,8 +152,8 @@ void HttpPort::welcome(Client& client) {
                                     .endpoint = std::string_view(client.peer)});
   if (!client.id) {
     client.closing = true;
-    say_goodbye(client, WebSocketClose::kTryAgainLater,
-                std::string(core::sentence(CloseReason::kTooManyClients)));
+    send_close(client, WebSocketClose::kTryAgainLater,
+               std::string(core::sentence(CloseReason::kTooManyClients)));
   }
   // A client that connects during shutdown is notified.
   touch(client);
@@ -181,10 +181,10 @@ void HttpPort::refuse_length(Time now, Client& client, const Header& header, std
   const bool has_header = size >= kHeaderSize;
   router_.on_lost(now, PortKind::kWebSocket, client.id, Outcome::kBadLength, header.priority, size);
   forget(now, client, has_header ? CloseReason::kBadRecord : CloseReason::kTooShort);
-  say_goodbye(client, WebSocketClose::kBadData,
-              has_header ? fmt::format("the header states {} bytes, the WebSocket message has {}",
-                                       header.length, size)
-                         : fmt::format("{} bytes are not a TiMS message: its header has 16", size));
+  send_close(client, WebSocketClose::kBadData,
+             has_header ? fmt::format("the header states {} bytes, the WebSocket message has {}",
+                                      header.length, size)
+                        : fmt::format("{} bytes are not a TiMS message: its header has 16", size));
 }
 
 // Its memory is freed with the session: there is no time for a closing handshake.
@@ -206,8 +206,8 @@ void HttpPort::refuse_text(Client& client) {
   const Time now = os::now();
   if (!client.closing) {
     forget(now, client, CloseReason::kBadRecord);
-    say_goodbye(client, WebSocketClose::kUnsupportedData,
-                "one binary message is one TiMS message; text messages are not supported");
+    send_close(client, WebSocketClose::kUnsupportedData,
+               "one binary message is one TiMS message; text messages are not supported");
   }
   loop_.end_turn(now);
 }
@@ -229,7 +229,7 @@ void HttpPort::write_next(Time now, Client& client) {
     client.session->write(frame->pieces, frame->last);
   } else if (stopping_) {
     forget(now, client, CloseReason::kShutdown);
-    say_goodbye(client, WebSocketClose::kGoingAway, "the router is shutting down");
+    send_close(client, WebSocketClose::kGoingAway, "the router is shutting down");
   }
 }
 
@@ -242,7 +242,7 @@ void HttpPort::report_replaced(Time now, Client& client) {
 
 // --- disconnecting
 
-void HttpPort::say_goodbye(Client& client, WebSocketClose code, std::string text) {
+void HttpPort::send_close(Client& client, WebSocketClose code, std::string text) {
   client.session->close(code, std::move(text));
 }
 

@@ -95,7 +95,7 @@ class HttpPort final : public core::Port {
 
   void report_replaced(Time now, Client& client);
   void write_next(Time now, Client& client);
-  void say_goodbye(Client& client, WebSocketClose code, std::string text);
+  void send_close(Client& client, WebSocketClose code, std::string text);
   void forget(Time now, Client& client, core::CloseReason reason);
   void erase(Time now, Client& client);
 

@@ -49,7 +49,7 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
     kReading,
     kServing,  // the received data may contain a further request
     kWriting,
-    kGoodbye,  // everything is written; received data is discarded
+    kClosing,  // everything is written; received data is discarded
     kDone,
   };
 
@@ -57,7 +57,7 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
   void schedule() {
     switch (state_) {
       case State::kReading:
-      case State::kGoodbye:
+      case State::kClosing:
         return watch_->set(Interest::kReading);
       case State::kWriting:
         return watch_->set(Interest::kWriting);
@@ -90,8 +90,8 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
       case State::kWriting:
         write(now);
         break;
-      case State::kGoodbye:
-        read_goodbye();
+      case State::kClosing:
+        read_until_closed();
         break;
       case State::kDone:
         break;
@@ -164,8 +164,8 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
     if (last_answer_) {
       // Closing with unread data would reset the connection and discard the answer.
       ::shutdown(socket_.get(), SHUT_WR);
-      state_ = State::kGoodbye;
-      deadline_ = now + server_.timeouts_.goodbye;
+      state_ = State::kClosing;
+      deadline_ = now + server_.timeouts_.final_close;
       return;
     }
     state_ = reader_.pending() > 0 ? State::kServing : State::kReading;
@@ -173,7 +173,7 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
   }
 
   // --- The end
-  void read_goodbye() {
+  void read_until_closed() {
     std::array<char, 4096> ignored;
     const ssize_t n = ::recv(socket_.get(), ignored.data(), ignored.size(), MSG_DONTWAIT);
     if (n == 0 || (n < 0 && !is_later(errno))) finish();

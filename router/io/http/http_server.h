@@ -16,10 +16,10 @@
 namespace tims::io {
 
 struct HttpTimeouts {
-  Duration request = std::chrono::seconds(10);  // to begin a request; and to complete it
-  Duration idle = std::chrono::seconds(60);     // to begin a further request
-  Duration answer = std::chrono::seconds(10);   // to accept a whole answer
-  Duration goodbye = std::chrono::seconds(2);   // to close after the last answer
+  Duration request = std::chrono::seconds(10);     // to begin a request; and to complete it
+  Duration idle = std::chrono::seconds(60);        // to begin a further request
+  Duration answer = std::chrono::seconds(10);      // to accept a whole answer
+  Duration final_close = std::chrono::seconds(2);  // to close after the last answer
 };
 
 class HttpServer {

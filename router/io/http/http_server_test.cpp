@@ -137,7 +137,7 @@ TEST_F(HttpServerTest, WhoSaysNothingIsClosed) {
   EXPECT_EQ(client.received, "");
 }
 
-// One byte at a time keeps nobody connected.
+// Sending one byte at a time does not keep a connection open.
 TEST_F(HttpServerTest, WhoSpeaksTooSlowlyIsClosed) {
   start({.request = 100ms});
   Client client(endpoint_);
@@ -182,7 +182,7 @@ TEST_F(HttpServerTest, WhoReadsALargeAnswerGetsAllOfIt) {
   EXPECT_GT(client.received.size(), metrics_.size());
 }
 
-// More than the router has read of a refused request must not destroy the answer on its way.
+// Unread data of a refused request must not destroy the answer in transit.
 TEST_F(HttpServerTest, ARefusalArrivesAlthoughMoreIsSent) {
   start();
   Client client(endpoint_);
@@ -194,7 +194,7 @@ TEST_F(HttpServerTest, ARefusalArrivesAlthoughMoreIsSent) {
 }
 
 TEST_F(HttpServerTest, WhoDoesNotCloseAfterARefusalIsClosed) {
-  start({.goodbye = 20ms});
+  start({.final_close = 20ms});
   Client client(endpoint_);
   client.send("nonsense\r\n\r\n");
   EXPECT_TRUE(run_until([&] { return server_->size() == 1; }));

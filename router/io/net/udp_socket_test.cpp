@@ -183,7 +183,7 @@ TEST(UdpSocket, CountsWhatTheKernelDropped) {
   EXPECT_EQ(arrived + b.counters().dropped_by_kernel, 100);
 }
 
-// --- What the socket says
+// --- reports of the socket
 
 TEST(UdpSocket, SaysWhatBuffersItGot) {
   const UdpSocket socket = open("127.0.0.1", {.buffer_bytes = 100'000});
