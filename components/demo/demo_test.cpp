@@ -51,7 +51,7 @@ TEST(Arguments, RefuseWhatARoleDoesNotKnow) {
   EXPECT_THAT(refusal({"ladar", "--at"}), StartsWith("2: --at"));
   EXPECT_THAT(refusal({"ladar", "--rate", "0"}), HasSubstr("0.1 to 1000 Hz"));
   EXPECT_THAT(refusal({"ladar", "--rate", "nan"}), HasSubstr("0.1 to 1000 Hz"));
-  EXPECT_THAT(refusal({"ladar", "--at", "Foo"}), HasSubstr("is no address"));
+  EXPECT_THAT(refusal({"ladar", "--at", "Foo"}), HasSubstr("is not an address"));
 }
 
 TEST(Arguments, HelpIsNoError) {

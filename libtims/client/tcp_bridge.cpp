@@ -164,29 +164,29 @@ bool TcpBridge::offer(std::uint64_t segment, std::vector<os::File> files) {
   return true;
 }
 
-void TcpBridge::open(std::uint32_t request, const wire::Open& wish, std::vector<os::File> files) {
-  auto opened = add_mailboxes(wish, std::move(files));
+void TcpBridge::open(std::uint32_t request, const wire::Open& message, std::vector<os::File> files) {
+  auto opened = add_mailboxes(message, std::move(files));
   if (!opened.text.empty()) return answer(request, opened);
-  for (const wire::OpenEntry& entry : wish.entries)
+  for (const wire::OpenEntry& entry : message.entries)
     router_.protocol().put_command(router_command::kMailboxInitWithReply, entry.address);
-  asked_.push_back({request, std::move(opened), wish.entries.size()});
+  asked_.push_back({request, std::move(opened), message.entries.size()});
 }
 
 // All mailboxes, or none and a text.
-wire::Opened TcpBridge::add_mailboxes(const wire::Open& wish, std::vector<os::File> files) {
+wire::Opened TcpBridge::add_mailboxes(const wire::Open& message, std::vector<os::File> files) {
   wire::Opened opened;
-  for (const wire::OpenEntry& entry : wish.entries)
+  for (const wire::OpenEntry& entry : message.entries)
     opened.entries.push_back({entry.address, wire::OpenStatus::kNotTried});
   auto waker = files.begin();
-  for (std::size_t i = 0; i < wish.entries.size(); ++i) {
-    const bool given = wish.entries[i].has_waker && waker != files.end();
-    const auto added = add_mailbox(wish.entries[i], given ? std::move(*waker++) : os::File());
+  for (std::size_t i = 0; i < message.entries.size(); ++i) {
+    const bool given = message.entries[i].has_waker && waker != files.end();
+    const auto added = add_mailbox(message.entries[i], given ? std::move(*waker++) : os::File());
     if (added) continue;
     const bool in_use = added.error() == Errc::kAddressInUse;
     opened.text = (in_use ? "" : "is not registered: ") + added.error().detail();
     opened.entries[i].status =
         in_use ? wire::OpenStatus::kAddressInUse : wire::OpenStatus::kBadPlace;
-    for (std::size_t j = 0; j < i; ++j) remove_mailbox(wish.entries[j].address);
+    for (std::size_t j = 0; j < i; ++j) remove_mailbox(message.entries[j].address);
     return opened;
   }
   return opened;
@@ -217,15 +217,15 @@ bool TcpBridge::remove_mailbox(Address address) {
 
 // Messages sent before the mailbox was closed are forwarded first. An address that the router has
 // given to another client in the meantime must not be deleted: the original router would delete it.
-void TcpBridge::close(std::uint32_t request, const wire::Close& wish) {
+void TcpBridge::close(std::uint32_t request, const wire::Close& message) {
   // At most its present capacity, even if senders continue.
   if (uplink_) (void)take_sent(uplink_->size(), kUplinkSlots);
   std::size_t deleted = 0;
-  if (wish.addresses.empty()) {  // asks whether all messages have arrived
+  if (message.addresses.empty()) {  // asks whether all messages have arrived
     router_.protocol().put_command(router_command::kMailboxDeleteWithReply, kNobody);
     ++deleted;
   }
-  for (const Address address : wish.addresses) {
+  for (const Address address : message.addresses) {
     if (!remove_mailbox(address)) continue;
     router_.protocol().put_command(router_command::kMailboxDeleteWithReply, address);
     ++deleted;

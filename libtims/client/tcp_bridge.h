@@ -60,12 +60,12 @@ class TcpBridge {
   // Towards the session.
   bool read_session();
   void on_record(std::uint32_t request, const wire::Record& record, std::vector<os::File> files);
-  void open(std::uint32_t request, const wire::Open& wish, std::vector<os::File> files);
+  void open(std::uint32_t request, const wire::Open& message, std::vector<os::File> files);
   bool offer(std::uint64_t segment, std::vector<os::File> files);
-  wire::Opened add_mailboxes(const wire::Open& wish, std::vector<os::File> files);
+  wire::Opened add_mailboxes(const wire::Open& message, std::vector<os::File> files);
   Result<void> add_mailbox(const wire::OpenEntry& entry, os::File waker);
   bool remove_mailbox(Address address);
-  void close(std::uint32_t request, const wire::Close& wish);
+  void close(std::uint32_t request, const wire::Close& message);
   void grant_uplink(std::uint32_t request);
   void on_router_word(bool good);
   std::size_t settle(wire::Opened& opened);

@@ -16,7 +16,7 @@ bool is_below(const Client& owner) {
   return !is_link(owner) || owner.info.link.kind == LinkKind::kSub;
 }
 
-bool is_told(const Client& owner, Address address) {
+bool is_exported(const Client& owner, Address address) {
   return is_below(owner) && address != kTextSink;
 }
 
@@ -51,17 +51,17 @@ Origin Registrations::origin(const Client& owner, const Table::Entry& entry) con
 void Registrations::add(Time now, Client& owner, Address address, std::uint32_t handle) {
   assert(!is_link(owner));
   insert(now, owner, address, handle);
-  if (is_told(owner, address)) exported_.added(address, here_);
+  if (is_exported(owner, address)) exported_.added(address, here_);
 }
 
 void Registrations::add(Time now, Client& link, Address address, const Origin& origin) {
   assert(is_link(link));
   insert(now, link, address, origins_.hold(origin));
-  if (is_told(link, address)) exported_.added(address, origin);
+  if (is_exported(link, address)) exported_.added(address, origin);
 }
 
 void Registrations::withdraw(const Client& owner, const Table::Entry& entry) {
-  if (is_told(owner, entry.address)) exported_.removed(entry.address, origin(owner, entry));
+  if (is_exported(owner, entry.address)) exported_.removed(entry.address, origin(owner, entry));
   if (is_link(owner)) origins_.release(entry.handle);
 }
 

@@ -1,5 +1,4 @@
-// One session by itself: packets by hand, and what it says to them. What two sessions do with each
-// other is in tests/sim.
+// Tests of one session with hand-made packets. Tests of two sessions are in tests/sim.
 #include "router/link/link_session.h"
 
 #include <gtest/gtest.h>

@@ -466,7 +466,7 @@ TEST_F(DevicesTest, AFullDiskDoesNotStopTheDriverAndIsReportedOnce) {
   const PluggedIn scanner(path_);
   auto& program = start_ladar({"--record=/dev/full"});
   expect_on();
-  const auto said = program.wait_for_line("/dev/full: No space left on device; until it can");
+  const auto said = program.wait_for_line("/dev/full: No space left on device; records are lost until");
   EXPECT_TRUE(said) << said.error().message();
   const int first = next_scan();
   EXPECT_TRUE(

@@ -123,9 +123,9 @@ TEST_F(ModulesProgramsTest, ReportTheActivePilotAndTheParametersInForce) {
   ASSERT_TRUE(told.on());
   for (int i = 0; i < 2; ++i) ASSERT_TRUE(told.set_active_pilot(Address(0x00180100)));
   ASSERT_TRUE(told.set_active_pilot(rack::kNoPilot));
-  ASSERT_TRUE(program.wait_for_line("No active pilot, says GUI(0/0)"));
+  ASSERT_TRUE(program.wait_for_line("No active pilot, set by GUI(0/0)"));
   const std::string all = program.output();
-  EXPECT_NE(all.find("print: Active pilot is Pilot(0/1), says GUI(0/0)"), std::string::npos);
+  EXPECT_NE(all.find("print: Active pilot is Pilot(0/1), set by GUI(0/0)"), std::string::npos);
   EXPECT_EQ(all.find("Active pilot is"), all.rfind("Active pilot is"))
       << "reported only when it changes";
   rack::Parameter speed;

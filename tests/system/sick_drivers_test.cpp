@@ -131,10 +131,10 @@ TEST_F(SickDriversTest, AReplacedScannerIsReported) {
     scanner = pico_scan(port, serial_number);
     EXPECT_TRUE(becomes(rack::Status::kEnabled)) << program.output();
   }
-  const auto said = program.wait_for_line("another device than before: serial number 101, not 102");
+  const auto said = program.wait_for_line("is a different device: serial number 101, before 102");
   ASSERT_TRUE(said) << said.error().message();
   const std::string all = program.output();
-  const std::string once = "another device than before: serial number 102, not 101";
+  const std::string once = "is a different device: serial number 102, before 101";
   EXPECT_NE(all.find(once), std::string::npos) << all;
   EXPECT_EQ(all.find(once), all.rfind(once)) << all;
 }

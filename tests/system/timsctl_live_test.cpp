@@ -192,7 +192,7 @@ TEST_F(TimsctlTest, RouteWatchShowsChangesAlsoAfterARestart) {
   EXPECT_TRUE(watch->wait_for_line("Test(0/1) withdrawn by laser"));
   router_.kill();
   ASSERT_TRUE(router_.start());
-  EXPECT_TRUE(watch->wait_for_line("started anew"));
+  EXPECT_TRUE(watch->wait_for_line("has restarted"));
   auto again = session_->open({.address = kTest});
   ASSERT_TRUE(again);
   EXPECT_TRUE(watch->wait_for_line("Test(0/1) registered by laser"));

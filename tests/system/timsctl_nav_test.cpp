@@ -205,7 +205,7 @@ TEST_F(TimsctlNavTest, DrawsRecordings) {
   EXPECT_THAT(drawn.err, HasSubstr("2 tracks, 1 curves over time"));
   std::ifstream file(picture);
   const std::string svg((std::istreambuf_iterator<char>(file)), {});
-  EXPECT_THAT(svg, HasSubstr("estimate: distance to the truth"));
+  EXPECT_THAT(svg, HasSubstr("estimate: position error"));
   const Ran broken = nav({"plot", picture, "/proc/self/status"});
   EXPECT_EQ(broken.code, 1);
   EXPECT_THAT(broken.err, HasSubstr("/proc/self/status: no columns"));

@@ -70,7 +70,7 @@ TEST(TrajectoryFiles, ColumnsWithNames) {
   EXPECT_EQ(picture.trajectories[2].role, Role::kTruth);
   EXPECT_THAT(picture.trajectories[2].points, SizeIs(1)) << "fields may be empty";
   ASSERT_THAT(picture.series, SizeIs(2));
-  EXPECT_EQ(picture.series[0].name, "distance to the truth");
+  EXPECT_EQ(picture.series[0].name, "position error");
   EXPECT_EQ(picture.series[1].unit, "degrees");
   EXPECT_THAT(picture.series[0].values, SizeIs(1));
   // As `timsctl msg echo -o csv` writes them.

@@ -97,7 +97,7 @@ TEST(RobotFile, EveryProblemHasItsPlaceAndSaysWhatToDo) {
   EXPECT_THAT(problems("[host.arm]\nssh = \"-oProxyCommand=x\"\n[[component]]\nprogram = \"A\""),
               HasSubstr("[host.arm] wants ssh"));
   EXPECT_THAT(problems("name = \"a/b\"\n[[component]]\nprogram = \"A\""),
-              HasSubstr("\"a/b\" is no name"));
+              HasSubstr("\"a/b\" is not a name"));
 }
 
 TEST(RobotFile, NamesAreAsLongAsTheyMayBe) {
@@ -206,7 +206,7 @@ TEST(ParameterEdit, WhatAFileCannotSayIsRefused) {
   EXPECT_THAT(edited(text, {{"instance", "2"}}),
               HasSubstr("instance = 2 is not possible in a robot file: instance must be outside"));
   EXPECT_THAT(edited(text, {{"x", "{host}"}}), HasSubstr("unknown placeholder"));
-  EXPECT_THAT(edited(text, {{"x", "{system}"}}), HasSubstr("write it there by hand"));
+  EXPECT_THAT(edited(text, {{"x", "{system}"}}), HasSubstr("add it by hand"));
 }
 
 }  // namespace robot_file_test

@@ -187,17 +187,17 @@ Exit param_set(Context& context) {
   ComponentClient client(context);
   const tims::Address component = client.address(arguments[1]);
   const std::string name = client.name_of(component);
-  rack::ParameterList wish;
-  wish.parameters.push_back(find(client.parameters(component), arguments[2], name));
-  assign(wish.parameters[0], arguments[3]);
+  rack::ParameterList request;
+  request.parameters.push_back(find(client.parameters(component), arguments[2], name));
+  assign(request.parameters[0], arguments[3]);
   const auto effects = client.effects(component);
-  need_ok(client.ask(component, tims::type::kSetParam, wish),
+  need_ok(client.ask(component, tims::type::kSetParam, request),
           fmt::format("{} refuses {} = {}", name, arguments[2], arguments[3]),
           "see --help of the component for valid values");
   if (context.out.json())
     context.out.write(json::object{{"schema", "tims/parameter_set/1"},
                                    {"address", address_json(component, client.widths())},
-                                   {"parameter", parameter_json(wish.parameters[0], effects)}});
+                                   {"parameter", parameter_json(request.parameters[0], effects)}});
   const auto effect = effect_of(effects, arguments[2]);
   context.out.note(fmt::format("{}: {} = {}, {}", name, arguments[2], arguments[3],
                                effect

@@ -21,8 +21,8 @@ namespace timsctl {
 // Sends one request at a time, on its own connection.
 class ComponentClient {
  public:
-  explicit ComponentClient(Context& context, const MailboxRequest& wish = {})
-      : context_(context), connection_(context.connect(wish)) {}
+  explicit ComponentClient(Context& context, const MailboxRequest& request = {})
+      : context_(context), connection_(context.connect(request)) {}
 
   [[nodiscard]] tims::AddressWidths widths() const { return connection_->widths(); }
   [[nodiscard]] tims::Address address(std::string_view text) const {

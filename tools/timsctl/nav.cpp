@@ -330,12 +330,12 @@ std::optional<std::string> give_map(NavRobot& robot, const MapUser& user, const 
     if (answer.header.type == tims::type::kOk) return std::nullopt;
     return std::string(rack::reason_of(answer.body));
   }
-  rack::ParameterList wish;
-  rack::Parameter& parameter = wish.parameters.emplace_back();
+  rack::ParameterList request;
+  rack::Parameter& parameter = request.parameters.emplace_back();
   (void)parameter.name.assign("mapFile");
   parameter.type = rack::Parameter::kString;
   if (!parameter.valueString.assign(file)) return "the path exceeds the 79 bytes of its parameter";
-  const Message answer = robot.client().ask(user.component, tims::type::kSetParam, wish);
+  const Message answer = robot.client().ask(user.component, tims::type::kSetParam, request);
   if (answer.header.type == tims::type::kOk) return std::nullopt;
   return std::string(rack::reason_of(answer.body));
 }

@@ -76,8 +76,8 @@ class Drive {
     localise();
     robot_.need_on(*chassis_);
     release_other_pilot();
-    const rack::ChassisSetActivePilotData wish{pilot_};
-    need_ok(robot_.client().ask(*chassis_, rack::ChassisType::kSetActivePilot, wish),
+    const rack::ChassisSetActivePilotData request{pilot_};
+    need_ok(robot_.client().ask(*chassis_, rack::ChassisType::kSetActivePilot, request),
             robot_.name(*chassis_) + " does not accept the pilot " + robot_.name(pilot_),
             "is it on?");
     robot_.need_on(pilot_);
@@ -97,8 +97,8 @@ class Drive {
             robot_.name(*position_) + " does not know the geographic position of its origin",
             "set its parameters positionReference and offsetNorthing ..., or autoOffset with a "
             "satellite receiver");
-      const rack::PositionWgs84Data wish{rack::radians(goal.x), rack::radians(goal.y), 0, 0};
-      const Message answer = robot_.client().ask(*position_, rack::PositionType::kWgs84ToPos, wish);
+      const rack::PositionWgs84Data request{rack::radians(goal.x), rack::radians(goal.y), 0, 0};
+      const Message answer = robot_.client().ask(*position_, rack::PositionType::kWgs84ToPos, request);
       if (answer.header.type != rack::PositionType::kPos)
         need_ok(answer, robot_.name(*position_) + " cannot convert the geographic position",
                 "check its parameters positionReference, offset..., autoOffset");
@@ -107,20 +107,20 @@ class Drive {
       at.pos.x = rack::whole_millimetres(goal.x * 1000);
       at.pos.y = rack::whole_millimetres(goal.y * 1000);
     }
-    rack::PilotDestData wish;
-    wish.pos.x = at.pos.x;
-    wish.pos.y = at.pos.y;
+    rack::PilotDestData request;
+    request.pos.x = at.pos.x;
+    request.pos.y = at.pos.y;
     // Without a heading, the direction from the present position is used.
     const auto here = robot_.data<rack::PositionData>(*position_);
     const double towards =
         here ? std::atan2(at.pos.y.si() - here->pos.y.si(), at.pos.x.si() - here->pos.x.si()) : 0;
-    wish.pos.rho = static_cast<rack::f32>(rack::heading(goal.heading.value_or(towards)));
-    goal_ = wish.pos;
-    return wish;
+    request.pos.rho = static_cast<rack::f32>(rack::heading(goal.heading.value_or(towards)));
+    goal_ = request.pos;
+    return request;
   }
 
-  void send(const rack::PilotDestData& wish) {
-    need_ok(robot_.client().ask(pilot_, rack::PilotType::kSetDestination, wish, 10s),
+  void send(const rack::PilotDestData& request) {
+    need_ok(robot_.client().ask(pilot_, rack::PilotType::kSetDestination, request, 10s),
             fmt::format("{} finds no path to {}", robot_.name(pilot_), goal_text()),
             "is the position free, and on the map? `timsctl nav map show --plot FILE`");
   }
@@ -166,8 +166,8 @@ class Drive {
   }
 
   void hold(bool on) {
-    const rack::PilotHoldData wish{.holdState = on ? 1 : 0, .holdTime = 0, .pos = {}};
-    need_ok(robot_.client().ask(pilot_, rack::PilotType::kHoldCommand, wish),
+    const rack::PilotHoldData request{.holdState = on ? 1 : 0, .holdTime = 0, .pos = {}};
+    need_ok(robot_.client().ask(pilot_, rack::PilotType::kHoldCommand, request),
             robot_.name(pilot_) + (on ? " does not stop" : " does not continue"), "is it on?");
   }
 

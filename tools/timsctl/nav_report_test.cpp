@@ -57,7 +57,7 @@ TEST(Where, SaysWhatToDo) {
   facts = all_well();
   facts.samples->spread_m = 4.2;
   facts.apart_m = 3;
-  EXPECT_THAT(only(facts), HasSubstr("not sure yet: its samples are 4.2 m apart"));
+  EXPECT_THAT(only(facts), HasSubstr("has not converged: its samples are spread over 4.2 m"));
   facts = all_well();
   facts.apart_m = 3;
   EXPECT_THAT(only(facts), HasSubstr("are 3.0 m apart"));

@@ -251,7 +251,7 @@ TEST_F(DdsEngineTest, NobodyIsSentToUnlessAnnounced) {
 struct Bad {
   const char* name;
   DdsSettings settings;
-  const char* says;
+  const char* reason;
 };
 
 void PrintTo(const Bad& bad, std::ostream* out) { *out << bad.name; }
@@ -263,7 +263,7 @@ TEST_P(BadSettings, AreRefusedAtTheStart) {
   Host a(loop, "a", GetParam().settings);
   const auto started = a.start();
   ASSERT_FALSE(started);
-  EXPECT_THAT(started.error().message(), HasSubstr(GetParam().says));
+  EXPECT_THAT(started.error().message(), HasSubstr(GetParam().reason));
   EXPECT_EQ(a.engine.state(), DdsEngine::State::kOff);
 }
 

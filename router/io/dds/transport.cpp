@@ -145,16 +145,16 @@ UserTraffic::UserTraffic(UdpSocket socket, const std::string& interface)
 }
 
 std::span<const link::DdsParticipant> UserTraffic::receive() {
-  heard_.clear();
-  if (!socket_.receive(arrived_) || receiver_ == nullptr) return heard_;
+  senders_.clear();
+  if (!socket_.receive(arrived_) || receiver_ == nullptr) return senders_;
   arrived_.for_each_datagram([this](const link::NetAddress& from, std::span<std::byte> datagram) {
     receiver_->OnDataReceived(reinterpret_cast<const octet*>(datagram.data()),
                               static_cast<std::uint32_t>(datagram.size()), locator_,
                               locator_of(from));
     const auto sender = rtps_sender(datagram);
-    if (sender && (heard_.empty() || heard_.back() != *sender)) heard_.push_back(*sender);
+    if (sender && (senders_.empty() || senders_.back() != *sender)) senders_.push_back(*sender);
   });
-  return heard_;
+  return senders_;
 }
 
 // A message that is shorter than the previous ones ends their burst.

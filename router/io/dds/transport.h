@@ -103,7 +103,7 @@ class UserTraffic {
   const Locator locator_;
   Receiver* receiver_ = nullptr;
   Datagrams arrived_;
-  std::vector<link::DdsParticipant> heard_;
+  std::vector<link::DdsParticipant> senders_;
 
   std::atomic<std::thread::id> corked_by_{};
   std::mutex mutex_;  // protects the members below

@@ -81,7 +81,8 @@ class Session final : public WebSocketSession, public std::enable_shared_from_th
         websocket::stream_base::timeout{.handshake_timeout = websocket::stream_base::none(),
                                         .idle_timeout = websocket::stream_base::none(),
                                         .keep_alive_pings = false});
-    stream_.control_callback([this](websocket::frame_type, beast::string_view) { heard_ = true; });
+    stream_.control_callback(
+        [this](websocket::frame_type, beast::string_view) { received_ = true; });
   }
 
   void accept(const HttpRequest& request);
@@ -113,7 +114,7 @@ class Session final : public WebSocketSession, public std::enable_shared_from_th
   std::array<asio::const_buffer, kFramePiecesMax> output_;
   int pending_ = 0;  // operations in progress
   bool open_ = false;
-  bool heard_ = true;               // data received since the last ping
+  bool received_ = true;            // data received since the last ping
   bool asking_ = false;             // a ping is in flight
   bool writing_ = false;            // a frame is being written
   std::uint64_t acknowledged_ = 0;  // bytes acknowledged by the other side at the last ping
@@ -154,7 +155,7 @@ void Session::read() {
 }
 
 void Session::on_read() {
-  heard_ = true;
+  received_ = true;
   if (stream_.is_message_done()) {
     const auto bytes = input_.data();
     if (closing_) {
@@ -189,7 +190,7 @@ void Session::ask_whether_it_lives() {
   const auto self = shared_from_this();  // keep alive until the end was reported
   const std::uint64_t acknowledged = stream_.next_layer().bytes_acknowledged();
   const bool reads = acknowledged != std::exchange(acknowledged_, acknowledged);
-  if (!open_ || (!std::exchange(heard_, false) && !(writing_ && reads))) {
+  if (!open_ || (!std::exchange(received_, false) && !(writing_ && reads))) {
     fail(CloseReason::kWatchdog);
     return end_when_quiet();
   }

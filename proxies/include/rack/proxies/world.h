@@ -118,9 +118,9 @@ class WorldProxy : public DataProxy<WorldData> {
   using DataProxy::DataProxy;
 
   Result<void> place(std::string_view robot, const Position2d& pos) {
-    WorldPlace wish{.pos = pos};
-    if (!wish.robot.assign(robot)) return nobody(robot);
-    return command(WorldType::kPlace, wish);
+    WorldPlace request{.pos = pos};
+    if (!request.robot.assign(robot)) return nobody(robot);
+    return command(WorldType::kPlace, request);
   }
   // The answer contains its number.
   Result<WorldObstacle> put(const WorldObstacle& obstacle) {
@@ -131,10 +131,10 @@ class WorldProxy : public DataProxy<WorldData> {
     return command(WorldType::kPeople, WorldPeople{move ? 1 : 0});
   }
   Result<void> plug(std::string_view robot, std::string_view sensor, bool is_plugged) {
-    WorldPlug wish{.isPlugged = is_plugged ? 1 : 0};
-    if (!wish.robot.assign(robot)) return nobody(robot);
-    if (!wish.sensor.assign(sensor)) return nobody(sensor);
-    return command(WorldType::kPlug, wish);
+    WorldPlug request{.isPlugged = is_plugged ? 1 : 0};
+    if (!request.robot.assign(robot)) return nobody(robot);
+    if (!request.sensor.assign(sensor)) return nobody(sensor);
+    return command(WorldType::kPlug, request);
   }
   Result<WorldLines> get_lines() {
     return query<WorldLines>(WorldType::kGetLines, WorldType::kLines);
