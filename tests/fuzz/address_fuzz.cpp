@@ -1,5 +1,5 @@
-// An address that was read is printed in a form that reads back, in every width; a pattern that
-// was read answers for every address.
+// A parsed address is printed in a form that can be parsed, with every width; a parsed pattern can
+// be matched with every address.
 #include "tests/fuzz/fuzz_input.h"
 #include "tims/address.h"
 
@@ -21,7 +21,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (address) fuzz::require(Address::parse(address->to_string(widths), widths) == address);
   const auto pattern = AddressPattern::parse(text, widths);
   fuzz::use(pattern && pattern->matches(raw));
-  // What names one address exactly is a pattern that matches it.
+  // The text of an address is also a pattern that matches this address.
   if (address) fuzz::require(pattern && pattern->matches(*address));
   return 0;
 }

@@ -1,4 +1,4 @@
-// Any bytes asked are answered with one JSON object of bounded size.
+// Any request is answered with one JSON object of bounded size.
 #include <boost/json.hpp>
 
 #include "router/io/linked_fixture.h"
@@ -7,7 +7,7 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace tims;
   fuzz::Input input(data, size);
-  // Made once: nothing that is asked changes it.
+  // Created once, because no request changes it.
   static const io::test::LinkedFixture router;
   const std::string answer =
       io::answer_admin(input.text(), router, io::test::LinkedFixture::clocks());

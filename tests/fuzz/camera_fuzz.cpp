@@ -1,5 +1,5 @@
-// Heads, frames and JPEG pictures of any bytes, in any order: the camera's dialogue comes to no
-// harm, and what becomes a picture is one that can be sent, and made small by CameraJpeg.
+// Heads, frames and JPEG pictures of any bytes, in any order: the camera's dialogue does not fail,
+// and every picture can be sent and compressed by CameraJpeg.
 #include <array>
 
 #include "components/devices/camera/camera_frames.h"
@@ -39,7 +39,7 @@ void check(const rack::CameraData& picture, PictureMaker& maker, rack::CameraDat
 
 }  // namespace
 
-// Which mode, what it is played with, then frames: kind, two bytes of length, bytes.
+// Input: mode, settings, then frames: kind, length (2 bytes), bytes.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size < 2) return 0;
   auto bytes = std::as_bytes(std::span(data, size)).subspan(2);

@@ -1,5 +1,5 @@
-// Recordings, and addresses of devices: whatever a line is, what was read of it reads back from the
-// line that is written of it; the statistics take all of it.
+// Recordings and device addresses: a parsed line is written in a form that yields the same values
+// when parsed again; the statistics accept all of them.
 #include <string>
 
 #include "components/devices/core/device_address.h"

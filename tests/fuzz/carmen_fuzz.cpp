@@ -1,5 +1,5 @@
-// Any text is refused with a line number, or becomes scans whose beams are finite and whose
-// odometry can be asked at any time; and the same text as the truth about this log.
+// Any text is refused with a line number, or yields scans with finite beams and an odometry that
+// can be queried at any time; likewise a text with the ground truth of this log.
 #include <cmath>
 #include <vector>
 
@@ -11,7 +11,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using tims::fuzz::require;
   namespace localisation = rack::localisation;
   const std::string_view text = tims::fuzz::Input(data, size).text();
-  // The truth is behind a line that is none of a log.
+  // The ground truth follows after a separator line that cannot be part of a log.
   const auto cut = text.find("\n--\n");
   const auto log = localisation::read_carmen(text.substr(0, cut));
   if (!log) {

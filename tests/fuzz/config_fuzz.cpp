@@ -1,5 +1,5 @@
-// A configuration is refused with a place for every problem, or it is printed in a form that loads
-// back to the same values.
+// A configuration is refused with a location for every error, or it is printed in a form that loads
+// to the same values.
 #include "router/config/load.h"
 #include "tests/fuzz/fuzz_input.h"
 
@@ -8,7 +8,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const config::Host host{.name = "robot1", .uid = 0, .environment = {{"ID", "7"}}};
   fuzz::Input input(data, size);
   const std::string text(input.text());
-  // The text as a file; and its first line as a --set.
+  // The text as a file, and its first line as an option --set.
   const config::Loaded loaded = config::load({{{"fuzz.toml", text}}, {}, host});
   fuzz::use(config::load({{}, {text.substr(0, text.find('\n'))}, host}));
   for (const config::Problem& problem : loaded.problems) {

@@ -1,4 +1,4 @@
-// Any bytes as what another DDS participant says of itself, and as a sample it wrote.
+// Any bytes as the announcement of another DDS participant, and as a sample it wrote.
 #include <vector>
 
 #include "router/link/datagram.h"
@@ -9,7 +9,7 @@ namespace {
 
 using namespace tims;
 
-// What was understood is written in a form that is understood in the same way.
+// A decoded announcement is encoded in a form that decodes to the same values.
 void announce(std::span<const std::byte> bytes) {
   const auto announcement = link::decode_announcement(bytes);
   if (!announcement) return;
@@ -17,7 +17,7 @@ void announce(std::span<const std::byte> bytes) {
   fuzz::require(link::decode_announcement(link::encode(*announcement)) == announcement);
 }
 
-// The datagrams are all of the sample but its padding, one behind the other.
+// The datagrams are contiguous and cover the sample except its padding.
 void unpack(std::span<std::byte> bytes) {
   const link::Batch batch(bytes);
   if (!batch.valid()) return;

@@ -1,4 +1,4 @@
-// Any bytes as messages of DDS discovery, and what the filter makes of them.
+// Any bytes as messages of DDS discovery, decoded and filtered.
 #include "router/io/dds/discovery_filter.h"
 #include "tests/fuzz/fuzz_input.h"
 
@@ -6,7 +6,7 @@ namespace {
 
 using namespace tims;
 
-// All views lie within the message; what is directed to one receiver is from the same sender.
+// All views are within the message; a submessage for one receiver has the same sender.
 void parse(std::span<const std::byte> bytes) {
   const auto message = io::parse_rtps(bytes);
   fuzz::require(message.has_value() == io::rtps_sender(bytes).has_value());
@@ -21,7 +21,7 @@ void parse(std::span<const std::byte> bytes) {
   fuzz::require(again && again->from == message->from && again->to.has_value());
 }
 
-// What passes is of somebody who has announced itself.
+// The filter passes only messages of participants that have announced themselves.
 void filter(std::span<const std::byte> bytes) {
   io::DiscoveryFilter filter({.fleet = std::string_view("harbour"), .who = {.epoch = 1}});
   const Time start{};

@@ -1,5 +1,5 @@
 // Bytes and frames to the dialogues with chassis, axes, camera mounts and boards, in pieces of any
-// size, while they are told to drive: none of them comes to harm, and what they tell is finite.
+// size, while they are commanded to move: none of them fails, and their data are finite.
 #include <cmath>
 #include <memory>
 
@@ -23,7 +23,7 @@ using namespace std::chrono_literals;
 
 constexpr std::size_t kFrameMax = 8;
 
-// Frames are whole.
+// Checks that every frame sent is complete.
 struct Bus : Output {
   void send(std::span<const std::byte> bytes, std::uint32_t id) override {
     require(bytes.size() <= kFrameMax);
@@ -40,7 +40,7 @@ void check(const Data& data) {
   if constexpr (std::same_as<Data, rack::IoData>) require(data.values.size() == 5);
 }
 
-// Of an autopilot, what it is besides a vehicle.
+// Data of an autopilot in addition to those of a vehicle.
 template <class Dialog>
 void check_others(Dialog&) {}
 template <>
@@ -70,7 +70,7 @@ void command(Firmata& board, int step, Time) {
   board.set(levels);
 }
 
-// `next`: what comes now; empty: no more.
+// `next` returns the next bytes; empty: the end.
 template <class Data, class Dialog, class Next>
 void talk(Dialog& dialogue, Output& out, Next next) {
   Time now(1s);
@@ -104,7 +104,7 @@ void talk_at_line(Dialog dialogue, tims::fuzz::Input input) {
   });
 }
 
-// A frame is: how long it has taken (ms), identifier (4), size, bytes.
+// Format of a frame: time since the last one (ms), identifier (4 bytes), size, bytes.
 template <class Data, class Dialog>
 void talk_at_bus(Dialog dialogue, tims::fuzz::Input input) {
   Bus bus;
@@ -117,7 +117,7 @@ void talk_at_bus(Dialog dialogue, tims::fuzz::Input input) {
   });
 }
 
-// Two motors, or those of an axle each: nodes 1, 2, and so on.
+// Two motors, or two per axle, with node numbers 1, 2, and so on.
 template <class Make>
 MotorChassis vehicle(const Wheels& wheels, bool is_canopen, Make make) {
   std::vector<MotorLink> links;

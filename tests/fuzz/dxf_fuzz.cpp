@@ -1,5 +1,5 @@
-// Any text is refused with a line number, or becomes lines of bounded number with finite ends, and
-// a map that can be looked at.
+// Any text is refused with a line number, or yields a bounded number of lines with finite ends, and
+// a map that can be queried.
 #include <array>
 #include <cmath>
 

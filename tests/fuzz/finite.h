@@ -1,4 +1,4 @@
-// No number of a message is infinite or none: no field of any class says that it may be.
+// Checks that no number of a message is infinite or NaN; no field of any class permits that.
 #pragma once
 
 #include <cmath>

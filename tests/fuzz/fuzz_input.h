@@ -1,4 +1,4 @@
-// A fuzzer's bytes, taken from the front; and what every target does when a promise is broken.
+// Consumes a fuzzer's bytes from the front; and the check of properties for all targets.
 #pragma once
 
 #include <algorithm>
@@ -11,12 +11,12 @@
 
 namespace tims::fuzz {
 
-// Not assert(): it must hold in every build.
+// Not assert(), because it must be checked in every build.
 inline void require(bool holds) {
   if (!holds) std::abort();
 }
 
-// The compiler may not remove the work that led to `value`.
+// Prevents the compiler from removing the computation of `value`.
 template <typename T>
 void use(const T& value) {
   asm volatile("" : : "g"(&value) : "memory");
@@ -27,12 +27,12 @@ class Input {
   Input(const std::uint8_t* data, std::size_t size) : left_(data, size) {}
 
   [[nodiscard]] bool empty() const { return left_.empty(); }
-  // Zero once the bytes are used up.
+  // Zero after the last byte.
   template <typename T>
   T number() {
     T value{};
     const auto bytes = take(sizeof(T));
-    // An empty span may point nowhere, which memcpy does not like.
+    // An empty span may have a null pointer, which memcpy must not get.
     if (!bytes.empty()) std::memcpy(&value, bytes.data(), bytes.size());
     return value;
   }

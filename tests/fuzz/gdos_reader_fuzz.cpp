@@ -1,5 +1,5 @@
-// A file of texts: however it is cut into pieces the same records come out, and what was read reads
-// back from the line that is written of it, which is one line without control characters.
+// A file of texts: the records do not depend on how it is divided, and each record is written as
+// one line without control characters that yields the same record when parsed.
 #include <algorithm>
 #include <vector>
 

@@ -1,4 +1,4 @@
-// Any 16 bytes are a header, and written again in the order they came in they are the same bytes.
+// Any 16 bytes are a header; encoded again in the same byte order they are the same bytes.
 #include <array>
 
 #include "tests/fuzz/fuzz_input.h"

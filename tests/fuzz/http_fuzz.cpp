@@ -1,5 +1,5 @@
-// However the bytes of a connection are cut, the same requests come out of them; and each request's
-// target is taken apart without surprise.
+// The requests do not depend on how the bytes of a connection are divided; the target of each
+// request is parsed without errors.
 #include <string>
 #include <vector>
 
@@ -12,7 +12,7 @@ namespace {
 using tims::io::HttpReader;
 using tims::io::HttpRequest;
 
-// Everything of a request in one text.
+// All parts of a request as one text.
 std::string told(const HttpRequest& request) {
   std::string text = request.method + ' ' + request.target + ' ' + std::to_string(request.version);
   text += request.keep_alive ? " keep" : " close";
@@ -35,7 +35,7 @@ std::vector<std::string> read(std::string_view stream, std::size_t chunk_max) {
       requests.push_back(told(reader.request()));
       continue;
     }
-    // The parser may notice sooner or later that a request will never be one.
+    // An invalid request may be detected earlier or later, depending on the chunks.
     if (status == HttpReader::Status::kRefused || stream.empty()) return requests;
     const auto room = reader.room();
     tims::fuzz::require(!room.empty());

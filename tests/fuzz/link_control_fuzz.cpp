@@ -1,4 +1,4 @@
-// Any bytes as what a router tells of its mailboxes.
+// Any bytes as a router's announcements of its mailboxes.
 #include <algorithm>
 #include <vector>
 
@@ -22,7 +22,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   });
   fuzz::require(told.size() <= size / 4);
   if (!ok) return 0;
-  // What was understood is told again in the same way.
+  // A decoded announcement is encoded to the same bytes.
   std::size_t n = 0;
   const auto again = message.finish().subspan(kHeaderSize);
   fuzz::require(link::read_announcements(again, [&](Address address, const core::Origin& origin) {

@@ -1,4 +1,4 @@
-// Any bytes as a datagram of another router, and as the frames in one.
+// Any bytes as a datagram of another router, and as the frames of a datagram.
 #include <vector>
 
 #include "router/link/datagram.h"
@@ -25,7 +25,7 @@ void walk(std::span<std::byte> frames) {
   }
 }
 
-// What was understood is written in a form that is understood in the same way.
+// A decoded datagram is encoded in a form that decodes to the same values.
 template <typename T>
 void read_back(const T& value) {
   std::array<std::byte, link::kControlDatagramMax> bytes{};

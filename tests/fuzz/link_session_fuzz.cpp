@@ -1,8 +1,8 @@
-// Two linked routers, and a network that does what the bytes say: sends, loses, repeats, reorders,
-// damages and forges datagrams, lets time pass, restarts a router, gives it another address or
-// other settings, takes its link down by hand. Promises: nobody leaves its memory, nobody goes
-// round in a circle; where nothing was damaged, what arrives was sent; and once the network is left
-// alone, both find each other again.
+// Two linked routers and a network controlled by the input: it sends, loses, duplicates, reorders,
+// damages and forges datagrams, advances the time, restarts a router, changes its address or
+// settings, and takes its link down. Properties: the routers stay within their memory and never
+// loop endlessly; without damage, everything that arrives was sent; when the faults end, both
+// routers reconnect.
 #include <memory>
 #include <vector>
 
@@ -62,7 +62,7 @@ struct Pair : sim::SimulatedNetwork {
     from.send(now(), client(from), header,
               std::vector<std::byte>(size, static_cast<std::byte>(size)));
   }
-  // A datagram may be damaged, so that headers may be anything: only what is whole is compared.
+  // Damaged datagrams may have any header, so only undamaged messages are compared.
   void check(const sim::Arrival& arrival) const {
     if (damaged || arrival.header.type != 3) return;
     for (const std::byte b : arrival.body) fuzz::require(b == std::byte{arrival.header.seq_nr});
@@ -125,7 +125,7 @@ struct Pair : sim::SimulatedNetwork {
       case 2:
         return configure(node, how);
       default:
-        // Mailboxes come and go.
+        // Adds or removes mailboxes.
         const Address address = Address(mailbox(node).raw() + 1 + how % 4);
         if (!node.add_mailbox(now(), client(node), address)) {
           node.router().remove_mailbox(now(), client(node), address);
@@ -144,7 +144,7 @@ struct Pair : sim::SimulatedNetwork {
     node.links().configure(now(), links);
     node.end_turn(now());
   }
-  // Nobody meddles any more.
+  // Ends all faults.
   void leave_alone() {
     free = true;
     for (sim::Node* node : {base, robot}) {
@@ -172,8 +172,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto together = [&] {
     return pair.base->router().find(pair.mailbox(*pair.robot)) != nullptr;
   };
-  // A refusal is believed for three seconds. A lane that was damaged in spite of UDP's checksum is
-  // noticed by the table that stays wrong.
+  // A refusal is respected for three seconds. A lane damaged in spite of UDP's checksum is detected
+  // by a table that stays wrong.
   fuzz::require(pair.run_until(together, pair.damaged ? 60s : 8s));
   return 0;
 }

@@ -1,4 +1,4 @@
-// There is exactly one way to write a record: what was decoded encodes to the same bytes.
+// Each record has exactly one encoding: a decoded record is encoded to the same bytes.
 #include "tests/fuzz/fuzz_input.h"
 #include "wire/local_protocol.h"
 

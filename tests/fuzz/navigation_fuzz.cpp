@@ -1,5 +1,5 @@
-// However the stream of a receiver, a gyro, a compass or a radio clock is cut into pieces, the same
-// comes out of it, and all of it is possible: places on the Earth, angles, times.
+// The data of a receiver, gyro, compass or radio clock do not depend on how its stream is divided,
+// and they are valid: positions on the Earth, angles, times.
 #include <cmath>
 #include <string>
 #include <vector>
@@ -77,7 +77,7 @@ void run(std::span<const std::byte> stream, std::size_t piece) {
 
 void check(const rack::GpsData& data) {
   constexpr double kHalfTurn = 3.1415927;
-  constexpr double kOfUbx = 6.4;  // a number of 32 bits may say more than there is
+  constexpr double kOfUbx = 6.4;  // rad; the 32-bit number can exceed the valid range
   tims::fuzz::require(std::abs(data.latitude) <= kOfUbx && std::abs(data.longitude) <= kOfUbx);
   tims::fuzz::require(data.heading >= 0 && data.heading <= 2 * kHalfTurn + 1e-3);
 }
@@ -87,7 +87,7 @@ void check(const rack::ClockData& data) {
   tims::fuzz::require(data.hour <= 23 && data.month >= 1 && data.month <= 12);
 }
 
-// Time passes between the pieces, and the device is given up and tried again.
+// Time passes between the pieces, and the dialogue is restarted after failures.
 template <class Data, class Dialog>
 void talk(Dialog& dialogue, std::span<const std::byte> stream, std::size_t piece) {
   NoOutput out;

@@ -1,5 +1,5 @@
-// The body of any message of any class: what was understood is written and read again in both byte
-// orders without a difference, within the bounds of its struct, and can be printed.
+// The body of any message of any class: a decoded body is unchanged after encoding and decoding in
+// both byte orders, within the bounds of its struct, and can be printed.
 #include <string>
 #include <vector>
 
@@ -29,14 +29,14 @@ void check(const Schema& body, std::span<const std::byte> bytes, std::endian ord
   require(back.ok() && back->size() == there->size());
   const auto again = recode(body, *back, order, other(order));
   require(again.ok() && *again == *there);
-  // What is only printed must not depend on the way here.
+  // The printed text must not depend on the byte order.
   require(*body_json(body, *there, other(order), {}) == *json);
   require(body_text(body, *back, order, {.elements_max = 4}).ok());
 }
 
 }  // namespace
 
-// Class, type, order (bit 0: little endian), body.
+// Input: class, type, byte order (bit 0: little endian), body.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   tims::fuzz::Input input(data, size);
   const auto class_id = input.number<std::uint8_t>();

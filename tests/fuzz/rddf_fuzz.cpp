@@ -1,5 +1,5 @@
-// Any text is refused with its line, or becomes waypoints; any waypoints are refused with a reason,
-// or become a path that keeps to its limits, goes on where it was, and ends at rest.
+// Any text is refused with a line number, or yields waypoints; any waypoints are refused with a
+// reason, or yield a path that is within its limits, is continuous, and ends at rest.
 #include <cmath>
 
 #include "components/geometry/coordinates.h"

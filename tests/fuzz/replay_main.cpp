@@ -1,6 +1,6 @@
-// Stands in for libFuzzer where there is none: runs the target over files, and over damaged copies
-// of each: cut after every byte, and with bits of the first bytes turned over, every one of them,
-// or one in seven where code is instrumented.
+// Replaces libFuzzer in builds without it: runs the target on files and on damaged copies of each:
+// truncated after every byte, and with single bits of the first bytes inverted (every bit, or one
+// in seven in instrumented builds).
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -17,7 +17,8 @@ namespace {
 
 namespace fs = std::filesystem;
 constexpr std::size_t kDamagedBytesMax = 512;
-constexpr std::size_t kBitsApart = tims::test::kSlowdown == 1 ? 1 : 7;  // all eight in turn
+constexpr std::size_t kBitsApart =
+    tims::test::kSlowdown == 1 ? 1 : 7;  // 7, so that all eight bit positions occur
 
 std::vector<std::uint8_t> read(const fs::path& path) {
   std::ifstream stream(path, std::ios::binary);
@@ -30,7 +31,7 @@ std::size_t run(std::vector<std::uint8_t> bytes) {
   LLVMFuzzerTestOneInput(bytes.data(), bytes.size());
   const std::size_t damaged = std::min(bytes.size(), kDamagedBytesMax);
   for (std::size_t size = 0; size < damaged; ++size, ++runs) {
-    // A copy of its own: reading behind its end is seen by the address sanitizer.
+    // A separate copy, so that the address sanitizer detects reads beyond its end.
     const std::vector<std::uint8_t> cut(bytes.begin(),
                                         bytes.begin() + static_cast<std::ptrdiff_t>(size));
     LLVMFuzzerTestOneInput(cut.data(), cut.size());
@@ -56,5 +57,5 @@ int main(int argc, char** argv) {
     }
   }
   std::cout << files << " seeds, " << runs << " runs\n";
-  return files == 0 ? 1 : 0;  // a corpus that is not found proves nothing
+  return files == 0 ? 1 : 0;  // a missing corpus is an error
 }

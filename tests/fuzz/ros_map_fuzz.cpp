@@ -1,5 +1,5 @@
-// Any description and any picture is refused with words, or becomes a map whose cells are as many
-// as it says, and a likelihood field that can be asked anywhere.
+// Any description and picture is refused with a reason, or yields a map with the stated number of
+// cells, and a likelihood field that can be queried anywhere.
 #include "components/localisation/likelihood_field.h"
 #include "components/localisation/ros_map.h"
 #include "tests/fuzz/fuzz_input.h"
@@ -8,7 +8,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using tims::fuzz::require;
   namespace localisation = rack::localisation;
   const std::string_view text = tims::fuzz::Input(data, size).text();
-  // The picture begins behind the description.
+  // The picture follows after the description.
   const auto cut = text.find("\n--\n");
   const auto info = localisation::read_ros_yaml(text.substr(0, cut));
   require(info.ok() || !info.error().detail().empty());

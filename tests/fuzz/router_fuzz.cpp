@@ -1,7 +1,7 @@
-// Clients and links come, go, announce and send anything. Afterwards the table of mailboxes and the
-// clients' own lists still say the same, and so does the hash of what is told to other routers;
-// nobody gets a message that is not theirs, none goes back or from above to above, and every limit
-// is kept.
+// Clients and links connect, disconnect, announce and send anything. Afterwards the table of
+// mailboxes agrees with the clients' lists and with the hash announced to other routers; no client
+// receives a message for another; no message returns to its sender or goes from an upper router to
+// an upper one; and every limit is respected.
 #include <array>
 #include <vector>
 
@@ -24,7 +24,7 @@ class CheckingSink final : public Port, public RouterHooks {
     const bool link = to.port == PortKind::kLink;
     fuzz::require(entry == nullptr ? link : entry->owner == to.client);
     fuzz::require(!link || (to.client != sender && message.hops < kHopsMax));
-    // Whoever configures a route may send messages round.
+    // Configured routes may create loops, so they are excluded.
     fuzz::require(!goes_up(to.client) || !goes_up(sender) || !router->static_routes().empty());
     return outcome;
   }
@@ -38,7 +38,7 @@ class CheckingSink final : public Port, public RouterHooks {
   void traced(ClientId, ClientId, const Message&) override {}
   void event(const Event& event) override { fuzz::use(event); }
 
-  // Above or beside.
+  // A link to a super router or a peer.
   [[nodiscard]] bool goes_up(ClientId id) const {
     const Client* client = router->client(id);
     return client != nullptr && client->info.port == PortKind::kLink &&
@@ -102,7 +102,7 @@ class Play {
                                         .role = Role(kind / 3 % 3),
                                         .system = static_cast<std::uint8_t>(kind / 9 % 4)}}));
   }
-  // Local clients' mailboxes, and those of others: a link announces its own.
+  // Mailboxes of local clients, and those announced by links.
   void register_mailbox(ClientId id, Address address, std::uint32_t handle) {
     const Registration result = router_.register_mailbox(now_, id, address, handle);
     fuzz::require(!is_link(id) || result.status == Registration::Status::kNoSuchClient);
@@ -146,18 +146,18 @@ class Play {
     route.via = std::string_view("odd");
     router_.set_static_routes({route});
   }
-  // Mostly somebody who is or was connected.
+  // Mostly a client that is or was connected.
   ClientId client(fuzz::Input& input) {
     const std::size_t choice = input.number<std::uint8_t>();
     return choice < ids_.size() ? ids_[choice] : ClientId{static_cast<std::uint32_t>(choice)};
   }
-  // Few, so that they meet.
+  // Few different addresses, so that collisions occur.
   static Address address(fuzz::Input& input) {
     return Address(0x03140000U + input.number<std::uint8_t>() % 16);
   }
   void send(fuzz::Input& input, unsigned how) {
     const ClientId from = client(input);
-    if (router_.client(from) == nullptr) return;  // a port sends for who is connected
+    if (router_.client(from) == nullptr) return;  // ports send for connected clients only
     std::array<std::byte, 64> bytes{};
     const bool to_router = how % 2 == 1;
     Header header{.type = input.number<std::int8_t>(), .priority = input.number<std::uint8_t>()};

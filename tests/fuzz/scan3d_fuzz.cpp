@@ -1,5 +1,5 @@
-// Compressed points of a scan of space: any bytes are refused with words and change nothing, or
-// become as many points as the scan says, which come back the same when they are compressed again.
+// Compressed points of a 3D scan: any bytes are refused with a reason and change nothing, or yield
+// the stated number of points, which are unchanged after compressing and decompressing.
 #include <algorithm>
 
 #include "rack/proxies/scan3d_compression.h"
@@ -14,7 +14,7 @@ bool same(const rack::ScanPoint& a, const rack::ScanPoint& b) {
 
 }  // namespace
 
-// Number of points (2 bytes), the compressed ones.
+// Input: number of points (2 bytes), compressed points.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using tims::fuzz::require;
   tims::fuzz::Input input(data, size);

@@ -1,5 +1,5 @@
-// Bytes to the dialogues with range finders, in pieces of any size: none of them comes to harm, and
-// what becomes a scan is a scan that can be sent.
+// Bytes to the dialogues with range finders, in pieces of any size: none of them fails, and every
+// scan can be sent.
 #include <cmath>
 #include <memory>
 
@@ -38,7 +38,7 @@ void check(const rack::Scan3dData& scan) {
   tims::fuzz::require(scan.pointNum == scan.scanNum * scan.scanPointNum);
 }
 
-// Of a scanner that sees objects too.
+// For a scanner that detects objects as well.
 template <class Dialog>
 void check_others(Dialog&) {}
 template <>
@@ -70,7 +70,7 @@ void talk(Dialog dialogue, std::span<const std::byte> bytes, std::size_t piece) 
   }
 }
 
-// A small one: two columns a datagram, two beams.
+// A small scanner: two columns per datagram, two beams.
 constexpr std::string_view kMetadata =
     R"({"beam_altitude_angles": [3, -3], "beam_azimuth_angles": [1, -1],
  "columns_per_frame": 8, "columns_per_packet": 2, "pixels_per_column": 2,
@@ -81,7 +81,7 @@ void talk_ouster(std::span<const std::byte> bytes) {
   talk<rack::Scan3dData>(Ouster(*metadata, {.sectors = 2}), bytes, metadata->layout.packet_bytes());
 }
 
-// What is understood of a scanner's metadata can be worked with.
+// Decoded metadata of a scanner can be used.
 void read_metadata(std::span<const std::byte> bytes) {
   const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
   const auto metadata = OusterMetadata::parse(text);

@@ -1,5 +1,5 @@
-// A mailbox whose memory somebody else scribbles into while it is used: whatever is written there,
-// nobody reads or writes outside of it, and no message is larger than its place.
+// A mailbox whose memory is modified by another program while it is used: no access is outside of
+// the memory, and no message is larger than its slot.
 #include <array>
 #include <cstdlib>
 #include <cstring>
@@ -22,9 +22,9 @@ constexpr std::uint32_t kSlots = 4;
 struct Kind {
   std::uint32_t length_max;
   std::uint32_t long_places;
-  std::uint32_t step;  // of lengths
+  std::uint32_t step;  // between lengths
 };
-// Messages in their slots; long ones apart, a place for each slot; long ones in shared places.
+// Messages in slots; long bodies in separate places, one per slot; long bodies in shared places.
 constexpr std::array<Kind, 3> kKinds{{{48, 0, 1}, {5000, 0, 37}, {5000, 2, 37}}};
 
 struct Free {
@@ -87,7 +87,7 @@ class HostileMailbox {
     const std::size_t size = length - kHeaderSize;
     fuzz::require(length <= kind_.length_max && inside({claim.header, kHeaderSize}) &&
                   inside({claim.body, size}));
-    // Every second one is honest about its length.
+    // Every second message has a correct length.
     const auto fill = input.number<std::uint8_t>();
     std::memset(claim.header, fill, kHeaderSize);
     if (fill % 2 == 0) {

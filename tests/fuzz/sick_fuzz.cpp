@@ -1,5 +1,5 @@
-// However the stream of a SICK scanner is cut into pieces, the same telegrams come out; every scan
-// in them has no more points than can be sent, and a scan of CoLa that was understood reads back.
+// The telegrams of a SICK scanner do not depend on how the stream is divided; every scan has no
+// more points than can be sent, and a decoded CoLa scan is unchanged after encoding and decoding.
 #include <vector>
 
 #include "components/devices/scanners/cola_scan.h"
@@ -20,7 +20,7 @@ void check(const rack::LadarData& scan) {
   tims::fuzz::require_finite(scan);
 }
 
-// What each of them makes of all that waits.
+// Decodes all waiting telegrams.
 void drain(ColaTelegrams& telegrams, Story& story) {
   for (ColaTelegram telegram; telegrams.next(telegram);) {
     story.emplace_back(telegram.body.begin(), telegram.body.end());
@@ -75,13 +75,13 @@ Story read(std::span<const std::byte> stream, std::size_t piece) {
 
 template <class Telegrams>
 void run(std::span<const std::byte> stream, std::size_t piece) {
-  constexpr std::size_t kAtOnce = 1 << 11;  // as much as each of them can hold
+  constexpr std::size_t kAtOnce = 1 << 11;  // the capacity of each buffer
   const Story whole = read<Telegrams>(stream, kAtOnce);
   tims::fuzz::require(read<Telegrams>(stream, piece) == whole);
   tims::fuzz::require(read<Telegrams>(stream, 1) == whole);
 }
 
-// As a datagram whose check sum fits.
+// As a datagram with a correct checksum.
 void run_compact(std::span<const std::byte> stream) {
   constexpr std::size_t kCrc = 4;
   if (stream.size() < kCrc) return;

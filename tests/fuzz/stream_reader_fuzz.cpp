@@ -1,4 +1,4 @@
-// However a stream is cut into chunks, the same messages come out and the same refusal ends it.
+// The messages and the final refusal do not depend on how a stream is divided into chunks.
 #include <vector>
 
 #include "tests/fuzz/fuzz_input.h"
@@ -16,7 +16,7 @@ struct Story {
   bool operator==(const Story&) const = default;
 };
 
-// Takes every message the reader has; false when the stream is lost.
+// Takes every message from the reader; false: the stream is invalid.
 bool drain(StreamReader& reader, std::span<std::byte> chunk, Story& story) {
   for (;;) {
     const StreamReader::Item item = reader.next(chunk);
@@ -28,8 +28,8 @@ bool drain(StreamReader& reader, std::span<std::byte> chunk, Story& story) {
   }
 }
 
-// As a socket is read: straight into the reader's room where it offers some, else by chunks of
-// lengths that follow from `cut`.
+// Like reading a socket: directly into the reader's buffer if it offers one, otherwise in chunks
+// whose lengths are derived from `cut`.
 Story read(Bytes stream, std::uint32_t length_max, std::size_t cut) {
   StreamReader reader(length_max);
   Story story;

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# exports_test.sh BUILD: what libtims.so shows to other programs, by name, and under which version. A
-# change of libtims.exports is a change of what programs of other people rely on.
+# exports_test.sh BUILD: checks names and versions of the exported symbols of libtims.so. A change of
+# libtims.exports is a change of the binary interface for other programs.
 set -euo pipefail
 build=$1
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -15,7 +15,7 @@ version=TIMS_${soname#libtims.so.}
 [[ $soname =~ ^libtims\.so\.[0-9]+\.[0-9]+$ ]] || fail "an unexpected SONAME: $soname"
 
 nm -D --defined-only --with-symbol-versions "$library" >"$work/symbols"
-if grep -vE "@@$version\$| A $version\$" "$work/symbols"; then fail "of another version than $version"; fi
+if grep -vE "@@$version\$| A $version\$" "$work/symbols"; then fail "symbols with another version than $version"; fi
 sed -nE "s/^[0-9a-f]+ [TWV] (.*)@@$version\$/\1/p" "$work/symbols" | c++filt | LC_ALL=C sort -u >"$work/exports"
 diff "$here/libtims.exports" "$work/exports" ||
-  fail "libtims.so shows something else than libtims.exports says (< there, > here)"
+  fail "the exports of libtims.so differ from libtims.exports (< expected, > found)"

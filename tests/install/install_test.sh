@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# install_test.sh BUILD: installs with a prefix of its own, looks whether everything is below it and
-# names the right paths; then into a folder that is moved elsewhere, and builds a small project
-# against it: with find_package and with pkg-config, shared and static, in C++ and in C. At last the
-# template of a component (share/rack/template): built, tested, installed, and run with the installed
+# install_test.sh BUILD: installs with a temporary prefix and checks that all files are below it and
+# contain the right paths; then installs into a folder that is moved, and builds a small project with
+# it: with find_package and with pkg-config, shared and static, in C++ and in C. Finally the template
+# of a component (share/rack/template) is built, tested, installed, and run with the installed
 # programs, which must know its messages.
 set -euo pipefail
 build=$1
@@ -14,7 +14,7 @@ fail() { echo "$*" >&2; exit 1; }
 expect() { [[ -e $1 ]] || fail "not installed: $1"; }
 expect_line() { grep -qE "$2" "$1" || fail "$1 has no line $2"; }
 
-# Says what was wrong with the missing router, and names nothing it would need of the build tree.
+# Runs a program without a router: it must report that, and not depend on the build tree.
 run() {
   local output
   output=$("$@")
@@ -22,25 +22,25 @@ run() {
   echo "$(basename "$1"): $output"
 }
 
-# install PREFIX [VARIABLE=VALUE]: says what was installed.
+# install PREFIX [VARIABLE=VALUE]: prints the installed files.
 install() { env "${@:2}" cmake --install "$build" --prefix "$1" | sed -n 's/^-- [A-Z][-a-z]*: //p'; }
 
 own=$work/own
 install "$own" >"$work/installed"
-if grep -v "^$own/" "$work/installed"; then fail "outside of the prefix"; fi
+if grep -v "^$own/" "$work/installed"; then fail "files outside of the prefix"; fi
 units=$own/lib/systemd/system
 expect_line "$units/tims-router.service" "^ExecStart=$own/bin/tims-router --config $own/etc/tims/router.toml"
 expect_line "$units/tims-robot@.service" "^ExecStart=$own/bin/timsctl .* $own/etc/tims/robots/%i.toml"
 expect_line "$units/gdos-log.service" "^ExecStart=$own/bin/gdos-log"
-if grep -n '@[A-Z_]*@' "$units"/*; then fail "names that nobody replaced"; fi
+if grep -n '@[A-Z_]*@' "$units"/*; then fail "placeholders that were not replaced"; fi
 for program in tims-router timsctl gdos-log LadarSickLms200 rack-emulate World; do expect "$own/bin/$program"; done
 for program in timsctl-robot timsctl-sim tims-crash-report; do expect "$own/libexec/tims/$program"; done
-"$own/bin/timsctl" robot --json | grep -q tims/robots/1  # found there
+"$own/bin/timsctl" robot --json | grep -q tims/robots/1  # found in the installation
 expect_line "$own/share/man/man1/tims-router.1" '^tims-router .* routes messages'
 expect_line "$own/share/man/man1/timsctl-msg-echo.1" '^\\fB\\-\\-filter'
 expect_line "$own/lib/udev/rules.d/60-rack.rules" '^LABEL="rack_end"$'
 for robot in sim base pioneer outdoor; do expect "$own/share/tims/robots/$robot.toml"; done
-# What robots, worlds and fleets name is there, too: files from their own folder, and programs.
+# All files and programs that robots, worlds and fleets refer to are installed as well.
 named=0
 for file in "$own"/share/tims/{robots,worlds,fleets}/*.toml; do
   said=$(sed 's/#.*//' "$file")
@@ -54,7 +54,7 @@ for file in "$own"/share/tims/{robots,worlds,fleets}/*.toml; do
     named=$((named + 1))
   done
 done
-((named > 50)) || fail "only $named files and programs are named by samples"
+((named > 50)) || fail "the samples refer to only $named files and programs"
 [[ $(readlink "$own/bin/tims_router_tcp") == tims-router ]] || fail "no link tims_router_tcp"
 echo "# mine" >"$own/etc/tims/router.toml"
 install "$own" >"$work/installed"
@@ -67,7 +67,7 @@ expect_line "$work/staged/usr/lib/systemd/system/tims-router.service" \
 prefix=$work/moved
 mv "$work/staged/usr" "$prefix"
 grep -rlF "$build" "$prefix/lib" "$prefix/include" --include='*.cmake' --include='*.pc' \
-  --include='*.h' && { echo "names the build tree" >&2; exit 1; }
+  --include='*.h' && { echo "an installed file contains a path of the build tree" >&2; exit 1; }
 for header in tims.h tims/session.h tims/mailbox.h rack/module.h rack/data_module.h rack/input.h \
   rack/codec/codec.h rack/proxies/chassis.h; do expect "$prefix/include/$header"; done
 
@@ -86,7 +86,7 @@ g++ -std=c++20 -Wall -Wextra -Werror "$here/outside/component.cpp" "${flags[@]}"
 gcc -std=c99 -Wall -Wextra -Werror "$here/outside/component.c" "${flags[@]}" -o "$work/c"
 run "$work/cpp"
 run "$work/c"
-# Static, and without the shared library in sight.
+# Static, without access to the shared library.
 mkdir "$work/static"
 cp "$libdir/libtims.a" "$work/static"
 gcc -std=c99 "$here/outside/component.c" -L"$work/static" "${static_flags[@]}" -o "$work/c_static"
@@ -94,16 +94,16 @@ LD_LIBRARY_PATH='' run "$work/c_static"
 
 # --- the kit
 
-# Each header stands alone, and says no other library's name but Boost's.
+# Each header can be included alone, and includes no library except Boost.
 while read -r header; do
   echo "#include <$header>" | g++ -std=c++20 -Wall -Wextra -Werror -I"$prefix/include" -fsyntax-only -x c++ - ||
-    fail "$header does not stand alone"
+    fail "$header cannot be included alone"
 done < <(cd "$prefix/include" && find rack -name '*.h')
 if grep -rnE '#include <(fmt|toml)' "$prefix/include"; then fail "heavy headers in public ones"; fi
 nm -D --defined-only --with-symbol-versions "$libdir/librack.so" >"$work/symbols"
 grep -q 'RACK_0.1' "$work/symbols" || fail "librack.so has no symbol versions"
 if c++filt <"$work/symbols" | grep -E 'rack::(Unwinder|LifeCycle|RealTimeWatch|Listeners)\b'; then
-  fail "librack.so shows what is not public"
+  fail "librack.so exports symbols that are not public"
 fi
 read -ra flags <<<"$(pkg-config --cflags --libs rack)"
 g++ -std=c++20 "$prefix/share/rack/template/thermometer_test.cpp" "${flags[@]}" -o "$work/kit"
@@ -143,14 +143,14 @@ cmp <(sed -n '/^\[/,$p' "$prefix/share/thermometer/robot.toml") <(sed -n 1,3p "$
 "$prefix/bin/timsctl" up "$work/robot.toml" >"$work/up.log" 2>&1 &
 running+=($!)
 
-# until COMMAND...: waits for what must come, and says what came instead.
+# until COMMAND...: repeats the command until it succeeds; a failure prints its output.
 until_works() {
   for _ in $(seq 100); do
     if "$@" >"$work/last" 2>&1; then return; fi
     sleep 0.1
   done
   cat "$work/up.log" "$work/last" >&2
-  fail "in vain: $*"
+  fail "timeout: $*"
 }
 timsctl=$prefix/bin/timsctl
 until_works "$timsctl" msg echo Thermometer/0/0 -n 1
