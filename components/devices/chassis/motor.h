@@ -62,7 +62,7 @@ class Motor {
   std::optional<std::string> failure_;
 };
 
-// Stores the telegrams sent by motors.
+// An Output that stores telegrams, for example those of Motor::stand().
 class KeptTelegrams final : public Output {
  public:
   void send(std::span<const std::byte> bytes, std::uint32_t id) override {

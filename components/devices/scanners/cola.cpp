@@ -12,7 +12,7 @@ constexpr std::byte kColaStart{0x02};
 constexpr std::byte kColaEnd{0x03};
 constexpr std::byte kBlank{' '};
 constexpr std::byte kFirstLetter{'s'};
-constexpr std::size_t kStarts = 4;  // of a binary telegram
+constexpr std::size_t kStarts = 4;  // start bytes of a binary telegram
 constexpr std::size_t kColaHead = 8;
 constexpr std::size_t kKind = 3;
 
@@ -44,7 +44,7 @@ void ColaTelegrams::clear() {
   used_ = searched_ = 0;
 }
 
-// Noise is passed over byte by byte until something fits.
+// Skips noise byte by byte.
 bool ColaTelegrams::next(ColaTelegram& telegram) {
   buffer_.consume(std::exchange(used_, 0));
   while (buffer_.size() > 0) {
@@ -91,7 +91,7 @@ ColaTelegrams::Found ColaTelegrams::find_binary(std::span<const std::byte> bytes
   return Found::kTelegram;
 }
 
-// Up to its end there is nothing below a blank: what was cut off is found out at the next start.
+// A text telegram has no control characters: a truncated one is detected at the next start byte.
 ColaTelegrams::Found ColaTelegrams::find_ascii(std::span<const std::byte> bytes,
                                                ColaTelegram& telegram) {
   std::size_t end = std::max<std::size_t>(1, searched_);
@@ -127,7 +127,7 @@ ColaReader::ColaReader(ColaDialect dialect, std::span<const std::byte> body)
   if (!has(kKind)) return;
   kind_ = text_of(rest_.first(kKind));
   rest_ = rest_.subspan(kKind);
-  // The number of an error stands for itself, in CoLa B without a blank.
+  // In CoLa B, the number of an sFA follows without a blank.
   if (rest_.empty() || rest_.front() != kBlank) return;
   rest_ = rest_.subspan(1);
   if (kind_ == "sFA") return;
@@ -146,7 +146,7 @@ std::string_view ColaReader::take_word() {
   return word;
 }
 
-// "1F", "+31", "-5".
+// Reads a number such as "1F", "+31", "-5".
 std::uint32_t ColaReader::take_word_number() {
   const std::string_view word = take_word();
   if (!good_) return 0;
@@ -179,14 +179,15 @@ std::string_view ColaReader::take_string() {
   if (!has(size)) return {};
   const std::string_view text = text_of(rest_.first(size));
   rest_ = rest_.subspan(size);
-  // Of a text, the blank behind it.
+  // In CoLa A, also skips the blank after the text.
   if (dialect_ == ColaDialect::kAscii && !rest_.empty()) rest_ = rest_.subspan(1);
   return text;
 }
 
 bool ColaReader::take_values(std::size_t count, bool is_wide, std::vector<std::uint16_t>& values) {
   values.clear();
-  // A value is a digit and a blank at least, so that no number can ask for more memory.
+  // A value in CoLa A has at least a digit and a blank: a corrupted count cannot allocate more memory
+  // than the size of the body allows.
   const std::size_t least = count * (dialect_ == ColaDialect::kAscii || is_wide ? 2 : 1);
   if (dialect_ == ColaDialect::kAscii ? rest_.size() + 1 < least : !has(least)) good_ = false;
   if (!good_) return false;
@@ -259,30 +260,30 @@ void ColaWriter::separate() {
 std::string_view cola_error_text(unsigned number) {
   static constexpr std::array<std::string_view, 26> kTexts = {
       "no error",
-      "this method needs another user level",
-      "it does not know this method",
-      "it does not know this variable",
-      "not now, or outside of what is allowed",
-      "these data are wrong",
-      "an unknown error",
-      "its buffer is too small for these data",
-      "there are data missing",
-      "it does not know this type",
-      "this variable cannot be written at this user level",
-      "it does not know this command of its name server",
-      "it does not know this kind of command",
-      "this method is busy",
-      "too large an array",
-      "it does not know this event",
-      "this value is too large",
-      "this character is none of CoLa A",
-      "no message of its operating system",
-      "no answer of its operating system",
-      "an internal error",
-      "a wrong hub address",
-      "a hub address that cannot be read",
-      "too long a hub address",
-      "a blank is missing behind the hub address",
+      "method requires another user level",
+      "unknown method",
+      "unknown variable",
+      "local condition failed, or value out of range",
+      "invalid data",
+      "unknown error",
+      "buffer too small for the data",
+      "data missing",
+      "unknown type",
+      "variable not writable at this user level",
+      "unknown command of the name server",
+      "unknown command type",
+      "method is busy",
+      "array too large",
+      "unknown event",
+      "value too large",
+      "character not allowed in CoLa A",
+      "no message of the operating system",
+      "no answer of the operating system",
+      "internal error",
+      "wrong hub address",
+      "hub address cannot be decoded",
+      "hub address too long",
+      "blank missing after the hub address",
       "asynchronous methods are suppressed"};
   return number < kTexts.size() ? kTexts[number] : std::string_view();
 }

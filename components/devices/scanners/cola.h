@@ -1,14 +1,14 @@
-// CoLa, the command language of SICK's scanners: LMS1xx, LMS5xx, TiM, MRS1000, over TCP (ports 2111
-// and 2112).
+// CoLa, the command language of SICK scanners: LMS1xx, LMS5xx, TiM, MRS1000, over TCP (ports 2111 and
+// 2112).
 //
-// A body is three letters, which say what it is, a name, and values:
+// A body consists of a three-letter command type, a name, and values:
 //
-//   from the host     sRN reads, sWN writes, sMN calls a method, sEN orders an event
-//   from the scanner  sRA, sWA, sAN, sEA answer; sSN is an event; sFA an error with its number
+//   from the host     sRN reads, sWN writes, sMN calls a method, sEN subscribes to an event
+//   from the scanner  sRA, sWA, sAN, sEA answer; sSN is an event; sFA is an error with its number
 //
-// CoLa A is text: 02, body, 03; values are hexadecimal, or decimal behind a sign, between blanks.
-// CoLa B is binary: 02 02 02 02, length of the body (u32), body, XOR of the body's bytes; values
-// are big-endian and follow each other closely.
+// CoLa A is text: 02, body, 03; values are hexadecimal, or decimal after a sign, separated by blanks.
+// CoLa B is binary: 02 02 02 02, length of the body (u32), body, XOR of the body's bytes; values are
+// big-endian without padding.
 //
 // Sources: SICK's "Telegram listing" for ranging sensors; recordings of LMS111, LMS511 and TiM781S.
 #pragma once
@@ -26,22 +26,22 @@ enum class ColaDialect : std::uint8_t { kAscii, kBinary };
 struct ColaTelegram {
   ColaDialect dialect = ColaDialect::kBinary;
   std::span<const std::byte> body{};  // valid until the next call
-  Time arrived{};                     // its first byte, as far as the transport knows
+  Time arrived{};                     // arrival of its first byte
 };
 
-// Whole telegrams out of a stream, of both dialects, whatever lies between them.
+// Splits a stream into telegrams of both dialects; skips noise between them.
 class ColaTelegrams {
  public:
   void add(const Arrival& arrival) { buffer_.add(arrival); }
   bool next(ColaTelegram& telegram);
   void clear();
 
-  // Telegrams with a wrong check byte, or cut off.
+  // Number of telegrams with a wrong check byte, or truncated.
   [[nodiscard]] std::uint64_t broken() const { return broken_; }
 
  private:
-  // Five echoes of 1141 values with remission are 23 kB, as text 60 kB. A wrong length is waited
-  // for, so it should not be longer than need be.
+  // Five echoes of 1141 values with remission are 23 kB, or 60 kB as text. The limit should not be
+  // larger than necessary, because a corrupted length blocks the stream until so many bytes arrive.
   static constexpr std::size_t kBinaryMax = 1 << 15;
   static constexpr std::size_t kBodyMax = 1 << 16;
 
@@ -52,14 +52,14 @@ class ColaTelegrams {
 
   StreamBuffer buffer_{kBodyMax + 16};
   std::uint64_t broken_ = 0;
-  std::size_t used_ = 0;      // of the telegram that was handed out
-  std::size_t searched_ = 0;  // bytes of an incomplete text that were looked at
+  std::size_t used_ = 0;      // size of the telegram that was returned
+  std::size_t searched_ = 0;  // bytes of an incomplete text already searched
 };
 
-// Appends a whole telegram.
+// Appends a complete telegram.
 void append_cola(std::vector<std::byte>& out, ColaDialect dialect, std::span<const std::byte> body);
 
-// What a body says, value by value. What is not there is 0, and good() false from then on.
+// Reads a body value by value. Missing values are read as 0 and make good() false.
 class ColaReader {
  public:
   ColaReader(ColaDialect dialect, std::span<const std::byte> body);
@@ -79,11 +79,11 @@ class ColaReader {
     return number;
   }
   float take_float() { return std::bit_cast<float>(take<std::uint32_t>()); }
-  // Of a known size, or a word: "DIST1".
+  // Text of a known size: "DIST1".
   std::string_view take_text(std::size_t size);
-  // With its length (u16) before it.
+  // Text preceded by its length (u16).
   std::string_view take_string();
-  // As many values of one or two bytes; false, and nothing in `values`, when they are not there.
+  // Reads `count` values of one or two bytes; returns false and clears `values` if there are fewer.
   bool take_values(std::size_t count, bool is_wide, std::vector<std::uint16_t>& values);
 
  private:
@@ -127,7 +127,7 @@ class ColaWriter {
  private:
   void append(std::string_view text);
   void append_hex(std::uint32_t number);
-  // A blank: before every value of a text, before the first binary one.
+  // Appends a blank: before every value of CoLa A, before the first value of CoLa B.
   void separate();
 
   ColaDialect dialect_;
@@ -135,7 +135,7 @@ class ColaWriter {
   bool has_values_ = false;
 };
 
-// What the number of an sFA means; "" when nobody has told.
+// The meaning of an sFA error number; empty if unknown.
 std::string_view cola_error_text(unsigned number);
 
 }  // namespace rack::device

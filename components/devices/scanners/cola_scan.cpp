@@ -11,8 +11,8 @@ constexpr std::size_t kContent = 5;
 constexpr std::size_t kEventType = 4;
 constexpr std::size_t kChannelsMax = 16;
 constexpr std::size_t kEncodersMax = 8;
-constexpr std::size_t kColaScanPointsMax = 2160;  // of LadarData
-constexpr unsigned kLeastDistance = 16;           // below there are codes
+constexpr std::size_t kColaScanPointsMax = 2160;  // capacity of LadarData
+constexpr unsigned kLeastDistance = 16;           // lower values are codes
 constexpr double kUnitsOfDegree = 10000;
 constexpr double kFront = 90;  // degrees
 constexpr double kRadian = std::numbers::pi / 180;
@@ -108,14 +108,14 @@ void take_event(ColaReader& reader, ColaScan& scan) {
   event.angle = reader.take<std::int32_t>();
 }
 
-// Steps are told in whole units, but are parts of a degree: 1667 is a sixth.
+// Steps are rounded to 1/10000 degree, but are integer fractions of a degree: 1667 is a sixth.
 double step_of(const ColaChannel& channel) {
   const double parts = std::round(kUnitsOfDegree / std::max<int>(1, channel.step));
   const double exact = kUnitsOfDegree / std::max(1.0, parts);
   return (std::abs(exact - channel.step) < 1 ? exact : channel.step) / kUnitsOfDegree;
 }
 
-// Whether values are what they say, so that they need no arithmetic.
+// Whether values need no scaling.
 bool is_plain(const ColaChannel& channel) { return channel.scale == 1 && channel.offset == 0; }
 
 std::int32_t scaled(const ColaChannel& channel, unsigned value) {
@@ -148,7 +148,7 @@ bool decode_cola_scan(const ColaTelegram& telegram, ColaScan& scan) {
   take_name(reader, scan.name);
   take_name(reader, scan.comment);
   take_time(reader, scan);
-  // Some older scanners end here.
+  // Telegrams of some older scanners end here.
   if (!reader.at_end())
     take_event(reader, scan);
   else

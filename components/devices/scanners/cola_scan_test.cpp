@@ -14,7 +14,7 @@ using namespace std::chrono_literals;
 
 constexpr double kDegree = std::numbers::pi / 180;
 
-// What is in a recording, as its README says.
+// Content of a recording, according to its README.
 struct Expected {
   const char* file;
   std::size_t telegrams;
@@ -126,7 +126,7 @@ TEST_P(ColaCaptureTest, HasWhatItsReadmeSays) {
   expect_counts(counts, GetParam());
 }
 
-// The same scans written anew: in CoLa B byte by byte what came, in CoLa A with the same content.
+// Decoded scans are encoded again: in CoLa B the bytes are identical, in CoLa A the content is.
 TEST_P(ColaCaptureTest, IsTheSameWrittenAnewAndInColaA) {
   Counts counts;
   for (const CaptureRecord& record : captured(GetParam().file)) {
@@ -206,7 +206,7 @@ TEST(ColaScanTest, ARealTextOfATim) {
   EXPECT_EQ(std::ranges::count(scan.points, ladar_point::kInvalid, &LadarPoint::type), 9);
   EXPECT_EQ(std::ranges::count(scan.points, ladar_point::kReflector, &LadarPoint::type), 3);
 
-  // Written anew it is the very text.
+  // Encoding the scan again gives the same text.
   std::vector<std::byte> body;
   append_cola_scan(body, ColaDialect::kAscii, from);
   EXPECT_TRUE(std::ranges::equal(body, telegram.body));
@@ -285,7 +285,7 @@ TEST(ColaScanTest, WhatIsNoScanIsNone) {
     std::size_t good = 0;
     for (std::size_t size = 0; size < body.size(); ++size)
       good += decode(dialect, std::span(body).first(size), scan) ? 1U : 0U;
-    // Without the event it may end; the last number of a text can be shorter.
+    // The event at the end is optional; in a text, the last number can be shorter.
     EXPECT_LE(good, dialect == ColaDialect::kBinary ? 1U : 16U);
     std::mt19937 random(1);
     for (int i = 0; i < 20000; ++i) {

@@ -92,13 +92,13 @@ TEST(ColaTest, AFlippedBitCostsOneTelegram) {
     for (std::size_t i = 0; i < one.size() * 8; ++i) {
       auto stream = one;
       stream[i / 8] ^= static_cast<std::byte>(1 << i % 8);
-      // Texts have no check byte: another letter is not noticed, nor an end that came too early.
+      // CoLa A has no check byte: a changed letter or a premature end is not detected.
       const std::byte became = stream[i / 8];
       const bool is_text =
           dialect == kAscii && (became >= std::byte{' '} || became == std::byte{3});
       append(stream, one);
       append(stream, one);
-      // Until a length that became wrong is waited out.
+      // Enough noise to complete a telegram with a corrupted length.
       append(stream, noise);
       const std::size_t found = bodies_of(stream).size();
       EXPECT_GE(found, 2U) << i;
@@ -193,7 +193,7 @@ TEST(ColaTest, ErrorsHaveNumbersAndTexts) {
   const auto text = bytes_of("sFA 3");
   ColaReader reader(kAscii, text);
   EXPECT_EQ(reader.take<std::uint16_t>(), 3);
-  EXPECT_EQ(cola_error_text(3), "it does not know this variable");
+  EXPECT_EQ(cola_error_text(3), "unknown variable");
   EXPECT_EQ(cola_error_text(26), "");
 }
 

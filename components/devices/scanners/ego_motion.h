@@ -1,12 +1,12 @@
-// How a vehicle moves, told to an Ibeo Lux (or its computer) over CAN, so that it can tell what
-// moves from what is passed.
+// Sends the motion of the vehicle to an Ibeo Lux (or its computer) over CAN, so that it can
+// distinguish moving from static objects.
 //
-// Four frames of three bytes, 02 and a number of 16 bits, big-endian: 303 speed in cm/s, 304
-// acceleration to the left in mm/s2, 305 angle of steering to the left in 1/1000 rad, 306 rate of
-// turn to the left in 1/10000 rad/s.
+// Four frames of three bytes, 02 and a 16 bit big-endian number: 303 speed in cm/s, 304 lateral
+// acceleration to the left in mm/s2, 305 steering angle to the left in 1/1000 rad, 306 yaw rate to the
+// left in 1/10000 rad/s.
 //
-// Source: what RACK 0.6.1 sends. Its acceleration was v divided by omega, its steering took the
-// width of the track for the wheel base: here it is v times omega, and the wheel base.
+// Source: RACK 0.6.1, which computed the acceleration as v / omega and the steering angle with the
+// track width; here they are v * omega and computed with the wheel base.
 #pragma once
 
 #include <array>
@@ -37,7 +37,7 @@ class EgoMotion final : public Dialogue {
   void on_timeout(Time now, Output& out) override;
   [[nodiscard]] Time next_timeout() const override { return has_news_ ? Time{} : tims::kNever; }
 
-  // Is sent at once.
+  // Sends the motion at once.
   void tell(const Motion& motion) {
     motion_ = motion;
     has_news_ = true;

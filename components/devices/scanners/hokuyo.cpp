@@ -12,12 +12,12 @@ using namespace std::chrono_literals;
 constexpr int kHokuyoAttempts = 2;
 constexpr int kAttemptsWhenKnown = 4;
 constexpr Duration kHokuyoAnswerTime = 200ms;
-// An answer that measures first: at 19200 baud a whole scan needs a second and a half.
+// Timeout of an answer with a scan: at 19200 baud, a whole scan takes 1.5 s.
 constexpr Duration kMeasureTime = 2s;
-// The motor may have slept.
+// The motor may have to start first.
 constexpr Duration kHokuyoSpinUp = 5s;
 constexpr std::uint64_t kTimeStampEnd = 1ULL << 24;
-// What they can be set to; the first is that of power on.
+// The supported baud rates; the first is that after power-on.
 constexpr std::array<std::uint32_t, 7> kHokuyoRates = {19200,  115200, 57600, 38400,
                                                        250000, 500000, 750000};
 
@@ -59,7 +59,7 @@ void Hokuyo::start(Time now, Output& out) {
   enter(State::kStop, now, out);
 }
 
-// It sleeps, at the rate of power on: whoever comes next finds it.
+// Turns the laser off and restores the rate of power-on, so that the next program finds the scanner.
 void Hokuyo::stop(Time, Output& out) {
   if (settings_.only_listen || state_ < State::kVersion) return;
   if (!is_scip1_) out.send(bytes_of("QT\n"));
@@ -88,7 +88,7 @@ std::string Hokuyo::question() const {
     case State::kParameters:
       return "PP";
     case State::kRate:
-      // The seven fives of SCIP 1 mean nothing, but must be there.
+      // The seven fives of SCIP 1 have no meaning, but are required.
       text = is_scip1_ ? "S" : "SS";
       append_decimal(text, settings_.baud, 6);
       return is_scip1_ ? text + "5555555" : text;
@@ -98,14 +98,14 @@ std::string Hokuyo::question() const {
       append_decimal(text, static_cast<std::uint32_t>(settings_.start), is_scip1_ ? 3 : 4);
       append_decimal(text, static_cast<std::uint32_t>(settings_.end), is_scip1_ ? 3 : 4);
       append_decimal(text, static_cast<std::uint32_t>(settings_.cluster), 2);
-      // Each scan, without end.
+      // Every scan, without limit.
       return is_scip1_ ? text : text + "000";
   }
   return text;
 }
 
 void Hokuyo::ask(Time now, Output& out) {
-  // The same scan again and again is asked for without making the question anew.
+  // The request of the previous scan is reused if it is the same.
   const bool is_same =
       state_ == State::kMeasuring && is_scip1_ && !question_.empty() && question_[0] == 'G';
   if (!is_same) question_ = question() + "\n";
@@ -122,7 +122,7 @@ void Hokuyo::on_timeout(Time now, Output& out) {
 }
 
 void Hokuyo::retry(Time now, Output& out) {
-  // What it was told it does, sooner or later.
+  // While scans are expected, requests are not repeated.
   const bool waits = state_ == State::kMeasuring && !is_scip1_;
   const int allowed = state_ == State::kStop ? kHokuyoAttempts : kAttemptsWhenKnown;
   if (attempts_ < allowed && !waits) {
@@ -135,8 +135,8 @@ void Hokuyo::retry(Time now, Output& out) {
   }
   timeout_ = tims::kNever;
   fail(tims::Errc::kTimeout,
-       waits ? std::string("the scanner sends no scans; does its motor turn?")
-             : "the scanner does not answer " + tims::base::in_quotes(question()) + " any more");
+       waits ? std::string("the scanner sends no scans; check that its motor turns")
+             : "the scanner has stopped answering, at request " + tims::base::in_quotes(question()));
 }
 
 void Hokuyo::try_next_rate(Time now, Output& out) {
@@ -152,8 +152,8 @@ void Hokuyo::try_next_rate(Time now, Output& out) {
   timeout_ = tims::kNever;
   fail(tims::Errc::kTimeout,
        settings_.has_rate ? "no scanner answers, neither at " + std::to_string(settings_.baud) +
-                                " baud nor at another rate of SCIP; is it switched on?"
-                          : "no scanner answers; does another program hold its connection?");
+                                " baud nor at another rate of SCIP; check its power"
+                          : "no scanner answers; check that no other program is connected to it");
 }
 
 void Hokuyo::on_arrival(const Arrival& arrival, Output& out) {
@@ -172,7 +172,7 @@ void Hokuyo::take_answer(const ScipAnswer& answer, Time now, Output& out) {
     take_scan(answer, now, out);
     return;
   }
-  // Scans that were on their way when it was stopped, answers that came late.
+  // Discards scans still in transit after the stop, and late answers.
   const std::string_view asked(question_.data(), question_.size() - 1);
   if (answer.question != asked) return;
   switch (state_) {
@@ -180,7 +180,7 @@ void Hokuyo::take_answer(const ScipAnswer& answer, Time now, Output& out) {
       on_stopped(answer, now, out);
       break;
     case State::kSwitch:
-      // Whatever it says: how it answers the next question tells which language it has.
+      // The status is ignored: the format of the next answer shows which SCIP version is active.
       switched_ = true;
       enter(State::kStop, now, out);
       break;
@@ -211,7 +211,7 @@ void Hokuyo::on_stopped(const ScipAnswer& answer, Time now, Output& out) {
     if (is_right_one())
       enter(settings_.has_rate && rate_ != settings_.baud ? State::kRate : State::kStart, now, out);
   } else if (answer.status == "0E") {
-    // It compares clocks with somebody who has gone: that is ended otherwise.
+    // The scanner is still in the time adjustment mode of a previous program; TM2 ends it.
     out.send(bytes_of("TM2\n"));
     timeout_ = now + kHokuyoAnswerTime;
   } else {
@@ -227,7 +227,7 @@ bool Hokuyo::is_right_one() {
 
 void Hokuyo::on_rate(const ScipAnswer& answer, Time now, Output& out) {
   const bool is_set = answer.status == "00" || answer.status == "0";
-  // 03: it has this rate already; 04: it has none, as behind USB.
+  // 03: the rate is already set; 04: there is no rate, for example on USB.
   if (!is_set && answer.status != "03" && answer.status != "04") {
     timeout_ = tims::kNever;
     fail(tims::Errc::kInvalidArgument, "the scanner refuses " + std::to_string(settings_.baud) +
@@ -264,7 +264,7 @@ void Hokuyo::refuse(const ScipAnswer& answer) {
     why += ": start and end must be between " + std::to_string(parameters_.first) + " and " +
            std::to_string(parameters_.last);
   else if (answer.status >= "50" && answer.status <= "97")
-    why += ": its laser or its motor has failed";
+    why += ": failure of the laser or the motor";
   fail(tims::Errc::kInvalidArgument, std::move(why));
 }
 
@@ -284,7 +284,7 @@ void Hokuyo::take_scan(const ScipAnswer& answer, Time now, Output& out) {
   if (is_scan) {
     has_scan_ = has_measured_ = true;
     if (!is_scip1_) timeout_ = tims::kNever;
-    // It sends when it has looked at the last step.
+    // The scanner sends after it has measured the last step.
     const Time end = answer.has_sums() ? clock_.to_host(counter, answer.began) : answer.began;
     recorded_ = end - std::chrono::milliseconds(scan_.duration) / 2;
     attempts_ = 0;

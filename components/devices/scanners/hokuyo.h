@@ -1,9 +1,8 @@
-// Hokuyo URG, UBG, UTM, UST, UXM: how one of them is brought to measure. See scip.h for what is
-// said.
+// Setup and measurement of the Hokuyo scanners URG, UBG, UTM, UST, UXM. See scip.h for the protocol.
 //
-// Whatever it does is stopped, at whatever rate its line has; then SCIP 2 is asked for. With it:
-// who it is, what it can measure, the rate that is wanted, MD (ME with intensities) without end.
-// Scanners that know SCIP 1 only are asked scan by scan. USB and TCP have no rate.
+// The dialogue detects the baud rate, stops the scanner and requests SCIP 2. With SCIP 2, it reads the
+// identity and the parameters, sets the requested rate, and requests endless scans by MD (ME with
+// intensities). Scanners with SCIP 1 only are polled scan by scan. USB and TCP have no baud rate.
 #pragma once
 
 #include <array>
@@ -19,12 +18,12 @@ struct HokuyoSettings {
   int start = 44;  // steps
   int end = 725;
   int cluster = 3;
-  std::optional<double> start_angle{};  // where `start` looks, to the right, rad; else it says so
-  std::uint32_t baud = 115200;          // of a serial line
-  bool has_rate = true;                 // it is a serial line
+  std::optional<double> start_angle{};  // angle of `start` to the right, rad; empty: reported one
+  std::uint32_t baud = 115200;          // for serial lines
+  bool has_rate = true;                 // the line is a serial line
   bool intensities = false;
-  std::string serial_number{};  // of the only scanner that will do; empty: any
-  bool only_listen = false;     // to a recording
+  std::string serial_number{};  // required serial number; empty: any
+  bool only_listen = false;     // the device is a recording
 };
 
 class Hokuyo final : public Dialogue {
@@ -46,7 +45,7 @@ class Hokuyo final : public Dialogue {
   [[nodiscard]] std::uint64_t broken() const { return answers_.broken() + broken_; }
 
  private:
-  // In the order in which they are gone through.
+  // In the order of the setup.
   enum class State : std::uint8_t {
     kStop,
     kSwitch,
@@ -73,9 +72,9 @@ class Hokuyo final : public Dialogue {
   HokuyoSettings settings_;
   State state_ = State::kStop;
   std::size_t rate_index_ = 0;
-  std::uint32_t rate_ = 0;  // of the line, now
+  std::uint32_t rate_ = 0;  // current rate of the line
   std::uint32_t rate_found_ = 0;
-  int attempts_ = 0;  // of this question
+  int attempts_ = 0;  // attempts of the current request
   bool switched_ = false;
   bool is_scip1_ = false;
   Time timeout_ = tims::kNever;
@@ -88,7 +87,7 @@ class Hokuyo final : public Dialogue {
   std::uint64_t broken_ = 0;
   LadarData scan_{};
   bool has_scan_ = false;
-  bool has_measured_ = false;  // since start()
+  bool has_measured_ = false;  // a scan was received since start()
   Time recorded_{};
 };
 

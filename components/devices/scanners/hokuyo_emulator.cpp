@@ -8,7 +8,7 @@ namespace {
 
 constexpr std::size_t kCharactersOfLine = 64;
 constexpr std::size_t kColumnsBefore = 24;
-constexpr std::uint32_t kCounterAtPowerOn = 0xFFF000;  // it turns over after four seconds
+constexpr std::uint32_t kCounterAtPowerOn = 0xFFF000;  // overflows after four seconds
 
 int number(std::string_view digits) {
   int value = 0;
@@ -73,7 +73,7 @@ void Hokuyo::answer(std::string_view question, Time now, Output& out) {
   }
 }
 
-// The question, the status and, in SCIP 2, its sum.
+// Sends the request, the status and, in SCIP 2, its sum.
 void Hokuyo::say(std::string_view question, std::string_view status) {
   answer_ += question;
   answer_ += '\n';

@@ -1,5 +1,5 @@
-// A Hokuyo scanner, from its side: answers as the URG-04LX (or as the parameters say), in SCIP 2,
-// or in SCIP 1.1 until it is switched, or in SCIP 1.1 only.
+// Emulator of a Hokuyo scanner: a URG-04LX (or another one by its parameters) with SCIP 2, with
+// SCIP 1.1 until it is switched to SCIP 2, or with SCIP 1.1 only.
 #pragma once
 
 #include <string>
@@ -17,13 +17,13 @@ struct HokuyoSettings {
   std::uint32_t baud = 19200;
   ScipParameters parameters{.model = "URG-04LX(Hokuyo Automatic Co.,Ltd.)"};
   std::string serial_number = "H0614967";
-  // One after the other, from step parameters.first on; none: what it sees.
+  // Scans to send in turn, starting at step parameters.first; empty: measurements of the scene.
   std::vector<std::vector<std::uint16_t>> scans{};
   Sight sight = Room{};
 };
 
-// Lines of numbers, one scan each: 24 columns of other things, then distances (BreezySLAM's logs of
-// a URG-04LX). `most`: scans.
+// Reads a log with one scan per line: 24 columns of other values, then distances (BreezySLAM's logs of
+// a URG-04LX). `most`: maximum number of scans.
 std::vector<std::vector<std::uint16_t>> scans_of_log(std::string_view text, std::size_t most);
 
 class Hokuyo final : public Dialogue {
@@ -55,12 +55,12 @@ class Hokuyo final : public Dialogue {
 
   HokuyoSettings settings_;
   bool speaks_scip2_ = false;
-  bool compares_clocks_ = false;  // TM0 was said, TM2 not yet
+  bool compares_clocks_ = false;  // between TM0 and TM2
   std::uint32_t baud_ = 0;
   Time began_{};
-  Time next_ = tims::kNever;  // of the scan that will be sent
-  std::string measuring_;     // the question, without the number of scans
-  int left_ = 0;              // scans; below 0: without end
+  Time next_ = tims::kNever;  // when the next scan is sent
+  std::string measuring_;     // the request, without the number of scans
+  int left_ = 0;              // remaining scans; below 0: endless
   int skipped_ = 1;
   std::size_t sent_ = 0;
   std::string line_;

@@ -49,14 +49,14 @@ TEST(HokuyoTest, FindsAScannerAtAnyRateAndMeasures) {
   }
 }
 
-// What becomes of it: empty, or why it was refused.
+// Runs the dialogue; returns the reason of the failure, or an empty text.
 std::string refusal(const std::string& wanted, HokuyoLanguage language = HokuyoLanguage::kScip2) {
   emulator::Hokuyo scanner({.language = language, .serial_number = "H0614967"});
   Hokuyo driver({.serial_number = wanted});
   VirtualLine line(driver, scanner, serial_line(19200));
   line.start();
   EXPECT_TRUE(line.run(20s, [&] { return driver.is_ready() || driver.failure(); }));
-  EXPECT_FALSE(driver.failure() && scanner.measures()) << "it was told to measure";
+  EXPECT_FALSE(driver.failure() && scanner.measures()) << "it received a command to measure";
   return driver.failure() ? driver.failure()->detail() : "";
 }
 
@@ -120,7 +120,7 @@ TEST(HokuyoTest, AnOldScannerIsAskedScanByScan) {
     EXPECT_NEAR(point.distance, std::min(4095.0, room.distance(point.angle)), 100) << point.angle;
 }
 
-// The numbers of the capture's README.
+// The numbers in the README of the capture.
 TEST(HokuyoTest, RecordedScansArriveAsTheyWere) {
   const auto recorded_distances = recorded_scans();
   ASSERT_EQ(recorded_distances.size(), 80U);
@@ -144,7 +144,7 @@ TEST(HokuyoTest, RecordedScansArriveAsTheyWere) {
       ASSERT_EQ(point.distance, distance < 20 ? 0 : distance);
       ASSERT_EQ(point.type == ladar_point::kInvalid, distance < 20);
     }
-    // Its clock turns over meanwhile.
+    // The clock of the scanner overflows during this time.
     if (i > 0) {
       EXPECT_EQ(recorded - before, 100ms) << i;
     }
@@ -162,7 +162,7 @@ TEST(HokuyoTest, LostAnswersAreAskedForAgain) {
     int number = 0;
     line.set_lose([&](bool, std::span<const std::byte>) { return number++ == lost; });
     line.start();
-    // Where the answer to the new rate is lost it must be looked for: at the next start.
+    // If the answer to the new rate is lost, the rate is detected at the next start.
     line.run(20s, [&] { return driver.is_ready() || driver.failure(); });
     if (driver.failure()) {
       line.start_host();
@@ -179,7 +179,7 @@ TEST(HokuyoTest, OneThatMeasuresAlreadyIsStoppedFirst) {
   VirtualLine of_first(first, scanner, {});
   of_first.start();
   ASSERT_TRUE(of_first.run(5s, [&] { return first.is_ready(); }));
-  // A driver that was killed, and started anew.
+  // A driver that was killed and restarted.
   VirtualLine of_second(second, scanner, {});
   of_second.start_host();
   LadarData scan;
@@ -260,7 +260,7 @@ TEST(HokuyoTest, NoiseBreaksNothing) {
     line.run(100ms);
     if (driver.failure()) line.start_host();
   }
-  // Once it is quiet it measures.
+  // The scanner measures after the previous measurement was stopped.
   line.run(20s, [&] { return driver.failure().has_value(); });
   if (driver.failure()) line.start_host();
   LadarData scan;

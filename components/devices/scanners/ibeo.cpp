@@ -10,13 +10,13 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr unsigned kMany = 0xFFFF;
-constexpr std::size_t kOfFrame = 6;   // bytes of a telegram of many frames
-constexpr std::size_t kOfSingle = 2;  // and of one of a single frame
+constexpr std::size_t kOfFrame = 6;   // bytes per frame of a long telegram
+constexpr std::size_t kOfSingle = 2;  // bytes of a telegram of one frame
 constexpr Duration kIbeoAnswerTime = 1s;
 constexpr Duration kTurnTime = 5s;
 constexpr Duration kIbeoSpinUp = 15s;
 constexpr Duration kPoll = 500ms;
-// The scanner takes one frame after the other.
+// The scanner needs a pause between frames.
 constexpr Duration kPauseOfFrames = 5ms;
 constexpr int kIbeoAttempts = 3;
 constexpr i32 kIbeoRangeMax = 100'000;
@@ -69,7 +69,7 @@ IbeoTelegrams::IbeoTelegrams(std::uint8_t receiver) : receiver_(receiver) {
 bool IbeoTelegrams::take(const Arrival& frame, IbeoTelegram& telegram) {
   if (frame.bytes.size() != 8) return false;
   const unsigned number = big_endian<std::uint16_t>(frame.bytes);
-  // A telegram begins anew where one was not ended; one that counts too far is none.
+  // The start of a telegram discards an incomplete one; telegrams that are too long are ignored.
   if (number == kMany) {
     broken_ += left_ > 0 ? 1U : 0U;
     const unsigned count = big_endian<std::uint16_t>(frame.bytes, 2);
@@ -91,7 +91,7 @@ bool IbeoTelegrams::take(const Arrival& frame, IbeoTelegram& telegram) {
                 .began = frame.first};
     return true;
   }
-  // CAN may bring a frame twice, when its sender missed that it was received.
+  // CAN may deliver a frame twice, if its sender missed the acknowledgement.
   if (number == left_ + 1) return false;
   if (number != left_) {
     broken_ += left_ > 0 ? 1U : 0U;
@@ -116,7 +116,7 @@ bool IbeoProfile::begin(std::span<const std::byte> profile) {
   sectors_ = 0;
   if (profile.size() < kHead) return false;
   format_ = word();
-  sectors_ = word() & 0xFF;  // the other byte: layers
+  sectors_ = word() & 0xFF;  // the upper byte is the number of layers
   constexpr unsigned kNeeded =
       ibeo::kHasStep | ibeo::kHasPoints | ibeo::kHasFirstAngle | ibeo::kHasDistance;
   if ((format_ & kNeeded) != kNeeded) sectors_ = 0;
@@ -202,7 +202,7 @@ void Ibeo::start(Time now, Output& out) {
   if (!settings_.only_listen) enter(State::kStatus, now, out);
 }
 
-// It comes to rest. Nobody waits for its answers.
+// Stops the motor, without waiting for answers.
 void Ibeo::stop(Time, Output& out) {
   if (settings_.only_listen) return;
   for (const std::uint16_t service : {ibeo::kNoProfiles, ibeo::kTurn, ibeo::kIdle}) {
@@ -227,7 +227,7 @@ void Ibeo::ask(Time now, Output& out) {
   constexpr std::array<std::byte, 4> kAllProfiles = {std::byte{}, std::byte{},
                                                      static_cast<std::byte>(ibeo::kWanted >> 8),
                                                      static_cast<std::byte>(ibeo::kWanted & 0xFF)};
-  // Time 0 from now on; the speed of its configuration.
+  // Sets the clock to 0 and uses the configured speed.
   constexpr std::array<std::byte, 2> kNone{};
   const bool has_word = state_ == State::kTime || state_ == State::kTurn;
   append_ibeo(frames_, settings_.sensor, service_of(static_cast<std::uint8_t>(state_)),
@@ -259,7 +259,7 @@ void Ibeo::retry(Time now, Output& out) {
     ask(now, out);
     return;
   }
-  // It may have none to stop.
+  // The scanner refuses to stop profiles if none were requested.
   if (state_ == State::kQuiet) {
     enter(State::kTime, now, out);
     return;
@@ -267,11 +267,11 @@ void Ibeo::retry(Time now, Output& out) {
   timeout_ = tims::kNever;
   std::string why = "scanner " + std::to_string(settings_.sensor) + " ";
   if (state_ == State::kStatus)
-    why += "does not answer; has the interface 1 Mbit/s, and is it sensorId?";
+    why += "does not answer; check the bit rate of the interface (1 Mbit/s) and sensorId";
   else if (state_ == State::kSpinUp)
-    why += "does not begin to measure within 15 s";
+    why += "does not start to measure within 15 s";
   else
-    why += "does not answer any more";
+    why += "has stopped answering";
   fail(tims::Errc::kTimeout, std::move(why));
 }
 
@@ -334,8 +334,8 @@ bool Ibeo::check_status(std::span<const std::byte> status) {
   if (mode_ != ibeo::kModeError && motor != kCoderError) return true;
   timeout_ = tims::kNever;
   fail(tims::Errc::kSystem, motor == kCoderError
-                                ? "the scanner's motor has stopped: error of its coder"
-                                : "the scanner says that it is broken, system status " +
+                                ? "the scanner's motor has stopped: encoder error"
+                                : "the scanner reports a defect, system status " +
                                       std::to_string(std::to_integer<unsigned>(status[1])));
   return false;
 }
@@ -345,13 +345,13 @@ bool Ibeo::check_measure(std::span<const std::byte> answer) {
   const unsigned error = big_endian<std::uint16_t>(answer, 4);
   if (error == 0) return true;
   constexpr std::array<std::string_view, 5> kErrors = {
-      "", "its laser would pulse too often", "its laser would pulse too often on average",
-      "the borders of its sectors are wrong", "a border of a sector is no multiple of the step"};
+      "", "pulse frequency of the laser too high", "mean pulse frequency of the laser too high",
+      "invalid sector borders", "a sector border is not a multiple of the step"};
   timeout_ = tims::kNever;
   fail(tims::Errc::kInvalidArgument,
        "the scanner does not measure: " +
            (error < kErrors.size() ? std::string(kErrors[error]) : std::to_string(error)) +
-           "; its configuration has to be changed");
+           "; change its configuration");
   return false;
 }
 

@@ -1,19 +1,19 @@
 // Ibeo LD-A over CAN (1 Mbit/s, standard identifiers; the SICK LD-OEM has the same telegrams).
 //
-// The host sends with 2A9, the scanner with 700 plus its number. What fits into two bytes goes in
-// one frame: 0000, 00 and who is meant, the service, the two bytes. More begins with FFFF, the
-// number of frames, who is meant, the service, and goes on with frames that count down to 1 and
-// have six bytes each. All big-endian. An answer's service is that of the question plus 8000.
+// The host sends with identifier 2A9, the scanner with 700 plus its id. A telegram with up to two bytes
+// of data is one frame: 0000, 00 and the receiver, the service, the two bytes. A longer telegram starts
+// with FFFF, the number of frames, the receiver and the service, followed by frames with a counter down
+// to 1 and six bytes each. All big-endian. The service of an answer is that of the request plus 8000.
 //
-//   0102 status   0203 set the time   0301 send profiles   0302 no more   0402 idle
-//   0403 turn     0404 measure
+//   0102 status   0203 set the time   0301 send profiles   0302 stop profiles   0402 idle
+//   0403 rotate   0404 measure
 //
-// A profile is a turn: what it has in it (bits of its first word), layers and sectors, then for
-// each sector its step and first angle in 1/16 degree, number of points, time of begin and end in
-// ms, distances in 1/256 m; at last the scanner's status.
+// A profile is one turn: its content (bits of the first 16 bit value), layers and sectors, then for each
+// sector its step and first angle in 1/16 degree, number of points, time of begin and end in ms,
+// distances in 1/256 m; at the end the status of the scanner.
 //
-// Source: what RACK 0.6.1 sends ("User Protocol Services", Ibeo 2001); SICK, "LD-OEM1000 to
-// LD-OEM5100: telegram listing".
+// Source: RACK 0.6.1 ("User Protocol Services", Ibeo 2001); SICK, "LD-OEM1000 to LD-OEM5100: telegram
+// listing".
 #pragma once
 
 #include <array>
@@ -44,7 +44,7 @@ inline constexpr unsigned kModeTurning = 2;
 inline constexpr unsigned kModeMeasuring = 3;
 inline constexpr unsigned kModeError = 4;
 
-// What is in a profile.
+// Bits for the content of a profile.
 inline constexpr unsigned kHasNumber = 1 << 0;
 inline constexpr unsigned kHasCount = 1 << 1;
 inline constexpr unsigned kHasLayer = 1 << 2;
@@ -65,26 +65,26 @@ inline constexpr unsigned kWanted =
 
 using IbeoFrame = std::array<std::byte, 8>;
 
-// The frames of a telegram to `receiver`.
+// Appends the frames of a telegram to `receiver`.
 void append_ibeo(std::vector<IbeoFrame>& out, std::uint8_t receiver, std::uint16_t service,
                  std::span<const std::byte> parameters);
 
 struct IbeoTelegram {
   std::uint16_t service = 0;
-  std::span<const std::byte> parameters{};  // up to five bytes more than were sent
-  Time began{};                             // its first frame
+  std::span<const std::byte> parameters{};  // padded by up to five bytes
+  Time began{};                             // arrival of its first frame
 };
 
-// Frames become telegrams to `receiver`.
+// Assembles the telegrams to `receiver` from frames.
 class IbeoTelegrams {
  public:
   explicit IbeoTelegrams(std::uint8_t receiver);
 
-  // True: it was the last frame of a telegram, which is valid until the next call.
+  // Returns true after the last frame of a telegram. The telegram is valid until the next call.
   bool take(const Arrival& frame, IbeoTelegram& telegram);
   void clear() { left_ = 0; }
 
-  // Telegrams of which a frame is missing.
+  // Number of telegrams with a missing frame.
   [[nodiscard]] std::uint64_t broken() const { return broken_; }
 
  private:
@@ -93,17 +93,17 @@ class IbeoTelegrams {
   std::uint8_t receiver_;
   std::vector<std::byte> parameters_;
   std::uint16_t service_ = 0;
-  unsigned left_ = 0;  // frames that are to come
+  unsigned left_ = 0;  // missing frames
   Time began_{};
   std::uint64_t broken_ = 0;
 };
 
-// A profile, sector by sector.
+// Decodes a profile sector by sector.
 class IbeoProfile {
  public:
-  // False: there is no (further) sector with points.
+  // begin() and next() return false if there is no (further) sector with points.
   bool begin(std::span<const std::byte> profile);
-  // A sector becomes a scan, clockwise, with when it was measured by the scanner's clock, ms.
+  // Converts a sector to a clockwise scan. begin, end: time of measurement by the scanner's clock, ms.
   bool next(LadarData& scan, std::uint16_t& begin, std::uint16_t& end);
 
  private:
@@ -114,12 +114,12 @@ class IbeoProfile {
 
   std::span<const std::byte> rest_{};
   unsigned format_ = 0;
-  unsigned sectors_ = 0;  // that are left
+  unsigned sectors_ = 0;  // remaining sectors
 };
 
 struct IbeoSettings {
   std::uint8_t sensor = 1;
-  bool only_listen = false;  // to a recording
+  bool only_listen = false;  // the device is a recording
 };
 
 class Ibeo final : public Dialogue {
@@ -136,12 +136,12 @@ class Ibeo final : public Dialogue {
   }
 
   [[nodiscard]] bool is_ready() const { return has_measured_; }
-  // Each sector of a turn is a scan of its own.
+  // Each sector of a turn is a separate scan.
   bool take(LadarData& scan, Time& recorded);
   [[nodiscard]] std::uint64_t broken() const { return telegrams_.broken(); }
 
  private:
-  // In the order in which they are gone through.
+  // In the order of the setup.
   enum class State : std::uint8_t {
     kStatus,
     kQuiet,
@@ -166,13 +166,13 @@ class Ibeo final : public Dialogue {
   int attempts_ = 0;
   Time timeout_ = tims::kNever;
   Time spin_up_end_{};
-  std::vector<IbeoFrame> frames_;  // of the question
-  std::size_t sent_ = 0;           // of them
+  std::vector<IbeoFrame> frames_;  // frames of the current request
+  std::size_t sent_ = 0;           // number of frames sent
   Time next_frame_at_ = tims::kNever;
   unsigned mode_ = 0;
-  bool has_measured_ = false;  // since start()
+  bool has_measured_ = false;  // a scan was received since start()
   IbeoTelegrams telegrams_{ibeo::kHost};
-  std::vector<std::byte> bytes_;  // of the profile that is taken sector by sector
+  std::vector<std::byte> bytes_;  // the profile whose sectors are being taken
   IbeoProfile profile_;
   Time came_{};
   DeviceClock clock_{std::chrono::milliseconds(1), 1ULL << 16};

@@ -15,7 +15,7 @@ constexpr int kMiddle = 0;
 constexpr int kIbeoEmulatorLast = 120;
 constexpr double kIbeoEmulatorRange = 200;  // m
 
-// When it looks there, since behind.
+// Time at which the beam has an angle, since it pointed backwards.
 Duration time_at(double degrees) {
   return std::chrono::duration_cast<Duration>(kTurnTime * ((degrees + 180) / 360));
 }

@@ -1,5 +1,4 @@
-// An Ibeo LD-A, from its side: comes to its speed, measures a room in two sectors, says it in
-// frames of CAN.
+// Emulator of an Ibeo LD-A: spins up, measures a room in two sectors, and sends CAN frames.
 #pragma once
 
 #include <vector>
@@ -41,7 +40,7 @@ class Ibeo final : public Dialogue {
   IbeoTelegrams telegrams_{1};
   unsigned mode_ = ibeo::kModeIdle;
   Time measures_since_{};
-  Time zero_{};  // of its clock
+  Time zero_{};  // zero of the scanner's clock
   Time next_ = tims::kNever;
   unsigned format_ = 0;
   std::vector<std::byte> data_;

@@ -15,7 +15,7 @@ constexpr std::size_t kIbeoLuxPointsMax = decltype(LadarData::points)::kMax;
 constexpr std::size_t kObjectsMax = decltype(ObjRecogData::objects)::kMax;
 constexpr int kLayers = 4;
 constexpr i32 kOfCentimetre = 10;
-constexpr std::uint16_t kNoContour = 0xFFFF;  // a fault of the scanner: no points follow
+constexpr std::uint16_t kNoContour = 0xFFFF;  // fault of the scanner: no points follow
 
 constexpr unsigned kTransparent = 0x01;
 constexpr unsigned kRain = 0x02;
@@ -37,7 +37,7 @@ i32 unsigned_at(std::span<const std::byte> bytes, std::size_t at) {
   return little_endian<std::uint16_t>(bytes, at);
 }
 
-// Centimetres, y to the left, become millimetres, y to the right.
+// Converts cm with y to the left to mm with y to the right.
 Point2d point_at(std::span<const std::byte> bytes, std::size_t at) {
   return {.x = kOfCentimetre * signed_at(bytes, at),
           .y = -kOfCentimetre * signed_at(bytes, at + 2)};
@@ -76,7 +76,7 @@ ObjRecogObject box_of(std::span<const std::byte> object, bool absolute) {
   return box;
 }
 
-// A straight piece: where its middle is, how long, and how it lies.
+// A line segment of a contour: centre, length and direction.
 ObjRecogObject piece_of(const ObjRecogObject& box, const Point2d& from, const Point2d& to) {
   const double dx = static_cast<double>(to.x.raw() - from.x.raw());
   const double dy = static_cast<double>(to.y.raw() - from.y.raw());
@@ -114,7 +114,7 @@ bool LuxMessages::next(LuxMessage& message) {
     const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
     const std::size_t at = text.find(kIbeoLuxMagic);
     if (at != 0) {
-      // A beginning of it may be at the end.
+      // The end of the buffer may contain the beginning of the magic bytes.
       const std::size_t keep = kIbeoLuxMagic.size() - 1;
       const std::size_t skip =
           at != std::string_view::npos ? at : bytes.size() - std::min(bytes.size(), keep);
@@ -161,7 +161,7 @@ bool decode_lux_scan(std::span<const std::byte> body, bool only_nearest, LadarDa
       LadarPoint next{.angle = static_cast<f32>(tick * signed_at(point, 2)),
                       .distance = kOfCentimetre * unsigned_at(point, 4),
                       .type = type_of(std::to_integer<unsigned>(point[1])),
-                      .intensity = unsigned_at(point, 6)};  // width of the echo, cm
+                      .intensity = unsigned_at(point, 6)};  // echo width, cm
       LadarPoint* const last = scan.points.size() > begin ? &scan.points.back() : nullptr;
       if (only_nearest && last != nullptr && last->angle == next.angle) {
         const bool is_object = next.type == ladar_point::kUnknown;
@@ -221,7 +221,8 @@ void IbeoLux::on_arrival(const Arrival& arrival, Output&) {
   }
 }
 
-// It measured then; its clock may be set while it runs, and its times may be none.
+// Converts a time of the scanner to host time. The clock of the scanner may be set at any time, and
+// its times may be invalid.
 Time IbeoLux::host_time(const LuxMessage& message, std::int64_t when) {
   constexpr std::int64_t kOldest = 1'000'000;
   const Time made = clock_.to_host(static_cast<std::uint64_t>(message.made), message.began);

@@ -1,16 +1,16 @@
-// Ibeo Lux over TCP, port 12002: it only talks.
+// Ibeo Lux over TCP, port 12002. The scanner sends without requests.
 //
-// A message is AF FE C0 C2, the size of the message before, its own size, a byte, the device's
-// number, the kind, and when it was made, all big-endian; then the body, little-endian. Times are
-// those of NTP, 64 bits: seconds since 1900 and their fraction.
+// A message is AF FE C0 C2, the size of the previous message, its own size, a byte, the device id, the
+// type, and its time, all big-endian; then the body, little-endian. Times have the NTP format, 64 bits:
+// seconds since 1900 and their fraction.
 //
 //   2202  a scan: points of four layers and up to three echoes, in cm
-//   2221  what it takes for objects, with boxes, speeds, classes and contours
+//   2221  recognised objects with boxes, speeds, classes and contours
 //
-// It looks ahead along x, y is to its left, angles are counter-clockwise.
+// x is ahead, y to the left, angles are counterclockwise.
 //
-// Source: what RACK 0.6.1 reads; PolySync's ibeo_lux_4l_driver.h and AutonomouStuff's ibeo_core,
-// which agree (Ibeo's document FF5.7.4). RACK read the fraction of objects' times as seconds.
+// Source: RACK 0.6.1; PolySync's ibeo_lux_4l_driver.h and AutonomouStuff's ibeo_core, which agree
+// (Ibeo's document FF5.7.4). RACK read the fraction of the time of objects as seconds.
 #pragma once
 
 #include <vector>
@@ -32,7 +32,7 @@ inline constexpr std::size_t kObjectsHead = 10;
 inline constexpr std::size_t kObject = 58;
 }  // namespace lux
 
-// Microseconds of a time of NTP.
+// Converts an NTP time to microseconds.
 constexpr std::int64_t lux_microseconds(std::uint64_t ntp) {
   return static_cast<std::int64_t>((ntp >> 32) * 1'000'000 +
                                    ((ntp & 0xFFFF'FFFF) * 1'000'000 >> 32));
@@ -52,7 +52,7 @@ class LuxMessages {
   bool next(LuxMessage& message);
   void clear();
 
-  // Bytes between messages.
+  // Number of bytes that belong to no message.
   [[nodiscard]] std::uint64_t lost() const { return lost_; }
 
  private:
@@ -67,13 +67,13 @@ struct LuxScan {
   std::int64_t begin = 0;  // microseconds
   std::int64_t end = 0;
 };
-// Points layer by layer, as far as they fit. With `only_nearest` of those at one angle of a layer
-// the nearest object alone. False: it is cut off, or none.
+// Decodes the points layer by layer, up to the capacity of the scan. `only_nearest`: keeps only the
+// nearest object at each angle of a layer. Returns false if the body is truncated or invalid.
 bool decode_lux_scan(std::span<const std::byte> body, bool only_nearest, LadarData& scan,
                      LuxScan& times);
 
-// Boxes, and contours as one object for each straight piece. `absolute`: speeds over ground instead
-// of relative ones. False: it is cut off.
+// Decodes boxes, and contours as one object per line segment. `absolute`: speeds over ground instead
+// of relative ones. Returns false if the body is truncated.
 bool decode_lux_objects(std::span<const std::byte> body, bool absolute, ObjRecogData& boxes,
                         ObjRecogData& contours, std::int64_t& began);
 

@@ -8,14 +8,14 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr int kTicks = 11520;                      // of a turn
+constexpr int kTicks = 11520;                      // per turn
 constexpr double kIbeoLuxEmulatorRange = 200'000;  // mm
 constexpr int kIbeoLuxEmulatorFirst = 50 * kTicks / 360;
 constexpr int kIbeoLuxEmulatorLast = -50 * kTicks / 360;
 constexpr int kIbeoLuxEmulatorStep = 16;  // half a degree
 constexpr int kLayers = 4;
 constexpr Duration kScanTime = 22ms;
-constexpr Duration kMakes = 5ms;  // a message, after the scan
+constexpr Duration kMakes = 5ms;  // from the end of a scan to its message
 
 }  // namespace
 
@@ -74,12 +74,12 @@ void IbeoLux::append_scan(Time begin, Time end, Time now) {
   append(kIbeoLuxEmulatorFirst, 2);
   append(kIbeoLuxEmulatorLast, 2);
   append(kPoints, 2);
-  append(0, 8);  // where it is mounted
-  append(0, 6);  // and flags
+  append(0, 8);  // mounting position
+  append(0, 6);  // flags
   for (int i = 0; i < kPoints; ++i) {
     const int tick = kIbeoLuxEmulatorFirst - i / kLayers * kIbeoLuxEmulatorStep;
     const double angle = -2 * std::numbers::pi * tick / kTicks;
-    append(i % kLayers, 1);  // of the first echo
+    append(i % kLayers, 1);  // layer, first echo
     append(0, 1);
     append(tick, 2);
     const Time when = begin + (end - begin) * (kIbeoLuxEmulatorFirst - tick) /
@@ -97,13 +97,13 @@ void IbeoLux::append_objects(Time begin, Time now) {
   body_.clear();
   append(static_cast<std::int64_t>(ntp(begin)), 8);
   append(1, 2);
-  append(17, 2);   // its number
+  append(17, 2);   // object id
   append(100, 2);  // age
   append(0, 4);
-  for (const int number : {1000,    150, 8,   9,  // where its middle is, and how sure that is, cm
-                           900,     120,          // its nearest point
+  for (const int number : {1000,    150, 8,   9,  // centre and its standard deviation, cm
+                           900,     120,          // nearest point
                            1000,    150, 460, 190, 1000, 150, 450, 180,
-                           -5 * 32,  // it is turned to the right
+                           -5 * 32,  // rotated to the right
                            -300,    20,  11,  12,  -400, 25,  5,   60,  90})
     append(number, 2);
   append(settings_.has_contour_fault ? 0xFFFF : 3, 2);

@@ -1,4 +1,4 @@
-// An Ibeo Lux, from its side: scans of a room in four layers, and a car that passes through it.
+// Emulator of an Ibeo Lux: scans of a room in four layers, and a car that drives through it.
 #pragma once
 
 #include <vector>
@@ -10,7 +10,7 @@ namespace rack::device::emulator {
 
 struct IbeoLuxSettings {
   Duration period = std::chrono::milliseconds(80);
-  std::uint64_t ntp = 0xE8D5'0000'0000'0000;  // when it is switched on
+  std::uint64_t ntp = 0xE8D5'0000'0000'0000;  // time at power-on
   bool has_contour_fault = false;             // FFFF points
   Sight sight = Room{};
 };
@@ -34,7 +34,7 @@ class IbeoLux final : public Dialogue {
   IbeoLuxSettings settings_;
   Time began_{};
   Time next_ = tims::kNever;
-  std::uint32_t before_ = 0;  // size of the message before
+  std::uint32_t before_ = 0;  // size of the previous message
   std::uint16_t number_ = 0;
   std::vector<std::byte> body_;
   std::vector<std::byte> message_;

@@ -23,7 +23,7 @@ struct Nobody : Output {
   void send(std::span<const std::byte>, std::uint32_t) override { FAIL(); }
 };
 
-// What the emulator says in that time.
+// The bytes that the emulator sends within a time.
 std::vector<std::byte> stream_of(Duration how_long,
                                  const emulator::IbeoLuxSettings& settings = {}) {
   std::vector<std::byte> heard;
@@ -76,7 +76,7 @@ TEST(IbeoLuxTest, SeesTheRoomInFourLayers) {
       ASSERT_EQ(point.type, ladar_point::kUnknown);
     }
     EXPECT_EQ(scan.points[0].angle, scan.points[200].angle);
-    // Making it, and half a scan; a delay that is always the same cannot be known.
+    // Time to build the message, and half a scan. A constant delay cannot be detected.
     EXPECT_NEAR(static_cast<double>((line.now() - recorded).count()) / 1e6, 5 + 11, 0.01);
   }
 }
@@ -194,7 +194,7 @@ TEST(IbeoLuxTest, EverySplitAndJoiningInTheMiddle) {
     EXPECT_GE(messages_in({std::span(stream).subspan(from)}), 2) << from;
 }
 
-// There are no sums: what is asked for is that the messages behind are found again.
+// Messages have no checksum: the test only requires that the following messages are found again.
 TEST(IbeoLuxTest, AfterFlippedBitsAndNoiseItGoesOn) {
   const auto stream = stream_of(2s);
   const int all = messages_in({stream});

@@ -32,7 +32,7 @@ TEST(IbeoTest, QuestionsAsTheOriginalSendsThem) {
   EXPECT_EQ(ibeo::kWanted, 0x29F0U);
 }
 
-// A telegram of any length, with frames lost or of others between.
+// Telegrams of any length, with lost frames or frames of other senders in between.
 TEST(IbeoTest, TelegramsOfManyFrames) {
   for (std::size_t size = 0; size < 40; ++size) {
     std::vector<std::byte> parameters(size);
@@ -55,7 +55,7 @@ TEST(IbeoTest, TelegramsOfManyFrames) {
       EXPECT_EQ(whole, lost == frames.size() ? 2 : 1) << size << " " << lost;
     }
   }
-  // To somebody else.
+  // To a different receiver.
   std::vector<IbeoFrame> frames;
   append_ibeo(frames, 2, 0x8301, std::vector<std::byte>(20));
   append_ibeo(frames, 2, 0x8102, {});
@@ -111,7 +111,7 @@ TEST(IbeoTest, SeesTheRoomInSectors) {
   LadarData scan;
   Time recorded;
   Time before{};
-  for (int i = 0; i < 2000; ++i) {  // its clock begins anew after 65 s
+  for (int i = 0; i < 2000; ++i) {  // the clock overflows after 65 s
     ASSERT_TRUE(line.run(1s, [&] { return driver.take(scan, recorded); }));
     const bool is_left = i % 2 == 0;
     ASSERT_EQ(scan.points.size(), 240U);
@@ -156,7 +156,7 @@ TEST(IbeoTest, SaysWhatIsWrong) {
   };
   EXPECT_THAT(why({.sensor = 1}, 2), testing::HasSubstr("scanner 2 does not answer"));
   EXPECT_THAT(why({.is_broken = true}, 1), testing::HasSubstr("broken"));
-  EXPECT_THAT(why({.measure_error = 3}, 1), testing::HasSubstr("borders of its sectors"));
+  EXPECT_THAT(why({.measure_error = 3}, 1), testing::HasSubstr("invalid sector borders"));
   EXPECT_THAT(why({.spin_up = 30s}, 1), testing::HasSubstr("within 15 s"));
 }
 

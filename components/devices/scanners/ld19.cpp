@@ -16,7 +16,7 @@ constexpr std::size_t kLastAngleAt = 42;
 constexpr std::size_t kTimeAt = 44;
 constexpr i32 kLd19RangeMin = 20;
 constexpr i32 kLd19RangeMax = 12'000;
-// The motor has to come to its speed first.
+// Includes the spin-up of the motor.
 constexpr Duration kLd19SpinUp = 5s;
 
 constexpr std::array<std::uint8_t, 256> ld19_crc_table() {
@@ -53,9 +53,9 @@ void Ld19::start(Time now, Output& out) {
 void Ld19::on_timeout(Time now, Output&) {
   if (timeout_ > now) return;
   timeout_ = tims::kNever;
-  fail(tims::Errc::kTimeout, "no whole turn of an LD06 or LD19 is heard at " +
+  fail(tims::Errc::kTimeout, "no complete turn of an LD06 or LD19 received at " +
                                  std::to_string(settings_.baud) +
-                                 " baud; is it switched on, and no other model (model=)?");
+                                 " baud; check its power and parameter model");
 }
 
 void Ld19::on_arrival(const Arrival& arrival, Output&) {
@@ -88,7 +88,7 @@ void Ld19::decode(std::span<const std::byte> packet, Time came) {
   const double last = little_endian<std::uint16_t>(packet, kLastAngleAt) * kHundredth;
   const double wide = last - first + (last < first ? kTurn : 0);
   const std::uint64_t counter = little_endian<std::uint16_t>(packet, kTimeAt);
-  // It is sent when its last point is measured.
+  // The packet is sent after its last point was measured.
   const Time end = counter < kTimeEnd ? clock_.to_host(counter, came) : came;
   const double took = speed > 0 ? wide / speed : 0;  // s
   const Duration step_time(static_cast<std::int64_t>(1e9 * took / kGaps));

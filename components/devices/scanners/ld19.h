@@ -1,9 +1,9 @@
-// LDROBOT LD06, LD19 and STL-19P: turning range finders that only talk.
+// LDROBOT LD06, LD19 and STL-19P: rotating range finders that send without requests.
 //
-// From power on they send packets of 47 bytes at 230400 baud: 54 2C, speed in degrees a second, the
+// After power-on they send packets of 47 bytes at 230400 baud: 54 2C, speed in degrees per second, the
 // angle of the first of twelve points in 1/100 degree, their distances in mm and intensities, the
-// angle of the last one, a time that begins anew after 30000 ms, and a CRC. All little-endian;
-// angles are clockwise.
+// angle of the last point, a time that wraps after 30000 ms, and a CRC. All little-endian; angles are
+// clockwise.
 //
 // Source: "LD19 Development Manual", "LD06 Development Manual" (the example there is the test's).
 #pragma once
@@ -14,7 +14,7 @@
 
 namespace rack::device {
 
-// Polynomial 4D.
+// CRC-8 with polynomial 4D.
 std::uint8_t ld19_crc(std::span<const std::byte> bytes);
 
 inline constexpr std::size_t kLd19Points = 12;
@@ -22,7 +22,7 @@ inline constexpr std::size_t kLd19Size = 47;
 
 struct Ld19Settings {
   std::uint32_t baud = 230400;
-  bool only_listen = false;  // to a recording
+  bool only_listen = false;  // the device is a recording
 };
 
 class Ld19 final : public TurningLadar {

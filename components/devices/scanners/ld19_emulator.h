@@ -1,4 +1,4 @@
-// An LD06 or LD19, from its side: talks about a room from the beginning.
+// Emulator of an LD06 or LD19: sends measurements of a room from the start.
 #pragma once
 
 #include <vector>
@@ -24,7 +24,7 @@ class Ld19 final : public Dialogue {
   [[nodiscard]] Time next_timeout() const override { return next_; }
 
  private:
-  [[nodiscard]] double angle_of(std::uint64_t point) const;  // degrees, in many turns
+  [[nodiscard]] double angle_of(std::uint64_t point) const;  // degrees, over many turns
   [[nodiscard]] Duration packet_time() const;
 
   Ld19Settings settings_;

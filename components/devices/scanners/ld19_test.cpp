@@ -17,7 +17,7 @@ namespace ld19_test {
 using namespace std::chrono_literals;
 using emulator::VirtualLine;
 
-// The example of the development manual.
+// Example in the development manual.
 constexpr std::string_view kPacket =
     "542C6808AB7EE000E4DC00E2D900E5D500E3D300E4D000E9CD00E4CA00E2C700E9C500E5C200E5C000E5BE823A1A5"
     "0";
@@ -70,7 +70,7 @@ TEST(Ld19Test, SeesTheRoom) {
   LadarData scan;
   Time recorded;
   Time before{};
-  for (int i = 0; i < 400; ++i) {  // its time begins anew after 30 s
+  for (int i = 0; i < 400; ++i) {  // the time wraps after 30 s
     ASSERT_TRUE(line.run(1s, [&] { return driver.take(scan, recorded); }));
     EXPECT_NEAR(static_cast<double>(scan.points.size()), 450, 1);
     EXPECT_NEAR(scan.duration, 100, 1);

@@ -14,7 +14,7 @@ constexpr std::byte kAcknowledge{0x06};
 constexpr std::byte kRefuse{0x15};
 constexpr std::byte kAnswerOfMode{0xA0};
 constexpr std::byte kMeasurement{0xB0};
-constexpr std::uint8_t kFromScanner = 0x80;  // flag of its addresses
+constexpr std::uint8_t kFromScanner = 0x80;  // address flag of telegrams from the scanner
 
 constexpr std::uint32_t kRateAtPowerOn = 9600;
 constexpr int kLms200Attempts = 3;
@@ -22,7 +22,7 @@ constexpr Duration kAcknowledgeTime = 60ms;
 constexpr Duration kLms200AnswerTime = 1s;
 constexpr Duration kAnswerTimeInterlaced = 3s;
 constexpr Duration kPause = 30ms;
-constexpr double kLms200TurnMilliseconds = 1000.0 / 75;  // of the mirror
+constexpr double kLms200TurnMilliseconds = 1000.0 / 75;  // one turn of the mirror
 
 constexpr std::byte operator""_b(unsigned long long value) { return static_cast<std::byte>(value); }
 
@@ -39,7 +39,7 @@ std::byte rate_code(std::uint32_t baud) {
   }
 }
 
-// How the number of values tells field and step, deg.
+// Field of view and step, deg, determined by the number of values.
 struct AngularField {
   std::size_t values;
   int angle;
@@ -91,7 +91,7 @@ void append_lms200(std::vector<std::byte>& out, std::span<const std::byte> body,
   out.push_back(static_cast<std::byte>(crc >> 8));
 }
 
-// Noise is passed over byte by byte until something fits.
+// Skips noise byte by byte.
 Lms200Telegrams::What Lms200Telegrams::next(Lms200Telegram& telegram) {
   buffer_.consume(std::exchange(used_, 0));
   while (buffer_.size() > 0) {
@@ -135,13 +135,13 @@ bool decode_lms200_scan(std::span<const std::byte> body, LadarData& scan) {
   const AngularField* const field = field_of(values);
   if (field == nullptr || body.size() < kHead + 2 * values) return false;
 
-  // In centimetres the upper three bits are flags, in millimetres only the last one.
+  // With unit cm the upper three bits are flags, with mm only the highest one.
   const bool in_millimetres = word >> 14 != 0;
   const unsigned mask = in_millimetres ? 0x7FFF : 0x1FFF;
   const int scale = in_millimetres ? 1 : 10;
   const double quarter = 0.25 * (word >> 11 & 3);
   const double half = field->angle / 2.0;
-  const double first = half - quarter;  // counter-clockwise from the right: clockwise it is last
+  const double first = half - quarter;  // the scanner sends counterclockwise, so this is the last
 
   scan.maxRange = static_cast<i32>(mask) * scale;
   scan.duration = static_cast<u32>(kLms200TurnMilliseconds * field->angle / 360);
@@ -151,7 +151,7 @@ bool decode_lms200_scan(std::span<const std::byte> body, LadarData& scan) {
   for (std::size_t i = 0; i < values; ++i) {
     const unsigned value = little_endian<std::uint16_t>(body, kHead + 2 * i);
     const auto distance = static_cast<i32>(value & mask);
-    // The highest values are codes: dazzled, out of range.
+    // The highest values are codes, for example dazzled or out of range.
     const bool is_measured = distance > 0 && distance < static_cast<i32>(mask) - 8;
     const bool is_reflector = is_measured && (value & ~mask) != 0;
     LadarPoint& point = scan.points[values - 1 - i];
@@ -183,7 +183,8 @@ void Lms200::start(Time now, Output& out) {
 
 void Lms200::stop(Time, Output& out) {
   if (settings_.only_listen || state_ != State::kMeasuring) return;
-  // Sends on request only, at the rate of power on: whoever comes next finds it.
+  // Stops continuous output and restores the rate of power-on, so that the next program finds the
+  // scanner.
   constexpr std::array kQuiet = {0x20_b, 0x25_b};
   constexpr std::array kSlow = {0x20_b, 0x42_b};
   question_.clear();
@@ -232,7 +233,7 @@ void Lms200::on_arrival(const Arrival& arrival, Output& out) {
       const bool is_slow = settings_.mode == Lms200Mode::kInterlaced;
       timeout_ = arrival.last + (is_slow ? kAnswerTimeInterlaced : kLms200AnswerTime);
     } else if (what == What::kRefused && waits) {
-      // At the wrong rate any byte comes.
+      // At the wrong rate, 15 may be a garbled byte.
       refused_ = state_ != State::kLogin;
       retry(arrival.last, out);
     } else if (what == What::kTelegram && waits && telegram.body.size() >= 2 &&
@@ -246,7 +247,7 @@ void Lms200::on_arrival(const Arrival& arrival, Output& out) {
   }
 }
 
-// The scanner wants a moment before the next question.
+// The scanner needs a pause before the next request.
 void Lms200::on_answer(Time now, Output& out) {
   if (state_ == State::kRate) {
     rate_ = settings_.baud;
@@ -269,8 +270,8 @@ void Lms200::on_timeout(Time now, Output& out) {
         now, out);
 }
 
-// At the rate of power on first, then at the one that may have been set before: by somebody else,
-// or by us when its answer was lost.
+// Tries the rate of power-on first, then the requested one, which may have been set before: by another
+// program, or by this one if the answer was lost.
 void Lms200::retry(Time now, Output& out) {
   if (attempts_ < kLms200Attempts)
     ask(now, out);
@@ -292,14 +293,14 @@ void Lms200::give_up() {
   fail(tims::Errc::kTimeout,
        state_ == State::kLogin && !refused_
            ? "the scanner answers neither at 9600 nor at " + std::to_string(settings_.baud) +
-                 " baud; is it switched on, and its line the right one (RS-422 for 500000)?"
+                 " baud; check its power and the serial line (RS-422 for 500000)"
            : "the scanner refuses " + std::to_string(settings_.baud) + " baud or this mode");
 }
 
 void Lms200::take_scan(const Lms200Telegram& telegram) {
   if (!decode_lms200_scan(telegram.body, scan_)) return;
   has_scan_ = true;
-  // It sends when the mirror has passed: the middle of the scan was half a scan before.
+  // The telegram is sent at the end of the scan; its middle was half a scan before.
   recorded_ = clock_.to_host(telegram.began) - std::chrono::milliseconds(scan_.duration) / 2;
 }
 

@@ -1,11 +1,11 @@
 // SICK LMS200, LMS211, LMS221, LMS291 over a serial line.
 //
-// A telegram is 02, address, length (u16), body, CRC (u16), all little-endian. What the host sends
-// is acknowledged by 06 or refused by 15 within 60 ms, and answered within seconds. The scanner
-// begins at 9600 baud, unless somebody has changed its rate before; it is brought to the wanted
-// rate and then told to send every scan by itself.
+// A telegram is 02, address, length (u16), body, CRC (u16), all little-endian. The scanner
+// acknowledges a telegram by 06 or refuses it by 15 within 60 ms, and answers within seconds. It starts
+// at 9600 baud, unless its rate was changed before. The dialogue sets the requested rate and then
+// starts continuous output of scans.
 //
-// Source: SICK's "Telegrams for configuring and operating the LMS2xx"; what RACK 0.6.1 sends.
+// Source: SICK's "Telegrams for configuring and operating the LMS2xx"; RACK 0.6.1.
 #pragma once
 
 #include <array>
@@ -18,17 +18,17 @@
 namespace rack::device {
 
 inline constexpr Duration kLms200Turn =
-    std::chrono::nanoseconds(1'000'000'000 / 75);  // of the mirror
+    std::chrono::nanoseconds(1'000'000'000 / 75);  // one turn of the mirror
 
 struct Lms200Telegram {
   std::uint8_t address = 0;
   std::span<const std::byte> body{};  // without CRC; valid until the next call
-  Time began{};                       // its first byte on the line
+  Time began{};                       // when its first byte was on the line
 };
 
-// Polynomial 8005 over pairs of bytes.
+// CRC with polynomial 8005 over pairs of bytes.
 std::uint16_t lms200_crc(std::span<const std::byte> bytes);
-// Appends a whole telegram to the scanner.
+// Appends a complete telegram to the scanner.
 void append_lms200(std::vector<std::byte>& out, std::span<const std::byte> body,
                    std::uint8_t address = 0);
 
@@ -40,20 +40,20 @@ class Lms200Telegrams {
   What next(Lms200Telegram& telegram);
   void clear() { buffer_.clear(); }
 
-  // Telegrams with a wrong CRC.
+  // Number of telegrams with a wrong CRC.
   [[nodiscard]] std::uint64_t broken() const { return broken_; }
 
  private:
-  // The longest body: 401 values and their head; more is a telegram that is none.
+  // Longest body: 401 values and their header; a longer length is invalid.
   static constexpr std::size_t kBodyMax = 812;
   static constexpr std::size_t kFrame = 6;
 
   StreamBuffer buffer_{4 * (kBodyMax + kFrame)};
   std::uint64_t broken_ = 0;
-  std::size_t used_ = 0;  // of the telegram that was handed out
+  std::size_t used_ = 0;  // size of the telegram that was returned
 };
 
-// The body of a measurement (B0) becomes a scan, clockwise. False: it is none.
+// Converts the body of a measurement (B0) to a clockwise scan. Returns false for other bodies.
 bool decode_lms200_scan(std::span<const std::byte> body, LadarData& scan);
 
 enum class Lms200Mode : std::uint8_t { kNormal, kInterlaced, kFast };
@@ -61,7 +61,7 @@ enum class Lms200Mode : std::uint8_t { kNormal, kInterlaced, kFast };
 struct Lms200Settings {
   std::uint32_t baud = 38400;  // 9600, 19200, 38400 or 500000
   Lms200Mode mode = Lms200Mode::kNormal;
-  bool only_listen = false;  // to a recording
+  bool only_listen = false;  // the device is a recording
 };
 
 class Lms200 final : public Dialogue {
@@ -74,7 +74,7 @@ class Lms200 final : public Dialogue {
   void stop(Time now, Output& out) override;
   [[nodiscard]] Time next_timeout() const override { return timeout_; }
 
-  // A recording may begin with the log-in: from its first scan on.
+  // A recording may begin with the log-in: it is ready from its first scan on.
   [[nodiscard]] bool is_ready() const {
     return state_ == State::kMeasuring && (!settings_.only_listen || recorded_ != Time{});
   }
@@ -82,7 +82,7 @@ class Lms200 final : public Dialogue {
   [[nodiscard]] std::uint64_t broken() const { return telegrams_.broken(); }
 
  private:
-  // In the order in which they are gone through.
+  // In the order of the setup.
   enum class State : std::uint8_t { kLogin, kRate, kStart, kMeasuring };
 
   void enter(State state, Time now, Output& out);
@@ -95,11 +95,11 @@ class Lms200 final : public Dialogue {
 
   Lms200Settings settings_;
   State state_ = State::kLogin;
-  std::uint32_t rate_ = 0;  // of the line, now
-  int attempts_ = 0;        // of this question
+  std::uint32_t rate_ = 0;  // current rate of the line
+  int attempts_ = 0;        // attempts of the current request
   bool acknowledged_ = false;
-  bool pausing_ = false;  // an answer was taken; the scanner wants 30 ms
-  bool refused_ = false;  // it has answered this question, by no
+  bool pausing_ = false;  // the scanner needs a pause of 30 ms after an answer
+  bool refused_ = false;  // the current request was refused
   Time timeout_ = tims::kNever;
   Lms200Telegrams telegrams_;
   std::vector<std::byte> question_;

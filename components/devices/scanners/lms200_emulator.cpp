@@ -9,13 +9,13 @@
 namespace rack::device::emulator {
 namespace {
 
-constexpr std::uint8_t kAddress = 0x80;  // of what comes from a scanner
+constexpr std::uint8_t kAddress = 0x80;  // address of telegrams from the scanner
 constexpr std::byte kModeCommand{0x20};
 constexpr std::byte kModeAnswer{0xA0};
 constexpr std::byte kStatusCommand{0x31};
 constexpr std::byte kLms200EmulatorUnknownCommand{0x92};
 constexpr std::byte kMeasurement{0xB0};
-constexpr std::byte kStatus{0x10};  // at the end of what it sends: no error
+constexpr std::byte kStatus{0x10};  // last byte of each body: no error
 constexpr std::string_view kPassword = "SICK_LMS";
 
 constexpr std::uint8_t kInstallMode = 0x00;
@@ -80,7 +80,7 @@ void Lms200Emulator::carry_out(std::span<const std::byte> body) {
   }
 }
 
-// What it becomes when it has answered.
+// Switches the mode after the answer.
 bool Lms200Emulator::switch_mode(std::span<const std::byte> body) {
   const auto mode = std::to_integer<std::uint8_t>(body[0]);
   if (mode == kInstallMode) {
@@ -117,8 +117,8 @@ void Lms200Emulator::on_timeout(Time now, Output& out) {
   if (scan_at_ <= now) send_scan(now, out);
 }
 
-// Half-degree scans are of two turns: one a degree apart, the next between. Sent whole, or part by
-// part as they are measured; the next one is sent when the line is free again.
+// Half-degree scans are measured in two turns, of which the second is shifted by half a degree. They
+// are sent as a whole, or turn by turn. The next one is sent when the line is free.
 void Lms200Emulator::send_scan(Time now, Output& out) {
   telegram_.clear();
   body_.clear();
@@ -139,8 +139,8 @@ void Lms200Emulator::send_scan(Time now, Output& out) {
   while (scan_at_ <= now) scan_at_ += between;
 }
 
-// `first`: counter-clockwise from ahead, degrees. `end`: when its last value was measured; of
-// values half a degree apart every second one is of the turn before.
+// `first`: angle of the first value, counterclockwise from straight ahead, degrees. `end`: when the
+// last value was measured; with a step of half a degree, every second value is of the previous turn.
 void Lms200Emulator::append_scan(std::size_t values, unsigned flags, double first, double step,
                                  Time end) {
   const unsigned unit = settings_.is_indoor ? 1U << 14 : 0;

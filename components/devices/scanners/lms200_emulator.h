@@ -1,5 +1,5 @@
-// A SICK LMS200 from its side: answers at its own rate only, changes it when told, and sends the
-// scans of what it sees, 75 turns of its mirror a second as far as the line carries them.
+// Emulator of a SICK LMS200: answers at its current rate only, changes the rate on request, and sends
+// scans of its scene, 75 turns of the mirror per second or fewer if the line is slower.
 #pragma once
 
 #include <deque>
@@ -10,9 +10,9 @@
 namespace rack::device::emulator {
 
 struct Lms200EmulatorSettings {
-  std::uint32_t baud = 9600;  // as somebody has left it
+  std::uint32_t baud = 9600;  // initial rate
   Duration answer_time = std::chrono::milliseconds(20);
-  bool is_indoor = true;  // millimetres, else centimetres with 13 bits
+  bool is_indoor = true;  // unit mm, else cm with 13 bits
   bool refuses_rates = false;
   Sight sight = Room{};
 };
@@ -32,7 +32,7 @@ class Lms200Emulator final : public Dialogue {
   [[nodiscard]] std::size_t scans_sent() const { return scans_sent_; }
 
  private:
-  // What it sends by itself.
+  // Scans sent without requests.
   enum class Mode : std::uint8_t { kOnRequest, kWhole, kParts };
 
   void carry_out(std::span<const std::byte> body);
@@ -42,13 +42,13 @@ class Lms200Emulator final : public Dialogue {
 
   Lms200EmulatorSettings settings_;
   std::uint32_t baud_ = 0;
-  std::uint32_t next_baud_ = 0;  // from the answer on
+  std::uint32_t next_baud_ = 0;  // rate after the answer
   Mode mode_ = Mode::kOnRequest;
   Mode next_mode_ = Mode::kOnRequest;
   bool is_logged_in_ = false;
   Lms200Telegrams telegrams_;
-  std::deque<std::vector<std::byte>> commands_;  // one after the other
-  std::vector<std::byte> body_;                  // of a scan
+  std::deque<std::vector<std::byte>> commands_;  // queue
+  std::vector<std::byte> body_;                  // body of a scan
   std::vector<std::byte> answer_;
   std::vector<std::byte> telegram_;
   Time answer_at_ = tims::kNever;

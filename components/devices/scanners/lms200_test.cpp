@@ -111,7 +111,7 @@ TEST(Lms200Test, AFlippedBitCostsOneTelegram) {
   for (std::size_t i = 0; i < one.size() * 8; ++i) {
     auto stream = one;
     stream[i / 8] ^= static_cast<std::byte>(1 << i % 8);
-    // What looks like the beginning of a long telegram is found out when enough has come.
+    // A false start with a long length is detected only after so many bytes.
     for (int again = 0; again < 4; ++again) stream.insert(stream.end(), one.begin(), one.end());
     Lms200Telegrams telegrams;
     telegrams.add({.bytes = stream});
@@ -143,13 +143,13 @@ TEST(Lms200Test, ARealTelegram) {
   EXPECT_EQ(telegrams.broken(), 0U);
 }
 
-// --- The dialogue, against a scanner that is as the manual says
+// --- The dialogue with an emulated scanner
 
 using emulator::Lms200Emulator;
 using emulator::Lms200EmulatorSettings;
 using emulator::VirtualLine;
 
-// Both, and the serial line between them.
+// Driver, scanner and the serial line between them.
 struct Pair {
   explicit Pair(const Lms200Settings& host_settings, const Lms200EmulatorSettings& settings = {},
                 std::size_t piece = 0)
@@ -162,7 +162,7 @@ struct Pair {
     line.start();
     return line.run(at_most, [&] { return host.is_ready() || host.failure(); }) && host.is_ready();
   }
-  // How many scans come in a second, and the last one.
+  // Number of scans per second; stores the last scan.
   double scans_per_second(Duration how_long = 4s) {
     std::size_t taken = 0;
     line.run(how_long, [&] {
@@ -239,7 +239,7 @@ TEST(Lms200DialogueTest, AnythingLostIsAskedForAgain) {
   }
 }
 
-// It was left measuring at the fast rate by somebody who crashed.
+// A crashed program has left the scanner measuring at the fast rate.
 TEST(Lms200DialogueTest, AScannerThatIsSendingIsTakenOver) {
   Pair pair({.baud = 500000});
   ASSERT_TRUE(pair.run_until_ready());

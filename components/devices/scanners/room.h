@@ -1,4 +1,4 @@
-// What an emulated range finder sees: a rectangular room, the scanner somewhere in it.
+// Default scene of emulated range finders: a rectangular room with the scanner in it.
 #pragma once
 
 #include <algorithm>
@@ -9,12 +9,12 @@
 namespace rack::device::emulator {
 
 struct Room {
-  double ahead = 3000;  // walls, mm from the scanner
+  double ahead = 3000;  // distances of the walls from the scanner, mm
   double behind = 2000;
   double right = 1500;
   double left = 2500;
 
-  // Clockwise from ahead, rad; mm.
+  // Distance at an angle clockwise from straight ahead; rad, mm.
   [[nodiscard]] double distance(double angle) const {
     const double forward = std::cos(angle);
     const double sideways = std::sin(angle);
@@ -26,7 +26,7 @@ struct Room {
     if (sideways < -kParallel) nearest = std::min(nearest, left / -sideways);
     return nearest;
   }
-  // As its Sight: the walls have no end above and below.
+  // For use as a Sight: the walls have infinite height.
   double operator()(double angle, double elevation, Time /*when*/) const {
     return distance(angle) / std::cos(elevation);
   }

@@ -15,11 +15,11 @@ constexpr int kRplidarAttempts = 4;
 constexpr Duration kPauseOfStop = 20ms;
 constexpr Duration kPauseOfReset = 2s;
 constexpr Duration kRplidarAnswerTime = 200ms;
-// The motor has to come to its speed first.
+// Includes the spin-up of the motor.
 constexpr Duration kRplidarSpinUp = 5s;
 constexpr std::uint16_t kFirmwareOfExpress = 0x0111;
 constexpr std::uint16_t kFirmwareOfConfiguration = 0x0118;
-constexpr unsigned kMotorSpeed = 660;  // of 1023, what the manual recommends
+constexpr unsigned kMotorSpeed = 660;  // of 1023, recommended by the manual
 constexpr i32 kRplidarRangeMin = 50;   // mm
 constexpr i32 kRangeOfOld = 12'000;
 constexpr std::uint8_t kIsBroken = 2;
@@ -52,7 +52,7 @@ void Rplidar::start(Time now, Output& out) {
   rate_index_ = 0;
   rate_ = settings_.baud;
   out.set_baud(rate_);
-  // The motor of the A1 turns while DTR is off.
+  // The motor of the A1 runs while DTR is off.
   out.set_dtr(false);
   enter(State::kStop, now, out);
 }
@@ -144,7 +144,7 @@ void Rplidar::ask(Time now, Output& out) {
 void Rplidar::on_timeout(Time now, Output& out) {
   if (timeout_ > now) return;
   if (state_ == State::kStop) {
-    // What was on its way has come, or is noise of another rate.
+    // Discards bytes that were in transit, and noise received at a wrong rate.
     packets_.clear();
     points_.clear();
     enter(State::kInfo, now, out);
@@ -167,7 +167,7 @@ void Rplidar::retry(Time now, Output& out) {
     try_next_rate(now, out);
     return;
   }
-  // Some know less than their firmware says: then as the old ones.
+  // Some scanners do not support requests that their firmware version suggests: treat them as old ones.
   if (state_ == State::kMode || state_ == State::kType || state_ == State::kRange) {
     if (state_ != State::kRange) type_ = rplidar::kPoints;
     enter(State::kScan, now, out);
@@ -175,8 +175,8 @@ void Rplidar::retry(Time now, Output& out) {
   }
   timeout_ = tims::kNever;
   fail(tims::Errc::kTimeout,
-       state_ >= State::kScan ? "the scanner sends no whole turn: does its motor turn, and get 5 V?"
-                              : "the scanner does not answer any more");
+       state_ >= State::kScan ? "the scanner sends no complete turn; check its motor and 5 V supply"
+                              : "the scanner has stopped answering");
 }
 
 void Rplidar::try_next_rate(Time now, Output& out) {
@@ -191,7 +191,8 @@ void Rplidar::try_next_rate(Time now, Output& out) {
   timeout_ = tims::kNever;
   fail(tims::Errc::kTimeout,
        settings_.has_rate ? "no RPLIDAR answers, neither at " + std::to_string(settings_.baud) +
-                                " baud nor at another rate of theirs; is it another model (model=)?"
+                                " baud nor at another RPLIDAR rate; check its power and "
+                                "parameter model"
                           : "no RPLIDAR answers");
 }
 
@@ -241,7 +242,7 @@ void Rplidar::on_health(const RplidarPacket& packet, Time now, Output& out) {
       return;
     }
     timeout_ = tims::kNever;
-    fail(tims::Errc::kSystem, "the scanner says that it is broken, error " +
+    fail(tims::Errc::kSystem, "the scanner reports a defect, error " +
                                   std::to_string(little_endian<std::uint16_t>(packet.data, 1)));
     return;
   }

@@ -1,9 +1,9 @@
-// Slamtec RPLIDAR A, S and C series: how one of them is brought to measure. See rplidar_packets.h
-// for what is said.
+// Setup and measurement of the Slamtec RPLIDAR A, S and C series. See rplidar_packets.h for the
+// protocol.
 //
-// It is stopped, at whatever rate its line has, asked who it is and how it feels (and started anew
-// when it feels bad), its motor is turned on, by DTR or by a command, and it is asked for the kind
-// of measurement that suits it best.
+// The dialogue detects the baud rate, stops the scanner, reads its identity and health (and resets it
+// after an error), starts the motor by DTR or by a command, and requests the best measurement mode of
+// the scanner.
 #pragma once
 
 #include <array>
@@ -16,11 +16,11 @@ namespace rack::device {
 
 struct RplidarSettings {
   std::uint32_t baud = 115200;  // 115200 A1 A2, 256000 A3 S1, 460800 C1, 1000000 S2 S3
-  bool has_rate = true;         // it is a serial line
-  bool only_points = false;     // 81, which all of them know
-  int turns_a_minute = 0;       // of those that can be told; 0: as it likes
-  std::string serial_number{};  // of the only scanner that will do, 32 hex digits; empty: any
-  bool only_listen = false;     // to a recording
+  bool has_rate = true;         // the line is a serial line
+  bool only_points = false;     // use single points (81), supported by all
+  int turns_a_minute = 0;       // if the speed is adjustable; 0: default of the scanner
+  std::string serial_number{};  // required serial number, 32 hex digits; empty: any
+  bool only_listen = false;     // the device is a recording
 };
 
 struct RplidarInfo {
@@ -46,7 +46,7 @@ class Rplidar final : public TurningLadar {
   [[nodiscard]] std::uint64_t lost() const { return packets_.lost(); }
 
  private:
-  // In the order in which they are gone through.
+  // In the order of the setup.
   enum class State : std::uint8_t {
     kStop,
     kInfo,

@@ -8,7 +8,7 @@ namespace rack::device::emulator {
 namespace {
 
 constexpr std::byte kBegin{0xA5};
-constexpr double kOffset = 1;  // degrees that the points of pairs are off
+constexpr double kOffset = 1;  // angle offset of the points of pairs, degrees
 constexpr std::uint16_t kMode = 2;
 
 int points_of(std::uint8_t type) {
@@ -28,7 +28,7 @@ std::uint32_t size_of(std::uint8_t type) {
   return type == rplidar::kPoints ? 5 : type == rplidar::kTriples ? 132 : 84;
 }
 
-// The largest of the twelve bits that is not more.
+// Encodes a distance in twelve bits, rounded down.
 std::uint32_t scaled(std::int32_t distance) {
   std::uint32_t bits = 0;
   for (std::uint32_t step = 2048; step > 0; step /= 2)
@@ -44,7 +44,7 @@ std::uint32_t difference(std::int32_t distance, const RplidarScaled& near) {
   return static_cast<std::uint32_t>(steps) & 0x3FF;
 }
 
-// As the manual has it: the nearer, the further the beam looks to the left.
+// According to the manual: the smaller the distance, the more the beam deviates to the left.
 double triple_offset(double distance) {
   if (distance < 50) return 7.5;
   const double k = std::floor(98361 / (4 * distance));
@@ -120,7 +120,7 @@ void Rplidar::obey(std::uint8_t command, std::span<const std::byte> payload, Tim
       if (!is_broken_) begin(rplidar::kPoints, now, out);
       break;
     case rplidar::kExpress:
-      // Whatever mode is asked for: 0 is that of pairs.
+      // Mode 0 is that of pairs; the requested mode is ignored.
       if (!is_broken_ && payload.size() == 5)
         begin(payload[0] == std::byte{} ? rplidar::kPairs : settings_.type, now, out);
       break;
@@ -191,7 +191,7 @@ double Rplidar::angle_of(std::uint64_t point) const {
   return 360 * turns_a_second * static_cast<double>(point) / settings_.points_a_second;
 }
 
-// What is sent at next_ was measured until then.
+// Points sent at next_ were measured until that time.
 std::int32_t Rplidar::seen(double degrees, std::uint64_t point) const {
   const auto left = points_of(type_) - static_cast<std::int64_t>(point - point_);
   const Time when = next_ - Duration(std::chrono::seconds(1)) * left / settings_.points_a_second;
@@ -208,7 +208,7 @@ void Rplidar::append_point() {
   append_little(packet_, static_cast<std::uint32_t>(4 * seen(angle, point_)), 2);
 }
 
-// The sum, which is filled in later, and the angle of the first point.
+// Appends a placeholder of the sum, and the angle of the first point.
 void Rplidar::append_head() {
   append_little(packet_, 0, 2);
   const double angle = std::fmod(angle_of(point_), 360);
@@ -231,7 +231,7 @@ void Rplidar::append_pairs() {
 }
 
 void Rplidar::append_triples() {
-  constexpr std::size_t kPoints = 97;  // and the first of the next packet
+  constexpr std::size_t kPoints = 97;  // including the first of the next packet
   std::array<std::int32_t, kPoints> distances{};
   for (std::size_t i = 0; i < kPoints; ++i) {
     double distance = 1000;

@@ -1,5 +1,5 @@
-// An RPLIDAR, from its side: who it is, how it feels, its modes, and what it sees, measured in any
-// of the four kinds of packets.
+// Emulator of an RPLIDAR: identity, health, modes, and measurements of its scene in any of the four
+// kinds of packets.
 #pragma once
 
 #include <vector>
@@ -13,14 +13,14 @@ struct RplidarSettings {
   std::uint32_t baud = 115200;
   std::uint8_t model = 0x18;            // A1
   std::uint16_t firmware = 0x011D;      // 1.29
-  std::uint8_t type = rplidar::kPairs;  // of its typical mode
+  std::uint8_t type = rplidar::kPairs;  // packet type of the typical mode
   int points_a_second = 4000;
   int turns_a_minute = 600;
-  bool is_broken = false;  // until it is started anew
+  bool is_broken = false;  // until it is reset
   bool stays_broken = false;
   Duration spin_up = std::chrono::milliseconds(500);
   double range = 12;               // m
-  std::uint8_t serial_number = 6;  // the last byte of it
+  std::uint8_t serial_number = 6;  // last byte of the serial number
   Sight sight = Room{};
 };
 
@@ -37,7 +37,7 @@ class Rplidar final : public Dialogue {
   [[nodiscard]] unsigned motor() const { return motor_; }
 
  private:
-  // Bytes of the command at the beginning of waiting_ that were used up; 0: it is not whole.
+  // Executes the first command in waiting_. Returns its size; 0: it is incomplete.
   std::size_t take_command(Time now, Output& out);
   void obey(std::uint8_t command, std::span<const std::byte> payload, Time now, Output& out);
   void answer(std::uint8_t type, std::span<const std::byte> data, Output& out);
@@ -48,15 +48,15 @@ class Rplidar final : public Dialogue {
   void append_triples();
   void append_dense();
   void append_head();
-  [[nodiscard]] double angle_of(std::uint64_t point) const;  // degrees, in many turns
-  // `point`: whose direction is `degrees`, or nearly.
+  [[nodiscard]] double angle_of(std::uint64_t point) const;  // degrees, over many turns
+  // Distance at `degrees`, close to the direction of `point`.
   [[nodiscard]] std::int32_t seen(double degrees, std::uint64_t point) const;
   [[nodiscard]] Duration packet_time() const;
 
   RplidarSettings settings_;
   bool is_broken_ = false;
   std::uint8_t type_ = 0;
-  std::uint64_t point_ = 0;  // measured so far
+  std::uint64_t point_ = 0;  // number of points measured so far
   unsigned motor_ = 0;
   Time next_ = tims::kNever;
   std::vector<std::byte> waiting_;

@@ -15,7 +15,7 @@ constexpr std::uint8_t kHasPayload = 0x80;
 constexpr std::uint32_t kSizeMask = 0x3FFF'FFFF;
 constexpr unsigned kAngleMask = 0x7FFF;
 constexpr double kRplidarPacketTurn = 2 * std::numbers::pi;
-// A point has no sum: so many that look right one after the other are.
+// A single point has no checksum: so many consecutive valid ones are required.
 constexpr std::size_t kPointsInStep = 4;
 
 std::size_t size_of(std::uint8_t type) {
@@ -44,7 +44,7 @@ int points_of(std::uint8_t type) {
 
 unsigned value(std::byte byte) { return std::to_integer<unsigned>(byte); }
 
-// Eight bytes at a time.
+// XOR of all bytes, computed eight bytes at a time.
 unsigned sum_of(std::span<const std::byte> bytes) {
   std::uint64_t sum = 0;
   for (; bytes.size() >= sizeof sum; bytes = bytes.subspan(sizeof sum)) {
@@ -77,8 +77,8 @@ double first_angle(std::span<const std::byte> capsule) {
   return (little_endian<std::uint16_t>(capsule, 2) & kAngleMask) * (kDegree / 64);
 }
 
-// The laser stands beside the receiver: how far the beam of a triple looks to the left of it, by
-// 98361 divided by the distance in 1/4 mm.
+// The laser is mounted beside the receiver, so the angle of a triple deviates to the left by a term
+// 98361 / distance in 1/4 mm.
 constexpr std::int32_t kOffsetOver = 98361;
 constexpr std::int32_t kNearest = 50;  // mm
 constexpr std::size_t kOffsets = kOffsetOver / (4 * kNearest) + 1;
@@ -94,7 +94,7 @@ constexpr std::array<double, kOffsets> triple_offsets() {
 double triple_offset(std::int32_t distance) {
   static constexpr auto kTable = triple_offsets();
   constexpr double kNear = 7.5 * kDegree;
-  // Of integers the division takes three times as long; rounded down this is the same.
+  // Integer division takes three times as long; rounded down, the result is the same.
   constexpr float kOver = kOffsetOver / 4.0F;
   if (distance < kNearest) return kNear;
   return kTable[static_cast<std::size_t>(
@@ -108,7 +108,7 @@ struct Scale {
 constexpr Scale scale_from(std::int32_t from, std::int32_t distance, int shift) {
   return {.offset = distance - from * (1 << shift), .shift = shift};
 }
-// They begin at 0, 512, 1280, 1792 and 3328: the highest four of the twelve bits say which it is.
+// The scales start at 0, 512, 1280, 1792 and 3328: the highest four of the twelve bits select one.
 constexpr std::array<Scale, 16> make_scales() {
   std::array<Scale, 16> scales{};
   for (std::size_t i = 0; i < scales.size(); ++i)
@@ -131,7 +131,7 @@ constexpr std::int32_t sign_extended(std::uint32_t bits) {
   return static_cast<std::int32_t>(bits << 22) >> 22;
 }
 
-// Of a triple: what comes behind the one whose distance is told.
+// Decodes the second or third point of a triple from its difference to a neighbour.
 std::int32_t predicted(std::int32_t difference, const RplidarScaled& near) {
   constexpr std::int32_t kNone = 0x1FF;
   constexpr std::int32_t kNoneEither = -0x200;
@@ -180,7 +180,8 @@ bool RplidarPackets::next(RplidarPacket& packet) {
   buffer_.consume(std::exchange(used_, 0));
   while (buffer_.size() > 0) {
     const auto bytes = buffer_.bytes();
-    // A measurement may begin as an answer does: the other way round only out of step.
+    // A measurement may begin with the same bytes as an answer. Therefore measurements are tried first
+    // while synchronised, and answers are tried first otherwise.
     What what = stream_ != 0 && is_in_step_ ? take_measurement(bytes, packet) : What::kSkip;
     if (what == What::kSkip) what = take_answer(bytes, packet);
     if (what == What::kSkip && stream_ != 0 && !is_in_step_) what = take_measurement(bytes, packet);
@@ -197,7 +198,7 @@ bool RplidarPackets::next(RplidarPacket& packet) {
   return false;
 }
 
-// kSkip: it is none; with used_ set, it is the beginning of measurements.
+// Returns kSkip if the bytes are not an answer, or, with used_ set, if measurements begin here.
 RplidarPackets::What RplidarPackets::take_answer(std::span<const std::byte> bytes,
                                                  RplidarPacket& packet) {
   if (bytes[0] != kRplidarPacketBegin) return What::kSkip;
@@ -210,7 +211,7 @@ RplidarPackets::What RplidarPackets::take_answer(std::span<const std::byte> byte
   if (many && size > 0 && size == size_of(type)) {
     stream_ = type;
     size_ = size;
-    is_in_step_ = true;  // the first one follows at once
+    is_in_step_ = true;  // the first measurement follows immediately
     follows_ = false;
     used_ = kAnswerHead;
     return What::kSkip;
@@ -261,7 +262,7 @@ void RplidarPoints::decode(const RplidarPacket& packet, TurningScan& scan) {
     first_ = first_angle(before_);
     const double next = first_angle(packet.data);
     step_ = (next - first_ + (next < first_ ? kRplidarPacketTurn : 0)) / points;
-    // A packet is sent when its last point is measured.
+    // A packet is sent after its last point was measured.
     step_time_ = took / points;
     began_ = before_time_ - took + step_time_;
     if (packet.type == rplidar::kPairs) decode_pairs(scan);

@@ -49,7 +49,7 @@ TEST(RplidarPacketsTest, DistancesOfVariableScale) {
   EXPECT_EQ(rplidar_scaled(4095).distance, 16384 + 767 * 16);
 }
 
-// A turn that holds what `decode` adds, and a point before and behind it.
+// A turn with the points that `decode` adds, and one point before and after them.
 template <typename Decode>
 LadarData turn_with(Decode decode) {
   TurningScan scan;
@@ -70,7 +70,7 @@ struct Expected {
   int distance;  // 1/4 mm
 };
 
-// Two packets of chance, and what the integers of public decoders make of the first one.
+// Two random packets, and the first one as decoded by the integer arithmetic of public decoders.
 void check_packets(std::uint8_t type, const std::string& first, const std::string& second,
                    std::size_t points, std::int64_t quarters, std::vector<Expected> expected) {
   const auto one = bytes(first);
@@ -148,7 +148,7 @@ TEST(RplidarPacketsTest, APointOfTheManual) {
   EXPECT_EQ(scan.points[2].intensity, 62);
 }
 
-// What an emulator says, from its first measurement on.
+// The bytes that an emulator sends, from its first measurement on.
 std::vector<std::byte> stream_of(std::uint8_t type, Duration how_long = 400ms) {
   std::vector<std::byte> heard;
   emulator::Rplidar scanner({.type = type, .spin_up = 10ms});
@@ -249,8 +249,8 @@ TEST(RplidarTest, SeesTheRoomInEachKindOfPackets) {
       EXPECT_GT(line.now(), recorded);
       for (const LadarPoint& point : scan.points) {
         EXPECT_EQ(point.type, ladar_point::kUnknown);
-        // Angles are rounded to 1/64 degree, those of a packet lie between two such; triples are
-        // rounded by up to 8 mm, and steep walls do the rest.
+        // Tolerances: angles are rounded to 1/64 degree and interpolated within a packet; triples are
+        // rounded by up to 8 mm; steep walls amplify these errors.
         EXPECT_NEAR(point.distance, room.distance(point.angle), 25)
             << int{type} << " " << point.angle;
       }
@@ -307,7 +307,7 @@ TEST(RplidarTest, ABrokenOneIsStartedAnewOnce) {
     line.run(20s, [&] { return driver.is_ready() || driver.failure(); });
     EXPECT_EQ(driver.is_ready(), !stays);
     if (stays) {
-      EXPECT_THAT(driver.failure()->detail(), testing::HasSubstr("broken, error 32769"));
+      EXPECT_THAT(driver.failure()->detail(), testing::HasSubstr("reports a defect, error 32769"));
     }
   }
 }
@@ -374,7 +374,7 @@ TEST(TurningScanTest, MorePointsThanFitAreThinnedOut) {
     EXPECT_NEAR(data.points.front().angle, -std::numbers::pi, 0.01);
     EXPECT_NEAR(data.points.back().angle, std::numbers::pi, 0.01);
   }
-  EXPECT_EQ(turns, 3);  // the first one does not fit
+  EXPECT_EQ(turns, 3);  // the first one exceeds the capacity
 }
 
 TEST(TurningScanTest, APointThatComesLateEndsNoTurn) {
@@ -398,7 +398,7 @@ TEST(RplidarTest, AnotherScannerIsRefusedByItsNumber) {
     VirtualLine line(driver, scanner, {});
     line.start();
     EXPECT_TRUE(line.run(10s, [&] { return driver.is_ready() || driver.failure(); }));
-    EXPECT_FALSE(driver.failure() && scanner.measures()) << "it was told to measure";
+    EXPECT_FALSE(driver.failure() && scanner.measures()) << "it received a command to measure";
     return driver.failure() ? driver.failure()->detail() : "";
   };
   EXPECT_EQ(refusal(digits + "6"),

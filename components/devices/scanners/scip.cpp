@@ -7,11 +7,11 @@ namespace rack::device {
 namespace {
 
 constexpr char kScipEnd = '\n';
-constexpr unsigned kZero = 0x30;  // the character of 0
+constexpr unsigned kZero = 0x30;  // character for 0
 constexpr std::size_t kCharactersOfLine = 64;
 constexpr std::string_view kData = "99";
 
-// The first line of `text`, without its end, which is taken away.
+// Removes the first line from `text` and returns it without its line end.
 std::string_view take_line(std::string_view& text) {
   const std::size_t end = text.find(kScipEnd);
   const std::string_view line = text.substr(0, end);
@@ -19,7 +19,7 @@ std::string_view take_line(std::string_view& text) {
   return line;
 }
 
-// Takes the sum from its end. False: it does not fit.
+// Removes the checksum from the end. Returns false if it is wrong.
 bool take_sum(std::string_view& line) {
   if (line.size() < 2) return false;
   const char sum = line.back();
@@ -40,7 +40,7 @@ bool are_numbers(std::string_view characters) {
   return (wrong & ~0x3FU) == 0;
 }
 
-// Of characters that are_numbers().
+// Decodes characters that were checked with are_numbers().
 template <int kCharacters>
 std::int32_t value_of(const char* at) {
   unsigned value = 0;
@@ -93,7 +93,7 @@ void append_scip_line(std::string& out, std::string_view text) {
 }
 
 void ScipAnswers::add(const Arrival& arrival) {
-  // So much without an end is none of theirs; what comes next may be.
+  // So many bytes without the end of an answer are invalid and are discarded.
   if (buffer_.size() + arrival.bytes.size() > kLongest) clear();
   buffer_.add(arrival);
 }
@@ -139,7 +139,7 @@ std::string_view scip_field(const ScipAnswer& answer, std::string_view name) {
   std::string_view lines = answer.data;
   while (!lines.empty()) {
     std::string_view line = take_line(lines);
-    // "NAME:text;" and a sum that leaves out the semicolon; SCIP 1 has neither.
+    // "NAME:text;" and a checksum that excludes the semicolon; SCIP 1 has neither.
     if (answer.has_sums()) {
       if (line.size() < 2 || line[line.size() - 2] != ';') continue;
       const char sum = line.back();
@@ -198,12 +198,12 @@ bool ScipScans::decode(const ScipAnswer& answer, LadarData& scan, std::uint32_t&
   return true;
 }
 
-// The lines without their sums and ends, one after the other.
+// Joins the lines without their checksums and line ends.
 bool ScipScans::join(const ScipAnswer& answer, std::uint32_t& counter) {
   std::string_view lines = answer.data;
   characters_.clear();
   counter = 0;
-  // G answers by 0, GD and GS by 00, MD and MS by 99.
+  // Status of answers with data: G 0, GD and GS 00, MD and MS 99.
   if (answer.has_sums()) {
     const bool has_data =
         answer.status == kData || (answer.question[0] == 'G' && answer.status == "00");
@@ -228,7 +228,7 @@ bool ScipScans::join(const ScipAnswer& answer, std::uint32_t& counter) {
 void ScipScans::fill(const ScipRange& range, LadarData& scan) const {
   const std::size_t count = range.values();
   const double step = 2 * std::numbers::pi / parameters_.steps_of_turn;
-  // Of steps that are one value: what is in their middle.
+  // Combined steps have the angle of their middle.
   const double middle = range.first + (range.cluster - 1) / 2.0;
   const double first = start_angle_.value_or((parameters_.front - middle) * step);
   const double wide = step * range.cluster;
@@ -241,7 +241,7 @@ void ScipScans::fill(const ScipRange& range, LadarData& scan) const {
   scan.points.resize(count);
   const char* at = characters_.data();
   for (std::size_t i = 0; i < count; ++i) {
-    LadarPoint& point = scan.points[count - 1 - i];  // they come counter-clockwise
+    LadarPoint& point = scan.points[count - 1 - i];  // values are counterclockwise
     const std::int32_t value = range.characters == 2 ? value_of<2>(at) : value_of<3>(at);
     at += range.characters;
     point.intensity = range.has_intensities ? value_of<3>(at) : 0;

@@ -11,7 +11,7 @@ namespace scip_test {
 
 std::span<const std::byte> bytes(std::string_view text) { return std::as_bytes(std::span(text)); }
 
-// Of steps 44 to 725 by threes: 228 distances.
+// Steps 44 to 725, three combined: 228 distances.
 std::string scan_text(std::uint32_t counter, std::uint32_t distance) {
   std::string text = "MD0044072503000\n";
   append_scip_line(text, "99");
@@ -25,7 +25,7 @@ std::string scan_text(std::uint32_t counter, std::uint32_t distance) {
   return text + "\n";
 }
 
-// How many scans come out of the pieces of a stream.
+// Number of scans decoded from the pieces of a stream.
 int scans_in(std::initializer_list<std::string_view> pieces) {
   ScipAnswers answers;
   ScipScans scans;
@@ -54,7 +54,7 @@ TEST(ScipTest, NumbersOfTheSpecification) {
   EXPECT_FALSE(scip_number("p0"));
 }
 
-// Of answers in the specification and in the wiki of the URG library.
+// Answers from the specification and from the wiki of the URG library.
 TEST(ScipTest, SumsOfPublishedAnswers) {
   EXPECT_EQ(scip_sum("00"), 'P');
   EXPECT_EQ(scip_sum("99"), 'b');
@@ -86,7 +86,7 @@ TEST(ScipTest, WhatAScannerSaysOfItself) {
   EXPECT_EQ(parameters.last, 725);
   EXPECT_FALSE(answers.next(answer));
 
-  // A line whose sum is wrong is missing; then the rest is worth nothing.
+  // A line with a wrong checksum is missing, which makes the whole answer invalid.
   std::string broken = text;
   broken[broken.find("5600")] = '6';
   answers.add({.bytes = bytes(broken)});
@@ -195,7 +195,7 @@ TEST(ScipTest, WhoJoinsInTheMiddleGetsTheNextScan) {
     EXPECT_EQ(scans_in({std::string_view(stream).substr(cut)}), 1) << cut;
 }
 
-// No sum is of the question; it is compared with what was asked.
+// The request in an answer has no checksum; it is compared with the request sent.
 TEST(ScipTest, AFlippedBitCostsTwoScansAtMost) {
   const std::string one = scan_text(1, 500);
   for (std::size_t i = one.find('\n') * 8; i < one.size() * 8; ++i) {
@@ -220,7 +220,7 @@ TEST(ScipTest, NoiseIsNoScan) {
     answers.add({.bytes = bytes(noise)});
     while (answers.next(answer)) EXPECT_FALSE(scans.decode(answer, scan, counter));
   }
-  // A line without end does not fill the memory.
+  // An endless line must not exhaust the memory.
   const std::string endless(100'000, 'x');
   for (int i = 0; i < 10; ++i) answers.add({.bytes = bytes(endless)});
   answers.add({.bytes = bytes("\n\n" + scan_text(9, 100))});

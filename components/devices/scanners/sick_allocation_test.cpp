@@ -1,5 +1,4 @@
-// Once a SICK scanner measures, nothing is allocated any more: neither by its dialogue nor by
-// decoding.
+// While a SICK scanner measures, neither its dialogue nor the decoder allocates memory.
 #include <gtest/gtest.h>
 
 #include "components/devices/scanners/lms200_emulator.h"
@@ -19,7 +18,7 @@ struct Nobody : Output {
   void send(std::span<const std::byte>, std::uint32_t) override {}
 };
 
-// How often memory was asked for while pieces came and scans were taken.
+// Number of allocations while pieces are received and scans are taken.
 template <class Dialog>
 std::size_t allocations_of(Dialog& dialogue, std::span<const std::byte> stream, std::size_t piece) {
   Nobody nobody;
@@ -49,8 +48,8 @@ template <class Dialog>
 void expect_none(Dialog& dialogue, std::span<const std::byte> stream, std::size_t piece) {
   Nobody nobody;
   dialogue.start({}, nobody);
-  (void)allocations_of(dialogue, stream, piece);  // until all memory is there
-  // One for the scan that the data of the driver begin with.
+  (void)allocations_of(dialogue, stream, piece);  // warm-up: allocates all buffers
+  // One allocation for the initial scan of the driver's data.
   EXPECT_LE(allocations_of(dialogue, stream, piece), 1U);
 }
 

@@ -1,4 +1,4 @@
-// Tests only: recordings of devices in tests/data/devices/sick.
+// For tests only: reads recordings in tests/data/devices/sick.
 #pragma once
 
 #include <fstream>

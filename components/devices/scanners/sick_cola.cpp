@@ -11,12 +11,11 @@ constexpr Duration kSickColaAnswerTime = 1s;
 constexpr Duration kAnswerTimeToIdentify = 500ms;
 constexpr Duration kSpinUpTime = 20s;
 constexpr int kSickColaAttempts = 3;
-constexpr int kAttemptsToIdentify = 6;  // in both dialects by turns
-constexpr Duration kTick = 1us;         // of the scanner's counter
+constexpr int kAttemptsToIdentify = 6;  // in both dialects alternately
+constexpr Duration kTick = 1us;         // unit of the scanner's counter
 constexpr std::uint64_t kTurnOfCounter = std::uint64_t{1} << 32;
 
-// Of the authorised client, as they are when nobody has changed them: of most scanners, and of the
-// TiM for safety.
+// Default passwords of the authorised client: of most scanners, and of the safety TiM.
 constexpr std::array<std::uint32_t, 2> kPasswords = {0xF4724744, 0x6FD62C05};
 constexpr std::uint8_t kAuthorisedClient = 3;
 
@@ -86,8 +85,8 @@ void SickCola::write_question() {
           .put(kPasswords[password_]);
       break;
     case State::kFields: {
-      // Distances of the first echo (1, 0) with remission in 16 bits or 8, no encoder (0, 0),
-      // position, names nor time; every scan.
+      // Distances of the first echo (1, 0) with remission in 16 or 8 bits; no encoder (0, 0), position,
+      // name or time; every scan.
       ColaWriter writer(dialect_, question_, "sWN LMDscandatacfg");
       writer.put(std::uint8_t{1}).put(std::uint8_t{0}).put(std::uint8_t{1});
       writer.put(static_cast<std::uint8_t>(is_narrow_ ? 0 : 1));
@@ -132,7 +131,7 @@ void SickCola::hear(const ColaTelegram& telegram, Output& out) {
     on_answer(reader, telegram.arrived, out);
 }
 
-// "sRA DeviceIdent" answers "sRN DeviceIdent", but "sAN Run" answers "sMN Run".
+// "sRA DeviceIdent" is the answer to "sRN DeviceIdent", but "sAN Run" is the answer to "sMN Run".
 bool SickCola::is_answer(const ColaReader& reader) const {
   const ColaReader question(dialect_, question_);
   if (question.kind() == "sMN") return reader.kind() == "sAN" && reader.name() == question.name();
@@ -175,7 +174,7 @@ void SickCola::on_login(bool is_in, Time now, Output& out) {
   } else if (++password_ < kPasswords.size()) {
     enter(State::kLogin, now, out);
   } else {
-    note("knows neither password of its authorised client, and stays as it is set up");
+    note("accepts none of the default passwords; its configuration is not changed");
     enter(State::kSubscribe, now, out);
   }
 }
@@ -187,7 +186,7 @@ void SickCola::on_error(ColaReader& reader, Time now, Output& out) {
       "error " + std::to_string(number) + (text.empty() ? "" : ", " + std::string(text));
   switch (state_) {
     case State::kIdentify:
-      enter(State::kLogin, now, out);  // it has no name, but it is there
+      enter(State::kLogin, now, out);  // a scanner without identity is accepted
       break;
     case State::kLogin:
       on_login(false, now, out);
@@ -226,7 +225,7 @@ void SickCola::on_timeout(Time now, Output& out) {
   if (state_ == State::kSpinUp) {
     timeout_ = tims::kNever;
     fail(tims::Errc::kTimeout,
-         "the scanner has accepted everything, but sends no scan; does its own display say why?");
+         "the scanner has accepted all requests, but sends no scan; check its display for errors");
   } else {
     retry(now, out);
   }
@@ -245,19 +244,19 @@ void SickCola::give_up() {
   if (state_ != State::kIdentify) {
     const ColaReader question(dialect_, question_);
     fail(tims::Errc::kTimeout,
-         "the scanner does not answer " + std::string(question.name()) + " any more");
+         "the scanner has stopped answering, at request " + std::string(question.name()));
   } else {
     fail(tims::Errc::kTimeout,
          settings_.dialect
              ? "no scanner answers in this protocol of CoLa; protocol=0 tries both"
-             : "no scanner answers, neither in CoLa B nor in CoLa A; is this its port "
-               "(2111 or 2112), and somebody else connected to it?");
+             : "no scanner answers, neither in CoLa B nor in CoLa A; check its port "
+               "(2111 or 2112) and that no other program is connected to it");
   }
 }
 
 void SickCola::take_scan(const ColaTelegram& telegram) {
   if (!decode_cola_scan(telegram, cola_scan_)) return;
-  if (cola_scan_.layer_angle != 0) return;  // of several layers, the level one
+  if (cola_scan_.layer_angle != 0) return;  // uses only the level layer
   if (settings_.serial_number != 0 && settings_.serial_number != cola_scan_.serial_number) {
     timeout_ = tims::kNever;
     is_wanted("scanner", serial_number(), std::to_string(settings_.serial_number));
@@ -268,8 +267,8 @@ void SickCola::take_scan(const ColaTelegram& telegram) {
   recorded_ = measured(telegram.arrived);
 }
 
-// When the beam was in the middle of the scan. An LMS5xx says when the turn began; others transmit
-// earlier after the time they say than a scan takes: theirs is of its end.
+// The time at which the beam was in the middle of the scan. An LMS5xx reports the start of the turn.
+// Other scanners transmit earlier after the reported time than a scan takes, so they report its end.
 Time SickCola::measured(Time arrived) {
   const Duration scan = std::chrono::milliseconds(scan_.duration);
   const bool stands_still = transmitted_ == cola_scan_.transmitted;

@@ -1,13 +1,12 @@
-// SICK LMS1xx, LMS5xx, TiM and MRS1000 as laser range finders: brought to send every scan by
-// itself.
+// Setup and measurement of the SICK laser range finders LMS1xx, LMS5xx, TiM and MRS1000.
 //
-// The scanner is asked who it is, in CoLa B and CoLa A by turns, until it answers in one of them.
-// Then the host logs in as its authorised client, says which fields it wants, starts the
-// measurement, leaves the login and orders the scans. What a scanner refuses on the way is noted
-// and passed over: one that is set up already needs none of it.
+// The dialogue requests the identity in CoLa B and CoLa A alternately until the scanner answers. It then
+// logs in as authorised client, selects the fields of scans, starts the measurement, logs out and
+// subscribes to the scans. Refused requests are noted and skipped, because a scanner that is already
+// configured does not need them.
 //
-// Every scan carries the scanner's own time, in microseconds since it was switched on; from it
-// comes when it was measured, without the jitter of a network.
+// Every scan contains the time of the scanner in microseconds since power-on, from which the time of
+// measurement is computed without the jitter of the network.
 #pragma once
 
 #include "components/devices/core/device_clock.h"
@@ -16,10 +15,10 @@
 namespace rack::device {
 
 struct SickColaSettings {
-  std::optional<ColaDialect> dialect{};  // nothing: the one it answers in
-  std::uint32_t serial_number = 0;       // of the only scanner that will do; 0: any
+  std::optional<ColaDialect> dialect{};  // empty: detect
+  std::uint32_t serial_number = 0;       // required serial number; 0: any
   ColaView view{};
-  bool only_listen = false;  // to a recording
+  bool only_listen = false;  // the device is a recording
 };
 
 class SickCola final : public Dialogue {
@@ -32,25 +31,25 @@ class SickCola final : public Dialogue {
   void stop(Time now, Output& out) override;
   [[nodiscard]] Time next_timeout() const override { return timeout_; }
 
-  // From the first scan on: until then its motor may be starting.
+  // True after the first scan: before that the motor may still be starting.
   [[nodiscard]] bool is_ready() const { return state_ == State::kMeasuring; }
   bool take(LadarData& scan, Time& recorded);
 
-  // The newest scan as it came.
+  // The newest scan as received.
   [[nodiscard]] const ColaScan& scan() const { return cola_scan_; }
   [[nodiscard]] ColaDialect dialect() const { return dialect_; }
   [[nodiscard]] std::string serial_number() const {
     return std::to_string(cola_scan_.serial_number);
   }
-  // "LMS111 V1.80", as far as it has said.
+  // For example "LMS111 V1.80", as far as known.
   [[nodiscard]] const std::string& identity() const { return identity_; }
-  // What it has refused since this was asked last, one line each; empty: nothing.
+  // Requests refused since the last call, one line each.
   std::string take_notes() { return std::exchange(notes_, {}); }
   [[nodiscard]] std::uint64_t errors() const { return errors_; }  // sFA
   [[nodiscard]] std::uint64_t broken() const { return telegrams_.broken(); }
 
  private:
-  // In the order in which they are gone through.
+  // In the order of the setup.
   enum class State : std::uint8_t {
     kIdentify,
     kLogin,
@@ -58,7 +57,7 @@ class SickCola final : public Dialogue {
     kMeasure,
     kRun,
     kSubscribe,
-    kSpinUp,  // waits for the first scan
+    kSpinUp,  // waiting for the first scan
     kMeasuring,
   };
 
@@ -79,9 +78,9 @@ class SickCola final : public Dialogue {
   const SickColaSettings settings_;
   State state_ = State::kIdentify;
   ColaDialect dialect_;
-  int attempts_ = 0;          // of this question
-  std::size_t password_ = 0;  // which one is tried
-  bool is_narrow_ = false;    // remission in 8 bits: it has none in 16
+  int attempts_ = 0;          // attempts of the current request
+  std::size_t password_ = 0;  // index of the password being tried
+  bool is_narrow_ = false;    // remission in 8 bits, because 16 bits are not supported
   Time timeout_ = tims::kNever;
   ColaTelegrams telegrams_;
   std::vector<std::byte> question_;
@@ -90,7 +89,7 @@ class SickCola final : public Dialogue {
   std::string notes_;
   std::uint64_t errors_ = 0;
   DeviceClock clock_;
-  std::optional<std::uint32_t> transmitted_;  // of the scan before
+  std::optional<std::uint32_t> transmitted_;  // of the previous scan
   ColaScan cola_scan_;
   LadarData scan_{};
   bool has_scan_ = false;

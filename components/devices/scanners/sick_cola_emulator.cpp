@@ -6,7 +6,7 @@
 namespace rack::device::emulator {
 namespace {
 
-// Numbers of sFA.
+// Error numbers of sFA.
 constexpr unsigned kAccessDenied = 1;
 constexpr unsigned kUnknownMethod = 2;
 constexpr unsigned kUnknownVariable = 3;
@@ -14,7 +14,7 @@ constexpr unsigned kWrongData = 5;
 constexpr unsigned kSickColaEmulatorUnknownCommand = 12;
 constexpr unsigned kUnknownEvent = 15;
 
-// The scanner had been on for this long when the emulation began.
+// Time since power-on of the scanner at the start of the emulation.
 constexpr Duration kOnBefore = std::chrono::minutes(7);
 
 }  // namespace
@@ -89,7 +89,7 @@ void SickColaEmulator::say(std::string_view kind, std::string_view name,
   append_cola(answers_, settings_.dialect, body_);
 }
 
-// In CoLa B no blank stands before the number.
+// In CoLa B there is no blank before the number.
 void SickColaEmulator::refuse(unsigned number) {
   body_.clear();
   if (settings_.dialect == ColaDialect::kAscii)
@@ -194,7 +194,7 @@ void SickColaEmulator::on_timeout(Time now, Output& out) {
   }
 }
 
-// As an LMS1xx counts: the time it tells is of the scan's end.
+// As in an LMS1xx, the reported time is that of the end of the scan.
 void SickColaEmulator::make_scan(Time started) {
   if (!settings_.scans.empty()) {
     const std::size_t next = scans_sent_ % settings_.scans.size();

@@ -1,6 +1,5 @@
-// A scanner that speaks CoLa, from its side: knows its password, its variables and methods, says
-// sFA to what it does not know, and sends the scans of what it sees, or those of a recording, at
-// its own pace and with its own counters.
+// Emulator of a scanner with CoLa: has a password, variables and methods, answers sFA to unknown
+// requests, and sends scans of its scene or of a recording, with its own timing and counters.
 #pragma once
 
 #include "components/devices/scanners/cola_scan.h"
@@ -9,26 +8,26 @@
 namespace rack::device::emulator {
 
 struct SickColaEmulatorSettings {
-  ColaDialect dialect = ColaDialect::kBinary;  // it hears nothing in the other one
+  ColaDialect dialect = ColaDialect::kBinary;  // ignores the other one
   std::string device = "LMS111";
   std::string version = "V1.80";
   std::uint32_t serial_number = 18090362;
   std::uint32_t password = 0xF4724744;
   bool has_wide_remission = true;
-  // Of a turn, and of the scan: 1/100 Hz, 1/10000 degree from the right, counter-clockwise.
+  // Frequency of turns, 1/100 Hz; angles of the scan, 1/10000 degree, counterclockwise from the right.
   std::uint32_t scan_frequency = 5000;
   std::int32_t start_angle = -450000;
   std::uint16_t step = 5000;
   std::uint16_t values = 541;
   Duration answer_time = std::chrono::milliseconds(2);
   Duration spin_up = std::chrono::milliseconds(500);        // from the start to the first scan
-  Duration transmits_after = std::chrono::milliseconds(3);  // the end of a scan
+  Duration transmits_after = std::chrono::milliseconds(3);  // from the end of a scan to its sending
   Sight sight = Room{};
-  // One after the other instead of it, again and again; their counters count on.
+  // Scans to send repeatedly instead of the scene; their counters continue.
   std::vector<ColaScan> scans{};
 };
 
-// The scans of a stream as it was captured. `most`: that many.
+// Decodes at most `most` scans of a captured stream.
 std::vector<ColaScan> scans_of_cola(std::span<const std::byte> stream, std::size_t most);
 
 class SickColaEmulator final : public Dialogue {
@@ -46,7 +45,7 @@ class SickColaEmulator final : public Dialogue {
   [[nodiscard]] bool sends_scans() const { return sends_scans_; }
   [[nodiscard]] std::size_t scans_sent() const { return scans_sent_; }
   [[nodiscard]] std::size_t errors_sent() const { return errors_sent_; }
-  // How the newest scan was measured: the middle of it.
+  // The time of the middle of the newest scan.
   [[nodiscard]] Time measured() const { return measured_; }
 
  private:
@@ -72,13 +71,13 @@ class SickColaEmulator final : public Dialogue {
   bool is_wide_ = false;
   ColaTelegrams telegrams_;
   std::vector<std::byte> body_;
-  std::vector<std::byte> answers_;  // whole telegrams, sent when their time comes
+  std::vector<std::byte> answers_;  // complete telegrams, sent when due
   std::vector<std::byte> telegram_;
   ColaScan scan_;
   Time switched_on_{};
-  Time turns_since_ = tims::kNever;  // its mirror is at speed
+  Time turns_since_ = tims::kNever;  // when the mirror reached its speed
   Time answer_at_ = tims::kNever;
-  Time scan_at_ = tims::kNever;  // the next one is transmitted
+  Time scan_at_ = tims::kNever;  // when the next scan is sent
   Time measured_{};
   std::size_t scans_sent_ = 0;
   std::size_t errors_sent_ = 0;

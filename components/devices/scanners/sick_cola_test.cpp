@@ -18,7 +18,7 @@ using emulator::SickColaEmulator;
 using emulator::SickColaEmulatorSettings;
 using emulator::VirtualLine;
 
-// A driver, a scanner, and the network between them.
+// A driver, a scanner and the network between them.
 struct Pair {
   explicit Pair(const SickColaSettings& host_settings = {},
                 const SickColaEmulatorSettings& scanner_settings = {},
@@ -47,7 +47,7 @@ TEST(SickColaTest, BringsAScannerToSendItsScans) {
     ASSERT_TRUE(pair.run_until_ready()) << pair.failure();
     EXPECT_EQ(pair.host.dialect(), dialect);
     EXPECT_EQ(pair.host.identity(), "LMS111 V1.80");
-    EXPECT_FALSE(pair.scanner.is_logged_in());  // it has left again
+    EXPECT_FALSE(pair.scanner.is_logged_in());  // logged out again
     EXPECT_EQ(pair.scanner.errors_sent(), 0U);
     EXPECT_EQ(pair.host.take_notes(), "");
     EXPECT_EQ(pair.host.scan().channel_count, 2U);
@@ -102,7 +102,7 @@ TEST(SickColaTest, AScannerMayBeSlow) {
   EXPECT_EQ(pair.scanner.errors_sent(), 0U);
 }
 
-// Says all of it twice.
+// Sends everything twice.
 class Stutterer final : public Dialogue, private Output {
  public:
   void start(Time now, Output& out) override { inner_.start(now, use(out)); }
@@ -146,8 +146,8 @@ TEST(SickColaTest, SaysWhatIsNotAnsweredAnyMore) {
     return from_host && contains(bytes, "LMCstartmeas");
   });
   EXPECT_FALSE(deaf.run_until_ready());
-  EXPECT_EQ(deaf.failure(), "the scanner does not answer LMCstartmeas any more");
-  // And when it does again, it is all begun anew.
+  EXPECT_EQ(deaf.failure(), "the scanner has stopped answering, at request LMCstartmeas");
+  // When it answers again, the setup starts from the beginning.
   deaf.line.set_lose(nullptr);
   deaf.line.start_host();
   EXPECT_TRUE(deaf.line.run(30s, [&] { return deaf.host.is_ready(); }));
@@ -162,12 +162,12 @@ TEST(SickColaTest, TriesTheOtherPassword) {
 TEST(SickColaTest, AScannerThatMeasuresAlreadyNeedsNoPassword) {
   Pair owner;
   ASSERT_TRUE(owner.run_until_ready());
-  // Somebody else, who does not know the password, at the same scanner.
+  // A client without the password connects to the same scanner.
   Pair pair({}, {.password = 1});
   EXPECT_FALSE(pair.run_until_ready(40s));
-  EXPECT_THAT(pair.host.take_notes(), testing::HasSubstr("knows neither password"));
+  EXPECT_THAT(pair.host.take_notes(), testing::HasSubstr("accepts none of the default passwords"));
   EXPECT_THAT(pair.failure(), testing::HasSubstr("sends no scan"));
-  EXPECT_TRUE(pair.scanner.sends_scans());  // ordered, but its laser is off
+  EXPECT_TRUE(pair.scanner.sends_scans());  // subscribed, but the laser is off
 }
 
 TEST(SickColaTest, TakesRemissionIn8BitsWhereThereIsNoOther) {
@@ -197,7 +197,7 @@ TEST(SickColaTest, AScanIsOfTheTimeWhenItWasMeasured) {
   LadarData scan;
   Time recorded;
   Duration worst{};
-  // A network that delays each piece differently: it is the least delayed that tells.
+  // The network delays each piece differently: the least delayed one determines the time.
   std::mt19937 random(1);
   SickCola host({.only_listen = true});
   struct Deaf : Output {
@@ -218,7 +218,7 @@ TEST(SickColaTest, AScanIsOfTheTimeWhenItWasMeasured) {
     ASSERT_TRUE(host.take(scan, recorded));
     if (i > 50) worst = std::max(worst, std::chrono::abs(recorded - pair.scanner.measured()));
   }
-  EXPECT_LT(worst, 700us);  // 500 of them: the duration is told in whole milliseconds
+  EXPECT_LT(worst, 700us);  // includes 500 us, because the duration is rounded to milliseconds
 }
 
 TEST(SickColaTest, ACounterThatStandsStillTellsNoTime) {
@@ -243,7 +243,7 @@ TEST(SickColaTest, ACounterThatStandsStillTellsNoTime) {
   }
 }
 
-// What a whole recording says in both directions, as it comes when it is played.
+// A whole recording with both directions, as it is played.
 TEST(SickColaTest, TakesAllScansOfARecording) {
   constexpr std::array<std::pair<const char*, std::size_t>, 4> kFiles = {
       {{"lms111.cola-b.txt", 97},

@@ -17,15 +17,16 @@ constexpr std::uint32_t kSickCompactMagic = 0x02020202;
 constexpr std::uint32_t kScan = 1;
 constexpr std::size_t kSickCompactHead = 32;
 constexpr std::size_t kSickCompactCrc = 4;
-constexpr std::size_t kSickCompactPointsMax = 2160;  // of LadarData
-constexpr std::size_t kBeamsMax = 16384;             // of a turn
+constexpr std::size_t kSickCompactPointsMax = 2160;  // capacity of LadarData
+constexpr std::size_t kBeamsMax = 16384;             // per turn
 constexpr Duration kSickCompactFirstScanTime = 5s;
 constexpr double kSickCompactTurn = 2 * std::numbers::pi;
-// Azimuths of beams: zero, and units of a radian.
+// Azimuths of beams: zero, and units per radian.
 constexpr int kAzimuthZero = 16384;
 constexpr float kAzimuthUnits = 5215;
 
-// The first of a byte; the others of a byte that so many others follow: eight at once.
+// Tables for computing the CRC of eight bytes at once: the first is for a single byte, table n for a
+// byte followed by n bytes.
 constexpr std::size_t kCrcAtOnce = 8;
 using CrcTable = std::array<std::uint32_t, 256>;
 constexpr std::array<CrcTable, kCrcAtOnce> crc_tables() {
@@ -44,7 +45,7 @@ constexpr std::array<CrcTable, kCrcAtOnce> crc_tables() {
 }
 constexpr std::array<CrcTable, kCrcAtOnce> kCrcTables = crc_tables();
 
-// Little-endian values from the front; what is not there is 0, and good() false from then on.
+// Reads little-endian values from the front. Missing values are read as 0 and make good() false.
 class Reader {
  public:
   explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}
@@ -109,7 +110,7 @@ struct Module {
 };
 
 bool take_head(Reader& reader, std::uint32_t version, Module& module) {
-  reader.skip(sizeof(std::uint64_t));  // counter of segments
+  reader.skip(sizeof(std::uint64_t));  // segment counter
   module.frame_number = reader.take<std::uint64_t>();
   module.serial_number = reader.take<std::uint32_t>();
   module.layers = reader.take<std::uint32_t>();
@@ -139,7 +140,7 @@ bool take_head(Reader& reader, std::uint32_t version, Module& module) {
   return reader.good() && std::isfinite(module.factor) && module.factor > 0;
 }
 
-// What follows the head: `version` tells the order of flags and azimuth.
+// Decodes the beams after the header; `version` determines the order of flags and azimuth.
 void take_beams(const Module& module, std::span<const std::byte> bytes, std::uint32_t version,
                 CompactSegment& segment) {
   const std::size_t which = module.most_level();
@@ -181,7 +182,7 @@ bool is_finite(const Layer& layer) {
          std::abs(layer.last) < 100;
 }
 
-// Clockwise from ahead, within half a turn.
+// Converts to clockwise, normalised to half a turn.
 float clockwise(float azimuth) {
   return static_cast<float>(-std::remainder(static_cast<double>(azimuth), kSickCompactTurn));
 }
@@ -268,14 +269,14 @@ void SickCompact::on_arrival(const Arrival& arrival, Output& /*out*/) {
   }
 }
 
-// A turn is finished with its last segment, if it is known how many it has, or else with the first
-// of the next.
+// A turn is complete with its last segment if their number is known, otherwise with the first segment
+// of the next turn.
 void SickCompact::take_segment(Time arrived) {
   const bool is_late = has_frame_ && segment_.frame_number + 1 == frame_number_;
   if (is_late) return;
   if (has_frame_ && segment_.frame_number != frame_number_) {
     if (!is_finished_) finish_frame(arrived);
-    // Fewer than there were: lost on the way, or, when it stays so, set up in another way.
+    // Fewer segments than before: some were lost, or, if this persists, the configuration has changed.
     constexpr int kShortTurnsMax = 20;
     short_turns_ = segments_ < segments_of_turn_ ? short_turns_ + 1 : 0;
     if (segments_ > segments_of_turn_ || short_turns_ > kShortTurnsMax)
@@ -306,7 +307,7 @@ void SickCompact::begin_frame() {
 
 void SickCompact::finish_frame(Time arrived) {
   is_finished_ = true;
-  if (!std::exchange(is_ready_, true)) return;  // it was joined within its turn
+  if (!std::exchange(is_ready_, true)) return;  // the first turn is incomplete
   if (beams_.empty()) return;
   for (CompactBeam& beam : beams_) beam.azimuth = clockwise(beam.azimuth);
   std::ranges::sort(beams_, {}, &CompactBeam::azimuth);
@@ -347,17 +348,17 @@ void SickCompact::on_timeout(Time now, Output& /*out*/) {
 
 std::string SickCompact::complaint() const {
   if (datagrams_ == 0)
-    return "no datagram comes; is the scanner set up, on its web page, to send its data here? Or, "
-           "for a host 192.168.0.5, by (for c in 'sMN SetAccessMode 3 F4724744' 'sWN "
+    return "no datagrams received; configure the scanner to send its data to this host, on its web "
+           "page, or, for a host 192.168.0.5, by (for c in 'sMN SetAccessMode 3 F4724744' 'sWN "
            "ScanDataEthSettings 1 +192 +168 +0 +5 +2115' 'sWN ScanDataFormat 2' 'sWN "
            "ScanDataEnable 1' 'sMN LMCstartmeas' 'sMN Run'; do printf '\\2%s\\3' \"$c\"; sleep 1; "
            "done) | nc SCANNER 2111";
   if (of_others_ > 0)
-    return "only other scanners send, the last one with serial number " +
+    return "data received from other scanners only, the last one has serial number " +
            std::to_string(segment_.serial_number);
   if (broken_ > 0)
-    return "what comes is not in the format Compact; choose it on the scanner's web page, instead "
-           "of MSGPACK";
+    return "received data are not in format Compact; select it instead of MSGPACK on the scanner's "
+           "web page";
   return "the scanner sends no scans, only data of its inertial unit";
 }
 

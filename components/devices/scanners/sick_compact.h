@@ -1,22 +1,22 @@
-// SICK picoScan100 and multiScan100, which send their scans by UDP (port 2115), in parts: segments
-// of a turn, a datagram each, in SICK's format "Compact".
+// SICK picoScan100 and multiScan100. They send scans by UDP (port 2115) in segments of a turn, one per
+// datagram, in SICK's format "Compact".
 //
-//    0  02 02 02 02, what it is (u32; 1 a segment, 2 the inertial unit), counter (u64),
-//       time of sending (u64, us), version (u32; 3 or 4), size of the first module (u32)
-//   32  modules, one after the other, and CRC-32 of all that (u32)
+//    0  02 02 02 02, type (u32; 1 segment, 2 inertial unit), counter (u64), time of sending (u64, us),
+//       version (u32; 3 or 4), size of the first module (u32)
+//   32  modules, and CRC-32 of everything before (u32)
 //
-// A module has some layers with equally many beams each: segment and frame (turn) number (u64
-// each), serial number, layers, beams, echoes (u32 each), then for each layer the time of its first
-// and of its last beam (u64, us), its elevation, and the azimuths of both beams (f32, rad), then
-// the factor of distances (f32, version 4 only), size of the next module (u32; 0: this was the
-// last), four bytes that say what comes of an echo and of a beam, and beam by beam, layer by layer:
-// distance and remission (u16 each) of every echo, a byte of flags and an azimuth (u16), in version
-// 3 the other way round. All of it little-endian; angles count counter-clockwise from ahead.
+// A module has one or more layers with the same number of beams: segment and frame (turn) number (u64
+// each), serial number, layers, beams, echoes (u32 each); for each layer the times of its first and
+// last beam (u64, us), its elevation, and the azimuths of both beams (f32, rad); the factor of
+// distances (f32, version 4 only), size of the next module (u32; 0: last module), four bytes that
+// state which values an echo and a beam have; and for each beam and each layer: distance and remission
+// (u16 each) of every echo, a byte of flags and an azimuth (u16), in version 3 in reverse order. All
+// little-endian; angles are counterclockwise from straight ahead.
 //
-// Where the segments are sent to, and that they are, is the scanner's own setting: on its web page,
-// or by CoLa A at TCP port 2111, ScanDataEthSettings (1 for UDP, the four numbers of the address,
-// the port), ScanDataFormat (2 for Compact) and ScanDataEnable. A driver that only listens does not
-// change for whom else it sends.
+// The scanner must be configured to send, and to which host: on its web page, or by CoLa A at TCP port
+// 2111 with ScanDataEthSettings (1 for UDP, the four numbers of the address, the port), ScanDataFormat
+// (2 for Compact) and ScanDataEnable. The driver only listens, so it does not disturb other receivers
+// of the scanner.
 //
 // Sources: SICK's "Data format description Compact"; its ScanSegmentAPI and sick_scan_xd.
 #pragma once
@@ -30,19 +30,19 @@
 namespace rack::device {
 
 struct CompactBeam {
-  float azimuth = 0;           // rad, counter-clockwise
-  std::uint32_t distance = 0;  // mm, of the first echo; 0: there is none
+  float azimuth = 0;           // rad, counterclockwise
+  std::uint32_t distance = 0;  // first echo, mm; 0: no echo
   std::uint16_t remission = 0;
   bool is_reflector = false;
 };
 
-// Of the most level layer in it.
+// The layer with the smallest elevation of a segment.
 struct CompactSegment {
   std::uint64_t counter = 0;
   std::uint64_t transmitted = 0;  // us
   std::uint64_t frame_number = 0;
   std::uint32_t serial_number = 0;
-  std::uint64_t started = 0;  // us: its first beam and its last
+  std::uint64_t started = 0;  // us, times of the first and the last beam
   std::uint64_t stopped = 0;
   float elevation = 0;
   std::vector<CompactBeam> beams{};
@@ -51,15 +51,15 @@ struct CompactSegment {
 std::uint32_t crc32(std::span<const std::byte> bytes);
 
 enum class CompactKind : std::uint8_t { kBroken, kSegment, kOther };
-// Allocates nothing when `segment` has the room.
+// Does not allocate if the capacity of `segment` suffices.
 CompactKind decode_compact(std::span<const std::byte> datagram, CompactSegment& segment);
 
 struct SickCompactSettings {
-  std::uint32_t serial_number = 0;  // of the only scanner that is heard; 0: any
+  std::uint32_t serial_number = 0;  // required serial number; 0: any
   std::int32_t max_range = 75000;   // mm
 };
 
-// Listens only: to a recording it is the same.
+// Only listens, so recordings need no special treatment.
 class SickCompact final : public Dialogue {
  public:
   explicit SickCompact(const SickCompactSettings& settings);
@@ -69,11 +69,11 @@ class SickCompact final : public Dialogue {
   void on_timeout(Time now, Output& out) override;
   [[nodiscard]] Time next_timeout() const override { return timeout_; }
 
-  // From the first turn on, which was joined within and is no scan.
+  // True after the first turn, which is incomplete and therefore not used as a scan.
   [[nodiscard]] bool is_ready() const { return is_ready_; }
   bool take(LadarData& scan, Time& recorded);
 
-  // Of whom the newest datagram is.
+  // Serial number in the newest datagram.
   [[nodiscard]] std::string serial_number() const { return std::to_string(segment_.serial_number); }
   [[nodiscard]] std::uint64_t broken() const { return broken_; }
 
@@ -88,22 +88,22 @@ class SickCompact final : public Dialogue {
   CompactSegment segment_;
   bool is_ready_ = false;
   Time timeout_ = tims::kNever;
-  // What came instead of scans.
+  // Data received instead of scans, for the error message.
   std::uint64_t datagrams_ = 0;
   std::uint64_t broken_ = 0;
   std::uint64_t of_others_ = 0;
 
-  // The turn that is put together.
+  // The turn that is being assembled.
   bool has_frame_ = false;
-  bool is_finished_ = false;  // and what comes of it now is too much
+  bool is_finished_ = false;  // further segments of this turn are ignored
   std::uint64_t frame_number_ = 0;
   std::size_t segments_ = 0;
   std::uint64_t started_ = 0;
   std::uint64_t stopped_ = 0;
   std::uint64_t transmitted_ = 0;
   std::vector<CompactBeam> beams_;
-  std::size_t segments_of_turn_ = 0;  // as far as it is known
-  int short_turns_ = 0;               // that had fewer, in a row
+  std::size_t segments_of_turn_ = 0;  // 0 if unknown
+  int short_turns_ = 0;               // number of consecutive turns with fewer segments
 
   LadarData scan_{};
   bool has_scan_ = false;

@@ -18,7 +18,7 @@ void append_float(std::vector<std::byte>& out, double number) {
   append_little(out, std::bit_cast<std::uint32_t>(static_cast<float>(number)));
 }
 
-// Remission 1000 and an azimuth for each beam, no flags but that of reflectors.
+// Appends a beam with remission 1000 and an azimuth; the only flag is that of reflectors.
 void append_beam(std::vector<std::byte>& out, const SickCompactEmulatorSettings& settings,
                  double azimuth, double elevation, Time when) {
   constexpr double kRange = 65535;
@@ -73,7 +73,7 @@ void append_compact(std::vector<std::byte>& out, const SickCompactEmulatorSettin
   for (std::uint32_t i = 0; i < layers; ++i) append_float(out, last);
   if (settings.version >= 4) append_float(out, static_cast<double>(settings.factor));
   append_little(out, std::uint32_t{0});           // no next module
-  append_little(out, std::uint32_t{0x00030300});  // all of an echo, all of a beam
+  append_little(out, std::uint32_t{0x00030300});  // all values of an echo and of a beam
   for (int beam = 0; beam < settings.beams; ++beam)
     for (const float elevation : settings.elevations)
       append_beam(

@@ -1,5 +1,5 @@
-// A SICK picoScan or multiScan from its side: sends the turns of what it sees in segments, a
-// datagram each, and hears nothing.
+// Emulator of a SICK picoScan or multiScan: sends turns of its scene in segments, one per datagram,
+// and receives nothing.
 #pragma once
 
 #include "components/devices/scanners/room.h"
@@ -11,17 +11,17 @@ struct SickCompactEmulatorSettings {
   std::uint32_t version = 4;
   std::uint32_t serial_number = 23110001;
   Duration turn = std::chrono::milliseconds(50);
-  int segments = 12;    // of a turn
-  int beams = 276;      // of a segment and a layer
-  double first = -138;  // degrees, counter-clockwise
+  int segments = 12;    // per turn
+  int beams = 276;      // per segment and layer
+  double first = -138;  // degrees, counterclockwise
   double last = 138;
-  std::vector<float> elevations = {0};  // of its layers, rad
+  std::vector<float> elevations = {0};  // elevations of the layers, rad
   int echoes = 1;
-  float factor = 1;  // of distances
+  float factor = 1;  // factor of distances
   Sight sight = Room{};
 };
 
-// Segment `number` of the turn `frame`, which began at `started`, us; sent `transmitted`.
+// Appends segment `number` of turn `frame`, which began at `started`, us; sent at `transmitted`, us.
 void append_compact(std::vector<std::byte>& out, const SickCompactEmulatorSettings& settings,
                     std::uint64_t frame, int number, std::uint64_t started,
                     std::uint64_t transmitted);
@@ -46,7 +46,7 @@ class SickCompactEmulator final : public Dialogue {
   std::uint64_t frame_ = 0;
   int segment_ = 0;
   Time turn_began_{};
-  Time next_ = tims::kNever;  // a segment was measured, and is sent
+  Time next_ = tims::kNever;  // when the next segment is complete and sent
 };
 
 }  // namespace rack::device::emulator

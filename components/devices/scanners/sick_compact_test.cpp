@@ -70,8 +70,8 @@ TEST(SickCompactTest, TheMostLevelLayerAndTheFirstEcho) {
     EXPECT_NEAR(beam.distance, room.distance(-static_cast<double>(beam.azimuth)), 5);
 }
 
-// All that is in the sample of SICK's ScanSegmentAPI, of which the values are told: two modules
-// with one layer and two echoes each, with azimuths and without flags, in version 3.
+// The sample of SICK's ScanSegmentAPI, whose values are documented: two modules with one layer and two
+// echoes each, with azimuths and without flags, in version 3.
 TEST(SickCompactTest, ASampleThatIsDescribed) {
   std::vector<std::byte> out;
   const auto put = [&](std::uint64_t number, std::size_t bytes) {
@@ -140,7 +140,7 @@ TEST(SickCompactTest, WhatIsBrokenIsNothing) {
     auto flipped = datagram;
     flipped[i / 8] ^= static_cast<std::byte>(1 << i % 8);
     EXPECT_EQ(decode_compact(flipped, segment), CompactKind::kBroken) << i;
-    // And whatever it says with a CRC that fits.
+    // The same with a corrected CRC.
     const std::size_t end = flipped.size() - 4;
     const std::uint32_t crc = crc32(std::span(flipped).first(end));
     for (std::size_t j = 0; j < 4; ++j) flipped[end + j] = static_cast<std::byte>(crc >> 8 * j);
@@ -153,7 +153,7 @@ struct Pair {
                 const SickCompactEmulatorSettings& scanner_settings = {})
       : host(settings), scanner(scanner_settings), line(host, scanner, {.is_bus = true}) {}
 
-  // What was taken, and how much of the room it missed at most, mm.
+  // Takes scans for a time; determines the maximum deviation from the room, mm.
   std::size_t take_for(Duration how_long) {
     std::size_t taken = 0;
     line.run(how_long, [&] {
@@ -177,7 +177,7 @@ TEST(SickCompactTest, PutsATurnTogether) {
   const std::size_t taken = pair.take_for(10s);
   EXPECT_TRUE(pair.host.is_ready());
   EXPECT_NEAR(static_cast<double>(taken), 198, 1);
-  // 3312 beams are more than can be sent: every second.
+  // 3312 beams exceed the capacity of a scan: every second one is kept.
   ASSERT_EQ(pair.scan.points.size(), 1656U);
   EXPECT_NEAR(pair.scan.startAngle, -138 * kDegree, 2e-3);
   EXPECT_NEAR(pair.scan.endAngle, 138 * kDegree, 2e-3);
@@ -188,7 +188,7 @@ TEST(SickCompactTest, PutsATurnTogether) {
     EXPECT_NEAR(point.distance, room.distance(point.angle), 3);
     ASSERT_TRUE(i == 0 || point.angle > pair.scan.points[i - 1].angle) << i;
   }
-  // The last turn ended when its last segment was sent, and was half done 25 ms before.
+  // The last turn ended when its last segment was sent; its middle was 25 ms before.
   const Duration age = (pair.line.now() - pair.recorded) % 50ms;
   EXPECT_NEAR(static_cast<double>(age.count()), 25e6, 2e5);
 }
@@ -197,7 +197,7 @@ TEST(SickCompactTest, ATurnIsSentWithItsLastSegment) {
   Pair pair({}, {.segments = 4});
   pair.line.start();
   pair.take_for(1s);
-  // Now and then two turns; each of them at its very end.
+  // Some waits give two turns; each is available at its end.
   std::set<Duration> ages;
   pair.line.run(1s, [&] {
     if (pair.host.take(pair.scan, pair.recorded)) ages.insert(pair.line.now() - pair.recorded);
@@ -252,7 +252,7 @@ TEST(SickCompactTest, FewerSegmentsThanBeforeAreNoticed) {
   EXPECT_FALSE(turn(41, 8));
   turn(42, 8);
   EXPECT_TRUE(turn(43, 8));
-  // A datagram that overtook others.
+  // A datagram that arrives out of order.
   const auto late = segment_of({.segments = 8, .beams = 10}, 42, 1);
   host.on_arrival({.bytes = late, .first = now, .last = now}, deaf);
   EXPECT_TRUE(turn(44, 8));
@@ -265,7 +265,7 @@ TEST(SickCompactTest, SaysWhyThereIsNoScan) {
   nobody.line.start();
   nobody.take_for(10s);
   ASSERT_TRUE(nobody.host.failure());
-  EXPECT_THAT(nobody.host.failure()->detail(), HasSubstr("no datagram comes"));
+  EXPECT_THAT(nobody.host.failure()->detail(), HasSubstr("no datagrams received"));
 
   Pair another({.serial_number = 5}, {.serial_number = 6});
   another.line.start();

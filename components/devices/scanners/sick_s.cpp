@@ -9,11 +9,11 @@ namespace {
 
 using namespace std::chrono_literals;
 
-constexpr std::size_t kUncounted = 4;  // zeros before what the size counts
+constexpr std::size_t kUncounted = 4;  // leading zeros, not included in the size
 constexpr std::size_t kSickSHead = 20;
 constexpr std::size_t kSickSCrc = 2;
 constexpr std::size_t kBlock = 4;  // BB BB 11 11
-constexpr std::size_t kNewer = 4;  // bytes that newer versions do not count
+constexpr std::size_t kNewer = 4;  // bytes that newer versions exclude from the size
 constexpr std::byte kCoordination{0xFF};
 constexpr std::uint8_t kMaster = 0x07;
 constexpr std::uint8_t kSlave = 0x08;
@@ -21,10 +21,10 @@ constexpr std::uint16_t kDistances = 0xBBBB;
 constexpr std::uint16_t kFirstField = 0x1111;
 constexpr double kStep = 0.5;  // degrees
 constexpr i32 kMaxRange = 30000;
-constexpr i32 kCodes = 10 * 0x1FF0;  // the highest values are none: dazzled, out of range
+constexpr i32 kCodes = 10 * 0x1FF0;  // higher values are codes: dazzled, out of range
 constexpr Duration kSickSFirstScanTime = 2s;
 
-// Of a device: what its laser sees, degrees, and how long it takes, ms.
+// Field of view of a device, degrees, and duration of a scan, ms.
 struct FieldOfView {
   std::size_t values;
   double angle;
@@ -51,7 +51,7 @@ bool has_crc(std::span<const std::byte> whole) {
   return sick_s_crc(counted) == little_endian<std::uint16_t>(whole, whole.size() - kSickSCrc);
 }
 
-// Six zeros, a size, FF and an address.
+// Checks for six zeros, a size, FF and an address.
 bool is_head(std::span<const std::byte> bytes) {
   for (std::size_t i = 0; i < 6; ++i)
     if (bytes[i] != std::byte{0}) return false;
@@ -85,7 +85,7 @@ void append_sick_s(std::vector<std::byte>& out, const SickSTelegram& telegram) {
   out.push_back(static_cast<std::byte>(crc >> 8));
 }
 
-// Noise is passed over byte by byte until something fits.
+// Skips noise byte by byte.
 bool SickSTelegrams::next(SickSTelegram& telegram) {
   buffer_.consume(std::exchange(used_, 0));
   while (buffer_.size() >= kSickSHead) {
@@ -134,7 +134,7 @@ bool decode_sick_s_scan(const SickSTelegram& telegram, SickSDevice device, Ladar
   scan.endAngle = static_cast<float>(right);
   scan.points.resize(field.values);
   for (std::size_t i = 0; i < field.values; ++i) {
-    // From the right to the left: clockwise it is the other way round.
+    // The scanner sends counterclockwise, so the order is reversed.
     const unsigned value = little_endian<std::uint16_t>(blocks, kBlock + 2 * i);
     const auto distance = static_cast<i32>(10 * (value & kCentimetres));
     const bool is_measured = distance > 0 && distance < kCodes;
@@ -170,7 +170,7 @@ void SickS::on_arrival(const Arrival& arrival, Output& /*out*/) {
     } else {
       has_scan_ = is_ready_ = true;
       timeout_ = tims::kNever;
-      // It is sent when the mirror has passed: the middle of the scan was half a scan before.
+      // The telegram is sent at the end of the scan; its middle was half a scan before.
       recorded_ = telegram.began - std::chrono::milliseconds(scan_.duration) / 2;
     }
   }
@@ -184,15 +184,15 @@ void SickS::on_timeout(Time now, Output& /*out*/) {
 
 std::string SickS::complaint() const {
   if (bytes_ == 0)
-    return "the scanner sends nothing; is it switched on, and set up for continuous output?";
+    return "the scanner sends nothing; check its power and that continuous output is configured";
   if (unknown_ > 0)
-    return "what the scanner sends is no scan of this device: devNumber is 300 or 3000, and its "
-           "continuous output must be all distances of one field, half a degree apart";
+    return "received data are not scans of this device; check devNumber (300 or 3000); continuous "
+           "output must be configured to all distances of one field with a step of 0.5 degrees";
   if (of_others_ > 0)
-    return std::string("only the other scanner of the EFI bus sends; set EFIdev=") +
+    return std::string("only the other scanner of the EFI bus sends data; set EFIdev=") +
            (settings_.is_slave ? "0" : "1");
-  return "the scanner sends, but nothing that can be read; is its rate " +
-         std::to_string(settings_.baud) + " baud?";
+  return "received data cannot be decoded; check that the scanner's rate is " +
+         std::to_string(settings_.baud) + " baud";
 }
 
 bool SickS::take(LadarData& scan, Time& recorded) {

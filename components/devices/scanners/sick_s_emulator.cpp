@@ -23,7 +23,7 @@ void append_sick_s_scan(std::vector<std::byte>& blocks, SickSDevice device, cons
   const int values = is_small ? 541 : 381;
   const double right = is_small ? 135 : 95;
   constexpr int kValuesOfTurn = 720;
-  constexpr double kRange = 81900;  // its largest value: nothing is there
+  constexpr double kRange = 81900;  // largest value, sent if there is no echo
   for (const unsigned byte : {0xBBU, 0xBBU, 0x11U, 0x11U})
     blocks.push_back(static_cast<std::byte>(byte));
   for (int i = 0; i < values; ++i) {
@@ -50,7 +50,7 @@ void SickSEmulator::on_timeout(Time now, Output& out) {
   append_sick_s_scan(blocks_, settings_.device, settings_.sight, scan_at_);
   ++scans_sent_;
   send(blocks_, out);
-  // At lower rates the next one waits for the line.
+  // At lower rates, the next scan waits until the line is free.
   const Duration turn = turn_of(settings_.device);
   const Duration busy = line_time(telegram_.size(), settings_.baud);
   while (scan_at_ <= now) scan_at_ += turn * ((busy + turn) / turn);

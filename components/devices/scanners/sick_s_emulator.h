@@ -1,5 +1,5 @@
-// A SICK S300 or S3000 from its side: sends scans of what it sees, one every 40 or 30 ms as far as
-// the line carries them, and hears nothing.
+// Emulator of a SICK S300 or S3000: sends scans of its scene every 40 or 30 ms, or less often if the
+// line is slower, and receives nothing.
 #pragma once
 
 #include "components/devices/scanners/room.h"
@@ -11,7 +11,7 @@ struct SickSEmulatorSettings {
   SickSDevice device = SickSDevice::kS300;
   bool is_slave = false;
   std::uint32_t baud = 500000;
-  bool sends_inputs = false;  // a block of inputs and outputs between the scans
+  bool sends_inputs = false;  // sends blocks of inputs and outputs between scans
   Sight sight = Room{};
 };
 
@@ -36,7 +36,7 @@ class SickSEmulator final : public Dialogue {
   Time scan_at_ = tims::kNever;
 };
 
-// Distances as a scanner sends them, measured until `end`.
+// Appends a block of distances, measured until `end`.
 void append_sick_s_scan(std::vector<std::byte>& blocks, SickSDevice device, const Sight& sight,
                         Time end);
 

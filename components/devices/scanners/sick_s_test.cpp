@@ -98,7 +98,7 @@ TEST(SickSTest, FlagsAndCodes) {
   EXPECT_NEAR(scan.endAngle, 95 * kDegree, 1e-6);
 }
 
-// Newer versions count two words less.
+// The size in newer versions is smaller by two units.
 TEST(SickSTest, BothWaysToCountTheSize) {
   auto newer = telegram_of(SickSDevice::kS300);
   newer[7] = static_cast<std::byte>(std::to_integer<int>(newer[7]) - 2);

@@ -65,7 +65,7 @@ void TurningScan::keep(std::span<const LadarPoint> points) {
   std::size_t at = left_out_;
   for (; at < points.size(); at += keep_each_) {
     if (kept.size() == kPointsMax) {
-      is_whole_ = false;  // the next turn keeps fewer
+      is_whole_ = false;  // the next turn keeps fewer points
       return;
     }
     kept.push_back(points[at]);

@@ -1,4 +1,4 @@
-// Range finders that turn and turn, and send single points: what they have in common.
+// Common part of rotating range finders that send single points.
 #pragma once
 
 #include <cmath>
@@ -9,7 +9,7 @@
 
 namespace rack::device {
 
-// To -pi up to pi; of angles that are some turns away at most.
+// Normalises an angle to -pi up to pi; for angles at most some turns away.
 template <typename Number>
 constexpr Number within_turn(Number angle) {
   constexpr Number kHalf = std::numbers::pi_v<Number>;
@@ -18,17 +18,17 @@ constexpr Number within_turn(Number angle) {
   return angle;
 }
 
-// Points become scans of one turn, from behind over left, ahead and right to behind. The first one
-// that begins in the middle of a turn is left out. Where a turn has more points than a scan takes,
-// each second one is kept, or each third, and so on.
+// Assembles points to scans of one turn, clockwise from behind over left, ahead and right. The first,
+// incomplete turn is discarded. If a turn has more points than a scan can hold, every second point is
+// kept, or every third, and so on.
 class TurningScan {
  public:
   TurningScan();
 
-  void set_range(i32 min, i32 max);  // mm; what lies outside is no point
+  void set_range(i32 min, i32 max);  // mm; points outside are invalid
   void clear();
-  // One after the other, the first of them measured at `first`: their angles clockwise from ahead,
-  // rad, some turns away at most; 0 mm: nothing was seen. Angles and types are written over.
+  // Adds consecutive points, of which the first was measured at `first`. Angles are clockwise from
+  // straight ahead, rad, at most some turns away; 0 mm: no echo. Overwrites angles and types.
   void add(std::span<LadarPoint> points, Time first, Duration step);
   void add(double angle, i32 distance, i32 intensity, Time measured) {
     LadarPoint point{
@@ -37,13 +37,14 @@ class TurningScan {
   }
   bool take(LadarData& scan, Time& recorded);
 
-  // That were handed out, since clear().
+  // Number of turns returned since clear().
   [[nodiscard]] std::uint64_t turns() const { return turns_; }
 
  private:
   static constexpr std::size_t kPointsMax = decltype(LadarData::points)::kMax;
 
-  // How many of them belong to this turn. Brings their angles within it, says their types.
+  // Returns the number of points that belong to this turn; normalises their angles and sets their
+  // types.
   std::size_t until_seam(std::span<LadarPoint> points);
   void keep(std::span<const LadarPoint> points);
   void end_turn(Time now);
@@ -55,21 +56,21 @@ class TurningScan {
   bool has_done_ = false;
   Time recorded_{};
   Time began_{};
-  bool is_whole_ = false;   // this turn was seen from its beginning, and fits
-  bool was_ahead_ = false;  // it has come around: only then it can end
-  bool was_right_ = false;  // the point before
-  std::size_t points_ = 0;  // of this turn, also those that are not kept
+  bool is_whole_ = false;   // this turn was received from its start and fits into a scan
+  bool was_ahead_ = false;  // the turn has passed straight ahead: only then can it end
+  bool was_right_ = false;  // the previous point was on the right
+  std::size_t points_ = 0;  // number of points of this turn, including those not kept
   std::size_t keep_each_ = 1;
-  std::size_t left_out_ = 0;  // points, before the next one is kept
+  std::size_t left_out_ = 0;  // points to skip before the next one is kept
   std::uint64_t turns_ = 0;
 };
 
 class TurningLadar : public Dialogue {
  public:
-  // The first turn is whole: from now on the next ones are to be expected.
+  // True after the first complete turn; from then on, further turns are expected.
   [[nodiscard]] bool is_ready() const { return scan_.turns() > 0; }
   bool take(LadarData& scan, Time& recorded) { return scan_.take(scan, recorded); }
-  // Empty: it tells none.
+  // Empty if the scanner does not report it.
   [[nodiscard]] virtual std::string serial_number() const { return {}; }
 
  protected:
