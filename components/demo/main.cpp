@@ -1,5 +1,5 @@
-// tims-demo: small components made with libtims, the way a user would write them. Each is a mailbox
-// and a loop that runs until SIGINT or SIGTERM.
+// tims-demo: small components made with libtims, as a user would write them. Each is a mailbox and
+// a loop that runs until SIGINT or SIGTERM.
 #include <algorithm>
 #include <array>
 #include <csignal>

@@ -1,6 +1,6 @@
-// Writes a capture while a driver runs: the driver's thread only appends to a buffer, another thread
-// writes it to the file. If the disk is full or slow, records are lost and counted, but the driver is
-// never delayed.
+// Writes a capture while a driver runs: the driver's thread only appends to a buffer, another
+// thread writes it to the file. If the disk is full or slow, records are lost and counted, but the
+// driver is never delayed.
 //
 // An existing recording is continued: a driver that opens its device again, or is restarted after a
 // crash, does not erase the events that led to it.
@@ -19,7 +19,8 @@ namespace rack::device {
 
 class CaptureFile {
  public:
-  // `device`: address for the header line. kInvalidArgument: the file exists and is not a recording.
+  // `device`: address for the header line. kInvalidArgument: the file exists and is not a
+  // recording.
   static tims::Result<std::unique_ptr<CaptureFile>> create(const std::string& path,
                                                            std::string_view device,
                                                            tims::Time begin);

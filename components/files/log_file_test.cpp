@@ -26,11 +26,11 @@ TEST(LogFile, GrowsByLines) {
   EXPECT_TRUE(file.append("two\n").ok());
   EXPECT_EQ(content(path), "one\ntwo\n");
   ASSERT_TRUE(file.create(path).ok());
-  EXPECT_EQ(content(path), "") << "anew";
+  EXPECT_EQ(content(path), "") << "the file must be empty";
 }
 
-// Incomplete lines after a loss of power, also with zeros, which file systems store in place of data
-// that was not written.
+// Incomplete lines after a loss of power, also with zeros, which file systems store in place of
+// data that was not written.
 TEST(LogFile, GoesOnBehindTheLastWholeLine) {
   const tims::test::TemporaryFolder folder;
   const std::string path = folder.path() / "a.dat";

@@ -52,11 +52,11 @@ constexpr std::size_t kBeamsMax = 10000;
 constexpr double kCarmenLogFarthest = 1e6;  // m
 
 // Reads the fields of a line one by one and remembers the first that is missing or not a number.
-class Words {
+class Fields {
  public:
-  explicit Words(std::string_view line) : left_(line) {}
+  explicit Fields(std::string_view line) : left_(line) {}
 
-  std::string_view word() {
+  std::string_view next() {
     const auto first = left_.find_first_not_of(kCarmenLogBlank);
     left_.remove_prefix(std::min(first, left_.size()));
     const std::string_view found = left_.substr(0, left_.find_first_of(kCarmenLogBlank));
@@ -64,7 +64,7 @@ class Words {
     return found;
   }
   double number(std::string_view what) {
-    const std::string_view text = word();
+    const std::string_view text = next();
     const auto value = tims::base::parse_number<double>(text);
     if (value && std::isfinite(*value)) return *value;
     if (wrong_.empty())
@@ -101,13 +101,13 @@ class Reader {
 
   // Empty, or the reason why the line is malformed.
   std::string take(std::string_view line) {
-    Words words(line);
-    const std::string_view type = words.word();
-    if (type == "ODOM") odometry(words);
-    if (type == "FLASER") front_laser(words);
-    if (type == "ROBOTLASER1") robot_laser(words, true);
-    if (type == "RAWLASER1") robot_laser(words, false);
-    return words.wrong();
+    Fields fields(line);
+    const std::string_view type = fields.next();
+    if (type == "ODOM") odometry(fields);
+    if (type == "FLASER") front_laser(fields);
+    if (type == "ROBOTLASER1") robot_laser(fields, true);
+    if (type == "RAWLASER1") robot_laser(fields, false);
+    return fields.wrong();
   }
 
   tims::Result<CarmenLog> end() {
@@ -130,64 +130,64 @@ class Reader {
   }
 
  private:
-  void odometry(Words& words) {
-    const Pose pose = words.pose("pose");
-    for (const auto* speed : {"tv", "rv", "accel"}) words.number(speed);
-    const double time = words.number("ipc time");
-    words.word();
-    words.number("logger time");
-    if (words.well()) log_.odometry.add(time, pose);
+  void odometry(Fields& fields) {
+    const Pose pose = fields.pose("pose");
+    for (const auto* speed : {"tv", "rv", "accel"}) fields.number(speed);
+    const double time = fields.number("ipc time");
+    fields.next();
+    fields.number("logger time");
+    if (fields.well()) log_.odometry.add(time, pose);
   }
 
-  void ranges(Words& words, LogScan& scan) {
+  void ranges(Fields& fields, LogScan& scan) {
     scan.begin = log_.ranges.size();
-    for (std::size_t i = 0; i < scan.count && words.well(); ++i)
-      log_.ranges.push_back(static_cast<float>(words.number("range")));
+    for (std::size_t i = 0; i < scan.count && fields.well(); ++i)
+      log_.ranges.push_back(static_cast<float>(fields.number("range")));
   }
 
-  void poses_and_times(Words& words, LogScan& scan) {
-    const Pose laser = words.pose("pose of the laser");
-    scan.odometry = words.pose("pose of the robot");
+  void poses_and_times(Fields& fields, LogScan& scan) {
+    const Pose laser = fields.pose("pose of the laser");
+    scan.odometry = fields.pose("pose of the robot");
     scan.laser = laser - scan.odometry;
   }
 
-  void add(Words& words, LogScan& scan) {
-    scan.time = words.number("ipc time");
-    words.word();
-    scan.logger_time = words.number("logger time");
-    if (words.well()) log_.scans.push_back(scan);
+  void add(Fields& fields, LogScan& scan) {
+    scan.time = fields.number("ipc time");
+    fields.next();
+    scan.logger_time = fields.number("logger time");
+    if (fields.well()) log_.scans.push_back(scan);
   }
 
-  void front_laser(Words& words) {
-    LogScan scan{.count = words.count("number of ranges")};
+  void front_laser(Fields& fields) {
+    LogScan scan{.count = fields.count("number of ranges")};
     // Scans of 180 and 360 beams end one step before the left limit, scans of 181 and 361 at it.
     const double steps = static_cast<double>(scan.count - scan.count % 2);
     const double field = radians(field_ > 0 ? field_ : usual_field(scan.count));
     scan.first = field / 2;
     scan.step = scan.count < 2 ? 0 : -field / steps;
-    ranges(words, scan);
-    poses_and_times(words, scan);
-    add(words, scan);
+    ranges(fields, scan);
+    poses_and_times(fields, scan);
+    add(fields, scan);
   }
 
-  void robot_laser(Words& words, bool has_poses) {
-    words.number("type");
+  void robot_laser(Fields& fields, bool has_poses) {
+    fields.number("type");
     LogScan scan{.is_raw = !has_poses};
-    scan.first = -words.number("start angle");
-    words.number("field of view");
-    scan.step = -words.number("resolution");
-    stated_max_ = std::max(stated_max_, words.number("range_max"));
-    for (const auto* unused : {"accuracy", "remission mode"}) words.number(unused);
-    scan.count = words.count("number of ranges");
-    ranges(words, scan);
-    const std::size_t remissions = words.count("number of remissions");
-    for (std::size_t i = 0; i < remissions && words.well(); ++i) words.number("remission");
+    scan.first = -fields.number("start angle");
+    fields.number("field of view");
+    scan.step = -fields.number("resolution");
+    stated_max_ = std::max(stated_max_, fields.number("range_max"));
+    for (const auto* unused : {"accuracy", "remission mode"}) fields.number(unused);
+    scan.count = fields.count("number of ranges");
+    ranges(fields, scan);
+    const std::size_t remissions = fields.count("number of remissions");
+    for (std::size_t i = 0; i < remissions && fields.well(); ++i) fields.number("remission");
     has_raw_ = has_raw_ || !has_poses;
-    if (!has_poses) return add(words, scan);
-    poses_and_times(words, scan);
+    if (!has_poses) return add(fields, scan);
+    poses_and_times(fields, scan);
     for (const auto* unused : {"tv", "rv", "forward safety", "side safety", "turn axis"})
-      words.number(unused);
-    add(words, scan);
+      fields.number(unused);
+    add(fields, scan);
   }
 
   // FLASER lines do not contain the field of view; it follows from the number of beams.

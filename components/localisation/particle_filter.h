@@ -39,7 +39,7 @@ struct FilterSettings {
   // Standard deviations of the odometry.
   double turn_by_turn = 0.15;  // rad for each rad
   double turn_by_way = 0.05;   // rad for each m
-  double along_by_way = 0.1;     // mm for each mm, along
+  double along_by_way = 0.1;   // mm for each mm, along
   double side_by_way = 0.02;   // mm for each mm, across
   double turn_least = 0.003;   // rad, minimum of a step
   double way_least = 8;        // mm, minimum of a step

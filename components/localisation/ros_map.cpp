@@ -82,7 +82,7 @@ class PgmReader {
  public:
   explicit PgmReader(std::string_view bytes) : left_(bytes) {}
 
-  std::string_view word() {
+  std::string_view token() {
     for (;;) {
       const auto first = left_.find_first_not_of(kRosMapBlank);
       left_.remove_prefix(std::min(first, left_.size()));
@@ -93,7 +93,7 @@ class PgmReader {
     left_.remove_prefix(found.size());
     return found;
   }
-  std::int64_t number() { return tims::base::parse_number<std::int32_t>(word()).value_or(-1); }
+  std::int64_t number() { return tims::base::parse_number<std::int32_t>(token()).value_or(-1); }
   // The next `count` bytes after exactly one blank; empty when there are fewer.
   std::string_view bytes(std::size_t count) {
     if (left_.size() < count + 1) return {};
@@ -113,7 +113,7 @@ struct Picture {
 
 tims::Result<Picture> read_pgm(std::string_view bytes) {
   PgmReader reader(bytes);
-  const std::string_view kind = reader.word();
+  const std::string_view kind = reader.token();
   if (kind != "P5" && kind != "P2")
     return malformed("not a PGM image: it must begin with P5 or P2");
   const std::int64_t width = reader.number();

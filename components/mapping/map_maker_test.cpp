@@ -59,7 +59,7 @@ TEST(MapMaker, SaysTheSameAgain) {
   EXPECT_EQ(one->map.cells, other->map.cells);
 }
 
-// Wheels that slip: two metres of way and 20 degrees come from nowhere.
+// Slipping wheels: the odometry reports two metres and 20 degrees without a movement.
 TEST(MapMaker, FollowsWhenTheOdometryJumps) {
   Building building(4);
   Drive drive = building.drive(50000, 100, 0);
@@ -112,7 +112,7 @@ TEST(MapMaker, SurvivesDrivesThatAreNone) {
   } else {
     EXPECT_EQ(made.error(), tims::Errc::kTooBig);
   }
-  // Nothing before it knows where it is: the poses are there all the same.
+  // The first scans are empty: their poses follow from the odometry.
   Drive late = building.drive(3000, 100, 0);
   for (std::size_t i = 0; i < 5; ++i) late.scans[i].count = 0;
   const auto made_late = make_map(late, {}, go_on);

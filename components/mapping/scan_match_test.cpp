@@ -35,7 +35,7 @@ TEST(ScanMatch, FindsAPoseNearbyToMillimetres) {
   }
 }
 
-// Two bare walls: nothing is known of the way along them.
+// Two bare walls: the position along them is not determined.
 TEST(ScanMatch, KnowsWhatACorridorDoesNotTell) {
   std::vector<BeamEnd> ends;
   for (float x = 3000; x > -3000; x -= 50) ends.push_back({x, 1000});

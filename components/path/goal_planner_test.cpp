@@ -154,7 +154,7 @@ TEST(GoalPlanner, SaysWhyThereIsNoPlan) {
   for (const PlanSettings& settings : {car(), robot()}) {
     GoalPlanner planner(settings);
     auto space = FreeSpace::empty({}, 20000, 20000, 100);
-    // A wall all the way.
+    // A wall along the whole map.
     space->occupy({10000, 0}, {10000, 20000});
     space->measure();
     const Pose here{.x = 5000, .y = 10000};

@@ -22,7 +22,7 @@ Waypoint2d waypoint(i32 x, i32 y, i32 speed = 0, i32 lbo = 0) {
 
 using Path = std::vector<PolarSpline>;
 
-// Promises of every path: it goes on where it was, keeps to the corridor and to every limit.
+// Properties of every path: it is continuous, and stays within the corridor and all limits.
 void expect_good(const Path& path, const std::vector<Waypoint2d>& route, const PathLimits& limits,
                  std::size_t neighbours = 1000000) {
   ASSERT_FALSE(path.empty());

@@ -17,7 +17,7 @@ struct Box {
   double left;
 };
 
-// Of four sides, clockwise from the front: the one `turns` quarter turns to the right of the
+// From four sides, clockwise from the front: the one `turns` quarter turns to the right of the
 // direction.
 template <typename Sides>
 double side(const Sides& sides, Direction direction, std::size_t quarters) {

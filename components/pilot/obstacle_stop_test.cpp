@@ -37,7 +37,7 @@ bool touches(const ChassisParamData& chassis, const Pose& at, const std::vector<
   });
 }
 
-// A wall across the way, 1 m wide, whose middle is there.
+// A wall across the path, 1 m wide, with its centre there.
 std::vector<Spot> wall_at(const Pose& at, double shift) {
   std::vector<Spot> spots;
   for (int i = -10; i <= 10; ++i) {
@@ -114,7 +114,7 @@ struct Trial {
   bool stopped = false;
 };
 
-// An obstacle appears on the way of a car that has come up to its speed.
+// An obstacle appears on the path of a car at full speed.
 Trial drive_into(const CarModel& model, double speed, bool bend, unsigned seed) {
   std::mt19937 random(seed);
   std::uniform_real_distribution<double> any(0, 1);

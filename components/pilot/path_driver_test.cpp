@@ -26,7 +26,7 @@ class Robot {
                               .chassisPeriod = kPeriod}));
   }
 
-  // Looks until it wants something of others, for at most so long; ms until then.
+  // Steps until there is a request, for at most `ms`; `waited` is the time until then.
   PathDriver::Request go(int ms) {
     for (waited = 0; waited < ms; waited += kPeriod) {
       look(0);
@@ -34,7 +34,7 @@ class Robot {
     }
     return {};
   }
-  // The path has a way of that length, and it has been driven.
+  // The path component sends a path of that length, and it is driven to its end.
   void goes(i32 way) {
     PathData& path = driver.inputs().path;
     path.splines.clear();

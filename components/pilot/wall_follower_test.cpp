@@ -87,7 +87,7 @@ TEST(WallFollower, FollowsWallsForEver) {
     trip.drive(60min);
     EXPECT_GT(trip.clearance, kCorner) << speed;
     EXPECT_GT(trip.way, 3600.0 * std::min(speed, 700) * 0.4) << speed;
-    // All the way round the rooms, from one side of the floor to the other.
+    // Around all rooms, from one side of the floor to the other.
     EXPECT_LT(trip.min.x, 500);
     EXPECT_LT(trip.min.y, 500);
     EXPECT_GT(trip.max.x, 6500);

@@ -96,8 +96,8 @@ bool parse_bytes(std::string_view text, std::vector<std::byte>& bytes) {
   return (seen & kNoDigit) == 0;
 }
 
-// Parses a frame: "181#3701", "18DAF110#R", "00000181#3701". Eight digits are an extended identifier
-// in candump logs, and an identifier with all its flags in captures.
+// Parses a frame: "181#3701", "18DAF110#R", "00000181#3701". Eight digits are an extended
+// identifier in candump logs, and an identifier with all its flags in captures.
 bool parse_frame(std::string_view text, bool is_candump, CaptureRecord& record) {
   const std::size_t mark = text.find('#');
   const auto id = tims::base::parse_number<std::uint32_t>(text.substr(0, mark), 16);
@@ -129,8 +129,8 @@ Result<bool> parse_candump(std::string_view line, CaptureRecord& record) {
   return true;
 }
 
-// Checks the first line after comments. A line that is longer than `text` is checked as far as it was
-// read.
+// Checks the first line after comments. A line that is longer than `text` is checked as far as it
+// was read.
 bool begins_with_record(std::string_view text) {
   while (!text.empty()) {
     const std::size_t end = text.find('\n');
@@ -231,7 +231,8 @@ Result<bool> parse_record(std::string_view line, CaptureRecord& record) {
   }
   const bool has_id = word.find('#') != std::string_view::npos;
   const bool good = has_id ? parse_frame(word, false, record) : parse_bytes(word, record.bytes);
-  if (!good || !next_word(line).empty()) return malformed(whole, "bytes must be pairs of hex digits");
+  if (!good || !next_word(line).empty())
+    return malformed(whole, "bytes must be pairs of hex digits");
   return true;
 }
 

@@ -17,8 +17,8 @@
 //
 // Format: seconds since the start of the recording (optionally the duration of the transmission),
 // direction, bytes in hex. Records without a direction were received. Lines of candump
-// ("(1700000000.123456) can0 181#3701") can be read as well. Empty lines and lines that begin with #
-// are skipped.
+// ("(1700000000.123456) can0 181#3701") can be read as well. Empty lines and lines that begin with
+// # are skipped.
 #pragma once
 
 #include <cstdint>
@@ -64,8 +64,8 @@ enum class RecordingFormat : std::uint8_t { kRaw, kCapture, kPcap };
 // Detects the format from the beginning of a file; some hundred bytes suffice.
 RecordingFormat format_of(std::span<const std::byte> beginning);
 
-// Parses a line without its line end into `record`, whose memory is reused. Returns false if the line
-// has no record (empty, a comment). kMalformed: the line is not part of a recording.
+// Parses a line without its line end into `record`, whose memory is reused. Returns false if the
+// line has no record (empty, a comment). kMalformed: the line is not part of a recording.
 Result<bool> parse_record(std::string_view line, CaptureRecord& record);
 
 }  // namespace rack::device

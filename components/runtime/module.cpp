@@ -572,7 +572,7 @@ void Module::Runtime::set_parameters(const tims::MessageView& message) {
 
 // Reports a changed parameter to the supervisor, which restarts the program with it after a crash.
 void Module::Runtime::notify(std::string_view what, std::string_view name,
-                           const std::string& value) const {
+                             const std::string& value) const {
   if (value.find('\n') != std::string::npos) return;  // the protocol is one line per variable
   manager_.tell(std::string(what).append(name) + "=" + value);
 }

@@ -9,7 +9,7 @@
 namespace rack::scan3d {
 namespace sweep_test {
 
-// To and fro from -0.5 to 0.5 rad in 2 s each way, at rest.
+// To and fro from -0.5 to 0.5 rad in 2 s per direction, at rest.
 Ride still(i32 mode = scan_mode::kPitch) {
   Ride ride;
   ride.mounting.mode = mode;

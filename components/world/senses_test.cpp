@@ -1,5 +1,5 @@
-// Drivers' dialogues, emulators and a world between them, on a clock of their own: what drivers
-// tell is what is true, and what they want is done.
+// Drivers' dialogues, emulators and a world between them, on a simulated clock: drivers report the
+// truth, and their commands are executed.
 #include "components/world/senses.h"
 
 #include <cmath>

@@ -164,7 +164,8 @@ bool TcpBridge::offer(std::uint64_t segment, std::vector<os::File> files) {
   return true;
 }
 
-void TcpBridge::open(std::uint32_t request, const wire::Open& message, std::vector<os::File> files) {
+void TcpBridge::open(std::uint32_t request, const wire::Open& message,
+                     std::vector<os::File> files) {
   auto opened = add_mailboxes(message, std::move(files));
   if (!opened.text.empty()) return answer(request, opened);
   for (const wire::OpenEntry& entry : message.entries)

@@ -1,4 +1,5 @@
-// Who is who in a measurement: an instance a pair, local id 0 its sender, above that receivers.
+// Addresses of a measurement: one instance per pair; local id 0 is its sender, higher ones
+// receivers.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +16,7 @@ inline Address receiver_address(std::uint32_t pair, std::uint32_t index) {
   return Address::of({.class_id = class_id::kTest, .instance = pair, .local = index + 1});
 }
 
-// Of what one process of a measurement sends over TCP or UDP.
+// The header of messages that a process sends over TCP or UDP.
 inline Header message_header(const Plan& plan) {
   const Address sender = sender_address(plan.pair);
   const Address receiver = receiver_address(plan.pair, plan.index);
@@ -24,7 +25,7 @@ inline Header message_header(const Plan& plan) {
           .src = plan.sender() ? sender : receiver};
 }
 
-// Of UDP on two hosts: a router or relay and its client. Nobody else is there.
+// UDP ports on two hosts: a router or relay and its client, alone in their namespaces.
 inline constexpr const char* kRouterPort = ":2010";
 inline constexpr const char* kClientPort = ":3000";
 

@@ -34,7 +34,7 @@ Result<boost::json::object> Admin::ask(const boost::json::object& question) {
   boost::system::error_code error;
   auto answer =
       boost::json::parse({reinterpret_cast<const char*>(body.data()), body.size()}, error);
-  if (error || !answer.is_object()) return Error(Errc::kVersion, "an answer that is not JSON");
+  if (error || !answer.is_object()) return Error(Errc::kVersion, "the answer is not JSON");
   if (answer.get_object().contains("error"))
     return Error(Errc::kRefused, boost::json::serialize(answer));
   return std::move(answer.get_object());

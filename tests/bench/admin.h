@@ -1,4 +1,4 @@
-// Asks a router of this machine (router/io/ADMIN.md).
+// Sends admin requests to a router of this machine (router/io/ADMIN.md).
 #pragma once
 
 #include <boost/json/object.hpp>
@@ -11,12 +11,12 @@ class Admin {
  public:
   static Result<Admin> open(const std::string& socket);
 
-  // The answer; an error when there is none, or when it is one.
+  // The answer; an error if there is none, or if the answer is an error.
   Result<boost::json::object> ask(const boost::json::object& question);
-  // How many mailboxes the router knows.
+  // The number of mailboxes that the router knows.
   Result<std::size_t> mailboxes();
   Result<bool> knows(Address address);
-  // Which way its only link goes: "udp", "dds".
+  // The path of its only link: "udp", "dds".
   Result<std::string> path();
 
  private:

@@ -1,4 +1,4 @@
-// Sockets whose calls wait: at 100 ns a message a second system call to wait would be seen.
+// Blocking sockets: at 100 ns per message a second system call for waiting would be significant.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 namespace tims::bench {
 
 void make_blocking(const os::File& socket);
-// Of every read from now on; kForever: none.
+// Sets the timeout of all reads; kForever: none.
 void set_read_timeout(const os::File& socket, Duration timeout);
 
 bool write_all(const os::File& socket, std::span<const std::byte> bytes);

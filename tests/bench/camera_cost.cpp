@@ -23,17 +23,17 @@ namespace device = rack::device;
 
 constexpr std::uint32_t kCameraCostWidth = 640;
 constexpr std::uint32_t kCameraCostHeight = 480;
-constexpr int kPictures = 30;  // then again from the first
+constexpr int kPictures = 30;  // repeated from the first
 constexpr int kQuality = 80;
-constexpr double kRate = 30;          // a second
-constexpr double kRateOfFolder = 20;  // that play: has by itself
+constexpr double kRate = 30;          // per second
+constexpr double kRateOfFolder = 20;  // default of play: for folders
 
 std::string name_of(const std::string& folder, int index) {
   const std::string number = std::to_string(index);
   return folder + "/" + std::string(4 - number.size(), '0') + number + ".jpg";
 }
 
-// Stripes with noise that move: about 50 kB a picture, as cameras make them.
+// Moving stripes with noise: about 50 kB per picture, as from real cameras.
 Result<std::string> make_pictures(const std::string& scratch) {
   std::string folder = scratch + "/pictures";
   std::filesystem::create_directories(folder);
@@ -82,7 +82,7 @@ bool listen(const Plan& plan, pid_t driver) {
       {.address = address(1), .slots = 4, .body_max = rack::body_max<rack::CameraData>()});
   if (!work || !data) return false;
   rack::CameraProxy camera(*work, Address::of({.class_id = class_id::kCamera}));
-  const Time give_up = os::now() + kStartLimit;  // its program may not be there yet
+  const Time give_up = os::now() + kStartLimit;  // its program may still be starting
   while (!camera.on() && os::now() < give_up) std::this_thread::yield();
   if (auto wanted = camera.get_cont_data(0, data->address()); !wanted)
     return complain(wanted.error());
@@ -95,8 +95,8 @@ bool listen(const Plan& plan, pid_t driver) {
     if (!message) return complain(message.error());
     if (!camera.decode_stream(*message, picture) || picture.mode != rack::camera_mode::kJpeg ||
         picture.width != kCameraCostWidth)
-      return complain(Error(Errc::kMalformed, "a picture is not as the camera's"));
-    if (i == 0) {  // what comes before is its start
+      return complain(Error(Errc::kMalformed, "a picture differs from the camera's"));
+    if (i == 0) {  // earlier time is its start
       before = usage_of(driver);
       began = os::now();
     } else {

@@ -1,12 +1,12 @@
-// What a camera costs: its program, and a listener, pictures of 640 x 480 as motion JPEG that are
-// passed on as they are, 30 a second; beside a program that only reads the same files.
+// The CPU time of CameraV4l with a listener: pictures of 640 x 480 as motion JPEG, forwarded
+// unchanged, 30 per second; compared with a program that only reads the same files.
 #pragma once
 
 #include "tests/bench/plan.h"
 
 namespace tims::bench {
 
-// Of CameraV4l alone: its process in plan.count pictures.
+// CPU time of the process CameraV4l for plan.count pictures.
 bool measure_camera(const Plan& plan);
 bool measure_bare_pictures(const Plan& plan);
 

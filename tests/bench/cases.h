@@ -1,4 +1,4 @@
-// What the lists of scenarios have in common.
+// Common parts of the lists of scenarios.
 #pragma once
 
 #include <vector>

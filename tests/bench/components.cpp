@@ -29,7 +29,7 @@ int run(rack::Module& module, const Plan& plan, const std::vector<std::string>& 
   return module.run(arguments);
 }
 
-// The time of a put, in the first point.
+// The time of put, stored in the first point.
 void stamp(rack::LadarData& scan, Time now) {
   const auto ns = static_cast<std::uint64_t>(now.time_since_epoch().count());
   scan.points[0].distance = static_cast<std::int32_t>(static_cast<std::uint32_t>(ns >> 32U));
@@ -128,7 +128,7 @@ bool play_listener(const Plan& plan) {
       {.address = address(1), .slots = 4, .body_max = rack::body_max<rack::LadarData>()});
   if (!work || !data) return false;
   rack::LadarProxy scanner(*work, scanner_address());
-  const Time give_up = os::now() + std::chrono::seconds(10);  // its program may not be there yet
+  const Time give_up = os::now() + std::chrono::seconds(10);  // its program may still be starting
   while (!scanner.on() && os::now() < give_up) {
   }
   if (!scanner.get_cont_data(0, data->address())) return false;
@@ -137,7 +137,7 @@ bool play_listener(const Plan& plan) {
   for (;;) {
     const auto message = data->peek_for(std::chrono::seconds(2));
     const Time now = os::now();
-    if (!message || !scanner.decode_stream(*message, scan)) break;  // it has ended
+    if (!message || !scanner.decode_stream(*message, scan)) break;  // the scanner has exited
     samples.push_back(now - stamped(scan));
   }
   print_latencies(samples);

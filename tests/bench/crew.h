@@ -1,4 +1,4 @@
-// The processes of one measurement. They end with it, however it ends.
+// The processes of one measurement. They are killed when it ends.
 #pragma once
 
 #include <map>
@@ -19,11 +19,12 @@ class Crew {
   Crew(const Crew&) = delete;
   Crew& operator=(const Crew&) = delete;
 
-  // What stands between; returns when it is ready.
+  // Starts the routers or relays between the roles; returns when they are ready.
   Result<void> start_middle();
   // Returns when the process is ready to receive.
   Result<void> start(Plan plan);
-  // Until all roles have ended; what each has measured, and what cost those between them.
+  // Waits until all roles have exited; returns their metrics, and the cost of the processes
+  // between.
   Result<std::vector<Metrics>> wait(Duration limit);
 
   [[nodiscard]] const Middle& middle() const { return middle_; }
@@ -41,7 +42,7 @@ class Crew {
   const Experiment& experiment_;
   std::string folder_;
   Middle middle_;
-  Usage before_;  // of those between
+  Usage before_;  // of the processes between
   std::vector<Member> members_;
 };
 

@@ -1,4 +1,4 @@
-// The usual program that tells how late a thread of real-time priority is woken.
+// The standard program that measures the wake-up delay of a real-time thread.
 #pragma once
 
 #include "tests/bench/plan.h"
@@ -7,7 +7,8 @@ namespace tims::bench {
 
 [[nodiscard]] bool has_cyclictest();  // Debian: rt-tests
 
-// With `plan.every` as period, for `plan.seconds`, at the priority and on the CPU of the clockwork.
+// Runs with period `plan.every` for `plan.seconds`, with the priority and CPU of the clockwork
+// role.
 bool run_cyclictest(const Plan& plan);
 
 }  // namespace tims::bench

@@ -38,7 +38,7 @@ std::span<const std::byte> DdsEngineLink::message_at(std::span<const std::byte> 
                                           : bytes.subspan(at + kSize, size);
 }
 
-// Waits for room, and at first for the one it sends to.
+// Waits for room, and at first for the discovery of the receiver.
 bool DdsEngineLink::send(std::span<const std::byte> payload) {
   constexpr std::size_t kDatagram = link::kDatagramMax;
   constexpr std::size_t kBurst = link::kBurstBytesMax / kDatagram * kDatagram;

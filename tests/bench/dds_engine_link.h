@@ -1,4 +1,4 @@
-// Two hosts with nothing but the engine of the router that talks DDS, each turning its own loop.
+// Two hosts with only the DDS engine of the router, each with its own loop.
 #pragma once
 
 #include <cstdint>
@@ -36,13 +36,13 @@ class DdsEngineLink {
       deliver(message);
       at += kSize + message.size();
     }
-    // What has come of the next one stands before what came meanwhile.
+    // Bytes of the next message precede those that have arrived since.
     host.received.insert(host.received.begin(), taken_.begin() + static_cast<std::ptrdiff_t>(at),
                          taken_.end());
   }
 
  private:
-  // Messages, each behind its size, are a stream: datagrams come complete and in order.
+  // A stream of messages, each after its size: datagrams arrive complete and in order.
   struct Host final : io::DdsEngine::Listener {
     Host();
     void on_datagram(const link::NetAddress&, std::span<std::byte> datagram) override {
@@ -64,7 +64,7 @@ class DdsEngineLink {
 
   DdsEngineLink() : host_(std::make_unique<Host>()) {}
 
-  // Empty when it has not come completely.
+  // Empty if the message has not arrived completely.
   static std::span<const std::byte> message_at(std::span<const std::byte> bytes, std::size_t at);
 
   std::unique_ptr<Host> host_;

@@ -1,12 +1,12 @@
-// Before a DDS participant is made: it only ever knows the interfaces that run by then.
+// Call before creating a DDS participant, which uses only interfaces that are up at that time.
 #pragma once
 
 #include <string>
 
 namespace tims::bench {
 
-// Until the interface with this address runs; the kernel takes up to a second to say so of a new
-// one. Not for ever: then there is no such address.
+// Waits until the interface with this address is up, which takes the kernel up to a second for a
+// new one. Returns after a timeout if there is no such address.
 void wait_for_interface(const std::string& address);
 
 }  // namespace tims::bench

@@ -66,8 +66,8 @@ class OctetsType final : public fast::TopicDataType {
   bool getKey(void*, rtps::InstanceHandle_t*, bool) override { return false; }
 };
 
-// Deep enough that the history is never full: acknowledgements come with the heartbeat, and a
-// write that is refused within the library's call cannot be tried again.
+// Deep enough that the history never becomes full: acknowledgements arrive with the heartbeat, and
+// a write refused in the library's callback cannot be retried.
 template <typename Qos>
 void set_common(const Plan& plan, Qos& qos) {
   const int depth = plan.payload < kLarge ? 1024 : 32;
@@ -79,7 +79,7 @@ void set_common(const Plan& plan, Qos& qos) {
   qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
 }
 
-// One end; `on_octets` is called by the library's thread.
+// One end; the library's thread calls `on_octets`.
 class End final : public fast::DataReaderListener {
  public:
   End(const Plan& plan, std::function<void(Octets&)> on_octets) : on_octets_(std::move(on_octets)) {
@@ -145,7 +145,7 @@ class End final : public fast::DataReaderListener {
   fast::DataReader* reader_ = nullptr;
 };
 
-// What the library's thread tells the role's.
+// Passed from the library's thread to the thread of the role.
 class Signal {
  public:
   void raise() {
@@ -200,7 +200,7 @@ bool dds_ping(const Plan& plan) {
   }
   say(Kind::kData);
   if (!over.wait(plan.seconds + kDdsLimitPatience)) {
-    std::fprintf(stderr, "ping: nobody answers any more\n");
+    std::fprintf(stderr, "ping: the other side does not answer any more\n");
     return false;
   }
   print_usage(before, samples.size());

@@ -1,5 +1,5 @@
-// The limit of links by way of DDS: a reliable round trip with bare Fast DDS, each side answering
-// from the library's own thread, as soon as it calls.
+// The limit of links over DDS: a reliable round trip with bare Fast DDS, each side answering in the
+// library's callback thread.
 #pragma once
 
 #include "tests/bench/plan.h"

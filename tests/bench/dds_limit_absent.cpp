@@ -1,4 +1,4 @@
-// In the place of the limit when there is no Fast DDS.
+// Replaces the limit in builds without Fast DDS.
 #include "tests/bench/dds_limit.h"
 
 namespace tims::bench {

@@ -46,11 +46,11 @@ using device::Output;
 using emulator::LineSettings;
 
 constexpr std::size_t kStreamBytes = 1 << 18;
-constexpr std::size_t kDatagramBytes = 1 << 22;  // some turns of scanners of space
+constexpr std::size_t kDatagramBytes = 1 << 22;  // some turns of 3D scanners
 constexpr double kUsual = 200;                   // MB/s
 constexpr double kModest = 100;
 
-// --- how bytes come
+// --- how bytes arrive
 
 constexpr LineSettings serial(std::uint32_t host_baud, std::uint32_t device_baud = 0) {
   constexpr std::size_t kPiece = 64;
@@ -62,7 +62,7 @@ constexpr LineSettings serial(std::uint32_t host_baud, std::uint32_t device_baud
 constexpr LineSettings kTcp{.piece = 1448};         // segments
 constexpr LineSettings kDatagrams{.is_bus = true};  // and CAN frames
 
-// What comes to a dialogue is kept.
+// Records the bytes that a dialogue receives.
 class Tap final : public Dialogue {
  public:
   Tap(Dialogue& inner, DeviceStream& stream) : inner_(inner), stream_(stream) {}
@@ -91,13 +91,13 @@ DeviceStream talk(Dialogue& host, Dialogue& emulated, const LineSettings& line) 
   return stream;
 }
 
-// --- what is made of them
+// --- decoders
 
 struct Nobody final : Output {
   void send(std::span<const std::byte>, std::uint32_t) override {}
 };
 
-// All that a driver takes.
+// Takes all data as a driver does.
 template <class Dialog, class Data>
 struct Taker {
   std::size_t operator()(Dialog& dialogue) {
@@ -136,7 +136,7 @@ struct Taker<device::MavlinkVehicle, rack::ChassisData> {
   Time recorded{};
 };
 
-// As a driver does it, but for sending.
+// Like a driver, but without sending.
 template <class Dialog, class Data>
 class DialogueDecoder final : public Decoder {
  public:
@@ -167,7 +167,7 @@ class DialogueDecoder final : public Decoder {
   bool is_started_ = false;
 };
 
-// Recorded by a dialogue that talks, decoded by one that only listens.
+// Recorded with a dialogue that sends, decoded by one that only receives.
 template <class Dialog, class Data, class Settings>
 Prepared prepared(Settings settings, Dialogue& emulated, const LineSettings& line) {
   Dialog host(settings);
@@ -234,7 +234,7 @@ Prepared firmata() {
       serial(57600));
 }
 
-// --- what no emulator sends
+// --- streams without an emulator
 
 class RecordDecoder final : public Decoder {
  public:
@@ -280,7 +280,7 @@ Prepared candump() {
   return lines(text);
 }
 
-// 640 x 480, one after the other.
+// Successive pictures of 640 x 480.
 Prepared pictures(const device::VideoHead& head, const std::vector<std::byte>& frame,
                   rack::u16 mode) {
   constexpr int kFrames = 8;
@@ -326,9 +326,9 @@ Prepared yuyv(rack::u16 mode) {
       shades(2), mode);
 }
 
-// --- all of them
+// --- the table
 
-// An emulator that needs no settings.
+// An emulator without settings.
 template <class Dialog, class Data, class Emulator, class Settings>
 Prepared with(const Settings& settings, const LineSettings& line) {
   Emulator emulated;

@@ -1,5 +1,5 @@
-// What devices send, and what makes data of it: a stream for each decoder, as its emulator talks
-// with its driver's dialogue over a line with its rate.
+// Streams of devices and their decoders: the bytes that each emulator sends in its dialogue with
+// the driver over a line with its rate.
 #pragma once
 
 #include <memory>
@@ -11,7 +11,7 @@
 
 namespace tims::bench {
 
-// Bytes that came at once: some of a stream, a datagram, a frame.
+// Bytes that arrived together: a part of a stream, a datagram, a frame.
 struct Piece {
   std::size_t size = 0;
   std::uint32_t id = 0;
@@ -27,8 +27,8 @@ struct DeviceStream {
 class Decoder {
  public:
   virtual ~Decoder() = default;
-  // The whole stream, `later` than it came. Returns how many data sets, as a driver would publish
-  // them, it was.
+  // Decodes the whole stream with times shifted by `later`. Returns the number of data sets, as a
+  // driver would publish them.
   virtual std::size_t decode(const DeviceStream& stream, Duration later) = 0;
 };
 

@@ -16,18 +16,18 @@ const DecoderCase* case_of(std::string_view name) {
   const auto cases = decoder_cases();
   const auto found = std::ranges::find(cases, name, &DecoderCase::name);
   if (found != cases.end()) return &*found;
-  std::fprintf(stderr, "no decoder %.*s\n", static_cast<int>(name.size()), name.data());
+  std::fprintf(stderr, "unknown decoder %.*s\n", static_cast<int>(name.size()), name.data());
   return nullptr;
 }
 
-// What this thread has had of a CPU: other work on this machine does not count.
+// The CPU time of this thread, so that other load on the machine does not count.
 Duration cpu_time() {
   timespec spent{};
   ::clock_gettime(CLOCK_THREAD_CPUTIME_ID, &spent);
   return std::chrono::seconds(spent.tv_sec) + std::chrono::nanoseconds(spent.tv_nsec);
 }
 
-// The best of some turns: nor does what that leaves in the caches.
+// The best of some repetitions, so that cache misses due to other load do not count either.
 template <class Work>
 void print_speed(std::size_t bytes, Work work) {
   constexpr Duration kLength = std::chrono::milliseconds(150);

@@ -31,20 +31,20 @@ namespace emulator = rack::device::emulator;
 using Bytes = std::vector<std::byte>;
 
 constexpr std::uint32_t kBaud = 500000;
-constexpr std::size_t kAnswersMax = 200;  // bytes; what is longer is a scan
+constexpr std::size_t kAnswersMax = 200;  // bytes; longer telegrams are scans
 constexpr std::uint32_t kScansASecond = 75;
 
-// --- the time at which a scan was begun to be sent, in its first distances, a byte each
+// --- the time of the first byte of a scan, encoded in its first distances, one byte each
 
 constexpr std::size_t kMarks = sizeof(std::int64_t);
-constexpr unsigned kNearest = 1000;  // mm: no distance that means something else
+constexpr unsigned kNearest = 1000;  // mm: smaller values may be error codes
 
 unsigned mark_of(Time time, std::size_t index) {
   const auto ns = static_cast<std::uint64_t>(time.time_since_epoch().count());
   return kNearest + static_cast<unsigned>(ns >> 8 * index & 0xFF);
 }
 
-// None: `distance` says of each what it is.
+// Nothing if they are not a time stamp; `distance` returns the distance of each point.
 Time marked(const std::function<unsigned(std::size_t)>& distance) {
   std::uint64_t ns = 0;
   for (std::size_t i = 0; i < kMarks; ++i)
@@ -52,16 +52,17 @@ Time marked(const std::function<unsigned(std::size_t)>& distance) {
   return Time(Duration(static_cast<Duration::rep>(ns)));
 }
 
-// Of a scanner: its telegrams, and where in them the distances are.
+// The telegrams of a scanner, and the position of the distances in them.
 struct Telegrams {
   bool is_serial = false;
   const char* driver;
-  // Bytes of the telegram that they begin with; 0: more are needed; nothing: none begins here.
+  // Length of the telegram at the start of the bytes; 0: incomplete; nothing: no telegram starts
+  // here.
   std::optional<std::size_t> (*telegram_size)(std::span<const std::byte> bytes);
   unsigned (*distance)(std::span<const std::byte> telegram, std::size_t index);
   void (*set_distance)(std::span<std::byte> telegram, std::size_t index, unsigned distance);
   void (*seal)(std::span<std::byte> telegram);
-  Bytes (*start)();  // what makes it send
+  Bytes (*start)();  // the command that starts the measurement
   std::size_t (*size_of_points)(std::size_t points);
 };
 
@@ -103,7 +104,7 @@ constexpr Telegrams kLms200{
 
 constexpr std::size_t kColaHead = 8;
 
-// Behind the name of the channel stand its factor and offset, first angle, step, and number.
+// After the name of the channel: factor, offset, first angle, step, and number of values.
 std::size_t cola_values(std::span<const std::byte> telegram) {
   constexpr std::string_view kChannel = "DIST1";
   const std::string_view text(reinterpret_cast<const char*>(telegram.data()), telegram.size());
@@ -172,7 +173,7 @@ std::string emulated_address(const Plan& plan) {
 
 // --- the scanner
 
-// Its emulator, but that each scan says when it was begun to be sent.
+// The emulator, with the time of the first byte stored in each scan.
 class MarkedScanner final : public device::Dialogue {
  public:
   MarkedScanner(const Telegrams& scanner, Dialogue& emulated)
@@ -216,7 +217,7 @@ class MarkedScanner final : public device::Dialogue {
   Marker marker_{scanner_};
 };
 
-// --- those who read
+// --- the readers
 
 class Samples {
  public:
@@ -225,7 +226,7 @@ class Samples {
     lateness_.reserve(wanted);
   }
 
-  // A scan of so many bytes whose first was sent then. False: that were enough.
+  // Records a scan of `bytes` bytes whose first byte was sent at `sent`. False: enough scans.
   bool take(Time sent, std::size_t bytes, Time now) {
     if (lateness_.empty()) {
       before_ = usage_of(reader_);
@@ -241,9 +242,9 @@ class Samples {
     const Usage spent = usage_of(reader_) - before_;
     const std::chrono::duration<double> passed = os::now() - began_;
     print_latencies(lateness_);  // sorts them
-    // A time that is none: the scans were not ours.
+    // An implausible time: the scans were not those of this emulator.
     if (lateness_.front() < Duration(0) || lateness_.back() > std::chrono::seconds(1)) {
-      std::fprintf(stderr, "scans came %lld ns after they were sent\n",
+      std::fprintf(stderr, "scans arrived %lld ns after they were sent\n",
                    static_cast<long long>(lateness_.front().count()));
       return false;
     }
@@ -281,7 +282,7 @@ Result<test::ChildProcess> start_driver(const Plan& plan) {
   if (scanner.is_serial) {
     command.push_back("--device=serial:" + plan.folder + "/scanner");
     command.push_back("--baudrate=" + std::to_string(kBaud));
-    command.emplace_back("--protocol=1");  // parts of scans as they are measured
+    command.emplace_back("--protocol=1");  // partial scans as they are measured
   } else {
     command.push_back("--device=tcp:" + plan.endpoint);
     command.emplace_back("--periodTime=" + std::to_string(1000 / kScansASecond));
@@ -300,7 +301,7 @@ bool listen(const Plan& plan, Samples& samples, const Telegrams& scanner) {
       {.address = address(1), .slots = 4, .body_max = rack::body_max<rack::LadarData>()});
   if (!work || !data) return false;
   rack::LadarProxy ladar(*work, Address::of({.class_id = class_id::kLadar}));
-  const Time give_up = os::now() + kStartLimit;  // its program may not be there yet
+  const Time give_up = os::now() + kStartLimit;  // its program may still be starting
   while (!ladar.on() && os::now() < give_up) {
   }
   if (auto wanted = ladar.get_cont_data(0, data->address()); !wanted)
@@ -311,7 +312,7 @@ bool listen(const Plan& plan, Samples& samples, const Telegrams& scanner) {
     const Time now = os::now();
     if (!message) return complain(message.error());
     if (!ladar.decode_stream(*message, scan)) return false;
-    // Scans are clockwise: what the scanner sends first is last.
+    // Scans are clockwise, so the first distance that the scanner sends is the last point.
     const Time sent = marked([&](std::size_t i) {
       return static_cast<unsigned>(scan.points[scan.points.size() - 1 - i].distance);
     });
@@ -329,7 +330,7 @@ Result<os::File> open_bare(const Plan& plan, std::unique_ptr<device::Transport>&
   return os::File(::dup(line->descriptor()));
 }
 
-// Telegrams out of a stream, no more than that.
+// Only splits a stream into telegrams.
 bool read_scans(int file, const Telegrams& scanner, Samples& samples) {
   Bytes buffer(1 << 16);
   std::size_t filled = 0;

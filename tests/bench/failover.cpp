@@ -16,7 +16,7 @@ using namespace std::chrono_literals;
 
 constexpr Duration kFailoverPatience = 30s;
 
-// A client of one of both routers. It tells the other the time, again and again.
+// A client of one of the two routers. It sends the time to the other client repeatedly.
 class Talker {
  public:
   static Result<Talker> open(const Place& place, Address own, Address other) {
@@ -65,7 +65,7 @@ class Talker {
   Duration longest_{};
 };
 
-// Both sides at once, in one thread.
+// Both clients, in one thread.
 class Talk {
  public:
   static Result<Talk> open(const Middle& middle) {
@@ -76,7 +76,7 @@ class Talk {
     return Talk(std::move(*base), std::move(*robot));
   }
 
-  // Until the base knows where the other is; what the robot does not know it sends up.
+  // Waits until the base knows the other client; the robot sends messages to unknown mailboxes up.
   Result<void> meet() {
     for (const Time give_up = os::now() + kFailoverPatience; os::now() < give_up;) {
       const auto there = sides_[0].router().knows(sender_address(0));
@@ -84,10 +84,10 @@ class Talk {
       if (*there) return {};
       std::this_thread::sleep_for(kPace);
     }
-    return Error(Errc::kTimeout, "the two do not hear of each other");
+    return Error(Errc::kTimeout, "the routers do not learn of each other's mailboxes");
   }
 
-  // Until both routers send that way.
+  // Waits until both routers send over that path.
   Result<void> until(const std::string& path) {
     for (const Time give_up = os::now() + kFailoverPatience; os::now() < give_up;) {
       for (int i = 0; i < kLookEvery; ++i) talk(true);
@@ -95,9 +95,9 @@ class Talk {
       if (!reached) return reached.error();
       if (*reached) return {};
     }
-    return Error(Errc::kTimeout, "the link does not go by " + path);
+    return Error(Errc::kTimeout, "the link does not use the path " + path);
   }
-  // What is still under way is heard.
+  // Receives the messages that are still in flight.
   void finish() {
     for (const Time give_up = os::now() + 3s; lost() > 0 && os::now() < give_up;) talk(false);
   }

@@ -21,7 +21,7 @@ namespace {
 constexpr std::size_t kMemory = 1 << 20;
 
 link::Identity identity(std::uint32_t number, std::uint64_t epoch) {
-  constexpr std::uint32_t kOfOneSystem = 4;  // there are more robots than systems
+  constexpr std::uint32_t kOfOneSystem = 4;  // because there are more robots than system numbers
   return {.epoch = epoch,
           .role = core::Role::kSystem,
           .system = static_cast<std::uint8_t>(number / kOfOneSystem + 1),
@@ -80,7 +80,7 @@ class Robot final : core::Port, core::RouterHooks, link::DatagramSender {
     links_.release();
   }
 
-  // What a full socket does not take is lost, as on the wire.
+  // Datagrams that a full socket refuses are lost, as on the wire.
   bool offer(const link::Burst& burst) override {
     (void)socket_.send(burst);
     return true;

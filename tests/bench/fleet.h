@@ -1,5 +1,5 @@
-// Many robots at once: routers with links and mailboxes, as the real ones have them (router/core,
-// router/link), over a real UDP socket each, all in one thread.
+// Many robots in one thread: routers with links and mailboxes, with the code of the real router
+// (router/core, router/link), each with a real UDP socket.
 #pragma once
 
 #include "tests/bench/plan.h"
@@ -8,7 +8,7 @@ namespace tims::bench {
 
 inline constexpr std::uint32_t kMailboxesOfRobot = 100;
 
-// `plan.count` robots below the router at `plan.endpoint`, until it is killed.
+// Runs `plan.count` robots below the router at `plan.endpoint` until it is killed.
 bool play_fleet(const Plan& plan);
 
 }  // namespace tims::bench

@@ -1,4 +1,4 @@
-// The two futex calls, bare: a limit must not be measured through the library it is the limit of.
+// The two futex system calls, because a limit must not be measured with the library it applies to.
 #pragma once
 
 #include <atomic>

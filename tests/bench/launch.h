@@ -1,4 +1,4 @@
-// Processes of a measurement are started here.
+// Starts the processes of a measurement.
 #pragma once
 
 #include <string>
@@ -10,10 +10,10 @@ namespace tims::bench {
 
 inline constexpr Duration kStartLimit = std::chrono::seconds(10);
 
-// `one_cpu`: on the last one.
+// `one_cpu`: on the last CPU.
 Result<test::ChildProcess> launch(std::vector<std::string> command, bool one_cpu);
 
-// Prints the error; false, for the caller to return.
+// Prints the error; returns false, for the caller to return.
 bool complain(const Error& error);
 
 }  // namespace tims::bench

@@ -82,7 +82,7 @@ bool futex_echo(const Plan& plan) {
 }
 
 void measure_passes(const Plan& plan, const std::function<std::uint64_t()>& pass) {
-  pass();  // brings in the pages
+  pass();  // faults in the pages
   const Usage before = own_usage();
   const Time start = os::now();
   Time now = start;

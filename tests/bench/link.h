@@ -1,6 +1,6 @@
-// A way between one sender (ping, source) and its receivers (echo, sink). Roles are written once
-// against this; what is measured is one class each. A template, so that nothing stands between a
-// role and a link: at 100 ns a message a virtual call would be seen.
+// A link from one sender (ping, source) to its receivers (echo, sink). Roles use this interface;
+// each measured system is one class. It is a concept for templates, because at 100 ns per message a
+// virtual call would be significant.
 #pragma once
 
 #include <concepts>
@@ -14,23 +14,23 @@ namespace tims::bench {
 
 template <typename L>
 concept Link = requires(L& link, std::span<const std::byte> payload, Duration timeout) {
-  // To every receiver, or back to the sender. False: nothing taken for a while.
+  // Sends to every receiver, or back to the sender. False: timeout without progress.
   { link.send(payload) } -> std::same_as<bool>;
-  // What send() has gathered goes out now.
+  // Sends everything that send() has collected.
   link.flush();
-  // Waits up to the timeout (kForever: sets up no timer), then hands over all that is there.
+  // Waits up to the timeout (kForever: without a timer), then delivers all available messages.
   link.receive(timeout, [](std::span<const std::byte>) {});
-  // Without back-pressure of its own: the source may only send what the sinks have asked for.
+  // True for links without back-pressure: the source may send only what the sinks have granted.
   { link.needs_credit() } -> std::same_as<bool>;
 };
 
-// How long a stream looks for the next message before it sleeps (waking a process costs more), and
-// how long it leaves the sender in peace between two looks: a receiver that looks all the time
-// takes away the cache line in which the sender is writing.
+// How long a stream polls for the next message before it sleeps (waking a process costs more), and
+// the pause between two polls: continuous polling would take the cache line from the writing
+// sender.
 inline constexpr Duration kStreamSpin = std::chrono::microseconds(10);
 inline constexpr Duration kLookEvery = std::chrono::microseconds(1);
 
-// Until look() is true or the time is over.
+// Polls until look() is true or the time is over.
 template <typename Look>
 bool look_for(Duration patience, Look look) {
   if (patience == Duration::zero()) return false;

@@ -1,4 +1,4 @@
-// tims-bench: measures libtims and tims-router beside the limits of the machine. See README.md.
+// tims-bench: compares libtims and tims-router with limits of the machine. See README.md.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -55,7 +55,7 @@ int main(int argc, char** argv) {
   for (const std::string& wanted : options->scenarios) {
     if (!is_known(wanted))
       return usage_failure(
-          {tims::Errc::kInvalidArgument, "no scenario " + wanted + "; see --list"});
+          {tims::Errc::kInvalidArgument, "unknown scenario " + wanted + "; see --list"});
   }
   return run_bench(*options, std::filesystem::read_symlink("/proc/self/exe"));
 }

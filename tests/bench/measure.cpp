@@ -9,7 +9,7 @@
 namespace tims::bench {
 namespace {
 
-// Beside the time that is measured: for start, meeting and end.
+// In addition to the measured time: for start, connecting and exit.
 constexpr Duration kMeasurePatience = std::chrono::seconds(30);
 
 Duration length_of(const Experiment& experiment, const Setting& setting) {
@@ -36,7 +36,7 @@ Plan with_role(Plan plan, const char* role) {
   return plan;
 }
 
-// The bulk is there before the first beat of the pulse.
+// The bulk stream runs before the first pulse.
 std::vector<Plan> pulse_roles(Plan plan, const Experiment& experiment) {
   Plan bulk = plan;
   plan.priority = experiment.priority;
@@ -49,7 +49,7 @@ std::vector<Plan> pulse_roles(Plan plan, const Experiment& experiment) {
           with_role(plan, "pulse")};
 }
 
-// The scanner ends when it has scanned enough, and with it its listeners.
+// The scanner exits after enough scans, and then its listeners do.
 std::vector<Plan> scan_roles(Plan plan, std::uint32_t listeners) {
   std::vector<Plan> roles{with_role(plan, "scanner")};
   for (plan.index = 0; plan.index < listeners; ++plan.index)
@@ -65,11 +65,11 @@ std::vector<Plan> clock_roles(const Plan& plan) {
   return roles;
 }
 
-// Receivers first: a sender that starts finds them.
+// Receivers start first, so that senders find them.
 std::vector<Plan> roles_of(const Experiment& experiment, const Setting& setting) {
   Plan plan = plan_of(experiment, setting);
   if (experiment.shape == Shape::kAlone) {
-    // "ROLE:LINK", or one word for both.
+    // "ROLE:LINK", or one name for both.
     const std::size_t colon = experiment.link.find(':');
     plan.role = experiment.link.substr(0, colon);
     if (colon != std::string::npos) plan.link = experiment.link.substr(colon + 1);
@@ -93,7 +93,7 @@ std::vector<Plan> roles_of(const Experiment& experiment, const Setting& setting)
   return receivers;
 }
 
-// Five seconds in which nobody asks the router for anything.
+// Five seconds without requests to the router.
 Result<Metrics> measure_idle(const Crew& crew) {
   constexpr Duration kSettle = std::chrono::milliseconds(300);
   constexpr Duration kIdle = std::chrono::seconds(5);
@@ -124,7 +124,7 @@ Result<Metrics> measure(const Experiment& experiment, const Setting& setting) {
   auto results = crew.wait(length_of(experiment, setting) + kMeasurePatience);
   if (!results) return results.error();
   Metrics joined = join(*results, experiment.subscribers, experiment.pairs);
-  // A million of the few large messages beside a pulse: nobody wants to know.
+  // Costs per million of the few large messages during a pulse are not meaningful.
   if (experiment.shape == Shape::kPulse)
     for (const char* cost : {"cpu_s", "sleeps_per_million"}) joined.erase(cost);
   return joined;

@@ -31,7 +31,7 @@ Result<std::array<double, 2>> received(const TwoHosts& hosts) {
   return std::array{*base, *robot};
 }
 
-// Until look() is true.
+// Polls until look() is true.
 template <typename Look>
 Result<void> wait_until(Look look, const char* what) {
   constexpr Duration kPatience = std::chrono::seconds(30);
@@ -45,7 +45,7 @@ Result<void> wait_until(Look look, const char* what) {
   return Error(Errc::kTimeout, what);
 }
 
-// The router above a fleet. It comes back where it was.
+// The router above a fleet. It uses the same address after a restart.
 class Base {
  public:
   explicit Base(const Setting& setting)
@@ -75,13 +75,13 @@ class Base {
   std::optional<test::ChildProcess> process_;
 };
 
-// Routers that find each other by name, on this host only: a base and so many robots.
+// Routers on this host that connect by name: a base and `count` robots.
 class NamedFleet {
  public:
   NamedFleet(const Setting& setting, std::uint64_t robots)
       : router_(setting.router), folder_(setting.folder), robots_(robots) {}
 
-  // All at once. Seconds until the base knows all robots.
+  // Starts all at once. Returns the seconds until the base knows all robots.
   Result<double> start() {
     const Time started = os::now();
     for (std::uint64_t system = 0; system <= robots_; ++system) {
@@ -97,12 +97,12 @@ class NamedFleet {
       const Address robot =
           Address::of({.system = static_cast<std::uint32_t>(system), .instance = 1});
       const auto known =
-          wait_until([&] { return admin->knows(robot); }, "the base does not hear of all robots");
+          wait_until([&] { return admin->knows(robot); }, "the base does not learn of all robots");
       if (!known) return known.error();
     }
     return seconds_since(started);
   }
-  // As when their power is cut.
+  // As in a power cut.
   void kill() {
     for (auto& process : processes_) process.signal(SIGKILL);
     for (auto& process : processes_) (void)process.wait();
@@ -129,7 +129,7 @@ class NamedFleet {
   std::string router_;
   std::string folder_;
   std::uint64_t robots_;
-  std::vector<test::ChildProcess> processes_;  // the base is the first
+  std::vector<test::ChildProcess> processes_;  // the base is first
 };
 
 }  // namespace
@@ -163,11 +163,12 @@ Result<Metrics> measure_link_death(const Crew& crew) {
     const auto still = known();
     return still ? Result<bool>(!*still) : still.error();
   };
-  if (auto there = wait_until(known, "the base does not hear of the robot"); !there)
+  if (auto there = wait_until(known, "the base does not learn of the robot"); !there)
     return there.error();
   const Time start = os::now();
   if (auto cut = crew.middle().hosts().cut(); !cut) return cut.error();
-  if (auto noticed = wait_until(gone, "the base does not notice"); !noticed) return noticed.error();
+  if (auto noticed = wait_until(gone, "the base does not detect the cut"); !noticed)
+    return noticed.error();
   return Metrics{{"death_s", seconds_since(start)}};
 }
 
@@ -176,7 +177,7 @@ Result<Metrics> measure_fleet_join(const Crew& crew, const Setting& setting) {
   if (!admin) return admin.error();
   const Address robot = Address::of({.system = 1, .instance = 1});
   if (auto there =
-          wait_until([&] { return admin->knows(robot); }, "the base does not hear of the robot");
+          wait_until([&] { return admin->knows(robot); }, "the base does not learn of the robot");
       !there)
     return there.error();
   const double joined = seconds_since(crew.middle().second_started());
@@ -209,7 +210,8 @@ Result<Metrics> measure_fleet_start(const Experiment& experiment, const Setting&
 }
 
 Result<Metrics> measure_convergence(const Experiment& experiment, const Setting& setting) {
-  const std::uint64_t all = experiment.count * (kMailboxesOfRobot + 1);  // the robots' own, too
+  const std::uint64_t all =
+      experiment.count * (kMailboxesOfRobot + 1);  // including the robots' routers
   const auto wait_for_all = [all](const Base& base) -> Result<void> {
     auto admin = Admin::open(base.socket());
     if (!admin) return admin.error();
@@ -218,7 +220,7 @@ Result<Metrics> measure_convergence(const Experiment& experiment, const Setting&
           const auto known = admin->mailboxes();
           return known ? Result<bool>(*known >= all) : known.error();
         },
-        "the base does not hear of all mailboxes");
+        "the base does not learn of all mailboxes");
   };
   Base base(setting);
   if (auto started = base.start(); !started) return started.error();

@@ -1,4 +1,4 @@
-// What the processes of a measurement say to each other: the first bytes of every payload.
+// The protocol between the processes of a measurement, in the first bytes of every payload.
 #pragma once
 
 #include <cstddef>
@@ -10,23 +10,23 @@
 namespace tims::bench {
 
 enum class Kind : std::uint32_t {
-  kHello = 1,  // a sender looks for its receivers
-  kReady,      // a receiver is there
-  kData,       // what is measured
-  kAck,        // a receiver has had everything up to seq: credit for the sender
-  kEnd,        // no more data; seq counts what was sent
-  kDone,       // a receiver has seen the end
+  kHello = 1,  // a sender searches its receivers
+  kReady,      // a receiver is ready
+  kData,       // measured data
+  kAck,        // a receiver has received everything up to seq: credit for the sender
+  kEnd,        // no more data; seq is the number of messages sent
+  kDone,       // a receiver has received kEnd
 };
 
 struct Head {
   Kind kind = Kind::kHello;
-  std::uint32_t who = 0;  // number of the receiver that speaks
+  std::uint32_t who = 0;  // number of the sending receiver
   std::uint64_t seq = 0;
 };
 
-inline constexpr std::size_t kReplyBytes = 64;  // of ready, ack and done
+inline constexpr std::size_t kReplyBytes = 64;  // size of kReady, kAck and kDone
 
-// A payload that is sent again and again with another head.
+// A payload that is sent repeatedly with different heads.
 class Payload {
  public:
   explicit Payload(std::size_t size) : bytes_(size < sizeof(Head) ? sizeof(Head) : size) {}

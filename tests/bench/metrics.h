@@ -1,5 +1,5 @@
-// Figures of one measurement by name, how processes hand them over (a line each on stdout), and
-// how those of several processes become one.
+// Metrics of one measurement by name; processes print them to stdout, one per line, and those of
+// several processes are joined.
 #pragma once
 
 #include <cstdint>
@@ -14,7 +14,7 @@ namespace tims::bench {
 
 using Metrics = std::map<std::string, double>;
 
-// Names that are only joined, not shown.
+// Names that are joined but not shown.
 namespace raw {
 inline constexpr const char* kCpu = "raw_cpu_s";
 inline constexpr const char* kSleeps = "raw_sleeps";
@@ -26,11 +26,11 @@ inline constexpr const char* kCount = "raw_count";
 void print_metric(std::string_view name, double value);
 Metrics parse_metrics(std::string_view output);
 
-// Sums what is lost and spent; of rates the slowest subscriber's, summed over `pairs`. CPU seconds
-// (cpu_s), sleeps and system calls become "per million messages".
+// Sums losses and costs; a rate is that of the slowest subscriber, summed over `pairs`. CPU seconds
+// (cpu_s), sleeps and system calls are converted to values per million messages.
 Metrics join(const std::vector<Metrics>& processes, std::uint32_t subscribers, std::uint32_t pairs);
 
-// Of a device, in the text of /proc/net/dev; 0: there is none.
+// Received bytes of a device in the text of /proc/net/dev; 0: no such device.
 double received_bytes(const std::string& net_dev, std::string_view device);
 
 double median(std::vector<double> values);

@@ -5,12 +5,12 @@
 namespace tims::bench {
 namespace metrics_test {
 
-TEST(Metrics, LinesOfOtherKindsAreNotFigures) {
+TEST(Metrics, OtherLinesAreNotMetrics) {
   const Metrics metrics = parse_metrics("ready\nmetric p50_us 12.5\nmetric\nwarning 7\n");
   EXPECT_EQ(metrics, (Metrics{{"p50_us", 12.5}}));
 }
 
-TEST(Metrics, OfSubscribersTheSlowestCountsAndLossesAddUp) {
+TEST(Metrics, TheSlowestSubscriberCountsAndLossesAddUp) {
   const Metrics joined =
       join({{{"msgs_per_s", 100}, {"lost", 1}}, {{"msgs_per_s", 80}, {"lost", 2}}}, 2, 1);
   EXPECT_EQ(joined.at("msgs_per_s"), 80);
@@ -22,7 +22,7 @@ TEST(Metrics, RatesOfPairsAddUp) {
   EXPECT_EQ(joined.at("msgs_per_s"), 180);
 }
 
-TEST(Metrics, CostIsForAMillionMessages) {
+TEST(Metrics, CostsArePerMillionMessages) {
   const Metrics source{{raw::kCpu, 0.5}, {raw::kSleeps, 10}};
   const Metrics sink{{raw::kCpu, 1.5}, {raw::kSleeps, 30}, {raw::kCount, 4e6}};
   const Metrics joined = join({source, sink}, 1, 1);
@@ -36,7 +36,7 @@ TEST(Metrics, EightSubscribersOfOneMessageAreOneMessage) {
   EXPECT_DOUBLE_EQ(join({sink, sink}, 2, 1).at("cpu_s"), 2);
 }
 
-TEST(Metrics, BytesOfADeviceAreTheFirstNumberBehindItsName) {
+TEST(Metrics, BytesOfADeviceAreTheFirstNumberAfterItsName) {
   const std::string text =
       "Inter-|   Receive           |  Transmit\n"
       " face |bytes    packets errs|bytes    packets\n"
@@ -52,7 +52,7 @@ TEST(Metrics, MedianOfEvenAndOdd) {
   EXPECT_EQ(median({}), 0);
 }
 
-TEST(Metrics, AFigureThatOneRepetitionLacksIsTheMedianOfTheOthers) {
+TEST(Metrics, AMetricMissingInOneRepetitionIsTheMedianOfTheOthers) {
   const Metrics result = medians({{{"a", 1}, {"b", 5}}, {{"a", 3}}, {{"a", 2}}});
   EXPECT_EQ(result, (Metrics{{"a", 2}, {"b", 5}}));
 }

@@ -30,7 +30,7 @@ Result<void> Middle::start() {
   return start_here(router_command(setting_.router, socket, {"tcp.listen=127.0.0.1:0"}));
 }
 
-// The line it says then.
+// Waits for the line that it prints when it is ready, and returns it.
 Result<std::string> Middle::add(std::vector<std::string> command, const char* awaited) {
   auto process = launch(std::move(command), experiment_.one_cpu);
   if (!process) return process.error();
@@ -99,7 +99,7 @@ Result<void> Middle::add_router(const Place& place, const char* awaited,
   return line ? Result<void>() : line.error();
 }
 
-// Each holds back what it sends: kernels without netem cannot.
+// Each router delays what it sends, because the kernel may lack netem.
 Result<void> Middle::delay_datagrams() const {
   if (experiment_.cable.delay == Duration::zero()) return {};
   for (const auto& [place, peer] : {std::pair(of_receivers(), "robot"), {of_senders(), "base"}}) {

@@ -1,4 +1,4 @@
-// What stands between the roles of a measurement: nothing, a router or a relay; on two hosts one on
+// The part between the roles of a measurement: nothing, a router or a relay; with two hosts one on
 // each, and the cable between them.
 #pragma once
 
@@ -12,10 +12,10 @@
 
 namespace tims::bench {
 
-// A host, as roles see it.
+// A host as seen by the roles.
 struct Place {
-  std::vector<std::string> enter{};  // what stands before a command that runs there
-  std::string address{};             // where there are two hosts
+  std::vector<std::string> enter{};  // prefix of commands that run there
+  std::string address{};             // if there are two hosts
   std::string socket{};              // of its router
   std::string endpoint{};            // of its router or relay, or of the other end
 };
@@ -27,7 +27,7 @@ class Middle {
   Middle(const Middle&) = delete;
   Middle& operator=(const Middle&) = delete;
 
-  // Returns when everything listens, and routers know each other.
+  // Returns when all are listening and the routers are connected.
   Result<void> start();
 
   [[nodiscard]] const Place& of_receivers() const { return places_.front(); }  // the base
@@ -38,7 +38,7 @@ class Middle {
   [[nodiscard]] Time second_started() const { return second_started_; }
   [[nodiscard]] pid_t first() const { return processes_.front().pid(); }
   [[nodiscard]] pid_t last() const { return processes_.back().pid(); }
-  [[nodiscard]] Usage usage() const;  // of all together
+  [[nodiscard]] Usage usage() const;  // of all processes
   [[nodiscard]] std::string output() const;
 
  private:
@@ -60,7 +60,7 @@ class Middle {
   std::unique_ptr<TwoHosts> hosts_;
   std::vector<Place> places_;  // one, or base and robot
   std::vector<test::ChildProcess> processes_;
-  Time second_started_{};  // of two routers, the one that connects
+  Time second_started_{};  // start of the second router, which connects
 };
 
 }  // namespace tims::bench

@@ -10,7 +10,7 @@ Result<double> number(const std::string& option, const std::string& text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error == std::errc{} && end == text.data() + text.size() && value > 0) return value;
-  return Error(Errc::kInvalidArgument, option + " wants a number above 0, not \"" + text + "\"");
+  return Error(Errc::kInvalidArgument, option + " needs a number above 0, not \"" + text + "\"");
 }
 
 Result<void> take_valued(Options& options, const std::string& option, const std::string& value) {
@@ -58,7 +58,7 @@ Result<Options> parse_options(std::span<const std::string> arguments) {
       options.scenarios.push_back(argument);
     } else if (argument == "--csv" || argument == "--reps" || argument == "--seconds") {
       if (++i == arguments.size())
-        return Error(Errc::kInvalidArgument, argument + " wants a value");
+        return Error(Errc::kInvalidArgument, argument + " needs a value");
       if (auto taken = take_valued(options, argument, arguments[i]); !taken) return taken.error();
     } else if (!take_flag(options, argument)) {
       return Error(Errc::kInvalidArgument, "unknown option " + argument + "; see --help");
@@ -70,19 +70,18 @@ Result<Options> parse_options(std::span<const std::string> arguments) {
 std::string help_text() {
   return "tims-bench [OPTION...] [SCENARIO...]\n"
          "\n"
-         "Measures libtims and tims-router beside limits of this machine measured in the same "
-         "run.\n"
-         "Without a scenario: all of them. Everything runs on this host and ends by itself. What "
-         "lies\n"
-         "between hosts is measured between network namespaces, as root.\n"
+         "Compares libtims and tims-router with limits of this machine measured in the same run.\n"
+         "Without SCENARIO all scenarios run. Everything runs on this host and exits by itself.\n"
+         "Scenarios between hosts use network namespaces and need root.\n"
          "\n"
-         "  --list       scenarios, a line each\n"
-         "  --csv FILE   also writes peer,scenario,payload_bytes,metric,value\n"
-         "  --quick      one repetition, fewer sizes, shorter: about a minute and a half\n"
-         "  --reps N     interleaved repetitions, of which the median counts (3)\n"
-         "  --seconds S  length of each measurement (0.3 for round trips, 0.8 for streams, 6 for "
-         "links)\n"
-         "  --help       this\n";
+         "  --list       list the scenarios, one per line\n"
+         "  --csv FILE   also write peer,scenario,payload_bytes,metric,value to FILE\n"
+         "  --quick      run one repetition, fewer sizes, shorter: about a minute and a half\n"
+         "  --reps N     number of interleaved repetitions; the median is shown (3)\n"
+         "  --seconds S  length of each measurement in seconds (0.3 for round trips, 0.8 for "
+         "streams, "
+         "6 for links)\n"
+         "  --help       show this help\n";
 }
 
 }  // namespace tims::bench

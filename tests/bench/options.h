@@ -1,4 +1,4 @@
-// The command line of a person; roles are started with a Plan instead.
+// The command line for users; roles are started with a Plan instead.
 #pragma once
 
 #include <optional>
@@ -20,7 +20,7 @@ struct Options {
   std::optional<int> reps;          // interleaved repetitions
   std::optional<Duration> seconds;  // of each measurement; default: its shape's
 
-  // "local_rtt" also chooses "local_rtt@1cpu".
+  // "local_rtt" also selects "local_rtt@1cpu".
   [[nodiscard]] bool wants(const std::string& scenario) const;
 };
 

@@ -24,13 +24,13 @@ TEST(Options, SecondsMayBeFractions) {
   EXPECT_EQ(options->seconds, std::chrono::milliseconds(250));
 }
 
-TEST(Options, SaysWhatIsWrong) {
+TEST(Options, InvalidArgumentsAreRefused) {
   EXPECT_FALSE(parse({"--reps", "none"}));
   EXPECT_FALSE(parse({"--csv"}));
   EXPECT_FALSE(parse({"--fast"}));
 }
 
-TEST(Options, AScenarioBringsItsVariants) {
+TEST(Options, AScenarioSelectsItsVariants) {
   Options options;
   EXPECT_TRUE(options.wants("anything"));
   options.scenarios = {"local_rtt"};

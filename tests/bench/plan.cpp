@@ -6,7 +6,7 @@
 namespace tims::bench {
 namespace {
 
-// The one list of keys; `visit(key, member)` is called for each.
+// The list of all keys; calls `visit(key, member)` for each.
 template <typename P, typename Visit>
 void each_member(P& plan, Visit visit) {
   visit("--role", plan.role);

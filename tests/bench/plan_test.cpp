@@ -5,7 +5,7 @@
 namespace tims::bench {
 namespace plan_test {
 
-TEST(Plan, ComesThroughACommandLineUnchanged) {
+TEST(Plan, IsUnchangedByACommandLine) {
   Plan plan;
   plan.role = "sink";
   plan.link = "tims";
@@ -20,7 +20,7 @@ TEST(Plan, ComesThroughACommandLineUnchanged) {
   EXPECT_EQ(parsed->seconds, plan.seconds);
 }
 
-TEST(Plan, RefusesWhatItDoesNotKnow) {
+TEST(Plan, RefusesUnknownArguments) {
   const std::vector<std::string> unknown{"--rolle", "sink"};
   const std::vector<std::string> no_number{"--payload", "64k"};
   EXPECT_FALSE(parse_plan(unknown));

@@ -1,5 +1,5 @@
-// Roles of latency in one direction: a pulse says what time it is now and then, a gauge how long
-// ago that was when it came. Two hosts on one machine have one clock.
+// Roles for the latency in one direction: a pulse sends the time periodically, a gauge measures the
+// latency at arrival. Two hosts on one machine have the same clock.
 #pragma once
 
 #include <cstdio>
@@ -42,7 +42,7 @@ class Pulse {
     return sent;
   }
 
-  // Again after each `repeat`, until it is answered so.
+  // Sends `question` again after each `repeat` until an answer of the kind `wanted` arrives.
   bool ask(const Head& question, Kind wanted, Duration repeat) {
     bool answered = false;
     for (const Time give_up = os::now() + kPatience; !answered && os::now() < give_up;) {
@@ -95,7 +95,7 @@ class Gauge {
     say(Kind::kDone);
   }
 
-  // A quarter of the time is warm-up, as of a stream.
+  // The first quarter of the time is warm-up, as for streams.
   void note(Time sent) {
     const Time now = os::now();
     if (received_++ == 0) warm_until_ = now + plan_.seconds / 4;

@@ -16,7 +16,7 @@ namespace {
 constexpr Duration kRegisterBenchPatience = std::chrono::seconds(10);
 
 Address address_of(std::uint32_t client, std::uint32_t mailbox) {
-  constexpr std::uint32_t kSystem = 16;  // not the router's own
+  constexpr std::uint32_t kSystem = 16;  // not the router's system number
   return Address(kSystem << 24 | client << 8 | mailbox);
 }
 
@@ -37,7 +37,7 @@ bool all_confirmed(client::TcpClient& client) {
   return true;
 }
 
-// Clients of this host, as far as one thread brings them.
+// Clients of this host that one thread connects.
 struct Comers {
   bool come(const std::string& socket, std::uint32_t client) {
     SessionOptions options;
@@ -64,7 +64,7 @@ struct Comers {
 
 }  // namespace
 
-// Everything a client has to say, without waiting for answers in between.
+// All requests of a client, sent without waiting for answers.
 bool register_over_tcp(const Plan& plan) {
   const auto router = wire::parse_endpoint(plan.endpoint);
   if (!router) return cannot_register(router.error());

@@ -20,7 +20,7 @@ namespace tims::bench {
 namespace {
 
 constexpr std::size_t kPassedAtOnce = 256 << 10;
-// What a client says first: no watchdog, please; then its mailbox.
+// The first messages of a client: a request to disable the watchdog, then its mailbox.
 constexpr std::size_t kRegistrationBytes = 2 * kHeaderSize + sizeof(std::uint32_t);
 
 class Relay {
@@ -59,7 +59,7 @@ class Relay {
     ::epoll_ctl(poller_.get(), EPOLL_CTL_ADD, socket.get(), &event);
   }
 
-  // The registration is all a client has said so far: it waits for the answer.
+  // The client has sent only the registration so far, because it waits for the answer.
   void accept() {
     Client client{.socket =
                       os::File(::accept4(listener_.socket.get(), nullptr, nullptr, SOCK_CLOEXEC))};

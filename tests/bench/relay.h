@@ -1,12 +1,11 @@
-// The limit of a router: a bare epoll loop between pairs of TCP clients. It looks at nothing and
-// knows nobody; what one side sent is written to the other at once, as much as was there. A slow
-// reader holds it up.
+// The limit of a router: a bare epoll loop between pairs of TCP clients. It parses nothing; all
+// bytes available from one side are written to the other immediately. A slow reader blocks it.
 #pragma once
 
 namespace tims::bench {
 
-// Says where it listens as the router does, then relays until it is killed. A client's first
-// message registers an address; addresses of one pair (addresses.h) belong together.
+// Prints its endpoint like the router, then relays until it is killed. A client's first message
+// registers an address; the two addresses of a pair (addresses.h) are connected.
 bool run_relay();
 
 }  // namespace tims::bench

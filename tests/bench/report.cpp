@@ -28,7 +28,7 @@ std::string number_text(double value) {
 
 bool more_is_better(const std::string& metric) { return metric.ends_with("_per_s"); }
 
-// How many times worse than the limit.
+// The factor by which it is worse than the limit.
 double ratio_of(const std::string& metric, double value, double limit) {
   return more_is_better(metric) ? limit / value : value / limit;
 }
@@ -47,7 +47,7 @@ std::string target_text(const Target& target) {
   if (target.ratio_max) text += "<= " + number_text(*target.ratio_max) + " x ";
   if (target.at_least) text += ">= " + number_text(*target.at_least) + " ";
   if (target.at_most) text += "<= " + number_text(*target.at_most) + " ";
-  if (target.above_max) text += "<= beside + " + number_text(*target.above_max) + " ";
+  if (target.above_max) text += "<= reference + " + number_text(*target.above_max) + " ";
   if (!text.empty()) text.pop_back();
   return text;
 }
@@ -71,7 +71,7 @@ void print_line(const std::string (&cells)[9]) {
 
 void Table::print_head() const {
   print_line(
-      {"scenario", "payload", "metric", "peer", "value", "beside", "value", "ratio", "target"});
+      {"scenario", "payload", "metric", "peer", "value", "reference", "value", "ratio", "target"});
 }
 
 void Table::print(const Case& one, const ResultsByPeer& results) {
@@ -96,7 +96,7 @@ void Table::print_row(const Case& one, const Row& row, const ResultsByPeer& resu
               ratio ? number_text(*ratio) : "", verdict});
 }
 
-// Nothing here may lose a message.
+// No scenario may lose messages.
 void Table::print_losses(const Case& one, const ResultsByPeer& results) const {
   for (const auto& [peer, metrics] : results) {
     const auto lost = metrics.find("lost");
@@ -108,8 +108,8 @@ void Table::print_losses(const Case& one, const ResultsByPeer& results) const {
 
 void Table::print_summary() const {
   std::printf(
-      "\n%d of %d targets met. Ratio: how many times worse than what it stands beside.\n"
-      "Medians; on a busy machine read ratios, not values.\n",
+      "\n%d of %d targets met. Ratio: factor by which the value is worse than the reference.\n"
+      "Values are medians; on a busy machine use ratios, not values.\n",
       met_, targets_);
 }
 

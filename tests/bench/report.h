@@ -1,4 +1,4 @@
-// What a person reads and what programs read.
+// Output for people (table) and for programs (CSV).
 #pragma once
 
 #include <cstdio>
@@ -14,7 +14,7 @@ namespace tims::bench {
 
 using ResultsByPeer = std::map<std::string, Metrics>;
 
-// On stdout, a case as soon as it is measured.
+// Printed to stdout, each case as soon as it is measured.
 class Table {
  public:
   void print_head() const;

@@ -1,4 +1,4 @@
-// The limit inside one host: a ring to all receivers, and one back from each.
+// The limit on one host: a ring to all receivers, and one back from each.
 #pragma once
 
 #include <thread>
@@ -22,7 +22,7 @@ class RingLink {
         .message_max = message_max, .slots = slots_of(plan), .readers = plan.subscribers};
     if (plan.streaming()) {
       down.gather = std::clamp<std::uint64_t>(plan.window / 8, 1, 64);
-      // Eight readers that look for work only take the CPU away from each other.
+      // Eight polling readers would compete for the CPUs.
       if (alone) down.spin = kStreamSpin;
     }
     RingLink link(plan, copy);
@@ -48,7 +48,7 @@ class RingLink {
   void receive(Duration timeout, Deliver deliver) {
     if (!sender_) return rings_[0].read(index_, timeout, deliver);
     if (rings_.size() == 2) return rings_[1].read(0, timeout, deliver);
-    // Answers of many come only before and after what is measured.
+    // Answers of several receivers arrive only before and after the measurement.
     for (std::size_t i = 1; i < rings_.size(); ++i) rings_[i].read(0, Duration::zero(), deliver);
     std::this_thread::sleep_for(std::chrono::microseconds(500));
   }

@@ -19,7 +19,7 @@ struct Part {
   const char* address;
 };
 
-// All that can be on at the same time, sources before who lives on them.
+// Components that can be on at the same time, producers before their consumers.
 constexpr Part kParts[] = {
     {"ChassisSim", 0, "periodTime = 20", "Chassis/0/0"},
     {"ChassisSim", 1, "periodTime = 20", "Chassis/0/1"},
@@ -35,7 +35,7 @@ constexpr Part kParts[] = {
     {"ClockSystem", 0, "", "Clock/0/0"},
 };
 
-// A room of 10 m.
+// A room of 10 m x 10 m.
 constexpr const char* kFloor =
     "0\nSECTION\n2\nENTITIES\n"
     "0\nLINE\n10\n-5\n20\n-5\n11\n5\n21\n-5\n"

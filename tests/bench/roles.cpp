@@ -48,7 +48,7 @@ bool play(const Plan& plan, Result<L> link) {
   if (plan.role == "sink") return Sink<L>(plan, *link).run();
   if (plan.role == "pulse") return Pulse<L>(plan, *link).run();
   if (plan.role == "gauge") return Gauge<L>(plan, *link).run();
-  std::fprintf(stderr, "no role \"%s\"\n", plan.role.c_str());
+  std::fprintf(stderr, "unknown role \"%s\"\n", plan.role.c_str());
   return false;
 }
 
@@ -90,7 +90,7 @@ constexpr Alone kAlone[] = {
 }  // namespace
 
 bool run_role(const Plan& plan) {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // also below strace, which would leave it behind
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // also with strace, which would not kill it
   if (plan.role == "relay") return run_relay();
   if (plan.role == "udp-relay") return run_udp_relay(plan.host, plan.endpoint);
   for (const Alone& alone : kAlone) {
@@ -110,7 +110,7 @@ bool run_role(const Plan& plan) {
   if (plan.link == "tcp-relay") return play(plan, TcpLink::open(plan, kRelay));
   if (plan.link == "dds-engine") return play(plan, DdsEngineLink::open(plan));
   if (plan.link == "udp") return play(plan, UdpLink::open(plan));
-  std::fprintf(stderr, "no link \"%s\"\n", plan.link.c_str());
+  std::fprintf(stderr, "unknown link \"%s\"\n", plan.link.c_str());
   return false;
 }
 

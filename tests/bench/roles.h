@@ -5,8 +5,8 @@
 
 namespace tims::bench {
 
-// Opens the link, says "ready", plays the role, prints what was measured. False: it went wrong, and
-// stderr says how.
+// Opens the link, prints "ready", runs the role, prints the metrics. False: an error was printed to
+// stderr.
 bool run_role(const Plan& plan);
 
 }  // namespace tims::bench

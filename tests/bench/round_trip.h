@@ -1,6 +1,6 @@
-// Roles of a round trip: ping sends, waits and measures; echo returns what comes. Both sleep while
-// they wait, without a timer: setting one up may cost as much as a hand-over. Should a message be
-// lost, the crew's own limit ends the measurement.
+// Roles of a round trip: ping sends, waits and measures; echo returns each message. Both sleep
+// while they wait, without a timer, which may cost as much as a hand-over. If a message is lost,
+// the time limit of the crew ends the measurement.
 #pragma once
 
 #include <cstdio>

@@ -1,4 +1,4 @@
-// How a router is started.
+// The command that starts a router.
 #pragma once
 
 #include <string>
@@ -9,8 +9,8 @@ namespace tims::bench {
 inline std::vector<std::string> router_command(const std::string& program,
                                                const std::string& socket,
                                                std::vector<std::string> settings) {
-  // A queue that holds every window of any scenario, and room for all clients, of which a quarter
-  // is kept for those of this host: what a measurement loses is a mistake.
+  // The queue holds every window of any scenario, and the limit of clients includes the quarter
+  // that is reserved for those of this host; so no measurement may lose messages.
   settings.insert(settings.end(), {"unix.path=" + socket, "http.listen=off", "tcp.queue=16MiB",
                                    "limits.clients=4096"});
   std::vector<std::string> command{program};

@@ -33,7 +33,7 @@ class Run {
   Run(const Options& options, const Setting& setting)
       : setting_(setting), reps_(options.reps.value_or(options.quick ? 1 : 3)) {}
 
-  // Ours and the limits take turns, so that what else the machine does meets them alike.
+  // Ours and the limits alternate, so that other load affects them equally.
   ResultsByPeer measure_case(const Case& one) {
     std::map<std::string, std::vector<Metrics>> repetitions;
     for (int rep = 0; rep < reps_; ++rep) {
@@ -65,7 +65,7 @@ class Run {
   int failures_ = 0;
 };
 
-// A thousand clients are a thousand descriptors, here and in the router.
+// A thousand clients need a thousand descriptors, here and in the router.
 void allow_many_files() {
   rlimit files{};
   ::getrlimit(RLIMIT_NOFILE, &files);
@@ -73,7 +73,8 @@ void allow_many_files() {
   ::setrlimit(RLIMIT_NOFILE, &files);
 }
 
-// In the order in which they run; those that this machine cannot do are named and left out.
+// In the order in which they run; those that this machine does not support are reported and
+// skipped.
 std::vector<Case> chosen_cases(const Options& options) {
   std::vector<Case> cases = local_cases(options.quick);
   std::ranges::move(devices_cases(options.quick), std::back_inserter(cases));
@@ -87,7 +88,7 @@ std::vector<Case> chosen_cases(const Options& options) {
   if (std::ranges::none_of(cases, is_between_hosts)) return cases;
   remove_abandoned_hosts();
   if (const std::string why = why_no_hosts(); !why.empty()) {
-    std::printf("Nothing between hosts is measured: %s.\n\n", why.c_str());
+    std::printf("Scenarios between hosts are skipped: %s.\n\n", why.c_str());
     std::erase_if(cases, is_between_hosts);
   }
   return cases;

@@ -1,4 +1,4 @@
-// A whole run: all chosen cases, repetitions of all contenders interleaved.
+// A complete run: all selected cases, with interleaved repetitions of all contenders.
 #pragma once
 
 #include <string>
@@ -7,7 +7,7 @@
 
 namespace tims::bench {
 
-// The exit status: 0 when everything could be measured, whatever the figures say.
+// The exit status: 0 if everything could be measured, independent of the results.
 int run_bench(const Options& options, const std::string& program);
 
 }  // namespace tims::bench

@@ -7,31 +7,31 @@
 namespace tims::bench {
 namespace {
 
-// What must be reached on a machine like the one the project was planned on.
+// Targets for a machine like the one that the project was planned on.
 constexpr double kRoundTripRatio = 1.25;
 constexpr double kLocalRate = 8 * kMillion;
 constexpr double kCopyRatio = 1.1;
 constexpr double kRelayRatio = 1.1;
-// Half of what a bare ring of one copy for all eight gives each of them. Eight copies on two cores
-// cannot come to half the rate of one.
+// Half of the rate of a bare ring with one copy for all eight readers. Eight copies on two cores
+// cannot reach half the rate of one.
 constexpr double kFanoutRate = 0.85 * kMillion;
-// Twice the original router's, middle of what it was measured at.
+// Twice the median rate measured for the original router.
 constexpr double kRouterRate64 = 2 * 0.4 * kMillion;
 constexpr double kRouterPairsRate64 = 2 * 1.0 * kMillion;
 constexpr double kRegisterSeconds = 2;
-constexpr double kLookupRatio = 2;  // flat: no more than memory itself gets slower
+constexpr double kLookupRatio = 2;  // constant cost: it grows no more than that of memory accesses
 constexpr double kTableBytes = 64;
 constexpr std::uint64_t kManyMailboxes = 1'000'000;
 constexpr double kIdleMb = 20 * 1.048576;
 constexpr double kConvergenceSeconds = 2;
 constexpr std::uint64_t kRobots = 1000;
-constexpr std::size_t kScanBytes = 24 + 361 * 16;  // of a ladar with 361 points
+constexpr std::size_t kScanBytes = 24 + 361 * 16;  // a scan with 361 points
 constexpr double kModuleRatio = 1.3;
 constexpr double kModulePercent = 2;
 constexpr double kCameraPercent = 3;
 constexpr double kJitterRatio = 1.5;
 constexpr double kRobotSeconds = 2;
-constexpr double kRareCalls = 0.01 * kMillion;  // of a million messages: not one for each
+constexpr double kRareCalls = 0.01 * kMillion;  // per million messages: not one for each
 
 Experiment alone(const char* role, Between between = Between::kNothing) {
   return {.shape = Shape::kAlone, .link = role, .between = between};
@@ -69,7 +69,7 @@ Case local_throughput(std::size_t payload) {
   return c;
 }
 
-// What send and peek add to the copy they cannot do without: nobody to wake, nothing to wait for.
+// The cost of send and peek in addition to the necessary copy, without wake-ups and waiting.
 Case local_one_thread(std::size_t payload) {
   Case c{.scenario = "local_throughput@1thread", .payload = payload};
   Experiment ours = alone("self", Between::kRouter);
@@ -77,7 +77,7 @@ Case local_one_thread(std::size_t payload) {
   Experiment slots = alone("memcpy-slots");
   ours.payload = loan.payload = slots.payload = payload;
   c.contenders = {{"tims", ours}, {"tims-loan", loan}, {"limit", slots}};
-  // Beside a small message everything else is large, and says nothing of the copy.
+  // For small messages the other costs dominate, so the ratio to the copy is not meaningful.
   const char* limit = payload < 64 * kKi ? "" : "limit";
   c.rows = {{"tims", rate_metric(payload), limit, {}},
             {"tims-loan", rate_metric(payload), limit, {}}};
@@ -85,7 +85,7 @@ Case local_one_thread(std::size_t payload) {
   return c;
 }
 
-// How often a stream of small messages meets the kernel.
+// The number of system calls of a stream of small messages.
 Case local_syscalls() {
   Case c{.scenario = "local_syscalls", .payload = 64};
   Experiment experiment = stream("tims", Between::kRouter, 64);
@@ -127,7 +127,7 @@ Case router_throughput(std::size_t payload, std::uint32_t pairs) {
   c.rows = {{"tims", rate_metric(payload), "limit", {}}};
   Target& target = c.rows[0].target;
   if (payload == 64) target.at_least = pairs > 1 ? kRouterPairsRate64 : kRouterRate64;
-  // Loopback itself is below twice the original's 17 500 messages a second here.
+  // Loopback itself is below twice the original's 17 500 messages per second here.
   if (payload == 64 * kKi) target.ratio_max = kRelayRatio;
   return c;
 }
@@ -139,7 +139,7 @@ Case convergence() {
           .rows = {{"tims", "known_again_s", "", {.at_most = kConvergenceSeconds}}}};
 }
 
-// A DataModule beside bare sending of as many bytes.
+// A DataModule compared with bare sending of the same number of bytes.
 Case component_latency(bool one_cpu) {
   Experiment module{.shape = Shape::kScan, .link = "scan", .between = Between::kRouter};
   Experiment bare = pulse("tims", Between::kRouter, {});
@@ -242,7 +242,8 @@ std::vector<ScenarioText> scenario_texts() {
       {"local_rtt@1cpu", "the same, both on one CPU"},
       {"local_throughput", "one producer to one owner, send and loan"},
       {"local_throughput@1thread", "from a thread to itself; limit: memcpy into as many slots"},
-      {"local_syscalls", "system calls a million messages of that, counted by strace"},
+      {"local_syscalls",
+       "system calls per million messages of local_throughput, counted by strace"},
       {"fanout_throughput", "one publisher, eight subscribers"},
       {"router_rtt", "round trip through the TCP port; limit: a bare epoll relay"},
       {"router_rtt@1cpu", "the same, all three processes on one CPU"},
@@ -255,31 +256,37 @@ std::vector<ScenarioText> scenario_texts() {
       {"dds_throughput", "from host to host by DDS, no routers"},
       {"dds_hosts_rtt",
        "round trip between two hosts, routers linked by DDS; limit: bare Fast DDS"},
-      {"urgent_latency", "64 B while 1 MiB messages fill 50 Mbit/s, one way; rate told or found"},
-      {"lossy_link", "10 % loss, 20 ms, 50 Mbit/s: 64 KiB messages, and 64 B urgently"},
-      {"link_idle", "bytes a second over a link that nobody uses, headers included"},
-      {"link_death", "seconds from the cut of a cable until the other end has withdrawn"},
-      {"fleet_join", "a router joins by name; then idle, beside one that connects by address"},
+      {"urgent_latency",
+       "64 B while 1 MiB messages fill 50 Mbit/s, one direction; rate configured or estimated"},
+      {"lossy_link", "10 % loss, 20 ms, 50 Mbit/s: 64 KiB messages, and urgent 64 B messages"},
+      {"link_idle", "bytes per second over an idle link, headers included"},
+      {"link_death", "seconds from the cut of a cable until the robot's mailboxes are withdrawn"},
+      {"fleet_join",
+       "a router joins by name, then idles; compared with one that connects by address"},
       {"fleet_start@10",
-       "a base and 10 robots find each other by name, at once; again after kill -9 of all"},
+       "a base and 10 robots start at once and connect by name; again after kill -9 of all"},
       {"fleet_start@50", "the same with 50 robots"},
       {"fleet_start@200", "the same with 200 robots"},
-      {"failover", "UDP between two routers is cut, DDS carries on; and back"},
-      {"convergence", "a router above 1000 with 100 mailboxes each is killed and comes back"},
-      {"component_latency", "from put of a DataModule to its listener, one way; beside bare send"},
+      {"failover", "UDP between two routers is cut, DDS takes over; then UDP is restored"},
+      {"convergence", "a router above 1000 with 100 mailboxes each is killed and restarted"},
+      {"component_latency",
+       "from put of a DataModule to its listener, one direction; compared with bare send"},
       {"component_latency@1cpu", "the same, both on one CPU"},
-      {"component_cpu", "of a DataModule: 361 points at 75 Hz to eight listeners"},
+      {"component_cpu", "CPU time of a DataModule: 361 points at 75 Hz to eight listeners"},
       {"camera_cpu",
-       "of CameraV4l: 640 x 480 as motion JPEG, 30 a second, passed on; limit: reading them"},
-      {"component_jitter", "lateness of a 1 kHz DataModule under load; beside cyclictest"},
-      {"robot_start", "from `timsctl up` until all of twelve components are on"},
+       "CPU time of CameraV4l: 640 x 480 motion JPEG, 30 per second, forwarded; limit: reading "
+       "them"},
+      {"component_jitter",
+       "wake-up delay of a 1 kHz DataModule under load; compared with cyclictest"},
+      {"robot_start", "seconds from `timsctl up` until all twelve components are on"},
       {"register_tcp",
        "1000 clients with 100 mailboxes each, TCP: seconds until all are confirmed"},
-      {"register_unix", "the same through libtims"},
-      {"lookup", "ns a look-up in a table of 10 to 1 000 000 mailboxes; limit: one read of memory"},
-      {"table_memory", "bytes a mailbox in the router's table, at the worst moment"},
-      {"devices", "scans from the wire to a listener, and what decoders of devices make a second"},
-      {"idle", "CPU, wake-ups and memory of a router nobody uses"},
+      {"register_unix", "the same with libtims"},
+      {"lookup", "ns per look-up in a table of 10 to 1 000 000 mailboxes; limit: one memory read"},
+      {"table_memory", "peak bytes per mailbox in the router's table"},
+      {"devices",
+       "latency of scans from the wire to a listener, and throughput of device decoders"},
+      {"idle", "CPU, wake-ups and memory of an idle router"},
   };
 }
 

@@ -1,5 +1,5 @@
-// What is measured: for each scenario and payload who runs, which figures are shown beside which
-// limit, and what they must reach.
+// The scenarios: for each scenario and payload the processes, the metrics shown with their limits,
+// and the targets.
 #pragma once
 
 #include <optional>
@@ -14,14 +14,14 @@ struct Target {
   std::optional<double> ratio_max{};  // times worse than the limit
   std::optional<double> at_least{};
   std::optional<double> at_most{};
-  std::optional<double> above_max{};  // more than what it stands beside
+  std::optional<double> above_max{};  // difference to the reference
 };
 
-// A line of the table.
+// A row of the table.
 struct Row {
   std::string peer;
   std::string metric;
-  std::string limit;  // the peer it is held against; empty: none
+  std::string limit;  // the reference peer; empty: none
   Target target{};
 };
 
@@ -44,7 +44,7 @@ struct ScenarioText {
 };
 
 std::vector<ScenarioText> scenario_texts();
-// Of all scenarios, in the order in which they run: inside this host, then between two.
+// All cases in the order in which they run: on this host, then between two hosts.
 std::vector<Case> local_cases(bool quick);
 std::vector<Case> devices_cases(bool quick);
 std::vector<Case> hosts_cases(bool quick);

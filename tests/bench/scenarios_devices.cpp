@@ -4,7 +4,7 @@
 namespace tims::bench {
 namespace {
 
-constexpr double kScenariosDevicesLatestUs = 1000;  // behind the time of the line
+constexpr double kScenariosDevicesLatestUs = 1000;  // after the line time
 constexpr double kDriverPercent = 2;
 
 Case decoding(const DecoderCase& one) {

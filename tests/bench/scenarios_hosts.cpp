@@ -36,7 +36,7 @@ Case hosts_rtt(std::size_t payload, bool one_cpu) {
   return c;
 }
 
-// By way of DDS, without routers: what the engine adds to the library it stands on.
+// Over DDS without routers: the cost of the engine in addition to the library it uses.
 Case dds_rtt(std::size_t payload, bool one_cpu) {
   return {
       .scenario = one_cpu ? "dds_rtt@1cpu" : "dds_rtt",
@@ -53,7 +53,7 @@ Case dds_throughput(std::size_t payload) {
           .rows = {{"tims-engine", rate_metric(payload), "", {}}}};
 }
 
-// The limit has no routers, and answers in the library's own thread.
+// The limit has no routers, and answers in the library's thread.
 Case dds_hosts_rtt(std::size_t payload, bool one_cpu) {
   Experiment ours = round_trip("tims", Between::kTwoRouters, payload, one_cpu);
   ours.paths = "dds";
@@ -128,14 +128,15 @@ Case hosts_throughput(std::size_t payload) {
   return c;
 }
 
-// As robots have them: a command beside what a camera sees.
+// Priorities as on a robot: a command together with camera data.
 Experiment as_on_a_robot(Experiment pulse) {
   pulse.priority = kCommandPriority;
   pulse.bulk_priority = kCameraPriority;
   return pulse;
 }
 
-// A small message of the highest class beside large ones of the lowest; then of neighbours.
+// A small message of the highest class together with large ones of the lowest; then of adjacent
+// classes.
 Case urgent_latency() {
   Experiment told = pulse("tims", Between::kTwoRouters, kShaped, kMi);
   told.rate_told = true;
@@ -177,7 +178,7 @@ Case link_case(const char* scenario, Shape shape, const std::vector<Row>& rows) 
 
 }  // namespace
 
-// Between network namespaces.
+// Scenarios between network namespaces.
 std::vector<Case> hosts_cases(bool quick) {
   std::vector<Case> cases;
   for (const bool one_cpu : {false, true})

@@ -43,8 +43,8 @@ Scratch::~Scratch() {
   remove(path_);
 }
 
-// The processes of the measurement end with this one. A copy of it tidies up, so that the run,
-// which sees them end, begins nothing new meanwhile.
+// The processes of the measurement exit with this one. A forked copy removes the rest, so that the
+// run, which detects their exit, starts nothing new in the meantime.
 void Scratch::wait_for_signal() const {
   const sigset_t signals = ending_signals();
   int number = 0;

@@ -1,4 +1,5 @@
-// A folder in memory for one run; gone when the run ends, also by Ctrl-C, and then the hosts too.
+// A folder in memory for one run. It is removed when the run ends, also by Ctrl-C, together with
+// the hosts.
 #pragma once
 
 #include <string>

@@ -8,7 +8,7 @@
 namespace tims::bench {
 namespace {
 
-// Two mailboxes of one process, as a role would open them: a source's and a sink's.
+// Two mailboxes of one process, with the options of a source and of a sink.
 bool pass_messages(Plan plan, TimsLink::Way way) {
   plan.role = "sink";
   auto sink = TimsLink::open(plan, TimsLink::Way::kCopy);

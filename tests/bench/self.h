@@ -1,4 +1,4 @@
-// From a thread to itself: send, peek and release without anybody to wait for.
+// From a thread to itself: send, peek and release without waiting.
 #pragma once
 
 #include "tests/bench/plan.h"

@@ -1,4 +1,4 @@
-// Memory that the processes of one measurement share by the name of a file.
+// Memory that the processes of one measurement share, identified by the name of a file.
 #pragma once
 
 #include <cstddef>
@@ -15,9 +15,9 @@ struct Unmap {
 };
 using SharedFile = std::unique_ptr<std::byte[], Unmap>;
 
-// Makes the file when it is not there; zeroed, all pages present.
+// Creates the file if it does not exist; zeroed, with all pages present.
 Result<SharedFile> map_shared_file(const std::string& path, std::size_t bytes);
-// The same kind of memory for one process alone.
+// The same kind of memory for a single process.
 Result<SharedFile> map_shared(std::size_t bytes);
 
 }  // namespace tims::bench

@@ -63,7 +63,7 @@ bool SharedRing::wait_for_room() {
   return false;
 }
 
-// Not for every message: a writer that is woken should find room for many.
+// Not for every message, so that a woken writer finds room for many.
 void SharedRing::wake_writer(std::uint64_t unread) {
   std::atomic_thread_fence(std::memory_order_seq_cst);
   if (unread > shape_.slots / 2) return;

@@ -1,10 +1,9 @@
-// The bare way of handing messages from one process to others of the same host: a ring in shared
-// memory, one writer, up to eight readers that all see every message, one copy, futex waits. No
-// priorities, no replacement, no second writer, no check of anything: what a mailbox is held
-// against.
+// The simplest transfer of messages between processes on a host: a ring in shared memory with one
+// writer, up to eight readers that all receive every message, one copy, and futex waits. Without
+// priorities, replacement, a second writer, or checks. It is the limit for mailboxes.
 //
-// A stream makes it as strong as it can be: the writer publishes several messages at once, and
-// reader and writer look for a while before they sleep.
+// Streams use its fastest mode: the writer publishes several messages at once, and reader and
+// writer poll before they sleep.
 #pragma once
 
 #include <algorithm>
@@ -32,14 +31,14 @@ class SharedRing {
   };
   static constexpr std::uint32_t kReadersMax = 8;
 
-  // The same shape on every side. Whoever comes first makes the file.
+  // All processes must use the same shape. The first one creates the file.
   static Result<SharedRing> open(const std::string& path, const Shape& shape);
 
   // Copies the first `copied` bytes. Waits for room up to two seconds.
   bool write(std::span<const std::byte> message, std::size_t copied);
   void publish();
 
-  // Waits up to the timeout, then hands over all that is there, in place.
+  // Waits up to the timeout, then delivers all available messages, in place.
   template <typename Deliver>
   void read(std::uint32_t reader, Duration timeout, Deliver deliver) {
     std::atomic<std::uint64_t>& tail = ring_->tails[reader].count;
@@ -64,7 +63,7 @@ class SharedRing {
       std::atomic<std::uint64_t> count;
     };
     alignas(kLine) std::atomic<std::uint64_t> head;
-    std::atomic<std::uint32_t> head_word;  // the same, to sleep on
+    std::atomic<std::uint32_t> head_word;  // a copy of the head, for the futex
     alignas(kLine) std::atomic<std::uint32_t> readers_asleep;
     alignas(kLine) std::atomic<std::uint32_t> room_word;
     std::atomic<std::uint32_t> writer_asleep;
@@ -88,9 +87,9 @@ class SharedRing {
   Shape shape_;
   std::size_t slot_bytes_;
   std::uint64_t wake_every_;
-  std::uint64_t head_ = 0;       // the writer's: written
-  std::uint64_t published_ = 0;  // the writer's: visible
-  std::uint64_t low_ = 0;        // the writer's: read by all, as last seen
+  std::uint64_t head_ = 0;       // writer: messages written
+  std::uint64_t published_ = 0;  // writer: messages published
+  std::uint64_t low_ = 0;        // writer: messages read by all, as last loaded
 };
 
 }  // namespace tims::bench

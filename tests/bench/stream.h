@@ -1,5 +1,5 @@
-// Roles of a stream: a source sends as fast as it may, sinks count. Where a way has no
-// back-pressure, the sinks grant credit a quarter of a window at a time, as users must.
+// Roles of a stream: a source sends as fast as permitted, sinks count. On links without
+// back-pressure the sinks grant credit a quarter of a window at a time, as users must.
 #pragma once
 
 #include <algorithm>
@@ -15,7 +15,7 @@
 
 namespace tims::bench {
 
-// Reading the clock costs as much as a small message: only now and then.
+// Reading the clock costs as much as a small message, so it is read only for every 64th.
 inline constexpr std::uint64_t kClockEvery = 64;
 inline constexpr std::size_t kLargePayload = 16 << 10;
 constexpr bool time_to_look(std::uint64_t count, std::size_t payload) {
@@ -43,7 +43,8 @@ class Source {
  private:
   static constexpr Duration kPatience = std::chrono::seconds(12);
   static constexpr Duration kMeetPatience = std::chrono::milliseconds(200);
-  static constexpr Duration kOnce = kPatience;  // the end is said once: it must not push out data
+  static constexpr Duration kOnce =
+      kPatience;  // kEnd is sent once, so that it does not replace data
 
   struct Receiver {
     bool ready = false;
@@ -73,7 +74,7 @@ class Source {
     return true;
   }
 
-  // Says `head`, again after each `repeat`, until `flag` is set for all.
+  // Sends `head` again after each `repeat` until `flag` is set for all receivers.
   bool wait_for_all(bool Receiver::*flag, const Head& head, Duration repeat) {
     const auto all = [&] {
       return std::all_of(receivers_.begin(), receivers_.end(),
@@ -116,7 +117,7 @@ class Source {
   Payload payload_;
   std::vector<Receiver> receivers_;
   std::uint64_t sent_ = 0;
-  std::uint64_t acked_ = 0;  // by all
+  std::uint64_t acked_ = 0;  // acknowledged by all receivers
 };
 
 template <Link L>
@@ -164,7 +165,7 @@ class Sink {
     warm_until_ = os::now() + plan_.seconds / 4;
   }
 
-  // The rate counts from the end of the warm-up on.
+  // The rate is measured from the end of the warm-up on.
   void look_at_the_clock() {
     last_ = {os::now(), received_};
     if (first_.count == 0 && last_.at >= warm_until_) first_ = last_;

@@ -17,14 +17,14 @@ namespace {
 
 constexpr core::HashSeed kSeed{.first = 0x5DEECE66D, .second = 0xB5026F5AA96619E9};
 
-// Components as they come: several mailboxes each, some hundred systems.
+// A realistic fleet: several mailboxes per component, some hundred systems.
 Address nth_address(std::uint64_t n) {
   constexpr std::uint64_t kLocals = 8;
   const std::uint64_t component = n / kLocals;
   return Address(static_cast<std::uint32_t>(component << 8 | n % kLocals));
 }
 
-// Indices of 0..count-1 in random order, many enough that the order is not learned.
+// Indices of 0..count-1 in random order, too many for the branch predictor to learn.
 std::vector<std::uint32_t> random_order(std::size_t count) {
   constexpr std::size_t kLengthMin = 1 << 16;
   std::mt19937 random(1);
@@ -38,7 +38,7 @@ std::vector<std::uint32_t> random_order(std::size_t count) {
   return order;
 }
 
-// `look(key)` returns 0, but only after it has the answer: nothing can be looked up ahead.
+// `look(key)` returns 0 that depends on the result, so that look-ups cannot overlap.
 template <typename Look>
 void time_looks(const Plan& plan, const std::vector<std::uint32_t>& keys, Look look) {
   std::uint64_t looks = 0;
@@ -69,7 +69,7 @@ bool measure_lookup(const Plan& plan) {
 }
 
 bool measure_bare_reads(const Plan& plan) {
-  // As much as the table of that many mailboxes would have.
+  // The size of a table with that many mailboxes.
   std::vector<core::Table::Entry> memory(std::bit_ceil(plan.count * 4 / 3 + 1));
   const std::vector<std::uint32_t> keys = random_order(memory.size());
   time_looks(plan, keys, [&](std::uint32_t key) { return memory[key].handle; });
@@ -78,7 +78,7 @@ bool measure_bare_reads(const Plan& plan) {
 
 bool measure_table_memory(const Plan& plan) {
   constexpr std::uint64_t kPerClient = 100;
-  constexpr std::uint64_t kEnough = 10'000;  // before that, fixed costs are in the figure
+  constexpr std::uint64_t kEnough = 10'000;  // below, fixed costs would dominate
   const auto allocated = [] {
     const struct mallinfo2 info = ::mallinfo2();
     return info.uordblks + info.hblkhd;

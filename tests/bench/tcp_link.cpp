@@ -18,7 +18,7 @@ TcpLink::TcpLink(const Plan& plan, Between between, client::TcpClient client)
       header_(message_header(plan)),
       gather_(plan.streaming() ? kGather : 0) {}
 
-// As the original's C library: no watchdog, then the mailbox, then one answer.
+// Like the original C library: disables the watchdog, registers the mailbox, reads one answer.
 Result<TcpLink> TcpLink::open(const Plan& plan, Between between) {
   const auto router = wire::parse_endpoint(plan.endpoint);
   if (!router) return router.error();

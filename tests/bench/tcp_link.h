@@ -1,6 +1,6 @@
-// libtims' own client of the original protocol over TCP. The same client talks to the router and to
-// the bare relay, so that only what stands between differs. Small messages of a stream are
-// gathered, large ones leave without being copied, and what comes is read in place.
+// libtims' client of the original protocol over TCP. The same client is used with the router and
+// with the bare relay, so that only the part between differs. Small messages of a stream are
+// collected, large ones are sent without copying, and received ones are read in place.
 #pragma once
 
 #include "client/tcp_client.h"
@@ -14,10 +14,10 @@ class TcpLink {
  public:
   enum class Between { kRouter, kRelay };
 
-  // Connects and registers its one mailbox.
+  // Connects and registers its mailbox.
   static Result<TcpLink> open(const Plan& plan, Between between);
 
-  // A slow reader does not hold up a sender: the router would drop. The relay holds it up.
+  // With a slow reader the router drops messages, whereas the relay blocks the sender.
   [[nodiscard]] bool needs_credit() const { return between_ == Between::kRouter; }
 
   bool send(std::span<const std::byte> payload) {
@@ -43,7 +43,7 @@ class TcpLink {
 
   client::TcpClient client_;
   Between between_;
-  Header header_;  // of what is sent
+  Header header_;  // of the messages
   std::size_t gather_;
   Duration timeout_{};
 };

@@ -1,4 +1,4 @@
-// Our side inside one host: one mailbox a process, messages straight into the receiver's.
+// Our link on one host: one mailbox per process, messages directly into the receiver's.
 #pragma once
 
 #include <cstring>
@@ -52,8 +52,8 @@ class TimsLink {
 
  private:
   static MailboxOptions mailbox_of(const Plan& plan) {
-    constexpr std::uint64_t kMargin = 4;    // what is said before and after the data
-    constexpr std::uint64_t kAnswers = 64;  // of eight subscribers, and more
+    constexpr std::uint64_t kMargin = 4;    // messages before and after the data
+    constexpr std::uint64_t kAnswers = 64;  // of eight subscribers, with a margin
     const bool takes_data = plan.role != "source";
     const std::uint64_t slots = takes_data ? slots_of(plan) + kMargin : kAnswers;
     const std::size_t body_max = takes_data ? std::max(plan.payload, kReplyBytes) : kReplyBytes;

@@ -1,5 +1,5 @@
-// System calls of a process, counted by strace. It slows down each call but nothing else: where
-// calls are rare it changes little, and where they are not the count says so.
+// System calls of a process, counted by strace. It slows down only system calls: if they are rare,
+// it has little effect, and otherwise the count shows it.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ namespace tims::bench {
 
 [[nodiscard]] bool can_trace();  // strace is installed
 
-// What to put in front of a command, so that the counts are in `file` when it has ended.
+// The prefix of a command that writes the counts to `file` when it exits.
 std::vector<std::string> traced(const std::string& file);
 Metrics counted(const std::string& file);
 

@@ -18,16 +18,17 @@ namespace {
 namespace sim = timsctl::sim;
 
 constexpr const char* kDevice = "cable";
-// As names of fleets: `timsctl sim show` sees what is left over, `timsctl sim down` removes it.
+// Named like fleets, so that `timsctl sim show` lists remaining ones and `timsctl sim down` removes
+// them.
 constexpr std::string_view kName = "bench";
 
-// After the process that made them; a copy of it (scratch.cpp) keeps the name.
+// Named after the process that created them; its forked copy (scratch.cpp) keeps the name.
 const std::string& own_name() {
   static const std::string name = std::string(kName) + std::to_string(::getpid());
   return name;
 }
 
-// Failures of timsctl's parts as results.
+// Converts failures of timsctl's functions to results.
 template <typename Act>
 Result<void> tried(Act act) {
   try {
@@ -90,7 +91,8 @@ void TwoHosts::set_up(const Cable& cable) const {
   wait_for_carrier(robot_);
 }
 
-// The kernel says up to a second late that a device runs, and DDS leaves out those that do not.
+// The kernel reports a device as up with a delay of up to a second, and DDS ignores devices that
+// are not.
 void TwoHosts::wait_for_carrier(const sim::LineEnd& end) {
   for (int tries = 0; tries < 500; ++tries) {
     const auto shown = timsctl::run(
@@ -104,9 +106,9 @@ void TwoHosts::wait_for_carrier(const sim::LineEnd& end) {
 
 void TwoHosts::set_up(const sim::LineEnd& end, const Cable& cable) const {
   const std::string device = std::string("link set dev ") + kDevice;
-  // Nothing but what is measured: no IPv6 that looks for neighbours.
+  // Without IPv6, whose neighbour discovery would be measured as well.
   std::string commands = "link set dev lo up\n" + device + " addrgenmode none\n";
-  // Loss is of datagrams, not of the bursts they are sent in.
+  // Loss applies to datagrams, not to the bursts in which they are sent.
   if (cable.loss > 0) commands += device + " gso_max_segs 1\n";
   commands += "address add " + end.address + "/24 dev " + kDevice + "\n" + device + " up\n";
   timsctl::run_or_fail({.command = {"ip", "-n", end.network, "-batch", "-"}}, commands);

@@ -1,5 +1,5 @@
-// Two hosts on this machine, the base and the robot: network namespaces joined by a cable that is
-// as bad as one wants it. They go with the object.
+// Two hosts on this machine, the base and the robot: network namespaces connected by a cable of
+// configurable quality. They are removed with the object.
 #pragma once
 
 #include <cstdint>
@@ -12,13 +12,14 @@
 
 namespace tims::bench {
 
-using Cable = timsctl::sim::Quality;  // alike both ways; what the kernel cannot do is left out
+using Cable = timsctl::sim::Quality;  // the same in both directions; faults that the kernel does
+                                      // not support are omitted
 
-// Why there can be none: empty when there can.
+// The reason why hosts cannot be created; empty if they can.
 std::string why_no_hosts();
-// Takes away the namespaces of this process. For the end by a signal, too.
+// Removes the namespaces of this process; also used when it is ended by a signal.
 void remove_own_hosts();
-// What runs that were killed have left.
+// Removes the namespaces of runs that were killed.
 void remove_abandoned_hosts();
 
 class TwoHosts {
@@ -31,16 +32,15 @@ class TwoHosts {
   ~TwoHosts() { remove_own_hosts(); }
 
   static std::string address(Side side);
-  // What stands before a command that runs there.
+  // The prefix of commands that run there.
   [[nodiscard]] std::vector<std::string> enter(Side side) const;
 
-  // Pulls the cable.
+  // Unplugs the cable.
   [[nodiscard]] Result<void> cut() const;
-  // A filter at the robot takes what goes to or comes from this port of UDP, until it is taken
-  // away.
+  // A filter at the robot drops datagrams to and from this UDP port until it is removed.
   [[nodiscard]] Result<void> block_udp(const std::string& port) const;
   [[nodiscard]] Result<void> unblock_udp() const;
-  // Bytes that have come out of the cable on this side, Ethernet headers included.
+  // Bytes received from the cable on this side, Ethernet headers included.
   [[nodiscard]] Result<double> received(Side side) const;
 
  private:

@@ -20,7 +20,7 @@ constexpr std::size_t kBurst = 44 * kDatagram;
 constexpr int kBuffer = 16 << 20;
 constexpr std::size_t kGroMax = 64 << 10;
 
-// The size of the datagrams in a burst, in (UDP_GRO) or out (UDP_SEGMENT).
+// The size of the datagrams in a burst, received (UDP_GRO) or sent (UDP_SEGMENT).
 class SegmentSize {
  public:
   explicit SegmentSize(msghdr& message) : message_(message) {
@@ -48,7 +48,7 @@ class SegmentSize {
   alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> bytes_{};
 };
 
-// What has come at once goes on at once.
+// Datagrams received together are sent together.
 void pass(const os::File& socket, const sockaddr_in& client, const sockaddr_in& beyond,
           std::span<std::byte> buffer) {
   sockaddr_in peer{};

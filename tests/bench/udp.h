@@ -1,5 +1,5 @@
-// Bare UDP between two hosts, as fast as the kernel takes it: bursts of datagrams in one call
-// (UDP_SEGMENT), and put together again on the other side (UDP_GRO).
+// Bare UDP between two hosts at the highest speed of the kernel: bursts of datagrams in one call
+// (UDP_SEGMENT), which are merged on the other side (UDP_GRO).
 #pragma once
 
 #include <cstdint>
@@ -17,12 +17,12 @@ namespace tims::bench {
 Result<os::File> open_udp(const std::string& endpoint);
 Result<sockaddr_in> udp_address(const std::string& endpoint);
 
-// The socket is connected. Both spans as one stream of full datagrams.
+// Sends both spans as one stream of full datagrams on a connected socket.
 bool send_trains(const os::File& socket, std::span<const std::byte> first,
                  std::span<const std::byte> second);
 
-// The limit of a pair of routers: what the client of this host (kClientPort) sends goes to the
-// relay at `endpoint`, and what comes from there to the client. Runs until it is killed.
+// The limit of a pair of routers: datagrams of the client of this host (kClientPort) are sent to
+// the relay at `endpoint`, and datagrams from there to the client. Runs until it is killed.
 bool run_udp_relay(const std::string& host, const std::string& endpoint);
 
 }  // namespace tims::bench

@@ -1,7 +1,7 @@
-// The limit between two hosts: messages as a stream of bare datagrams, straight to the other end or
-// to a relay. What is lost is lost, and the stream with it: buffers are larger than windows. Small
-// messages of a stream are gathered, large ones leave without being copied, and what comes is read
-// in place.
+// The limit between two hosts: messages as a stream of bare datagrams, directly to the other end or
+// to a relay. A lost datagram would invalidate the stream, so buffers are larger than windows.
+// Small messages of a stream are collected, large ones are sent without copying, and received ones
+// are read in place.
 #pragma once
 
 #include <cstring>
@@ -38,8 +38,9 @@ class UdpLink {
   }
 
  private:
-  static constexpr std::size_t kGather = 62 << 10;  // with one more small message it is a burst
-  // Both ends are the same machine: a Header can be read as is.
+  static constexpr std::size_t kGather =
+      62 << 10;  // together with one more small message it fills a burst
+  // Both ends are on the same machine, so a Header can be read without conversion.
   static_assert(sizeof(Header) == kHeaderSize && offsetof(Header, length) == 12);
 
   UdpLink(const Plan& plan, os::File socket);
@@ -48,7 +49,7 @@ class UdpLink {
 
   os::File socket_;
   Duration timeout_{};
-  Header header_;  // of what is sent
+  Header header_;  // of the messages
   std::size_t gather_;
   std::vector<std::byte> out_;
   std::size_t filled_ = 0;

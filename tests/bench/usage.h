@@ -1,4 +1,4 @@
-// What a process costs: CPU time, sleeps, memory.
+// The cost of a process: CPU time, sleeps, memory.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +9,7 @@ namespace tims::bench {
 
 struct Usage {
   double cpu_s = 0;
-  double sleeps = 0;  // times a thread gave its CPU away by itself: waits that really waited
+  double sleeps = 0;  // voluntary context switches: waits that really blocked
 
   Usage operator+(const Usage& other) const { return {cpu_s + other.cpu_s, sleeps + other.sleeps}; }
   Usage operator-(const Usage& before) const {
@@ -22,7 +22,7 @@ Usage usage_of(pid_t process);  // all its threads
 
 double resident_mb(pid_t process);  // 10^6 bytes
 
-// Prints what was spent since `before` and the number of messages it was spent on.
+// Prints the cost since `before` and the number of messages.
 void print_usage(const Usage& before, std::uint64_t messages);
 
 }  // namespace tims::bench

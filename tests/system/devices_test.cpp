@@ -254,7 +254,7 @@ TEST_F(DevicesTest, NoiseAtTheFullRateIsReportedAndCostsLittle) {
   expect_on();
   next_scan();
   scanner.set_mad(true);
-  const auto said = program.wait_for_line("sends nothing");
+  const auto said = program.wait_for_line("has sent no data");
   ASSERT_TRUE(said) << said.error().message();
   const Used before = used_by(program.pid());
   const Time begin = os::now();
@@ -312,7 +312,7 @@ TEST_F(DevicesTest, APauseInARecordingDoesNotReopenTheDevice) {
   const auto scans = stream(80, data);
   expect_in_order(scans, 80);
   EXPECT_LT(scans.front(), kFirstDistance + 60);
-  EXPECT_EQ(program.standard_error().find("sends nothing"), std::string::npos);
+  EXPECT_EQ(program.standard_error().find("has sent no data"), std::string::npos);
 }
 
 TEST_F(DevicesTest, AMissingDeviceIsReportedWithTheReason) {
@@ -466,7 +466,8 @@ TEST_F(DevicesTest, AFullDiskDoesNotStopTheDriverAndIsReportedOnce) {
   const PluggedIn scanner(path_);
   auto& program = start_ladar({"--record=/dev/full"});
   expect_on();
-  const auto said = program.wait_for_line("/dev/full: No space left on device; records are lost until");
+  const auto said =
+      program.wait_for_line("/dev/full: No space left on device; records are lost until");
   EXPECT_TRUE(said) << said.error().message();
   const int first = next_scan();
   EXPECT_TRUE(

@@ -76,7 +76,7 @@ TEST_F(StickProgramTest, TimsctlReportsSticks) {
   auto watch = ChildProcess::start(
       {std::string(TIMS_PROGRAMS) + "/timsctl", "device", "watch", "-j", "-n", "2"}, at_router());
   ASSERT_TRUE(watch);
-  ASSERT_TRUE(watch->wait_for_line("devices are there"));
+  ASSERT_TRUE(watch->wait_for_line("waiting for changes"));
   {
     const UinputStick second("RACK second stick");
     const auto plugged = watch->wait_for_line("\"plugged\"");

@@ -87,8 +87,7 @@ TEST_F(GdosLogTest, KillingItLosesNothing) {
   ASSERT_TRUE(comes_to_be_kept("before"));
   kill("gdos-log");
   std::ofstream(folder() / rack::gdos::kCurrentFile, std::ios::app) << R"({"time":"2026)";
-  EXPECT_THAT(start_log().output(),
-              HasSubstr("removed 13 bytes of an incomplete text"));
+  EXPECT_THAT(start_log().output(), HasSubstr("removed 13 bytes of an incomplete text"));
   say("after");
   EXPECT_TRUE(comes_to_be_kept("after"));
   const std::string all = shown({"-c", "GUI"});

@@ -351,8 +351,9 @@ TEST_F(Tree, ExplainAsksAllRoutersBeforeItReportsThatAMailboxIsUnknown) {
   Session session = arm->session("log");
   Mailbox sink = open(session, kTextSink);
   ASSERT_TRUE(eventually([&] { return base->knows(Address(0x01000200)); }, "the arm is known"));
-  EXPECT_THAT(base->timsctl({"explain", "Tims/0/1", kTextSink.to_string()}),
-              HasSubstr(kTextSink.to_string() + " is registered at arm, to which there is no route"));
+  EXPECT_THAT(
+      base->timsctl({"explain", "Tims/0/1", kTextSink.to_string()}),
+      HasSubstr(kTextSink.to_string() + " is registered at arm, to which there is no route"));
   EXPECT_THAT(base->timsctl({"explain", kTextSink.to_string(), "Tims/0/1"}),
               HasSubstr("it arrives"));
 }

@@ -122,7 +122,7 @@ struct Verb {
   std::string_view arguments;  // "ADDR [TYPE]"
   std::size_t arguments_min;
   std::size_t arguments_max;
-  std::string_view options;  // besides the general ones, by their long names
+  std::string_view options;  // in addition to the general ones, by their long names
   bool endless;              // runs until Ctrl-C unless limited; Ctrl-C is then its normal end
   std::string_view help;
   std::string_view example;

@@ -60,7 +60,7 @@ void check_arguments(std::string_view program, std::string_view call, const Verb
                      const std::vector<std::string>& arguments);
 
 std::string_view own_version();
-// Whether the blank-separated list contains this word.
+// Whether the blank-separated list contains this element.
 bool is_in(std::string_view word, std::string_view list);
 
 }  // namespace timsctl

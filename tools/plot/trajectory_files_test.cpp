@@ -105,7 +105,7 @@ TEST(TrajectoryFiles, RefusesWhatIsNone) {
   EXPECT_THAT(refusal("% Position(0/0)\n1 2 3\n"), HasSubstr("line 2"));
 }
 
-// Whatever the bytes are, it ends, and draws without what SVG does not know.
+// For arbitrary bytes, reading terminates and the output is valid SVG.
 TEST(TrajectoryFiles, SurvivesMutations) {
   const std::string texts[] = {std::string(kPathHead) + "2 2 0 0 0 0 1000 0 0 1000 0 0 1571 1000\n",
                                "time_s,x_m,y_m,error_m\n0.5,1,2,0.01\n0.6,2,2,\n",

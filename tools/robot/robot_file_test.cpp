@@ -168,7 +168,7 @@ parameters = { odometrySys = "{system}", mapFile = "a \"b\"\\.dxf", maxRange = 9
   const std::vector<ParameterChange> changes{{"angleRes", std::nullopt, "2"},
                                              {"mapFile", "flöor.dxf", "a \"b\"\\.dxf"},
                                              {"maxRange", "10000", "9000"}};
-  EXPECT_EQ(result->changes, changes) << "the system's number is what the file says";
+  EXPECT_EQ(result->changes, changes) << "the system number is that of the file";
 }
 
 TEST(ParameterEdit, WhereverParametersMayStand) {

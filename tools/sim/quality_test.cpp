@@ -61,7 +61,7 @@ TEST(Quality, RatesInBitsOrBytes) {
 TEST(Quality, RefusesWhatMakesNoSense) {
   EXPECT_THAT(refusal({"los=1%"}), HasSubstr("did you mean loss?"));
   EXPECT_THAT(refusal({"wify"}), HasSubstr("did you mean wifi?"));
-  EXPECT_THAT(refusal({"nonsense"}), HasSubstr("there are cut, heal, off, blackout, cable"));
+  EXPECT_THAT(refusal({"nonsense"}), HasSubstr("known: cut, heal, off, blackout, cable"));
   EXPECT_THAT(refusal({"loss=x"}), HasSubstr("loss requires a share such as \"1%\", not \"x\""));
   EXPECT_THAT(refusal({"delay=2min"}), HasSubstr("up to 60s"));
   EXPECT_THAT(refusal({"rate=1bit"}), HasSubstr("from 8kbit"));

@@ -81,7 +81,7 @@ TEST(CommandLine, RefusalsSayWhatAndWhatToDo) {
   EXPECT_THAT(refusal({"statsu"}), HasSubstr("did you mean status"));
   EXPECT_THAT(refusal({"rou"}), HasSubstr("router, route"));
   EXPECT_THAT(refusal({"route", "shwo"}), HasSubstr("did you mean show"));
-  EXPECT_THAT(refusal({"msg"}), HasSubstr("which verb"));
+  EXPECT_THAT(refusal({"msg"}), HasSubstr("the verb is missing"));
   EXPECT_THAT(refusal({"mbx", "show"}), HasSubstr("ADDR is missing"));
   EXPECT_THAT(refusal({"status", "x"}), HasSubstr("unexpected argument"));
   EXPECT_THAT(refusal({"status", "--cuont", "3"}), HasSubstr("did you mean --count"));

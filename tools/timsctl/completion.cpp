@@ -42,7 +42,7 @@ _timsctl() {
   local -a candidates
   candidates=(${(f)"$(timsctl __complete "${(@)words[2,CURRENT]}" 2>/dev/null)"})
   if (( ! $#candidates )); then _files; return; fi
-  # The value stands right behind "=".
+  # The value follows "=" directly.
   compadd -S '' -- ${(M)candidates:#*=}
   compadd -- ${candidates:#*=}
 }

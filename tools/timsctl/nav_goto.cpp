@@ -98,7 +98,8 @@ class Drive {
             "set its parameters positionReference and offsetNorthing ..., or autoOffset with a "
             "satellite receiver");
       const rack::PositionWgs84Data request{rack::radians(goal.x), rack::radians(goal.y), 0, 0};
-      const Message answer = robot_.client().ask(*position_, rack::PositionType::kWgs84ToPos, request);
+      const Message answer =
+          robot_.client().ask(*position_, rack::PositionType::kWgs84ToPos, request);
       if (answer.header.type != rack::PositionType::kPos)
         need_ok(answer, robot_.name(*position_) + " cannot convert the geographic position",
                 "check its parameters positionReference, offset..., autoOffset");

@@ -78,7 +78,7 @@ TEST(Where, SamplesAreSpread) {
   EXPECT_NEAR(samples_of(data).spread_m, 0.5, 1e-9);
 }
 
-// A pilot that says something each second, from 1 s on.
+// A pilot that sends its status every second, from 1 s on.
 class DriveWatchTest : public testing::Test {
  protected:
   DriveState say(std::uint32_t state, int distance_mm, int speed) {

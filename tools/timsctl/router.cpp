@@ -169,7 +169,7 @@ constexpr Column kIdentity[] = {
     {"HTTP", "listen.http"},
     {"UDP", "listen.udp"},
     {"Memory", "rss_bytes", Cell::kBytes},
-    {"Of it, table", "table_bytes", Cell::kBytes},
+    {"Routing table", "table_bytes", Cell::kBytes},
     {"Longest turn", "longest_turn_s", Cell::kDuration},
 };
 
@@ -337,9 +337,9 @@ constexpr Column kDds[] = {
     {"DDS address", "dds.address"},
     {"Datagrams in", "dds.datagrams_in", Cell::kCount},
     {"Datagrams out", "dds.datagrams_out", Cell::kCount},
-    {"Strange", "dds.strange", Cell::kCount, false, true},
-    {"No room", "dds.refused", Cell::kCount, false, true},
-    {"Nobody there", "dds.unmatched", Cell::kCount, false, true},
+    {"Invalid", "dds.strange", Cell::kCount, false, true},
+    {"Refused", "dds.refused", Cell::kCount, false, true},
+    {"Unmatched", "dds.unmatched", Cell::kCount, false, true},
     {"Waiting", "dds.waiting_bytes", Cell::kBytes},
 };
 
@@ -464,7 +464,7 @@ constexpr Column kMailbox[] = {
     {"Replaced by newer", "replaced", Cell::kCount, false, true},
     {"Refused, full", "refused", Cell::kCount, false, true},
     {"Refused, too big", "too_big", Cell::kCount, false, true},
-    {"Left half-written", "reclaimed", Cell::kCount, false, true},
+    {"Incomplete", "reclaimed", Cell::kCount, false, true},
     {"Owner sleeps", "asleep"},
 };
 
@@ -570,7 +570,7 @@ std::string mailboxes_line(const json::object& answer) {
   };
   return fmt::format(
       "\nMailboxes of this host: {} received, {} replaced, {} refused, {} too big, "
-      "{} left half-written\n",
+      "{} incomplete\n",
       count("received"), count("replaced"), count("refused"), count("too_big"), count("reclaimed"));
 }
 

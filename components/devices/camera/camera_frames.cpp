@@ -11,8 +11,8 @@ using tims::Errc;
 using tims::Error;
 using tims::Result;
 
-constexpr int kDamagedMax = 30;  // one after the other: it is not the cable
-constexpr Duration kFirstWithin = std::chrono::seconds(5);  // cameras look at the light first
+constexpr int kDamagedMax = 30;  // consecutive damaged pictures: more than a transmission error
+constexpr Duration kFirstWithin = std::chrono::seconds(5);  // includes the exposure adjustment
 
 bool needs_pair(u16 mode, std::uint32_t format) {
   return mode == camera_mode::kDisparity ||
@@ -45,8 +45,8 @@ void CameraFrames::start(Time now, Output&) {
 void CameraFrames::on_timeout(Time now, Output&) {
   if (give_up_ > now) return;
   give_up_ = tims::kNever;
-  fail(Errc::kTimeout, damaged_in_a_row_ > 0 ? "the camera sends damaged pictures only"
-                                             : "no picture of the camera within 5 s");
+  fail(Errc::kTimeout, damaged_in_a_row_ > 0 ? "the camera sends only damaged pictures"
+                                             : "no picture from the camera within 5 s");
 }
 
 void CameraFrames::on_arrival(const Arrival& arrival, Output& out) {
@@ -75,7 +75,7 @@ void CameraFrames::on_arrival(const Arrival& arrival, Output& out) {
     fail(made.error().code(), "the camera: " + made.error().detail());
 }
 
-// A quarter of a period too early is in time: frames come as the camera likes.
+// Accepts frames up to a quarter of a period early, because the camera determines their timing.
 bool CameraFrames::is_due(Time when) {
   if (settings_.period == Duration(0)) return true;
   if (when + settings_.period / 4 < due_) return false;
@@ -85,11 +85,11 @@ bool CameraFrames::is_due(Time when) {
 }
 
 Result<void> CameraFrames::make(const Arrival& frame) {
-  // JPEG says itself how large it is: a recording of it may begin in the middle.
+  // JPEG contains its size, so that a recording of it may start without a header.
   VideoHead head = head_;
   if (frame.id == video::kMjpeg || frame.id == video::kJpeg) head.format = frame.id;
   if (head.format != frame.id)
-    return Error(Errc::kMalformed, "a frame of " + letters_of(frame.id) + " without its head");
+    return Error(Errc::kMalformed, "frame of format " + letters_of(frame.id) + " without a header");
   if (!needs_pair(settings_.mode, head.format))
     return maker_.make(head, frame.bytes, settings_.mode, picture_);
   if (auto grey = maker_.make(head, frame.bytes, camera_mode::kMono8, pair_); !grey) return grey;
@@ -99,11 +99,11 @@ Result<void> CameraFrames::make(const Arrival& frame) {
 Result<void> CameraFrames::make_depth(std::span<const std::byte> pair) {
   if (settings_.mode == camera_mode::kRange && (settings_.focal <= 0 || settings_.base <= 0))
     return Error(Errc::kInvalidArgument,
-                 "it is no depth camera; of two eyes fx and stereoBase have to be set");
+                 "not a depth camera; for a stereo camera set fx and stereoBase");
   const int width = pair_.width / 2;
   const int height = pair_.height;
   if (pair_.width % 2 != 0)
-    return Error(Errc::kInvalidArgument, "two pictures side by side have an even width");
+    return Error(Errc::kInvalidArgument, "side-by-side stereo pictures must have an even width");
   const auto disparities = stereo_.match(pair, width, height);
   picture_.image.resize(2 * disparities.size());
   constexpr double kFraction = 16;

@@ -1,8 +1,8 @@
-// A camera's frames as data of the camera class: colour, grey, JPEG as it came, depth.
+// Converts the frames of a camera to data of the camera class: colour, grey, unchanged JPEG, depth.
 //
-// Depth comes from a depth camera (Z16: millimetres) or from two eyes whose pictures lie side by
-// side. The original kept pictures from being too dark or too bright by the camera's brightness;
-// so does this, where the camera has one.
+// Depth comes from a depth camera (Z16: millimetres) or from a stereo camera with side-by-side
+// pictures. As in the original, the brightness of the camera is controlled, if the camera has such
+// a control.
 #pragma once
 
 #include "components/devices/camera/picture.h"
@@ -13,14 +13,14 @@ namespace rack::device {
 
 struct CameraSettings {
   u16 mode = camera_mode::kRgb24;
-  int quality = 75;         // of JPEG that is made here
-  Duration period{};        // pictures that come faster are left out; 0: none is
-  int brightness_min = 15;  // 0 to 255: darker, and the brightness is set higher
+  int quality = 75;         // quality of JPEG compressed here
+  Duration period{};        // minimum period, faster pictures are skipped; 0: no limit
+  int brightness_min = 15;  // 0 to 255: below, the brightness is increased
   int brightness_max = 250;
-  int brightness_gain = 1000;  // a thousandth of the way for each step of 255 that is missing
-  int brightness_part = 1;     // of the picture's sides that is looked at: 1 all, 2 half; 0: never
-  double focal = 0;            // of one of two eyes, pixels
-  double base = 0;             // between them, mm; 0: there are not two
+  int brightness_gain = 1000;  // 1/1000 of the control range per 1/255 of missing brightness
+  int brightness_part = 1;     // evaluated part of each side: 1 all, 2 half; 0: control off
+  double focal = 0;            // focal length of one stereo lens, pixels
+  double base = 0;             // base line of a stereo camera, mm; 0: monocular
   StereoSettings stereo{};
 };
 
@@ -46,13 +46,13 @@ class CameraFrames final : public Dialogue {
 
   CameraSettings settings_;
   VideoHead head_{};
-  VideoControl brightness_{};  // id 0: it cannot be set
+  VideoControl brightness_{};  // id 0: the camera has no brightness control
   PictureMaker maker_;
   Stereo stereo_;
   CameraData picture_{};
   CameraData pair_{};
   bool has_picture_ = false;
-  bool has_seen_ = false;  // any picture
+  bool has_seen_ = false;  // a picture was received
   Time give_up_ = tims::kNever;
   Time recorded_{};
   Time due_{};

@@ -61,7 +61,7 @@ TEST_F(CameraFramesTest, PicturesThatComeTooFastAreLeftOut) {
 TEST_F(CameraFramesTest, DamagedFramesAreLeftOutUntilItIsNotTheCable) {
   CameraFrames camera({.mode = camera_mode::kMono8});
   camera.start(now_, *this);
-  EXPECT_FALSE(give(camera, video::kGrey, std::vector<std::byte>(8)));  // before its head
+  EXPECT_FALSE(give(camera, video::kGrey, std::vector<std::byte>(8)));  // before the header
   tell(camera, {video::kGrey, 4, 2, 4});
   for (int i = 0; i < 29; ++i) EXPECT_FALSE(give(camera, video::kGrey, std::vector<std::byte>(7)));
   EXPECT_TRUE(camera.failure());

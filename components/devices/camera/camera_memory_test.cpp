@@ -1,5 +1,5 @@
-// A camera that is on takes no memory, whatever its frames are and become. (What libjpeg takes for
-// each picture that it opens is its own; JPEG that is passed on is not opened.)
+// A running camera allocates no memory, for all formats and modes. (libjpeg allocates memory for
+// each picture that it decodes; JPEG that is passed on is not decoded.)
 #include <fstream>
 
 #include <gtest/gtest.h>
@@ -26,7 +26,7 @@ std::vector<std::vector<std::byte>> jpegs() {
   return all;
 }
 
-// Noise that moves, so that two eyes find something, and JPEG has always another size.
+// Moving noise, which gives disparities in stereo pictures and varying sizes of JPEG.
 std::vector<std::vector<std::byte>> noise(std::size_t bytes) {
   std::vector<std::vector<std::byte>> all(20, std::vector<std::byte>(bytes));
   std::uint32_t state = 1;
@@ -76,7 +76,7 @@ TEST_P(CameraMemoryTest, NoneIsTaken) {
     }
     EXPECT_EQ(taken, frames.size());
   };
-  turn();  // what is needed between two pictures is made once
+  turn();  // warm-up: allocates all buffers
   const std::size_t before = tims::test::allocations();
   turn();
   EXPECT_EQ(tims::test::allocations(), before);

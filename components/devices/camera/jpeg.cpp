@@ -23,10 +23,10 @@ constexpr std::uint8_t kScan = 0xDA;
 
 struct Segment {
   std::uint8_t marker = 0;
-  std::span<const std::byte> bytes{};  // with its marker
+  std::span<const std::byte> bytes{};  // including the marker
 };
 
-// Segments up to the beginning of the scan, which is the last one.
+// Iterates over the segments up to and including the start of scan.
 class Segments {
  public:
   explicit Segments(std::span<const std::byte> jpeg) : rest_(jpeg) {
@@ -51,7 +51,7 @@ class Segments {
   bool is_jpeg_;
 };
 
-// All kinds of frames but the markers between them that are none.
+// Whether the marker is any kind of frame header; some markers in their range are not.
 bool is_frame_header(std::uint8_t marker) {
   return marker >= 0xC0 && marker <= 0xCF && marker != kHuffman && marker != 0xC8 && marker != 0xCC;
 }
@@ -82,19 +82,20 @@ std::optional<PictureSize> jpeg_size(std::span<const std::byte> jpeg) {
   return std::nullopt;
 }
 
-// The library ends its work by a jump: no object with a destructor is made between.
+// libjpeg reports errors by longjmp: no object with a destructor may be created between setjmp and
+// the calls of the library.
 struct Jpeg::Library {
-  // Progressive pictures have about ten. Each may take as long as a whole picture, and some bytes
-  // are enough for one.
+  // Progressive pictures have about ten scans. Each scan may take as long as a whole picture to
+  // decode but needs only some bytes, so their number must be limited.
   static constexpr int kScansMax = 50;
 
   struct Errors {
-    jpeg_error_mgr manager{};  // first: the library knows only this
+    jpeg_error_mgr manager{};  // must be first: the library has a pointer to it
     std::jmp_buf back{};
     std::array<char, JMSG_LENGTH_MAX> text{};
   };
   struct Writer {
-    jpeg_destination_mgr manager{};  // first as well
+    jpeg_destination_mgr manager{};  // must be first
     std::byte* begin = nullptr;
     std::size_t size = 0;
   };
@@ -115,10 +116,10 @@ struct Jpeg::Library {
     progress.progress_monitor = [](j_common_ptr library) {
       if (reinterpret_cast<j_decompress_ptr>(library)->input_scan_number <= kScansMax) return;
       auto* const own = reinterpret_cast<Errors*>(library->err);
-      std::ranges::copy("it has too many scans", own->text.begin());
+      std::ranges::copy("too many scans", own->text.begin());
       std::longjmp(own->back, 1);
     };
-    // Never called: the room is all there is.
+    // The buffer is complete from the start, so these callbacks have nothing to do.
     writer.manager.init_destination = [](j_compress_ptr) {};
     writer.manager.empty_output_buffer = [](j_compress_ptr library) -> boolean {
       library->err->msg_code = 0;
@@ -167,7 +168,7 @@ struct Jpeg::Library {
     ::jpeg_start_compress(&encoder, TRUE);
     const std::size_t line = picture.size.width * bytes_of(picture.format);
     while (encoder.next_scanline < encoder.image_height) {
-      // The library only reads.
+      // The library only reads the rows.
       auto* row = const_cast<JSAMPROW>(octets(picture.bytes.subspan(encoder.next_scanline * line)));
       ::jpeg_write_scanlines(&encoder, &row, 1);
     }
@@ -183,7 +184,7 @@ struct Jpeg::Library {
 };
 
 Jpeg::Jpeg() : library_(std::make_unique<Library>()) {
-  // Those of any picture that was made with the tables of the standard.
+  // Takes the tables of a picture that was encoded with the standard tables.
   const std::vector<std::byte> dot(3);
   std::vector<std::byte> picture;
   (void)encode({.format = Pixels8::kRgb, .size = {1, 1}, .bytes = dot}, 50, 4096, picture);
@@ -199,15 +200,15 @@ Result<PictureSize> Jpeg::decode(std::span<const std::byte> jpeg, Pixels8 format
                                  std::size_t bytes_max, std::vector<std::byte>& pixels) {
   const auto failed = [&] {
     ::jpeg_abort_decompress(&library_->decoder);
-    return Error(Errc::kMalformed, std::string("no picture: ") + library_->errors.text.data());
+    return Error(Errc::kMalformed, std::string("invalid picture: ") + library_->errors.text.data());
   };
-  // Its pixels are counted before the library takes memory for them.
+  // Checks the size before the library allocates memory for the pixels.
   const auto told = jpeg_size(jpeg);
   if (!told || std::size_t{told->width} * told->height * bytes_of(format) > bytes_max)
     return Error(told ? Errc::kTooBig : Errc::kMalformed,
                  told ? "a picture of " + std::to_string(told->width) + "x" +
                             std::to_string(told->height) + " pixels"
-                      : "no picture: its header is missing");
+                      : "invalid picture: header missing");
   if (!library_->begin_decoding(jpeg, space_of(format))) return failed();
   const PictureSize size{library_->decoder.output_width, library_->decoder.output_height};
   const std::size_t line = size.width * bytes_of(format);
@@ -216,26 +217,25 @@ Result<PictureSize> Jpeg::decode(std::span<const std::byte> jpeg, Pixels8 format
     return failed();
   pixels.resize(line * size.height);
   if (!library_->decode_lines(pixels.data(), line)) return failed();
-  if (library_->errors.manager.num_warnings > 0)
-    return Error(Errc::kMalformed, "a damaged picture");
+  if (library_->errors.manager.num_warnings > 0) return Error(Errc::kMalformed, "damaged picture");
   return size;
 }
 
 Result<void> Jpeg::encode(const PixelView& picture, int quality, std::size_t bytes_max,
                           std::vector<std::byte>& jpeg) {
-  constexpr std::uint32_t kSideMax = 65500;  // of the format
+  constexpr std::uint32_t kSideMax = 65500;  // limit of the format
   const std::size_t needed =
       std::size_t{picture.size.width} * picture.size.height * bytes_of(picture.format);
   if (needed == 0 || picture.size.width > kSideMax || picture.size.height > kSideMax ||
       picture.bytes.size() < needed)
-    return Error(Errc::kInvalidArgument, "the picture has fewer pixels than its size says");
+    return Error(Errc::kInvalidArgument, "the picture has fewer pixels than its size requires");
   jpeg.resize(bytes_max);
   library_->writer.begin = jpeg.data();
   library_->writer.size = jpeg.size();
   if (!library_->encode(picture, std::clamp(quality, 1, 100))) {
     ::jpeg_abort_compress(&library_->encoder);
     jpeg.clear();
-    return Error(Errc::kTooBig, "the picture has more bytes than a message may have");
+    return Error(Errc::kTooBig, "the picture exceeds the maximum size of a message");
   }
   jpeg.resize(bytes_max - library_->writer.manager.free_in_buffer);
   return {};
@@ -250,7 +250,7 @@ bool Jpeg::complete(std::span<const std::byte> frame, std::vector<std::byte>& jp
     has_scan = has_scan || segment->marker == kScan;
   }
   if (!has_scan) return false;
-  // Cameras fill up their buffers.
+  // Cameras pad their buffers.
   constexpr std::array kEndMark = {kMark, std::byte{kEnd}};
   const auto end = std::find_end(frame.begin(), frame.end(), kEndMark.begin(), kEndMark.end());
   if (end == frame.end()) return false;

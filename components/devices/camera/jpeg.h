@@ -1,5 +1,5 @@
-// JPEG pictures by libjpeg (of libjpeg-turbo): into pixels, out of pixels, and what a frame of
-// motion JPEG lacks to be a picture of its own.
+// JPEG by libjpeg (libjpeg-turbo): decoding, encoding, and completion of motion JPEG frames to
+// standalone pictures.
 #pragma once
 
 #include <cstdint>
@@ -17,19 +17,19 @@ struct PictureSize {
   std::uint32_t height = 0;
 };
 
-// Of its frame header. Nothing: it is no JPEG, or cut off before.
+// Reads the size from the frame header. Empty if the data are not JPEG, or truncated before it.
 std::optional<PictureSize> jpeg_size(std::span<const std::byte> jpeg);
 
 enum class Pixels8 : std::uint8_t { kGrey, kRgb, kYuv444 };
 
-// Whole lines, without gaps between them.
+// Contiguous lines without padding.
 struct PixelView {
   Pixels8 format = Pixels8::kGrey;
   PictureSize size{};
   std::span<const std::byte> bytes{};
 };
 
-// Not for several threads. A broken picture gives an error, never more.
+// Not thread-safe. Invalid pictures cause an error only.
 class Jpeg {
  public:
   Jpeg();
@@ -37,21 +37,21 @@ class Jpeg {
   Jpeg& operator=(const Jpeg&) = delete;
   ~Jpeg();
 
-  // `pixels` becomes as long as is needed; no more than `bytes_max`.
+  // Resizes `pixels` as required; fails if that exceeds `bytes_max`.
   tims::Result<PictureSize> decode(std::span<const std::byte> jpeg, Pixels8 format,
                                    std::size_t bytes_max, std::vector<std::byte>& pixels);
   // quality: 1 to 100.
   tims::Result<void> encode(const PixelView& picture, int quality, std::size_t bytes_max,
                             std::vector<std::byte>& jpeg);
-  // With the Huffman tables that motion JPEG leaves out, because they are always the same; without
-  // what some cameras send behind the end of the picture. False: it is no picture.
+  // Adds the standard Huffman tables, which motion JPEG omits, and removes bytes after the end of
+  // the picture, which some cameras send. Returns false if the frame is not a picture.
   bool complete(std::span<const std::byte> frame, std::vector<std::byte>& jpeg) const;
 
  private:
   struct Library;
 
   std::unique_ptr<Library> library_;
-  std::vector<std::byte> tables_;  // the usual Huffman tables, as segments
+  std::vector<std::byte> tables_;  // segments with the standard Huffman tables
 };
 
 }  // namespace rack::device

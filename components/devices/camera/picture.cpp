@@ -45,7 +45,7 @@ std::size_t bytes_of_pixel(std::uint32_t format) {
 
 std::byte clamped(int value) { return static_cast<std::byte>(std::clamp(value, 0, 255)); }
 
-// Lines of a frame without what a camera puts behind each.
+// The lines of a frame without padding.
 class Lines {
  public:
   Lines(const VideoHead& head, std::span<const std::byte> frame)
@@ -67,7 +67,7 @@ class Lines {
 
 int value(std::byte byte) { return std::to_integer<int>(byte); }
 
-// ITU-R BT.601 with footroom, as cameras send it; in 256ths. Two pixels have one colour.
+// Conversion by ITU-R BT.601 with limited range, in units of 1/256. Two pixels share one colour.
 template <std::size_t kLuma>
 void rgb_of_yuv(std::span<const std::byte> line, std::byte* out) {
   constexpr std::size_t kColour = 1 - kLuma;
@@ -119,7 +119,7 @@ void rgb_line(std::uint32_t format, std::span<const std::byte> line, std::byte* 
   }
 }
 
-// Every other byte changes its place.
+// Swaps each pair of bytes.
 void swapped_line(std::span<const std::byte> line, std::byte* out) {
   for (std::size_t i = 0; i + 1 < line.size(); i += 2) {
     *out++ = line[i + 1];
@@ -129,7 +129,7 @@ void swapped_line(std::span<const std::byte> line, std::byte* out) {
 
 using LineOf = void (*)(std::uint32_t, std::span<const std::byte>, std::byte*);
 
-// How a line of this format becomes one of this mode. None: it cannot.
+// The function that converts a line of this format to this mode; null if there is none.
 LineOf line_for(std::uint32_t format, u16 mode) {
   const auto copy = [](std::uint32_t, std::span<const std::byte> line, std::byte* out) {
     std::ranges::copy(line, out);
@@ -155,7 +155,7 @@ void set_size(CameraData& picture, PictureSize size, u16 mode) {
   picture.colorFilterId = 0;
 }
 
-// One U and V for two pixels: their mean.
+// Two pixels share the mean of their U and V.
 void yuv422_of(std::span<const std::byte> yuv444, std::vector<std::byte>& out) {
   out.resize(yuv444.size() / 6 * 4);
   for (std::size_t from = 0, to = 0; from + 5 < yuv444.size(); from += 6, to += 4) {
@@ -167,8 +167,9 @@ void yuv422_of(std::span<const std::byte> yuv444, std::vector<std::byte>& out) {
 }
 
 Error cannot(std::uint32_t format, u16 mode) {
-  return {Errc::kInvalidArgument,
-          "frames of " + letters_of(format) + " cannot become " + std::string(name_of_mode(mode))};
+  return {Errc::kInvalidArgument, "frames of format " + letters_of(format) +
+                                      " cannot be converted to mode " +
+                                      std::string(name_of_mode(mode))};
 }
 
 }  // namespace
@@ -200,15 +201,15 @@ Result<void> PictureMaker::make(const VideoHead& head, std::span<const std::byte
   const PictureSize size{head.width, head.height};
   const Lines lines(head, frame);
   if (size.width > 0xFFFF || size.height > 0xFFFF || !lines.are_whole(size.height))
-    return Error(Errc::kMalformed, "a frame of " + std::to_string(frame.size()) +
-                                       " bytes is not as long as its camera has said");
+    return Error(Errc::kMalformed, "frame of " + std::to_string(frame.size()) +
+                                       " bytes does not have the size given by the camera");
   const bool is_to_jpeg = mode == camera_mode::kJpeg;
   const LineOf line_of = line_for(head.format, is_to_jpeg ? camera_mode::kRgb24 : mode);
   if (line_of == nullptr) return cannot(head.format, mode);
   if (is_to_jpeg) return to_jpeg(grey_or_rgb(head, frame), picture);
   const std::size_t line_bytes = std::size_t{size.width} * depth_of(mode) / 8;
   if (line_bytes * size.height > kCameraBytesMax)
-    return Error(Errc::kTooBig, "the picture is larger than a message may be");
+    return Error(Errc::kTooBig, "the picture exceeds the maximum size of a message");
   picture.image.resize(line_bytes * size.height);
   for (std::uint32_t y = 0; y < size.height; ++y)
     line_of(head.format, lines.line(y), picture.image.data() + y * line_bytes);
@@ -240,7 +241,7 @@ Result<void> PictureMaker::from_jpeg(std::span<const std::byte> frame, u16 mode,
   if (mode == camera_mode::kJpeg) {
     const auto size = jpeg_size(frame);
     if (!size || frame.size() > kCameraBytesMax / 2 || !jpeg_.complete(frame, picture.image))
-      return Error(Errc::kMalformed, "a frame that is no whole JPEG picture");
+      return Error(Errc::kMalformed, "the frame is not a complete JPEG picture");
     set_size(picture, *size, mode);
     picture.colorFilterId = static_cast<u32>(picture.image.size());
     return {};
@@ -269,7 +270,7 @@ Result<void> PictureMaker::compress(const CameraData& from, CameraData& jpeg) {
                                                                    : 0;
   if (format == 0)
     return Error(Errc::kInvalidArgument, "pictures of mode " + std::to_string(from.mode) +
-                                             " do not become JPEG; mono8, rgb24, yuv422 do");
+                                             " cannot be compressed; use mono8, rgb24 or yuv422");
   return make({.format = format, .width = from.width, .height = from.height}, from.image,
               camera_mode::kJpeg, jpeg);
 }
@@ -284,7 +285,7 @@ std::optional<int> brightness_of(const CameraData& picture, int part) {
   if (step == 0 || part < 1 || width == 0 || height == 0 ||
       picture.image.size() < width * height * step)
     return std::nullopt;
-  // The luma, or green, which is most of it; some thousand pixels are enough.
+  // Uses the luma, or green, its main part; some thousand pixels suffice.
   const std::size_t in_pixel = step == 1 ? 0 : 1;
   const auto divisor = static_cast<std::size_t>(part);
   const std::size_t w = std::max<std::size_t>(1, width / divisor);

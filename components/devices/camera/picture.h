@@ -1,7 +1,7 @@
-// Frames of cameras as pictures of the camera class: what modes each format of V4L2 can become.
+// Converts frames of V4L2 formats to pictures of the modes of the camera class.
 //
-// Words of 16 bits have their higher byte first, as those of IEEE 1394 cameras that the class was
-// made for; rgb24 is R G B, yuv422 is U Y0 V Y1.
+// 16 bit values are big-endian, as those of the IEEE 1394 cameras for which the class was designed;
+// rgb24 is R G B, yuv422 is U Y0 V Y1.
 #pragma once
 
 #include <optional>
@@ -13,25 +13,25 @@
 
 namespace rack::device {
 
-// "rgb24": the names of CameraV4l's mode. Nothing: there is no such mode.
+// Mode by the name used in CameraV4l, for example "rgb24". Empty for unknown names.
 std::optional<u16> mode_of(std::string_view name);
 std::string_view name_of_mode(u16 mode);
-// Bits of a pixel; 0: of JPEG, and of what is not known here.
+// Bits per pixel; 0 for JPEG and unknown modes.
 u16 depth_of(u16 mode);
-// Formats of V4L2 that become this mode, the cheapest first: "MJPG,YUYV".
+// V4L2 formats that can be converted to this mode, cheapest first: "MJPG,YUYV".
 std::string_view formats_for(u16 mode);
 
-// Holds what is needed between two pictures, so that nothing is allocated for each.
+// Keeps its buffers between pictures, so that no memory is allocated for each.
 class PictureMaker {
  public:
-  // `quality`: of JPEG that is made here.
+  // `quality`: quality of JPEG compressed here.
   explicit PictureMaker(int quality = 75) : quality_(quality) {}
 
-  // `frame` as `head` says, as a picture of `mode`; recordingTime is left as it is. An error says
-  // why it cannot become one.
+  // Converts `frame` with the layout of `head` to a picture of `mode`; does not change
+  // recordingTime. The error states why the conversion is not possible.
   tims::Result<void> make(const VideoHead& head, std::span<const std::byte> frame, u16 mode,
                           CameraData& picture);
-  // A picture of mono8, rgb24 or yuv422 as JPEG.
+  // Compresses a picture of mono8, rgb24 or yuv422 to JPEG.
   tims::Result<void> compress(const CameraData& from, CameraData& jpeg);
 
  private:
@@ -44,8 +44,8 @@ class PictureMaker {
   std::vector<std::byte> pixels_;
 };
 
-// How bright it is, 0 to 255, in the middle: of each side one part in `part`. Nothing: of this mode
-// it cannot be said.
+// Mean brightness, 0 to 255, of the middle 1/`part` of each side. Empty for modes without
+// brightness.
 std::optional<int> brightness_of(const CameraData& picture, int part);
 
 }  // namespace rack::device

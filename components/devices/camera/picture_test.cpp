@@ -57,7 +57,7 @@ TEST(JpegTest, FramesBecomePixels) {
   EXPECT_EQ(grey.image.size(), 160U * 120);
   EXPECT_EQ(yuv.image.size(), 160U * 120 * 2);
   EXPECT_EQ(rgb.depth, 24);
-  // The same picture, whichever way.
+  // The brightness is the same in both modes.
   EXPECT_NEAR(*brightness_of(rgb, 1), *brightness_of(grey, 1), 12);
   EXPECT_NEAR(*brightness_of(yuv, 1), *brightness_of(grey, 1), 1);
   EXPECT_EQ(yuv.image[1], grey.image[0]);
@@ -77,7 +77,7 @@ TEST(JpegTest, AFrameWithoutTablesGetsThem) {
     at += size;
   }
   bare.insert(bare.end(), frame.begin() + static_cast<std::ptrdiff_t>(at), frame.end());
-  bare.resize(bare.size() + 100);  // a camera's buffer
+  bare.resize(bare.size() + 100);  // padded like a camera's buffer
   PictureMaker maker;
   CameraData picture;
   ASSERT_LT(bare.size(), frame.size());
@@ -101,11 +101,11 @@ TEST(JpegTest, CutAndFlippedFramesBreakNothing) {
     flipped[bit / 8] ^= static_cast<std::byte>(1 << bit % 8);
     (void)maker.make(kJpegHead, flipped, camera_mode::kMono8, picture);
   }
-  // And a whole one is good after all that.
+  // After these errors, a valid picture can still be decoded.
   EXPECT_TRUE(maker.make(kJpegHead, frame, camera_mode::kRgb24, picture));
 }
 
-// A JPEG that says it has other pixels.
+// Changes the size in the header of a JPEG.
 std::vector<std::byte> resized(std::vector<std::byte> jpeg, int width, int height) {
   for (std::size_t i = 2; i + 8 < jpeg.size(); ++i) {
     if (jpeg[i] != std::byte{0xFF} || jpeg[i + 1] != std::byte{0xC0}) continue;
@@ -135,7 +135,7 @@ TEST(JpegTest, ALieAboutItsSizeCostsNoMemory) {
     EXPECT_FALSE(maker.make(kJpegHead, resized(frames()[0], 0, 120), mode, picture));
 }
 
-// Of the beginning of a scan that holds nothing, again and again: each took as long as a picture.
+// Repeated empty scans: each would take as long as a picture to decode.
 TEST(JpegTest, AThousandScansAreNotDecoded) {
   const auto jpeg = [](std::initializer_list<std::initializer_list<int>> segments) {
     std::vector<std::byte> all;
@@ -206,7 +206,7 @@ TEST(PictureTest, DepthDoesNotBecomeJpeg) {
   const auto made = maker.make({video::kDepth16, 8, 4, 16}, std::vector<std::byte>(64),
                                camera_mode::kJpeg, picture);
   ASSERT_FALSE(made);
-  EXPECT_THAT(made.error().detail(), testing::HasSubstr("Z16  cannot become jpeg"));
+  EXPECT_THAT(made.error().detail(), testing::HasSubstr("Z16  cannot be converted to mode jpeg"));
 }
 
 TEST(PictureTest, PixelsBecomeJpegAndComeBack) {
@@ -269,7 +269,7 @@ TEST(StereoTest, NearThingsAreFartherApart) {
   EXPECT_EQ(right, seen);
 }
 
-// What is most like it lies to the left of the right picture.
+// The best match is outside of the right picture, at its left.
 TEST(StereoTest, WhatOnlyOneEyeSeesIsNotKnown) {
   constexpr int kWidth = 12;
   constexpr int kHeight = 5;

@@ -13,7 +13,7 @@ using visca::Kind;
 
 constexpr std::byte operator""_b(unsigned long long value) { return static_cast<std::byte>(value); }
 
-constexpr double kPanStep = 60;  // steps/s for each step of speed: 100 deg/s at most
+constexpr double kPanStep = 60;  // steps/s per step of speed; maximum 100 deg/s
 constexpr double kTiltStep = 72;
 constexpr double kZoomStep = 1024;
 

@@ -1,4 +1,4 @@
-// A camera mount from its side: moves at the speeds it is told, says where it looks.
+// Emulator of a camera mount: moves at the commanded speeds and reports its position.
 #pragma once
 
 #include "components/devices/camera/visca.h"
@@ -12,7 +12,7 @@ class PtzCamera final : public Dialogue {
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
 
-  // Steps.
+  // Position in steps.
   [[nodiscard]] double pan() const { return pan_.is; }
   [[nodiscard]] double tilt() const { return tilt_.is; }
   [[nodiscard]] double zoom() const { return zoom_.is; }

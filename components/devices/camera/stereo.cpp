@@ -14,7 +14,7 @@ int grey(std::span<const std::byte> pixels, int at) {
 
 std::size_t index(int value) { return static_cast<std::size_t>(value); }
 
-// Between three costs lies a parabola; where it is lowest, in sixteenths.
+// Minimum of the parabola through three costs, in 1/16.
 int lowest_between(std::uint32_t before, std::uint32_t at, std::uint32_t after) {
   const auto b = static_cast<int>(before) - static_cast<int>(at);
   const auto a = static_cast<int>(after) - static_cast<int>(at);
@@ -24,7 +24,7 @@ int lowest_between(std::uint32_t before, std::uint32_t at, std::uint32_t after) 
 
 }  // namespace
 
-// The line's differences come into the sums of the columns, or leave them.
+// Adds the differences of a line to the sums of the columns, or subtracts them.
 void Stereo::add_line(std::span<const std::byte> pair, int width, int y, int sign) {
   const auto left = pair.subspan(index(y) * index(2 * width), index(width));
   const auto right = pair.subspan(index(y) * index(2 * width) + index(width), index(width));
@@ -46,7 +46,7 @@ void Stereo::match_line(int width, std::uint16_t* out) {
   const int far = settings_.disparities;
   const int half = settings_.block / 2;
   const int area = settings_.block * settings_.block;
-  // Columns become blocks: one comes, one goes.
+  // Sums of blocks are sliding sums of the columns.
   std::vector<std::uint32_t>& costs = costs_;
   std::fill(costs.begin(), costs.end(), 0U);
   for (int x = half; x < width - half; ++x) {
@@ -66,14 +66,14 @@ void Stereo::match_line(int width, std::uint16_t* out) {
     const auto best = static_cast<int>(std::min_element(sums, sums + far) - sums);
     int texture = 0;
     for (int i = -half; i <= half; ++i) texture += textures_[index(x + i)];
-    // Of the right picture all of the block is needed.
+    // The block must be completely inside the right picture.
     const bool is_inside = x - best >= half;
     bool is_known =
         is_inside && best > 0 && best < far - 1 && texture >= settings_.texture_min * area;
     for (int d = 0; is_known && d < far; ++d)
       is_known = std::abs(d - best) <= 1 ||
                  sums[d] * 100 > sums[best] * static_cast<std::uint32_t>(100 + settings_.unique);
-    // Seen from the right eye's pixel, the same pair must be the best.
+    // Matching from the right picture must give the same pair.
     for (int d = 0; is_known && d < far && x - best + d < width - half; ++d)
       is_known = costs[index(x - best + d) * index(far) + index(d)] >= sums[best];
     if (is_known)

@@ -76,7 +76,7 @@ std::optional<std::span<const std::byte>> ViscaMessages::next() {
       return std::nullopt;
     }
     const auto size = static_cast<std::size_t>(end - bytes.begin()) + 1;
-    // Only the first byte has its highest bit set, and the last: noise before it is passed over.
+    // Only the first and the last byte have their highest bit set: skips noise before the first.
     std::size_t begin = size - 1;
     while (begin > 0 && (bytes[begin - 1] & 0x80_b) == 0_b) --begin;
     begin -= begin > 0 ? 1 : 0;
@@ -107,8 +107,8 @@ void Visca::start(Time now, Output& out) {
   ask(Asked::kPanTilt, now, out);
 }
 
-// Whoever talked with it before: numbers begin anew, cameras get their addresses, buffers are
-// empty.
+// Discards the state of a previous connection: resets sequence numbers, assigns the addresses of
+// cameras and clears their buffers.
 void Visca::begin(Output& out) {
   constexpr std::array kReset = {0x01_b};
   constexpr std::array kSetAddress = {0x88_b, 0x30_b, 0x01_b, visca::kEnd};
@@ -123,7 +123,7 @@ void Visca::begin(Output& out) {
   }
 }
 
-// The motors stand still, whoever was to stop them.
+// Stops the motors, independent of pending commands.
 void Visca::stop(Time, Output& out) {
   if (settings_.only_listen || !is_ready_) return;
   commands_.clear();
@@ -131,7 +131,7 @@ void Visca::stop(Time, Output& out) {
   send_commands(out);
 }
 
-// Datagrams are numbered: nobody but their sender can go on.
+// Datagrams have sequence numbers, which the guard does not know, so there are none for UDP.
 std::vector<Telegram> Visca::last_words() const {
   if (settings_.is_datagrams) return {};
   return {{.bytes = visca::stand()}};
@@ -167,7 +167,7 @@ void Visca::on_timeout(Time now, Output& out) {
       asked_ = Asked::kNothing;
       next_question_ = tims::kNever;
       fail(tims::Errc::kTimeout,
-           "the camera does not answer; is it switched on, and set to VISCA (9600 baud)?");
+           "the camera does not answer; check its power and that it is set to VISCA (9600 baud)");
       return;
     }
     if (!is_ready_) begin(out);
@@ -215,7 +215,7 @@ void Visca::on_message(std::span<const std::byte> message, Time when, Output& ou
   if (kind == 0x50_b && body.size() > 1) on_answer(body.subspan(1), when, out);
 }
 
-// Of two numbers: where it looks; of one: how near.
+// Two numbers are pan and tilt; one number is the zoom.
 void Visca::on_answer(std::span<const std::byte> body, Time when, Output& out) {
   const bool is_own = settings_.only_listen;
   if (body.size() == 8 && (asked_ == Asked::kPanTilt || is_own)) {
@@ -262,7 +262,7 @@ int Visca::speed(double velocity, double velocity_max, int steps) const {
   return static_cast<int>(share < 0 ? -step : step);
 }
 
-// Limits of speed that are 0 are none. Accelerations are the camera's own.
+// A speed limit of 0 means no limit. The camera determines the accelerations.
 void Visca::move_to(const PtzDriveMovePosData& move) {
   const auto limit = [&](double velocity, double most, int steps) {
     return speed(velocity > 0 ? velocity : most, most, steps);

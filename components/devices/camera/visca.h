@@ -1,10 +1,10 @@
-// Camera mounts that speak VISCA: Sony EVI and BRC, and most others that pan, tilt and zoom, at a
-// serial line (9600 baud) or at UDP port 52381.
+// Pan-tilt-zoom camera mounts with VISCA: Sony EVI and BRC, and most others, on a serial line (9600
+// baud) or UDP port 52381.
 //
-// A message is its way (81 to the first camera, 90 from it, 88 to all), up to 14 bytes, FF. A
-// command is acknowledged (4s) and completed later (5s), a question is answered (50 ...), either
-// may be refused (6s, why). In UDP each message has a head of 8 bytes: kind, length (u16),
-// sequence number (u32), big-endian; control message 01 sets the numbers back.
+// A message is an address byte (81 to the first camera, 90 from it, 88 to all), up to 14 bytes, FF.
+// A command is acknowledged (4s) and completed later (5s), an inquiry is answered (50 ...); both
+// may be refused (6s, reason). In UDP each message has a header of 8 bytes: kind, length (u16),
+// sequence number (u32), big-endian; control message 01 resets the sequence numbers.
 //
 // Source: Sony's "EVI-D70 Command List" and "VISCA over IP" of the BRC-X series.
 #pragma once
@@ -20,7 +20,7 @@ namespace rack::device {
 
 namespace visca {
 inline constexpr std::size_t kBytesMax = 16;
-inline constexpr std::size_t kHeadBytes = 8;  // in UDP
+inline constexpr std::size_t kHeadBytes = 8;  // UDP header
 inline constexpr std::byte kEnd{0xFF};
 
 enum class Kind : std::uint16_t {
@@ -31,14 +31,14 @@ enum class Kind : std::uint16_t {
   kControlReply = 0x0201,
 };
 
-// Numbers are four bytes of four bits each.
+// Appends a number as four bytes of four bits each.
 void append_nibbles(std::vector<std::byte>& out, int number);
 int nibbles(std::span<const std::byte> bytes);
-// With its head.
+// Appends a message with its UDP header.
 void append_datagram(std::vector<std::byte>& out, Kind kind, std::uint32_t number,
                      std::span<const std::byte> message);
 
-// What makes the first camera of a serial line stand, whatever it does.
+// The commands that stop the first camera of a serial line, in any state.
 std::vector<std::byte> stand();
 
 struct Datagram {
@@ -49,11 +49,11 @@ struct Datagram {
 std::optional<Datagram> parse_datagram(std::span<const std::byte> bytes);
 }  // namespace visca
 
-// Messages out of a stream. What is longer than any message is noise.
+// Splits a stream into messages. Anything longer than the longest message is noise.
 class ViscaMessages {
  public:
   void add(const Arrival& arrival) { buffer_.add(arrival); }
-  // With its end; valid until the next call.
+  // Includes the end byte; valid until the next call.
   std::optional<std::span<const std::byte>> next();
   void clear() { buffer_.clear(); }
 
@@ -64,12 +64,12 @@ class ViscaMessages {
 
 struct ViscaSettings {
   bool is_datagrams = false;
-  bool only_listen = false;  // to a recording
+  bool only_listen = false;  // the device is a recording
   Duration period = std::chrono::milliseconds(100);
-  Duration move_deadline{};       // of move(); 0: three periods of who calls it
-  double steps_of_degree = 14.4;  // of pan and tilt; EVI-D70: 13.33
-  double zoom_max = 0x4000;       // what is 100 %
-  double pan_speed_max = 100;     // deg/s, of its highest step of speed
+  Duration move_deadline{};       // validity of move(); 0: three periods of the caller
+  double steps_of_degree = 14.4;  // pan and tilt; EVI-D70: 13.33
+  double zoom_max = 0x4000;       // zoom value for 100 %
+  double pan_speed_max = 100;     // deg/s at the highest step of speed
   double tilt_speed_max = 100;
   double zoom_speed_max = 50;  // %/s
 };
@@ -86,19 +86,19 @@ class Visca final : public Dialogue {
   [[nodiscard]] std::vector<Telegram> last_words() const override;
   [[nodiscard]] Time next_timeout() const override;
 
-  // They are sent at the next on_timeout(), which is due at once.
+  // Commands are sent at the next on_timeout(), which is due at once.
   void home();
   void move_to(const PtzDriveMovePosData& move);
-  // Until nobody has said it again in time (move_deadline.h).
+  // Moves until the command expires without a repetition (move_deadline.h).
   void move(const PtzDriveMoveVelData& move, Time now);
 
   [[nodiscard]] bool is_ready() const { return is_ready_; }
   bool take(PtzDriveData& data, Time& recorded);
-  // Once, when the place of the last move_to() is reached.
+  // True once when the position of the last move_to() is reached.
   bool take_reached();
-  // It was stopped because nobody said move() again. True once for each time.
+  // True once after each stop because the last move() had expired.
   bool take_overdue() { return std::exchange(overdue_, false); }
-  // What the camera did not want, since start().
+  // Number of messages refused by the camera since start().
   [[nodiscard]] std::uint64_t refused() const { return refused_; }
 
  private:
@@ -128,7 +128,7 @@ class Visca final : public Dialogue {
   Time timeout_ = tims::kNever;
   Time next_question_{};
   std::uint32_t number_ = 0;
-  std::vector<std::byte> commands_;  // one after the other
+  std::vector<std::byte> commands_;  // queue of messages
   std::vector<std::byte> sending_;
   Target now_{};
   std::optional<Target> target_;

@@ -25,7 +25,7 @@ std::vector<std::byte> bytes(std::initializer_list<int> values) {
   return all;
 }
 
-// What the driver sends first when told so.
+// The first message sent for a command.
 std::vector<std::byte> first_command(auto command) {
   Visca visca({});
   struct Keeper : Output {
@@ -47,7 +47,7 @@ std::vector<std::byte> first_command(auto command) {
   return keeper.sent.empty() ? std::vector<std::byte>() : keeper.sent.front();
 }
 
-// As Sony's list of commands has them.
+// Commands from Sony's command list.
 TEST(ViscaTest, CommandsOfTheManual) {
   EXPECT_EQ(first_command([](Visca& v) { v.home(); }), bytes({0x81, 0x01, 0x06, 0x04, 0xFF}));
   EXPECT_EQ(first_command([](Visca& v) { v.move({}, Time(1s)); }),
@@ -135,13 +135,13 @@ TEST_P(ViscaDialogue, StandsWhenNobodyMovesItAnyMore) {
     line.run(50ms);
   }
   EXPECT_FALSE(camera.stands());
-  line.run(80ms);  // its last word is 130 ms old
+  line.run(80ms);  // the last command is 130 ms old
   EXPECT_FALSE(camera.stands());
   EXPECT_FALSE(driver.take_overdue());
   line.run(100ms);
   EXPECT_TRUE(camera.stands());
   EXPECT_TRUE(driver.take_overdue());
-  // What it is told to reach it reaches, however long that takes.
+  // A target position is reached without repetition, independent of the duration.
   driver.move({.velPan = 0.5F}, line.now());
   driver.move_to({.posPan = -0.5F});
   EXPECT_TRUE(line.run(10s, [&] { return driver.take_reached(); }));

@@ -38,9 +38,10 @@ void ChassisControl::move(const ChassisMoveData& target, Time now) {
 }
 
 ChassisSpeed ChassisControl::within_limits(const ChassisMoveData& target) const {
-  ChassisSpeed speed{.vx = limited(static_cast<float>(target.vx.raw()), limits_.vxMin, limits_.vxMax),
-                     .vy = limited(static_cast<float>(target.vy.raw()), limits_.vyMin, limits_.vyMax),
-                     .omega = std::isfinite(target.omega.raw()) ? target.omega.raw() : 0};
+  ChassisSpeed speed{
+      .vx = limited(static_cast<float>(target.vx.raw()), limits_.vxMin, limits_.vxMax),
+      .vy = limited(static_cast<float>(target.vy.raw()), limits_.vyMin, limits_.vyMax),
+      .omega = std::isfinite(target.omega.raw()) ? target.omega.raw() : 0};
   float most = limits_.omegaMax.raw();
   if (!rules_.turns_on_the_spot && limits_.minTurningRadius > 0) {
     const float radius = static_cast<float>(limits_.minTurningRadius.raw());
@@ -74,7 +75,8 @@ ChassisSpeed ChassisControl::speed(Time now) {
   return now_;
 }
 
-// Moves `from` towards `to`, with the deceleration when braking. An acceleration of 0 does not limit.
+// Moves `from` towards `to`, with the deceleration when braking. An acceleration of 0 does not
+// limit.
 float ChassisControl::approach(float from, float to, float acceleration, float deceleration,
                                float seconds) const {
   const bool brakes = std::abs(to) < std::abs(from) || to * from < 0;

@@ -15,8 +15,8 @@ namespace rack::device {
 
 class ChassisDialogue : public Dialogue {
  public:
-  // Sets the speed; sent as soon as the protocol permits. Replaces an earlier speed that was not yet
-  // sent.
+  // Sets the speed; sent as soon as the protocol permits. Replaces an earlier speed that was not
+  // yet sent.
   virtual void drive(const ChassisSpeed& speed, Time now) = 0;
 
   [[nodiscard]] virtual bool is_ready() const = 0;

@@ -1,14 +1,15 @@
 // A CiA 402 drive on a CANopen bus.
 //
 // The host has its own node id (127 here). It sets the state of all nodes (NMT 000: 01 operational,
-// 80 pre-operational), writes objects by SDO (600 + node, answered at 580 + node), and then controls
-// the drive by process data: RPDO1 (200 + node) contains the controlword and the target; TPDO1 (180 +
-// node) the statusword and the position, TPDO2 (280 + node) the velocity, sent after each SYNC (080).
-// The controlwords 06, 07, 0F lead from switch-on disabled to operation enabled; 80 clears a fault.
+// 80 pre-operational), writes objects by SDO (600 + node, answered at 580 + node), and then
+// controls the drive by process data: RPDO1 (200 + node) contains the controlword and the target;
+// TPDO1 (180 + node) the statusword and the position, TPDO2 (280 + node) the velocity, sent after
+// each SYNC (080). The controlwords 06, 07, 0F lead from switch-on disabled to operation enabled;
+// 80 clears a fault.
 //
 // Both sides send heartbeats (700 + node). The drive monitors that of the host (1016) and makes a
-// quick stop (6007, 605A) when it is missing. A vehicle therefore stops when its host crashes or its
-// cable is cut.
+// quick stop (6007, 605A) when it is missing. A vehicle therefore stops when its host crashes or
+// its cable is cut.
 //
 // Source: CiA 301 and CiA 402, as quoted in the manuals of many drives.
 #pragma once

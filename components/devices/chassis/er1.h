@@ -1,18 +1,18 @@
-// The robot control module of an Evolution Robotics ER1: two motors, each with a PMD Navigator motion
-// processor, on one serial line at 250 kbaud.
+// The robot control module of an Evolution Robotics ER1: two motors, each with a PMD Navigator
+// motion processor, on one serial line at 250 kbaud.
 //
-// A command is address, checksum, axis (0), code, and up to three 16 bit values, high byte first; the
-// bytes of a command add up to 0. The processor answers with a status (0: success), a checksum of the
-// same kind, and optional 16 bit values. Address 0 is the right wheel, address 1 the left one, which
-// is mounted in reverse. Set values take effect with Update (1A). The wheels keep turning without
-// commands, so the driver has a guard that sends er1_stop().
+// A command is address, checksum, axis (0), code, and up to three 16 bit values, high byte first;
+// the bytes of a command add up to 0. The processor answers with a status (0: success), a checksum
+// of the same kind, and optional 16 bit values. Address 0 is the right wheel, address 1 the left
+// one, which is mounted in reverse. Set values take effect with Update (1A). The wheels keep
+// turning without commands, so the driver has a guard that sends er1_stop().
 //
 // An answer contains neither its request nor the speed of the wheels. In a replay, these are taken
 // from the recorded commands.
 //
-// Source: PMD's Navigator programmer's reference; RACK 0.6.1. The latter shifted the upper 16 bits of
-// a velocity by 8 bits only, so that its velocities were 256 times the intended ones; with the same
-// velFactor this driver sends the same values.
+// Source: PMD's Navigator programmer's reference; RACK 0.6.1. The latter shifted the upper 16 bits
+// of a velocity by 8 bits only, so that its velocities were 256 times the intended ones; with the
+// same velFactor this driver sends the same values.
 #pragma once
 
 #include <array>

@@ -1,4 +1,5 @@
-// Emulator of an ER1 control module: two motion processors, which keep turning until a stop command.
+// Emulator of an ER1 control module: two motion processors, which keep turning until a stop
+// command.
 #pragma once
 
 #include "components/devices/chassis/er1.h"

@@ -1,10 +1,10 @@
 // MAVLink 1 and 2: the protocol of autopilots (ArduPilot, PX4) and ground stations.
 //
-// A packet of version 2 is FD, length, incompatibility flags, compatibility flags, sequence, system,
-// component, message (3 bytes), payload, CRC; of version 1 FE, length, sequence, system, component,
-// message, payload, CRC; all little-endian. The CRC (X.25) covers everything after the first byte,
-// followed by an extra byte that identifies the layout of the message. Version 2 omits trailing zeros
-// of the payload.
+// A packet of version 2 is FD, length, incompatibility flags, compatibility flags, sequence,
+// system, component, message (3 bytes), payload, CRC; of version 1 FE, length, sequence, system,
+// component, message, payload, CRC; all little-endian. The CRC (X.25) covers everything after the
+// first byte, followed by an extra byte that identifies the layout of the message. Version 2 omits
+// trailing zeros of the payload.
 //
 // Source: mavlink.io, guide and common message set.
 #pragma once

@@ -1,11 +1,11 @@
-// A vehicle with a MAVLink autopilot (mavlink.h): rovers of ArduPilot and PX4, and any other vehicle
-// that accepts velocity commands.
+// A vehicle with a MAVLink autopilot (mavlink.h): rovers of ArduPilot and PX4, and any other
+// vehicle that accepts velocity commands.
 //
-// The autopilot and this driver send a heartbeat (0) once a second. The driver requests data (command
-// 511) and sends a velocity and a turning speed in the body frame (84) at 10 Hz or more. The autopilot
-// stops the vehicle after three seconds without a velocity (a setting), and by its ground station
-// failsafe when the heartbeat of the driver is missing. It accepts commands only in a suitable mode
-// and when it is armed; the driver sets both only if configured.
+// The autopilot and this driver send a heartbeat (0) once a second. The driver requests data
+// (command 511) and sends a velocity and a turning speed in the body frame (84) at 10 Hz or more.
+// The autopilot stops the vehicle after three seconds without a velocity (a setting), and by its
+// ground station failsafe when the heartbeat of the driver is missing. It accepts commands only in
+// a suitable mode and when it is armed; the driver sets both only if configured.
 //
 // The frames are the same as in RACK: north, east, down; forward, right, clockwise.
 #pragma once

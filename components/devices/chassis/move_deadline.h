@@ -1,6 +1,6 @@
-// Validity of motion commands. A device must stop when the sender of its commands crashes. A command
-// is therefore valid for three periods of its sender, which are estimated from its commands, unless a
-// fixed time is set.
+// Validity of motion commands. A device must stop when the sender of its commands crashes. A
+// command is therefore valid for three periods of its sender, which are estimated from its
+// commands, unless a fixed time is set.
 #pragma once
 
 #include <array>

@@ -2,8 +2,9 @@
 //
 // An 11-bit identifier is node << 5 | command; the bytes are little-endian. A drive sends its
 // heartbeat (01: errors, state) every 100 ms and its encoder values (09: turns, turns per second)
-// every 10 ms. It turns when it is in state 8 (closed loop) and receives a velocity (0D). Velocities
-// also feed its watchdog (axis.config.watchdog_timeout, disabled by default): set it to 0.2 s.
+// every 10 ms. It turns when it is in state 8 (closed loop) and receives a velocity (0D).
+// Velocities also feed its watchdog (axis.config.watchdog_timeout, disabled by default): set it to
+// 0.2 s.
 //
 // Source: ODrive's documentation of the CAN protocol, 0.5 and 0.6.
 #pragma once

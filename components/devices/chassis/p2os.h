@@ -1,12 +1,12 @@
 // MobileRobots robots with P2OS (ARCOS, AROS and others): Pioneer 2 and 3, PeopleBot.
 //
 // A packet is FA FB, the number of bytes that follow, the bytes, and a checksum: the sum of their
-// pairs, high byte first, a last odd byte XORed. The host sends SYNC 0, 1, 2, which the robot returns,
-// the last one with its names; then commands: a number, and an argument with its type (3B: not
-// negative, 1B: negative, 2B: text). The pause between two commands is 10 ms. After OPEN the robot
-// sends a server information packet (32 at rest, 33 in motion) every 100 ms, and encoder packets (90)
-// on request. After two seconds without a packet (a setting of the robot) it stops: this is the
-// protection against a crash of the host.
+// pairs, high byte first, a last odd byte XORed. The host sends SYNC 0, 1, 2, which the robot
+// returns, the last one with its names; then commands: a number, and an argument with its type (3B:
+// not negative, 1B: negative, 2B: text). The pause between two commands is 10 ms. After OPEN the
+// robot sends a server information packet (32 at rest, 33 in motion) every 100 ms, and encoder
+// packets (90) on request. After two seconds without a packet (a setting of the robot) it stops:
+// this is the protection against a crash of the host.
 //
 // Source: Pioneer 3 operations manual, chapter 6; RACK 0.6.1.
 #pragma once

@@ -1,5 +1,5 @@
-// Emulator of a Pioneer: SYNC, commands, server information and encoder packets every 100 ms, and the
-// watchdog that stops it after two seconds without a packet.
+// Emulator of a Pioneer: SYNC, commands, server information and encoder packets every 100 ms, and
+// the watchdog that stops it after two seconds without a packet.
 #pragma once
 
 #include "components/devices/chassis/p2os.h"

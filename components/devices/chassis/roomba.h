@@ -2,12 +2,12 @@
 //
 // The host sends an opcode and its data, high byte first; there are no acknowledgements. 80 starts
 // the interface, 82 and 84 give the host full control, 89 drives (speed and radius), 91 drives each
-// wheel (Create 2), 8A switches brushes and vacuum, 8F seeks the dock. The sensors of the older model
-// are polled (8E 00, 26 bytes without a frame). The newer model sends a frame every 15 ms (94): 13,
-// number of bytes, packets with their ids, and a checksum that makes the sum 0.
+// wheel (Create 2), 8A switches brushes and vacuum, 8F seeks the dock. The sensors of the older
+// model are polled (8E 00, 26 bytes without a frame). The newer model sends a frame every 15 ms
+// (94): 13, number of bytes, packets with their ids, and a checksum that makes the sum 0.
 //
-// Neither model has a watchdog. The driver therefore has a guard (io/guard.h) that sends kRoombaStop
-// when the driver crashes.
+// Neither model has a watchdog. The driver therefore has a guard (io/guard.h) that sends
+// kRoombaStop when the driver crashes.
 //
 // Source: iRobot's open interface specifications of both; RACK 0.6.1.
 #pragma once

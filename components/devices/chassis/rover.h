@@ -1,5 +1,5 @@
-// Emulator of a rover with an autopilot: heartbeat, attitude, local position, GPS, battery. It drives
-// when it is armed, and stops after three seconds without a velocity.
+// Emulator of a rover with an autopilot: heartbeat, attitude, local position, GPS, battery. It
+// drives when it is armed, and stops after three seconds without a velocity.
 #pragma once
 
 #include "components/devices/chassis/mavlink.h"
@@ -21,7 +21,8 @@ class RoverEmulator final : public WheeledRobot {
   [[nodiscard]] Time next_timeout() const override { return next_; }
 
   [[nodiscard]] bool is_armed() const { return armed_; }
-  [[nodiscard]] int intervals() const { return intervals_; }  // number of interval requests received
+  // Number of interval requests received.
+  [[nodiscard]] int intervals() const { return intervals_; }
   bool sends_odometry = false;
 
  private:

@@ -11,8 +11,7 @@ namespace rack::device {
 
 struct ServoAxisSettings {
   Cia402Settings drive{};
-  double gear =
-      1;  // rad of the motor per rad or mm of the axis; below 0: reversed
+  double gear = 1;  // rad of the motor per rad or mm of the axis; below 0: reversed
   // Permitted range, rad or mm.
   double min = -1e9;
   double max = 1e9;

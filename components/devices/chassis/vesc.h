@@ -1,9 +1,9 @@
 // VESC motor controllers by CAN.
 //
-// A 29-bit identifier is packet << 8 | id; the bytes are big-endian. The controller must be configured
-// to send status 1 (9: electrical rpm, current, duty cycle) and status 5 (1B: tachometer, voltage) at
-// 50 Hz, and status 4 (10: position) for steering. A controller releases its motor after one second
-// without a command (also a setting).
+// A 29-bit identifier is packet << 8 | id; the bytes are big-endian. The controller must be
+// configured to send status 1 (9: electrical rpm, current, duty cycle) and status 5 (1B:
+// tachometer, voltage) at 50 Hz, and status 4 (10: position) for steering. A controller releases
+// its motor after one second without a command (also a setting).
 //
 // Source: VESC's documentation of its CAN formats; its firmware's list of packets.
 #pragma once

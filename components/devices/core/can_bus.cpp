@@ -50,8 +50,7 @@ std::optional<std::string> CanBus::on_error_frame(std::uint32_t id,
     // bus-off only once a second.
     if (said_off_ == Time{} || now - said_off_ >= kSayEvery) said_ = {};
     if (said_ == Time{}) said_off_ = now;
-    return say(now,
-               "is bus-off; check the cable, the termination at both ends and the bit rate");
+    return say(now, "is bus-off; check the cable, the termination at both ends and the bit rate");
   }
   if ((id & kNoAcknowledge) != 0)
     return say(now, "receives no acknowledge; check that another node is on at this bit rate");
@@ -97,8 +96,7 @@ void CanBus::on_restart(Time now) {
 
 std::optional<std::string> CanBus::failure(Time now) const {
   if (is_off() && is_given_up_)
-    return name_ + " went bus-off more than " + std::to_string(kRestartsMax) +
-           " times a minute";
+    return name_ + " went bus-off more than " + std::to_string(kRestartsMax) + " times a minute";
   if (is_off() && now - off_since_ > kOffMax)
     return name_ + " is bus-off; to restart it automatically: ip link set " + name_ +
            " type can restart-ms 100";

@@ -78,8 +78,8 @@ Result<DeviceAddress> with_options(DeviceAddress address, std::string_view& text
         !name.empty() && std::ranges::find(scheme.options, name) != scheme.options.end();
     if (!is_known || equals == std::string_view::npos)
       return Error(Errc::kInvalidArgument, "unknown option " + base::in_quotes(item) + " of " +
-                                               std::string(scheme.name) + ":, example: " +
-                                               std::string(scheme.example));
+                                               std::string(scheme.name) +
+                                               ":, example: " + std::string(scheme.example));
     address.options.insert_or_assign(std::string(name), std::string(item.substr(equals + 1)));
   }
   return address;
@@ -164,9 +164,8 @@ Result<DeviceAddress> DeviceAddress::parse(std::string_view text) {
   const Scheme* const scheme =
       colon == std::string_view::npos ? nullptr : find_scheme(text.substr(0, colon));
   if (scheme == nullptr)
-    return wrong(
-        text, "must begin with one of " + known_schemes() + "; example: " +
-              std::string(kSchemes[0].example));
+    return wrong(text, "must begin with one of " + known_schemes() +
+                           "; example: " + std::string(kSchemes[0].example));
   std::string_view rest = text.substr(colon + 1);
   auto address = with_options({.kind = scheme->kind}, rest);
   if (!address) return wrong(text, address.error().detail());
@@ -228,9 +227,8 @@ Result<DeviceAddress> serial_device(std::int32_t number) {
 
 Result<DeviceAddress> can_device(std::int32_t number) {
   if (number < 0 || number >= kNumbersOfAKind)
-    return Error(Errc::kInvalidArgument,
-                 "unknown CAN device " + std::to_string(number) +
-                     ": valid are 0 to 99 (can0 to can99)");
+    return Error(Errc::kInvalidArgument, "unknown CAN device " + std::to_string(number) +
+                                             ": valid are 0 to 99 (can0 to can99)");
   return DeviceAddress{.kind = TransportKind::kCan, .place = "can" + std::to_string(number)};
 }
 

@@ -57,8 +57,8 @@ class DeviceClock {
 
 // The same for a device without a counter that sends after each turn of its mirror, or after some
 // of them: the turns are the clock. A message that arrives earlier than a whole number of turns
-// after the last one shows that the last one was delayed, and sets the clock. A message that arrives
-// later is delayed, or the mirror is slower than nominal, by at most 0.5 %.
+// after the last one shows that the last one was delayed, and sets the clock. A message that
+// arrives later is delayed, or the mirror is slower than nominal, by at most 0.5 %.
 class TurnClock {
  public:
   explicit TurnClock(Duration turn) : turn_(turn) {}

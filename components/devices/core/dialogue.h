@@ -76,8 +76,8 @@ class Dialogue {
   // Called before the device is closed: stops motors, switches lasers off.
   virtual void stop(Time /*now*/, Output& /*out*/) {}
   // Stop commands for the device, which the guard process (io/guard.h) sends when this program ends
-  // without stop(). A device that would keep moving needs them. They must not depend on the state of
-  // the protocol. Empty: the guard sends nothing.
+  // without stop(). A device that would keep moving needs them. They must not depend on the state
+  // of the protocol. Empty: the guard sends nothing.
   [[nodiscard]] virtual std::vector<Telegram> last_words() const { return {}; }
   [[nodiscard]] virtual Time next_timeout() const { return tims::kNever; }
   // Filters for the CAN frames this dialogue needs; the kernel discards all others on a busy bus.
@@ -92,15 +92,14 @@ class Dialogue {
  protected:
   void fail(tims::Errc code, std::string why) { failure_.emplace(code, std::move(why)); }
   void clear_failure() { failure_.reset(); }
-  // kind: for example "scanner"; wanted: the required serial number, or empty for any. Returns false
-  // after fail() if the device found has a different serial number.
+  // kind: for example "scanner"; wanted: the required serial number, or empty for any. Returns
+  // false after fail() if the device found has a different serial number.
   bool is_wanted(const std::string& kind, const std::string& found, const std::string& wanted) {
     const auto capital = [](char c) { return c >= 'a' && c <= 'z' ? c - 'a' + 'A' : c; };
     if (wanted.empty() || std::ranges::equal(found, wanted, {}, capital, capital)) return true;
     fail(tims::Errc::kInvalidArgument,
-         found.empty()
-             ? "this " + kind + " reports no serial number; required: " + wanted
-             : "this " + kind + " has serial number " + found + "; required: " + wanted);
+         found.empty() ? "this " + kind + " reports no serial number; required: " + wanted
+                       : "this " + kind + " has serial number " + found + "; required: " + wanted);
     return false;
   }
 

@@ -75,8 +75,7 @@ void Replay::compare(const CaptureRecord& record) {
     return differs(record.time, "it was measured " +
                                     std::to_string((now.measured - record.time).count()) +
                                     " ns later in the replay");
-  if (!std::ranges::equal(now.checksum, record.bytes))
-    differs(record.time, "the data differ");
+  if (!std::ranges::equal(now.checksum, record.bytes)) differs(record.time, "the data differ");
 }
 
 // Counts data sets that the replay produces but the recording does not have.

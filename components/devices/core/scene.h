@@ -50,8 +50,8 @@ class Wheelwork {
  public:
   virtual ~Wheelwork() = default;
   [[nodiscard]] virtual std::size_t motor_count() const = 0;
-  // For all motors: distance at the rim, mm (left, right), or angle of the shaft, rad, where the gear
-  // ratio is configurable.
+  // For all motors: distance at the rim, mm (left, right), or angle of the shaft, rad, where the
+  // gear ratio is configurable.
   virtual void turned(Time now, std::span<double> ways) = 0;
   // True: turned() returns shaft angles; gears and wheels belong to the vehicle.
   [[nodiscard]] virtual bool tells_shafts() const { return false; }

@@ -1,7 +1,7 @@
-// SLCAN: CAN frames as text, the protocol of serial USB adapters (Lawicel CAN232, CANable, CANtact).
-// "t1234DEADBEEF" and a carriage return is a frame with identifier 0x123 and four bytes. T has a
-// 29 bit identifier; r and R are remote frames. "S6" sets the bit rate, "O" opens the bus, "C"
-// closes it. The adapter answers 0D for success and 07 for an error.
+// SLCAN: CAN frames as text, the protocol of serial USB adapters (Lawicel CAN232, CANable,
+// CANtact). "t1234DEADBEEF" and a carriage return is a frame with identifier 0x123 and four bytes.
+// T has a 29 bit identifier; r and R are remote frames. "S6" sets the bit rate, "O" opens the bus,
+// "C" closes it. The adapter answers 0D for success and 07 for an error.
 #pragma once
 
 #include <array>

@@ -17,12 +17,11 @@ constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 18>{{
     {"minHue", 15, "increase the brightness below this mean value, 0 to 255", 0, 255},
     {"maxHue", 250, "decrease the brightness above this mean value, 0 to 255", 0, 255},
     {"gainMult", 1000, "gain of the brightness control [1/1000]", 0, 100000},
-    {"autoBrightnessSize", 1, "evaluated area: 1 whole picture, n 1/n of each side, 0 control off", 0,
-     64},
+    {"autoBrightnessSize", 1, "evaluated area: 1 whole picture, n 1/n of each side, 0 control off",
+     0, 64},
     {"fps", 5, "pictures per second [1/s]", 1, 1000},
     {"quality", 75, "JPEG quality of mode jpeg, if the camera does not compress", 1, 100},
-    {"stereoBase", 0.0F, "base line of a side-by-side stereo camera [mm]; 0: monocular", 0,
-     1e5},
+    {"stereoBase", 0.0F, "base line of a side-by-side stereo camera [mm]; 0: monocular", 0, 1e5},
     {"stereoDisparities", 64, "disparity search range [pixels]", 8, 512},
     {"stereoBlock", 9, "side of the matching block, odd [pixels]", 3, 31},
     {"fx", 0.0F, "focal length in x (one lens of a stereo camera) [pixels]; 0: unknown", 0, 1e6},
@@ -147,8 +146,8 @@ class CameraV4l : public Driver<CameraData, CameraFrames> {
       return refused("width and height must be 1 to 65535 pixels");
     if (format.mode != camera_mode::kJpeg && asked->depth > 0 &&
         asked->depth != depth_of(format.mode))
-      return refused(std::string(name_of_mode(format.mode)) + " requires depth=" +
-                     std::to_string(depth_of(format.mode)));
+      return refused(std::string(name_of_mode(format.mode)) +
+                     " requires depth=" + std::to_string(depth_of(format.mode)));
     auto address = address_for(format);
     if (!address) return address.error();
     const bool has_two_eyes = real("stereoBase") > 0 && real("fx") > 0;

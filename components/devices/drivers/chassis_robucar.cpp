@@ -1,6 +1,6 @@
-// ChassisRobucar: driver of an outdoor vehicle with four driven wheels and two steered axles, as the
-// Robucar, with CANopen drives. The protocol of the original drives has never been published; this
-// driver uses CiA 402.
+// ChassisRobucar: driver of an outdoor vehicle with four driven wheels and two steered axles, as
+// the Robucar, with CANopen drives. The protocol of the original drives has never been published;
+// this driver uses CiA 402.
 #include "components/devices/drivers/cia402_chassis.h"
 
 namespace rack::device {

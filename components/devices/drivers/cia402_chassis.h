@@ -6,14 +6,13 @@
 namespace rack::device {
 
 constexpr auto cia402_parameters(i32 steering) {
-  return joined(
-      can_chassis_parameters(steering),
-      std::array<ParameterInfo, 3>{{
-          {"increments", 4096, "encoder increments per turn of the motor", 1, 1e9},
-          {"velocityUnits", 0,
-           "velocity units of the drive per turn/s; 60: rpm; 0: increments/s", 0, 1e9},
-          {"quickStop", 2000, "deceleration of a quick stop [mm/s2]", 1, 1e6},
-      }});
+  return joined(can_chassis_parameters(steering),
+                std::array<ParameterInfo, 3>{{
+                    {"increments", 4096, "encoder increments per turn of the motor", 1, 1e9},
+                    {"velocityUnits", 0,
+                     "velocity units of the drive per turn/s; 60: rpm; 0: increments/s", 0, 1e9},
+                    {"quickStop", 2000, "deceleration of a quick stop [mm/s2]", 1, 1e6},
+                }});
 }
 
 class Cia402Chassis : public CanChassis {

@@ -4,10 +4,10 @@
 namespace rack::device {
 namespace {
 
-constexpr auto kParameters =
-    driver_parameters(joined(kClockParameters, std::array<ParameterInfo, 1>{{
-                                                   {"baudrate", 9600, "baud rate of the line [bit/s]", 300, 115200},
-                                               }}));
+constexpr auto kParameters = driver_parameters(
+    joined(kClockParameters, std::array<ParameterInfo, 1>{{
+                                 {"baudrate", 9600, "baud rate of the line [bit/s]", 300, 115200},
+                             }}));
 
 constexpr ModuleInfo kInfo{
     .program = "ClockDcf77MbgC51",

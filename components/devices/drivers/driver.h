@@ -33,8 +33,7 @@ namespace rack::device {
 inline constexpr std::array<ParameterInfo, 4> kDriverParameters = {{
     {"device", "", "address of the device, e.g. tcp:192.168.0.1:2112; see timsctl device list"},
     {"record", "", "record received and sent data in this file, for play: and replay"},
-    at_start({"replay", "",
-              "replay such a file without a router and compare the resulting data"}),
+    at_start({"replay", "", "replay such a file without a router and compare the resulting data"}),
     {"errorTimeout", 500, "pause before a retry after an error [ms]", 0, 60000},
 }};
 
@@ -123,8 +122,8 @@ class Driver : public DataModule<Data> {
 
   void module_off() override {
     if (device_ && broken() > 0 && !has_told_end_)
-      this->log().warning("%s: %d invalid telegrams since it was opened",
-                          device_->description(), broken());
+      this->log().warning("%s: %d invalid telegrams since it was opened", device_->description(),
+                          broken());
     close_device();
     dialogue_.reset();
   }
@@ -209,14 +208,16 @@ class Driver : public DataModule<Data> {
         read_recording(file, [&](const CaptureRecord& record) { return replay.take(record); });
     if (!read) return read.error();
     if (replay.openings() == 0)
-      return this->refused(file + " does not state when a device was opened: it was not written by --record");
+      return this->refused(
+          file + " does not state when a device was opened: it was not written by --record");
     return Module::Report{.code = replay.is_same() ? ExitCode::kGood : ExitCode::kFailed,
                           .text = replay.report()};
   }
 
   Result<void> check_silence() {
     if (device_->is_over() && !std::exchange(has_told_end_, true))
-      this->log().print("%s: end of the recording, %d invalid telegrams", device_->description(), broken());
+      this->log().print("%s: end of the recording, %d invalid telegrams", device_->description(),
+                        broken());
     // Pauses and the end of a recording are not errors.
     if (!dialogue_->is_ready() || device_->is_recording()) {
       heard_ = now();

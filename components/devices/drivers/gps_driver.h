@@ -17,11 +17,9 @@
 namespace rack::device {
 
 inline constexpr std::array<ParameterInfo, 9> kGpsParameters = {{
-    {"positionSys", 0, "system id of the Position that converts to robot coordinates", 0,
-     kIdMax},
+    {"positionSys", 0, "system id of the Position that converts to robot coordinates", 0, kIdMax},
     {"positionInst", 0, "instance of that component; -1: none", -1, kIdMax},
-    {"positionUpdate", 0,
-     "1: update Position with fixes, weighted by both variances", 0, 1},
+    {"positionUpdate", 0, "1: update Position with fixes, weighted by both variances", 0, 1},
     {"clockRelaySys", 0, "system id of the clock relay that receives the time", 0, kIdMax},
     {"clockRelayInst", -1, "instance of that component; -1: none", -1, kIdMax},
     {"realtimeClockUpdate", 0, "1: set the clock of this host, which needs CAP_SYS_TIME", 0, 1},

@@ -5,14 +5,15 @@
 namespace rack::device {
 namespace {
 
-constexpr auto kParameters = driver_parameters(
-    joined(std::array<ParameterInfo, 3>{{
-               {"serialDev", 0, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
-               {"baudrate", 0, "baud rate to set in the receiver [bit/s]; 0: keep the current one", 0, 921600},
-               {"periodTime", 1000,
-                "period of fixes [ms]; a fix with NMEA is 600 bytes: 200 needs 57600 baud", 25, 60000},
-           }},
-           kGpsParameters));
+constexpr auto kParameters = driver_parameters(joined(
+    std::array<ParameterInfo, 3>{{
+        {"serialDev", 0, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
+        {"baudrate", 0, "baud rate to set in the receiver [bit/s]; 0: keep the current one", 0,
+         921600},
+        {"periodTime", 1000,
+         "period of fixes [ms]; a fix with NMEA is 600 bytes: 200 needs 57600 baud", 25, 60000},
+    }},
+    kGpsParameters));
 
 constexpr ModuleInfo kInfo{
     .program = "GpsUblox",

@@ -30,10 +30,10 @@ class HostClock {
     updated_.reset();
   }
 
-  // The device reported `utc` (since 1970) for time `measured`. Returns true if the clock was set in
-  // one step, which invalidates earlier time stamps. Small differences are corrected gradually. An
-  // error is returned once only: without CAP_SYS_TIME, or with a wrong device time, further attempts
-  // would fail too.
+  // The device reported `utc` (since 1970) for time `measured`. Returns true if the clock was set
+  // in one step, which invalidates earlier time stamps. Small differences are corrected gradually.
+  // An error is returned once only: without CAP_SYS_TIME, or with a wrong device time, further
+  // attempts would fail too.
   tims::Result<bool> update(tims::Duration utc, tims::Time measured, tims::Time now);
 
  private:

@@ -10,7 +10,8 @@ namespace rack::device {
 namespace {
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 7>{{
-    {"serialDev", 200, "serial device of the board: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
+    {"serialDev", 200, "serial device of the board: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0,
+     299},
     {"baudrate", 57600, "baud rate of the board's Firmata [bit/s]", 9600, 1000000},
     {"periodTime", 100, "maximum period [ms]; changes are reported at once", 20, 5000},
     {"inputs", "", "pins of the board, e.g. 2,3,4; for gpio: use option in= of the address"},
@@ -34,10 +35,9 @@ Result<std::vector<std::uint16_t>> pins_of(std::string_view list, std::string_vi
     list.remove_prefix(std::min(list.size(), one.size() + 1));
     const auto pin = tims::base::parse_number<std::uint16_t>(one);
     if (!pin || *pin > most)
-      return tims::Error(
-          tims::Errc::kInvalidArgument,
-          std::string(name) + " must be numbers from 0 to " + std::to_string(most) +
-              "; example: 2,3");
+      return tims::Error(tims::Errc::kInvalidArgument, std::string(name) +
+                                                           " must be numbers from 0 to " +
+                                                           std::to_string(most) + "; example: 2,3");
     pins.push_back(*pin);
   }
   return pins;

@@ -15,8 +15,7 @@ inline constexpr std::array<ParameterInfo, 6> kHokuyoParameters = {{
     {"end", 725, "last measured step", 0, 9999},
     {"cluster", 3, "steps combined into one point", 1, 99},
     {"startAngle", kHokuyoStartAngle,
-     "angle of the first step to the right [deg]; 120: as reported by a SCIP 2 scanner", -360,
-     360},
+     "angle of the first step to the right [deg]; 120: as reported by a SCIP 2 scanner", -360, 360},
     {"intensity", 0, "1: also measure intensities (not supported by all scanners)", 0, 1},
     {"serialNumber", "", "required serial number of the scanner; empty: any"},
 }};

@@ -7,8 +7,10 @@ namespace {
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 5>{{
     {"protocol", 0, "0: detect, 1: CoLa A (ASCII), 2: CoLa B (binary)", 0, 2},
     {"periodTime", 20, "period of scans [ms]: LMS1xx 20 or 40, LMS5xx 10 to 40, TiM 67", 1, 1000},
-    {"maxRange", 20000, "range of the scanner [mm]: LMS1xx 20000, LMS5xx 80000, TiM 25000", 1, 1000000},
-    {"reflectorRemission", 0, "minimum remission of a reflector; 0: report no reflectors", 0, 65535},
+    {"maxRange", 20000, "range of the scanner [mm]: LMS1xx 20000, LMS5xx 80000, TiM 25000", 1,
+     1000000},
+    {"reflectorRemission", 0, "minimum remission of a reflector; 0: report no reflectors", 0,
+     65535},
     {"serialNumber", 0, "required serial number of the scanner; 0: any", 0},
 }});
 

@@ -10,7 +10,8 @@ constexpr std::chrono::milliseconds kPeriod(20);
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 3>{{
     {"lmsIp", "", "address of the scanner, e.g. 192.168.0.1"},
     {"lmsPort", 2112, "TCP port of the scanner, 2111 or 2112", 1, 65535},
-    {"reflectorRemission", 1000, "minimum remission of a reflector; 0: report no reflectors", 0, 65535},
+    {"reflectorRemission", 1000, "minimum remission of a reflector; 0: report no reflectors", 0,
+     65535},
 }});
 
 constexpr ModuleInfo kInfo{

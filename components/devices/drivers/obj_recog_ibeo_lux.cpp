@@ -15,8 +15,7 @@ constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 4>{{
     {"canDev", 0, "number N of the CAN interface canN", 0, 99},
     {"baseCanId", 0x500, "CAN id of data from the scanner; not used, as in the original", 0, 0x7FF},
     {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
-    {"chassisInst", -1, "instance of the chassis that reports the motion; -1: none", -1,
-     kIdMax},
+    {"chassisInst", -1, "instance of the chassis that reports the motion; -1: none", -1, kIdMax},
 }});
 
 constexpr ModuleInfo kInfo{

@@ -18,8 +18,7 @@ constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 9>{{
     {"panVelMax", 100, "maximum pan speed of the camera [deg/s]", 1, 1000},
     {"tiltVelMax", 100, "deg/s", 1, 1000},
     {"zoomVelMax", 50, "%/s", 1, 1000},
-    {"moveDeadline", 0, "validity of a MOVE_VEL [ms]; 0: three periods of its sender", 0,
-     3600000},
+    {"moveDeadline", 0, "validity of a MOVE_VEL [ms]; 0: three periods of its sender", 0, 3600000},
 }});
 
 constexpr ModuleInfo kInfo{

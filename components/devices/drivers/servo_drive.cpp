@@ -12,11 +12,11 @@ constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 14>{{
     {"canDev", 0, "number N of the CAN interface canN", 0, 255},
     {"node", 1, "CANopen node id of the drive", 1, 126},
     {"sliding", 0, "0: rotary axis (data in rad, parameters in deg), 1: linear axis (mm)", 0, 1},
-    {"gearRatio", 1.0F, "motor turns per turn of the axis, or per mm; below 0: reversed",
-     -10000, 10000},
+    {"gearRatio", 1.0F, "motor turns per turn of the axis, or per mm; below 0: reversed", -10000,
+     10000},
     {"increments", 4096, "encoder increments per turn of the motor", 1, 1e9},
-    {"velocityUnits", 0, "velocity units of the drive per turn/s; 60: rpm; 0: increments/s",
-     0, 1e9},
+    {"velocityUnits", 0, "velocity units of the drive per turn/s; 60: rpm; 0: increments/s", 0,
+     1e9},
     {"posMin", -180.0F, "minimum position [deg or mm]", -1e6, 1e6},
     {"posMax", 180.0F, "maximum position [deg or mm]", -1e6, 1e6},
     {"velMax", 90.0F, "maximum velocity [deg/s or mm/s]", 0.001, 1e6},
@@ -24,8 +24,7 @@ constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 14>{{
     {"homingMethod", 35, "homing method of CiA 402; 35, 37: current position becomes 0", -128, 127},
     {"homeAtOn", 0, "1: home the axis at ON", 0, 1},
     {"periodTime", 50, "period of the data [ms]", 20, 1000},
-    {"moveDeadline", 0, "validity of a MOVE_VEL [ms]; 0: three periods of its sender", 0,
-     3600000},
+    {"moveDeadline", 0, "validity of a MOVE_VEL [ms]; 0: three periods of its sender", 0, 3600000},
 }});
 
 constexpr ModuleInfo kInfo{

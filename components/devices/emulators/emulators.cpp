@@ -28,7 +28,7 @@
 namespace rack::device {
 namespace {
 
-// A device that says what it hears: to try a line with, and `timsctl device record`.
+// A device that returns received bytes, to test a line and `timsctl device record`.
 class Echo final : public Dialogue {
  public:
   void start(Time, Output&) override {}
@@ -46,7 +46,7 @@ std::unique_ptr<Dialogue> bus(const Scene&) {
   return make();
 }
 
-// By its settings, with what the scene has of it.
+// Creates an emulator from its settings and the scene.
 template <class Emulator, class Settings>
 std::unique_ptr<Dialogue> seeing(const Scene& scene, Settings settings) {
   if (scene.sight) settings.sight = scene.sight;
@@ -153,13 +153,13 @@ constexpr EmulatorInfo kEmulators[] = {
                  Senses::kInertia, make_xsens},
     EmulatorInfo{"xsens-mtx", "Xsens MTx (MTData)", "GyroXsens", "pty:/tmp/xsens-mtx", 115200,
                  Senses::kInertia, make_xsens_mtx},
-    EmulatorInfo{"echo", "says what it hears", "timsctl device record", "pty:/tmp/echo", 115200,
+    EmulatorInfo{"echo", "returns received bytes", "timsctl device record", "pty:/tmp/echo", 115200,
                  Senses::kNothing, make<Echo>},
     EmulatorInfo{"firmata", "Arduino UNO with Firmata", "Io", "pty:/tmp/firmata", 57600,
                  Senses::kNothing, make<emulator::IoBoard>},
     EmulatorInfo{"ouster", "Ouster OS-0-16", "Scan3dOuster", "udp:127.0.0.1:7502?local=0", 0,
                  Senses::kSight, spinning<emulator::OusterScanner>},
-    EmulatorInfo{"ouster-page", "what an Ouster says of itself", "Scan3dOuster --scanner",
+    EmulatorInfo{"ouster-page", "metadata server of an Ouster", "Scan3dOuster --scanner",
                  "tcp:127.0.0.1:8075", 0, Senses::kNothing, make<emulator::OusterPage>},
     EmulatorInfo{"velodyne", "Velodyne VLP-16", "Scan3dVelodyne", "udp:127.0.0.1:2368?local=0", 0,
                  Senses::kSight, spinning<emulator::VelodyneScanner>},

@@ -9,31 +9,32 @@
 
 namespace rack::device {
 
-// What there is for it to sense, instead of what it has of its own; only what it needs is looked
-// at.
+// The environment of an emulator, which replaces its default scene; each emulator uses only the
+// members it needs.
 struct Scene {
   emulator::Sight sight{};
   emulator::Course course{};
   emulator::Inertia inertia{};
   emulator::Heading heading{};
-  Duration period{};  // between fixes of a receiver that nobody tells; 0: its own
+  Duration
+      period{};  // period of fixes of a receiver that its driver does not configure; 0: default
 };
 
-// What an emulator takes of its surroundings. Of a base: it is a Wheelwork.
+// The member of the scene that an emulator uses. kWheels: the emulator is a Wheelwork.
 enum class Senses : std::uint8_t { kNothing, kSight, kCourse, kInertia, kHeading, kWheels };
 
 struct EmulatorInfo {
   std::string_view name;     // "lms200"
-  std::string_view device;   // for people
-  std::string_view driver;   // the program that speaks with it
-  std::string_view address;  // as in "pty:/tmp/lms"
-  std::uint32_t baud;        // of its line when it is switched on; 0: it has none
+  std::string_view device;   // description for users
+  std::string_view driver;   // driver program of the device
+  std::string_view address;  // default address, for example "pty:/tmp/lms"
+  std::uint32_t baud;        // rate of its line at power-on; 0: no rate
   Senses senses;
   std::unique_ptr<Dialogue> (*make)(const Scene& scene);
 };
 
 std::span<const EmulatorInfo> emulators();
-// Or none.
+// Returns null for unknown names.
 const EmulatorInfo* find_emulator(std::string_view name);
 
 }  // namespace rack::device

@@ -1,4 +1,4 @@
-// Drivers of what moves, and of boards, take no memory while it moves.
+// Dialogues of vehicles, motors and boards allocate no memory during operation.
 #include <gtest/gtest.h>
 
 #include "components/devices/camera/ptz_camera.h"
@@ -18,7 +18,7 @@ namespace no_allocation_test {
 
 using namespace std::chrono_literals;
 
-// What one side has said, in memory that is there already.
+// Stores what one side has sent, in preallocated memory.
 class Said final : public Output {
  public:
   void send(std::span<const std::byte> bytes, std::uint32_t id) override {
@@ -28,7 +28,7 @@ class Said final : public Output {
     pieces_[count_].size = bytes.size();
     pieces_[count_++].id = id;
   }
-  // Hands all of it over.
+  // Passes everything to the other side.
   void tell(Dialogue& to, Time now, Output& answers) {
     const std::size_t count = std::exchange(count_, 0);
     for (std::size_t i = 0; i < count; ++i) {
@@ -48,7 +48,7 @@ class Said final : public Output {
   std::size_t count_ = 0;
 };
 
-// Of the driver's side, in ten seconds in which `command` tells it each millisecond what to do.
+// Number of allocations of the driver's side in ten seconds; `command` is called every millisecond.
 template <class Data, class Dialog, class Command>
 std::size_t allocations_while(Dialog& host, Dialogue& device, Command command) {
   Said to_host;

@@ -1,5 +1,5 @@
-// Once a scanner measures, nothing is allocated any more: neither by its dialogue nor by decoding.
-// Those of SICK have a test of their own.
+// While a scanner measures, neither its dialogue nor the decoder allocates memory. SICK scanners
+// have a separate test.
 #include <gtest/gtest.h>
 
 #include "components/devices/core/virtual_line.h"
@@ -22,7 +22,7 @@ namespace scanner_allocation_test {
 using namespace std::chrono_literals;
 using Pieces = std::vector<std::vector<std::byte>>;
 
-// What the scanner sends to the driver in some seconds.
+// The bytes that a scanner sends to the driver within some seconds.
 template <class Device, class Host>
 Pieces said_by(Device device, Host host) {
   Pieces said;
@@ -40,8 +40,8 @@ struct Nobody : Output {
   void send(std::span<const std::byte>, std::uint32_t) override {}
 };
 
-// Each piece is heard, and data are taken: the second time, from the first data on, nothing is
-// allocated.
+// Passes each piece and takes the data: in the second run, no memory is allocated after the first
+// data.
 template <class Data, class Dialog>
 void expect_none(Dialog dialogue, const Pieces& pieces) {
   constexpr std::uint32_t kOfIbeo = ibeo::kSensorId | 1;
@@ -57,7 +57,7 @@ void expect_none(Dialog dialogue, const Pieces& pieces) {
     taken = 0;
     for (const auto& piece : pieces) {
       now += 1ms;
-      if (taken == 0) before = tims::test::allocations();  // who it is, may be kept as text
+      if (taken == 0) before = tims::test::allocations();  // storing the identity may allocate
       dialogue.on_arrival({.bytes = piece, .first = now, .last = now, .id = kOfIbeo}, nobody);
       if (dialogue.next_timeout() <= now) dialogue.on_timeout(now, nobody);
       while (dialogue.take(data, recorded)) ++taken;

@@ -1,8 +1,8 @@
-// What every dialogue survives, each with the emulator of its device: the line is cut while any of
-// its pieces is on the way, from the first to that with the first data, and plugged in again; the
-// device loses its power meanwhile, or goes on; the driver is turned off and on; answers come late,
-// or twice. And what came is recorded: it says the same when it is played, and the same data are
-// made of it when it is replayed. A new dialogue is a row in kRows.
+// Robustness of all dialogues with the emulators of their devices: the line is cut during any piece
+// from the first one to that with the first data, and plugged in again; the device keeps running or
+// loses its power; the driver is turned off and on; answers are late or duplicated. The
+// communication is recorded: playing gives the same data, and so does a replay. To add a dialogue,
+// add a row to kRows.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -43,16 +43,16 @@ namespace survival_test {
 using namespace std::chrono_literals;
 using emulator::VirtualLine;
 
-// A driver's dialogue, whatever its data are.
+// Interface to a dialogue with any type of data.
 class Subject {
  public:
   virtual ~Subject() = default;
   virtual Dialogue& dialogue() = 0;
   virtual bool take() = 0;
-  // The body of the message that was taken last; and when it was measured.
+  // The body of the message taken last, and its time of measurement.
   [[nodiscard]] virtual std::vector<std::byte> body() const = 0;
   [[nodiscard]] virtual Time recorded() const = 0;
-  // What can move does so.
+  // Commands a motion, if the device can move.
   virtual void move(Time now) = 0;
 };
 
@@ -135,12 +135,12 @@ struct Message {
 using Messages = std::vector<Message>;
 
 struct Row {
-  std::string_view emulator;                           // of emulators()
-  std::unique_ptr<Subject> (*make)(bool only_listen);  // as the driver makes it, for play: too
-  int each = 1;           // piece is lost once; of who only sends, each one has the same state
-  Duration late = 150ms;  // that an answer may be
-  bool has_head = false;  // how its data are packed is said once, before them
-  bool is_mute = false;   // its answers do not say what was asked: they need what it was told
+  std::string_view emulator;                           // name in emulators()
+  std::unique_ptr<Subject> (*make)(bool only_listen);  // creates the dialogue as in the driver
+  int each = 1;           // cut only at every n-th piece, for devices that only send
+  Duration late = 150ms;  // permitted delay of an answer
+  bool has_head = false;  // a header with the layout is sent once, before the data
+  bool is_mute = false;   // answers do not name their request, so a replay needs the sent data
 };
 
 const Row kRows[] = {
@@ -200,7 +200,7 @@ const Row kRows[] = {
 
 void PrintTo(const Row& row, std::ostream* out) { *out << row.emulator; }
 
-// A dialogue that drives, what it hears and says, and its data: what a driver with record= keeps.
+// Runs a dialogue and records its communication and data, as a driver with parameter record.
 class Recorder final : public Dialogue, private Output {
  public:
   Recorder(Subject& subject, bool is_stream, bool moves)
@@ -232,14 +232,14 @@ class Recorder final : public Dialogue, private Output {
   [[nodiscard]] const Messages& messages() const { return messages_; }
 
  private:
-  static constexpr std::uint32_t kPort = 2112;  // of datagrams
+  static constexpr std::uint32_t kPort = 2112;  // port of datagrams
 
   struct Turn {
     Turn(Recorder& its_recorder, Time now, Output& out) : recorder(its_recorder) {
       recorder.now_ = now;
       recorder.out_ = &out;
     }
-    // It moves on.
+    // Continues the motion.
     ~Turn() {
       const bool has_taken = std::exchange(recorder.has_taken_, false);
       if (has_taken && recorder.moves_) recorder.subject_.move(recorder.now_);
@@ -298,8 +298,7 @@ struct Nobody final : Output {
   void send(std::span<const std::byte>, std::uint32_t) override {}
 };
 
-// As components/devices/io plays it: the dialogue is woken when it wants to be, after what comes at
-// that time.
+// Plays a capture as components/devices/io does: a timeout follows arrivals of the same time.
 Messages play(const std::string& capture, Time end, Subject& subject) {
   Nobody nobody;
   Messages messages;
@@ -333,7 +332,7 @@ class SurvivalTest : public testing::TestWithParam<Row> {
  protected:
   static constexpr Duration kLongest = 60s;
 
-  // Both, on a line that is not switched on yet.
+  // Connects driver and emulator by a line, without starting them.
   void plug(Duration delay = {}) {
     subject_ = GetParam().make(false);
     plug(subject_->dialogue(), delay);
@@ -355,7 +354,7 @@ class SurvivalTest : public testing::TestWithParam<Row> {
         [this](bool, std::span<const std::byte>) { return cut_at_ >= 0 && ++sent_ > cut_at_; });
   }
 
-  // As a driver does: when the dialogue gives the device up, it is tried again half a second later.
+  // As in a driver: when the dialogue gives up the device, it is started again after 500 ms.
   bool data_come_within(Duration at_most, int count = 1) {
     const Time end = line_->now() + at_most;
     while (line_->now() < end) {
@@ -371,7 +370,7 @@ class SurvivalTest : public testing::TestWithParam<Row> {
     return false;
   }
 
-  // How long the first data take, and how many pieces are sent until then.
+  // Returns the time until the first data, and the number of pieces sent until then.
   Duration first_start(int& pieces) {
     plug();
     cut_at_ = std::numeric_limits<int>::max();
@@ -387,14 +386,14 @@ class SurvivalTest : public testing::TestWithParam<Row> {
     subject_ = GetParam().make(false);
     const auto kind = DeviceAddress::parse(find_emulator(GetParam().emulator)->address)->kind;
     recorder_.emplace(*subject_, kind != TransportKind::kCan && kind != TransportKind::kUdp, moves);
-    plug(*recorder_, 300us);  // nothing comes at the very time that something is due
+    plug(*recorder_, 300us);  // the delay avoids arrivals at the exact time of a timeout
     line_->start();
     line_->run(5min, [&] { return recorder_->messages().size() >= kEnough; });
   }
 
   enum class Cut : std::uint8_t { kPower, kLine, kDriver };
 
-  // Data come, although piece `piece` and what follows for half a second was lost.
+  // Expects data although `piece` and everything within the next 500 ms was lost.
   void cut(Cut what, int piece, Duration within) {
     plug();
     cut_at_ = piece;
@@ -439,7 +438,7 @@ TEST_P(SurvivalTest, UnpluggedAtEachPieceItComesBack) {
 }
 
 TEST_P(SurvivalTest, AnswersMayBeLate) {
-  plug(GetParam().late / 2);  // there and back
+  plug(GetParam().late / 2);  // delay in each direction
   line_->start();
   EXPECT_TRUE(data_come_within(kLongest, 3)) << why_;
 }
@@ -459,7 +458,7 @@ TEST_P(SurvivalTest, ARecordingSaysWhatTheDeviceSaid) {
   const auto listener = GetParam().make(true);
   EXPECT_TRUE(play(recorder_->capture(), line_->now(), *listener) == said);
 
-  // Of who began to record later.
+  // A recording that starts later.
   const std::string& capture = recorder_->capture();
   const std::size_t middle = capture.find('\n', capture.size() / 2) + 1;
   const auto late = GetParam().make(true);
@@ -467,7 +466,7 @@ TEST_P(SurvivalTest, ARecordingSaysWhatTheDeviceSaid) {
   EXPECT_GE(rest.size(), GetParam().has_head ? 0 : said.size() / 3);
 }
 
-// By a driver that is started as it was then; nobody tells it to move.
+// The replay uses a driver with the same settings and without motion commands.
 TEST_P(SurvivalTest, TheSameDataAreMadeOfARecordingAgain) {
   record(!GetParam().is_mute);
   std::unique_ptr<Subject> again;

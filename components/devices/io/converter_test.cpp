@@ -1,5 +1,6 @@
-// A USB converter (FT232) with the kernel's driver, as in the virtual machine of `tools/dev vm-test`:
-// it is recognised, has a low latency, and unplugging is detected. Skipped without a converter.
+// A USB converter (FT232) with the kernel's driver, as in the virtual machine of `tools/dev
+// vm-test`: it is recognised, has a low latency, and unplugging is detected. Skipped without a
+// converter.
 #include <filesystem>
 #include <fstream>
 

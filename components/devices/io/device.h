@@ -1,5 +1,5 @@
-// Connects a dialogue with the transport to its device: waits, passes received data to the dialogue,
-// sends its output, and records both.
+// Connects a dialogue with the transport to its device: waits, passes received data to the
+// dialogue, sends its output, and records both.
 #pragma once
 
 #include <algorithm>

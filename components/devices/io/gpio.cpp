@@ -3,8 +3,8 @@
 //   gpio:/dev/gpiochip0?in=17,27&out=22&bias=pull-up
 //
 // An arrival is the level of one line: the id is its offset, the byte is 0 or 1. All levels arrive
-// once after opening, and those of inputs after each change, with the kernel's time stamp. Sending a
-// byte with the id of an output sets that output. gpioinfo lists the lines.
+// once after opening, and those of inputs after each change, with the kernel's time stamp. Sending
+// a byte with the id of an output sets that output. gpioinfo lists the lines.
 #include <algorithm>
 #include <array>
 #include <cerrno>

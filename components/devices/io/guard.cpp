@@ -20,8 +20,8 @@ using tims::os::system_error;
 
 constexpr char kReleased = 'r';
 
-// From here to _exit(), only functions that are async-signal-safe may be called: this code runs after
-// fork() of a program with threads.
+// From here to _exit(), only functions that are async-signal-safe may be called: this code runs
+// after fork() of a program with threads.
 
 // Returns false if the line has not accepted the bytes for 1 s.
 bool write_whole(int line, std::span<const std::byte> piece) {
@@ -45,8 +45,8 @@ bool write_whole(int line, std::span<const std::byte> piece) {
   sigset_t all;
   ::sigfillset(&all);
   ::sigprocmask(SIG_SETMASK, &all, nullptr);
-  // Closes all other descriptors: inherited sockets would make peers believe that the driver is still
-  // running.
+  // Closes all other descriptors: inherited sockets would make peers believe that the driver is
+  // still running.
   if (::dup2(line, 0) < 0 || ::dup2(alive, 1) < 0) ::_exit(1);
   ::close_range(2, ~0U, 0);
   char said = 0;

@@ -175,7 +175,7 @@ TEST(PaceTest, BytesComeAsALineCarriesThem) {
     Time now = start;
     std::size_t calls = 0;
     for (std::size_t sent = 0; sent < kBytes; ++calls) {
-      ASSERT_GT(pace.next(), now) << "else who waits for it would not sleep";
+      ASSERT_GT(pace.next(), now) << "otherwise a caller that waits for it would not sleep";
       now = pace.next();
       sent += pace.allowed(now, kBytes - sent, kBaud);
       EXPECT_LE(line_time(sent, kBaud), now - start + 1us);

@@ -34,8 +34,8 @@ class Playback final : public Transport {
   [[nodiscard]] bool is_recording() const override { return true; }
   [[nodiscard]] bool is_over() const override { return is_over_; }
 
-  // Passes one record at a time, even if several are due: the caller must be able to take the result
-  // of one record before the next one arrives.
+  // Passes one record at a time, even if several are due: the caller must be able to take the
+  // result of one record before the next one arrives.
   Result<void> receive(Time now, const Receive& receive) override {
     bool has_played = false;
     while (!is_over_ && due_ <= now && !has_played) {

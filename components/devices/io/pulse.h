@@ -1,6 +1,6 @@
-// The pulse per second (PPS) of a receiver, time-stamped by an interrupt of the kernel and therefore
-// more exact than reading a line. On a serial line the pulse is on DCD, after
-// `ldattach PPS /dev/ttyS0`; on single-board computers it may be a GPIO pin (pps-gpio).
+// The pulse per second (PPS) of a receiver, time-stamped by an interrupt of the kernel and
+// therefore more exact than reading a line. On a serial line the pulse is on DCD, after `ldattach
+// PPS /dev/ttyS0`; on single-board computers it may be a GPIO pin (pps-gpio).
 #pragma once
 
 #include <optional>

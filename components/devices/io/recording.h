@@ -22,9 +22,9 @@ class Recording {
 // Opens the file of an address "play:FILE". `baud`: rate at which raw bytes are played.
 Result<std::unique_ptr<Recording>> open_recording(const DeviceAddress& address, std::uint32_t baud);
 
-// Passes all records of a capture to `take`. Returns the number of unreadable lines: if the recording
-// program crashed, the last line is incomplete. Fails with kSystem if the file cannot be opened, or
-// with the error of `take` and its position in the file.
+// Passes all records of a capture to `take`. Returns the number of unreadable lines: if the
+// recording program crashed, the last line is incomplete. Fails with kSystem if the file cannot be
+// opened, or with the error of `take` and its position in the file.
 Result<std::uint64_t> read_recording(const std::string& path,
                                      const std::function<Result<void>(const CaptureRecord&)>& take);
 

@@ -78,8 +78,8 @@ void hand_nothing_back(int file) {
   ::ioctl(file, TCSETS2, &settings);
 }
 
-// Shortens the latency timer of a USB converter: the default of 16 ms exceeds the period of scans at
-// 75 Hz.
+// Shortens the latency timer of a USB converter: the default of 16 ms exceeds the period of scans
+// at 75 Hz.
 bool make_low_latency(int file) {
   serial_struct serial{};
   if (::ioctl(file, TIOCGSERIAL, &serial) != 0) return false;

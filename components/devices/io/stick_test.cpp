@@ -1,5 +1,5 @@
-// A joystick created with the kernel's uinput: it is listed and can be read. Skipped without uinput:
-// `tools/dev vm-test` has it.
+// A joystick created with the kernel's uinput: it is listed and can be read. Skipped without
+// uinput: `tools/dev vm-test` has it.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <linux/joystick.h>

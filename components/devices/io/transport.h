@@ -1,5 +1,5 @@
-// Interface of all transports to a device. One suite of tests, transport_contract_test, verifies the
-// contract for all of them.
+// Interface of all transports to a device. One suite of tests, transport_contract_test, verifies
+// the contract for all of them.
 #pragma once
 
 #include <functional>
@@ -27,8 +27,8 @@ class Transport {
   // Passes all data received so far to `receive`, in order. An error means that the device was lost
   // and must be opened again; its text states the reason.
   virtual tims::Result<void> receive(Time now, const Receive& receive) = 0;
-  // Returns whether the data was accepted: if the device reads too slowly, whole pieces are dropped,
-  // never parts of them. An error as above.
+  // Returns whether the data was accepted: if the device reads too slowly, whole pieces are
+  // dropped, never parts of them. An error as above.
   virtual tims::Result<bool> send(Time now, std::span<const std::byte> bytes, std::uint32_t id) = 0;
   // On CAN, the frame is dropped if it could not be sent before the deadline.
   virtual tims::Result<bool> send_before(Time now, Time /*deadline*/,
@@ -54,8 +54,8 @@ class Transport {
   [[nodiscard]] virtual bool is_over() const { return false; }
 };
 
-// `baud`: rate of serial lines if the address has no option baud. `wanted`: CAN filters. The text of
-// kSystem states what is missing (rights, a kernel module, a cable) and what to do.
+// `baud`: rate of serial lines if the address has no option baud. `wanted`: CAN filters. The text
+// of kSystem states what is missing (rights, a kernel module, a cable) and what to do.
 tims::Result<std::unique_ptr<Transport>> open_transport(const DeviceAddress& address,
                                                         std::uint32_t baud,
                                                         const std::vector<CanFilter>& wanted = {

@@ -1,5 +1,5 @@
-// The contract of all transports: bytes arrive complete and in order with plausible times; sent data
-// arrives at the peer; the loss of a device is reported with a reason.
+// The contract of all transports: bytes arrive complete and in order with plausible times; sent
+// data arrives at the peer; the loss of a device is reported with a reason.
 #include <array>
 #include <cstdlib>
 #include <filesystem>

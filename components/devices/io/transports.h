@@ -58,8 +58,8 @@ tims::Result<std::unique_ptr<Transport>> open_gpio(const DeviceAddress& address)
 
 tims::Result<std::unique_ptr<Transport>> open_video(const DeviceAddress& address);
 
-// Checks whether the camera supports the size in one of the formats, even while another program uses
-// it. The error lists the supported ones.
+// Checks whether the camera supports the size in one of the formats, even while another program
+// uses it. The error lists the supported ones.
 tims::Result<void> check_video(const DeviceAddress& address);
 
 // --- playback.cpp

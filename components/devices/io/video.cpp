@@ -65,8 +65,8 @@ Result<VideoMode> mode_of(const DeviceAddress& address) {
                             ? std::nullopt
                             : tims::base::parse_number<std::uint32_t>(size.substr(x + 1));
     if (!width || !height)
-      return Error(Errc::kInvalidArgument, "size must be WIDTHxHEIGHT, for example 640x480, not " +
-                                               size);
+      return Error(Errc::kInvalidArgument,
+                   "size must be WIDTHxHEIGHT, for example 640x480, not " + size);
     mode.width = *width;
     mode.height = *height;
   }
@@ -105,8 +105,7 @@ Result<File> open_camera(const std::string& path) {
       (can.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? can.device_caps : can.capabilities;
   constexpr std::uint32_t kNeeded = V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;
   if ((of_this & kNeeded) != kNeeded)
-    return Error(Errc::kSystem,
-                 path + " delivers no pictures; the camera may have another number");
+    return Error(Errc::kSystem, path + " delivers no pictures; the camera may have another number");
   return file;
 }
 

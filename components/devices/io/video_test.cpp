@@ -1,5 +1,5 @@
-// Tests with a real camera, or vivid (modprobe vivid), skipped without /dev/video0. Errors of missing
-// devices are always tested.
+// Tests with a real camera, or vivid (modprobe vivid), skipped without /dev/video0. Errors of
+// missing devices are always tested.
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -65,7 +65,8 @@ TEST_F(VideoTest, FramesComeWithTheirHeadAndTheirTimes) {
 TEST_F(VideoTest, AFormatItHasNotIsRefusedWithWhatItHas) {
   const auto opened = open("?format=QQQQ");
   ASSERT_FALSE(opened);
-  EXPECT_THAT(opened.error().detail(), testing::HasSubstr("none of the requested formats; supported: "));
+  EXPECT_THAT(opened.error().detail(),
+              testing::HasSubstr("none of the requested formats; supported: "));
   EXPECT_FALSE(check_video(*DeviceAddress::parse("v4l:" + camera() + "?format=QQQQ")));
 }
 

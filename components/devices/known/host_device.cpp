@@ -125,9 +125,8 @@ std::vector<std::string> what_is_missing(const HostDevice& device) {
   if (device.can_state == "bus-off")
     missing.push_back("it is bus-off: ip link set " + device.node + " type can restart");
   if (device.latency_ms.value_or(0) > kLatencyMaxMs)
-    missing.push_back(
-        "its latency timer is " + std::to_string(*device.latency_ms) +
-        " ms; RACK drivers and deploy/udev/60-rack.rules set 1 ms");
+    missing.push_back("its latency timer is " + std::to_string(*device.latency_ms) +
+                      " ms; RACK drivers and deploy/udev/60-rack.rules set 1 ms");
   for (const std::string& program : device.used_by) missing.push_back("used by " + program);
   return missing;
 }

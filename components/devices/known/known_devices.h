@@ -1,8 +1,8 @@
 // The known USB devices: name, RACK driver programs, and the kernel module that makes them a serial
 // port, a CAN interface or a camera.
 //
-// The identifiers of converters (CP210x, FT232, CH340, PL2303) do not identify the device behind the
-// converter: their programs are only likely ones.
+// The identifiers of converters (CP210x, FT232, CH340, PL2303) do not identify the device behind
+// the converter: their programs are only likely ones.
 #pragma once
 
 #include <cstdint>

@@ -1,9 +1,10 @@
 // I/O boards with Firmata on USB or a serial line, for example Arduino.
 //
-// A byte with its highest bit set begins a message. 9p: levels of the eight pins of port p, two bytes
-// of seven bits; Ep: analog input p, ten bits; F4: pin mode; F5: pin level; Cp, Dp: enable reports of
-// analog input or port p; F9: version; F0 ... F7: longer messages, of which 79 is the name of the
-// firmware. 57600 baud. Opening the line resets most boards: they do not answer for two seconds.
+// A byte with its highest bit set begins a message. 9p: levels of the eight pins of port p, two
+// bytes of seven bits; Ep: analog input p, ten bits; F4: pin mode; F5: pin level; Cp, Dp: enable
+// reports of analog input or port p; F9: version; F0 ... F7: longer messages, of which 79 is the
+// name of the firmware. 57600 baud. Opening the line resets most boards: they do not answer for two
+// seconds.
 //
 // Source: the protocol's description (github.com/firmata/protocol), version 2.6.
 #pragma once

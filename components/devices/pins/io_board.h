@@ -1,5 +1,5 @@
-// Emulator of a Firmata board: an Arduino UNO whose outputs are wired to its inputs: pin 13 to pin 2,
-// 12 to 3, ... 8 to 7. Its analog inputs read a slow sawtooth.
+// Emulator of a Firmata board: an Arduino UNO whose outputs are wired to its inputs: pin 13 to pin
+// 2, 12 to 3, ... 8 to 7. Its analog inputs read a slow sawtooth.
 #pragma once
 
 #include <array>

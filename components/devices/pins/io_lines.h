@@ -1,7 +1,7 @@
 // Interface of the dialogues of program Io, for inputs and outputs of any device.
 //
-// Values are bytes: 0 or 1 for each input, then 0 or 1 for each output, then 0 to 255 for each analog
-// input, each in the order of the settings.
+// Values are bytes: 0 or 1 for each input, then 0 or 1 for each output, then 0 to 255 for each
+// analog input, each in the order of the settings.
 #pragma once
 
 #include <optional>

@@ -1,8 +1,8 @@
 // A CMPS03 compass behind a small board with a serial line (57600 baud).
 //
-// The board sends "$dddd" and LF, tenths of a degree from magnetic north, clockwise. For calibration,
-// the compass is turned to each of the four directions; at each one, the host sends 7E, the board
-// answers "$OK", and the host sends 23. The compass stores the calibration.
+// The board sends "$dddd" and LF, tenths of a degree from magnetic north, clockwise. For
+// calibration, the compass is turned to each of the four directions; at each one, the host sends
+// 7E, the board answers "$OK", and the host sends 23. The compass stores the calibration.
 //
 // Source: RACK 0.6.1; Devantech's description of the compass: 0.1 deg resolution, 3 to 4 deg
 // accuracy, four directions to calibrate.

@@ -1,17 +1,18 @@
-// Radio clocks that receive DCF77, the time signal of central Europe, and send a telegram each second.
+// Radio clocks that receive DCF77, the time signal of central Europe, and send a telegram each
+// second.
 //
 // Meinberg (C51 and others), 9600 baud: 02 "D:dd.mm.yy;T:w;U:hh.mm.ss;uvxy" 03. u '#': never
-// synchronised, v '*': free running; x ' ': CET, 'S': CEST, 'U': UTC; y '!' or 'A': announces a change
-// of daylight saving time or a leap second. The first bit marks the beginning of the second. The
-// factory setting is seven bits, even parity and two stop bits. The line is read as eight bits without
-// parity and the upper bit is ignored, so that both settings work.
+// synchronised, v '*': free running; x ' ': CET, 'S': CEST, 'U': UTC; y '!' or 'A': announces a
+// change of daylight saving time or a leap second. The first bit marks the beginning of the second.
+// The factory setting is seven bits, even parity and two stop bits. The line is read as eight bits
+// without parity and the upper bit is ignored, so that both settings work.
 //
 // Gude EMC Professional, 9600 8N1: "<hhmmddmmyywZeeSUA000ss>cc" CR. Z 'F': synchronised, 'Q': free
-// running; S: CEST; cc: the sum of all characters including the brackets, in hex. The last character
-// is sent 22 ms after the beginning of the second.
+// running; S: CEST; cc: the sum of all characters including the brackets, in hex. The last
+// character is sent 22 ms after the beginning of the second.
 //
-// Both send local time. The fields of ClockData contain this local time, as in the original; utcTime
-// is UTC, whereas the original stores local time in it.
+// Both send local time. The fields of ClockData contain this local time, as in the original;
+// utcTime is UTC, whereas the original stores local time in it.
 //
 // Source: Meinberg, "Format of the Meinberg Standard Time String"; Gude Systems, "V.24
 // Ausgabeprotokoll"; RACK 0.6.1.

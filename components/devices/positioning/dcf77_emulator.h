@@ -1,4 +1,5 @@
-// Emulators of DCF77 radio clocks: a telegram each second, synchronised a few seconds after power-on.
+// Emulators of DCF77 radio clocks: a telegram each second, synchronised a few seconds after
+// power-on.
 #pragma once
 
 #include <string>

@@ -27,14 +27,15 @@ struct GpsDeviations {
 };
 Position3d guessed_deviations(const GpsDeviations& deviations, i32 mode, i32 satellites);
 
-// The time of measurement of a fix from the last pulse per second, the fraction of the second in its
-// message, and the arrival of the message; all by the same clock. Empty if the pulse is too old.
+// The time of measurement of a fix from the last pulse per second, the fraction of the second in
+// its message, and the arrival of the message; all by the same clock. Empty if the pulse is too
+// old.
 std::optional<Duration> measured_by_pulse(Duration pulse, Duration fraction, Duration arrived);
 
-// Combines the known position and a fix of the same time, weighted by their variances: the update of a
-// Kalman filter that measures its state. `has_course`: the fix has a heading. Empty if the known
-// deviation is less than half of that of the fix: the errors of fixes within minutes are correlated,
-// so another fix would not improve the position.
+// Combines the known position and a fix of the same time, weighted by their variances: the update
+// of a Kalman filter that measures its state. `has_course`: the fix has a heading. Empty if the
+// known deviation is less than half of that of the fix: the errors of fixes within minutes are
+// correlated, so another fix would not improve the position.
 std::optional<PositionData> weighed(const PositionData& known, const GpsData& fix, bool has_course);
 
 // 0 to 2 pi.

@@ -1,5 +1,5 @@
-// Default scene of an emulated satellite receiver: a circle at constant speed, at most 10 m above the
-// initial altitude. The first fix takes some seconds, and the fix is lost periodically.
+// Default scene of an emulated satellite receiver: a circle at constant speed, at most 10 m above
+// the initial altitude. The first fix takes some seconds, and the fix is lost periodically.
 #pragma once
 
 #include <cmath>

@@ -218,8 +218,7 @@ TEST_P(XsensDialogueTest, AnotherDeviceIsRefusedByItsNumber) {
   EXPECT_EQ(refusal("0378ABCE"), "this device has serial number 0378abcd; required: 0378ABCE");
   EXPECT_EQ(refusal("0378ABCD"), "");
   EXPECT_EQ(refusal(""), "");
-  EXPECT_EQ(refusal("0378ABCD", false),
-            "this device reports no serial number; required: 0378ABCD");
+  EXPECT_EQ(refusal("0378ABCD", false), "this device reports no serial number; required: 0378ABCD");
 }
 
 INSTANTIATE_TEST_SUITE_P(Generations, XsensDialogueTest, testing::Bool());

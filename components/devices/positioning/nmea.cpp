@@ -40,8 +40,8 @@ bool looks_like_sentence(std::string_view line) {
   return begins_sentence(line.front()) && line.find('*') != std::string_view::npos;
 }
 
-// Splits the text between $ and * into fields and computes its checksum in one pass. Returns false if
-// it contains another $ or *.
+// Splits the text between $ and * into fields and computes its checksum in one pass. Returns false
+// if it contains another $ or *.
 bool split(std::string_view text, NmeaSentence& sentence, unsigned& sum) {
   std::size_t head = text.size();
   std::size_t begin = 0;

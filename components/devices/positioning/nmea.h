@@ -1,9 +1,9 @@
 // NMEA 0183: the protocol of nearly all satellite receivers and of marine instruments.
 //
 // A sentence is a line "$GPRMC,fields*hh": talker (two letters; GP: GPS, GN: several systems), type
-// (three letters), fields, and the XOR of all characters between $ and *. At 4800 baud, the sentences
-// of one second take most of a second; current receivers send at 9600 to 115200 baud, up to 20 times a
-// second. Fields with unknown values are empty.
+// (three letters), fields, and the XOR of all characters between $ and *. At 4800 baud, the
+// sentences of one second take most of a second; current receivers send at 9600 to 115200 baud, up
+// to 20 times a second. Fields with unknown values are empty.
 //
 // Source: IEC 61162-1 as receivers' manuals quote it; recordings of 17 receivers.
 #pragma once

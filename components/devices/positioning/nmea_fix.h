@@ -2,8 +2,8 @@
 //
 // RMC: time, date, position, speed, course. GGA, GNS: position, quality, satellites, height. GLL:
 // position. GSA: 2D or 3D, dilution. VTG: speed, course. GST: standard deviations. ZDA: time and
-// date. HDT: heading of two antennas. All sentences of one measurement have the same time of day and
-// form a round. Values older than the previous round are not used.
+// date. HDT: heading of two antennas. All sentences of one measurement have the same time of day
+// and form a round. Values older than the previous round are not used.
 #pragma once
 
 #include "components/devices/positioning/gps.h"
@@ -115,7 +115,8 @@ class NmeaFix {
   Said<double> heading_;
   Said<Deviations> said_deviations_;
 
-  static constexpr std::uint64_t kRoundsKept = 10;  // some receivers send some values every 5 s only
+  static constexpr std::uint64_t kRoundsKept =
+      10;  // some receivers send some values every 5 s only
 };
 
 }  // namespace rack::device

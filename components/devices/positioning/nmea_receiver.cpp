@@ -43,8 +43,7 @@ void NmeaReceiver::on_timeout(Time now, Output&) {
   timeout_ = tims::kNever;
   const std::string at = std::to_string(settings_.baud) + " baud";
   if (bytes_ == 0)
-    fail(tims::Errc::kTimeout,
-         "the receiver sends nothing; check its power and the serial line");
+    fail(tims::Errc::kTimeout, "the receiver sends nothing; check its power and the serial line");
   else if (lines_.sentences() == 0)
     fail(tims::Errc::kTimeout, "received data are not NMEA at " + at +
                                    "; set baudrate, mostly 4800, 9600, 38400 or 115200");

@@ -2,8 +2,8 @@
 //
 // A data set begins with the sentence of trigMsgStart and ends with that of trigMsgEnd. If both are
 // the same (mostly RMC), each such sentence gives a data set, completed by the latest values of the
-// others. For receivers that do not send it, the first sentence with a position that has arrived four
-// times is used instead.
+// others. For receivers that do not send it, the first sentence with a position that has arrived
+// four times is used instead.
 #pragma once
 
 #include "components/devices/positioning/nmea_fix.h"

@@ -200,8 +200,7 @@ void Ublox::on_timeout(Time now, Output& out) {
   if (timeout_ > now) return;
   if (state_ == State::kListen) {
     timeout_ = tims::kNever;
-    if (!is_ready_)
-      fail(tims::Errc::kTimeout, "the receiver was configured, but sends no fixes");
+    if (!is_ready_) fail(tims::Errc::kTimeout, "the receiver was configured, but sends no fixes");
     return;
   }
   if (state_ == State::kFind) {
@@ -222,8 +221,8 @@ void Ublox::on_timeout(Time now, Output& out) {
 
 void Ublox::on_silence(Time now, Output& out) {
   if (attempts_ < kUbloxAttempts) return ask(now, out);
-  // A receiver that did not change its rate is still at the detected one: try the other message, and
-  // repeat both in case one was lost.
+  // A receiver that did not change its rate is still at the detected one: try the other message,
+  // and repeat both in case one was lost.
   if (state_ == State::kVerifyRate && ++rate_tries_ < kRateTries) {
     is_old_ = !is_old_;
     return find_at(rates_.size() > 1 ? 1 : 0, now, out);

@@ -2,9 +2,10 @@
 //
 // Receivers up to the eighth generation start at 9600 baud, later ones at 38400, unless configured
 // otherwise. At each rate, the dialogue listens for one second and requests the version. It then
-// configures the receiver with CFG-VALSET, known since the ninth generation; a receiver that refuses
-// it or does not answer is configured with the older messages. The configuration is not stored: it is
-// lost at power-off. NMEA sentences are used until the first NAV-PVT, and in recordings without it.
+// configures the receiver with CFG-VALSET, known since the ninth generation; a receiver that
+// refuses it or does not answer is configured with the older messages. The configuration is not
+// stored: it is lost at power-off. NMEA sentences are used until the first NAV-PVT, and in
+// recordings without it.
 #pragma once
 
 #include "components/devices/positioning/nmea_receiver.h"

@@ -1,9 +1,9 @@
 // UBX, the binary protocol of u-blox receivers, used together with NMEA on the same line.
 //
-// A frame is B5 62, class, id, length (u16), payload, and a two byte Fletcher checksum over class to
-// payload; numbers are little-endian. Between frames there may be NMEA sentences and RTCM 3
-// corrections; the latter are skipped. Each configuration message is acknowledged (05 01) or refused
-// (05 00).
+// A frame is B5 62, class, id, length (u16), payload, and a two byte Fletcher checksum over class
+// to payload; numbers are little-endian. Between frames there may be NMEA sentences and RTCM 3
+// corrections; the latter are skipped. Each configuration message is acknowledged (05 01) or
+// refused (05 00).
 //
 // Source: u-blox interface descriptions of protocols 15 to 27; recordings of pyubx2.
 #pragma once

@@ -344,7 +344,8 @@ bool Xsens::is_right_one() {
   return false;
 }
 
-// Continues with or without a device id; without one, only an unrestricted configuration accepts it.
+// Continues with or without a device id; without one, only an unrestricted configuration accepts
+// it.
 void Xsens::identified(Time now, Output& out) {
   if (is_right_one()) enter(State::kOutput, now, out);
 }

@@ -1,16 +1,16 @@
 // Xsens MTi and MTx: inertial measurement units on a serial line.
 //
-// A message is FA, FF, id, length, data, checksum; all bytes after FA, including the checksum, add up
-// to 0 (modulo 256). Length FF means that a length of two bytes follows. Numbers are big-endian. The
-// device is configured in configuration state (after 30), then it is set to measurement (10). There
-// are two generations: MTData (32) has a configured order of values; MTData2 (36) is a list of items,
-// each with type and length.
+// A message is FA, FF, id, length, data, checksum; all bytes after FA, including the checksum, add
+// up to 0 (modulo 256). Length FF means that a length of two bytes follows. Numbers are big-endian.
+// The device is configured in configuration state (after 30), then it is set to measurement (10).
+// There are two generations: MTData (32) has a configured order of values; MTData2 (36) is a list
+// of items, each with type and length.
 //
-// The original does not configure the device, accepts wrong checksums, and scales rates of turn as if
-// they were degrees. This dialogue rejects wrong checksums and keeps rates in rad/s.
+// The original does not configure the device, accepts wrong checksums, and scales rates of turn as
+// if they were degrees. This dialogue rejects wrong checksums and keeps rates in rad/s.
 //
-// Source: Xsens' "MT Low Level Communication Protocol"; messages of an MTi-300 with their decoding by
-// the manufacturer's program.
+// Source: Xsens' "MT Low Level Communication Protocol"; messages of an MTi-300 with their decoding
+// by the manufacturer's program.
 #pragma once
 
 #include <array>
@@ -100,8 +100,8 @@ struct XsensSample {
   bool operator==(const XsensSample&) const = delete;
 };
 
-// Returns false for messages this program has not configured. MTData contains calibrated data, Euler
-// angles or a quaternion, and optionally a counter; its length determines which.
+// Returns false for messages this program has not configured. MTData contains calibrated data,
+// Euler angles or a quaternion, and optionally a counter; its length determines which.
 bool decode_xsens(const XsensMessage& message, XsensSample& sample);
 
 // Mounting of the device.
@@ -110,8 +110,8 @@ enum class XsensMounting : std::uint8_t {
   kLabelUp,   // usual mounting; converted to angles of the robot with heading 0 to the north
   kLabelDown,
 };
-// Converts a sample to data; returns false if a value is missing. Accelerations have the sign of the
-// original, that of the force on a mass in the robot: gravity is +9810 mm/s2 in z.
+// Converts a sample to data; returns false if a value is missing. Accelerations have the sign of
+// the original, that of the force on a mass in the robot: gravity is +9810 mm/s2 in z.
 bool to_gyro(const XsensSample& sample, XsensMounting mounting, GyroData& data);
 
 struct XsensSettings {

@@ -13,7 +13,7 @@ constexpr std::size_t kAnswerMax = 1 << 20;
 
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
-// Of the lines between the first and the empty one.
+// Reads Content-Length from the header lines.
 std::optional<std::size_t> content_length(std::string_view head) {
   constexpr std::string_view kName = "content-length:";
   const auto found = std::ranges::search(head, kName, {}, lower);
@@ -44,7 +44,7 @@ void HttpGet::on_arrival(const Arrival& arrival, Output&) {
   if (is_done_ || failure()) return;
   answer_.append(reinterpret_cast<const char*>(arrival.bytes.data()), arrival.bytes.size());
   if (answer_.size() > kAnswerMax)
-    refuse("answers without end");
+    refuse("sent an answer that is too long");
   else
     read(false);
 }
@@ -57,24 +57,24 @@ void HttpGet::read(bool is_closed) {
   constexpr std::string_view kEndOfHead = "\r\n\r\n";
   const std::size_t head = answer_.find(kEndOfHead);
   if (head == std::string::npos) {
-    if (is_closed) refuse("closes the connection and answers nothing");
+    if (is_closed) refuse("closed the connection without an answer");
     return;
   }
   // "HTTP/1.1 200 OK"
   const std::string_view first = std::string_view(answer_).substr(0, answer_.find('\r'));
   const std::size_t status = first.find(' ');
   if (!first.starts_with("HTTP/") || status == std::string_view::npos) {
-    refuse("answers something else than HTTP");
+    refuse("sent an answer that is not HTTP");
     return;
   }
   if (!first.substr(status + 1).starts_with("200")) {
-    refuse("answers " + tims::base::in_quotes(first.substr(status + 1)));
+    refuse("answered " + tims::base::in_quotes(first.substr(status + 1)));
     return;
   }
   const auto length = content_length(std::string_view(answer_).substr(0, head));
   const std::size_t there = answer_.size() - head - kEndOfHead.size();
   if (there < length.value_or(is_closed ? 0 : kAnswerMax)) {
-    if (is_closed) refuse("closes the connection within its answer");
+    if (is_closed) refuse("closed the connection before the end of its answer");
     return;
   }
   body_ = answer_.substr(head + kEndOfHead.size(), length.value_or(there));

@@ -1,5 +1,5 @@
-// Asks a device for a page of its own: how scanners in the network tell what they are. HTTP 1.0, so
-// that the answer comes in one piece, and the connection is closed behind it.
+// Reads a page from a device by HTTP, for example the metadata of a scanner. Uses HTTP 1.0, so that
+// the answer is not chunked and the device closes the connection after it.
 #pragma once
 
 #include <string>
@@ -17,11 +17,11 @@ class HttpGet final : public Dialogue {
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
   [[nodiscard]] Time next_timeout() const override { return give_up_; }
-  // The connection was closed: an answer that does not say how long it is ends with that.
+  // The connection was closed: this is the end of an answer without Content-Length.
   void on_closed();
 
   [[nodiscard]] bool is_done() const { return is_done_; }
-  // Of an answer that is done.
+  // The body of the complete answer.
   [[nodiscard]] const std::string& body() const { return body_; }
 
  private:

@@ -41,8 +41,8 @@ constexpr std::array<Profile, 4> kProfiles = {{
       .is_legacy = true}},
 }};
 
-// What stands behind "name": in the text, wherever that is: the names are found once only, in the
-// metadata of all firmwares, but on different levels.
+// The value of a name anywhere in the text: each name occurs only once in the metadata of all
+// firmware versions, but at different levels.
 std::optional<std::string_view> value_of(std::string_view json, std::string_view name) {
   const std::string quoted = '"' + std::string(name) + '"';
   std::size_t at = json.find(quoted);
@@ -60,7 +60,7 @@ std::optional<std::string_view> value_of(std::string_view json, std::string_view
   return json.substr(at, end - at);
 }
 
-// "1, 2.5, -3": nothing where something else stands between.
+// Parses a list such as "1, 2.5, -3"; empty if it contains anything else.
 std::optional<std::vector<double>> numbers_of(std::optional<std::string_view> text) {
   if (!text) return std::nullopt;
   std::vector<double> numbers;
@@ -83,8 +83,8 @@ std::optional<std::vector<double>> numbers_of(std::optional<std::string_view> te
 
 Error missing(std::string_view name) {
   return {Errc::kMalformed,
-          "metadata of an Ouster: " + std::string(name) +
-              " is missing or wrong; http://SCANNER/api/v1/sensor/metadata has it"};
+          "metadata of the Ouster: " + std::string(name) +
+              " is missing or invalid; read them from http://SCANNER/api/v1/sensor/metadata"};
 }
 
 std::optional<std::size_t> count_of(std::string_view json, std::string_view name,
@@ -101,7 +101,7 @@ Result<OusterLayout> layout_of(std::string_view json) {
   const auto* const profile = std::ranges::find(kProfiles, name.value_or("LEGACY"), &Profile::name);
   if (profile == kProfiles.end())
     return Error(Errc::kInvalidArgument,
-                 "the Ouster sends " + std::string(*name) +
+                 "the Ouster sends unsupported format " + std::string(*name) +
                      "; set its udp_profile_lidar to RNG19_RFL8_SIG16_NIR16 or RNG15_RFL8_NIR8");
   OusterLayout layout = profile->layout;
   const auto of_turn = count_of(json, "columns_per_frame", 4096);
@@ -138,7 +138,7 @@ Result<OusterMetadata> OusterMetadata::parse(std::string_view json) {
   }
   const auto origin = numbers_of(value_of(json, "lidar_origin_to_beam_origin_mm"));
   if (origin && origin->size() == 1) metadata.beam_origin = origin->front();
-  // Row by row; its last column is where the lasers are.
+  // Row-major matrix; its last column is the position of the lasers.
   const auto transform = numbers_of(value_of(json, "lidar_to_sensor_transform"));
   constexpr std::size_t kHeight = 11;
   if (transform && transform->size() == 16) metadata.height = transform->at(kHeight);
@@ -180,7 +180,7 @@ Ouster::Ouster(OusterMetadata metadata, const SpinSettings& settings)
   const OusterLayout& layout = metadata_.layout;
   for (std::size_t i = 0; i < layout.beams; ++i) {
     const double up = metadata_.altitudes[i] * kOusterRadians;
-    // Clockwise, as columns are counted.
+    // Clockwise, as the columns.
     const double aside = metadata_.azimuths[i] * kOusterRadians;
     beams_.push_back({.level = static_cast<float>(std::cos(up)),
                       .down = static_cast<float>(-std::sin(up)),
@@ -188,7 +188,7 @@ Ouster::Ouster(OusterMetadata metadata, const SpinSettings& settings)
                       .sin = static_cast<float>(std::sin(aside))});
   }
   for (std::size_t i = 0; i < layout.columns_of_turn; ++i) {
-    // The frame of the lasers looks backwards.
+    // The frame of the lasers points backwards.
     const double angle = 2 * std::numbers::pi * static_cast<double>(i) /
                              static_cast<double>(layout.columns_of_turn) +
                          std::numbers::pi + settings.direction;
@@ -211,7 +211,8 @@ void Ouster::on_timeout(Time now, Output&) {
   if (give_up_ > now) return;
   give_up_ = tims::kNever;
   fail(tims::Errc::kTimeout,
-       "nothing of this Ouster comes to this port; is its udp_dest this host, and the metadata its "
+       "no data of this Ouster at this port; check that its udp_dest is this host and the metadata "
+       "are "
        "own?");
 }
 
@@ -232,7 +233,8 @@ void Ouster::on_arrival(const Arrival& arrival, Output&) {
   const OusterColumn last = ouster_column(layout, bytes, layout.columns_of_packet - 1);
   const auto ahead = static_cast<std::int16_t>(last.frame - frame_);
   constexpr std::int16_t kFew = 8;
-  // Overtaken on the way by one of the next turn; or it is a scanner that was started anew.
+  // A slightly older number is a datagram out of order; a much older one means that the scanner was
+  // restarted.
   if (has_heard_ && ahead < 0 && ahead > -kFew) return;
   has_heard_ = true;
   give_up_ = tims::kNever;

@@ -1,11 +1,11 @@
 // Ouster scanners (OS-0, OS-1, OS-2, OS-Dome): datagrams to UDP port 7502.
 //
-// How a datagram is laid out, and where each beam looks, is said by the scanner's metadata (JSON:
-// http://SCANNER/api/v1/sensor/metadata). A datagram is a head (32 bytes, but in the old layout),
-// columns, and a foot. A column has its time (u64, ns), its number in the turn (u16), its state,
-// and a pixel a beam, from above to below; columns go clockwise.
+// The metadata of the scanner (JSON: http://SCANNER/api/v1/sensor/metadata) contain the layout of a
+// datagram and the direction of each beam. A datagram is a header (32 bytes, none in the old
+// layout), columns, and a footer. A column has its time (u64, ns), its index in the turn (u16), its
+// state, and a pixel per beam, from top to bottom; columns are clockwise.
 //
-// Source: Ouster's firmware user manual; the layouts as the maker's library has them.
+// Source: Ouster's firmware user manual; layouts from the manufacturer's library.
 #pragma once
 
 #include <array>
@@ -26,11 +26,11 @@ struct OusterLayout {
   std::uint32_t range_mask = 0x7FFFF;
   i32 range_unit = 1;  // mm
   std::size_t reflectivity_at = 3;
-  bool is_legacy = false;  // the number of the turn stands in each column
+  bool is_legacy = false;  // each column contains the frame number
 
   std::size_t columns_of_packet = 16;
   std::size_t columns_of_turn = 1024;
-  std::size_t first_column = 0;  // of those that are sent
+  std::size_t first_column = 0;  // first of the columns that are sent
   std::size_t last_column = 1023;
   std::size_t beams = 0;
 
@@ -44,30 +44,30 @@ struct OusterLayout {
 
 struct OusterMetadata {
   OusterLayout layout{};
-  std::vector<double> altitudes;  // deg, up, of each beam
-  std::vector<double> azimuths;   // deg, beside where the head looks
-  double beam_origin = 0;         // mm, from the axis
-  double height = 0;              // mm, of the lasers above the scanner's foot
+  std::vector<double> altitudes;  // elevation of each beam, deg, upwards
+  std::vector<double> azimuths;   // offset of each beam from the direction of the head, deg
+  double beam_origin = 0;         // distance of the beam origin from the axis, mm
+  double height = 0;              // height of the lasers above the scanner's base, mm
   std::string product;
 
-  // kMalformed names what is missing or wrong.
+  // The text of kMalformed names the missing or invalid item.
   static tims::Result<OusterMetadata> parse(std::string_view json);
 };
 
 struct OusterPixel {
-  i32 range = 0;  // mm; 0: nothing
+  i32 range = 0;  // mm; 0: no echo
   std::uint8_t reflectivity = 0;
 };
 
 struct OusterColumn {
-  std::uint64_t time = 0;  // ns, of its own clock
+  std::uint64_t time = 0;  // ns, clock of the scanner
   std::uint16_t number = 0;
-  std::uint16_t frame = 0;  // of the turn
+  std::uint16_t frame = 0;  // number of the turn
   bool is_valid = false;
   std::span<const std::byte> pixels{};
 };
 
-// Of a datagram of the right size.
+// Decodes a column; the datagram must have the right size.
 OusterColumn ouster_column(const OusterLayout& layout, std::span<const std::byte> packet,
                            std::size_t column);
 OusterPixel ouster_pixel(const OusterLayout& layout, const OusterColumn& column, std::size_t beam);
@@ -84,15 +84,15 @@ class Ouster final : public Dialogue {
   [[nodiscard]] bool is_ready() const { return has_heard_; }
   bool take(Scan3dData& scan, Time& recorded) { return scan_.take(scan, recorded); }
 
-  // Datagrams that are none, or of another layout.
+  // Number of invalid datagrams, and of those with another layout.
   [[nodiscard]] std::uint64_t broken() const { return broken_; }
   [[nodiscard]] std::uint64_t lost() const { return scan_.lost(); }
 
  private:
   struct Beam {
-    float level = 0;  // of a distance: along the ground
+    float level = 0;  // horizontal part of a distance
     float down = 0;
-    float cos = 1;  // of how far it looks aside
+    float cos = 1;  // cosine of the azimuth offset
     float sin = 0;
   };
 

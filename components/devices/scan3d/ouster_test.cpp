@@ -33,7 +33,7 @@ std::string metadata_text() {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// Datagrams of the turn; the scanner's own and those of its gyro.
+// Datagrams of a turn: of the scanner and of its gyro.
 std::vector<Bytes> packets() {
   gzFile file = ::gzopen((std::string(kName) + ".pcap.gz").c_str(), "rb");
   Bytes all(600'000);
@@ -50,7 +50,7 @@ std::vector<Bytes> packets() {
   return found;
 }
 
-// MD5 (RFC 1321): the maker's digests are of this kind.
+// MD5 (RFC 1321), used for the digests of the manufacturer.
 std::string md5(std::span<const std::byte> message) {
   Bytes text(message.begin(), message.end());
   text.push_back(std::byte{0x80});
@@ -277,7 +277,7 @@ TEST(OusterTest, SilenceIsSaid) {
   EXPECT_EQ(scanner.next_timeout(), Time(4s));
   scanner.on_timeout(Time(4s), nobody);
   ASSERT_TRUE(scanner.failure());
-  EXPECT_THAT(scanner.failure()->detail(), testing::HasSubstr("comes to this port"));
+  EXPECT_THAT(scanner.failure()->detail(), testing::HasSubstr("at this port"));
 }
 
 }  // namespace ouster_test

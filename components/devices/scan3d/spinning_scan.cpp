@@ -21,7 +21,7 @@ void SpinningScan::set_device(i32 range_max, i32 hardware) {
 
 std::span<ScanPoint> SpinningScan::add(int sector, bool is_first, Time when, std::size_t points) {
   if (sector != sector_ || is_first) {
-    // What comes behind another sector is there from its beginning.
+    // A sector that follows another one is received from its start.
     const bool is_known = sector_ >= 0;
     end_sector();
     sector_ = sector;
@@ -37,7 +37,7 @@ std::span<ScanPoint> SpinningScan::add(int sector, bool is_first, Time when, std
   last_ = when;
   building_.scanPointNum = static_cast<i32>(points);
   size_ += points;
-  // Points that are there already are not made anew: it takes as long as filling them in.
+  // Existing points are not initialised again: this would take as long as setting them.
   if (building_.points.size() < size_) building_.points.resize(size_);
   return std::span(building_.points).subspan(begin, points);
 }

@@ -1,7 +1,7 @@
-// Scans of space by scanners that spin about an upright axis: columns of points become messages,
-// one a turn, or one a sector of the turn for who wants the newest sooner.
+// Assembles the columns of a 3D scanner with a vertical axis to messages: one per turn, or one per
+// sector of a turn for a lower latency.
 //
-// A column is a flat scan of Scan3dData: all its beams at one moment. Scanners turn clockwise.
+// A column is a flat scan of Scan3dData: all beams at one time. Scanners turn clockwise.
 #pragma once
 
 #include <span>
@@ -12,29 +12,30 @@
 namespace rack::device {
 
 struct SpinSettings {
-  int sectors = 1;       // messages a turn
-  i32 range_min = 0;     // mm; nearer is the vehicle itself
-  i32 range_max = 0;     // mm; 0: as far as the scanner sees
-  double direction = 0;  // where the scanner's front looks on the robot, clockwise, rad
+  int sectors = 1;       // messages per turn
+  i32 range_min = 0;     // mm; nearer points belong to the vehicle itself
+  i32 range_max = 0;     // mm; 0: range of the scanner
+  double direction = 0;  // direction of the scanner's front on the robot, clockwise, rad
 };
 
 class SpinningScan {
  public:
   explicit SpinningScan(const SpinSettings& settings);
 
-  // Points of a column in `sector`: each is to be put(), they are those of an older scan.
-  // `is_first`: it is known that the sector begins with this. Empty: there is no room for so many.
+  // Returns the points of a new column in `sector`. They contain old values, so each must be set
+  // with put(). `is_first`: the column is the first of its sector. Empty if the capacity is
+  // exceeded.
   std::span<ScanPoint> add(int sector, bool is_first, Time when, std::size_t points);
-  // The sector is complete with the column that was added last.
+  // The column added last completes its sector.
   void end_sector();
-  // Joined anew: what is there now is not whole.
+  // Restarts in the middle of a turn: the current sector is incomplete.
   void clear();
 
   void set_device(i32 range_max, i32 hardware);
   [[nodiscard]] const SpinSettings& settings() const { return settings_; }
 
-  // `range`, mm, at which place of the scanner's own frame: marks what is too near, too far.
-  // RACK's axes: x ahead, y right, z down.
+  // Sets a point with `range`, mm, and position in the scanner's frame; marks points that are too
+  // near or too far. Axes of RACK: x ahead, y right, z down.
   void put(ScanPoint& point, i32 range, float x, float y, float z, i16 intensity) const {
     if (range > range_min_ && range <= range_max_)
       point = {.x = static_cast<i32>(x),
@@ -49,7 +50,7 @@ class SpinningScan {
 
   bool take(Scan3dData& scan, Time& recorded);
   [[nodiscard]] bool has_scan() const { return has_ready_; }
-  // Scans that nobody took before the next was there.
+  // Number of scans not taken before the next one was complete.
   [[nodiscard]] std::uint64_t lost() const { return lost_; }
 
  private:
@@ -59,7 +60,7 @@ class SpinningScan {
   i32 hardware_ = 0;
   Scan3dData building_{};
   Scan3dData ready_{};
-  std::size_t size_ = 0;  // of building_: what its points have behind that is of an older scan
+  std::size_t size_ = 0;  // points used in building_; those behind belong to an older scan
   int sector_ = -1;
   bool is_whole_ = false;
   i32 columns_ = 0;

@@ -1,5 +1,5 @@
-// Scanners of space from their side: a Velodyne VLP-16 and an Ouster OS-0-32, both at ten turns a
-// second in a room, or what else they see, sending datagrams as soon as they are switched on.
+// Emulators of 3D scanners: a Velodyne VLP-16 and an Ouster OS-0-32, both with ten turns per second
+// in a room or another scene; they send datagrams from power-on.
 #pragma once
 
 #include <string>
@@ -13,7 +13,7 @@
 
 namespace rack::device::emulator {
 
-// What both have in common: a datagram is due, and is made.
+// Common part: creates and sends datagrams when they are due.
 class SpinningScanner : public Dialogue {
  public:
   void start(Time now, Output& out) override;
@@ -23,7 +23,7 @@ class SpinningScanner : public Dialogue {
 
  protected:
   explicit SpinningScanner(Duration period) : period_(period) {}
-  // The `index`-th datagram since it was switched on, whose first column was measured then.
+  // Creates the datagram `index` since power-on, whose first column was measured at `began`.
   virtual void make(std::uint64_t index, Time began, std::vector<std::byte>& packet) = 0;
 
  private:
@@ -48,7 +48,7 @@ class OusterScanner final : public SpinningScanner {
  public:
   explicit OusterScanner(Sight sight = Room{});
 
-  // What it says of itself.
+  // The metadata of the emulated scanner, JSON.
   static std::string_view metadata();
 
  private:
@@ -58,7 +58,7 @@ class OusterScanner final : public SpinningScanner {
   OusterMetadata metadata_;
 };
 
-// Its other side: who asks for anything by HTTP is told its metadata.
+// The HTTP server of an emulated Ouster, which sends its metadata.
 class OusterPage final : public Dialogue {
  public:
   void start(Time, Output&) override { question_.clear(); }

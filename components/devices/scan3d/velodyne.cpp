@@ -16,7 +16,8 @@ constexpr std::uint16_t kBlockMark = 0xEEFF;
 constexpr std::uint64_t kHour = 3'600'000'000;  // us
 constexpr double kVelodyneRadians = std::numbers::pi / 180;
 constexpr Duration kVelodyneFirstWithin = std::chrono::seconds(3);
-// A head turns by 0.1 to 0.8 degrees from block to block: more is a datagram that is missing.
+// A head turns by 0.1 to 0.8 degrees per block: a larger difference means that a datagram is
+// missing.
 constexpr std::uint32_t kTurnedMax = 400;
 
 constexpr std::array<VelodyneLaser, 16> kVlp16 = {{{-15, 0, 11.2},
@@ -61,7 +62,8 @@ constexpr std::array<VelodyneLaser, 32> kVlp32 = {
      {-3, 1.4},     {7, -1.4},      {4.667, 1.4},  {-2.333, -4.2},  {-2, 4.2},     {15, -1.4},
      {10.333, 1.4}, {-1.333, -1.4}}};
 
-// Two fans of 16, by turns: from -30.67 and from -9.33, by 4/3 of a degree.
+// Two interleaved fans of 16 lasers: from -30.67 and from -9.33 degrees, with a step of 4/3
+// degrees.
 constexpr std::array<VelodyneLaser, 32> make_hdl32() {
   std::array<VelodyneLaser, 32> lasers{};
   for (std::size_t i = 0; i < lasers.size(); ++i)
@@ -88,7 +90,7 @@ const VelodyneLayout* velodyne_layout(std::uint8_t model) {
     case VelodyneModel::kVlp32:
       return &kOfVlp32;
   }
-  // Scanners that are built like the VLP-16 have names of their own for it.
+  // Variants of the VLP-16 have their own model numbers.
   return (model & 0xF0) == 0x10 ? &kOfVlp16 : nullptr;
 }
 
@@ -113,15 +115,15 @@ void Velodyne::on_timeout(Time now, Output&) {
   if (give_up_ > now) return;
   give_up_ = tims::kNever;
   fail(tims::Errc::kTimeout,
-       "nothing of a Velodyne comes to this port; is its destination this host?");
+       "no data of a Velodyne at this port; check that its destination is this host");
 }
 
 void Velodyne::set_model(std::uint8_t model) {
   model_ = model;
   layout_ = velodyne_layout(model);
   if (layout_ == nullptr) {
-    fail(tims::Errc::kInvalidArgument, "a Velodyne of a model (" + std::to_string(model) +
-                                           ") that is not known; VLP-16, HDL-32E, VLP-32C are");
+    fail(tims::Errc::kInvalidArgument, "unknown Velodyne model " + std::to_string(model) +
+                                           "; supported are VLP-16, HDL-32E, VLP-32C");
     return;
   }
   beams_.clear();
@@ -158,14 +160,14 @@ void Velodyne::on_arrival(const Arrival& arrival, Output&) {
   const auto model = std::to_integer<std::uint8_t>(tail[5]);
   if (model != model_ || layout_ == nullptr) set_model(model);
   if (layout_ == nullptr) return;
-  // Of two echoes the stronger: the odd blocks.
+  // In dual return mode, the odd blocks contain the stronger echo.
   const std::size_t step = tail[4] == std::byte{kDualReturn} ? 2 : 1;
   const double block_us =
       layout_->sequence_us * static_cast<double>(kReturns) / static_cast<double>(beams_.size());
   const auto time_of = [&](std::size_t blocks) {
     return std::chrono::nanoseconds(std::llround(block_us * 1000 * static_cast<double>(blocks)));
   };
-  // It was sent when the last block was measured.
+  // The datagram was sent after its last block was measured.
   const auto whole = time_of(kBlocks / step);
   const auto began = little_endian<std::uint32_t>(tail);
   const auto ended = began + static_cast<std::uint64_t>(whole / std::chrono::microseconds(1));
@@ -182,7 +184,7 @@ void Velodyne::on_arrival(const Arrival& arrival, Output&) {
   }
 }
 
-// `turned`: until the next block, hundredths of a degree.
+// `turned`: rotation until the next block, 1/100 degree.
 void Velodyne::take_block(std::span<const std::byte> block, std::uint32_t azimuth,
                           std::uint32_t turned, Time began) {
   const std::size_t lasers = beams_.size();
@@ -193,7 +195,7 @@ void Velodyne::take_block(std::span<const std::byte> block, std::uint32_t azimut
     const double since = layout_->sequence_us * static_cast<double>(s);
     const auto head = (azimuth + static_cast<std::uint32_t>(turned_in_us * since)) % kTurn;
     const Time when = began + std::chrono::nanoseconds(std::llround(since * 1000));
-    // A turn begins where the front is passed.
+    // A turn begins at the front.
     const bool is_new_turn = last_head_ > head + kTurn / 2;
     last_head_ = head;
     const auto points =

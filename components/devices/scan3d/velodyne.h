@@ -1,9 +1,9 @@
 // Velodyne scanners (VLP-16, Puck LITE and Hi-Res, HDL-32E, VLP-32C): datagrams to UDP port 2368.
 //
-// A datagram is 12 blocks of 100 bytes, FF EE, azimuth in hundredths of a degree (clockwise from
-// the front), 32 times distance (u16) and reflectivity (u8); at its end microseconds since the full
-// hour (u32), how echoes are chosen (37 strongest, 38 last, 39 both: blocks in pairs), and the
-// model. All little-endian. A block of the VLP-16 holds its 16 lasers twice.
+// A datagram has 12 blocks of 100 bytes: FF EE, azimuth in 1/100 degree (clockwise from the front),
+// 32 times distance (u16) and reflectivity (u8); at its end microseconds since the full hour (u32),
+// return mode (37 strongest, 38 last, 39 both: blocks in pairs), and the model. All little-endian.
+// A block of the VLP-16 contains its 16 lasers twice.
 //
 // Source: Velodyne's manuals (63-9243 VLP-16, 63-9113 HDL-32E, 63-9325 VLP-32C).
 #pragma once
@@ -24,30 +24,30 @@ enum class VelodyneModel : std::uint8_t {
 };
 
 struct VelodyneLaser {
-  double elevation = 0;  // deg, up
-  double azimuth = 0;    // deg, beside where the head looks
-  double above = 0;      // mm, of where its beam begins
+  double elevation = 0;  // deg, upwards
+  double azimuth = 0;    // offset from the direction of the head, deg
+  double above = 0;      // height of the beam origin, mm
 };
 
 struct VelodyneLayout {
   std::span<const VelodyneLaser> lasers{};
-  double firing_us = 0;    // of one laser (or pair), us
-  double sequence_us = 0;  // of all of them
-  int at_once = 1;         // lasers
+  double firing_us = 0;    // time from one laser (or pair) to the next, us
+  double sequence_us = 0;  // duration of a sequence of all lasers, us
+  int at_once = 1;         // number of lasers fired simultaneously
   i32 range_unit = 2;      // mm
   i32 range_max = 0;       // mm
 };
 
-// As the last byte of a datagram says. None: a model that is not known.
+// The layout of a model, which is the last byte of a datagram. Null for unknown models.
 const VelodyneLayout* velodyne_layout(std::uint8_t model);
 
 namespace velodyne {
 inline constexpr std::size_t kBlocks = 12;
 inline constexpr std::size_t kBlockBytes = 100;
-inline constexpr std::size_t kReturns = 32;  // of a block
+inline constexpr std::size_t kReturns = 32;  // per block
 inline constexpr std::size_t kTailBytes = 6;
-inline constexpr std::size_t kBytes = kBlocks * kBlockBytes + kTailBytes;  // some send a few more
-inline constexpr std::uint32_t kTurn = 36000;                              // hundredths of a degree
+inline constexpr std::size_t kBytes = kBlocks * kBlockBytes + kTailBytes;  // minimum size
+inline constexpr std::uint32_t kTurn = 36000;                              // 1/100 degree
 inline constexpr std::uint8_t kDualReturn = 0x39;
 }  // namespace velodyne
 
@@ -68,11 +68,11 @@ class Velodyne final : public Dialogue {
 
  private:
   struct Beam {
-    float level = 0;  // of a distance: along the ground
+    float level = 0;  // horizontal part of a distance
     float down = 0;
-    float begin = 0;            // mm down
-    std::uint32_t azimuth = 0;  // hundredths of a degree
-    std::size_t rank = 0;       // from below
+    float begin = 0;            // beam origin, mm downwards
+    std::uint32_t azimuth = 0;  // 1/100 degree
+    std::size_t rank = 0;       // index from the bottom
   };
 
   void set_model(std::uint8_t model);
@@ -83,9 +83,9 @@ class Velodyne final : public Dialogue {
   const VelodyneLayout* layout_ = nullptr;
   std::uint8_t model_ = 0;
   std::vector<Beam> beams_;
-  std::vector<std::array<float, 2>> directions_;  // cos, sin of hundredths of a degree
+  std::vector<std::array<float, 2>> directions_;  // cos, sin for each 1/100 degree
   DeviceClock clock_;
-  std::uint32_t last_head_ = 0;  // hundredths of a degree
+  std::uint32_t last_head_ = 0;  // 1/100 degree
   bool has_heard_ = false;
   Time give_up_ = tims::kNever;
   std::uint64_t broken_ = 0;

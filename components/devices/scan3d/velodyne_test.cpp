@@ -38,7 +38,8 @@ TEST(VelodyneTest, ThePacketOfARealScanner) {
   velodyne.on_arrival({.bytes = packet, .first = Time(10s), .last = Time(10s)}, nobody);
   EXPECT_TRUE(velodyne.is_ready());
   EXPECT_EQ(velodyne.broken(), 0U);
-  // Its head goes from 160.27 to 168.22 degrees: sectors 161 to 167 are whole, the newest is kept.
+  // The head turns from 160.27 to 168.22 degrees: sectors 161 to 167 are complete, the newest is
+  // kept.
   Scan3dData scan;
   Time recorded;
   ASSERT_TRUE(velodyne.take(scan, recorded));
@@ -154,7 +155,7 @@ TEST(VelodyneTest, SilenceIsSaid) {
   EXPECT_EQ(scanner.next_timeout(), Time(4s));
   scanner.on_timeout(Time(4s), nobody);
   ASSERT_TRUE(scanner.failure());
-  EXPECT_THAT(scanner.failure()->detail(), testing::HasSubstr("comes to this port"));
+  EXPECT_THAT(scanner.failure()->detail(), testing::HasSubstr("at this port"));
 }
 
 }  // namespace velodyne_test

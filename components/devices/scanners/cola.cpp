@@ -186,8 +186,8 @@ std::string_view ColaReader::take_string() {
 
 bool ColaReader::take_values(std::size_t count, bool is_wide, std::vector<std::uint16_t>& values) {
   values.clear();
-  // A value in CoLa A has at least a digit and a blank: a corrupted count cannot allocate more memory
-  // than the size of the body allows.
+  // A value in CoLa A has at least a digit and a blank: a corrupted count cannot allocate more
+  // memory than the size of the body allows.
   const std::size_t least = count * (dialect_ == ColaDialect::kAscii || is_wide ? 2 : 1);
   if (dialect_ == ColaDialect::kAscii ? rest_.size() + 1 < least : !has(least)) good_ = false;
   if (!good_) return false;

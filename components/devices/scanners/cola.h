@@ -1,14 +1,14 @@
-// CoLa, the command language of SICK scanners: LMS1xx, LMS5xx, TiM, MRS1000, over TCP (ports 2111 and
-// 2112).
+// CoLa, the command language of SICK scanners: LMS1xx, LMS5xx, TiM, MRS1000, over TCP (ports 2111
+// and 2112).
 //
 // A body consists of a three-letter command type, a name, and values:
 //
 //   from the host     sRN reads, sWN writes, sMN calls a method, sEN subscribes to an event
 //   from the scanner  sRA, sWA, sAN, sEA answer; sSN is an event; sFA is an error with its number
 //
-// CoLa A is text: 02, body, 03; values are hexadecimal, or decimal after a sign, separated by blanks.
-// CoLa B is binary: 02 02 02 02, length of the body (u32), body, XOR of the body's bytes; values are
-// big-endian without padding.
+// CoLa A is text: 02, body, 03; values are hexadecimal, or decimal after a sign, separated by
+// blanks. CoLa B is binary: 02 02 02 02, length of the body (u32), body, XOR of the body's bytes;
+// values are big-endian without padding.
 //
 // Sources: SICK's "Telegram listing" for ranging sensors; recordings of LMS111, LMS511 and TiM781S.
 #pragma once

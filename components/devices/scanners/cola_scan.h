@@ -1,8 +1,8 @@
 // LMDscandata: a scan of SICK scanners in CoLa, with all optional parts. LMDscandatacfg determines
 // which parts a scanner sends.
 //
-// Angles are counterclockwise from the right of the scanner; 90 degrees is its front. Values below 16
-// are codes: no echo, dazzled, not plausible.
+// Angles are counterclockwise from the right of the scanner; 90 degrees is its front. Values below
+// 16 are codes: no echo, dazzled, not plausible.
 #pragma once
 
 #include <array>

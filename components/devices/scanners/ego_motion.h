@@ -2,8 +2,8 @@
 // distinguish moving from static objects.
 //
 // Four frames of three bytes, 02 and a 16 bit big-endian number: 303 speed in cm/s, 304 lateral
-// acceleration to the left in mm/s2, 305 steering angle to the left in 1/1000 rad, 306 yaw rate to the
-// left in 1/10000 rad/s.
+// acceleration to the left in mm/s2, 305 steering angle to the left in 1/1000 rad, 306 yaw rate to
+// the left in 1/10000 rad/s.
 //
 // Source: RACK 0.6.1, which computed the acceleration as v / omega and the steering angle with the
 // track width; here they are v * omega and computed with the wheel base.

@@ -59,7 +59,8 @@ void Hokuyo::start(Time now, Output& out) {
   enter(State::kStop, now, out);
 }
 
-// Turns the laser off and restores the rate of power-on, so that the next program finds the scanner.
+// Turns the laser off and restores the rate of power-on, so that the next program finds the
+// scanner.
 void Hokuyo::stop(Time, Output& out) {
   if (settings_.only_listen || state_ < State::kVersion) return;
   if (!is_scip1_) out.send(bytes_of("QT\n"));
@@ -135,8 +136,9 @@ void Hokuyo::retry(Time now, Output& out) {
   }
   timeout_ = tims::kNever;
   fail(tims::Errc::kTimeout,
-       waits ? std::string("the scanner sends no scans; check that its motor turns")
-             : "the scanner has stopped answering, at request " + tims::base::in_quotes(question()));
+       waits
+           ? std::string("the scanner sends no scans; check that its motor turns")
+           : "the scanner has stopped answering, at request " + tims::base::in_quotes(question()));
 }
 
 void Hokuyo::try_next_rate(Time now, Output& out) {

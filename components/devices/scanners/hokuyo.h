@@ -1,8 +1,10 @@
-// Setup and measurement of the Hokuyo scanners URG, UBG, UTM, UST, UXM. See scip.h for the protocol.
+// Setup and measurement of the Hokuyo scanners URG, UBG, UTM, UST, UXM. See scip.h for the
+// protocol.
 //
-// The dialogue detects the baud rate, stops the scanner and requests SCIP 2. With SCIP 2, it reads the
-// identity and the parameters, sets the requested rate, and requests endless scans by MD (ME with
-// intensities). Scanners with SCIP 1 only are polled scan by scan. USB and TCP have no baud rate.
+// The dialogue detects the baud rate, stops the scanner and requests SCIP 2. With SCIP 2, it reads
+// the identity and the parameters, sets the requested rate, and requests endless scans by MD (ME
+// with intensities). Scanners with SCIP 1 only are polled scan by scan. USB and TCP have no baud
+// rate.
 #pragma once
 
 #include <array>

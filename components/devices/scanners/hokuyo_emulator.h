@@ -22,8 +22,8 @@ struct HokuyoSettings {
   Sight sight = Room{};
 };
 
-// Reads a log with one scan per line: 24 columns of other values, then distances (BreezySLAM's logs of
-// a URG-04LX). `most`: maximum number of scans.
+// Reads a log with one scan per line: 24 columns of other values, then distances (BreezySLAM's logs
+// of a URG-04LX). `most`: maximum number of scans.
 std::vector<std::vector<std::uint16_t>> scans_of_log(std::string_view text, std::size_t most);
 
 class Hokuyo final : public Dialogue {

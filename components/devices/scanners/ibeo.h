@@ -1,19 +1,20 @@
 // Ibeo LD-A over CAN (1 Mbit/s, standard identifiers; the SICK LD-OEM has the same telegrams).
 //
-// The host sends with identifier 2A9, the scanner with 700 plus its id. A telegram with up to two bytes
-// of data is one frame: 0000, 00 and the receiver, the service, the two bytes. A longer telegram starts
-// with FFFF, the number of frames, the receiver and the service, followed by frames with a counter down
-// to 1 and six bytes each. All big-endian. The service of an answer is that of the request plus 8000.
+// The host sends with identifier 2A9, the scanner with 700 plus its id. A telegram with up to two
+// bytes of data is one frame: 0000, 00 and the receiver, the service, the two bytes. A longer
+// telegram starts with FFFF, the number of frames, the receiver and the service, followed by frames
+// with a counter down to 1 and six bytes each. All big-endian. The service of an answer is that of
+// the request plus 8000.
 //
 //   0102 status   0203 set the time   0301 send profiles   0302 stop profiles   0402 idle
 //   0403 rotate   0404 measure
 //
-// A profile is one turn: its content (bits of the first 16 bit value), layers and sectors, then for each
-// sector its step and first angle in 1/16 degree, number of points, time of begin and end in ms,
-// distances in 1/256 m; at the end the status of the scanner.
+// A profile is one turn: its content (bits of the first 16 bit value), layers and sectors, then for
+// each sector its step and first angle in 1/16 degree, number of points, time of begin and end in
+// ms, distances in 1/256 m; at the end the status of the scanner.
 //
-// Source: RACK 0.6.1 ("User Protocol Services", Ibeo 2001); SICK, "LD-OEM1000 to LD-OEM5100: telegram
-// listing".
+// Source: RACK 0.6.1 ("User Protocol Services", Ibeo 2001); SICK, "LD-OEM1000 to LD-OEM5100:
+// telegram listing".
 #pragma once
 
 #include <array>
@@ -103,7 +104,8 @@ class IbeoProfile {
  public:
   // begin() and next() return false if there is no (further) sector with points.
   bool begin(std::span<const std::byte> profile);
-  // Converts a sector to a clockwise scan. begin, end: time of measurement by the scanner's clock, ms.
+  // Converts a sector to a clockwise scan. begin, end: time of measurement by the scanner's clock,
+  // ms.
   bool next(LadarData& scan, std::uint16_t& begin, std::uint16_t& end);
 
  private:

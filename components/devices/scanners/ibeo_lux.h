@@ -1,8 +1,8 @@
 // Ibeo Lux over TCP, port 12002. The scanner sends without requests.
 //
-// A message is AF FE C0 C2, the size of the previous message, its own size, a byte, the device id, the
-// type, and its time, all big-endian; then the body, little-endian. Times have the NTP format, 64 bits:
-// seconds since 1900 and their fraction.
+// A message is AF FE C0 C2, the size of the previous message, its own size, a byte, the device id,
+// the type, and its time, all big-endian; then the body, little-endian. Times have the NTP format,
+// 64 bits: seconds since 1900 and their fraction.
 //
 //   2202  a scan: points of four layers and up to three echoes, in cm
 //   2221  recognised objects with boxes, speeds, classes and contours
@@ -72,8 +72,8 @@ struct LuxScan {
 bool decode_lux_scan(std::span<const std::byte> body, bool only_nearest, LadarData& scan,
                      LuxScan& times);
 
-// Decodes boxes, and contours as one object per line segment. `absolute`: speeds over ground instead
-// of relative ones. Returns false if the body is truncated.
+// Decodes boxes, and contours as one object per line segment. `absolute`: speeds over ground
+// instead of relative ones. Returns false if the body is truncated.
 bool decode_lux_objects(std::span<const std::byte> body, bool absolute, ObjRecogData& boxes,
                         ObjRecogData& contours, std::int64_t& began);
 

@@ -119,7 +119,7 @@ TEST(IbeoTest, SeesTheRoomInSectors) {
     for (const LadarPoint& point : scan.points)
       ASSERT_NEAR(point.distance, room.distance(point.angle), 4);
     if (i > 1) {
-      // Of the middles of two sectors, and of one turn and the next: 33.3 and 66.7 ms, in ms.
+      // Time between the middles of two sectors, 33.3 ms, and from one turn to the next, 66.7 ms.
       ASSERT_NEAR(static_cast<double>((recorded - before).count()) / 1e6, is_left ? 66.7 : 33.3,
                   1.2)
           << i;

@@ -1,9 +1,9 @@
 // LDROBOT LD06, LD19 and STL-19P: rotating range finders that send without requests.
 //
-// After power-on they send packets of 47 bytes at 230400 baud: 54 2C, speed in degrees per second, the
-// angle of the first of twelve points in 1/100 degree, their distances in mm and intensities, the
-// angle of the last point, a time that wraps after 30000 ms, and a CRC. All little-endian; angles are
-// clockwise.
+// After power-on they send packets of 47 bytes at 230400 baud: 54 2C, speed in degrees per second,
+// the angle of the first of twelve points in 1/100 degree, their distances in mm and intensities,
+// the angle of the last point, a time that wraps after 30000 ms, and a CRC. All little-endian;
+// angles are clockwise.
 //
 // Source: "LD19 Development Manual", "LD06 Development Manual" (the example there is the test's).
 #pragma once

@@ -270,8 +270,8 @@ void Lms200::on_timeout(Time now, Output& out) {
         now, out);
 }
 
-// Tries the rate of power-on first, then the requested one, which may have been set before: by another
-// program, or by this one if the answer was lost.
+// Tries the rate of power-on first, then the requested one, which may have been set before: by
+// another program, or by this one if the answer was lost.
 void Lms200::retry(Time now, Output& out) {
   if (attempts_ < kLms200Attempts)
     ask(now, out);

@@ -1,9 +1,9 @@
 // SICK LMS200, LMS211, LMS221, LMS291 over a serial line.
 //
 // A telegram is 02, address, length (u16), body, CRC (u16), all little-endian. The scanner
-// acknowledges a telegram by 06 or refuses it by 15 within 60 ms, and answers within seconds. It starts
-// at 9600 baud, unless its rate was changed before. The dialogue sets the requested rate and then
-// starts continuous output of scans.
+// acknowledges a telegram by 06 or refuses it by 15 within 60 ms, and answers within seconds. It
+// starts at 9600 baud, unless its rate was changed before. The dialogue sets the requested rate and
+// then starts continuous output of scans.
 //
 // Source: SICK's "Telegrams for configuring and operating the LMS2xx"; RACK 0.6.1.
 #pragma once

@@ -117,8 +117,8 @@ void Lms200Emulator::on_timeout(Time now, Output& out) {
   if (scan_at_ <= now) send_scan(now, out);
 }
 
-// Half-degree scans are measured in two turns, of which the second is shifted by half a degree. They
-// are sent as a whole, or turn by turn. The next one is sent when the line is free.
+// Half-degree scans are measured in two turns, of which the second is shifted by half a degree.
+// They are sent as a whole, or turn by turn. The next one is sent when the line is free.
 void Lms200Emulator::send_scan(Time now, Output& out) {
   telegram_.clear();
   body_.clear();
@@ -140,7 +140,8 @@ void Lms200Emulator::send_scan(Time now, Output& out) {
 }
 
 // `first`: angle of the first value, counterclockwise from straight ahead, degrees. `end`: when the
-// last value was measured; with a step of half a degree, every second value is of the previous turn.
+// last value was measured; with a step of half a degree, every second value is of the previous
+// turn.
 void Lms200Emulator::append_scan(std::size_t values, unsigned flags, double first, double step,
                                  Time end) {
   const unsigned unit = settings_.is_indoor ? 1U << 14 : 0;

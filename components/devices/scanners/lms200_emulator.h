@@ -1,5 +1,5 @@
-// Emulator of a SICK LMS200: answers at its current rate only, changes the rate on request, and sends
-// scans of its scene, 75 turns of the mirror per second or fewer if the line is slower.
+// Emulator of a SICK LMS200: answers at its current rate only, changes the rate on request, and
+// sends scans of its scene, 75 turns of the mirror per second or fewer if the line is slower.
 #pragma once
 
 #include <deque>

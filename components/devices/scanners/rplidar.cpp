@@ -167,7 +167,8 @@ void Rplidar::retry(Time now, Output& out) {
     try_next_rate(now, out);
     return;
   }
-  // Some scanners do not support requests that their firmware version suggests: treat them as old ones.
+  // Some scanners do not support requests that their firmware version suggests: treat them as old
+  // ones.
   if (state_ == State::kMode || state_ == State::kType || state_ == State::kRange) {
     if (state_ != State::kRange) type_ = rplidar::kPoints;
     enter(State::kScan, now, out);

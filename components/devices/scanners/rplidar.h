@@ -1,9 +1,9 @@
 // Setup and measurement of the Slamtec RPLIDAR A, S and C series. See rplidar_packets.h for the
 // protocol.
 //
-// The dialogue detects the baud rate, stops the scanner, reads its identity and health (and resets it
-// after an error), starts the motor by DTR or by a command, and requests the best measurement mode of
-// the scanner.
+// The dialogue detects the baud rate, stops the scanner, reads its identity and health (and resets
+// it after an error), starts the motor by DTR or by a command, and requests the best measurement
+// mode of the scanner.
 #pragma once
 
 #include <array>

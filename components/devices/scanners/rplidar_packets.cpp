@@ -180,8 +180,8 @@ bool RplidarPackets::next(RplidarPacket& packet) {
   buffer_.consume(std::exchange(used_, 0));
   while (buffer_.size() > 0) {
     const auto bytes = buffer_.bytes();
-    // A measurement may begin with the same bytes as an answer. Therefore measurements are tried first
-    // while synchronised, and answers are tried first otherwise.
+    // A measurement may begin with the same bytes as an answer. Therefore measurements are tried
+    // first while synchronised, and answers are tried first otherwise.
     What what = stream_ != 0 && is_in_step_ ? take_measurement(bytes, packet) : What::kSkip;
     if (what == What::kSkip) what = take_answer(bytes, packet);
     if (what == What::kSkip && stream_ != 0 && !is_in_step_) what = take_measurement(bytes, packet);

@@ -1,21 +1,25 @@
 // The protocol of Slamtec's RPLIDAR (A, S, C series).
 //
-// The host sends A5, a command, and for commands from 80 on a length, that many bytes, and the XOR of
-// all bytes. An answer begins with A5 5A, a length of 30 bits with two bits that distinguish single
-// from repeated answers, and a type, followed by the data. Measurements are repeated answers:
+// The host sends A5, a command, and for commands from 80 on a length, that many bytes, and the XOR
+// of all bytes. An answer begins with A5 5A, a length of 30 bits with two bits that distinguish
+// single from repeated answers, and a type, followed by the data. Measurements are repeated
+// answers:
 //
 //   81  5 bytes: one point. Start bit and its inverse, quality, a bit that is always set, the angle
 //       in 1/64 degree, the distance in 1/4 mm
 //   82  84 bytes, 32 points in 16 pairs: distances in mm, angle offset of each point in 1/8 degree
-//   84  132 bytes, 96 points in 32 triples: one distance with variable scale, and the differences of
+//   84  132 bytes, 96 points in 32 triples: one distance with variable scale, and the differences
+//   of
 //       the next two to their neighbours
 //   85  84 bytes, 40 points: distances in mm
 //
-// The last three begin with the nibbles A and 5, a checksum in the other two nibbles, and the angle of
-// their first point. The angles of the other points are interpolated when the next packet arrives.
+// The last three begin with the nibbles A and 5, a checksum in the other two nibbles, and the angle
+// of their first point. The angles of the other points are interpolated when the next packet
+// arrives.
 //
-// Source: Slamtec, "Interface Protocol and Application Notes" (A3, 2019; LR001). The angles of 84, and
-// the offsets of 82 (unsigned, although the manual says signed), are those of all public decoders.
+// Source: Slamtec, "Interface Protocol and Application Notes" (A3, 2019; LR001). The angles of 84,
+// and the offsets of 82 (unsigned, although the manual says signed), are those of all public
+// decoders.
 #pragma once
 
 #include <array>
@@ -62,8 +66,8 @@ void append_rplidar_answer(std::vector<std::byte>& out, std::uint8_t type, std::
 // Writes the checksum of all following bytes to the first two bytes of 82, 84 and 85.
 void seal_rplidar_capsule(std::span<std::byte> capsule);
 
-// Decodes the twelve bits of a distance in 84: exact for small distances, in steps of 2, 4, 8 or 16 mm
-// for larger ones.
+// Decodes the twelve bits of a distance in 84: exact for small distances, in steps of 2, 4, 8 or 16
+// mm for larger ones.
 struct RplidarScaled {
   std::int32_t distance = 0;
   int shift = 0;

@@ -249,8 +249,8 @@ TEST(RplidarTest, SeesTheRoomInEachKindOfPackets) {
       EXPECT_GT(line.now(), recorded);
       for (const LadarPoint& point : scan.points) {
         EXPECT_EQ(point.type, ladar_point::kUnknown);
-        // Tolerances: angles are rounded to 1/64 degree and interpolated within a packet; triples are
-        // rounded by up to 8 mm; steep walls amplify these errors.
+        // Tolerances: angles are rounded to 1/64 degree and interpolated within a packet; triples
+        // are rounded by up to 8 mm; steep walls amplify these errors.
         EXPECT_NEAR(point.distance, room.distance(point.angle), 25)
             << int{type} << " " << point.angle;
       }

@@ -1,15 +1,15 @@
 // The protocol of Hokuyo range finders, SCIP 1.1 and SCIP 2.0: lines of text.
 //
-// A request is one line. The answer is the request, a line with the status, lines of data, and an empty
-// line. In SCIP 2, each line except the request ends with a checksum character, and data are split into
-// lines of 64 characters; SCIP 1 has no checksums. Numbers are encoded in characters of six bits:
-// distances in two (up to 4095 mm) or three, time stamps in four.
+// A request is one line. The answer is the request, a line with the status, lines of data, and an
+// empty line. In SCIP 2, each line except the request ends with a checksum character, and data are
+// split into lines of 64 characters; SCIP 1 has no checksums. Numbers are encoded in characters of
+// six bits: distances in two (up to 4095 mm) or three, time stamps in four.
 //
 //   MD0044072501000     00P     99b        steps 44 to 725, every step, endless scans
 //   G04472503           0                  the same in SCIP 1, three steps combined, one scan
 //
-// Source: Hokuyo, "Communication Protocol Specification for SCIP2.0 Standard", C-42-03320B; for SCIP 1,
-// RACK 0.6.1.
+// Source: Hokuyo, "Communication Protocol Specification for SCIP2.0 Standard", C-42-03320B; for
+// SCIP 1, RACK 0.6.1.
 #pragma once
 
 #include <optional>

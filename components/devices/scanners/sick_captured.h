@@ -12,7 +12,7 @@ namespace rack::device {
 
 inline std::vector<CaptureRecord> captured(const std::string& name) {
   std::ifstream file(DEVICE_DATA "/sick/" + name);
-  if (!file) throw std::runtime_error("there is no " DEVICE_DATA "/sick/" + name);
+  if (!file) throw std::runtime_error("cannot open " DEVICE_DATA "/sick/" + name);
   std::vector<CaptureRecord> records;
   for (std::string line; std::getline(file, line);) {
     CaptureRecord record;

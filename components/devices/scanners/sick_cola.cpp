@@ -85,8 +85,8 @@ void SickCola::write_question() {
           .put(kPasswords[password_]);
       break;
     case State::kFields: {
-      // Distances of the first echo (1, 0) with remission in 16 or 8 bits; no encoder (0, 0), position,
-      // name or time; every scan.
+      // Distances of the first echo (1, 0) with remission in 16 or 8 bits; no encoder (0, 0),
+      // position, name or time; every scan.
       ColaWriter writer(dialect_, question_, "sWN LMDscandatacfg");
       writer.put(std::uint8_t{1}).put(std::uint8_t{0}).put(std::uint8_t{1});
       writer.put(static_cast<std::uint8_t>(is_narrow_ ? 0 : 1));
@@ -247,10 +247,9 @@ void SickCola::give_up() {
          "the scanner has stopped answering, at request " + std::string(question.name()));
   } else {
     fail(tims::Errc::kTimeout,
-         settings_.dialect
-             ? "no scanner answers in this protocol of CoLa; protocol=0 tries both"
-             : "no scanner answers, neither in CoLa B nor in CoLa A; check its port "
-               "(2111 or 2112) and that no other program is connected to it");
+         settings_.dialect ? "no scanner answers in this protocol of CoLa; protocol=0 tries both"
+                           : "no scanner answers, neither in CoLa B nor in CoLa A; check its port "
+                             "(2111 or 2112) and that no other program is connected to it");
   }
 }
 
@@ -267,8 +266,9 @@ void SickCola::take_scan(const ColaTelegram& telegram) {
   recorded_ = measured(telegram.arrived);
 }
 
-// The time at which the beam was in the middle of the scan. An LMS5xx reports the start of the turn.
-// Other scanners transmit earlier after the reported time than a scan takes, so they report its end.
+// The time at which the beam was in the middle of the scan. An LMS5xx reports the start of the
+// turn. Other scanners transmit earlier after the reported time than a scan takes, so they report
+// its end.
 Time SickCola::measured(Time arrived) {
   const Duration scan = std::chrono::milliseconds(scan_.duration);
   const bool stands_still = transmitted_ == cola_scan_.transmitted;

@@ -1,12 +1,12 @@
 // Setup and measurement of the SICK laser range finders LMS1xx, LMS5xx, TiM and MRS1000.
 //
-// The dialogue requests the identity in CoLa B and CoLa A alternately until the scanner answers. It then
-// logs in as authorised client, selects the fields of scans, starts the measurement, logs out and
-// subscribes to the scans. Refused requests are noted and skipped, because a scanner that is already
-// configured does not need them.
+// The dialogue requests the identity in CoLa B and CoLa A alternately until the scanner answers. It
+// then logs in as authorised client, selects the fields of scans, starts the measurement, logs out
+// and subscribes to the scans. Refused requests are noted and skipped, because a scanner that is
+// already configured does not need them.
 //
-// Every scan contains the time of the scanner in microseconds since power-on, from which the time of
-// measurement is computed without the jitter of the network.
+// Every scan contains the time of the scanner in microseconds since power-on, from which the time
+// of measurement is computed without the jitter of the network.
 #pragma once
 
 #include "components/devices/core/device_clock.h"

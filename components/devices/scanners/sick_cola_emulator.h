@@ -14,7 +14,8 @@ struct SickColaEmulatorSettings {
   std::uint32_t serial_number = 18090362;
   std::uint32_t password = 0xF4724744;
   bool has_wide_remission = true;
-  // Frequency of turns, 1/100 Hz; angles of the scan, 1/10000 degree, counterclockwise from the right.
+  // Frequency of turns, 1/100 Hz; angles of the scan, 1/10000 degree, counterclockwise from the
+  // right.
   std::uint32_t scan_frequency = 5000;
   std::int32_t start_angle = -450000;
   std::uint16_t step = 5000;

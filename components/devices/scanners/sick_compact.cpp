@@ -25,8 +25,8 @@ constexpr double kSickCompactTurn = 2 * std::numbers::pi;
 constexpr int kAzimuthZero = 16384;
 constexpr float kAzimuthUnits = 5215;
 
-// Tables for computing the CRC of eight bytes at once: the first is for a single byte, table n for a
-// byte followed by n bytes.
+// Tables for computing the CRC of eight bytes at once: the first is for a single byte, table n for
+// a byte followed by n bytes.
 constexpr std::size_t kCrcAtOnce = 8;
 using CrcTable = std::array<std::uint32_t, 256>;
 constexpr std::array<CrcTable, kCrcAtOnce> crc_tables() {
@@ -269,14 +269,15 @@ void SickCompact::on_arrival(const Arrival& arrival, Output& /*out*/) {
   }
 }
 
-// A turn is complete with its last segment if their number is known, otherwise with the first segment
-// of the next turn.
+// A turn is complete with its last segment if their number is known, otherwise with the first
+// segment of the next turn.
 void SickCompact::take_segment(Time arrived) {
   const bool is_late = has_frame_ && segment_.frame_number + 1 == frame_number_;
   if (is_late) return;
   if (has_frame_ && segment_.frame_number != frame_number_) {
     if (!is_finished_) finish_frame(arrived);
-    // Fewer segments than before: some were lost, or, if this persists, the configuration has changed.
+    // Fewer segments than before: some were lost, or, if this persists, the configuration has
+    // changed.
     constexpr int kShortTurnsMax = 20;
     short_turns_ = segments_ < segments_of_turn_ ? short_turns_ + 1 : 0;
     if (segments_ > segments_of_turn_ || short_turns_ > kShortTurnsMax)

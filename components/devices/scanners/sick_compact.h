@@ -1,22 +1,23 @@
-// SICK picoScan100 and multiScan100. They send scans by UDP (port 2115) in segments of a turn, one per
-// datagram, in SICK's format "Compact".
+// SICK picoScan100 and multiScan100. They send scans by UDP (port 2115) in segments of a turn, one
+// per datagram, in SICK's format "Compact".
 //
-//    0  02 02 02 02, type (u32; 1 segment, 2 inertial unit), counter (u64), time of sending (u64, us),
+//    0  02 02 02 02, type (u32; 1 segment, 2 inertial unit), counter (u64), time of sending (u64,
+//    us),
 //       version (u32; 3 or 4), size of the first module (u32)
 //   32  modules, and CRC-32 of everything before (u32)
 //
-// A module has one or more layers with the same number of beams: segment and frame (turn) number (u64
-// each), serial number, layers, beams, echoes (u32 each); for each layer the times of its first and
-// last beam (u64, us), its elevation, and the azimuths of both beams (f32, rad); the factor of
-// distances (f32, version 4 only), size of the next module (u32; 0: last module), four bytes that
-// state which values an echo and a beam have; and for each beam and each layer: distance and remission
-// (u16 each) of every echo, a byte of flags and an azimuth (u16), in version 3 in reverse order. All
-// little-endian; angles are counterclockwise from straight ahead.
+// A module has one or more layers with the same number of beams: segment and frame (turn) number
+// (u64 each), serial number, layers, beams, echoes (u32 each); for each layer the times of its
+// first and last beam (u64, us), its elevation, and the azimuths of both beams (f32, rad); the
+// factor of distances (f32, version 4 only), size of the next module (u32; 0: last module), four
+// bytes that state which values an echo and a beam have; and for each beam and each layer: distance
+// and remission (u16 each) of every echo, a byte of flags and an azimuth (u16), in version 3 in
+// reverse order. All little-endian; angles are counterclockwise from straight ahead.
 //
-// The scanner must be configured to send, and to which host: on its web page, or by CoLa A at TCP port
-// 2111 with ScanDataEthSettings (1 for UDP, the four numbers of the address, the port), ScanDataFormat
-// (2 for Compact) and ScanDataEnable. The driver only listens, so it does not disturb other receivers
-// of the scanner.
+// The scanner must be configured to send, and to which host: on its web page, or by CoLa A at TCP
+// port 2111 with ScanDataEthSettings (1 for UDP, the four numbers of the address, the port),
+// ScanDataFormat (2 for Compact) and ScanDataEnable. The driver only listens, so it does not
+// disturb other receivers of the scanner.
 //
 // Sources: SICK's "Data format description Compact"; its ScanSegmentAPI and sick_scan_xd.
 #pragma once

@@ -21,7 +21,8 @@ struct SickCompactEmulatorSettings {
   Sight sight = Room{};
 };
 
-// Appends segment `number` of turn `frame`, which began at `started`, us; sent at `transmitted`, us.
+// Appends segment `number` of turn `frame`, which began at `started`, us; sent at `transmitted`,
+// us.
 void append_compact(std::vector<std::byte>& out, const SickCompactEmulatorSettings& settings,
                     std::uint64_t frame, int number, std::uint64_t started,
                     std::uint64_t transmitted);

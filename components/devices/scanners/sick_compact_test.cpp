@@ -70,8 +70,8 @@ TEST(SickCompactTest, TheMostLevelLayerAndTheFirstEcho) {
     EXPECT_NEAR(beam.distance, room.distance(-static_cast<double>(beam.azimuth)), 5);
 }
 
-// The sample of SICK's ScanSegmentAPI, whose values are documented: two modules with one layer and two
-// echoes each, with azimuths and without flags, in version 3.
+// The sample of SICK's ScanSegmentAPI, whose values are documented: two modules with one layer and
+// two echoes each, with azimuths and without flags, in version 3.
 TEST(SickCompactTest, ASampleThatIsDescribed) {
   std::vector<std::byte> out;
   const auto put = [&](std::uint64_t number, std::size_t bytes) {

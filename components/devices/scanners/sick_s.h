@@ -4,13 +4,15 @@
 //
 //    0  00 00 00 00  00 00   size (u16, big-endian, in units of 2 bytes from byte 4 to the end;
 //       versions from 3.01 on exclude two units)
-//    8  FF, 07 for the EFI bus master or 08 for its slave, version (2), status (2), scan number (4),
+//    8  FF, 07 for the EFI bus master or 08 for its slave, version (2), status (2), scan number
+//    (4),
 //       telegram number (2)
 //   20  BB BB distances, 11 11 of the first field, then values (u16, little-endian)
 //       CRC (u16, little-endian) of all bytes from 4 on: CCITT, initial value FFFF
 //
 // A value has the distance in cm in 13 bits and flags: bit 13 reflector, 14 protective field, 15
-// warning field. Other blocks, AA AA for inputs and outputs and CC CC for reflectors, are not scans.
+// warning field. Other blocks, AA AA for inputs and outputs and CC CC for reflectors, are not
+// scans.
 //
 // Sources: SICK's "Telegram listing S3000/S300"; RACK 0.6.1; ROS drivers.
 #pragma once
@@ -63,8 +65,8 @@ struct SickSSettings {
   std::uint32_t baud = 500000;
 };
 
-// Decodes a clockwise scan of 270 or 190 degrees with a step of 0.5 degrees. Returns false if it is not
-// a scan of this device.
+// Decodes a clockwise scan of 270 or 190 degrees with a step of 0.5 degrees. Returns false if it is
+// not a scan of this device.
 bool decode_sick_s_scan(const SickSTelegram& telegram, SickSDevice device, LadarData& scan);
 
 // Only listens, so recordings need no special treatment.

@@ -1,5 +1,5 @@
-// Emulator of a SICK S300 or S3000: sends scans of its scene every 40 or 30 ms, or less often if the
-// line is slower, and receives nothing.
+// Emulator of a SICK S300 or S3000: sends scans of its scene every 40 or 30 ms, or less often if
+// the line is slower, and receives nothing.
 #pragma once
 
 #include "components/devices/scanners/room.h"

@@ -51,7 +51,7 @@ TEST(SickSTest, TheCrcIsCcitt) {
 TEST(SickSTest, ATelegramIsAsItIsDescribed) {
   const auto s300 = telegram_of(SickSDevice::kS300);
   ASSERT_EQ(s300.size(), 1108U);
-  EXPECT_EQ(big_endian<std::uint16_t>(s300, 6), 552);  // 541 + 11 words
+  EXPECT_EQ(big_endian<std::uint16_t>(s300, 6), 552);  // 541 values + 11 other units
   EXPECT_EQ(std::vector(s300.begin() + 20, s300.begin() + 24), bytes_of({0xBB, 0xBB, 0x11, 0x11}));
   EXPECT_EQ(telegram_of(SickSDevice::kS3000).size(), 788U);
 }

@@ -18,9 +18,9 @@ constexpr Number within_turn(Number angle) {
   return angle;
 }
 
-// Assembles points to scans of one turn, clockwise from behind over left, ahead and right. The first,
-// incomplete turn is discarded. If a turn has more points than a scan can hold, every second point is
-// kept, or every third, and so on.
+// Assembles points to scans of one turn, clockwise from behind over left, ahead and right. The
+// first, incomplete turn is discarded. If a turn has more points than a scan can hold, every second
+// point is kept, or every third, and so on.
 class TurningScan {
  public:
   TurningScan();

@@ -75,14 +75,14 @@ struct SlipDescription {
 };
 
 struct NoiseDescription {
-  // Of rays.
+  // Noise of rays.
   double range = 0;          // mm, standard deviation
   double short_share = 0;    // share of rays that end too early (rain, dust)
   double dropped_share = 0;  // share of rays without an echo
-  // Of a satellite receiver.
+  // Noise of a satellite receiver.
   double position = 0;  // mm, standard deviation of each fix
   double drift = 0;     // mm, standard deviation of the common error of all fixes within minutes
-  // Of inertial sensors and compasses.
+  // Noise of inertial sensors and compasses.
   double angle = 0;         // rad: roll, pitch, heading
   double rate = 0;          // rad/s
   double rate_bias = 0;     // rad/s, standard deviation of an error that changes in minutes

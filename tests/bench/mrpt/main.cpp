@@ -1,4 +1,4 @@
-// mrpt-bench: MRPT's particle filter and ours on the same recorded drives, in turns; one table.
+// mrpt-bench: compares MRPT's particle filter with ours on the same recorded drives, in one table.
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -37,7 +37,7 @@ RecordedDrive read_drive(const Files& files) {
 }
 
 struct Wanted {
-  std::vector<std::string> files{};  // log, map, truth, and again
+  std::vector<std::string> files{};  // log, map, truth; repeated
   std::vector<unsigned> particles{500, 2000};
   std::vector<unsigned> beams{60, 180};
   std::uint64_t seed = 1;
@@ -47,8 +47,8 @@ struct Wanted {
   MrptSettings mrpt{};
 };
 
-// Whether MRPT sees map and scan as they are: how often a scan is likelier at the true pose than
-// beside it, and than turned there.
+// Checks whether MRPT gets map and scans correctly: how often a scan is more likely at the true
+// pose than at shifted and rotated ones.
 void prove(const RecordedDrive& drive, const Wanted& wanted, const std::string& name) {
   const MrptFilter filter(wanted.mrpt, drive.map, wanted.seed);
   constexpr double kBeside = 300;  // mm
@@ -70,8 +70,8 @@ void prove(const RecordedDrive& drive, const Wanted& wanted, const std::string& 
            static_cast<double>(std::max<std::size_t>(1, drive.truth.poses.size()));
   };
   fmt::print(
-      "{}: of {} scans so many are likelier where they were made than 0.3 m ahead {:.1f} %, "
-      "behind {:.1f} %, right {:.1f} %, left {:.1f} %, turned by 5 degrees {:.1f} %, {:.1f} "
+      "{}: share of {} scans that are more likely at the true pose than 0.3 m ahead {:.1f} %, "
+      "behind {:.1f} %, right {:.1f} %, left {:.1f} %, rotated by 5 degrees {:.1f} %, {:.1f} "
       "%\n",
       name, drive.truth.poses.size(), share(0), share(1), share(2), share(3), share(4), share(5));
 }
@@ -110,8 +110,8 @@ void compare(const RecordedDrive& drive, const Wanted& wanted, std::size_t size,
   MrptSettings settings = wanted.mrpt;
   settings.particles = wanted.particles[size];
   settings.beams = wanted.beams[size];
-  // Who sums the logarithms of three times the beams as if each told something new is three times
-  // as sure.
+  // Summing the logarithms of three times as many beams, as if they were independent, makes the
+  // filter three times as certain.
   settings.power *= 60.0 / settings.beams;
   for (trial.seed = wanted.seed; trial.seed < wanted.seed + wanted.seeds; ++trial.seed) {
     if (!wanted.alone)
@@ -146,18 +146,21 @@ Exit bench(const Wanted& wanted) {
 
 constexpr const char* kAbout =
     "MRPT's particle filter " MRPT_RELEASE
-    " and ours on the same recorded drives, in turns; one table.\n\n"
-    "Both get the same scans, beams of them, odometry and start, as mcl-eval has them.";
+    " and ours on the same recorded drives, compared in one table.\n\n"
+    "Both get the same scans, beams, odometry and start, as in mcl-eval.";
 
 void add_options(CLI::App& app, Wanted& wanted) {
-  app.add_option("LOG MAP TRUTH", wanted.files, "as mcl-eval has them, as many threes as wanted")
+  app.add_option("LOG MAP TRUTH", wanted.files, "files as for mcl-eval; any number of triples")
       ->required();
-  app.add_option("--particles", wanted.particles, "sizes that are compared")->capture_default_str();
-  app.add_option("--beams", wanted.beams, "and their beams")->capture_default_str();
-  app.add_option("--seed", wanted.seed, "the first of them")->capture_default_str();
-  app.add_option("--seeds", wanted.seeds, "so many")->capture_default_str();
-  app.add_flag("--proof", wanted.proof, "only: is a scan likelier where it was made than beside?");
-  app.add_flag("--alone", wanted.alone, "MRPT's without ours");
+  app.add_option("--particles", wanted.particles, "numbers of particles to compare")
+      ->capture_default_str();
+  app.add_option("--beams", wanted.beams, "numbers of beams, one for each of --particles")
+      ->capture_default_str();
+  app.add_option("--seed", wanted.seed, "first seed")->capture_default_str();
+  app.add_option("--seeds", wanted.seeds, "number of seeds")->capture_default_str();
+  app.add_flag("--proof", wanted.proof,
+               "only check whether scans are more likely at the true pose");
+  app.add_flag("--alone", wanted.alone, "run only the filter of MRPT");
   MrptSettings& mrpt = wanted.mrpt;
   const auto setting = [&app](const char* name, double& value, const char* what) {
     app.add_option(name, value, what)->capture_default_str()->group("Settings of MRPT");
@@ -170,10 +173,10 @@ void add_options(CLI::App& app, Wanted& wanted) {
   setting("--min-std-phi", mrpt.min_std_phi, "rad");
   setting("--std-hit", mrpt.std_hit, "LF_stdHit, m");
   setting("--max-distance", mrpt.max_distance, "LF_maxCorrsDistance, m");
-  setting("--z-hit", mrpt.z_hit, "LF_zHit; LF_zRandom is the rest");
+  setting("--z-hit", mrpt.z_hit, "LF_zHit; LF_zRandom is 1 - LF_zHit");
   setting("--max-range", mrpt.max_range, "LF_maxRange, m");
-  setting("--power", mrpt.power, "powFactor for 60 beams, in proportion less for more");
-  setting("--beta", mrpt.beta, "BETA: resampled below so much of the effective size");
+  setting("--power", mrpt.power, "powFactor for 60 beams; scaled inversely with their number");
+  setting("--beta", mrpt.beta, "BETA: resample below this share of the effective sample size");
   app.add_flag("--optimal", mrpt.optimal, "pfAuxiliaryPFOptimal, not pfStandardProposal")
       ->group("Settings of MRPT");
   app.set_version_flag("--version", TIMS_VERSION);
@@ -189,9 +192,9 @@ int main(int argc, char** argv) {
   add_options(app, wanted);
   return timsctl::run_program(argc, argv, app, [&] {
     if (wanted.files.size() % 3 != 0)
-      throw CLI::ValidationError("files come in threes: LOG MAP TRUTH");
+      throw CLI::ValidationError("files must be given as triples LOG MAP TRUTH");
     if (wanted.particles.size() != wanted.beams.size())
-      throw CLI::ValidationError("--beams: one for each of --particles");
+      throw CLI::ValidationError("--beams needs one value for each of --particles");
     try {
       return bench(wanted);
     } catch (const Failure&) {

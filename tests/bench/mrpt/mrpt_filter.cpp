@@ -28,11 +28,11 @@ using mrpt::poses::CPose3D;
 
 namespace {
 
-constexpr float kOccupied = 0.02F;  // how free
+constexpr float kOccupied = 0.02F;  // probability of being free
 constexpr float kFree = 0.98F;
 constexpr float kUnknown = 0.5F;
 
-// A step or a place on the robot; frames follow from it by a shift.
+// A relative pose (a step, or a place on the robot), to which the shift of frames does not apply.
 CPose2D mirrored(const Pose& pose) { return {pose.x / 1000, -pose.y / 1000, -pose.rho}; }
 
 COccupancyGridMap2D::Ptr grid_of(const GridMap& map, const MrptSettings& settings) {
@@ -132,8 +132,8 @@ struct MrptFilter::Parts {
   CParticleFilter filter;
   CActionRobotMovement2D::TMotionModelOptions motion;
   Pose estimate{};
-  Pose odometry{};  // newest
-  Pose taken{};     // and of the last scan taken
+  Pose odometry{};  // the newest
+  Pose taken{};     // odometry of the last scan used
   bool fresh = true;
 };
 
@@ -169,8 +169,8 @@ bool MrptFilter::take(const Pose& odometry, const LogScan& scan, std::span<const
   if (beams.empty() || (!parts.fresh && !moved)) return false;
   parts.taken = odometry;
   parts.fresh = false;
-  // Every so many points of the scan. To say of the others that they saw nothing will not do:
-  // points without a neighbour are left out by MRPT, and two of sixty were left.
+  // Uses every n-th point of the scan. Marking the others as invalid does not work, because MRPT
+  // omits points without valid neighbours: two of sixty remained.
   parts.grid->likelihoodOptions.LF_decimation = static_cast<std::uint32_t>(
       std::max(1L, std::lround(static_cast<double>(beams.size()) / parts.settings.beams)));
   parts.step(way, parts.scan_of(scan, beams));

@@ -1,10 +1,10 @@
-// The particle filter of MRPT (CMonteCarloLocalization2D) in the place of our localiser: a map of
-// ours as its grid, odometry as its actions, beams as its scans, and back.
+// The particle filter of MRPT (CMonteCarloLocalization2D) in place of our localiser: converts our
+// map to its grid, odometry to its actions, beams to its scans, and its result back.
 //
-// MRPT's axes are right-handed: its y is our -y, its angles ours the other way round. Its frame
-// begins at the map's corner, as its grid begins at a multiple of the resolution only. It gets
-// scans when ours would, after 0.1 m or 0.1 rad, the whole of each; of their points it takes every
-// n-th.
+// MRPT's axes are right-handed: its y is our -y, and its angles have the opposite sign. The origin
+// of its frame is the corner of the map, because its grid can only start at a multiple of the
+// resolution. It gets complete scans when ours does, after 0.1 m or 0.1 rad, and uses every n-th
+// point.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@
 
 namespace rack::mcl_eval {
 
-// Lengths in m, angles in rad, as MRPT has them. What they are and how they were found:
+// Lengths in m, angles in rad, as in MRPT. Their meaning and how they were chosen:
 // components/localisation/README.md.
 struct MrptSettings {
   unsigned particles = 500;
@@ -52,12 +52,12 @@ class MrptFilter final : public Contestant {
   [[nodiscard]] double share() const override { return 1; }
   [[nodiscard]] bool searches() const override { return false; }
 
-  // The logarithm of the likelihood of the whole scan, seen from there.
+  // The logarithm of the likelihood of the complete scan at that pose.
   [[nodiscard]] double likelihood(const Pose& robot, const localisation::LogScan& scan,
                                   std::span<const localisation::BeamEnd> beams) const;
 
  private:
-  struct Parts;  // of MRPT
+  struct Parts;  // objects of MRPT
   std::unique_ptr<Parts> parts_;
 };
 

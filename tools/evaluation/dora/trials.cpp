@@ -25,7 +25,8 @@ constexpr double kPost = 250;          // radius, mm
 constexpr double kTight = 600;         // gap to a post that requires MOVE 0 at once, mm
 constexpr double kDecelerates = 2000;  // mm/s2
 constexpr double kAccelerates = 1000;  // mm/s2
-// Of one scan, the pilot, the chassis and its lag, and the age of the true state (20 ms); s.
+// Total delay of one scan, the pilot, the chassis and its lag, and the age of the true state (20
+// ms), s.
 constexpr double kReaction = 0.25;
 constexpr double kMargin = 200;           // kept by the robot, mm
 constexpr double kMore = 500;             // range of distances beyond the stopping distance, mm
