@@ -17,7 +17,7 @@ constexpr int kCyclictestLatestUs = 50'000;
 
 std::string number(auto value) { return std::to_string(value); }
 
-// "000012 000345": so many were so late, us.
+// Lines "000012 000345": delay in us, number of samples.
 std::vector<Duration> samples_of(const std::string& histogram) {
   std::vector<Duration> samples;
   std::istringstream lines(histogram);

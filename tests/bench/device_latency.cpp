@@ -44,7 +44,7 @@ unsigned mark_of(Time time, std::size_t index) {
   return kNearest + static_cast<unsigned>(ns >> 8 * index & 0xFF);
 }
 
-// Nothing if they are not a time stamp; `distance` returns the distance of each point.
+// The time stored in the first distances of a scan; `distance(i)` returns that of point i.
 Time marked(const std::function<unsigned(std::size_t)>& distance) {
   std::uint64_t ns = 0;
   for (std::size_t i = 0; i < kMarks; ++i)

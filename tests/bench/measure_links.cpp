@@ -75,7 +75,7 @@ class Base {
   std::optional<test::ChildProcess> process_;
 };
 
-// Routers on this host that connect by name: a base and `count` robots.
+// Routers on this host that connect by name: a base and `robots` robots.
 class NamedFleet {
  public:
   NamedFleet(const Setting& setting, std::uint64_t robots)

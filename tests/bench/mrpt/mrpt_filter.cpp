@@ -32,7 +32,7 @@ constexpr float kOccupied = 0.02F;  // probability of being free
 constexpr float kFree = 0.98F;
 constexpr float kUnknown = 0.5F;
 
-// A relative pose (a step, or a place on the robot), to which the shift of frames does not apply.
+// Converts a step or a pose on the robot; poses in the map frame are shifted as well.
 CPose2D mirrored(const Pose& pose) { return {pose.x / 1000, -pose.y / 1000, -pose.rho}; }
 
 COccupancyGridMap2D::Ptr grid_of(const GridMap& map, const MrptSettings& settings) {
