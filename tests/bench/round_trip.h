@@ -43,7 +43,7 @@ class Ping {
     for (int tries = 0; tries < 10; ++tries) {
       if (exchange({.kind = Kind::kHello}, kPatience)) return true;
     }
-    std::fprintf(stderr, "ping: nobody answers\n");
+    std::fprintf(stderr, "ping: no answer\n");
     return false;
   }
 

@@ -182,7 +182,7 @@ TEST_P(PortContract, OneSendersMessagesStayInOrder) {
   }
 }
 
-TEST_P(PortContract, WhatWasSentBeforeClosingArrives) {
+TEST_P(PortContract, MessagesSentBeforeClosingArrive) {
   const auto guest = guest_at(kGuest);
   constexpr std::uint32_t kCount = 900;
   for (std::uint32_t i = 0; i < kCount; ++i)

@@ -155,7 +155,7 @@ TEST_F(Fleet, ARestartedSuperRouterIsFoundAgain) {
   ship.kill();
   network.run_for(5s);
   EXPECT_EQ(super_of(one), "");
-  EXPECT_TRUE(one.links().fleet().routers().empty()) << "nobody stale after the lease";
+  EXPECT_TRUE(one.links().fleet().routers().empty()) << "old entries are removed after the lease";
   ship.start(network.now());
   EXPECT_TRUE(becomes(one, "base"));
 }

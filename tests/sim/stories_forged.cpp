@@ -124,7 +124,7 @@ TEST(Forged, NoAnswerIsLongerThanItsRequest) {
   data[0] = std::byte{1};
   data[8] = std::byte{77};
   for (std::size_t n = 0; n <= data.size(); ++n)
-    EXPECT_LE(longest_answer(std::span(data).first(n)), n) << "of data with a token of nobody";
+    EXPECT_LE(longest_answer(std::span(data).first(n)), n) << "data with an unknown token";
 }
 
 // An attacker that receives what is sent to its own address, and answers as a router does.

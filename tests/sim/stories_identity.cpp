@@ -245,7 +245,7 @@ TEST(Identity, ForgedDatagramsAreCounted) {
   EXPECT_TRUE(s.gui_reaches_camera());
 }
 
-TEST(Identity, APeerThatAcknowledgesWhatWasNeverSent) {
+TEST(Identity, APeerThatAcknowledgesPacketsNeverSent) {
   Story s;
   s.begin();
   // A forged packet of the robot acknowledges packets that were not sent yet.
@@ -335,7 +335,7 @@ TEST(Identity, TheNumberOfMailboxesOfALinkIsLimited) {
   const core::Event* limit = Story::find_event(base, core::EventKind::kMailboxLimit);
   ASSERT_NE(limit, nullptr);
   EXPECT_EQ(limit->client.name.view(), "robot");
-  EXPECT_EQ(Story::links_up(base), 2U) << "it goes on with those it has";
+  EXPECT_EQ(Story::links_up(base), 2U) << "the existing links are kept";
   EXPECT_EQ(Story::find_event(base, core::EventKind::kLinkDown), nullptr);
   std::size_t refused = 0;
   base.links().for_each([&](const link::Link& link) { refused += link.mailboxes_refused(); });

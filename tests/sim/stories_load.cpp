@@ -208,7 +208,7 @@ TEST(Load, UrgentMessagesAreNotDroppedForOthers) {
 }
 
 // Clients and their mailboxes come and go for days; nothing of them may remain in memory.
-TEST(Load, MailboxesThatComeAndGoLeaveNothing) {
+TEST(Load, RemovedMailboxesUseNoMemory) {
   Story s;
   s.begin();
   const auto memory = [&] {

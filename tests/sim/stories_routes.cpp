@@ -8,7 +8,7 @@
 namespace tims::sim {
 namespace stories_routes {
 
-TEST(Routes, ADeadLinkIsWithdrawnEverywhere) {
+TEST(Routes, AFailedLinkIsWithdrawnEverywhere) {
   Story s;
   s.begin();
   s.host->kill();

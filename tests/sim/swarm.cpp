@@ -237,7 +237,7 @@ void Swarm::plan_churn(Time when) {
     node(client.node).remove_client(now(), std::exchange(client.id, core::kNoClient));
     network_.at(now() + away, [this, i] {
       if (clients_[i].id || !node(clients_[i].node).alive()) return;
-      tell(clients_[i].name + " comes back");
+      tell(clients_[i].name + " reconnects");
       attach(clients_[i]);
     });
   });

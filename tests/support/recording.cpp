@@ -37,7 +37,7 @@ Result<std::string> unpack(const std::string& path) {
   while ((n = ::gzread(file.get(), buffer.data(), static_cast<unsigned>(buffer.size()))) > 0) {
     text.append(buffer.data(), static_cast<std::size_t>(n));
   }
-  if (n < 0) return Error(Errc::kSystem, path + " is no whole gzip file");
+  if (n < 0) return Error(Errc::kSystem, path + " is not a complete gzip file");
   return text;
 }
 

@@ -104,13 +104,13 @@ TEST_F(FleetTest, ALineIsCutAndRestored) {
   EXPECT_TRUE(eventually([&] { return !reachable(); }, "what the robot announced is withdrawn"));
   EXPECT_EQ(state().at("lines").at(0).at("state"), "cut");
   EXPECT_EQ(fault({"heal"}).code, 0);
-  EXPECT_TRUE(eventually([&] { return reachable(); }, "the robot is there again"));
+  EXPECT_TRUE(eventually([&] { return reachable(); }, "the robot is reachable again"));
 
   EXPECT_EQ(fault({"blackout", "direction=up"}).code, 0);
   EXPECT_TRUE(eventually([&] { return !reachable(); },
                          "a link that works in one direction only goes down"));
   EXPECT_EQ(fault({"off"}).code, 0);
-  EXPECT_TRUE(eventually([&] { return reachable(); }, "the robot is there again"));
+  EXPECT_TRUE(eventually([&] { return reachable(); }, "the robot is reachable again"));
 }
 
 TEST_F(FleetTest, LossAndRateAreSetInTheKernelAndDelayIsAdded) {

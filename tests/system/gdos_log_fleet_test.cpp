@@ -83,7 +83,7 @@ TEST_F(GdosLogFleetTest, EachRobotKeepsItsTextsAndARobotWithoutLogSendsThemToThe
         ladar.say("to the base");
         return kept_at("base").find("to the base") != std::string::npos;
       },
-      "the base hears it"));
+      "the base receives it"));
   EXPECT_EQ(kept_at("base").find("from"), std::string::npos)
       << "the texts of the other robot are kept there";
   EXPECT_EQ(kept_at("robot2").find("to the base"), std::string::npos);
@@ -106,7 +106,7 @@ TEST_F(GdosLogFleetTest, ARobotsTextsAreFollowedFromTheBase) {
         ladar.say("far away");
         return follower->standard_output().find("error   far away") != std::string::npos;
       },
-      "the follower hears it"));
+      "the follower receives it"));
   EXPECT_THAT(follower->standard_output(), HasSubstr("Ladar(1/0)"));
 }
 

@@ -62,7 +62,7 @@ TEST_F(GdosLogTest, AWindowThatStartsLaterReceivesTextsOfRunningComponents) {
         say("after");
         return window.next(std::chrono::milliseconds(100)) == "after";
       },
-      "heard"));
+      "received"));
   EXPECT_TRUE(comes_to_be_kept("after"));
 }
 
@@ -99,7 +99,7 @@ TEST_F(GdosLogTest, ASecondLogKeepsTextsAsWell) {
         say("for one");
         return kept_there("for one");
       },
-      "the second goes on"));
+      "the second continues"));
 }
 
 // The original router accepts one owner of the sink only.
@@ -148,7 +148,7 @@ TEST_F(GdosLogTest, AnyNumberOfProgramsCanFollow) {
       if (follower.standard_output().empty()) return false;
     return true;
   };
-  EXPECT_TRUE(eventually(all_heard, "all four hear something"));
+  EXPECT_TRUE(eventually(all_heard, "all four receive texts"));
   EXPECT_THAT(followers[1].standard_output(), Not(HasSubstr("warning")));
   EXPECT_THAT(followers[1].standard_output(), HasSubstr("GUI(0/0)"));
   EXPECT_THAT(followers[2].standard_output(), HasSubstr("Ladar(0/0)         info    a scan\n"));

@@ -171,7 +171,7 @@ TEST_F(HttpTest, GarbageAndTooMuch) {
   EXPECT_EQ(get("/healthz").status, 200);
 }
 
-TEST_F(HttpTest, ManyAtOnce) {
+TEST_F(HttpTest, ManyConnectionsAtOnce) {
   std::vector<ByteSocket> sockets;
   for (int i = 0; i < 50; ++i) {
     sockets.emplace_back(router_.http());

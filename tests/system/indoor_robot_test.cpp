@@ -86,7 +86,7 @@ TEST_F(IndoorRobotTest, PassesAPersonOnItsPathWithoutContact) {
     return walker != nullptr && walker->vx == 0 && walker->vy == 0 &&
            std::hypot(walker->pos.x.raw() - 3500, walker->pos.y.raw()) < 100;
   };
-  ASSERT_TRUE(eventually(stands_in_the_corridor, "somebody stands in the corridor", kDrive));
+  ASSERT_TRUE(eventually(stands_in_the_corridor, "a person stands in the corridor", kDrive));
   ASSERT_TRUE(world().let_people_move(false).ok());
 
   ASSERT_TRUE(turned_on(of_system("ObjRecog")));
@@ -100,7 +100,7 @@ TEST_F(IndoorRobotTest, PassesAPersonOnItsPathWithoutContact) {
                  return std::hypot(at.x - there.x, at.y - there.y) < 400;
                });
       },
-      "an object where somebody stands", kDrive));
+      "an object at the position of the person", kDrive));
 
   bool was_in_its_way = false;
   double nearest = 1e9;

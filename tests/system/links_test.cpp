@@ -129,10 +129,10 @@ TEST_F(Tree, AKilledRouterIsWithdrawnAndFoundAgain) {
 
 TEST_F(Tree, TheRefusalOfASecondRouterWithOneIdNamesTheFirst) {
   Host twin("twin", "system", 1, 1, {"kind=super,to=" + base->udp()});
-  ASSERT_TRUE(eventually([&] { return base->knows(Address(0x01000100)); }, "robot1 is there"));
+  ASSERT_TRUE(eventually([&] { return base->knows(Address(0x01000100)); }, "robot1 is known"));
   twin.start();
   EXPECT_TRUE(eventually([&] { return twin.log().find("robot1") != std::string::npos; },
-                         "the twin hears who has its id"));
+                         "the twin receives the name of the router with its id"));
   EXPECT_TRUE(eventually([&] { return base->log().find("twin") != std::string::npos; },
                          "the base names both"));
   EXPECT_THAT(base->timsctl({"router", "list", "--json"}), HasSubstr("\"robot1\""));
@@ -206,7 +206,7 @@ testing::AssertionResult list_becomes(const Host& host, const std::string& wante
 }
 
 TEST_F(Tree, ARouteNeedsAnExistingLink) {
-  ASSERT_TRUE(eventually([&] { return base->knows(Address(0x01000100)); }, "robot1 is there"));
+  ASSERT_TRUE(eventually([&] { return base->knows(Address(0x01000100)); }, "robot1 is known"));
   // For any client: the refusal is from the router itself.
   Session session = base->session("client");
   Mailbox client = open(session, kClient);
@@ -251,7 +251,7 @@ TEST_F(Tree, AnAddedRouteIsKeptByAReload) {
       [&] {
         return timsctl({"route", "add", "Ladar(3/*)", "base"}).empty();
       },
-      "the link is there"));
+      "the link exists"));
   EXPECT_TRUE(has_route());
   std::ofstream(path) << start << "log.level = \"debug\"\n";
   spare->signal(SIGHUP);
@@ -296,7 +296,7 @@ TEST_F(Tree, APermittedRouterInjectsFaults) {
   EXPECT_TRUE(
       eventually([&] { return !base->knows(Address(0x01000200)); }, "the base receives nothing"));
   EXPECT_THAT(link_loss("all", "heal"), HasSubstr("perfect"));
-  EXPECT_TRUE(eventually([&] { return base->knows(Address(0x01000200)); }, "it is back"));
+  EXPECT_TRUE(eventually([&] { return base->knows(Address(0x01000200)); }, "it is known again"));
 
   EXPECT_THAT(link_loss("basse", "loss=10%"), HasSubstr("there are links to base, arm"));
   EXPECT_THAT(link_loss("base", "cut"), HasSubstr("cannot cut a line"));

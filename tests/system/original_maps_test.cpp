@@ -372,7 +372,7 @@ TEST_F(OriginalMapsTest, Scan3dShowsItsRangeImageAndStoresPoints) {
         image = window.ask(rack::Scan3dType::kGetRangeImage);
         return image && image->header.type == rack::Scan3dType::kRangeImage;
       },
-      "a whole scan"));
+      "a complete scan"));
   Fields fields(*image);
   fields.next<i32>();
   const i32 mode = fields.next<i32>();

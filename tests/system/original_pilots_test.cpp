@@ -286,7 +286,7 @@ TEST_F(OriginalPilotsTest, AClickSetsTheDestinationAndHoldStopsIt) {
       [](const Shown& s) {
         return !s.path.empty() && distance(s.goal, {4000, 1500}) < 60;
       },
-      "the way and its end"));
+      "the path and its end"));
   ASSERT_EQ(window.answer_to(PilotType::kHoldCommand, hold(1)), type::kOk);
   EXPECT_TRUE(shows([](const Shown& s) { return s.speed == 0; }, "it stands"));
   ASSERT_EQ(window.answer_to(PilotType::kHoldCommand, hold(0)), type::kOk);

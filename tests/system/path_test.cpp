@@ -68,7 +68,7 @@ class PathTest : public RobotTest {
           const auto status = proxy<rack::PilotProxy>(kPilot).get_status();
           return status && (status->speed != 0) == wanted;
         },
-        wanted ? "it drives" : "it is told to stand");
+        wanted ? "it drives" : "it is commanded to stop");
   }
   rack::PathRddfData route(const std::vector<std::array<int, 3>>& points) {
     rack::PathRddfData data;
@@ -134,7 +134,7 @@ TEST_F(PathTest, ARefusedDestinationOfAListIsKept) {
         const auto status = pilot.get_status();
         return status && status->pilotState == rack::pilot_state::kPathError;
       },
-      "it says that there is no way"));
+      "it reports that there is no path"));
   EXPECT_TRUE(drives(false));
   rack::PilotDestData goal;
   goal.pos.x = 1200;

@@ -81,7 +81,7 @@ TEST_F(RestartTest, ARouterStoppedAfterARestartDoesNotBlockKnownRoutes) {
   for (int i = 0; i < 300; ++i) {
     EXPECT_TRUE(send(a, 2, "local").ok());
     EXPECT_EQ(receive(b), "local");
-    EXPECT_TRUE(send(a, 7, "by way of the router").ok());
+    EXPECT_TRUE(send(a, 7, "through the router").ok());
   }
   EXPECT_LT(std::chrono::steady_clock::now() - begin, kPatience);  // a wait for each: 25 minutes
   router_.process().signal(SIGCONT);
@@ -92,7 +92,7 @@ TEST_F(RestartTest, ProgramsMayStartBeforeTheRouter) {
   router_.kill();
   std::atomic<bool> waiting = false;
   std::thread later([&] {
-    EXPECT_TRUE(eventually([&] { return waiting.load(); }, "the program says it waits"));
+    EXPECT_TRUE(eventually([&] { return waiting.load(); }, "the program reports that it waits"));
   });
   std::optional<Result<Session>> connected;
   std::thread program([&] {

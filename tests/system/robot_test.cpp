@@ -106,7 +106,7 @@ TEST_F(DrivingTest, ContinuesWhenItsOdometryHasRestarted) {
         const auto data = chassis.get_data();
         return data && data->vx == 0.0F;
       },
-      "standing: nobody drives blindly"));
+      "it has stopped: no pilot drives without data"));
   start("OdometryChassis");
   EXPECT_TRUE(eventually(
       [&] {

@@ -99,7 +99,7 @@ TEST_F(SurveyorRobotTest, ScansAllAroundAndMarksMovingObjects) {
         }
         return marked > 300;
       },
-      "dynamic points on who walks", kDrive));
+      "dynamic points on walking people", kDrive));
   EXPECT_LT(astray, marked / 20);
   EXPECT_TRUE(eventually(
       [&] {

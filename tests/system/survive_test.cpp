@@ -163,7 +163,7 @@ TEST_F(SurviveTest, TimesAreFoundAcrossTheirWrap) {
           const auto newest = odometry.get_data();
           return newest && newest->recordingTime == time;
         },
-        "the newest is what was said last"));
+        "the newest data are the last ones sent"));
   }
   // Between two data sets, one on each side; 0 would be the newest.
   for (const std::uint32_t time : {0U - 3 * kPeriod, 0U - kPeriod, 0U - 5, 5U, 2 * kPeriod}) {

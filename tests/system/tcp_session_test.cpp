@@ -134,8 +134,8 @@ TEST_F(TcpSessionTest, AStoppedRouterDoesNotBlockSendersForLong) {
   Session s = tcp_session();
   Mailbox a = open(s, 1);
   const std::string large(100'000, 'x');
-  ASSERT_TRUE(send(a, 1, "so that the way is known"));
-  EXPECT_EQ(receive(a), "so that the way is known");
+  ASSERT_TRUE(send(a, 1, "so that the route is known"));
+  EXPECT_EQ(receive(a), "so that the route is known");
   router_.process().signal(SIGSTOP);
   Errc outcome = Errc::kEmpty;
   while (outcome != Errc::kFull) {  // fills the sockets and the uplink

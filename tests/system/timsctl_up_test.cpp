@@ -98,7 +98,7 @@ TEST_F(TimsctlUpTest, TheSampleRobotIsStartedAndStopped) {
       [&] {
         return timsctl({"component", "pilot", "Chassis/3/0"}).out == "Pilot(3/1)\n";
       },
-      "the chassis tells its pilot"));
+      "the chassis reports its pilot"));
   up.signal(SIGINT);
   const Ran ran = finish(up);
   EXPECT_EQ(ran.code, 0);

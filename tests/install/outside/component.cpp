@@ -1,4 +1,4 @@
-// Uses something of every public header. There is no router: that must be said, not crash.
+// Uses a part of every public header. Without a router it must report this, not crash.
 #include <chrono>
 #include <iostream>
 
