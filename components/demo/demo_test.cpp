@@ -11,8 +11,8 @@ using testing::HasSubstr;
 using testing::StartsWith;
 using Strings = std::vector<std::string>;
 
-Arguments parsed(const Strings& arguments) {
-  const auto result = parse_arguments(arguments);
+Arguments parsed(const Strings& command_line) {
+  const auto result = parse_arguments(command_line);
   const auto* arguments = std::get_if<Arguments>(&result);
   EXPECT_NE(arguments, nullptr) << std::get<Refusal>(result).text;
   return arguments == nullptr ? Arguments{} : *arguments;
