@@ -64,8 +64,8 @@ class TiltedLadar : public DataModule<LadarData> {
 
   std::optional<ServoDriveProxy> servo_;
   std::optional<PositionProxy> position_;
-  Track<double> axis_;
-  Track<Pose> poses_;
+  Trajectory<double> axis_;
+  Trajectory<Pose> poses_;
   Ride ride_;
   const std::vector<Plane> hall_ = hall(200'000);
 };
