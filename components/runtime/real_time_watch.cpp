@@ -247,9 +247,8 @@ void RealTimeWatch::note(const PerfRecord& record) {
 // When the ring is full, only the counts are kept.
 void RealTimeWatch::hand_over(Violation violation, const Snapshot* snapshot) {
   const std::uint32_t put = put_.load(std::memory_order_relaxed);
-  if (snapshot == nullptr || put - taken_.load(std::memory_order_acquire) == kRealTimeWatchRing)
-    return;
-  ring_[put % kRealTimeWatchRing] = {violation, *snapshot};
+  if (snapshot == nullptr || put - taken_.load(std::memory_order_acquire) == kRing) return;
+  ring_[put % kRing] = {violation, *snapshot};
   put_.store(put + 1, std::memory_order_release);
 }
 
@@ -271,7 +270,7 @@ void RealTimeWatch::count_usage() {
 void RealTimeWatch::report(TextLog& log) {
   std::uint32_t taken = taken_.load(std::memory_order_relaxed);
   while (taken != put_.load(std::memory_order_acquire)) {
-    const Found& found = ring_[taken % kRealTimeWatchRing];
+    const Found& found = ring_[taken % kRing];
     const Violation violation = found.violation;
     const std::string place = where(found);
     taken_.store(++taken, std::memory_order_release);

@@ -124,7 +124,7 @@ function(tims_program_groups)
   endif()
   if(TARGET tims-bench)
     add_custom_target(bench_programs DEPENDS tims-bench tims-router timsctl CameraV4l ChassisSim ClockSystem
-                                             LadarSickCola LadarSickLms200 LadarSim OdometryChassis)
+                                             LadarSickCola LadarSickLms200 LadarSim OdometryChassis Position Scan2d Scan2dSim)
   endif()
 endfunction()
 
