@@ -102,7 +102,7 @@ def check(tree):
         if found:
             archives[found[0]] = folder
         else:
-            yield Finding(folder, 0, f"lib{name}.a is not in {tree.build}: tools/dev build")
+            yield Finding(folder, 0, f"lib{name}.a is not in {tree.build}: tools/dev build release all")
     inside = set().union(*(defined_symbols(a) for a in archives))
     for archive, folder in archives.items():
         for symbol, name in demangle(undefined_symbols(archive) - inside).items():

@@ -26,7 +26,7 @@ def compiled(tree):
 def check(tree):
     in_targets = compiled(tree)
     if in_targets is None:
-        yield Finding(str(tree.build), 0, "has no compile_commands.json: tools/dev build")
+        yield Finding(str(tree.build), 0, "has no compile_commands.json: tools/dev build release all")
         return
     apart = tuple(projects_apart(tree))
     for path in tree.sources(".cpp", ".c"):

@@ -133,7 +133,7 @@ def _run(tree, folder, path):
 
 def check_tidy(tree, changed):
     if not shutil.which(CLANG_TIDY) or compiled(tree) is None:
-        yield Finding("tools/check", 0, f"needs {CLANG_TIDY} and {tree.build}: tools/dev build")
+        yield Finding("tools/check", 0, f"needs {CLANG_TIDY} and {tree.build}: tools/dev build release all")
         return
     folder = tree.build.parent / "check"
     cache = folder / "tidy"
