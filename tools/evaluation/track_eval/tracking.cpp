@@ -211,7 +211,7 @@ class Drive {
     if (last_ && time > *last_ && time < *last_ + 2) score_.minutes += (time - *last_) / 60;
     last_ = time;
     for (const Track& track : recogniser_.tracks()) {
-      if (!track.told()) continue;
+      if (!track.published()) continue;
       ++score_.objects;
       if (track.moving()) note(track, time);
     }
