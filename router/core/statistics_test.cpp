@@ -24,7 +24,7 @@ TEST(Labels, NamesSayWhatTheyMean) {
   EXPECT_EQ(name(PortKind::kWebSocket), "websocket");
   EXPECT_EQ(name(EventKind::kDeleteRefused), "delete_refused");
   EXPECT_EQ(name(CloseReason::kTooLong), "too_long");
-  EXPECT_TRUE(sentence(Outcome::kNoRoute).starts_with("nobody"));
+  EXPECT_TRUE(sentence(Outcome::kNoRoute).starts_with("the destination is not registered"));
 }
 
 TEST(Labels, OnlySomeOutcomesMeanThatAMessageWasTaken) {

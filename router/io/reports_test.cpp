@@ -340,7 +340,7 @@ tims_router_clients{port="local"} 0
 tims_router_clients{port="tcp"} 2
 tims_router_clients{port="websocket"} 1
 tims_router_clients{port="link"} 0
-# HELP tims_router_queued_bytes What waits in the router for clients that read slowly, by port.
+# HELP tims_router_queued_bytes Bytes queued in the router for clients that read slowly, by port.
 # TYPE tims_router_queued_bytes gauge
 tims_router_queued_bytes{port="local"} 0
 tims_router_queued_bytes{port="tcp"} 203

@@ -169,7 +169,7 @@ TEST(Identity, TheRefusalNamesTheUnknownVersion) {
   ASSERT_NE(refuse, nullptr);
   EXPECT_EQ(refuse->echo, 4711U);
   EXPECT_EQ(refuse->code, link::RefuseCode::kVersion);
-  EXPECT_NE(refuse->text.view().find("yours 7 to 9"), std::string_view::npos)
+  EXPECT_NE(refuse->text.view().find("the other router supports 7 to 9"), std::string_view::npos)
       << refuse->text.view();
 }
 

@@ -346,7 +346,7 @@ TEST_F(CapturesTest, AReceiverAtAPort) {
   ASSERT_TRUE(at<rack::GpsProxy>("Gps(0/0)").on());
   const auto over = program.wait_for_line("invalid telegrams");
   ASSERT_TRUE(over) << over.error().message();
-  EXPECT_THAT(*over, HasSubstr(": 142 telegrams"));
+  EXPECT_THAT(*over, HasSubstr(": 142 invalid telegrams"));
   EXPECT_GT(data_sets("Gps(0/0)"), 1);
   const auto status = player.wait();
   ASSERT_TRUE(status) << status.error().message();

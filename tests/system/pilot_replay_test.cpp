@@ -119,7 +119,7 @@ TEST_F(PilotReplayTest, RepeatsItsDecisionsAndReportsWhyItStopped) {
   EXPECT_GT(same.json.at("decisions").as_int64(), 60);
   const Said why = replay({recording_, "--why"});
   EXPECT_EQ(why.status, 0);
-  EXPECT_THAT(why.text, testing::HasSubstr("stands: an obstacle, free distance"));
+  EXPECT_THAT(why.text, testing::HasSubstr("stops: an obstacle, free distance"));
   EXPECT_THAT(why.text, testing::HasSubstr("held by HOLD"));
   EXPECT_THAT(why.text, testing::HasSubstr(" decisions: 0 different"));
 

@@ -151,7 +151,7 @@ TEST_F(SickDriversTest, AnUnexpectedScannerIsRefused) {
     EXPECT_TRUE(said) << said.error().message();
     kill(program);
   };
-  expect_refused("hokuyo", "LadarHokuyoUrg", "serial number H0614967, not 1234");
+  expect_refused("hokuyo", "LadarHokuyoUrg", "serial number H0614967; required: 1234");
   expect_refused("rplidar", "LadarRplidar", "serial number c0de0102030405");
 }
 

@@ -79,7 +79,7 @@ TEST_F(TimsctlComponentTest, MessagesByName) {
   EXPECT_THAT(move.err, HasSubstr("did you mean move?"));
   const Ran field = timsctl({"msg", "pub", "Chassis/0/0", "move", "speed=200", "-y"});
   EXPECT_EQ(field.code, 2);
-  EXPECT_THAT(field.err, HasSubstr("there are vx, vy, omega"));
+  EXPECT_THAT(field.err, HasSubstr("known: vx, vy, omega"));
   EXPECT_EQ(timsctl({"msg", "echo", "Chassis/0/0", "-n", "1", "--filter", "vz>1"}).code, 2);
 }
 
@@ -134,7 +134,7 @@ TEST_F(TimsctlComponentTest, AnOriginalOneDoesNotReportWhenParametersTakeEffect)
   answer(type::kSetParam, type::kOk);
   const Ran ran = finish(*child);
   EXPECT_EQ(ran.code, 0);
-  EXPECT_THAT(ran.err, HasSubstr("maxRange = 7, most take effect at the next ON"));
+  EXPECT_THAT(ran.err, HasSubstr("maxRange = 7, it does not report when; most take effect at the next ON"));
 }
 
 TEST_F(TimsctlComponentTest, ItsVersionAndItsParametersForTheShell) {

@@ -65,7 +65,7 @@ TEST_F(TimsctlNavTest, ShowsThePositionAndWhatIsMissing) {
   EXPECT_THAT(nav({"where"}).out, HasSubstr("`timsctl nav map load FILE`"));
   const Ran loaded = nav({"map", "load", FLOOR_PLAN});
   EXPECT_EQ(loaded.code, 0) << loaded.err;
-  EXPECT_THAT(loaded.out, HasSubstr("taken"));
+  EXPECT_THAT(loaded.out, HasSubstr("loaded"));
   EXPECT_EQ(nav({"map", "load", "/nowhere/floor.dxf"}).code, 1);
   EXPECT_THAT(nav({"map"}).out, HasSubstr(FLOOR_PLAN)) << "the map that it had loaded";
   ASSERT_TRUE(turned_on("Mcl(0/0)"));
@@ -131,7 +131,7 @@ TEST_F(TimsctlNavTest, CtrlCAndTheTimeoutStopIt) {
   drive->signal(SIGINT);
   const Ran stopped = finish(*drive);
   EXPECT_EQ(stopped.code, 130);
-  EXPECT_THAT(stopped.err, HasSubstr("the robot stands: Pilot(0/0) holds"));
+  EXPECT_THAT(stopped.err, HasSubstr("the robot stands still: Pilot(0/0) is stopped"));
   EXPECT_TRUE(stands());
 
   const Ran late = nav({"goto", "15", "0", "--for", "1s"});
@@ -202,7 +202,7 @@ TEST_F(TimsctlNavTest, DrawsRecordings) {
   std::ofstream(truth) << "time_s,x_m,y_m\n0,0,0\n2,2,0\n";
   const Ran drawn = nav({"plot", picture, FLOOR_PLAN, track, "truth=" + truth});
   EXPECT_EQ(drawn.code, 0) << drawn.err;
-  EXPECT_THAT(drawn.err, HasSubstr("2 tracks, 1 curves over time"));
+  EXPECT_THAT(drawn.err, HasSubstr("2 trajectories, 1 curves over time"));
   std::ifstream file(picture);
   const std::string svg((std::istreambuf_iterator<char>(file)), {});
   EXPECT_THAT(svg, HasSubstr("estimate: position error"));

@@ -95,7 +95,7 @@ TEST(RobotFile, EveryProblemHasItsPlaceAndSaysWhatToDo) {
   EXPECT_THAT(problems("restart = \"on-falure\"\n[[component]]\nprogram = \"A\""),
               HasSubstr("unknown restart \"on-falure\"; did you mean on-failure?"));
   EXPECT_THAT(problems("[host.arm]\nssh = \"-oProxyCommand=x\"\n[[component]]\nprogram = \"A\""),
-              HasSubstr("[host.arm] wants ssh"));
+              HasSubstr("[host.arm] requires ssh"));
   EXPECT_THAT(problems("name = \"a/b\"\n[[component]]\nprogram = \"A\""),
               HasSubstr("\"a/b\" is not a name"));
 }

@@ -261,7 +261,7 @@ TEST(MessageFields, BodiesAreRefusedWithWhatIsMeant) {
   EXPECT_EQ(refusal([] { made({"omga=1"}); }),
             "ChassisMoveData has no field \"omga\" -> did you mean omega?");
   EXPECT_EQ(refusal([] { made({"z=1"}); }),
-            "ChassisMoveData has no field \"z\" -> there are vx, vy, omega");
+            "ChassisMoveData has no field \"z\" -> known: vx, vy, omega");
   EXPECT_EQ(refusal([] { made({"vx=fast"}); }),
             "vx=fast: expected a number in mm/s -> timsctl msg show Chassis move");
   EXPECT_EQ(refusal([] { made({"activePilot=Pilt/0/1"}, "set_active_pilot"); }),

@@ -127,7 +127,7 @@ TEST(FirmataTest, SaysThatNobodyAnswersAndThatItFellSilent) {
   ASSERT_TRUE(line.run(5s, [&] { return driver.is_ready(); }));
   is_dead = true;
   ASSERT_TRUE(line.run(5s, [&] { return driver.failure().has_value(); }));
-  EXPECT_THAT(driver.failure()->detail(), testing::HasSubstr("silent"));
+  EXPECT_THAT(driver.failure()->detail(), testing::HasSubstr("stopped sending"));
 }
 
 TEST(FirmataTest, NoiseBreaksNothing) {

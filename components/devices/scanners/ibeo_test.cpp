@@ -155,7 +155,7 @@ TEST(IbeoTest, SaysWhatIsWrong) {
     return driver.failure() ? std::string(driver.failure()->detail()) : "";
   };
   EXPECT_THAT(why({.sensor = 1}, 2), testing::HasSubstr("scanner 2 does not answer"));
-  EXPECT_THAT(why({.is_broken = true}, 1), testing::HasSubstr("broken"));
+  EXPECT_THAT(why({.is_broken = true}, 1), testing::HasSubstr("reports a defect"));
   EXPECT_THAT(why({.measure_error = 3}, 1), testing::HasSubstr("invalid sector borders"));
   EXPECT_THAT(why({.spin_up = 30s}, 1), testing::HasSubstr("within 15 s"));
 }

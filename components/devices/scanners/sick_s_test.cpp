@@ -186,7 +186,7 @@ TEST(SickSTest, SaysWhyThereIsNoScan) {
   EXPECT_THAT(complaint({}, {.is_slave = true}), HasSubstr("set EFIdev=1"));
   EXPECT_THAT(complaint({.is_slave = true}, {}), HasSubstr("set EFIdev=0"));
   EXPECT_THAT(complaint({.device = SickSDevice::kS3000}, {}), HasSubstr("devNumber"));
-  EXPECT_THAT(complaint({}, {.baud = 38400}), HasSubstr("500000 baud?"));
+  EXPECT_THAT(complaint({}, {.baud = 38400}), HasSubstr("rate is 500000 baud"));
 }
 
 TEST(SickSTest, NoiseBreaksNothing) {
