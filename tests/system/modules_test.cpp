@@ -163,7 +163,8 @@ TEST_F(ModulesProgramsTest, AKilledChassisDoesNotMoveTheRobot) {
   const auto before = x();
   kill("ChassisSim");
   start("ChassisSim", {"--periodTime=20"});
-  EXPECT_TRUE(eventually([&] { return status() == "enabled"; }, "the component that needs it turns it on"));
+  EXPECT_TRUE(
+      eventually([&] { return status() == "enabled"; }, "the component that needs it turns it on"));
   EXPECT_TRUE(eventually([&] { return x() >= before; }, "where it was"));
   ASSERT_TRUE(odometry.off());
   ASSERT_TRUE(eventually([&] { return *odometry.status() == rack::Status::kDisabled; }, "off"));

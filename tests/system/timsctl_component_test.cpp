@@ -134,7 +134,8 @@ TEST_F(TimsctlComponentTest, AnOriginalOneDoesNotReportWhenParametersTakeEffect)
   answer(type::kSetParam, type::kOk);
   const Ran ran = finish(*child);
   EXPECT_EQ(ran.code, 0);
-  EXPECT_THAT(ran.err, HasSubstr("maxRange = 7, it does not report when; most take effect at the next ON"));
+  EXPECT_THAT(ran.err,
+              HasSubstr("maxRange = 7, it does not report when; most take effect at the next ON"));
 }
 
 TEST_F(TimsctlComponentTest, ItsVersionAndItsParametersForTheShell) {
