@@ -140,14 +140,14 @@ if(TIMS_TESTS)
   target_compile_options(tests_precompiled PRIVATE ${TIMS_TEST_OPTIONS})
 endif()
 
-# tims_test(name SOURCES... [LINK targets...] [DEFINE NAME=value...] [LABELS labels...]): a GoogleTest
+# tims_test(name SOURCES... [LINK targets...] [DEFINE NAME=value...] [LABELS labels...] [PROCESSORS n]): a GoogleTest
 # binary; each TEST becomes a ctest test. Label vm: it needs what only tools/dev vm-test's kernel has,
 # and is skipped elsewhere.
 function(tims_test name)
   if(NOT TIMS_TESTS)
     return()
   endif()
-  cmake_parse_arguments(arg "ONE_PROCESS" "" "LINK;DEFINE;LABELS" ${ARGN})
+  cmake_parse_arguments(arg "ONE_PROCESS" "PROCESSORS" "LINK;DEFINE;LABELS" ${ARGN})
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
   target_link_libraries(${name} PRIVATE ${arg_LINK} tims_options GTest::gtest GTest::gmock
                         GTest::gtest_main)
@@ -161,6 +161,9 @@ function(tims_test name)
     return()
   endif()
   set(properties TIMEOUT 300)
+  if(arg_PROCESSORS)
+    list(APPEND properties PROCESSORS ${arg_PROCESSORS})
+  endif()
   if(arg_LABELS)
     list(APPEND properties LABELS "${arg_LABELS}" RESOURCE_LOCK "${arg_LABELS}")  # one kernel for all
   endif()

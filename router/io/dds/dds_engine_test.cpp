@@ -323,6 +323,7 @@ TEST_F(DdsEngineTest, WhoIsNoRouterOfTheFleetReachesNobody) {
   ASSERT_TRUE(until([&] { return stranger.is_matched(); }, "the router reaches a"));
   // It had as much time.
   EXPECT_FALSE(other.is_matched());
+  EXPECT_TRUE(until([&] { return a.seen.size() >= 2; }, "a sees b and the router"));
   EXPECT_EQ(a.seen.size(), 2);
 }
 
