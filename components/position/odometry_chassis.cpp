@@ -85,7 +85,7 @@ class OdometryChassis : public DataModule<OdometryData> {
   void report_pose(const Position3d& pos) {
     const auto degree = std::lround(degrees(pos.rho.raw()));
     const auto report = [this](std::string_view name, std::int64_t& reported, std::int64_t now) {
-      if (std::exchange(reported, now) != now) tell_state(name, std::to_string(now));
+      if (std::exchange(reported, now) != now) report_state(name, std::to_string(now));
     };
     report("initPosX", reported_[0], pos.x.raw());
     report("initPosY", reported_[1], pos.y.raw());

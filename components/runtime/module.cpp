@@ -26,6 +26,7 @@
 #include "os/clock.h"
 #include "os/environment.h"
 #include "os/file.h"
+#include "os/service_manager.h"
 #include "os/wakeup.h"
 #include "rack/clock.h"
 #include "rack/proxies/catalogue.h"
@@ -37,6 +38,8 @@ namespace {
 
 constexpr tims::Duration kRouterWait = std::chrono::seconds(2);  // long enough for a slow network
 constexpr tims::Duration kCommandWait = std::chrono::milliseconds(500);
+constexpr tims::Duration kReportWait =
+    std::chrono::milliseconds(20);  // while the service manager is busy
 constexpr int kReportEach =
     250;  // ms; the main thread polls, so that a real-time task need not wake it
 
@@ -69,7 +72,7 @@ int fail(std::string_view program, const tims::Error& error, ExitCode code) {
 
 // The runtime of a module, hidden from derived classes. Two threads share it; members protected by
 // the module's mutex_ are marked.
-class Module::Runtime {
+class [[gnu::visibility("hidden")]] Module::Runtime {
  public:
   explicit Runtime(Module& module)
       : module_(module),
@@ -82,7 +85,7 @@ class Module::Runtime {
   Result<void> start(const Arguments& arguments);
   void wait_for_end();
   void end();
-  void notify(std::string_view what, std::string_view name, const std::string& value) const;
+  void notify(std::string_view what, std::string_view name, const std::string& value);
   [[nodiscard]] Status status() const;
   [[nodiscard]] bool wants_on() const;
 
@@ -116,7 +119,7 @@ class Module::Runtime {
   void take_step(LifeCycle::Step step);
   void apply(const LifeCycle::Change& change, const tims::Error* why);
   void report_failure(const char* what, const std::string& why);
-  void tell_status(std::string_view status, const tims::Error* why = nullptr);
+  void report_status(std::string_view status, const tims::Error* why = nullptr);
   Result<void> watched_loop();
 
   Module& module_;
@@ -204,7 +207,7 @@ Result<void> Module::Runtime::start(const Arguments& arguments) {
   log_.print("Init");
   if (auto ready = module_.module_init(); !ready) return ready;
   if (auto tasks = start_tasks(arguments.held_off_by); !tasks) return tasks;
-  manager_.tell("READY=1\nX_TIMS_ADDRESS=" + address_.to_hex());
+  manager_.report("READY", "1\nX_TIMS_ADDRESS=" + address_.to_hex());
   return {};
 }
 
@@ -413,7 +416,8 @@ Result<tims::Mailbox> Module::open_mailbox(const tims::MailboxOptions& options) 
 
 void Module::Runtime::command_task() {
   while (!module_.is_stopping()) {
-    const auto message = command_mailbox_->peek_for(kCommandWait);
+    const bool reported = manager_.flush();
+    const auto message = command_mailbox_->peek_for(reported ? kCommandWait : kReportWait);
     if (message) {
       on_command({message->header(), message->body()});
     } else if (message.error().code() != tims::Errc::kTimeout) {
@@ -497,7 +501,7 @@ void Module::Runtime::refuse(const tims::Header& request, std::string_view why) 
 
 // Reports the OFF to the supervisor, which keeps it when it restarts the program after a crash.
 void Module::Runtime::report_held(std::optional<tims::Address> by) const {
-  module_.tell_state(kHeldOffBy, by ? by->to_hex() : std::string());
+  module_.report_state(kHeldOffBy, by ? by->to_hex() : std::string());
 }
 
 std::string Module::Runtime::why_not_on() const {
@@ -572,12 +576,12 @@ void Module::Runtime::set_parameters(const tims::MessageView& message) {
 
 // Reports a changed parameter to the supervisor, which restarts the program with it after a crash.
 void Module::Runtime::notify(std::string_view what, std::string_view name,
-                             const std::string& value) const {
+                             const std::string& value) {
   if (value.find('\n') != std::string::npos) return;  // the protocol is one line per variable
-  manager_.tell(std::string(what).append(name) + "=" + value);
+  manager_.report(std::string(what).append(name), value);
 }
 
-void Module::tell_state(std::string_view name, const std::string& value) const {
+void Module::report_state(std::string_view name, const std::string& value) const {
   runtime_->notify("X_TIMS_STATE=", name, value);
 }
 
@@ -641,20 +645,20 @@ void Module::Runtime::apply(const LifeCycle::Change& change, const tims::Error* 
     case Kind::kOn:
       reported_failure_.clear();
       log_.print("Module on");
-      tell_status("on");
+      report_status("on");
       break;
     case Kind::kOff:
       module_.turned_off();
       module_.module_off();
       reported_failure_.clear();
       log_.print("Module off");
-      tell_status("off");
+      report_status("off");
       break;
     case Kind::kCannotTurnOn:
     case Kind::kError:
       report_failure(change.kind == Kind::kError ? "Error" : "Error, can't turn on module",
                      why->message());
-      tell_status("error", why);
+      report_status("error", why);
       module_.turned_off();
       module_.module_off();
       break;
@@ -676,12 +680,12 @@ void Module::Runtime::report_failure(const char* what, const std::string& why) {
   if (!again) log_.print(what);
 }
 
-void Module::Runtime::tell_status(std::string_view status, const tims::Error* why) {
+void Module::Runtime::report_status(std::string_view status, const tims::Error* why) {
   if (!manager_.listens()) return;
-  std::string text = "STATUS=" + std::string(status);
+  std::string text(status);
   if (why != nullptr) text += ": " + why->message();
   std::ranges::replace(text, '\n', ' ');  // the protocol is one line per variable
-  manager_.tell(text);
+  manager_.report("STATUS", text);
 }
 
 }  // namespace rack

@@ -99,7 +99,7 @@ extern "C" {
 
 /* --- Version ---------------------------------------------------------------------------------- */
 
-/* Version of the loaded library, "0.1.0"; never freed. A program works with every library whose
+/* Version of the loaded library, "0.2.0"; never freed. A program works with every library whose
  * first two numbers are the same. */
 TIMS_API const char* tims_version(void);
 

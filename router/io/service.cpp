@@ -22,6 +22,9 @@
 namespace tims::io {
 namespace {
 
+constexpr Duration kRetryPause =
+    std::chrono::milliseconds(20);  // while the service manager is busy
+
 sigset_t handled_signals() {
   sigset_t set;
   ::sigemptyset(&set);
@@ -84,22 +87,24 @@ Service::Service(Loop& loop)
   if (manager_.listens()) interval_ = watchdog_interval();
 }
 
-void Service::ready() {
-  manager_.tell("READY=1");
-  if (interval_.count() > 0) timer_.set(os::now() + interval_);
-}
+void Service::ready() { wait(manager_.report("READY", "1")); }
 
 void Service::reloading() {
   const auto now =
       std::chrono::duration_cast<std::chrono::microseconds>(os::now().time_since_epoch());
-  manager_.tell(fmt::format("RELOADING=1\nMONOTONIC_USEC={}", now.count()));
+  manager_.report("RELOADING", fmt::format("1\nMONOTONIC_USEC={}", now.count()));
 }
 
-void Service::stopping() { manager_.tell("STOPPING=1"); }
+void Service::stopping() { manager_.report("STOPPING", "1"); }
 
 void Service::feed() {
-  manager_.tell("WATCHDOG=1");
-  timer_.set(os::now() + interval_);
+  wait(interval_.count() > 0 ? manager_.report("WATCHDOG", "1") : manager_.flush());
+}
+
+// Until the watchdog must be triggered again, or until a busy manager may have room.
+void Service::wait(bool reported) {
+  if (!reported) return timer_.set(os::now() + kRetryPause);
+  if (interval_.count() > 0) timer_.set(os::now() + interval_);
 }
 
 Result<void> become_real_time(int priority) {

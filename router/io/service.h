@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <functional>
 
-#include "os/environment.h"
 #include "os/file.h"
+#include "os/service_manager.h"
 #include "router/io/loop.h"
 #include "tims/result.h"
 
@@ -41,6 +41,7 @@ class Service {
 
  private:
   void feed();
+  void wait(bool reported);
 
   os::ServiceManager manager_;
   std::chrono::microseconds interval_{};  // 0: no watchdog

@@ -101,7 +101,7 @@ while read -r header; do
 done < <(cd "$prefix/include" && find rack -name '*.h')
 if grep -rnE '#include <(fmt|toml)' "$prefix/include"; then fail "heavy headers in public ones"; fi
 nm -D --defined-only --with-symbol-versions "$libdir/librack.so" >"$work/symbols"
-grep -q 'RACK_0.1' "$work/symbols" || fail "librack.so has no symbol versions"
+grep -q 'RACK_0.2' "$work/symbols" || fail "librack.so has no symbol versions"
 if c++filt <"$work/symbols" | grep -E 'rack::(Unwinder|LifeCycle|RealTimeWatch|Listeners)\b'; then
   fail "librack.so exports symbols that are not public"
 fi

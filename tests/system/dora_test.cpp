@@ -32,7 +32,7 @@ class DoraTest : public testing::Test {
     if (!lines().empty()) GTEST_SKIP() << "another Dora is running: " << lines().front();
   }
   static ChildProcess start(std::vector<std::string> arguments) {
-    std::vector<std::string> command = {DORA_PROGRAM, "--fleet-file", DORA_FLEET};
+    std::vector<std::string> command = {TIMS_PROGRAMS "/rack-dora", "--fleet-file", DORA_FLEET};
     command.insert(command.end(), arguments.begin(), arguments.end());
     auto child = ChildProcess::start(std::move(command));
     EXPECT_TRUE(child) << child.error().message();

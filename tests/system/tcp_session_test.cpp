@@ -207,7 +207,7 @@ int priority_of(pid_t process, const std::string& thread) {
 TEST_F(TcpSessionTest, ARealTimeComponentSendsInRealTime) {
   if (!may_be_real_time(30)) GTEST_SKIP() << "needs the right to real-time priorities";
   for (const int priority : {1, 29}) {
-    auto chassis = ChildProcess::start({TIMS_CHASSIS_SIM_PROGRAM, "--router", router_.tcp(),
+    auto chassis = ChildProcess::start({TIMS_PROGRAMS "/ChassisSim", "--router", router_.tcp(),
                                         "--dataTaskPrio", std::to_string(priority)});
     ASSERT_TRUE(chassis.ok());
     ASSERT_TRUE(chassis->wait_for_line("Init"));
@@ -217,7 +217,7 @@ TEST_F(TcpSessionTest, ARealTimeComponentSendsInRealTime) {
 }
 
 TEST_F(TcpSessionTest, AComponentNeedsNoRouterOnItsHost) {
-  auto chassis = ChildProcess::start({TIMS_CHASSIS_SIM_PROGRAM, "--router", router_.tcp()});
+  auto chassis = ChildProcess::start({TIMS_PROGRAMS "/ChassisSim", "--router", router_.tcp()});
   ASSERT_TRUE(chassis.ok());
   Session s = session();
   Mailbox work = open(s, 0x00180101);

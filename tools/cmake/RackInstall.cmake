@@ -14,10 +14,6 @@ function(rack_install_library)
   list(TRANSFORM objects APPEND ">")
   set(exports ${CMAKE_SOURCE_DIR}/tools/cmake/librack.map)
 
-  foreach(target ${arg_UNPARSED_ARGUMENTS})
-    set_target_properties(${target} PROPERTIES CXX_VISIBILITY_PRESET hidden
-                          VISIBILITY_INLINES_HIDDEN ON)
-  endforeach()
   add_library(rack_shared SHARED ${objects})
   set_target_properties(rack_shared PROPERTIES OUTPUT_NAME rack EXPORT_NAME rack
     VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}

@@ -13,8 +13,6 @@ function(tims_install_library)
   if(TIMS_SANITIZE)
     return()  # nobody installs these builds
   endif()
-  # Hidden unless a header of tims/ says otherwise (TIMS_API).
-  set_target_properties(${ARGN} PROPERTIES CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
   set(objects ${ARGN})
   list(TRANSFORM objects PREPEND "$<TARGET_OBJECTS:")
   list(TRANSFORM objects APPEND ">")
@@ -54,19 +52,18 @@ endfunction()
 # tims_install_host(programs...): what runs on a robot besides the library, and all drivers of
 # devices. Called when all targets are known: cmake_language(DEFER ...).
 function(tims_install_host)
-  set(programs ${ARGN})
-  if(TARGET tims-router)  # not with TIMS_LIBRARY_ONLY
-    programs_of(drivers components/devices/drivers)
-    list(APPEND programs rack-emulate World ${drivers})
-  endif()
-  foreach(program ${programs})
-    if(TARGET ${program})
-      install(TARGETS ${program})
-    endif()
-  endforeach()
-  if(NOT TARGET tims-router)
+  if(TIMS_LIBRARY_ONLY OR TIMS_SANITIZE)
     return()
   endif()
+  programs_of(drivers components/devices/drivers)
+  set(programs rack-emulate World ${drivers} ${ARGN})
+  # Found from a program's own place, so that an installation may be moved; and by the whole path for
+  # programs with file capabilities, for which the dynamic linker ignores $ORIGIN.
+  set(common ${CMAKE_INSTALL_LIBDIR}/tims)
+  install(TARGETS tims_common DESTINATION ${common})
+  set_target_properties(${programs} timsctl-robot timsctl-sim tims-crash-report PROPERTIES
+    INSTALL_RPATH "$ORIGIN/../${common};$ORIGIN/../../${common};${CMAKE_INSTALL_FULL_LIBDIR}/tims")
+  install(TARGETS ${programs})
   install(FILES ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/tims_router_tcp TYPE BIN)  # a link
   # What timsctl becomes for some of its verbs, and what a component starts when it crashes.
   install(TARGETS timsctl-robot timsctl-sim tims-crash-report DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/tims)

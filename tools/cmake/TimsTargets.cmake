@@ -85,10 +85,30 @@ endfunction()
 function(tims_program name)
   cmake_parse_arguments(arg "" "" "LINK" ${ARGN})
   add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
-  target_link_libraries(${name} PRIVATE ${arg_LINK} tims_options)
   tims_compile(${name} programs_precompiled)
   if(NOT CMAKE_CURRENT_SOURCE_DIR MATCHES "/tests(/|$)")
     set_property(GLOBAL APPEND PROPERTY TIMS_PROGRAMS ${name})
+    target_link_libraries(${name} PRIVATE tims_common)  # first: see there
+  endif()
+  target_link_libraries(${name} PRIVATE ${arg_LINK} tims_options)
+endfunction()
+
+# tims_common_library(targets... NEEDS libraries...): what most programs link, as one shared library of
+# theirs, so that dozens of programs are small and linked at once. It is built from the objects of static
+# libraries. A program names it before those: the linker takes from an archive only what is still missing.
+# It promises nothing to other people's programs, which get libtims and librack.
+function(tims_common_library)
+  cmake_parse_arguments(arg "" "" "NEEDS" ${ARGN})
+  set(objects ${arg_UNPARSED_ARGUMENTS})
+  list(TRANSFORM objects PREPEND "$<TARGET_OBJECTS:")
+  list(TRANSFORM objects APPEND ">")
+  add_library(tims_common SHARED ${objects})
+  set_target_properties(tims_common PROPERTIES OUTPUT_NAME rack-common-${PROJECT_VERSION} LINKER_LANGUAGE CXX
+                        LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
+  target_link_options(tims_common PRIVATE LINKER:-Bsymbolic-functions)  # calls inside it stay direct
+  target_link_libraries(tims_common PRIVATE ${arg_NEEDS} tims_sanitizers)
+  if(NOT TIMS_SANITIZE)
+    target_link_options(tims_common PRIVATE LINKER:-z,defs)
   endif()
 endfunction()
 
@@ -141,23 +161,31 @@ if(TIMS_TESTS)
 endif()
 
 # tims_test(name SOURCES... [LINK targets...] [DEFINE NAME=value...] [LABELS labels...] [PROCESSORS n]): a GoogleTest
-# binary; each TEST becomes a ctest test. Label vm: it needs what only tools/dev vm-test's kernel has,
-# and is skipped elsewhere.
+# program; each TEST becomes a ctest test. Calls with the same name, in one or several folders, make one
+# program: its start, its link and its headers are most of what a small test costs. Label vm: it needs what
+# only tools/dev vm-test's kernel has, and is skipped elsewhere.
 function(tims_test name)
   if(NOT TIMS_TESTS)
     return()
   endif()
-  cmake_parse_arguments(arg "ONE_PROCESS" "PROCESSORS" "LINK;DEFINE;LABELS" ${ARGN})
-  add_executable(${name} ${arg_UNPARSED_ARGUMENTS})
-  target_link_libraries(${name} PRIVATE ${arg_LINK} tims_options GTest::gtest GTest::gmock
-                        GTest::gtest_main)
+  cmake_parse_arguments(arg "IN_SHARDS" "PROCESSORS" "LINK;DEFINE;LABELS" ${ARGN})
+  if(NOT TARGET ${name})
+    tims_test_program(${name})
+  endif()
+  target_sources(${name} PRIVATE ${arg_UNPARSED_ARGUMENTS})
+  target_link_libraries(${name} PRIVATE ${arg_LINK})
   target_compile_definitions(${name} PRIVATE ${arg_DEFINE})
+endfunction()
+
+# tims_test_program(name): uses the options of the calling tims_test().
+function(tims_test_program name)
+  add_executable(${name})
+  target_link_libraries(${name} PRIVATE tims_options GTest::gtest GTest::gmock GTest::gtest_main)
   target_compile_options(${name} PRIVATE ${TIMS_TEST_OPTIONS})
   tims_compile(${name} tests_precompiled)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
-  if(arg_ONE_PROCESS AND TIMS_SANITIZE)
-    add_test(NAME ${name} COMMAND ${name} --gtest_brief=1)
-    set_tests_properties(${name} PROPERTIES TIMEOUT 1200)
+  if(arg_IN_SHARDS AND TIMS_SANITIZE)
+    tims_test_shards(${name})
     return()
   endif()
   set(properties TIMEOUT 300)
@@ -170,10 +198,21 @@ function(tims_test name)
   gtest_discover_tests(${name} DISCOVERY_TIMEOUT 60 PROPERTIES ${properties})
 endfunction()
 
+# tims_test_shards(name): the tests of a program in a few ctest tests. Instrumented, most of the time of
+# a small test would be the start of the program.
+function(tims_test_shards name)
+  set(shards 4)
+  foreach(shard RANGE 1 ${shards})
+    math(EXPR index "${shard} - 1")
+    add_test(NAME ${name}-${shard} COMMAND ${name} --gtest_brief=1)
+    set_tests_properties(${name}-${shard} PROPERTIES TIMEOUT 1200
+                         ENVIRONMENT "GTEST_TOTAL_SHARDS=${shards};GTEST_SHARD_INDEX=${index}")
+  endforeach()
+endfunction()
+
 # tims_pure_test(...): the same for code without threads, where the thread sanitizer has nothing to find.
-# Instrumented, all tests of the program are one ctest test: most of their time would be its start.
 function(tims_pure_test)
   if(NOT TIMS_SANITIZE MATCHES "thread")
-    tims_test(${ARGN} ONE_PROCESS)
+    tims_test(${ARGN} IN_SHARDS)
   endif()
 endfunction()

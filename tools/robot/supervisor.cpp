@@ -180,13 +180,12 @@ void Supervisor::start() {
     wait(std::min(deadline, next_start()));
     look_after_programs();
   }
-  const auto down = std::ranges::count(programs_, State::kDown, &Program::state);
-  const auto late = std::ranges::count(programs_, State::kStarting, &Program::state);
-  std::string text =
-      fmt::format("{} of {} programs are ready",
-                  programs_.size() - static_cast<std::size_t>(down + late), programs_.size());
-  if (late > 0) text += fmt::format(", {} not yet", late);
-  if (down > 0) text += fmt::format(", {} ended", down);
+  const std::vector<std::string> down = names(State::kDown);
+  const std::vector<std::string> late = names(State::kStarting);
+  std::string text = fmt::format("{} of {} programs are ready",
+                                 programs_.size() - down.size() - late.size(), programs_.size());
+  if (!late.empty()) text += fmt::format(", {} not yet: {}", late.size(), fmt::join(late, ", "));
+  if (!down.empty()) text += fmt::format(", {} ended: {}", down.size(), fmt::join(down, ", "));
   events_.say("started", name_, text);
 }
 
@@ -202,6 +201,13 @@ bool Supervisor::is_starting() const {
   return std::ranges::any_of(programs_, [](const Program& program) {
     return program.state() == State::kStarting || program.start_at() != tims::kNever;
   });
+}
+
+std::vector<std::string> Supervisor::names(State state) const {
+  std::vector<std::string> all;
+  for (const Program& program : programs_)
+    if (program.state() == state) all.push_back(program.name());
+  return all;
 }
 
 tims::Time Supervisor::next_start() const {

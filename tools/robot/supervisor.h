@@ -77,6 +77,7 @@ class Supervisor {
   void take_notifications();
   [[nodiscard]] json::object report() const;
   json::object save(const json::object& question);
+  [[nodiscard]] std::vector<std::string> names(State state) const;
   [[nodiscard]] tims::Time next_start() const;
   [[nodiscard]] bool is_starting() const;
   void end_all();

@@ -103,7 +103,7 @@ class Module {
 
   // Reports a state to the service manager, as the value that this parameter gets when the program
   // is restarted after a crash. The parameter itself does not change.
-  void tell_state(std::string_view name, const std::string& value) const;
+  void report_state(std::string_view name, const std::string& value) const;
   // Creates a mailbox with the next local id and the priority of the data task, for bodies of at
   // least kReasonMax bytes. Call in module_init().
   Result<tims::Mailbox*> create_mailbox(std::uint32_t slots, std::uint32_t body_max);
