@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 #include <string_view>
 
@@ -17,11 +18,28 @@ namespace {
 
 constexpr pid_t kThread = 1;  // thread id for libdw; there is only one thread
 
+// Where files with debug information are searched: the default of libdw, and lib/debug/ of the
+// installation that this program belongs to, which is below its bin/ or libexec/tims/.
+std::string debug_folders() {
+  namespace fs = std::filesystem;
+  std::error_code ignored;
+  const fs::path own = fs::read_symlink("/proc/self/exe", ignored).parent_path();
+  std::string folders = ":.debug:/usr/lib/debug";
+  for (const char* prefix : {"..", "../.."})
+    folders += ":" + (own / prefix / "lib/debug").lexically_normal().string();
+  return folders;
+}
+
 // Only files of this host: no requests to a debuginfo server.
-constexpr Dwfl_Callbacks kFiles = {.find_elf = dwfl_linux_proc_find_elf,
-                                   .find_debuginfo = dwfl_build_id_find_debuginfo,
-                                   .section_address = nullptr,
-                                   .debuginfo_path = nullptr};
+const Dwfl_Callbacks& files() {
+  static std::string folders = debug_folders();
+  static char* path = folders.data();
+  static const Dwfl_Callbacks callbacks = {.find_elf = dwfl_linux_proc_find_elf,
+                                           .find_debuginfo = dwfl_build_id_find_debuginfo,
+                                           .section_address = nullptr,
+                                           .debuginfo_path = &path};
+  return callbacks;
+}
 
 const ThreadState& thread_of(void* argument) {
   return **static_cast<const ThreadState**>(argument);
@@ -80,12 +98,12 @@ std::string demangled(const char* name) {
 
 }  // namespace
 
-Unwinder::Unwinder() : dwfl_(dwfl_begin(&kFiles)), own_(true) {
+Unwinder::Unwinder() : dwfl_(dwfl_begin(&files())), own_(true) {
   dwfl_linux_proc_report(dwfl_, ::getpid());
   attach();
 }
 
-Unwinder::Unwinder(std::FILE* maps) : dwfl_(dwfl_begin(&kFiles)), own_(false) {
+Unwinder::Unwinder(std::FILE* maps) : dwfl_(dwfl_begin(&files())), own_(false) {
   dwfl_linux_proc_maps_report(dwfl_, maps);
   attach();
 }

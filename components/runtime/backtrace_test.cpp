@@ -116,7 +116,7 @@ TEST(CrashDeathTest, SaysAddressesWithoutItsReporter) {
         ::raise(SIGSEGV);
       },
       testing::KilledBySignal(SIGSEGV),
-      "Crash: SIGSEGV in thread runtime_test.*\n.* cannot be started; addresses for addr2line:\n"
+      "Crash: SIGSEGV in thread components_io_t.*\n.* cannot be started; addresses for addr2line:\n"
       "  # .*libc.so.6 \\+ 0x");
 }
 #endif

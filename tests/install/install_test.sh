@@ -36,6 +36,13 @@ if grep -n '@[A-Z_]*@' "$units"/*; then fail "placeholders that were not replace
 for program in tims-router timsctl gdos-log LadarSickLms200 rack-emulate World; do expect "$own/bin/$program"; done
 for program in timsctl-robot timsctl-sim tims-crash-report; do expect "$own/libexec/tims/$program"; done
 "$own/bin/timsctl" robot --json | grep -q tims/robots/1  # found in the installation
+# Small, because debug information is in files of its own.
+size=$(du -sm --exclude=debug "$own" | cut -f1)
+((size <= 60)) || fail "an installation without debug information is of $size MB"
+for file in bin/World lib*/tims/librack-common-*.so; do
+  id=$(readelf -n "$own"/$file | sed -n 's/.*Build ID: //p')
+  expect "$own/lib/debug/.build-id/${id:0:2}/${id:2}.debug"
+done
 expect_line "$own/share/man/man1/tims-router.1" '^tims-router .* routes messages'
 expect_line "$own/share/man/man1/timsctl-msg-echo.1" '^\\fB\\-\\-filter'
 expect_line "$own/lib/udev/rules.d/60-rack.rules" '^LABEL="rack_end"$'
@@ -169,3 +176,8 @@ recorded() { grep -qE '^[0-9]+ 29[0-9]{4} 290000 1 4 29' "$work/heat.dat"; }
 until_works recorded
 grep -q '^% Thermometer(0/0)$' "$work/heat.dat" || fail "the recording has no heading"
 sed -n 2,3p "$work/heat.dat"
+
+# The back-trace of an installed component names file and line, from the files with debug information.
+kill -SEGV "$(pgrep -f "^$prefix/bin/DatalogRec ")"
+traced() { grep -qE 'Module::run.* at module\.cpp:[0-9]+' "$work/up.log"; }
+until_works traced

@@ -23,6 +23,11 @@ std::vector<std::byte> bytes_of(Header header, std::span<const std::byte> body =
 // truncated.
 std::string describe(const MessageView& message);
 
+// A body that is a text without terminator.
+inline std::string text_of(std::span<const std::byte> body) {
+  return {reinterpret_cast<const char*>(body.data()), body.size()};
+}
+
 bool is_lifesign(const Header& header);
 
 }  // namespace tims::test

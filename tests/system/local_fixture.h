@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/message.h"
 #include "tests/support/router_process.h"
 #include "tests/support/tcp_client.h"
 #include "tims/session.h"
@@ -12,10 +13,6 @@
 namespace tims::test {
 
 using namespace std::chrono_literals;
-
-inline std::string text_of(std::span<const std::byte> body) {
-  return {reinterpret_cast<const char*>(body.data()), body.size()};
-}
 
 class LocalTest : public testing::Test {
  protected:

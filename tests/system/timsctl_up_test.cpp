@@ -187,6 +187,20 @@ TEST_F(TimsctlUpTest, ACrashDoesNotMoveTheRobot) {
   }
 }
 
+// As the back-trace of a component: another process writes it after the crash, perhaps after the
+// restart.
+TEST_F(TimsctlUpTest, OutputAfterTheEndIsShown) {
+  std::ofstream(router_.folder() + "/late.sh")
+      << "(while [ -d " << router_.folder()
+      << "/wait ]; do sleep 0.05; done; echo late) & kill -9 $$\n";
+  fs::create_directory(router_.folder() + "/wait");
+  ChildProcess up = begin({"up", write("[[component]]\ncommand = \"sh late.sh\"\n")});
+  expect_line(up, "killed by signal 9: restart in");
+  expect_line(up, "restarted");
+  fs::remove(router_.folder() + "/wait");
+  expect_line(up, "late");
+}
+
 TEST_F(TimsctlUpTest, ChangedParametersAreSavedInItsFile) {
   const std::string before =
       "# mine\n[[component]]\nprogram = \"ChassisSim\"\nparameters = { vxMax = 700 } # slow\n";

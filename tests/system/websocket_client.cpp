@@ -30,10 +30,6 @@ std::uint64_t from_big_endian(std::string_view bytes) {
 
 }  // namespace
 
-std::string text_of(std::span<const std::byte> bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
-
 // --- Handshake
 
 std::string WebSocketClient::request(std::string_view fields) {

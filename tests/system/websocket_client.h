@@ -69,6 +69,4 @@ class WebSocketClient {
   int frames_ = 0;
 };
 
-std::string text_of(std::span<const std::byte> bytes);
-
 }  // namespace tims::test

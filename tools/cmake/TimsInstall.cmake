@@ -5,6 +5,7 @@ include(CMakePackageConfigHelpers)
 
 set(TIMS_UNIT_DIR lib/systemd/system CACHE STRING "for systemd units, below the prefix")
 set(TIMS_SYSUSERS_DIR lib/sysusers.d CACHE STRING "for sysusers.d files, below the prefix")
+option(TIMS_DEBUG_FILES "move debug information to files of its own, in lib/debug/, when installing" ON)
 set(TIMS_UDEV_DIR lib/udev/rules.d CACHE STRING "for rules of udev, below the prefix")
 
 # tims_install_library(targets...): one libtims out of the objects of these static libraries.
@@ -60,13 +61,14 @@ function(tims_install_host)
   # Found from a program's own place, so that an installation may be moved; and by the whole path for
   # programs with file capabilities, for which the dynamic linker ignores $ORIGIN.
   set(common ${CMAKE_INSTALL_LIBDIR}/tims)
+  set(own timsctl-robot timsctl-sim tims-crash-report)  # not for users
   install(TARGETS tims_common DESTINATION ${common})
-  set_target_properties(${programs} timsctl-robot timsctl-sim tims-crash-report PROPERTIES
+  set_target_properties(${programs} ${own} PROPERTIES
     INSTALL_RPATH "$ORIGIN/../${common};$ORIGIN/../../${common};${CMAKE_INSTALL_FULL_LIBDIR}/tims")
   install(TARGETS ${programs})
   install(FILES ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/tims_router_tcp TYPE BIN)  # a link
   # What timsctl becomes for some of its verbs, and what a component starts when it crashes.
-  install(TARGETS timsctl-robot timsctl-sim tims-crash-report DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/tims)
+  install(TARGETS ${own} DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/tims)
   set(deploy ${CMAKE_SOURCE_DIR}/deploy)
   install(FILES ${deploy}/systemd/tims.sysusers DESTINATION ${TIMS_SYSUSERS_DIR} RENAME tims.conf)
   install(FILES ${deploy}/udev/60-rack.rules DESTINATION ${TIMS_UDEV_DIR})
@@ -77,6 +79,14 @@ function(tims_install_host)
   endforeach()
   install(CODE "set(deploy \"${deploy}\")\nset(scratch \"${CMAKE_CURRENT_BINARY_DIR}\")")
   install(SCRIPT ${CMAKE_SOURCE_DIR}/tools/cmake/install_services.cmake)
+  if(TIMS_DEBUG_FILES)
+    set(files ${programs})
+    list(TRANSFORM files PREPEND ${CMAKE_INSTALL_BINDIR}/)
+    list(TRANSFORM own PREPEND ${CMAKE_INSTALL_LIBEXECDIR}/tims/)
+    install(CODE "set(files ${common}/$<TARGET_FILE_NAME:tims_common> ${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:tims_shared>
+      ${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:rack_shared> ${own} ${files})")
+    install(SCRIPT ${CMAKE_SOURCE_DIR}/tools/cmake/install_debug_files.cmake)
+  endif()
   list(TRANSFORM programs PREPEND ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/)
   install(CODE "set(maker \"${CMAKE_SOURCE_DIR}/tools/cmake/man_pages\")\nset(programs \"${programs}\")")
   install(SCRIPT ${CMAKE_SOURCE_DIR}/tools/cmake/install_man_pages.cmake)

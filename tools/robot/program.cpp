@@ -64,8 +64,8 @@ void Program::start(tims::Time now) {
   }
   child_ = timsctl::start(launch);
   input_ = std::move(in.write);
-  output_ = std::move(out.read);
-  ::fcntl(output_.get(), F_SETFL, O_NONBLOCK);
+  previous_output_ = std::exchange(output_, {.pipe = std::move(out.read)});
+  ::fcntl(output_.pipe.get(), F_SETFL, O_NONBLOCK);
   state_ = config_.notifies ? State::kStarting : State::kReady;
   status_.clear();
   started_ = now;
@@ -92,9 +92,11 @@ void Program::signal(int number) const {
 }
 
 std::vector<int> Program::descriptors() const {
-  if (!child_) return {};
-  if (!output_) return {child_->descriptor()};
-  return {child_->descriptor(), output_.get()};
+  std::vector<int> all;
+  if (child_) all.push_back(child_->descriptor());
+  for (const Output* output : {&previous_output_, &output_})
+    if (output->pipe) all.push_back(output->pipe.get());
+  return all;
 }
 
 std::optional<Program::End> Program::ended(tims::Time now) {
@@ -118,18 +120,22 @@ Program::End Program::end_with(tims::os::ExitStatus status, tims::Time now, tims
 
 std::vector<std::string> Program::take_lines() {
   std::vector<std::string> lines;
+  previous_output_.take_lines(lines);
+  output_.take_lines(lines);
+  return lines;
+}
+
+void Program::Output::take_lines(std::vector<std::string>& lines) {
   std::array<char, 4096> text{};
   ssize_t n = 0;
-  while (output_ && (n = ::read(output_.get(), text.data(), text.size())) > 0) {
-    auto more = lines_.add({text.data(), static_cast<std::size_t>(n)});
+  while (pipe && (n = ::read(pipe.get(), text.data(), text.size())) > 0) {
+    auto more = buffer.add({text.data(), static_cast<std::size_t>(n)});
     lines.insert(lines.end(), std::make_move_iterator(more.begin()),
                  std::make_move_iterator(more.end()));
   }
-  // All writers have closed the pipe; remaining ones are not processes of ours.
-  if (output_ && (n == 0 || !child_)) output_.reset();
-  if (output_) return lines;
-  if (std::string rest = lines_.take_rest(); !rest.empty()) lines.push_back(std::move(rest));
-  return lines;
+  if (!pipe || n < 0) return;
+  pipe.reset();  // all writers have closed it
+  if (std::string rest = buffer.take_rest(); !rest.empty()) lines.push_back(std::move(rest));
 }
 
 std::optional<tims::Duration> RestartPolicy::ended(int status, tims::Duration ran) {

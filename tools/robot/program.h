@@ -120,7 +120,7 @@ class Program {
   void on_notification(std::string_view text);  // received at the status socket
   void signal(int number) const;
 
-  // Readable when there is output or the program has ended.
+  // Readable when there is output or the program has ended; none: neither can happen.
   [[nodiscard]] std::vector<int> descriptors() const;
   struct End {
     tims::os::ExitStatus status;
@@ -130,7 +130,8 @@ class Program {
   std::optional<End> ended(tims::Time now);
   // Handles a failed start like a program that ended at once.
   End could_not_start(tims::Time now);
-  // The output since the last call; complete after ended().
+  // The output since the last call. A back-trace may follow the end of the program: a process that
+  // it has started writes it (components/runtime/crash.h).
   std::vector<std::string> take_lines();
   [[nodiscard]] tims::Time start_at() const { return start_at_; }  // kNever: no restart
   void stay_down() { start_at_ = tims::kNever; }
@@ -145,8 +146,14 @@ class Program {
 
   std::optional<Process> child_;
   tims::os::File input_;
-  tims::os::File output_;
-  LineBuffer lines_;
+  struct Output {
+    void take_lines(std::vector<std::string>& lines);
+
+    tims::os::File pipe;
+    LineBuffer buffer{};
+  };
+  Output output_;
+  Output previous_output_;  // of the process before the last restart
   State state_ = State::kDown;
   std::string status_;
   std::string address_;
