@@ -12,6 +12,7 @@
 #include "components/localisation/mcl_messages.h"
 #include "components/localisation/ros_map.h"
 #include "tests/support/counted_new.h"
+#include "tests/support/patience.h"
 
 namespace rack::localisation {
 
@@ -268,7 +269,7 @@ double nees(const std::array<double, 3>& e, const Covariance& c) {
 double mean_nees(bool by_ros, bool has_walls) {
   double sum = 0;
   int count = 0;
-  for (std::uint64_t seed = 1; seed <= 30; ++seed) {
+  for (std::uint64_t seed = 1; seed <= tims::test::rounds(30); ++seed) {
     World world(seed, by_ros);
     if (!has_walls) world.leave_out_walls();
     world.make_odometry_as_bad_as({});

@@ -4,6 +4,8 @@
 
 #include <gtest/gtest.h>
 
+#include "tests/support/patience.h"
+
 namespace rack::path {
 namespace reeds_shepp_test {
 
@@ -15,7 +17,7 @@ Pose any_pose(std::mt19937& random, double width) {
 
 TEST(ReedsShepp, LeadsToWhereItShall) {
   std::mt19937 random(1);
-  for (int i = 0; i < 100000; ++i) {
+  for (unsigned i = 0; i < tims::test::rounds(100000); ++i) {
     const double width = i % 3 == 0 ? 1000 : 20000;
     const Pose from = any_pose(random, width);
     const Pose to = any_pose(random, width);
@@ -37,7 +39,7 @@ TEST(ReedsShepp, LeadsToWhereItShall) {
 // Shortest paths are no longer than any detour, and as long from the other end.
 TEST(ReedsShepp, IsTheShortest) {
   std::mt19937 random(2);
-  for (int i = 0; i < 100000; ++i) {
+  for (unsigned i = 0; i < tims::test::rounds(100000); ++i) {
     const double width = i % 2 == 0 ? 2000 : 15000;
     const Pose a = any_pose(random, width);
     const Pose b = any_pose(random, width);

@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 #include <iostream>
+#include <limits>
 #include <sstream>
 
 #include <gtest/gtest.h>
@@ -9,6 +10,7 @@
 #include "tests/sched/all_traces.h"
 #include "tests/sched/strategies.h"
 #include "tests/sched/weak_memory.h"
+#include "tests/support/patience.h"
 
 namespace tims::sched {
 namespace {
@@ -56,6 +58,11 @@ std::optional<Request> requested() {
   return request;
 }
 
+// The release build explores all schedules; builds with sanitizers, which look for errors within
+// single schedules, the first of each exploration.
+constexpr std::uint64_t kRunsMax =
+    test::kSlowdown == 1 ? std::numeric_limits<std::uint64_t>::max() / 2 : 3000;
+
 class Exploration {
  public:
   enum class Memory { kStrong, kWeak };
@@ -86,13 +93,14 @@ class Exploration {
 
  private:
   void run_all(Strategy& strategy, std::optional<Death> death) {
+    const std::uint64_t end = runs_ + kRunsMax;
     do {
       const auto seed = static_cast<std::uint32_t>(runs_);
       const Outcome& outcome = run_one(strategy, death, seed);
       died_ = died_ || outcome.died;
       if (const auto problem = fixture_.judge(outcome)) return tell(*problem, outcome, death, seed);
       runs_ += strategy.redundant() ? 0 : 1;
-    } while (strategy.next_run());
+    } while (runs_ < end && strategy.next_run());
   }
   bool run_requested() {
     const auto request = requested();
