@@ -23,8 +23,8 @@ class RetryTimer {
     ++attempts_;
     due_ = answer_time < tims::kNever - now ? now + answer_time : tims::kNever;
   }
-  // Replaces the time, without counting an attempt: for a pause, or when a part of the answer
-  // arrived.
+  // Replaces the time, without counting an attempt: for a pause, the next part of an answer, or a
+  // device that sends without a request.
   void wait_until(Time due) { due_ = due; }
   // Returns true once at or after the time.
   bool take_due(Time now) {

@@ -88,8 +88,9 @@ class Asker final : public Dialogue {
     ask(now, out);
   }
   void on_arrival(const Arrival& arrival, Output&) override {
-    is_answered = true;
     last = arrival.last;
+    if (refuses) return fail(tims::Errc::kAnsweredError, "wrong answer");
+    is_answered = true;
     timer_.stop();
   }
   void on_timeout(Time now, Output& out) override {
@@ -99,6 +100,7 @@ class Asker final : public Dialogue {
     fail(tims::Errc::kTimeout, "no answer");
   }
 
+  bool refuses = false;  // fails at any answer
   bool is_answered = false;
   Time last{};  // time of the last event
   int sent = 0;
@@ -133,7 +135,8 @@ struct Conversed {
   int lost = 0;  // requests
 
   // The first `to_lose` requests are lost, and every answer takes `delay`.
-  explicit Conversed(int to_lose, Duration delay = 0ns) : device(delay) {
+  explicit Conversed(int to_lose, Duration delay = 0ns, bool refuses = false) : device(delay) {
+    host.refuses = refuses;
     line.set_lose([this, to_lose](bool from_host, std::span<const std::byte>) {
       return from_host && lost++ < to_lose;
     });
@@ -166,6 +169,14 @@ TEST(RetryTimerTest, GivesUpAfterTheLastAndTriesAsOftenAfterTheNextStart) {
   }
   EXPECT_FALSE(run.host.failure());
   EXPECT_TRUE(run.host.is_answered);
+}
+
+TEST(RetryTimerTest, AFailureStopsIt) {
+  const Conversed run(0, kAnswerTime - 1ms, true);
+  EXPECT_TRUE(run.host.failure());
+  EXPECT_EQ(run.host.last, kBegin + kAnswerTime - 1ms);
+  EXPECT_EQ(run.host.sent, 1);
+  EXPECT_EQ(run.host.next_timeout(), tims::kNever);
 }
 
 TEST(RetryTimerTest, ALateAnswerAfterTheFailureStartsNothing) {
