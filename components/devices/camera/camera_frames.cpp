@@ -34,7 +34,7 @@ CameraFrames::CameraFrames(const CameraSettings& settings)
 void CameraFrames::start(Time now, Output&) {
   clear_failure();
   has_seen_ = false;
-  give_up_ = now + kFirstWithin;
+  timer_.wait_until(now + kFirstWithin);
   head_ = {};
   brightness_ = {};
   has_picture_ = false;
@@ -43,8 +43,7 @@ void CameraFrames::start(Time now, Output&) {
 }
 
 void CameraFrames::on_timeout(Time now, Output&) {
-  if (give_up_ > now) return;
-  give_up_ = tims::kNever;
+  if (!timer_.take_due(now)) return;
   fail(Errc::kTimeout, damaged_in_a_row_ > 0 ? "the camera sends only damaged pictures"
                                              : "no picture from the camera within 5 s");
 }
@@ -64,7 +63,7 @@ void CameraFrames::on_arrival(const Arrival& arrival, Output& out) {
   if (made) {
     damaged_in_a_row_ = 0;
     has_picture_ = has_seen_ = true;
-    give_up_ = tims::kNever;
+    timer_.stop();
     recorded_ = arrival.last;
     keep_bright(out);
     return;

@@ -31,7 +31,6 @@ class CameraFrames final : public Dialogue {
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
-  [[nodiscard]] Time next_timeout() const override { return give_up_; }
 
   [[nodiscard]] bool is_ready() const { return has_seen_; }
   bool take(CameraData& data, Time& recorded);
@@ -53,7 +52,6 @@ class CameraFrames final : public Dialogue {
   CameraData pair_{};
   bool has_picture_ = false;
   bool has_seen_ = false;  // a picture was received
-  Time give_up_ = tims::kNever;
   Time recorded_{};
   Time due_{};
   std::uint64_t damaged_ = 0;

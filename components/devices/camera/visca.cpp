@@ -98,11 +98,10 @@ void Visca::start(Time now, Output& out) {
   is_reached_ = has_data_ = overdue_ = false;
   deadline_.forget();
   refused_ = 0;
-  timeout_ = tims::kNever;
+  timer_.reset();
   asked_ = Asked::kNothing;
   next_question_ = settings_.only_listen ? tims::kNever : now;
   if (settings_.only_listen) return;
-  attempts_ = 0;
   begin(out);
   ask(Asked::kPanTilt, now, out);
 }
@@ -149,7 +148,7 @@ void Visca::send(Kind kind, std::span<const std::byte> message, Output& out) {
 
 Time Visca::next_timeout() const {
   if (!commands_.empty() && is_ready_) return Time{};
-  return std::min(deadline_.due(), asked_ == Asked::kNothing ? next_question_ : timeout_);
+  return std::min(deadline_.due(), timer_.due());
 }
 
 void Visca::on_timeout(Time now, Output& out) {
@@ -159,20 +158,15 @@ void Visca::on_timeout(Time now, Output& out) {
     turn(0, 0, 0);
   }
   if (is_ready_) send_commands(out);
-  if (asked_ == Asked::kNothing && next_question_ <= now) {
-    attempts_ = 0;
-    ask(Asked::kPanTilt, now, out);
-  } else if (asked_ != Asked::kNothing && timeout_ <= now) {
-    if (attempts_ >= kAttempts) {
-      asked_ = Asked::kNothing;
-      next_question_ = tims::kNever;
-      fail(tims::Errc::kTimeout,
-           "the camera does not answer; check its power and that it is set to VISCA (9600 baud)");
-      return;
-    }
-    if (!is_ready_) begin(out);
-    ask(asked_, now, out);
+  if (!timer_.take_due(now)) return;
+  if (!timer_.may_repeat(kAttempts)) {
+    asked_ = Asked::kNothing;
+    return fail(
+        tims::Errc::kTimeout,
+        "the camera does not answer; check its power and that it is set to VISCA (9600 baud)");
   }
+  if (!is_ready_) begin(out);
+  ask(asked_ == Asked::kNothing ? Asked::kPanTilt : asked_, now, out);
 }
 
 void Visca::ask(Asked what, Time now, Output& out) {
@@ -180,8 +174,7 @@ void Visca::ask(Asked what, Time now, Output& out) {
   constexpr std::array kZoom = {kToCamera, 0x09_b, 0x04_b, 0x47_b, visca::kEnd};
   if (what == Asked::kPanTilt) next_question_ = now + settings_.period;
   asked_ = what;
-  ++attempts_;
-  timeout_ = now + kAnswerTime;
+  timer_.sent(now, kAnswerTime);
   send(Kind::kQuestion, what == Asked::kZoom ? kZoom : kPanTilt, out);
 }
 
@@ -222,11 +215,13 @@ void Visca::on_answer(std::span<const std::byte> body, Time when, Output& out) {
     now_.pan = visca::nibbles(body);
     now_.tilt = visca::nibbles(body.subspan(4));
     recorded_ = when;
-    attempts_ = 0;
+    timer_.reset();
     if (!is_own) ask(Asked::kZoom, when, out);
   } else if (body.size() == 4 && (asked_ == Asked::kZoom || is_own)) {
     now_.zoom = visca::nibbles(body);
     asked_ = Asked::kNothing;
+    timer_.reset();
+    timer_.wait_until(next_question_);
     is_ready_ = has_data_ = true;
     constexpr int kNear = 3;  // steps
     const auto is_there = [](int is, int wanted) { return std::abs(is - wanted) <= kNear; };

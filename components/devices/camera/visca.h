@@ -124,8 +124,6 @@ class Visca final : public Dialogue {
   bool overdue_ = false;
   ViscaMessages messages_;
   Asked asked_ = Asked::kNothing;
-  int attempts_ = 0;
-  Time timeout_ = tims::kNever;
   Time next_question_{};
   std::uint32_t number_ = 0;
   std::vector<std::byte> commands_;  // queue of messages

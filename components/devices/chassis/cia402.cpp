@@ -165,10 +165,9 @@ void Cia402::nmt(int command, Output& out) const {
 }
 
 void Cia402::write(const Object& object, Time now, Output& out) {
-  if (!writing_) attempts_ = 0;
+  if (!writing_) answer_.reset();
   writing_ = object;
-  ++attempts_;
-  answer_due_ = now + kCia402AnswerTime;
+  answer_.sent(now, kCia402AnswerTime);
   out.send(canopen::sdo_write(object.index, object.sub, object.value, object.size),
            canopen::kSdoRequest + settings_.node);
 }
@@ -297,8 +296,8 @@ void Cia402::climb(Output& out) {
 void Cia402::on_timeout(Time now, Output& out) {
   if (next_ > now) return;
   next_ = now + kCia402Tick;
-  if (writing_ && answer_due_ <= now) {
-    if (attempts_ < kCia402Attempts)
+  if (writing_ && answer_.take_due(now)) {
+    if (answer_.may_repeat(kCia402Attempts))
       write(Object(*writing_), now, out);
     else
       fail("does not answer to SDO; check its power, cable and bit rate");

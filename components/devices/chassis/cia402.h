@@ -148,8 +148,7 @@ class Cia402 final : public Motor {
   std::size_t step_ = 0;
   bool is_set_up_ = false;
   std::optional<Object> writing_;  // the write that waits for an answer
-  int attempts_ = 0;
-  Time answer_due_ = tims::kNever;
+  RetryTimer answer_;
   Time next_ = tims::kNever;
   Time heard_ = tims::kNever;
   Time ready_due_ = tims::kNever;

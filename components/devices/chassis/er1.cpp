@@ -108,12 +108,13 @@ void Er1::start(Time now, Output& out) {
   is_set_up_ = settings_.only_listen;
   is_asking_ = has_data_ = is_in_round_ = false;
   index_ = 0;
-  attempts_ = 0;
+  timer_.reset();
   wanted_ = sending_ = confirmed_ = ways_ = {};
   counts_ = {};
-  timeout_ = settings_.only_listen ? tims::kNever : now;
   confirmed_since_ = now;
-  if (!settings_.only_listen) out.set_baud(kEr1Baud);
+  if (settings_.only_listen) return;
+  timer_.wait_until(now);
+  out.set_baud(kEr1Baud);
 }
 
 std::size_t Er1::count() const {
@@ -142,23 +143,20 @@ Er1Command Er1::command(std::size_t index) const {
 void Er1::ask(Time now, Output& out) {
   answer_.clear();
   is_asking_ = true;
-  ++attempts_;
-  timeout_ = now + kEr1AnswerTime;
+  timer_.sent(now, kEr1AnswerTime);
   out.send(command(index_).encode().view());
 }
 
 void Er1::on_timeout(Time now, Output& out) {
-  if (timeout_ > now) return;
-  if (!is_asking_) {
+  if (!timer_.take_due(now)) return;
+  if (!is_asking_)
     next_command(now, out);
-  } else if (attempts_ < kEr1Attempts) {
+  else if (timer_.may_repeat(kEr1Attempts))
     ask(now, out);
-  } else {
-    timeout_ = tims::kNever;
+  else
     fail(tims::Errc::kTimeout,
          "a motion processor of the robot does not answer; check that the control "
          "module is switched on");
-  }
 }
 
 // Follows the rounds of a recording by its commands. There are no rounds during the setup and after
@@ -187,7 +185,7 @@ void Er1::next_command(Time now, Output& out) {
     sending_ = wanted_;
     round_ = now;
   }
-  attempts_ = 0;
+  timer_.reset();
   ask(now, out);
 }
 
@@ -199,7 +197,7 @@ void Er1::drive(const ChassisSpeed& speed, Time now) {
   wanted_[kLeft] = static_cast<double>(speed.vx) + turn;
   wanted_[kRight] = static_cast<double>(speed.vx) - turn;
   if (is_set_up_ && !is_asking_ && index_ == 0 && wanted_ != sending_)
-    timeout_ = std::min(timeout_, now);
+    timer_.wait_until(std::min(timer_.due(), now));
 }
 
 void Er1::on_arrival(const Arrival& arrival, Output& out) {
@@ -220,7 +218,7 @@ void Er1::on_arrival(const Arrival& arrival, Output& out) {
   if (is_set_up_) on_round(arrival.last);
   if (settings_.only_listen) return;
   is_set_up_ = true;
-  timeout_ = wanted_ != sending_ ? arrival.last : round_ + kEr1Period;
+  timer_.wait_until(wanted_ != sending_ ? arrival.last : round_ + kEr1Period);
 }
 
 void Er1::on_answer(std::span<const std::byte> answer, Time now) {
@@ -275,7 +273,7 @@ void Er1::stop(Time, Output& out) {
   if (settings_.only_listen) return;
   out.send(er1_stop());
   is_set_up_ = is_asking_ = false;
-  timeout_ = tims::kNever;
+  timer_.stop();
 }
 
 }  // namespace rack::device

@@ -81,7 +81,6 @@ class Er1 final : public ChassisDialogue {
   [[nodiscard]] std::vector<Telegram> last_words() const override {
     return {{.bytes = er1_stop()}};
   }
-  [[nodiscard]] Time next_timeout() const override { return timeout_; }
 
   void drive(const ChassisSpeed& speed, Time now) override;
   [[nodiscard]] bool is_ready() const override { return is_set_up_; }
@@ -103,8 +102,6 @@ class Er1 final : public ChassisDialogue {
   std::size_t index_ = 0;     // index of the command in this round
   bool is_asking_ = false;    // waiting for an answer
   bool is_in_round_ = false;  // the start of a round was found in the recording
-  int attempts_ = 0;
-  Time timeout_ = tims::kNever;
   Time round_{};
   StreamBuffer answer_{64};
 

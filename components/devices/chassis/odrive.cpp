@@ -60,15 +60,18 @@ void Odrive::ask(OdriveCommand command, Output& out) const {
 void Odrive::start(Time now, Output& out) {
   clear();
   axis_state_ = 0;
-  attempts_ = 0;
   heard_ = tims::kNever;
-  next_close_ = now;
+  close_.reset();
+  close_.wait_until(now);
   next_volts_ = now;
   next_ = now + kOdriveTick;
   send(OdriveCommand::kClearErrors, packed(std::uint8_t{0}), out);
 }
 
-void Odrive::close_loop(Output& out) {
+void Odrive::close_loop(Time now, Output& out) {
+  if (!close_.may_repeat(kOdriveAttempts))
+    return fail("does not enter closed loop control; check its calibration");
+  close_.sent(now, kCloseAgain);
   const bool turns = task_ == MotorTask::kTurns;
   send(OdriveCommand::kControllerMode,
        packed(turns ? kVelocityControl : kPositionControl, turns ? kPassThrough : kTrapezoid), out);
@@ -83,13 +86,8 @@ bool Odrive::on_frame(const Arrival& frame, Output& out) {
   switch (static_cast<OdriveCommand>(frame.id & 0x1F)) {
     case OdriveCommand::kHeartbeat:
       if (bytes.size() >= 5) on_heartbeat(bytes, frame.last);
-      if (axis_state_ != kClosedLoop && !failure() && frame.last >= next_close_) {
-        next_close_ = frame.last + kCloseAgain;
-        if (++attempts_ > kOdriveAttempts)
-          fail("does not enter closed loop control; check its calibration");
-        else
-          close_loop(out);
-      }
+      if (axis_state_ != kClosedLoop && !failure() && close_.take_due(frame.last))
+        close_loop(frame.last, out);
       break;
     case OdriveCommand::kEncoder:
       if (bytes.size() < 8 || !(std::abs(real(bytes, 0)) <= kTurnsMax) ||
@@ -113,7 +111,7 @@ void Odrive::on_heartbeat(std::span<const std::byte> bytes, Time when) {
   heard_ = when;
   const auto errors = little_endian<std::uint32_t>(bytes);
   const auto before = std::exchange(axis_state_, std::to_integer<std::uint8_t>(bytes[4]));
-  if (errors != 0 && attempts_ > 0) {
+  if (errors != 0 && close_.attempts() > 0) {
     const std::array wire = {bytes[3], bytes[2], bytes[1], bytes[0]};
     fail("reports error " + tims::base::to_hex(wire));
   } else if (before == kClosedLoop && axis_state_ != kClosedLoop) {

@@ -54,16 +54,15 @@ class Odrive final : public Motor {
   void send(OdriveCommand command, std::span<const std::byte> bytes, Output& out,
             Time deadline = tims::kNever) const;
   void ask(OdriveCommand command, Output& out) const;
-  void close_loop(Output& out);
+  void close_loop(Time now, Output& out);
   void on_heartbeat(std::span<const std::byte> bytes, Time when);
 
   std::uint8_t node_;
   MotorTask task_;
   std::uint8_t axis_state_ = 0;
-  int attempts_ = 0;
   Time heard_ = tims::kNever;  // time of the last heartbeat
   Time next_ = tims::kNever;
-  Time next_close_{};
+  RetryTimer close_;
   Time next_volts_{};
 };
 

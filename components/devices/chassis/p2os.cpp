@@ -134,7 +134,7 @@ void P2os::start(Time now, Output& out) {
   wanted_speed_ = wanted_turn_ = 0;
   if (settings_.only_listen) {
     state_ = State::kOpen;
-    next_command_ = tims::kNever;
+    timer_.reset();
     return;
   }
   out.set_baud(kP2osBaud);
@@ -143,30 +143,27 @@ void P2os::start(Time now, Output& out) {
 
 void P2os::enter(State state, Time now) {
   state_ = state;
-  attempts_ = step_ = 0;
-  next_command_ = now + kP2osBetween;
+  step_ = 0;
+  timer_.reset();
+  timer_.wait_until(now + kP2osBetween);
   sent_speed_.reset();
   sent_turn_.reset();
 }
 
-Time P2os::next_timeout() const { return next_command_; }
-
 void P2os::on_timeout(Time now, Output& out) {
-  if (next_command_ > now) return;
+  if (!timer_.take_due(now)) return;
   switch (state_) {
     case State::kSync0:
     case State::kSync1:
     case State::kSync2:
-      if (++attempts_ > kP2osAttempts) {
-        next_command_ = tims::kNever;
-        fail(tims::Errc::kTimeout,
-             "the robot does not answer to SYNC; check its power and that its serial line is free");
-        return;
-      }
+      if (!timer_.may_repeat(kP2osAttempts))
+        return fail(
+            tims::Errc::kTimeout,
+            "the robot does not answer to SYNC; check its power and that its serial line is free");
       out.send(p2os_sync(static_cast<int>(state_)).view());
-      next_command_ = now + kP2osAnswerTime;
+      timer_.sent(now, kP2osAnswerTime);
       // After three attempts the sequence starts again with SYNC 0.
-      if (attempts_ % 3 == 0) state_ = State::kSync0;
+      if (timer_.attempts() % 3 == 0) state_ = State::kSync0;
       return;
     case State::kSetup:
       send_setup(now, out);
@@ -179,7 +176,7 @@ void P2os::on_timeout(Time now, Output& out) {
 
 void P2os::send(const P2osPacket& packet, Time now, Output& out) {
   out.send(packet.view());
-  next_command_ = now + kP2osBetween;
+  timer_.wait_until(now + kP2osBetween);
 }
 
 // Sends one command per call. The last one enables the motors.
@@ -210,7 +207,7 @@ void P2os::send_setup(Time now, Output& out) {
       enter(State::kOpen, now);
       return;
   }
-  next_command_ = now;
+  timer_.wait_until(now);
 }
 
 void P2os::drive(const ChassisSpeed& speed, Time now) {
@@ -219,7 +216,7 @@ void P2os::drive(const ChassisSpeed& speed, Time now) {
   if (state_ != State::kOpen || settings_.only_listen) return;
   const bool is_news = sent_speed_ != wanted_speed_ || sent_turn_ != wanted_turn_;
   if (is_news)
-    next_command_ = std::min(next_command_, std::max(now, repeat_ - kRepeat + kP2osBetween));
+    timer_.wait_until(std::min(timer_.due(), std::max(now, repeat_ - kRepeat + kP2osBetween)));
 }
 
 // Sends changed speeds, and repeats all of them periodically, which also feeds the watchdog.
@@ -235,11 +232,11 @@ void P2os::send_speed(Time now, Output& out) {
     sent_turn_ = wanted_turn_;
     send(p2os_command(P2osCommand::kTurn, wanted_turn_), now, out);
   } else {
-    next_command_ = repeat_;
+    timer_.wait_until(repeat_);
     return;
   }
   repeat_ = now + kRepeat;
-  if (sent_speed_ == wanted_speed_ && sent_turn_ == wanted_turn_) next_command_ = repeat_;
+  if (sent_speed_ == wanted_speed_ && sent_turn_ == wanted_turn_) timer_.wait_until(repeat_);
 }
 
 void P2os::stop(Time, Output& out) {
@@ -249,7 +246,7 @@ void P2os::stop(Time, Output& out) {
   out.send(p2os_command(Command::kTurn, 0).view());
   out.send(p2os_command(Command::kEnable, 0).view());
   out.send(p2os_command(Command::kClose).view());
-  next_command_ = tims::kNever;
+  timer_.stop();
 }
 
 void P2os::on_arrival(const Arrival& arrival, Output&) {

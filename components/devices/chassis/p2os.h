@@ -102,7 +102,6 @@ class P2os final : public ChassisDialogue {
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
   void stop(Time now, Output& out) override;
-  [[nodiscard]] Time next_timeout() const override;
 
   void drive(const ChassisSpeed& speed, Time now) override;
   [[nodiscard]] bool is_ready() const override { return state_ == State::kOpen; }
@@ -128,9 +127,7 @@ class P2os final : public ChassisDialogue {
 
   P2osSettings settings_;
   State state_ = State::kSync0;
-  int step_ = 0;      // step of the setup
-  int attempts_ = 0;  // attempts of the current SYNC
-  Time next_command_ = tims::kNever;
+  int step_ = 0;  // step of the setup
   P2osPackets packets_;
   std::string robot_;
 

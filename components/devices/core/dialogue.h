@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "components/devices/core/retry_timer.h"
 #include "tims/result.h"
 #include "tims/time.h"
 
@@ -79,7 +80,8 @@ class Dialogue {
   // without stop(). A device that would keep moving needs them. They must not depend on the state
   // of the protocol. Empty: the guard sends nothing.
   [[nodiscard]] virtual std::vector<Telegram> last_words() const { return {}; }
-  [[nodiscard]] virtual Time next_timeout() const { return tims::kNever; }
+  // When to call on_timeout().
+  [[nodiscard]] virtual Time next_timeout() const { return timer_.due(); }
   // Filters for the CAN frames this dialogue needs; the kernel discards all others on a busy bus.
   // Empty: the dialogue only sends. The transport itself receives error frames. Frames that match
   // no filter may still arrive.
@@ -90,7 +92,11 @@ class Dialogue {
   [[nodiscard]] const std::optional<tims::Error>& failure() const { return failure_; }
 
  protected:
-  void fail(tims::Errc code, std::string why) { failure_.emplace(code, std::move(why)); }
+  // Also stops the timer.
+  void fail(tims::Errc code, std::string why) {
+    timer_.stop();
+    failure_.emplace(code, std::move(why));
+  }
   void clear_failure() { failure_.reset(); }
   // kind: for example "scanner"; wanted: the required serial number, or empty for any. Returns
   // false after fail() if the device found has a different serial number.
@@ -102,6 +108,8 @@ class Dialogue {
                        : "this " + kind + " has serial number " + found + "; required: " + wanted);
     return false;
   }
+
+  RetryTimer timer_;  // of the current request; determines next_timeout()
 
  private:
   std::optional<tims::Error> failure_;

@@ -69,30 +69,27 @@ std::optional<std::span<const std::byte>> FirmataMessages::next() {
 void Firmata::start(Time now, Output& out) {
   reset();
   messages_.clear();
-  attempts_ = 0;
+  timer_.reset();
   heard_ = now;
-  timeout_ = tims::kNever;
   if (!settings().only_listen) ask_firmware(now, out);
 }
 
 void Firmata::ask_firmware(Time now, Output& out) {
-  ++attempts_;
   sending_.clear();
   append(sending_, {kBegin, kFirmware, kEnd});
   out.send(sending_);
-  timeout_ = now + kAnswerTime;
+  timer_.sent(now, kAnswerTime);
 }
 
-Time Firmata::next_timeout() const { return has_pending() && is_ready() ? Time{} : timeout_; }
+Time Firmata::next_timeout() const { return has_pending() && is_ready() ? Time{} : timer_.due(); }
 
 void Firmata::on_timeout(Time now, Output& out) {
   if (settings().only_listen || failure()) return;
   if (has_pending() && is_ready()) send_outputs(now, out);
-  if (timeout_ > now) return;
-  if (!is_ready() && attempts_ < kAttempts) {
+  if (!timer_.take_due(now)) return;
+  if (!is_ready() && timer_.may_repeat(kAttempts)) {
     ask_firmware(now, out);
   } else if (!is_ready() || now - heard_ > std::max<Duration>(kSilence, 3 * settings().period)) {
-    timeout_ = tims::kNever;
     fail(tims::Errc::kTimeout,
          is_ready() ? "the board has stopped sending"
                     : "the board does not answer; check that it runs Firmata at 57600 baud");
@@ -101,7 +98,7 @@ void Firmata::on_timeout(Time now, Output& out) {
     sending_.clear();
     append(sending_, {kVersion});
     out.send(sending_);
-    timeout_ = now + settings().period;
+    timer_.wait_until(now + settings().period);
   }
 }
 
@@ -139,7 +136,7 @@ void Firmata::on_firmware(std::span<const std::byte> message, Time now, Output& 
   if (!settings().only_listen) {
     set_up(out);
     set_ready(true);
-    timeout_ = now + settings().period;
+    timer_.wait_until(now + settings().period);
   }
   publish(now);
 }

@@ -70,8 +70,6 @@ class Firmata final : public IoLines {
 
   FirmataMessages messages_;
   std::string firmware_;
-  int attempts_ = 0;
-  Time timeout_ = tims::kNever;
   Time heard_{};
   std::vector<std::byte> sending_;
 };

@@ -37,7 +37,7 @@ void Cmps03::start(Time now, Output&) {
   step_ = Step::kNone;
   ask_ = has_heard_ = has_data_ = false;
   bytes_ = 0;
-  timeout_ = now + kCmps03FirstData;
+  timer_.wait_until(now + kCmps03FirstData);
 }
 
 void Cmps03::on_arrival(const Arrival& arrival, Output& out) {
@@ -93,7 +93,7 @@ void Cmps03::on_line(std::string_view line, Time began, Time, Output& out) {
 
 void Cmps03::on_confirmed(Output& out) {
   out.send(std::span(&cmps03::kConfirm, 1));
-  timeout_ = tims::kNever;
+  timer_.stop();
   step_direction_ = direction_;
   if (direction_ == cmps03::kDirections) {
     state_ = State::kMeasuring;
@@ -108,7 +108,7 @@ void Cmps03::want_calibration(bool wanted, bool aligned, Time now) {
   if (!wanted && is_calibrating()) {
     state_ = State::kMeasuring;
     ask_ = false;
-    timeout_ = tims::kNever;
+    timer_.stop();
     return tell(Step::kEnded);
   }
   if (wanted && state_ == State::kMeasuring && step_ != Step::kDone) {
@@ -119,17 +119,15 @@ void Cmps03::want_calibration(bool wanted, bool aligned, Time now) {
   if (state_ != State::kAligning || !aligned || step_ == Step::kConfirmed || step_ == Step::kSilent)
     return;
   ask_ = true;
-  timeout_ = now;
+  timer_.wait_until(now);
 }
 
 void Cmps03::on_timeout(Time now, Output& out) {
-  if (timeout_ > now) return;
-  timeout_ = tims::kNever;
+  if (!timer_.take_due(now)) return;
   if (std::exchange(ask_, false) && state_ == State::kAligning) {
     out.send(std::span(&cmps03::kCalibrate, 1));
     state_ = State::kAsked;
-    timeout_ = now + kConfirmTime;
-    return;
+    return timer_.wait_until(now + kConfirmTime);
   }
   if (state_ == State::kAsked) {
     // Do not repeat the request automatically: the compass might take this direction for the next.

@@ -39,7 +39,6 @@ class Cmps03 final : public Dialogue {
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
-  [[nodiscard]] Time next_timeout() const override { return timeout_; }
 
   [[nodiscard]] bool is_ready() const { return has_heard_ && !is_calibrating(); }
   bool take(CompassData& data, Time& recorded);
@@ -70,7 +69,6 @@ class Cmps03 final : public Dialogue {
   int step_direction_ = 1;
   bool has_heard_ = false;
   std::uint64_t bytes_ = 0;
-  Time timeout_ = tims::kNever;
   bool has_data_ = false;
   CompassData data_{};
   Time recorded_{};

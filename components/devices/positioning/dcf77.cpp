@@ -112,7 +112,7 @@ void Dcf77::start(Time now, Output&) {
   size_ = 0;
   bytes_ = broken_ = 0;
   has_heard_ = has_data_ = false;
-  timeout_ = now + kDcf77FirstData;
+  timer_.wait_until(now + kDcf77FirstData);
 }
 
 void Dcf77::on_arrival(const Arrival& arrival, Output&) {
@@ -148,8 +148,7 @@ void Dcf77::take_byte(char c, const Arrival& arrival, std::size_t index) {
 }
 
 void Dcf77::on_timeout(Time now, Output&) {
-  if (timeout_ > now) return;
-  timeout_ = tims::kNever;
+  if (!timer_.take_due(now)) return;
   if (has_heard_) return;
   fail(tims::Errc::kTimeout,
        bytes_ == 0 ? "the clock sends nothing; check its power and that it sends each second"

@@ -40,7 +40,6 @@ class Dcf77 final : public Dialogue {
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
-  [[nodiscard]] Time next_timeout() const override { return timeout_; }
 
   [[nodiscard]] bool is_ready() const { return has_heard_; }
   // `recorded`: when the second of the telegram began.
@@ -60,7 +59,6 @@ class Dcf77 final : public Dialogue {
   std::uint64_t bytes_ = 0;
   std::uint64_t broken_ = 0;
   bool has_heard_ = false;
-  Time timeout_ = tims::kNever;
   bool has_data_ = false;
   ClockData data_{};
   Time recorded_{};

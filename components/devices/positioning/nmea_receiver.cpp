@@ -23,9 +23,9 @@ void NmeaReceiver::start(Time now, Output&) {
   since_end_ = {};
   has_begun_ = start_comes_ = is_ready_ = has_data_ = false;
   bytes_ = 0;
-  timeout_ = settings_.only_listen
-                 ? tims::kNever
-                 : now + std::max(kNmeaPatience, (kOftenEnough + 2) * settings_.period);
+  timer_.reset();
+  if (!settings_.only_listen)
+    timer_.wait_until(now + std::max(kNmeaPatience, (kOftenEnough + 2) * settings_.period));
 }
 
 void NmeaReceiver::on_arrival(const Arrival& arrival, Output&) {
@@ -39,8 +39,7 @@ void NmeaReceiver::on_arrival(const Arrival& arrival, Output&) {
 
 // There is no data set yet: fails with the probable reason.
 void NmeaReceiver::on_timeout(Time now, Output&) {
-  if (timeout_ > now) return;
-  timeout_ = tims::kNever;
+  if (!timer_.take_due(now)) return;
   const std::string at = std::to_string(settings_.baud) + " baud";
   if (bytes_ == 0)
     fail(tims::Errc::kTimeout, "the receiver sends nothing; check its power and the serial line");
@@ -86,7 +85,7 @@ void NmeaReceiver::publish() {
   fix_.end_round();
   recorded_ = begun_;
   has_data_ = is_ready_ = true;
-  timeout_ = tims::kNever;
+  timer_.stop();
 }
 
 bool NmeaReceiver::take(GpsData& data, Time& recorded) {

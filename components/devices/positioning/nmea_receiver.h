@@ -27,7 +27,6 @@ class NmeaReceiver final : public Dialogue {
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
-  [[nodiscard]] Time next_timeout() const override { return timeout_; }
 
   // A data set was received; from then on, missing data are an error of the driver.
   [[nodiscard]] bool is_ready() const { return is_ready_; }
@@ -54,7 +53,6 @@ class NmeaReceiver final : public Dialogue {
   bool start_comes_ = false;  // the sentence of trigMsgStart was received
   bool is_ready_ = false;
   Time begun_{};
-  Time timeout_ = tims::kNever;
   std::uint64_t bytes_ = 0;
   bool has_data_ = false;
   GpsData data_{};

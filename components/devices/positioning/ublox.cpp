@@ -41,7 +41,7 @@ void Ublox::start(Time now, Output& out) {
   if (settings_.only_listen) {
     state_ = State::kListen;
     is_ready_ = true;
-    timeout_ = tims::kNever;
+    timer_.reset();
     return;
   }
   rates_ = rates();
@@ -59,7 +59,7 @@ void Ublox::find_at(std::size_t rate, Time now, Output& out) {
   question_.clear();
   append_ubx(question_, ubx::kMon, ubx::kVersion, {});
   out.send(question_);
-  timeout_ = now + kListenTime;
+  timer_.wait_until(now + kListenTime);
 }
 
 void Ublox::found(Time now, Output& out) {
@@ -71,9 +71,9 @@ void Ublox::found(Time now, Output& out) {
 
 void Ublox::enter(State state, Time now, Output& out) {
   state_ = state;
-  attempts_ = 0;
+  timer_.reset();
   if (state == State::kListen)
-    timeout_ = now + std::max(kFirstFix, 3 * settings_.period);
+    timer_.wait_until(now + std::max(kFirstFix, 3 * settings_.period));
   else
     ask(now, out);
 }
@@ -90,12 +90,11 @@ void Ublox::ask(Time now, Output& out) {
       ask_values(state_);
     append_ubx(question_, ubx::kCfg, asked_, payload_);
   }
-  ++attempts_;
   out.send(question_);
   // The rate of the line may change only after the whole message has been transmitted.
   const bool is_rate = state_ == State::kSetRate;
-  timeout_ =
-      now + (is_rate ? line_time(question_.size(), rates_[rate_]) + kLeaves : kUbloxAnswerTime);
+  timer_.sent(now,
+              is_rate ? line_time(question_.size(), rates_[rate_]) + kLeaves : kUbloxAnswerTime);
 }
 
 void Ublox::ask_values(State state) {
@@ -193,19 +192,16 @@ void Ublox::on_answer(bool accepted, Time now, Output& out) {
   else
     fail(tims::Errc::kSystem,
          "the receiver does not support NAV-PVT (older than the seventh generation); use GpsNmea");
-  timeout_ = tims::kNever;
 }
 
 void Ublox::on_timeout(Time now, Output& out) {
-  if (timeout_ > now) return;
+  if (!timer_.take_due(now)) return;
   if (state_ == State::kListen) {
-    timeout_ = tims::kNever;
     if (!is_ready_) fail(tims::Errc::kTimeout, "the receiver was configured, but sends no fixes");
     return;
   }
   if (state_ == State::kFind) {
     if (rate_ + 1 < rates_.size()) return find_at(rate_ + 1, now, out);
-    timeout_ = tims::kNever;
     fail(tims::Errc::kTimeout,
          "no receiver answers at 9600, 38400, 57600, 115200 or 460800 baud; check its power");
     return;
@@ -220,7 +216,7 @@ void Ublox::on_timeout(Time now, Output& out) {
 }
 
 void Ublox::on_silence(Time now, Output& out) {
-  if (attempts_ < kUbloxAttempts) return ask(now, out);
+  if (timer_.may_repeat(kUbloxAttempts)) return ask(now, out);
   // A receiver that did not change its rate is still at the detected one: try the other message,
   // and repeat both in case one was lost.
   if (state_ == State::kVerifyRate && ++rate_tries_ < kRateTries) {
@@ -231,7 +227,6 @@ void Ublox::on_silence(Time now, Output& out) {
     is_old_ = true;
     return enter(State::kSetFix, now, out);
   }
-  timeout_ = tims::kNever;
   fail(tims::Errc::kTimeout, state_ == State::kVerifyRate
                                  ? "the receiver does not change to " +
                                        std::to_string(settings_.baud) +

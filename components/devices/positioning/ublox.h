@@ -27,7 +27,6 @@ class Ublox final : public Dialogue {
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
-  [[nodiscard]] Time next_timeout() const override { return timeout_; }
 
   [[nodiscard]] bool is_ready() const { return is_ready_; }
   bool take(GpsData& data, Time& recorded);
@@ -62,12 +61,10 @@ class Ublox final : public Dialogue {
   State state_ = State::kFind;
   std::size_t rate_ = 0;  // index in rates() of the current rate
   std::vector<std::uint32_t> rates_;
-  int attempts_ = 0;
   int rate_tries_ = 0;
   bool is_old_ = false;
   bool has_pvt_ = false;
   bool is_ready_ = false;
-  Time timeout_ = tims::kNever;
   std::uint8_t asked_ = 0;  // CFG message that waits for an acknowledgement
   std::vector<std::byte> question_;
   std::vector<std::byte> payload_;

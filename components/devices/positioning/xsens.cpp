@@ -255,7 +255,7 @@ void Xsens::start(Time now, Output& out) {
   serial_number_.clear();
   if (settings_.only_listen) {
     state_ = State::kMeasuring;
-    timeout_ = tims::kNever;
+    timer_.reset();
     return;
   }
   enter(State::kConfiguration, now, out);
@@ -263,11 +263,8 @@ void Xsens::start(Time now, Output& out) {
 
 void Xsens::enter(State state, Time now, Output& out) {
   state_ = state;
-  attempts_ = 0;
-  if (state == State::kMeasuring)
-    timeout_ = tims::kNever;
-  else
-    ask(now, out);
+  timer_.reset();
+  if (state != State::kMeasuring) ask(now, out);
 }
 
 void Xsens::ask(Time now, Output& out) {
@@ -314,9 +311,8 @@ void Xsens::ask(Time now, Output& out) {
   }
   question_.clear();
   append_xsens(question_, asked_, body_);
-  ++attempts_;
   out.send(question_);
-  timeout_ = now + kXsensAnswerTime;
+  timer_.sent(now, kXsensAnswerTime);
 }
 
 void Xsens::on_arrival(const Arrival& arrival, Output& out) {
@@ -338,16 +334,10 @@ void Xsens::on_message(const XsensMessage& message, Output& out) {
   if (message.number == xsens::kError) on_refusal(message, out);
 }
 
-bool Xsens::is_right_one() {
-  if (is_wanted("device", serial_number_, settings_.serial_number)) return true;
-  timeout_ = tims::kNever;
-  return false;
-}
-
 // Continues with or without a device id; without one, only an unrestricted configuration accepts
 // it.
 void Xsens::identified(Time now, Output& out) {
-  if (is_right_one()) enter(State::kOutput, now, out);
+  if (is_wanted("device", serial_number_, settings_.serial_number)) enter(State::kOutput, now, out);
 }
 
 void Xsens::on_answer(const XsensMessage& message, Output& out) {
@@ -375,24 +365,23 @@ void Xsens::on_answer(const XsensMessage& message, Output& out) {
 void Xsens::on_refusal(const XsensMessage& message, Output& out) {
   if (state_ == State::kOutput) return enter(State::kPeriod, message.began, out);
   // The error message does not name its request: it may refer to a repetition of the previous one.
-  if (attempts_ < kXsensAttempts) return ask(message.began, out);
+  if (timer_.may_repeat(kXsensAttempts)) return ask(message.began, out);
   if (state_ == State::kIdentity) return identified(message.began, out);
   const unsigned code = message.data.empty() ? 0 : std::to_integer<unsigned>(message.data.front());
-  timeout_ = tims::kNever;
   fail(tims::Errc::kSystem, "the device refuses its configuration, error " + std::to_string(code));
 }
 
 void Xsens::on_timeout(Time now, Output& out) {
-  if (timeout_ > now) return;
-  if (attempts_ < kXsensAttempts) return ask(now, out);
+  if (!timer_.take_due(now)) return;
+  if (timer_.may_repeat(kXsensAttempts)) return ask(now, out);
   if (state_ == State::kIdentity) return identified(now, out);
   if (state_ == State::kOutput) return enter(State::kPeriod, now, out);
   // The device does not answer but sends data, so only the line to the host works: accept that.
   if (sends_data_ && state_ == State::kConfiguration) {
-    if (is_right_one()) enter(State::kMeasuring, now, out);
+    if (is_wanted("device", serial_number_, settings_.serial_number))
+      enter(State::kMeasuring, now, out);
     return;
   }
-  timeout_ = tims::kNever;
   fail(tims::Errc::kTimeout, state_ == State::kConfiguration
                                  ? "no Xsens device answers at " + std::to_string(settings_.baud) +
                                        " baud; check its power and baudrate"

@@ -129,7 +129,6 @@ class Xsens final : public Dialogue {
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
-  [[nodiscard]] Time next_timeout() const override { return timeout_; }
 
   [[nodiscard]] bool is_ready() const { return state_ == State::kMeasuring; }
   bool take(GyroData& data, Time& recorded);
@@ -155,7 +154,6 @@ class Xsens final : public Dialogue {
   void ask(Time now, Output& out);
   void on_message(const XsensMessage& message, Output& out);
   void on_answer(const XsensMessage& message, Output& out);
-  bool is_right_one();
   void identified(Time now, Output& out);
   void on_refusal(const XsensMessage& message, Output& out);
   void take_sample(const XsensMessage& message);
@@ -163,11 +161,9 @@ class Xsens final : public Dialogue {
 
   XsensSettings settings_;
   State state_ = State::kConfiguration;
-  int attempts_ = 0;
   bool sends_data_ = false;  // data are received, with or without answers
   std::uint8_t asked_ = 0;
   std::string serial_number_;
-  Time timeout_ = tims::kNever;
   XsensMessages messages_;
   std::vector<std::byte> question_;
   std::vector<std::byte> body_;

@@ -31,13 +31,13 @@ void HttpGet::start(Time now, Output& out) {
   answer_.clear();
   body_.clear();
   is_done_ = false;
-  give_up_ = now + kAnswerTime;
+  timer_.wait_until(now + kAnswerTime);
   const std::string question = "GET " + path_ + " HTTP/1.0\r\nHost: " + host_ + "\r\n\r\n";
   out.send(std::as_bytes(std::span(question)));
 }
 
 void HttpGet::on_timeout(Time now, Output&) {
-  if (give_up_ <= now) refuse("does not answer");
+  if (timer_.take_due(now)) refuse("does not answer");
 }
 
 void HttpGet::on_arrival(const Arrival& arrival, Output&) {
@@ -79,11 +79,10 @@ void HttpGet::read(bool is_closed) {
   }
   body_ = answer_.substr(head + kEndOfHead.size(), length.value_or(there));
   is_done_ = true;
-  give_up_ = tims::kNever;
+  timer_.stop();
 }
 
 void HttpGet::refuse(const std::string& why) {
-  give_up_ = tims::kNever;
   fail(tims::Errc::kAnsweredError, "http://" + host_ + path_ + ": the device " + why);
 }
 

@@ -16,7 +16,6 @@ class HttpGet final : public Dialogue {
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
-  [[nodiscard]] Time next_timeout() const override { return give_up_; }
   // The connection was closed: this is the end of an answer without Content-Length.
   void on_closed();
 
@@ -33,7 +32,6 @@ class HttpGet final : public Dialogue {
   std::string answer_;
   std::string body_;
   bool is_done_ = false;
-  Time give_up_ = tims::kNever;
 };
 
 }  // namespace rack::device

@@ -201,15 +201,14 @@ Ouster::Ouster(OusterMetadata metadata, const SpinSettings& settings)
 
 void Ouster::start(Time now, Output&) {
   clear_failure();
-  give_up_ = now + kOusterFirstWithin;
+  timer_.wait_until(now + kOusterFirstWithin);
   scan_.clear();
   clock_.reset();
   has_heard_ = false;
 }
 
 void Ouster::on_timeout(Time now, Output&) {
-  if (give_up_ > now) return;
-  give_up_ = tims::kNever;
+  if (!timer_.take_due(now)) return;
   fail(tims::Errc::kTimeout,
        "no data of this Ouster at this port; check that its udp_dest is this host and the metadata "
        "are "
@@ -237,7 +236,7 @@ void Ouster::on_arrival(const Arrival& arrival, Output&) {
   // restarted.
   if (has_heard_ && ahead < 0 && ahead > -kFew) return;
   has_heard_ = true;
-  give_up_ = tims::kNever;
+  timer_.stop();
   const Time end = clock_.to_host(last.time, arrival.last);
   for (std::size_t i = 0; i < layout.columns_of_packet; ++i) {
     const OusterColumn column = ouster_column(layout, bytes, i);

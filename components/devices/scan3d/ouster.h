@@ -79,7 +79,6 @@ class Ouster final : public Dialogue {
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
-  [[nodiscard]] Time next_timeout() const override { return give_up_; }
 
   [[nodiscard]] bool is_ready() const { return has_heard_; }
   bool take(Scan3dData& scan, Time& recorded) { return scan_.take(scan, recorded); }
@@ -106,7 +105,6 @@ class Ouster final : public Dialogue {
   DeviceClock clock_;
   std::uint16_t frame_ = 0;
   bool has_heard_ = false;
-  Time give_up_ = tims::kNever;
   std::uint64_t broken_ = 0;
 };
 

@@ -104,7 +104,7 @@ Velodyne::Velodyne(const SpinSettings& settings)
 
 void Velodyne::start(Time now, Output&) {
   clear_failure();
-  give_up_ = now + kVelodyneFirstWithin;
+  timer_.wait_until(now + kVelodyneFirstWithin);
   scan_.clear();
   clock_.reset();
   has_heard_ = false;
@@ -112,8 +112,7 @@ void Velodyne::start(Time now, Output&) {
 }
 
 void Velodyne::on_timeout(Time now, Output&) {
-  if (give_up_ > now) return;
-  give_up_ = tims::kNever;
+  if (!timer_.take_due(now)) return;
   fail(tims::Errc::kTimeout,
        "no data of a Velodyne at this port; check that its destination is this host");
 }
@@ -155,7 +154,7 @@ void Velodyne::on_arrival(const Arrival& arrival, Output&) {
     return;
   }
   has_heard_ = true;
-  give_up_ = tims::kNever;
+  timer_.stop();
   const auto tail = bytes.last(kTailBytes);
   const auto model = std::to_integer<std::uint8_t>(tail[5]);
   if (model != model_ || layout_ == nullptr) set_model(model);

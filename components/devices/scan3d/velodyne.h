@@ -58,7 +58,6 @@ class Velodyne final : public Dialogue {
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
-  [[nodiscard]] Time next_timeout() const override { return give_up_; }
 
   [[nodiscard]] bool is_ready() const { return has_heard_; }
   bool take(Scan3dData& scan, Time& recorded) { return scan_.take(scan, recorded); }
@@ -87,7 +86,6 @@ class Velodyne final : public Dialogue {
   DeviceClock clock_;
   std::uint32_t last_head_ = 0;  // 1/100 degree
   bool has_heard_ = false;
-  Time give_up_ = tims::kNever;
   std::uint64_t broken_ = 0;
 };
 

@@ -50,7 +50,7 @@ void Hokuyo::start(Time now, Output& out) {
   scans_.set_parameters(parameters_);
   if (settings_.only_listen) {
     state_ = State::kMeasuring;
-    timeout_ = tims::kNever;
+    timer_.reset();
     return;
   }
   rate_index_ = 0;
@@ -73,7 +73,7 @@ void Hokuyo::stop(Time, Output& out) {
 
 void Hokuyo::enter(State state, Time now, Output& out) {
   state_ = state;
-  attempts_ = 0;
+  timer_.reset();
   ask(now, out);
 }
 
@@ -110,31 +110,22 @@ void Hokuyo::ask(Time now, Output& out) {
   const bool is_same =
       state_ == State::kMeasuring && is_scip1_ && !question_.empty() && question_[0] == 'G';
   if (!is_same) question_ = question() + "\n";
-  ++attempts_;
   out.send(bytes_of(question_));
   const bool measures = state_ >= State::kStart;
   const Duration on_line = rate_ == 0 ? Duration(0) : line_time(question_.size(), rate_);
-  timeout_ = now + on_line + (measures ? kMeasureTime : kHokuyoAnswerTime);
+  timer_.sent(now, on_line + (measures ? kMeasureTime : kHokuyoAnswerTime));
 }
 
 void Hokuyo::on_timeout(Time now, Output& out) {
-  if (timeout_ > now) return;
-  retry(now, out);
+  if (timer_.take_due(now)) retry(now, out);
 }
 
 void Hokuyo::retry(Time now, Output& out) {
   // While scans are expected, requests are not repeated.
   const bool waits = state_ == State::kMeasuring && !is_scip1_;
   const int allowed = state_ == State::kStop ? kHokuyoAttempts : kAttemptsWhenKnown;
-  if (attempts_ < allowed && !waits) {
-    ask(now, out);
-    return;
-  }
-  if (state_ == State::kStop && !switched_) {
-    try_next_rate(now, out);
-    return;
-  }
-  timeout_ = tims::kNever;
+  if (timer_.may_repeat(allowed) && !waits) return ask(now, out);
+  if (state_ == State::kStop && !switched_) return try_next_rate(now, out);
   fail(tims::Errc::kTimeout,
        waits
            ? std::string("the scanner sends no scans; check that its motor turns")
@@ -151,7 +142,6 @@ void Hokuyo::try_next_rate(Time now, Output& out) {
     enter(State::kStop, now, out);
     return;
   }
-  timeout_ = tims::kNever;
   fail(tims::Errc::kTimeout,
        settings_.has_rate ? "no scanner answers, neither at " + std::to_string(settings_.baud) +
                                 " baud nor at another rate of SCIP; check its power"
@@ -188,7 +178,8 @@ void Hokuyo::take_answer(const ScipAnswer& answer, Time now, Output& out) {
       break;
     case State::kVersion:
       serial_number_ = scip_field(answer, "SERI");
-      if (is_right_one()) enter(State::kParameters, now, out);
+      if (is_wanted("scanner", serial_number_, settings_.serial_number))
+        enter(State::kParameters, now, out);
       break;
     case State::kParameters:
       enter(settings_.has_rate && rate_ != settings_.baud ? State::kRate : State::kStart, now, out);
@@ -210,28 +201,21 @@ void Hokuyo::on_stopped(const ScipAnswer& answer, Time now, Output& out) {
   if (is_scip1_ && !switched_) {
     enter(State::kSwitch, now, out);
   } else if (is_scip1_) {
-    if (is_right_one())
+    if (is_wanted("scanner", serial_number_, settings_.serial_number))
       enter(settings_.has_rate && rate_ != settings_.baud ? State::kRate : State::kStart, now, out);
   } else if (answer.status == "0E") {
     // The scanner is still in the time adjustment mode of a previous program; TM2 ends it.
     out.send(bytes_of("TM2\n"));
-    timeout_ = now + kHokuyoAnswerTime;
+    timer_.wait_until(now + kHokuyoAnswerTime);
   } else {
     enter(State::kVersion, now, out);
   }
-}
-
-bool Hokuyo::is_right_one() {
-  if (is_wanted("scanner", serial_number_, settings_.serial_number)) return true;
-  timeout_ = tims::kNever;
-  return false;
 }
 
 void Hokuyo::on_rate(const ScipAnswer& answer, Time now, Output& out) {
   const bool is_set = answer.status == "00" || answer.status == "0";
   // 03: the rate is already set; 04: there is no rate, for example on USB.
   if (!is_set && answer.status != "03" && answer.status != "04") {
-    timeout_ = tims::kNever;
     fail(tims::Errc::kInvalidArgument, "the scanner refuses " + std::to_string(settings_.baud) +
                                            " baud (status " + std::string(answer.status) + ")");
     return;
@@ -253,13 +237,12 @@ void Hokuyo::on_started(const ScipAnswer& answer, Time now, Output& out) {
     return;
   }
   state_ = State::kMeasuring;
-  attempts_ = 0;
-  timeout_ = now + kHokuyoSpinUp;
+  timer_.reset();
+  timer_.wait_until(now + kHokuyoSpinUp);
   if (is_scip1_) take_scan(answer, now, out);
 }
 
 void Hokuyo::refuse(const ScipAnswer& answer) {
-  timeout_ = tims::kNever;
   std::string why = "the scanner refuses " + tims::base::in_quotes(answer.question) + ", status " +
                     std::string(answer.status);
   if (answer.status >= "01" && answer.status <= "07")
@@ -285,11 +268,10 @@ void Hokuyo::take_scan(const ScipAnswer& answer, Time now, Output& out) {
   const bool is_scan = scans_.decode(answer, scan_, counter);
   if (is_scan) {
     has_scan_ = has_measured_ = true;
-    if (!is_scip1_) timeout_ = tims::kNever;
+    timer_.reset();
     // The scanner sends after it has measured the last step.
     const Time end = answer.has_sums() ? clock_.to_host(counter, answer.began) : answer.began;
     recorded_ = end - std::chrono::milliseconds(scan_.duration) / 2;
-    attempts_ = 0;
   } else if (answer.status != "00") {
     ++broken_;
   }

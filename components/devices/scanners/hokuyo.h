@@ -36,7 +36,6 @@ class Hokuyo final : public Dialogue {
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
   void stop(Time now, Output& out) override;
-  [[nodiscard]] Time next_timeout() const override { return timeout_; }
 
   [[nodiscard]] bool is_ready() const { return has_measured_; }
   bool take(LadarData& scan, Time& recorded);
@@ -64,7 +63,6 @@ class Hokuyo final : public Dialogue {
   void try_next_rate(Time now, Output& out);
   void take_answer(const ScipAnswer& answer, Time now, Output& out);
   void on_stopped(const ScipAnswer& answer, Time now, Output& out);
-  bool is_right_one();
   void on_rate(const ScipAnswer& answer, Time now, Output& out);
   void on_started(const ScipAnswer& answer, Time now, Output& out);
   void take_scan(const ScipAnswer& answer, Time now, Output& out);
@@ -76,10 +74,8 @@ class Hokuyo final : public Dialogue {
   std::size_t rate_index_ = 0;
   std::uint32_t rate_ = 0;  // current rate of the line
   std::uint32_t rate_found_ = 0;
-  int attempts_ = 0;  // attempts of the current request
   bool switched_ = false;
   bool is_scip1_ = false;
-  Time timeout_ = tims::kNever;
   std::string question_;
   ScipAnswers answers_;
   ScipScans scans_;

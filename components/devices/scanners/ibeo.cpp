@@ -196,7 +196,8 @@ void Ibeo::start(Time now, Output& out) {
   telegrams_.clear();
   clock_.reset();
   profile_ = {};
-  timeout_ = next_frame_at_ = tims::kNever;
+  timer_.reset();
+  next_frame_at_ = tims::kNever;
   has_measured_ = false;
   state_ = State::kMeasuring;
   if (!settings_.only_listen) enter(State::kStatus, now, out);
@@ -214,14 +215,12 @@ void Ibeo::stop(Time, Output& out) {
 
 void Ibeo::enter(State state, Time now, Output& out) {
   state_ = state;
-  attempts_ = 0;
-  timeout_ = tims::kNever;
+  timer_.reset();
   if (state == State::kSpinUp) spin_up_end_ = now + kIbeoSpinUp;
   ask(now, out);
 }
 
 void Ibeo::ask(Time now, Output& out) {
-  ++attempts_;
   frames_.clear();
   sent_ = 0;
   constexpr std::array<std::byte, 4> kAllProfiles = {std::byte{}, std::byte{},
@@ -234,8 +233,8 @@ void Ibeo::ask(Time now, Output& out) {
               state_ == State::kProfiles ? std::span<const std::byte>(kAllProfiles)
               : has_word                 ? std::span<const std::byte>(kNone)
                                          : std::span<const std::byte>{});
-  timeout_ =
-      now + (state_ == State::kTurn || state_ == State::kMeasure ? kTurnTime : kIbeoAnswerTime);
+  const bool is_slow = state_ == State::kTurn || state_ == State::kMeasure;
+  timer_.sent(now, is_slow ? kTurnTime : kIbeoAnswerTime);
   send_next(now, out);
 }
 
@@ -246,25 +245,11 @@ void Ibeo::send_next(Time now, Output& out) {
 
 void Ibeo::on_timeout(Time now, Output& out) {
   if (next_frame_at_ <= now) send_next(now, out);
-  if (timeout_ > now) return;
-  if (state_ == State::kSpinUp && now < spin_up_end_) {
-    ask(now, out);
-    return;
-  }
-  retry(now, out);
-}
-
-void Ibeo::retry(Time now, Output& out) {
-  if (attempts_ < kIbeoAttempts) {
-    ask(now, out);
-    return;
-  }
+  if (!timer_.take_due(now)) return;
+  const bool polls = state_ == State::kSpinUp && now < spin_up_end_;
+  if (polls || timer_.may_repeat(kIbeoAttempts)) return ask(now, out);
   // The scanner refuses to stop profiles if none were requested.
-  if (state_ == State::kQuiet) {
-    enter(State::kTime, now, out);
-    return;
-  }
-  timeout_ = tims::kNever;
+  if (state_ == State::kQuiet) return enter(State::kTime, now, out);
   std::string why = "scanner " + std::to_string(settings_.sensor) + " ";
   if (state_ == State::kStatus)
     why += "does not answer; check the bit rate of the interface (1 Mbit/s) and sensorId";
@@ -286,7 +271,7 @@ void Ibeo::on_arrival(const Arrival& arrival, Output& out) {
     came_ = telegram.began;
     has_measured_ = true;
     state_ = State::kMeasuring;
-    timeout_ = tims::kNever;
+    timer_.stop();
   } else if (state_ != State::kMeasuring &&
              telegram.service == (service_of(static_cast<std::uint8_t>(state_)) | ibeo::kAnswer)) {
     take_answer(telegram, arrival.last, out);
@@ -316,7 +301,7 @@ void Ibeo::take_answer(const IbeoTelegram& telegram, Time now, Output& out) {
       if (mode_ == ibeo::kModeMeasuring)
         enter(State::kProfiles, now, out);
       else
-        timeout_ = now + kPoll;
+        timer_.wait_until(now + kPoll);
       break;
     case State::kProfiles:
     case State::kMeasuring:
@@ -332,7 +317,6 @@ bool Ibeo::check_status(std::span<const std::byte> status) {
   const unsigned motor = last >> 4;
   constexpr unsigned kCoderError = 0xB;
   if (mode_ != ibeo::kModeError && motor != kCoderError) return true;
-  timeout_ = tims::kNever;
   fail(tims::Errc::kSystem, motor == kCoderError
                                 ? "the scanner's motor has stopped: encoder error"
                                 : "the scanner reports a defect, system status " +
@@ -347,7 +331,6 @@ bool Ibeo::check_measure(std::span<const std::byte> answer) {
   constexpr std::array<std::string_view, 5> kErrors = {
       "", "pulse frequency of the laser too high", "mean pulse frequency of the laser too high",
       "invalid sector borders", "a sector border is not a multiple of the step"};
-  timeout_ = tims::kNever;
   fail(tims::Errc::kInvalidArgument,
        "the scanner does not measure: " +
            (error < kErrors.size() ? std::string(kErrors[error]) : std::to_string(error)) +

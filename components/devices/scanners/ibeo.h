@@ -132,7 +132,9 @@ class Ibeo final : public Dialogue {
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
   void stop(Time now, Output& out) override;
-  [[nodiscard]] Time next_timeout() const override { return std::min(timeout_, next_frame_at_); }
+  [[nodiscard]] Time next_timeout() const override {
+    return std::min(timer_.due(), next_frame_at_);
+  }
   [[nodiscard]] std::vector<CanFilter> wanted_frames() const override {
     return {{.id = ibeo::kSensorId | settings_.sensor, .mask = 0xC00007FF}};
   }
@@ -157,7 +159,6 @@ class Ibeo final : public Dialogue {
 
   void enter(State state, Time now, Output& out);
   void ask(Time now, Output& out);
-  void retry(Time now, Output& out);
   void send_next(Time now, Output& out);
   void take_answer(const IbeoTelegram& telegram, Time now, Output& out);
   bool check_status(std::span<const std::byte> status);
@@ -165,8 +166,6 @@ class Ibeo final : public Dialogue {
 
   IbeoSettings settings_;
   State state_ = State::kStatus;
-  int attempts_ = 0;
-  Time timeout_ = tims::kNever;
   Time spin_up_end_{};
   std::vector<IbeoFrame> frames_;  // frames of the current request
   std::size_t sent_ = 0;           // number of frames sent

@@ -47,12 +47,11 @@ void Ld19::start(Time now, Output& out) {
   scan_.set_range(kLd19RangeMin, kLd19RangeMax);
   packets_ = 0;
   if (!settings_.only_listen) out.set_baud(settings_.baud);
-  timeout_ = settings_.only_listen ? tims::kNever : now + kLd19SpinUp;
+  timer_.wait_until(settings_.only_listen ? tims::kNever : now + kLd19SpinUp);
 }
 
 void Ld19::on_timeout(Time now, Output&) {
-  if (timeout_ > now) return;
-  timeout_ = tims::kNever;
+  if (!timer_.take_due(now)) return;
   fail(tims::Errc::kTimeout, "no complete turn of an LD06 or LD19 received at " +
                                  std::to_string(settings_.baud) +
                                  " baud; check its power and parameter model");
@@ -75,7 +74,7 @@ void Ld19::on_arrival(const Arrival& arrival, Output&) {
     decode(packet, buffer_.time_of(0));
     buffer_.consume(kLd19Size);
     ++packets_;
-    if (is_ready()) timeout_ = tims::kNever;
+    if (is_ready()) timer_.stop();
   }
 }
 

@@ -32,7 +32,6 @@ class Ld19 final : public TurningLadar {
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
-  [[nodiscard]] Time next_timeout() const override { return timeout_; }
 
   [[nodiscard]] std::uint64_t packets() const { return packets_; }
   [[nodiscard]] std::uint64_t broken() const { return broken_; }
@@ -46,7 +45,6 @@ class Ld19 final : public TurningLadar {
   Ld19Settings settings_;
   StreamBuffer buffer_{kLongest};
   DeviceClock clock_{std::chrono::milliseconds(1), kTimeEnd};
-  Time timeout_ = tims::kNever;
   std::uint64_t packets_ = 0;
   std::uint64_t broken_ = 0;
 };

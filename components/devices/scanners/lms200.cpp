@@ -173,7 +173,7 @@ void Lms200::start(Time now, Output& out) {
   clock_.reset();
   if (settings_.only_listen) {
     state_ = State::kMeasuring;
-    timeout_ = tims::kNever;
+    timer_.reset();
     return;
   }
   rate_ = kRateAtPowerOn;
@@ -195,12 +195,9 @@ void Lms200::stop(Time, Output& out) {
 
 void Lms200::enter(State state, Time now, Output& out) {
   state_ = state;
-  attempts_ = 0;
   refused_ = false;
-  if (state == State::kMeasuring)
-    timeout_ = tims::kNever;
-  else
-    ask(now, out);
+  timer_.reset();
+  if (state != State::kMeasuring) ask(now, out);
 }
 
 void Lms200::ask(Time now, Output& out) {
@@ -213,10 +210,9 @@ void Lms200::ask(Time now, Output& out) {
   if (state_ == State::kLogin) append_lms200(question_, kLogin);
   if (state_ == State::kRate) append_lms200(question_, rate);
   if (state_ == State::kStart) append_lms200(question_, start);
-  ++attempts_;
   acknowledged_ = pausing_ = false;
   out.send(question_);
-  timeout_ = now + kAcknowledgeTime + line_time(question_.size(), rate_);
+  timer_.sent(now, kAcknowledgeTime + line_time(question_.size(), rate_));
 }
 
 void Lms200::on_arrival(const Arrival& arrival, Output& out) {
@@ -231,7 +227,7 @@ void Lms200::on_arrival(const Arrival& arrival, Output& out) {
     } else if (what == What::kAcknowledged && waits && !acknowledged_) {
       acknowledged_ = true;
       const bool is_slow = settings_.mode == Lms200Mode::kInterlaced;
-      timeout_ = arrival.last + (is_slow ? kAnswerTimeInterlaced : kLms200AnswerTime);
+      timer_.wait_until(arrival.last + (is_slow ? kAnswerTimeInterlaced : kLms200AnswerTime));
     } else if (what == What::kRefused && waits) {
       // At the wrong rate, 15 may be a garbled byte.
       refused_ = state_ != State::kLogin;
@@ -254,11 +250,11 @@ void Lms200::on_answer(Time now, Output& out) {
     out.set_baud(rate_);
   }
   pausing_ = true;
-  timeout_ = now + kPause;
+  timer_.wait_until(now + kPause);
 }
 
 void Lms200::on_timeout(Time now, Output& out) {
-  if (timeout_ > now) return;
+  if (!timer_.take_due(now)) return;
   if (!pausing_) {
     retry(now, out);
     return;
@@ -273,12 +269,14 @@ void Lms200::on_timeout(Time now, Output& out) {
 // Tries the rate of power-on first, then the requested one, which may have been set before: by
 // another program, or by this one if the answer was lost.
 void Lms200::retry(Time now, Output& out) {
-  if (attempts_ < kLms200Attempts)
-    ask(now, out);
-  else if (state_ <= State::kRate && !refused_ && rate_ != settings_.baud)
-    log_in_at_wanted_rate(now, out);
-  else
-    give_up();
+  if (timer_.may_repeat(kLms200Attempts)) return ask(now, out);
+  if (state_ <= State::kRate && !refused_ && rate_ != settings_.baud)
+    return log_in_at_wanted_rate(now, out);
+  fail(tims::Errc::kTimeout,
+       state_ == State::kLogin && !refused_
+           ? "the scanner answers neither at 9600 nor at " + std::to_string(settings_.baud) +
+                 " baud; check its power and the serial line (RS-422 for 500000)"
+           : "the scanner refuses " + std::to_string(settings_.baud) + " baud or this mode");
 }
 
 void Lms200::log_in_at_wanted_rate(Time now, Output& out) {
@@ -286,15 +284,6 @@ void Lms200::log_in_at_wanted_rate(Time now, Output& out) {
   out.set_baud(rate_);
   telegrams_.clear();
   enter(State::kLogin, now, out);
-}
-
-void Lms200::give_up() {
-  timeout_ = tims::kNever;
-  fail(tims::Errc::kTimeout,
-       state_ == State::kLogin && !refused_
-           ? "the scanner answers neither at 9600 nor at " + std::to_string(settings_.baud) +
-                 " baud; check its power and the serial line (RS-422 for 500000)"
-           : "the scanner refuses " + std::to_string(settings_.baud) + " baud or this mode");
 }
 
 void Lms200::take_scan(const Lms200Telegram& telegram) {

@@ -72,7 +72,6 @@ class Lms200 final : public Dialogue {
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
   void stop(Time now, Output& out) override;
-  [[nodiscard]] Time next_timeout() const override { return timeout_; }
 
   // A recording may begin with the log-in: it is ready from its first scan on.
   [[nodiscard]] bool is_ready() const {
@@ -90,17 +89,14 @@ class Lms200 final : public Dialogue {
   void on_answer(Time now, Output& out);
   void retry(Time now, Output& out);
   void log_in_at_wanted_rate(Time now, Output& out);
-  void give_up();
   void take_scan(const Lms200Telegram& telegram);
 
   Lms200Settings settings_;
   State state_ = State::kLogin;
   std::uint32_t rate_ = 0;  // current rate of the line
-  int attempts_ = 0;        // attempts of the current request
   bool acknowledged_ = false;
   bool pausing_ = false;  // the scanner needs a pause of 30 ms after an answer
   bool refused_ = false;  // the current request was refused
-  Time timeout_ = tims::kNever;
   Lms200Telegrams telegrams_;
   std::vector<std::byte> question_;
   LadarData scan_{};

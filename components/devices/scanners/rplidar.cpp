@@ -46,7 +46,7 @@ void Rplidar::start(Time now, Output& out) {
   type_ = rplidar::kPoints;
   if (settings_.only_listen) {
     state_ = State::kMeasuring;
-    timeout_ = tims::kNever;
+    timer_.reset();
     return;
   }
   rate_index_ = 0;
@@ -85,7 +85,7 @@ void Rplidar::send(std::uint8_t command, std::span<const std::byte> payload, Out
 
 void Rplidar::enter(State state, Time now, Output& out) {
   state_ = state;
-  attempts_ = 0;
+  timer_.reset();
   ask(now, out);
 }
 
@@ -98,7 +98,6 @@ void Rplidar::ask_configuration(std::uint32_t entry, bool with_mode) {
 }
 
 void Rplidar::ask(Time now, Output& out) {
-  ++attempts_;
   question_.clear();
   Duration pause = kRplidarAnswerTime;
   const std::array express = {static_cast<std::byte>(mode_), std::byte{}, std::byte{}, std::byte{},
@@ -138,11 +137,11 @@ void Rplidar::ask(Time now, Output& out) {
       break;
   }
   out.send(question_);
-  timeout_ = now + pause + (settings_.has_rate ? line_time(question_.size(), rate_) : Duration(0));
+  timer_.sent(now, pause + (settings_.has_rate ? line_time(question_.size(), rate_) : Duration(0)));
 }
 
 void Rplidar::on_timeout(Time now, Output& out) {
-  if (timeout_ > now) return;
+  if (!timer_.take_due(now)) return;
   if (state_ == State::kStop) {
     // Discards bytes that were in transit, and noise received at a wrong rate.
     packets_.clear();
@@ -159,22 +158,14 @@ void Rplidar::retry(Time now, Output& out) {
   const int allowed = state_ == State::kInfo   ? kAttemptsAtRate
                       : state_ >= State::kScan ? 1
                                                : kRplidarAttempts;
-  if (attempts_ < allowed) {
-    ask(now, out);
-    return;
-  }
-  if (state_ == State::kInfo) {
-    try_next_rate(now, out);
-    return;
-  }
+  if (timer_.may_repeat(allowed)) return ask(now, out);
+  if (state_ == State::kInfo) return try_next_rate(now, out);
   // Some scanners do not support requests that their firmware version suggests: treat them as old
   // ones.
   if (state_ == State::kMode || state_ == State::kType || state_ == State::kRange) {
     if (state_ != State::kRange) type_ = rplidar::kPoints;
-    enter(State::kScan, now, out);
-    return;
+    return enter(State::kScan, now, out);
   }
-  timeout_ = tims::kNever;
   fail(tims::Errc::kTimeout,
        state_ >= State::kScan ? "the scanner sends no complete turn; check its motor and 5 V supply"
                               : "the scanner has stopped answering");
@@ -189,7 +180,6 @@ void Rplidar::try_next_rate(Time now, Output& out) {
     enter(State::kStop, now, out);
     return;
   }
-  timeout_ = tims::kNever;
   fail(tims::Errc::kTimeout,
        settings_.has_rate ? "no RPLIDAR answers, neither at " + std::to_string(settings_.baud) +
                                 " baud nor at another RPLIDAR rate; check its power and "
@@ -211,7 +201,7 @@ void Rplidar::take_packet(const RplidarPacket& packet, Time now, Output& out) {
     if (state_ != State::kScan && state_ != State::kMeasuring) return;
     state_ = State::kMeasuring;
     points_.decode(packet, scan_);
-    if (is_ready()) timeout_ = tims::kNever;
+    if (is_ready()) timer_.stop();
   } else if (packet.type == rplidar::kInfoAnswer && state_ == State::kInfo) {
     on_info(packet, now, out);
   } else if (packet.type == rplidar::kHealthAnswer && state_ == State::kHealth) {
@@ -230,8 +220,6 @@ void Rplidar::on_info(const RplidarPacket& packet, Time now, Output& out) {
   info_.serial_number = tims::base::to_hex(packet.data.subspan(4));
   if (is_wanted("scanner", info_.serial_number, settings_.serial_number))
     enter(State::kHealth, now, out);
-  else
-    timeout_ = tims::kNever;
 }
 
 void Rplidar::on_health(const RplidarPacket& packet, Time now, Output& out) {
@@ -242,7 +230,6 @@ void Rplidar::on_health(const RplidarPacket& packet, Time now, Output& out) {
       enter(State::kReset, now, out);
       return;
     }
-    timeout_ = tims::kNever;
     fail(tims::Errc::kSystem, "the scanner reports a defect, error " +
                                   std::to_string(little_endian<std::uint16_t>(packet.data, 1)));
     return;

@@ -38,7 +38,6 @@ class Rplidar final : public TurningLadar {
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
   void stop(Time now, Output& out) override;
-  [[nodiscard]] Time next_timeout() const override { return timeout_; }
 
   [[nodiscard]] std::string serial_number() const override { return info_.serial_number; }
   [[nodiscard]] const RplidarInfo& info() const { return info_; }
@@ -76,9 +75,7 @@ class Rplidar final : public TurningLadar {
   State state_ = State::kStop;
   std::size_t rate_index_ = 0;
   std::uint32_t rate_ = 0;
-  int attempts_ = 0;
   bool was_reset_ = false;
-  Time timeout_ = tims::kNever;
   std::vector<std::byte> question_;
   RplidarPackets packets_;
   RplidarPoints points_;

@@ -36,7 +36,7 @@ void SickCola::start(Time now, Output& out) {
   is_narrow_ = false;
   if (settings_.only_listen) {
     state_ = State::kSpinUp;
-    timeout_ = tims::kNever;
+    timer_.reset();
     return;
   }
   enter(State::kIdentify, now, out);
@@ -53,24 +53,19 @@ void SickCola::stop(Time, Output& out) {
 
 void SickCola::enter(State state, Time now, Output& out) {
   state_ = state;
-  attempts_ = 0;
-  if (state == State::kMeasuring)
-    timeout_ = tims::kNever;
-  else if (state == State::kSpinUp)
-    timeout_ = now + kSpinUpTime;
-  else
-    ask(now, out);
+  timer_.reset();
+  if (state < State::kSpinUp) ask(now, out);
+  if (state == State::kSpinUp) timer_.wait_until(now + kSpinUpTime);
 }
 
 void SickCola::ask(Time now, Output& out) {
-  ++attempts_;
   if (state_ == State::kIdentify && !settings_.dialect)
-    dialect_ = attempts_ % 2 != 0 ? ColaDialect::kBinary : ColaDialect::kAscii;
+    dialect_ = timer_.attempts() % 2 == 0 ? ColaDialect::kBinary : ColaDialect::kAscii;
   write_question();
   telegram_.clear();
   append_cola(telegram_, dialect_, question_);
   out.send(telegram_);
-  timeout_ = now + (state_ == State::kIdentify ? kAnswerTimeToIdentify : kSickColaAnswerTime);
+  timer_.sent(now, state_ == State::kIdentify ? kAnswerTimeToIdentify : kSickColaAnswerTime);
 }
 
 void SickCola::write_question() {
@@ -210,7 +205,6 @@ void SickCola::on_error(ColaReader& reader, Time now, Output& out) {
     case State::kSubscribe:
     case State::kSpinUp:
     case State::kMeasuring:
-      timeout_ = tims::kNever;
       fail(tims::Errc::kAnsweredError, "the scanner refuses to send LMDscandata: " + reason);
       break;
   }
@@ -221,26 +215,18 @@ void SickCola::note(std::string_view what) {
 }
 
 void SickCola::on_timeout(Time now, Output& out) {
-  if (timeout_ > now) return;
-  if (state_ == State::kSpinUp) {
-    timeout_ = tims::kNever;
+  if (!timer_.take_due(now)) return;
+  const bool both = state_ == State::kIdentify && !settings_.dialect;
+  if (state_ == State::kSpinUp)
     fail(tims::Errc::kTimeout,
          "the scanner has accepted all requests, but sends no scan; check its display for errors");
-  } else {
-    retry(now, out);
-  }
-}
-
-void SickCola::retry(Time now, Output& out) {
-  const bool both = state_ == State::kIdentify && !settings_.dialect;
-  if (attempts_ < (both ? kAttemptsToIdentify : kSickColaAttempts))
+  else if (timer_.may_repeat(both ? kAttemptsToIdentify : kSickColaAttempts))
     ask(now, out);
   else
     give_up();
 }
 
 void SickCola::give_up() {
-  timeout_ = tims::kNever;
   if (state_ != State::kIdentify) {
     const ColaReader question(dialect_, question_);
     fail(tims::Errc::kTimeout,
@@ -257,7 +243,6 @@ void SickCola::take_scan(const ColaTelegram& telegram) {
   if (!decode_cola_scan(telegram, cola_scan_)) return;
   if (cola_scan_.layer_angle != 0) return;  // uses only the level layer
   if (settings_.serial_number != 0 && settings_.serial_number != cola_scan_.serial_number) {
-    timeout_ = tims::kNever;
     is_wanted("scanner", serial_number(), std::to_string(settings_.serial_number));
     return;
   }

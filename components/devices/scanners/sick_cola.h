@@ -29,7 +29,6 @@ class SickCola final : public Dialogue {
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
   void stop(Time now, Output& out) override;
-  [[nodiscard]] Time next_timeout() const override { return timeout_; }
 
   // True after the first scan: before that the motor may still be starting.
   [[nodiscard]] bool is_ready() const { return state_ == State::kMeasuring; }
@@ -64,7 +63,6 @@ class SickCola final : public Dialogue {
   void enter(State state, Time now, Output& out);
   void ask(Time now, Output& out);
   void write_question();
-  void retry(Time now, Output& out);
   void give_up();
   void hear(const ColaTelegram& telegram, Output& out);
   [[nodiscard]] bool is_answer(const ColaReader& reader) const;
@@ -78,10 +76,8 @@ class SickCola final : public Dialogue {
   const SickColaSettings settings_;
   State state_ = State::kIdentify;
   ColaDialect dialect_;
-  int attempts_ = 0;          // attempts of the current request
   std::size_t password_ = 0;  // index of the password being tried
   bool is_narrow_ = false;    // remission in 8 bits, because 16 bits are not supported
-  Time timeout_ = tims::kNever;
   ColaTelegrams telegrams_;
   std::vector<std::byte> question_;
   std::vector<std::byte> telegram_;

@@ -249,7 +249,7 @@ void SickCompact::start(Time now, Output& /*out*/) {
   is_ready_ = has_frame_ = has_scan_ = false;
   datagrams_ = broken_ = of_others_ = 0;
   segments_of_turn_ = 0;
-  timeout_ = now + kSickCompactFirstScanTime;
+  timer_.wait_until(now + kSickCompactFirstScanTime);
 }
 
 void SickCompact::on_arrival(const Arrival& arrival, Output& /*out*/) {
@@ -338,12 +338,11 @@ void SickCompact::finish_frame(Time arrived) {
                               1us * static_cast<std::int64_t>(transmitted_ - middle)
                         : arrived - 1us * static_cast<std::int64_t>(took / 2);
   has_scan_ = true;
-  timeout_ = tims::kNever;
+  timer_.stop();
 }
 
 void SickCompact::on_timeout(Time now, Output& /*out*/) {
-  if (timeout_ > now) return;
-  timeout_ = tims::kNever;
+  if (!timer_.take_due(now)) return;
   fail(datagrams_ == 0 ? tims::Errc::kTimeout : tims::Errc::kMalformed, complaint());
 }
 

@@ -68,7 +68,6 @@ class SickCompact final : public Dialogue {
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
-  [[nodiscard]] Time next_timeout() const override { return timeout_; }
 
   // True after the first turn, which is incomplete and therefore not used as a scan.
   [[nodiscard]] bool is_ready() const { return is_ready_; }
@@ -88,7 +87,6 @@ class SickCompact final : public Dialogue {
   DeviceClock clock_;
   CompactSegment segment_;
   bool is_ready_ = false;
-  Time timeout_ = tims::kNever;
   // Data received instead of scans, for the error message.
   std::uint64_t datagrams_ = 0;
   std::uint64_t broken_ = 0;

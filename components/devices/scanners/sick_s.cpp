@@ -155,7 +155,7 @@ void SickS::start(Time now, Output& /*out*/) {
   telegrams_.clear();
   is_ready_ = has_scan_ = false;
   bytes_ = of_others_ = unknown_ = 0;
-  timeout_ = now + kSickSFirstScanTime;
+  timer_.wait_until(now + kSickSFirstScanTime);
 }
 
 void SickS::on_arrival(const Arrival& arrival, Output& /*out*/) {
@@ -169,7 +169,7 @@ void SickS::on_arrival(const Arrival& arrival, Output& /*out*/) {
       ++unknown_;
     } else {
       has_scan_ = is_ready_ = true;
-      timeout_ = tims::kNever;
+      timer_.stop();
       // The telegram is sent at the end of the scan; its middle was half a scan before.
       recorded_ = telegram.began - std::chrono::milliseconds(scan_.duration) / 2;
     }
@@ -177,8 +177,7 @@ void SickS::on_arrival(const Arrival& arrival, Output& /*out*/) {
 }
 
 void SickS::on_timeout(Time now, Output& /*out*/) {
-  if (timeout_ > now) return;
-  timeout_ = tims::kNever;
+  if (!timer_.take_due(now)) return;
   fail(bytes_ == 0 ? tims::Errc::kTimeout : tims::Errc::kMalformed, complaint());
 }
 

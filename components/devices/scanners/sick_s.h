@@ -77,7 +77,6 @@ class SickS final : public Dialogue {
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
-  [[nodiscard]] Time next_timeout() const override { return timeout_; }
 
   // True after the first scan.
   [[nodiscard]] bool is_ready() const { return is_ready_; }
@@ -90,7 +89,6 @@ class SickS final : public Dialogue {
   SickSSettings settings_;
   SickSTelegrams telegrams_;
   bool is_ready_ = false;
-  Time timeout_ = tims::kNever;
   // Data received instead of a scan, for the error message.
   std::uint64_t bytes_ = 0;
   std::uint64_t of_others_ = 0;  // telegrams from the other address
