@@ -155,6 +155,7 @@ void Cia402::start(Time now, Output& out) {
   heard_ = tims::kNever;
   next_ = now + kCia402Tick;
   ready_due_ = tims::kNever;
+  writing_.reset();
   nmt(kNmtPreOperational, out);
   write(setup_[step_], now, out);
 }

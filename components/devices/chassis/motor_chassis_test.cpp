@@ -1,5 +1,6 @@
 #include "components/devices/chassis/motor_chassis.h"
 
+#include <algorithm>
 #include <bit>
 #include <numbers>
 #include <random>
@@ -374,6 +375,22 @@ TEST(Cia402Test, AnSdoWriteIsAsTheStandardHasIt) {
               ElementsAre(0x2B, 0x40, 0x60, 0, 0x0F, 0, 0, 0));
   EXPECT_THAT(numbers(canopen::sdo_write(0x60FF, 0, 0x12345678, 4)),
               ElementsAre(0x23, 0xFF, 0x60, 0, 0x78, 0x56, 0x34, 0x12));
+}
+
+TEST(Cia402Test, EachStartWritesTheFirstObjectAsOftenWithoutAnswer) {
+  Cia402 silent({.node = 5});
+  const auto writes = [&](Time start) {
+    Ear ear;
+    silent.start(start, ear);
+    for (Time now = start; now < start + 10s && !silent.failure(); now += 10ms)
+      silent.on_timeout(now, ear);
+    EXPECT_TRUE(silent.failure());
+    return std::ranges::count(ear.frames, canopen::kSdoRequest + 5U,
+                              [](const auto& frame) { return frame.first; });
+  };
+  const auto first = writes(Time{1s});
+  EXPECT_GT(first, 1);
+  EXPECT_EQ(writes(Time{100s}), first);
 }
 
 class OneDriveTest : public testing::Test {
