@@ -1,6 +1,5 @@
 // PilotJoystick: drives by joystick and brakes for obstacles.
 #include <array>
-#include <optional>
 
 #include "components/pilot/drive.h"
 #include "rack/clock.h"

@@ -2,7 +2,6 @@
 #include <array>
 #include <atomic>
 #include <mutex>
-#include <optional>
 
 #include "components/localisation/line_map.h"
 #include "components/position/map_file.h"

@@ -1,6 +1,5 @@
 // GridMap: a grid map, as a whole or the part around the robot.
 #include <array>
-#include <optional>
 
 #include "components/geometry/pose.h"
 #include "components/position/map_file.h"

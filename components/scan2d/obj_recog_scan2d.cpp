@@ -2,7 +2,6 @@
 #include <array>
 #include <memory>
 #include <mutex>
-#include <optional>
 
 #include "components/perception/object_recogniser.h"
 #include "components/position/map_file.h"

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <optional>
 
 #include "components/geometry/pose.h"
 #include "components/scan2d/ladar_scan.h"

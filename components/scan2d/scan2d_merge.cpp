@@ -1,6 +1,5 @@
 // Scan2dMerge: merges the scans of several scanners.
 #include <array>
-#include <optional>
 
 #include "components/perception/scan_merger.h"
 #include "rack/clock.h"

@@ -1,7 +1,6 @@
 // ObjRecogRelayLadar: publishes objects that a ladar sends to its first mailbox as data of an
 // ObjRecog: transforms them to robot coordinates and adds the position of the robot.
 #include <array>
-#include <optional>
 
 #include "rack/clock.h"
 #include "rack/data_module.h"

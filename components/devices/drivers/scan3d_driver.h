@@ -3,7 +3,6 @@
 #pragma once
 
 #include <numbers>
-#include <optional>
 
 #include "components/devices/drivers/driver.h"
 #include "components/devices/scan3d/spinning_scan.h"
