@@ -10,10 +10,10 @@ PartnerBase::PartnerBase(Module& module, std::uint32_t class_id, std::string_vie
       system_(partner_parameter(name, "Sys")),
       instance_(partner_parameter(name, "Inst")) {}
 
-bool PartnerBase::is_named() const { return module_->integer(instance_) >= 0; }
-
-tims::Address PartnerBase::address() const {
-  return module_->address_of(class_id_, module_->integer(system_), module_->integer(instance_));
+std::optional<tims::Address> PartnerBase::address() const {
+  const std::int32_t instance = module_->integer(instance_);
+  if (instance < 0) return {};
+  return module_->address_of(class_id_, module_->integer(system_), instance);
 }
 
 }  // namespace rack

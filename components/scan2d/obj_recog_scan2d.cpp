@@ -79,7 +79,9 @@ class ObjRecogScan2d : public DataModule<ObjRecogData> {
   Result<void> take_map() {
     std::unique_ptr<LikelihoodField> field;
     const std::string path = text("mapFile");
-    if (!path.empty() || grid_map_.is_named() || feature_map_.is_named()) {
+    grid_map_.connect();
+    feature_map_.connect();
+    if (!path.empty() || grid_map_ || feature_map_) {
       const auto map = read_map(path);
       if (!map) return map.error();
       auto made = LikelihoodField::of(*map, {});
@@ -101,20 +103,20 @@ class ObjRecogScan2d : public DataModule<ObjRecogData> {
                                          .offset_x = static_cast<double>(integer("mapOffsetX")),
                                          .offset_y = static_cast<double>(integer("mapOffsetY")),
                                          .resolution = resolution});
-    if (grid_map_.is_named()) {
-      const auto cells = asked(grid_map_);
+    if (grid_map_) {
+      const auto cells = asked(*grid_map_);
       if (!cells) return cells.error();
       return localisation::read_map(*cells);
     }
-    const auto lines = asked(feature_map_);
+    const auto lines = asked(*feature_map_);
     if (!lines) return lines.error();
     return localisation::read_map(*lines, resolution);
   }
 
   template <typename ProxyType>
-  static Result<typename ProxyType::Data> asked(Partner<ProxyType>& map) {
-    if (auto on = map.turn_on(); !on) return on.error();
-    return map->get_data();
+  static Result<typename ProxyType::Data> asked(ProxyType& map) {
+    if (auto on = map.on(); !on) return on.error();
+    return map.get_data();
   }
 
   // --- for each scan

@@ -72,10 +72,13 @@ class Scan2d : public DataModule<Scan2dData> {
     const auto granted = ladar_.start();
     if (!granted) return granted.error();
     set_period(*granted);
-    if (camera_.is_named() && picture_.image.capacity() == 0)
-      return refused("cameraInst can only be set when Scan2d is started");
-    if (auto on = camera_.turn_on(); !on) return on;
-    if (camera_) view_ = camera_view();
+    camera_.connect();
+    if (camera_) {
+      if (picture_.image.capacity() == 0)
+        return refused("cameraInst can only be set when Scan2d is started");
+      if (auto on = camera_->on(); !on) return on;
+      view_ = camera_view();
+    }
     get_local_buffer().refPos = {};
     if (auto on = position_.turn_on(); !on) return on;
     if (auto on = odometry_.turn_on(); !on) return on;

@@ -28,10 +28,10 @@ namespace rack {
 // The part that does not depend on the proxy.
 class PartnerBase {
  public:
-  // False: the parameter of its instance is below 0, the component works without it.
-  [[nodiscard]] bool is_named() const;
-  // The address by its parameters.
-  [[nodiscard]] tims::Address address() const;
+  // The address by its parameters. Nothing: its instance is below 0, the component works without
+  // it.
+  [[nodiscard]] std::optional<tims::Address> address() const;
+  [[nodiscard]] bool is_named() const { return address().has_value(); }
 
  protected:
   // name: of its row of the parameters. work: receives answers; may be shared by the partners of
@@ -68,7 +68,7 @@ class Partner : public PartnerBase {
   // Creates the proxy by the current parameters, without a message.
   void connect() {
     proxy_.reset();
-    if (is_named()) create_proxy(address(), timeouts_);
+    if (const auto component = address()) create_proxy(*component, timeouts_);
   }
   void disconnect() { proxy_.reset(); }
   // connect(), and turns the component on. Success also if the partner is not named.
