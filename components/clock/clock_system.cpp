@@ -8,6 +8,7 @@
 #include "components/clock/calendar.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
+#include "rack/partner.h"
 
 namespace rack::clock {
 namespace {
@@ -16,10 +17,9 @@ constexpr auto kPeriod = std::chrono::milliseconds(5000);
 constexpr auto kStep =
     std::chrono::milliseconds(100);  // so that OFF need not wait for a whole period
 
-constexpr std::array<ParameterInfo, 4> kParameters = {
-    ParameterInfo{"clockSys", 0, "system id of the clock that sets this one", 0, kIdMax},
-    ParameterInfo{"clockInst", -1, "instance of the clock that sets this one; -1: none", -1,
-                  kIdMax},
+constexpr std::array<ParameterInfo, 3> kParameters = {
+    optional_partner("clock", "the clock that sets this one",
+                     "the clock that sets this one; -1: none"),
     at_once({"systemClockUpdate", 1,
              "1: set the time of this host by that clock; needs CAP_SYS_TIME", 0, 1}),
     at_once({"systemClockUpdateTime", 60000, "interval between updates, ms", 0}),
@@ -37,14 +37,12 @@ class ClockSystem : public DataModule<ClockData> {
   ClockSystem() : DataModule(kInfo, {.history = 5}) {}
 
  private:
-  Result<void> module_init() override { return create_mailbox(work_, 10, wire_size<ClockData>()); }
-
   Result<void> module_on() override {
     set_period(kPeriod);
     steps_ = 0;
     sync_mode_ = 0;
     updated_.reset();
-    if (auto on = turn_on_if_named(other_, *work_, tims::class_id::kClock, "clock"); !on) return on;
+    if (auto on = other_.turn_on(); !on) return on;
     return DataModule::module_on();
   }
 
@@ -82,8 +80,8 @@ class ClockSystem : public DataModule<ClockData> {
     return {};
   }
 
-  tims::Mailbox* work_ = nullptr;
-  std::optional<ClockProxy> other_;
+  OwnMailbox work_{*this, 10, wire_size<ClockData>()};
+  Partner<ClockProxy> other_{*this, "clock", work_};
   std::optional<TimeStamp> updated_;
   i32 sync_mode_ = 0;
   int steps_ = 0;

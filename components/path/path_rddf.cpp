@@ -31,17 +31,13 @@ constexpr std::array<double, 5> kBehind = {2000, 4000, 7000, 12000,
 constexpr i32 kLandmark = 1;
 constexpr std::streamoff kFileMax = 64 << 20;
 
-constexpr std::array<ParameterInfo, 24> kParameters = {{
+constexpr std::array<ParameterInfo, 20> kParameters = {{
     {"rddfFile", "",
      "route file (RDDF of the DARPA Grand Challenge); empty: the route comes by SET_RDDF"},
-    {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
-    {"chassisInst", 0, "instance of the chassis, for its size and limits", 0, kIdMax},
-    {"positionSys", 0, "system id of the position", 0, kIdMax},
-    {"positionInst", 0, "instance of the position", 0, kIdMax},
-    {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
-    {"scan2dInst", -1, "instance of the scan; -1: none, plans use the map only", -1, kIdMax},
-    {"gridMapSys", 0, "system id of the grid map", 0, kIdMax},
-    {"gridMapInst", -1, "instance of a grid map for planning; -1: none", -1, kIdMax},
+    partner("chassis", "the chassis", "the chassis, for its size and limits"),
+    partner("position", "the position"),
+    optional_partner("scan2d", "the scan", "the scan; -1: none, plans use the map only"),
+    optional_partner("gridMap", "the grid map", "a grid map for planning; -1: none"),
     {"mapFile", "", "floor plan for planning, a DXF text file"},
     {"mapScaleFactor", 1000, "mm per unit of the plan", 1, kMax},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
@@ -108,13 +104,6 @@ class PathRddf : public DataModule<PathData> {
   }
 
  private:
-  Result<void> module_init() override {
-    if (auto made = create_mailbox(work_, 4, body_max<GridMapData>()); !made) return made;
-    if (auto made = create_input(position_input_, *work_, 10, wire_size<PositionData>()); !made)
-      return made;
-    return create_input(scan_input_, *work_, 2, body_max<Scan2dData>());
-  }
-
   // --- on
 
   Result<void> module_on() override {
@@ -127,27 +116,22 @@ class PathRddf : public DataModule<PathData> {
     set_period(std::chrono::milliseconds(integer("periodTime")));
     layer_ = integer("layer");
     located_ = seen_ = planning_ = false;
-    ChassisProxy chassis(*work_, address_of(tims::class_id::kChassis, "chassis"));
-    const auto parameters = chassis.get_parameter();
+    chassis_proxy_.connect();
+    const auto parameters = chassis_proxy_->get_parameter();
     if (!parameters) return parameters.error();
     chassis_ = *parameters;
     limits_ = own_limits();
     planner_.emplace(PlanSettings{limits_, hull_of(chassis_), 1.0 * integer("comfort")});
     if (auto good = check(limits_); !good) return good;
-    const auto granted = position_input_->start(address_of(tims::class_id::kPosition, "position"));
-    if (!granted) return granted.error();
-    looks_ = integer("scan2dInst") >= 0;
-    if (looks_) {
-      const auto scan = scan_input_->start(address_of(tims::class_id::kScan2d, "scan2d"));
-      if (!scan) return scan.error();
-    }
+    if (const auto granted = position_input_.start(); !granted) return granted.error();
+    if (const auto granted = scan_input_.start(); !granted) return granted.error();
     if (auto good = load_map(); !good) return good;
     return load_route();
   }
 
   void module_off() override {
-    position_input_->stop();
-    scan_input_->stop();
+    position_input_.stop();
+    scan_input_.stop();
     const std::lock_guard lock(state_mutex_);
     planning_ = false;
   }
@@ -177,10 +161,9 @@ class PathRddf : public DataModule<PathData> {
       return take_map(FreeSpace::of(*drawing, integer("mapScaleFactor"), integer("mapOffsetX"),
                                     integer("mapOffsetY"), cell, 2000));
     }
-    if (integer("gridMapInst") >= 0) {
-      GridMapProxy map(*work_, address_of(tims::class_id::kGridMap, "gridMap"));
-      if (auto on = map.on(); !on) return on;
-      const auto data = map.get_data();
+    if (auto on = grid_map_.turn_on(); !on) return on;
+    if (grid_map_) {
+      const auto data = grid_map_->get_data();
       if (!data) return data.error();
       return take_map(FreeSpace::of(*data));
     }
@@ -202,9 +185,8 @@ class PathRddf : public DataModule<PathData> {
       if (!read) return read.error();
       const auto points = read_rddf(*read);
       if (!points) return tims::Error(points.error().code(), file + ": " + points.error().detail());
-      PositionProxy position(*work_, address_of(tims::class_id::kPosition, "position"));
       const auto waypoints = to_waypoints(
-          *points, [&](const PositionWgs84Data& at) { return position.wgs84_to_pos(at); });
+          *points, [&](const PositionWgs84Data& at) { return position_input_->wgs84_to_pos(at); });
       if (!waypoints)
         return tims::Error(waypoints.error().code(), file + ": " + waypoints.error().detail());
       waypoints_.assign(waypoints->begin(), waypoints->end());
@@ -241,15 +223,15 @@ class PathRddf : public DataModule<PathData> {
 
   Result<void> look() {
     PositionData position;
-    const auto come = position_input_->newest(position, kSilence);
+    const auto come = position_input_.newest(position, kSilence);
     if (!come) return come.error();
     const std::lock_guard lock(state_mutex_);
     if (*come) {
       robot_ = Pose::of(position.pos);
       located_ = true;
     }
-    if (!looks_) return {};
-    const auto seen = scan_input_->newest(scan_);
+    if (!scan_input_) return {};
+    const auto seen = scan_input_.newest(scan_);
     if (!seen) return seen.error();
     if (*seen) {
       seen_from_ = robot_;
@@ -478,11 +460,12 @@ class PathRddf : public DataModule<PathData> {
     }
   }
 
-  tims::Mailbox* work_ = nullptr;
-  std::optional<Input<PositionProxy>> position_input_;
-  std::optional<Input<Scan2dProxy>> scan_input_;
+  OwnMailbox work_{*this, 4, body_max<GridMapData>()};
+  Partner<ChassisProxy> chassis_proxy_{*this, "chassis", work_};
+  Partner<GridMapProxy> grid_map_{*this, "gridMap", work_};
+  Input<PositionProxy> position_input_{*this, "position", work_, 10, wire_size<PositionData>()};
+  Input<Scan2dProxy> scan_input_{*this, "scan2d", work_, 2, body_max<Scan2dData>()};
   PathRddfData rddf_;  // used by the command task
-  bool looks_ = false;
 
   PriorityMutex state_mutex_;  // protects the members below
   ChassisParamData chassis_;

@@ -10,19 +10,17 @@
 #include "components/path/tasks.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
+#include "rack/partner.h"
 #include "rack/proxies/chassis.h"
 #include "rack/proxies/path.h"
 
 namespace rack::path {
 namespace {
 
-constexpr std::array<ParameterInfo, 7> kParameters = {{
-    {"pilotSys", 0, "system id of the pilot", 0, kIdMax},
-    {"pilotInst", 0, "instance of the pilot, a PilotPath", 0, kIdMax},
-    {"pathSys", 0, "system id of the path", 0, kIdMax},
-    {"pathInst", 0, "instance of the path", 0, kIdMax},
-    {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
-    {"chassisInst", 0, "instance of the chassis", 0, kIdMax},
+constexpr std::array<ParameterInfo, 4> kParameters = {{
+    partner("pilot", "the pilot", "the pilot, a PilotPath"),
+    partner("path", "the path"),
+    partner("chassis", "the chassis"),
     {"periodTime", 200, "period of the data, ms", 10, 10000},
 }};
 
@@ -40,15 +38,12 @@ class Planner : public DataModule<PlannerData> {
   Planner() : DataModule(kInfo, {.history = 5}) {}
 
  private:
-  Result<void> module_init() override { return create_mailbox(work_, 4, 256); }
-
   Result<void> module_on() override {
     set_period(std::chrono::milliseconds(integer("periodTime")));
-    pilot_.emplace(*work_, address_of(tims::class_id::kPilot, "pilot"), kPlanningTimeouts);
-    path_.emplace(*work_, address_of(tims::class_id::kPath, "path"), kPlanningTimeouts);
-    ChassisProxy chassis(*work_, address_of(tims::class_id::kChassis, "chassis"));
-    if (auto on = chassis.on(); !on) return on;
-    if (auto active = chassis.set_active_pilot(pilot_->component()); !active) return active;
+    pilot_.connect();
+    path_.connect();
+    if (auto on = chassis_.turn_on(); !on) return on;
+    if (auto active = chassis_->set_active_pilot(pilot_->component()); !active) return active;
     if (auto on = pilot_->on(); !on) return on;
     {
       const std::lock_guard lock(tasks_mutex_);
@@ -156,9 +151,10 @@ class Planner : public DataModule<PlannerData> {
 
   static constexpr std::size_t kTasksShown = 49;  // plus the headline
 
-  tims::Mailbox* work_ = nullptr;
-  std::optional<PilotProxy> pilot_;
-  std::optional<PathProxy> path_;
+  OwnMailbox work_{*this, 4, 256};
+  Partner<PilotProxy> pilot_{*this, "pilot", work_, kPlanningTimeouts};
+  Partner<PathProxy> path_{*this, "path", work_, kPlanningTimeouts};
+  Partner<ChassisProxy> chassis_{*this, "chassis", work_};
 
   PriorityMutex tasks_mutex_;  // protects the members below
   TaskList tasks_;

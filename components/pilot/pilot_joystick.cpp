@@ -1,6 +1,5 @@
 // PilotJoystick: drives by joystick and brakes for obstacles.
 #include <array>
-#include <optional>
 
 #include "components/pilot/drive.h"
 #include "rack/clock.h"
@@ -12,15 +11,11 @@ namespace {
 
 constexpr auto kPeriod = std::chrono::milliseconds(100);
 constexpr int kSilence = 10;  // periods without a message from an input
-constexpr std::uint32_t kScanMax = body_max<Scan2dData>();
 
-constexpr std::array<ParameterInfo, 12> kParameters = {{
-    {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
-    {"scan2dInst", 0, "instance of the scan; -1: no scan, no braking", -1, kIdMax, true},
-    {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
-    {"chassisInst", 0, "instance of the chassis", 0, kIdMax},
-    {"joystickSys", 0, "system id of the joystick", 0, kIdMax},
-    {"joystickInst", 0, "instance of the joystick", 0, kIdMax},
+constexpr std::array<ParameterInfo, 9> kParameters = {{
+    or_none(required_partner("scan2d", "the scan", "the scan; -1: no scan, no braking")),
+    partner("chassis", "the chassis"),
+    partner("joystick", "the joystick"),
     {"maxSpeed", 4000, "speed with the stick fully forward, mm/s", 0, 1e6},
     {"maxSpeedSide", 0, "sideways speed with the third axis fully deflected, mm/s", 0, 1e6},
     {"mode", 0, "meaning of the stick to the side: 0 curvature, 1 angular speed", 0, 1},
@@ -42,29 +37,17 @@ class PilotJoystick : public DataModule<PilotData> {
   PilotJoystick() : DataModule(kInfo, {.history = 5}) { reserve_all(scan_data_); }
 
  private:
-  Result<void> module_init() override {
-    if (auto made = create_mailbox(work_, 10, wire_size<ChassisParamData>()); !made) return made;
-    if (auto made = create_input(joystick_, *work_, 10, wire_size<JoystickData>()); !made)
-      return made;
-    return create_input(scan_, *work_, 2, kScanMax);
-  }
-
   Result<void> module_on() override {
     set_period(kPeriod);
     if (auto good = turn_on_chassis(); !good) return good;
     if (auto good = turn_on_joystick(); !good) return good;
-    looks_ = integer("scan2dInst") >= 0;
     seen_ = false;
-    if (looks_) {
-      const auto scan = scan_->start(address_of(tims::class_id::kScan2d, "scan2d"));
-      if (!scan) return scan.error();
-    }
+    if (const auto scan = scan_.start(); !scan) return scan.error();
     return DataModule::module_on();
   }
 
   Result<void> turn_on_chassis() {
-    chassis_.emplace(*work_, address_of(tims::class_id::kChassis, "chassis"));
-    if (auto on = chassis_->on(); !on) return on;
+    if (auto on = chassis_.turn_on(); !on) return on;
     const auto limits = chassis_->get_parameter();
     if (!limits) return limits.error();
     limits_ = *limits;
@@ -78,34 +61,33 @@ class PilotJoystick : public DataModule<PilotData> {
   }
 
   Result<void> turn_on_joystick() {
-    if (auto on = joystick_->turn_on(address_of(tims::class_id::kJoystick, "joystick")); !on)
-      return on;
-    if (auto asked = joystick_->proxy().get_data(stick_); !asked) return asked;
+    if (auto on = joystick_.turn_on(); !on) return on;
+    if (auto asked = joystick_->get_data(stick_); !asked) return asked;
     const JoystickAxes& at = stick_.position;
     if (at.x != 0 || at.y != 0 || (settings_.side_speed_max > 0 && at.z != 0))
       return refused("the joystick is deflected; release it first");
-    const auto granted = joystick_->subscribe();
+    const auto granted = joystick_.subscribe();
     return granted ? Result<void>() : granted.error();
   }
 
   void module_off() override {
     if (chassis_) (void)chassis_->move(0, 0, 0);
-    joystick_->stop();
-    scan_->stop();
+    joystick_.stop();
+    scan_.stop();
   }
 
   Result<void> module_loop() override {
     sleep_until_next(kPeriod);
-    if (auto good = joystick_->newest(stick_, kSilence); !good) return good.error();
-    if (looks_) {
-      const auto come = scan_->newest(scan_data_, kSilence);
+    if (auto good = joystick_.newest(stick_, kSilence); !good) return good.error();
+    if (scan_) {
+      const auto come = scan_.newest(scan_data_, kSilence);
       if (!come) return come.error();
       seen_ = seen_ || *come;
     }
     // Before the first scan, obstacles are unknown.
     Drive drive;
-    if (!looks_ || seen_)
-      drive = joystick_drive(stick_, settings_, limits_, looks_ ? &scan_data_ : nullptr);
+    if (!scan_ || seen_)
+      drive = joystick_drive(stick_, settings_, limits_, scan_ ? &scan_data_ : nullptr);
     // Chassis of the original use the second number as a limit; those that move sideways as a
     // speed.
     const i32 second = limits_.vyMax == 0 ? drive.speed_safe : drive.side;
@@ -122,15 +104,14 @@ class PilotJoystick : public DataModule<PilotData> {
     return refused("a joystick pilot takes no destination");
   }
 
-  tims::Mailbox* work_ = nullptr;
-  std::optional<ChassisProxy> chassis_;
-  std::optional<Input<JoystickProxy>> joystick_;
-  std::optional<Input<Scan2dProxy>> scan_;
+  OwnMailbox work_{*this, 10, wire_size<ChassisParamData>()};
+  Partner<ChassisProxy> chassis_{*this, "chassis", work_};
+  Input<JoystickProxy> joystick_{*this, "joystick", work_, 10, wire_size<JoystickData>()};
+  Input<Scan2dProxy> scan_{*this, "scan2d", work_, 2, body_max<Scan2dData>()};
   ChassisParamData limits_;
   JoystickDriveSettings settings_;
   JoystickData stick_;
   Scan2dData scan_data_;
-  bool looks_ = false;
   bool seen_ = false;
 };
 

@@ -11,13 +11,10 @@
 namespace rack::pilot {
 namespace {
 
-constexpr std::array<ParameterInfo, 6> kParameters = {{
-    {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
-    {"scan2dInst", 0, "instance of the scan", 0, kIdMax, true},
-    {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
-    {"chassisInst", 0, "instance of the chassis", 0, kIdMax},
-    {"positionSys", 0, "system id of the position", 0, kIdMax},
-    {"positionInst", 0, "instance of the position", 0, kIdMax},
+constexpr std::array<ParameterInfo, 3> kParameters = {{
+    required_partner("scan2d", "the scan"),
+    partner("chassis", "the chassis"),
+    partner("position", "the position"),
 }};
 
 constexpr ModuleInfo kInfo{
@@ -32,19 +29,12 @@ class PilotLab : public DataModule<PilotData> {
   PilotLab() : DataModule(kInfo, {.history = 5}) { reserve_all(scan_data_); }
 
  private:
-  Result<void> module_init() override {
-    if (auto made = create_mailbox(work_, 10, wire_size<ChassisParamData>()); !made) return made;
-    return create_input(scan_, *work_, 2, body_max<Scan2dData>());
-  }
-
   Result<void> module_on() override {
-    chassis_.emplace(*work_, address_of(tims::class_id::kChassis, "chassis"));
-    if (auto on = chassis_->on(); !on) return on;
+    if (auto on = chassis_.turn_on(); !on) return on;
     const auto limits = chassis_->get_parameter();
     if (!limits) return limits.error();
-    position_.emplace(*work_, address_of(tims::class_id::kPosition, "position"));
-    if (auto on = position_->on(); !on) return on;
-    const auto granted = scan_->start(address_of(tims::class_id::kScan2d, "scan2d"));
+    if (auto on = position_.turn_on(); !on) return on;
+    const auto granted = scan_.start();
     if (!granted) return granted.error();
     set_period(*granted);
     {
@@ -56,12 +46,12 @@ class PilotLab : public DataModule<PilotData> {
 
   void module_off() override {
     if (chassis_) (void)chassis_->move(0, 0, 0);
-    scan_->stop();
+    scan_.stop();
   }
 
   // Once per scan: reads the inputs, decides, commands the chassis, publishes.
   Result<void> module_loop() override {
-    if (auto come = scan_->next(scan_data_, 2 * period()); !come) return come;
+    if (auto come = scan_.next(scan_data_, 2 * period()); !come) return come;
     const auto position = position_->get_data();
     if (!position) return position.error();
     const Pose at = Pose::of(position->pos);
@@ -101,10 +91,10 @@ class PilotLab : public DataModule<PilotData> {
     return {};
   }
 
-  tims::Mailbox* work_ = nullptr;
-  std::optional<ChassisProxy> chassis_;
-  std::optional<PositionProxy> position_;
-  std::optional<Input<Scan2dProxy>> scan_;
+  OwnMailbox work_{*this, 10, wire_size<ChassisParamData>()};
+  Partner<ChassisProxy> chassis_{*this, "chassis", work_};
+  Partner<PositionProxy> position_{*this, "position", work_};
+  Input<Scan2dProxy> scan_{*this, "scan2d", work_, 2, body_max<Scan2dData>()};
   Scan2dData scan_data_;
   PriorityMutex course_mutex_;  // protects the members below
   std::optional<LabCourse> course_;

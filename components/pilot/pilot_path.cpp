@@ -28,15 +28,11 @@ constexpr int kSilenceMost = 1000000;
 constexpr milliseconds kAskAgain{1000};
 constexpr milliseconds kAskFor{50};  // short: the vehicle stands during this time
 
-constexpr std::array<ParameterInfo, 15> kParameters = {{
-    {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
-    {"scan2dInst", 0, "instance of the scan; -1: no scan, no stop at obstacles", -1, kIdMax, true},
-    {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
-    {"chassisInst", 0, "instance of the chassis", 0, kIdMax},
-    {"positionSys", 0, "system id of the position", 0, kIdMax},
-    {"positionInst", 0, "instance of the position", 0, kIdMax},
-    {"pathSys", 0, "system id of the path", 0, kIdMax},
-    {"pathInst", 0, "instance of the path", 0, kIdMax},
+constexpr std::array<ParameterInfo, 11> kParameters = {{
+    or_none(required_partner("scan2d", "the scan", "the scan; -1: no scan, no stop at obstacles")),
+    partner("chassis", "the chassis"),
+    partner("position", "the position"),
+    partner("path", "the path"),
     {"maxSpeed", 4000, "maximum speed, mm/s", 1, 1e6},
     {"periodTime", 50, "period of the decisions, ms", 10, 1000},
     {"lag", 100, "delay from a command to the reaction of the wheels, ms", 0, 1000},
@@ -63,19 +59,6 @@ class PilotPath : public DataModule<PilotData> {
   }
 
  private:
-  Result<void> module_init() override {
-    if (auto made = create_mailbox(work_, 10, body_max<PathData>()); !made) return made;
-    if (auto made = create_mailbox(command_work_, 4, 256); !made) return made;
-    if (auto made = create_mailbox(request_work_, 4, 256); !made) return made;
-    if (auto made = create_input(scan_.input, *work_, 2, body_max<Scan2dData>()); !made)
-      return made;
-    if (auto made = create_input(position_.input, *work_, 10, wire_size<PositionData>()); !made)
-      return made;
-    if (auto made = create_input(chassis_, *work_, 10, wire_size<ChassisData>()); !made)
-      return made;
-    return create_input(path_.input, *work_, 2, body_max<PathData>());
-  }
-
   // --- on and off
 
   Result<void> module_on() override {
@@ -87,8 +70,7 @@ class PilotPath : public DataModule<PilotData> {
     set_period(milliseconds(settings.periodTime));
     path_.patience = kSilence + kSilence * settings.pathPeriod / settings.periodTime;
     scan_.patience = kSilence + kSilence * settings.scanPeriod / settings.periodTime;
-    request_path_.emplace(*request_work_, address_of(tims::class_id::kPath, "path"),
-                          kPlanningTimeouts);
+    request_path_.connect();
     if (auto good = begin(settings); !good) return good;
     return DataModule::module_on();
   }
@@ -112,7 +94,7 @@ class PilotPath : public DataModule<PilotData> {
   // An input that may be missing for some time.
   template <typename ProxyType>
   struct Feed {
-    std::optional<Input<ProxyType>> input{};
+    Input<ProxyType> input;
     int patience = kSilence;            // periods without a message until it counts as lost
     int left = 0;                       // periods left of it
     int silence = 0;                    // periods since the last message
@@ -120,42 +102,39 @@ class PilotPath : public DataModule<PilotData> {
   };
 
   Result<void> start_inputs(PathDriverSettings& settings) {
-    looks_ = integer("scan2dInst") >= 0;
-    settings.looks = looks_ ? 1 : 0;
-    const auto chassis = chassis_->start(address_of(tims::class_id::kChassis, "chassis"));
+    const auto chassis = chassis_.start();
     if (!chassis) return chassis.error();
-    const auto limits = chassis_->proxy().get_parameter();
+    const auto limits = chassis_->get_parameter();
     if (!limits) return limits.error();
     settings.chassis = *limits;
     settings.chassisPeriod = milliseconds_of(*chassis);
-    const auto position = begin_feed(position_, tims::class_id::kPosition, "position");
+    const auto position = begin_feed(position_);
     if (!position) return position.error();
     settings.positionPeriod = milliseconds_of(*position);
-    const auto path = begin_feed(path_, tims::class_id::kPath, "path");
+    const auto path = begin_feed(path_);
     if (!path) return path.error();
     settings.pathPeriod = milliseconds_of(*path);
-    if (!looks_) return {};
-    const auto scan = begin_feed(scan_, tims::class_id::kScan2d, "scan2d");
+    const auto scan = begin_feed(scan_);
     if (!scan) return scan.error();
+    settings.looks = scan_.input ? 1 : 0;
     settings.scanPeriod = milliseconds_of(*scan);
     return {};
   }
   template <typename ProxyType>
-  Result<milliseconds> begin_feed(Feed<ProxyType>& feed, std::uint32_t class_id,
-                                  std::string_view name) {
+  static Result<milliseconds> begin_feed(Feed<ProxyType>& feed) {
     feed.silence = 0;
     feed.left = kSilence;
     feed.asked.reset();
-    return feed.input->start(address_of(class_id, name));
+    return feed.input.start();
   }
   static i32 milliseconds_of(milliseconds time) { return static_cast<i32>(time.count()); }
 
   void module_off() override {
-    if (chassis_->started()) (void)chassis_->proxy().move(0, 0, 0);
-    chassis_->stop();
-    position_.input->stop();
-    path_.input->stop();
-    scan_.input->stop();
+    if (chassis_) (void)chassis_->move(0, 0, 0);
+    chassis_.stop();
+    position_.input.stop();
+    path_.input.stop();
+    scan_.input.stop();
     finish_recording();
   }
 
@@ -173,7 +152,7 @@ class PilotPath : public DataModule<PilotData> {
       driver_.describe(get_local_buffer());
       request = driver_.take_request();
     }
-    auto moved = chassis_->proxy().move(move.vx, move.vy, move.omega);
+    auto moved = chassis_->move(move.vx, move.vy, move.omega);
     if (!moved) return moved;
     report_refusal(request_path_->take_answer());
     if (auto sent = forward(request); !sent) report_refusal(sent);
@@ -200,15 +179,15 @@ class PilotPath : public DataModule<PilotData> {
 
   Result<void> read_inputs(PathCycle& cycle) {
     PathDriver::Inputs& inputs = driver_.inputs();
-    const auto come = chassis_->newest(inputs.chassis, kSilence);
+    const auto come = chassis_.newest(inputs.chassis, kSilence);
     if (!come) return come.error();
     if (*come) cycle.came |= PathCycle::kChassis;
-    cycle.chassisSilence = chassis_->silence();
+    cycle.chassisSilence = chassis_.silence();
     if (take(position_, inputs.position)) cycle.came |= PathCycle::kPosition;
     if (take(path_, inputs.path)) cycle.came |= PathCycle::kPath;
     cycle.positionSilence = position_.silence;
     cycle.pathSilence = path_.silence;
-    if (!looks_) return {};
+    if (!scan_.input) return {};
     if (take(scan_, inputs.scan)) cycle.came |= PathCycle::kScan;
     cycle.scanSilence = scan_.silence;
     return {};
@@ -216,7 +195,7 @@ class PilotPath : public DataModule<PilotData> {
 
   template <typename ProxyType>
   bool take(Feed<ProxyType>& feed, typename ProxyType::Data& data) {
-    const auto come = feed.asked ? Result<bool>(false) : feed.input->newest(data);
+    const auto come = feed.asked ? Result<bool>(false) : feed.input.newest(data);
     if (come && *come) {
       feed.silence = 0;
       feed.left = feed.patience;
@@ -237,9 +216,7 @@ class PilotPath : public DataModule<PilotData> {
   void ask_again(Feed<ProxyType>& feed) {
     if (now() - *feed.asked < kAskAgain) return;
     feed.asked = now();
-    const tims::Address producer = feed.input->proxy().component();
-    const ProxyTimeouts timeouts{.on = kAskFor, .off = kAskFor, .data = kAskFor};
-    if (!feed.input->start(producer, {}, timeouts)) return;
+    if (!feed.input.start_again({.on = kAskFor, .off = kAskFor, .data = kAskFor})) return;
     feed.asked.reset();
     feed.left = feed.patience;
     log().print("%s sends data again", name_of(feed));
@@ -247,7 +224,7 @@ class PilotPath : public DataModule<PilotData> {
 
   template <typename ProxyType>
   std::string name_of(Feed<ProxyType>& feed) {
-    return feed.input->proxy().component().to_string(address_widths());
+    return feed.input->component().to_string(address_widths());
   }
 
   // --- requests to other components
@@ -341,8 +318,8 @@ class PilotPath : public DataModule<PilotData> {
   Result<void> go_to(const Position3d& pos, i32 speed) {
     if (!is_on()) return refused("the pilot is off; turn it on first");
     const u32 before = begin_planning(pilot_state::kPlanning);
-    PathProxy path(*command_work_, address_of(tims::class_id::kPath, "path"), kPlanningTimeouts);
-    auto good = path.set_destination(destination_of(pos, speed));
+    command_path_.connect();
+    auto good = command_path_->set_destination(destination_of(pos, speed));
     if (!good) begin_planning(before);
     return good;
   }
@@ -401,15 +378,15 @@ class PilotPath : public DataModule<PilotData> {
     return {};
   }
 
-  tims::Mailbox* work_ = nullptr;
-  tims::Mailbox* command_work_ = nullptr;  // used by the command task
-  tims::Mailbox* request_work_ = nullptr;
-  std::optional<PathProxy> request_path_;
-  Feed<Scan2dProxy> scan_;
-  Feed<PositionProxy> position_;
-  Feed<PathProxy> path_;
-  std::optional<Input<ChassisProxy>> chassis_;
-  bool looks_ = false;
+  OwnMailbox work_{*this, 10, body_max<PathData>()};
+  OwnMailbox command_work_{*this, 4, 256};  // used by the command task, with command_path_
+  OwnMailbox request_work_{*this, 4, 256};
+  Partner<PathProxy> command_path_{*this, "path", command_work_, kPlanningTimeouts};
+  Partner<PathProxy> request_path_{*this, "path", request_work_, kPlanningTimeouts};
+  Feed<Scan2dProxy> scan_{{*this, "scan2d", work_, 2, body_max<Scan2dData>()}};
+  Feed<PositionProxy> position_{{*this, "position", work_, 10, wire_size<PositionData>()}};
+  Input<ChassisProxy> chassis_{*this, "chassis", work_, 10, wire_size<ChassisData>()};
+  Feed<PathProxy> path_{{*this, "path", work_, 2, body_max<PathData>()}};
 
   PriorityMutex state_mutex_;  // protects the members below; inputs() is used by the data task only
   PathDriver driver_;

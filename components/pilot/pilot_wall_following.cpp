@@ -11,13 +11,10 @@
 namespace rack::pilot {
 namespace {
 
-constexpr std::array<ParameterInfo, 11> kParameters = {{
-    {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
-    {"scan2dInst", 0, "instance of the scan", 0, kIdMax, true},
-    {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
-    {"chassisInst", 0, "instance of the chassis", 0, kIdMax},
-    {"positionSys", 0, "system id of the position", 0, kIdMax},
-    {"positionInst", 0, "instance of the position", 0, kIdMax},
+constexpr std::array<ParameterInfo, 8> kParameters = {{
+    required_partner("scan2d", "the scan"),
+    partner("chassis", "the chassis"),
+    partner("position", "the position"),
     {"maxSpeed", 500, "maximum speed, mm/s", 0, 1e6},
     {"omegaMax", 20, "maximum angular speed, deg/s", 0, 3600},
     {"mode", 1, "0: keep the wall on the right, 1: follow near walls, turn away from obstacles", 0,
@@ -38,20 +35,13 @@ class PilotWallFollowing : public DataModule<PilotData> {
   PilotWallFollowing() : DataModule(kInfo, {.history = 5}) { reserve_all(scan_data_); }
 
  private:
-  Result<void> module_init() override {
-    if (auto made = create_mailbox(work_, 10, wire_size<ChassisParamData>()); !made) return made;
-    return create_input(scan_, *work_, 2, body_max<Scan2dData>());
-  }
-
   Result<void> module_on() override {
-    chassis_.emplace(*work_, address_of(tims::class_id::kChassis, "chassis"));
-    if (auto on = chassis_->on(); !on) return on;
+    if (auto on = chassis_.turn_on(); !on) return on;
     const auto limits = chassis_->get_parameter();
     if (!limits) return limits.error();
     follower_.emplace(settings(limits->vxMax), *limits);
-    position_.emplace(*work_, address_of(tims::class_id::kPosition, "position"));
-    if (auto on = position_->on(); !on) return on;
-    const auto granted = scan_->start(address_of(tims::class_id::kScan2d, "scan2d"));
+    if (auto on = position_.turn_on(); !on) return on;
+    const auto granted = scan_.start();
     if (!granted) return granted.error();
     set_period(*granted);
     return DataModule::module_on();
@@ -59,11 +49,11 @@ class PilotWallFollowing : public DataModule<PilotData> {
 
   void module_off() override {
     if (chassis_) (void)chassis_->move(0, 0, 0);
-    scan_->stop();
+    scan_.stop();
   }
 
   Result<void> module_loop() override {
-    if (auto come = scan_->next(scan_data_, 2 * period()); !come) return come;
+    if (auto come = scan_.next(scan_data_, 2 * period()); !come) return come;
     double heading = 0;
     if (follower_->turns()) {
       const auto position = position_->get_data();
@@ -88,10 +78,10 @@ class PilotWallFollowing : public DataModule<PilotData> {
             .test_distance = integer("testDis")};
   }
 
-  tims::Mailbox* work_ = nullptr;
-  std::optional<ChassisProxy> chassis_;
-  std::optional<PositionProxy> position_;
-  std::optional<Input<Scan2dProxy>> scan_;
+  OwnMailbox work_{*this, 10, wire_size<ChassisParamData>()};
+  Partner<ChassisProxy> chassis_{*this, "chassis", work_};
+  Partner<PositionProxy> position_{*this, "position", work_};
+  Input<Scan2dProxy> scan_{*this, "scan2d", work_, 2, body_max<Scan2dData>()};
   Scan2dData scan_data_;
   std::optional<WallFollower> follower_;
 };

@@ -2,12 +2,12 @@
 #include <array>
 #include <atomic>
 #include <mutex>
-#include <optional>
 
 #include "components/localisation/line_map.h"
 #include "components/position/map_file.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
+#include "rack/partner.h"
 #include "rack/proxies/position.h"
 
 namespace rack::navigation {
@@ -15,14 +15,13 @@ namespace {
 
 using localisation::LineMap;
 
-constexpr std::array<ParameterInfo, 7> kParameters = {{
+constexpr std::array<ParameterInfo, 6> kParameters = {{
     {"mapFile", "", "floor plan (DXF); empty: start with an empty map"},
     {"mapScaleFactor", 1000, "mm per unit of a floor plan", 1, 1e6},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
-    {"positionSys", 0, "system id of the position", 0, kIdMax},
-    {"positionInst", -1,
-     "instance of the position; of large maps, only lines near it are sent; -1: none", -1, kIdMax},
+    optional_partner("position", "the position",
+                     "the position; of large maps, only lines near it are sent; -1: none"),
     {"period", 1000, "period of the data, ms", 10, 60000},
 }};
 
@@ -38,15 +37,12 @@ class FeatureMap : public DataModule<FeatureMapData> {
   FeatureMap() : DataModule(kInfo, {.history = 2}) {}
 
  private:
-  Result<void> module_init() override { return create_mailbox(work_, 1, body_max<PositionData>()); }
-
   // A loaded or edited map is kept when the component is turned off and on.
   Result<void> module_on() override {
     if (const std::string path = text("mapFile"); !begun_ && !path.empty())
       if (auto loaded = load(path); !loaded) return loaded;
     begun_ = true;
-    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
-      return on;
+    if (auto on = position_.turn_on(); !on) return on;
     set_period(std::chrono::milliseconds(integer("period")));
     return DataModule::module_on();
   }
@@ -150,8 +146,8 @@ class FeatureMap : public DataModule<FeatureMapData> {
     return {};
   }
 
-  tims::Mailbox* work_ = nullptr;
-  std::optional<PositionProxy> position_;
+  OwnMailbox work_{*this, 1, body_max<PositionData>()};
+  Partner<PositionProxy> position_{*this, "position", work_};
   std::atomic<bool> begun_ = false;  // the map is loaded; mapFile is ignored from now on
   PriorityMutex map_mutex_;
   LineMap map_;

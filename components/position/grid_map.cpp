@@ -1,29 +1,25 @@
 // GridMap: a grid map, as a whole or the part around the robot.
 #include <array>
-#include <optional>
 
 #include "components/geometry/pose.h"
 #include "components/position/map_file.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
+#include "rack/partner.h"
 #include "rack/proxies/position.h"
 
 namespace rack::navigation {
 namespace {
 
-constexpr std::array<ParameterInfo, 8> kParameters = {{
+constexpr std::array<ParameterInfo, 7> kParameters = {{
     {"mapFile", "", "floor plan (DXF) or map of ROS (.yaml)", 0, 0, true},
     {"mapScaleFactor", 1000, "mm per unit of a floor plan", 1, 1e6},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
     {"mapResolution", 50, "cell size for floor plans, mm", 1, 1000},
-    {"positionSys", 0, "system id of the position", 0, kIdMax},
-    {"positionInst", -1,
-     "instance of the position; of large maps, only the part around it is sent; -1: the whole, "
-     "with "
-     "larger "
-     "cells",
-     -1, kIdMax},
+    optional_partner("position", "the position",
+                     "the position; of large maps, only the part around it is sent; -1: the whole, "
+                     "with larger cells"),
     {"period", 1000, "period of the data, ms", 10, 60000},
 }};
 
@@ -42,8 +38,6 @@ class GridMap : public DataModule<GridMapData> {
   GridMap() : DataModule(kInfo, {.history = 2}) {}
 
  private:
-  Result<void> module_init() override { return create_mailbox(work_, 1, body_max<PositionData>()); }
-
   Result<void> module_on() override {
     const std::string path = text("mapFile");
     auto map = load_map(path, {.scale = static_cast<double>(integer("mapScaleFactor")),
@@ -52,8 +46,7 @@ class GridMap : public DataModule<GridMapData> {
                                .resolution = static_cast<double>(integer("mapResolution"))});
     if (!map) return map.error();
     map_ = std::move(*map);
-    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
-      return on;
+    if (auto on = position_.turn_on(); !on) return on;
     if (!position_ && map_.cells.size() > kCellsMax) {
       map_ = localisation::coarser(map_, kCellsMax);
       log().info("%s has too many cells for a data set: sent with cells of %u mm", path,
@@ -83,8 +76,8 @@ class GridMap : public DataModule<GridMapData> {
     localisation::to_message(map_, part, get_local_buffer());
   }
 
-  tims::Mailbox* work_ = nullptr;
-  std::optional<PositionProxy> position_;
+  OwnMailbox work_{*this, 1, body_max<PositionData>()};
+  Partner<PositionProxy> position_{*this, "position", work_};
   localisation::GridMap map_;
   localisation::GridPart part_;  // the part of the map in the local buffer
 };

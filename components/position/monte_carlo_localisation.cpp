@@ -17,13 +17,10 @@ using localisation::LikelihoodField;
 using localisation::Localiser;
 using localisation::WallLines;
 
-constexpr std::array<ParameterInfo, 24> kParameters = {{
-    {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
-    {"scan2dInst", 0, "instance of the scan", 0, kIdMax},
-    {"odometrySys", 0, "system id of the odometry", 0, kIdMax},
-    {"odometryInst", 0, "instance of the odometry", 0, kIdMax},
-    {"positionSys", 0, "system id of the position", 0, kIdMax},
-    {"positionInst", -1, "instance of the position to update; -1: none", -1, kIdMax},
+constexpr std::array<ParameterInfo, 21> kParameters = {{
+    partner("scan2d", "the scan"),
+    partner("odometry", "the odometry"),
+    optional_partner("position", "the position", "the position to update; -1: none"),
     {"period", 1000, "period of the data and of updates of the position, ms", 1, 60000},
     {"mapFile", "", "floor plan (DXF) or map of ROS (.yaml); empty: the map comes by LOAD_MAP"},
     {"mapScaleFactor", 1000, "mm per unit of a floor plan", 1, 1e6},
@@ -65,11 +62,6 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   }
 
  private:
-  Result<void> module_init() override {
-    if (auto made = create_mailbox(work_, 1, body_max<PositionData>()); !made) return made;
-    return create_input(scan2d_, *work_, 2, body_max<Scan2dData>());
-  }
-
   Result<void> module_on() override {
     if (auto map = ensure_map(); !map) return map;
     lag_ = std::chrono::milliseconds(integer("scanLag"));
@@ -78,13 +70,11 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     misses_ = 0;
     published_.reset();
     was_sure_ = false;
-    odometry_.emplace(*work_, address_of(tims::class_id::kOdometry, "odometry"));
-    if (auto on = odometry_->on(); !on) return on;
-    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
-      return on;
+    if (auto on = odometry_.turn_on(); !on) return on;
+    if (auto on = position_.turn_on(); !on) return on;
     make_localiser();
     if (auto started = start(); !started) return started;
-    const auto granted = scan2d_->start(address_of(tims::class_id::kScan2d, "scan2d"));
+    const auto granted = scan2d_.start();
     if (!granted) return granted.error();
     scan_period_ = *granted;
     data_period_ = std::chrono::milliseconds(integer("period"));
@@ -92,7 +82,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     return DataModule::module_on();
   }
 
-  void module_off() override { scan2d_->stop(); }
+  void module_off() override { scan2d_.stop(); }
 
   // A map from LOAD_MAP is kept when the component is turned off and on.
   Result<void> ensure_map() {
@@ -156,7 +146,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   }
 
   Result<void> module_loop() override {
-    if (auto come = scan2d_->next(scan_, 5 * scan_period_); !come) return come;
+    if (auto come = scan2d_.next(scan_, 5 * scan_period_); !come) return come;
     const TimeStamp time = scan_.recordingTime - lag_;
     const auto odometry = odometry_->get_data(time);
     if (!odometry) {
@@ -221,10 +211,10 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     return answered(message, taken);
   }
 
-  tims::Mailbox* work_ = nullptr;
-  std::optional<Input<Scan2dProxy>> scan2d_;
-  std::optional<OdometryProxy> odometry_;
-  std::optional<PositionProxy> position_;
+  OwnMailbox work_{*this, 1, body_max<PositionData>()};
+  Input<Scan2dProxy> scan2d_{*this, "scan2d", work_, 2, body_max<Scan2dData>()};
+  Partner<OdometryProxy> odometry_{*this, "odometry", work_};
+  Partner<PositionProxy> position_{*this, "position", work_};
   std::optional<Localiser> localiser_;
   Scan2dData scan_;
   std::vector<localisation::BeamEnd> beams_;

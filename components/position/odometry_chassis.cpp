@@ -14,9 +14,8 @@
 namespace rack::navigation {
 namespace {
 
-constexpr std::array<ParameterInfo, 5> kParameters = {{
-    {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
-    {"chassisInst", 0, "instance of the chassis", 0, kIdMax},
+constexpr std::array<ParameterInfo, 4> kParameters = {{
+    partner("chassis", "the chassis"),
     {"initPosX", 0, "initial x, mm"},
     {"initPosY", 0, "initial y, mm"},
     {"initPosRho", 0, "initial heading, deg"},
@@ -34,28 +33,22 @@ class OdometryChassis : public DataModule<OdometryData> {
   OdometryChassis() : DataModule(kInfo, {.history = 1000}) {}
 
  private:
-  Result<void> module_init() override {
-    const auto work = create_mailbox(1, 128);
-    if (!work) return work.error();
-    return create_input(chassis_, **work, 4, wire_size<ChassisData>());
-  }
-
   Result<void> module_on() override {
     {
       const std::lock_guard lock(reckoning_mutex_);
       if (!failed_ || !reckoning_) reckoning_.emplace(start());
     }
-    const auto granted = chassis_->start(address_of(tims::class_id::kChassis, "chassis"));
+    const auto granted = chassis_.start();
     if (!granted) return granted.error();
     set_period(*granted);
     ahead_ = *granted;
     return DataModule::module_on();
   }
 
-  void module_off() override { chassis_->stop(); }
+  void module_off() override { chassis_.stop(); }
 
   Result<void> module_loop() override {
-    auto come = chassis_->next(movement_, 2 * period());
+    auto come = chassis_.next(movement_, 2 * period());
     failed_ = !come;
     if (failed_) return come;
     {
@@ -98,7 +91,8 @@ class OdometryChassis : public DataModule<OdometryData> {
             .rho = heading(radians(integer("initPosRho")))};
   }
 
-  std::optional<Input<ChassisProxy>> chassis_;
+  OwnMailbox work_{*this, 1, 128};
+  Input<ChassisProxy> chassis_{*this, "chassis", work_, 4, wire_size<ChassisData>()};
   ChassisData movement_;
   bool failed_ = false;  // after an error it continues at its pose; after OFF it starts again
   std::array<std::int64_t, 3> reported_{};          // x, y, heading

@@ -11,9 +11,8 @@
 namespace rack::navigation {
 namespace {
 
-constexpr std::array<ParameterInfo, 16> kParameters = {{
-    {"odometrySys", 0, "system id of the odometry", 0, kIdMax},
-    {"odometryInst", 0, "instance of the odometry", 0, kIdMax},
+constexpr std::array<ParameterInfo, 15> kParameters = {{
+    partner("odometry", "the odometry"),
     {"updateInterpol", 0, "blending time of an update, ms", 0, 3600000},
     {"offsetLatitude", 0.0F, "latitude of x = 0, deg", -90, 90},
     {"offsetLongitude", 0.0F, "longitude of y = 0, deg", -180, 180},
@@ -45,12 +44,6 @@ class Position : public DataModule<PositionData> {
   Position() : DataModule(kInfo, {.history = 1000}) {}
 
  private:
-  Result<void> module_init() override {
-    const auto work = create_mailbox(1, 128);
-    if (!work) return work.error();
-    return create_input(odometry_, **work, 4, wire_size<OdometryData>());
-  }
-
   Result<void> module_on() override {
     if (auto subscribed = subscribe(); !subscribed) return subscribed;
     return DataModule::module_on();
@@ -61,12 +54,11 @@ class Position : public DataModule<PositionData> {
     const Drift drift{static_cast<double>(integer("odometryStdDevX")),
                       static_cast<double>(integer("odometryStdDevY"))};
     coordinates_.emplace(coordinate_settings(), integer("autoOffset") != 0);
-    if (auto on = odometry_->turn_on(address_of(tims::class_id::kOdometry, "odometry")); !on)
-      return on;
-    const auto first = odometry_->proxy().get_data();
+    if (auto on = odometry_.turn_on(); !on) return on;
+    const auto first = odometry_->get_data();
     if (!first) return first.error();
     tracker_.begin(drift, std::chrono::milliseconds(integer("updateInterpol")), *first);
-    const auto granted = odometry_->subscribe();
+    const auto granted = odometry_.subscribe();
     if (!granted) return granted.error();
     set_period(*granted);
     return {};
@@ -74,12 +66,12 @@ class Position : public DataModule<PositionData> {
 
   void module_off() override {
     const std::lock_guard lock(state_mutex_);
-    odometry_->stop();
+    odometry_.stop();
   }
 
   Result<void> module_loop() override {
     OdometryData odometry;
-    if (auto come = odometry_->next(odometry, 5 * period()); !come) return come;
+    if (auto come = odometry_.next(odometry, 5 * period()); !come) return come;
     {
       const std::lock_guard lock(state_mutex_);
       get_local_buffer() = tracker_.follow(odometry);
@@ -118,8 +110,8 @@ class Position : public DataModule<PositionData> {
     if (!is_on()) return refused("the position is off and has no odometry; turn it on first");
     {
       const std::lock_guard lock(state_mutex_);
-      if (!odometry_->started()) return refused("the position was just turned off");
-      const auto then = odometry_->proxy().get_data(known->recordingTime);
+      if (!odometry_) return refused("the position was just turned off");
+      const auto then = odometry_->get_data(known->recordingTime);
       if (!then) return then.error();
       tracker_.update(*known, *then);
     }
@@ -179,7 +171,8 @@ class Position : public DataModule<PositionData> {
             .utm_band = integer("utmBand")};
   }
 
-  std::optional<Input<OdometryProxy>> odometry_;
+  OwnMailbox work_{*this, 1, 128};
+  Input<OdometryProxy> odometry_{*this, "odometry", work_, 4, wire_size<OdometryData>()};
   // Protects the members below and the work mailbox: an update also sends requests to the odometry.
   PriorityMutex state_mutex_;
   PositionTracker tracker_{{}, {}};  // kept while off: the pose stays

@@ -206,6 +206,7 @@ Result<void> Module::Runtime::start(const Arguments& arguments) {
   command_mailbox_.emplace(std::move(*mailbox));
   log_.print("Init");
   if (auto ready = module_.module_init(); !ready) return ready;
+  if (auto created = module_.create_own_mailboxes(); !created) return created;
   if (auto tasks = start_tasks(arguments.held_off_by); !tasks) return tasks;
   manager_.report("READY", "1\nX_TIMS_ADDRESS=" + address_.to_hex());
   return {};
@@ -358,11 +359,6 @@ tims::Address Module::address_of(std::uint32_t class_id, std::int32_t system,
                            runtime_->session_->address_widths());
 }
 
-tims::Address Module::address_of(std::uint32_t class_id, std::string_view name) const {
-  const std::string parameter(name);
-  return address_of(class_id, integer(parameter + "Sys"), integer(parameter + "Inst"));
-}
-
 tims::Address Module::component_of(tims::Address mailbox) const {
   auto fields = mailbox.fields(runtime_->session_->address_widths());
   fields.local = 0;
@@ -383,12 +379,18 @@ Result<tims::Mailbox*> Module::create_mailbox(std::uint32_t slots, std::uint32_t
   return &runtime_->mailboxes_.emplace_back(std::move(*mailbox));
 }
 
-Result<void> Module::create_mailbox(tims::Mailbox*& mailbox, std::uint32_t slots,
-                                    std::uint32_t body_max) {
-  const auto made = create_mailbox(slots, body_max);
-  if (!made) return made.error();
-  mailbox = *made;
+Result<void> Module::create_own_mailboxes() {
+  for (OwnMailbox* own : own_mailboxes_) {
+    const auto created = create_mailbox(own->slots_, own->body_max_);
+    if (!created) return created.error();
+    own->mailbox_ = *created;
+  }
   return {};
+}
+
+OwnMailbox::OwnMailbox(Module& owner, std::uint32_t slots, std::uint32_t body_max)
+    : slots_(slots), body_max_(body_max) {
+  owner.own_mailboxes_.push_back(this);
 }
 
 bool Module::reply(const tims::Header& request, std::int8_t type, std::span<const std::byte> body) {

@@ -2,7 +2,6 @@
 #include <array>
 #include <memory>
 #include <mutex>
-#include <optional>
 
 #include "components/perception/object_recogniser.h"
 #include "components/position/map_file.h"
@@ -17,20 +16,16 @@ namespace {
 using localisation::LikelihoodField;
 using perception::ObjectRecogniser;
 
-constexpr std::array<ParameterInfo, 18> kParameters = {{
-    {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
-    {"scan2dInst", 0, "instance of the scan", 0, kIdMax, true},
-    {"positionSys", 0, "system id of the position", 0, kIdMax},
-    {"positionInst", -1, "instance of the position; -1: refPos of the scan", -1, kIdMax},
+constexpr std::array<ParameterInfo, 14> kParameters = {{
+    required_partner("scan2d", "the scan"),
+    optional_partner("position", "the position", "the position; -1: refPos of the scan"),
     {"mapFile", "", "map of static obstacles: floor plan (DXF) or map of ROS (.yaml)"},
     {"mapScaleFactor", 1000, "mm per unit of a floor plan", 1, 1e6},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
     {"mapResolution", 50, "cell size for floor plans, mm", 1, 1000},
-    {"gridMapSys", 0, "system id of the GridMap", 0, kIdMax},
-    {"gridMapInst", -1, "instance of the GridMap with the map; -1: none", -1, kIdMax},
-    {"featureMapSys", 0, "system id of the FeatureMap", 0, kIdMax},
-    {"featureMapInst", -1, "instance of the FeatureMap with the map; -1: none", -1, kIdMax},
+    optional_partner("gridMap", "the GridMap", "the GridMap with the map; -1: none"),
+    optional_partner("featureMap", "the FeatureMap", "the FeatureMap with the map; -1: none"),
     {"mapTolerance", 250, "points within this distance of the map's obstacles are ignored, mm", 0,
      10000},
     {"ladarOffsetX", 0, "position of the ladar on the robot, mm forward"},
@@ -54,22 +49,16 @@ class ObjRecogScan2d : public DataModule<ObjRecogData> {
   ObjRecogScan2d() : DataModule(kInfo, {.history = 20}) { reserve_all(scan_); }
 
  private:
-  Result<void> module_init() override {
-    if (auto made = create_mailbox(work_, 1, body_max<GridMapData>()); !made) return made;
-    return create_input(scan2d_, *work_, 2, body_max<Scan2dData>());
-  }
-
   Result<void> module_on() override {
     if (auto map = take_map(); !map) return map;
-    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
-      return on;
+    if (auto on = position_.turn_on(); !on) return on;
     misses_ = 0;
     {
       const std::lock_guard lock(recogniser_mutex_);
       recogniser_.reset();
       recogniser_ = std::make_unique<ObjectRecogniser>(settings(), field_.get());
     }
-    const auto granted = scan2d_->start(address_of(tims::class_id::kScan2d, "scan2d"));
+    const auto granted = scan2d_.start();
     if (!granted) return granted.error();
     set_period(*granted);
     return DataModule::module_on();
@@ -83,16 +72,16 @@ class ObjRecogScan2d : public DataModule<ObjRecogData> {
             .objects_max = static_cast<std::size_t>(integer("maxObjects"))};
   }
 
-  void module_off() override { scan2d_->stop(); }
+  void module_off() override { scan2d_.stop(); }
 
   // --- the map, if one is configured
 
   Result<void> take_map() {
     std::unique_ptr<LikelihoodField> field;
     const std::string path = text("mapFile");
-    const bool wanted =
-        !path.empty() || integer("gridMapInst") >= 0 || integer("featureMapInst") >= 0;
-    if (wanted) {
+    grid_map_.connect();
+    feature_map_.connect();
+    if (!path.empty() || grid_map_ || feature_map_) {
       const auto map = read_map(path);
       if (!map) return map.error();
       auto made = LikelihoodField::of(*map, {});
@@ -114,27 +103,26 @@ class ObjRecogScan2d : public DataModule<ObjRecogData> {
                                          .offset_x = static_cast<double>(integer("mapOffsetX")),
                                          .offset_y = static_cast<double>(integer("mapOffsetY")),
                                          .resolution = resolution});
-    if (integer("gridMapInst") >= 0) {
-      const auto cells = asked<GridMapProxy>(tims::class_id::kGridMap, "gridMap");
+    if (grid_map_) {
+      const auto cells = asked(*grid_map_);
       if (!cells) return cells.error();
       return localisation::read_map(*cells);
     }
-    const auto lines = asked<FeatureMapProxy>(tims::class_id::kFeatureMap, "featureMap");
+    const auto lines = asked(*feature_map_);
     if (!lines) return lines.error();
     return localisation::read_map(*lines, resolution);
   }
 
   template <typename ProxyType>
-  Result<typename ProxyType::Data> asked(std::uint32_t class_id, std::string_view name) {
-    ProxyType proxy(*work_, address_of(class_id, name));
-    if (auto on = proxy.on(); !on) return on.error();
-    return proxy.get_data();
+  static Result<typename ProxyType::Data> asked(ProxyType& map) {
+    if (auto on = map.on(); !on) return on.error();
+    return map.get_data();
   }
 
   // --- for each scan
 
   Result<void> module_loop() override {
-    if (auto come = scan2d_->next(scan_, 5 * period()); !come) return come;
+    if (auto come = scan2d_.next(scan_, 5 * period()); !come) return come;
     PositionData at{.recordingTime = scan_.recordingTime, .pos = scan_.refPos};
     if (position_) {
       const auto known = position_->get_data(scan_.recordingTime);
@@ -175,9 +163,11 @@ class ObjRecogScan2d : public DataModule<ObjRecogData> {
     return {};
   }
 
-  tims::Mailbox* work_ = nullptr;
-  std::optional<Input<Scan2dProxy>> scan2d_;
-  std::optional<PositionProxy> position_;
+  OwnMailbox work_{*this, 1, body_max<GridMapData>()};
+  Input<Scan2dProxy> scan2d_{*this, "scan2d", work_, 2, body_max<Scan2dData>()};
+  Partner<PositionProxy> position_{*this, "position", work_};
+  Partner<GridMapProxy> grid_map_{*this, "gridMap", work_};
+  Partner<FeatureMapProxy> feature_map_{*this, "featureMap", work_};
   Scan2dData scan_;
   int misses_ = 0;
   PriorityMutex recogniser_mutex_;  // protects the members below, for commands

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <optional>
 
 #include "components/geometry/pose.h"
 #include "components/scan2d/ladar_scan.h"
@@ -18,14 +17,11 @@ namespace {
 
 // The parameters of the original in its order; behind them the pose of a camera and the odometry
 // for the robot's movement during a scan.
-constexpr std::array<ParameterInfo, 26> kParameters = {{
-    {"ladarSys", 0, "system id of the ladar", 0, kIdMax},
-    {"ladarInst", 0, "instance of the ladar", 0, kIdMax, true},
-    {"cameraSys", 0, "system id of the camera", 0, kIdMax},
-    {"cameraInst", -1, "instance of the camera for intensities (set at the start); -1: none", -1,
-     kIdMax},
-    {"positionSys", 0, "system id of the position", 0, kIdMax},
-    {"positionInst", -1, "instance of the position, for refPos; -1: none", -1, kIdMax},
+constexpr std::array<ParameterInfo, 22> kParameters = {{
+    required_partner("ladar", "the ladar"),
+    optional_partner("camera", "the camera",
+                     "the camera for intensities (set at the start); -1: none"),
+    optional_partner("position", "the position", "the position, for refPos; -1: none"),
     {"ladarOffsetX", 0, "position of the ladar on the robot, mm forward"},
     {"ladarOffsetY", 0, "mm to the right"},
     {"ladarOffsetRho", 0, "heading of the ladar, deg / ladarOffsetRhoDivider"},
@@ -43,10 +39,8 @@ constexpr std::array<ParameterInfo, 26> kParameters = {{
     {"cameraPhi", 0.0F, "roll of the camera to the right, deg", -360, 360},
     {"cameraPsi", 0.0F, "pitch of the camera upwards, deg", -360, 360},
     {"cameraRho", 0.0F, "heading of the camera, clockwise, deg", -360, 360},
-    {"odometrySys", 0, "system id of the odometry", 0, kIdMax},
-    {"odometryInst", -1,
-     "instance of the odometry, to correct points for the movement during a scan; -1: none", -1,
-     kIdMax},
+    optional_partner("odometry", "the odometry",
+                     "the odometry, to correct points for the movement during a scan; -1: none"),
     {"ladarReversed", 0, "1: the last point is measured first (SICK LMS200, S300)", 0, 1},
 }};
 
@@ -67,31 +61,27 @@ class Scan2d : public DataModule<Scan2dData> {
 
  private:
   Result<void> module_init() override {
-    const bool has_camera = integer("cameraInst") >= 0;
-    if (has_camera) picture_.image.reserve_all();
-    const std::uint32_t answer_max = has_camera ? body_max<CameraData>() : kReasonMax;
-    if (auto made = create_mailbox(work_, 1, answer_max); !made) return made;
-    return create_input(ladar_, *work_, 1, body_max<LadarData>());
+    if (!camera_.is_named()) return {};
+    picture_.image.reserve_all();
+    work_.set_body_max(body_max<CameraData>());
+    return {};
   }
 
   Result<void> module_on() override {
     read_parameters();
-    const auto granted = ladar_->start(address_of(tims::class_id::kLadar, "ladar"));
+    const auto granted = ladar_.start();
     if (!granted) return granted.error();
     set_period(*granted);
-    camera_.reset();
-    if (integer("cameraInst") >= 0) {
+    camera_.connect();
+    if (camera_) {
       if (picture_.image.capacity() == 0)
         return refused("cameraInst can only be set when Scan2d is started");
-      camera_.emplace(*work_, address_of(tims::class_id::kCamera, "camera"));
       if (auto on = camera_->on(); !on) return on;
       view_ = camera_view();
     }
     get_local_buffer().refPos = {};
-    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
-      return on;
-    if (auto on = turn_on_if_named(odometry_, *work_, tims::class_id::kOdometry, "odometry"); !on)
-      return on;
+    if (auto on = position_.turn_on(); !on) return on;
+    if (auto on = odometry_.turn_on(); !on) return on;
     return DataModule::module_on();
   }
 
@@ -126,13 +116,13 @@ class Scan2d : public DataModule<Scan2dData> {
                .reflectors = integer("reflectorFilterMode") != 0};
   }
 
-  void module_off() override { ladar_->stop(); }
+  void module_off() override { ladar_.stop(); }
 
   Result<void> module_loop() override {
     // As long as drivers wait for a device; pilots stop much earlier.
     constexpr std::chrono::milliseconds kSilenceMin{200};
     const auto patience = std::max<std::chrono::milliseconds>(3 * period(), kSilenceMin);
-    if (auto come = ladar_->next(ladar_data_, patience); !come) return come;
+    if (auto come = ladar_.next(ladar_data_, patience); !come) return come;
     Scan2dData& scan = get_local_buffer();
     const auto way = way_of_scan();
     if (!way) return way.error();
@@ -180,12 +170,12 @@ class Scan2d : public DataModule<Scan2dData> {
     return add_brightness(*view_, picture_, moved, scan);
   }
 
-  tims::Mailbox* work_ = nullptr;
-  std::optional<Input<LadarProxy>> ladar_;
-  std::optional<CameraProxy> camera_;
+  OwnMailbox work_{*this, 1, kReasonMax};
+  Input<LadarProxy> ladar_{*this, "ladar", work_, 1, body_max<LadarData>()};
+  Partner<CameraProxy> camera_{*this, "camera", work_};
   Result<CameraView> view_ = refused("the camera was not queried yet");
-  std::optional<PositionProxy> position_;
-  std::optional<OdometryProxy> odometry_;
+  Partner<PositionProxy> position_{*this, "position", work_};
+  Partner<OdometryProxy> odometry_{*this, "odometry", work_};
   LadarData ladar_data_;
   CameraData picture_;
   LadarMounting mounting_;

@@ -11,11 +11,9 @@ namespace rack::scan2d {
 namespace {
 
 // The parameters of the original, in its order.
-constexpr std::array<ParameterInfo, 5> kParameters = {{
-    {"scan2dSys", 0, "system id of the scan", 0, kIdMax},
-    {"scan2dInst", 0, "instance of the scan", 0, kIdMax, true},
-    {"objRecogSys", 0, "system id of the object recognition", 0, kIdMax},
-    {"objRecogInst", 0, "instance of the object recognition", 0, kIdMax, true},
+constexpr std::array<ParameterInfo, 3> kParameters = {{
+    required_partner("scan2d", "the scan"),
+    required_partner("objRecog", "the object recognition"),
     {"vMin", 300, "slower objects are ignored, mm/s", 0, 1e6},
 }};
 
@@ -35,29 +33,22 @@ class Scan2dDynObjRecog : public DataModule<Scan2dData> {
   Scan2dDynObjRecog() : DataModule(kInfo, {.history = 10}) { reserve_all(objects_); }
 
  private:
-  Result<void> module_init() override {
-    if (auto made = create_mailbox(work_, 1, body_max<ObjRecogData>()); !made) return made;
-    return create_input(scan2d_, *work_, 1, body_max<Scan2dData>());
-  }
-
   Result<void> module_on() override {
-    const auto granted = scan2d_->start(address_of(tims::class_id::kScan2d, "scan2d"));
+    const auto granted = scan2d_.start();
     if (!granted) return granted.error();
-    const tims::Address recogniser = address_of(tims::class_id::kObjRecog, "objRecog");
-    if (auto on = ObjRecogProxy(*work_, recogniser).on(); !on) return on;
-    recogniser_.emplace(*work_, recogniser, ProxyTimeouts{.data = kAskFor});
+    if (auto on = recogniser_.turn_on(); !on) return on;
     settings_.speed_min = integer("vMin");
     silent_since_.reset();
     set_period(*granted);
     return DataModule::module_on();
   }
 
-  void module_off() override { scan2d_->stop(); }
+  void module_off() override { scan2d_.stop(); }
 
   // Scans are sent without the object recognition, too: their receivers must not stop for that.
   Result<void> module_loop() override {
     Scan2dData& scan = get_local_buffer();
-    if (auto come = scan2d_->next(scan, 2 * period()); !come) return come;
+    if (auto come = scan2d_.next(scan, 2 * period()); !come) return come;
     if (know_objects(scan.recordingTime)) perception::mark_moving(objects_, settings_, scan);
     return put_local_buffer();
   }
@@ -78,9 +69,9 @@ class Scan2dDynObjRecog : public DataModule<Scan2dData> {
     return true;
   }
 
-  tims::Mailbox* work_ = nullptr;
-  std::optional<Input<Scan2dProxy>> scan2d_;
-  std::optional<ObjRecogProxy> recogniser_;
+  OwnMailbox work_{*this, 1, body_max<ObjRecogData>()};
+  Input<Scan2dProxy> scan2d_{*this, "scan2d", work_, 1, body_max<Scan2dData>()};
+  Partner<ObjRecogProxy> recogniser_{*this, "objRecog", work_, ProxyTimeouts{.data = kAskFor}};
   ObjRecogData objects_;
   perception::MovingPoints settings_;
   std::optional<tims::Time> silent_since_;

@@ -1,6 +1,5 @@
 // Scan2dMerge: merges the scans of several scanners.
 #include <array>
-#include <optional>
 
 #include "components/perception/scan_merger.h"
 #include "rack/clock.h"
@@ -15,24 +14,14 @@ namespace {
 using perception::ScanMerger;
 
 // The parameters of the original, in its order.
-constexpr std::array<ParameterInfo, 12> kParameters = {{
-    {"odometrySys", 0, "system id of the odometry", 0, kIdMax},
-    {"odometryInst", 0, "instance of the odometry", 0, kIdMax},
-    {"positionSys", 0, "system id of the position", 0, kIdMax},
-    {"positionInst", -1, "instance of the position, for refPos; -1: none", -1, kIdMax},
-    {"scan2dSysA", 0, "system id of the first scan", 0, kIdMax},
-    {"scan2dInstA", 0, "instance of the first scan", 0, kIdMax, true},
-    {"scan2dSysB", 0, "system id of the second scan", 0, kIdMax},
-    {"scan2dInstB", -1, "instance of the second scan; -1: none", -1, kIdMax},
-    {"scan2dSysC", 0, "system id of the third scan", 0, kIdMax},
-    {"scan2dInstC", -1, "instance of the third scan; -1: none", -1, kIdMax},
-    {"scan2dSysD", 0, "system id of the fourth scan", 0, kIdMax},
-    {"scan2dInstD", -1, "instance of the fourth scan; -1: none", -1, kIdMax},
+constexpr std::array<ParameterInfo, 6> kParameters = {{
+    partner("odometry", "the odometry"),
+    optional_partner("position", "the position", "the position, for refPos; -1: none"),
+    required_partner("scan2d*A", "the first scan"),
+    optional_partner("scan2d*B", "the second scan", "the second scan; -1: none"),
+    optional_partner("scan2d*C", "the third scan", "the third scan; -1: none"),
+    optional_partner("scan2d*D", "the fourth scan", "the fourth scan; -1: none"),
 }};
-constexpr std::array<std::string_view, ScanMerger::kSourcesMax> kSystems = {
-    "scan2dSysA", "scan2dSysB", "scan2dSysC", "scan2dSysD"};
-constexpr std::array<std::string_view, ScanMerger::kSourcesMax> kInstances = {
-    "scan2dInstA", "scan2dInstB", "scan2dInstC", "scan2dInstD"};
 
 constexpr ModuleInfo kInfo{
     .program = "Scan2dMerge",
@@ -45,7 +34,8 @@ constexpr int kSilence = 5;  // periods without a scan until a scanner counts as
 constexpr tims::Duration kSilenceLeast = std::chrono::milliseconds(500);
 constexpr tims::Duration kTryAgain = std::chrono::seconds(1);
 // Short: the other scanners wait for a missing one during this time.
-constexpr tims::Duration kTryFor = std::chrono::milliseconds(30);
+constexpr tims::Duration kTry = std::chrono::milliseconds(30);
+constexpr ProxyTimeouts kTryFor{.on = kTry, .off = kTry, .data = kTry};
 
 class Scan2dMerge : public DataModule<Scan2dData> {
  public:
@@ -53,30 +43,17 @@ class Scan2dMerge : public DataModule<Scan2dData> {
 
  private:
   struct Source {
-    std::optional<Input<Scan2dProxy>> input{};
-    tims::Address address{};
-    bool wanted = false;
+    Input<Scan2dProxy> input;
     bool here = false;
     tims::Duration silence_most{};
     tims::Time last_active{};  // time of the last scan or of the last attempt to subscribe
   };
 
-  Result<void> module_init() override {
-    if (auto made = create_mailbox(work_, 1, body_max<PositionData>()); !made) return made;
-    if (auto made = create_input(odometry_, *work_, 4, wire_size<OdometryData>()); !made)
-      return made;
-    for (Source& source : sources_)
-      if (auto made = create_input(source.input, *work_, 2, body_max<Scan2dData>()); !made)
-        return made;
-    return {};
-  }
-
   Result<void> module_on() override {
-    const auto granted = odometry_->start(address_of(tims::class_id::kOdometry, "odometry"));
+    const auto granted = odometry_.start();
     if (!granted) return granted.error();
     get_local_buffer().refPos = {};
-    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
-      return on;
+    if (auto on = position_.turn_on(); !on) return on;
     if (auto any = start_sources(); !any) return any;
     told_left_out_ = false;
     set_period(*granted);
@@ -90,22 +67,18 @@ class Scan2dMerge : public DataModule<Scan2dData> {
     for (std::size_t i = 0; i < sources_.size(); ++i) {
       Source& source = sources_[i];
       merger_.forget(i);
-      source.wanted = integer(kInstances[i]) >= 0;
-      source.here = false;
-      if (!source.wanted) continue;
-      source.address =
-          address_of(tims::class_id::kScan2d, integer(kSystems[i]), integer(kInstances[i]));
-      const auto called = call(source, {});
-      if (!called)
-        log().warning("%s; merging without it until it is available", called.error().message());
-      if (!called && !any) none = called;
-      any = any || called;
+      const auto started = take_granted(source, source.input.start());
+      if (!source.input) continue;  // not named
+      if (!started)
+        log().warning("%s; merging without it until it is available", started.error().message());
+      if (!started && !any) none = started;
+      any = any || started;
     }
     return any ? Result<void>() : none;
   }
 
-  Result<void> call(Source& source, const ProxyTimeouts& timeouts) {
-    const auto granted = source.input->start(source.address, {}, timeouts);
+  static Result<void> take_granted(Source& source,
+                                   const Result<std::chrono::milliseconds>& granted) {
     source.last_active = now();
     source.here = granted.ok();
     if (!granted) return granted.error();
@@ -114,15 +87,15 @@ class Scan2dMerge : public DataModule<Scan2dData> {
   }
 
   void module_off() override {
-    odometry_->stop();
-    for (Source& source : sources_) source.input->stop();
+    odometry_.stop();
+    for (Source& source : sources_) source.input.stop();
   }
 
   Result<void> module_loop() override {
-    if (auto come = odometry_->next(odometry_data_, kSilence * period()); !come) return come;
+    if (auto come = odometry_.next(odometry_data_, kSilence * period()); !come) return come;
     bool any = false;
     for (std::size_t i = 0; i < sources_.size(); ++i) {
-      if (!sources_[i].wanted) continue;
+      if (!sources_[i].input) continue;
       look_at(i);
       any = any || sources_[i].here;
     }
@@ -144,15 +117,15 @@ class Scan2dMerge : public DataModule<Scan2dData> {
     const tims::Time time = now();
     if (!source.here) {
       if (time - source.last_active < kTryAgain) return;
-      if (call(source, {.on = kTryFor, .off = kTryFor, .data = kTryFor}))
-        log().info("%n sends data again", source.address);
+      if (take_granted(source, source.input.start_again(kTryFor)))
+        log().info("%n sends data again", source.input->component());
       return;
     }
     for (;;) {
-      const auto come = source.input->another(scan_);
+      const auto come = source.input.another(scan_);
       if (come && !*come) break;
       if (!come) return leave_out(i, come.error().message());
-      const auto odometry = odometry_->proxy().get_data(scan_.recordingTime);
+      const auto odometry = odometry_->get_data(scan_.recordingTime);
       // A scan without odometry of its time is dropped.
       if (odometry && merger_.take(i, scan_, Pose::of(odometry->pos))) source.last_active = time;
     }
@@ -160,7 +133,8 @@ class Scan2dMerge : public DataModule<Scan2dData> {
   }
 
   void leave_out(std::size_t i, std::string_view why) {
-    log().warning("%n is not merged until it sends data again: %s", sources_[i].address, why);
+    log().warning("%n is not merged until it sends data again: %s", sources_[i].input->component(),
+                  why);
     sources_[i].here = false;
     sources_[i].last_active = now();
     merger_.forget(i);
@@ -174,10 +148,15 @@ class Scan2dMerge : public DataModule<Scan2dData> {
     told_left_out_ = merger_.left_out() > 0;
   }
 
-  tims::Mailbox* work_ = nullptr;
-  std::optional<Input<OdometryProxy>> odometry_;
-  std::optional<PositionProxy> position_;
-  std::array<Source, ScanMerger::kSourcesMax> sources_{};
+  Source source(std::string_view name) {
+    return {.input = {*this, name, work_, 2, body_max<Scan2dData>()}};
+  }
+
+  OwnMailbox work_{*this, 1, body_max<PositionData>()};
+  Input<OdometryProxy> odometry_{*this, "odometry", work_, 4, wire_size<OdometryData>()};
+  Partner<PositionProxy> position_{*this, "position", work_};
+  std::array<Source, ScanMerger::kSourcesMax> sources_{
+      {source("scan2d*A"), source("scan2d*B"), source("scan2d*C"), source("scan2d*D")}};
   ScanMerger merger_;
   OdometryData odometry_data_;
   Scan2dData scan_;

@@ -24,18 +24,14 @@ constexpr milliseconds kResend{500};   // period of repeated commands to the axi
 constexpr double kThere = radians(1);  // distance to the end where the axis turns back
 constexpr std::uint32_t kLadarSlots = 16;  // scans that are queued while a message is built
 
-constexpr std::array<ParameterInfo, 36> kParameters = {{
-    {"ladarSys", 0, "system id of the ladar", 0, kIdMax},
-    {"ladarInst", 0, "instance of the ladar", 0, kIdMax, true},
-    {"servoDriveSys", 0, "system id of the axis", 0, kIdMax},
-    {"servoDriveInst", 0, "instance of the axis", 0, kIdMax, true},
-    {"positionSys", 0, "system id of the position", 0, kIdMax},
-    {"positionInst", -1, "instance of the position, for refPos and the robot's movement; -1: none",
-     -1, kIdMax},
-    {"odometrySys", 0, "system id of the odometry", 0, kIdMax},
-    {"odometryInst", -1,
-     "instance of the odometry, for the movement instead of the position, which may jump; -1: none",
-     -1, kIdMax},
+constexpr std::array<ParameterInfo, 32> kParameters = {{
+    required_partner("ladar", "the ladar"),
+    required_partner("servoDrive", "the axis"),
+    optional_partner("position", "the position",
+                     "the position, for refPos and the robot's movement; -1: none"),
+    optional_partner(
+        "odometry", "the odometry",
+        "the odometry, for the movement instead of the position, which may jump; -1: none"),
     {"scanMode", 2,
      "1 roll (about x), 2 pitch (about y), 3 yaw, 4 top, 5 top-down (about z, the ladar upright, "
      "its front ahead, up, down)",
@@ -88,11 +84,6 @@ class Scan3d : public Scan3dCommands<DataModule<Scan3dData>> {
   }
 
  private:
-  Result<void> module_init() override {
-    if (auto made = create_mailbox(work_, 1, 256); !made) return made;
-    return create_input(ladar_, *work_, kLadarSlots, body_max<LadarData>());
-  }
-
   Result<void> module_on() override {
     const SweepSettings settings = sweep_settings();
     if (!(settings.to > settings.from)) return refused("angleMax is not larger than angleMin");
@@ -102,13 +93,10 @@ class Scan3d : public Scan3dCommands<DataModule<Scan3dData>> {
     sweep_ = std::make_unique<Sweep>(settings);
     commanded_ = {};
     reported_losses_ = {};
-    servo_.emplace(*work_, address_of(tims::class_id::kServoDrive, "servoDrive"));
-    if (auto on = servo_->on(); !on) return on;
-    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
-      return on;
-    if (auto on = turn_on_if_named(odometry_, *work_, tims::class_id::kOdometry, "odometry"); !on)
-      return on;
-    const auto granted = ladar_->start(address_of(tims::class_id::kLadar, "ladar"));
+    if (auto on = servo_.turn_on(); !on) return on;
+    if (auto on = position_.turn_on(); !on) return on;
+    if (auto on = odometry_.turn_on(); !on) return on;
+    const auto granted = ladar_.start();
     if (!granted) return granted.error();
     silence_ = std::max(5 * *granted, kSilence);
     const double whole = (settings.to - settings.from) / std::abs(velocity_);  // s
@@ -149,17 +137,17 @@ class Scan3d : public Scan3dCommands<DataModule<Scan3dData>> {
             .range_max = integer("maxRange"),
             .lag_ms = static_cast<double>(real("ladarLag")),
             .duration_ms = static_cast<double>(real("ladarDuration")),
-            .has_poses = integer("positionInst") >= 0 || integer("odometryInst") >= 0};
+            .has_poses = position_.is_named() || odometry_.is_named()};
   }
 
   void module_off() override {
-    ladar_->stop();
+    ladar_.stop();
     if (servo_ && integer("drive") != 0) (void)servo_->move_vel(0);
-    servo_.reset();
+    servo_.disconnect();
   }
 
   Result<void> module_loop() override {
-    if (auto come = ladar_->next(ladar_data_, silence_); !come) return come;
+    if (auto come = ladar_.next(ladar_data_, silence_); !come) return come;
     sweep_->add(ladar_data_);
     if (auto asked = ask(); !asked) return asked;
     if (auto moved = move_axis(); !moved) return moved;
@@ -271,11 +259,11 @@ class Scan3d : public Scan3dCommands<DataModule<Scan3dData>> {
     return whole_;
   }
 
-  tims::Mailbox* work_ = nullptr;
-  std::optional<Input<LadarProxy>> ladar_;
-  std::optional<ServoDriveProxy> servo_;
-  std::optional<PositionProxy> position_;
-  std::optional<OdometryProxy> odometry_;
+  OwnMailbox work_{*this, 1, 256};
+  Input<LadarProxy> ladar_{*this, "ladar", work_, kLadarSlots, body_max<LadarData>()};
+  Partner<ServoDriveProxy> servo_{*this, "servoDrive", work_};
+  Partner<PositionProxy> position_{*this, "position", work_};
+  Partner<OdometryProxy> odometry_{*this, "odometry", work_};
   LadarData ladar_data_;
   std::unique_ptr<Sweep> sweep_;
   SweepLosses reported_losses_{};

@@ -47,7 +47,7 @@ inline constexpr rack::MessageInfo kMessages[] = {
 inline constexpr rack::ClassInfo kThermometerClass = {kThermometer, "Thermometer", kMessages};
 
 // The interface for other components.
-class ThermometerProxy : public rack::DataProxy<ThermometerData> {
+class ThermometerProxy : public rack::DataProxy<ThermometerData, kThermometer> {
  public:
   using DataProxy::DataProxy;
 

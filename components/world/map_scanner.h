@@ -16,10 +16,14 @@
 
 namespace rack::sim {
 
-inline constexpr std::size_t kMapScannerParameters = 8;
+inline constexpr std::size_t kMapScannerParameters = 7;
 inline constexpr std::array<ParameterInfo, kMapScannerParameters> kMapScanner = {{
-    {"odometrySys", 0, "system id of the odometry", 0, 255},
-    {"odometryInst", 0, "instance of the odometry", 0, 255},
+    {.name = "odometry",
+     .initial = 0,
+     .help = "the odometry",
+     .min = 0,
+     .max = 255,
+     .system_help = "the odometry"},
     {"maxRange", 10000, "maximum range, mm", 1, 1e6},
     {"angleRes", 1, "angle between two rays, deg", 1, 360},
     {"mapFile", "", "floor plan, a DXF text file", 0, 0, true},
@@ -61,12 +65,6 @@ class MapScanner : public DataModule<Scan> {
  private:
   virtual Result<ScanSettings> settings() const = 0;
 
-  Result<void> module_init() override {
-    const auto work = this->create_mailbox(1, 128);
-    if (!work) return work.error();
-    return this->create_input(odometry_, **work, 1, wire_size<OdometryData>());
-  }
-
   Result<void> module_on() override {
     const auto wanted = settings();
     if (!wanted) return wanted.error();
@@ -74,22 +72,23 @@ class MapScanner : public DataModule<Scan> {
                         this->integer("mapOffsetX"), this->integer("mapOffsetY"), this->log());
     if (!map) return map.error();
     model_.emplace(std::move(*map), *wanted);
-    const auto granted = odometry_->start(this->address_of(tims::class_id::kOdometry, "odometry"));
+    const auto granted = odometry_.start();
     if (!granted) return granted.error();
     this->set_period(*granted);
     return DataModule<Scan>::module_on();
   }
 
-  void module_off() override { odometry_->stop(); }
+  void module_off() override { odometry_.stop(); }
 
   Result<void> module_loop() override {
     OdometryData position;
-    if (auto come = odometry_->next(position, 2 * this->period()); !come) return come;
+    if (auto come = odometry_.next(position, 2 * this->period()); !come) return come;
     model_->measure(position, this->period(), this->get_local_buffer());
     return this->put_local_buffer();
   }
 
-  std::optional<Input<OdometryProxy>> odometry_;
+  OwnMailbox work_{*this, 1, 128};
+  Input<OdometryProxy> odometry_{*this, "odometry", work_, 1, wire_size<OdometryData>()};
   std::optional<ScanModel> model_;
 };
 

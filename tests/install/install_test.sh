@@ -75,7 +75,7 @@ prefix=$work/moved
 mv "$work/staged/usr" "$prefix"
 grep -rlF "$build" "$prefix/lib" "$prefix/include" --include='*.cmake' --include='*.pc' \
   --include='*.h' && { echo "an installed file contains a path of the build tree" >&2; exit 1; }
-for header in tims.h tims/session.h tims/mailbox.h rack/module.h rack/data_module.h rack/input.h \
+for header in tims.h tims/session.h tims/mailbox.h rack/module.h rack/data_module.h rack/partner.h rack/input.h \
   rack/codec/codec.h rack/proxies/chassis.h; do expect "$prefix/include/$header"; done
 
 libdir=$(dirname "$(find "$prefix" -name libtims.so)")

@@ -10,9 +10,8 @@
 namespace rack::device {
 namespace {
 
-constexpr std::array<ParameterInfo, 3> kParameters = {{
-    {"cameraSys", 0, "system id of the camera", 0, kIdMax},
-    {"cameraInst", 0, "instance of the camera", 0, kIdMax},
+constexpr std::array<ParameterInfo, 2> kParameters = {{
+    partner("camera", "the camera"),
     {"quality", 50, "JPEG quality: 1 (smallest) to 100 (best)", 1, 100},
 }};
 
@@ -28,28 +27,22 @@ class CameraJpeg : public DataModule<CameraData> {
   CameraJpeg() : DataModule(kInfo, {.history = 4}) { picture_.image.reserve_all(); }
 
  private:
-  Result<void> module_init() override {
-    const auto work = create_mailbox(1, wire_size<CameraParamData>());
-    if (!work) return work.error();
-    return create_input(camera_, **work, 1, body_max<CameraData>());
-  }
-
   Result<void> module_on() override {
     maker_.emplace(integer("quality"));
-    const auto camera = address_of(tims::class_id::kCamera, "camera");
-    if (camera == address()) return refused("cameraInst must not be this component itself");
-    if (auto on = camera_->turn_on(camera); !on) return on;
-    keep(camera_->proxy().get_parameter());
-    const auto granted = camera_->subscribe();
+    if (camera_.address() == address())
+      return refused("cameraInst must not be this component itself");
+    if (auto on = camera_.turn_on(); !on) return on;
+    keep(camera_->get_parameter());
+    const auto granted = camera_.subscribe();
     if (!granted) return granted.error();
     set_period(*granted);
     return DataModule::module_on();
   }
 
-  void module_off() override { camera_->stop(); }
+  void module_off() override { camera_.stop(); }
 
   Result<void> module_loop() override {
-    if (auto come = camera_->next(picture_, 5 * period()); !come) return come;
+    if (auto come = camera_.next(picture_, 5 * period()); !come) return come;
     if (auto made = maker_->compress(picture_, get_local_buffer()); !made) return made;
     return put_local_buffer();
   }
@@ -72,7 +65,8 @@ class CameraJpeg : public DataModule<CameraData> {
       calibration_.reset();
   }
 
-  std::optional<Input<CameraProxy>> camera_;
+  OwnMailbox work_{*this, 1, wire_size<CameraParamData>()};
+  Input<CameraProxy> camera_{*this, "camera", work_, 1, body_max<CameraData>()};
   std::optional<PictureMaker> maker_;
   CameraData picture_;
   std::mutex calibration_mutex_;

@@ -7,11 +7,11 @@ namespace rack::device {
 namespace {
 
 constexpr auto kParameters = chassis_parameters(
-    std::array<ParameterInfo, 7>{{
+    std::array<ParameterInfo, 6>{{
         {"serialDev", 0, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
         {"sonar", 0, "1: turn the sonars on", 0, 1},
-        {"ladarSonarSys", 0, "system id of the Ladar that publishes the sonars", 0, kIdMax},
-        {"ladarSonarInst", -1, "instance of that component; -1: none", -1, kIdMax},
+        optional_partner("ladarSonar", "the Ladar that publishes the sonars",
+                         "that component; -1: none"),
         {"ticksPerMetre", 48500, "encoder ticks per metre; Pioneer 3-DX: 128000", 1, 1e6},
         {"rotationWidth", 400, "effective distance between the wheels [mm]", 1, 1e5},
         {"sonarScale", 268, "sonar unit [1/1000 mm]; Pioneer 3: 1000", 1, 1e6},
@@ -32,22 +32,15 @@ class ChassisPioneer : public ChassisDriver<P2os> {
   ChassisPioneer() : ChassisDriver(kInfo) {}
 
  private:
-  Result<void> module_init() override {
-    auto work = create_mailbox(1, 128);
-    if (!work) return work.error();
-    work_ = *work;
-    return ChassisDriver::module_init();
-  }
-
   Result<DeviceOptions> device() const override {
     return device_by("serialDev", serial_device, kBaud);
   }
 
   Result<std::unique_ptr<P2os>> make_dialogue() override {
     set_period(std::chrono::milliseconds(100));
-    sonars_.stop();
-    if (integer("sonar") != 0) aim(sonars_, *work_, tims::class_id::kLadar, "ladarSonar");
-    if (auto on = sonars_.turn_on(); !on) return on.error();
+    sonars_.disconnect();
+    if (integer("sonar") != 0)
+      if (auto on = sonars_.turn_on(); !on) return on.error();
     return std::make_unique<P2os>(
         P2osSettings{.sonar = integer("sonar") != 0,
                      .ticks_per_mm = integer("ticksPerMetre") / 1000.0,
@@ -60,16 +53,16 @@ class ChassisPioneer : public ChassisDriver<P2os> {
 
   Result<void> complete(ChassisData& data) override {
     tims::Time measured{};
-    if (sonars_.is_aimed() && dialogue().take_sonars(rays_, measured)) {
+    if (sonars_ && dialogue().take_sonars(rays_, measured)) {
       rays_.recordingTime = time_stamp_of(measured);
-      sonars_.send(*work_, rays_);
+      sonars_.send(rays_);
     }
     return ChassisDriver::complete(data);
   }
 
   static constexpr std::uint32_t kBaud = 9600;
-  tims::Mailbox* work_ = nullptr;
-  Relay<LadarData> sonars_;
+  OwnMailbox work_{*this, 1, 128};
+  Relay<LadarProxy> sonars_{*this, "ladarSonar", work_};
   LadarData rays_;
 };
 

@@ -8,13 +8,12 @@ namespace rack::device {
 namespace {
 
 constexpr auto kParameters = chassis_parameters(
-    std::array<ParameterInfo, 10>{{
+    std::array<ParameterInfo, 8>{{
         {"serialDev", 0, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
         {"model", 0, "0 Roomba (400), 1 Create 2, Roomba 600 and later", 0, 1},
-        {"scan2dSys", 0, "system id of the Scan2d that publishes bumpers and cliffs", 0, kIdMax},
-        {"scan2dInst", -1, "instance of that component; -1: none", -1, kIdMax},
-        {"ioSys", 0, "system id of the Io that publishes its sensors", 0, kIdMax},
-        {"ioInst", -1, "instance of that component; -1: none", -1, kIdMax},
+        optional_partner("scan2d", "the Scan2d that publishes bumpers and cliffs",
+                         "that component; -1: none"),
+        optional_partner("io", "the Io that publishes its sensors", "that component; -1: none"),
         {"motorMainBrush", 0, "1: turn the brush on", 0, 1},
         {"motorVacuum", 0, "1: turn the vacuum on", 0, 1},
         {"motorSideBrush", 0, "1: turn the brush on", 0, 1},
@@ -44,13 +43,6 @@ class ChassisRoomba : public ChassisDriver<Roomba> {
   ChassisRoomba() : ChassisDriver(kInfo) {}
 
  private:
-  Result<void> module_init() override {
-    auto work = create_mailbox(1, 128);
-    if (!work) return work.error();
-    work_ = *work;
-    return ChassisDriver::module_init();
-  }
-
   [[nodiscard]] RoombaModel model() const { return static_cast<RoombaModel>(integer("model")); }
 
   Result<DeviceOptions> device() const override {
@@ -60,8 +52,6 @@ class ChassisRoomba : public ChassisDriver<Roomba> {
 
   Result<std::unique_ptr<Roomba>> make_dialogue() override {
     set_period(std::chrono::milliseconds(100));
-    aim(scan_, *work_, tims::class_id::kScan2d, "scan2d");
-    aim(io_, *work_, tims::class_id::kIo, "io");
     if (auto on = scan_.turn_on(); !on) return on.error();
     if (auto on = io_.turn_on(); !on) return on.error();
     return std::make_unique<Roomba>(
@@ -75,14 +65,14 @@ class ChassisRoomba : public ChassisDriver<Roomba> {
   }
 
   Result<void> complete(ChassisData& data) override {
-    if (scan_.is_aimed()) {
+    if (scan_) {
       dialogue().look(points_);
       points_.recordingTime = data.recordingTime;
       points_.duration = static_cast<u32>(period().count());
       points_.sectorNum = 1;
-      scan_.send(*work_, points_);
+      scan_.send(points_);
     }
-    if (io_.is_aimed()) {
+    if (io_) {
       const RoombaSensors& sensors = dialogue().sensors();
       values_.recordingTime = data.recordingTime;
       values_.values.clear();
@@ -91,14 +81,14 @@ class ChassisRoomba : public ChassisDriver<Roomba> {
             sensors.cliffs[1] ? 1 : 0, sensors.cliffs[2] ? 1 : 0, sensors.cliffs[3] ? 1 : 0,
             static_cast<int>(sensors.overcurrents), static_cast<int>(sensors.charging)})
         values_.values.push_back(static_cast<u8>(value));
-      io_.send(*work_, values_);
+      io_.send(values_);
     }
     return ChassisDriver::complete(data);
   }
 
-  tims::Mailbox* work_ = nullptr;
-  Relay<Scan2dData> scan_;
-  Relay<IoData> io_;
+  OwnMailbox work_{*this, 1, 128};
+  Relay<Scan2dProxy> scan_{*this, "scan2d", work_};
+  Relay<IoProxy> io_{*this, "io", work_};
   Scan2dData points_;
   IoData values_;
 };

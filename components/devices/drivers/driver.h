@@ -19,7 +19,6 @@
 #include <string>
 
 #include "components/devices/core/replay.h"
-#include "components/devices/drivers/relay.h"
 #include "components/devices/io/device.h"
 #include "components/devices/io/recording.h"
 #include "os/wakeup.h"
@@ -81,14 +80,6 @@ class Driver : public DataModule<Data> {
     if (!parsed) return parsed.error();
     options.address = *parsed;
     return options;
-  }
-
-  // Sets the target of a relay from the parameters NAMESys and NAMEInst; NAMEInst=-1: no target.
-  template <class Other>
-  void aim(Relay<Other>& relay, tims::Mailbox& work, std::uint32_t class_id,
-           const std::string& name) const {
-    relay.stop();
-    if (this->integer(name + "Inst") >= 0) relay.aim(work, this->address_of(class_id, name));
   }
 
   Result<void> module_init() override {

@@ -16,12 +16,12 @@
 
 namespace rack::device {
 
-inline constexpr std::array<ParameterInfo, 9> kGpsParameters = {{
-    {"positionSys", 0, "system id of the Position that converts to robot coordinates", 0, kIdMax},
-    {"positionInst", 0, "instance of that component; -1: none", -1, kIdMax},
+inline constexpr std::array<ParameterInfo, 7> kGpsParameters = {{
+    or_none(partner("position", "the Position that converts to robot coordinates",
+                    "that component; -1: none")),
     {"positionUpdate", 0, "1: update Position with fixes, weighted by both variances", 0, 1},
-    {"clockRelaySys", 0, "system id of the clock relay that receives the time", 0, kIdMax},
-    {"clockRelayInst", -1, "instance of that component; -1: none", -1, kIdMax},
+    optional_partner("clockRelay", "the clock relay that receives the time",
+                     "that component; -1: none"),
     {"realtimeClockUpdate", 0, "1: set the clock of this host, which needs CAP_SYS_TIME", 0, 1},
     {"realtimeClockUpdateTime", 60000, "period of setting the clock [ms]", 0},
     {"enablePPSTiming", 1, "1: time-stamp fixes by the pulse per second, if the kernel provides it",
@@ -36,20 +36,13 @@ class GpsDriver : public Driver<GpsData, Dialog> {
   using Driver<GpsData, Dialog>::Driver;
 
  protected:
-  Result<void> module_init() override {
-    if (auto good = Driver<GpsData, Dialog>::module_init(); !good) return good;
-    return this->create_mailbox(work_, 2, 256);
-  }
-
   Result<void> module_on() override {
     // A recording contains the time of another day.
     clock_.start(this->integer("realtimeClockUpdate") != 0 && !this->is_recording(),
                  std::chrono::milliseconds(this->integer("realtimeClockUpdateTime")));
-    position_.reset();
+    position_.connect();
     position_asked_.reset();
-    if (this->integer("positionInst") >= 0)
-      position_.emplace(*work_, this->address_of(tims::class_id::kPosition, "position"));
-    this->aim(relay_, *work_, tims::class_id::kClock, "clockRelay");
+    relay_.connect();
     open_pulse();
     return Driver<GpsData, Dialog>::module_on();
   }
@@ -97,7 +90,7 @@ class GpsDriver : public Driver<GpsData, Dialog> {
     clock.recordingTime = data.recordingTime;
     clock.syncMode = 1;
     clock.varT = by_pulse ? 1 : kDeviation;
-    relay_.send(*work_, clock);
+    relay_.send(clock);
   }
 
   // While Position does not answer, requests are limited to one every few seconds.
@@ -152,10 +145,10 @@ class GpsDriver : public Driver<GpsData, Dialog> {
       this->log().warning("%s; fixes are time-stamped at their arrival", opened.error().message());
   }
 
-  tims::Mailbox* work_ = nullptr;
-  std::optional<PositionProxy> position_;
+  OwnMailbox work_{*this, 2, 256};
+  Partner<PositionProxy> position_{*this, "position", work_};
   std::optional<tims::Time> position_asked_;  // last request without an answer
-  Relay<ClockData> relay_;
+  Relay<ClockProxy> relay_{*this, "clockRelay", work_};
   HostClock clock_;
   std::optional<Pulse> pulse_;
 };

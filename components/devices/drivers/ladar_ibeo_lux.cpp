@@ -1,9 +1,8 @@
 // LadarIbeoLux: driver of an Ibeo Lux on the network. It publishes the points and sends recognised
 // objects to up to two ObjRecogRelayLadar: bounding boxes to one, contours to the other.
-#include <optional>
-
 #include "components/devices/drivers/driver.h"
 #include "components/devices/scanners/ibeo_lux.h"
+#include "rack/partner.h"
 #include "rack/proxies/position.h"
 
 namespace rack::device {
@@ -11,15 +10,13 @@ namespace {
 
 constexpr std::int32_t kPort = 12002;
 
-constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 10>{{
+constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 7>{{
     {"ladarIp", "", "host name or IP address of the scanner; not needed with device="},
     {"ladarPort", kPort, "TCP port of the scanner", 1, 65535},
-    {"positionSys", 0, "system id of the position", 0, kIdMax},
-    {"positionInst", -1, "instance of the position, for refPos of objects; -1: none", -1, kIdMax},
-    {"objRecogBoundSys", 0, "system id of the relay for boxes", 0, kIdMax},
-    {"objRecogBoundInst", -1, "instance of the relay for boxes; -1: none", -1, kIdMax},
-    {"objRecogContourSys", 0, "system id of the relay for contours", 0, kIdMax},
-    {"objRecogContourInst", -1, "instance of the relay for contours; -1: none", -1, kIdMax},
+    optional_partner("position", "the position", "the position, for refPos of objects; -1: none"),
+    optional_partner("objRecogBound", "the relay for boxes", "the relay for boxes; -1: none"),
+    optional_partner("objRecogContour", "the relay for contours",
+                     "the relay for contours; -1: none"),
     {"distanceFilter", 0, "1: keep only the nearest object at each angle of a layer", 0, 1},
     {"velocityMode", 0, "velocity of objects: 0 relative to the scanner, 1 over ground", 0, 1},
 }});
@@ -40,11 +37,6 @@ class LadarIbeoLux final : public Driver<LadarData, IbeoLux> {
   }
 
  private:
-  Result<void> module_init() override {
-    if (auto good = Driver::module_init(); !good) return good;
-    return create_mailbox(work_, 10, wire_size<PositionData>());
-  }
-
   Result<DeviceOptions> device() const override {
     DeviceOptions options{.baud = 0, .record = text("record")};
     std::string address = text("device");
@@ -66,26 +58,24 @@ class LadarIbeoLux final : public Driver<LadarData, IbeoLux> {
   }
 
   Result<void> module_on() override {
-    if (auto on = turn_on("objRecogBound", box_relay_); !on) return on;
-    if (auto on = turn_on("objRecogContour", contour_relay_); !on) return on;
-    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
-      return on;
+    if (auto on = turn_on(box_relay_); !on) return on;
+    if (auto on = turn_on(contour_relay_); !on) return on;
+    if (auto on = position_.turn_on(); !on) return on;
     return Driver::module_on();
   }
 
   void module_off() override {
     for (auto* const relay : {&box_relay_, &contour_relay_}) {
       if (*relay) (void)(*relay)->off();
-      relay->reset();
+      relay->disconnect();
     }
     Driver::module_off();
   }
 
   // A relay can only be turned on after it has received data: sends an empty list first.
-  Result<void> turn_on(const std::string& name, std::optional<ObjRecogProxy>& relay) {
-    relay.reset();
-    if (integer(name + "Inst") < 0) return {};
-    relay.emplace(*work_, address_of(tims::class_id::kObjRecog, name));
+  Result<void> turn_on(Partner<ObjRecogProxy>& relay) {
+    relay.connect();
+    if (!relay) return {};
     ObjRecogData nothing;
     nothing.recordingTime = time_stamp();
     send(*relay, nothing);
@@ -122,10 +112,10 @@ class LadarIbeoLux final : public Driver<LadarData, IbeoLux> {
     return {};
   }
 
-  tims::Mailbox* work_ = nullptr;
-  std::optional<ObjRecogProxy> box_relay_;
-  std::optional<ObjRecogProxy> contour_relay_;
-  std::optional<PositionProxy> position_;
+  OwnMailbox work_{*this, 10, wire_size<PositionData>()};
+  Partner<ObjRecogProxy> box_relay_{*this, "objRecogBound", work_};
+  Partner<ObjRecogProxy> contour_relay_{*this, "objRecogContour", work_};
+  Partner<PositionProxy> position_{*this, "position", work_};
   ObjRecogData boxes_;
   ObjRecogData contours_;
   std::vector<std::byte> bytes_;

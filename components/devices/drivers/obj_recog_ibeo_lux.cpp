@@ -11,11 +11,10 @@
 namespace rack::device {
 namespace {
 
-constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 4>{{
+constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 3>{{
     {"canDev", 0, "number N of the CAN interface canN", 0, 99},
     {"baseCanId", 0x500, "CAN id of data from the scanner; not used, as in the original", 0, 0x7FF},
-    {"chassisSys", 0, "system id of the chassis", 0, kIdMax},
-    {"chassisInst", -1, "instance of the chassis that reports the motion; -1: none", -1, kIdMax},
+    optional_partner("chassis", "the chassis", "the chassis that reports the motion; -1: none"),
 }});
 
 constexpr ModuleInfo kInfo{
@@ -32,23 +31,15 @@ class ObjRecogIbeoLux final : public DataModule<ObjRecogData> {
   ObjRecogIbeoLux() : DataModule(kInfo, {.history = 10}) {}
 
  private:
-  Result<void> module_init() override {
-    const auto work = create_mailbox(1, wire_size<ChassisParamData>());
-    if (!work) return work.error();
-    return create_input(chassis_, **work, 2, wire_size<ChassisData>());
-  }
-
   Result<void> module_on() override {
     double wheel_base = 0;
     set_period(kPeriod);
-    has_chassis_ = integer("chassisInst") >= 0;
-    if (has_chassis_) {
-      const auto chassis = address_of(tims::class_id::kChassis, "chassis");
-      if (auto on = chassis_->turn_on(chassis); !on) return on;
-      const auto parameters = chassis_->proxy().get_parameter();
+    if (auto on = chassis_.turn_on(); !on) return on;
+    if (chassis_) {
+      const auto parameters = chassis_->get_parameter();
       if (!parameters) return parameters.error();
       wheel_base = static_cast<double>(parameters->wheelBase.raw());
-      const auto granted = chassis_->subscribe();
+      const auto granted = chassis_.subscribe();
       if (!granted) return granted.error();
       set_period(*granted);
     }
@@ -67,25 +58,25 @@ class ObjRecogIbeoLux final : public DataModule<ObjRecogData> {
   }
 
   void module_off() override {
-    chassis_->stop();
+    chassis_.stop();
     device_.reset();
     motion_.reset();
   }
 
   Result<void> module_loop() override {
-    if (!has_chassis_) {
+    if (!chassis_) {
       sleep_until_next(period());
     } else {
-      if (auto come = chassis_->next(movement_, 2 * period()); !come) return come;
+      if (auto come = chassis_.next(movement_, 2 * period()); !come) return come;
       motion_->tell({.speed = movement_.vx.raw(), .omega = movement_.omega.raw()});
     }
     if (auto sent = device_->wait(now()); !sent) return sent;
-    get_local_buffer().recordingTime = has_chassis_ ? movement_.recordingTime : time_stamp();
+    get_local_buffer().recordingTime = chassis_ ? movement_.recordingTime : time_stamp();
     return put_local_buffer();
   }
 
-  std::optional<Input<ChassisProxy>> chassis_;
-  bool has_chassis_ = false;
+  OwnMailbox work_{*this, 1, wire_size<ChassisParamData>()};
+  Input<ChassisProxy> chassis_{*this, "chassis", work_, 2, wire_size<ChassisData>()};
   ChassisData movement_;
   std::optional<EgoMotion> motion_;
   std::unique_ptr<Device> device_;

@@ -1,10 +1,10 @@
 // ObjRecogRelayLadar: publishes objects that a ladar sends to its first mailbox as data of an
 // ObjRecog: transforms them to robot coordinates and adds the position of the robot.
 #include <array>
-#include <optional>
 
 #include "rack/clock.h"
 #include "rack/data_module.h"
+#include "rack/partner.h"
 #include "rack/proxies/obj_recog.h"
 #include "rack/proxies/position.h"
 
@@ -13,11 +13,10 @@ namespace {
 
 constexpr auto kLargest = static_cast<std::int32_t>(body_max<ObjRecogData>());
 
-constexpr std::array<ParameterInfo, 6> kParameters = {{
+constexpr std::array<ParameterInfo, 5> kParameters = {{
     at_start({"maxDataSize", kLargest, "maximum size of a received message [bytes]", 56, kLargest}),
     {"periodTime", 1000, "period of the ladar's objects [ms]", 1, 60000},
-    {"positionSys", 0, "system id of the position", 0, kIdMax},
-    {"positionInst", -1, "instance of the position, for refPos; -1: none", -1, kIdMax},
+    optional_partner("position", "the position", "the position, for refPos; -1: none"),
     {"ladarOffsetX", 0, "position of the ladar on the robot, x [mm]"},
     {"ladarOffsetY", 0, "mm"},
 }};
@@ -35,13 +34,7 @@ class ObjRecogRelayLadar final : public DataModule<ObjRecogData> {
 
  private:
   Result<void> module_init() override {
-    // This must be the first mailbox: ladars send to its fixed local id.
-    const auto pushed = create_mailbox(2, static_cast<std::uint32_t>(integer("maxDataSize")));
-    if (!pushed) return pushed.error();
-    const auto work = create_mailbox(1, wire_size<PositionData>());
-    if (!work) return work.error();
-    pushed_ = *pushed;
-    work_ = *work;
+    pushed_.set_body_max(static_cast<std::uint32_t>(integer("maxDataSize")));
     return {};
   }
 
@@ -49,8 +42,7 @@ class ObjRecogRelayLadar final : public DataModule<ObjRecogData> {
     set_period(std::chrono::milliseconds(integer("periodTime")));
     offset_x_ = integer("ladarOffsetX");
     offset_y_ = integer("ladarOffsetY");
-    if (auto on = turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position"); !on)
-      return on;
+    if (auto on = position_.turn_on(); !on) return on;
     return DataModule::module_on();
   }
 
@@ -84,9 +76,10 @@ class ObjRecogRelayLadar final : public DataModule<ObjRecogData> {
     }
   }
 
-  tims::Mailbox* pushed_ = nullptr;
-  tims::Mailbox* work_ = nullptr;
-  std::optional<PositionProxy> position_;
+  // This must be the first mailbox: ladars send to its fixed local id.
+  OwnMailbox pushed_{*this, 2, kLargest};
+  OwnMailbox work_{*this, 1, wire_size<PositionData>()};
+  Partner<PositionProxy> position_{*this, "position", work_};
   std::int32_t offset_x_ = 0;
   std::int32_t offset_y_ = 0;
 };

@@ -1,39 +1,30 @@
 // Pushes data of a different class than the driver's to the component that publishes them, to its
-// mailbox with local id 1, as in the original.
+// mailbox with local id 1, as in the original:
+//
+//   Relay<ClockProxy> relay_{*this, "clockRelay", work_};
 #pragma once
 
-#include <optional>
-#include <string>
 #include <vector>
 
-#include "rack/module.h"
-#include "rack/proxies/proxy.h"
+#include "rack/partner.h"
 
 namespace rack::device {
 
-template <class Data>
-class Relay {
+template <class ProxyType>
+class Relay : public Partner<ProxyType> {
  public:
-  // work: mailbox for commands to the component.
-  void aim(tims::Mailbox& work, tims::Address component) {
-    proxy_.emplace(work, component);
-    to_ = tims::Address(component.raw() + 1);
-  }
-  void stop() { proxy_.reset(); }
-  [[nodiscard]] bool is_aimed() const { return proxy_.has_value(); }
-  Result<void> turn_on() { return proxy_ ? proxy_->on() : Result<void>(); }
+  using Partner<ProxyType>::Partner;
 
   // If the component is not running, the data are lost.
-  void send(tims::Mailbox& from, const Data& data) {
-    if (!proxy_) return;
+  void send(const typename ProxyType::Data& data) {
+    if (!*this) return;
     bytes_.resize(encoded_size(data));
     if (!encode(data, bytes_).ok()) return;
-    (void)from.send({.dest = to_, .type = tims::type::kData}, bytes_);
+    const tims::Address to((*this)->component().raw() + 1);
+    (void)this->work().send({.dest = to, .type = tims::type::kData}, bytes_);
   }
 
  private:
-  std::optional<Proxy> proxy_;
-  tims::Address to_{};
   std::vector<std::byte> bytes_;
 };
 

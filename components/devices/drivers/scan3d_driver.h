@@ -3,22 +3,21 @@
 #pragma once
 
 #include <numbers>
-#include <optional>
 
 #include "components/devices/drivers/driver.h"
 #include "components/devices/scan3d/spinning_scan.h"
 #include "components/scan3d/scan3d_commands.h"
+#include "rack/partner.h"
 #include "rack/proxies/position.h"
 
 namespace rack::device {
 
-inline constexpr std::array<ParameterInfo, 7> kSpinParameters = {{
+inline constexpr std::array<ParameterInfo, 6> kSpinParameters = {{
     {"sectors", 1, "messages per turn", 1, 64},
     {"minRange", 0, "discard points nearer than this (the robot itself) [mm]", 0, 1e6},
     {"maxRange", 0, "discard points farther than this [mm]; 0: range of the scanner", 0, 1e6},
     {"direction", 0, "direction of the scanner's front on the robot, clockwise [deg]", -360, 360},
-    {"positionSys", 0, "system id of the position", 0, kIdMax},
-    {"positionInst", -1, "instance of the position, for refPos; -1: none", -1, kIdMax},
+    optional_partner("position", "the position", "the position, for refPos; -1: none"),
     kStorePath,
 }};
 
@@ -43,15 +42,8 @@ class Scan3dDriver : public Scan3dCommands<Driver<Scan3dData, Dialog>> {
             .direction = this->integer("direction") * std::numbers::pi / 180};
   }
 
-  Result<void> module_init() override {
-    if (auto good = Base::module_init(); !good) return good;
-    return this->create_mailbox(work_, 1, 256);
-  }
-
   Result<void> module_on() override {
-    if (auto on = this->turn_on_if_named(position_, *work_, tims::class_id::kPosition, "position");
-        !on)
-      return on;
+    if (auto on = position_.turn_on(); !on) return on;
     return Base::module_on();
   }
 
@@ -64,8 +56,8 @@ class Scan3dDriver : public Scan3dCommands<Driver<Scan3dData, Dialog>> {
   }
 
  private:
-  tims::Mailbox* work_ = nullptr;
-  std::optional<PositionProxy> position_;
+  OwnMailbox work_{*this, 1, 256};
+  Partner<PositionProxy> position_{*this, "position", work_};
 };
 
 }  // namespace rack::device

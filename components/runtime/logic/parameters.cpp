@@ -106,17 +106,49 @@ std::string allowed(const ParameterInfo& info) {
   return kind;
 }
 
+std::string partner_parameter(std::string_view partner, std::string_view which) {
+  const std::size_t end = std::min(partner.find('*'), partner.size());
+  std::string name = std::string(partner.substr(0, end)).append(which);
+  return end < partner.size() ? name.append(partner.substr(end + 1)) : name;
+}
+
 Parameters::Parameters(std::string_view program, std::span<const ParameterInfo> own)
     : program_(program) {
   for (const auto infos : {common_parameters(), own}) {
     for (const ParameterInfo& info : infos) {
-      if (Entry* common = find(info.name)) {
-        *common = {&info, initial_of(info), common->takes_effect};
+      if (info.system_help.empty()) {
+        add(info);
       } else {
-        entries_.push_back({&info, initial_of(info)});
+        add_partner(info);
       }
     }
   }
+}
+
+void Parameters::add(const ParameterInfo& info) {
+  if (Entry* common = find(info.name)) {
+    *common = {&info, initial_of(info), common->takes_effect};
+  } else {
+    entries_.push_back({&info, initial_of(info)});
+  }
+}
+
+void Parameters::add_partner(const ParameterInfo& row) {
+  const auto kept = [this](std::string text) -> std::string_view {
+    return texts_.emplace_back(std::move(text));
+  };
+  ParameterInfo& instance = partners_.emplace_back(row);
+  instance.name = kept(partner_parameter(row.name, "Inst"));
+  instance.help = kept("instance of " + std::string(row.help));
+  add(partners_.emplace_back(ParameterInfo{
+      .name = kept(partner_parameter(row.name, "Sys")),
+      .initial = 0,
+      .help = kept("system id of " + std::string(row.system_help)),
+      .min = 0,
+      .max = row.max,
+      .takes_effect = row.takes_effect,
+  }));
+  add(instance);
 }
 
 // --- reading

@@ -3,6 +3,8 @@
 #include <array>
 #include <limits>
 #include <map>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -117,6 +119,37 @@ TEST_F(ParametersTest, RefuseWhatIsOutOfRangeAndKeepTheOldValue) {
   EXPECT_FALSE(parameters.set("mapFile", std::string(4096, 'x')));
   EXPECT_TRUE(parameters.set("mapFile", std::string(4095, 'x')));
   EXPECT_FALSE(parameters.set("nothing", "1"));
+}
+
+constexpr std::array<ParameterInfo, 5> kPartners = {{
+    required_partner("ladar", "the ladar"),
+    optional_partner("position", "the position", "the position, for refPos; -1: none"),
+    {"vxMax", 700, "speed"},
+    or_none(partner("scan2d*B", "the second scan", "that one; -1: none")),
+    at_start(partner("chassis", "the chassis")),
+}};
+
+TEST(Parameters, TheRowOfAPartnerDeclaresTwo) {
+  const Parameters parameters("Scan2d", kPartners);
+  std::vector<std::string> lines;
+  for (const auto& entry : parameters.entries().subspan(common_parameters().size()))
+    lines.push_back(std::string(entry.info->name) + ": " + std::string(entry.info->help) + " (" +
+                    default_of(*entry.info) + ", " + allowed(*entry.info) + ")");
+  const std::vector<std::string> expected = {
+      "ladarSys: system id of the ladar (0, a whole number from 0 to 65535)",
+      "ladarInst: instance of the ladar (required, a whole number from 0 to 65535)",
+      "positionSys: system id of the position (0, a whole number from 0 to 65535)",
+      "positionInst: instance of the position, for refPos; -1: none (-1, a whole number from -1 to "
+      "65535)",
+      "vxMax: speed (700, a whole number)",
+      "scan2dSysB: system id of the second scan (0, a whole number from 0 to 65535)",
+      "scan2dInstB: instance of that one; -1: none (0, a whole number from -1 to 65535)",
+      "chassisSys: system id of the chassis (0, a whole number from 0 to 65535)",
+      "chassisInst: instance of the chassis (0, a whole number from 0 to 65535)",
+  };
+  EXPECT_EQ(lines, expected);
+  EXPECT_EQ(parameters.integer("positionInst"), -1);
+  EXPECT_EQ(parameters.entries().back().takes_effect, TakesEffect::kAtStart);
 }
 
 TEST(Parameters, IdsFitIntoTheFleetsAddresses) {

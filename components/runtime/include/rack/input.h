@@ -1,58 +1,56 @@
-// A data stream from another component that this one depends on.
+// A partner (rack/partner.h) whose data stream a component receives.
 //
-//   module_init():  create_input(input_, *work_, slots, body_max)  // creates the stream's mailbox
-//   module_on():    set_period(*input_->start(odometry))
-//   module_loop():  input_->next(data, 5 * period())    // an error ends the loop; retried later
-//   later module_off():   input_->stop()
+//   Input<OdometryProxy> odometry_{*this, "odometry", work_, 4, wire_size<OdometryData>()};
 //
-// One thread; the work mailbox may be shared with other proxies of that thread.
+//   module_on():    set_period(*odometry_.start())
+//   module_loop():  odometry_.next(data, 5 * period())  // an error ends the loop; retried later
+//   module_off():   odometry_.stop()
 #pragma once
 
 #include <algorithm>
-#include <optional>
 #include <string>
 
 #include "rack/clock.h"
-#include "rack/proxies/proxy.h"
+#include "rack/partner.h"
 
 namespace rack {
 
 template <typename ProxyType>
-class Input {
+class Input : public Partner<ProxyType> {
  public:
   using Data = typename ProxyType::Data;
 
-  Input(tims::Mailbox& work, tims::Mailbox& stream) : work_(&work), stream_(&stream) {}
+  // slots, body_max: of the mailbox of the stream.
+  Input(Module& module, std::string_view name, const OwnMailbox& work, std::uint32_t slots,
+        std::uint32_t body_max)
+      : Partner<ProxyType>(module, name, work), stream_(module, slots, body_max) {}
 
-  [[nodiscard]] bool started() const { return proxy_.has_value(); }
-  // Only while it is started.
-  [[nodiscard]] ProxyType& proxy() { return *proxy_; }
-
-  // Turns the producer on and subscribes; returns the granted period. timeouts: ProxyTimeouts, to
-  // replace the defaults of the proxy.
-  Result<std::chrono::milliseconds> start(tims::Address producer,
-                                          std::chrono::milliseconds period = {},
-                                          const auto&... timeouts) {
-    if (const auto on = turn_on(producer, timeouts...); !on) return on.error();
+  // Turns the producer on and subscribes; returns the granted period. If the partner is not named:
+  // nothing, and 0.
+  Result<std::chrono::milliseconds> start(std::chrono::milliseconds period = {}) {
+    if (const auto on = this->turn_on(); !on) return on.error();
     return subscribe(period);
   }
-  // The two steps of start(), for callers that send a request to the producer in between.
-  Result<void> turn_on(tims::Address producer, const auto&... timeouts) {
-    proxy_.emplace(*work_, producer, timeouts...);
-    return proxy_->on();
+  // After an error, the same with other timeouts, at the address of the last start().
+  Result<std::chrono::milliseconds> start_again(const ProxyTimeouts& timeouts) {
+    this->create_proxy((*this)->component(), timeouts);
+    if (const auto on = (*this)->on(); !on) return on.error();
+    return subscribe();
   }
+  // The second step of start(), for callers that send a request to the producer before.
   Result<std::chrono::milliseconds> subscribe(std::chrono::milliseconds period = {}) {
-    stream_->clean();  // drops messages of an earlier stream
     silence_ = 0;
+    if (!*this) return std::chrono::milliseconds(0);
+    stream_->clean();  // drops messages of an earlier stream
     const auto granted =
-        proxy_->get_cont_data(static_cast<u32>(period.count()), stream_->address());
+        (*this)->get_cont_data(static_cast<u32>(period.count()), stream_->address());
     if (!granted) return granted.error();
     return std::chrono::milliseconds(granted->raw());
   }
   // Also allowed when it was not started, or only in part.
   void stop() {
-    if (proxy_) (void)proxy_->stop_cont_data(stream_->address());
-    proxy_.reset();
+    if (*this) (void)(*this)->stop_cont_data(stream_->address());
+    this->disconnect();
   }
 
   // Waits for a message. kTimeout: none from the producer; kAnsweredError: it was turned off or
@@ -63,7 +61,7 @@ class Input {
       const auto left = std::max(end - now(), tims::Duration(0));
       const auto message = stream_->peek_for(left);
       if (!message) return named(message.error(), timeout);
-      auto good = proxy_->decode_stream(*message, data);
+      auto good = (*this)->decode_stream(*message, data);
       if (good || good.error().code() != tims::Errc::kInvalidArgument) return good;
     }
   }
@@ -75,7 +73,7 @@ class Input {
         if (message.error().code() == tims::Errc::kEmpty) return false;
         return message.error();
       }
-      const auto good = proxy_->decode_stream(*message, data);
+      const auto good = (*this)->decode_stream(*message, data);
       if (good) return true;
       if (good.error().code() != tims::Errc::kInvalidArgument) return good.error();
     }
@@ -103,17 +101,15 @@ class Input {
   [[nodiscard]] int silence() const { return silence_; }
 
  private:
-  [[nodiscard]] tims::Error named(const tims::Error& error, tims::Duration waited) const {
+  [[nodiscard]] tims::Error named(const tims::Error& error, tims::Duration waited) {
     const auto ms = std::chrono::duration_cast<std::chrono::milliseconds>(waited).count();
     return {error.code(), "no data from " + producer_name() + " for " + std::to_string(ms) + " ms"};
   }
-  [[nodiscard]] std::string producer_name() const {
-    return proxy_->component().to_string(work_->address_widths());
+  [[nodiscard]] std::string producer_name() {
+    return (*this)->component().to_string(stream_->address_widths());
   }
 
-  tims::Mailbox* work_;
-  tims::Mailbox* stream_;
-  std::optional<ProxyType> proxy_;
+  OwnMailbox stream_;
   int silence_ = 0;
 };
 

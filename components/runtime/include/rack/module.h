@@ -51,6 +51,8 @@ struct ModuleInfo {
 // Exit codes of run().
 enum class ExitCode : int { kGood = 0, kFailed = 1, kUsage = 2 };
 
+class OwnMailbox;
+
 class Module {
  public:
   explicit Module(const ModuleInfo& info);  // which must outlive it
@@ -70,7 +72,8 @@ class Module {
  protected:
   // --- overridden by a component
 
-  // Called once before the tasks start: creates mailboxes and proxies. An error ends the program.
+  // Called once before the tasks start and before the members OwnMailbox are created. An error ends
+  // the program.
   virtual Result<void> module_init() { return {}; }
   virtual void module_cleanup() {}
   virtual Result<void> module_on() { return {}; }
@@ -105,18 +108,8 @@ class Module {
   // is restarted after a crash. The parameter itself does not change.
   void report_state(std::string_view name, const std::string& value) const;
   // Creates a mailbox with the next local id and the priority of the data task, for bodies of at
-  // least kReasonMax bytes. Call in module_init().
+  // least kReasonMax bytes. Call in module_init(); see also OwnMailbox.
   Result<tims::Mailbox*> create_mailbox(std::uint32_t slots, std::uint32_t body_max);
-  Result<void> create_mailbox(tims::Mailbox*& mailbox, std::uint32_t slots, std::uint32_t body_max);
-  // Creates an Input (rack/input.h) with a mailbox for its stream.
-  template <typename InputType>
-  Result<void> create_input(std::optional<InputType>& input, tims::Mailbox& work,
-                            std::uint32_t slots, std::uint32_t body_max) {
-    const auto stream = create_mailbox(slots, body_max);
-    if (!stream) return stream.error();
-    input.emplace(work, **stream);
-    return {};
-  }
   // Opens a mailbox at an address outside of this component. kAddressInUse: the text names the
   // owner. Any task.
   Result<tims::Mailbox> open_mailbox(const tims::MailboxOptions& options);
@@ -124,16 +117,6 @@ class Module {
   // The address of a component of this fleet, local id 0.
   [[nodiscard]] tims::Address address_of(std::uint32_t class_id, std::int32_t system,
                                          std::int32_t instance) const;
-  // The address named by parameters: "chassis" stands for chassisSys and chassisInst.
-  [[nodiscard]] tims::Address address_of(std::uint32_t class_id, std::string_view name) const;
-  // Creates a proxy of that component and turns it on; no proxy if its instance is below 0.
-  template <typename ProxyType>
-  Result<void> turn_on_if_named(std::optional<ProxyType>& proxy, tims::Mailbox& work,
-                                std::uint32_t class_id, std::string_view name) {
-    proxy.reset();
-    if (integer(std::string(name) + "Inst") < 0) return {};
-    return proxy.emplace(work, address_of(class_id, name)).on();
-  }
   [[nodiscard]] tims::AddressWidths address_widths() const;
   // The component that owns a mailbox: the address without its local id.
   [[nodiscard]] tims::Address component_of(tims::Address mailbox) const;
@@ -165,12 +148,41 @@ class Module {
   mutable PriorityMutex mutex_;  // protects the state of the runtime
 
  private:
+  friend class OwnMailbox;
+  friend class PartnerBase;
   class [[gnu::visibility("hidden")]] Runtime;  // its threads, mailboxes and pending requests
+
+  Result<void> create_own_mailboxes();
 
   const ModuleInfo& info_;
   Parameters parameters_;  // protected by mutex_
   TextLog log_;
   std::unique_ptr<Runtime> runtime_;
+  std::vector<OwnMailbox*> own_mailboxes_;
+};
+
+// A mailbox of a component, as a member of its class: created after module_init(), with the next
+// local id in the order of the members.
+//
+//   OwnMailbox work_{*this, 1, body_max<PositionData>()};
+class OwnMailbox {
+ public:
+  OwnMailbox(Module& owner, std::uint32_t slots, std::uint32_t body_max);
+  OwnMailbox(const OwnMailbox&) = delete;
+  OwnMailbox& operator=(const OwnMailbox&) = delete;
+
+  // In module_init(): for a size that depends on parameters.
+  void set_body_max(std::uint32_t body_max) { body_max_ = body_max; }
+
+  tims::Mailbox& operator*() const { return *mailbox_; }
+  tims::Mailbox* operator->() const { return mailbox_; }
+
+ private:
+  friend class Module;
+
+  std::uint32_t slots_;
+  std::uint32_t body_max_;
+  tims::Mailbox* mailbox_ = nullptr;
 };
 
 template <Struct Body>

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <span>
 #include <string>
@@ -35,6 +36,8 @@ struct ParameterInfo {
   bool required = false;  // must be given as an argument
   // When a new value takes effect. kAtOn: it is read by module_on() only.
   TakesEffect takes_effect = TakesEffect::kAtOn;
+  // For the row of a partner only, see partner().
+  std::string_view system_help{};
 };
 
 constexpr ParameterInfo at_once(ParameterInfo info) {
@@ -45,6 +48,44 @@ constexpr ParameterInfo at_start(ParameterInfo info) {
   info.takes_effect = TakesEffect::kAtStart;
   return info;
 }
+
+// --- partners: the other components that a component needs (rack/partner.h)
+
+// One row declares two parameters: partner("ladar", "the ladar") declares ladarSys, "system id of
+// the ladar", and ladarInst, "instance of the ladar". `instance` replaces the text after
+// "instance of". A * in the name stands for Sys and Inst, which otherwise follow it.
+constexpr ParameterInfo partner(std::string_view name, std::string_view what,
+                                std::string_view instance = {}) {
+  return {.name = name,
+          .initial = 0,
+          .help = instance.empty() ? what : instance,
+          .min = 0,
+          .max = kIdMax,
+          .system_help = what};
+}
+// The instance must be given as an argument.
+constexpr ParameterInfo required_partner(std::string_view name, std::string_view what,
+                                         std::string_view instance = {}) {
+  ParameterInfo row = partner(name, what, instance);
+  row.required = true;
+  return row;
+}
+// The instance may be -1: the component works without this partner.
+constexpr ParameterInfo or_none(ParameterInfo row) {
+  row.min = -1;
+  return row;
+}
+// Without this partner by default.
+constexpr ParameterInfo optional_partner(std::string_view name, std::string_view what,
+                                         std::string_view instance) {
+  ParameterInfo row = or_none(partner(name, what, instance));
+  row.initial = -1;
+  return row;
+}
+// The name of a partner's parameter; which: "Sys" or "Inst".
+std::string partner_parameter(std::string_view partner, std::string_view which);
+
+// --- lists of parameters
 
 // Concatenates two lists.
 template <std::size_t N, std::size_t M>
@@ -63,6 +104,8 @@ class Parameters {
   // `program` is the first record of the list. The infos must outlive this. An entry of `own` with
   // the name of a common parameter replaces it, to change its default.
   Parameters(std::string_view program, std::span<const ParameterInfo> own);
+  Parameters(const Parameters&) = delete;  // entries refer to members
+  Parameters& operator=(const Parameters&) = delete;
 
   [[nodiscard]] const std::string& program() const { return program_; }
 
@@ -97,12 +140,16 @@ class Parameters {
   [[nodiscard]] std::span<const Entry> entries() const { return entries_; }
 
  private:
+  void add(const ParameterInfo& info);
+  void add_partner(const ParameterInfo& row);
   [[nodiscard]] const Entry& entry(std::string_view name) const;
   Entry* find(std::string_view name);
   static tims::Result<void> assign(Entry& entry, ParameterValue value);
 
   std::string program_;
   std::vector<Entry> entries_;
+  std::deque<ParameterInfo> partners_;  // the parameters that the rows of partners declare
+  std::deque<std::string> texts_;       // their names and help texts
 };
 
 // As text: "700", "none", "required".

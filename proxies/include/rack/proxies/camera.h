@@ -92,7 +92,7 @@ struct CameraFormatData {
   i32 mode = 0;  // a camera_mode
 };
 
-class CameraProxy : public DataProxy<CameraData> {
+class CameraProxy : public DataProxy<CameraData, tims::class_id::kCamera> {
  public:
   using DataProxy::DataProxy;
 

@@ -68,7 +68,7 @@ struct ChassisParamData {
   MillimetresPerSecond<i32> pilotVTransMax = 0;
 };
 
-class ChassisProxy : public DataProxy<ChassisData> {
+class ChassisProxy : public DataProxy<ChassisData, tims::class_id::kChassis> {
  public:
   using DataProxy::DataProxy;
 

@@ -19,6 +19,6 @@ struct ClockData {
   Milliseconds<i32> varT = 0;  // standard deviation
 };
 
-using ClockProxy = DataProxy<ClockData>;
+using ClockProxy = DataProxy<ClockData, tims::class_id::kClock>;
 
 }  // namespace rack

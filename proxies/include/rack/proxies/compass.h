@@ -11,6 +11,6 @@ struct CompassData {
   Radians<f32> varOrientation = 0;  // standard deviation
 };
 
-using CompassProxy = DataProxy<CompassData>;
+using CompassProxy = DataProxy<CompassData, tims::class_id::kCompass>;
 
 }  // namespace rack

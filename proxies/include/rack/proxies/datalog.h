@@ -34,7 +34,7 @@ struct DatalogData {
   static constexpr std::size_t kWholeSize = 48 + 100 * 64;
 };
 
-class DatalogProxy : public DataProxy<DatalogData> {
+class DatalogProxy : public DataProxy<DatalogData, tims::class_id::kDatalog> {
  public:
   using DataProxy::DataProxy;
 

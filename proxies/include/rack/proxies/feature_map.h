@@ -56,7 +56,7 @@ struct FeatureMapLayerData {
   static constexpr std::size_t kWholeSize = 4 + 20 * 4;  // the C structure
 };
 
-class FeatureMapProxy : public DataProxy<FeatureMapData> {
+class FeatureMapProxy : public DataProxy<FeatureMapData, tims::class_id::kFeatureMap> {
  public:
   using DataProxy::DataProxy;
 

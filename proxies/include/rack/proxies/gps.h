@@ -29,6 +29,6 @@ struct GpsData {
   Position3d var = {};       // standard deviations
 };
 
-using GpsProxy = DataProxy<GpsData>;
+using GpsProxy = DataProxy<GpsData, tims::class_id::kGps>;
 
 }  // namespace rack

@@ -22,6 +22,6 @@ struct GridMapData {
   }
 };
 
-using GridMapProxy = DataProxy<GridMapData>;
+using GridMapProxy = DataProxy<GridMapData, tims::class_id::kGridMap>;
 
 }  // namespace rack

@@ -18,6 +18,6 @@ struct GyroData {
   RadiansPerSecond<f32> wYaw = 0;
 };
 
-using GyroProxy = DataProxy<GyroData>;
+using GyroProxy = DataProxy<GyroData, tims::class_id::kGyro>;
 
 }  // namespace rack

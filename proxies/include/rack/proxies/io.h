@@ -19,7 +19,7 @@ struct IoData {
   Sequence<u8, 800000> values = {};
 };
 
-class IoProxy : public DataProxy<IoData> {
+class IoProxy : public DataProxy<IoData, tims::class_id::kIo> {
  public:
   using DataProxy::DataProxy;
 

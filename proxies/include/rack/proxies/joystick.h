@@ -23,10 +23,11 @@ struct JoystickData {
 
 // The original's software joystick sends messages of type 0 (OK) instead of DATA until get_data()
 // was called once: call it before get_cont_data().
-class JoystickProxy : public DataProxy<JoystickData> {
+class JoystickProxy : public DataProxy<JoystickData, tims::class_id::kJoystick> {
  public:
-  JoystickProxy(tims::Mailbox& work, tims::Address component)
-      : DataProxy(work, component, {.data = std::chrono::seconds(1)}) {}
+  JoystickProxy(tims::Mailbox& work, tims::Address component,
+                const ProxyTimeouts& timeouts = {.data = std::chrono::seconds(1)})
+      : DataProxy(work, component, timeouts) {}
 };
 
 }  // namespace rack

@@ -31,6 +31,6 @@ struct LadarData {
   Sequence<LadarPoint, 2160> points = {};
 };
 
-using LadarProxy = DataProxy<LadarData>;
+using LadarProxy = DataProxy<LadarData, tims::class_id::kLadar>;
 
 }  // namespace rack

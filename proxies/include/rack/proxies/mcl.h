@@ -35,7 +35,7 @@ struct MclData {
   Sequence<MclDataPoint, 1000> points = {};
 };
 
-class MclProxy : public DataProxy<MclData> {
+class MclProxy : public DataProxy<MclData, tims::class_id::kMcl> {
  public:
   using DataProxy::DataProxy;
 

@@ -44,7 +44,7 @@ struct ObjRecogData {
   Sequence<ObjRecogObject, 300> objects = {};
 };
 
-class ObjRecogProxy : public DataProxy<ObjRecogData> {
+class ObjRecogProxy : public DataProxy<ObjRecogData, tims::class_id::kObjRecog> {
  public:
   using DataProxy::DataProxy;
 

@@ -17,7 +17,7 @@ struct OdometryData {
   Position3d pos = {};  // in the odometry frame
 };
 
-class OdometryProxy : public DataProxy<OdometryData> {
+class OdometryProxy : public DataProxy<OdometryData, tims::class_id::kOdometry> {
  public:
   using DataProxy::DataProxy;
 

@@ -61,7 +61,7 @@ struct PathLayerData {
 // before the answer.
 inline constexpr ProxyTimeouts kPlanningTimeouts{.data = std::chrono::seconds(3)};
 
-class PathProxy : public DataProxy<PathData> {
+class PathProxy : public DataProxy<PathData, tims::class_id::kPath> {
  public:
   using DataProxy::DataProxy;
 

@@ -66,7 +66,7 @@ struct PilotMultiDestData {
   Sequence<DestinationPoint, 1000> points = {};  // our limit; the original specifies none
 };
 
-class PilotProxy : public DataProxy<PilotData> {
+class PilotProxy : public DataProxy<PilotData, tims::class_id::kPilot> {
  public:
   using DataProxy::DataProxy;
 

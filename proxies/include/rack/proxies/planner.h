@@ -41,7 +41,7 @@ struct PlannerCommand {
   static constexpr std::size_t kWholeSize = 4 + 50 * 84;
 };
 
-class PlannerProxy : public DataProxy<PlannerData> {
+class PlannerProxy : public DataProxy<PlannerData, tims::class_id::kPlanner> {
  public:
   using DataProxy::DataProxy;
 

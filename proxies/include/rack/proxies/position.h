@@ -52,7 +52,7 @@ struct PositionUtmData {
   Radians<f32> heading = 0;
 };
 
-class PositionProxy : public DataProxy<PositionData> {
+class PositionProxy : public DataProxy<PositionData, tims::class_id::kPosition> {
  public:
   using DataProxy::DataProxy;
 

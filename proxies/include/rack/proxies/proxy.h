@@ -173,10 +173,16 @@ Result<void> Proxy::read(const Result<tims::PeekGuard>& message, Answer& answer)
 
 // --- Proxies of components that publish data, on request or as a stream.
 
-template <Struct DataType>
+// See below; declared here for structs of other namespaces.
+template <Struct Data>
+Result<void> decode_data(const tims::MessageView& message, tims::Address producer, Data& data);
+
+// ClassId: of these components; a rack::Partner derives their address from it.
+template <Struct DataType, u32 ClassId = 0>
 class DataProxy : public Proxy {
  public:
   using Data = DataType;
+  static constexpr u32 kClassId = ClassId;
   using Proxy::Proxy;
 
   // The data recorded nearest to that time; 0: the newest.

@@ -41,7 +41,7 @@ struct PtzDriveMoveVelData {
   Quantity<f32, unit::PercentPerSecond> velZoom = 0;
 };
 
-class PtzDriveProxy : public DataProxy<PtzDriveData> {
+class PtzDriveProxy : public DataProxy<PtzDriveData, tims::class_id::kPtzDrive> {
  public:
   using DataProxy::DataProxy;
 

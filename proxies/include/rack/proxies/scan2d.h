@@ -17,6 +17,6 @@ struct Scan2dData {
   Sequence<ScanPoint, 8000> points = {};
 };
 
-using Scan2dProxy = DataProxy<Scan2dData>;
+using Scan2dProxy = DataProxy<Scan2dData, tims::class_id::kScan2d>;
 
 }  // namespace rack

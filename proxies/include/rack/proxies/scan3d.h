@@ -76,7 +76,7 @@ struct Scan3dRangeImageData {
   }
 };
 
-class Scan3dProxy : public DataProxy<Scan3dData> {
+class Scan3dProxy : public DataProxy<Scan3dData, tims::class_id::kScan3d> {
  public:
   using DataProxy::DataProxy;
 

@@ -31,7 +31,7 @@ struct ServoDriveMoveVelData {
   f32 vel = 0;  // rad/s or mm/s
 };
 
-class ServoDriveProxy : public DataProxy<ServoDriveData> {
+class ServoDriveProxy : public DataProxy<ServoDriveData, tims::class_id::kServoDrive> {
  public:
   using DataProxy::DataProxy;
 

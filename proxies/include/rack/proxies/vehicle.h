@@ -40,7 +40,7 @@ struct VehicleSetValueData {
   u32 activeController = 0;
 };
 
-class VehicleProxy : public DataProxy<VehicleData> {
+class VehicleProxy : public DataProxy<VehicleData, tims::class_id::kVehicle> {
  public:
   using DataProxy::DataProxy;
 

@@ -113,7 +113,7 @@ struct WorldLines {
   Sequence<WorldLine, 128> lines = {};
 };
 
-class WorldProxy : public DataProxy<WorldData> {
+class WorldProxy : public DataProxy<WorldData, kWorld> {
  public:
   using DataProxy::DataProxy;
 
