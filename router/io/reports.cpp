@@ -59,7 +59,7 @@ static_assert(core::complete(kBys, By::kNone));
 // --- links
 
 json::object identity_json(const link::Identity& who) {
-  return {{"name", text(who.name.view())},
+  return {{"name", text(who.name)},
           {"role", name(who.role)},
           {"system", who.system},
           {"id", who.id},
@@ -127,19 +127,19 @@ json::object to_json(Address address, const AddressWidths& widths) {
 json::object to_json(const core::Peer& peer) {
   return {{"client", peer.id.value},
           {"port", name(peer.port)},
-          {"name", text(peer.name.view())},
+          {"name", text(peer.name)},
           {"pid", pid(peer.pid)},
-          {"peer", text(peer.endpoint.view())}};
+          {"peer", text(peer.endpoint)}};
 }
 
 json::object to_json(const core::ClientReport& report) {
   const core::Peer& client = report.client;
   return {{"id", client.id.value},
           {"port", name(client.port)},
-          {"name", text(client.name.view())},
+          {"name", text(client.name)},
           {"pid", pid(client.pid)},
           {"uid", client.port == core::PortKind::kLocal ? json::value(report.uid) : json::value()},
-          {"peer", text(client.endpoint.view())},
+          {"peer", text(client.endpoint)},
           {"connected_s", seconds(report.connected)},
           {"mailboxes", report.mailboxes},
           {"watched", report.watched},
@@ -304,7 +304,7 @@ json::object to_json(const link::Link& link, Time now) {
 }
 
 json::object to_json(const core::MissingRouter& missing, const AddressWidths& widths, Time now) {
-  const json::value via = text(missing.via.view());
+  const json::value via = text(missing.via);
   const auto fields = missing.router.fields(widths);
   return {{"name", missing.router == missing.behind ? via : json::value()},
           {"role", nullptr},
@@ -335,7 +335,7 @@ json::object to_json(const link::Links& links, const link::Link& link, const cor
   for (std::size_t lane = 0; lane < link::kLanes; ++lane)
     queue.push_back(session.queued_bytes(lane));
   json::object out = link_json(link, name(link.state()), now);
-  out.insert({{"peer", link.peer().epoch != 0 ? text(link.peer().name.view()) : json::value()},
+  out.insert({{"peer", link.peer().epoch != 0 ? text(link.peer().name) : json::value()},
               {"connects", link.settings().connects},
               {"active", &link == links.uplink()},
               {"path", name(link.paths().kind())},
@@ -344,7 +344,7 @@ json::object to_json(const link::Links& links, const link::Link& link, const cor
                link.is_up() ? json::value(seconds(now - link.paths().since())) : json::value()},
               {"paths", std::move(paths)},
               {"peer_address", peer_address(link)},
-              {"refusal", text(link.refusal().view())},
+              {"refusal", text(link.refusal())},
               {"heard_s", since(now, link.last_received())},
               {"keep_alive_s", seconds(link.settings().keep_alive)},
               {"loss_in", session.loss_permille() / 1000.0},
