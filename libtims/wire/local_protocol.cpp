@@ -15,12 +15,12 @@ namespace {
 
 // The fields of every record, in the order of encoding.
 template <typename Owner>
-struct Text {
+struct TextField {
   std::string Owner::*member;
   std::size_t max;
 };
 template <typename Owner>
-Text(std::string Owner::*, std::size_t) -> Text<Owner>;  // clang-16 cannot deduce it
+TextField(std::string Owner::*, std::size_t) -> TextField<Owner>;  // clang-16 cannot deduce it
 template <typename T>
 constexpr std::tuple<> none() {
   static_assert(std::is_empty_v<T>, "a record whose fields are not listed below");
@@ -36,14 +36,14 @@ template <>
 inline constexpr auto kFields<MailboxPlace> =
     std::tuple(&MailboxPlace::segment, &MailboxPlace::offset);
 template <>
-inline constexpr auto kFields<Hello> = std::tuple(&Hello::version_min, &Hello::version_max,
-                                                  &Hello::writer, Text{&Hello::name, kNameMax});
+inline constexpr auto kFields<Hello> = std::tuple(
+    &Hello::version_min, &Hello::version_max, &Hello::writer, TextField{&Hello::name, kNameMax});
 template <>
 inline constexpr auto kFields<Welcome> =
     std::tuple(&Welcome::version, &Welcome::writer, &Welcome::router, &Welcome::epoch,
                &Welcome::message_max, &Welcome::widths);
 template <>
-inline constexpr auto kFields<Refused> = std::tuple(Text{&Refused::text, kTextMax});
+inline constexpr auto kFields<Refused> = std::tuple(TextField{&Refused::text, kTextMax});
 template <>
 inline constexpr auto kFields<OfferSegment> = std::tuple(&OfferSegment::segment);
 template <>
@@ -55,7 +55,8 @@ template <>
 inline constexpr auto kFields<OpenedEntry> =
     std::tuple(&OpenedEntry::address, &OpenedEntry::status);
 template <>
-inline constexpr auto kFields<Opened> = std::tuple(&Opened::entries, Text{&Opened::text, kTextMax});
+inline constexpr auto kFields<Opened> =
+    std::tuple(&Opened::entries, TextField{&Opened::text, kTextMax});
 template <>
 inline constexpr auto kFields<Close> = std::tuple(&Close::addresses);
 template <>
@@ -99,7 +100,7 @@ class Writer {
     put(owner.*field);
   }
   template <typename T>
-  void put_field(const T& owner, Text<T> text) {
+  void put_field(const T& owner, TextField<T> text) {
     const std::string_view whole = owner.*text.member;
     const std::string_view kept = whole.substr(0, text.max);
     put(static_cast<std::uint16_t>(kept.size()));
@@ -171,7 +172,7 @@ class Reader {
     get(owner.*field);
   }
   template <typename T>
-  void get_field(T& owner, Text<T> text) {
+  void get_field(T& owner, TextField<T> text) {
     std::uint16_t size = 0;
     get(size);
     if (size > text.max) return fail("a text that is too long");

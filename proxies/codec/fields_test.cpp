@@ -1,7 +1,5 @@
 #include "rack/codec/fields.h"
 
-#include <string>
-
 #include <gtest/gtest.h>
 
 namespace rack {
@@ -29,31 +27,6 @@ TEST(Tail, LikeASequence) {
   Tail<int, 100> tail;
   tail.reserve_all();
   EXPECT_GE(tail.capacity(), 100U);
-}
-
-}  // namespace fields_test
-
-namespace fields_test {
-
-TEST(Text, HoldsALiteral) {
-  const Text<8> text = "ladar_0";
-  EXPECT_EQ(text.view(), "ladar_0");
-  EXPECT_EQ(text, "ladar_0");
-  EXPECT_EQ(text.bytes().back(), '\0');
-}
-
-TEST(Text, SaysWhenOnlyTheBeginningFitted) {
-  Text<8> text;
-  EXPECT_TRUE(text.assign("1234567"));
-  EXPECT_FALSE(text.assign("12345678"));
-  EXPECT_EQ(text.view(), "1234567");
-}
-
-TEST(Text, EndsAtTheFirstNulAndHidesWhatFollows) {
-  Text<8> text = "1234567";
-  EXPECT_TRUE(text.assign(std::string("ab\0secret", 9)));
-  EXPECT_EQ(text.view(), "ab");
-  for (std::size_t i = 2; i < 8; ++i) EXPECT_EQ(text.bytes()[i], '\0');
 }
 
 }  // namespace fields_test

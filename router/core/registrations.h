@@ -30,8 +30,8 @@ struct ClientInfo {
   std::uint32_t token = 0;  // the port's own number for it, returned with every delivery
   std::uint32_t pid = 0;    // 0: not known
   std::uint32_t uid = 0;
-  Text<31> name{};
-  Text<55> endpoint{};  // "127.0.0.1:54321"
+  Text<32> name{};
+  Text<56> endpoint{};  // "127.0.0.1:54321"
   struct Link {         // data of a link to another router
     LinkKind kind = LinkKind::kSub;
     Role role = Role::kSubsystem;
@@ -196,7 +196,7 @@ struct MissingRouter {
   std::uint64_t number = 0;  // increasing; the position in a list that is read in pages
   Address router{};
   Address behind{};  // the router at the other end of the link; may be the missing router itself
-  Text<31> via{};    // the name of that router
+  Text<32> via{};    // the name of that router
   Time since{};
 };
 

@@ -652,7 +652,7 @@ std::optional<Origin> Router::announced(ClientId link, Address address) const {
 // The owner of a mailbox behind a link: the name of the link and the router that has the mailbox.
 Peer Router::peer_router(const Client& link, const Origin& origin) const {
   Peer party = link.peer();
-  party.endpoint = Text<55>(origin.router.to_string(settings_.widths));
+  party.endpoint = Text<56>(origin.router.to_string(settings_.widths));
   return party;
 }
 

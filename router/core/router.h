@@ -99,8 +99,8 @@ inline constexpr std::size_t kTextReadersMax = 16;
 // The route for messages to unregistered destinations.
 struct StaticRoute {
   AddressPattern match{};
-  Text<63> text{};  // the pattern as configured
-  Text<63> via{};   // name of a router at the other end of a link
+  Text<64> text{};  // the pattern as configured
+  Text<64> via{};   // name of a router at the other end of a link
 };
 
 struct Registration {

@@ -219,8 +219,8 @@ struct Peer {
   ClientId id{};  // kNoClient: the router itself, or none
   PortKind port = PortKind::kRouter;
   std::uint32_t pid = 0;  // 0: unknown
-  Text<31> name{};
-  Text<55> endpoint{};  // "127.0.0.1:54321"; empty on the local port
+  Text<32> name{};
+  Text<56> endpoint{};  // "127.0.0.1:54321"; empty on the local port
 };
 
 struct Event {
@@ -230,7 +230,7 @@ struct Event {
   CloseReason reason = CloseReason::kNone;
   Address address{};  // of the mailbox, if any
   Peer client{};      // the client that caused the event
-  Text<191> text{};   // kLinkRefused: the other router's message; kLinkPath: from, to and reason
+  Text<192> text{};   // kLinkRefused: the other router's message; kLinkPath: from, to and reason
   Peer owner{};       // kAddressRefused, kDeleteRefused: the owner of the address
 };
 

@@ -86,11 +86,5 @@ TEST(DropHistory, ForgetsAfterAMinute) {
   EXPECT_EQ(drops.last_minute(start + 90s), 1U);
 }
 
-TEST(Text, IsCutWhenItIsTooLong) {
-  EXPECT_EQ(Text<5>("abc").view(), "abc");
-  EXPECT_EQ(Text<5>("abcdefg").view(), "abcde");
-  EXPECT_TRUE(Text<5>().empty());
-}
-
 }  // namespace statistics_test
 }  // namespace tims::core

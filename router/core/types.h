@@ -1,6 +1,6 @@
-// Types used throughout the core: short texts and closed lists, neither of which allocates;
-// clients, the kinds of ports they attach to, and routers; a message in transit, and the eight
-// classes that messages have by priority.
+// Types used throughout the core: closed lists, which do not allocate; clients, the kinds of ports
+// they attach to, and routers; a message in transit, and the eight classes that messages have by
+// priority.
 #pragma once
 
 #include <algorithm>
@@ -14,35 +14,15 @@
 
 #include "tims/address.h"
 #include "tims/message.h"
+#include "tims/text.h"
 #include "tims/time.h"
 
 namespace tims::core {
 
-// --- texts
+// --- closed lists
 
-// A short text inside a struct: no allocation, truncated when it is too long.
-template <std::size_t capacity>
-class Text {
-  static_assert(capacity < 256);
-
- public:
-  constexpr Text() = default;
-  constexpr Text(std::string_view text)  // NOLINT(google-explicit-constructor)
-      : size_(static_cast<std::uint8_t>(std::min(text.size(), capacity))) {
-    std::copy_n(text.begin(), size_, chars_.begin());
-  }
-
-  [[nodiscard]] constexpr std::string_view view() const { return {chars_.data(), size_}; }
-  [[nodiscard]] constexpr bool empty() const { return size_ == 0; }
-  constexpr bool operator==(const Text& other) const { return view() == other.view(); }
-
- private:
-  std::array<char, capacity> chars_{};
-  std::uint8_t size_ = 0;
-};
-
-// Closed lists: an enum with, for each value, one name for JSON and metrics and one sentence for
-// users. A list that misses a value, or has two in the wrong order, does not compile.
+// An enum with, for each value, one name for JSON and metrics and one sentence for users. A list
+// that misses a value, or has two in the wrong order, does not compile.
 template <typename Enum>
 struct Label {
   Enum value;

@@ -6,6 +6,7 @@
 #include <set>
 #include <utility>
 
+#include <boost/json/object.hpp>
 #include <boost/json/serialize.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -240,12 +241,11 @@ class Answerer {
     json::object out = frame("tims/status/1");
     const auto report = core::report_status(router_, clocks_.now);
     const ProcessReport process = source_.process(clocks_.now);
-    const StatusView view{report, process};
-    append_json(out, &view);
+    merge(out, to_json(report, process));
     json::array recent;
     const std::uint64_t since = report.last_event - std::min(report.last_event, kStatusEvents);
     for (const core::Event& event : core::report_events(router_, since, kStatusEvents).items)
-      recent.push_back(to_json(EventView{event, clocks_, widths()}));
+      recent.push_back(to_json(event, clocks_, widths()));
     out["events"] = std::move(recent);
     return out;
   }
@@ -280,9 +280,9 @@ class Answerer {
     Page& page = page_.emplace(with_fill ? 0 : json::serialize(out).size());
     std::optional<Address> next = found.more ? found.last : std::nullopt;
     for (const core::MailboxReport& report : found.items) {
-      json::object item = to_json(MailboxView{report, widths()});
+      json::object item = to_json(report, widths());
       if (with_fill && report.owner.port == core::PortKind::kLocal)
-        if (const auto fill = source_.fill(report.handle)) append_json(item, &*fill);
+        if (const auto fill = source_.fill(report.handle)) merge(item, to_json(*fill));
       if (!page.add(item)) {
         next = after;
         break;
@@ -333,7 +333,7 @@ class Answerer {
     if (question_.since) found = core::report_events(router_, *question_.since, question_.limit);
     std::uint64_t last = found.items.empty() ? found.last : 0;
     for (const core::Event& event : found.items) {
-      if (!page.add(to_json(EventView{event, clocks_, widths()}))) break;
+      if (!page.add(to_json(event, clocks_, widths()))) break;
       last = event.sequence;
     }
     out["epoch"] = epoch_text(source_.process(clocks_.now).epoch);
@@ -363,7 +363,7 @@ class Answerer {
 
   json::object ping() const {
     json::object out = frame("tims/ping/1");
-    out["address"] = to_json(AddressView{router_.settings().address, widths()});
+    out["address"] = to_json(router_.settings().address, widths());
     out["epoch"] = epoch_text(source_.process(clocks_.now).epoch);
     if (!question_.pad.empty()) out["pad"] = question_.pad;
     return out;
@@ -374,9 +374,9 @@ class Answerer {
     const link::Links* links = source_.links();
     Page& page = page_.emplace();
     if (links != nullptr && question_.after.empty())
-      page.add(to_json(SelfView{links->self(), source_.process(clocks_.now)}));
+      page.add(to_json(links->self(), source_.process(clocks_.now)));
     fill_page(out, links, question_, page,
-              [&](const link::Link& link) { return to_json(RouterView(link, clocks_.now)); });
+              [&](const link::Link& link) { return to_json(link, clocks_.now); });
     if (!out.contains("next")) add_missing(out, *page_);
     return out;
   }
@@ -390,8 +390,7 @@ class Answerer {
     router_.missing().for_each(clocks_.now, [&](const core::MissingRouter& missing) {
       const std::uint64_t number = kMissingFirst + missing.number;
       if (out.contains("next") || number < first || linked.contains(missing.router)) return;
-      if (page.size() == question_.limit ||
-          !page.add(to_json(MissingView{missing, widths(), clocks_.now})))
+      if (page.size() == question_.limit || !page.add(to_json(missing, widths(), clocks_.now)))
         out["next"] = std::to_string(number);
     });
   }
@@ -400,9 +399,8 @@ class Answerer {
     json::object out = frame("tims/link/1");
     const link::Links* links = source_.links();
     Page& page = page_.emplace();
-    fill_page(out, links, question_, page, [&](const link::Link& link) {
-      return to_json(LinkView(*links, link, router_, clocks_.now));
-    });
+    fill_page(out, links, question_, page,
+              [&](const link::Link& link) { return to_json(*links, link, router_, clocks_.now); });
     return out;
   }
 
@@ -410,11 +408,11 @@ class Answerer {
     json::object out = frame("tims/fleet/1");
     out["fleet"] = valid_utf8(source_.config().fleet.name);
     const auto dds = source_.dds();
-    out["dds"] = json_of(dds);
+    out["dds"] = dds ? json::value(to_json(*dds)) : json::value();
     Page& page = page_.emplace();
     if (const link::Links* links = source_.links())
       for (const auto& [from, announcement] : links->fleet().routers())
-        if (!page.add(to_json(AnnouncementView{*links, announcement}))) out["partial"] = true;
+        if (!page.add(to_json(*links, announcement))) out["partial"] = true;
     return out;
   }
 
@@ -630,10 +628,10 @@ void Tracer::send_records(const core::Router& router, std::string_view name, con
   for (const Hop& hop : std::exchange(hops_, {})) {
     const json::object record{{"schema", "tims/hop/1"},
                               {"router", base::valid_utf8(name)},
-                              {"address", to_json(AddressView{router.settings().address, widths})},
+                              {"address", to_json(router.settings().address, widths)},
                               {"time", base::rfc3339(clocks.wall)},
                               {"hop", hop.hops},
-                              {"dest", to_json(AddressView{hop.header.dest, widths})},
+                              {"dest", to_json(hop.header.dest, widths)},
                               {"type", hop.header.type},
                               {"seq_nr", hop.header.seq_nr},
                               {"from", peer_json(router, hop.from)},

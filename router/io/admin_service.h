@@ -1,5 +1,5 @@
 // The router's own answers. The admin protocol's service (ADMIN.md): takes questions as JSON and
-// returns answers as JSON, generated from reports.h; and executes their requests: taking links up
+// returns answers as JSON (reports.h); and executes their requests: taking links up
 // and down, faults, routes. Also hop records (Tracer).
 #pragma once
 
@@ -14,7 +14,7 @@
 #include "router/core/router.h"
 #include "router/core/types.h"
 #include "router/io/admin_question.h"
-#include "router/io/reports.h"
+#include "router/io/admin_source.h"
 
 namespace tims::io {
 

@@ -13,13 +13,13 @@
 #include <vector>
 
 #include "router/config/config.h"
+#include "router/io/admin_source.h"
 #include "router/io/dds/dds_engine.h"
 #include "router/io/log.h"
 #include "router/io/loop.h"
 #include "router/io/net/addresses.h"
 #include "router/io/net/resolver.h"
 #include "router/io/net/udp_socket.h"
-#include "router/io/reports.h"
 #include "router/io/waiting_memory.h"
 #include "router/link/fault_injection.h"
 #include "router/link/links.h"

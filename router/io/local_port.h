@@ -21,8 +21,8 @@
 #include "router/core/router.h"
 #include "router/core/types.h"
 #include "router/io/acceptor.h"
+#include "router/io/admin_source.h"
 #include "router/io/loop.h"
-#include "router/io/reports.h"
 #include "tims/result.h"
 #include "wire/local_protocol.h"
 

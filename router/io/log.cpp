@@ -1,6 +1,7 @@
 #include "router/io/log.h"
 
 #include <algorithm>
+#include <utility>
 
 #include <fmt/core.h>
 #include <poll.h>
@@ -11,7 +12,7 @@
 #include "base/text.h"
 #include "os/clock.h"
 #include "os/environment.h"
-#include "router/io/reports.h"
+#include "router/io/event_text.h"
 
 namespace tims::io {
 namespace {

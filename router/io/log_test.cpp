@@ -94,7 +94,7 @@ struct LimitedLogTest : testing::Test {
   void happens(EventKind kind, std::string_view router = "base") {
     const core::Peer peer{.id = core::ClientId(1),
                           .port = core::PortKind::kLink,
-                          .name = core::Text<31>(router),
+                          .name = router,
                           .endpoint = std::string_view("10.0.0.1:2010")};
     log.on_event(now,
                  {.at = now, .kind = kind, .reason = core::CloseReason::kSilent, .client = peer});

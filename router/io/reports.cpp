@@ -1,34 +1,49 @@
 #include "router/io/reports.h"
 
-#include <algorithm>
 #include <array>
 #include <utility>
 #include <vector>
 
+#include <boost/json/object.hpp>
 #include <fmt/format.h>
+
+#include "base/text.h"
+#include "router/io/event_text.h"
 
 namespace tims::io {
 namespace {
 
 namespace json = boost::json;
+using base::seconds;
 using base::valid_utf8;
+using core::name;
+using link::name;
 using By = core::Router::NextHop::By;
-using Labels = std::vector<std::pair<std::string_view, std::string>>;
 
-std::string peer_text(const core::Peer& peer) {
-  std::string text(peer.name.view());
-  if (text.empty())
-    text = peer.endpoint.empty() ? "client " + std::to_string(peer.id.value)
-                                 : std::string(peer.endpoint.view());
-  if (peer.pid != 0) text += " (pid " + std::to_string(peer.pid) + ")";
-  return valid_utf8(text);
+// --- values
+
+// Null when there is none.
+json::value text(std::string_view text) {
+  return text.empty() ? json::value() : json::value(valid_utf8(text));
+}
+json::value pid(std::uint32_t pid) { return pid == 0 ? json::value() : json::value(pid); }
+json::value text(const link::NetAddress& address) {
+  return address ? text(address.to_string()) : json::value();
+}
+json::array texts(const auto& addresses) {
+  json::array texts;
+  for (const link::NetAddress& address : addresses) texts.emplace_back(address.to_string());
+  return texts;
+}
+// Null before it happened.
+json::value since(Time now, Time then) {
+  return then == Time() ? json::value() : json::value(seconds(now - then));
 }
 
-std::string refused_text(const core::Event& event, const AddressWidths& widths) {
-  std::string text =
-      event.address.to_string(widths) + " refused to " + peer_text(event.client) + ": ";
-  if (event.owner.id) return text + "it belongs to " + peer_text(event.owner);
-  return text + "it is the router's own";
+// A mailbox behind a link is reported with the name of the router at the other end of the link.
+std::string via_text(const core::Peer& owner) {
+  return owner.port == core::PortKind::kLink ? valid_utf8(owner.name.view())
+                                             : std::string(core::name(owner.port));
 }
 
 // How the next hop was found: the name in JSON and the explanation.
@@ -41,249 +56,149 @@ constexpr std::array kBys{
 };
 static_assert(core::complete(kBys, By::kNone));
 
-// "Tims(1/1) robot1"
-std::string router_text(const core::Peer& peer) {
-  std::string text = valid_utf8(peer.name.view());
-  if (!peer.endpoint.empty()) text += " (" + valid_utf8(peer.endpoint.view()) + ")";
-  return text;
+// --- links
+
+json::object identity_json(const link::Identity& who) {
+  return {{"name", text(who.name)},
+          {"role", name(who.role)},
+          {"system", who.system},
+          {"id", who.id},
+          {"address", to_json(who.address(), who.widths)},
+          {"epoch", epoch_text(who.epoch)}};
 }
 
-std::optional<std::string> text_of(const link::NetAddress& address) {
-  return address ? std::optional(address.to_string()) : std::nullopt;
+json::value clock_json(const std::optional<link::ClockOffset::Sample>& clock) {
+  if (!clock) return nullptr;
+  return {{"offset_s", static_cast<double>(clock->offset) * 1e-9},
+          {"uncertainty_s", static_cast<double>(clock->round_trip) * 0.5e-9}};
 }
 
-json::array texts_of(const auto& addresses) {
-  json::array texts;
-  for (const link::NetAddress& address : addresses) texts.emplace_back(address.to_string());
-  return texts;
+// What reports of routers and of links have in common. Nothing is known of a router that never
+// answered.
+json::object link_json(const link::Link& link, std::string_view state, Time now) {
+  const bool known = link.peer().epoch != 0;
+  const bool up = link.is_up();
+  json::object out = identity_json(link.peer());
+  if (!known)
+    for (auto& field : out) field.value() = nullptr;
+  out.insert({{"kind", name(link.settings().kind)},
+              {"state", state},
+              {"via", text(known ? link.peer().name.view() : link.settings().to)},
+              {"since_s", seconds(now - link.since())},
+              {"to", text(link.settings().to)},
+              {"rtt_s", up && link.rtt().known() ? json::value(seconds(link.rtt().smoothed()))
+                                                 : json::value()},
+              {"clock", clock_json(up ? link.clock() : std::nullopt)}});
+  return out;
 }
 
-// --- Prometheus page
-
-// A label value ends at the quote; the router's name is the only text that may contain one.
-std::string escaped(std::string_view value) {
-  std::string text;
-  for (const char c : value) {
-    if (c == '\\' || c == '"') text += '\\';
-    if (c == '\n')
-      text += "\\n";
-    else
-      text += c;
-  }
-  return text;
+json::object path_json(const link::Links& links, const link::Paths& paths, const link::Path& path,
+                       Time now) {
+  return {{"path", name(path.kind)},
+          {"used", paths.address() && path.kind == paths.kind()},
+          {"works", path.works},
+          {"trouble", text(links.trouble(path.kind))},
+          {"since_s", since(now, path.since)},
+          {"peer_address", text(path.address)},
+          {"targets", texts(path.targets)},
+          {"datagrams_in", path.counters.datagrams_in},
+          {"datagrams_out", path.counters.datagrams_out},
+          {"wire_bytes_in", path.counters.bytes_in},
+          {"wire_bytes_out", path.counters.bytes_out}};
 }
 
-class MetricsPage {
- public:
-  // Starts a metric; the following samples belong to it.
-  void family(std::string_view name, std::string_view type, std::string_view help) {
-    name_ = name;
-    text_ += fmt::format("# HELP {} {}\n# TYPE {} {}\n", name, help, name, type);
-  }
-  template <typename Number>
-  void sample(Number value, const Labels& labels = {}) {
-    text_ += name_;
-    char before = '{';
-    for (const auto& [label, text] : labels) {
-      text_ += fmt::format("{}{}=\"{}\"", before, label, escaped(text));
-      before = ',';
-    }
-    text_ += fmt::format("{} {}\n", labels.empty() ? "" : "}", value);
-  }
-  std::string take() { return std::move(text_); }
-
- private:
-  std::string_view name_;
-  std::string text_;
-};
-
-// All metrics of these reports, one sample per report. `for_each` calls a function for each
-// report.
-template <typename Report, typename ForEach, typename LabelsOf>
-void add_reports(MetricsPage& page, ForEach for_each, LabelsOf labels_of) {
-  for_each_metric<Report>([&](const Metric& metric, auto get) {
-    page.family(metric.name, metric.type, metric.help);
-    for_each([&](const Report& report) { page.sample(get(report), labels_of(report)); });
-  });
-}
-
-void add_messages(MetricsPage& page, const core::Router& router) {
-  const auto reports = core::report_counts(router);
-  add_reports<core::CountReport>(
-      page, [&](auto sample) { std::ranges::for_each(reports, sample); },
-      [](const core::CountReport& report) -> Labels {
-        return {{"port", std::string(core::name(report.port))},
-                {"class", std::to_string(report.message_class)},
-                {"outcome", std::string(core::name(report.outcome))}};
-      });
-}
-
-// Includes counters that are 0, so that a first drop is visible as a change from 0.
-void add_drops_and_events(MetricsPage& page, const core::Router& router) {
-  page.family("tims_router_drops_total", "counter", "Messages that were lost, by reason.");
-  for (const auto& label : core::kOutcomes)
-    if (core::is_drop(label.value))
-      page.sample(router.messages().total(label.value).messages,
-                  {{"reason", std::string(label.name)}});
-  page.family("tims_router_events_total", "counter", "Events of clients and mailboxes, by kind.");
-  for (const core::EventCountReport& report : core::report_event_counts(router))
-    page.sample(report.count, {{"event", std::string(core::name(report.kind))}});
-}
-
-void add_mailboxes(MetricsPage& page, const shm::Counters& counts) {
-  page.family("tims_mailbox_messages_total", "counter",
-              "Messages to mailboxes in shared memory, from all senders, by outcome.");
-  for_each_field<shm::Counters>([&](const auto& field) {
-    page.sample(std::invoke(field.get, counts), {{"outcome", std::string(field.name)}});
-  });
-}
-
-void add_clients(MetricsPage& page, const AdminSource& source) {
-  std::vector<PortUse> uses;
-  uses.reserve(core::kPortKinds.size());
-  for (const auto& port : core::kPortKinds) uses.push_back({.port = port.value});
-  source.router().clients().for_each([&](const core::Client& client) {
-    PortUse& use = uses[static_cast<std::size_t>(client.info.port)];
-    ++use.clients;
-    use.queued_bytes += source.queued_bytes(client.info.port, client.info.token);
-  });
-  std::erase_if(uses, [](const PortUse& use) { return use.port == core::PortKind::kRouter; });
-  add_reports<PortUse>(
-      page, [&](auto sample) { std::ranges::for_each(uses, sample); },
-      [](const PortUse& use) -> Labels {
-        return {{"port", std::string(core::name(use.port))}};
-      });
-}
-
-// Sorted by the other router's name: there are few, and their order rarely changes.
-void add_links(MetricsPage& page, const AdminSource& source, Time now) {
-  const link::Links* links = source.links();
-  if (links == nullptr) return;
-  add_reports<LinkView>(
-      page,
-      [&](auto sample) {
-        links->for_each(
-            [&](const link::Link& link) { sample(LinkView(*links, link, source.router(), now)); });
-      },
-      [](const LinkView& v) -> Labels {
-        const std::string_view name =
-            v.is_known() ? v.link.peer().name.view() : std::string_view(v.link.settings().to);
-        return {{"link", std::string(name)},
-                {"kind", std::string(core::name(v.link.settings().kind))}};
-      });
-}
-
-void add_process(MetricsPage& page, const ProcessReport& process,
-                 const core::StatusReport& status) {
-  add_reports<StatusView>(
-      page,
-      [&](auto sample) {
-        sample(StatusView{status, process});
-      },
-      [](const StatusView&) { return Labels(); });
-  page.family("tims_router_info", "gauge", "Always 1; labels identify this router.");
-  page.sample(1, {{"name", process.name},
-                  {"address", status.address.to_string(status.widths)},
-                  {"version", process.version}});
+// The current address, or else the first candidate.
+json::value peer_address(const link::Link& link) {
+  if (link.address()) return text(link.address());
+  const std::vector<link::NetAddress> places = link.paths().to_call(true);
+  return places.empty() ? json::value() : text(places.front());
 }
 
 }  // namespace
 
-// --- texts
-
 std::string epoch_text(std::uint64_t epoch) { return fmt::format("{:016x}", epoch); }
 
-std::string via_text(const core::Peer& owner) {
-  return owner.port == core::PortKind::kLink ? valid_utf8(owner.name.view())
-                                             : std::string(core::name(owner.port));
+// --- addresses, clients, mailboxes
+
+json::object to_json(Address address, const AddressWidths& widths) {
+  return {{"name", address.to_string(widths)}, {"raw", address.to_hex()}};
 }
 
-std::string event_text(const core::Event& event, const AddressWidths& widths) {
-  using core::EventKind;
-  const std::string address = event.address.to_string(widths);
-  const std::string client = peer_text(event.client);
-  const std::string reason(core::sentence(event.reason));
-  switch (event.kind) {
-    case EventKind::kClientCame:
-      return client + " connected";
-    case EventKind::kRegistered:
-      return address + " registered by " + client;
-    case EventKind::kWithdrawn:
-      return address + " withdrawn by " + client;
-    case EventKind::kAddressRefused:
-      if (event.client.port == core::PortKind::kLink)
-        return address + " announced by " + router_text(event.client) +
-               " is refused: the [[link]] it arrived on is for another system";
-      return refused_text(event, widths);
-    case EventKind::kMailboxLimit:
-      if (event.client.port == core::PortKind::kLink)
-        return router_text(event.client) +
-               " announces more mailboxes than its [[link]] allows "
-               "(link.mailboxes): " +
-               address + " and following ones are refused";
-      return address + " refused to " + client + ": limits.mailboxes_per_client";
-    case EventKind::kDeleteRefused:
-      return client + " may not delete " + address + ": it belongs to " + peer_text(event.owner);
-    case EventKind::kClientRefused:
-      return client + " was refused: " + reason;
-    case EventKind::kClientWent:
-      return client + " disconnected" + (reason.empty() ? "" : ": ") + reason;
-    case EventKind::kLinkUp:
-      return "link to " + router_text(event.client) + " is up";
-    case EventKind::kLinkDown:
-      return "link to " + router_text(event.client) + " is down: " + reason;
-    case EventKind::kLinkRefused:
-      return "link with " + router_text(event.client) +
-             " refused: " + valid_utf8(event.text.view());
-    case EventKind::kLinkPath:
-      return "link to " + router_text(event.client) + " changed from " +
-             valid_utf8(event.text.view());
-    case EventKind::kUplinkChanged:
-      return event.client.id ? "unknown destinations are sent up to " + router_text(event.client)
-                             : std::string("there is no super router now");
-    case EventKind::kDuplicateAddress:
-      return address + " of " + router_text(event.client) + " is not used: " +
-             (event.owner.id ? router_text(event.owner) : std::string("this router")) +
-             " has it already";
-    case EventKind::kDuplicateRouter:
-      return address + " is both " + router_text(event.client) + " and " +
-             router_text(event.owner) + ": change the system or id of one of them";
-    case EventKind::kLoop:
-      return "messages to " + address + " are in a loop: they come from " +
-             router_text(event.client) + " and would go on to " + router_text(event.owner);
-    case EventKind::kWatchdogClosed:
-    case EventKind::kProtocolError:
-      return client + " was disconnected: " + reason;
-    default:
-      return std::string(core::sentence(event.kind));
-  }
+json::object to_json(const core::Peer& peer) {
+  return {{"client", peer.id.value},
+          {"port", name(peer.port)},
+          {"name", text(peer.name)},
+          {"pid", pid(peer.pid)},
+          {"peer", text(peer.endpoint)}};
 }
 
-// --- routes
+json::object to_json(const core::ClientReport& report) {
+  const core::Peer& client = report.client;
+  return {{"id", client.id.value},
+          {"port", name(client.port)},
+          {"name", text(client.name)},
+          {"pid", pid(client.pid)},
+          {"uid", client.port == core::PortKind::kLocal ? json::value(report.uid) : json::value()},
+          {"peer", text(client.endpoint)},
+          {"connected_s", seconds(report.connected)},
+          {"mailboxes", report.mailboxes},
+          {"watched", report.watched},
+          {"in_messages", report.in.messages},
+          {"in_bytes", report.in.bytes},
+          {"out_messages", report.out.messages},
+          {"out_bytes", report.out.bytes},
+          {"drops", report.dropped.messages},
+          {"drop_bytes", report.dropped.bytes}};
+}
+
+json::object to_json(const core::MailboxReport& report, const AddressWidths& widths) {
+  const auto& origin = report.origin;
+  return {{"address", to_json(report.address, widths)},
+          {"via", via_text(report.owner)},
+          {"owner", to_json(report.owner)},
+          {"router", origin ? json::value(to_json(origin->router, widths)) : json::value()},
+          {"hops", origin ? origin->hops : 0},
+          {"age_s", seconds(report.age)}};
+}
+
+json::object to_json(const shm::Counters& counts) {
+  return {{"received", counts.received},
+          {"replaced", counts.replaced},
+          {"refused", counts.refused},
+          {"too_big", counts.too_big},
+          {"reclaimed", counts.reclaimed}};
+}
+
+json::object to_json(const MailboxFill& fill) {
+  json::object out{
+      {"slots", fill.slots}, {"message_max_bytes", fill.message_max}, {"waiting", fill.waiting}};
+  for (const auto& [outcome, count] : to_json(fill.counts)) out[outcome] = count;
+  out["asleep"] = fill.asleep;
+  return out;
+}
 
 json::object to_json(const core::RouteReport& report, Address to, const AddressWidths& widths) {
   using Verdict = core::RouteReport::Verdict;
-  json::object out{{"address", to_json(AddressView{to, widths})},
-                   {"not_available", report.not_available}};
+  json::object out{{"address", to_json(to, widths)}, {"not_available", report.not_available}};
   switch (report.verdict) {
     case Verdict::kDeliver:
       out["verdict"] = "deliver";
-      out["reason"] = "registered by " + peer_text(report.mailbox->owner);
+      out["reason"] = "registered by " + client_text(report.mailbox->owner);
       out["via"] = via_text(report.mailbox->owner);
       out["owner"] = to_json(report.mailbox->owner);
-      out["age_s"] = base::seconds(report.mailbox->age);
+      out["age_s"] = seconds(report.mailbox->age);
       break;
     case Verdict::kForward:
       out["verdict"] = "forward";
       out["via"] = via_text(report.link);
       out["by"] = core::label(kBys, report.by).name;
-      out["next_router"] = to_json(AddressView{report.next, widths});
+      out["next_router"] = to_json(report.next, widths);
       out["reason"] = "goes to " + valid_utf8(report.link.name.view()) + ": " +
                       std::string(core::label(kBys, report.by).sentence);
       if (report.mailbox) {
-        out["lives_at"] = to_json(AddressView{report.mailbox->origin->router, widths});
+        out["lives_at"] = to_json(report.mailbox->origin->router, widths);
         out["hops"] = report.mailbox->origin->hops;
-        out["age_s"] = base::seconds(report.mailbox->age);
+        out["age_s"] = seconds(report.mailbox->age);
       }
       break;
     case Verdict::kNoRoute:
@@ -299,58 +214,176 @@ json::object to_json(const core::RouteReport& report, Address to, const AddressW
   return out;
 }
 
-// --- links
+// --- counters and events
 
-json::array Fields<PathView>::targets(const PathView& v) { return texts_of(v.path.targets); }
-
-std::optional<std::string> Fields<PathView>::peer_address(const PathView& v) {
-  return text_of(v.path.address);
+json::object to_json(const core::CountReport& report) {
+  return {{"port", name(report.port)},
+          {"class", report.message_class},
+          {"outcome", name(report.outcome)},
+          {"meaning", core::sentence(report.outcome)},
+          {"dropped", core::is_drop(report.outcome)},
+          {"messages", report.count.messages},
+          {"bytes", report.count.bytes}};
 }
 
-json::array Fields<LinkView>::paths(const LinkView& v) {
+json::object to_json(const core::Event& event, const Clocks& clocks, const AddressWidths& widths) {
+  return {{"seq", event.sequence},
+          {"time", base::rfc3339(clocks.wall_time(event.at))},
+          {"kind", name(event.kind)},
+          {"address",
+           event.address.raw() != 0 ? json::value(to_json(event.address, widths)) : json::value()},
+          {"client", to_json(event.client)},
+          {"owner", event.owner.id ? json::value(to_json(event.owner)) : json::value()},
+          {"reason", event.reason == core::CloseReason::kNone ? json::value()
+                                                              : json::value(name(event.reason))},
+          {"text", valid_utf8(event_text(event, widths))}};
+}
+
+// --- the router and its process
+
+json::object to_json(const core::StatusReport& router, const ProcessReport& process) {
+  const AddressWidths& w = router.widths;
+  json::value udp;
+  if (const auto& socket = process.udp_socket)
+    udp = {{"asked_buffer_bytes", socket->asked_buffer_bytes},
+           {"receive_buffer_bytes", socket->receive_buffer_bytes},
+           {"send_buffer_bytes", socket->send_buffer_bytes},
+           {"dropped_by_kernel", socket->dropped_by_kernel}};
+  return {{"name", valid_utf8(process.name)},
+          {"address", to_json(router.address, w)},
+          {"widths", json::array{w.system, w.class_id, w.instance, w.local}},
+          {"version", valid_utf8(process.version)},
+          {"pid", process.pid},
+          {"epoch", epoch_text(process.epoch)},
+          {"uptime_s", seconds(process.uptime)},
+          {"clients", router.clients},
+          {"mailboxes", router.mailboxes},
+          {"messages", router.forwarded.messages},
+          {"bytes", router.forwarded.bytes},
+          {"drops", router.drops},
+          {"drops_last_minute", router.drops_last_minute},
+          {"rss_bytes", process.rss_bytes},
+          {"table_bytes", router.table_bytes},
+          {"longest_turn_s", seconds(process.longest_turn)},
+          {"listen", json::object{{"unix", text(process.unix_path)},
+                                  {"tcp", text(process.tcp)},
+                                  {"http", text(process.http)},
+                                  {"udp", text(process.udp)}}},
+          {"udp", std::move(udp)},
+          {"last_event", router.last_event}};
+}
+
+json::object to_json(const DdsReport& report) {
+  return {{"state", valid_utf8(report.state)},
+          {"trouble", text(report.trouble)},
+          {"address", text(report.address)},
+          {"samples_in", report.samples_in},
+          {"samples_out", report.samples_out},
+          {"datagrams_in", report.datagrams_in},
+          {"datagrams_out", report.datagrams_out},
+          {"strange", report.strange},
+          {"refused", report.refused},
+          {"unmatched", report.unmatched},
+          {"waiting_bytes", report.waiting_bytes}};
+}
+
+// --- routers and links
+
+json::object to_json(const link::Identity& self, const ProcessReport& process) {
+  json::object out = identity_json(self);
+  out.insert({{"kind", "self"},
+              {"state", "up"},
+              {"via", nullptr},
+              {"since_s", seconds(process.uptime)},
+              {"version", valid_utf8(process.version)}});
+  return out;
+}
+
+json::object to_json(const link::Link& link, Time now) {
+  return link_json(link, link.is_up() ? "up" : "down", now);
+}
+
+json::object to_json(const core::MissingRouter& missing, const AddressWidths& widths, Time now) {
+  const json::value via = text(missing.via);
+  const auto fields = missing.router.fields(widths);
+  return {{"name", missing.router == missing.behind ? via : json::value()},
+          {"role", nullptr},
+          {"system", fields.system},
+          {"id", fields.instance},
+          {"address", to_json(missing.router, widths)},
+          {"epoch", nullptr},
+          {"kind", "missing"},
+          {"state", "down"},
+          {"via", via},
+          {"behind", to_json(missing.behind, widths)},
+          {"since_s", seconds(now - missing.since)},
+          {"rtt_s", nullptr},
+          {"clock", nullptr}};
+}
+
+json::object to_json(const link::Links& links, const link::Link& link, const core::Router& router,
+                     Time now) {
+  const link::LinkSession& session = link.session();
+  const auto& counters = session.counters();
+  const core::Client none;
+  const core::Client* known = router.client(link.client());
+  const core::Client& client = known == nullptr ? none : *known;
   json::array paths;
-  for (const link::Path& path : v.link.paths().all())
-    paths.push_back(to_json(PathView{v.links, v.link.paths(), path, v.now}));
-  return paths;
-}
-
-// The current address, or else the first candidate.
-std::optional<std::string> Fields<LinkView>::peer_address(const LinkView& v) {
-  if (v.link.address()) return text_of(v.link.address());
-  const std::vector<link::NetAddress> places = v.link.paths().to_call(true);
-  return places.empty() ? std::nullopt : text_of(places.front());
-}
-
-json::array Fields<LinkView>::queue_bytes(const LinkView& v) {
+  for (const link::Path& path : link.paths().all())
+    paths.push_back(path_json(links, link.paths(), path, now));
   json::array queue;
   for (std::size_t lane = 0; lane < link::kLanes; ++lane)
-    queue.push_back(v.session().queued_bytes(lane));
-  return queue;
+    queue.push_back(session.queued_bytes(lane));
+  json::object out = link_json(link, name(link.state()), now);
+  out.insert({{"peer", link.peer().epoch != 0 ? text(link.peer().name) : json::value()},
+              {"connects", link.settings().connects},
+              {"active", &link == links.uplink()},
+              {"path", name(link.paths().kind())},
+              {"path_why", text(link.paths().why())},
+              {"path_since_s",
+               link.is_up() ? json::value(seconds(now - link.paths().since())) : json::value()},
+              {"paths", std::move(paths)},
+              {"peer_address", peer_address(link)},
+              {"refusal", text(link.refusal())},
+              {"heard_s", since(now, link.last_received())},
+              {"keep_alive_s", seconds(link.settings().keep_alive)},
+              {"loss_in", session.loss_permille() / 1000.0},
+              {"loss_out", link.their_loss_permille() / 1000.0},
+              {"mtu_bytes", session.mtu()},
+              {"window_bytes", session.congestion().window()},
+              {"in_flight_bytes", session.in_flight()},
+              {"queue_delay_s", seconds(session.congestion().queue_delay())},
+              {"rate_limit_bytes_per_s", link.settings().session.rate},
+              {"queue_bytes", std::move(queue)},
+              {"packets_in", counters.packets_in},
+              {"packets_out", counters.packets_out},
+              {"packets_lost", counters.packets_lost},
+              {"packets_duplicate", counters.packets_duplicate},
+              {"sample_repeats", counters.sample_repeats},
+              {"samples_incomplete", session.samples_in().incomplete()},
+              {"samples_overtaken", session.samples_in().overtaken()},
+              {"wire_bytes_in", counters.bytes_in},
+              {"wire_bytes_out", counters.bytes_out},
+              {"mailboxes", link.mailboxes()},
+              {"mailboxes_refused", link.mailboxes_refused()},
+              {"in_messages", client.in.messages},
+              {"in_bytes", client.in.bytes},
+              {"out_messages", client.out.messages},
+              {"out_bytes", client.out.bytes},
+              {"drops", client.dropped.messages}});
+  return out;
 }
 
-json::array Fields<AnnouncementView>::udp(const AnnouncementView& v) {
-  return texts_of(v.announcement.udp);
-}
-
-bool Fields<AnnouncementView>::linked(const AnnouncementView& v) {
+json::object to_json(const link::Links& links, const link::Announcement& announcement) {
   bool linked = false;
-  v.links.for_each([&](const link::Link& link) {
-    if (link.is_up() && link.peer().epoch == v.announcement.who.epoch) linked = true;
+  links.for_each([&](const link::Link& link) {
+    linked = linked || (link.is_up() && link.peer().epoch == announcement.who.epoch);
   });
-  return linked;
-}
-
-// --- metrics
-
-std::string metrics_text(const AdminSource& source, Time now) {
-  MetricsPage page;
-  add_messages(page, source.router());
-  add_drops_and_events(page, source.router());
-  add_mailboxes(page, source.mailbox_counts());
-  add_clients(page, source);
-  add_links(page, source, now);
-  add_process(page, source.process(now), core::report_status(source.router(), now));
-  return page.take();
+  json::object out = identity_json(announcement.who);
+  out.insert({{"udp", texts(announcement.udp)},
+              {"dds", announcement.dds.to_string()},
+              {"linked", linked}});
+  return out;
 }
 
 }  // namespace tims::io

@@ -117,7 +117,7 @@ struct Identity {
   Role role = Role::kSystem;
   std::uint8_t system = 0;
   std::uint8_t id = 0;
-  core::Text<63> name{};
+  Text<64> name{};
   AddressWidths widths{};
   std::uint32_t message_max = 0;  // bytes, header included
   core::PriorityClasses classes{};
@@ -234,7 +234,7 @@ struct Refuse {
   std::uint8_t version_max = kVersionMax;
   std::uint64_t echo = 0;  // Hello::token
   RefuseCode code = RefuseCode::kVersion;
-  core::Text<191> text{};  // names the router and the reason
+  Text<192> text{};  // names the router and the reason
 };
 
 struct Reset {
@@ -259,7 +259,7 @@ std::size_t encode(const Reset& reset, std::span<std::byte> to);
 // A router's announcement to its whole fleet, with which others find it without a configured
 // address. It is part of DDS discovery (the participant's user data).
 struct Announcement {
-  core::Text<63> fleet{};
+  Text<64> fleet{};
   Identity who{};
   NetAddress dds{};               // source of the announcement; not encoded
   std::vector<NetAddress> udp{};  // where it receives datagrams; kAnnouncedAddressesMax at most

@@ -154,7 +154,7 @@ void Link::come_up(Time now) {
   if (is_up()) return;
   client_ = router_.connect(now, {.port = core::PortKind::kLink,
                                   .token = slot_,
-                                  .name = core::Text<31>(peer_.name.view()),
+                                  .name = peer_.name.view(),
                                   .endpoint = std::string_view(address().to_string()),
                                   .link = {.kind = settings_.kind,
                                            .role = peer_.role,

@@ -131,7 +131,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   [[nodiscard]] const Paths& paths() const { return paths_; }
   [[nodiscard]] Time since() const { return since_; }  // start of the current state
   [[nodiscard]] Time last_received() const { return last_received_; }
-  [[nodiscard]] const core::Text<191>& refusal() const { return refusal_; }
+  [[nodiscard]] const Text<192>& refusal() const { return refusal_; }
   [[nodiscard]] const LinkSession& session() const { return session_; }
   [[nodiscard]] const RttEstimator& rtt() const { return rtt_; }
   [[nodiscard]] std::optional<ClockOffset::Sample> clock() const { return clock_.best(); }
@@ -186,7 +186,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   // their newest token; proves that we are the router it was issued to
   std::uint64_t known_token_ = 0;
   core::ClientId client_{};
-  core::Text<191> refusal_{};
+  Text<192> refusal_{};
 
   Time next_hello_ = kNever;
   int hellos_ = 0;  // number of HELLOs since connecting began

@@ -9,7 +9,7 @@
 
 #include "os/clock.h"
 #include "router/io/admin_service.h"
-#include "router/io/reports.h"
+#include "router/io/metrics.h"
 #include "wire/header.h"
 
 namespace tims::io {

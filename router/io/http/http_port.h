@@ -17,9 +17,9 @@
 #include "base/slot_map.h"
 #include "router/core/byte_chain.h"
 #include "router/core/router.h"
+#include "router/io/admin_source.h"
 #include "router/io/http/http_server.h"
 #include "router/io/http/websocket_session.h"
-#include "router/io/reports.h"
 #include "router/io/waiting_memory.h"
 
 namespace tims::io {
