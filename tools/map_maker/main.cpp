@@ -12,6 +12,7 @@
 #include "components/localisation/ros_map.h"
 #include "components/mapping/map_maker.h"
 #include "components/position/map_file.h"
+#include "os/file.h"
 #include "tools/cli/failure.h"
 #include "tools/evaluation/mcl_eval/evaluation.h"
 #include "tools/evaluation/mcl_eval/files.h"
@@ -69,7 +70,7 @@ Input read_recording(const Wanted& wanted, const std::string& text) {
   const std::filesystem::path path(wanted.log);
   const std::string base = (path.parent_path() / path.stem()).string();
   const auto scan_file = [&](std::size_t number) {
-    return navigation::read_file(fmt::format("{}_{}.2d", base, number));
+    return tims::os::read_file(fmt::format("{}_{}.2d", base, number));
   };
   Input input;
   input.drive =
