@@ -2,7 +2,6 @@
 
 #include <csignal>
 #include <fstream>
-#include <iterator>
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -14,8 +13,7 @@ namespace rack {
 namespace log_file_test {
 
 std::string content(const std::string& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
+  return tims::os::read_file(path).value_or("unreadable");
 }
 
 TEST(LogFile, GrowsByLines) {
