@@ -85,7 +85,11 @@ template void ArgumentParser::option(const std::string&, std::optional<std::uint
 
 void ArgumentParser::option(const std::string& names, const char* type,
                             std::vector<std::string>& values, const std::string& help) {
-  app_->add_option(names, values, help)->type_name(type)->expected(1)->take_all();
+  app_->add_option(names, values, help)
+      ->type_name(type)
+      ->expected(1)
+      ->take_all()
+      ->allow_extra_args(false);
 }
 
 void ArgumentParser::option(const std::string& names, std::string_view type,

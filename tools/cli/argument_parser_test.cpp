@@ -91,7 +91,7 @@ TEST_F(ArgumentParserTest, HelpShowsAllWithTheUsualValues) {
   EXPECT_EQ(ended(line_, {"--help"}, refused).status, 0);
   EXPECT_EQ(ended(line_, {"--version"}, refused).status, 0);
   const std::string help = line_.help();
-  for (const char* part : {"What x is for.", "FILE", "a file", "--quiet", "[usual]", "[0.5]",
+  for (const char* part : {"What x is for.", "FILE", "a file", "--quiet", "=usual", "=0.5",
                            "--set NAME=NUMBER", "What follows."})
     EXPECT_THAT(help, HasSubstr(part));
 }
