@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <optional>
 #include <system_error>
@@ -11,6 +10,7 @@
 
 #include "base/text.h"
 #include "os/environment.h"
+#include "os/file.h"
 #include "rack/proxies/generic.h"
 
 namespace rack {
@@ -20,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 namespace json = boost::json;
 
-constexpr std::uintmax_t kFileMax = 1 << 20;
+constexpr std::size_t kFileMax = 1 << 20;
 constexpr std::size_t kNameMax = 64;
 constexpr std::size_t kFieldsMax = 200;
 constexpr std::size_t kStructsMax = 256;
@@ -320,16 +320,16 @@ std::deque<std::unique_ptr<MessageFile>>& loaded() {
 }
 
 // Returns the problem; empty: none.
-std::string load(const fs::path& path) {
+std::string load(const std::string& path) {
   std::error_code error;
-  if (!fs::is_regular_file(path, error)) return "is not a file";
-  if (fs::file_size(path, error) > kFileMax) return "is larger than 1 MiB";
-  std::ifstream stream(path, std::ios::binary);
-  if (!stream) return "cannot be read";
-  auto file = MessageFile::parse(std::string(std::istreambuf_iterator<char>(stream), {}));
-  if (!file) return file.error().detail();
+  if (!fs::is_regular_file(path, error)) return path + ": is not a file";
+  const auto content = tims::os::read_file(path, kFileMax);
+  if (!content) return content.error().detail();
+  auto file = MessageFile::parse(*content);
+  if (!file) return path + ": " + file.error().detail();
   // If another file has described this class before, that file has priority.
-  if (const auto added = add_class((*file)->class_info()); !added) return added.error().detail();
+  if (const auto added = add_class((*file)->class_info()); !added)
+    return path + ": " + added.error().detail();
   loaded().push_back(*std::move(file));
   return {};
 }
@@ -370,8 +370,8 @@ std::vector<std::string> load_message_files() {
   std::vector<std::string> problems;
   for (const fs::path& place : places()) {
     for (const fs::path& file : files_in(place)) {
-      const std::string problem = load(file);
-      if (!problem.empty()) problems.push_back(file.string() + ": " + problem);
+      if (std::string problem = load(file); !problem.empty())
+        problems.push_back(std::move(problem));
     }
   }
   return problems;

@@ -2,8 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <deque>
-#include <fstream>
-#include <iterator>
 #include <mutex>
 #include <string>
 #include <utility>
@@ -173,10 +171,9 @@ class DatalogRec : public DataModule<DatalogData> {
     if (path.empty()) {
       list = built_in();
     } else {
-      std::ifstream file(path);
-      if (!file) return tims::os::system_error(path);
-      const auto read =
-          read_list(std::string(std::istreambuf_iterator<char>(file), {}), address_widths());
+      const auto content = tims::os::read_file(path);
+      if (!content) return content.error();
+      const auto read = read_list(*content, address_widths());
       if (!read) return tims::Error(read.error().code(), path + ", " + read.error().detail());
       list = *read;
     }

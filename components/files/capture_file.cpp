@@ -23,49 +23,43 @@ constexpr std::size_t kWaitingMax = 8 << 20;
 constexpr auto kWriteEvery = std::chrono::seconds(1);  // limits what a loss of power can destroy
 constexpr std::size_t kRecordOverhead = 80;
 
-// The state of an existing recording.
-struct Continued {
-  tims::Duration time{};
-  bool is_cut = false;  // the last line is incomplete after a crash
-};
-
 // Finds the time of the last record. `written`: modification time of the file.
-Continued end_of(int file, off_t size, const timespec& written) {
+tims::Duration end_of(int file, off_t size, const timespec& written) {
   constexpr off_t kTail = 256 << 10;
   std::string tail(static_cast<std::size_t>(std::min(size, kTail)), '\0');
   const ssize_t got = ::pread(file, tail.data(), tail.size(), std::max<off_t>(0, size - kTail));
   tail.resize(static_cast<std::size_t>(std::max<ssize_t>(0, got)));
-  const tims::Duration ago =
-      tims::os::wall_now().time_since_epoch() -
-      (std::chrono::seconds(written.tv_sec) + tims::Duration(written.tv_nsec));
-  Continued end{.time = std::max(tims::Duration(0), ago), .is_cut = !tail.ends_with('\n')};
+  tims::Duration end = std::max(tims::Duration(0), tims::os::wall_now().time_since_epoch() -
+                                                       (std::chrono::seconds(written.tv_sec) +
+                                                        tims::Duration(written.tv_nsec)));
   CaptureRecord record;
+  tail.resize(tail.rfind('\n') + 1);  // npos + 1 is 0: no whole line
   for (std::string_view rest = tail; !rest.empty();) {
-    const std::size_t length = rest.size() - (rest.ends_with('\n') ? 1 : 0);
-    const std::size_t before = rest.substr(0, length).rfind('\n');  // or npos, which + 1 is 0
-    if (const auto parsed = parse_record(rest.substr(before + 1, length - before - 1), record);
-        parsed && *parsed && record.direction != Direction::kMade) {
-      end.time += record.time;
-      break;
-    }
-    rest = rest.substr(0, before + 1);
+    rest.remove_suffix(1);
+    const std::size_t begin = rest.rfind('\n') + 1;
+    if (const auto parsed = parse_record(rest.substr(begin), record);
+        parsed && *parsed && record.direction != Direction::kMade)
+      return end + record.time;
+    rest = rest.substr(0, begin);
   }
   return end;
 }
 
-// Empty for a new file and for other kinds of files (a pipe, /dev/null).
-Result<std::optional<Continued>> continued(int file, const std::string& path) {
+// The time at which an existing recording is continued; 0 for a new file and for other kinds of
+// files (a pipe, /dev/null).
+Result<tims::Duration> continued_at(const std::string& path) {
   struct stat status {};
-  if (::fstat(file, &status) != 0) return tims::os::system_error(path);
-  if (!S_ISREG(status.st_mode) || status.st_size == 0) return std::optional<Continued>();
+  if (::stat(path.c_str(), &status) != 0 || !S_ISREG(status.st_mode) || status.st_size == 0)
+    return tims::Duration(0);
+  const File file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!file) return tims::os::system_error(path);
   std::array<std::byte, 512> beginning{};
-  const ssize_t got = ::pread(file, beginning.data(), beginning.size(), 0);
+  const ssize_t got = ::pread(file.get(), beginning.data(), beginning.size(), 0);
   const auto size = static_cast<std::size_t>(std::max<ssize_t>(0, got));
   if (format_of(std::span(beginning).first(size)) != RecordingFormat::kCapture)
     return tims::Error(tims::Errc::kInvalidArgument,
                        path + " exists and is not a recording: not overwritten");
-  ::lseek(file, 0, SEEK_END);
-  return std::optional(end_of(file, status.st_size, status.st_mtim));
+  return end_of(file.get(), status.st_size, status.st_mtim);
 }
 
 }  // namespace
@@ -73,19 +67,18 @@ Result<std::optional<Continued>> continued(int file, const std::string& path) {
 Result<std::unique_ptr<CaptureFile>> CaptureFile::create(const std::string& path,
                                                          std::string_view device,
                                                          tims::Time begin) {
-  File file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644));
-  if (!file) return tims::os::system_error(path);
-  const auto before = continued(file.get(), path);
+  const auto before = continued_at(path);
   if (!before) return before.error();
-  if (*before) begin -= (*before)->time;
-  auto capture = std::unique_ptr<CaptureFile>(new CaptureFile(std::move(file), path, begin));
-  std::string header = capture_header(device, tims::base::rfc3339(tims::os::wall_now()));
-  if (*before && (*before)->is_cut) header.insert(0, "\n");
+  LogFile file;
+  if (const auto opened = file.open(path); !opened) return opened.error();
+  auto capture =
+      std::unique_ptr<CaptureFile>(new CaptureFile(std::move(file), path, begin - *before));
+  const std::string header = capture_header(device, tims::base::rfc3339(tims::os::wall_now()));
   capture->append(header.size(), [&](std::string& text) { text += header; });
   return capture;
 }
 
-CaptureFile::CaptureFile(File file, std::string path, tims::Time begin)
+CaptureFile::CaptureFile(LogFile file, std::string path, tims::Time begin)
     : file_(std::move(file)), path_(std::move(path)), begin_(begin) {
   waiting_.reserve(kWaitingMax);
   writer_ = std::thread([this] { write_until_ended(); });
@@ -147,7 +140,9 @@ void CaptureFile::write_until_ended() {
       text.clear();
       std::swap(text, waiting_);
     }
-    on_written(text, write_all(text));
+    auto written = file_.append(text);
+    if (written) written = file_.sync();
+    on_written(text, written);
   }
 }
 
@@ -164,25 +159,6 @@ void CaptureFile::on_written(std::string_view text, const Result<void>& written)
            std::to_string(lost_ - told_) + " records are missing in it";
   told_ = lost_;
   failed_ = !written;
-}
-
-// Writes whole records: what a full disk accepted only in part is truncated again.
-Result<void> CaptureFile::write_all(std::string_view text) {
-  const off_t begin = ::lseek(file_.get(), 0, SEEK_CUR);
-  while (!text.empty()) {
-    const ssize_t size = ::write(file_.get(), text.data(), text.size());
-    if (size < 0 && errno == EINTR) continue;
-    if (size <= 0) {
-      auto error = tims::os::system_error(path_);
-      (void)::ftruncate(file_.get(), begin);
-      ::lseek(file_.get(), begin, SEEK_SET);
-      return error;
-    }
-    text.remove_prefix(static_cast<std::size_t>(size));
-  }
-  // EINVAL: the file is a pipe or /dev/null.
-  if (::fdatasync(file_.get()) != 0 && errno != EINVAL) return tims::os::system_error(path_);
-  return {};
 }
 
 }  // namespace rack::device

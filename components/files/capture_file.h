@@ -12,8 +12,8 @@
 #include <string>
 #include <thread>
 
+#include "components/files/log_file.h"
 #include "components/recordings/capture.h"
-#include "os/file.h"
 
 namespace rack::device {
 
@@ -38,14 +38,13 @@ class CaptureFile {
   void finish();
 
  private:
-  CaptureFile(tims::os::File file, std::string path, tims::Time begin);
+  CaptureFile(LogFile file, std::string path, tims::Time begin);
   template <typename Append>
   void append(std::size_t room, Append append);
   void write_until_ended();
-  tims::Result<void> write_all(std::string_view text);
   void on_written(std::string_view text, const tims::Result<void>& written);
 
-  tims::os::File file_;
+  LogFile file_;
   const std::string path_;
   const tims::Time begin_;
   mutable std::mutex mutex_;

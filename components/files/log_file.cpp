@@ -1,5 +1,6 @@
 #include "components/files/log_file.h"
 
+#include <algorithm>
 #include <array>
 
 #include <fcntl.h>
@@ -24,17 +25,19 @@ tims::Error LogFile::error() const { return failed(path_); }
 tims::Result<void> LogFile::create(const std::string& path) {
   path_ = path;
   size_ = 0;
-  file_ = tims::os::File(::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
+  file_ = tims::os::File(
+      ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644));
   if (!file_) return error();
   return {};
 }
 
 tims::Result<std::uint64_t> LogFile::open(const std::string& path) {
   path_ = path;
-  file_ = tims::os::File(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644));
+  file_ = tims::os::File(::open(path.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
   if (!file_) return error();
-  const off_t there = ::lseek(file_.get(), 0, SEEK_END);
-  if (there < 0) return error();
+  off_t there = ::lseek(file_.get(), 0, SEEK_END);
+  if (there < 0 && errno != ESPIPE) return error();
+  there = std::max<off_t>(there, 0);
   const auto end = end_of_lines(there);
   if (!end) return end.error();
   size_ = *end;
@@ -62,8 +65,7 @@ tims::Result<off_t> LogFile::end_of_lines(off_t size) const {
 tims::Result<void> LogFile::append(std::string_view text) {
   std::size_t written = 0;
   while (written < text.size()) {
-    const ssize_t size = ::pwrite(file_.get(), text.data() + written, text.size() - written,
-                                  size_ + static_cast<off_t>(written));
+    const ssize_t size = ::write(file_.get(), text.data() + written, text.size() - written);
     if (size < 0 && errno == EINTR) continue;
     if (size <= 0) {
       const tims::Error why = error();
@@ -78,7 +80,8 @@ tims::Result<void> LogFile::append(std::string_view text) {
 }
 
 tims::Result<void> LogFile::sync() {
-  if (::fdatasync(file_.get()) != 0) return error();
+  // EINVAL: the file is a pipe or a device.
+  if (::fdatasync(file_.get()) != 0 && errno != EINVAL) return error();
   return {};
 }
 

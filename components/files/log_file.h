@@ -1,4 +1,6 @@
-// A file to which whole lines are appended. When the disk is full, operations fail with kDiskFull.
+// A file to which whole lines are appended: the one rule for all files that grow, so that neither a
+// full disk nor a crash leaves a part of a line. When the disk is full, operations fail with
+// kDiskFull. It may also be a pipe or a device such as /dev/null.
 #pragma once
 
 #include <cstdint>

@@ -2,10 +2,10 @@
 
 #include <csignal>
 #include <fstream>
-#include <iterator>
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 
 #include "tests/support/temporary_folder.h"
 
@@ -13,8 +13,7 @@ namespace rack {
 namespace log_file_test {
 
 std::string content(const std::string& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
+  return tims::os::read_file(path).value_or("unreadable");
 }
 
 TEST(LogFile, GrowsByLines) {
@@ -86,6 +85,23 @@ TEST(LogFile, NeverKeepsHalfALine) {
   ASSERT_EQ(::setrlimit(RLIMIT_FSIZE, &before), 0);
   EXPECT_TRUE(file.append("two\n").ok());
   EXPECT_EQ(content(path), "one\ntwo\n");
+}
+
+TEST(LogFile, MayBeAPipeOrADevice) {
+  const tims::test::TemporaryFolder folder;
+  const std::string path = folder.path() / "pipe";
+  ASSERT_EQ(::mkfifo(path.c_str(), 0600), 0);
+  for (const std::string& name : {path, std::string("/dev/null")}) {
+    LogFile file;
+    const auto opened = file.open(name);
+    ASSERT_TRUE(opened) << opened.error().message();
+    const tims::os::File reader(::open(name.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+    EXPECT_TRUE(file.append("one\n"));
+    EXPECT_TRUE(file.sync());
+    std::string text(10, '\0');
+    const ssize_t size = ::read(reader.get(), text.data(), text.size());
+    EXPECT_EQ(size, name == path ? 4 : 0);
+  }
 }
 
 }  // namespace log_file_test

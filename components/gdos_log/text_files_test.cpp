@@ -2,7 +2,6 @@
 
 #include <csignal>
 #include <fstream>
-#include <iterator>
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>
@@ -16,13 +15,10 @@ namespace text_files_test {
 
 namespace fs = std::filesystem;
 
-std::string content(const fs::path& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
 std::string all_of(const fs::path& folder) {
   std::string text;
-  for (const fs::path& path : gdos::log_paths(folder)) text += content(path) + "|";
+  for (const fs::path& path : gdos::log_paths(folder))
+    text += tims::os::read_file(path).value_or("unreadable") + "|";
   return text;
 }
 

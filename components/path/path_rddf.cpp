@@ -1,8 +1,5 @@
 // PathRDDF: a path along a route, or to a destination.
 #include <array>
-#include <cerrno>
-#include <fstream>
-#include <iterator>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -10,6 +7,7 @@
 #include "components/path/detour.h"
 #include "components/path/rddf.h"
 #include "components/path/vehicle.h"
+#include "os/file.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
 #include "rack/input.h"
@@ -29,7 +27,7 @@ constexpr std::size_t kMarksMax = 20000;  // marks of obstacles seen by the scan
 constexpr std::array<double, 5> kBehind = {2000, 4000, 7000, 12000,
                                            20000};  // distances behind an obstacle, mm
 constexpr i32 kLandmark = 1;
-constexpr std::streamoff kFileMax = 64 << 20;
+constexpr std::size_t kFileMax = 64 << 20;
 
 constexpr std::array<ParameterInfo, 20> kParameters = {{
     {"rddfFile", "",
@@ -66,17 +64,6 @@ constexpr ModuleInfo kInfo{
     .command_slots = 8,
     .command_body_max = body_max<PathRddfData>(),
 };
-
-Result<std::string> read_file(const std::string& path) {
-  const auto failed = [&](const std::string& why) {
-    return tims::Error(tims::Errc::kSystem, path + ": " + why);
-  };
-  std::ifstream file(path, std::ios::binary | std::ios::ate);
-  if (!file || file.tellg() < 0) return failed(std::generic_category().message(errno));
-  if (file.tellg() > kFileMax) return failed("the file is larger than 64 MB");
-  file.seekg(0);
-  return std::string(std::istreambuf_iterator<char>(file), {});
-}
 
 Pose pose_of(const Position2d& pos) {
   return {.x = static_cast<double>(pos.x),
@@ -153,7 +140,7 @@ class PathRddf : public DataModule<PathData> {
     const std::string file = text("mapFile");
     has_map_ = true;
     if (!file.empty()) {
-      const auto read = read_file(file);
+      const auto read = tims::os::read_file(file, kFileMax);
       if (!read) return read.error();
       const auto drawing = read_dxf(*read);
       if (!drawing)
@@ -181,7 +168,7 @@ class PathRddf : public DataModule<PathData> {
   Result<void> load_route() {
     const std::string file = text("rddfFile");
     if (!file.empty()) {
-      const auto read = read_file(file);
+      const auto read = tims::os::read_file(file, kFileMax);
       if (!read) return read.error();
       const auto points = read_rddf(*read);
       if (!points) return tims::Error(points.error().code(), file + ": " + points.error().detail());

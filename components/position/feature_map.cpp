@@ -5,6 +5,7 @@
 
 #include "components/localisation/line_map.h"
 #include "components/position/map_file.h"
+#include "os/file.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
 #include "rack/partner.h"
@@ -120,7 +121,7 @@ class FeatureMap : public DataModule<FeatureMapData> {
   }
 
   Result<void> load(const std::string& path) {
-    const auto bytes = read_file(path);
+    const auto bytes = tims::os::read_file(path);
     if (!bytes) return bytes.error();
     const auto drawing = read_dxf(*bytes);
     if (!drawing)

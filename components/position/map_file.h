@@ -22,9 +22,6 @@ struct PlanPlacement {
 tims::Result<localisation::GridMap> load_map(const std::string& path,
                                              const PlanPlacement& placement);
 
-// Reads the whole file; directories and files of more than 512 MB are refused.
-tims::Result<std::string> read_file(const std::string& path);
-
 // Writes a temporary file and renames it, so that a reader gets either the old or the new contents.
 tims::Result<void> write_file(const std::string& path, std::string_view text);
 

@@ -3,13 +3,11 @@
 #pragma once
 
 #include <array>
-#include <cerrno>
-#include <fstream>
-#include <iterator>
 #include <optional>
 #include <string>
 
 #include "components/world/core/models.h"
+#include "os/file.h"
 #include "rack/data_module.h"
 #include "rack/input.h"
 #include "rack/proxies/odometry.h"
@@ -32,23 +30,14 @@ inline constexpr std::array<ParameterInfo, kMapScannerParameters> kMapScanner = 
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
 }};
 
-inline constexpr std::streamoff kFileMax = 64 << 20;  // larger than any drawing of a floor
-
-inline Result<std::string> read_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary | std::ios::ate);
-  if (!file || file.tellg() < 0)
-    return tims::Error(tims::Errc::kSystem, std::generic_category().message(errno));
-  if (file.tellg() > kFileMax)
-    return tims::Error(tims::Errc::kTooBig, "the file is larger than 64 MB");
-  file.seekg(0);
-  return std::string(std::istreambuf_iterator<char>(file), {});
-}
+inline constexpr std::size_t kFileMax = 64 << 20;  // larger than any drawing of a floor
 
 // Parts that cannot be read are logged; a file that is not a drawing is an error.
 inline Result<FloorMap> load_map(const std::string& path, double scale, double offset_x,
                                  double offset_y, TextLog& log) {
-  const auto text = read_file(path);
-  const auto drawing = text ? read_dxf(*text) : Result<DxfDrawing>(text.error());
+  const auto text = tims::os::read_file(path, kFileMax);
+  if (!text) return tims::Error(text.error().code(), "map " + text.error().detail());
+  const auto drawing = read_dxf(*text);
   if (!drawing)
     return tims::Error(drawing.error().code(), "map " + path + ": " + drawing.error().detail());
   for (const std::string& skipped : drawing->skipped) log.warning("%s, %s", path, skipped);

@@ -9,8 +9,6 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <mutex>
 #include <optional>
 
@@ -21,6 +19,7 @@
 #include "components/world/plugged_device.h"
 #include "components/world/senses.h"
 #include "os/clock.h"
+#include "os/file.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
 
@@ -147,21 +146,15 @@ class World : public DataModule<WorldData> {
 
   // --- construction
 
-  static Result<std::string> read_all(const std::filesystem::path& path) {
-    std::ifstream file(path, std::ios::binary);
-    if (!file) return refused(path.string() + ": cannot be read");
-    return std::string{std::istreambuf_iterator<char>(file), {}};
-  }
-
   // Drawings without a path are in the folder of the world's file.
   Result<world::WorldDescription> read_description() {
     const std::filesystem::path path = text("file");
     if (path.empty()) return refused("no world: give its file with --file");
-    auto content = read_all(path);
+    auto content = tims::os::read_file(path);
     if (!content) return content.error();
     auto file = world::read_world(
         {path.string(), std::move(*content)},
-        [&](const std::string& name) { return read_all(path.parent_path() / name); });
+        [&](const std::string& name) { return tims::os::read_file(path.parent_path() / name); });
     for (std::size_t i = 0; i + 1 < file.problems.size(); ++i)
       log().error("%s", file.problems[i].to_string().c_str());
     if (!file.problems.empty()) return refused(file.problems.back().to_string());

@@ -1,8 +1,9 @@
-// File descriptors with an owner, pipes, and errno as an Error.
+// File descriptors with an owner, pipes, whole files, and errno as an Error.
 #pragma once
 
 #include <array>
 #include <cerrno>
+#include <cstddef>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -55,5 +56,9 @@ inline Result<Pipe> make_pipe() {
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) return system_error("pipe");
   return Pipe{File(ends[0]), File(ends[1])};
 }
+
+// The whole content of a file, also of a pipe or in /proc. An error names the file and the reason;
+// kTooBig: it has more than `bytes_max`.
+Result<std::string> read_file(const std::string& path, std::size_t bytes_max = 512U << 20U);
 
 }  // namespace tims::os

@@ -1,9 +1,7 @@
 #include "router/config/load.h"
 
 #include <algorithm>
-#include <cerrno>
 #include <filesystem>
-#include <fstream>
 #include <iterator>
 #include <system_error>
 #include <vector>
@@ -13,6 +11,7 @@
 
 #include "base/text.h"
 #include "base/toml.h"
+#include "os/file.h"
 #include "router/config/options.h"
 
 namespace tims::config {
@@ -267,17 +266,8 @@ class Loader {
 
 namespace fs = std::filesystem;
 
-Error unreadable(const fs::path& path, std::string_view why) {
-  return {Errc::kSystem, "cannot read " + path.string() + ": " + std::string(why)};
-}
-
-Result<File> read_file(const fs::path& path) {
-  errno = 0;
-  std::ifstream stream(path, std::ios::binary);
-  File file{.name = path.string(), .text = {}};
-  if (stream) file.text.assign(std::istreambuf_iterator<char>(stream), {});
-  if (!stream || stream.bad()) return unreadable(path, std::generic_category().message(errno));
-  return file;
+Error unreadable(const std::string& path_and_reason) {
+  return {Errc::kSystem, "cannot read " + path_and_reason};
 }
 
 // The *.toml files of a folder, in alphabetical order.
@@ -286,7 +276,7 @@ Result<std::vector<fs::path>> toml_files(const fs::path& folder) {
   std::vector<fs::path> paths;
   for (fs::directory_iterator it(folder, error), end; !error && it != end; it.increment(error))
     if (it->path().extension() == ".toml") paths.push_back(it->path());
-  if (error) return unreadable(folder, error.message());
+  if (error) return unreadable(folder.string() + ": " + error.message());
   std::ranges::sort(paths);
   return paths;
 }
@@ -446,9 +436,9 @@ Result<std::vector<File>> read_files(const std::string& path) {
   }
   std::vector<File> files;
   for (const fs::path& each : paths) {
-    auto file = read_file(each);
-    if (!file) return file.error();
-    files.push_back(std::move(*file));
+    auto text = os::read_file(each);
+    if (!text) return unreadable(text.error().detail());
+    files.push_back({.name = each.string(), .text = std::move(*text)});
   }
   return files;
 }

@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdio>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include "base/text.h"
@@ -233,20 +231,6 @@ std::string failure_text(const Failure& failure) {
                                  base::printable_lines(failure.message));
   if (!failure.hint.empty()) text += fmt::format("  -> {}\n", failure.hint);
   return text;
-}
-
-int run_program(int argc, char** argv, CLI::App& app, const std::function<Exit()>& run) {
-  try {
-    app.parse(argc, argv);
-    return static_cast<int>(run());
-  } catch (const CLI::ParseError& error) {  // also --help and --version
-    return static_cast<int>(app.exit(error) == 0 ? Exit::kDone : Exit::kUsage);
-  } catch (const Failure& failure) {
-    std::fputs(failure_text(failure).c_str(), stderr);
-    return static_cast<int>(failure.exit);
-  } catch (const Interrupted&) {
-    return static_cast<int>(Exit::kInterrupted);
-  }
 }
 
 std::span<const CatalogueEntry> catalogue() { return kEntries; }

@@ -3,17 +3,12 @@
 #pragma once
 
 #include <exception>
-#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
 
 #include "base/toml.h"
 #include "tims/result.h"
-
-namespace CLI {
-class App;
-}
 
 namespace timsctl {
 
@@ -65,10 +60,6 @@ std::string nearest_hint(std::string_view name, std::span<const std::string_view
 
 // One or more lines of text: "timsctl: MESSAGE" and the hint.
 std::string failure_text(const Failure& failure);
-
-// main() of a program without verbs: parses the command line with `app`, then calls `run`, which
-// may also throw CLI::ParseError. Returns the exit status.
-int run_program(int argc, char** argv, CLI::App& app, const std::function<Exit()>& run);
 
 // `where`: the router or mailbox at which the error occurred.
 Failure failure_of(const tims::Error& error, const std::string& where);

@@ -1,12 +1,10 @@
 #include "tools/cli/output.h"
 
-#include <CLI/CLI.hpp>
 #include <boost/json/parse.hpp>
 #include <gtest/gtest.h>
 
 #include "base/measure.h"
 #include "base/text.h"
-#include "tools/cli/failure.h"
 
 namespace timsctl {
 namespace output_test {
@@ -119,35 +117,6 @@ TEST(Json, PathsThatAreNotThere) {
   EXPECT_EQ(at_path(object, "a.n"), nullptr);
   EXPECT_EQ(text_at(object, "t"), "x");
   EXPECT_TRUE(items_of(object).empty());
-}
-
-// The exit status and the output of a program without verbs with one argument.
-struct Ended {
-  int status;
-  std::string said;
-};
-Ended ended(const char* argument, const std::function<Exit()>& run) {
-  CLI::App app;
-  app.add_option("--size");
-  std::string name = "x";
-  std::string word = argument;
-  char* words[] = {name.data(), word.data(), nullptr};
-  testing::internal::CaptureStderr();
-  const int status = run_program(2, words, app, run);
-  return {status, testing::internal::GetCapturedStderr()};
-}
-
-TEST(RunProgram, SaysWhatWentWrongAndEndsWithItsCode) {
-  const auto done = [] { return Exit::kDone; };
-  EXPECT_EQ(ended("--size=1", done).status, 0);
-  EXPECT_EQ(ended("--other", done).status, 2);
-  const auto refused = [] { return throw CLI::ValidationError("not so"), Exit::kDone; };
-  EXPECT_EQ(ended("--size=1", refused).status, 2);
-  const auto failed = [] { return throw Failure(Exit::kNoSuch, "x", "a: no", "b"), Exit::kDone; };
-  const auto [status, said] = ended("--size=1", failed);
-  EXPECT_EQ(status, 4);
-  EXPECT_TRUE(said.ends_with(": a: no\n  -> b\n")) << said;
-  EXPECT_EQ(ended("--size=1", [] { return throw Interrupted(), Exit::kDone; }).status, 130);
 }
 
 }  // namespace output_test

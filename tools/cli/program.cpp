@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include "base/text.h"
 #include "proxies/message_files.h"
 #include "tims/session.h"
+#include "tools/cli/argument_parser.h"
 
 #ifndef TIMS_VERSION
 #error "TIMS_VERSION must be defined by the build"
@@ -84,74 +84,44 @@ Exit run(Arguments arguments, const ParseCommandLine& parse) {
 // Options after the first argument of such a verb belong to the command that it runs.
 bool takes_a_command(const Verb& verb) { return verb.arguments.ends_with("COMMAND..."); }
 
-bool has_option(const Verb& verb, std::string_view name) {
-  return is_in(name, kGeneralOptions) || is_in(name, verb.options);
-}
-
-CLI::App& add_verb(CLI::App& app, const Verb& verb, Options& options) {
-  CLI::App& own = *app.add_subcommand(verb.word());
-  for (const OptionRow& row : option_table()) {
-    if (!has_option(verb, row.name)) continue;
-    std::string names = fmt::format("--{}", row.name);
-    if (row.letter != 0) names += fmt::format(",-{}", row.letter);
-    const auto set = [&row, &options](const std::string& value) { row.apply(options, value); };
-    if (row.value.empty())
-      own.add_flag_callback(names, [set] { set({}); });
-    else
-      own.add_option_function<std::string>(names, set)->type_name(std::string(row.value));
-  }
-  if (takes_a_command(verb))
-    own.prefix_command();
-  else
-    own.add_option("arguments", options.arguments);
-  return own;
-}
-
-using Verbs = std::vector<std::pair<const Verb*, CLI::App*>>;
+using Verbs = std::vector<const Verb*>;
 
 std::string program_help(const VerbProgram& program, const Verbs& verbs) {
   std::string text =
       fmt::format("{} VERB [ARGUMENTS] [OPTIONS]: {}\n\n", program.name, program.about);
-  for (const auto& [verb, app] : verbs) text += verb_line(verb->word(), *verb);
+  for (const Verb* verb : verbs) text += verb_line(verb->word(), *verb);
   return text + fmt::format("\nGeneral options:\n{}More: {} VERB --help\n\n{}",
                             option_lines(kGeneralOptions), program.name, kExitHelp);
 }
 
-std::vector<std::string_view> words_of(const Verbs& verbs) {
-  std::vector<std::string_view> words;
-  for (const auto& [verb, app] : verbs)
-    words.push_back(verb->verb.empty() ? verb->noun : verb->verb);
-  return words;
-}
-
-// CLI11 would report an unknown verb as a missing verb.
-void check_verb(const VerbProgram& program, const Verbs& verbs,
-                std::span<const std::string> arguments) {
-  const auto known = words_of(verbs);
+// The verb that the first of these arguments names.
+const Verb& find_verb(const VerbProgram& program, const Verbs& verbs, Arguments arguments) {
+  std::vector<std::string> known;
+  for (const Verb* verb : verbs) known.push_back(verb->word());
   const std::string all =
       fmt::format("known: {}; see `{} --help`", fmt::join(known, ", "), program.name);
   if (arguments.empty()) throw usage_error("the verb is missing", all);
   const std::string& word = arguments.front();
-  if (word.starts_with("--help") || word == "-h" || word == "--version") return;
   if (word.starts_with('-'))
     throw usage_error(fmt::format("{}: options must follow the verb", word), all);
-  if (std::ranges::find(known, word) == known.end())
-    throw usage_error(fmt::format("no verb \"{}\"", word), nearest_hint(word, known, all));
+  const auto found = std::ranges::find(verbs, word, &Verb::word);
+  if (found != verbs.end()) return **found;
+  throw usage_error(
+      fmt::format("no verb \"{}\"", word),
+      nearest_hint(word, std::vector<std::string_view>(known.begin(), known.end()), all));
 }
 
-// The failure for a command line that CLI11 has rejected.
-Failure refused(const VerbProgram& program, const Verb& verb, const CLI::App& app,
-                const CLI::ParseError& error) {
-  const std::string help = fmt::format("`{} {} --help`", program.name, verb.word());
-  const auto extra = app.remaining(true);
-  if (extra.empty()) return usage_error(error.what(), help);
-  std::vector<std::string> known;
-  for (const OptionRow& row : option_table())
-    if (has_option(verb, row.name)) known.push_back(fmt::format("--{}", row.name));
-  const std::string name = extra.front().substr(0, extra.front().find('='));
-  return usage_error(
-      fmt::format("{} has no option {}", verb.word(), name),
-      nearest_hint(name, std::vector<std::string_view>(known.begin(), known.end()), help));
+void add_options(ArgumentParser& parser, const Verb& verb, Options& options) {
+  for (const OptionRow& row : option_table()) {
+    if (!is_in(row.name, kGeneralOptions) && !is_in(row.name, verb.options)) continue;
+    std::string names = fmt::format("--{}", row.name);
+    if (row.letter != 0) names += fmt::format(",-{}", row.letter);
+    const auto set = [&row, &options](const std::string& value) { row.apply(options, value); };
+    if (row.value.empty())
+      parser.flag(names, [set] { set({}); });
+    else
+      parser.option(names, row.value, set);
+  }
 }
 
 std::string lines_of(const std::vector<std::string>& words) {
@@ -185,38 +155,38 @@ std::variant<Command, Text> parse_verb_program(const VerbProgram& program, Argum
   if (arguments.size() == 3 && arguments[0] == "__complete")
     return Text{lines_of(program.candidates(
         arguments[1], base::parse_number<std::size_t>(arguments[2]).value_or(0)))};
-  // Everything after "--" is an argument. CLI11 would assign it to the program, not to the verb.
+  // Everything after "--" is an argument.
   const auto mark = std::ranges::find(arguments, "--");
   const std::span before(arguments.begin(), mark);
   const std::span behind(mark == arguments.end() ? mark : mark + 1, arguments.end());
-  Options options;
-  CLI::App app;
-  app.set_version_flag("--version", fmt::format("{} {}", program.name, own_version()));
+  const Text version{fmt::format("{} {}\n", program.name, own_version())};
   Verbs verbs;
   for (const Verb& verb : program_verbs())
-    if (verb.program == program.name) verbs.emplace_back(&verb, &add_verb(app, verb, options));
-  check_verb(program, verbs, before);
-  const auto parsed = [&] {
-    return std::ranges::find_if(verbs, [](const auto& own) { return own.second->parsed(); });
-  };
-  try {
-    std::vector<std::string> reversed(before.rbegin(), before.rend());
-    app.parse(reversed);  // CLI11 expects the arguments in reverse order
-  } catch (const CLI::CallForHelp&) {
-    if (parsed() == verbs.end()) return Text{program_help(program, verbs)};
-    const Verb& verb = *parsed()->first;
-    return Text{verb_help(fmt::format("{} {}", program.name, verb.word()), verb)};
-  } catch (const CLI::CallForVersion& version) {
-    return Text{version.what() + std::string("\n")};
-  } catch (const CLI::ParseError& error) {
-    throw refused(program, *parsed()->first, app, error);
+    if (verb.program == program.name) verbs.push_back(&verb);
+  const std::string first = before.empty() ? "" : before.front();
+  if (first == "-h" || first == "--help") return Text{program_help(program, verbs)};
+  if (first == "--version") return version;
+  const Verb& verb = find_verb(program, verbs, before);
+  const std::string call = fmt::format("{} {}", program.name, verb.word());
+  Options options;
+  ArgumentParser parser(call);
+  add_options(parser, verb, options);
+  if (takes_a_command(verb))
+    parser.command(options.arguments);
+  else
+    parser.arguments("arguments", options.arguments);
+  switch (parser.parse(before.subspan(1))) {
+    case ArgumentParser::Asked::kHelp:
+      return Text{verb_help(call, verb)};
+    case ArgumentParser::Asked::kVersion:
+      return version;
+    case ArgumentParser::Asked::kRun:
+      break;
   }
-  const auto& [verb, own] = *parsed();
-  if (takes_a_command(*verb)) options.arguments = own->remaining();
   options.arguments.insert(options.arguments.end(), behind.begin(), behind.end());
-  check_arguments(program.name, verb->word(), *verb, options.arguments);
-  const auto run = std::ranges::find(program.runs, verb->word(), &VerbRun::word);
-  return Command{verb, run->run, std::move(options)};
+  check_arguments(program.name, verb.word(), verb, options.arguments);
+  const auto run = std::ranges::find(program.runs, verb.word(), &VerbRun::word);
+  return Command{&verb, run->run, std::move(options)};
 }
 
 }  // namespace

@@ -5,14 +5,14 @@
 #include <filesystem>
 #include <optional>
 
-#include <CLI/CLI.hpp>
 #include <fmt/core.h>
 #include <unistd.h>
 
 #include "components/localisation/ros_map.h"
 #include "components/mapping/map_maker.h"
 #include "components/position/map_file.h"
-#include "tools/cli/failure.h"
+#include "os/file.h"
+#include "tools/cli/argument_parser.h"
 #include "tools/evaluation/mcl_eval/evaluation.h"
 #include "tools/evaluation/mcl_eval/files.h"
 #include "tools/evaluation/mcl_eval/truth.h"
@@ -69,7 +69,7 @@ Input read_recording(const Wanted& wanted, const std::string& text) {
   const std::filesystem::path path(wanted.log);
   const std::string base = (path.parent_path() / path.stem()).string();
   const auto scan_file = [&](std::size_t number) {
-    return navigation::read_file(fmt::format("{}_{}.2d", base, number));
+    return tims::os::read_file(fmt::format("{}_{}.2d", base, number));
   };
   Input input;
   input.drive =
@@ -212,31 +212,22 @@ constexpr const char* kExits =
     "such\n"
     "file, 5 not written, 130 Ctrl-C: nothing was written.";
 
-void add_options(CLI::App& app, Wanted& wanted) {
-  app.add_option("LOG", wanted.log, "CARMEN log, or recording of a Scan2d")->required();
-  app.add_option("MAP", wanted.map, "output file, .yaml")->required();
-  app.add_option("--odometry", wanted.odometry, "recording of Odometry or Position");
-  app.add_option("--resolution", wanted.resolution, "cell size [m]")
-      ->capture_default_str()
-      ->check(CLI::Range(0.01, 1.0));
-  app.add_option("--range", wanted.range, "longest beams that are drawn [m]")
-      ->capture_default_str()
-      ->check(CLI::Range(1.0, 1000.0));
-  app.add_option("--rounds", wanted.settings.rounds,
-                 "number of rounds of matching all scans with all others")
-      ->capture_default_str()
-      ->check(CLI::Range(0, 20));
-  app.add_option("--lag", wanted.lag,
-                 "age of scans in a CARMEN log [s] (default: estimated from turns)")
-      ->check(CLI::Range(-10.0, 10.0));
-  app.add_option("--poses", wanted.poses,
-                 "write the poses of the scanner, `time index x y theta`, in the form of mcl-eval");
-  app.add_option("--truth", wanted.truth,
-                 "compare the poses with true poses or relations, in the form of mcl-eval");
-  app.add_flag("--quiet", wanted.quiet, "do not print the progress");
-  app.add_flag("--json", wanted.json, "print the summary as a JSON object");
-  app.set_version_flag("--version", TIMS_VERSION);
-  app.footer(kExits);
+void add_options(timsctl::ArgumentParser& parser, Wanted& wanted) {
+  parser.required_argument("LOG", wanted.log, "CARMEN log, or recording of a Scan2d");
+  parser.required_argument("MAP", wanted.map, "output file, .yaml");
+  parser.option("--odometry", wanted.odometry, "recording of Odometry or Position");
+  parser.option("--resolution", wanted.resolution, "cell size [m]", {0.01, 1.0});
+  parser.option("--range", wanted.range, "longest beams that are drawn [m]", {1.0, 1000.0});
+  parser.option("--rounds", wanted.settings.rounds,
+                "number of rounds of matching all scans with all others", {0, 20});
+  parser.option("--lag", wanted.lag,
+                "age of scans in a CARMEN log [s] (default: estimated from turns)", {-10.0, 10.0});
+  parser.option("--poses", wanted.poses,
+                "write the poses of the scanner, `time index x y theta`, in the form of mcl-eval");
+  parser.option("--truth", wanted.truth,
+                "compare the poses with true poses or relations, in the form of mcl-eval");
+  parser.flag("--quiet", wanted.quiet, "do not print the progress");
+  parser.flag("--json", wanted.json, "print the summary as a JSON object");
 }
 
 }  // namespace
@@ -245,9 +236,9 @@ void add_options(CLI::App& app, Wanted& wanted) {
 int main(int argc, char** argv) {
   using namespace rack::map_maker;
   Wanted wanted;
-  CLI::App app(kAbout, "map-maker");
-  add_options(app, wanted);
-  return timsctl::run_program(argc, argv, app, [&] {
+  timsctl::ArgumentParser parser("map-maker", kAbout, kExits);
+  add_options(parser, wanted);
+  return parser.run(argc, argv, [&] {
     std::signal(SIGINT, [](int) { interrupted = true; });
     wanted.settings.resolution = 1000 * wanted.resolution;
     wanted.settings.range_max = 1000 * wanted.range;

@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -418,16 +416,15 @@ json::object save_parameters(RobotText& source, std::size_t component,
                   "save on the host where `timsctl up FILE` runs");
   std::error_code error;
   const std::string path = fs::canonical(source.file, error);  // resolve symbolic links
-  std::ifstream stream(path);
-  const std::string now{std::istreambuf_iterator<char>(stream), {}};
-  if (error || !stream)
+  const auto now = tims::os::read_file(path);
+  if (!now)
     throw Failure(Exit::kNoSuch, "no_robot_file", "cannot read " + source.file,
                   "has it been moved?");
-  if (now != source.text)
+  if (*now != source.text)
     throw Failure(Exit::kNo, "file_changed",
                   source.file + " has changed since this robot was started from it",
                   "add the parameters by hand, or restart the robot from the file");
-  const auto edited = with_parameters({source.file, now}, source.system, component, parameters);
+  const auto edited = with_parameters({source.file, *now}, source.system, component, parameters);
   if (!edited)
     throw Failure(Exit::kNo, "cannot_write", edited.error().detail(),
                   "`--dry-run` shows the changes");

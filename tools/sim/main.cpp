@@ -1,9 +1,9 @@
 // timsctl sim: a fleet of robots on this machine, in network namespaces.
 #include <filesystem>
-#include <fstream>
 
 #include <fmt/format.h>
 
+#include "os/file.h"
 #include "tools/cli/context.h"
 #include "tools/cli/program.h"
 #include "tools/cli/service.h"
@@ -21,11 +21,11 @@ constexpr tims::Duration kFleetAnswers = 30s;
 
 sim::Fleet read_fleet_file(Context& context) {
   const std::string& path = context.options.arguments.front();
-  std::ifstream file(path);
-  if (!file)
+  auto text = tims::os::read_file(path);
+  if (!text)
     throw Failure(Exit::kNoSuch, "no_such_file", fmt::format("cannot read {}", path),
                   "see deploy/fleets/demo.toml for an example");
-  sim::FleetFile read = sim::read_fleet({path, {std::istreambuf_iterator<char>(file), {}}});
+  sim::FleetFile read = sim::read_fleet({path, std::move(*text)});
   fail_if_any(read.problems, "bad_fleet", "deploy/fleets/README.md");
   if (!context.options.fleet.empty()) {
     if (!sim::is_fleet_name(context.options.fleet))

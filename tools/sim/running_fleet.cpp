@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include "os/clock.h"
+#include "os/file.h"
 #include "os/wakeup.h"
 #include "tools/cli/failure.h"
 #include "tools/sim/plan.h"
@@ -19,10 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string content_of(const std::string& path) {
-  std::ifstream file(path);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
+std::string content_of(const std::string& path) { return tims::os::read_file(path).value_or({}); }
 
 }  // namespace
 

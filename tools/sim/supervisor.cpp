@@ -9,6 +9,7 @@
 
 #include "base/measure.h"
 #include "os/clock.h"
+#include "os/file.h"
 #include "os/process.h"
 #include "os/socket.h"
 
@@ -54,8 +55,7 @@ std::vector<std::string> fleets() {
 bool is_running(std::string_view fleet) { return somebody_listens(control_socket(fleet)); }
 
 json::object read_state(std::string_view fleet) {
-  std::ifstream file(folder_of(fleet) + "/state.json");
-  return parse_object(std::string(std::istreambuf_iterator<char>(file), {}));
+  return parse_object(tims::os::read_file(folder_of(fleet) + "/state.json").value_or({}));
 }
 
 void write_state(std::string_view fleet, const json::object& state) {

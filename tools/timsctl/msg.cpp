@@ -1,9 +1,7 @@
 // timsctl msg: prints received messages, and sends messages by name.
 #include <cerrno>
-#include <fstream>
 #include <iostream>
 #include <iterator>
-#include <system_error>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -11,6 +9,7 @@
 #include "base/measure.h"
 #include "base/text.h"
 #include "os/clock.h"
+#include "os/file.h"
 #include "rack/proxies/generic.h"
 #include "tools/cli/arguments.h"
 #include "tools/cli/context.h"
@@ -188,15 +187,10 @@ bool is_actuator(tims::Address address, const tims::AddressWidths& widths) {
 }
 
 std::string read_all(const std::string& name) {
-  std::ifstream file;
-  if (name != "-") {
-    file.open(name, std::ios::binary);
-    if (!file)
-      throw Failure(Exit::kNoSuch, "no_such_file",
-                    name + ": " + std::generic_category().message(errno));
-  }
-  std::istream& in = name == "-" ? std::cin : file;
-  return {std::istreambuf_iterator<char>(in), {}};
+  if (name == "-") return {std::istreambuf_iterator<char>(std::cin), {}};
+  auto content = tims::os::read_file(name);
+  if (!content) throw Failure(Exit::kNoSuch, "no_such_file", content.error().detail());
+  return std::move(*content);
 }
 
 struct PubArguments {

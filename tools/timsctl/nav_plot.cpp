@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "components/position/map_file.h"
+#include "os/file.h"
 #include "rack/proxies/feature_map.h"
 #include "rack/proxies/grid_map.h"
 #include "rack/proxies/mcl.h"
@@ -120,7 +121,7 @@ Exit nav_plot(Context& context) {
       picture.map = well(rack::navigation::load_map(file, {}));
       continue;
     }
-    const std::string text = well(rack::navigation::read_file(file));
+    const std::string text = well(tims::os::read_file(file));
     if (auto added = rack::plot::add_file(text, name, picture); !added)
       throw Failure(Exit::kNo, "bad_file", file + ": " + added.error().detail());
   }

@@ -1,9 +1,9 @@
 // Scan3dOuster: driver of an Ouster scanner on the network.
-#include <iterator>
 
 #include "components/devices/drivers/scan3d_driver.h"
 #include "components/devices/scan3d/http_get.h"
 #include "components/devices/scan3d/ouster.h"
+#include "os/file.h"
 
 namespace rack::device {
 namespace {
@@ -50,9 +50,7 @@ class Scan3dOuster : public Scan3dDriver<Ouster> {
     const std::string path = text("metadata");
     if (path.empty())
       return refused("scanner is missing; example: --scanner=192.168.0.1; or set metadata");
-    std::ifstream file(path);
-    if (!file) return tims::Error(tims::Errc::kSystem, "metadata: cannot read " + path);
-    return std::string{std::istreambuf_iterator<char>(file), {}};
+    return tims::os::read_file(path);
   }
 
   // Called at each ON: the scanner may have been replaced or reconfigured.

@@ -73,6 +73,10 @@ class [[nodiscard]] Result {
   T& operator*() & { return value(); }
   const T& operator*() const& { return value(); }
   T&& operator*() && { return std::move(*this).value(); }
+  // The value, or in case of an error the other one.
+  [[nodiscard]] T value_or(T other) && {
+    return ok() ? std::move(*this).value() : std::move(other);
+  }
   T* operator->() { return &value(); }
   const T* operator->() const { return &value(); }
 

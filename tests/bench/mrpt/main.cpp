@@ -4,11 +4,10 @@
 #include <cstdio>
 #include <filesystem>
 
-#include <CLI/CLI.hpp>
 #include <fmt/core.h>
 
 #include "tests/bench/mrpt/mrpt_filter.h"
-#include "tools/cli/failure.h"
+#include "tools/cli/argument_parser.h"
 #include "tools/evaluation/mcl_eval/files.h"
 
 namespace rack::mcl_eval {
@@ -149,21 +148,17 @@ constexpr const char* kAbout =
     " and ours on the same recorded drives, compared in one table.\n\n"
     "Both get the same scans, beams, odometry and start, as in mcl-eval.";
 
-void add_options(CLI::App& app, Wanted& wanted) {
-  app.add_option("LOG MAP TRUTH", wanted.files, "files as for mcl-eval; any number of triples")
-      ->required();
-  app.add_option("--particles", wanted.particles, "numbers of particles to compare")
-      ->capture_default_str();
-  app.add_option("--beams", wanted.beams, "numbers of beams, one for each of --particles")
-      ->capture_default_str();
-  app.add_option("--seed", wanted.seed, "first seed")->capture_default_str();
-  app.add_option("--seeds", wanted.seeds, "number of seeds")->capture_default_str();
-  app.add_flag("--proof", wanted.proof,
-               "only check whether scans are more likely at the true pose");
-  app.add_flag("--alone", wanted.alone, "run only the filter of MRPT");
+void add_options(timsctl::ArgumentParser& parser, Wanted& wanted) {
+  parser.arguments("LOG MAP TRUTH", wanted.files, "files as for mcl-eval; any number of triples");
+  parser.option("--particles", wanted.particles, "numbers of particles to compare");
+  parser.option("--beams", wanted.beams, "numbers of beams, one for each of --particles");
+  parser.option("--seed", wanted.seed, "first seed");
+  parser.option("--seeds", wanted.seeds, "number of seeds");
+  parser.flag("--proof", wanted.proof, "only check whether scans are more likely at the true pose");
+  parser.flag("--alone", wanted.alone, "run only the filter of MRPT");
   MrptSettings& mrpt = wanted.mrpt;
-  const auto setting = [&app](const char* name, double& value, const char* what) {
-    app.add_option(name, value, what)->capture_default_str()->group("Settings of MRPT");
+  const auto setting = [&parser](const char* name, double& value, const std::string& what) {
+    parser.option(name, value, "of MRPT: " + what);
   };
   setting("--a1", mrpt.a1, "gaussianModel: m/m");
   setting("--a2", mrpt.a2, "m/rad");
@@ -177,9 +172,7 @@ void add_options(CLI::App& app, Wanted& wanted) {
   setting("--max-range", mrpt.max_range, "LF_maxRange, m");
   setting("--power", mrpt.power, "powFactor for 60 beams; scaled inversely with their number");
   setting("--beta", mrpt.beta, "BETA: resample below this share of the effective sample size");
-  app.add_flag("--optimal", mrpt.optimal, "pfAuxiliaryPFOptimal, not pfStandardProposal")
-      ->group("Settings of MRPT");
-  app.set_version_flag("--version", TIMS_VERSION);
+  parser.flag("--optimal", mrpt.optimal, "of MRPT: pfAuxiliaryPFOptimal, not pfStandardProposal");
 }
 
 }  // namespace
@@ -188,13 +181,13 @@ void add_options(CLI::App& app, Wanted& wanted) {
 int main(int argc, char** argv) {
   using namespace rack::mcl_eval;
   Wanted wanted;
-  CLI::App app(kAbout, "mrpt-bench");
-  add_options(app, wanted);
-  return timsctl::run_program(argc, argv, app, [&] {
-    if (wanted.files.size() % 3 != 0)
-      throw CLI::ValidationError("files must be given as triples LOG MAP TRUTH");
+  timsctl::ArgumentParser parser("mrpt-bench", kAbout);
+  add_options(parser, wanted);
+  return parser.run(argc, argv, [&] {
+    if (wanted.files.empty() || wanted.files.size() % 3 != 0)
+      throw timsctl::usage_error("files must be given as triples LOG MAP TRUTH");
     if (wanted.particles.size() != wanted.beams.size())
-      throw CLI::ValidationError("--beams needs one value for each of --particles");
+      throw timsctl::usage_error("--beams needs one value for each of --particles");
     try {
       return bench(wanted);
     } catch (const Failure&) {

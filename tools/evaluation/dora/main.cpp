@@ -3,13 +3,12 @@
 #include <cstdlib>
 #include <filesystem>
 
-#include <CLI/CLI.hpp>
 #include <fmt/core.h>
 #include <unistd.h>
 
 #include "base/measure.h"
 #include "os/environment.h"
-#include "tools/cli/failure.h"
+#include "tools/cli/argument_parser.h"
 #include "tools/evaluation/dora/scenario.h"
 
 namespace rack::dora {
@@ -62,15 +61,12 @@ int main(int argc, char** argv) {
   Settings settings{.fleet_file = "deploy/fleets/dora.toml"};
   std::string length = "60s";
   bool json = false;
-  CLI::App app(kAbout, "rack-dora");
-  app.add_option("--for", length, "approximate duration of the run, such as 60s or 10min")
-      ->capture_default_str();
-  app.add_option("--fleet-file", settings.fleet_file, "the fleet file")->capture_default_str();
-  app.add_option(
+  timsctl::ArgumentParser parser("rack-dora", kAbout, kExits);
+  parser.option("--for", length, "approximate duration of the run, such as 60s or 10min");
+  parser.option("--fleet-file", settings.fleet_file, "the fleet file");
+  parser.option(
       "--logs", settings.logs,
       "store the logs of all programs and drive.csv (true and estimated poses) in this folder");
-  app.add_flag("--json", json, "print only the table, as JSON");
-  app.set_version_flag("--version", TIMS_VERSION);
-  app.footer(kExits);
-  return timsctl::run_program(argc, argv, app, [&] { return run(settings, length, json); });
+  parser.flag("--json", json, "print only the table, as JSON");
+  return parser.run(argc, argv, [&] { return run(settings, length, json); });
 }

@@ -6,7 +6,6 @@
 #include <cstdlib>
 #include <ctime>
 #include <filesystem>
-#include <fstream>
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -89,9 +88,8 @@ TimerQuality ReferenceTimer::end() {
     cyclictest_->signal(SIGINT);
     if (cyclictest_->has_ended(kReferencePatience)) (void)cyclictest_->reap();
     cyclictest_.reset();
-    std::ifstream file(log_);
-    const std::string output{std::istreambuf_iterator<char>(file), {}};
-    if (const auto quality = parse_cyclictest(output)) return *quality;
+    const auto output = tims::os::read_file(log_);
+    if (const auto quality = output ? parse_cyclictest(*output) : std::nullopt) return *quality;
   }
   ending_ = true;
   thread_.join();

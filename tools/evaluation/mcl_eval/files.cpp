@@ -4,6 +4,7 @@
 #include <ctime>
 
 #include "components/position/map_file.h"
+#include "os/file.h"
 
 namespace rack::mcl_eval {
 
@@ -11,7 +12,7 @@ using timsctl::Exit;
 using timsctl::Failure;
 
 std::string read_file(const std::string& name) {
-  auto bytes = navigation::read_file(name);
+  auto bytes = tims::os::read_file(name);
   if (!bytes) throw Failure(Exit::kNoSuch, "no_such_file", bytes.error().detail());
   if (bytes->starts_with("\xFD"
                          "7zXZ"))

@@ -2,11 +2,10 @@
 #include <cstdio>
 #include <optional>
 
-#include <CLI/CLI.hpp>
 #include <fmt/core.h>
 
 #include "components/position/map_file.h"
-#include "tools/cli/failure.h"
+#include "tools/cli/argument_parser.h"
 #include "tools/evaluation/mcl_eval/evaluation.h"
 #include "tools/evaluation/mcl_eval/files.h"
 #include "tools/evaluation/mcl_eval/table.h"
@@ -19,13 +18,13 @@ using timsctl::Failure;
 
 struct Wanted {
   bool kidnap = false;
-  std::string table{};  // the folder of the public logs
-  std::uint64_t seeds = 1;
+  std::string table{};                   // the folder of the public logs
+  std::optional<std::uint64_t> seeds{};  // 1; of the table: 10
   std::optional<double> lag;
   bool json = false;
   std::string poses;  // file
   bool scan_matching = true;
-  double field = 0;
+  std::optional<double> field{};  // deg
 };
 
 std::vector<Field> fields_of(const Outcome& outcome) {
@@ -71,7 +70,8 @@ void write_poses(const std::string& file, const Outcome& outcome) {
 }
 
 Exit evaluate(const Files& files, Trial trial, const Wanted& wanted) {
-  const auto log = well(localisation::read_carmen(read_file(files.log), wanted.field), files.log);
+  const auto log =
+      well(localisation::read_carmen(read_file(files.log), wanted.field.value_or(0)), files.log);
   const auto map = read_map(files.map);
   const auto field = field_of(map, files.map);
   const localisation::WallLines walls(map);
@@ -90,7 +90,7 @@ Exit evaluate(const Files& files, Trial trial, const Wanted& wanted) {
                trial.lag);
   bool lost = false;
   std::vector<std::vector<Field>> all;
-  for (std::uint64_t i = 0; i < wanted.seeds; ++i, ++trial.seed) {
+  for (std::uint64_t i = 0; i < wanted.seeds.value_or(1); ++i, ++trial.seed) {
     trial.keep_poses = i == 0 && !wanted.poses.empty();
     const Outcome outcome = run(trial, log, field, truth, stopwatch_us);
     if (trial.keep_poses) write_poses(wanted.poses, outcome);
@@ -124,14 +124,15 @@ Recording read_recording(const std::string& folder, const std::string& name) {
 }
 
 Exit print_table(const Wanted& wanted) {
+  const std::uint64_t seeds = wanted.seeds.value_or(10);
   std::vector<Recording> recordings;
   for (const char* name : {"aces", "intel", "fr079"})
     recordings.push_back(read_recording(wanted.table, name));
   static constexpr const char* kRow = "| {:<62} | {:>12} | {:>24} | {:<8} |\n";
-  fmt::print(kRow, "requirement", "limit", fmt::format("measured, {} seeds", wanted.seeds), "");
+  fmt::print(kRow, "requirement", "limit", fmt::format("measured, {} seeds", seeds), "");
   fmt::print("|---|--:|--:|---|\n");
-  const bool held = measure(recordings, static_cast<std::uint32_t>(wanted.seeds),
-                            wanted.scan_matching, stopwatch_us, [](const Row& row) {
+  const bool held = measure(recordings, static_cast<std::uint32_t>(seeds), wanted.scan_matching,
+                            stopwatch_us, [](const Row& row) {
                               fmt::print(kRow, row.what, row.wanted, row.measured,
                                          row.held ? "held" : "NOT HELD");
                               std::fflush(stdout);
@@ -156,53 +157,45 @@ constexpr const char* kExits =
     "Exit status: 0 done, 1 lost, a requirement did not hold, or a file is invalid (FILE: line N:\n"
     "reason), 2 wrong command line, 4 no such file, 5 a file cannot be written.";
 
-void add_options(CLI::App& app, Files& files, Trial& trial, Wanted& wanted) {
-  app.add_option("LOG", files.log, "CARMEN log, .clf");
-  app.add_option("MAP", files.map,
-                 "ROS map (.yaml, with its image in the same folder), or floor plan in m (DXF)");
-  app.add_option("TRUTH", files.truth, "poses or relations");
-  app.add_option("--particles", trial.settings.filter.particles,
-                 "number of particles after convergence")
-      ->capture_default_str()
-      ->check(CLI::Range(1U, 1000000U));
-  app.add_option("--beams", trial.settings.beams, "number of beams per scan that are used")
-      ->capture_default_str()
-      ->check(CLI::Range(1U, 10000U));
-  app.add_option("--seed", trial.seed, "seed of the random numbers")->capture_default_str();
-  app.add_option("--seeds", wanted.seeds,
-                 "number of runs with consecutive seeds; then prints mean and largest values")
-      ->check(CLI::Range(1U, 1000000U));
-  app.add_option("--lag", wanted.lag, "age of scans [s] (default: estimated from turns in the log)")
-      ->check(CLI::Range(-10.0, 10.0));
-  app.add_flag("--global", trial.global, "global localisation: the start pose is unknown");
-  app.add_flag("--kidnap", wanted.kidnap, "kidnap the robot half-way: carry it at least 10 m away");
-  app.add_option("--odometry-scale", trial.odometry_scale,
-                 "factor of odometry distances; 1.1: 10 % too long")
-      ->check(CLI::Range(0.1, 10.0));
-  app.add_option("--odometry-drift", trial.odometry_drift, "drift of the odometry heading [deg/m]")
-      ->check(CLI::Range(-90.0, 90.0));
-  app.add_option("--short-beams", trial.short_beams,
-                 "fraction of beams that are shortened, as by people")
-      ->check(CLI::Range(0.0, 1.0));
-  app.add_option(
-      "--poses", wanted.poses,
-      "write the estimates and errors of the first seed for each scan to this CSV file;\n"
-      "`timsctl nav plot` draws it");
-  app.add_option(
+void add_options(timsctl::ArgumentParser& parser, Files& files, Trial& trial, Wanted& wanted) {
+  parser.argument("LOG", files.log, "CARMEN log, .clf");
+  parser.argument("MAP", files.map,
+                  "ROS map (.yaml, with its image in the same folder), or floor plan in m (DXF)");
+  parser.argument("TRUTH", files.truth, "poses or relations");
+  parser.option("--particles", trial.settings.filter.particles,
+                "number of particles after convergence", {1, 1000000});
+  parser.option("--beams", trial.settings.beams, "number of beams per scan that are used",
+                {1, 10000});
+  parser.option("--seed", trial.seed, "seed of the random numbers");
+  parser.option("--seeds", wanted.seeds,
+                "number of runs with consecutive seeds; then prints mean and largest values",
+                {1, 1000000});
+  parser.option("--lag", wanted.lag, "age of scans [s] (default: estimated from turns in the log)",
+                {-10.0, 10.0});
+  parser.flag("--global", trial.global, "global localisation: the start pose is unknown");
+  parser.flag("--kidnap", wanted.kidnap, "kidnap the robot half-way: carry it at least 10 m away");
+  parser.option("--odometry-scale", trial.odometry_scale,
+                "factor of odometry distances; 1.1: 10 % too long", {0.1, 10.0});
+  parser.option("--odometry-drift", trial.odometry_drift, "drift of the odometry heading [deg/m]",
+                {-90.0, 90.0});
+  parser.option("--short-beams", trial.short_beams,
+                "fraction of beams that are shortened, as by people", {0.0, 1.0});
+  parser.option("--poses", wanted.poses,
+                "write the estimates and errors of the first seed for each scan to this CSV file;\n"
+                "`timsctl nav plot` draws it");
+  parser.option(
       "--table", wanted.table,
       "instead of LOG MAP TRUTH: folder with the public logs aces, intel and fr079, their "
       "maps and\nground truth, uncompressed; prints requirements and measured values (10 seeds "
       "by default)");
-  app.add_option("--field-of-view", wanted.field,
-                 "field of view of FLASER [deg] (default: 180, or that of known scanners with so "
-                 "many beams)")
-      ->check(CLI::Range(1.0, 360.0));
-  app.add_flag("--scan-matching,!--no-scan-matching", wanted.scan_matching,
-               "refine each estimate by matching the scan with the walls of the map (default);\n"
-               "--no-scan-matching: only the filter");
-  app.add_flag("--json", wanted.json, "print one JSON object per line");
-  app.set_version_flag("--version", TIMS_VERSION);
-  app.footer(kExits);
+  parser.option("--field-of-view", wanted.field,
+                "field of view of FLASER [deg] (default: 180, or that of known scanners with so "
+                "many beams)",
+                {1.0, 360.0});
+  parser.flag("--scan-matching,!--no-scan-matching", wanted.scan_matching,
+              "refine each estimate by matching the scan with the walls of the map (default);\n"
+              "--no-scan-matching: only the filter");
+  parser.flag("--json", wanted.json, "print one JSON object per line");
 }
 
 }  // namespace
@@ -213,12 +206,11 @@ int main(int argc, char** argv) {
   Files files;
   Trial trial;
   Wanted wanted;
-  CLI::App app(kAbout, "mcl-eval");
-  add_options(app, files, trial, wanted);
-  return timsctl::run_program(argc, argv, app, [&] {
+  timsctl::ArgumentParser parser("mcl-eval", kAbout, kExits);
+  add_options(parser, files, trial, wanted);
+  return parser.run(argc, argv, [&] {
     if (wanted.table.empty() == files.truth.empty())
-      throw CLI::ValidationError("LOG, MAP and TRUTH are required, or only --table");
-    if (app.count("--seeds") == 0 && !wanted.table.empty()) wanted.seeds = 10;
+      throw timsctl::usage_error("LOG, MAP and TRUTH are required, or only --table");
     trial.settings.filter.particles_max =
         std::max(trial.settings.filter.particles_max, trial.settings.filter.particles);
     return wanted.table.empty() ? evaluate(files, trial, wanted) : print_table(wanted);

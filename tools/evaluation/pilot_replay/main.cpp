@@ -3,14 +3,13 @@
 #include <cstdio>
 #include <optional>
 
-#include <CLI/CLI.hpp>
 #include <boost/json.hpp>
 #include <fmt/core.h>
 
 #include "base/text.h"
 #include "components/devices/io/recording.h"
 #include "components/pilot/pilot_replay.h"
-#include "tools/cli/failure.h"
+#include "tools/cli/argument_parser.h"
 
 namespace rack::pilot {
 namespace {
@@ -113,17 +112,12 @@ Exit run(const Wanted& wanted) {
 int main(int argc, char** argv) {
   using namespace rack::pilot;
   Wanted wanted;
-  CLI::App app(kAbout, "pilot-replay");
-  app.add_option("FILE", wanted.file, "recording by PilotPath --record=FILE")->required();
-  app.add_flag("--why", wanted.why,
-               "print each time it stopped or started to drive, with the reason");
-  app.add_option("--set", wanted.changes,
-                 "use another value of a parameter: " + PilotReplay::changeable())
-      ->type_name("NAME=NUMBER")
-      ->expected(1)
-      ->take_all();
-  app.add_flag("--json", wanted.json, "print one JSON object");
-  app.set_version_flag("--version", TIMS_VERSION);
-  app.footer(kExamples);
-  return timsctl::run_program(argc, argv, app, [&] { return run(wanted); });
+  timsctl::ArgumentParser parser("pilot-replay", kAbout, kExamples);
+  parser.required_argument("FILE", wanted.file, "recording by PilotPath --record=FILE");
+  parser.flag("--why", wanted.why,
+              "print each time it stopped or started to drive, with the reason");
+  parser.option("--set", "NAME=NUMBER", wanted.changes,
+                "use another value of a parameter: " + PilotReplay::changeable());
+  parser.flag("--json", wanted.json, "print one JSON object");
+  return parser.run(argc, argv, [&] { return run(wanted); });
 }

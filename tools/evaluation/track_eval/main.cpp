@@ -4,11 +4,10 @@
 #include <optional>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <fmt/core.h>
 
 #include "base/statistics.h"
-#include "tools/cli/failure.h"
+#include "tools/cli/argument_parser.h"
 #include "tools/evaluation/mcl_eval/files.h"
 #include "tools/evaluation/track_eval/tracking.h"
 
@@ -157,44 +156,29 @@ constexpr const char* kExits =
     "such\n"
     "file.";
 
-void add_options(CLI::App& app, Wanted& wanted) {
-  app.add_option("LOG", wanted.log, "CARMEN log, .clf");
-  app.add_option("MAP", wanted.map,
-                 "ROS map (.yaml, with its image in the same folder), or floor plan in m (DXF)");
-  app.add_option("--people", wanted.hall.people, "number of people in the hall")
-      ->capture_default_str()
-      ->check(CLI::Range(0U, 20U));
-  app.add_option("--seconds", wanted.seconds, "length of each run [s]")
-      ->capture_default_str()
-      ->check(CLI::Range(1.0, 86400.0));
-  app.add_option("--beams", wanted.hall.beams, "number of beams per scan")
-      ->capture_default_str()
-      ->check(CLI::Range(2U, 8000U));
-  app.add_option("--opening", wanted.hall.opening, "field of view of the scanner [deg]")
-      ->capture_default_str()
-      ->check(CLI::Range(1.0, 360.0));
-  app.add_option("--period", wanted.hall.period, "interval between scans [s]")
-      ->capture_default_str()
-      ->check(CLI::Range(0.005, 1.0));
-  app.add_option("--noise", wanted.hall.noise, "standard deviation of ranges [mm]")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 200.0));
-  app.add_option("--robot-speed", wanted.hall.robot_speed, "speed of the robot [mm/s]")
-      ->capture_default_str()
-      ->check(CLI::Range(0.0, 3000.0));
-  app.add_flag("--localised", wanted.hall.localised,
-               "the robot has a map of the hall and knows its pose");
-  app.add_option("--seed", wanted.hall.seed, "seed of the random numbers")->capture_default_str();
-  app.add_option("--seeds", wanted.seeds, "number of runs with consecutive seeds")
-      ->check(CLI::Range(1U, 1000000U));
-  app.add_option("--lag", wanted.lag, "age of scans in the log [s] (default: estimated from turns)")
-      ->check(CLI::Range(-10.0, 10.0));
-  app.add_flag("--judge", wanted.judge,
-               "use MAP only to report which movers are on occupied cells; do not subtract it");
-  app.add_flag("--list", wanted.list, "list all objects reported as moving");
-  app.add_flag("--json", wanted.json, "print one JSON object per line");
-  app.set_version_flag("--version", TIMS_VERSION);
-  app.footer(kExits);
+void add_options(timsctl::ArgumentParser& parser, Wanted& wanted) {
+  parser.argument("LOG", wanted.log, "CARMEN log, .clf");
+  parser.argument("MAP", wanted.map,
+                  "ROS map (.yaml, with its image in the same folder), or floor plan in m (DXF)");
+  parser.option("--people", wanted.hall.people, "number of people in the hall", {0, 20});
+  parser.option("--seconds", wanted.seconds, "length of each run [s]", {1.0, 86400.0});
+  parser.option("--beams", wanted.hall.beams, "number of beams per scan", {2, 8000});
+  parser.option("--opening", wanted.hall.opening, "field of view of the scanner [deg]",
+                {1.0, 360.0});
+  parser.option("--period", wanted.hall.period, "interval between scans [s]", {0.005, 1.0});
+  parser.option("--noise", wanted.hall.noise, "standard deviation of ranges [mm]", {0.0, 200.0});
+  parser.option("--robot-speed", wanted.hall.robot_speed, "speed of the robot [mm/s]",
+                {0.0, 3000.0});
+  parser.flag("--localised", wanted.hall.localised,
+              "the robot has a map of the hall and knows its pose");
+  parser.option("--seed", wanted.hall.seed, "seed of the random numbers");
+  parser.option("--seeds", wanted.seeds, "number of runs with consecutive seeds", {1, 1000000});
+  parser.option("--lag", wanted.lag, "age of scans in the log [s] (default: estimated from turns)",
+                {-10.0, 10.0});
+  parser.flag("--judge", wanted.judge,
+              "use MAP only to report which movers are on occupied cells; do not subtract it");
+  parser.flag("--list", wanted.list, "list all objects reported as moving");
+  parser.flag("--json", wanted.json, "print one JSON object per line");
 }
 
 }  // namespace
@@ -203,9 +187,9 @@ void add_options(CLI::App& app, Wanted& wanted) {
 int main(int argc, char** argv) {
   using namespace rack::track_eval;
   Wanted wanted;
-  CLI::App app(kAbout, "track-eval");
-  add_options(app, wanted);
-  return timsctl::run_program(argc, argv, app, [&] {
+  timsctl::ArgumentParser parser("track-eval", kAbout, kExits);
+  add_options(parser, wanted);
+  return parser.run(argc, argv, [&] {
     return wanted.log.empty() ? evaluate_people(wanted) : evaluate_drive(wanted);
   });
 }
