@@ -1,9 +1,10 @@
-// A delay line for commands: they take effect in order after a lag; none overtakes another.
-// Allocates nothing.
+// A delay line for commands: they take effect in order after a lag; none overtakes another. And the
+// command that a motor with such a lag executes. Both allocate nothing.
 #pragma once
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cstddef>
 #include <optional>
 
@@ -46,6 +47,45 @@ class Delay {
   std::array<Due, kUnderWayMax> all_{};
   std::size_t first_ = 0;
   std::size_t count_ = 0;
+};
+
+template <typename Command>
+class LaggingCommand {
+ public:
+  void set_lag(tims::Duration lag) { lag_ = lag; }
+  void tell(const Command& command) {
+    if (lag_ == tims::Duration{})
+      in_effect_ = command;
+    else
+      under_way_.tell(command, now_ + lag_);
+  }
+  [[nodiscard]] const Command& in_effect() const { return in_effect_; }
+  [[nodiscard]] const Command& newest() const {
+    return under_way_.newest() ? under_way_.newest()->command : in_effect_;
+  }
+  // Calls `move(seconds)` for each part of the time until `now` in which one command is in effect.
+  template <typename Move>
+  void step(tims::Time now, Move move) {
+    // Arrivals have the time when they were on the line, which may be before the last step.
+    if (now_ == tims::Time{}) now_ = now;
+    if (now < now_) return;
+    const auto go_on = [&](tims::Time until) {
+      if (until <= now_) return;
+      move(std::chrono::duration<double>(until - now_).count());
+      now_ = until;
+    };
+    while (const auto due = under_way_.take(now)) {
+      go_on(due->at);
+      in_effect_ = due->command;
+    }
+    go_on(now);
+  }
+
+ private:
+  tims::Duration lag_{};
+  Delay<Command> under_way_;
+  Command in_effect_{};
+  tims::Time now_{};
 };
 
 }  // namespace rack::device

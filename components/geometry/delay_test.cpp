@@ -61,5 +61,33 @@ TEST(DelayTest, WhenTooManyAreUnderWayTheNewestTakesTheLastOnesPlace) {
   }
 }
 
+TEST(LaggingCommandTest, TheTimeIsDividedWhereACommandTakesEffect) {
+  LaggingCommand<double> speed;
+  double way = 0;
+  const auto step = [&](tims::Time now) {
+    speed.step(now, [&](double seconds) { way += speed.in_effect() * seconds; });
+  };
+  speed.set_lag(300ms);
+  step(kBegin);
+  speed.tell(10);
+  EXPECT_EQ(speed.newest(), 10);
+  EXPECT_EQ(speed.in_effect(), 0);
+  step(kBegin + 200ms);
+  EXPECT_EQ(way, 0);
+  step(kBegin + 800ms);
+  EXPECT_NEAR(way, 5, 1e-9);
+  step(kBegin + 100ms);  // from the line, late
+  EXPECT_NEAR(way, 5, 1e-9);
+  step(kBegin + 900ms);
+  EXPECT_NEAR(way, 6, 1e-9);
+}
+
+TEST(LaggingCommandTest, WithoutALagItTakesEffectImmediately) {
+  LaggingCommand<int> command;
+  command.tell(7);
+  EXPECT_EQ(command.in_effect(), 7);
+  EXPECT_EQ(command.newest(), 7);
+}
+
 }  // namespace delay_test
 }  // namespace rack::device

@@ -42,6 +42,16 @@ Pose operator-(const Pose& to, const Pose& from) {
           to.phi - from.phi, to.psi - from.psi, heading(to.rho - from.rho)};
 }
 
+Pose moved(const Pose& from, const Movement& by) {
+  const double middle = from.rho + by.rho / 2;
+  return {.x = from.x + by.x * std::cos(middle) - by.y * std::sin(middle),
+          .y = from.y + by.x * std::sin(middle) + by.y * std::cos(middle),
+          .z = from.z,
+          .phi = from.phi,
+          .psi = from.psi,
+          .rho = from.rho + by.rho};
+}
+
 Pose between(const Pose& a, const Pose& b, double part) {
   const auto line = [part](double from, double to) { return from + (to - from) * part; };
   const auto turn = [part](double from, double to) {

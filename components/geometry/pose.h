@@ -53,6 +53,15 @@ Pose operator+(const Pose& frame, const Pose& local);
 // The pose relative to `from`: from + (to - from) is `to`.
 Pose operator-(const Pose& to, const Pose& from);
 
+// A movement in the frame of the vehicle that makes it.
+struct Movement {
+  double x = 0;    // mm, forward
+  double y = 0;    // mm, to the right
+  double rho = 0;  // rad
+};
+// The pose after a short movement that turns evenly along its way. Full turns are kept in rho.
+Pose moved(const Pose& from, const Movement& by);
+
 // Interpolates: `part` 0: a, 1: b; other values extrapolate. Angles take the shorter arc.
 Pose between(const Pose& a, const Pose& b, double part);
 

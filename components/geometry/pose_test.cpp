@@ -37,6 +37,14 @@ TEST(Pose, OfAFrameThatLooksEast) {
   EXPECT_NEAR(world.rho, 1.5 * kPi, 1e-9);
 }
 
+TEST(Pose, AShortMovementLooksToTheMiddleOfItsTurn) {
+  const Pose to = moved({.x = 10, .z = 5, .rho = 7}, {.x = 3, .y = 4, .rho = 2});
+  EXPECT_DOUBLE_EQ(to.x, 10 + 3 * std::cos(8) - 4 * std::sin(8));
+  EXPECT_DOUBLE_EQ(to.y, 3 * std::sin(8) + 4 * std::cos(8));
+  EXPECT_EQ(to.z, 5);
+  EXPECT_EQ(to.rho, 9) << "with its full turn";
+}
+
 TEST(Pose, DifferenceUndoesTheSum) {
   const Pose frame{.x = 1000, .y = -2000, .z = 5, .phi = 0.1, .psi = 0.2, .rho = 4};
   const Pose local{.x = -30, .y = 77, .z = 1, .phi = 0.3, .psi = -0.2, .rho = 6};

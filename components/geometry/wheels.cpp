@@ -33,7 +33,20 @@ std::array<double, 3> solve(std::array<std::array<double, 4>, 3> rows) {
   return solution;
 }
 
+float within_range(float target, float smallest, float largest) {
+  if (target == 0 || largest == 0) return 0;
+  return std::copysign(std::min(std::max(std::abs(target), smallest), largest), target);
+}
+
 }  // namespace
+
+ChassisSpeed within_limits(const ChassisMoveData& command, const ChassisParamData& limits) {
+  const auto real = [](i32 speed) { return static_cast<float>(speed); };
+  const float omega = std::isfinite(command.omega.raw()) ? command.omega.raw() : 0;
+  return {.vx = within_range(real(command.vx), real(limits.vxMin), real(limits.vxMax)),
+          .vy = within_range(real(command.vy), real(limits.vyMin), real(limits.vyMax)),
+          .omega = within_range(omega, 0, limits.omegaMax)};
+}
 
 Wheels Wheels::differential(double track) {
   return {{{.x = 0, .y = -track / 2, .drive = 0}, {.x = 0, .y = track / 2, .drive = 1}}, 2, 0};

@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include "rack/proxies/chassis.h"
+
 namespace rack::device {
 
 struct ChassisSpeed {
@@ -16,6 +18,10 @@ struct ChassisSpeed {
 
   bool operator==(const ChassisSpeed&) const = default;
 };
+
+// A command within the limits of a vehicle: no speed above its maximum, or below its minimum except
+// 0; without a turning speed that is not a number.
+ChassisSpeed within_limits(const ChassisMoveData& command, const ChassisParamData& limits);
 
 struct Wheel {
   double x = 0;  // mm, from the reference point

@@ -7,6 +7,7 @@
 #include <deque>
 #include <random>
 
+#include "components/geometry/motors.h"
 #include "components/pilot/path_follower.h"
 
 namespace rack::pilot {
@@ -51,23 +52,19 @@ class Car {
     const ChassisParamData& c = model_.chassis;
     double wanted = std::clamp(now.speed, -1.0 * c.vxMax, 1.0 * c.vxMax);
     if (wanted != 0 && std::abs(wanted) < c.vxMin) wanted = std::copysign(c.vxMin, wanted);
-    const bool brakes = std::abs(wanted) < std::abs(speed_) || wanted * speed_ < 0;
-    const double rate = (brakes ? c.decMax : c.accMax) * kStep;
-    speed_ += std::clamp(wanted - speed_, -rate, rate);
+    const device::Acceleration<double> limit{1.0 * c.accMax, 1.0 * c.decMax};
+    speed_ = limit.changed(speed_, wanted, kStep);
     double turn = 0;
     if (model_.turns_at_rest) {
       turn = std::clamp<double>(now.omega, -c.omegaMax, c.omegaMax);
     } else {
       if (std::abs(now.speed) > 1) aim_ = std::atan(c.wheelBase * now.omega / now.speed);
       const double widest = std::atan(1.0 * c.wheelBase / std::max(1, c.minTurningRadius.raw()));
-      const double most = model_.steering_rate * kStep;
-      steering_ += std::clamp(std::clamp(aim_, -widest, widest) - steering_, -most, most);
+      steering_ = device::towards(steering_, std::clamp(aim_, -widest, widest),
+                                  model_.steering_rate, kStep);
       turn = speed_ * std::tan(steering_) / c.wheelBase;
     }
-    const double middle = at_.rho + turn * kStep / 2;
-    at_.x += speed_ * kStep * std::cos(middle);
-    at_.y += speed_ * kStep * std::sin(middle);
-    at_.rho += turn * kStep;
+    at_ = moved(at_, {.x = speed_ * kStep, .rho = turn * kStep});
   }
 
  private:

@@ -22,11 +22,7 @@ constexpr double kBraking = 0.95;  // of the deceleration of the path
 
 // The pose after driving with `command` for `time`.
 Pose moved(const Pose& from, const PathFollower::Command& command, double time) {
-  const double turn = command.omega * time;
-  const double middle = from.rho + turn / 2;
-  return {.x = from.x + command.speed * time * std::cos(middle),
-          .y = from.y + command.speed * time * std::sin(middle),
-          .rho = from.rho + turn};
+  return moved(from, {.x = command.speed * time, .rho = command.omega * time});
 }
 
 }  // namespace

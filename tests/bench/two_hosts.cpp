@@ -67,7 +67,7 @@ void remove_abandoned_hosts() {
     pid_t owner = 0;
     if (!name.starts_with(kName) || !(std::istringstream(name.substr(kName.size())) >> owner))
       continue;
-    const bool abandoned = ::kill(owner, 0) != 0 && !sim::is_running(name);
+    const bool abandoned = ::kill(owner, 0) != 0 && !sim::running_fleets().is_running(name);
     if (abandoned) (void)tried([&] { sim::clean_up(name); });
   }
 }

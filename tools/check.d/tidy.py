@@ -8,7 +8,7 @@ import shutil
 import subprocess
 from concurrent.futures import ThreadPoolExecutor
 
-from layers import INCLUDE, resolve
+from layers import resolve
 from targets import compiled, projects_apart
 from tree import Finding
 from words import TEST
@@ -16,6 +16,11 @@ from words import TEST
 CLANG_FORMAT = "clang-format-16"
 CLANG_TIDY = "clang-tidy-16"
 PARALLEL = 2
+INCLUDE = re.compile(r'^\s*#\s*include\s+["<]([^">]+\.h)[">]', re.MULTILINE)
+# Projects apart include what is installed with <>: they are analysed like a source of the same
+# language here that includes the same headers.
+LIKE = {".cpp": "components/examples/simple_module.cpp", ".c": "tests/system/c_api_example.c"}
+NEEDS_MORE = "tests/bench/mrpt/"  # includes MRPT, which only its own build installs
 _DIAGNOSTIC = re.compile(r"^(?P<path>/[^:\n]+):(?P<line>\d+):\d+: (?:error|warning): (?P<text>.*)$",
                          re.MULTILINE)
 
@@ -78,11 +83,9 @@ class Includes:
         return seen
 
 
-def selected(tree, includes, changed):
+def selected(tree, includes, changed, commands):
     """Sources to look at: the changed ones, and for a changed header one that includes it."""
-    known = compiled(tree) or set()
-    apart = tuple(projects_apart(tree))
-    sources = [s for s in tree.sources(".cpp", ".c") if s in known and not s.startswith(apart)]
+    sources = [s for s in tree.sources(".cpp", ".c") if s in commands]
     if changed is None or ".clang-tidy" in changed:
         return sources
     chosen = {s for s in sources if s in changed}
@@ -98,11 +101,18 @@ def _commands(tree, folder):
     text = tree.commands.read_text()
     text = re.sub(r" -include [^ ]*/cmake_pch\.hxx| -Winvalid-pch| -fpch-preprocess"
                   r"| -Wno-(restrict|stringop-\w+)", "", text)
-    (folder / "compile_commands.json").write_text(text)
     commands = json.loads(text)
     root = tree.root.resolve()
-    return {os.path.relpath(os.path.join(c["directory"], c["file"]), root): c["command"]
-            for c in commands}
+    known = {os.path.relpath(os.path.join(c["directory"], c["file"]), root): c for c in commands}
+    apart = tuple(projects_apart(tree))
+    for source in tree.sources(*LIKE):
+        like = known.get(LIKE[os.path.splitext(source)[1]])
+        if like and source.startswith(apart) and not source.startswith(NEEDS_MORE):
+            file = str(root / source)
+            command = like["command"].replace(like["file"], file)
+            known[source] = {**like, "file": file, "command": command}
+    (folder / "compile_commands.json").write_text(json.dumps(list(known.values())))
+    return {source: c["command"] for source, c in known.items()}
 
 
 def _key(tree, includes, path, command):
@@ -150,5 +160,5 @@ def check_tidy(tree, changed):
         return found
 
     with ThreadPoolExecutor(PARALLEL) as pool:
-        for found in {f for fs in pool.map(look, selected(tree, includes, changed)) for f in fs}:
+        for found in {f for fs in pool.map(look, selected(tree, includes, changed, commands)) for f in fs}:
             yield found

@@ -1,18 +1,17 @@
-// Functions for programs that supervise other programs: starting processes, running in the
-// background, reporting events, and answering requests from another terminal.
+// Functions for programs that supervise other programs: starting and ending processes, running in
+// the background, and reporting events. Requests from another terminal: control.h.
 #pragma once
 
 #include <functional>
+#include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
-#include "os/file.h"
 #include "os/process.h"
 #include "tims/time.h"
-#include "tools/cli/connection.h"
 #include "tools/cli/context.h"
 #include "tools/cli/failure.h"
-#include "tools/cli/output.h"
 
 namespace timsctl {
 
@@ -31,45 +30,38 @@ Process start(Launch launch);
 // Replaces this process by the program. Returns only by throwing Failure.
 [[noreturn]] void become(const Launch& launch);
 
-// --- Requests from another terminal: one JSON record as request, one as answer. A supervisor is
-// running if and only if it listens at its socket.
-
-bool somebody_listens(const std::string& path);
-// Sends a request. Throws Failure: no answer in time, or the failure that the server reported.
-// `nobody` is thrown if no process listens.
-json::object ask_control(const std::string& path, const json::object& question,
-                         const Signals& signals, tims::Duration timeout, const Failure& nobody);
-
-// The server of these requests. It handles {"do": "down"} itself: that request is answered at the
-// end, by end().
-class ControlServer {
+// A program that may run, and be started again when it has ended.
+class Child {
  public:
-  explicit ControlServer(tims::os::File listener) : listener_(std::move(listener)) {}
+  // In its own process group. Throws Failure if it cannot be executed.
+  void start(const Launch& launch) { process_ = timsctl::start(launch); }
 
-  // Waits for a request, until one of `others` is readable, or the deadline. Throws Interrupted.
-  void wait(std::vector<int> others, const Signals& signals, tims::Time deadline) const;
-  // Handles a waiting request, if there is one. A Failure thrown by `answer` is sent as the answer.
-  void take_question(const Signals& signals,
-                     const std::function<json::object(const json::object& question)>& answer);
-  [[nodiscard]] bool asked_to_end() const { return static_cast<bool>(ending_); }
-  // Closes the socket and answers the request to end.
-  void end(const json::object& answer);
+  [[nodiscard]] bool runs() const { return process_.has_value(); }
+  [[nodiscard]] std::optional<pid_t> pid() const;
+  [[nodiscard]] int descriptor() const;  // readable when it has ended; -1: it does not run
+  void signal(int number) const;         // to its process group
+  // Returns each end once. Waits for it until `within` is over.
+  std::optional<tims::os::ExitStatus> take_end(tims::Duration within = {});
 
  private:
-  tims::os::File listener_;
-  tims::os::File ending_;  // connection of the request to end
+  std::optional<Process> process_;
 };
 
-// Empty if the text is not a JSON object.
-json::object parse_object(std::string_view text);
+// Sends the signal to all, and SIGKILL to those that still run after `patience`; returns when none
+// runs. `look_after` waits until the deadline at most, and takes the ends.
+void end_all(std::span<const Child* const> children, int signal, tims::Duration patience,
+             const std::function<void(tims::Time deadline)>& look_after);
 
 // --- Running in the background
 
-// Runs `work` in a child process and returns when that has called `ready` (kDone) or has ended (its
-// exit status). After `ready`, its output goes to the file `log`. Throws Failure if the system
-// cannot create a process. Must be called before any thread is started.
-Exit run_detached(const std::string& log,
-                  const std::function<Exit(const std::function<void()>& ready)>& work);
+using Work = std::function<Exit(const std::function<void()>& ready)>;
+
+// Runs `work`. With --detach in a child process: this function returns when the work has called
+// `ready` (kDone) or has ended (its exit status), and from `ready` on its output goes to the file
+// `log`. Otherwise `ready` shows the note `is_up`, and how the work ends. Throws Failure if the
+// system cannot create a process. Must be called before any thread is started.
+Exit run_service(const Context& context, const std::string& log, std::string_view is_up,
+                 const Work& work);
 
 // --- Events of the supervised programs: time, subject and text, as one line or one JSON object
 // each

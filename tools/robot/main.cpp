@@ -22,7 +22,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::size_t kFileMax = 60'000;  // with its terminator it fits into a pipe
-constexpr tims::Duration kEndAnswers = std::chrono::seconds(30);
 
 // Reads to the end, or to a zero byte: then the writer keeps stdin open as long as the robot shall
 // run.
@@ -115,24 +114,19 @@ void show_saved(Context& context, const std::string& name, const json::object& a
 Exit up(Context& context) {
   const UpRequest request = read_robot_file(context);
   const std::string& name = request.deployment.name;
-  if (context.options.detach)
-    return run_detached(
-        robot::log_file(robot::key_of(name, request.deployment.router)),
-        [&](const std::function<void()>& ready) { return run_robot(context, request, ready); });
-  return run_robot(context, request, [&] {
-    context.out.note(fmt::format(
-        "robot {} is up: `timsctl component list`; {}", name,
-        context.options.run_for ? "it stops at the end of --for" : "stop it with Ctrl-C"));
-  });
+  return run_service(
+      context, robot::log_file(robot::key_of(name, request.deployment.router)),
+      fmt::format("robot {} is up: `timsctl component list`", name),
+      [&](const std::function<void()>& ready) { return run_robot(context, request, ready); });
 }
 
 Exit down(Context& context) {
   const auto& arguments = context.options.arguments;
   const std::string key =
       robot::chosen(arguments.empty() ? "" : arguments.front(), absolute(context.host));
-  const std::string name(robot::name_of(key));
-  const auto timeout = std::max(context.options.timeout, kEndAnswers);
-  (void)robot::ask(key, {{"do", "down"}}, context.signals, timeout);
+  const std::string name(name_of(key));
+  const auto timeout = std::max(context.options.timeout, kServiceAnswers);
+  (void)robot::robots().ask(key, {{"do", "down"}}, context.signals, timeout);
   if (context.out.json())
     context.out.write(
         json::object{{"schema", "tims/robot_done/1"}, {"name", name}, {"done", true}});
@@ -151,9 +145,9 @@ Exit save(Context& context) {
                         {"address", component.to_hex()},
                         {"name", arguments.size() > 1 ? arguments[1] : std::string()},
                         {"dry_run", context.options.dry_run}};
-  for (const std::string& key : robot::running()) {
+  for (const std::string& key : robot::robots().running()) {
     const auto ask = [&](const json::object& what) {
-      return robot::ask(key, what, context.signals, context.options.timeout);
+      return robot::robots().ask(key, what, context.signals, context.options.timeout);
     };
     const json::object shown = ask({{"do", "show"}});
     const auto is_it = [&](const json::value& item) {
@@ -179,11 +173,11 @@ Exit robot_show(Context& context) {
                                  {"PID", "pid"},
                                  {"ROUTER", "router"}};
   json::array items;
-  for (const std::string& key : robot::running()) {
+  for (const std::string& key : robot::robots().running()) {
     json::object answer =
-        robot::ask(key, {{"do", "show"}}, context.signals, context.options.timeout);
+        robot::robots().ask(key, {{"do", "show"}}, context.signals, context.options.timeout);
     for (json::value& item : item_array(answer)) {
-      item.as_object()["robot"] = robot::name_of(key);
+      item.as_object()["robot"] = name_of(key);
       item.as_object()["router"] = text_at(answer, "router");
       items.push_back(std::move(item));
     }
@@ -194,7 +188,7 @@ Exit robot_show(Context& context) {
 std::vector<std::string> candidates(std::string_view verb, std::size_t argument) {
   std::vector<std::string> names;
   if (verb != "down" || argument > 0) return names;
-  for (const std::string& key : robot::running()) names.emplace_back(robot::name_of(key));
+  for (const std::string& key : robot::robots().running()) names.emplace_back(name_of(key));
   return names;
 }
 

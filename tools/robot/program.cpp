@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -43,14 +44,11 @@ Program::Program(std::string name, Launch launch, Config config)
       config_(std::move(config)),
       policy_(config_.restart) {}
 
-std::optional<pid_t> Program::pid() const {
-  return child_ ? std::optional(child_->pid()) : std::nullopt;
-}
-
 void Program::start(tims::Time now) {
   Launch launch = launch_;
   for (const auto& options : {parameters_, state_to_keep_})
-    for (const auto& [name, value] : options) launch.command.push_back("--" + name + "=" + value);
+    for (const auto& [name, value] : options)
+      launch.command.push_back(fmt::format("--{}={}", name, value));
   if (wants_to_be_on(status_)) launch.command.emplace_back("--targetStatus=1");
   tims::os::Pipe out = value_or_fail(tims::os::make_pipe(), "pipe");
   launch.out = out.write.get();
@@ -62,7 +60,7 @@ void Program::start(tims::Time now) {
         ::write(in.write.get(), config_.input.data(), config_.input.size());
     launch.in = in.read.get();
   }
-  child_ = timsctl::start(launch);
+  child_.start(launch);
   input_ = std::move(in.write);
   previous_output_ = std::exchange(output_, {.pipe = std::move(out.read)});
   ::fcntl(output_.pipe.get(), F_SETFL, O_NONBLOCK);
@@ -87,24 +85,19 @@ void Program::on_notification(std::string_view text) {
   }
 }
 
-void Program::signal(int number) const {
-  if (child_) child_->signal_group(number);
-}
-
 std::vector<int> Program::descriptors() const {
   std::vector<int> all;
-  if (child_) all.push_back(child_->descriptor());
+  if (child_.runs()) all.push_back(child_.descriptor());
   for (const Output* output : {&previous_output_, &output_})
     if (output->pipe) all.push_back(output->pipe.get());
   return all;
 }
 
 std::optional<Program::End> Program::ended(tims::Time now) {
-  if (!child_ || !child_->has_ended()) return std::nullopt;
-  const tims::os::ExitStatus status = child_->reap();
-  child_.reset();
+  const auto status = child_.take_end();
+  if (!status) return std::nullopt;
   input_.reset();
-  return end_with(status, now, now - started_);
+  return end_with(*status, now, now - started_);
 }
 
 Program::End Program::could_not_start(tims::Time now) {

@@ -64,6 +64,7 @@ class StatusSocket {
   StatusSocket(const StatusSocket&) = delete;
   StatusSocket& operator=(const StatusSocket&) = delete;
 
+  [[nodiscard]] const std::string& path() const { return path_; }
   [[nodiscard]] int descriptor() const { return socket_.get(); }
   struct Notification {
     pid_t pid = 0;  // from the kernel, not from the sender
@@ -112,13 +113,12 @@ class Program {
   [[nodiscard]] const std::string& address() const { return address_; }  // empty: unknown
   using Parameters = std::map<std::string, std::string>;
   [[nodiscard]] const Parameters& parameters() const { return parameters_; }  // set at run time
-  [[nodiscard]] std::optional<pid_t> pid() const;
+  [[nodiscard]] const Child& child() const { return child_; }
 
   // Throws Failure if it cannot be executed. A component that was on when it ended is turned on
   // again, with the parameters that were set at run time.
   void start(tims::Time now);
   void on_notification(std::string_view text);  // received at the status socket
-  void signal(int number) const;
 
   // Readable when there is output or the program has ended; none: neither can happen.
   [[nodiscard]] std::vector<int> descriptors() const;
@@ -144,7 +144,7 @@ class Program {
   Config config_;
   RestartPolicy policy_;
 
-  std::optional<Process> child_;
+  Child child_;
   tims::os::File input_;
   struct Output {
     void take_lines(std::vector<std::string>& lines);

@@ -20,8 +20,6 @@ namespace timsctl::robot {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 // A folder that only this user can write.
 std::string all_robots() {
   if (const std::string runtime = tims::os::environment("XDG_RUNTIME_DIR"); !runtime.empty())
@@ -38,47 +36,26 @@ std::string key_of(std::string_view name, std::string_view router) {
   return fmt::format("{}@{:08x}", name, hash);
 }
 
-std::string_view name_of(std::string_view key) { return key.substr(0, key.find('@')); }
-
-std::string folder_of(std::string_view robot) { return fmt::format("{}/{}", all_robots(), robot); }
-std::string control_socket(std::string_view robot) { return folder_of(robot) + "/control.sock"; }
-std::string status_socket(std::string_view robot) { return folder_of(robot) + "/status.sock"; }
-std::string log_file(std::string_view robot) { return folder_of(robot) + "/log"; }
-
-std::vector<std::string> running() {
-  std::vector<std::string> names;
-  std::error_code ignored;
-  for (const auto& entry : fs::directory_iterator(all_robots(), ignored))
-    if (const std::string name = entry.path().filename(); is_running(name)) names.push_back(name);
-  std::ranges::sort(names);
-  return names;
+const Services& robots() {
+  static const Services kRobots(
+      "robot", all_robots(),
+      {.none = "`timsctl up FILE` starts one",
+       .not_running = "`timsctl up FILE` starts one",
+       .several = "name one: `timsctl down NAME`, with the same -H as its `up`"});
+  return kRobots;
 }
+
+std::string log_file(std::string_view key) { return robots().folder_of(key) + "/log"; }
 
 std::string chosen(std::string_view name, std::string_view router) {
   std::vector<std::string> found;
-  for (std::string& key : running()) {
+  for (std::string& key : robots().running()) {
     if (key == name || key == key_of(name, router)) return key;
     if (name.empty() || name == name_of(key)) found.push_back(std::move(key));
   }
-  if (found.size() == 1) return found.front();
-  if (found.size() > 1)
-    throw usage_error(fmt::format("several robots run: {}", fmt::join(found, ", ")),
-                      "name one: `timsctl down NAME`, with the same -H as its `up`");
-  if (name.empty())
-    throw Failure(Exit::kNoSuch, "no_such_robot", "no robot runs on this host",
-                  "`timsctl up FILE` starts one");
-  throw Failure(Exit::kNoSuch, "no_such_robot", fmt::format("robot {} is not running", name),
-                "`timsctl robot` lists running robots");
-}
-
-bool is_running(std::string_view robot) { return somebody_listens(control_socket(robot)); }
-
-json::object ask(std::string_view robot, const json::object& question, const Signals& signals,
-                 tims::Duration timeout) {
-  return ask_control(
-      control_socket(robot), question, signals, timeout,
-      {Exit::kNoSuch, "no_such_robot", fmt::format("robot {} is not running", name_of(robot)),
-       "`timsctl up FILE` starts one"});
+  if (found.empty() && !name.empty())
+    throw robots().not_running(name, "`timsctl robot` lists running robots");
+  return robots().only_one(found);
 }
 
 namespace {
@@ -128,8 +105,8 @@ Supervisor::Supervisor(Context& context, const Robot& robot, const Deployment& d
       router_(deployment.router),
       key_(key_of(deployment.name, deployment.router)),
       source_(deployment.source),
-      control_(listen(deployment, control_socket(key_))) {
-  status_.emplace(status_socket(key_));
+      control_(listen(deployment, robots().control_socket(key_)), context.signals),
+      status_(robots().folder_of(key_) + "/status.sock") {
   for (std::size_t i = 0; i < robot.components.size(); ++i)
     if (robot.components[i].host == deployment.host) add(robot.components[i], i, deployment);
   if (deployment.host.empty())
@@ -141,7 +118,7 @@ Supervisor::~Supervisor() {
     end_all();
   } catch (const std::exception&) {
     // The reader of stdout has closed it; the programs must be stopped nevertheless.
-    for (const Program& program : programs_) program.signal(SIGKILL);
+    for (const Program& program : programs_) program.child().signal(SIGKILL);
   }
   control_.end({{"schema", "tims/robot_done/1"}, {"done", true}});
 }
@@ -151,7 +128,7 @@ void Supervisor::add(const Component& component, std::size_t number, const Deplo
       component.name,
       Launch{.command = component.command,
              .environment = {"TIMS_ROUTER=" + deployment.router, "TIMS_HOST=",
-                             "NOTIFY_SOCKET=" + status_socket(key_), "PATH=" + search_path()},
+                             "NOTIFY_SOCKET=" + status_.path(), "PATH=" + search_path()},
              .folder = deployment.folder},
       Program::Config{.restart = component.restart, .notifies = component.notifies});
   components_[&programs_.back()] = number;
@@ -218,12 +195,12 @@ tims::Time Supervisor::next_start() const {
 
 void Supervisor::wait(tims::Time deadline, int input) {
   std::vector<int> descriptors = descriptors_of(programs_);
-  descriptors.insert(descriptors.end(), {status_->descriptor(), input});
-  control_.wait(std::move(descriptors), context_.signals, deadline);
+  descriptors.insert(descriptors.end(), {status_.descriptor(), input});
+  control_.wait(std::move(descriptors), deadline);
 }
 
 void Supervisor::look_after_programs() {
-  control_.take_question(context_.signals, [&](const json::object& question) {
+  control_.take_question([&](const json::object& question) {
     return text_at(question, "do") == "save" ? save(question) : report();
   });
   take_notifications();
@@ -261,8 +238,9 @@ void Supervisor::take_end(Program& program, const Program::End& end) {
 }
 
 void Supervisor::take_notifications() {
-  while (const auto said = status_->take()) {
-    const auto program = std::ranges::find(programs_, std::optional(said->pid), &Program::pid);
+  while (const auto said = status_.take()) {
+    const auto program = std::ranges::find(programs_, std::optional(said->pid),
+                                           [](const Program& any) { return any.child().pid(); });
     if (program == programs_.end()) continue;
     program->on_notification(said->text);
     // The status is shown by `timsctl robot`.
@@ -275,7 +253,7 @@ json::object Supervisor::report() const {
   json::array items;
   for (const Program& program : programs_) {
     json::object item{{"name", program.name()}, {"status", program.status()}};
-    if (const auto pid = program.pid()) item["pid"] = *pid;
+    if (const auto pid = program.child().pid()) item["pid"] = *pid;
     if (!program.address().empty()) item["address"] = program.address();
     items.push_back(std::move(item));
   }
@@ -305,16 +283,13 @@ json::object Supervisor::save(const json::object& question) {
 
 void Supervisor::end_all() {
   ending_ = true;
-  for (const Program& program : programs_) program.signal(SIGTERM);
-  const tims::Time deadline = tims::os::now() + kEndPatience;
-  const auto runs = [](const Program& program) { return program.pid().has_value(); };
-  while (std::ranges::any_of(programs_, runs)) {
-    if (tims::os::now() >= deadline)
-      for (const Program& program : programs_) program.signal(SIGKILL);
+  std::vector<const Child*> children;
+  for (const Program& program : programs_) children.push_back(&program.child());
+  timsctl::end_all(children, SIGTERM, kEndPatience, [&](tims::Time deadline) {
     const auto any = tims::os::any_of(descriptors_of(programs_));
     (void)tims::os::is_readable(any ? any->get() : -1, deadline - tims::os::now());
     for (Program& program : programs_) look_after(program);
-  }
+  });
 }
 
 }  // namespace timsctl::robot

@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/cli/connection.h"
 #include "tools/cli/context.h"
+#include "tools/cli/control.h"
 #include "tools/cli/output.h"
 #include "tools/cli/service.h"
 #include "tools/robot/program.h"
@@ -19,25 +19,14 @@
 
 namespace timsctl::robot {
 
-// Robots of the same name may run at different routers. The key of the functions below consists of
-// the name and a hash of the router: "sim-1@5c0ffee5".
+// The robots that run on this host. Robots of the same name may run at different routers, so a key
+// consists of the name and a hash of the router: "sim-1@5c0ffee5".
+const Services& robots();
 std::string key_of(std::string_view name, std::string_view router);
-std::string_view name_of(std::string_view key);
-
-std::string folder_of(std::string_view robot);
-std::string control_socket(std::string_view robot);
-std::string status_socket(std::string_view robot);  // receives the status of its components
-std::string log_file(std::string_view robot);       // log of a robot in the background
-
-// The keys of all running robots, sorted.
-std::vector<std::string> running();
-bool is_running(std::string_view robot);
+std::string log_file(std::string_view key);  // log of a robot in the background
 // The key of the robot with this name or key; if several have the name, of the one at this router.
 // Without a name: of the only robot. Throws Failure.
 std::string chosen(std::string_view name, std::string_view router);
-// Sends a request to its supervisor. Throws Failure: it does not run or does not answer.
-json::object ask(std::string_view robot, const json::object& question, const Signals& signals,
-                 tims::Duration timeout);
 
 struct Deployment {
   std::string name;  // name for `timsctl down`
@@ -89,7 +78,7 @@ class Supervisor {
   std::string key_;  // of its folder
   RobotText source_;
   ControlServer control_;
-  std::optional<StatusSocket> status_;
+  StatusSocket status_;
   std::list<Program> programs_;
   std::map<const Program*, std::size_t> components_;  // index of the component in the file
   bool ending_ = false;

@@ -14,11 +14,6 @@
 namespace timsctl {
 namespace {
 
-using namespace std::chrono_literals;
-
-// Starting and stopping programs takes longer than an answer of a router.
-constexpr tims::Duration kFleetAnswers = 30s;
-
 sim::Fleet read_fleet_file(Context& context) {
   const std::string& path = context.options.arguments.front();
   auto text = tims::os::read_file(path);
@@ -50,8 +45,8 @@ Exit run_fleet(Context& context, const sim::Plan& plan, const std::function<void
 Exit ask(Context& context, const json::object& question) {
   sim::need_root();
   const std::string fleet = sim::chosen_fleet(context.options.fleet);
-  const auto timeout = std::max(context.options.timeout, kFleetAnswers);
-  const json::object answer = sim::ask_fleet(fleet, question, context.signals, timeout);
+  const auto timeout = std::max(context.options.timeout, kServiceAnswers);
+  const json::object answer = sim::running_fleets().ask(fleet, question, context.signals, timeout);
   if (context.out.json())
     context.out.write(answer);
   else if (at_path(answer, "line") != nullptr)
@@ -118,7 +113,7 @@ std::string draw_fleet(const json::object& fleet, const Look& look) {
 json::object fleet_state(const std::string& name) {
   json::object fleet = sim::read_state(name);
   fleet["name"] = name;
-  fleet["state"] = sim::is_running(name) ? "running" : "crashed";
+  fleet["state"] = sim::running_fleets().is_running(name) ? "running" : "crashed";
   return fleet;
 }
 
@@ -155,17 +150,12 @@ Exit sim_up(Context& context) {
   sim::Plan plan = sim::make_plan(read_fleet_file(context));
   plan.programs_folder = std::filesystem::path(context.options.arguments.front()).parent_path();
   sim::need_root();
-  if (context.options.detach)
-    return run_detached(plan.folder + "/log", [&](const std::function<void()>& ready) {
-      return run_fleet(context, plan, ready);
-    });
-  return run_fleet(context, plan, [&] {
-    context.out.note(fmt::format(
-        "fleet {} is up: `timsctl sim show`, `timsctl sim exec base "
-        "timsctl status`, `timsctl sim fault {} cut`; {}",
-        plan.name, plan.lines.front().name,
-        context.options.run_for ? "it stops at the end of --for" : "stop it with Ctrl-C"));
-  });
+  return run_service(
+      context, plan.folder + "/log",
+      fmt::format("fleet {} is up: `timsctl sim show`, `timsctl sim exec base "
+                  "timsctl status`, `timsctl sim fault {} cut`",
+                  plan.name, plan.lines.front().name),
+      [&](const std::function<void()>& ready) { return run_fleet(context, plan, ready); });
 }
 
 Exit sim_down(Context& context) {
@@ -177,8 +167,9 @@ Exit sim_down(Context& context) {
   for (const std::string& name : names) {
     if (!sim::is_fleet_name(name))
       throw usage_error(fmt::format("\"{}\" is not a fleet name", name), "`timsctl sim show`");
-    const bool runs = sim::is_running(name);
-    if (runs) (void)sim::ask_fleet(name, {{"do", "down"}}, context.signals, kFleetAnswers);
+    const bool runs = sim::running_fleets().is_running(name);
+    if (runs)
+      (void)sim::running_fleets().ask(name, {{"do", "down"}}, context.signals, kServiceAnswers);
     const bool left = !runs && sim::clean_up(name);
     if (runs || left)
       context.out.note(fmt::format("fleet {}: {}", name, runs ? "down" : "leftovers removed"));

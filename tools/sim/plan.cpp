@@ -169,11 +169,6 @@ const PlannedHost* Plan::find_host(std::string_view host) const {
   return found == hosts.end() ? nullptr : &*found;
 }
 
-const Line* Plan::find_line(std::string_view line) const {
-  const auto found = std::ranges::find(lines, line, &Line::name);
-  return found == lines.end() ? nullptr : &*found;
-}
-
 std::vector<std::string> environment_at(const std::string& router_socket) {
   return {"TIMS_ROUTER=" + router_socket,
           "TIMS_HOST=", "XDG_RUNTIME_DIR=" + router_socket.substr(0, router_socket.rfind('/'))};

@@ -63,7 +63,6 @@ struct Plan {
   std::vector<Step> steps;
 
   [[nodiscard]] const PlannedHost* find_host(std::string_view host) const;
-  [[nodiscard]] const Line* find_line(std::string_view line) const;
 };
 
 inline constexpr std::string_view kSimFolder = "/run/tims-sim";

@@ -70,9 +70,9 @@ Programs::Programs(const Plan& plan) {
 }
 
 void Programs::start(Program& program) {
-  if (program.child) return;
+  if (program.child.runs()) return;
   try {
-    program.child = timsctl::start(program.launch);
+    program.child.start(program.launch);
   } catch (const Failure& failure) {
     throw Failure(failure.exit, failure.code,
                   fmt::format("{}: {}", program.host->name, failure.message), failure.hint);
@@ -83,12 +83,11 @@ void Programs::await_router(Program& program, const Signals& signals) {
   const tims::Time deadline = tims::os::deadline_after(kRouterPatience);
   while (!tims::os::connect_unix(program.host->socket())) {
     const tims::Time now = tims::os::now();
-    const bool ended = signals.wait(program.child->descriptor(), now + kProgramsLookAgain) ==
-                       Signals::WaitResult::kReadable;
-    if (!ended && now < deadline) continue;
-    const std::string why = ended ? program.child->reap().to_string()
-                                  : std::string("it did not open its socket in time");
-    if (ended) program.child.reset();
+    (void)signals.wait(program.child.descriptor(), now + kProgramsLookAgain);
+    const auto end = program.child.take_end();
+    if (!end && now < deadline) continue;
+    const std::string why =
+        end ? end->to_string() : std::string("it did not open its socket in time");
     throw Failure(Exit::kNo, "router_failed",
                   fmt::format("{}: tims-router did not start: {}\n{}", program.host->name, why,
                               end_of_file(program.launch.log)),
@@ -114,15 +113,18 @@ void Programs::start_all(const Signals& signals) {
 
 template <typename Condition>
 void Programs::end(Condition concerned, int signal) {
-  for (const Program& program : programs_)
-    if (program.child && concerned(program)) program.child->signal_group(signal);
-  const tims::Time deadline = tims::os::deadline_after(kEndPatience);
-  for (Program& program : programs_) {
-    if (!program.child || !concerned(program)) continue;
-    if (!program.child->has_ended(deadline - tims::os::now())) program.child->signal_group(SIGKILL);
-    program.status = program.child->reap();
-    program.child.reset();
-  }
+  std::vector<Program*> all;
+  std::vector<const Child*> children;
+  for (Program& program : programs_)
+    if (concerned(program)) {
+      all.push_back(&program);
+      children.push_back(&program.child);
+    }
+  timsctl::end_all(children, signal, kEndPatience, [&](tims::Time deadline) {
+    for (Program* program : all)
+      if (const auto end = program->child.take_end(deadline - tims::os::now()))
+        program->status = *end;
+  });
 }
 
 std::size_t Programs::kill(const PlannedHost& host, std::string_view part) {
@@ -140,7 +142,7 @@ std::size_t Programs::kill(const PlannedHost& host, std::string_view part) {
     if (!concerned(program)) continue;
     any = true;
     router = router || program.router;
-    killed += program.child ? 1U : 0U;
+    killed += program.child.runs() ? 1U : 0U;
   }
   if (!any) throw no_such("program", part, known);
   end(concerned, SIGKILL);
@@ -157,16 +159,16 @@ void Programs::end_all() {
 std::vector<int> Programs::descriptors() const {
   std::vector<int> all;
   for (const Program& program : programs_)
-    if (program.child) all.push_back(program.child->descriptor());
+    if (program.child.runs()) all.push_back(program.child.descriptor());
   return all;
 }
 
 std::vector<Programs::End> Programs::ended() {
   std::vector<End> ends;
   for (Program& program : programs_) {
-    if (!program.child || !program.child->has_ended()) continue;
-    program.status = program.child->reap();
-    program.child.reset();
+    const auto end = program.child.take_end();
+    if (!end) continue;
+    program.status = *end;
     ends.push_back(
         {program.host->name, program.label, program.status, end_of_file(program.launch.log)});
   }
@@ -178,10 +180,10 @@ json::array Programs::report(const PlannedHost& host) const {
   for (const Program& program : programs_) {
     if (program.host != &host) continue;
     json::object item{{"name", program.label},
-                      {"state", program.child ? "running" : "ended"},
+                      {"state", program.child.runs() ? "running" : "ended"},
                       {"log", program.launch.log}};
-    if (program.child)
-      item["pid"] = program.child->pid();
+    if (const auto pid = program.child.pid())
+      item["pid"] = *pid;
     else
       item["end"] = program.status.to_string();
     out.push_back(std::move(item));

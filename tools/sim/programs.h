@@ -48,7 +48,7 @@ class Programs {
     bool router;
     std::string label;
     Launch launch;
-    std::optional<Process> child;
+    Child child;
     tims::os::ExitStatus status;  // of its last run
   };
 

@@ -93,7 +93,7 @@ std::vector<pid_t> RunningFleet::processes() const {
 }
 
 void RunningFleet::save(const std::string& folder) const {
-  const std::string from = folder_of(options_.name);
+  const std::string from = running_fleets().folder_of(options_.name);
   for (const auto& entry : fs::recursive_directory_iterator(from)) {
     if (!entry.is_regular_file()) continue;
     const fs::path to = folder / fs::relative(entry.path(), from);
@@ -112,14 +112,15 @@ std::vector<std::string> RunningFleet::take_down() {
     left.emplace_back("the process of the fleet has not ended");
   for (const std::string& network : networks_of(options_.name))
     left.push_back("namespace " + network);
-  if (fs::exists(folder_of(options_.name))) left.push_back(folder_of(options_.name));
+  if (fs::exists(running_fleets().folder_of(options_.name)))
+    left.push_back(running_fleets().folder_of(options_.name));
   for (const pid_t pid : pids)
     if (::kill(pid, 0) == 0) left.push_back(fmt::format("process {}", pid));
   return left;
 }
 
 std::string RunningFleet::socket(const std::string& host) const {
-  return fmt::format("{}/{}/router.sock", folder_of(options_.name), host);
+  return fmt::format("{}/{}/router.sock", running_fleets().folder_of(options_.name), host);
 }
 
 }  // namespace timsctl::sim

@@ -29,15 +29,16 @@ std::string fleet_of_network(std::string_view network) {
   return dash != std::string_view::npos && is_fleet_name(name) ? name : std::string();
 }
 
-Failure not_running(std::string_view fleet) {
-  return {Exit::kNoSuch, "no_such_fleet", fmt::format("fleet {} is not running", fleet),
-          "`timsctl sim up FILE` starts one; `timsctl sim show` lists all"};
-}
-
 }  // namespace
 
-std::string folder_of(std::string_view fleet) { return fmt::format("{}/{}", kSimFolder, fleet); }
-std::string control_socket(std::string_view fleet) { return folder_of(fleet) + "/control.sock"; }
+const Services& running_fleets() {
+  static const Services kFleets(
+      "fleet", std::string(kSimFolder),
+      {.none = "`timsctl sim up FILE` starts one, as root",
+       .not_running = "`timsctl sim up FILE` starts one; `timsctl sim show` lists all",
+       .several = "select one with --fleet NAME"});
+  return kFleets;
+}
 
 std::vector<std::string> fleets() {
   std::vector<std::string> names;
@@ -52,14 +53,13 @@ std::vector<std::string> fleets() {
   return names;
 }
 
-bool is_running(std::string_view fleet) { return somebody_listens(control_socket(fleet)); }
-
 json::object read_state(std::string_view fleet) {
-  return parse_object(tims::os::read_file(folder_of(fleet) + "/state.json").value_or({}));
+  return parse_object(
+      tims::os::read_file(running_fleets().folder_of(fleet) + "/state.json").value_or({}));
 }
 
 void write_state(std::string_view fleet, const json::object& state) {
-  const std::string path = folder_of(fleet) + "/state.json";
+  const std::string path = running_fleets().folder_of(fleet) + "/state.json";
   std::ofstream(path + ".new") << to_text(state) << '\n';
   std::error_code ignored;  // atomic: readers see the complete old or new file
   fs::rename(path + ".new", path, ignored);
@@ -69,13 +69,8 @@ bool clean_up(std::string_view fleet) {
   const auto networks = networks_of(fleet);
   remove_networks(networks);
   std::error_code ignored;
-  const auto files = fs::remove_all(folder_of(fleet), ignored);
+  const auto files = fs::remove_all(running_fleets().folder_of(fleet), ignored);
   return !networks.empty() || (files != 0 && files != static_cast<std::uintmax_t>(-1));
-}
-
-json::object ask_fleet(std::string_view fleet, const json::object& question, const Signals& signals,
-                       tims::Duration timeout) {
-  return ask_control(control_socket(fleet), question, signals, timeout, not_running(fleet));
 }
 
 std::string chosen_fleet(std::string_view name) {
@@ -84,15 +79,7 @@ std::string chosen_fleet(std::string_view name) {
       throw usage_error(fmt::format("\"{}\" is not a fleet name", name), "`timsctl sim show`");
     return std::string(name);
   }
-  std::vector<std::string> running;
-  for (std::string& fleet : fleets())
-    if (is_running(fleet)) running.push_back(std::move(fleet));
-  if (running.size() == 1) return running.front();
-  if (running.empty())
-    throw Failure(Exit::kNoSuch, "no_such_fleet", "no fleet runs on this host",
-                  "`timsctl sim up FILE` starts one, as root");
-  throw usage_error(fmt::format("several fleets run: {}", fmt::join(running, ", ")),
-                    "select one with --fleet NAME");
+  return running_fleets().only_one(running_fleets().running());
 }
 
 Failure no_such(std::string_view what, std::string_view name,
@@ -125,13 +112,18 @@ tims::os::Command undoing(const Step& step) {
   return {"heal"};
 }
 
-}  // namespace
-
-namespace {
+template <typename Item>
+const Item& need(std::string_view what, std::string_view name, const std::vector<Item>& items) {
+  const auto found = std::ranges::find(items, name, &Item::name);
+  if (found != items.end()) return *found;
+  std::vector<std::string_view> known(items.size());
+  std::ranges::transform(items, known.begin(), &Item::name);
+  throw no_such(what, name, known);
+}
 
 // Reserves the name of the fleet.
 tims::os::File listen(const Context& context, const Plan& plan) {
-  if (is_running(plan.name))
+  if (running_fleets().is_running(plan.name))
     throw Failure(Exit::kDenied, "fleet_runs",
                   fmt::format("fleet {} is already running", plan.name),
                   fmt::format("`timsctl sim down {}` stops it; --fleet NAME gives this one another "
@@ -139,7 +131,8 @@ tims::os::File listen(const Context& context, const Plan& plan) {
                               plan.name));
   if (clean_up(plan.name))
     context.out.note(fmt::format("fleet {}: removed the remains of a crash", plan.name));
-  return value_or_fail(tims::os::listen_unix(control_socket(plan.name), 0600), plan.folder);
+  return value_or_fail(tims::os::listen_unix(running_fleets().control_socket(plan.name), 0600),
+                       plan.folder);
 }
 
 }  // namespace
@@ -151,7 +144,7 @@ Supervisor::Supervisor(Context& context, const Plan& plan)
       network_(plan),
       programs_(plan),
       routers_(context, plan),
-      control_(listen(context, plan)) {
+      control_(listen(context, plan), context.signals) {
   since_ = base::rfc3339(tims::os::wall_now());
   for (const Line& line : plan.lines) states_[line.name] = line.own;
 }
@@ -335,10 +328,9 @@ tims::Time Supervisor::next_deadline(tims::Time until) const {
 
 void Supervisor::serve(tims::Time until) {
   while (!control_.asked_to_end() && tims::os::now() < until) {
-    control_.wait(programs_.descriptors(), context_.signals, next_deadline(until));
+    control_.wait(programs_.descriptors(), next_deadline(until));
     look_after_programs();
-    control_.take_question(context_.signals,
-                           [&](const json::object& question) { return answer(question); });
+    control_.take_question([&](const json::object& question) { return answer(question); });
     while (!schedule_.empty() && schedule_.begin()->first <= tims::os::now()) {
       const auto [at, action] = *schedule_.begin();
       schedule_.erase(schedule_.begin());
@@ -377,17 +369,11 @@ json::object Supervisor::answer(const json::object& question) {
 }
 
 const PlannedHost& Supervisor::need_host(std::string_view name) const {
-  if (const PlannedHost* host = plan_.find_host(name)) return *host;
-  std::vector<std::string_view> known;
-  for (const PlannedHost& host : plan_.hosts) known.push_back(host.name);
-  throw no_such("host", name, known);
+  return need("host", name, plan_.hosts);
 }
 
 const Line& Supervisor::need_line(std::string_view name) const {
-  if (const Line* line = plan_.find_line(name)) return *line;
-  std::vector<std::string_view> known;
-  for (const Line& line : plan_.lines) known.push_back(line.name);
-  throw no_such("line", name, known);
+  return need("line", name, plan_.lines);
 }
 
 }  // namespace timsctl::sim

@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "tools/cli/connection.h"
 #include "tools/cli/context.h"
+#include "tools/cli/control.h"
 #include "tools/cli/failure.h"
 #include "tools/cli/output.h"
 #include "tools/cli/service.h"
@@ -20,12 +20,10 @@
 
 namespace timsctl::sim {
 
-std::string folder_of(std::string_view fleet);
-std::string control_socket(std::string_view fleet);
-
+// The fleets that run on this host.
+const Services& running_fleets();
 // All that have a folder or a namespace, running or not.
 std::vector<std::string> fleets();
-bool is_running(std::string_view fleet);
 
 // The state last written by the process of the fleet; empty if there is none.
 json::object read_state(std::string_view fleet);
@@ -34,11 +32,6 @@ void write_state(std::string_view fleet, const json::object& state);
 // Removes everything of a fleet that does not run: processes, namespaces, files. False: there was
 // nothing.
 bool clean_up(std::string_view fleet);
-
-// Sends a request to the process of the fleet. Throws Failure: it does not run, does not answer, or
-// refuses.
-json::object ask_fleet(std::string_view fleet, const json::object& question, const Signals& signals,
-                       tims::Duration timeout);
 
 // The name, or if it is empty the only running fleet. Throws Failure.
 std::string chosen_fleet(std::string_view name);

@@ -54,9 +54,6 @@ class ChassisControl {
 
  private:
   void stop();
-  [[nodiscard]] ChassisSpeed within_limits(const ChassisMoveData& target) const;
-  [[nodiscard]] float approach(float from, float to, float acceleration, float deceleration,
-                               float seconds) const;
 
   ChassisParamData limits_;
   ChassisRules rules_;

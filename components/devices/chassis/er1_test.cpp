@@ -55,7 +55,7 @@ TEST_F(Er1DialogueTest, TurnsRightWhenTheLeftWheelIsFaster) {
   line_->run(1s);
   EXPECT_NEAR(robot_.body().left(), 395, 1);
   EXPECT_NEAR(robot_.body().right(), 205, 1);
-  EXPECT_GT(robot_.body().heading(), 0.2);
+  EXPECT_GT(robot_.body().pose().rho, 0.2);
 }
 
 TEST_F(Er1DialogueTest, CountsWhatTheWheelsDo) {
@@ -70,7 +70,7 @@ TEST_F(Er1DialogueTest, CountsWhatTheWheelsDo) {
     heading += static_cast<double>(data_.deltaRho.raw());
   }
   EXPECT_NEAR(x, (robot_.body().left_way() + robot_.body().right_way()) / 2, 10);
-  EXPECT_NEAR(heading, robot_.body().heading(), 0.03);
+  EXPECT_NEAR(heading, robot_.body().pose().rho, 0.03);
 }
 
 TEST_F(Er1DialogueTest, WithoutCountersItIsWhatTheWheelsWereTold) {

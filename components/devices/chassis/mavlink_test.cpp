@@ -135,7 +135,7 @@ TEST_F(MavlinkVehicleTest, ArmsAndDrives) {
     EXPECT_TRUE(vehicle_->is_armed());
     EXPECT_EQ(rover_.intervals(), 5);
     vehicle_->take(data_, recorded_);
-    const double heading = rover_.body().heading();
+    const double heading = rover_.body().pose().rho;
     const double way = rover_.body().left_way() + rover_.body().right_way();
     vehicle_->drive({.vx = 800, .omega = 0.3F}, line_->now());
     double x = 0;
@@ -150,7 +150,7 @@ TEST_F(MavlinkVehicleTest, ArmsAndDrives) {
     EXPECT_NEAR(data_.omega.raw(), 0.3, 1e-3);
     EXPECT_FLOAT_EQ(data_.battery.raw(), 12.6F);
     EXPECT_NEAR(x, (rover_.body().left_way() + rover_.body().right_way() - way) / 2, 10);
-    EXPECT_NEAR(turned, rover_.body().heading() - heading, 0.01);
+    EXPECT_NEAR(turned, rover_.body().pose().rho - heading, 0.01);
   }
 }
 

@@ -12,6 +12,7 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr double kMotorBusTurn = 2 * std::numbers::pi;
+constexpr Acceleration<double> kShaftAcceleration{400, 400};  // rad/s2
 constexpr Duration kNodeTick = 10ms;
 constexpr Duration kOdriveWatchdog = 200ms;
 constexpr Duration kVescTick = 20ms;
@@ -37,42 +38,19 @@ std::int32_t whole(double value) { return static_cast<std::int32_t>(std::llround
 }  // namespace
 
 void ShaftModel::step(Time now) {
-  // Arrivals have the time when they were on the line, which may be before the last step.
-  if (last_ == Time{}) last_ = now;
-  if (now < last_) return;
-  while (const auto due = under_way_.take(now)) {
-    go_on(std::max(due->at, last_));
-    does_ = due->command;
-  }
-  go_on(now);
-}
-
-void ShaftModel::want(const Target& target) {
-  if (lag_ == Duration{})
-    does_ = target;
-  else
-    under_way_.tell(target, last_ + lag_);
-}
-
-void ShaftModel::go_on(Time now) {
-  if (now == last_) return;
-  const double seconds = std::chrono::duration<double>(now - last_).count();
-  last_ = now;
-  if (does_.target) {
-    const double left = *does_.target - position_;
-    const double way = std::min(std::abs(left), does_.limit * seconds);
-    velocity_ = std::copysign(way, left) / seconds;
-    position_ += std::copysign(way, left);
-    return;
-  }
-  const double change = kAcceleration * seconds;
-  velocity_ += std::clamp(does_.velocity - velocity_, -change, change);
-  position_ += velocity_ * seconds;
+  target_.step(now, [&](double seconds) {
+    const Target& target = target_.in_effect();
+    if (target.position)
+      motion_.go_to(*target.position, target.limit, seconds);
+    else
+      motion_.run(target.velocity, kShaftAcceleration, seconds);
+  });
 }
 
 bool ShaftModel::is_there() const {
   constexpr double kNear = 1e-3;
-  return !does_.target || std::abs(*does_.target - position_) < kNear;
+  const auto& target = target_.in_effect().position;
+  return !target || std::abs(*target - position()) < kNear;
 }
 
 // --- the bus

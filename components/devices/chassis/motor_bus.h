@@ -13,41 +13,35 @@
 #include "components/devices/chassis/vesc.h"
 #include "components/devices/core/scene.h"
 #include "components/geometry/delay.h"
+#include "components/geometry/motors.h"
 
 namespace rack::device {
 
 // Model of a motor's shaft, with a target velocity or a target position.
 class ShaftModel {
  public:
-  void turn(double velocity) { want({.velocity = velocity}); }
-  void go_to(double position, double velocity) { want({.target = position, .limit = velocity}); }
-  void set_lag(Duration lag) { lag_ = lag; }
-  void set_position(double position) { position_ = position; }
+  void turn(double velocity) { target_.tell({.velocity = velocity}); }
+  void go_to(double position, double velocity) {
+    target_.tell({.position = position, .limit = velocity});
+  }
+  void set_lag(Duration lag) { target_.set_lag(lag); }
+  void set_position(double position) { motion_.way = position; }
   void step(Time now);
 
-  [[nodiscard]] double position() const { return position_; }
-  [[nodiscard]] double velocity() const { return velocity_; }
-  [[nodiscard]] double wanted() const { return does_.velocity; }
+  [[nodiscard]] double position() const { return motion_.way; }
+  [[nodiscard]] double velocity() const { return motion_.speed; }
+  [[nodiscard]] double wanted() const { return target_.in_effect().velocity; }
   [[nodiscard]] bool is_there() const;
 
  private:
-  static constexpr double kAcceleration = 400;  // rad/s2
-
   struct Target {
     double velocity = 0;
-    std::optional<double> target{};
-    double limit = 0;  // maximum velocity towards the target position
+    std::optional<double> position{};
+    double limit = 0;  // maximum velocity towards the position
   };
 
-  void want(const Target& target);
-  void go_on(Time now);
-
-  double position_ = 0;
-  double velocity_ = 0;
-  Target does_{};
-  Duration lag_{};
-  Delay<Target> under_way_;
-  Time last_{};
+  LaggingCommand<Target> target_;
+  MotorMotion motion_;
 };
 
 class EmulatedMotor {

@@ -78,7 +78,7 @@ TEST_F(P2osDialogueTest, OpensTheRobotAndDrivesIt) {
   EXPECT_NEAR(data_.vx.raw(), 300, 2);
   EXPECT_NEAR(data_.omega.raw(), 0.2, 0.02);
   EXPECT_NEAR(x, (robot_.body().left_way() + robot_.body().right_way()) / 2, 40);
-  EXPECT_NEAR(heading, robot_.body().heading(), 0.03);
+  EXPECT_NEAR(heading, robot_.body().pose().rho, 0.03);
   EXPECT_GT(x, 2500);
 }
 

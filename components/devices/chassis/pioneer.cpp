@@ -111,11 +111,12 @@ void PioneerEmulator::on_timeout(Time now, Output& out) {
 
 void PioneerEmulator::send_state(Output& out) {
   std::vector<std::byte> body{std::byte{body_.stands() ? std::uint8_t{0x32} : std::uint8_t{0x33}}};
-  append_little(body, static_cast<std::int16_t>(static_cast<int>(std::lround(body_.x())) & 0x7FFF));
   append_little(body,
-                static_cast<std::int16_t>(static_cast<int>(std::lround(-body_.y())) & 0x7FFF));
+                static_cast<std::int16_t>(static_cast<int>(std::lround(body_.pose().x)) & 0x7FFF));
+  append_little(body,
+                static_cast<std::int16_t>(static_cast<int>(std::lround(-body_.pose().y)) & 0x7FFF));
   append_little(body, static_cast<std::int16_t>(static_cast<int>(
-                          std::lround(-body_.heading() * 4096 / (2 * std::numbers::pi)))));
+                          std::lround(-body_.pose().rho * 4096 / (2 * std::numbers::pi)))));
   append_little(body, static_cast<std::int16_t>(static_cast<int>(std::lround(body_.left()))));
   append_little(body, static_cast<std::int16_t>(static_cast<int>(std::lround(body_.right()))));
   body.push_back(std::byte{125});  // 12.5 V

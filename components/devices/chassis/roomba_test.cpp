@@ -62,14 +62,14 @@ TEST_P(RoombaTest, DrivesAndCounts) {
     double x = 0;
     double heading = 0;
     const double way = (robot_.body().left_way() + robot_.body().right_way()) / 2;
-    const double turned = robot_.body().heading();
+    const double turned = robot_.body().pose().rho;
     for (int i = 0; i < 20; ++i) {
       ASSERT_TRUE(wait_for_data(dialogue));
       x += static_cast<double>(data_.deltaX.raw());
       heading += static_cast<double>(data_.deltaRho.raw());
     }
     EXPECT_NEAR(x, (robot_.body().left_way() + robot_.body().right_way()) / 2 - way, 35);
-    EXPECT_NEAR(heading, robot_.body().heading() - turned, 0.06);
+    EXPECT_NEAR(heading, robot_.body().pose().rho - turned, 0.06);
     EXPECT_NEAR(robot_.body().left() - robot_.body().right(),
                 static_cast<double>(speed.omega) * settings().track, 2);
     EXPECT_NEAR(robot_.body().left() + robot_.body().right(), 2 * static_cast<double>(speed.vx), 2);

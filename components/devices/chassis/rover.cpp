@@ -64,13 +64,13 @@ void RoverEmulator::send_motion(Time now, Output& out) {
   const auto boot = static_cast<std::uint32_t>(now.time_since_epoch() / 1ms);
   const double speed = (body_.left() + body_.right()) / 2000;
   const double turn = (body_.left() - body_.right()) / body_.track();
-  const double heading = std::remainder(body_.heading(), 6.283185307179586);
+  const double heading = std::remainder(body_.pose().rho, 6.283185307179586);
   auto attitude = writer(Message::kAttitude);
   attitude.put(boot).put_real(0.01).put_real(-0.02).put_real(heading);
   attitude.put_real(0).put_real(0).put_real(turn);
   out.send(attitude.finish());
   auto local = writer(Message::kLocalPosition);
-  local.put(boot).put_real(body_.x() / 1000).put_real(body_.y() / 1000).put_real(-0.5);
+  local.put(boot).put_real(body_.pose().x / 1000).put_real(body_.pose().y / 1000).put_real(-0.5);
   local.put_real(speed * std::cos(heading)).put_real(speed * std::sin(heading)).put_real(0);
   out.send(local.finish());
   auto gps = writer(Message::kGpsRaw);
@@ -82,7 +82,7 @@ void RoverEmulator::send_motion(Time now, Output& out) {
   if (!sends_odometry) return;
   auto odometry = writer(Message::kOdometry);
   odometry.put(std::uint64_t{boot} * 1000);
-  odometry.put_real(body_.x() / 1000).put_real(body_.y() / 1000).put_real(-0.5);
+  odometry.put_real(body_.pose().x / 1000).put_real(body_.pose().y / 1000).put_real(-0.5);
   odometry.put_real(std::cos(heading / 2)).put_real(0).put_real(0).put_real(std::sin(heading / 2));
   odometry.put_real(speed).put_real(0).put_real(0).put_real(0).put_real(0).put_real(turn);
   for (int i = 0; i < 42; ++i) odometry.put_real(0);

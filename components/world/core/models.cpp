@@ -1,6 +1,5 @@
 #include "components/world/core/models.h"
 
-#include <algorithm>
 #include <cmath>
 
 #include "components/geometry/pose.h"
@@ -8,11 +7,6 @@
 namespace rack::sim {
 
 namespace {
-
-float limited(float target, float smallest, float largest) {
-  if (target == 0) return 0;
-  return std::copysign(std::min(std::max(std::abs(target), smallest), largest), target);
-}
 
 template <typename Scan>
 void begin(const OdometryData& from, std::chrono::milliseconds duration,
@@ -25,31 +19,20 @@ void begin(const OdometryData& from, std::chrono::milliseconds duration,
 
 }  // namespace
 
-ChassisModel::ChassisModel(const ChassisParamData& limits, bool acceleration)
-    : limits_(limits), acceleration_(acceleration) {}
+ChassisModel::ChassisModel(const ChassisParamData& limits, bool acceleration) : limits_(limits) {
+  if (acceleration) acceleration_ = device::acceleration_of(limits);
+}
 
 void ChassisModel::set_active_pilot(tims::Address pilot) {
   pilot_ = pilot;
   wanted_ = {};
 }
 
-void ChassisModel::move(const ChassisMoveData& command) {
-  const auto mm_per_s = [](i32 speed) { return static_cast<float>(speed); };
-  wanted_.vx = limited(mm_per_s(command.vx), mm_per_s(limits_.vxMin), mm_per_s(limits_.vxMax));
-  wanted_.vy = limited(mm_per_s(command.vy), mm_per_s(limits_.vyMin), mm_per_s(limits_.vyMax));
-  const float omega = std::isfinite(command.omega.raw()) ? command.omega.raw() : 0;
-  wanted_.omega = limited(omega, 0, limits_.omegaMax);
-}
-
 ChassisData ChassisModel::step(TimeStamp now, std::chrono::milliseconds period) {
   const float seconds = std::chrono::duration<float>(period).count();
-  if (acceleration_) {
-    now_.vx = approach(now_.vx, wanted_.vx, seconds);
-    now_.vy = approach(now_.vy, wanted_.vy, seconds);
-    now_.omega = wanted_.omega;
-  } else {
-    now_ = wanted_;
-  }
+  now_ = {.vx = acceleration_.changed(now_.vx, wanted_.vx, seconds),
+          .vy = acceleration_.changed(now_.vy, wanted_.vy, seconds),
+          .omega = wanted_.omega};
   ChassisData data;
   data.recordingTime = now;
   data.deltaX = now_.vx * seconds;
@@ -60,15 +43,6 @@ ChassisData ChassisModel::step(TimeStamp now, std::chrono::milliseconds period) 
   data.omega = now_.omega;
   data.activePilot = pilot_;
   return data;
-}
-
-// Changes `from` towards `to`, with decMax when braking. An acceleration of 0 is no limit.
-float ChassisModel::approach(float from, float to, float seconds) const {
-  const bool braking = std::abs(to) < std::abs(from) || to * from < 0;
-  const i32 rate = braking ? limits_.decMax : limits_.accMax;
-  if (rate <= 0) return to;
-  const float step = static_cast<float>(rate) * seconds;
-  return from + std::clamp(to - from, -step, step);
 }
 
 ScanModel::ScanModel(FloorMap map, const ScanSettings& settings)

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "components/geometry/floor_map.h"
+#include "components/geometry/motors.h"
+#include "components/geometry/wheels.h"
 #include "rack/proxies/chassis.h"
 #include "rack/proxies/ladar.h"
 #include "rack/proxies/odometry.h"
@@ -25,23 +27,16 @@ class ChassisModel {
   [[nodiscard]] tims::Address active_pilot() const { return pilot_; }
   [[nodiscard]] const ChassisParamData& limits() const { return limits_; }
   // Limits the command to the range of the vehicle: a speed below the minimum becomes the minimum.
-  void move(const ChassisMoveData& command);
+  void move(const ChassisMoveData& command) { wanted_ = device::within_limits(command, limits_); }
 
   // The movement during `period`.
   ChassisData step(TimeStamp now, std::chrono::milliseconds period);
 
  private:
-  struct Speed {
-    float vx = 0;     // mm/s
-    float vy = 0;     // mm/s
-    float omega = 0;  // rad/s
-  };
-  [[nodiscard]] float approach(float from, float to, float seconds) const;
-
   ChassisParamData limits_;
-  bool acceleration_;
-  Speed wanted_;
-  Speed now_;
+  device::Acceleration<float> acceleration_;
+  device::ChassisSpeed wanted_;
+  device::ChassisSpeed now_;
   tims::Address pilot_ = kNoPilot;
 };
 

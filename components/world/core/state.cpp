@@ -120,10 +120,9 @@ void World::State::step_robot(std::size_t number, tims::Time begin) {
   const Movement m = robot.vehicle.step(begin);
   RobotSample next = robot.now;
   next.jumped = RobotSample::kNoJump;
-  const double middle = robot.now.rho + m.rho / 2;
-  next.at = {robot.now.at.x + m.x * std::cos(middle) - m.y * std::sin(middle),
-             robot.now.at.y + m.x * std::sin(middle) + m.y * std::cos(middle)};
-  next.rho = robot.now.rho + m.rho;
+  const Pose to = moved({.x = robot.now.at.x, .y = robot.now.at.y, .rho = robot.now.rho}, m);
+  next.at = {to.x, to.y};
+  next.rho = to.rho;
   next.vx = m.x / kStateSeconds;
   next.vy = m.y / kStateSeconds;
   next.omega = m.rho / kStateSeconds;

@@ -56,22 +56,15 @@ void Vehicle::stop() {
 }
 
 void Vehicle::follow(std::size_t motor) {
-  MotorState& now = motors_[motor];
-  const auto towards = [](double from, double to, double rate) {
-    if (rate == 0) return to;
-    return from + std::clamp(to - from, -rate * kVehicleSeconds, rate * kVehicleSeconds);
-  };
-  if (wheels_.is_steering(motor)) {
-    const double target = std::clamp(targets_[motor], -limits_.steer_max, limits_.steer_max);
-    const double angle = towards(now.way, target, limits_.steering_rate);
-    now = {(angle - now.way) / kVehicleSeconds, angle};
-    return;
-  }
   const double target = targets_[motor];
-  const bool brakes = std::abs(target) < std::abs(now.speed) || target * now.speed < 0;
-  const bool has_own = brakes && limits_.deceleration > 0;
-  now.speed = towards(now.speed, target, has_own ? limits_.deceleration : limits_.acceleration);
-  now.way += now.speed * kVehicleSeconds;
+  if (wheels_.is_steering(motor))
+    return motors_[motor].go_to(std::clamp(target, -limits_.steer_max, limits_.steer_max),
+                                limits_.steering_rate, kVehicleSeconds);
+  const bool brakes_alike = limits_.deceleration == 0;
+  motors_[motor].run(target,
+                     {.faster = limits_.acceleration,
+                      .slower = brakes_alike ? limits_.acceleration : limits_.deceleration},
+                     kVehicleSeconds);
 }
 
 Movement Vehicle::step(tims::Time begin) {

@@ -1,24 +1,16 @@
 // The motors and wheels of a robot: commands take effect after a lag, motors follow within their
 // limits, and the ground adds slip. The kinematics is that of Wheels, which the drivers also use.
-// (WheeledModel and ShaftModel in components/devices/chassis model what such a device reports on
-// its line, without a ground.)
 #pragma once
 
 #include <array>
 #include <span>
 
 #include "components/geometry/delay.h"
+#include "components/geometry/pose.h"
 #include "components/geometry/random.h"
 #include "components/world/core/world.h"
 
 namespace rack::world {
-
-// In the frame of the robot, within a step.
-struct Movement {
-  double x = 0;    // mm
-  double y = 0;    // mm
-  double rho = 0;  // rad
-};
 
 class Vehicle {
  public:
@@ -33,7 +25,7 @@ class Vehicle {
   // Drops all commands and stops the wheels.
   void stop();
 
-  [[nodiscard]] std::span<const MotorState> motors() const {
+  [[nodiscard]] std::span<const device::MotorMotion> motors() const {
     return std::span(motors_).first(wheels_.motors());
   }
 
@@ -47,7 +39,7 @@ class Vehicle {
   RobotDescription limits_;
   device::Wheels wheels_;
   Random random_;
-  std::array<MotorState, kMotorsMax> motors_{};
+  std::array<device::MotorMotion, kMotorsMax> motors_{};
   Targets targets_{};  // commands that have reached the motors
   device::Delay<Targets> under_way_;
 };

@@ -15,12 +15,7 @@ constexpr double kSeconds = std::chrono::duration<double>(kStep).count();
 // Drives it for a while from the begin.
 Pose driven(Vehicle& vehicle, int steps, int first = 0) {
   Pose pose;
-  for (int i = first; i < first + steps; ++i) {
-    const Movement m = vehicle.step(kBegin + i * kStep);
-    pose = pose + Pose{.x = m.x * std::cos(m.rho / 2) - m.y * std::sin(m.rho / 2),
-                       .y = m.x * std::sin(m.rho / 2) + m.y * std::cos(m.rho / 2),
-                       .rho = m.rho};
-  }
+  for (int i = first; i < first + steps; ++i) pose = moved(pose, vehicle.step(kBegin + i * kStep));
   return pose;
 }
 

@@ -49,7 +49,7 @@ void World::drive(std::size_t robot, const device::ChassisSpeed& speed, tims::Ti
 const device::Wheels& World::wheels(std::size_t robot) const {
   return std::as_const(*state_).vehicle(robot).wheels();
 }
-std::span<const MotorState> World::motors(std::size_t robot) const {
+std::span<const device::MotorMotion> World::motors(std::size_t robot) const {
   return std::as_const(*state_).vehicle(robot).motors();
 }
 

@@ -26,6 +26,7 @@
 #include <string_view>
 #include <vector>
 
+#include "components/geometry/motors.h"
 #include "components/geometry/wheels.h"
 #include "components/world/core/description.h"
 #include "tims/result.h"
@@ -87,11 +88,6 @@ struct InertialMeasurement {
 };
 
 // --- the truth
-
-struct MotorState {
-  double speed = 0;  // mm/s of the rim; of steering rad/s
-  double way = 0;    // mm of the rim since the start; of steering its angle, rad
-};
 
 struct Contacts {
   std::uint64_t walls = 0;  // including the border of the ground
@@ -167,7 +163,7 @@ class World {
   void drive(std::size_t robot, const device::ChassisSpeed& speed, tims::Time at);
   [[nodiscard]] const device::Wheels& wheels(std::size_t robot) const;
   // The current values of the motors' encoders.
-  [[nodiscard]] std::span<const MotorState> motors(std::size_t robot) const;
+  [[nodiscard]] std::span<const device::MotorMotion> motors(std::size_t robot) const;
   // Sets the rate of a sensor's axis from the next step on, rad/s. No effect: a rate that is not a
   // number, or a sensor without an axis.
   void turn(const SensorId& sensor, double rate);
