@@ -1,5 +1,6 @@
 // The contract of all transports: bytes arrive complete and in order with plausible times; sent
 // data arrives at the peer; the loss of a device is reported with a reason.
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <filesystem>
@@ -19,6 +20,7 @@
 #include "os/clock.h"
 #include "os/file.h"
 #include "tests/support/eventually.h"
+#include "tests/support/patience.h"
 #include "tests/support/two_networks.h"
 
 namespace rack::device {
@@ -42,10 +44,12 @@ std::string text_of(std::span<const std::byte> bytes) {
 template <typename Condition>
 tims::Result<void> receive_until(Transport& transport, std::vector<Arrival>& arrivals,
                                  std::string& text, Condition condition) {
-  const Time end = tims::os::now() + 5s;
+  const Time end = tims::os::now() + tims::test::kPatience;
   while (!condition() && tims::os::now() < end) {
     pollfd wait{.fd = transport.descriptor(), .events = POLLIN, .revents = 0};
-    ::poll(&wait, 1, 20);
+    const auto left =
+        std::chrono::ceil<std::chrono::milliseconds>(transport.next_timeout() - tims::os::now());
+    ::poll(&wait, 1, static_cast<int>(std::clamp<std::int64_t>(left.count(), 0, 20)));
     auto received = transport.receive(tims::os::now(), [&](const Arrival& arrival) {
       arrivals.push_back(arrival);
       text += text_of(arrival.bytes);
