@@ -50,8 +50,8 @@ std::string absolute(Host host) {
 // An unknown host in --on would start nothing and wait.
 void need_host(const robot::Robot& robot, const std::string& name) {
   if (name.empty()) return;
-  std::vector<std::string_view> known;
-  for (const robot::Host& host : robot.hosts) known.push_back(host.name);
+  std::vector<std::string_view> known(robot.hosts.size());
+  std::ranges::transform(robot.hosts, known.begin(), &robot::Host::name);
   if (std::ranges::find(known, name) != known.end()) return;
   throw usage_error(
       fmt::format("--on: the robot has no host \"{}\"", name),

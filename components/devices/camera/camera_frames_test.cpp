@@ -1,5 +1,6 @@
 #include "components/devices/camera/camera_frames.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace rack::device {
@@ -120,7 +121,7 @@ TEST_F(CameraFramesTest, TwoEyesSeeHowFar) {
   constexpr std::uint32_t kWidth = 40;
   constexpr std::uint32_t kHeight = 12;
   tell(camera, {video::kGrey, 2 * kWidth, kHeight, 2 * kWidth});
-  std::vector<std::byte> pair(2 * kWidth * kHeight);
+  std::vector<std::byte> pair(std::size_t{2} * kWidth * kHeight);
   const auto texture = [](std::uint32_t x, std::uint32_t y) {
     return static_cast<std::byte>((x * 2654435761U ^ y * 40503U * 65537U) >> 24);
   };
@@ -133,7 +134,7 @@ TEST_F(CameraFramesTest, TwoEyesSeeHowFar) {
   EXPECT_EQ(picture_.width, kWidth);
   EXPECT_EQ(picture_.depth, 16);
   EXPECT_EQ(picture_.mode, camera_mode::kRange);
-  const std::size_t middle = 2 * (6 * kWidth + 22);
+  const std::size_t middle = std::size_t{2} * (6 * kWidth + 22);
   const int range = std::to_integer<int>(picture_.image[middle]) << 8 |
                     std::to_integer<int>(picture_.image[middle + 1]);
   EXPECT_NEAR(range, 1000, 60);  // 100 px * 60 mm / 6 px

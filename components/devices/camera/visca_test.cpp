@@ -3,6 +3,7 @@
 #include <numbers>
 #include <random>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "components/devices/camera/ptz_camera.h"

@@ -1,5 +1,6 @@
 #include "components/devices/core/device_address.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace rack::device {

@@ -1,5 +1,6 @@
 #include "components/devices/drivers/host_clock.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "components/devices/drivers/driver.h"

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <random>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "components/devices/core/virtual_line.h"

@@ -4,6 +4,7 @@
 #include <numbers>
 #include <random>
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "base/text.h"
