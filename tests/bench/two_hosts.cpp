@@ -4,6 +4,7 @@
 #include <sstream>
 #include <thread>
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include "tests/bench/metrics.h"
@@ -135,12 +136,11 @@ Result<void> TwoHosts::cut() const {
 
 Result<void> TwoHosts::block_udp(const std::string& port) const {
   std::string rules = "table inet blocked {\n";
-  for (const std::string hook : {"input", "output"})
-    rules.append("chain ")
-        .append(hook)
-        .append(" { type filter hook ")
-        .append(hook)
-        .append(" priority 0; udp dport " + port + " drop; udp sport " + port + " drop; }\n");
+  for (const std::string_view hook : {"input", "output"})
+    rules += fmt::format(
+        "chain {0} {{ type filter hook {0} priority 0; udp dport {1} drop; udp sport {1} drop; "
+        "}}\n",
+        hook, port);
   return tried([&] {
     timsctl::run_or_fail({.command = {"nft", "-f", "-"}, .network = robot_.network}, rules + "}\n");
   });
