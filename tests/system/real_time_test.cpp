@@ -83,11 +83,12 @@ TEST_F(RealTimeTest, WaitingForTheNextPeriodIsNotAViolation) {
   EXPECT_TRUE(eventually([&] { return runtime().loops > 50; }, "loops"));
   const RuntimeData data = runtime();
   EXPECT_EQ(data.blocked, 0);
-#if !defined(__SANITIZE_THREAD__)  // its shadow memory is paged in on demand
+#if !defined( \
+    __SANITIZE_THREAD__)  // its shadow memory is paged in on demand, which also fills the ring
   EXPECT_EQ(data.pageFaults, 0);
   for (const rack::RuntimePlace& place : data.places) ADD_FAILURE() << place.where.view();
-#endif
   EXPECT_EQ(data.lost, 0);
+#endif
 }
 
 TEST_F(RealTimeTest, ListenersAreShown) {

@@ -27,8 +27,9 @@ add_library(tims_tsan STATIC EXCLUDE_FROM_ALL ${CMAKE_SOURCE_DIR}/tests/support/
             ${CMAKE_SOURCE_DIR}/tests/support/tsan_suppressions.cpp)
 if(TIMS_SANITIZE MATCHES "thread")
   target_link_libraries(tims_sanitizers INTERFACE tims_tsan)
-  # Nobody but the sanitizer asks for it: by name, so that it is linked.
-  target_link_options(tims_sanitizers INTERFACE LINKER:-u,__tsan_default_suppressions)
+  # Only the sanitizer and shared libraries ask for these: by name, so that they are linked.
+  target_link_options(tims_sanitizers INTERFACE LINKER:-u,__tsan_default_suppressions
+                      LINKER:-u,pthread_mutex_clocklock)
 endif()
 
 add_library(tims_options INTERFACE)
@@ -106,8 +107,10 @@ function(tims_common_library)
   set_target_properties(tims_common PROPERTIES OUTPUT_NAME rack-common-${PROJECT_VERSION} LINKER_LANGUAGE CXX
                         LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
   target_link_options(tims_common PRIVATE LINKER:-Bsymbolic-functions)  # calls inside it stay direct
-  target_link_libraries(tims_common PRIVATE ${arg_NEEDS} tims_sanitizers)
-  if(NOT TIMS_SANITIZE)
+  target_link_libraries(tims_common PRIVATE ${arg_NEEDS})
+  if(TIMS_SANITIZE)  # what tims_sanitizers adds belongs into programs only
+    target_link_options(tims_common PRIVATE -fsanitize=${TIMS_SANITIZE})
+  else()
     target_link_options(tims_common PRIVATE LINKER:-z,defs)
   endif()
 endfunction()
