@@ -115,6 +115,10 @@ fi
 read -ra flags <<<"$(pkg-config --cflags --libs rack)"
 g++ -std=c++20 "$prefix/share/rack/template/thermometer_test.cpp" "${flags[@]}" -o "$work/kit"
 "$work/kit"
+# The examples need nothing else.
+for example in "$here"/../../components/examples/*.cpp; do
+  g++ -std=c++20 "$example" "${flags[@]}" -o "$work/example" || fail "$example cannot be built with the kit"
+done
 
 cp -r "$prefix/share/rack/template" "$work/component"
 {
