@@ -10,22 +10,22 @@ constexpr std::size_t kSliceBytes = 16;
 
 }  // namespace
 
-void Conversation::hear(const Arrival& arrival, Output& out) {
+void Conversation::receive(const Arrival& arrival, Output& out) {
   if (arrival.is_sent) return dialogue_.on_sent(arrival);
-  if (arrival.id != 0) return hear_piece(arrival, out);
+  if (arrival.id != 0) return receive_piece(arrival, out);
   drops_rest_ = false;
   in_pieces(arrival, kSliceBytes, [&](const Arrival& piece) {
-    if (!drops_rest_) hear_piece(piece, out);
+    if (!drops_rest_) receive_piece(piece, out);
   });
 }
 
-void Conversation::tell_time(Time now, Output& out) {
+void Conversation::on_timeout(Time now, Output& out) {
   dialogue_.on_timeout(now, out);
   take();
 }
 
 // After an error the device is opened again, so the rest of the input is ignored.
-void Conversation::hear_piece(const Arrival& piece, Output& out) {
+void Conversation::receive_piece(const Arrival& piece, Output& out) {
   if (has_ended_ || refused_ || dialogue_.failure()) return;
   dialogue_.on_arrival(piece, out);
   take();

@@ -24,8 +24,8 @@ class Conversation {
       : dialogue_(dialogue), take_(std::move(take)) {}
 
   void start(Time now, Output& out) { dialogue_.start(now, out); }
-  void hear(const Arrival& arrival, Output& out);
-  void tell_time(Time now, Output& out);
+  void receive(const Arrival& arrival, Output& out);
+  void on_timeout(Time now, Output& out);
   // The dialogue has changed the baud rate: the rest of the current arrival was received at the
   // previous rate and is discarded.
   void drop_rest() { drops_rest_ = true; }
@@ -36,7 +36,7 @@ class Conversation {
   tims::Result<void> state();
 
  private:
-  void hear_piece(const Arrival& piece, Output& out);
+  void receive_piece(const Arrival& piece, Output& out);
   void take();
 
   Dialogue& dialogue_;

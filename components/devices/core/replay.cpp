@@ -35,9 +35,9 @@ tims::Result<void> Replay::take(const CaptureRecord& record) {
   ++records_;
   const Time now = kBegin + record.time;
   if (is_time)
-    conversation_->tell_time(now, *this);
+    conversation_->on_timeout(now, *this);
   else
-    conversation_->hear(
+    conversation_->receive(
         {.bytes = record.bytes, .first = now - record.took, .last = now, .id = record.id}, *this);
   return {};
 }

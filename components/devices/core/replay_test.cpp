@@ -51,23 +51,23 @@ class ReplayTest : public testing::Test, private Output {
     note({.time = at, .direction = Direction::kStarted});
     conversation_->start(Time(at), *this);
   }
-  void hear(Duration at, Duration took, std::vector<std::byte> bytes) {
+  void receive(Duration at, Duration took, std::vector<std::byte> bytes) {
     note({.time = at, .took = took, .bytes = std::move(bytes)});
-    conversation_->hear(
+    conversation_->receive(
         {.bytes = recording_.back().bytes, .first = Time(at - took), .last = Time(at)}, *this);
   }
-  void tell_time(Duration at) {
+  void on_timeout(Duration at) {
     note({.time = at, .direction = Direction::kTime});
-    conversation_->tell_time(Time(at), *this);
+    conversation_->on_timeout(Time(at), *this);
   }
   void drive() {
     open(0ns);
-    hear(5ms, 1ms, {std::byte{1}, std::byte{2}});
-    tell_time(7ms + 3ns);
-    hear(9ms, 2ms, std::vector(100, std::byte{9}));
-    hear(11ms, 0ns, {std::byte{0xFF}, std::byte{1}});
+    receive(5ms, 1ms, {std::byte{1}, std::byte{2}});
+    on_timeout(7ms + 3ns);
+    receive(9ms, 2ms, std::vector(100, std::byte{9}));
+    receive(11ms, 0ns, {std::byte{0xFF}, std::byte{1}});
     open(1s);
-    hear(1s + 3ms, 1ms, {std::byte{4}});
+    receive(1s + 3ms, 1ms, {std::byte{4}});
   }
 
   // Replays with a driver that adds `step`.

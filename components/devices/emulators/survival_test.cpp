@@ -219,12 +219,12 @@ class Recorder final : public Dialogue, private Output {
     if (!is_stream_ && heard.id == 0) heard.id = kPort;
     const Turn turn(*this, arrival.last, out);
     note(Direction::kReceived, heard);
-    conversation_.hear(heard, *this);
+    conversation_.receive(heard, *this);
   }
   void on_timeout(Time now, Output& out) override {
     const Turn turn(*this, now, out);
     note(Direction::kTime, {});
-    conversation_.tell_time(now, *this);
+    conversation_.on_timeout(now, *this);
   }
   [[nodiscard]] Time next_timeout() const override { return subject_.dialogue().next_timeout(); }
 
@@ -308,7 +308,7 @@ Messages play(const std::string& capture, Time end, Subject& subject) {
     return {};
   });
   const auto wake_before = [&](Time then) {
-    while (dialogue.next_timeout() < then) conversation.tell_time(dialogue.next_timeout(), nobody);
+    while (dialogue.next_timeout() < then) conversation.on_timeout(dialogue.next_timeout(), nobody);
   };
   bool has_started = false;
   for_each_record(capture, [&](const CaptureRecord& record) {
@@ -316,12 +316,12 @@ Messages play(const std::string& capture, Time end, Subject& subject) {
     const Time now(record.time);
     if (!std::exchange(has_started, true)) conversation.start(now, nobody);
     wake_before(now);
-    conversation.hear({.bytes = record.bytes,
-                       .first = now - record.took,
-                       .last = now,
-                       .id = record.id,
-                       .is_sent = record.direction == Direction::kSent},
-                      nobody);
+    conversation.receive({.bytes = record.bytes,
+                          .first = now - record.took,
+                          .last = now,
+                          .id = record.id,
+                          .is_sent = record.direction == Direction::kSent},
+                         nobody);
   });
   wake_before(end + 1ns);
   EXPECT_FALSE(dialogue.failure()) << dialogue.failure()->detail();

@@ -70,7 +70,7 @@ class CanTest : public testing::Test {
     EXPECT_TRUE(*sent);
   }
   // Receives `count` frames; with count 0, the frames received within a short time.
-  static std::vector<Heard> hear(Transport& transport, std::size_t count) {
+  static std::vector<Heard> receive(Transport& transport, std::size_t count) {
     std::vector<Heard> all;
     const Time end = tims::os::now() + (count == 0 ? Duration(100ms) : Duration(5s));
     while ((count == 0 || all.size() < count) && tims::os::now() < end) {
@@ -95,14 +95,14 @@ TEST_F(CanTest, FramesArriveWholeInOrderWithTimesThatWere) {
   send(*one, 0x181, "12345678");
   send(*one, 0x80000000U | 0x18DAF110, "");
   send(*one, 0x7FF, "x");
-  const auto heard = hear(*other, 3);
+  const auto heard = receive(*other, 3);
   EXPECT_THAT(heard, ElementsAre(Heard{0x181, "12345678", {}}, Heard{0x98DAF110, "", {}},
                                  Heard{0x7FF, "x", {}}));
   for (const Heard& one_of_them : heard) {
     EXPECT_GE(one_of_them.when, before - 50ms);
     EXPECT_LE(one_of_them.when, tims::os::now());
   }
-  EXPECT_TRUE(hear(*one, 0).empty()) << "its own frames";
+  EXPECT_TRUE(receive(*one, 0).empty()) << "its own frames";
 }
 
 TEST_F(CanTest, TheKernelFilters) {
@@ -111,9 +111,9 @@ TEST_F(CanTest, TheKernelFilters) {
       opened({{.id = 0x580, .mask = 0x780}, {.id = 0x80000100, .mask = 0x9FFFFFFF}});
   for (const std::uint32_t id : {0x181U, 0x581U, 0x100U, 0x5FFU, 0x600U, 0x80000100U})
     send(*sender, id, "x");
-  EXPECT_THAT(hear(*filtered, 3), ElementsAre(Heard{0x581, "x", {}}, Heard{0x5FF, "x", {}},
-                                              Heard{0x80000100, "x", {}}));
-  EXPECT_TRUE(hear(*filtered, 0).empty());
+  EXPECT_THAT(receive(*filtered, 3), ElementsAre(Heard{0x581, "x", {}}, Heard{0x5FF, "x", {}},
+                                                 Heard{0x80000100, "x", {}}));
+  EXPECT_TRUE(receive(*filtered, 0).empty());
 }
 
 struct Picky final : Dialogue {
@@ -141,7 +141,7 @@ TEST_F(CanTest, WhoOnlySpeaksHearsNothing) {
   const auto sender = opened();
   const auto silent = opened({});
   send(*sender, 0x181, "x");
-  EXPECT_TRUE(hear(*silent, 0).empty());
+  EXPECT_TRUE(receive(*silent, 0).empty());
 }
 
 // Error frames normally come from the controller; here another socket sends one.
@@ -156,7 +156,7 @@ TEST_F(CanTest, ErrorFramesArriveWithTheirFlag) {
   frame.can_id = CAN_ERR_FLAG | CAN_ERR_BUSOFF;
   frame.can_dlc = CAN_ERR_DLC;
   ASSERT_EQ(::write(socket.get(), &frame, sizeof frame), static_cast<ssize_t>(sizeof frame));
-  const auto heard = hear(*listener, 1);
+  const auto heard = receive(*listener, 1);
   ASSERT_EQ(heard.size(), 1U);
   EXPECT_EQ(heard[0].id, CAN_ERR_FLAG | CAN_ERR_BUSOFF);
 }
@@ -176,7 +176,7 @@ TEST_F(CanTest, AFloodIsTakenInOrder) {
   for (int i = 0; i < 1000; ++i) {
     send(*sender, 0x100, std::to_string(i));
     if (i % 50 == 49)
-      for (const Heard& heard : hear(*receiver, 50)) all.push_back(heard);
+      for (const Heard& heard : receive(*receiver, 50)) all.push_back(heard);
   }
   ASSERT_EQ(all.size(), 1000U);
   for (std::size_t i = 0; i < all.size(); ++i) EXPECT_EQ(all[i].bytes, std::to_string(i));
@@ -217,11 +217,11 @@ TEST_F(CanTest, TheGuardSpeaksWhenItsDriverIsKilled) {
     for (;;) ::pause();
   }
   ASSERT_GT(driver, 0);
-  EXPECT_THAT(hear(*other, 1), ElementsAre(Heard{0x21, "go", {}}));
-  EXPECT_TRUE(hear(*other, 0).empty());
+  EXPECT_THAT(receive(*other, 1), ElementsAre(Heard{0x21, "go", {}}));
+  EXPECT_TRUE(receive(*other, 0).empty());
   ::kill(driver, SIGKILL);
   ::waitpid(driver, nullptr, 0);
-  EXPECT_THAT(hear(*other, 2), ElementsAre(Heard{0x22, "stand", {}}, Heard{0x80000123, "", {}}));
+  EXPECT_THAT(receive(*other, 2), ElementsAre(Heard{0x22, "stand", {}}, Heard{0x80000123, "", {}}));
 }
 
 TEST_F(CanTest, AnInterfaceThatIsDownIsSaid) {

@@ -146,7 +146,7 @@ Result<void> Device::wait(Time until, int also) {
   const Time then = tims::os::now();
   if (dialogue_.next_timeout() <= then) {
     note(then, Direction::kTime);
-    conversation_.tell_time(then, *this);
+    conversation_.on_timeout(then, *this);
   }
   return state();
 }
@@ -166,7 +166,7 @@ Result<void> Device::state() {
 
 void Device::hand_over(const Arrival& arrival) {
   note(arrival.last, arrival.is_sent ? Direction::kSent : Direction::kReceived, arrival);
-  conversation_.hear(arrival, *this);
+  conversation_.receive(arrival, *this);
 }
 
 void Device::note(Time when, Direction direction, const Arrival& arrival) {

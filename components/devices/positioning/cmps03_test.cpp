@@ -17,7 +17,7 @@ constexpr double kDegree = std::numbers::pi / 180;
 
 class Cmps03Test : public testing::Test {
  protected:
-  void hear(Cmps03& compass, std::string_view text) {
+  void receive(Cmps03& compass, std::string_view text) {
     now_ += 10ms;
     const auto bytes = bytes_of_text(text);
     compass.on_arrival({.bytes = bytes, .first = now_, .last = now_}, out_);
@@ -69,7 +69,7 @@ TEST_F(Cmps03Test, EverySplitGivesItsHeadings) {
 TEST_F(Cmps03Test, TheOffsetIsAdded) {
   Cmps03 compass({.offset = -30});
   compass.start(now_, out_);
-  hear(compass, "$0100\n");
+  receive(compass, "$0100\n");
   const auto data = taken(compass);
   ASSERT_TRUE(data);
   EXPECT_NEAR(data->orientation, 340 * kDegree, 1e-5);
@@ -80,7 +80,7 @@ TEST_F(Cmps03Test, TheOffsetIsAdded) {
 TEST_F(Cmps03Test, IsCalibratedInFourDirections) {
   Cmps03 compass({});
   compass.start(now_, out_);
-  hear(compass, "$0100\n");
+  receive(compass, "$0100\n");
   (void)taken(compass);
   EXPECT_EQ(turn(compass, false, false), Cmps03::Step::kNone);
   EXPECT_EQ(turn(compass, true, false), Cmps03::Step::kAlign);
@@ -88,10 +88,10 @@ TEST_F(Cmps03Test, IsCalibratedInFourDirections) {
     EXPECT_EQ(turn(compass, true, false), Cmps03::Step::kNone);
     EXPECT_EQ(turn(compass, true, true), Cmps03::Step::kNone);
     ASSERT_EQ(out_.sent.back(), std::vector{cmps03::kCalibrate});
-    hear(compass, "$0100\n");
+    receive(compass, "$0100\n");
     EXPECT_NEAR(taken(compass)->varOrientation, std::numbers::pi, 1e-6);
     EXPECT_FALSE(compass.is_ready());
-    hear(compass, "$OK\n");
+    receive(compass, "$OK\n");
     ASSERT_EQ(out_.sent.back(), std::vector{cmps03::kConfirm});
     const auto step = compass.take_step(direction_);
     EXPECT_EQ(step, direction == 4 ? Cmps03::Step::kDone : Cmps03::Step::kConfirmed);
@@ -110,10 +110,10 @@ TEST_F(Cmps03Test, ALostConfirmationIsSaid) {
   compass.on_timeout(now_, out_);
   EXPECT_EQ(compass.take_step(direction_), Cmps03::Step::kSilent);
   EXPECT_EQ(out_.sent.size(), 1U);
-  hear(compass, "$OK\n");  // too late
+  receive(compass, "$OK\n");  // too late
   EXPECT_EQ(out_.sent.size(), 1U);
   (void)turn(compass, true, true);
-  hear(compass, "$OK\n");
+  receive(compass, "$OK\n");
   EXPECT_EQ(compass.take_step(direction_), Cmps03::Step::kConfirmed);
   EXPECT_EQ(turn(compass, false, false), Cmps03::Step::kEnded);
   EXPECT_FALSE(compass.is_calibrating());
@@ -124,7 +124,7 @@ TEST_F(Cmps03Test, SaysWhatIsWrong) {
        {std::pair{"", "sends nothing"}, {"\x01\x02", "not headings"}}) {
     Cmps03 compass({});
     compass.start(now_, out_);
-    hear(compass, text);
+    receive(compass, text);
     compass.on_timeout(now_ + 10s, out_);
     ASSERT_TRUE(compass.failure());
     EXPECT_THAT(compass.failure()->detail(), testing::HasSubstr(expected));
@@ -140,7 +140,7 @@ TEST_F(Cmps03Test, NoiseBreaksNothing) {
     std::string noise(random() % 40, ' ');
     for (char& c : noise)
       c = random() % 4 == 0 ? static_cast<char>(random()) : kLikely[random() % 14];
-    hear(compass, noise);
+    receive(compass, noise);
     (void)turn(compass, random() % 8 != 0, random() % 2 == 0);
     if (compass.failure()) compass.start(now_, out_);
     if (const auto data = taken(compass)) {

@@ -24,8 +24,8 @@ constexpr double kDegree = std::numbers::pi / 180;
 
 // Takes all data sets within a time.
 template <class Data, class Dialog>
-std::vector<Data> hear(VirtualLine& line, Dialog& dialogue, Duration how_long,
-                       std::vector<Time>* times = nullptr) {
+std::vector<Data> receive(VirtualLine& line, Dialog& dialogue, Duration how_long,
+                          std::vector<Time>* times = nullptr) {
   std::vector<Data> all;
   line.run(how_long, [&] {
     Data data;
@@ -49,7 +49,7 @@ TEST(NmeaEmulatorTest, ACourseWithFixesGainedAndLost) {
   line.start();
   const Time began = line.now();
   std::vector<Time> times;
-  const auto all = hear<GpsData>(line, receiver, 130s, &times);
+  const auto all = receive<GpsData>(line, receiver, 130s, &times);
   ASSERT_GE(all.size(), 129U);
   const GpsCourse course;
   int lost = 0;
@@ -74,7 +74,7 @@ TEST(NmeaEmulatorTest, AtTheWrongRateItIsSaid) {
   NmeaEmulator device;
   VirtualLine line(receiver, device, {.has_rate = true, .host_baud = 4800, .device_baud = 9600});
   line.start();
-  EXPECT_TRUE(hear<GpsData>(line, receiver, 20s).empty());
+  EXPECT_TRUE(receive<GpsData>(line, receiver, 20s).empty());
   ASSERT_TRUE(receiver.failure());
   EXPECT_THAT(receiver.failure()->detail(), testing::HasSubstr("not NMEA at 4800"));
 }
@@ -106,7 +106,7 @@ TEST_P(UbloxTest, IsFoundSetAndHeard) {
   EXPECT_EQ(line.host_baud(), with.expected_baud);
   EXPECT_EQ(line.device_baud(), with.expected_baud);
   EXPECT_EQ(device.period(), 500ms);
-  const auto all = hear<GpsData>(line, receiver, 20s);
+  const auto all = receive<GpsData>(line, receiver, 20s);
   EXPECT_NEAR(static_cast<double>(all.size()), 40, 2);
   EXPECT_EQ(all.back().var.x, 1100);
   EXPECT_EQ(all.back().mode, gps_mode::k3d);
@@ -178,7 +178,7 @@ TEST_P(XsensDialogueTest, IsSetAndMeasuresAHundredTimesASecond) {
   ASSERT_TRUE(line.run(5s, [&] { return gyro.is_ready() || gyro.failure(); }));
   ASSERT_FALSE(gyro.failure()) << gyro.failure()->message();
   std::vector<Time> times;
-  const auto all = hear<GyroData>(line, gyro, 10s, &times);
+  const auto all = receive<GyroData>(line, gyro, 10s, &times);
   EXPECT_NEAR(static_cast<double>(all.size()), 1000, 3);
   for (std::size_t i = 1; i < all.size(); ++i) {
     EXPECT_NEAR(all[i].wYaw, -0.2, 1e-6);
@@ -201,7 +201,7 @@ TEST_P(XsensDialogueTest, LostAnswersAreAskedForAgain) {
     line.start();
     line.run(20s, [&] { return (gyro.is_ready() && device.is_measuring()) || gyro.failure(); });
     EXPECT_FALSE(gyro.failure()) << lost;
-    EXPECT_GT(hear<GyroData>(line, gyro, 1s).size(), 90U) << lost;
+    EXPECT_GT(receive<GyroData>(line, gyro, 1s).size(), 90U) << lost;
   }
 }
 
@@ -229,7 +229,7 @@ TEST(XsensEmulatorTest, OneThatHearsNothingIsListenedTo) {
   VirtualLine line(gyro, device, {.has_rate = true, .host_baud = 115200, .device_baud = 115200});
   line.set_lose([](bool from_host, std::span<const std::byte>) { return from_host; });
   line.start();
-  EXPECT_GT(hear<GyroData>(line, gyro, 5s).size(), 300U);
+  EXPECT_GT(receive<GyroData>(line, gyro, 5s).size(), 300U);
   EXPECT_FALSE(gyro.failure());
 }
 
@@ -238,7 +238,7 @@ TEST(XsensEmulatorTest, TheWrongRateIsSaid) {
   XsensEmulator device;
   VirtualLine line(gyro, device, {.has_rate = true, .host_baud = 9600, .device_baud = 115200});
   line.start();
-  EXPECT_TRUE(hear<GyroData>(line, gyro, 10s).empty());
+  EXPECT_TRUE(receive<GyroData>(line, gyro, 10s).empty());
   ASSERT_TRUE(gyro.failure());
   EXPECT_THAT(gyro.failure()->detail(), testing::HasSubstr("at 9600 baud"));
 }
@@ -250,7 +250,7 @@ TEST(Cmps03EmulatorTest, TurnsAndIsCalibrated) {
   Cmps03Emulator device;
   VirtualLine line(compass, device, {.has_rate = true, .host_baud = 57600, .device_baud = 57600});
   line.start();
-  const auto all = hear<CompassData>(line, compass, 10s);
+  const auto all = receive<CompassData>(line, compass, 10s);
   EXPECT_NEAR(static_cast<double>(all.size()), 100, 1);
   EXPECT_NEAR(all.back().orientation - all.front().orientation, 15 * 9.9 * kDegree, 0.05);
   int direction = 0;
@@ -276,7 +276,7 @@ TEST_P(Dcf77EmulatorTest, TellsEachSecondWhenItBegan) {
   line.start();
   const Time began = line.now();
   std::vector<Time> times;
-  const auto all = hear<ClockData>(line, clock, 60500ms, &times);
+  const auto all = receive<ClockData>(line, clock, 60500ms, &times);
   ASSERT_EQ(all.size(), 60U);
   for (std::size_t i = 0; i < all.size(); ++i) {
     EXPECT_EQ(all[i].utcTime, 1767225601 + static_cast<i64>(i));

@@ -147,7 +147,7 @@ TEST(NmeaTest, ALineWithoutEndIsForgotten) {
 
 class NmeaReceiverTest : public testing::Test {
  protected:
-  void hear(NmeaReceiver& receiver, std::string_view text) {
+  void receive(NmeaReceiver& receiver, std::string_view text) {
     const auto bytes = bytes_of_text(line(text));
     receiver.on_arrival({.bytes = bytes, .first = now_, .last = now_}, out_);
     now_ += 20ms;
@@ -167,11 +167,12 @@ TEST_F(NmeaReceiverTest, RmcIsCompletedByWhatTheOthersHaveSaid) {
   NmeaReceiver receiver({});
   receiver.start(now_, out_);
   const Time began = now_;
-  hear(receiver, "GNGGA,132820.00,4134.49802199,N,09345.03419022,W,4,10,0.9,278.254,M,-31.4,M,7,1");
-  hear(receiver, "GNGSA,A,3,03,22,,,,,,,,,,,1.8,0.9,1.5");
+  receive(receiver,
+          "GNGGA,132820.00,4134.49802199,N,09345.03419022,W,4,10,0.9,278.254,M,-31.4,M,7,1");
+  receive(receiver, "GNGSA,A,3,03,22,,,,,,,,,,,1.8,0.9,1.5");
   EXPECT_FALSE(taken(receiver));
-  hear(receiver,
-       "GNRMC,132820.00,A,4134.49802199,N,09345.03419022,W,1.944,127.194,180320,11.6,E,D");
+  receive(receiver,
+          "GNRMC,132820.00,A,4134.49802199,N,09345.03419022,W,1.944,127.194,180320,11.6,E,D");
   const auto data = taken(receiver);
   ASSERT_TRUE(data);
   EXPECT_FALSE(taken(receiver));
@@ -192,13 +193,13 @@ TEST_F(NmeaReceiverTest, RmcIsCompletedByWhatTheOthersHaveSaid) {
 TEST_F(NmeaReceiverTest, ADataSetCanBeginAndEndWithDifferentSentences) {
   NmeaReceiver receiver({.start = NmeaKind::kRmc, .end = NmeaKind::kVtg});
   receiver.start(now_, out_);
-  hear(receiver, "GPVTG,90.0,T,,M,1.0,N,1.9,K,A");
+  receive(receiver, "GPVTG,90.0,T,,M,1.0,N,1.9,K,A");
   EXPECT_FALSE(taken(receiver));
   const Time began = now_;
-  hear(receiver, "GPRMC,120000,A,5200.0,N,00900.0,E,0.0,,010120,,,A");
-  hear(receiver, "GPGGA,120000,5200.0,N,00900.0,E,1,12,0.9,50.0,M,45,M,,");
+  receive(receiver, "GPRMC,120000,A,5200.0,N,00900.0,E,0.0,,010120,,,A");
+  receive(receiver, "GPGGA,120000,5200.0,N,00900.0,E,1,12,0.9,50.0,M,45,M,,");
   EXPECT_FALSE(taken(receiver));
-  hear(receiver, "GPVTG,45.0,T,,M,10.0,N,18.5,K,A");
+  receive(receiver, "GPVTG,45.0,T,,M,10.0,N,18.5,K,A");
   const auto data = taken(receiver);
   ASSERT_TRUE(data);
   EXPECT_EQ(recorded_, began);
@@ -212,14 +213,14 @@ TEST_F(NmeaReceiverTest, WithoutTheSentenceThatWasAskedForAnotherTakesItsPlace) 
   receiver.start(now_, out_);
   int found = 0;
   for (int i = 0; i < 10; ++i) {
-    hear(receiver,
-         "GPGGA,12000" + std::to_string(i) + ",5200.0,N,00900.0,E,1,08,0.9,50.0,M,45,M,,");
+    receive(receiver,
+            "GPGGA,12000" + std::to_string(i) + ",5200.0,N,00900.0,E,1,08,0.9,50.0,M,45,M,,");
     found += taken(receiver) ? 1 : 0;
   }
   EXPECT_EQ(found, 7);
-  hear(receiver, "GPRMC,120010,A,5200.0,N,00900.0,E,0.0,,010120,,,A");
+  receive(receiver, "GPRMC,120010,A,5200.0,N,00900.0,E,0.0,,010120,,,A");
   EXPECT_TRUE(taken(receiver));
-  hear(receiver, "GPGGA,120011,5200.0,N,00900.0,E,1,08,0.9,50.0,M,45,M,,");
+  receive(receiver, "GPGGA,120011,5200.0,N,00900.0,E,1,08,0.9,50.0,M,45,M,,");
   EXPECT_FALSE(taken(receiver));
 }
 
@@ -229,10 +230,10 @@ TEST_F(NmeaReceiverTest, AFixIsLostAndFoundAgain) {
   const auto round = [&](int second, bool fixed) {
     const std::string time = "1200" + std::to_string(10 + second) + ".00";
     const std::string place = fixed ? "5200.0,N,00900.0,E," : ",,,,";
-    hear(receiver, "GPRMC," + time + (fixed ? ",A," : ",V,") + place + "0.0,,010120,,,A");
+    receive(receiver, "GPRMC," + time + (fixed ? ",A," : ",V,") + place + "0.0,,010120,,,A");
     const auto data = taken(receiver);
-    hear(receiver,
-         "GPGGA," + time + "," + place + (fixed ? "5,08" : "0,00") + ",0.9,50.0,M,45,M,,");
+    receive(receiver,
+            "GPGGA," + time + "," + place + (fixed ? "5,08" : "0,00") + ",0.9,50.0,M,45,M,,");
     return data ? data->mode : -1;
   };
   constexpr i32 kRtk = gps_mode::k3d + gps_mode::kDifferential;
@@ -252,12 +253,12 @@ TEST_F(NmeaReceiverTest, QualitiesOfRmcAndGns) {
                                        {"", gps_mode::k2d}}) {
     NmeaReceiver receiver({});
     receiver.start(now_, out_);
-    hear(receiver, std::string("GNRMC,120000,A,5200.0,N,00900.0,E,0,,010120,,,") + mode);
+    receive(receiver, std::string("GNRMC,120000,A,5200.0,N,00900.0,E,0,,010120,,,") + mode);
     EXPECT_EQ(taken(receiver)->mode, expected) << mode;
   }
   NmeaReceiver receiver({.start = NmeaKind::kGns, .end = NmeaKind::kGns});
   receiver.start(now_, out_);
-  hear(receiver, "GNGNS,120000,5200.0,N,00900.0,E,NAF,12,0.8,50.0,45.0,,");
+  receive(receiver, "GNGNS,120000,5200.0,N,00900.0,E,NAF,12,0.8,50.0,45.0,,");
   EXPECT_EQ(taken(receiver)->mode, gps_mode::k3d + gps_mode::kDifferential);
 }
 
@@ -265,11 +266,11 @@ TEST_F(NmeaReceiverTest, MidnightLeapSecondsAndMissingDates) {
   NmeaReceiver receiver({.start = NmeaKind::kGga, .end = NmeaKind::kGga});
   receiver.start(now_, out_);
   const auto utc_at = [&](std::string_view time) {
-    hear(receiver, "GPGGA," + std::string(time) + ",5200.0,N,00900.0,E,1,08,0.9,50.0,M,45,M,,");
+    receive(receiver, "GPGGA," + std::string(time) + ",5200.0,N,00900.0,E,1,08,0.9,50.0,M,45,M,,");
     return taken(receiver)->utcTime.raw();
   };
   EXPECT_EQ(utc_at("235958"), 0);  // date unknown
-  hear(receiver, "GPZDA,235959,31,12,2016,00,00");
+  receive(receiver, "GPZDA,235959,31,12,2016,00,00");
   constexpr i64 kNewYear = 1483228800;
   EXPECT_EQ(utc_at("235959.50"), kNewYear - 1);
   EXPECT_EQ(receiver.moment().fraction(), 500ms);
@@ -277,7 +278,7 @@ TEST_F(NmeaReceiverTest, MidnightLeapSecondsAndMissingDates) {
   EXPECT_TRUE(receiver.moment().is_leap_second);
   EXPECT_EQ(utc_at("000000"), kNewYear);
   EXPECT_FALSE(receiver.moment().is_leap_second);
-  hear(receiver, "GPZDA,000001,01,01,17,00,00");
+  receive(receiver, "GPZDA,000001,01,01,17,00,00");
   EXPECT_EQ(utc_at("000001"), kNewYear + 1);
   EXPECT_EQ(utc_at("235959"), kNewYear - 1);  // late
 }
@@ -285,17 +286,17 @@ TEST_F(NmeaReceiverTest, MidnightLeapSecondsAndMissingDates) {
 TEST_F(NmeaReceiverTest, HeadingOfTwoAntennasAndSaidDeviations) {
   NmeaReceiver receiver({});
   receiver.start(now_, out_);
-  hear(receiver, "GPHDT,270.0,T");
-  hear(receiver, "GNGST,120000,1.0,0.5,0.3,45,0.4,0.6,1.2");
-  hear(receiver, "GNRMC,120000,A,5200.0,N,00900.0,E,3.0,90.0,010120,,,A");
+  receive(receiver, "GPHDT,270.0,T");
+  receive(receiver, "GNGST,120000,1.0,0.5,0.3,45,0.4,0.6,1.2");
+  receive(receiver, "GNRMC,120000,A,5200.0,N,00900.0,E,3.0,90.0,010120,,,A");
   auto data = taken(receiver);
   EXPECT_NEAR(data->heading, 270 * kDegree, 1e-6);
   EXPECT_EQ(data->var.x, 400);
   EXPECT_EQ(data->var.y, 600);
   EXPECT_EQ(data->var.z, 1200);
-  hear(receiver, "GNRMC,120001,A,5200.0,N,00900.0,E,3.0,90.0,010120,,,A");
+  receive(receiver, "GNRMC,120001,A,5200.0,N,00900.0,E,3.0,90.0,010120,,,A");
   (void)taken(receiver);
-  hear(receiver, "GNRMC,120002,A,5200.0,N,00900.0,E,3.0,,010120,,,A");
+  receive(receiver, "GNRMC,120002,A,5200.0,N,00900.0,E,3.0,,010120,,,A");
   data = taken(receiver);
   EXPECT_NEAR(data->heading, 90 * kDegree, 1e-6);  // no HDT any more; the last course
   EXPECT_EQ(data->var.x, 50000);

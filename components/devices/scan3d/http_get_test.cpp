@@ -17,7 +17,7 @@ class Heard final : public Output {
   std::string text;
 };
 
-void hear(HttpGet& get, std::string_view text) {
+void receive(HttpGet& get, std::string_view text) {
   Heard out;
   get.on_arrival({.bytes = std::as_bytes(std::span(text))}, out);
 }
@@ -35,9 +35,9 @@ TEST(HttpGetTest, EverySplitGivesTheSame) {
       "HTTP/1.1 200 OK\r\nServer: x\r\ncontent-LENGTH: 7\r\n\r\n{\"a\":1}";
   for (std::size_t cut = 0; cut < answer.size(); ++cut) {
     HttpGet get = asked();
-    hear(get, answer.substr(0, cut));
+    receive(get, answer.substr(0, cut));
     EXPECT_FALSE(get.is_done()) << cut;
-    hear(get, answer.substr(cut));
+    receive(get, answer.substr(cut));
     ASSERT_TRUE(get.is_done()) << cut;
     EXPECT_EQ(get.body(), "{\"a\":1}");
     EXPECT_EQ(get.next_timeout(), tims::kNever);
@@ -46,8 +46,8 @@ TEST(HttpGetTest, EverySplitGivesTheSame) {
 
 TEST(HttpGetTest, WithoutALengthItEndsWithTheConnection) {
   HttpGet get = asked();
-  hear(get, "HTTP/1.0 200 OK\r\n\r\n{\"a\"");
-  hear(get, ":1}");
+  receive(get, "HTTP/1.0 200 OK\r\n\r\n{\"a\"");
+  receive(get, ":1}");
   EXPECT_FALSE(get.is_done());
   get.on_closed();
   ASSERT_TRUE(get.is_done());
@@ -65,7 +65,7 @@ TEST(HttpGetTest, WhatIsNoAnswerIsSaid) {
       {"HTTP/1.1 200", "without an answer"}};
   for (const auto& [answer, complaint] : cases) {
     HttpGet get = asked();
-    hear(get, answer);
+    receive(get, answer);
     get.on_closed();
     EXPECT_FALSE(get.is_done()) << answer;
     ASSERT_TRUE(get.failure()) << answer;
@@ -76,7 +76,7 @@ TEST(HttpGetTest, WhatIsNoAnswerIsSaid) {
   silent.on_timeout(Time{3s}, out);
   ASSERT_TRUE(silent.failure());
   HttpGet endless = asked();
-  for (int i = 0; i < 1025; ++i) hear(endless, std::string(1024, 'x'));
+  for (int i = 0; i < 1025; ++i) receive(endless, std::string(1024, 'x'));
   ASSERT_TRUE(endless.failure());
   EXPECT_THAT(endless.failure()->detail(), HasSubstr("too long"));
 }

@@ -107,10 +107,10 @@ void SickCola::write_question() {
 void SickCola::on_arrival(const Arrival& arrival, Output& out) {
   telegrams_.add(arrival);
   ColaTelegram telegram;
-  while (telegrams_.next(telegram)) hear(telegram, out);
+  while (telegrams_.next(telegram)) receive(telegram, out);
 }
 
-void SickCola::hear(const ColaTelegram& telegram, Output& out) {
+void SickCola::receive(const ColaTelegram& telegram, Output& out) {
   ColaReader reader(telegram);
   if (reader.name() == "LMDscandata" && (reader.kind() == "sSN" || reader.kind() == "sRA")) {
     take_scan(telegram);

@@ -64,7 +64,7 @@ class SickCola final : public Dialogue {
   void ask(Time now, Output& out);
   void write_question();
   void give_up();
-  void hear(const ColaTelegram& telegram, Output& out);
+  void receive(const ColaTelegram& telegram, Output& out);
   [[nodiscard]] bool is_answer(const ColaReader& reader) const;
   void on_answer(ColaReader& reader, Time now, Output& out);
   void on_login(bool is_in, Time now, Output& out);
