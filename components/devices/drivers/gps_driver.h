@@ -57,7 +57,7 @@ class GpsDriver : public Driver<GpsData, Dialog> {
     tims::Time measured = this->dialogue().recorded();
     const bool by_pulse = take_pulse(moment, measured);
     data.recordingTime = time_stamp_of(measured);
-    if (data.mode != gps_mode::kInvalid) on_timeout(data, moment, measured, by_pulse);
+    if (data.mode != gps_mode::kInvalid) report_time(data, moment, measured, by_pulse);
     ask_position(data);
     return {};
   }
@@ -78,7 +78,7 @@ class GpsDriver : public Driver<GpsData, Dialog> {
     return then.has_value();
   }
 
-  void on_timeout(GpsData& data, const GpsMoment& moment, tims::Time measured, bool by_pulse) {
+  void report_time(GpsData& data, const GpsMoment& moment, tims::Time measured, bool by_pulse) {
     if (!moment.utc || moment.is_leap_second) return;
     const auto updated = clock_.update(*moment.utc, measured, now());
     if (!updated) this->log().warning("%s", updated.error().detail());
