@@ -38,8 +38,6 @@ namespace {
 
 constexpr tims::Duration kRouterWait = std::chrono::seconds(2);  // long enough for a slow network
 constexpr tims::Duration kCommandWait = std::chrono::milliseconds(500);
-constexpr tims::Duration kReportWait =
-    std::chrono::milliseconds(20);  // while the service manager is busy
 constexpr int kReportEach =
     250;  // ms; the main thread polls, so that a real-time task need not wake it
 
@@ -419,7 +417,7 @@ Result<tims::Mailbox> Module::open_mailbox(const tims::MailboxOptions& options) 
 void Module::Runtime::command_task() {
   while (!module_.is_stopping()) {
     const bool reported = manager_.flush();
-    const auto message = command_mailbox_->peek_for(reported ? kCommandWait : kReportWait);
+    const auto message = command_mailbox_->peek_for(reported ? kCommandWait : manager_.kFlushPause);
     if (message) {
       on_command({message->header(), message->body()});
     } else if (message.error().code() != tims::Errc::kTimeout) {

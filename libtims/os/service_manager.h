@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "os/file.h"
+#include "tims/time.h"
 
 namespace tims::os {
 
@@ -26,8 +27,10 @@ class ServiceManager {
   // Sends "VARIABLE=value", for example READY=1. Never waits: without room, the newest value of
   // each variable is kept. Returns false if anything is kept.
   bool report(std::string_view variable, std::string_view value);
-  // Sends what is kept, as far as there is room. Returns false if anything is left.
+  // Sends what is kept, as far as there is room. Returns false if anything is left: call it again
+  // after kFlushPause.
   bool flush();
+  static constexpr Duration kFlushPause = std::chrono::milliseconds(20);
 
  private:
   bool flush_locked();

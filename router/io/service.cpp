@@ -22,9 +22,6 @@
 namespace tims::io {
 namespace {
 
-constexpr Duration kRetryPause =
-    std::chrono::milliseconds(20);  // while the service manager is busy
-
 sigset_t handled_signals() {
   sigset_t set;
   ::sigemptyset(&set);
@@ -103,7 +100,7 @@ void Service::feed() {
 
 // Until the watchdog must be triggered again, or until a busy manager may have room.
 void Service::wait(bool reported) {
-  if (!reported) return timer_.set(os::now() + kRetryPause);
+  if (!reported) return timer_.set(os::now() + manager_.kFlushPause);
   if (interval_.count() > 0) timer_.set(os::now() + interval_);
 }
 

@@ -8,7 +8,6 @@
 
 #include "base/text.h"
 #include "os/environment.h"
-#include "os/service_manager.h"
 #include "tools/cli/arguments.h"
 #include "tools/cli/context.h"
 #include "tools/cli/failure.h"
@@ -88,7 +87,6 @@ UpRequest read_robot_file(const Context& context) {
 Exit run_robot(Context& context, const UpRequest& request, const std::function<void()>& ready) {
   robot::Supervisor supervisor(context, request.robot, request.deployment);
   supervisor.start();
-  tims::os::ServiceManager::of_environment().report("READY", "1");
   ready();
   supervisor.serve(context.run_end(), request.held ? STDIN_FILENO : -1);
   return supervisor.failures() == 0 ? Exit::kDone : Exit::kNo;

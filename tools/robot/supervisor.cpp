@@ -106,7 +106,8 @@ Supervisor::Supervisor(Context& context, const Robot& robot, const Deployment& d
       key_(key_of(deployment.name, deployment.router)),
       source_(deployment.source),
       control_(listen(deployment, robots().control_socket(key_)), context.signals),
-      status_(robots().folder_of(key_) + "/status.sock") {
+      status_(robots().folder_of(key_) + "/status.sock"),
+      manager_(tims::os::ServiceManager::of_environment()) {
   for (std::size_t i = 0; i < robot.components.size(); ++i)
     if (robot.components[i].host == deployment.host) add(robot.components[i], i, deployment);
   if (deployment.host.empty())
@@ -167,8 +168,11 @@ void Supervisor::start() {
 }
 
 void Supervisor::serve(tims::Time until, int input) {
+  manager_.report("READY", "1");
   while (!control_.asked_to_end() && tims::os::now() < until) {
-    wait(std::min(until, next_start()), input);
+    const bool reported = manager_.flush();
+    const tims::Time next = reported ? next_start() : tims::os::now() + manager_.kFlushPause;
+    wait(std::min(until, next), input);
     look_after_programs();
     if (has_closed(input)) return;
   }

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "os/service_manager.h"
 #include "tools/cli/context.h"
 #include "tools/cli/control.h"
 #include "tools/cli/output.h"
@@ -48,8 +49,8 @@ class Supervisor {
 
   // Starts all programs and returns when the components are ready or the time is over.
   void start();
-  // Runs until the time, until `down`, or until `input` ends (-1: none). Throws Interrupted on
-  // Ctrl-C.
+  // Reports to the service manager that the robot is ready, then runs until the time, until `down`,
+  // or until `input` ends (-1: none). Throws Interrupted on Ctrl-C.
   void serve(tims::Time until, int input = -1);
   // The number of programs that have ended and are not restarted.
   [[nodiscard]] std::size_t failures() const { return failures_; }
@@ -79,6 +80,7 @@ class Supervisor {
   RobotText source_;
   ControlServer control_;
   StatusSocket status_;
+  tims::os::ServiceManager manager_;  // of this program
   std::list<Program> programs_;
   std::map<const Program*, std::size_t> components_;  // index of the component in the file
   bool ending_ = false;
