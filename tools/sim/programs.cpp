@@ -1,12 +1,14 @@
 #include "tools/sim/programs.h"
 
+#include <algorithm>
 #include <csignal>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 
 #include <fmt/format.h>
 
 #include "os/clock.h"
-#include "os/file.h"
 #include "os/socket.h"
 #include "tools/cli/failure.h"
 #include "tools/sim/supervisor.h"
@@ -41,10 +43,11 @@ Launch component_launch(const Plan& plan, const PlannedHost& host, std::size_t n
 }
 
 std::string end_of_file(const std::string& path) {
-  constexpr std::size_t kBytes = 600;
-  const std::string text = tims::os::read_file(path).value_or({});
+  constexpr std::streamoff kBytes = 600;
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  file.seekg(std::max<std::streamoff>(0, file.tellg() - kBytes));
+  const std::string text{std::istreambuf_iterator<char>(file), {}};
   std::string_view end(text);
-  if (end.size() > kBytes) end.remove_prefix(end.size() - kBytes);
   while (end.ends_with('\n')) end.remove_suffix(1);
   return std::string(end);
 }
