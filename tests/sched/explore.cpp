@@ -61,7 +61,7 @@ std::optional<Request> requested() {
 // The release build explores all schedules; builds with sanitizers, which look for errors within
 // single schedules, the first of each exploration.
 constexpr std::uint64_t kRunsMax =
-    test::kSlowdown == 1 ? std::numeric_limits<std::uint64_t>::max() / 2 : 3000;
+    test::kSlowdown == 1 ? std::numeric_limits<std::uint64_t>::max() : 3000;
 
 class Exploration {
  public:
@@ -93,14 +93,14 @@ class Exploration {
 
  private:
   void run_all(Strategy& strategy, std::optional<Death> death) {
-    const std::uint64_t end = runs_ + kRunsMax;
+    const std::uint64_t begin = runs_;
     do {
       const auto seed = static_cast<std::uint32_t>(runs_);
       const Outcome& outcome = run_one(strategy, death, seed);
       died_ = died_ || outcome.died;
       if (const auto problem = fixture_.judge(outcome)) return tell(*problem, outcome, death, seed);
       runs_ += strategy.redundant() ? 0 : 1;
-    } while (runs_ < end && strategy.next_run());
+    } while (runs_ - begin < kRunsMax && strategy.next_run());
   }
   bool run_requested() {
     const auto request = requested();
