@@ -115,7 +115,7 @@ TEST(Bounds, CameraImage) {
   EXPECT_EQ(refusal(camera), Errc::kInvalidArgument);
 }
 
-TEST(Bounds, CameraJpegIsAsLongAsItSays) {
+TEST(Bounds, CameraJpegHasTheStatedLength) {
   CameraData camera = {.width = 640, .height = 480, .depth = 24, .mode = camera_mode::kJpeg};
   camera.colorFilterId = 3;
   camera.image.resize(3);

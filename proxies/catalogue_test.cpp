@@ -66,7 +66,7 @@ TEST(Catalogue, RepliesWithPositiveNumbers) {
   EXPECT_EQ(name_of({.type = 25, .dest = kGui, .src = kPilot}), "STATUS");
 }
 
-TEST(Catalogue, WhatARouterIsToldIsNothingOfAComponent) {
+TEST(Catalogue, MessagesToRoutersAndUnknownTypesHaveNoName) {
   EXPECT_EQ(name_of({.type = 10}), "unknown");
   EXPECT_EQ(name_of({.type = 77, .dest = kChassis, .src = kGui}), "unknown");
 }
@@ -106,7 +106,7 @@ TEST(Catalogue, MakesABodyOfFieldsByName) {
 }
 
 // The data of every class with default values can be created and printed on one line.
-TEST(Catalogue, EveryMessageCanBeMadeAndTold) {
+TEST(Catalogue, EveryMessageCanBeMadeAndPrinted) {
   for (const auto table : message_tables()) {
     for (const MessageInfo& message : table) {
       if (message.body == nullptr) continue;

@@ -41,23 +41,25 @@ class Made {
   std::vector<std::byte> bytes_;
 };
 
-std::string both_ways(std::string_view format, std::initializer_list<Argument> arguments) {
+std::string printed_and_decoded(std::string_view format,
+                                std::initializer_list<Argument> arguments) {
   Body body{};
   const std::size_t size = encode(body, format, arguments);
   const auto decoded = decode(std::span(body).first(size), std::endian::native);
   return decoded ? *decoded : "malformed: " + decoded.error().detail();
 }
 
-TEST(Gdos, EveryConversionBothWays) {
-  EXPECT_EQ(both_ways("Init", {}), "Init");
-  EXPECT_EQ(both_ways("%d %i %u", {-7, 8, 9U}), "-7 8 9");
-  EXPECT_EQ(both_ways("%x %X %b", {255, 0xABCU, 5}), "ff abc 101");
-  EXPECT_EQ(both_ways("%n", {tims::Address(0x00180100)}), "Pilot(0/1)");
-  EXPECT_EQ(both_ways("%f", {1.23456}), "1.235");
-  EXPECT_EQ(both_ways("%a", {3.14159265}), "180.00");
-  EXPECT_EQ(both_ways("%L", {std::int64_t{1} << 40}), "1099511627776");
-  EXPECT_EQ(both_ways("%s, then %d and %s", {"first", 2, "third"s}), "first, then 2 and third");
-  EXPECT_EQ(both_ways("100 %% of %d", {3}), "100 % of 3");
+TEST(Gdos, EveryConversionIsPrintedAndDecoded) {
+  EXPECT_EQ(printed_and_decoded("Init", {}), "Init");
+  EXPECT_EQ(printed_and_decoded("%d %i %u", {-7, 8, 9U}), "-7 8 9");
+  EXPECT_EQ(printed_and_decoded("%x %X %b", {255, 0xABCU, 5}), "ff abc 101");
+  EXPECT_EQ(printed_and_decoded("%n", {tims::Address(0x00180100)}), "Pilot(0/1)");
+  EXPECT_EQ(printed_and_decoded("%f", {1.23456}), "1.235");
+  EXPECT_EQ(printed_and_decoded("%a", {3.14159265}), "180.00");
+  EXPECT_EQ(printed_and_decoded("%L", {std::int64_t{1} << 40}), "1099511627776");
+  EXPECT_EQ(printed_and_decoded("%s, then %d and %s", {"first", 2, "third"s}),
+            "first, then 2 and third");
+  EXPECT_EQ(printed_and_decoded("100 %% of %d", {3}), "100 % of 3");
 }
 
 TEST(Gdos, FromEitherByteOrder) {
@@ -108,7 +110,7 @@ TEST(Gdos, WhatIsMissingIsMalformed) {
 
 TEST(Gdos, LongTextsAreShortened) {
   const std::string name(300, 'x');
-  const std::string text = both_ways("cannot open %s (%d)", {name, -2});
+  const std::string text = printed_and_decoded("cannot open %s (%d)", {name, -2});
   EXPECT_TRUE(text.starts_with("cannot open xxx"));
   EXPECT_TRUE(text.ends_with("xxx (-2)")) << text;
   Body body{};
@@ -118,10 +120,10 @@ TEST(Gdos, LongTextsAreShortened) {
 }
 
 TEST(Gdos, WrongArgumentsStopNobody) {
-  EXPECT_EQ(both_ways("%d of %d", {1}), "1 of 0");
-  EXPECT_EQ(both_ways("%s", {5}), "");
-  EXPECT_EQ(both_ways("%d", {"text"}), "0");
-  EXPECT_EQ(both_ways("none", {1, 2}), "none");
+  EXPECT_EQ(printed_and_decoded("%d of %d", {1}), "1 of 0");
+  EXPECT_EQ(printed_and_decoded("%s", {5}), "");
+  EXPECT_EQ(printed_and_decoded("%d", {"text"}), "0");
+  EXPECT_EQ(printed_and_decoded("none", {1, 2}), "none");
 }
 
 TEST(Gdos, Levels) {

@@ -5,8 +5,8 @@
 namespace rack {
 
 std::string_view reason_of(std::span<const std::byte> body) {
-  const std::string_view words(reinterpret_cast<const char*>(body.data()), body.size());
-  return words.substr(0, words.find('\0'));
+  const std::string_view text(reinterpret_cast<const char*>(body.data()), body.size());
+  return text.substr(0, text.find('\0'));
 }
 
 std::string_view name(Status status) {
@@ -22,17 +22,17 @@ std::string_view name(Status status) {
 }
 
 std::string_view name(TakesEffect when) {
-  constexpr std::array<std::string_view, 3> kWords = {"now", "at the next ON",
+  constexpr std::array<std::string_view, 3> kNames = {"now", "at the next ON",
                                                       "when its program starts again"};
   const auto i = static_cast<std::size_t>(when);
-  return i < kWords.size() ? kWords[i] : "unknown";
+  return i < kNames.size() ? kNames[i] : "unknown";
 }
 
 std::string_view name(WatchDepth depth) {
-  constexpr std::array<std::string_view, 4> kWords = {"off", "counts", "places of page faults",
+  constexpr std::array<std::string_view, 4> kNames = {"off", "counts", "places of page faults",
                                                       "places"};
   const auto i = static_cast<std::size_t>(depth);
-  return i < kWords.size() ? kWords[i] : "unknown";
+  return i < kNames.size() ? kNames[i] : "unknown";
 }
 
 }  // namespace rack

@@ -62,8 +62,8 @@ const json::array& list_in(const json::object& object, std::string_view key,
   return *list;
 }
 
-std::string_view word_in(const json::object& object, std::string_view key,
-                         const std::string& where) {
+std::string_view identifier_in(const json::object& object, std::string_view key,
+                               const std::string& where) {
   const json::value* value = object.if_contains(key);
   const json::string* text = value == nullptr ? nullptr : value->if_string();
   if (text == nullptr || !is_identifier(*text))
@@ -125,7 +125,7 @@ class MessageFileReader {
   std::string_view keep(std::string_view text) { return file_.texts_.emplace_back(text); }
 
   void read_class(const json::object& object) {
-    file_.class_.name = keep(word_in(object, "class", ""));
+    file_.class_.name = keep(identifier_in(object, "class", ""));
     const auto id = number_in(object, "class_id", "", 0, 0xFFFFFF);
     if (!id) wrong("class_id", "is missing");
     file_.class_.class_id = static_cast<u32>(*id);
@@ -141,7 +141,7 @@ class MessageFileReader {
   void read_message(const json::value& value, const std::string& where) {
     const json::object& object = object_in(value, where);
     MessageInfo message{.class_id = file_.class_.class_id};
-    message.name = keep(word_in(object, "name", where));
+    message.name = keep(identifier_in(object, "name", where));
     const auto type = number_in(object, "type", where, -128, 127);
     if (!type) wrong(where + "type", "is missing");
     message.type = static_cast<i8>(*type);
@@ -154,7 +154,7 @@ class MessageFileReader {
       if (other.type == message.type || other.name == message.name)
         wrong(where + "type", "or name is taken by " + std::string(other.name));
     if (object.if_contains("body") != nullptr) {
-      const std::string_view body = word_in(object, "body", where);
+      const std::string_view body = identifier_in(object, "body", where);
       message.body = find_struct(body);
       if (message.body == nullptr)
         wrong(where + "body", std::string(body) + " is not a struct in this file");
@@ -169,7 +169,7 @@ class MessageFileReader {
 
   void read_struct(const json::value& value, const std::string& where) {
     const json::object& object = object_in(value, where);
-    Schema schema{.name = keep(word_in(object, "name", where))};
+    Schema schema{.name = keep(identifier_in(object, "name", where))};
     if (find_struct(schema.name) != nullptr)
       wrong(where + "name", std::string(schema.name) + " is defined twice");
     auto& fields = file_.fields_.emplace_back();
@@ -201,7 +201,7 @@ class MessageFileReader {
 
   SchemaField read_field(const json::value& value, const std::string& where) {
     const json::object& object = object_in(value, where);
-    SchemaField field{.name = keep(word_in(object, "name", where))};
+    SchemaField field{.name = keep(identifier_in(object, "name", where))};
     read_type(field, object, where);
     if (const auto times = number_in(object, "times", where, 1, kFixedMax)) {
       field.repeat = Repeat::kArray;
@@ -221,7 +221,7 @@ class MessageFileReader {
   }
 
   void read_type(SchemaField& field, const json::object& object, const std::string& where) const {
-    const std::string_view type = word_in(object, "type", where);
+    const std::string_view type = identifier_in(object, "type", where);
     if (type == "text") {
       field.type = FieldType::kText;
       const auto bytes = number_in(object, "bytes", where, 2, kFixedMax);

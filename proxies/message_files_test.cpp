@@ -40,7 +40,7 @@ struct HeatData {
 
 struct HeatNote {
   Count length = {};
-  Sequence<char, 16> words = {};
+  Sequence<char, 16> letters = {};
 };
 
 constexpr u32 kHeat = 0x90;
@@ -63,7 +63,7 @@ std::string refusal(std::string_view text) {
   return file ? "accepted" : file.error().detail();
 }
 
-TEST(MessageFiles, SayWhatTheStructsDo) {
+TEST(MessageFiles, MatchTheStructs) {
   const auto file = MessageFile::parse(text());
   ASSERT_TRUE(file) << file.error().message() << text();
   const ClassInfo& read = (*file)->class_info();
@@ -101,7 +101,7 @@ TEST(MessageFiles, BodiesAreReadAndMadeLikeThoseOfTheStruct) {
       R"("hottest":{"x":7,"colour":[1,2]},"gain":0.5,"spotNum":0,"spots":[]})");
 }
 
-TEST(MessageFiles, SayWhereTheyAreWrong) {
+TEST(MessageFiles, ReportWhereTheyAreWrong) {
   EXPECT_TRUE(refusal("{").starts_with("not JSON: "));
   EXPECT_EQ(refusal("[]"), "the file is not an object");
   EXPECT_EQ(refusal("{}"), "rack_messages is missing: this is not a message file");

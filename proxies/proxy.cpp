@@ -82,7 +82,7 @@ Result<tims::Loan> Proxy::begin(Request request) {
   return work_->loan({.dest = component_,
                       .type = request.type,
                       .seq_nr = seq_nr_,
-                      .tell_why = work_->body_max() >= kReasonMax},
+                      .report_reason = work_->body_max() >= kReasonMax},
                      static_cast<u32>(request.body_size));
 }
 

@@ -75,7 +75,7 @@ TEST(Stream, DecodesInTheOrderOfTheHeader) {
   EXPECT_EQ(number.value, 5U);
 }
 
-TEST(Stream, EndIsToldFromRubbish) {
+TEST(Stream, EndIsDistinguishedFromRubbish) {
   const std::array<std::byte, 4> body{};
   Number number;
   const auto code = [&](const tims::MessageView& m) {
@@ -87,7 +87,7 @@ TEST(Stream, EndIsToldFromRubbish) {
   EXPECT_EQ(code(message(-6, std::span(body).first(3))), Errc::kMalformed);
 }
 
-TEST(Status, HasAWord) {
+TEST(Status, HasAName) {
   EXPECT_EQ(name(Status::kEnabled), "enabled");
   EXPECT_EQ(name(Status::kDisabled), "disabled");
   EXPECT_EQ(name(Status::kError), "error");

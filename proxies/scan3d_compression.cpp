@@ -118,15 +118,15 @@ struct Ranges {
 };
 
 template <typename Get>
-void put_ways(std::span<const ScanPoint> points, const Range& range, Get get, Writer& out) {
+void put_differences(std::span<const ScanPoint> points, const Range& range, Get get, Writer& out) {
   const u32 width = range.width();
   u32 last = 0;
   bool is_first = true;
   for (const ScanPoint& point : points) {
     const auto value = static_cast<u32>(get(point));
-    const u32 way = value - last + kHere;
-    if (!is_first) out.put(std::min(way, kFar), 1);
-    if (is_first || way >= kFar) out.put(value - static_cast<u32>(range.min), width);
+    const u32 difference = value - last + kHere;
+    if (!is_first) out.put(std::min(difference, kFar), 1);
+    if (is_first || difference >= kFar) out.put(value - static_cast<u32>(range.min), width);
     is_first = false;
     last = value;
   }
@@ -157,11 +157,11 @@ void put_points(std::span<const ScanPoint> points, Writer& out) {
   out.put(ranges.x.width() << 13 | ranges.y.width() << 10 | ranges.z.width() << 7 | types << 4 |
               segments << 2 | intensities,
           2);
-  put_ways(
+  put_differences(
       points, ranges.x, [](const ScanPoint& p) { return p.x.raw(); }, out);
-  put_ways(
+  put_differences(
       points, ranges.y, [](const ScanPoint& p) { return p.y.raw(); }, out);
-  put_ways(
+  put_differences(
       points, ranges.z, [](const ScanPoint& p) { return p.z.raw(); }, out);
   put_runs(
       points, types, [](const ScanPoint& p) { return p.type; }, out);
@@ -178,12 +178,12 @@ struct Field {
 };
 
 template <typename Set>
-void get_ways(std::span<ScanPoint> points, const Field& field, Set set, Reader& in) {
+void get_differences(std::span<ScanPoint> points, const Field& field, Set set, Reader& in) {
   u32 last = 0;
   bool is_first = true;
   for (ScanPoint& point : points) {
-    const u32 way = is_first ? kFar : in.get(1);
-    last = way == kFar ? in.get(field.width) - field.negated_min : last + way - kHere;
+    const u32 difference = is_first ? kFar : in.get(1);
+    last = difference == kFar ? in.get(field.width) - field.negated_min : last + difference - kHere;
     set(point, static_cast<i32>(last));
     is_first = false;
   }
@@ -198,8 +198,8 @@ bool get_runs(std::span<ScanPoint> points, const Field& field, Set set, Reader& 
   }
   for (std::size_t i = 0; i < points.size() && !in.is_short();) {
     const u32 value = in.get(field.width);
-    const u32 told = in.get(1);
-    const std::size_t count = told == 0 ? 256 : told;  // the original encoder writes 256 as 0
+    const u32 written = in.get(1);
+    const std::size_t count = written == 0 ? 256 : written;  // the original encoder writes 256 as 0
     if (count > points.size() - i) return false;
     for (ScanPoint& point : points.subspan(i, count)) set(point, static_cast<i32>(value));
     i += count;
@@ -207,7 +207,7 @@ bool get_runs(std::span<ScanPoint> points, const Field& field, Set set, Reader& 
   return true;
 }
 
-tims::Result<void> get_ways_and_runs(Reader& in, std::span<ScanPoint> points) {
+tims::Result<void> get_differences_and_runs(Reader& in, std::span<ScanPoint> points) {
   std::array<Field, 6> fields;
   for (std::size_t i = 0; i < fields.size(); ++i) fields[i].negated_min = in.get(i < 4 ? 4 : 2);
   const u32 widths = in.get(2);
@@ -216,11 +216,11 @@ tims::Result<void> get_ways_and_runs(Reader& in, std::span<ScanPoint> points) {
     fields[i].width = widths >> kShifts[i] & (i < 4 ? 7U : 3U);
     if (fields[i].width > (i < 4 ? 4U : 2U)) return malformed("a field is too wide");
   }
-  get_ways(
+  get_differences(
       points, fields[0], [](ScanPoint& p, i32 value) { p.x = value; }, in);
-  get_ways(
+  get_differences(
       points, fields[1], [](ScanPoint& p, i32 value) { p.y = value; }, in);
-  get_ways(
+  get_differences(
       points, fields[2], [](ScanPoint& p, i32 value) { p.z = value; }, in);
   const bool fit = get_runs(
                        points, fields[3], [](ScanPoint& p, i32 value) { p.type = value; }, in) &&
@@ -460,7 +460,7 @@ tims::Result<void> get_points(Bytes stage1, std::span<ScanPoint> points) {
   Reader in(stage1.subspan(kHead, head->after - kHead));
   const u32 method = head->flags & kMethod;
   if (method == kDeltaRuns) {
-    if (auto read = get_ways_and_runs(in, points); !read) return read;
+    if (auto read = get_differences_and_runs(in, points); !read) return read;
   } else if (method == kPlain) {
     get_plain(in, points);
   } else {

@@ -141,7 +141,7 @@ Scan3dData compressed(std::vector<std::byte> data, i32 points) {
 }
 
 // Written by hand from the specification: stage 1 alone, method 5.
-TEST(Scan3dCompression, ReadsWhatTheSpecificationSays) {
+TEST(Scan3dCompression, ReadsTheFormatOfTheSpecification) {
   auto scan = compressed(
       bytes({0x4D, 0x31, 0,    0,    0,    5,    0,    0,    0, 60, 0, 0, 0, 55,  // head
              0xFF, 0xFF, 0xFF, 0x9C,                                              // -x: 100
@@ -164,7 +164,7 @@ TEST(Scan3dCompression, ReadsWhatTheSpecificationSays) {
   EXPECT_TRUE(same(scan.points[2], {.x = 1100, .y = 0, .intensity = 10}));
 }
 
-TEST(Scan3dCompression, RefusesWithWords) {
+TEST(Scan3dCompression, RefusesWithAReason) {
   Scan3dCompression compression;
   const auto why = [&](std::vector<std::byte> data, i32 points) {
     Scan3dData scan = compressed(std::move(data), points);

@@ -227,7 +227,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     router_.flush(now);
     admin_.release();
     tracer_.release();
-    if (!admin_.wants_turn() || admin_has_turn_) return;
+    if (!admin_.needs_turn() || admin_has_turn_) return;
     admin_has_turn_ = true;
     loop_.post([this] {
       admin_has_turn_ = false;
@@ -400,9 +400,9 @@ int complain(std::string_view text, int status) {
   return status;
 }
 
-int main(std::span<const char* const> words) {
+int main(std::span<const char* const> argv) {
   using Action = io::Arguments::Action;
-  const auto arguments = io::parse_arguments(words);
+  const auto arguments = io::parse_arguments(argv);
   if (!arguments) {
     return complain(arguments.error().detail() + "; see tims-router --help", kWrongUsage);
   }
@@ -425,7 +425,7 @@ int main(std::span<const char* const> words) {
 }  // namespace
 }  // namespace tims
 
-int main(int count, char** words) {
+int main(int count, char** argv) {
   return tims::main(
-      {const_cast<const char* const*>(words) + 1, static_cast<std::size_t>(count) - 1});
+      {const_cast<const char* const*>(argv) + 1, static_cast<std::size_t>(count) - 1});
 }

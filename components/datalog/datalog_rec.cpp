@@ -79,7 +79,7 @@ class Recorder {
   std::string base_;
   LogFile file_;
   std::chrono::milliseconds period_{};
-  tims::Time heard_{};
+  tims::Time last_received_{};
   tims::Time asked_{};
   bool ended_ = false;    // the component has ended its stream
   bool failing_ = false;  // the last message was not written
@@ -97,14 +97,14 @@ Result<void> Recorder::subscribe(tims::Time now) {
   const auto granted = proxy_.get_cont_data(info_->periodTime, stream_);
   if (!granted) return granted.error();
   period_ = std::chrono::milliseconds(granted->raw());
-  heard_ = now;
+  last_received_ = now;
   ended_ = false;
   return {};
 }
 
 void Recorder::take(const tims::MessageView& message, tims::Time now, bool binary_io,
                     TextLog& log) {
-  heard_ = now;
+  last_received_ = now;
   if (const auto good = check_data(message.header, module()); !good) {
     ended_ = true;
     return log.warning("%n has no data now", module());
@@ -136,7 +136,7 @@ Result<void> Recorder::write(const Record& record) {
 }
 
 bool Recorder::is_silent(tims::Time now) const {
-  return ended_ || now - heard_ > std::max<tims::Duration>(kSilence, 5 * period_);
+  return ended_ || now - last_received_ > std::max<tims::Duration>(kSilence, 5 * period_);
 }
 
 void Recorder::ask_again(tims::Time now, TextLog& log) {

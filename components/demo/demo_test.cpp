@@ -33,7 +33,7 @@ TEST(Arguments, EachRoleHasItsDefaults) {
   EXPECT_EQ(parsed({"client"}).period, 100ms);
 }
 
-TEST(Arguments, SayWhereItIsAndWhomItTalksTo) {
+TEST(Arguments, GiveTheOwnAddressAndThatOfThePeer) {
   const Arguments client =
       parsed({"client", "--to", "Test(2/0)", "--at", "Test(1/2):1", "--rate", "50"});
   EXPECT_EQ(client.at, Address(0x01100201));

@@ -154,10 +154,10 @@ void CaptureFile::on_written(std::string_view text, const Result<void>& written)
       event_ = written.error().detail() + "; records are lost until the file can be written";
   }
   // Reports lost records after the next successful write, or at the end.
-  if (lost_ == told_ || (!ended_ && (!written || text.empty()))) return;
+  if (lost_ == reported_ || (!ended_ && (!written || text.empty()))) return;
   event_ = path_ + (written ? " is written again; " : " could not be written; ") +
-           std::to_string(lost_ - told_) + " records are missing in it";
-  told_ = lost_;
+           std::to_string(lost_ - reported_) + " records are missing in it";
+  reported_ = lost_;
   failed_ = !written;
 }
 

@@ -51,7 +51,7 @@ class CaptureFile {
   std::condition_variable changed_;
   std::string waiting_;               // under mutex_
   std::uint64_t lost_ = 0;            // under mutex_
-  std::uint64_t told_ = 0;            // lost records already reported, under mutex_
+  std::uint64_t reported_ = 0;        // lost records already reported, under mutex_
   bool failed_ = false;               // under mutex_
   bool ended_ = false;                // under mutex_
   std::optional<std::string> event_;  // under mutex_

@@ -88,13 +88,13 @@ TEST_F(CaptureFileTest, WhatIsNoRecordingIsNotOverwritten) {
   EXPECT_EQ(content(), "my thesis\n");
 }
 
-TEST_F(CaptureFileTest, AFolderIsRefusedInWords) {
+TEST_F(CaptureFileTest, AFolderIsRefusedWithAReason) {
   const auto file = CaptureFile::create(folder_.path(), "x", tims::os::now());
   ASSERT_FALSE(file);
   EXPECT_THAT(file.error().detail(), HasSubstr("directory"));
 }
 
-TEST_F(CaptureFileTest, WhatIsLostAtTheEndIsSaid) {
+TEST_F(CaptureFileTest, RecordsLostAtTheEndAreReported) {
   auto file = CaptureFile::create("/dev/full", "x", tims::os::now());
   ASSERT_TRUE(file);
   (*file)->add(tims::os::now(), Direction::kReceived, 0, kBytes);

@@ -57,7 +57,7 @@ TEST(LogFile, NoPlaceForAFile) {
   EXPECT_EQ(created.error(), tims::Errc::kSystem);
 }
 
-TEST(LogFile, SaysThatTheDiskIsFull) {
+TEST(LogFile, ReportsThatTheDiskIsFull) {
   LogFile file;
   ASSERT_TRUE(file.create("/dev/full").ok());
   const auto appended = file.append("one\n");

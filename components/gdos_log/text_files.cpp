@@ -34,7 +34,7 @@ bool SenderLimits::take(tims::Time now, tims::Address sender, gdos::Level level)
   Sender& from = find(now, sender);
   tims::base::LineLimiter& limiter = level >= gdos::Level::kWarning ? from.urgent : from.other;
   if (limiter.take(now)) return true;
-  if (!any_suppressed_) next_word_ = now + kReportEach;
+  if (!any_suppressed_) next_report_ = now + kReportEach;
   any_suppressed_ = true;
   return false;
 }
@@ -52,7 +52,7 @@ SenderLimits::Sender& SenderLimits::find(tims::Time now, tims::Address sender) {
 
 std::vector<SenderLimits::Suppressed> SenderLimits::take_suppressed(tims::Time now) {
   std::vector<Suppressed> all;
-  if (!any_suppressed_ || now < next_word_) return all;
+  if (!any_suppressed_ || now < next_report_) return all;
   any_suppressed_ = false;
   for (auto& [address, sender] : senders_) {
     const std::uint32_t count = sender.urgent.take_held_back() + sender.other.take_held_back();

@@ -58,7 +58,7 @@ class SenderLimits {
 
   std::map<tims::Address, Sender> senders_;
   bool any_suppressed_ = false;
-  tims::Time next_word_{};
+  tims::Time next_report_{};
 };
 
 // --- The texts on disk: a current file and older ones. Synchronised texts survive a loss of power;

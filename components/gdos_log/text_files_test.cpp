@@ -83,7 +83,7 @@ TEST_F(TextFilesTest, OldFilesGo) {
   EXPECT_EQ(all_of(folder_), "2\n|3\n|");
 }
 
-TEST_F(TextFilesTest, AFileThatWasTakenAwayIsBegunAnew) {
+TEST_F(TextFilesTest, ARemovedFileIsCreatedAgain) {
   open({});
   append("1\n");
   fs::remove_all(folder_);
@@ -147,7 +147,7 @@ TEST(SenderLimits, DetailsTakeNoRoomOfErrorsNorOfOthers) {
   EXPECT_GT(SenderLimits::kUrgentBurst, SenderLimits::kOtherBurst);
 }
 
-TEST(SenderLimits, SaysHowManyOnceASecond) {
+TEST(SenderLimits, ReportsTheNumberOnceASecond) {
   SenderLimits limits;
   (void)passed(limits, kStart, kChassis, gdos::Level::kDetail, 150);
   EXPECT_TRUE(limits.take_suppressed(kStart + 900ms).empty());

@@ -21,30 +21,30 @@ class Delay {
   };
 
   // When the buffer is full, the new command replaces the last one.
-  void tell(const Command& command, tims::Time due) {
-    if (count_ == kUnderWayMax) --count_;
+  void push(const Command& command, tims::Time due) {
+    if (count_ == kInFlightMax) --count_;
     if (count_ > 0) due = std::max(due, newest()->at);
-    all_[(first_ + count_) % kUnderWayMax] = {due, command};
+    all_[(first_ + count_) % kInFlightMax] = {due, command};
     ++count_;
   }
   // The next command that is due at `now`.
   std::optional<Due> take(tims::Time now) {
     if (count_ == 0 || all_[first_].at > now) return {};
     const Due due = all_[first_];
-    first_ = (first_ + 1) % kUnderWayMax;
+    first_ = (first_ + 1) % kInFlightMax;
     --count_;
     return due;
   }
   // nullptr when no command is pending.
   [[nodiscard]] const Due* newest() const {
-    return count_ == 0 ? nullptr : &all_[(first_ + count_ - 1) % kUnderWayMax];
+    return count_ == 0 ? nullptr : &all_[(first_ + count_ - 1) % kInFlightMax];
   }
   void forget() { count_ = 0; }
 
-  static constexpr std::size_t kUnderWayMax = 256;
+  static constexpr std::size_t kInFlightMax = 256;
 
  private:
-  std::array<Due, kUnderWayMax> all_{};
+  std::array<Due, kInFlightMax> all_{};
   std::size_t first_ = 0;
   std::size_t count_ = 0;
 };
@@ -53,15 +53,15 @@ template <typename Command>
 class LaggingCommand {
  public:
   void set_lag(tims::Duration lag) { lag_ = lag; }
-  void tell(const Command& command) {
+  void set(const Command& command) {
     if (lag_ == tims::Duration{})
       in_effect_ = command;
     else
-      under_way_.tell(command, now_ + lag_);
+      in_flight_.push(command, now_ + lag_);
   }
   [[nodiscard]] const Command& in_effect() const { return in_effect_; }
   [[nodiscard]] const Command& newest() const {
-    return under_way_.newest() ? under_way_.newest()->command : in_effect_;
+    return in_flight_.newest() ? in_flight_.newest()->command : in_effect_;
   }
   // Calls `move(seconds)` for each part of the time until `now` in which one command is in effect.
   template <typename Move>
@@ -74,7 +74,7 @@ class LaggingCommand {
       move(std::chrono::duration<double>(until - now_).count());
       now_ = until;
     };
-    while (const auto due = under_way_.take(now)) {
+    while (const auto due = in_flight_.take(now)) {
       go_on(due->at);
       in_effect_ = due->command;
     }
@@ -83,7 +83,7 @@ class LaggingCommand {
 
  private:
   tims::Duration lag_{};
-  Delay<Command> under_way_;
+  Delay<Command> in_flight_;
   Command in_effect_{};
   tims::Time now_{};
 };

@@ -13,8 +13,8 @@ TEST(DelayTest, NothingIsTakenBeforeItIsDue) {
   Delay<int> delay;
   EXPECT_EQ(delay.newest(), nullptr);
   EXPECT_FALSE(delay.take(kBegin));
-  delay.tell(1, kBegin + 50ms);
-  delay.tell(2, kBegin + 60ms);
+  delay.push(1, kBegin + 50ms);
+  delay.push(2, kBegin + 60ms);
   EXPECT_EQ(delay.newest()->command, 2);
   EXPECT_FALSE(delay.take(kBegin + 50ms - 1ns));
   const auto first = delay.take(kBegin + 50ms);
@@ -28,8 +28,8 @@ TEST(DelayTest, NothingIsTakenBeforeItIsDue) {
 
 TEST(DelayTest, OneNeverOvertakesAnother) {
   Delay<int> delay;
-  delay.tell(1, kBegin + 50ms);
-  delay.tell(2, kBegin + 10ms);
+  delay.push(1, kBegin + 50ms);
+  delay.push(2, kBegin + 10ms);
   EXPECT_FALSE(delay.take(kBegin + 49ms));
   EXPECT_EQ(delay.take(kBegin + 50ms)->command, 1);
   EXPECT_EQ(delay.take(kBegin + 50ms)->command, 2);
@@ -37,25 +37,25 @@ TEST(DelayTest, OneNeverOvertakesAnother) {
 
 TEST(DelayTest, WhatIsForgottenIsNotDone) {
   Delay<int> delay;
-  delay.tell(1, kBegin);
+  delay.push(1, kBegin);
   delay.forget();
   EXPECT_FALSE(delay.take(kBegin + 1s));
 }
 
 // The place of the last one only, wherever the ring begins.
-TEST(DelayTest, WhenTooManyAreUnderWayTheNewestTakesTheLastOnesPlace) {
-  constexpr int kMax = Delay<int>::kUnderWayMax;
+TEST(DelayTest, WhenFullTheNewestReplacesTheLastOne) {
+  constexpr int kMax = Delay<int>::kInFlightMax;
   for (const int begun : {0, 1, kMax - 1}) {
-    for (const int told : {kMax - 1, kMax, kMax + 1, 3 * kMax}) {
+    for (const int pushed : {kMax - 1, kMax, kMax + 1, 3 * kMax}) {
       Delay<int> delay;
       for (int i = 0; i < begun; ++i) {
-        delay.tell(-1, kBegin);
+        delay.push(-1, kBegin);
         ASSERT_TRUE(delay.take(kBegin));
       }
-      for (int i = 1; i <= told; ++i) delay.tell(i, kBegin);
-      const int kept = std::min(told, kMax);
+      for (int i = 1; i <= pushed; ++i) delay.push(i, kBegin);
+      const int kept = std::min(pushed, kMax);
       for (int i = 1; i < kept; ++i) ASSERT_EQ(delay.take(kBegin)->command, i);
-      EXPECT_EQ(delay.take(kBegin)->command, told);
+      EXPECT_EQ(delay.take(kBegin)->command, pushed);
       EXPECT_FALSE(delay.take(kBegin));
     }
   }
@@ -63,28 +63,28 @@ TEST(DelayTest, WhenTooManyAreUnderWayTheNewestTakesTheLastOnesPlace) {
 
 TEST(LaggingCommandTest, TheTimeIsDividedWhereACommandTakesEffect) {
   LaggingCommand<double> speed;
-  double way = 0;
+  double distance = 0;
   const auto step = [&](tims::Time now) {
-    speed.step(now, [&](double seconds) { way += speed.in_effect() * seconds; });
+    speed.step(now, [&](double seconds) { distance += speed.in_effect() * seconds; });
   };
   speed.set_lag(300ms);
   step(kBegin);
-  speed.tell(10);
+  speed.set(10);
   EXPECT_EQ(speed.newest(), 10);
   EXPECT_EQ(speed.in_effect(), 0);
   step(kBegin + 200ms);
-  EXPECT_EQ(way, 0);
+  EXPECT_EQ(distance, 0);
   step(kBegin + 800ms);
-  EXPECT_NEAR(way, 5, 1e-9);
+  EXPECT_NEAR(distance, 5, 1e-9);
   step(kBegin + 100ms);  // from the line, late
-  EXPECT_NEAR(way, 5, 1e-9);
+  EXPECT_NEAR(distance, 5, 1e-9);
   step(kBegin + 900ms);
-  EXPECT_NEAR(way, 6, 1e-9);
+  EXPECT_NEAR(distance, 6, 1e-9);
 }
 
 TEST(LaggingCommandTest, WithoutALagItTakesEffectImmediately) {
   LaggingCommand<int> command;
-  command.tell(7);
+  command.set(7);
   EXPECT_EQ(command.in_effect(), 7);
   EXPECT_EQ(command.newest(), 7);
 }

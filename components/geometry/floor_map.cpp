@@ -259,8 +259,8 @@ FloorMap::FloorMap(const DxfDrawing& drawing, double scale, double offset_x, dou
   for (const DxfLine& line : drawing.lines) {
     const MapPoint from = point(line.from);
     const MapPoint to = point(line.to);
-    const MapPoint way{to.x - from.x, to.y - from.y};
-    walls_.push_back({from, way, std::hypot(way.x, way.y)});
+    const MapPoint extent{to.x - from.x, to.y - from.y};
+    walls_.push_back({from, extent, std::hypot(extent.x, extent.y)});
   }
 }
 
@@ -277,7 +277,7 @@ void FloorMap::cast(const Wall& wall, const RayFan& fan, std::span<double> range
   const double x = wall.from.x - fan.from.x;
   const double y = wall.from.y - fan.from.y;
   const double begin = std::atan2(y, x);
-  const double turn = signed_angle(std::atan2(y + wall.way.y, x + wall.way.x) - begin);
+  const double turn = signed_angle(std::atan2(y + wall.extent.y, x + wall.extent.x) - begin);
   double first = turn < 0 ? begin + turn : begin;
   double width = std::abs(turn);
   if (width > kPi - kNearlyStraight) {  // the point is on the wall: either side may be the front
@@ -302,9 +302,9 @@ double FloorMap::range(const Wall& wall, const MapPoint& from, double angle, dou
   const double s = std::sin(angle);
   const double x = wall.from.x - from.x;
   const double y = wall.from.y - from.y;
-  const double across = c * wall.way.y - s * wall.way.x;
+  const double across = c * wall.extent.y - s * wall.extent.x;
   if (std::abs(across) < kNearlyStraight * wall.length) return otherwise;  // along the wall
-  const double range = (x * wall.way.y - y * wall.way.x) / across;
+  const double range = (x * wall.extent.y - y * wall.extent.x) / across;
   const double part = (x * s - y * c) / across;  // of the wall
   const double tolerance = kCorner / wall.length;
   const bool hits = range >= 0 && part >= -tolerance && part <= 1 + tolerance;
@@ -318,8 +318,8 @@ double FloorMap::clearance(const MapPoint& at) const {
     const double y = at.y - wall.from.y;
     const double square = wall.length * wall.length;
     const double part =
-        square == 0 ? 0 : std::clamp((x * wall.way.x + y * wall.way.y) / square, 0.0, 1.0);
-    nearest = std::min(nearest, std::hypot(x - part * wall.way.x, y - part * wall.way.y));
+        square == 0 ? 0 : std::clamp((x * wall.extent.x + y * wall.extent.y) / square, 0.0, 1.0);
+    nearest = std::min(nearest, std::hypot(x - part * wall.extent.x, y - part * wall.extent.y));
   }
   return nearest;
 }

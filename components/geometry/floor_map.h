@@ -73,7 +73,7 @@ class FloorMap {
 
   struct Wall {
     MapPoint from;
-    MapPoint way;  // vector from `from` to its end
+    MapPoint extent;  // vector from `from` to its end
     double length;
   };
   [[nodiscard]] std::span<const Wall> walls() const { return walls_; }

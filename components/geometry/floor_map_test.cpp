@@ -55,7 +55,7 @@ TEST(Dxf, ReadsPolylinesAndPoints) {
   EXPECT_EQ(read("0\nPOINT\n10\n1\n20\n2\n").lines.size(), 1U);
 }
 
-TEST(Dxf, SkipsWhatIsDamagedAndSaysWhere) {
+TEST(Dxf, SkipsDamagedPartsAndReportsThem) {
   const auto drawing = read(
       "0\nLINE\n10\n1\n20\n1\n0\nLINE\n10\nnan\n20\n1\n11\n1\n21\n1\n"
       "0\nLWPOLYLINE\n90\n2000000000\n10\n1\n20\n1\n0\nVERTEX\n10\n1\n20\n1\n"

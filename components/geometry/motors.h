@@ -1,5 +1,5 @@
-// How motors follow their commands: speeds that change with limited acceleration, and the way that
-// results. How wheels then move a vehicle: wheels.h, and moved() in pose.h.
+// How motors follow their commands: speeds that change with limited acceleration, and the
+// resulting position. How wheels then move a vehicle: wheels.h, and moved() in pose.h.
 #pragma once
 
 #include <algorithm>
@@ -35,18 +35,18 @@ inline Acceleration<float> acceleration_of(const ChassisParamData& limits) {
 }
 
 struct MotorMotion {
-  double speed = 0;  // mm/s of the rim; of steering or a shaft rad/s
-  double way = 0;    // mm of the rim since the start; of steering or a shaft its angle, rad
+  double speed = 0;     // mm/s of the rim; of steering or a shaft rad/s
+  double position = 0;  // mm of the rim since the start; of steering or a shaft its angle, rad
 
   void run(double target, const Acceleration<double>& limit, double seconds) {
     speed = limit.changed(speed, target, seconds);
-    way += speed * seconds;
+    position += speed * seconds;
   }
   // At the speed `most`; 0: immediately.
   void go_to(double target, double most, double seconds) {
-    const double before = way;
-    way = towards(way, target, most, seconds);
-    speed = (way - before) / seconds;
+    const double before = position;
+    position = towards(position, target, most, seconds);
+    speed = (position - before) / seconds;
   }
 };
 

@@ -10,7 +10,7 @@ TEST(MotorMotion, GainsSpeedAndBrakesWithinItsLimits) {
   MotorMotion motor;
   motor.run(300, kLimit, 0.5);
   EXPECT_EQ(motor.speed, 50);
-  EXPECT_EQ(motor.way, 25);
+  EXPECT_EQ(motor.position, 25);
   motor.run(300, kLimit, 10);
   EXPECT_EQ(motor.speed, 300) << "not above its target";
   motor.run(-300, kLimit, 0.5);
@@ -22,13 +22,13 @@ TEST(MotorMotion, GainsSpeedAndBrakesWithinItsLimits) {
 TEST(MotorMotion, GoesToAPlaceAtItsSpeed) {
   MotorMotion motor;
   motor.go_to(-3, 4, 0.5);
-  EXPECT_EQ(motor.way, -2);
+  EXPECT_EQ(motor.position, -2);
   EXPECT_EQ(motor.speed, -4);
   motor.go_to(-3, 4, 0.5);
-  EXPECT_EQ(motor.way, -3);
+  EXPECT_EQ(motor.position, -3);
   EXPECT_EQ(motor.speed, -2);
   motor.go_to(7, 0, 0.5);
-  EXPECT_EQ(motor.way, 7) << "0 is no limit";
+  EXPECT_EQ(motor.position, 7) << "0 is no limit";
 }
 
 }  // namespace motors_test

@@ -59,7 +59,7 @@ struct Movement {
   double y = 0;    // mm, to the right
   double rho = 0;  // rad
 };
-// The pose after a short movement that turns evenly along its way. Full turns are kept in rho.
+// The pose after a short movement that turns evenly along its path. Full turns are kept in rho.
 Pose moved(const Pose& from, const Movement& by);
 
 // Interpolates: `part` 0: a, 1: b; other values extrapolate. Angles take the shorter arc.

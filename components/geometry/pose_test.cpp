@@ -57,7 +57,7 @@ TEST(Pose, DifferenceUndoesTheSum) {
   EXPECT_NEAR(again.rho, local.rho, 1e-9);
 }
 
-TEST(Pose, BetweenTwoGoesTheShortWay) {
+TEST(Pose, InterpolationTurnsByTheSmallerAngle) {
   const Pose middle = between({.x = 0, .rho = radians(350)}, {.x = 10, .rho = radians(20)}, 0.5);
   EXPECT_DOUBLE_EQ(middle.x, 5);
   EXPECT_NEAR(middle.rho, radians(5), 1e-9);

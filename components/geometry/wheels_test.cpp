@@ -59,7 +59,7 @@ TEST(WheelsTest, BothAxlesOfARobucarSteerAgainstEachOtherOrTogether) {
   EXPECT_EQ(motors[4], 0.35);
 }
 
-TEST(WheelsTest, WhatWheelsAreToldIsWhatTheyAreRead) {
+TEST(WheelsTest, TargetsAndMovementAreInverse) {
   for (const float vx : {-2000.0F, -100.0F, 50.0F, 4000.0F}) {
     for (const float curve : {-0.0002F, 0.0F, 0.0001F}) {
       const ChassisSpeed speed{.vx = vx, .omega = vx * curve};

@@ -82,7 +82,7 @@ TEST(CarmenLog, OdometryAtTheTimeOfTheScan) {
   EXPECT_NEAR(log->odometry_of(log->scans[0], -5).y, 1000, 1e-9) << "time went back: left out";
 }
 
-TEST(CarmenLog, SaysInWhichLineItIsBroken) {
+TEST(CarmenLog, ReportsTheBrokenLine) {
   const auto error_of = [](std::string_view text) { return read_carmen(text).error().detail(); };
   EXPECT_EQ(error_of("\nODOM 1 2 three 0 0 0 1 h 1\n"), "line 2: pose: \"three\" is not a number");
   EXPECT_EQ(error_of("FLASER 3 1 2\n"), "line 1: range: the line ends before it");

@@ -77,12 +77,13 @@ class WallDistances {
   }
   void add_piece(double x, double y, double dx, double dy) {
     const double length = dx * dx + dy * dy;
-    const auto first = [&](double at, double way) {
-      return static_cast<std::size_t>(std::max(0.0, std::ceil(at + std::min(0.0, way) - reach_)));
-    };
-    const auto last = [&](double at, double way, std::size_t count) {
+    const auto first = [&](double at, double extent) {
       return static_cast<std::size_t>(
-          std::clamp(at + std::max(0.0, way) + reach_, 0.0, static_cast<double>(count - 1)));
+          std::max(0.0, std::ceil(at + std::min(0.0, extent) - reach_)));
+    };
+    const auto last = [&](double at, double extent, std::size_t count) {
+      return static_cast<std::size_t>(
+          std::clamp(at + std::max(0.0, extent) + reach_, 0.0, static_cast<double>(count - 1)));
     };
     const std::size_t row_end = last(x, dx, squares_.size() / stride_);
     const std::size_t column_end = last(y, dy, stride_);

@@ -46,7 +46,7 @@ TEST(LikelihoodField, IsTheExactDistance) {
   }
 }
 
-TEST(LikelihoodField, SaysHowFarItIs) {
+TEST(LikelihoodField, GivesTheDistanceToTheNearestWall) {
   GridMap map{.rows = 10, .columns = 40};
   map.cells.assign(400, Cell::kFree);
   for (std::size_t row = 0; row < 10; ++row) map.cells[row * 40] = Cell::kOccupied;
@@ -93,7 +93,7 @@ TEST(LikelihoodField, AWallOfAPlanIsWhereItIsInItsCells) {
     }
 }
 
-TEST(LikelihoodField, ThePlanSaysHowFarItIs) {
+TEST(LikelihoodField, ThePlanGivesTheDistanceToTheNearestWall) {
   const std::vector<MapLine> walls{{{0, 0}, {3000, 0}}, {{1013, 0}, {1013, 2000}}};
   const auto map = draw_walls(walls, 50);
   ASSERT_TRUE(map.ok());

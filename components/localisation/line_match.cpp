@@ -16,15 +16,15 @@ namespace {
 // --- points and their walls
 constexpr float kApart = 40;                        // mm, minimum distance of points
 constexpr std::ptrdiff_t kLineMatchNeighbours = 4;  // on each side, for the direction of a wall
-constexpr double kNeighbourWay = 400;               // mm
+constexpr double kNeighbourDistance = 400;          // mm
 constexpr double kWallDeviationMax = 30;            // mm
 constexpr double kWallLengthLeast = 60;             // mm
 
 // --- matching
 constexpr int kRounds = 20;
-constexpr double kReachLast = 100;    // mm
-constexpr double kDoneWay = 0.2;      // mm
-constexpr double kDoneTurn = 0.0001;  // rad
+constexpr double kReachLast = 100;     // mm
+constexpr double kDoneDistance = 0.2;  // mm
+constexpr double kDoneTurn = 0.0001;   // rad
 constexpr std::size_t kPointsLeast = 12;
 // The standard deviation of a point is 20 mm; errors of neighbours are correlated, so a point
 // counts a fifth.
@@ -52,13 +52,13 @@ Wall wall_at(std::span<const BeamEnd> scan, std::size_t at, const Pose& scanner,
     if (i < 0 || i > last) continue;
     const double dx = static_cast<double>(scan[static_cast<std::size_t>(i)].x) - ox;
     const double dy = static_cast<double>(scan[static_cast<std::size_t>(i)].y) - oy;
-    if (!(dx * dx + dy * dy <= kNeighbourWay * kNeighbourWay)) continue;
+    if (!(dx * dx + dy * dy <= kNeighbourDistance * kNeighbourDistance)) continue;
     wall_points.add(dx, dy);
   }
   if (wall_points.points() < 3) return {};
-  const auto [long_way, beside] = wall_points.variances();
+  const auto [lengthwise, beside] = wall_points.variances();
   if (beside > kWallDeviationMax * kWallDeviationMax) return {};
-  if (long_way < kWallLengthLeast * kWallLengthLeast || long_way < 3 * beside) return {};
+  if (lengthwise < kWallLengthLeast * kWallLengthLeast || lengthwise < 3 * beside) return {};
   const double along = wall_points.direction();
   Wall wall{-std::sin(along), std::cos(along)};
   if (wall.nx * (scanner.x - ox) + wall.ny * (scanner.y - oy) < 0) wall = {-wall.nx, -wall.ny};
@@ -169,8 +169,8 @@ class Sums {
 // Limits the information to that of the minimum error.
 Information limited(const Information& h, const MatchSettings& settings) {
   Information least = Information::Zero();
-  least.diagonal() << settings.least_way * settings.least_way,
-      settings.least_way * settings.least_way, settings.least_turn * settings.least_turn;
+  least.diagonal() << settings.least_distance * settings.least_distance,
+      settings.least_distance * settings.least_distance, settings.least_turn * settings.least_turn;
   // (H^-1 + L)^-1 = (1 + H L)^-1 H, which is also defined for a singular H.
   const Information all = (Information::Identity() + h * least).inverse() * h;
   return (all + all.transpose()) / 2;
@@ -212,7 +212,7 @@ std::optional<Match> match(const Lines& lines, std::span<const ScanPoint2d> scan
     reach = std::max(kReachLast, reach * 0.8);
     Sums sums(lines, scan, pose, reach, reach);
     if (sums.found < kPointsLeast) return std::nullopt;
-    drop_weak_directions(sums, settings.tell_least);
+    drop_weak_directions(sums, settings.least_information);
     add_prior(prior, pose, sums);
     // Directions without any information keep their value.
     sums.h.diagonal() += Eigen::Vector3d(1e-9, 1e-9, 1e-3);
@@ -221,13 +221,13 @@ std::optional<Match> match(const Lines& lines, std::span<const ScanPoint2d> scan
     pose.x += step[0];
     pose.y += step[1];
     pose.rho = heading(pose.rho + step[2]);
-    if (reach <= kReachLast && std::hypot(step[0], step[1]) < kDoneWay &&
+    if (reach <= kReachLast && std::hypot(step[0], step[1]) < kDoneDistance &&
         std::abs(step[2]) < kDoneTurn)
       break;
   }
   Sums sums(lines, scan, pose, 1.5 * kReachLast, kReachLast);
   if (sums.found < kPointsLeast) return std::nullopt;
-  drop_weak_directions(sums, settings.tell_least);
+  drop_weak_directions(sums, settings.least_information);
   if (settings.measures_noise) sums.h *= sums.measured();
   return Match{.pose = pose,
                .information = limited(sums.h, settings),

@@ -66,11 +66,11 @@ struct MatchSettings {
   // A direction that is determined by fewer points than this is not corrected (a rotation counts at
   // 1 m distance): a single nail in the wall of a corridor does not determine the position along
   // it.
-  double tell_least = 0;
+  double least_information = 0;
   bool measures_noise = false;
   // The minimum error of a match, for any number of points: scanners are bent, robots sway, maps
   // have cells.
-  double least_way = 6;               // mm
+  double least_distance = 6;          // mm
   double least_turn = radians(0.12);  // rad
 };
 

@@ -31,18 +31,18 @@ class Corridor final : public Lines {
   ScanPoint2d end_{3000, 0, -1, 0};
 };
 
-std::vector<ScanPoint2d> scan(float noise, float end_way) {
+std::vector<ScanPoint2d> scan(float noise, float end_length) {
   Random random(1);
   std::vector<BeamEnd> ends;
   for (float x = -3000; x < 3000; x += 50) ends.push_back({x, -1000 + noise * random.normal()});
-  for (float y = -end_way; y < end_way; y += 50) ends.push_back({3000, y});
+  for (float y = -end_length; y < end_length; y += 50) ends.push_back({3000, y});
   for (float x = 3000; x > -3000; x -= 50) ends.push_back({x, 1000 + noise * random.normal()});
   std::vector<ScanPoint2d> points;
   points_of(ends, {}, 1, points);
   return points;
 }
 
-TEST(LineMatch, KnowsWhatACorridorDoesNotTell) {
+TEST(LineMatch, DoesNotDetermineThePositionAlongACorridor) {
   const auto found = match(Corridor(false), scan(0, 0), {.x = 30, .y = 50, .rho = 0.02});
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->pose.y, 0, 0.5);
@@ -50,24 +50,24 @@ TEST(LineMatch, KnowsWhatACorridorDoesNotTell) {
   EXPECT_LT(found->information(0, 0), 1e-4 * found->information(1, 1));
 }
 
-TEST(LineMatch, AFewPointsDoNotTellTheWay) {
+TEST(LineMatch, AFewPointsDoNotDetermineTheDistance) {
   const Pose start{.x = 30, .y = 50};
   const Prior prior{.pose = start, .information = Information::Identity() * 1e-6};
-  const MatchSettings sceptical{.tell_least = 8};
-  for (const float end_way : {120.0F, 800.0F}) {
-    const auto believes = match(Corridor(true), scan(0, end_way), start, prior);
-    const auto doubts = match(Corridor(true), scan(0, end_way), start, prior, sceptical);
+  const MatchSettings sceptical{.least_information = 8};
+  for (const float end_length : {120.0F, 800.0F}) {
+    const auto believes = match(Corridor(true), scan(0, end_length), start, prior);
+    const auto doubts = match(Corridor(true), scan(0, end_length), start, prior, sceptical);
     ASSERT_TRUE(believes && doubts);
-    EXPECT_NEAR(believes->pose.x, 0, 3) << end_way;
-    EXPECT_NEAR(doubts->pose.x, end_way > 500 ? 0 : 30, 3) << end_way;
-    EXPECT_NEAR(doubts->pose.y, 0, 1) << end_way;
+    EXPECT_NEAR(believes->pose.x, 0, 3) << end_length;
+    EXPECT_NEAR(doubts->pose.x, end_length > 500 ? 0 : 30, 3) << end_length;
+    EXPECT_NEAR(doubts->pose.y, 0, 1) << end_length;
   }
 }
 
 TEST(LineMatch, MeasuresWhatPointsErr) {
   double last = 1e9;
   for (const float noise : {5.0F, 15.0F, 30.0F}) {
-    const MatchSettings settings{.measures_noise = true, .least_way = 0, .least_turn = 0};
+    const MatchSettings settings{.measures_noise = true, .least_distance = 0, .least_turn = 0};
     const auto found = match(Corridor(false), scan(noise, 0), {}, {}, settings);
     ASSERT_TRUE(found);
     const double deviation = 1 / std::sqrt(found->information(1, 1));

@@ -48,7 +48,7 @@ bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
   odometry_ = odometry;
   if (first_) taken_ = odometry;
   const Pose step = odometry - taken_;
-  const bool moved = std::hypot(step.x, step.y) >= settings_.way_between ||
+  const bool moved = std::hypot(step.x, step.y) >= settings_.distance_between ||
                      std::abs(signed_angle(step.rho)) >= settings_.turn_between;
   choose(scan);
   if (beams_.empty()) return false;
@@ -81,14 +81,14 @@ bool Localiser::has_to_search(const LikelihoodField& field, bool moved) {
 // deviations do not.
 Estimate Localiser::now() const {
   const Pose step = odometry_ - taken_;
-  const double way = std::hypot(step.x, step.y);
+  const double distance = std::hypot(step.x, step.y);
   const double turn = std::abs(signed_angle(step.rho));
   const double part =
-      std::min(1.0, std::max(way / settings_.way_between, turn / settings_.turn_between));
+      std::min(1.0, std::max(distance / settings_.distance_between, turn / settings_.turn_between));
   Estimate now = estimate_;
   now.pose = pose();
   if (!(part > 0)) return now;
-  const StepNoise noise = noise_of(settings_.filter, way / part, turn / part);
+  const StepNoise noise = noise_of(settings_.filter, distance / part, turn / part);
   const double slips = settings_.filter.slip_times * settings_.filter.slip_times;
   const double more = part * (1 + settings_.filter.slip_share * (slips - 1));
   const double dx = now.pose.x - estimate_.pose.x;

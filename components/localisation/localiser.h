@@ -34,8 +34,8 @@ namespace rack::localisation {
 struct LocaliserSettings {
   FilterSettings filter{};
   std::uint32_t beams = 60;
-  double way_between = 100;   // mm between scans that are used
-  double turn_between = 0.1;  // rad
+  double distance_between = 100;  // mm between scans that are used
+  double turn_between = 0.1;      // rad
 };
 
 class Localiser {

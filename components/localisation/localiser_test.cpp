@@ -63,26 +63,26 @@ class World {
   }
 
   // Round the room, on an ellipse.
-  static Pose place(double way) {
-    const double part = way / 5000;
+  static Pose place(double distance) {
+    const double part = distance / 5000;
     return {.x = 5000 + 3000 * std::sin(part),
             .y = 7000 + 4600 * std::cos(part),
             .rho = heading(std::atan2(-4600 * std::sin(part), 3000 * std::cos(part)))};
   }
 
-  void drive(double way) {
+  void drive(double distance) {
     const Pose before = truth_;
-    way_ += way;
-    truth_ = place(way_);
+    travelled_ += distance;
+    truth_ = place(travelled_);
     Pose step = truth_ - before;
     const double turned = std::abs(signed_angle(step.rho));
-    step.x = step.x * scale_ * (1 + 0.02 * normal()) + slip_way_ * normal();
+    step.x = step.x * scale_ * (1 + 0.02 * normal()) + slip_distance_ * normal();
     step.rho = signed_angle(step.rho) + (0.05 * turned + 0.002 + slip_turn_) * normal();
     odometry_ = odometry_ + step;
   }
-  void carry_to(double way) {
-    way_ = way;
-    truth_ = place(way);
+  void carry_to(double distance) {
+    travelled_ = distance;
+    truth_ = place(distance);
   }
   std::span<const BeamEnd> scan() {
     std::array<double, 181> ranges{};
@@ -107,14 +107,14 @@ class World {
   [[nodiscard]] std::array<double, 3> error(const Pose& pose) const {
     return {pose.x - truth_.x, pose.y - truth_.y, signed_angle(pose.rho - truth_.rho)};
   }
-  [[nodiscard]] double way_off(const Pose& pose) const {
+  [[nodiscard]] double position_error(const Pose& pose) const {
     return std::hypot(error(pose)[0], error(pose)[1]);
   }
   void make_odometry_wrong(double scale) { scale_ = scale; }
   // As much as the filter takes for granted, of two steps of 50 mm for each scan that it takes.
   void make_odometry_as_bad_as(const FilterSettings& settings) {
-    slip_way_ = (settings.way_least + settings.along_by_way * 100) / std::sqrt(2);
-    slip_turn_ = (settings.turn_least + settings.turn_by_way * 0.1) / std::sqrt(2);
+    slip_distance_ = (settings.distance_least + settings.along_by_distance * 100) / std::sqrt(2);
+    slip_turn_ = (settings.turn_least + settings.turn_by_distance * 0.1) / std::sqrt(2);
   }
   void let_people_in(double share) { people_ = share; }
   // Before the part of the scan from the first beam to the last.
@@ -128,12 +128,12 @@ class World {
   std::unique_ptr<LikelihoodField> field_;
   WallLines walls_;
   bool has_walls_ = true;
-  double way_ = 0;
+  double travelled_ = 0;
   double scale_ = 1;
   double people_ = 0;
   std::pair<std::size_t, std::size_t> hidden_{};
-  double slip_way_ = 0;   // mm a step
-  double slip_turn_ = 0;  // rad a step
+  double slip_distance_ = 0;  // mm a step
+  double slip_turn_ = 0;      // rad a step
   Pose truth_ = place(0);
   Pose odometry_{.x = 123, .y = -456, .rho = 2};
   std::vector<BeamEnd> beams_;
@@ -144,7 +144,7 @@ double run(World& world, Localiser& localiser, int steps) {
   for (int i = 0; i < steps; ++i) {
     world.drive(50);
     localiser.take(world.field(), world.odometry(), world.scan(), world.walls());
-    most = std::max(most, world.way_off(localiser.pose()));
+    most = std::max(most, world.position_error(localiser.pose()));
   }
   return most;
 }
@@ -231,7 +231,7 @@ TEST(Localiser, SearchesNotForItselfWhilePeopleStandBeforeIt) {
       world.put_somebody_before(60, 60 + std::min<std::size_t>(i / 5, 40));
       localiser.take(world.field(), world.odometry(), world.scan());
       ASSERT_EQ(localiser.filter().injected(), 0U) << seed << " " << i;
-      ASSERT_LT(world.way_off(localiser.pose()), 300) << seed << " " << i;
+      ASSERT_LT(world.position_error(localiser.pose()), 300) << seed << " " << i;
       ASSERT_TRUE(is_sure(localiser.estimate(), 500)) << seed << " " << i;
     }
   }
@@ -248,7 +248,7 @@ TEST(Localiser, SeesThatTheOdometryStandsStill) {
     world.drive(50);
     localiser.take(world.field(), still, world.scan(), world.walls());
   }
-  EXPECT_LT(world.way_off(localiser.pose()), 250);
+  EXPECT_LT(world.position_error(localiser.pose()), 250);
 }
 
 // e^T C^-1 e, by Cholesky's decomposition.
@@ -295,7 +295,7 @@ TEST(Localiser, ItsCovarianceIsHonest) {
 
 // For a grid the covariance is larger than the error: cells of real maps are worse than
 // these. The same holds for the filter alone.
-TEST(Localiser, ByCellsOrWithoutWallsItSaysLessThanItKnows) {
+TEST(Localiser, ByCellsOrWithoutWallsTheCovarianceIsConservative) {
   for (const bool has_walls : {true, false})
     for (const bool by_ros : {true, false}) {
       if (has_walls && !by_ros) continue;
@@ -320,7 +320,7 @@ TEST(Localiser, WallsMakeItBetter) {
         run(world, localiser, 50);
         for (int i = 0; i < 300; ++i) {
           run(world, localiser, 1);
-          sum[has_walls ? 1 : 0] += world.way_off(localiser.pose()) / 1500;
+          sum[has_walls ? 1 : 0] += world.position_error(localiser.pose()) / 1500;
         }
       }
     EXPECT_LT(sum[1], 0.8 * sum[0]) << by_ros;
@@ -461,8 +461,8 @@ TEST(Localiser, StaysWherePeopleMakeAPlaceLookLikeAnother) {
   }
 }
 
-TEST(Localiser, TheSameSeedIsTheSameWay) {
-  const auto way = [](std::uint64_t seed) {
+TEST(Localiser, TheSameSeedGivesTheSamePoses) {
+  const auto poses_of = [](std::uint64_t seed) {
     World world(1);
     Localiser localiser({}, seed);
     localiser.start_anywhere();
@@ -473,8 +473,8 @@ TEST(Localiser, TheSameSeedIsTheSameWay) {
     }
     return poses;
   };
-  EXPECT_EQ(way(5), way(5));
-  EXPECT_NE(way(5), way(6));
+  EXPECT_EQ(poses_of(5), poses_of(5));
+  EXPECT_NE(poses_of(5), poses_of(6));
 }
 
 TEST(Localiser, StandingStillItTakesNothing) {

@@ -51,11 +51,11 @@ struct ClusterOf {
 
 }  // namespace
 
-StepNoise noise_of(const FilterSettings& settings, double way, double turn) {
-  return {.along = settings.way_least + settings.along_by_way * way,
-          .across = settings.way_least + settings.side_by_way * way,
+StepNoise noise_of(const FilterSettings& settings, double distance, double turn) {
+  return {.along = settings.distance_least + settings.along_by_distance * distance,
+          .across = settings.distance_least + settings.side_by_distance * distance,
           .turn = settings.turn_least + settings.turn_by_turn * turn +
-                  settings.turn_by_way * way / 1000};
+                  settings.turn_by_distance * distance / 1000};
 }
 
 PoseBins::PoseBins(std::size_t poses_max) : bins_(std::bit_ceil(4 * poses_max)) {
@@ -195,7 +195,8 @@ ParticleFilter::Draw ParticleFilter::near(std::size_t particle) {
   const auto within = [&](double most) {
     return random_.uniform(static_cast<float>(-most), static_cast<float>(most));
   };
-  return {x_[particle] + within(settings_.jump_way), y_[particle] + within(settings_.jump_way),
+  return {x_[particle] + within(settings_.jump_distance),
+          y_[particle] + within(settings_.jump_distance),
           rho_[particle] + within(settings_.jump_turn)};
 }
 
@@ -219,7 +220,7 @@ void ParticleFilter::move(const Pose& step) {
   const StepNoise noise =
       noise_of(settings_, std::hypot(step.x, step.y), std::abs(signed_angle(step.rho)));
   const auto deviation_turn = static_cast<float>(noise.turn);
-  const auto deviation_way = static_cast<float>(noise.along);
+  const auto deviation_along = static_cast<float>(noise.along);
   const auto deviation_side = static_cast<float>(noise.across);
   const auto dx = static_cast<float>(step.x);
   const auto dy = static_cast<float>(step.y);
@@ -234,7 +235,7 @@ void ParticleFilter::move(const Pose& step) {
   for (std::size_t i = 0; i < x_.size(); ++i) {
     const float times = i % every == first ? static_cast<float>(settings_.slip_times) : 1.0F;
     const float turned = times * deviation_turn * random_.normal();
-    const float along = dx + times * deviation_way * random_.normal();
+    const float along = dx + times * deviation_along * random_.normal();
     // Half of the excess rotation happens before the translation.
     const float across = dy + times * deviation_side * random_.normal() + 0.5F * turned * dx;
     set(i, x_[i] + cosine_[i] * along - sine_[i] * across,

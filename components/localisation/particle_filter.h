@@ -37,14 +37,14 @@ struct FilterSettings {
   std::uint32_t particles = 500;        // while the robot is localised
   std::uint32_t particles_max = 20000;  // while the filter searches
   // Standard deviations of the odometry.
-  double turn_by_turn = 0.15;  // rad for each rad
-  double turn_by_way = 0.05;   // rad for each m
-  double along_by_way = 0.1;   // mm for each mm, along
-  double side_by_way = 0.02;   // mm for each mm, across
-  double turn_least = 0.003;   // rad, minimum of a step
-  double way_least = 8;        // mm, minimum of a step
-  double slip_share = 0.1;     // of the particles, which assume that wheels slip
-  double slip_times = 4;       // factor of their noise
+  double turn_by_turn = 0.15;      // rad for each rad
+  double turn_by_distance = 0.05;  // rad for each m
+  double along_by_distance = 0.1;  // mm for each mm, along
+  double side_by_distance = 0.02;  // mm for each mm, across
+  double turn_least = 0.003;       // rad, minimum of a step
+  double distance_least = 8;       // mm, minimum of a step
+  double slip_share = 0.1;         // of the particles, which assume that wheels slip
+  double slip_times = 4;           // factor of their noise
   // A scan that fits wholly is exp(sharpness) times as likely as one that does not fit at all.
   double sharpness = 15;
   double kld_error = 0.05;
@@ -57,8 +57,8 @@ struct FilterSettings {
   // A single scan that is below the slow average by this factor starts a search nearby: uniformly
   // within these distances.
   double jump_margin = 1.1;
-  double jump_way = 1000;  // mm
-  double jump_turn = 0.6;  // rad
+  double jump_distance = 1000;  // mm
+  double jump_turn = 0.6;       // rad
 };
 
 // Standard deviations of a step: mm, rad.
@@ -67,7 +67,7 @@ struct StepNoise {
   double across = 0;
   double turn = 0;
 };
-StepNoise noise_of(const FilterSettings& settings, double way, double turn);
+StepNoise noise_of(const FilterSettings& settings, double distance, double turn);
 
 // Symmetric, in mm and rad.
 struct Covariance {

@@ -34,7 +34,7 @@ TEST(PoseBins, TheHeaviestIsFound) {
   EXPECT_EQ(bins.heaviest().weight, 0);
 }
 
-TEST(ParticleFilter, StartsWhereItIsTold) {
+TEST(ParticleFilter, StartsAtTheGivenPose) {
   ParticleFilter filter({.particles = 20000}, 1);
   filter.start_at({.x = 1000, .y = -2000, .rho = 6.2}, 200, 0.1);
   const Estimate estimate = filter.estimate();
@@ -55,9 +55,9 @@ TEST(ParticleFilter, MovesAheadAndGrows) {
   const Estimate estimate = filter.estimate();
   EXPECT_NEAR(estimate.pose.x, 0, 5);
   EXPECT_NEAR(estimate.pose.y, 1000, 5);
-  const double step = settings.way_least + settings.along_by_way * 100;
+  const double step = settings.distance_least + settings.along_by_distance * 100;
   EXPECT_NEAR(std::sqrt(estimate.covariance.yy), step * std::sqrt(10), 1) << "along";
-  const double turn = settings.turn_least + settings.turn_by_way * 0.1;
+  const double turn = settings.turn_least + settings.turn_by_distance * 0.1;
   EXPECT_NEAR(std::sqrt(estimate.covariance.rho_rho), turn * std::sqrt(10), 0.001);
 }
 

@@ -38,7 +38,7 @@ TEST(RosMap, ReadsWhatOthersWrite) {
   EXPECT_EQ(map->at(0, 3), Cell::kUnknown);
 }
 
-TEST(RosMap, SaysWhatIsWrongWithItsDescription) {
+TEST(RosMap, ReportsWhatIsWrongWithItsDescription) {
   const auto error_of = [](std::string_view text) { return read_ros_yaml(text).error().detail(); };
   EXPECT_EQ(error_of("image: a\nresolution 5\n"), "line 2: expected `key: value`");
   EXPECT_EQ(error_of("resolution: fine\n"), "line 1: resolution: not a number");

@@ -10,16 +10,16 @@ namespace rack::localisation {
 
 namespace {
 
-constexpr std::size_t kPoints = 180;  // about
-constexpr double kTellLeast = 8;      // points that determine a direction
-constexpr double kShareLeast = 0.5;   // of the points, on walls
-constexpr double kMisfitMost = 60;    // mm
+constexpr std::size_t kPoints = 180;     // about
+constexpr double kLeastInformation = 8;  // points that determine a direction
+constexpr double kShareLeast = 0.5;      // of the points, on walls
+constexpr double kMisfitMost = 60;       // mm
 constexpr double kScanMatcherFarthest =
-    16.3;                        // squared Mahalanobis distance: 99.9 % for 3 degrees of freedom
-constexpr double kLeastWay = 2;  // mm: minimum error of a match with a perfect map
+    16.3;  // squared Mahalanobis distance: 99.9 % for 3 degrees of freedom
+constexpr double kLeastDistance = 2;  // mm: minimum error of a match with a perfect map
 constexpr double kLeastTurn = radians(0.02);
 // Minimum standard deviation of the prior, however small that of the filter is.
-constexpr double kSpreadWay = 10;  // mm
+constexpr double kSpreadDistance = 10;  // mm
 constexpr double kSpreadTurn = radians(0.3);
 constexpr double kReachLeast = 100;  // mm
 constexpr double kScanMatcherArm =
@@ -48,7 +48,8 @@ std::optional<Estimate> ScanMatcher::refined(const WallLines& walls, std::span<c
                                              const Estimate& estimate) {
   Information spread = matrix_of(estimate.covariance);
   spread.diagonal() +=
-      Eigen::Vector3d(kSpreadWay * kSpreadWay, kSpreadWay * kSpreadWay, kSpreadTurn * kSpreadTurn);
+      Eigen::Vector3d(kSpreadDistance * kSpreadDistance, kSpreadDistance * kSpreadDistance,
+                      kSpreadTurn * kSpreadTurn);
   const Information known = spread.inverse();
   if (!known.allFinite()) return std::nullopt;
   points_of(scan, {}, (scan.size() + kPoints / 2) / kPoints, points_);
@@ -56,9 +57,9 @@ std::optional<Estimate> ScanMatcher::refined(const WallLines& walls, std::span<c
       std::sqrt(std::max(spread(0, 0), spread(1, 1))) + kScanMatcherArm * std::sqrt(spread(2, 2));
   const MatchSettings settings{
       .reach = std::clamp(2 * wide, kReachLeast, WallLines::kReach),
-      .tell_least = kTellLeast,
+      .least_information = kLeastInformation,
       .measures_noise = true,
-      .least_way = std::hypot(kLeastWay, walls.error()),
+      .least_distance = std::hypot(kLeastDistance, walls.error()),
       .least_turn = std::hypot(kLeastTurn, walls.error() / kScanMatcherArm)};
   const auto found = match(walls, points_, estimate.pose, {estimate.pose, known}, settings);
   if (!found || found->share < kShareLeast || found->misfit > kMisfitMost) return std::nullopt;

@@ -69,10 +69,10 @@ class Place {
       if (*std::ranges::min_element(ranges) > 500) return pose;
     }
   }
-  Pose beside(const Pose& pose, double way, double turn) {
+  Pose beside(const Pose& pose, double distance, double turn) {
     const double direction = uniform(0, 2 * kPi);
-    return {.x = pose.x + way * std::cos(direction),
-            .y = pose.y + way * std::sin(direction),
+    return {.x = pose.x + distance * std::cos(direction),
+            .y = pose.y + distance * std::sin(direction),
             .rho = pose.rho + (uniform(0, 1) < 0.5 ? turn : -turn)};
   }
   double normal() { return static_cast<double>(random_.normal()); }
@@ -88,12 +88,13 @@ class Place {
   std::vector<BeamEnd> beams_;
 };
 
-Estimate estimate_at(const Pose& pose, double way, double turn) {
-  return {.pose = pose,
-          .covariance = {.xx = way * way, .yy = way * way, .rho_rho = turn * turn},
-          .share = 1};
+Estimate estimate_at(const Pose& pose, double distance, double turn) {
+  return {
+      .pose = pose,
+      .covariance = {.xx = distance * distance, .yy = distance * distance, .rho_rho = turn * turn},
+      .share = 1};
 }
-double way_off(const Pose& is, const Pose& should) {
+double position_error(const Pose& is, const Pose& should) {
   return std::hypot(is.x - should.x, is.y - should.y);
 }
 double turn_off(const Pose& is, const Pose& should) {
@@ -110,7 +111,8 @@ TEST(ScanMatcher, ConvergesFromThirtyCentimetresAndFiveDegrees) {
       const Pose start = place.beside(truth, 300, radians(5));
       const auto found =
           matcher.refined(place.walls(), place.scan(truth, 20), estimate_at(start, 200, 0.07));
-      if (found && way_off(found->pose, truth) < 40 && turn_off(found->pose, truth) < radians(0.6))
+      if (found && position_error(found->pose, truth) < 40 &&
+          turn_off(found->pose, truth) < radians(0.6))
         ++converged;
     }
     EXPECT_GE(converged, 190) << as_cells;
@@ -133,9 +135,10 @@ TEST(ScanMatcher, MakesNoPoseWorse) {
         const auto found = matcher.refined(place.walls(), place.scan(truth, 20, people),
                                            estimate_at(start, 40, 0.015));
         const Pose pose = found ? found->pose : start;
-        before += way_off(start, truth);
-        after += way_off(pose, truth);
-        EXPECT_LT(way_off(pose, truth), way_off(start, truth) + 35) << i << " " << people;
+        before += position_error(start, truth);
+        after += position_error(pose, truth);
+        EXPECT_LT(position_error(pose, truth), position_error(start, truth) + 35)
+            << i << " " << people;
         EXPECT_LT(turn_off(pose, truth), turn_off(start, truth) + radians(0.8))
             << i << " " << people;
       }
@@ -176,7 +179,7 @@ TEST(ScanMatcher, ItsCovarianceIsHonest) {
       }
 }
 
-TEST(ScanMatcher, LeavesTheWayAlongACorridorAlone) {
+TEST(ScanMatcher, DoesNotCorrectThePositionAlongACorridor) {
   ScanMatcher matcher;
   for (const bool as_cells : {false, true}) {
     Place place(corridor(), as_cells, 4);
@@ -209,12 +212,12 @@ TEST(ScanMatcher, GoesNoFartherThanTheFilterAllows) {
       ++refused;
       continue;
     }
-    EXPECT_LT(way_off(found->pose, start), 4.1 * std::hypot(20, 10)) << i;
+    EXPECT_LT(position_error(found->pose, start), 4.1 * std::hypot(20, 10)) << i;
   }
   EXPECT_GT(refused, 60);
 }
 
-TEST(ScanMatcher, SaysNothingOfWhatIsNoScanAndNoMap) {
+TEST(ScanMatcher, HasNoResultWithoutAScanOrAMap) {
   ScanMatcher matcher;
   Place place(room(), false, 6);
   const Pose truth = place.anywhere();
@@ -243,7 +246,7 @@ TEST(ScanMatcher, SaysNothingOfWhatIsNoScanAndNoMap) {
   for (std::size_t i = 0; i < holes.size(); i += 10) holes[i] = {kNan, kEndless};
   const auto found = matcher.refined(place.walls(), holes, start);
   ASSERT_TRUE(found);
-  EXPECT_LT(way_off(found->pose, truth), 20);
+  EXPECT_LT(position_error(found->pose, truth), 20);
 }
 
 TEST(ScanMatcher, AllocatesNothing) {

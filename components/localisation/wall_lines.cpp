@@ -38,9 +38,9 @@ std::optional<ScanPoint2d> line_at(const GridMap& map, std::int32_t row, std::in
       edge.add(r - row, c - column);
     }
   if (edge.points() < 3) return std::nullopt;
-  const auto [long_way, wide] = edge.variances();
-  if (wide > kBesideMost * kBesideMost || long_way < kAlongLeast * kAlongLeast ||
-      long_way < 3 * wide)
+  const auto [lengthwise, wide] = edge.variances();
+  if (wide > kBesideMost * kBesideMost || lengthwise < kAlongLeast * kAlongLeast ||
+      lengthwise < 3 * wide)
     return std::nullopt;
   const double along = edge.direction();
   const double nx = -std::sin(along);

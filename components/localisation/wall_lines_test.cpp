@@ -62,7 +62,7 @@ TEST(WallLines, SayHowFarAPointIsFromItsWall) {
     }
 }
 
-TEST(WallLines, WhatLooksAnotherWayOrIsFarIsAnotherWall) {
+TEST(WallLines, PointsWithAnotherDirectionOrFarAwayBelongToAnotherWall) {
   const WallLines lines(map_with(wall_at(0), false));
   const float x = 5013;
   EXPECT_NE(lines.nearest({x, 5007, 0, 1}, 300), nullptr);

@@ -40,13 +40,13 @@ class Building {
  public:
   explicit Building(std::uint64_t seed) : rays_(building(), 1000, 0, 0), random_(seed) {}
 
-  // The pose after `way` mm along the middle of the corridor, corners rounded.
-  static Pose place(double way) {
+  // The pose after `distance` mm along the middle of the corridor, corners rounded.
+  static Pose place(double distance) {
     constexpr double kX = 4750;  // half of it, to the north
     constexpr double kY = 6750;
     constexpr double kRadius = 800;
     constexpr double kLength = 4 * (kX + kY - 2 * kRadius) + 2 * kPi * kRadius;
-    double left = std::fmod(way, kLength);
+    double left = std::fmod(distance, kLength);
     Pose at{.x = 6000 - kX, .y = 8000 - kY + kRadius, .rho = kPi / 2};
     for (const double side : {kY, kX, kY, kX}) {
       const double straight = 2 * (side - kRadius);
@@ -63,11 +63,11 @@ class Building {
   }
 
   // `drift`: heading error of the odometry, rad per metre.
-  Drive drive(double way, double step, double drift) {
+  Drive drive(double distance, double step, double drift) {
     Drive drive;
     truth_.clear();
     Pose odometry{.x = 1000, .y = -2000, .rho = 0.3};
-    for (double at = 0; at <= way; at += step) {
+    for (double at = 0; at <= distance; at += step) {
       const Pose now = place(at);
       if (!truth_.empty()) {
         Pose went = now - truth_.back();

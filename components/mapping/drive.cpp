@@ -29,8 +29,8 @@ struct Line {
 // Reads lines of numbers; skips comments and empty lines.
 class Table {
  public:
-  Table(std::string_view text, std::string_view file, std::size_t words_least)
-      : left_(text), file_(file), fields_least_(words_least) {}
+  Table(std::string_view text, std::string_view file, std::size_t fields_least)
+      : left_(text), file_(file), fields_least_(fields_least) {}
 
   // False at the end.
   tims::Result<bool> next(Line& line) {

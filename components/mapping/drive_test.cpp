@@ -39,7 +39,7 @@ std::string error_of(std::string_view odometry, std::string_view scans) {
   return drive ? "" : drive.error().detail();
 }
 
-TEST(Recording, SaysWhatIsWrongAndWhere) {
+TEST(Recording, ReportsWhatIsWrongAndWhere) {
   EXPECT_EQ(error_of("1000 0 0\n", kScans),
             "odometry, line 1: 3 numbers, at least 7 expected: the wrong file?");
   EXPECT_EQ(error_of("% a\n1000 0 nan 0 0 0 0\n", kScans),

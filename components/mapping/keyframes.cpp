@@ -10,14 +10,14 @@ namespace rack::mapping {
 
 namespace {
 
-constexpr double kWayBetween = 200;  // mm
+constexpr double kDistanceBetween = 200;  // mm
 constexpr double kTurnBetween = radians(9);
-constexpr double kMapWay = 5000;          // mm of travel before a scan that it is matched with
+constexpr double kMapDistance = 5000;     // mm of travel before a scan that it is matched with
 constexpr std::size_t kMapScansMax = 40;  // limit for a robot that turns at rest
 constexpr std::size_t kPointsLeast = 20;  // of a scan
 constexpr double kShareGood = 0.7;        // share of points with a line
 constexpr double kKeyframesShareLeast = 0.4;
-constexpr Window kJump{.way = 700, .turn = radians(25)};
+constexpr Window kJump{.distance = 700, .turn = radians(25)};
 constexpr double kKeyframesScoreLeast = 0.3;
 constexpr double kOdometryCounts = 0.1;
 
@@ -27,17 +27,17 @@ constexpr double kOdometryCounts = 0.1;
 // robots. But a scanner mounted half a degree off, or a worn wheel, causes the same error in each
 // step; the map would bend to compensate. So the odometry counts for a tenth.
 Information odometry_information(const Pose& step) {
-  const double way = std::hypot(step.x, step.y);
+  const double distance = std::hypot(step.x, step.y);
   const double turn = std::abs(signed_angle(step.rho));
-  const double along = 8 + 0.1 * way;
-  const double across = 8 + 0.02 * way + 0.5 * way * 0.15 * turn;
-  const double turned = 0.003 + 0.15 * turn + 0.05 * way / 1000;
-  const double direction = way > 0 ? std::atan2(step.y, step.x) : 0;
-  Eigen::Matrix3d to_way;
-  to_way << std::cos(direction), std::sin(direction), 0, -std::sin(direction), std::cos(direction),
-      0, 0, 0, 1;
+  const double along = 8 + 0.1 * distance;
+  const double across = 8 + 0.02 * distance + 0.5 * distance * 0.15 * turn;
+  const double turned = 0.003 + 0.15 * turn + 0.05 * distance / 1000;
+  const double direction = distance > 0 ? std::atan2(step.y, step.x) : 0;
+  Eigen::Matrix3d to_direction;
+  to_direction << std::cos(direction), std::sin(direction), 0, -std::sin(direction),
+      std::cos(direction), 0, 0, 0, 1;
   const Eigen::Vector3d squares(1 / (along * along), 1 / (across * across), 1 / (turned * turned));
-  return kOdometryCounts * to_way.transpose() * squares.asDiagonal() * to_way;
+  return kOdometryCounts * to_direction.transpose() * squares.asDiagonal() * to_direction;
 }
 
 std::vector<ScanPoint2d> points_around(const Track& track, std::size_t first, std::size_t last,
@@ -61,7 +61,7 @@ class Follower {
       return;
     if (!track_.keyframes.empty()) {
       const Pose step = now.odometry - track_.keyframes.back().odometry;
-      if (std::hypot(step.x, step.y) < kWayBetween &&
+      if (std::hypot(step.x, step.y) < kDistanceBetween &&
           std::abs(signed_angle(step.rho)) < kTurnBetween)
         return;
     }
@@ -86,7 +86,7 @@ class Follower {
     if (found) track_.edges.push_back({last, last + 1, found->pose, found->information});
     if (!found) ++track_.unmatched;
     track_.edges.push_back({last, last + 1, step, odometry});
-    keyframe.way = track_.keyframes.back().way + std::hypot(went.x, went.y);
+    keyframe.travelled = track_.keyframes.back().travelled + std::hypot(went.x, went.y);
     track_.poses.push_back(track_.poses.back() + went);
     track_.keyframes.push_back(std::move(keyframe));
   }
@@ -96,7 +96,7 @@ class Follower {
     const auto& keyframes = track_.keyframes;
     const std::size_t last = keyframes.size() - 1;
     std::size_t first = last;
-    while (first > 0 && keyframes[last].way - keyframes[first - 1].way < kMapWay &&
+    while (first > 0 && keyframes[last].travelled - keyframes[first - 1].travelled < kMapDistance &&
            last - first < kMapScansMax)
       --first;
     const auto map = points_around(track_, first, last, track_.poses[last]);

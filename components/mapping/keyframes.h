@@ -18,7 +18,7 @@ namespace rack::mapping {
 struct Keyframe {
   std::size_t scan = 0;  // index in the drive
   Pose odometry{};
-  double way = 0;  // mm, distance driven until here
+  double travelled = 0;  // mm, distance driven until here
   std::vector<ScanPoint2d> points{};
 };
 

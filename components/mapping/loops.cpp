@@ -23,23 +23,23 @@ constexpr double kGrain = 120;         // mm between points used in the search
 // The possible error of a pose after a distance without a loop.
 constexpr double kWindowLeast = 300;  // mm
 constexpr double kWindowMost = 8000;
-constexpr double kWindowByWay = 0.05;
+constexpr double kWindowByDistance = 0.05;
 constexpr double kTurnLeast = radians(4);
 constexpr double kTurnMost = radians(35);
-constexpr double kTurnByWay = radians(0.25) / 1000;
+constexpr double kTurnByDistance = radians(0.25) / 1000;
 constexpr double kLoopsScoreLeast = 0.45;
 constexpr double kLoopsShareLeast = 0.7;
 constexpr double kLoopsMisfitMost = 50;  // mm
 // Conditions for a second match that confirms a loop.
-constexpr double kSecondWayLeast = 500;  // mm
-constexpr double kSecondWayMost = 6000;
+constexpr double kSecondDistanceLeast = 500;  // mm
+constexpr double kSecondDistanceMost = 6000;
 constexpr double kSecondPlaceMost = 12000;
-constexpr double kSameWay = 300;  // mm
+constexpr double kSameDistance = 300;  // mm
 constexpr double kSameTurn = radians(3);
 constexpr double kFarOff = 500;  // mm: a loop with a larger correction is closed immediately
 constexpr std::size_t kAtOnce = 10;
 
-double way_of(const Pose& step) { return std::hypot(step.x, step.y); }
+double length_of(const Pose& step) { return std::hypot(step.x, step.y); }
 
 // Thins points to a distance of about kGrain.
 std::vector<ScanPoint2d> thinned(std::span<const ScanPoint2d> points) {
@@ -91,37 +91,37 @@ class LoopCloser {
     std::size_t first;
     std::size_t last;
   };
-  [[nodiscard]] double way(std::size_t at) const { return track_.keyframes[at].way; }
+  [[nodiscard]] double travelled(std::size_t at) const { return track_.keyframes[at].travelled; }
 
-  [[nodiscard]] Stretch around(std::size_t at, double way_to_side) const {
+  [[nodiscard]] Stretch around(std::size_t at, double reach) const {
     Stretch stretch{at, at};
-    while (stretch.first > 0 && way(at) - way(stretch.first - 1) <= way_to_side &&
+    while (stretch.first > 0 && travelled(at) - travelled(stretch.first - 1) <= reach &&
            at - stretch.first < 60)
       --stretch.first;
     while (stretch.last + 1 < track_.poses.size() &&
-           way(stretch.last + 1) - way(at) <= way_to_side && stretch.last - at < 60)
+           travelled(stretch.last + 1) - travelled(at) <= reach && stretch.last - at < 60)
       ++stretch.last;
     return stretch;
   }
 
   // The possible error between two keyframes: by the distance between them, or since the last loop.
   [[nodiscard]] Window window(std::size_t at, std::size_t place) const {
-    const double alone = std::min(way(at) - closed_at_, way(at) - way(place));
-    return {.way = std::min(kWindowLeast + kWindowByWay * alone, kWindowMost),
-            .turn = std::min(kTurnLeast + kTurnByWay * alone, kTurnMost)};
+    const double alone = std::min(travelled(at) - closed_at_, travelled(at) - travelled(place));
+    return {.distance = std::min(kWindowLeast + kWindowByDistance * alone, kWindowMost),
+            .turn = std::min(kTurnLeast + kTurnByDistance * alone, kTurnMost)};
   }
 
   // The nearest keyframe of each pass, and the nearest of those.
   [[nodiscard]] std::vector<std::size_t> places(std::size_t at) const {
     std::vector<std::pair<double, std::size_t>> passes;
     bool inside = false;
-    for (std::size_t i = 0; i < at && way(at) - way(i) > kLoopsGap; ++i) {
-      const double off = way_of(track_.poses[i] - track_.poses[at]);
-      if (off > window(at, i).way + kLoopsSeen) {
+    for (std::size_t i = 0; i < at && travelled(at) - travelled(i) > kLoopsGap; ++i) {
+      const double off = length_of(track_.poses[i] - track_.poses[at]);
+      if (off > window(at, i).distance + kLoopsSeen) {
         inside = false;
         continue;
       }
-      const bool is_new = !inside || way(i) - way(passes.back().second) > 2 * kPlace;
+      const bool is_new = !inside || travelled(i) - travelled(passes.back().second) > 2 * kPlace;
       if (is_new) passes.emplace_back(off, i);
       if (!is_new && off < passes.back().first) passes.back() = {off, i};
       inside = true;
@@ -136,7 +136,8 @@ class LoopCloser {
   std::optional<Edge> search(std::size_t at, std::size_t place, std::span<const ScanPoint2d> points,
                              std::span<const ScanPoint2d> few) const {
     Stretch stretch = around(place, kPlace);
-    while (stretch.last > place && way(at) - way(stretch.last) < kLoopsGap / 2) --stretch.last;
+    while (stretch.last > place && travelled(at) - travelled(stretch.last) < kLoopsGap / 2)
+      --stretch.last;
     const auto there = points_around(track_, stretch.first, stretch.last, track_.poses[place]);
     const auto found = ScanSearch(there).find(few, track_.poses[at] - track_.poses[place],
                                               window(at, place), kLoopsScoreLeast);
@@ -162,20 +163,20 @@ class LoopCloser {
 
   void use(const Edge& edge) {
     const Pose is = track_.poses[edge.to] - track_.poses[edge.from];
-    most_off_ = std::max(most_off_, way_of(is - edge.step));
+    most_off_ = std::max(most_off_, length_of(is - edge.step));
     loops_.edges.push_back(edge);
-    closed_at_ = std::max(closed_at_, way(edge.to));
+    closed_at_ = std::max(closed_at_, travelled(edge.to));
     ++unused_;
   }
 
   [[nodiscard]] bool agree(const Edge& a, const Edge& b) const {
-    const double apart = std::abs(way(a.to) - way(b.to));
-    if (apart < kSecondWayLeast || apart > kSecondWayMost) return false;
-    if (std::abs(way(a.from) - way(b.from)) > kSecondPlaceMost) return false;
+    const double apart = std::abs(travelled(a.to) - travelled(b.to));
+    if (apart < kSecondDistanceLeast || apart > kSecondDistanceMost) return false;
+    if (std::abs(travelled(a.from) - travelled(b.from)) > kSecondPlaceMost) return false;
     const auto& poses = track_.poses;
     const Pose by_b = (poses[b.from] - poses[a.from]) + b.step + (poses[a.to] - poses[b.to]);
     const Pose off = by_b - a.step;
-    return way_of(off) <= kSameWay && std::abs(signed_angle(off.rho)) <= kSameTurn;
+    return length_of(off) <= kSameDistance && std::abs(signed_angle(off.rho)) <= kSameTurn;
   }
 
   Track& track_;
@@ -198,8 +199,8 @@ std::optional<Loops> close_loops(Track& track, const Progress& progress) {
   LoopCloser closer(track);
   double looked_at = 0;
   for (std::size_t i = 0; i < track.keyframes.size(); ++i) {
-    if (track.keyframes[i].way - looked_at < kEvery) continue;
-    looked_at = track.keyframes[i].way;
+    if (track.keyframes[i].travelled - looked_at < kEvery) continue;
+    looked_at = track.keyframes[i].travelled;
     if (!progress("closing loops", i, track.keyframes.size())) return std::nullopt;
     closer.look(i);
   }

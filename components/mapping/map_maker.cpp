@@ -101,7 +101,7 @@ tims::Result<MadeMap> make_map(const Drive& drive, const MapSettings& settings,
                  .unmatched = track->unmatched,
                  .loops = loops->edges.size(),
                  .edges = edges->size(),
-                 .way = track->keyframes.back().way};
+                 .distance = track->keyframes.back().travelled};
 }
 
 }  // namespace rack::mapping

@@ -25,7 +25,7 @@ struct MadeMap {
   std::size_t unmatched = 0;  // keyframes placed by odometry only
   std::size_t loops = 0;      // number of loops found
   std::size_t edges = 0;
-  double way = 0;  // mm
+  double distance = 0;  // mm
 };
 
 // kClosed: stopped by `progress`; kMalformed: the drive has no usable scans.

@@ -50,7 +50,7 @@ TEST(MapMaker, MakesAMapOfABuilding) {
   }
 }
 
-TEST(MapMaker, SaysTheSameAgain) {
+TEST(MapMaker, GivesTheSameResultAgain) {
   Building building(1);
   const Drive drive = building.drive(15000, 200, 0.01);
   const auto one = make_map(drive, {}, go_on);

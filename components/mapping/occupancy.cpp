@@ -58,8 +58,8 @@ void Occupancy::add_beam(const MapPoint& from, const MapPoint& to) {
   const std::int64_t column_step = dy < 0 ? -1 : 1;
   const double row_each = dx == 0 ? 1e18 : 1 / std::abs(dx);
   const double column_each = dy == 0 ? 1e18 : 1 / std::abs(dy);
-  const auto to_border = [](double at, double way) {
-    return way < 0 ? at - std::floor(at) : std::floor(at) + 1 - at;
+  const auto to_border = [](double at, double extent) {
+    return extent < 0 ? at - std::floor(at) : std::floor(at) + 1 - at;
   };
   double next_row = to_border(x, dx) * row_each;
   double next_column = to_border(y, dy) * column_each;

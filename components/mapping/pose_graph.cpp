@@ -17,9 +17,9 @@ constexpr double kOdd = 9;  // squared error from which an edge counts less: 3 s
 constexpr double kOddAtFirst = 1e6;
 constexpr double kOddFalls = 0.1;  // factor per round
 constexpr int kRounds = 15;
-constexpr double kDoneWay = 0.1;    // mm
-constexpr double kDoneTurn = 1e-5;  // rad
-constexpr double kFixed = 1e6;      // information of the first pose
+constexpr double kDoneDistance = 0.1;  // mm
+constexpr double kDoneTurn = 1e-5;     // rad
+constexpr double kFixed = 1e6;         // information of the first pose
 
 Vector error_of(const Edge& edge, std::span<const Pose> poses) {
   const Pose is = poses[edge.to] - poses[edge.from];
@@ -117,17 +117,17 @@ bool optimise(std::span<const Edge> edges, std::vector<Pose>& poses, Doubt doubt
       poses = before;
       return false;
     }
-    double way = 0;
+    double distance = 0;
     double turn = 0;
     for (std::size_t i = 0; i < poses.size(); ++i) {
       const auto part = step.segment<3>(static_cast<Eigen::Index>(3 * i));
       poses[i].x += part[0];
       poses[i].y += part[1];
       poses[i].rho = heading(poses[i].rho + part[2]);
-      way = std::max({way, std::abs(part[0]), std::abs(part[1])});
+      distance = std::max({distance, std::abs(part[0]), std::abs(part[1])});
       turn = std::max(turn, std::abs(part[2]));
     }
-    if (odd == kOdd && way < kDoneWay && turn < kDoneTurn) break;
+    if (odd == kOdd && distance < kDoneDistance && turn < kDoneTurn) break;
     odd = std::max(kOdd, kOddFalls * odd);
   }
   return true;

@@ -10,9 +10,9 @@ namespace rack::mapping {
 
 namespace pose_graph_test {
 
-Information sure(double way, double turn) {
+Information sure(double distance, double turn) {
   Information information = Information::Zero();
-  information.diagonal() << 1 / (way * way), 1 / (way * way), 1 / (turn * turn);
+  information.diagonal() << 1 / (distance * distance), 1 / (distance * distance), 1 / (turn * turn);
   return information;
 }
 

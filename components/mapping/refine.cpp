@@ -29,17 +29,18 @@ class Refinement {
   std::vector<Edge> take_edges() { return std::move(edges_); }
 
  private:
-  [[nodiscard]] double way(std::size_t at) const { return track_.keyframes[at].way; }
+  [[nodiscard]] double travelled(std::size_t at) const { return track_.keyframes[at].travelled; }
   [[nodiscard]] std::size_t begin_of(std::size_t at) const {
     std::size_t first = at;
-    while (first > 0 && way(at) - way(first - 1) <= kRefineStretch && at - first < kStretchScansMax)
+    while (first > 0 && travelled(at) - travelled(first - 1) <= kRefineStretch &&
+           at - first < kStretchScansMax)
       --first;
     return first;
   }
   [[nodiscard]] std::size_t end_of(std::size_t at) const {
     std::size_t last = at;
-    while (last + 1 < track_.poses.size() && way(last + 1) - way(at) <= kRefineStretch &&
-           last - at < kStretchScansMax)
+    while (last + 1 < track_.poses.size() &&
+           travelled(last + 1) - travelled(at) <= kRefineStretch && last - at < kStretchScansMax)
       ++last;
     return last;
   }
@@ -51,7 +52,7 @@ class Refinement {
     for (std::size_t i = 0; i < track_.poses.size(); ++i) {
       const double off = std::hypot(track_.poses[i].x - track_.poses[at].x,
                                     track_.poses[i].y - track_.poses[at].y);
-      if (off > kRefineSeen || std::abs(way(i) - way(at)) < kRefineGap) {
+      if (off > kRefineSeen || std::abs(travelled(i) - travelled(at)) < kRefineGap) {
         inside = false;
         continue;
       }

@@ -22,21 +22,21 @@ std::vector<ScanPoint2d> scan_at(Building& building, const Pose& from) {
 
 TEST(ScanMatch, FindsAPoseNearbyToMillimetres) {
   Building building(1);
-  for (double way = 0; way < 40000; way += 1700) {
-    const Pose here = Building::place(way);
+  for (double distance = 0; distance < 40000; distance += 1700) {
+    const Pose here = Building::place(distance);
     const Pose there = here + Pose{.x = 120, .y = -60, .rho = 0.06};
     const PointIndex index(scan_at(building, here));
     const auto found = match(index, scan_at(building, there), {});
-    ASSERT_TRUE(found.has_value()) << way;
+    ASSERT_TRUE(found.has_value()) << distance;
     const Pose off = found->pose - (there - here);
-    EXPECT_LT(std::hypot(off.x, off.y), 40) << way;
-    EXPECT_LT(std::abs(signed_angle(off.rho)), radians(0.6)) << way;
-    EXPECT_GT(found->share, 0.8) << way;
+    EXPECT_LT(std::hypot(off.x, off.y), 40) << distance;
+    EXPECT_LT(std::abs(signed_angle(off.rho)), radians(0.6)) << distance;
+    EXPECT_GT(found->share, 0.8) << distance;
   }
 }
 
 // Two bare walls: the position along them is not determined.
-TEST(ScanMatch, KnowsWhatACorridorDoesNotTell) {
+TEST(ScanMatch, DoesNotDetermineThePositionAlongACorridor) {
   std::vector<BeamEnd> ends;
   for (float x = 3000; x > -3000; x -= 50) ends.push_back({x, 1000});
   for (float x = -3000; x < 3000; x += 50) ends.push_back({x, -1000});
@@ -48,7 +48,7 @@ TEST(ScanMatch, KnowsWhatACorridorDoesNotTell) {
 }
 
 // A wall is seen from two sides: its other one is another wall.
-TEST(ScanMatch, TellsTheTwoSidesOfAWallApart) {
+TEST(ScanMatch, DistinguishesTheTwoSidesOfAWall) {
   const ScanPoint2d point{.x = 0, .y = 0, .nx = 1, .ny = 0};
   const ScanPoint2d behind{.x = 20, .y = 0, .nx = -1, .ny = 0};
   const ScanPoint2d before{.x = -90, .y = 0, .nx = 1, .ny = 0};
@@ -81,7 +81,7 @@ TEST(ScanSearch, FindsTheBestPoseOfTheWindow) {
   for (const Pose& step :
        {Pose{.x = 700, .y = -300, .rho = 0.2}, Pose{.x = -400, .y = 350, .rho = -0.3}}) {
     const auto scan = scan_at(building, here + step);
-    const auto found = search.find(scan, {}, {.way = 1000, .turn = 0.4}, 0.2);
+    const auto found = search.find(scan, {}, {.distance = 1000, .turn = 0.4}, 0.2);
     ASSERT_TRUE(found.has_value());
     const Pose off = found->pose - step;
     EXPECT_LT(std::hypot(off.x, off.y), 120);
@@ -89,8 +89,8 @@ TEST(ScanSearch, FindsTheBestPoseOfTheWindow) {
     // Exact: a smaller window around any other pose has nothing better.
     for (double x = -900; x <= 900; x += 300)
       for (double y = -900; y <= 900; y += 300)
-        EXPECT_FALSE(
-            search.find(scan, {.x = x, .y = y}, {.way = 50, .turn = 0.4}, found->score + 0.01));
+        EXPECT_FALSE(search.find(scan, {.x = x, .y = y}, {.distance = 50, .turn = 0.4},
+                                 found->score + 0.01));
   }
 }
 

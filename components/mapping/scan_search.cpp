@@ -119,7 +119,7 @@ std::optional<ScanSearch::Found> ScanSearch::find(std::span<const ScanPoint2d> s
   if (levels_.empty() || scan.empty()) return std::nullopt;
   auto best_sum = static_cast<std::uint32_t>(least * 255 * static_cast<double>(scan.size()));
   std::optional<Found> found;
-  Turned turned{.shift_max = static_cast<std::int32_t>(std::ceil(window.way / kCell))};
+  Turned turned{.shift_max = static_cast<std::int32_t>(std::ceil(window.distance / kCell))};
   const std::int32_t side = 1 << (kLevels - 1);
   const int turns = static_cast<int>(std::ceil(window.turn / kTurnStep));
   std::vector<Square> squares;

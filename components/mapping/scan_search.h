@@ -19,8 +19,8 @@
 namespace rack::mapping {
 
 struct Window {
-  double way = 1000;  // mm, to all four sides
-  double turn = 0.2;  // rad, to both sides
+  double distance = 1000;  // mm, to all four sides
+  double turn = 0.2;       // rad, to both sides
 };
 
 class ScanSearch {

@@ -9,24 +9,24 @@ namespace rack::path {
 
 OnPath further(std::span<const PolarSpline> path, const OnPath& from, double distance) {
   OnPath at = from;
-  at.way += distance;
-  while (at.index + 1 < path.size() && at.way > size(path[at.index])) {
-    at.way -= size(path[at.index]);
+  at.distance += distance;
+  while (at.index + 1 < path.size() && at.distance > size(path[at.index])) {
+    at.distance -= size(path[at.index]);
     ++at.index;
   }
-  at.way = std::min(at.way, size(path[at.index]));
+  at.distance = std::min(at.distance, size(path[at.index]));
   return at;
 }
 
 Pose pose_on(std::span<const PolarSpline> path, const OnPath& at) {
   const PolarSpline& spline = path[at.index];
-  return pose_at(spline, sense(spline) * at.way);
+  return pose_at(spline, sense(spline) * at.distance);
 }
 
 void append_rest(std::span<const PolarSpline> path, const OnPath& from,
                  std::vector<PolarSpline>& to) {
   const PolarSpline& cut = path[from.index];
-  const double left = sense(cut) * (size(cut) - from.way);
+  const double left = sense(cut) * (size(cut) - from.distance);
   if (std::abs(left) >= 1 && to.size() < kSplinesMax) {
     const Pose at = pose_on(path, from);
     const PolarSpline rest = cut.radius == 0 ? line(at, left) : arc(at, cut.radius, left);

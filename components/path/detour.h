@@ -15,7 +15,7 @@ namespace rack::path {
 
 struct OnPath {
   std::size_t index = 0;  // of the spline
-  double way = 0;         // distance from its start, mm
+  double distance = 0;    // distance from its start, mm
 };
 
 // The place `distance` further along the path, or its end.

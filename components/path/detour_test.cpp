@@ -24,10 +24,10 @@ TEST(Detour, FindsPlacesFurtherOn) {
   const auto path = bent();
   const OnPath at = further(path, {0, 4000}, 2000);
   EXPECT_EQ(at.index, 1U);
-  EXPECT_NEAR(at.way, 1000, 1);
+  EXPECT_NEAR(at.distance, 1000, 1);
   const OnPath end = further(path, {0, 0}, 1e9);
   EXPECT_EQ(end.index, 2U);
-  EXPECT_NEAR(end.way, 5000, 1);
+  EXPECT_NEAR(end.distance, 5000, 1);
   EXPECT_NEAR(pose_on(path, {0, 4000}).x, 4000, 1);
 }
 
@@ -74,8 +74,8 @@ TEST(Detour, LeadsRoundAnObstacleWithinTheCorridor) {
     set_speeds(whole);
     double passes = 0;
     for (const PolarSpline& spline : whole) {
-      for (double way = 0; way <= size(spline); way += 50) {
-        const Pose at = pose_at(spline, sense(spline) * way);
+      for (double distance = 0; distance <= size(spline); distance += 50) {
+        const Pose at = pose_at(spline, sense(spline) * distance);
         EXPECT_FALSE(space->occupied({at.x, at.y}));
         if (std::abs(at.x - 3500) < 100) passes = at.y;
       }

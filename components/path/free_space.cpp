@@ -211,12 +211,12 @@ double FreeSpace::clearance(const Place& place) const {
 double FreeSpace::clearance(const Place& from, const Place& to) const {
   const double length = std::hypot(to.x - from.x, to.y - from.y);
   double least = std::min(clearance(from), clearance(to));
-  for (double way = 0; way < length && least > 0;) {
-    const double part = way / length;
+  for (double distance = 0; distance < length && least > 0;) {
+    const double part = distance / length;
     const double here =
         clearance({from.x + part * (to.x - from.x), from.y + part * (to.y - from.y)});
     least = std::min(least, here);
-    way += cell_ / 2;
+    distance += cell_ / 2;
   }
   // Between two samples the obstacle may be nearer by half of their distance.
   return std::max(0.0, least - cell_ / 4);

@@ -106,17 +106,17 @@ bool GoalPlanner::corners(double room) {
   // Searches from the goal, so that the trace is in the order of travel.
   const GridSearch::Settings settings{room, settings_.comfort, stride};
   if (!cells_.run(*space_, settings, goal, &start)) return false;
-  cells_.trace(start, way_);
-  way_.front() = start;
-  if (way_.size() == 1)
-    way_.push_back(goal);
+  cells_.trace(start, cells_on_path_);
+  cells_on_path_.front() = start;
+  if (cells_on_path_.size() == 1)
+    cells_on_path_.push_back(goal);
   else
-    way_.back() = goal;
+    cells_on_path_.back() = goal;
   corners_.assign(1, start);
-  for (std::size_t i = 0; i + 1 < way_.size();) {
+  for (std::size_t i = 0; i + 1 < cells_on_path_.size();) {
     i = next_corner(i, room);
     if (i == 0) return false;
-    corners_.push_back(way_[i]);
+    corners_.push_back(cells_on_path_[i]);
   }
   return true;
 }
@@ -125,18 +125,19 @@ bool GoalPlanner::corners(double room) {
 // 0: none.
 std::size_t GoalPlanner::next_corner(std::size_t from, double room) const {
   std::size_t next = 0;
-  double on_the_way = 1e9;
-  for (std::size_t k = from + 1; k < way_.size(); ++k) {
-    const bool last = k + 1 == way_.size();
-    on_the_way = std::min(on_the_way, space_->clearance(way_[k]));
-    const double straight = space_->clearance(way_[from], way_[k]);
+  double least_clearance = 1e9;
+  for (std::size_t k = from + 1; k < cells_on_path_.size(); ++k) {
+    const bool last = k + 1 == cells_on_path_.size();
+    least_clearance = std::min(least_clearance, space_->clearance(cells_on_path_[k]));
+    const double straight = space_->clearance(cells_on_path_[from], cells_on_path_[k]);
     // At the ends, the vehicle stands with the room that is there.
     const bool at_an_end = k == from + 1 && (from == 0 || last);
     if (straight < room && !at_an_end) break;
     // Does not cut a corner that the path keeps a distance to.
-    if (straight < std::min(on_the_way - space_->cell(), room + settings_.comfort) && next != 0)
+    if (straight < std::min(least_clearance - space_->cell(), room + settings_.comfort) &&
+        next != 0)
       break;
-    if (last || space_->clearance(way_[k]) >= hull_.turning_radius()) next = k;
+    if (last || space_->clearance(cells_on_path_[k]) >= hull_.turning_radius()) next = k;
   }
   return next;
 }
@@ -182,8 +183,8 @@ void GoalPlanner::lay_pieces() {
     double room = space_->room(hull_, at);
     const double length = std::abs(piece.length);
     for (int look = 1; look * kLookEvery < length; ++look) {
-      const double way = std::copysign(look * kLookEvery, piece.length);
-      room = std::min(room, space_->room(hull_, driven(at, {piece.curvature, way})));
+      const double signed_distance = std::copysign(look * kLookEvery, piece.length);
+      room = std::min(room, space_->room(hull_, driven(at, {piece.curvature, signed_distance})));
     }
     at = driven(at, piece);
     spline.basepoint.x = whole_millimetres(at.x);

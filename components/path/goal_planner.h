@@ -58,7 +58,7 @@ class GoalPlanner {
   double speed_ = 0;
   GridSearch cells_;
   HybridSearch poses_;
-  std::vector<Place> way_;
+  std::vector<Place> cells_on_path_;
   std::vector<Place> corners_;
   std::vector<PolarSpline> path_;
   std::string why_;

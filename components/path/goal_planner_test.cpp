@@ -81,8 +81,8 @@ void expect_free(const std::vector<PolarSpline>& path, const FreeSpace& space,
     for (int part = 1; part < 8; ++part)
       ASSERT_FALSE(hits(space, settings.hull,
                         {.x = first.x, .y = first.y, .rho = before.rho + turn * part / 8}));
-    for (double way = 0; way < size(spline); way += 100)
-      ASSERT_FALSE(hits(space, settings.hull, pose_at(spline, sense(spline) * way)));
+    for (double distance = 0; distance < size(spline); distance += 100)
+      ASSERT_FALSE(hits(space, settings.hull, pose_at(spline, sense(spline) * distance)));
     before = pose_at(spline, spline.length);
   }
   EXPECT_FALSE(hits(space, settings.hull, before));
@@ -153,7 +153,7 @@ TEST(GoalPlanner, LeadsARobotThroughFreeSpaceOnly) {
             << figures.percentile(1) << "\n";
 }
 
-TEST(GoalPlanner, SaysWhyThereIsNoPlan) {
+TEST(GoalPlanner, ReportsWhyThereIsNoPlan) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   for (const PlanSettings& settings : {car(), robot()}) {
     GoalPlanner planner(settings);
@@ -179,7 +179,7 @@ TEST(GoalPlanner, SaysWhyThereIsNoPlan) {
 }
 
 // Wherever it stands and goes in an empty field there is a plan, also to where it is.
-TEST(GoalPlanner, FindsShortWays) {
+TEST(GoalPlanner, FindsShortPaths) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> any(-1, 1);
   for (const PlanSettings& settings : {car(), robot()}) {

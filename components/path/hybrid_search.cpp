@@ -184,9 +184,9 @@ void HybridSearch::shorten() {
     std::size_t taken = 1;
     for (std::size_t k = ahead; k > 1; k = k > 8 ? k - 3 : k - 1) {
       const std::span<const Piece> old(&pieces_[i], k);
-      const ReedsShepp way(at, poses[k], settings_.radius);
-      if (price(way.pieces()) >= price(old) || !is_free(at, way.pieces())) continue;
-      shorter_.insert(shorter_.end(), way.pieces().begin(), way.pieces().end());
+      const ReedsShepp shortcut(at, poses[k], settings_.radius);
+      if (price(shortcut.pieces()) >= price(old) || !is_free(at, shortcut.pieces())) continue;
+      shorter_.insert(shorter_.end(), shortcut.pieces().begin(), shortcut.pieces().end());
       taken = k;
       break;
     }
@@ -224,10 +224,10 @@ bool HybridSearch::is_free(const Pose& from, std::span<const Piece> pieces) cons
   Pose at = from;
   for (const Piece& piece : pieces) {
     const double length = std::abs(piece.length);
-    for (double way = 0; way < length;) {
-      const double here = room(driven(at, {piece.curvature, piece.length * way / length}));
+    for (double distance = 0; distance < length;) {
+      const double here = room(driven(at, {piece.curvature, piece.length * distance / length}));
       if (here < 0) return false;
-      way += std::max(kCheckEvery, kOfTheRoom * here);
+      distance += std::max(kCheckEvery, kOfTheRoom * here);
     }
     at = driven(at, piece);
     if (room(at) < 0) return false;

@@ -275,8 +275,8 @@ tims::Result<void> Maker::lay_splines() {
     const double takes = bend.radius == 0 ? 0 : std::abs(bend.radius) * std::tan(half);
     const double c = leg.sense * std::cos(leg.heading);
     const double s = leg.sense * std::sin(leg.heading);
-    const auto at = [&](double way) {
-      return Pose{.x = leg.from.x + way * c, .y = leg.from.y + way * s, .rho = leg.heading};
+    const auto at = [&](double along) {
+      return Pose{.x = leg.from.x + along * c, .y = leg.from.y + along * s, .rho = leg.heading};
     };
     const double length = leg.length - taken - takes;
     if (length >= 1) add(line(at(taken), leg.sense * length), leg, leg.speed);

@@ -114,7 +114,7 @@ TEST(PathMaker, DrivesTheCoursesForTrying) {
   }
 }
 
-TEST(PathMaker, GoesBackwardWhereTheInterfaceSaysSo) {
+TEST(PathMaker, GoesBackwardWhereTheInterfaceRequiresIt) {
   const std::vector<Waypoint2d> route = {waypoint(0, 0, 1), waypoint(5000, 0, 1),
                                          waypoint(2000, 0, -1), waypoint(2000, 3000, -1)};
   const PathLimits limits{.backward_max = 400};
@@ -144,7 +144,7 @@ TEST(PathMaker, LeadsIntoALegThatBeginsWithAnotherHeading) {
   EXPECT_LT(turned->front().radius, 0);
 }
 
-TEST(PathMaker, SaysWhereTheVehicleCannotTurn) {
+TEST(PathMaker, ReportsWhereTheVehicleCannotTurn) {
   const std::vector<Waypoint2d> route = {waypoint(0, 0), waypoint(3000, 0), waypoint(3000, 3000)};
   const auto path = make_path(route, {.radius_min = 5000});
   ASSERT_FALSE(path.ok());
@@ -208,14 +208,14 @@ TEST(PathMaker, KeepsItsPromisesOnAnyRoute) {
     std::vector<Waypoint2d> route;
     double x = 0;
     double y = 0;
-    double way = 0;
+    double heading = 0;
     const bool backs = any(random) < 0.3;
     const auto count = static_cast<int>(2 + 40 * any(random));
     for (int i = 0; i < count; ++i) {
-      way += (any(random) - 0.5) * 3 * any(random);
+      heading += (any(random) - 0.5) * 3 * any(random);
       const double length = any(random) < 0.1 ? 0 : 20000 * any(random) * any(random);
-      x += length * std::cos(way);
-      y += length * std::sin(way);
+      x += length * std::cos(heading);
+      y += length * std::sin(heading);
       const double speed = 5000 * any(random) * (backs && any(random) < 0.3 ? -1 : 1);
       route.push_back(waypoint(whole_millimetres(x), whole_millimetres(y), static_cast<i32>(speed),
                                any(random) < 0.2 ? 0 : static_cast<i32>(350 + 3000 * any(random))));

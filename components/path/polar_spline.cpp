@@ -106,8 +106,8 @@ bool runs_on(const PolarSpline& from, const PolarSpline& to) {
   return std::abs(signed_angle(turn)) < kCorner;
 }
 
-double speed_at(const PolarSpline& spline, double way) {
-  const double done = std::clamp(way, 0.0, size(spline));
+double speed_at(const PolarSpline& spline, double distance) {
+  const double done = std::clamp(distance, 0.0, size(spline));
   const double start = spline.vStart;
   const double end = spline.vEnd;
   const double grown = std::sqrt(start * start + 2.0 * spline.accMax * done);

@@ -44,8 +44,8 @@ inline double sense(const PolarSpline& spline) { return spline.length < 0 ? -1 :
 // Whether the vehicle can pass from one spline to the next without a stop: same sense, no corner.
 bool runs_on(const PolarSpline& from, const PolarSpline& to);
 
-// The speed after `way` mm of the spline, mm/s: follows the speeds at its ends within accMax,
+// The speed after `distance` mm of the spline, mm/s: follows the speeds at its ends within accMax,
 // decMax, vMax.
-double speed_at(const PolarSpline& spline, double way);
+double speed_at(const PolarSpline& spline, double distance);
 
 }  // namespace rack::path

@@ -44,15 +44,15 @@ TEST(PolarSpline, GoesBackwardWithItsHeading) {
 // The original's programs measure the angle along an arc in this frame: 0 at the start, growing.
 TEST(PolarSpline, HasTheFrameThatTheOriginalMeasuresIn) {
   for (const i32 radius : {2000, -2000}) {
-    for (const double way : {1500.0, -1500.0}) {
-      const auto spline = arc({.x = 300, .y = -700, .rho = 0.7}, radius, way);
-      const Pose at = pose_at(spline, way / 2);
+    for (const double distance : {1500.0, -1500.0}) {
+      const auto spline = arc({.x = 300, .y = -700, .rho = 0.7}, radius, distance);
+      const Pose at = pose_at(spline, distance / 2);
       const Pose center{.x = static_cast<double>(spline.centerPos.x),
                         .y = static_cast<double>(spline.centerPos.y),
                         .rho = static_cast<double>(spline.centerPos.rho)};
       const Pose seen = at - center;
       const double side = radius > 0 ? 1 : -1;
-      const double sign = way > 0 ? 1 : -1;
+      const double sign = distance > 0 ? 1 : -1;
       EXPECT_NEAR(heading(sign * side * std::atan2(seen.y, seen.x)), 750.0 / 2000, 0.002);
     }
   }

@@ -37,7 +37,7 @@ TEST(Rddf, MeasuresInDouble) {
   EXPECT_NEAR(length / 1e6, 228.9, 0.2);
 }
 
-TEST(Rddf, SaysOfTheLegBeforeWhatTheFileSaysOfTheLegAfter) {
+TEST(Rddf, LimitsOfTheLegAfterAPointBelongToTheNextWaypoint) {
   const auto points =
       read_rddf("1,50,10,10,20\n2,50.001,10,30,40\r\n\n# end\n3,50.002,10,5,0,#,#,#");
   ASSERT_TRUE(points.ok());
@@ -51,7 +51,7 @@ TEST(Rddf, SaysOfTheLegBeforeWhatTheFileSaysOfTheLegAfter) {
   EXPECT_EQ((*waypoints)[2].id, 3);
 }
 
-TEST(Rddf, SaysWhichLineIsNone) {
+TEST(Rddf, ReportsTheMalformedLine) {
   for (const char* line : {"x", "1,2,3,4", "1,91,10,10,20", "1,50,181,10,20", "1,50,10,-1,20",
                            "1,50,10,10,1e9", "1,nan,10,10,20", "1,50,inf,10,20", "1,50,10,10,nan",
                            "1,50 1,10,10,20", "1,50,10,10,20,#,#,#,#", "1,,10,10,20"}) {
@@ -72,7 +72,7 @@ TEST(Rddf, BoundsHowManyThereAre) {
   EXPECT_EQ(points.error().code(), tims::Errc::kTooBig);
 }
 
-TEST(Rddf, DoesNotStandStillOnTheWay) {
+TEST(Rddf, RefusesAStopBeforeTheLastPoint) {
   const auto points = read_rddf("1,50,10,10,20\n2,50.001,10,30,0\n3,50.002,10,5,0");
   ASSERT_TRUE(points.ok());
   const auto waypoints = to_waypoints(
@@ -82,7 +82,7 @@ TEST(Rddf, DoesNotStandStillOnTheWay) {
   EXPECT_NE(waypoints.error().detail().find("waypoint 3"), std::string::npos);
 }
 
-TEST(Rddf, TellsOfAWorldThatIsElsewhere) {
+TEST(Rddf, RefusesWaypointsTooFarAway) {
   const auto points = read_rddf("1,50,10,10,20\n");
   ASSERT_TRUE(points.ok());
   PositionData far;

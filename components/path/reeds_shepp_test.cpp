@@ -21,10 +21,10 @@ TEST(ReedsShepp, LeadsToWhereItShall) {
     const double width = i % 3 == 0 ? 1000 : 20000;
     const Pose from = any_pose(random, width);
     const Pose to = any_pose(random, width);
-    const ReedsShepp way(from, to, 3000);
+    const ReedsShepp curve(from, to, 3000);
     Pose at = from;
     double length = 0;
-    for (const Piece& piece : way.pieces()) {
+    for (const Piece& piece : curve.pieces()) {
       at = driven(at, piece);
       length += std::abs(piece.length);
       ASSERT_LE(std::abs(piece.curvature), 1 / 3000.0 + 1e-12);
@@ -32,7 +32,7 @@ TEST(ReedsShepp, LeadsToWhereItShall) {
     ASSERT_NEAR(at.x, to.x, 0.01) << i;
     ASSERT_NEAR(at.y, to.y, 0.01) << i;
     ASSERT_NEAR(signed_angle(at.rho - to.rho), 0, 1e-6) << i;
-    ASSERT_NEAR(length, way.length(), 0.01);
+    ASSERT_NEAR(length, curve.length(), 0.01);
   }
 }
 
@@ -51,7 +51,7 @@ TEST(ReedsShepp, IsTheShortest) {
   }
 }
 
-TEST(ReedsShepp, KnowsSomeWays) {
+TEST(ReedsShepp, FindsKnownLengths) {
   EXPECT_NEAR(ReedsShepp({}, {.x = 5000}, 1000).length(), 5000, 0.01);
   EXPECT_NEAR(ReedsShepp({}, {.x = -5000}, 1000).length(), 5000, 0.01);
   EXPECT_NEAR(ReedsShepp({}, {.rho = kPi}, 1000).length(), 1000 * kPi, 0.01)

@@ -26,7 +26,7 @@ struct Task {
   std::string text;
 };
 
-// The first word of each task.
+// The keyword of each task.
 inline constexpr std::array<std::string_view, 4> kTaskNames = {"goto", "route", "wait", "stop"};
 
 // The error kMalformed states the problem and the valid forms. The number may follow without a

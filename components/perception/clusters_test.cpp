@@ -50,7 +50,7 @@ class Scene {
   std::vector<MapPoint> legs_;
 };
 
-TEST(Clusters, LegsAreToldApartAndStandWhereTheyAre) {
+TEST(Clusters, LegsAreDistinguishedAndStandWhereTheyAre) {
   ClusterFinder finder;
   const ScanView view = Scene().leg(3000, -150).leg(3100, 150).view();
   const auto found = finder.find(view, 12000);
@@ -71,7 +71,7 @@ TEST(Clusters, ALegBeforeAWallIsNoPartOfIt) {
   EXPECT_TRUE(finder.find(without, 3000).empty()) << "and larger than wanted";
 }
 
-TEST(Clusters, OfAWallThePersonWhoMoved) {
+TEST(Clusters, FindsThePersonMovingBeforeAWall) {
   ClusterFinder finder;
   ScanView view = Scene().leg(3800, 0).wall({4000, -3000}, {4000, 3000}).view();
   for (Sight& sight : view.sights()) sight.moved = sight.away < 3850 && std::abs(sight.y) < 80;

@@ -98,7 +98,7 @@ TEST(FreeMemory, WhatWasSeenLongAgoIsStillKnown) {
   EXPECT_EQ(moved(late), 0) << "too long ago";
 }
 
-TEST(FreeMemory, WhoComesNextHasNotStoodAsLongAsWhoWasThere) {
+TEST(FreeMemory, ANewObjectHasNotStoodAsLongAsTheLastOne) {
   FreeMemory memory;
   double t = 0;
   look_until(memory, t, 3, 0);

@@ -48,7 +48,7 @@ TEST(ObjectRecogniser, APersonWalks) {
   EXPECT_GT(person.varVel.x, 0);
 }
 
-TEST(ObjectRecogniser, ToldInTheRobotsFrame) {
+TEST(ObjectRecogniser, ReportsInTheRobotsFrame) {
   Room world;
   ObjectRecogniser recogniser({}, nullptr);
   const Pose robot{.x = 1000, .y = -1000, .rho = radians(90)};
@@ -61,7 +61,7 @@ TEST(ObjectRecogniser, ToldInTheRobotsFrame) {
   EXPECT_NEAR(data.objects[0].vel.y, -1000, 150);
 }
 
-TEST(ObjectRecogniser, WhoStopsKeepsItsNumberAndHasNoSpeed) {
+TEST(ObjectRecogniser, APersonThatStopsKeepsItsNumberAndHasNoSpeed) {
   Room world;
   ObjectRecogniser recogniser({}, nullptr);
   walk(world, recogniser, 40);
@@ -74,7 +74,7 @@ TEST(ObjectRecogniser, WhoStopsKeepsItsNumberAndHasNoSpeed) {
   EXPECT_EQ(data.objects[0].vel.x, 0);
 }
 
-TEST(ObjectRecogniser, WhoIsGoneIsToldForHalfASecond) {
+TEST(ObjectRecogniser, APersonThatLeftIsReportedForHalfASecond) {
   Room world;
   ObjectRecogniser recogniser({}, nullptr);
   walk(world, recogniser, 40);
@@ -84,7 +84,7 @@ TEST(ObjectRecogniser, WhoIsGoneIsToldForHalfASecond) {
   EXPECT_TRUE(message_of(recogniser).objects.empty());
 }
 
-TEST(ObjectRecogniser, WhoPassesBehindAPillarKeepsTheNumber) {
+TEST(ObjectRecogniser, APersonPassingBehindAPillarKeepsItsNumber) {
   Room world;
   ObjectRecogniser recogniser({}, nullptr);
   const Room::Circle pillar{{0, 1000}, 100};
@@ -205,7 +205,7 @@ TEST(ObjectRecogniser, HostileScansAndPositions) {
   EXPECT_TRUE(message_of(recogniser).objects.empty());
 }
 
-TEST(ObjectRecogniser, TimeGoesBackAndEverythingBeginsAnew) {
+TEST(ObjectRecogniser, WhenTimeGoesBackEverythingBeginsAgain) {
   Room world;
   ObjectRecogniser recogniser({}, nullptr);
   walk(world, recogniser, 40);

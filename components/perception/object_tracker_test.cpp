@@ -39,7 +39,7 @@ TEST(ObjectTracker, TwoLegsAreOnePerson) {
   EXPECT_EQ(tracker.tracks()[0].kind(), ObjectKind::kPedestrian);
 }
 
-TEST(ObjectTracker, TwoWhoPassEachOtherKeepTheirNumbers) {
+TEST(ObjectTracker, TwoPeoplePassingEachOtherKeepTheirNumbers) {
   ObjectTracker tracker({});
   for (int i = 0; i < 40; ++i) {
     const double along = i * 100.0;
@@ -54,7 +54,7 @@ TEST(ObjectTracker, TwoWhoPassEachOtherKeepTheirNumbers) {
   EXPECT_NEAR(tracker.tracks()[1].at().y, 100, 100);
 }
 
-TEST(ObjectTracker, WhatStoodThereBeforeIsNotWhoComes) {
+TEST(ObjectTracker, AnObjectThatStoodThereBeforeDoesNotContinueATrack) {
   ObjectTracker tracker({});
   for (int i = 0; i < 30; ++i) take(tracker, std::vector{leg(3000, i * 100.0)}, i * 0.1);
   ASSERT_EQ(tracker.tracks().size(), 1U);
@@ -83,7 +83,7 @@ TEST(ObjectTracker, WhatIsMetAgainWhereItWasHasNotMoved) {
 }
 
 // A person who stands behind a pillar for 4 s keeps the number; one whose place is empty does not.
-TEST(ObjectTracker, WhoIsHiddenIsNotGone) {
+TEST(ObjectTracker, AHiddenObjectIsNotGone) {
   for (const bool hidden : {true, false}) {
     ObjectTracker tracker({});
     Room world;

@@ -37,7 +37,7 @@ TEST(ScanMerger, EachScanIsMovedByTheOdometryOfItsOwnTime) {
   }
 }
 
-TEST(ScanMerger, SortedByAngleAndToldApart) {
+TEST(ScanMerger, SortedByAngleAndDistinguished) {
   ScanMerger merger;
   merger.take(0, scan(0, {{.x = 0, .y = -1000}, {.x = 1000, .y = 0, .type = 0x80}}), at(0, 0));
   merger.take(3, scan(0, {{.x = -1000, .y = 10}, {.x = 500, .y = -500}}), at(0, 0));

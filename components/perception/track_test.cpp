@@ -85,7 +85,7 @@ TEST(Track, ThreeOfFiveConfirm) {
   EXPECT_TRUE(track.lost());
 }
 
-TEST(Track, WhoIsNotWhereItShouldBeIsGone) {
+TEST(Track, AnObjectThatIsNotAtItsPlaceIsGone) {
   for (const bool through : {false, true}) {
     Track track(1, sighting(0, 0), 0);
     for (int i = 1; i < 5; ++i) {

@@ -29,7 +29,7 @@ class Car {
       : model_(model),
         at_(at),
         random_(seed),
-        under_way_(static_cast<std::size_t>(model.lag / kStep)) {}
+        in_flight_(static_cast<std::size_t>(model.lag / kStep)) {}
 
   [[nodiscard]] const Pose& truth() const { return at_; }
   [[nodiscard]] double speed() const { return speed_; }
@@ -42,13 +42,13 @@ class Car {
   // Sets the current speed; everything else is kept.
   void start_with(double speed) {
     speed_ = speed;
-    for (auto& command : under_way_) command = {speed, 0};
+    for (auto& command : in_flight_) command = {speed, 0};
   }
 
   void step(const PathFollower::Command& command) {
-    under_way_.push_back(command);
-    const PathFollower::Command now = under_way_.front();
-    under_way_.pop_front();
+    in_flight_.push_back(command);
+    const PathFollower::Command now = in_flight_.front();
+    in_flight_.pop_front();
     const ChassisParamData& c = model_.chassis;
     double wanted = std::clamp(now.speed, -1.0 * c.vxMax, 1.0 * c.vxMax);
     if (wanted != 0 && std::abs(wanted) < c.vxMin) wanted = std::copysign(c.vxMin, wanted);
@@ -74,7 +74,7 @@ class Car {
   double aim_ = 0;
   double steering_ = 0;
   std::mt19937 random_;
-  std::deque<PathFollower::Command> under_way_;
+  std::deque<PathFollower::Command> in_flight_;
 };
 
 // Approximately the robot Dora.

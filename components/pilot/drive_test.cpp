@@ -50,7 +50,7 @@ TEST(SafeSpeed, PassesByWhatIsBesides) {
   EXPECT_EQ(ahead(1500, 410), 500) << "the larger of both";
 }
 
-TEST(SafeSpeed, MindsWhatIsBesidesItsWholeLength) {
+TEST(SafeSpeed, RespectsObstaclesBesideItsWholeLength) {
   EXPECT_EQ(ahead(-100, 340), 60) << "beside the rear hull";
   EXPECT_EQ(ahead(-350, 300), 0);
   EXPECT_EQ(ahead(-351, 300), 1000) << "behind it";
@@ -153,7 +153,7 @@ TEST(JoystickDrive, GoesSidewaysWhenItMay) {
   EXPECT_EQ(joystick_drive(pushed, sideways, agile_chassis(), nullptr).side, -150);
 }
 
-TEST(JoystickDrive, BrakesUnlessAButtonSaysNo) {
+TEST(JoystickDrive, BrakesUnlessAButtonIsPressed) {
   Scan2dData scan;
   scan.points = {{.x = 300}};
   EXPECT_EQ(joystick_drive(stick(100, 0), settings(true), agile_chassis(), &scan).speed, 300);
@@ -209,7 +209,7 @@ TEST(JoystickDrive, BendsTheCurveOfTheStick) {
   EXPECT_EQ(joystick_drive(stick(-50, 0), fine, agile_chassis(), nullptr).speed, -331);
 }
 
-TEST(JoystickDrive, IsDescribedAsAStraightWay) {
+TEST(JoystickDrive, IsDescribedAsAStraightPath) {
   PilotData data;
   describe({.speed = -200, .speed_safe = -200, .omega = 0.1F, .target = -700}, data);
   EXPECT_EQ(data.speed, -200);

@@ -44,7 +44,7 @@ TEST_F(Course, GetsThere) {
   }
 }
 
-TEST_F(Course, WaitsBeforeWhatIsInItsWay) {
+TEST_F(Course, WaitsBeforeAnObstacle) {
   course.set_destination(place(5000, 0, 0));
   Scan2dData scan;
   scan.points.push_back({.x = 380, .y = 0});

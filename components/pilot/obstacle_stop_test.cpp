@@ -80,7 +80,7 @@ class OnAPath : public ::testing::Test {
   std::mt19937 random{1};
 };
 
-TEST_F(OnAPath, GoesAsFastAsTheFreeWayAllows) {
+TEST_F(OnAPath, GoesAsFastAsTheFreeDistanceAllows) {
   EXPECT_GT(allowed({}), 1e6);
   EXPECT_NEAR(allowed({{900, 0}}), 500, 2) << "250 hull, 50 and 100 margins";
   EXPECT_EQ(allowed({{390, 0}}), 0);
@@ -143,7 +143,7 @@ Trial drive_into(const CarModel& model, double speed, bool bend, unsigned seed) 
   Trial trial;
   Pose seen_from = car.measured();
   Scan2dData scan;
-  double way = 0;
+  double distance = 0;
   for (int period = 0; period < 600 && (wall.empty() || car.speed() > 0); ++period) {
     const Pose at = car.measured();
     const auto command =
@@ -155,15 +155,16 @@ Trial drive_into(const CarModel& model, double speed, bool bend, unsigned seed) 
         scan = scan_of(wall, car.truth(), random, 10);
       }
       car.step(command);
-      way += car.speed() * Car::kStep;
-      if (wall.empty() && way > appears_after) {
+      distance += car.speed() * Car::kStep;
+      if (wall.empty() && distance > appears_after) {
         const double v = car.speed();
         const double brakes = v * reacts + v * v / (2.0 * chassis.decMax);
-        double at_way = way + chassis.boundaryFront + brakes + 500;
+        double wall_distance = distance + chassis.boundaryFront + brakes + 500;
         std::size_t k = 0;
-        while (k + 1 < path.size() && at_way > path::size(path[k])) at_way -= path::size(path[k++]);
+        while (k + 1 < path.size() && wall_distance > path::size(path[k]))
+          wall_distance -= path::size(path[k++]);
         const double side = (any(random) - 0.5) * 2 * (chassis.boundaryLeft + 400.0);
-        wall = wall_at(path::pose_at(path[k], at_way), side);
+        wall = wall_at(path::pose_at(path[k], wall_distance), side);
       }
       trial.touched = trial.touched || touches(chassis, car.truth(), wall);
     }

@@ -129,9 +129,9 @@ PathFollower::Command PathDriver::decide() {
     safe_ = settings_.looks != 0 ? stop_->speed_max(inputs_.scan, seen_from_, at_, *follower_)
                                  : static_cast<double>(settings_.chassis.vxMax);
   const auto command = follower_->follow(at_, inputs_.chassis.vx, safe_);
-  const bool wants = follower_->state() == State::kRunning && !follower_->holds();
+  const bool is_driving = follower_->state() == State::kRunning && !follower_->holds();
   const bool stands = std::abs(static_cast<double>(inputs_.chassis.vx)) < kStands;
-  blocked_ = wants && knows && safe_ <= 0 && stands ? blocked_ + period() : milliseconds(0);
+  blocked_ = is_driving && knows && safe_ <= 0 && stands ? blocked_ + period() : milliseconds(0);
   if (follower_->state() == State::kAstray) state_ = pilot_state::kPathError;
   if (follower_->state() == State::kArrived && state_ == pilot_state::kRunning) {
     state_ = pilot_state::kIdle;

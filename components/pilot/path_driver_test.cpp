@@ -35,10 +35,10 @@ class Robot {
     return {};
   }
   // The path component sends a path of that length, and it is driven to its end.
-  void goes(i32 way) {
+  void goes(i32 length) {
     PathData& path = driver.inputs().path;
     path.splines.clear();
-    path.splines.push_back(path::line({.x = static_cast<double>(here_)}, way));
+    path.splines.push_back(path::line({.x = static_cast<double>(here_)}, length));
     PolarSpline& spline = path.splines.back();
     spline.vMax = spline.vStart = 500;
     spline.accMax = spline.decMax = 700;
@@ -46,10 +46,10 @@ class Robot {
     path.recordingTime = TimeStamp(static_cast<u32>(time_));
     look(PathCycle::kPath);
     EXPECT_EQ(driver.status().pilotState, pilot_state::kRunning);
-    here_ += way;
+    here_ += length;
   }
   // The path has refused, and reports it later.
-  void has_no_way() {
+  void has_no_path() {
     driver.inputs().path.splines.clear();
     driver.inputs().path.recordingTime = TimeStamp(static_cast<u32>(time_));
     look(PathCycle::kPath);
@@ -87,7 +87,7 @@ TEST(PathDriver, ADestinationThatIsRefusedStaysTheNext) {
     EXPECT_GE(robot.waited, 4000) << "it does not press";
     EXPECT_EQ(robot.driver.status().pilotState, pilot_state::kPlanning);
   }
-  robot.has_no_way();  // after a while
+  robot.has_no_path();  // after a while
   EXPECT_EQ(robot.driver.status().pilotState, pilot_state::kPathError);
   request = robot.go(20'000);
   ASSERT_TRUE(request.next);
@@ -101,7 +101,7 @@ TEST(PathDriver, ADestinationThatIsRefusedStaysTheNext) {
   EXPECT_FALSE(robot.go(20'000).next) << "that was all";
 }
 
-TEST(PathDriver, WhatIsSaidAnewTakesThePlaceOfWhatWasRefused) {
+TEST(PathDriver, ANewDestinationReplacesARefusedOne) {
   Robot robot;
   robot.driver.keep(std::array{at(2000)});
   robot.goes(1000);

@@ -53,18 +53,18 @@ void PathFollower::drop() {
   rest_.clear();
   state_ = State::kNoPath;
   index_ = 0;
-  way_ = 0;
+  distance_ = 0;
   beside_ = {};
 }
 
 double PathFollower::rest() const {
   if (path_.empty()) return 0;
-  return std::max(0.0, path::size(path_[index_]) - way_) + rest_[index_];
+  return std::max(0.0, path::size(path_[index_]) - distance_) + rest_[index_];
 }
 
 void PathFollower::find_place(const Pose& at) {
   index_ = 0;
-  way_ = 0;
+  distance_ = 0;
   // When the path starts here, it is joined at its start for any heading of the vehicle.
   const Pose start = path::pose_at(path_[0], 0);
   if (std::hypot(at.x - start.x, at.y - start.y) < kAsNear) {
@@ -75,14 +75,14 @@ void PathFollower::find_place(const Pose& at) {
   for (std::size_t i = 0; i < path_.size(); ++i) {
     const PolarSpline& spline = path_[i];
     const path::Beside seen = path::beside(spline, at);
-    const double way = std::clamp(path::sense(spline) * seen.along, 0.0, path::size(spline));
-    const Pose place = path::pose_at(spline, path::sense(spline) * way);
+    const double distance = std::clamp(path::sense(spline) * seen.along, 0.0, path::size(spline));
+    const Pose place = path::pose_at(spline, path::sense(spline) * distance);
     const double cost = std::hypot(at.x - place.x, at.y - place.y) +
                         kPerRadian * std::abs(signed_angle(at.rho - place.rho));
     if (cost >= best - kAsNear) continue;
     best = cost;
     index_ = i;
-    way_ = way;
+    distance_ = distance;
   }
   go_on(at);
 }
@@ -92,13 +92,13 @@ void PathFollower::go_on(const Pose& at) {
   for (;;) {
     const PolarSpline& spline = path_[index_];
     beside_ = path::beside(spline, at);
-    way_ = path::sense(spline) * beside_.along;
-    const bool next = way_ > path::size(spline) && index_ + 1 < path_.size();
+    distance_ = path::sense(spline) * beside_.along;
+    const bool next = distance_ > path::size(spline) && index_ + 1 < path_.size();
     if (next && !reverts() && path::runs_on(spline, path_[index_ + 1])) {
       ++index_;
       continue;
     }
-    const bool earlier = way_ < 0 && index_ > 0 && reverts();
+    const bool earlier = distance_ < 0 && index_ > 0 && reverts();
     if (!earlier || !path::runs_on(path_[index_ - 1], spline)) return;
     --index_;
   }
@@ -124,7 +124,9 @@ bool PathFollower::stops_ahead() const {
 }
 
 // Distance to the end of this spline in the direction of travel.
-double PathFollower::ahead() const { return reverts() ? way_ : path::size(path_[index_]) - way_; }
+double PathFollower::ahead() const {
+  return reverts() ? distance_ : path::size(path_[index_]) - distance_;
+}
 
 bool PathFollower::is_astray() const {
   const double room = static_cast<double>(path_[index_].lbo);
@@ -138,14 +140,14 @@ bool PathFollower::is_astray() const {
 // Ignores the acceleration phases of the profile: the vehicle accelerates as it can.
 double PathFollower::profile(double further) const {
   std::size_t i = index_;
-  double way = std::max(0.0, way_ + further);
-  while (way > path::size(path_[i]) && i + 1 < path_.size() &&
+  double distance = std::max(0.0, distance_ + further);
+  while (distance > path::size(path_[i]) && i + 1 < path_.size() &&
          path::runs_on(path_[i], path_[i + 1])) {
-    way -= path::size(path_[i]);
+    distance -= path::size(path_[i]);
     ++i;
   }
   const PolarSpline& spline = path_[i];
-  const double left = std::max(0.0, path::size(spline) - way);
+  const double left = std::max(0.0, path::size(spline) - distance);
   const double end = spline.vEnd;
   return std::min<double>(spline.vMax, std::sqrt(end * end + 2 * kBraking * spline.decMax * left));
 }
@@ -203,14 +205,14 @@ bool PathFollower::leave_stop(double speed) {
     state_ = State::kArrived;
     return false;
   }
-  const Pose end = path::pose_at(path_[index_], path::sense(path_[index_]) * way_);
+  const Pose end = path::pose_at(path_[index_], path::sense(path_[index_]) * distance_);
   Pose at = end;
   at.rho += beside_.turned;
   at.x -= beside_.across * std::sin(end.rho);
   at.y += beside_.across * std::cos(end.rho);
   ++index_;
   beside_ = path::beside(path_[index_], at);
-  way_ = path::sense(path_[index_]) * beside_.along;
+  distance_ = path::sense(path_[index_]) * beside_.along;
   // Corners within the tolerance need no turn at rest.
   turning_ =
       std::abs(beside_.turned) > kPathFollowerAligned && settings_.chassis.minTurningRadius == 0;
@@ -238,7 +240,8 @@ PathFollower::Command PathFollower::drive(double speed_now, double speed_safe) {
   double speed = std::min({settings_.speed_max, 1.0 * settings_.chassis.vxMax, speed_safe});
   if (sense < 0) speed = std::min(speed, 1.0 * kBackwardMax);
   if (reverts()) {
-    const double left = std::max(0.0, way_ + (index_ == 0 ? 0 : path::size(path_[index_ - 1])));
+    const double left =
+        std::max(0.0, distance_ + (index_ == 0 ? 0 : path::size(path_[index_ - 1])));
     speed = std::min({speed, 1.0 * spline.vMax, std::sqrt(2.0 * spline.decMax * left)});
   } else {
     speed = std::min({speed, profile(0), profile(before * period)});

@@ -69,9 +69,9 @@ class PathFollower {
 
   [[nodiscard]] State state() const { return state_; }
   [[nodiscard]] std::span<const PolarSpline> path() const { return path_; }
-  [[nodiscard]] std::size_t index() const { return index_; }  // of the current spline
-  [[nodiscard]] double way() const { return way_; }           // on that spline, mm
-  [[nodiscard]] double rest() const;                          // to the end of the path, mm
+  [[nodiscard]] std::size_t index() const { return index_; }   // of the current spline
+  [[nodiscard]] double distance() const { return distance_; }  // on that spline, mm
+  [[nodiscard]] double rest() const;                           // to the end of the path, mm
   [[nodiscard]] const path::Beside& beside() const { return beside_; }
   [[nodiscard]] Command last() const { return commands_[newest_]; }
 
@@ -97,7 +97,7 @@ class PathFollower {
   std::vector<double> rest_;  // after each spline, mm
   State state_ = State::kNoPath;
   std::size_t index_ = 0;
-  double way_ = 0;
+  double distance_ = 0;
   path::Beside beside_;
   bool turning_ = false;  // at rest
   bool holds_ = false;

@@ -83,9 +83,9 @@ class Drive {
     lateral.push_back(std::abs(seen.across));
     // It knows where it is to some centimetres only.
     constexpr double kUncertain = 30;
-    const double way = path::sense(path_[at]) * seen.along;
-    const double allowed = std::max(path::speed_at(path_[at], way - kUncertain),
-                                    path::speed_at(path_[at], way + kUncertain));
+    const double distance = path::sense(path_[at]) * seen.along;
+    const double allowed = std::max(path::speed_at(path_[at], distance - kUncertain),
+                                    path::speed_at(path_[at], distance + kUncertain));
     const double slowest = 50;  // a chassis does not go slower
     too_fast =
         std::max(too_fast, std::abs(car.speed()) - std::max(1.05 * allowed, allowed + slowest));

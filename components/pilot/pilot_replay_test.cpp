@@ -146,7 +146,7 @@ TEST(PilotReplay, DecidesTheSameBitForBit) {
   EXPECT_EQ(replay.undecided(), 0U);
 }
 
-TEST(PilotReplay, SaysWhyItStopped) {
+TEST(PilotReplay, ReportsWhyItStopped) {
   PilotReplay replay;
   play(replay, drive_with_a_stop());
   std::vector<std::string> stops;
@@ -164,7 +164,7 @@ TEST(PilotReplay, SaysWhyItStopped) {
   EXPECT_TRUE(has("follows the path"));
 }
 
-TEST(PilotReplay, TheFirstDifferenceIsSaid) {
+TEST(PilotReplay, TheFirstDifferenceIsReported) {
   Capture capture = drive_with_a_stop();
   int moves = 0;
   for (CaptureRecord& record : capture) {

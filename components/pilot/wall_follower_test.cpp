@@ -55,7 +55,7 @@ class Trip {
     for (auto t = 0ms; t < time; t += 100ms) step();
   }
 
-  double way = 0;          // mm
+  double travelled = 0;    // mm
   double clearance = 1e9;  // mm, the smallest
   Pose min{.x = 1e9, .y = 1e9};
   Pose max{.x = -1e9, .y = -1e9};
@@ -68,7 +68,7 @@ class Trip {
     wheels_.move({.vx = drive.speed, .omega = drive.omega});
     const ChassisData moved = wheels_.step(0, 100ms);
     at_ = reckoning_.add(moved);
-    way += moved.deltaX;
+    travelled += moved.deltaX;
     const double x = at_.pos.x;
     const double y = at_.pos.y;
     clearance = std::min(clearance, map_.clearance({x, y}));
@@ -93,7 +93,7 @@ TEST(WallFollower, FollowsWallsForEver) {
     Trip trip(Mode::kGeometric, speed);
     trip.drive(60min);
     EXPECT_GT(trip.clearance, kCorner) << speed;
-    EXPECT_GT(trip.way, 3600.0 * std::min(speed, 700) * 0.4) << speed;
+    EXPECT_GT(trip.travelled, 3600.0 * std::min(speed, 700) * 0.4) << speed;
     // Around all rooms, from one side of the floor to the other.
     EXPECT_LT(trip.min.x, 500);
     EXPECT_LT(trip.min.y, 500);
@@ -107,7 +107,7 @@ TEST(WallFollower, WandersForEver) {
     Trip trip(Mode::kBraitenberg, speed);
     trip.drive(60min);
     EXPECT_GT(trip.clearance, kCorner) << speed;
-    EXPECT_GT(trip.way, 3600.0 * std::min(speed, 700) * 0.3) << speed;
+    EXPECT_GT(trip.travelled, 3600.0 * std::min(speed, 700) * 0.3) << speed;
   }
 }
 
@@ -163,10 +163,10 @@ TEST(WallFollower, TurnsAtRestUntilThereIsRoom) {
   const Drive stop = follower.follow(point(600, 10), 100ms);
   EXPECT_EQ(stop.speed, 0);
   EXPECT_EQ(stop.omega, 0.0F);
-  ASSERT_TRUE(follower.turns()) << "from now on it wants to know the heading";
+  ASSERT_TRUE(follower.turns()) << "from now on it needs the heading";
   EXPECT_NEAR(follower.follow(point(600, 10), 100ms, 6.2).omega, -radians(20), 1e-6);
   EXPECT_NEAR(follower.follow(point(1700, 0), 100ms, 6.0).omega, -radians(20), 1e-6)
-      << "it wants half as much room again";
+      << "it needs half as much room again";
   EXPECT_EQ(follower.follow(point(1800, 0), 100ms, 5.8).omega, 0.0F);
   EXPECT_FALSE(follower.turns());
   EXPECT_GT(follower.follow(point(1800, 0), 100ms).speed, 0);
@@ -180,7 +180,7 @@ TEST(WallFollower, TurnsNoFurtherThanItWanted) {
   EXPECT_EQ(follower.follow(point(600, -10), 100ms, 6.0 + kPi / 2 - 2 * kPi).omega, 0.0F);
 }
 
-TEST(WallFollower, TurnsTheOtherWayWhereThereIsRoom) {
+TEST(WallFollower, TurnsToTheOtherSideWhereThereIsRoom) {
   WallFollower follower({}, chassis());
   Scan2dData scan = point(510, 10);
   (void)follower.follow(scan, 100ms);

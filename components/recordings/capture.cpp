@@ -45,12 +45,12 @@ Error malformed(std::string_view line, std::string_view why) {
                                 (line.size() > kShown ? "..." : "")};
 }
 
-std::string_view next_word(std::string_view& line) {
+std::string_view next_field(std::string_view& line) {
   const std::size_t begin = std::min(line.find_first_not_of(" \t"), line.size());
   line.remove_prefix(begin);
-  const std::string_view word = line.substr(0, line.find_first_of(" \t"));
-  line.remove_prefix(word.size());
-  return word;
+  const std::string_view field = line.substr(0, line.find_first_of(" \t"));
+  line.remove_prefix(field.size());
+  return field;
 }
 
 // Parses seconds such as "12.345" exactly, with any number of digits.
@@ -114,9 +114,9 @@ bool parse_frame(std::string_view text, bool is_candump, CaptureRecord& record) 
 
 Result<bool> parse_candump(std::string_view line, CaptureRecord& record) {
   const std::string_view whole = line;
-  std::string_view time = next_word(line);
-  const std::string_view interface = next_word(line);
-  const std::string_view frame = next_word(line);
+  std::string_view time = next_field(line);
+  const std::string_view interface = next_field(line);
+  const std::string_view frame = next_field(line);
   const bool in_brackets = time.size() > 2 && time.ends_with(')');
   const auto stamp =
       in_brackets ? parse_time(time.substr(1, time.size() - 2)) : std::optional<Duration>();
@@ -207,7 +207,7 @@ Result<bool> parse_record(std::string_view line, CaptureRecord& record) {
   if (line.front() == '(') return parse_candump(line, record);
 
   const std::string_view whole = line;
-  const std::string_view times = next_word(line);
+  const std::string_view times = next_field(line);
   const std::size_t mark = times.find('-');
   const auto time = parse_time(times.substr(0, mark));
   const auto took =
@@ -218,20 +218,20 @@ Result<bool> parse_record(std::string_view line, CaptureRecord& record) {
   record.direction = Direction::kReceived;
   record.id = 0;
   record.event.clear();
-  std::string_view word = next_word(line);
-  if (word == "!") {
+  std::string_view field = next_field(line);
+  if (field == "!") {
     record.direction = Direction::kEvent;
     record.bytes.clear();
     record.event = line.substr(std::min<std::size_t>(1, line.size()));
     return true;
   }
-  if (word.size() == 1 && kDirections.find(word.front()) != std::string_view::npos) {
-    record.direction = static_cast<Direction>(word.front());
-    word = next_word(line);
+  if (field.size() == 1 && kDirections.find(field.front()) != std::string_view::npos) {
+    record.direction = static_cast<Direction>(field.front());
+    field = next_field(line);
   }
-  const bool has_id = word.find('#') != std::string_view::npos;
-  const bool good = has_id ? parse_frame(word, false, record) : parse_bytes(word, record.bytes);
-  if (!good || !next_word(line).empty())
+  const bool has_id = field.find('#') != std::string_view::npos;
+  const bool good = has_id ? parse_frame(field, false, record) : parse_bytes(field, record.bytes);
+  if (!good || !next_field(line).empty())
     return malformed(whole, "bytes must be pairs of hex digits");
   return true;
 }

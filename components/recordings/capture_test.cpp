@@ -81,7 +81,7 @@ TEST(CaptureTest, WhatIsNoLineIsRefused) {
     EXPECT_FALSE(parse_record(line, record)) << line;
 }
 
-TEST(CaptureTest, TheBeginningTellsTheFormat) {
+TEST(CaptureTest, TheBeginningDeterminesTheFormat) {
   const auto format = [](std::string_view text) {
     return format_of(std::as_bytes(std::span(text)));
   };
@@ -90,7 +90,7 @@ TEST(CaptureTest, TheBeginningTellsTheFormat) {
   EXPECT_EQ(format("0.2 0202\n0.3 03\n"), RecordingFormat::kCapture);
   EXPECT_EQ(format("# from somebody else\n\n0.2 0202\n"), RecordingFormat::kCapture);
   EXPECT_EQ(format("0.2 0202020"), RecordingFormat::kCapture);  // a long line, truncated here
-  EXPECT_EQ(format("# nothing but words\n"), RecordingFormat::kRaw);
+  EXPECT_EQ(format("# nothing but text\n"), RecordingFormat::kRaw);
   EXPECT_EQ(format("$GPGGA,1\n"), RecordingFormat::kRaw);
   EXPECT_EQ(format("\xD4\xC3\xB2\xA1 and more"), RecordingFormat::kPcap);
   EXPECT_EQ(format("\x0A\x0D\x0D\x0A and more"), RecordingFormat::kPcap);

@@ -57,7 +57,7 @@ class UnwinderTest : public testing::Test {
   std::array<std::uint64_t, 48> room_{};
 };
 
-TEST_F(UnwinderTest, NamesWhoCalledWhomOfAStackOfThePast) {
+TEST_F(UnwinderTest, NamesTheCallersOfAPastStack) {
   Unwinder unwinder;
   const std::string trace = text(unwinder);
   EXPECT_TRUE(trace.starts_with("rack::copies_itself(rack::Copied&) at backtrace")) << trace;
@@ -96,7 +96,7 @@ TEST_F(UnwinderTest, FramePointersAreBetterThanNothing) {
   EXPECT_EQ(std::vector(frames.begin(), frames.end()), (std::vector<std::uint64_t>{100, 199, 299}));
 }
 
-TEST_F(UnwinderTest, WhatHasNoNameIsSaidByItsFile) {
+TEST_F(UnwinderTest, CodeWithoutANameIsReportedByItsFile) {
   Unwinder unwinder;
   EXPECT_EQ(unwinder.function(16).name, "0x10");
   EXPECT_FALSE(unwinder.function(16).known);
@@ -105,7 +105,7 @@ TEST_F(UnwinderTest, WhatHasNoNameIsSaidByItsFile) {
 
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 // Without the program that knows names, addresses are better than nothing.
-TEST(CrashDeathTest, SaysAddressesWithoutItsReporter) {
+TEST(CrashDeathTest, PrintsAddressesWithoutItsReporter) {
   GTEST_FLAG_SET(death_test_style, "threadsafe");
   EXPECT_EXIT(
       {

@@ -105,7 +105,7 @@ void DataModuleBase::Publisher::send(TimeStamp recorded, std::size_t size) {
                                         .priority = listener.priority,
                                         .seq_nr = listener.seq_nr,
                                         .stream = module_.data_.samples && !listener.once,
-                                        .tell_if_gone = true},
+                                        .report_if_gone = true},
                                        body);
     if (!sent && sent.error().code() == tims::Errc::kNoMailbox) drop(listener.mailbox);
   }

@@ -491,7 +491,7 @@ void Module::Runtime::turn_off(const tims::Header& request) {
 
 // Answers with ERROR, with the reason if there is room.
 void Module::Runtime::refuse(const tims::Header& request, std::string_view why) {
-  const bool has_room = (request.flags & tims::flag::kTellWhy) != 0 ||
+  const bool has_room = (request.flags & tims::flag::kReportReason) != 0 ||
                         (request.type == tims::type::kOn &&
                          request.length >= tims::kHeaderSize + wire_size<OnRequest>());
   const auto text = std::as_bytes(std::span(why.substr(0, kReasonMax)));

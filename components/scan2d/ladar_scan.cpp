@@ -84,11 +84,12 @@ constexpr double kTurning = 0.0125;    // rad per ms: two turns per second
 
 // Pose of the ladar at the i-th point, relative to the middle of the scan. Such a short movement is
 // taken as straight.
-Pose ladar_at(std::size_t i, std::size_t count, const LadarMounting& mounting, const Pose& way) {
+Pose ladar_at(std::size_t i, std::size_t count, const LadarMounting& mounting, const Pose& motion) {
   const double after =
       count > 1 ? static_cast<double>(i) / static_cast<double>(count - 1) - 0.5 : 0;
   const double part = mounting.is_reversed ? -after : after;
-  const Pose robot{.x = part * way.x, .y = part * way.y, .rho = part * signed_angle(way.rho)};
+  const Pose robot{
+      .x = part * motion.x, .y = part * motion.y, .rho = part * signed_angle(motion.rho)};
   return robot + Pose{.x = static_cast<double>(mounting.x),
                       .y = static_cast<double>(mounting.y),
                       .rho = mounting.rho};
@@ -96,19 +97,19 @@ Pose ladar_at(std::size_t i, std::size_t count, const LadarMounting& mounting, c
 
 }  // namespace
 
-Pose way_during_scan(const Pose& before, const Pose& now, double ms_between, double ms_of_scan) {
+Pose motion_during_scan(const Pose& before, const Pose& now, double ms_between, double ms_of_scan) {
   const Pose step = now - before;
-  const double way = std::hypot(step.x, step.y);
+  const double distance = std::hypot(step.x, step.y);
   const double turn = std::abs(signed_angle(step.rho));
   const bool is_plausible = ms_between > 0 && ms_of_scan > 0 && ms_of_scan <= kLongestScan &&
-                            way <= kSpeed * ms_between && turn <= kTurning * ms_between;
+                            distance <= kSpeed * ms_between && turn <= kTurning * ms_between;
   if (!is_plausible) return {};  // also when it is not a number
   const double part = ms_of_scan / ms_between;
   return {.x = part * step.x, .y = part * step.y, .rho = part * signed_angle(step.rho)};
 }
 
 void convert(const LadarData& ladar, const LadarMounting& mounting, const ScanFilter& filter,
-             Scan2dData& scan, const Pose& way) {
+             Scan2dData& scan, const Pose& motion) {
   scan.recordingTime = ladar.recordingTime;
   scan.duration = ladar.duration;
   scan.maxRange = std::min(ladar.maxRange.raw(), filter.range_max);
@@ -127,7 +128,7 @@ void convert(const LadarData& ladar, const LadarMounting& mounting, const ScanFi
       distance = scan.maxRange;
       type |= scan_point::kMaxRange | scan_point::kInvalid;
     }
-    const Pose at = ladar_at(i, ladar.points.size(), mounting, way);
+    const Pose at = ladar_at(i, ladar.points.size(), mounting, motion);
     const double direction = angle + at.rho;
     scan.points.push_back(
         {.x = whole_millimetres(at.x + distance * std::cos(direction)),

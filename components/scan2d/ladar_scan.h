@@ -42,14 +42,14 @@ struct ScanFilter {
 };
 
 // Allocates nothing when `scan` has capacity. refPos is not changed. Points are in the order of
-// their angles, also for a ladar upside down. `way`: movement of the robot from the first measured
-// point to the last one.
+// their angles, also for a ladar upside down. `motion`: movement of the robot from the first
+// measured point to the last one.
 void convert(const LadarData& ladar, const LadarMounting& mounting, const ScanFilter& filter,
-             Scan2dData& scan, const Pose& way = {});
+             Scan2dData& scan, const Pose& motion = {});
 
 // The movement during a scan, extrapolated from the odometry at two times. Zero when the times are
 // equal, or when the movement is physically impossible.
-Pose way_during_scan(const Pose& before, const Pose& now, double ms_between, double ms_of_scan);
+Pose motion_during_scan(const Pose& before, const Pose& now, double ms_between, double ms_of_scan);
 
 // Sets the intensities of the scan from the camera interface of the same ladar: a row or a column
 // of 12 or 16 bits, high byte first. kInvalidArgument: the image has another format, or is not of

@@ -49,14 +49,14 @@ TEST(LadarScan, WhereTheLadarIs) {
 
 // A round wall at 10 m around where the robot is in the middle of the scan, seen while it turns and
 // goes: farthest off the wall's place, mm.
-double bent(const Pose& way, bool reversed, const Pose& reported) {
+double bent(const Pose& motion, bool reversed, const Pose& reported) {
   constexpr int kPoints = 361;
   const LadarMounting mounting{.x = 300, .y = -50, .rho = 0.1, .is_reversed = reversed};
   LadarData ladar{.duration = 100, .maxRange = 30000};
   std::vector<Pose> truth;
   for (int i = 0; i < kPoints; ++i) {
     const double after = (i / (kPoints - 1.0) - 0.5) * (reversed ? -1 : 1);
-    const Pose at = Pose{.x = after * way.x, .y = after * way.y, .rho = after * way.rho} +
+    const Pose at = Pose{.x = after * motion.x, .y = after * motion.y, .rho = after * motion.rho} +
                     Pose{.x = 300, .y = -50, .rho = 0.1};
     const LadarPoint seen = point(i / 2.0 - 90, 10000);
     ladar.points.push_back(seen);
@@ -71,7 +71,7 @@ double bent(const Pose& way, bool reversed, const Pose& reported) {
   return most;
 }
 
-TEST(LadarScan, IsPutStraightByTheWay) {
+TEST(LadarScan, IsCorrectedByTheMotion) {
   // 1 rad/s and 1 m/s at 10 Hz; and 4 m/s at 75 Hz.
   for (const bool reversed : {false, true}) {
     const Pose turning{.x = 100, .y = 0, .rho = 0.1};
@@ -83,18 +83,18 @@ TEST(LadarScan, IsPutStraightByTheWay) {
   }
 }
 
-TEST(LadarScan, TheWayIsThatOfItsDuration) {
+TEST(LadarScan, TheMotionIsThatOfItsDuration) {
   const Pose before{.x = 1000, .y = 1000, .rho = radians(359)};
   const Pose now = before + Pose{.x = 100, .y = 10, .rho = radians(4)};
-  const Pose way = way_during_scan(before, now, 50, 25);
-  EXPECT_NEAR(way.x, 50, 1e-6);
-  EXPECT_NEAR(way.y, 5, 1e-6);
-  EXPECT_NEAR(way.rho, radians(2), 1e-6) << "the short way round";
+  const Pose motion = motion_during_scan(before, now, 50, 25);
+  EXPECT_NEAR(motion.x, 50, 1e-6);
+  EXPECT_NEAR(motion.y, 5, 1e-6);
+  EXPECT_NEAR(motion.rho, radians(2), 1e-6) << "by the smaller angle";
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   for (const Pose& none :
-       {way_during_scan(before, now, 0, 25), way_during_scan(before, now, -50, 25),
-        way_during_scan(before, now, 50, 4e9), way_during_scan(before, {.x = 1e6}, 50, 25),
-        way_during_scan(before, {.x = kNan}, 50, 25), way_during_scan(before, now, 50, kNan)})
+       {motion_during_scan(before, now, 0, 25), motion_during_scan(before, now, -50, 25),
+        motion_during_scan(before, now, 50, 4e9), motion_during_scan(before, {.x = 1e6}, 50, 25),
+        motion_during_scan(before, {.x = kNan}, 50, 25), motion_during_scan(before, now, 50, kNan)})
     EXPECT_EQ(none.x, 0);
 }
 

@@ -104,7 +104,7 @@ TEST(CameraView, UnderstandsPixels) {
   }
 }
 
-TEST(CameraView, RefusesWithWords) {
+TEST(CameraView, RefusesWithAReason) {
   const auto none = CameraView::make({}, {});
   ASSERT_FALSE(none);
   EXPECT_THAT(none.error().message(), HasSubstr("fx and fy"));

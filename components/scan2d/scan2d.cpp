@@ -124,9 +124,9 @@ class Scan2d : public DataModule<Scan2dData> {
     const auto patience = std::max<std::chrono::milliseconds>(3 * period(), kSilenceMin);
     if (auto come = ladar_.next(ladar_data_, patience); !come) return come;
     Scan2dData& scan = get_local_buffer();
-    const auto way = way_of_scan();
-    if (!way) return way.error();
-    convert(ladar_data_, mounting_, filter_, scan, *way);
+    const auto motion = motion_of_scan();
+    if (!motion) return motion.error();
+    convert(ladar_data_, mounting_, filter_, scan, *motion);
     if (position_) {
       const auto position = position_->get_data(scan.recordingTime);
       if (!position) return position.error();
@@ -141,7 +141,7 @@ class Scan2d : public DataModule<Scan2dData> {
 
   // Uses the time before the middle of the scan, for which the odometry surely has data. If it has
   // just started, no movement is assumed.
-  Result<Pose> way_of_scan() {
+  Result<Pose> motion_of_scan() {
     if (!odometry_ || ladar_data_.duration == 0) return Pose{};
     const std::chrono::milliseconds during(std::min<u32>(ladar_data_.duration, kLongest));
     const TimeStamp time = ladar_data_.recordingTime;
@@ -152,7 +152,7 @@ class Scan2d : public DataModule<Scan2dData> {
       if (one->error().code() == tims::Errc::kAnsweredError) return Pose{};
       return one->error();
     }
-    return way_during_scan(
+    return motion_during_scan(
         Pose::of(before->pos), Pose::of(now->pos),
         static_cast<double>((now->recordingTime - before->recordingTime).count()),
         static_cast<double>(ladar_data_.duration.raw()));

@@ -55,7 +55,7 @@ class Scan2dMerge : public DataModule<Scan2dData> {
     get_local_buffer().refPos = {};
     if (auto on = position_.turn_on(); !on) return on;
     if (auto any = start_sources(); !any) return any;
-    told_left_out_ = false;
+    reported_left_out_ = false;
     set_period(*granted);
     return DataModule::module_on();
   }
@@ -108,7 +108,7 @@ class Scan2dMerge : public DataModule<Scan2dData> {
     }
     if (!merger_.merge(odometry_data_.recordingTime, Pose::of(odometry_data_.pos), merged))
       return {};  // no scan yet
-    tell_left_out();
+    report_left_out();
     return put_local_buffer();
   }
 
@@ -140,12 +140,12 @@ class Scan2dMerge : public DataModule<Scan2dData> {
     merger_.forget(i);
   }
 
-  void tell_left_out() {
-    if (merger_.left_out() > 0 && !told_left_out_)
+  void report_left_out() {
+    if (merger_.left_out() > 0 && !reported_left_out_)
       log().warning(
           "more points than a scan has room for: %u are dropped, evenly over all directions",
           static_cast<unsigned>(merger_.left_out()));
-    told_left_out_ = merger_.left_out() > 0;
+    reported_left_out_ = merger_.left_out() > 0;
   }
 
   Source source(std::string_view name) {
@@ -160,7 +160,7 @@ class Scan2dMerge : public DataModule<Scan2dData> {
   ScanMerger merger_;
   OdometryData odometry_data_;
   Scan2dData scan_;
-  bool told_left_out_ = false;
+  bool reported_left_out_ = false;
 };
 
 }  // namespace

@@ -80,13 +80,13 @@ TEST(Track, DoesNotBridgePausesAndSteps) {
   Trajectory<Pose> poses;
   poses.add(1000, {.rho = 6.2});
   poses.add(1050, {.x = 100, .rho = 0.1});
-  EXPECT_NEAR(poses.at(1025, 0)->rho, 0.008, 0.001) << "the short way";
+  EXPECT_NEAR(poses.at(1025, 0)->rho, 0.008, 0.001) << "by the smaller angle";
   poses.add(1100, {.x = 5000, .rho = 0.1});
   EXPECT_FALSE(poses.at(1075, 0)) << "the pose was set";
   EXPECT_FALSE(poses.add(1200, {.psi = NAN}));
 }
 
-TEST(Track, BeginsAnewWhenAClockIsSet) {
+TEST(Track, BeginsAgainWhenAClockIsSet) {
   Trajectory<double> track;
   track.add(50'000, 0.1);
   track.add(20'000, 0.2);

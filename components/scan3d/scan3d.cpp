@@ -233,7 +233,7 @@ class Scan3d : public Scan3dCommands<DataModule<Scan3dData>> {
       }
     }
     if (scan.sectorNum == 1) {
-      tell_losses();
+      report_losses();
       const std::lock_guard lock(whole_mutex_);
       whole_ = scan;
     }
@@ -241,7 +241,7 @@ class Scan3d : public Scan3dCommands<DataModule<Scan3dData>> {
     return put_local_buffer();
   }
 
-  void tell_losses() {
+  void report_losses() {
     const SweepLosses& losses = sweep_->losses();
     const auto reported = std::exchange(reported_losses_, losses);
     const auto lost = losses.unplaced + losses.crowded - reported.unplaced - reported.crowded;

@@ -78,7 +78,7 @@ TEST(Sweep, PlacesPointsByTheAxis) {
   }
 }
 
-TEST(Sweep, IsSentAsAWholeEachWay) {
+TEST(Sweep, IsSentAsAWholeInEachDirection) {
   Ride ride = still();
   const auto all = messages(ride, settings_of(ride), 9);
   ASSERT_EQ(all.size(), 4U);
@@ -171,7 +171,7 @@ TEST(Sweep, HasNoMorePointsThanAMessageMay) {
   for (const auto& scan : all) EXPECT_LE(scan.points.size(), 10U);
 }
 
-TEST(Sweep, RoundAndRoundTellsItsHalf) {
+TEST(Sweep, AContinuousTurnReportsItsHalf) {
   for (const double rate : {1.0, -1.0}) {
     Ride ride;
     ride.mounting.mode = scan_mode::kTop;

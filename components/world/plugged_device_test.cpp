@@ -84,7 +84,7 @@ TEST_F(PluggedDeviceTest, ItLivesOnWhenItIsPulledOut) {
   serve(ticking_->ticks + 3);
 }
 
-TEST_F(PluggedDeviceTest, ALineThatCannotBeMadeIsSaid) {
+TEST_F(PluggedDeviceTest, ALineThatCannotBeMadeIsReported) {
   PluggedDevice lost("scout/base", *DeviceAddress::parse("pty:/no/such/folder/line"), 9600, make());
   const auto plugged = lost.plug();
   ASSERT_FALSE(plugged);

@@ -101,7 +101,7 @@ Result<Drivetrain> Drivetrain::make(const World& world, std::size_t robot,
   for (std::size_t i = 0; i < train.count_; ++i) {
     Motor& motor = train.all_[i];
     motor.steers = wheels.is_steering(i);
-    if (!motors.tells_shafts()) continue;
+    if (!motors.reports_shafts()) continue;
     motor.factor = motor.steers ? 1 / base.steer_ratio : base.wheel_radius / base.gear_ratio;
   }
   return train;
@@ -111,7 +111,7 @@ Result<Drivetrain> Drivetrain::make(const World& world, const world::SensorId& s
                                     emulator::Wheelwork& motor) {
   const world::AxisDescription& axis =
       world.description().robots[sensor.robot].sensors[sensor.sensor].axis;
-  if (motor.motor_count() != 1 || !motor.tells_shafts())
+  if (motor.motor_count() != 1 || !motor.reports_shafts())
     return Error(Errc::kInvalidArgument, axis.device + " is not a drive of an axis");
   Drivetrain train(sensor.robot, motor);
   train.axis_ = sensor;
@@ -123,18 +123,18 @@ Result<Drivetrain> Drivetrain::make(const World& world, const world::SensorId& s
 void Drivetrain::drive(World& world, Time now, Time next) {
   const double seconds = std::chrono::duration<double>(next - world.now()).count();
   if (seconds <= 0) return;
-  std::array<double, world::kMotorsMax> ways{};
-  motors_->turned(now, std::span(ways).first(count_));
+  std::array<double, world::kMotorsMax> positions{};
+  motors_->turned(now, std::span(positions).first(count_));
   std::array<double, world::kMotorsMax> wanted{};
   const double since = std::chrono::duration<double>(now - asked_).count();
   const double ahead = std::chrono::duration<double>(next - now).count();
   for (std::size_t i = 0; i < count_; ++i) {
     Motor& motor = all_[i];
-    const double way = ways[i] * motor.factor;
-    const double rate = asked_ == Time{} || since <= 0 ? 0 : (way - motor.reported) / since;
-    const double then = way + rate * ahead;
+    const double position = positions[i] * motor.factor;
+    const double rate = asked_ == Time{} || since <= 0 ? 0 : (position - motor.reported) / since;
+    const double then = position + rate * ahead;
     wanted[i] = motor.steers ? then : (then - motor.driven) / seconds;
-    motor.reported = way;
+    motor.reported = position;
     motor.driven = then;
   }
   asked_ = now;

@@ -160,19 +160,19 @@ TEST(SensesOfACar, MotorsBehindGearsMoveIt) {
   class Motors final : public emulator::Wheelwork {
    public:
     [[nodiscard]] std::size_t motor_count() const override { return 6; }
-    [[nodiscard]] bool tells_shafts() const override { return true; }
+    [[nodiscard]] bool reports_shafts() const override { return true; }
     void set_lag(Duration /*lag*/) override {}
-    void turned(Time now, std::span<double> ways) override {
+    void turned(Time now, std::span<double> positions) override {
       const double seconds = std::chrono::duration<double>(now - kBegin).count();
-      std::ranges::fill(ways.first(4), 100 * seconds);  // 1000 mm/s of the rims
-      ways[4] = 2;                                      // 0.2 rad of the steering
-      ways[5] = -2;
+      std::ranges::fill(positions.first(4), 100 * seconds);  // 1000 mm/s of the rims
+      positions[4] = 2;                                      // 0.2 rad of the steering
+      positions[5] = -2;
     }
   } motors;
   std::vector trains{*Drivetrain::make(*made, 0, motors)};
   auto truth = made->make_truth();
   for (Time now = kBegin; now < kBegin + 2s; now += 7ms) go_on(*made, trains, now, truth);
-  EXPECT_NEAR(truth.robots[0].way, 2000, 80);
+  EXPECT_NEAR(truth.robots[0].travelled, 2000, 80);
   EXPECT_NEAR(truth.robots[0].vx, 1000, 60);
   EXPECT_NEAR(truth.robots[0].omega, 1000 * 2 * std::tan(0.2) / 1200, 0.05) << "to the right";
 
@@ -181,7 +181,7 @@ TEST(SensesOfACar, MotorsBehindGearsMoveIt) {
 }
 
 // A drive tilts the scanner: the scanner measures at the angle that the driver of the axis reports.
-TEST(SensesOfAnAxis, TheScannerLooksWhereTheDriveSays) {
+TEST(SensesOfAnAxis, TheScannerLooksWhereTheDrivePoints) {
   world::WorldDescription field = hall();
   field.robots[0].sensors[0].mount = {.z = -1000};
   field.robots[0].sensors[0].axis = {
@@ -247,7 +247,7 @@ TEST_F(SensesTest, ACompassPointsWhereTheRobotLooks) {
               0.06);
 }
 
-TEST_F(SensesTest, AReceiverIsToldWhereTheRobotIsOnEarth) {
+TEST_F(SensesTest, AReceiverGetsThePositionOnEarth) {
   const auto emulated = sensing("nmea", "gps");
   NmeaReceiver driver{NmeaSettings{}};
   world_.drive(0, ChassisSpeed{.vx = 1000}, kBegin);
@@ -280,7 +280,7 @@ TEST_F(SensesTest, AReceiverHasThePeriodOfItsDescription) {
 }
 
 // A lag of the motors also applies to their encoders: these never report what the wheels will do.
-TEST(SensesOfALaggingRobot, EncodersTellWhatItsWheelsDo) {
+TEST(SensesOfALaggingRobot, EncodersReportWhatItsWheelsDo) {
   world::WorldDescription field = hall();
   field.robots[0].lag = 200ms;
   auto made = world::World::make(field, kBegin);
@@ -290,11 +290,11 @@ TEST(SensesOfALaggingRobot, EncodersTellWhatItsWheelsDo) {
     void turn(double speed) { shaft_.turn(speed); }
     [[nodiscard]] std::size_t motor_count() const override { return 2; }
     void set_lag(Duration lag) override { shaft_.set_lag(lag); }
-    void turned(Time now, std::span<double> ways) override {
+    void turned(Time now, std::span<double> positions) override {
       shaft_.step(now);
-      std::ranges::fill(ways, shaft_.position());
+      std::ranges::fill(positions, shaft_.position());
     }
-    [[nodiscard]] double way() const { return shaft_.position(); }
+    [[nodiscard]] double position() const { return shaft_.position(); }
 
    private:
     ShaftModel shaft_;
@@ -306,18 +306,19 @@ TEST(SensesOfALaggingRobot, EncodersTellWhatItsWheelsDo) {
     motors.turn(speed);
     for (const Time end = now + how_long; now < end; now += 5ms) {
       go_on(*made, trains, now, truth);
-      EXPECT_NEAR(truth.robots[0].way, motors.way(), 15) << "at " << (now - kBegin) / 1ms << " ms";
+      EXPECT_NEAR(truth.robots[0].travelled, motors.position(), 15)
+          << "at " << (now - kBegin) / 1ms << " ms";
     }
   };
   drive(0, 50ms);
   drive(500, 190ms);
-  EXPECT_EQ(motors.way(), 0) << "not yet";
+  EXPECT_EQ(motors.position(), 0) << "not yet";
   drive(500, 2s);
-  EXPECT_GT(motors.way(), 600);
+  EXPECT_GT(motors.position(), 600);
   drive(0, 200ms);
-  const double braking = motors.way();
+  const double braking = motors.position();
   drive(0, 2s);
-  EXPECT_GT(motors.way(), braking) << "it has rolled on";
+  EXPECT_GT(motors.position(), braking) << "it has rolled on";
 }
 
 // What a lag of its sensor makes late.

@@ -75,7 +75,7 @@ WorldThing thing_of(std::size_t id, const world::RobotTruth& robot, const std::s
   thing.vx = whole_millimetres(robot.vx);
   thing.vy = whole_millimetres(robot.vy);
   thing.omega = static_cast<float>(robot.omega);
-  thing.way = whole_millimetres(robot.way);
+  thing.way = whole_millimetres(robot.travelled);
   thing.isBlocked = robot.is_blocked ? 1 : 0;
   thing.walls = static_cast<u32>(robot.contacts.walls);
   thing.obstacles = static_cast<u32>(robot.contacts.obstacles);
@@ -335,7 +335,7 @@ class World : public DataModule<WorldData> {
                           return plug(command);
                         }));
       case WorldType::kGetLines:
-        return tell_lines(message);
+        return report_lines(message);
       default:
         return DataModule::module_command(message);
     }
@@ -408,7 +408,7 @@ class World : public DataModule<WorldData> {
     return {};
   }
 
-  Result<void> tell_lines(const tims::MessageView& message) {
+  Result<void> report_lines(const tims::MessageView& message) {
     if (!world_) return refused("the world is off; turn it on first");
     WorldLines all;
     for (std::size_t i = 0; i < robots_.size(); ++i) {

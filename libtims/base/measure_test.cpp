@@ -15,7 +15,7 @@ TEST(Measure, WholeNumbersWithTheirUnit) {
   EXPECT_EQ(read_measure("-1B", kSizeUnitsRead).count, -1);
 }
 
-TEST(Measure, SaysWhatIsWrong) {
+TEST(Measure, ReportsWhatIsWrong) {
   const auto why = [](std::string_view text) { return read_measure(text, kDurationUnits).error; };
   EXPECT_EQ(why("5s"), MeasureError::kNone);
   EXPECT_EQ(why("much"), MeasureError::kNoNumber);

@@ -36,7 +36,7 @@ TEST(LineLimiter, LetsABurstPassAndThenASteadyRate) {
   EXPECT_EQ(limiter.take_held_back(), 0U);
 }
 
-TEST(LineLimiter, RecoversWhileNothingIsSaid) {
+TEST(LineLimiter, RecoversDuringSilence) {
   LineLimiter limiter(10, kBurst);
   Time now(1000s);
   while (limiter.take(now)) {

@@ -68,7 +68,7 @@ TEST(Text, NumbersAreAllOfTheText) {
   EXPECT_FALSE(parse_number<unsigned>("-1"));
 }
 
-TEST(Text, HexBothWays) {
+TEST(Text, HexIsWrittenAndRead) {
   const auto bytes = parse_hex("01 0xff:AB\n00");
   ASSERT_TRUE(bytes);
   EXPECT_EQ(to_hex(*bytes), "01ffab00");
@@ -76,7 +76,7 @@ TEST(Text, HexBothWays) {
   for (const char* bad : {"0", "0g", "0x", "1 2", "012", "-1"}) EXPECT_FALSE(parse_hex(bad)) << bad;
 }
 
-TEST(Text, WordsAsAShellCutsThem) {
+TEST(Text, SplitsWordsLikeAShell) {
   using Words = std::vector<std::string>;
   EXPECT_EQ(trimmed(" \ta b\r"), "a b");
   EXPECT_EQ(trimmed("a"), "a");

@@ -89,9 +89,9 @@ std::string as_written(const TomlNode& node) {
   return std::string(std::get<Foreign>(node.value).what);
 }
 
-// "NAME wants THIS, not THAT"
-std::string wants(const TomlNode& node, std::string_view wanted) {
-  return label(node).append(" wants ").append(wanted).append(", not ").append(as_written(node));
+// "NAME must be THIS, not THAT"
+std::string must_be(const TomlNode& node, std::string_view wanted) {
+  return label(node).append(" must be ").append(wanted).append(", not ").append(as_written(node));
 }
 
 const std::string* text_of(const TomlNode& node) {
@@ -123,7 +123,7 @@ TomlTree parse_toml(const TextFile& file) {
 
 bool TomlReader::is(const TomlNode& node, TomlNode::Form form, std::string_view wanted) {
   if (node.form == form) return true;
-  refuse(node, wants(node, wanted));
+  refuse(node, must_be(node, wanted));
   return false;
 }
 
@@ -159,7 +159,7 @@ void TomlReader::texts(const TomlNode& node,
     if (const std::string* text = text_of(child))
       each(child, *text);
     else
-      refuse(child, node.key + " wants texts in quotes, not " + as_written(child));
+      refuse(child, node.key + " must contain texts in quotes, not " + as_written(child));
   }
 }
 
@@ -168,13 +168,13 @@ bool TomlReader::text(const TomlNode& node, std::string& out) {
   if (text != nullptr)
     out = *text;
   else
-    refuse(node, wants(node, "a text in quotes"));
+    refuse(node, must_be(node, "a text in quotes"));
   return text != nullptr;
 }
 
 void TomlReader::plain(const TomlNode& node, std::string& out) {
   if (node.form != TomlNode::Form::kValue || std::holds_alternative<Foreign>(node.value))
-    return refuse(node, wants(node, "a number, a text, true or false"));
+    return refuse(node, must_be(node, "a number, a text, true or false"));
   if (const std::string* text = text_of(node))
     out = *text;
   else if (const bool* flag = std::get_if<bool>(&node.value))
@@ -190,7 +190,7 @@ void TomlReader::number(const TomlNode& node, std::int64_t min, std::int64_t max
     out = *number;
   else
     refuse(node,
-           wants(node, "a number from " + std::to_string(min) + " to " + std::to_string(max)));
+           must_be(node, "a number from " + std::to_string(min) + " to " + std::to_string(max)));
 }
 
 void TomlReader::real(const TomlNode& node, double min, double max, double& out) {
@@ -202,7 +202,7 @@ void TomlReader::real(const TomlNode& node, double min, double max, double& out)
   if (is_number && value >= min && value <= max)
     out = value;
   else
-    refuse(node, wants(node, "a number from " + real_text(min) + " to " + real_text(max)));
+    refuse(node, must_be(node, "a number from " + real_text(min) + " to " + real_text(max)));
 }
 
 void TomlReader::duration(const TomlNode& node, bool zero, Duration& out) {
@@ -211,7 +211,7 @@ void TomlReader::duration(const TomlNode& node, bool zero, Duration& out) {
   if (value && (*value > Duration{} || (zero && *value == Duration{})))
     out = *value;
   else
-    refuse(node, wants(node, "a duration such as \"5s\""));
+    refuse(node, must_be(node, "a duration such as \"5s\""));
 }
 
 void TomlReader::unknown(const Place& at, std::string_view what, std::string_view name,

@@ -51,7 +51,7 @@ TEST(TomlTree, NamesTheTypesNobodyTakes) {
   EXPECT_EQ(std::get<double>(first_of("x = -1.5\n").value), -1.5);
 }
 
-TEST(TomlTree, SaysWhereTheTextIsNoToml) {
+TEST(TomlTree, ReportsWhereTheTextIsNotToml) {
   const TomlTree tree = parse_toml({"f", "a = 1\nb = \n"});
   ASSERT_EQ(tree.problems.size(), 1U);
   EXPECT_EQ(tree.problems[0].at.line, 2U);
@@ -128,10 +128,10 @@ TEST(TomlReader, RealNumbersAreWholeOnesToo) {
     const Sample sample = read(std::string("real = ") + wrong + "\n");
     EXPECT_THAT(
         sample.problems,
-        ElementsAre(std::string("f:1:8: real wants a number from -1.5 to ") + "9, not " + wrong));
+        ElementsAre(std::string("f:1:8: real must be a number from -1.5 to ") + "9, not " + wrong));
   }
   EXPECT_THAT(read("real = [1]\n").problems,
-              ElementsAre("f:1:8: real wants a number from -1.5 to 9, not an array"));
+              ElementsAre("f:1:8: real must be a number from -1.5 to 9, not an array"));
 }
 
 TEST(TomlReader, EveryProblemHasItsPlace) {
@@ -140,13 +140,13 @@ TEST(TomlReader, EveryProblemHasItsPlace) {
       "txet = 1\ncolour = 1\n");
   EXPECT_THAT(
       sample.problems,
-      ElementsAre("f:1:8: text wants a text in quotes, not 1",
-                  "f:2:9: plain wants a number, a text, true or false, not an array",
-                  "f:3:10: number wants a number from 1 to 9, not 10",
-                  "f:4:12: duration wants a duration such as \"5s\", not \"0s\"",
-                  "f:5:9: list wants texts in quotes, not 1",
-                  "f:6:8: item wants [[item]] above the keys of each, not 1",
-                  "f:7:9: named wants [named.NAME] above the keys of each, not 2",
+      ElementsAre("f:1:8: text must be a text in quotes, not 1",
+                  "f:2:9: plain must be a number, a text, true or false, not an array",
+                  "f:3:10: number must be a number from 1 to 9, not 10",
+                  "f:4:12: duration must be a duration such as \"5s\", not \"0s\"",
+                  "f:5:9: list must contain texts in quotes, not 1",
+                  "f:6:8: item must be [[item]] above the keys of each, not 1",
+                  "f:7:9: named must be [named.NAME] above the keys of each, not 2",
                   "f:8:1: unknown key of a sample \"txet\"; did you mean text?",
                   "f:9:1: unknown key of a sample \"colour\"; there are text, plain, number, real, "
                   "duration, list, item, named"));

@@ -72,9 +72,9 @@ inline Result<void> MailboxCore::claim(const Envelope& envelope, std::size_t bod
   const std::uint8_t order = envelope.body_order & flag::kBodyLittleEndian;
   const std::uint8_t stream = envelope.stream ? flag::kStream : 0;
   const std::uint8_t trace = envelope.trace ? flag::kTrace : 0;
-  const std::uint8_t tell = envelope.tell_if_gone ? flag::kTellIfGone : 0;
-  const std::uint8_t why = envelope.tell_why ? flag::kTellWhy : 0;
-  draft.header = {.flags = static_cast<std::uint8_t>(order | stream | trace | tell | why),
+  const std::uint8_t report_gone = envelope.report_if_gone ? flag::kReportIfGone : 0;
+  const std::uint8_t reason = envelope.report_reason ? flag::kReportReason : 0;
+  draft.header = {.flags = static_cast<std::uint8_t>(order | stream | trace | report_gone | reason),
                   .type = envelope.type,
                   .priority = envelope.priority.value_or(priority_),
                   .seq_nr = envelope.seq_nr,

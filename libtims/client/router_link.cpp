@@ -43,12 +43,12 @@ bool readable_before_stop(int socket, int stop) {
 
 }  // namespace
 
-Result<void> Greeting::tell(const wire::Record& record, std::span<const int> files) const {
+Result<void> Greeting::send(const wire::Record& record, std::span<const int> files) const {
   return send_packet(socket_, 0, record, files, true);
 }
 
 Result<Answer> Greeting::ask(const wire::Record& record, std::span<const int> files) {
-  if (auto sent = tell(record, files); !sent) return sent.error();
+  if (auto sent = send(record, files); !sent) return sent.error();
   std::vector<std::byte> buffer(wire::kRecordBytesMax);
   if (!readable_before_stop(socket_, stop_))
     return Error(Errc::kNoRouter, "the router did not answer");
@@ -123,7 +123,7 @@ wire::Welcome RouterLink::welcome() const {
 
 void RouterLink::run() {
   Duration wait = kRetryFirst;
-  bool said = false;
+  bool is_reported = false;
   for (;;) {
     if (const auto connected = connect()) {
       serve();
@@ -133,13 +133,13 @@ void RouterLink::run() {
       listener_.event(SessionEvent::Kind::kLost, "lost the router at " + where_ + ", trying again");
       // If a router closes every connection immediately, wait longer before each reconnect.
       if (os::now() - connected_at() > kRetryLast) wait = kRetryFirst;
-      said = true;  // the event kLost replaces the message
-    } else if (!said) {
+      is_reported = true;  // the event kLost replaces the message
+    } else if (!is_reported) {
       const bool silent =
           connected.error() == Errc::kNoRouter || connected.error() == Errc::kSystem;
       const std::string why = silent ? "" : ": " + connected.error().message();
       listener_.event(SessionEvent::Kind::kWaiting, "waiting for a router at " + where_ + why);
-      said = true;
+      is_reported = true;
     }
     if (stopping_within(wait)) return;
     wait = std::min(2 * wait, kRetryLast);

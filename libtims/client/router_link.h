@@ -32,7 +32,7 @@ struct Answer {
 class Greeting {
  public:
   Greeting(int socket, int stop) : socket_(socket), stop_(stop) {}
-  Result<void> tell(const wire::Record& record, std::span<const int> files = {}) const;
+  Result<void> send(const wire::Record& record, std::span<const int> files = {}) const;
   Result<Answer> ask(const wire::Record& record, std::span<const int> files = {});
 
  private:

@@ -320,7 +320,7 @@ Result<void> SessionCore::register_again(client::Greeting& greeting, OwnSegment&
   for (std::vector<Batch> left = batches(segment); !left.empty();) {
     Batch& batch = left.back();
     // Each time, because a refusal may have made the router forget the memory.
-    if (auto offered = greeting.tell(wire::OfferSegment{segment.id}, {&memfd, 1}); !offered)
+    if (auto offered = greeting.send(wire::OfferSegment{segment.id}, {&memfd, 1}); !offered)
       return Error(Errc::kNoRouter, offered.error().message());
     auto answer = greeting.ask(batch.open, batch.files);
     if (!answer) return answer.error();

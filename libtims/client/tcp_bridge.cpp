@@ -104,7 +104,7 @@ bool TcpBridge::read_router() {
   const auto got = router_.read([this](const Header& header, std::span<const std::byte> body) {
     if (!wire::is_router_message(header)) return deliver(header, body);
     if (header.type == type::kOk || header.type == type::kError)
-      on_router_word(header.type == type::kOk);
+      on_router_reply(header.type == type::kOk);
   });
   return got || got.error() == Errc::kEmpty;
 }
@@ -138,7 +138,7 @@ void TcpBridge::on_record(std::uint32_t request, const wire::Record& record,
                       wire::Welcome{.writer = kTcpWriter,
                                     .router = Address(),
                                     .message_max = settings_.message_max,
-                                    .widths = {}},  // set in on_router_word()
+                                    .widths = {}},  // set in on_router_reply()
                       1});
     router_.protocol().put_command(router_command::kLogin, {});
     router_.protocol().put_command(router_command::kMailboxDeleteWithReply, kNobody);
@@ -247,7 +247,7 @@ void TcpBridge::grant_uplink(std::uint32_t request) {
 }
 
 // OK or ERROR, for the oldest pending request.
-void TcpBridge::on_router_word(bool good) {
+void TcpBridge::on_router_reply(bool good) {
   if (asked_.empty()) return;
   Asked& first = asked_.front();
   auto* opened = std::get_if<wire::Opened>(&first.answer);

@@ -67,7 +67,7 @@ class TcpBridge {
   bool remove_mailbox(Address address);
   void close(std::uint32_t request, const wire::Close& message);
   void grant_uplink(std::uint32_t request);
-  void on_router_word(bool good);
+  void on_router_reply(bool good);
   std::size_t settle(wire::Opened& opened);
   void answer(std::uint32_t request, const wire::Record& record, std::span<const int> files = {});
 

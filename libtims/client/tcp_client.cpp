@@ -151,8 +151,8 @@ Result<Message> TcpClient::receive(Time deadline) {
 
 Result<void> TcpClient::log_in(Time deadline) {
   protocol_.put_command(router_command::kLogin, {});
-  auto heard = is_confirmed(router_command::kMailboxDeleteWithReply, {}, deadline);
-  if (!heard) return heard.error();
+  auto confirmed = is_confirmed(router_command::kMailboxDeleteWithReply, {}, deadline);
+  if (!confirmed) return confirmed.error();
   return {};
 }
 
@@ -178,8 +178,8 @@ Result<bool> TcpClient::is_confirmed(std::int8_t command, Address mailbox, Time 
   received_.clear();
   for (;;) {
     auto message = receive(deadline);
-    const bool word = message && wire::is_router_message(message->header);
-    if (message && !word) {
+    const bool is_reply = message && wire::is_router_message(message->header);
+    if (message && !is_reply) {
       meanwhile.push_back(std::move(*message));
       continue;
     }

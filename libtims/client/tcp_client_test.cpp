@@ -41,7 +41,7 @@ class TcpClientTest : public testing::Test {
     ASSERT_EQ(::send(router_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL),
               static_cast<ssize_t>(bytes.size()));
   }
-  void router_says(std::string_view text) { router_sends(std::as_bytes(std::span(text))); }
+  void router_sends_text(std::string_view text) { router_sends(std::as_bytes(std::span(text))); }
   void router_sends(const Header& header, std::span<const std::byte> body = {}) {
     wire::TcpClientProtocol other(kReceivedMax);
     other.put(header, body);
@@ -78,7 +78,7 @@ TEST_F(TcpClientTest, WhatComesBeforeAnAnswerWaits) {
 }
 
 TEST_F(TcpClientTest, AServerOfWebPages) {
-  router_says("HTTP/1.1 400 Bad Request\r\n\r\n");
+  router_sends_text("HTTP/1.1 400 Bad Request\r\n\r\n");
   EXPECT_EQ(client_->receive(soon()).error().code(), Errc::kVersion);
   EXPECT_EQ(client_->receive(soon()).error().code(), Errc::kVersion) << "now as before";
 }

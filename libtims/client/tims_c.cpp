@@ -36,8 +36,8 @@ static_assert(TIMS_HEADER_SIZE == tims::kHeaderSize);
 static_assert(TIMS_BODY_LITTLE_ENDIAN == tims::flag::kBodyLittleEndian);
 static_assert(TIMS_STREAM == tims::flag::kStream);
 static_assert(TIMS_TRACE == tims::flag::kTrace);
-static_assert(TIMS_TELL_IF_GONE == tims::flag::kTellIfGone);
-static_assert(TIMS_TELL_WHY == tims::flag::kTellWhy);
+static_assert(TIMS_REPORT_IF_GONE == tims::flag::kReportIfGone);
+static_assert(TIMS_REPORT_REASON == tims::flag::kReportReason);
 static_assert(TIMS_EVENT_WAITING == static_cast<int>(Kind::kWaiting));
 static_assert(TIMS_EVENT_CONNECTED == static_cast<int>(Kind::kConnected));
 static_assert(TIMS_EVENT_LOST == static_cast<int>(Kind::kLost));
@@ -88,8 +88,8 @@ tims::Envelope envelope_of(const tims_header& h) {
           .seq_nr = h.seq_nr,
           .stream = (h.flags & TIMS_STREAM) != 0,
           .trace = (h.flags & TIMS_TRACE) != 0,
-          .tell_if_gone = (h.flags & TIMS_TELL_IF_GONE) != 0,
-          .tell_why = (h.flags & TIMS_TELL_WHY) != 0,
+          .report_if_gone = (h.flags & TIMS_REPORT_IF_GONE) != 0,
+          .report_reason = (h.flags & TIMS_REPORT_REASON) != 0,
           .body_order = static_cast<std::uint8_t>(h.flags & TIMS_BODY_LITTLE_ENDIAN)};
 }
 

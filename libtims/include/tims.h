@@ -149,10 +149,10 @@ typedef struct tims_loaned tims_loaned; /* a slot in a receiver's mailbox, to bu
 #define TIMS_BODY_LITTLE_ENDIAN 0x02 /* byte order of the body; not set: big endian */
 #define TIMS_STREAM 0x10             /* a sample: a newer one may replace it on a slow link */
 #define TIMS_TRACE 0x20              /* every router on the path reports to the sender */
-#define TIMS_TELL_IF_GONE                                                                    \
-  0x40                     /* answer NOT_AVAILABLE when dest does not exist, as for commands \
-                            */
-#define TIMS_TELL_WHY 0x80 /* a receiver that refuses the command adds the reason to ERROR */
+#define TIMS_REPORT_IF_GONE                                                                       \
+  0x40                          /* answer NOT_AVAILABLE when dest does not exist, as for commands \
+                                 */
+#define TIMS_REPORT_REASON 0x80 /* a receiver that refuses the command adds the reason to ERROR */
 
 /* In native byte order. */
 struct tims_header {

@@ -31,8 +31,8 @@ std::vector<std::string> environment_with(const std::vector<std::string>& added)
   for (char** entry = environ; *entry != nullptr; ++entry) {
     const std::string_view line = *entry;
     const std::string_view name = line.substr(0, line.find('=') + 1);
-    const auto is_said = [&](const std::string& other) { return other.starts_with(name); };
-    if (std::ranges::none_of(added, is_said)) all.emplace_back(line);
+    const auto is_overridden = [&](const std::string& other) { return other.starts_with(name); };
+    if (std::ranges::none_of(added, is_overridden)) all.emplace_back(line);
   }
   return all;
 }
@@ -47,7 +47,7 @@ std::vector<char*> pointers(std::vector<std::string>& texts) {
 
 // Everything that needs memory; it is allocated before the fork.
 struct Prepared {
-  std::vector<std::string> words;
+  std::vector<std::string> command;
   std::vector<std::string> environment;
   std::string folder;
   File network;
@@ -57,12 +57,12 @@ struct Prepared {
 
 Result<Prepared> prepare(const Launch& launch) {
   if (launch.command.empty()) return Error(Errc::kInvalidArgument, "no command");
-  Prepared program{.words = launch.command,
+  Prepared program{.command = launch.command,
                    .environment = environment_with(launch.environment),
                    .folder = launch.folder,
                    .network = {}};
-  program.words.front() = find_program(program.words.front());
-  program.argv = pointers(program.words);
+  program.command.front() = find_program(program.command.front());
+  program.argv = pointers(program.command);
   program.env = pointers(program.environment);
   if (launch.network.empty()) return program;
   program.network = File(::open(namespace_path(launch.network).c_str(), O_RDONLY | O_CLOEXEC));
@@ -73,7 +73,7 @@ Result<Prepared> prepare(const Launch& launch) {
 Error cannot_execute(const Prepared& program, int error) {
   errno = error;
   return {Errc::kInvalidArgument,
-          "cannot run " + program.words.front() + ": " + std::generic_category().message(error)};
+          "cannot run " + program.command.front() + ": " + std::generic_category().message(error)};
 }
 
 // Descriptors that become stdin, stdout and stderr; -1: unchanged.

@@ -179,7 +179,7 @@ TEST_F(MailboxTest, FewPlacesForLongBodies) {
   }
 }
 
-TEST_F(MailboxTest, PlacesOfWhoGivesUpOrDiesComeBack) {
+TEST_F(MailboxTest, PlacesOfSendersThatGiveUpOrDieComeBack) {
   make(4, 10'000, 1);
   Sender sender(view_, 5);
   Claim claim;
@@ -287,7 +287,7 @@ TEST_F(MailboxTest, CleanThrowsAwayWhatWaits) {
   receiver_->release(held->hint);
 }
 
-TEST_F(MailboxTest, ArmedOwnerHearsOfTheNextMessage) {
+TEST_F(MailboxTest, ArmedOwnerIsWokenByTheNextMessage) {
   make(4);
   Sender sender(view_, 1);
   EXPECT_EQ(sender.sleeper(), 0U);

@@ -43,8 +43,8 @@ struct SlotWord {
             static_cast<std::uint32_t>(w >> 16) & kMask24, static_cast<std::uint32_t>(w >> 40)};
   }
 
-  [[nodiscard]] constexpr SlotWord claimed_by(std::uint32_t who, std::uint8_t prio) const {
-    return {SlotState::kWriting, prio, who & kMask24, (generation + 1) & kMask24};
+  [[nodiscard]] constexpr SlotWord claimed_by(std::uint32_t owner, std::uint8_t prio) const {
+    return {SlotState::kWriting, prio, owner & kMask24, (generation + 1) & kMask24};
   }
   [[nodiscard]] constexpr SlotWord committed() const {
     return {SlotState::kReadable, priority, 0, generation};

@@ -46,7 +46,7 @@ TEST(Header, DecodesAllFourOrderCombinations) {
   EXPECT_EQ(sample(3).body_order(), std::endian::little);
 }
 
-TEST(Header, EncodeChoosesTheOrderOfTheWordsAndKeepsAllOtherFlags) {
+TEST(Header, EncodeChoosesTheByteOrderAndKeepsAllOtherFlags) {
   for (int flags = 0; flags < 256; ++flags) {
     const Header header = sample(static_cast<std::uint8_t>(flags));
     Bytes bytes{};
@@ -57,7 +57,7 @@ TEST(Header, EncodeChoosesTheOrderOfTheWordsAndKeepsAllOtherFlags) {
   }
 }
 
-TEST(Header, EncodesInTheMachinesOrderUnlessToldOtherwise) {
+TEST(Header, EncodesInTheMachinesOrderByDefault) {
   Bytes bytes{};
   encode_header(sample(0), bytes);
   EXPECT_EQ(decode_header(bytes).flags, flag::kNativeOrder & flag::kHeaderLittleEndian);

@@ -6,13 +6,13 @@
 namespace tims {
 namespace {
 
-struct Words {
+struct Description {
   Errc code;
   std::string_view name;
   std::string_view sentence;
 };
 
-constexpr Words kWords[] = {
+constexpr Description kDescriptions[] = {
     {Errc::kEmpty, "empty", "no message is waiting"},
     {Errc::kTimeout, "timeout", "the time given has passed"},
     {Errc::kClosed, "closed", "the mailbox or session was closed"},
@@ -35,26 +35,26 @@ constexpr Words kWords[] = {
 };
 
 constexpr bool table_is_in_order() {
-  for (std::size_t i = 0; i < std::size(kWords); ++i) {
-    if (static_cast<std::size_t>(kWords[i].code) != i) return false;
+  for (std::size_t i = 0; i < std::size(kDescriptions); ++i) {
+    if (static_cast<std::size_t>(kDescriptions[i].code) != i) return false;
   }
   return true;
 }
 static_assert(table_is_in_order());
-static_assert(std::size(kWords) == static_cast<std::size_t>(Errc::kDiskFull) + 1);
+static_assert(std::size(kDescriptions) == static_cast<std::size_t>(Errc::kDiskFull) + 1);
 
 // The code may be out of range when it comes from the C API or a damaged file.
-const Words& words(Errc code) {
-  static constexpr Words kUnknown = {Errc::kSystem, "unknown", "unknown error code"};
+const Description& description(Errc code) {
+  static constexpr Description kUnknown = {Errc::kSystem, "unknown", "unknown error code"};
   const auto i = static_cast<std::size_t>(code);
-  return i < std::size(kWords) ? kWords[i] : kUnknown;
+  return i < std::size(kDescriptions) ? kDescriptions[i] : kUnknown;
 }
 
 }  // namespace
 
-std::string_view name(Errc code) { return words(code).name; }
+std::string_view name(Errc code) { return description(code).name; }
 
-std::string_view sentence(Errc code) { return words(code).sentence; }
+std::string_view sentence(Errc code) { return description(code).sentence; }
 
 std::string Error::message() const {
   std::string text(sentence(code_));

@@ -227,7 +227,7 @@ Bytes router_message(std::int8_t type, std::uint8_t seq_nr, const Bytes& body = 
   return join({bytes, body});
 }
 
-TEST(TcpClientProtocol, WhatIsSaidInTheOrderAskedFor) {
+TEST(TcpClientProtocol, PutsMessagesInTheRequestedByteOrder) {
   TcpClientProtocol client(kMax);
   client.put_command(router_command::kMailboxInitWithReply, Address(0x00140001));
   EXPECT_EQ(unsent(client),

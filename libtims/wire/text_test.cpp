@@ -14,7 +14,7 @@ TEST(Text, HoldsALiteral) {
   EXPECT_EQ(text.bytes().back(), '\0');
 }
 
-TEST(Text, SaysWhenOnlyTheBeginningFitted) {
+TEST(Text, ReportsThatOnlyTheBeginningFitted) {
   Text<8> text;
   EXPECT_TRUE(text.assign("1234567"));
   EXPECT_FALSE(text.assign("12345678"));

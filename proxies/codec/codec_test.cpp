@@ -24,7 +24,7 @@ struct Scan {
   TimeStamp recordingTime = 0;
   i64 utc = 0;  // not aligned on the wire
   Text<4> tag = {};
-  tims::Address who = {};
+  tims::Address address = {};
   Count pointNum = {};
   i16 between = 0;
   Sequence<Point, 3> points = {};
@@ -88,7 +88,7 @@ Scan scan() {
   return {.recordingTime = 0x01020304,
           .utc = 0x0506070809,
           .tag = "abc",
-          .who = tims::Address(0x00110203),
+          .address = tims::Address(0x00110203),
           .between = 0x0708,
           .points = {{1, 2, 3}, {-1, -2, -3}}};
 }
@@ -114,7 +114,7 @@ TEST(Codec, ReadsBackBothOrders) {
     EXPECT_EQ(again->recordingTime, TimeStamp(0x01020304));
     EXPECT_EQ(again->utc, 0x0506070809);
     EXPECT_EQ(again->tag, "abc");
-    EXPECT_EQ(again->who.raw(), 0x00110203U);
+    EXPECT_EQ(again->address.raw(), 0x00110203U);
     EXPECT_EQ(again->between, 0x0708);
     ASSERT_EQ(again->points.size(), 2U);
     EXPECT_EQ(again->points[1].z, -3);

@@ -203,16 +203,16 @@ void append_text(std::string& out, const std::string& prefix, const Schema& sche
 
 void append_numbers(std::string& out, const Schema& schema, const Values& values);
 
-void append_word(std::string& out, std::string_view word) {
+void append_item(std::string& out, std::string_view item) {
   if (!out.empty()) out += ' ';
-  out += word;
+  out += item;
 }
 
 void append_numbers_one(std::string& out, const SchemaField& field, const MessageValue& value) {
   if (field.type == FieldType::kStruct) return append_numbers(out, *field.inner, value.list());
-  std::string word;
+  std::string item;
   if (field.type == FieldType::kText) {
-    append_quoted(word, value.text());
+    append_quoted(item, value.text());
   } else if (field.type == FieldType::kF32 || field.type == FieldType::kF64) {
     const bool is_double = field.type == FieldType::kF64;  // places on Earth
     std::array<char, 400> digits;
@@ -220,22 +220,22 @@ void append_numbers_one(std::string& out, const SchemaField& field, const Messag
         std::to_chars(digits.data(), digits.data() + digits.size(), value.number<f64>(),
                       std::chars_format::fixed, is_double ? 16 : 6)
             .ptr;
-    word.assign(digits.data(), end);
+    item.assign(digits.data(), end);
   } else {
-    append_number(word, value);
+    append_number(item, value);
   }
-  append_word(out, word);
+  append_item(out, item);
 }
 
 void append_numbers(std::string& out, const Schema& schema, const Values& values) {
   for (std::size_t i = 0; i < schema.fields.size(); ++i) {
     const SchemaField& field = schema.fields[i];
     if (field.type == FieldType::kCount) {
-      append_word(out, std::to_string(counted(schema, values, i)));
+      append_item(out, std::to_string(counted(schema, values, i)));
     } else if (field.is_blob()) {
-      std::string word;
-      append_blob(word, field, values[i], {});
-      append_word(out, word);
+      std::string item;
+      append_blob(item, field, values[i], {});
+      append_item(out, item);
     } else if (field.repeat == Repeat::kNot) {
       append_numbers_one(out, field, values[i]);
     } else {

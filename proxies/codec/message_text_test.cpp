@@ -18,7 +18,7 @@ using test::to_text;
 Sample sample() {
   return {.recordingTime = 7,
           .pos = {.x = -5, .rho = 0.1F},
-          .who = tims::Address(0x00180100),
+          .sender = tims::Address(0x00180100),
           .name = "a\"b",
           .pair = {1.5, std::numeric_limits<f64>::quiet_NaN()},
           .levels = {3, -4},
@@ -30,7 +30,7 @@ Sample sample() {
 TEST(Print, Json) {
   EXPECT_EQ(
       to_json(sample()),
-      R"~({"recordingTime":7,"pos":{"x":-5,"rho":0.1},"who":"Pilot(0/1)","name":"a\"b",)~"
+      R"~({"recordingTime":7,"pos":{"x":-5,"rho":0.1},"sender":"Pilot(0/1)","name":"a\"b",)~"
       R"~("pair":[1.5,null],"levels":[3,-4],"imageSize":2,"pointNum":2,"points":[{"x":1,"rho":2},{"x":3,"rho":4}],)~"
       R"~("image":"0aff"})~");
 }
@@ -47,7 +47,7 @@ TEST(Print, TextWithUnits) {
             "recordingTime: 7 ms\n"
             "pos.x: -5 mm\n"
             "pos.rho: 0.1 rad\n"
-            "who: Pilot(0/1)\n"
+            "sender: Pilot(0/1)\n"
             "name: \"a\\\"b\"\n"
             "pair: 1.5 nan\n"
             "levels: 3 -4\n"
@@ -67,7 +67,7 @@ TEST(Print, TextSaysWhatItLeavesOut) {
 
 TEST(Print, OneLine) {
   EXPECT_EQ(to_text(sample(), {.elements_max = 1, .one_line = true}),
-            "recordingTime 7 ms, pos.x -5 mm, pos.rho 0.1 rad, who Pilot(0/1), name \"a\\\"b\", "
+            "recordingTime 7 ms, pos.x -5 mm, pos.rho 0.1 rad, sender Pilot(0/1), name \"a\\\"b\", "
             "pair 1.5 nan, levels 3 -4, imageSize 2, pointNum 2, points[0] (x 1 mm, rho 2 rad), "
             "points 1 more, "
             "image \"0a\"");
@@ -85,25 +85,25 @@ TEST(Print, InSiUnits) {
 TEST(Print, WhatIsNoNumberIsCalledByItsName) {
   Sample s = sample();
   s.pos.rho = std::numeric_limits<f32>::infinity();
-  s.who = kNobody;
+  s.sender = kNobody;
   const std::string text = to_text(s);
-  EXPECT_NE(text.find("pos.rho: inf rad\nwho: none\n"), std::string::npos) << text;
+  EXPECT_NE(text.find("pos.rho: inf rad\nsender: none\n"), std::string::npos) << text;
   const std::string json = to_json(s);
-  EXPECT_NE(json.find(R"("rho":null},"who":null,)"), std::string::npos) << json;
+  EXPECT_NE(json.find(R"("rho":null},"sender":null,)"), std::string::npos) << json;
 }
 
 TEST(Print, AddressesAreDividedAsTheFleetDoes) {
   constexpr tims::AddressWidths kWidths{6, 8, 10, 8};
   Sample s = sample();
-  s.who = tims::Address::of({.system = 3, .class_id = 0x14, .instance = 500}, kWidths);
-  EXPECT_NE(to_text(s, {.widths = kWidths}).find("who: Ladar(3/500)\n"), std::string::npos);
+  s.sender = tims::Address::of({.system = 3, .class_id = 0x14, .instance = 500}, kWidths);
+  EXPECT_NE(to_text(s, {.widths = kWidths}).find("sender: Ladar(3/500)\n"), std::string::npos);
 }
 
 TEST(Print, Columns) {
   const std::vector<Column> expected = {{"recordingTime", "ms", "s", "u32"},
                                         {"pos.x", "mm", "m", "i32"},
                                         {"pos.rho", "rad", "rad", "f32"},
-                                        {"who", "", "", "address"},
+                                        {"sender", "", "", "address"},
                                         {"name", "", "", "text"},
                                         {"pair[0]", "", "", "f64"},
                                         {"pair[1]", "", "", "f64"},
@@ -189,10 +189,10 @@ TEST(Parse, TextsAddressesBytes) {
   Sample order;
   EXPECT_EQ(set(order, "name", "1234567"), "");
   EXPECT_EQ(order.name, "1234567");
-  EXPECT_EQ(set(order, "who", "Pilot(0/1)"), "");
-  EXPECT_EQ(order.who, tims::Address(0x00180100));
-  EXPECT_EQ(set(order, "who", "none"), "");
-  EXPECT_EQ(order.who, kNobody);
+  EXPECT_EQ(set(order, "sender", "Pilot(0/1)"), "");
+  EXPECT_EQ(order.sender, tims::Address(0x00180100));
+  EXPECT_EQ(set(order, "sender", "none"), "");
+  EXPECT_EQ(order.sender, kNobody);
   EXPECT_EQ(set(order, "image", "0aff"), "");
   EXPECT_EQ(order.image.size(), 2U);
   EXPECT_EQ(order.image[1], std::byte{255});
@@ -235,7 +235,7 @@ TEST(Parse, RefusesWhatIsNotMeantAndLeavesTheMessageAlone) {
   EXPECT_NE(set(order, "pointNum", "1"), "");
   EXPECT_NE(set(order, "points[0].z", "1"), "");
   EXPECT_NE(set(order, "name", "12345678"), "") << "7 fit";
-  EXPECT_NE(set(order, "who", "somebody"), "");
+  EXPECT_NE(set(order, "sender", "somebody"), "");
   EXPECT_NE(set(order, "image", "0"), "");
   EXPECT_NE(set(order, "image", "0102030405"), "") << "4 fit";
   EXPECT_NE(set(order, "", "1"), "");

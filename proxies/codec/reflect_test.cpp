@@ -48,7 +48,7 @@ TEST(Reflect, NamesTypes) {
   EXPECT_EQ(reflect::kTypeName<Inner>, "Inner");
 }
 
-TEST(Reflect, VisitsInOrderUntilTold) {
+TEST(Reflect, VisitsInOrderUntilFalse) {
   const Sample sample;
   std::vector<std::size_t> seen;
   EXPECT_FALSE(reflect::all_fields(sample, [&](const auto&, auto index) {

@@ -23,7 +23,7 @@ struct Pose {
 struct Sample {
   TimeStamp recordingTime = 0;
   Pose pos = {};
-  tims::Address who = {};
+  tims::Address sender = {};
   Text<8> name = {};
   std::array<f64, 2> pair = {};
   std::array<i8, 2> levels = {};

@@ -27,7 +27,7 @@ TEST(Schema, ReadsAndWritesWhatTheCodecDoes) {
   }
 }
 
-TEST(Schema, RefusesWhatTheCodecDoesInTheSameWords) {
+TEST(Schema, RefusesWithTheSameReasonAsTheCodec) {
   std::vector<std::byte> body = test::body_of({.points = {{.x = 2}}});
   const auto agree = [&] {
     const auto read = read_value(kSchema<Sample>, body, std::endian::native);

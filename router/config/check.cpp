@@ -186,12 +186,12 @@ class Checker {
     if (!config_.fleet.name.empty()) check_dds("fleet.name", "fleet.name");
     for (const std::string& peer : list_of(config_.dds.peers))
       if (!is_place(peer))
-        fail("dds.peers", fmt::format("dds.peers wants numeric addresses such as \"10.9.1.1, "
+        fail("dds.peers", fmt::format("dds.peers must be numeric addresses such as \"10.9.1.1, "
                                       "10.9.1.2:7410\", not {}",
                                       in_quotes(peer)));
     const std::string& server = config_.dds.server;
     if (!server.empty() && !Endpoint::parse(server))
-      fail("dds.server", fmt::format("dds.server wants a numeric address and port such as "
+      fail("dds.server", fmt::format("dds.server must be a numeric address and port such as "
                                      "\"10.9.1.1:11811\", not {}",
                                      in_quotes(server)));
   }
@@ -251,7 +251,7 @@ class Checker {
     const bool read = written_.origins.contains(item + ".match");
     const bool widths_known = !written_.refused.contains("address.widths");
     if (read && widths_known && !AddressPattern::parse(route.match, config_.address.widths))
-      fail(item + ".match", fmt::format("route.match wants an address pattern such as "
+      fail(item + ".match", fmt::format("route.match must be an address pattern such as "
                                         "\"Ladar(3/*)\", \"*(2/*)\" or \"0x03140000\", not {}",
                                         in_quotes(route.match)));
     const auto first = std::ranges::find(config_.routes, route);

@@ -69,7 +69,7 @@ TEST(Check, OneSideConnects) {
           << link;
 }
 
-TEST(Check, DdsWantsAFleet) {
+TEST(Check, DdsNeedsAFleet) {
   const std::string automatic = "[[link]]\nkind = \"super\"\nto = \"auto\"\n";
   EXPECT_THAT(problems(automatic),
               ElementsAre("r.toml:5:6: link.to \"auto\" needs the name of the fleet: write name = "
@@ -117,10 +117,10 @@ TEST(Check, AnAddressIsOneOfUdp) {
 TEST(Check, WhereDdsLooksIsNumeric) {
   EXPECT_THAT(problems("", {"dds.peers=10.9.1.1, [::1]:7410,10.9.1.2:7410"}), testing::IsEmpty());
   EXPECT_THAT(problems("", {"dds.peers=10.9.1.1,base"}),
-              ElementsAre("--set 1: dds.peers wants numeric addresses such as \"10.9.1.1, "
+              ElementsAre("--set 1: dds.peers must be numeric addresses such as \"10.9.1.1, "
                           "10.9.1.2:7410\", not \"base\""));
   EXPECT_THAT(problems("", {"dds.server=10.9.1.1"}),
-              ElementsAre("--set 1: dds.server wants a numeric address and port such as "
+              ElementsAre("--set 1: dds.server must be a numeric address and port such as "
                           "\"10.9.1.1:11811\", not \"10.9.1.1\""));
 }
 
@@ -202,27 +202,28 @@ TEST(Check, RoutesAreWholeAndTheirPatternsReadable) {
                           "router to go through"));
   EXPECT_THAT(
       problems("[[route]]\nmatch = \"Lader(3/*)\"\nvia = \"robot2\"\n"),
-      ElementsAre("r.toml:4:9: route.match wants an address pattern such as \"Ladar(3/*)\", "
+      ElementsAre("r.toml:4:9: route.match must be an address pattern such as \"Ladar(3/*)\", "
                   "\"*(2/*)\" or \"0x03140000\", not \"Lader(3/*)\""));
   const std::string route = "[[route]]\nmatch = \"Ladar(99/*)\"\nvia = \"robot2\"\n";
   EXPECT_THAT(problems("[address]\nwidths = \"4/12/8/8\"\n" + route),
-              ElementsAre(StartsWith("r.toml:6:9: route.match wants an address pattern")));
+              ElementsAre(StartsWith("r.toml:6:9: route.match must be an address pattern")));
   EXPECT_THAT(
       problems(route + route),
       ElementsAre(StartsWith("r.toml:6:1: the same route is already configured at r.toml:3")));
 }
 
-TEST(Check, WhatFollowsFromAnotherMistakeIsNotTold) {
+TEST(Check, ConsequencesOfAnotherMistakeAreNotReported) {
   EXPECT_THAT(problems("[[link]]\nknd = \"super\"\nto = \"robot2\"\n"),
               ElementsAre("r.toml:4:1: unknown key link.knd; did you mean link.kind?"));
   EXPECT_THAT(problems("[[link]]\nkind = \"super\"\nto = \"no where\"\n"),
-              ElementsAre(StartsWith("r.toml:5:6: link.to wants a host and port such as")));
+              ElementsAre(StartsWith("r.toml:5:6: link.to must be a host and port such as")));
   EXPECT_THAT(problems("[[link]]\nkind = \"upper\"\nto = \"robot2\"\nsystem = 1\n"),
-              ElementsAre("r.toml:4:8: link.kind wants \"super\", \"peer\" or \"sub\", not "
+              ElementsAre("r.toml:4:8: link.kind must be \"super\", \"peer\" or \"sub\", not "
                           "\"upper\""));
-  EXPECT_THAT(problems("[router]\nrole = \"robot\"\n" + kSub),
-              ElementsAre("r.toml:4:8: router.role wants \"subsystem\", \"system\" or \"top\", not "
-                          "\"robot\""));
+  EXPECT_THAT(
+      problems("[router]\nrole = \"robot\"\n" + kSub),
+      ElementsAre("r.toml:4:8: router.role must be \"subsystem\", \"system\" or \"top\", not "
+                  "\"robot\""));
   EXPECT_THAT(problems("[address]\nwidths = \"4/12/8/9\"\n[[route]]\nmatch = "
                        "\"Ladar(99/*)\"\nvia = \"robot2\"\n"),
               ElementsAre(StartsWith("r.toml:4:10: address.widths \"4/12/8/9\" does not add up")));
@@ -230,7 +231,7 @@ TEST(Check, WhatFollowsFromAnotherMistakeIsNotTold) {
 
 TEST(Check, AnErrorBesideARefusedValueHasItsPlace) {
   EXPECT_THAT(problems("[[link]]\nkind = \"sub\"\nto = \"no where\"\n"),
-              ElementsAre(StartsWith("r.toml:5:6: link.to wants"),
+              ElementsAre(StartsWith("r.toml:5:6: link.to must be"),
                           StartsWith("r.toml:5:6: link.to does not fit kind = \"sub\"")));
 }
 

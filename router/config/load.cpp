@@ -20,8 +20,8 @@ namespace {
 using base::nearest;
 using base::TomlNode;
 
-Error wants(Kind kind, std::string_view instead) {
-  return {Errc::kInvalidArgument, fmt::format("wants {}, not {}", kind_example(kind), instead)};
+Error must_be(Kind kind, std::string_view instead) {
+  return {Errc::kInvalidArgument, fmt::format("must be {}, not {}", kind_example(kind), instead)};
 }
 
 Result<Value> in_range(const Spec& option, const Value& value) {
@@ -131,7 +131,7 @@ class Loader {
     const Origin at{.kind = Origin::Kind::kSet, .number = number};
     const std::size_t equals = setting.find('=');
     if (equals == std::string_view::npos)
-      return fail(at, fmt::format("wants key=value, not {}", in_quotes(setting)));
+      return fail(at, fmt::format("must be key=value, not {}", in_quotes(setting)));
     const std::string_view key = setting.substr(0, equals);
     const std::string_view text = setting.substr(equals + 1);
     const std::string_view table = key.substr(0, key.find_first_of(".["));
@@ -165,7 +165,7 @@ class Loader {
   }
 
   void fail_part(const List& list, std::size_t index, std::string_view part, const Origin& at) {
-    fail(at, fmt::format("{} wants key=value,key=value, such as --set {}, not {}", list.name,
+    fail(at, fmt::format("{} must be key=value,key=value, such as --set {}, not {}", list.name,
                          list.sample_setting, in_quotes(part)));
     refused_.insert_or_assign(item_key(list, index), at);
   }
@@ -195,21 +195,22 @@ class Loader {
     if (const auto* text = std::get_if<std::string>(&raw)) return typed_text(option, *text);
     if (const auto* flag = std::get_if<bool>(&raw))
       return option.kind == Kind::kFlag ? Result<Value>(*flag)
-                                        : wants(option.kind, *flag ? "true" : "false");
+                                        : must_be(option.kind, *flag ? "true" : "false");
     if (const auto* number = std::get_if<std::int64_t>(&raw)) {
       if (option.kind == Kind::kNumber) return in_range(option, *number);
       if (option.kind == Kind::kSize) return in_range(option, Bytes{*number});
       if (option.kind == Kind::kRate) return in_range(option, Rate{*number});
       if (option.kind == Kind::kSystem)
         return parse_value(option.kind, option.range, std::to_string(*number));
-      return wants(option.kind, std::to_string(*number));
+      return must_be(option.kind, std::to_string(*number));
     }
     if (const auto* texts = std::get_if<std::vector<std::string>>(&raw)) {
-      if (option.kind != Kind::kPaths) return wants(option.kind, "an array");
+      if (option.kind != Kind::kPaths) return must_be(option.kind, "an array");
       return parse_value(option.kind, option.range, fmt::format("{}", fmt::join(*texts, "+")));
     }
-    if (std::holds_alternative<double>(raw)) return wants(option.kind, "a number with a fraction");
-    return wants(option.kind, std::get<base::Foreign>(raw).what);
+    if (std::holds_alternative<double>(raw))
+      return must_be(option.kind, "a number with a fraction");
+    return must_be(option.kind, std::get<base::Foreign>(raw).what);
   }
 
   Result<Value> typed_text(const Spec& option, const std::string& text) const {
@@ -220,7 +221,7 @@ class Loader {
     const bool quotes_wrong = option.kind == Kind::kNumber || option.kind == Kind::kFlag ||
                               (option.kind == Kind::kSystem && text != "*");
     if (quotes_wrong && *replaced == text)
-      return wants(option.kind, fmt::format("the text {}", in_quotes(text)));
+      return must_be(option.kind, fmt::format("the text {}", in_quotes(text)));
     return parse_value(option.kind, option.range, *replaced);
   }
 

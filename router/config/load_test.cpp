@@ -141,7 +141,7 @@ const std::vector<Bad> kBad{
      {"r.toml:1:2: unknown table [flux]; known are router, address, unix, tcp, http, udp, "
       "fleet, dds, message, lifesign, limits, log, security, sim, link, route"}},
     {"[tcp.listen]\nport = 3\n",
-     {"r.toml:1:1: tcp.listen wants a numeric address and port such as \"127.0.0.1:2000\", "
+     {"r.toml:1:1: tcp.listen must be a numeric address and port such as \"127.0.0.1:2000\", "
       "\"0.0.0.0:2000\" (all interfaces) or \"[::1]:2000\", or \"off\", not a table"}},
     {"tcp = 5\n", {"r.toml:1:1: tcp is a table: write [tcp] once, above its keys"}},
     {"[[tcp]]\nqueue = 5\n", {"r.toml:1:1: tcp is a table: write [tcp] once, above its keys"}},
@@ -163,9 +163,9 @@ const std::vector<Bad> kBad{
       "r.toml:5:12: link.interval 11s is out of range (50ms to 10s)",
       "r.toml:6:11: link.reserve 91 is out of range (0 to 90)"}},
     {"[[link]]\nkind = \"sub\"\nsystem = \"1\"\n",
-     {R"(r.toml:3:10: link.system wants a system's number or "*" for any, not the text "1")"}},
+     {R"(r.toml:3:10: link.system must be a system's number or "*" for any, not the text "1")"}},
     {"[[link]]\nkind = \"sub\"\n[link.to]\nhost = 5\n",
-     {"r.toml:3:1: link.to wants a host and port such as \"10.9.1.1:2010\", \"robot1:2010\" or "
+     {"r.toml:3:1: link.to must be a host and port such as \"10.9.1.1:2010\", \"robot1:2010\" or "
       "\"[fd00::1]:2010\", not a table",
       "r.toml:3:1: link.to does not fit kind = \"sub\": the routers below connect, and this side "
       "accepts. Remove it, or write kind = \"super\""}},
@@ -175,23 +175,24 @@ const std::vector<Bad> kBad{
       "dds, message, "
       "lifesign, limits, log, security, sim, link, route"}},
     // Types.
-    {"[router]\nid = \"3\"\n", {"r.toml:2:6: router.id wants a whole number, not the text \"3\""}},
+    {"[router]\nid = \"3\"\n",
+     {"r.toml:2:6: router.id must be a whole number, not the text \"3\""}},
     {"[router]\nid = 3.0\n",
-     {"r.toml:2:6: router.id wants a whole number, not a number with a fraction"}},
-    {"[router]\nid = true\n", {"r.toml:2:6: router.id wants a whole number, not true"}},
-    {"[router]\nid = [1]\n", {"r.toml:2:6: router.id wants a whole number, not an array"}},
+     {"r.toml:2:6: router.id must be a whole number, not a number with a fraction"}},
+    {"[router]\nid = true\n", {"r.toml:2:6: router.id must be a whole number, not true"}},
+    {"[router]\nid = [1]\n", {"r.toml:2:6: router.id must be a whole number, not an array"}},
     {"[router]\nid = 1979-05-27\n",
-     {"r.toml:2:6: router.id wants a whole number, not a date or time"}},
-    {"[router]\nname = 3\n", {"r.toml:2:8: router.name wants a text such as \"robot1\", not 3"}},
-    {"[tcp]\ncompat_delete = 1\n", {"r.toml:2:17: tcp.compat_delete wants true or false, not 1"}},
+     {"r.toml:2:6: router.id must be a whole number, not a date or time"}},
+    {"[router]\nname = 3\n", {"r.toml:2:8: router.name must be a text such as \"robot1\", not 3"}},
+    {"[tcp]\ncompat_delete = 1\n", {"r.toml:2:17: tcp.compat_delete must be true or false, not 1"}},
     {"[tcp]\ncompat_delete = \"true\"\n",
-     {"r.toml:2:17: tcp.compat_delete wants true or false, not the text \"true\""}},
+     {"r.toml:2:17: tcp.compat_delete must be true or false, not the text \"true\""}},
     {"[lifesign]\ninterval = 5\n",
-     {"r.toml:2:12: lifesign.interval wants a duration with its unit such as \"250ms\" or "
+     {"r.toml:2:12: lifesign.interval must be a duration with its unit such as \"250ms\" or "
       "\"5s\", "
       "not 5"}},
     {"[log]\nlevel = \"loud\"\n",
-     {R"(r.toml:2:9: log.level wants "error", "warning", "info" or "debug", not "loud")"}},
+     {R"(r.toml:2:9: log.level must be "error", "warning", "info" or "debug", not "loud")"}},
     // Units and ranges.
     {"[lifesign]\ninterval = \"5 s\"\n",
      {"r.toml:2:12: lifesign.interval has the unknown unit \" s\" in \"5 s\"; known are ns, us, "
@@ -211,18 +212,18 @@ const std::vector<Bad> kBad{
     {"[[link]]\nkind = \"sub\"\npaths = [\"udp\", \"udp\"]\n",
      {"r.toml:3:9: link.paths has \"udp\" twice"}},
     {"[[link]]\nkind = \"sub\"\npaths = []\n",
-     {"r.toml:3:9: link.paths wants a list of paths such as [\"udp\", \"dds\"], not an array"}},
+     {"r.toml:3:9: link.paths must be a list of paths such as [\"udp\", \"dds\"], not an array"}},
     {"[tcp]\nlisten = [\"127.0.0.1:2000\"]\n",
-     {"r.toml:2:10: tcp.listen wants a numeric address and port such as \"127.0.0.1:2000\", "
+     {"r.toml:2:10: tcp.listen must be a numeric address and port such as \"127.0.0.1:2000\", "
       "\"0.0.0.0:2000\" (all interfaces) or \"[::1]:2000\", or \"off\", not an array"}},
     // Variables.
     {"[router]\nname = \"${NOBODY}\"\n",
      {"r.toml:2:8: router.name names the environment variable NOBODY, which is not set"}},
     {"[router]\nid = \"${HOSTNAME}\"\n",
-     {"r.toml:2:6: router.id wants a whole number, not \"robot1\""}},
+     {"r.toml:2:6: router.id must be a whole number, not \"robot1\""}},
 };
 
-TEST(Load, BadConfigurationsAreToldWithLineAndColumn) {
+TEST(Load, BadConfigurationsAreReportedWithLineAndColumn) {
   for (const Bad& bad : kBad)
     EXPECT_EQ(problems_of(load_text(std::string(bad.text))), bad.problems) << bad.text;
 }
@@ -231,7 +232,7 @@ TEST(Load, ProblemsComeInTheOrderOfTheText) {
   EXPECT_THAT(problems_of(load_text("z = 1\n[tcp]\nqueu = 2\nlisten = \"x\"\n[lok]\n")),
               testing::ElementsAre(testing::StartsWith("r.toml:1:1: unknown key z"),
                                    testing::StartsWith("r.toml:3:1: unknown key tcp.queu"),
-                                   testing::StartsWith("r.toml:4:10: tcp.listen wants"),
+                                   testing::StartsWith("r.toml:4:10: tcp.listen must be"),
                                    testing::StartsWith("r.toml:5:2: unknown table [lok]")));
   // Keys of one table may be scattered over a file.
   EXPECT_THAT(
@@ -276,7 +277,7 @@ TEST(Load, ATextThatIsNotTomlGivesNothingButItsProblem) {
   EXPECT_EQ(loaded.problems[0].at.line, 3U);
 }
 
-TEST(Load, WhatIsNotTomlIsToldWithLineAndColumn) {
+TEST(Load, InvalidTomlIsReportedWithLineAndColumn) {
   const auto first = [](std::string text) {
     const auto problems = problems_of(load_text(std::move(text)));
     return problems.empty() ? "none" : problems.front();
@@ -390,9 +391,9 @@ TEST(Load, AllProblemsOfAllSourcesAreReported) {
           "a.toml:2:6: router.id 300 is out of range (0 to 255)",
           "a.toml:3:1: unknown key router.sytem; did you mean router.system?",
           testing::StartsWith("b.toml:1:"),
-          "--set 1: log.level wants \"error\", \"warning\", \"info\" or \"debug\", not \"loud\"",
+          "--set 1: log.level must be \"error\", \"warning\", \"info\" or \"debug\", not \"loud\"",
           "--set 2: unknown key tcp.queu; did you mean tcp.queue?",
-          "--set 3: wants key=value, not \"nonsense\""));
+          "--set 3: must be key=value, not \"nonsense\""));
 }
 
 TEST(Load, ItemsOnTheCommandLineAreWhole) {
@@ -410,7 +411,7 @@ TEST(Load, ItemsOnTheCommandLineAreWhole) {
   EXPECT_THAT(setting_problems("link="),
               testing::ElementsAre(testing::StartsWith("--set 1: a link needs a")));
   EXPECT_THAT(setting_problems("link=sub"),
-              testing::ElementsAre("--set 1: link wants key=value,key=value, such as --set "
+              testing::ElementsAre("--set 1: link must be key=value,key=value, such as --set "
                                    "link='kind=super,to=10.9.1.1:2010', not \"sub\""));
   EXPECT_THAT(setting_problems("link=kind=sub,sytem=1"),
               testing::ElementsAre("--set 1: unknown key link.sytem; did you mean link.system?"));
@@ -526,7 +527,7 @@ TEST(Unknown, TablesAreThoseOfOptions) {
   EXPECT_FALSE(is_table("tcp.listen"));
 }
 
-TEST(Unknown, KeysAreToldTheNearestOrTheSameNameElsewhere) {
+TEST(Unknown, TheNearestKeyOrTheSameNameElsewhereIsSuggested) {
   EXPECT_EQ(unknown_key("tcp.listn"), "unknown key tcp.listn; did you mean tcp.listen?");
   EXPECT_EQ(unknown_key("links"), "unknown key links; did you mean link?");
   EXPECT_EQ(unknown_key("router.faults"), "unknown key router.faults; did you mean sim.faults?");
@@ -672,7 +673,7 @@ TEST(Reload, TheOrderOfLinksIsAChange) {
   EXPECT_EQ(reloaded(with({one, two}), with({two, one})), with({two, one}));
 }
 
-TEST(Reload, EveryChangeOfALinkIsTold) {
+TEST(Reload, EveryChangeOfALinkIsReported) {
   const Config before = with({"link=kind=super,to=127.0.0.1"});
   for (const char* key :
        {"name=a", "mailboxes=9", "interval=1s", "rate=1MB", "reserve=0", "lifetime=1s"}) {

@@ -26,7 +26,7 @@ constexpr auto kRoles = core::names(core::kRoles);
 constexpr auto kLinkKinds = core::names(core::kLinkKinds);
 constexpr auto kPaths = core::names(core::kPathKinds);
 
-std::span<const std::string_view> words_of(Kind kind) {
+std::span<const std::string_view> names_of(Kind kind) {
   if (kind == Kind::kLogLevel) return kLogLevels;
   if (kind == Kind::kRole) return kRoles;
   if (kind == Kind::kLinkKind) return kLinkKinds;
@@ -36,7 +36,7 @@ std::span<const std::string_view> words_of(Kind kind) {
 Error bad(std::string detail) { return {Errc::kInvalidArgument, std::move(detail)}; }
 
 Error unreadable(Kind kind, std::string_view text) {
-  return bad(fmt::format("wants {}, not {}", kind_example(kind), in_quotes(text)));
+  return bad(fmt::format("must be {}, not {}", kind_example(kind), in_quotes(text)));
 }
 
 std::string unit_list(std::span<const Unit> units) {
@@ -52,12 +52,12 @@ Result<Value> parse_number(Kind kind, std::string_view text) {
   return Value(*number);
 }
 
-template <typename Word>
-Result<Value> parse_word(Kind kind, std::string_view text) {
-  const auto words = words_of(kind);
-  const auto found = std::ranges::find(words, text);
-  if (found == words.end()) return unreadable(kind, text);
-  return Value(static_cast<Word>(found - words.begin()));
+template <typename Enum>
+Result<Value> parse_name(Kind kind, std::string_view text) {
+  const auto names = names_of(kind);
+  const auto found = std::ranges::find(names, text);
+  if (found == names.end()) return unreadable(kind, text);
+  return Value(static_cast<Enum>(found - names.begin()));
 }
 
 // A number with its unit, converted to T from its count.
@@ -164,11 +164,11 @@ Result<Value> parse_any(Kind kind, std::string_view text) {
       if (text == "off") return Value(std::optional<Endpoint>());
       return parsed(kind, text, Endpoint::parse(text));
     case Kind::kLogLevel:
-      return parse_word<LogLevel>(kind, text);
+      return parse_name<LogLevel>(kind, text);
     case Kind::kRole:
-      return parse_word<Role>(kind, text);
+      return parse_name<Role>(kind, text);
     case Kind::kLinkKind:
-      return parse_word<LinkKind>(kind, text);
+      return parse_name<LinkKind>(kind, text);
     case Kind::kDestination:
       return parsed(kind, text, Destination::parse(text));
     case Kind::kSystem:
@@ -236,9 +236,9 @@ struct ToToml {
     return in_quotes(endpoint ? endpoint->to_string() : "off");
   }
   std::string operator()(const Destination& to) const { return in_quotes(to.to_string()); }
-  std::string operator()(LogLevel level) const { return word(Kind::kLogLevel, level); }
-  std::string operator()(Role role) const { return word(Kind::kRole, role); }
-  std::string operator()(LinkKind kind) const { return word(Kind::kLinkKind, kind); }
+  std::string operator()(LogLevel level) const { return name(Kind::kLogLevel, level); }
+  std::string operator()(Role role) const { return name(Kind::kRole, role); }
+  std::string operator()(LinkKind kind) const { return name(Kind::kLinkKind, kind); }
   std::string operator()(std::optional<std::uint8_t> system) const {
     return system ? std::to_string(*system) : in_quotes("*");
   }
@@ -256,9 +256,9 @@ struct ToToml {
     return "[" + list + "]";
   }
 
-  template <typename Word>
-  static std::string word(Kind kind, Word value) {
-    return in_quotes(words_of(kind)[static_cast<std::size_t>(value)]);
+  template <typename Enum>
+  static std::string name(Kind kind, Enum value) {
+    return in_quotes(names_of(kind)[static_cast<std::size_t>(value)]);
   }
 };
 
@@ -326,8 +326,8 @@ std::string_view kind_example(Kind kind) {
 }
 
 std::string range_text(Kind kind, Range range) {
-  if (const auto words = words_of(kind); !words.empty())
-    return fmt::format("{}", fmt::join(words, ", "));
+  if (const auto names = names_of(kind); !names.empty())
+    return fmt::format("{}", fmt::join(names, ", "));
   switch (kind) {
     case Kind::kText:
     case Kind::kNumber:

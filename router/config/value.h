@@ -57,7 +57,7 @@ struct Range {
 };
 
 // Parses the text of a value, without quotes. The error's detail continues a sentence that begins
-// with the key: "wants a size such as \"4MiB\", not \"4 apples\"".
+// with the key: "must be a size such as \"4MiB\", not \"4 apples\"".
 Result<Value> parse_value(Kind kind, Range range, std::string_view text);
 
 // The second half of parse_value, for values that are already typed.

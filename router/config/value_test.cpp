@@ -59,15 +59,15 @@ TEST(Value, UnknownUnitsAreNamed) {
   EXPECT_EQ(read(Kind::kDuration, "1.5s"),
             R"(has the unknown unit ".5s" in "1.5s"; known are ns, us, ms, s, min, h)");
   EXPECT_EQ(read(Kind::kDuration, "5"),
-            R"(wants a duration with its unit such as "250ms" or "5s", not "5")");
+            R"(must be a duration with its unit such as "250ms" or "5s", not "5")");
 }
 
 TEST(Value, WhatIsNoNumberIsRefused) {
   EXPECT_EQ(read(Kind::kSize, "much"),
-            R"(wants a size such as "4MiB" or 262144 (bytes), not "much")");
-  EXPECT_EQ(read(Kind::kSize, ""), R"(wants a size such as "4MiB" or 262144 (bytes), not "")");
-  EXPECT_EQ(read(Kind::kNumber, "3x"), R"(wants a whole number, not "3x")");
-  EXPECT_EQ(read(Kind::kNumber, " 3"), R"(wants a whole number, not " 3")");
+            R"(must be a size such as "4MiB" or 262144 (bytes), not "much")");
+  EXPECT_EQ(read(Kind::kSize, ""), R"(must be a size such as "4MiB" or 262144 (bytes), not "")");
+  EXPECT_EQ(read(Kind::kNumber, "3x"), R"(must be a whole number, not "3x")");
+  EXPECT_EQ(read(Kind::kNumber, " 3"), R"(must be a whole number, not " 3")");
 }
 
 TEST(Value, NumbersBeyond64BitsAreRefused) {
@@ -91,14 +91,14 @@ TEST(Value, BothEndsOfARangeAreInIt) {
   EXPECT_EQ(read(Kind::kText, "", {1, 3}), R"("" is out of range (1 to 3 bytes long))");
 }
 
-TEST(Value, FlagsAndLevelsAreWords) {
+TEST(Value, FlagsAndLevelsAreNames) {
   EXPECT_EQ(read(Kind::kFlag, "true"), "true");
   EXPECT_EQ(read(Kind::kFlag, "false"), "false");
-  EXPECT_EQ(read(Kind::kFlag, "yes"), R"(wants true or false, not "yes")");
+  EXPECT_EQ(read(Kind::kFlag, "yes"), R"(must be true or false, not "yes")");
   for (const std::string level : {"error", "warning", "info", "debug"})
     EXPECT_EQ(read(Kind::kLogLevel, level), in_quotes(level));
   EXPECT_EQ(read(Kind::kLogLevel, "warn"),
-            R"(wants "error", "warning", "info" or "debug", not "warn")");
+            R"(must be "error", "warning", "info" or "debug", not "warn")");
 }
 
 TEST(Value, EndpointsMayBeOff) {
@@ -124,7 +124,7 @@ TEST(Value, RatesAreSizesASecondOrNone) {
   EXPECT_EQ(read(Kind::kRate, "9999", kRates), "9999B is out of range (10kB to 100GB, or 0)");
   EXPECT_EQ(read(Kind::kRate, "-1", kRates), "-1B is out of range (10kB to 100GB, or 0)");
   EXPECT_EQ(read(Kind::kRate, "fast", kRates),
-            R"(wants a rate such as "6MB" (bytes per second) or 0 for no limit, not "fast")");
+            R"(must be a rate such as "6MB" (bytes per second) or 0 for no limit, not "fast")");
 }
 
 TEST(Value, SystemsAreNumbersOrAny) {
@@ -132,7 +132,7 @@ TEST(Value, SystemsAreNumbersOrAny) {
   EXPECT_EQ(read(Kind::kSystem, "255"), "255");
   EXPECT_EQ(read(Kind::kSystem, "*"), R"("*")");
   EXPECT_EQ(read(Kind::kSystem, "256"), "256 is out of range (0 to 255)");
-  EXPECT_EQ(read(Kind::kSystem, "any"), R"(wants a system's number or "*" for any, not "any")");
+  EXPECT_EQ(read(Kind::kSystem, "any"), R"(must be a system's number or "*" for any, not "any")");
 }
 
 TEST(Value, WidthsAddUpTo32) {
@@ -142,7 +142,7 @@ TEST(Value, WidthsAddUpTo32) {
     EXPECT_THAT(read(Kind::kWidths, wrong), testing::HasSubstr("does not add up to 32 bits"));
   for (const char* wrong : {"", "8", "8/8/8", "8/8/8/8/0", "8/8/8/", "8/8/8/8 ", "-8/8/8/8",
                             "256/8/8/8", "a/8/8/8", "8,8,8,8"})
-    EXPECT_THAT(read(Kind::kWidths, wrong), testing::StartsWith("wants four bit widths"));
+    EXPECT_THAT(read(Kind::kWidths, wrong), testing::StartsWith("must be four bit widths"));
 }
 
 TEST(Value, ClassesAscend) {
@@ -153,7 +153,7 @@ TEST(Value, ClassesAscend) {
     EXPECT_THAT(read(Kind::kClasses, wrong), testing::HasSubstr("does not ascend"));
   for (const char* wrong :
        {"", "1/2/3/4/5/6", "1/2/3/4/5/6/7/8", "1/2/3/4/5/6/256", "a/2/3/4/5/6/7"})
-    EXPECT_THAT(read(Kind::kClasses, wrong), testing::StartsWith("wants seven priorities"));
+    EXPECT_THAT(read(Kind::kClasses, wrong), testing::StartsWith("must be seven priorities"));
 }
 
 TEST(Value, PathsAreAListWithoutDoubles) {
@@ -164,12 +164,12 @@ TEST(Value, PathsAreAListWithoutDoubles) {
   EXPECT_EQ(read(Kind::kPaths, "dds+udp+dds"), R"(has "dds" twice)");
 }
 
-TEST(Value, RolesAndKindsAreWords) {
+TEST(Value, RolesAndKindsAreNames) {
   for (const char* role : {"subsystem", "system", "top"})
     EXPECT_EQ(read(Kind::kRole, role), in_quotes(role));
   for (const char* kind : {"super", "peer", "sub"})
     EXPECT_EQ(read(Kind::kLinkKind, kind), in_quotes(kind));
-  EXPECT_EQ(read(Kind::kRole, "Top"), R"(wants "subsystem", "system" or "top", not "Top")");
+  EXPECT_EQ(read(Kind::kRole, "Top"), R"(must be "subsystem", "system" or "top", not "Top")");
   EXPECT_EQ(range_text(Kind::kLinkKind, {}), "super, peer, sub");
 }
 

@@ -83,7 +83,7 @@ TEST_F(ByteChainTest, KeepsBytesInOrderOverBlocks) {
   EXPECT_EQ(pool_.used(), 0U);
 }
 
-TEST_F(ByteChainTest, SaysHowManyBlocksMoreBytesTake) {
+TEST_F(ByteChainTest, CountsTheBlocksThatMoreBytesTake) {
   EXPECT_EQ(chain_.blocks_needed(pool_, 1), 1U);
   EXPECT_EQ(chain_.blocks_needed(pool_, ByteChain::kBlockBytes), 1U);
   EXPECT_EQ(chain_.blocks_needed(pool_, ByteChain::kBlockBytes + 1), 2U);

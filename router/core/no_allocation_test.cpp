@@ -26,7 +26,7 @@ class CountingSink final : public Port, public RouterHooks {
   int replies = 0;
 };
 
-TEST(NoAllocation, OnAMessagesWay) {
+TEST(NoAllocation, ForwardingAMessage) {
   CountingSink sink;
   Router router({.address = Address(0x100)}, {1, 2}, sink);
   for (const auto kind : values<PortKind, kPortKindCount>()) router.attach(kind, sink);

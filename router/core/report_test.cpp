@@ -108,7 +108,7 @@ TEST_F(ReportTest, ClientsComeInOrderOfTheirNumbers) {
   EXPECT_TRUE(report_clients(router_, at(107), ids[79], 5).items.empty());
 }
 
-TEST_F(ReportTest, EventsComeBehindANumberAndTellWhatIsLost) {
+TEST_F(ReportTest, EventsAfterANumberWithTheCountOfLostOnes) {
   for (int i = 0; i < 5; ++i) router_.disconnect(now_, connect(), CloseReason::kPeerClosed);
   EventPage page = report_events(router_, 7, 100);
   ASSERT_EQ(page.items.size(), 3U);

@@ -10,7 +10,7 @@ namespace tims::core {
 namespace {
 
 constexpr std::uint8_t kOwnFlags =
-    flag::kStream | flag::kTrace | flag::kTellIfGone | flag::kTellWhy;
+    flag::kStream | flag::kTrace | flag::kReportIfGone | flag::kReportReason;
 
 // No route to the destination exists: the sender of a command receives NOT_AVAILABLE.
 bool is_unroutable(Outcome outcome) {
@@ -21,7 +21,7 @@ bool is_unroutable(Outcome outcome) {
 // True when the sender must be notified that the destination is not registered. The extension
 // flags of original programs are arbitrary and therefore ignored.
 bool wants_notification(const Client& sender, const Header& header) {
-  const bool asks = (header.flags & flag::kTellIfGone) != 0;
+  const bool asks = (header.flags & flag::kReportIfGone) != 0;
   return header.type > 0 || (asks && sender.info.port != PortKind::kTcp);
 }
 

@@ -21,7 +21,7 @@ TEST_F(RouterTest, InitWithReplyIsAnsweredOnTheConnection) {
 }
 
 // A window of the original's graphical interface beside a log.
-TEST_F(RouterTest, AllWhoHaveTheSinkOfTextsGetEachText) {
+TEST_F(RouterTest, AllOwnersOfTheTextSinkGetEachText) {
   const ClientId log = connect(PortKind::kLocal);
   const ClientId sender = connect();
   std::vector<ClientId> windows;
@@ -93,7 +93,7 @@ TEST_F(RouterTest, InitAndDeleteWithoutReplyAreSilent) {
   EXPECT_TRUE(sink_.replies.empty());
 }
 
-TEST_F(RouterTest, TheBodyIsReadInTheOrderItsFlagSays) {
+TEST_F(RouterTest, TheBodyIsReadInTheOrderOfItsFlag) {
   const ClientId a = connect();
   Bytes body = bytes_of(std::string_view("\x02\x01\x14\x00surplus", 11));
   send(a, {.flags = flag::kBodyLittleEndian, .type = command::kMailboxInit}, body);
@@ -178,7 +178,7 @@ TEST_F(RouterTest, ALoginIsNotAnsweredWhereAddressesAreAsTheOriginals) {
   EXPECT_TRUE(sink_.delivered.empty());
 }
 
-TEST(RouterOfOtherWidths, TellsThemToALoginWithRoomForThem) {
+TEST(RouterOfOtherWidths, ALoginWithRoomForThemGetsTheWidths) {
   constexpr AddressWidths kWidths{6, 8, 10, 8};
   RecordingSink sink;
   Router router({.address = Address::of({.system = 1}, kWidths), .widths = kWidths}, {1, 2}, sink);
@@ -251,7 +251,7 @@ TEST_F(WatchdogTest, OneBeatForAll) {
   EXPECT_EQ(sink_.replies[0].header, (Header{.type = command::kLifesign}));
 }
 
-TEST_F(WatchdogTest, WhoDoesNotAnswerIsClosedAtTheNextBeat) {
+TEST_F(WatchdogTest, SilentClientsAreClosedAtTheNextBeat) {
   const ClientId silent = connect_watched();
   const ClientId living = connect_watched();
   send_command(silent, command::kMailboxInit, 1);
@@ -283,7 +283,7 @@ TEST_F(WatchdogTest, OnlyOkEnableAndDisableCount) {
   EXPECT_EQ(sink_.closed[0].client, traffic);
 }
 
-TEST_F(WatchdogTest, WhoStillReadsWhatWaitsForItLives) {
+TEST_F(WatchdogTest, AClientThatStillReadsIsNotClosed) {
   const ClientId slow = connect_watched();
   beat();
   router_.on_progress(slow);

@@ -122,7 +122,7 @@ TEST_F(RouterLinksTest, NobodyHereDeletesWhatIsBehindALink) {
   EXPECT_EQ(sink_.replies[0].header.type, type::kError);
 }
 
-TEST_F(RouterLinksTest, WhatIsAboveOrBesideIsNotToldOn) {
+TEST_F(RouterLinksTest, RoutesFromAboveOrBesideAreNotExported) {
   const ClientId peer = link(LinkKind::kPeer, 2, "robot2");
   ASSERT_TRUE(router_.learn(now_, peer, kLadar, kRobot));
   EXPECT_EQ(owner(kLadar.raw()), peer);
@@ -181,7 +181,7 @@ TEST_F(RouterLinksTest, TheSecondOwnerWaitsAndBothAreNamed) {
   EXPECT_EQ(owner(kLadar.raw()), second) << "it has waited";
 }
 
-TEST_F(RouterLinksTest, OfTwoWaysToOneRouterTheShorterIsTaken) {
+TEST_F(RouterLinksTest, TheShorterOfTwoRoutesToARouterIsTaken) {
   const ClientId longer = link(LinkKind::kSub, 1, "long");
   const ClientId shorter = link(LinkKind::kSub, 2, "short");
   router_.learn(now_, longer, kLadar, {kRobot.router, kRobot.epoch, 3});
@@ -272,7 +272,7 @@ TEST_F(RouterLinksTest, WhatComesFromAboveGoesDownOnly) {
   EXPECT_EQ(hop_of(sub, kLadar), peer);
 }
 
-TEST_F(RouterLinksTest, AStaticRouteGoesBeforeTheWayUp) {
+TEST_F(RouterLinksTest, AStaticRouteGoesBeforeTheUplink) {
   const ClientId up = link(LinkKind::kSuper, 0, "base");
   const ClientId sub = link(LinkKind::kSub, 3, "robot3");
   router_.set_uplink(now_, up);

@@ -212,7 +212,7 @@ TEST_F(RouterTest, OurOwnFlagsDoNotReachTcpClientsFromLocalPrograms) {
   router_.register_mailbox(now_, local, kPilot);
   router_.register_mailbox(now_, web, Address(5));
   const std::uint8_t flags =
-      flag::kNativeOrder | flag::kStream | flag::kTrace | flag::kTellIfGone | flag::kTellWhy;
+      flag::kNativeOrder | flag::kStream | flag::kTrace | flag::kReportIfGone | flag::kReportReason;
   send(local, {.flags = flags, .dest = kLaser, .src = kPilot});
   send(local, {.flags = flags, .dest = Address(5), .src = kPilot});
   send(tcp, {.flags = flags, .dest = kLaser, .src = kLaser});
@@ -222,12 +222,12 @@ TEST_F(RouterTest, OurOwnFlagsDoNotReachTcpClientsFromLocalPrograms) {
   EXPECT_EQ(sink_.delivered[2].header.flags, flags);
 }
 
-TEST_F(RouterTest, AProducerThatAsksIsToldThatItsListenerIsGone) {
+TEST_F(RouterTest, AProducerThatAsksLearnsThatItsListenerIsGone) {
   const ClientId tcp = connect();
   const ClientId local = connect(PortKind::kLocal);
   router_.register_mailbox(now_, tcp, kLaser);
   router_.register_mailbox(now_, local, kPilot);
-  const std::uint8_t asks = flag::kNativeOrder | flag::kTellIfGone;
+  const std::uint8_t asks = flag::kNativeOrder | flag::kReportIfGone;
   send(local,
        {.flags = flag::kNativeOrder, .type = type::kData, .dest = Address(5), .src = kPilot});
   EXPECT_TRUE(sink_.replies.empty());
@@ -305,7 +305,7 @@ TEST_F(RouterTest, AClientThatHasGoneCannotSend) {
 
 // --- Questions to the router
 
-TEST_F(RouterTest, AQuestionComesByBothWays) {
+TEST_F(RouterTest, AQuestionComesFromSocketsAndMailboxes) {
   const ClientId tcp = connect();
   const ClientId local = connect(PortKind::kLocal);
   router_.register_mailbox(now_, local, kPilot);
@@ -348,7 +348,7 @@ TEST_F(RouterTest, OtherCommandsToItsAddressAreAnsweredWithAnError) {
 
 // --- Events
 
-TEST_F(RouterTest, ComingAndGoingIsTold) {
+TEST_F(RouterTest, ConnectingAndDisconnectingAreEvents) {
   const ClientId laser = connect(PortKind::kLocal, "laser");
   router_.register_mailbox(now_, laser, kLaser);
   router_.disconnect(at(120), laser, CloseReason::kConnectionLost);

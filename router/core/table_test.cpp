@@ -105,7 +105,7 @@ TEST(AddressSet, IsEmpty) {
   EXPECT_TRUE(all_from(set, 0).empty());
 }
 
-TEST(AddressSet, TellsInOrderFromAnyAddressOn) {
+TEST(AddressSet, ListsInOrderFromAnyAddressOn) {
   AddressSet set;
   for (const std::uint32_t address : {7U, 0xFFFFFFFFU, 0U, 0x03140000U})
     set.insert(Address(address));

@@ -65,7 +65,7 @@ class AdminService {
     return changed_ || more_ || blocked_ || now >= next_timeout();
   }
   // True when it could have answered more: it needs another turn after the other components.
-  [[nodiscard]] bool wants_turn() const { return more_; }
+  [[nodiscard]] bool needs_turn() const { return more_; }
   // Answers as many questions as possible: `send` is Router::answer. Call it at the end of each
   // turn and when next_timeout() is reached. The bytes passed to `send` stay valid until
   // release().

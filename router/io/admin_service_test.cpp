@@ -73,7 +73,7 @@ TEST(Admin, ArgumentsOfActionsAreChecked) {
     EXPECT_EQ(error_code(ask(lab, question)), "bad_argument") << question;
 }
 
-TEST(Admin, StatusCountsAndTellsTheLastEvents) {
+TEST(Admin, StatusCountsAndListsTheLastEvents) {
   const AdminFixture lab;
   const auto status = ask(lab, R"({"ask":"status"})");
   EXPECT_EQ(text(status.at("address").at("name")), "Tims(3/1)");
@@ -179,7 +179,7 @@ TEST(Admin, AnswersWithStaticRoutesAreBounded) {
   EXPECT_TRUE(parsed.contains("next"));
 }
 
-TEST(Admin, ConfigTellsOrigins) {
+TEST(Admin, ConfigListsOrigins) {
   const AdminFixture lab;
   bool found = false;
   const auto answer = ask(lab, R"({"ask":"config"})");
@@ -192,7 +192,7 @@ TEST(Admin, ConfigTellsOrigins) {
   EXPECT_TRUE(found);
 }
 
-TEST(Admin, ConfigTellsLinksAndRoutes) {
+TEST(Admin, ConfigListsLinksAndRoutes) {
   AdminFixture lab;
   lab.configure({"link=kind=super,to=127.0.0.1", "route=match=Ladar(3/*),via=robot2"});
   std::map<std::string, std::string> values;
@@ -271,8 +271,8 @@ struct Answers {
   AdminService::Send keep() {
     return [this](core::ClientId asker, core::Message& message) {
       const auto body = message.body();
-      const std::string_view words(reinterpret_cast<const char*>(body.data()), body.size());
-      all.emplace_back(asker, json::parse(words).as_object());
+      const std::string_view text(reinterpret_cast<const char*>(body.data()), body.size());
+      all.emplace_back(asker, json::parse(text).as_object());
       headers.push_back(
           wire::decode_header(wire::ConstHeaderBytes(message.bytes.first<kHeaderSize>())));
     };
@@ -299,7 +299,7 @@ constexpr std::string_view kEventsQuestion = R"({"ask":"events","since":4,"wait_
 void answer_all(AdminService& service, Answers& answers) {
   do {
     service.answer(AdminFixture::clocks(), answers.keep());
-  } while (service.wants_turn());
+  } while (service.needs_turn());
 }
 
 TEST(AdminService, AnswersWithTheQuestionsAddressesPriorityAndNumber) {
@@ -380,7 +380,7 @@ TEST(AdminService, ANumberOfThisEpochWaits) {
   EXPECT_TRUE(answers.all.empty());
 }
 
-TEST(AdminService, WhoHasGoneGetsNoAnswer) {
+TEST(AdminService, ADisconnectedClientGetsNoAnswer) {
   AdminFixture lab;
   AdminService service(lab);
   Answers answers;
@@ -427,7 +427,7 @@ TEST(AdminService, AClientHasABoundedNumberOfQuestions) {
 }
 
 // One client's large answers, and another client's small one in between.
-TEST(AdminService, WhoAsksMuchWaitsAndNobodyElse) {
+TEST(AdminService, LargeAnswersDelayOnlyTheirOwnClient) {
   AdminFixture lab;
   for (std::uint32_t i = 0; i < 2000; ++i)
     lab.router().register_mailbox(AdminFixture::at(50), lab.laser(), Address(0x03100000 + i));
@@ -438,7 +438,7 @@ TEST(AdminService, WhoAsksMuchWaitsAndNobodyElse) {
   service.answer(AdminFixture::clocks(), answers.keep());
   EXPECT_EQ(answers.all.size(), 2U) << "one each";
   EXPECT_EQ(answers.all.back().first, lab.pilot());
-  EXPECT_TRUE(service.wants_turn());
+  EXPECT_TRUE(service.needs_turn());
   EXPECT_EQ(service.next_timeout(), kNever) << "it asks for its turn";
   answer_all(service, answers);
   EXPECT_EQ(answers.all.size(), 6U);
@@ -503,7 +503,7 @@ TEST(ReloadRoutes, KeepsWhatPeopleHaveChanged) {
   const auto route = [](std::string_view match, std::string_view via) {
     return core::StaticRoute{.match = {}, .text = match, .via = via};
   };
-  const auto words = [](const std::vector<core::StaticRoute>& routes) {
+  const auto as_text = [](const std::vector<core::StaticRoute>& routes) {
     std::string text;
     for (const auto& r : routes) text += fmt::format("{}>{} ", r.text.view(), r.via.view());
     return text;
@@ -512,14 +512,14 @@ TEST(ReloadRoutes, KeepsWhatPeopleHaveChanged) {
   const auto b = route("b", "x");
   const auto c = route("c", "x");
   const auto b_elsewhere = route("b", "y");
-  EXPECT_EQ(words(reload_routes({a, b, c}, {a, b}, {a, b})), "a>x b>x c>x ") << "c was added";
-  EXPECT_EQ(words(reload_routes({a, c}, {a, b}, {a, b})), "a>x c>x ") << "b was deleted";
-  EXPECT_EQ(words(reload_routes({a, b, c}, {a, b}, {b_elsewhere})), "b>y c>x ");
-  EXPECT_EQ(words(reload_routes({a, b, c}, {a, b}, {c, a})), "c>x a>x ") << "once";
-  EXPECT_EQ(words(reload_routes({}, {}, {a, b})), "a>x b>x ");
+  EXPECT_EQ(as_text(reload_routes({a, b, c}, {a, b}, {a, b})), "a>x b>x c>x ") << "c was added";
+  EXPECT_EQ(as_text(reload_routes({a, c}, {a, b}, {a, b})), "a>x c>x ") << "b was deleted";
+  EXPECT_EQ(as_text(reload_routes({a, b, c}, {a, b}, {b_elsewhere})), "b>y c>x ");
+  EXPECT_EQ(as_text(reload_routes({a, b, c}, {a, b}, {c, a})), "c>x a>x ") << "once";
+  EXPECT_EQ(as_text(reload_routes({}, {}, {a, b})), "a>x b>x ");
 }
 
-TEST(AdminService, WhoDoesNotReadItsAnswersGetsNoMore) {
+TEST(AdminService, AClientThatDoesNotReadItsAnswersGetsNoMore) {
   AdminFixture lab;
   AdminService service(lab);
   Answers answers;
@@ -529,7 +529,7 @@ TEST(AdminService, WhoDoesNotReadItsAnswersGetsNoMore) {
   answer_all(service, answers);
   ASSERT_EQ(answers.all.size(), 1U);
   EXPECT_EQ(answers.all[0].first, lab.laser());
-  EXPECT_FALSE(service.wants_turn()) << "nothing to do until it reads";
+  EXPECT_FALSE(service.needs_turn()) << "nothing to do until it reads";
   EXPECT_TRUE(service.has_work(AdminFixture::at(100)));
   lab.tcp_queued_bytes = kAnswerBytesMax - 1;
   answer_all(service, answers);

@@ -59,8 +59,8 @@ class CommandLine {
     action("-h,--help", "print this help and exit", Arguments::Action::kHelp);
   }
 
-  Result<Arguments> parse(std::span<const char* const> words) {
-    std::vector<std::string> reversed(words.rbegin(), words.rend());  // the order CLI11 expects
+  Result<Arguments> parse(std::span<const char* const> argv) {
+    std::vector<std::string> reversed(argv.rbegin(), argv.rend());  // the order CLI11 expects
     try {
       app_.parse(reversed);
     } catch (const CLI::ArgumentMismatch& error) {
@@ -124,11 +124,11 @@ class CommandLine {
         ->group(kOriginals);
   }
 
-  [[nodiscard]] std::string did_you_mean(const std::string& word) const {
+  [[nodiscard]] std::string did_you_mean(const std::string& argument) const {
     std::vector<std::string> known{"check"};
     for (const CLI::Option* each : app_.get_options())
       for (const std::string& name : each->get_lnames()) known.push_back("--" + name);
-    const auto near = base::nearest(word.substr(0, word.find('=')), known);
+    const auto near = base::nearest(argument.substr(0, argument.find('=')), known);
     return near ? fmt::format(" (did you mean {}?)", *near) : "";
   }
 
@@ -146,8 +146,8 @@ class CommandLine {
 
 }  // namespace
 
-Result<Arguments> parse_arguments(std::span<const char* const> words) {
-  return CommandLine().parse(words);
+Result<Arguments> parse_arguments(std::span<const char* const> argv) {
+  return CommandLine().parse(argv);
 }
 
 std::string usage() { return CommandLine().help(); }

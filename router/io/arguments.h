@@ -16,7 +16,7 @@ struct Arguments {
   std::vector<std::string> settings{};  // key=value
 };
 
-Result<Arguments> parse_arguments(std::span<const char* const> words);
+Result<Arguments> parse_arguments(std::span<const char* const> argv);
 
 // Usage text, up to the list of options.
 std::string usage();

@@ -8,7 +8,7 @@
 namespace tims::io {
 namespace arguments_test {
 
-Result<Arguments> parse(std::vector<const char*> words) { return parse_arguments(words); }
+Result<Arguments> parse(std::vector<const char*> argv) { return parse_arguments(argv); }
 
 TEST(Arguments, NoneMeanRun) {
   const auto arguments = parse({});
@@ -35,8 +35,8 @@ TEST(Arguments, TheOriginals) {
             (Settings{"message.max=1024KiB", "tcp.listen=10.0.0.1:2001"}));
   EXPECT_EQ(parse({"-m64"})->settings, Settings{"message.max=64KiB"});
   EXPECT_EQ(parse({"-l", "2"})->settings, Settings{"log.level=debug"});
-  for (const char* word : {"-i", "-p", "-m", "-l", "-P"})
-    EXPECT_EQ(parse({word}).error().detail(), fmt::format("{} needs a value", word));
+  for (const char* argument : {"-i", "-p", "-m", "-l", "-P"})
+    EXPECT_EQ(parse({argument}).error().detail(), fmt::format("{} needs a value", argument));
 }
 
 // Later ones win.
@@ -58,10 +58,10 @@ TEST(Arguments, KnowsItsActions) {
 }
 
 TEST(Arguments, NamesWhatItDoesNotUnderstand) {
-  for (const char* word : {"--configuration", "start", "-x", ""}) {
-    const auto arguments = parse({word});
-    ASSERT_FALSE(arguments.ok()) << word;
-    EXPECT_EQ(arguments.error().detail(), fmt::format("\"{}\" is not known here", word));
+  for (const char* argument : {"--configuration", "start", "-x", ""}) {
+    const auto arguments = parse({argument});
+    ASSERT_FALSE(arguments.ok()) << argument;
+    EXPECT_EQ(arguments.error().detail(), fmt::format("\"{}\" is not known here", argument));
   }
   EXPECT_EQ(parse({"--sets"}).error().detail(),
             "\"--sets\" is not known here (did you mean --set?)");

@@ -1,4 +1,4 @@
-// Clients, routers and events in words, for the log and for reports. Pure.
+// Clients, routers and events as text, for the log and for reports. Pure.
 #pragma once
 
 #include <string>

@@ -72,7 +72,7 @@ DdsPath::DdsPath(Loop& loop, Log& log, link::Links& links, const config::Config&
     : loop_(loop),
       log_(log),
       links_(links),
-      self_{.fleet = std::string_view(config.fleet.name), .who = links.self()},
+      self_{.fleet = std::string_view(config.fleet.name), .identity = links.self()},
       engine_(loop, log, dds_settings(config), *this) {}
 
 Result<void> DdsPath::start(std::vector<link::NetAddress> udp) {
@@ -192,7 +192,7 @@ void LinkPort::configure(Time now, const config::Config& config) {
 // --- names
 
 void LinkPort::resolve(Time now) {
-  const auto wanted = links_.wants_addresses();
+  const auto wanted = links_.names_to_resolve();
   for (const std::string& to : wanted) resolve_one(to);
   next_resolve_ = wanted.empty() ? now + 5 * kResolveEvery : now + kResolveEvery;
   if (names_.empty()) next_resolve_ = kNever;

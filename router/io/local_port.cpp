@@ -236,11 +236,11 @@ bool LocalPort::hello(Time now, LocalClient& client, std::uint32_t request,
   // The client lost its connection and reconnected before the end of the old one was processed.
   if (const auto former = writers_.find(hello.writer); former != writers_.end())
     drop_if_hung_up(now, former->second);
-  const os::PeerCredentials who = os::peer_credentials(client.socket.get());
+  const os::PeerCredentials credentials = os::peer_credentials(client.socket.get());
   client.id = router_.connect(now, {.port = core::PortKind::kLocal,
                                     .token = client.token,
-                                    .pid = static_cast<std::uint32_t>(who.pid),
-                                    .uid = who.uid,
+                                    .pid = static_cast<std::uint32_t>(credentials.pid),
+                                    .uid = credentials.uid,
                                     .name = std::string_view(hello.name)});
   if (!client.id) {
     (void)send(client, request,

@@ -35,9 +35,9 @@ int journal_priority(LogLevel level) {
   return kPriorities[static_cast<std::size_t>(level)];
 }
 
-std::string_view word(LogLevel level) {
-  constexpr std::array<std::string_view, 4> kWords{"error: ", "warning: ", "", "debug: "};
-  return kWords[static_cast<std::size_t>(level)];
+std::string_view prefix(LogLevel level) {
+  constexpr std::array<std::string_view, 4> kPrefixes{"error: ", "warning: ", "", "debug: "};
+  return kPrefixes[static_cast<std::size_t>(level)];
 }
 
 std::string local_time() {
@@ -117,9 +117,9 @@ void Log::put(LogLevel level, std::string_view text) const {
       left_out_ == 0 ? "" : fmt::format(" ({} lines before this one were dropped)", left_out_);
   left_out_ = 0;
   const std::string line =
-      journal_ ? fmt::format("<{}>{}{}{}\n", journal_priority(level), word(level), printable(text),
-                             before)
-               : fmt::format("{} {}{}{}\n", local_time(), word(level), printable(text), before);
+      journal_ ? fmt::format("<{}>{}{}{}\n", journal_priority(level), prefix(level),
+                             printable(text), before)
+               : fmt::format("{} {}{}{}\n", local_time(), prefix(level), printable(text), before);
   // An error of stderr cannot be reported anywhere.
   [[maybe_unused]] const auto written = ::write(file_, line.data(), line.size());
 }

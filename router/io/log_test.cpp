@@ -182,7 +182,7 @@ TEST_F(LimitedLogTest, NamesOfLinksAreNotKeptWithoutEnd) {
   EXPECT_THAT(lines.back(), HasSubstr("suppressed"));
 }
 
-TEST(LimitedLog, TellsAtTheEndWhatItHolds) {
+TEST(LimitedLog, WritesHeldLinesAtTheEnd) {
   std::vector<std::string> lines;
   {
     LimitedLog log([&](config::LogLevel, std::string_view text) { lines.emplace_back(text); });

@@ -26,7 +26,7 @@ class LoopTest : public testing::Test {
   int calls_ = 0;
 };
 
-TEST_F(LoopTest, TellsAsLongAsADescriptorIsReady) {
+TEST_F(LoopTest, CallsAsLongAsADescriptorIsReady) {
   const Watch watch(loop_, ready_.get(), [&](Ready ready) {
     EXPECT_TRUE(ready.to_read);
     EXPECT_FALSE(ready.to_write);
@@ -43,7 +43,7 @@ TEST_F(LoopTest, TellsAsLongAsADescriptorIsReady) {
   EXPECT_EQ(calls_, 2);
 }
 
-TEST_F(LoopTest, TellsOnlyWhatSomebodyIsInterestedIn) {
+TEST_F(LoopTest, CallsOnlyForTheInterest) {
   Ready last{};
   Watch watch(
       loop_, ready_.get(),
@@ -67,7 +67,7 @@ TEST_F(LoopTest, TellsOnlyWhatSomebodyIsInterestedIn) {
   EXPECT_EQ(calls_, 2);
 }
 
-TEST_F(LoopTest, TellsOfAChangeOnce) {
+TEST_F(LoopTest, CallsOncePerChange) {
   const Watch watch(
       loop_, ready_.get(), [&](Ready) { ++calls_; }, Interest::kChanges);
   loop_.run_once(kNever);  // it can be written to

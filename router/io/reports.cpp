@@ -58,13 +58,13 @@ static_assert(core::complete(kBys, By::kNone));
 
 // --- links
 
-json::object identity_json(const link::Identity& who) {
-  return {{"name", text(who.name)},
-          {"role", name(who.role)},
-          {"system", who.system},
-          {"id", who.id},
-          {"address", to_json(who.address(), who.widths)},
-          {"epoch", epoch_text(who.epoch)}};
+json::object identity_json(const link::Identity& identity) {
+  return {{"name", text(identity.name)},
+          {"role", name(identity.role)},
+          {"system", identity.system},
+          {"id", identity.id},
+          {"address", to_json(identity.address(), identity.widths)},
+          {"epoch", epoch_text(identity.epoch)}};
 }
 
 json::value clock_json(const std::optional<link::ClockOffset::Sample>& clock) {
@@ -377,9 +377,9 @@ json::object to_json(const link::Links& links, const link::Link& link, const cor
 json::object to_json(const link::Links& links, const link::Announcement& announcement) {
   bool linked = false;
   links.for_each([&](const link::Link& link) {
-    linked = linked || (link.is_up() && link.peer().epoch == announcement.who.epoch);
+    linked = linked || (link.is_up() && link.peer().epoch == announcement.identity.epoch);
   });
-  json::object out = identity_json(announcement.who);
+  json::object out = identity_json(announcement.identity);
   out.insert({{"udp", texts(announcement.udp)},
               {"dds", announcement.dds.to_string()},
               {"linked", linked}});

@@ -58,13 +58,13 @@ std::string fields_line(std::string_view what, const json::object& report) {
   std::string text;
   std::string line = fmt::format("    {}:", what);
   for (std::string rest = fields_of(report); !rest.empty();) {
-    const std::string word = rest.substr(0, rest.find(' '));
-    rest.erase(0, std::min(rest.size(), word.size() + 1));
-    if (line.size() + 1 + word.size() > kWidth) {
+    const std::string token = rest.substr(0, rest.find(' '));
+    rest.erase(0, std::min(rest.size(), token.size() + 1));
+    if (line.size() + 1 + token.size() > kWidth) {
       text += line + "\n";
       line = "       ";
     }
-    line += " " + word;
+    line += " " + token;
   }
   return text + line + "\n";
 }
@@ -108,7 +108,7 @@ TEST(Reports, TheDocumentHasEveryField) {
       << lists;
 }
 
-TEST(Reports, EveryStateCanBeTold) {
+TEST(Reports, EveryStateHasAName) {
   const LinkedFixture lab;
   std::map<std::string, std::string> states;
   for (const auto& [name, link] : items(lab, "links")) states[name] = link.at("state").as_string();
@@ -121,7 +121,7 @@ TEST(Reports, EveryStateCanBeTold) {
                                                         {LinkedFixture::to_taken_down, "down"}}));
 }
 
-TEST(Reports, ALinkThatIsUpTellsOfItsSession) {
+TEST(Reports, ALinkThatIsUpReportsItsSession) {
   const LinkedFixture lab;
   auto link = items(lab, "links").at("base");
   EXPECT_EQ(link.at("kind"), "super");
@@ -137,7 +137,7 @@ TEST(Reports, ALinkThatIsUpTellsOfItsSession) {
   EXPECT_TRUE(link.at("clock").is_object());
 }
 
-TEST(Reports, ALinkThatWasNeverUpTellsOfItsAttempts) {
+TEST(Reports, ALinkThatWasNeverUpReportsItsAttempts) {
   const LinkedFixture lab;
   const auto links = items(lab, "links");
   const json::object& refused = links.at(LinkedFixture::to_refuser);
@@ -148,7 +148,7 @@ TEST(Reports, ALinkThatWasNeverUpTellsOfItsAttempts) {
   EXPECT_TRUE(links.at(LinkedFixture::to_unknown).at("peer_address").is_null());
 }
 
-TEST(Reports, ASilentLinkRemembersWhoItWas) {
+TEST(Reports, ASilentLinkRemembersItsPeer) {
   const LinkedFixture lab;
   auto link = items(lab, "links").at("head");
   EXPECT_EQ(link.at("connects"), false);
@@ -167,7 +167,7 @@ TEST(Reports, TheRouterItselfIsTheFirstOfTheFleet) {
   EXPECT_EQ(answer.at("items").as_array().size(), 8U);
 }
 
-TEST(Reports, RoutersThatWentWithTheirLinkAreToldAfterTheOthers) {
+TEST(Reports, RoutersThatWentWithTheirLinkAreListedAfterTheOthers) {
   LinkedFixture lab;
   const auto now = LinkedFixture::at(90);
   constexpr Address kTail(0x03000E00);

@@ -142,7 +142,7 @@ TEST_F(TcpOutputTest, AnUrgentMessageOvertakesWhatWaitsButNotWhatHasBegun) {
   EXPECT_EQ(numbers.size(), 11U);
 }
 
-TEST_F(TcpOutputTest, LossesAreToldOnce) {
+TEST_F(TcpOutputTest, LossesAreReportedOnce) {
   for (std::uint32_t i = 0; i < 40; ++i) {
     add(message(6000, 1, i), 1);
     output_->write_batch();

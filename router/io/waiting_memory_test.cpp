@@ -41,7 +41,7 @@ TEST(HalfMessages, TheOneGoesThatHasLongestNotSentOn) {
   EXPECT_EQ(half.victim()->token, 2U);
 }
 
-TEST(HalfMessages, WhoHoldsLittleStays) {
+TEST(HalfMessages, AClientThatHoldsLittleStays) {
   HalfMessages half(16 << 20);
   half.set(at(0), 1, kMi);
   for (std::uint32_t client = 2; client < 7; ++client) half.set(at(5), client, 15 * kMi);

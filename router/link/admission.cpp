@@ -17,8 +17,8 @@ constexpr Duration kRivalForgotten = std::chrono::seconds(10);
 constexpr Duration kRefusedAgain = std::chrono::seconds(10);
 constexpr std::size_t kRefusedMax = 64;
 
-std::string text_of(const Identity& who) {
-  return who.address().to_string(who.widths) + " " + std::string(who.name.view());
+std::string text_of(const Identity& identity) {
+  return identity.address().to_string(identity.widths) + " " + std::string(identity.name.view());
 }
 
 // True when the roles allow this kind of link.
@@ -63,7 +63,7 @@ std::uint64_t Admission::cookie(const NetAddress& from, const Hello& hello, Dura
   const std::uint64_t place = std::uint64_t{from.scope} << 32 | std::uint64_t{from.port} << 8 |
                               static_cast<std::size_t>(from.kind);
   const auto number = static_cast<std::uint64_t>(period / kCookiePeriod);
-  return core::sip_hash(secret_, {ip[0], ip[1], place, hello.token, hello.who.epoch, number});
+  return core::sip_hash(secret_, {ip[0], ip[1], place, hello.token, hello.identity.epoch, number});
 }
 
 bool Admission::is_proven(Time now, const NetAddress& from, const Hello& hello) const {
@@ -77,28 +77,30 @@ const LinkSettings* Admission::accepting(std::span<const LinkSettings> settings,
                                          const NetAddress& from, const Hello& hello,
                                          const IsCalled& is_called, Refuse& refuse) const {
   const Identity& self = self_;
-  const Identity& who = hello.who;
+  const Identity& identity = hello.identity;
   const auto no = [&](RefuseCode code, const std::string& text) {
     refuse.code = code;
     refuse.text = std::string_view(text);
     return nullptr;
   };
-  if (who.epoch == self.epoch) return no(RefuseCode::kDuplicateId, "this is the router itself");
-  if (who.system == self.system && who.id == self.id)
+  if (identity.epoch == self.epoch)
+    return no(RefuseCode::kDuplicateId, "this is the router itself");
+  if (identity.system == self.system && identity.id == self.id)
     return no(RefuseCode::kDuplicateId,
               text_of(self) + " already has this system and id: choose another [router] id");
-  if (who.widths != self.widths)
+  if (identity.widths != self.widths)
     return no(RefuseCode::kWidths,
               text_of(self) + " has other address fields: see [address] widths");
-  if (who.classes != self.classes)
+  if (identity.classes != self.classes)
     return no(RefuseCode::kClasses, text_of(self) + " has message.classes " +
                                         self.classes.to_string() + ", not " +
-                                        who.classes.to_string());
+                                        identity.classes.to_string());
   const LinkKind ours = hello.kind == LinkKind::kSuper ? LinkKind::kSub : LinkKind::kPeer;
-  if (!fits(hello.kind, who.role, self.role))
+  if (!fits(hello.kind, identity.role, self.role))
     return no(RefuseCode::kRole, text_of(self) + " is a " + std::string(name(self.role)) +
                                      " router, which cannot be a " + std::string(name(hello.kind)) +
-                                     " router for a " + std::string(name(who.role)) + " router");
+                                     " router for a " + std::string(name(identity.role)) +
+                                     " router");
   bool any_of_kind = false;
   bool other_path = false;
   for (const LinkSettings& s : settings) {
@@ -112,7 +114,7 @@ const LinkSettings* Admission::accepting(std::span<const LinkSettings> settings,
       continue;
     }
     any_of_kind = true;
-    if (!s.system || *s.system == who.system) return &s;
+    if (!s.system || *s.system == identity.system) return &s;
   }
   if (!any_of_kind && other_path)
     return no(RefuseCode::kNotConfigured,
@@ -122,14 +124,14 @@ const LinkSettings* Admission::accepting(std::span<const LinkSettings> settings,
     return no(RefuseCode::kNotConfigured,
               text_of(self) + " has no [[link]] with kind = \"" + std::string(name(ours)) + "\"");
   return no(RefuseCode::kSystem, text_of(self) + " accepts system " + systems_text(settings) +
-                                     ", not " + std::to_string(who.system));
+                                     ", not " + std::to_string(identity.system));
 }
 
 // A router with this system and id is already linked. Either it has restarted, or there are two
 // of them.
 Admission::Rival Admission::rival(Time now, const NetAddress& from, const Hello& hello,
                                   const Link& link, Refuse& refuse) {
-  const std::uint32_t address = hello.who.address().raw();
+  const std::uint32_t address = hello.identity.address().raw();
   // Our token proves that the sender is the router it was issued to. An epoch is not a secret.
   const bool same = link.paths().is_at(from) || hello.resume == link.our_token();
   if (same || !link.is_up()) {
@@ -149,8 +151,8 @@ Admission::Rival Admission::rival(Time now, const NetAddress& from, const Hello&
   router_.note(
       {.at = now,
        .kind = core::EventKind::kDuplicateRouter,
-       .address = hello.who.address(),
-       .client = link_peer(hello.who.name.view(), from.to_string()),
+       .address = hello.identity.address(),
+       .client = link_peer(hello.identity.name.view(), from.to_string()),
        .owner = link_peer(link.peer().name.view(), link.address().to_string(), link.client())});
   return Rival::kRefuse;
 }
@@ -159,11 +161,11 @@ void Admission::note_refused(Time now, const NetAddress& from, const Hello& hell
                              const Refuse& refuse) {
   std::erase_if(refused_, [&](const auto& r) { return now >= r.second + kRefusedAgain; });
   if (refused_.size() >= kRefusedMax) return;
-  if (!refused_.try_emplace(hello.who.address().raw(), now).second) return;
+  if (!refused_.try_emplace(hello.identity.address().raw(), now).second) return;
   router_.note({.at = now,
                 .kind = core::EventKind::kLinkRefused,
-                .address = hello.who.address(),
-                .client = link_peer(hello.who.name.view(), from.to_string()),
+                .address = hello.identity.address(),
+                .client = link_peer(hello.identity.name.view(), from.to_string()),
                 .text = refuse.text});
 }
 

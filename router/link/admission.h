@@ -49,7 +49,7 @@ class Admission {
   enum class Rival : std::uint8_t { kNone, kWait, kRefuse };
   [[nodiscard]] Rival rival(Time now, const NetAddress& from, const Hello& hello, const Link& link,
                             Refuse& refuse);
-  void forget_rivals(const Identity& who) { conflicts_.erase(who.address().raw()); }
+  void forget_rivals(const Identity& identity) { conflicts_.erase(identity.address().raw()); }
 
   // For the event log; rate-limited.
   void note_refused(Time now, const NetAddress& from, const Hello& hello, const Refuse& refuse);

@@ -24,9 +24,9 @@ struct NoSink final : core::RouterHooks {
 class AdmissionTest : public testing::Test {
  protected:
   // Why the base refuses a router that calls it its super router; empty: it does not.
-  std::string refusal(const Identity& who, const std::vector<LinkSettings>& settings) {
+  std::string refusal(const Identity& identity, const std::vector<LinkSettings>& settings) {
     Refuse refuse{};
-    const Hello hello{.kind = LinkKind::kSuper, .token = 7, .who = who};
+    const Hello hello{.kind = LinkKind::kSuper, .token = 7, .identity = identity};
     const auto nobody = [](const LinkSettings&) { return false; };
     const bool taken = admission.accepting(settings, kFrom, hello, nobody, refuse) != nullptr;
     return taken ? "" : std::string(refuse.text.view());
@@ -41,7 +41,7 @@ class AdmissionTest : public testing::Test {
 // From one address, of one HELLO, and not for long.
 TEST_F(AdmissionTest, ACookieProvesAnAddress) {
   const Time now{100s};
-  Hello hello{.kind = LinkKind::kSuper, .token = 7, .who = kRobot};
+  Hello hello{.kind = LinkKind::kSuper, .token = 7, .identity = kRobot};
   EXPECT_FALSE(admission.is_proven(now, kFrom, hello));
   const Retry retry = admission.retry(now, kFrom, hello);
   EXPECT_EQ(retry.echo, hello.token);
@@ -55,7 +55,7 @@ TEST_F(AdmissionTest, ACookieProvesAnAddress) {
 }
 
 TEST_F(AdmissionTest, VersionsMustMeet) {
-  Hello hello{.kind = LinkKind::kSuper, .token = 7, .who = kRobot};
+  Hello hello{.kind = LinkKind::kSuper, .token = 7, .identity = kRobot};
   EXPECT_FALSE(Admission::version_refusal(hello));
   hello.version_min = hello.version_max = kVersionMax + 1;
   const auto refusal = Admission::version_refusal(hello);
@@ -63,7 +63,7 @@ TEST_F(AdmissionTest, VersionsMustMeet) {
   EXPECT_EQ(refusal->echo, hello.token);
 }
 
-TEST_F(AdmissionTest, TheConfigurationSaysWhoMayConnect) {
+TEST_F(AdmissionTest, TheConfigurationDecidesWhichRoutersMayConnect) {
   EXPECT_EQ(refusal(kRobot, {sub}), "");
   EXPECT_EQ(refusal(kRobot, {}), "Tims(0/1)  has no [[link]] with kind = \"sub\"");
   LinkSettings other = sub;
@@ -82,7 +82,7 @@ TEST_F(AdmissionTest, TheConfigurationSaysWhoMayConnect) {
 // Repeated attempts of one router are not logged each time.
 TEST_F(AdmissionTest, RefusalsAreNotedNowAndThen) {
   const Time now{100s};
-  const Hello hello{.kind = LinkKind::kSuper, .token = 7, .who = kRobot};
+  const Hello hello{.kind = LinkKind::kSuper, .token = 7, .identity = kRobot};
   const Refuse refuse = admission.refusal(hello, RefuseCode::kTooMany, " is full");
   for (int i = 0; i < 3; ++i) admission.note_refused(now + i * 1s, kFrom, hello, refuse);
   EXPECT_EQ(router.event_counts().of(core::EventKind::kLinkRefused), 1U);

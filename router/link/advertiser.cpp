@@ -30,7 +30,7 @@ core::Origin as_announced(core::Origin origin) {
 void Advertiser::begin(Time now, core::ClientId client, bool imports) {
   client_ = client;
   imports_ = imports;
-  if (imports_) want(now, holding_);
+  if (imports_) request(now, holding_);
 }
 
 void Advertiser::end() {
@@ -48,7 +48,7 @@ void Advertiser::send(Time now, ControlMessage& message) {
   session_.send_control(now, message.finish());
 }
 
-void Advertiser::want(Time now, const TableState& state) {
+void Advertiser::request(Time now, const TableState& state) {
   asked_ = now;
   ControlMessage message(control::kWant);
   message.put(state);
@@ -227,7 +227,7 @@ bool Advertiser::on_control(Time now, const core::Message& message) {
       if (!read_state(message.body(), holding_)) return false;
       if (holding_.hash == hash_) asked_in_vain_ = 0;
       if (imports_ && !incomplete_ && holding_.hash != hash_ && now >= asked_ + kAskEvery)
-        want(now, {});
+        request(now, {});
       return true;
     default:
       return false;
@@ -253,7 +253,7 @@ std::optional<TableState> Advertiser::to_ask_for(Time now, const TableState& the
 bool Advertiser::compare(Time now, const TableState& theirs) {
   const auto state = to_ask_for(now, theirs);
   if (!state) return true;
-  want(now, *state);
+  request(now, *state);
   return incomplete_ || ++asked_in_vain_ <= kAskedInVainMax;
 }
 

@@ -56,7 +56,7 @@ class Advertiser {
   static constexpr TableState kNotRequested{0, 1};
 
   void send(Time now, ControlMessage& message);
-  void want(Time now, const TableState& state);
+  void request(Time now, const TableState& state);
   [[nodiscard]] std::optional<TableState> to_ask_for(Time now, const TableState& theirs) const;
   void advertise_all(Time now);
   void advertise_table(Time now);

@@ -272,7 +272,7 @@ TEST_F(MessageMemoryTest, WhatFreePlacesHaveTouchedGoesBack) {
   EXPECT_GE(given_back, 3 * kChunk) << "there were twelve";
 }
 
-TEST(MessageMemory, SaysWhetherItIsEnough) {
+TEST(MessageMemory, ReportsWhetherItIsEnough) {
   std::vector<std::byte> space(16 * kChunk);
   EXPECT_TRUE(MessageMemory(space, kChunk, 2 * kChunk).is_enough());
   EXPECT_FALSE(MessageMemory(space, kChunk, 2 * kChunk - 1).is_enough());

@@ -36,7 +36,7 @@ std::optional<Datagram> decode_hello(ByteReader in, std::uint8_t low, std::uint8
   in.get(hello.resume, hello.cookie);
   hello.keep_alive = get_ms(in);
   const bool kind_known = get_enum(in, LinkKind::kSub, hello.kind) && hello.kind != LinkKind::kSub;
-  if (!kind_known || !get(in, hello.who)) return std::nullopt;
+  if (!kind_known || !get(in, hello.identity)) return std::nullopt;
   return hello;
 }
 
@@ -44,7 +44,7 @@ std::optional<Datagram> decode_welcome(ByteReader in, std::uint8_t version, std:
   Welcome welcome{.version = version, .resumed = (flags & 1) != 0};
   in.get(welcome.echo, welcome.token);
   welcome.keep_alive = get_ms(in);
-  if (!get(in, welcome.who) || welcome.token == 0) return std::nullopt;
+  if (!get(in, welcome.identity) || welcome.token == 0) return std::nullopt;
   return welcome;
 }
 
@@ -91,24 +91,26 @@ bool get(ByteReader& in, NetAddress& address) {
 
 }  // namespace
 
-void put(ByteWriter& out, const Identity& who) {
-  const AddressWidths& w = who.widths;
-  out.put(who.epoch, who.role, who.system, who.id,
-          static_cast<std::uint8_t>(who.name.view().size()));
-  out.put(w.system, w.class_id, w.instance, w.local, who.message_max);
-  for (const std::uint8_t first : who.classes.from) out.put(first);
-  out.put_text(who.name.view());
+void put(ByteWriter& out, const Identity& identity) {
+  const AddressWidths& w = identity.widths;
+  out.put(identity.epoch, identity.role, identity.system, identity.id,
+          static_cast<std::uint8_t>(identity.name.view().size()));
+  out.put(w.system, w.class_id, w.instance, w.local, identity.message_max);
+  for (const std::uint8_t first : identity.classes.from) out.put(first);
+  out.put_text(identity.name.view());
 }
 
-bool get(ByteReader& in, Identity& who) {
-  who.epoch = in.get<std::uint64_t>();
-  const bool role_known = get_enum(in, Role::kTop, who.role);
-  AddressWidths& w = who.widths;
+bool get(ByteReader& in, Identity& identity) {
+  identity.epoch = in.get<std::uint64_t>();
+  const bool role_known = get_enum(in, Role::kTop, identity.role);
+  AddressWidths& w = identity.widths;
   std::uint8_t name_size = 0;
-  in.get(who.system, who.id, name_size, w.system, w.class_id, w.instance, w.local, who.message_max);
-  for (std::uint8_t& first : who.classes.from) in.get(first);
-  who.name = in.text(name_size);
-  return in.ok() && role_known && who.widths.valid() && who.classes.valid() && who.epoch != 0;
+  in.get(identity.system, identity.id, name_size, w.system, w.class_id, w.instance, w.local,
+         identity.message_max);
+  for (std::uint8_t& first : identity.classes.from) in.get(first);
+  identity.name = in.text(name_size);
+  return in.ok() && role_known && identity.widths.valid() && identity.classes.valid() &&
+         identity.epoch != 0;
 }
 
 std::string_view name(RefuseCode code) { return core::label(kRefuseCodes, code).name; }
@@ -152,7 +154,7 @@ std::size_t encode(const Hello& hello, std::span<std::byte> to) {
   out.put(hello.token, hello.resume, hello.cookie);
   put_ms(out, hello.keep_alive);
   out.put(hello.kind);
-  put(out, hello.who);
+  put(out, hello.identity);
   std::ranges::fill(out.reserve(kHelloSize - out.size()), std::byte{0});
   return out.size();
 }
@@ -169,7 +171,7 @@ std::size_t encode(const Welcome& welcome, std::span<std::byte> to) {
   begin(out, DatagramKind::kWelcome, welcome.version, welcome.resumed ? 1 : 0);
   out.put(welcome.echo, welcome.token);
   put_ms(out, welcome.keep_alive);
-  put(out, welcome.who);
+  put(out, welcome.identity);
   return out.size();
 }
 
@@ -201,7 +203,7 @@ std::vector<std::byte> encode(const Announcement& announcement) {
   out.put(kVersion, static_cast<std::uint8_t>(addresses.size()),
           static_cast<std::uint8_t>(fleet.size()));
   out.put_text(fleet);
-  put(out, announcement.who);
+  put(out, announcement.identity);
   for (const NetAddress& address : addresses) put(out, address);
   const auto written = out.written();
   return {written.begin(), written.end()};
@@ -215,7 +217,7 @@ std::optional<Announcement> decode_announcement(std::span<const std::byte> bytes
   if (count > kAnnouncedAddressesMax || fleet_size > kFleetMax) return std::nullopt;
   Announcement announcement;
   announcement.fleet = in.text(fleet_size);
-  if (!get(in, announcement.who)) return std::nullopt;
+  if (!get(in, announcement.identity)) return std::nullopt;
   announcement.udp.resize(count);
   for (NetAddress& address : announcement.udp) {
     if (!get(in, address)) return std::nullopt;

@@ -128,12 +128,12 @@ struct Identity {
   bool operator==(const Identity&) const = default;
 };
 
-// True when `who` can be the router above `below`: the system router of its system, or a
+// True when `identity` can be the router above `below`: the system router of its system, or a
 // top-level router.
-inline bool is_above(const Identity& who, const Identity& below) {
+inline bool is_above(const Identity& identity, const Identity& below) {
   if (below.role == Role::kSubsystem)
-    return who.role == Role::kSystem && who.system == below.system;
-  return below.role == Role::kSystem && who.role == Role::kTop;
+    return identity.role == Role::kSystem && identity.system == below.system;
+  return below.role == Role::kSystem && identity.role == Role::kTop;
 }
 
 // The encoding of an identity, common to HELLO, WELCOME and announcements (drawn in PROTOCOL.md).
@@ -146,9 +146,9 @@ bool get_enum(ByteReader& in, Enum last, Enum& value) {
   return number <= static_cast<std::uint8_t>(last);
 }
 
-void put(ByteWriter& out, const Identity& who);
+void put(ByteWriter& out, const Identity& identity);
 // Returns false when the bytes are not a valid identity.
-bool get(ByteReader& in, Identity& who);
+bool get(ByteReader& in, Identity& identity);
 
 // --- the datagrams
 
@@ -178,7 +178,7 @@ struct Hello {
   std::uint64_t resume = 0;          // the newest token issued by the receiver; 0: none
   std::uint64_t cookie = 0;          // from the RETRY being answered; 0: none
   Duration keep_alive{};             // the sender's keep-alive interval
-  Identity who{};
+  Identity identity{};
 };
 // Padded with zeros to at least this size, so that no answer is longer than its question.
 inline constexpr std::size_t kHelloSize = 256;
@@ -195,7 +195,7 @@ struct Welcome {
   std::uint64_t echo = 0;   // Hello::token
   std::uint64_t token = 0;  // the sender of the HELLO puts this into its DATA
   Duration keep_alive{};
-  Identity who{};
+  Identity identity{};
 };
 
 enum class RefuseCode : std::uint8_t {
@@ -260,7 +260,7 @@ std::size_t encode(const Reset& reset, std::span<std::byte> to);
 // address. It is part of DDS discovery (the participant's user data).
 struct Announcement {
   Text<64> fleet{};
-  Identity who{};
+  Identity identity{};
   NetAddress dds{};               // source of the announcement; not encoded
   std::vector<NetAddress> udp{};  // where it receives datagrams; kAnnouncedAddressesMax at most
 

@@ -15,41 +15,42 @@ const Identity kRobot{.epoch = 5,
                       .message_max = 1 << 20,
                       .classes = {{1, 2, 3, 50, 60, 70, 255}}};
 
-std::span<std::byte> written(const Identity& who, std::span<std::byte> to) {
+std::span<std::byte> written(const Identity& identity, std::span<std::byte> to) {
   ByteWriter out(to);
-  put(out, who);
+  put(out, identity);
   return out.written();
 }
 
-TEST(Who, IsReadAsItWasWritten) {
+TEST(IdentityBytes, IsReadAsItWasWritten) {
   std::array<std::byte, kIdentityBytesMax> bytes{};
   ByteReader in(written(kRobot, bytes));
-  Identity who;
-  EXPECT_TRUE(get(in, who));
-  EXPECT_EQ(who, kRobot);
+  Identity identity;
+  EXPECT_TRUE(get(in, identity));
+  EXPECT_EQ(identity, kRobot);
   EXPECT_TRUE(in.empty());
 }
 
-TEST(Who, TheLongestNameHasRoom) {
-  Identity who = kRobot;
-  who.name = std::string_view("a name of sixty-three letters, which is the longest there may be!");
+TEST(IdentityBytes, TheLongestNameHasRoom) {
+  Identity identity = kRobot;
+  identity.name =
+      std::string_view("a name of sixty-three letters, which is the longest there may be!");
   std::array<std::byte, kIdentityBytesMax> bytes{};
-  EXPECT_EQ(written(who, bytes).size(), kIdentityBytesMax);
+  EXPECT_EQ(written(identity, bytes).size(), kIdentityBytesMax);
 }
 
-TEST(Who, BytesThatAreNobody) {
+TEST(IdentityBytes, BytesThatAreNotAnIdentity) {
   std::array<std::byte, kIdentityBytesMax> bytes{};
   const auto all = written(kRobot, bytes);
-  Identity who;
+  Identity identity;
   for (std::size_t size = 0; size < all.size(); ++size) {
     ByteReader in(all.first(size));
-    EXPECT_FALSE(get(in, who)) << "cut to " << size;
+    EXPECT_FALSE(get(in, identity)) << "cut to " << size;
   }
   const auto refused = [&](std::size_t at, std::uint8_t value) {
     auto damaged = bytes;
     damaged[at] = std::byte{value};
     ByteReader in(damaged);
-    return !get(in, who);
+    return !get(in, identity);
   };
   EXPECT_TRUE(refused(0, 0)) << "epoch 0";
   EXPECT_TRUE(refused(8, 3)) << "no such role";
@@ -65,12 +66,12 @@ Hello hello() {
           .resume = 12,
           .cookie = 13,
           .keep_alive = 300ms,
-          .who = {.epoch = 5,
-                  .role = Role::kTop,
-                  .system = 3,
-                  .id = 4,
-                  .name = std::string_view("base"),
-                  .message_max = 1000}};
+          .identity = {.epoch = 5,
+                       .role = Role::kTop,
+                       .system = 3,
+                       .id = 4,
+                       .name = std::string_view("base"),
+                       .message_max = 1000}};
 }
 
 TEST(Datagram, AHelloReadsBackAndMayNotBeCut) {
@@ -83,8 +84,8 @@ TEST(Datagram, AHelloReadsBackAndMayNotBeCut) {
   EXPECT_EQ(back.resume, 12U);
   EXPECT_EQ(back.cookie, 13U);
   EXPECT_EQ(back.keep_alive, 300ms);
-  EXPECT_EQ(back.who.name.view(), "base");
-  EXPECT_EQ(back.who.id, 4);
+  EXPECT_EQ(back.identity.name.view(), "base");
+  EXPECT_EQ(back.identity.id, 4);
   for (std::size_t n = 0; n < size; ++n)
     EXPECT_FALSE(decode(std::span(bytes).first(n)).has_value()) << n;
 }
@@ -103,7 +104,7 @@ TEST(Datagram, ARetryReadsBackAndMayNotBeCut) {
 TEST(Datagram, ARouterHasAnEpoch) {
   std::array<std::byte, kControlDatagramMax> bytes{};
   Hello nobody = hello();
-  nobody.who.epoch = 0;
+  nobody.identity.epoch = 0;
   EXPECT_FALSE(decode(std::span(bytes).first(encode(nobody, bytes))).has_value());
 }
 
@@ -134,12 +135,12 @@ NetAddress v6(std::uint8_t last, std::uint16_t port) {
 
 Announcement example() {
   return {.fleet = std::string_view("harbour"),
-          .who = {.epoch = 7,
-                  .role = Role::kSystem,
-                  .system = 4,
-                  .id = 1,
-                  .name = std::string_view("robot4"),
-                  .message_max = 16U << 20},
+          .identity = {.epoch = 7,
+                       .role = Role::kSystem,
+                       .system = 4,
+                       .id = 1,
+                       .name = std::string_view("robot4"),
+                       .message_max = 16U << 20},
           .udp = {NetAddress::v4(10, 9, 1, 4, 2010), v6(4, 2011)}};
 }
 
@@ -169,7 +170,7 @@ TEST(Announcement, AddressesThatMeanNothingToOthersAreLeftOut) {
 TEST(Announcement, ManyAddressesAreCutToWhatHasRoom) {
   Announcement announcement = example();
   announcement.fleet = std::string_view(std::string(63, 'f'));
-  announcement.who.name = std::string_view(std::string(63, 'n'));
+  announcement.identity.name = std::string_view(std::string(63, 'n'));
   announcement.udp.assign(100, v6(9, 2010));
   const auto bytes = encode(announcement);
   EXPECT_LE(bytes.size(), kAnnouncementBytesMax);

@@ -21,7 +21,7 @@ constexpr std::size_t kStandbyFleetMax = 100;
 }  // namespace
 
 bool Fleet::add(const Announcement& announcement) {
-  if (!announcement.dds || announcement.who.epoch == self_.epoch) return false;
+  if (!announcement.dds || announcement.identity.epoch == self_.epoch) return false;
   Announcement& known = routers_[announcement.dds];
   if (known == announcement) return false;
   known = announcement;
@@ -35,8 +35,9 @@ std::string Fleet::looked_for() const {
   return "a system router of system " + std::to_string(self_.system);
 }
 
-bool Fleet::is_double(const Identity& who) const {
-  return who.epoch != self_.epoch && who.system == self_.system && who.id == self_.id;
+bool Fleet::is_double(const Identity& identity) const {
+  return identity.epoch != self_.epoch && identity.system == self_.system &&
+         identity.id == self_.id;
 }
 
 std::vector<const Announcement*> Fleet::candidates(const Link& link, bool alone) const {
@@ -49,14 +50,15 @@ std::vector<const Announcement*> Fleet::candidates(const Link& link, bool alone)
            std::ranges::any_of(a.udp, [&](const NetAddress& to) { return udp->is_target(to); });
   };
   const auto is_linked = [&](const Announcement& a) {
-    return link.peer().epoch != 0 && a.who.epoch == link.peer().epoch;
+    return link.peer().epoch != 0 && a.identity.epoch == link.peer().epoch;
   };
   for (const auto& [from, a] : routers_) {
     if (is_linked(a) && link.is_up()) return {&a};
-    if (is_linked(a) || is_called(a) || (above && is_above(a.who, self_))) all.push_back(&a);
+    if (is_linked(a) || is_called(a) || (above && is_above(a.identity, self_))) all.push_back(&a);
   }
   std::ranges::sort(all, {}, [&](const Announcement* a) {
-    return std::tuple(!is_linked(*a), !is_called(*a), a->who.system, a->who.id, a->who.epoch);
+    return std::tuple(!is_linked(*a), !is_called(*a), a->identity.system, a->identity.id,
+                      a->identity.epoch);
   });
   return all;
 }

@@ -28,7 +28,7 @@ class Fleet {
   // Description of the router a super link looks for: "a system router of system 3".
   [[nodiscard]] std::string looked_for() const;
   // True for another router with our system and id.
-  [[nodiscard]] bool is_double(const Identity& who) const;
+  [[nodiscard]] bool is_double(const Identity& identity) const;
 
   [[nodiscard]] const std::map<NetAddress, Announcement>& routers() const { return routers_; }
 

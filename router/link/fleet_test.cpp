@@ -12,27 +12,27 @@ namespace fleet_test {
 
 using namespace std::chrono_literals;
 
-Identity who(Role role, std::uint8_t system, std::uint8_t id, std::uint64_t epoch) {
+Identity identity(Role role, std::uint8_t system, std::uint8_t id, std::uint64_t epoch) {
   return {.epoch = epoch, .role = role, .system = system, .id = id, .message_max = 1U << 20};
 }
 
 NetAddress udp(std::uint8_t host) { return NetAddress::v4(10, 0, 0, host, 2010); }
 
 // Announced as the participant and from the host that have the number of its epoch.
-Announcement announced(const Identity& who) {
-  const auto number = static_cast<std::uint8_t>(who.epoch);
+Announcement announced(const Identity& identity) {
+  const auto number = static_cast<std::uint8_t>(identity.epoch);
   return {.fleet = std::string_view("harbour"),
-          .who = who,
+          .identity = identity,
           .dds = NetAddress::dds({number}),
           .udp = {udp(number)}};
 }
 
 const std::vector kBoth{PathKind::kUdp, PathKind::kDds};
-const Identity kBase = who(Role::kTop, 0, 1, 10);
-const Identity kOne = who(Role::kSystem, 1, 1, 11);
-const Identity kOther = who(Role::kSystem, 1, 3, 13);
-const Identity kTwo = who(Role::kSystem, 2, 1, 12);
-const Identity kHost = who(Role::kSubsystem, 1, 2, 21);
+const Identity kBase = identity(Role::kTop, 0, 1, 10);
+const Identity kOne = identity(Role::kSystem, 1, 1, 11);
+const Identity kOther = identity(Role::kSystem, 1, 3, 13);
+const Identity kTwo = identity(Role::kSystem, 2, 1, 12);
+const Identity kHost = identity(Role::kSubsystem, 1, 2, 21);
 
 struct NoSink final : core::Port, core::RouterHooks {
   core::Outcome deliver(Time, const core::Receiver&, const core::Message&) override {
@@ -54,7 +54,7 @@ class FleetTest : public testing::Test {
         core::RouterSettings{.address = self.address(), .role = self.role, .clients_max = 8},
         core::HashSeed{1, 2}, sink);
     link = std::make_unique<Link>(*router, pool, memory, done, around, 0, settings);
-    around.who = self;
+    around.identity = self;
   }
   void be(const Identity& self) { be(self, {.to = std::string(kAutomatic), .paths = kBoth}); }
   void announce(std::initializer_list<Identity> all) {
@@ -62,26 +62,27 @@ class FleetTest : public testing::Test {
   }
   std::vector<std::uint64_t> candidates(bool alone = true) {
     std::vector<std::uint64_t> epochs;
-    for (const Announcement* a : fleet->candidates(*link, alone)) epochs.push_back(a->who.epoch);
+    for (const Announcement* a : fleet->candidates(*link, alone))
+      epochs.push_back(a->identity.epoch);
     return epochs;
   }
   void come_up(const Identity& peer) {
     const NetAddress at = udp(static_cast<std::uint8_t>(peer.epoch));
     link->set_targets(now, PathKind::kUdp, {&at, 1});
-    link->on_welcome(now, at, {.token = 7, .keep_alive = 300ms, .who = peer});
+    link->on_welcome(now, at, {.token = 7, .keep_alive = 300ms, .identity = peer});
     ASSERT_TRUE(link->is_up());
   }
   using Epochs = std::vector<std::uint64_t>;
 
   struct Around final : LinkContext {
     std::uint64_t random() override { return ++number; }
-    [[nodiscard]] const Identity& self() const override { return who; }
+    [[nodiscard]] const Identity& self() const override { return identity; }
     [[nodiscard]] std::int64_t wall_ns() const override { return 0; }
     void send(const NetAddress&, std::span<const std::byte>) override {}
     void lost(core::ClientId, const Header&, core::Outcome) override {}
     void changed() override {}
     std::uint64_t number = 0;
-    Identity who{};
+    Identity identity{};
   };
   Time now{100s};
   alignas(core::BlockPool::kBlockSize) std::array<std::byte, 1U << 18> blocks{};
@@ -101,7 +102,7 @@ TEST_F(FleetTest, OnlyNewsIsNews) {
   EXPECT_TRUE(fleet->add(announced(kBase)));
   EXPECT_FALSE(fleet->add(announced(kBase)));
   EXPECT_FALSE(fleet->add(announced(kOne))) << "that is us";
-  EXPECT_FALSE(fleet->add({.who = kTwo})) << "from nowhere";
+  EXPECT_FALSE(fleet->add({.identity = kTwo})) << "from nowhere";
   Announcement moved = announced(kBase);
   moved.udp = {udp(99)};
   EXPECT_TRUE(fleet->add(moved));
@@ -129,11 +130,11 @@ TEST_F(FleetTest, ASubsystemLooksForTheSystemRouterOfItsSystem) {
 
 TEST_F(FleetTest, ATopLevelRouterLooksForNobody) {
   be(kBase);
-  announce({kOne, who(Role::kTop, 0, 2, 14)});
+  announce({kOne, identity(Role::kTop, 0, 2, 14)});
   EXPECT_TRUE(candidates().empty());
 }
 
-TEST_F(FleetTest, WhoIsLinkedIsTheOneWhileTheLinkIsUp) {
+TEST_F(FleetTest, TheLinkedRouterIsTheOnlyCandidateWhileTheLinkIsUp) {
   be(kHost);
   announce({kOne, kOther});
   come_up(kOther);
@@ -142,7 +143,7 @@ TEST_F(FleetTest, WhoIsLinkedIsTheOneWhileTheLinkIsUp) {
   EXPECT_EQ(candidates(), (Epochs{13, 11})) << "then the first of several";
 }
 
-TEST_F(FleetTest, AnAddressMeansWhoAnnouncesIt) {
+TEST_F(FleetTest, AnAddressMeansTheRouterThatAnnouncesIt) {
   be(kHost, {.to = udp(13).to_string(), .paths = kBoth});
   announce({kOne, kOther});
   const NetAddress target = udp(13);
@@ -162,11 +163,11 @@ TEST_F(FleetTest, WithoutUdpAnAddressMeansNothingAndTheRoleAllToAnOnlyLink) {
   EXPECT_TRUE(candidates(false).empty()) << "another link may mean it";
 }
 
-TEST_F(FleetTest, WhoAcceptsLooksForNobodyButWhomItHasAccepted) {
+TEST_F(FleetTest, AnAcceptingLinkLooksOnlyForTheRouterItAccepted) {
   be(kOne, {.kind = LinkKind::kSub, .connects = false, .paths = kBoth});
   announce({kBase, kHost});
   EXPECT_TRUE(candidates().empty());
-  link->accept(now, udp(21), {.token = 5, .keep_alive = 300ms, .who = kHost}, 6);
+  link->accept(now, udp(21), {.token = 5, .keep_alive = 300ms, .identity = kHost}, 6);
   EXPECT_EQ(candidates(), Epochs{21});
 }
 
@@ -175,8 +176,8 @@ TEST_F(FleetTest, ADoubleHasOurSystemAndId) {
   EXPECT_FALSE(fleet->is_double(kOne));
   EXPECT_FALSE(fleet->is_double(kOther));
   EXPECT_FALSE(fleet->is_double(kTwo));
-  EXPECT_TRUE(fleet->is_double(who(Role::kSystem, 1, 1, 99)));
-  EXPECT_TRUE(fleet->is_double(who(Role::kSubsystem, 1, 1, 99)));
+  EXPECT_TRUE(fleet->is_double(identity(Role::kSystem, 1, 1, 99)));
+  EXPECT_TRUE(fleet->is_double(identity(Role::kSubsystem, 1, 1, 99)));
 }
 
 }  // namespace fleet_test

@@ -140,7 +140,7 @@ TEST_F(LanesTest, TooOldIsSkipped) {
   EXPECT_EQ(memory.used_bytes(), 0U);
 }
 
-TEST_F(LanesTest, WhatWaitsCanGiveWay) {
+TEST_F(LanesTest, WaitingMessagesCanBeDropped) {
   push(500, 100);
   push(500, 100);
   push(600, 100);
@@ -307,7 +307,7 @@ TEST_F(SharesTest, WhatIsOnlyAnnouncedTakesNoMemory) {
 }
 
 // All that there is, by bytes that came; then others get their share of it.
-TEST_F(SharesTest, WhoHoldsAllGivesItBackWhenOthersWantSome) {
+TEST_F(SharesTest, APeerThatHoldsAllMemoryReturnsItWhenOthersNeedSome) {
   for (std::size_t lane = 0; lane < kLanes; ++lane)
     (void)first.begin(lane, 4 * kLarge, 4 * kLarge - 10'000);
   EXPECT_EQ(memory.free_bytes(), 0U);
@@ -352,7 +352,7 @@ TEST_F(SharesTest, OfMessagesThatWaitForEachOtherEachArrives) {
 }
 
 // A message that waits for memory does not count as one without progress.
-TEST_F(SharesTest, WhoWaitsForMemoryIsNotGivenUp) {
+TEST_F(SharesTest, AMessageThatWaitsForMemoryIsNotGivenUp) {
   ASSERT_EQ(first.begin(0, 4 * kLarge, kLarge), Verdict::kTaken);
   for (std::size_t lane = 0; lane < kLanes; ++lane)
     (void)second.begin(lane, 4 * kLarge, 4 * kLarge - 1);
@@ -367,7 +367,7 @@ TEST_F(SharesTest, WhoWaitsForMemoryIsNotGivenUp) {
   EXPECT_TRUE(first.lanes[0]->give_up_stalled(first.now).has_value()) << "it does not come again";
 }
 
-TEST_F(SharesTest, WhatMakesNoProgressIsGivenUpWhenOthersWantItsMemory) {
+TEST_F(SharesTest, AStalledMessageIsGivenUpWhenOthersNeedItsMemory) {
   ASSERT_EQ(first.begin(3, kLarge, kLarge / 2), Verdict::kTaken);
   const auto give_up = [&] { return first.lanes[3]->give_up_stalled(first.now); };
   first.now += LaneReceiver::kPatience - 1ms;

@@ -67,7 +67,7 @@ void Link::begin_connecting(Time now, Time first) {
   enter(now, State::kConnecting);
 }
 
-void Link::say_hello(Time now) {
+void Link::send_hello(Time now) {
   keep_alive_ = settings_.keep_alive;
   // Jitter keeps a thousand routers from doing this at the same moment.
   const auto jitter = static_cast<std::int64_t>(context_.random() % 1000) - 500;
@@ -83,7 +83,7 @@ Hello Link::hello() const {
           .token = our_token_,
           .resume = known_token_,
           .keep_alive = keep_alive_,
-          .who = context_.self()};
+          .identity = context_.self()};
 }
 
 // Answers immediately to the source address; if that is lost, the next HELLO starts over.
@@ -114,7 +114,7 @@ void Link::on_welcome(Time now, const NetAddress& from, const Welcome& welcome) 
   called_ = true;
   their_token_ = known_token_ = welcome.token;
   their_keep_alive_ = welcome.keep_alive;
-  peer_ = welcome.who;
+  peer_ = welcome.identity;
   paths_.begin(now, from);
   come_up(now);
 }
@@ -140,7 +140,7 @@ void Link::accept(Time now, const NetAddress& from, const Hello& hello, std::uin
   our_token_ = our_token;
   their_token_ = known_token_ = hello.token;
   resume(hello);
-  peer_ = hello.who;
+  peer_ = hello.identity;
   paths_.begin(now, from);
   come_up(now);
 }
@@ -343,7 +343,7 @@ std::size_t Link::build_probe(Time now, std::span<std::byte> to) {
 
 void Link::call_now(Time now) {
   if (next_keep_alive_ != kNever) next_keep_alive_ = now;
-  if (state_ == State::kConnecting) say_hello(now);
+  if (state_ == State::kConnecting) send_hello(now);
 }
 
 Time Link::next_timeout(Time now) {
@@ -370,7 +370,7 @@ void Link::on_timeout(Time now) {
   const bool calls = state_ == State::kConnecting || state_ == State::kRefused;
   if (calls && now >= next_hello_) {
     const bool refused = state_ == State::kRefused;
-    say_hello(now);
+    send_hello(now);
     if (refused) next_hello_ = now + kAfterRefusal;
   }
   session_.on_timeout(now);

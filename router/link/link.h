@@ -120,12 +120,13 @@ class Link final : private ArrivalObserver, private LossObserver {
   // True when the sender of this HELLO owns the current session, or repeats the HELLO that
   // created it.
   [[nodiscard]] bool is_of_session(const Hello& hello) const {
-    return is_to(hello.who) && peer_.epoch == hello.who.epoch && hello.token == their_token_;
+    return is_to(hello.identity) && peer_.epoch == hello.identity.epoch &&
+           hello.token == their_token_;
   }
   [[nodiscard]] core::ClientId client() const { return client_; }
   [[nodiscard]] const Identity& peer() const { return peer_; }
-  [[nodiscard]] bool is_to(const Identity& who) const {
-    return peer_.epoch != 0 && peer_.system == who.system && peer_.id == who.id;
+  [[nodiscard]] bool is_to(const Identity& identity) const {
+    return peer_.epoch != 0 && peer_.system == identity.system && peer_.id == identity.id;
   }
   [[nodiscard]] const NetAddress& address() const { return paths_.address(); }
   [[nodiscard]] const Paths& paths() const { return paths_; }
@@ -156,7 +157,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   // Sends CLOSE with the reason to the other side.
   void send_close(Time now, core::CloseReason reason);
   void begin_connecting(Time now, Time first);
-  void say_hello(Time now);
+  void send_hello(Time now);
   void come_up(Time now);
   void go_down(Time now, core::CloseReason reason, State state);
   [[nodiscard]] Time gone_at() const;

@@ -121,7 +121,7 @@ void Links::network_changed(Time now) {
   });
 }
 
-std::vector<std::string> Links::wants_addresses() const {
+std::vector<std::string> Links::names_to_resolve() const {
   std::vector<std::string> names;
   for_each([&](const Link& link) {
     if (link.settings().connects && !link.is_up()) names.push_back(link.settings().to);
@@ -197,15 +197,16 @@ void Links::on_welcome(Time now, const NetAddress& from, const Welcome& welcome)
   if (welcome.version < kVersionMin || welcome.version > kVersionMax)
     return refuse_welcome("it supports version " + std::to_string(welcome.version) +
                           " of the protocol");
-  if (welcome.who.widths != setup_.self.widths)
+  if (welcome.identity.widths != setup_.self.widths)
     return refuse_welcome("the widths of its address fields differ: see [address] widths");
-  if (welcome.who.classes != setup_.self.classes)
-    return refuse_welcome("its message.classes are " + welcome.who.classes.to_string() + ", here " +
-                          setup_.self.classes.to_string());
-  const Link* other = link_to(welcome.who);
+  if (welcome.identity.classes != setup_.self.classes)
+    return refuse_welcome("its message.classes are " + welcome.identity.classes.to_string() +
+                          ", here " + setup_.self.classes.to_string());
+  const Link* other = link_to(welcome.identity);
   if (other != nullptr && other != link && other->is_up())
-    return refuse_welcome("there is already a link to " + std::string(welcome.who.name.view()) +
-                          ", at " + other->address().to_string());
+    return refuse_welcome("there is already a link to " +
+                          std::string(welcome.identity.name.view()) + ", at " +
+                          other->address().to_string());
   link->on_welcome(now, from, welcome);
 }
 
@@ -418,7 +419,7 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
     send_control(from, refusal);
   };
   if (const auto refusal = Admission::version_refusal(hello)) return refuse(*refusal);
-  Link* link = link_to(hello.who);
+  Link* link = link_to(hello.identity);
   const bool resumes = link != nullptr && link->is_of_session(hello);
   // Nothing is stored, looked up or sent at length for an unverified address.
   if (!resumes && !admission_.is_proven(now, from, hello))
@@ -427,7 +428,8 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
   // linked with.
   const auto is_called = [&](const LinkSettings& s) {
     return first_link([&](const Link& l) {
-             return l.settings().to == s.to && (l.paths().is_target(from) || l.is_to(hello.who));
+             return l.settings().to == s.to &&
+                    (l.paths().is_target(from) || l.is_to(hello.identity));
            }) != nullptr;
   };
   Refuse refusal{.echo = hello.token};
@@ -442,7 +444,7 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
     return refuse(refusal);
   }
   // Both sides connect to each other: the call of the lower address is used.
-  if (settings->connects && setup_.self.address() < hello.who.address()) return;
+  if (settings->connects && setup_.self.address() < hello.identity.address()) return;
   if (resumes) {
     link->resume(hello);
     return welcome(from, hello, *link, true);
@@ -481,31 +483,31 @@ void Links::welcome(const NetAddress& to, const Hello& hello, const Link& link, 
                            .echo = hello.token,
                            .token = link.our_token(),
                            .keep_alive = link.settings().keep_alive,
-                           .who = setup_.self});
+                           .identity = setup_.self});
 }
 
 void Links::take(Time now, const NetAddress& from, const Hello& hello, Link& link) {
-  admission_.forget_rivals(hello.who);
+  admission_.forget_rivals(hello.identity);
   link.accept(now, from, hello, random() | 1);
   learn_token(link);
   touch(link);
   welcome(from, hello, link, false);
 }
 
-Link* Links::link_to(const Identity& who) {
-  return first_link([&](const Link& link) { return link.is_to(who); });
+Link* Links::link_to(const Identity& identity) {
+  return first_link([&](const Link& link) { return link.is_to(identity); });
 }
 
 // --- routers of the fleet
 
 void Links::on_announced(Time now, const Announcement& announcement) {
   if (!fleet_.add(announcement)) return;
-  const Identity& who = announcement.who;
-  if (fleet_.is_double(who))
+  const Identity& identity = announcement.identity;
+  if (fleet_.is_double(identity))
     router_.note({.at = now,
                   .kind = core::EventKind::kDuplicateRouter,
-                  .address = who.address(),
-                  .client = link_peer(who.name.view(), announcement.dds.to_string()),
+                  .address = identity.address(),
+                  .client = link_peer(identity.name.view(), announcement.dds.to_string()),
                   .owner = link_peer(setup_.self.name.view(), "this router")});
   look_for_all(now);
 }
@@ -546,7 +548,7 @@ void Links::look_for(Time now, Link& link) {
   std::vector<NetAddress> udp;
   std::vector<NetAddress> dds;
   for (const Announcement* a : candidates) {
-    if (a->who.system != one.who.system || a->who.id != one.who.id) continue;
+    if (a->identity.system != one.identity.system || a->identity.id != one.identity.id) continue;
     udp.insert(udp.end(), a->udp.begin(), a->udp.end());
     dds.push_back(a->dds);
   }

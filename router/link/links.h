@@ -64,7 +64,7 @@ class Links final : public core::Port, private LinkContext {
   // Addresses or routes of this host have changed: send a keep-alive on every link immediately.
   void network_changed(Time now);
   // Names to be resolved (again): those of links that connect and are not up.
-  [[nodiscard]] std::vector<std::string> wants_addresses() const;
+  [[nodiscard]] std::vector<std::string> names_to_resolve() const;
 
   // --- input. The bytes stay valid until the turn is flushed.
   void on_datagram(Time now, const NetAddress& from, std::span<std::byte> bytes);
@@ -132,7 +132,7 @@ class Links final : public core::Port, private LinkContext {
   void on_hello(Time now, const NetAddress& from, const Hello& hello);
   void welcome(const NetAddress& to, const Hello& hello, const Link& link, bool resumed);
   void take(Time now, const NetAddress& from, const Hello& hello, Link& link);
-  Link* link_to(const Identity& who);
+  Link* link_to(const Identity& identity);
   [[nodiscard]] std::size_t links_in_use() const;
 
   void on_data(Time now, const NetAddress& from, const Data& data);

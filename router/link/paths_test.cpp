@@ -163,7 +163,7 @@ TEST_F(PathsTest, AnOverdueAnswerIsAskedForFourTimesAsOften) {
   for (std::size_t i = 1; i < times.size(); ++i) EXPECT_EQ(times[i] - times[i - 1], 75ms);
 }
 
-TEST_F(PathsTest, OneWayAloneIsNeverAsked) {
+TEST_F(PathsTest, ASinglePathIsNeverAsked) {
   begin({PathKind::kDds});
   cut(kDds);
   EXPECT_EQ(paths.next_timeout(kRtt), kNever);
@@ -174,7 +174,7 @@ TEST_F(PathsTest, OneWayAloneIsNeverAsked) {
   EXPECT_EQ(paths.address(), kDds);
 }
 
-TEST_F(PathsTest, AWayThatLeadsNowhereIsNotAsked) {
+TEST_F(PathsTest, APathWithoutTargetsIsNotAsked) {
   paths.set_targets(PathKind::kDds, {});
   run_for(10s);
   EXPECT_TRUE(questions(kDds).empty());
@@ -304,7 +304,7 @@ TEST_F(PathsTest, AfterASilenceAllAreAskedAnew) {
   EXPECT_LE(until(PathKind::kDds), kRtt + 1ms);
 }
 
-TEST_F(PathsTest, ANewSessionKnowsNothingOfTheOtherWays) {
+TEST_F(PathsTest, ANewSessionKnowsNothingOfTheOtherPaths) {
   run_for(5s);
   EXPECT_TRUE(works(PathKind::kUdp));
   paths.begin(now, kDds);
@@ -332,7 +332,7 @@ TEST_F(PathsTest, ANonceThatNobodyAskedOrThatWasAnsweredIsNothing) {
   EXPECT_FALSE(works(PathKind::kUdp));
 }
 
-TEST_F(PathsTest, AKnownAddressMayBeAnsweredForAnyWay) {
+TEST_F(PathsTest, AKnownAddressMayBeAnsweredOnAnyPath) {
   reachable = {};
   run_for(1ms);
   ASSERT_EQ(asked[0].question.to, kDds);
@@ -341,7 +341,7 @@ TEST_F(PathsTest, AKnownAddressMayBeAnsweredForAnyWay) {
   EXPECT_EQ(paths.find(PathKind::kDds)->address, kDds);
 }
 
-TEST_F(PathsTest, AnAddressThatADatagramToldMustAnswerItself) {
+TEST_F(PathsTest, AnAddressSeenAsASourceMustAnswerItself) {
   const auto question = paths.on_source(now, kMoved, 5);
   ASSERT_TRUE(question);
   EXPECT_FALSE(paths.on_answer(now, kUdp, 5));
@@ -376,7 +376,7 @@ TEST_F(PathsTest, ALateAnswerFromWhereItWasDoesNotMoveItBack) {
 
 // --- where it is called
 
-TEST_F(PathsTest, TheFirstWayThatLeadsAnywhereIsCalledFirst) {
+TEST_F(PathsTest, TheFirstPathWithTargetsIsCalledFirst) {
   EXPECT_EQ(paths.to_call(true), std::vector{kUdp});
   EXPECT_EQ(paths.to_call(false), (std::vector{kUdp, kDds}));
   paths.set_targets(PathKind::kUdp, {});
@@ -390,7 +390,7 @@ TEST_F(PathsTest, TheFirstWayThatLeadsAnywhereIsCalledFirst) {
   EXPECT_FALSE(paths.has_targets());
 }
 
-TEST_F(PathsTest, WhoIsAskedAndHasNotAnsweredIsAStranger) {
+TEST_F(PathsTest, AnAddressThatHasNotAnsweredIsAStranger) {
   EXPECT_FALSE(paths.is_strange(kUdp));
   EXPECT_TRUE(paths.is_strange(kDds));
   EXPECT_TRUE(paths.is_at(kUdp));
@@ -402,7 +402,7 @@ TEST_F(PathsTest, WhoIsAskedAndHasNotAnsweredIsAStranger) {
 
 // --- configuration, counters
 
-TEST_F(PathsTest, WaysThatStayKeepWhatIsKnownOfThem) {
+TEST_F(PathsTest, PathsThatStayKeepTheirState) {
   run_for(5s);
   paths.count_in(PathKind::kDds, 100);
   const std::vector turned{PathKind::kDds, PathKind::kUdp};
@@ -424,7 +424,7 @@ TEST_F(PathsTest, WhenTheUsedOneIsTakenAwayTheOtherIsUsed) {
   EXPECT_EQ(paths.since(), now);
 }
 
-TEST_F(PathsTest, EachWayIsCounted) {
+TEST_F(PathsTest, EachPathIsCounted) {
   paths.count_in(PathKind::kUdp, 10);
   paths.count_in(PathKind::kUdp, 20);
   paths.count_out(PathKind::kDds, 5);
@@ -438,7 +438,7 @@ TEST_F(PathsTest, EachWayIsCounted) {
   }
 }
 
-TEST_F(PathsTest, AWayWithoutTargetsLeadsNowhereUntilSomebodyWasThere) {
+TEST_F(PathsTest, APathWithoutTargetsLeadsNowhereUntilAPeerWasThere) {
   EXPECT_TRUE(paths.leads(PathKind::kDds));
   paths.set_targets(PathKind::kDds, {});
   EXPECT_FALSE(paths.leads(PathKind::kDds));

@@ -38,12 +38,12 @@ std::string hex(std::span<const std::byte> bytes) {
 TEST(Protocol, TheHelloOfTheDocumentIsTheHelloOfTheCode) {
   const Hello hello{.token = 0x0102030405060708,
                     .keep_alive = std::chrono::milliseconds(300),
-                    .who = {.epoch = 0x1122334455667788,
-                            .role = Role::kSystem,
-                            .system = 1,
-                            .id = 1,
-                            .name = std::string_view("robot1"),
-                            .message_max = 16U << 20}};
+                    .identity = {.epoch = 0x1122334455667788,
+                                 .role = Role::kSystem,
+                                 .system = 1,
+                                 .id = 1,
+                                 .name = std::string_view("robot1"),
+                                 .message_max = 16U << 20}};
   std::array<std::byte, kControlDatagramMax> bytes{};
   // Without the trailing zeros.
   auto encoded = std::span(bytes).first(encode(hello, bytes));
@@ -65,12 +65,12 @@ TEST(Protocol, TheDataOfTheDocumentIsTheDataOfTheCode) {
 
 TEST(Protocol, TheAnnouncementOfTheDocumentIsTheAnnouncementOfTheCode) {
   const Announcement announcement{.fleet = std::string_view("harbour"),
-                                  .who = {.epoch = 0x1122334455667788,
-                                          .role = Role::kSystem,
-                                          .system = 1,
-                                          .id = 1,
-                                          .name = std::string_view("robot1"),
-                                          .message_max = 16U << 20},
+                                  .identity = {.epoch = 0x1122334455667788,
+                                               .role = Role::kSystem,
+                                               .system = 1,
+                                               .id = 1,
+                                               .name = std::string_view("robot1"),
+                                               .message_max = 16U << 20},
                                   .udp = {NetAddress::v4(10, 9, 1, 1, 2010)}};
   const auto bytes = encode(announcement);
   EXPECT_NE(document().find(hex(bytes)), std::string::npos) << hex(bytes);

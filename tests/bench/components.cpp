@@ -22,11 +22,11 @@ constexpr rack::ModuleInfo kInfo{
 Address scanner_address() { return Address::of({.class_id = class_id::kLadar}); }
 
 int run(rack::Module& module, const Plan& plan, const std::vector<std::string>& more = {}) {
-  std::vector<std::string> words{"--router=" + plan.socket};
-  words.insert(words.end(), more.begin(), more.end());
-  std::vector<const char*> arguments;
-  for (const std::string& word : words) arguments.push_back(word.c_str());
-  return module.run(arguments);
+  std::vector<std::string> arguments{"--router=" + plan.socket};
+  arguments.insert(arguments.end(), more.begin(), more.end());
+  std::vector<const char*> argv;
+  for (const std::string& argument : arguments) argv.push_back(argument.c_str());
+  return module.run(argv);
 }
 
 // The time of put, stored in the first point.

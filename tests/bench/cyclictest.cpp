@@ -23,10 +23,10 @@ std::vector<Duration> samples_of(const std::string& histogram) {
   std::istringstream lines(histogram);
   for (std::string line; std::getline(lines, line);) {
     if (line.starts_with('#')) continue;
-    std::istringstream words(line);
+    std::istringstream fields(line);
     std::int64_t late_us = 0;
     std::size_t count = 0;
-    if (words >> late_us >> count)
+    if (fields >> late_us >> count)
       samples.insert(samples.end(), count, Duration(std::chrono::microseconds(late_us)));
   }
   return samples;

@@ -23,8 +23,8 @@ Result<DdsEngineLink> DdsEngineLink::open(const Plan& plan) {
   wait_for_interface(plan.host);
   DdsEngineLink link;
   const link::Announcement self{.fleet = std::string_view(kFleet),
-                                .who = {.epoch = static_cast<std::uint64_t>(::getpid()),
-                                        .name = std::string_view(plan.role)}};
+                                .identity = {.epoch = static_cast<std::uint64_t>(::getpid()),
+                                             .name = std::string_view(plan.role)}};
   if (auto started = link.host_->engine.start(self); !started) return started.error();
   return link;
 }

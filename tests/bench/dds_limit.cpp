@@ -181,7 +181,7 @@ bool dds_ping(const Plan& plan) {
   std::size_t rounds = 0;
   Usage before;
   End* end = nullptr;
-  const auto say = [&](Kind kind) {
+  const auto send = [&](Kind kind) {
     const auto bytes = payload.with({.kind = kind, .seq = rounds});
     octets.assign(bytes.begin(), bytes.end());
     start = os::now();
@@ -191,21 +191,21 @@ bool dds_ping(const Plan& plan) {
     const Time now = os::now();
     if (++rounds > kWarmUp) samples.push_back(now - start);
     if (rounds == kWarmUp) before = own_usage(), until = now + plan.seconds;
-    if (now < until && samples.size() < kRounds) return say(Kind::kData);
+    if (now < until && samples.size() < kRounds) return send(Kind::kData);
     over.raise();
   });
   end = &here;
   for (const Time give_up = os::now() + kDdsLimitPatience;
        !here.is_matched() && os::now() < give_up;) {
   }
-  say(Kind::kData);
+  send(Kind::kData);
   if (!over.wait(plan.seconds + kDdsLimitPatience)) {
     std::fprintf(stderr, "ping: the other side does not answer any more\n");
     return false;
   }
   print_usage(before, samples.size());
   print_latencies(samples);
-  say(Kind::kEnd);
+  send(Kind::kEnd);
   return true;
 }
 

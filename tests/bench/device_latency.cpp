@@ -307,7 +307,7 @@ bool listen(const Plan& plan, Samples& samples, const Telegrams& scanner) {
   if (auto wanted = ladar.get_cont_data(0, data->address()); !wanted)
     return complain(wanted.error());
   rack::LadarData scan;
-  for (bool wants_more = true; wants_more;) {
+  for (bool has_more = true; has_more;) {
     const auto message = data->peek_for(kStartLimit);
     const Time now = os::now();
     if (!message) return complain(message.error());
@@ -316,7 +316,7 @@ bool listen(const Plan& plan, Samples& samples, const Telegrams& scanner) {
     const Time sent = marked([&](std::size_t i) {
       return static_cast<unsigned>(scan.points[scan.points.size() - 1 - i].distance);
     });
-    wants_more = samples.take(sent, scanner.size_of_points(scan.points.size()), now);
+    has_more = samples.take(sent, scanner.size_of_points(scan.points.size()), now);
   }
   return true;
 }

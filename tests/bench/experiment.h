@@ -52,7 +52,7 @@ struct Experiment {
   std::uint32_t bulk_priority = 0;  // of the large messages
   Cable cable{};                    // between two hosts
   std::string paths{};              // of routers that connect by name; empty: by address
-  bool rate_told = false;           // the capacity of the cable is configured in the routers
+  bool rate_is_set = false;         // the capacity of the cable is configured in the routers
   bool one_cpu = false;             // all processes share the last CPU
   bool traced = false;              // with strace, to count system calls
 };

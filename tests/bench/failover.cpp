@@ -29,23 +29,23 @@ class Talker {
     return Talker(std::move(*session), std::move(*mailbox), std::move(*admin), other);
   }
 
-  void say() {
+  void send() {
     const Time now = os::now();
     if (mailbox_.send({.dest = other_, .type = type::kData}, std::as_bytes(std::span(&now, 1))))
-      ++said_;
+      ++sent_;
   }
-  void hear() {
+  void receive() {
     while (const auto message = mailbox_.try_peek()) {
-      Time said;
-      std::memcpy(&said, message->body().data(), sizeof said);
-      longest_ = std::max(longest_, os::now() - said);
-      ++heard_;
+      Time sent_at;
+      std::memcpy(&sent_at, message->body().data(), sizeof sent_at);
+      longest_ = std::max(longest_, os::now() - sent_at);
+      ++received_;
     }
   }
   void forget_longest() { longest_ = {}; }
 
-  [[nodiscard]] std::uint64_t said() const { return said_; }
-  [[nodiscard]] std::uint64_t heard() const { return heard_; }
+  [[nodiscard]] std::uint64_t sent() const { return sent_; }
+  [[nodiscard]] std::uint64_t received() const { return received_; }
   [[nodiscard]] Duration longest() const { return longest_; }
   Admin& router() { return admin_; }
 
@@ -60,8 +60,8 @@ class Talker {
   Mailbox mailbox_;
   Admin admin_;
   Address other_;
-  std::uint64_t said_ = 0;
-  std::uint64_t heard_ = 0;
+  std::uint64_t sent_ = 0;
+  std::uint64_t received_ = 0;
   Duration longest_{};
 };
 
@@ -90,7 +90,7 @@ class Talk {
   // Waits until both routers send over that path.
   Result<void> until(const std::string& path) {
     for (const Time give_up = os::now() + kFailoverPatience; os::now() < give_up;) {
-      for (int i = 0; i < kLookEvery; ++i) talk(true);
+      for (int i = 0; i < kLookEvery; ++i) exchange(true);
       const auto reached = goes_by(path);
       if (!reached) return reached.error();
       if (*reached) return {};
@@ -99,7 +99,7 @@ class Talk {
   }
   // Receives the messages that are still in flight.
   void finish() {
-    for (const Time give_up = os::now() + 3s; lost() > 0 && os::now() < give_up;) talk(false);
+    for (const Time give_up = os::now() + 3s; lost() > 0 && os::now() < give_up;) exchange(false);
   }
   void forget_longest() {
     for (Talker& side : sides_) side.forget_longest();
@@ -109,8 +109,8 @@ class Talk {
         .count();
   }
   [[nodiscard]] double lost() const {
-    return static_cast<double>(sides_[0].said() + sides_[1].said()) -
-           static_cast<double>(sides_[0].heard() + sides_[1].heard());
+    return static_cast<double>(sides_[0].sent() + sides_[1].sent()) -
+           static_cast<double>(sides_[0].received() + sides_[1].received());
   }
 
  private:
@@ -119,11 +119,11 @@ class Talk {
 
   Talk(Talker base, Talker robot) : sides_{std::move(base), std::move(robot)} {}
 
-  void talk(bool say) {
+  void exchange(bool send) {
     for (Talker& side : sides_)
-      if (say) side.say();
+      if (send) side.send();
     std::this_thread::sleep_for(kPace);
-    for (Talker& side : sides_) side.hear();
+    for (Talker& side : sides_) side.receive();
   }
   Result<bool> goes_by(const std::string& path) {
     for (Talker& side : sides_) {

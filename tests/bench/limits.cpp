@@ -13,7 +13,7 @@
 namespace tims::bench {
 namespace {
 
-struct Words {
+struct Turns {
   alignas(64) std::atomic<std::uint32_t> ping;
   alignas(64) std::atomic<std::uint32_t> echo;
 };
@@ -22,13 +22,13 @@ constexpr std::uint32_t kOver = ~0U;
 class FutexPair {
  public:
   static Result<FutexPair> open(const Plan& plan) {
-    auto memory = map_shared_file(plan.folder + "/futex", sizeof(Words));
+    auto memory = map_shared_file(plan.folder + "/futex", sizeof(Turns));
     if (!memory) return memory.error();
     return FutexPair(std::move(*memory));
   }
-  Words& words() { return *reinterpret_cast<Words*>(memory_.get()); }
+  Turns& turns() { return *reinterpret_cast<Turns*>(memory_.get()); }
 
-  static void say(std::atomic<std::uint32_t>& word, std::uint32_t value) {
+  static void set(std::atomic<std::uint32_t>& word, std::uint32_t value) {
     word.store(value, std::memory_order_seq_cst);
     futex_wake(word);
   }
@@ -48,7 +48,7 @@ class FutexPair {
 bool futex_ping(const Plan& plan) {
   auto pair = FutexPair::open(plan);
   if (!pair) return false;
-  Words& words = pair->words();
+  Turns& turns = pair->turns();
   std::vector<Duration> samples;
   samples.reserve(1'000'000);
   std::uint32_t round = 0;
@@ -56,8 +56,8 @@ bool futex_ping(const Plan& plan) {
     Time now = os::now();
     for (const Time until = now + duration; now < until && samples.size() < samples.capacity();) {
       const Time start = now;
-      FutexPair::say(words.ping, ++round);
-      FutexPair::wait(words.echo, round - 1);
+      FutexPair::set(turns.ping, ++round);
+      FutexPair::wait(turns.echo, round - 1);
       now = os::now();
       samples.push_back(now - start);
     }
@@ -66,7 +66,7 @@ bool futex_ping(const Plan& plan) {
   samples.clear();
   const Usage before = own_usage();
   rounds(plan.seconds);
-  FutexPair::say(words.ping, kOver);
+  FutexPair::set(turns.ping, kOver);
   print_usage(before, samples.size());
   print_latencies(samples);
   return true;
@@ -75,9 +75,9 @@ bool futex_ping(const Plan& plan) {
 bool futex_echo(const Plan& plan) {
   auto pair = FutexPair::open(plan);
   if (!pair) return false;
-  Words& words = pair->words();
+  Turns& turns = pair->turns();
   std::uint32_t seen = 0;
-  while ((seen = FutexPair::wait(words.ping, seen)) != kOver) FutexPair::say(words.echo, seen);
+  while ((seen = FutexPair::wait(turns.ping, seen)) != kOver) FutexPair::set(turns.echo, seen);
   return true;
 }
 

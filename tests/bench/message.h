@@ -20,7 +20,7 @@ enum class Kind : std::uint32_t {
 
 struct Head {
   Kind kind = Kind::kHello;
-  std::uint32_t who = 0;  // number of the sending receiver
+  std::uint32_t receiver = 0;  // number of the sending receiver
   std::uint64_t seq = 0;
 };
 

@@ -25,10 +25,10 @@ Metrics parse_metrics(std::string_view output) {
   std::istringstream lines{std::string(output)};
   for (std::string line; std::getline(lines, line);) {
     if (!line.starts_with(kMark)) continue;
-    std::istringstream words(line.substr(kMark.size()));
+    std::istringstream fields(line.substr(kMark.size()));
     std::string name;
     double value = 0;
-    if (words >> name >> value) metrics[name] = value;
+    if (fields >> name >> value) metrics[name] = value;
   }
   return metrics;
 }
@@ -63,10 +63,10 @@ double received_bytes(const std::string& net_dev, std::string_view device) {
   std::istringstream lines(net_dev);
   for (std::string line; std::getline(lines, line);) {
     const std::size_t colon = line.find(':');
-    std::istringstream words(line.substr(0, colon));
+    std::istringstream fields(line.substr(0, colon));
     std::string name;
     double bytes = 0;
-    if (colon != std::string::npos && words >> name && name == device &&
+    if (colon != std::string::npos && fields >> name && name == device &&
         std::istringstream(line.substr(colon + 1)) >> bytes)
       return bytes;
   }

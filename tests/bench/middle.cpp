@@ -80,8 +80,8 @@ Result<void> Middle::start_routers() {
 }
 
 std::string Middle::link(const char* kind, const std::string& to) const {
-  const std::uint64_t told = experiment_.rate_told ? experiment_.cable.rate_bits / 8 : 0;
-  std::string text = std::string("link=kind=") + kind + ",rate=" + std::to_string(told);
+  const std::uint64_t rate = experiment_.rate_is_set ? experiment_.cable.rate_bits / 8 : 0;
+  std::string text = std::string("link=kind=") + kind + ",rate=" + std::to_string(rate);
   if (!to.empty()) text += ",to=" + to;
   if (!experiment_.paths.empty()) text += ",paths=" + experiment_.paths;
   return text;

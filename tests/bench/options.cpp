@@ -43,7 +43,7 @@ bool take_flag(Options& options, const std::string& option) {
 
 }  // namespace
 
-bool Options::wants(const std::string& scenario) const {
+bool Options::selects(const std::string& scenario) const {
   if (scenarios.empty()) return true;
   const std::string base = scenario.substr(0, scenario.find('@'));
   return std::any_of(scenarios.begin(), scenarios.end(),

@@ -21,7 +21,7 @@ struct Options {
   std::optional<Duration> seconds;  // of each measurement; default: its shape's
 
   // "local_rtt" also selects "local_rtt@1cpu".
-  [[nodiscard]] bool wants(const std::string& scenario) const;
+  [[nodiscard]] bool selects(const std::string& scenario) const;
 };
 
 Result<Options> parse_options(std::span<const std::string> arguments);

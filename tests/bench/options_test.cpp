@@ -32,13 +32,13 @@ TEST(Options, InvalidArgumentsAreRefused) {
 
 TEST(Options, AScenarioSelectsItsVariants) {
   Options options;
-  EXPECT_TRUE(options.wants("anything"));
+  EXPECT_TRUE(options.selects("anything"));
   options.scenarios = {"local_rtt"};
-  EXPECT_TRUE(options.wants("local_rtt"));
-  EXPECT_TRUE(options.wants("local_rtt@1cpu"));
-  EXPECT_FALSE(options.wants("router_rtt"));
+  EXPECT_TRUE(options.selects("local_rtt"));
+  EXPECT_TRUE(options.selects("local_rtt@1cpu"));
+  EXPECT_FALSE(options.selects("router_rtt"));
   options.scenarios = {"local_rtt@1cpu"};
-  EXPECT_FALSE(options.wants("local_rtt"));
+  EXPECT_FALSE(options.selects("local_rtt"));
 }
 
 }  // namespace options_test

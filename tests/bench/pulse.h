@@ -37,7 +37,8 @@ class Pulse {
     for (const Time until = now + plan_.seconds; now < until; ++sent, next += plan_.every) {
       if (next > now) std::this_thread::sleep_for(next - now);
       now = os::now();
-      say({.kind = Kind::kData, .seq = static_cast<std::uint64_t>(now.time_since_epoch().count())});
+      send_head(
+          {.kind = Kind::kData, .seq = static_cast<std::uint64_t>(now.time_since_epoch().count())});
     }
     return sent;
   }
@@ -46,7 +47,7 @@ class Pulse {
   bool ask(const Head& question, Kind wanted, Duration repeat) {
     bool answered = false;
     for (const Time give_up = os::now() + kPatience; !answered && os::now() < give_up;) {
-      say(question);
+      send_head(question);
       link_.receive(repeat, [&](std::span<const std::byte> answer) {
         answered |= head_of(answer).kind == wanted;
       });
@@ -54,7 +55,7 @@ class Pulse {
     return answered;
   }
 
-  void say(const Head& head) {
+  void send_head(const Head& head) {
     link_.send(payload_.with(head));
     link_.flush();
   }
@@ -88,11 +89,11 @@ class Gauge {
  private:
   void take(const Head& head) {
     if (head.kind == Kind::kData) return note(Time(Duration(head.seq)));
-    if (head.kind == Kind::kHello) say(Kind::kReady);
+    if (head.kind == Kind::kHello) send_head(Kind::kReady);
     if (head.kind != Kind::kEnd) return;
     ended_ = true;
     total_ = head.seq;
-    say(Kind::kDone);
+    send_head(Kind::kDone);
   }
 
   // The first quarter of the time is warm-up, as for streams.
@@ -102,7 +103,7 @@ class Gauge {
     if (now >= warm_until_) samples_.push_back(now - sent);
   }
 
-  void say(Kind kind) {
+  void send_head(Kind kind) {
     link_.send(reply_.with({.kind = kind}));
     link_.flush();
   }

@@ -65,10 +65,10 @@ class Relay {
                       os::File(::accept4(listener_.socket.get(), nullptr, nullptr, SOCK_CLOEXEC))};
     const int on = 1;
     ::setsockopt(client.socket.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
-    std::array<std::byte, kRegistrationBytes> said{};
-    if (!read_exactly(client.socket, said)) return;
+    std::array<std::byte, kRegistrationBytes> registration{};
+    if (!read_exactly(client.socket, registration)) return;
     std::uint32_t raw = 0;
-    std::memcpy(&raw, &said[said.size() - sizeof raw], sizeof raw);
+    std::memcpy(&raw, &registration[registration.size() - sizeof raw], sizeof raw);
     client.pair = Address(raw).fields().instance;
     std::array<std::byte, kHeaderSize> ok{};
     wire::encode_header({.type = type::kOk}, ok);

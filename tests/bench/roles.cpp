@@ -30,7 +30,7 @@
 namespace tims::bench {
 namespace {
 
-void say_ready() {
+void print_ready() {
   std::puts("ready");
   std::fflush(stdout);
 }
@@ -41,7 +41,7 @@ bool play(const Plan& plan, Result<L> link) {
     std::fprintf(stderr, "%s: %s\n", plan.link.c_str(), link.error().message().c_str());
     return false;
   }
-  say_ready();
+  print_ready();
   if (plan.role == "ping") return Ping<L>(plan, *link).run();
   if (plan.role == "echo") return Echo<L>(plan, *link).run();
   if (plan.role == "source") return Source<L>(plan, *link).run();
@@ -96,11 +96,11 @@ bool run_role(const Plan& plan) {
   for (const Alone& alone : kAlone) {
     const bool is_any = *alone.link == '\0';
     if (plan.role != alone.role || (!is_any && plan.link != alone.link)) continue;
-    say_ready();
+    print_ready();
     return alone.run(plan);
   }
   using enum RingLink::Copy;
-  using enum TimsLink::Way;
+  using enum TimsLink::Method;
   using enum TcpLink::Between;
   if (plan.link == "ring") return play(plan, RingLink::open(plan, kWhole));
   if (plan.link == "ring-head") return play(plan, RingLink::open(plan, kHeadOnly));

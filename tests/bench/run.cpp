@@ -79,7 +79,7 @@ std::vector<Case> chosen_cases(const Options& options) {
   std::vector<Case> cases = local_cases(options.quick);
   std::ranges::move(devices_cases(options.quick), std::back_inserter(cases));
   std::ranges::move(hosts_cases(options.quick), std::back_inserter(cases));
-  std::erase_if(cases, [&](const Case& one) { return !options.wants(one.scenario); });
+  std::erase_if(cases, [&](const Case& one) { return !options.selects(one.scenario); });
   const auto is_between_hosts = [](const Case& one) {
     return std::ranges::any_of(one.contenders, [](const Contender& contender) {
       return on_two_hosts(contender.experiment.between);

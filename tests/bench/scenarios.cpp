@@ -165,9 +165,9 @@ Case component_cpu() {
 }
 
 Case component_jitter() {
-  const auto keeper = [](const char* who) {
+  const auto keeper = [](const char* link) {
     return Experiment{.shape = Shape::kClock,
-                      .link = who,
+                      .link = link,
                       .between = Between::kRouter,
                       .every = std::chrono::milliseconds(1)};
   };

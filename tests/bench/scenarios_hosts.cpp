@@ -138,24 +138,24 @@ Experiment as_on_a_robot(Experiment pulse) {
 // A small message of the highest class together with large ones of the lowest; then of adjacent
 // classes.
 Case urgent_latency() {
-  Experiment told = pulse("tims", Between::kTwoRouters, kShaped, kMi);
-  told.rate_told = true;
+  Experiment with_rate = pulse("tims", Between::kTwoRouters, kShaped, kMi);
+  with_rate.rate_is_set = true;
   Case c{.scenario = "urgent_latency", .payload = 64};
   c.contenders = {{"tims", pulse("tims", Between::kTwoRouters, kShaped, kMi)},
-                  {"tims-told", told},
+                  {"tims-rate", with_rate},
                   {"tims-40", as_on_a_robot(pulse("tims", Between::kTwoRouters, kShaped, kMi))},
-                  {"tims-40-told", as_on_a_robot(told)},
+                  {"tims-40-rate", as_on_a_robot(with_rate)},
                   {"tims-unloaded", pulse("tims", Between::kTwoRouters, kShaped)},
                   {"limit", pulse("udp", Between::kTwoRelays, kShaped)}};
   c.rows = {{"tims-unloaded", "p99_us", "limit", {}},
-            {"tims-told", "p50_us", "tims-unloaded", {}},
+            {"tims-rate", "p50_us", "tims-unloaded", {}},
             {"tims", "p50_us", "tims-unloaded", {}},
-            {"tims-told", "p99_us", "tims-unloaded", {.above_max = kUrgentMoreUs}},
-            {"tims-40-told", "p99_us", "tims-unloaded", {.above_max = kUrgentMoreUs}},
+            {"tims-rate", "p99_us", "tims-unloaded", {.above_max = kUrgentMoreUs}},
+            {"tims-40-rate", "p99_us", "tims-unloaded", {.above_max = kUrgentMoreUs}},
             {"tims", "p99_us", "tims-unloaded", {.at_most = kUrgentUs}},
             {"tims-40", "p50_us", "tims-unloaded", {}},
             {"tims-40", "p99_us", "tims-unloaded", {.at_most = kUrgentUs}},
-            {"tims-told", "mb_per_s", "", {}},
+            {"tims-rate", "mb_per_s", "", {}},
             {"tims", "mb_per_s", "", {}},
             {"tims-40", "mb_per_s", "", {}}};
   return c;

@@ -9,11 +9,11 @@ namespace tims::bench {
 namespace {
 
 // Two mailboxes of one process, with the options of a source and of a sink.
-bool pass_messages(Plan plan, TimsLink::Way way) {
+bool pass_messages(Plan plan, TimsLink::Method method) {
   plan.role = "sink";
-  auto sink = TimsLink::open(plan, TimsLink::Way::kCopy);
+  auto sink = TimsLink::open(plan, TimsLink::Method::kCopy);
   plan.role = "source";
-  auto source = TimsLink::open(plan, way);
+  auto source = TimsLink::open(plan, method);
   if (!sink || !source) {
     const Error& error = sink ? source.error() : sink.error();
     std::fprintf(stderr, "self: %s\n", error.message().c_str());
@@ -34,7 +34,7 @@ bool pass_messages(Plan plan, TimsLink::Way way) {
 
 }  // namespace
 
-bool send_to_myself(const Plan& plan) { return pass_messages(plan, TimsLink::Way::kCopy); }
-bool loan_to_myself(const Plan& plan) { return pass_messages(plan, TimsLink::Way::kLoan); }
+bool send_to_myself(const Plan& plan) { return pass_messages(plan, TimsLink::Method::kCopy); }
+bool loan_to_myself(const Plan& plan) { return pass_messages(plan, TimsLink::Method::kLoan); }
 
 }  // namespace tims::bench

@@ -37,8 +37,8 @@ void SharedRing::publish() {
   if (published_ == head_) return;
   published_ = head_;
   ring_->head.store(head_, std::memory_order_release);
-  ring_->head_word.store(static_cast<std::uint32_t>(head_), std::memory_order_seq_cst);
-  if (ring_->readers_asleep.load(std::memory_order_seq_cst) > 0) futex_wake(ring_->head_word);
+  ring_->head_futex.store(static_cast<std::uint32_t>(head_), std::memory_order_seq_cst);
+  if (ring_->readers_asleep.load(std::memory_order_seq_cst) > 0) futex_wake(ring_->head_futex);
 }
 
 std::uint64_t SharedRing::slowest() const {
@@ -54,11 +54,11 @@ bool SharedRing::wait_for_room() {
   low_ = slowest();
   if (head_ - low_ < shape_.slots) return true;
   for (int naps = 0; naps < 20; ++naps) {
-    const std::uint32_t seen = ring_->room_word.load(std::memory_order_acquire);
+    const std::uint32_t seen = ring_->room_futex.load(std::memory_order_acquire);
     ring_->writer_asleep.store(1, std::memory_order_seq_cst);
     low_ = slowest();
     if (head_ - low_ < shape_.slots) return true;
-    futex_wait(ring_->room_word, seen, kNap);
+    futex_wait(ring_->room_futex, seen, kNap);
   }
   return false;
 }
@@ -69,8 +69,8 @@ void SharedRing::wake_writer(std::uint64_t unread) {
   if (unread > shape_.slots / 2) return;
   if (ring_->writer_asleep.load(std::memory_order_relaxed) == 0) return;
   if (ring_->writer_asleep.exchange(0, std::memory_order_seq_cst) == 0) return;
-  ring_->room_word.fetch_add(1, std::memory_order_seq_cst);
-  futex_wake(ring_->room_word);
+  ring_->room_futex.fetch_add(1, std::memory_order_seq_cst);
+  futex_wake(ring_->room_futex);
 }
 
 std::uint64_t SharedRing::wait_for_more(std::uint64_t next, Duration timeout) {
@@ -82,8 +82,8 @@ std::uint64_t SharedRing::wait_for_more(std::uint64_t next, Duration timeout) {
   if (head == next) look_for(shape_.spin, look);
   if (head != next || timeout <= Duration::zero()) return head;
   ring_->readers_asleep.fetch_add(1, std::memory_order_seq_cst);
-  const std::uint32_t seen = ring_->head_word.load(std::memory_order_seq_cst);
-  if (seen == static_cast<std::uint32_t>(next)) futex_wait(ring_->head_word, seen, timeout);
+  const std::uint32_t seen = ring_->head_futex.load(std::memory_order_seq_cst);
+  if (seen == static_cast<std::uint32_t>(next)) futex_wait(ring_->head_futex, seen, timeout);
   ring_->readers_asleep.fetch_sub(1, std::memory_order_seq_cst);
   return ring_->head.load(std::memory_order_acquire);
 }

@@ -63,9 +63,9 @@ class SharedRing {
       std::atomic<std::uint64_t> count;
     };
     alignas(kLine) std::atomic<std::uint64_t> head;
-    std::atomic<std::uint32_t> head_word;  // a copy of the head, for the futex
+    std::atomic<std::uint32_t> head_futex;  // a copy of the head, for the futex
     alignas(kLine) std::atomic<std::uint32_t> readers_asleep;
-    alignas(kLine) std::atomic<std::uint32_t> room_word;
+    alignas(kLine) std::atomic<std::uint32_t> room_futex;
     std::atomic<std::uint32_t> writer_asleep;
     Tail tails[kReadersMax];
   };

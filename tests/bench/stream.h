@@ -93,8 +93,8 @@ class Source {
   void receive(Duration timeout) {
     link_.receive(timeout, [this](std::span<const std::byte> answer) {
       const Head head = head_of(answer);
-      if (head.who >= receivers_.size()) return;
-      Receiver& receiver = receivers_[head.who];
+      if (head.receiver >= receivers_.size()) return;
+      Receiver& receiver = receivers_[head.receiver];
       receiver.ready |= head.kind == Kind::kReady;
       receiver.done |= head.kind == Kind::kDone;
       if (head.kind != Kind::kAck) return;
@@ -135,7 +135,7 @@ class Sink {
       link_.receive(std::chrono::seconds(1),
                     [this](std::span<const std::byte> message) { take(message); });
     }
-    say(Kind::kDone, total_);
+    reply(Kind::kDone, total_);
     print_usage(before_, received_);
     print_metric("lost", static_cast<double>(total_) - static_cast<double>(received_));
     print_rate();
@@ -146,7 +146,7 @@ class Sink {
   void take(std::span<const std::byte> message) {
     const Head head = head_of(message);
     if (head.kind == Kind::kData) return take_data(head);
-    if (head.kind == Kind::kHello) say(Kind::kReady, 0);
+    if (head.kind == Kind::kHello) reply(Kind::kReady, 0);
     if (head.kind == Kind::kEnd) {
       ended_ = true;
       total_ = head.seq;
@@ -157,7 +157,7 @@ class Sink {
     if (received_ == 0) begin();
     ++received_;
     if (time_to_look(received_, plan_.payload)) look_at_the_clock();
-    if (credit_every_ != 0 && head.seq % credit_every_ == 0) say(Kind::kAck, head.seq);
+    if (credit_every_ != 0 && head.seq % credit_every_ == 0) reply(Kind::kAck, head.seq);
   }
 
   void begin() {
@@ -179,8 +179,8 @@ class Sink {
     print_metric("mb_per_s", rate * static_cast<double>(plan_.payload) * 1e-6);
   }
 
-  void say(Kind kind, std::uint64_t seq) {
-    link_.send(reply_.with({.kind = kind, .who = plan_.index, .seq = seq}));
+  void reply(Kind kind, std::uint64_t seq) {
+    link_.send(reply_.with({.kind = kind, .receiver = plan_.index, .seq = seq}));
     link_.flush();
   }
 

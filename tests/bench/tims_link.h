@@ -15,25 +15,25 @@ namespace tims::bench {
 
 class TimsLink {
  public:
-  enum class Way {
+  enum class Method {
     kCopy,  // send + peek
     kLoan,  // loan + peek: only the head of the message is written, in place
   };
 
-  static Result<TimsLink> open(const Plan& plan, Way way) {
+  static Result<TimsLink> open(const Plan& plan, Method method) {
     SessionOptions options{.name = "bench-" + plan.role, .router = plan.socket};
     options.timeout = std::chrono::seconds(5);
     auto session = Session::connect(std::move(options));
     if (!session) return session.error();
     auto mailbox = session->open(mailbox_of(plan));
     if (!mailbox) return mailbox.error();
-    return TimsLink(plan, way, std::move(*session), std::move(*mailbox));
+    return TimsLink(plan, method, std::move(*session), std::move(*mailbox));
   }
 
   bool send(std::span<const std::byte> message) {
     for (const Address receiver : others_) {
       const Envelope envelope{.dest = receiver, .type = type::kData};
-      if (way_ == Way::kCopy) {
+      if (method_ == Method::kCopy) {
         if (!mailbox_.send(envelope, message)) return false;
       } else if (!send_in_place(envelope, message)) {
         return false;
@@ -65,8 +65,8 @@ class TimsLink {
             .spin = plan.streaming() ? kStreamSpin : Duration::zero()};
   }
 
-  TimsLink(const Plan& plan, Way way, Session session, Mailbox mailbox)
-      : way_(way),
+  TimsLink(const Plan& plan, Method method, Session session, Mailbox mailbox)
+      : method_(method),
         streaming_(plan.streaming()),
         session_(std::move(session)),
         mailbox_(std::move(mailbox)) {
@@ -95,7 +95,7 @@ class TimsLink {
     return any;
   }
 
-  Way way_;
+  Method method_;
   bool streaming_;
   Session session_;
   Mailbox mailbox_;

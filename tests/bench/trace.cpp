@@ -21,10 +21,10 @@ std::vector<std::string> traced(const std::string& file) {
 Metrics counted(const std::string& file) {
   std::ifstream lines(file);
   for (std::string line; std::getline(lines, line);) {
-    std::istringstream words(line);
+    std::istringstream fields(line);
     double calls = 0;
     std::string name;
-    if (words >> calls >> name && name == "total") return {{raw::kSystemCalls, calls}};
+    if (fields >> calls >> name && name == "total") return {{raw::kSystemCalls, calls}};
   }
   return {};
 }

@@ -35,7 +35,7 @@ struct Stamp {
   std::uint32_t number;
 };
 
-void say(const std::string& text) {
+void print_line(const std::string& text) {
   std::puts(text.c_str());
   std::fflush(stdout);
 }
@@ -149,9 +149,9 @@ class Client {
 
   void wrong(const std::string& what) {
     ++board_.wrong;
-    say(fmt::format("WRONG: {:.3f} client {}: {}",
-                    std::chrono::duration<double>(os::now().time_since_epoch()).count(), own_,
-                    what));
+    print_line(fmt::format("WRONG: {:.3f} client {}: {}",
+                           std::chrono::duration<double>(os::now().time_since_epoch()).count(),
+                           own_, what));
   }
 
   Board& board_;
@@ -174,18 +174,18 @@ Result<Mailbox> open(Session& session, const MailboxOptions& options) {
 
 int run_client(const SharedBoard& board, std::size_t number) {
   const auto on_event = [&](const SessionEvent& event) {
-    say(event.text);
+    print_line(event.text);
     if (event.kind != SessionEvent::Kind::kMailboxLost) return;
     ++board->wrong;
-    say("WRONG: another client has the address of this one");
+    print_line("WRONG: another client has the address of this one");
   };
   auto session = Session::connect({.name = fmt::format("chaos{}", number), .on_event = on_event});
-  if (!session) return say(session.error().message()), 1;
+  if (!session) return print_line(session.error().message()), 1;
   auto mailbox = open(*session, {.address = board->address(number),
                                  .slots = kSlots,
                                  .body_max = kBodyMax,
                                  .priority = kPriorities.at(0)});
-  if (!mailbox) return say(mailbox.error().message()), 1;
+  if (!mailbox) return print_line(mailbox.error().message()), 1;
   Client(*board, number, std::move(*mailbox)).run();
 }
 

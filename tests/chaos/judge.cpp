@@ -33,9 +33,9 @@ constexpr std::array kNeverEvents{"loop",         "duplicate_address", "duplicat
 // "RssAnon:  3476 kB"
 std::size_t own_memory(const std::string& pid) {
   std::ifstream file("/proc/" + pid + "/status");
-  for (std::string word; file >> word;) {
+  for (std::string key; file >> key;) {
     std::size_t kib = 0;
-    if (word == "RssAnon:" && file >> kib) return kib << 10;
+    if (key == "RssAnon:" && file >> kib) return kib << 10;
   }
   return 0;
 }
@@ -156,15 +156,15 @@ bool Judge::nothing_waits() {
   return true;
 }
 
-Losses Judge::told_losses() {
-  Losses told{};
+Losses Judge::counted_losses() {
+  Losses counted{};
   std::uint64_t in_mailboxes = 0;  // of any class
   for (std::size_t host = 0; host < routers_.size(); ++host) {
     const json::object stats = ask(host, "stats");
     for (const json::value& value : timsctl::items_of(stats)) {
       const json::object& item = value.as_object();
       if (text_at(item, "dropped") == "true")
-        told.at(static_cast<std::size_t>(number_or_zero(item, "class"))) +=
+        counted.at(static_cast<std::size_t>(number_or_zero(item, "class"))) +=
             static_cast<std::uint64_t>(number_or_zero(item, "messages"));
     }
     const json::object mailboxes = ask(host, "mailboxes");
@@ -172,8 +172,8 @@ Losses Judge::told_losses() {
       for (const char* how : {"replaced", "refused", "reclaimed"})
         in_mailboxes += static_cast<std::uint64_t>(number_or_zero(value.as_object(), how));
   }
-  for (std::uint64_t& count : told) count += in_mailboxes;
-  return told;
+  for (std::uint64_t& count : counted) count += in_mailboxes;
+  return counted;
 }
 
 void Judge::save(const std::string& folder) {

@@ -33,7 +33,7 @@ class Judge {
   // Whether no message is queued for a link.
   bool nothing_waits();
   // The upper limit of the losses that routers and mailboxes have counted.
-  Losses told_losses();
+  Losses counted_losses();
 
   // Writes the tables of the routers to files.
   void save(const std::string& folder);

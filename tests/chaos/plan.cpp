@@ -14,7 +14,7 @@ namespace {
 using namespace std::chrono_literals;
 
 // The command as `timsctl sim show` prints it; the space distinguishes client 1 from client 12.
-std::string client_words(std::size_t number) { return fmt::format("client {} ", number); }
+std::string client_name(std::size_t number) { return fmt::format("client {} ", number); }
 
 std::string components(const Shape& shape, std::size_t host, const std::string& client) {
   std::string text;
@@ -59,7 +59,7 @@ class Planner {
     std::vector<std::string> kill{"kill", name};
     const std::size_t kind = below(3);
     if (kind == 1) kill.emplace_back("router");
-    if (kind == 2) kill.push_back(client_words(host * kClientsPerHost + below(kClientsPerHost)));
+    if (kind == 2) kill.push_back(client_name(host * kClientsPerHost + below(kClientsPerHost)));
     steps.push_back({at, std::move(kill)});
     const Duration away = one_in(2) ? within(100ms) : within(3s);
     steps.push_back({at + away, {"start", name}});
@@ -67,9 +67,9 @@ class Planner {
 
   void spoil_line(Duration at, std::vector<Step>& steps) {
     const Host& host = shape_.hosts[1 + below(shape_.hosts.size() - 1)];
-    std::vector<std::string> words{"fault", host.line};
-    for (std::string& word : how()) words.push_back(std::move(word));
-    steps.push_back({at, std::move(words)});
+    std::vector<std::string> arguments{"fault", host.line};
+    for (std::string& argument : how()) arguments.push_back(std::move(argument));
+    steps.push_back({at, std::move(arguments)});
     const Duration length = 50ms + (one_in(2) ? within(1s) : within(5s));
     steps.push_back({at + length, {"fault", host.line, "heal"}});
   }
@@ -82,9 +82,9 @@ class Planner {
       return {fmt::format("loss={}%", below(30)), fmt::format("delay={}ms", below(50)),
               fmt::format("jitter={}ms", below(20)), fmt::format("duplicate={}%", below(10)),
               fmt::format("reorder={}%", below(10))};
-    std::vector<std::string> words{std::string(kProfiles[below(kProfiles.size())])};
-    if (one_in(3)) words.emplace_back(one_in(2) ? "direction=up" : "direction=down");
-    return words;
+    std::vector<std::string> arguments{std::string(kProfiles[below(kProfiles.size())])};
+    if (one_in(3)) arguments.emplace_back(one_in(2) ? "direction=up" : "direction=down");
+    return arguments;
   }
 
   const Shape& shape_;

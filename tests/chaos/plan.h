@@ -35,7 +35,7 @@ std::string fleet_file(const Shape& shape, const std::string& client);
 
 struct Step {
   Duration at{};
-  std::vector<std::string> words;  // arguments of `timsctl sim`
+  std::vector<std::string> arguments;  // arguments of `timsctl sim`
 };
 struct Round {
   Duration span{};

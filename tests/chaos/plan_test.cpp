@@ -13,7 +13,7 @@ std::vector<std::string> texts(const Round& round) {
   std::vector<std::string> all;
   for (const Step& step : round.steps) {
     all.push_back(std::to_string(step.at.count()));
-    all.insert(all.end(), step.words.begin(), step.words.end());
+    all.insert(all.end(), step.arguments.begin(), step.arguments.end());
   }
   return all;
 }
@@ -37,7 +37,7 @@ TEST(Plan, StepsAreInOrderAndKillOnlyInRoundsWithKills) {
       EXPECT_GE(step.at, last);
       EXPECT_LE(step.at, round.span);
       last = step.at;
-      if (step.words.front() != "kill") continue;
+      if (step.arguments.front() != "kill") continue;
       EXPECT_TRUE(round.kills);
       any_kill = true;
     }

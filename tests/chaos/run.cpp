@@ -52,8 +52,8 @@ Run::Run(const Settings& settings, const timsctl::Signals& signals)
 }
 
 bool Run::go() {
-  say(fmt::format("seed {}, {} hosts, {} clients", settings_.seed, shape_.hosts.size(),
-                  shape_.clients()));
+  report(fmt::format("seed {}, {} hosts, {} clients", settings_.seed, shape_.hosts.size(),
+                     shape_.clients()));
   const std::string file = folder_ + "/fleet.toml";
   std::ofstream(file) << fleet_file(shape_,
                                     fmt::format("{} client {{}} {}/board", own_program(), folder_));
@@ -74,7 +74,7 @@ bool Run::go() {
   for (const std::string& what : fleet_->take_down()) wrong("not removed: " + what);
   fleet_.reset();
   if (wrongs_ == 0) fs::remove_all(folder_);
-  say(fmt::format(
+  report(fmt::format(
       "{} messages, {} steps; settled within {:.1f} s at most; largest router {:.1f} MiB; {} "
       "violations (seed {})",
       received(), steps_, seconds(slowest_), static_cast<double>(memory) / (1 << 20), wrongs_,
@@ -87,15 +87,15 @@ bool Run::go() {
 void Run::round(std::size_t number) {
   const Duration span = std::clamp<Duration>(settings_.length / 6, 1s, kSpanMax);
   const Round plan = plan_round(settings_.seed, number, shape_, span);
-  say(fmt::format("round {}: {:.1f} s of faults{}", number, seconds(plan.span),
-                  plan.kills ? ", with kills" : ""));
+  report(fmt::format("round {}: {:.1f} s of faults{}", number, seconds(plan.span),
+                     plan.kills ? ", with kills" : ""));
   const Losses missing_before = missing_by_class();
-  const Losses told_before = judge_->told_losses();
+  const Losses counted_before = judge_->counted_losses();
   trouble(plan);
   heal();
   settle();
   tour();
-  if (!plan.kills) judge_losses(missing_before, told_before);
+  if (!plan.kills) judge_losses(missing_before, counted_before);
   calm();
   finish_round();
 }
@@ -116,7 +116,7 @@ void Run::trouble(const Round& round) {
 }
 
 void Run::heal() {
-  for (const Step& step : healing(shape_)) fleet_->sim(step.words);
+  for (const Step& step : healing(shape_)) fleet_->sim(step.arguments);
   board_->phase = Phase::kQuiet;
 }
 
@@ -124,7 +124,7 @@ void Run::heal() {
 void Run::settle() {
   const Duration took = await("settled", [&] { return judge_->not_settled(); });
   slowest_ = std::max(slowest_, took);
-  say(fmt::format("settled after {:.2f} s", seconds(took)));
+  report(fmt::format("settled after {:.2f} s", seconds(took)));
 }
 
 // Every client sends to every other.
@@ -150,7 +150,7 @@ void Run::tour() {
 void Run::calm() {
   for (int i = 0; i < kCalmTries; ++i) {
     if (is_calm()) return;
-    say("the machine stalled: repeating the check without faults");
+    report("the machine stalled: repeating the check without faults");
     settle();
     await_quiet();
   }
@@ -177,19 +177,19 @@ bool Run::is_calm() {
 }
 
 // For rounds without kills: every missing message must be counted by a router or a mailbox.
-void Run::judge_losses(const Losses& missing_before, const Losses& told_before) {
+void Run::judge_losses(const Losses& missing_before, const Losses& counted_before) {
   const Losses missing_now = missing_by_class();
-  const Losses told_now = judge_->told_losses();
+  const Losses counted_now = judge_->counted_losses();
   std::uint64_t all = 0;
   for (std::size_t c = 0; c < core::kClasses; ++c) {
     const std::uint64_t lost = missing_now[c] - missing_before[c];
-    const std::uint64_t told = told_now[c] - told_before[c];
+    const std::uint64_t counted = counted_now[c] - counted_before[c];
     all += lost;
-    if (lost > told)
-      wrong(
-          fmt::format("{} messages of class {} are lost, but only {} were counted", lost, c, told));
+    if (lost > counted)
+      wrong(fmt::format("{} messages of class {} are lost, but only {} were counted", lost, c,
+                        counted));
   }
-  say(fmt::format("{} messages lost, all of them counted", all));
+  report(fmt::format("{} messages lost, all of them counted", all));
 }
 
 void Run::finish_round() {
@@ -260,25 +260,25 @@ Duration Run::await(const char* what, Missing missing) {
 }
 
 void Run::act(const Step& step) {
-  say(fmt::format("{}", fmt::join(step.words, " ")));
-  fleet_->sim(step.words);
+  report(fmt::format("{}", fmt::join(step.arguments, " ")));
+  fleet_->sim(step.arguments);
   ++steps_;
 }
 
-void Run::say(const std::string& text) const {
+void Run::report(const std::string& text) const {
   std::printf("%8.2f  %s\n", seconds(os::now() - began_), text.c_str());
   std::fflush(stdout);
 }
 
 void Run::wrong(const std::string& text) {
   ++wrongs_;
-  say("WRONG: " + text);
+  report("WRONG: " + text);
 }
 
 void Run::keep() {
   judge_->save(folder_);
   fleet_->save(folder_);
-  say("logs and router tables: " + folder_);
+  report("logs and router tables: " + folder_);
 }
 
 }  // namespace tims::chaos

@@ -32,7 +32,7 @@ class Run {
   void tour();
   void calm();
   bool is_calm();
-  void judge_losses(const Losses& missing_before, const Losses& told_before);
+  void judge_losses(const Losses& missing_before, const Losses& counted_before);
   void finish_round();
 
   [[nodiscard]] std::uint64_t received() const;
@@ -46,7 +46,7 @@ class Run {
   Duration await(const char* what, Missing missing);
   void pause_until(Time deadline) const { (void)signals_.wait(-1, deadline); }
   void act(const Step& step);
-  void say(const std::string& text) const;
+  void report(const std::string& text) const;
   void wrong(const std::string& text);
   void keep();
 

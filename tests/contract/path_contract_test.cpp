@@ -153,31 +153,31 @@ TEST_P(PathContract, AnAnswerGoesToTheSendersAddress) {
 TEST_P(PathContract, ARouterThatDoesNotReadDoesNotBlockOthers) {
   const auto a = end("a");
   const auto b = end("b");
-  const auto deaf = end("deaf");
+  const auto unresponsive = end("unresponsive");
   ASSERT_TRUE(meet(*a, *b));
-  ASSERT_TRUE(meet(*a, *deaf));
+  ASSERT_TRUE(meet(*a, *unresponsive));
   const Bytes flood = pattern(60'000, 1200);
-  const Bytes word = pattern(50, 50);
+  const Bytes message = pattern(50, 50);
   for (std::size_t i = 0; i < 500; ++i)  // 30 MB: more than any buffer
-    (void)a->send({.to = deaf->address(), .bytes = flood, .datagram_size = 1200});
+    (void)a->send({.to = unresponsive->address(), .bytes = flood, .datagram_size = 1200});
   for (std::size_t i = 0; i < 20; ++i) {
-    (void)a->send({.to = deaf->address(), .bytes = flood, .datagram_size = 1200});
-    ASSERT_TRUE(a->send({.to = b->address(), .bytes = word, .datagram_size = 50}));
+    (void)a->send({.to = unresponsive->address(), .bytes = flood, .datagram_size = 1200});
+    ASSERT_TRUE(a->send({.to = b->address(), .bytes = message, .datagram_size = 50}));
     ASSERT_TRUE(comes(*a, *b, i + 1)) << i;
   }
 }
 
 TEST_P(PathContract, SendingToAClosedRouterIsNoErrorAndItsSuccessorIsReached) {
   const auto a = end("a");
-  const Bytes word = pattern(50, 50);
+  const Bytes message = pattern(50, 50);
   for (int round = 0; round < 2; ++round) {
     auto b = end("b");
     ASSERT_TRUE(meet(*a, *b));
     const link::NetAddress was = b->address();
-    ASSERT_TRUE(a->send({.to = was, .bytes = word, .datagram_size = 50}));
+    ASSERT_TRUE(a->send({.to = was, .bytes = message, .datagram_size = 50}));
     ASSERT_TRUE(comes(*a, *b, 1));
     b.reset();
-    for (int i = 0; i < 100; ++i) (void)a->send({.to = was, .bytes = word, .datagram_size = 50});
+    for (int i = 0; i < 100; ++i) (void)a->send({.to = was, .bytes = message, .datagram_size = 50});
   }
 }
 

@@ -18,9 +18,9 @@
 namespace tims::test {
 namespace session_contract_test {
 
-enum class Way : std::uint8_t { kSharedMemory, kTcp };
+enum class Transport : std::uint8_t { kSharedMemory, kTcp };
 
-class SessionContract : public LocalTest, public testing::WithParamInterface<Way> {
+class SessionContract : public LocalTest, public testing::WithParamInterface<Transport> {
  protected:
   Session session(SessionOptions options = {.name = "test"}) {
     options.router = place();
@@ -31,7 +31,7 @@ class SessionContract : public LocalTest, public testing::WithParamInterface<Way
     return std::move(*connected);
   }
   std::string place() {
-    return GetParam() == Way::kTcp ? router_.tcp() : "unix:" + router_.socket_path();
+    return GetParam() == Transport::kTcp ? router_.tcp() : "unix:" + router_.socket_path();
   }
   // Sends, and waits until the message is in the mailbox, which takes some time over TCP.
   static void put(Mailbox& from, Mailbox& to, const std::string& text, std::uint8_t priority) {
@@ -328,7 +328,7 @@ TEST_P(SessionContract, AReconnectMakesAWorkingSession) {
     EXPECT_EQ(send(a, 99, "x").error().code(), Errc::kNoRouter);
     // Shared memory reaches a known mailbox without the router; TCP reports the error at once.
     const auto known = send(a, 2, "without router");
-    if (GetParam() == Way::kSharedMemory) {
+    if (GetParam() == Transport::kSharedMemory) {
       EXPECT_EQ(receive(b), "without router");
     } else {
       EXPECT_EQ(known.error().code(), Errc::kNoRouter);
@@ -378,13 +378,14 @@ TEST_P(SessionContract, WithoutARouterConnectTimesOutAndNamesTheEndpoint) {
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code(), Errc::kTimeout);
   const std::string where =
-      GetParam() == Way::kTcp ? router_.tcp() : std::string(router_.socket_path());
+      GetParam() == Transport::kTcp ? router_.tcp() : std::string(router_.socket_path());
   EXPECT_NE(refused.error().message().find(where), std::string::npos) << refused.error().message();
 }
 
-INSTANTIATE_TEST_SUITE_P(Ways, SessionContract, testing::Values(Way::kSharedMemory, Way::kTcp),
-                         [](const testing::TestParamInfo<Way>& way) {
-                           return way.param == Way::kTcp ? "Tcp" : "SharedMemory";
+INSTANTIATE_TEST_SUITE_P(Transports, SessionContract,
+                         testing::Values(Transport::kSharedMemory, Transport::kTcp),
+                         [](const testing::TestParamInfo<Transport>& transport) {
+                           return transport.param == Transport::kTcp ? "Tcp" : "SharedMemory";
                          });
 
 }  // namespace session_contract_test

@@ -23,7 +23,7 @@ void parse(std::span<const std::byte> bytes) {
 
 // The filter passes only messages of participants that have announced themselves.
 void filter(std::span<const std::byte> bytes) {
-  io::DiscoveryFilter filter({.fleet = std::string_view("harbour"), .who = {.epoch = 1}});
+  io::DiscoveryFilter filter({.fleet = std::string_view("harbour"), .identity = {.epoch = 1}});
   const Time start{};
   bool announced = false;
   for (const bool multicast : {true, false, true}) {

@@ -13,7 +13,7 @@ using tims::io::HttpReader;
 using tims::io::HttpRequest;
 
 // All parts of a request as one text.
-std::string told(const HttpRequest& request) {
+std::string as_text(const HttpRequest& request) {
   std::string text = request.method + ' ' + request.target + ' ' + std::to_string(request.version);
   text += request.keep_alive ? " keep" : " close";
   text += request.wants_websocket ? " websocket" : "";
@@ -32,7 +32,7 @@ std::vector<std::string> read(std::string_view stream, std::size_t chunk_max) {
   for (;;) {
     const HttpReader::Status status = reader.next();
     if (status == HttpReader::Status::kRequest) {
-      requests.push_back(told(reader.request()));
+      requests.push_back(as_text(reader.request()));
       continue;
     }
     // An invalid request may be detected earlier or later, depending on the chunks.

@@ -14,21 +14,22 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   (void)link::read_addresses(body, [&](Address) { ++addresses; });
   fuzz::require(addresses <= size / 4);
 
-  std::vector<std::pair<Address, core::Origin>> told;
+  std::vector<std::pair<Address, core::Origin>> announced;
   link::ControlMessage message(link::control::kAdd);
   const bool ok = link::read_announcements(body, [&](Address address, const core::Origin& origin) {
-    told.emplace_back(address, origin);
+    announced.emplace_back(address, origin);
     message.put(address, origin);
   });
-  fuzz::require(told.size() <= size / 4);
+  fuzz::require(announced.size() <= size / 4);
   if (!ok) return 0;
   // A decoded announcement is encoded to the same bytes.
   std::size_t n = 0;
   const auto again = message.finish().subspan(kHeaderSize);
   fuzz::require(link::read_announcements(again, [&](Address address, const core::Origin& origin) {
-    fuzz::require(n < told.size() && told[n].first == address && told[n].second == origin);
+    fuzz::require(n < announced.size() && announced[n].first == address &&
+                  announced[n].second == origin);
     ++n;
   }));
-  fuzz::require(n == told.size());
+  fuzz::require(n == announced.size());
   return 0;
 }

@@ -44,7 +44,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (const auto carried = link::decode_data(bytes)) walk(carried->frames);
   if (const auto datagram = link::decode(bytes)) {
     if (const auto* h = std::get_if<link::Hello>(&*datagram); h != nullptr && h->version_min == 1)
-      if (h->who.epoch != 0) read_back(*h);
+      if (h->identity.epoch != 0) read_back(*h);
     if (const auto* r = std::get_if<link::Retry>(&*datagram)) read_back(*r);
     if (const auto* w = std::get_if<link::Welcome>(&*datagram)) read_back(*w);
     if (const auto* r = std::get_if<link::Refuse>(&*datagram)) read_back(*r);

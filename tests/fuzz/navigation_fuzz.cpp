@@ -50,7 +50,7 @@ void drain(XsensMessages& messages, Story& story) {
     if (!decode_xsens(message, sample)) continue;
     rack::GyroData data;
     for (const auto mounting :
-         {XsensMounting::kAsItSays, XsensMounting::kLabelUp, XsensMounting::kLabelDown})
+         {XsensMounting::kUnchanged, XsensMounting::kLabelUp, XsensMounting::kLabelDown})
       if (to_gyro(sample, mounting, data)) tims::fuzz::require_finite(data);
   }
 }

@@ -131,9 +131,9 @@ class Play {
     }
   }
   void learn(fuzz::Input& input, ClientId id, Address where) {
-    const auto who = input.number<std::uint8_t>();
-    const Origin origin{Address(0x03000100U + who % 4), who / 4U % 4,
-                        static_cast<std::uint8_t>(who / 13)};
+    const auto source = input.number<std::uint8_t>();
+    const Origin origin{Address(0x03000100U + source % 4), source / 4U % 4,
+                        static_cast<std::uint8_t>(source / 13)};
     if (router_.learn(now_, id, where, origin))
       fuzz::require(router_.announced(id, where) == origin);
     else
@@ -197,13 +197,13 @@ class Play {
     fuzz::require(mailboxes == router_.table().size());
     fuzz::require(clients <= kClientsMax);
     std::uint32_t hash = 0;
-    std::uint32_t told = 0;
+    std::uint32_t count = 0;
     router_.for_each_exported([&](Address address, const Origin& origin) {
       hash ^= table_hash(address, origin);
-      ++told;
+      ++count;
     });
     fuzz::require(hash == router_.exported_table().hash() &&
-                  told == router_.exported_table().size());
+                  count == router_.exported_table().size());
   }
 
   CheckingSink sink_;

@@ -50,13 +50,13 @@ for robot in sim base pioneer outdoor; do expect "$own/share/tims/robots/$robot.
 # All files and programs that robots, worlds and fleets refer to are installed as well.
 named=0
 for file in "$own"/share/tims/{robots,worlds,fleets}/*.toml; do
-  said=$(sed 's/#.*//' "$file")
-  for name in $(grep -oE '[^ "=]+\.(toml|dxf|txt|yaml|pgm)' <<<"$said"); do
+  text=$(sed 's/#.*//' "$file")
+  for name in $(grep -oE '[^ "=]+\.(toml|dxf|txt|yaml|pgm)' <<<"$text"); do
     [[ -e $(dirname "$file")/$name ]] || fail "$file names $name, which is not installed"
     named=$((named + 1))
   done
-  for program in $(grep -oP '(program|command) = "\K(nice -n [-0-9]+ )?[^" ]+' <<<"$said" | sed 's/.* //') \
-    $(grep -oP '"\K(timsctl|tims-demo|World)(?= )' <<<"$said"); do
+  for program in $(grep -oP '(program|command) = "\K(nice -n [-0-9]+ )?[^" ]+' <<<"$text" | sed 's/.* //') \
+    $(grep -oP '"\K(timsctl|tims-demo|World)(?= )' <<<"$text"); do
     [[ -x $own/bin/$program ]] || fail "$file names $program, which is not installed"
     named=$((named + 1))
   done

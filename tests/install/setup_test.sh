@@ -6,7 +6,7 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 
-fail() { echo "$*" >&2; cat "$work"/{said,called} >&2; exit 1; }
+fail() { echo "$*" >&2; cat "$work"/{output,called} >&2; exit 1; }
 
 # program NAME: creates a program from standard input; each call is recorded.
 program() {
@@ -22,15 +22,15 @@ case "$*" in
 esac
 TEXT
 
-if PATH=$work:$PATH "$here/../../tools/dev" setup >"$work/said" 2>&1; then fail "it did not stop"; fi
-grep -q 'libboost1.74-dev \[1.74.0+ds1-21\]' "$work/said" || fail "the package to be removed is not named"
+if PATH=$work:$PATH "$here/../../tools/dev" setup >"$work/output" 2>&1; then fail "it did not stop"; fi
+grep -q 'libboost1.74-dev \[1.74.0+ds1-21\]' "$work/output" || fail "the package to be removed is not named"
 if grep -q '^apt-get install -y' "$work/called"; then fail "it installed packages nevertheless"; fi
 
 program apt-get <<<''  # no package would be removed
-PATH=$work:$PATH "$here/../../tools/dev" setup >"$work/said" 2>&1 || fail "it should have installed"
+PATH=$work:$PATH "$here/../../tools/dev" setup >"$work/output" 2>&1 || fail "it should have installed"
 installed() { grep "^apt-get install -y .*--no-remove .*$1" "$work/called"; }
-installed libboost1.81-dev >"$work/said" || fail "the required package was not installed"
-grep -q clang-tidy-16 "$work/said" || fail "setup must install the packages of tests as well"
+installed libboost1.81-dev >"$work/output" || fail "the required package was not installed"
+grep -q clang-tidy-16 "$work/output" || fail "setup must install the packages of tests as well"
 
 # A build needs fewer packages; here it stops because the installation fails.
 program apt-get <<'TEXT'
@@ -38,7 +38,7 @@ case "$*" in "install -y"*) exit 1 ;; esac
 TEXT
 for verb in build demo fleet bench; do
   : >"$work/called"
-  if PATH=$work:$PATH "$here/../../tools/dev" $verb >"$work/said" 2>&1; then fail "$verb: it did not stop"; fi
-  installed libboost1.81-dev >"$work/said" || fail "$verb: build dependencies are not installed"
-  if grep -qE 'clang|doxygen|help2man' "$work/said"; then fail "$verb: installs more than it needs"; fi
+  if PATH=$work:$PATH "$here/../../tools/dev" $verb >"$work/output" 2>&1; then fail "$verb: it did not stop"; fi
+  installed libboost1.81-dev >"$work/output" || fail "$verb: build dependencies are not installed"
+  if grep -qE 'clang|doxygen|help2man' "$work/output"; then fail "$verb: installs more than it needs"; fi
 done

@@ -103,10 +103,10 @@ Threads AllTraces::could_begin(std::size_t earlier, int thread, const Clock& clo
   const int overtaken = nodes_[earlier].chosen;
   Threads beginners = 0;
   std::vector<std::size_t> steps;
-  const auto consider = [&](int who, const Clock& before) {
+  const auto consider = [&](int candidate, const Clock& before) {
     for (const std::size_t i : steps)
       if (before[at(nodes_[i].chosen)] > i) return;
-    beginners |= only(who);
+    beginners |= only(candidate);
   };
   for (std::size_t i = earlier + 1; i < depth; ++i) {
     const Node& node = nodes_[i];

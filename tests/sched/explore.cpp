@@ -16,9 +16,9 @@ namespace tims::sched {
 namespace {
 
 // Replays a schedule and prints every step.
-class Told : public Strategy {
+class PrintedReplay : public Strategy {
  public:
-  Told(const Scenario& scenario, const MailboxFixture& fixture, std::vector<int> schedule)
+  PrintedReplay(const Scenario& scenario, const MailboxFixture& fixture, std::vector<int> schedule)
       : scenario_(scenario), fixture_(fixture), replay_(std::move(schedule)) {}
 
   int choose(const Moment& moment) override {
@@ -78,7 +78,7 @@ class Exploration {
   void run_all(const MakeStrategy& strategy) {
     if (run_requested()) return;
     run_all(*strategy(), {});
-    say();
+    print_count();
   }
   // Crashes the first actor at each of its steps.
   void run_all_deaths(const MakeStrategy& strategy) {
@@ -88,7 +88,7 @@ class Exploration {
       died_ = false;
       run_all(*strategy(), Death{0, step});
     }
-    say();
+    print_count();
   }
 
  private:
@@ -98,15 +98,15 @@ class Exploration {
       const auto seed = static_cast<std::uint32_t>(runs_);
       const Outcome& outcome = run_one(strategy, death, seed);
       died_ = died_ || outcome.died;
-      if (const auto problem = fixture_.judge(outcome)) return tell(*problem, outcome, death, seed);
+      if (const auto problem = fixture_.judge(outcome)) return fail(*problem, outcome, death, seed);
       runs_ += strategy.redundant() ? 0 : 1;
     } while (runs_ - begin < kRunsMax && strategy.next_run());
   }
   bool run_requested() {
     const auto request = requested();
     if (!request) return false;
-    Told told(scenario_, fixture_, request->schedule);
-    const auto problem = fixture_.judge(run_one(told, request->death, request->memory_seed));
+    PrintedReplay printed(scenario_, fixture_, request->schedule);
+    const auto problem = fixture_.judge(run_one(printed, request->death, request->memory_seed));
     EXPECT_FALSE(problem) << *problem;
     return true;
   }
@@ -116,7 +116,7 @@ class Exploration {
     scenario_.set_stage(fixture_);
     return scheduler_.run(bodies_, strategy, death, [this] { fixture_.observe(); });
   }
-  void tell(const std::string& problem, const Outcome& outcome, std::optional<Death> death,
+  void fail(const std::string& problem, const Outcome& outcome, std::optional<Death> death,
             std::uint32_t seed) const {
     std::ostringstream text;
     text << problem << "\nafter " << runs_ << " schedules; to repeat this one: ";
@@ -125,7 +125,7 @@ class Exploration {
     text << "TIMS_SCHEDULE=\"" << to_text(outcome.schedule) << '"';
     ADD_FAILURE() << text.str();
   }
-  void say() const { std::cout << "[schedules ] " << runs_ << '\n'; }
+  void print_count() const { std::cout << "[schedules ] " << runs_ << '\n'; }
 
   const Scenario& scenario_;
   bool weak_;

@@ -190,7 +190,7 @@ void MailboxFixture::reclaim_after_death(std::uint32_t writer) {
 }
 
 void MailboxFixture::reclaim_slots_of(std::uint32_t writer) {
-  shm::reclaim(view_, [writer](std::uint32_t who) { return who == writer; });
+  shm::reclaim(view_, [writer](std::uint32_t owner) { return owner == writer; });
   wake(sender_of(kStageHand));
 }
 

@@ -72,12 +72,12 @@ std::string to_text(const std::vector<int>& schedule) {
 }
 
 std::vector<int> from_text(const std::string& text) {
-  std::istringstream words(text);
+  std::istringstream fields(text);
   std::vector<int> schedule;
   int thread = 0;
   char star = 0;
   std::size_t count = 0;
-  while (words >> thread >> star >> count) schedule.insert(schedule.end(), count, thread);
+  while (fields >> thread >> star >> count) schedule.insert(schedule.end(), count, thread);
   return schedule;
 }
 

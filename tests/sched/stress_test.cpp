@@ -104,7 +104,7 @@ class Stress {
     const SendOutcome outcome = sender.claim(kLength, 0, claim);
     if (outcome == SendOutcome::kReplaced) replaced_.fetch_add(1);
     if (outcome == SendOutcome::kFull) refused_.fetch_add(1);
-    reclaim(view_, [writer](std::uint32_t who) { return who == writer; });
+    reclaim(view_, [writer](std::uint32_t candidate) { return candidate == writer; });
     wake();
   }
 

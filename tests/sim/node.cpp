@@ -82,7 +82,7 @@ void Node::start(Time now) {
 
 link::Announcement Node::announcement() const {
   return {.fleet = std::string_view(setup_.fleet),
-          .who = running_->links.self(),
+          .identity = running_->links.self(),
           .dds = dds_,
           .udp = {address_}};
 }

@@ -45,11 +45,11 @@ Node& SimulatedNetwork::add(const NodeSetup& setup) {
   return node;
 }
 
-void SimulatedNetwork::tell_of(Node& node, Node& to) {
-  const link::Announcement said = node.announcement();
-  at(now_ + kDiscovery, [this, said, &to] {
+void SimulatedNetwork::report_of(Node& node, Node& to) {
+  const link::Announcement announcement = node.announcement();
+  at(now_ + kDiscovery, [this, announcement, &to] {
     if (!to.alive()) return;
-    to.links().on_announced(now_, said);
+    to.links().on_announced(now_, announcement);
     to.end_turn(now_);
   });
 }
@@ -58,8 +58,8 @@ void SimulatedNetwork::announce(Node& node) {
   for (const auto& other : nodes_) {
     const bool same = other->setup().fleet == node.setup().fleet;
     if (!other->alive() || other.get() == &node || !same) continue;
-    tell_of(node, *other);
-    tell_of(*other, node);
+    report_of(node, *other);
+    report_of(*other, node);
   }
 }
 

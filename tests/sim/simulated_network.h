@@ -210,7 +210,7 @@ class SimulatedNetwork {
   link::FaultInjector& between(const NetAddress& from, const NetAddress& to);
   bool step_timeout();
   void check_progress();
-  void tell_of(Node& node, Node& to);
+  void report_of(Node& node, Node& to);
 
   struct Timeout {
     Time at{};

@@ -70,7 +70,7 @@ link::Hello hello_of(core::Role role, std::uint8_t system, std::uint64_t epoch) 
   return {.kind = core::LinkKind::kSuper,
           .token = epoch,
           .keep_alive = kKeepAlive,
-          .who = {.epoch = epoch, .role = role, .system = system, .id = 1}};
+          .identity = {.epoch = epoch, .role = role, .system = system, .id = 1}};
 }
 
 // HELLOs from thousands of addresses, none of which answers, must not use memory.
@@ -139,12 +139,14 @@ class Impostor {
   }
   void call() {
     std::array<std::byte, link::kControlDatagramMax> bytes{};
-    say(std::span(bytes).first(link::encode(hello_, bytes)));
+    inject_datagram(std::span(bytes).first(link::encode(hello_, bytes)));
   }
   [[nodiscard]] bool welcome() const { return welcome_; }
 
  private:
-  void say(std::span<const std::byte> bytes) { s_.inject(where_, s_.base->address(), bytes); }
+  void inject_datagram(std::span<const std::byte> bytes) {
+    s_.inject(where_, s_.base->address(), bytes);
+  }
   void answer(std::span<const std::byte> bytes) {
     std::vector<std::byte> copy(bytes.begin(), bytes.end());
     const auto datagram = link::decode(copy);

@@ -211,16 +211,17 @@ TEST(Identity, StaticRoutesInACircle) {
 // An attacker replays recorded datagrams from another address.
 TEST(Identity, ReplayedDatagramsHaveNoEffect) {
   Story s;
-  std::vector<std::vector<std::byte>> heard;
+  std::vector<std::vector<std::byte>> captured;
   s.tap = [&](Node& from, const NetAddress& to, std::span<const std::byte> bytes) {
-    if (&from == s.robot && to == s.base->address()) heard.emplace_back(bytes.begin(), bytes.end());
+    if (&from == s.robot && to == s.base->address())
+      captured.emplace_back(bytes.begin(), bytes.end());
     return false;
   };
   s.begin();
   ASSERT_TRUE(s.reaches(*s.robot, s.ladar, kLadar, *s.base, s.gui, kGui));
   s.run_for(2s);
-  const auto sent = std::move(heard);
-  heard.clear();
+  const auto sent = std::move(captured);
+  captured.clear();
   const std::size_t arrived = s.base->arrivals(s.gui).size();
   const std::size_t events = s.base->events.size();
   for (const auto& bytes : sent) s.inject(address_of(900), s.base->address(), bytes);

@@ -144,7 +144,7 @@ TEST(Reconnect, AnInterfaceComesLate) {
   s.begin();
   late.start(s.now());
   s.run_for(60s);
-  EXPECT_EQ(late.links().wants_addresses(), std::vector<std::string>{"base.local:2010"});
+  EXPECT_EQ(late.links().names_to_resolve(), std::vector<std::string>{"base.local:2010"});
   late.links().set_target(s.now(), "base.local:2010", s.base->address());
   late.end_turn(s.now());
   EXPECT_TRUE(s.run_until([&] { return Story::links_up(late) == 1; }, 500ms));

@@ -30,10 +30,10 @@ Swarm::Swarm(std::uint64_t seed, bool verbose)
 
 void Swarm::fail(const std::string& what) {
   if (failures_.size() < 20) failures_.push_back(what);
-  tell("WRONG: " + what);
+  print("WRONG: " + what);
 }
 
-void Swarm::tell(const std::string& what) {
+void Swarm::print(const std::string& what) {
   if (!verbose_) return;
   std::printf("%10.4f  %s\n", std::chrono::duration<double>(now().time_since_epoch()).count() - 100,
               what.c_str());
@@ -59,9 +59,9 @@ std::vector<std::string> Swarm::run() {
     plan_traffic(span, 30 + network_.random(120));
     network_.run_for(span);
     heal();
-    network_.run_for(kConvergence + (plan_.one_way_only ? 0ms : kFailBack));
+    network_.run_for(kConvergence + (plan_.has_single_routes ? 0ms : kFailBack));
     check_tables();
-    check_ways();
+    check_routes();
     network_.run_for((plan_.troubles.rates ? kSlowDrain : kDrain) + turns);
     check_losses();
     check_answers();
@@ -81,7 +81,7 @@ void Swarm::build() {
   plan_ = make_plan(network_);
   if (verbose_)
     std::printf("seed %lu\n%s", static_cast<unsigned long>(seed_), plan_.to_string().c_str());
-  ledger_.keeps_order = plan_.one_way_only;
+  ledger_.keeps_order = plan_.has_single_routes;
   crashed_.assign(plan_.nodes.size(), false);
   for (std::size_t i = 0; i < plan_.nodes.size(); ++i) {
     Node& node = network_.add(plan_.nodes[i].setup);
@@ -107,7 +107,7 @@ void Swarm::build() {
 
 void Swarm::start(std::size_t i) {
   if (node(i).alive()) return;
-  tell(node(i).setup().name + " starts at " + node(i).address().to_string());
+  print(node(i).setup().name + " starts at " + node(i).address().to_string());
   node(i).start(now());
   for (Client& client : clients_)
     if (client.node == i) attach(client);
@@ -164,7 +164,7 @@ void Swarm::plan_crash(Time when) {
   const Duration away = network_.random(2) == 0 ? within(20ms) : within(3s);
   network_.at(when, [this, i, away] {
     if (!node(i).alive() || healed_) return;
-    tell(node(i).setup().name + " crashes");
+    print(node(i).setup().name + " crashes");
     node(i).kill();
     crashed_[i] = true;
     for (Client& client : clients_)
@@ -192,17 +192,17 @@ void Swarm::cut(std::size_t a, std::size_t b, PathKind kind, bool one_way, Durat
   const std::string from = node(a).setup().name;
   const std::string to = node(b).setup().name;
   const std::string over = " over " + std::string(name(kind));
-  tell(from + (one_way ? " -> " : " <-> ") + to + over + " cut");
+  print(from + (one_way ? " -> " : " <-> ") + to + over + " cut");
   one_way ? network_.cut_one_way(from, to, true, kind) : network_.cut(from, to, true, kind);
   network_.at(now() + length, [this, from, to, over, kind] {
-    tell(from + " <-> " + to + over + " joined");
+    print(from + " <-> " + to + over + " joined");
     network_.cut(from, to, false, kind);
   });
 }
 
 // Cuts the paths of each link one after the other, so that one always works and is known to work.
 void Swarm::plan_half_cuts(Duration span) {
-  for (const auto& [lower, upper] : plan_.both_ways) {
+  for (const auto& [lower, upper] : plan_.with_two_paths) {
     for (Time when = now() + within(span); when < now() + span; when += 3s) {
       const std::size_t a = network_.random(2) == 0 ? lower : upper;
       const std::size_t b = a == lower ? upper : lower;
@@ -220,7 +220,7 @@ void Swarm::plan_move(Time when) {
   network_.at(when, [this, i, known_after] {
     if (healed_) return;
     const NetAddress to = address_of(1000 + moves_++);
-    tell(node(i).setup().name + " moves to " + to.to_string());
+    print(node(i).setup().name + " moves to " + to.to_string());
     network_.move(node(i), to, known_after);
     if (plan_.troubles.dds && node(i).alive()) network_.announce(node(i));
   });
@@ -233,18 +233,18 @@ void Swarm::plan_churn(Time when) {
   network_.at(when, [this, i, away] {
     Client& client = clients_[i];
     if (!client.id || healed_) return;
-    tell(client.name + " leaves");
+    print(client.name + " leaves");
     node(client.node).remove_client(now(), std::exchange(client.id, core::kNoClient));
     network_.at(now() + away, [this, i] {
       if (clients_[i].id || !node(clients_[i].node).alive()) return;
-      tell(clients_[i].name + " reconnects");
+      print(clients_[i].name + " reconnects");
       attach(clients_[i]);
     });
   });
 }
 
 void Swarm::heal() {
-  tell("all faults end");
+  print("all faults end");
   healed_ = true;
   network_.set_faults({.delay = 100us});
   for (std::size_t i = 0; i < plan_.nodes.size(); ++i) start(i);
@@ -294,7 +294,7 @@ void Swarm::send(Client& from, Address src, Client& to, Address dest, Header hea
   header = ledger_.entries()[number].header;
   const core::Outcome outcome = node(from.node).send(now(), from.id, header, body);
   ledger_.set_outcome(number, outcome);
-  if (verbose_) tell("send " + Ledger::describe(ledger_.entries()[number]));
+  if (verbose_) print("send " + Ledger::describe(ledger_.entries()[number]));
 }
 
 }  // namespace tims::sim

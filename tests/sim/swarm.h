@@ -58,7 +58,7 @@ class Swarm {
   // swarm_checks.cpp: the invariants
   void check_tables();
   void check_table(std::size_t node);
-  void check_ways();
+  void check_routes();
   [[nodiscard]] std::size_t waiting_from(std::size_t first) const;
   void check_losses();
   void check_answers();
@@ -67,7 +67,7 @@ class Swarm {
   void check_events();
 
   void fail(const std::string& what);
-  void tell(const std::string& what);
+  void print(const std::string& what);
   [[nodiscard]] Time now() const { return network_.now(); }
   [[nodiscard]] Node& node(std::size_t i) { return *network_.nodes()[i]; }
   Duration within(Duration span);

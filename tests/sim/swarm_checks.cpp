@@ -57,7 +57,7 @@ std::size_t Swarm::waiting_from(std::size_t first) const {
 }
 
 // A temporary client at every router sends to every mailbox.
-void Swarm::check_ways() {
+void Swarm::check_routes() {
   std::vector<Client> guests;
   for (std::size_t i = 0; i < plan_.nodes.size(); ++i) {
     const NodeSetup& setup = node(i).setup();
@@ -75,7 +75,7 @@ void Swarm::check_ways() {
   network_.run_until([&] { return waiting_from(before) == 0; }, plan_.troubles.rates ? 60s : 500ms);
   for (std::size_t n = before; n < ledger_.entries().size(); ++n) {
     const Ledger::Entry& entry = ledger_.entries()[n];
-    const bool reachable = !plan_.way(entry.from, entry.to).empty();
+    const bool reachable = !plan_.route(entry.from, entry.to).empty();
     if (entry.arrived != reachable)
       fail((reachable ? "did not arrive: " : "arrived without a route: ") +
            Ledger::describe(entry));
@@ -92,22 +92,23 @@ void Swarm::check_losses() {
     ++totals_.messages;
     totals_.arrived += entry.arrived ? 1 : 0;
     if (entry.arrived || entry.is_sample() || !core::taken(entry.outcome)) continue;
-    const auto way = plan_.way(entry.from, entry.to);
-    if (way.empty()) continue;
-    const bool lived = std::ranges::none_of(way, [&](std::size_t i) { return crashed_[i]; });
-    if (!lived && plan_.one_way_only) continue;
-    if (!plan_.one_way_only && plan_.troubles.crashes) continue;
+    const auto route = plan_.route(entry.from, entry.to);
+    if (route.empty()) continue;
+    const bool lived = std::ranges::none_of(route, [&](std::size_t i) { return crashed_[i]; });
+    if (!lived && plan_.has_single_routes) continue;
+    if (!plan_.has_single_routes && plan_.troubles.crashes) continue;
     ++missing[entry.message_class()];
     example[entry.message_class()] = Ledger::describe(entry);
   }
   for (std::size_t c = 0; c < core::kClasses; ++c) {
-    std::uint64_t told = 0;
-    for (std::size_t i = 0; i < plan_.nodes.size(); ++i) told += node(i).lost(c);
-    totals_.lost += told;
-    if (missing[c] > told)
+    std::uint64_t counted = 0;
+    for (std::size_t i = 0; i < plan_.nodes.size(); ++i) counted += node(i).lost(c);
+    totals_.lost += counted;
+    if (missing[c] > counted)
       fail(std::to_string(missing[c]) + " messages of class " + std::to_string(c) +
-           " are lost, but only " + std::to_string(told) + " were counted as lost: " + example[c]);
-    if (missing[c] > 0 && plan_.troubles.are_mild() && plan_.one_way_only)
+           " are lost, but only " + std::to_string(counted) +
+           " were counted as lost: " + example[c]);
+    if (missing[c] > 0 && plan_.troubles.are_mild() && plan_.has_single_routes)
       fail("lost although all faults were mild: " + example[c]);
   }
 }
@@ -117,13 +118,13 @@ void Swarm::check_answers() {
   const Troubles& t = plan_.troubles;
   if (t.crashes || t.partitions || t.churn || t.loss || t.moves || t.short_lifetimes) return;
   // The answer may have been lost as well.
-  std::array<std::uint64_t, core::kClasses> told{};
+  std::array<std::uint64_t, core::kClasses> counted{};
   for (std::size_t c = 0; c < core::kClasses; ++c) {
-    for (const auto& one : network_.nodes()) told[c] += one->lost(c);
+    for (const auto& one : network_.nodes()) counted[c] += one->lost(c);
   }
   for (const Ledger::Entry& entry : ledger_.entries()) {
     if (entry.arrived || entry.answered || entry.header.type <= 0) continue;
-    if ((t.small_queues || t.little_memory) && told[entry.message_class()]-- > 0) continue;
+    if ((t.small_queues || t.little_memory) && counted[entry.message_class()]-- > 0) continue;
     fail("a command without an answer: " + Ledger::describe(entry));
   }
 }
@@ -154,7 +155,7 @@ void Swarm::check_memory() {
   for (const auto& one : network_.nodes()) {
     if (one->memory_in_use() != 0)
       fail(one->setup().name + " still holds " + std::to_string(one->memory_in_use()) + " bytes");
-    if (verbose_) tell(one->setup().name + " " + std::to_string(one->events.size()) + " events");
+    if (verbose_) print(one->setup().name + " " + std::to_string(one->events.size()) + " events");
   }
 }
 

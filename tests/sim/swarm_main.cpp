@@ -11,11 +11,11 @@ int main(int argc, char** argv) {
   std::uint64_t count = 1;
   bool verbose = false;
   for (int i = 1; i < argc; ++i) {
-    const std::string word = argv[i];
+    const std::string option = argv[i];
     const auto number = [&] { return i + 1 < argc ? std::strtoull(argv[++i], nullptr, 10) : 0; };
-    if (word == "--seed") seed = number();
-    if (word == "--count") count = number();
-    if (word == "--verbose") verbose = true;
+    if (option == "--seed") seed = number();
+    if (option == "--count") count = number();
+    if (option == "--verbose") verbose = true;
   }
   std::uint64_t bad = 0;
   tims::sim::SwarmTotals sum;

@@ -57,7 +57,7 @@ class Planner {
     settings.session = make_session(network_, plan_.troubles);
     if (plan_.troubles.dds) settings.paths = paths(only_one && !plan_.troubles.half_cuts);
     if (plan_.troubles.dds && only_one && network_.random(2) == 0) settings.to = link::kAutomatic;
-    if (settings.paths.size() == 2) plan_.both_ways.push_back({lower, upper});
+    if (settings.paths.size() == 2) plan_.with_two_paths.push_back({lower, upper});
     plan_.nodes[lower].setup.links.push_back(settings);
     plan_.nodes[lower].supers.push_back(upper);
   }
@@ -65,7 +65,7 @@ class Planner {
     auto settings = peer_link(address_of(b));
     if (plan_.troubles.dds) settings.paths = paths(false);
     plan_.nodes[a].setup.links.push_back(settings);
-    if (settings.paths.size() == 2) plan_.both_ways.push_back({a, b});
+    if (settings.paths.size() == 2) plan_.with_two_paths.push_back({a, b});
     // Sometimes both ends connect.
     if (network_.random(2) == 0) {
       settings.to = address_of(a).to_string();
@@ -149,7 +149,7 @@ Plan make_plan(SimulatedNetwork& network) {
     planner.connect(system, tops[first], tops.size() == 1);
     if (two_supers && network.random(2) == 0) {
       planner.connect(system, tops[1 - first], false);
-      plan.one_way_only = false;
+      plan.has_single_routes = false;
     }
     const std::uint64_t below = network.random(4);
     for (std::uint8_t i = 0; i < below; ++i)
@@ -159,15 +159,15 @@ Plan make_plan(SimulatedNetwork& network) {
   if (tops.size() == 2 && network.random(3) != 0) planner.connect_peers(tops[0], tops[1]);
   if (systems.size() > 1 && network.random(3) == 0) {
     planner.connect_peers(systems[0], systems[1]);
-    plan.one_way_only = false;
+    plan.has_single_routes = false;
   }
   return plan;
 }
 
 std::vector<std::size_t> Plan::up_from(std::size_t node) const {
-  std::vector<std::size_t> way{node};
-  while (!nodes[way.back()].supers.empty()) way.push_back(nodes[way.back()].supers.front());
-  return way;
+  std::vector<std::size_t> up{node};
+  while (!nodes[up.back()].supers.empty()) up.push_back(nodes[up.back()].supers.front());
+  return up;
 }
 
 bool Plan::is_below(std::size_t node, std::size_t top) const {
@@ -175,7 +175,7 @@ bool Plan::is_below(std::size_t node, std::size_t top) const {
   return std::ranges::find(up, top) != up.end();
 }
 
-std::vector<std::size_t> Plan::way(std::size_t from, std::size_t to) const {
+std::vector<std::size_t> Plan::route(std::size_t from, std::size_t to) const {
   std::vector<std::size_t> passed;
   for (const std::size_t at : up_from(from)) {
     passed.push_back(at);

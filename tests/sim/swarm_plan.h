@@ -54,14 +54,14 @@ struct PlannedNode {
 struct Plan {
   Troubles troubles{};
   std::vector<PlannedNode> nodes{};
-  std::vector<PlannedLink> both_ways{};  // links with UDP and DDS at both ends
-  bool one_way_only = true;              // one route between any two nodes
+  std::vector<PlannedLink> with_two_paths{};  // links with UDP and DDS at both ends
+  bool has_single_routes = true;              // one route between any two nodes
 
   // The path from `node` up over the preferred super routers, starting with itself.
   [[nodiscard]] std::vector<std::size_t> up_from(std::size_t node) const;
   [[nodiscard]] bool is_below(std::size_t node, std::size_t top) const;
   // The routers a message passes, both ends included; empty: there is no route.
-  [[nodiscard]] std::vector<std::size_t> way(std::size_t from, std::size_t to) const;
+  [[nodiscard]] std::vector<std::size_t> route(std::size_t from, std::size_t to) const;
   [[nodiscard]] std::string to_string() const;
 };
 

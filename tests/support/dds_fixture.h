@@ -28,10 +28,10 @@ inline std::string test_fleet(const std::string& name = "fleet") {
 
 inline link::Announcement announcement_of(const std::string& name, const std::string& fleet) {
   return {.fleet = std::string_view(fleet),
-          .who = {.epoch = core::spread(
-                      static_cast<std::uint64_t>(os::now().time_since_epoch().count())),
-                  .name = std::string_view(name),
-                  .message_max = 1 << 20},
+          .identity = {.epoch = core::spread(
+                           static_cast<std::uint64_t>(os::now().time_since_epoch().count())),
+                       .name = std::string_view(name),
+                       .message_max = 1 << 20},
           .udp = {link::NetAddress::v4(10, 9, 1, 1, 2010)}};
 }
 
@@ -53,7 +53,7 @@ class Host : public DdsEngine::Listener {
 
   [[nodiscard]] bool sees(const Host& other) const {
     return std::ranges::any_of(seen, [&](const link::Announcement& a) {
-      return a.dds == other.address() && a.who == other.self.who;
+      return a.dds == other.address() && a.identity == other.self.identity;
     });
   }
   bool send(const link::NetAddress& to, const Bytes& bytes, std::size_t datagram_size) {

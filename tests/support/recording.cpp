@@ -69,9 +69,9 @@ class Fields {
   }
   // Whether the value is `first`; it must be one of the two.
   [[nodiscard]] bool is_first(const char* key, const char* first, const char* second) const {
-    const std::string word = text(key);
-    if (word != first && word != second) throw Malformed{std::string("unknown ") + key};
-    return word == first;
+    const std::string value_text = text(key);
+    if (value_text != first && value_text != second) throw Malformed{std::string("unknown ") + key};
+    return value_text == first;
   }
 
  private:

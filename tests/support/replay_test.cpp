@@ -74,8 +74,8 @@ TEST(Replay, EndsAtTheRestartWithoutARestartFunction) {
 struct FaultCase {
   Fault fault;
   const char* path;
-  int type;           // type of the messages to which the fault may apply
-  const char* words;  // part of the text of the first difference
+  int type;              // type of the messages to which the fault may apply
+  const char* expected;  // part of the text of the first difference
   Duration answer_limit = kLong;
 };
 
@@ -93,12 +93,12 @@ TEST_P(ReplayFinds, Fault) {
   const ReplayResult result = replay(read(c.path), options);
   ASSERT_FALSE(result.same());
   const std::string text = result.differences.front().to_string();
-  EXPECT_NE(text.find(c.words), std::string::npos) << text;
+  EXPECT_NE(text.find(c.expected), std::string::npos) << text;
 }
 
 constexpr int kBurst = 40;  // type of the messages of mark E1: 52 sent without a pause
 
-void PrintTo(const FaultCase& c, std::ostream* out) { *out << c.words << " in " << c.path; }
+void PrintTo(const FaultCase& c, std::ostream* out) { *out << c.expected << " in " << c.path; }
 
 INSTANTIATE_TEST_SUITE_P(
     All, ReplayFinds,

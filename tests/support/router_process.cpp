@@ -7,7 +7,7 @@ namespace tims::test {
 namespace {
 
 // The endpoint at the end of "... listening tcp 127.0.0.1:40312".
-std::string last_word(const std::string& line) { return line.substr(line.rfind(' ') + 1); }
+std::string last_field(const std::string& line) { return line.substr(line.rfind(' ') + 1); }
 
 }  // namespace
 
@@ -33,11 +33,11 @@ Result<void> RouterProcess::start() {
   if (!unix_line) return unix_line.error();
   auto tcp_line = process_->wait_for_line("listening tcp");
   if (!tcp_line) return tcp_line.error();
-  tcp_ = last_word(*tcp_line);
+  tcp_ = last_field(*tcp_line);
   if (!with_http) return {};
   auto http_line = process_->wait_for_line("listening http");
   if (!http_line) return http_line.error();
-  http_ = last_word(*http_line);
+  http_ = last_field(*http_line);
   return {};
 }
 

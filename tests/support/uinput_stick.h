@@ -42,14 +42,14 @@ class UinputStick {
 
   static constexpr int kEnd = 100;  // largest value of an axis in both directions
   // `axis`: ABS_X, ABS_Y.
-  bool move(int axis, int value) const { return say(EV_ABS, axis, value); }
-  bool press(bool down) const { return say(EV_KEY, BTN_TRIGGER, down ? 1 : 0); }
+  bool move(int axis, int value) const { return write_event(EV_ABS, axis, value); }
+  bool press(bool down) const { return write_event(EV_KEY, BTN_TRIGGER, down ? 1 : 0); }
 
  private:
   [[nodiscard]] bool set(unsigned long what, int value) const {
     return ::ioctl(file_.get(), what, value) == 0;
   }
-  [[nodiscard]] bool say(int type, int code, int value) const {
+  [[nodiscard]] bool write_event(int type, int code, int value) const {
     std::array<input_event, 2> events{};
     events[0].type = static_cast<__u16>(type);
     events[0].code = static_cast<__u16>(code);

@@ -18,7 +18,7 @@ namespace {
 using tims::Address;
 using tims::Mailbox;
 
-void say(const char* text) {
+void print_line(const char* text) {
   std::puts(text);
   std::fflush(stdout);
 }
@@ -35,21 +35,21 @@ void hold_loans(Mailbox& own) {
     if (!loan) break;
     loans.push_back(std::move(*loan));
   }
-  say("holding");
+  print_line("holding");
   wait_for_death();
 }
 
 // Peeks the first message and keeps it.
 void hold_peek(Mailbox& own) {
-  say("ready");
+  print_line("ready");
   const auto held = own.peek();
-  say("peeking");
+  print_line("peeking");
   wait_for_death();
 }
 
 // Sends numbers to mailbox 2 as fast as they are accepted.
 void flood(Mailbox& own) {
-  say("sending");
+  print_line("sending");
   for (std::uint64_t number = 0;; ++number)
     (void)own.send({.dest = Address(2), .type = -6}, std::as_bytes(std::span(&number, 1)));
 }
@@ -59,12 +59,12 @@ void send_many(Mailbox& own) {
   for (std::uint32_t number = 0; number < 900; ++number) {
     const auto body = std::as_bytes(std::span(&number, 1));
     if (const auto sent = own.send({.dest = Address(2), .type = -6}, body); !sent)
-      return say(sent.error().message().c_str());
+      return print_line(sent.error().message().c_str());
     if (number != 0) continue;
-    say("ready");
+    print_line("ready");
     (void)own.peek();
   }
-  say("sent");
+  print_line("sent");
 }
 void send_many_and_close(Mailbox& own) { send_many(own); }
 void send_many_and_die(Mailbox& own) {
@@ -74,7 +74,7 @@ void send_many_and_die(Mailbox& own) {
 
 // Echoes messages until it is killed.
 void echo(Mailbox& own) {
-  say("ready");
+  print_line("ready");
   for (;;)
     if (const auto request = own.peek(); request && request->header().type > 0)
       (void)own.reply(request->header(), tims::type::kOk, request->body());

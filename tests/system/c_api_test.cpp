@@ -128,7 +128,7 @@ TEST_F(CApiTest, EventFd) {
 
 TEST_F(CApiTest, BodiesFromSeveralPieces) {
   tims_mailbox* mailbox = open(1);
-  const tims_header to_self{1, 0, 0, TIMS_TELL_IF_GONE | TIMS_TELL_WHY, -6, 0, 0};
+  const tims_header to_self{1, 0, 0, TIMS_REPORT_IF_GONE | TIMS_REPORT_REASON, -6, 0, 0};
   std::vector<tims_piece> pieces{{"ab", 2}, {nullptr, 0}, {"c", 1}};
   ASSERT_EQ(tims_send_pieces(mailbox, &to_self, pieces.data(), pieces.size()), 0);
   tims_header header{};
@@ -197,8 +197,8 @@ TEST_F(CApiTest, CloseWaitsUntilTheRouterHasAcceptedEverything) {
   auto far = TcpClient::connect(router_.tcp());
   ASSERT_TRUE(far.ok());
   ASSERT_TRUE(far->register_mailbox(Address(9)).ok());
-  for (const std::string& way : {router_.socket_path(), router_.tcp()}) {
-    tims_session* session = tims_connect(way.c_str(), "lingers", kPatience.count());
+  for (const std::string& endpoint : {router_.socket_path(), router_.tcp()}) {
+    tims_session* session = tims_connect(endpoint.c_str(), "lingers", kPatience.count());
     ASSERT_NE(session, nullptr) << tims_error_text();
     const tims_mailbox_options options = options_for(3);
     tims_mailbox* mailbox = tims_open(session, &options);
@@ -207,13 +207,13 @@ TEST_F(CApiTest, CloseWaitsUntilTheRouterHasAcceptedEverything) {
     const tims_header header{9, 0, 0, 0, -6, 0, 0};
     ASSERT_EQ(tims_send(mailbox, &header, "first", 5), 0) << tims_error_text();
     ASSERT_EQ(tims_flush(session, kPatience.count()), 0) << tims_error_text();
-    EXPECT_TRUE(far->receive(kPatience).ok()) << way;
+    EXPECT_TRUE(far->receive(kPatience).ok()) << endpoint;
     router_.process().signal(SIGSTOP);
     ASSERT_EQ(tims_send(mailbox, &header, "last", 4), 0) << tims_error_text();
     EXPECT_EQ(tims_flush(session, 20'000'000), TIMS_ETIMEOUT);
     router_.process().signal(SIGCONT);
     EXPECT_EQ(tims_close_linger(mailbox, kPatience.count()), 0) << tims_error_text();
-    EXPECT_TRUE(far->receive().ok()) << way;
+    EXPECT_TRUE(far->receive().ok()) << endpoint;
     tims_disconnect(session);
   }
 }

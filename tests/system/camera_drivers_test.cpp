@@ -192,7 +192,7 @@ TEST_F(CameraDriversTest, AStereoCameraMeasuresDistances) {
   start("CameraV4l", {play(recording, "?loop=1"), "--mode=range", "--stereoBase=60", "--fx=100",
                       "--stereoDisparities=16"});
   ASSERT_TRUE(camera().on());
-  const auto word_in_the_middle = [&](u16 mode) {
+  const auto value_in_the_middle = [&](u16 mode) {
     CameraData picture;
     EXPECT_TRUE(eventually([&] { return (picture = next_picture()).mode == mode; }, "the mode"));
     EXPECT_EQ(picture.width, kWidth);
@@ -202,9 +202,9 @@ TEST_F(CameraDriversTest, AStereoCameraMeasuresDistances) {
     return std::to_integer<int>(picture.image[middle]) << 8 |
            std::to_integer<int>(picture.image[middle + 1]);
   };
-  EXPECT_NEAR(word_in_the_middle(camera_mode::kRange), 1000, 60);  // 60 mm * 100 px / 6 px
+  EXPECT_NEAR(value_in_the_middle(camera_mode::kRange), 1000, 60);  // 60 mm * 100 px / 6 px
   ASSERT_TRUE(camera().set_format({.width = 80, .height = 24, .depth = 16, .mode = 59}));
-  EXPECT_NEAR(word_in_the_middle(camera_mode::kDisparity), 16 * kApart, 4);
+  EXPECT_NEAR(value_in_the_middle(camera_mode::kDisparity), 16 * kApart, 4);
 }
 
 TEST_F(CameraDriversTest, TheFormatIsSetWhileItIsOn) {
@@ -276,7 +276,7 @@ TEST_F(CameraDriversTest, InvalidPicturesAreReportedWithTheReason) {
   struct Case {
     const Recording& recording;
     const char* mode;
-    const char* words;
+    const char* reason;
   };
   for (const Case& one :
        {Case{wrong_head, "mono8", "does not have the size given by the camera"},
@@ -284,8 +284,8 @@ TEST_F(CameraDriversTest, InvalidPicturesAreReportedWithTheReason) {
         Case{broken, "rgb24", "invalid picture"}, Case{huge, "rgb24", "65500x65500"}}) {
     start("CameraV4l", {play(one.recording, "?loop=1"), std::string("--mode=") + one.mode});
     const auto on = camera().on();
-    ASSERT_FALSE(on) << one.words;
-    EXPECT_THAT(on.error().message(), HasSubstr(one.words));
+    ASSERT_FALSE(on) << one.reason;
+    EXPECT_THAT(on.error().message(), HasSubstr(one.reason));
     kill("CameraV4l");
   }
 }

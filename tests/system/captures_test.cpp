@@ -44,13 +44,13 @@ class Counter : public rack::Proxy {
  public:
   using Proxy::Proxy;
   std::int64_t data_sets() {
-    const auto told = query<rack::ListenersData>(type::kGetListeners, type::kListeners);
-    EXPECT_TRUE(told) << told.error().message();
-    return told ? told->dataSets : -1;
+    const auto reply = query<rack::ListenersData>(type::kGetListeners, type::kListeners);
+    EXPECT_TRUE(reply) << reply.error().message();
+    return reply ? reply->dataSets : -1;
   }
 };
 
-std::vector<std::string> words_of(const std::string& text) {
+std::vector<std::string> tokens_of(const std::string& text) {
   std::istringstream stream(text);
   return {std::istream_iterator<std::string>(stream), {}};
 }
@@ -77,10 +77,10 @@ class CapturesTest : public ModulesTest {
 
   ChildProcess& start_with(const std::string& program, const std::string& arguments,
                            const std::string& address) {
-    auto all = words_of(arguments);
-    for (std::string& word : all)
-      if (const auto data = word.find("DATA/"); data != std::string::npos)
-        word.replace(data, 5, kRecordings);
+    auto all = tokens_of(arguments);
+    for (std::string& argument : all)
+      if (const auto data = argument.find("DATA/"); data != std::string::npos)
+        argument.replace(data, 5, kRecordings);
     all.push_back("--device=" + address);
     return start(program, all);
   }
@@ -292,7 +292,7 @@ TEST_F(CapturesTest, ScansOfSickArriveInOrder) {
 TEST_F(CapturesTest, TheTelegramOfAnLms200) {
   std::ifstream hex(kRecordings + "sick/lms200-one-telegram.hex");
   std::string telegram;
-  for (std::string word; hex >> word;) telegram += word;
+  for (std::string token; hex >> token;) telegram += token;
   const std::string file = folder_.path() / "lms200.cap";
   std::ofstream(file) << "0.000000 " << telegram << '\n';
   start_with("LadarSickLms200", "", "play:" + file);
@@ -470,11 +470,11 @@ TEST_P(BusTest, HasItsFramesAndIdentifiers) {
   ASSERT_TRUE(child) << child.error().message();
   const auto status = child->wait();
   ASSERT_TRUE(status && status->success()) << child->output();
-  const json::value told = json::parse(child->standard_output());
-  EXPECT_EQ(told.at("received").at("records").to_number<std::uint64_t>(), GetParam().frames);
-  EXPECT_EQ(told.at("ids").as_array().size(), GetParam().ids);
-  EXPECT_NEAR(told.at("duration_s").to_number<double>(), GetParam().seconds, 0.0051);
-  EXPECT_EQ(told.at("backwards").to_number<std::uint64_t>(), 0U);
+  const json::value report = json::parse(child->standard_output());
+  EXPECT_EQ(report.at("received").at("records").to_number<std::uint64_t>(), GetParam().frames);
+  EXPECT_EQ(report.at("ids").as_array().size(), GetParam().ids);
+  EXPECT_NEAR(report.at("duration_s").to_number<double>(), GetParam().seconds, 0.0051);
+  EXPECT_EQ(report.at("backwards").to_number<std::uint64_t>(), 0U);
 }
 
 INSTANTIATE_TEST_SUITE_P(Cars, BusTest,

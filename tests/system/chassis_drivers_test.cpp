@@ -40,7 +40,7 @@ class EmulatedRobot {
       while (!stop.stop_requested()) {
         const auto waited = device_->wait(tims::kNever, ended_.get());
         ASSERT_TRUE(waited) << waited.error().message();
-        tell(stands());
+        update(stands());
       }
     });
   }
@@ -57,7 +57,7 @@ class EmulatedRobot {
   bool drives_within(Duration limit) { return becomes(false, limit); }
 
  private:
-  void tell(bool stands) {
+  void update(bool stands) {
     const std::lock_guard lock(mutex_);
     if (std::exchange(stands_, stands) != stands) changed_.notify_all();
   }
@@ -99,7 +99,7 @@ auto making(Arguments... arguments) {
     auto robot = std::make_unique<Emulator>(arguments...);
     const auto& body = robot->body();
     return std::make_unique<EmulatedRobot>(
-        std::move(robot), [&body] { return body.is_told_to_stand(); }, address);
+        std::move(robot), [&body] { return body.must_stop(); }, address);
   };
 }
 

@@ -60,9 +60,9 @@ TEST_F(DdsFleet, TwoRoutersWithOneIdAreReportedOnBothEnds) {
   const auto robot = start("robot", "system", 1, 1);
   EXPECT_TRUE(goes_by(*robot, "base", "udp"));
   const auto twin = start("twin", "system", 1, 1);
-  const auto names = [](const std::unique_ptr<Host>& host, std::string_view who) {
-    return eventually([&] { return host->log().find(who) != std::string::npos; },
-                      "the log names " + std::string(who));
+  const auto names = [](const std::unique_ptr<Host>& host, std::string_view name) {
+    return eventually([&] { return host->log().find(name) != std::string::npos; },
+                      "the log names " + std::string(name));
   };
   EXPECT_TRUE(names(twin, "robot"));
   EXPECT_TRUE(names(robot, "twin"));

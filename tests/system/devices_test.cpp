@@ -179,13 +179,14 @@ class DevicesTest : public ModulesTest {
   }
   std::vector<int> stream(std::size_t count, Mailbox& data) {
     std::vector<int> all;
-    auto told = ladar();
+    auto ladar_proxy = ladar();
     while (all.size() < count) {
       const auto message = data.peek_for(kPatience);
       EXPECT_TRUE(message) << message.error().message();
       if (!message) break;
       rack::LadarData scan;
-      if (told.decode_stream(*message, scan)) all.push_back(scan.points.at(0).distance.raw());
+      if (ladar_proxy.decode_stream(*message, scan))
+        all.push_back(scan.points.at(0).distance.raw());
     }
     return all;
   }
@@ -254,8 +255,8 @@ TEST_F(DevicesTest, NoiseAtTheFullRateIsReportedAndCostsLittle) {
   expect_on();
   next_scan();
   scanner.set_mad(true);
-  const auto said = program.wait_for_line("has sent no data");
-  ASSERT_TRUE(said) << said.error().message();
+  const auto line = program.wait_for_line("has sent no data");
+  ASSERT_TRUE(line) << line.error().message();
   const Used before = used_by(program.pid());
   const Time begin = os::now();
   // It retries during this time.
@@ -344,8 +345,8 @@ TEST_F(DevicesTest, UnpluggingIsReportedAndItContinuesWhenPluggedIn) {
   for (int i = 0; i < 2; ++i) {
     scanner.reset();
     const Time out = os::now();
-    const auto said = program.wait_for_line("the device is gone");
-    ASSERT_TRUE(said) << said.error().message();
+    const auto line = program.wait_for_line("the device is gone");
+    ASSERT_TRUE(line) << line.error().message();
     EXPECT_LE(os::now() - out, kSlowdown * 2s) << "three periods, on a loaded machine";
     EXPECT_TRUE(eventually([&] { return *ladar().status() == rack::Status::kError; }, "error"));
 
@@ -436,7 +437,7 @@ TEST_F(DevicesTest, AReplayProducesTheSameDataFromARecording) {
   const std::string file = folder_.path() / "scans.cap";
   record_scans(file);
   record_scans(file);
-  const auto replay = [&](int code, const std::string& said) {
+  const auto replay = [&](int code, const std::string& expected) {
     auto program = ChildProcess::start({std::string(TIMS_PROGRAMS) + "/LadarSickLms200",
                                         "--device=serial:" + path_, "--baudrate=500000",
                                         "--protocol=2", "--router=/nowhere", "--replay=" + file});
@@ -444,7 +445,7 @@ TEST_F(DevicesTest, AReplayProducesTheSameDataFromARecording) {
     const auto status = program->wait();
     ASSERT_TRUE(status) << status.error().message();
     EXPECT_EQ(status->code, code) << program->output();
-    EXPECT_THAT(program->output(), HasSubstr(said));
+    EXPECT_THAT(program->output(), HasSubstr(expected));
   };
   replay(0, " data sets replayed: 0 different\n");
 
@@ -466,9 +467,9 @@ TEST_F(DevicesTest, AFullDiskDoesNotStopTheDriverAndIsReportedOnce) {
   const PluggedIn scanner(path_);
   auto& program = start_ladar({"--record=/dev/full"});
   expect_on();
-  const auto said =
+  const auto line =
       program.wait_for_line("/dev/full: No space left on device; records are lost until");
-  EXPECT_TRUE(said) << said.error().message();
+  EXPECT_TRUE(line) << line.error().message();
   const int first = next_scan();
   EXPECT_TRUE(
       eventually([&] { return next_scan() > first + 150; }, "it continues for two seconds"));
@@ -511,17 +512,17 @@ TEST_F(DevicesTest, TimsctlPlaysARecordingToADriver) {
   EXPECT_EQ(status->code, 0) << again->output();
   EXPECT_THAT(again->standard_output(), HasSubstr("\"records\":50"));
   const std::string original = received(file);
-  const std::string heard = received(folder_.path() / "again.cap");
-  EXPECT_FALSE(heard.empty());
-  EXPECT_NE((original + original + original).find(heard), std::string::npos) << heard;
+  const std::string played = received(folder_.path() / "again.cap");
+  EXPECT_FALSE(played.empty());
+  EXPECT_NE((original + original + original).find(played), std::string::npos) << played;
   EXPECT_TRUE(player->stop(SIGINT));
 }
 
 TEST_F(DevicesTest, TimsctlReportsErrors) {
   struct Case {
-    std::vector<std::string> words;
+    std::vector<std::string> arguments;
     int code;
-    const char* says;
+    const char* reason;
   };
   std::ofstream(folder_.path() / "broken.cap") << "# rack capture 1 x y\n1.0 < 41\nnonsense\n";
   for (const Case& c : {
@@ -530,9 +531,9 @@ TEST_F(DevicesTest, TimsctlReportsErrors) {
            Case{{"device", "play", "/nowhere.cap"}, 4, "/nowhere.cap"},
            Case{{"device", "play", folder_.path() / "broken.cap"}, 1, "line 3"},
        }) {
-    const Ran ran = timsctl(c.words);
-    EXPECT_EQ(ran.code, c.code) << c.words[2] << ran.err;
-    EXPECT_THAT(ran.err, HasSubstr(c.says));
+    const Ran ran = timsctl(c.arguments);
+    EXPECT_EQ(ran.code, c.code) << c.arguments[2] << ran.err;
+    EXPECT_THAT(ran.err, HasSubstr(c.reason));
   }
   EXPECT_EQ(timsctl({"device", "list", "-j"}).code, 0);
   EXPECT_EQ(timsctl({"device", "watch", "--for", "50ms"}).code, 0);

@@ -353,12 +353,12 @@ TEST_F(CanProgramTest, AStormOfBusOffIsReportedInFewLinesAndPasses) {
         return chassis().move(300, 0, 0) && speed() > 0.1;
       },
       "it drives again"));
-  const std::string said = driver_->output();
+  const std::string output = driver_->output();
   std::int64_t times = 0;
-  for (std::size_t at = said.find("is bus-off"); at != std::string::npos;
-       at = said.find("is bus-off", at + 1))
+  for (std::size_t at = output.find("is bus-off"); at != std::string::npos;
+       at = output.find("is bus-off", at + 1))
     ++times;
-  EXPECT_LE(times, 2 * seconds + 4) << said;
+  EXPECT_LE(times, 2 * seconds + 4) << output;
 }
 
 }  // namespace devices_vm_test

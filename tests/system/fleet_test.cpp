@@ -51,9 +51,9 @@ class FleetTest : public testing::Test {
     all.insert(all.end(), arguments.begin(), arguments.end());
     return run(all);
   }
-  [[nodiscard]] Ran fault(const std::vector<std::string>& words) const {
+  [[nodiscard]] Ran fault(const std::vector<std::string>& faults) const {
     std::vector<std::string> all = {"sim", "fault", "--fleet", name_, "robot1-base"};
-    all.insert(all.end(), words.begin(), words.end());
+    all.insert(all.end(), faults.begin(), faults.end());
     return run(all);
   }
   // Whether the base knows a route to the server on the robot's arm.
@@ -115,9 +115,9 @@ TEST_F(FleetTest, ALineIsCutAndRestored) {
 
 TEST_F(FleetTest, LossAndRateAreSetInTheKernelAndDelayIsAdded) {
   ASSERT_TRUE(eventually([&] { return reachable(); }, "the server is known at the base"));
-  const Ran said = fault({"loss=1%", "rate=20Mbit", "delay=30ms"});
-  EXPECT_EQ(said.code, 0) << said.err;
-  EXPECT_THAT(said.err, HasSubstr("loss 1% delay 30ms rate 20Mbit"));
+  const Ran ran = fault({"loss=1%", "rate=20Mbit", "delay=30ms"});
+  EXPECT_EQ(ran.code, 0) << ran.err;
+  EXPECT_THAT(ran.err, HasSubstr("loss 1% delay 30ms rate 20Mbit"));
   EXPECT_TRUE(eventually(
       [&] {
         const auto lines = json_lines(on("base", {"ping", "Test/1/0", "-n", "1", "--json"}).out);

@@ -50,15 +50,15 @@ class GdosLogTest : public ModulesTest {
     });
   }
   // Sends a text without arguments from the test's mailbox.
-  void say(const std::string& text, rack::gdos::Level level = rack::gdos::Level::kWarning) {
+  void send_text(const std::string& text, rack::gdos::Level level = rack::gdos::Level::kWarning) {
     const auto sent = work_->send(
         {.dest = rack::gdos::kSink, .type = static_cast<std::int8_t>(level)}, bytes_of(text));
     EXPECT_TRUE(sent) << sent.error().message();
   }
-  Result<ChildProcess> timsctl(std::vector<std::string> words) const {
-    words.insert(words.begin(), {TIMSCTL_PROGRAM, "-H", "unix:" + router_.socket_path(),
-                                 "--timeout", std::to_string(kPatienceMs) + "ms"});
-    return ChildProcess::start(std::move(words));
+  Result<ChildProcess> timsctl(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), {TIMSCTL_PROGRAM, "-H", "unix:" + router_.socket_path(),
+                                         "--timeout", std::to_string(kPatienceMs) + "ms"});
+    return ChildProcess::start(std::move(arguments));
   }
   // The output of `timsctl log show`, standard output before standard error.
   std::string shown(std::vector<std::string> options, int code = 0) const {

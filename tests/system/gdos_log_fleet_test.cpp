@@ -45,7 +45,7 @@ class Speaker {
     EXPECT_TRUE(mailbox);
     mailbox_.emplace(std::move(*mailbox));
   }
-  void say(const std::string& text) {
+  void send_text(const std::string& text) {
     EXPECT_TRUE(
         mailbox_->send({.dest = rack::gdos::kSink, .type = -125, .priority = 99}, bytes_of(text)));
   }
@@ -67,8 +67,8 @@ TEST_F(GdosLogFleetTest, EachRobotKeepsItsTextsAndARobotWithoutLogSendsThemToThe
       "the base knows both logs"));
   Speaker ladar(robots_[0], 0x01140000);
   Speaker chassis(robots_[1], 0x02110000);
-  ladar.say("from one");
-  chassis.say("from two");
+  ladar.send_text("from one");
+  chassis.send_text("from two");
   const auto has = [&](const std::string& where, const std::string& text) {
     return eventually([&] { return kept_at(where).find(text) != std::string::npos; },
                       text + " at " + where);
@@ -80,7 +80,7 @@ TEST_F(GdosLogFleetTest, EachRobotKeepsItsTextsAndARobotWithoutLogSendsThemToThe
   first.reset();
   EXPECT_TRUE(eventually(
       [&] {
-        ladar.say("to the base");
+        ladar.send_text("to the base");
         return kept_at("base").find("to the base") != std::string::npos;
       },
       "the base receives it"));
@@ -103,7 +103,7 @@ TEST_F(GdosLogFleetTest, ARobotsTextsAreFollowedFromTheBase) {
   Speaker ladar(robots_[0], 0x01140000);
   EXPECT_TRUE(eventually(
       [&] {
-        ladar.say("far away");
+        ladar.send_text("far away");
         return follower->standard_output().find("error   far away") != std::string::npos;
       },
       "the follower receives it"));

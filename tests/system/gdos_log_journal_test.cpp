@@ -52,8 +52,8 @@ class GdosLogJournalTest : public GdosLogTest {
 };
 
 TEST_F(GdosLogJournalTest, TextsAreFoundByTheirFields) {
-  say("look out", rack::gdos::Level::kWarning);
-  say("two\nlines \x1b[31m", rack::gdos::Level::kError);
+  send_text("look out", rack::gdos::Level::kWarning);
+  send_text("two\nlines \x1b[31m", rack::gdos::Level::kError);
   std::vector<json::object> entries;
   ASSERT_TRUE(eventually(
       [&] {

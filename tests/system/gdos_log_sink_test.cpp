@@ -29,20 +29,20 @@ class Window {
 TEST_F(GdosLogTest, WindowsOfTheOriginalAndTheLogReceiveAllTexts) {
   std::optional<Window> first(std::in_place, router_);
   start_log();
-  say("one");
+  send_text("one");
   EXPECT_TRUE(comes_to_be_kept("one"));
   EXPECT_EQ(first->next(), "one");
   auto follower = timsctl({"log", "follow"});
   ASSERT_TRUE(follower);
   Window second(router_);
-  say("two");
+  send_text("two");
   EXPECT_TRUE(comes_to_be_kept("two"));
   EXPECT_EQ(first->next(), "two");
   EXPECT_EQ(second.next(), "two");
   first.reset();
   EXPECT_TRUE(eventually(
       [&] {
-        say("three");
+        send_text("three");
         return follower->standard_output().find("three") != std::string::npos;
       },
       "the log is found in addition to the windows"));
@@ -53,13 +53,13 @@ TEST_F(GdosLogTest, WindowsOfTheOriginalAndTheLogReceiveAllTexts) {
 // Until then the component has sent to the log without the router.
 TEST_F(GdosLogTest, AWindowThatStartsLaterReceivesTextsOfRunningComponents) {
   start_log();
-  say("before");
+  send_text("before");
   ASSERT_TRUE(comes_to_be_kept("before"));
   Window window(router_);
   // It takes effect when the component has been notified that it must send through the router.
   EXPECT_TRUE(eventually(
       [&] {
-        say("after");
+        send_text("after");
         return window.next(std::chrono::milliseconds(100)) == "after";
       },
       "received"));
@@ -90,13 +90,13 @@ TEST_F(GdosLogTest, ASecondLogKeepsTextsAsWell) {
     std::ifstream file(other.path() / rack::gdos::kCurrentFile);
     return std::string(std::istreambuf_iterator<char>(file), {}).find(text) != std::string::npos;
   };
-  say("for both");
+  send_text("for both");
   EXPECT_TRUE(comes_to_be_kept("for both"));
   EXPECT_TRUE(eventually([&] { return kept_there("for both"); }, "the second has it"));
   kill("gdos-log");
   EXPECT_TRUE(eventually(
       [&] {
-        say("for one");
+        send_text("for one");
         return kept_there("for one");
       },
       "the second continues"));
@@ -131,24 +131,24 @@ TEST_F(GdosLogTest, ItsOwnAddressIsNotTheSink) {
 TEST_F(GdosLogTest, AnyNumberOfProgramsCanFollow) {
   start_log();
   std::vector<ChildProcess> followers;
-  for (const auto& words : {std::vector<std::string>{"log", "follow"},
-                            {"log", "follow", "-l", "error"},
-                            {"log", "follow", "GDOS/0/1", "-c", "Ladar"},
-                            {"log", "follow", "--json"}}) {
-    auto follower = timsctl(words);
+  for (const auto& arguments : {std::vector<std::string>{"log", "follow"},
+                                {"log", "follow", "-l", "error"},
+                                {"log", "follow", "GDOS/0/1", "-c", "Ladar"},
+                                {"log", "follow", "--json"}}) {
+    auto follower = timsctl(arguments);
     ASSERT_TRUE(follower);
     followers.push_back(std::move(*follower));
   }
   Mailbox ladar = open(*session_, 0x00140000);
-  const auto all_heard = [&] {
-    say("a warning");
-    say("an error", rack::gdos::Level::kError);
+  const auto all_received = [&] {
+    send_text("a warning");
+    send_text("an error", rack::gdos::Level::kError);
     (void)ladar.send({.dest = rack::gdos::kSink, .type = -127}, bytes_of("a scan"));
     for (const auto& follower : followers)
       if (follower.standard_output().empty()) return false;
     return true;
   };
-  EXPECT_TRUE(eventually(all_heard, "all four receive texts"));
+  EXPECT_TRUE(eventually(all_received, "all four receive texts"));
   EXPECT_THAT(followers[1].standard_output(), Not(HasSubstr("warning")));
   EXPECT_THAT(followers[1].standard_output(), HasSubstr("GUI(0/0)"));
   EXPECT_THAT(followers[2].standard_output(), HasSubstr("Ladar(0/0)         info    a scan\n"));

@@ -12,7 +12,7 @@ TEST_F(GdosLogTest, TextsOfComponentsAreKeptAndFound) {
   start("ChassisSim");
   ASSERT_TRUE(proxy<rack::ChassisProxy>(0x00110000).on());
   EXPECT_TRUE(comes_to_be_kept("Module on"));
-  say("look out");
+  send_text("look out");
   EXPECT_TRUE(comes_to_be_kept("look out"));
   const std::string chassis = shown({"-c", "Chassis"});
   EXPECT_THAT(chassis, HasSubstr("Chassis(0/0)       print   Module on\n"));
@@ -37,7 +37,7 @@ TEST_F(GdosLogTest, IsAComponentLikeOthers) {
   EXPECT_TRUE(eventually([&] { return is(rack::Status::kDisabled); }, "off"));
   EXPECT_TRUE(session_->open({.address = rack::gdos::kSink})) << "the sink is free while it is off";
   ASSERT_TRUE(log.on());
-  say("here again");
+  send_text("here again");
   EXPECT_TRUE(comes_to_be_kept("here again"));
 }
 
@@ -59,7 +59,7 @@ TEST_F(GdosLogTest, AllKindsOfTextsAreDecodedAndHarmless) {
   send("%d %d\0", 0);
   send(std::string(256, '%'), 0);
   send("", 0);
-  say("last");
+  send_text("last");
   EXPECT_TRUE(comes_to_be_kept("last"));
   const std::string all = kept();
   for (const char* text :
@@ -83,12 +83,12 @@ TEST_F(GdosLogTest, CommandsToTheSinkAreAnswered) {
 
 TEST_F(GdosLogTest, KillingItLosesNothing) {
   start_log();
-  say("before");
+  send_text("before");
   ASSERT_TRUE(comes_to_be_kept("before"));
   kill("gdos-log");
   std::ofstream(folder() / rack::gdos::kCurrentFile, std::ios::app) << R"({"time":"2026)";
   EXPECT_THAT(start_log().output(), HasSubstr("removed 13 bytes of an incomplete text"));
-  say("after");
+  send_text("after");
   EXPECT_TRUE(comes_to_be_kept("after"));
   const std::string all = shown({"-c", "GUI"});
   EXPECT_THAT(all, HasSubstr("before"));
@@ -97,7 +97,8 @@ TEST_F(GdosLogTest, KillingItLosesNothing) {
 
 TEST_F(GdosLogTest, FilesAreFewAndSmall) {
   start_log({"--fileSize=1", "--files=2"});
-  for (int i = 0; i < 40; ++i) say("number " + std::to_string(i) + " " + std::string(100, 'x'));
+  for (int i = 0; i < 40; ++i)
+    send_text("number " + std::to_string(i) + " " + std::string(100, 'x'));
   EXPECT_TRUE(comes_to_be_kept("number 39"));
   const auto paths = rack::gdos::log_paths(folder());
   EXPECT_EQ(paths.size(), 2U);
@@ -107,10 +108,10 @@ TEST_F(GdosLogTest, FilesAreFewAndSmall) {
 
 TEST_F(GdosLogTest, AFloodIsCutShort) {
   start_log();
-  say("first", rack::gdos::Level::kError);
+  send_text("first", rack::gdos::Level::kError);
   ASSERT_TRUE(comes_to_be_kept("first"));
-  for (int i = 0; i < 900; ++i) say("detail", rack::gdos::Level::kDetail);
-  say("still received", rack::gdos::Level::kError);
+  for (int i = 0; i < 900; ++i) send_text("detail", rack::gdos::Level::kDetail);
+  send_text("still received", rack::gdos::Level::kError);
   EXPECT_TRUE(comes_to_be_kept("still received"));
   EXPECT_TRUE(comes_to_be_kept("texts suppressed: too many at once"));
   std::istringstream lines(kept());
@@ -125,18 +126,18 @@ TEST_F(GdosLogTest, AFullDiskIsReportedOnceAndDoesNotStopIt) {
   std::filesystem::create_directories(folder());
   std::filesystem::create_symlink("/dev/full", folder() / rack::gdos::kCurrentFile);
   auto& log = start_log();
-  for (int i = 0; i < 3; ++i) say("nowhere");
+  for (int i = 0; i < 3; ++i) send_text("nowhere");
   EXPECT_TRUE(log.wait_for_line("Texts are not kept: the disk is full: "));
   std::filesystem::remove(folder() / rack::gdos::kCurrentFile);
   EXPECT_TRUE(eventually(
       [&] {
-        say("room");
+        send_text("room");
         return kept().find("Texts are kept again; ") != std::string::npos;
       },
       "room"));
   EXPECT_THAT(kept(), HasSubstr("\"room\""));
-  const std::string said = log.output();
-  EXPECT_EQ(said.find("not kept:"), said.rfind("not kept:")) << said;
+  const std::string output = log.output();
+  EXPECT_EQ(output.find("not kept:"), output.rfind("not kept:")) << output;
 }
 
 TEST_F(GdosLogTest, NoFolderIsAnErrorThatNamesIt) {

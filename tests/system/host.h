@@ -12,7 +12,7 @@
 
 namespace tims::test {
 
-inline std::string last_word(const std::string& line) { return line.substr(line.rfind(' ') + 1); }
+inline std::string last_field(const std::string& line) { return line.substr(line.rfind(' ') + 1); }
 
 // A router of the tree. It keeps its UDP port over a restart.
 class Host {
@@ -35,7 +35,7 @@ class Host {
     ASSERT_TRUE(started.ok()) << started.error().message();
     const auto line = router_->process().wait_for_line("listening udp");
     ASSERT_TRUE(line.ok()) << line.error().message();
-    udp_ = last_word(*line);
+    udp_ = last_field(*line);
   }
   void kill() { router_->kill(); }
   [[nodiscard]] ChildProcess& process() { return router_->process(); }
@@ -53,11 +53,11 @@ class Host {
     return std::move(*connected);
   }
   // The output of timsctl at this router; the exit status is ignored.
-  std::string timsctl(std::vector<std::string> words) const {
-    words.insert(words.begin(), {TIMSCTL_PROGRAM, "-H", "unix:" + socket()});
-    if (!words.back().starts_with("--timeout="))
-      words.push_back("--timeout=" + std::to_string(kPatienceMs) + "ms");
-    auto child = ChildProcess::start(std::move(words));
+  std::string timsctl(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), {TIMSCTL_PROGRAM, "-H", "unix:" + socket()});
+    if (!arguments.back().starts_with("--timeout="))
+      arguments.push_back("--timeout=" + std::to_string(kPatienceMs) + "ms");
+    auto child = ChildProcess::start(std::move(arguments));
     if (!child) return child.error().message();
     (void)child->wait();
     return child->standard_output() + child->standard_error();

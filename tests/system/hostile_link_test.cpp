@@ -37,25 +37,25 @@ class RawPeer {
 
   [[nodiscard]] link::Hello hello(std::uint64_t cookie = 0) const {
     link::Hello hello{.token = 4711U + system_, .cookie = cookie, .keep_alive = kKeepAlive};
-    hello.who = {.epoch = 99U + system_,
-                 .role = link::Role::kSystem,
-                 .system = system_,
-                 .id = 1,
-                 .name = std::string_view("attacker"),
-                 .message_max = kMessageMaxDefault};
+    hello.identity = {.epoch = 99U + system_,
+                      .role = link::Role::kSystem,
+                      .system = system_,
+                      .id = 1,
+                      .name = std::string_view("attacker"),
+                      .message_max = kMessageMaxDefault};
     return hello;
   }
-  void say(const link::Hello& hello) {
+  void send_hello(const link::Hello& hello) {
     std::array<std::byte, link::kControlDatagramMax> bytes{};
     send(std::span(bytes).first(link::encode(hello, bytes)));
   }
   // False: the link was not accepted.
   bool connect() {
-    say(hello());
-    const auto retry = hear<link::Retry>();
+    send_hello(hello());
+    const auto retry = receive<link::Retry>();
     if (!retry) return false;
-    say(hello(retry->cookie));
-    const auto welcome = hear<link::Welcome>();
+    send_hello(hello(retry->cookie));
+    const auto welcome = receive<link::Welcome>();
     if (welcome) token_ = welcome->token;
     return welcome.has_value();
   }
@@ -84,7 +84,7 @@ class RawPeer {
   }
   // The next datagram of this kind; nothing after the timeout.
   template <typename Kind>
-  std::optional<Kind> hear() {
+  std::optional<Kind> receive() {
     pollfd waiting{.fd = socket_.get(), .events = POLLIN, .revents = 0};
     while (::poll(&waiting, 1, kPatienceMs) == 1) {
       std::array<std::byte, link::kDatagramMax> bytes{};
@@ -147,10 +147,10 @@ TEST_F(HostileLinkTest, HellosWithoutProofDoNotExcludeOthers) {
   for (std::uint32_t i = 0; i < 10'000; ++i) {
     link::Hello hello = forger.hello();
     hello.token += i;
-    hello.who.epoch += i;
-    hello.who.system = static_cast<std::uint8_t>(1 + i % 250);
-    hello.who.id = static_cast<std::uint8_t>(1 + i / 250);
-    forger.say(hello);
+    hello.identity.epoch += i;
+    hello.identity.system = static_cast<std::uint8_t>(1 + i % 250);
+    hello.identity.id = static_cast<std::uint8_t>(1 + i / 250);
+    forger.send_hello(hello);
   }
   Host robot("robot1", "system", 1, 1, {"kind=super,to=" + base.udp()});
   robot.start();

@@ -55,7 +55,7 @@ class HttpTest : public testing::Test {
     return read_reply(socket);
   }
   // The response to these bytes, until the router closes.
-  std::string say(const std::string& bytes) {
+  std::string response_to(const std::string& bytes) {
     ByteSocket socket(router_.http());
     socket.send(bytes);
     socket.shut_down_sending();
@@ -117,7 +117,7 @@ TEST_F(HttpTest, RefusalsHaveReasons) {
   EXPECT_THAT(get("/nowhere").body, HasSubstr("/metrics, /healthz, /readyz"));
   EXPECT_EQ(get("/tims").status, 426);
   EXPECT_EQ(get("/api/config", "evil.example").status, 403);
-  EXPECT_THAT(say("DELETE /metrics HTTP/1.1\r\n\r\n"),
+  EXPECT_THAT(response_to("DELETE /metrics HTTP/1.1\r\n\r\n"),
               AllOf(StartsWith("HTTP/1.1 405 "), HasSubstr("Allow: GET, HEAD\r\n")));
 }
 
@@ -155,18 +155,18 @@ TEST_F(HttpTest, TheConnectionStaysOrClosesAsRequested) {
 
 TEST_F(HttpTest, GarbageAndTooMuch) {
   const std::string zeros(5000, '\0');
-  EXPECT_THAT(say(zeros + "\r\n\r\n"), StartsWith("HTTP/1.1 400 "));
-  EXPECT_THAT(say("\x16\x03\x01\x02\x01\x01\r\n\r\n"), StartsWith("HTTP/1.1 400 "));
-  EXPECT_THAT(say("GET / HTTP/3.7\r\n\r\n"), StartsWith("HTTP/1.1 505 "));
-  EXPECT_THAT(say("GET /" + std::string(100'000, 'a') + " HTTP/1.1\r\n\r\n"),
+  EXPECT_THAT(response_to(zeros + "\r\n\r\n"), StartsWith("HTTP/1.1 400 "));
+  EXPECT_THAT(response_to("\x16\x03\x01\x02\x01\x01\r\n\r\n"), StartsWith("HTTP/1.1 400 "));
+  EXPECT_THAT(response_to("GET / HTTP/3.7\r\n\r\n"), StartsWith("HTTP/1.1 505 "));
+  EXPECT_THAT(response_to("GET /" + std::string(100'000, 'a') + " HTTP/1.1\r\n\r\n"),
               StartsWith("HTTP/1.1 431 "));
   std::string many = "GET / HTTP/1.1\r\n";
   for (int i = 0; i < 1000; ++i) many += "Field" + std::to_string(i) + ": value\r\n";
-  EXPECT_THAT(say(many + "\r\n"), StartsWith("HTTP/1.1 431 "));
-  EXPECT_THAT(say("POST /healthz HTTP/1.1\r\nContent-Length: 1000000\r\n\r\n" +
-                  std::string(1'000'000, 'b')),
+  EXPECT_THAT(response_to(many + "\r\n"), StartsWith("HTTP/1.1 431 "));
+  EXPECT_THAT(response_to("POST /healthz HTTP/1.1\r\nContent-Length: 1000000\r\n\r\n" +
+                          std::string(1'000'000, 'b')),
               StartsWith("HTTP/1.1 413 "));
-  EXPECT_EQ(say("GET /healthz HTT"), "");
+  EXPECT_EQ(response_to("GET /healthz HTT"), "");
   // The router still serves requests.
   EXPECT_EQ(get("/healthz").status, 200);
 }

@@ -43,10 +43,10 @@ class IndoorRobotTest : public SampleRobotTest {
     ChildProcess asking = begin({"mbx", "list", component.to_string(), "--json"});
     const auto ended = asking.wait();
     EXPECT_TRUE(ended && ended->code == 0) << asking.output();
-    const std::string said = asking.standard_output();
-    const auto at = said.find("\"pid\":");
-    EXPECT_NE(at, std::string::npos) << said;
-    return at == std::string::npos ? 0 : static_cast<pid_t>(std::stol(said.substr(at + 6)));
+    const std::string output = asking.standard_output();
+    const auto at = output.find("\"pid\":");
+    EXPECT_NE(at, std::string::npos) << output;
+    return at == std::string::npos ? 0 : static_cast<pid_t>(std::stol(output.substr(at + 6)));
   }
 };
 
@@ -102,7 +102,7 @@ TEST_F(IndoorRobotTest, PassesAPersonOnItsPathWithoutContact) {
       },
       "an object at the position of the person", kDrive));
 
-  bool was_in_its_way = false;
+  bool was_ahead = false;
   double nearest = 1e9;
   const auto look = [&] {
     const rack::WorldData now = truth();
@@ -110,7 +110,7 @@ TEST_F(IndoorRobotTest, PassesAPersonOnItsPathWithoutContact) {
     const auto* const walker = now.find(rack::world_thing::kPerson, "");
     if (robot == nullptr || walker == nullptr) return;
     const rack::Pose seen = seen_by(*robot, *walker);
-    was_in_its_way = was_in_its_way || (seen.x > 0 && std::abs(seen.y) < kTouches);
+    was_ahead = was_ahead || (seen.x > 0 && std::abs(seen.y) < kTouches);
     nearest = std::min(nearest, std::hypot(seen.x, seen.y));
   };
   ASSERT_TRUE(arrives("6.3", "0", look)) << up_->output();
@@ -118,7 +118,7 @@ TEST_F(IndoorRobotTest, PassesAPersonOnItsPathWithoutContact) {
   const rack::WorldData now = truth();
   const auto* const robot = now.find(rack::world_thing::kRobot, "scout");
   ASSERT_NE(robot, nullptr);
-  EXPECT_TRUE(was_in_its_way);
+  EXPECT_TRUE(was_ahead);
   EXPECT_GT(nearest, kTouches);
   EXPECT_LT(nearest, 1500) << "it did not meet the person";
   EXPECT_EQ(robot->contacts(), 0U);

@@ -238,9 +238,9 @@ TEST_F(Tree, AnAddedRouteIsKeptByAReload) {
   std::ofstream(path) << start;
   auto spare = ChildProcess::start({TIMS_ROUTER_PROGRAM, "--config", path});
   ASSERT_TRUE(spare.ok());
-  const auto timsctl = [&](std::vector<std::string> words) {
-    words.insert(words.begin(), {TIMSCTL_PROGRAM, "-H", "unix:" + socket});
-    auto child = ChildProcess::start(std::move(words));
+  const auto timsctl = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {TIMSCTL_PROGRAM, "-H", "unix:" + socket});
+    auto child = ChildProcess::start(std::move(arguments));
     if (!child || !child->wait()) return std::string("not run");
     return child->standard_output() + child->standard_error();
   };
@@ -288,8 +288,8 @@ TEST_F(Tree, RoutersBelowAKilledOneAreListedAsMissing) {
 }
 
 TEST_F(Tree, APermittedRouterInjectsFaults) {
-  const auto link_loss = [&](const char* link, const char* word) {
-    return robot->timsctl({"sim", "fault", "--link", link, word});
+  const auto link_loss = [&](const char* link, const char* fault) {
+    return robot->timsctl({"sim", "fault", "--link", link, fault});
   };
   ASSERT_TRUE(eventually([&] { return base->knows(Address(0x01000200)); }, "the arm is known"));
   EXPECT_THAT(link_loss("base", "blackout"), HasSubstr("robot1, datagrams to base: blackout"));

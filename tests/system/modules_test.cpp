@@ -58,9 +58,9 @@ TEST_F(ModulesProgramsTest, DoNotLogCommandsWhileTheyAreOff) {
   ASSERT_FALSE(moved);
   EXPECT_EQ(moved.error().detail(),
             "Chassis(0/0), MOVE: GUI(0/0) is not the active pilot of this chassis, which has none");
-  const auto said = program.wait_for_line("is not the active pilot of this chassis");
-  ASSERT_TRUE(said) << said.error().message();
-  EXPECT_NE(said->find("warning: MOVE from GUI(0/0):1: "), std::string::npos) << *said;
+  const auto line = program.wait_for_line("is not the active pilot of this chassis");
+  ASSERT_TRUE(line) << line.error().message();
+  EXPECT_NE(line->find("warning: MOVE from GUI(0/0):1: "), std::string::npos) << *line;
   EXPECT_EQ(program.output().find("GET_DATA"), std::string::npos);
   EXPECT_EQ(program.output().find("is off"), std::string::npos);
 }
@@ -68,15 +68,15 @@ TEST_F(ModulesProgramsTest, DoNotLogCommandsWhileTheyAreOff) {
 TEST_F(ModulesProgramsTest, StayOffWhenTheyWereTurnedOffByAUser) {
   start("ChassisSim", {"--periodTime=20"});
   auto& odometry = start("OdometryChassis", {"--errorTimeout=50"});
-  auto told = proxy<rack::OdometryProxy>(0x00120000);
-  ASSERT_TRUE(told.on());
+  auto odometry_proxy = proxy<rack::OdometryProxy>(0x00120000);
+  ASSERT_TRUE(odometry_proxy.on());
   EXPECT_EQ(status(), "enabled") << "turned on by the component that needs it";
   ASSERT_TRUE(chassis().off());
-  const auto said = odometry.wait_for_line("GUI(0/0):1 has turned it off");
-  ASSERT_TRUE(said) << said.error().message();
-  EXPECT_NE(said->find("error: Chassis(0/0), ON: "), std::string::npos) << *said;
+  const auto line = odometry.wait_for_line("GUI(0/0):1 has turned it off");
+  ASSERT_TRUE(line) << line.error().message();
+  EXPECT_NE(line->find("error: Chassis(0/0), ON: "), std::string::npos) << *line;
   for (int i = 0; i < 3; ++i) {
-    const auto tried = told.on();
+    const auto tried = odometry_proxy.on();
     ASSERT_FALSE(tried) << "tried at once, and refused with a reason";
     EXPECT_NE(tried.error().message().find("Odometry(0/0), ON: the component answered"),
               std::string::npos);
@@ -88,7 +88,7 @@ TEST_F(ModulesProgramsTest, StayOffWhenTheyWereTurnedOffByAUser) {
   const std::string all = odometry.output();
   EXPECT_EQ(all.find("has turned it off"), all.rfind("has turned it off")) << "once: " << all;
   ASSERT_TRUE(chassis().on());
-  EXPECT_TRUE(eventually([&] { return told.on().ok(); }, "it can be turned on again"));
+  EXPECT_TRUE(eventually([&] { return odometry_proxy.on().ok(); }, "it can be turned on again"));
 }
 
 // Programs of the original would close the connection when they receive an unexpected body.
@@ -106,12 +106,12 @@ TEST_F(ModulesProgramsTest, SendReasonsOnlyOnRequest) {
 
 TEST_F(ModulesProgramsTest, ExecuteCommands) {
   start_chassis();
-  auto told = chassis();
-  ASSERT_TRUE(told.on());
-  EXPECT_FALSE(told.move(100, 0, 0)) << "not the active pilot";
-  ASSERT_TRUE(told.set_active_pilot(Address(kWork)));
-  ASSERT_TRUE(told.move(100, 0, 0.1F));
-  const auto data = told.get_next_data(kPatience);
+  auto chassis_proxy = chassis();
+  ASSERT_TRUE(chassis_proxy.on());
+  EXPECT_FALSE(chassis_proxy.move(100, 0, 0)) << "not the active pilot";
+  ASSERT_TRUE(chassis_proxy.set_active_pilot(Address(kWork)));
+  ASSERT_TRUE(chassis_proxy.move(100, 0, 0.1F));
+  const auto data = chassis_proxy.get_next_data(kPatience);
   ASSERT_TRUE(data) << data.error().message();
   EXPECT_EQ(data->vx.raw(), 100.0F);
   EXPECT_EQ(data->activePilot, Address(kWork & ~0xFFU));
@@ -119,10 +119,10 @@ TEST_F(ModulesProgramsTest, ExecuteCommands) {
 
 TEST_F(ModulesProgramsTest, ReportTheActivePilotAndTheParametersInForce) {
   auto& program = start("ChassisSim", {"--periodTime=20"});
-  auto told = chassis();
-  ASSERT_TRUE(told.on());
-  for (int i = 0; i < 2; ++i) ASSERT_TRUE(told.set_active_pilot(Address(0x00180100)));
-  ASSERT_TRUE(told.set_active_pilot(rack::kNoPilot));
+  auto chassis_proxy = chassis();
+  ASSERT_TRUE(chassis_proxy.on());
+  for (int i = 0; i < 2; ++i) ASSERT_TRUE(chassis_proxy.set_active_pilot(Address(0x00180100)));
+  ASSERT_TRUE(chassis_proxy.set_active_pilot(rack::kNoPilot));
   ASSERT_TRUE(program.wait_for_line("No active pilot, set by GUI(0/0)"));
   const std::string all = program.output();
   EXPECT_NE(all.find("print: Active pilot is Pilot(0/1), set by GUI(0/0)"), std::string::npos);
@@ -131,10 +131,11 @@ TEST_F(ModulesProgramsTest, ReportTheActivePilotAndTheParametersInForce) {
   rack::Parameter speed;
   ASSERT_TRUE(speed.name.assign("vxMax"));
   speed.valueInt = 900;
-  ASSERT_TRUE(told.set_param(speed));
-  EXPECT_EQ(told.get_parameter()->vxMax.raw(), 700) << "until the next ON";
-  ASSERT_TRUE(told.off());
-  EXPECT_TRUE(eventually([&] { return told.get_parameter()->vxMax.raw() == 900; }, "the next ON"));
+  ASSERT_TRUE(chassis_proxy.set_param(speed));
+  EXPECT_EQ(chassis_proxy.get_parameter()->vxMax.raw(), 700) << "until the next ON";
+  ASSERT_TRUE(chassis_proxy.off());
+  EXPECT_TRUE(
+      eventually([&] { return chassis_proxy.get_parameter()->vxMax.raw() == 900; }, "the next ON"));
 }
 
 TEST_F(ModulesProgramsTest, RefuseOnWithoutAMap) {
@@ -229,18 +230,18 @@ TEST_F(ModulesProgramsTest, LimitTheNumberOfListeners) {
 
 TEST_F(ModulesProgramsTest, AcceptParameters) {
   start_chassis();
-  auto told = chassis();
-  const auto list = told.get_param();
+  auto chassis_proxy = chassis();
+  const auto list = chassis_proxy.get_param();
   ASSERT_TRUE(list) << list.error().message();
   EXPECT_EQ(list->parameters.at(0).valueString, "ChassisSim");
   rack::Parameter speed;
   ASSERT_TRUE(speed.name.assign("vxMax"));
   speed.valueInt = 900;
-  EXPECT_TRUE(told.set_param(speed));
-  EXPECT_EQ(told.get_parameter()->vxMax.raw(), 900);
+  EXPECT_TRUE(chassis_proxy.set_param(speed));
+  EXPECT_EQ(chassis_proxy.get_parameter()->vxMax.raw(), 900);
   speed.valueInt = -1;
-  EXPECT_FALSE(told.set_param(speed));
-  EXPECT_EQ(told.get_parameter()->vxMax.raw(), 900) << "the old value is kept";
+  EXPECT_FALSE(chassis_proxy.set_param(speed));
+  EXPECT_EQ(chassis_proxy.get_parameter()->vxMax.raw(), 900) << "the old value is kept";
 }
 
 TEST_F(ModulesProgramsTest, AcceptManyParametersInOneMessage) {

@@ -141,7 +141,7 @@ class PathWindow {
   }
   // The direction is a float; -1 marks fields that MAKE must not change.
   void click_destination(i32 x, i32 y, float rho, float direction) {
-    said_ =
+    destination_answer_ =
         window_.answer_to(PathType::kSetDestination, Body().add(x, y, rho, direction).add(i32{0}));
     make();
     points_.clear();
@@ -154,7 +154,7 @@ class PathWindow {
     points_.clear();
     send_points();
   }
-  [[nodiscard]] int answer_to_destination() const { return said_; }
+  [[nodiscard]] int answer_to_destination() const { return destination_answer_; }
 
   // Gets a path that was not painted yet, if there is one; paths are identified by their time.
   bool look() {
@@ -195,7 +195,7 @@ class PathWindow {
   std::vector<std::array<i32, 3>> points_;
   std::vector<Spline> path_;
   i32 version_ = -1;
-  int said_ = 0;
+  int destination_answer_ = 0;
 };
 
 TEST_F(OriginalPilotsTest, PathsAreCreatedByClicksAndPainted) {
@@ -341,11 +341,11 @@ class PlannerWindow {
           if (!message) return "no data";
           Fields fields(*message);
           fields.next<i32>();
-          const i32 said = fields.next<i32>();
+          const i32 reported = fields.next<i32>();
           const auto lines = texts(fields);
           EXPECT_FALSE(lines.empty()) << "without a message the window cannot send";
           if (lines.empty()) return "nothing";
-          return said == state && lines[0].starts_with(wanted) ? "" : lines[0];
+          return reported == state && lines[0].starts_with(wanted) ? "" : lines[0];
         },
         3 * kPatience);
   }

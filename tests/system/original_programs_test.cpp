@@ -34,7 +34,7 @@ class Gui {
   }
 
   // Sends one of its recorded messages.
-  void say(const MessageView& message, std::span<const std::byte> bytes) {
+  void send_recorded(const MessageView& message, std::span<const std::byte> bytes) {
     const Header& header = message.header;
     if (header.dest == Address() && header.type == wire::router_command::kMailboxInitWithReply)
       return register_at(message);
@@ -46,7 +46,7 @@ class Gui {
   }
 
   // Texts are asynchronous; they may arrive after the answer.
-  testing::AssertionResult hears(const std::string& text) {
+  testing::AssertionResult receives(const std::string& text) {
     return eventually(
         [&] {
           if (texts_.contains(text)) return true;
@@ -107,9 +107,9 @@ class Gui {
 
   void take(const OwnedMessage& message) {
     if (message.header.dest == kTexts) {
-      const auto words = rack::gdos::decode(message.body, message.header.body_order());
-      EXPECT_TRUE(words) << words.error().message();
-      if (words) texts_.insert(message.header.src.to_string() + " " + *words);
+      const auto text = rack::gdos::decode(message.body, message.header.body_order());
+      EXPECT_TRUE(text) << text.error().message();
+      if (text) texts_.insert(message.header.src.to_string() + " " + *text);
     }
     if (message.header.dest == kJoystick && message.header.type > 0) answer_pilot(message.header);
   }
@@ -157,7 +157,7 @@ TEST_F(RobotTest, IsDrivenByTheOriginalsGui) {
     const auto* message = std::get_if<recorded::Message>(&line.event);
     if (line.conn != kGui || message == nullptr || !message->to_router) continue;
     if (line.time > kModulesEnd) break;
-    gui.say(message->view(), message->bytes);
+    gui.send_recorded(message->view(), message->bytes);
     ASSERT_FALSE(HasFatalFailure()) << "line " << line.number;
   }
 
@@ -180,7 +180,7 @@ TEST_F(RobotTest, IsDrivenByTheOriginalsGui) {
   EXPECT_EQ(scans.size(), 2U);
   for (const char* text :
        {"Chassis(0/0) Module on", "Pilot(0/0) Module on", "Pilot(0/1) Module off"})
-    EXPECT_TRUE(gui.hears(text));
+    EXPECT_TRUE(gui.receives(text));
 }
 
 // The GUI's "all off" keeps all components off; its On buttons count as a user's action, so all can
@@ -202,7 +202,7 @@ TEST_F(RobotTest, AllOnAfterAllOffOfTheOriginalsGui) {
     ASSERT_TRUE(client->register_mailbox(window));
     list.emplace_back(window, Address(component));
   }
-  const auto say = [&](std::int8_t type, const auto& order) {
+  const auto send_to_all = [&](std::int8_t type, const auto& order) {
     for (const auto& [window, component] : order)
       ASSERT_TRUE(client->send(
           {.flags = 0, .type = type, .seq_nr = 1, .dest = component, .src = window}, {}));
@@ -223,13 +223,13 @@ TEST_F(RobotTest, AllOnAfterAllOffOfTheOriginalsGui) {
     const auto chosen = chassis.set_active_pilot(*Address::parse("Pilot(0/1)"));
     return chosen ? "" : chosen.error().message();
   };
-  say(type::kOn, list);
+  send_to_all(type::kOn, list);
   for (const bool reverse : {false, true}) {
     EXPECT_TRUE(eventually(choose_pilot));
     EXPECT_TRUE(eventually([&] { return all_are(rack::Status::kEnabled); }));
-    say(type::kOff, std::views::reverse(list));
+    send_to_all(type::kOff, std::views::reverse(list));
     EXPECT_TRUE(eventually([&] { return all_are(rack::Status::kDisabled); }));
-    reverse ? say(type::kOn, std::views::reverse(list)) : say(type::kOn, list);
+    reverse ? send_to_all(type::kOn, std::views::reverse(list)) : send_to_all(type::kOn, list);
   }
   EXPECT_TRUE(eventually(choose_pilot));
   EXPECT_TRUE(eventually([&] { return all_are(rack::Status::kEnabled); }));

@@ -28,13 +28,13 @@ class Fields {
 
   template <typename T>
   T next() {
-    std::array<std::byte, sizeof(T)> word{};
-    EXPECT_GE(bytes_.size(), word.size()) << "the message is too short";
-    if (bytes_.size() < word.size()) return {};
-    std::ranges::copy(bytes_.first(word.size()), word.begin());
-    bytes_ = bytes_.subspan(word.size());
-    if (order_ != std::endian::native) std::ranges::reverse(word);
-    return std::bit_cast<T>(word);
+    std::array<std::byte, sizeof(T)> bytes{};
+    EXPECT_GE(bytes_.size(), bytes.size()) << "the message is too short";
+    if (bytes_.size() < bytes.size()) return {};
+    std::ranges::copy(bytes_.first(bytes.size()), bytes.begin());
+    bytes_ = bytes_.subspan(bytes.size());
+    if (order_ != std::endian::native) std::ranges::reverse(bytes);
+    return std::bit_cast<T>(bytes);
   }
   template <typename T>
   void skip(int count) {
@@ -57,9 +57,9 @@ class Body {
  public:
   template <typename T>
   Body& add(T value) {
-    auto word = std::bit_cast<std::array<std::byte, sizeof(T)>>(value);
-    if (std::endian::native != std::endian::big) std::ranges::reverse(word);
-    bytes_.insert(bytes_.end(), word.begin(), word.end());
+    auto bytes = std::bit_cast<std::array<std::byte, sizeof(T)>>(value);
+    if (std::endian::native != std::endian::big) std::ranges::reverse(bytes);
+    bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
     return *this;
   }
   template <typename T, typename... More>

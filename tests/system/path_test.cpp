@@ -259,7 +259,7 @@ class PathOfTheTest {
           EXPECT_TRUE(mailbox_.reply(header, type::kOk));
         }
       }
-      if (listener) say(*listener);
+      if (listener) send_data(*listener);
       if (replan && refuses_)
         (void)mailbox_.reply(*std::exchange(replan, {}), type::kError, bytes_of("it is closed"));
     }
@@ -274,7 +274,7 @@ class PathOfTheTest {
   void reply(const Header& header, std::int8_t type, const T& value) {
     EXPECT_TRUE(mailbox_.reply(header, type, encoded(value)));
   }
-  void say(Address listener) {
+  void send_data(Address listener) {
     (void)mailbox_.send({.dest = listener, .type = type::kData}, encoded(data_));
   }
 
@@ -309,8 +309,8 @@ TEST_F(PathTest, ThePilotContinuesWhileAPathAroundIsSearched) {
     ASSERT_TRUE(status.get_next_data(data, kPatience));
   }
   path.refuse();
-  const auto said = pilot.wait_for_line("Path(0/1), REPLAN: it is closed");
-  EXPECT_TRUE(said) << said.error().message();
+  const auto line = pilot.wait_for_line("Path(0/1), REPLAN: it is closed");
+  EXPECT_TRUE(line) << line.error().message();
   const std::string all = pilot.standard_error() + pilot.standard_output();
   EXPECT_EQ(all.find("REPLAN: "), all.find("REPLAN: it is closed")) << all;
 }
@@ -337,10 +337,10 @@ TEST_F(PathTest, ExecutesTasksInOrder) {
         [&]() -> std::string {
           const auto data = planner.get_data();
           if (!data) return data.error().message();
-          std::string said = "state " + std::to_string(data->state);
+          std::string found = "state " + std::to_string(data->state);
           for (const auto& message : data->messages)
-            said += ", " + std::string(message.text.view());
-          return data->state == state ? "" : said;
+            found += ", " + std::string(message.text.view());
+          return data->state == state ? "" : found;
         },
         kLong);
   };

@@ -68,20 +68,20 @@ class PilotReplayTest : public RobotTest {
         wanted ? "it drives" : "it stands", 3 * kPatience);
   }
 
-  struct Said {
+  struct ReplayOutput {
     int status = -1;
     boost::json::value json;
     std::string text;
   };
-  Said replay(std::vector<std::string> arguments) {
+  ReplayOutput replay(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), std::string(TIMS_PROGRAMS) + "/pilot-replay");
     auto child = ChildProcess::start(std::move(arguments));
     EXPECT_TRUE(child) << child.error().message();
     const auto ended = child->wait();
     EXPECT_TRUE(ended && ended->signal == 0) << child->output();
-    Said said{.status = ended ? ended->code : -1, .json = {}, .text = child->output()};
-    if (said.text.starts_with("{")) said.json = boost::json::parse(child->standard_output());
-    return said;
+    ReplayOutput output{.status = ended ? ended->code : -1, .json = {}, .text = child->output()};
+    if (output.text.starts_with("{")) output.json = boost::json::parse(child->standard_output());
+    return output;
   }
 
   const TemporaryFolder folder_;
@@ -108,7 +108,7 @@ TEST_F(PilotReplayTest, RepeatsItsDecisionsAndReportsWhyItStopped) {
   ASSERT_TRUE(pilot.off());
 
   // OFF is answered before the end of the recording is written.
-  Said same;
+  ReplayOutput same;
   ASSERT_TRUE(eventually([&]() -> std::string {
     same = replay({recording_, "--json"});
     return same.status == 0 && same.json.at("begins").as_int64() == 2 ? "" : same.text;
@@ -117,13 +117,13 @@ TEST_F(PilotReplayTest, RepeatsItsDecisionsAndReportsWhyItStopped) {
   EXPECT_EQ(same.json.at("undecided").as_int64(), 0);
   EXPECT_EQ(same.json.at("unreadable_lines").as_int64(), 0);
   EXPECT_GT(same.json.at("decisions").as_int64(), 60);
-  const Said why = replay({recording_, "--why"});
+  const ReplayOutput why = replay({recording_, "--why"});
   EXPECT_EQ(why.status, 0);
   EXPECT_THAT(why.text, testing::HasSubstr("stops: an obstacle, free distance"));
   EXPECT_THAT(why.text, testing::HasSubstr("held by HOLD"));
   EXPECT_THAT(why.text, testing::HasSubstr(" decisions: 0 different"));
 
-  const Said slower = replay({recording_, "--set", "maxSpeed=400"});
+  const ReplayOutput slower = replay({recording_, "--set", "maxSpeed=400"});
   EXPECT_EQ(slower.status, 1) << slower.text;
   EXPECT_THAT(slower.text, testing::HasSubstr("mm/s"));
   EXPECT_THAT(slower.text, testing::HasSubstr("points of a scan"));

@@ -268,7 +268,7 @@ TEST_F(ProxiesTest, APostedCommandWithoutAnswerTimesOut) {
   ASSERT_TRUE(comes_to(nobody));
   EXPECT_EQ(answer->error().code(), Errc::kNoMailbox) << answer->error().message();
 
-  const Mailbox deaf = open(*session_, kPath);
+  const Mailbox silent = open(*session_, kPath);
   rack::PathProxy impatient(*work_, Address(kPath), {.data = 20ms});
   ASSERT_TRUE(impatient.post_replan({}));
   ASSERT_TRUE(comes_to(impatient));

@@ -44,7 +44,7 @@ class RealTimeTest : public ModulesTest {
   RuntimeData runtime() { return ask<RuntimeData>(type::kGetRuntime); }
 
   // Waits until the report contains a location of that kind in that function.
-  testing::AssertionResult tells(std::int32_t kind, const std::string& function) {
+  testing::AssertionResult reports(std::int32_t kind, const std::string& function) {
     return eventually([&]() -> std::string {
       std::string known;
       for (const rack::RuntimePlace& place : runtime().places) {
@@ -64,9 +64,9 @@ TEST_F(RealTimeTest, TheFunctionThatBlocksIsNamed) {
   auto& program = start_offender("1");
   EXPECT_TRUE(eventually([&] { return runtime().blocked > 10; }, "blocked"));
   if (!sees_places(runtime())) GTEST_SKIP() << "the kernel does not report locations here";
-  EXPECT_TRUE(tells(rack::RuntimePlace::kBlocked, "rack::deeds::takes_a_nap"));
-  const auto said = program.wait_for_line("`timsctl component show` lists the locations");
-  EXPECT_TRUE(said) << said.error().message();
+  EXPECT_TRUE(reports(rack::RuntimePlace::kBlocked, "rack::deeds::takes_a_nap"));
+  const auto line = program.wait_for_line("`timsctl component show` lists the locations");
+  EXPECT_TRUE(line) << line.error().message();
   EXPECT_EQ(program.output().find("rack::deeds"), std::string::npos)
       << "the location is not in the log";
 }
@@ -75,7 +75,7 @@ TEST_F(RealTimeTest, TheFunctionThatTouchesNewMemoryIsNamed) {
   start_offender("2");
   EXPECT_TRUE(eventually([&] { return runtime().pageFaults > 10; }, "page faults"));
   if (!sees_places(runtime())) GTEST_SKIP() << "the kernel does not report locations here";
-  EXPECT_TRUE(tells(rack::RuntimePlace::kPageFault, "rack::deeds::touches_new_memory"));
+  EXPECT_TRUE(reports(rack::RuntimePlace::kPageFault, "rack::deeds::touches_new_memory"));
 }
 
 TEST_F(RealTimeTest, WaitingForTheNextPeriodIsNotAViolation) {
@@ -120,11 +120,11 @@ TEST_F(RealTimeTest, IF_NOT_SANITIZED(ACrashReportsItsLocation)) {
     const auto status = program.wait();
     ASSERT_TRUE(status) << status.error().message();
     EXPECT_EQ(status->signal, deeds[i].second) << "the exit status is unchanged";
-    const std::string said = program.output();
+    const std::string output = program.output();
     for (const std::string text :
          {"Crash: SIG", "thread OffenderD", functions[i],
           "rack::(anonymous namespace)::Offender::module_loop", "rack::Module::Runtime::data_task"})
-      EXPECT_NE(said.find(text), std::string::npos) << text << " in\n" << said;
+      EXPECT_NE(output.find(text), std::string::npos) << text << " in\n" << output;
   }
 }
 

@@ -89,7 +89,7 @@ TEST_F(ReconnectTest, MessagesForAKilledRouterGoToItsSuccessor) {
     return sender.send({.dest = Address(0x63140000),
                         .type = 21,
                         .seq_nr = static_cast<std::uint8_t>(i),
-                        .tell_if_gone = true},
+                        .report_if_gone = true},
                        bytes_of(std::string(i % 20 == 0 ? 20'000 : 10, 'x')));
   };
   ASSERT_TRUE(send_one(0).ok());

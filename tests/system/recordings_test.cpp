@@ -22,7 +22,7 @@ Recording recording(const std::string& name) {
   return read ? *std::move(read) : Recording();
 }
 
-std::string in_words(const ReplayResult& result) {
+std::string as_text(const ReplayResult& result) {
   std::string text = result.summary() + "\n";
   for (const Difference& d : result.differences) text += d.to_string() + "\n";
   return text;
@@ -55,21 +55,21 @@ class Recordings : public testing::Test {
 
 TEST_F(Recordings, OperatorDrivesWithTheGui) {
   const ReplayResult result = replay_all("a-gui-drive");
-  EXPECT_TRUE(result.same()) << in_words(result);
+  EXPECT_TRUE(result.same()) << as_text(result);
   EXPECT_EQ(result.end, ReplayEnd::kComplete);
   EXPECT_EQ(result.received_as_expected, 4291U);
 }
 
 TEST_F(Recordings, ClientUsesEveryGenericCommand) {
   const ReplayResult result = replay_all("b-python-client");
-  EXPECT_TRUE(result.same()) << in_words(result);
+  EXPECT_TRUE(result.same()) << as_text(result);
   EXPECT_EQ(result.end, ReplayEnd::kComplete);
   EXPECT_EQ(result.received_as_expected, 1218U);
 }
 
 TEST_F(Recordings, Disturbances) {
   const ReplayResult result = replay_all("c-disturbances");
-  EXPECT_TRUE(result.same()) << in_words(result);
+  EXPECT_TRUE(result.same()) << as_text(result);
   EXPECT_EQ(result.end, ReplayEnd::kComplete);
   EXPECT_EQ(result.received_as_expected, 2457U);
 }

@@ -53,10 +53,10 @@ class DrivingTest : public RobotTest {
     ASSERT_TRUE(turned_on(pilot));
   }
 
-  // Waits until the robot has moved by more than `way` mm, and checks the distance of the walls all
-  // the time.
+  // Waits until the robot has moved by more than `distance` mm, and checks the distance of the
+  // walls all the time.
   testing::AssertionResult moves(
-      double way, const std::function<void()>& drive = [] {}) {
+      double distance, const std::function<void()>& drive = [] {}) {
     auto position = proxy<rack::PositionProxy>("Position(0/0)");
     std::optional<rack::Position3d> from;
     return eventually([&]() -> std::string {
@@ -68,7 +68,7 @@ class DrivingTest : public RobotTest {
       const double y = now->pos.y;
       clearance_ = std::min(clearance_, map_.clearance({x, y}));
       const double gone = std::hypot(x - from->x, y - from->y);
-      return gone > way ? "" : "it has moved by " + std::to_string(gone) + " mm";
+      return gone > distance ? "" : "it has moved by " + std::to_string(gone) + " mm";
     });
   }
 

@@ -96,12 +96,12 @@ TEST(RouterProgram, RunsInRealTimeWithLockedMemoryIfPermitted) {
   RouterProcess router({"router.priority=3"});
   ASSERT_TRUE(router.start().ok());
   const pid_t pid = router.process().pid();
-  const std::string said = router.process().output();
+  const std::string output = router.process().output();
   const bool locked = !contains(status_of(pid, "VmLck"), " 0 kB");
   if (kSlowdown == 1) {  // with sanitizers mlockall() does nothing and reports success
-    EXPECT_NE(locked, contains(said, "memory is not locked")) << said;
+    EXPECT_NE(locked, contains(output, "memory is not locked")) << output;
   }
-  if (contains(said, "no real-time priority")) GTEST_SKIP() << "not allowed here: " << said;
+  if (contains(output, "no real-time priority")) GTEST_SKIP() << "not allowed here: " << output;
   EXPECT_EQ(::sched_getscheduler(pid) & ~SCHED_RESET_ON_FORK, SCHED_FIFO);
   sched_param parameter{};
   ASSERT_EQ(::sched_getparam(pid, &parameter), 0);

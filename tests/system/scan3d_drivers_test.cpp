@@ -29,8 +29,8 @@ TEST_F(Scan3dDriversTest, ItRequestsTheMetadataOfAnOuster) {
   auto& program =
       start("Scan3dOuster", {"--device=udp::" + data, "--scanner=" + page, "--metadata=" + kept});
   EXPECT_FALSE(scanner().on());
-  const auto said = program.wait_for_line("get_beam_intrinsics");
-  EXPECT_TRUE(said) << said.error().message();
+  const auto line = program.wait_for_line("get_beam_intrinsics");
+  EXPECT_TRUE(line) << line.error().message();
 
   const auto its_page = emulate("ouster-page", "tcp:" + page);
   const auto its_data = emulate("ouster", "udp:127.0.0.1:" + data + "?local=0");
@@ -46,8 +46,8 @@ TEST_F(Scan3dDriversTest, ItRequestsTheMetadataOfAnOuster) {
 TEST_F(Scan3dDriversTest, WithoutMetadataOfTheOusterItReportsWhatIsMissing) {
   auto& program = start("Scan3dOuster");
   EXPECT_FALSE(scanner().on());
-  const auto said = program.wait_for_line("scanner is missing");
-  EXPECT_TRUE(said) << said.error().message();
+  const auto line = program.wait_for_line("scanner is missing");
+  EXPECT_TRUE(line) << line.error().message();
 }
 
 }  // namespace scan3d_drivers_test

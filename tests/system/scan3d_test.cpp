@@ -95,9 +95,9 @@ TEST_F(Scan3dTest, WallsAreFlatWhileItDrives) {
     ASSERT_TRUE(chassis.move(2000, 0, 0.01F).ok());
     const auto scan = next(1);
     ASSERT_TRUE(scan);
-    const double way = scan->refPos.x - last_x;
+    const double distance = scan->refPos.x - last_x;
     last_x = scan->refPos.x;
-    if (tries == 0 || way < 1500) continue;  // it started to drive during this scan
+    if (tries == 0 || distance < 1500) continue;  // it started to drive during this scan
     ++driven;
     EXPECT_GT(scan->scanNum, 40);
     for (std::size_t wall = 0; wall < walls.size(); ++wall) {

@@ -131,8 +131,8 @@ TEST_F(SickDriversTest, AReplacedScannerIsReported) {
     scanner = pico_scan(port, serial_number);
     EXPECT_TRUE(becomes(rack::Status::kEnabled)) << program.output();
   }
-  const auto said = program.wait_for_line("is a different device: serial number 101, before 102");
-  ASSERT_TRUE(said) << said.error().message();
+  const auto line = program.wait_for_line("is a different device: serial number 101, before 102");
+  ASSERT_TRUE(line) << line.error().message();
   const std::string all = program.output();
   const std::string once = "is a different device: serial number 102, before 101";
   EXPECT_NE(all.find(once), std::string::npos) << all;
@@ -147,8 +147,8 @@ TEST_F(SickDriversTest, AnUnexpectedScannerIsRefused) {
     const auto emulator = emulate(name, "pty:" + path);
     auto& driver = start(program, {"--device=serial:" + path, "--serialNumber=1234"});
     EXPECT_FALSE(ladar().on());
-    const auto said = driver.wait_for_line(sentence);
-    EXPECT_TRUE(said) << said.error().message();
+    const auto line = driver.wait_for_line(sentence);
+    EXPECT_TRUE(line) << line.error().message();
     kill(program);
   };
   expect_refused("hokuyo", "LadarHokuyoUrg", "serial number H0614967; required: 1234");
@@ -158,8 +158,8 @@ TEST_F(SickDriversTest, AnUnexpectedScannerIsRefused) {
 TEST_F(SickDriversTest, ReportWhatIsMissing) {
   auto& program = start("LadarSickLms100");
   EXPECT_FALSE(ladar().on());
-  const auto said = program.wait_for_line("lmsIp is missing");
-  EXPECT_TRUE(said) << said.error().message();
+  const auto line = program.wait_for_line("lmsIp is missing");
+  EXPECT_TRUE(line) << line.error().message();
 }
 
 }  // namespace sick_drivers_test

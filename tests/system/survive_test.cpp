@@ -42,12 +42,12 @@ TEST_F(SurviveTest, AListenerThatNeverReadsDoesNotAffectOthers) {
   auto chassis = proxy<rack::ChassisProxy>("Chassis(0/0)");
   for (const Mailbox* listener : {&asleep, &first, &second})
     ASSERT_TRUE(chassis.get_cont_data(0, listener->address()));
-  const auto heard = times(second, 50);
-  ASSERT_EQ(heard.size(), 50U);
+  const auto received = times(second, 50);
+  ASSERT_EQ(received.size(), 50U);
   // The earlier subscriber has received all data as well.
   auto all = times(first, 50);
-  all.erase(all.begin(), std::ranges::find(all, heard.front()));
-  EXPECT_TRUE(std::ranges::equal(all, std::span(heard).first(all.size())));
+  all.erase(all.begin(), std::ranges::find(all, received.front()));
+  EXPECT_TRUE(std::ranges::equal(all, std::span(received).first(all.size())));
   EXPECT_EQ(first.counters().replaced + second.counters().replaced, 0U);
   EXPECT_GT(asleep.counters().replaced, 0U) << "the newest are kept";
 }
@@ -124,16 +124,16 @@ class ChassisOfTheTest {
       if (message->header().type == type::kOn) {
         (void)mailbox_.reply(message->header(), type::kOk);
       } else if (message->header().type == type::kGetContData) {
-        std::array<std::uint32_t, 2> words{};
-        ASSERT_EQ(message->body().size(), sizeof words);
-        std::memcpy(words.data(), message->body().data(), sizeof words);
-        listener_ = Address(words[1]);
+        std::array<std::uint32_t, 2> fields{};
+        ASSERT_EQ(message->body().size(), sizeof fields);
+        std::memcpy(fields.data(), message->body().data(), sizeof fields);
+        listener_ = Address(fields[1]);
         (void)mailbox_.reply(message->header(), type::kContData,
                              std::as_bytes(std::span(&period_ms, 1)));
       }
     }
   }
-  void say(rack::TimeStamp time, float delta_x) {
+  void send_data(rack::TimeStamp time, float delta_x) {
     rack::ChassisData data;
     data.recordingTime = time;
     data.deltaX = delta_x;
@@ -157,7 +157,7 @@ TEST_F(SurviveTest, TimesAreFoundAcrossTheirWrap) {
   auto odometry = proxy<rack::OdometryProxy>("Odometry(0/0)");
   for (std::uint32_t i = 0; i < 8; ++i) {
     const rack::TimeStamp time(0U - 4 * kPeriod + i * kPeriod + 1);
-    chassis.say(time, kStep);
+    chassis.send_data(time, kStep);
     EXPECT_TRUE(eventually(
         [&] {
           const auto newest = odometry.get_data();

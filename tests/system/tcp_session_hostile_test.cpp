@@ -29,8 +29,8 @@ using namespace std::chrono_literals;
 // test, once per connection.
 class FakeRouter {
  public:
-  explicit FakeRouter(std::vector<std::byte> words, bool answers = true)
-      : words_(std::move(words)), answers_(answers) {
+  explicit FakeRouter(std::vector<std::byte> bytes, bool answers = true)
+      : bytes_(std::move(bytes)), answers_(answers) {
     auto listener = listen_tcp();
     EXPECT_TRUE(listener.ok());
     listener_ = std::move(*listener);
@@ -68,10 +68,10 @@ class FakeRouter {
   void answer(MessageSocket& socket, const Header& header) {
     if (!answers_ || !is_router_message(header)) return;
     socket.send(bytes_of(Header{.flags = flag::kNativeOrder, .type = type::kOk}));
-    if (header.type == command::kMailboxInitWithReply) socket.send(words_);
+    if (header.type == command::kMailboxInitWithReply) socket.send(bytes_);
   }
 
-  std::vector<std::byte> words_;
+  std::vector<std::byte> bytes_;
   bool answers_;
   Listener listener_;
   std::atomic<bool> stopping_ = false;
@@ -79,7 +79,7 @@ class FakeRouter {
   std::thread thread_;
 };
 
-std::vector<std::byte> header_that_says(std::uint32_t length) {
+std::vector<std::byte> header_with_length(std::uint32_t length) {
   std::vector<std::byte> bytes(kHeaderSize);
   wire::encode_header({.dest = Address(1), .src = Address(2), .length = length},
                       std::span(bytes).first<kHeaderSize>());
@@ -93,7 +93,7 @@ Result<Session> connect(const FakeRouter& router, Duration timeout = kPatience) 
 
 // The session disconnects from such a router and retries.
 void expect_reconnect(std::uint32_t length) {
-  FakeRouter router(header_that_says(length));
+  FakeRouter router(header_with_length(length));
   auto session = connect(router);
   ASSERT_TRUE(session.ok()) << session.error().message();
   auto mailbox = session->open({.address = Address(1)});
@@ -106,17 +106,17 @@ TEST(HostileRouter, InvalidLengthsEndTheConnection) {
 }
 
 TEST(HostileRouter, AnswersWithoutARequestAreIgnored) {
-  std::vector<std::byte> words;
+  std::vector<std::byte> bytes;
   for (const std::int8_t type : {type::kOk, type::kError, std::int8_t{-100}, std::int8_t{100}})
     for (int i = 0; i < 100; ++i) {
-      const auto word = bytes_of(Header{.type = type});
-      words.insert(words.end(), word.begin(), word.end());
+      const auto message = bytes_of(Header{.type = type});
+      bytes.insert(bytes.end(), message.begin(), message.end());
     }
   for (const std::uint32_t dest : {0U, 1U, 5U}) {  // 5 has no owner
     const auto message = bytes_of(Header{.dest = Address(dest), .src = Address(9)}, bytes_of("x"));
-    words.insert(words.end(), message.begin(), message.end());
+    bytes.insert(bytes.end(), message.begin(), message.end());
   }
-  FakeRouter router(words);
+  FakeRouter router(bytes);
   auto session = connect(router);
   ASSERT_TRUE(session.ok()) << session.error().message();
   auto mailbox = session->open({.address = Address(1)});

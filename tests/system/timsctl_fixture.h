@@ -106,13 +106,13 @@ class TimsctlTest : public testing::Test {
   Address grant_subscription() {
     std::vector<std::byte> body;
     const auto request = expect_request(type::kGetContData, &body);
-    std::array<std::uint32_t, 2> words{};
-    EXPECT_EQ(body.size(), sizeof words);
-    if (!request || body.size() != sizeof words) return {};
-    std::memcpy(words.data(), body.data(), sizeof words);
+    std::array<std::uint32_t, 2> fields{};
+    EXPECT_EQ(body.size(), sizeof fields);
+    if (!request || body.size() != sizeof fields) return {};
+    std::memcpy(fields.data(), body.data(), sizeof fields);
     const std::uint32_t granted_ms = 40;
     EXPECT_TRUE(ladar_->reply(*request, type::kContData, std::as_bytes(std::span(&granted_ms, 1))));
-    return Address(words[1]);
+    return Address(fields[1]);
   }
   // Receives the next request to the ladar and answers it.
   void answer(std::int8_t request_type, std::int8_t answer_type) {

@@ -10,7 +10,7 @@ namespace timsctl_test {
 
 TEST_F(TimsctlTest, EveryVerbThatShowsHasTextAndJsonOutput) {
   struct Case {
-    std::vector<std::string> words;
+    std::vector<std::string> arguments;
     const char* shows;   // part of the text output
     const char* schema;  // schema of the JSON output
   };
@@ -36,13 +36,13 @@ TEST_F(TimsctlTest, EveryVerbThatShowsHasTextAndJsonOutput) {
       {{"msg", "pub", "Ladar/0/0", "-6", "--hex", "01"}, "", "tims/pub/1"},
   };
   for (const Case& c : cases) {
-    const Ran person = timsctl(c.words);
-    EXPECT_EQ(person.code, 0) << c.words[0] << person.err;
+    const Ran person = timsctl(c.arguments);
+    EXPECT_EQ(person.code, 0) << c.arguments[0] << person.err;
     EXPECT_THAT(person.out, HasSubstr(c.shows));
-    auto words = c.words;
-    words.emplace_back("--json");
-    const Ran program = timsctl(words);
-    EXPECT_EQ(program.code, 0) << c.words[0] << program.err;
+    auto arguments = c.arguments;
+    arguments.emplace_back("--json");
+    const Ran program = timsctl(arguments);
+    EXPECT_EQ(program.code, 0) << c.arguments[0] << program.err;
     const auto lines = json_lines(program.out);
     ASSERT_EQ(lines.size(), 1U) << program.out;
     ASSERT_TRUE(lines[0].contains("schema"));
@@ -81,7 +81,7 @@ TEST_F(TimsctlTest, ExitStatusReportsTheResult) {
   const std::string bad_config = router_.folder() + "/bad.toml";
   std::ofstream(bad_config) << "[tcp]\nlisten = 7\n";
   struct Case {
-    std::vector<std::string> words;
+    std::vector<std::string> arguments;
     int code;
     const char* error;  // error code in the JSON output; null for verbs whose answer is "no"
   };
@@ -106,13 +106,13 @@ TEST_F(TimsctlTest, ExitStatusReportsTheResult) {
       {{"msg", "echo", "Ladar/0/0", "--timeout", "30ms"}, 6, "timeout"},
   };
   for (const Case& c : cases) {
-    const std::string all = testing::PrintToString(c.words);
-    const Ran person = timsctl(c.words);
+    const std::string all = testing::PrintToString(c.arguments);
+    const Ran person = timsctl(c.arguments);
     EXPECT_EQ(person.code, c.code) << all << person.err;
     EXPECT_THAT(person.err, HasSubstr(c.error == nullptr ? "" : "timsctl: ")) << all;
-    auto words = c.words;
-    words.emplace_back("-j");
-    const Ran program = timsctl(words);
+    auto arguments = c.arguments;
+    arguments.emplace_back("-j");
+    const Ran program = timsctl(arguments);
     EXPECT_EQ(program.code, c.code) << all << program.err;
     const auto lines = json_lines(program.out);
     ASSERT_EQ(lines.size(), 1U) << all << program.out;
@@ -124,13 +124,13 @@ TEST_F(TimsctlTest, ExitStatusReportsTheResult) {
 }
 
 TEST_F(TimsctlTest, OverTcpAsOverTheSocket) {
-  for (const std::vector<std::string>& words :
+  for (const std::vector<std::string>& arguments :
        {std::vector<std::string>{"status"}, {"mbx", "list"}, {"doctor"}, {"ping", "router"}}) {
-    auto all = words;
+    auto all = arguments;
     all.insert(all.end(), {"-H", router_.tcp(), "--json", "-i10ms"});
-    if (words[0] != "ping") all.pop_back();
+    if (arguments[0] != "ping") all.pop_back();
     const Ran run = timsctl(all);
-    EXPECT_EQ(run.code, 0) << words[0] << run.out << run.err;
+    EXPECT_EQ(run.code, 0) << arguments[0] << run.out << run.err;
     EXPECT_EQ(json_lines(run.out).size(), 1U);
   }
   auto echo = start({"msg", "echo", "Ladar/0/0", "-n", "1", "-H", router_.tcp()});
@@ -146,7 +146,7 @@ TEST_F(TimsctlTest, MistakesAreRefusedWithASuggestion) {
   const auto started = pages.start();
   ASSERT_TRUE(started) << started.error().message();
   struct Case {
-    std::vector<std::string> words;
+    std::vector<std::string> arguments;
     int code;
     const char* message;
     const char* hint;
@@ -167,8 +167,8 @@ TEST_F(TimsctlTest, MistakesAreRefusedWithASuggestion) {
       {{"ping", "Ladar/0/0", "-o", "csv"}, 2, "does not support -o csv", "table, wide, json"},
   };
   for (const Case& c : cases) {
-    const Ran ran = timsctl(c.words);
-    const std::string all = testing::PrintToString(c.words);
+    const Ran ran = timsctl(c.arguments);
+    const std::string all = testing::PrintToString(c.arguments);
     EXPECT_EQ(ran.code, c.code) << all << ran.err;
     EXPECT_THAT(ran.err, HasSubstr(c.message)) << all;
     EXPECT_THAT(ran.err, HasSubstr(c.hint)) << all;

@@ -59,7 +59,7 @@ program = "ChassisSim"
 TEST_F(TimsctlUpTest, ProgramsReportErrorsInTheirCommandLine) {
   const struct {
     const char* program;
-    std::vector<std::string> words;
+    std::vector<std::string> arguments;
     const char* message;
     const char* hint;
   } cases[] = {
@@ -72,7 +72,7 @@ TEST_F(TimsctlUpTest, ProgramsReportErrorsInTheirCommandLine) {
       {"-robot", {"-j"}, "", ""},
   };
   for (const auto& c : cases) {
-    std::vector<std::string> command = c.words;
+    std::vector<std::string> command = c.arguments;
     command.insert(command.begin(), std::string(TIMSCTL_PROGRAM) + c.program);
     auto child = ChildProcess::start(command, options_);
     ASSERT_TRUE(child) << child.error().message();

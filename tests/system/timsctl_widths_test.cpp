@@ -90,9 +90,9 @@ TEST_F(WidthsTest, Components) {
   EXPECT_TRUE(chassis->wait_for_line("Chassis(3/500) print: Init"));
   EXPECT_EQ(timsctl({"component", "on", "Chassis/3/500"}).out, "Chassis(3/500) ok\n");
   EXPECT_EQ(timsctl({"component", "pilot", "Chassis/3/500", "Pilot/3/300"}).out, "Pilot(3/300)\n");
-  const auto said = chassis->wait_for_line("Active pilot is ");
-  ASSERT_TRUE(said);
-  EXPECT_THAT(*said, HasSubstr("Pilot(3/300)"));
+  const auto line = chassis->wait_for_line("Active pilot is ");
+  ASSERT_TRUE(line);
+  EXPECT_THAT(*line, HasSubstr("Pilot(3/300)"));
   auto wrong = ChildProcess::start({program, "--system=70"}, at_router);
   ASSERT_TRUE(wrong);
   const auto status = wrong->wait();

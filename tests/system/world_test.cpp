@@ -72,8 +72,8 @@ class WorldTest : public RobotTest {
     return (folder_.path() / name).string();
   }
   [[nodiscard]] std::string file() const { return in_folder("world.toml"); }
-  void write(std::string_view words) {
-    std::string text(words);
+  void write(std::string_view content) {
+    std::string text(content);
     for (const auto& [what, with] : {std::pair<std::string, std::string>{"PLAN", FLOOR_PLAN},
                                      {"FOLDER", folder_.path().string()}})
       for (auto at = text.find(what); at != std::string::npos; at = text.find(what))
@@ -150,9 +150,9 @@ TEST_F(WorldTest, ARobotFollowsWallsByItsSensorsWithoutContact) {
   EXPECT_EQ(is->contacts(), 0U);
   EXPECT_EQ(is->isBlocked, 0);
   // It started at 0, 0; the error of the odometry is due to wheel slip.
-  const double way = is->way.raw();
-  EXPECT_NEAR(reckoned->pos.x.raw(), is->pos.x.raw(), 100 + way * 0.05);
-  EXPECT_NEAR(reckoned->pos.y.raw(), is->pos.y.raw(), 100 + way * 0.05);
+  const double distance = is->distance.raw();
+  EXPECT_NEAR(reckoned->pos.x.raw(), is->pos.x.raw(), 100 + distance * 0.05);
+  EXPECT_NEAR(reckoned->pos.y.raw(), is->pos.y.raw(), 100 + distance * 0.05);
 }
 
 TEST_F(WorldTest, ContinuesWhenADriverIsKilled) {

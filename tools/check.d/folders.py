@@ -13,7 +13,7 @@ def check_readmes(tree):
         if (folder + "/").startswith((PUBLIC, *RACK)):
             continue  # public headers are their own manual
         if not tree.has(os.path.join(folder, "README.md")):
-            yield Finding(folder, 0, "has no README.md: say what lies here, and why")
+            yield Finding(folder, 0, "has no README.md: describe what is here, and why")
 
 
 def check_tests(tree):

@@ -1,4 +1,4 @@
-"""The files of the project, read once, and what a rule says about them."""
+"""The files of the project, read once, and the findings of rules."""
 
 import os
 import re
@@ -21,7 +21,7 @@ class Finding:
 
 class Tree:
     """The project's own files: what git knows or would add. `build` is where it was built.
-    `commands` says how each source is compiled by itself."""
+    `commands`: how each source is compiled by itself."""
 
     def __init__(self, root, build=None):
         self.root = Path(root)

@@ -38,7 +38,7 @@ BANNED = [
     Banned("rand", r"\b(rand|srand|drand48)\s*\(", "<random> with a seed that is handed in"),
     Banned("unbounded", r"\b(gets|strcpy|strcat|sprintf|vsprintf|strtok|alloca)\s*\(",
            "std::string, std::span or a bounded function"),
-    Banned("atoi", r"\b(atoi|atol|atoll|atof)\s*\(", "std::from_chars: it tells you what was wrong"),
+    Banned("atoi", r"\b(atoi|atol|atoll|atof)\s*\(", "std::from_chars: it reports errors"),
     Banned("shell", r"\b(system|popen)\s*\(", "run the program itself (tests/support/child_process.h)",
            where=r"\.(cpp|h|c)$"),
     Banned("detach", r"\.detach\s*\(\s*\)", "somebody must own the thread and join it"),

@@ -46,9 +46,9 @@ void ArgumentParser::arguments(const char* name, std::vector<std::string>& value
   app_->add_option(name, values, help);
 }
 
-void ArgumentParser::command(std::vector<std::string>& words) {
+void ArgumentParser::command(std::vector<std::string>& values) {
   app_->prefix_command();
-  command_ = &words;
+  command_ = &values;
 }
 
 void ArgumentParser::flag(const std::string& names, bool& value, const std::string& help) {

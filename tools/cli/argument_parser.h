@@ -34,8 +34,8 @@ class ArgumentParser {
   void required_argument(const char* name, std::string& value, const std::string& help);
   // All further values.
   void arguments(const char* name, std::vector<std::string>& values, const std::string& help = {});
-  // The same for a command: from its first word on, options belong to the command.
-  void command(std::vector<std::string>& words);
+  // The same for a command: from its first argument on, options belong to the command.
+  void command(std::vector<std::string>& values);
 
   // `names`: "--json", "--count,-n", "--scans,!--no-scans".
   void flag(const std::string& names, bool& value, const std::string& help);

@@ -11,17 +11,17 @@ using testing::HasSubstr;
 // The exit status and the output of a program without verbs.
 struct Ended {
   int status;
-  std::string said;
+  std::string output;
 };
 Ended ended(
-    ArgumentParser& line, std::vector<std::string> words,
+    ArgumentParser& line, std::vector<std::string> arguments,
     const std::function<Exit()>& run = [] { return Exit::kDone; }) {
-  words.insert(words.begin(), "x");
+  arguments.insert(arguments.begin(), "x");
   std::vector<char*> argv;
-  for (std::string& word : words) argv.push_back(word.data());
+  for (std::string& text : arguments) argv.push_back(text.data());
   argv.push_back(nullptr);
   testing::internal::CaptureStderr();
-  const int status = line.run(static_cast<int>(words.size()), argv.data(), run);
+  const int status = line.run(static_cast<int>(arguments.size()), argv.data(), run);
   return {status, testing::internal::GetCapturedStderr()};
 }
 Ended ended(const char* argument, const std::function<Exit()>& run) {
@@ -31,7 +31,7 @@ Ended ended(const char* argument, const std::function<Exit()>& run) {
   return ended(line, {argument}, run);
 }
 
-TEST(RunProgram, SaysWhatWentWrongAndEndsWithItsCode) {
+TEST(RunProgram, ReportsTheErrorAndReturnsItsCode) {
   const auto done = [] { return Exit::kDone; };
   EXPECT_EQ(ended("--size=1", done).status, 0);
   EXPECT_EQ(ended("--other", done).status, 2);
@@ -39,9 +39,9 @@ TEST(RunProgram, SaysWhatWentWrongAndEndsWithItsCode) {
   const auto refused = [] { return throw usage_error("not so"), Exit::kDone; };
   EXPECT_EQ(ended("--size=1", refused).status, 2);
   const auto failed = [] { return throw Failure(Exit::kNoSuch, "x", "a: no", "b"), Exit::kDone; };
-  const auto [status, said] = ended("--size=1", failed);
+  const auto [status, output] = ended("--size=1", failed);
   EXPECT_EQ(status, 4);
-  EXPECT_TRUE(said.ends_with(": a: no\n  -> b\n")) << said;
+  EXPECT_TRUE(output.ends_with(": a: no\n  -> b\n")) << output;
   EXPECT_EQ(ended("--size=1", [] { return throw Interrupted(), Exit::kDone; }).status, 130);
 }
 
@@ -78,11 +78,11 @@ TEST_F(ArgumentParserTest, SetsTheVariables) {
 }
 
 TEST_F(ArgumentParserTest, ErrorsNameWhatIsWrongAndWhereHelpIs) {
-  EXPECT_THAT(ended(line_, {"f", "--quite"}).said,
+  EXPECT_THAT(ended(line_, {"f", "--quite"}).output,
               HasSubstr(": x has no option --quite\n  -> did you mean --quiet?\n"));
-  EXPECT_THAT(ended(line_, {}).said, HasSubstr(": FILE is required\n  -> `x --help`\n"));
-  EXPECT_THAT(ended(line_, {"f", "g"}).said, HasSubstr(": unexpected argument \"g\"\n"));
-  EXPECT_THAT(ended(line_, {"f", "--share=2"}).said, HasSubstr("--share"));
+  EXPECT_THAT(ended(line_, {}).output, HasSubstr(": FILE is required\n  -> `x --help`\n"));
+  EXPECT_THAT(ended(line_, {"f", "g"}).output, HasSubstr(": unexpected argument \"g\"\n"));
+  EXPECT_THAT(ended(line_, {"f", "--share=2"}).output, HasSubstr("--share"));
   EXPECT_EQ(ended(line_, {"f", "--seeds=0"}).status, 2);
 }
 

@@ -204,7 +204,7 @@ class TcpConnection final : public Connection {
     const tims::Time deadline = tims::os::deadline_after(timeout_);
     // A tool that waits for a pager must not time out.
     client_.protocol().put_command(tims::wire::router_command::kDisableWatchdog);
-    if (auto heard = client_.log_in(deadline); !heard) throw failure(heard.error());
+    if (auto confirmed = client_.log_in(deadline); !confirmed) throw failure(confirmed.error());
     for (int taken = 1;; ++taken) {
       address_ = mailbox_address(request, 0, widths());
       const auto done = client_.register_mailbox(address_, deadline);

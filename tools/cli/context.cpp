@@ -121,7 +121,7 @@ Exit show_list(Context& context, std::string_view schema, json::array items,
   return Exit::kDone;
 }
 
-Exit tell_router(Context& context, const json::object& question) {
+Exit command_router(Context& context, const json::object& question) {
   const auto connection = context.connect();
   const json::object answer = context.admin(*connection).ask(question);
   if (context.out.json()) context.out.write(answer);

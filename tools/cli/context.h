@@ -77,7 +77,7 @@ Exit show_items(Context& context, const json::object& question, std::span<const 
 Exit show_list(Context& context, std::string_view schema, json::array items,
                std::span<const Column> columns);
 // Sends a command to the router; the answer is shown only as JSON.
-Exit tell_router(Context& context, const json::object& question);
+Exit command_router(Context& context, const json::object& question);
 
 // Adds "match" with the first argument to the request, if there is one.
 json::object with_match(json::object question, const Options& options);

@@ -274,7 +274,7 @@ void OptionRow::apply(Options& options, string_view text) const {
   }
 }
 
-std::string Verb::word() const { return std::string(verb.empty() ? noun : verb); }
+std::string Verb::short_name() const { return std::string(verb.empty() ? noun : verb); }
 
 std::string Verb::name() const {
   return verb.empty() ? std::string(noun) : std::string(noun) + " " + std::string(verb);

@@ -131,8 +131,8 @@ struct Verb {
   std::string_view forms = kTexts;  // of -o
   std::string_view program{};       // "timsctl-sim"
 
-  [[nodiscard]] std::string name() const;  // "route show"
-  [[nodiscard]] std::string word() const;  // "show"; the noun of a command without verbs
+  [[nodiscard]] std::string name() const;        // "route show"
+  [[nodiscard]] std::string short_name() const;  // "show"; the noun of a command without verbs
 };
 
 // Options of all verbs, and options of all verbs that show a state.

@@ -36,11 +36,13 @@ Host router_of(const Options& options) {
 Options for_errors(Arguments arguments) {
   Options options;
   std::string_view before;
-  for (const std::string& word : arguments) {
-    const bool short_form = word == "-j" || word == "-ojson" || (before == "-o" && word == "json");
-    if (short_form || word == "--json" || word == "--json-lines" || word == "--output=json")
+  for (const std::string& argument : arguments) {
+    const bool short_form =
+        argument == "-j" || argument == "-ojson" || (before == "-o" && argument == "json");
+    if (short_form || argument == "--json" || argument == "--json-lines" ||
+        argument == "--output=json")
       options.format = Format::kJson;
-    before = word;
+    before = argument;
   }
   return options;
 }
@@ -89,7 +91,7 @@ using Verbs = std::vector<const Verb*>;
 std::string program_help(const VerbProgram& program, const Verbs& verbs) {
   std::string text =
       fmt::format("{} VERB [ARGUMENTS] [OPTIONS]: {}\n\n", program.name, program.about);
-  for (const Verb* verb : verbs) text += verb_line(verb->word(), *verb);
+  for (const Verb* verb : verbs) text += verb_line(verb->short_name(), *verb);
   return text + fmt::format("\nGeneral options:\n{}More: {} VERB --help\n\n{}",
                             option_lines(kGeneralOptions), program.name, kExitHelp);
 }
@@ -97,18 +99,18 @@ std::string program_help(const VerbProgram& program, const Verbs& verbs) {
 // The verb that the first of these arguments names.
 const Verb& find_verb(const VerbProgram& program, const Verbs& verbs, Arguments arguments) {
   std::vector<std::string> known;
-  for (const Verb* verb : verbs) known.push_back(verb->word());
+  for (const Verb* verb : verbs) known.push_back(verb->short_name());
   const std::string all =
       fmt::format("known: {}; see `{} --help`", fmt::join(known, ", "), program.name);
   if (arguments.empty()) throw usage_error("the verb is missing", all);
-  const std::string& word = arguments.front();
-  if (word.starts_with('-'))
-    throw usage_error(fmt::format("{}: options must follow the verb", word), all);
-  const auto found = std::ranges::find(verbs, word, &Verb::word);
+  const std::string& given = arguments.front();
+  if (given.starts_with('-'))
+    throw usage_error(fmt::format("{}: options must follow the verb", given), all);
+  const auto found = std::ranges::find(verbs, given, &Verb::short_name);
   if (found != verbs.end()) return **found;
   throw usage_error(
-      fmt::format("no verb \"{}\"", word),
-      nearest_hint(word, std::vector<std::string_view>(known.begin(), known.end()), all));
+      fmt::format("no verb \"{}\"", given),
+      nearest_hint(given, std::vector<std::string_view>(known.begin(), known.end()), all));
 }
 
 void add_options(ArgumentParser& parser, const Verb& verb, Options& options) {
@@ -124,9 +126,9 @@ void add_options(ArgumentParser& parser, const Verb& verb, Options& options) {
   }
 }
 
-std::string lines_of(const std::vector<std::string>& words) {
+std::string lines_of(const std::vector<std::string>& values) {
   std::string text;
-  for (const std::string& word : words) text += word + "\n";
+  for (const std::string& value : values) text += value + "\n";
   return text;
 }
 
@@ -167,7 +169,7 @@ std::variant<Command, Text> parse_verb_program(const VerbProgram& program, Argum
   if (first == "-h" || first == "--help") return Text{program_help(program, verbs)};
   if (first == "--version") return version;
   const Verb& verb = find_verb(program, verbs, before);
-  const std::string call = fmt::format("{} {}", program.name, verb.word());
+  const std::string call = fmt::format("{} {}", program.name, verb.short_name());
   Options options;
   ArgumentParser parser(call);
   add_options(parser, verb, options);
@@ -184,8 +186,8 @@ std::variant<Command, Text> parse_verb_program(const VerbProgram& program, Argum
       break;
   }
   options.arguments.insert(options.arguments.end(), behind.begin(), behind.end());
-  check_arguments(program.name, verb.word(), verb, options.arguments);
-  const auto run = std::ranges::find(program.runs, verb.word(), &VerbRun::word);
+  check_arguments(program.name, verb.short_name(), verb, options.arguments);
+  const auto run = std::ranges::find(program.runs, verb.short_name(), &VerbRun::verb);
   return Command{&verb, run->run, std::move(options)};
 }
 
@@ -242,8 +244,8 @@ void check_arguments(std::string_view program, std::string_view call, const Verb
 
 std::string_view own_version() { return TIMS_VERSION; }
 
-bool is_in(std::string_view word, std::string_view list) {
-  return fmt::format(" {} ", list).find(fmt::format(" {} ", word)) != std::string::npos;
+bool is_in(std::string_view element, std::string_view list) {
+  return fmt::format(" {} ", list).find(fmt::format(" {} ", element)) != std::string::npos;
 }
 
 }  // namespace timsctl

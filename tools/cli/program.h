@@ -34,7 +34,7 @@ int run_program(int argc, char** argv, const ParseCommandLine& parse);
 
 // A program that timsctl executes for some of its verbs; it can also be called directly.
 struct VerbRun {
-  std::string_view word;  // Verb::word() of a row of program_verbs()
+  std::string_view verb;  // Verb::short_name() of a row of program_verbs()
   RunVerb run;
 };
 struct VerbProgram {
@@ -61,6 +61,6 @@ void check_arguments(std::string_view program, std::string_view call, const Verb
 
 std::string_view own_version();
 // Whether the blank-separated list contains this element.
-bool is_in(std::string_view word, std::string_view list);
+bool is_in(std::string_view element, std::string_view list);
 
 }  // namespace timsctl

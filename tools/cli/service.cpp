@@ -134,8 +134,8 @@ EventLines::EventLines(Context& context, std::string_view schema, int subject_wi
 
 void EventLines::begin() { began_ = tims::os::now(); }
 
-void EventLines::say(std::string_view event, std::string_view subject,
-                     std::string_view text) const {
+void EventLines::write_line(std::string_view event, std::string_view subject,
+                            std::string_view text) const {
   const double t = base::seconds(tims::os::now() - began_);
   if (context_.out.json())
     return context_.out.write(json::object{{"schema", schema_},

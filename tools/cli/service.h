@@ -74,7 +74,7 @@ class EventLines {
   void begin();
   [[nodiscard]] tims::Time began() const { return began_; }
 
-  void say(std::string_view event, std::string_view subject, std::string_view text) const;
+  void write_line(std::string_view event, std::string_view subject, std::string_view text) const;
 
  private:
   Context& context_;

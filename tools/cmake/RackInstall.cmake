@@ -25,7 +25,7 @@ function(rack_install_library)
   target_include_directories(rack_shared INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 
   # What users name. Both are in one library; a component is built with frame pointers, by which it
-  # says where it was not in real time.
+  # reports where it was not in real time.
   add_library(rack_proxies INTERFACE)
   target_link_libraries(rack_proxies INTERFACE rack_shared)
   set_target_properties(rack_proxies PROPERTIES EXPORT_NAME proxies)

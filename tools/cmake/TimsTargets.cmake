@@ -1,4 +1,4 @@
-# The project's ways to make a target. Every target gets the same warnings and sanitizers.
+# The project's functions that add targets. Every target gets the same warnings and sanitizers.
 include(GNUInstallDirs)
 find_package(Threads REQUIRED)
 

@@ -1,4 +1,4 @@
-# Runs when the build is installed: manual pages are made of what the programs say with --help.
+# Runs when the build is installed: manual pages are made of the help texts of the programs.
 #   maker, programs, scratch    tools/cmake/man_pages, what it asks, and a folder to write to
 #   CMAKE_INSTALL_MANDIR        below the prefix
 find_program(HELP2MAN help2man)

@@ -43,7 +43,7 @@ TEST(Svg, LeavesOutWhatNobodySees) {
   EXPECT_LE(text.size(), 600U);
 }
 
-TEST(Svg, WordsOfOthersAreNoMarkup) {
+TEST(Svg, TextIsEscaped) {
   Svg svg(100, 100);
   svg.text({0, 0}, "a<b> & \"c\"\x1b", {});
   svg.dot({kNan, INFINITY}, 1, "#000000");
@@ -98,14 +98,14 @@ TEST(Picture, HasALegendUnitsAndOneDiagramForEachUnit) {
   picture.trajectories.push_back({"odometry", Role::kOdometry, {}, {{0, 0}, {300, 900}}});
   picture.marks.push_back({"robot", {.x = 100, .y = 100}});
   picture.dots = {{100, 100}, {110, 100}};
-  picture.series.push_back({"error of the way", "m", Role::kEstimate, {5, 6, 7}, {0.1, 0.2, 0.1}});
+  picture.series.push_back({"position error", "m", Role::kEstimate, {5, 6, 7}, {0.1, 0.2, 0.1}});
   picture.series.push_back({"the other", "m", Role::kEstimate, {5, 6}, {0.3, kNan}});
   picture.series.push_back({"turn", "degrees", Role::kEstimate, {5, 6}, {-1, 2}});
   const std::string text = draw(picture);
-  for (const char* words :
+  for (const char* label :
        {"A drive", "map<", "odometry<", "robot<", "samples<", "x, to the north [m]",
-        "error of the way", "[m]<", "[degrees]<", "time [s]"})
-    EXPECT_THAT(text, HasSubstr(words));
+        "position error", "[m]<", "[degrees]<", "time [s]"})
+    EXPECT_THAT(text, HasSubstr(label));
   EXPECT_EQ(count(text, "time [s]"), 2U);
   EXPECT_THAT(text, HasSubstr("M0 .5m0 9h20")) << "the wall in the south is the lowest row";
   EXPECT_THAT(text, Not(HasSubstr("nan")));

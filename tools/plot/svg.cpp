@@ -118,13 +118,13 @@ void Svg::dot(const Spot& at, double radius, std::string_view colour, double opa
                       number(at.x), number(at.y), number(radius), colour, opacity);
 }
 
-void Svg::text(const Spot& at, std::string_view words, const Words& look) {
+void Svg::text(const Spot& at, std::string_view content, const TextStyle& look) {
   out_ += fmt::format("<text x='{}' y='{}' font-size='{}' text-anchor='{}' fill='{}'", number(at.x),
                       number(at.y), number(look.size), name(look.anchor), look.colour);
   if (look.bold) out_ += " font-weight='bold'";
   if (look.upwards)
     out_ += fmt::format(" transform='rotate(-90 {} {})'", number(at.x), number(at.y));
-  out_ += fmt::format(">{}</text>\n", escaped(words));
+  out_ += fmt::format(">{}</text>\n", escaped(content));
 }
 
 void Svg::clip(const Box& box) {

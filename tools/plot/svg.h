@@ -31,7 +31,7 @@ struct Pen {
 
 enum class Anchor { kStart, kMiddle, kEnd };
 
-struct Words {
+struct TextStyle {
   double size = 14;
   Anchor anchor = Anchor::kStart;
   std::string_view colour = "#222222";
@@ -50,7 +50,7 @@ class Svg {
   // A path in SVG syntax, drawn with width 1 and then scaled by `scale`.
   void shape(std::string_view path, const Spot& left_top, double scale, std::string_view colour);
   void dot(const Spot& at, double radius, std::string_view colour, double opacity = 1);
-  void text(const Spot& at, std::string_view words, const Words& look);
+  void text(const Spot& at, std::string_view content, const TextStyle& look);
   // Clips the following output to the box, until the next clip() or end_clip().
   void clip(const Box& box);
   void end_clip();

@@ -48,23 +48,23 @@ string_view take_line(string_view& text) {
 constexpr string_view kMarks = " \t\"";  // stripped from fields
 
 // Fields between commas or semicolons may be empty; fields between blanks may not.
-std::vector<string_view> words_of(string_view line, char between) {
-  std::vector<string_view> words;
+std::vector<string_view> fields_of(string_view line, char between) {
+  std::vector<string_view> fields;
   if (between != ' ') {
     for (;;) {
       const auto end = line.find(between);
-      words.push_back(trimmed(line.substr(0, end), kMarks));
-      if (end == string_view::npos || words.size() == kColumnsMax) return words;
+      fields.push_back(trimmed(line.substr(0, end), kMarks));
+      if (end == string_view::npos || fields.size() == kColumnsMax) return fields;
       line.remove_prefix(end + 1);
     }
   }
   constexpr string_view kBlank = " \t";
   for (;;) {
     line.remove_prefix(std::min(line.find_first_not_of(kBlank), line.size()));
-    if (line.empty()) return words;
-    const string_view word = line.substr(0, line.find_first_of(kBlank));
-    words.push_back(word);
-    line.remove_prefix(word.size());
+    if (line.empty()) return fields;
+    const string_view field = line.substr(0, line.find_first_of(kBlank));
+    fields.push_back(field);
+    line.remove_prefix(field.size());
   }
 }
 
@@ -73,8 +73,8 @@ char separator_of(string_view line) {
   return line.find(';') != string_view::npos ? ';' : ' ';
 }
 
-std::optional<double> number_of(string_view word) {
-  const auto value = tims::base::parse_number<double>(word);
+std::optional<double> number_of(string_view field) {
+  const auto value = tims::base::parse_number<double>(field);
   return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
@@ -108,13 +108,13 @@ class Table {
 
   [[nodiscard]] bool empty() const { return trajectories_.empty() && series_.empty(); }
 
-  Result<void> add(std::span<const string_view> words, std::size_t line) {
+  Result<void> add(std::span<const string_view> fields, std::size_t line) {
     const auto at = [&](std::size_t column) -> std::optional<double> {
-      return column < words.size() ? number_of(words[column]) : std::nullopt;
+      return column < fields.size() ? number_of(fields[column]) : std::nullopt;
     };
-    for (std::size_t i = 0; i < words.size(); ++i)
-      if (is_used(i) && !words[i].empty() && !at(i))
-        return wrong(line, "\"" + std::string(words[i].substr(0, 20)) + "\" is not a number");
+    for (std::size_t i = 0; i < fields.size(); ++i)
+      if (is_used(i) && !fields[i].empty() && !at(i))
+        return wrong(line, "\"" + std::string(fields[i].substr(0, 20)) + "\" is not a number");
     const auto clock = time_column_ < kColumnsMax ? at(time_column_) : std::nullopt;
     const double time = clock.value_or(0) * time_factor_;
     for (std::size_t i = 0; i < trajectories_.size(); ++i) {
@@ -233,7 +233,7 @@ Result<void> add_table(string_view text, string_view name, std::size_t line,
     const string_view row = take_line(text);
     ++line;
     if (row.empty() || row.front() == '#' || row.front() == '%') continue;
-    if (auto good = table.add(words_of(row, between), line); !good) return good;
+    if (auto good = table.add(fields_of(row, between), line); !good) return good;
   }
   table.move_to(picture);
   return {};
@@ -271,14 +271,14 @@ Result<void> add_last_path(string_view text, string_view name, const SplineColum
                            Picture& picture) {
   std::vector<PolarSpline> last;
   for (std::size_t line = 3; !text.empty(); ++line) {
-    const auto words = words_of(take_line(text), ' ');
-    if (words.empty()) continue;
+    const auto fields = fields_of(take_line(text), ' ');
+    if (fields.empty()) continue;
     const auto number = [&](std::size_t i) {
-      return i < words.size() ? number_of(words[i]) : std::nullopt;
+      return i < fields.size() ? number_of(fields[i]) : std::nullopt;
     };
     const auto count = number(where.count);
-    if (!count || *count < 0 || *count > static_cast<double>(words.size()) ||
-        where.first + static_cast<std::size_t>(*count) * where.each > words.size())
+    if (!count || *count < 0 || *count > static_cast<double>(fields.size()) ||
+        where.first + static_cast<std::size_t>(*count) * where.each > fields.size())
       return wrong(line, "the number of values does not match the number of splines");
     std::vector<PolarSpline> splines;
     for (std::size_t i = 0; i < static_cast<std::size_t>(*count); ++i) {
@@ -305,7 +305,7 @@ Result<void> add_recording(string_view text, string_view name, Picture& picture)
   const string_view title = trimmed(take_line(text).substr(1), kMarks);
   string_view second = take_line(text);
   if (!second.starts_with('%')) return wrong(2, "no column names after %");
-  const auto columns = words_of(second.substr(1), ' ');
+  const auto columns = fields_of(second.substr(1), ' ');
   if (const auto splines = spline_columns(columns);
       splines && std::ranges::find(columns, "pos.x") == columns.end())
     return add_last_path(text, name.empty() ? title : name, *splines, picture);
@@ -331,13 +331,13 @@ Result<void> add_truth(string_view text, string_view name, Picture& picture) {
   for (std::size_t line = 1; !text.empty(); ++line) {
     const string_view row = take_line(text);
     if (row.empty() || row.front() == '#') continue;
-    const auto words = words_of(row, separator_of(row));
-    if (words.size() != 4 && words.size() != 5)
-      return wrong(line, std::to_string(words.size()) + " fields: a pose has 4 or 5 numbers");
-    const std::size_t at = words.size() - 3;
-    const auto time = number_of(words[0]);
-    const auto x = number_of(words[at]);
-    const auto y = number_of(words[at + 1]);
+    const auto fields = fields_of(row, separator_of(row));
+    if (fields.size() != 4 && fields.size() != 5)
+      return wrong(line, std::to_string(fields.size()) + " fields: a pose has 4 or 5 numbers");
+    const std::size_t at = fields.size() - 3;
+    const auto time = number_of(fields[0]);
+    const auto x = number_of(fields[at]);
+    const auto y = number_of(fields[at + 1]);
     if (!time || !x || !y) return wrong(line, "a field is not a number");
     const Pose pose = localisation::pose_of_ros(*x, *y, 0);
     trajectory.times.push_back(*time);
@@ -383,11 +383,11 @@ Result<void> add_file(string_view text, string_view name, Picture& picture) {
   }
   if (first.empty() || first.front() == '#') return malformed("the file is empty");
   const char between = separator_of(first);
-  const auto words = words_of(first, between);
-  if (std::ranges::all_of(words, [](string_view word) { return number_of(word).has_value(); }))
+  const auto fields = fields_of(first, between);
+  if (std::ranges::all_of(fields, [](string_view field) { return number_of(field).has_value(); }))
     return add_truth(text, name, picture);
   if (is_carmen(text)) return add_carmen(text, name, picture);
-  return add_table(rest, name, line, words, {}, between, picture);
+  return add_table(rest, name, line, fields, {}, between, picture);
 }
 
 }  // namespace rack::plot

@@ -20,9 +20,7 @@ namespace {
 constexpr int kCannotExecute = 127;  // as in shells
 
 // Whether the component is on or, with "error: ...", tries to be.
-bool wants_to_be_on(std::string_view status) {
-  return status == "on" || status.starts_with("error");
-}
+bool should_be_on(std::string_view status) { return status == "on" || status.starts_with("error"); }
 
 constexpr std::size_t kTextMax = 1024;
 
@@ -49,7 +47,7 @@ void Program::start(tims::Time now) {
   for (const auto& options : {parameters_, state_to_keep_})
     for (const auto& [name, value] : options)
       launch.command.push_back(fmt::format("--{}={}", name, value));
-  if (wants_to_be_on(status_)) launch.command.emplace_back("--targetStatus=1");
+  if (should_be_on(status_)) launch.command.emplace_back("--targetStatus=1");
   tims::os::Pipe out = value_or_fail(tims::os::make_pipe(), "pipe");
   launch.out = out.write.get();
   tims::os::Pipe in;
@@ -71,7 +69,7 @@ void Program::start(tims::Time now) {
 }
 
 void Program::on_notification(std::string_view text) {
-  if (says_ready(text)) state_ = State::kReady;
+  if (is_ready_notification(text)) state_ = State::kReady;
   if (auto address = address_in(text)) address_ = std::move(*address);
   if (auto status = status_in(text)) status_ = std::move(*status);
   if (auto setting = setting_in(text, kParameterKey))
@@ -183,9 +181,9 @@ std::optional<StatusSocket::Notification> StatusSocket::take() {
   const cmsghdr* sender = CMSG_FIRSTHDR(&message);
   if (sender != nullptr && sender->cmsg_level == SOL_SOCKET &&
       sender->cmsg_type == SCM_CREDENTIALS) {
-    ucred who{};
-    std::memcpy(&who, CMSG_DATA(sender), sizeof who);
-    notification.pid = who.pid;
+    ucred peer{};
+    std::memcpy(&peer, CMSG_DATA(sender), sizeof peer);
+    notification.pid = peer.pid;
   }
   return notification;
 }
@@ -209,6 +207,6 @@ std::optional<Setting> setting_in(std::string_view text, std::string_view what) 
   return Setting{std::string(setting->substr(0, equals)), std::string(setting->substr(equals + 1))};
 }
 
-bool says_ready(std::string_view text) { return value_of(text, "READY=") == "1"; }
+bool is_ready_notification(std::string_view text) { return value_of(text, "READY=") == "1"; }
 
 }  // namespace timsctl::robot

@@ -80,7 +80,7 @@ class StatusSocket {
 
 // The text after STATUS= in "READY=1\nSTATUS=on"; empty optional if there is none.
 std::optional<std::string> status_in(std::string_view text);
-bool says_ready(std::string_view text);
+bool is_ready_notification(std::string_view text);
 std::optional<std::string> address_in(
     std::string_view text);  // address of the component: "0x01110000"
 // A parameter that was set at run time ("X_TIMS_PARAMETER=vxMax=900"), and a value with which the

@@ -84,12 +84,12 @@ class RobotReader {
   }
 
   void restart(const Node& node, Restart& out) {
-    static const std::vector<std::string> kWords{"never", "on-failure", "always"};
+    static const std::vector<std::string> kNames{"never", "on-failure", "always"};
     std::string text;
     if (!reader_.text(node, text)) return;
-    const auto word = std::ranges::find(kWords, text);
-    if (word == kWords.end()) return reader_.unknown(node.at_value, "restart", text, kWords);
-    out = static_cast<Restart>(word - kWords.begin());
+    const auto found = std::ranges::find(kNames, text);
+    if (found == kNames.end()) return reader_.unknown(node.at_value, "restart", text, kNames);
+    out = static_cast<Restart>(found - kNames.begin());
   }
 
   void host(const Node& node) {
@@ -145,11 +145,11 @@ class RobotReader {
   void command(const Node& node, tims::os::Command& out) {
     std::string text;
     if (!reader_.text(node, text)) return;
-    const auto words = base::split_words(text);
-    if (!words || words->empty())
-      return reader_.refuse(node, words ? "the command is empty" : "a quote is not closed");
-    for (const std::string& word : *words) check_placeholders(node, word);
-    out = *words;
+    const auto arguments = base::split_words(text);
+    if (!arguments || arguments->empty())
+      return reader_.refuse(node, arguments ? "the command is empty" : "a quote is not closed");
+    for (const std::string& token : *arguments) check_placeholders(node, token);
+    out = *arguments;
   }
 
   void host_of(const Node& node, std::string& out) {
@@ -173,8 +173,8 @@ class RobotReader {
              fmt::format("duplicate component {}: give one of them another instance or name",
                          component.name)});
     const base::Placeholders values{{"system", std::to_string(robot_.system)}};
-    for (const std::string& word : written.command)
-      component.command.push_back(base::filled_in(word, values));
+    for (const std::string& token : written.command)
+      component.command.push_back(base::filled_in(token, values));
     component.notifies = !written.program.empty();
     if (component.notifies)
       component.command = {written.program, fmt::format("--system={}", robot_.system),
@@ -316,7 +316,7 @@ class Editor {
 std::string* argument(Component& component, const std::string& name) {
   const std::string begin = "--" + name + "=";
   const auto found = std::ranges::find_if(
-      component.command, [&](const std::string& word) { return word.starts_with(begin); });
+      component.command, [&](const std::string& given) { return given.starts_with(begin); });
   return found == component.command.end() ? nullptr : &*found;
 }
 
@@ -384,15 +384,15 @@ tims::Result<EditedFile> with_parameters(const base::TextFile& file,
   Robot robot = read_robot(file, "robot", system).robot;
   for (const auto& [name, value] : parameters) {
     Component& changed = robot.components.at(component);
-    const std::string word = fmt::format("--{}={}", name, value);
+    const std::string option = fmt::format("--{}={}", name, value);
     std::string* old = argument(changed, name);
-    if (old != nullptr && *old == word) continue;
+    if (old != nullptr && *old == option) continue;
     edited.changes.push_back({.name = name, .before = std::nullopt, .after = value});
     if (old != nullptr) {
       edited.changes.back().before = old->substr(name.size() + 3);
-      *old = word;
+      *old = option;
     } else {
-      changed.command.push_back(word);
+      changed.command.push_back(option);
     }
     const auto tree = base::parse_toml({file.name, edited.text});
     const Node& node = child_of(tree.root, "component")->children.at(component);

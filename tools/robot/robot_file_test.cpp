@@ -46,7 +46,7 @@ restart = "never"
   EXPECT_EQ(file.robot.components[1].restart, Restart::kNever);
 }
 
-TEST(RobotFile, AnotherSystemThanTheFileSays) {
+TEST(RobotFile, AnotherSystemThanThatOfTheFile) {
   const RobotFile file = read(R"(
 system = 3
 [[component]]
@@ -87,7 +87,7 @@ TEST(RobotFile, EveryProblemHasItsPlaceAndSaysWhatToDo) {
   EXPECT_THAT(problems("[[component]]\nprogram = \"A\"\nhost = \"arm\""),
               HasSubstr("unknown host arm: add [host.arm]"));
   EXPECT_THAT(problems("[[component]]\nprogram = \"A\"\ninstance = 256"),
-              HasSubstr("instance wants a number from 0 to 255, not 256"));
+              HasSubstr("instance must be a number from 0 to 255, not 256"));
   EXPECT_THAT(problems("[[component]]\nprogram = \"A\"\nparameters = { system = 1 }"),
               HasSubstr("system must be outside of parameters"));
   EXPECT_THAT(problems("[[component]]\nprogram = \"A\"\nparameters = { a = \"{sytem}\" }"),

@@ -140,9 +140,9 @@ void Supervisor::add(const Component& component, std::size_t number, const Deplo
 void Supervisor::add(const Host& host, const Robot& robot, const Deployment& deployment) {
   tims::os::Command command{"ssh", "-oBatchMode=yes", "--", host.ssh, "timsctl"};
   if (!host.router.empty()) command.push_back("--host=" + host.router);
-  for (std::string word : {std::string("up"), std::string("-"), "--on=" + host.name,
-                           fmt::format("--system={}", robot.system), std::string("--no-color")})
-    command.push_back(std::move(word));
+  for (std::string argument : {std::string("up"), std::string("-"), "--on=" + host.name,
+                               fmt::format("--system={}", robot.system), std::string("--no-color")})
+    command.push_back(std::move(argument));
   std::string input = deployment.source.text;
   input += '\0';
   programs_.emplace_back(
@@ -164,7 +164,7 @@ void Supervisor::start() {
                                  programs_.size() - down.size() - late.size(), programs_.size());
   if (!late.empty()) text += fmt::format(", {} not yet: {}", late.size(), fmt::join(late, ", "));
   if (!down.empty()) text += fmt::format(", {} ended: {}", down.size(), fmt::join(down, ", "));
-  events_.say("started", name_, text);
+  events_.write_line("started", name_, text);
 }
 
 void Supervisor::serve(tims::Time until, int input) {
@@ -214,7 +214,8 @@ void Supervisor::look_after_programs() {
 void Supervisor::look_after(Program& program) {
   const tims::Time now = tims::os::now();
   const auto end = program.ended(now);
-  for (const std::string& line : program.take_lines()) events_.say("said", program.name(), line);
+  for (const std::string& line : program.take_lines())
+    events_.write_line("said", program.name(), line);
   if (end) take_end(program, *end);
   if (program.start_at() <= now) start_again(program, now);
 }
@@ -223,33 +224,33 @@ void Supervisor::look_after(Program& program) {
 void Supervisor::start_again(Program& program, tims::Time now) {
   try {
     program.start(now);
-    events_.say("restarted", program.name(), "restarted");
+    events_.write_line("restarted", program.name(), "restarted");
   } catch (const Failure& failure) {
     take_end(program, program.could_not_start(now));
-    events_.say("said", program.name(), failure.message);
+    events_.write_line("said", program.name(), failure.message);
   }
 }
 
 void Supervisor::take_end(Program& program, const Program::End& end) {
   const std::string how = end.status.to_string();
   if (end.pause && !ending_)
-    return events_.say("ended", program.name(),
-                       fmt::format("{}: restart in {:g} s", how, base::seconds(*end.pause)));
+    return events_.write_line("ended", program.name(),
+                              fmt::format("{}: restart in {:g} s", how, base::seconds(*end.pause)));
   program.stay_down();
-  if (ending_) return events_.say("ended", program.name(), how);
+  if (ending_) return events_.write_line("ended", program.name(), how);
   if (!end.status.success()) ++failures_;
-  events_.say("ended", program.name(), how + ": not restarted");
+  events_.write_line("ended", program.name(), how + ": not restarted");
 }
 
 void Supervisor::take_notifications() {
-  while (const auto said = status_.take()) {
-    const auto program = std::ranges::find(programs_, std::optional(said->pid),
+  while (const auto notification = status_.take()) {
+    const auto program = std::ranges::find(programs_, std::optional(notification->pid),
                                            [](const Program& any) { return any.child().pid(); });
     if (program == programs_.end()) continue;
-    program->on_notification(said->text);
+    program->on_notification(notification->text);
     // The status is shown by `timsctl robot`.
     if (!program->status().empty() && context_.out.json())
-      events_.say("state", program->name(), program->status());
+      events_.write_line("state", program->name(), program->status());
   }
 }
 

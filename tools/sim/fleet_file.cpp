@@ -17,7 +17,7 @@ using Node = base::TomlNode;
 // Their values are set in plan.cpp.
 const std::vector<std::string> kPlaceholders = {"robot", "host", "system"};
 
-bool is_word(std::string_view text, std::size_t length_max, bool digits) {
+bool is_lower_case_name(std::string_view text, std::size_t length_max, bool digits) {
   const auto fits = [&](char c) {
     return (c >= 'a' && c <= 'z') || (digits && c >= '0' && c <= '9');
   };
@@ -63,13 +63,13 @@ class FleetReader {
 
   void components(const Node& node, HostPrograms& out) {
     reader_.texts(node, [&](const Node& item, const std::string& text) {
-      const auto words = base::split_words(text);
-      if (!words || words->empty())
-        return reader_.refuse(item, words ? "the command is empty" : "a quote is not closed");
-      for (const std::string& word : *words)
-        if (const auto bad = base::unknown_placeholder(word, kPlaceholders))
+      const auto command = base::split_words(text);
+      if (!command || command->empty())
+        return reader_.refuse(item, command ? "the command is empty" : "a quote is not closed");
+      for (const std::string& argument : *command)
+        if (const auto bad = base::unknown_placeholder(argument, kPlaceholders))
           return reader_.unknown(item.at_value, "placeholder", *bad, kPlaceholders);
-      out.components.push_back(*words);
+      out.components.push_back(*command);
     });
   }
 
@@ -179,7 +179,7 @@ class FleetReader {
 
   void robot_name(const Node& node, std::string& out) {
     reader_.text(node, out);
-    if (!is_word(out, kRobotNameMax, false) || out == "base")
+    if (!is_lower_case_name(out, kRobotNameMax, false) || out == "base")
       reader_.refuse(node, fmt::format("a robot name has at most {} small letters, no "
                                        "digits, and is not base",
                                        kRobotNameMax));
@@ -188,7 +188,8 @@ class FleetReader {
   void host_names(const Node& node, std::vector<std::string>& out) {
     constexpr std::string_view kTaken[] = {"base", "lo", "all", "default"};
     reader_.texts(node, [&](const Node& item, const std::string& text) {
-      if (!is_word(text, kHostNameMax, true) || std::ranges::find(kTaken, text) != std::end(kTaken))
+      if (!is_lower_case_name(text, kHostNameMax, true) ||
+          std::ranges::find(kTaken, text) != std::end(kTaken))
         reader_.refuse(item, fmt::format("a host name has at most {} small letters and digits, "
                                          "begins with a letter, and is none of {}",
                                          kHostNameMax, fmt::join(kTaken, ", ")));
@@ -243,8 +244,8 @@ class FleetReader {
                    {"every", [&](const Node& n) { reader_.duration(n, false, every); }}});
     if (length > tims::Duration{}) step.duration = length;
     if (every > tims::Duration{}) step.every = every;
-    step.words = base::split_words(what).value_or(tims::os::Command{});
-    if (!direction.empty()) step.words.push_back("direction=" + direction);
+    step.arguments = base::split_words(what).value_or(tims::os::Command{});
+    if (!direction.empty()) step.arguments.push_back("direction=" + direction);
     if (place == nullptr || action == nullptr || step.line.empty() == step.host.empty())
       return reader_.add({node.at_key, "a fault requires at, do, and either line or host"});
     if (every > tims::Duration{} && every <= length)
@@ -259,7 +260,7 @@ class FleetReader {
     const auto lines = line_names(fleet_);
     if (std::ranges::find(lines, step.line) == lines.end())
       return reader_.unknown(place.at_value, "line", step.line, lines);
-    const auto state = changed({}, {}, step.words, fleet_.profiles);
+    const auto state = changed({}, {}, step.arguments, fleet_.profiles);
     if (!state) reader_.refuse(action, fmt::format("do: {}", state.error().detail()));
   }
 
@@ -267,7 +268,7 @@ class FleetReader {
     const auto hosts = host_names_of(fleet_);
     if (std::ranges::find(hosts, step.host) == hosts.end())
       return reader_.unknown(place.at_value, "host", step.host, hosts);
-    if (step.words != tims::os::Command{"kill"} && step.words != tims::os::Command{"start"})
+    if (step.arguments != tims::os::Command{"kill"} && step.arguments != tims::os::Command{"start"})
       reader_.refuse(action, "do requires kill or start for a host");
   }
 
@@ -282,7 +283,7 @@ class FleetReader {
 
 }  // namespace
 
-bool is_fleet_name(std::string_view name) { return is_word(name, kFleetNameMax, true); }
+bool is_fleet_name(std::string_view name) { return is_lower_case_name(name, kFleetNameMax, true); }
 
 FleetFile read_fleet(const base::TextFile& file) { return FleetReader().read(file); }
 

@@ -33,9 +33,9 @@ struct Robot {
 // A timed fault.
 struct Step {
   tims::Duration at{};
-  std::string line;                // the affected line, or
-  std::string host;                // the affected host
-  std::vector<std::string> words;  // for a line: see changed(); for a host: "kill" or "start"
+  std::string line;                    // the affected line, or
+  std::string host;                    // the affected host
+  std::vector<std::string> arguments;  // for a line: see changed(); for a host: "kill" or "start"
   std::optional<tims::Duration> duration;  // it is undone after this time
   std::optional<tims::Duration> every;     // interval of repetition
 };

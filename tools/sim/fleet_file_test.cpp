@@ -98,7 +98,7 @@ host = "robot1-main"
 do = "kill"
 )toml");
   ASSERT_EQ(fleet.steps.size(), 2U);
-  EXPECT_THAT(fleet.steps[0].words, ElementsAre("loss=10%", "delay=5ms", "direction=up"));
+  EXPECT_THAT(fleet.steps[0].arguments, ElementsAre("loss=10%", "delay=5ms", "direction=up"));
   EXPECT_EQ(fleet.steps[0].at, 5s);
   EXPECT_EQ(fleet.steps[0].duration, 3s);
   EXPECT_EQ(fleet.steps[0].every, 10s);
@@ -110,19 +110,19 @@ struct Bad {
   const char* problem;
 };
 
-TEST(FleetFile, SaysWhatIsWrongAndWhere) {
+TEST(FleetFile, ReportsWhatIsWrongAndWhere) {
   for (const Bad& bad : {
            Bad{"", "f:1:1: a fleet needs at least one robot: add [[robot]]"},
            Bad{"robots = 1\n", "f:1:1: unknown key of a fleet \"robots\"; did you mean robot?"},
-           Bad{"[robot]\n", "robot wants [[robot]] above the keys of each, not a table"},
+           Bad{"[robot]\n", "robot must be [[robot]] above the keys of each, not a table"},
            Bad{"[[robot]]\nhost = [\"a\"]\n",
                "f:2:1: unknown key of [[robot]] \"host\"; did you mean hosts?"},
-           Bad{"[[robot]]\nhosts = \"a\"\n", "f:2:9: hosts wants a list such as"},
+           Bad{"[[robot]]\nhosts = \"a\"\n", "f:2:9: hosts must be a list such as"},
            Bad{"[[robot]]\nhosts = [\"Arm\"]\n", "f:2:10: a host name has at most"},
            Bad{"[[robot]]\nhosts = [\"a\", \"a\"]\n", "f:2:15: duplicate host \"a\""},
            Bad{"[[robot]]\nhosts = [\"base\"]\n", "f:2:10: a host name"},
-           Bad{"[[robot]]\ncount = 0\n", "f:2:9: count wants a number from 1 to 250, not 0"},
-           Bad{"[[robot]]\ncount = \"2\"\n", "count wants a number from 1 to 250, not \"2\""},
+           Bad{"[[robot]]\ncount = 0\n", "f:2:9: count must be a number from 1 to 250, not 0"},
+           Bad{"[[robot]]\ncount = \"2\"\n", "count must be a number from 1 to 250, not \"2\""},
            Bad{"[[robot]]\nsystem = 250\ncount = 2\n",
                "too many robots: the largest system number is 250"},
            Bad{"[[robot]]\n[[robot]]\nsystem = 1\n", "f:2:1: system 1 is already used by robot1"},
@@ -151,7 +151,7 @@ TEST(FleetFile, SaysWhatIsWrongAndWhere) {
            Bad{"[[robot]]\n[[fault]]\nat = \"1s\"\nhost = \"base\"\ndo = \"cut\"\n",
                "f:5:6: do requires kill or start"},
            Bad{"[[robot]]\n[[fault]]\nat = \"soon\"\nhost = \"base\"\ndo = \"kill\"\n",
-               R"(f:3:6: at wants a duration such as "5s", not "soon")"},
+               R"(f:3:6: at must be a duration such as "5s", not "soon")"},
            Bad{"[[robot]]\n[[fault]]\nat = \"1s\"\n", "either line or host"},
            Bad{"a = \n", "f:1:5: "},
        }) {

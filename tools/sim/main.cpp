@@ -124,24 +124,25 @@ std::vector<std::string> names_in(const json::object& fleet, std::string_view li
   return names;
 }
 
-std::vector<std::string> words_for_lines() {
-  std::vector<std::string> words = {"cut", "heal", "direction=up", "direction=down"};
-  for (const auto& [name, quality] : sim::built_in_profiles()) words.push_back(name);
-  for (const std::string_view key : sim::quality_keys()) words.push_back(std::string(key) + "=");
-  return words;
+std::vector<std::string> fault_arguments() {
+  std::vector<std::string> arguments = {"cut", "heal", "direction=up", "direction=down"};
+  for (const auto& [name, quality] : sim::built_in_profiles()) arguments.push_back(name);
+  for (const std::string_view key : sim::quality_keys())
+    arguments.push_back(std::string(key) + "=");
+  return arguments;
 }
 
 constexpr std::string_view kAll = "all";
 
-sim::Quality need_quality(const std::vector<std::string>& words) {
-  for (const std::string& word : words) {
-    if (word == "cut")
+sim::Quality need_quality(const std::vector<std::string>& arguments) {
+  for (const std::string& argument : arguments) {
+    if (argument == "cut")
       throw usage_error("a router cannot cut a line", "use blackout, which loses all datagrams");
-    if (word.starts_with("direction="))
+    if (argument.starts_with("direction="))
       throw usage_error("a router applies faults only to datagrams that it sends",
                         "ask the router at the other end for the other direction");
   }
-  const auto state = sim::changed({}, {}, words, sim::built_in_profiles());
+  const auto state = sim::changed({}, {}, arguments, sim::built_in_profiles());
   if (!state) throw usage_error(state.error().detail());
   return state->up;
 }
@@ -206,9 +207,9 @@ Exit sim_fault(Context& context) {
     throw usage_error(
         fmt::format("the fault for {} is missing", arguments.front()),
         "such as `timsctl sim fault LINE loss=10%`; use --link NAME for a link of a router");
-  json::array words;
-  for (const std::string& word : std::span(arguments).subspan(1)) words.emplace_back(word);
-  return ask(context, {{"do", "fault"}, {"line", arguments.front()}, {"words", std::move(words)}});
+  json::array fault;
+  for (const std::string& argument : std::span(arguments).subspan(1)) fault.emplace_back(argument);
+  return ask(context, {{"do", "fault"}, {"line", arguments.front()}, {"words", std::move(fault)}});
 }
 
 Exit sim_kill(Context& context) {
@@ -261,7 +262,7 @@ Exit sim_exec(Context& context) {
 
 std::vector<std::string> sim_candidates(std::string_view verb, std::size_t argument) {
   if (verb == "show" || verb == "down") return sim::fleets();
-  if (verb == "fault" && argument > 0) return words_for_lines();
+  if (verb == "fault" && argument > 0) return fault_arguments();
   if (verb == "kill" && argument > 0) return {"router"};
   if (verb == "up" || argument > 0) return {};
   try {

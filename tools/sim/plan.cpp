@@ -80,9 +80,10 @@ class Planner {
         {"robot", robot}, {"host", host.name}, {"system", std::to_string(host.system)}};
     host.settings = programs.settings;
     for (const tims::os::Command& command : programs.components) {
-      tims::os::Command words;
-      for (const std::string& word : command) words.push_back(base::filled_in(word, values));
-      host.components.push_back({fmt::format("{}", fmt::join(words, " ")), words});
+      tims::os::Command filled;
+      for (const std::string& argument : command)
+        filled.push_back(base::filled_in(argument, values));
+      host.components.push_back({fmt::format("{}", fmt::join(filled, " ")), filled});
     }
   }
 
@@ -286,10 +287,10 @@ double ms(tims::Duration duration) {
   return std::chrono::duration<double, std::milli>(duration).count();
 }
 
-tims::os::Command netem(tims::os::Command words, const Quality& quality) {
-  words.emplace_back("netem");
+tims::os::Command netem(tims::os::Command command, const Quality& quality) {
+  command.emplace_back("netem");
   const auto add = [&](std::initializer_list<std::string> more) {
-    words.insert(words.end(), more);
+    command.insert(command.end(), more);
   };
   // Jitter increases the delay; the jitter of netem is symmetric about the delay.
   const double half = ms(quality.jitter) / 2;
@@ -301,27 +302,27 @@ tims::os::Command netem(tims::os::Command words, const Quality& quality) {
   // netem sends this share at once and delays the others.
   if (quality.reorder > 0) add({"reorder", fmt::format("{:g}%", quality.reorder * 100)});
   if (quality.rate_bits > 0) add({"rate", fmt::format("{}bit", quality.rate_bits)});
-  return words;
+  return command;
 }
 
 }  // namespace
 
 tims::os::Command shaping(const LineEnd& sender, const Quality& quality, bool has_netem) {
-  tims::os::Command words = {"tc",      "-n",  sender.network, "qdisc",
-                             "replace", "dev", sender.device,  "root"};
-  if (has_netem && needs_router(quality)) return netem(std::move(words), quality);
+  tims::os::Command command = {"tc",      "-n",  sender.network, "qdisc",
+                               "replace", "dev", sender.device,  "root"};
+  if (has_netem && needs_router(quality)) return netem(std::move(command), quality);
   if (quality.rate_bits == 0) {
-    words.emplace_back("noqueue");
-    return words;
+    command.emplace_back("noqueue");
+    return command;
   }
   // The burst corresponds to five milliseconds.
   const std::uint64_t burst = std::max(quality.rate_bits / 8 / 200, kBurstBytesMin);
-  for (std::string word :
+  for (std::string argument :
        {std::string("tbf"), std::string("rate"), fmt::format("{}bit", quality.rate_bits),
         std::string("burst"), std::to_string(burst), std::string("latency"),
         fmt::format("{}ms", kQueueMs)})
-    words.push_back(std::move(word));
-  return words;
+    command.push_back(std::move(argument));
+  return command;
 }
 
 std::string dropping(const LineEnd& receiver, const Quality& quality) {

@@ -35,7 +35,7 @@ class Programs {
     std::string host;
     std::string label;
     tims::os::ExitStatus status;
-    std::string last_words;  // last lines of its log
+    std::string stop_commands;  // last lines of its log
   };
   // Programs that have ended unexpectedly since the last call.
   std::vector<End> ended();

@@ -95,36 +95,36 @@ Result<Direction> parse_direction(std::string_view text) {
 
 constexpr std::string_view kDirectionKey = "direction=";
 
-Result<Direction> direction_of(std::span<const std::string> words) {
+Result<Direction> direction_of(std::span<const std::string> arguments) {
   Direction direction = Direction::kBoth;
-  for (const std::string& word : words) {
-    if (!word.starts_with(kDirectionKey)) continue;
-    const auto said = parse_direction(std::string_view(word).substr(kDirectionKey.size()));
-    if (!said) return said.error();
-    direction = *said;
+  for (const std::string& argument : arguments) {
+    if (!argument.starts_with(kDirectionKey)) continue;
+    const auto parsed = parse_direction(std::string_view(argument).substr(kDirectionKey.size()));
+    if (!parsed) return parsed.error();
+    direction = *parsed;
   }
   return direction;
 }
 
-Error unknown_word(std::string_view word, const Profiles& profiles) {
+Error unknown_fault(std::string_view argument, const Profiles& profiles) {
   std::vector<std::string_view> known = {"cut", "heal", "off"};
   for (const auto& [name, quality] : profiles) known.push_back(name);
-  const auto near = base::nearest(word, known);
-  if (near) return bad(fmt::format("\"{}\" is not a fault; did you mean {}?", word, *near));
-  return bad(fmt::format("\"{}\" is not a fault; known: {}, and key=value with the keys {}", word,
-                         fmt::join(known, ", "), fmt::join(kKeys, ", ")));
+  const auto near = base::nearest(argument, known);
+  if (near) return bad(fmt::format("\"{}\" is not a fault; did you mean {}?", argument, *near));
+  return bad(fmt::format("\"{}\" is not a fault; known: {}, and key=value with the keys {}",
+                         argument, fmt::join(known, ", "), fmt::join(kKeys, ", ")));
 }
 
-Result<void> set_word(Quality& quality, std::string_view word, const Profiles& profiles) {
-  const auto profile = profiles.find(word);
+Result<void> set_fault(Quality& quality, std::string_view argument, const Profiles& profiles) {
+  const auto profile = profiles.find(argument);
   if (profile != profiles.end()) {
     quality = profile->second;
     return {};
   }
-  const std::size_t equals = word.find('=');
-  if (equals == std::string_view::npos) return unknown_word(word, profiles);
-  const std::string_view key = word.substr(0, equals);
-  const auto set = set_key(quality, key, word.substr(equals + 1));
+  const std::size_t equals = argument.find('=');
+  if (equals == std::string_view::npos) return unknown_fault(argument, profiles);
+  const std::string_view key = argument.substr(0, equals);
+  const auto set = set_key(quality, key, argument.substr(equals + 1));
   return set ? set : bad(fmt::format("{} {}", key, set.error().detail()));
 }
 
@@ -158,27 +158,27 @@ Result<void> set_key(Quality& quality, std::string_view key, std::string_view va
 }
 
 Result<LineState> changed(const LineState& now, const LineState& own,
-                          std::span<const std::string> words, const Profiles& profiles) {
-  const auto direction = direction_of(words);
+                          std::span<const std::string> arguments, const Profiles& profiles) {
+  const auto direction = direction_of(arguments);
   if (!direction) return direction.error();
-  if (words.empty()) return bad("requires a profile, cut, heal or key=value");
+  if (arguments.empty()) return bad("requires a profile, cut, heal or key=value");
   LineState state = now;
   const bool up = *direction != Direction::kDown;
   const bool down = *direction != Direction::kUp;
-  for (const std::string& word : words) {
-    if (word.starts_with(kDirectionKey)) continue;
-    if (word == "cut") {
+  for (const std::string& argument : arguments) {
+    if (argument.starts_with(kDirectionKey)) continue;
+    if (argument == "cut") {
       if (*direction != Direction::kBoth)
         return bad("cut affects both directions; use blackout for one direction");
       state.cut = true;
-    } else if (word == "heal" || word == "off") {
+    } else if (argument == "heal" || argument == "off") {
       if (up) state.up = own.up;
       if (down) state.down = own.down;
       state.cut = own.cut;
     } else {
       for (Quality* quality : {up ? &state.up : nullptr, down ? &state.down : nullptr}) {
         if (quality == nullptr) continue;
-        if (const auto set = set_word(*quality, word, profiles); !set) return set.error();
+        if (const auto set = set_fault(*quality, argument, profiles); !set) return set.error();
       }
     }
   }

@@ -44,7 +44,7 @@ std::span<const std::string_view> quality_keys();
 // The state of a line after commands such as "cut", "heal", "wifi", "loss=10%", "direction=up".
 // `own`: the state without faults, restored by heal.
 tims::Result<LineState> changed(const LineState& now, const LineState& own,
-                                std::span<const std::string> words, const Profiles& profiles);
+                                std::span<const std::string> arguments, const Profiles& profiles);
 
 std::string to_string(const Quality& quality);  // "loss 1% delay 20ms", "perfect"
 std::string to_string(const LineState& state);  // "cut", "up: perfect, down: loss 10%"

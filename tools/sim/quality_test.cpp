@@ -8,15 +8,15 @@ namespace quality_test {
 
 using namespace std::chrono_literals;
 using testing::HasSubstr;
-using Words = std::vector<std::string>;
+using Arguments = std::vector<std::string>;
 
-LineState after(const LineState& now, const Words& words, const LineState& own = {}) {
-  const auto state = changed(now, own, words, built_in_profiles());
+LineState after(const LineState& now, const Arguments& arguments, const LineState& own = {}) {
+  const auto state = changed(now, own, arguments, built_in_profiles());
   EXPECT_TRUE(state) << state.error().detail();
   return state ? *state : LineState{};
 }
-std::string refusal(const Words& words) {
-  const auto state = changed({}, {}, words, built_in_profiles());
+std::string refusal(const Arguments& arguments) {
+  const auto state = changed({}, {}, arguments, built_in_profiles());
   return state ? "accepted" : state.error().detail();
 }
 

@@ -43,16 +43,16 @@ RunningFleet::~RunningFleet() {
   if (up_) take_down();
 }
 
-Ran RunningFleet::run_timsctl(std::vector<std::string> words) const {
-  words.insert(words.begin(), options_.timsctl);
-  return run({.command = std::move(words), .environment = {"TIMS_HOST="}});
+Ran RunningFleet::run_timsctl(std::vector<std::string> arguments) const {
+  arguments.insert(arguments.begin(), options_.timsctl);
+  return run({.command = std::move(arguments), .environment = {"TIMS_HOST="}});
 }
 
-void RunningFleet::sim(std::vector<std::string> words) const {
-  words.insert(words.begin(), "sim");
-  words.insert(words.end(), {"--fleet", options_.name});
-  const std::string text = fmt::format("timsctl {}", fmt::join(words, " "));
-  const Ran ran = run_timsctl(std::move(words));
+void RunningFleet::sim(std::vector<std::string> arguments) const {
+  arguments.insert(arguments.begin(), "sim");
+  arguments.insert(arguments.end(), {"--fleet", options_.name});
+  const std::string text = fmt::format("timsctl {}", fmt::join(arguments, " "));
+  const Ran ran = run_timsctl(std::move(arguments));
   if (!ran.status.success()) throw Failure(Exit::kNo, "sim", text + ": " + ran.output);
 }
 

@@ -24,8 +24,8 @@ class RunningFleet {
   RunningFleet(const RunningFleet&) = delete;
   RunningFleet& operator=(const RunningFleet&) = delete;
 
-  // Runs `timsctl sim WORDS --fleet NAME`. Throws Failure with its output.
-  void sim(std::vector<std::string> words) const;
+  // Runs `timsctl sim ARGUMENTS --fleet NAME`. Throws Failure with its output.
+  void sim(std::vector<std::string> arguments) const;
   // Kills the router of a host; returns the time at which it had ended, not that of the command.
   [[nodiscard]] tims::Time kill_router(const std::string& host) const;
   // Programs that ended unexpectedly.
@@ -40,7 +40,7 @@ class RunningFleet {
   [[nodiscard]] std::string socket(const std::string& host) const;
 
  private:
-  [[nodiscard]] Ran run_timsctl(std::vector<std::string> words) const;
+  [[nodiscard]] Ran run_timsctl(std::vector<std::string> arguments) const;
 
   const Options options_;
   bool up_ = true;

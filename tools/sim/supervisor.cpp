@@ -102,13 +102,13 @@ constexpr tims::Duration kInjectAgain = 200ms;  // until the link exists
 constexpr tims::Duration kLinksPatience = 5s;
 constexpr tims::Duration kSupervisorLookAgain = 20ms;
 
-std::string joined(const tims::os::Command& words) {
-  return fmt::format("{}", fmt::join(words, " "));
+std::string joined(const tims::os::Command& command) {
+  return fmt::format("{}", fmt::join(command, " "));
 }
 
 // The action that undoes a fault after `for`; empty: there is none.
 tims::os::Command undoing(const Step& step) {
-  if (!step.host.empty()) return {step.words.front() == "kill" ? "start" : "kill"};
+  if (!step.host.empty()) return {step.arguments.front() == "kill" ? "start" : "kill"};
   return {"heal"};
 }
 
@@ -203,18 +203,18 @@ void Supervisor::bring_up() {
   write_files();
   write_state();
   network_.make();
-  events_.say(
+  events_.write_line(
       "network", plan_.name,
       fmt::format("{} hosts and {} lines{}", plan_.hosts.size(), plan_.lines.size(),
                   network_.netem() ? "" : "; no netem: the routers delay, duplicate and reorder"));
   programs_.start_all(context_.signals);
   std::size_t components = 0;
   for (const PlannedHost& host : plan_.hosts) components += host.components.size();
-  events_.say("started", plan_.name,
-              fmt::format("{} routers and {} components", plan_.hosts.size(), components));
+  events_.write_line("started", plan_.name,
+                     fmt::format("{} routers and {} components", plan_.hosts.size(), components));
   for (const Line& line : plan_.lines) {
     request_faults(line, {}, line.own);
-    if (line.own != LineState()) events_.say("line", line.name, to_string(line.own));
+    if (line.own != LineState()) events_.write_line("line", line.name, to_string(line.own));
   }
   await_links();
   start_clock();
@@ -236,8 +236,10 @@ void Supervisor::await_links() {
     if (open.empty() || tims::os::now() > deadline) break;
     context_.signals.sleep_until(tims::os::now() + kSupervisorLookAgain);
   }
-  events_.say("linked", plan_.name, fmt::format("{} of {} links are up", all - open.size(), all));
-  for (const Line* line : open) events_.say("not_linked", line->name, "its link did not come up");
+  events_.write_line("linked", plan_.name,
+                     fmt::format("{} of {} links are up", all - open.size(), all));
+  for (const Line* line : open)
+    events_.write_line("not_linked", line->name, "its link did not come up");
   inject_pending_faults();
 }
 
@@ -245,7 +247,7 @@ void Supervisor::start_clock() {
   events_.begin();
   for (const Step& step : plan_.steps) {
     const tims::Time at = events_.began() + step.at;
-    schedule_.emplace(at, Action{step.line, step.host, step.words, step.every});
+    schedule_.emplace(at, Action{step.line, step.host, step.arguments, step.every});
     if (step.duration)
       schedule_.emplace(at + *step.duration,
                         Action{step.line, step.host, undoing(step), step.every});
@@ -260,39 +262,40 @@ void Supervisor::tear_down() {
 
 // --- changes of lines and hosts
 
-void Supervisor::fault(const Line& line, const tims::os::Command& words) {
+void Supervisor::fault(const Line& line, const tims::os::Command& arguments) {
   LineState& state = states_[line.name];
-  const auto next = changed(state, line.own, words, plan_.profiles);
+  const auto next = changed(state, line.own, arguments, plan_.profiles);
   if (!next) throw usage_error(fmt::format("{}: {}", line.name, next.error().detail()));
   network_.apply(line, state, *next);
   request_faults(line, state, *next);
   state = *next;
   inject_pending_faults();
-  const std::string said = joined(words);
+  const std::string requested = joined(arguments);
   const std::string is = to_string(state);
-  events_.say("fault", line.name, said == is ? is : fmt::format("{}: {}", said, is));
+  events_.write_line("fault", line.name,
+                     requested == is ? is : fmt::format("{}: {}", requested, is));
   write_state();
 }
 
 void Supervisor::kill(const PlannedHost& host, std::string_view part) {
   const std::size_t count = programs_.kill(host, part);
-  events_.say("kill", host.name,
-              count == 0 ? "no program was running"
-                         : fmt::format("{}{}killed", part, part.empty() ? "" : " "));
+  events_.write_line("kill", host.name,
+                     count == 0 ? "no program was running"
+                                : fmt::format("{}{}killed", part, part.empty() ? "" : " "));
   write_state();
 }
 
 void Supervisor::start(const PlannedHost& host) {
   programs_.start(host, context_.signals);
   request_all_faults(host);
-  events_.say("start", host.name, "started");
+  events_.write_line("start", host.name, "started");
   write_state();
 }
 
 void Supervisor::act(const Action& action) {
-  if (!action.line.empty()) return fault(need_line(action.line), action.words);
+  if (!action.line.empty()) return fault(need_line(action.line), action.arguments);
   const PlannedHost& host = need_host(action.host);
-  action.words.front() == "kill" ? kill(host, "") : start(host);
+  action.arguments.front() == "kill" ? kill(host, "") : start(host);
 }
 
 void Supervisor::request_faults(const Line& line, const LineState& before, const LineState& state) {
@@ -344,9 +347,9 @@ void Supervisor::serve(tims::Time until) {
 void Supervisor::look_after_programs() {
   for (const Programs::End& end : programs_.ended()) {
     if (!end.status.success()) ++failures_;
-    events_.say("ended", end.host,
-                fmt::format("{}: {}{}{}", end.label, end.status.to_string(),
-                            end.last_words.empty() ? "" : "\n", end.last_words));
+    events_.write_line("ended", end.host,
+                       fmt::format("{}: {}{}{}", end.label, end.status.to_string(),
+                                   end.stop_commands.empty() ? "" : "\n", end.stop_commands));
     write_state();
   }
 }
@@ -354,11 +357,11 @@ void Supervisor::look_after_programs() {
 json::object Supervisor::answer(const json::object& question) {
   const std::string what = text_at(question, "do");
   if (what == "fault") {
-    tims::os::Command words;
-    for (const json::value& word : items_of(question, "words"))
-      words.emplace_back(word.as_string());
+    tims::os::Command arguments;
+    for (const json::value& argument : items_of(question, "words"))
+      arguments.emplace_back(argument.as_string());
     const Line& line = need_line(text_at(question, "line"));
-    fault(line, words);
+    fault(line, arguments);
     return {{"schema", "tims/sim_done/1"},
             {"line", line.name},
             {"state", to_string(states_[line.name])}};

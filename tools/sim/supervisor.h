@@ -61,7 +61,7 @@ class Supervisor {
   struct Action {
     std::string line;
     std::string host;
-    tims::os::Command words;
+    tims::os::Command arguments;
     std::optional<tims::Duration> every;
   };
 
@@ -71,7 +71,7 @@ class Supervisor {
   void start_clock();
   void tear_down();
 
-  void fault(const Line& line, const tims::os::Command& words);
+  void fault(const Line& line, const tims::os::Command& arguments);
   void kill(const PlannedHost& host, std::string_view part);
   void start(const PlannedHost& host);
   void act(const Action& action);

@@ -278,24 +278,24 @@ const Verb* find(std::string_view noun, std::string_view verb) {
   return nullptr;
 }
 
-// The one name that begins with `word`.
-std::string_view expand(std::string_view word, std::span<const std::string_view> names,
+// The one name that begins with `prefix`.
+std::string_view expand(std::string_view prefix, std::span<const std::string_view> names,
                         const std::string& what) {
   std::vector<std::string_view> fits;
   for (const std::string_view name : names) {
-    if (name == word) return name;
-    if (name.starts_with(word)) fits.push_back(name);
+    if (name == prefix) return name;
+    if (name.starts_with(prefix)) fits.push_back(name);
   }
   if (fits.size() == 1) return fits.front();
   if (fits.size() > 1)
-    throw usage_error(fmt::format("\"{}\" is ambiguous: {}", word, fmt::join(fits, ", ")),
+    throw usage_error(fmt::format("\"{}\" is ambiguous: {}", prefix, fmt::join(fits, ", ")),
                       "write more letters");
-  throw usage_error(fmt::format("no {} \"{}\"", what, word), nearest_hint(word, names));
+  throw usage_error(fmt::format("no {} \"{}\"", what, prefix), nearest_hint(prefix, names));
 }
 
 // "Ladar(3/0)" and "0x03140000" are never verbs.
-bool looks_like_verb(std::string_view word) {
-  return std::ranges::all_of(word, [](char c) { return c >= 'a' && c <= 'z'; });
+bool looks_like_verb(std::string_view argument) {
+  return std::ranges::all_of(argument, [](char c) { return c >= 'a' && c <= 'z'; });
 }
 
 }  // namespace
@@ -310,28 +310,28 @@ std::span<const Verb> verbs() {
   return all;
 }
 
-Resolved resolve(std::span<const std::string> words) {
-  if (words.empty()) return {};
-  if (words[0] == "__complete") return {find(words[0], ""), words[0], 1};
-  const std::string_view noun = expand(words[0], nouns(), "command");
+Resolved resolve(std::span<const std::string> arguments) {
+  if (arguments.empty()) return {};
+  if (arguments[0] == "__complete") return {find(arguments[0], ""), arguments[0], 1};
+  const std::string_view noun = expand(arguments[0], nouns(), "command");
   if (const Verb* only = find(noun, "")) return {only, noun, 1};
   const Verb* usual = find(noun, "show");
   if (usual == nullptr || usual->arguments_min > 0) usual = find(noun, "list");
-  if (words.size() == 1) return {usual, noun, 1};
-  if (!looks_like_verb(words[1]) && usual != nullptr) return {usual, noun, 1};
+  if (arguments.size() == 1) return {usual, noun, 1};
+  if (!looks_like_verb(arguments[1]) && usual != nullptr) return {usual, noun, 1};
   const auto names = verbs_of(noun);
-  return {find(noun, expand(words[1], names, std::string(noun) + " verb")), noun, 2};
+  return {find(noun, expand(arguments[1], names, std::string(noun) + " verb")), noun, 2};
 }
 
 // --- the command line
 
 namespace {
 
-// `word` has the form "--count=5", as returned by split_words().
-void set_option(const Verb& verb, std::string_view word, Options& options) {
-  const std::size_t equals = std::min(word.find('='), word.size());
-  const std::string_view name = word.substr(2, equals - 2);
-  const std::string_view value = word.substr(std::min(equals + 1, word.size()));
+// `option` has the form "--count=5", as returned by split_line().
+void set_option(const Verb& verb, std::string_view option, Options& options) {
+  const std::size_t equals = std::min(option.find('='), option.size());
+  const std::string_view name = option.substr(2, equals - 2);
+  const std::string_view value = option.substr(std::min(equals + 1, option.size()));
   if (!is_in(name, verb.options) && !is_in(name, kGeneralOptions))
     throw usage_error(fmt::format("timsctl {} has no option --{}", verb.name(), name),
                       fmt::format("timsctl {} --help", verb.name()));
@@ -348,20 +348,20 @@ void check_form(const Verb& verb, Format format) {
       "available forms: " + known);
 }
 
-Text help_for(std::span<const std::string> words) {
-  if (words.empty()) return {overview()};
-  const Resolved found = resolve(words);
-  const bool only_a_noun = words.size() == 1 && !is_single(found.noun);
+Text help_for(std::span<const std::string> arguments) {
+  if (arguments.empty()) return {overview()};
+  const Resolved found = resolve(arguments);
+  const bool only_a_noun = arguments.size() == 1 && !is_single(found.noun);
   if (found.verb == nullptr || only_a_noun) return {noun_help(found.noun)};
   return {verb_help("timsctl " + found.verb->name(), *found.verb)};
 }
 
-bool contains(const std::vector<std::string>& words, std::string_view word) {
-  return std::ranges::find(words, word) != words.end();
+bool contains(const std::vector<std::string>& list, std::string_view element) {
+  return std::ranges::find(list, element) != list.end();
 }
 
 Exit become_own(Context& context) {
-  become_verb(context.verb.program, context.verb.word(), context.options,
+  become_verb(context.verb.program, context.verb.short_name(), context.options,
               context.options.arguments);
 }
 
@@ -383,7 +383,7 @@ class Splitter {
  public:
   explicit Splitter(std::span<const std::string> arguments) : rest_(arguments) {}
 
-  Words split() {
+  SplitLine split() {
     while (!rest_.empty()) {
       const std::string_view token = take();
       if (token == "--") return with_the_rest();
@@ -392,7 +392,7 @@ class Splitter {
       } else if (token.starts_with('-') && token.size() > 1 && !is_number(token)) {
         take_letters(token.substr(1));
       } else {
-        out_.words.emplace_back(token);
+        out_.arguments.emplace_back(token);
         if (a_command_follows()) return with_the_rest();
       }
     }
@@ -400,17 +400,17 @@ class Splitter {
   }
 
  private:
-  Words with_the_rest() {
-    out_.words.insert(out_.words.end(), rest_.begin(), rest_.end());
+  SplitLine with_the_rest() {
+    out_.arguments.insert(out_.arguments.end(), rest_.begin(), rest_.end());
     return std::move(out_);
   }
 
   // In "sim exec HOST COMMAND..." the options after COMMAND belong to that command.
   [[nodiscard]] bool a_command_follows() const {
-    if (out_.words.size() != 3) return false;
+    if (out_.arguments.size() != 3) return false;
     try {
-      const Resolved found = resolve(out_.words);
-      return found.verb != nullptr && found.words == 2 &&
+      const Resolved found = resolve(out_.arguments);
+      return found.verb != nullptr && found.used == 2 &&
              found.verb->arguments.ends_with("COMMAND...");
     } catch (const Failure&) {
       return false;  // reported later, when all arguments are known
@@ -468,7 +468,7 @@ class Splitter {
   }
 
   std::span<const std::string> rest_;
-  Words out_;
+  SplitLine out_;
 };
 
 }  // namespace
@@ -489,28 +489,28 @@ std::variant<Command, Text> parse_command_line(std::span<const std::string> argu
     if (const Verb* const verb = find(arguments[0], ""))
       return Command{verb, verb->run, std::move(options)};
   }
-  Words words = split_words(arguments);
-  if (contains(words.options, "--version")) return Text{version_text()};
-  const bool help_word = !words.words.empty() && words.words.front() == "help";
-  if (help_word || contains(words.options, "--help"))
-    return help_for(std::span(words.words).subspan(help_word ? 1 : 0));
+  SplitLine line = split_line(arguments);
+  if (contains(line.options, "--version")) return Text{version_text()};
+  const bool asks_for_help = !line.arguments.empty() && line.arguments.front() == "help";
+  if (asks_for_help || contains(line.options, "--help"))
+    return help_for(std::span(line.arguments).subspan(asks_for_help ? 1 : 0));
 
-  if (words.words.empty()) words.words.emplace_back("status");
-  const Resolved found = resolve(words.words);
+  if (line.arguments.empty()) line.arguments.emplace_back("status");
+  const Resolved found = resolve(line.arguments);
   if (found.verb == nullptr)
     throw usage_error(fmt::format("timsctl {}: the verb is missing", found.noun),
                       fmt::format("timsctl {} --help", found.noun));
   Command command{found.verb, found.verb->run == nullptr ? become_own : found.verb->run, {}};
-  for (const std::string& option : words.options) set_option(*found.verb, option, command.options);
-  command.options.given = words.options;
-  command.options.arguments.assign(words.words.begin() + static_cast<std::ptrdiff_t>(found.words),
-                                   words.words.end());
+  for (const std::string& option : line.options) set_option(*found.verb, option, command.options);
+  command.options.given = line.options;
+  command.options.arguments.assign(line.arguments.begin() + static_cast<std::ptrdiff_t>(found.used),
+                                   line.arguments.end());
   check_arguments("timsctl", found.verb->name(), *found.verb, command.options.arguments);
   check_form(*found.verb, command.options.format);
   return command;
 }
 
-Words split_words(std::span<const std::string> arguments) { return Splitter(arguments).split(); }
+SplitLine split_line(std::span<const std::string> arguments) { return Splitter(arguments).split(); }
 
 std::string version_text() { return fmt::format("timsctl {}\n", own_version()); }
 

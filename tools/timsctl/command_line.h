@@ -27,10 +27,10 @@ std::span<const Verb> verbs();
 struct Resolved {
   const Verb* verb = nullptr;  // nullptr: only a noun was given, or nothing
   std::string_view noun;       // empty: nothing was given
-  std::size_t words = 0;       // number of arguments that name the verb
+  std::size_t used = 0;        // number of arguments that name the verb
 };
 // Throws Failure if the arguments name no verb or are ambiguous.
-Resolved resolve(std::span<const std::string> words);
+Resolved resolve(std::span<const std::string> arguments);
 
 // --- Functions of the table, one file per noun. Verbs of robots and fleets are other programs
 
@@ -120,13 +120,13 @@ std::variant<Command, Text> parse_command_line(std::span<const std::string> argu
 
 // The command line split into arguments and options, before the verb is known.
 
-struct Words {
-  std::vector<std::string> words;    // noun, verb, arguments; also "-" and numbers such as "-6"
-  std::vector<std::string> options;  // in long form: "--count=5", "--json"
+struct SplitLine {
+  std::vector<std::string> arguments;  // noun, verb, arguments; also "-" and numbers such as "-6"
+  std::vector<std::string> options;    // in long form: "--count=5", "--json"
 };
 
 // Throws Failure for an unknown option and for a missing value.
-Words split_words(std::span<const std::string> arguments);
+SplitLine split_line(std::span<const std::string> arguments);
 
 // Help texts, generated from the table of verbs.
 

@@ -26,26 +26,26 @@ std::string refusal(const Line& line) {
   return "accepted";
 }
 
-TEST(Words, OptionsInOneForm) {
-  const Words words = split_words(Line{"-jn5", "route", "--count", "3", "show", "-n", "4", "-w",
-                                       "-w0.5", "--watch=3", "-H", "robot"});
-  EXPECT_THAT(words.words, ElementsAre("route", "show"));
-  EXPECT_THAT(words.options, ElementsAre("--json", "--count=5", "--count=3", "--count=4",
-                                         "--watch=2", "--watch=0.5", "--watch=3", "--host=robot"));
+TEST(SplitLine, OptionsInOneForm) {
+  const SplitLine line = split_line(Line{"-jn5", "route", "--count", "3", "show", "-n", "4", "-w",
+                                         "-w0.5", "--watch=3", "-H", "robot"});
+  EXPECT_THAT(line.arguments, ElementsAre("route", "show"));
+  EXPECT_THAT(line.options, ElementsAre("--json", "--count=5", "--count=3", "--count=4",
+                                        "--watch=2", "--watch=0.5", "--watch=3", "--host=robot"));
 }
 
-TEST(Words, NegativeNumbersAndDashesAreWords) {
-  const Words words = split_words(Line{"-6", "-", "--", "-x", "--count"});
-  EXPECT_THAT(words.words, ElementsAre("-6", "-", "-x", "--count"));
-  EXPECT_THAT(split_words(Line{"--type", "-6"}).options, ElementsAre("--type=-6"));
+TEST(SplitLine, NegativeNumbersAndDashesAreArguments) {
+  const SplitLine line = split_line(Line{"-6", "-", "--", "-x", "--count"});
+  EXPECT_THAT(line.arguments, ElementsAre("-6", "-", "-x", "--count"));
+  EXPECT_THAT(split_line(Line{"--type", "-6"}).options, ElementsAre("--type=-6"));
 }
 
-TEST(Words, WhatFollowsACommandIsItsOwn) {
-  const Words words =
-      split_words(Line{"sim", "exec", "--fleet", "demo", "base", "ls", "-j", "--x"});
-  EXPECT_THAT(words.words, ElementsAre("sim", "exec", "base", "ls", "-j", "--x"));
-  EXPECT_THAT(words.options, ElementsAre("--fleet=demo"));
-  EXPECT_THAT(split_words(Line{"sim", "fault", "robot1-base", "cut", "-j"}).options,
+TEST(SplitLine, WhatFollowsACommandIsItsOwn) {
+  const SplitLine line =
+      split_line(Line{"sim", "exec", "--fleet", "demo", "base", "ls", "-j", "--x"});
+  EXPECT_THAT(line.arguments, ElementsAre("sim", "exec", "base", "ls", "-j", "--x"));
+  EXPECT_THAT(line.options, ElementsAre("--fleet=demo"));
+  EXPECT_THAT(split_line(Line{"sim", "fault", "robot1-base", "cut", "-j"}).options,
               ElementsAre("--json"));
 }
 
@@ -54,7 +54,7 @@ TEST(Verbs, PrefixesThatAreUniqueAreEnough) {
   EXPECT_EQ(command({"route", "g", "Ladar/0/0"}).verb->name(), "route get");
 }
 
-TEST(Verbs, AreShownWhenNothingElseIsSaid) {
+TEST(Verbs, ShowIsTheDefault) {
   EXPECT_EQ(command({}).verb->name(), "status");
   EXPECT_EQ(command({"route"}).verb->name(), "route show");
   EXPECT_EQ(command({"mbx"}).verb->name(), "mbx list");

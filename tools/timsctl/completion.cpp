@@ -233,20 +233,20 @@ struct Preceding {
   std::string host;
 };
 
-Preceding read_preceding(std::span<const std::string> words) {
+Preceding read_preceding(std::span<const std::string> arguments) {
   Preceding out;
-  for (const std::string& word : words) {
+  for (const std::string& argument : arguments) {
     if (out.waits != nullptr) {
-      if (out.waits->name == "host") out.host = word;
+      if (out.waits->name == "host") out.host = argument;
       out.waits = nullptr;
-    } else if (word.starts_with("--host=")) {
-      out.host = word.substr(word.find('=') + 1);
-    } else if (word.starts_with("--")) {
-      out.waits = find_option(word.substr(2));  // nullptr for "--count=5"
-    } else if (word.starts_with('-') && word.size() == 2) {
-      out.waits = find_option(word[1]);
-    } else if (!word.starts_with('-') || word == "-") {
-      out.plain.push_back(word);
+    } else if (argument.starts_with("--host=")) {
+      out.host = argument.substr(argument.find('=') + 1);
+    } else if (argument.starts_with("--")) {
+      out.waits = find_option(argument.substr(2));  // nullptr for "--count=5"
+    } else if (argument.starts_with('-') && argument.size() == 2) {
+      out.waits = find_option(argument[1]);
+    } else if (!argument.starts_with('-') || argument == "-") {
+      out.plain.push_back(argument);
     }
     if (out.waits != nullptr && !out.waits->takes_value()) out.waits = nullptr;
   }
@@ -275,14 +275,14 @@ Candidates candidates(const Preceding& before, const std::string& last, Context&
     return out;
   }
   const bool verb_comes =
-      plain.size() == 1 && found.words == 1 && (found.verb == nullptr || !found.verb->verb.empty());
+      plain.size() == 1 && found.used == 1 && (found.verb == nullptr || !found.verb->verb.empty());
   for (const Verb& verb : verbs())
     if (verb_comes && verb.noun == found.noun) out.emplace_back(verb.verb);
   if (found.verb == nullptr || verb_comes) return out;
-  const std::size_t place = plain.size() - found.words;
+  const std::size_t place = plain.size() - found.used;
   if (!found.verb->program.empty())
-    return of_program(found.verb->program, found.verb->word(), place);
-  const Candidates arguments(plain.begin() + static_cast<std::ptrdiff_t>(found.words), plain.end());
+    return of_program(found.verb->program, found.verb->short_name(), place);
+  const Candidates arguments(plain.begin() + static_cast<std::ptrdiff_t>(found.used), plain.end());
   for (const std::string& name : split(place_name(found.verb->arguments, place), '|'))
     for (std::string& candidate : for_place(*found.verb, name, arguments, context))
       out.push_back(std::move(candidate));
@@ -306,23 +306,23 @@ Exit completion(Context& context) {
 }
 
 Exit complete(Context& context) {
-  std::vector<std::string> words = context.options.arguments;
-  if (words.empty()) words.emplace_back();
+  std::vector<std::string> arguments = context.options.arguments;
+  if (arguments.empty()) arguments.emplace_back();
   Options options = context.options;
   options.timeout = std::chrono::milliseconds(500);  // the user waits for the completion
   std::vector<std::string> all;
   try {
-    const Preceding before = read_preceding(std::span(words).first(words.size() - 1));
+    const Preceding before = read_preceding(std::span(arguments).first(arguments.size() - 1));
     Context there(context.verb, options, context.out, context.signals,
                   before.host.empty() ? context.host : parse_host(before.host));
-    all = candidates(before, words.back(), there);
+    all = candidates(before, arguments.back(), there);
   } catch (const Failure&) {
     return Exit::kDone;  // an unknown verb or a missing router means no candidates
   }
   std::ranges::sort(all);
   all.erase(std::unique(all.begin(), all.end()), all.end());
   for (const std::string& candidate : all)
-    if (candidate.starts_with(words.back())) context.out.write(candidate + "\n");
+    if (candidate.starts_with(arguments.back())) context.out.write(candidate + "\n");
   return Exit::kDone;
 }
 

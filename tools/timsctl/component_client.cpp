@@ -13,9 +13,10 @@ Message ComponentClient::ask(tims::Address component, std::int8_t type,
                              std::optional<tims::Duration> timeout) {
   const std::uint8_t seq_nr = connection_->next_seq_nr();
   const std::uint64_t losses = connection_->losses();
-  value_or_fail(connection_->send(
-                    {.dest = component, .type = type, .seq_nr = seq_nr, .tell_why = true}, body),
-                name_of(component));
+  value_or_fail(
+      connection_->send({.dest = component, .type = type, .seq_nr = seq_nr, .report_reason = true},
+                        body),
+      name_of(component));
   const tims::Time deadline = tims::os::deadline_after(timeout.value_or(context_.options.timeout));
   while (auto message = receive(*connection_, context_.signals, deadline, losses)) {
     if (message->header.src != component || message->header.seq_nr != seq_nr) continue;
@@ -163,7 +164,7 @@ tims::Result<void> Subscription::on_time(Connection& connection, tims::Time now)
               rack::GetContDataRequest{period_ms_, connection.address()});
 }
 
-void Subscription::heard(State state, tims::Time ask_again_at) {
+void Subscription::set_state(State state, tims::Time ask_again_at) {
   state_ = state;
   next_question_ = ask_again_at;
 }
@@ -173,20 +174,20 @@ bool Subscription::on_message(const Message& message, tims::Time now) {
     case tims::type::kContData:
       if (const auto reply = rack::decode<rack::ContDataReply>(message.view()))
         granted_ms_ = reply->periodTime;
-      heard(State::kRunning, now + kAskSilentAgain);
+      set_state(State::kRunning, now + kAskSilentAgain);
       return false;
     case tims::type::kError:
-      heard(State::kOff, now + kAskOffAgain);
+      set_state(State::kOff, now + kAskOffAgain);
       return false;
     case tims::type::kNotAvailable:
-      heard(State::kNoMailbox, now + kAskOffAgain);
+      set_state(State::kNoMailbox, now + kAskOffAgain);
       return false;
     case tims::type::kOk:
       return false;
     default:
-      heard(State::kRunning,
-            now + std::max<tims::Duration>(kAskSilentAgain,
-                                           3 * std::chrono::milliseconds(granted_ms_.value_or(0))));
+      set_state(State::kRunning,
+                now + std::max<tims::Duration>(
+                          kAskSilentAgain, 3 * std::chrono::milliseconds(granted_ms_.value_or(0))));
       return true;
   }
 }

@@ -124,7 +124,7 @@ class Subscription {
   [[nodiscard]] bool needs_stop() const { return asked_ && state_ != State::kNoMailbox; }
 
  private:
-  void heard(State state, tims::Time ask_again_at);
+  void set_state(State state, tims::Time ask_again_at);
 
   tims::Address component_;
   std::uint32_t period_ms_;

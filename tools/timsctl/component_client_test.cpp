@@ -49,10 +49,10 @@ class FakeConnection final : public Connection {
   tims::os::File event_ = std::move(*tims::os::make_event_fd());
 };
 
-Message from_ladar(std::int8_t type, std::vector<std::uint32_t> words = {}) {
+Message from_ladar(std::int8_t type, std::vector<std::uint32_t> numbers = {}) {
   Message m{.header = {.type = type, .dest = kOwn, .src = kLadar}, .body = {}};
-  m.body.resize(words.size() * 4);
-  if (!words.empty()) std::memcpy(m.body.data(), words.data(), m.body.size());
+  m.body.resize(numbers.size() * 4);
+  if (!numbers.empty()) std::memcpy(m.body.data(), numbers.data(), m.body.size());
   return m;
 }
 tims::Time at(tims::Duration since) { return tims::Time(since); }
@@ -62,10 +62,10 @@ TEST(Subscription, AsksWithPeriodAndMailbox) {
   Subscription ladar(kLadar, 200);
   ASSERT_TRUE(ladar.on_time(connection, at(10s)));
   EXPECT_THAT(connection.sent, ElementsAre(tims::type::kGetContData));
-  std::array<std::uint32_t, 2> words{};
-  ASSERT_EQ(connection.bodies[0].size(), sizeof words);
-  std::memcpy(words.data(), connection.bodies[0].data(), sizeof words);
-  EXPECT_THAT(words, ElementsAre(200U, kOwn.raw()));
+  std::array<std::uint32_t, 2> numbers{};
+  ASSERT_EQ(connection.bodies[0].size(), sizeof numbers);
+  std::memcpy(numbers.data(), connection.bodies[0].data(), sizeof numbers);
+  EXPECT_THAT(numbers, ElementsAre(200U, kOwn.raw()));
   ASSERT_TRUE(ladar.on_time(connection, at(10s + 500ms)));
   EXPECT_EQ(connection.sent.size(), 1U) << "the answer may take its time";
 }
@@ -101,7 +101,7 @@ TEST(Subscription, AsksAgainWhenOffGoneOrSilent) {
   EXPECT_EQ(ladar.next_time(), at(30s + 180s)) << "three periods, or it would ask in between";
 }
 
-TEST(Subscriptions, EndingTellsTheComponentsThatKnowUs) {
+TEST(Subscriptions, EndingStopsTheComponentsThatKnowUs) {
   FakeConnection connection;
   const Signals signals;
   {

@@ -75,7 +75,7 @@ constexpr Column kDeviceColumns[] = {
     {"KERNEL DRIVER", "kernel_driver", Cell::kText, true},
 };
 
-void tell(Output& out, const DeviceChange& change) {
+void print(Output& out, const DeviceChange& change) {
   const HostDevice& device = change.device;
   json::object line = to_json(device);
   const base::WallTime now = tims::os::wall_now();
@@ -128,7 +128,7 @@ Exit device_watch(Context& context) {
     for (const DeviceChange& change : changes(known, now)) {
       if (left == 0) break;
       --left;
-      tell(context.out, change);
+      print(context.out, change);
     }
     known = std::move(now);
   }
@@ -193,7 +193,7 @@ class Recorder {
       file_->add(arrival.last, arrival.is_sent ? Direction::kSent : Direction::kReceived,
                  arrival.id, arrival.bytes);
     });
-    if (!received) say(received.error().detail(), false);
+    if (!received) write_event(received.error().detail(), false);
   }
 
   void open_again() {
@@ -201,10 +201,10 @@ class Recorder {
     auto transport = open_transport(address_, kBaud);
     if (!transport) return;
     transport_ = std::move(*transport);
-    say("the device is back", true);
+    write_event("the device is back", true);
   }
 
-  void say(const std::string& text, bool is_there) {
+  void write_event(const std::string& text, bool is_there) {
     file_->add_event(tims::os::now(), text);
     context_.out.note(text);
     if (!is_there) transport_.reset();
@@ -386,8 +386,8 @@ class Player {
   // Bytes that programs send to the device are discarded.
   void wait(tims::Time until) {
     (void)context_.signals.wait(line_->descriptor(), until);
-    if (auto heard = line_->receive(tims::os::now(), [](const Arrival&) {}); !heard)
-      throw Failure(Exit::kNo, "no_device", heard.error().detail());
+    if (auto received = line_->receive(tims::os::now(), [](const Arrival&) {}); !received)
+      throw Failure(Exit::kNo, "no_device", received.error().detail());
   }
 
   void play() {

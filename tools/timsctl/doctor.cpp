@@ -32,7 +32,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string_view who_reaches(std::string_view where) {
+std::string_view reachable_by(std::string_view where) {
   const bool loopback = where.starts_with("127.") || where.starts_with("[::1]");
   return loopback ? "every user of this host" : "every host that can reach it";
 }
@@ -104,7 +104,7 @@ class Doctor {
       add(fmt::format("port.{}", port), where.empty() ? Level::kInfo : Level::kOk,
           where.empty() ? fmt::format("{} is off", port)
                         : fmt::format("{} listens at {}: {} can command every component there",
-                                      port, where, who_reaches(where)));
+                                      port, where, reachable_by(where)));
     }
   }
 
@@ -549,8 +549,8 @@ json::object to_json(const Observations& observed, const std::vector<Finding>& f
 Exit nagios(Context& context, const Observations& observed, const std::vector<Finding>& findings) {
   const Counts n = count(findings);
   const int level = n.failures > 0 ? 2 : n.warnings > 0 ? 1 : 0;
-  const char* word = level == 2 ? "CRITICAL" : level == 1 ? "WARNING" : "OK";
-  std::string text = fmt::format("TIMS {}", word);
+  const char* status = level == 2 ? "CRITICAL" : level == 1 ? "WARNING" : "OK";
+  std::string text = fmt::format("TIMS {}", status);
   const char* separator = " - ";
   for (const Finding& f : findings) {
     if (f.level < Level::kWarning) continue;

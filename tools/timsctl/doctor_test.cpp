@@ -87,7 +87,7 @@ TEST(Doctor, DropsOfTheLastMinuteWarnWithTheReasonsHint) {
   EXPECT_EQ(finding(observed, "mailboxes.duplicate").level, Level::kWarning);
 }
 
-TEST(Doctor, SaysToWhomMessagesWereLost) {
+TEST(Doctor, NamesTheReceiversOfLostMessages) {
   Observations observed = healthy();
   EXPECT_EQ(finding(observed, "drops.receivers").id, "none") << "none were";
   observed.clients = {object(R"({"name": "laser", "drops": 0})"),
@@ -183,7 +183,7 @@ TEST(LinkDoctor, ALinkTakenDownByHandSaysHowItComesUp) {
   EXPECT_EQ(f.hint, "`timsctl link up base`");
 }
 
-TEST(LinkDoctor, ARefusalIsToldInTheOthersWords) {
+TEST(LinkDoctor, ARefusalIsReportedWithTheReasonOfThePeer) {
   json::object link = healthy_link();
   link["state"] = "refused";
   link["refusal"] = "base accepts system 2, not 1";

@@ -143,7 +143,7 @@ class Follower {
       const auto message = receive(connection, context_.signals, end_);
       if (!message) break;
       missed_.note(connection, context_.out);
-      if (const auto record = text_of(*message, connection.widths())) tell(*record);
+      if (const auto record = text_of(*message, connection.widths())) print(*record);
     }
     return end();
   }
@@ -160,7 +160,7 @@ class Follower {
       note_state(subscriptions.all().front(), name);
       missed_.note(connection, context_.out);
       const auto record = data ? record_of(data->message, connection.widths()) : std::nullopt;
-      if (record) tell(*record);
+      if (record) print(*record);
       if (state_ == Subscription::State::kAsking && tims::os::now() > patience)
         throw Failure(Exit::kTimeout, "timeout", name + " does not answer GET_CONT_DATA");
     }
@@ -168,7 +168,7 @@ class Follower {
   }
 
  private:
-  void tell(const Record& record) {
+  void print(const Record& record) {
     if (!filter_.passes(record)) return;
     --left_;
     show_text(context_.out, record, false);
@@ -177,12 +177,12 @@ class Follower {
   std::optional<Record> text_of(const Message& message, const tims::AddressWidths& widths) const {
     const auto level = rack::gdos::level_of(message.header.type);
     if (!level) return std::nullopt;
-    const auto words = rack::gdos::decode(message.body, message.header.body_order(), widths);
+    const auto decoded = rack::gdos::decode(message.body, message.header.body_order(), widths);
     return Record{.time = now(),
                   .address = message.header.src,
                   .component = message.header.src.to_string(widths),
                   .level = *level,
-                  .text = words ? *words : words.error().detail() + " (malformed)"};
+                  .text = decoded ? *decoded : decoded.error().detail() + " (malformed)"};
   }
 
   // The clock of the log may differ from ours: the time is that of the log, unwrapped to the value
@@ -200,7 +200,7 @@ class Follower {
                   .address = data.sender,
                   .component = data.sender.to_string(widths),
                   .level = *level,
-                  .text = std::string(data.words())};
+                  .text = std::string(data.as_text())};
   }
 
   void note_state(const Subscription& log, const std::string& name) {

@@ -58,7 +58,7 @@ class Echo {
       const auto data = subscriptions.next(context_.signals, std::min(end_, tick));
       note_changes(subscriptions);
       missed_.note(connection_, context_.out);
-      if (data) tell(data->message);
+      if (data) print(data->message);
       const bool asking = subscriptions.all().front().state() == Subscription::State::kAsking;
       if (components.size() == 1 && asking && tims::os::now() > patience)
         throw Failure(Exit::kTimeout, "timeout",
@@ -73,7 +73,7 @@ class Echo {
     while (left_ > 0) {
       const auto message = receive(connection_, context_.signals, end_);
       if (!message) break;
-      tell(*message);
+      print(*message);
       missed_.note(connection_, context_.out);
       // The sender of a command waits for an answer; this program cannot execute commands.
       if (message->header.type > 0)
@@ -87,7 +87,7 @@ class Echo {
   }
 
  private:
-  void tell(const Message& message) {
+  void print(const Message& message) {
     const base::WallTime now = tims::os::wall_now();
     const Format format = context_.out.look().format;
     const bool lines = format == Format::kTable || format == Format::kWide;
@@ -98,7 +98,7 @@ class Echo {
       if (format == Format::kCsv) context_.out.write(csv_.add(described));
     }
     --left_;
-    ++told_;
+    ++printed_;
     if (!lines) return;
     const bool shorten = context_.out.terminal() && format != Format::kWide;
     if (context_.options.raw)
@@ -121,19 +121,19 @@ class Echo {
       if (state == states_[i]) continue;
       const bool first = states_[i] == Subscription::State::kAsking;
       states_[i] = state;
-      const std::string who = name_of(all[i].component());
+      const std::string mailbox = name_of(all[i].component());
       if (state == Subscription::State::kNoMailbox && first && all.size() == 1)
-        throw no_such_mailbox(who);
+        throw no_such_mailbox(mailbox);
       if (state == Subscription::State::kOff && first && all.size() == 1)
         throw Failure(Exit::kNo, "component_off",
-                      who + " sends no data: it answers ERROR, like a component that is off",
+                      mailbox + " sends no data: it answers ERROR, like a component that is off",
                       fmt::format("timsctl msg pub {} on", all[i].component().to_hex()));
       if (state == Subscription::State::kNoMailbox)
-        context_.out.note(who + " is not registered; waiting");
-      if (state == Subscription::State::kOff) context_.out.note(who + " is off; waiting");
+        context_.out.note(mailbox + " is not registered; waiting");
+      if (state == Subscription::State::kOff) context_.out.note(mailbox + " is off; waiting");
       if (state == Subscription::State::kRunning)
         context_.out.detail(
-            fmt::format("{} sends every {} ms", who, all[i].granted_ms().value_or(0)));
+            fmt::format("{} sends every {} ms", mailbox, all[i].granted_ms().value_or(0)));
     }
   }
 
@@ -143,13 +143,13 @@ class Echo {
 
   [[nodiscard]] Exit end() const {
     const bool complete = !context_.options.count || left_ == 0;
-    return complete && (told_ > 0 || !context_.options.run_for) ? Exit::kDone : Exit::kTimeout;
+    return complete && (printed_ > 0 || !context_.options.run_for) ? Exit::kDone : Exit::kTimeout;
   }
 
   Context& context_;
   Connection& connection_;
   std::uint64_t left_;
-  std::uint64_t told_ = 0;
+  std::uint64_t printed_ = 0;
   tims::Time end_;
   std::vector<Subscription::State> states_;
   LostMessages missed_{"messages"};
@@ -203,15 +203,15 @@ struct PubArguments {
 PubArguments read_arguments(const Options& options) {
   PubArguments out{.target = options.arguments[0], .type = {}, .fields = {}, .file = options.file};
   (void)need_address(out.target, kAnyWidths);
-  for (const std::string& word : std::span(options.arguments).subspan(1)) {
-    if (word == "-")
-      out.file = word;
-    else if (word.find('=') != std::string::npos)
-      out.fields.push_back(word);
+  for (const std::string& argument : std::span(options.arguments).subspan(1)) {
+    if (argument == "-")
+      out.file = argument;
+    else if (argument.find('=') != std::string::npos)
+      out.fields.push_back(argument);
     else if (out.type.empty())
-      out.type = word;
+      out.type = argument;
     else
-      throw usage_error(fmt::format("msg pub: unexpected argument \"{}\"", word),
+      throw usage_error(fmt::format("msg pub: unexpected argument \"{}\"", argument),
                         "fields are FIELD=VALUE, such as vx=200");
   }
   const int bodies = int{!out.file.empty()} + int{!options.hex.empty()} + int{!out.fields.empty()};
@@ -301,7 +301,7 @@ class Publisher {
                                   .type = draft.type,
                                   .priority = draft.priority,
                                   .seq_nr = draft.seq_nr,
-                                  .tell_why = draft.type > 0,
+                                  .report_reason = draft.type > 0,
                                   .body_order = order},
                                  draft.body);
     if (!sent) throw failure_of(sent.error(), target_name_);

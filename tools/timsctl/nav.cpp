@@ -69,10 +69,10 @@ class Where {
   // Known only if the geographic position of the origin was configured.
   void add_earth(json::object& answer, const rack::PositionData& data) {
     if (!knows_earth(robot_.client().parameters(position_))) return;
-    const Message said = robot_.client().ask(position_, rack::PositionType::kPosToWgs84, data);
-    if (said.header.type != rack::PositionType::kWgs84) return;
+    const Message reply = robot_.client().ask(position_, rack::PositionType::kPosToWgs84, data);
+    if (reply.header.type != rack::PositionType::kWgs84) return;
     const auto earth =
-        value_or_fail(rack::decode<rack::PositionWgs84Data>(said.view()), robot_.name(position_));
+        value_or_fail(rack::decode<rack::PositionWgs84Data>(reply.view()), robot_.name(position_));
     answer["latitude_deg"] = rack::degrees(earth.latitude);
     answer["longitude_deg"] = rack::degrees(earth.longitude);
   }
@@ -85,7 +85,7 @@ class Where {
     facts.mcl = robot_.plain_name(*mcl);
     facts.mcl_state = robot_.state(*mcl);
     facts.mcl_has_map = !map.empty();
-    facts.mcl_tells = robot_.linked(parameters, "position", id::kPosition) == position_;
+    facts.mcl_sends_pose = robot_.linked(parameters, "position", id::kPosition) == position_;
     json::object part{{"address", address_json(*mcl, robot_.client().widths())},
                       {"state", facts.mcl_state},
                       {"map", map.empty() ? json::value() : json::value(map)}};
@@ -111,8 +111,8 @@ class Where {
 std::string where_text(const json::object& answer, const Look& look) {
   const auto number = [&](std::string_view path) { return number_or_zero(answer, path); };
   std::string text;
-  const auto line = [&](const std::string& title, const std::string& words) {
-    text += fmt::format("{:<14}  {}\n", title + ":", words);
+  const auto line = [&](const std::string& title, const std::string& value) {
+    text += fmt::format("{:<14}  {}\n", title + ":", value);
   };
   if (at_path(answer, "pose") != nullptr) {
     line("Place",
@@ -130,14 +130,14 @@ std::string where_text(const json::object& answer, const Look& look) {
                               text_at(answer, "state")));
   }
   if (at_path(answer, "localisation") != nullptr) {
-    std::string words = fmt::format("{} {}", text_at(answer, "localisation.address.name"),
-                                    text_at(answer, "localisation.state"));
+    std::string localisation = fmt::format("{} {}", text_at(answer, "localisation.address.name"),
+                                           text_at(answer, "localisation.state"));
     if (const std::string map = text_at(answer, "localisation.map"); !map.empty())
-      words += ", map " + map;
+      localisation += ", map " + map;
     if (at_path(answer, "localisation.samples") != nullptr)
-      words += fmt::format(", {:.0f} samples within {:.2f} m", number("localisation.samples"),
-                           number("localisation.spread_m"));
-    line("Localisation", words);
+      localisation += fmt::format(", {:.0f} samples within {:.2f} m",
+                                  number("localisation.samples"), number("localisation.spread_m"));
+    line("Localisation", localisation);
   }
   for (const json::object& finding : objects(items_of(answer, "missing"))) {
     text += paint("Missing:        " + text_at(finding, "what"), Tone::kWarning, look.colour);
@@ -350,7 +350,7 @@ Exit map_load(Context& context, NavRobot& robot, const std::string& given) {
   Exit exit = Exit::kDone;
   json::array items;
   for (const MapUser& user : users) {
-    const std::string who = robot.name(user.component);
+    const std::string component = robot.name(user.component);
     json::object item = user_json(robot, user);
     if (text_of(user.parameters, "mapFile")->empty() &&
         robot.linked(user.parameters, "gridMap", id::kGridMap)) {
@@ -361,7 +361,7 @@ Exit map_load(Context& context, NavRobot& robot, const std::string& given) {
       exit = Exit::kNo;
       item["result"] = "refused";
       item["why"] = *why;
-      context.out.note(who + " refuses the map" + (why->empty() ? "" : ": " + *why));
+      context.out.note(component + " refuses the map" + (why->empty() ? "" : ": " + *why));
     } else {
       const bool later = !user.loads && text_at(item, "state") == "on";
       item["result"] = later ? "at the next ON" : "loaded";

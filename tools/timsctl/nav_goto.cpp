@@ -23,7 +23,7 @@ namespace {
 namespace id = tims::class_id;
 
 constexpr tims::Duration kLookEvery = 200ms;
-constexpr tims::Duration kTellEvery =
+constexpr tims::Duration kPrintEvery =
     1s;  // interval of progress lines if they cannot be overwritten
 constexpr tims::Duration kPatience = 30s;
 constexpr tims::Duration kNavGotoStopPatience = 5s;
@@ -44,11 +44,12 @@ double number(const std::string& text, std::string_view what, double most) {
 }
 
 Goal read_goal(const Options& options) {
-  const auto& words = options.arguments;
+  const auto& arguments = options.arguments;
   Goal goal;
-  goal.x = number(words[0], options.gps ? "latitude" : "x in m", options.gps ? 90 : kFar);
-  goal.y = number(words[1], options.gps ? "longitude" : "y in m", options.gps ? 180 : kFar);
-  if (words.size() > 2) goal.heading = rack::radians(number(words[2], "heading in degrees", 3600));
+  goal.x = number(arguments[0], options.gps ? "latitude" : "x in m", options.gps ? 90 : kFar);
+  goal.y = number(arguments[1], options.gps ? "longitude" : "y in m", options.gps ? 180 : kFar);
+  if (arguments.size() > 2)
+    goal.heading = rack::radians(number(arguments[2], "heading in degrees", 3600));
   return goal;
 }
 
@@ -192,7 +193,7 @@ class Drive {
         end_line();
         return finish(state, seen, base::seconds(now - begin));
       }
-      tell(state, seen, now);
+      print(state, seen, now);
       if (now >= end) {
         end_line();
         stop();
@@ -208,11 +209,11 @@ class Drive {
     return std::max(0.0, metres(status.distanceToDest));
   }
 
-  void tell(DriveState state, const rack::PilotStatusData& status, tims::Time now) {
+  void print(DriveState state, const rack::PilotStatusData& status, tims::Time now) {
     const bool in_place = context_.out.terminal() && !context_.out.json();
-    if (!in_place && state == told_ && now - told_at_ < kTellEvery) return;
-    told_ = state;
-    told_at_ = now;
+    if (!in_place && state == printed_ && now - printed_at_ < kPrintEvery) return;
+    printed_ = state;
+    printed_at_ = now;
     const std::string why =
         state == DriveState::kStanding || state == DriveState::kSilent ? what_is_ahead(state) : "";
     if (context_.out.json()) {
@@ -264,7 +265,7 @@ class Drive {
       return Exit::kDone;
     }
     const std::string code(name(state));
-    if (state == DriveState::kNoWay)
+    if (state == DriveState::kNoPath)
       throw Failure(Exit::kNo, code,
                     fmt::format("{} found no path to {}", robot_.name(path_), goal_text()),
                     fmt::format("`timsctl log show -c {}` has its messages; `timsctl nav map show "
@@ -320,8 +321,8 @@ class Drive {
   std::optional<tims::Address> scan_;
   rack::ChassisParamData hull_;
   rack::Position3d goal_;
-  std::optional<DriveState> told_;
-  tims::Time told_at_{};
+  std::optional<DriveState> printed_;
+  tims::Time printed_at_{};
   bool open_line_ = false;
 };
 

@@ -63,7 +63,7 @@ std::vector<MissingPart> missing(const WhereFacts& facts) {
   if (facts.position_state != "on")
     found.push_back({fmt::format("{} is {}", facts.position, facts.position_state),
                      fmt::format("`timsctl component on {}`", facts.position)});
-  const bool localises = !facts.mcl.empty() && facts.mcl_state == "on" && facts.mcl_tells;
+  const bool localises = !facts.mcl.empty() && facts.mcl_state == "on" && facts.mcl_sends_pose;
   // Outdoors a satellite receiver is sufficient.
   if (!localises && !(facts.mcl.empty() && facts.has_gps))
     found.push_back(localiser_missing(facts));
@@ -127,7 +127,7 @@ DriveState DriveWatch::judge(const rack::PilotStatusData& status, tims::Time now
       if (status.speed != 0) return DriveState::kDriving;
       return turned_ ? DriveState::kTurning : DriveState::kStanding;
     default:
-      return drove_ ? DriveState::kAstray : DriveState::kNoWay;
+      return drove_ ? DriveState::kAstray : DriveState::kNoPath;
   }
 }
 

@@ -29,7 +29,7 @@ struct WhereFacts {
   std::string mcl{};  // empty: there is no localisation
   std::string mcl_state{};
   bool mcl_has_map = false;
-  bool mcl_tells = false;  // it sends its pose to the position component
+  bool mcl_sends_pose = false;  // it sends its pose to the position component
   bool has_gps = false;
   std::optional<Samples> samples{};
   std::optional<double> apart_m{};  // distance between both poses at the same time
@@ -51,7 +51,7 @@ enum class DriveState : std::uint8_t {
   kStanding,  // an obstacle is ahead, or the pilot is stopped
   kSilent,    // its pilot sends no new status
   kArrived,
-  kNoWay,    // there is no plan
+  kNoPath,   // there is no plan
   kAstray,   // the robot has left the corridor
   kDropped,  // the pilot no longer has a destination
   kBlocked,  // no progress for longer than `patience`

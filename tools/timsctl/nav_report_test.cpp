@@ -19,7 +19,7 @@ WhereFacts all_well() {
   facts.position_state = "on";
   facts.mcl = "Mcl/1/0";
   facts.mcl_state = "on";
-  facts.mcl_has_map = facts.mcl_tells = true;
+  facts.mcl_has_map = facts.mcl_sends_pose = true;
   facts.samples = {500, 0.05};
   facts.apart_m = 0.02;
   facts.age_s = 0.03;
@@ -39,7 +39,7 @@ TEST(Where, NothingIsMissing) {
   EXPECT_THAT(missing(outdoors), IsEmpty());
 }
 
-TEST(Where, SaysWhatToDo) {
+TEST(Where, SuggestsWhatToDo) {
   WhereFacts facts = all_well();
   facts.position_state = "error";
   EXPECT_EQ(only(facts), "Position/1/0 is error -> `timsctl component on Position/1/0`");
@@ -52,7 +52,7 @@ TEST(Where, SaysWhatToDo) {
   facts.mcl_has_map = false;
   EXPECT_THAT(only(facts), HasSubstr("nav map load FILE"));
   facts = all_well();
-  facts.mcl_tells = false;
+  facts.mcl_sends_pose = false;
   EXPECT_THAT(only(facts), HasSubstr("positionInst 0"));
   facts = all_well();
   facts.samples->spread_m = 4.2;
@@ -81,7 +81,7 @@ TEST(Where, SamplesAreSpread) {
 // A pilot that sends its status every second, from 1 s on.
 class DriveWatchTest : public testing::Test {
  protected:
-  DriveState say(std::uint32_t state, int distance_mm, int speed) {
+  DriveState report(std::uint32_t state, int distance_mm, int speed) {
     ++second_;
     status_ = {.recordingTime = 1000 * second_,
                .speed = speed,
@@ -104,25 +104,25 @@ TEST_F(DriveWatchTest, DrivesAndArrives) {
   // As the last drive left it, before the pilot has gone on.
   status_ = {.recordingTime = 0, .distanceToDest = 0, .pilotState = pilot::kIdle};
   EXPECT_EQ(look(), DriveState::kPlanning) << "that was the last destination";
-  EXPECT_EQ(say(pilot::kPlanning, -1, 0), DriveState::kPlanning);
-  EXPECT_EQ(say(pilot::kRunning, 5000, 400), DriveState::kDriving);
-  EXPECT_EQ(say(pilot::kRunning, 4000, 0), DriveState::kStanding);
-  EXPECT_EQ(say(pilot::kRunning, 4000, -200), DriveState::kDriving);
-  EXPECT_EQ(say(pilot::kIdle, 0, 0), DriveState::kArrived);
+  EXPECT_EQ(report(pilot::kPlanning, -1, 0), DriveState::kPlanning);
+  EXPECT_EQ(report(pilot::kRunning, 5000, 400), DriveState::kDriving);
+  EXPECT_EQ(report(pilot::kRunning, 4000, 0), DriveState::kStanding);
+  EXPECT_EQ(report(pilot::kRunning, 4000, -200), DriveState::kDriving);
+  EXPECT_EQ(report(pilot::kIdle, 0, 0), DriveState::kArrived);
   EXPECT_TRUE(is_end(DriveState::kArrived));
   EXPECT_FALSE(is_end(DriveState::kSilent));
 }
 
-TEST_F(DriveWatchTest, NoWayIsNotAstray) {
-  EXPECT_EQ(say(pilot::kPathError, -1, 0), DriveState::kNoWay);
-  EXPECT_EQ(say(pilot::kRunning, 5000, 400), DriveState::kDriving);
-  EXPECT_EQ(say(pilot::kPathError, 5000, 0), DriveState::kAstray);
+TEST_F(DriveWatchTest, NoPathIsNotAstray) {
+  EXPECT_EQ(report(pilot::kPathError, -1, 0), DriveState::kNoPath);
+  EXPECT_EQ(report(pilot::kRunning, 5000, 400), DriveState::kDriving);
+  EXPECT_EQ(report(pilot::kPathError, 5000, 0), DriveState::kAstray);
 }
 
 TEST_F(DriveWatchTest, PatienceEnds) {
-  EXPECT_EQ(say(pilot::kRunning, 5000, 400), DriveState::kDriving);
-  for (int i = 0; i < 9; ++i) EXPECT_EQ(say(pilot::kRunning, 5000, 0), DriveState::kStanding);
-  EXPECT_EQ(say(pilot::kRunning, 5000, 0), DriveState::kBlocked);
+  EXPECT_EQ(report(pilot::kRunning, 5000, 400), DriveState::kDriving);
+  for (int i = 0; i < 9; ++i) EXPECT_EQ(report(pilot::kRunning, 5000, 0), DriveState::kStanding);
+  EXPECT_EQ(report(pilot::kRunning, 5000, 0), DriveState::kBlocked);
 }
 
 TEST_F(DriveWatchTest, TurningAtRestIsGettingFurther) {
@@ -136,16 +136,16 @@ TEST_F(DriveWatchTest, TurningAtRestIsGettingFurther) {
 }
 
 TEST_F(DriveWatchTest, APilotThatIsGone) {
-  EXPECT_EQ(say(pilot::kRunning, 5000, 400), DriveState::kDriving);
+  EXPECT_EQ(report(pilot::kRunning, 5000, 400), DriveState::kDriving);
   EXPECT_EQ(wait(), DriveState::kDriving) << "nothing new since a second";
   EXPECT_EQ(wait(), DriveState::kSilent);
-  EXPECT_EQ(say(pilot::kRunning, 5000, 400), DriveState::kDriving) << "it is back";
+  EXPECT_EQ(report(pilot::kRunning, 5000, 400), DriveState::kDriving) << "it is back";
 }
 
 TEST_F(DriveWatchTest, ADestinationThatIsGone) {
-  EXPECT_EQ(say(pilot::kIdle, -1, 0), DriveState::kPlanning) << "it has just begun anew";
-  EXPECT_EQ(say(pilot::kIdle, -1, 0), DriveState::kPlanning);
-  EXPECT_EQ(say(pilot::kIdle, -1, 0), DriveState::kDropped);
+  EXPECT_EQ(report(pilot::kIdle, -1, 0), DriveState::kPlanning) << "it has just restarted";
+  EXPECT_EQ(report(pilot::kIdle, -1, 0), DriveState::kPlanning);
+  EXPECT_EQ(report(pilot::kIdle, -1, 0), DriveState::kDropped);
 }
 
 TEST(FreeAhead, SeesTheLaneOnly) {
@@ -166,7 +166,7 @@ TEST(FreeAhead, SeesTheLaneOnly) {
   EXPECT_NEAR(*free_ahead(scan, hull), 1.0, 1e-9);
 }
 
-TEST(PathSummary, AddsUpWaysAndTimes) {
+TEST(PathSummary, AddsUpLengthsAndTimes) {
   rack::PolarSpline spline;
   spline.length = 2000;
   spline.vStart = spline.vEnd = spline.vMax = 500;

@@ -109,7 +109,7 @@ class Explainer {
       path = find_path(admin_.at(source->router), src_, dst_, type);
       conclusion = conclude(path);
     }
-    tell(path, conclusion);
+    print(path, conclusion);
     return conclusion.arrives ? Exit::kDone : Exit::kNo;
   }
 
@@ -215,7 +215,7 @@ class Explainer {
     return std::nullopt;
   }
 
-  void tell(const Path& path, const Conclusion& conclusion) {
+  void print(const Path& path, const Conclusion& conclusion) {
     if (context_.out.json()) {
       json::array items;
       for (const Step& step : path.steps) items.push_back(step.answer);
@@ -404,10 +404,10 @@ class Pinger {
       seconds_.push_back(*trip.seconds);
     }
     trips_.push_back(trip);
-    tell(trip);
+    print(trip);
   }
 
-  void tell(const RoundTrip& trip) {
+  void print(const RoundTrip& trip) {
     if (context_.out.json() || context_.options.quiet) return;
     const std::string time = trip.seconds ? base::human_duration(*trip.seconds) : "-";
     const Tone tone = trip.seconds ? Tone::kPlain : Tone::kBad;

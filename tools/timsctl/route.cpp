@@ -60,7 +60,7 @@ Exit change_route(Context& context, std::string_view ask) {
   const std::vector<std::string>& arguments = context.options.arguments;
   json::object question = with_match({{"ask", ask}}, context.options);
   if (arguments.size() > 1) question["via"] = arguments[1];
-  return tell_router(context, question);
+  return command_router(context, question);
 }
 
 }  // namespace
@@ -168,7 +168,7 @@ class RouteWatch {
     if (const double lost = number_or_zero(answer, "lost"); lost > 0)
       context_.out.note(fmt::format(
           "{:.0f} events were lost: they occurred faster than they could be read", lost));
-    for (const json::object& item : objects(items_of(answer))) tell(item, answer);
+    for (const json::object& item : objects(items_of(answer))) print(item, answer);
     remember(answer);
   }
 
@@ -181,7 +181,7 @@ class RouteWatch {
     return pattern_.matches(address.value_or(tims::Address()));
   }
 
-  void tell(const json::object& event, const json::object& answer) {
+  void print(const json::object& event, const json::object& answer) {
     if (left_ == 0 || !wanted(event)) return;
     --left_;
     const Look& look = context_.out.look();

@@ -324,8 +324,8 @@ std::string draw_links(const json::object& answer, const Look& look) {
 }
 
 Exit act(Context& context, std::string_view what) {
-  return tell_router(context,
-                     {{"ask", "link"}, {"link", context.options.arguments.front()}, {"do", what}});
+  return command_router(
+      context, {{"ask", "link"}, {"link", context.options.arguments.front()}, {"do", what}});
 }
 
 constexpr tims::Duration kServerEnds = std::chrono::seconds(5);  // after SIGINT

@@ -148,12 +148,13 @@ Exit done(Context& context, json::object more, const std::string& text) {
 }
 
 Exit plug(Context& context, bool is_plugged) {
-  const auto& words = context.options.arguments;
+  const auto& arguments = context.options.arguments;
   (void)order(context, "PLUG",
-              {"robot=" + words[0], "sensor=" + words[1],
+              {"robot=" + arguments[0], "sensor=" + arguments[1],
                std::string("isPlugged=") + (is_plugged ? "1" : "0")});
-  return done(context, {{"robot", words[0]}, {"sensor", words[1]}, {"plugged", is_plugged}},
-              words[0] + "/" + words[1] + (is_plugged ? " is plugged in" : " is unplugged"));
+  return done(
+      context, {{"robot", arguments[0]}, {"sensor", arguments[1]}, {"plugged", is_plugged}},
+      arguments[0] + "/" + arguments[1] + (is_plugged ? " is plugged in" : " is unplugged"));
 }
 
 }  // namespace
@@ -201,33 +202,33 @@ Exit world_show(Context& context) {
 }
 
 Exit world_place(Context& context) {
-  const auto& words = context.options.arguments;
+  const auto& arguments = context.options.arguments;
   (void)order(context, "PLACE",
-              {"robot=" + words[0], "pos.x=" + words[1], "pos.y=" + words[2],
-               "pos.rho=" + (words.size() > 3 ? words[3] : std::string("0"))});
-  return done(context, {{"robot", words[0]}}, words[0] + " is at its new pose");
+              {"robot=" + arguments[0], "pos.x=" + arguments[1], "pos.y=" + arguments[2],
+               "pos.rho=" + (arguments.size() > 3 ? arguments[3] : std::string("0"))});
+  return done(context, {{"robot", arguments[0]}}, arguments[0] + " is at its new pose");
 }
 
 Exit world_put(Context& context) {
-  const auto& words = context.options.arguments;
-  const Message answer =
-      order(context, "PUT", {"pos.x=" + words[0], "pos.y=" + words[1], "radius=" + words[2]});
+  const auto& arguments = context.options.arguments;
+  const Message answer = order(
+      context, "PUT", {"pos.x=" + arguments[0], "pos.y=" + arguments[1], "radius=" + arguments[2]});
   const auto there = value_or_fail(rack::decode<rack::WorldObstacle>(answer.view()), "World");
   return done(context, {{"id", there.id}}, std::to_string(there.id));
 }
 
 Exit world_remove(Context& context) {
-  const auto& words = context.options.arguments;
-  (void)order(context, "REMOVE", {"id=" + words[0]});
-  return done(context, {{"id", words[0]}}, words[0] + " is removed");
+  const auto& arguments = context.options.arguments;
+  (void)order(context, "REMOVE", {"id=" + arguments[0]});
+  return done(context, {{"id", arguments[0]}}, arguments[0] + " is removed");
 }
 
 Exit world_people(Context& context) {
-  const std::string& word = context.options.arguments[0];
-  if (word != "on" && word != "off")
-    throw usage_error("world people: \"" + word + "\" is neither on nor off",
+  const std::string& state = context.options.arguments[0];
+  if (state != "on" && state != "off")
+    throw usage_error("world people: \"" + state + "\" is neither on nor off",
                       "on: people walk, off: they stand still");
-  const bool move = word == "on";
+  const bool move = state == "on";
   (void)order(context, "PEOPLE", {std::string("move=") + (move ? "1" : "0")});
   return done(context, {{"people_move", move}}, move ? "people walk" : "people stand still");
 }

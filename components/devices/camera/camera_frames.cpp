@@ -19,9 +19,9 @@ bool needs_pair(u16 mode, std::uint32_t format) {
          (mode == camera_mode::kRange && format != video::kDepth16);
 }
 
-void put_word(std::vector<std::byte>& words, std::size_t i, std::uint32_t word) {
-  words[2 * i] = static_cast<std::byte>(word >> 8);
-  words[2 * i + 1] = static_cast<std::byte>(word);
+void put_big_endian(std::vector<std::byte>& bytes, std::size_t i, std::uint32_t number) {
+  bytes[2 * i] = static_cast<std::byte>(number >> 8);
+  bytes[2 * i + 1] = static_cast<std::byte>(number);
 }
 
 }  // namespace
@@ -108,11 +108,11 @@ Result<void> CameraFrames::make_depth(std::span<const std::byte> pair) {
   constexpr double kFraction = 16;
   constexpr double kFarthest = 65535;
   for (std::size_t i = 0; i < disparities.size(); ++i) {
-    std::uint32_t word = disparities[i];
-    if (settings_.mode == camera_mode::kRange && word != 0)
-      word = static_cast<std::uint32_t>(
-          std::min(kFarthest, settings_.focal * settings_.base * kFraction / word));
-    put_word(picture_.image, i, word);
+    std::uint32_t value = disparities[i];
+    if (settings_.mode == camera_mode::kRange && value != 0)
+      value = static_cast<std::uint32_t>(
+          std::min(kFarthest, settings_.focal * settings_.base * kFraction / value));
+    put_big_endian(picture_.image, i, value);
   }
   picture_.width = static_cast<u16>(width);
   picture_.height = static_cast<u16>(height);

@@ -21,7 +21,7 @@ class CameraFramesTest : public testing::Test, public Output {
   }
 
  protected:
-  void tell(CameraFrames& camera, const VideoHead& head) {
+  void send_head(CameraFrames& camera, const VideoHead& head) {
     const auto bytes = bytes_of(head);
     camera.on_arrival({.bytes = bytes, .first = now_, .last = now_, .id = video::kHead}, *this);
   }
@@ -41,7 +41,7 @@ class CameraFramesTest : public testing::Test, public Output {
 TEST_F(CameraFramesTest, AFrameIsAPictureOfItsTime) {
   CameraFrames camera({.mode = camera_mode::kMono8});
   camera.start(now_, *this);
-  tell(camera, {video::kGrey, 4, 2, 4});
+  send_head(camera, {video::kGrey, 4, 2, 4});
   ASSERT_TRUE(give(camera, video::kGrey, std::vector<std::byte>(8, std::byte{77})));
   EXPECT_EQ(picture_.width, 4);
   EXPECT_EQ(picture_.image.size(), 8U);
@@ -52,7 +52,7 @@ TEST_F(CameraFramesTest, AFrameIsAPictureOfItsTime) {
 TEST_F(CameraFramesTest, PicturesThatComeTooFastAreLeftOut) {
   CameraFrames camera({.mode = camera_mode::kMono8, .period = 40ms});
   camera.start(now_, *this);
-  tell(camera, {video::kGrey, 4, 2, 4});
+  send_head(camera, {video::kGrey, 4, 2, 4});
   int taken = 0;
   for (int i = 0; i < 100; ++i)
     taken += give(camera, video::kGrey, std::vector<std::byte>(8, std::byte{77})) ? 1 : 0;
@@ -63,16 +63,16 @@ TEST_F(CameraFramesTest, DamagedFramesAreLeftOutUntilItIsNotTheCable) {
   CameraFrames camera({.mode = camera_mode::kMono8});
   camera.start(now_, *this);
   EXPECT_FALSE(give(camera, video::kGrey, std::vector<std::byte>(8)));  // before the header
-  tell(camera, {video::kGrey, 4, 2, 4});
+  send_head(camera, {video::kGrey, 4, 2, 4});
   for (int i = 0; i < 29; ++i) EXPECT_FALSE(give(camera, video::kGrey, std::vector<std::byte>(7)));
   EXPECT_TRUE(camera.failure());
   EXPECT_EQ(camera.damaged(), 30U);
   camera.start(now_, *this);
-  tell(camera, {video::kGrey, 4, 2, 4});
+  send_head(camera, {video::kGrey, 4, 2, 4});
   EXPECT_TRUE(give(camera, video::kGrey, std::vector<std::byte>(8, std::byte{77})));
 }
 
-TEST_F(CameraFramesTest, ACameraWithoutPicturesIsSaid) {
+TEST_F(CameraFramesTest, ACameraWithoutPicturesIsReported) {
   CameraFrames camera({.mode = camera_mode::kMono8});
   camera.start(now_, *this);
   EXPECT_FALSE(camera.is_ready());
@@ -81,16 +81,16 @@ TEST_F(CameraFramesTest, ACameraWithoutPicturesIsSaid) {
   ASSERT_TRUE(camera.failure());
   EXPECT_THAT(camera.failure()->detail(), testing::HasSubstr("5 s"));
   camera.start(now_, *this);
-  tell(camera, {video::kGrey, 4, 2, 4});
+  send_head(camera, {video::kGrey, 4, 2, 4});
   ASSERT_TRUE(give(camera, video::kGrey, std::vector<std::byte>(8, std::byte{77})));
   EXPECT_TRUE(camera.is_ready());
   EXPECT_EQ(camera.next_timeout(), tims::kNever);
 }
 
-TEST_F(CameraFramesTest, AFormatThatCannotBecomeTheModeIsSaid) {
+TEST_F(CameraFramesTest, AFormatThatCannotBecomeTheModeIsReported) {
   CameraFrames camera({.mode = camera_mode::kRgb24});
   camera.start(now_, *this);
-  tell(camera, {video::kDepth16, 4, 2, 8});
+  send_head(camera, {video::kDepth16, 4, 2, 8});
   EXPECT_FALSE(give(camera, video::kDepth16, std::vector<std::byte>(16)));
   ASSERT_TRUE(camera.failure());
   EXPECT_THAT(camera.failure()->detail(), testing::HasSubstr("Z16"));
@@ -101,7 +101,7 @@ TEST_F(CameraFramesTest, ADarkPictureMakesItBrighterUntilItIsNot) {
   camera.start(now_, *this);
   const auto control = bytes_of(VideoControl{kBrightness, -64, 64, 0});
   camera.on_arrival({.bytes = control, .id = video::kControl}, *this);
-  tell(camera, {video::kGrey, 4, 2, 4});
+  send_head(camera, {video::kGrey, 4, 2, 4});
   ASSERT_TRUE(give(camera, video::kGrey, std::vector<std::byte>(8, std::byte{5})));
   EXPECT_EQ(sent_, 1);
   EXPECT_GT(value_, 0);
@@ -120,7 +120,7 @@ TEST_F(CameraFramesTest, TwoEyesSeeHowFar) {
   camera.start(now_, *this);
   constexpr std::uint32_t kWidth = 40;
   constexpr std::uint32_t kHeight = 12;
-  tell(camera, {video::kGrey, 2 * kWidth, kHeight, 2 * kWidth});
+  send_head(camera, {video::kGrey, 2 * kWidth, kHeight, 2 * kWidth});
   std::vector<std::byte> pair(std::size_t{2} * kWidth * kHeight);
   const auto texture = [](std::uint32_t x, std::uint32_t y) {
     return static_cast<std::byte>((x * 2654435761U ^ y * 40503U * 65537U) >> 24);
@@ -143,7 +143,7 @@ TEST_F(CameraFramesTest, TwoEyesSeeHowFar) {
 TEST_F(CameraFramesTest, TwoEyesWithoutTheirDistanceAreRefused) {
   CameraFrames camera({.mode = camera_mode::kRange});
   camera.start(now_, *this);
-  tell(camera, {video::kGrey, 40, 12, 40});
+  send_head(camera, {video::kGrey, 40, 12, 40});
   EXPECT_FALSE(give(camera, video::kGrey, std::vector<std::byte>(480)));
   ASSERT_TRUE(camera.failure());
   EXPECT_THAT(camera.failure()->detail(), testing::HasSubstr("stereoBase"));

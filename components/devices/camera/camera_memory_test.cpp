@@ -89,7 +89,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Case{"DecodedYuv", {.format = video::kMjpeg}, camera_mode::kYuv422},
                     Case{"Compressed", {video::kYuyv, 64, 48, 128}, camera_mode::kJpeg},
                     Case{"Grey", {video::kGrey, 64, 48, 64}, camera_mode::kMono8},
-                    Case{"Words", {video::kGrey16, 64, 48, 128}, camera_mode::kMono16},
+                    Case{"Grey16", {video::kGrey16, 64, 48, 128}, camera_mode::kMono16},
                     Case{"Colour", {video::kYuyv, 64, 48, 128}, camera_mode::kRgb24},
                     Case{"Depth", {video::kDepth16, 64, 48, 128}, camera_mode::kRange},
                     Case{"TwoEyes", {video::kGrey, 128, 48, 128}, camera_mode::kRange},

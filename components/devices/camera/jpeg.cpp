@@ -203,12 +203,12 @@ Result<PictureSize> Jpeg::decode(std::span<const std::byte> jpeg, Pixels8 format
     return Error(Errc::kMalformed, std::string("invalid picture: ") + library_->errors.text.data());
   };
   // Checks the size before the library allocates memory for the pixels.
-  const auto told = jpeg_size(jpeg);
-  if (!told || std::size_t{told->width} * told->height * bytes_of(format) > bytes_max)
-    return Error(told ? Errc::kTooBig : Errc::kMalformed,
-                 told ? "a picture of " + std::to_string(told->width) + "x" +
-                            std::to_string(told->height) + " pixels"
-                      : "invalid picture: header missing");
+  const auto stated = jpeg_size(jpeg);
+  if (!stated || std::size_t{stated->width} * stated->height * bytes_of(format) > bytes_max)
+    return Error(stated ? Errc::kTooBig : Errc::kMalformed,
+                 stated ? "a picture of " + std::to_string(stated->width) + "x" +
+                              std::to_string(stated->height) + " pixels"
+                        : "invalid picture: header missing");
   if (!library_->begin_decoding(jpeg, space_of(format))) return failed();
   const PictureSize size{library_->decoder.output_width, library_->decoder.output_height};
   const std::size_t line = size.width * bytes_of(format);

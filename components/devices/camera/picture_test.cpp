@@ -190,7 +190,7 @@ TEST(PictureTest, LinesMayBeLongerThanTheirPixels) {
   EXPECT_FALSE(maker.make(head, bytes({1, 2, 3, 99, 4, 5}), camera_mode::kRgb24, picture));
 }
 
-TEST(PictureTest, WordsHaveTheirHigherByteFirst) {
+TEST(PictureTest, NumbersOf16BitsAreBigEndian) {
   const VideoHead head{video::kDepth16, 2, 1, 4};
   PictureMaker maker;
   CameraData picture;

@@ -25,9 +25,9 @@ bool begins(std::span<const std::byte> message, std::initializer_list<std::byte>
 }  // namespace
 
 void PtzCamera::Axis::advance(double seconds) {
-  const double way = velocity * seconds;
-  const bool is_there = std::abs(target - is) <= std::abs(way);
-  is = std::clamp(is_there ? target : is + way, min, max);
+  const double distance = velocity * seconds;
+  const bool is_there = std::abs(target - is) <= std::abs(distance);
+  is = std::clamp(is_there ? target : is + distance, min, max);
   if (is_there || (is == min && velocity < 0) || (is == max && velocity > 0)) velocity = 0;
 }
 
@@ -113,8 +113,8 @@ bool PtzCamera::obey(std::span<const std::byte> command) {
     zoom_.go_to(visca::nibbles(body.subspan(2)), kZoomStep * 8);
   } else if (begins(body, {0x04_b, 0x07_b}) && body.size() == 3) {
     const double speed = kZoomStep * (number(body[2] & 0x0F_b) + 1);
-    const std::byte way = body[2] & 0xF0_b;
-    zoom_.go(way == 0x20_b ? speed : way == 0x30_b ? -speed : 0);
+    const std::byte direction = body[2] & 0xF0_b;
+    zoom_.go(direction == 0x20_b ? speed : direction == 0x30_b ? -speed : 0);
   } else {
     return false;
   }

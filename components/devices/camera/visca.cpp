@@ -44,8 +44,8 @@ int nibbles(std::span<const std::byte> bytes) {
 void append_datagram(std::vector<std::byte>& out, Kind kind, std::uint32_t number,
                      std::span<const std::byte> message) {
   const auto code = static_cast<unsigned>(kind);
-  for (const unsigned word : {code, static_cast<unsigned>(message.size())})
-    for (const int shift : {8, 0}) out.push_back(static_cast<std::byte>(word >> shift));
+  for (const unsigned field : {code, static_cast<unsigned>(message.size())})
+    for (const int shift : {8, 0}) out.push_back(static_cast<std::byte>(field >> shift));
   for (const int shift : {24, 16, 8, 0}) out.push_back(static_cast<std::byte>(number >> shift));
   out.insert(out.end(), message.begin(), message.end());
 }
@@ -131,7 +131,7 @@ void Visca::stop(Time, Output& out) {
 }
 
 // Datagrams have sequence numbers, which the guard does not know, so there are none for UDP.
-std::vector<Telegram> Visca::last_words() const {
+std::vector<Telegram> Visca::stop_commands() const {
   if (settings_.is_datagrams) return {};
   return {{.bytes = visca::stand()}};
 }
@@ -298,14 +298,14 @@ void Visca::move(const PtzDriveMoveVelData& move, Time now) {
 
 void Visca::turn(int pan, int tilt, int zoom) {
   deadline_.end();
-  const std::byte pan_way = pan == 0 ? 0x03_b : pan < 0 ? 0x01_b : 0x02_b;
-  const std::byte tilt_way = tilt == 0 ? 0x03_b : tilt > 0 ? 0x01_b : 0x02_b;
+  const std::byte pan_direction = pan == 0 ? 0x03_b : pan < 0 ? 0x01_b : 0x02_b;
+  const std::byte tilt_direction = tilt == 0 ? 0x03_b : tilt > 0 ? 0x01_b : 0x02_b;
   const int zoom_step = std::max(0, std::abs(zoom) - 1);
-  const std::byte zoom_way =
+  const std::byte zoom_direction =
       zoom == 0 ? 0_b : static_cast<std::byte>((zoom > 0 ? 0x20 : 0x30) | zoom_step);
-  queue(std::array{kToCamera, 0x01_b, 0x06_b, 0x01_b, speed_byte(pan), speed_byte(tilt), pan_way,
-                   tilt_way, visca::kEnd});
-  queue(std::array{kToCamera, 0x01_b, 0x04_b, 0x07_b, zoom_way, visca::kEnd});
+  queue(std::array{kToCamera, 0x01_b, 0x06_b, 0x01_b, speed_byte(pan), speed_byte(tilt),
+                   pan_direction, tilt_direction, visca::kEnd});
+  queue(std::array{kToCamera, 0x01_b, 0x04_b, 0x07_b, zoom_direction, visca::kEnd});
   target_.reset();
 }
 

@@ -83,7 +83,7 @@ class Visca final : public Dialogue {
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
   void stop(Time now, Output& out) override;
-  [[nodiscard]] std::vector<Telegram> last_words() const override;
+  [[nodiscard]] std::vector<Telegram> stop_commands() const override;
   [[nodiscard]] Time next_timeout() const override;
 
   // Commands are sent at the next on_timeout(), which is due at once.

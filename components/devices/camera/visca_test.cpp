@@ -93,7 +93,7 @@ class ViscaDialogue : public testing::TestWithParam<bool> {
 };
 INSTANTIATE_TEST_SUITE_P(SerialAndUdp, ViscaDialogue, testing::Bool());
 
-TEST_P(ViscaDialogue, ItGoesWhereItIsToldAndSaysSo) {
+TEST_P(ViscaDialogue, ItMovesToItsTargetAndReportsIt) {
   emulator::PtzCamera camera(GetParam());
   Visca driver({.is_datagrams = GetParam()});
   VirtualLine line(driver, camera, settings());
@@ -168,7 +168,7 @@ TEST_P(ViscaDialogue, ALostAnswerIsAskedForAgain) {
   EXPECT_GT(taken, 100);
 }
 
-TEST_P(ViscaDialogue, SaysThatNobodyAnswers) {
+TEST_P(ViscaDialogue, AMissingAnswerIsReported) {
   emulator::PtzCamera camera(GetParam());
   Visca driver({.is_datagrams = GetParam()});
   VirtualLine line(driver, camera, settings());

@@ -49,7 +49,7 @@ TEST_F(ChassisControlTest, AMoveHoldsThreePeriodsOfItsPilot) {
   }
 }
 
-TEST_F(ChassisControlTest, WhoIsNotKnownYetHasThreeTenthsOfASecond) {
+TEST_F(ChassisControlTest, AnUnknownPeriodPermitsThreeTenthsOfASecond) {
   ChassisControl control(limits(), {});
   control.move({.vx = 300}, now_);
   EXPECT_EQ(control.speed(now_ + 299ms).vx, 300);

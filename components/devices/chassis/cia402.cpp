@@ -152,7 +152,7 @@ void Cia402::start(Time now, Output& out) {
   error_ = 0;
   position_.reset();
   homing_ = Homing::kNone;
-  heard_ = tims::kNever;
+  last_heartbeat_ = tims::kNever;
   next_ = now + kCia402Tick;
   ready_due_ = tims::kNever;
   writing_.reset();
@@ -233,7 +233,7 @@ void Cia402::on_written(Time now, Output& out) {
 
 void Cia402::on_heartbeat(std::span<const std::byte> bytes, Time when, Output& out) {
   constexpr std::byte kBootUp{0x00};
-  heard_ = when;
+  last_heartbeat_ = when;
   const std::byte state = bytes[0] & std::byte{0x7F};
   if (state == kBootUp && was_enabled_)
     fail("was restarted");
@@ -303,7 +303,8 @@ void Cia402::on_timeout(Time now, Output& out) {
     else
       fail("does not answer to SDO; check its power, cable and bit rate");
   }
-  if (heard_ != tims::kNever && now - heard_ > kSilenceMax) fail("has stopped sending heartbeats");
+  if (last_heartbeat_ != tims::kNever && now - last_heartbeat_ > kSilenceMax)
+    fail("has stopped sending heartbeats");
   if (was_enabled_ && now - state_.measured > kSilenceMax) fail("has stopped answering SYNC");
   if (!was_enabled_ && now >= ready_due_)
     fail("does not enable its motor, statusword " + hex(statusword_, 4) +

@@ -150,7 +150,7 @@ class Cia402 final : public Motor {
   std::optional<Object> writing_;  // the write that waits for an answer
   RetryTimer answer_;
   Time next_ = tims::kNever;
-  Time heard_ = tims::kNever;
+  Time last_heartbeat_ = tims::kNever;
   Time ready_due_ = tims::kNever;
 
   std::uint16_t statusword_ = 0;

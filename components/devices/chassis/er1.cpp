@@ -92,14 +92,14 @@ std::optional<Er1Command> Er1Command::decode(std::span<const std::byte> bytes) {
 }
 
 std::vector<std::byte> er1_stop() {
-  std::vector<std::byte> words;
+  std::vector<std::byte> bytes;
   for (const auto code : {Code::kSetVelocity, Code::kSetMotorCommand, Code::kUpdate}) {
     for (const std::uint8_t address : {std::uint8_t{0}, std::uint8_t{1}}) {
       const auto command = Er1Command{.address = address, .code = code}.encode();
-      words.insert(words.end(), command.view().begin(), command.view().end());
+      bytes.insert(bytes.end(), command.view().begin(), command.view().end());
     }
   }
-  return words;
+  return bytes;
 }
 
 void Er1::start(Time now, Output& out) {
@@ -109,7 +109,7 @@ void Er1::start(Time now, Output& out) {
   is_asking_ = has_data_ = is_in_round_ = false;
   index_ = 0;
   timer_.reset();
-  wanted_ = sending_ = confirmed_ = ways_ = {};
+  wanted_ = sending_ = confirmed_ = distances_ = {};
   counts_ = {};
   confirmed_since_ = now;
   if (settings_.only_listen) return;
@@ -161,10 +161,10 @@ void Er1::on_timeout(Time now, Output& out) {
 
 // Follows the rounds of a recording by its commands. There are no rounds during the setup and after
 // the stop commands; a power command marks the beginning of a round.
-void Er1::on_sent(const Arrival& words) {
+void Er1::on_sent(const Arrival& arrival) {
   if (!settings_.only_listen) return;
   is_asking_ = false;
-  const auto sent = Er1Command::decode(words.bytes);
+  const auto sent = Er1Command::decode(arrival.bytes);
   if (!sent || sent->code == Code::kReset) is_in_round_ = false;
   if (!sent) return;
   if (sent->code == Code::kSetMotorCommand) is_in_round_ = sent->value != 0;
@@ -228,7 +228,7 @@ void Er1::on_answer(std::span<const std::byte> answer, Time now) {
   if (asked.code == Code::kUpdate && wheel == kLeft) {
     const double seconds = std::chrono::duration<double>(now - confirmed_since_).count();
     if (settings_.ticks_per_mm <= 0)
-      for (std::size_t i = 0; i < 2; ++i) ways_[i] += really(confirmed_[i]) * seconds;
+      for (std::size_t i = 0; i < 2; ++i) distances_[i] += really(confirmed_[i]) * seconds;
     confirmed_ = sending_;
     confirmed_since_ = now;
   }
@@ -237,7 +237,7 @@ void Er1::on_answer(std::span<const std::byte> answer, Time now) {
   if (counts_[wheel]) {
     const auto ticks = static_cast<std::int32_t>(static_cast<std::uint32_t>(count) -
                                                  static_cast<std::uint32_t>(*counts_[wheel]));
-    ways_[wheel] += (wheel == kLeft ? -1 : 1) * ticks / settings_.ticks_per_mm;
+    distances_[wheel] += (wheel == kLeft ? -1 : 1) * ticks / settings_.ticks_per_mm;
   }
   counts_[wheel] = count;
 }
@@ -251,13 +251,14 @@ double Er1::really(double speed) const {
 void Er1::on_round(Time now) {
   constexpr Duration kJitter = 5ms;
   if (recorded_ != Time{} && now - recorded_ < kEr1Period - kJitter) return;
-  data_.deltaX = static_cast<f32>((ways_[kLeft] + ways_[kRight]) / 2);
-  data_.deltaRho = static_cast<f32>((ways_[kLeft] - ways_[kRight]) / settings_.axis_width);
+  data_.deltaX = static_cast<f32>((distances_[kLeft] + distances_[kRight]) / 2);
+  data_.deltaRho =
+      static_cast<f32>((distances_[kLeft] - distances_[kRight]) / settings_.axis_width);
   const double left = really(confirmed_[kLeft]);
   const double right = really(confirmed_[kRight]);
   data_.vx = static_cast<f32>((left + right) / 2);
   data_.omega = static_cast<f32>((left - right) / settings_.axis_width);
-  ways_ = {};
+  distances_ = {};
   recorded_ = now;
   has_data_ = true;
 }

@@ -76,9 +76,9 @@ class Er1 final : public ChassisDialogue {
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
-  void on_sent(const Arrival& words) override;
+  void on_sent(const Arrival& arrival) override;
   void stop(Time now, Output& out) override;
-  [[nodiscard]] std::vector<Telegram> last_words() const override {
+  [[nodiscard]] std::vector<Telegram> stop_commands() const override {
     return {{.bytes = er1_stop()}};
   }
 
@@ -109,7 +109,7 @@ class Er1 final : public ChassisDialogue {
   std::array<double, 2> sending_{};  // mm/s, sent in this round
   std::array<double, 2> confirmed_{};
   std::array<std::optional<std::int32_t>, 2> counts_{};
-  std::array<double, 2> ways_{};  // distances since the last data, mm
+  std::array<double, 2> distances_{};  // distances since the last data, mm
   Time confirmed_since_{};
 
   bool has_data_ = false;

@@ -21,7 +21,7 @@ class Er1Emulator final : public WheeledRobot {
  private:
   void on_command(std::span<const std::byte> bytes, Output& out);
 
-  StreamBuffer heard_{128};
+  StreamBuffer received_{128};
   std::array<std::int32_t, 2> velocity_{};  // takes effect with Update
   std::array<std::int32_t, 2> in_force_{};
   std::array<std::int32_t, 2> power_{};

@@ -69,11 +69,11 @@ TEST_F(Er1DialogueTest, CountsWhatTheWheelsDo) {
     x += static_cast<double>(data_.deltaX.raw());
     heading += static_cast<double>(data_.deltaRho.raw());
   }
-  EXPECT_NEAR(x, (robot_.body().left_way() + robot_.body().right_way()) / 2, 10);
+  EXPECT_NEAR(x, (robot_.body().left_distance() + robot_.body().right_distance()) / 2, 10);
   EXPECT_NEAR(heading, robot_.body().pose().rho, 0.03);
 }
 
-TEST_F(Er1DialogueTest, WithoutCountersItIsWhatTheWheelsWereTold) {
+TEST_F(Er1DialogueTest, WithoutCountersOdometryFollowsTheCommands) {
   Er1 dialogue({.odometry_factor = 1.17, .odometry_offset = 40});
   begin(dialogue);
   dialogue.drive({.vx = 200}, line_->now());
@@ -90,13 +90,13 @@ TEST_F(Er1DialogueTest, ASpeedIsSentAtOnce) {
   line_->run(30ms);
   dialogue.drive({.vx = 200}, line_->now());
   line_->run(30ms);
-  EXPECT_FALSE(robot_.body().is_told_to_stand());
+  EXPECT_FALSE(robot_.body().must_stop());
   dialogue.drive({}, line_->now());
   line_->run(30ms);
-  EXPECT_TRUE(robot_.body().is_told_to_stand());
+  EXPECT_TRUE(robot_.body().must_stop());
 }
 
-TEST_F(Er1DialogueTest, StandsWhenItIsLeftOrItsGuardSpeaks) {
+TEST_F(Er1DialogueTest, StopsWhenItIsClosedOrItsGuardActs) {
   Er1 dialogue({});
   begin(dialogue);
   dialogue.drive({.vx = 200}, line_->now());
@@ -104,7 +104,7 @@ TEST_F(Er1DialogueTest, StandsWhenItIsLeftOrItsGuardSpeaks) {
   EXPECT_TRUE(robot_.is_powered());
   line_->stop_host();
   line_->run(10ms);
-  EXPECT_TRUE(robot_.body().is_told_to_stand());
+  EXPECT_TRUE(robot_.body().must_stop());
   EXPECT_FALSE(robot_.is_powered());
 }
 
@@ -119,7 +119,7 @@ TEST_F(Er1DialogueTest, ALostAnswerIsAskedForAgain) {
   EXPECT_NEAR(robot_.body().left(), 200, 1);
 }
 
-TEST_F(Er1DialogueTest, SaysThatNobodyAnswers) {
+TEST_F(Er1DialogueTest, AMissingAnswerIsReported) {
   Er1 dialogue({});
   begin(dialogue);
   line_->set_lose([](bool, std::span<const std::byte>) { return true; });

@@ -65,16 +65,16 @@ TEST(MavlinkTest, APacketIsWrittenAsOthersWriteIt) {
 }
 
 std::vector<std::byte> recorded_stream() {
-  struct Ear final : Output {
+  struct RecordingOutput final : Output {
     void send(std::span<const std::byte> bytes, std::uint32_t) override {
-      heard.insert(heard.end(), bytes.begin(), bytes.end());
+      received.insert(received.end(), bytes.begin(), bytes.end());
     }
-    std::vector<std::byte> heard;
-  } ear;
+    std::vector<std::byte> received;
+  } output;
   RoverEmulator rover;
-  rover.start(Time(100s), ear);
-  for (int i = 0; i < 3; ++i) rover.on_timeout(rover.next_timeout(), ear);
-  return ear.heard;
+  rover.start(Time(100s), output);
+  for (int i = 0; i < 3; ++i) rover.on_timeout(rover.next_timeout(), output);
+  return output.received;
 }
 
 TEST(MavlinkTest, EverySplitAndEveryBeginning) {
@@ -136,7 +136,7 @@ TEST_F(MavlinkVehicleTest, ArmsAndDrives) {
     EXPECT_EQ(rover_.intervals(), 5);
     vehicle_->take(data_, recorded_);
     const double heading = rover_.body().pose().rho;
-    const double way = rover_.body().left_way() + rover_.body().right_way();
+    const double distance_before = rover_.body().left_distance() + rover_.body().right_distance();
     vehicle_->drive({.vx = 800, .omega = 0.3F}, line_->now());
     double x = 0;
     double turned = 0;
@@ -149,12 +149,14 @@ TEST_F(MavlinkVehicleTest, ArmsAndDrives) {
     EXPECT_NEAR(data_.vy.raw(), 0, 1);
     EXPECT_NEAR(data_.omega.raw(), 0.3, 1e-3);
     EXPECT_FLOAT_EQ(data_.battery.raw(), 12.6F);
-    EXPECT_NEAR(x, (rover_.body().left_way() + rover_.body().right_way() - way) / 2, 10);
+    EXPECT_NEAR(
+        x, (rover_.body().left_distance() + rover_.body().right_distance() - distance_before) / 2,
+        10);
     EXPECT_NEAR(turned, rover_.body().pose().rho - heading, 0.01);
   }
 }
 
-TEST_F(MavlinkVehicleTest, DoesNotArmUnlessItIsTold) {
+TEST_F(MavlinkVehicleTest, DoesNotArmUnlessConfigured) {
   begin({});
   line_->run(5s);
   vehicle_->drive({.vx = 800}, line_->now());
@@ -196,7 +198,7 @@ TEST_F(MavlinkVehicleTest, WhatItDoesNotKnowIsNoData) {
     void send(std::span<const std::byte>, std::uint32_t) override {}
   } nobody;
   // Roll, pitch, yaw, and their rates.
-  const auto say = [&](const std::array<double, 6>& attitude) {
+  const auto takes = [&](const std::array<double, 6>& attitude) {
     (void)vehicle_->take_gyro(gyro, recorded_);
     mavlink::Writer writer(mavlink::Message::kAttitude, 0, RoverEmulator::kSystem, 1);
     writer.put(std::uint32_t{0});
@@ -208,14 +210,14 @@ TEST_F(MavlinkVehicleTest, WhatItDoesNotKnowIsNoData) {
   for (std::size_t i = 0; i < 3; ++i) {
     std::array<double, 6> attitude{0.1, 0.2, 0.3, 0.4, 0.5, 0.6};
     attitude.at(i) = kUnknown;
-    EXPECT_FALSE(say(attitude));
+    EXPECT_FALSE(takes(attitude));
   }
-  EXPECT_TRUE(say({0.1, 0.2, 0.3, kUnknown, kUnknown, std::numeric_limits<double>::infinity()}));
+  EXPECT_TRUE(takes({0.1, 0.2, 0.3, kUnknown, kUnknown, std::numeric_limits<double>::infinity()}));
   EXPECT_FLOAT_EQ(gyro.yaw.raw(), 0.3F);
   EXPECT_EQ(gyro.wRoll.raw(), 0);
   EXPECT_EQ(gyro.wPitch.raw(), 0);
   EXPECT_EQ(gyro.wYaw.raw(), 0);
-  EXPECT_FALSE(say({kUnknown, kUnknown, kUnknown, 0, 0, 0}));
+  EXPECT_FALSE(takes({kUnknown, kUnknown, kUnknown, 0, 0, 0}));
   line_->run(1s);
   ASSERT_TRUE(vehicle_->take_position(position, recorded_));
   EXPECT_TRUE(std::isfinite(position.pos.phi.raw()) && std::isfinite(position.pos.psi.raw()));
@@ -226,20 +228,20 @@ TEST_F(MavlinkVehicleTest, StandsWhenItIsLeftAndWhenItsHostIsGone) {
   line_->run(3s);
   vehicle_->drive({.vx = 800}, line_->now());
   line_->run(20s);
-  EXPECT_FALSE(rover_.body().is_told_to_stand());
+  EXPECT_FALSE(rover_.body().must_stop());
   line_->stop_host();
   line_->run(20ms);
-  EXPECT_TRUE(rover_.body().is_told_to_stand());
+  EXPECT_TRUE(rover_.body().must_stop());
   EXPECT_FALSE(rover_.is_armed());
 
   begin(armed());
   line_->run(3s);
   vehicle_->drive({.vx = 800}, line_->now());
   line_->run(1s);
-  EXPECT_FALSE(rover_.body().is_told_to_stand());
+  EXPECT_FALSE(rover_.body().must_stop());
   line_->set_lose([](bool, std::span<const std::byte>) { return true; });
   line_->run(3200ms);
-  EXPECT_TRUE(rover_.body().is_told_to_stand());
+  EXPECT_TRUE(rover_.body().must_stop());
   line_->run(1500ms, [&] { return vehicle_->failure().has_value(); });
   ASSERT_TRUE(vehicle_->failure());
   EXPECT_THAT(vehicle_->failure()->detail(), testing::HasSubstr("stopped sending heartbeats"));

@@ -45,7 +45,7 @@ void MavlinkVehicle::start(Time now, Output&) {
   packets_.clear();
   target_ = settings_.only_listen ? settings_.system : 0;
   is_armed_ = has_odometry_ = false;
-  heard_ = tims::kNever;
+  last_heartbeat_ = tims::kNever;
   wanted_ = {};
   pose_.reset();
   chassis_ = {};
@@ -97,7 +97,7 @@ void MavlinkVehicle::on_timeout(Time now, Output& out) {
   if (next_heartbeat_ <= now) {
     next_heartbeat_ = now + kHeartbeat;
     send_heartbeat(out);
-    if (heard_ != tims::kNever && now - heard_ > kHeartbeatLost)
+    if (last_heartbeat_ != tims::kNever && now - last_heartbeat_ > kHeartbeatLost)
       fail(tims::Errc::kTimeout, "the autopilot has stopped sending heartbeats");
   }
   if (next_velocity_ <= now) {
@@ -154,7 +154,7 @@ void MavlinkVehicle::on_heartbeat(const Packet& packet, Time now, Output& out) {
   const bool is_autopilot = packet.number<std::uint8_t>(5) != kNoAutopilot;
   const bool is_wanted = settings_.system == 0 || packet.system == settings_.system;
   if (!is_autopilot || !is_wanted || (target_ != 0 && packet.system != target_)) return;
-  heard_ = now;
+  last_heartbeat_ = now;
   is_armed_ = (packet.number<std::uint8_t>(6) & kArmedFlag) != 0;
   if (settings_.only_listen) {
     target_ = packet.system;

@@ -76,7 +76,7 @@ class MavlinkVehicle final : public ChassisDialogue {
   std::uint8_t sequence_ = 0;
   bool is_armed_ = false;
   bool has_odometry_ = false;  // odometry was received and takes precedence over local position
-  Time heard_ = tims::kNever;
+  Time last_heartbeat_ = tims::kNever;
   Time next_heartbeat_ = tims::kNever;
   Time next_velocity_ = tims::kNever;
   Time last_velocity_{};

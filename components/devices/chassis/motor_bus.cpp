@@ -78,10 +78,10 @@ Time MotorBus::next_timeout() const {
   return next;
 }
 
-void MotorBus::turned(Time now, std::span<double> ways) {
+void MotorBus::turned(Time now, std::span<double> positions) {
   for (std::size_t i = 0; i < motors_.size(); ++i) {
     motors_[i]->step(now);
-    ways[i] = motors_[i]->shaft().position();
+    positions[i] = motors_[i]->shaft().position();
   }
 }
 
@@ -241,7 +241,7 @@ void Cia402Emulator::on_frame(const Arrival& frame, Output& out) {
     const auto node = std::to_integer<std::uint8_t>(bytes[1]);
     if (node == 0 || node == node_) operational_ = bytes[0] == std::byte{1};
   } else if (frame.id == canopen::kHeartbeat + canopen::kHost) {
-    host_heard_ = frame.last;
+    last_host_heartbeat_ = frame.last;
   } else if (frame.id == canopen::kSdoRequest + node_ && bytes.size() == 8) {
     on_sdo(bytes, out);
   } else if (frame.id == canopen::kRpdo1 + node_ && bytes.size() == 6 && operational_) {
@@ -315,13 +315,13 @@ void Cia402Emulator::quick_stop() {
 }
 
 unsigned Cia402Emulator::statusword() const {
-  constexpr std::array<unsigned, 8> kWords = {0x00, 0x40, 0x21, 0x23, 0x27, 0x07, 0x0F, 0x08};
+  constexpr std::array<unsigned, 8> kStatusBits = {0x00, 0x40, 0x21, 0x23, 0x27, 0x07, 0x0F, 0x08};
   const auto mode = object(0x6060, 0).value_or(0) & 0xFF;
-  unsigned word = 0x1210 & 0x0210;  // voltage, remote
-  word |= kWords[static_cast<std::size_t>(state_)];
-  if (shaft_.is_there()) word |= 0x0400;
-  if ((mode == 1 && taken_) || (mode == 6 && homed_)) word |= 0x1000;
-  return word;
+  unsigned status = 0x1210 & 0x0210;  // voltage, remote
+  status |= kStatusBits[static_cast<std::size_t>(state_)];
+  if (shaft_.is_there()) status |= 0x0400;
+  if ((mode == 1 && taken_) || (mode == 6 && homed_)) status |= 0x1000;
+  return status;
 }
 
 void Cia402Emulator::send_process_data(Output& out) const {
@@ -339,8 +339,8 @@ void Cia402Emulator::on_timeout(Time now, Output& out) {
   shaft_.step(now);
   const auto consumer = object(0x1016, 1).value_or(0);
   const Duration patience = std::chrono::milliseconds(consumer & 0xFFFF);
-  if (consumer != 0 && operational_ && host_heard_ != tims::kNever &&
-      now - host_heard_ > patience && state_ == Cia402State::kOperationEnabled)
+  if (consumer != 0 && operational_ && last_host_heartbeat_ != tims::kNever &&
+      now - last_host_heartbeat_ > patience && state_ == Cia402State::kOperationEnabled)
     quick_stop();
   const auto period = object(0x1017, 0).value_or(0) & 0xFFFF;
   if (period == 0 || ++tick_ % std::max(1, static_cast<int>(period / 10)) != 0) return;

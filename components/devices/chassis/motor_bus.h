@@ -20,15 +20,15 @@ namespace rack::device {
 // Model of a motor's shaft, with a target velocity or a target position.
 class ShaftModel {
  public:
-  void turn(double velocity) { target_.tell({.velocity = velocity}); }
+  void turn(double velocity) { target_.set({.velocity = velocity}); }
   void go_to(double position, double velocity) {
-    target_.tell({.position = position, .limit = velocity});
+    target_.set({.position = position, .limit = velocity});
   }
   void set_lag(Duration lag) { target_.set_lag(lag); }
-  void set_position(double position) { motion_.way = position; }
+  void set_position(double position) { motion_.position = position; }
   void step(Time now);
 
-  [[nodiscard]] double position() const { return motion_.way; }
+  [[nodiscard]] double position() const { return motion_.position; }
   [[nodiscard]] double velocity() const { return motion_.speed; }
   [[nodiscard]] double wanted() const { return target_.in_effect().velocity; }
   [[nodiscard]] bool is_there() const;
@@ -78,8 +78,8 @@ class MotorBus final : public Dialogue, public emulator::Wheelwork {
   void cut_off(std::size_t index) { silent_ = index; }
 
   [[nodiscard]] std::size_t motor_count() const override { return motors_.size(); }
-  void turned(Time now, std::span<double> ways) override;
-  [[nodiscard]] bool tells_shafts() const override { return true; }
+  void turned(Time now, std::span<double> positions) override;
+  [[nodiscard]] bool reports_shafts() const override { return true; }
   void set_lag(Duration lag) override {
     for (const auto& motor : motors_) motor->set_lag(lag);
   }
@@ -166,7 +166,7 @@ class Cia402Emulator final : public EmulatedMotor {
   bool taken_ = false;  // the new position was acknowledged
   bool homed_ = false;
   unsigned control_ = 0;
-  Time host_heard_ = tims::kNever;
+  Time last_host_heartbeat_ = tims::kNever;
   Time next_ = tims::kNever;
   int tick_ = 0;
 };

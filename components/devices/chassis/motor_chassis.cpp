@@ -130,13 +130,13 @@ void MotorChassis::measure(Time now) {
     volts = std::max(volts, link.motor->state().volts);
   }
   if (now - oldest > kStale) return;  // the driver fails after three periods without data
-  const auto movement = [&](bool is_way) {
+  const auto movement = [&](bool is_distance) {
     for (std::size_t i = 0; i < links_.size(); ++i) {
       const MotorState& state = links_[i].motor->state();
       const double gear = links_[i].gear;
       if (wheels_.is_steering(i)) {
         measured_[i] = (state.position - links_[i].zero) / gear;
-      } else if (is_way) {
+      } else if (is_distance) {
         measured_[i] = state.position / gear - positions_[i];
         positions_[i] = state.position / gear;
       } else {
@@ -145,11 +145,11 @@ void MotorChassis::measure(Time now) {
     }
     return wheels_.movement(measured_);
   };
-  const ChassisSpeed way = movement(true);
+  const ChassisSpeed displacement = movement(true);
   const ChassisSpeed speed = movement(false);
-  data_.deltaX = data_.deltaX + way.vx;
-  data_.deltaY = data_.deltaY + way.vy;
-  data_.deltaRho = data_.deltaRho + way.omega;
+  data_.deltaX = data_.deltaX + displacement.vx;
+  data_.deltaY = data_.deltaY + displacement.vy;
+  data_.deltaRho = data_.deltaRho + displacement.omega;
   data_.vx = speed.vx;
   data_.vy = speed.vy;
   data_.omega = speed.omega;
@@ -167,7 +167,7 @@ bool MotorChassis::take(ChassisData& data, Time& recorded) {
   return true;
 }
 
-std::vector<Telegram> MotorChassis::last_words() const {
+std::vector<Telegram> MotorChassis::stop_commands() const {
   KeptTelegrams kept;
   for (const MotorLink& link : links_) link.motor->stand(kept);
   return kept.take();

@@ -37,7 +37,7 @@ class MotorChassis final : public ChassisDialogue {
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
   void stop(Time now, Output& out) override;
-  [[nodiscard]] std::vector<Telegram> last_words() const override;
+  [[nodiscard]] std::vector<Telegram> stop_commands() const override;
   [[nodiscard]] Time next_timeout() const override;
   [[nodiscard]] std::vector<CanFilter> wanted_frames() const override;
 

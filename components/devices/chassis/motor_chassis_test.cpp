@@ -35,7 +35,7 @@ std::vector<int> numbers(std::span<const std::byte> bytes) {
   return numbers;
 }
 
-struct Ear final : Output {
+struct RecordingOutput final : Output {
   void send(std::span<const std::byte> bytes, std::uint32_t id) override {
     frames.emplace_back(id, numbers(bytes));
   }
@@ -92,20 +92,20 @@ class MotorChassisTest : public testing::TestWithParam<Kind> {
     chassis_->drive(speed, line_->now());
     line_->run(1s);
     ASSERT_TRUE(wait_for_data());
-    ChassisSpeed way;
+    ChassisSpeed displacement;
     const Time begin = recorded_;
     for (int i = 0; i < 20; ++i) {
       ASSERT_TRUE(wait_for_data());
-      way.vx += data_.deltaX.raw();
-      way.vy += data_.deltaY.raw();
-      way.omega += data_.deltaRho.raw();
+      displacement.vx += data_.deltaX.raw();
+      displacement.vy += data_.deltaY.raw();
+      displacement.omega += data_.deltaRho.raw();
     }
     const float seconds = std::chrono::duration<float>(recorded_ - begin).count();
     EXPECT_NEAR(data_.vx.raw(), speed.vx, 3);
     EXPECT_NEAR(data_.vy.raw(), speed.vy, 3);
     EXPECT_NEAR(data_.omega.raw(), speed.omega, 0.01);
-    EXPECT_NEAR(way.vx, speed.vx * seconds, 30);
-    EXPECT_NEAR(way.omega, speed.omega * seconds, 0.03);
+    EXPECT_NEAR(displacement.vx, speed.vx * seconds, 30);
+    EXPECT_NEAR(displacement.omega, speed.omega * seconds, 0.03);
   }
 
   MotorBus bus_;
@@ -173,16 +173,17 @@ TEST_P(MotorChassisTest, MotorsStopByThemselvesWhenTheHostIsGone) {
   EXPECT_TRUE(bus_.stands());
 }
 
-TEST_P(MotorChassisTest, ItsLastWordsStopTheMotorsWhoeverSaysThem) {
+TEST_P(MotorChassisTest, ItsStopCommandsStopTheMotorsFromAnySender) {
   build(Wheels::ackermann(1000, 600, false, 0.6));
-  const auto words = chassis_->last_words();  // before any communication
+  const auto commands = chassis_->stop_commands();  // before any communication
   ASSERT_TRUE(wait_for_data());
   chassis_->drive({.vx = 500}, line_->now());
   line_->run(1s);
-  Ear nobody;
-  for (const Telegram& word : words)
+  RecordingOutput nobody;
+  for (const Telegram& telegram : commands)
     bus_.on_arrival(
-        {.bytes = word.bytes, .first = line_->now(), .last = line_->now(), .id = word.id}, nobody);
+        {.bytes = telegram.bytes, .first = line_->now(), .last = line_->now(), .id = telegram.id},
+        nobody);
   for (std::size_t i = 0; i < 3; ++i) {
     EXPECT_EQ(bus_.motor(i).shaft().wanted(), 0) << i;
     if (GetParam() != Kind::kVesc) {
@@ -204,7 +205,7 @@ TEST_P(MotorChassisTest, ASilentMotorStopsTheOther) {
   EXPECT_TRUE(bus_.stands());
 }
 
-TEST_P(MotorChassisTest, SaysWhichMotorIsNotThere) {
+TEST_P(MotorChassisTest, AMissingMotorIsNamed) {
   build(Wheels::differential(400));
   line_->set_lose([](bool, std::span<const std::byte>) { return true; });
   line_->run(20s, [&] { return chassis_->failure().has_value(); });
@@ -226,7 +227,7 @@ TEST_P(MotorChassisTest, FramesOfOthersAndNoiseBreakNothing) {
   ASSERT_TRUE(wait_for_data());
   std::mt19937 numbers(1);
   const auto random = [&] { return static_cast<std::uint32_t>(numbers()); };
-  Ear nobody;
+  RecordingOutput nobody;
   for (int i = 0; i < 5000; ++i) {
     std::array<std::byte, 8> bytes{};
     for (std::byte& byte : bytes) byte = static_cast<std::byte>(random());
@@ -251,7 +252,7 @@ TEST_P(MotorChassisTest, ARecordingIsListenedToOnly) {
     links.push_back({motor(node, MotorTask::kTurns), "motor", kGear});
   MotorChassis listening({.is_canopen = true, .only_listen = true}, Wheels::differential(400),
                          std::move(links));
-  listening.stop({}, *std::make_unique<Ear>());
+  listening.stop({}, *std::make_unique<RecordingOutput>());
 }
 
 // The messages that show that a motor is running.
@@ -265,53 +266,53 @@ std::vector<std::pair<std::uint32_t, std::vector<std::byte>>> signs_of_life(std:
           {canopen::kHeartbeat + node, {canopen::kOperational}}};
 }
 
-TEST_P(MotorChassisTest, APauseOfARecordingSaysNothingOfItsMotors) {
+TEST_P(MotorChassisTest, APauseOfARecordingIsNotAFailureOfItsMotors) {
   for (const bool only_listen : {true, false}) {
     std::vector<MotorLink> links;
     for (std::uint8_t node = 10; node < 12; ++node)
       links.push_back({motor(node, MotorTask::kTurns), "motor", kGear});
     MotorChassis chassis({.only_listen = only_listen}, Wheels::differential(400), std::move(links));
-    Ear ear;
-    chassis.start(Time{1s}, ear);
+    RecordingOutput output;
+    chassis.start(Time{1s}, output);
     for (std::uint8_t node = 10; node < 12; ++node)
       for (const auto& [id, bytes] : signs_of_life(node))
-        chassis.on_arrival({.bytes = bytes, .first = Time{1s}, .last = Time{1s}, .id = id}, ear);
-    for (Time now{1s}; now < Time{20s}; now += 10ms) chassis.on_timeout(now, ear);
+        chassis.on_arrival({.bytes = bytes, .first = Time{1s}, .last = Time{1s}, .id = id}, output);
+    for (Time now{1s}; now < Time{20s}; now += 10ms) chassis.on_timeout(now, output);
     EXPECT_EQ(chassis.failure().has_value(), !only_listen);
   }
 }
 
-TEST_P(MotorChassisTest, WhatItHearsPassesItsFilter) {
+TEST_P(MotorChassisTest, WhatItProcessesPassesItsFilter) {
   const auto one = motor(5, MotorTask::kTurns);
-  Ear ear;
-  one->start(Time{1s}, ear);
+  RecordingOutput output;
+  one->start(Time{1s}, output);
   const CanFilter wanted = one->wanted_frames();
   const std::vector<std::byte> bytes(8);
-  int heard = 0;
+  int received = 0;
   int passed = 0;
   const auto try_frame = [&](std::uint32_t id) {
     const bool passes = (id & wanted.mask) == (wanted.id & wanted.mask);
     passed += passes ? 1 : 0;
-    if (!one->on_frame({.bytes = bytes, .first = Time{1s}, .last = Time{1s}, .id = id}, ear))
+    if (!one->on_frame({.bytes = bytes, .first = Time{1s}, .last = Time{1s}, .id = id}, output))
       return;
-    ++heard;
+    ++received;
     EXPECT_TRUE(passes) << std::hex << id;
   };
   for (std::uint32_t id = 0; id < 0x800; ++id)
     for (const std::uint32_t flag : {0U, can::kRemote, can::kExtended}) try_frame(id | flag);
   for (std::uint32_t id = 0x800; id < 0x8000; ++id) try_frame(id | can::kExtended);
-  EXPECT_GT(heard, 0);
+  EXPECT_GT(received, 0);
   EXPECT_LE(passed, 150) << "of thirty thousand";
 }
 
 TEST_P(MotorChassisTest, CommandsAreWorthlessSoonAndTheEndIsNot) {
   const auto one = motor(5, MotorTask::kTurns);
   if (GetParam() == Kind::kCia402) GTEST_SKIP() << "receives no commands before it is enabled";
-  Ear ear;
-  one->command(1, Time{1s}, ear);
-  EXPECT_EQ(ear.deadlines.back(), Time{1050ms});
-  one->stop(ear);
-  EXPECT_EQ(ear.deadlines.back(), tims::kNever);
+  RecordingOutput output;
+  one->command(1, Time{1s}, output);
+  EXPECT_EQ(output.deadlines.back(), Time{1050ms});
+  one->stop(output);
+  EXPECT_EQ(output.deadlines.back(), tims::kNever);
 }
 
 INSTANTIATE_TEST_SUITE_P(Kinds, MotorChassisTest,
@@ -325,16 +326,16 @@ INSTANTIATE_TEST_SUITE_P(Kinds, MotorChassisTest,
 // --- what goes over the bus, byte by byte
 
 TEST(OdriveTest, FramesAreThoseOfItsDocumentation) {
-  Ear ear;
+  RecordingOutput output;
   Odrive drive(3, MotorTask::kTurns);
-  drive.command(2 * std::numbers::pi, {}, ear);
+  drive.command(2 * std::numbers::pi, {}, output);
   using testing::ElementsAre;
-  ASSERT_EQ(ear.frames.size(), 1U);
-  EXPECT_EQ(ear.frames[0].first, 0x06DU);  // 3 << 5 | 0x0D
-  EXPECT_THAT(ear.frames[0].second, ElementsAre(0, 0, 0x80, 0x3F, 0, 0, 0, 0));
+  ASSERT_EQ(output.frames.size(), 1U);
+  EXPECT_EQ(output.frames[0].first, 0x06DU);  // 3 << 5 | 0x0D
+  EXPECT_THAT(output.frames[0].second, ElementsAre(0, 0, 0x80, 0x3F, 0, 0, 0, 0));
 }
 
-TEST(OdriveTest, IsAskedForItsEncoderWhenItDoesNotTell) {
+TEST(OdriveTest, IsAskedForItsEncoderWhenItDoesNotReportIt) {
   MotorBus bus;
   auto node = std::make_unique<OdriveEmulator>(3);
   node->sends_encoder = false;
@@ -349,13 +350,13 @@ TEST(OdriveTest, IsAskedForItsEncoderWhenItDoesNotTell) {
 }
 
 TEST(VescTest, FramesAreThoseOfItsDocumentation) {
-  Ear ear;
+  RecordingOutput output;
   Vesc motor({.node = 5, .pole_pairs = 1});
-  motor.command(1000 * 2 * std::numbers::pi / 60, {}, ear);
+  motor.command(1000 * 2 * std::numbers::pi / 60, {}, output);
   using testing::ElementsAre;
-  ASSERT_EQ(ear.frames.size(), 1U);
-  EXPECT_EQ(ear.frames[0].first, 0x80000305U);
-  EXPECT_THAT(ear.frames[0].second, ElementsAre(0, 0, 0x03, 0xE8));
+  ASSERT_EQ(output.frames.size(), 1U);
+  EXPECT_EQ(output.frames[0].first, 0x80000305U);
+  EXPECT_THAT(output.frames[0].second, ElementsAre(0, 0, 0x03, 0xE8));
 }
 
 TEST(Cia402Test, StatuswordsAreStates) {
@@ -380,12 +381,12 @@ TEST(Cia402Test, AnSdoWriteIsAsTheStandardHasIt) {
 TEST(Cia402Test, EachStartWritesTheFirstObjectAsOftenWithoutAnswer) {
   Cia402 silent({.node = 5});
   const auto writes = [&](Time start) {
-    Ear ear;
-    silent.start(start, ear);
+    RecordingOutput output;
+    silent.start(start, output);
     for (Time now = start; now < start + 10s && !silent.failure(); now += 10ms)
-      silent.on_timeout(now, ear);
+      silent.on_timeout(now, output);
     EXPECT_TRUE(silent.failure());
-    return std::ranges::count(ear.frames, canopen::kSdoRequest + 5U,
+    return std::ranges::count(output.frames, canopen::kSdoRequest + 5U,
                               [](const auto& frame) { return frame.first; });
   };
   const auto first = writes(Time{1s});
@@ -415,7 +416,7 @@ class OneDriveTest : public testing::Test {
   struct Wire final : Output {
     explicit Wire(OneDriveTest& of) : test(of) {}
     void send(std::span<const std::byte> bytes, std::uint32_t id) override {
-      Ear nobody;
+      RecordingOutput nobody;
       const Time now = test.line_->now();
       test.chassis_->on_arrival({bytes, now, now, id}, nobody);
     }
@@ -428,7 +429,7 @@ class OneDriveTest : public testing::Test {
   std::optional<emulator::VirtualLine> line_;
 };
 
-TEST_F(OneDriveTest, IsToldToWatchTheHost) {
+TEST_F(OneDriveTest, IsConfiguredToWatchTheHost) {
   build();
   ASSERT_TRUE(chassis_->is_ready());
   EXPECT_EQ(drive_->object(0x1016, 1), 127U << 16 | 200U);

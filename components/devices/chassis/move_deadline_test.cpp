@@ -24,7 +24,7 @@ TEST(MoveDeadlineTest, ThreePeriodsOfItsSender) {
   }
 }
 
-TEST(MoveDeadlineTest, WhoIsNotKnownYetHasThreeTenthsOfASecond) {
+TEST(MoveDeadlineTest, AnUnknownPeriodPermitsThreeTenthsOfASecond) {
   MoveDeadline deadline;
   EXPECT_EQ(deadline.due(), tims::kNever);
   const Time last = command(deadline, 20ms, 3);
@@ -40,7 +40,7 @@ TEST(MoveDeadlineTest, NeitherTooShortNorTooLong) {
   EXPECT_EQ(slow.length(), 1s);
 }
 
-TEST(MoveDeadlineTest, AfterABreakItIsLearntAnew) {
+TEST(MoveDeadlineTest, AfterABreakItIsLearntAgain) {
   MoveDeadline deadline;
   const Time last = command(deadline, 20ms, 10);
   deadline.on_move(last + 5s);

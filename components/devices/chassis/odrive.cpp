@@ -60,7 +60,7 @@ void Odrive::ask(OdriveCommand command, Output& out) const {
 void Odrive::start(Time now, Output& out) {
   clear();
   axis_state_ = 0;
-  heard_ = tims::kNever;
+  last_heartbeat_ = tims::kNever;
   close_.reset();
   close_.wait_until(now);
   next_volts_ = now;
@@ -108,7 +108,7 @@ bool Odrive::on_frame(const Arrival& frame, Output& out) {
 }
 
 void Odrive::on_heartbeat(std::span<const std::byte> bytes, Time when) {
-  heard_ = when;
+  last_heartbeat_ = when;
   const auto errors = little_endian<std::uint32_t>(bytes);
   const auto before = std::exchange(axis_state_, std::to_integer<std::uint8_t>(bytes[4]));
   if (errors != 0 && close_.attempts() > 0) {
@@ -122,7 +122,8 @@ void Odrive::on_heartbeat(std::span<const std::byte> bytes, Time when) {
 void Odrive::on_timeout(Time now, Output& out) {
   if (next_ > now) return;
   next_ = now + kOdriveTick;
-  if (heard_ != tims::kNever && now - heard_ > kSilenceMax) fail("has stopped sending heartbeats");
+  if (last_heartbeat_ != tims::kNever && now - last_heartbeat_ > kSilenceMax)
+    fail("has stopped sending heartbeats");
   if (state_.measured == tims::kNever || now - state_.measured > kEncoderLate)
     ask(OdriveCommand::kEncoder, out);
   if (now >= next_volts_) {

@@ -60,7 +60,7 @@ class Odrive final : public Motor {
   std::uint8_t node_;
   MotorTask task_;
   std::uint8_t axis_state_ = 0;
-  Time heard_ = tims::kNever;  // time of the last heartbeat
+  Time last_heartbeat_ = tims::kNever;  // time of the last heartbeat
   Time next_ = tims::kNever;
   RetryTimer close_;
   Time next_volts_{};

@@ -128,7 +128,7 @@ void P2os::start(Time now, Output& out) {
   packets_.clear();
   encoders_.reset();
   pose_.reset();
-  ways_ = {};
+  distances_ = {};
   has_data_ = has_sonars_ = false;
   recorded_before_ = {};
   wanted_speed_ = wanted_turn_ = 0;
@@ -214,8 +214,8 @@ void P2os::drive(const ChassisSpeed& speed, Time now) {
   wanted_speed_ = static_cast<int>(std::lround(speed.vx));
   wanted_turn_ = static_cast<int>(std::lround(-static_cast<double>(speed.omega) * 180 / kP2osPi));
   if (state_ != State::kOpen || settings_.only_listen) return;
-  const bool is_news = sent_speed_ != wanted_speed_ || sent_turn_ != wanted_turn_;
-  if (is_news)
+  const bool has_changed = sent_speed_ != wanted_speed_ || sent_turn_ != wanted_turn_;
+  if (has_changed)
     timer_.wait_until(std::min(timer_.due(), std::max(now, repeat_ - kRepeat + kP2osBetween)));
 }
 
@@ -288,7 +288,7 @@ void P2os::on_encoders(std::span<const std::byte> body) {
     for (std::size_t i = 0; i < 2; ++i) {
       const auto ticks = static_cast<std::int32_t>(static_cast<std::uint32_t>(now[i]) -
                                                    static_cast<std::uint32_t>((*encoders_)[i]));
-      ways_[i] += ticks / settings_.ticks_per_mm;
+      distances_[i] += ticks / settings_.ticks_per_mm;
     }
   }
   encoders_ = now;
@@ -297,10 +297,10 @@ void P2os::on_encoders(std::span<const std::byte> body) {
 void P2os::on_state(const P2osState& state, Time began) {
   recorded_ = began;
   if (encoders_) {
-    data_.deltaX = data_.deltaX + static_cast<f32>((ways_[0] + ways_[1]) / 2);
-    data_.deltaRho =
-        data_.deltaRho + static_cast<f32>((ways_[0] - ways_[1]) / settings_.rotation_width);
-    ways_ = {};
+    data_.deltaX = data_.deltaX + static_cast<f32>((distances_[0] + distances_[1]) / 2);
+    data_.deltaRho = data_.deltaRho +
+                     static_cast<f32>((distances_[0] - distances_[1]) / settings_.rotation_width);
+    distances_ = {};
   } else if (pose_) {
     // Transforms the odometry of the robot into its body frame.
     const auto wrapped = [](int difference, int turn) {

@@ -138,7 +138,7 @@ class P2os final : public ChassisDialogue {
   Time repeat_{};  // when to repeat both
 
   std::optional<std::array<std::int32_t, 2>> encoders_;  // left, right
-  std::array<double, 2> ways_{};                         // distances of the wheels since last data
+  std::array<double, 2> distances_{};                    // distances of the wheels since last data
   std::optional<std::array<int, 3>> pose_;               // used until encoder packets arrive
 
   bool has_data_ = false;

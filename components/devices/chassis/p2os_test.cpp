@@ -77,7 +77,7 @@ TEST_F(P2osDialogueTest, OpensTheRobotAndDrivesIt) {
   }
   EXPECT_NEAR(data_.vx.raw(), 300, 2);
   EXPECT_NEAR(data_.omega.raw(), 0.2, 0.02);
-  EXPECT_NEAR(x, (robot_.body().left_way() + robot_.body().right_way()) / 2, 40);
+  EXPECT_NEAR(x, (robot_.body().left_distance() + robot_.body().right_distance()) / 2, 40);
   EXPECT_NEAR(heading, robot_.body().pose().rho, 0.03);
   EXPECT_GT(x, 2500);
 }
@@ -88,11 +88,11 @@ TEST_F(P2osDialogueTest, ASpeedIsSentAtOnceAndTenMillisecondsApart) {
   line_->run(333ms);
   dialogue.drive({.vx = 300, .omega = 0.2F}, line_->now());
   line_->run(25ms);
-  EXPECT_FALSE(robot_.body().is_told_to_stand());
+  EXPECT_FALSE(robot_.body().must_stop());
   const Time now = line_->now();
   dialogue.drive({}, now);
   line_->run(25ms);
-  EXPECT_TRUE(robot_.body().is_told_to_stand());
+  EXPECT_TRUE(robot_.body().must_stop());
 }
 
 TEST_F(P2osDialogueTest, LeavesARobotThatStands) {
@@ -103,7 +103,7 @@ TEST_F(P2osDialogueTest, LeavesARobotThatStands) {
   EXPECT_FALSE(robot_.body().stands());
   line_->stop_host();
   line_->run(10ms);
-  EXPECT_TRUE(robot_.body().is_told_to_stand());
+  EXPECT_TRUE(robot_.body().must_stop());
   EXPECT_FALSE(robot_.is_open());
 }
 
@@ -112,10 +112,10 @@ TEST_F(P2osDialogueTest, TheRobotStopsByItselfWhenTheHostIsGone) {
   ASSERT_TRUE(open(dialogue));
   dialogue.drive({.vx = 300}, line_->now());
   line_->run(10s);
-  EXPECT_FALSE(robot_.body().is_told_to_stand());  // the watchdog is fed while the host runs
+  EXPECT_FALSE(robot_.body().must_stop());  // the watchdog is fed while the host runs
   line_->set_lose([](bool, std::span<const std::byte>) { return true; });
   line_->run(2200ms);
-  EXPECT_TRUE(robot_.body().is_told_to_stand());
+  EXPECT_TRUE(robot_.body().must_stop());
 }
 
 TEST_F(P2osDialogueTest, ComesBackToARobotThatIsStillOpen) {
@@ -139,7 +139,7 @@ TEST_F(P2osDialogueTest, LostPacketsDelayIt) {
   }
 }
 
-TEST_F(P2osDialogueTest, SaysThatNobodyAnswers) {
+TEST_F(P2osDialogueTest, AMissingAnswerIsReported) {
   P2os dialogue({});
   line_.emplace(dialogue, robot_, emulator::LineSettings{.delay = 1ms});
   line_->set_lose([](bool, std::span<const std::byte>) { return true; });
@@ -162,21 +162,21 @@ TEST_F(P2osDialogueTest, SonarsAreRaysAroundTheRobot) {
 }
 
 std::vector<std::byte> recorded_stream() {
-  struct Ear final : Output {
+  struct RecordingOutput final : Output {
     void send(std::span<const std::byte> bytes, std::uint32_t) override {
-      heard.insert(heard.end(), bytes.begin(), bytes.end());
+      received.insert(received.end(), bytes.begin(), bytes.end());
     }
-    std::vector<std::byte> heard;
-  } ear;
+    std::vector<std::byte> received;
+  } output;
   PioneerEmulator robot;
   Time now{100s};
   for (const auto& packet :
        {p2os_sync(0), p2os_sync(1), p2os_sync(2), p2os_command(P2osCommand::kOpen),
         p2os_command(P2osCommand::kEncoder, 2)})
-    robot.on_arrival({.bytes = packet.view(), .first = now, .last = now}, ear);
-  ear.heard.clear();
-  for (int i = 0; i < 3; ++i) robot.on_timeout(robot.next_timeout(), ear);
-  return ear.heard;
+    robot.on_arrival({.bytes = packet.view(), .first = now, .last = now}, output);
+  output.received.clear();
+  for (int i = 0; i < 3; ++i) robot.on_timeout(robot.next_timeout(), output);
+  return output.received;
 }
 
 int data_sets(std::initializer_list<std::span<const std::byte>> pieces) {

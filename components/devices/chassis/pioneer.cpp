@@ -24,7 +24,7 @@ void send_framed(std::span<const std::byte> body, Output& out) {
 }  // namespace
 
 void PioneerEmulator::start(Time now, Output&) {
-  heard_ = now;
+  last_received_ = now;
   if (opened_) next_packet_ = now + kPioneerCycle;
 }
 
@@ -32,7 +32,7 @@ void PioneerEmulator::on_arrival(const Arrival& arrival, Output& out) {
   packets_.add(arrival);
   P2osPackets::Packet packet;
   while (packets_.next(packet)) {
-    heard_ = arrival.last;
+    last_received_ = arrival.last;
     body_.step(arrival.last);
     if (!packet.body.empty()) on_command(packet.body, arrival.last, out);
   }
@@ -94,13 +94,13 @@ void PioneerEmulator::apply() {
     speed_ = turn_ = 0;
   }
   const double turn = turn_ * std::numbers::pi / 180 * body_.track() / 2;
-  body_.want(speed_ - turn, speed_ + turn);
+  body_.set_targets(speed_ - turn, speed_ + turn);
 }
 
 void PioneerEmulator::on_timeout(Time now, Output& out) {
   if (now < next_packet_) return;
   next_packet_ += kPioneerCycle;
-  if (now - heard_ >= kWatchdog) {
+  if (now - last_received_ >= kWatchdog) {
     speed_ = turn_ = 0;
     apply();
   }
@@ -136,8 +136,8 @@ void PioneerEmulator::send_state(Output& out) {
 
 void PioneerEmulator::send_encoders(Output& out) {
   std::vector<std::byte> body{std::byte{0x90}};
-  for (const double way : {body_.left_way(), body_.right_way()}) {
-    const auto ticks = static_cast<std::int32_t>(std::llround(way * kTicksOfMillimetre));
+  for (const double distance : {body_.left_distance(), body_.right_distance()}) {
+    const auto ticks = static_cast<std::int32_t>(std::llround(distance * kTicksOfMillimetre));
     append_little(body, static_cast<std::int16_t>(ticks));
     append_little(body, static_cast<std::int16_t>(ticks >> 16));
   }

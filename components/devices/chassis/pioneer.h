@@ -36,7 +36,7 @@ class PioneerEmulator final : public WheeledRobot {
   int speed_ = 0;
   int turn_ = 0;
   int synced_ = 0;
-  Time heard_{};
+  Time last_received_{};
   Time next_packet_ = tims::kNever;
 };
 

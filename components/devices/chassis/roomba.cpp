@@ -58,11 +58,11 @@ bool decode_roomba_sensors(std::span<const std::byte> bytes, double track, Roomb
   sensors.wall = byte_at(bytes, 1) != 0;
   for (std::size_t i = 0; i < 4; ++i) sensors.cliffs[i] = byte_at(bytes, 2 + i) != 0;
   sensors.overcurrents = static_cast<std::uint8_t>(byte_at(bytes, 7));
-  const double way = big_endian<std::int16_t>(bytes, 12);
+  const double distance = big_endian<std::int16_t>(bytes, 12);
   // Half of the difference between right and left wheel, mm; positive: counterclockwise.
   const double turn = big_endian<std::int16_t>(bytes, 14) / (track / 2);
-  sensors.ways = {static_cast<float>(way - turn * track / 2),
-                  static_cast<float>(way + turn * track / 2)};
+  sensors.distances = {static_cast<float>(distance - turn * track / 2),
+                       static_cast<float>(distance + turn * track / 2)};
   sensors.charging = static_cast<std::uint8_t>(byte_at(bytes, 16));
   sensors.battery = static_cast<float>(big_endian<std::uint16_t>(bytes, 17)) / 1000;
   return true;
@@ -98,9 +98,10 @@ bool Create2Frames::next(RoombaSensors& sensors, Time& began) {
     std::size_t where = 2;
     for (std::size_t i = 0; i < values.size(); ++i) {
       good = good && byte_at(bytes, where) == kCreate2Packets[i];
-      const bool is_word = create2_packet_size(kCreate2Packets[i]) == 2;
-      values[i] = is_word ? big_endian<std::uint16_t>(bytes, where + 1) : byte_at(bytes, where + 1);
-      where += is_word ? 3 : 2;
+      const bool has_two_bytes = create2_packet_size(kCreate2Packets[i]) == 2;
+      values[i] =
+          has_two_bytes ? big_endian<std::uint16_t>(bytes, where + 1) : byte_at(bytes, where + 1);
+      where += has_two_bytes ? 3 : 2;
     }
     if (!good) {
       ++broken_;
@@ -120,7 +121,7 @@ bool Create2Frames::next(RoombaSensors& sensors, Time& began) {
     for (std::size_t i = 0; i < 2; ++i) {
       const auto moved =
           counts_ ? static_cast<std::int16_t>(counts[i] - (*counts_)[i]) : std::int16_t{0};
-      sensors.ways[i] = static_cast<float>(moved * kCreate2MillimetresOfCount);
+      sensors.distances[i] = static_cast<float>(moved * kCreate2MillimetresOfCount);
     }
     counts_ = counts;
     return true;
@@ -131,9 +132,9 @@ bool Create2Frames::next(RoombaSensors& sensors, Time& began) {
 // --- the dialogue
 
 template <typename... Bytes>
-void Roomba::say(Output& out, Bytes... bytes) {
-  const std::array words{static_cast<std::byte>(bytes)...};
-  out.send(words);
+void Roomba::send(Output& out, Bytes... bytes) {
+  const std::array command{static_cast<std::byte>(bytes)...};
+  out.send(command);
 }
 
 void Roomba::start(Time now, Output&) {
@@ -143,7 +144,7 @@ void Roomba::start(Time now, Output&) {
   answer_.clear();
   frames_.clear();
   has_data_ = false;
-  way_ = turn_ = 0;
+  distance_ = turn_ = 0;
   wanted_ = {};
   recorded_before_ = {};
   overcurrent_since_ = tims::kNever;
@@ -159,32 +160,32 @@ void Roomba::setup(Time now, Output& out) {
   switch (step_++) {
     case 0:
       out.set_baud(is_old ? kBaudAtPowerOn : kBaudCreate2);
-      say(out, kStart);
+      send(out, kStart);
       if (is_old) next_step_ = now + 100ms;
       return;
     case 1:
       if (!is_old) return;
-      say(out, kRoombaBaud, kBaudWorkingCode);
+      send(out, kRoombaBaud, kBaudWorkingCode);
       next_step_ = now + 250ms;
       return;
     case 2:
       if (!is_old) return;
       out.set_baud(kBaudWorking);
-      say(out, kStart);
+      send(out, kStart);
       return;
     case 3:
-      if (is_old) say(out, kControl);
+      if (is_old) send(out, kControl);
       return;
     case 4:
-      say(out, kFull);
+      send(out, kFull);
       return;
     case 5:
-      say(out, kMotors,
-          (settings_.side_brush ? 1 : 0) | (settings_.vacuum ? 2 : 0) |
-              (settings_.main_brush ? 4 : 0));
+      send(out, kMotors,
+           (settings_.side_brush ? 1 : 0) | (settings_.vacuum ? 2 : 0) |
+               (settings_.main_brush ? 4 : 0));
       return;
     case 6:
-      if (settings_.dock) say(out, kDock);
+      if (settings_.dock) send(out, kDock);
       return;
     default:
       break;
@@ -218,7 +219,7 @@ void Roomba::on_timeout(Time now, Output& out) {
   // The answer has no frame: only bytes received after the request belong to it.
   answer_.clear();
   asked_ = true;
-  say(out, kSensors, 0);
+  send(out, kSensors, 0);
   next_step_ = now + kRoombaPeriod;
 }
 
@@ -240,7 +241,7 @@ void Roomba::send_speed(Time now, Output& out) {
         std::clamp(rounded(speed - omega * settings_.track / 2), -kSpeedMax, kSpeedMax);
     const int left =
         std::clamp(rounded(speed + omega * settings_.track / 2), -kSpeedMax, kSpeedMax);
-    say(out, kDriveDirect, right >> 8, right, left >> 8, left);
+    send(out, kDriveDirect, right >> 8, right, left >> 8, left);
     return;
   }
   int along = std::clamp(rounded(speed), -kSpeedMax, kSpeedMax);
@@ -251,14 +252,14 @@ void Roomba::send_speed(Time now, Output& out) {
   } else if (omega != 0 && std::abs(speed / omega) <= kRadiusMax) {
     radius = rounded(-speed / omega);  // positive: left curve
   }
-  say(out, kDrive, along >> 8, along, radius >> 8, radius);
+  send(out, kDrive, along >> 8, along, radius >> 8, radius);
 }
 
 void Roomba::stop(Time, Output& out) {
   if (settings_.only_listen) return;
   out.send(kRoombaStop);
-  say(out, kMotors, 0);
-  if (settings_.model == RoombaModel::kCreate2) say(out, kPauseStream, 0);
+  send(out, kMotors, 0);
+  if (settings_.model == RoombaModel::kCreate2) send(out, kPauseStream, 0);
   is_running_ = false;
   next_step_ = next_drive_ = tims::kNever;
 }
@@ -284,8 +285,8 @@ void Roomba::on_arrival(const Arrival& arrival, Output&) {
 void Roomba::on_sensors(const RoombaSensors& sensors, Time measured) {
   if (!is_running_) return;
   sensors_ = sensors;
-  way_ += static_cast<double>(sensors.ways[0] + sensors.ways[1]) / 2;
-  turn_ += static_cast<double>(sensors.ways[0] - sensors.ways[1]) / settings_.track;
+  distance_ += static_cast<double>(sensors.distances[0] + sensors.distances[1]) / 2;
+  turn_ += static_cast<double>(sensors.distances[0] - sensors.distances[1]) / settings_.track;
   if (sensors.overcurrents == 0) {
     overcurrent_since_ = tims::kNever;
   } else if (overcurrent_since_ == tims::kNever) {
@@ -300,12 +301,12 @@ void Roomba::on_sensors(const RoombaSensors& sensors, Time measured) {
   if (recorded_before_ != Time{} && measured - recorded_before_ < kRoombaPeriod - kJitter) return;
   const double seconds = std::chrono::duration<double>(measured - recorded_before_).count();
   const bool is_first = recorded_before_ == Time{};
-  data_.deltaX = is_first ? 0 : static_cast<f32>(way_);
+  data_.deltaX = is_first ? 0 : static_cast<f32>(distance_);
   data_.deltaRho = is_first ? 0 : static_cast<f32>(turn_);
-  data_.vx = is_first ? 0 : static_cast<f32>(way_ / seconds);
+  data_.vx = is_first ? 0 : static_cast<f32>(distance_ / seconds);
   data_.omega = is_first ? 0 : static_cast<f32>(turn_ / seconds);
   data_.battery = sensors.battery;
-  way_ = turn_ = 0;
+  distance_ = turn_ = 0;
   recorded_ = recorded_before_ = measured;
   has_data_ = true;
 }

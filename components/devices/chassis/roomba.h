@@ -30,8 +30,8 @@ struct RoombaSensors {
   std::array<bool, 4> cliffs{};   // left, front left, front right, right
   std::uint8_t overcurrents = 0;  // bits: 1 side brush, 2 vacuum, 4 main brush, 8 right, 16 left
   std::uint8_t charging = 0;
-  float battery = 0;            // V
-  std::array<float, 2> ways{};  // distances of left and right wheel since the last sensors, mm
+  float battery = 0;                 // V
+  std::array<float, 2> distances{};  // distances of left and right wheel since the last sensors, mm
 };
 
 // Decodes packet group 0, 26 bytes. Returns false if the values are implausible. track: distance of
@@ -60,9 +60,9 @@ inline constexpr double kCreate2MillimetresOfCount = 3.14159265358979 * 72.0 / 5
 
 // Drive with speed 0, repeated: the first bytes complete a command that may have been cut off.
 inline constexpr std::array<std::byte, 20> kRoombaStop = [] {
-  std::array<std::byte, 20> words{};
-  for (std::size_t i = 0; i < words.size(); i += 5) words[i] = std::byte{0x89};
-  return words;
+  std::array<std::byte, 20> bytes{};
+  for (std::size_t i = 0; i < bytes.size(); i += 5) bytes[i] = std::byte{0x89};
+  return bytes;
 }();
 
 struct RoombaSettings {
@@ -83,7 +83,7 @@ class Roomba final : public ChassisDialogue {
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
   void stop(Time now, Output& out) override;
-  [[nodiscard]] std::vector<Telegram> last_words() const override {
+  [[nodiscard]] std::vector<Telegram> stop_commands() const override {
     return {{.bytes = {kRoombaStop.begin(), kRoombaStop.end()}}};
   }
   [[nodiscard]] Time next_timeout() const override;
@@ -100,7 +100,7 @@ class Roomba final : public ChassisDialogue {
   void send_speed(Time now, Output& out);
   void on_sensors(const RoombaSensors& sensors, Time measured);
   template <typename... Bytes>
-  void say(Output& out, Bytes... bytes);
+  void send(Output& out, Bytes... bytes);
 
   RoombaSettings settings_;
   int step_ = 0;  // step of the setup
@@ -118,8 +118,8 @@ class Roomba final : public ChassisDialogue {
 
   bool has_data_ = false;
   ChassisData data_;
-  double way_ = 0;   // distance since the last data, mm
-  double turn_ = 0;  // rad
+  double distance_ = 0;  // distance since the last data, mm
+  double turn_ = 0;      // rad
   Time recorded_{};
   Time recorded_before_{};
 };

@@ -39,19 +39,19 @@ std::optional<std::size_t> arguments_of(int opcode, std::span<const std::byte> r
 void RoombaEmulator::start(Time, Output& out) {
   started_ = full_ = false;
   next_frame_ = tims::kNever;
-  heard_.clear();
+  received_.clear();
   out.set_baud(model_ == RoombaModel::kRoomba ? 57600 : 115200);
 }
 
 void RoombaEmulator::on_arrival(const Arrival& arrival, Output& out) {
-  heard_.add(arrival);
+  received_.add(arrival);
   body_.step(arrival.last);
-  while (heard_.size() > 0) {
-    const auto bytes = heard_.bytes();
+  while (received_.size() > 0) {
+    const auto bytes = received_.bytes();
     const auto arguments = arguments_of(std::to_integer<int>(bytes[0]), bytes.subspan(1));
     if (arguments && bytes.size() < 1 + *arguments) return;
     if (arguments) on_command(bytes.first(1 + *arguments), arrival.last, out);
-    heard_.consume(arguments ? 1 + *arguments : 1);
+    received_.consume(arguments ? 1 + *arguments : 1);
   }
 }
 
@@ -73,31 +73,31 @@ void RoombaEmulator::on_command(std::span<const std::byte> bytes, Time now, Outp
   if (!full_) return;
   if (opcode == 0x8A) motors_ = std::to_integer<int>(bytes[1]);
   if (opcode == 0x91)
-    body_.want(big_endian<std::int16_t>(bytes, 3), big_endian<std::int16_t>(bytes, 1));
+    body_.set_targets(big_endian<std::int16_t>(bytes, 3), big_endian<std::int16_t>(bytes, 1));
   if (opcode != 0x89) return;
   const double speed = big_endian<std::int16_t>(bytes, 1);
   const int radius = big_endian<std::int16_t>(bytes, 3);
   if (radius == -0x8000 || radius == 0x7FFF || radius == 0) {
-    body_.want(speed, speed);
+    body_.set_targets(speed, speed);
   } else if (std::abs(radius) == 1) {
-    body_.want(-radius * speed, radius * speed);
+    body_.set_targets(-radius * speed, radius * speed);
   } else {
     const double half = body_.track() / 2 / radius;
-    body_.want(speed * (1 - half), speed * (1 + half));
+    body_.set_targets(speed * (1 - half), speed * (1 + half));
   }
 }
 
 void RoombaEmulator::send_sensors(Output& out) {
-  const double left = body_.left_way() - told_left_;
-  const double right = body_.right_way() - told_right_;
-  const int way = static_cast<int>(std::lround((left + right) / 2));
+  const double left = body_.left_distance() - reported_left_;
+  const double right = body_.right_distance() - reported_right_;
+  const int distance = static_cast<int>(std::lround((left + right) / 2));
   const int turn = static_cast<int>(std::lround((right - left) / 2));
-  told_left_ += way - turn;
-  told_right_ += way + turn;
+  reported_left_ += distance - turn;
+  reported_right_ += distance + turn;
   std::vector<std::byte> bytes(12);
   bytes[0] = std::byte{bumps};
   bytes[7] = std::byte{overcurrents};
-  append_big(bytes, static_cast<std::int16_t>(way));
+  append_big(bytes, static_cast<std::int16_t>(distance));
   append_big(bytes, static_cast<std::int16_t>(turn));
   bytes.push_back(std::byte{0});
   append_big(bytes, static_cast<std::int16_t>(16000));  // mV
@@ -116,12 +116,12 @@ void RoombaEmulator::send_frame(Output& out) {
   std::vector<std::byte> bytes{std::byte{0x13}, std::byte{0}};
   for (const std::uint8_t id : kCreate2Packets) {
     bytes.push_back(static_cast<std::byte>(id));
-    const double way = id == 43 ? body_.left_way() : body_.right_way();
+    const double distance = id == 43 ? body_.left_distance() : body_.right_distance();
     const int value = id == 7    ? bumps
                       : id == 14 ? overcurrents
                       : id == 22 ? 16000
                       : id == 43 || id == 44
-                          ? static_cast<int>(std::floor(way / kCreate2MillimetresOfCount))
+                          ? static_cast<int>(std::floor(distance / kCreate2MillimetresOfCount))
                           : 0;
     if (create2_packet_size(id) == 2)
       append_big(bytes, static_cast<std::int16_t>(value));

@@ -30,12 +30,12 @@ class RoombaEmulator final : public WheeledRobot {
   void send_frame(Output& out);
 
   RoombaModel model_;
-  StreamBuffer heard_{256};
+  StreamBuffer received_{256};
   bool started_ = false;
   bool full_ = false;
   int motors_ = 0;
-  double told_left_ = 0;  // distance reported so far, mm
-  double told_right_ = 0;
+  double reported_left_ = 0;  // distance reported so far, mm
+  double reported_right_ = 0;
   Time next_frame_ = tims::kNever;
 };
 

@@ -61,14 +61,17 @@ TEST_P(RoombaTest, DrivesAndCounts) {
     ASSERT_TRUE(wait_for_data(dialogue));
     double x = 0;
     double heading = 0;
-    const double way = (robot_.body().left_way() + robot_.body().right_way()) / 2;
+    const double distance_before =
+        (robot_.body().left_distance() + robot_.body().right_distance()) / 2;
     const double turned = robot_.body().pose().rho;
     for (int i = 0; i < 20; ++i) {
       ASSERT_TRUE(wait_for_data(dialogue));
       x += static_cast<double>(data_.deltaX.raw());
       heading += static_cast<double>(data_.deltaRho.raw());
     }
-    EXPECT_NEAR(x, (robot_.body().left_way() + robot_.body().right_way()) / 2 - way, 35);
+    EXPECT_NEAR(
+        x, (robot_.body().left_distance() + robot_.body().right_distance()) / 2 - distance_before,
+        35);
     EXPECT_NEAR(heading, robot_.body().pose().rho - turned, 0.06);
     EXPECT_NEAR(robot_.body().left() - robot_.body().right(),
                 static_cast<double>(speed.omega) * settings().track, 2);
@@ -81,10 +84,10 @@ TEST_P(RoombaTest, ASpeedIsSentAtOnce) {
   begin(dialogue);
   dialogue.drive({.vx = 200}, line_->now());
   line_->run(20ms);
-  EXPECT_FALSE(robot_.body().is_told_to_stand());
+  EXPECT_FALSE(robot_.body().must_stop());
   dialogue.drive({}, line_->now());
   line_->run(20ms);
-  EXPECT_TRUE(robot_.body().is_told_to_stand());
+  EXPECT_TRUE(robot_.body().must_stop());
 }
 
 TEST_P(RoombaTest, StandsWhenItIsLeft) {
@@ -94,10 +97,10 @@ TEST_P(RoombaTest, StandsWhenItIsLeft) {
   line_->run(1s);
   line_->stop_host();
   line_->run(10ms);
-  EXPECT_TRUE(robot_.body().is_told_to_stand());
+  EXPECT_TRUE(robot_.body().must_stop());
 }
 
-TEST_P(RoombaTest, TheGuardsWordsStopItWhateverWasCutOffBefore) {
+TEST_P(RoombaTest, TheStopCommandsOfTheGuardFollowAnyTruncatedCommand) {
   for (std::size_t cut = 0; cut < 5; ++cut) {
     Roomba dialogue(settings());
     robot_ = RoombaEmulator(GetParam());
@@ -110,7 +113,7 @@ TEST_P(RoombaTest, TheGuardsWordsStopItWhateverWasCutOffBefore) {
     const std::array<std::byte, 5> last{std::byte{0x89}, {}, std::byte{200}, std::byte{0x80}, {}};
     robot_.on_arrival({.bytes = std::span(last).first(cut), .last = line_->now()}, nobody);
     robot_.on_arrival({.bytes = kRoombaStop, .last = line_->now()}, nobody);
-    EXPECT_TRUE(robot_.body().is_told_to_stand()) << cut;
+    EXPECT_TRUE(robot_.body().must_stop()) << cut;
   }
 }
 
@@ -162,16 +165,16 @@ INSTANTIATE_TEST_SUITE_P(Models, RoombaTest,
                          });
 
 TEST(Create2FramesTest, EverySplitAndEveryFlippedBit) {
-  struct Ear final : Output {
+  struct RecordingOutput final : Output {
     void send(std::span<const std::byte> bytes, std::uint32_t) override {
-      heard.insert(heard.end(), bytes.begin(), bytes.end());
+      received.insert(received.end(), bytes.begin(), bytes.end());
     }
-    std::vector<std::byte> heard;
-  } ear;
+    std::vector<std::byte> received;
+  } output;
   RoombaEmulator robot(RoombaModel::kCreate2);
   const std::array start{std::byte{0x80}, std::byte{0x94}, std::byte{1}, std::byte{7}};
-  robot.on_arrival({.bytes = start, .last = Time(1s)}, ear);
-  for (int i = 0; i < 3; ++i) robot.on_timeout(robot.next_timeout(), ear);
+  robot.on_arrival({.bytes = start, .last = Time(1s)}, output);
+  for (int i = 0; i < 3; ++i) robot.on_timeout(robot.next_timeout(), output);
   const auto frames_in = [](std::initializer_list<std::span<const std::byte>> pieces) {
     Create2Frames frames;
     RoombaSensors sensors;
@@ -183,11 +186,11 @@ TEST(Create2FramesTest, EverySplitAndEveryFlippedBit) {
     }
     return count;
   };
-  const std::span all(ear.heard);
+  const std::span all(output.received);
   for (std::size_t cut = 0; cut <= all.size(); ++cut)
     EXPECT_EQ(frames_in({all.first(cut), all.subspan(cut)}), 3) << cut;
   for (std::size_t bit = 0; bit < all.size() * 8; ++bit) {
-    auto broken = ear.heard;
+    auto broken = output.received;
     broken[bit / 8] ^= static_cast<std::byte>(1 << bit % 8);
     EXPECT_EQ(frames_in({broken, all}), 5) << bit;
   }
@@ -195,21 +198,21 @@ TEST(Create2FramesTest, EverySplitAndEveryFlippedBit) {
 
 // The worked example of iRobot's specification: backwards at 200 mm/s on a radius of 500 mm.
 TEST(RoombaDriveTest, ADriveCommandIsThatOfTheSpecification) {
-  struct Ear final : Output {
+  struct RecordingOutput final : Output {
     void send(std::span<const std::byte> bytes, std::uint32_t) override {
       if (bytes.size() == 5) last.assign(bytes.begin(), bytes.end());
     }
     std::vector<std::byte> last;
-  } ear;
+  } output;
   Roomba dialogue({});
   Time now{100s};
-  dialogue.start(now, ear);
+  dialogue.start(now, output);
   for (; !dialogue.is_ready(); now += 10ms)
-    if (dialogue.next_timeout() <= now) dialogue.on_timeout(now, ear);
+    if (dialogue.next_timeout() <= now) dialogue.on_timeout(now, output);
   dialogue.drive({.vx = -200, .omega = 0.4F}, now);
-  dialogue.on_timeout(now + 100ms, ear);
-  EXPECT_EQ(ear.last, (std::vector{std::byte{137}, std::byte{255}, std::byte{56}, std::byte{1},
-                                   std::byte{244}}));
+  dialogue.on_timeout(now + 100ms, output);
+  EXPECT_EQ(output.last, (std::vector{std::byte{137}, std::byte{255}, std::byte{56}, std::byte{1},
+                                      std::byte{244}}));
 }
 
 TEST(RoombaSensorsTest, WhatCannotBeIsNone) {

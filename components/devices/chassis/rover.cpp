@@ -27,7 +27,7 @@ void RoverEmulator::on_packet(const mavlink::Packet& packet, Time now, Output& o
     if (command == kRoverArm) armed_ = packet.real(0) != 0;
     if (command == kRoverSetMode) mode_ = static_cast<std::uint32_t>(packet.real(4));
     if (command == kRoverMessageInterval) ++intervals_;
-    if (!armed_) body_.want(0, 0);
+    if (!armed_) body_.set_targets(0, 0);
     auto answer = writer(Message::kCommandAck);
     answer.put(command).put(std::uint8_t{0});
     out.send(answer.finish());
@@ -35,7 +35,7 @@ void RoverEmulator::on_packet(const mavlink::Packet& packet, Time now, Output& o
   if (packet.message != Message::kSetPositionTarget || !armed_ || mode_ != kGuided) return;
   const double speed = packet.real(16) * 1000;
   const double turn = packet.real(44) * body_.track() / 2;
-  body_.want(speed + turn, speed - turn);
+  body_.set_targets(speed + turn, speed - turn);
   commanded_ = now;
 }
 
@@ -43,7 +43,7 @@ void RoverEmulator::on_timeout(Time now, Output& out) {
   if (now < next_) return;
   next_ = now + kRoverTick;
   body_.step(now);
-  if (now - commanded_ > kVelocityTimeout) body_.want(0, 0);
+  if (now - commanded_ > kVelocityTimeout) body_.set_targets(0, 0);
   if (tick_++ % 10 == 0) send_status(out);
   send_motion(now, out);
 }

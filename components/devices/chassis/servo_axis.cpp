@@ -148,7 +148,7 @@ bool ServoAxis::take(ServoDriveData& data, Time& recorded) {
   return true;
 }
 
-std::vector<Telegram> ServoAxis::last_words() const {
+std::vector<Telegram> ServoAxis::stop_commands() const {
   KeptTelegrams kept;
   drive_.stand(kept);
   return kept.take();

@@ -37,7 +37,7 @@ class ServoAxisTest : public testing::Test {
   std::optional<emulator::VirtualLine> line_;
 };
 
-TEST_F(ServoAxisTest, GoesWhereItIsTold) {
+TEST_F(ServoAxisTest, MovesToItsTarget) {
   build({.gear = 10, .min = -2, .max = 2, .velocity_max = 1});
   axis_->move_to(1.5, 0.5, 0);
   line_->run(1500ms);
@@ -51,7 +51,7 @@ TEST_F(ServoAxisTest, GoesWhereItIsTold) {
   EXPECT_NEAR(position(), -2, 1e-3);
 }
 
-TEST_F(ServoAxisTest, AnAxisThatIsBuiltInTheOtherWayRound) {
+TEST_F(ServoAxisTest, AnAxisMountedInReverse) {
   build({.gear = -10, .min = -2, .max = 2, .velocity_max = 1});
   axis_->move_to(1, 0, 0);
   line_->run(3s);
@@ -124,15 +124,16 @@ TEST_F(ServoAxisTest, HomeIsHere) {
   EXPECT_NEAR(position(), 0.5, 1e-3);
 }
 
-TEST_F(ServoAxisTest, ItsLastWordsStopItWhoeverSaysThem) {
+TEST_F(ServoAxisTest, ItsStopCommandsStopItFromAnySender) {
   build({.gear = 10, .min = -20, .max = 20, .velocity_max = 1});
   axis_->move(1, line_->now());
   line_->run(100ms);
   ASSERT_TRUE(bus_.motor(0).is_enabled());
   KeptTelegrams nobody;
-  for (const Telegram& word : axis_->last_words())
+  for (const Telegram& telegram : axis_->stop_commands())
     bus_.on_arrival(
-        {.bytes = word.bytes, .first = line_->now(), .last = line_->now(), .id = word.id}, nobody);
+        {.bytes = telegram.bytes, .first = line_->now(), .last = line_->now(), .id = telegram.id},
+        nobody);
   EXPECT_FALSE(bus_.motor(0).is_enabled());
   EXPECT_EQ(bus_.motor(0).shaft().wanted(), 0);
 }

@@ -16,7 +16,7 @@ class WheeledModel {
       : track_(track), acceleration_{acceleration, acceleration} {}
 
   // Sets the target speeds, mm/s.
-  void want(double left, double right) { targets_.tell({left, right}); }
+  void set_targets(double left, double right) { targets_.set({left, right}); }
   void set_lag(tims::Duration lag) { targets_.set_lag(lag); }
   void step(tims::Time now) {
     targets_.step(now, [&](double seconds) {
@@ -29,12 +29,12 @@ class WheeledModel {
 
   [[nodiscard]] double left() const { return left_.speed; }
   [[nodiscard]] double right() const { return right_.speed; }
-  [[nodiscard]] double left_way() const { return left_.way; }  // mm
-  [[nodiscard]] double right_way() const { return right_.way; }
+  [[nodiscard]] double left_distance() const { return left_.position; }  // mm
+  [[nodiscard]] double right_distance() const { return right_.position; }
   [[nodiscard]] double track() const { return track_; }
   [[nodiscard]] const Pose& pose() const { return pose_; }  // since the start, with full turns
   [[nodiscard]] bool stands() const { return left() == 0 && right() == 0; }
-  [[nodiscard]] bool is_told_to_stand() const { return targets_.newest() == Targets{}; }
+  [[nodiscard]] bool must_stop() const { return targets_.newest() == Targets{}; }
 
  private:
   using Targets = std::array<double, 2>;
@@ -53,10 +53,10 @@ class WheeledRobot : public Dialogue, public emulator::Wheelwork {
   [[nodiscard]] const WheeledModel& body() const { return body_; }
 
   [[nodiscard]] std::size_t motor_count() const override { return 2; }
-  void turned(Time now, std::span<double> ways) override {
+  void turned(Time now, std::span<double> distances) override {
     body_.step(now);
-    ways[0] = body_.left_way();
-    ways[1] = body_.right_way();
+    distances[0] = body_.left_distance();
+    distances[1] = body_.right_distance();
   }
   void set_lag(tims::Duration lag) override { body_.set_lag(lag); }
 

@@ -26,7 +26,7 @@ constexpr Duration kMinute = 60s;
 constexpr Duration kFirstPause = 100ms;
 constexpr Duration kLongestPause = 2s;
 constexpr Duration kOffMax = 5s;
-constexpr Duration kSayEvery = 1s;
+constexpr Duration kReportInterval = 1s;
 
 }  // namespace
 
@@ -37,7 +37,7 @@ std::optional<std::string> CanBus::on_error_frame(std::uint32_t id,
   if ((id & kRestarted) != 0) {
     ++counters_.restarts;
     off_since_ = next_restart_ = tims::kNever;
-    return say(now, "is back on the bus");
+    return report(now, "is back on the bus");
   }
   if ((controller & kOverflow) != 0) ++counters_.lost;
   if ((controller & kWarning) != 0) ++counters_.warnings;
@@ -48,20 +48,21 @@ std::optional<std::string> CanBus::on_error_frame(std::uint32_t id,
     on_bus_off(now);
     // Bus-off is reported even if another message was reported less than a second ago, but repeated
     // bus-off only once a second.
-    if (said_off_ == Time{} || now - said_off_ >= kSayEvery) said_ = {};
-    if (said_ == Time{}) said_off_ = now;
-    return say(now, "is bus-off; check the cable, the termination at both ends and the bit rate");
+    if (reported_off_ == Time{} || now - reported_off_ >= kReportInterval) reported_ = {};
+    if (reported_ == Time{}) reported_off_ = now;
+    return report(now,
+                  "is bus-off; check the cable, the termination at both ends and the bit rate");
   }
   if ((id & kNoAcknowledge) != 0)
-    return say(now, "receives no acknowledge; check that another node is on at this bit rate");
-  if ((controller & kPassive) != 0) return say(now, "has many errors (error passive)");
-  if ((controller & kOverflow) != 0) return say(now, "lost a frame: buffer overflow");
+    return report(now, "receives no acknowledge; check that another node is on at this bit rate");
+  if ((controller & kPassive) != 0) return report(now, "has many errors (error passive)");
+  if ((controller & kOverflow) != 0) return report(now, "lost a frame: buffer overflow");
   return {};
 }
 
-std::optional<std::string> CanBus::say(Time now, std::string text) {
-  if (said_ != Time{} && now - said_ < kSayEvery) return {};
-  said_ = now;
+std::optional<std::string> CanBus::report(Time now, std::string text) {
+  if (reported_ != Time{} && now - reported_ < kReportInterval) return {};
+  reported_ = now;
   return name_ + " " + std::move(text);
 }
 

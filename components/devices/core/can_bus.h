@@ -58,7 +58,7 @@ class CanBus {
 
   void on_bus_off(Time now);
   void plan_restart(Time now);
-  std::optional<std::string> say(Time now, std::string text);
+  std::optional<std::string> report(Time now, std::string text);
 
   std::string name_;
   Counters counters_;
@@ -68,8 +68,8 @@ class CanBus {
   std::array<Time, kRestartsMax> restarts_{};  // ring buffer of the most recent restarts
   std::size_t restarted_ = 0;
   bool is_given_up_ = false;
-  Time said_{};
-  Time said_off_{};
+  Time reported_{};
+  Time reported_off_{};
 };
 
 // A short queue of frames to send. The frame with the lowest identifier is first, as in the

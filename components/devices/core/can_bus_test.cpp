@@ -24,7 +24,7 @@ class CanBusTest : public testing::Test {
   Time now_{1000s};
 };
 
-TEST_F(CanBusTest, SaysWhatIsWrongOnceASecond) {
+TEST_F(CanBusTest, ErrorsAreReportedOnceASecond) {
   EXPECT_THAT(error(kNoAcknowledge).value_or(""), testing::HasSubstr("receives no acknowledge"));
   for (int i = 0; i < 1000; ++i) EXPECT_FALSE(error(kNoAcknowledge));
   now_ += 1s;
@@ -58,7 +58,7 @@ TEST_F(CanBusTest, ComesBackLaterEachTimeAndNotForEver) {
   EXPECT_FALSE(bus_.failure(now_));
 }
 
-TEST_F(CanBusTest, WhoOpensItAgainGoesOnWhereItWas) {
+TEST_F(CanBusTest, ReopeningKeepsTheState) {
   bus_.on_open(now_);
   EXPECT_EQ(bus_.next_restart(), tims::kNever);
   error(kBusOff);
@@ -74,7 +74,7 @@ TEST_F(CanBusTest, WhoOpensItAgainGoesOnWhereItWas) {
   EXPECT_EQ(bus_.next_restart(), now_ + 200ms);
 }
 
-TEST_F(CanBusTest, AfterAQuietMinuteItBeginsAnew) {
+TEST_F(CanBusTest, AfterAQuietMinuteItStartsAgain) {
   for (int i = 0; i < 20; ++i) {
     error(kBusOff);
     EXPECT_EQ(bus_.next_restart(), now_ + 100ms) << i;
@@ -85,7 +85,7 @@ TEST_F(CanBusTest, AfterAQuietMinuteItBeginsAnew) {
   EXPECT_EQ(bus_.counters().restarts, 20U);
 }
 
-TEST_F(CanBusTest, WhoDoesNotComeBackIsGivenUp) {
+TEST_F(CanBusTest, AControllerThatDoesNotRecoverIsGivenUp) {
   error(kBusOff);
   bus_.on_restart(now_ + 100ms);
   EXPECT_FALSE(bus_.failure(now_ + 5s));
@@ -102,12 +102,12 @@ TEST_F(CanBusTest, AStormOfBusOffIsOne) {
 
 TEST_F(CanBusTest, AStormOfBusOffIsOneSentenceASecond) {
   CanBus bus("can0");
-  int said = 0;
+  int reports = 0;
   for (Time now{10s}; now < Time{20s}; now += 1ms) {
-    said += bus.on_error_frame(0x40, std::array<std::byte, 8>{}, now) ? 1 : 0;
+    reports += bus.on_error_frame(0x40, std::array<std::byte, 8>{}, now) ? 1 : 0;
     bus.on_frame();  // the bus works between two bus-off events
   }
-  EXPECT_EQ(said, 10);
+  EXPECT_EQ(reports, 10);
   EXPECT_EQ(bus.counters().bus_off, 10'000U);
 }
 

@@ -18,7 +18,7 @@ TEST(DeviceAddressTest, EveryKindIsReadAndWrittenAsItWas) {
   }
 }
 
-TEST(DeviceAddressTest, SaysWhatIsWrong) {
+TEST(DeviceAddressTest, ErrorsAreReported) {
   const auto why = [](const char* text) {
     const auto address = DeviceAddress::parse(text);
     return address ? std::string("good") : address.error().detail();

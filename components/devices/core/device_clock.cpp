@@ -28,8 +28,8 @@ Time DeviceClock::to_host(std::uint64_t counter, Time arrival) {
   // Counters may have any range: only differences matter, modulo 2^64.
   const auto device =
       static_cast<std::uint64_t>(tick_.count()) * (turns_ * ticks_of_turn_ + counter);
-  const auto heard = static_cast<std::uint64_t>(arrival.time_since_epoch().count());
-  const auto difference = static_cast<std::int64_t>(heard - device);
+  const auto received = static_cast<std::uint64_t>(arrival.time_since_epoch().count());
+  const auto difference = static_cast<std::int64_t>(received - device);
   if (!now_.least || arrival - now_.begin > kWindow) {
     before_ = now_;
     now_ = {.begin = arrival, .least = difference};

@@ -33,7 +33,7 @@ TEST(DeviceClockTest, FindsTheTimeWithinTheLeastDelay) {
   }
 }
 
-TEST(DeviceClockTest, FollowsACounterThatTurnsOrBeginsAnew) {
+TEST(DeviceClockTest, FollowsACounterThatWrapsOrRestarts) {
   DeviceClock clock(1ms, 1 << 24);
   const std::uint64_t near_end = (1 << 24) - 10;
   EXPECT_EQ(clock.to_host(near_end, Time(100s)), Time(100s));
@@ -74,7 +74,7 @@ TEST(TurnClockTest, WhatIsLateIsPutBackToItsTurn) {
   }
 }
 
-TEST(TurnClockTest, BeginsAnewAfterAPauseAndWhenAClockWasSetBack) {
+TEST(TurnClockTest, RestartsAfterAPauseAndWhenAClockWasSetBack) {
   TurnClock clock(10ms);
   EXPECT_EQ(clock.to_host(Time(100s)), Time(100s));
   EXPECT_EQ(clock.to_host(Time(100s) + 14ms), Time(100s) + 10050us) << "late, or a little slow";

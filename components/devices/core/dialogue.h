@@ -79,7 +79,7 @@ class Dialogue {
   // Stop commands for the device, which the guard process (io/guard.h) sends when this program ends
   // without stop(). A device that would keep moving needs them. They must not depend on the state
   // of the protocol. Empty: the guard sends nothing.
-  [[nodiscard]] virtual std::vector<Telegram> last_words() const { return {}; }
+  [[nodiscard]] virtual std::vector<Telegram> stop_commands() const { return {}; }
   // When to call on_timeout().
   [[nodiscard]] virtual Time next_timeout() const { return timer_.due(); }
   // Filters for the CAN frames this dialogue needs; the kernel discards all others on a busy bus.

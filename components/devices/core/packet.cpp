@@ -13,19 +13,19 @@ constexpr std::uint8_t kTcp = 6;
 constexpr std::uint8_t kUdp = 17;
 
 // Reads big-endian numbers from the front; a read past the end of the packet returns nothing.
-class Words {
+class FieldReader {
  public:
-  explicit Words(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  explicit FieldReader(std::span<const std::byte> bytes) : bytes_(bytes) {}
 
   [[nodiscard]] bool good() const { return good_; }
   [[nodiscard]] std::span<const std::byte> rest() const { return bytes_; }
   std::uint32_t take(std::size_t count) {
-    std::uint32_t word = 0;
+    std::uint32_t value = 0;
     if (count > bytes_.size()) good_ = false;
     for (std::size_t i = 0; good_ && i < count; ++i)
-      word = word << 8 | std::to_integer<std::uint32_t>(bytes_[i]);
+      value = value << 8 | std::to_integer<std::uint32_t>(bytes_[i]);
     skip(count);
-    return word;
+    return value;
   }
   void skip(std::size_t count) {
     if (count > bytes_.size()) good_ = false;
@@ -39,75 +39,75 @@ class Words {
   bool good_ = true;
 };
 
-std::uint32_t ether_type(PacketLink link, Words& words) {
+std::uint32_t ether_type(PacketLink link, FieldReader& fields) {
   if (link == PacketLink::kRawIp) {
-    const bool is_v6 = !words.rest().empty() && (words.rest().front() >> 4) == std::byte{6};
+    const bool is_v6 = !fields.rest().empty() && (fields.rest().front() >> 4) == std::byte{6};
     return is_v6 ? kIpv6 : kIpv4;
   }
   constexpr std::size_t kAddresses = 12;
   constexpr std::size_t kCooked = 14;
-  words.skip(link == PacketLink::kLinuxCooked ? kCooked : kAddresses);
-  std::uint32_t type = words.take(2);
-  while (words.good() && (type == kVlan || type == kVlanOuter)) {
-    words.skip(2);
-    type = words.take(2);
+  fields.skip(link == PacketLink::kLinuxCooked ? kCooked : kAddresses);
+  std::uint32_t type = fields.take(2);
+  while (fields.good() && (type == kVlan || type == kVlanOuter)) {
+    fields.skip(2);
+    type = fields.take(2);
   }
   return type;
 }
 
 // Advances to the payload of the IP packet; returns its protocol, 0 if the header is invalid.
-std::uint32_t enter_ip(std::uint32_t type, Words& words) {
+std::uint32_t enter_ip(std::uint32_t type, FieldReader& fields) {
   if (type == kIpv4) {
-    const std::uint32_t length_word = words.take(1);
-    const std::size_t header = (length_word & 0xF) * 4;
-    words.skip(1);
-    const std::uint32_t total = words.take(2);
-    words.skip(2);
-    const std::uint32_t fragment = words.take(2);
-    words.skip(1);
-    const std::uint32_t protocol = words.take(1);
+    const std::uint32_t version_and_length = fields.take(1);
+    const std::size_t header = (version_and_length & 0xF) * 4;
+    fields.skip(1);
+    const std::uint32_t total = fields.take(2);
+    fields.skip(2);
+    const std::uint32_t fragment = fields.take(2);
+    fields.skip(1);
+    const std::uint32_t protocol = fields.take(1);
     constexpr std::size_t kRead = 10;
     constexpr std::uint32_t kMoreOrOffset = 0x3FFF;
     if (header < 20 || total < header || (fragment & kMoreOrOffset) != 0) return 0;
-    words.skip(header - kRead);
-    words.limit(total - header);
+    fields.skip(header - kRead);
+    fields.limit(total - header);
     return protocol;
   }
   if (type != kIpv6) return 0;
-  words.skip(4);
-  const std::uint32_t length = words.take(2);
-  const std::uint32_t protocol = words.take(1);
-  words.skip(1 + 2 * 16);
-  words.limit(length);
+  fields.skip(4);
+  const std::uint32_t length = fields.take(2);
+  const std::uint32_t protocol = fields.take(1);
+  fields.skip(1 + 2 * 16);
+  fields.limit(length);
   return protocol;
 }
 
 }  // namespace
 
 std::optional<Payload> payload_of(PacketLink link, std::span<const std::byte> packet) {
-  Words words(packet);
-  const std::uint32_t type = ether_type(link, words);
-  const std::uint32_t protocol = enter_ip(type, words);
+  FieldReader fields(packet);
+  const std::uint32_t type = ether_type(link, fields);
+  const std::uint32_t protocol = enter_ip(type, fields);
   if (protocol != kTcp && protocol != kUdp) return std::nullopt;
   Payload payload{.is_tcp = protocol == kTcp,
-                  .from_port = static_cast<std::uint16_t>(words.take(2)),
-                  .to_port = static_cast<std::uint16_t>(words.take(2))};
+                  .from_port = static_cast<std::uint16_t>(fields.take(2)),
+                  .to_port = static_cast<std::uint16_t>(fields.take(2))};
   if (payload.is_tcp) {
-    payload.sequence = words.take(4);
-    words.skip(4);
-    const std::size_t header = (words.take(1) >> 4) * 4;
+    payload.sequence = fields.take(4);
+    fields.skip(4);
+    const std::size_t header = (fields.take(1) >> 4) * 4;
     constexpr std::size_t kRead = 13;
     if (header < 20) return std::nullopt;
-    words.skip(header - kRead);
+    fields.skip(header - kRead);
   } else {
-    const std::uint32_t length = words.take(2);
-    words.skip(2);
+    const std::uint32_t length = fields.take(2);
+    fields.skip(2);
     constexpr std::uint32_t kHeader = 8;
     if (length < kHeader) return std::nullopt;
-    words.limit(length - kHeader);
+    fields.limit(length - kHeader);
   }
-  if (!words.good()) return std::nullopt;
-  payload.bytes = words.rest();
+  if (!fields.good()) return std::nullopt;
+  payload.bytes = fields.rest();
   return payload;
 }
 

@@ -28,8 +28,8 @@ tims::Result<void> Replay::take(const CaptureRecord& record) {
     return {};
   }
   const bool is_time = record.direction == Direction::kTime;
-  const bool is_heard = is_time || record.direction == Direction::kReceived;
-  if (!is_heard) return {};
+  const bool is_received = is_time || record.direction == Direction::kReceived;
+  if (!is_received) return {};
   if (!conversation_) return {};
   count_unmatched(record.time);
   ++records_;

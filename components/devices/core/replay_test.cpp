@@ -161,7 +161,7 @@ TEST_F(ReplayTest, WhatIsMadeOnlyThenOrOnlyNowIsSeen) {
 }
 
 // When the disk was full: records after the gap are not compared until the device is opened again.
-TEST_F(ReplayTest, WhereRecordsAreMissingNothingIsSaid) {
+TEST_F(ReplayTest, NothingIsComparedWhereRecordsAreMissing) {
   drive();
   std::erase_if(recording_,
                 [](const CaptureRecord& record) { return record.direction == Direction::kTime; });

@@ -52,9 +52,9 @@ class Wheelwork {
   [[nodiscard]] virtual std::size_t motor_count() const = 0;
   // For all motors: distance at the rim, mm (left, right), or angle of the shaft, rad, where the
   // gear ratio is configurable.
-  virtual void turned(Time now, std::span<double> ways) = 0;
+  virtual void turned(Time now, std::span<double> positions) = 0;
   // True: turned() returns shaft angles; gears and wheels belong to the vehicle.
-  [[nodiscard]] virtual bool tells_shafts() const { return false; }
+  [[nodiscard]] virtual bool reports_shafts() const { return false; }
   // Delay until motors execute a command. Encoders report the actual motion.
   virtual void set_lag(Duration lag) = 0;
   // The vehicle touches an obstacle: for its bumpers.

@@ -30,7 +30,7 @@ inline std::vector<std::byte> bytes_of_file(const std::string& name) {
   return bytes_of_text(text);
 }
 
-class HeardOutput : public Output {
+class ReceivedOutput : public Output {
  public:
   void send(std::span<const std::byte> bytes, std::uint32_t = 0) override {
     sent.emplace_back(bytes.begin(), bytes.end());

@@ -43,8 +43,8 @@ constexpr std::string letters_of(std::uint32_t format) {
   return text;
 }
 
-inline constexpr std::size_t kVideoWords = 4;
-using VideoBytes = std::array<std::byte, 4 * kVideoWords>;  // numbers of 32 bits, little-endian
+inline constexpr std::size_t kVideoFields = 4;
+using VideoBytes = std::array<std::byte, 4 * kVideoFields>;  // numbers of 32 bits, little-endian
 
 struct VideoHead {
   std::uint32_t format = 0;
@@ -66,19 +66,19 @@ struct VideoControl {
 };
 
 namespace detail {
-constexpr VideoBytes video_bytes(const std::array<std::uint32_t, kVideoWords>& words) {
+constexpr VideoBytes video_bytes(const std::array<std::uint32_t, kVideoFields>& fields) {
   VideoBytes bytes{};
   for (std::size_t i = 0; i < bytes.size(); ++i)
-    bytes.at(i) = static_cast<std::byte>(words.at(i / 4) >> (i % 4 * 8));
+    bytes.at(i) = static_cast<std::byte>(fields.at(i / 4) >> (i % 4 * 8));
   return bytes;
 }
-constexpr std::optional<std::array<std::uint32_t, kVideoWords>> video_words(
+constexpr std::optional<std::array<std::uint32_t, kVideoFields>> video_fields(
     std::span<const std::byte> bytes) {
   if (bytes.size() != sizeof(VideoBytes)) return std::nullopt;
-  std::array<std::uint32_t, kVideoWords> words{};
+  std::array<std::uint32_t, kVideoFields> fields{};
   for (std::size_t i = 0; i < bytes.size(); ++i)
-    words.at(i / 4) |= std::to_integer<std::uint32_t>(bytes[i]) << (i % 4 * 8);
-  return words;
+    fields.at(i / 4) |= std::to_integer<std::uint32_t>(bytes[i]) << (i % 4 * 8);
+  return fields;
 }
 }  // namespace detail
 
@@ -91,16 +91,16 @@ constexpr VideoBytes bytes_of(const VideoControl& control) {
                               static_cast<std::uint32_t>(control.value)});
 }
 constexpr std::optional<VideoHead> video_head(std::span<const std::byte> bytes) {
-  const auto words = detail::video_words(bytes);
-  if (!words) return std::nullopt;
-  return VideoHead{words->at(0), words->at(1), words->at(2), words->at(3)};
+  const auto fields = detail::video_fields(bytes);
+  if (!fields) return std::nullopt;
+  return VideoHead{fields->at(0), fields->at(1), fields->at(2), fields->at(3)};
 }
 constexpr std::optional<VideoControl> video_control(std::span<const std::byte> bytes) {
-  const auto words = detail::video_words(bytes);
-  if (!words) return std::nullopt;
-  return VideoControl{words->at(0), static_cast<std::int32_t>(words->at(1)),
-                      static_cast<std::int32_t>(words->at(2)),
-                      static_cast<std::int32_t>(words->at(3))};
+  const auto fields = detail::video_fields(bytes);
+  if (!fields) return std::nullopt;
+  return VideoControl{fields->at(0), static_cast<std::int32_t>(fields->at(1)),
+                      static_cast<std::int32_t>(fields->at(2)),
+                      static_cast<std::int32_t>(fields->at(3))};
 }
 
 }  // namespace rack::device

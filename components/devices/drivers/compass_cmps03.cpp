@@ -39,14 +39,14 @@ class CompassCmps03 : public Driver<CompassData, Cmps03> {
 
   Result<void> module_loop() override {
     if (!is_recording())
-      dialogue().want_calibration(integer("calibration") != 0, integer("compassAligned") != 0,
-                                  now());
+      dialogue().request_calibration(integer("calibration") != 0, integer("compassAligned") != 0,
+                                     now());
     auto done = Driver::module_loop();
-    tell_step();
+    report_step();
     return done;
   }
 
-  void tell_step() {
+  void report_step() {
     int direction = 0;
     switch (dialogue().take_step(direction)) {
       case Cmps03::Step::kNone:

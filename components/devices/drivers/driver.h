@@ -101,8 +101,8 @@ class Driver : public DataModule<Data> {
     auto opened = Device::open(*options, *dialogue_, [this] { return take_all(); });
     if (!opened) return opened.error();
     device_ = std::move(*opened);
-    heard_ = now();
-    has_told_end_ = has_taken_ = is_known_ = false;
+    last_received_ = now();
+    has_reported_end_ = has_taken_ = is_known_ = false;
     return {};
   }
 
@@ -112,7 +112,7 @@ class Driver : public DataModule<Data> {
   }
 
   void module_off() override {
-    if (device_ && broken() > 0 && !has_told_end_)
+    if (device_ && broken() > 0 && !has_reported_end_)
       this->log().warning("%s: %d invalid telegrams since it was opened", device_->description(),
                           broken());
     close_device();
@@ -125,7 +125,7 @@ class Driver : public DataModule<Data> {
       tims::os::drain_event_fd(woken_.get());
       const tims::Time until = std::min(end, prepare(now()));
       if (auto waited = device_->wait(until, woken_.get()); !waited) return waited;
-      tell_event();
+      report_event();
       if (now() >= end && !has_taken_) return check_silence();
     }
     return {};
@@ -145,11 +145,11 @@ class Driver : public DataModule<Data> {
   void close_device() {
     if (!device_) return;
     device_->close();
-    tell_event();
+    report_event();
     device_.reset();
   }
 
-  void tell_event() {
+  void report_event() {
     if (const auto event = device_->take_event()) this->log().warning("%s", *event);
   }
 
@@ -158,7 +158,7 @@ class Driver : public DataModule<Data> {
     take_others();
     Data& data = this->get_local_buffer();
     for (tims::Time recorded{}; dialogue_->take(data, recorded);) {
-      heard_ = now();
+      last_received_ = now();
       has_taken_ = true;
       if (!std::exchange(is_known_, true)) recognize();
       if (device_->is_recorded())
@@ -206,15 +206,15 @@ class Driver : public DataModule<Data> {
   }
 
   Result<void> check_silence() {
-    if (device_->is_over() && !std::exchange(has_told_end_, true))
+    if (device_->is_over() && !std::exchange(has_reported_end_, true))
       this->log().print("%s: end of the recording, %d invalid telegrams", device_->description(),
                         broken());
     // Pauses and the end of a recording are not errors.
     if (!dialogue_->is_ready() || device_->is_recording()) {
-      heard_ = now();
+      last_received_ = now();
       return {};
     }
-    const tims::Duration silence = now() - heard_;
+    const tims::Duration silence = now() - last_received_;
     if (silence < std::max<tims::Duration>(3 * this->period(), kSilenceMin)) return {};
     const auto milliseconds = std::chrono::duration_cast<std::chrono::milliseconds>(silence);
     return tims::Error(tims::Errc::kTimeout, device_->description() + " has sent no data for " +
@@ -245,8 +245,8 @@ class Driver : public DataModule<Data> {
   tims::os::File woken_;  // eventfd
   std::unique_ptr<Dialog> dialogue_;
   std::unique_ptr<Device> device_;
-  tims::Time heard_{};
-  bool has_told_end_ = false;  // the end of a recording was reported
+  tims::Time last_received_{};
+  bool has_reported_end_ = false;  // the end of a recording was reported
   bool has_taken_ = false;
   bool is_known_ = false;        // recognize() was called since the device was opened
   std::string serial_number_;    // of the last device since this program started

@@ -105,7 +105,7 @@ class GpsDriver : public Driver<GpsData, Dialog> {
     if (position) {
       data.pos = position->pos;
       position_asked_.reset();
-      if (this->integer("positionUpdate") != 0) tell_position(data);
+      if (this->integer("positionUpdate") != 0) report_position(data);
       return;
     }
     if (!position_asked_)
@@ -118,14 +118,14 @@ class GpsDriver : public Driver<GpsData, Dialog> {
 
   // The course equals the heading only while the robot moves. Position may have no data for that
   // time.
-  void tell_position(const GpsData& data) {
+  void report_position(const GpsData& data) {
     constexpr i32 kMoves = 1000;  // mm/s
     const auto known = position_->get_data(data.recordingTime);
     if (!known) return;
     const auto both = weighed(*known, data, data.speed >= kMoves);
     if (!both) return;
-    if (const auto told = position_->update(*both); !told)
-      this->log().warning("%s", told.error().message());
+    if (const auto updated = position_->update(*both); !updated)
+      this->log().warning("%s", updated.error().message());
   }
 
   void open_pulse() {

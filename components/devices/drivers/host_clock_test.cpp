@@ -34,7 +34,7 @@ TEST(TimeStampTest, FollowsTheClockOnTheWall) {
 }
 
 // Not enabled: the clock of the test host must not change.
-TEST(HostClockTest, IsLeftAloneUnlessItIsWanted) {
+TEST(HostClockTest, IsUnchangedUnlessConfigured) {
   HostClock clock;
   clock.start(false, 1s);
   const auto updated = clock.update(0s, tims::Time(1s), tims::Time(1s));

@@ -62,8 +62,8 @@ class Io : public Driver<IoData, IoLines> {
     const auto list = [&](std::string_view parameter, std::string_view option) {
       constexpr unsigned kBoardMost = 127;
       if (!is_gpio) return pins_of(text(parameter), parameter, kBoardMost);
-      const auto said = address->options.find(option);
-      return pins_of(said == address->options.end() ? "" : said->second, option, 0xFFFF);
+      const auto given = address->options.find(option);
+      return pins_of(given == address->options.end() ? "" : given->second, option, 0xFFFF);
     };
     const auto inputs = list("inputs", "in");
     const auto outputs = list("outputs", "out");

@@ -42,7 +42,7 @@ constexpr ModuleInfo kInfo{
 
 // A queue of data sets that the Chassis passes to another component; the oldest are overwritten.
 template <class Data>
-class Heard {
+class Received {
  public:
   void put(const Data& data) {
     {
@@ -72,8 +72,8 @@ class Heard {
 template <class Data>
 class Listener : public DataModule<Data> {
  public:
-  Listener(const ModuleInfo& info, Heard<Data>& heard)
-      : DataModule<Data>(info, {.history = 100}), heard_(heard) {}
+  Listener(const ModuleInfo& info, Received<Data>& received)
+      : DataModule<Data>(info, {.history = 100}), received_(received) {}
 
  private:
   Result<void> module_on() override {
@@ -82,13 +82,13 @@ class Listener : public DataModule<Data> {
   }
   Result<void> module_loop() override {
     constexpr tims::Duration kLongest = std::chrono::milliseconds(500);
-    if (!heard_.take(this->get_local_buffer(), kLongest))
+    if (!received_.take(this->get_local_buffer(), kLongest))
       return tims::Error(tims::Errc::kTimeout,
                          "no data from the autopilot; check that MavlinkVehicle's Chassis is on");
     return this->put_local_buffer();
   }
 
-  Heard<Data>& heard_;
+  Received<Data>& received_;
 };
 
 constexpr std::array<ParameterInfo, 1> kListenerParameters = {{
@@ -110,9 +110,9 @@ class Part {
   // When any component is requested to end, the whole program ends.
   Part(Module& module, Module& whole, std::vector<std::string> arguments) : module_(module) {
     thread_ = std::thread([this, &whole, arguments = std::move(arguments)] {
-      std::vector<const char*> words;
-      for (const std::string& argument : arguments) words.push_back(argument.c_str());
-      module_.run(words);
+      std::vector<const char*> pointers;
+      for (const std::string& argument : arguments) pointers.push_back(argument.c_str());
+      module_.run(pointers);
       has_ended_ = true;
       whole.stop();
     });
@@ -154,14 +154,14 @@ class MavlinkChassis : public ChassisDriver<MavlinkVehicle> {
   }
 
   template <class Data>
-  void begin(const std::string& instance, const ModuleInfo& info, Heard<Data>& heard) {
+  void begin(const std::string& instance, const ModuleInfo& info, Received<Data>& received) {
     if (integer(instance) < 0) return;
     std::vector<std::string> arguments = router_;
     for (const std::string common : {"system", "targetStatus", "gdosLevel", "cmdTaskPrio",
                                      "dataTaskPrio", "periodTime", "errorTimeout"})
       arguments.push_back("--" + common + "=" + std::to_string(integer(common)));
     arguments.push_back("--instance=" + std::to_string(integer(instance)));
-    modules_.push_back(std::make_unique<Listener<Data>>(info, heard));
+    modules_.push_back(std::make_unique<Listener<Data>>(info, received));
     parts_.push_back(std::make_unique<Part>(*modules_.back(), *this, std::move(arguments)));
   }
 
@@ -195,15 +195,15 @@ class MavlinkChassis : public ChassisDriver<MavlinkVehicle> {
       pass_on(position_data_, recorded, position_);
   }
   template <class Data>
-  static void pass_on(Data& data, tims::Time recorded, Heard<Data>& heard) {
+  static void pass_on(Data& data, tims::Time recorded, Received<Data>& received) {
     data.recordingTime = time_stamp_of(recorded);
-    heard.put(data);
+    received.put(data);
   }
 
   std::vector<std::string> router_;
-  Heard<GpsData> gps_;
-  Heard<GyroData> gyro_;
-  Heard<PositionData> position_;
+  Received<GpsData> gps_;
+  Received<GyroData> gyro_;
+  Received<PositionData> position_;
   GpsData gps_data_;
   GyroData gyro_data_;
   PositionData position_data_;
@@ -217,9 +217,9 @@ class MavlinkChassis : public ChassisDriver<MavlinkVehicle> {
 int main(int argc, char** argv) {
   std::vector<std::string> router;  // option passed to all parts
   for (int i = 1; i < argc; ++i) {
-    const std::string_view word = argv[i];
-    if (word.starts_with("--router=")) router.emplace_back(word);
-    if (word == "--router" && i + 1 < argc)
+    const std::string_view argument = argv[i];
+    if (argument.starts_with("--router=")) router.emplace_back(argument);
+    if (argument == "--router" && i + 1 < argc)
       router.push_back("--router=" + std::string(argv[i + 1]));
   }
   rack::device::MavlinkChassis chassis(std::move(router));

@@ -68,7 +68,7 @@ class ObjRecogIbeoLux final : public DataModule<ObjRecogData> {
       sleep_until_next(period());
     } else {
       if (auto come = chassis_.next(movement_, 2 * period()); !come) return come;
-      motion_->tell({.speed = movement_.vx.raw(), .omega = movement_.omega.raw()});
+      motion_->set_motion({.speed = movement_.vx.raw(), .omega = movement_.omega.raw()});
     }
     if (auto sent = device_->wait(now()); !sent) return sent;
     get_local_buffer().recordingTime = chassis_ ? movement_.recordingTime : time_stamp();

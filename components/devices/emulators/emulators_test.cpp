@@ -52,14 +52,14 @@ class Sent final : public Output {
   std::uint32_t id_ = 0;
 };
 
-TEST(EchoTest, SaysWhatItHearsWithItsIdentifier) {
+TEST(EchoTest, SendsWhatItReceivesWithItsIdentifier) {
   const auto echo = find_emulator("echo")->make({});
   Sent out;
   echo->start(Time{}, out);
   EXPECT_TRUE(out.bytes_.empty());
-  const std::array heard = {std::byte{1}, std::byte{0}, std::byte{0xFF}};
-  echo->on_arrival({.bytes = heard, .id = 0x181}, out);
-  EXPECT_EQ(out.bytes_, std::vector<std::byte>(heard.begin(), heard.end()));
+  const std::array received = {std::byte{1}, std::byte{0}, std::byte{0xFF}};
+  echo->on_arrival({.bytes = received, .id = 0x181}, out);
+  EXPECT_EQ(out.bytes_, std::vector<std::byte>(received.begin(), received.end()));
   EXPECT_EQ(out.id_, 0x181U);
   EXPECT_EQ(echo->next_timeout(), tims::kNever);
 }

@@ -19,7 +19,7 @@ namespace no_allocation_test {
 using namespace std::chrono_literals;
 
 // Stores what one side has sent, in preallocated memory.
-class Said final : public Output {
+class StoredOutput final : public Output {
  public:
   void send(std::span<const std::byte> bytes, std::uint32_t id) override {
     ASSERT_LT(count_, pieces_.size());
@@ -29,7 +29,7 @@ class Said final : public Output {
     pieces_[count_++].id = id;
   }
   // Passes everything to the other side.
-  void tell(Dialogue& to, Time now, Output& answers) {
+  void pass(Dialogue& to, Time now, Output& answers) {
     const std::size_t count = std::exchange(count_, 0);
     for (std::size_t i = 0; i < count; ++i) {
       const Piece piece = pieces_[i];
@@ -51,8 +51,8 @@ class Said final : public Output {
 // Number of allocations of the driver's side in ten seconds; `command` is called every millisecond.
 template <class Data, class Dialog, class Command>
 std::size_t allocations_while(Dialog& host, Dialogue& device, Command command) {
-  Said to_host;
-  Said to_device;
+  StoredOutput to_host;
+  StoredOutput to_device;
   Time now{1000s};
   const Time ready_by = now + 10s;
   const Time end = ready_by + 10s;
@@ -64,9 +64,9 @@ std::size_t allocations_while(Dialog& host, Dialogue& device, Command command) {
   Time recorded{};
   for (; now < end; now += 1ms) {
     if (device.next_timeout() <= now) device.on_timeout(now, to_host);
-    to_device.tell(device, now, to_host);
+    to_device.pass(device, now, to_host);
     const std::size_t before = tims::test::allocations();
-    to_host.tell(host, now, to_device);
+    to_host.pass(host, now, to_device);
     if (host.next_timeout() <= now) host.on_timeout(now, to_device);
     command(now);
     const bool has = host.take(data, recorded);

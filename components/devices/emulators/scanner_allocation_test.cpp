@@ -24,16 +24,16 @@ using Pieces = std::vector<std::vector<std::byte>>;
 
 // The bytes that a scanner sends to the driver within some seconds.
 template <class Device, class Host>
-Pieces said_by(Device device, Host host) {
-  Pieces said;
+Pieces sent_by(Device device, Host host) {
+  Pieces sent;
   emulator::VirtualLine line(host, device, {.is_bus = true});
   line.set_lose([&](bool from_host, std::span<const std::byte> bytes) {
-    if (!from_host) said.emplace_back(bytes.begin(), bytes.end());
+    if (!from_host) sent.emplace_back(bytes.begin(), bytes.end());
     return false;
   });
   line.start();
   line.run(10s);
-  return said;
+  return sent;
 }
 
 struct Nobody : Output {
@@ -69,17 +69,17 @@ void expect_none(Dialog dialogue, const Pieces& pieces) {
 }
 
 TEST(ScannerAllocationTest, RangeFinders) {
-  expect_none<LadarData>(Hokuyo({.only_listen = true}), said_by(emulator::Hokuyo(), Hokuyo({})));
-  expect_none<LadarData>(Ibeo({.only_listen = true}), said_by(emulator::Ibeo(), Ibeo({})));
-  expect_none<LadarData>(IbeoLux({}), said_by(emulator::IbeoLux(), IbeoLux({})));
-  expect_none<LadarData>(Ld19({.only_listen = true}), said_by(emulator::Ld19(), Ld19({})));
+  expect_none<LadarData>(Hokuyo({.only_listen = true}), sent_by(emulator::Hokuyo(), Hokuyo({})));
+  expect_none<LadarData>(Ibeo({.only_listen = true}), sent_by(emulator::Ibeo(), Ibeo({})));
+  expect_none<LadarData>(IbeoLux({}), sent_by(emulator::IbeoLux(), IbeoLux({})));
+  expect_none<LadarData>(Ld19({.only_listen = true}), sent_by(emulator::Ld19(), Ld19({})));
 }
 
-TEST(ScannerAllocationTest, RplidarInAllItsWays) {
+TEST(ScannerAllocationTest, RplidarInAllItsModes) {
   for (const auto type : {rplidar::kPoints, rplidar::kPairs, rplidar::kTriples, rplidar::kDense}) {
-    const auto said = said_by(emulator::Rplidar({.type = type}),
+    const auto sent = sent_by(emulator::Rplidar({.type = type}),
                               Rplidar({.only_points = type == rplidar::kPoints}));
-    expect_none<LadarData>(Rplidar({.only_listen = true}), said);
+    expect_none<LadarData>(Rplidar({.only_listen = true}), sent);
   }
 }
 
@@ -88,9 +88,9 @@ TEST(ScannerAllocationTest, ScannersOfSpace) {
   for (const int sectors : {1, 4}) {
     const SpinSettings settings{.sectors = sectors};
     expect_none<Scan3dData>(Velodyne(settings),
-                            said_by(emulator::VelodyneScanner(), Velodyne(settings)));
+                            sent_by(emulator::VelodyneScanner(), Velodyne(settings)));
     expect_none<Scan3dData>(Ouster(*metadata, settings),
-                            said_by(emulator::OusterScanner(), Ouster(*metadata, settings)));
+                            sent_by(emulator::OusterScanner(), Ouster(*metadata, settings)));
   }
 }
 

@@ -215,11 +215,11 @@ class Recorder final : public Dialogue, private Output {
     conversation_.start(now, *this);
   }
   void on_arrival(const Arrival& arrival, Output& out) override {
-    Arrival heard = arrival;
-    if (!is_stream_ && heard.id == 0) heard.id = kPort;
+    Arrival received = arrival;
+    if (!is_stream_ && received.id == 0) received.id = kPort;
     const Turn turn(*this, arrival.last, out);
-    note(Direction::kReceived, heard);
-    conversation_.receive(heard, *this);
+    note(Direction::kReceived, received);
+    conversation_.receive(received, *this);
   }
   void on_timeout(Time now, Output& out) override {
     const Turn turn(*this, now, out);
@@ -247,10 +247,10 @@ class Recorder final : public Dialogue, private Output {
     Recorder& recorder;
   };
 
-  void note(Direction direction, const Arrival& heard) {
+  void note(Direction direction, const Arrival& arrival) {
     ++records_;
-    append_record(capture_, now_.time_since_epoch(), direction, heard.id, heard.bytes,
-                  heard.last - heard.first);
+    append_record(capture_, now_.time_since_epoch(), direction, arrival.id, arrival.bytes,
+                  arrival.last - arrival.first);
   }
   tims::Result<void> take() {
     while (subject_.take()) {
@@ -450,20 +450,20 @@ TEST_P(SurvivalTest, AnswersMayComeTwice) {
   EXPECT_TRUE(data_come_within(kLongest, 3)) << why_;
 }
 
-TEST_P(SurvivalTest, ARecordingSaysWhatTheDeviceSaid) {
+TEST_P(SurvivalTest, ARecordingReplaysWhatTheDeviceSent) {
   record(true);
-  const Messages& said = recorder_->messages();
-  ASSERT_GE(said.size(), 3U);
+  const Messages& messages = recorder_->messages();
+  ASSERT_GE(messages.size(), 3U);
 
   const auto listener = GetParam().make(true);
-  EXPECT_TRUE(play(recorder_->capture(), line_->now(), *listener) == said);
+  EXPECT_TRUE(play(recorder_->capture(), line_->now(), *listener) == messages);
 
   // A recording that starts later.
   const std::string& capture = recorder_->capture();
   const std::size_t middle = capture.find('\n', capture.size() / 2) + 1;
   const auto late = GetParam().make(true);
   const Messages rest = play(capture.substr(middle), line_->now(), *late);
-  EXPECT_GE(rest.size(), GetParam().has_head ? 0 : said.size() / 3);
+  EXPECT_GE(rest.size(), GetParam().has_head ? 0 : messages.size() / 3);
 }
 
 // The replay uses a driver with the same settings and without motion commands.

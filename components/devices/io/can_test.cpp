@@ -37,12 +37,12 @@ bool run(std::vector<std::string> command) {
   return status && status->success();
 }
 
-struct Heard {
+struct Frame {
   std::uint32_t id;
   std::string bytes;
   Time when;
 
-  bool operator==(const Heard& other) const { return id == other.id && bytes == other.bytes; }
+  bool operator==(const Frame& other) const { return id == other.id && bytes == other.bytes; }
 };
 
 std::vector<std::byte> bytes_of(std::string_view text) {
@@ -70,8 +70,8 @@ class CanTest : public testing::Test {
     EXPECT_TRUE(*sent);
   }
   // Receives `count` frames; with count 0, the frames received within a short time.
-  static std::vector<Heard> receive(Transport& transport, std::size_t count) {
-    std::vector<Heard> all;
+  static std::vector<Frame> receive(Transport& transport, std::size_t count) {
+    std::vector<Frame> all;
     const Time end = tims::os::now() + (count == 0 ? Duration(100ms) : Duration(5s));
     while ((count == 0 || all.size() < count) && tims::os::now() < end) {
       pollfd wait{.fd = transport.descriptor(), .events = POLLIN, .revents = 0};
@@ -95,10 +95,10 @@ TEST_F(CanTest, FramesArriveWholeInOrderWithTimesThatWere) {
   send(*one, 0x181, "12345678");
   send(*one, 0x80000000U | 0x18DAF110, "");
   send(*one, 0x7FF, "x");
-  const auto heard = receive(*other, 3);
-  EXPECT_THAT(heard, ElementsAre(Heard{0x181, "12345678", {}}, Heard{0x98DAF110, "", {}},
-                                 Heard{0x7FF, "x", {}}));
-  for (const Heard& one_of_them : heard) {
+  const auto received = receive(*other, 3);
+  EXPECT_THAT(received, ElementsAre(Frame{0x181, "12345678", {}}, Frame{0x98DAF110, "", {}},
+                                    Frame{0x7FF, "x", {}}));
+  for (const Frame& one_of_them : received) {
     EXPECT_GE(one_of_them.when, before - 50ms);
     EXPECT_LE(one_of_them.when, tims::os::now());
   }
@@ -111,8 +111,8 @@ TEST_F(CanTest, TheKernelFilters) {
       opened({{.id = 0x580, .mask = 0x780}, {.id = 0x80000100, .mask = 0x9FFFFFFF}});
   for (const std::uint32_t id : {0x181U, 0x581U, 0x100U, 0x5FFU, 0x600U, 0x80000100U})
     send(*sender, id, "x");
-  EXPECT_THAT(receive(*filtered, 3), ElementsAre(Heard{0x581, "x", {}}, Heard{0x5FF, "x", {}},
-                                                 Heard{0x80000100, "x", {}}));
+  EXPECT_THAT(receive(*filtered, 3), ElementsAre(Frame{0x581, "x", {}}, Frame{0x5FF, "x", {}},
+                                                 Frame{0x80000100, "x", {}}));
   EXPECT_TRUE(receive(*filtered, 0).empty());
 }
 
@@ -125,7 +125,7 @@ struct Picky final : Dialogue {
   std::vector<std::uint32_t> ids;
 };
 
-TEST_F(CanTest, ADialogueHearsWhatItWants) {
+TEST_F(CanTest, ADialogueReceivesTheFramesOfItsFilter) {
   const auto sender = opened();
   Picky dialogue;
   const auto device =
@@ -137,7 +137,7 @@ TEST_F(CanTest, ADialogueHearsWhatItWants) {
   EXPECT_THAT(dialogue.ids, ElementsAre(0x585, 0x585));
 }
 
-TEST_F(CanTest, WhoOnlySpeaksHearsNothing) {
+TEST_F(CanTest, WithoutFiltersNothingIsReceived) {
   const auto sender = opened();
   const auto silent = opened({});
   send(*sender, 0x181, "x");
@@ -156,9 +156,9 @@ TEST_F(CanTest, ErrorFramesArriveWithTheirFlag) {
   frame.can_id = CAN_ERR_FLAG | CAN_ERR_BUSOFF;
   frame.can_dlc = CAN_ERR_DLC;
   ASSERT_EQ(::write(socket.get(), &frame, sizeof frame), static_cast<ssize_t>(sizeof frame));
-  const auto heard = receive(*listener, 1);
-  ASSERT_EQ(heard.size(), 1U);
-  EXPECT_EQ(heard[0].id, CAN_ERR_FLAG | CAN_ERR_BUSOFF);
+  const auto received = receive(*listener, 1);
+  ASSERT_EQ(received.size(), 1U);
+  EXPECT_EQ(received[0].id, CAN_ERR_FLAG | CAN_ERR_BUSOFF);
 }
 
 TEST_F(CanTest, AFrameHasEightBytesAtMost) {
@@ -172,17 +172,17 @@ TEST_F(CanTest, AFrameHasEightBytesAtMost) {
 TEST_F(CanTest, AFloodIsTakenInOrder) {
   const auto sender = opened();
   const auto receiver = opened();
-  std::vector<Heard> all;
+  std::vector<Frame> all;
   for (int i = 0; i < 1000; ++i) {
     send(*sender, 0x100, std::to_string(i));
     if (i % 50 == 49)
-      for (const Heard& heard : receive(*receiver, 50)) all.push_back(heard);
+      for (const Frame& frame : receive(*receiver, 50)) all.push_back(frame);
   }
   ASSERT_EQ(all.size(), 1000U);
   for (std::size_t i = 0; i < all.size(); ++i) EXPECT_EQ(all[i].bytes, std::to_string(i));
 }
 
-TEST_F(CanTest, AnInterfaceThatGoesIsNoticedInWords) {
+TEST_F(CanTest, ARemovedInterfaceIsReportedWithAReason) {
   const auto transport = opened();
   ASSERT_TRUE(run({"ip", "link", "del", kInterface}));
   const Time end = tims::os::now() + 5s;
@@ -201,12 +201,12 @@ class Driving final : public Dialogue {
  public:
   void start(Time, Output& out) override { out.send(bytes_of("go"), 0x21); }
   void on_arrival(const Arrival&, Output&) override {}
-  [[nodiscard]] std::vector<Telegram> last_words() const override {
+  [[nodiscard]] std::vector<Telegram> stop_commands() const override {
     return {{.bytes = bytes_of("stand"), .id = 0x22}, {.bytes = {}, .id = 0x80000123}};
   }
 };
 
-TEST_F(CanTest, TheGuardSpeaksWhenItsDriverIsKilled) {
+TEST_F(CanTest, TheGuardSendsWhenItsDriverIsKilled) {
   const auto other = opened();
   const pid_t driver = ::fork();
   if (driver == 0) {
@@ -217,14 +217,14 @@ TEST_F(CanTest, TheGuardSpeaksWhenItsDriverIsKilled) {
     for (;;) ::pause();
   }
   ASSERT_GT(driver, 0);
-  EXPECT_THAT(receive(*other, 1), ElementsAre(Heard{0x21, "go", {}}));
+  EXPECT_THAT(receive(*other, 1), ElementsAre(Frame{0x21, "go", {}}));
   EXPECT_TRUE(receive(*other, 0).empty());
   ::kill(driver, SIGKILL);
   ::waitpid(driver, nullptr, 0);
-  EXPECT_THAT(receive(*other, 2), ElementsAre(Heard{0x22, "stand", {}}, Heard{0x80000123, "", {}}));
+  EXPECT_THAT(receive(*other, 2), ElementsAre(Frame{0x22, "stand", {}}, Frame{0x80000123, "", {}}));
 }
 
-TEST_F(CanTest, AnInterfaceThatIsDownIsSaid) {
+TEST_F(CanTest, AnInterfaceThatIsDownIsReported) {
   ASSERT_TRUE(run({"ip", "link", "set", kInterface, "down"}));
   const auto transport = open_can({.kind = TransportKind::kCan, .place = kInterface}, {});
   const bool failed = !transport ||

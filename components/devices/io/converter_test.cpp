@@ -74,7 +74,7 @@ TEST_F(ConverterTest, ADriverMakesItFastAndIsSeenToUseIt) {
   EXPECT_THAT(converter()->used_by[0], HasSubstr(std::to_string(::getpid())));
 }
 
-TEST_F(ConverterTest, PulledOutItIsGoneInWordsAndPluggedInItIsThere) {
+TEST_F(ConverterTest, UnpluggingIsReportedWithAReasonAndPluggedInItIsThere) {
   const auto transport = opened();
   const auto before = host_devices();
   const std::string place = place_of(*converter());

@@ -89,9 +89,9 @@ Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options, Dialo
   }
   // The guard must start before the first command is sent. A recording needs none.
   std::unique_ptr<Guard> guard;
-  const auto last_words = dialogue.last_words();
-  if (!last_words.empty() && !(*transport)->is_recording()) {
-    auto started = Guard::start((*transport)->descriptor(), (*transport)->to_write(last_words));
+  const auto stop_commands = dialogue.stop_commands();
+  if (!stop_commands.empty() && !(*transport)->is_recording()) {
+    auto started = Guard::start((*transport)->descriptor(), (*transport)->to_write(stop_commands));
     if (!started) return started.error();
     guard = std::move(*started);
   }

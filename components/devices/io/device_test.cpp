@@ -49,13 +49,13 @@ class Numbers final : public Dialogue {
       if (number_ == kNonsense) fail(tims::Errc::kMalformed, "nonsense");
     }
   }
-  void on_sent(const Arrival& words) override { said.push_back(words); }
+  void on_sent(const Arrival& arrival) override { sent.push_back(arrival); }
   std::optional<int> take() { return std::exchange(number_, {}); }
 
   static constexpr int kNonsense = 0xFFFF;
 
   std::vector<Arrival> pieces;
-  std::vector<Arrival> said;
+  std::vector<Arrival> sent;
 
  private:
   std::optional<int> half_;
@@ -132,11 +132,11 @@ TEST_F(DeviceTest, WhatWasSentThenIsNoArrival) {
   ASSERT_TRUE(device()->wait(tims::os::now()));
   EXPECT_TRUE(dialogue_.pieces.empty());
   EXPECT_TRUE(taken_.empty());
-  ASSERT_EQ(dialogue_.said.size(), 1U);
-  EXPECT_EQ(dialogue_.said[0].bytes.size(), bytes.size());
+  ASSERT_EQ(dialogue_.sent.size(), 1U);
+  EXPECT_EQ(dialogue_.sent[0].bytes.size(), bytes.size());
 }
 
-TEST_F(DeviceTest, BehindAFailureNothingIsHeard) {
+TEST_F(DeviceTest, NothingIsReceivedAfterAFailure) {
   const auto bytes = telegrams_with_filling({1, Numbers::kNonsense, 3});
   given_ = {{.bytes = bytes}, {.bytes = bytes}};
   const auto waited = device()->wait(tims::os::now());
@@ -145,7 +145,7 @@ TEST_F(DeviceTest, BehindAFailureNothingIsHeard) {
   EXPECT_EQ(dialogue_.pieces.size(), 2U);
 }
 
-TEST_F(DeviceTest, WhatCannotBeTakenIsSaidOnce) {
+TEST_F(DeviceTest, AnErrorOfTakeIsReportedOnce) {
   const auto bytes = telegrams_with_filling({1, 2});
   given_ = {{.bytes = bytes}};
   error_ = {tims::Errc::kInvalidArgument, "too large"};
@@ -159,7 +159,7 @@ TEST_F(DeviceTest, WhatCannotBeTakenIsSaidOnce) {
 }
 
 // The killed program may have written an incomplete line.
-TEST(LastWordsTest, AnAdapterIsToldLinesOfText) {
+TEST(StopCommandsTest, AnAdapterReceivesLinesOfText) {
   std::vector<Arrival> none;
   const auto adapter = open_slcan(std::make_unique<Given>(none), 500000);
   ASSERT_TRUE(adapter) << adapter.error().message();

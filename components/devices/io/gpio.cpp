@@ -70,8 +70,8 @@ class GpioLines final : public Transport {
   [[nodiscard]] std::string description() const override { return description_; }
 
   Result<void> receive(Time now, const Receive& receive) override {
-    if (!std::exchange(has_told_, true)) {
-      if (auto told = tell_all(now, receive); !told) return told;
+    if (!std::exchange(has_reported_, true)) {
+      if (auto reported = report_all(now, receive); !reported) return reported;
     }
     std::array<gpio_v2_line_event, 16> events{};
     for (;;) {
@@ -83,7 +83,7 @@ class GpioLines final : public Transport {
       for (const gpio_v2_line_event& event : std::span(events).first(count)) {
         const Time when =
             std::min(Time(Duration(static_cast<std::int64_t>(event.timestamp_ns))), now);
-        tell(event.offset, event.id == GPIO_V2_LINE_EVENT_RISING_EDGE, when, receive);
+        report(event.offset, event.id == GPIO_V2_LINE_EVENT_RISING_EDGE, when, receive);
       }
     }
   }
@@ -102,19 +102,19 @@ class GpioLines final : public Transport {
   }
 
  private:
-  static void tell(std::uint32_t offset, bool is_high, Time when, const Receive& receive) {
+  static void report(std::uint32_t offset, bool is_high, Time when, const Receive& receive) {
     const std::array level = {is_high ? std::byte{1} : std::byte{0}};
     receive({.bytes = level, .first = when, .last = when, .id = offset});
   }
 
-  Result<void> tell_all(Time now, const Receive& receive) {
+  Result<void> report_all(Time now, const Receive& receive) {
     gpio_v2_line_values values{};
     values.mask =
         offsets_.size() == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << offsets_.size()) - 1;
     if (::ioctl(file_.get(), GPIO_V2_LINE_GET_VALUES_IOCTL, &values) != 0)
       return system_error(description_);
     for (std::size_t i = 0; i < offsets_.size(); ++i)
-      tell(offsets_[i], (values.bits >> i & 1) != 0, now, receive);
+      report(offsets_[i], (values.bits >> i & 1) != 0, now, receive);
     return {};
   }
 
@@ -122,7 +122,7 @@ class GpioLines final : public Transport {
   std::vector<std::uint32_t> offsets_;  // inputs, then outputs
   std::size_t inputs_;
   std::string description_;
-  bool has_told_ = false;
+  bool has_reported_ = false;
 };
 
 }  // namespace

@@ -39,7 +39,7 @@ bool write_whole(int line, std::span<const std::byte> piece) {
 }
 
 [[noreturn]] void stand_guard(int line, int alive,
-                              const std::vector<std::vector<std::byte>>& last_words) {
+                              const std::vector<std::vector<std::byte>>& stop_commands) {
   ::prctl(PR_SET_NAME, "device-guard");
   // Blocks all signals: signals to the driver's process group must not end the guard.
   sigset_t all;
@@ -49,21 +49,21 @@ bool write_whole(int line, std::span<const std::byte> piece) {
   // still running.
   if (::dup2(line, 0) < 0 || ::dup2(alive, 1) < 0) ::_exit(1);
   ::close_range(2, ~0U, 0);
-  char said = 0;
+  char release = 0;
   ssize_t got = 0;
   do {
-    got = ::read(1, &said, 1);
+    got = ::read(1, &release, 1);
   } while (got < 0 && errno == EINTR);
   if (got == 1) ::_exit(0);
-  for (const auto& piece : last_words)
+  for (const auto& piece : stop_commands)
     if (!write_whole(0, piece)) break;
   ::_exit(0);
 }
 
 }  // namespace
 
-Result<std::unique_ptr<Guard>> Guard::start(int line,
-                                            const std::vector<std::vector<std::byte>>& last_words) {
+Result<std::unique_ptr<Guard>> Guard::start(
+    int line, const std::vector<std::vector<std::byte>>& stop_commands) {
   int ends[2];
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends) != 0)
     return system_error("cannot create the socket of the device guard");
@@ -76,7 +76,7 @@ Result<std::unique_ptr<Guard>> Guard::start(int line,
   if (!own_line || !own_read) return system_error("cannot duplicate the line for the device guard");
   const pid_t process = ::fork();
   if (process < 0) return system_error("cannot start the device guard");
-  if (process == 0) stand_guard(own_line.get(), own_read.get(), last_words);
+  if (process == 0) stand_guard(own_line.get(), own_read.get(), stop_commands);
   return std::unique_ptr<Guard>(new Guard(std::move(writes), process));
 }
 

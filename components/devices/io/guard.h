@@ -3,7 +3,7 @@
 // Some vehicles keep moving until they receive a stop command and have no watchdog. For these, a
 // small child process holds the line to the device open. If the driver ends without releasing the
 // guard (crash, kill -9, out of memory), the guard writes the stop commands to the device and ends.
-// The transport has encoded them from Dialogue::last_words(): bytes, frames, or lines of text.
+// The transport has encoded them from Dialogue::stop_commands(): bytes, frames, or lines of text.
 #pragma once
 
 #include <memory>
@@ -20,7 +20,7 @@ class Guard {
  public:
   // line: descriptor of the device; the guard duplicates it.
   static tims::Result<std::unique_ptr<Guard>> start(
-      int line, const std::vector<std::vector<std::byte>>& last_words);
+      int line, const std::vector<std::vector<std::byte>>& stop_commands);
   // Releases the guard, which then sends nothing.
   ~Guard();
   Guard(const Guard&) = delete;

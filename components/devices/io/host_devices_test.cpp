@@ -60,7 +60,7 @@ class HostDevicesTest : public testing::Test {
 
 TEST_F(HostDevicesTest, NothingIsNothing) { EXPECT_THAT(found(), IsEmpty()); }
 
-TEST_F(HostDevicesTest, ASerialPortKnowsWhichDeviceItIs) {
+TEST_F(HostDevicesTest, ASerialPortIsIdentified) {
   acm();
   fs::create_directories(folder_.path() / "dev/serial/by-id");
   fs::create_symlink("../../ttyACM0", folder_.path() / "dev/serial/by-id/usb-Hokuyo-if00");
@@ -100,7 +100,7 @@ TEST_F(HostDevicesTest, PortsThatAreNoneAreLeftOut) {
   EXPECT_EQ(found()[0].path, "/dev/ttyS1");
 }
 
-TEST_F(HostDevicesTest, WhoUsesItIsNamed) {
+TEST_F(HostDevicesTest, ProgramsThatUseItAreNamed) {
   acm();
   file("proc/4711/comm", "LadarHokuyoUrg");
   fs::create_directories(folder_.path() / "proc/4711/fd");
@@ -210,7 +210,7 @@ TEST_F(HostDevicesTest, ADeviceWithoutADriverIsShownAndWhatItNeeds) {
   EXPECT_THAT(what_is_missing(devices[0]), ElementsAre(testing::HasSubstr("modprobe cp210x")));
 }
 
-TEST_F(HostDevicesTest, AnFtdiConverterSaysHowLongItWaits) {
+TEST_F(HostDevicesTest, AnFtdiConverterReportsItsLatency) {
   usb("1-2", "0403", "6001");
   link("sys/class/tty/ttyUSB0/device", "sys/devices/pci/usb1/1-2/1-2:1.0/ttyUSB0");
   file("sys/devices/pci/usb1/1-2/1-2:1.0/ttyUSB0/latency_timer", "16");

@@ -33,18 +33,18 @@ std::unique_ptr<Transport> opened(const std::string& text, std::uint32_t baud,
 
 // Runs both transports until `to` has received `size` bytes.
 std::string exchange(Transport& from, Transport& to, std::size_t size, Duration limit = 20s) {
-  std::string heard;
+  std::string received;
   const Time end = tims::os::now() + limit;
-  while (heard.size() < size && tims::os::now() < end) {
+  while (received.size() < size && tims::os::now() < end) {
     std::array<pollfd, 2> wait = {pollfd{.fd = from.descriptor(), .events = POLLIN, .revents = 0},
                                   pollfd{.fd = to.descriptor(), .events = POLLIN, .revents = 0}};
     ::poll(wait.data(), wait.size(), 1);
     EXPECT_TRUE(from.receive(tims::os::now(), [](const Arrival&) {}));
     EXPECT_TRUE(to.receive(tims::os::now(), [&](const Arrival& arrival) {
-      for (const std::byte byte : arrival.bytes) heard += static_cast<char>(byte);
+      for (const std::byte byte : arrival.bytes) received += static_cast<char>(byte);
     }));
   }
-  return heard;
+  return received;
 }
 
 class LineTest : public testing::Test {
@@ -126,7 +126,8 @@ TEST_F(LineTest, ABusBehindATextLineCarriesFrames) {
   device_.reset();
   device_ = opened("pty:" + path_ + "?can=500000", 0, true);
   const auto driver = opened("serial:" + path_ + "?can=500000", 115200);
-  const auto heard = [](Transport& from, Transport& to, std::uint32_t id, std::string_view text) {
+  const auto expect_received = [](Transport& from, Transport& to, std::uint32_t id,
+                                  std::string_view text) {
     EXPECT_TRUE(*from.send(tims::os::now(), bytes_of(text), id));
     std::uint32_t come = 0;
     std::string bytes;
@@ -141,8 +142,8 @@ TEST_F(LineTest, ABusBehindATextLineCarriesFrames) {
     EXPECT_EQ(come, id);
     EXPECT_EQ(bytes, text);
   };
-  heard(*driver, *device_, 0x201, "driving");
-  heard(*device_, *driver, 0x181, "turned");
+  expect_received(*driver, *device_, 0x201, "driving");
+  expect_received(*device_, *driver, 0x181, "turned");
 }
 
 TEST_F(LineTest, ItsNameGoesWithIt) {

@@ -57,12 +57,12 @@ class Playback final : public Transport {
 
  private:
   Result<void> take_next(Time now) {
-    auto got = next_words();
+    auto got = next_record();
     if (!got) return got.error();
     if (!*got && loops_) {
       recording_->rewind();
       began_.reset();
-      got = next_words();
+      got = next_record();
       if (!got) return got.error();
     }
     has_record_ = *got;
@@ -82,7 +82,7 @@ class Playback final : public Transport {
     return Duration(std::llround(std::clamp(now, 0.0, 1e18)));
   }
 
-  Result<bool> next_words() {
+  Result<bool> next_record() {
     for (;;) {
       auto got = recording_->next(record_);
       const bool is_of_line =

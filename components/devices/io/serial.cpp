@@ -41,12 +41,12 @@ std::string holder_of(int file) {
   if (::fstat(file, &status) != 0) return "another program";
   std::ifstream locks("/proc/locks");
   for (std::string line; std::getline(locks, line);) {
-    const auto words = tims::base::split_words(line);
-    if (!words || words->size() < 6 || (*words)[1] != "FLOCK") continue;
-    const std::string& place = (*words)[5];
+    const auto fields = tims::base::split_words(line);
+    if (!fields || fields->size() < 6 || (*fields)[1] != "FLOCK") continue;
+    const std::string& place = (*fields)[5];
     const std::size_t colon = place.rfind(':');
     if (place.substr(colon + 1) != std::to_string(status.st_ino)) continue;
-    const std::string& pid = (*words)[4];
+    const std::string& pid = (*fields)[4];
     return first_line_of("/proc/" + pid + "/comm").append(" (pid ").append(pid).append(")");
   }
   return "another program";

@@ -113,7 +113,7 @@ class UdpPort final : public Transport {
       if (!message) return message.error();
       if (!message->is_there) return {};
       if (!is_wanted(from)) continue;
-      heard_ = from;
+      last_sender_ = from;
       receive({.bytes = std::span(bytes_).first(message->size),
                .first = message->when,
                .last = message->when,
@@ -123,7 +123,7 @@ class UdpPort final : public Transport {
   }
 
   Result<bool> send(Time, std::span<const std::byte> bytes, std::uint32_t) override {
-    const std::optional<Place>& to = peer_ ? peer_ : heard_;
+    const std::optional<Place>& to = peer_ ? peer_ : last_sender_;
     if (!to) return false;
     const ssize_t size =
         ::sendto(socket_.get(), bytes.data(), bytes.size(), MSG_NOSIGNAL, raw(*to), to->size);
@@ -150,7 +150,7 @@ class UdpPort final : public Transport {
 
   File socket_;
   std::optional<Place> peer_;
-  std::optional<Place> heard_;
+  std::optional<Place> last_sender_;
   std::string description_;
   std::vector<std::byte> bytes_;
 };

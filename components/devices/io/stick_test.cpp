@@ -40,7 +40,7 @@ TEST_F(StickTest, IsListedAndGoesWithItsDevice) {
   EXPECT_TRUE(eventually([] { return !found(); }, "it is gone"));
 }
 
-TEST_F(StickTest, WhatItSaysCanBeRead) {
+TEST_F(StickTest, ItsEventsCanBeRead) {
   const File file(::open(found()->path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
   ASSERT_TRUE(file);
   ASSERT_TRUE(stick_.move(ABS_X, tims::test::UinputStick::kEnd));
@@ -55,7 +55,7 @@ TEST_F(StickTest, WhatItSaysCanBeRead) {
       "the stick was pushed to its end"));
 }
 
-TEST_F(StickTest, PullingOutIsTold) {
+TEST_F(StickTest, UnpluggingIsReported) {
   const auto before = host_devices();
   stick_.pull_out();
   std::vector<DeviceChange> changed;

@@ -199,7 +199,7 @@ TYPED_TEST(StreamContract, WhatIsSentArrivesThere) {
   EXPECT_EQ(this->peer_.read(all.size()), all);
 }
 
-TYPED_TEST(StreamContract, WhoReadsNothingLosesWholePieces) {
+TYPED_TEST(StreamContract, APeerThatDoesNotReadLosesWholePieces) {
   const std::string piece(1000, 'x');
   bool full = false;
   for (int i = 0; i < 20'000 && !full; ++i) {
@@ -216,8 +216,8 @@ template <class OtherEnd>
 class StreamThatEnds : public StreamContract<OtherEnd> {};
 TYPED_TEST_SUITE(StreamThatEnds, StreamsThatEnd);
 
-TYPED_TEST(StreamThatEnds, ADeviceThatGoesIsNoticedInWords) {
-  this->peer_.write("last words");
+TYPED_TEST(StreamThatEnds, ADeviceThatIsGoneIsReported) {
+  this->peer_.write("last bytes");
   ASSERT_TRUE(receive_until(*this->transport_, this->arrivals_, this->text_,
                             [&] { return this->text_.size() == 10; }));
   this->peer_.leave();
@@ -245,7 +245,7 @@ TEST(SerialTest, AMissingDeviceIsNamedWithWhatToDo) {
   EXPECT_THAT(opened.error().detail(), testing::HasSubstr("timsctl device list"));
 }
 
-TEST(TcpTest, NobodyThereIsSaid) {
+TEST(TcpTest, ARefusedConnectionIsReported) {
   std::string address;
   {
     TcpPeer peer;
@@ -287,7 +287,7 @@ TEST(TcpTest, ADeviceThatLostItsPowerIsNoticed) {
   EXPECT_LE(tims::os::now() - off, tims::test::kSlowdown * 4s);
 }
 
-TEST(UdpTest, DatagramsStayWholeAndOnlyThePeerIsHeard) {
+TEST(UdpTest, DatagramsStayWholeAndOnlyThoseOfThePeerAreReceived) {
   auto here = open_transport(*DeviceAddress::parse("udp:127.0.0.1:23680"), 0);
   ASSERT_TRUE(here) << here.error().message();
   const File device(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
@@ -300,13 +300,13 @@ TEST(UdpTest, DatagramsStayWholeAndOnlyThePeerIsHeard) {
   to.sin_family = AF_INET;
   to.sin_port = htons(23680);
   to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  const auto say = [&](const File& from, std::string_view text) {
+  const auto send_text = [&](const File& from, std::string_view text) {
     ::sendto(from.get(), text.data(), text.size(), 0, reinterpret_cast<sockaddr*>(&to), sizeof to);
   };
-  say(stranger, "not wanted");
-  say(device, "one");
-  say(device, "");
-  say(device, "two");
+  send_text(stranger, "not wanted");
+  send_text(device, "one");
+  send_text(device, "");
+  send_text(device, "two");
   std::vector<Arrival> arrivals;
   std::string text;
   ASSERT_TRUE(receive_until(**here, arrivals, text, [&] { return arrivals.size() == 3; }));
@@ -328,7 +328,7 @@ class PlaybackTest : public testing::Test {
   std::string text_;
 };
 
-TEST_F(PlaybackTest, ACaptureAtOnceIsAllThatWasSaid) {
+TEST_F(PlaybackTest, ACaptureAtOnceIsComplete) {
   auto transport =
       play("# rack capture 1 x\n0.0 > 41\n1.0 < 4242\n2.0 ! gone\n90.0 < 43\n", "?speed=max");
   ASSERT_TRUE(receive_until(*transport, arrivals_, text_, [&] { return transport->is_over(); }));

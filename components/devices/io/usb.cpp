@@ -123,7 +123,7 @@ class UsbDevice final : public Transport {
 
   Result<bool> send(Time, std::span<const std::byte> bytes, std::uint32_t) override {
     if (is_gone_) return gone();
-    const auto free = std::ranges::find(writes_, false, &Transfer::is_on_way);
+    const auto free = std::ranges::find(writes_, false, &Transfer::is_pending);
     if (free == writes_.end() || bytes.size() > kTransferBytes) {
       handle_events();
       return false;
@@ -131,7 +131,7 @@ class UsbDevice final : public Transport {
     std::ranges::copy(bytes, free->bytes.begin());
     free->transfer->length = static_cast<int>(bytes.size());
     submit(*free);
-    return free->is_on_way;
+    return free->is_pending;
   }
 
  private:
@@ -139,7 +139,7 @@ class UsbDevice final : public Transport {
     UsbDevice* device = nullptr;
     libusb_transfer* transfer = nullptr;
     std::vector<std::byte> bytes = std::vector<std::byte>(kTransferBytes);
-    bool is_on_way = false;
+    bool is_pending = false;
     bool is_done = false;  // complete but not yet processed
   };
 
@@ -212,12 +212,12 @@ class UsbDevice final : public Transport {
 
   void submit(Transfer& transfer) {
     const int bad = ::libusb_submit_transfer(transfer.transfer);
-    transfer.is_on_way = bad == 0;
+    transfer.is_pending = bad == 0;
     if (bad != 0) is_gone_ = true;
   }
   static void LIBUSB_CALL on_done(libusb_transfer* transfer) {
     auto& done = *static_cast<Transfer*>(transfer->user_data);
-    done.is_on_way = false;
+    done.is_pending = false;
     done.is_done = true;
     if (transfer->status == LIBUSB_TRANSFER_NO_DEVICE) done.device->is_gone_ = true;
   }
@@ -236,17 +236,17 @@ class UsbDevice final : public Transport {
   void close() {
     for (auto* const all : {&reads_, &writes_})
       for (Transfer& transfer : *all)
-        if (transfer.is_on_way) (void)::libusb_cancel_transfer(transfer.transfer);
-    const auto on_way = [](const Transfer& transfer) { return transfer.is_on_way; };
+        if (transfer.is_pending) (void)::libusb_cancel_transfer(transfer.transfer);
+    const auto pending = [](const Transfer& transfer) { return transfer.is_pending; };
     const Time end = tims::os::now() + std::chrono::milliseconds(200);
-    while ((std::ranges::any_of(reads_, on_way) || std::ranges::any_of(writes_, on_way)) &&
+    while ((std::ranges::any_of(reads_, pending) || std::ranges::any_of(writes_, pending)) &&
            tims::os::now() < end) {
       timeval short_while{.tv_sec = 0, .tv_usec = 10'000};
       (void)::libusb_handle_events_timeout_completed(context_, &short_while, nullptr);
     }
     for (auto* const all : {&reads_, &writes_})
       for (Transfer& transfer : *all)
-        if (transfer.transfer != nullptr && !transfer.is_on_way)
+        if (transfer.transfer != nullptr && !transfer.is_pending)
           ::libusb_free_transfer(transfer.transfer);
     if (is_claimed_) (void)::libusb_release_interface(handle_, ends_.interface);
     if (handle_ != nullptr) ::libusb_close(handle_);

@@ -209,7 +209,7 @@ class VideoCapture final : public Transport {
   [[nodiscard]] std::string description() const override { return description_; }
 
   Result<void> receive(Time now, const Receive& receive) override {
-    if (!std::exchange(has_told_, true)) tell(now, receive);
+    if (!std::exchange(has_reported_, true)) report_format(now, receive);
     std::optional<v4l2_buffer> newest;
     for (std::uint32_t i = 0; i < 2 * kBuffers; ++i) {
       v4l2_buffer buffer = empty_buffer();
@@ -267,7 +267,7 @@ class VideoCapture final : public Transport {
     return std::min(stamp, now);
   }
 
-  void tell(Time now, const Receive& receive) {
+  void report_format(Time now, const Receive& receive) {
     const VideoBytes head = bytes_of(head_);
     receive({.bytes = head, .first = now, .last = now, .id = video::kHead});
     for (const std::uint32_t id :
@@ -290,7 +290,7 @@ class VideoCapture final : public Transport {
   VideoHead head_;
   std::string description_;
   std::vector<Mapping> buffers_;  // must be destroyed before file_
-  bool has_told_ = false;
+  bool has_reported_ = false;
 };
 
 }  // namespace

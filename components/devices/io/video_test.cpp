@@ -87,7 +87,7 @@ TEST_F(VideoTest, ItOpensAgainAtOnce) {
   }
 }
 
-TEST(VideoMissingTest, WhatIsNotThereIsSaidWithWhatToDo) {
+TEST(VideoMissingTest, AMissingCameraIsReportedWithAHint) {
   const auto opened = open_transport(*DeviceAddress::parse("v4l:/dev/videoNONE"), 0);
   ASSERT_FALSE(opened);
   EXPECT_THAT(opened.error().detail(), testing::HasSubstr("timsctl device list"));
@@ -118,7 +118,7 @@ TEST(PicturesTest, AFolderIsPlayedByNames) {
   std::filesystem::remove_all(folder);
 }
 
-TEST(GpioMissingTest, WhatIsNotThereIsSaid) {
+TEST(GpioMissingTest, AMissingDeviceIsReported) {
   const auto nothing = open_transport(*DeviceAddress::parse("gpio:/dev/gpiochip99?in=1"), 0);
   ASSERT_FALSE(nothing);
   EXPECT_THAT(nothing.error().detail(), testing::HasSubstr("gpiochip99"));
@@ -131,7 +131,7 @@ TEST(GpioMissingTest, WhatIsNotThereIsSaid) {
   EXPECT_FALSE(open_transport(*DeviceAddress::parse("gpio:/dev/null?in=1"), 0));
 }
 
-TEST(UsbMissingTest, WhatIsNotThereIsSaid) {
+TEST(UsbMissingTest, AMissingDeviceIsReported) {
   const auto opened = open_transport(*DeviceAddress::parse("usb:fffe:fffe/H0712345"), 0);
   ASSERT_FALSE(opened);
   EXPECT_THAT(opened.error().detail(), testing::HasSubstr("USB"));

@@ -28,7 +28,7 @@ TEST(HostDeviceTest, AKnownOneIsCalledByItsNameAndItsProgram) {
   EXPECT_THAT(what_is_missing(hokuyo()), IsEmpty());
 }
 
-TEST(HostDeviceTest, AnUnknownOneSaysWhatItCallsItself) {
+TEST(HostDeviceTest, AnUnknownDeviceIsShownByItsOwnName) {
   HostDevice device = hokuyo();
   device.usb->vendor = 0xFFFE;
   EXPECT_EQ(device_text(device), "URG");
@@ -48,7 +48,7 @@ TEST(HostDeviceTest, AddressesAreThoseOfDrivers) {
   EXPECT_EQ(device_address({.kind = HostDeviceKind::kUsb, .usb = UsbIdentity{.vendor = 1}}), "");
 }
 
-TEST(HostDeviceTest, SaysWhoMayUseItAndHowToBecomeOne) {
+TEST(HostDeviceTest, MissingPermissionIsReportedWithAHint) {
   HostDevice device = hokuyo();
   device.may_use = false;
   device.group = "dialout";
@@ -57,14 +57,14 @@ TEST(HostDeviceTest, SaysWhoMayUseItAndHowToBecomeOne) {
   EXPECT_THAT(what_is_missing(device), ElementsAre(HasSubstr("60-rack.rules")));
 }
 
-TEST(HostDeviceTest, SaysWhichModuleIsMissing) {
+TEST(HostDeviceTest, AMissingModuleIsNamed) {
   const HostDevice device{.kind = HostDeviceKind::kUsb,
                           .node = "1-2",
                           .usb = UsbIdentity{.vendor = 0x10C4, .product = 0xEA60}};
   EXPECT_THAT(what_is_missing(device), ElementsAre(HasSubstr("modprobe cp210x")));
 }
 
-TEST(HostDeviceTest, SaysTheRestInWords) {
+TEST(HostDeviceTest, OtherObstaclesAreReported) {
   HostDevice device = hokuyo();
   device.latency_ms = 16;
   device.used_by = {"cat (pid 12)"};

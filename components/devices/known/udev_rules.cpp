@@ -17,7 +17,7 @@ constexpr std::string_view kBeginning =
 #   /dev/rack/stick-SERIAL        joysticks and gamepads
 #
 # Two converters with the same serial number (0001 is usual) share one name, and the newer one has it:
-# /dev/serial/by-path tells them apart.
+# /dev/serial/by-path distinguishes them.
 #
 # Try it: udevadm control --reload; udevadm trigger; timsctl device list
 
@@ -38,7 +38,7 @@ LABEL="rack_tty_end"
 # FTDI's converters wait 16 ms for more bytes, longer than a scan at 75 Hz.
 SUBSYSTEM=="usb-serial", DRIVER=="ftdi_sio", ATTR{latency_timer}="1"
 
-# Spoken to by way of libusb.
+# Used through libusb.
 )";
 
 constexpr std::string_view kEnd =

@@ -70,7 +70,7 @@ void Firmata::start(Time now, Output& out) {
   reset();
   messages_.clear();
   timer_.reset();
-  heard_ = now;
+  last_received_ = now;
   if (!settings().only_listen) ask_firmware(now, out);
 }
 
@@ -89,7 +89,8 @@ void Firmata::on_timeout(Time now, Output& out) {
   if (!timer_.take_due(now)) return;
   if (!is_ready() && timer_.may_repeat(kAttempts)) {
     ask_firmware(now, out);
-  } else if (!is_ready() || now - heard_ > std::max<Duration>(kSilence, 3 * settings().period)) {
+  } else if (!is_ready() ||
+             now - last_received_ > std::max<Duration>(kSilence, 3 * settings().period)) {
     fail(tims::Errc::kTimeout,
          is_ready() ? "the board has stopped sending"
                     : "the board does not answer; check that it runs Firmata at 57600 baud");
@@ -109,7 +110,7 @@ void Firmata::on_arrival(const Arrival& arrival, Output& out) {
 
 void Firmata::on_message(std::span<const std::byte> message, Time when, Output& out) {
   const unsigned command = number(message.front());
-  heard_ = when;
+  last_received_ = when;
   if (command == kBegin && message.size() >= 5 && number(message[1]) == kFirmware) {
     on_firmware(message, when, out);
   } else if (command == kVersion) {

@@ -70,7 +70,7 @@ class Firmata final : public IoLines {
 
   FirmataMessages messages_;
   std::string firmware_;
-  Time heard_{};
+  Time last_received_{};
   std::vector<std::byte> sending_;
 };
 

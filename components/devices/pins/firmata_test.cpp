@@ -46,7 +46,7 @@ TEST(FirmataTest, EverySplitGivesTheSameMessages) {
 }
 
 // The messages of the protocol's description.
-TEST(FirmataTest, WhatABoardIsToldFirst) {
+TEST(FirmataTest, TheFirstMessagesToABoard) {
   Firmata driver(board());
   struct Keeper : Output {
     std::vector<std::vector<std::byte>> sent;
@@ -114,7 +114,7 @@ TEST(FirmataTest, ABoardThatWasResetIsSetUpAgain) {
   EXPECT_TRUE(line.run(1s, [&] { return driver.take(data, recorded) && data.values[1] == 1; }));
 }
 
-TEST(FirmataTest, SaysThatNobodyAnswersAndThatItFellSilent) {
+TEST(FirmataTest, AMissingAnswerAndSilenceAreReported) {
   emulator::IoBoard uno;
   Firmata driver(board());
   VirtualLine line(driver, uno, kSerial);

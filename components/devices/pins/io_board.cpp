@@ -45,8 +45,8 @@ void IoBoard::report_port(std::size_t port, Output& out) {
   unsigned levels = 0;
   for (std::size_t i = 0; i < 8 && port * 8 + i < kPins; ++i)
     levels |= levels_.at(port * 8 + i) ? 1U << i : 0U;
-  if (levels == told_.at(port)) return;
-  told_.at(port) = levels;
+  if (levels == reported_.at(port)) return;
+  reported_.at(port) = levels;
   sending_.clear();
   append(sending_, {kDigital + static_cast<unsigned>(port), levels & 0x7F, levels >> 7});
   out.send(sending_);
@@ -63,7 +63,7 @@ void IoBoard::on_message(std::span<const std::byte> message, Output& out) {
     if (pin >= 8) levels_.at(15 - pin) = levels_.at(pin);
   } else if ((command & 0xF0) == kReportDigital && (command & 0xF) < reports_port_.size()) {
     reports_port_.at(command & 0xF) = number(message[1]) != 0;
-    told_.at(command & 0xF) = ~0U;  // the current value is reported at once
+    reported_.at(command & 0xF) = ~0U;  // the current value is reported at once
     report_port(command & 0xF, out);
   } else if ((command & 0xF0) == kReportAnalog && (command & 0xF) < kAnalogs) {
     reports_analog_.at(command & 0xF) = number(message[1]) != 0;

@@ -31,7 +31,7 @@ class IoBoard final : public Dialogue {
   std::array<bool, kPins> levels_{};
   std::array<bool, 2> reports_port_{};
   std::array<bool, kAnalogs> reports_analog_{};
-  std::array<unsigned, 2> told_{};
+  std::array<unsigned, 2> reported_{};
   Duration interval_ = std::chrono::milliseconds(19);
   Time next_ = tims::kNever;
   unsigned saw_ = 0;

@@ -35,7 +35,7 @@ void Cmps03::start(Time now, Output&) {
   buffer_.clear();
   state_ = State::kMeasuring;
   step_ = Step::kNone;
-  ask_ = has_heard_ = has_data_ = false;
+  ask_ = has_received_ = has_data_ = false;
   bytes_ = 0;
   timer_.wait_until(now + kCmps03FirstData);
 }
@@ -88,7 +88,7 @@ void Cmps03::on_line(std::string_view line, Time began, Time, Output& out) {
   // During the calibration the heading is undefined.
   data_.varOrientation = is_calibrating() ? kUnknown : kAccuracy;
   recorded_ = began;
-  has_data_ = has_heard_ = true;
+  has_data_ = has_received_ = true;
 }
 
 void Cmps03::on_confirmed(Output& out) {
@@ -97,24 +97,24 @@ void Cmps03::on_confirmed(Output& out) {
   step_direction_ = direction_;
   if (direction_ == cmps03::kDirections) {
     state_ = State::kMeasuring;
-    return tell(Step::kDone);
+    return set_step(Step::kDone);
   }
   ++direction_;
   state_ = State::kAligning;
-  tell(Step::kConfirmed);
+  set_step(Step::kConfirmed);
 }
 
-void Cmps03::want_calibration(bool wanted, bool aligned, Time now) {
+void Cmps03::request_calibration(bool wanted, bool aligned, Time now) {
   if (!wanted && is_calibrating()) {
     state_ = State::kMeasuring;
     ask_ = false;
     timer_.stop();
-    return tell(Step::kEnded);
+    return set_step(Step::kEnded);
   }
   if (wanted && state_ == State::kMeasuring && step_ != Step::kDone) {
     state_ = State::kAligning;
     direction_ = step_direction_ = 1;
-    return tell(Step::kAlign);
+    return set_step(Step::kAlign);
   }
   if (state_ != State::kAligning || !aligned || step_ == Step::kConfirmed || step_ == Step::kSilent)
     return;
@@ -133,9 +133,9 @@ void Cmps03::on_timeout(Time now, Output& out) {
     // Do not repeat the request automatically: the compass might take this direction for the next.
     state_ = State::kAligning;
     step_direction_ = direction_;
-    return tell(Step::kSilent);
+    return set_step(Step::kSilent);
   }
-  if (has_heard_ || is_calibrating()) return;
+  if (has_received_ || is_calibrating()) return;
   fail(tims::Errc::kTimeout,
        bytes_ == 0 ? "the compass sends nothing; check its power and the serial line"
                    : "received data are not headings of a CMPS03 board; check baudrate (57600)");

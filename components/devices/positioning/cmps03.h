@@ -40,12 +40,12 @@ class Cmps03 final : public Dialogue {
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
 
-  [[nodiscard]] bool is_ready() const { return has_heard_ && !is_calibrating(); }
+  [[nodiscard]] bool is_ready() const { return has_received_ && !is_calibrating(); }
   bool take(CompassData& data, Time& recorded);
 
   // Requests of the user: to calibrate; and that the compass has been aligned as requested by
   // take_step(). They take effect at the next timeout of the dialogue.
-  void want_calibration(bool wanted, bool aligned, Time now);
+  void request_calibration(bool wanted, bool aligned, Time now);
   [[nodiscard]] bool is_calibrating() const { return state_ != State::kMeasuring; }
   // Returns each step to report once; `direction`: 1 to 4.
   Step take_step(int& direction);
@@ -58,7 +58,7 @@ class Cmps03 final : public Dialogue {
   void on_line(std::string_view line, Time began, Time now, Output& out);
   void on_confirmed(Output& out);
   void forget_noise();
-  void tell(Step step) { step_ = step; }
+  void set_step(Step step) { step_ = step; }
 
   Cmps03Settings settings_;
   StreamBuffer buffer_{2048};
@@ -67,7 +67,7 @@ class Cmps03 final : public Dialogue {
   bool ask_ = false;  // send the request at the next opportunity
   Step step_ = Step::kNone;
   int step_direction_ = 1;
-  bool has_heard_ = false;
+  bool has_received_ = false;
   std::uint64_t bytes_ = 0;
   bool has_data_ = false;
   CompassData data_{};

@@ -31,12 +31,12 @@ class Cmps03Test : public testing::Test {
   // Does the same as the program after each wait.
   Cmps03::Step turn(Cmps03& compass, bool wanted, bool aligned) {
     now_ += 10ms;
-    compass.want_calibration(wanted, aligned, now_);
+    compass.request_calibration(wanted, aligned, now_);
     if (compass.next_timeout() <= now_) compass.on_timeout(now_, out_);
     return compass.take_step(direction_);
   }
 
-  HeardOutput out_;
+  ReceivedOutput out_;
   Time now_{1000s};
   int direction_ = 0;
 };
@@ -101,7 +101,7 @@ TEST_F(Cmps03Test, IsCalibratedInFourDirections) {
   EXPECT_EQ(out_.sent.size(), 8U);
 }
 
-TEST_F(Cmps03Test, ALostConfirmationIsSaid) {
+TEST_F(Cmps03Test, ALostConfirmationIsReported) {
   Cmps03 compass({});
   compass.start(now_, out_);
   (void)turn(compass, true, false);
@@ -119,7 +119,7 @@ TEST_F(Cmps03Test, ALostConfirmationIsSaid) {
   EXPECT_FALSE(compass.is_calibrating());
 }
 
-TEST_F(Cmps03Test, SaysWhatIsWrong) {
+TEST_F(Cmps03Test, ErrorsAreReported) {
   for (const auto& [text, expected] :
        {std::pair{"", "sends nothing"}, {"\x01\x02", "not headings"}}) {
     Cmps03 compass({});

@@ -93,8 +93,8 @@ bool parse_emc_pro(std::string_view telegram, ClockData& clock) {
   if (telegram.size() == kSizeWithSum) {
     unsigned sum = 0;
     for (const char c : telegram.substr(0, kSize)) sum += static_cast<unsigned char>(c);
-    const auto said = tims::base::parse_number<unsigned>(telegram.substr(kSize), 16);
-    if (!said || *said != (sum & 0xFF)) return false;
+    const auto stated = tims::base::parse_number<unsigned>(telegram.substr(kSize), 16);
+    if (!stated || *stated != (sum & 0xFF)) return false;
   }
   const Shown shown{.hour = digits(telegram, 1, 2),
                     .minute = digits(telegram, 3, 2),
@@ -111,7 +111,7 @@ void Dcf77::start(Time now, Output&) {
   clear_failure();
   size_ = 0;
   bytes_ = broken_ = 0;
-  has_heard_ = has_data_ = false;
+  has_received_ = has_data_ = false;
   timer_.wait_until(now + kDcf77FirstData);
 }
 
@@ -144,12 +144,12 @@ void Dcf77::take_byte(char c, const Arrival& arrival, std::size_t index) {
     return;
   }
   recorded_ = is_meinberg ? began_ : time_of(index + 1) - kEmcProDelay;
-  has_data_ = has_heard_ = true;
+  has_data_ = has_received_ = true;
 }
 
 void Dcf77::on_timeout(Time now, Output&) {
   if (!timer_.take_due(now)) return;
-  if (has_heard_) return;
+  if (has_received_) return;
   fail(tims::Errc::kTimeout,
        bytes_ == 0 ? "the clock sends nothing; check its power and that it sends each second"
                    : "received data are not telegrams of this clock; check its format and "

@@ -41,7 +41,7 @@ class Dcf77 final : public Dialogue {
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
 
-  [[nodiscard]] bool is_ready() const { return has_heard_; }
+  [[nodiscard]] bool is_ready() const { return has_received_; }
   // `recorded`: when the second of the telegram began.
   bool take(ClockData& clock, Time& recorded);
   [[nodiscard]] Time recorded() const { return recorded_; }
@@ -58,7 +58,7 @@ class Dcf77 final : public Dialogue {
   Time began_{};
   std::uint64_t bytes_ = 0;
   std::uint64_t broken_ = 0;
-  bool has_heard_ = false;
+  bool has_received_ = false;
   bool has_data_ = false;
   ClockData data_{};
   Time recorded_{};

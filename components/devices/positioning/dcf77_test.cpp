@@ -100,7 +100,7 @@ class Dcf77StreamTest : public testing::TestWithParam<Dcf77Kind> {
     return found;
   }
 
-  HeardOutput out_;
+  ReceivedOutput out_;
   Time now_{1000s};
   Time recorded_{};
 };
@@ -147,7 +147,7 @@ TEST_P(Dcf77StreamTest, IsOfTheBeginningOfTheSecond) {
     EXPECT_EQ(recorded_, now_ - 22ms);
 }
 
-TEST_P(Dcf77StreamTest, SaysWhatIsWrong) {
+TEST_P(Dcf77StreamTest, ErrorsAreReported) {
   Dcf77 clock(GetParam());
   clock.start(now_, out_);
   clock.on_timeout(now_ + 6s, out_);

@@ -69,7 +69,7 @@ TEST(NmeaEmulatorTest, ACourseWithFixesGainedAndLost) {
   EXPECT_EQ(lost, 3 + 5 + 5);
 }
 
-TEST(NmeaEmulatorTest, AtTheWrongRateItIsSaid) {
+TEST(NmeaEmulatorTest, AWrongRateIsReported) {
   NmeaReceiver receiver({});
   NmeaEmulator device;
   VirtualLine line(receiver, device, {.has_rate = true, .host_baud = 4800, .device_baud = 9600});
@@ -92,7 +92,7 @@ void PrintTo(const UbloxCase& one, std::ostream* out) {
 
 class UbloxTest : public testing::TestWithParam<UbloxCase> {};
 
-TEST_P(UbloxTest, IsFoundSetAndHeard) {
+TEST_P(UbloxTest, IsFoundConfiguredAndReceived) {
   const UbloxCase& with = GetParam();
   Ublox receiver({.baud = with.wanted_baud, .period = 500ms});
   UbloxEmulator device({.generation = with.generation, .baud = with.device_baud});
@@ -143,7 +143,7 @@ INSTANTIATE_TEST_SUITE_P(Receivers, UbloxTest,
                                   std::to_string(with.param.expected_baud);
                          });
 
-TEST(UbloxEmulatorTest, ASilentLineIsSaid) {
+TEST(UbloxEmulatorTest, ASilentLineIsReported) {
   Ublox receiver({});
   UbloxEmulator device;
   VirtualLine line(receiver, device, {.has_rate = true, .host_baud = 38400, .device_baud = 38400});
@@ -154,7 +154,7 @@ TEST(UbloxEmulatorTest, ASilentLineIsSaid) {
   EXPECT_THAT(receiver.failure()->detail(), testing::HasSubstr("no receiver answers"));
 }
 
-TEST(UbloxEmulatorTest, OneThatHearsNothingIsSaid) {
+TEST(UbloxEmulatorTest, ADeviceThatReceivesNothingIsReported) {
   Ublox receiver({});
   UbloxEmulator device;
   VirtualLine line(receiver, device, {.has_rate = true, .host_baud = 38400, .device_baud = 38400});
@@ -206,11 +206,11 @@ TEST_P(XsensDialogueTest, LostAnswersAreAskedForAgain) {
 }
 
 TEST_P(XsensDialogueTest, AnotherDeviceIsRefusedByItsNumber) {
-  const auto refusal = [](const std::string& wanted, bool is_heard = true) -> std::string {
+  const auto refusal = [](const std::string& wanted, bool is_received = true) -> std::string {
     Xsens gyro({.serial_number = wanted});
     XsensEmulator device({.is_old = GetParam(), .id = 0x0378ABCD});
     VirtualLine line(gyro, device, {});
-    line.set_lose([&](bool from_host, auto) { return from_host && !is_heard; });
+    line.set_lose([&](bool from_host, auto) { return from_host && !is_received; });
     line.start();
     EXPECT_TRUE(line.run(10s, [&] { return gyro.is_ready() || gyro.failure(); }));
     return gyro.failure() ? gyro.failure()->detail() : "";
@@ -223,7 +223,7 @@ TEST_P(XsensDialogueTest, AnotherDeviceIsRefusedByItsNumber) {
 
 INSTANTIATE_TEST_SUITE_P(Generations, XsensDialogueTest, testing::Bool());
 
-TEST(XsensEmulatorTest, OneThatHearsNothingIsListenedTo) {
+TEST(XsensEmulatorTest, ADeviceThatReceivesNothingIsStillRead) {
   Xsens gyro({});
   XsensEmulator device({.is_old = true});
   VirtualLine line(gyro, device, {.has_rate = true, .host_baud = 115200, .device_baud = 115200});
@@ -233,7 +233,7 @@ TEST(XsensEmulatorTest, OneThatHearsNothingIsListenedTo) {
   EXPECT_FALSE(gyro.failure());
 }
 
-TEST(XsensEmulatorTest, TheWrongRateIsSaid) {
+TEST(XsensEmulatorTest, AWrongRateIsReported) {
   Xsens gyro({.baud = 9600});
   XsensEmulator device;
   VirtualLine line(gyro, device, {.has_rate = true, .host_baud = 9600, .device_baud = 115200});
@@ -254,10 +254,10 @@ TEST(Cmps03EmulatorTest, TurnsAndIsCalibrated) {
   EXPECT_NEAR(static_cast<double>(all.size()), 100, 1);
   EXPECT_NEAR(all.back().orientation - all.front().orientation, 15 * 9.9 * kDegree, 0.05);
   int direction = 0;
-  compass.want_calibration(true, false, line.now());
+  compass.request_calibration(true, false, line.now());
   EXPECT_EQ(compass.take_step(direction), Cmps03::Step::kAlign);
   for (int i = 1; i <= 4; ++i) {
-    compass.want_calibration(true, true, line.now());
+    compass.request_calibration(true, true, line.now());
     line.run(1s);
     EXPECT_EQ(compass.take_step(direction), i < 4 ? Cmps03::Step::kConfirmed : Cmps03::Step::kDone);
     EXPECT_EQ(device.directions(), i);
@@ -268,7 +268,7 @@ TEST(Cmps03EmulatorTest, TurnsAndIsCalibrated) {
 
 class Dcf77EmulatorTest : public testing::TestWithParam<Dcf77Kind> {};
 
-TEST_P(Dcf77EmulatorTest, TellsEachSecondWhenItBegan) {
+TEST_P(Dcf77EmulatorTest, ReportsTheBeginOfEachSecond) {
   Dcf77 clock(GetParam());
   Dcf77Emulator device({.kind = GetParam()});
   VirtualLine line(clock, device,

@@ -42,23 +42,23 @@ void append_sentences(std::vector<std::byte>& out, const CoursePoint& point,
   const std::string place =
       point.is_fixed ? angle(point.latitude, 2, "NS") + "," + angle(point.longitude, 3, "EW")
                      : ",,,";
-  const auto say = [&](const std::string& text) { append_nmea(out, talker + text); };
+  const auto append = [&](const std::string& text) { append_nmea(out, talker + text); };
   const auto fixed = [&](const std::string& text) { return point.is_fixed ? text : ""; };
   const double knots = point.speed / kKnot;
   const std::string motion = fixed(fmt::format("{:.3f}", knots));
   const std::string course = fixed(fmt::format("{:.2f}", point.course));
   const char mode = point.is_fixed ? 'A' : 'N';
-  say(fmt::format("RMC,{},{},{},{},{},{:02}{:02}{:02},,,{}", time, point.is_fixed ? 'A' : 'V',
-                  place, motion, course, day, month, year % 100, mode));
-  say(fmt::format("VTG,{},T,,M,{},N,{},K,{}", course, motion,
-                  fixed(fmt::format("{:.3f}", point.speed * 3.6)), mode));
-  say(fmt::format("GGA,{},{},{},{:02},{},{},M,{},M,,", time, place, point.is_fixed ? 1 : 0,
-                  point.satellites, point.is_fixed ? "0.9" : "99.9",
-                  fixed(fmt::format("{:.2f}", point.altitude)), fixed("46.0")));
-  say(fmt::format("GSA,A,{},,,,,,,,,,,,,{}", point.is_fixed ? 3 : 1,
-                  point.is_fixed ? "1.6,0.9,1.3" : "99.9,99.9,99.9"));
-  say(fmt::format("GST,{},{}", time, fixed("2.1,1.2,1.0,30,1.1,1.2,2.4")));
-  say(fmt::format("ZDA,{},{:02},{:02},{:04},00,00", time, day, month, year));
+  append(fmt::format("RMC,{},{},{},{},{},{:02}{:02}{:02},,,{}", time, point.is_fixed ? 'A' : 'V',
+                     place, motion, course, day, month, year % 100, mode));
+  append(fmt::format("VTG,{},T,,M,{},N,{},K,{}", course, motion,
+                     fixed(fmt::format("{:.3f}", point.speed * 3.6)), mode));
+  append(fmt::format("GGA,{},{},{},{:02},{},{},M,{},M,,", time, place, point.is_fixed ? 1 : 0,
+                     point.satellites, point.is_fixed ? "0.9" : "99.9",
+                     fixed(fmt::format("{:.2f}", point.altitude)), fixed("46.0")));
+  append(fmt::format("GSA,A,{},,,,,,,,,,,,,{}", point.is_fixed ? 3 : 1,
+                     point.is_fixed ? "1.6,0.9,1.3" : "99.9,99.9,99.9"));
+  append(fmt::format("GST,{},{}", time, fixed("2.1,1.2,1.0,30,1.1,1.2,2.4")));
+  append(fmt::format("ZDA,{},{:02},{:02},{:04},00,00", time, day, month, year));
 }
 
 void NmeaEmulator::start(Time now, Output&) { began_ = fix_ = now; }

@@ -46,7 +46,7 @@ class NmeaFilesTest : public testing::TestWithParam<File> {
  protected:
   // Takes all data sets of the file, passed in pieces as from a line.
   std::vector<GpsData> all_of(NmeaReceiver& receiver, std::size_t piece) {
-    HeardOutput out;
+    ReceivedOutput out;
     receiver.start(Time{}, out);
     std::vector<GpsData> all;
     auto bytes = bytes_of_file("nmea/" + std::string(GetParam().name));
@@ -101,7 +101,7 @@ INSTANTIATE_TEST_SUITE_P(Recordings, NmeaFilesTest, testing::ValuesIn(kFiles),
 
 std::vector<GpsData> data_of(const std::string& name, NmeaKind kind) {
   NmeaReceiver receiver({.start = kind, .end = kind, .only_listen = true});
-  HeardOutput out;
+  ReceivedOutput out;
   receiver.start(Time{}, out);
   std::vector<GpsData> all;
   const auto bytes = bytes_of_file("nmea/" + name);
@@ -151,7 +151,7 @@ TEST(NmeaFileTest, TwoAntennasGiveAHeading) {
   EXPECT_GT(std::ranges::count_if(track, [](const GpsData& data) { return data.heading > 0; }), 10);
 }
 
-TEST(NmeaFileTest, SaidDeviationsAreTaken) {
+TEST(NmeaFileTest, ReportedDeviationsAreUsed) {
   const auto track = data_of("ublox-zed-f9p-nmea.log", NmeaKind::kGga);
   EXPECT_LT(track.back().var.x, 5000);
   EXPECT_GT(track.back().var.x, 0);

@@ -29,7 +29,7 @@ NmeaKind nmea_kind(const NmeaSentence& sentence) {
   return NmeaKind::kOther;
 }
 
-bool tells_position(NmeaKind kind) {
+bool reports_position(NmeaKind kind) {
   return kind == NmeaKind::kRmc || kind == NmeaKind::kGga || kind == NmeaKind::kGll ||
          kind == NmeaKind::kGns;
 }
@@ -38,7 +38,7 @@ void NmeaFix::reset() { *this = NmeaFix(deviations_); }
 
 void NmeaFix::add(NmeaKind kind, const NmeaSentence& sentence) {
   const bool ends_with_time = kind == NmeaKind::kGll;
-  const bool has_time = tells_position(kind) || kind == NmeaKind::kGst || kind == NmeaKind::kZda;
+  const bool has_time = reports_position(kind) || kind == NmeaKind::kGst || kind == NmeaKind::kZda;
   if (has_time) take_time(sentence[ends_with_time ? 5 : 1], sentence.began);
   if (!time_of_day_ && round_began_ == Time{}) round_began_ = sentence.began;
   switch (kind) {
@@ -57,7 +57,7 @@ void NmeaFix::add(NmeaKind kind, const NmeaSentence& sentence) {
     case NmeaKind::kZda:
       return add_zda(sentence);
     case NmeaKind::kHdt:
-      return say(heading_, nmea_number(sentence[1]));
+      return store(heading_, nmea_number(sentence[1]));
     case NmeaKind::kGns:
       return add_gns(sentence);
     case NmeaKind::kOther:
@@ -102,7 +102,7 @@ GpsMoment NmeaFix::moment() const {
 // --- sentences
 
 void NmeaFix::add_rmc(const NmeaSentence& sentence) {
-  say(status_, std::optional(quality_of(sentence[2], sentence[12])));
+  store(status_, std::optional(quality_of(sentence[2], sentence[12])));
   take_date(nmea_date(sentence[9]), sentence[1]);
   if (status_.value == Quality::kNone) return;
   take_place(sentence, 3);
@@ -113,9 +113,9 @@ void NmeaFix::add_gga(const NmeaSentence& sentence) {
   const auto quality = whole(sentence[6]);
   constexpr int kLast = static_cast<int>(Quality::kSimulated);
   // An empty quality is unknown, neither good nor bad.
-  say(gga_, quality && *quality >= 0 && *quality <= kLast
-                ? std::optional(static_cast<Quality>(*quality))
-                : std::nullopt);
+  store(gga_, quality && *quality >= 0 && *quality <= kLast
+                  ? std::optional(static_cast<Quality>(*quality))
+                  : std::nullopt);
   take_height(sentence, 7);
   if (gga_.value != Quality::kNone) take_place(sentence, 2);
 }
@@ -128,21 +128,21 @@ void NmeaFix::add_gns(const NmeaSentence& sentence) {
   };
   for (const char mode : sentence[6])
     if (rank(quality_of(mode)) > rank(best)) best = quality_of(mode);
-  say(status_, std::optional(best));
+  store(status_, std::optional(best));
   take_height(sentence, 7);
   if (best != Quality::kNone) take_place(sentence, 2);
 }
 
 void NmeaFix::add_gll(const NmeaSentence& sentence) {
-  say(status_, std::optional(quality_of(sentence[6], sentence[7])));
+  store(status_, std::optional(quality_of(sentence[6], sentence[7])));
   if (status_.value != Quality::kNone) take_place(sentence, 1);
 }
 
 // Receivers send one GSA per satellite system, all with the same mode and dilution.
 void NmeaFix::add_gsa(const NmeaSentence& sentence) {
-  say(dimensions_, whole(sentence[2]));
-  say(pdop_, nmea_number(sentence[15]));
-  if (const auto hdop = nmea_number(sentence[16])) say(hdop_, hdop);
+  store(dimensions_, whole(sentence[2]));
+  store(pdop_, nmea_number(sentence[15]));
+  if (const auto hdop = nmea_number(sentence[16])) store(hdop_, hdop);
 }
 
 void NmeaFix::add_vtg(const NmeaSentence& sentence) {
@@ -156,9 +156,9 @@ void NmeaFix::add_gst(const NmeaSentence& sentence) {
   const auto longitude = nmea_number(sentence[7]);
   const auto height = nmea_number(sentence[8]);
   if (latitude && longitude && height)
-    say(said_deviations_, std::optional(Deviations{*latitude, *longitude, *height}));
+    store(reported_deviations_, std::optional(Deviations{*latitude, *longitude, *height}));
   else
-    say(said_deviations_, {});
+    store(reported_deviations_, {});
 }
 
 void NmeaFix::add_zda(const NmeaSentence& sentence) {
@@ -180,14 +180,14 @@ void NmeaFix::take_place(const NmeaSentence& sentence, std::size_t first_field) 
 
 // Satellites, dilution and height are consecutive fields in GGA and GNS.
 void NmeaFix::take_height(const NmeaSentence& sentence, std::size_t satellites_field) {
-  say(satellites_, whole(sentence[satellites_field]));
-  if (const auto hdop = nmea_number(sentence[satellites_field + 1])) say(hdop_, hdop);
-  say(height_, nmea_number(sentence[satellites_field + 2]));
+  store(satellites_, whole(sentence[satellites_field]));
+  if (const auto hdop = nmea_number(sentence[satellites_field + 1])) store(hdop_, hdop);
+  store(height_, nmea_number(sentence[satellites_field + 2]));
 }
 
 // A receiver at rest sends no course: the last one is kept.
 void NmeaFix::take_motion(std::string_view knots, std::string_view course) {
-  if (const auto speed = nmea_number(knots)) say(speed_, std::optional(*speed * kKnot));
+  if (const auto speed = nmea_number(knots)) store(speed_, std::optional(*speed * kKnot));
   if (const auto degrees = nmea_number(course)) course_ = degrees;
 }
 
@@ -262,10 +262,11 @@ void NmeaFix::fill(GpsData& data) const {
   data.utcTime = now.utc ? std::chrono::floor<std::chrono::seconds>(*now.utc).count() : 0;
   data.pos = {};
   data.var = guessed_deviations(deviations_, data.mode, data.satelliteNum);
-  if (const auto said = known(said_deviations_); said && data.mode != gps_mode::kInvalid) {
-    data.var.x = Millimetres<i32>::from_si(said->latitude);
-    data.var.y = Millimetres<i32>::from_si(said->longitude);
-    data.var.z = Millimetres<i32>::from_si(said->height);
+  if (const auto reported = known(reported_deviations_);
+      reported && data.mode != gps_mode::kInvalid) {
+    data.var.x = Millimetres<i32>::from_si(reported->latitude);
+    data.var.y = Millimetres<i32>::from_si(reported->longitude);
+    data.var.z = Millimetres<i32>::from_si(reported->height);
   }
 }
 

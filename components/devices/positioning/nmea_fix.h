@@ -16,7 +16,7 @@ enum class NmeaKind : std::uint8_t { kRmc, kGga, kGsa, kVtg, kGll, kGst, kZda, k
 inline constexpr std::size_t kNmeaKinds = 10;
 NmeaKind nmea_kind(const NmeaSentence& sentence);
 // The sentence contains a position.
-bool tells_position(NmeaKind kind);
+bool reports_position(NmeaKind kind);
 
 class NmeaFix {
  public:
@@ -49,7 +49,7 @@ class NmeaFix {
   };
   // A value and the round in which it was received.
   template <typename T>
-  struct Said {
+  struct Received {
     std::optional<T> value{};
     std::uint64_t round = 0;
   };
@@ -85,12 +85,13 @@ class NmeaFix {
   static Quality quality_of(char mode);
 
   template <typename T>
-  void say(Said<T>& said, std::optional<T> value) const {
-    said = {value, round_};
+  void store(Received<T>& received, std::optional<T> value) const {
+    received = {value, round_};
   }
   template <typename T>
-  [[nodiscard]] std::optional<T> known(const Said<T>& said, std::uint64_t rounds = 1) const {
-    return round_ - said.round <= rounds ? said.value : std::nullopt;
+  [[nodiscard]] std::optional<T> known(const Received<T>& received,
+                                       std::uint64_t rounds = 1) const {
+    return round_ - received.round <= rounds ? received.value : std::nullopt;
   }
   [[nodiscard]] Quality quality() const;
   [[nodiscard]] i32 mode() const;
@@ -104,16 +105,16 @@ class NmeaFix {
   std::optional<Date> date_;
   std::optional<Place> place_;    // last known position
   std::optional<double> course_;  // deg
-  Said<Quality> gga_;
-  Said<Quality> status_;  // from RMC, GLL, GNS
-  Said<int> dimensions_;  // GSA: 1 none, 2, 3
-  Said<int> satellites_;
-  Said<double> height_;  // m
-  Said<double> pdop_;
-  Said<double> hdop_;
-  Said<double> speed_;  // m/s
-  Said<double> heading_;
-  Said<Deviations> said_deviations_;
+  Received<Quality> gga_;
+  Received<Quality> status_;  // from RMC, GLL, GNS
+  Received<int> dimensions_;  // GSA: 1 none, 2, 3
+  Received<int> satellites_;
+  Received<double> height_;  // m
+  Received<double> pdop_;
+  Received<double> hdop_;
+  Received<double> speed_;  // m/s
+  Received<double> heading_;
+  Received<Deviations> reported_deviations_;
 
   static constexpr std::uint64_t kRoundsKept =
       10;  // some receivers send some values every 5 s only

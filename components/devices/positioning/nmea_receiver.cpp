@@ -66,7 +66,7 @@ void NmeaReceiver::add(const NmeaSentence& sentence) {
   }
   if (kind == end && has_begun_)
     publish();
-  else if (tells_position(kind))
+  else if (reports_position(kind))
     count_position(kind, sentence.began);
 }
 

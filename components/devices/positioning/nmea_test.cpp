@@ -158,12 +158,12 @@ class NmeaReceiverTest : public testing::Test {
     return data;
   }
 
-  HeardOutput out_;
+  ReceivedOutput out_;
   Time now_{1000s};
   Time recorded_{};
 };
 
-TEST_F(NmeaReceiverTest, RmcIsCompletedByWhatTheOthersHaveSaid) {
+TEST_F(NmeaReceiverTest, RmcIsCompletedByTheOtherSentences) {
   NmeaReceiver receiver({});
   receiver.start(now_, out_);
   const Time began = now_;
@@ -283,7 +283,7 @@ TEST_F(NmeaReceiverTest, MidnightLeapSecondsAndMissingDates) {
   EXPECT_EQ(utc_at("235959"), kNewYear - 1);  // late
 }
 
-TEST_F(NmeaReceiverTest, HeadingOfTwoAntennasAndSaidDeviations) {
+TEST_F(NmeaReceiverTest, HeadingOfTwoAntennasAndReportedDeviations) {
   NmeaReceiver receiver({});
   receiver.start(now_, out_);
   receive(receiver, "GPHDT,270.0,T");
@@ -302,7 +302,7 @@ TEST_F(NmeaReceiverTest, HeadingOfTwoAntennasAndSaidDeviations) {
   EXPECT_EQ(data->var.x, 50000);
 }
 
-TEST_F(NmeaReceiverTest, SaysWhatIsWrong) {
+TEST_F(NmeaReceiverTest, ErrorsAreReported) {
   const auto failure_after = [&](std::string_view text) {
     NmeaReceiver receiver({});
     receiver.start(now_, out_);
@@ -338,7 +338,7 @@ TEST_F(NmeaReceiverTest, NoiseAndBrokenSentencesBreakNothing) {
 
 // --- pulses and deviations
 
-TEST(GpsTest, APulseTellsWhenAFixWasMeasured) {
+TEST(GpsTest, APulseGivesTheTimeOfAFix) {
   EXPECT_EQ(measured_by_pulse(100s, 0s, 100s + 300ms), 100s);
   EXPECT_EQ(measured_by_pulse(100s, 900ms, 100s + 300ms), 99s + 900ms);
   EXPECT_EQ(measured_by_pulse(100s, 200ms, 100s + 300ms), 100s + 200ms);

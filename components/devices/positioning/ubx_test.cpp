@@ -82,7 +82,7 @@ TEST(UbxFilesTest, HaveTheirFramesAndSentences) {
 }
 
 TEST(UbxFilesTest, TheProgramUnderstandsThem) {
-  HeardOutput out;
+  ReceivedOutput out;
   for (const File& file : kFiles) {
     Ublox dialogue({.only_listen = true});
     dialogue.start(Time(1s), out);
@@ -222,7 +222,7 @@ TEST(UbxTest, AWrongLengthIsNotWaitedForLong) {
 
 TEST(UbxTest, NoiseBreaksNothing) {
   std::mt19937 random(1);
-  HeardOutput out;
+  ReceivedOutput out;
   Ublox dialogue({});
   Time now{1000s};
   dialogue.start(now, out);

@@ -232,10 +232,10 @@ bool to_gyro(const XsensSample& sample, XsensMounting mounting, GyroData& data) 
   data.wYaw = static_cast<f32>(sample.rate->z * side);
 
   Vector euler = sample.euler.value_or(Vector{});
-  const bool as_it_says = mounting == XsensMounting::kAsItSays;
-  if (sample.orientation || !as_it_says) {
+  const bool is_unchanged = mounting == XsensMounting::kUnchanged;
+  if (sample.orientation || !is_unchanged) {
     Rotation rotation = sample.orientation ? *sample.orientation : from_euler(euler);
-    if (!as_it_says) rotation = to_north_east_down(sample.frame) * rotation;
+    if (!is_unchanged) rotation = to_north_east_down(sample.frame) * rotation;
     if (mounting == XsensMounting::kLabelUp) rotation = rotation * kHalfTurn;
     euler = to_euler(rotation);
   }

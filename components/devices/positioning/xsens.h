@@ -106,8 +106,8 @@ bool decode_xsens(const XsensMessage& message, XsensSample& sample);
 
 // Mounting of the device.
 enum class XsensMounting : std::uint8_t {
-  kAsItSays,  // as the original: angles and rates unchanged, x forward and z down
-  kLabelUp,   // usual mounting; converted to angles of the robot with heading 0 to the north
+  kUnchanged,  // as the original: angles and rates unchanged, x forward and z down
+  kLabelUp,    // usual mounting; converted to angles of the robot with heading 0 to the north
   kLabelDown,
 };
 // Converts a sample to data; returns false if a value is missing. Accelerations have the sign of
@@ -116,7 +116,7 @@ bool to_gyro(const XsensSample& sample, XsensMounting mounting, GyroData& data);
 
 struct XsensSettings {
   Duration period = std::chrono::milliseconds(10);
-  XsensMounting mounting = XsensMounting::kAsItSays;
+  XsensMounting mounting = XsensMounting::kUnchanged;
   std::uint32_t baud = 115200;  // for error messages only
   std::string serial_number{};  // required device id, hexadecimal; empty: any
   bool only_listen = false;     // the device is a recording

@@ -104,7 +104,7 @@ XsensSample level(double yaw_degrees) {
 
 TEST(XsensTest, AsTheOriginalHasIt) {
   GyroData data;
-  ASSERT_TRUE(to_gyro(level(30), XsensMounting::kAsItSays, data));
+  ASSERT_TRUE(to_gyro(level(30), XsensMounting::kUnchanged, data));
   EXPECT_FLOAT_EQ(data.aZ, -9810);
   EXPECT_FLOAT_EQ(data.wYaw, 0.03F);  // rad/s, unchanged
   EXPECT_NEAR(data.yaw, 30 * kDegree, 1e-6);
@@ -147,7 +147,7 @@ TEST(XsensTest, WhatIsMissingIsNoData) {
   GyroData data;
   auto sample = level(0);
   sample.rate.reset();
-  EXPECT_FALSE(to_gyro(sample, XsensMounting::kAsItSays, data));
+  EXPECT_FALSE(to_gyro(sample, XsensMounting::kUnchanged, data));
 }
 
 // --- streams
@@ -196,7 +196,7 @@ TEST(XsensTest, ALongMessageHasTwoBytesOfLength) {
 
 TEST(XsensTest, NoiseBreaksNothing) {
   std::mt19937 random(1);
-  HeardOutput out;
+  ReceivedOutput out;
   Xsens dialogue({});
   Time now{1000s};
   dialogue.start(now, out);

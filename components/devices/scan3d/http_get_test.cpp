@@ -9,7 +9,7 @@ namespace http_get_test {
 using namespace std::chrono_literals;
 using testing::HasSubstr;
 
-class Heard final : public Output {
+class RecordingOutput final : public Output {
  public:
   void send(std::span<const std::byte> bytes, std::uint32_t) override {
     text.append(reinterpret_cast<const char*>(bytes.data()), bytes.size());
@@ -18,13 +18,13 @@ class Heard final : public Output {
 };
 
 void receive(HttpGet& get, std::string_view text) {
-  Heard out;
+  RecordingOutput out;
   get.on_arrival({.bytes = std::as_bytes(std::span(text))}, out);
 }
 
 HttpGet asked() {
   HttpGet get("scanner", "/about");
-  Heard out;
+  RecordingOutput out;
   get.start(Time{1s}, out);
   EXPECT_EQ(out.text, "GET /about HTTP/1.0\r\nHost: scanner\r\n\r\n");
   return get;
@@ -54,7 +54,7 @@ TEST(HttpGetTest, WithoutALengthItEndsWithTheConnection) {
   EXPECT_EQ(get.body(), "{\"a\":1}");
 }
 
-TEST(HttpGetTest, WhatIsNoAnswerIsSaid) {
+TEST(HttpGetTest, AnInvalidAnswerIsReported) {
   struct {
     const char* answer;
     const char* complaint;
@@ -72,7 +72,7 @@ TEST(HttpGetTest, WhatIsNoAnswerIsSaid) {
     EXPECT_THAT(get.failure()->detail(), HasSubstr(complaint));
   }
   HttpGet silent = asked();
-  Heard out;
+  RecordingOutput out;
   silent.on_timeout(Time{3s}, out);
   ASSERT_TRUE(silent.failure());
   HttpGet endless = asked();

@@ -167,9 +167,9 @@ OusterColumn ouster_column(const OusterLayout& layout, std::span<const std::byte
 
 OusterPixel ouster_pixel(const OusterLayout& layout, const OusterColumn& column, std::size_t beam) {
   const std::size_t at = beam * layout.pixel_bytes;
-  const auto word = little_endian<std::uint32_t>(column.pixels, at);
+  const auto pixel = little_endian<std::uint32_t>(column.pixels, at);
   return {
-      .range = static_cast<i32>(word & layout.range_mask) * layout.range_unit,
+      .range = static_cast<i32>(pixel & layout.range_mask) * layout.range_unit,
       .reflectivity = std::to_integer<std::uint8_t>(column.pixels[at + layout.reflectivity_at])};
 }
 
@@ -204,7 +204,7 @@ void Ouster::start(Time now, Output&) {
   timer_.wait_until(now + kOusterFirstWithin);
   scan_.clear();
   clock_.reset();
-  has_heard_ = false;
+  has_received_ = false;
 }
 
 void Ouster::on_timeout(Time now, Output&) {
@@ -234,8 +234,8 @@ void Ouster::on_arrival(const Arrival& arrival, Output&) {
   constexpr std::int16_t kFew = 8;
   // A slightly older number is a datagram out of order; a much older one means that the scanner was
   // restarted.
-  if (has_heard_ && ahead < 0 && ahead > -kFew) return;
-  has_heard_ = true;
+  if (has_received_ && ahead < 0 && ahead > -kFew) return;
+  has_received_ = true;
   timer_.stop();
   const Time end = clock_.to_host(last.time, arrival.last);
   for (std::size_t i = 0; i < layout.columns_of_packet; ++i) {

@@ -80,7 +80,7 @@ class Ouster final : public Dialogue {
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
 
-  [[nodiscard]] bool is_ready() const { return has_heard_; }
+  [[nodiscard]] bool is_ready() const { return has_received_; }
   bool take(Scan3dData& scan, Time& recorded) { return scan_.take(scan, recorded); }
 
   // Number of invalid datagrams, and of those with another layout.
@@ -104,7 +104,7 @@ class Ouster final : public Dialogue {
   std::vector<std::array<float, 2>> directions_;  // cos, sin of each column
   DeviceClock clock_;
   std::uint16_t frame_ = 0;
-  bool has_heard_ = false;
+  bool has_received_ = false;
   std::uint64_t broken_ = 0;
 };
 

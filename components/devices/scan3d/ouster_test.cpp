@@ -67,11 +67,11 @@ std::string md5(std::span<const std::byte> message) {
                               : round == 1 ? (d & b) | (~d & c)
                               : round == 2 ? b ^ c ^ d
                                            : c ^ (b | ~d);
-      const std::array<unsigned, 4> words = {i, 5 * i + 1, 3 * i + 5, 7 * i};
+      const std::array<unsigned, 4> indices = {i, 5 * i + 1, 3 * i + 5, 7 * i};
       const auto constant = static_cast<std::uint32_t>(std::fabs(std::sin(i + 1.0)) * 4294967296.0);
       const std::uint32_t sum =
           a + f + constant +
-          little_endian<std::uint32_t>(text, block + words.at(round) % 16 * std::size_t{4});
+          little_endian<std::uint32_t>(text, block + indices.at(round) % 16 * std::size_t{4});
       const unsigned shift = kShifts.at(round).at(i % 4);
       a = d;
       d = c;
@@ -84,10 +84,10 @@ std::string md5(std::span<const std::byte> message) {
     state[3] += d;
   }
   std::string hex;
-  for (const std::uint32_t word : state)
+  for (const std::uint32_t part : state)
     for (int i = 0; i < 4; ++i) {
       std::array<char, 3> two{};
-      std::snprintf(two.data(), two.size(), "%02x", word >> (8 * i) & 0xFF);
+      std::snprintf(two.data(), two.size(), "%02x", part >> (8 * i) & 0xFF);
       hex += two.data();
     }
   return hex;
@@ -106,7 +106,7 @@ TEST(OusterTest, MetadataOfAScanner) {
   EXPECT_EQ(metadata->product, "OS-0-32-U1");
 }
 
-TEST(OusterTest, MetadataThatIsNoneIsSaid) {
+TEST(OusterTest, InvalidMetadataIsReported) {
   const std::string good = metadata_text();
   EXPECT_FALSE(OusterMetadata::parse(""));
   for (std::size_t size = 0; size < good.size(); size += 3) {
@@ -270,7 +270,7 @@ TEST(OusterTest, ALateDatagramOfTheTurnBeforeIsLeftOut) {
   EXPECT_EQ(scans, 3);
 }
 
-TEST(OusterTest, SilenceIsSaid) {
+TEST(OusterTest, SilenceIsReported) {
   Ouster scanner(*OusterMetadata::parse(metadata_text()), {});
   Nobody nobody;
   scanner.start(Time(1s), nobody);

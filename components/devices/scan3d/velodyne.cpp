@@ -107,7 +107,7 @@ void Velodyne::start(Time now, Output&) {
   timer_.wait_until(now + kVelodyneFirstWithin);
   scan_.clear();
   clock_.reset();
-  has_heard_ = false;
+  has_received_ = false;
   last_head_ = 0;
 }
 
@@ -153,7 +153,7 @@ void Velodyne::on_arrival(const Arrival& arrival, Output&) {
     ++broken_;
     return;
   }
-  has_heard_ = true;
+  has_received_ = true;
   timer_.stop();
   const auto tail = bytes.last(kTailBytes);
   const auto model = std::to_integer<std::uint8_t>(tail[5]);

@@ -59,7 +59,7 @@ class Velodyne final : public Dialogue {
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
 
-  [[nodiscard]] bool is_ready() const { return has_heard_; }
+  [[nodiscard]] bool is_ready() const { return has_received_; }
   bool take(Scan3dData& scan, Time& recorded) { return scan_.take(scan, recorded); }
 
   [[nodiscard]] std::uint64_t broken() const { return broken_; }
@@ -85,7 +85,7 @@ class Velodyne final : public Dialogue {
   std::vector<std::array<float, 2>> directions_;  // cos, sin for each 1/100 degree
   DeviceClock clock_;
   std::uint32_t last_head_ = 0;  // 1/100 degree
-  bool has_heard_ = false;
+  bool has_received_ = false;
   std::uint64_t broken_ = 0;
 };
 

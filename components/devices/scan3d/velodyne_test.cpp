@@ -80,7 +80,7 @@ TEST(VelodyneTest, CutAndFlippedPacketsBreakNothing) {
   }
 }
 
-TEST(VelodyneTest, AnUnknownModelIsSaid) {
+TEST(VelodyneTest, AnUnknownModelIsReported) {
   auto packet = captured();
   packet.back() = std::byte{0x99};
   Velodyne velodyne({});
@@ -149,7 +149,7 @@ TEST(VelodyneTest, LostDatagramsLeaveGapsOnly) {
   }
 }
 
-TEST(VelodyneTest, SilenceIsSaid) {
+TEST(VelodyneTest, SilenceIsReported) {
   Velodyne scanner({});
   Nobody nobody;
   scanner.start(Time(1s), nobody);

@@ -131,43 +131,43 @@ ColaReader::ColaReader(ColaDialect dialect, std::span<const std::byte> body)
   if (rest_.empty() || rest_.front() != kBlank) return;
   rest_ = rest_.subspan(1);
   if (kind_ == "sFA") return;
-  name_ = take_word();
+  name_ = take_token();
 }
 
-std::string_view ColaReader::take_word() {
+std::string_view ColaReader::take_token() {
   const void* const blank = std::memchr(rest_.data(), ' ', rest_.size());
   const std::size_t size =
       blank == nullptr
           ? rest_.size()
           : static_cast<std::size_t>(static_cast<const std::byte*>(blank) - rest_.data());
-  const std::string_view word = text_of(rest_.first(size));
+  const std::string_view token = text_of(rest_.first(size));
   rest_ = rest_.subspan(std::min(size + 1, rest_.size()));
-  if (word.empty()) good_ = false;
-  return word;
+  if (token.empty()) good_ = false;
+  return token;
 }
 
 // Reads a number such as "1F", "+31", "-5".
-std::uint32_t ColaReader::take_word_number() {
-  const std::string_view word = take_word();
+std::uint32_t ColaReader::take_token_number() {
+  const std::string_view token = take_token();
   if (!good_) return 0;
-  if (word.front() == '+' || word.front() == '-') {
-    const std::string_view digits = word.substr(word.front() == '+' ? 1 : 0);
+  if (token.front() == '+' || token.front() == '-') {
+    const std::string_view digits = token.substr(token.front() == '+' ? 1 : 0);
     const auto number = tims::base::parse_number<std::int32_t>(digits);
     if (!number) good_ = false;
     return static_cast<std::uint32_t>(number.value_or(0));
   }
   std::uint32_t number = 0;
-  for (const char c : word) {
+  for (const char c : token) {
     const std::uint8_t digit = kDigits[static_cast<unsigned char>(c)];
     if (digit == kNoDigit) good_ = false;
     number = number << 4 | digit;
   }
-  if (word.size() > 8) good_ = false;
+  if (token.size() > 8) good_ = false;
   return good_ ? number : 0;
 }
 
 std::string_view ColaReader::take_text(std::size_t size) {
-  if (dialect_ == ColaDialect::kAscii) return take_word();
+  if (dialect_ == ColaDialect::kAscii) return take_token();
   if (!has(size)) return {};
   const std::string_view text = text_of(rest_.first(size));
   rest_ = rest_.subspan(size);

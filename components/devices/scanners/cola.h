@@ -72,7 +72,7 @@ class ColaReader {
 
   template <typename Number>
   Number take() {
-    if (dialect_ == ColaDialect::kAscii) return static_cast<Number>(take_word_number());
+    if (dialect_ == ColaDialect::kAscii) return static_cast<Number>(take_token_number());
     if (!has(sizeof(Number))) return 0;
     const Number number = big_endian<Number>(rest_);
     rest_ = rest_.subspan(sizeof(Number));
@@ -91,8 +91,8 @@ class ColaReader {
     if (rest_.size() < bytes) good_ = false;
     return good_;
   }
-  std::string_view take_word();
-  std::uint32_t take_word_number();
+  std::string_view take_token();
+  std::uint32_t take_token_number();
 
   ColaDialect dialect_;
   std::span<const std::byte> rest_;

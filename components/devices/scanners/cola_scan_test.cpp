@@ -110,7 +110,7 @@ void expect_counts(const Counts& counts, const Expected& expected) {
   }
 }
 
-TEST_P(ColaCaptureTest, HasWhatItsReadmeSays) {
+TEST_P(ColaCaptureTest, IsAsItsReadmeStates) {
   Counts counts;
   ColaTelegrams telegrams;
   for (const CaptureRecord& record : captured(GetParam().file)) {
@@ -127,7 +127,7 @@ TEST_P(ColaCaptureTest, HasWhatItsReadmeSays) {
 }
 
 // Decoded scans are encoded again: in CoLa B the bytes are identical, in CoLa A the content is.
-TEST_P(ColaCaptureTest, IsTheSameWrittenAnewAndInColaA) {
+TEST_P(ColaCaptureTest, IsTheSameEncodedAgainAndInColaA) {
   Counts counts;
   for (const CaptureRecord& record : captured(GetParam().file)) {
     ColaTelegrams telegrams;

@@ -27,8 +27,8 @@ std::array<EgoFrame, kEgoFrames> ego_frames(const Motion& motion, double wheel_b
 }
 
 void EgoMotion::on_timeout(Time, Output& out) {
-  if (!has_news_) return;
-  has_news_ = false;
+  if (!has_update_) return;
+  has_update_ = false;
   std::uint32_t id = kFirstEgoId;
   for (const EgoFrame& frame : ego_frames(motion_, wheel_base_)) out.send(frame, id++);
 }

@@ -35,18 +35,18 @@ class EgoMotion final : public Dialogue {
   void on_arrival(const Arrival&, Output&) override {}
   [[nodiscard]] std::vector<CanFilter> wanted_frames() const override { return {}; }
   void on_timeout(Time now, Output& out) override;
-  [[nodiscard]] Time next_timeout() const override { return has_news_ ? Time{} : tims::kNever; }
+  [[nodiscard]] Time next_timeout() const override { return has_update_ ? Time{} : tims::kNever; }
 
   // Sends the motion at once.
-  void tell(const Motion& motion) {
+  void set_motion(const Motion& motion) {
     motion_ = motion;
-    has_news_ = true;
+    has_update_ = true;
   }
 
  private:
   double wheel_base_;
   Motion motion_;
-  bool has_news_ = false;
+  bool has_update_ = false;
 };
 
 }  // namespace rack::device

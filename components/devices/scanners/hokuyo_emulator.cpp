@@ -38,7 +38,7 @@ std::vector<std::vector<std::uint16_t>> scans_of_log(std::string_view text, std:
 }
 
 void Hokuyo::start(Time now, Output& out) {
-  speaks_scip2_ = settings_.language == HokuyoLanguage::kScip2;
+  uses_scip2_ = settings_.language == HokuyoLanguage::kScip2;
   compares_clocks_ = false;
   baud_ = settings_.baud;
   out.set_baud(baud_);
@@ -63,10 +63,10 @@ void Hokuyo::on_arrival(const Arrival& arrival, Output& out) {
 void Hokuyo::answer(std::string_view question, Time now, Output& out) {
   answer_.clear();
   if (question == "SCIP2.0" && settings_.language == HokuyoLanguage::kScip1First) {
-    speaks_scip2_ = true;
-    say(question, "0");
+    uses_scip2_ = true;
+    begin_answer(question, "0");
     send(out);
-  } else if (speaks_scip2_) {
+  } else if (uses_scip2_) {
     answer_scip2(question, now, out);
   } else {
     answer_scip1(question, now, out);
@@ -74,7 +74,7 @@ void Hokuyo::answer(std::string_view question, Time now, Output& out) {
 }
 
 // Sends the request, the status and, in SCIP 2, its sum.
-void Hokuyo::say(std::string_view question, std::string_view status) {
+void Hokuyo::begin_answer(std::string_view question, std::string_view status) {
   answer_ += question;
   answer_ += '\n';
   if (status.size() == 2)
@@ -92,7 +92,7 @@ void Hokuyo::append_fields(std::initializer_list<std::pair<std::string_view, std
   for (const auto& [name, text] : fields) {
     const std::string field = std::string(name) + ":" + text;
     answer_ += field;
-    if (speaks_scip2_) (answer_ += ';') += scip_sum(field);
+    if (uses_scip2_) (answer_ += ';') += scip_sum(field);
     answer_ += '\n';
   }
 }
@@ -101,20 +101,20 @@ void Hokuyo::answer_scip1(std::string_view question, Time now, Output& out) {
   const auto range = scip_range(question);
   if (range && question.size() == 9) {
     const bool is_within = range->last <= settings_.parameters.last;
-    say(question, is_within ? "0" : "4");
+    begin_answer(question, is_within ? "0" : "4");
     if (is_within) append_scan(*range, now, false);
   } else if (question.size() == 14 && question[0] == 'S') {
-    say(question, "0");
+    begin_answer(question, "0");
     send(out);
     set_rate(question.substr(1, 6), out);
     return;
   } else if (question == "V") {
-    say(question, "0");
+    begin_answer(question, "0");
     append_fields({{"VEND", "Hokuyo Automatic Co.,Ltd."}, {"SERI", settings_.serial_number}});
   } else if (question == "L0" || question == "L1") {
-    say(question, "0");
+    begin_answer(question, "0");
   } else {
-    say(question, "E");
+    begin_answer(question, "E");
   }
   send(out);
 }
@@ -124,36 +124,36 @@ void Hokuyo::answer_scip2(std::string_view question, Time now, Output& out) {
   const auto range = scip_range(question);
   const std::string_view symbol = question.substr(0, 2);
   if (compares_clocks_ && symbol != "TM") {
-    say(question, "0E");
+    begin_answer(question, "0E");
   } else if (range && (range->first < all.first - all.front || range->last > all.last)) {
-    say(question, "04");
+    begin_answer(question, "04");
   } else if (range && symbol[0] == 'M' && question.size() == 15) {
-    say(question, "00");
+    begin_answer(question, "00");
     begin_measuring(question, now);
   } else if (range && symbol[0] == 'G') {
-    say(question, "00");
+    begin_answer(question, "00");
     append_scan(*range, now, true);
   } else if (symbol == "QT" || symbol == "RS") {
     next_ = tims::kNever;
-    say(question, "00");
+    begin_answer(question, "00");
   } else if (symbol == "BM") {
-    say(question, measures() ? "02" : "00");
+    begin_answer(question, measures() ? "02" : "00");
   } else if (question == "TM0" || question == "TM1" || question == "TM2") {
     compares_clocks_ = question != "TM2";
     next_ = tims::kNever;
-    say(question, "00");
+    begin_answer(question, "00");
     std::string time;
     append_scip_number(time, counter(now), 4);
     if (question == "TM1") append_scip_line(answer_, time);
   } else if (symbol == "VV") {
-    say(question, "00");
+    begin_answer(question, "00");
     append_fields({{"VEND", "Hokuyo Automatic Co.,Ltd."},
                    {"PROD", "SOKUIKI Sensor URG-04LX"},
                    {"FIRM", "3.1.00(18/Jan./2007)"},
                    {"PROT", "SCIP 2.0"},
                    {"SERI", settings_.serial_number}});
   } else if (symbol == "PP") {
-    say(question, "00");
+    begin_answer(question, "00");
     append_fields({{"MODL", all.model},
                    {"DMIN", std::to_string(all.range_min)},
                    {"DMAX", std::to_string(all.range_max)},
@@ -163,19 +163,19 @@ void Hokuyo::answer_scip2(std::string_view question, Time now, Output& out) {
                    {"AFRT", std::to_string(all.front)},
                    {"SCAN", std::to_string(all.turns_of_minute)}});
   } else if (symbol == "II") {
-    say(question, "00");
+    begin_answer(question, "00");
     append_fields({{"MODL", all.model},
                    {"LASR", measures() ? "ON" : "OFF"},
                    {"SBPS", std::to_string(baud_) + "[bps]"},
                    {"STAT", "Sensor works well."}});
   } else if (symbol == "SS" && question.size() == 8) {
     const bool has_it = static_cast<std::uint32_t>(number(question.substr(2))) == baud_;
-    say(question, has_it ? "03" : "00");
+    begin_answer(question, has_it ? "03" : "00");
     send(out);
     if (!has_it) set_rate(question.substr(2), out);
     return;
   } else {
-    say(question, "0E");
+    begin_answer(question, "0E");
   }
   send(out);
 }
@@ -199,9 +199,9 @@ void Hokuyo::on_timeout(Time now, Output& out) {
   if (left_ > 0) --left_;
   answer_.clear();
   const int remaining = std::max(0, left_);
-  say(measuring_ + static_cast<char>('0' + remaining / 10) +
-          static_cast<char>('0' + remaining % 10),
-      "99");
+  begin_answer(measuring_ + static_cast<char>('0' + remaining / 10) +
+                   static_cast<char>('0' + remaining % 10),
+               "99");
   append_scan(*scip_range(measuring_), next_, true);
   send(out);
   next_ = left_ == 0 ? tims::kNever : next_ + skipped_ * turn();

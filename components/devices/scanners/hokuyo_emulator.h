@@ -46,7 +46,7 @@ class Hokuyo final : public Dialogue {
   void begin_measuring(std::string_view question, Time now);
   void set_rate(std::string_view digits, Output& out);
   void send(Output& out);
-  void say(std::string_view question, std::string_view status);
+  void begin_answer(std::string_view question, std::string_view status);
   void append_fields(std::initializer_list<std::pair<std::string_view, std::string>> fields);
   void append_scan(const ScipRange& range, Time end, bool has_sums);
   [[nodiscard]] std::uint32_t distance(int step, Time when) const;
@@ -54,7 +54,7 @@ class Hokuyo final : public Dialogue {
   [[nodiscard]] Duration turn() const;
 
   HokuyoSettings settings_;
-  bool speaks_scip2_ = false;
+  bool uses_scip2_ = false;
   bool compares_clocks_ = false;  // between TM0 and TM2
   std::uint32_t baud_ = 0;
   Time began_{};

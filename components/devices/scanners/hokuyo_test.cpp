@@ -200,7 +200,7 @@ TEST(HokuyoTest, SleepsAtItsOldRateWhenItIsLeft) {
   EXPECT_FALSE(scanner.measures());
 }
 
-TEST(HokuyoTest, SaysWhatIsWrong) {
+TEST(HokuyoTest, ErrorsAreReported) {
   emulator::Hokuyo scanner({.baud = 9600});
   Hokuyo driver({});
   VirtualLine line(driver, scanner, serial_line(9600));
@@ -218,14 +218,14 @@ TEST(HokuyoTest, SaysWhatIsWrong) {
   EXPECT_THAT(wide.failure()->detail(), testing::HasSubstr("between 44 and 725"));
 }
 
-TEST(HokuyoTest, ARecordingTellsItsRangeItself) {
-  std::vector<std::byte> heard;
+TEST(HokuyoTest, ARecordingContainsItsRange) {
+  std::vector<std::byte> received;
   {
     emulator::Hokuyo scanner;
     Hokuyo driver({.start = 300, .end = 500, .cluster = 2});
     VirtualLine line(driver, scanner, {});
     line.set_lose([&](bool from_host, std::span<const std::byte> bytes) {
-      if (!from_host) heard.insert(heard.end(), bytes.begin(), bytes.end());
+      if (!from_host) received.insert(received.end(), bytes.begin(), bytes.end());
       return false;
     });
     line.start();
@@ -239,7 +239,7 @@ TEST(HokuyoTest, ARecordingTellsItsRangeItself) {
   LadarData scan;
   Time recorded;
   int scans = 0;
-  for (const std::byte& byte : heard) {
+  for (const std::byte& byte : received) {
     player.on_arrival({.bytes = {&byte, 1}, .first = Time(1s), .last = Time(1s)}, nobody);
     scans += player.take(scan, recorded) ? 1 : 0;
   }

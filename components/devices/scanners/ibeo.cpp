@@ -22,9 +22,9 @@ constexpr int kIbeoAttempts = 3;
 constexpr i32 kIbeoRangeMax = 100'000;
 constexpr u32 kIbeoTurnMilliseconds = 100;
 
-void put(IbeoFrame& frame, std::size_t at, unsigned word) {
-  frame[at] = static_cast<std::byte>(word >> 8);
-  frame[at + 1] = static_cast<std::byte>(word);
+void put(IbeoFrame& frame, std::size_t at, unsigned number) {
+  frame[at] = static_cast<std::byte>(number >> 8);
+  frame[at + 1] = static_cast<std::byte>(number);
 }
 
 std::uint16_t service_of(std::uint8_t state) {
@@ -104,7 +104,7 @@ bool IbeoTelegrams::take(const Arrival& frame, IbeoTelegram& telegram) {
   return true;
 }
 
-unsigned IbeoProfile::word() {
+unsigned IbeoProfile::take_u16() {
   const unsigned value = big_endian<std::uint16_t>(rest_);
   rest_ = rest_.subspan(2);
   return value;
@@ -115,13 +115,13 @@ bool IbeoProfile::begin(std::span<const std::byte> profile) {
   rest_ = profile;
   sectors_ = 0;
   if (profile.size() < kHead) return false;
-  format_ = word();
-  sectors_ = word() & 0xFF;  // the upper byte is the number of layers
+  format_ = take_u16();
+  sectors_ = take_u16() & 0xFF;  // the upper byte is the number of layers
   constexpr unsigned kNeeded =
       ibeo::kHasStep | ibeo::kHasPoints | ibeo::kHasFirstAngle | ibeo::kHasDistance;
   if ((format_ & kNeeded) != kNeeded) sectors_ = 0;
   for (const unsigned bit : {ibeo::kHasNumber, ibeo::kHasCount, ibeo::kHasLayer})
-    if (has(bit) && can_read(2)) word();
+    if (has(bit) && can_read(2)) take_u16();
   return sectors_ > 0;
 }
 
@@ -137,7 +137,7 @@ bool IbeoProfile::next(LadarData& scan, std::uint16_t& begin, std::uint16_t& end
     const auto read = [&](unsigned bit, unsigned& value) {
       if (!has(bit)) return true;
       if (!can_read(2)) return false;
-      value = word();
+      value = take_u16();
       return true;
     };
     const bool is_whole = read(ibeo::kHasSector, unused) && read(ibeo::kHasStep, step) &&
@@ -167,13 +167,13 @@ bool IbeoProfile::read_points(LadarData& scan, std::size_t points, unsigned firs
   scan.points.resize(points);
   for (std::size_t i = 0; i < points; ++i) {
     LadarPoint& point = scan.points[i];
-    const unsigned distance = word();
-    const double angle = has(ibeo::kHasAngle) ? word() * kSixteenth - std::numbers::pi
+    const unsigned distance = take_u16();
+    const double angle = has(ibeo::kHasAngle) ? take_u16() * kSixteenth - std::numbers::pi
                                               : begin + static_cast<double>(i) * step * kSixteenth;
     point.angle = static_cast<f32>(within_turn(angle));
     point.distance = static_cast<i32>(distance * 1000 / kOfMetre);
     point.type = distance == 0 ? ladar_point::kInvalid : ladar_point::kUnknown;
-    point.intensity = has(ibeo::kHasEcho) ? static_cast<i32>(word()) : 0;
+    point.intensity = has(ibeo::kHasEcho) ? static_cast<i32>(take_u16()) : 0;
   }
   scan.maxRange = kIbeoRangeMax;
   scan.duration = kIbeoTurnMilliseconds;
@@ -228,10 +228,10 @@ void Ibeo::ask(Time now, Output& out) {
                                                      static_cast<std::byte>(ibeo::kWanted & 0xFF)};
   // Sets the clock to 0 and uses the configured speed.
   constexpr std::array<std::byte, 2> kNone{};
-  const bool has_word = state_ == State::kTime || state_ == State::kTurn;
+  const bool has_parameter = state_ == State::kTime || state_ == State::kTurn;
   append_ibeo(frames_, settings_.sensor, service_of(static_cast<std::uint8_t>(state_)),
               state_ == State::kProfiles ? std::span<const std::byte>(kAllProfiles)
-              : has_word                 ? std::span<const std::byte>(kNone)
+              : has_parameter            ? std::span<const std::byte>(kNone)
                                          : std::span<const std::byte>{});
   const bool is_slow = state_ == State::kTurn || state_ == State::kMeasure;
   timer_.sent(now, is_slow ? kTurnTime : kIbeoAnswerTime);

@@ -111,7 +111,7 @@ class IbeoProfile {
  private:
   [[nodiscard]] bool has(unsigned bit) const { return (format_ & bit) != 0; }
   [[nodiscard]] bool can_read(std::size_t bytes) const { return rest_.size() >= bytes; }
-  unsigned word();
+  unsigned take_u16();
   bool read_points(LadarData& scan, std::size_t points, unsigned first, unsigned step);
 
   std::span<const std::byte> rest_{};

@@ -35,9 +35,9 @@ void Ibeo::on_arrival(const Arrival& arrival, Output& out) {
   if (telegrams_.take(arrival, telegram)) obey(telegram, arrival.last, out);
 }
 
-void Ibeo::append(unsigned word) {
-  data_.push_back(static_cast<std::byte>(word >> 8));
-  data_.push_back(static_cast<std::byte>(word));
+void Ibeo::append(unsigned number) {
+  data_.push_back(static_cast<std::byte>(number >> 8));
+  data_.push_back(static_cast<std::byte>(number));
 }
 
 void Ibeo::append_status(Time now) {

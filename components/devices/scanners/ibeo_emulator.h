@@ -31,7 +31,7 @@ class Ibeo final : public Dialogue {
  private:
   void obey(const IbeoTelegram& telegram, Time now, Output& out);
   void answer(std::uint16_t service, Output& out);
-  void append(unsigned word);
+  void append(unsigned number);
   void append_status(Time now);
   void append_sector(int from, int to, Time begin);
   [[nodiscard]] unsigned counter(Time time) const;

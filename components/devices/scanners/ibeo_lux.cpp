@@ -188,8 +188,8 @@ bool decode_lux_objects(std::span<const std::byte> body, bool absolute, ObjRecog
     if (body.size() < lux::kObject) return false;
     const auto object = body.first(lux::kObject);
     body = body.subspan(lux::kObject);
-    const std::uint16_t said = little_endian<std::uint16_t>(object, 56);
-    const std::size_t contour = said == kNoContour ? 0 : std::size_t{4} * said;
+    const std::uint16_t point_count = little_endian<std::uint16_t>(object, 56);
+    const std::size_t contour = point_count == kNoContour ? 0 : std::size_t{4} * point_count;
     if (body.size() < contour) return false;
     const ObjRecogObject box = box_of(object, absolute);
     if (boxes.objects.size() < kObjectsMax) boxes.objects.push_back(box);

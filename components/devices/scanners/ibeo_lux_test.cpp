@@ -26,17 +26,17 @@ struct Nobody : Output {
 // The bytes that the emulator sends within a time.
 std::vector<std::byte> stream_of(Duration how_long,
                                  const emulator::IbeoLuxSettings& settings = {}) {
-  std::vector<std::byte> heard;
+  std::vector<std::byte> received;
   emulator::IbeoLux scanner(settings);
   IbeoLux driver({});
   VirtualLine line(driver, scanner, {});
   line.set_lose([&](bool, std::span<const std::byte> sent) {
-    heard.insert(heard.end(), sent.begin(), sent.end());
+    received.insert(received.end(), sent.begin(), sent.end());
     return false;
   });
   line.start();
   line.run(how_long);
-  return heard;
+  return received;
 }
 
 int messages_in(std::initializer_list<std::span<const std::byte>> pieces) {
@@ -239,7 +239,7 @@ TEST(EgoMotionTest, FourFrames) {
   EgoMotion dialogue(1000);
   dialogue.start(Time(1s), bus);
   EXPECT_EQ(dialogue.next_timeout(), tims::kNever);
-  dialogue.tell({.speed = 1, .omega = 0});
+  dialogue.set_motion({.speed = 1, .omega = 0});
   ASSERT_LE(dialogue.next_timeout(), Time(1s));
   dialogue.on_timeout(Time(1s), bus);
   EXPECT_EQ(bus.ids, (std::vector<std::uint32_t>{0x303, 0x304, 0x305, 0x306}));

@@ -145,7 +145,7 @@ TEST(IbeoTest, LostFramesAreAskedForAgain) {
   }
 }
 
-TEST(IbeoTest, SaysWhatIsWrong) {
+TEST(IbeoTest, ErrorsAreReported) {
   const auto why = [](const emulator::IbeoSettings& settings, std::uint8_t sensor) {
     emulator::Ibeo scanner(settings);
     Ibeo driver({.sensor = sensor});

@@ -87,7 +87,7 @@ TEST(Ld19Test, SeesTheRoom) {
   }
 }
 
-TEST(Ld19Test, SaysThatNothingIsHeard) {
+TEST(Ld19Test, AMissingScanIsReported) {
   Nobody nobody;
   Ld19 driver({});
   driver.start(Time(1s), nobody);

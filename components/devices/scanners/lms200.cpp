@@ -130,16 +130,16 @@ Lms200Telegrams::What Lms200Telegrams::next(Lms200Telegram& telegram) {
 bool decode_lms200_scan(std::span<const std::byte> body, LadarData& scan) {
   constexpr std::size_t kHead = 3;
   if (body.size() < kHead || body.front() != kMeasurement) return false;
-  const unsigned word = little_endian<std::uint16_t>(body, 1);
-  const std::size_t values = word & 0x3FF;
+  const unsigned count_and_flags = little_endian<std::uint16_t>(body, 1);
+  const std::size_t values = count_and_flags & 0x3FF;
   const AngularField* const field = field_of(values);
   if (field == nullptr || body.size() < kHead + 2 * values) return false;
 
   // With unit cm the upper three bits are flags, with mm only the highest one.
-  const bool in_millimetres = word >> 14 != 0;
+  const bool in_millimetres = count_and_flags >> 14 != 0;
   const unsigned mask = in_millimetres ? 0x7FFF : 0x1FFF;
   const int scale = in_millimetres ? 1 : 10;
-  const double quarter = 0.25 * (word >> 11 & 3);
+  const double quarter = 0.25 * (count_and_flags >> 11 & 3);
   const double half = field->angle / 2.0;
   const double first = half - quarter;  // the scanner sends counterclockwise, so this is the last
 

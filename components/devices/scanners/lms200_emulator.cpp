@@ -145,10 +145,11 @@ void Lms200Emulator::send_scan(Time now, Output& out) {
 void Lms200Emulator::append_scan(std::size_t values, unsigned flags, double first, double step,
                                  Time end) {
   const unsigned unit = settings_.is_indoor ? 1U << 14 : 0;
-  const unsigned word = static_cast<unsigned>(values) | flags | unit;
+  const unsigned count_and_flags = static_cast<unsigned>(values) | flags | unit;
   const double most = settings_.is_indoor ? 0x7FF7 : 0x1FF7;
   const double last = static_cast<double>(values - 1) * step;
-  body_ = {kMeasurement, static_cast<std::byte>(word), static_cast<std::byte>(word >> 8)};
+  body_ = {kMeasurement, static_cast<std::byte>(count_and_flags),
+           static_cast<std::byte>(count_and_flags >> 8)};
   for (std::size_t i = 0; i < values; ++i) {
     const double degrees = static_cast<double>(i) * step;
     const double angle = -(first + degrees) * std::numbers::pi / 180;

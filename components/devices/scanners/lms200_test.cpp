@@ -23,9 +23,9 @@ std::vector<std::byte> bytes_of(std::initializer_list<int> values) {
 }
 
 std::vector<std::byte> measurement(std::size_t values, unsigned flags, int distance) {
-  const auto word = static_cast<unsigned>(values) | flags;
-  std::vector<std::byte> body =
-      bytes_of({0xB0, static_cast<int>(word & 0xFF), static_cast<int>(word >> 8)});
+  const auto count_and_flags = static_cast<unsigned>(values) | flags;
+  std::vector<std::byte> body = bytes_of(
+      {0xB0, static_cast<int>(count_and_flags & 0xFF), static_cast<int>(count_and_flags >> 8)});
   for (std::size_t i = 0; i < values; ++i) {
     const int value = distance + static_cast<int>(i);
     body.push_back(static_cast<std::byte>(value));
@@ -253,7 +253,7 @@ TEST(Lms200DialogueTest, AScannerThatIsSendingIsTakenOver) {
   EXPECT_FALSE(pair.scanner.measures());
 }
 
-TEST(Lms200DialogueTest, SaysThatNobodyAnswers) {
+TEST(Lms200DialogueTest, AMissingAnswerIsReported) {
   Pair pair({.baud = 38400}, {.baud = 19200});
   int sent = 0;
   pair.line.set_lose([&](bool from_host, std::span<const std::byte>) {
@@ -265,47 +265,47 @@ TEST(Lms200DialogueTest, SaysThatNobodyAnswers) {
   EXPECT_EQ(sent, 6);
 }
 
-TEST(Lms200DialogueTest, SaysThatItsRateIsRefused) {
+TEST(Lms200DialogueTest, ARefusedRateIsReported) {
   Pair pair({.baud = 500000}, {.refuses_rates = true});
   EXPECT_FALSE(pair.run_until_ready());
   EXPECT_THAT(pair.failure(), testing::HasSubstr("refuses 500000 baud"));
 }
 
-struct Deaf : Output {
+struct CountingOutput : Output {
   void send(std::span<const std::byte>, std::uint32_t) override { ++sent; }
   int sent = 0;
 };
 
 TEST(Lms200DialogueTest, AScanIsOfTheTimeWhenTheMirrorWasInItsMiddle) {
   const Time now{1000s};
-  Deaf deaf;
+  CountingOutput output;
   Lms200 dialogue({.only_listen = true});
-  dialogue.start(now, deaf);
+  dialogue.start(now, output);
   EXPECT_FALSE(dialogue.is_ready());
   const auto bytes = telegram(measurement(181, kMillimetres, 1000));
-  dialogue.on_arrival({.bytes = bytes, .first = now - 7440us, .last = now}, deaf);
+  dialogue.on_arrival({.bytes = bytes, .first = now - 7440us, .last = now}, output);
   LadarData scan;
   Time recorded;
   EXPECT_TRUE(dialogue.is_ready());
   ASSERT_TRUE(dialogue.take(scan, recorded));
   EXPECT_EQ(recorded, now - 7440us - 3ms);
   EXPECT_FALSE(dialogue.take(scan, recorded));
-  EXPECT_EQ(deaf.sent, 0);
+  EXPECT_EQ(output.sent, 0);
 }
 
 TEST(Lms200DialogueTest, NoiseBreaksNothing) {
   std::mt19937 random(1);
   Time now{1000s};
-  Deaf deaf;
+  CountingOutput output;
   Lms200 dialogue({.baud = 500000});
-  dialogue.start(now, deaf);
+  dialogue.start(now, output);
   for (int i = 0; i < 2000; ++i) {
     std::vector<std::byte> noise(random() % 200);
     for (std::byte& byte : noise) byte = static_cast<std::byte>(random() % 8);
     now += 10ms;
-    dialogue.on_arrival({.bytes = noise, .first = now, .last = now}, deaf);
-    if (dialogue.next_timeout() <= now) dialogue.on_timeout(now, deaf);
-    if (dialogue.failure()) dialogue.start(now, deaf);
+    dialogue.on_arrival({.bytes = noise, .first = now, .last = now}, output);
+    if (dialogue.next_timeout() <= now) dialogue.on_timeout(now, output);
+    if (dialogue.failure()) dialogue.start(now, output);
   }
 }
 

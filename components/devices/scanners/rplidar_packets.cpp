@@ -156,8 +156,8 @@ void append_rplidar_answer(std::vector<std::byte>& out, std::uint8_t type, std::
                            bool many) {
   out.push_back(kRplidarPacketBegin);
   out.push_back(kBeginOfAnswer);
-  const std::uint32_t word = size | (many ? 1U << 30 : 0);
-  for (int i = 0; i < 4; ++i) out.push_back(static_cast<std::byte>(word >> 8 * i));
+  const std::uint32_t size_and_mode = size | (many ? 1U << 30 : 0);
+  for (int i = 0; i < 4; ++i) out.push_back(static_cast<std::byte>(size_and_mode >> 8 * i));
   out.push_back(static_cast<std::byte>(type));
 }
 
@@ -204,10 +204,10 @@ RplidarPackets::What RplidarPackets::take_answer(std::span<const std::byte> byte
   if (bytes[0] != kRplidarPacketBegin) return What::kSkip;
   if (bytes.size() >= 2 && bytes[1] != kBeginOfAnswer) return What::kSkip;
   if (bytes.size() < kAnswerHead) return What::kNothing;
-  const std::uint32_t word = little_endian<std::uint32_t>(bytes, 2);
+  const std::uint32_t size_and_mode = little_endian<std::uint32_t>(bytes, 2);
   const auto type = static_cast<std::uint8_t>(bytes[6]);
-  const std::size_t size = word & kSizeMask;
-  const bool many = word >> 30 == 1;
+  const std::size_t size = size_and_mode & kSizeMask;
+  const bool many = size_and_mode >> 30 == 1;
   if (many && size > 0 && size == size_of(type)) {
     stream_ = type;
     size_ = size;
@@ -285,10 +285,10 @@ void RplidarPoints::decode_point(const RplidarPacket& packet, TurningScan& scan)
 void RplidarPoints::decode_pairs(TurningScan& scan) const {
   constexpr std::size_t kPair = 5;
   std::array<LadarPoint, kPointsOfPairs> points;
-  const auto put = [&](std::size_t point, unsigned word, unsigned offsets) {
-    const unsigned offset = (offsets & 0xF) | (word & 3) << 4;
+  const auto put = [&](std::size_t point, unsigned distance_and_offset, unsigned offsets) {
+    const unsigned offset = (offsets & 0xF) | (distance_and_offset & 3) << 4;
     points[point] = {.angle = angle_of(point, offset * (kDegree / 8)),
-                     .distance = static_cast<i32>(word >> 2)};
+                     .distance = static_cast<i32>(distance_and_offset >> 2)};
   };
   for (std::size_t point = 0; point < points.size(); point += 2) {
     const std::size_t at = kCapsuleHead + kPair * (point / 2);
@@ -303,22 +303,22 @@ void RplidarPoints::decode_triples(std::span<const std::byte> next, TurningScan&
   constexpr std::size_t kTriples = kPointsOfTriples / 3;
   constexpr std::uint32_t kDistanceMask = 0xFFF;
   std::array<LadarPoint, kPointsOfTriples> points;
-  std::uint32_t word = little_endian<std::uint32_t>(before_, kCapsuleHead);
-  RplidarScaled own = scaled(word & kDistanceMask);
+  std::uint32_t cabin = little_endian<std::uint32_t>(before_, kCapsuleHead);
+  RplidarScaled own = scaled(cabin & kDistanceMask);
   const auto put = [&](std::size_t point, std::int32_t distance) {
     points[point] = {.angle = angle_of(point, triple_offset(distance)), .distance = distance};
   };
   for (std::size_t triple = 0; triple < kTriples; ++triple) {
-    const std::uint32_t word_after =
+    const std::uint32_t cabin_after =
         triple + 1 < kTriples
             ? little_endian<std::uint32_t>(before_, kCapsuleHead + 4 * (triple + 1))
             : little_endian<std::uint32_t>(next, kCapsuleHead);
-    const RplidarScaled after = scaled(word_after & kDistanceMask);
+    const RplidarScaled after = scaled(cabin_after & kDistanceMask);
     const RplidarScaled& base = own.distance == 0 && after.distance != 0 ? after : own;
     put(3 * triple, own.distance);
-    put(3 * triple + 1, predicted(sign_extended(word >> 12), base));
-    put(3 * triple + 2, predicted(sign_extended(word >> 22), after));
-    word = word_after;
+    put(3 * triple + 1, predicted(sign_extended(cabin >> 12), base));
+    put(3 * triple + 2, predicted(sign_extended(cabin >> 22), after));
+    cabin = cabin_after;
     own = after;
   }
   scan.add(points, began_, step_time_);

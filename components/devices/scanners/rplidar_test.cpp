@@ -150,24 +150,24 @@ TEST(RplidarPacketsTest, APointOfTheManual) {
 
 // The bytes that an emulator sends, from its first measurement on.
 std::vector<std::byte> stream_of(std::uint8_t type, Duration how_long = 400ms) {
-  std::vector<std::byte> heard;
+  std::vector<std::byte> received;
   emulator::Rplidar scanner({.type = type, .spin_up = 10ms});
   Rplidar driver({.only_points = type == rplidar::kPoints});
   VirtualLine line(driver, scanner, {});
   line.start();
   EXPECT_TRUE(line.run(5s, [&] { return driver.is_ready(); }));
   EXPECT_EQ(driver.type(), type);
-  append_rplidar_answer(heard, type,
+  append_rplidar_answer(received, type,
                         type == rplidar::kPoints    ? 5
                         : type == rplidar::kTriples ? 132
                                                     : 84,
                         true);
   line.set_lose([&](bool from_host, std::span<const std::byte> sent) {
-    if (!from_host) heard.insert(heard.end(), sent.begin(), sent.end());
+    if (!from_host) received.insert(received.end(), sent.begin(), sent.end());
     return false;
   });
   line.run(how_long);
-  return heard;
+  return received;
 }
 
 int measurements_in(std::initializer_list<std::span<const std::byte>> pieces) {
@@ -298,7 +298,7 @@ TEST(RplidarTest, TurnsTheMotorOfAnA2) {
   EXPECT_EQ(scanner.motor(), 0U);
 }
 
-TEST(RplidarTest, ABrokenOneIsStartedAnewOnce) {
+TEST(RplidarTest, ABrokenScannerIsRestartedOnce) {
   for (const bool stays : {false, true}) {
     emulator::Rplidar scanner({.is_broken = true, .stays_broken = stays});
     Rplidar driver({});
@@ -329,7 +329,7 @@ TEST(RplidarTest, LostAnswersAreAskedForAgain) {
   }
 }
 
-TEST(RplidarTest, SaysThatNobodyAnswers) {
+TEST(RplidarTest, AMissingAnswerIsReported) {
   emulator::Rplidar scanner({.baud = 9600});
   Rplidar driver({});
   VirtualLine line(driver, scanner, {.has_rate = true, .host_baud = 9600, .device_baud = 9600});

@@ -154,18 +154,18 @@ std::string_view scip_field(const ScipAnswer& answer, std::string_view name) {
 }
 
 bool parse_scip_parameters(const ScipAnswer& answer, ScipParameters& parameters) {
-  ScipParameters said{.model = std::string(scip_field(answer, "MODL")),
-                      .range_min = field_number(answer, "DMIN", -1),
-                      .range_max = field_number(answer, "DMAX", 0),
-                      .steps_of_turn = field_number(answer, "ARES", 0),
-                      .first = field_number(answer, "AMIN", -1),
-                      .last = field_number(answer, "AMAX", -1),
-                      .front = field_number(answer, "AFRT", -1),
-                      .turns_of_minute = field_number(answer, "SCAN", 0)};
-  const bool is_whole = said.range_min >= 0 && said.range_max > 0 && said.steps_of_turn > 0 &&
-                        said.first >= 0 && said.last > said.first && said.front >= 0 &&
-                        said.turns_of_minute > 0;
-  if (is_whole) parameters = std::move(said);
+  ScipParameters stated{.model = std::string(scip_field(answer, "MODL")),
+                        .range_min = field_number(answer, "DMIN", -1),
+                        .range_max = field_number(answer, "DMAX", 0),
+                        .steps_of_turn = field_number(answer, "ARES", 0),
+                        .first = field_number(answer, "AMIN", -1),
+                        .last = field_number(answer, "AMAX", -1),
+                        .front = field_number(answer, "AFRT", -1),
+                        .turns_of_minute = field_number(answer, "SCAN", 0)};
+  const bool is_whole = stated.range_min >= 0 && stated.range_max > 0 && stated.steps_of_turn > 0 &&
+                        stated.first >= 0 && stated.last > stated.first && stated.front >= 0 &&
+                        stated.turns_of_minute > 0;
+  if (is_whole) parameters = std::move(stated);
   return is_whole;
 }
 

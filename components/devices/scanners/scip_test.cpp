@@ -69,7 +69,7 @@ TEST(ScipTest, SumsOfPublishedAnswers) {
   EXPECT_EQ(scip_sum("SERI:H0614967"), 'V');
 }
 
-TEST(ScipTest, WhatAScannerSaysOfItself) {
+TEST(ScipTest, TheIdentityOfAScanner) {
   const std::string text =
       "PP\n00P\nMODL:URG-04LX(Hokuyo Automatic Co.,Ltd.);N\nDMIN:20;4\nDMAX:5600;_\n"
       "ARES:1024;\\\nAMIN:44;7\nAMAX:725;o\nAFRT:384;6\nSCAN:600;e\n\n";
@@ -189,7 +189,7 @@ TEST(ScipTest, EverySplitGivesTheSameScans) {
   }
 }
 
-TEST(ScipTest, WhoJoinsInTheMiddleGetsTheNextScan) {
+TEST(ScipTest, AReaderThatJoinsLateGetsTheNextScan) {
   const std::string stream = scan_text(1, 500) + scan_text(2, 600);
   for (std::size_t cut = 1; cut < stream.size() / 2; ++cut)
     EXPECT_EQ(scans_in({std::string_view(stream).substr(cut)}), 1) << cut;

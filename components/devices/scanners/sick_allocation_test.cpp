@@ -89,19 +89,19 @@ TEST(SickAllocationTest, SafetyScanner) {
 
 TEST(SickAllocationTest, Lms200) {
   emulator::Lms200Emulator scanner;
-  struct Heard : Output {
+  struct RecordingOutput : Output {
     void send(std::span<const std::byte> bytes, std::uint32_t) override {
       stream.insert(stream.end(), bytes.begin(), bytes.end());
     }
     std::vector<std::byte> stream;
-  } heard;
-  scanner.start({}, heard);
+  } output;
+  scanner.start({}, output);
   std::vector<std::byte> command;
   append_lms200(command, std::array{std::byte{0x20}, std::byte{0x24}});
-  scanner.on_arrival({.bytes = command}, heard);
-  while (scanner.scans_sent() < 30) scanner.on_timeout(scanner.next_timeout(), heard);
+  scanner.on_arrival({.bytes = command}, output);
+  while (scanner.scans_sent() < 30) scanner.on_timeout(scanner.next_timeout(), output);
   Lms200 dialogue({.only_listen = true});
-  expect_none(dialogue, heard.stream, 64);
+  expect_none(dialogue, output.stream, 64);
 }
 
 }  // namespace sick_allocation_test

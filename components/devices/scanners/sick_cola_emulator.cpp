@@ -81,8 +81,8 @@ void SickColaEmulator::take_command(const ColaTelegram& telegram, Time now) {
     refuse(kSickColaEmulatorUnknownCommand);
 }
 
-void SickColaEmulator::say(std::string_view kind, std::string_view name,
-                           std::initializer_list<unsigned> bytes) {
+void SickColaEmulator::append_answer(std::string_view kind, std::string_view name,
+                                     std::initializer_list<unsigned> bytes) {
   body_.clear();
   ColaWriter writer(settings_.dialect, body_, std::string(kind) + " " + std::string(name));
   for (const unsigned byte : bytes) writer.put(static_cast<std::uint8_t>(byte));
@@ -140,14 +140,14 @@ void SickColaEmulator::take_write(ColaReader& reader) {
   if (!fits || (is_wide && !settings_.has_wide_remission)) return refuse(kWrongData);
   has_remission_ = has_remission;
   is_wide_ = is_wide;
-  say("sWA", "LMDscandatacfg", {});
+  append_answer("sWA", "LMDscandatacfg", {});
 }
 
 void SickColaEmulator::take_method(ColaReader& reader, Time now) {
   if (reader.name() == "SetAccessMode") {
     const auto level = reader.take<std::uint8_t>();
     is_logged_in_ = reader.take<std::uint32_t>() == settings_.password && level >= 3;
-    return say("sAN", "SetAccessMode", {is_logged_in_ ? 1U : 0U});
+    return append_answer("sAN", "SetAccessMode", {is_logged_in_ ? 1U : 0U});
   }
   const bool starts = reader.name() == "LMCstartmeas";
   if (!starts && reader.name() != "LMCstopmeas" && reader.name() != "Run")
@@ -155,18 +155,18 @@ void SickColaEmulator::take_method(ColaReader& reader, Time now) {
   if (!is_logged_in_) return refuse(kAccessDenied);
   if (reader.name() == "Run") {
     is_logged_in_ = false;
-    return say("sAN", "Run", {1});
+    return append_answer("sAN", "Run", {1});
   }
   if (starts && !measures_) turns_since_ = now + settings_.spin_up;
   measures_ = starts;
-  say("sAN", starts ? "LMCstartmeas" : "LMCstopmeas", {0});
+  append_answer("sAN", starts ? "LMCstartmeas" : "LMCstopmeas", {0});
   begin_scans(now);
 }
 
 void SickColaEmulator::take_event(ColaReader& reader, Time now) {
   if (reader.name() != "LMDscandata") return refuse(kUnknownEvent);
   sends_scans_ = reader.take<std::uint8_t>() != 0;
-  say("sEA", "LMDscandata", {sends_scans_ ? 1U : 0U});
+  append_answer("sEA", "LMDscandata", {sends_scans_ ? 1U : 0U});
   begin_scans(now);
 }
 

@@ -55,7 +55,8 @@ class SickColaEmulator final : public Dialogue {
   void take_write(ColaReader& reader);
   void take_method(ColaReader& reader, Time now);
   void take_event(ColaReader& reader, Time now);
-  void say(std::string_view kind, std::string_view name, std::initializer_list<unsigned> bytes);
+  void append_answer(std::string_view kind, std::string_view name,
+                     std::initializer_list<unsigned> bytes);
   void refuse(unsigned number);
   void begin_scans(Time now);
   void send_scan(Output& out);

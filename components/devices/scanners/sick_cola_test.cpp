@@ -73,7 +73,7 @@ TEST(SickColaTest, BringsAScannerToSendItsScans) {
   }
 }
 
-TEST(SickColaTest, SpeaksOnlyTheDialectItIsTold) {
+TEST(SickColaTest, UsesOnlyTheConfiguredDialect) {
   Pair good({.dialect = ColaDialect::kAscii}, {.dialect = ColaDialect::kAscii});
   EXPECT_TRUE(good.run_until_ready());
   Pair bad({.dialect = ColaDialect::kAscii}, {.dialect = ColaDialect::kBinary});
@@ -136,22 +136,22 @@ TEST(SickColaTest, AnswersMayComeTwice) {
   EXPECT_EQ(host.take_notes(), "");
 }
 
-TEST(SickColaTest, SaysWhatIsNotAnsweredAnyMore) {
+TEST(SickColaTest, AnUnansweredRequestIsNamed) {
   Pair nobody;
   nobody.line.set_lose([](bool, std::span<const std::byte>) { return true; });
   EXPECT_FALSE(nobody.run_until_ready());
   EXPECT_THAT(nobody.failure(), testing::HasSubstr("neither in CoLa B nor in CoLa A"));
 
-  Pair deaf;
-  deaf.line.set_lose([](bool from_host, std::span<const std::byte> bytes) {
+  Pair unresponsive;
+  unresponsive.line.set_lose([](bool from_host, std::span<const std::byte> bytes) {
     return from_host && contains(bytes, "LMCstartmeas");
   });
-  EXPECT_FALSE(deaf.run_until_ready());
-  EXPECT_EQ(deaf.failure(), "the scanner has stopped answering, at request LMCstartmeas");
+  EXPECT_FALSE(unresponsive.run_until_ready());
+  EXPECT_EQ(unresponsive.failure(), "the scanner has stopped answering, at request LMCstartmeas");
   // When it answers again, the setup starts from the beginning.
-  deaf.line.set_lose(nullptr);
-  deaf.line.start_host();
-  EXPECT_TRUE(deaf.line.run(30s, [&] { return deaf.host.is_ready(); }));
+  unresponsive.line.set_lose(nullptr);
+  unresponsive.line.start_host();
+  EXPECT_TRUE(unresponsive.line.run(30s, [&] { return unresponsive.host.is_ready(); }));
 }
 
 TEST(SickColaTest, TriesTheOtherPassword) {
@@ -201,10 +201,10 @@ TEST(SickColaTest, AScanIsOfTheTimeWhenItWasMeasured) {
   // The network delays each piece differently: the least delayed one determines the time.
   std::mt19937 random(1);
   SickCola host({.only_listen = true});
-  struct Deaf : Output {
+  struct Discard : Output {
     void send(std::span<const std::byte>, std::uint32_t) override {}
-  } deaf;
-  host.start({}, deaf);
+  } discard;
+  host.start({}, discard);
   struct Relay : Output {
     void send(std::span<const std::byte> bytes, std::uint32_t) override {
       sent.assign(bytes.begin(), bytes.end());
@@ -215,19 +215,19 @@ TEST(SickColaTest, AScanIsOfTheTimeWhenItWasMeasured) {
     const Time now = pair.scanner.next_timeout();
     pair.scanner.on_timeout(now, relay);
     const Duration delay(random() % 10 == 0 ? 100000 : 100000 + random() % 9000000);
-    host.on_arrival({.bytes = relay.sent, .first = now + delay, .last = now + delay}, deaf);
+    host.on_arrival({.bytes = relay.sent, .first = now + delay, .last = now + delay}, discard);
     ASSERT_TRUE(host.take(scan, recorded));
     if (i > 50) worst = std::max(worst, std::chrono::abs(recorded - pair.scanner.measured()));
   }
   EXPECT_LT(worst, 700us);  // includes 500 us, because the duration is rounded to milliseconds
 }
 
-TEST(SickColaTest, ACounterThatStandsStillTellsNoTime) {
+TEST(SickColaTest, AStuckCounterIsNotUsedAsTime) {
   SickCola host({.only_listen = true});
-  struct Deaf : Output {
+  struct Discard : Output {
     void send(std::span<const std::byte>, std::uint32_t) override {}
-  } deaf;
-  host.start({}, deaf);
+  } discard;
+  host.start({}, discard);
   const auto scans = emulator::scans_of_cola(stream_of(captured("lms111.cola-b.txt")), 1);
   std::vector<std::byte> body;
   append_cola_scan(body, ColaDialect::kBinary, scans.at(0));
@@ -235,7 +235,7 @@ TEST(SickColaTest, ACounterThatStandsStillTellsNoTime) {
   append_cola(telegram, ColaDialect::kBinary, body);
   Time now{100s};
   for (int i = 0; i < 5; ++i, now += 1s) {
-    host.on_arrival({.bytes = telegram, .first = now, .last = now}, deaf);
+    host.on_arrival({.bytes = telegram, .first = now, .last = now}, discard);
     LadarData scan;
     Time recorded;
     ASSERT_TRUE(host.take(scan, recorded));

@@ -227,10 +227,10 @@ TEST(SickCompactTest, LostSegmentsLeaveAGap) {
 
 TEST(SickCompactTest, FewerSegmentsThanBeforeAreNoticed) {
   SickCompact host({});
-  struct Deaf : Output {
+  struct Discard : Output {
     void send(std::span<const std::byte>, std::uint32_t) override {}
-  } deaf;
-  host.start({}, deaf);
+  } discard;
+  host.start({}, discard);
   Time now{1000s};
   LadarData scan;
   Time recorded;
@@ -239,7 +239,7 @@ TEST(SickCompactTest, FewerSegmentsThanBeforeAreNoticed) {
     for (int i = 0; i < segments; ++i) {
       now += 1ms;
       const auto datagram = segment_of({.segments = segments, .beams = 10}, frame, i);
-      host.on_arrival({.bytes = datagram, .first = now, .last = now}, deaf);
+      host.on_arrival({.bytes = datagram, .first = now, .last = now}, discard);
       at_end = host.take(scan, recorded) && i + 1 == segments;
     }
     return at_end;
@@ -254,11 +254,11 @@ TEST(SickCompactTest, FewerSegmentsThanBeforeAreNoticed) {
   EXPECT_TRUE(turn(43, 8));
   // A datagram that arrives out of order.
   const auto late = segment_of({.segments = 8, .beams = 10}, 42, 1);
-  host.on_arrival({.bytes = late, .first = now, .last = now}, deaf);
+  host.on_arrival({.bytes = late, .first = now, .last = now}, discard);
   EXPECT_TRUE(turn(44, 8));
 }
 
-TEST(SickCompactTest, SaysWhyThereIsNoScan) {
+TEST(SickCompactTest, TheReasonForNoScanIsReported) {
   using testing::HasSubstr;
   Pair nobody;
   nobody.line.set_lose([](bool, std::span<const std::byte>) { return true; });

@@ -80,9 +80,9 @@ TEST(SickSTest, AScanGoesClockwise) {
 
 TEST(SickSTest, FlagsAndCodes) {
   auto blocks = blocks_of(SickSDevice::kS3000);
-  const auto put = [&](std::size_t value, unsigned word) {
-    blocks[4 + 2 * value] = static_cast<std::byte>(word);
-    blocks[5 + 2 * value] = static_cast<std::byte>(word >> 8);
+  const auto put = [&](std::size_t value, unsigned number) {
+    blocks[4 + 2 * value] = static_cast<std::byte>(number);
+    blocks[5 + 2 * value] = static_cast<std::byte>(number >> 8);
   };
   put(0, 0x2000 | 250);  // a reflector
   put(1, 0xC000 | 251);  // within the protective and the warning field
@@ -100,7 +100,7 @@ TEST(SickSTest, FlagsAndCodes) {
 }
 
 // The size in newer versions is smaller by two units.
-TEST(SickSTest, BothWaysToCountTheSize) {
+TEST(SickSTest, BothDefinitionsOfTheSize) {
   auto newer = telegram_of(SickSDevice::kS300);
   newer[7] = static_cast<std::byte>(std::to_integer<int>(newer[7]) - 2);
   const std::uint16_t crc = sick_s_crc(std::span(newer).subspan(4, newer.size() - 6));
@@ -180,7 +180,7 @@ std::string complaint(const SickSSettings& settings, const SickSEmulatorSettings
   return host.failure() ? host.failure()->detail() : "";
 }
 
-TEST(SickSTest, SaysWhyThereIsNoScan) {
+TEST(SickSTest, TheReasonForNoScanIsReported) {
   using testing::HasSubstr;
   EXPECT_EQ(complaint({}, {}), "");
   EXPECT_THAT(complaint({}, {}, false), HasSubstr("sends nothing"));

@@ -42,7 +42,7 @@ TEST_F(ArgumentsTest, AsMuchOfANameAsIsUnique) {
             "--scan2d can be --scan2dInst or --scan2dSys (--help lists the options)");
 }
 
-TEST_F(ArgumentsTest, WhoHoldsItOffIsWrittenOut) {
+TEST_F(ArgumentsTest, TheHolderIsWrittenOut) {
   const auto held = parse({"--scan2dInst=1", "--heldOffBy=0x00020001"});
   ASSERT_TRUE(held);
   EXPECT_EQ(held->held_off_by, tims::Address(0x00020001));

@@ -45,8 +45,7 @@ TEST(LifeCycle, AnswersOnWhenItIsOn) {
 TEST(LifeCycle, AnswersASecondOnAtOnce) {
   LifeCycle cycle(100ms, 1);
   (void)cycle.turn_on(kStart, on_request(1), By::kComponent);
-  EXPECT_EQ(cycle.turn_on(kStart, on_request(2), By::kComponent), kError)
-      << "the first is under way";
+  EXPECT_EQ(cycle.turn_on(kStart, on_request(2), By::kComponent), kError) << "the first is pending";
   (void)cycle.turned_on(kStart, true);
   EXPECT_EQ(cycle.turn_on(kStart, on_request(3), By::kComponent), kOk);
 }
@@ -66,7 +65,7 @@ TEST(LifeCycle, TriesAgainAfterTheGivenTime) {
   EXPECT_EQ(cycle.status(), Status::kEnabled);
 }
 
-TEST(LifeCycle, TriesAtOnceWhenItIsTold) {
+TEST(LifeCycle, TriesImmediatelyOnRequest) {
   LifeCycle cycle(1h, 1);
   (void)cycle.turn_on(kStart, on_request(1), By::kComponent);
   (void)cycle.turned_on(kStart, false);
@@ -144,7 +143,7 @@ TEST(LifeCycle, OffByHandHoldsOverACrash) {
   EXPECT_EQ(cycle.next(kStart), Step::kTurnOn);
 }
 
-TEST(LifeCycle, OffEndsAnOnThatIsUnderWay) {
+TEST(LifeCycle, OffEndsAPendingOn) {
   LifeCycle cycle(100ms, 1);
   (void)cycle.turn_on(kStart, on_request(5), By::kComponent);
   const auto unanswered = cycle.turn_off(kOff, By::kComponent);

@@ -83,7 +83,7 @@ TEST_F(ListenersTest, NoMoreThanMax) {
   EXPECT_EQ(listeners.add(request(tims::Address(3)), tims::Address(3), 1), Added::kNew);
 }
 
-TEST_F(ListenersTest, CountAnewWhenTheyAreCleared) {
+TEST_F(ListenersTest, CountFromZeroAfterClearing) {
   (void)listeners.take_due(due);
   listeners.clear();
   (void)listeners.add(request(kFirst), kFirst, 2);

@@ -141,7 +141,7 @@ TEST(PerfRecords, SurviveAnyBytes) {
   }
 }
 
-TEST(ViolationPlaces, CountsEachPlaceAndTellsNewOnes) {
+TEST(ViolationPlaces, CountsEachPlaceAndReportsNewOnes) {
   ViolationPlaces places;
   EXPECT_TRUE(places.add(Violation::kBlocked, "nap"));
   EXPECT_TRUE(places.add(Violation::kPageFault, "nap")) << "another violation";
@@ -176,7 +176,7 @@ TEST(PlaceText, GoesFromTheInnermostToTheOutermost) {
   EXPECT_EQ(place_text({}, "run", 100), "");
 }
 
-TEST(PlaceText, TellsOfTheStandardLibraryOnlyWhereItBegins) {
+TEST(PlaceText, ShowsOnlyTheFirstFrameOfTheStandardLibrary) {
   const std::vector<std::string> functions = {"void std::vector<int>::grow<int>(int&&)",
                                               "std::vector<int>::push_back(int)", "look(int)"};
   EXPECT_EQ(place_text(functions, "run", 100), "void std::vector<int>::grow<int> < look");

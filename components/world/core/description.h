@@ -67,9 +67,9 @@ enum class DriveKind : std::uint8_t { kDifferential, kAckermann, kDoubleAckerman
 // Slip between wheels and ground. Zeros: the robot moves exactly as its wheels turn, and odometry
 // is exact.
 struct SlipDescription {
-  double way = 0;   // share of the distance that is lost: 0.02 turns 1000 mm into 980 mm
-  double turn = 0;  // share of each turn that is lost
-  double way_noise =
+  double distance = 0;  // share of the distance that is lost: 0.02 turns 1000 mm into 980 mm
+  double turn = 0;      // share of each turn that is lost
+  double distance_noise =
       0;  // mm, standard deviation after a metre; grows with the root of the distance
   double turn_noise = 0;  // rad, the same for the heading; a turn of 1 rad counts as half a metre
 };

@@ -242,21 +242,21 @@ bool People::is_free(std::size_t person, double side, bool robots,
   for (const double ahead : {300.0, 600.0, 900.0}) {
     if (ahead > 300 && line.along + ahead > line.length) break;
     const MapPoint there = line.at(std::min(line.along + ahead, line.length), side * line.room);
-    const auto person_in_way = [&](const Figure& other) {
+    const auto blocked_by_person = [&](const Figure& other) {
       return &other != &figures_[person] && distance(there, other.at) < kRoomToOthers &&
              distance(there, other.at) < distance(at, other.at);
     };
     const double room = behaviours_[person].squeezes ? kRoomToRobot / 2 : kRoomToRobot;
-    const auto robot_in_way = [&](const Box& box) {
+    const auto blocked_by_robot = [&](const Box& box) {
       return distance(there, box) < kPersonRadius + room &&
              distance(there, box) < distance(at, box);
     };
-    const auto obstacle_in_way = [&](const Solid& solid) {
+    const auto blocked_by_obstacle = [&](const Solid& solid) {
       return distance(there, solid) < kPersonRadius + kRoomToRobot / 2;
     };
-    if (std::ranges::any_of(figures_, person_in_way) ||
-        (robots && std::ranges::any_of(around.robots, robot_in_way)) ||
-        std::ranges::any_of(around.obstacles, obstacle_in_way))
+    if (std::ranges::any_of(figures_, blocked_by_person) ||
+        (robots && std::ranges::any_of(around.robots, blocked_by_robot)) ||
+        std::ranges::any_of(around.obstacles, blocked_by_obstacle))
       return false;
   }
   return true;
@@ -345,10 +345,11 @@ MapPoint People::target_velocity(std::size_t person) const {
   const MapPoint& at = figures_[person].at;
   const Line line = line_of(person);
   if (behaviour.waits || behaviour.pause > 0) return {};
-  const double way = std::min(line.along + kAhead, line.length);
-  const double fades = std::clamp((line.length - way) / kAhead, 0.0, 1.0);
-  const MapPoint aim = behaviour.goes_to_line ? line.at(std::clamp(line.along, 0.0, line.length), 0)
-                                              : line.at(way, behaviour.side * line.room * fades);
+  const double aim_along = std::min(line.along + kAhead, line.length);
+  const double fades = std::clamp((line.length - aim_along) / kAhead, 0.0, 1.0);
+  const MapPoint aim = behaviour.goes_to_line
+                           ? line.at(std::clamp(line.along, 0.0, line.length), 0)
+                           : line.at(aim_along, behaviour.side * line.room * fades);
   const double left = distance(at, aim);
   if (left == 0) return {};
   const double to_place = distance(at, roadmap_.place(behaviour.to));

@@ -24,7 +24,7 @@ TEST(People, WalkForHoursWhereThereIsRoom) {
     ASSERT_EQ(people.size(), 8U);
     std::vector<Contacts> contacts(1);
     std::vector<std::set<bool>> rooms(people.size());
-    double way = 0;
+    double travelled = 0;
     double nearest = kNoHit;
     constexpr int kSteps = 1200 * 200;
     for (int step = 0; step < kSteps; ++step) {
@@ -32,7 +32,7 @@ TEST(People, WalkForHoursWhereThereIsRoom) {
       for (std::size_t i = 0; i < people.size(); ++i) {
         const Figure& person = people.figures()[i];
         rooms[i].insert(person.at.y < 5000);
-        way += std::hypot(person.vx, person.vy) * 0.005;
+        travelled += std::hypot(person.vx, person.vy) * 0.005;
         nearest = std::min(nearest, scenery.clearance(person.at, 1000));
         ASSERT_GE(distance(person.at, robots[0]), kPersonRadius - 1e-6);
         for (std::size_t k = 0; k < i; ++k)
@@ -41,7 +41,7 @@ TEST(People, WalkForHoursWhereThereIsRoom) {
     }
     EXPECT_GE(nearest, kPersonRadius - 1e-6);
     for (const auto& been_in : rooms) EXPECT_EQ(been_in.size(), 2U);
-    EXPECT_GT(way / 8, 200e3) << "20 minutes are 1.4 km, but for pauses and waiting";
+    EXPECT_GT(travelled / 8, 200e3) << "20 minutes are 1.4 km, but for pauses and waiting";
     EXPECT_GT(contacts[0].bumped, 0U);
   }
 }

@@ -18,14 +18,14 @@ constexpr double kLongestLeg = 30000;
 double room_along(const Scenery& scenery, const MapPoint& from, const MapPoint& to, double radius) {
   const double length = distance(from, to);
   double room = kRoomMax;
-  for (double way = 0;;) {
-    const double part = length > 0 ? way / length : 0;
+  for (double along = 0;;) {
+    const double part = length > 0 ? along / length : 0;
     const MapPoint at{from.x + part * (to.x - from.x), from.y + part * (to.y - from.y)};
     const double clearance = scenery.clearance(at, radius + kRoomMax);
     room = std::min(room, clearance - radius);
-    if (room < 0 || way >= length) return room;
+    if (room < 0 || along >= length) return room;
     constexpr double kStepMin = 10;
-    way = std::min(length, way + std::max(kStepMin, clearance - radius - room / 2));
+    along = std::min(length, along + std::max(kStepMin, clearance - radius - room / 2));
   }
 }
 
@@ -125,20 +125,20 @@ void Roadmap::find_paths(const Links& links) {
   next_.assign(size() * size(), 0);
   using Open = std::pair<double, std::size_t>;
   for (std::size_t goal = 0; goal < size(); ++goal) {
-    std::vector<double> way(size(), kNoHit);
+    std::vector<double> shortest(size(), kNoHit);
     std::priority_queue<Open, std::vector<Open>, std::greater<>> open;
-    way[goal] = 0;
+    shortest[goal] = 0;
     next_[goal * size() + goal] = static_cast<std::uint16_t>(goal);
     open.emplace(0, goal);
     while (!open.empty()) {
       const auto [length, at] = open.top();
       open.pop();
-      if (length > way[at]) continue;
+      if (length > shortest[at]) continue;
       for (const Link& link : links[at]) {
-        if (length + link.length >= way[link.to]) continue;
-        way[link.to] = length + link.length;
+        if (length + link.length >= shortest[link.to]) continue;
+        shortest[link.to] = length + link.length;
         next_[goal * size() + link.to] = static_cast<std::uint16_t>(at);
-        open.emplace(way[link.to], link.to);
+        open.emplace(shortest[link.to], link.to);
       }
     }
   }

@@ -124,9 +124,9 @@ std::span<const Scenery::Number> Scenery::at(const Cell& cell) const {
 
 void Scenery::try_cell(const Ray& ray, const Cell& cell, Hit& best) const {
   for (const Number figure : at(cell)) {
-    const double way = is_wall(figure) ? meets(ray, walls_[figure].segment, walls_[figure].height)
-                                       : meets(ray, solid(figure));
-    if (way < best.way) best = {way, is_wall(figure) ? Met::kWall : Met::kObstacle};
+    const double range = is_wall(figure) ? meets(ray, walls_[figure].segment, walls_[figure].height)
+                                         : meets(ray, solid(figure));
+    if (range < best.range) best = {range, is_wall(figure) ? Met::kWall : Met::kObstacle};
   }
 }
 
@@ -154,23 +154,23 @@ Scenery::Hit Scenery::cast(const Ray& ray) const {
   };
   double next_x = border(cell.x, step_x, origin_.x, ray.from.x, ray.x);
   double next_y = border(cell.y, step_y, origin_.y, ray.from.y, ray.y);
-  const double way_x = ray.x == 0 ? kNoHit : cell_ / std::abs(ray.x);
-  const double way_y = ray.y == 0 ? kNoHit : cell_ / std::abs(ray.y);
+  const double each_x = ray.x == 0 ? kNoHit : cell_ / std::abs(ray.x);
+  const double each_y = ray.y == 0 ? kNoHit : cell_ / std::abs(ray.y);
   for (;;) {
     try_cell(ray, cell, best);
     const double leaves = std::min(next_x, next_y);
-    if (best.way <= leaves || leaves >= last) break;
+    if (best.range <= leaves || leaves >= last) break;
     if (next_x < next_y) {
       cell.x += step_x;
-      next_x += way_x;
+      next_x += each_x;
       if (cell.x < 0 || cell.x >= rows_) break;
     } else {
       cell.y += step_y;
-      next_y += way_y;
+      next_y += each_y;
       if (cell.y < 0 || cell.y >= columns_) break;
     }
   }
-  return best.way <= ray.reach ? best : Hit{};
+  return best.range <= ray.reach ? best : Hit{};
 }
 
 template <typename Visit>

@@ -19,7 +19,7 @@ class Scenery {
   Scenery(std::span<const WallDescription> walls, std::span<const ObstacleDescription> obstacles);
 
   struct Hit {
-    double way = kNoHit;  // distance over ground
+    double range = kNoHit;  // distance over ground
     Met met = Met::kNothing;
   };
   // The nearest hit of the ray within its range.

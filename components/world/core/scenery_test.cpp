@@ -57,7 +57,7 @@ TEST(Scenery, CastsAsFloorMapDoes) {
       for (std::size_t i = 0; i < ranges.size(); ++i) {
         const auto hit =
             scenery.cast(level(at, fan.first + fan.step * static_cast<double>(i), kReach));
-        ASSERT_NEAR(std::min(hit.way, kReach), ranges[i], 0.01) << "run " << run << " ray " << i;
+        ASSERT_NEAR(std::min(hit.range, kReach), ranges[i], 0.01) << "run " << run << " ray " << i;
       }
     }
   }
@@ -66,11 +66,11 @@ TEST(Scenery, CastsAsFloorMapDoes) {
 TEST(Scenery, RaysAlongTheAxesMeetWhatIsThere) {
   const std::vector<WallDescription> walls = {{.from = {1000, -1000}, .to = {1000, 1000}}};
   const Scenery scenery(walls, {});
-  EXPECT_NEAR(scenery.cast(level({0, 0}, 0, 5000)).way, 1000, 1e-9);
+  EXPECT_NEAR(scenery.cast(level({0, 0}, 0, 5000)).range, 1000, 1e-9);
   EXPECT_EQ(scenery.cast(level({0, 0}, 0, 999)).met, Met::kNothing);
   EXPECT_EQ(scenery.cast(level({0, 0}, kPi, 5000)).met, Met::kNothing);
   EXPECT_EQ(scenery.cast(level({0, 1001}, 0, 5000)).met, Met::kNothing);
-  EXPECT_NEAR(scenery.cast(level({0, 1000}, 0, 5000)).way, 1000, 1e-9);
+  EXPECT_NEAR(scenery.cast(level({0, 1000}, 0, 5000)).range, 1000, 1e-9);
 }
 
 TEST(Scenery, LooksOverLowWallsAndOntoBoxes) {
@@ -80,14 +80,14 @@ TEST(Scenery, LooksOverLowWallsAndOntoBoxes) {
   const std::vector<ObstacleDescription> boxes = {
       {.at = {3000, 0}, .length = 1000, .width = 400, .height = 250}};
   const Scenery scenery(walls, boxes);
-  EXPECT_NEAR(scenery.cast(level({0, 0}, 0, 9000)).way, 5000, 1e-9);
+  EXPECT_NEAR(scenery.cast(level({0, 0}, 0, 9000)).range, 5000, 1e-9);
   Ray down = level({0, 0}, 0, 9000);
   down.climb = -0.02;  // 240 mm high at the box, 280 at the first wall
   const auto hit = scenery.cast(down);
   EXPECT_EQ(hit.met, Met::kObstacle);
-  EXPECT_NEAR(hit.way, 2500, 1e-9);
+  EXPECT_NEAR(hit.range, 2500, 1e-9);
   down.climb = -0.016;  // above its front, below its top behind it
-  EXPECT_NEAR(scenery.cast(down).way, 50 / 0.016, 1e-6);
+  EXPECT_NEAR(scenery.cast(down).range, 50 / 0.016, 1e-6);
   down.climb = 1;
   EXPECT_EQ(scenery.cast(down).met, Met::kNothing);
 }

@@ -102,7 +102,7 @@ RayHit World::State::look(const SensorId& id, const RayDirection& direction, tim
       .reach = most * flat};
   // Over ground, up to its end.
   const Scenery::Hit standing = scenery_.cast(ray);
-  best = {.range = standing.way, .met = standing.met};
+  best = {.range = standing.range, .met = standing.met};
   if (ray.climb < 0 && -ray.height / ray.climb < best.range)
     best = {.range = -ray.height / ray.climb, .met = Met::kGround};
   meet_obstacles(ray, seen_at(at), best);
@@ -116,8 +116,8 @@ RayHit World::State::look(const SensorId& id, const RayDirection& direction, tim
 void World::State::meet_obstacles(const Ray& ray, tims::Time at, RayHit& best) const {
   for (const Put& put : put_) {
     if (at < put.from || at >= put.to) continue;
-    if (const double way = meets(ray, put.solid); way < best.range)
-      best = {.range = way, .met = Met::kObstacle, .id = put.id};
+    if (const double range = meets(ray, put.solid); range < best.range)
+      best = {.range = range, .met = Met::kObstacle, .id = put.id};
   }
 }
 
@@ -125,8 +125,8 @@ void World::State::meet_people(const Ray& ray, const History::Moment& when, RayH
   constexpr double kNear = 500;  // mm: arms, legs and the movement within a step
   for (std::size_t i = 0; i < people_.size(); ++i) {
     if (!passes(ray, history_.person_about(i, when), kNear)) continue;
-    const double way = meets(ray, history_.person(i, when), description_.people.height);
-    if (way < best.range) best = {.range = way, .met = Met::kPerson, .id = i};
+    const double range = meets(ray, history_.person(i, when), description_.people.height);
+    if (range < best.range) best = {.range = range, .met = Met::kPerson, .id = i};
   }
 }
 
@@ -138,8 +138,8 @@ void World::State::meet_robots(const Ray& ray, std::size_t own, const History::M
     const RobotSample robot = history_.robot(i, when);
     const double reach = std::hypot(std::max(of.front, of.back), std::max(of.left, of.right));
     if (!passes(ray, robot.at, reach)) continue;
-    const double way = meets(ray, inside(ray, hull(i, robot.at, robot.rho)), of.height);
-    if (way < best.range) best = {.range = way, .met = Met::kRobot, .id = i};
+    const double range = meets(ray, inside(ray, hull(i, robot.at, robot.rho)), of.height);
+    if (range < best.range) best = {.range = range, .met = Met::kRobot, .id = i};
   }
 }
 
@@ -182,12 +182,12 @@ SatelliteFix World::State::satellite_fix(const SensorId& id, tims::Time at) cons
       unproject({grid_origin_.north + north, grid_origin_.east + east}, grid_);
   const double speed = std::hypot(robot.vx, robot.vy);
   constexpr double kMoves = 1;  // mm/s
-  const double way = speed > kMoves ? std::atan2(robot.vy, robot.vx) : 0;
+  const double drift_angle = speed > kMoves ? std::atan2(robot.vy, robot.vx) : 0;
   return {.is_valid = true,
           .latitude = place.latitude,
           .longitude = place.longitude,
           .altitude = description_.origin.altitude + up,
-          .course = heading(robot.rho + way),
+          .course = heading(robot.rho + drift_angle),
           .speed = speed,
           .deviation = std::hypot(noise.position, noise.drift)};
 }

@@ -173,7 +173,7 @@ TEST(Sensing, SeesOthersAndNotItself) {
   EXPECT_LT(hits, 31) << "and what is between them";
 }
 
-TEST(Sensing, MeasuresWithTheNoiseThatIsTold) {
+TEST(Sensing, MeasuresWithTheConfiguredNoise) {
   WorldDescription description = rooms_world();
   description.robots[0].sensors[0].noise = {.range = 20, .short_share = 0.05, .dropped_share = 0.1};
   World world = made(description);

@@ -99,29 +99,30 @@ double meets(const Ray& ray, const Solid& solid) {
 }
 
 double meets(const Ray& ray, const Segment& wall, double height) {
-  const double way_x = wall.to.x - wall.from.x;
-  const double way_y = wall.to.y - wall.from.y;
+  const double wall_x = wall.to.x - wall.from.x;
+  const double wall_y = wall.to.y - wall.from.y;
   const double x = wall.from.x - ray.from.x;
   const double y = wall.from.y - ray.from.y;
-  const double across = ray.x * way_y - ray.y * way_x;
-  const double length = std::abs(way_x) + std::abs(way_y);
+  const double across = ray.x * wall_y - ray.y * wall_x;
+  const double length = std::abs(wall_x) + std::abs(wall_y);
   if (std::abs(across) < kNearlyStraight * length) return kNoHit;  // along the wall
-  const double way = (x * way_y - y * way_x) / across;
+  const double range = (x * wall_y - y * wall_x) / across;
   const double part = (x * ray.y - y * ray.x) / across;  // of the wall
   const double tolerance = kCorner / length;
-  if (way < 0 || part < -tolerance || part > 1 + tolerance) return kNoHit;
-  const double at = ray.height_at(way);
-  return at >= 0 && at <= height ? way : kNoHit;
+  if (range < 0 || part < -tolerance || part > 1 + tolerance) return kNoHit;
+  const double at = ray.height_at(range);
+  return at >= 0 && at <= height ? range : kNoHit;
 }
 
 double distance(const MapPoint& point, const Segment& segment) {
-  const double way_x = segment.to.x - segment.from.x;
-  const double way_y = segment.to.y - segment.from.y;
+  const double length_x = segment.to.x - segment.from.x;
+  const double length_y = segment.to.y - segment.from.y;
   const double x = point.x - segment.from.x;
   const double y = point.y - segment.from.y;
-  const double square = way_x * way_x + way_y * way_y;
-  const double part = square == 0 ? 0 : std::clamp((x * way_x + y * way_y) / square, 0.0, 1.0);
-  return std::hypot(x - part * way_x, y - part * way_y);
+  const double square = length_x * length_x + length_y * length_y;
+  const double part =
+      square == 0 ? 0 : std::clamp((x * length_x + y * length_y) / square, 0.0, 1.0);
+  return std::hypot(x - part * length_x, y - part * length_y);
 }
 
 double distance(const MapPoint& point, const Box& box) {

@@ -51,7 +51,7 @@ TEST(Shapes, BoxesTouchWhatPointsOfItAreInside) {
   EXPECT_LT(touched, 3500);
 }
 
-TEST(Shapes, BoxesOverlapBothWays) {
+TEST(Shapes, OverlapOfBoxesIsSymmetric) {
   Random random(4);
   int touched = 0;
   for (int i = 0; i < 2000; ++i) {

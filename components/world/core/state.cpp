@@ -76,7 +76,7 @@ World::State::State(WorldDescription description, tims::Time begin)
 
 std::optional<std::string> World::State::problem() const {
   for (std::size_t i = 0; i < robots_.size(); ++i)
-    if (const Met met = in_the_way(i, hulls_[i]); met != Met::kNothing)
+    if (const Met met = collision(i, hulls_[i]); met != Met::kNothing)
       return fmt::format("robot {} starts in {}", description_.robots[i].name, what(met));
   return people_.problem();
 }
@@ -128,7 +128,7 @@ void World::State::step_robot(std::size_t number, tims::Time begin) {
   next.omega = m.rho / kStateSeconds;
   const bool moves = m.x != 0 || m.y != 0 || m.rho != 0;
   const Box there = moves ? hull(number, next.at, next.rho) : hulls_[number];
-  const Met met = moves ? in_the_way(number, there) : Met::kNothing;
+  const Met met = moves ? collision(number, there) : Met::kNothing;
   if (met != Met::kNothing) {
     block(number, met, there);
     next.at = robot.now.at;
@@ -138,7 +138,7 @@ void World::State::step_robot(std::size_t number, tims::Time begin) {
     robot.is_blocked = false;
     ++robot.free_steps;
     hulls_[number] = there;
-    robot.way += std::hypot(m.x, m.y);
+    robot.travelled += std::hypot(m.x, m.y);
   }
   settle(number, next);
 }
@@ -193,7 +193,7 @@ bool World::State::is_on_ground(const Box& hull) const {
          hull.at.y + y <= to.y;
 }
 
-Met World::State::in_the_way(std::size_t robot, const Box& hull) const {
+Met World::State::collision(std::size_t robot, const Box& hull) const {
   if (!is_on_ground(hull)) return Met::kWall;
   if (const Met met = scenery_.touches(hull); met != Met::kNothing) return met;
   for (const Solid& solid : solids_)
@@ -209,7 +209,7 @@ tims::Result<void> World::State::place(std::size_t number, const Pose& pose) {
   if (!std::isfinite(pose.x) || !std::isfinite(pose.y) || !std::isfinite(pose.rho))
     return tims::Error(tims::Errc::kInvalidArgument, "the pose is not a number");
   const Box there = hull(number, {pose.x, pose.y}, pose.rho);
-  if (const Met met = in_the_way(number, there); met != Met::kNothing)
+  if (const Met met = collision(number, there); met != Met::kNothing)
     return tims::Error(tims::Errc::kRefused,
                        fmt::format("robot {} would stand in {} at x {:.0f} y {:.0f}",
                                    description_.robots[number].name, what(met), pose.x, pose.y));
@@ -284,7 +284,7 @@ void World::State::truth(Truth& out) const {
                      .vx = sample.vx,
                      .vy = sample.vy,
                      .omega = sample.omega,
-                     .way = robots_[i].way,
+                     .travelled = robots_[i].travelled,
                      .is_blocked = robots_[i].is_blocked,
                      .contacts = contacts_[i]};
   }

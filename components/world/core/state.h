@@ -71,7 +71,7 @@ class World::State {
     Vehicle vehicle;
     std::vector<Sensor> sensors;
     RobotSample now{};  // the newest state
-    double way = 0;
+    double travelled = 0;
     bool is_blocked = false;
     std::uint64_t free_steps = 0;
   };
@@ -98,7 +98,7 @@ class World::State {
   void step_robot(std::size_t number, tims::Time begin);
   void block(std::size_t number, Met met, const Box& there);
   // The kind of object that a hull would touch; other robots only at their current places.
-  [[nodiscard]] Met in_the_way(std::size_t robot, const Box& hull) const;
+  [[nodiscard]] Met collision(std::size_t robot, const Box& hull) const;
   [[nodiscard]] bool is_on_ground(const Box& hull) const;
   void settle(std::size_t number, const RobotSample& next);
   void collect_obstacles();

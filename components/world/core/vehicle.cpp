@@ -29,25 +29,25 @@ Vehicle::Vehicle(const RobotDescription& robot, std::uint64_t seed)
     : limits_(robot), wheels_(wheels_of(robot)), random_(seed) {}
 
 const Vehicle::Targets& Vehicle::newest() const {
-  return under_way_.newest() ? under_way_.newest()->command : targets_;
+  return in_flight_.newest() ? in_flight_.newest()->command : targets_;
 }
 
 void Vehicle::drive(std::span<const double> motors, tims::Time due) {
   Targets targets = newest();
   for (std::size_t i = 0; i < std::min(motors.size(), wheels_.motors()); ++i)
     if (std::isfinite(motors[i])) targets[i] = motors[i];
-  under_way_.tell(targets, due);
+  in_flight_.push(targets, due);
 }
 
 void Vehicle::drive(const device::ChassisSpeed& speed, tims::Time due) {
   if (!std::isfinite(speed.vx) || !std::isfinite(speed.vy) || !std::isfinite(speed.omega)) return;
   Targets targets = newest();
   wheels_.targets(speed, std::span(targets).first(wheels_.motors()));
-  under_way_.tell(targets, due);
+  in_flight_.push(targets, due);
 }
 
 void Vehicle::stop() {
-  under_way_.forget();
+  in_flight_.forget();
   for (std::size_t i = 0; i < motors_.size(); ++i) {
     if (wheels_.is_steering(i)) continue;
     targets_[i] = 0;
@@ -68,11 +68,11 @@ void Vehicle::follow(std::size_t motor) {
 }
 
 Movement Vehicle::step(tims::Time begin) {
-  while (const auto due = under_way_.take(begin)) targets_ = due->command;
+  while (const auto due = in_flight_.take(begin)) targets_ = due->command;
   std::array<double, kMotorsMax> now{};
   for (std::size_t i = 0; i < wheels_.motors(); ++i) {
     follow(i);
-    now[i] = wheels_.is_steering(i) ? motors_[i].way : motors_[i].speed;
+    now[i] = wheels_.is_steering(i) ? motors_[i].position : motors_[i].speed;
   }
   const device::ChassisSpeed speed = wheels_.movement(std::span(now).first(wheels_.motors()));
   return on_ground({static_cast<double>(speed.vx) * kVehicleSeconds,
@@ -82,14 +82,14 @@ Movement Vehicle::step(tims::Time begin) {
 
 Movement Vehicle::on_ground(Movement movement) {
   const SlipDescription& slip = limits_.slip;
-  const double way = std::hypot(movement.x, movement.y);
-  const double root = std::sqrt(way / kMetre + std::abs(movement.rho) / 2);
+  const double distance = std::hypot(movement.x, movement.y);
+  const double root = std::sqrt(distance / kMetre + std::abs(movement.rho) / 2);
   const auto noise = [&](double deviation) {
     return deviation * root * static_cast<double>(random_.normal());
   };
-  const double along = noise(slip.way_noise);
+  const double along = noise(slip.distance_noise);
   const double turned = noise(slip.turn_noise);
-  const double share = way > 0 ? 1 - slip.way + along / way : 1;
+  const double share = distance > 0 ? 1 - slip.distance + along / distance : 1;
   return {movement.x * share, movement.y * share, movement.rho * (1 - slip.turn) + turned};
 }
 

@@ -41,7 +41,7 @@ class Vehicle {
   Random random_;
   std::array<device::MotorMotion, kMotorsMax> motors_{};
   Targets targets_{};  // commands that have reached the motors
-  device::Delay<Targets> under_way_;
+  device::Delay<Targets> in_flight_;
 };
 
 }  // namespace rack::world

@@ -25,15 +25,15 @@ TEST(Vehicle, TwoWheelsDriveACircle) {
   vehicle.drive(std::array{600.0, 400.0}, kBegin);
   const Pose pose = driven(vehicle, 2513);
   EXPECT_NEAR(std::hypot(pose.x, pose.y), 0, 2);
-  EXPECT_NEAR(vehicle.motors()[0].way, 600 * 2513 * kSeconds, 1e-6);
-  EXPECT_NEAR(vehicle.motors()[1].way, 400 * 2513 * kSeconds, 1e-6);
+  EXPECT_NEAR(vehicle.motors()[0].position, 600 * 2513 * kSeconds, 1e-6);
+  EXPECT_NEAR(vehicle.motors()[1].position, 400 * 2513 * kSeconds, 1e-6);
 }
 
 TEST(Vehicle, ACarDrivesTheCircleOfItsSteering) {
   Vehicle vehicle({.kind = DriveKind::kAckermann, .track = 800, .base = 1200, .steer_max = 0.5}, 1);
   vehicle.drive(device::ChassisSpeed{.vx = 1000, .omega = 0.25F}, kBegin);
   EXPECT_NEAR(driven(vehicle, 400).rho, 0.5, 1e-4);
-  EXPECT_NEAR(vehicle.motors()[2].way, std::atan(1200 * 0.25 / 1000), 1e-6);
+  EXPECT_NEAR(vehicle.motors()[2].position, std::atan(1200 * 0.25 / 1000), 1e-6);
   vehicle.drive(std::array{0.0, 0.0, 0.3}, kBegin);
   EXPECT_EQ(driven(vehicle, 100, 400).rho, 0);
 }
@@ -67,27 +67,27 @@ TEST(Vehicle, SteeringTakesItsTime) {
   Vehicle vehicle({.kind = DriveKind::kAckermann, .steer_max = 0.3, .steering_rate = 0.5}, 1);
   vehicle.drive(std::array{0.0, 0.0, 5.0}, kBegin);
   driven(vehicle, 60);
-  EXPECT_NEAR(vehicle.motors()[2].way, 0.15, 1e-9);
+  EXPECT_NEAR(vehicle.motors()[2].position, 0.15, 1e-9);
   EXPECT_NEAR(vehicle.motors()[2].speed, 0.5, 1e-9);
   driven(vehicle, 100, 60);
-  EXPECT_EQ(vehicle.motors()[2].way, 0.3);
+  EXPECT_EQ(vehicle.motors()[2].position, 0.3);
 }
 
-TEST(Vehicle, SlipsAsMuchAsItIsTold) {
+TEST(Vehicle, SlipsAsMuchAsConfigured) {
   RobotDescription robot;
-  robot.slip = {.way = 0.1, .turn = 0.2};
+  robot.slip = {.distance = 0.1, .turn = 0.2};
   Vehicle vehicle(robot, 1);
   vehicle.drive(std::array{1000.0, 1000.0}, kBegin);
   EXPECT_NEAR(driven(vehicle, 200).x, 900, 1e-3);
   vehicle.drive(std::array{200.0, -200.0}, kBegin);  // 1 rad/s
   EXPECT_NEAR(driven(vehicle, 200, 200).rho, 0.8, 1e-4);
-  EXPECT_NEAR(vehicle.motors()[0].way, 1200, 1e-6);
+  EXPECT_NEAR(vehicle.motors()[0].position, 1200, 1e-6);
 }
 
-TEST(Vehicle, NoiseGrowsWithTheRootOfTheWay) {
+TEST(Vehicle, NoiseGrowsWithTheRootOfTheDistance) {
   RobotDescription robot;
-  robot.slip = {.way_noise = 20, .turn_noise = 0.01};
-  double way = 0;
+  robot.slip = {.distance_noise = 20, .turn_noise = 0.01};
+  double variance = 0;
   double turn = 0;
   constexpr int kRuns = 400;
   for (int i = 0; i < kRuns; ++i) {
@@ -100,10 +100,10 @@ TEST(Vehicle, NoiseGrowsWithTheRootOfTheWay) {
       x += m.x;
       rho += m.rho;
     }
-    way += (x - 4000) * (x - 4000) / kRuns;
+    variance += (x - 4000) * (x - 4000) / kRuns;
     turn += rho * rho / kRuns;
   }
-  EXPECT_NEAR(std::sqrt(way), 40, 5);
+  EXPECT_NEAR(std::sqrt(variance), 40, 5);
   EXPECT_NEAR(std::sqrt(turn), 0.02, 0.0025);
 }
 

@@ -103,10 +103,10 @@ struct Contacts {
 
 struct RobotTruth {
   Pose pose{};
-  double vx = 0;     // mm/s, forward, over ground
-  double vy = 0;     // mm/s, to the right
-  double omega = 0;  // rad/s
-  double way = 0;    // mm, over ground, since the start
+  double vx = 0;         // mm/s, forward, over ground
+  double vy = 0;         // mm/s, to the right
+  double omega = 0;      // rad/s
+  double travelled = 0;  // mm, over ground, since the start
   bool is_blocked = false;
   Contacts contacts{};
 };

@@ -125,7 +125,7 @@ class WorldReader {
   void numbers(const Node& node, std::string_view what, std::span<double> out) {
     if (node.form != Node::Form::kArray || node.children.size() != out.size())
       return reader_.refuse(
-          node, fmt::format("{} wants {}", node.key.empty() ? "an item" : node.key, what));
+          node, fmt::format("{} must be {}", node.key.empty() ? "an item" : node.key, what));
     for (std::size_t i = 0; i < out.size(); ++i)
       reader_.real(node.children[i], -kFarthest, kFarthest, out[i]);
   }
@@ -173,7 +173,7 @@ class WorldReader {
   void check_area(const Node& node, const Area& area) {
     if (!(area.from.x < area.to.x) || !(area.from.y < area.to.y))
       reader_.add({node.at_key,
-                   "from wants to be the corner with the smaller numbers, and to the "
+                   "from must be the corner with the smaller numbers, and to the "
                    "one with the larger"});
   }
 
@@ -213,7 +213,7 @@ class WorldReader {
 
   void add_walls(const FloorMap& map, double height, const Node& place) {
     for (const FloorMap::Wall& wall : map.walls()) {
-      const MapPoint to{wall.from.x + wall.way.x, wall.from.y + wall.way.y};
+      const MapPoint to{wall.from.x + wall.extent.x, wall.from.y + wall.extent.y};
       const double farthest =
           std::max({std::abs(wall.from.x), std::abs(wall.from.y), std::abs(to.x), std::abs(to.y)});
       if (farthest > kFarthest)
@@ -289,7 +289,7 @@ class WorldReader {
     const auto places = [&](const Node& n) {
       if (n.form != Node::Form::kArray || n.children.size() < 2 ||
           n.children.size() > kWalkPlacesMax)
-        return reader_.refuse(n, fmt::format("places wants 2 to {} of them such as [[0, 0], "
+        return reader_.refuse(n, fmt::format("places must contain 2 to {} of them such as [[0, 0], "
                                              "[1000, -500]]: mm to the north, mm to the east",
                                              kWalkPlacesMax));
       walk.places.resize(n.children.size());
@@ -302,9 +302,9 @@ class WorldReader {
 
   void slip(const Node& node, SlipDescription& slip) {
     reader_.table(node, "slip",
-                  {{"way", real<Range{-0.5, 0.5}>(slip.way)},
+                  {{"way", real<Range{-0.5, 0.5}>(slip.distance)},
                    {"turn", real<Range{-0.5, 0.5}>(slip.turn)},
-                   {"way_noise", real<Range{0, 1000}>(slip.way_noise)},
+                   {"way_noise", real<Range{0, 1000}>(slip.distance_noise)},
                    {"turn_noise", angle<45>(slip.turn_noise)}});
   }
 
@@ -353,8 +353,8 @@ class WorldReader {
     if (robot.front + robot.back < 1 || robot.left + robot.right < 1)
       reader_.add(
           {node.at_key, "a robot is at least 1 mm long and wide: front, back, left, right"});
-    if (robot.steer_max <= 0) reader_.add({node.at_key, "steer_max wants to be above 0"});
-    if (robot.steering_rate < 0) reader_.add({node.at_key, "steering_rate wants 0 or more"});
+    if (robot.steer_max <= 0) reader_.add({node.at_key, "steer_max must be above 0"});
+    if (robot.steering_rate < 0) reader_.add({node.at_key, "steering_rate must be 0 or more"});
   }
 
   void noise(const Node& node, NoiseDescription& noise) {
@@ -438,7 +438,7 @@ class WorldReader {
                           ? std::nullopt
                           : tims::base::parse_duration(text.substr(middle + kTo.size()));
       if (!from || !to || *to <= *from)
-        return reader_.refuse(item, fmt::format("outages want times after the begin such as "
+        return reader_.refuse(item, fmt::format("outages must be times after the begin such as "
                                                 "\"60s to 90s\", not \"{}\"",
                                                 value));
       out.push_back({*from, *to});

@@ -116,7 +116,7 @@ kind = "scanner"
 axis = { about = "pitch", gear_ratio = 10, device = "servo", line = "pty:/tmp/y" }
 )";
 
-TEST(WorldFile, OnlyScannersHaveAnAxisAndItSaysAboutWhat) {
+TEST(WorldFile, OnlyScannersHaveAnAxisAndItMustBeComplete) {
   const std::string robot =
       "[[robot]]\nname = \"r\"\nat = [0, 0, 0]\n[[robot.sensor]]\nname = \"s\"\n";
   EXPECT_THAT(problems(robot + "kind = \"compass\"\naxis = { about = \"yaw\" }\n"),
@@ -127,7 +127,7 @@ TEST(WorldFile, OnlyScannersHaveAnAxisAndItSaysAboutWhat) {
               ElementsAre(HasSubstr("pitch")));
 }
 
-TEST(WorldFile, SaysEverything) {
+TEST(WorldFile, ReadsEverything) {
   const WorldFile file = read(kEverything);
   ASSERT_THAT(file.problems, IsEmpty());
   const WorldDescription& world = file.description;
@@ -188,14 +188,14 @@ TEST(WorldFile, SaysEverything) {
 
 TEST(WorldFile, EveryProblemHasItsPlace) {
   EXPECT_THAT(problems("name = 1\nspeed = 3\n"),
-              ElementsAre("w.toml:1:8: name wants a text in quotes, not 1",
+              ElementsAre("w.toml:1:8: name must be a text in quotes, not 1",
                           HasSubstr("w.toml:2:1: unknown key of a world \"speed\"")));
   EXPECT_THAT(problems("[[robot]]\nkind = \"car\"\nat = [1, 2]\nlag = 5\nslip = { way = 2 }\n"),
               ElementsAre("w.toml:1:1: name is missing",
                           HasSubstr("w.toml:2:8: unknown kind of robot \"car\"; "),
-                          HasSubstr("w.toml:3:6: at wants a pose such as"),
-                          "w.toml:4:7: lag wants a duration such as \"5s\", not 5",
-                          "w.toml:5:16: way wants a number from -0.5 to 0.5, not 2"));
+                          HasSubstr("w.toml:3:6: at must be a pose such as"),
+                          "w.toml:4:7: lag must be a duration such as \"5s\", not 5",
+                          "w.toml:5:16: way must be a number from -0.5 to 0.5, not 2"));
   EXPECT_THAT(
       problems("[[plan]]\nfile = \"none.dxf\"\n[[plan]]\nfile = \"broken.dxf\"\n[[plan]]\n"),
       ElementsAre("w.toml:2:8: none.dxf: No such file or directory",
@@ -204,22 +204,22 @@ TEST(WorldFile, EveryProblemHasItsPlace) {
               ElementsAre(HasSubstr("w.toml:2:8: has walls 898000 m away; scale is")));
   EXPECT_THAT(problems("[[obstacle]]\nat = [1, nan]\nradius = 5\nwidth = 5\n[[obstacle]]\n"),
               ElementsAre(HasSubstr("w.toml:1:1: an obstacle has a radius, or"),
-                          HasSubstr("w.toml:2:10: an item wants a number from -1"),
+                          HasSubstr("w.toml:2:10: an item must be a number from -1"),
                           "w.toml:5:1: at is missing"));
   EXPECT_THAT(problems("[people]\ncount = 201\nfrom = [5, 5]\nto = [5, 9]\n"),
-              ElementsAre(HasSubstr("w.toml:1:2: from wants to be the corner"),
-                          "w.toml:2:9: count wants a number from 0 to 200, not 201"));
+              ElementsAre(HasSubstr("w.toml:1:2: from must be the corner"),
+                          "w.toml:2:9: count must be a number from 0 to 200, not 201"));
   EXPECT_THAT(problems("[[people.walk]]\nplaces = [[1, 2]]\n[[people.walk]]\npause = \"1s\"\n"
                        "[[people.walk]]\nplaces = [[1, 2], [3]]\n"),
-              ElementsAre(HasSubstr("w.toml:2:10: places wants 2 to 10 of them"),
+              ElementsAre(HasSubstr("w.toml:2:10: places must contain 2 to 10 of them"),
                           "w.toml:3:1: places is missing",
-                          HasSubstr("w.toml:6:19: an item wants a place such as")));
+                          HasSubstr("w.toml:6:19: an item must be a place such as")));
   const std::string robot = "[[robot]]\nname = \"a\"\nat = [0, 0, 0]\n";
   EXPECT_THAT(problems(robot + robot), ElementsAre("w.toml:4:1: there is another robot a"));
   EXPECT_THAT(problems(robot + "[[robot.sensor]]\nname = \"s\"\nkind = \"compass\"\n"
                                "outages = [\"5s\", \"9s to 8s\"]\n"),
-              ElementsAre(HasSubstr("w.toml:7:12: outages want times"),
-                          HasSubstr("w.toml:7:18: outages want times")));
+              ElementsAre(HasSubstr("w.toml:7:12: outages must be times"),
+                          HasSubstr("w.toml:7:18: outages must be times")));
   const std::string sensor = robot + "[[robot.sensor]]\nname = \"s\"\nkind = ";
   EXPECT_THAT(problems(sensor + "\"scanner\"\nperiod = \"2s\"\n"),
               ElementsAre("w.toml:4:1: s: only satellite receivers have a period"));

@@ -43,7 +43,7 @@ WorldDescription busy(std::uint64_t seed) {
   WorldDescription description = rooms_world(6);
   description.seed = seed;
   description.people.avoids_share = 0.5;
-  description.robots[0].slip = {.way = 0.02, .way_noise = 10, .turn_noise = 0.01};
+  description.robots[0].slip = {.distance = 0.02, .distance_noise = 10, .turn_noise = 0.01};
   description.robots[0].acceleration = 800;
   description.robots[0].lag = std::chrono::milliseconds(60);
   description.robots[0].sensors[0].noise = {.range = 10, .short_share = 0.02};
@@ -113,7 +113,7 @@ TEST(World, DoesNotDependOnWhatTheClockShows) {
   EXPECT_EQ(all_of(*early), all_of(late));
 }
 
-// Ten minutes of ways added up from what encoders show.
+// Ten minutes of movements, summed from the encoders.
 TEST(World, WithoutSlipOdometryIsTheTruth) {
   for (const DriveKind kind :
        {DriveKind::kDifferential, DriveKind::kAckermann, DriveKind::kDoubleAckermann}) {
@@ -136,7 +136,7 @@ TEST(World, WithoutSlipOdometryIsTheTruth) {
       world.advance(world.now() + kStep);
       const auto motors = world.motors(0);
       for (std::size_t i = 0; i < motors.size(); ++i)
-        now[i] = world.wheels(0).is_steering(i) ? motors[i].way : motors[i].speed;
+        now[i] = world.wheels(0).is_steering(i) ? motors[i].position : motors[i].speed;
       const auto speed = world.wheels(0).movement(std::span(now).first(motors.size()));
       const double turn = static_cast<double>(speed.omega) * 0.005;
       odometry = odometry + Pose{.rho = turn / 2} +
@@ -147,7 +147,7 @@ TEST(World, WithoutSlipOdometryIsTheTruth) {
     const Pose error = world.pose(0, world.now()) - odometry;
     EXPECT_LT(std::hypot(error.x, error.y), 0.1);
     EXPECT_LT(std::abs(signed_angle(error.rho)), 1e-5);
-    EXPECT_GT(world.make_truth().robots[0].way, 200e3);
+    EXPECT_GT(world.make_truth().robots[0].travelled, 200e3);
   }
 }
 
@@ -161,7 +161,7 @@ TEST(World, ARobotStopsAtTheWallAndCountsOneContact) {
   EXPECT_EQ(stopped.vx, 0);
   EXPECT_NEAR(stopped.pose.x + 250, 6000, 3);
   EXPECT_LE(stopped.pose.x + 250, 6000);
-  EXPECT_NEAR(world.motors(0)[0].way, 5000, 1e-6) << "its wheels turn on";
+  EXPECT_NEAR(world.motors(0)[0].position, 5000, 1e-6) << "its wheels turn on";
   world.drive(0, std::array{-500.0, -500.0}, world.now());
   world.advance(kBegin + seconds(12));
   EXPECT_FALSE(world.make_truth().robots[0].is_blocked);
@@ -328,7 +328,7 @@ TEST(World, NobodyIsInWallsWhileRobotsDriveAbout) {
   }
 }
 
-TEST(World, SaysWhyItCannotBe) {
+TEST(World, ReportsWhyItIsImpossible) {
   WorldDescription in_wall = rooms_world();
   in_wall.robots[0].start = {.x = 3000, .y = 4900};
   EXPECT_THAT(World::make(in_wall, kBegin).error().detail(),
@@ -357,7 +357,7 @@ TEST(World, KnowsItsRobotsByName) {
 
 // Somebody walks towards a robot that drives, and does not see it: not the robot's doing, as long
 // as it then stops.
-TEST(World, WhoWalksAgainstARobotIsNotItsContact) {
+TEST(World, APersonWalkingIntoARobotIsNotItsContact) {
   WorldDescription description = rooms_world();
   description.people = {.avoids_share = 0, .walks = {{.places = {{5000, 2500}, {1000, 2500}}}}};
   description.robots[0].start = {.x = 1000, .y = 2500};

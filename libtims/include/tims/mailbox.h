@@ -55,8 +55,9 @@ struct Envelope {
   bool stream = false;  // a sample: a newer one may replace it where a link is short of bandwidth
   bool trace = false;   // every router on the path reports to the sender (type::kHopRecord)
   // Answer NOT_AVAILABLE when no mailbox has the address `dest`, as for commands.
-  bool tell_if_gone = false;
-  bool tell_why = false;  // a receiver that refuses this command adds the reason to its ERROR reply
+  bool report_if_gone = false;
+  bool report_reason =
+      false;  // a receiver that refuses this command adds the reason to its ERROR reply
   // Byte order of the numbers in the body: flag::kBodyLittleEndian or 0.
   std::uint8_t body_order = flag::kNativeOrder & flag::kBodyLittleEndian;
 };

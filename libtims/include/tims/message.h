@@ -23,10 +23,10 @@ inline constexpr std::uint8_t kStream = 0x10;  // sample of a continuous stream
 inline constexpr std::uint8_t kTrace = 0x20;   // asks every router on the path for a hop record
 // A router that finds no mailbox with the destination address answers NOT_AVAILABLE, also when the
 // message is not a command. A producer learns in this manner that a listener is gone.
-inline constexpr std::uint8_t kTellIfGone = 0x40;
+inline constexpr std::uint8_t kReportIfGone = 0x40;
 // The sender of a command accepts a text after an ERROR reply: the reason of the refusal. Programs
 // of the original RACK do not expect a body there.
-inline constexpr std::uint8_t kTellWhy = 0x80;
+inline constexpr std::uint8_t kReportReason = 0x80;
 // Flags of a native program: header and body are in the byte order of its machine.
 inline constexpr std::uint8_t kNativeOrder =
     std::endian::native == std::endian::little ? kHeaderLittleEndian | kBodyLittleEndian : 0;

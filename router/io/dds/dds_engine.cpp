@@ -312,8 +312,8 @@ class DdsEngine::Running {
       if (router.generation != generation_ && now >= former_until_) silent.push_back(address);
     }
     if (metatraffic_)
-      for (const link::DdsParticipant& who : metatraffic_->expire(now))
-        silent.push_back(NetAddress::dds(who));
+      for (const link::DdsParticipant& participant : metatraffic_->expire(now))
+        silent.push_back(NetAddress::dds(participant));
     for (const NetAddress& address : silent) forget(address);
     if (!silent.empty()) engine_.listener_.on_turn_end();
   }

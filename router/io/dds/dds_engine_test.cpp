@@ -147,7 +147,7 @@ TEST_F(DdsEngineTest, RestartGivesANewAddressAndGoesOn) {
   ASSERT_TRUE(a.send(b.address(), numbered(1, 50), 50));
   ASSERT_TRUE(until([&] { return b.arrivals.size() == 1; }, "the first has arrived"));
   const auto before = a.address();
-  a.self.who.epoch = 2;
+  a.self.identity.epoch = 2;
   a.engine.restart(a.self);
   EXPECT_FALSE(a.is_up());
   // Datagrams sent in between wait for the new participant.
@@ -164,7 +164,7 @@ TEST_F(DdsEngineTest, RestartGivesANewAddressAndGoesOn) {
   EXPECT_TRUE(a.gone.empty());
 }
 
-TEST_F(DdsEngineTest, WhoWentDuringARestartIsGone) {
+TEST_F(DdsEngineTest, ARouterThatWentDuringARestartIsGone) {
   Host a(loop_, "a", {.lease = std::chrono::seconds(1)});
   Host b(loop_, "b");
   meet(a, b);
@@ -177,7 +177,7 @@ TEST_F(DdsEngineTest, WhoWentDuringARestartIsGone) {
 }
 
 // Stopping an engine waits for the other router, which is still running.
-TEST_F(DdsEngineTest, LastWordsArrive) {
+TEST_F(DdsEngineTest, DataSentBeforeStoppingArrives) {
   Loop own;
   Host a(own, "a");
   Host b(loop_, "b");
@@ -311,7 +311,7 @@ TEST_F(DdsEngineTest, GarbageOfOthersIsCountedAndHarmsNobody) {
   ASSERT_TRUE(until([&] { return a.engine.counters().strange == 4; }, "four are strange"));
 }
 
-TEST_F(DdsEngineTest, WhoIsNoRouterOfTheFleetReachesNobody) {
+TEST_F(DdsEngineTest, AParticipantThatIsNotARouterOfTheFleetReachesNobody) {
   Host a(loop_, "a");
   Host b(loop_, "b");
   meet(a, b);
@@ -388,7 +388,7 @@ TEST_F(DdsEngineTest, ARouterThatIsKilledIsGoneWithinItsLease) {
   auto actor = start_actor();
   ASSERT_TRUE(actor) << actor.error().message();
   ASSERT_TRUE(until([&] { return a.seen.size() == 1; }, "a sees the actor"));
-  EXPECT_EQ(a.seen[0].who.name.view(), "actor");
+  EXPECT_EQ(a.seen[0].identity.name.view(), "actor");
   ASSERT_TRUE(a.send(a.seen[0].dds, Bytes(100), 100));
   ASSERT_TRUE(until([&] { return a.engine.counters().samples_out == 1; }, "it is written"));
   ASSERT_TRUE(actor->stop(SIGKILL));
@@ -397,7 +397,7 @@ TEST_F(DdsEngineTest, ARouterThatIsKilledIsGoneWithinItsLease) {
   EXPECT_TRUE(a.seen.empty());
 }
 
-TEST_F(DdsEngineTest, WhoIsSilentIsAskedLessAndLess) {
+TEST_F(DdsEngineTest, SilentPeersAreAskedLessOften) {
   constexpr int kSamples = 30;  // a history takes them
   auto network = test::OwnNetwork::enter();
   if (!network) GTEST_SKIP() << network.error().message();
@@ -459,7 +459,7 @@ TEST_F(DdsEngineTest, APeerIsFoundAfterManyRestarts) {
 // The port is one that another test's server would not have.
 std::uint16_t server_port() { return static_cast<std::uint16_t>(20'000 + ::getpid() % 20'000); }
 
-TEST_F(DdsEngineTest, ADiscoveryServerTellsWhoThereIsAndMayGo) {
+TEST_F(DdsEngineTest, AfterDiscoveryTheDiscoveryServerMayGo) {
   const DdsSettings by_server{.multicast = false,
                               .discovery_server = "127.0.0.1:" + std::to_string(server_port())};
   auto server = std::make_unique<ForeignParticipant>(test_domain(),

@@ -209,19 +209,19 @@ DiscoveryFilter::Verdict DiscoveryFilter::on_message(Time now, std::span<const s
   } else if (message->announced) {
     auto announcement = link::decode_announcement(message->announced->user_data);
     if (!announcement || announcement->fleet != self_.fleet ||
-        announcement->who.epoch == self_.who.epoch)
+        announcement->identity.epoch == self_.identity.epoch)
       return verdict;
     announcement->dds = link::NetAddress::dds(message->from);
     on_announced(now, message->from, bytes, *announcement, message->announced->lease, verdict);
     // A router that looks for one in our role is answered immediately, and so is one that announces
     // itself by unicast, because multicast may not reach it. A message directed to us alone is
     // already an answer.
-    const bool wants_answer = !multicast || link::is_above(self_.who, announcement->who);
+    const bool must_answer = !multicast || link::is_above(self_.identity, announcement->identity);
     if (own_message_.empty()) {
       // There is no message of our own to answer with: let the library discover the sender and
       // answer it.
       if (!multicast) verdict.passes = !admit(message->from).empty();
-    } else if (wants_answer && !message->to) {
+    } else if (must_answer && !message->to) {
       verdict.answer = directed(own_message_, message->from);
       verdict.to = message->announced->metatraffic;
     }
@@ -259,19 +259,19 @@ void DiscoveryFilter::on_own(std::span<const std::byte> bytes) {
     own_message_.assign(bytes.begin(), bytes.end());
 }
 
-std::vector<std::byte> DiscoveryFilter::admit(const link::DdsParticipant& who) {
-  const auto known = routers_.find(who);
+std::vector<std::byte> DiscoveryFilter::admit(const link::DdsParticipant& participant) {
+  const auto known = routers_.find(participant);
   if (known == routers_.end() || std::exchange(known->second.admitted, true)) return {};
   return std::exchange(known->second.message, {});
 }
 
 std::vector<link::DdsParticipant> DiscoveryFilter::expire(Time now) {
   std::vector<link::DdsParticipant> gone;
-  for (const auto& [who, router] : routers_) {
+  for (const auto& [participant, router] : routers_) {
     if (now >= router.last_received + (router.admitted ? kLeasesAdmitted : 1) * router.lease)
-      gone.push_back(who);
+      gone.push_back(participant);
   }
-  for (const link::DdsParticipant& who : gone) forget(who);
+  for (const link::DdsParticipant& participant : gone) forget(participant);
   return gone;
 }
 

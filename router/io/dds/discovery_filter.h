@@ -94,9 +94,9 @@ class DiscoveryFilter {
 
   // Admits this router: returns the messages to pass to the library. Empty when it needs none, or
   // the router is unknown.
-  std::vector<std::byte> admit(const link::DdsParticipant& who);
+  std::vector<std::byte> admit(const link::DdsParticipant& participant);
   // The library has dropped this participant.
-  void forget(const link::DdsParticipant& who) { routers_.erase(who); }
+  void forget(const link::DdsParticipant& participant) { routers_.erase(participant); }
   // Removes and returns participants whose lease has expired.
   std::vector<link::DdsParticipant> expire(Time now);
 

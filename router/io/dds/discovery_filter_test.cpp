@@ -14,7 +14,8 @@ constexpr DdsParticipant kSelf{9};
 const link::NetAddress kWhere = link::NetAddress::v4(10, 9, 1, 7, 7412);
 
 link::Announcement announcement(std::uint64_t epoch, Role role, const char* fleet = "fleet") {
-  return {.fleet = std::string_view(fleet), .who = {.epoch = epoch, .role = role, .system = 1}};
+  return {.fleet = std::string_view(fleet),
+          .identity = {.epoch = epoch, .role = role, .system = 1}};
 }
 
 void put(Bytes& to, std::initializer_list<int> octets) {
@@ -80,7 +81,7 @@ TEST_F(DiscoveryFilterTest, ARouterIsKnownAndHeldUntilItIsWanted) {
   EXPECT_FALSE(first.passes);
   ASSERT_TRUE(first.announced);
   EXPECT_EQ(first.announced->dds, link::NetAddress::dds({1}));
-  EXPECT_EQ(first.announced->who.epoch, 1);
+  EXPECT_EQ(first.announced->identity.epoch, 1);
   const auto again = receive(message);
   EXPECT_FALSE(again.passes || again.announced);
   EXPECT_FALSE(receive(addresses({1}, {2})).passes) << "for another participant";
@@ -94,7 +95,7 @@ TEST_F(DiscoveryFilterTest, ARouterIsKnownAndHeldUntilItIsWanted) {
   EXPECT_TRUE(rediscovered.announced);
 }
 
-TEST_F(DiscoveryFilterTest, WhoAddressesUsIsAdmitted) {
+TEST_F(DiscoveryFilterTest, AParticipantThatAddressesUsIsAdmitted) {
   announce_self();
   EXPECT_FALSE(receive(addresses({1}, kSelf)).passes) << "it is unknown";
   const Bytes message = announces(1, Role::kSystem);
@@ -124,7 +125,7 @@ TEST_F(DiscoveryFilterTest, AFewASecondAreAdmittedThatAddressUs) {
   EXPECT_EQ(admitted(), DiscoveryFilter::kAdmittedPerSecond);
 }
 
-TEST_F(DiscoveryFilterTest, OthersAreNotHeard) {
+TEST_F(DiscoveryFilterTest, OtherFleetsAreIgnored) {
   EXPECT_FALSE(receive(announces(1, Role::kSystem, "others")).announced);
   EXPECT_FALSE(receive(announces(2, Role::kSystem, "others")).passes);
   EXPECT_FALSE(receive(announces(9, Role::kTop)).announced) << "our own epoch";
@@ -142,7 +143,7 @@ TEST_F(DiscoveryFilterTest, WhatIsCutShortHarmsNobody) {
   }
 }
 
-TEST_F(DiscoveryFilterTest, WhoLooksForUsIsAnswered) {
+TEST_F(DiscoveryFilterTest, AParticipantThatLooksForUsIsAnswered) {
   EXPECT_TRUE(receive(announces(1, Role::kSystem)).answer.empty())
       << "no announcement of our own yet";
   announce_self();
@@ -162,13 +163,13 @@ TEST_F(DiscoveryFilterTest, WhoLooksForUsIsAnswered) {
 }
 
 // Without multicast and peers there is nothing of ours to be repeated.
-TEST_F(DiscoveryFilterTest, WhoComesByAddressBeforeWeAnnouncedIsForTheLibraryToAnswer) {
+TEST_F(DiscoveryFilterTest, TheLibraryAnswersUnicastBeforeWeAnnounced) {
   const auto verdict = receive(announces(1, Role::kSystem), false);
   EXPECT_TRUE(verdict.passes);
   EXPECT_TRUE(verdict.announced);
 }
 
-TEST_F(DiscoveryFilterTest, WhoGoesOrIsSilentIsGone) {
+TEST_F(DiscoveryFilterTest, ALeavingOrSilentParticipantIsGone) {
   (void)receive(announces(1, Role::kSystem));
   EXPECT_EQ(receive(ends({1})).gone, DdsParticipant{1});
   EXPECT_FALSE(receive(ends({1})).gone);
@@ -239,7 +240,7 @@ TEST(RtpsMessage, TheSenderStandsInTheHeader) {
   EXPECT_FALSE(rtps_sender(std::vector<std::byte>(20)));
 }
 
-TEST(RtpsMessage, AHeartbeatTellsWhatThereIs) {
+TEST(RtpsMessage, AHeartbeatNamesTheAvailableSamples) {
   const auto message = encode(RtpsHeartbeat{.from = {1},
                                             .writer = {0, 0, 2, 3},
                                             .to = {7},

@@ -269,14 +269,14 @@ void spread(eprosima::fastrtps::Duration_t& period, std::uint64_t random) {
 }
 
 void announce(fast::DomainParticipantQos& qos, const link::Announcement& announcement) {
-  qos.name(fmt::format("tims-router {}", announcement.who.name.view()).c_str());
+  qos.name(fmt::format("tims-router {}", announcement.identity.name.view()).c_str());
   std::vector<rtps::octet> octets;
   for (const std::byte byte : link::encode(announcement))
     octets.push_back(std::to_integer<rtps::octet>(byte));
   qos.user_data().data_vec(octets);
   auto& discovery = qos.wire_protocol().builtin.discovery_config;
-  spread(discovery.leaseDuration_announcementperiod, announcement.who.epoch);
-  spread(discovery.initial_announcements.period, announcement.who.epoch);
+  spread(discovery.leaseDuration_announcementperiod, announcement.identity.epoch);
+  spread(discovery.initial_announcements.period, announcement.identity.epoch);
 }
 
 // KEEP_LAST would lose samples silently.

@@ -217,19 +217,19 @@ void Metatraffic::sent(std::span<const std::byte> message) {
   filter_.on_own(message);
 }
 
-void Metatraffic::admit(const link::DdsParticipant& who) {
+void Metatraffic::admit(const link::DdsParticipant& participant) {
   std::vector<std::byte> announced;
   {
     const std::lock_guard lock(mutex_);
-    announced = filter_.admit(who);
+    announced = filter_.admit(participant);
   }
   Receiver* const receiver = receiver_;
   if (receiver != nullptr && !announced.empty()) hand_on(*receiver, announced, {}, {});
 }
 
-void Metatraffic::forget(const link::DdsParticipant& who) {
+void Metatraffic::forget(const link::DdsParticipant& participant) {
   const std::lock_guard lock(mutex_);
-  filter_.forget(who);
+  filter_.forget(participant);
 }
 
 std::vector<link::DdsParticipant> Metatraffic::expire(Time now) {

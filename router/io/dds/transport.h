@@ -136,12 +136,12 @@ class Metatraffic {
   // --- called by the thread that creates the participant, while there is one
 
   // Lets the library discover this router, if it has not yet.
-  void admit(const link::DdsParticipant& who);
+  void admit(const link::DdsParticipant& participant);
 
   // --- called by the library's threads
 
   // The participant is discovered again once it announces itself again.
-  void forget(const link::DdsParticipant& who);
+  void forget(const link::DdsParticipant& participant);
 
   // --- called by the loop
 

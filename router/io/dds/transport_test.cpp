@@ -88,7 +88,7 @@ TEST_F(UserTrafficTest, MessagesGoWhenTheCorkGoes) {
   EXPECT_EQ(library.from.port, a->locator().port);
 }
 
-TEST_F(UserTrafficTest, WhatGoesAnotherWayComesAfterwards) {
+TEST_F(UserTrafficTest, SamplesOnAnotherPathArriveAfterwards) {
   const UserTraffic::Cork cork(*a);
   a->put(Bytes(100), to_b);
   a->flush();

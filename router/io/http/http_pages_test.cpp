@@ -90,7 +90,7 @@ TEST_F(HttpPagesTest, HostsThatCouldBeAWebSite) {
   EXPECT_EQ(question_, "");
 }
 
-TEST_F(HttpPagesTest, EverythingElseIsNotFoundInWords) {
+TEST_F(HttpPagesTest, OtherTargetsAreNotFoundWithAReason) {
   for (const auto* target :
        {"/", "", "*", "/metrics/", "/api", "/Metrics", "/index.html", "http://127.0.0.1/metrics"}) {
     const HttpResponse response = answer(get(target));
@@ -112,7 +112,7 @@ TEST_F(HttpPagesTest, OnlyForReading) {
   EXPECT_EQ(answer(request).status, 404);
 }
 
-TEST(WebSocketRefusal, WhoMayCome) {
+TEST(WebSocketRefusal, AllowedOrigins) {
   EXPECT_EQ(websocket_status(websocket()), 0);
   EXPECT_EQ(websocket_status(websocket({{"Origin", "http://127.0.0.1:8080"}})), 0);
   EXPECT_EQ(websocket_status(websocket({{"origin", "http://robot7:3000"}})), 0);
@@ -121,7 +121,7 @@ TEST(WebSocketRefusal, WhoMayCome) {
   EXPECT_EQ(websocket_status(by_name), 0);
 }
 
-TEST(WebSocketRefusal, WhoMayNot) {
+TEST(WebSocketRefusal, RefusedOrigins) {
   EXPECT_EQ(websocket_status(websocket({{"Origin", "https://evil.example"}})), 403);
   EXPECT_EQ(websocket_status(websocket({{"Origin", "http://localhost:3000"}})), 403);
   EXPECT_EQ(websocket_status(websocket({{"Origin", "null"}})), 403);

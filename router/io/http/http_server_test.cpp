@@ -130,7 +130,7 @@ TEST_F(HttpServerTest, NoTimerWhileNobodyIsConnected) {
   EXPECT_EQ(server_->next_timeout(), kNever);
 }
 
-TEST_F(HttpServerTest, WhoSaysNothingIsClosed) {
+TEST_F(HttpServerTest, ASilentConnectionIsClosed) {
   start({.request = 20ms});
   Client client(endpoint_);
   EXPECT_TRUE(run_until_closed(client));
@@ -138,7 +138,7 @@ TEST_F(HttpServerTest, WhoSaysNothingIsClosed) {
 }
 
 // Sending one byte at a time does not keep a connection open.
-TEST_F(HttpServerTest, WhoSpeaksTooSlowlyIsClosed) {
+TEST_F(HttpServerTest, ASlowRequestIsClosed) {
   start({.request = 100ms});
   Client client(endpoint_);
   const Time began = os::now();
@@ -160,7 +160,7 @@ TEST_F(HttpServerTest, AnIdleConnectionHasItsOwnTime) {
   EXPECT_THAT(client.received, EndsWith("ok\n"));
 }
 
-TEST_F(HttpServerTest, WhoDoesNotReadItsAnswerIsClosed) {
+TEST_F(HttpServerTest, AClientThatDoesNotReadItsAnswerIsClosed) {
   start({.answer = 50ms});
   metrics_.assign(64 << 20, 'x');
   Client client(endpoint_);
@@ -171,7 +171,7 @@ TEST_F(HttpServerTest, WhoDoesNotReadItsAnswerIsClosed) {
   EXPECT_LT(client.received.size(), metrics_.size());
 }
 
-TEST_F(HttpServerTest, WhoReadsALargeAnswerGetsAllOfIt) {
+TEST_F(HttpServerTest, ALargeAnswerArrivesCompletely) {
   start();
   metrics_.assign(8 << 20, 'x');
   metrics_ += "end\n";
@@ -193,7 +193,7 @@ TEST_F(HttpServerTest, ARefusalArrivesAlthoughMoreIsSent) {
   EXPECT_THAT(client.received, StartsWith("HTTP/1.1 400 Bad Request\r\n"));
 }
 
-TEST_F(HttpServerTest, WhoDoesNotCloseAfterARefusalIsClosed) {
+TEST_F(HttpServerTest, AClientThatDoesNotCloseAfterARefusalIsClosed) {
   start({.final_close = 20ms});
   Client client(endpoint_);
   client.send("nonsense\r\n\r\n");

@@ -76,7 +76,7 @@ TEST_F(ResolverTest, UnknownNamesAreNamed) {
   EXPECT_THAT(results_[0].error().detail(), HasSubstr("robot.invalid"));
 }
 
-TEST_F(ResolverTest, WhoAsksForTheSameGetsTheSameAnswer) {
+TEST_F(ResolverTest, EqualQuestionsGetTheSameAnswer) {
   for (int i = 0; i < 3; ++i) resolve("localhost");
   run_until(3);  // in one turn
   EXPECT_EQ(*results_[0], *results_[2]);

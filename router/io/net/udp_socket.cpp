@@ -285,8 +285,8 @@ Sent UdpSocket::send_segmented(const Burst& burst) {
   msghdr message;
   if (!call.prepare(burst, family_, cut, message)) return Sent::kUnreachable;
   if (::sendmsg(fd(), &message, MSG_DONTWAIT | MSG_NOSIGNAL) >= 0) return Sent::kAll;
-  const bool wants_fragments = options_.fragments && errno == EMSGSIZE;
-  if (!cut || !(refuses_segments(errno) || wants_fragments)) return meaning_of(errno);
+  const bool needs_fragments = options_.fragments && errno == EMSGSIZE;
+  if (!cut || !(refuses_segments(errno) || needs_fragments)) return meaning_of(errno);
   // Kernels before 6.13 report datagrams too large for the interface as invalid: the segmentation
   // was the cause only if sending one by one succeeds.
   const Sent sent = send_plain(burst);

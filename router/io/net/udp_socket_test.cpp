@@ -126,7 +126,7 @@ TEST(UdpSocket, BurstThatTheKernelRefusesToCut) {
   }
 }
 
-TEST(UdpSocket, DualStackHearsAndAnswersBoth) {
+TEST(UdpSocket, DualStackReceivesAndAnswersBoth) {
   UdpSocket dual = open("::");
   UdpSocket v4 = open("127.0.0.1");
   UdpSocket v6 = open("::1");
@@ -185,7 +185,7 @@ TEST(UdpSocket, CountsWhatTheKernelDropped) {
 
 // --- reports of the socket
 
-TEST(UdpSocket, SaysWhatBuffersItGot) {
+TEST(UdpSocket, ReportsTheGrantedBuffers) {
   const UdpSocket socket = open("127.0.0.1", {.buffer_bytes = 100'000});
   EXPECT_EQ(socket.asked_buffer_bytes(), 100'000);
   EXPECT_EQ(socket.receive_buffer_bytes(), 100'000);
@@ -193,7 +193,7 @@ TEST(UdpSocket, SaysWhatBuffersItGot) {
   EXPECT_EQ(open("::").asked_buffer_bytes(), 8U << 20);
 }
 
-TEST(UdpSocket, PortInUseIsSaid) {
+TEST(UdpSocket, APortInUseIsReported) {
   const UdpSocket first = open("127.0.0.1");
   const auto second = UdpSocket::open({"127.0.0.1", first.local().port});
   ASSERT_FALSE(second);
@@ -272,7 +272,7 @@ class UdpNarrow : public testing::Test {
   std::optional<test::OwnNetwork> network_{};
 };
 
-TEST_F(UdpNarrow, TooBigIsSaidAndNeverFragmented) {
+TEST_F(UdpNarrow, TooBigIsReportedAndNeverFragmented) {
   const auto bytes = pattern(6000, 1480);
   for (const char* host : {"127.0.0.1", "::1", "::"}) {
     UdpSocket a = open(host);

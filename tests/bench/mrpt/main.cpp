@@ -75,7 +75,7 @@ void prove(const RecordedDrive& drive, const Wanted& wanted, const std::string& 
       name, drive.truth.poses.size(), share(0), share(1), share(2), share(3), share(4), share(5));
 }
 
-void print_row(const std::string& name, const std::string& who, const Wanted& wanted,
+void print_row(const std::string& name, const std::string& implementation, const Wanted& wanted,
                std::size_t size, const std::vector<Outcome>& all) {
   const auto average = [&](auto value) {
     double sum = 0;
@@ -87,7 +87,7 @@ void print_row(const std::string& name, const std::string& who, const Wanted& wa
   fmt::print(
       "| {} | {} | {} | {} | {:.4f} | {:.4f} | {:.3f} | {:.2f} | {:.2f} | {:.2f} | {:.1f} | {} of "
       "{} | {:.0f} |\n",
-      name, wanted.particles[size], wanted.beams[size], who,
+      name, wanted.particles[size], wanted.beams[size], implementation,
       average([](const Outcome& o) { return mean(o.metres); }),
       average([](const Outcome& o) { return quantile(o.metres, 0.5); }),
       average([](const Outcome& o) { return quantile(o.metres, 0.95); }), most,

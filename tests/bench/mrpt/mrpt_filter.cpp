@@ -112,9 +112,9 @@ struct MrptFilter::Parts {
     return made;
   }
 
-  void step(const Pose& way, const CObservation2DRangeScan::Ptr& scan) {
+  void step(const Pose& moved, const CObservation2DRangeScan::Ptr& scan) {
     CActionRobotMovement2D movement;
-    movement.computeFromOdometry(mirrored(way), motion);
+    movement.computeFromOdometry(mirrored(moved), motion);
     CActionCollection actions;
     actions.insert(movement);
     CSensoryFrame frame;
@@ -163,9 +163,9 @@ bool MrptFilter::take(const Pose& odometry, const LogScan& scan, std::span<const
   Parts& parts = *parts_;
   parts.odometry = odometry;
   if (parts.fresh) parts.taken = odometry;
-  const Pose way = odometry - parts.taken;
-  const bool moved = std::hypot(way.x, way.y) >= 1000 * parts.settings.way_between ||
-                     std::abs(signed_angle(way.rho)) >= parts.settings.turn_between;
+  const Pose step = odometry - parts.taken;
+  const bool moved = std::hypot(step.x, step.y) >= 1000 * parts.settings.distance_between ||
+                     std::abs(signed_angle(step.rho)) >= parts.settings.turn_between;
   if (beams.empty() || (!parts.fresh && !moved)) return false;
   parts.taken = odometry;
   parts.fresh = false;
@@ -173,7 +173,7 @@ bool MrptFilter::take(const Pose& odometry, const LogScan& scan, std::span<const
   // omits points without valid neighbours: two of sixty remained.
   parts.grid->likelihoodOptions.LF_decimation = static_cast<std::uint32_t>(
       std::max(1L, std::lround(static_cast<double>(beams.size()) / parts.settings.beams)));
-  parts.step(way, parts.scan_of(scan, beams));
+  parts.step(step, parts.scan_of(scan, beams));
   return true;
 }
 

@@ -19,7 +19,7 @@ namespace rack::mcl_eval {
 struct MrptSettings {
   unsigned particles = 500;
   unsigned beams = 60;
-  double way_between = 0.1;
+  double distance_between = 0.1;
   double turn_between = 0.1;
   // TMotionModelOptions::gaussianModel
   double a1 = 0.2;   // m/m

@@ -27,8 +27,8 @@ struct TruthNote {
   Time at;
   TimeStamp recorded = 0;
   Pose pose;
-  double speed = 0;  // mm/s, forward
-  double way = 0;    // distance driven since the start of the world, mm
+  double speed = 0;      // mm/s, forward
+  double travelled = 0;  // distance driven since the start of the world, mm
   // Numbers of collisions.
   u32 posts = 0;  // with posts placed during the run
   u32 walls = 0;  // with walls and parked cars

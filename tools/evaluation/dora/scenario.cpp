@@ -216,7 +216,7 @@ void Scenario::judge_means(const TimerQuality& timer) {
 // --- starting the fleet and the drive
 
 void Scenario::bring_up() {
-  say("starting the fleet " + settings_.fleet_file);
+  print_progress("starting the fleet " + settings_.fleet_file);
   fleet_.emplace(timsctl::sim::RunningFleet::Options{
       .name = name_, .file = settings_.fleet_file, .log = log_});
   std::vector<std::string_view> hosts(kHosts.begin(), kHosts.end());
@@ -227,7 +227,7 @@ void Scenario::bring_up() {
                                         [this](std::size_t stream, const tims::MessageView& message,
                                                Time at) { notes_.take(stream, message, at); }));
   if (!std::ranges::all_of(subscriptions_, &Subscriptions::is_real_time))
-    say("real-time priorities are not permitted: all measured times are late");
+    print_progress("real-time priorities are not permitted: all measured times are late");
 }
 
 // Retries: the other routers may not know the component yet.
@@ -278,7 +278,7 @@ void Scenario::begin_to_drive() {
   if (!drives_within(kScenarioPatience))
     throw Failure(Exit::kNo, "no_drive", "the robot does not start driving",
                   "timsctl component data Pilot/1/0");
-  say("the robot drives");
+  print_progress("the robot drives");
 }
 
 // Places the robot in the world and initialises Position with the same pose.
@@ -303,7 +303,7 @@ bool Scenario::is_near_end(double rest) const {
 
 void Scenario::keep_driving(double rest) {
   if (!is_near_end(rest) && drives_within(3s)) return;
-  say("    starting another round");
+  print_progress("    starting another round");
   const bool counts = notes_.counts();
   notes_.end_span();
   Proxy mcl(work(), address_of("Mcl(1/0)"));
@@ -392,7 +392,8 @@ std::optional<Duration> Scenario::drives_within(Duration limit, std::optional<Ti
 
 void Scenario::measure_periods(Duration length) {
   pause(kSettles);
-  say(fmt::format("(a) periods, for {:.0f} s", std::chrono::duration<double>(length).count()));
+  print_progress(
+      fmt::format("(a) periods, for {:.0f} s", std::chrono::duration<double>(length).count()));
   notes_.begin_span();
   pause(length);  // the span continues during the obstacle trials
 }
@@ -427,7 +428,7 @@ void Scenario::kill_routers() {
 void Scenario::kill_router(std::string_view host) {
   keep_driving();
   pause(kSettles);
-  say(fmt::format("(f) the router of {} is killed", host));
+  print_progress(fmt::format("(f) the router of {} is killed", host));
   const Time killed = fleet_->kill_router(std::string(host));
   std::optional<PilotNote> stop;
   await(kStopsMax, [&] {
@@ -435,16 +436,16 @@ void Scenario::kill_router(std::string_view host) {
     return stop.has_value();
   });
   if (stop) stops_ms_.push_back(milliseconds(stop->at - killed));
-  say(stop ? fmt::format("    MOVE 0 after {:.0f} ms", stops_ms_.back())
-           : std::string("    the robot does not stop"));
+  print_progress(stop ? fmt::format("    MOVE 0 after {:.0f} ms", stops_ms_.back())
+                      : std::string("    the robot does not stop"));
   if (!stop) stops_ms_.push_back(milliseconds(kStopsMax));
   const Time returned = tims::os::now();
   fleet_->sim({"start", std::string(host)});
   const auto back = drives_within(2 * kScenarioPatience / 3, returned);
   returns_ms_.push_back(milliseconds(back.value_or(2 * kScenarioPatience / 3)));
-  say(back ? fmt::format("    the robot drives {:.1f} s after the router is back",
-                         returns_ms_.back() / 1000)
-           : std::string("    the robot does not drive again"));
+  print_progress(back ? fmt::format("    the robot drives {:.1f} s after the router is back",
+                                    returns_ms_.back() / 1000)
+                      : std::string("    the robot does not drive again"));
 }
 
 // --- helpers
@@ -466,7 +467,7 @@ void Scenario::pause(Duration length) {
 
 Duration Scenario::elapsed() const { return tims::os::now() - began_; }
 
-void Scenario::say(const std::string& text) const {
+void Scenario::print_progress(const std::string& text) const {
   if (settings_.quiet) return;
   fmt::print("{:7.2f}  {}\n", std::chrono::duration<double>(elapsed()).count(), text);
   std::fflush(stdout);

@@ -99,7 +99,7 @@ class Scenario {
   // Waits until `so` holds (true) or the limit has passed (false). Renews the subscriptions.
   bool await(Duration limit, const std::function<bool()>& so);
   void pause(Duration length);
-  void say(const std::string& text) const;
+  void print_progress(const std::string& text) const;
   [[nodiscard]] Duration elapsed() const;
 
   tims::os::File alone_;

@@ -124,13 +124,13 @@ void Scenario::stand_and_remove(i32 post, u32 contacts_before) {
   });
   if (const u32 more = notes_.truth().posts - contacts_before; more > 0) {
     contacts_ += more;
-    say("    the robot has touched a post");
+    print_progress("    the robot has touched a post");
   }
   remove_post(post);
 }
 
 void Scenario::try_obstacles(Time until, std::vector<double>& reactions) {
-  say("(b) (c) posts in front of the robot");
+  print_progress("(b) (c) posts in front of the robot");
   const Time since = tims::os::now();
   const int posts_before = posts_;
   do {
@@ -139,17 +139,18 @@ void Scenario::try_obstacles(Time until, std::vector<double>& reactions) {
     appear_before_her();
   } while (tims::os::now() < until);
   obstacles_for_ += tims::os::now() - since;
-  say(fmt::format("    {} posts, {} of them right in front of the robot; {} contacts so far",
+  print_progress(
+      fmt::format("    {} posts, {} of them right in front of the robot; {} contacts so far",
                   posts_ - posts_before, reactions.size(), contacts_));
 }
 
 void Scenario::try_obstacles_under_load(Duration length) {
-  say("(b) under load: pictures of 1 MiB and a recording to the base");
+  print_progress("(b) under load: pictures of 1 MiB and a recording to the base");
   try {
     load_.emplace(*subscriptions_.back());
   } catch (const timsctl::Failure& failure) {
     no_load_ = failure.message;
-    say("    not possible: " + no_load_);
+    print_progress("    not possible: " + no_load_);
     return;
   }
   pause(kLoads);
@@ -162,7 +163,7 @@ void Scenario::try_obstacles_under_load(Duration length) {
 void Scenario::pull_out_her_eyes() {
   keep_driving();
   await(6s, [&] { return notes_.truth().speed > kFast; });
-  say("(g) the laser is unplugged and plugged in again");
+  print_progress("(g) the laser is unplugged and plugged in again");
   WorldProxy world_proxy(base(), world());
   const Time pulled = tims::os::now();
   timsctl::value_or_fail(world_proxy.plug("dora", "laser", false), "World(1/0)");
@@ -177,8 +178,8 @@ void Scenario::pull_out_her_eyes() {
   timsctl::value_or_fail(world_proxy.plug("dora", "laser", true), "World(1/0)");
   const auto back = drives_within(kTrialsPatience, plugged);
   plugged_ms_.push_back(milliseconds(back.value_or(kTrialsPatience)));
-  say(fmt::format("    MOVE 0 after {:.0f} ms; drives {:.0f} ms after the laser is back",
-                  unplugged_ms_.back(), plugged_ms_.back()));
+  print_progress(fmt::format("    MOVE 0 after {:.0f} ms; drives {:.0f} ms after the laser is back",
+                             unplugged_ms_.back(), plugged_ms_.back()));
 }
 
 // --- (e)
@@ -194,7 +195,7 @@ void Scenario::carry_her_away() {
         left_out("e", "carried away", "the robot was too near to the end of its round"));
     return;
   }
-  say("(e) the robot is carried 20 m along its path");
+  print_progress("(e) the robot is carried 20 m along its path");
   const Pose there = ahead_of(path.splines, *place, kCarried);
   const Time carried = tims::os::now();
   timsctl::value_or_fail(WorldProxy(base(), world())
@@ -213,12 +214,12 @@ void Scenario::carry_her_away() {
     if (std::ranges::max(errors) < kFound) found = tims::os::now();
     return found.has_value();
   });
-  const double way = (notes_.truth().way - before.way) / 1000;
+  const double driven = (notes_.truth().travelled - before.travelled) / 1000;
   rows_.push_back(judge_fact(
       "e", "carried 20 m away: localised again", "within 30 m",
-      found ? fmt::format("after {:.1f} m, {:.1f} s", way, milliseconds(*found - carried) / 1000)
+      found ? fmt::format("after {:.1f} m, {:.1f} s", driven, milliseconds(*found - carried) / 1000)
             : fmt::format("not within {:.0f} s", milliseconds(kSearches) / 1000),
-      found && way <= 30, "the log of Mcl(1/0)"));
+      found && driven <= 30, "the log of Mcl(1/0)"));
   const bool at_once = first_right && *first_right - carried <= kKnowsNothing;
   rows_.push_back(
       judge_fact("e", "carried away: the pilot stops", "it stops",
@@ -226,12 +227,12 @@ void Scenario::carry_her_away() {
                  : at_once ? std::string("localised again before the loss could be noticed")
                            : std::string("it continues to drive"),
                  held || at_once, "deviationMax of Pilot(1/0); the log of Mcl(1/0)"));
-  say(found ? "    localised again" : "    not localised again");
+  print_progress(found ? "    localised again" : "    not localised again");
 }
 
 void Scenario::drive_by_satellites(Duration length) {
   keep_driving();
-  say("(e) satellites only");
+  print_progress("(e) satellites only");
   Proxy mcl(work(), address_of("Mcl(1/0)"));
   Proxy pilot(work(), address_of("Pilot(1/0)"));
   (void)mcl.off();
@@ -253,7 +254,7 @@ void Scenario::drive_by_satellites(Duration length) {
 // Replays the recordings of the pilot and the drivers: the pilot must decide, and the drivers must
 // decode, the same again.
 void Scenario::replay_all() {
-  say("(i) the recordings of the pilot and the drivers are replayed");
+  print_progress("(i) the recordings of the pilot and the drivers are replayed");
   for (const std::string_view component : kRecorded) {
     Proxy proxy(work(), address_of(component));
     (void)proxy.off();

@@ -15,18 +15,18 @@ using localisation::LogScan;
 
 namespace {
 
-constexpr double kStartWay = 500;  // mm
+constexpr double kStartDistance = 500;  // mm
 constexpr double kStartTurn = radians(15);
-constexpr double kFoundWay = 1000;  // mm
+constexpr double kFoundDistance = 1000;  // mm
 constexpr double kFoundTurn = radians(20);
 constexpr double kSureShare = 0.95;  // fraction of the weight in one cluster
 constexpr std::uint32_t kSureUpdates = 20;
 constexpr double kCarried = 10000;  // mm
 
 struct PoseError {
-  double way;
+  double distance;
   double turn;
-  [[nodiscard]] bool near() const { return way <= kFoundWay && turn <= kFoundTurn; }
+  [[nodiscard]] bool near() const { return distance <= kFoundDistance && turn <= kFoundTurn; }
 };
 
 PoseError error_of(const Pose& is, const Pose& should) {
@@ -45,15 +45,15 @@ class Drive {
     const Pose now = log_.odometry_of(log_.scans[i], trial_.lag);
     if (raw_) {
       Pose step = now - *raw_;
-      const double way = std::hypot(step.x, step.y);
+      const double distance = std::hypot(step.x, step.y);
       step.x *= trial_.odometry_scale;
       step.y *= trial_.odometry_scale;
-      step.rho += radians(trial_.odometry_drift) * way / 1000;
-      said_ = said_ + step;
-      driven_ += way;
+      step.rho += radians(trial_.odometry_drift) * distance / 1000;
+      reported_ = reported_ + step;
+      driven_ += distance;
     }
     raw_ = now;
-    return said_;
+    return reported_;
   }
   // Continues at scan `i` without a change of the odometry.
   void carry(std::size_t i) { raw_ = log_.odometry_of(log_.scans[i], trial_.lag); }
@@ -78,7 +78,7 @@ class Drive {
   const CarmenLog& log_;
   Random random_;
   std::optional<Pose> raw_;
-  Pose said_{};
+  Pose reported_{};
   double driven_ = 0;
   std::vector<BeamEnd> beams_;
 };
@@ -168,15 +168,15 @@ class Evaluation {
     if (!at) return contestant_.start_anywhere();
     Random random(trial_.seed);
     const double direction = static_cast<double>(random.uniform(0, static_cast<float>(2 * kPi)));
-    at->x += kStartWay * std::cos(direction);
-    at->y += kStartWay * std::sin(direction);
+    at->x += kStartDistance * std::cos(direction);
+    at->y += kStartDistance * std::sin(direction);
     at->rho += random.uniform() < 0.5F ? -kStartTurn : kStartTurn;
-    contestant_.start_at(*at, kStartWay, kStartTurn);
+    contestant_.start_at(*at, kStartDistance, kStartTurn);
   }
 
   [[nodiscard]] bool has_ended() const {
     const bool waits = trial_.kidnap && !carried_at_;
-    return !waits && drive_.driven() - carried_at_.value_or(0) > trial_.way_max * 1000;
+    return !waits && drive_.driven() - carried_at_.value_or(0) > trial_.distance_max * 1000;
   }
 
   [[nodiscard]] Pose robot(const Pose& laser, std::size_t scan) const {
@@ -224,7 +224,7 @@ class Evaluation {
   }
 
   void add(const PoseError& error) {
-    outcome_.metres.push_back(error.way / 1000);
+    outcome_.metres.push_back(error.distance / 1000);
     outcome_.degrees.push_back(degrees(error.turn));
     outcome_.lost = !error.near();
   }
@@ -270,7 +270,7 @@ std::optional<Kidnapping> kidnapping(const Truth& truth) {
   const auto& poses = truth.poses;
   for (std::size_t from = poses.size() / 2; from < poses.size(); ++from)
     for (std::size_t to = from; to < poses.size(); ++to)
-      if (error_of(poses[from].laser, poses[to].laser).way >= kCarried)
+      if (error_of(poses[from].laser, poses[to].laser).distance >= kCarried)
         return Kidnapping{poses[from].scan, poses[to].scan};
   return std::nullopt;
 }
@@ -280,17 +280,20 @@ std::vector<Journey> journeys(const Truth& truth, std::size_t count, std::uint64
   constexpr double kAfter = 20000;
   constexpr int kTries = 10000;  // data of a single room may have none
   const auto& poses = truth.poses;
-  std::vector<double> way(poses.size());
+  std::vector<double> travelled(poses.size());
   for (std::size_t i = 1; i < poses.size(); ++i)
-    way[i] = way[i - 1] + error_of(poses[i].laser, poses[i - 1].laser).way;
+    travelled[i] = travelled[i - 1] + error_of(poses[i].laser, poses[i - 1].laser).distance;
   Random random(seed);
   std::vector<Journey> found;
   for (int i = 0; i < kTries && found.size() < count && !poses.empty(); ++i) {
     const std::size_t leave = random.below(static_cast<std::uint32_t>(poses.size()));
     const std::size_t arrive = random.below(static_cast<std::uint32_t>(poses.size()));
-    const bool has_room = way[leave] >= kBefore && way.back() - way[arrive] >= kAfter;
-    if (!has_room || error_of(poses[leave].laser, poses[arrive].laser).way < kCarried) continue;
-    const auto begin = std::ranges::upper_bound(way, way[leave] - kBefore) - way.begin();
+    const bool has_room =
+        travelled[leave] >= kBefore && travelled.back() - travelled[arrive] >= kAfter;
+    if (!has_room || error_of(poses[leave].laser, poses[arrive].laser).distance < kCarried)
+      continue;
+    const auto begin =
+        std::ranges::upper_bound(travelled, travelled[leave] - kBefore) - travelled.begin();
     found.push_back({.begin = static_cast<std::size_t>(begin) - 1,
                      .kidnapping = {poses[leave].scan, poses[arrive].scan}});
   }
@@ -324,8 +327,8 @@ std::string to_csv(std::span<const PoseRow> poses) {
       continue;
     }
     const PoseError error = error_of(row.estimate, *row.truth);
-    text +=
-        fields(*row.truth) + fmt::format(",{:.4f},{:.3f}\n", error.way / 1000, degrees(error.turn));
+    text += fields(*row.truth) +
+            fmt::format(",{:.4f},{:.3f}\n", error.distance / 1000, degrees(error.turn));
   }
   return text;
 }

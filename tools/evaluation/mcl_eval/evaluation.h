@@ -44,7 +44,7 @@ struct Trial {
   bool keep_poses = false;
   std::size_t begin = 0;  // index of the true pose at which the drive starts
   // The drive ends after this distance, m; counted from the kidnapping if there is one.
-  double way_max = std::numeric_limits<double>::infinity();
+  double distance_max = std::numeric_limits<double>::infinity();
 };
 
 // Poses of the robot at one scan. The odometry starts at the true pose, or at the estimate without

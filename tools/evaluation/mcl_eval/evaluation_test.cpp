@@ -143,7 +143,7 @@ TEST_F(EvaluationTest, CarriedFromAnywhereToAnywhere) {
     EXPECT_LT(made_.poses.poses[journey.begin].scan, journey.kidnapping.leave);
     back = back || journey.kidnapping.arrive < journey.kidnapping.leave;
     const Outcome outcome = evaluate(
-        {.seed = ++seed, .kidnap = journey.kidnapping, .begin = journey.begin, .way_max = 20},
+        {.seed = ++seed, .kidnap = journey.kidnapping, .begin = journey.begin, .distance_max = 20},
         made_.poses);
     EXPECT_TRUE(outcome.refound_after.has_value()) << seed;
     EXPECT_LT(outcome.updates, 600U) << "it ends";
@@ -151,7 +151,7 @@ TEST_F(EvaluationTest, CarriedFromAnywhereToAnywhere) {
   EXPECT_TRUE(back);
 }
 
-TEST_F(EvaluationTest, TheTableSaysWhatDidNotHold) {
+TEST_F(EvaluationTest, TheTableReportsFailedRequirements) {
   std::vector<Recording> all;
   all.push_back({"fr079", made_.log, field_, {}, made_.poses, {}});
   std::vector<Row> rows;
@@ -175,7 +175,7 @@ TEST_F(EvaluationTest, MadeHarder) {
 }
 
 // The map of another room: localisation must fail.
-TEST_F(EvaluationTest, SaysWhenItIsLost) {
+TEST_F(EvaluationTest, ReportsWhenItIsLost) {
   for (TruePose& pose : made_.poses.poses) pose.laser.x += 5000;
   const Outcome outcome = evaluate({}, made_.poses);
   EXPECT_TRUE(outcome.lost);

@@ -47,9 +47,9 @@ DxfDrawing plan(const Kind& kind) {
     const double x = uniform(0, kind.side);
     const double y = uniform(0, kind.side);
     const double length = uniform(0.5, 5);
-    const double from_way =
+    const double from_path =
         std::abs(std::hypot(x - kind.side / 2, y - kind.side / 2) - kind.side / 4);
-    if (from_way < length + 0.7) continue;
+    if (from_path < length + 0.7) continue;
     const double turn = i % 3 == 0 ? uniform(0, kPi) : i % 3 == 1 ? 0 : kPi / 2;
     wall(x, y, x + length * std::cos(turn), y + length * std::sin(turn));
     ++i;
@@ -97,8 +97,9 @@ Made drive(const Kind& kind, const FloorMap& rays) {
     for (std::size_t beam = ranges.size(); beam-- > 0;)
       log +=
           fmt::format(" {:.3f}", std::min(ranges[beam] / 1000 + 0.015 * normal(), kind.range_max));
-    const auto said = localisation::ros_of_pose(odometry);
-    const std::string pose = fmt::format("{:.4f} {:.4f} {:.5f}", said.x, said.y, said.theta);
+    const auto reported = localisation::ros_of_pose(odometry);
+    const std::string pose =
+        fmt::format("{:.4f} {:.4f} {:.5f}", reported.x, reported.y, reported.theta);
     log += fmt::format(" 0 {0} {0} 0 0 0 0 0 {1} host {1}\r\n", pose, 0.1 * i);
     poses += fmt::format("{} {} {} 0 0 0 {} {}\n", 0.1 * i, x, y, std::sin(theta / 2),
                          std::cos(theta / 2));

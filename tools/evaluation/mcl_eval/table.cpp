@@ -101,7 +101,7 @@ class Table {
     Trial one = trial(1);
     one.settings.filter.particles = particles;
     one.settings.filter.particles_max = std::max(one.settings.filter.particles_max, particles);
-    one.way_max = 100;
+    one.distance_max = 100;
     at_most(fmt::format("{}, {} x 60, CPU time of an update", of.name, particles), limit,
             drive(of, one, of.poses).us_per_update, "us", 0);
   }
@@ -127,7 +127,7 @@ class Table {
     double farthest = 0;
     const auto all = drives(of, of.poses, [&](Trial& one) {
       one.global = true;
-      one.way_max = 2 * kFoundWithin;
+      one.distance_max = 2 * kFoundWithin;
       one.begin = (one.seed - 1) * of.poses.poses.size() / 2 / seeds_;
     });
     for (const Outcome& one : all) {
@@ -150,7 +150,7 @@ class Table {
       Trial one = trial(++seed);
       one.begin = journey.begin;
       one.kidnap = journey.kidnapping;
-      one.way_max = kRefoundWithin;
+      one.distance_max = kRefoundWithin;
       const auto after = drive(of, one, of.poses).refound_after;
       if (!after || *after > kRefoundWithin) continue;
       ++found;

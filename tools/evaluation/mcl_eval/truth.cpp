@@ -17,10 +17,10 @@ using localisation::CarmenLog;
 using localisation::LogScan;
 
 constexpr double kSameTime = 0.05;  // s
-constexpr std::size_t kWordsMax = 8;
+constexpr std::size_t kFieldsMax = 8;
 
 struct Line {
-  std::array<double, kWordsMax> values{};
+  std::array<double, kFieldsMax> values{};
   std::size_t count = 0;
 };
 
@@ -34,21 +34,21 @@ tims::Result<Line> numbers_of(std::string_view text, std::size_t number) {
   for (;;) {
     text.remove_prefix(std::min(text.find_first_not_of(kBlank), text.size()));
     if (text.empty() || text.starts_with('#')) return line;
-    const std::string_view word = text.substr(0, text.find_first_of(kBlank));
-    text.remove_prefix(word.size());
-    if (line.count == kWordsMax) return wrong(number, "more than 8 numbers");
-    const auto value = tims::base::parse_number<double>(word);
+    const std::string_view field = text.substr(0, text.find_first_of(kBlank));
+    text.remove_prefix(field.size());
+    if (line.count == kFieldsMax) return wrong(number, "more than 8 numbers");
+    const auto value = tims::base::parse_number<double>(field);
     if (!value || !std::isfinite(*value))
-      return wrong(number, "\"" + std::string(word.substr(0, 20)) + "\" is not a number");
+      return wrong(number, "\"" + std::string(field.substr(0, 20)) + "\" is not a number");
     line.values[line.count++] = *value;
   }
 }
 
 // Whether it is a unit quaternion; the angles of relations would hardly have norm 1 in every line.
 bool ends_with_quaternion(const Line& line) {
-  if (line.count != kWordsMax) return false;
+  if (line.count != kFieldsMax) return false;
   double square = 0;
-  for (std::size_t i = 4; i < kWordsMax; ++i) square += line.values[i] * line.values[i];
+  for (std::size_t i = 4; i < kFieldsMax; ++i) square += line.values[i] * line.values[i];
   return std::abs(square - 1) < 0.02;
 }
 
@@ -86,21 +86,21 @@ class Reader {
         has_quaternions_(has_quaternions) {}
 
   tims::Result<void> take(const Line& line, std::size_t number) {
-    if (words_ == 0) words_ = line.count;
-    if (words_ != 4 && words_ != 5 && words_ != 8)
+    if (fields_ == 0) fields_ = line.count;
+    if (fields_ != 4 && fields_ != 5 && fields_ != 8)
       return wrong(number, std::to_string(line.count) +
                                " numbers: neither a pose (4, 5, or 8 with a quaternion) nor a "
                                "relation (8)");
-    if (line.count != words_)
-      return wrong(number, std::to_string(line.count) + " numbers, but " + std::to_string(words_) +
+    if (line.count != fields_)
+      return wrong(number, std::to_string(line.count) + " numbers, but " + std::to_string(fields_) +
                                " in the lines before");
     const auto& v = line.values;
-    if (words_ == 8 && has_quaternions_) {
+    if (fields_ == 8 && has_quaternions_) {
       pose(scan_at(v[0]), v[1], v[2],
            std::atan2(2 * (v[7] * v[6] + v[4] * v[5]), 1 - 2 * (v[5] * v[5] + v[6] * v[6])));
-    } else if (words_ == 8) {
+    } else if (fields_ == 8) {
       relation(v);
-    } else if (words_ == 4) {
+    } else if (fields_ == 4) {
       pose(scan_at(v[0]), v[1], v[2], v[3]);
     } else {
       if (v[1] < 0 || v[1] != std::floor(v[1]))
@@ -135,7 +135,7 @@ class Reader {
     }
     truth_.poses.push_back({*scan, localisation::pose_of_ros(x, y, theta)});
   }
-  void relation(const std::array<double, kWordsMax>& v) {
+  void relation(const std::array<double, kFieldsMax>& v) {
     const auto from = by_time_.nearest(v[0]);
     const auto to = by_time_.nearest(v[1]);
     if (!from || !to) {
@@ -150,7 +150,7 @@ class Reader {
   Times by_time_;
   Times by_logger_;
   bool has_quaternions_;
-  std::size_t words_ = 0;
+  std::size_t fields_ = 0;
   Truth truth_;
 };
 

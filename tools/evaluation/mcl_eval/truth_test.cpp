@@ -65,7 +65,7 @@ TEST(Truth, RelationsByTheScansOwnTimes) {
   EXPECT_EQ(truth->beside, 1U);
 }
 
-TEST(Truth, SaysInWhichLineItIsBroken) {
+TEST(Truth, ReportsTheBrokenLine) {
   EXPECT_EQ(error_of("1 0 0 0 0\n1 0 x 0 0\n"), "line 2: \"x\" is not a number");
   EXPECT_EQ(error_of("1 2 3\n"),
             "line 1: 3 numbers: neither a pose (4, 5, or 8 with a quaternion) nor a relation (8)");
@@ -94,7 +94,7 @@ TEST(TrackError, LaysTheTrackOnTheTruthFirst) {
   EXPECT_NEAR(track_error(track(), truth).degrees[1], 3, 1e-9);
 }
 
-TEST(TrackError, SaysHowAStepDiffersFromARelation) {
+TEST(TrackError, ReportsHowAStepDiffersFromARelation) {
   Truth truth;
   truth.relations.push_back({0, 1, {.x = 900, .y = 0, .rho = 1}});
   truth.relations.push_back({1, 2, (track()[2] - track()[1])});

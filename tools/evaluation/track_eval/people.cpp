@@ -132,10 +132,10 @@ void Hall::move_person(std::size_t i, double seconds) {
 
 void Hall::move_robot(double seconds) {
   const Pose before = robot_;
-  way_ += settings_.robot_speed * seconds;
+  travelled_ += settings_.robot_speed * seconds;
   constexpr double kNorth = 2000;
   constexpr double kEast = 3500;
-  const double part = way_ / 2800;
+  const double part = travelled_ / 2800;
   robot_ = {.x = kDepth / 2 + kNorth * std::sin(part),
             .y = kLength / 2 - kEast * std::cos(part),
             .rho = heading(std::atan2(kEast * std::sin(part), kNorth * std::cos(part)))};

@@ -87,8 +87,8 @@ class Hall {
   std::vector<std::size_t> met_;  // index of the leg that a beam hits
   Pose robot_{};
   Pose odometry_{};
-  double way_ = 0;  // distance driven by the robot
-  double now_ = 0;  // s
+  double travelled_ = 0;  // distance driven by the robot
+  double now_ = 0;        // s
 };
 
 }  // namespace rack::track_eval

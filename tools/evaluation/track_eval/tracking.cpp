@@ -22,7 +22,7 @@ constexpr double kBelongs = 500;  // mm
 constexpr std::int32_t kNoTrack = 0;
 
 // The object transformed to the true frame.
-struct Told {
+struct Reported {
   std::int32_t id;
   MapPoint at;
   MapPoint velocity;
@@ -34,27 +34,29 @@ class People {
   People(Score& score, std::size_t count) : score_(score), last_(count, kNoTrack) {}
 
   void compare(const Hall& hall, const ObjRecogData& data) {
-    tell(hall.robot(), data);
+    transform(hall.robot(), data);
     const auto& people = hall.people();
     found_.assign(people.size(), nullptr);
     // A previous assignment is kept while the object is near enough.
     for (std::size_t i = 0; i < people.size(); ++i)
-      for (Told& told : told_)
-        if (told.id == last_[i] && distance(told.at, people[i].at) < kBelongs) give(i, told);
+      for (Reported& reported : reported_)
+        if (reported.id == last_[i] && distance(reported.at, people[i].at) < kBelongs)
+          give(i, reported);
     for (std::size_t i = 0; i < people.size(); ++i)
       if (found_[i] == nullptr) give_nearest(i, people[i].at);
     for (std::size_t i = 0; i < people.size(); ++i) judge(i, people[i]);
-    for (const Told& told : told_) {
-      if (told.taken) continue;
+    for (const Reported& reported : reported_) {
+      if (reported.taken) continue;
       ++score_.wrong;
-      if (std::hypot(told.velocity.x, told.velocity.y) > 0 && ghosts_.insert(told.id).second)
+      if (std::hypot(reported.velocity.x, reported.velocity.y) > 0 &&
+          ghosts_.insert(reported.id).second)
         ++score_.ghosts;
     }
   }
 
  private:
-  void tell(const Pose& robot, const ObjRecogData& data) {
-    told_.clear();
+  void transform(const Pose& robot, const ObjRecogData& data) {
+    reported_.clear();
     const double c = std::cos(robot.rho);
     const double s = std::sin(robot.rho);
     for (const ObjRecogObject& object : data.objects) {
@@ -62,44 +64,44 @@ class People {
       const double y = object.pos.y;
       const double vx = object.vel.x;
       const double vy = object.vel.y;
-      told_.push_back({.id = object.objectId,
-                       .at = {robot.x + x * c - y * s, robot.y + x * s + y * c},
-                       .velocity = {vx * c - vy * s, vx * s + vy * c}});
+      reported_.push_back({.id = object.objectId,
+                           .at = {robot.x + x * c - y * s, robot.y + x * s + y * c},
+                           .velocity = {vx * c - vy * s, vx * s + vy * c}});
     }
   }
-  void give(std::size_t person, Told& told) {
-    if (told.taken || found_[person] != nullptr) return;
-    told.taken = true;
-    found_[person] = &told;
+  void give(std::size_t person, Reported& reported) {
+    if (reported.taken || found_[person] != nullptr) return;
+    reported.taken = true;
+    found_[person] = &reported;
   }
   void give_nearest(std::size_t person, const MapPoint& at) {
-    Told* nearest = nullptr;
-    for (Told& told : told_)
-      if (!told.taken && distance(told.at, at) < kBelongs &&
-          (nearest == nullptr || distance(told.at, at) < distance(nearest->at, at)))
-        nearest = &told;
+    Reported* nearest = nullptr;
+    for (Reported& reported : reported_)
+      if (!reported.taken && distance(reported.at, at) < kBelongs &&
+          (nearest == nullptr || distance(reported.at, at) < distance(nearest->at, at)))
+        nearest = &reported;
     if (nearest != nullptr) give(person, *nearest);
   }
   void judge(std::size_t i, const Person& person) {
     const bool seen = person.beams >= kBeamsToBeSeen;
-    const Told* told = found_[i];
+    const Reported* reported = found_[i];
     if (seen) ++score_.people;
-    if (told == nullptr) {
+    if (reported == nullptr) {
       if (seen) ++score_.missed;
       return;
     }
     if (seen) {
-      if (last_[i] != kNoTrack && last_[i] != told->id) ++score_.switches;
-      score_.off.push_back(distance(told->at, person.at));
-      score_.speed.push_back(distance(told->velocity, person.velocity));
+      if (last_[i] != kNoTrack && last_[i] != reported->id) ++score_.switches;
+      score_.off.push_back(distance(reported->at, person.at));
+      score_.speed.push_back(distance(reported->velocity, person.velocity));
     }
-    last_[i] = told->id;
+    last_[i] = reported->id;
   }
 
   Score& score_;
   std::vector<std::int32_t> last_;  // last object id of each person
-  std::vector<Told> told_;
-  std::vector<Told*> found_;
+  std::vector<Reported> reported_;
+  std::vector<Reported*> found_;
   std::set<std::int32_t> ghosts_;
 };
 
@@ -245,7 +247,7 @@ class Drive {
     ++places_[static_cast<std::size_t>(mover - score_.movers.begin())];
     mover->to = now;
     mover->last = track.at();
-    mover->way = std::max(mover->way, distance(mover->first, track.at()));
+    mover->distance = std::max(mover->distance, distance(mover->first, track.at()));
     mover->speed += track.speed();
     mover->size = std::max(track.length(), track.width());
     mover->kind = track.kind();

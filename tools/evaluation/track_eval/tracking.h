@@ -45,10 +45,10 @@ struct Mover {
   std::int32_t id = 0;
   double from = 0;  // s since the start of the log
   double to = 0;
-  double way = 0;    // mm, largest distance from the first position reported as moving
-  double speed = 0;  // mm/s, mean
-  double size = 0;   // mm
-  MapPoint first{};  // positions in the frame of the map or the odometry
+  double distance = 0;  // mm, largest distance from the first position reported as moving
+  double speed = 0;     // mm/s, mean
+  double size = 0;      // mm
+  MapPoint first{};     // positions in the frame of the map or the odometry
   MapPoint last{};
   double on_map = 0;  // fraction of its positions on occupied cells of the map, if any
   perception::ObjectKind kind{};

@@ -41,7 +41,7 @@ TEST(People, AreFollowedByHalfATurnWithoutAMap) {
   }
 }
 
-TEST(People, NobodyIsThereAndNobodyIsTold) {
+TEST(People, NobodyIsThereAndNobodyIsReported) {
   const Score score = follow_people({.people = 0}, 60, nullptr, no_clock);
   EXPECT_EQ(score.people, 0U);
   EXPECT_EQ(score.wrong, 0U);
@@ -121,7 +121,7 @@ TEST(Drive, SomebodyWalks) {
   EXPECT_EQ(score.scans, 60U);
   ASSERT_EQ(score.movers.size(), 1U);
   EXPECT_NEAR(score.movers[0].speed, 1000, 200);
-  EXPECT_GT(score.movers[0].way, 2000);
+  EXPECT_GT(score.movers[0].distance, 2000);
   EXPECT_EQ(score.movers[0].kind, perception::ObjectKind::kPedestrian);
 }
 

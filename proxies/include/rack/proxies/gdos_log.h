@@ -30,7 +30,7 @@ struct GdosData {
   Count textNum = {};
   Sequence<char, gdos::kTextMax> text = {};  // UTF-8
 
-  [[nodiscard]] std::string_view words() const { return {text.data(), text.size()}; }
+  [[nodiscard]] std::string_view as_text() const { return {text.data(), text.size()}; }
 };
 
 using GdosLogProxy = DataProxy<GdosData>;

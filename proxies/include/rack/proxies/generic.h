@@ -57,9 +57,9 @@ struct ParameterList {
 
 // --- extensions of this runtime, which original programs do not support
 
-// A component that refuses a command with tims::flag::kTellWhy appends the reason to its ERROR, in
-// at most this number of bytes. Without the flag no reason is sent, because original programs do
-// not expect a body there.
+// A component that refuses a command with tims::flag::kReportReason appends the reason to its
+// ERROR, in at most this number of bytes. Without the flag no reason is sent, because original
+// programs do not expect a body there.
 inline constexpr std::size_t kReasonMax = 240;
 // Body of an ON, which has no body in the original protocol: requests the reason for a program at a
 // TCP port, which cannot set flags.
