@@ -411,7 +411,8 @@ Result<tims::Mailbox> Module::open_mailbox(const tims::MailboxOptions& options) 
 void Module::Runtime::command_task() {
   while (!module_.is_stopping()) {
     const bool reported = manager_.flush();
-    const auto message = command_mailbox_->peek_for(reported ? kCommandWait : manager_.kFlushPause);
+    const auto message =
+        command_mailbox_->peek_for(reported ? kCommandWait : tims::os::ServiceManager::kFlushPause);
     if (message) {
       on_command({message->header(), message->body()});
     } else if (message.error().code() != tims::Errc::kTimeout) {

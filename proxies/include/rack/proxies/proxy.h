@@ -37,7 +37,7 @@ namespace rack {
 struct ProxyTimeouts {
   tims::Duration on = std::chrono::seconds(5);
   tims::Duration off = std::chrono::seconds(1);
-  tims::Duration file = std::chrono::seconds(30);  // commands that load or save a file
+  tims::Duration file = std::chrono::seconds(30);        // commands that load or save a file
   tims::Duration data = std::chrono::milliseconds(100);  // everything else
 };
 
