@@ -151,15 +151,6 @@ class DatalogRec : public DataModule<DatalogData> {
  private:
   Result<void> module_init() override {
     for (const std::string& problem : load_message_files()) log().warning("%s", problem);
-    const auto work = create_mailbox(1, 128);
-    if (!work) return work.error();
-    const auto small = create_mailbox(500, kSmall);
-    if (!small) return small.error();
-    const auto large = create_mailbox(10, kLarge);
-    if (!large) return large.error();
-    work_ = *work;
-    small_ = *small;
-    large_ = *large;
     return make_list();
   }
 
@@ -223,7 +214,7 @@ class DatalogRec : public DataModule<DatalogData> {
                        " are not recorded");
       info.bytesLogged = 0;
       info.setsLogged = 0;
-      const auto& stream = info.maxDataLen <= static_cast<i32>(kSmall) ? small_ : large_;
+      const OwnMailbox& stream = info.maxDataLen <= static_cast<i32>(kSmall) ? small_ : large_;
       Recorder& recorder = recorders_.emplace_back(info, *recorded, *work_, stream->address());
       const std::string path =
           std::string(list_.logPathName.view()) + std::string(info.filename.view());
@@ -347,9 +338,9 @@ class DatalogRec : public DataModule<DatalogData> {
     });
   }
 
-  tims::Mailbox* work_ = nullptr;
-  tims::Mailbox* small_ = nullptr;
-  tims::Mailbox* large_ = nullptr;
+  OwnMailbox work_{*this, 1, 128};
+  OwnMailbox small_{*this, 500, kSmall};
+  OwnMailbox large_{*this, 10, kLarge};
   bool binary_io_ = false;
   bool first_ = true;
   PriorityMutex list_mutex_;  // protects the members below and the work mailbox

@@ -363,25 +363,19 @@ tims::Address Module::component_of(tims::Address mailbox) const {
   return tims::Address::of(fields, runtime_->session_->address_widths());
 }
 
-Result<tims::Mailbox*> Module::create_mailbox(std::uint32_t slots, std::uint32_t body_max) {
-  if (runtime_->last_local_ + 1 >= std::uint64_t{1} << address_widths().local)
-    return refused("the addresses of this fleet have no free local id for another mailbox");
-  auto fields = runtime_->address_.fields(runtime_->session_->address_widths());
-  fields.local = ++runtime_->last_local_;
-  auto mailbox = runtime_->session_->open(
-      {.address = tims::Address::of(fields, runtime_->session_->address_widths()),
-       .slots = slots,
-       .body_max = std::max<std::uint32_t>(body_max, kReasonMax),
-       .priority = static_cast<std::uint8_t>(parameters_.integer("dataTaskPrio"))});
-  if (!mailbox) return mailbox.error();
-  return &runtime_->mailboxes_.emplace_back(std::move(*mailbox));
-}
-
 Result<void> Module::create_own_mailboxes() {
   for (OwnMailbox* own : own_mailboxes_) {
-    const auto created = create_mailbox(own->slots_, own->body_max_);
-    if (!created) return created.error();
-    own->mailbox_ = *created;
+    if (runtime_->last_local_ + 1 >= std::uint64_t{1} << address_widths().local)
+      return refused("the addresses of this fleet have no free local id for another mailbox");
+    auto fields = runtime_->address_.fields(address_widths());
+    fields.local = ++runtime_->last_local_;
+    auto mailbox = runtime_->session_->open(
+        {.address = tims::Address::of(fields, address_widths()),
+         .slots = own->slots_,
+         .body_max = std::max<std::uint32_t>(own->body_max_, kReasonMax),
+         .priority = static_cast<std::uint8_t>(parameters_.integer("dataTaskPrio"))});
+    if (!mailbox) return mailbox.error();
+    own->mailbox_ = &runtime_->mailboxes_.emplace_back(std::move(*mailbox));
   }
   return {};
 }
@@ -417,7 +411,8 @@ Result<tims::Mailbox> Module::open_mailbox(const tims::MailboxOptions& options) 
 void Module::Runtime::command_task() {
   while (!module_.is_stopping()) {
     const bool reported = manager_.flush();
-    const auto message = command_mailbox_->peek_for(reported ? kCommandWait : manager_.kFlushPause);
+    const auto message =
+        command_mailbox_->peek_for(reported ? kCommandWait : tims::os::ServiceManager::kFlushPause);
     if (message) {
       on_command({message->header(), message->body()});
     } else if (message.error().code() != tims::Errc::kTimeout) {

@@ -75,7 +75,7 @@ WorldThing thing_of(std::size_t id, const world::RobotTruth& robot, const std::s
   thing.vx = whole_millimetres(robot.vx);
   thing.vy = whole_millimetres(robot.vy);
   thing.omega = static_cast<float>(robot.omega);
-  thing.way = whole_millimetres(robot.travelled);
+  thing.travelled = whole_millimetres(robot.travelled);
   thing.isBlocked = robot.is_blocked ? 1 : 0;
   thing.walls = static_cast<u32>(robot.contacts.walls);
   thing.obstacles = static_cast<u32>(robot.contacts.obstacles);

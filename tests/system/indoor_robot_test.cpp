@@ -66,7 +66,7 @@ TEST_F(IndoorRobotTest, LocalisesAndReachesADestinationAmongPeople) {
   ASSERT_NE(is, nullptr);
   EXPECT_LT(std::hypot(is->pos.x.raw() - 3500, is->pos.y.raw() - 3000), 300);
   EXPECT_EQ(is->contacts(), 0U) << "contacts caused by people do not count";
-  EXPECT_GT(is->way.raw(), 4000);
+  EXPECT_GT(is->travelled.raw(), 4000);
   EXPECT_EQ(truth_then.peopleMove, 1);
 
   const auto believed = of_robot<rack::MclProxy>("Mcl").get_data();
@@ -135,7 +135,7 @@ TEST_F(IndoorRobotTest, StopsWithoutItsLocalisationAndContinues) {
     const rack::WorldData now = truth();
     const auto* const robot = now.find(rack::world_thing::kRobot, "scout");
     if (robot == nullptr || stood) return;
-    if (!is_killed && robot->way > 800) {
+    if (!is_killed && robot->travelled > 800) {
       is_killed = ::kill(owner_of(position), SIGKILL) == 0;
       return;
     }

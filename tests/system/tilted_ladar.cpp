@@ -1,11 +1,12 @@
 // A ladar on the axis ServoDrive(0/0), on the robot at Position(0/0), in the hall of
 // hall_fixture.h; only for tests. It measures with a delay, from the positions of axis and robot at
 // the time of each point.
-#include <optional>
+#include <array>
 
 #include "components/scan3d/hall_fixture.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
+#include "rack/partner.h"
 #include "rack/proxies/position.h"
 #include "rack/proxies/servo_drive.h"
 
@@ -17,9 +18,15 @@ using namespace std::chrono_literals;
 constexpr auto kPeriod = std::chrono::microseconds(13333);
 constexpr auto kLate = 250ms;  // by then the positions of axis and robot are known
 
+constexpr std::array<ParameterInfo, 2> kParameters = {{
+    partner("servoDrive", "the drive of the axis"),
+    partner("position", "the position"),
+}};
+
 constexpr ModuleInfo kInfo{.program = "tims-test-ladar",
                            .purpose = "A ladar on an axis, in a hall.",
-                           .class_id = tims::class_id::kLadar};
+                           .class_id = tims::class_id::kLadar,
+                           .parameters = kParameters};
 
 class TiltedLadar : public DataModule<LadarData> {
  public:
@@ -30,17 +37,10 @@ class TiltedLadar : public DataModule<LadarData> {
   }
 
  private:
-  Result<void> module_init() override {
-    const auto work = create_mailbox(1, 256);
-    if (!work) return work.error();
-    servo_.emplace(**work, address_of(tims::class_id::kServoDrive, 0, 0));
-    position_.emplace(**work, address_of(tims::class_id::kPosition, 0, 0));
-    return {};
-  }
   Result<void> module_on() override {
     set_period(13ms);
-    if (auto on = servo_->on(); !on) return on;
-    if (auto on = position_->on(); !on) return on;
+    if (auto on = servo_.turn_on(); !on) return on;
+    if (auto on = position_.turn_on(); !on) return on;
     return DataModule::module_on();
   }
   Result<void> module_loop() override {
@@ -62,8 +62,9 @@ class TiltedLadar : public DataModule<LadarData> {
     return put_local_buffer();
   }
 
-  std::optional<ServoDriveProxy> servo_;
-  std::optional<PositionProxy> position_;
+  OwnMailbox work_{*this, 1, 256};
+  Partner<ServoDriveProxy> servo_{*this, "servoDrive", work_};
+  Partner<PositionProxy> position_{*this, "position", work_};
   Trajectory<double> axis_;
   Trajectory<Pose> poses_;
   Ride ride_;

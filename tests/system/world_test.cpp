@@ -43,7 +43,7 @@ front = 250
 back = 250
 left = 200
 right = 200
-slip = { way = 0.01, turn = 0.01, way_noise = 5 }
+slip = { distance = 0.01, turn = 0.01, distance_noise = 5 }
 device = "pioneer"
 line = "pty:FOLDER/pioneer"
 
@@ -138,7 +138,7 @@ TEST_F(WorldTest, ARobotFollowsWallsByItsSensorsWithoutContact) {
   ASSERT_TRUE(turned_on("Chassis(0/0)"));
   ASSERT_TRUE(chassis().set_active_pilot(*Address::parse("Pilot(0/0)")).ok());
   ASSERT_TRUE(turned_on("Pilot(0/0)"));
-  ASSERT_TRUE(becomes([](const auto& is) { return is.way > 3000; }, "it drives along a wall"));
+  ASSERT_TRUE(becomes([](const auto& is) { return is.travelled > 3000; }, "it drives along a wall"));
 
   auto odometry = proxy<rack::OdometryProxy>("Odometry(0/0)");
   const auto reckoned = odometry.get_data();
@@ -170,9 +170,9 @@ TEST_F(WorldTest, ContinuesWhenADriverIsKilled) {
   turn_on_chassis();
   const auto still = scout();
   EXPECT_EQ(still.pos.x, stands.pos.x);
-  EXPECT_EQ(still.way, stands.way);
+  EXPECT_EQ(still.travelled, stands.travelled);
   ASSERT_TRUE(drives());
-  EXPECT_GT(scout().way, stands.way) << "it continues from there";
+  EXPECT_GT(scout().travelled, stands.travelled) << "it continues from there";
 }
 
 TEST_F(WorldTest, ACollisionWithAPostStopsTheRobotAndIsCounted) {

@@ -153,7 +153,7 @@ std::vector<Field> fields_of(const Input& input, const MadeMap& made) {
       {"scans", static_cast<double>(input.drive.scans.size()), 0},
       {"left_out", static_cast<double>(input.drive.left_out), 0},
       {"lag_s", input.lag, 2},
-      {"way_m", made.distance / 1000, 1},
+      {"distance_m", made.distance / 1000, 1},
       {"keyframes", static_cast<double>(made.keyframes), 0},
       {"searched", static_cast<double>(made.searched), 0},
       {"unmatched", static_cast<double>(made.unmatched), 0},

@@ -171,7 +171,8 @@ void Supervisor::serve(tims::Time until, int input) {
   manager_.report("READY", "1");
   while (!control_.asked_to_end() && tims::os::now() < until) {
     const bool reported = manager_.flush();
-    const tims::Time next = reported ? next_start() : tims::os::now() + manager_.kFlushPause;
+    const tims::Time next =
+        reported ? next_start() : tims::os::now() + tims::os::ServiceManager::kFlushPause;
     wait(std::min(until, next), input);
     look_after_programs();
     if (has_closed(input)) return;

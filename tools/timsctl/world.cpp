@@ -30,7 +30,7 @@ constexpr Column kThings[] = {
     {"VX mm/s", "vx_mm_s"},
     {"VY mm/s", "vy_mm_s", Cell::kText, true},
     {"OMEGA deg/s", "omega_deg_s", Cell::kText, true},
-    {"WAY mm", "way_mm"},
+    {"TRAVELLED mm", "travelled_mm"},
     {"CONTACTS", "contacts", Cell::kCount, false, true},
     {"BUMPED", "bumped", Cell::kCount, true},
     {"BLOCKED", "blocked", Cell::kText, true},
@@ -69,7 +69,7 @@ json::object thing_json(const rack::WorldThing& thing) {
   if (thing.kind == rack::world_thing::kPerson) return item;
   item["omega_rad_s"] = static_cast<double>(thing.omega.raw());
   item["omega_deg_s"] = degrees(static_cast<double>(thing.omega.raw()));
-  item["way_mm"] = thing.way.raw();
+  item["travelled_mm"] = thing.travelled.raw();
   item["contacts"] = thing.contacts();
   item["bumped"] = thing.bumped;
   item["blocked"] = thing.isBlocked != 0;

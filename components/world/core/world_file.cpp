@@ -302,9 +302,9 @@ class WorldReader {
 
   void slip(const Node& node, SlipDescription& slip) {
     reader_.table(node, "slip",
-                  {{"way", real<Range{-0.5, 0.5}>(slip.distance)},
+                  {{"distance", real<Range{-0.5, 0.5}>(slip.distance)},
                    {"turn", real<Range{-0.5, 0.5}>(slip.turn)},
-                   {"way_noise", real<Range{0, 1000}>(slip.distance_noise)},
+                   {"distance_noise", real<Range{0, 1000}>(slip.distance_noise)},
                    {"turn_noise", angle<45>(slip.turn_noise)}});
   }
 

@@ -94,7 +94,7 @@ acceleration = 6
 deceleration = 7
 steering_rate = 90
 lag = "80ms"
-slip = { way = 0.1, turn = 0.2, way_noise = 3, turn_noise = 45 }
+slip = { distance = 0.1, turn = 0.2, distance_noise = 3, turn_noise = 45 }
 device = "robucar"
 line = "pty:/tmp/x"
 [[robot.sensor]]
@@ -190,12 +190,13 @@ TEST(WorldFile, EveryProblemHasItsPlace) {
   EXPECT_THAT(problems("name = 1\nspeed = 3\n"),
               ElementsAre("w.toml:1:8: name must be a text in quotes, not 1",
                           HasSubstr("w.toml:2:1: unknown key of a world \"speed\"")));
-  EXPECT_THAT(problems("[[robot]]\nkind = \"car\"\nat = [1, 2]\nlag = 5\nslip = { way = 2 }\n"),
-              ElementsAre("w.toml:1:1: name is missing",
-                          HasSubstr("w.toml:2:8: unknown kind of robot \"car\"; "),
-                          HasSubstr("w.toml:3:6: at must be a pose such as"),
-                          "w.toml:4:7: lag must be a duration such as \"5s\", not 5",
-                          "w.toml:5:16: way must be a number from -0.5 to 0.5, not 2"));
+  EXPECT_THAT(
+      problems("[[robot]]\nkind = \"car\"\nat = [1, 2]\nlag = 5\nslip = { distance = 2 }\n"),
+      ElementsAre("w.toml:1:1: name is missing",
+                  HasSubstr("w.toml:2:8: unknown kind of robot \"car\"; "),
+                  HasSubstr("w.toml:3:6: at must be a pose such as"),
+                  "w.toml:4:7: lag must be a duration such as \"5s\", not 5",
+                  "w.toml:5:21: distance must be a number from -0.5 to 0.5, not 2"));
   EXPECT_THAT(
       problems("[[plan]]\nfile = \"none.dxf\"\n[[plan]]\nfile = \"broken.dxf\"\n[[plan]]\n"),
       ElementsAre("w.toml:2:8: none.dxf: No such file or directory",

@@ -101,7 +101,7 @@ void print_mover(const Mover& mover, bool json) {
   print_line({{"id", static_cast<double>(mover.id), 0},
               {"from_s", mover.from, 1},
               {"to_s", mover.to, 1},
-              {"way_m", mover.distance / 1000, 2},
+              {"distance_m", mover.distance / 1000, 2},
               {"mean_m_s", mover.speed / 1000, 2},
               {"size_m", mover.size / 1000, 2},
               {"type", static_cast<double>(mover.kind), 0},

@@ -107,9 +107,6 @@ class Module {
   // Reports a state to the service manager, as the value that this parameter gets when the program
   // is restarted after a crash. The parameter itself does not change.
   void report_state(std::string_view name, const std::string& value) const;
-  // Creates a mailbox with the next local id and the priority of the data task, for bodies of at
-  // least kReasonMax bytes. Call in module_init(); see also OwnMailbox.
-  Result<tims::Mailbox*> create_mailbox(std::uint32_t slots, std::uint32_t body_max);
   // Opens a mailbox at an address outside of this component. kAddressInUse: the text names the
   // owner. Any task.
   Result<tims::Mailbox> open_mailbox(const tims::MailboxOptions& options);
@@ -162,7 +159,8 @@ class Module {
 };
 
 // A mailbox of a component, as a member of its class: created after module_init(), with the next
-// local id in the order of the members.
+// local id in the order of the members and the priority of the data task, for bodies of at least
+// kReasonMax bytes.
 //
 //   OwnMailbox work_{*this, 1, body_max<PositionData>()};
 class OwnMailbox {

@@ -61,10 +61,10 @@ class FeatureMapProxy : public DataProxy<FeatureMapData, tims::class_id::kFeatur
   using DataProxy::DataProxy;
 
   Result<void> load_map(std::string_view file) {
-    return command(FeatureMapType::kLoadMap, FileName::of(file));
+    return command(FeatureMapType::kLoadMap, FileName::of(file), file_timeout());
   }
   Result<void> save_map(std::string_view file) {
-    return command(FeatureMapType::kSaveMap, FileName::of(file));
+    return command(FeatureMapType::kSaveMap, FileName::of(file), file_timeout());
   }
   Result<void> add_line(const FeatureMapFeature& line) {
     return command(FeatureMapType::kAddLine, line);

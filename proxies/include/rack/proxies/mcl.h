@@ -40,7 +40,7 @@ class MclProxy : public DataProxy<MclData, tims::class_id::kMcl> {
   using DataProxy::DataProxy;
 
   Result<void> load_map(std::string_view file) {
-    return command(MclType::kLoadMap, FileName::of(file));
+    return command(MclType::kLoadMap, FileName::of(file), file_timeout());
   }
 };
 

@@ -37,6 +37,7 @@ namespace rack {
 struct ProxyTimeouts {
   tims::Duration on = std::chrono::seconds(5);
   tims::Duration off = std::chrono::seconds(1);
+  tims::Duration file = std::chrono::seconds(30);        // commands that load or save a file
   tims::Duration data = std::chrono::milliseconds(100);  // everything else
 };
 
@@ -76,7 +77,11 @@ class Proxy {
   Result<void> command(i8 type) { return command(type, timeouts_.data); }
   Result<void> command(i8 type, tims::Duration timeout);
   template <Struct Body>
-  Result<void> command(i8 type, const Body& body);
+  Result<void> command(i8 type, const Body& body) {
+    return command(type, body, timeouts_.data);
+  }
+  template <Struct Body>
+  Result<void> command(i8 type, const Body& body, tims::Duration timeout);
 
   // Sends a command without waiting for its answer: see take_answer(). Until the answer has
   // arrived, do not make another call with this proxy, nor with another proxy on the same work
@@ -108,6 +113,7 @@ class Proxy {
   }
 
   [[nodiscard]] tims::Duration data_timeout() const { return timeouts_.data; }
+  [[nodiscard]] tims::Duration file_timeout() const { return timeouts_.file; }
 
  private:
   struct Request {
@@ -158,9 +164,9 @@ Result<void> Proxy::post(i8 type, const Body& body) {
 }
 
 template <Struct Body>
-Result<void> Proxy::command(i8 type, const Body& body) {
+Result<void> Proxy::command(i8 type, const Body& body, tims::Duration timeout) {
   static constexpr i8 kAnswers[] = {tims::type::kOk};
-  const auto answer = ask(type, body, kAnswers, timeouts_.data);
+  const auto answer = ask(type, body, kAnswers, timeout);
   return answer ? Result<void>() : answer.error();
 }
 

@@ -44,9 +44,9 @@ struct WorldThing {
   MillimetresPerSecond<i32> vx = 0;
   MillimetresPerSecond<i32> vy = 0;
   RadiansPerSecond<f32> omega = 0;
-  Millimetres<i32> radius = 0;  // of obstacles
-  Millimetres<i32> way = 0;     // of robots: distance driven since the world was turned on
-  i32 isBlocked = 0;            // 1: it is pushing against something
+  Millimetres<i32> radius = 0;     // of obstacles
+  Millimetres<i32> travelled = 0;  // of robots: distance driven since the world was turned on
+  i32 isBlocked = 0;               // 1: it is pushing against something
   // Number of contacts of a robot, by what it touched; `bumped`: people who walked into it.
   u32 walls = 0;
   u32 obstacles = 0;
