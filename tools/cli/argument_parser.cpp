@@ -61,7 +61,7 @@ void ArgumentParser::flag(const std::string& names, std::function<void()> set) {
 
 template <typename T>
 void ArgumentParser::option(const std::string& names, T& value, const std::string& help,
-                            Range range) {
+                            OptionRange range) {
   CLI::Option& option = *app_->add_option(names, value, help);
   using Number = typename NumberOf<T>::Type;
   if constexpr (NumberOf<T>::kHasDefault) option.capture_default_str();
@@ -71,17 +71,20 @@ void ArgumentParser::option(const std::string& names, T& value, const std::strin
   }
 }
 
-template void ArgumentParser::option(const std::string&, std::string&, const std::string&, Range);
-template void ArgumentParser::option(const std::string&, double&, const std::string&, Range);
-template void ArgumentParser::option(const std::string&, int&, const std::string&, Range);
-template void ArgumentParser::option(const std::string&, std::uint32_t&, const std::string&, Range);
-template void ArgumentParser::option(const std::string&, std::uint64_t&, const std::string&, Range);
+template void ArgumentParser::option(const std::string&, std::string&, const std::string&,
+                                     OptionRange);
+template void ArgumentParser::option(const std::string&, double&, const std::string&, OptionRange);
+template void ArgumentParser::option(const std::string&, int&, const std::string&, OptionRange);
+template void ArgumentParser::option(const std::string&, std::uint32_t&, const std::string&,
+                                     OptionRange);
+template void ArgumentParser::option(const std::string&, std::uint64_t&, const std::string&,
+                                     OptionRange);
 template void ArgumentParser::option(const std::string&, std::vector<std::uint32_t>&,
-                                     const std::string&, Range);
+                                     const std::string&, OptionRange);
 template void ArgumentParser::option(const std::string&, std::optional<double>&, const std::string&,
-                                     Range);
+                                     OptionRange);
 template void ArgumentParser::option(const std::string&, std::optional<std::uint64_t>&,
-                                     const std::string&, Range);
+                                     const std::string&, OptionRange);
 
 void ArgumentParser::option(const std::string& names, const char* type,
                             std::vector<std::string>& values, const std::string& help) {

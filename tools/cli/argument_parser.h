@@ -20,6 +20,11 @@ class App;
 
 namespace timsctl {
 
+struct OptionRange {
+  double min = -std::numeric_limits<double>::infinity();
+  double max = std::numeric_limits<double>::infinity();
+};
+
 class ArgumentParser {
  public:
   // `call`: "mcl-eval", "timsctl-sim up". `about` and `more`: the beginning and the end of --help.
@@ -41,14 +46,10 @@ class ArgumentParser {
   void flag(const std::string& names, bool& value, const std::string& help);
   void flag(const std::string& names, std::function<void()> set);
 
-  struct Range {
-    double min = -std::numeric_limits<double>::infinity();
-    double max = std::numeric_limits<double>::infinity();
-  };
   // --help shows the default value, except that of an optional. T: string, double, int, uint32_t,
   // uint64_t, vector<uint32_t>, optional<double>, optional<uint64_t>.
   template <typename T>
-  void option(const std::string& names, T& value, const std::string& help, Range range = {});
+  void option(const std::string& names, T& value, const std::string& help, OptionRange range = {});
   // `type`: "NAME=NUMBER". One value for each time the option is given.
   void option(const std::string& names, const char* type, std::vector<std::string>& values,
               const std::string& help);

@@ -135,7 +135,7 @@ void Notes::take_truth(const tims::MessageView& message, Time at) {
                               .y = static_cast<double>(dora->pos.y),
                               .rho = static_cast<double>(dora->pos.rho)},
                      .speed = static_cast<double>(dora->vx),
-                     .travelled = static_cast<double>(dora->way),
+                     .travelled = static_cast<double>(dora->travelled),
                      .posts = dora->obstacles,
                      .walls = dora->walls,
                      .people = dora->people});
