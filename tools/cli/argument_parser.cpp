@@ -96,8 +96,8 @@ void ArgumentParser::option(const std::string& names, const char* type,
 }
 
 void ArgumentParser::option(const std::string& names, std::string_view type,
-                            std::function<void(const std::string&)> set) {
-  app_->add_option_function(names, std::move(set))->type_name(std::string(type));
+                            const std::function<void(const std::string&)>& set) {
+  app_->add_option_function(names, set)->type_name(std::string(type));
 }
 
 ArgumentParser::Asked ArgumentParser::parse(std::span<const std::string> arguments) {

@@ -54,7 +54,7 @@ class ArgumentParser {
   void option(const std::string& names, const char* type, std::vector<std::string>& values,
               const std::string& help);
   void option(const std::string& names, std::string_view type,
-              std::function<void(const std::string&)> set);
+              const std::function<void(const std::string&)>& set);
 
   enum class Asked : std::uint8_t { kRun, kHelp, kVersion };
   // Throws Failure if the command line is wrong.
