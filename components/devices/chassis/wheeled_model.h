@@ -7,13 +7,16 @@
 #include "components/geometry/delay.h"
 #include "components/geometry/motors.h"
 #include "components/geometry/pose.h"
+#include "components/geometry/wheels.h"
 
 namespace rack::device {
 
 class WheeledModel {
  public:
   WheeledModel(double track, double acceleration)
-      : track_(track), acceleration_{acceleration, acceleration} {}
+      : track_(track),
+        wheels_(Wheels::differential(track)),
+        acceleration_{acceleration, acceleration} {}
 
   // Sets the target speeds, mm/s.
   void set_targets(double left, double right) { targets_.set({left, right}); }
@@ -22,8 +25,8 @@ class WheeledModel {
     targets_.step(now, [&](double seconds) {
       left_.run(targets_.in_effect()[0], acceleration_, seconds);
       right_.run(targets_.in_effect()[1], acceleration_, seconds);
-      pose_ = moved(pose_, {.x = (left() + right()) / 2 * seconds,
-                            .rho = (left() - right()) / track_ * seconds});
+      const ChassisSpeed speed = wheels_.movement(Targets{left(), right()});
+      pose_ = moved(pose_, {.x = speed.vx * seconds, .rho = speed.omega * seconds});
     });
   }
 
@@ -40,6 +43,7 @@ class WheeledModel {
   using Targets = std::array<double, 2>;
 
   double track_;
+  Wheels wheels_;
   Acceleration<double> acceleration_;
   LaggingCommand<Targets> targets_;
   MotorMotion left_;
