@@ -120,6 +120,17 @@ for example in "$here"/../../components/examples/*.cpp; do
   g++ -std=c++20 "$example" "${flags[@]}" -o "$work/example" || fail "$example cannot be built with the kit"
 done
 
+# Formats of log texts are checked by the compiler: an argument missing, one of another type.
+log_call() {
+  echo "#include <rack/text_log.h>
+    void f(rack::TextLog& log, tims::Address from) { log.warning($1); }" |
+    g++ -std=c++20 -I"$prefix/include" -fsyntax-only -x c++ - 2>"$work/errors"
+}
+log_call '"{} of {}: {}", 1, "text", from' || { cat "$work/errors"; fail "a correct log text does not compile"; }
+for call in '"{} of {}", 1' '"{:d}", "text"' '"{:x}", from'; do
+  if log_call "$call"; then fail "a wrong log text compiles: $call"; fi
+done
+
 cp -r "$prefix/share/rack/template" "$work/component"
 {
   cmake -S "$work/component" -B "$work/component/build" -DCMAKE_PREFIX_PATH="$prefix"
