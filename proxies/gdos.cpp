@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cstring>
 #include <numbers>
 
 #include <fmt/format.h>
 
+#include "base/text.h"
 #include "rack/codec/codec.h"
 
 namespace rack::gdos {
@@ -69,78 +69,6 @@ std::optional<std::size_t> size_of(char conversion, std::size_t pointer) {
       return std::nullopt;
   }
 }
-
-// --- writing
-
-template <typename To>
-To number(const Argument::Value& value) {
-  return std::visit(
-      [](const auto& v) -> To {
-        using From = std::remove_cvref_t<decltype(v)>;
-        if constexpr (std::is_arithmetic_v<From>) return static_cast<To>(v);
-        if constexpr (std::is_same_v<From, tims::Address>) return static_cast<To>(v.raw());
-        return To{};
-      },
-      value);
-}
-
-class Writer {
- public:
-  explicit Writer(Body& body) : body_(body) {}
-
-  [[nodiscard]] std::size_t size() const { return size_; }
-  [[nodiscard]] std::size_t room() const { return body_.size() - size_; }
-
-  template <typename T>
-  void put(const T& value) {
-    if (room() < sizeof value) return;
-    std::memcpy(&body_[size_], &value, sizeof value);
-    size_ += sizeof value;
-  }
-  // Including its NUL, at most `max` bytes.
-  void put_text(std::string_view text, std::size_t max) {
-    max = std::min(max, room());
-    if (max == 0) return;
-    const std::size_t size = std::min(text.substr(0, text.find('\0')).size(), max - 1);
-    if (size > 0) std::memcpy(&body_[size_], text.data(), size);
-    size_ += size;
-    body_[size_++] = std::byte{0};
-  }
-
- private:
-  Body& body_;
-  std::size_t size_ = 0;
-};
-
-void put_argument(Writer& out, char conversion, const Argument::Value& value, std::size_t reserve) {
-  switch (conversion) {
-    case 'f':
-    case 'a':
-      return out.put(number<double>(value));
-    case 'L':
-      return out.put(number<std::int64_t>(value));
-    case 's': {
-      const auto* text = std::get_if<std::string_view>(&value);
-      const std::size_t room = out.room() > reserve ? out.room() - reserve : 0;
-      return out.put_text(text == nullptr ? std::string_view() : *text, room);
-    }
-    default:
-      return out.put(number<std::int32_t>(value));
-  }
-}
-
-// Minimum size of the arguments of a format; a text needs its NUL.
-std::size_t least_size(Format format) {
-  std::size_t size = 0;
-  while (const auto part = format.next()) {
-    if (part->conversion == 0) continue;
-    const auto needed = size_of(part->conversion, 8);
-    if (needed) size += std::max<std::size_t>(*needed, 1);
-  }
-  return size;
-}
-
-// --- reading
 
 // How a sender may have laid out the arguments.
 struct Layout {
@@ -258,6 +186,13 @@ std::string one_line(std::string text) {
   return text;
 }
 
+// Of at least as many bytes as the character: a receiver formats the text.
+std::string_view sent_as(const tims::base::Character& c, std::string_view bytes) {
+  constexpr std::string_view kBlanks = "  ";
+  if (bytes == "%") return "%%";
+  return c.bytes > 0 && tims::base::is_control(c.code) ? kBlanks.substr(0, c.bytes) : bytes;
+}
+
 // Index: the value of the parameter gdosLevel.
 constexpr std::array<std::string_view, 5> kLevels = {"print", "error", "warning", "info", "detail"};
 constexpr Layout kLayouts[] = {{8, false}, {4, false}, {8, true}, {4, true}};
@@ -281,21 +216,22 @@ std::optional<Level> level_of(std::string_view text) {
   return level_of_parameter(static_cast<int>(found - kLevels.begin()));
 }
 
-std::size_t encode(Body& body, std::string_view format, std::span<const Argument> arguments) {
-  Writer out(body);
-  // Room for the arguments takes precedence over a long format.
-  const std::size_t least = least_size(Format(format));
-  out.put_text(format, kBodyMax > least ? kBodyMax - least : 1);
-  Format rest(format);
-  std::size_t next = 0;
-  while (const auto part = rest.next()) {
-    if (part->conversion == 0 || !size_of(part->conversion, 8)) continue;
-    const bool given = next < arguments.size();
-    const Argument::Value value = given ? arguments[next].value() : Argument::Value(0);
-    ++next;
-    put_argument(out, part->conversion, value, least_size(rest));
+std::size_t encode(Body& body, std::string_view text) {
+  std::size_t size = 0;
+  std::size_t end = 0;  // without the blanks at the end
+  const auto bytes = std::span(body);
+  while (!text.empty()) {
+    const tims::base::Character c = tims::base::first_character(text);
+    const std::string_view character = text.substr(0, std::max<std::size_t>(c.bytes, 1));
+    const std::string_view written = sent_as(c, character);
+    if (size + written.size() >= kBodyMax) break;
+    std::ranges::copy(std::as_bytes(std::span(written)), bytes.subspan(size).begin());
+    size += written.size();
+    if (written[0] != ' ') end = size;
+    text.remove_prefix(character.size());
   }
-  return out.size();
+  body[end] = std::byte{0};
+  return end + 1;
 }
 
 tims::Result<std::string> decode(std::span<const std::byte> body, std::endian order,

@@ -1,7 +1,5 @@
 #include "rack/proxies/gdos.h"
 
-#include <cstring>
-#include <initializer_list>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -41,25 +39,33 @@ class Made {
   std::vector<std::byte> bytes_;
 };
 
-std::string printed_and_decoded(std::string_view format,
-                                std::initializer_list<Argument> arguments) {
+// The bytes that are sent, without the NUL.
+std::string sent(std::string_view text) {
   Body body{};
-  const std::size_t size = encode(body, format, arguments);
+  body.fill(std::byte{0x55});
+  const std::size_t size = encode(body, text);
+  EXPECT_LE(size, kBodyMax);
+  EXPECT_EQ(body.at(size - 1), std::byte{0});
+  return {reinterpret_cast<const char*>(body.data()), size - 1};
+}
+std::string sent_and_decoded(std::string_view text) {
+  Body body{};
+  const std::size_t size = encode(body, text);
   const auto decoded = decode(std::span(body).first(size), std::endian::native);
   return decoded ? *decoded : "malformed: " + decoded.error().detail();
 }
 
-TEST(Gdos, EveryConversionIsPrintedAndDecoded) {
-  EXPECT_EQ(printed_and_decoded("Init", {}), "Init");
-  EXPECT_EQ(printed_and_decoded("%d %i %u", {-7, 8, 9U}), "-7 8 9");
-  EXPECT_EQ(printed_and_decoded("%x %X %b", {255, 0xABCU, 5}), "ff abc 101");
-  EXPECT_EQ(printed_and_decoded("%n", {tims::Address(0x00180100)}), "Pilot(0/1)");
-  EXPECT_EQ(printed_and_decoded("%f", {1.23456}), "1.235");
-  EXPECT_EQ(printed_and_decoded("%a", {3.14159265}), "180.00");
-  EXPECT_EQ(printed_and_decoded("%L", {std::int64_t{1} << 40}), "1099511627776");
-  EXPECT_EQ(printed_and_decoded("%s, then %d and %s", {"first", 2, "third"s}),
+TEST(Gdos, EveryConversionOfTheOriginalIsDecoded) {
+  EXPECT_EQ(Made("Init").text(), "Init");
+  EXPECT_EQ(Made("%d %i %u").number(-7).number(8).number(9).text(), "-7 8 9");
+  EXPECT_EQ(Made("%x %X %b").number(255).number(0xABC).number(5).text(), "ff abc 101");
+  EXPECT_EQ(Made("%n").number<std::uint32_t>(0x00180100).text(), "Pilot(0/1)");
+  EXPECT_EQ(Made("%f").number(1.23456).text(), "1.235");
+  EXPECT_EQ(Made("%a").number(3.14159265).text(), "180.00");
+  EXPECT_EQ(Made("%L").number(std::int64_t{1} << 40).text(), "1099511627776");
+  EXPECT_EQ(Made("%s, then %d and %s").raw("first\0"s).number(2).raw("third\0"s).text(),
             "first, then 2 and third");
-  EXPECT_EQ(printed_and_decoded("100 %% of %d", {3}), "100 % of 3");
+  EXPECT_EQ(Made("100 %% of %d").number(3).text(), "100 % of 3");
 }
 
 TEST(Gdos, FromEitherByteOrder) {
@@ -108,22 +114,41 @@ TEST(Gdos, WhatIsMissingIsMalformed) {
   EXPECT_TRUE(decode({}, std::endian::little));
 }
 
-TEST(Gdos, LongTextsAreShortened) {
-  const std::string name(300, 'x');
-  const std::string text = printed_and_decoded("cannot open %s (%d)", {name, -2});
-  EXPECT_TRUE(text.starts_with("cannot open xxx"));
-  EXPECT_TRUE(text.ends_with("xxx (-2)")) << text;
-  Body body{};
-  const std::array<Argument, 2> arguments = {Argument(name), Argument(1)};
-  EXPECT_EQ(encode(body, "%s%d", arguments), kBodyMax);
-  EXPECT_LE(encode(body, std::string(300, 'y'), {}), kBodyMax);
+// The programs of the original format what they receive; a conversion without its argument stops
+// the text window of their graphical interface.
+TEST(Gdos, ATextThatIsSentHasNoConversions) {
+  EXPECT_EQ(sent("Init"), "Init");
+  EXPECT_EQ(sent("100 % of %d, %s"), "100 %% of %%d, %%s");
+  EXPECT_EQ(sent("%"), "%%");
+  EXPECT_EQ(sent("%%"), "%%%%");
+  EXPECT_EQ(sent(""), "");
+  for (const char* text : {"", "Init", "100 % of %d", "%", "%%", "{}", "Käfer"})
+    EXPECT_EQ(sent_and_decoded(text), text);
 }
 
-TEST(Gdos, WrongArgumentsStopNobody) {
-  EXPECT_EQ(printed_and_decoded("%d of %d", {1}), "1 of 0");
-  EXPECT_EQ(printed_and_decoded("%s", {5}), "");
-  EXPECT_EQ(printed_and_decoded("%d", {"text"}), "0");
-  EXPECT_EQ(printed_and_decoded("none", {1, 2}), "none");
+TEST(Gdos, ATextThatIsSentIsOneLine) {
+  EXPECT_EQ(sent("a\r\nb\x1B[31m\x7F!\n \n"), "a  b [31m !");
+  EXPECT_EQ(sent("a\0b"s), "a b") << "behind a NUL would be arguments";
+  EXPECT_EQ(sent("\u009B31m"), "  31m") << "control sequence introducer";
+  EXPECT_EQ(sent(" \n"), "");
+  EXPECT_EQ(sent("K\xE4"
+                 "fer"),
+            "K\xE4"
+            "fer")
+      << "as the original programs write";
+}
+
+TEST(Gdos, ALongTextIsCutBetweenCharacters) {
+  EXPECT_EQ(sent(std::string(254, 'y')), std::string(254, 'y'));
+  EXPECT_EQ(sent(std::string(255, 'y')), std::string(255, 'y'));
+  EXPECT_EQ(sent(std::string(256, 'y')), std::string(255, 'y'));
+  EXPECT_EQ(sent(std::string(253, 'y') + "ä"), std::string(253, 'y') + "ä");
+  EXPECT_EQ(sent(std::string(254, 'y') + "äz"), std::string(254, 'y'));
+  EXPECT_EQ(sent(std::string(251, 'y') + "\U0001F916"), std::string(251, 'y') + "\U0001F916");
+  EXPECT_EQ(sent(std::string(252, 'y') + "\U0001F916"), std::string(252, 'y'));
+  EXPECT_EQ(sent(std::string(253, 'y') + "%"), std::string(253, 'y') + "%%");
+  EXPECT_EQ(sent(std::string(254, 'y') + "%"), std::string(254, 'y'));
+  EXPECT_EQ(sent_and_decoded(std::string(300, '%')), std::string(127, '%'));
 }
 
 TEST(Gdos, Levels) {

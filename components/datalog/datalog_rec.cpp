@@ -107,12 +107,12 @@ void Recorder::take(const tims::MessageView& message, tims::Time now, bool binar
   last_received_ = now;
   if (const auto good = check_data(message.header, module()); !good) {
     ended_ = true;
-    return log.warning("%n has no data now", module());
+    return log.warning("{} has no data now", module());
   }
   const auto made = record(*recorded_, message, info_->setsLogged + 1, binary_io);
   const auto written = made ? write(*made) : made.error();
-  if (!written && !failing_) log.error("Not recorded, %n: %s", module(), written.error().message());
-  if (written && failing_) log.print("Recorded again: %n", module());
+  if (!written && !failing_) log.error("Not recorded, {}: {}", module(), written.error().message());
+  if (written && failing_) log.print("Recorded again: {}", module());
   failing_ = !written;
 }
 
@@ -141,7 +141,7 @@ bool Recorder::is_silent(tims::Time now) const {
 
 void Recorder::ask_again(tims::Time now, TextLog& log) {
   if (now - asked_ < kAskAgain) return;
-  if (const auto asked = subscribe(now); asked) log.info("%n sends again", module());
+  if (const auto asked = subscribe(now); asked) log.info("{} sends again", module());
 }
 
 class DatalogRec : public DataModule<DatalogData> {
@@ -150,7 +150,7 @@ class DatalogRec : public DataModule<DatalogData> {
 
  private:
   Result<void> module_init() override {
-    for (const std::string& problem : load_message_files()) log().warning("%s", problem);
+    for (const std::string& problem : load_message_files()) log().warning("{}", problem);
     return make_list();
   }
 
@@ -220,7 +220,7 @@ class DatalogRec : public DataModule<DatalogData> {
           std::string(list_.logPathName.view()) + std::string(info.filename.view());
       if (auto created = recorder.create(path); !created) {
         // A full disk may have room later; a missing folder is a permanent error.
-        log().error("%s", created.error().message());
+        log().error("{}", created.error().message());
         if (created.error().code() != tims::Errc::kDiskFull) return created;
       }
       if (auto on = recorder.subscribe(tims::os::now()); !on) return on;

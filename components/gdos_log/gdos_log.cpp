@@ -114,10 +114,10 @@ class GdosLog : public DataModule<GdosData> {
       sink_.emplace(std::move(*opened));
       lost_ = 0;
       owner_.clear();
-      log().print("Texts are kept in %s", folder().string());
+      log().print("Texts are kept in {}", folder().string());
     } else if (owner_ != opened.error().message()) {
       owner_ = opened.error().message();
-      log().warning("Waits for the sink of texts: %s", owner_);
+      log().warning("Waits for the sink of texts: {}", owner_);
     }
   }
 

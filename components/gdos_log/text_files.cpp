@@ -201,7 +201,7 @@ tims::Result<void> TextWriter::open(const std::filesystem::path& folder,
   // A full disk may have room later; a missing folder is a permanent error.
   if (!opened && opened.error().code() != tims::Errc::kDiskFull) return opened.error();
   if (opened && *opened > 0)
-    log_.warning("removed %u bytes of an incomplete text at the end of the file", *opened);
+    log_.warning("removed {} bytes of an incomplete text at the end of the file", *opened);
   return {};
 }
 
@@ -209,18 +209,18 @@ void TextWriter::write(const gdos::Record& record) {
   report(files_.append(gdos::to_line(record)));
   if (!journal_) return;
   const auto sent = to_journal(record);
-  if (!sent && !journal_failed_) log_.warning("%s", sent.error().detail());
+  if (!sent && !journal_failed_) log_.warning("{}", sent.error().detail());
   journal_failed_ = !sent;
 }
 
 // Its own log texts come back to it as texts to store, so failures are logged only once.
 void TextWriter::report(const tims::Result<void>& written) {
   if (!written) {
-    if (not_kept_++ == 0) log_.error("Texts are not kept: %s", written.error().message());
+    if (not_kept_++ == 0) log_.error("Texts are not kept: {}", written.error().message());
     return;
   }
   if (const std::uint32_t lost = std::exchange(not_kept_, 0))
-    log_.warning("Texts are kept again; %u were not", lost);
+    log_.warning("Texts are kept again; {} were not", lost);
 }
 
 void TextWriter::on_time(tims::Time now) {

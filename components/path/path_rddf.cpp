@@ -178,7 +178,7 @@ class PathRddf : public DataModule<PathData> {
         return tims::Error(waypoints.error().code(), file + ": " + waypoints.error().detail());
       waypoints_.assign(waypoints->begin(), waypoints->end());
       for (Waypoint2d& waypoint : waypoints_) waypoint.layer = layer_;
-      log().info("%s has %u waypoints", file, static_cast<unsigned>(waypoints_.size()));
+      log().info("{} has {} waypoints", file, waypoints_.size());
     }
     // The destination is kept while this component is off, or in error.
     must_replan_ = destination_.has_value();
@@ -194,7 +194,7 @@ class PathRddf : public DataModule<PathData> {
     if (must_replan_ && located_) {
       must_replan_ = false;
       if (auto good = plan_destination(); !good)
-        log().warning("No plan: %s", good.error().message());
+        log().warning("No plan: {}", good.error().message());
     }
     if (planning_) go_on_planning();
     PathData& data = get_local_buffer();
@@ -232,7 +232,7 @@ class PathRddf : public DataModule<PathData> {
     if (progress == GoalPlanner::Progress::kSearching) return;
     planning_ = false;
     if (progress == GoalPlanner::Progress::kFailed) {
-      log().warning("No plan: %s", planner_->why());
+      log().warning("No plan: {}", planner_->why());
       if (!detour_) take({});  // the old path has another destination
       return;
     }

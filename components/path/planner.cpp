@@ -80,7 +80,7 @@ class Planner : public DataModule<PlannerData> {
     if (good && task.kind == Task::Kind::kGoto) good = pilot_->set_destination(task.destination);
     if (good && task.kind == Task::Kind::kRoute) good = path_->make({-1, -1, -1, -1.0F});
     if (good) return;
-    log().warning("%s: %s", task.text, good.error().message());
+    log().warning("{}: {}", task.text, good.error().message());
     const std::lock_guard lock(tasks_mutex_);
     tasks_.fail(task.text + ": " + good.error().message());
   }

@@ -205,7 +205,7 @@ class PilotPath : public DataModule<PilotData> {
     if (feed.asked) {
       ask_again(feed);
     } else if (!come || --feed.left <= 0) {
-      log().warning("%s: stands until data arrive again",
+      log().warning("{}: stands until data arrive again",
                     come ? "no data from " + name_of(feed) : std::string(come.error().message()));
       feed.asked = now();
     }
@@ -219,7 +219,7 @@ class PilotPath : public DataModule<PilotData> {
     if (!feed.input.start_again({.on = kAskFor, .off = kAskFor, .data = kAskFor})) return;
     feed.asked.reset();
     feed.left = feed.patience;
-    log().print("%s sends data again", name_of(feed));
+    log().print("{} sends data again", name_of(feed));
   }
 
   template <typename ProxyType>
@@ -244,7 +244,7 @@ class PilotPath : public DataModule<PilotData> {
     const std::lock_guard lock(state_mutex_);
     const bool is_of_next = std::exchange(asks_next_, false);
     if (*done) return;
-    log().warning("%s", done->error().message());
+    log().warning("{}", done->error().message());
     if (is_of_next) plan(pilot_state::kPathError);
   }
 
@@ -281,7 +281,7 @@ class PilotPath : public DataModule<PilotData> {
 
   void report_recording() {
     if (!capture_) return;
-    if (const auto event = capture_->take_event()) log().warning("%s", *event);
+    if (const auto event = capture_->take_event()) log().warning("{}", *event);
   }
 
   void finish_recording() {

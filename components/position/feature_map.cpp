@@ -126,10 +126,10 @@ class FeatureMap : public DataModule<FeatureMapData> {
     const auto drawing = read_dxf(*bytes);
     if (!drawing)
       return tims::Error(drawing.error().code(), path + ": " + drawing.error().detail());
-    for (const std::string& skipped : drawing->skipped) log().warning("%s, %s", path, skipped);
+    for (const std::string& skipped : drawing->skipped) log().warning("{}, {}", path, skipped);
     LineMap map(*drawing, scale());
     if (map.size() == 0) return refused(path + ": no lines");
-    log().info("map %s: %u lines", path, static_cast<unsigned>(map.size()));
+    log().info("map {}: {} lines", path, map.size());
     const std::lock_guard lock(map_mutex_);
     std::swap(map_, map);
     begun_ = true;
@@ -143,7 +143,7 @@ class FeatureMap : public DataModule<FeatureMapData> {
       text = map_.to_dxf(scale());
     }
     if (auto written = write_file(path, text); !written) return written;
-    log().info("map saved as %s", path);
+    log().info("map saved as {}", path);
     return {};
   }
 

@@ -49,8 +49,8 @@ class GridMap : public DataModule<GridMapData> {
     if (auto on = position_.turn_on(); !on) return on;
     if (!position_ && map_.cells.size() > kCellsMax) {
       map_ = localisation::coarser(map_, kCellsMax);
-      log().info("%s has too many cells for a data set: sent with cells of %u mm", path,
-                 static_cast<unsigned>(map_.resolution));
+      log().info("{} has too many cells for a data set: sent with cells of {} mm", path,
+                 map_.resolution);
     }
     part_ = {};
     if (!position_) send_part({0, 0, map_.rows, map_.columns});

@@ -106,9 +106,8 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     if (!made) return tims::Error(made.error().code(), path + ": " + made.error().detail());
     auto field = std::make_unique<LikelihoodField>(std::move(made).value());
     auto walls = std::make_unique<WallLines>(*map);
-    log().info("map %s: %u x %u cells of %u mm, %u free", path, static_cast<unsigned>(map->rows),
-               static_cast<unsigned>(map->columns), static_cast<unsigned>(map->resolution),
-               static_cast<unsigned>(field->free_cells()));
+    log().info("map {}: {} x {} cells of {} mm, {} free", path, map->rows, map->columns,
+               map->resolution, field->free_cells());
     const std::lock_guard lock(field_mutex_);
     field_.swap(field);
     walls_.swap(walls);
@@ -187,8 +186,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   Result<void> update_position(TimeStamp time) {
     PositionData known = localisation::to_update(*localiser_, time);
     const bool is_sure = localisation::is_sure(localiser_->now(), kUpdateDeviation);
-    if (is_sure != was_sure_)
-      log().print(is_sure ? "The pose is certain" : "The pose is uncertain");
+    if (is_sure != was_sure_) log().print("The pose is {}", is_sure ? "certain" : "uncertain");
     const bool has_lost = was_sure_ && !is_sure;
     was_sure_ = is_sure;
     if (!is_sure && !has_lost) return {};

@@ -114,7 +114,7 @@ void DataModuleBase::Publisher::send(TimeStamp recorded, std::size_t size) {
 // The mailbox of a listener does not exist any more.
 void DataModuleBase::Publisher::drop(tims::Address mailbox) {
   const std::lock_guard lock(module_.mutex_);
-  if (listeners_.remove(mailbox)) module_.log().info("Listener %n is gone", mailbox);
+  if (listeners_.remove(mailbox)) module_.log().info("Listener {} is gone", mailbox);
 }
 
 void DataModuleBase::turned_off() { publisher_->end_streams(); }
@@ -209,7 +209,7 @@ Result<void> DataModuleBase::Publisher::check_added(Listeners::Added added, tims
     return refused("the maximum of " + std::to_string(module_.data_.listeners) +
                    " listeners is reached");
   if (added == Listeners::Added::kAgain)
-    module_.log().warning("Listener %n is already in list", mailbox);
+    module_.log().warning("Listener {} is already in list", mailbox);
   return {};
 }
 

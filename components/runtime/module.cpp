@@ -192,6 +192,7 @@ Result<void> Module::Runtime::start(const Arguments& arguments) {
 
   if (auto connected = connect(arguments.router); !connected) return connected;
   if (!session_) return {};  // stopped before there was a router
+  log_.set_widths(module_.address_widths());
   if (auto fit = parameters_.set_widths(module_.address_widths()); !fit) return fit;
   address_ = module_.address_of(info_.class_id, parameters_.integer("system"),
                                 parameters_.integer("instance"));
@@ -255,7 +256,7 @@ Result<void> Module::Runtime::start_tasks(std::optional<tims::Address> held_off_
   const int command_priority = parameters_.integer("cmdTaskPrio");
   const int data_priority = parameters_.integer("dataTaskPrio");
   if (std::max(command_priority, data_priority) >= kFirstRealTime) {
-    if (const auto locked = lock_memory(); !locked) log_.warning("%s", locked.error().detail());
+    if (const auto locked = lock_memory(); !locked) log_.warning("{}", locked.error().detail());
   }
   const auto start_task = [&](std::optional<Thread>& thread, const char* letter, int priority,
                               void (Runtime::*task)()) -> Result<void> {
@@ -265,7 +266,7 @@ Result<void> Module::Runtime::start_tasks(std::optional<tims::Address> held_off_
     const auto body = [this, task] { (this->*task)(); };
     auto started = thread.emplace().start(settings, body);
     if (started) return {};
-    log_.warning("%s: using an ordinary thread", started.error().detail());
+    log_.warning("{}: using an ordinary thread", started.error().detail());
     settings.priority = 0;
     return thread->start(settings, body);
   };
@@ -416,7 +417,7 @@ void Module::Runtime::command_task() {
     if (message) {
       on_command({message->header(), message->body()});
     } else if (message.error().code() != tims::Errc::kTimeout) {
-      log_.error("Error, no commands: %s", message.error().message());
+      log_.error("Error, no commands: {}", message.error().message());
       return module_.stop();
     }
   }
@@ -446,8 +447,8 @@ void Module::Runtime::on_command(const tims::MessageView& message) {
   const auto done = module_.module_command(message);
   if (done || header.type <= 0) return;
   // Requests to a component that is off are normal, for example from graphical interfaces.
-  log_.write(module_.is_on() ? gdos::Level::kWarning : gdos::Level::kInfo, "%s from %n: %s",
-             {name_of_command(header), header.src, text_of(done.error())});
+  log_.write(module_.is_on() ? gdos::Level::kWarning : gdos::Level::kInfo, "{} from {}: {}",
+             name_of_command(header), header.src, text_of(done.error()));
   refuse(header, text_of(done.error()));
 }
 
@@ -547,7 +548,7 @@ RuntimeData Module::Runtime::runtime_data() const {
 void Module::Runtime::set_parameters(const tims::MessageView& message) {
   const auto list = decode<ParameterList>(message);
   if (!list) {
-    log_.error("Parameters from %n: %s", message.header.src, list.error().message());
+    log_.error("Parameters from {}: {}", message.header.src, list.error().message());
     return refuse(message.header, list.error().message());
   }
   std::string why;
@@ -562,7 +563,7 @@ void Module::Runtime::set_parameters(const tims::MessageView& message) {
     }
     if (set && *set) notify("X_TIMS_PARAMETER=", record.name.view(), value);
     if (set) continue;
-    log_.error("%s", set.error().detail());
+    log_.error("{}", set.error().detail());
     if (why.empty()) why = set.error().detail();
   }
   if (!why.empty()) return refuse(message.header, why);
@@ -671,8 +672,8 @@ void Module::Runtime::apply(const LifeCycle::Change& change, const tims::Error* 
 void Module::Runtime::report_failure(const char* what, const std::string& why) {
   const bool again = why == reported_failure_;
   reported_failure_ = why;
-  log_.write(again ? gdos::Level::kInfo : gdos::Level::kError, "%s", {why});
-  if (!again) log_.print(what);
+  log_.write(again ? gdos::Level::kInfo : gdos::Level::kError, "{}", why);
+  if (!again) log_.print("{}", what);
 }
 
 void Module::Runtime::report_status(std::string_view status, const tims::Error* why) {

@@ -174,7 +174,7 @@ bool is_watched(int priority) {
 void RealTimeWatch::start(TextLog& log) {
   const WatchDepth depth = events_.open();
   if (depth == WatchDepth::kCounts)
-    log.info("Real-time violations are counted without locations: %s", events_.error().detail());
+    log.info("Real-time violations are counted without locations: {}", events_.error().detail());
   if (depth == WatchDepth::kFaultPlaces)
     log.info("Real-time violations have no locations of context switches (needs CAP_PERFMON)");
   before_ = usage();
@@ -279,7 +279,7 @@ void RealTimeWatch::report(TextLog& log) {
       const std::lock_guard lock(mutex_);
       is_new = places_.add(violation, place);
     }
-    if (is_new) log.detail("Not in real time: %s in %s", text_of(violation), place);
+    if (is_new) log.detail("Not in real time: {} in {}", text_of(violation), place);
     if (!std::exchange(reported_, true))
       log.warning("Not always in real time: `timsctl component show` lists the locations");
   }

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/rate_limiter.h"
+#include "components/runtime/log_text.h"
 #include "os/file.h"
 #include "os/wakeup.h"
 #include "rack/priority_mutex.h"
@@ -25,6 +26,12 @@ constexpr std::size_t kTextLogRing = 64;
 constexpr std::uint64_t kTextsPerSecond = 10;
 constexpr std::uint64_t kBurst = 50;
 
+QueuedText queued_text(gdos::Level level, fmt::string_view format, fmt::format_args arguments) {
+  QueuedText text{.level = level};
+  text.size = static_cast<std::uint16_t>(log_text(text.body, format, arguments));
+  return text;
+}
+
 void pass_on_one(const QueuedText& text, tims::Mailbox& mailbox) {
   const auto body = std::span(text.body).first(text.size);
   // Texts have the lowest priority, and there may be no receiver.
@@ -38,11 +45,9 @@ void pass_on_one(const QueuedText& text, tims::Mailbox& mailbox) {
 }
 
 void report_suppressed(tims::Mailbox& mailbox, std::uint32_t count) {
-  QueuedText text{.level = gdos::Level::kWarning};
-  const gdos::Argument argument(count);
-  text.size = static_cast<std::uint16_t>(
-      gdos::encode(text.body, "%d texts suppressed: too many at once", {&argument, 1}));
-  pass_on_one(text, mailbox);
+  pass_on_one(queued_text(gdos::Level::kWarning, "{} texts suppressed: too many at once",
+                          fmt::make_format_args(count)),
+              mailbox);
 }
 
 }  // namespace
@@ -75,19 +80,16 @@ TextLog::~TextLog() = default;
 
 int TextLog::descriptor() const { return ring_->doorbell.get(); }
 
-void TextLog::write(gdos::Level level, std::string_view format,
-                    std::initializer_list<gdos::Argument> arguments) {
+void TextLog::queue(gdos::Level level, fmt::string_view format, fmt::format_args arguments) {
   if (level < threshold_.load(std::memory_order_relaxed)) return;
+  const QueuedText text = queued_text(level, format, arguments);
   {
     const std::lock_guard lock(ring_->mutex);
     if (ring_->count == kTextLogRing) {
       ++ring_->lost;
       return;
     }
-    QueuedText& text = ring_->texts[(ring_->first + ring_->count) % kTextLogRing];
-    text.level = level;
-    text.size = static_cast<std::uint16_t>(
-        gdos::encode(text.body, format, std::span(arguments.begin(), arguments.size())));
+    ring_->texts[(ring_->first + ring_->count) % kTextLogRing] = text;
     ++ring_->count;
   }
   if (ring_->doorbell) tims::os::signal_event_fd(ring_->doorbell.get());

@@ -87,8 +87,7 @@ class ObjRecogScan2d : public DataModule<ObjRecogData> {
       auto made = LikelihoodField::of(*map, {});
       if (!made) return made.error();
       field = std::make_unique<LikelihoodField>(std::move(made).value());
-      log().info("map: %u x %u cells of %u mm", static_cast<unsigned>(map->rows),
-                 static_cast<unsigned>(map->columns), static_cast<unsigned>(map->resolution));
+      log().info("map: {} x {} cells of {} mm", map->rows, map->columns, map->resolution);
     }
     const std::lock_guard lock(recogniser_mutex_);
     recogniser_.reset();  // it refers to the old map

@@ -59,7 +59,7 @@ class Scan2dDynObjRecog : public DataModule<Scan2dData> {
     const auto come = recogniser_->get_data(objects_, time);
     if (!come) {
       if (!silent_since_)
-        log().warning("%s; no points are marked as dynamic until data arrive again",
+        log().warning("{}; no points are marked as dynamic until data arrive again",
                       come.error().message());
       silent_since_ = before;
       return false;

@@ -70,7 +70,7 @@ class Scan2dMerge : public DataModule<Scan2dData> {
       const auto started = take_granted(source, source.input.start());
       if (!source.input) continue;  // not named
       if (!started)
-        log().warning("%s; merging without it until it is available", started.error().message());
+        log().warning("{}; merging without it until it is available", started.error().message());
       if (!started && !any) none = started;
       any = any || started;
     }
@@ -118,7 +118,7 @@ class Scan2dMerge : public DataModule<Scan2dData> {
     if (!source.here) {
       if (time - source.last_active < kTryAgain) return;
       if (take_granted(source, source.input.start_again(kTryFor)))
-        log().info("%n sends data again", source.input->component());
+        log().info("{} sends data again", source.input->component());
       return;
     }
     for (;;) {
@@ -133,7 +133,7 @@ class Scan2dMerge : public DataModule<Scan2dData> {
   }
 
   void leave_out(std::size_t i, std::string_view why) {
-    log().warning("%n is not merged until it sends data again: %s", sources_[i].input->component(),
+    log().warning("{} is not merged until it sends data again: {}", sources_[i].input->component(),
                   why);
     sources_[i].here = false;
     sources_[i].last_active = now();
@@ -143,8 +143,8 @@ class Scan2dMerge : public DataModule<Scan2dData> {
   void report_left_out() {
     if (merger_.left_out() > 0 && !reported_left_out_)
       log().warning(
-          "more points than a scan has room for: %u are dropped, evenly over all directions",
-          static_cast<unsigned>(merger_.left_out()));
+          "more points than a scan has room for: {} are dropped, evenly over all directions",
+          merger_.left_out());
     reported_left_out_ = merger_.left_out() > 0;
   }
 

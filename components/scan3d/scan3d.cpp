@@ -246,11 +246,10 @@ class Scan3d : public Scan3dCommands<DataModule<Scan3dData>> {
     const auto reported = std::exchange(reported_losses_, losses);
     const auto lost = losses.unplaced + losses.crowded - reported.unplaced - reported.crowded;
     if (lost > 0)
-      log().warning("%d flat scans dropped: the pose of axis or robot was not known in time",
-                    static_cast<std::int64_t>(lost));
+      log().warning("{} flat scans dropped: the pose of axis or robot was not known in time", lost);
     if (losses.broken > reported.broken)
-      log().warning("%d flat scans dropped: no points, or longer than a second",
-                    static_cast<std::int64_t>(losses.broken - reported.broken));
+      log().warning("{} flat scans dropped: no points, or longer than a second",
+                    losses.broken - reported.broken);
   }
 
   Result<Scan3dData> shown() const override {

@@ -40,9 +40,9 @@ inline Result<FloorMap> load_map(const std::string& path, double scale, double o
   const auto drawing = read_dxf(*text);
   if (!drawing)
     return tims::Error(drawing.error().code(), "map " + path + ": " + drawing.error().detail());
-  for (const std::string& skipped : drawing->skipped) log.warning("%s, %s", path, skipped);
+  for (const std::string& skipped : drawing->skipped) log.warning("{}, {}", path, skipped);
   FloorMap map(*drawing, scale, offset_x, offset_y);
-  log.info("%s has %u features", path, static_cast<unsigned>(map.size()));
+  log.info("{} has {} features", path, map.size());
   return map;
 }
 

@@ -156,9 +156,9 @@ class World : public DataModule<WorldData> {
         {path.string(), std::move(*content)},
         [&](const std::string& name) { return tims::os::read_file(path.parent_path() / name); });
     for (std::size_t i = 0; i + 1 < file.problems.size(); ++i)
-      log().error("%s", file.problems[i].to_string().c_str());
+      log().error("{}", file.problems[i].to_string());
     if (!file.problems.empty()) return refused(file.problems.back().to_string());
-    for (const std::string& passed : file.passed_over) log().warning("ignored: %s", passed.c_str());
+    for (const std::string& passed : file.passed_over) log().warning("ignored: {}", passed);
     if (integer("seed") != 0) file.description.seed = static_cast<std::uint64_t>(integer("seed"));
     return std::move(file.description);
   }
@@ -303,8 +303,7 @@ class World : public DataModule<WorldData> {
     const tims::Time now = tims::os::now();
     go_on(*world_, trains_, now, truth_);
     for_each_device([&](PluggedDevice& device) {
-      if (const auto problem = device.serve(now))
-        log().warning("%s; opening it again", problem->c_str());
+      if (const auto problem = device.serve(now)) log().warning("{}; opening it again", *problem);
     });
   }
 

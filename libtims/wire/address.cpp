@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <span>
 
 namespace tims {
 namespace {
@@ -51,6 +50,31 @@ struct Form {
 std::optional<Form> parse_form(std::string_view text, const AddressWidths& w);
 std::optional<std::uint32_t> parse_raw(std::string_view text);
 
+// Passes the parts of "Ladar(3/0):2" to `append`, one after the other.
+template <typename Append>
+void spell(const Address::Fields& fields, Append append) {
+  const auto number = [&](std::uint32_t value, int base) {
+    std::array<char, 10> digits{};
+    const auto end = std::to_chars(digits.begin(), digits.end(), value, base).ptr;
+    append(std::string_view(digits.begin(), end));
+  };
+  if (const std::string_view name = class_name(fields.class_id); !name.empty()) {
+    append(name);
+  } else {
+    append("unknown[");
+    number(fields.class_id, 16);
+    append("]");
+  }
+  append("(");
+  number(fields.system, 10);
+  append("/");
+  number(fields.instance, 10);
+  append(")");
+  if (fields.local == 0) return;
+  append(":");
+  number(fields.local, 10);
+}
+
 }  // namespace
 
 std::string_view class_name(std::uint32_t class_id) {
@@ -82,17 +106,16 @@ bool name_class(std::uint32_t class_id, std::string_view name) {
 }
 
 std::string Address::to_string(const AddressWidths& w) const {
-  const Fields f = fields(w);
-  std::string text(class_name(f.class_id));
-  if (text.empty()) {
-    std::array<char, 8> digits{};
-    const auto end = std::to_chars(digits.begin(), digits.end(), f.class_id, 16).ptr;
-    text.append("unknown[").append(digits.begin(), end).append("]");
-  }
-  text.append("(").append(std::to_string(f.system));
-  text.append("/").append(std::to_string(f.instance)).append(")");
-  if (f.local != 0) text.append(":").append(std::to_string(f.local));
+  std::string text;
+  spell(fields(w), [&text](std::string_view part) { text += part; });
   return text;
+}
+
+std::string_view Address::write_to(std::span<char> room, const AddressWidths& w) const {
+  std::size_t size = 0;
+  spell(fields(w),
+        [&](std::string_view part) { size += part.copy(room.data() + size, room.size() - size); });
+  return {room.data(), size};
 }
 
 std::string Address::to_hex() const {

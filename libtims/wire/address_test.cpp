@@ -36,6 +36,18 @@ TEST(Address, PrintsAsTheOriginalGuiDoes) {
   EXPECT_EQ(Address(0x000F0003).to_string(), "Tool(0/0):3");
 }
 
+TEST(Address, PrintsIntoGivenRoom) {
+  std::array<char, 24> room{};
+  for (const std::uint32_t raw : {0U, 0x00180101U, 0x00FF0200U, 0xFFFFFFFFU}) {
+    EXPECT_EQ(Address(raw).write_to(room), Address(raw).to_string());
+    EXPECT_EQ(Address(raw).write_to(room, kWideInstances), Address(raw).to_string(kWideInstances));
+  }
+  const Address pilot(0x00180101);
+  EXPECT_EQ(pilot.write_to(std::span(room).first(12)), "Pilot(0/1):1");
+  EXPECT_EQ(pilot.write_to(std::span(room).first(11)), "Pilot(0/1):");
+  EXPECT_EQ(pilot.write_to(std::span(room).first(0)), "");
+}
+
 TEST(Address, PrintsHexWithAllDigits) {
   EXPECT_EQ(Address(0x03140002).to_hex(), "0x03140002");
   EXPECT_EQ(Address(0).to_hex(), "0x00000000");

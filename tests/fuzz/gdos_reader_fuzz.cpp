@@ -1,5 +1,6 @@
 // A file of texts: the records do not depend on how it is divided, and each record is written as
-// one line without control characters that yields the same record when parsed.
+// one line without control characters that yields the same record when parsed. Sent as a log text,
+// the file is one that receivers can format.
 #include <algorithm>
 #include <vector>
 
@@ -32,5 +33,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     }));
     tims::fuzz::require(rack::gdos::record_of(line) == record);
   }
+  // A text that a component sends can be read, whatever it contains.
+  rack::gdos::Body body{};
+  const std::size_t sent = rack::gdos::encode(body, file);
+  const auto text = rack::gdos::decode(std::span(body).first(sent), std::endian::native);
+  tims::fuzz::require(text && text->size() < rack::gdos::kBodyMax);
   return 0;
 }

@@ -1,5 +1,6 @@
 # The kit for other people's components: librack.so (messages, proxies, the runtime of a component)
-# with headers, find_package(rack) and pkg-config; it needs libtims, as installed.
+# with headers, find_package(rack) and pkg-config; it needs libtims, as installed, and fmt, whose core
+# header the one of log texts includes.
 include(TimsInstall)
 
 # rack_install_library(targets...): one librack out of the objects of these static libraries, with
@@ -21,7 +22,7 @@ function(rack_install_library)
     LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
   target_link_options(rack_shared PRIVATE LINKER:--version-script=${exports} LINKER:-z,defs)
   # Of tims_os what libtims keeps to itself: it has no state.
-  target_link_libraries(rack_shared PUBLIC tims_shared PRIVATE tims_os ${arg_NEEDS})
+  target_link_libraries(rack_shared PUBLIC tims_shared fmt::fmt PRIVATE tims_os ${arg_NEEDS})
   target_include_directories(rack_shared INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
 
   # What users name. Both are in one library; a component is built with frame pointers, by which it

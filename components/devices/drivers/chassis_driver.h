@@ -88,7 +88,7 @@ class ChassisDriver : public ChassisModule<Driver<ChassisData, Dialog>, ChassisC
     if (!control_) return tims::kNever;
     this->dialogue().drive(control_->speed(now), now);
     if (control_->take_overdue())
-      this->log().warning("No MOVE from %n in time, stopped", control_->active_pilot());
+      this->log().warning("No MOVE from {} in time, stopped", control_->active_pilot());
     return control_->next_change();
   }
 

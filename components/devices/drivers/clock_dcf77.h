@@ -25,7 +25,7 @@ class ClockDcf77 : public Driver<ClockData, Dcf77> {
     if (data.syncMode == 0 || data.second == kLeapSecond) return {};
     const tims::Time measured = dialogue().recorded();
     const auto updated = clock_.update(std::chrono::seconds(data.utcTime.raw()), measured, now());
-    if (!updated) log().warning("%s", updated.error().detail());
+    if (!updated) log().warning("{}", updated.error().detail());
     if (updated && *updated) data.recordingTime = time_stamp_of(measured);
     return {};
   }

@@ -56,13 +56,13 @@ class CompassCmps03 : public Driver<CompassData, Cmps03> {
         return;
       case Cmps03::Step::kConfirmed:
         log().print(
-            "calibration: direction %d is known; turn the compass to the next one, then set "
+            "calibration: direction {} is known; turn the compass to the next one, then set "
             "compassAligned=1",
             direction);
         break;
       case Cmps03::Step::kSilent:
         log().warning(
-            "calibration: the compass does not confirm direction %d; set compassAligned=1 "
+            "calibration: the compass does not confirm direction {}; set compassAligned=1 "
             "again",
             direction);
         break;

@@ -113,7 +113,7 @@ class Driver : public DataModule<Data> {
 
   void module_off() override {
     if (device_ && broken() > 0 && !has_reported_end_)
-      this->log().warning("%s: %d invalid telegrams since it was opened", device_->description(),
+      this->log().warning("{}: {} invalid telegrams since it was opened", device_->description(),
                           broken());
     close_device();
     dialogue_.reset();
@@ -150,7 +150,7 @@ class Driver : public DataModule<Data> {
   }
 
   void report_event() {
-    if (const auto event = device_->take_event()) this->log().warning("%s", *event);
+    if (const auto event = device_->take_event()) this->log().warning("{}", *event);
   }
 
   // Publishes, and records if enabled, all data sets that the dialogue has ready.
@@ -207,7 +207,7 @@ class Driver : public DataModule<Data> {
 
   Result<void> check_silence() {
     if (device_->is_over() && !std::exchange(has_reported_end_, true))
-      this->log().print("%s: end of the recording, %d invalid telegrams", device_->description(),
+      this->log().print("{}: end of the recording, {} invalid telegrams", device_->description(),
                         broken());
     // Pauses and the end of a recording are not errors.
     if (!dialogue_->is_ready() || device_->is_recording()) {
@@ -227,9 +227,9 @@ class Driver : public DataModule<Data> {
       std::string number = dialogue_->serial_number();
       if (number.empty() || number == serial_number_) return;
       if (serial_number_.empty())
-        this->log().info("%s has the serial number %s", device_->description(), number);
+        this->log().info("{} has the serial number {}", device_->description(), number);
       else
-        this->log().warning("%s is a different device: serial number %s, before %s",
+        this->log().warning("{} is a different device: serial number {}, before {}",
                             device_->description(), number, serial_number_);
       serial_number_ = std::move(number);
     }

@@ -81,7 +81,7 @@ class GpsDriver : public Driver<GpsData, Dialog> {
   void report_time(GpsData& data, const GpsMoment& moment, tims::Time measured, bool by_pulse) {
     if (!moment.utc || moment.is_leap_second) return;
     const auto updated = clock_.update(*moment.utc, measured, now());
-    if (!updated) this->log().warning("%s", updated.error().detail());
+    if (!updated) this->log().warning("{}", updated.error().detail());
     if (updated && *updated) data.recordingTime = time_stamp_of(measured);
     constexpr i32 kDeviation = 300;  // ms, standard deviation of the delay until a receiver sends
     constexpr i32 kCentury = 100;
@@ -110,7 +110,7 @@ class GpsDriver : public Driver<GpsData, Dialog> {
     }
     if (!position_asked_)
       this->log().warning(
-          "%s; fixes have no robot coordinates until Position answers (positionInst=-1 turns "
+          "{}; fixes have no robot coordinates until Position answers (positionInst=-1 turns "
           "them off)",
           position.error().message());
     position_asked_ = now();
@@ -125,7 +125,7 @@ class GpsDriver : public Driver<GpsData, Dialog> {
     const auto both = weighed(*known, data, data.speed >= kMoves);
     if (!both) return;
     if (const auto updated = position_->update(*both); !updated)
-      this->log().warning("%s", updated.error().message());
+      this->log().warning("{}", updated.error().message());
   }
 
   void open_pulse() {
@@ -142,7 +142,7 @@ class GpsDriver : public Driver<GpsData, Dialog> {
     if (opened)
       pulse_.emplace(std::move(*opened));
     else
-      this->log().warning("%s; fixes are time-stamped at their arrival", opened.error().message());
+      this->log().warning("{}; fixes are time-stamped at their arrival", opened.error().message());
   }
 
   OwnMailbox work_{*this, 2, 256};

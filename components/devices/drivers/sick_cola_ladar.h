@@ -13,17 +13,17 @@ class SickColaLadar : public Driver<LadarData, SickCola> {
  protected:
   Result<void> complete(LadarData& /*data*/) override {
     if (is_first_) {
-      log().info("scanner %s\n", dialogue().identity());
+      log().info("scanner {}", dialogue().identity());
       is_first_ = false;
     }
     if (const std::string notes = dialogue().take_notes(); !notes.empty())
-      log().warning("%s\n", notes);
+      log().warning("{}", notes);
     constexpr unsigned kBecomesDirty = 2;
     constexpr unsigned kTooDirty = 4;
     const unsigned dirt = dialogue().scan().status() & (kBecomesDirty | kTooDirty);
     if (dirt > dirt_)
-      log().warning((dirt & kTooDirty) != 0 ? "the front screen is too dirty to measure; clean it\n"
-                                            : "the front screen is getting dirty; clean it\n");
+      log().warning("the front screen is {}; clean it",
+                    (dirt & kTooDirty) != 0 ? "too dirty to measure" : "getting dirty");
     dirt_ = dirt;
     return {};
   }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -90,6 +91,8 @@ class TIMS_API Address {
   // "Ladar(3/0)"; ":2" is appended when the local id is not 0. An unknown class is printed as
   // "unknown[ff](3/0)", as in the original GUI.
   [[nodiscard]] std::string to_string(const AddressWidths& w = {}) const;
+  // The same text, written to `room` and cut at its end; allocates nothing.
+  [[nodiscard]] std::string_view write_to(std::span<char> room, const AddressWidths& w = {}) const;
   // "0x03140002"
   [[nodiscard]] std::string to_hex() const;
   // Accepts both text forms and decimal numbers. Class names are case-insensitive.

@@ -155,9 +155,9 @@ Result<void> ChassisModule<Base, Control>::set_active_pilot(const tims::MessageV
     if (control_) control_->set_active_pilot(pilot);
   }
   commanded();
-  if (is_new && none) this->log().print("No active pilot, set by %n", message.header.src);
+  if (is_new && none) this->log().print("No active pilot, set by {}", message.header.src);
   if (is_new && !none)
-    this->log().print("Active pilot is %n, set by %n", pilot, message.header.src);
+    this->log().print("Active pilot is {}, set by {}", pilot, message.header.src);
   this->reply(message.header, tims::type::kOk);
   return {};
 }

@@ -1,14 +1,19 @@
 // Log texts of a component: to the log sink of the robot, and to standard error.
 //
-// Writing a text only puts it into a ring, so that the data task never waits for a terminal or a
-// socket; the component's main thread sends it.
+//   log().warning("{} has sent no data for {} ms", address, waited.count());
+//
+// The compiler checks formats (those of fmt and std::format). Writing a text only formats it into a
+// ring, so that the data task never waits for a terminal or a socket; the component's main thread
+// sends it.
 #pragma once
 
 #include <atomic>
-#include <initializer_list>
 #include <memory>
-#include <string_view>
+#include <type_traits>
 
+#include <fmt/core.h>
+
+#include "rack/address_text.h"
 #include "rack/proxies/gdos.h"
 #include "tims/mailbox.h"
 #include "tims/time.h"
@@ -17,35 +22,45 @@
 namespace rack {
 
 class TextLog {
+  template <typename Arg>
+  using Shown = std::conditional_t<std::is_same_v<Arg, tims::Address>, AddressText, Arg>;
+
  public:
+  template <typename... Args>
+  using Format = fmt::format_string<Shown<Args>...>;
+
   explicit TextLog(gdos::Level threshold);
   ~TextLog();
 
-  // "%d %s %n": conversions as in gdos.h. Any thread; allocates nothing.
+  // Any thread; allocates nothing. A text is cut at 255 bytes.
   template <typename... Args>
-  void print(std::string_view format, const Args&... args) {
-    write(gdos::Level::kPrint, format, {gdos::Argument(args)...});
+  void print(Format<Args...> format, const Args&... args) {
+    write<Args...>(gdos::Level::kPrint, format, args...);
   }
   template <typename... Args>
-  void error(std::string_view format, const Args&... args) {
-    write(gdos::Level::kError, format, {gdos::Argument(args)...});
+  void error(Format<Args...> format, const Args&... args) {
+    write<Args...>(gdos::Level::kError, format, args...);
   }
   template <typename... Args>
-  void warning(std::string_view format, const Args&... args) {
-    write(gdos::Level::kWarning, format, {gdos::Argument(args)...});
+  void warning(Format<Args...> format, const Args&... args) {
+    write<Args...>(gdos::Level::kWarning, format, args...);
   }
   template <typename... Args>
-  void info(std::string_view format, const Args&... args) {
-    write(gdos::Level::kInfo, format, {gdos::Argument(args)...});
+  void info(Format<Args...> format, const Args&... args) {
+    write<Args...>(gdos::Level::kInfo, format, args...);
   }
   template <typename... Args>
-  void detail(std::string_view format, const Args&... args) {
-    write(gdos::Level::kDetail, format, {gdos::Argument(args)...});
+  void detail(Format<Args...> format, const Args&... args) {
+    write<Args...>(gdos::Level::kDetail, format, args...);
   }
-  void write(gdos::Level level, std::string_view format,
-             std::initializer_list<gdos::Argument> arguments);
+  template <typename... Args>
+  void write(gdos::Level level, Format<Args...> format, const Args&... args) {
+    format_and_queue(level, format, shown(args)...);
+  }
 
   void set_threshold(gdos::Level level) { threshold_.store(level, std::memory_order_relaxed); }
+  // Those of the fleet, as soon as they are known: for addresses in texts.
+  void set_widths(tims::AddressWidths widths) { widths_.store(widths, std::memory_order_relaxed); }
 
   // --- the main thread
 
@@ -57,7 +72,21 @@ class TextLog {
  private:
   struct [[gnu::visibility("hidden")]] Ring;
 
+  template <typename Arg>
+  [[nodiscard]] const Arg& shown(const Arg& arg) const {
+    return arg;
+  }
+  [[nodiscard]] AddressText shown(tims::Address arg) const {
+    return {arg, widths_.load(std::memory_order_relaxed)};
+  }
+  template <typename... Args>
+  void format_and_queue(gdos::Level level, fmt::string_view format, const Args&... args) {
+    queue(level, format, fmt::make_format_args(args...));
+  }
+  void queue(gdos::Level level, fmt::string_view format, fmt::format_args arguments);
+
   std::atomic<gdos::Level> threshold_;
+  std::atomic<tims::AddressWidths> widths_{};
   std::unique_ptr<Ring> ring_;
 };
 

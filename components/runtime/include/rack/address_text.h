@@ -1,0 +1,26 @@
+// An address in a log text: "{}" prints its name, as "Ladar(3/0)".
+#pragma once
+
+#include <fmt/core.h>
+
+#include "tims/address.h"
+
+#pragma GCC visibility push(default)  // what librack.so shows
+namespace rack {
+
+// An address alone cannot be printed: its text depends on the widths of its fleet. TextLog adds
+// them.
+struct AddressText {
+  tims::Address address;
+  tims::AddressWidths widths;
+};
+
+}  // namespace rack
+
+// Fill, width and precision as for texts: "{:<20}". Allocates nothing.
+template <>
+struct fmt::formatter<rack::AddressText> : fmt::formatter<fmt::string_view> {
+  fmt::appender format(const rack::AddressText& value, fmt::format_context& context) const;
+};
+
+#pragma GCC visibility pop
