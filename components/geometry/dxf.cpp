@@ -35,6 +35,33 @@ constexpr std::array kUnread = {"SPLINE",  "MLINE",   "SOLID", "TRACE",  "3DFACE
                                 "3DSOLID", "REGION",  "BODY",  "MESH",   "HELIX",
                                 "XLINE",   "SURFACE", "RAY",   "WIPEOUT"};
 
+struct DxfPolyline {
+  int flags = 0;
+  DL_Attributes attributes{};
+  std::optional<int> side{};
+  std::vector<DL_VertexData> vertices{};
+
+  [[nodiscard]] std::vector<DxfPoint> points() const {
+    constexpr int kClosed = 1;
+    std::vector<DxfPoint> points;
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      const DxfPoint to{vertices[i].x, vertices[i].y};
+      if (i == 0) {
+        points.push_back(to);
+      } else {
+        add_bulge({vertices[i - 1].x, vertices[i - 1].y}, to, vertices[i - 1].bulge, points);
+      }
+    }
+    if ((flags & kClosed) != 0 && vertices.size() > 1) {
+      const DL_VertexData& last = vertices.back();
+      // Back on the same line is no second wall.
+      if (vertices.size() > 2 || last.bulge != 0)
+        add_bulge({last.x, last.y}, points.front(), last.bulge, points);
+    }
+    return points;
+  }
+};
+
 // Takes what dxflib has read of one entity after the other.
 class DxfBuilder : public DL_CreationAdapter {
  public:
@@ -118,7 +145,7 @@ class DxfBuilder : public DL_CreationAdapter {
   }
   void endEntity() override {
     if (!polyline_) return;
-    const Polyline polyline = *std::exchange(polyline_, std::nullopt);
+    const DxfPolyline polyline = *std::exchange(polyline_, std::nullopt);
     attributes = polyline.attributes;  // of its last vertex until now
     constexpr int kSpace = 8;
     const bool is_in_space = (polyline.flags & kSpace) != 0;
@@ -150,33 +177,6 @@ class DxfBuilder : public DL_CreationAdapter {
   }
 
  private:
-  struct Polyline {
-    int flags = 0;
-    DL_Attributes attributes{};
-    std::optional<int> side{};
-    std::vector<DL_VertexData> vertices{};
-
-    [[nodiscard]] std::vector<DxfPoint> points() const {
-      constexpr int kClosed = 1;
-      std::vector<DxfPoint> points;
-      for (std::size_t i = 0; i < vertices.size(); ++i) {
-        const DxfPoint to{vertices[i].x, vertices[i].y};
-        if (i == 0) {
-          points.push_back(to);
-        } else {
-          add_bulge({vertices[i - 1].x, vertices[i - 1].y}, to, vertices[i - 1].bulge, points);
-        }
-      }
-      if ((flags & kClosed) != 0 && vertices.size() > 1) {
-        const DL_VertexData& last = vertices.back();
-        // Back on the same line is no second wall.
-        if (vertices.size() > 2 || last.bulge != 0)
-          add_bulge({last.x, last.y}, points.front(), last.bulge, points);
-      }
-      return points;
-    }
-  };
-
   DxfContent& content() { return block_ != nullptr ? *block_ : model_; }
   [[nodiscard]] std::int32_t layer() const {
     return tims::base::parse_number<std::int32_t>(tims::base::trimmed(attributes.getLayer()))
@@ -236,7 +236,7 @@ class DxfBuilder : public DL_CreationAdapter {
   DxfBlocks blocks_;
   DxfContent* block_ = nullptr;                // that is being defined
   std::map<std::string, std::size_t> hidden_;  // layers, and the number of entities on them
-  std::optional<Polyline> polyline_;
+  std::optional<DxfPolyline> polyline_;
   std::size_t strokes_ = 0;
   std::size_t inserts_ = 0;
   std::size_t line_ = 0;  // of the entity

@@ -37,8 +37,7 @@ double dxf_sweep(double first, double last) {
   return sweep > kRounding ? sweep : sweep + 2 * kPi;
 }
 
-void add_bulge(const DxfPoint& from, const DxfPoint& to, double bulge,
-               std::vector<DxfPoint>& points) {
+void add_bulge(DxfPoint from, DxfPoint to, double bulge, std::vector<DxfPoint>& points) {
   const double sweep = 4 * std::atan(bulge);
   if (count_of_chords(sweep) > 1) {
     const double across = (1 - bulge * bulge) / (4 * bulge);

@@ -26,7 +26,6 @@ double dxf_sweep(double first, double last);
 
 // Appends the points of a segment of a polyline, without `from` and with `to`. The bulge is the
 // tangent of a quarter of the included angle, more than 0 when the arc runs counter-clockwise.
-void add_bulge(const DxfPoint& from, const DxfPoint& to, double bulge,
-               std::vector<DxfPoint>& points);
+void add_bulge(DxfPoint from, DxfPoint to, double bulge, std::vector<DxfPoint>& points);
 
 }  // namespace rack

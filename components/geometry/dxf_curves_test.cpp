@@ -60,6 +60,14 @@ TEST(DxfCurves, ABulgeIsAnArc) {
   for (const DxfPoint& point : points) EXPECT_NEAR(std::hypot(point.x, point.y), 1, 1e-12);
 }
 
+TEST(DxfCurves, APolylineIsClosedAtItsFirstPoint) {
+  std::vector<DxfPoint> points = {{0, 0}, {2, 0}};
+  points.shrink_to_fit();
+  add_bulge(points.back(), points.front(), 1, points);
+  EXPECT_EQ(points.back().x, 0);
+  EXPECT_EQ(points.size(), 38U);
+}
+
 TEST(DxfCurves, HardlyABulgeIsALine) {
   for (const double bulge : {0.0, 1e-300, -1e-9, 0.02}) {
     std::vector<DxfPoint> points;
