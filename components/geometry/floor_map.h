@@ -1,52 +1,20 @@
-// A floor plan: reads walls from a DXF file, and casts rays against them (specification, section
+// A floor plan: the walls of a drawing, and rays that are cast against them (specification, section
 // 10.3). Pure.
 //
-// DXF is a sequence of line pairs, a group code and its value; an entity begins with code 0 and its
-// name. Lines and polylines are walls, other entities are ignored, and damaged ones are skipped and
-// reported with their line number. A scanner is a fan of rays from one point. For each wall, only
-// the rays between the directions of its ends are intersected with its line, and the range becomes
-// the minimum. The cost is the number of walls times the rays that hit them, instead of all pairs.
+// A scanner is a fan of rays from one point. For each wall, only the rays between the directions of
+// its ends are intersected with its line, and the range becomes the minimum. The cost is the number
+// of walls times the rays that hit them, instead of all pairs.
 #pragma once
 
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <string>
-#include <string_view>
 #include <vector>
 
-#include "tims/result.h"
+#include "components/geometry/dxf.h"
 
 namespace rack {
-
-// --- A drawing: LINE, POLYLINE with its VERTEXes, LWPOLYLINE and POINT of the section ENTITIES
-// (or of a file without sections); curves in polylines become straight.
-
-struct DxfPoint {
-  double x = 0;  // to the east, in units of the drawing
-  double y = 0;  // to the north
-};
-
-struct DxfLine {
-  DxfPoint from;
-  DxfPoint to;
-  std::int32_t layer = 0;  // number in its name
-};
-
-struct DxfDrawing {
-  std::vector<DxfLine> lines;
-  std::vector<std::string> skipped;  // "line 17: LINE without an end", at most kSkippedMax
-  std::size_t others = 0;            // entities of other types
-
-  static constexpr std::size_t kLinesMax = 20000;
-  static constexpr std::size_t kSkippedMax = 20;
-};
-
-// The error kMalformed names the line where the text is not DXF.
-tims::Result<DxfDrawing> read_dxf(std::string_view text);
-
-// --- Walls in the plane, and distances to them.
 
 struct MapPoint {
   double x = 0;  // mm to the north

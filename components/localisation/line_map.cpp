@@ -5,6 +5,8 @@
 
 #include <fmt/format.h>
 
+#include "components/geometry/dxf_units.h"
+
 namespace rack::localisation {
 
 namespace {
@@ -55,7 +57,9 @@ LineMap::LineMap(const DxfDrawing& drawing, const PlanScale& scale) : LineMap() 
 }
 
 std::string LineMap::to_dxf(const PlanScale& scale) const {
-  std::string text = "0\nSECTION\n2\nENTITIES\n";
+  std::string text = fmt::format(
+      "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n{}\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n",
+      dxf_unit(scale.scale));
   for (const FeatureMapDataPoint& line : lines_)
     text += fmt::format(
         "0\nLINE\n8\n{}\n10\n{:.6f}\n20\n{:.6f}\n11\n{:.6f}\n21\n{:.6f}\n", line.layer,

@@ -33,7 +33,7 @@ class LineMap {
   LineMap();
   LineMap(const DxfDrawing& drawing, const PlanScale& scale);
 
-  // DXF (R12) with lines only; the name of each layer is its number.
+  // DXF (R12) with lines only, and its unit; the name of each layer is its number.
   [[nodiscard]] std::string to_dxf(const PlanScale& scale) const;
 
   [[nodiscard]] std::size_t size() const { return lines_.size(); }

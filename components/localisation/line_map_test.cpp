@@ -19,7 +19,7 @@ TEST(LineMap, ThroughDxfAndBack) {
   const PlanScale scale{.scale = 10, .offset_x = 5, .offset_y = -7};
   const auto drawing = read_dxf(map.to_dxf(scale));
   ASSERT_TRUE(drawing.ok()) << drawing.error().detail();
-  EXPECT_TRUE(drawing->skipped.empty());
+  EXPECT_TRUE(drawing->remarks.empty());
   LineMap back(*drawing, scale);
   FeatureMapData data;
   back.fill({}, data);

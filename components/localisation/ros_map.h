@@ -1,6 +1,6 @@
-// A map in the format of ROS's map_server: an image (PGM) with the occupancy of each cell, and a
-// small YAML file with resolution and origin. Pure: the input is bytes; the caller opens the image
-// by the file name from the YAML file.
+// A map in the format of ROS's map_server: an image (PGM) with the occupancy of each cell, and its
+// description (ros_yaml.h). Pure: the input is bytes; the caller opens the image by the file name
+// from the description.
 //
 // The lowest row of the image has the smallest y of ROS. Dark is occupied: p = (max - value) / max,
 // or value / max with `negate`. A cell is occupied above occupied_thresh and free below
@@ -13,28 +13,15 @@
 
 #include "components/geometry/pose.h"
 #include "components/localisation/grid_map.h"
+#include "components/localisation/ros_yaml.h"
 
 namespace rack::localisation {
 
-struct RosMapInfo {
-  std::string image{};    // file name, relative to that of the YAML file
-  double resolution = 0;  // m
-  double origin_x = 0;    // m: the lower left corner of the image
-  double origin_y = 0;    // m
-  bool negate = false;
-  bool is_raw = false;  // values are per cent instead of grey values
-  double occupied_thresh = 0.65;
-  double free_thresh = 0.196;
-};
-
-// Error kMalformed: "line 3: ...".
-tims::Result<RosMapInfo> read_ros_yaml(std::string_view text);
 // PGM as text (P2) or binary (P5).
 tims::Result<GridMap> read_ros_map(const RosMapInfo& info, std::string_view pgm);
 
-// The reverse: a binary image and its YAML file.
+// The reverse: a binary image.
 std::string to_pgm(const GridMap& map);
-std::string to_ros_yaml(const GridMap& map, std::string_view image);
 
 // Converts between poses of ROS and CARMEN (m, rad, counter-clockwise from x to the right) and of
 // RACK.

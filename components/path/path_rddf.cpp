@@ -37,7 +37,7 @@ constexpr std::array<ParameterInfo, 20> kParameters = {{
     optional_partner("scan2d", "the scan", "the scan; -1: none, plans use the map only"),
     optional_partner("gridMap", "the grid map", "a grid map for planning; -1: none"),
     {"mapFile", "", "floor plan for planning, a DXF text file"},
-    {"mapScaleFactor", 1000, "mm per unit of the plan", 1, kMax},
+    {"mapScaleFactor", 1000, "mm per unit of the plan; 0: as it states", 0, kMax},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
     {"cellSize", 100, "cell size of the planning map, mm", 10, 1000},
@@ -142,11 +142,16 @@ class PathRddf : public DataModule<PathData> {
     if (!file.empty()) {
       const auto read = tims::os::read_file(file, kFileMax);
       if (!read) return read.error();
-      const auto drawing = read_dxf(*read);
-      if (!drawing)
-        return tims::Error(drawing.error().code(), file + ": " + drawing.error().detail());
-      return take_map(FreeSpace::of(*drawing, integer("mapScaleFactor"), integer("mapOffsetX"),
-                                    integer("mapOffsetY"), cell, 2000));
+      const auto in_map = [&](const tims::Error& error) {
+        return tims::Error(error.code(), file + ": " + error.detail());
+      };
+      auto drawing = read_dxf(*read);
+      if (!drawing) return in_map(drawing.error());
+      const auto scale = drawing->scale(integer("mapScaleFactor"));
+      if (!scale) return in_map(scale.error());
+      for (const std::string& remark : drawing->remarks) log().warning("{}, {}", file, remark);
+      return take_map(FreeSpace::of(*drawing, *scale, integer("mapOffsetX"), integer("mapOffsetY"),
+                                    cell, 2000));
     }
     if (auto on = grid_map_.turn_on(); !on) return on;
     if (grid_map_) {

@@ -18,7 +18,7 @@ using localisation::LineMap;
 
 constexpr std::array<ParameterInfo, 6> kParameters = {{
     {"mapFile", "", "floor plan (DXF); empty: start with an empty map"},
-    {"mapScaleFactor", 1000, "mm per unit of a floor plan", 1, 1e6},
+    {"mapScaleFactor", 1000, "mm per unit of a floor plan; 0: as the plan states", 0, 1e6},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
     optional_partner("position", "the position",
@@ -115,23 +115,28 @@ class FeatureMap : public DataModule<FeatureMapData> {
     });
   }
 
-  [[nodiscard]] localisation::PlanScale scale() const {
-    return {static_cast<double>(integer("mapScaleFactor")),
-            static_cast<double>(integer("mapOffsetX")), static_cast<double>(integer("mapOffsetY"))};
+  [[nodiscard]] localisation::PlanScale placement(double scale) const {
+    return {scale, static_cast<double>(integer("mapOffsetX")),
+            static_cast<double>(integer("mapOffsetY"))};
   }
 
   Result<void> load(const std::string& path) {
     const auto bytes = tims::os::read_file(path);
     if (!bytes) return bytes.error();
-    const auto drawing = read_dxf(*bytes);
-    if (!drawing)
-      return tims::Error(drawing.error().code(), path + ": " + drawing.error().detail());
-    for (const std::string& skipped : drawing->skipped) log().warning("{}, {}", path, skipped);
-    LineMap map(*drawing, scale());
+    const auto in_map = [&](const tims::Error& error) {
+      return tims::Error(error.code(), path + ": " + error.detail());
+    };
+    auto drawing = read_dxf(*bytes);
+    if (!drawing) return in_map(drawing.error());
+    const auto unit = drawing->scale(integer("mapScaleFactor"));
+    if (!unit) return in_map(unit.error());
+    for (const std::string& remark : drawing->remarks) log().warning("{}, {}", path, remark);
+    LineMap map(*drawing, placement(*unit));
     if (map.size() == 0) return refused(path + ": no lines");
     log().info("map {}: {} lines", path, map.size());
     const std::lock_guard lock(map_mutex_);
     std::swap(map_, map);
+    unit_ = *unit;
     begun_ = true;
     return {};
   }
@@ -140,7 +145,8 @@ class FeatureMap : public DataModule<FeatureMapData> {
     std::string text;
     {
       const std::lock_guard lock(map_mutex_);
-      text = map_.to_dxf(scale());
+      const double scale = integer("mapScaleFactor");
+      text = map_.to_dxf(placement(scale > 0 ? scale : unit_));
     }
     if (auto written = write_file(path, text); !written) return written;
     log().info("map saved as {}", path);
@@ -152,6 +158,7 @@ class FeatureMap : public DataModule<FeatureMapData> {
   std::atomic<bool> begun_ = false;  // the map is loaded; mapFile is ignored from now on
   PriorityMutex map_mutex_;
   LineMap map_;
+  double unit_ = 1000;  // mm per unit of the plan that was loaded
 };
 
 }  // namespace

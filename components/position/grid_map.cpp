@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::array<ParameterInfo, 7> kParameters = {{
     {"mapFile", "", "floor plan (DXF) or map of ROS (.yaml)", 0, 0, true},
-    {"mapScaleFactor", 1000, "mm per unit of a floor plan", 1, 1e6},
+    {"mapScaleFactor", 1000, "mm per unit of a floor plan; 0: as the plan states", 0, 1e6},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
     {"mapResolution", 50, "cell size for floor plans, mm", 1, 1000},
@@ -45,7 +45,8 @@ class GridMap : public DataModule<GridMapData> {
                                .offset_y = static_cast<double>(integer("mapOffsetY")),
                                .resolution = static_cast<double>(integer("mapResolution"))});
     if (!map) return map.error();
-    map_ = std::move(*map);
+    for (const std::string& remark : map->remarks) log().warning("{}", remark);
+    map_ = std::move(map->map);
     if (auto on = position_.turn_on(); !on) return on;
     if (!position_ && map_.cells.size() > kCellsMax) {
       map_ = localisation::coarser(map_, kCellsMax);

@@ -15,6 +15,20 @@ tims::Error in_file(const std::string& path, const tims::Error& error) {
   return {error.code(), path + ": " + error.detail()};
 }
 
+tims::Result<LoadedMap> load_plan(const std::string& path, std::string_view text,
+                                  const PlanPlacement& placement) {
+  auto drawing = read_dxf(text);
+  if (!drawing) return in_file(path, drawing.error());
+  const auto scale = drawing->scale(placement.scale);
+  if (!scale) return in_file(path, scale.error());
+  auto map = localisation::read_map(*drawing, *scale, placement.offset_x, placement.offset_y,
+                                    placement.resolution);
+  if (!map) return in_file(path, map.error());
+  LoadedMap loaded{.map = std::move(*map)};
+  for (const std::string& remark : drawing->remarks) loaded.remarks.push_back(path + ": " + remark);
+  return loaded;
+}
+
 }  // namespace
 
 tims::Result<void> write_file(const std::string& path, std::string_view text) {
@@ -29,18 +43,10 @@ tims::Result<void> write_file(const std::string& path, std::string_view text) {
   return {};
 }
 
-tims::Result<localisation::GridMap> load_map(const std::string& path,
-                                             const PlanPlacement& placement) {
+tims::Result<LoadedMap> load_map(const std::string& path, const PlanPlacement& placement) {
   const auto text = tims::os::read_file(path);
   if (!text) return text.error();
-  if (!path.ends_with(".yaml") && !path.ends_with(".yml")) {
-    const auto drawing = read_dxf(*text);
-    if (!drawing) return in_file(path, drawing.error());
-    auto map = localisation::read_map(*drawing, placement.scale, placement.offset_x,
-                                      placement.offset_y, placement.resolution);
-    if (!map) return in_file(path, map.error());
-    return map;
-  }
+  if (!path.ends_with(".yaml") && !path.ends_with(".yml")) return load_plan(path, *text, placement);
   const auto info = localisation::read_ros_yaml(*text);
   if (!info) return in_file(path, info.error());
   const std::string image = std::filesystem::path(path).parent_path() / info->image;
@@ -48,7 +54,7 @@ tims::Result<localisation::GridMap> load_map(const std::string& path,
   if (!picture) return picture.error();
   auto map = localisation::read_ros_map(*info, *picture);
   if (!map) return in_file(image, map.error());
-  return map;
+  return LoadedMap{.map = std::move(*map)};
 }
 
 }  // namespace rack::navigation

@@ -4,6 +4,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "components/localisation/grid_map.h"
 #include "tims/result.h"
@@ -12,15 +13,19 @@ namespace rack::navigation {
 
 // Conversion of a floor plan: x = (plan y - offset_x) * scale, y = (plan x - offset_y) * scale.
 struct PlanPlacement {
-  double scale = 1000;  // mm per unit of the plan
+  double scale = 1000;  // mm per unit of the plan; 0: as the plan states
   double offset_x = 0;
   double offset_y = 0;
   double resolution = 50;  // mm
 };
 
-// Errors name the file: "floor.dxf: line 7: ...".
-tims::Result<localisation::GridMap> load_map(const std::string& path,
-                                             const PlanPlacement& placement);
+struct LoadedMap {
+  localisation::GridMap map{};
+  std::vector<std::string> remarks{};  // what of the file is not in the map, with its place
+};
+
+// Errors and remarks name the file: "floor.dxf: line 7: ...".
+tims::Result<LoadedMap> load_map(const std::string& path, const PlanPlacement& placement);
 
 // Writes a temporary file and renames it, so that a reader gets either the old or the new contents.
 tims::Result<void> write_file(const std::string& path, std::string_view text);

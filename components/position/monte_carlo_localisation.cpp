@@ -23,7 +23,7 @@ constexpr std::array<ParameterInfo, 21> kParameters = {{
     optional_partner("position", "the position", "the position to update; -1: none"),
     {"period", 1000, "period of the data and of updates of the position, ms", 1, 60000},
     {"mapFile", "", "floor plan (DXF) or map of ROS (.yaml); empty: the map comes by LOAD_MAP"},
-    {"mapScaleFactor", 1000, "mm per unit of a floor plan", 1, 1e6},
+    {"mapScaleFactor", 1000, "mm per unit of a floor plan; 0: as the plan states", 0, 1e6},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
     {"mapResolution", 50, "cell size for floor plans, mm", 1, 1000},
@@ -97,17 +97,20 @@ class MonteCarloLocalisation : public DataModule<MclData> {
 
   // Any task. Reading may take long; only the exchange of the map is locked.
   Result<void> take_map(const std::string& path, bool commanded) {
-    const auto map = load_map(path, {.scale = static_cast<double>(integer("mapScaleFactor")),
-                                     .offset_x = static_cast<double>(integer("mapOffsetX")),
-                                     .offset_y = static_cast<double>(integer("mapOffsetY")),
-                                     .resolution = static_cast<double>(integer("mapResolution"))});
-    if (!map) return map.error();
-    auto made = LikelihoodField::of(*map, {});
+    const auto loaded =
+        load_map(path, {.scale = static_cast<double>(integer("mapScaleFactor")),
+                        .offset_x = static_cast<double>(integer("mapOffsetX")),
+                        .offset_y = static_cast<double>(integer("mapOffsetY")),
+                        .resolution = static_cast<double>(integer("mapResolution"))});
+    if (!loaded) return loaded.error();
+    for (const std::string& remark : loaded->remarks) log().warning("{}", remark);
+    const localisation::GridMap& map = loaded->map;
+    auto made = LikelihoodField::of(map, {});
     if (!made) return tims::Error(made.error().code(), path + ": " + made.error().detail());
     auto field = std::make_unique<LikelihoodField>(std::move(made).value());
-    auto walls = std::make_unique<WallLines>(*map);
-    log().info("map {}: {} x {} cells of {} mm, {} free", path, map->rows, map->columns,
-               map->resolution, field->free_cells());
+    auto walls = std::make_unique<WallLines>(map);
+    log().info("map {}: {} x {} cells of {} mm, {} free", path, map.rows, map.columns,
+               map.resolution, field->free_cells());
     const std::lock_guard lock(field_mutex_);
     field_.swap(field);
     walls_.swap(walls);

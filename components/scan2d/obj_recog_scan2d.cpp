@@ -20,7 +20,7 @@ constexpr std::array<ParameterInfo, 14> kParameters = {{
     required_partner("scan2d", "the scan"),
     optional_partner("position", "the position", "the position; -1: refPos of the scan"),
     {"mapFile", "", "map of static obstacles: floor plan (DXF) or map of ROS (.yaml)"},
-    {"mapScaleFactor", 1000, "mm per unit of a floor plan", 1, 1e6},
+    {"mapScaleFactor", 1000, "mm per unit of a floor plan; 0: as the plan states", 0, 1e6},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
     {"mapResolution", 50, "cell size for floor plans, mm", 1, 1000},
@@ -97,11 +97,16 @@ class ObjRecogScan2d : public DataModule<ObjRecogData> {
 
   Result<localisation::GridMap> read_map(const std::string& path) {
     const auto resolution = static_cast<double>(integer("mapResolution"));
-    if (!path.empty())
-      return navigation::load_map(path, {.scale = static_cast<double>(integer("mapScaleFactor")),
-                                         .offset_x = static_cast<double>(integer("mapOffsetX")),
-                                         .offset_y = static_cast<double>(integer("mapOffsetY")),
-                                         .resolution = resolution});
+    if (!path.empty()) {
+      auto loaded =
+          navigation::load_map(path, {.scale = static_cast<double>(integer("mapScaleFactor")),
+                                      .offset_x = static_cast<double>(integer("mapOffsetX")),
+                                      .offset_y = static_cast<double>(integer("mapOffsetY")),
+                                      .resolution = resolution});
+      if (!loaded) return loaded.error();
+      for (const std::string& remark : loaded->remarks) log().warning("{}", remark);
+      return std::move(loaded->map);
+    }
     if (grid_map_) {
       const auto cells = asked(*grid_map_);
       if (!cells) return cells.error();

@@ -25,7 +25,7 @@ inline constexpr std::array<ParameterInfo, kMapScannerParameters> kMapScanner = 
     {"maxRange", 10000, "maximum range, mm", 1, 1e6},
     {"angleRes", 1, "angle between two rays, deg", 1, 360},
     {"mapFile", "", "floor plan, a DXF text file", 0, 0, true},
-    {"mapScaleFactor", 1000, "mm per unit of the plan", 1, 1e6},
+    {"mapScaleFactor", 1000, "mm per unit of the plan; 0: as it states", 0, 1e6},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
 }};
@@ -37,11 +37,15 @@ inline Result<FloorMap> load_map(const std::string& path, double scale, double o
                                  double offset_y, TextLog& log) {
   const auto text = tims::os::read_file(path, kFileMax);
   if (!text) return tims::Error(text.error().code(), "map " + text.error().detail());
-  const auto drawing = read_dxf(*text);
-  if (!drawing)
-    return tims::Error(drawing.error().code(), "map " + path + ": " + drawing.error().detail());
-  for (const std::string& skipped : drawing->skipped) log.warning("{}, {}", path, skipped);
-  FloorMap map(*drawing, scale, offset_x, offset_y);
+  const auto in_map = [&](const tims::Error& error) {
+    return tims::Error(error.code(), "map " + path + ": " + error.detail());
+  };
+  auto drawing = read_dxf(*text);
+  if (!drawing) return in_map(drawing.error());
+  const auto unit = drawing->scale(scale);
+  if (!unit) return in_map(unit.error());
+  for (const std::string& remark : drawing->remarks) log.warning("{}, {}", path, remark);
+  FloorMap map(*drawing, *unit, offset_x, offset_y);
   log.info("{} has {} features", path, map.size());
   return map;
 }

@@ -158,7 +158,7 @@ class World : public DataModule<WorldData> {
     for (std::size_t i = 0; i + 1 < file.problems.size(); ++i)
       log().error("{}", file.problems[i].to_string());
     if (!file.problems.empty()) return refused(file.problems.back().to_string());
-    for (const std::string& passed : file.passed_over) log().warning("ignored: {}", passed);
+    for (const std::string& remark : file.remarks) log().warning("plan {}", remark);
     if (integer("seed") != 0) file.description.seed = static_cast<std::uint64_t>(integer("seed"));
     return std::move(file.description);
   }

@@ -16,7 +16,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     return 0;
   }
   require(drawing->lines.size() <= rack::DxfDrawing::kLinesMax);
-  require(drawing->skipped.size() <= rack::DxfDrawing::kSkippedMax);
+  require(drawing->remarks.size() <= rack::DxfDrawing::kRemarksMax);
   for (const auto& line : drawing->lines) {
     require(std::isfinite(line.from.x) && std::isfinite(line.from.y));
     require(std::isfinite(line.to.x) && std::isfinite(line.to.y));

@@ -29,6 +29,10 @@ ALLOWED = [re.compile(p) for p in (
     r"jpeg_\w+|_setjmp|longjmp",  # components/devices/camera/jpeg.cpp: libjpeg, and its errors
     r"(m|c|re)alloc|free",  # components/mapping: Eigen takes its memory by them
     r"toml::v3::.*|(vtable|typeinfo) for toml::v3::.*|__cxa_pure_virtual",  # libtims/base/toml.cpp
+    # components/geometry/dxf.cpp: dxflib, which reads from a stream over a text in memory
+    r"DL_\w+::.*|(vtable|typeinfo) for DL_\w+|VTT for std::.*",
+    r"std::(__cxx11::)?basic_(istringstream|stringbuf|streambuf|istream|ios)<char.*|std::(ios_base|locale)::.*",
+    r"(non-virtual thunk to )?YAML::.*|(vtable|typeinfo) for YAML::.*",  # components/localisation/ros_yaml.cpp: yaml-cpp
     r"(sin|cos|tan|asin|acos|atan|atan2|sincos|sinh|cosh|tanh|atanh)f?",
 )]
 # Sanitizer builds call their own runtime.
@@ -39,7 +43,7 @@ NAMES = re.compile(r"tims::\(anonymous namespace\)::own")
 RELOCATED = re.compile(r"DW\.ref\..*")
 CORE = re.compile(r"^tims_library\((\w+_core)\s", re.MULTILINE)
 # Libraries of a folder beside the one of its name.
-BESIDE = {"libtims/base": ("tims_toml",)}
+BESIDE = {"libtims/base": ("tims_toml",), "components/geometry": ("components_geometry_dxf",)}
 
 
 # Folders of components whose libraries are named without the first part.

@@ -60,7 +60,14 @@ std::optional<GridMap> map_from_file(const rack::ParameterList& parameters) {
               .offset_x = number_of(parameters, "mapOffsetX", 0),
               .offset_y = number_of(parameters, "mapOffsetY", 0),
               .resolution = number_of(parameters, "mapResolution", kDrawnCell)});
-  return map ? std::optional(std::move(*map)) : std::nullopt;
+  return map ? std::optional(std::move(map->map)) : std::nullopt;
+}
+
+// With what is not in it on standard error.
+GridMap map_from_argument(const std::string& file) {
+  auto loaded = well(rack::navigation::load_map(file, {}));
+  for (const std::string& remark : loaded.remarks) fmt::print(stderr, "{}\n", remark);
+  return std::move(loaded.map);
 }
 
 }  // namespace
@@ -118,7 +125,7 @@ Exit nav_plot(Context& context) {
     const std::string name = named ? argument.substr(0, equals) : "";
     const std::string file = named ? argument.substr(equals + 1) : argument;
     if (is_map(file)) {
-      picture.map = well(rack::navigation::load_map(file, {}));
+      picture.map = map_from_argument(file);
       continue;
     }
     const std::string text = well(tims::os::read_file(file));

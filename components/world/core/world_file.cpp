@@ -197,18 +197,22 @@ class WorldReader {
                       reader_.text(n, name);
                       place = &n;
                     }},
-                   {"scale", real<Range{1e-3, 1e6}>(scale)},
+                   {"scale", real<Range{0, 1e6}>(scale)},
                    {"offset", point(offset)},
                    {"height", size(height)}});
     require(node, "file");
     if (name.empty()) return;
     const auto text = read_plan_(name);
-    const auto drawing = text ? read_dxf(*text) : tims::Result<DxfDrawing>(text.error());
-    if (!drawing)
-      return reader_.refuse(*place, fmt::format("{}: {}", name, drawing.error().detail()));
-    for (const std::string& skipped : drawing->skipped)
-      file_.passed_over.push_back(fmt::format("{}, {}", name, skipped));
-    add_walls(FloorMap(*drawing, scale, offset.x, offset.y), height, *place);
+    const auto refuse = [&](const tims::Error& error) {
+      reader_.refuse(*place, fmt::format("{}: {}", name, error.detail()));
+    };
+    auto drawing = text ? read_dxf(*text) : tims::Result<DxfDrawing>(text.error());
+    if (!drawing) return refuse(drawing.error());
+    const auto unit = drawing->scale(scale);
+    if (!unit) return refuse(unit.error());
+    for (const std::string& remark : drawing->remarks)
+      file_.remarks.push_back(fmt::format("{}, {}", name, remark));
+    add_walls(FloorMap(*drawing, *unit, offset.x, offset.y), height, *place);
   }
 
   void add_walls(const FloorMap& map, double height, const Node& place) {

@@ -15,8 +15,8 @@ namespace rack::world {
 struct WorldFile {
   WorldDescription description{};  // valid only when there are no problems
   std::vector<tims::base::Problem> problems{};
-  // Parts of drawings that could not be read: "floor.dxf, line 17: LINE without an end".
-  std::vector<std::string> passed_over{};
+  // What of drawings is not in the world: "floor.dxf, line 17: LINE without an end".
+  std::vector<std::string> remarks{};
 };
 
 inline constexpr std::size_t kRobotsMax = 16;

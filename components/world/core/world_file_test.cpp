@@ -142,7 +142,7 @@ TEST(WorldFile, ReadsEverything) {
   EXPECT_EQ(world.walls[0].to.x, 300);
   EXPECT_EQ(world.walls[0].height, 2000);
   EXPECT_EQ(world.walls[1].to.y, 4);
-  EXPECT_THAT(file.passed_over, ElementsAre("square.dxf, line 11: LINE without an end"));
+  EXPECT_THAT(file.remarks, ElementsAre("square.dxf, line 11: LINE without an end"));
   ASSERT_EQ(world.obstacles.size(), 2U);
   EXPECT_EQ(world.obstacles[0].shape, Shape::kBox);
   EXPECT_NEAR(world.obstacles[0].rho, kPi / 2, 1e-9);
@@ -313,7 +313,7 @@ TEST(WorldFile, ThoseThatAreDeployedAreWorlds) {
   for (const std::string name : {"floor.toml", "dora.toml"}) {
     const WorldFile file = deployed(name);
     ASSERT_THAT(file.problems, IsEmpty()) << file.problems.front().to_string();
-    EXPECT_THAT(file.passed_over, IsEmpty());
+    EXPECT_THAT(file.remarks, IsEmpty());
     World world = made(file.description);
     world.advance(kBegin + seconds(60));
     const Truth truth = world.make_truth();

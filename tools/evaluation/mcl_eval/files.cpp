@@ -26,7 +26,8 @@ localisation::GridMap read_map(const std::string& name) {
   if (!map)
     throw Failure(map.error() == tims::Errc::kMalformed ? Exit::kNo : Exit::kNoSuch, "bad_file",
                   map.error().detail());
-  return std::move(map).value();
+  for (const std::string& remark : map->remarks) fmt::print(stderr, "{}\n", remark);
+  return std::move(map->map);
 }
 
 localisation::LikelihoodField field_of(const localisation::GridMap& map, const std::string& file) {

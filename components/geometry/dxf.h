@@ -1,0 +1,51 @@
+// Drawings in DXF: the lines of a floor plan. Pure.
+//
+// dxflib reads the entities, their attributes and the tables; what it does not check before it uses
+// it, dxf_entity.h does. Read are LINE, POINT, POLYLINE, LWPOLYLINE, ARC, CIRCLE, ELLIPSE, and
+// INSERT of a block with its scale, rotation, rows and columns, also nested. Curves and bulges
+// become chords of at most 5 degrees, so that a chord is off by a thousandth of the radius at most.
+// Left out are the paper space, invisible entities, and layers that are off or frozen. Damaged
+// entities and those of types that may be walls but are not read are reported with their line
+// number.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "tims/result.h"
+
+namespace rack {
+
+struct DxfPoint {
+  double x = 0;  // to the east, in units of the drawing
+  double y = 0;  // to the north
+};
+
+struct DxfLine {
+  DxfPoint from;
+  DxfPoint to;
+  std::int32_t layer = 0;  // number in its name
+};
+
+struct DxfDrawing {
+  std::vector<DxfLine> lines;
+  std::vector<std::string> remarks;  // "line 17: LINE without an end", at most kRemarksMax
+  std::size_t others = 0;            // entities of other types, invisible, or in the paper space
+  double unit = 0;                   // mm, from $INSUNITS; 0: not stated
+
+  static constexpr std::size_t kLinesMax = 20000;
+  static constexpr std::size_t kRemarksMax = 20;
+  static constexpr double kFarthest = 1e9;  // limit of a plausible coordinate
+
+  // The mm per unit to use: `wanted`, or for 0 what the drawing states (kInvalidArgument: nothing).
+  // When both are known and differ, a remark is added.
+  tims::Result<double> scale(double wanted);
+};
+
+// The error kMalformed names the line where the text is not DXF.
+tims::Result<DxfDrawing> read_dxf(std::string_view text);
+
+}  // namespace rack
