@@ -101,7 +101,7 @@ tims::Result<GkPlace> gk_place(const PositionGkData& gk) {
   GkPlace place{.northing = gk.northing.si()};
   place.zone = std::floor(gk.easting.si() / kZoneWidth);
   place.easting = gk.easting.si() - place.zone * kZoneWidth - kFalseEasting;
-  if (!(place.zone >= -60 && place.zone <= 119))
+  if (!std::isfinite(place.zone) || place.zone < -60 || place.zone > 119)
     return no_place("the easting has no zone of Gauss-Krueger");
   if (!(std::abs(place.northing) <= kPoleNorthing))
     return no_place("the northing is beyond a pole");

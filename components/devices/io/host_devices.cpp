@@ -1,6 +1,6 @@
 #include "components/devices/io/host_devices.h"
 
-#include <array>
+#include <cerrno>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -51,6 +51,7 @@ class Reading {
       if (udev_device* const parent = ::udev_device_get_parent(device.get())) add(parent);
     }
     std::vector<UdevDevice> devices;
+    devices.reserve(found_.size());
     for (auto& [path, device] : found_) devices.push_back(std::move(device));
     return devices;
   }
@@ -101,12 +102,24 @@ class Reading {
   std::optional<std::multimap<fs::path, std::string>> links_in_dev_;
 };
 
+std::string group_name(gid_t id) {
+  constexpr std::size_t kMembersMax = 1U << 20U;  // bytes of a group with its members
+  for (std::size_t size = 1U << 12U; size <= kMembersMax; size *= 4) {
+    std::vector<char> buffer(size);
+    group entry{};
+    group* found = nullptr;
+    const int result = ::getgrgid_r(id, &entry, buffer.data(), buffer.size(), &found);
+    if (found != nullptr) return found->gr_name;
+    if (result != ERANGE) break;
+  }
+  return {};
+}
+
 void add_access(HostDevice& device) {
   device.may_use = ::access(device.path.c_str(), R_OK | W_OK) == 0;
   struct stat status {};
   if (::stat(device.path.c_str(), &status) != 0) return;
-  const group* const its_group = ::getgrgid(status.st_gid);
-  if (its_group != nullptr) device.group = its_group->gr_name;
+  device.group = group_name(status.st_gid);
 }
 
 void add_bus(HostDevice& device) {

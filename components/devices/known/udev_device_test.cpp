@@ -121,8 +121,8 @@ TEST_F(UdevDeviceTest, AConverterThatAContainerHasNoFileForIsListedWithAHint) {
 TEST_F(UdevDeviceTest, PortsAreInTheOrderOfTheirNumbers) {
   add("/sys/devices/hub", "platform");
   for (const char* name : {"ttyUSB10", "ttyUSB2", "ttyACM7"})
-    add("/sys/devices/hub/" + std::string(name), "tty", "/sys/devices/hub",
-        "/dev/" + std::string(name));
+    add(std::string("/sys/devices/hub/") + name, "tty", "/sys/devices/hub",
+        std::string("/dev/") + name);
   std::vector<std::string> nodes;
   for (const HostDevice& device : found()) nodes.push_back(device.node);
   EXPECT_THAT(nodes, ElementsAre("ttyACM7", "ttyUSB2", "ttyUSB10"));
@@ -149,8 +149,8 @@ TEST_F(UdevDeviceTest, CanInterfacesAndWhetherTheyAreUp) {
 TEST_F(UdevDeviceTest, AStickIsShownOnce) {
   const std::string input = "/sys/devices/virtual/input/input7";
   add(input, "input").attributes["name"] = "Gamepad";
-  for (const std::string name : {"js0", "event3", "mouse0"})
-    add(input + "/" + name, "input", input, "/dev/input/" + name);
+  for (const char* name : {"/js0", "/event3", "/mouse0"})
+    add(std::string(input).append(name), "input", input, std::string("/dev/input").append(name));
   const auto devices = found();
   ASSERT_THAT(devices, SizeIs(1));
   EXPECT_EQ(programs_text(devices[0]), "Joystick");
