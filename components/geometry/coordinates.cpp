@@ -1,10 +1,15 @@
 #include "components/geometry/coordinates.h"
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
+#include <string>
 #include <utility>
+
+#include <GeographicLib/Constants.hpp>
+#include <GeographicLib/Geocentric.hpp>
+#include <GeographicLib/MGRS.hpp>
+#include <GeographicLib/TransverseMercator.hpp>
+#include <GeographicLib/UTMUPS.hpp>
 
 #include "components/geometry/pose.h"
 
@@ -12,62 +17,55 @@ namespace rack::navigation {
 
 namespace {
 
-constexpr i32 kFirstNorthernBand = 12;  // N
-constexpr double kFalseEasting = 500000;
-constexpr double kFalseNorthing = 10000000;  // UTM, south of the equator
+using GeographicLib::Geocentric;
+using GeographicLib::GeographicErr;
+using GeographicLib::MGRS;
+using GeographicLib::TransverseMercator;
+using GeographicLib::UTMUPS;
 
-// Krueger's series in n, the third flattening; exact to a millimetre within about 3000 km.
-struct Series {
-  explicit Series(const Ellipsoid& ellipsoid) {
-    const double f = 1 / ellipsoid.flattening;
-    const double n = f / (2 - f);
-    const double n2 = n * n;
-    const double n3 = n2 * n;
-    radius = ellipsoid.axis / (1 + n) * (1 + n2 / 4 + n2 * n2 / 64);
-    eccentricity = std::sqrt(f * (2 - f));
-    alpha = {n / 2 - 2 * n2 / 3 + 5 * n3 / 16, 13 * n2 / 48 - 3 * n3 / 5, 61 * n3 / 240};
-    beta = {n / 2 - 2 * n2 / 3 + 37 * n3 / 96, n2 / 48 + n3 / 15, 17 * n3 / 480};
-    delta = {2 * n - 2 * n2 / 3 - 2 * n3, 7 * n2 / 3 - 8 * n3 / 5, 56 * n3 / 15};
-  }
-  double radius;  // of a sphere with a meridian of the same length
-  double eccentricity;
-  std::array<double, 3> alpha;
-  std::array<double, 3> beta;
-  std::array<double, 3> delta;
-};
+constexpr std::string_view kBands = "ABCDEFGHJKLMNPQRSTUVWXYZ";
+constexpr i32 kFirstBand = 2;           // C
+constexpr i32 kFirstNorthernBand = 12;  // N
+constexpr i32 kLastBand = 21;           // X
+constexpr double kSouthEnd = -80;       // deg; UTM is not defined beyond
+constexpr double kNorthEnd = 84;
+constexpr double kFalseEasting = 500000;    // Gauss-Krueger, m
+constexpr double kZoneOfGk = 3;             // deg
+constexpr double kPoleNorthing = 10002000;  // m; the pole of each ellipsoid is a little nearer
+
+tims::Error no_place(const std::string& reason = {}) {
+  return {tims::Errc::kInvalidArgument,
+          "these are not coordinates of a place on Earth" + (reason.empty() ? "" : ": " + reason)};
+}
+
+bool is_place(const PositionWgs84Data& at) {  // false also for values that are not numbers
+  return std::abs(at.latitude) <= kPi / 2 && std::abs(at.longitude) <= 2 * kPi;
+}
 
 // Earth-centred coordinates, m.
 struct Vector {
-  double x;
-  double y;
-  double z;
+  double x = 0;
+  double y = 0;
+  double z = 0;
 };
 
-Vector to_vector(const Geodetic& at, const Ellipsoid& ellipsoid) {
-  const double f = 1 / ellipsoid.flattening;
-  const double e2 = f * (2 - f);
-  const double s = std::sin(at.latitude);
-  const double radius = ellipsoid.axis / std::sqrt(1 - e2 * s * s);
-  const double across = (radius + at.height) * std::cos(at.latitude);
-  return {across * std::cos(at.longitude), across * std::sin(at.longitude),
-          (radius * (1 - e2) + at.height) * s};
+Geocentric geocentric(const Ellipsoid& ellipsoid) {
+  return {ellipsoid.axis, 1 / ellipsoid.flattening};
 }
 
-// Bowring's formula: the error is far below a millimetre near the ground.
-Geodetic to_geodetic(const Vector& at, const Ellipsoid& ellipsoid) {
-  const double f = 1 / ellipsoid.flattening;
-  const double e2 = f * (2 - f);
-  const double b = ellipsoid.axis * (1 - f);
-  const double p = std::hypot(at.x, at.y);
-  const double theta = std::atan2(at.z * ellipsoid.axis, p * b);
-  const double s = std::sin(theta);
-  const double c = std::cos(theta);
-  const double latitude =
-      std::atan2(at.z + e2 / (1 - e2) * b * s * s * s, p - e2 * ellipsoid.axis * c * c * c);
-  const double sine = std::sin(latitude);
-  const double height =
-      p * std::cos(latitude) + at.z * sine - ellipsoid.axis * std::sqrt(1 - e2 * sine * sine);
-  return {latitude, std::atan2(at.y, at.x), height};
+Vector to_vector(const Geodetic& at, const Ellipsoid& ellipsoid) {
+  Vector v;
+  geocentric(ellipsoid).Forward(degrees(at.latitude), degrees(at.longitude), at.height, v.x, v.y,
+                                v.z);
+  return v;
+}
+
+Geodetic to_geodetic(const Vector& v, const Ellipsoid& ellipsoid) {
+  double latitude = 0;
+  double longitude = 0;
+  double height = 0;
+  geocentric(ellipsoid).Reverse(v.x, v.y, v.z, latitude, longitude, height);
+  return {radians(latitude), radians(longitude), height};
 }
 
 // The constants of the original, from WGS84 to Bessel; the rotation is that of the frame, not of
@@ -82,44 +80,53 @@ Vector turned(const Vector& v, double sign) {
   return {v.x + r.z * v.y - r.y * v.z, -r.z * v.x + v.y + r.x * v.z, r.y * v.x - r.x * v.y + v.z};
 }
 
-double zone_meridian(i32 zone) { return radians(6 * zone - 183); }
-double gk_meridian(double zone) { return radians(3 * zone); }
+TransverseMercator projection(const Grid& grid) {
+  return {grid.ellipsoid.axis, 1 / grid.ellipsoid.flattening, grid.scale};
+}
+
+double utm_meridian(i32 zone) { return radians(6 * zone - 183); }
+
+Grid gk_grid(double zone) { return {kBessel, 1, radians(kZoneOfGk * zone)}; }
+
+// Easting without its zone number.
+struct GkPlace {
+  double zone = 0;
+  double northing = 0;  // m
+  double easting = 0;   // m, from the meridian
+};
+
+// Zones are counted to the east from Greenwich: to 119, or from -60 to 60.
+tims::Result<GkPlace> gk_place(const PositionGkData& gk) {
+  constexpr double kZoneWidth = 1e6;  // of the numbers, m
+  GkPlace place{.northing = gk.northing.si()};
+  place.zone = std::floor(gk.easting.si() / kZoneWidth);
+  place.easting = gk.easting.si() - place.zone * kZoneWidth - kFalseEasting;
+  if (!std::isfinite(place.zone) || place.zone < -60 || place.zone > 119)
+    return no_place("the easting has no zone of Gauss-Krueger");
+  if (!(std::abs(place.northing) <= kPoleNorthing))
+    return no_place("the northing is beyond a pole");
+  return place;
+}
 
 }  // namespace
 
 PlanePoint project(const Geodetic& at, const Grid& grid) {
-  const Series series(grid.ellipsoid);
-  const double e = series.eccentricity;
-  const double s = std::sin(at.latitude);
-  const double t = std::sinh(std::atanh(s) - e * std::atanh(e * s));
-  const double away = at.longitude - grid.meridian;
-  const double xi = std::atan2(t, std::cos(away));
-  const double eta = std::atanh(std::sin(away) / std::sqrt(1 + t * t));
-  PlanePoint point{xi, eta};
-  for (std::size_t j = 0; j < series.alpha.size(); ++j) {
-    const double k = 2 * static_cast<double>(j + 1);
-    point.north += series.alpha[j] * std::sin(k * xi) * std::cosh(k * eta);
-    point.east += series.alpha[j] * std::cos(k * xi) * std::sinh(k * eta);
-  }
-  return {grid.scale * series.radius * point.north, grid.scale * series.radius * point.east};
+  PlanePoint point;
+  projection(grid).Forward(degrees(grid.meridian), degrees(at.latitude), degrees(at.longitude),
+                           point.east, point.north);
+  return point;
 }
 
 Geodetic unproject(const PlanePoint& point, const Grid& grid) {
-  const Series series(grid.ellipsoid);
-  const double xi = point.north / (grid.scale * series.radius);
-  const double eta = point.east / (grid.scale * series.radius);
-  double xi0 = xi;
-  double eta0 = eta;
-  for (std::size_t j = 0; j < series.beta.size(); ++j) {
-    const double k = 2 * static_cast<double>(j + 1);
-    xi0 -= series.beta[j] * std::sin(k * xi) * std::cosh(k * eta);
-    eta0 -= series.beta[j] * std::cos(k * xi) * std::sinh(k * eta);
-  }
-  const double chi = std::asin(std::sin(xi0) / std::cosh(eta0));
-  double latitude = chi;
-  for (std::size_t j = 0; j < series.delta.size(); ++j)
-    latitude += series.delta[j] * std::sin(2 * static_cast<double>(j + 1) * chi);
-  return {latitude, grid.meridian + std::atan2(std::sinh(eta0), std::cos(xi0)), 0};
+  double latitude = 0;
+  double longitude = 0;
+  projection(grid).Reverse(degrees(grid.meridian), point.east, point.north, latitude, longitude);
+  return {radians(latitude), radians(longitude), 0};
+}
+
+Grid utm_grid(const Geodetic& at) {
+  const int zone = UTMUPS::StandardZone(degrees(at.latitude), degrees(at.longitude), UTMUPS::UTM);
+  return {kEarth, GeographicLib::Constants::UTM_k0(), utm_meridian(zone)};
 }
 
 Geodetic wgs84_to_bessel(const Geodetic& at) {
@@ -135,48 +142,68 @@ Geodetic bessel_to_wgs84(const Geodetic& at) {
       kEarth);
 }
 
-PositionGkData to_gk(const PositionWgs84Data& from) {
+tims::Result<PositionGkData> to_gk(const PositionWgs84Data& from) {
+  if (!is_place(from)) return no_place();
   const Geodetic at = wgs84_to_bessel({from.latitude, from.longitude, from.altitude.si()});
-  const double zone = std::round(degrees(at.longitude) / 3);
-  const PlanePoint point = project(at, {kBessel, 1, gk_meridian(zone)});
-  return {.northing = point.north * 1000,
-          .easting = (zone * 1e6 + kFalseEasting + point.east) * 1000,
-          .altitude = Millimetres<i32>::from_si(at.height),
-          .heading = from.heading};
+  const double zone = std::round(degrees(at.longitude) / kZoneOfGk);
+  const PlanePoint point = project(at, gk_grid(zone));
+  return PositionGkData{.northing = point.north * 1000,
+                        .easting = (zone * 1e6 + kFalseEasting + point.east) * 1000,
+                        .altitude = Millimetres<i32>::from_si(at.height),
+                        .heading = from.heading};
 }
 
-PositionWgs84Data to_wgs84(const PositionGkData& from) {
-  const double easting = from.easting / 1000;
-  const double zone = std::floor(easting / 1e6);
-  Geodetic bessel = unproject({from.northing / 1000, easting - zone * 1e6 - kFalseEasting},
-                              {kBessel, 1, gk_meridian(zone)});
+tims::Result<PositionWgs84Data> to_wgs84(const PositionGkData& from) {
+  const auto place = gk_place(from);
+  if (!place) return place.error();
+  Geodetic bessel = unproject({place->northing, place->easting}, gk_grid(place->zone));
   bessel.height = from.altitude.si();
   const Geodetic at = bessel_to_wgs84(bessel);
-  return {at.latitude, at.longitude, Millimetres<i32>::from_si(at.height), from.heading};
+  return PositionWgs84Data{at.latitude, at.longitude, Millimetres<i32>::from_si(at.height),
+                           from.heading};
 }
 
-PositionUtmData to_utm(const PositionWgs84Data& from) {
-  const double longitude = degrees(signed_angle(from.longitude));
+tims::Result<PositionUtmData> to_utm(const PositionWgs84Data& from) {
+  if (!is_place(from)) return no_place();
+  if (from.latitude < radians(kSouthEnd) || from.latitude > radians(kNorthEnd))
+    return tims::Error{tims::Errc::kInvalidArgument,
+                       "UTM ends at 80 degrees south and 84 degrees north; nearer to a pole use "
+                       "positionReference 0 (WGS84)"};
   const double latitude = degrees(from.latitude);
-  const auto zone = static_cast<i32>(std::clamp(std::floor((longitude + 180) / 6) + 1, 1.0, 60.0));
-  // The bands start with C at 80 degrees south and have 8 degrees each; X is larger.
-  const auto band = static_cast<i32>(std::clamp(std::floor((latitude + 80) / 8), 0.0, 19.0)) + 2;
-  const PlanePoint point =
-      project({from.latitude, radians(longitude), 0}, {kEarth, 0.9996, zone_meridian(zone)});
-  const double south = band < kFirstNorthernBand ? kFalseNorthing : 0;
-  return {.northing = Millimetres<i64>::from_si(point.north + south),
-          .easting = Millimetres<i64>::from_si(point.east + kFalseEasting),
-          .zone = zone,
-          .band = band,
-          .altitude = from.altitude,
-          .heading = from.heading};
+  int zone = 0;
+  bool is_north = false;
+  double easting = 0;
+  double northing = 0;
+  std::string designation;  // "32U"
+  try {
+    UTMUPS::Forward(latitude, degrees(from.longitude), zone, is_north, easting, northing,
+                    UTMUPS::UTM);
+    MGRS::Forward(zone, is_north, easting, northing, latitude, -1, designation);
+  } catch (const GeographicErr& error) {
+    return no_place(error.what());
+  }
+  return PositionUtmData{.northing = Millimetres<i64>::from_si(northing),
+                         .easting = Millimetres<i64>::from_si(easting),
+                         .zone = zone,
+                         .band = static_cast<i32>(kBands.find(designation.back())),
+                         .altitude = from.altitude,
+                         .heading = from.heading};
 }
 
-PositionWgs84Data to_wgs84(const PositionUtmData& from) {
-  const double south = from.band < kFirstNorthernBand ? kFalseNorthing : 0;
-  const Geodetic at = unproject({from.northing.si() - south, from.easting.si() - kFalseEasting},
-                                {kEarth, 0.9996, zone_meridian(from.zone)});
-  return {at.latitude, at.longitude, from.altitude, from.heading};
+tims::Result<PositionWgs84Data> to_wgs84(const PositionUtmData& from) {
+  if (from.zone < UTMUPS::MINUTMZONE || from.zone > UTMUPS::MAXUTMZONE)
+    return no_place("UTM zones are 1 to 60, not " + std::to_string(from.zone));
+  if (from.band < kFirstBand || from.band > kLastBand)
+    return no_place("UTM bands are 2 (C) to 21 (X), not " + std::to_string(from.band));
+  double latitude = 0;
+  double longitude = 0;
+  try {
+    UTMUPS::Reverse(from.zone, from.band >= kFirstNorthernBand, from.easting.si(),
+                    from.northing.si(), latitude, longitude);
+  } catch (const GeographicErr& error) {
+    return no_place(error.what());
+  }
+  return PositionWgs84Data{radians(latitude), radians(longitude), from.altitude, from.heading};
 }
 
 namespace {
@@ -195,27 +222,22 @@ i32 altitude_of(const PositionData& position) {
   return Millimetres<i32>::from_si(-position.pos.z.si());
 }
 
-bool good(const PositionWgs84Data& wgs84) {
-  return std::abs(wgs84.latitude) <= kPi / 2 && std::abs(wgs84.longitude) <= 2 * kPi;
-}
-
-bool good(const PositionUtmData& utm) {
-  return utm.zone >= 1 && utm.zone <= 60 && utm.band >= 0 && utm.band < 24;
-}
-
-tims::Error no_place() {
-  return {tims::Errc::kInvalidArgument, "these are not coordinates of a place on Earth"};
+// Converts a place to another kind of coordinates, and those to a position of the world.
+template <typename To>
+tims::Result<PositionData> through(Coordinates& coordinates, const tims::Result<To>& place) {
+  if (!place) return place.error();
+  return coordinates.from(*place);
 }
 
 }  // namespace
 
 tims::Result<PositionData> Coordinates::from(const PositionWgs84Data& wgs84) {
-  if (!good(wgs84)) return no_place();
+  if (!is_place(wgs84)) return no_place();
   switch (settings_.reference) {
     case PositionReference::kGaussKrueger:
-      return from(navigation::to_gk(wgs84));
+      return through(*this, navigation::to_gk(wgs84));
     case PositionReference::kUtm:
-      return from(navigation::to_utm(wgs84));
+      return through(*this, navigation::to_utm(wgs84));
     case PositionReference::kWgs84:
       break;
   }
@@ -228,17 +250,18 @@ tims::Result<PositionData> Coordinates::from(const PositionWgs84Data& wgs84) {
 }
 
 tims::Result<PositionData> Coordinates::from(const PositionGkData& gk) {
-  if (!std::isfinite(gk.northing.raw()) || !std::isfinite(gk.easting.raw())) return no_place();
   if (settings_.reference != PositionReference::kGaussKrueger)
-    return from(navigation::to_wgs84(gk));
+    return through(*this, navigation::to_wgs84(gk));
+  if (const auto place = gk_place(gk); !place) return place.error();
   const Plane plane{gk.northing.si(), gk.easting.si()};
   find_offset(plane);
   return on_plane(plane, gk.altitude, gk.heading);
 }
 
 tims::Result<PositionData> Coordinates::from(const PositionUtmData& utm) {
-  if (!good(utm)) return no_place();
-  if (settings_.reference != PositionReference::kUtm) return from(navigation::to_wgs84(utm));
+  const auto place = navigation::to_wgs84(utm);
+  if (settings_.reference != PositionReference::kUtm) return through(*this, place);
+  if (!place) return place.error();
   const Plane plane{utm.northing.si(), utm.easting.si()};
   if (find_offset(plane)) {
     settings_.utm_zone = utm.zone;
@@ -281,26 +304,33 @@ PositionUtmData Coordinates::utm_of(const PositionData& position) const {
           .heading = position.pos.rho};
 }
 
-PositionWgs84Data Coordinates::to_wgs84(const PositionData& position) const {
+tims::Result<PositionWgs84Data> Coordinates::to_wgs84(const PositionData& position) const {
   if (settings_.reference == PositionReference::kGaussKrueger)
     return navigation::to_wgs84(gk_of(position));
   if (settings_.reference == PositionReference::kUtm) return navigation::to_wgs84(utm_of(position));
   const auto angle = [](double metres, double scale, double offset) {
     return radians(scale == 0 ? offset : metres / scale + offset);
   };
-  return {angle(position.pos.x.si(), settings_.scale_latitude, settings_.offset_latitude),
-          angle(position.pos.y.si(), settings_.scale_longitude, settings_.offset_longitude),
-          altitude_of(position), position.pos.rho};
+  const PositionWgs84Data place{
+      angle(position.pos.x.si(), settings_.scale_latitude, settings_.offset_latitude),
+      angle(position.pos.y.si(), settings_.scale_longitude, settings_.offset_longitude),
+      altitude_of(position), position.pos.rho};
+  if (!is_place(place)) return no_place("check scaleLatitude and scaleLongitude");
+  return place;
 }
 
-PositionGkData Coordinates::to_gk(const PositionData& position) const {
+tims::Result<PositionGkData> Coordinates::to_gk(const PositionData& position) const {
   if (settings_.reference == PositionReference::kGaussKrueger) return gk_of(position);
-  return navigation::to_gk(to_wgs84(position));
+  const auto place = to_wgs84(position);
+  if (!place) return place.error();
+  return navigation::to_gk(*place);
 }
 
-PositionUtmData Coordinates::to_utm(const PositionData& position) const {
+tims::Result<PositionUtmData> Coordinates::to_utm(const PositionData& position) const {
   if (settings_.reference == PositionReference::kUtm) return utm_of(position);
-  return navigation::to_utm(to_wgs84(position));
+  const auto place = to_wgs84(position);
+  if (!place) return place.error();
+  return navigation::to_utm(*place);
 }
 
 }  // namespace rack::navigation

@@ -1,6 +1,8 @@
-// Coordinates of the Earth as a plane of the robot's world, and back: the projections (transverse
-// Mercator for UTM and Gauss-Krueger), and the meaning of x and y of a position (specification,
-// section 10.5). Pure.
+// Coordinates of the Earth as a plane of the robot's world, and back. A transverse Mercator
+// projection unrolls a cylinder that touches the Earth along a meridian: UTM on the ellipsoid of
+// satellite receivers (WGS84), Gauss-Krueger on that of old German maps (Bessel). The projections
+// and zones are GeographicLib's; the shift between the ellipsoids and the meaning of x and y of a
+// position are those of the original (specification, section 10.5). Pure.
 #pragma once
 
 #include <string>
@@ -37,18 +39,29 @@ struct PlanePoint {
 };
 PlanePoint project(const Geodetic& at, const Grid& grid);
 Geodetic unproject(const PlanePoint& point, const Grid& grid);
+// The grid of the UTM zone that contains the place.
+Grid utm_grid(const Geodetic& at);
 
 // Between the ellipsoids: a Helmert transformation.
 Geodetic wgs84_to_bessel(const Geodetic& at);
 Geodetic bessel_to_wgs84(const Geodetic& at);
 
 // --- between the messages. Heading and altitude are kept; the altitude changes between ellipsoids.
+// What is not a place is an error kInvalidArgument: latitudes beyond the poles, values that are
+// not numbers, longitudes of more than a turn, zones and bands that do not exist.
 
-PositionGkData to_gk(const PositionWgs84Data& from);
-PositionWgs84Data to_wgs84(const PositionGkData& from);
-PositionUtmData to_utm(const PositionWgs84Data& from);
-// zone: 1 to 60, band: N and later are north of the equator.
-PositionWgs84Data to_wgs84(const PositionUtmData& from);
+// Zones of 3 degrees around the meridian zone * 3: from -60 to 60, read up to 119. At the poles any
+// longitude is correct.
+tims::Result<PositionGkData> to_gk(const PositionWgs84Data& from);
+tims::Result<PositionWgs84Data> to_wgs84(const PositionGkData& from);
+
+// From 80 degrees south to 84 degrees north, both included; nearer to a pole is an error. Each
+// place is in its own zone, with the exceptions for Norway (32V) and Svalbard (31X, 33X, 35X, 37X).
+// The meridian of 180 degrees is in zone 1, the equator in band N.
+tims::Result<PositionUtmData> to_utm(const PositionWgs84Data& from);
+// zone: 1 to 60, band: C to X; N and later are north of the equator. The easting may be 0 to 1000
+// km, which overlaps the neighbouring zones.
+tims::Result<PositionWgs84Data> to_wgs84(const PositionUtmData& from);
 
 // --- Positions in the world of the robot as coordinates of the Earth, and back
 
@@ -83,9 +96,9 @@ class Coordinates {
   tims::Result<PositionData> from(const PositionUtmData& utm);
 
   // Without a scale, every position maps to the offset.
-  [[nodiscard]] PositionWgs84Data to_wgs84(const PositionData& position) const;
-  [[nodiscard]] PositionGkData to_gk(const PositionData& position) const;
-  [[nodiscard]] PositionUtmData to_utm(const PositionData& position) const;
+  [[nodiscard]] tims::Result<PositionWgs84Data> to_wgs84(const PositionData& position) const;
+  [[nodiscard]] tims::Result<PositionGkData> to_gk(const PositionData& position) const;
+  [[nodiscard]] tims::Result<PositionUtmData> to_utm(const PositionData& position) const;
 
   // Including offsets, zone and band found by auto_offset.
   [[nodiscard]] const CoordinateSettings& settings() const { return settings_; }

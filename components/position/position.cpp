@@ -145,11 +145,13 @@ class Position : public DataModule<PositionData> {
 
   template <typename To>
   Result<void> from_position(const tims::MessageView& message, i8 type,
-                             To (Coordinates::*convert)(const PositionData&) const) {
+                             Result<To> (Coordinates::*convert)(const PositionData&) const) {
     const auto position = decode<PositionData>(message);
     if (!position) return position.error();
     const std::lock_guard lock(state_mutex_);
-    reply(message.header, type, (coordinates().*convert)(*position));
+    const auto place = (coordinates().*convert)(*position);
+    if (!place) return place.error();
+    reply(message.header, type, *place);
     return {};
   }
 

@@ -26,6 +26,7 @@ ALLOWED = [re.compile(p) for p in (
     r"std::_Rb_tree_\w+\(.*|std::_Sp_\w+.*|std::__detail::_List_node_base::.*",
     r"(floor|ceil|round|trunc|lround|llround|sqrt|pow|exp|exp2|log|log2|log10|fmod|remainder|hypot)f?",
     r"fmt::v9::vformat.*",
+    r"GeographicLib::.*|(vtable|typeinfo) for GeographicLib::.*",  # projections: constants only
     r"jpeg_\w+|_setjmp|longjmp",  # components/devices/camera/jpeg.cpp: libjpeg, and its errors
     r"(m|c|re)alloc|free",  # components/mapping: Eigen takes its memory by them
     r"toml::v3::.*|(vtable|typeinfo) for toml::v3::.*|__cxa_pure_virtual",  # libtims/base/toml.cpp
@@ -43,7 +44,10 @@ NAMES = re.compile(r"tims::\(anonymous namespace\)::own")
 RELOCATED = re.compile(r"DW\.ref\..*")
 CORE = re.compile(r"^tims_library\((\w+_core)\s", re.MULTILINE)
 # Libraries of a folder beside the one of its name.
-BESIDE = {"libtims/base": ("tims_toml",), "components/geometry": ("components_geometry_dxf",)}
+BESIDE = {
+    "components/geometry": ("components_coordinates", "components_geometry_dxf"),
+    "libtims/base": ("tims_toml",),
+}
 
 
 # Folders of components whose libraries are named without the first part.

@@ -8,6 +8,7 @@
 
 #include "base/measure.h"
 #include "base/text.h"
+#include "components/devices/io/device_monitor.h"
 #include "components/devices/io/host_devices.h"
 #include "components/devices/io/line.h"
 #include "components/devices/io/recording.h"
@@ -109,18 +110,19 @@ Exit device_list(Context& context) {
 }
 
 Exit device_watch(Context& context) {
-  constexpr auto kLookEvery = 1s;      // polling interval without udev events
-  constexpr auto kUntilLinks = 200ms;  // time for udev to create links
+  constexpr auto kLookEvery = 1s;   // polling interval without udev events
+  constexpr auto kSettled = 200ms;  // a device is reported part by part: port, interface, terminal
   std::uint64_t left = context.options.count.value_or(UINT64_MAX);
   const tims::Time end = context.run_end();
-  const auto events = listen_for_devices();
+  auto events = DeviceMonitor::open();
   std::vector<HostDevice> known = host_devices();
   context.out.note(fmt::format("{} devices found; waiting for changes", known.size()));
   while (left > 0 && tims::os::now() < end) {
     const tims::Time look = std::min<tims::Time>(end, tims::os::deadline_after(kLookEvery));
-    if (events && context.signals.wait(events->get(), look) == Signals::WaitResult::kReadable) {
-      context.signals.sleep_until(tims::os::deadline_after(kUntilLinks));
-      take_device_events(*events);
+    if (events &&
+        context.signals.wait(events->descriptor(), look) == Signals::WaitResult::kReadable) {
+      context.signals.sleep_until(tims::os::deadline_after(kSettled));
+      events->take_events();
     } else if (!events) {
       context.signals.sleep_until(look);
     }

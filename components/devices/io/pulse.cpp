@@ -1,8 +1,8 @@
 #include "components/devices/io/pulse.h"
 
+#include <array>
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <system_error>
 #include <vector>
 
@@ -10,29 +10,31 @@
 #include <linux/pps.h>
 #include <sys/ioctl.h>
 
+#include "components/devices/io/udev_library.h"
+
 namespace rack::device {
 namespace {
 
 using tims::os::File;
 
-// The terminal of a PPS source according to the kernel, or an empty string.
-std::string line_of(const std::filesystem::path& source) {
-  std::ifstream file(source / "path");
-  std::string path;
-  std::getline(file, path);
-  return path;
+// An attribute of a device; empty if it has none.
+std::string attribute_of(udev_device* device, const char* name) {
+  const char* const value = ::udev_device_get_sysattr_value(device, name);
+  return value == nullptr ? std::string() : value;
 }
 
 }  // namespace
 
 std::string Pulse::find(const std::string& serial_line) {
+  constexpr std::array<const char*, 1> kSubsystems = {"pps"};
   std::error_code error;
   const auto wanted = std::filesystem::canonical(serial_line, error);
   std::vector<std::string> of_no_line;
-  for (const auto& source : std::filesystem::directory_iterator("/sys/class/pps", error)) {
-    const std::string device = "/dev/" + source.path().filename().string();
-    const std::string line = line_of(source.path());
-    if (line.empty()) of_no_line.push_back(device);
+  for (const auto& source : udev_devices(kSubsystems)) {
+    const char* const device = ::udev_device_get_devnode(source.get());
+    if (device == nullptr) continue;
+    const std::string line = attribute_of(source.get(), "path");  // the terminal
+    if (line.empty()) of_no_line.emplace_back(device);
     if (!line.empty() && !wanted.empty() && wanted == line) return device;
   }
   return of_no_line.size() == 1 ? of_no_line.front() : "";

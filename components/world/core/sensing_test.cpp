@@ -212,7 +212,7 @@ TEST(Sensing, FixesAreTheTruthOnTheGrid) {
   const SatelliteFix fix = world.satellite_fix({0, 0}, world.now());
   ASSERT_TRUE(fix.is_valid);
   const auto utm = [](double latitude, double longitude) {
-    return navigation::to_utm({.latitude = latitude, .longitude = longitude});
+    return navigation::to_utm({.latitude = latitude, .longitude = longitude}).value();
   };
   const auto here = utm(fix.latitude, fix.longitude);
   const auto origin = utm(description.origin.latitude, description.origin.longitude);

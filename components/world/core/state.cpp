@@ -68,10 +68,9 @@ World::State::State(WorldDescription description, tims::Time begin)
   for (std::size_t i = 0; i < people_.size(); ++i) history_.person(i) = people_.figures()[i];
   put_.reserve(kPutKept);
   solids_.reserve(kPutMax);
-  const double zone =
-      std::clamp(std::floor(degrees(description_.origin.longitude) / 6), -30.0, 29.0);
-  grid_ = {navigation::kEarth, 0.9996, radians(6 * zone + 3)};
-  grid_origin_ = project({description_.origin.latitude, description_.origin.longitude, 0}, grid_);
+  const navigation::Geodetic origin{description_.origin.latitude, description_.origin.longitude, 0};
+  grid_ = utm_grid(origin);
+  grid_origin_ = project(origin, grid_);
 }
 
 std::optional<std::string> World::State::problem() const {
