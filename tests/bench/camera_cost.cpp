@@ -51,7 +51,7 @@ Result<std::string> make_pictures(const std::string& scratch) {
           pixels[at++] =
               static_cast<std::byte>((part / 4 + static_cast<std::uint32_t>(i)) % 200 + grain);
         }
-    const auto made = jpeg.encode({.format = device::Pixels8::kRgb,
+    const auto made = jpeg.encode({.layout = device::PixelLayout::kRgb,
                                    .size = {kCameraCostWidth, kCameraCostHeight},
                                    .bytes = pixels},
                                   kQuality, pixels.size(), picture);

@@ -314,7 +314,7 @@ Prepared jpegs() {
   const std::vector<std::byte> pixels = shades(3);
   std::vector<std::byte> frame;
   device::Jpeg jpeg;
-  (void)jpeg.encode({device::Pixels8::kRgb, {kDecoderStreamsWidth, kDecoderStreamsHeight}, pixels},
+  (void)jpeg.encode({device::PixelLayout::kRgb, {kDecoderStreamsWidth, kDecoderStreamsHeight}, pixels},
                     75, pixels.size(), frame);
   return pictures({device::video::kMjpeg, kDecoderStreamsWidth, kDecoderStreamsHeight, 0}, frame,
                   rack::camera_mode::kJpeg);
