@@ -26,7 +26,7 @@ ALLOWED = [re.compile(p) for p in (
     r"std::_Rb_tree_\w+\(.*|std::_Sp_\w+.*|std::__detail::_List_node_base::.*",
     r"(floor|ceil|round|trunc|lround|llround|sqrt|pow|exp|exp2|log|log2|log10|fmod|remainder|hypot)f?",
     r"fmt::v9::vformat.*",
-    r"jpeg_\w+|_setjmp|longjmp",  # components/devices/camera/jpeg.cpp: libjpeg, and its errors
+    r"cv::.*|(vtable|typeinfo) for cv::.*",  # OpenCV on pictures in memory
     r"(m|c|re)alloc|free",  # components/mapping: Eigen takes its memory by them
     r"toml::v3::.*|(vtable|typeinfo) for toml::v3::.*|__cxa_pure_virtual",  # libtims/base/toml.cpp
     r"(sin|cos|tan|asin|acos|atan|atan2|sincos|sinh|cosh|tanh|atanh)f?",
@@ -39,7 +39,8 @@ NAMES = re.compile(r"tims::\(anonymous namespace\)::own")
 RELOCATED = re.compile(r"DW\.ref\..*")
 CORE = re.compile(r"^tims_library\((\w+_core)\s", re.MULTILINE)
 # Libraries of a folder beside the one of its name.
-BESIDE = {"libtims/base": ("tims_toml",)}
+BESIDE = {"libtims/base": ("tims_toml",), "components/devices/camera": ("devices_pictures",),
+          "components/pictures": ("grey_pictures",)}
 
 
 # Folders of components whose libraries are named without the first part.
