@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <optional>
 #include <string>
+#include <type_traits>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
@@ -128,3 +129,10 @@ tims::Result<GreyPicture> read_grey(std::string_view bytes) {
 }
 
 }  // namespace rack::pictures
+
+extern "C" [[gnu::visibility("default")]] void rack_read_grey(
+    const std::string_view& bytes, tims::Result<rack::pictures::GreyPicture>& picture) {
+  picture = rack::pictures::read_grey(bytes);
+}
+
+static_assert(std::is_same_v<decltype(&rack_read_grey), rack::pictures::ReadGrey>);

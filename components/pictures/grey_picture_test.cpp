@@ -81,8 +81,8 @@ TEST(GreyPicture, HasAnyMaximum) {
 
 TEST(GreyPicture, ValuesOfTextsAreExact) {
   for (const int white : {1, 2, 3, 99, 100, 127, 254, 255, 256, 65535}) {
-    std::string text = "P2 " + std::to_string(std::min(white, 255) + 1) + " 1 " +
-                       std::to_string(white);
+    std::string text =
+        "P2 " + std::to_string(std::min(white, 255) + 1) + " 1 " + std::to_string(white);
     for (int i = 0; i <= std::min(white, 255); ++i) text += " " + std::to_string(i);
     const auto picture = read_grey(text);
     ASSERT_TRUE(picture) << white << ": " << picture.error().detail();
@@ -109,8 +109,8 @@ TEST(GreyPicture, IsAPngOfAnyDepth) {
 TEST(GreyPicture, IsRefusedWhenItIsBroken) {
   for (const std::string_view pgm :
        {"", "P6 1 1 255 abc", "P5 0 1 255\n", "P5 -1 -1 255\n", "P5 2 2 255\nabc", "P5 2 2",
-        "P2 2 1 255 3", "P2 2 1 255 3 x", "P5 1 1 70000\n1", "P5 1 1 0\n1",
-        "P5 99999 99999 255\n", "P5 2147483647 2147483647 255\n", "P5 4294967297 1 255\n1"}) {
+        "P2 2 1 255 3", "P2 2 1 255 3 x", "P5 1 1 70000\n1", "P5 1 1 0\n1", "P5 99999 99999 255\n",
+        "P5 2147483647 2147483647 255\n", "P5 4294967297 1 255\n1"}) {
     const auto picture = read_grey(pgm);
     ASSERT_FALSE(picture) << pgm;
     EXPECT_EQ(picture.error().code(), tims::Errc::kMalformed) << pgm;
@@ -152,7 +152,8 @@ TEST(GreyPicture, ItsSizeIsLimited) {
 
 // Decoders of other formats are not open to files.
 TEST(GreyPicture, OtherFormatsAreRefused) {
-  for (const std::string_view other : {"II*\0", "BM", "\xFF\xD8\xFF\xE0", "RIFF", "GIF89a", "P4 1 1 a"})
+  for (const std::string_view other :
+       {"II*\0", "BM", "\xFF\xD8\xFF\xE0", "RIFF", "GIF89a", "P4 1 1 a"})
     EXPECT_THAT(read_grey(other).error().detail(), HasSubstr("neither a PGM"));
 }
 

@@ -1,8 +1,8 @@
 #include "components/position/map_picture.h"
 
-#include <dlfcn.h>
-
 #include <string>
+
+#include <dlfcn.h>
 
 namespace rack::navigation {
 
@@ -10,8 +10,7 @@ namespace {
 
 tims::Result<pictures::ReadGrey> load_decoder() {
   void* const library = ::dlopen(RACK_PICTURES_LIBRARY, RTLD_NOW | RTLD_LOCAL);
-  void* const function =
-      library == nullptr ? nullptr : ::dlsym(library, pictures::kReadGreySymbol);
+  void* const function = library == nullptr ? nullptr : ::dlsym(library, pictures::kReadGreySymbol);
   if (function != nullptr) return reinterpret_cast<pictures::ReadGrey>(function);
   const char* const reason = ::dlerror();
   return tims::Error(tims::Errc::kSystem,

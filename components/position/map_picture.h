@@ -9,8 +9,7 @@
 namespace rack::navigation {
 
 // PGM or PNG. kMalformed: what is wrong with the picture. kSystem: the library is missing, for
-// example
-// because this was built without OpenCV.
+// example because this was built without OpenCV.
 tims::Result<pictures::GreyPicture> read_map_picture(std::string_view bytes);
 
 }  // namespace rack::navigation

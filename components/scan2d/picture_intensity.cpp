@@ -75,10 +75,10 @@ void CameraView::project(double width, double height) {
                          static_cast<double>(camera_.fy.raw()) * down,
                          static_cast<double>(camera_.n0.raw()) * down, 0, 0, 1);
   const double f = camera_.f > 0 ? static_cast<double>(camera_.f.raw()) : 0;
-  const cv::Vec4d distortion(
-      static_cast<double>(camera_.k1.raw()) * f * f,
-      static_cast<double>(camera_.k2.raw()) * f * f * f * f,
-      static_cast<double>(camera_.p1.raw()) * f, static_cast<double>(camera_.p2.raw()) * f);
+  const cv::Vec4d distortion(static_cast<double>(camera_.k1.raw()) * f * f,
+                             static_cast<double>(camera_.k2.raw()) * f * f * f * f,
+                             static_cast<double>(camera_.p1.raw()) * f,
+                             static_cast<double>(camera_.p2.raw()) * f);
   cv::Mat projected = column_of(projected_, CV_64FC2);
   cv::projectPoints(column_of(seen_, CV_64FC3), cv::Vec3d(), cv::Vec3d(), lens,
                     f > 0 ? cv::Mat(distortion) : cv::Mat(), projected);
@@ -102,7 +102,8 @@ Result<std::span<const std::optional<Pixel>>> CameraView::pixels(std::span<const
     const auto [column, row] = projected_[i];
     const bool is_inside = seen_[i][2] > kNearest && column >= 0 && column < width && row >= 0 &&
                            row < height;  // no NaN
-    if (is_inside) pixels_[i] = Pixel{static_cast<std::size_t>(column), static_cast<std::size_t>(row)};
+    if (is_inside)
+      pixels_[i] = Pixel{static_cast<std::size_t>(column), static_cast<std::size_t>(row)};
   }
   return Pixels(pixels_);
 }

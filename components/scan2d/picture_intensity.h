@@ -32,14 +32,13 @@ class CameraView {
 
   // The pixels of points in the frame of the robot, for an image of this size. None: outside of the
   // image. They are valid until the next call.
-  tims::Result<std::span<const std::optional<Pixel>>> pixels(
-      std::span<const scan3d::Place> places, double width, double height);
+  tims::Result<std::span<const std::optional<Pixel>>> pixels(std::span<const scan3d::Place> places,
+                                                             double width, double height);
 
   // Sets the intensity of each point to its brightness in the image; 0 outside of it. `moved`: pose
   // of the robot at the scan, relative to that at the image. kInvalidArgument: the pixel format is
   // not supported, or the image is too short; the scan is not changed.
-  tims::Result<void> add_brightness(const CameraData& picture, const Pose& moved,
-                                    Scan2dData& scan);
+  tims::Result<void> add_brightness(const CameraData& picture, const Pose& moved, Scan2dData& scan);
 
  private:
   CameraView(const CameraParamData& camera, const Pose& mounting)

@@ -19,7 +19,7 @@ namespace tims::bench {
 namespace {
 
 constexpr std::uint32_t kCameraCostWidth = 640;
-constexpr int kPictures = 30;  // repeated from the first
+constexpr int kPictures = 30;         // repeated from the first
 constexpr double kRate = 30;          // per second
 constexpr double kRateOfFolder = 20;  // default of play: for folders
 

@@ -1,5 +1,5 @@
-// tims-bench-pictures: without arguments, the time of every conversion of pictures of 640 x 480. With
-// FOLDER and COUNT, writes pictures as JPEG for the scenario camera_cpu.
+// tims-bench-pictures: without arguments, the time of every conversion of pictures of 640 x 480.
+// With FOLDER and COUNT, writes pictures as JPEG for the scenario camera_cpu.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -43,9 +43,9 @@ bool write_pictures(const std::filesystem::path& folder, int count) {
   std::vector<std::byte> picture;
   for (int i = 0; i < count; ++i) {
     const auto pixels = stripes(3, static_cast<std::uint32_t>(i));
-    const auto made = jpeg.encode(
-        {.layout = PixelLayout::kRgb, .size = {kWidth, kHeight}, .bytes = pixels}, kQuality,
-        pixels.size(), picture);
+    const auto made =
+        jpeg.encode({.layout = PixelLayout::kRgb, .size = {kWidth, kHeight}, .bytes = pixels},
+                    kQuality, pixels.size(), picture);
     if (!made) {
       std::fprintf(stderr, "%s\n", made.error().message().c_str());
       return false;
@@ -88,9 +88,9 @@ void measure_conversions() {
   PictureMaker maker;
   rack::CameraData picture;
   picture.image.reserve_all();
-  constexpr std::array kFormats = {std::pair{video::kGrey, 1},  std::pair{video::kYuyv, 2},
-                                   std::pair{video::kUyvy, 2},  std::pair{video::kRgb24, 3},
-                                   std::pair{video::kBgr24, 3}, std::pair{video::kGrey16, 2},
+  constexpr std::array kFormats = {std::pair{video::kGrey, 1},   std::pair{video::kYuyv, 2},
+                                   std::pair{video::kUyvy, 2},   std::pair{video::kRgb24, 3},
+                                   std::pair{video::kBgr24, 3},  std::pair{video::kGrey16, 2},
                                    std::pair{video::kDepth16, 2}};
   constexpr std::array kModes = {camera_mode::kMono8,  camera_mode::kRgb24, camera_mode::kYuv422,
                                  camera_mode::kMono16, camera_mode::kRange, camera_mode::kJpeg};
@@ -107,8 +107,8 @@ void measure_conversions() {
   std::vector<std::byte> jpeg;
   check(encoder.encode({.layout = PixelLayout::kRgb, .size = {kWidth, kHeight}, .bytes = pixels},
                        80, pixels.size(), jpeg));
-  for (const rack::u16 mode : {camera_mode::kMono8, camera_mode::kRgb24, camera_mode::kYuv422,
-                               camera_mode::kJpeg})
+  for (const rack::u16 mode :
+       {camera_mode::kMono8, camera_mode::kRgb24, camera_mode::kYuv422, camera_mode::kJpeg})
     measure("MJPG to " + std::string(name_of_mode(mode)), 40,
             [&] { check(maker.make({.format = video::kMjpeg}, jpeg, mode, picture)); });
   check(maker.make({.format = video::kMjpeg}, jpeg, camera_mode::kRgb24, picture));

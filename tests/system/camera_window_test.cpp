@@ -1,5 +1,5 @@
-// The window for Camera of the original's GUI with our drivers. It requests the next picture, paints
-// it, and sets either its mode or its size.
+// The window for Camera of the original's GUI with our drivers. It requests the next picture,
+// paints it, and sets either its mode or its size.
 #include <cmath>
 #include <fstream>
 

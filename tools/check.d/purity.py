@@ -27,6 +27,7 @@ ALLOWED = [re.compile(p) for p in (
     r"(floor|ceil|round|trunc|lround|llround|sqrt|pow|exp|exp2|log|log2|log10|fmod|remainder|hypot)f?",
     r"fmt::v9::vformat.*",
     r"cv::.*|(vtable|typeinfo) for cv::.*",  # OpenCV on pictures in memory
+    r"__libc_single_threaded",  # its pointers, which are std::shared_ptr: how they count
     r"(m|c|re)alloc|free",  # components/mapping: Eigen takes its memory by them
     r"toml::v3::.*|(vtable|typeinfo) for toml::v3::.*|__cxa_pure_virtual",  # libtims/base/toml.cpp
     r"(sin|cos|tan|asin|acos|atan|atan2|sincos|sinh|cosh|tanh|atanh)f?",

@@ -110,8 +110,7 @@ Result<void> CameraFrames::make_depth(std::span<const std::byte> pair) {
     depths = stereo_.ranges(settings_.focal * settings_.base * kFraction);
   if (!depths) return depths.error();
   picture_.image.resize(2 * depths->size());
-  for (std::size_t i = 0; i < depths->size(); ++i)
-    put_big_endian(picture_.image, i, (*depths)[i]);
+  for (std::size_t i = 0; i < depths->size(); ++i) put_big_endian(picture_.image, i, (*depths)[i]);
   picture_.width = static_cast<u16>(width);
   picture_.height = static_cast<u16>(height);
   picture_.depth = depth_of(settings_.mode);

@@ -83,7 +83,9 @@ std::size_t blocks_of(const Segment& header, PictureSize size) {
   if (header.bytes.size() < 10 + 3 * count) return 0;
   const auto sampling = [&](std::size_t i) { return header.bytes[10 + 3 * i + 1]; };
   const auto across = [](std::byte both) { return std::to_integer<std::size_t>(both >> 4); };
-  const auto down = [](std::byte both) { return std::to_integer<std::size_t>(both & std::byte{15}); };
+  const auto down = [](std::byte both) {
+    return std::to_integer<std::size_t>(both & std::byte{15});
+  };
   std::size_t across_max = 1;
   std::size_t down_max = 1;
   for (std::size_t i = 0; i < count; ++i) {
@@ -130,9 +132,8 @@ Result<PictureSize> check_jpeg(std::span<const std::byte> jpeg) {
     return Error(Errc::kMalformed, "invalid picture: neither baseline nor progressive JPEG");
   const int scans = scans_of(jpeg);
   if (scans == 0 || scans > kJpegScansMax)
-    return Error(Errc::kMalformed,
-                 "invalid picture: " + std::to_string(scans) + " scans, not 1 to " +
-                     std::to_string(kJpegScansMax));
+    return Error(Errc::kMalformed, "invalid picture: " + std::to_string(scans) +
+                                       " scans, not 1 to " + std::to_string(kJpegScansMax));
   if (end_mark(jpeg) == jpeg.end())
     return Error(Errc::kMalformed, "damaged picture: its end is missing");
   // Each Huffman code has one bit at least. A block has two codes in a baseline picture, one in the

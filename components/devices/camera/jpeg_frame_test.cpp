@@ -110,9 +110,9 @@ TEST(JpegFrame, IsNotTurned) {
   const std::vector<std::byte> pixels(std::size_t{32} * 8, std::byte{90});
   ASSERT_TRUE(library.encode({.layout = PixelLayout::kGrey, .size = {32, 8}, .bytes = pixels}, 90,
                              10000, jpeg));
-  auto turned = bytes({0xFF, 0xD8, 0xFF, 0xE1, 0, 34, 'E', 'x', 'i', 'f', 0, 0, 'M', 'M', 0, 42,
-                       0,    0,    0,    8,    0, 1,  1,   18,  0,   3,   0, 0, 0,   1,   0, 6,
-                       0,    0,    0,    0,    0, 0});
+  auto turned =
+      bytes({0xFF, 0xD8, 0xFF, 0xE1, 0,  34, 'E', 'x', 'i', 'f', 0, 0, 'M', 'M', 0, 42, 0, 0, 0,
+             8,    0,    1,    1,    18, 0,  3,   0,   0,   0,   1, 0, 6,   0,   0, 0,  0, 0, 0});
   turned.insert(turned.end(), jpeg.begin() + 2, jpeg.end());
   std::vector<std::byte> back;
   const auto size = library.decode(turned, PixelLayout::kGrey, 10000, back);

@@ -211,7 +211,8 @@ TEST(PictureTest, ItsSizeIsLimited) {
   std::vector<std::byte> frame(kCameraBytesMax + 3 * 1280);
   EXPECT_TRUE(maker.make({video::kRgb24, 1280, 1024, 0}, frame, camera_mode::kRgb24, picture));
   EXPECT_EQ(picture.image.size(), kCameraBytesMax);
-  const auto large = maker.make({video::kRgb24, 1280, 1025, 0}, frame, camera_mode::kRgb24, picture);
+  const auto large =
+      maker.make({video::kRgb24, 1280, 1025, 0}, frame, camera_mode::kRgb24, picture);
   ASSERT_FALSE(large);
   EXPECT_EQ(large.error().code(), tims::Errc::kTooBig);
   EXPECT_TRUE(maker.make({video::kGrey, 0xFFFF, 2, 0}, frame, camera_mode::kMono8, picture));
@@ -271,17 +272,16 @@ TEST(PictureTest, KnownAnswersOfYuyv) {
     std::array<int, 4> yuyv;
     std::array<int, 6> rgb;
   };
-  constexpr std::array kAnswers = {
-      Answer{{60, 94, 129, 180}, {134, 22, 0, 215, 103, 63}},
-      Answer{{151, 214, 60, 251}, {255, 24, 255, 248, 0, 225}},
-      Answer{{220, 83, 174, 136}, {250, 249, 147, 197, 195, 93}},
-      Answer{{55, 26, 18, 81}, {0, 123, 0, 0, 80, 0}},
-      Answer{{33, 181, 149, 97}, {0, 24, 127, 105, 159, 255}},
-      Answer{{67, 192, 238, 45}, {0, 102, 188, 126, 255, 255}},
-      Answer{{85, 251, 99, 140}, {99, 23, 255, 116, 39, 255}},
-      Answer{{119, 254, 224, 182}, {206, 27, 255, 255, 149, 255}},
-      Answer{{245, 249, 39, 95}, {214, 246, 255, 0, 6, 255}},
-      Answer{{175, 41, 126, 44}, {51, 255, 10, 0, 230, 0}}};
+  constexpr std::array kAnswers = {Answer{{60, 94, 129, 180}, {134, 22, 0, 215, 103, 63}},
+                                   Answer{{151, 214, 60, 251}, {255, 24, 255, 248, 0, 225}},
+                                   Answer{{220, 83, 174, 136}, {250, 249, 147, 197, 195, 93}},
+                                   Answer{{55, 26, 18, 81}, {0, 123, 0, 0, 80, 0}},
+                                   Answer{{33, 181, 149, 97}, {0, 24, 127, 105, 159, 255}},
+                                   Answer{{67, 192, 238, 45}, {0, 102, 188, 126, 255, 255}},
+                                   Answer{{85, 251, 99, 140}, {99, 23, 255, 116, 39, 255}},
+                                   Answer{{119, 254, 224, 182}, {206, 27, 255, 255, 149, 255}},
+                                   Answer{{245, 249, 39, 95}, {214, 246, 255, 0, 6, 255}},
+                                   Answer{{175, 41, 126, 44}, {51, 255, 10, 0, 230, 0}}};
   PictureMaker maker;
   CameraData picture;
   for (const auto& [yuyv, rgb] : kAnswers) {
@@ -301,19 +301,19 @@ TEST(PictureTest, KnownAnswersOfGrey) {
     int grey;
   };
   constexpr std::array kAnswers = {
-      Answer{{151, 223, 84}, 185},  Answer{{4, 243, 59}, 150},    Answer{{212, 6, 98}, 78},
-      Answer{{11, 88, 33}, 58},     Answer{{207, 104, 37}, 127},  Answer{{156, 203, 238}, 192},
-      Answer{{2, 7, 255}, 33},      Answer{{205, 116, 100}, 140}, Answer{{171, 247, 187}, 217},
-      Answer{{125, 106, 37}, 103},  Answer{{230, 191, 162}, 199}, Answer{{148, 137, 13}, 126}};
+      Answer{{151, 223, 84}, 185}, Answer{{4, 243, 59}, 150},    Answer{{212, 6, 98}, 78},
+      Answer{{11, 88, 33}, 58},    Answer{{207, 104, 37}, 127},  Answer{{156, 203, 238}, 192},
+      Answer{{2, 7, 255}, 33},     Answer{{205, 116, 100}, 140}, Answer{{171, 247, 187}, 217},
+      Answer{{125, 106, 37}, 103}, Answer{{230, 191, 162}, 199}, Answer{{148, 137, 13}, 126}};
   PictureMaker maker;
   CameraData picture;
   for (const auto& [rgb, grey] : kAnswers) {
     const auto [r, g, b] = rgb;
-    ASSERT_TRUE(maker.make({video::kRgb24, 1, 1, 3}, bytes({r, g, b}), camera_mode::kMono8,
-                           picture));
+    ASSERT_TRUE(
+        maker.make({video::kRgb24, 1, 1, 3}, bytes({r, g, b}), camera_mode::kMono8, picture));
     EXPECT_NEAR(std::to_integer<int>(picture.image[0]), grey, 1);
-    ASSERT_TRUE(maker.make({video::kBgr24, 1, 1, 3}, bytes({b, g, r}), camera_mode::kMono8,
-                           picture));
+    ASSERT_TRUE(
+        maker.make({video::kBgr24, 1, 1, 3}, bytes({b, g, r}), camera_mode::kMono8, picture));
     EXPECT_NEAR(std::to_integer<int>(picture.image[0]), grey, 1);
   }
 }
@@ -328,9 +328,9 @@ TEST(JpegTest, KnownAnswersOfACamera) {
     int grey;
   };
   constexpr std::array kAnswers = {
-      Answer{10, 10, {57, 51, 25}, 50},    Answer{80, 60, {77, 81, 46}, 76},
+      Answer{10, 10, {57, 51, 25}, 50},      Answer{80, 60, {77, 81, 46}, 76},
       Answer{150, 100, {121, 122, 91}, 118}, Answer{40, 90, {72, 74, 37}, 69},
-      Answer{120, 20, {49, 49, 41}, 48},   Answer{66, 110, {66, 67, 35}, 63}};
+      Answer{120, 20, {49, 49, 41}, 48},     Answer{66, 110, {66, 67, 35}, 63}};
   constexpr std::array kPairs = {std::array{114, 50, 133, 47},   std::array{110, 76, 128, 76},
                                  std::array{113, 118, 130, 125}, std::array{110, 69, 130, 68},
                                  std::array{123, 48, 129, 46},   std::array{112, 63, 130, 62}};

@@ -49,26 +49,26 @@ constexpr int kSecond = -4;
 constexpr int kPairs = -5;  // colours of pairs of pixels
 
 using enum PixelLayout;
-constexpr std::array kConversions = {
-    Conversion{kGrey, kGrey, kCopy},
-    Conversion{kYuyv, kGrey, kFirst},
-    Conversion{kUyvy, kGrey, kSecond},
-    Conversion{kRgb, kGrey, cv::COLOR_RGB2GRAY},
-    Conversion{kBgr, kGrey, cv::COLOR_BGR2GRAY},
-    Conversion{kRgb, kRgb, kCopy},
-    Conversion{kBgr, kRgb, cv::COLOR_BGR2RGB},
-    Conversion{kYuyv, kRgb, cv::COLOR_YUV2RGB_YUYV},
-    Conversion{kUyvy, kRgb, cv::COLOR_YUV2RGB_UYVY},
-    Conversion{kGrey, kRgb, cv::COLOR_GRAY2RGB},
-    Conversion{kBgr, kBgr, kCopy},
-    Conversion{kRgb, kBgr, cv::COLOR_RGB2BGR},
-    Conversion{kYuyv, kBgr, cv::COLOR_YUV2BGR_YUYV},
-    Conversion{kUyvy, kBgr, cv::COLOR_YUV2BGR_UYVY},
-    Conversion{kUyvy, kUyvy, kCopy},
-    Conversion{kYuyv, kUyvy, kSwap},
-    Conversion{kBgr, kUyvy, kPairs},
-    Conversion{kLittle16, kBig16, kSwap},
-};
+constexpr std::array<Conversion, 18> kConversions = {{
+    {kGrey, kGrey, kCopy},
+    {kYuyv, kGrey, kFirst},
+    {kUyvy, kGrey, kSecond},
+    {kRgb, kGrey, cv::COLOR_RGB2GRAY},
+    {kBgr, kGrey, cv::COLOR_BGR2GRAY},
+    {kRgb, kRgb, kCopy},
+    {kBgr, kRgb, cv::COLOR_BGR2RGB},
+    {kYuyv, kRgb, cv::COLOR_YUV2RGB_YUYV},
+    {kUyvy, kRgb, cv::COLOR_YUV2RGB_UYVY},
+    {kGrey, kRgb, cv::COLOR_GRAY2RGB},
+    {kBgr, kBgr, kCopy},
+    {kRgb, kBgr, cv::COLOR_RGB2BGR},
+    {kYuyv, kBgr, cv::COLOR_YUV2BGR_YUYV},
+    {kUyvy, kBgr, cv::COLOR_YUV2BGR_UYVY},
+    {kUyvy, kUyvy, kCopy},
+    {kYuyv, kUyvy, kSwap},
+    {kBgr, kUyvy, kPairs},
+    {kLittle16, kBig16, kSwap},
+}};
 
 const Conversion* find_conversion(PixelLayout from, PixelLayout to) {
   const auto* const found = std::ranges::find_if(kConversions, [&](const Conversion& conversion) {
@@ -95,8 +95,7 @@ bool PixelView::is_whole() const {
   constexpr std::uint32_t kSideMax = 0xFFFF;
   if (size.width == 0 || size.height == 0 || size.width > kSideMax || size.height > kSideMax)
     return false;
-  return bytes.size() >=
-         stride_of(*this) * (size.height - 1) + size.width * bytes_of(layout);
+  return bytes.size() >= stride_of(*this) * (size.height - 1) + size.width * bytes_of(layout);
 }
 
 bool PixelConverter::can_convert(PixelLayout from, PixelLayout to) {
@@ -145,16 +144,14 @@ std::optional<double> mean_of(const PixelView& picture, int channel, int part) {
   constexpr std::uint32_t kLines = 64;
   const std::uint32_t every = 1 + h / kLines;
   const std::size_t stride = stride_of(picture);
-  const std::size_t at =
-      (height - h) / 2 * stride + (width - w) / 2 * bytes_of(picture.layout);
+  const std::size_t at = (height - h) / 2 * stride + (width - w) / 2 * bytes_of(picture.layout);
   const PixelView middle{.layout = picture.layout,
                          .size = {w, (h + every - 1) / every},
                          .bytes = picture.bytes.subspan(at),
                          .line_bytes = stride * every};
   double mean = 0;
-  const auto done = pictures::call_opencv("brightness", [&] {
-    mean = cv::mean(matrix(middle))[channel];
-  });
+  const auto done =
+      pictures::call_opencv("brightness", [&] { mean = cv::mean(matrix(middle))[channel]; });
   return done ? std::optional(mean) : std::nullopt;
 }
 

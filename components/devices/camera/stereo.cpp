@@ -97,9 +97,8 @@ Result<std::span<const std::uint16_t>> Stereo::match(std::span<const std::byte> 
 
 Result<std::span<const std::uint16_t>> Stereo::ranges(double scale) {
   if (!matcher_) return Error(Errc::kInvalidArgument, "no stereo pair was matched yet");
-  auto done = pictures::call_opencv("ranges of a stereo pair", [&] {
-    cv::divide(scale, matcher_->found, matcher_->distances);
-  });
+  auto done = pictures::call_opencv(
+      "ranges of a stereo pair", [&] { cv::divide(scale, matcher_->found, matcher_->distances); });
   if (!done) return done.error();
   return std::span<const std::uint16_t>(matcher_->distances.ptr<std::uint16_t>(),
                                         pixels_of(matcher_->distances));

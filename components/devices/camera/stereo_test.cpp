@@ -91,7 +91,8 @@ TEST(Stereo, ABareWallIsNotKnown) {
   const auto uniform = stereo.match(pair, 128, 64);
   ASSERT_TRUE(uniform);
   for (const std::uint16_t disparity : *uniform) EXPECT_EQ(disparity, 0);
-  for (std::size_t i = 0; i < pair.size(); ++i) pair[i] = static_cast<std::byte>(100 + i * 7 % 3 % 2);
+  for (std::size_t i = 0; i < pair.size(); ++i)
+    pair[i] = static_cast<std::byte>(100 + i * 7 % 3 % 2);
   const auto noisy = stereo.match(pair, 128, 64);
   ASSERT_TRUE(noisy);
   for (const std::uint16_t disparity : *noisy) EXPECT_EQ(disparity, 0);

@@ -84,20 +84,20 @@ class CameraV4l : public Driver<CameraData, CameraFrames> {
       return refused("stereoMethod must be block or semiglobal, not " + method);
     const auto period = std::chrono::milliseconds(1000 / integer("fps"));
     set_period(period);
-    return std::make_unique<CameraFrames>(CameraSettings{
-        .mode = format->mode,
-        .quality = integer("quality"),
-        .period = is_recording() ? std::chrono::milliseconds(0) : period,
-        .brightness_min = integer("minHue"),
-        .brightness_max = integer("maxHue"),
-        .brightness_gain = integer("gainMult"),
-        .brightness_part = integer("autoBrightnessSize"),
-        .focal = real("fx"),
-        .base = real("stereoBase"),
-        .stereo = {.disparities = integer("stereoDisparities"),
-                   .block = integer("stereoBlock"),
-                   .method = method == "block" ? StereoMethod::kBlock
-                                               : StereoMethod::kSemiGlobal}});
+    return std::make_unique<CameraFrames>(
+        CameraSettings{.mode = format->mode,
+                       .quality = integer("quality"),
+                       .period = is_recording() ? std::chrono::milliseconds(0) : period,
+                       .brightness_min = integer("minHue"),
+                       .brightness_max = integer("maxHue"),
+                       .brightness_gain = integer("gainMult"),
+                       .brightness_part = integer("autoBrightnessSize"),
+                       .focal = real("fx"),
+                       .base = real("stereoBase"),
+                       .stereo = {.disparities = integer("stereoDisparities"),
+                                  .block = integer("stereoBlock"),
+                                  .method = method == "block" ? StereoMethod::kBlock
+                                                              : StereoMethod::kSemiGlobal}});
   }
 
   Result<void> module_loop() override {
