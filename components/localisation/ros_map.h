@@ -1,6 +1,6 @@
-// A map in the format of ROS's map_server: an image (PGM) with the occupancy of each cell, and its
-// description (ros_yaml.h). Pure: the input is bytes; the caller opens the image by the file name
-// from the description.
+// A map in the format of ROS's map_server: an image (PGM, PNG) with the occupancy of each cell, and
+// its description (ros_yaml.h). Pure: the caller opens and decodes the image by the file name from
+// the description (components/pictures/grey_picture.h).
 //
 // The lowest row of the image has the smallest y of ROS. Dark is occupied: p = (max - value) / max,
 // or value / max with `negate`. A cell is occupied above occupied_thresh and free below
@@ -14,11 +14,11 @@
 #include "components/geometry/pose.h"
 #include "components/localisation/grid_map.h"
 #include "components/localisation/ros_yaml.h"
+#include "components/pictures/grey_picture.h"
 
 namespace rack::localisation {
 
-// PGM as text (P2) or binary (P5).
-tims::Result<GridMap> read_ros_map(const RosMapInfo& info, std::string_view pgm);
+GridMap grid_of(const RosMapInfo& info, const pictures::GreyPicture& picture);
 
 // The reverse: a binary image.
 std::string to_pgm(const GridMap& map);

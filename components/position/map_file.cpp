@@ -5,6 +5,7 @@
 #include <system_error>
 
 #include "components/localisation/ros_map.h"
+#include "components/position/map_picture.h"
 #include "os/file.h"
 
 namespace rack::navigation {
@@ -52,9 +53,9 @@ tims::Result<LoadedMap> load_map(const std::string& path, const PlanPlacement& p
   const std::string image = std::filesystem::path(path).parent_path() / info->image;
   const auto picture = tims::os::read_file(image);
   if (!picture) return picture.error();
-  auto map = localisation::read_ros_map(*info, *picture);
-  if (!map) return in_file(image, map.error());
-  return LoadedMap{.map = std::move(*map)};
+  const auto cells = read_map_picture(*picture);
+  if (!cells) return in_file(image, cells.error());
+  return LoadedMap{.map = localisation::grid_of(*info, *cells)};
 }
 
 }  // namespace rack::navigation

@@ -167,7 +167,7 @@ class Scan2d : public DataModule<Scan2dData> {
       if (!then) return then.error();
       moved = Pose::of(scan.refPos) - Pose::of(then->pos);
     }
-    return add_brightness(*view_, picture_, moved, scan);
+    return view_->add_brightness(picture_, moved, scan);
   }
 
   OwnMailbox work_{*this, 1, kReasonMax};

@@ -8,7 +8,6 @@
 #include <thread>
 #include <vector>
 
-#include "components/devices/camera/jpeg.h"
 #include "libtims/os/clock.h"
 #include "rack/proxies/camera.h"
 #include "tests/bench/launch.h"
@@ -19,12 +18,8 @@
 namespace tims::bench {
 namespace {
 
-namespace device = rack::device;
-
 constexpr std::uint32_t kCameraCostWidth = 640;
-constexpr std::uint32_t kCameraCostHeight = 480;
-constexpr int kPictures = 30;  // repeated from the first
-constexpr int kQuality = 80;
+constexpr int kPictures = 30;         // repeated from the first
 constexpr double kRate = 30;          // per second
 constexpr double kRateOfFolder = 20;  // default of play: for folders
 
@@ -33,33 +28,19 @@ std::string name_of(const std::string& folder, int index) {
   return folder + "/" + std::string(4 - number.size(), '0') + number + ".jpg";
 }
 
-// Moving stripes with noise: about 50 kB per picture, as from real cameras.
+// The program that makes the pictures is apart, because OpenCV makes programs slow to start.
+std::filesystem::path picture_maker() {
+  return std::filesystem::read_symlink("/proc/self/exe").replace_filename("tims-bench-pictures");
+}
+
 Result<std::string> make_pictures(const std::string& scratch) {
   std::string folder = scratch + "/pictures";
-  std::filesystem::create_directories(folder);
-  device::Jpeg jpeg;
-  std::vector<std::byte> pixels(std::size_t{kCameraCostWidth} * kCameraCostHeight * 3);
-  std::vector<std::byte> picture;
-  std::uint32_t noise = 1;
-  for (int i = 0; i < kPictures; ++i) {
-    std::size_t at = 0;
-    for (std::uint32_t y = 0; y < kCameraCostHeight; ++y)
-      for (std::uint32_t x = 0; x < kCameraCostWidth; ++x)
-        for (const std::uint32_t part : {x + y, x * 2, y * 3}) {
-          noise = noise * 1664525U + 1013904223U;
-          const std::uint32_t grain = noise >> 27;
-          pixels[at++] =
-              static_cast<std::byte>((part / 4 + static_cast<std::uint32_t>(i)) % 200 + grain);
-        }
-    const auto made = jpeg.encode({.format = device::Pixels8::kRgb,
-                                   .size = {kCameraCostWidth, kCameraCostHeight},
-                                   .bytes = pixels},
-                                  kQuality, pixels.size(), picture);
-    if (!made) return made.error();
-    std::ofstream(name_of(folder, i), std::ios::binary)
-        .write(reinterpret_cast<const char*>(picture.data()),
-               static_cast<std::streamsize>(picture.size()));
-  }
+  auto maker = launch({picture_maker(), folder, std::to_string(kPictures)}, false);
+  if (!maker) return maker.error();
+  const auto ended = maker->wait();
+  if (!ended) return ended.error();
+  if (!std::filesystem::exists(name_of(folder, kPictures - 1)))
+    return Error(Errc::kSystem, "no pictures: " + maker->output());
   return folder;
 }
 
@@ -108,6 +89,8 @@ bool listen(const Plan& plan, pid_t driver) {
 }
 
 }  // namespace
+
+bool has_pictures() { return std::filesystem::exists(picture_maker()); }
 
 bool measure_camera(const Plan& plan) {
   const auto folder = make_pictures(plan.folder);

@@ -6,6 +6,9 @@
 
 namespace tims::bench {
 
+// Whether this build has components with pictures.
+bool has_pictures();
+
 // CPU time of the process CameraV4l for plan.count pictures.
 bool measure_camera(const Plan& plan);
 bool measure_bare_pictures(const Plan& plan);

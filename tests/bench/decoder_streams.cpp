@@ -4,7 +4,6 @@
 #include <string>
 #include <utility>
 
-#include "components/devices/camera/camera_frames.h"
 #include "components/devices/camera/ptz_camera.h"
 #include "components/devices/chassis/mavlink_vehicle.h"
 #include "components/devices/chassis/pioneer.h"
@@ -280,52 +279,6 @@ Prepared candump() {
   return lines(text);
 }
 
-// Successive pictures of 640 x 480.
-Prepared pictures(const device::VideoHead& head, const std::vector<std::byte>& frame,
-                  rack::u16 mode) {
-  constexpr int kFrames = 8;
-  constexpr Duration kPeriod = std::chrono::nanoseconds(1'000'000'000 / 30);
-  DeviceStream stream;
-  Time now(std::chrono::seconds(1));
-  const auto add = [&](std::span<const std::byte> bytes, std::uint32_t id) {
-    stream.bytes.insert(stream.bytes.end(), bytes.begin(), bytes.end());
-    stream.pieces.push_back({bytes.size(), id, now, now});
-  };
-  add(device::bytes_of(head), device::video::kHead);
-  for (int i = 0; i < kFrames; ++i, now += kPeriod) add(frame, head.format);
-  return {std::move(stream),
-          std::make_unique<DialogueDecoder<device::CameraFrames, rack::CameraData>>(
-              std::make_unique<device::CameraFrames>(
-                  device::CameraSettings{.mode = mode, .brightness_part = 0}))};
-}
-
-constexpr std::uint32_t kDecoderStreamsWidth = 640;
-constexpr std::uint32_t kDecoderStreamsHeight = 480;
-
-std::vector<std::byte> shades(std::size_t bytes_of_pixel) {
-  std::vector<std::byte> pixels(std::size_t{kDecoderStreamsWidth} * kDecoderStreamsHeight *
-                                bytes_of_pixel);
-  for (std::size_t i = 0; i < pixels.size(); ++i)
-    pixels[i] = static_cast<std::byte>(i / 7 + i / 1280 * 3);
-  return pixels;
-}
-
-Prepared jpegs() {
-  const std::vector<std::byte> pixels = shades(3);
-  std::vector<std::byte> frame;
-  device::Jpeg jpeg;
-  (void)jpeg.encode({device::Pixels8::kRgb, {kDecoderStreamsWidth, kDecoderStreamsHeight}, pixels},
-                    75, pixels.size(), frame);
-  return pictures({device::video::kMjpeg, kDecoderStreamsWidth, kDecoderStreamsHeight, 0}, frame,
-                  rack::camera_mode::kJpeg);
-}
-
-Prepared yuyv(rack::u16 mode) {
-  return pictures(
-      {device::video::kYuyv, kDecoderStreamsWidth, kDecoderStreamsHeight, 2 * kDecoderStreamsWidth},
-      shades(2), mode);
-}
-
 // --- the table
 
 // An emulator without settings.
@@ -407,9 +360,6 @@ constexpr DecoderCase kCases[] = {
     {"firmata", kUsual, firmata},
     {"capture", kUsual, capture},
     {"candump", kUsual, candump},
-    {"mjpeg", kUsual, jpegs},
-    {"yuyv-yuv422", kUsual, [] { return yuyv(rack::camera_mode::kYuv422); }},
-    {"yuyv-rgb24", kUsual, [] { return yuyv(rack::camera_mode::kRgb24); }},
 };
 
 }  // namespace

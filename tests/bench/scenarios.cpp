@@ -1,5 +1,6 @@
 #include "tests/bench/scenarios.h"
 
+#include "tests/bench/camera_cost.h"
 #include "tests/bench/cases.h"
 #include "tests/bench/cyclictest.h"
 #include "tests/bench/trace.h"
@@ -305,7 +306,7 @@ std::vector<Case> local_cases(bool quick) {
   cases.push_back(router_throughput(64, 8));
   for (const bool one_cpu : {false, true}) cases.push_back(component_latency(one_cpu));
   cases.push_back(component_cpu());
-  cases.push_back(camera_cpu(quick ? 60 : 300));
+  if (has_pictures()) cases.push_back(camera_cpu(quick ? 60 : 300));
   if (has_cyclictest()) cases.push_back(component_jitter());
   cases.push_back(robot_start());
   cases.push_back(registration("register_tcp", "register-tcp"));

@@ -13,16 +13,17 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto info = localisation::read_ros_yaml(text.substr(0, cut));
   require(info.ok() || !info.error().detail().empty());
   if (!info || cut == std::string_view::npos) return 0;
-  const auto map = localisation::read_ros_map(*info, text.substr(cut + 4));
-  if (!map) {
-    require(!map.error().detail().empty());
+  const auto picture = rack::pictures::read_grey(text.substr(cut + 4));
+  if (!picture) {
+    require(!picture.error().detail().empty());
     return 0;
   }
-  require(map->cells.size() ==
-          static_cast<std::size_t>(map->rows) * static_cast<std::size_t>(map->columns));
-  const auto field = localisation::LikelihoodField::of(*map, {});
-  require(field.ok() == (map->count(localisation::Cell::kOccupied) > 0 &&
-                         map->count(localisation::Cell::kFree) > 0));
+  const auto map = localisation::grid_of(*info, *picture);
+  require(map.cells.size() ==
+          static_cast<std::size_t>(map.rows) * static_cast<std::size_t>(map.columns));
+  const auto field = localisation::LikelihoodField::of(map, {});
+  require(field.ok() == (map.count(localisation::Cell::kOccupied) > 0 &&
+                         map.count(localisation::Cell::kFree) > 0));
   if (!field) return 0;
   for (const float at : {0.0F, -1e9F, 1e9F, 1e30F})
     require(field->distance(static_cast<double>(at), 0) >= 0);

@@ -163,6 +163,8 @@ class PlayedTest : public CapturesTest, public testing::WithParamInterface<Captu
 TEST_P(PlayedTest, YieldsTheDataOfTheRecording) {
   const Capture& capture = GetParam();
   if (path().empty()) GTEST_SKIP() << "RACK_TEST_DATA is not set: no complete recordings";
+  if (capture.program == std::string("CameraV4l") && RACK_WITH_OPENCV == 0)
+    GTEST_SKIP() << "built without pictures";
   // Raw bytes have no times; they are played in pieces of this baud rate.
   auto& program = start_with(capture.program, capture.arguments,
                              "play:" + unpacked(path()) + "?speed=max&baud=115200");
@@ -317,6 +319,7 @@ TEST_F(CapturesTest, ATurnOfAnOuster) {
 }
 
 TEST_F(CapturesTest, PicturesOfACamera) {
+  if (RACK_WITH_OPENCV == 0) GTEST_SKIP() << "built without pictures";
   const std::string file = kRecordings + "camera/donkeycar-20.cap";
   auto& program = start_with("CameraV4l", "--mode=jpeg --width=160 --height=120",
                              "play:" + file + "?speed=max");

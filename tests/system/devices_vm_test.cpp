@@ -167,6 +167,7 @@ class VividProgramTest : public ModulesTest {
   void SetUp() override {
     if (!std::filesystem::exists(kDriver + "/vivid.0"))
       GTEST_SKIP() << "no camera vivid: tools/dev vm-test";
+    if (RACK_WITH_OPENCV == 0) GTEST_SKIP() << "built without pictures";
     ModulesTest::SetUp();
     work_.reset();
     work_.emplace(open(*session_, kWork, {.body_max = rack::kCameraBytesMax + 64}));

@@ -27,7 +27,8 @@ ALLOWED = [re.compile(p) for p in (
     r"(floor|ceil|round|trunc|lround|llround|sqrt|pow|exp|exp2|log|log2|log10|fmod|remainder|hypot)f?",
     r"fmt::v9::vformat.*",
     r"GeographicLib::.*|(vtable|typeinfo) for GeographicLib::.*",  # projections: constants only
-    r"jpeg_\w+|_setjmp|longjmp",  # components/devices/camera/jpeg.cpp: libjpeg, and its errors
+    r"cv::.*|(vtable|typeinfo) for cv::.*",  # OpenCV on pictures in memory
+    r"__libc_single_threaded",  # its pointers, which are std::shared_ptr: how they count
     r"(m|c|re)alloc|free",  # components/mapping: Eigen takes its memory by them
     r"toml::v3::.*|(vtable|typeinfo) for toml::v3::.*|__cxa_pure_virtual",  # libtims/base/toml.cpp
     # components/geometry/dxf.cpp: dxflib, which reads from a stream over a text in memory
@@ -45,7 +46,9 @@ RELOCATED = re.compile(r"DW\.ref\..*")
 CORE = re.compile(r"^tims_library\((\w+_core)\s", re.MULTILINE)
 # Libraries of a folder beside the one of its name.
 BESIDE = {
+    "components/devices/camera": ("devices_pictures",),
     "components/geometry": ("components_coordinates", "components_geometry_dxf"),
+    "components/pictures": ("grey_pictures",),
     "libtims/base": ("tims_toml",),
 }
 

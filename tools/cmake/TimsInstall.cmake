@@ -63,6 +63,10 @@ function(tims_install_host)
   set(common ${CMAKE_INSTALL_LIBDIR}/tims)
   set(own timsctl-robot timsctl-sim tims-crash-report)  # not for users
   install(TARGETS tims_common DESTINATION ${common})
+  if(TARGET rack_pictures)
+    install(TARGETS rack_pictures DESTINATION ${common})
+    set(pictures ${common}/$<TARGET_FILE_NAME:rack_pictures>)
+  endif()
   set_target_properties(${programs} ${own} PROPERTIES
     INSTALL_RPATH "$ORIGIN/../${common};$ORIGIN/../../${common};${CMAKE_INSTALL_FULL_LIBDIR}/tims")
   install(TARGETS ${programs})
@@ -83,7 +87,7 @@ function(tims_install_host)
     set(files ${programs})
     list(TRANSFORM files PREPEND ${CMAKE_INSTALL_BINDIR}/)
     list(TRANSFORM own PREPEND ${CMAKE_INSTALL_LIBEXECDIR}/tims/)
-    install(CODE "set(files ${common}/$<TARGET_FILE_NAME:tims_common> ${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:tims_shared>
+    install(CODE "set(files ${common}/$<TARGET_FILE_NAME:tims_common> ${pictures} ${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:tims_shared>
       ${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:rack_shared> ${own} ${files})")
     install(SCRIPT ${CMAKE_SOURCE_DIR}/tools/cmake/install_debug_files.cmake)
   endif()

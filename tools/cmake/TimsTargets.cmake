@@ -127,6 +127,9 @@ function(programs_named_in variable)
     endforeach()
   endforeach()
   list(REMOVE_DUPLICATES names)
+  if(NOT RACK_WITH_OPENCV)
+    list(REMOVE_ITEM names CameraV4l)
+  endif()
   set(${variable} ${names} PARENT_SCOPE)
 endfunction()
 
@@ -146,7 +149,7 @@ function(tims_program_groups)
     add_dependencies(demo_programs tims-replay)
   endif()
   if(TARGET tims-bench)
-    add_custom_target(bench_programs DEPENDS tims-bench tims-router timsctl CameraV4l ChassisSim ClockSystem
+    add_custom_target(bench_programs DEPENDS tims-bench tims-router timsctl $<TARGET_NAME_IF_EXISTS:CameraV4l> ChassisSim ClockSystem
                                              LadarSickCola LadarSickLms200 LadarSim OdometryChassis Position Scan2d Scan2dSim)
   endif()
 endfunction()

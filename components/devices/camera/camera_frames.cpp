@@ -1,6 +1,7 @@
 #include "components/devices/camera/camera_frames.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <string>
 
@@ -103,17 +104,13 @@ Result<void> CameraFrames::make_depth(std::span<const std::byte> pair) {
   const int height = pair_.height;
   if (pair_.width % 2 != 0)
     return Error(Errc::kInvalidArgument, "side-by-side stereo pictures must have an even width");
-  const auto disparities = stereo_.match(pair, width, height);
-  picture_.image.resize(2 * disparities.size());
   constexpr double kFraction = 16;
-  constexpr double kFarthest = 65535;
-  for (std::size_t i = 0; i < disparities.size(); ++i) {
-    std::uint32_t value = disparities[i];
-    if (settings_.mode == camera_mode::kRange && value != 0)
-      value = static_cast<std::uint32_t>(
-          std::min(kFarthest, settings_.focal * settings_.base * kFraction / value));
-    put_big_endian(picture_.image, i, value);
-  }
+  auto depths = stereo_.match(pair, width, height);
+  if (depths && settings_.mode == camera_mode::kRange)
+    depths = stereo_.ranges(settings_.focal * settings_.base * kFraction);
+  if (!depths) return depths.error();
+  picture_.image.resize(2 * depths->size());
+  for (std::size_t i = 0; i < depths->size(); ++i) put_big_endian(picture_.image, i, (*depths)[i]);
   picture_.width = static_cast<u16>(width);
   picture_.height = static_cast<u16>(height);
   picture_.depth = depth_of(settings_.mode);

@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "components/devices/camera/jpeg.h"
+#include "components/devices/camera/pixels.h"
 #include "components/devices/core/video_frame.h"
 #include "rack/proxies/camera.h"
 
@@ -21,7 +22,8 @@ u16 depth_of(u16 mode);
 // V4L2 formats that can be converted to this mode, cheapest first: "MJPG,YUYV".
 std::string_view formats_for(u16 mode);
 
-// Keeps its buffers between pictures, so that no memory is allocated for each.
+// Keeps its buffers between pictures: only OpenCV allocates memory, for a picture of JPEG that it
+// decodes or encodes.
 class PictureMaker {
  public:
   // `quality`: quality of JPEG compressed here.
@@ -36,12 +38,13 @@ class PictureMaker {
 
  private:
   tims::Result<void> from_jpeg(std::span<const std::byte> frame, u16 mode, CameraData& picture);
+  tims::Result<void> pass_jpeg(std::span<const std::byte> frame, CameraData& picture);
   tims::Result<void> to_jpeg(const PixelView& view, CameraData& picture);
-  PixelView grey_or_rgb(const VideoHead& head, std::span<const std::byte> frame);
 
   int quality_;
   Jpeg jpeg_;
-  std::vector<std::byte> pixels_;
+  PixelConverter converter_;
+  std::vector<std::byte> bgr_;
 };
 
 // Mean brightness, 0 to 255, of the middle 1/`part` of each side. Empty for modes without

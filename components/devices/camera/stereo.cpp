@@ -1,103 +1,107 @@
 #include "components/devices/camera/stereo.h"
 
 #include <algorithm>
-#include <cstdlib>
+
+#include <opencv2/calib3d.hpp>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "components/pictures/opencv_call.h"
 
 namespace rack::device {
 namespace {
 
+using tims::Errc;
+using tims::Error;
+using tims::Result;
+
 constexpr int kFraction = 16;
+constexpr int kStep = 16;  // OpenCV takes numbers of disparities that are multiples of it
 
-int grey(std::span<const std::byte> pixels, int at) {
-  return std::to_integer<int>(pixels[static_cast<std::size_t>(at)]);
-}
+std::size_t pixels_of(const cv::Mat& matrix) { return matrix.total(); }
 
-std::size_t index(int value) { return static_cast<std::size_t>(value); }
-
-// Minimum of the parabola through three costs, in 1/16.
-int lowest_between(std::uint32_t before, std::uint32_t at, std::uint32_t after) {
-  const auto b = static_cast<int>(before) - static_cast<int>(at);
-  const auto a = static_cast<int>(after) - static_cast<int>(at);
-  if (a + b <= 0) return 0;
-  return std::clamp((b - a) * kFraction / (2 * (a + b)), -kFraction / 2, kFraction / 2);
+cv::Ptr<cv::StereoMatcher> make_matcher(const StereoSettings& settings, int disparities) {
+  constexpr int kCap = 31;     // of gradients
+  constexpr int kConfirm = 1;  // pixels between a match and that from right to left
+  if (settings.method == StereoMethod::kSemiGlobal) {
+    // Costs of a change by one pixel and by more, as OpenCV recommends.
+    const int area = settings.block * settings.block;
+    return cv::StereoSGBM::create(0, disparities, settings.block, 8 * area, 32 * area, kConfirm,
+                                  kCap, settings.unique);
+  }
+  auto matcher = cv::StereoBM::create(disparities, settings.block);
+  matcher->setPreFilterType(cv::StereoBM::PREFILTER_XSOBEL);
+  matcher->setPreFilterCap(kCap);
+  matcher->setTextureThreshold(settings.texture_min * settings.block * settings.block);
+  matcher->setUniquenessRatio(settings.unique);
+  matcher->setDisp12MaxDiff(kConfirm);
+  return matcher;
 }
 
 }  // namespace
 
-// Adds the differences of a line to the sums of the columns, or subtracts them.
-void Stereo::add_line(std::span<const std::byte> pair, int width, int y, int sign) {
-  const auto left = pair.subspan(index(y) * index(2 * width), index(width));
-  const auto right = pair.subspan(index(y) * index(2 * width) + index(width), index(width));
-  const int far = settings_.disparities;
-  constexpr int kNothingThere = 255;
-  for (int x = 0; x < width; ++x) {
-    std::uint16_t* const sums = &columns_[index(x) * index(far)];
-    const int own = grey(left, x);
-    for (int d = 0; d < far; ++d) {
-      const int difference = d <= x ? std::abs(own - grey(right, x - d)) : kNothingThere;
-      sums[d] = static_cast<std::uint16_t>(sums[d] + sign * difference);
+struct Stereo::Matcher {
+  explicit Matcher(const StereoSettings& settings)
+      : disparities((settings.disparities + kStep - 1) / kStep * kStep),
+        half(settings.block / 2),
+        algorithm(make_matcher(settings, disparities)) {}
+
+  // OpenCV searches only where the whole range is inside the right picture, which would exclude a
+  // margin at the left. So both get one, and what was found in it is discarded.
+  void match(const cv::Mat& pair, int width) {
+    cv::copyMakeBorder(pair.colRange(0, width), left, 0, 0, disparities, 0, cv::BORDER_REPLICATE);
+    cv::copyMakeBorder(pair.colRange(width, 2 * width), right, 0, 0, disparities, 0,
+                       cv::BORDER_REPLICATE);
+    algorithm->compute(left, right, raw);
+    raw.colRange(disparities, disparities + width).convertTo(found, CV_16U);  // negative: unknown
+    for (int y = 0; y < found.rows; ++y) {
+      auto* const line = found.ptr<std::uint16_t>(y);
+      for (int x = 0; x < std::min(width, disparities + half); ++x)
+        if (line[x] > std::max(0, x - half) * kFraction) line[x] = 0;
     }
-    const int texture = x > 0 ? std::abs(own - grey(left, x - 1)) : 0;
-    textures_[index(x)] = static_cast<std::uint16_t>(textures_[index(x)] + sign * texture);
   }
+
+  int disparities;
+  int half;
+  cv::Ptr<cv::StereoMatcher> algorithm;
+  cv::Mat left;
+  cv::Mat right;
+  cv::Mat raw;
+  cv::Mat found;
+  cv::Mat distances;
+};
+
+Stereo::Stereo(const StereoSettings& settings) : settings_(settings) {}
+
+Stereo::~Stereo() = default;
+
+Result<std::span<const std::uint16_t>> Stereo::match(std::span<const std::byte> pair, int width,
+                                                     int height) {
+  if (width < 1 || height < 1 ||
+      pair.size() < 2 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
+    return Error(Errc::kMalformed, "the stereo pair has fewer bytes than its size requires");
+  auto done = pictures::call_opencv("matching a stereo pair", [&] {
+    if (!matcher_) matcher_ = std::make_unique<Matcher>(settings_);
+    if (std::min(width, height) <= settings_.block) {  // nothing can be known
+      matcher_->found.create(height, width, CV_16U);
+      matcher_->found.setTo(0);
+      return;
+    }
+    const cv::Mat both(height, 2 * width, CV_8U, const_cast<std::byte*>(pair.data()));
+    matcher_->match(both, width);
+  });
+  if (!done) return done.error();
+  return std::span<const std::uint16_t>(matcher_->found.ptr<std::uint16_t>(),
+                                        pixels_of(matcher_->found));
 }
 
-void Stereo::match_line(int width, std::uint16_t* out) {
-  const int far = settings_.disparities;
-  const int half = settings_.block / 2;
-  const int area = settings_.block * settings_.block;
-  // Sums of blocks are sliding sums of the columns.
-  std::vector<std::uint32_t>& costs = costs_;
-  std::fill(costs.begin(), costs.end(), 0U);
-  for (int x = half; x < width - half; ++x) {
-    std::uint32_t* const sums = &costs[index(x) * index(far)];
-    if (x == half) {
-      for (int i = 0; i < settings_.block; ++i)
-        for (int d = 0; d < far; ++d) sums[d] += columns_[index(i) * index(far) + index(d)];
-      continue;
-    }
-    const std::uint32_t* const before = sums - far;
-    const std::uint16_t* const comes = &columns_[index(x + half) * index(far)];
-    const std::uint16_t* const goes = &columns_[index(x - half - 1) * index(far)];
-    for (int d = 0; d < far; ++d) sums[d] = before[d] + comes[d] - goes[d];
-  }
-  for (int x = half; x < width - half; ++x) {
-    const std::uint32_t* const sums = &costs[index(x) * index(far)];
-    const auto best = static_cast<int>(std::min_element(sums, sums + far) - sums);
-    int texture = 0;
-    for (int i = -half; i <= half; ++i) texture += textures_[index(x + i)];
-    // The block must be completely inside the right picture.
-    const bool is_inside = x - best >= half;
-    bool is_known =
-        is_inside && best > 0 && best < far - 1 && texture >= settings_.texture_min * area;
-    for (int d = 0; is_known && d < far; ++d)
-      is_known = std::abs(d - best) <= 1 ||
-                 sums[d] * 100 > sums[best] * static_cast<std::uint32_t>(100 + settings_.unique);
-    // Matching from the right picture must give the same pair.
-    for (int d = 0; is_known && d < far && x - best + d < width - half; ++d)
-      is_known = costs[index(x - best + d) * index(far) + index(d)] >= sums[best];
-    if (is_known)
-      out[x] = static_cast<std::uint16_t>(
-          best * kFraction + lowest_between(sums[best - 1], sums[best], sums[best + 1]));
-  }
-}
-
-std::span<const std::uint16_t> Stereo::match(std::span<const std::byte> pair, int width,
-                                             int height) {
-  const int half = settings_.block / 2;
-  disparities_.assign(index(width) * index(height), 0);
-  if (width <= settings_.block || height <= settings_.block || settings_.disparities < 4 ||
-      pair.size() < 2 * index(width) * index(height))
-    return disparities_;
-  columns_.assign(index(width) * index(settings_.disparities), 0);
-  costs_.resize(columns_.size());
-  textures_.assign(index(width), 0);
-  for (int y = 0; y < height; ++y) {
-    add_line(pair, width, y, 1);
-    if (y >= settings_.block) add_line(pair, width, y - settings_.block, -1);
-    if (y >= settings_.block - 1) match_line(width, &disparities_[index(y - half) * index(width)]);
-  }
-  return disparities_;
+Result<std::span<const std::uint16_t>> Stereo::ranges(double scale) {
+  if (!matcher_) return Error(Errc::kInvalidArgument, "no stereo pair was matched yet");
+  auto done = pictures::call_opencv(
+      "ranges of a stereo pair", [&] { cv::divide(scale, matcher_->found, matcher_->distances); });
+  if (!done) return done.error();
+  return std::span<const std::uint16_t>(matcher_->distances.ptr<std::uint16_t>(),
+                                        pixels_of(matcher_->distances));
 }
 
 }  // namespace rack::device

@@ -4,6 +4,7 @@
 #include <optional>
 
 #include "components/devices/camera/picture.h"
+#include "components/pictures/opencv_call.h"
 #include "rack/data_module.h"
 #include "rack/input.h"
 
@@ -24,7 +25,10 @@ constexpr ModuleInfo kInfo{
 
 class CameraJpeg : public DataModule<CameraData> {
  public:
-  CameraJpeg() : DataModule(kInfo, {.history = 4}) { picture_.image.reserve_all(); }
+  CameraJpeg() : DataModule(kInfo, {.history = 4}) {
+    pictures::use_one_thread();
+    picture_.image.reserve_all();
+  }
 
  private:
   Result<void> module_on() override {

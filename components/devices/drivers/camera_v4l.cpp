@@ -4,11 +4,12 @@
 #include "components/devices/camera/camera_frames.h"
 #include "components/devices/drivers/driver.h"
 #include "components/devices/io/transports.h"
+#include "components/pictures/opencv_call.h"
 
 namespace rack::device {
 namespace {
 
-constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 18>{{
+constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 19>{{
     {"width", 320, "width of the picture [pixels]; the camera may choose a similar one", 1, 65535},
     {"height", 240, "pixels", 1, 65535},
     {"depth", 24, "bits per pixel; determined by mode", 8, 24},
@@ -23,7 +24,8 @@ constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 18>{{
     {"quality", 75, "JPEG quality of mode jpeg, if the camera does not compress", 1, 100},
     {"stereoBase", 0.0F, "base line of a side-by-side stereo camera [mm]; 0: monocular", 0, 1e5},
     {"stereoDisparities", 64, "disparity search range [pixels]", 8, 512},
-    {"stereoBlock", 9, "side of the matching block, odd [pixels]", 3, 31},
+    {"stereoBlock", 9, "side of the matching block, odd [pixels]", 5, 31},
+    {"stereoMethod", "block", "block (fast; bare walls are unknown) or semiglobal (fills them)"},
     {"fx", 0.0F, "focal length in x (one lens of a stereo camera) [pixels]; 0: unknown", 0, 1e6},
     {"fy", 0.0F, "focal length in y [pixels]", 0, 1e6},
     {"e0", 0.0F, "principal point, x [pixels]", 0, 1e6},
@@ -48,7 +50,7 @@ struct Format {
 class CameraV4l : public Driver<CameraData, CameraFrames> {
  public:
   // Pictures are large and only the newest is of interest.
-  CameraV4l() : Driver(kInfo, {.history = 4}) {}
+  CameraV4l() : Driver(kInfo, {.history = 4}) { pictures::use_one_thread(); }
 
  private:
   Result<DeviceOptions> device() const override {
@@ -77,19 +79,25 @@ class CameraV4l : public Driver<CameraData, CameraFrames> {
     const auto format = wanted();
     if (!format) return format.error();
     if (integer("stereoBlock") % 2 == 0) return refused("stereoBlock must be odd");
+    const std::string method = text("stereoMethod");
+    if (method != "block" && method != "semiglobal")
+      return refused("stereoMethod must be block or semiglobal, not " + method);
     const auto period = std::chrono::milliseconds(1000 / integer("fps"));
     set_period(period);
-    return std::make_unique<CameraFrames>(CameraSettings{
-        .mode = format->mode,
-        .quality = integer("quality"),
-        .period = is_recording() ? std::chrono::milliseconds(0) : period,
-        .brightness_min = integer("minHue"),
-        .brightness_max = integer("maxHue"),
-        .brightness_gain = integer("gainMult"),
-        .brightness_part = integer("autoBrightnessSize"),
-        .focal = real("fx"),
-        .base = real("stereoBase"),
-        .stereo = {.disparities = integer("stereoDisparities"), .block = integer("stereoBlock")}});
+    return std::make_unique<CameraFrames>(
+        CameraSettings{.mode = format->mode,
+                       .quality = integer("quality"),
+                       .period = is_recording() ? std::chrono::milliseconds(0) : period,
+                       .brightness_min = integer("minHue"),
+                       .brightness_max = integer("maxHue"),
+                       .brightness_gain = integer("gainMult"),
+                       .brightness_part = integer("autoBrightnessSize"),
+                       .focal = real("fx"),
+                       .base = real("stereoBase"),
+                       .stereo = {.disparities = integer("stereoDisparities"),
+                                  .block = integer("stereoBlock"),
+                                  .method = method == "block" ? StereoMethod::kBlock
+                                                              : StereoMethod::kSemiGlobal}});
   }
 
   Result<void> module_loop() override {

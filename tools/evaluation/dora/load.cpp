@@ -45,7 +45,7 @@ std::vector<std::byte> picture() {
   for (std::byte& pixel : pixels) pixel = static_cast<std::byte>(random.uniform() * 256);
   device::Jpeg encoder;
   std::vector<std::byte> jpeg;
-  need(encoder.encode({.format = device::Pixels8::kGrey, .size = kSize, .bytes = pixels}, 100,
+  need(encoder.encode({.layout = device::PixelLayout::kGrey, .size = kSize, .bytes = pixels}, 100,
                       kPictureMax, jpeg),
        "a picture");
   return jpeg;

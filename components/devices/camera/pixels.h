@@ -1,0 +1,52 @@
+// Conversions between layouts of pixels, by OpenCV's cvtColor. Lines may be padded; memory is that
+// of the caller, so that no conversion allocates any once its buffers have their size.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "components/devices/camera/jpeg_frame.h"
+#include "tims/result.h"
+
+namespace rack::device {
+
+enum class PixelLayout : std::uint8_t { kGrey, kRgb, kBgr, kYuyv, kUyvy, kLittle16, kBig16 };
+
+constexpr std::size_t bytes_of(PixelLayout layout) {
+  if (layout == PixelLayout::kGrey) return 1;
+  return layout == PixelLayout::kRgb || layout == PixelLayout::kBgr ? 3 : 2;
+}
+
+struct PixelView {
+  PixelLayout layout = PixelLayout::kGrey;
+  PictureSize size{};
+  std::span<const std::byte> bytes{};
+  std::size_t line_bytes = 0;  // distance of lines; 0: without padding
+
+  // Whether there are as many bytes as the size requires.
+  [[nodiscard]] bool is_whole() const;
+};
+
+class PixelConverter {
+ public:
+  static bool can_convert(PixelLayout from, PixelLayout to);
+
+  // YUYV and UYVY are of ITU-R BT.601 with limited range (Y 16 to 235), as cameras send them, when
+  // they become RGB or BGR. BGR to UYVY is for JPEG, which has the full range.
+  // kInvalidArgument: there is no such conversion. kMalformed: not as many bytes as the size
+  // requires, or an odd width of pixels that share their colours in pairs. `pixels` is resized.
+  tims::Result<void> convert(const PixelView& from, PixelLayout to, std::vector<std::byte>& pixels);
+
+ private:
+  void uyvy_of_bgr(const PixelView& from, std::vector<std::byte>& pixels);
+
+  std::vector<std::byte> full_;  // Y Cr Cb of each pixel
+  std::vector<std::byte> half_;  // of each pair of pixels
+};
+
+// Mean of a channel of the pixels in the middle 1/`part` of each side, of some of the lines.
+std::optional<double> mean_of(const PixelView& picture, int channel, int part);
+
+}  // namespace rack::device
