@@ -32,7 +32,6 @@ Clocks read_clocks() {
 HttpPort::HttpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
                    const AdminSource& source, const HttpPortSettings& settings)
     : loop_(loop),
-      guest_(loop),
       router_(router),
       pool_(pool),
       settings_(settings),
@@ -139,7 +138,7 @@ HttpPort::Client::Client(HttpPort& its_port, std::string from)
 void HttpPort::upgrade(os::File socket, const HttpRequest& request, const std::string& peer) {
   auto client = std::make_unique<Client>(*this, peer);
   client->session = WebSocketSession::start(
-      guest_, std::move(socket), request,
+      loop_, std::move(socket), request,
       {.message_max = settings_.message_max, .ping_interval = settings_.ping_interval}, *client);
   client->token = clients_.next();
   clients_.add(std::move(client));

@@ -103,7 +103,6 @@ class HttpPort final : public core::Port {
   void touch(Client& client);
 
   Loop& loop_;
-  AsioGuest guest_;
   core::Router& router_;
   core::BlockPool& pool_;
   HttpPortSettings settings_;

@@ -6,6 +6,9 @@
 #include <optional>
 #include <utility>
 
+#include <boost/asio/basic_stream_socket.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/message.hpp>
@@ -15,8 +18,9 @@
 #include <sys/socket.h>
 
 #include "os/clock.h"
-#include "router/io/http/guest_socket.h"
+#include "os/socket.h"
 #include "router/io/loop.h"
+#include "router/io/net/addresses.h"
 #include "wire/header.h"
 
 namespace tims::io {
@@ -31,7 +35,8 @@ using beast::error_code;
 using core::CloseReason;
 
 // Without compression, which is not useful for binary data.
-using Stream = websocket::stream<GuestSocket, false>;
+using Socket = asio::basic_stream_socket<asio::ip::tcp, asio::io_context::executor_type>;
+using Stream = websocket::stream<Socket, false>;
 
 // A larger receive buffer is freed after its message.
 constexpr std::size_t kKeptBufferBytes = 64 << 10;
@@ -43,6 +48,12 @@ void set_options(const os::File& socket) {
   const int yes = 1;
   ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
   ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kUnsentBytes, sizeof kUnsentBytes);
+}
+
+asio::ip::tcp protocol_of(const os::File& socket) {
+  SystemAddress address;
+  ::getsockname(socket.get(), address.get(), &address.size);
+  return address.family() == AF_INET ? asio::ip::tcp::v4() : asio::ip::tcp::v6();
 }
 
 http::request<http::empty_body> to_beast(const HttpRequest& request) {
@@ -64,14 +75,14 @@ CloseReason reason_for(const error_code& error) {
 
 class Session final : public WebSocketSession, public std::enable_shared_from_this<Session> {
  public:
-  Session(AsioGuest& guest, os::File socket, const Settings& settings, Listener& listener)
-      : guest_(guest),
-        stream_(guest, std::move(socket)),
+  Session(Loop& loop, os::File socket, const Settings& settings, Listener& listener)
+      : stream_(loop.context().get_executor(), protocol_of(socket), socket.get()),
         listener_(&listener),
         settings_(settings),
-        life_timer_(guest.loop(), [this] { ask_whether_it_lives(); }),
-        close_timer_(guest.loop(), [this] { cut(); }),
+        life_timer_(loop, [this] { ask_whether_it_lives(); }),
+        close_timer_(loop, [this] { cut(); }),
         input_(settings.message_max + kKeptBufferBytes) {
+    (void)socket.release();  // the stream owns it now
     stream_.read_message_max(settings.message_max);
     stream_.auto_fragment(false);
     stream_.binary(true);
@@ -104,7 +115,6 @@ class Session final : public WebSocketSession, public std::enable_shared_from_th
   template <typename Action>
   auto finish(Action action);
 
-  AsioGuest& guest_;
   Stream stream_;
   Listener* listener_;  // null: no more calls
   Settings settings_;
@@ -126,7 +136,6 @@ class Session final : public WebSocketSession, public std::enable_shared_from_th
 template <typename Action>
 auto Session::finish(Action action) {
   ++pending_;
-  guest_.wake();
   return [self = shared_from_this(), action](const error_code& error, std::size_t = 0) {
     --self->pending_;
     if (error)
@@ -188,7 +197,7 @@ void Session::ask_after(Duration time) { life_timer_.set(os::now() + time); }
 void Session::ask_whether_it_lives() {
   if (closing_ || end_ || listener_ == nullptr) return;
   const auto self = shared_from_this();  // keep alive until the end was reported
-  const std::uint64_t acknowledged = stream_.next_layer().bytes_acknowledged();
+  const std::uint64_t acknowledged = os::bytes_acknowledged(stream_.next_layer().native_handle());
   const bool reads = acknowledged != std::exchange(acknowledged_, acknowledged);
   if (!open_ || (!std::exchange(received_, false) && !(writing_ && reads))) {
     fail(CloseReason::kWatchdog);
@@ -246,17 +255,18 @@ void Session::end_when_quiet() {
 void Session::cut() {
   life_timer_.cancel();
   close_timer_.cancel();
-  stream_.next_layer().close();
+  error_code ignored;
+  stream_.next_layer().close(ignored);
 }
 
 }  // namespace
 
-std::shared_ptr<WebSocketSession> WebSocketSession::start(AsioGuest& guest, os::File socket,
+std::shared_ptr<WebSocketSession> WebSocketSession::start(Loop& loop, os::File socket,
                                                           const HttpRequest& request,
                                                           const Settings& settings,
                                                           Listener& listener) {
   set_options(socket);
-  auto session = std::make_shared<Session>(guest, std::move(socket), settings, listener);
+  auto session = std::make_shared<Session>(loop, std::move(socket), settings, listener);
   session->accept(request);
   return session;
 }
