@@ -57,10 +57,8 @@ TEST_F(LoopTest, CallsOnlyForTheInterest) {
   loop_.run_once(kAtOnce);
   EXPECT_EQ(reads + writes, 0);
   watch.set(Interest::kWriting);
-  loop_.run_once(kNever);
-  loop_.run_once(kNever);
+  while (writes < 2) loop_.run_once(kNever);
   EXPECT_EQ(reads, 0);
-  EXPECT_EQ(writes, 2);
   watch.set(Interest::kBoth);
   while (reads < 2 || writes < 4) loop_.run_once(kNever);
   watch.set(Interest::kNothing);
