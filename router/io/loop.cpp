@@ -73,7 +73,10 @@ void Loop::on_alarm() {
 
 struct Watch::State : std::enable_shared_from_this<Watch::State> {
   State(Loop& loop, int fd, std::function<void(Ready)> function)
-      : descriptor(loop.context(), fd), on_ready(std::move(function)) {}
+      : descriptor(loop.context()), on_ready(std::move(function)) {
+    error_code ignored;  // the system watches no more descriptors: this one is never ready
+    descriptor.assign(fd, ignored);
+  }
 
   // Starts the waits that are missing. A wait that is no longer wanted stays, and is ignored.
   void wait() {

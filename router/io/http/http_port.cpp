@@ -38,7 +38,7 @@ HttpPort::HttpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& 
       half_messages_(settings.message_max),
       server_(loop, log, pages(source),
               {.upgrade =
-                   [this](os::File socket, const HttpRequest& request, const std::string& peer) {
+                   [this](StreamSocket socket, const HttpRequest& request, const std::string& peer) {
                      upgrade(std::move(socket), request, peer);
                    },
                .end_turn = [&loop](Time began) { loop.end_turn(began); }},
@@ -135,7 +135,7 @@ HttpPort::Client::Client(HttpPort& its_port, std::string from)
       output(its_port.pool_, its_port.settings_.queue_bytes_max,
              its_port.router_.settings().classes) {}
 
-void HttpPort::upgrade(os::File socket, const HttpRequest& request, const std::string& peer) {
+void HttpPort::upgrade(StreamSocket socket, const HttpRequest& request, const std::string& peer) {
   auto client = std::make_unique<Client>(*this, peer);
   client->session = WebSocketSession::start(
       loop_, std::move(socket), request,

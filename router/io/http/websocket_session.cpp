@@ -6,9 +6,6 @@
 #include <optional>
 #include <utility>
 
-#include <boost/asio/basic_stream_socket.hpp>
-#include <boost/asio/io_context.hpp>
-#include <boost/asio/ip/tcp.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/http/empty_body.hpp>
 #include <boost/beast/http/message.hpp>
@@ -20,7 +17,6 @@
 #include "os/clock.h"
 #include "os/socket.h"
 #include "router/io/loop.h"
-#include "router/io/net/addresses.h"
 #include "wire/header.h"
 
 namespace tims::io {
@@ -35,8 +31,7 @@ using beast::error_code;
 using core::CloseReason;
 
 // Without compression, which is not useful for binary data.
-using Socket = asio::basic_stream_socket<asio::ip::tcp, asio::io_context::executor_type>;
-using Stream = websocket::stream<Socket, false>;
+using Stream = websocket::stream<StreamSocket, false>;
 
 // A larger receive buffer is freed after its message.
 constexpr std::size_t kKeptBufferBytes = 64 << 10;
@@ -44,16 +39,11 @@ constexpr std::size_t kKeptBufferBytes = 64 << 10;
 // more would only increase their delay.
 constexpr int kUnsentBytes = 128 << 10;
 
-void set_options(const os::File& socket) {
-  const int yes = 1;
-  ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
-  ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kUnsentBytes, sizeof kUnsentBytes);
-}
-
-asio::ip::tcp protocol_of(const os::File& socket) {
-  SystemAddress address;
-  ::getsockname(socket.get(), address.get(), &address.size);
-  return address.family() == AF_INET ? asio::ip::tcp::v4() : asio::ip::tcp::v6();
+void set_options(StreamSocket& socket) {
+  error_code ignored;
+  socket.set_option(asio::ip::tcp::no_delay(true), ignored);
+  ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kUnsentBytes,
+               sizeof kUnsentBytes);
 }
 
 http::request<http::empty_body> to_beast(const HttpRequest& request) {
@@ -75,14 +65,13 @@ CloseReason reason_for(const error_code& error) {
 
 class Session final : public WebSocketSession, public std::enable_shared_from_this<Session> {
  public:
-  Session(Loop& loop, os::File socket, const Settings& settings, Listener& listener)
-      : stream_(loop.context().get_executor(), protocol_of(socket), socket.get()),
+  Session(Loop& loop, StreamSocket socket, const Settings& settings, Listener& listener)
+      : stream_(std::move(socket)),
         listener_(&listener),
         settings_(settings),
         life_timer_(loop, [this] { ask_whether_it_lives(); }),
         close_timer_(loop, [this] { cut(); }),
         input_(settings.message_max + kKeptBufferBytes) {
-    (void)socket.release();  // the stream owns it now
     stream_.read_message_max(settings.message_max);
     stream_.auto_fragment(false);
     stream_.binary(true);
@@ -261,7 +250,7 @@ void Session::cut() {
 
 }  // namespace
 
-std::shared_ptr<WebSocketSession> WebSocketSession::start(Loop& loop, os::File socket,
+std::shared_ptr<WebSocketSession> WebSocketSession::start(Loop& loop, StreamSocket socket,
                                                           const HttpRequest& request,
                                                           const Settings& settings,
                                                           Listener& listener) {
