@@ -235,7 +235,7 @@ TEST_F(HttpServerTest, AnEndingRouterAnswersOnceMore) {
   client.send(kGet);
   ASSERT_TRUE(run_until_received(client, "ok\n"));
   server_->stop_accepting();
-  EXPECT_TRUE(server_->drained());
+  ASSERT_TRUE(run_until([&] { return server_->drained(); }));
   client.send(kGet);
   ASSERT_TRUE(run_until([&] {
     client.take();
