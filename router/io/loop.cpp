@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <chrono>
 
+#include <boost/asio/detail/reactor.hpp>
 #include <boost/asio/io_context.hpp>
-#include <boost/asio/posix/stream_descriptor.hpp>
 #include <boost/asio/post.hpp>
 #include <boost/asio/steady_timer.hpp>
 
@@ -71,39 +71,77 @@ void Loop::on_alarm() {
 
 // --- descriptors
 
+// Asio's async_wait() asks the system for each wait whether the descriptor is ready (epoll_ctl).
+// Here a descriptor of which everything was taken waits without asking: Asio registers descriptors
+// edge-triggered, so that whatever arrives from now on is an event of its own. That needs an
+// operation of Asio's reactor, whose interface is not documented; nothing else uses it.
 struct Watch::State : std::enable_shared_from_this<Watch::State> {
-  State(Loop& loop, int fd, std::function<void(Ready)> function)
-      : descriptor(loop.context()), on_ready(std::move(function)) {
-    error_code ignored;  // the system watches no more descriptors: this one is never ready
-    descriptor.assign(fd, ignored);
+  using Reactor = asio::detail::reactor;
+
+  // Waits for one direction; pending while it holds the state.
+  struct Wait : asio::detail::reactor_op {
+    Wait() : reactor_op({}, &Wait::on_event, &Wait::on_complete) {}
+
+    static status on_event(reactor_op* base) {
+      return static_cast<Wait*>(base)->starts ? not_done : done;
+    }
+    static void on_complete(void* scheduler, asio::detail::operation* base, const error_code&,
+                            std::size_t) {
+      Wait& wait = *static_cast<Wait*>(base);
+      const auto state = std::move(wait.state);
+      const bool is_shut_down = scheduler == nullptr;
+      if (!is_shut_down) state->call(wait);
+    }
+
+    std::shared_ptr<State> state;
+    bool starts = false;  // Asio tries an operation before it waits
+  };
+
+  State(Loop& loop, int its_fd, std::function<void(Ready)> function)
+      : reactor(asio::use_service<Reactor>(loop.context())),
+        fd(its_fd),
+        on_ready(std::move(function)) {
+    reactor.init_task();
+    // A failure means that the system watches no more descriptors: this one is never ready.
+    (void)reactor.register_descriptor(fd, registration);
   }
 
   // Starts the waits that are missing. A wait that is no longer wanted stays, and is ignored.
   void wait() {
-    wait_for(Interest::kReading, reading_waits, asio::posix::descriptor_base::wait_read);
-    wait_for(Interest::kWriting, writing_waits, asio::posix::descriptor_base::wait_write);
+    const bool took_all = std::exchange(has_taken_all, false);
+    if (contains(interest, Interest::kReading)) start(Reactor::read_op, reading, took_all);
+    if (contains(interest, Interest::kWriting)) start(Reactor::write_op, writing, false);
   }
 
-  void wait_for(Interest part, bool& waits, asio::posix::descriptor_base::wait_type type) {
-    if (waits || !contains(interest, part)) return;
-    waits = true;
-    descriptor.async_wait(type, [self = shared_from_this(), part, &waits](error_code error) {
-      waits = false;
-      if (!error) self->call(part);
-    });
+  void start(int direction, Wait& wait, bool is_for_next_event) {
+    if (wait.state) return;
+    wait.state = shared_from_this();
+    wait.starts = is_for_next_event;
+    reactor.start_op(direction, fd, registration, &wait, false, is_for_next_event);
+    wait.starts = false;
   }
 
-  void call(Interest part) {
+  void call(const Wait& waited) {
+    const Interest part = &waited == &reading ? Interest::kReading : Interest::kWriting;
     if (ended || !contains(interest, part)) return;
     on_ready({.to_read = part == Interest::kReading, .to_write = part == Interest::kWriting});
     if (!ended) wait();
   }
 
-  asio::posix::stream_descriptor descriptor;
+  void end() {
+    ended = true;
+    reactor.deregister_descriptor(fd, registration, false);
+    reactor.cleanup_descriptor_data(registration);
+  }
+
+  Reactor& reactor;
+  Reactor::per_descriptor_data registration{};
+  const int fd;
   std::function<void(Ready)> on_ready;
   Interest interest = Interest::kNothing;
-  bool reading_waits = false;
-  bool writing_waits = false;
+  Wait reading;
+  Wait writing;
+  bool has_taken_all = false;  // of what there was to read, as its owner reported
   bool ended = false;
 };
 
@@ -112,15 +150,14 @@ Watch::Watch(Loop& loop, int fd, std::function<void(Ready)> on_ready, Interest i
   set(interest);
 }
 
-Watch::~Watch() {
-  state_->ended = true;
-  state_->descriptor.release();
-}
+Watch::~Watch() { state_->end(); }
 
 void Watch::set(Interest interest) {
   state_->interest = interest;
   state_->wait();
 }
+
+void Watch::all_taken() { state_->has_taken_all = true; }
 
 // --- timers
 

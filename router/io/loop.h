@@ -3,8 +3,8 @@
 // with end_turn().
 //
 // Descriptors stay registered (Watch), and the system timer is set only when the next deadline is
-// earlier than before: beyond its own system calls, a message costs one epoll_wait() and one
-// epoll_ctl(), by which Asio waits for a descriptor again.
+// earlier than before: beyond its own system calls, a datagram or a message of a local program
+// costs one epoll_wait(), one over a connection also an epoll_ctl().
 #pragma once
 
 #include <cstdint>
@@ -86,8 +86,7 @@ enum class Interest : std::uint8_t {
 // A descriptor registered in the loop: the owner is called as long as it is ready.
 class Watch {
  public:
-  // `fd` must stay open during the lifetime, and is non-blocking from then on. The owner may
-  // destroy the watch in the callback.
+  // `fd` must stay open during the lifetime. The owner may destroy the watch in the callback.
   Watch(Loop& loop, int fd, std::function<void(Ready)> on_ready,
         Interest interest = Interest::kReading);
   Watch(const Watch&) = delete;
@@ -95,6 +94,10 @@ class Watch {
   ~Watch();
 
   void set(Interest interest);
+  // In the callback, by an owner that took everything there was to read: it is called for the next
+  // arrival, without the system being asked whether more is ready. Not for a connection, whose end
+  // may have arrived with its last bytes.
+  void all_taken();
 
  private:
   struct State;

@@ -43,6 +43,38 @@ TEST_F(LoopTest, CallsAsLongAsADescriptorIsReady) {
   EXPECT_EQ(calls_, 2);
 }
 
+// The counter is not read: only a further signal is an arrival.
+TEST_F(LoopTest, CallsOncePerArrivalWhenAllIsTaken) {
+  std::optional<Watch> watch;
+  bool takes_all = true;
+  watch.emplace(loop_, ready_.get(), [&](Ready) {
+    ++calls_;
+    if (takes_all) watch->all_taken();
+  });
+  for (int arrival = 1; arrival <= 3; ++arrival) {
+    os::signal_event_fd(ready_.get());
+    while (calls_ < arrival) loop_.run_once(kNever);
+    for (int i = 0; i < 3; ++i) loop_.run_once(kAtOnce);
+    EXPECT_EQ(calls_, arrival);
+  }
+  takes_all = false;
+  os::signal_event_fd(ready_.get());
+  while (calls_ < 6) loop_.run_once(kNever);
+}
+
+// It arrived after its owner had looked, and before the watch waited again.
+TEST_F(LoopTest, AnArrivalDuringTheCallbackIsNotLost) {
+  std::optional<Watch> watch;
+  watch.emplace(loop_, ready_.get(), [&](Ready) {
+    if (++calls_ < 3) os::signal_event_fd(ready_.get());
+    watch->all_taken();
+  });
+  os::signal_event_fd(ready_.get());
+  while (calls_ < 3) loop_.run_once(kNever);
+  for (int i = 0; i < 3; ++i) loop_.run_once(kAtOnce);
+  EXPECT_EQ(calls_, 3);
+}
+
 TEST_F(LoopTest, CallsOnlyForTheInterest) {
   int reads = 0;
   int writes = 0;

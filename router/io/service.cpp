@@ -54,8 +54,7 @@ bool may_lock_all() {
 // --- Signals
 
 Signals::Signals(Loop& loop, Actions actions)
-    : actions_(std::move(actions)),
-      signals_(loop.context(), SIGTERM, SIGINT, SIGHUP) {
+    : actions_(std::move(actions)), signals_(loop.context(), SIGTERM, SIGINT, SIGHUP) {
   wait();
 }
 

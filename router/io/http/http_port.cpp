@@ -38,9 +38,8 @@ HttpPort::HttpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& 
       half_messages_(settings.message_max),
       server_(loop, log, pages(source),
               {.upgrade =
-                   [this](StreamSocket socket, const HttpRequest& request, const std::string& peer) {
-                     upgrade(std::move(socket), request, peer);
-                   },
+                   [this](StreamSocket socket, const HttpRequest& request,
+                          const std::string& peer) { upgrade(std::move(socket), request, peer); },
                .end_turn = [&loop](Time began) { loop.end_turn(began); }},
               settings.timeouts) {
   set_queue_bytes_max(settings.queue_bytes_max);

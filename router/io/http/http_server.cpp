@@ -65,10 +65,9 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
   // --- Reading
   void read() {
     const auto room = reader_.room();
-    socket_.async_read_some(asio::buffer(room.data(), room.size()),
-                            turn([](Connection& self, Time now, std::size_t bytes) {
-                              self.take(now, bytes);
-                            }));
+    socket_.async_read_some(
+        asio::buffer(room.data(), room.size()),
+        turn([](Connection& self, Time now, std::size_t bytes) { self.take(now, bytes); }));
   }
 
   void take(Time now, std::size_t bytes) {
@@ -132,9 +131,9 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
   }
 
   void read_until_closed() {
-    socket_.async_read_some(
-        asio::buffer(output_),
-        turn([](Connection& self, Time, std::size_t) { self.read_until_closed(); }));
+    socket_.async_read_some(asio::buffer(output_), turn([](Connection& self, Time, std::size_t) {
+                              self.read_until_closed();
+                            }));
   }
 
   HttpServer& server_;

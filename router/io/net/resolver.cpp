@@ -66,20 +66,19 @@ void Resolver::resolve(const std::string& host, std::uint16_t port, Callback cal
 
 void Resolver::ask(const Question& question) {
   try {
-    queries_->async_resolve(
-        question.host, "", AsioResolver::flags(),
-        [this, question, alive = std::weak_ptr(waiting_)](
-            const error_code& error, const AsioResolver::results_type& found) {
-          if (alive.expired()) return;
-          if (error)
-            answer(question,
-                   Error(Errc::kSystem, "host name " + question.host + ": " + error.message()));
-          else
-            answer(question, addresses_in(found, question.port));
-        });
+    queries_->async_resolve(question.host, "", AsioResolver::flags(),
+                            [this, question, alive = std::weak_ptr(waiting_)](
+                                const error_code& error, const AsioResolver::results_type& found) {
+                              if (alive.expired()) return;
+                              if (error)
+                                answer(question, Error(Errc::kSystem, "host name " + question.host +
+                                                                          ": " + error.message()));
+                              else
+                                answer(question, addresses_in(found, question.port));
+                            });
   } catch (const boost::system::system_error& error) {
-    answer(question, Error(Errc::kSystem, std::string("cannot start the thread for host names: ") +
-                                              error.what()));
+    answer(question, Error(Errc::kSystem,
+                           std::string("cannot start the thread for host names: ") + error.what()));
   }
 }
 
