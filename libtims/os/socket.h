@@ -78,4 +78,8 @@ Result<File> connect_tcp(const std::string& host, std::uint16_t port, Time deadl
 enum class Bound { kNo, kYes, kAddressNotHereYet };  // kNo: errno states the reason
 Bound bind_even_early(int socket, const sockaddr* address, socklen_t size);
 
+// Bytes acknowledged by the other host since the connection began. When its receive buffer is full,
+// this grows only as fast as the program there reads.
+std::uint64_t bytes_acknowledged(int socket);
+
 }  // namespace tims::os
