@@ -3,8 +3,7 @@
 // with end_turn().
 //
 // Descriptors stay registered (Watch), and the system timer is set only when the next deadline is
-// earlier than before: beyond its own system calls, a datagram or a message of a local program
-// costs one epoll_wait(), one over a connection also an epoll_ctl().
+// earlier than before: beyond its own system calls, a message costs one epoll_wait().
 #pragma once
 
 #include <cstdint>
@@ -95,8 +94,8 @@ class Watch {
 
   void set(Interest interest);
   // In the callback, by an owner that took everything there was to read: it is called for the next
-  // arrival, without the system being asked whether more is ready. Not for a connection, whose end
-  // may have arrived with its last bytes.
+  // arrival, without the system being asked whether more is ready. The end of a connection, which
+  // may arrive with its last bytes, is something to read, too.
   void all_taken();
 
  private:
