@@ -25,9 +25,9 @@ struct Marker {
   int id = 0;          // of an AprilTag
   std::string text{};  // of a QR code
   MapPoint at{};
-  double rho = 0;       // direction that its face looks to
-  double height = 0;    // mm above the ground, of its centre
-  double size = 160;    // mm, side of the black square; of the whole code without its white border
+  double rho = 0;     // direction that its face looks to
+  double height = 0;  // mm above the ground, of its centre
+  double size = 160;  // mm, side of the black square; of the whole code without its white border
 
   // Whether it looks the same.
   [[nodiscard]] bool is_like(const Marker& other) const {

@@ -6,8 +6,8 @@
 #include <opencv2/imgproc.hpp>
 #include <opencv2/objdetect.hpp>
 
-#include "components/vision/tag_family.h"
 #include "components/pictures/opencv_call.h"
+#include "components/vision/tag_family.h"
 
 namespace rack::vision {
 
@@ -34,9 +34,8 @@ tims::Result<MarkerPicture> qr_code(const Marker& marker) {
   if (marker.text.empty())
     return tims::Error(tims::Errc::kInvalidArgument, "a QR code needs a text");
   cv::Mat code;
-  const auto made = pictures::call_opencv("drawing a QR code", [&] {
-    cv::QRCodeEncoder::create()->encode(marker.text, code);
-  });
+  const auto made = pictures::call_opencv(
+      "drawing a QR code", [&] { cv::QRCodeEncoder::create()->encode(marker.text, code); });
   if (!made) return tims::Error(tims::Errc::kInvalidArgument, made.error().detail());
   constexpr int kQuiet = 4;  // cells, as ISO/IEC 18004 requires
   // OpenCV draws a border of its own, which is not of that width.

@@ -10,8 +10,8 @@
 namespace rack::vision {
 
 struct MarkerPicture {
-  int side = 0;                      // cells, with the white border
-  double whole = 1;                  // side with the white border, for a marker of size 1
+  int side = 0;                       // cells, with the white border
+  double whole = 1;                   // side with the white border, for a marker of size 1
   std::vector<std::uint8_t> cells{};  // row by row from the top left: 0 black, 255 white
 };
 
