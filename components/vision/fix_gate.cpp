@@ -10,7 +10,7 @@ namespace {
 constexpr double kGate = 3;               // standard deviations
 constexpr double kGateMin = 150;          // mm
 constexpr double kGateRho = radians(15);  // heading
-constexpr double kSame = 300;           // mm, from picture to picture
+constexpr double kSame = 300;             // mm, from picture to picture
 constexpr double kSameRho = radians(8);
 
 bool is_near(const Pose& a, const Pose& b, double mm, double rho) {

@@ -1,4 +1,4 @@
-// Finds markers in grey pictures: AprilTags by libapriltag, QR codes by OpenCV.
+// Finds AprilTags in grey pictures, by libapriltag.
 #pragma once
 
 #include <array>
@@ -6,11 +6,11 @@
 #include <memory>
 #include <set>
 #include <span>
-#include <string>
 #include <vector>
 
 #include "components/vision/camera_geometry.h"
 #include "components/vision/marker_map.h"
+#include "components/vision/tag_family.h"
 #include "tims/result.h"
 
 namespace rack::vision {
@@ -21,16 +21,15 @@ struct GreyView {
   std::span<const std::uint8_t> pixels{};  // width * height
 };
 
-// A marker in the picture. Its corners are those of the black square, or of the whole QR code: top
-// left, top right, bottom right, bottom left of the marker as it is printed.
+// A marker in the picture. Its corners are those of the black square: top left, top right, bottom
+// right, bottom left of the marker as it is printed.
 struct Sighting {
   Family family = Family::kTag36h11;
   int id = 0;
-  std::string text{};
   std::array<ImagePoint, 4> corners{};
 
   [[nodiscard]] bool shows(const Marker& marker) const {
-    return family == marker.family && id == marker.id && text == marker.text;
+    return family == marker.family && id == marker.id;
   }
 };
 
@@ -38,18 +37,21 @@ struct Sighting {
 class MarkerFinder {
  public:
   explicit MarkerFinder(const std::set<Family>& families);
-  MarkerFinder(MarkerFinder&&) noexcept;
-  MarkerFinder& operator=(MarkerFinder&&) noexcept;
-  ~MarkerFinder();
 
-  // kMalformed: fewer pixels than the size requires, or an error of OpenCV.
+  // kMalformed: fewer pixels than the size requires.
   tims::Result<std::vector<Sighting>> find(const GreyView& picture);
 
  private:
-  class Tags;
-  class Codes;
-  std::unique_ptr<Tags> tags_;    // null: none of their families
-  std::unique_ptr<Codes> codes_;  // null: no QR codes
+  using Detector = std::unique_ptr<apriltag_detector, void (*)(apriltag_detector*)>;
+  struct Member {
+    Family family;
+    TagFamily tags;
+  };
+
+  [[nodiscard]] Sighting sighting(const apriltag_detection& detection) const;
+
+  std::vector<Member> families_;  // outlive the detector, which refers to them
+  Detector detector_;
 };
 
 }  // namespace rack::vision

@@ -1,4 +1,4 @@
-// What a marker looks like: its cells, by libapriltag and by OpenCV's encoder of QR codes.
+// What a marker looks like: its cells, by libapriltag. Pure.
 #pragma once
 
 #include <cstdint>
@@ -15,7 +15,7 @@ struct MarkerPicture {
   std::vector<std::uint8_t> cells{};  // row by row from the top left: 0 black, 255 white
 };
 
-// kInvalidArgument: there is no such marker, or the text is too long for a QR code.
+// kInvalidArgument: there is no such marker.
 tims::Result<MarkerPicture> picture_of(const Marker& marker);
 
 }  // namespace rack::vision

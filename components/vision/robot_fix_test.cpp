@@ -57,7 +57,7 @@ TEST(RobotFix, IsWhereTheMarkersAreSeenFrom) {
 TEST(RobotFix, AMarkerThatWasMovedIsLeftOut) {
   auto map = corridor();
   const CameraGeometry camera = test_camera();
-  const Pose pose{.x = 500, .y = 100};
+  const Pose pose{.x = -500, .y = 100};
   const Rendered picture = rendered(map, pose, camera, 2, 0);
   map[1].at.y += 700;  // the map is wrong
   const auto fixes = fixes_of(landmarks_of(picture, map, camera), camera);
