@@ -31,8 +31,8 @@ using Arguments = std::span<const std::string>;  // without the program name
 // The verb that the first arguments name.
 struct Resolved {
   const Verb* verb = nullptr;  // nullptr: only a noun was given
-  std::string_view noun{};     // empty: nothing was given
-  std::size_t used = 0;        // number of arguments that name the verb
+  std::string_view noun{};
+  std::size_t used = 0;  // number of arguments that name the verb
 };
 
 // A program with verbs.
@@ -41,7 +41,7 @@ struct Program {
   std::string (Verb::*call)() const;           // how a verb is called: "route show", "show"
   std::function<Resolved(Arguments)> resolve;  // throws Failure if there is no such verb
   std::function<RunVerb(const Verb&)> run;     // the function of the verb
-  std::function<std::string(Arguments)> help;  // --help
+  std::function<std::string(Arguments)> help;  // of --help with these arguments
 };
 
 // Returns the exit status.
@@ -66,8 +66,8 @@ struct VerbProgram {
 };
 int run_program(int argc, char** argv, const VerbProgram& program);
 
-// Help texts, generated from the tables. CLI11 does not know the verbs, and wraps no lines. `call`:
-// "route show", "timsctl route show".
+// Help texts, generated from the tables: CLI11 does not wrap lines, and would list the options of
+// all verbs. `call`: "route show", "timsctl route show".
 std::string option_lines(std::string_view names);
 std::string verb_line(std::string_view call, const Verb& verb);
 std::string verb_help(std::string_view call, const Verb& verb);

@@ -327,10 +327,36 @@ Resolved resolve(std::span<const std::string> arguments) {
 
 namespace {
 
+std::string overview() {
+  std::string text =
+      "timsctl NOUN [VERB] [ARGUMENTS] [OPTIONS]: query and control a router and its components.\n"
+      "Nouns and verbs may be abbreviated to a unique prefix (`timsctl mb li`). Without "
+      "arguments,\n"
+      "`timsctl status` is run.\n\n";
+  for (const Verb& verb : verbs())
+    if (!verb.example.empty()) text += verb_line(verb.name(), verb);
+  text += "\nGeneral options:\n" + option_lines(kGeneralOptions);
+  text += "  -h, --help                    show the options and an example of a noun or verb\n";
+  text +=
+      "\nADDR is Ladar(3/0), Ladar/3/0 (needs no quotes), Ladar/3/0:2 or 0x03140000. A GLOB may "
+      "have\n"
+      "* in any position: 'Ladar(*/0)'; Ladar alone is the whole class.\n"
+      "Environment: TIMS_HOST (default of -H), TIMS_ROUTER (router of the programs on this host),\n"
+      "NO_COLOR.\n";
+  return text.append(kExitHelp);
+}
+
+std::string noun_help(std::string_view noun) {
+  std::string text = fmt::format("timsctl {} VERB\n", noun);
+  for (const Verb& verb : verbs())
+    if (verb.noun == noun) text += verb_line(verb.name(), verb);
+  return text + fmt::format("More: timsctl {} VERB --help\n", noun);
+}
+
 std::string help_for(std::span<const std::string> arguments) {
   if (arguments.empty()) return overview();
   const Resolved found = resolve(arguments);
-  const bool only_a_noun = arguments.size() == 1 && !is_single(found.noun);
+  const bool only_a_noun = arguments.size() == 1 && find(found.noun, "") == nullptr;
   if (found.verb == nullptr || only_a_noun) return noun_help(found.noun);
   return verb_help("timsctl " + found.verb->name(), *found.verb);
 }
@@ -356,34 +382,6 @@ void become_verb(std::string_view program, const std::string& verb, const Option
   command.emplace_back("--");
   command.insert(command.end(), arguments.begin(), arguments.end());
   become({.command = std::move(command)});
-}
-
-bool is_single(std::string_view noun) { return find(noun, "") != nullptr; }
-
-std::string overview() {
-  std::string text =
-      "timsctl NOUN [VERB] [ARGUMENTS] [OPTIONS]: query and control a router and its components.\n"
-      "Nouns and verbs may be abbreviated to a unique prefix (`timsctl mb li`). Without "
-      "arguments,\n"
-      "`timsctl status` is run.\n\n";
-  for (const Verb& verb : verbs())
-    if (!verb.example.empty()) text += verb_line(verb.name(), verb);
-  text += "\nGeneral options:\n" + option_lines(kGeneralOptions);
-  text += "  -h, --help                    show the options and an example of a noun or verb\n";
-  text +=
-      "\nADDR is Ladar(3/0), Ladar/3/0 (needs no quotes), Ladar/3/0:2 or 0x03140000. A GLOB may "
-      "have\n"
-      "* in any position: 'Ladar(*/0)'; Ladar alone is the whole class.\n"
-      "Environment: TIMS_HOST (default of -H), TIMS_ROUTER (router of the programs on this host),\n"
-      "NO_COLOR.\n";
-  return text.append(kExitHelp);
-}
-
-std::string noun_help(std::string_view noun) {
-  std::string text = fmt::format("timsctl {} VERB\n", noun);
-  for (const Verb& verb : verbs())
-    if (verb.noun == noun) text += verb_line(verb.name(), verb);
-  return text + fmt::format("More: timsctl {} VERB --help\n", noun);
 }
 
 }  // namespace timsctl

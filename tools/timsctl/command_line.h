@@ -1,12 +1,9 @@
 // The table of verbs: parsing, --help, completion and the manual pages use it.
 #pragma once
 
-#include <cstddef>
 #include <span>
 #include <string>
 #include <string_view>
-#include <variant>
-#include <vector>
 
 #include "tools/cli/failure.h"
 #include "tools/cli/options.h"
@@ -18,9 +15,9 @@ class Context;
 
 std::span<const Verb> verbs();
 
-// Unique prefixes of nouns and verbs suffice (CLI11's subcommands have none); `route` alone is
-// `route show`, nothing at all is `status`. Throws Failure if the arguments name no verb or are
-// ambiguous.
+// The verb that the first arguments name. Unique prefixes suffice; `route` alone is `route show`,
+// nothing at all is `status`: subcommands of CLI11 have neither. Throws Failure if the arguments
+// name no verb or are ambiguous.
 Resolved resolve(std::span<const std::string> arguments);
 
 const Program& timsctl_program();
@@ -107,11 +104,5 @@ Exit errors(Context& context);
 // Replaces this process by the program of the verb: same terminal, process id and exit status.
 [[noreturn]] void become_verb(std::string_view program, const std::string& verb,
                               const Options& options, std::span<const std::string> arguments);
-
-// Help texts, generated from the table of verbs.
-
-std::string overview();
-std::string noun_help(std::string_view noun);
-bool is_single(std::string_view noun);  // a command without verbs: "ping"
 
 }  // namespace timsctl
