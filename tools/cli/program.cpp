@@ -18,6 +18,7 @@ namespace timsctl {
 
 namespace {
 
+// NOLINTBEGIN(concurrency-mt-unsafe): the environment is never changed
 bool no_color() {
   const char* asked = std::getenv("NO_COLOR");
   const char* term = std::getenv("TERM");
@@ -36,6 +37,7 @@ Host router_of(const Options& options) {
   if (host != nullptr && *host != 0) return parse_host(host);
   return parse_host(tims::default_router());
 }
+// NOLINTEND(concurrency-mt-unsafe)
 
 // Errors of the command line are reported as JSON, too, if it requests JSON.
 Options for_errors(const Line& line) {
@@ -244,7 +246,7 @@ std::variant<Command, Text> parse_line(const Program& program, const Line& line)
   const bool asks_for_help = !arguments.empty() && arguments.front() == "help";
   if (asks_for_help || line.help)
     return Text{program.help(arguments.subspan(asks_for_help ? 1 : 0))};
-  if (line.failure) throw *line.failure;
+  if (line.failure) throw Failure(*line.failure);
   const Resolved found = program.resolve(arguments);
   if (found.verb == nullptr)
     throw usage_error(fmt::format("{} {}: the verb is missing", program.name, found.noun),
