@@ -1,7 +1,6 @@
 #include "components/devices/camera/camera_frames.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <string>
 
@@ -38,6 +37,7 @@ void CameraFrames::start(Time now, Output&) {
   timer_.wait_until(now + kFirstWithin);
   head_ = {};
   brightness_ = {};
+  for (const auto& one : controls_) one->start();
   has_picture_ = false;
   due_ = {};
   damaged_in_a_row_ = 0;
@@ -56,7 +56,9 @@ void CameraFrames::on_arrival(const Arrival& arrival, Output& out) {
   }
   if (arrival.id == video::kControl) {
     const auto control = video_control(arrival.bytes);
-    if (control && control->max > control->min && brightness_.id == 0) brightness_ = *control;
+    if (!control || control->max <= control->min) return;
+    if (brightness_.id == 0 && controls_.empty()) brightness_ = *control;
+    for (const auto& one : controls_) one->on_control(*control, out);
     return;
   }
   if (failure() || !is_due(arrival.last)) return;
@@ -67,6 +69,8 @@ void CameraFrames::on_arrival(const Arrival& arrival, Output& out) {
     timer_.stop();
     recorded_ = arrival.last;
     keep_bright(out);
+    if (const auto pixels = pixels_of(head_, arrival.bytes))
+      for (const auto& one : controls_) one->on_frame(*pixels, out);
     return;
   }
   ++damaged_;
@@ -91,7 +95,7 @@ Result<void> CameraFrames::make(const Arrival& frame) {
   if (head.format != frame.id)
     return Error(Errc::kMalformed, "frame of format " + letters_of(frame.id) + " without a header");
   if (!needs_pair(settings_.mode, head.format))
-    return maker_.make(head, frame.bytes, settings_.mode, picture_);
+    return maker_.make(head, frame.bytes, settings_.mode, picture_, settings_.thinning);
   if (auto grey = maker_.make(head, frame.bytes, camera_mode::kMono8, pair_); !grey) return grey;
   return make_depth(pair_.image);
 }
@@ -134,10 +138,7 @@ void CameraFrames::keep_bright(Output& out) {
       wanted, static_cast<double>(brightness_.min), static_cast<double>(brightness_.max)));
   if (value == brightness_.value) return;
   brightness_.value = value;
-  std::array<std::byte, 4> bytes{};
-  for (std::size_t i = 0; i < bytes.size(); ++i)
-    bytes.at(i) = static_cast<std::byte>(static_cast<std::uint32_t>(value) >> (8 * i));
-  out.send(bytes, brightness_.id);
+  out.send(control_bytes(value), brightness_.id);
 }
 
 bool CameraFrames::take(CameraData& data, Time& recorded) {

@@ -5,6 +5,10 @@
 // a control.
 #pragma once
 
+#include <memory>
+#include <vector>
+
+#include "components/devices/camera/frame_control.h"
 #include "components/devices/camera/picture.h"
 #include "components/devices/camera/stereo.h"
 #include "components/devices/core/dialogue.h"
@@ -14,6 +18,7 @@ namespace rack::device {
 struct CameraSettings {
   u16 mode = camera_mode::kRgb24;
   int quality = 75;         // quality of JPEG compressed here
+  int thinning = 1;         // every n-th pixel in both directions; see thinned()
   Duration period{};        // minimum period, faster pictures are skipped; 0: no limit
   int brightness_min = 15;  // 0 to 255: below, the brightness is increased
   int brightness_max = 250;
@@ -28,6 +33,9 @@ class CameraFrames final : public Dialogue {
  public:
   explicit CameraFrames(const CameraSettings& settings);
 
+  // Controls of this camera, instead of its brightness control.
+  void add(std::unique_ptr<FrameControl> control) { controls_.push_back(std::move(control)); }
+
   void start(Time now, Output& out) override;
   void on_arrival(const Arrival& arrival, Output& out) override;
   void on_timeout(Time now, Output& out) override;
@@ -40,12 +48,13 @@ class CameraFrames final : public Dialogue {
  private:
   bool is_due(Time when);
   tims::Result<void> make(const Arrival& frame);
-  tims::Result<void> make_depth(std::span<const std::byte> frame);
+  tims::Result<void> make_depth(std::span<const std::byte> pair);
   void keep_bright(Output& out);
 
   CameraSettings settings_;
   VideoHead head_{};
   VideoControl brightness_{};  // id 0: the camera has no brightness control
+  std::vector<std::unique_ptr<FrameControl>> controls_;
   PictureMaker maker_;
   Stereo stereo_;
   CameraData picture_{};

@@ -18,14 +18,45 @@ struct Mode {
   std::string_view formats;
 };
 
-constexpr std::array<Mode, 7> kModes = {{
-    {"mono8", camera_mode::kMono8, 8, "GREY,YUYV,UYVY,MJPG,JPEG,RGB3,BGR3"},
+constexpr std::string_view kBayerFormats = "RGGB,GBRG,GRBG,BA81";
+constexpr std::string_view kBayer16Formats = "RG16,GB16,GR16,BYR2";
+
+constexpr std::array<Mode, 11> kModes = {{
+    {"mono8", camera_mode::kMono8, 8, "GREY,YUYV,UYVY,MJPG,JPEG,RGB3,BGR3,RGGB,GBRG,GRBG,BA81"},
+    {"mono12", camera_mode::kMono12, 16, "Y16"},
     {"mono16", camera_mode::kMono16, 16, "Y16"},
-    {"rgb24", camera_mode::kRgb24, 24, "RGB3,BGR3,YUYV,UYVY,MJPG,JPEG"},
+    {"rgb24", camera_mode::kRgb24, 24, "RGB3,BGR3,YUYV,UYVY,MJPG,JPEG,RGGB,GBRG,GRBG,BA81"},
     {"yuv422", camera_mode::kYuv422, 16, "UYVY,YUYV,MJPG,JPEG"},
-    {"jpeg", camera_mode::kJpeg, 24, "MJPG,JPEG,YUYV,UYVY,RGB3,BGR3,GREY"},
+    {"raw8", camera_mode::kRaw8, 8, kBayerFormats},
+    {"raw12", camera_mode::kRaw12, 16, kBayer16Formats},
+    {"raw16", camera_mode::kRaw16, 16, kBayer16Formats},
+    {"jpeg", camera_mode::kJpeg, 24, "MJPG,JPEG,YUYV,UYVY,RGB3,BGR3,GREY,RGGB,GBRG,GRBG,BA81"},
     {"range", camera_mode::kRange, 16, "Z16,GREY,YUYV,UYVY,MJPG,JPEG"},
     {"disparity", camera_mode::kDisparity, 16, "GREY,YUYV,UYVY,MJPG,JPEG"},
+}};
+
+// Formats of cameras as layouts of pixels.
+struct Format {
+  std::uint32_t format;
+  PixelLayout layout;
+  u32 filter = 0;  // colorFilterId of the raw modes
+};
+constexpr std::array<Format, 15> kFormats = {{
+    {video::kGrey, PixelLayout::kGrey},
+    {video::kRgb24, PixelLayout::kRgb},
+    {video::kBgr24, PixelLayout::kBgr},
+    {video::kYuyv, PixelLayout::kYuyv},
+    {video::kUyvy, PixelLayout::kUyvy},
+    {video::kGrey16, PixelLayout::kLittle16},
+    {video::kDepth16, PixelLayout::kLittle16},
+    {video::kRggb, PixelLayout::kRggb, bayer::kRggb},
+    {video::kGbrg, PixelLayout::kGbrg, bayer::kGbrg},
+    {video::kGrbg, PixelLayout::kGrbg, bayer::kGrbg},
+    {video::kBggr, PixelLayout::kBggr, bayer::kBggr},
+    {video::kRggb16, PixelLayout::kLittle16, bayer::kRggb},
+    {video::kGbrg16, PixelLayout::kLittle16, bayer::kGbrg},
+    {video::kGrbg16, PixelLayout::kLittle16, bayer::kGrbg},
+    {video::kBggr16, PixelLayout::kLittle16, bayer::kBggr},
 }};
 
 const Mode* find_mode(u16 mode) {
@@ -35,25 +66,20 @@ const Mode* find_mode(u16 mode) {
 
 bool is_jpeg(std::uint32_t format) { return format == video::kMjpeg || format == video::kJpeg; }
 
-// Formats of V4L2 and modes of the class as layouts of pixels; empty for JPEG and others.
+const Format* find_format(std::uint32_t format) {
+  const auto* const found =
+      std::ranges::find(kFormats, format & ~video::kBigEndian, &Format::format);
+  return found == kFormats.end() ? nullptr : found;
+}
+
+// Layouts of formats and modes; empty for JPEG and others.
 std::optional<PixelLayout> layout_of_format(std::uint32_t format) {
-  switch (format) {
-    case video::kGrey:
-      return PixelLayout::kGrey;
-    case video::kRgb24:
-      return PixelLayout::kRgb;
-    case video::kBgr24:
-      return PixelLayout::kBgr;
-    case video::kYuyv:
-      return PixelLayout::kYuyv;
-    case video::kUyvy:
-      return PixelLayout::kUyvy;
-    case video::kGrey16:
-    case video::kDepth16:
-      return PixelLayout::kLittle16;
-    default:
-      return std::nullopt;
-  }
+  const Format* const found = find_format(format);
+  if (found == nullptr) return std::nullopt;
+  const bool is_big = (format & video::kBigEndian) != 0;
+  if (!is_big) return found->layout;
+  return found->layout == PixelLayout::kLittle16 ? std::optional(PixelLayout::kBig16)
+                                                 : std::nullopt;
 }
 std::optional<PixelLayout> layout_of_mode(u16 mode) {
   switch (mode) {
@@ -63,7 +89,10 @@ std::optional<PixelLayout> layout_of_mode(u16 mode) {
       return PixelLayout::kRgb;
     case camera_mode::kYuv422:
       return PixelLayout::kUyvy;
+    case camera_mode::kMono12:
     case camera_mode::kMono16:
+    case camera_mode::kRaw12:
+    case camera_mode::kRaw16:
     case camera_mode::kRange:
       return PixelLayout::kBig16;
     default:
@@ -71,14 +100,29 @@ std::optional<PixelLayout> layout_of_mode(u16 mode) {
   }
 }
 
-// Numbers of 16 bits are grey values or depths: neither becomes the other.
-bool is_possible(std::uint32_t format, u16 mode) {
-  if (format == video::kGrey16) return mode == camera_mode::kMono16;
-  if (format == video::kDepth16) return mode == camera_mode::kRange;
-  if (mode == camera_mode::kJpeg) return layout_of_format(format).has_value();
+bool is_raw(u16 mode) {
+  return mode == camera_mode::kRaw8 || mode == camera_mode::kRaw12 || mode == camera_mode::kRaw16;
+}
+
+// The layout that frames of the format have in the mode. Numbers of 16 bits are grey values,
+// colours or depths: none becomes the other.
+std::optional<PixelLayout> target_of(std::uint32_t format, u16 mode) {
   const auto from = layout_of_format(format);
+  if (!from) return std::nullopt;
+  const bool is_big = *from == PixelLayout::kLittle16 || *from == PixelLayout::kBig16;
+  const std::uint32_t base = format & ~video::kBigEndian;
+  const bool has_filter = find_format(format)->filter != 0;
+  if (is_raw(mode)) {
+    if (!has_filter || is_big != (mode != camera_mode::kRaw8)) return std::nullopt;
+    return is_big ? PixelLayout::kBig16 : *from;
+  }
+  if (is_big && has_filter) return std::nullopt;
+  if (base == video::kGrey16 && mode != camera_mode::kMono16 && mode != camera_mode::kMono12)
+    return std::nullopt;
+  if (base == video::kDepth16 && mode != camera_mode::kRange) return std::nullopt;
+  if (mode == camera_mode::kJpeg) return PixelLayout::kBgr;
   const auto to = layout_of_mode(mode);
-  return from && to && PixelConverter::can_convert(*from, *to);
+  return to && PixelConverter::can_convert(*from, *to) ? to : std::nullopt;
 }
 
 void set_size(CameraData& picture, PictureSize size, u16 mode) {
@@ -118,23 +162,35 @@ std::string_view formats_for(u16 mode) {
   return found == nullptr ? "" : found->formats;
 }
 
+std::optional<PixelView> pixels_of(const VideoHead& head, std::span<const std::byte> frame) {
+  const auto layout = layout_of_format(head.format);
+  if (!layout) return std::nullopt;
+  return PixelView{.layout = *layout,
+                   .size = {head.width, head.height},
+                   .bytes = frame,
+                   .line_bytes = head.line_bytes};
+}
+
 Result<void> PictureMaker::make(const VideoHead& head, std::span<const std::byte> frame, u16 mode,
-                                CameraData& picture) {
+                                CameraData& picture, int thinning) {
   if (is_jpeg(head.format)) return from_jpeg(frame, mode, picture);
-  const PixelView view{.layout = layout_of_format(head.format).value_or(PixelLayout::kGrey),
-                       .size = {head.width, head.height},
-                       .bytes = frame,
-                       .line_bytes = head.line_bytes};
-  if (!view.is_whole())
+  const auto whole = pixels_of(head, frame);
+  if (!whole) return cannot(head.format, mode);
+  if (!whole->is_whole())
     return Error(Errc::kMalformed, "frame of " + std::to_string(frame.size()) +
                                        " bytes does not have the size given by the camera");
-  if (!is_possible(head.format, mode)) return cannot(head.format, mode);
-  if (mode == camera_mode::kJpeg) return to_jpeg(view, picture);
-  if (std::size_t{head.width} * head.height * depth_of(mode) / 8 > kCameraBytesMax)
+  const auto to = target_of(head.format, mode);
+  if (!to) return cannot(head.format, mode);
+  const u32 filter = find_format(head.format)->filter;
+  const auto view = thinned(*whole, filter == 0 ? group_of(whole->layout) : PictureSize{2, 2},
+                            thinning, thinned_);
+  if (!view) return view.error();
+  if (mode == camera_mode::kJpeg) return to_jpeg(*view, picture);
+  if (std::size_t{view->size.width} * view->size.height * depth_of(mode) / 8 > kCameraBytesMax)
     return Error(Errc::kTooBig, "the picture exceeds the maximum size of a message");
-  if (auto made = converter_.convert(view, *layout_of_mode(mode), picture.image); !made)
-    return made;
-  set_size(picture, view.size, mode);
+  if (auto made = converter_.convert(*view, *to, picture.image); !made) return made;
+  set_size(picture, view->size, mode);
+  if (is_raw(mode)) picture.colorFilterId = filter;
   return {};
 }
 

@@ -1,7 +1,8 @@
-// Converts frames of V4L2 formats to pictures of the modes of the camera class.
+// Converts frames of V4L2 and IIDC cameras to pictures of the modes of the camera class.
 //
 // 16 bit values are big-endian, as those of the IEEE 1394 cameras for which the class was designed;
-// rgb24 is R G B, yuv422 is U Y0 V Y1.
+// rgb24 is R G B, yuv422 is U Y0 V Y1. The raw modes have one colour per pixel; colorFilterId
+// states which one. mono12 and raw12 are 12 of 16 bits.
 #pragma once
 
 #include <optional>
@@ -14,7 +15,7 @@
 
 namespace rack::device {
 
-// Mode by the name used in CameraV4l, for example "rgb24". Empty for unknown names.
+// Mode by the name used in CameraV4l and CameraDcam, for example "rgb24". Empty for unknown names.
 std::optional<u16> mode_of(std::string_view name);
 std::string_view name_of_mode(u16 mode);
 // Bits per pixel; 0 for JPEG and unknown modes.
@@ -30,9 +31,10 @@ class PictureMaker {
   explicit PictureMaker(int quality = 75) : quality_(quality) {}
 
   // Converts `frame` with the layout of `head` to a picture of `mode`; does not change
-  // recordingTime. The error states why the conversion is not possible.
+  // recordingTime. The error states why the conversion is not possible. `thinning`: see thinned();
+  // JPEG frames are not thinned.
   tims::Result<void> make(const VideoHead& head, std::span<const std::byte> frame, u16 mode,
-                          CameraData& picture);
+                          CameraData& picture, int thinning = 1);
   // Compresses a picture of mono8, rgb24 or yuv422 to JPEG.
   tims::Result<void> compress(const CameraData& from, CameraData& jpeg);
 
@@ -45,7 +47,11 @@ class PictureMaker {
   Jpeg jpeg_;
   PixelConverter converter_;
   std::vector<std::byte> bgr_;
+  std::vector<std::byte> thinned_;
 };
+
+// The frame of a camera as pixels; empty for JPEG and unknown formats.
+std::optional<PixelView> pixels_of(const VideoHead& head, std::span<const std::byte> frame);
 
 // Mean brightness, 0 to 255, of the middle 1/`part` of each side. Empty for modes without
 // brightness.

@@ -208,7 +208,7 @@ TEST(PictureTest, ColoursOfPairsNeedAnEvenWidth) {
 TEST(PictureTest, ItsSizeIsLimited) {
   PictureMaker maker;
   CameraData picture;
-  std::vector<std::byte> frame(kCameraBytesMax + 3 * 1280);
+  std::vector<std::byte> frame(kCameraBytesMax + std::size_t{3} * 1280);
   EXPECT_TRUE(maker.make({video::kRgb24, 1280, 1024, 0}, frame, camera_mode::kRgb24, picture));
   EXPECT_EQ(picture.image.size(), kCameraBytesMax);
   const auto large =
@@ -356,6 +356,78 @@ TEST(JpegTest, KnownAnswersOfACamera) {
   EXPECT_NEAR(*brightness_of(rgb, 1), 100, 1);
   EXPECT_NEAR(*brightness_of(grey, 1), 96, 1);
   EXPECT_NEAR(*brightness_of(yuv, 1), 96, 1);
+}
+
+TEST(RawTest, PixelsOfOneColourEachPassAsTheyAre) {
+  PictureMaker maker;
+  CameraData picture;
+  const auto raw = bytes({1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16});
+  struct Case {
+    std::uint32_t format;
+    u16 mode;
+    u32 filter;
+    std::vector<std::byte> image;
+  };
+  for (const Case& one :
+       {Case{video::kRggb, camera_mode::kRaw8, bayer::kRggb, bytes({1, 2, 5, 6})},
+        Case{video::kGbrg, camera_mode::kRaw8, bayer::kGbrg, bytes({1, 2, 5, 6})},
+        Case{video::kBggr, camera_mode::kRaw8, bayer::kBggr, bytes({1, 2, 5, 6})},
+        Case{video::kGrbg16, camera_mode::kRaw12, bayer::kGrbg, bytes({2, 1, 4, 3, 10, 9, 12, 11})},
+        Case{video::kGrbg16 | video::kBigEndian, camera_mode::kRaw16, bayer::kGrbg,
+             bytes({1, 2, 3, 4, 9, 10, 11, 12})},
+        Case{video::kGrey16 | video::kBigEndian, camera_mode::kMono12, 0,
+             bytes({1, 2, 3, 4, 9, 10, 11, 12})}}) {
+    const bool is_wide = one.image.size() == 8;
+    const VideoHead head{one.format, is_wide ? 4U : 2U, 2, is_wide ? 8U : 4U};
+    const auto made = maker.make(head, raw, one.mode, picture);
+    ASSERT_TRUE(made) << letters_of(one.format) << made.error().message();
+    EXPECT_EQ(picture.colorFilterId, one.filter);
+    EXPECT_EQ(picture.depth, is_wide ? 16 : 8);
+    const std::size_t line = is_wide ? 4 : 2;
+    ASSERT_EQ(picture.image.size(), is_wide ? 16U : 4U);
+    EXPECT_TRUE(
+        std::ranges::equal(std::span(picture.image).first(line), std::span(one.image).first(line)))
+        << letters_of(one.format);
+  }
+  EXPECT_EQ(letters_of(video::kGrey16 | video::kBigEndian), "Y16 -BE");
+}
+
+TEST(RawTest, OtherModesAreRefusedOrConverted) {
+  PictureMaker maker;
+  CameraData picture;
+  const std::vector<std::byte> raw(64, std::byte{80});
+  const VideoHead raw8{video::kRggb, 8, 8, 8};
+  ASSERT_TRUE(maker.make(raw8, raw, camera_mode::kRgb24, picture));
+  EXPECT_EQ(picture.image.size(), 192U);
+  EXPECT_EQ(picture.colorFilterId, 0U);
+  ASSERT_TRUE(maker.make(raw8, raw, camera_mode::kJpeg, picture));
+  ASSERT_TRUE(maker.make(raw8, raw, camera_mode::kMono8, picture));
+  const VideoHead raw16{video::kRggb16, 4, 8, 8};
+  for (const auto& [head, mode] :
+       {std::pair{raw8, camera_mode::kRaw12}, std::pair{raw8, camera_mode::kYuv422},
+        std::pair{raw16, camera_mode::kRaw8}, std::pair{raw16, camera_mode::kRgb24},
+        std::pair{raw16, camera_mode::kMono16}, std::pair{raw16, camera_mode::kJpeg},
+        std::pair{VideoHead{video::kGrey, 8, 8, 8}, camera_mode::kRaw8},
+        std::pair{VideoHead{video::kGrey | video::kBigEndian, 8, 8, 8}, camera_mode::kMono8},
+        std::pair{VideoHead{video::kGrey16, 4, 8, 8}, camera_mode::kRaw16}}) {
+    const auto made = maker.make(head, raw, mode, picture);
+    ASSERT_FALSE(made) << letters_of(head.format) << " " << mode;
+    EXPECT_EQ(made.error().code(), tims::Errc::kInvalidArgument);
+  }
+}
+
+TEST(RawTest, APictureIsThinnedBeforeItIsConverted) {
+  PictureMaker maker;
+  CameraData picture;
+  const std::vector<std::byte> raw(64, std::byte{80});
+  ASSERT_TRUE(maker.make({video::kUyvy, 8, 4, 16}, raw, camera_mode::kYuv422, picture, 2));
+  EXPECT_EQ(picture.width, 4);
+  EXPECT_EQ(picture.height, 2);
+  // Squares also of 16 bits: the colours of neighbours differ.
+  ASSERT_TRUE(maker.make({video::kRggb16, 8, 4, 16}, raw, camera_mode::kRaw16, picture, 2));
+  EXPECT_EQ(picture.width, 4);
+  EXPECT_EQ(picture.height, 2);
+  EXPECT_FALSE(maker.make({video::kRggb16, 8, 4, 16}, raw, camera_mode::kRaw16, picture, 3));
 }
 
 }  // namespace picture_test

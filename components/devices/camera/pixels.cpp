@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <string>
 
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
@@ -49,32 +50,50 @@ constexpr int kSecond = -4;
 constexpr int kPairs = -5;  // colours of pairs of pixels
 
 using enum PixelLayout;
-constexpr std::array<Conversion, 18> kConversions = {{
-    {kGrey, kGrey, kCopy},
+constexpr std::array<Conversion, 26> kConversions = {{
     {kYuyv, kGrey, kFirst},
     {kUyvy, kGrey, kSecond},
     {kRgb, kGrey, cv::COLOR_RGB2GRAY},
     {kBgr, kGrey, cv::COLOR_BGR2GRAY},
-    {kRgb, kRgb, kCopy},
     {kBgr, kRgb, cv::COLOR_BGR2RGB},
     {kYuyv, kRgb, cv::COLOR_YUV2RGB_YUYV},
     {kUyvy, kRgb, cv::COLOR_YUV2RGB_UYVY},
     {kGrey, kRgb, cv::COLOR_GRAY2RGB},
-    {kBgr, kBgr, kCopy},
     {kRgb, kBgr, cv::COLOR_RGB2BGR},
     {kYuyv, kBgr, cv::COLOR_YUV2BGR_YUYV},
     {kUyvy, kBgr, cv::COLOR_YUV2BGR_UYVY},
-    {kUyvy, kUyvy, kCopy},
     {kYuyv, kUyvy, kSwap},
     {kBgr, kUyvy, kPairs},
     {kLittle16, kBig16, kSwap},
+    {kRggb, kGrey, cv::COLOR_BayerRGGB2GRAY},
+    {kGbrg, kGrey, cv::COLOR_BayerGBRG2GRAY},
+    {kGrbg, kGrey, cv::COLOR_BayerGRBG2GRAY},
+    {kBggr, kGrey, cv::COLOR_BayerBGGR2GRAY},
+    {kRggb, kRgb, cv::COLOR_BayerRGGB2RGB},
+    {kGbrg, kRgb, cv::COLOR_BayerGBRG2RGB},
+    {kGrbg, kRgb, cv::COLOR_BayerGRBG2RGB},
+    {kBggr, kRgb, cv::COLOR_BayerBGGR2RGB},
+    {kRggb, kBgr, cv::COLOR_BayerRGGB2BGR},
+    {kGbrg, kBgr, cv::COLOR_BayerGBRG2BGR},
+    {kGrbg, kBgr, cv::COLOR_BayerGRBG2BGR},
+    {kBggr, kBgr, cv::COLOR_BayerBGGR2BGR},
 }};
 
 const Conversion* find_conversion(PixelLayout from, PixelLayout to) {
+  static constexpr Conversion kSame{kGrey, kGrey, kCopy};
+  if (from == to) return &kSame;
   const auto* const found = std::ranges::find_if(kConversions, [&](const Conversion& conversion) {
     return conversion.from == from && conversion.to == to;
   });
   return found == kConversions.end() ? nullptr : found;
+}
+
+// Of each `n` * `size` channels the first `size`.
+void take_first(std::size_t size, const cv::Mat& from, cv::Mat& to) {
+  std::array<int, 16> channels{};
+  for (std::size_t i = 0; i < size; ++i)
+    channels.at(2 * i) = channels.at(2 * i + 1) = static_cast<int>(i);
+  cv::mixChannels(&from, 1, &to, 1, channels.data(), size);
 }
 
 void run(int code, const cv::Mat& from, cv::Mat& to) {
@@ -132,6 +151,92 @@ void PixelConverter::uyvy_of_bgr(const PixelView& from, std::vector<std::byte>& 
   cv::Mat target = matrix(pairs, 4, pixels);
   constexpr std::array kUyvyOf = {8, 0, 0, 1, 7, 2, 3, 3};
   cv::mixChannels(sources.data(), sources.size(), &target, 1, kUyvyOf.data(), 4);
+}
+
+PictureSize group_of(PixelLayout layout) {
+  if (is_bayer(layout)) return {2, 2};
+  return is_pairwise(layout) ? PictureSize{2, 1} : PictureSize{1, 1};
+}
+
+// A line of a thinned picture is a line of a matrix with wider lines and pixels: no arithmetic.
+Result<PixelView> thinned(const PixelView& picture, PictureSize group, int n,
+                          std::vector<std::byte>& pixels) {
+  if (n == 1) return picture;
+  if (!picture.is_whole())
+    return Error(Errc::kMalformed, "the picture has fewer bytes than its size requires");
+  const auto step = static_cast<std::uint32_t>(std::clamp(n, 1, kThinningMax));
+  const std::uint32_t columns = picture.size.width / group.width / step;
+  const std::uint32_t lines = picture.size.height / group.height / step;
+  if (n < 1 || n > kThinningMax || columns == 0 || lines == 0)
+    return Error(Errc::kInvalidArgument, "a picture of " + std::to_string(picture.size.width) +
+                                             "x" + std::to_string(picture.size.height) +
+                                             " pixels cannot be reduced to 1/" + std::to_string(n));
+  const std::size_t bytes = bytes_of(picture.layout) * group.width;  // of a group in a line
+  const std::size_t stride = stride_of(picture);
+  const std::size_t line = columns * bytes;
+  pixels.resize(line * lines * group.height);
+  const auto done = pictures::call_opencv("reducing a picture", [&] {
+    for (std::uint32_t part = 0; part < group.height; ++part) {
+      const cv::Mat source(static_cast<int>(lines), static_cast<int>(columns),
+                           CV_8UC(static_cast<int>(bytes * step)),
+                           const_cast<std::byte*>(picture.bytes.data()) + part * stride,
+                           stride * group.height * step);
+      cv::Mat target(static_cast<int>(lines), static_cast<int>(columns),
+                     CV_8UC(static_cast<int>(bytes)), pixels.data() + part * line,
+                     line * group.height);
+      take_first(bytes, source, target);
+    }
+  });
+  if (!done) return done.error();
+  return PixelView{.layout = picture.layout,
+                   .size = {columns * group.width, lines * group.height},
+                   .bytes = pixels};
+}
+
+std::optional<Shares> shares_of(const PixelView& picture, int channel, int part, int low,
+                                int high) {
+  if (part < 1 || !picture.is_whole()) return std::nullopt;
+  const std::uint32_t lines = std::max(1U, picture.size.height / static_cast<std::uint32_t>(part));
+  const PixelView lowest{
+      .layout = picture.layout,
+      .size = {picture.size.width, lines},
+      .bytes = picture.bytes.subspan((picture.size.height - lines) * stride_of(picture)),
+      .line_bytes = picture.line_bytes};
+  constexpr int kValues = 256;
+  constexpr std::array kRange = {0.0F, 256.0F};
+  const float* ranges = kRange.data();
+  Shares shares;
+  const auto done = pictures::call_opencv("exposure", [&] {
+    cv::Mat counts;
+    const cv::Mat source = matrix(lowest);
+    cv::calcHist(&source, 1, &channel, {}, counts, 1, &kValues, &ranges);
+    const auto sum = [&](int from, int to) {
+      return from < to ? cv::sum(counts.rowRange(from, to))[0] : 0;
+    };
+    const double all = sum(0, kValues);
+    shares = {.dark = sum(0, std::clamp(low + 1, 0, kValues)) / all,
+              .bright = sum(std::clamp(high, 0, kValues), kValues) / all};
+  });
+  return done ? std::optional(shares) : std::nullopt;
+}
+
+std::optional<ColourMeans> colours_of(const PixelView& picture, const PixelArea& area) {
+  const std::uint32_t pairs = area.width / 2;
+  if (!is_pairwise(picture.layout) || !picture.is_whole() || pairs == 0 || area.height == 0 ||
+      area.left > picture.size.width || area.width > picture.size.width - area.left ||
+      area.top > picture.size.height || area.height > picture.size.height - area.top)
+    return std::nullopt;
+  const std::size_t stride = stride_of(picture);
+  const std::size_t at = area.top * stride + area.left / 2 * std::size_t{4};
+  const bool is_uyvy = picture.layout == kUyvy;
+  ColourMeans means;
+  const auto done = pictures::call_opencv("white balance", [&] {
+    const cv::Mat source(static_cast<int>(area.height), static_cast<int>(pairs), CV_8UC4,
+                         const_cast<std::byte*>(picture.bytes.data()) + at, stride);
+    const cv::Scalar mean = cv::mean(source);
+    means = {.u = mean[is_uyvy ? 0 : 1], .v = mean[is_uyvy ? 2 : 3]};
+  });
+  return done ? std::optional(means) : std::nullopt;
 }
 
 std::optional<double> mean_of(const PixelView& picture, int channel, int part) {

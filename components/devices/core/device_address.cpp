@@ -28,7 +28,7 @@ struct Scheme {
   std::string_view example;
   std::array<std::string_view, 4> options{};
 };
-constexpr std::array<Scheme, 9> kSchemes = {{
+constexpr std::array<Scheme, 10> kSchemes = {{
     {"serial",
      TransportKind::kSerial,
      "serial:/dev/ttyUSB0?baud=115200",
@@ -38,6 +38,10 @@ constexpr std::array<Scheme, 9> kSchemes = {{
     {"can", TransportKind::kCan, "can:can0"},
     {"usb", TransportKind::kUsb, "usb:15d1:0000"},
     {"v4l", TransportKind::kVideo, "v4l:/dev/video0?size=640x480", {"size", "format", "rate"}},
+    {"dcam",
+     TransportKind::kDcam,
+     "dcam:00b09d0100a1b2c3?size=1280x960&format=UYVY",
+     {"size", "format", "rate", "speed"}},
     {"gpio", TransportKind::kGpio, "gpio:/dev/gpiochip0?in=17,27&out=22", {"in", "out", "bias"}},
     {"play", TransportKind::kPlayback, "play:FILE?speed=1", {"speed", "baud", "port", "loop"}},
     {"pty", TransportKind::kPty, "pty:/tmp/device", {"baud", "can"}},
@@ -102,7 +106,8 @@ std::optional<std::string> problem_of_options(const DeviceAddress& address) {
   if (const std::string* parity = value("parity");
       parity != nullptr && *parity != "none" && *parity != "even" && *parity != "odd")
     return "parity must be none, even or odd, not " + base::in_quotes(*parity);
-  if (const std::string* speed = value("speed"); speed != nullptr && *speed != "max") {
+  if (const std::string* speed = value("speed");
+      speed != nullptr && *speed != "max" && address.kind == TransportKind::kPlayback) {
     const auto number = base::parse_number<double>(*speed);
     if (!number || !(*number > 0) || *number > kSpeedMax)
       return "speed must be max or a factor above 0, not " + base::in_quotes(*speed);
@@ -139,6 +144,13 @@ bool is_hex4(std::string_view text) {
   return text.size() == 4 && base::parse_number<std::uint16_t>(text, 16).has_value();
 }
 
+// A number in the list of cameras, or a GUID, or its lower half.
+bool is_iidc_camera(std::string_view text) {
+  if (text.size() <= 2) return base::parse_number<std::uint8_t>(text).has_value();
+  return (text.size() == 8 || text.size() == 16) &&
+         base::parse_number<std::uint64_t>(text, 16).has_value();
+}
+
 std::optional<std::string> problem_of_place(const DeviceAddress& address) {
   const std::string& place = address.place;
   switch (address.kind) {
@@ -148,6 +160,10 @@ std::optional<std::string> problem_of_place(const DeviceAddress& address) {
         return "vendor and product must have four hex digits each";
       return std::nullopt;
     }
+    case TransportKind::kDcam:
+      if (!is_iidc_camera(place))
+        return "the camera must be 0 to 99 or a GUID of 16 hex digits (or the last 8 of them)";
+      return std::nullopt;
     case TransportKind::kCan:
       if (place.empty() || place.size() > kInterfaceNameMax || place.find('/') != std::string::npos)
         return "the name of an interface must have 1 to 15 characters";
@@ -189,7 +205,7 @@ std::string DeviceAddress::to_string() const {
   if (port != 0) text += ':' + std::to_string(port);
   char before = '?';
   for (const auto& [name, value] : options) {
-    text += before + name + '=' + value;
+    text.append(1, before).append(name).append(1, '=').append(value);
     before = '&';
   }
   return text;
@@ -230,6 +246,32 @@ Result<DeviceAddress> can_device(std::int32_t number) {
     return Error(Errc::kInvalidArgument, "unknown CAN device " + std::to_string(number) +
                                              ": valid are 0 to 99 (can0 to can99)");
   return DeviceAddress{.kind = TransportKind::kCan, .place = "can" + std::to_string(number)};
+}
+
+std::string guid_text(std::uint64_t guid) {
+  constexpr std::string_view kDigits = "0123456789abcdef";
+  std::string text;
+  for (int shift = 60; shift >= 0; shift -= 4) text += kDigits[guid >> shift & 0xFU];
+  return text;
+}
+
+Result<DeviceAddress> dcam_device(std::string_view guid) {
+  constexpr std::uint64_t kLowerHalf = 0xFFFFFFFF;
+  const bool is_hex = guid.starts_with("0x") || guid.starts_with("0X");
+  std::optional<std::uint64_t> number = is_hex
+                                            ? base::parse_number<std::uint64_t>(guid.substr(2), 16)
+                                            : base::parse_number<std::uint64_t>(guid);
+  if (!number)
+    if (const auto negative = base::parse_number<std::int32_t>(guid))
+      number = static_cast<std::uint32_t>(*negative);
+  if (!number)
+    return Error(Errc::kInvalidArgument,
+                 "cameraGuid must be 0 (first camera) or a GUID, for example 0x00b09d0100a1b2c3, "
+                 "not " +
+                     base::in_quotes(guid));
+  DeviceAddress address{.kind = TransportKind::kDcam, .place = "0"};
+  if (*number != 0) address.place = guid_text(*number).substr(*number > kLowerHalf ? 0 : 8);
+  return address;
 }
 
 }  // namespace rack::device

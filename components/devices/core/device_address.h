@@ -7,6 +7,8 @@
 //   can:can0                 serial:/dev/ttyACM0?can=500000   (a bus behind a USB adapter)
 //   usb:15d1:0000            usb:15d1:0000/H0712345
 //   v4l:/dev/video0?size=640x480&format=MJPG,YUYV&rate=30   (first format the camera supports)
+//   dcam:00b09d0100a1b2c3?size=1280x960&format=UYVY&rate=15&speed=400   (IIDC camera by its GUID)
+//   dcam:0                   (the first IIDC camera, in the order of the GUIDs)
 //   gpio:/dev/gpiochip0?in=17,27&out=22                     (offsets of the lines)
 //   pty:/tmp/lms             (creates a pseudo terminal, which another program opens)
 //   play:scans.cap?speed=max (plays a recording; speed: a factor, or "max": without waiting)
@@ -32,6 +34,7 @@ enum class TransportKind : std::uint8_t {
   kCan,
   kUsb,
   kVideo,
+  kDcam,
   kGpio,
   kPlayback,
   kPty,
@@ -39,7 +42,7 @@ enum class TransportKind : std::uint8_t {
 
 struct DeviceAddress {
   TransportKind kind = TransportKind::kSerial;
-  std::string place{};  // path, interface, vendor:product[/serial number], or host of tcp and udp
+  std::string place{};  // path, interface, vendor:product[/serial number], GUID, or host
   std::uint16_t port = 0;
   std::map<std::string, std::string, std::less<>> options{};
 
@@ -62,5 +65,10 @@ struct DeviceAddress {
 Result<DeviceAddress> serial_device(std::int32_t number);
 // Parameter canDev: number N of interface canN.
 Result<DeviceAddress> can_device(std::int32_t number);
+// 16 hex digits.
+std::string guid_text(std::uint64_t guid);
+// Parameter cameraGuid: 0 is the first camera. The original compares the lower 32 bits of the GUID,
+// as a decimal number with a sign; a whole GUID is also accepted, decimal or hexadecimal with 0x.
+Result<DeviceAddress> dcam_device(std::string_view guid);
 
 }  // namespace rack::device

@@ -32,14 +32,35 @@ inline constexpr std::uint32_t kBgr24 = four_letters("BGR3");
 inline constexpr std::uint32_t kGrey = four_letters("GREY");
 inline constexpr std::uint32_t kGrey16 = four_letters("Y16 ");
 inline constexpr std::uint32_t kDepth16 = four_letters("Z16 ");
+// One colour per pixel (Bayer): the colours of the first two pixels of the first two lines.
+inline constexpr std::uint32_t kRggb = four_letters("RGGB");
+inline constexpr std::uint32_t kGbrg = four_letters("GBRG");
+inline constexpr std::uint32_t kGrbg = four_letters("GRBG");
+inline constexpr std::uint32_t kBggr = four_letters("BA81");
+inline constexpr std::uint32_t kRggb16 = four_letters("RG16");
+inline constexpr std::uint32_t kGbrg16 = four_letters("GB16");
+inline constexpr std::uint32_t kGrbg16 = four_letters("GR16");
+inline constexpr std::uint32_t kBggr16 = four_letters("BYR2");
+// Formats of 16 bits are little-endian, with this flag big-endian, as IIDC cameras send them.
+inline constexpr std::uint32_t kBigEndian = 1U << 31U;
+
+// Controls, numbered as in V4L2.
+inline constexpr std::uint32_t kBrightness = 0x00980900;
+inline constexpr std::uint32_t kAutoWhiteBalance = 0x0098090C;  // 1: by the camera
+inline constexpr std::uint32_t kRedBalance = 0x0098090E;
+inline constexpr std::uint32_t kBlueBalance = 0x0098090F;
+inline constexpr std::uint32_t kShutter = 0x00980911;
+inline constexpr std::uint32_t kAutoGain = 0x00980912;  // 1: shutter and gain by the camera
+inline constexpr std::uint32_t kGain = 0x00980913;
 }  // namespace video
 
 constexpr std::string letters_of(std::uint32_t format) {
   std::string text;
   for (int shift = 0; shift < 32; shift += 8) {
-    const auto letter = static_cast<char>(format >> shift & 0xFF);
+    const auto letter = static_cast<char>((format & ~video::kBigEndian) >> shift & 0xFF);
     text += letter >= ' ' && letter <= '~' ? letter : '?';
   }
+  if ((format & video::kBigEndian) != 0) text += "-BE";
   return text;
 }
 
@@ -81,6 +102,20 @@ constexpr std::optional<std::array<std::uint32_t, kVideoFields>> video_fields(
   return fields;
 }
 }  // namespace detail
+
+// The bytes that set a control, and the value they have.
+constexpr std::array<std::byte, 4> control_bytes(std::int32_t value) {
+  std::array<std::byte, 4> bytes{};
+  for (std::size_t i = 0; i < bytes.size(); ++i)
+    bytes.at(i) = static_cast<std::byte>(static_cast<std::uint32_t>(value) >> (8 * i));
+  return bytes;
+}
+constexpr std::optional<std::int32_t> control_value(std::span<const std::byte> bytes) {
+  if (bytes.size() != 4) return std::nullopt;
+  std::uint32_t value = 0;
+  for (std::size_t i = 4; i-- > 0;) value = value << 8 | std::to_integer<std::uint32_t>(bytes[i]);
+  return static_cast<std::int32_t>(value);
+}
 
 constexpr VideoBytes bytes_of(const VideoHead& head) {
   return detail::video_bytes({head.format, head.width, head.height, head.line_bytes});

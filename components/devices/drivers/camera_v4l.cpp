@@ -1,8 +1,5 @@
 // CameraV4l: driver of a V4L2 camera.
-#include <mutex>
-
-#include "components/devices/camera/camera_frames.h"
-#include "components/devices/drivers/driver.h"
+#include "components/devices/drivers/camera_driver.h"
 #include "components/devices/io/transports.h"
 #include "components/pictures/opencv_call.h"
 
@@ -13,7 +10,7 @@ constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 19>{{
     {"width", 320, "width of the picture [pixels]; the camera may choose a similar one", 1, 65535},
     {"height", 240, "pixels", 1, 65535},
     {"depth", 24, "bits per pixel; determined by mode", 8, 24},
-    {"mode", "rgb24", "mono8, mono16, rgb24, yuv422, jpeg, range or disparity"},
+    {"mode", "rgb24", "mono8, mono16, rgb24, yuv422, raw8, raw16, jpeg, range or disparity"},
     {"videoId", 0, "number N of the camera /dev/videoN", 0, 255},
     {"minHue", 15, "increase the brightness below this mean value, 0 to 255", 0, 255},
     {"maxHue", 250, "decrease the brightness above this mean value, 0 to 255", 0, 255},
@@ -39,18 +36,9 @@ constexpr ModuleInfo kInfo{
     .parameters = kParameters,
 };
 
-struct Format {
-  i32 width = 0;
-  i32 height = 0;
-  u16 mode = 0;
-
-  bool operator==(const Format&) const = default;
-};
-
-class CameraV4l : public Driver<CameraData, CameraFrames> {
+class CameraV4l : public CameraDriver {
  public:
-  // Pictures are large and only the newest is of interest.
-  CameraV4l() : Driver(kInfo, {.history = 4}) { pictures::use_one_thread(); }
+  CameraV4l() : CameraDriver(kInfo) { pictures::use_one_thread(); }
 
  private:
   Result<DeviceOptions> device() const override {
@@ -61,7 +49,7 @@ class CameraV4l : public Driver<CameraData, CameraFrames> {
     return DeviceOptions{.address = *address, .record = text("record")};
   }
 
-  Result<DeviceAddress> address_for(const Format& format) const {
+  Result<DeviceAddress> address_for(const CameraFormat& format) const {
     const std::string text_of_it = text("device");
     auto address = DeviceAddress::parse(
         text_of_it.empty() ? "v4l:/dev/video" + std::to_string(integer("videoId")) : text_of_it);
@@ -100,30 +88,7 @@ class CameraV4l : public Driver<CameraData, CameraFrames> {
                                                               : StereoMethod::kSemiGlobal}});
   }
 
-  Result<void> module_loop() override {
-    bool is_changed = false;
-    {
-      const std::lock_guard lock(format_mutex_);
-      is_changed = std::exchange(is_changed_, false);
-    }
-    if (is_changed)
-      if (auto opened = open_device(); !opened) return opened;
-    return Driver::module_loop();
-  }
-
-  Result<void> module_command(const tims::MessageView& message) override {
-    switch (message.header.type) {
-      case CameraType::kGetParameter:
-        reply(message.header, CameraType::kParameter, calibration());
-        return {};
-      case CameraType::kSetFormat:
-        return set_format(message);
-      default:
-        return Driver::module_command(message);
-    }
-  }
-
-  [[nodiscard]] CameraParamData calibration() const {
+  [[nodiscard]] Result<CameraParamData> calibration() const override {
     CameraParamData data;
     const auto format = wanted();
     data.calibration_width = format ? format->width : 0;
@@ -136,63 +101,24 @@ class CameraV4l : public Driver<CameraData, CameraFrames> {
     return data;
   }
 
-  // The format is valid until one of its parameters is set or the program ends. While the component
-  // is on, the next picture has the new format. Negative values leave a setting unchanged: the
-  // original's GUI sets either the size or the mode.
-  Result<void> set_format(const tims::MessageView& message) {
-    const auto asked = decode<CameraFormatData>(message);
-    if (!asked) return asked.error();
-    const auto present = wanted();
-    if (!present) return present.error();
-    Format format = *present;
-    if (asked->width >= 0) format.width = asked->width;
-    if (asked->height >= 0) format.height = asked->height;
-    if (asked->mode >= 0) format.mode = static_cast<u16>(asked->mode);
-    if (asked->mode > 0xFFFF || depth_of(format.mode) == 0)
-      return refused("mode " + std::to_string(asked->mode) + " is not supported by this camera");
-    if (format.width < 1 || format.height < 1 || format.width > 0xFFFF || format.height > 0xFFFF)
-      return refused("width and height must be 1 to 65535 pixels");
-    if (format.mode != camera_mode::kJpeg && asked->depth > 0 &&
-        asked->depth != depth_of(format.mode))
-      return refused(std::string(name_of_mode(format.mode)) +
-                     " requires depth=" + std::to_string(depth_of(format.mode)));
+  [[nodiscard]] Result<CameraFormat> of_parameters() const override {
+    const auto mode = mode_of(text("mode"));
+    if (!mode)
+      return refused(
+          "mode must be mono8, mono16, rgb24, yuv422, raw8, raw16, jpeg, range or disparity, not " +
+          text("mode"));
+    return CameraFormat{integer("width"), integer("height"), *mode};
+  }
+
+  [[nodiscard]] Result<CameraFormat> possible(const CameraFormat& format) const override {
     auto address = address_for(format);
     if (!address) return address.error();
     const bool has_two_eyes = real("stereoBase") > 0 && real("fx") > 0;
     if (format.mode == camera_mode::kRange && !has_two_eyes) address->options["format"] = "Z16";
     if (address->kind == TransportKind::kVideo)
-      if (auto has = check_video(*address); !has) return has;
-    {
-      const std::lock_guard lock(format_mutex_);
-      asked_ = format;
-      asked_over_ = of_parameters();
-      is_changed_ = true;
-    }
-    wake();
-    reply(message.header, tims::type::kOk);
-    return {};
+      if (auto has = check_video(*address); !has) return has.error();
+    return format;
   }
-
-  [[nodiscard]] std::optional<Format> of_parameters() const {
-    const auto mode = mode_of(text("mode"));
-    if (!mode) return std::nullopt;
-    return Format{integer("width"), integer("height"), *mode};
-  }
-
-  [[nodiscard]] Result<Format> wanted() const {
-    const auto format = of_parameters();
-    const std::lock_guard lock(format_mutex_);
-    if (asked_ && asked_over_ == format) return *asked_;
-    if (!format)
-      return refused("mode must be mono8, mono16, rgb24, yuv422, jpeg, range or disparity, not " +
-                     text("mode"));
-    return *format;
-  }
-
-  mutable std::mutex format_mutex_;
-  std::optional<Format> asked_;       // requested by SET_FORMAT
-  std::optional<Format> asked_over_;  // format of the parameters at that time
-  bool is_changed_ = false;
 };
 
 }  // namespace

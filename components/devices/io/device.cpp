@@ -68,6 +68,9 @@ Result<std::unique_ptr<Transport>> open_transport(const DeviceAddress& address, 
       return open_playback(address, baud);
     case TransportKind::kVideo:
       return open_video(address);
+    case TransportKind::kDcam:
+      return Error(Errc::kInvalidArgument,
+                   address.to_string() + " can only be opened by CameraDcam");
     case TransportKind::kGpio:
       return open_gpio(address);
     case TransportKind::kUsb:
@@ -78,7 +81,10 @@ Result<std::unique_ptr<Transport>> open_transport(const DeviceAddress& address, 
 
 Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options, Dialogue& dialogue,
                                              Take take) {
-  auto transport = open_transport(options.address, options.baud, dialogue.wanted_frames());
+  const bool is_dcam = options.open_dcam != nullptr && options.address.kind == TransportKind::kDcam;
+  auto transport = is_dcam
+                       ? options.open_dcam(options.address)
+                       : open_transport(options.address, options.baud, dialogue.wanted_frames());
   if (!transport) return transport.error();
   std::unique_ptr<CaptureFile> capture;
   if (!options.record.empty()) {

@@ -19,6 +19,8 @@ struct DeviceOptions {
   DeviceAddress address{};
   std::uint32_t baud = 115200;  // used if the address has no option baud
   std::string record{};         // path of the capture to write; empty: none
+  // &open_dcam in programs that are linked to libdc1394; without it, dcam: is refused.
+  tims::Result<std::unique_ptr<Transport>> (*open_dcam)(const DeviceAddress& address) = nullptr;
 };
 
 class Device final : private Output {

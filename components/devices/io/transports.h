@@ -62,6 +62,13 @@ tims::Result<std::unique_ptr<Transport>> open_video(const DeviceAddress& address
 // uses it. The error lists the supported ones.
 tims::Result<void> check_video(const DeviceAddress& address);
 
+// --- dcam.cpp, in a library of its own: programs that are linked to it need libdc1394
+
+tims::Result<std::unique_ptr<Transport>> open_dcam(const DeviceAddress& address);
+
+// Checks whether the camera has the size in one of the formats. The error lists what it has.
+tims::Result<void> check_dcam(const DeviceAddress& address);
+
 // --- playback.cpp
 
 // `baud`: rate at which raw bytes are played.

@@ -19,9 +19,9 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
-#include "base/text.h"
 #include "components/devices/core/video_frame.h"
 #include "components/devices/io/transports.h"
+#include "components/devices/io/video_request.h"
 #include "os/clock.h"
 #include "os/file.h"
 
@@ -43,49 +43,6 @@ bool control(int file, unsigned long what, Request& request) {
     result = ::ioctl(file, what, &request);
   } while (result < 0 && errno == EINTR);
   return result >= 0;
-}
-
-struct VideoMode {
-  std::vector<std::uint32_t> formats;  // in order of preference; empty: the camera's first format
-  std::uint32_t width = 0;             // 0: current setting of the camera
-  std::uint32_t height = 0;
-  double rate = 0;  // frames per second; 0: current setting of the camera
-};
-
-Result<VideoMode> mode_of(const DeviceAddress& address) {
-  VideoMode mode;
-  const auto value = [&](std::string_view name) -> std::string {
-    const auto found = address.options.find(name);
-    return found == address.options.end() ? "" : found->second;
-  };
-  if (const std::string size = value("size"); !size.empty()) {
-    const std::size_t x = size.find('x');
-    const auto width = tims::base::parse_number<std::uint32_t>(size.substr(0, x));
-    const auto height = x == std::string::npos
-                            ? std::nullopt
-                            : tims::base::parse_number<std::uint32_t>(size.substr(x + 1));
-    if (!width || !height)
-      return Error(Errc::kInvalidArgument,
-                   "size must be WIDTHxHEIGHT, for example 640x480, not " + size);
-    mode.width = *width;
-    mode.height = *height;
-  }
-  if (const std::string rate = value("rate"); !rate.empty()) {
-    const auto number = tims::base::parse_number<double>(rate);
-    if (!number || !(*number > 0) || *number > 1000)
-      return Error(Errc::kInvalidArgument, "rate must be frames per second, not " + rate);
-    mode.rate = *number;
-  }
-  const std::string formats = value("format");
-  for (std::size_t at = 0; at < formats.size();) {
-    const std::string format = formats.substr(at, formats.find(',', at) - at);
-    if (format.empty() || format.size() > 4)
-      return Error(Errc::kInvalidArgument,
-                   "format must be codes of four letters, for example MJPG,YUYV");
-    mode.formats.push_back(four_letters(format));
-    at += format.size() + 1;
-  }
-  return mode;
 }
 
 Error in_use(const std::string& path) {
@@ -118,7 +75,7 @@ std::vector<std::uint32_t> formats_of(int file) {
   return formats;
 }
 
-Result<v4l2_format> format_for(int file, const std::string& path, const VideoMode& mode) {
+Result<v4l2_format> format_for(int file, const std::string& path, const VideoRequest& mode) {
   v4l2_format format{};
   format.type = V4L2_BUF_TYPE_VIDEO_CAPTURE;
   if (!control(file, VIDIOC_G_FMT, format)) return system_error(path);
@@ -236,10 +193,9 @@ class VideoCapture final : public Transport {
 
   // Sets the control `id` to a value.
   Result<bool> send(Time, std::span<const std::byte> bytes, std::uint32_t id) override {
-    if (bytes.size() != 4) return false;
-    std::uint32_t value = 0;
-    for (std::size_t i = 4; i-- > 0;) value = value << 8 | std::to_integer<std::uint32_t>(bytes[i]);
-    v4l2_control change{.id = id, .value = static_cast<std::int32_t>(value)};
+    const auto value = control_value(bytes);
+    if (!value) return false;
+    v4l2_control change{.id = id, .value = *value};
     if (control(file_.get(), VIDIOC_S_CTRL, change)) return true;
     if (errno == ENODEV) return gone();
     return false;
@@ -297,7 +253,7 @@ class VideoCapture final : public Transport {
 
 Result<std::unique_ptr<Transport>> open_video(const DeviceAddress& address) {
   const std::string& path = address.place;
-  const auto mode = mode_of(address);
+  const auto mode = video_request(address);
   if (!mode) return mode.error();
   auto file = open_camera(path);
   if (!file) return file.error();
@@ -311,7 +267,7 @@ Result<std::unique_ptr<Transport>> open_video(const DeviceAddress& address) {
 }
 
 Result<void> check_video(const DeviceAddress& address) {
-  const auto mode = mode_of(address);
+  const auto mode = video_request(address);
   if (!mode) return mode.error();
   const auto file = open_camera(address.place);
   if (!file) return file.error();

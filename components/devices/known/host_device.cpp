@@ -6,8 +6,8 @@
 namespace rack::device {
 namespace {
 
-constexpr std::array<std::string_view, 7> kKinds = {"serial", "can", "video", "input",
-                                                    "gpio",   "pps", "usb"};
+constexpr std::array<std::string_view, 8> kKinds = {"serial", "can", "video", "input",
+                                                    "gpio",   "pps", "usb",   "firewire"};
 // Must be shorter than the period of a laser range finder at 75 Hz.
 constexpr int kLatencyMaxMs = 4;
 
@@ -16,7 +16,7 @@ const KnownUsb* known(const HostDevice& device) {
 }
 
 bool is_same(const HostDevice& a, const HostDevice& b) {
-  return a.kind == b.kind && a.node == b.node && a.usb == b.usb;
+  return a.kind == b.kind && a.node == b.node && a.usb == b.usb && a.guid == b.guid;
 }
 
 bool has(std::span<const HostDevice> devices, const HostDevice& wanted) {
@@ -81,6 +81,8 @@ std::string programs_text(const HostDevice& device) {
       return "Io";
     case HostDeviceKind::kPps:
       return "GpsNmea";
+    case HostDeviceKind::kIidc:
+      return "CameraDcam";
     case HostDeviceKind::kUsb:
       break;
   }
@@ -100,6 +102,8 @@ std::string device_address(const HostDevice& device) {
     case HostDeviceKind::kInput:
     case HostDeviceKind::kPps:
       return best_path(device);
+    case HostDeviceKind::kIidc:
+      return "dcam:" + device.guid;
     case HostDeviceKind::kUsb:
       break;
   }

@@ -12,7 +12,16 @@
 
 namespace rack::device {
 
-enum class HostDeviceKind : std::uint8_t { kSerial, kCan, kVideo, kInput, kGpio, kPps, kUsb };
+enum class HostDeviceKind : std::uint8_t {
+  kSerial,
+  kCan,
+  kVideo,
+  kInput,
+  kGpio,
+  kPps,
+  kUsb,
+  kIidc
+};
 std::string_view name(HostDeviceKind kind);  // "serial"
 
 struct UsbIdentity {
@@ -31,6 +40,7 @@ struct HostDevice {
   std::string path{};    // "/dev/ttyUSB0"; empty if there is no device file
   std::string stable{};  // a link that does not depend on the port the device is plugged into
   std::optional<UsbIdentity> usb{};
+  std::string guid{};    // of a FireWire camera, 16 hex digits
   std::string text{};    // name given by the kernel
   std::string driver{};  // kernel driver; empty: none
 

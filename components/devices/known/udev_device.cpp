@@ -17,8 +17,10 @@ constexpr std::string_view kTypeOfCan = "280";  // ARPHRD_CAN
 constexpr std::string_view kClassOfHubs = "09";
 constexpr unsigned kInterfaceIsUp = 1;  // IFF_UP
 
-constexpr std::array<const char*, 7> kSubsystems = {"tty",  "net", "video4linux", "input",
-                                                    "gpio", "pps", "usb"};
+constexpr std::array<const char*, 8> kSubsystems = {"tty",  "net", "video4linux", "input",
+                                                    "gpio", "pps", "usb",         "firewire"};
+// Digital cameras with the registers of the IIDC, in the list of a FireWire device's units.
+constexpr std::string_view kUnitsOfCameras = "0x00a02d:";
 
 // The folders of links that stay, the best first.
 constexpr std::array<std::string_view, 4> kLinkFolders = {"/dev/rack/", "/dev/serial/by-id/",
@@ -97,6 +99,7 @@ class Listing {
     for (const UdevDevice* device : of("pps"))
       add(HostDeviceKind::kPps, *device).text = "pulse: " + attribute(*device, "name");
     for (const UdevDevice* device : of("usb")) add_usb(*device);
+    for (const UdevDevice* device : of("firewire")) add_firewire(*device);
     return std::move(found_);
   }
 
@@ -197,6 +200,20 @@ class Listing {
     add_file(to, device);
   }
 
+  // Of the devices of the bus (the host is one), only cameras have a driver here.
+  void add_firewire(const UdevDevice& device) {
+    const std::string guid = attribute(device, "guid");  // "0x00b09d0100a1b2c3"
+    if (property(device, "DEVNAME").empty() || !guid.starts_with("0x") ||
+        attribute(device, "units").find(kUnitsOfCameras) == std::string::npos)
+      return;
+    HostDevice& to = found_.emplace_back(
+        HostDevice{.kind = HostDeviceKind::kIidc, .node = name_of(device), .guid = guid.substr(2)});
+    add_file(to, device);
+    const std::string maker = attribute(device, "vendor_name");
+    to.text = maker + (maker.empty() ? "" : " ") + attribute(device, "model_name");
+    if (to.text.empty()) to.text = "IIDC camera";
+  }
+
   std::map<std::string, const UdevDevice*> by_path_;
   std::map<std::string, std::vector<const UdevDevice*>> by_subsystem_;
   std::set<std::string> covered_;
@@ -215,6 +232,9 @@ std::span<const char* const> udev_attributes(std::string_view subsystem) {
   static constexpr std::array<const char*, 8> kOfUsb = {"idVendor",     "idProduct",   "serial",
                                                         "manufacturer", "product",     "busnum",
                                                         "devnum",       "bDeviceClass"};
+  static constexpr std::array<const char*, 4> kOfFirewire = {"guid", "units", "vendor_name",
+                                                             "model_name"};
+  if (subsystem == "firewire") return kOfFirewire;
   if (subsystem == "usb-serial") return kOfPorts;
   if (subsystem == "tty") return kOfTerminals;
   if (subsystem == "net") return kOfInterfaces;

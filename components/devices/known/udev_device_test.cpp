@@ -180,6 +180,34 @@ TEST_F(UdevDeviceTest, ACameraIsShownOnce) {
   EXPECT_EQ(programs_text(devices[0]), "CameraV4l");
 }
 
+TEST_F(UdevDeviceTest, ACameraOnFireWireIsShownWithItsGuid) {
+  const std::string bus = "/sys/devices/pci/0000:05:00.0/";
+  add(bus + "fw0", "firewire", {}, "/dev/fw0").attributes = {{"guid", "0x0011060000004a5b"},
+                                                             {"vendor_name", "Linux Firewire"}};
+  UdevDevice& camera = add(bus + "fw1", "firewire", {}, "/dev/fw1");
+  camera.attributes = {{"guid", "0x00b09d0100a1b2c3"},
+                       {"units", "0x00a02d:0x000102"},
+                       {"vendor_name", "Point Grey Research"},
+                       {"model_name", "Flea2"}};
+  add(bus + "fw1/fw1.0", "firewire", bus + "fw1").attributes["guid"] = "0x00b09d0100a1b2c3";
+  add(bus + "fw2", "firewire", {}, "/dev/fw2").attributes = {{"guid", "0x0800460102ab34cd"},
+                                                             {"units", "0x00a02d:0x000100"}};
+  add(bus + "fw3", "firewire", {}, "/dev/fw3").attributes["units"] = "0x00a02d:0x000100";
+  const auto devices = found();
+  ASSERT_THAT(devices, SizeIs(2))
+      << "neither the host, nor the camera's unit, nor one without GUID";
+  EXPECT_EQ(name(devices[0].kind), "firewire");
+  EXPECT_EQ(device_address(devices[0]), "dcam:00b09d0100a1b2c3");
+  EXPECT_EQ(device_text(devices[0]), "Point Grey Research Flea2");
+  EXPECT_EQ(programs_text(devices[0]), "CameraDcam");
+  EXPECT_THAT(what_is_missing(devices[0]), IsEmpty());
+  EXPECT_EQ(device_text(devices[1]), "IIDC camera");
+  // Another camera at the same number is another device.
+  auto later = devices;
+  later[0].guid = "00b09d0100a1b2c4";
+  EXPECT_THAT(changes(devices, later), SizeIs(2));
+}
+
 TEST_F(UdevDeviceTest, LinesAndPulsesAreListedWithTheirFiles) {
   add("/sys/devices/platform/gpio/gpiochip0", "gpio", {}, "/dev/gpiochip0");
   add("/sys/devices/platform/gpio/gpio/gpiochip512", "gpio");  // of the old interface
@@ -225,9 +253,9 @@ TEST_F(UdevDeviceTest, EachAttributeThatTheListUsesIsAskedFor) {
   EXPECT_THAT(udev_attributes("usb-serial"), ElementsAre(testing::StrEq("latency_timer")));
   EXPECT_THAT(udev_attributes("usb"), SizeIs(8));
   EXPECT_THAT(udev_attributes("block"), IsEmpty());
-  for (const char* subsystem : {"tty", "net", "video4linux", "input", "pps", "usb"})
+  for (const char* subsystem : {"tty", "net", "video4linux", "input", "pps", "usb", "firewire"})
     EXPECT_FALSE(udev_attributes(subsystem).empty()) << subsystem;
-  EXPECT_THAT(udev_subsystems(), SizeIs(7));
+  EXPECT_THAT(udev_subsystems(), SizeIs(8));
 }
 
 }  // namespace udev_device_test
