@@ -1,7 +1,6 @@
 #include "components/position/map_file.h"
 
 #include <filesystem>
-#include <fstream>
 #include <system_error>
 
 #include "components/localisation/ros_map.h"
@@ -31,18 +30,6 @@ tims::Result<LoadedMap> load_plan(const std::string& path, std::string_view text
 }
 
 }  // namespace
-
-tims::Result<void> write_file(const std::string& path, std::string_view text) {
-  const std::string fresh = path + ".new";
-  std::ofstream file(fresh, std::ios::binary | std::ios::trunc);
-  file.write(text.data(), static_cast<std::streamsize>(text.size()));
-  file.close();
-  if (!file) return tims::os::system_error(fresh);
-  std::error_code error;
-  std::filesystem::rename(fresh, path, error);
-  if (error) return tims::Error(tims::Errc::kSystem, path + ": " + error.message());
-  return {};
-}
 
 tims::Result<LoadedMap> load_map(const std::string& path, const PlanPlacement& placement) {
   const auto text = tims::os::read_file(path);

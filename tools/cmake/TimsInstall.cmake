@@ -58,6 +58,9 @@ function(tims_install_host)
   endif()
   programs_of(drivers components/devices/drivers)
   set(programs rack-emulate World ${drivers} ${ARGN})
+  if(RACK_WITH_OPENCV)
+    list(APPEND programs camera-calibrate)
+  endif()
   # Found from a program's own place, so that an installation may be moved; and by the whole path for
   # programs with file capabilities, for which the dynamic linker ignores $ORIGIN.
   set(common ${CMAKE_INSTALL_LIBDIR}/tims)

@@ -5,6 +5,7 @@
 // a control.
 #pragma once
 
+#include "components/devices/camera/frame_rectifier.h"
 #include "components/devices/camera/picture.h"
 #include "components/devices/camera/stereo.h"
 #include "components/devices/core/dialogue.h"
@@ -22,6 +23,7 @@ struct CameraSettings {
   double focal = 0;            // focal length of one stereo lens, pixels
   double base = 0;             // base line of a stereo camera, mm; 0: monocular
   StereoSettings stereo{};
+  std::optional<pictures::CameraCalibration> calibration{};  // empty: not rectified
 };
 
 class CameraFrames final : public Dialogue {
@@ -48,6 +50,7 @@ class CameraFrames final : public Dialogue {
   VideoControl brightness_{};  // id 0: the camera has no brightness control
   PictureMaker maker_;
   Stereo stereo_;
+  std::optional<FrameRectifier> rectifier_;  // if there is a calibration
   CameraData picture_{};
   CameraData pair_{};
   bool has_picture_ = false;

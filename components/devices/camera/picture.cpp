@@ -33,28 +33,7 @@ const Mode* find_mode(u16 mode) {
   return found == kModes.end() ? nullptr : found;
 }
 
-bool is_jpeg(std::uint32_t format) { return format == video::kMjpeg || format == video::kJpeg; }
-
-// Formats of V4L2 and modes of the class as layouts of pixels; empty for JPEG and others.
-std::optional<PixelLayout> layout_of_format(std::uint32_t format) {
-  switch (format) {
-    case video::kGrey:
-      return PixelLayout::kGrey;
-    case video::kRgb24:
-      return PixelLayout::kRgb;
-    case video::kBgr24:
-      return PixelLayout::kBgr;
-    case video::kYuyv:
-      return PixelLayout::kYuyv;
-    case video::kUyvy:
-      return PixelLayout::kUyvy;
-    case video::kGrey16:
-    case video::kDepth16:
-      return PixelLayout::kLittle16;
-    default:
-      return std::nullopt;
-  }
-}
+// Empty for JPEG and others.
 std::optional<PixelLayout> layout_of_mode(u16 mode) {
   switch (mode) {
     case camera_mode::kMono8:
@@ -116,6 +95,26 @@ u16 depth_of(u16 mode) {
 std::string_view formats_for(u16 mode) {
   const Mode* const found = find_mode(mode);
   return found == nullptr ? "" : found->formats;
+}
+
+std::optional<PixelLayout> layout_of_format(std::uint32_t format) {
+  switch (format) {
+    case video::kGrey:
+      return PixelLayout::kGrey;
+    case video::kRgb24:
+      return PixelLayout::kRgb;
+    case video::kBgr24:
+      return PixelLayout::kBgr;
+    case video::kYuyv:
+      return PixelLayout::kYuyv;
+    case video::kUyvy:
+      return PixelLayout::kUyvy;
+    case video::kGrey16:
+    case video::kDepth16:
+      return PixelLayout::kLittle16;
+    default:
+      return std::nullopt;
+  }
 }
 
 Result<void> PictureMaker::make(const VideoHead& head, std::span<const std::byte> frame, u16 mode,
