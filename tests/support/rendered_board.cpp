@@ -155,6 +155,22 @@ std::array<double, 2> RenderedCamera::pixel_of(double x, double y, double z) con
   return {camera.fx * seen[0] + camera.cx, camera.fy * seen[1] + camera.cy};
 }
 
+std::vector<rack::camera_calibrate::PicturePoint> RenderedCamera::seen(
+    const Board& board, const BoardPose& pose) const {
+  const auto axes = axes_of(pose);
+  const auto extent = extent_of(board);
+  std::vector<rack::camera_calibrate::PicturePoint> points;
+  for (const auto& position : rack::camera_calibrate::positions(board)) {
+    const double x = position.x - extent[0] / 2;
+    const double y = position.y - extent[1] / 2;
+    const auto pixel =
+        pixel_of(pose.x + axes[0][0] * x + axes[1][0] * y, pose.y + axes[0][1] * x + axes[1][1] * y,
+                 pose.z + axes[0][2] * x + axes[1][2] * y);
+    points.push_back({static_cast<float>(pixel[0]), static_cast<float>(pixel[1])});
+  }
+  return points;
+}
+
 bool RenderedCamera::shows(const Board& board, const BoardPose& pose) const {
   const auto axes = axes_of(pose);
   const auto extent = extent_of(board);

@@ -43,6 +43,9 @@ class RenderedCamera {
 
   // The pixel at which a point is seen, and whether the whole board is in the picture.
   [[nodiscard]] std::array<double, 2> pixel_of(double x, double y, double z) const;
+  // The pixels at which the board's points are seen.
+  [[nodiscard]] std::vector<rack::camera_calibrate::PicturePoint> seen(
+      const rack::camera_calibrate::Board& board, const BoardPose& pose) const;
   [[nodiscard]] bool shows(const rack::camera_calibrate::Board& board, const BoardPose& pose) const;
   // Poses in which the whole board is seen: in all parts of the picture, tilted by up to `tilt`
   // rad. The same for the same seed.

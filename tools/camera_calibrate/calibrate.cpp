@@ -106,6 +106,12 @@ Result<void> check_solution(const Calibrated& made, double tilts) {
                     "distance and the focal length cannot be separated. Tilt the board by 20 to 45 "
                     "degrees, in different directions",
                     std::max(std::ceil(tilts), 1.0)));
+  if (made.error > kErrorMax)
+    return not_determined(
+        fmt::format("the residuals are {:.1f} pixels: are --board and --size those of this board, "
+                    "is it flat, and "
+                    "are all pictures of one camera, with the same zoom and focus?",
+                    made.error));
   const bool is_finite = std::isfinite(made.error) && std::isfinite(camera.fx + camera.fy) &&
                          std::isfinite(deviation.fx + deviation.fy) && camera.fx >= 1 &&
                          camera.fy >= 1;
@@ -113,12 +119,6 @@ Result<void> check_solution(const Calibrated& made, double tilts) {
     return not_determined(
         "these views do not determine the focal length: tilt the board by 20 to 45 degrees, in "
         "different directions, and bring it nearer");
-  if (made.error > kErrorMax)
-    return not_determined(
-        fmt::format("the residuals are {:.1f} pixels: are --board and --size those of this board, "
-                    "is it flat, and "
-                    "are all pictures of one camera, with the same zoom and focus?",
-                    made.error));
   return {};
 }
 

@@ -16,8 +16,9 @@ namespace {
 
 constexpr int kMargin = 24;
 constexpr int kFieldWidth = 900;  // of the picture area
-constexpr int kCloud = 300;       // side of the residuals around their expected position
-constexpr int kBars = 200;        // height of the error of each view
+constexpr int kFieldHeightMax = 1600;
+constexpr int kCloud = 300;  // side of the residuals around their expected position
+constexpr int kBars = 200;   // height of the error of each view
 constexpr int kTitle = 30;
 constexpr double kLongest = 40;  // pixels of a large residual in this picture
 
@@ -60,7 +61,8 @@ class ResidualPicture {
  public:
   explicit ResidualPicture(const Calibrated& calibrated)
       : calibrated_(calibrated),
-        zoom_(static_cast<double>(kFieldWidth) / calibrated.calibration.width),
+        zoom_(std::min(static_cast<double>(kFieldWidth) / calibrated.calibration.width,
+                       static_cast<double>(kFieldHeightMax) / calibrated.calibration.height)),
         field_(kMargin, kMargin + kTitle, kFieldWidth,
                std::max(static_cast<int>(calibrated.calibration.height * zoom_), kCloud)),
         cloud_(2 * kMargin + kFieldWidth, kMargin + kTitle, kCloud, kCloud),

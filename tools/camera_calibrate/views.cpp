@@ -30,6 +30,16 @@ double area_of(const std::array<PicturePoint, 4>& corners) {
   return std::abs(twice) / 2;
 }
 
+// Corners in their order around the board, which may be turned: to upper left, upper right, lower
+// right, lower left in the picture.
+std::array<PicturePoint, 4> from_upper_left(std::array<PicturePoint, 4> corners) {
+  std::ranges::rotate(corners, std::ranges::min_element(
+                                   corners, {}, [](const PicturePoint& p) { return p.x + p.y; }));
+  const bool is_clockwise = corners[1].x - corners[1].y > corners[3].x - corners[3].y;
+  if (!is_clockwise) std::swap(corners[1], corners[3]);
+  return corners;
+}
+
 double logarithm(double a, double b) { return a > 0 && b > 0 ? std::log(a / b) : 0; }
 
 constexpr std::array<std::array<const char*, kAreas>, kAreas> kAreaNames = {
@@ -55,8 +65,8 @@ ViewShape shape_of(std::span<const PicturePoint> points, const Board& board, int
   shape.x /= count * width;
   shape.y /= count * height;
   const auto columns = static_cast<std::size_t>(board.columns);
-  const std::array<PicturePoint, 4> corners = {points.front(), points[columns - 1], points.back(),
-                                               points[points.size() - columns]};
+  const std::array<PicturePoint, 4> corners = from_upper_left(
+      {points.front(), points[columns - 1], points.back(), points[points.size() - columns]});
   shape.size = std::sqrt(area_of(corners) / (static_cast<double>(width) * height));
   shape.tilt_x = logarithm(distance(corners[0], corners[3]), distance(corners[1], corners[2]));
   shape.tilt_y = logarithm(distance(corners[0], corners[1]), distance(corners[3], corners[2]));

@@ -25,8 +25,8 @@ struct ViewShape {
   double x = 0;  // centre of the points
   double y = 0;
   double size = 0;    // square root of the area of the points, in that of the picture's
-  double tilt_x = 0;  // logarithm of the left edge's length over that of the right one
-  double tilt_y = 0;  // of the upper edge's over that of the lower one
+  double tilt_x = 0;  // logarithm of the length of the left edge in the picture over the right one
+  double tilt_y = 0;  // of the upper edge over the lower one
 };
 ViewShape shape_of(std::span<const PicturePoint> points, const Board& board, int width, int height);
 
