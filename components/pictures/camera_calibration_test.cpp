@@ -129,7 +129,7 @@ TEST(CameraCalibration, LimitsOfSizes) {
     EXPECT_TRUE(read_calibration(text)) << width;
   }
   for (const char* width :
-       {"0", "-1", "32767", "640.5", "1e300", ".inf", "nan", "", "[640]", "wide"})
+       {"0", "-1", "32767", "640.5", "1e300", ".inf", "nan", "~", "[640]", "wide"})
     EXPECT_THAT(reason(with("image_width: 640", std::string("image_width: ") + width)),
                 HasSubstr("line 1: image_width: must be 1 to 32766 pixels"));
   EXPECT_EQ(reason(std::string(kCalibrationFileMax + 1, ' ')),

@@ -24,10 +24,11 @@ CameraCalibration lens() {
           .rectified = {.fx = 230, .fy = 230, .cx = 160, .cy = 120}};
 }
 
-// Where a dark line through each row of the picture is, pixels.
+// Where a dark line through each row of the picture is, pixels. Not of rows at the edge, of which
+// the camera saw a part only.
 std::vector<double> line_in(const std::vector<std::byte>& pixels) {
   std::vector<double> places;
-  for (std::size_t y = 0; y < kHeight; ++y) {
+  for (std::size_t y = 15; y < kHeight - 15; ++y) {
     double sum = 0;
     double weighted = 0;
     for (std::size_t x = 0; x < kWidth; ++x) {

@@ -24,8 +24,11 @@ std::array<double, 2> before_lens(const std::vector<double>& k, double x, double
   std::array<double, 2> ray = {x, y};
   for (int i = 0; i < 40; ++i) {
     const auto seen = through_lens(k, ray[0], ray[1]);
-    ray[0] += x - seen[0];
-    ray[1] += y - seen[1];
+    const double left_x = x - seen[0];
+    const double left_y = y - seen[1];
+    ray[0] += left_x;
+    ray[1] += left_y;
+    if (std::abs(left_x) + std::abs(left_y) < 1e-10) break;
   }
   return ray;
 }
