@@ -7,7 +7,6 @@
 #include <fmt/core.h>
 #include <opencv2/calib3d.hpp>
 #include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "components/pictures/opencv_call.h"
 
@@ -21,11 +20,10 @@ using tims::Result;
 constexpr double kTiltsMin = 10;          // degrees between two positions of the board
 constexpr double kUncertaintyMax = 0.05;  // of a focal length
 constexpr double kUncertaintyUsual = 0.01;
-constexpr double kErrorMax = 10;       // pixels
-constexpr double kErrorUsual = 1;      // pixels
-constexpr double kOutlier = 2;         // times the median of all views
-constexpr double kOutlierMin = 0.3;    // pixels
-constexpr double kCoveredUsual = 0.6;  // of the area of the picture
+constexpr double kErrorMax = 10;     // pixels
+constexpr double kErrorUsual = 1;    // pixels
+constexpr double kOutlier = 2;       // times the median of all views
+constexpr double kOutlierMin = 0.3;  // pixels
 constexpr std::size_t kViewsUsual = 15;
 
 Error not_determined(std::string what) { return {Errc::kInvalidArgument, std::move(what)}; }
@@ -87,16 +85,6 @@ double tilts_of(const std::vector<cv::Mat>& rotations) {
   return std::acos(std::clamp(least, -1.0, 1.0)) * 180 / std::numbers::pi;
 }
 
-// Part of the picture inside of the line around all points.
-double covered_by(std::span<const View> views, cv::Size size) {
-  std::vector<cv::Point2f> all;
-  for (const View& view : views)
-    for (const cv::Point2f& point : points_of(view)) all.push_back(point);
-  std::vector<cv::Point2f> around;
-  cv::convexHull(all, around);
-  return cv::contourArea(around) / size.area();
-}
-
 Result<void> check_solution(const Calibrated& made, double tilts) {
   const pictures::CameraMatrix& camera = made.calibration.camera;
   const pictures::CameraMatrix& deviation = made.uncertainty;
@@ -149,7 +137,7 @@ void add_warnings(Calibrated& made) {
       std::max(made.uncertainty.fx / camera.fx, made.uncertainty.fy / camera.fy);
   if (made.views.size() < kViewsUsual)
     made.warnings.push_back(fmt::format("only {} views; 15 to 30 are better", made.views.size()));
-  if (made.covered < kCoveredUsual)
+  if (made.covered < kCoveredMin)
     made.warnings.push_back(
         fmt::format("the board was seen in {:.0f} % of the picture only: the distortion outside is "
                     "a guess. Add views at the edges and in the corners",
@@ -205,7 +193,7 @@ Calibrated made_of(std::span<const View> views, const Board& board, cv::Size siz
                       .fy = solution.deviations.at<double>(1),
                       .cx = solution.deviations.at<double>(2),
                       .cy = solution.deviations.at<double>(3)};
-  made.covered = covered_by(views, size);
+  made.covered = covered_part(views, size.width, size.height);
   const auto on_board = points_of(board);
   for (std::size_t i = 0; i < views.size(); ++i)
     made.views.push_back(view_of(views[i], on_board, solution, i));

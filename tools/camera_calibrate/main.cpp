@@ -124,7 +124,7 @@ void check_found(const CollectedViews& collected, const Board& board) {
 
 std::string remark_of(const Wanted& wanted, const Board& board, const Calibrated& made) {
   return fmt::format(
-      "camera-calibrate: {} views of a {} of {}x{}, {:g} mm\n"
+      "camera-calibrate: {} views, {} {}x{}, {:g} mm\n"
       "error {:.3f} pixels; standard deviations: fx {:.2f}, fy {:.2f}, cx {:.2f}, cy {:.2f} pixels",
       made.views.size(), name_of(board.kind), board.columns, board.rows, wanted.square, made.error,
       made.uncertainty.fx, made.uncertainty.fy, made.uncertainty.cx, made.uncertainty.cy);

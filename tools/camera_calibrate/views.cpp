@@ -5,6 +5,10 @@
 #include <utility>
 
 #include <fmt/core.h>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "components/pictures/opencv_call.h"
 
 namespace rack::camera_calibrate {
 namespace {
@@ -73,6 +77,20 @@ ViewShape shape_of(std::span<const PicturePoint> points, const Board& board, int
   return shape;
 }
 
+double covered_part(std::span<const View> views, int width, int height) {
+  std::vector<cv::Point2f> all;
+  for (const View& view : views)
+    for (const PicturePoint& point : view.points) all.emplace_back(point.x, point.y);
+  double area = 0;
+  if (all.size() < 3) return area;
+  (void)pictures::call_opencv("measuring an area", [&] {
+    std::vector<cv::Point2f> around;
+    cv::convexHull(all, around);
+    area = cv::contourArea(around);
+  });
+  return area / (static_cast<double>(width) * height);
+}
+
 ViewCollector::ViewCollector(const Board& board, int width, int height)
     : board_(board), width_(width), height_(height) {}
 
@@ -118,6 +136,8 @@ std::vector<std::string> ViewCollector::missing() const {
     for (std::size_t x = 0; x < kAreas; ++x)
       if (points_in_.at(y).at(x) < kPointsInAreaMin)
         all.push_back(fmt::format("bring the board to the {}", kAreaNames.at(y).at(x)));
+  if (all.empty() && covered_part(views_, width_, height_) < kCoveredMin)
+    all.emplace_back("bring the board farther into the corners of the picture");
   const auto tilted = [&](double ViewShape::*tilt) {
     return std::ranges::count_if(shapes_, [&](const ViewShape& shape) {
              return std::abs(shape.*tilt) >= kTiltMin;

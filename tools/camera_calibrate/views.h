@@ -30,6 +30,10 @@ struct ViewShape {
 };
 ViewShape shape_of(std::span<const PicturePoint> points, const Board& board, int width, int height);
 
+// Part of the picture inside of the line around all points.
+double covered_part(std::span<const View> views, int width, int height);
+
+inline constexpr double kCoveredMin = 0.6;
 inline constexpr int kAreas = 3;  // the picture is divided into 3 x 3 areas
 inline constexpr double kTiltMin = 0.08;
 

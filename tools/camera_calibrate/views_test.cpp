@@ -83,6 +83,7 @@ TEST(Views, StatesWhatIsMissing) {
     for (const double y : {70, 200, 330}) views.take({.points = board_at(x, y, 160, 100, 100)});
   EXPECT_THAT(views.missing(), testing::ElementsAre(HasSubstr("left or right edge"),
                                                     HasSubstr("upper or lower edge")));
+  EXPECT_NEAR(covered_part(views.views(), kWidth, kHeight), 580 * 390 / (600.0 * 400), 1e-3);
   // Two views each, of either direction.
   views.take({.points = board_at(300, 200, 160, 100, 110)});
   EXPECT_EQ(views.missing().size(), 2U);
@@ -90,6 +91,22 @@ TEST(Views, StatesWhatIsMissing) {
   EXPECT_THAT(views.missing(), testing::ElementsAre(HasSubstr("upper or lower edge")));
   for (int i = 0; i < 2; ++i) views.take({.points = turned(board_at(200, 200, 160, 110, 100))});
   EXPECT_THAT(views.missing(), IsEmpty());
+}
+
+TEST(Views, TheCornersOfThePictureMatter) {
+  ViewCollector views(kBoard, kWidth, kHeight);
+  const auto fill = [&](double part) {
+    for (const double x : {-1, 0, 1})
+      for (const double y : {-1, 0, 1})
+        views.take({.points = board_at(300 + x * part * 200, 200 + y * part * 130, 120, 70, 80)});
+  };
+  fill(0.82);
+  EXPECT_LT(covered_part(views.views(), kWidth, kHeight), kCoveredMin);
+  EXPECT_THAT(views.missing(), testing::Contains(HasSubstr("farther into the corners")));
+  fill(0.95);
+  EXPECT_GT(covered_part(views.views(), kWidth, kHeight), kCoveredMin);
+  EXPECT_THAT(views.missing(), testing::Not(testing::Contains(HasSubstr("corners"))));
+  EXPECT_EQ(covered_part({}, kWidth, kHeight), 0);
 }
 
 }  // namespace views_test
