@@ -263,6 +263,15 @@ TEST_F(CameraCalibrateTest, CollectsViewsOfALivingCamera) {
   EXPECT_NEAR(repeated->camera.fx, written->camera.fx, 1e-6);
 }
 
+TEST_F(CameraCalibrateTest, TheCameraMayBeElsewhere) {
+  start("CameraV4l", {recording(views(), 4), "--mode=jpeg", "--quality=95"});
+  ASSERT_TRUE(camera().on());
+  const Run run = calibrate(with_board({"--camera", "Camera/0/0", "--views", "8", "--host",
+                                        router_.tcp(), "--duration", "30"}));
+  ASSERT_EQ(run.status, 0) << run.err;
+  EXPECT_TRUE(fs::exists(file("calibration.yaml")));
+}
+
 TEST_F(CameraCalibrateTest, NothingIsWrittenAfterCtrlC) {
   start("CameraV4l", {recording({views().front()}, 5), "--mode=mono8"});
   ASSERT_TRUE(camera().on());
