@@ -68,10 +68,10 @@ std::string take_name(const YAML::Node& value, std::string& name) {
 // "{rows: 3, cols: 3, data: [...]}".
 std::string take_matrix(const std::string& key, const YAML::Node& value, std::size_t rows,
                         std::size_t columns, std::vector<double>& numbers) {
-  const std::string form =
-      columns == 0 ? fmt::format("{}: must have rows: 1, cols: 4, 5 or 8, data: [...]", key)
-                   : fmt::format("{}: must have rows: {}, cols: {}, data: [{} numbers]", key, rows,
-                                 columns, rows * columns);
+  std::string form = columns == 0
+                         ? fmt::format("{}: must have rows: 1, cols: 4, 5 or 8, data: [...]", key)
+                         : fmt::format("{}: must have rows: {}, cols: {}, data: [{} numbers]", key,
+                                       rows, columns, rows * columns);
   if (!value.IsMap()) return form;
   const auto has_rows = number_of(value["rows"]);
   const auto has_columns = number_of(value["cols"]);

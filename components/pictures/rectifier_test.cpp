@@ -71,17 +71,17 @@ TEST(Rectifier, PixelsOfAllKinds) {
   shifted.rectified.cx += 1;  // pictures move to the right by one pixel
   const auto rectifier = Rectifier::make(shifted);
   ASSERT_TRUE(rectifier);
-  for (const int channels : {1, 2, 3, 4})
-    for (const int channel_bytes : {1, 2})
-      for (const int padding : {0, 5}) {
-        const auto pixel = static_cast<std::size_t>(channels * channel_bytes);
-        const std::size_t line = 8 * pixel + static_cast<std::size_t>(padding * channel_bytes);
+  for (const std::size_t channels : {1U, 2U, 3U, 4U})
+    for (const std::size_t channel_bytes : {1U, 2U})
+      for (const std::size_t padding : {0U, 5U}) {
+        const std::size_t pixel = channels * channel_bytes;
+        const std::size_t line = 8 * pixel + padding * channel_bytes;
         std::vector<std::byte> from(line * 3 + 8 * pixel);
         for (std::size_t i = 0; i < from.size(); ++i) from[i] = static_cast<std::byte>(i);
-        std::vector<std::byte> to(8 * 4 * pixel);
+        std::vector<std::byte> to(32 * pixel);
         const Raster raster{.bytes = from,
-                            .channels = channels,
-                            .channel_bytes = channel_bytes,
+                            .channels = static_cast<int>(channels),
+                            .channel_bytes = static_cast<int>(channel_bytes),
                             .line_bytes = padding == 0 ? 0 : line};
         ASSERT_TRUE(rectifier->rectify(raster, to));
         for (std::size_t y = 0; y < 4; ++y) {
@@ -96,7 +96,7 @@ TEST(Rectifier, PixelsOfAllKinds) {
         EXPECT_EQ(rectifier->rectify(short_one, to).error().code(), tims::Errc::kMalformed);
         EXPECT_FALSE(rectifier->rectify(raster, std::span(to).first(to.size() - 1)));
       }
-  std::vector<std::byte> to(8 * 4 * 5);
+  std::vector<std::byte> to(200);
   for (const Raster& wrong :
        {Raster{.bytes = to, .channels = 5}, Raster{.bytes = to, .channels = 0},
         Raster{.bytes = to, .channel_bytes = 3}})

@@ -25,7 +25,8 @@ tims::Result<LoadedMap> load_plan(const std::string& path, std::string_view text
                                     placement.resolution);
   if (!map) return in_file(path, map.error());
   LoadedMap loaded{.map = std::move(*map)};
-  for (const std::string& remark : drawing->remarks) loaded.remarks.push_back(path + ": " + remark);
+  for (const std::string& remark : drawing->remarks)
+    loaded.remarks.push_back(std::string(path).append(": ").append(remark));
   return loaded;
 }
 

@@ -82,15 +82,13 @@ void blur(std::vector<double>& picture, int width, int height) {
                     static_cast<std::size_t>(width) +
                 static_cast<std::size_t>(std::clamp(x, 0, width - 1))];
   };
-  constexpr std::array kWeights = {0.25, 0.5, 0.25};
   std::size_t i = 0;
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) {
       double sum = 0;
       for (int dy = -1; dy <= 1; ++dy)
         for (int dx = -1; dx <= 1; ++dx)
-          sum += kWeights.at(static_cast<std::size_t>(dx + 1)) *
-                 kWeights.at(static_cast<std::size_t>(dy + 1)) * at(x + dx, y + dy);
+          sum += (dx == 0 ? 0.5 : 0.25) * (dy == 0 ? 0.5 : 0.25) * at(x + dx, y + dy);
       picture[i++] = sum;
     }
 }
@@ -102,18 +100,20 @@ RenderedCamera::RenderedCamera(rack::pictures::CameraCalibration calibration, in
   const auto& camera = calibration_.camera;
   for (int y = 0; y < calibration_.height; ++y)
     for (int x = 0; x < calibration_.width; ++x)
-      for (int i = 0; i < samples * samples; ++i) {
-        const double u = x + (i % samples + 0.5) / samples - 0.5;
-        const double v = y + (i / samples + 0.5) / samples - 0.5;
-        const auto ray = before_lens(calibration_.distortion, (u - camera.cx) / camera.fx,
-                                     (v - camera.cy) / camera.fy);
-        rays_.push_back({static_cast<float>(ray[0]), static_cast<float>(ray[1])});
-      }
+      for (int j = 0; j < samples; ++j)
+        for (int i = 0; i < samples; ++i) {
+          const double u = x + (i + 0.5) / samples - 0.5;
+          const double v = y + (j + 0.5) / samples - 0.5;
+          const auto ray = before_lens(calibration_.distortion, (u - camera.cx) / camera.fx,
+                                       (v - camera.cy) / camera.fy);
+          rays_.push_back({static_cast<float>(ray[0]), static_cast<float>(ray[1])});
+        }
 }
 
 std::vector<std::byte> RenderedCamera::render(const Brightness& brightness,
                                               const PictureFaults& faults) const {
-  const auto per_pixel = static_cast<std::size_t>(samples_ * samples_);
+  const auto side = static_cast<std::size_t>(samples_);
+  const std::size_t per_pixel = side * side;
   std::vector<double> picture(rays_.size() / per_pixel);
   for (std::size_t i = 0; i < rays_.size(); ++i)
     picture[i / per_pixel] +=
@@ -204,9 +204,10 @@ std::vector<BoardPose> RenderedCamera::poses(const Board& board, std::size_t cou
   std::vector<BoardPose> poses;
   for (int tries = 0; poses.size() < count && tries < 100000; ++tries) {
     // The board's middle is in the parts of the picture in turn.
-    const std::size_t part = poses.size() % 9;
-    const double u = calibration_.width * (static_cast<double>(part % 3) + between(0, 1)) / 3;
-    const double v = calibration_.height * (static_cast<double>(part / 3) + between(0, 1)) / 3;
+    const std::size_t column = poses.size() % 3;
+    const std::size_t row = poses.size() / 3 % 3;
+    const double u = calibration_.width * (static_cast<double>(column) + between(0, 1)) / 3;
+    const double v = calibration_.height * (static_cast<double>(row) + between(0, 1)) / 3;
     const double z = camera.fx * width / (between(0.4, 0.75) * calibration_.width);
     const BoardPose pose{.x = (u - camera.cx) / camera.fx * z,
                          .y = (v - camera.cy) / camera.fy * z,

@@ -22,8 +22,6 @@ namespace camera_calibrate_test {
 namespace fs = std::filesystem;
 namespace device = rack::device;
 namespace video = rack::device::video;
-namespace camera_mode = rack::camera_mode;
-using rack::CameraData;
 using rack::camera_calibrate::Board;
 using rack::camera_calibrate::BoardKind;
 using rack::pictures::CameraCalibration;
@@ -266,8 +264,8 @@ TEST_F(CameraCalibrateTest, CollectsViewsOfALivingCamera) {
 TEST_F(CameraCalibrateTest, TheCameraMayBeElsewhere) {
   start("CameraV4l", {recording(views(), 4), "--mode=jpeg", "--quality=95"});
   ASSERT_TRUE(camera().on());
-  const Run run = calibrate(with_board({"--camera", "Camera/0/0", "--views", "8", "--host",
-                                        router_.tcp(), "--duration", "30"}));
+  const Run run = calibrate(with_board(
+      {"--camera", "Camera/0/0", "--views", "8", "--host", router_.tcp(), "--duration", "30"}));
   ASSERT_EQ(run.status, 0) << run.err;
   EXPECT_TRUE(fs::exists(file("calibration.yaml")));
 }

@@ -46,6 +46,7 @@ std::vector<cv::Point3f> points_of(const Board& board) {
 
 std::vector<cv::Point2f> points_of(const View& view) {
   std::vector<cv::Point2f> points;
+  points.reserve(view.points.size());
   for (const PicturePoint& point : view.points) points.emplace_back(point.x, point.y);
   return points;
 }
@@ -112,6 +113,7 @@ Result<void> check_solution(const Calibrated& made, double tilts) {
 
 double median_of(const std::vector<CalibratedView>& views) {
   std::vector<double> errors;
+  errors.reserve(views.size());
   for (const CalibratedView& view : views) errors.push_back(view.error);
   const auto middle = errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2);
   std::nth_element(errors.begin(), middle, errors.end());

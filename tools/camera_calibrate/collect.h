@@ -38,7 +38,7 @@ class CollectProgress {
 
 // Folders are searched for .png, .pgm, .jpg and .jpeg. Throws Failure: a file cannot be read, or
 // has another size than the first one. Interrupted: Ctrl-C.
-CollectedViews views_of_files(const std::vector<std::string>& files, const Board& board,
+CollectedViews views_of_files(const std::vector<std::string>& arguments, const Board& board,
                               const timsctl::Signals& signals, CollectProgress& progress);
 
 struct LiveCollection {

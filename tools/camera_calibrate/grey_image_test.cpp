@@ -12,6 +12,7 @@ using testing::HasSubstr;
 
 std::vector<int> numbers(const GreyImage& image) {
   std::vector<int> all;
+  all.reserve(image.pixels.size());
   for (const std::byte pixel : image.pixels) all.push_back(std::to_integer<int>(pixel));
   return all;
 }

@@ -1,11 +1,11 @@
 #include "tools/camera_calibrate/living_camera.h"
 
 #include <algorithm>
-#include <cstdlib>
 
 #include <fmt/core.h>
 
 #include "os/clock.h"
+#include "os/environment.h"
 #include "rack/proxies/generic.h"
 #include "tims/session.h"
 #include "tools/cli/arguments.h"
@@ -18,11 +18,9 @@ using timsctl::Exit;
 using timsctl::Failure;
 
 std::unique_ptr<timsctl::Connection> connect(const std::string& host, tims::Duration timeout) {
-  const char* const set = std::getenv("TIMS_HOST");
-  const timsctl::Host router =
-      timsctl::parse_host(!host.empty()                 ? host
-                          : set != nullptr && *set != 0 ? set
-                                                        : tims::default_router());
+  std::string router_text = host.empty() ? tims::os::environment("TIMS_HOST") : host;
+  if (router_text.empty()) router_text = tims::default_router();
+  const timsctl::Host router = timsctl::parse_host(router_text);
   const timsctl::MailboxRequest request{
       .address = {}, .slots = 2, .body_max = body_max<CameraData>()};
   if (const auto* tcp = std::get_if<timsctl::TcpHost>(&router))

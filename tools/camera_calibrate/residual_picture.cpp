@@ -124,7 +124,8 @@ class ResidualPicture {
     for (const CalibratedView& view : calibrated_.views)
       for (const Residual& residual : view.residuals) {
         const cv::Point2d at = cv::Point2d(middle) + cv::Point2d(residual.x, residual.y) * zoom;
-        if (std::max(std::abs(residual.x), std::abs(residual.y)) * zoom > kCloud / 2 - 3) continue;
+        if (std::max(std::abs(residual.x), std::abs(residual.y)) * zoom > kCloud / 2.0 - 3)
+          continue;
         cv::circle(picture_, cv::Point(at), 1, colour_of(view.is_outlier ? kBad : kPoint),
                    cv::FILLED);
       }

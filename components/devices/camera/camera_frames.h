@@ -42,7 +42,7 @@ class CameraFrames final : public Dialogue {
  private:
   bool is_due(Time when);
   tims::Result<void> make(const Arrival& frame);
-  tims::Result<void> make_depth(std::span<const std::byte> frame);
+  tims::Result<void> make_depth(std::span<const std::byte> pair);
   void keep_bright(Output& out);
 
   CameraSettings settings_;

@@ -41,7 +41,7 @@ struct FrameRectifierTest : testing::Test {
 TEST_F(FrameRectifierTest, FramesKeepTheirFormat) {
   struct Case {
     std::uint32_t format;
-    std::uint32_t pixel;
+    std::uint32_t pixel;  // bytes
   };
   for (const Case& one : {Case{video::kGrey, 1}, Case{video::kRgb24, 3}, Case{video::kBgr24, 3},
                           Case{video::kGrey16, 2}, Case{video::kYuyv, 2}, Case{video::kUyvy, 2}}) {
@@ -51,11 +51,12 @@ TEST_F(FrameRectifierTest, FramesKeepTheirFormat) {
     const auto made = rectifier_.rectify({one.format, 8, 2, line}, frame, camera_mode::kRgb24);
     ASSERT_TRUE(made) << letters_of(one.format) << made.error().detail();
     EXPECT_EQ(made->head, (VideoHead{one.format, 8, 2, 8 * one.pixel}));
-    const std::size_t moved = 2 * one.pixel;
+    const std::size_t moved = std::size_t{2} * one.pixel;
+    const std::size_t row_bytes = std::size_t{8} * one.pixel;
     for (std::size_t y = 0; y < 2; ++y) {
-      const auto row = made->bytes.subspan(y * 8 * one.pixel, 8 * one.pixel);
-      EXPECT_TRUE(
-          std::ranges::equal(row.subspan(moved), std::span(frame).subspan(y * line, 6 * one.pixel)))
+      const auto row = made->bytes.subspan(y * row_bytes, row_bytes);
+      EXPECT_TRUE(std::ranges::equal(row.subspan(moved),
+                                     std::span(frame).subspan(y * line, row_bytes - moved)))
           << letters_of(one.format);
     }
   }
@@ -77,7 +78,7 @@ TEST_F(FrameRectifierTest, GreyPicturesNeedNoColours) {
 TEST_F(FrameRectifierTest, JpegIsDecoded) {
   PictureMaker maker(100);
   CameraData jpeg;
-  const Bytes bright(8 * 2 * 3, std::byte{200});
+  const Bytes bright(48, std::byte{200});
   ASSERT_TRUE(maker.make({video::kRgb24, 8, 2, 24}, bright, camera_mode::kJpeg, jpeg));
   const auto colour = rectifier_.rectify({.format = video::kMjpeg}, jpeg.image, camera_mode::kJpeg);
   ASSERT_TRUE(colour);
