@@ -3,6 +3,7 @@
 #include <atomic>
 #include <mutex>
 
+#include "components/files/whole_file.h"
 #include "components/localisation/line_map.h"
 #include "components/position/map_file.h"
 #include "os/file.h"

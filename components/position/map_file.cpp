@@ -1,7 +1,6 @@
 #include "components/position/map_file.h"
 
 #include <filesystem>
-#include <fstream>
 #include <system_error>
 
 #include "components/localisation/ros_map.h"
@@ -26,23 +25,12 @@ tims::Result<LoadedMap> load_plan(const std::string& path, std::string_view text
                                     placement.resolution);
   if (!map) return in_file(path, map.error());
   LoadedMap loaded{.map = std::move(*map)};
-  for (const std::string& remark : drawing->remarks) loaded.remarks.push_back(path + ": " + remark);
+  for (const std::string& remark : drawing->remarks)
+    loaded.remarks.push_back(std::string(path).append(": ").append(remark));
   return loaded;
 }
 
 }  // namespace
-
-tims::Result<void> write_file(const std::string& path, std::string_view text) {
-  const std::string fresh = path + ".new";
-  std::ofstream file(fresh, std::ios::binary | std::ios::trunc);
-  file.write(text.data(), static_cast<std::streamsize>(text.size()));
-  file.close();
-  if (!file) return tims::os::system_error(fresh);
-  std::error_code error;
-  std::filesystem::rename(fresh, path, error);
-  if (error) return tims::Error(tims::Errc::kSystem, path + ": " + error.message());
-  return {};
-}
 
 tims::Result<LoadedMap> load_map(const std::string& path, const PlanPlacement& placement) {
   const auto text = tims::os::read_file(path);

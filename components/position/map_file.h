@@ -27,7 +27,4 @@ struct LoadedMap {
 // Errors and remarks name the file: "floor.dxf: line 7: ...".
 tims::Result<LoadedMap> load_map(const std::string& path, const PlanPlacement& placement);
 
-// Writes a temporary file and renames it, so that a reader gets either the old or the new contents.
-tims::Result<void> write_file(const std::string& path, std::string_view text);
-
 }  // namespace rack::navigation

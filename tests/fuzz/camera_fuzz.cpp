@@ -43,6 +43,15 @@ struct Camera : Output {
   }
 };
 
+// For pictures that are twice as wide as high.
+rack::pictures::CameraCalibration lens() {
+  return {.width = 8,
+          .height = 4,
+          .camera = {.fx = 6, .fy = 6, .cx = 4, .cy = 2},
+          .distortion = {-0.3, 0.1, 0.01, 0, 0},
+          .rectified = {.fx = 5, .fy = 5, .cx = 3, .cy = 1}};
+}
+
 void check(const rack::CameraData& picture, PictureMaker& maker, rack::CameraData& small) {
   require(picture.width > 0 && picture.height > 0);
   require(picture.image.size() <= rack::kCameraBytesMax);
@@ -85,7 +94,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
                        .thinning = 1 + data[0] / 16 % 4,
                        .focal = has_two_eyes ? 100.0 : 0,
                        .base = has_two_eyes ? 60.0 : 0,
-                       .stereo = {.disparities = 8 + data[1] % 16, .block = 3 + data[1] / 64 * 2}});
+                       .stereo = {.disparities = 8 + data[1] % 16, .block = 3 + data[1] / 64 * 2},
+                       .calibration = data[1] >= 0xF0 ? std::optional(lens()) : std::nullopt});
   add_controls(camera, data[0], data[1]);
   Camera output;
   Time now(std::chrono::seconds(1));

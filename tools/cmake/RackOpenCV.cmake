@@ -2,13 +2,14 @@
 # OpenCVConfig.cmake and opencv4.pc, which are in libopencv-dev only (147 MB): so they are found by name.
 option(RACK_WITH_OPENCV "components with pictures: cameras, intensities of images, pictures of maps (OpenCV)" ON)
 if(NOT RACK_WITH_OPENCV)
-  message(STATUS "RACK_WITH_OPENCV=OFF: without CameraV4l, CameraDcam, CameraJpeg, rack-dora and maps as PGM or PNG; "
+  message(STATUS "RACK_WITH_OPENCV=OFF: without CameraV4l, CameraDcam, CameraJpeg, camera-calibrate, ObjRecogMarkers, "
+                 "marker-print, rack-dora and maps as PGM or PNG; "
                  "Scan2d without cameraInst")
   return()
 endif()
 
 # In the order of linking: a part needs only those behind it.
-set(opencv_parts objdetect videoio calib3d imgcodecs imgproc core)
+set(opencv_parts objdetect videoio calib3d features2d imgcodecs imgproc core)
 set(opencv_packages "")
 set(opencv_missing "")
 find_path(OPENCV_INCLUDE_DIR opencv2/core.hpp PATH_SUFFIXES opencv4)

@@ -57,9 +57,11 @@ function(tims_install_host)
     return()
   endif()
   programs_of(drivers components/devices/drivers)
-  programs_of(vision components/vision)  # none without OpenCV, nor their tool
+  # None without OpenCV.
+  programs_of(vision components/vision)
   programs_of(markers tools/marker_print)
-  set(programs rack-emulate World ${drivers} ${vision} ${markers} ${ARGN})
+  programs_of(calibration tools/camera_calibrate)
+  set(programs rack-emulate World ${drivers} ${vision} ${markers} ${calibration} ${ARGN})
   # Found from a program's own place, so that an installation may be moved; and by the whole path for
   # programs with file capabilities, for which the dynamic linker ignores $ORIGIN.
   set(common ${CMAKE_INSTALL_LIBDIR}/tims)

@@ -8,6 +8,7 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
+#include "components/files/whole_file.h"
 #include "components/localisation/ros_map.h"
 #include "components/mapping/map_maker.h"
 #include "components/position/map_file.h"
@@ -117,7 +118,7 @@ class ProgressLine {
 // --- output
 
 void write_file(const std::string& name, const std::string& text) {
-  if (const auto written = navigation::write_file(name, text); !written)
+  if (const auto written = rack::write_file(name, text); !written)
     throw Failure(Exit::kDenied, "not_written", written.error().detail());
 }
 

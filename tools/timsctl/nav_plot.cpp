@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "components/files/whole_file.h"
 #include "components/position/map_file.h"
 #include "os/file.h"
 #include "rack/proxies/feature_map.h"
@@ -46,7 +47,7 @@ T well(tims::Result<T> result) {
 }
 
 void write_text(const std::string& file, const std::string& text) {
-  if (auto written = rack::navigation::write_file(file, text); !written)
+  if (auto written = rack::write_file(file, text); !written)
     throw Failure(Exit::kDenied, "not_written", written.error().detail());
 }
 

@@ -29,6 +29,7 @@ void put_big_endian(std::vector<std::byte>& bytes, std::size_t i, std::uint32_t 
 CameraFrames::CameraFrames(const CameraSettings& settings)
     : settings_(settings), maker_(settings.quality), stereo_(settings.stereo) {
   picture_.image.reserve_all();
+  if (settings.calibration) rectifier_.emplace(*settings.calibration);
 }
 
 void CameraFrames::start(Time now, Output&) {
@@ -94,6 +95,11 @@ Result<void> CameraFrames::make(const Arrival& frame) {
   if (frame.id == video::kMjpeg || frame.id == video::kJpeg) head.format = frame.id;
   if (head.format != frame.id)
     return Error(Errc::kMalformed, "frame of format " + letters_of(frame.id) + " without a header");
+  if (rectifier_) {
+    const auto rectified = rectifier_->rectify(head, frame.bytes, settings_.mode);
+    if (!rectified) return rectified.error();
+    return maker_.make(rectified->head, rectified->bytes, settings_.mode, picture_);
+  }
   if (!needs_pair(settings_.mode, head.format))
     return maker_.make(head, frame.bytes, settings_.mode, picture_, settings_.thinning);
   if (auto grey = maker_.make(head, frame.bytes, camera_mode::kMono8, pair_); !grey) return grey;

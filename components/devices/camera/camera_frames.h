@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "components/devices/camera/frame_control.h"
+#include "components/devices/camera/frame_rectifier.h"
 #include "components/devices/camera/picture.h"
 #include "components/devices/camera/stereo.h"
 #include "components/devices/core/dialogue.h"
@@ -27,6 +28,7 @@ struct CameraSettings {
   double focal = 0;            // focal length of one stereo lens, pixels
   double base = 0;             // base line of a stereo camera, mm; 0: monocular
   StereoSettings stereo{};
+  std::optional<pictures::CameraCalibration> calibration{};  // empty: not rectified
 };
 
 class CameraFrames final : public Dialogue {
@@ -57,6 +59,7 @@ class CameraFrames final : public Dialogue {
   std::vector<std::unique_ptr<FrameControl>> controls_;
   PictureMaker maker_;
   Stereo stereo_;
+  std::optional<FrameRectifier> rectifier_;  // if there is a calibration
   CameraData picture_{};
   CameraData pair_{};
   bool has_picture_ = false;

@@ -149,5 +149,35 @@ TEST_F(CameraFramesTest, TwoEyesWithoutTheirDistanceAreRefused) {
   EXPECT_THAT(camera.failure()->detail(), testing::HasSubstr("stereoBase"));
 }
 
+TEST_F(CameraFramesTest, CalibratedPicturesAreRectified) {
+  pictures::CameraCalibration shift{.width = 8,
+                                    .height = 2,
+                                    .camera = {.fx = 8, .fy = 8, .cx = 4, .cy = 1},
+                                    .distortion = {0, 0, 0, 0, 0}};
+  shift.rectified = shift.camera;
+  shift.rectified.cx += 1;
+  std::vector<std::byte> frame(16, std::byte{200});
+  CameraFrames grey({.mode = camera_mode::kMono8, .calibration = shift});
+  grey.start(now_, *this);
+  send_head(grey, {video::kGrey, 8, 2, 8});
+  ASSERT_TRUE(give(grey, video::kGrey, frame));
+  EXPECT_EQ(picture_.image.at(0), std::byte{0});
+  EXPECT_EQ(picture_.image.at(1), std::byte{200});
+  // JPEG of the camera is not passed on.
+  CameraData jpeg;
+  ASSERT_TRUE(PictureMaker().compress(picture_, jpeg));
+  CameraFrames compressed({.mode = camera_mode::kJpeg, .calibration = shift});
+  compressed.start(now_, *this);
+  ASSERT_TRUE(give(compressed, video::kMjpeg, jpeg.image));
+  EXPECT_EQ(picture_.mode, camera_mode::kJpeg);
+  EXPECT_NE(picture_.image, jpeg.image);
+  EXPECT_EQ(picture_.width, 8);
+  // Another aspect ratio.
+  send_head(grey, {video::kGrey, 4, 4, 4});
+  EXPECT_FALSE(give(grey, video::kGrey, frame));
+  ASSERT_TRUE(grey.failure());
+  EXPECT_THAT(grey.failure()->detail(), testing::HasSubstr("the camera: the calibration is for"));
+}
+
 }  // namespace camera_frames_test
 }  // namespace rack::device

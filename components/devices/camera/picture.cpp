@@ -64,23 +64,13 @@ const Mode* find_mode(u16 mode) {
   return found == kModes.end() ? nullptr : found;
 }
 
-bool is_jpeg(std::uint32_t format) { return format == video::kMjpeg || format == video::kJpeg; }
-
 const Format* find_format(std::uint32_t format) {
   const auto* const found =
       std::ranges::find(kFormats, format & ~video::kBigEndian, &Format::format);
   return found == kFormats.end() ? nullptr : found;
 }
 
-// Layouts of formats and modes; empty for JPEG and others.
-std::optional<PixelLayout> layout_of_format(std::uint32_t format) {
-  const Format* const found = find_format(format);
-  if (found == nullptr) return std::nullopt;
-  const bool is_big = (format & video::kBigEndian) != 0;
-  if (!is_big) return found->layout;
-  return found->layout == PixelLayout::kLittle16 ? std::optional(PixelLayout::kBig16)
-                                                 : std::nullopt;
-}
+// Empty for JPEG and others.
 std::optional<PixelLayout> layout_of_mode(u16 mode) {
   switch (mode) {
     case camera_mode::kMono8:
@@ -160,6 +150,15 @@ u16 depth_of(u16 mode) {
 std::string_view formats_for(u16 mode) {
   const Mode* const found = find_mode(mode);
   return found == nullptr ? "" : found->formats;
+}
+
+std::optional<PixelLayout> layout_of_format(std::uint32_t format) {
+  const Format* const found = find_format(format);
+  if (found == nullptr) return std::nullopt;
+  const bool is_big = (format & video::kBigEndian) != 0;
+  if (!is_big) return found->layout;
+  return found->layout == PixelLayout::kLittle16 ? std::optional(PixelLayout::kBig16)
+                                                 : std::nullopt;
 }
 
 std::optional<PixelView> pixels_of(const VideoHead& head, std::span<const std::byte> frame) {

@@ -22,6 +22,11 @@ std::string_view name_of_mode(u16 mode);
 u16 depth_of(u16 mode);
 // V4L2 formats that can be converted to this mode, cheapest first: "MJPG,YUYV".
 std::string_view formats_for(u16 mode);
+// V4L2 formats as layouts of pixels; empty for JPEG and unknown formats.
+std::optional<PixelLayout> layout_of_format(std::uint32_t format);
+constexpr bool is_jpeg(std::uint32_t format) {
+  return format == video::kMjpeg || format == video::kJpeg;
+}
 
 // Keeps its buffers between pictures: only OpenCV allocates memory, for a picture of JPEG that it
 // decodes or encodes.

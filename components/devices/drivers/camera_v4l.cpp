@@ -1,4 +1,5 @@
 // CameraV4l: driver of a V4L2 camera.
+#include "components/devices/drivers/calibrated_camera.h"
 #include "components/devices/drivers/camera_driver.h"
 #include "components/devices/io/transports.h"
 #include "components/pictures/opencv_call.h"
@@ -6,7 +7,7 @@
 namespace rack::device {
 namespace {
 
-constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 19>{{
+constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 20>{{
     {"width", 320, "width of the picture [pixels]; the camera may choose a similar one", 1, 65535},
     {"height", 240, "pixels", 1, 65535},
     {"depth", 24, "bits per pixel; determined by mode", 8, 24},
@@ -27,6 +28,9 @@ constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 19>{{
     {"fy", 0.0F, "focal length in y [pixels]", 0, 1e6},
     {"e0", 0.0F, "principal point, x [pixels]", 0, 1e6},
     {"n0", 0.0F, "principal point, y [pixels]", 0, 1e6},
+    {"calibration", "",
+     "rectify pictures by this file of camera-calibrate or ROS (.yaml); it contains fx, fy, e0, "
+     "n0"},
 }});
 
 constexpr ModuleInfo kInfo{
@@ -70,29 +74,68 @@ class CameraV4l : public CameraDriver {
     const std::string method = text("stereoMethod");
     if (method != "block" && method != "semiglobal")
       return refused("stereoMethod must be block or semiglobal, not " + method);
+    auto calibration = load_calibration(*format);
+    if (!calibration) return calibration.error();
     const auto period = std::chrono::milliseconds(1000 / integer("fps"));
     set_period(period);
-    return std::make_unique<CameraFrames>(
-        CameraSettings{.mode = format->mode,
-                       .quality = integer("quality"),
-                       .period = is_recording() ? std::chrono::milliseconds(0) : period,
-                       .brightness_min = integer("minHue"),
-                       .brightness_max = integer("maxHue"),
-                       .brightness_gain = integer("gainMult"),
-                       .brightness_part = integer("autoBrightnessSize"),
-                       .focal = real("fx"),
-                       .base = real("stereoBase"),
-                       .stereo = {.disparities = integer("stereoDisparities"),
-                                  .block = integer("stereoBlock"),
-                                  .method = method == "block" ? StereoMethod::kBlock
-                                                              : StereoMethod::kSemiGlobal}});
+    return std::make_unique<CameraFrames>(CameraSettings{
+        .mode = format->mode,
+        .quality = integer("quality"),
+        .period = is_recording() ? std::chrono::milliseconds(0) : period,
+        .brightness_min = integer("minHue"),
+        .brightness_max = integer("maxHue"),
+        .brightness_gain = integer("gainMult"),
+        .brightness_part = integer("autoBrightnessSize"),
+        .focal = real("fx"),
+        .base = real("stereoBase"),
+        .stereo = {.disparities = integer("stereoDisparities"),
+                   .block = integer("stereoBlock"),
+                   .method = method == "block" ? StereoMethod::kBlock : StereoMethod::kSemiGlobal},
+        .calibration = std::move(*calibration)});
+  }
+
+  Result<std::optional<pictures::CameraCalibration>> load_calibration(const CameraFormat& format) {
+    const std::string file = text("calibration");
+    if (file.empty()) return std::optional<pictures::CameraCalibration>();
+    if (auto possible = check_rectified(format); !possible) return possible.error();
+    auto calibration = calibrated_.load(file);
+    if (!calibration) return calibration.error();
+    const CameraParamData given = given_intrinsics(format);
+    if (given.fx == 0 && given.fy == 0 && given.e0 == 0 && given.n0 == 0)
+      return std::optional(*calibration);
+    const auto known = rectified_intrinsics(*calibration, format.width, format.height);
+    if (!known) return known.error();
+    if (auto same = check_intrinsics(given, *known); !same) return same.error();
+    return std::optional(*calibration);
+  }
+
+  [[nodiscard]] Result<void> check_rectified(const CameraFormat& format) const {
+    if (text("calibration").empty()) return {};
+    if (real("stereoBase") > 0)
+      return refused(
+          "calibration is that of one lens: pictures of a stereo camera are not rectified");
+    if (!can_rectify(format.mode))
+      return refused("mode " + std::string(name_of_mode(format.mode)) +
+                     " is not rectified: set calibration to an empty text");
+    return {};
+  }
+
+  Result<void> complete(CameraData& data) override {
+    calibrated_.set_size(data.width.raw(), data.height.raw());
+    return {};
   }
 
   [[nodiscard]] Result<CameraParamData> calibration() const override {
+    const CameraFormat format = wanted().value_or(CameraFormat{});
+    const std::string file = text("calibration");
+    if (file.empty()) return given_intrinsics(format);
+    return calibrated_.intrinsics(file, format.width, format.height);
+  }
+
+  [[nodiscard]] CameraParamData given_intrinsics(const CameraFormat& format) const {
     CameraParamData data;
-    const auto format = wanted();
-    data.calibration_width = format ? format->width : 0;
-    data.calibration_height = format ? format->height : 0;
+    data.calibration_width = format.width;
+    data.calibration_height = format.height;
     data.fx = real("fx");
     data.fy = real("fy");
     data.e0 = real("e0");
@@ -111,6 +154,7 @@ class CameraV4l : public CameraDriver {
   }
 
   [[nodiscard]] Result<CameraFormat> possible(const CameraFormat& format) const override {
+    if (auto rectified = check_rectified(format); !rectified) return rectified.error();
     auto address = address_for(format);
     if (!address) return address.error();
     const bool has_two_eyes = real("stereoBase") > 0 && real("fx") > 0;
@@ -119,6 +163,8 @@ class CameraV4l : public CameraDriver {
       if (auto has = check_video(*address); !has) return has.error();
     return format;
   }
+
+  CalibratedCamera calibrated_;
 };
 
 }  // namespace

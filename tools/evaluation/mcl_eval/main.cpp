@@ -4,6 +4,7 @@
 
 #include <fmt/core.h>
 
+#include "components/files/whole_file.h"
 #include "components/position/map_file.h"
 #include "tools/cli/argument_parser.h"
 #include "tools/evaluation/mcl_eval/evaluation.h"
@@ -65,7 +66,7 @@ void print_summary(const std::vector<std::vector<Field>>& all) {
 }
 
 void write_poses(const std::string& file, const Outcome& outcome) {
-  if (const auto written = navigation::write_file(file, to_csv(outcome.poses)); !written)
+  if (const auto written = rack::write_file(file, to_csv(outcome.poses)); !written)
     throw Failure(Exit::kDenied, "not_written", written.error().detail());
 }
 
