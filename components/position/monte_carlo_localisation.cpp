@@ -53,10 +53,10 @@ constexpr ModuleInfo kInfo{
     .parameters = kParameters,
 };
 
-constexpr double kUpdateDeviation = 500;          // mm: less certain poses are not sent as updates
-constexpr i32 kLostDeviation = 5000;              // mm, at least
-constexpr int kMissesMax = 20;                    // scans in a row without odometry of their time
-constexpr double kFollowedDeviation = 200;           // mm, at least, of another component's pose
+constexpr double kUpdateDeviation = 500;    // mm: less certain poses are not sent as updates
+constexpr i32 kLostDeviation = 5000;        // mm, at least
+constexpr int kMissesMax = 20;              // scans in a row without odometry of their time
+constexpr double kFollowedDeviation = 200;  // mm, at least, of another component's pose
 constexpr double kFollowedTurn = radians(10);
 constexpr double kDeviationTurn = radians(0.03);  // per mm
 
@@ -168,8 +168,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     localisation::beams_of(scan_, range_max_, beams_);
     {
       const std::lock_guard lock(field_mutex_);
-      localiser_->take(*field_, odometry_pose_, beams_,
-                       matches_scans_ ? walls_.get() : nullptr);
+      localiser_->take(*field_, odometry_pose_, beams_, matches_scans_ ? walls_.get() : nullptr);
     }
     if (!is_due()) return {};
     return publish_estimate(time);
