@@ -19,25 +19,33 @@ bool is_near(const Pose& a, const Pose& b, double mm, double rho) {
 
 }  // namespace
 
-std::optional<RobotFix> FixGate::take(std::span<const RobotFix> fixes, const Pose& believed,
-                                      double deviation) {
-  for (const RobotFix& fix : fixes) {
+std::optional<RobotFix> FixGate::take(TimeStamp time, std::span<const RobotFix> fixes,
+                                      const Pose& believed, double deviation) {
+  const auto is_believed = [&](const RobotFix& fix) {
     const double gate = std::max(kGate * std::hypot(fix.deviation, deviation), kGateMin);
-    if (!is_near(fix.pose, believed, gate, kGateRho)) continue;
-    elsewhere_.reset();
-    return fix;
-  }
-  // Of two poses that fit equally, none says where the robot is.
-  return fixes.size() == 1 ? elsewhere(fixes.front(), believed) : std::nullopt;
+    return is_near(fix.pose, believed, gate, kGateRho);
+  };
+  const auto count = std::ranges::count_if(fixes, is_believed);
+  if (count > 0) elsewhere_.reset();
+  if (count == 1) return *std::ranges::find_if(fixes, is_believed);
+  // Of several poses that fit equally, none says where the robot is.
+  return count == 0 && fixes.size() == 1 ? elsewhere(time, fixes.front(), believed, deviation)
+                                         : std::nullopt;
 }
 
-std::optional<RobotFix> FixGate::elsewhere(const RobotFix& fix, const Pose& believed) {
+std::optional<RobotFix> FixGate::elsewhere(TimeStamp time, const RobotFix& fix,
+                                           const Pose& believed, double deviation) {
   const bool agrees =
       elsewhere_ && is_near(elsewhere_->pose + (believed - elsewhere_->believed), fix.pose,
                             std::max(kSame, kGate * fix.deviation), kSameRho);
-  const int pictures = agrees ? elsewhere_->pictures + 1 : 1;
-  elsewhere_ = {fix.pose, believed, pictures};
-  if (pictures < kAgreeing) return std::nullopt;
+  if (!agrees) elsewhere_ = {time, believed, fix.pose, believed, 0};
+  elsewhere_->pose = fix.pose;
+  elsewhere_->believed = believed;
+  ++elsewhere_->pictures;
+  if (elsewhere_->pictures < kAgreeing || time - elsewhere_->began < kAgreeingFor)
+    return std::nullopt;
+  const bool has_moved = !is_near(elsewhere_->start, believed, kMoved, kTurned);
+  if (fix.markers < 2 && deviation < kUncertain && !has_moved) return std::nullopt;
   elsewhere_.reset();
   return fix;
 }

@@ -1,10 +1,13 @@
 // Which poses from markers are sent to Position.
 //
-// A pose near the believed one is sent at once. One elsewhere is either a wrong marker, or the
-// robot was carried away: it is sent when several pictures in succession have agreed on it, while
-// the movement between them is that of the odometry. Pure.
+// A pose near the believed one is sent at once; of two that fit equally, none. One elsewhere is
+// either a wrong marker, or the robot was carried away: it is sent when all pictures of two seconds
+// have agreed on it, while the movement between them is that of the odometry. A single marker may
+// have been moved itself, with the door it is on: as long as the position is certain, the robot
+// must have moved meanwhile, too. Pure.
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <span>
 
@@ -14,21 +17,28 @@ namespace rack::vision {
 
 class FixGate {
  public:
-  static constexpr int kAgreeing = 5;  // pictures in succession
+  static constexpr int kAgreeing = 5;  // pictures in succession, at least
+  static constexpr std::chrono::seconds kAgreeingFor{2};
+  static constexpr double kUncertain = 1000;  // mm: the position does not know where the robot is
+  static constexpr double kMoved = 200;       // mm
+  static constexpr double kTurned = radians(15);
 
   // `fixes`: of one picture, as from fixes_of(). `believed` and `deviation` (mm): of Position at
   // the time of the picture.
-  std::optional<RobotFix> take(std::span<const RobotFix> fixes, const Pose& believed,
-                               double deviation);
+  std::optional<RobotFix> take(TimeStamp time, std::span<const RobotFix> fixes,
+                               const Pose& believed, double deviation);
 
  private:
   struct Elsewhere {
+    TimeStamp began;
+    Pose start;     // believed at the first picture
     Pose pose;      // of the last picture
     Pose believed;  // at that time
     int pictures = 1;
   };
 
-  std::optional<RobotFix> elsewhere(const RobotFix& fix, const Pose& believed);
+  std::optional<RobotFix> elsewhere(TimeStamp time, const RobotFix& fix, const Pose& believed,
+                                    double deviation);
 
   std::optional<Elsewhere> elsewhere_{};
 };

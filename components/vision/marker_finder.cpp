@@ -8,7 +8,7 @@ namespace {
 
 // A wrong identity puts a robot elsewhere: of the codes that are repaired, only those with few
 // wrong bits, and only those with a clear contrast, are accepted.
-constexpr int kWrongBitsMax = 1;
+constexpr int kWrongBitsMax = 1;  // none in a family whose codes are short
 constexpr float kMarginMin = 20;
 constexpr int kSmallestSide = 8;  // pixels
 
@@ -20,7 +20,8 @@ MarkerFinder::MarkerFinder(const std::set<Family>& families)
   detector_->quad_decimate = 1;
   for (const Family family : families) {
     families_.push_back({family, make_tag_family(family)});
-    apriltag_detector_add_family_bits(detector_.get(), families_.back().tags.get(), kWrongBitsMax);
+    apriltag_detector_add_family_bits(detector_.get(), families_.back().tags.get(),
+                                      family == Family::kTag16h5 ? 0 : kWrongBitsMax);
   }
 }
 

@@ -113,7 +113,8 @@ class ObjRecogMarkers : public PictureRecogniser {
     if (landmarks_.empty()) return {};
     const Pose believed = Pose::of(at.pos);
     const double deviation = std::max(at.var.x.raw(), at.var.y.raw());
-    const auto fix = gate_.take(fixes_of(landmarks_, camera), believed, deviation);
+    const auto fix =
+        gate_.take(at.recordingTime, fixes_of(landmarks_, camera), believed, deviation);
     if (!fix) return {};
     const double away = std::hypot(fix->pose.x - believed.x, fix->pose.y - believed.y);
     const bool is_elsewhere = away > 1000;

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include "components/geometry/random.h"
-#include "components/vision/fix_gate.h"
 #include "components/vision/rendered_markers.h"
 
 namespace rack::vision {
@@ -84,59 +83,6 @@ TEST(RobotFix, CornersOfAnythingNeverBreakIt) {
       EXPECT_GT(fix.deviation, 0);
     }
   }
-}
-
-// --- the gate
-
-RobotFix fix_at(double x, double y, double rho = 0) {
-  return {.pose = {.x = x, .y = y, .rho = rho},
-          .deviation = 30,
-          .deviation_rho = 0.01,
-          .error = 0.3,
-          .markers = 1};
-}
-
-TEST(FixGate, SendsWhatIsNearAtOnce) {
-  FixGate gate;
-  const RobotFix near = fix_at(100, 50);
-  EXPECT_TRUE(gate.take(std::span(&near, 1), {}, 50));
-  const RobotFix turned = fix_at(0, 0, radians(16));
-  EXPECT_FALSE(gate.take(std::span(&turned, 1), {}, 50));
-  const RobotFix far = fix_at(2000, 0);
-  EXPECT_FALSE(gate.take(std::span(&far, 1), {}, 50));
-  EXPECT_TRUE(gate.take(std::span(&far, 1), {}, 1000)) << "Position is uncertain";
-}
-
-TEST(FixGate, OfTwoTheOneThatIsBelieved) {
-  FixGate gate;
-  const std::array<RobotFix, 2> both = {fix_at(3000, 0), fix_at(20, 0)};
-  const auto sent = gate.take(both, {}, 50);
-  ASSERT_TRUE(sent);
-  EXPECT_EQ(sent->pose.x, 20);
-}
-
-TEST(FixGate, ARobotThatWasCarriedAwayIsFoundAfterSeveralPictures) {
-  FixGate gate;
-  Pose believed;
-  Pose truth{.x = 5000, .y = 3000, .rho = 2};
-  for (int picture = 1; picture <= FixGate::kAgreeing; ++picture) {
-    const RobotFix fix = fix_at(truth.x, truth.y, truth.rho);
-    EXPECT_EQ(gate.take(std::span(&fix, 1), believed, 50).has_value(),
-              picture == FixGate::kAgreeing);
-    const Pose step{.x = 70, .y = 5, .rho = 0.05};
-    truth = truth + step;
-    believed = believed + step;
-  }
-}
-
-TEST(FixGate, PicturesThatContradictEachOtherSendNothing) {
-  FixGate gate;
-  for (int picture = 0; picture < 30; ++picture) {
-    const RobotFix fix = fix_at(picture % 2 == 0 ? 5000 : -5000, 0);
-    EXPECT_FALSE(gate.take(std::span(&fix, 1), {}, 50));
-  }
-  const std::array<RobotFix, 2> both = {fix_at(5000, 0), fix_at(6000, 0)};
-  for (int picture = 0; picture < 30; ++picture) EXPECT_FALSE(gate.take(both, {}, 50));
 }
 
 }  // namespace robot_fix_test

@@ -6,7 +6,7 @@
 #include <fmt/core.h>
 
 #include "base/text.h"
-#include "components/position/map_file.h"
+#include "components/files/whole_file.h"
 #include "components/vision/marker_picture.h"
 #include "tools/cli/argument_parser.h"
 #include "tools/cli/failure.h"
@@ -88,7 +88,7 @@ Exit print(const Wanted& wanted) {
     if (!picture) throw timsctl::usage_error(picture.error().detail());
     const std::string file =
         std::filesystem::path(wanted.folder) / fmt::format("{}-{}.svg", wanted.family, marker.id);
-    if (const auto written = navigation::write_file(file, svg_of(marker, *picture)); !written)
+    if (const auto written = write_file(file, svg_of(marker, *picture)); !written)
       throw Failure(Exit::kDenied, "not_written", written.error().detail());
     fmt::print("{}\n", file);
   }

@@ -6,7 +6,7 @@
 namespace rack::device {
 namespace {
 
-constexpr double kNoColour = 128;
+constexpr double kGreyColour = 128;
 
 }  // namespace
 
@@ -37,8 +37,8 @@ void WhiteBalanceControl::on_frame(const PixelView& frame, Output& out) {
                                         .width = 2 * columns,
                                         .height = static_cast<std::uint32_t>(settings_.lines)});
   if (!means) return;
-  set(blue_, blue_.value - std::round((means->u - kNoColour) / 2), out);
-  set(red_, red_.value - std::round((means->v - kNoColour) / 2), out);
+  set(blue_, blue_.value - std::round((means->u - kGreyColour) / 2), out);
+  set(red_, red_.value - std::round((means->v - kGreyColour) / 2), out);
 }
 
 void WhiteBalanceControl::set(VideoControl& control, double value, Output& out) {
