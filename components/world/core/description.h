@@ -37,6 +37,17 @@ struct ObstacleDescription {
   double height = 1000;
 };
 
+// A square picture on a wall by which cameras recognise a place: an AprilTag. Cameras see it,
+// nothing else meets it.
+struct MarkerDescription {
+  std::string family{};  // "tag36h11"
+  int id = 0;
+  MapPoint at{};      // its middle
+  double rho = 0;     // direction that its face looks to
+  double height = 0;  // of its middle above the ground
+  double size = 200;  // of its black square
+};
+
 // --- people
 
 struct Area {
@@ -195,6 +206,7 @@ struct WorldDescription {
   double ceiling = 0;  // mm above the ground, only visible to cameras; 0: under the sky
   std::vector<WallDescription> walls{};
   std::vector<ObstacleDescription> obstacles{};
+  std::vector<MarkerDescription> markers{};
   PeopleDescription people{};
   std::vector<RobotDescription> robots{};
 };

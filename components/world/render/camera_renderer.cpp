@@ -9,6 +9,7 @@
 #include "components/world/core/noise.h"
 #include "components/world/render/artist.h"
 #include "components/world/render/lens.h"
+#include "components/world/render/marker_paint.h"
 #include "components/world/render/materials.h"
 #include "components/world/render/pedestrian.h"
 #include "components/world/render/pixel_noise.h"
@@ -33,6 +34,7 @@ class CameraRenderer::Studio {
         lens_(camera_),
         raster_(lens_.width(), lens_.height(), camera_.focal, lens_.cx(), lens_.cy()),
         materials_(world.ceiling > 0),
+        markers_(world.markers),
         noise_(camera_.width * 3, camera_.height,
                world.robots[sensor.robot].sensors[sensor.sensor].noise.pixel,
                stirred(world.seed, 5000 + sensor.robot * 100 + sensor.sensor)),
@@ -46,6 +48,7 @@ class CameraRenderer::Studio {
     raster_.clear();
     Artist artist(raster_, view);
     draw_bodies(artist, view);
+    for (const MarkerDescription& marker : world_.markers) markers_.draw(artist, marker);
     draw_walls(artist);
     draw_ground(artist, view);
     draw_shadows(artist, view);
@@ -196,6 +199,7 @@ class CameraRenderer::Studio {
   Lens lens_;
   Raster raster_;
   Materials materials_;
+  MarkerPaint markers_;
   Pedestrians pedestrians_;
   PixelNoise noise_;
   std::vector<std::uint8_t> bgr_;

@@ -37,8 +37,10 @@ std::uint32_t lit(std::uint32_t pixel, std::uint32_t light) {
   return 0xFF000000U | part(0) | part(8) | part(16);
 }
 
-// std::floor() would be a call of a function.
+// std::floor() would be a call of a function. The limits are those of 1/256 pixels in an int: beyond,
+// a place is so far away that it does not matter.
 int whole(float value) {
+  value = std::clamp(value, -1e9F, 1e9F);
   const int part = static_cast<int>(value);
   return part - (static_cast<float>(part) > value ? 1 : 0);
 }
