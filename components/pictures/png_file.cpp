@@ -47,10 +47,11 @@ tims::Result<std::vector<std::byte>> encode_png(const RawPicture& picture) {
               bytes_of(picture.form) !=
           picture.bytes.size() ||
       (picture.form == RawForm::kUyvy && picture.width % 2 != 0))
-    return tims::Error(tims::Errc::kMalformed, "the picture has not as many bytes as its size needs");
+    return tims::Error(tims::Errc::kMalformed,
+                       "the picture has not as many bytes as its size needs");
   std::vector<unsigned char> encoded;
-  const auto done = call_opencv(
-      "encoding PNG", [&] { cv::imencode(".png", of_opencv(picture), encoded); });
+  const auto done =
+      call_opencv("encoding PNG", [&] { cv::imencode(".png", of_opencv(picture), encoded); });
   if (!done) return done.error();
   const auto bytes = std::as_bytes(std::span(encoded));
   return std::vector<std::byte>(bytes.begin(), bytes.end());

@@ -1,11 +1,11 @@
 #include "components/world/camera_film.h"
 
 #include <condition_variable>
+#include <csignal>
 #include <mutex>
 #include <thread>
 #include <utility>
 
-#include <csignal>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/resource.h>
@@ -84,11 +84,10 @@ class RenderedFilm final : public CameraFilm {
     const auto picture = renderer_->render(view_);
     if (!picture) return false;
     const CameraDescription& camera = renderer_->camera();
-    const device::PixelView view{
-        .layout = device::PixelLayout::kBgr,
-        .size = {static_cast<std::uint32_t>(camera.width),
-                 static_cast<std::uint32_t>(camera.height)},
-        .bytes = *picture};
+    const device::PixelView view{.layout = device::PixelLayout::kBgr,
+                                 .size = {static_cast<std::uint32_t>(camera.width),
+                                          static_cast<std::uint32_t>(camera.height)},
+                                 .bytes = *picture};
     return static_cast<bool>(
         compressor_.encode(view, camera.quality, picture->size() + 4096, jpeg_));
   }

@@ -2,7 +2,7 @@
 # OpenCVConfig.cmake and opencv4.pc, which are in libopencv-dev only (147 MB): so they are found by name.
 option(RACK_WITH_OPENCV "components with pictures: cameras, intensities of images, pictures of maps (OpenCV)" ON)
 if(NOT RACK_WITH_OPENCV)
-  message(STATUS "RACK_WITH_OPENCV=OFF: without CameraV4l, CameraJpeg, rack-dora and maps as PGM or PNG; "
+  message(STATUS "RACK_WITH_OPENCV=OFF: without CameraV4l, CameraJpeg, rack-dora, cameras of World and maps as PGM or PNG; "
                  "Scan2d without cameraInst")
   return()
 endif()

@@ -44,9 +44,10 @@ rack::pictures::EncodePng load_encoder() {
       library == nullptr ? nullptr : ::dlsym(library, rack::pictures::kEncodePngSymbol);
   if (function != nullptr) return reinterpret_cast<rack::pictures::EncodePng>(function);
   const char* const reason = ::dlerror();
-  throw Failure(Exit::kNo, "no_opencv",
-                fmt::format("PNG needs OpenCV: {}", reason == nullptr ? RACK_PICTURES_LIBRARY : reason),
-                "build with -DRACK_WITH_OPENCV=ON, or set mode=jpeg and save a .jpg");
+  throw Failure(
+      Exit::kNo, "no_opencv",
+      fmt::format("PNG needs OpenCV: {}", reason == nullptr ? RACK_PICTURES_LIBRARY : reason),
+      "build with -DRACK_WITH_OPENCV=ON, or set mode=jpeg and save a .jpg");
 }
 
 // What the file contains. JPEG is written as the camera sent it.
@@ -61,9 +62,10 @@ std::vector<std::byte> content_of(const rack::CameraData& picture, const std::st
     throw usage_error(file + ": this camera sends pixels; the name must end in .png");
   const auto form = form_of(picture.mode);
   if (!form)
-    throw Failure(Exit::kNo, "other_mode",
-                  fmt::format("pictures of mode {} cannot be saved", static_cast<unsigned>(picture.mode)),
-                  "set mode to jpeg, rgb24, yuv422, mono8, mono16, range or disparity");
+    throw Failure(
+        Exit::kNo, "other_mode",
+        fmt::format("pictures of mode {} cannot be saved", static_cast<unsigned>(picture.mode)),
+        "set mode to jpeg, rgb24, yuv422, mono8, mono16, range or disparity");
   tims::Result<std::vector<std::byte>> png = std::vector<std::byte>();
   load_encoder()({*form, static_cast<std::int32_t>(picture.width.raw()),
                   static_cast<std::int32_t>(picture.height.raw()), image},
@@ -89,12 +91,10 @@ Exit camera_save(Context& context) {
   const std::string_view text(reinterpret_cast<const char*>(content.data()), content.size());
   if (auto written = rack::navigation::write_file(file, text); !written)
     throw Failure(Exit::kDenied, "not_written", written.error().detail());
-  const json::object answer{{"schema", "tims/camera_saved/1"},
-                            {"file", file},
-                            {"width", picture.width.raw()},
-                            {"height", picture.height.raw()},
-                            {"bytes", content.size()},
-                            {"recording_time_ms", picture.recordingTime.raw()}};
+  const json::object answer{
+      {"schema", "tims/camera_saved/1"}, {"file", file},
+      {"width", picture.width.raw()},    {"height", picture.height.raw()},
+      {"bytes", content.size()},         {"recording_time_ms", picture.recordingTime.raw()}};
   context.out.write(answer, [&] {
     return fmt::format("{}: {} x {} pixels\n", file, static_cast<unsigned>(picture.width.raw()),
                        static_cast<unsigned>(picture.height.raw()));

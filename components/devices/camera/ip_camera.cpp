@@ -77,10 +77,11 @@ void IpCamera::answer(std::string_view request, Time now, Output& out) {
   path = path.substr(0, path.find('?'));
   if (path == "/picture.jpg") return begin(Task::kPicture, now);
   if (path != "/") return refuse("404 Not Found", "", out);
-  send_text("HTTP/1.1 200 OK\r\nConnection: close\r\nCache-Control: no-store\r\n"
-            "Content-Type: multipart/x-mixed-replace; boundary=" +
-                std::string(kBoundary) + "\r\n\r\n",
-            out);
+  send_text(
+      "HTTP/1.1 200 OK\r\nConnection: close\r\nCache-Control: no-store\r\n"
+      "Content-Type: multipart/x-mixed-replace; boundary=" +
+          std::string(kBoundary) + "\r\n\r\n",
+      out);
   begin(Task::kStream, now);
 }
 
@@ -96,9 +97,9 @@ void IpCamera::begin(Task task, Time now) {
 void IpCamera::refuse(std::string_view status, std::string_view more, Output& out) {
   task_ = Task::kNone;
   timer_.stop();
-  send_text("HTTP/1.1 " + std::string(status) + "\r\n" + std::string(more) +
-                "Content-Length: 0\r\n\r\n",
-            out);
+  send_text(
+      "HTTP/1.1 " + std::string(status) + "\r\n" + std::string(more) + "Content-Length: 0\r\n\r\n",
+      out);
 }
 
 void IpCamera::send_text(std::string_view text, Output& out) {
@@ -114,8 +115,7 @@ void IpCamera::send_picture(Output& out) {
   const std::string_view tail = is_part ? "\r\n" : "";
   piece_.clear();
   for (const auto& part : {std::as_bytes(std::span(std::string_view(head))),
-                           std::span<const std::byte>(jpeg_),
-                           std::as_bytes(std::span(tail))})
+                           std::span<const std::byte>(jpeg_), std::as_bytes(std::span(tail))})
     piece_.insert(piece_.end(), part.begin(), part.end());
   out.send(piece_);
 }

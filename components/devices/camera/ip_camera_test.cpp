@@ -54,8 +54,8 @@ class IpCameraTest : public testing::Test {
   IpCameraTest() { camera_.start(now_, out_); }
 
   void receive(std::string_view text) {
-    camera_.on_arrival(
-        {.bytes = std::as_bytes(std::span(text)), .first = now_, .last = now_}, out_);
+    camera_.on_arrival({.bytes = std::as_bytes(std::span(text)), .first = now_, .last = now_},
+                       out_);
   }
   void run(Duration time) {
     for (const Time end = now_ + time; camera_.next_timeout() <= end;) {
@@ -122,9 +122,12 @@ TEST_F(IpCameraTest, TakesARequestInAnyPieces) {
 
 TEST_F(IpCameraTest, RefusesWhatItDoesNotHave) {
   const std::pair<std::string, std::string> cases[] = {
-      {"GET /other HTTP/1.1\r\n\r\n", "404"},   {"POST / HTTP/1.1\r\n\r\n", "405"},
-      {"GET /\r\n\r\n", "400"},                 {"\r\n\r\n", "400"},
-      {"GET http:// HTTP/1.1\r\n\r\n", "400"},  {"GET  / HTTP/1.1\r\n\r\n", "400"},
+      {"GET /other HTTP/1.1\r\n\r\n", "404"},
+      {"POST / HTTP/1.1\r\n\r\n", "405"},
+      {"GET /\r\n\r\n", "400"},
+      {"\r\n\r\n", "400"},
+      {"GET http:// HTTP/1.1\r\n\r\n", "400"},
+      {"GET  / HTTP/1.1\r\n\r\n", "400"},
       {std::string("\0\xFF\0 / HTTP/1.1\r\n\r\n", 18), "405"},
   };
   for (const auto& [request, status] : cases) {

@@ -44,8 +44,8 @@ using Inertia = std::function<Motion(Time when, Duration since_start)>;
 // Heading of a compass, deg clockwise from north.
 using Heading = std::function<double(Time when, Duration since_start)>;
 
-// The pictures of a camera, as JPEG. Making one takes longer than a device may block: it is ordered,
-// and taken when it is ready.
+// The pictures of a camera, as JPEG. Making one takes longer than a device may block: it is
+// ordered, and taken when it is ready.
 class PictureSource {
  public:
   virtual ~PictureSource() = default;

@@ -22,7 +22,15 @@ struct Scene {
 };
 
 // The member of the scene that an emulator uses. kWheels: the emulator is a Wheelwork.
-enum class Senses : std::uint8_t { kNothing, kSight, kCourse, kInertia, kHeading, kWheels, kPictures };
+enum class Senses : std::uint8_t {
+  kNothing,
+  kSight,
+  kCourse,
+  kInertia,
+  kHeading,
+  kWheels,
+  kPictures
+};
 
 struct EmulatorInfo {
   std::string_view name;     // "lms200"

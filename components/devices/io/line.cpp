@@ -165,8 +165,8 @@ Result<std::unique_ptr<Transport>> listen(const DeviceAddress& address) {
   File listener(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   const int on = 1;
   ::setsockopt(listener.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
-  // Its clients inherit these. A device has little memory, so that a client that reads slowly misses
-  // data, and does not get what is seconds old.
+  // Its clients inherit these. A device has little memory, so that a client that reads slowly
+  // misses data, and does not get what is seconds old.
   const int buffer = 1 << 16;
   ::setsockopt(listener.get(), SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
   ::setsockopt(listener.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);

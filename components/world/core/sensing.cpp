@@ -248,9 +248,8 @@ void World::State::view(const SensorId& id, tims::Time at, View& out) const {
   const Pose pose = sensor_pose(id, at);
   out.from = {pose.x, pose.y, pose.z};
   for (std::size_t i = 0; i < 3; ++i) {
-    const Vector column =
-        turned_about(TurnedAbout::kYaw, own.rho,
-                     {sensor.turn[0][i], sensor.turn[1][i], sensor.turn[2][i]});
+    const Vector column = turned_about(TurnedAbout::kYaw, own.rho,
+                                       {sensor.turn[0][i], sensor.turn[1][i], sensor.turn[2][i]});
     for (std::size_t k = 0; k < 3; ++k) out.turn[k][i] = column[k];
   }
   out.robots.clear();
@@ -260,8 +259,7 @@ void World::State::view(const SensorId& id, tims::Time at, View& out) const {
     out.robots.push_back({i, hull(i, robot.at, robot.rho)});
   }
   out.people.clear();
-  for (std::size_t i = 0; i < people_.size(); ++i)
-    out.people.push_back(history_.person(i, when));
+  for (std::size_t i = 0; i < people_.size(); ++i) out.people.push_back(history_.person(i, when));
   out.obstacles.clear();
   for (const Put& put : put_)
     if (seen_at(at) >= put.from && seen_at(at) < put.to) out.obstacles.push_back(put.description);

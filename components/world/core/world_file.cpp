@@ -429,7 +429,7 @@ class WorldReader {
   struct CameraKeys {
     double fov = 0;  // degrees; 0: not given
     double focal = 0;
-    double rate = 15;            // 1/s
+    double rate = 15;             // 1/s
     const Node* first = nullptr;  // of these keys
   };
   static Read of_camera(CameraKeys& keys, Read read) {
@@ -475,8 +475,8 @@ class WorldReader {
     constexpr double kUsualFov = 60;
     const double fov = radians(keys.fov > 0 ? keys.fov : kUsualFov);
     camera.focal = keys.focal > 0 ? keys.focal : camera.width / 2.0 / std::tan(fov / 2);
-    sensor.period = std::chrono::duration_cast<tims::Duration>(
-        std::chrono::duration<double>(1 / keys.rate));
+    sensor.period =
+        std::chrono::duration_cast<tims::Duration>(std::chrono::duration<double>(1 / keys.rate));
     if (!is_possible(camera))
       reader_.add({node.at_key,
                    fmt::format("{}: no lens is like this: with these k1 and k2, or this fov, the "

@@ -243,8 +243,9 @@ TEST(WorldFile, HasCameras) {
   EXPECT_NEAR(usual.camera.focal, 554.26, 0.01) << "60 degrees";
   EXPECT_NEAR(std::chrono::duration<double>(usual.period).count(), 1 / 15.0, 1e-6);
   const SensorDescription other =
-      sensor_of(camera + "size = [16, 1920]\nfocal = 900\nlens = [0.1, -0.01]\nrate = 60\n"
-                         "quality = 100\nnoise = { pixel = 2.5 }\n");
+      sensor_of(camera +
+                "size = [16, 1920]\nfocal = 900\nlens = [0.1, -0.01]\nrate = 60\n"
+                "quality = 100\nnoise = { pixel = 2.5 }\n");
   EXPECT_EQ(other.camera.height, 1920);
   EXPECT_EQ(other.camera.focal, 900);
   EXPECT_EQ(other.camera.k2, -0.01);

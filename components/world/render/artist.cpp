@@ -109,11 +109,12 @@ void Artist::tube(const Point3& low, const Point3& high, const Point3& forward,
                                          ahead[2] * c * ring.forward},
                                         right, s * ring.side));
       const Point3 outside = sum({ahead[0] * c, ahead[1] * c, ahead[2] * c}, right, s);
-      const double lean = std::hypot(c * (ring.forward - next.forward), s * (ring.side - next.side));
+      const double lean =
+          std::hypot(c * (ring.forward - next.forward), s * (ring.side - next.side));
       const bool narrows = ring.forward + ring.side > next.forward + next.side;
-      const Point3 normal =
-          sum({outside[0] * std::abs(rise), outside[1] * std::abs(rise), outside[2] * std::abs(rise)},
-              down, narrows ? -lean : lean);
+      const Point3 normal = sum(
+          {outside[0] * std::abs(rise), outside[1] * std::abs(rise), outside[2] * std::abs(rise)},
+          down, narrows ? -lean : lean);
       corners.at(static_cast<std::size_t>(i)) = {seen(sum(middle, around)), 0, 0, light(normal)};
     }
     return corners;

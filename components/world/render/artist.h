@@ -1,5 +1,5 @@
-// Draws bodies of the world into a raster: boxes, cylinders, tubes, spheres. Points are those of the world: north,
-// east, down, in mm.
+// Draws bodies of the world into a raster: boxes, cylinders, tubes, spheres. Points are those of
+// the world: north, east, down, in mm.
 #pragma once
 
 #include <array>

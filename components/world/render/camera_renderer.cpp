@@ -119,13 +119,13 @@ class CameraRenderer::Studio {
     constexpr double kUneven = 0.05;
     const double own = static_cast<double>(Random(number).uniform(-1, 1)) * kUneven;
     const double light = (std::abs(x) > std::abs(y) ? 0.98 : 0.84) + own;
-    artist.polygon(std::array{Artist::Spot{Artist::point(wall.from, wall.height), 0, top},
-                              Artist::Spot{Artist::point(wall.to, wall.height), end, top},
-                              Artist::Spot{Artist::point(wall.to, 0), end, 0},
-                              Artist::Spot{Artist::point(wall.from, 0), 0, 0}},
-                   light,
-                   {.texture = &materials_.walls.at(number % materials_.walls.size()),
-                    .both_sides = true});
+    artist.polygon(
+        std::array{Artist::Spot{Artist::point(wall.from, wall.height), 0, top},
+                   Artist::Spot{Artist::point(wall.to, wall.height), end, top},
+                   Artist::Spot{Artist::point(wall.to, 0), end, 0},
+                   Artist::Spot{Artist::point(wall.from, 0), 0, 0}},
+        light,
+        {.texture = &materials_.walls.at(number % materials_.walls.size()), .both_sides = true});
   }
 
   void draw_ground(Artist& artist, const View& view) {
@@ -140,8 +140,8 @@ class CameraRenderer::Studio {
     const double y = repeated(view.from[1], kRepetition);
     const double far = kHorizon / Materials::kGroundPixel;
     const auto spot = [&](double north, double east) {
-      return Artist::Spot{
-          Artist::point({x + north * kHorizon, y + east * kHorizon}, height), east * far, north * far};
+      return Artist::Spot{Artist::point({x + north * kHorizon, y + east * kHorizon}, height),
+                          east * far, north * far};
     };
     artist.polygon(std::array{spot(1, -1), spot(1, 1), spot(-1, 1), spot(-1, -1)}, 1,
                    {.texture = &texture, .both_sides = true});
@@ -155,9 +155,10 @@ class CameraRenderer::Studio {
     const double height = -view.from[2];
     for (std::size_t i = 0; i < kCorners.size(); ++i) {
       const auto spot = [&](const MapPoint& corner, double up, double light) {
-        return Artist::Spot{Artist::point({here.x + corner.x * kHorizon, here.y + corner.y * kHorizon},
-                                          height + up * kHorizon),
-                            0, 0, light};
+        return Artist::Spot{
+            Artist::point({here.x + corner.x * kHorizon, here.y + corner.y * kHorizon},
+                          height + up * kHorizon),
+            0, 0, light};
       };
       const MapPoint& left = kCorners.at(i);
       const MapPoint& right = kCorners.at((i + 1) % kCorners.size());
@@ -177,8 +178,7 @@ class CameraRenderer::Studio {
   void draw_shadows(Artist& artist, const View& view) {
     constexpr double kPerson = 330;  // mm
     constexpr double kAround = 1.25;
-    for (const Figure& person : view.people)
-      artist.shadow(person.at, person.rho, kPerson, kPerson);
+    for (const Figure& person : view.people) artist.shadow(person.at, person.rho, kPerson, kPerson);
     const auto below = [&](const Box& box) {
       artist.shadow(box.at, std::atan2(box.s, box.c), kAround * 1.2 * box.half_length,
                     kAround * 1.2 * box.half_width);
@@ -222,8 +222,8 @@ const CameraDescription& CameraRenderer::camera() const { return studio_->camera
 
 tims::Result<std::span<const std::byte>> CameraRenderer::render(const View& view) {
   std::span<const std::byte> picture;
-  const auto done = pictures::call_opencv(
-      "rendering", [&] { picture = std::as_bytes(studio_->render(view)); });
+  const auto done =
+      pictures::call_opencv("rendering", [&] { picture = std::as_bytes(studio_->render(view)); });
   if (!done) return done.error();
   return picture;
 }

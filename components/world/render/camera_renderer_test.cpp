@@ -1,5 +1,5 @@
-// What a camera of the world sees, against the truth: places are where OpenCV projects them, people are as
-// large as they are, and libapriltag finds the markers and their poses.
+// What a camera of the world sees, against the truth: places are where OpenCV projects them, people
+// are as large as they are, and libapriltag finds the markers and their poses.
 #include "components/world/render/camera_renderer.h"
 
 #include <cmath>
@@ -33,9 +33,7 @@ WorldDescription hall() {
   hall.robots = {robot};
   return hall;
 }
-CameraDescription& camera_of(WorldDescription& world) {
-  return world.robots[0].sensors[0].camera;
-}
+CameraDescription& camera_of(WorldDescription& world) { return world.robots[0].sensors[0].camera; }
 Pose& mount_of(WorldDescription& world) { return world.robots[0].sensors[0].mount; }
 
 View view_of(const WorldDescription& description) {
@@ -52,8 +50,7 @@ cv::Mat picture_of(const WorldDescription& world, const View& view) {
   EXPECT_TRUE(bgr) << bgr.error().message();
   const CameraDescription& camera = (*renderer)->camera();
   EXPECT_EQ(bgr->size(), static_cast<std::size_t>(camera.width * camera.height * 3));
-  return cv::Mat(camera.height, camera.width, CV_8UC3, const_cast<std::byte*>(bgr->data()))
-      .clone();
+  return cv::Mat(camera.height, camera.width, CV_8UC3, const_cast<std::byte*>(bgr->data())).clone();
 }
 cv::Mat picture_of(const WorldDescription& world) { return picture_of(world, view_of(world)); }
 
@@ -130,8 +127,7 @@ TEST(CameraRenderer, WhatIsNearerHidesWhatIsBehindIt) {
 // A camera that is tilted by as much as a box is turned about it sees the same box.
 TEST(CameraRenderer, TurnsWithItsRobotAndItsMount) {
   WorldDescription world = hall();
-  world.obstacles = {
-      {.shape = Shape::kCircle, .at = {4000, 0}, .radius = 300, .height = 1200}};
+  world.obstacles = {{.shape = Shape::kCircle, .at = {4000, 0}, .radius = 300, .height = 1200}};
   const auto middle_of = [&] {
     WorldDescription empty = world;
     empty.obstacles.clear();
@@ -222,7 +218,9 @@ std::vector<FoundMarker> found_in(const cv::Mat& picture, const CameraDescriptio
   cv::Mat straight;
   cv::cvtColor(picture, grey, cv::COLOR_BGR2GRAY);
   cv::undistort(grey, straight, matrix, cv::Vec4d(camera.k1, camera.k2, 0, 0));
-  image_u8_t image{.width = straight.cols, .height = straight.rows, .stride = straight.cols,
+  image_u8_t image{.width = straight.cols,
+                   .height = straight.rows,
+                   .stride = straight.cols,
                    .buf = straight.data};
   apriltag_family_t* const family = tag36h11_create();
   apriltag_detector_t* const detector = apriltag_detector_create();
@@ -241,14 +239,13 @@ std::vector<FoundMarker> found_in(const cv::Mat& picture, const CameraDescriptio
     for (const auto& corner : detection->p) pixels.emplace_back(corner[0] - 0.5, corner[1] - 0.5);
     cv::Vec3d turn;
     cv::Vec3d at;
-    EXPECT_TRUE(cv::solvePnP(corners, pixels, matrix, cv::noArray(), turn, at, false,
-                             cv::SOLVEPNP_IPPE));
+    EXPECT_TRUE(
+        cv::solvePnP(corners, pixels, matrix, cv::noArray(), turn, at, false, cv::SOLVEPNP_IPPE));
     cv::Matx33d rotation;
     cv::Rodrigues(turn, rotation);
-    const FoundMarker marker{
-        .id = detection->id,
-        .at = {at[0], at[1], at[2]},
-        .face = {-rotation(0, 2), -rotation(1, 2), -rotation(2, 2)}};
+    const FoundMarker marker{.id = detection->id,
+                             .at = {at[0], at[1], at[2]},
+                             .face = {-rotation(0, 2), -rotation(1, 2), -rotation(2, 2)}};
     found.push_back(marker);
   }
   apriltag_detections_destroy(all);

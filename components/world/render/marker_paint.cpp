@@ -53,7 +53,7 @@ MarkerPaint::MarkerPaint(std::span<const MarkerDescription> markers) {
     for (const FamilyName& known : kFamilies) {
       if (known.name != marker.family) continue;
       const std::unique_ptr<apriltag_family_t, void (*)(apriltag_family_t*)> family(known.make(),
-                                                                                  known.destroy);
+                                                                                    known.destroy);
       if (marker.id < 0 || static_cast<std::uint32_t>(marker.id) >= family->ncodes) continue;
       const std::unique_ptr<image_u8_t, void (*)(image_u8_t*)> cells(
           apriltag_to_image(family.get(), marker.id), image_u8_destroy);

@@ -52,8 +52,8 @@ Colour brick(int x, int y, const Colour& colour, std::uint64_t seed) {
   constexpr int kHeight = 8;
   const int row = y / kHeight;
   const int shifted = (x + (row % 2) * kLength / 2) % kSide;
-  if (y % kHeight == 0 || shifted % kLength == 0) return Colour{168, 164, 156}.times(
-      uneven(x, y, kSide, seed, 0.1));
+  if (y % kHeight == 0 || shifted % kLength == 0)
+    return Colour{168, 164, 156}.times(uneven(x, y, kSide, seed, 0.1));
   const double own = 0.82 + 0.36 * hashed(shifted / kLength, row, seed + 9);
   return colour.times(own * uneven(x, y, kSide, seed, 0.12));
 }
@@ -88,8 +88,9 @@ Texture tiles() {
 }
 
 Texture asphalt() {
-  return painted(kSide,
-                 [](int x, int y) { return Colour{106, 106, 108}.times(uneven(x, y, kSide, 41, 0.4)); });
+  return painted(kSide, [](int x, int y) {
+    return Colour{106, 106, 108}.times(uneven(x, y, kSide, 41, 0.4));
+  });
 }
 
 // Panels of 640 mm, one in sixteen is a lamp.
@@ -133,12 +134,11 @@ Texture hull() {
 }  // namespace
 
 Materials::Materials(bool is_indoors)
-    : walls(is_indoors
-                ? std::array{inner_wall({222, 214, 192}, {150, 88, 70}, 1),
-                             inner_wall({190, 206, 214}, {126, 104, 92}, 2),
-                             inner_wall({202, 212, 186}, {158, 116, 84}, 3)}
-                : std::array{outer_wall({156, 92, 74}, 4), outer_wall({170, 150, 126}, 5),
-                             outer_wall({134, 124, 118}, 6)}),
+    : walls(is_indoors ? std::array{inner_wall({222, 214, 192}, {150, 88, 70}, 1),
+                                    inner_wall({190, 206, 214}, {126, 104, 92}, 2),
+                                    inner_wall({202, 212, 186}, {158, 116, 84}, 3)}
+                       : std::array{outer_wall({156, 92, 74}, 4), outer_wall({170, 150, 126}, 5),
+                                    outer_wall({134, 124, 118}, 6)}),
       ground(is_indoors ? tiles() : asphalt()),
       ceiling(panels()),
       crate(planks()),

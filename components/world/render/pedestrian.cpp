@@ -13,7 +13,10 @@ constexpr double kAdult = 1700;  // mm: the height of the measures below
 class Body {
  public:
   Body(const Figure& person, double height)
-      : at_(person.at), c_(std::cos(person.rho)), s_(std::sin(person.rho)), scale_(height / kAdult) {}
+      : at_(person.at),
+        c_(std::cos(person.rho)),
+        s_(std::sin(person.rho)),
+        scale_(height / kAdult) {}
 
   [[nodiscard]] Point3 point(double ahead, double right, double up) const {
     const double x = ahead * scale_;
@@ -92,10 +95,10 @@ void draw_arm(Artist& artist, const Body& body, double swing, double side, const
 void draw_head(Artist& artist, const Body& body, const Texture& skin, const Texture& hair) {
   artist.tube(body.point(0, 0, 1430), body.point(12, 0, 1520), body.forward(),
               std::array{body.ring(0, 62, 62), body.ring(1, 56, 54)}, skin);
-  artist.ellipsoid(body.point(22, 0, 1578), body.forward(), body.ring(0, 94, 74),
-                   body.scaled(226), skin);
-  artist.ellipsoid(body.point(0, 0, 1610), body.forward(), body.ring(0, 98, 84),
-                   body.scaled(180), hair);
+  artist.ellipsoid(body.point(22, 0, 1578), body.forward(), body.ring(0, 94, 74), body.scaled(226),
+                   skin);
+  artist.ellipsoid(body.point(0, 0, 1610), body.forward(), body.ring(0, 98, 84), body.scaled(180),
+                   hair);
 }
 
 std::vector<Texture> of(std::initializer_list<Colour> colours) {

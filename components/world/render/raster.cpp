@@ -37,8 +37,8 @@ std::uint32_t lit(std::uint32_t pixel, std::uint32_t light) {
   return 0xFF000000U | part(0) | part(8) | part(16);
 }
 
-// std::floor() would be a call of a function. The limits are those of 1/256 pixels in an int: beyond,
-// a place is so far away that it does not matter.
+// std::floor() would be a call of a function. The limits are those of 1/256 pixels in an int:
+// beyond, a place is so far away that it does not matter.
 int whole(float value) {
   value = std::clamp(value, -1e9F, 1e9F);
   const int part = static_cast<int>(value);
@@ -188,7 +188,8 @@ void Raster::draw(std::span<const Corner> corners, const Paint& paint) {
       else if (rest < 0)
         to = from;
     }
-    if (from < to) draw_row(piece, y, static_cast<int>(std::ceil(from)), static_cast<int>(std::ceil(to)));
+    if (from < to)
+      draw_row(piece, y, static_cast<int>(std::ceil(from)), static_cast<int>(std::ceil(to)));
   }
 }
 
@@ -248,9 +249,8 @@ void Raster::fill(const Piece& piece, int y, int from, int to) {
         pixels_[i] = kSmooth ? lit(plain, brightness) : flat;
       else
         // The middle of a texture's first pixel is at 0.5.
-        pixels_[i] = lit(sample(level, repeats, whole(u * z - 128.0F),
-                                whole(v * z - 128.0F)),
-                         brightness);
+        pixels_[i] =
+            lit(sample(level, repeats, whole(u * z - 128.0F), whole(v * z - 128.0F)), brightness);
     }
     near += near_step;
     if (kTextured) {
@@ -267,9 +267,9 @@ void Raster::darken(const Piece& piece, int y, int from, int to) {
     const auto near = static_cast<float>(piece.nearness.at(x, y));
     const std::size_t i = row + static_cast<std::size_t>(x);
     if (near + piece.nearer * near * near < nearness_[i]) continue;
-    const auto light =
-        piece.is_smooth ? light_of(piece.light.at(x, y) / (256.0 * static_cast<double>(near)))
-                        : piece.flat;
+    const auto light = piece.is_smooth
+                           ? light_of(piece.light.at(x, y) / (256.0 * static_cast<double>(near)))
+                           : piece.flat;
     pixels_[i] = lit(pixels_[i], light);
   }
 }
