@@ -20,6 +20,7 @@
 #include "router/io/local_port.h"
 #include "router/io/log.h"
 #include "router/io/loop.h"
+#include "router/io/net/resolver.h"
 #include "router/io/service.h"
 #include "router/io/tcp_port.h"
 #include "router/io/waiting_memory.h"
@@ -419,6 +420,7 @@ int main(std::span<const char* const> argv) {
     return print(config::print_config(loaded->config, loaded->origins));
   }
   io::raise_descriptor_limit();
+  io::limit_name_servers();
   return Program(std::move(*loaded), *arguments).run();
 }
 

@@ -7,9 +7,9 @@
 #include <memory>
 #include <optional>
 
+#include <linux/tcp.h>  // newer than <netinet/tcp.h>
 #include <netdb.h>
 #include <netinet/in.h>
-#include <netinet/tcp.h>
 #include <poll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -254,6 +254,13 @@ Bound bind_even_early(int socket, const sockaddr* address, socklen_t size) {
   const bool v6 = address->sa_family == AF_INET6;
   v6 ? set(socket, IPPROTO_IPV6, IPV6_FREEBIND, 1) : set(socket, IPPROTO_IP, IP_FREEBIND, 1);
   return ::bind(socket, address, size) == 0 ? Bound::kAddressNotHereYet : Bound::kNo;
+}
+
+std::uint64_t bytes_acknowledged(int socket) {
+  tcp_info info{};
+  socklen_t size = sizeof info;
+  ::getsockopt(socket, IPPROTO_TCP, TCP_INFO, &info, &size);
+  return info.tcpi_bytes_acked;
 }
 
 }  // namespace tims::os

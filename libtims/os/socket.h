@@ -3,6 +3,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -77,5 +79,24 @@ Result<File> connect_tcp(const std::string& host, std::uint16_t port, Time deadl
 // interface exists.
 enum class Bound { kNo, kYes, kAddressNotHereYet };  // kNo: errno states the reason
 Bound bind_even_early(int socket, const sockaddr* address, socklen_t size);
+
+// Bytes acknowledged by the other host since the connection began. When its receive buffer is full,
+// this grows only as fast as the program there reads.
+std::uint64_t bytes_acknowledged(int socket);
+
+// --- Control messages that come with received bytes
+
+template <typename T>
+std::optional<T> control_value(const msghdr& message, int level, int type) {
+  for (cmsghdr* c = CMSG_FIRSTHDR(&message); c != nullptr;
+       c = CMSG_NXTHDR(const_cast<msghdr*>(&message), c)) {
+    if (c->cmsg_level != level || c->cmsg_type != type || c->cmsg_len < CMSG_LEN(sizeof(T)))
+      continue;
+    T value;
+    std::memcpy(&value, CMSG_DATA(c), sizeof value);
+    return value;
+  }
+  return std::nullopt;
+}
 
 }  // namespace tims::os

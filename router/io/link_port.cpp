@@ -228,6 +228,7 @@ void LinkPort::on_ready(Ready ready) {
   const Time now = os::now();
   if (ready.to_write) watch_->set(Interest::kReading);
   if (ready.to_read && socket_->receive(datagrams_)) take_datagrams(now);
+  if (ready.to_read && datagrams_.took_all()) watch_->all_taken();
   loop_.end_turn(now);
 }
 

@@ -1,99 +1,56 @@
 #include "router/io/loop.h"
 
 #include <algorithm>
-#include <cerrno>
-#include <system_error>
+#include <chrono>
 
-#include <sys/timerfd.h>
+#include <boost/asio/detail/reactor.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
 
 #include "os/clock.h"
 
 namespace tims::io {
+namespace {
 
-Loop::Loop()
-    : epoll_(::epoll_create1(EPOLL_CLOEXEC)),
-      alarm_(::timerfd_create(CLOCK_MONOTONIC, TFD_NONBLOCK | TFD_CLOEXEC)) {
-  // Edge-triggered: setting the alarm again cancels a pending event, so it need not be read.
-  epoll_event event{.events = EPOLLIN | EPOLLET, .data = {.ptr = this}};
-  if (::epoll_ctl(epoll_.get(), EPOLL_CTL_ADD, alarm_.get(), &event) != 0)
-    throw std::system_error(errno, std::generic_category(), "no event loop: epoll, timerfd");
+namespace asio = boost::asio;
+using boost::system::error_code;
+using SystemClock = std::chrono::steady_clock;  // CLOCK_MONOTONIC, as os::now()
+
+constexpr bool contains(Interest interest, Interest part) {
+  return (static_cast<unsigned>(interest) & static_cast<unsigned>(part)) != 0;
 }
+
+}  // namespace
+
+// Handlers run on one thread; only Asio's resolver posts from another one.
+Loop::Loop()
+    : context_(std::make_unique<asio::io_context>(BOOST_ASIO_CONCURRENCY_HINT_UNSAFE_IO)),
+      alarm_(std::make_unique<Timer>(*this, [this] { on_alarm(); })) {}
+
+Loop::~Loop() = default;
 
 void Loop::end_turn(Time began) {
   for (const auto& step : steps_) step(began);
   longest_turn_ = std::max(longest_turn_, os::now() - began);
 }
 
+void Loop::post(std::function<void()> action) { asio::post(*context_, std::move(action)); }
+
 void Loop::run() {
   while (!stopped_) run_once(kNever);
 }
 
 void Loop::run_once(Time limit) {
+  const auto keep_waiting = asio::make_work_guard(*context_);
   arm(std::min(next_deadline(), limit));
-  const int n = ::epoll_wait(epoll_.get(), events_.data(), kEventsMax, posted_.empty() ? -1 : 0);
-  hand_out(std::span(events_).first(static_cast<std::size_t>(std::max(n, 0))));
-  run_posted();
+  context_->run_one();
 }
 
-// --- descriptors
-
-void Loop::hand_out(std::span<epoll_event> events) {
-  for (epoll_event& event : events) {
-    if (event.data.ptr == nullptr) continue;  // removed in this turn
-    if (event.data.ptr == this) {
-      on_time(os::now());
-      continue;
-    }
-    auto& watch = *static_cast<Watch*>(event.data.ptr);
-    const bool broken = (event.events & (EPOLLERR | EPOLLHUP)) != 0;
-    const Ready ready{.to_read = broken || (event.events & (EPOLLIN | EPOLLRDHUP)) != 0,
-                      .to_write = broken || (event.events & EPOLLOUT) != 0};
-    // The watch, and everything the function holds, may be destroyed during the call.
-    auto on_ready = std::move(watch.on_ready_);
-    on_ready(ready);
-    if (event.data.ptr != nullptr) watch.on_ready_ = std::move(on_ready);
-  }
-}
-
-void Loop::forget(const Watch& watch) {
-  for (epoll_event& event : events_) {
-    if (event.data.ptr == &watch) event.data.ptr = nullptr;
-  }
-}
-
-Watch::Watch(Loop& loop, int fd, std::function<void(Ready)> on_ready, Interest interest)
-    : loop_(loop), fd_(fd), on_ready_(std::move(on_ready)) {
-  set(interest);
-}
-
-Watch::~Watch() {
-  set(Interest::kNothing);
-  loop_.forget(*this);
-}
-
-// A descriptor without interest is removed, because epoll would still report its errors.
-void Watch::set(Interest interest) {
-  if (interest == interest_) return;
-  const int change = interest_ == Interest::kNothing  ? EPOLL_CTL_ADD
-                     : interest == Interest::kNothing ? EPOLL_CTL_DEL
-                                                      : EPOLL_CTL_MOD;
-  epoll_event event{.events = static_cast<std::uint32_t>(interest), .data = {.ptr = this}};
-  ::epoll_ctl(loop_.epoll_.get(), change, fd_, &event);
-  interest_ = interest;
-}
-
-// --- posted actions
-
-void Loop::run_posted() {
-  running_.swap(posted_);
-  for (const auto& action : running_) action();
-  running_.clear();
-}
-
-// --- time
+// --- deadlines
 
 Time Loop::next_deadline() const {
-  Time next = timers_.empty() ? kNever : timers_.begin()->first;
+  Time next = kNever;
   for (const Deadlines& d : deadlines_) next = std::min(next, d.next());
   return next;
 }
@@ -102,49 +59,138 @@ Time Loop::next_deadline() const {
 void Loop::arm(Time at) {
   if (at >= armed_) return;
   armed_ = at;
-  const itimerspec when{.it_interval = {},
-                        // 0 would disarm it.
-                        .it_value = os::to_timespec(std::max(at, Time(Duration(1))))};
-  ::timerfd_settime(alarm_.get(), TFD_TIMER_ABSTIME, &when, nullptr);
+  alarm_->set(at);
 }
 
-void Loop::on_time(Time now) {
+void Loop::on_alarm() {
   armed_ = kNever;
-  bool something = false;
-  for (const Deadlines& d : deadlines_) {
-    if (d.next() > now) continue;
-    d.on_timeout(now);
-    something = true;
-  }
-  while (!timers_.empty() && timers_.begin()->first <= now) {
-    run_timer(*timers_.begin()->second);
-    something = true;
-  }
-  if (something) end_turn(now);
+  const Time now = os::now();
+  for (const Deadlines& d : deadlines_)
+    if (d.next() <= now) d.on_timeout(now);
 }
 
-void Loop::run_timer(Timer& timer) {
-  timer.cancel();
-  timer_at_work_ = &timer;
-  // As with a watch: the timer may be destroyed during the call.
-  auto on_timeout = std::move(timer.on_timeout_);
-  on_timeout();
-  if (timer_at_work_ != nullptr) timer.on_timeout_ = std::move(on_timeout);
-  timer_at_work_ = nullptr;
+// --- descriptors
+
+// Asio's async_wait() asks the system for each wait whether the descriptor is ready (epoll_ctl).
+// Here a descriptor of which everything was taken waits without asking: Asio registers descriptors
+// edge-triggered, so that whatever arrives from now on is an event of its own. That needs an
+// operation of Asio's reactor, whose interface is not documented; nothing else uses it.
+struct Watch::State : std::enable_shared_from_this<Watch::State> {
+  using Reactor = asio::detail::reactor;
+
+  // Waits for one direction; pending while it holds the state.
+  struct Wait : asio::detail::reactor_op {
+    Wait() : reactor_op({}, &Wait::on_event, &Wait::on_complete) {}
+
+    static status on_event(reactor_op* base) {
+      return static_cast<Wait*>(base)->starts ? not_done : done;
+    }
+    static void on_complete(void* scheduler, asio::detail::operation* base, const error_code&,
+                            std::size_t) {
+      Wait& wait = *static_cast<Wait*>(base);
+      const auto state = std::move(wait.state);
+      const bool is_shut_down = scheduler == nullptr;
+      if (!is_shut_down) state->call(wait);
+    }
+
+    std::shared_ptr<State> state;
+    bool starts = false;  // Asio tries an operation before it waits
+  };
+
+  State(Loop& loop, int its_fd, std::function<void(Ready)> function)
+      : reactor(asio::use_service<Reactor>(loop.context())),
+        fd(its_fd),
+        on_ready(std::move(function)) {
+    reactor.init_task();
+    // A failure means that the system watches no more descriptors: this one is never ready.
+    (void)reactor.register_descriptor(fd, registration);
+  }
+
+  // Starts the waits that are missing. A wait that is no longer wanted stays, and is ignored.
+  void wait() {
+    const bool took_all = std::exchange(has_taken_all, false);
+    if (contains(interest, Interest::kReading)) start(Reactor::read_op, reading, took_all);
+    if (contains(interest, Interest::kWriting)) start(Reactor::write_op, writing, false);
+  }
+
+  void start(int direction, Wait& wait, bool is_for_next_event) {
+    if (wait.state) return;
+    wait.state = shared_from_this();
+    wait.starts = is_for_next_event;
+    reactor.start_op(direction, fd, registration, &wait, false, is_for_next_event);
+    wait.starts = false;
+  }
+
+  void call(const Wait& waited) {
+    const Interest part = &waited == &reading ? Interest::kReading : Interest::kWriting;
+    if (ended || !contains(interest, part)) return;
+    on_ready({.to_read = part == Interest::kReading, .to_write = part == Interest::kWriting});
+    if (!ended) wait();
+  }
+
+  void end() {
+    ended = true;
+    reactor.deregister_descriptor(fd, registration, false);
+    reactor.cleanup_descriptor_data(registration);
+  }
+
+  Reactor& reactor;
+  Reactor::per_descriptor_data registration{};
+  const int fd;
+  std::function<void(Ready)> on_ready;
+  Interest interest = Interest::kNothing;
+  Wait reading;
+  Wait writing;
+  bool has_taken_all = false;  // of what there was to read, as its owner reported
+  bool ended = false;
+};
+
+Watch::Watch(Loop& loop, int fd, std::function<void(Ready)> on_ready, Interest interest)
+    : state_(std::make_shared<State>(loop, fd, std::move(on_ready))) {
+  set(interest);
 }
+
+Watch::~Watch() { state_->end(); }
+
+void Watch::set(Interest interest) {
+  state_->interest = interest;
+  state_->wait();
+}
+
+void Watch::all_taken() { state_->has_taken_all = true; }
+
+// --- timers
+
+struct Timer::State {
+  State(Loop& its_loop, std::function<void()> function)
+      : loop(its_loop), timer(loop.context()), on_timeout(std::move(function)) {}
+
+  void call() {
+    const Time began = os::now();
+    at = kNever;
+    on_timeout();
+    loop.end_turn(began);
+  }
+
+  Loop& loop;
+  asio::steady_timer timer;
+  std::function<void()> on_timeout;
+  Time at = kNever;
+};
 
 Timer::Timer(Loop& loop, std::function<void()> on_timeout)
-    : loop_(loop), on_timeout_(std::move(on_timeout)) {}
+    : state_(std::make_shared<State>(loop, std::move(on_timeout))) {}
 
-Timer::~Timer() {
-  cancel();
-  if (loop_.timer_at_work_ == this) loop_.timer_at_work_ = nullptr;
-}
+Timer::~Timer() { cancel(); }
 
+// A wait may have expired already when its timer is set again; it then finds another time.
 void Timer::set(Time at) {
-  if (at_ != kNever) loop_.timers_.erase({at_, this});
-  if (at != kNever) loop_.timers_.emplace(at, this);
-  at_ = at;
+  state_->at = at;
+  state_->timer.expires_at(SystemClock::time_point(at.time_since_epoch()));
+  if (at == kNever) return;
+  state_->timer.async_wait([state = state_, at](error_code error) {
+    if (!error && state->at == at) state->call();
+  });
 }
 
 }  // namespace tims::io

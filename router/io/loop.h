@@ -1,31 +1,26 @@
-// The event loop, which runs on a single thread. A turn is one event (bytes arrived, a timer
-// expired) and everything that follows from it; it begins with reading the clock and ends with
-// end_turn().
+// The event loop: Boost.Asio's io_context on a single thread. A turn is one event (bytes arrived, a
+// timer expired) and everything that follows from it; it begins with reading the clock and ends
+// with end_turn().
 //
-// Descriptors are registered permanently (Watch), and the system timer is set only when the next
-// deadline is earlier than before: beyond its own system calls, a message costs one epoll_wait().
-// A time-out parameter would set a timer in each call, which takes as long as a message in a
-// virtual machine.
+// Descriptors stay registered (Watch), and the system timer is set only when the next deadline is
+// earlier than before: beyond its own system calls, a message costs one epoll_wait().
 #pragma once
 
-#include <array>
-#include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <set>
-#include <span>
+#include <memory>
 #include <utility>
 #include <vector>
 
-#include <sys/epoll.h>
-
-#include "os/file.h"
 #include "tims/time.h"
+
+namespace boost::asio {
+class io_context;
+}
 
 namespace tims::io {
 
 class Timer;
-class Watch;
 
 class Loop {
  public:
@@ -38,6 +33,10 @@ class Loop {
   Loop();
   Loop(const Loop&) = delete;
   Loop& operator=(const Loop&) = delete;
+  ~Loop();
+
+  // For Asio's own sockets, acceptors and signals. Their handlers call end_turn().
+  [[nodiscard]] boost::asio::io_context& context() { return *context_; }
 
   // Must be called before run(). Steps executed at the end of each turn, in this order.
   void at_turn_end(std::function<void(Time)> step) { steps_.push_back(std::move(step)); }
@@ -46,56 +45,41 @@ class Loop {
   // Called after an event was handled; `began` is the start of its turn.
   void end_turn(Time began);
   // Executes the action in a turn of its own, after the others.
-  void post(std::function<void()> action) { posted_.push_back(std::move(action)); }
+  void post(std::function<void()> action);
 
   // Runs until stop().
   void run();
-  // Waits once, at most until about `limit`, and handles the events.
+  // Waits for one event, at most until about `limit`, and handles it.
   void run_once(Time limit);
   void stop() { stopped_ = true; }
 
   [[nodiscard]] Duration longest_turn() const { return longest_turn_; }
 
  private:
-  friend Timer;
-  friend Watch;
-  static constexpr int kEventsMax = 64;
-
   [[nodiscard]] Time next_deadline() const;
   void arm(Time at);
-  void hand_out(std::span<epoll_event> events);
-  void run_posted();
-  void on_time(Time now);
-  void run_timer(Timer& timer);
-  void forget(const Watch& watch);
+  void on_alarm();
 
-  os::File epoll_;
-  os::File alarm_;                                // a timerfd
-  Time armed_ = kNever;                           // its expiry time
-  std::array<epoll_event, kEventsMax> events_{};  // some may not be dispatched yet
-  std::vector<std::function<void()>> posted_;
-  std::vector<std::function<void()>> running_;  // posted before this turn
-  std::set<std::pair<Time, Timer*>> timers_;    // the active ones
-  Timer* timer_at_work_ = nullptr;
+  std::unique_ptr<boost::asio::io_context> context_;
+  std::unique_ptr<Timer> alarm_;  // of the deadlines
+  Time armed_ = kNever;           // its expiry time
   std::vector<std::function<void(Time)>> steps_;
   std::vector<Deadlines> deadlines_;
   Duration longest_turn_{};
   bool stopped_ = false;
 };
 
-// Readiness of a descriptor; both are set when it is broken.
+// Readiness of a descriptor. One that is broken is ready for what its owner waits for.
 struct Ready {
   bool to_read = false;
   bool to_write = false;
 };
 
-enum class Interest : std::uint32_t {
+enum class Interest : std::uint8_t {
   kNothing = 0,
-  kReading = EPOLLIN,
-  kWriting = EPOLLOUT,
-  kBoth = EPOLLIN | EPOLLOUT,
-  // Reports each change of readiness once, not continuously.
-  kChanges = EPOLLIN | EPOLLOUT | EPOLLRDHUP | EPOLLET,
+  kReading = 1,
+  kWriting = 2,
+  kBoth = kReading | kWriting,
 };
 
 // A descriptor registered in the loop: the owner is called as long as it is ready.
@@ -109,13 +93,14 @@ class Watch {
   ~Watch();
 
   void set(Interest interest);
+  // In the callback, by an owner that took everything there was to read: it is called for the next
+  // arrival, without the system being asked whether more is ready. The end of a connection, which
+  // may arrive with its last bytes, is something to read, too.
+  void all_taken();
 
  private:
-  friend Loop;
-  Loop& loop_;
-  const int fd_;
-  std::function<void(Ready)> on_ready_;
-  Interest interest_ = Interest::kNothing;
+  struct State;
+  std::shared_ptr<State> state_;  // shared with the pending waits
 };
 
 // Calls its owner once at a given time.
@@ -132,10 +117,8 @@ class Timer {
   void cancel() { set(kNever); }
 
  private:
-  friend Loop;
-  Loop& loop_;
-  std::function<void()> on_timeout_;
-  Time at_ = kNever;
+  struct State;
+  std::shared_ptr<State> state_;  // shared with the pending wait
 };
 
 }  // namespace tims::io

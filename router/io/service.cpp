@@ -7,12 +7,12 @@
 #include <cstdio>
 #include <system_error>
 
+#include <boost/asio/io_context.hpp>
 #include <fmt/core.h>
 #include <linux/capability.h>
 #include <sched.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
-#include <sys/signalfd.h>
 #include <sys/syscall.h>
 #include <unistd.h>
 
@@ -21,18 +21,6 @@
 
 namespace tims::io {
 namespace {
-
-sigset_t handled_signals() {
-  sigset_t set;
-  ::sigemptyset(&set);
-  for (const int signal : {SIGTERM, SIGINT, SIGHUP}) ::sigaddset(&set, signal);
-  return set;
-}
-
-os::File block_and_open(const sigset_t& signals) {
-  ::pthread_sigmask(SIG_BLOCK, &signals, nullptr);
-  return os::File(::signalfd(-1, &signals, SFD_NONBLOCK | SFD_CLOEXEC));
-}
 
 long long number_in(const char* name) {
   const std::string text = os::environment(name);
@@ -66,15 +54,16 @@ bool may_lock_all() {
 // --- Signals
 
 Signals::Signals(Loop& loop, Actions actions)
-    : actions_(std::move(actions)),
-      file_(block_and_open(handled_signals())),
-      watch_(loop, file_.get(), [this](Ready) { take(); }) {}
+    : actions_(std::move(actions)), signals_(loop.context(), SIGTERM, SIGINT, SIGHUP) {
+  wait();
+}
 
-void Signals::take() {
-  signalfd_siginfo signal{};
-  while (::read(file_.get(), &signal, sizeof signal) == sizeof signal) {
-    (signal.ssi_signo == SIGHUP ? actions_.reload : actions_.stop)();
-  }
+void Signals::wait() {
+  signals_.async_wait([this](const boost::system::error_code& error, int signal) {
+    if (error) return;
+    wait();
+    (signal == SIGHUP ? actions_.reload : actions_.stop)();
+  });
 }
 
 // --- Service

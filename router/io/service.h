@@ -5,14 +5,15 @@
 #include <cstdint>
 #include <functional>
 
-#include "os/file.h"
+#include <boost/asio/signal_set.hpp>
+
 #include "os/service_manager.h"
 #include "router/io/loop.h"
 #include "tims/result.h"
 
 namespace tims::io {
 
-// Delivers SIGTERM, SIGINT and SIGHUP as calls from the loop.
+// Delivers SIGTERM, SIGINT and SIGHUP as calls from the loop. Must exist until the loop has ended.
 class Signals {
  public:
   struct Actions {
@@ -20,13 +21,14 @@ class Signals {
     std::function<void()> reload;
   };
   Signals(Loop& loop, Actions actions);
+  Signals(const Signals&) = delete;
+  Signals& operator=(const Signals&) = delete;
 
  private:
-  void take();
+  void wait();
 
   Actions actions_;
-  os::File file_;
-  Watch watch_;
+  boost::asio::signal_set signals_;
 };
 
 // Notifies the service manager and triggers its watchdog.

@@ -10,6 +10,7 @@
 #include <sys/uio.h>
 
 #include "os/clock.h"
+#include "os/socket.h"
 #include "wire/header.h"
 
 namespace tims::io {
@@ -207,6 +208,7 @@ TcpConnection::TcpConnection(os::File its_socket, std::uint32_t message_max, cor
     set(socket.get(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, kUnsentBytesMax);
   }
   find_dead_peers(socket.get());
+  set(socket.get(), IPPROTO_TCP, TCP_INQ, 1);
 }
 
 TcpConnection::Read TcpConnection::read(std::span<std::byte> scratch) {
@@ -217,7 +219,12 @@ TcpConnection::Read TcpConnection::read(std::span<std::byte> scratch) {
   msghdr message{};
   message.msg_iov = pieces.data() + (to_room ? 0 : 1);
   message.msg_iovlen = to_room ? 2 : 1;
+  alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> control;
+  message.msg_control = control.data();
+  message.msg_controllen = control.size();
   const ssize_t n = ::recvmsg(socket.get(), &message, MSG_DONTWAIT);
+  // The end of the connection counts as a byte that is left.
+  if (n > 0 && os::control_value<int>(message, IPPROTO_TCP, TCP_CM_INQ) == 0) watch->all_taken();
   if (n == 0) return {ReadStatus::kClosed, {}};
   if (n < 0) {
     const bool later = errno == EAGAIN || errno == EINTR;

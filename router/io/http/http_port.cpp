@@ -32,16 +32,14 @@ Clocks read_clocks() {
 HttpPort::HttpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
                    const AdminSource& source, const HttpPortSettings& settings)
     : loop_(loop),
-      guest_(loop),
       router_(router),
       pool_(pool),
       settings_(settings),
       half_messages_(settings.message_max),
       server_(loop, log, pages(source),
               {.upgrade =
-                   [this](os::File socket, const HttpRequest& request, const std::string& peer) {
-                     upgrade(std::move(socket), request, peer);
-                   },
+                   [this](StreamSocket socket, const HttpRequest& request,
+                          const std::string& peer) { upgrade(std::move(socket), request, peer); },
                .end_turn = [&loop](Time began) { loop.end_turn(began); }},
               settings.timeouts) {
   set_queue_bytes_max(settings.queue_bytes_max);
@@ -136,10 +134,10 @@ HttpPort::Client::Client(HttpPort& its_port, std::string from)
       output(its_port.pool_, its_port.settings_.queue_bytes_max,
              its_port.router_.settings().classes) {}
 
-void HttpPort::upgrade(os::File socket, const HttpRequest& request, const std::string& peer) {
+void HttpPort::upgrade(StreamSocket socket, const HttpRequest& request, const std::string& peer) {
   auto client = std::make_unique<Client>(*this, peer);
   client->session = WebSocketSession::start(
-      guest_, std::move(socket), request,
+      loop_, std::move(socket), request,
       {.message_max = settings_.message_max, .ping_interval = settings_.ping_interval}, *client);
   client->token = clients_.next();
   clients_.add(std::move(client));

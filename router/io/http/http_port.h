@@ -84,7 +84,7 @@ class HttpPort final : public core::Port {
 
   [[nodiscard]] HttpPages pages(const AdminSource& source) const;
 
-  void upgrade(os::File socket, const HttpRequest& request, const std::string& peer);
+  void upgrade(StreamSocket socket, const HttpRequest& request, const std::string& peer);
   void welcome(Client& client);
   void take_message(Client& client, std::span<std::byte> bytes);
   void bound_half_messages(Client& client, std::size_t bytes);
@@ -103,7 +103,6 @@ class HttpPort final : public core::Port {
   void touch(Client& client);
 
   Loop& loop_;
-  AsioGuest guest_;
   core::Router& router_;
   core::BlockPool& pool_;
   HttpPortSettings settings_;

@@ -1,21 +1,29 @@
 #include "router/io/http/http_server.h"
 
 #include <algorithm>
-#include <array>
-#include <cerrno>
-#include <optional>
 #include <utility>
 
-#include <sys/socket.h>
+#include <boost/asio/buffer.hpp>
+#include <boost/asio/write.hpp>
 
 #include "os/clock.h"
 #include "router/io/http/http_pages.h"
 #include "router/io/loop.h"
+#include "router/io/net/addresses.h"
 
 namespace tims::io {
 namespace {
 
-bool is_later(int error) { return error == EAGAIN || error == EINTR; }
+namespace asio = boost::asio;
+using boost::system::error_code;
+
+constexpr std::size_t kDiscardedBytes = 4096;
+
+asio::ip::tcp protocol_of(const os::File& socket) {
+  SystemAddress address;
+  ::getsockname(socket.get(), address.get(), &address.size);
+  return address.family() == AF_INET ? asio::ip::tcp::v4() : asio::ip::tcp::v6();
+}
 
 }  // namespace
 
@@ -23,106 +31,60 @@ bool is_later(int error) { return error == EAGAIN || error == EINTR; }
 
 class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
  public:
-  Connection(HttpServer& server, os::File socket, std::string peer)
+  Connection(HttpServer& server, StreamSocket socket, std::string peer)
       : server_(server), socket_(std::move(socket)), peer_(std::move(peer)) {}
 
   void start(Time now) {
     deadline_ = now + server_.timeouts_.request;
-    watch_.emplace(server_.loop_, socket_.get(), [this](Ready) { take_turn(); });
+    read();
   }
 
   // The time at which the connection is closed.
   [[nodiscard]] Time deadline() const { return deadline_; }
-  [[nodiscard]] bool is_writing() const { return state_ == State::kWriting; }
+  [[nodiscard]] bool is_writing() const { return is_writing_; }
 
-  os::File take_socket() {
-    watch_.reset();
-    state_ = State::kDone;
-    return std::move(socket_);
-  }
-
+  [[nodiscard]] StreamSocket take_socket() { return std::move(socket_); }
   [[nodiscard]] const HttpRequest& request() const { return reader_.request(); }
   [[nodiscard]] const std::string& peer() const { return peer_; }
 
  private:
-  enum class State {
-    kReading,
-    kServing,  // the received data may contain a further request
-    kWriting,
-    kClosing,  // everything is written; received data is discarded
-    kDone,
-  };
-
-  // --- Turns
-  void schedule() {
-    switch (state_) {
-      case State::kReading:
-      case State::kClosing:
-        return watch_->set(Interest::kReading);
-      case State::kWriting:
-        return watch_->set(Interest::kWriting);
-      case State::kServing:
-        // One request per turn, so that others are served too.
-        watch_->set(Interest::kNothing);
-        return take_turn_later();
-      case State::kDone:
-        return watch_.reset();
-    }
-  }
-
-  // The owner may destroy the connection in between.
-  void take_turn_later() {
-    server_.loop_.post([weak = weak_from_this()] {
-      if (const auto self = weak.lock()) self->take_turn();
-    });
-  }
-
-  void take_turn() {
-    const auto self = shared_from_this();  // keep alive until the end of this turn
-    const Time now = os::now();
-    switch (state_) {
-      case State::kReading:
-        read(now);
-        break;
-      case State::kServing:
-        serve(now);
-        break;
-      case State::kWriting:
-        write(now);
-        break;
-      case State::kClosing:
-        read_until_closed();
-        break;
-      case State::kDone:
-        break;
-    }
-    schedule();
-    server_.end_turn(now, *this);
+  // A turn of its own after an operation: `step` is called with its start, and with the bytes that
+  // were read or written. A broken connection is forgotten. The owner may have destroyed the
+  // connection in between.
+  template <typename Step>
+  auto turn(Step step) {
+    return [weak = weak_from_this(), step](const error_code& error, std::size_t bytes) {
+      const auto self = weak.lock();
+      if (!self) return;
+      const Time now = os::now();
+      error ? self->server_.forget(*self) : step(*self, now, bytes);
+      self->server_.end_turn(now, *self);
+    };
   }
 
   // --- Reading
-  void read(Time now) {
+  void read() {
     const auto room = reader_.room();
-    const ssize_t n = ::recv(socket_.get(), room.data(), room.size(), MSG_DONTWAIT);
-    if (n < 0 && is_later(errno)) return;
-    if (n <= 0) return finish();
+    socket_.async_read_some(
+        asio::buffer(room.data(), room.size()),
+        turn([](Connection& self, Time now, std::size_t bytes) { self.take(now, bytes); }));
+  }
+
+  void take(Time now, std::size_t bytes) {
     // Starts with the first byte, so that a client that sends byte by byte does not gain time.
     if (!reader_.is_inside()) deadline_ = now + server_.timeouts_.request;
-    reader_.advance(static_cast<std::size_t>(n));
+    reader_.advance(bytes);
     serve(now);
   }
 
   void serve(Time now) {
     switch (reader_.next()) {
       case HttpReader::Status::kNeedMore:
-        state_ = State::kReading;
-        break;
+        return read();
       case HttpReader::Status::kRequest:
-        serve_request(now);
-        break;
+        return serve_request(now);
       case HttpReader::Status::kRefused:
-        answer(now, reader_.refusal(), {.keep_alive = false});
-        break;
+        return answer(now, reader_.refusal(), {.keep_alive = false});
     }
   }
 
@@ -143,56 +105,44 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
   // --- Writing
   void answer(Time now, const HttpResponse& response, HttpFraming framing) {
     output_ = to_bytes(response, framing);
-    written_ = 0;
-    last_answer_ = !framing.keep_alive;
-    state_ = State::kWriting;
+    is_last_ = !framing.keep_alive;
+    is_writing_ = true;
     deadline_ = now + server_.timeouts_.answer;
-    write(now);
+    asio::async_write(socket_, asio::buffer(output_),
+                      turn([](Connection& self, Time then, std::size_t) { self.go_on(then); }));
   }
 
-  void write(Time now) {
-    const ssize_t n = ::send(socket_.get(), output_.data() + written_, output_.size() - written_,
-                             MSG_DONTWAIT | MSG_NOSIGNAL);
-    if (n < 0 && is_later(errno)) return;
-    if (n < 0) return finish();
-    written_ += static_cast<std::size_t>(n);
-    if (written_ == output_.size()) after_answer(now);
-  }
-
-  void after_answer(Time now) {
+  // After an answer. One request per turn, so that others are served too.
+  void go_on(Time now) {
+    is_writing_ = false;
+    if (is_last_) return end(now);
     output_ = std::string();
-    if (last_answer_) {
-      // Closing with unread data would reset the connection and discard the answer.
-      ::shutdown(socket_.get(), SHUT_WR);
-      state_ = State::kClosing;
-      deadline_ = now + server_.timeouts_.final_close;
-      return;
-    }
-    state_ = reader_.pending() > 0 ? State::kServing : State::kReading;
     deadline_ = now + (reader_.is_inside() ? server_.timeouts_.request : server_.timeouts_.idle);
+    reader_.pending() > 0 ? serve(now) : read();
   }
 
-  // --- The end
+  // --- The end: closing with unread data would reset the connection and discard the answer.
+  void end(Time now) {
+    error_code ignored;
+    socket_.shutdown(StreamSocket::shutdown_send, ignored);
+    deadline_ = now + server_.timeouts_.final_close;
+    output_.resize(kDiscardedBytes);
+    read_until_closed();
+  }
+
   void read_until_closed() {
-    std::array<char, 4096> ignored;
-    const ssize_t n = ::recv(socket_.get(), ignored.data(), ignored.size(), MSG_DONTWAIT);
-    if (n == 0 || (n < 0 && !is_later(errno))) finish();
-  }
-
-  void finish() {
-    state_ = State::kDone;
-    server_.forget(*this);
+    socket_.async_read_some(asio::buffer(output_), turn([](Connection& self, Time, std::size_t) {
+                              self.read_until_closed();
+                            }));
   }
 
   HttpServer& server_;
-  os::File socket_;
-  std::optional<Watch> watch_;
+  StreamSocket socket_;
   const std::string peer_;
   HttpReader reader_;
-  State state_ = State::kReading;
-  std::string output_;
-  std::size_t written_ = 0;   // bytes of output_
-  bool last_answer_ = false;  // the connection is closed after output_ is written
+  std::string output_;  // at the end: room for data that is discarded
+  bool is_writing_ = false;
+  bool is_last_ = false;  // the connection is closed after output_ is written
   Time deadline_ = kNever;
 };
 
@@ -212,8 +162,12 @@ HttpServer::~HttpServer() = default;
 
 void HttpServer::welcome(os::File socket, std::string peer) {
   const Time now = os::now();
+  StreamSocket stream(loop_.context().get_executor());
+  error_code error;
+  if (stream.assign(protocol_of(socket), socket.get(), error)) return;
+  (void)socket.release();  // the stream owns it now
   if (connections_.size() >= kConnectionsMax) drop_most_urgent();
-  const auto connection = std::make_shared<Connection>(*this, std::move(socket), std::move(peer));
+  const auto connection = std::make_shared<Connection>(*this, std::move(stream), std::move(peer));
   connections_.push_back(connection);
   connection->start(now);
   end_turn(now, *connection);

@@ -11,6 +11,7 @@
 #include "os/file.h"
 #include "router/io/acceptor.h"
 #include "router/io/http/http_pages.h"
+#include "router/io/http/stream_socket.h"
 #include "tims/time.h"
 
 namespace tims::io {
@@ -29,7 +30,7 @@ class HttpServer {
 
   struct Actions {
     // The request is a permitted WebSocket upgrade.
-    std::function<void(os::File socket, const HttpRequest& request, const std::string& peer)>
+    std::function<void(StreamSocket socket, const HttpRequest& request, const std::string& peer)>
         upgrade;
     std::function<void(Time began)> end_turn;
   };

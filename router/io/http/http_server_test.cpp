@@ -64,7 +64,7 @@ class HttpServerTest : public testing::Test {
                               .not_ready = [] { return std::string(); },
                               .ask = [](const std::string&) { return std::string(); },
                               .origins = [] { return std::span<const std::string>(); }},
-                    HttpServer::Actions{.upgrade = [this](os::File, const HttpRequest&,
+                    HttpServer::Actions{.upgrade = [this](StreamSocket, const HttpRequest&,
                                                           const std::string&) { ++upgrades_; },
                                         .end_turn = [this](Time began) { loop_.end_turn(began); }},
                     timeouts);
@@ -235,7 +235,7 @@ TEST_F(HttpServerTest, AnEndingRouterAnswersOnceMore) {
   client.send(kGet);
   ASSERT_TRUE(run_until_received(client, "ok\n"));
   server_->stop_accepting();
-  EXPECT_TRUE(server_->drained());
+  ASSERT_TRUE(run_until([&] { return server_->drained(); }));
   client.send(kGet);
   ASSERT_TRUE(run_until([&] {
     client.take();

@@ -15,7 +15,7 @@
 #include <sys/socket.h>
 
 #include "os/clock.h"
-#include "router/io/http/guest_socket.h"
+#include "os/socket.h"
 #include "router/io/loop.h"
 #include "wire/header.h"
 
@@ -31,7 +31,7 @@ using beast::error_code;
 using core::CloseReason;
 
 // Without compression, which is not useful for binary data.
-using Stream = websocket::stream<GuestSocket, false>;
+using Stream = websocket::stream<StreamSocket, false>;
 
 // A larger receive buffer is freed after its message.
 constexpr std::size_t kKeptBufferBytes = 64 << 10;
@@ -39,10 +39,11 @@ constexpr std::size_t kKeptBufferBytes = 64 << 10;
 // more would only increase their delay.
 constexpr int kUnsentBytes = 128 << 10;
 
-void set_options(const os::File& socket) {
-  const int yes = 1;
-  ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NODELAY, &yes, sizeof yes);
-  ::setsockopt(socket.get(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kUnsentBytes, sizeof kUnsentBytes);
+void set_options(StreamSocket& socket) {
+  error_code ignored;
+  socket.set_option(asio::ip::tcp::no_delay(true), ignored);
+  ::setsockopt(socket.native_handle(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, &kUnsentBytes,
+               sizeof kUnsentBytes);
 }
 
 http::request<http::empty_body> to_beast(const HttpRequest& request) {
@@ -64,13 +65,12 @@ CloseReason reason_for(const error_code& error) {
 
 class Session final : public WebSocketSession, public std::enable_shared_from_this<Session> {
  public:
-  Session(AsioGuest& guest, os::File socket, const Settings& settings, Listener& listener)
-      : guest_(guest),
-        stream_(guest, std::move(socket)),
+  Session(Loop& loop, StreamSocket socket, const Settings& settings, Listener& listener)
+      : stream_(std::move(socket)),
         listener_(&listener),
         settings_(settings),
-        life_timer_(guest.loop(), [this] { ask_whether_it_lives(); }),
-        close_timer_(guest.loop(), [this] { cut(); }),
+        life_timer_(loop, [this] { ask_whether_it_lives(); }),
+        close_timer_(loop, [this] { cut(); }),
         input_(settings.message_max + kKeptBufferBytes) {
     stream_.read_message_max(settings.message_max);
     stream_.auto_fragment(false);
@@ -104,7 +104,6 @@ class Session final : public WebSocketSession, public std::enable_shared_from_th
   template <typename Action>
   auto finish(Action action);
 
-  AsioGuest& guest_;
   Stream stream_;
   Listener* listener_;  // null: no more calls
   Settings settings_;
@@ -126,7 +125,6 @@ class Session final : public WebSocketSession, public std::enable_shared_from_th
 template <typename Action>
 auto Session::finish(Action action) {
   ++pending_;
-  guest_.wake();
   return [self = shared_from_this(), action](const error_code& error, std::size_t = 0) {
     --self->pending_;
     if (error)
@@ -188,7 +186,7 @@ void Session::ask_after(Duration time) { life_timer_.set(os::now() + time); }
 void Session::ask_whether_it_lives() {
   if (closing_ || end_ || listener_ == nullptr) return;
   const auto self = shared_from_this();  // keep alive until the end was reported
-  const std::uint64_t acknowledged = stream_.next_layer().bytes_acknowledged();
+  const std::uint64_t acknowledged = os::bytes_acknowledged(stream_.next_layer().native_handle());
   const bool reads = acknowledged != std::exchange(acknowledged_, acknowledged);
   if (!open_ || (!std::exchange(received_, false) && !(writing_ && reads))) {
     fail(CloseReason::kWatchdog);
@@ -246,17 +244,18 @@ void Session::end_when_quiet() {
 void Session::cut() {
   life_timer_.cancel();
   close_timer_.cancel();
-  stream_.next_layer().close();
+  error_code ignored;
+  stream_.next_layer().close(ignored);
 }
 
 }  // namespace
 
-std::shared_ptr<WebSocketSession> WebSocketSession::start(AsioGuest& guest, os::File socket,
+std::shared_ptr<WebSocketSession> WebSocketSession::start(Loop& loop, StreamSocket socket,
                                                           const HttpRequest& request,
                                                           const Settings& settings,
                                                           Listener& listener) {
   set_options(socket);
-  auto session = std::make_shared<Session>(guest, std::move(socket), settings, listener);
+  auto session = std::make_shared<Session>(loop, std::move(socket), settings, listener);
   session->accept(request);
   return session;
 }

@@ -14,11 +14,11 @@
 #include <span>
 #include <string>
 
-#include "os/file.h"
 #include "router/core/message_queue.h"
 #include "router/core/statistics.h"
-#include "router/io/http/guest_socket.h"
 #include "router/io/http/http_message.h"
+#include "router/io/http/stream_socket.h"
+#include "router/io/loop.h"
 #include "tims/message.h"
 #include "tims/time.h"
 
@@ -111,7 +111,7 @@ class WebSocketSession {
   };
 
   // Answers `request`, the upgrade. The listener must exist until on_end() or drop().
-  static std::shared_ptr<WebSocketSession> start(AsioGuest& guest, os::File socket,
+  static std::shared_ptr<WebSocketSession> start(Loop& loop, StreamSocket socket,
                                                  const HttpRequest& request,
                                                  const Settings& settings, Listener& listener);
   virtual ~WebSocketSession() = default;

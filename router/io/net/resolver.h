@@ -1,34 +1,34 @@
-// Resolves host names without blocking the loop, in a thread of its own.
+// Resolves host names without blocking the loop: by Asio, in its thread.
 #pragma once
 
-#include <condition_variable>
+#include <compare>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <map>
-#include <mutex>
-#include <optional>
+#include <memory>
 #include <string>
-#include <thread>
 #include <vector>
 
-#include "os/file.h"
 #include "router/io/loop.h"
 #include "router/link/transport.h"
 #include "tims/result.h"
 
 namespace tims::io {
 
+// Limits the time that silent name servers cost, for the whole process, unless RES_OPTIONS is set.
+// Call before the first thread starts.
+void limit_name_servers();
+
 class Resolver {
  public:
   using Addresses = std::vector<link::NetAddress>;  // the preferred one first; never empty
   using Callback = std::function<void(Result<Addresses>)>;
 
-  explicit Resolver(Loop& loop) : loop_(loop) {}
+  explicit Resolver(Loop& loop);
   Resolver(const Resolver&) = delete;
   Resolver& operator=(const Resolver&) = delete;
-  // Calls no more callbacks. Waits for the query in progress: a few seconds when no name server
-  // answers.
+  // Calls no more callbacks. The end of the loop waits for the query in progress: a few seconds
+  // when no name server answers.
   ~Resolver();
 
   // Numbers ("10.9.1.1", "fe80::1%eth0") are answered immediately, within this call; names later,
@@ -42,28 +42,13 @@ class Resolver {
     std::uint16_t port = 0;
     auto operator<=>(const Question&) const = default;
   };
-  struct Answer {
-    Question question{};
-    Result<Addresses> result;
-  };
+  class Queries;
 
   void ask(const Question& question);
-  Result<void> start_thread();
-  void take_answers();
-  void work();  // runs in the thread
+  void answer(const Question& question, const Result<Addresses>& result);
 
-  Loop& loop_;
-  os::File answered_;  // an eventfd
-  std::optional<Watch> watch_;
-  std::map<Question, std::vector<Callback>> waiting_;
-  std::thread thread_;  // started with the first name
-
-  // Shared by both threads.
-  std::mutex mutex_;
-  std::condition_variable asked_;
-  std::deque<Question> questions_;
-  std::vector<Answer> answers_;
-  bool ending_ = false;
+  std::unique_ptr<Queries> queries_;
+  std::shared_ptr<std::map<Question, std::vector<Callback>>> waiting_;  // queries may outlive it
 };
 
 }  // namespace tims::io

@@ -24,15 +24,6 @@ struct alignas(cmsghdr) ReceiveControl {
   std::array<char, 4 * CMSG_SPACE(sizeof(int))> bytes;
 };
 
-template <typename T>
-std::optional<T> value_of(const cmsghdr& control, int level, int type) {
-  if (control.cmsg_level != level || control.cmsg_type != type) return std::nullopt;
-  if (control.cmsg_len < CMSG_LEN(sizeof(T))) return std::nullopt;
-  T value;
-  std::memcpy(&value, CMSG_DATA(&control), sizeof value);
-  return value;
-}
-
 bool set(int socket, int level, int option, int value) {
   return ::setsockopt(socket, level, option, &value, sizeof value) == 0;
 }
@@ -191,13 +182,11 @@ void Datagrams::take(std::size_t index, Outcome& outcome) {
   const mmsghdr& message = calls_->messages[index];
   const link::NetAddress from = calls_->senders[index].net_address();
   std::size_t datagram_size = message.msg_len;
-  for (cmsghdr* c = CMSG_FIRSTHDR(&message.msg_hdr); c != nullptr;
-       c = CMSG_NXTHDR(const_cast<msghdr*>(&message.msg_hdr), c)) {
-    if (const auto size = value_of<int>(*c, SOL_UDP, UDP_GRO); size && *size > 0)
-      datagram_size = static_cast<std::size_t>(*size);
-    if (const auto drops = value_of<std::uint32_t>(*c, SOL_SOCKET, SO_RXQ_OVFL))
-      outcome.dropped_by_kernel = drops;
-  }
+  const msghdr& control = message.msg_hdr;
+  if (const auto size = os::control_value<int>(control, SOL_UDP, UDP_GRO); size && *size > 0)
+    datagram_size = static_cast<std::size_t>(*size);
+  if (const auto drops = os::control_value<std::uint32_t>(control, SOL_SOCKET, SO_RXQ_OVFL))
+    outcome.dropped_by_kernel = drops;
   // Port 0 is not a valid sender, since no answer could be sent to it.
   if ((message.msg_hdr.msg_flags & (MSG_TRUNC | MSG_CTRUNC)) != 0 || !from) {
     ++outcome.truncated;

@@ -41,6 +41,9 @@ class Datagrams {
   // place).
   [[nodiscard]] std::span<const Slot> slots() const { return {slots_.get(), count_}; }
 
+  // Whether nothing had been left in the socket when the last receive() returned.
+  [[nodiscard]] bool took_all() const { return used_ > 0 && used_ < kSlots; }
+
   // visit(const link::NetAddress& from, std::span<std::byte> datagram)
   template <typename Visit>
   void for_each_datagram(Visit&& visit) const;

@@ -1,0 +1,21 @@
+// What a marker looks like: its cells, by libapriltag and by OpenCV's encoder of QR codes.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "components/vision/marker_map.h"
+#include "tims/result.h"
+
+namespace rack::vision {
+
+struct MarkerPicture {
+  int side = 0;                      // cells, with the white border
+  double whole = 1;                  // side with the white border, for a marker of size 1
+  std::vector<std::uint8_t> cells{};  // row by row from the top left: 0 black, 255 white
+};
+
+// kInvalidArgument: there is no such marker, or the text is too long for a QR code.
+tims::Result<MarkerPicture> picture_of(const Marker& marker);
+
+}  // namespace rack::vision
