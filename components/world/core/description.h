@@ -13,6 +13,7 @@
 
 #include "components/geometry/floor_map.h"
 #include "components/geometry/pose.h"
+#include "components/vision/marker_map.h"
 #include "tims/time.h"
 
 namespace rack::world {
@@ -35,17 +36,6 @@ struct ObstacleDescription {
   double width = 500;   // of a box
   double radius = 250;  // of a circle
   double height = 1000;
-};
-
-// A square picture on a wall by which cameras recognise a place: an AprilTag. Cameras see it,
-// nothing else meets it.
-struct MarkerDescription {
-  std::string family{};  // "tag36h11"
-  int id = 0;
-  MapPoint at{};      // its middle
-  double rho = 0;     // direction that its face looks to
-  double height = 0;  // of its middle above the ground
-  double size = 200;  // of its black square
 };
 
 // --- people
@@ -206,7 +196,7 @@ struct WorldDescription {
   double ceiling = 0;  // mm above the ground, only visible to cameras; 0: under the sky
   std::vector<WallDescription> walls{};
   std::vector<ObstacleDescription> obstacles{};
-  std::vector<MarkerDescription> markers{};
+  std::vector<vision::Marker> markers{};  // only cameras see them
   PeopleDescription people{};
   std::vector<RobotDescription> robots{};
 };

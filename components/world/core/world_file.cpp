@@ -69,6 +69,7 @@ class WorldReader {
                     }},
                    {"origin", [&](const Node& n) { origin(n); }},
                    {"ceiling", size(world.ceiling)},
+                   {"markers", [&](const Node& n) { markers(n); }},
                    {"plan", each([&](const Node& n) { plan(n); })},
                    {"wall", each([&](const Node& n) { wall(n); })},
                    {"obstacle", each([&](const Node& n) { obstacle(n); })},
@@ -229,6 +230,16 @@ class WorldReader {
                                                  farthest / 1000));
       file_.description.walls.push_back({wall.from, to, height});
     }
+  }
+
+  void markers(const Node& node) {
+    std::string name;
+    if (!reader_.text(node, name)) return;
+    auto text = read_plan_(name);
+    if (!text) return reader_.refuse(node, fmt::format("{}: {}", name, text.error().detail()));
+    vision::MarkerFile file = vision::read_marker_map({name, std::move(*text)});
+    for (const auto& problem : file.problems) reader_.add(problem);
+    file_.description.markers = std::move(file.markers);
   }
 
   void wall(const Node& node) {

@@ -271,6 +271,26 @@ TEST(WorldFile, HasCameras) {
               ElementsAre("w.toml:7:1: only cameras have rate"));
 }
 
+TEST(WorldFile, HasTheMarkersOfAMap) {
+  const auto read_with = [](const std::string& map) {
+    return read_world({"w.toml", "markers = \"map.toml\"\n"},
+                      [&](const std::string& name) -> tims::Result<std::string> {
+                        EXPECT_EQ(name, "map.toml");
+                        return map;
+                      });
+  };
+  const WorldFile file = read_with("[[marker]]\nid = 7\nat = [1000, 200, 180]\n");
+  ASSERT_THAT(file.problems, IsEmpty());
+  ASSERT_EQ(file.description.markers.size(), 1U);
+  EXPECT_EQ(file.description.markers[0].id, 7);
+  EXPECT_EQ(file.description.markers[0].at.y, 200);
+  const WorldFile wrong = read_with("[[marker]]\nid = -1\nat = [1000, 200, 180]\n");
+  ASSERT_FALSE(wrong.problems.empty());
+  EXPECT_THAT(wrong.problems[0].to_string(), HasSubstr("map.toml:2:"));
+  EXPECT_THAT(problems("markers = \"none.toml\"\n"),
+              ElementsAre(HasSubstr("none.toml: No such file")));
+}
+
 TEST(CameraLens, BendsEveryDirectionIntoOnePlace) {
   CameraDescription camera{.width = 600, .height = 800, .focal = 500};  // its corners: tangent 1
   EXPECT_TRUE(is_possible(camera));

@@ -48,7 +48,7 @@ class CameraRenderer::Studio {
     raster_.clear();
     Artist artist(raster_, view);
     draw_bodies(artist, view);
-    for (const MarkerDescription& marker : world_.markers) markers_.draw(artist, marker);
+    markers_.draw(artist);
     draw_walls(artist);
     draw_ground(artist, view);
     draw_shadows(artist, view);

@@ -192,7 +192,11 @@ TEST(CameraRenderer, RendersAnyWorld) {
                                  .radius = any(1, far),
                                  .height = far});
       view.people.push_back({.at = place(), .rho = any(-9, 9), .gait = any(0, 100)});
-      world.markers.push_back({"tag36h11", i * 100, place(), any(-9, 9), 500, any(1, far)});
+      world.markers.push_back({.id = i * 100,
+                               .at = place(),
+                               .rho = any(-9, 9),
+                               .height = 500,
+                               .size = any(1, far)});
     }
     world.walls.push_back({.from = {-1000, 0}, .to = {1000, 0}});
     view.robots = {{0, Box::of({0, 0}, 0, 100, 100)}};
@@ -272,7 +276,8 @@ TEST_P(RenderedMarker, IsFoundWhereItIs) {
   world.robots[0].sensors[0].noise.pixel = 3;
   world.walls = {{.from = {9000, -9000}, .to = {9000, 9000}}};
   const double face = kPi + radians(is.turned);
-  world.markers = {{"tag36h11", 17, {is.ahead, is.right}, face, 800, kSize}};
+  world.markers = {
+      {.id = 17, .at = {is.ahead, is.right}, .rho = face, .height = 800, .size = kSize}};
   const auto found = found_in(picture_of(world), camera_of(world), kSize);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found[0].id, 17);
@@ -296,11 +301,11 @@ INSTANTIATE_TEST_SUITE_P(All, RenderedMarker,
 // From behind it is a wall's back: nothing.
 TEST(RenderedMarkerSides, HaveOnlyOneFace) {
   WorldDescription world = hall();
-  world.markers = {{"tag36h11", 17, {1500, 0}, 0, 600, 200}};
+  world.markers = {{.id = 17, .at = {1500, 0}, .height = 600, .size = 200}};
   EXPECT_TRUE(found_in(picture_of(world), camera_of(world), 200).empty());
   world.markers[0].rho = kPi;
   EXPECT_EQ(found_in(picture_of(world), camera_of(world), 200).size(), 1U);
-  world.markers[0].family = "tag99h1";
+  world.markers[0].id = 587;  // of 0 to 586
   EXPECT_TRUE(found_in(picture_of(world), camera_of(world), 200).empty());
 }
 

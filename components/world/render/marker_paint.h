@@ -1,29 +1,30 @@
-// The pictures of the markers of a world: AprilTags, drawn by their library.
+// The pictures of the markers of a world.
 #pragma once
 
-#include <map>
-#include <string>
-#include <utility>
+#include <span>
+#include <vector>
 
-#include "components/world/core/description.h"
+#include "components/vision/marker_map.h"
 #include "components/world/render/artist.h"
 
 namespace rack::world {
 
 class MarkerPaint {
  public:
-  // Throws nothing; markers that their family does not have are left out.
-  explicit MarkerPaint(std::span<const MarkerDescription> markers);
-  void draw(Artist& artist, const MarkerDescription& marker) const;
+  // Markers that do not exist, such as a number that their family does not have, are left out.
+  explicit MarkerPaint(std::span<const vision::Marker> markers);
+  void draw(Artist& artist) const;
 
  private:
-  struct Picture {
+  struct Painted {
+    vision::Marker marker;
     Texture texture;
-    double whole = 1;  // its side, with the white border, for a marker of size 1
+    double half = 0;  // of its side with the white border, mm
   };
-  using Name = std::pair<std::string, int>;
 
-  std::map<Name, Picture> pictures_;
+  static void draw(Artist& artist, const Painted& painted);
+
+  std::vector<Painted> all_;
 };
 
 }  // namespace rack::world
