@@ -192,11 +192,8 @@ TEST(CameraRenderer, RendersAnyWorld) {
                                  .radius = any(1, far),
                                  .height = far});
       view.people.push_back({.at = place(), .rho = any(-9, 9), .gait = any(0, 100)});
-      world.markers.push_back({.id = i * 100,
-                               .at = place(),
-                               .rho = any(-9, 9),
-                               .height = 500,
-                               .size = any(1, far)});
+      world.markers.push_back(
+          {.id = i * 100, .at = place(), .rho = any(-9, 9), .height = 500, .size = any(1, far)});
     }
     world.walls.push_back({.from = {-1000, 0}, .to = {1000, 0}});
     view.robots = {{0, Box::of({0, 0}, 0, 100, 100)}};

@@ -18,6 +18,8 @@ Vector cross(const Vector& a, const Vector& b) {
 }
 double dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 
+// Inlined by force below: these are executed for every pixel, and a call costs as much as they do.
+//
 // The channels of a pixel two by two, so that both are multiplied at once.
 constexpr std::uint32_t kRedAndBlue = 0x00FF00FFU;
 constexpr std::uint32_t kGreen = 0x0000FF00U;
@@ -29,8 +31,13 @@ std::uint32_t mixed(std::uint32_t a, std::uint32_t b, std::uint32_t part) {
          (((a & kGreen) * rest + (b & kGreen) * part) >> 8U & kGreen);
 }
 
-// light: 256 is 1.
-std::uint32_t lit(std::uint32_t pixel, std::uint32_t light) {
+constexpr std::uint32_t kFullLight = 256;
+
+// light: 256 is 1. Up to that, no channel can overflow.
+[[gnu::always_inline]] inline std::uint32_t lit(std::uint32_t pixel, std::uint32_t light) {
+  if (light <= kFullLight)
+    return 0xFF000000U | ((pixel & kRedAndBlue) * light >> 8U & kRedAndBlue) |
+           ((pixel & kGreen) * light >> 8U & kGreen);
   const auto part = [&](std::uint32_t shift) {
     return std::min(255U, ((pixel >> shift & 0xFFU) * light) >> 8U) << shift;
   };
@@ -50,7 +57,8 @@ std::uint32_t light_of(double light) {
 }
 
 // Bilinear. x, y: 256 for each pixel of the level.
-std::uint32_t sample(const Texture::Level& level, bool repeats, int x, int y) {
+[[gnu::always_inline]] inline std::uint32_t sample(const Texture::Level& level, bool repeats, int x,
+                                                   int y) {
   int x0 = x >> 8;
   int y0 = y >> 8;
   int x1 = x0 + 1;
