@@ -29,11 +29,12 @@ constexpr std::size_t kInsertsMax = 100'000;
 constexpr std::size_t kLayersMax = 10'000;
 constexpr double kTilt = 1e-6;  // of the extrusion; for the length 1
 
-constexpr std::array kDrawn = {"LINE", "POINT", "ARC", "CIRCLE", "ELLIPSE", "LWPOLYLINE", "INSERT"};
+constexpr std::array<std::string_view, 7> kDrawn = {"LINE",    "POINT",      "ARC",   "CIRCLE",
+                                                    "ELLIPSE", "LWPOLYLINE", "INSERT"};
 // Types that may be walls; texts, dimensions, hatches and the like are none.
-constexpr std::array kUnread = {"SPLINE",  "MLINE",   "SOLID", "TRACE",  "3DFACE",
-                                "3DSOLID", "REGION",  "BODY",  "MESH",   "HELIX",
-                                "XLINE",   "SURFACE", "RAY",   "WIPEOUT"};
+constexpr std::array<std::string_view, 14> kUnread = {
+    "SPLINE", "MLINE", "SOLID", "TRACE", "3DFACE",  "3DSOLID", "REGION",
+    "BODY",   "MESH",  "HELIX", "XLINE", "SURFACE", "RAY",     "WIPEOUT"};
 
 struct DxfPolyline {
   int flags = 0;

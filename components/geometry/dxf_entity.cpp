@@ -38,7 +38,7 @@ struct Needed {
   const char* fault;
 };
 
-constexpr std::array kNeeded = {
+constexpr std::array<Needed, 9> kNeeded = {
     Needed{"LINE", {10, 20, 11, 21}, "without an end"},
     Needed{"POINT", {10, 20}, "without coordinates"},
     Needed{"VERTEX", {10, 20}, "without coordinates"},

@@ -17,13 +17,13 @@ struct Unit {
   int code;
   double mm;
 };
-constexpr std::array kUnits = {Unit{1, 25.4},    Unit{2, 304.8},
-                               Unit{3, 1609344}, Unit{4, 1},
-                               Unit{5, 10},      Unit{6, 1000},
-                               Unit{7, 1e6},     Unit{9, 0.0254},
-                               Unit{10, 914.4},  Unit{13, 0.001},
-                               Unit{14, 100},    Unit{15, 1e4},
-                               Unit{16, 1e5},    Unit{21, 1200000.0 / 3937}};
+constexpr std::array<Unit, 14> kUnits = {Unit{1, 25.4},    Unit{2, 304.8},
+                                         Unit{3, 1609344}, Unit{4, 1},
+                                         Unit{5, 10},      Unit{6, 1000},
+                                         Unit{7, 1e6},     Unit{9, 0.0254},
+                                         Unit{10, 914.4},  Unit{13, 0.001},
+                                         Unit{14, 100},    Unit{15, 1e4},
+                                         Unit{16, 1e5},    Unit{21, 1200000.0 / 3937}};
 
 constexpr double kSameUnit = 1e-3;  // the scale is a parameter with whole numbers
 

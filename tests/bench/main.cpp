@@ -15,14 +15,9 @@ namespace {
 
 using namespace tims::bench;
 
-int usage_failure(const tims::Error& error) {
-  std::fprintf(stderr, "tims-bench: %s\n", error.message().c_str());
-  return 2;
-}
-
 int play_role(const std::vector<std::string>& arguments) {
   const auto plan = parse_plan(arguments);
-  if (!plan) return usage_failure(plan.error());
+  if (!plan) return std::fprintf(stderr, "tims-bench: %s\n", plan.error().message().c_str()), 2;
   return run_role(*plan) ? 0 : 1;
 }
 
@@ -40,22 +35,25 @@ bool is_known(const std::string& name) {
   });
 }
 
+int run(const Options& options) {
+  if (options.list) return list();
+  for (const std::string& wanted : options.scenarios)
+    if (!is_known(wanted))
+      throw timsctl::usage_error("unknown scenario " + wanted, "`tims-bench --list`");
+  return run_bench(options, std::filesystem::read_symlink("/proc/self/exe"));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
   if (!arguments.empty() && arguments[0] == "--role") return play_role(arguments);
-  const auto options = parse_options(arguments);
-  if (!options) return usage_failure(options.error());
-  if (options->help) {
-    std::fputs(help_text().c_str(), stdout);
-    return 0;
-  }
-  if (options->list) return list();
-  for (const std::string& wanted : options->scenarios) {
-    if (!is_known(wanted))
-      return usage_failure(
-          {tims::Errc::kInvalidArgument, "unknown scenario " + wanted + "; see --list"});
-  }
-  return run_bench(*options, std::filesystem::read_symlink("/proc/self/exe"));
+  Options options;
+  timsctl::ArgumentParser parser(
+      "tims-bench",
+      "Compares libtims and tims-router with limits of this machine measured in the same run.\n"
+      "Everything runs on this host and exits by itself. Scenarios between hosts use network\n"
+      "namespaces and need root.");
+  add_options(parser, options);
+  return parser.run(argc, argv, [&] { return static_cast<timsctl::Exit>(run(options)); });
 }

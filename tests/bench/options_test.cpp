@@ -5,29 +5,31 @@
 namespace tims::bench {
 namespace options_test {
 
-Result<Options> parse(const std::vector<std::string>& arguments) {
-  return parse_options(arguments);
+Options parse(const std::vector<std::string>& arguments) {
+  Options options;
+  timsctl::ArgumentParser parser("tims-bench");
+  add_options(parser, options);
+  parser.parse(arguments);
+  return options;
 }
 
 TEST(Options, ScenariosAndOptionsInAnyOrder) {
-  const auto options = parse({"local_rtt", "--csv", "out.csv", "--quick", "idle", "--reps", "5"});
-  ASSERT_TRUE(options) << options.error().message();
-  EXPECT_EQ(options->scenarios, (std::vector<std::string>{"local_rtt", "idle"}));
-  EXPECT_EQ(options->csv, "out.csv");
-  EXPECT_TRUE(options->quick);
-  EXPECT_EQ(options->reps, 5);
-}
-
-TEST(Options, SecondsMayBeFractions) {
-  const auto options = parse({"--seconds", "0.25"});
-  ASSERT_TRUE(options);
-  EXPECT_EQ(options->seconds, std::chrono::milliseconds(250));
+  const Options options =
+      parse({"local_rtt", "--csv", "out.csv", "--quick", "idle", "--reps", "5", "--seconds=0.25"});
+  EXPECT_EQ(options.scenarios, (std::vector<std::string>{"local_rtt", "idle"}));
+  EXPECT_EQ(options.csv, "out.csv");
+  EXPECT_TRUE(options.quick);
+  EXPECT_EQ(options.reps, 5U);
+  EXPECT_EQ(options.seconds, 0.25);
 }
 
 TEST(Options, InvalidArgumentsAreRefused) {
-  EXPECT_FALSE(parse({"--reps", "none"}));
-  EXPECT_FALSE(parse({"--csv"}));
-  EXPECT_FALSE(parse({"--fast"}));
+  using timsctl::Failure;
+  EXPECT_THROW(parse({"--reps", "none"}), Failure);
+  EXPECT_THROW(parse({"--reps", "0"}), Failure);
+  EXPECT_THROW(parse({"--seconds", "0"}), Failure);
+  EXPECT_THROW(parse({"--csv"}), Failure);
+  EXPECT_THROW(parse({"--fast"}), Failure);
 }
 
 TEST(Options, AScenarioSelectsItsVariants) {

@@ -18,7 +18,8 @@ namespace {
 Setting setting_of(const Options& options, const std::string& program, const std::string& folder) {
   using std::chrono::milliseconds;
   const auto length = [&](milliseconds usual, milliseconds quick) -> Duration {
-    return options.seconds.value_or(options.quick ? quick : usual);
+    if (!options.seconds) return options.quick ? quick : usual;
+    return Duration(static_cast<Duration::rep>(*options.seconds * 1e9));
   };
   return {.program = program,
           .router = std::filesystem::path(program).replace_filename("tims-router"),
@@ -36,7 +37,7 @@ class Run {
   // Ours and the limits alternate, so that other load affects them equally.
   ResultsByPeer measure_case(const Case& one) {
     std::map<std::string, std::vector<Metrics>> repetitions;
-    for (int rep = 0; rep < reps_; ++rep) {
+    for (std::uint64_t rep = 0; rep < reps_; ++rep) {
       for (const Contender& contender : one.contenders) {
         if (auto metrics = try_twice(one, contender))
           repetitions[contender.peer].push_back(std::move(*metrics));
@@ -61,7 +62,7 @@ class Run {
   }
 
   const Setting& setting_;
-  int reps_;
+  std::uint64_t reps_;
   int failures_ = 0;
 };
 

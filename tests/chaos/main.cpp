@@ -1,60 +1,31 @@
-// fleet_chaos [--seed N] [--for DURATION] [--robots N]: see README.md.
-#include <charconv>
+// fleet_chaos: see README.md.
 #include <cstdio>
+#include <optional>
 #include <random>
 #include <string>
 #include <string_view>
 
 #include "base/measure.h"
+#include "base/text.h"
 #include "tests/chaos/client.h"
 #include "tests/chaos/run.h"
+#include "tools/cli/argument_parser.h"
 #include "tools/cli/failure.h"
 
 namespace tims::chaos {
 namespace {
 
-constexpr const char* kUsage =
-    "usage: fleet_chaos [--seed N] [--for DURATION] [--robots N]\n\n"
-    "Runs a fleet in network namespaces (needs root). Routers and clients are killed and started,\n"
-    "lines are cut and degraded, at random and in rounds, for DURATION (15s, 10min). After each\n"
-    "round all faults are removed and the invariants are checked. Exit status 1: an invariant is\n"
-    "violated; 77: a fleet cannot be created here. --seed repeats a run.\n";
 constexpr int kSkipped = 77;
 constexpr std::size_t kRobotsMax = (kClientsMax / kClientsPerHost - 1) / 2;
 
-template <typename Number>
-bool parse(std::string_view text, Number& number) {
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  return error == std::errc{} && end == text.data() + text.size();
-}
-
-// False: invalid arguments.
-bool parse(int argc, char** argv, Settings& settings) {
-  for (int i = 1; i + 1 < argc; i += 2) {
-    const std::string_view name = argv[i];
-    const std::string_view value = argv[i + 1];
-    if (name == "--for") {
-      const auto length = base::parse_duration(value);
-      if (!length) return false;
-      settings.length = *length;
-    } else if (!(name == "--seed" && parse(value, settings.seed)) &&
-               !(name == "--robots" && parse(value, settings.robots))) {
-      return false;
-    }
-  }
-  return argc % 2 == 1 && settings.robots > 0 && settings.robots <= kRobotsMax;
-}
-
 int be_client(std::string_view number, const std::string& path) {
-  std::size_t own = 0;
+  const auto own = base::parse_number<std::size_t>(number);
   const auto board = SharedBoard::at(path);
-  if (!parse(number, own) || !board) return 2;
-  return run_client(*board, own);
+  if (!own || !board) return 2;
+  return run_client(*board, *own);
 }
 
-int run(int argc, char** argv) {
-  Settings settings{.seed = std::random_device()(), .length = std::chrono::minutes(10)};
-  if (!parse(argc, argv, settings)) return std::fputs(kUsage, stderr), 2;
+int run(const Settings& settings) {
   const timsctl::Signals signals;  // before any thread
   try {
     return Run(settings, signals).go() ? 0 : 1;
@@ -65,6 +36,30 @@ int run(int argc, char** argv) {
     std::printf("%s\n%s\n", failure.message.c_str(), failure.hint.c_str());
     return failure.exit == timsctl::Exit::kDenied ? kSkipped : 1;
   }
+}
+
+int run(int argc, char** argv) {
+  Settings settings;
+  std::optional<std::uint64_t> seed;
+  std::string length = "10min";
+  timsctl::ArgumentParser parser("fleet_chaos",
+                                 "Runs a fleet in network namespaces (needs root). Routers and "
+                                 "clients are killed and started,\n"
+                                 "lines are cut and degraded, at random and in rounds. After each "
+                                 "round all faults are removed\n"
+                                 "and the invariants are checked. Exit status 1: an invariant is "
+                                 "violated; 77: a fleet cannot\n"
+                                 "be created here.");
+  parser.option("--seed", seed, "repeat the run with this seed");
+  parser.option("--for", length, "length of the run: 15s, 10min");
+  parser.option("--robots", settings.robots, "number of robots", {1, kRobotsMax});
+  return parser.run(argc, argv, [&] {
+    const auto parsed = base::parse_duration(length);
+    if (!parsed) throw timsctl::usage_error("--for: \"" + length + "\" is not a duration");
+    settings.length = *parsed;
+    settings.seed = seed ? *seed : std::random_device()();
+    return static_cast<timsctl::Exit>(run(settings));
+  });
 }
 
 }  // namespace

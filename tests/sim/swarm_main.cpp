@@ -1,22 +1,15 @@
-// sim_swarm [--seed N] [--count N] [--verbose]: simulates the networks of these
-// seeds, as the test does.
+// sim_swarm: simulates random networks, as the test does.
 #include <cstdio>
-#include <cstdlib>
 #include <string>
 
 #include "tests/sim/swarm.h"
+#include "tools/cli/argument_parser.h"
 
-int main(int argc, char** argv) {
-  std::uint64_t seed = 1;
-  std::uint64_t count = 1;
-  bool verbose = false;
-  for (int i = 1; i < argc; ++i) {
-    const std::string option = argv[i];
-    const auto number = [&] { return i + 1 < argc ? std::strtoull(argv[++i], nullptr, 10) : 0; };
-    if (option == "--seed") seed = number();
-    if (option == "--count") count = number();
-    if (option == "--verbose") verbose = true;
-  }
+namespace {
+
+using timsctl::Exit;
+
+Exit run(std::uint64_t seed, std::uint64_t count, bool verbose) {
   std::uint64_t bad = 0;
   tims::sim::SwarmTotals sum;
   for (std::uint64_t n = seed; n < seed + count; ++n) {
@@ -36,5 +29,19 @@ int main(int argc, char** argv) {
       static_cast<unsigned long long>(count), static_cast<unsigned long long>(bad),
       static_cast<unsigned long long>(sum.messages), static_cast<unsigned long long>(sum.arrived),
       static_cast<unsigned long long>(sum.lost), static_cast<unsigned long long>(sum.datagrams));
-  return bad == 0 ? 0 : 1;
+  return bad == 0 ? Exit::kDone : Exit::kNo;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::uint64_t seed = 1;
+  std::uint64_t count = 1;
+  bool verbose = false;
+  timsctl::ArgumentParser parser("sim_swarm",
+                                 "Simulates the networks of these seeds, as the test does.");
+  parser.option("--seed", seed, "seed of the first network");
+  parser.option("--count", count, "number of networks");
+  parser.flag("--verbose", verbose, "print the events");
+  return parser.run(argc, argv, [&] { return run(seed, count, verbose); });
 }

@@ -6,6 +6,7 @@
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
+#include "tools/cli/options.h"
 #include "tools/cli/program.h"
 
 namespace timsctl {
@@ -21,6 +22,43 @@ struct NumberOf<std::optional<T>> {
   using Type = T;
   static constexpr bool kHasDefault = false;
 };
+
+// CLI11 takes the next argument as the value of "--sort=". No argument contains this character.
+constexpr char kEmptyValue = '\0';
+
+bool has_empty_value(std::string_view token) {
+  return token.starts_with("--") && token.ends_with('=');
+}
+std::string without_mark(std::string text) {
+  if (text.ends_with(kEmptyValue)) text.pop_back();
+  return text;
+}
+
+// `given` is called for each time that the option is given.
+void add_row(CLI::App& app, const OptionRow& row,
+             const std::function<void(const std::string&)>& given) {
+  std::string names = fmt::format("--{}", row.name);
+  if (row.letter != 0) names += fmt::format(",-{}", row.letter);
+  CLI::Option& option = row.value.empty() ? *app.add_flag(names) : *app.add_option(names);
+  option.trigger_on_parse()->each(given);
+  if (row.value.empty() || row.takes_value()) return;
+  const std::string_view usual = row.value.substr(1, row.value.size() - 2);  // of "[2]"
+  option.expected(0, 1)->default_str(std::string(usual));
+}
+
+// All arguments, after one more at the beginning. CLI11 passes arguments to an option whose value
+// is optional ("--watch robot1"), except if they are required; more are required than there can be.
+CLI::Option& add_arguments(CLI::App& app, const CommandBegins& command_begins) {
+  constexpr int kMany = 1 << 20;
+  app.validate_positionals();
+  const auto look = [&app, &command_begins,
+                     seen = std::vector<std::string>()](const std::string& argument) mutable {
+    seen.push_back(argument);
+    if (command_begins(std::span(seen).subspan(1))) app.positionals_at_end();
+    return std::string();  // valid
+  };
+  return *app.add_option("ARGUMENT")->required()->expected(kMany)->take_all()->check(look);
+}
 
 }  // namespace
 
@@ -46,17 +84,8 @@ void ArgumentParser::arguments(const char* name, std::vector<std::string>& value
   app_->add_option(name, values, help);
 }
 
-void ArgumentParser::command(std::vector<std::string>& values) {
-  app_->prefix_command();
-  command_ = &values;
-}
-
 void ArgumentParser::flag(const std::string& names, bool& value, const std::string& help) {
   app_->add_flag(names, value, help);
-}
-
-void ArgumentParser::flag(const std::string& names, std::function<void()> set) {
-  app_->add_flag_callback(names, std::move(set));
 }
 
 template <typename T>
@@ -95,11 +124,6 @@ void ArgumentParser::option(const std::string& names, const char* type,
       ->allow_extra_args(false);
 }
 
-void ArgumentParser::option(const std::string& names, std::string_view type,
-                            const std::function<void(const std::string&)>& set) {
-  app_->add_option_function(names, set)->type_name(std::string(type));
-}
-
 ArgumentParser::Asked ArgumentParser::parse(std::span<const std::string> arguments) {
   try {
     std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());
@@ -111,7 +135,6 @@ ArgumentParser::Asked ArgumentParser::parse(std::span<const std::string> argumen
   } catch (const CLI::ParseError& error) {
     throw refused(error.what());
   }
-  if (command_ != nullptr) *command_ = app_->remaining();
   return Asked::kRun;
 }
 
@@ -145,6 +168,42 @@ int ArgumentParser::run(int argc, char** argv, const std::function<Exit()>& run)
   } catch (const Interrupted&) {
     return static_cast<int>(Exit::kInterrupted);
   }
+}
+
+Line split_line(std::span<const std::string> arguments, const CommandBegins& command_begins) {
+  Line line;
+  CLI::App app;
+  app.set_help_flag();
+  app.add_flag("--help,-h", line.help);
+  app.add_flag("--version", line.version);
+  for (const OptionRow& row : option_table())
+    add_row(app, row, [&](const std::string& value) {
+      if (row.value.empty() && value != "true")
+        line.failure = usage_error(fmt::format("--{} does not take a value", row.name));
+      line.options.push_back({&row, without_mark(value)});
+    });
+  const CLI::Option& found = add_arguments(app, command_begins);
+  app.allow_extras();
+  std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());
+  for (std::string& token : reversed)
+    if (has_empty_value(token)) token.push_back(kEmptyValue);
+  reversed.emplace_back("timsctl");
+  try {
+    app.parse(reversed);
+  } catch (const CLI::ArgumentMismatch& error) {
+    const std::string what = error.what();  // "--count: 1 required ..."
+    const std::string name = what.substr(0, what.find(':'));
+    const OptionRow* const row = find_option(std::string_view(name).substr(2));
+    line.failure = usage_error(
+        fmt::format("{} needs a value: {}", name, row != nullptr ? row->value : "TEXT"));
+  } catch (const CLI::ParseError& error) {
+    line.failure = usage_error(error.what());
+  }
+  for (const std::string& argument : std::span(found.results()).subspan(1))
+    line.arguments.push_back(without_mark(argument));
+  for (const std::string& option : app.remaining())
+    if (option != "--" && line.unknown.empty()) line.unknown = without_mark(option);
+  return line;
 }
 
 }  // namespace timsctl

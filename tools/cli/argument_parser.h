@@ -1,6 +1,6 @@
-// Options and arguments of a program or a verb, each with the variable or function that takes its
-// value; and main() of programs without verbs. The implementation is the only source of the tools
-// that includes CLI11, which compiles slowly.
+// Options and arguments of a program, each with the variable that takes its value, and main() of
+// such a program; and the command line of programs with verbs. The implementation is the only
+// source of the tools that includes CLI11, which compiles slowly.
 #pragma once
 
 #include <cstdint>
@@ -20,6 +20,8 @@ class App;
 
 namespace timsctl {
 
+struct OptionRow;
+
 struct OptionRange {
   double min = -std::numeric_limits<double>::infinity();
   double max = std::numeric_limits<double>::infinity();
@@ -27,7 +29,7 @@ struct OptionRange {
 
 class ArgumentParser {
  public:
-  // `call`: "mcl-eval", "timsctl-sim up". `about` and `more`: the beginning and the end of --help.
+  // `call`: "mcl-eval". `about` and `more`: the beginning and the end of --help.
   explicit ArgumentParser(std::string call, const std::string& about = {},
                           const std::string& more = {});
   ~ArgumentParser();
@@ -39,12 +41,9 @@ class ArgumentParser {
   void required_argument(const char* name, std::string& value, const std::string& help);
   // All further values.
   void arguments(const char* name, std::vector<std::string>& values, const std::string& help = {});
-  // The same for a command: from its first argument on, options belong to the command.
-  void command(std::vector<std::string>& values);
 
   // `names`: "--json", "--count,-n", "--scans,!--no-scans".
   void flag(const std::string& names, bool& value, const std::string& help);
-  void flag(const std::string& names, std::function<void()> set);
 
   // --help shows the default value, except that of an optional. T: string, double, int, uint32_t,
   // uint64_t, vector<uint32_t>, optional<double>, optional<uint64_t>.
@@ -53,8 +52,6 @@ class ArgumentParser {
   // `type`: "NAME=NUMBER". One value for each time the option is given.
   void option(const std::string& names, const char* type, std::vector<std::string>& values,
               const std::string& help);
-  void option(const std::string& names, std::string_view type,
-              const std::function<void(const std::string&)>& set);
 
   enum class Asked : std::uint8_t { kRun, kHelp, kVersion };
   // Throws Failure if the command line is wrong.
@@ -70,7 +67,25 @@ class ArgumentParser {
 
   std::string call_;
   std::unique_ptr<CLI::App> app_;
-  std::vector<std::string>* command_ = nullptr;
 };
+
+// A command line whose verb is not known yet. The options of all verbs may be anywhere in it.
+struct Line {
+  struct Given {
+    const OptionRow* option;
+    std::string value;
+  };
+  std::vector<std::string> arguments;  // also "-" and negative numbers
+  std::vector<Given> options;
+  bool help = false;
+  bool version = false;
+  std::string unknown{};                // "--cuont": the first option that is not in the table
+  std::optional<Failure> failure = {};  // a missing value, or the value of a flag
+};
+
+// `command_begins` returns whether the last of these arguments begins a command: what follows
+// belongs to that command, options as well.
+using CommandBegins = std::function<bool(std::span<const std::string>)>;
+Line split_line(std::span<const std::string> arguments, const CommandBegins& command_begins);
 
 }  // namespace timsctl

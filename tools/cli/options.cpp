@@ -261,11 +261,6 @@ const OptionRow* find_option(string_view name) {
   return row == std::end(kOptions) ? nullptr : row;
 }
 
-const OptionRow* find_option(char letter) {
-  const auto* const row = std::ranges::find(kOptions, letter, &OptionRow::letter);
-  return row == std::end(kOptions) || letter == 0 ? nullptr : row;
-}
-
 void OptionRow::apply(Options& options, string_view text) const {
   try {
     set(options, text);

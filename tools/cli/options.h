@@ -104,7 +104,6 @@ struct OptionRow {
 
 std::span<const OptionRow> option_table();
 const OptionRow* find_option(std::string_view name);
-const OptionRow* find_option(char letter);
 
 // The name of a format for -o.
 std::string_view form_name(Format format);

@@ -8,7 +8,7 @@
 #include "base/text.h"
 #include "proxies/message_files.h"
 #include "tims/session.h"
-#include "tools/cli/argument_parser.h"
+#include "tools/cli/arguments.h"
 
 #ifndef TIMS_VERSION
 #error "TIMS_VERSION must be defined by the build"
@@ -18,10 +18,16 @@ namespace timsctl {
 
 namespace {
 
+// NOLINTBEGIN(concurrency-mt-unsafe): the environment is never changed
 bool no_color() {
   const char* asked = std::getenv("NO_COLOR");
   const char* term = std::getenv("TERM");
   return (asked != nullptr && *asked != 0) || term == nullptr || std::string_view(term) == "dumb";
+}
+
+// Whether the blank-separated list contains this element.
+bool is_in(std::string_view element, std::string_view list) {
+  return std::ranges::count(parts_of(list, ' '), element) > 0;
 }
 
 // -H, else $TIMS_HOST, else the default router of this host.
@@ -31,19 +37,14 @@ Host router_of(const Options& options) {
   if (host != nullptr && *host != 0) return parse_host(host);
   return parse_host(tims::default_router());
 }
+// NOLINTEND(concurrency-mt-unsafe)
 
 // Errors of the command line are reported as JSON, too, if it requests JSON.
-Options for_errors(Arguments arguments) {
+Options for_errors(const Line& line) {
   Options options;
-  std::string_view before;
-  for (const std::string& argument : arguments) {
-    const bool short_form =
-        argument == "-j" || argument == "-ojson" || (before == "-o" && argument == "json");
-    if (short_form || argument == "--json" || argument == "--json-lines" ||
-        argument == "--output=json")
+  for (const auto& [option, value] : line.options)
+    if (option->name.starts_with("json") || (option->name == "output" && value == "json"))
       options.format = Format::kJson;
-    before = argument;
-  }
   return options;
 }
 
@@ -57,12 +58,13 @@ Exit run(const Command& command, Output& out, const Signals& signals) {
   }
 }
 
-Exit run(Arguments arguments, const ParseCommandLine& parse) {
+Exit run(Arguments arguments, const Program& program) {
   const Signals signals;  // before any thread
-  Output out(for_errors(arguments), true);
+  const Line line = split_line(program, arguments);
+  Output out(for_errors(line), true);
   const auto problems = rack::load_message_files();
   try {
-    const auto parsed = parse(arguments);
+    const auto parsed = parse_line(program, line);
     if (const auto* text = std::get_if<Text>(&parsed)) {
       out.write(text->text);
       return Exit::kDone;
@@ -83,9 +85,6 @@ Exit run(Arguments arguments, const ParseCommandLine& parse) {
   }
 }
 
-// Options after the first argument of such a verb belong to the command that it runs.
-bool takes_a_command(const Verb& verb) { return verb.arguments.ends_with("COMMAND..."); }
-
 using Verbs = std::vector<const Verb*>;
 
 std::string program_help(const VerbProgram& program, const Verbs& verbs) {
@@ -96,40 +95,18 @@ std::string program_help(const VerbProgram& program, const Verbs& verbs) {
                             option_lines(kGeneralOptions), program.name, kExitHelp);
 }
 
-// The verb that the first of these arguments names.
-const Verb& find_verb(const VerbProgram& program, const Verbs& verbs, Arguments arguments) {
+Resolved find_verb(const VerbProgram& program, const Verbs& verbs, Arguments arguments) {
   std::vector<std::string> known;
   for (const Verb* verb : verbs) known.push_back(verb->short_name());
   const std::string all =
       fmt::format("known: {}; see `{} --help`", fmt::join(known, ", "), program.name);
   if (arguments.empty()) throw usage_error("the verb is missing", all);
   const std::string& given = arguments.front();
-  if (given.starts_with('-'))
-    throw usage_error(fmt::format("{}: options must follow the verb", given), all);
   const auto found = std::ranges::find(verbs, given, &Verb::short_name);
-  if (found != verbs.end()) return **found;
+  if (found != verbs.end()) return {*found, (*found)->noun, 1};
   throw usage_error(
       fmt::format("no verb \"{}\"", given),
       nearest_hint(given, std::vector<std::string_view>(known.begin(), known.end()), all));
-}
-
-void add_options(ArgumentParser& parser, const Verb& verb, Options& options) {
-  for (const OptionRow& row : option_table()) {
-    if (!is_in(row.name, kGeneralOptions) && !is_in(row.name, verb.options)) continue;
-    std::string names = fmt::format("--{}", row.name);
-    if (row.letter != 0) names += fmt::format(",-{}", row.letter);
-    const auto set = [&row, &options](const std::string& value) { row.apply(options, value); };
-    if (row.value.empty())
-      parser.flag(names, [set] { set({}); });
-    else
-      parser.option(names, row.value, set);
-  }
-}
-
-std::string lines_of(const std::vector<std::string>& values) {
-  std::string text;
-  for (const std::string& value : values) text += value + "\n";
-  return text;
 }
 
 // Wraps the text at blanks; all lines except the first are indented.
@@ -153,54 +130,131 @@ std::string help_line(const std::string& what, std::string_view text) {
                      wrapped(text, kIndent));
 }
 
-std::variant<Command, Text> parse_verb_program(const VerbProgram& program, Arguments arguments) {
-  if (arguments.size() == 3 && arguments[0] == "__complete")
-    return Text{lines_of(program.candidates(
-        arguments[1], base::parse_number<std::size_t>(arguments[2]).value_or(0)))};
-  // Everything after "--" is an argument.
-  const auto mark = std::ranges::find(arguments, "--");
-  const std::span before(arguments.begin(), mark);
-  const std::span behind(mark == arguments.end() ? mark : mark + 1, arguments.end());
-  const Text version{fmt::format("{} {}\n", program.name, own_version())};
-  Verbs verbs;
-  for (const Verb& verb : program_verbs())
-    if (verb.program == program.name) verbs.push_back(&verb);
-  const std::string first = before.empty() ? "" : before.front();
-  if (first == "-h" || first == "--help") return Text{program_help(program, verbs)};
-  if (first == "--version") return version;
-  const Verb& verb = find_verb(program, verbs, before);
-  const std::string call = fmt::format("{} {}", program.name, verb.short_name());
-  Options options;
-  ArgumentParser parser(call);
-  add_options(parser, verb, options);
-  if (takes_a_command(verb))
-    parser.command(options.arguments);
-  else
-    parser.arguments("arguments", options.arguments);
-  switch (parser.parse(before.subspan(1))) {
-    case ArgumentParser::Asked::kHelp:
-      return Text{verb_help(call, verb)};
-    case ArgumentParser::Asked::kVersion:
-      return version;
-    case ArgumentParser::Asked::kRun:
-      break;
-  }
-  options.arguments.insert(options.arguments.end(), behind.begin(), behind.end());
-  check_arguments(program.name, verb.short_name(), verb, options.arguments);
-  const auto run = std::ranges::find(program.runs, verb.short_name(), &VerbRun::verb);
-  return Command{&verb, run->run, std::move(options)};
+// "timsctl route get ADDR"
+std::string usage_of(std::string_view call, const Verb& verb) {
+  return fmt::format("{}{}{}", call, verb.arguments.empty() ? "" : " ", verb.arguments);
 }
+
+// Fills the options of a verb. Throws Failure if it does not have one of them.
+class Applier {
+ public:
+  // `name`: "route get"; `call`: "timsctl route get".
+  Applier(const Verb& verb, std::string name, std::string call)
+      : verb_(verb), name_(std::move(name)), call_(std::move(call)) {}
+
+  Options apply(const Line& line, Arguments arguments) const {
+    if (!line.unknown.empty()) throw no_option(line.unknown);
+    Options options;
+    for (const auto& [option, value] : line.options) {
+      const std::string name = fmt::format("--{}", option->name);
+      if (!has_option(verb_, *option)) throw no_option(name);
+      option->apply(options, value);
+      options.given.push_back(option->value.empty() ? name : fmt::format("{}={}", name, value));
+    }
+    options.arguments.assign(arguments.begin(), arguments.end());
+    check_arguments(arguments);
+    check_form(options.format);
+    return options;
+  }
+
+ private:
+  // `option`: "--cuont=3", "-Z".
+  [[nodiscard]] Failure no_option(std::string_view option) const {
+    const bool is_long = option.starts_with("--");
+    const std::string name(option.substr(0, is_long ? option.find('=') : 2));
+    std::vector<std::string> known{"--help", "--version"};
+    for (const OptionRow& row : option_table())
+      if (has_option(verb_, row)) known.push_back(fmt::format("--{}", row.name));
+    return usage_error(
+        fmt::format("{} has no option {}", name_, name),
+        nearest_hint(
+            name, std::vector<std::string_view>(known.begin(), known.end()),
+            fmt::format("`{} --help`{}", call_,
+                        is_long ? "" : "; an argument that begins with - must follow --")));
+  }
+
+  void check_arguments(Arguments arguments) const {
+    if (arguments.size() < verb_.arguments_min)
+      throw usage_error(fmt::format("{}: {} is missing", name_, verb_.arguments),
+                        usage_of(call_, verb_));
+    if (arguments.size() > verb_.arguments_max)
+      throw usage_error(
+          fmt::format("{}: unexpected argument \"{}\"", name_, arguments[verb_.arguments_max]),
+          usage_of(call_, verb_));
+  }
+
+  void check_form(Format format) const {
+    if (is_in(form_name(format), verb_.forms)) return;
+    throw usage_error(
+        fmt::format("{} does not support -o {}", name_, form_name(format)),
+        fmt::format("available forms: {}", fmt::join(parts_of(verb_.forms, ' '), ", ")));
+  }
+
+  const Verb& verb_;
+  std::string name_;
+  std::string call_;
+};
 
 }  // namespace
 
-int run_program(int argc, char** argv, const ParseCommandLine& parse) {
+int run_program(int argc, char** argv, const Program& program) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
-  return static_cast<int>(run(arguments, parse));
+  return static_cast<int>(run(arguments, program));
 }
 
 int run_program(int argc, char** argv, const VerbProgram& program) {
-  return run_program(argc, argv,
-                     [&](Arguments arguments) { return parse_verb_program(program, arguments); });
+  const std::vector<std::string> arguments(argv + 1, argv + argc);
+  if (arguments.size() == 3 && arguments[0] == "__complete") {
+    try {
+      const auto place = base::parse_number<std::size_t>(arguments[2]).value_or(0);
+      for (const std::string& candidate : program.candidates(arguments[1], place))
+        fmt::print("{}\n", candidate);
+    } catch (const std::exception&) {  // no candidates
+    }
+    return static_cast<int>(Exit::kDone);
+  }
+  Verbs verbs;
+  for (const Verb& verb : program_verbs())
+    if (verb.program == program.name) verbs.push_back(&verb);
+  const auto resolve = [&](Arguments line) { return find_verb(program, verbs, line); };
+  const auto run = [&](const Verb& verb) {
+    return std::ranges::find(program.runs, verb.short_name(), &VerbRun::verb)->run;
+  };
+  const auto help = [&](Arguments line) {
+    if (line.empty()) return program_help(program, verbs);
+    const Verb& verb = *resolve(line).verb;
+    return verb_help(fmt::format("{} {}", program.name, verb.short_name()), verb);
+  };
+  return run_program(argc, argv, Program{program.name, &Verb::short_name, resolve, run, help});
+}
+
+Line split_line(const Program& program, Arguments arguments) {
+  return split_line(arguments, [&](Arguments before) {
+    try {
+      const Resolved found = program.resolve(before);
+      return found.verb != nullptr && found.verb->arguments.ends_with("COMMAND...") &&
+             before.size() == found.used + found.verb->arguments_min;
+    } catch (const Failure&) {
+      return false;  // reported when all arguments are known
+    }
+  });
+}
+
+std::variant<Command, Text> parse_line(const Program& program, const Line& line) {
+  if (line.version) return Text{fmt::format("{} {}\n", program.name, own_version())};
+  const Arguments arguments(line.arguments);
+  const bool asks_for_help = !arguments.empty() && arguments.front() == "help";
+  if (asks_for_help || line.help)
+    return Text{program.help(arguments.subspan(asks_for_help ? 1 : 0))};
+  if (line.failure) throw Failure(*line.failure);
+  const Resolved found = program.resolve(arguments);
+  if (found.verb == nullptr)
+    throw usage_error(fmt::format("{} {}: the verb is missing", program.name, found.noun),
+                      fmt::format("{} {} --help", program.name, found.noun));
+  const std::string name = (found.verb->*program.call)();
+  const Applier applier(*found.verb, name, fmt::format("{} {}", program.name, name));
+  return Command{found.verb, program.run(*found.verb),
+                 applier.apply(line, arguments.subspan(found.used))};
 }
 
 std::string option_lines(std::string_view names) {
@@ -218,34 +272,21 @@ std::string option_lines(std::string_view names) {
 }
 
 std::string verb_line(std::string_view call, const Verb& verb) {
-  const std::string what =
-      fmt::format("{}{}{}", call, verb.arguments.empty() ? "" : " ", verb.arguments);
-  return help_line(what, verb.help.substr(0, verb.help.find(". ")));
+  return help_line(usage_of(call, verb), verb.help.substr(0, verb.help.find(". ")));
 }
 
 std::string verb_help(std::string_view call, const Verb& verb) {
-  std::string text = fmt::format("{}{}{}\n\n{}", call, verb.arguments.empty() ? "" : " ",
-                                 verb.arguments, wrapped(verb.help, 0));
+  std::string text = fmt::format("{}\n\n{}", usage_of(call, verb), wrapped(verb.help, 0));
   const std::string own = option_lines(verb.options);
   if (!own.empty()) text += "\nOptions:\n" + own;
   text += "\nGeneral options:\n" + option_lines(kGeneralOptions);
   return verb.example.empty() ? text : text + fmt::format("\nExample:\n  {}\n", verb.example);
 }
 
-void check_arguments(std::string_view program, std::string_view call, const Verb& verb,
-                     const std::vector<std::string>& arguments) {
-  const std::string usage = fmt::format("{} {} {}", program, call, verb.arguments);
-  if (arguments.size() < verb.arguments_min)
-    throw usage_error(fmt::format("{}: {} is missing", call, verb.arguments), usage);
-  if (arguments.size() > verb.arguments_max)
-    throw usage_error(
-        fmt::format("{}: unexpected argument \"{}\"", call, arguments[verb.arguments_max]), usage);
-}
-
 std::string_view own_version() { return TIMS_VERSION; }
 
-bool is_in(std::string_view element, std::string_view list) {
-  return fmt::format(" {} ", list).find(fmt::format(" {} ", element)) != std::string::npos;
+bool has_option(const Verb& verb, const OptionRow& option) {
+  return is_in(option.name, verb.options) || is_in(option.name, kGeneralOptions);
 }
 
 }  // namespace timsctl

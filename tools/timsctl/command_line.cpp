@@ -258,7 +258,7 @@ constexpr Verb kOwnVerbs[] = {
     {"completion", "", "bash|zsh|fish", 1, 1, "", false,
      "Print a shell script that completes verbs and registered addresses.",
      "source <(timsctl completion bash)", completion},
-    {"__complete", "", "WORD...", 0, 1000, "", false, "", "", complete},
+    {"__complete", "", "COMMAND...", 0, 1000, "", false, "", "", complete},
 };
 
 std::vector<std::string_view> nouns() {
@@ -315,7 +315,7 @@ std::span<const Verb> verbs() {
 }
 
 Resolved resolve(std::span<const std::string> arguments) {
-  if (arguments.empty()) return {};
+  if (arguments.empty()) return {find("status", ""), "status", 0};
   if (arguments[0] == "__complete") return {find(arguments[0], ""), arguments[0], 1};
   const std::string_view noun = expand(arguments[0], nouns(), "command");
   if (const Verb* only = find(noun, "")) return {only, noun, 1};
@@ -330,195 +330,6 @@ Resolved resolve(std::span<const std::string> arguments) {
 // --- the command line
 
 namespace {
-
-// `option` has the form "--count=5", as returned by split_line().
-void set_option(const Verb& verb, std::string_view option, Options& options) {
-  const std::size_t equals = std::min(option.find('='), option.size());
-  const std::string_view name = option.substr(2, equals - 2);
-  const std::string_view value = option.substr(std::min(equals + 1, option.size()));
-  if (!is_in(name, verb.options) && !is_in(name, kGeneralOptions))
-    throw usage_error(fmt::format("timsctl {} has no option --{}", verb.name(), name),
-                      fmt::format("timsctl {} --help", verb.name()));
-  find_option(name)->apply(options, value);
-}
-
-void check_form(const Verb& verb, Format format) {
-  if (is_in(form_name(format), verb.forms)) return;
-  std::string known(verb.forms);
-  for (std::size_t at = 0; (at = known.find(' ', at)) != std::string::npos; at += 2)
-    known.replace(at, 1, ", ");
-  throw usage_error(
-      fmt::format("timsctl {} does not support -o {}", verb.name(), form_name(format)),
-      "available forms: " + known);
-}
-
-Text help_for(std::span<const std::string> arguments) {
-  if (arguments.empty()) return {overview()};
-  const Resolved found = resolve(arguments);
-  const bool only_a_noun = arguments.size() == 1 && !is_single(found.noun);
-  if (found.verb == nullptr || only_a_noun) return {noun_help(found.noun)};
-  return {verb_help("timsctl " + found.verb->name(), *found.verb)};
-}
-
-bool contains(const std::vector<std::string>& list, std::string_view element) {
-  return std::ranges::find(list, element) != list.end();
-}
-
-Exit become_own(Context& context) {
-  become_verb(context.verb.program, context.verb.short_name(), context.options,
-              context.options.arguments);
-}
-
-bool is_digit(char c) { return (c >= '0' && c <= '9') || c == '.'; }
-// "-6"
-bool is_number(std::string_view text) {
-  return text.size() > 1 && std::ranges::all_of(text.substr(1), is_digit);
-}
-
-[[noreturn]] void refuse_unknown(std::string_view name) {
-  std::vector<std::string_view> known;
-  for (const OptionRow& row : option_table()) known.push_back(row.name);
-  const auto near = base::nearest(name, known);
-  throw usage_error("no option --" + std::string(name),
-                    near ? "did you mean --" + std::string(*near) + "?" : "`timsctl --help`");
-}
-
-class Splitter {
- public:
-  explicit Splitter(std::span<const std::string> arguments) : rest_(arguments) {}
-
-  SplitLine split() {
-    while (!rest_.empty()) {
-      const std::string_view token = take();
-      if (token == "--") return with_the_rest();
-      if (token.starts_with("--")) {
-        take_long(token.substr(2));
-      } else if (token.starts_with('-') && token.size() > 1 && !is_number(token)) {
-        take_letters(token.substr(1));
-      } else {
-        out_.arguments.emplace_back(token);
-        if (a_command_follows()) return with_the_rest();
-      }
-    }
-    return std::move(out_);
-  }
-
- private:
-  SplitLine with_the_rest() {
-    out_.arguments.insert(out_.arguments.end(), rest_.begin(), rest_.end());
-    return std::move(out_);
-  }
-
-  // In "sim exec HOST COMMAND..." the options after COMMAND belong to that command.
-  [[nodiscard]] bool a_command_follows() const {
-    if (out_.arguments.size() != 3) return false;
-    try {
-      const Resolved found = resolve(out_.arguments);
-      return found.verb != nullptr && found.used == 2 &&
-             found.verb->arguments.ends_with("COMMAND...");
-    } catch (const Failure&) {
-      return false;  // reported later, when all arguments are known
-    }
-  }
-
-  std::string_view take() {
-    const std::string_view token = rest_.front();
-    rest_ = rest_.subspan(1);
-    return token;
-  }
-
-  void take_long(std::string_view token) {
-    const std::size_t equals = token.find('=');
-    const std::string_view name = token.substr(0, equals);
-    if (name == "help" || name == "version") {
-      out_.options.push_back("--" + std::string(name));
-      return;
-    }
-    const OptionRow* row = find_option(name);
-    if (row == nullptr) refuse_unknown(name);
-    if (equals == std::string_view::npos) return add(*row, {}, false);
-    if (row->value.empty()) throw usage_error("--" + std::string(name) + " does not take a value");
-    add(*row, token.substr(equals + 1), true);
-  }
-
-  // "-jw", "-n5", "-n 5", "-jn5", "-w0.5"
-  void take_letters(std::string_view letters) {
-    for (; !letters.empty(); letters.remove_prefix(1)) {
-      if (letters.front() == 'h') {
-        out_.options.emplace_back("--help");
-        continue;
-      }
-      const OptionRow* row = find_option(letters.front());
-      if (row == nullptr)
-        throw usage_error("no option -" + std::string(1, letters.front()), "`timsctl --help`");
-      const bool attached = letters.size() > 1 && (row->takes_value() || is_digit(letters[1]));
-      if (!row->value.empty() && attached) return add(*row, letters.substr(1), true);
-      add(*row, {}, false);
-    }
-  }
-
-  void add(const OptionRow& row, std::string_view value, bool given) {
-    std::string option = "--" + std::string(row.name);
-    if (!row.value.empty()) {
-      if (!given && row.takes_value()) {
-        if (rest_.empty()) throw usage_error(option + " needs a value: " + std::string(row.value));
-        value = take();
-      } else if (!given) {
-        value = row.value.substr(1, row.value.size() - 2);  // "[2]": the default
-      }
-      option.append("=").append(value);
-    }
-    out_.options.push_back(std::move(option));
-  }
-
-  std::span<const std::string> rest_;
-  SplitLine out_;
-};
-
-}  // namespace
-
-void become_verb(std::string_view program, const std::string& verb, const Options& options,
-                 std::span<const std::string> arguments) {
-  tims::os::Command command{std::string(program), verb};
-  command.insert(command.end(), options.given.begin(), options.given.end());
-  command.emplace_back("--");
-  command.insert(command.end(), arguments.begin(), arguments.end());
-  become({.command = std::move(command)});
-}
-
-std::variant<Command, Text> parse_command_line(std::span<const std::string> arguments) {
-  if (!arguments.empty() && arguments[0] == "__complete") {
-    Options options;
-    options.arguments.assign(arguments.begin() + 1, arguments.end());
-    if (const Verb* const verb = find(arguments[0], ""))
-      return Command{verb, verb->run, std::move(options)};
-  }
-  SplitLine line = split_line(arguments);
-  if (contains(line.options, "--version")) return Text{version_text()};
-  const bool asks_for_help = !line.arguments.empty() && line.arguments.front() == "help";
-  if (asks_for_help || contains(line.options, "--help"))
-    return help_for(std::span(line.arguments).subspan(asks_for_help ? 1 : 0));
-
-  if (line.arguments.empty()) line.arguments.emplace_back("status");
-  const Resolved found = resolve(line.arguments);
-  if (found.verb == nullptr)
-    throw usage_error(fmt::format("timsctl {}: the verb is missing", found.noun),
-                      fmt::format("timsctl {} --help", found.noun));
-  Command command{found.verb, found.verb->run == nullptr ? become_own : found.verb->run, {}};
-  for (const std::string& option : line.options) set_option(*found.verb, option, command.options);
-  command.options.given = line.options;
-  command.options.arguments.assign(line.arguments.begin() + static_cast<std::ptrdiff_t>(found.used),
-                                   line.arguments.end());
-  check_arguments("timsctl", found.verb->name(), *found.verb, command.options.arguments);
-  check_form(*found.verb, command.options.format);
-  return command;
-}
-
-SplitLine split_line(std::span<const std::string> arguments) { return Splitter(arguments).split(); }
-
-std::string version_text() { return fmt::format("timsctl {}\n", own_version()); }
-
-bool is_single(std::string_view noun) { return find(noun, "") != nullptr; }
 
 std::string overview() {
   std::string text =
@@ -544,6 +355,37 @@ std::string noun_help(std::string_view noun) {
   for (const Verb& verb : verbs())
     if (verb.noun == noun) text += verb_line(verb.name(), verb);
   return text + fmt::format("More: timsctl {} VERB --help\n", noun);
+}
+
+std::string help_for(std::span<const std::string> arguments) {
+  if (arguments.empty()) return overview();
+  const Resolved found = resolve(arguments);
+  const bool only_a_noun = arguments.size() == 1 && find(found.noun, "") == nullptr;
+  if (found.verb == nullptr || only_a_noun) return noun_help(found.noun);
+  return verb_help("timsctl " + found.verb->name(), *found.verb);
+}
+
+Exit become_own(Context& context) {
+  become_verb(context.verb.program, context.verb.short_name(), context.options,
+              context.options.arguments);
+}
+
+RunVerb run_of(const Verb& verb) { return verb.run == nullptr ? become_own : verb.run; }
+
+}  // namespace
+
+const Program& timsctl_program() {
+  static const Program program{"timsctl", &Verb::name, resolve, run_of, help_for};
+  return program;
+}
+
+void become_verb(std::string_view program, const std::string& verb, const Options& options,
+                 std::span<const std::string> arguments) {
+  tims::os::Command command{std::string(program), verb};
+  command.insert(command.end(), options.given.begin(), options.given.end());
+  command.emplace_back("--");
+  command.insert(command.end(), arguments.begin(), arguments.end());
+  become({.command = std::move(command)});
 }
 
 }  // namespace timsctl

@@ -1,17 +1,9 @@
-// The table of verbs and the parser of the command line. Parsing, --help, completion and the manual
-// pages use the table.
-//
-// The other programs use CLI11, which does not support what timsctl needs: unique prefixes of nouns
-// and verbs ("timsctl mb li"), negative numbers as arguments ("-6"), an omitted `show`, options
-// with an optional value that never take the next argument, and suggestions in error messages.
+// The table of verbs: parsing, --help, completion and the manual pages use it.
 #pragma once
 
-#include <cstddef>
 #include <span>
 #include <string>
 #include <string_view>
-#include <variant>
-#include <vector>
 
 #include "tools/cli/failure.h"
 #include "tools/cli/options.h"
@@ -23,14 +15,12 @@ class Context;
 
 std::span<const Verb> verbs();
 
-// The verb that the first arguments name. Unique prefixes suffice; `route` alone is `route show`.
-struct Resolved {
-  const Verb* verb = nullptr;  // nullptr: only a noun was given, or nothing
-  std::string_view noun;       // empty: nothing was given
-  std::size_t used = 0;        // number of arguments that name the verb
-};
-// Throws Failure if the arguments name no verb or are ambiguous.
+// The verb that the first arguments name. Unique prefixes suffice; `route` alone is `route show`,
+// nothing at all is `status`: subcommands of CLI11 have neither. Throws Failure if the arguments
+// name no verb or are ambiguous.
 Resolved resolve(std::span<const std::string> arguments);
+
+const Program& timsctl_program();
 
 // --- Functions of the table, one file per noun. Verbs of robots and fleets are other programs
 
@@ -113,28 +103,8 @@ Exit completion(Context& context);
 Exit complete(Context& context);
 Exit errors(Context& context);
 
-// `arguments` does not contain the program name. Throws Failure if the command line is wrong.
-std::variant<Command, Text> parse_command_line(std::span<const std::string> arguments);
-
 // Replaces this process by the program of the verb: same terminal, process id and exit status.
 [[noreturn]] void become_verb(std::string_view program, const std::string& verb,
                               const Options& options, std::span<const std::string> arguments);
-
-// The command line split into arguments and options, before the verb is known.
-
-struct SplitLine {
-  std::vector<std::string> arguments;  // noun, verb, arguments; also "-" and numbers such as "-6"
-  std::vector<std::string> options;    // in long form: "--count=5", "--json"
-};
-
-// Throws Failure for an unknown option and for a missing value.
-SplitLine split_line(std::span<const std::string> arguments);
-
-// Help texts, generated from the table of verbs.
-
-std::string version_text();
-std::string overview();
-std::string noun_help(std::string_view noun);
-bool is_single(std::string_view noun);  // a command without verbs: "ping"
 
 }  // namespace timsctl

@@ -12,13 +12,16 @@ namespace command_line_test {
 using namespace std::chrono_literals;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using Line = std::vector<std::string>;
+using Words = std::vector<std::string>;
 
-Command command(const Line& line) { return std::get<Command>(parse_command_line(line)); }
-std::string text(const Line& line) { return std::get<Text>(parse_command_line(line)).text; }
-std::string refusal(const Line& line) {
+std::variant<Command, Text> parse(const Words& words) {
+  return parse_line(timsctl_program(), split_line(timsctl_program(), words));
+}
+Command command(const Words& words) { return std::get<Command>(parse(words)); }
+std::string text(const Words& words) { return std::get<Text>(parse(words)).text; }
+std::string refusal(const Words& words) {
   try {
-    (void)parse_command_line(line);
+    (void)parse(words);
   } catch (const Failure& failure) {
     EXPECT_EQ(failure.exit, Exit::kUsage);
     return failure.message + "; " + failure.hint;
@@ -27,26 +30,31 @@ std::string refusal(const Line& line) {
 }
 
 TEST(SplitLine, OptionsInOneForm) {
-  const SplitLine line = split_line(Line{"-jn5", "route", "--count", "3", "show", "-n", "4", "-w",
-                                         "-w0.5", "--watch=3", "-H", "robot"});
-  EXPECT_THAT(line.arguments, ElementsAre("route", "show"));
-  EXPECT_THAT(line.options, ElementsAre("--json", "--count=5", "--count=3", "--count=4",
-                                        "--watch=2", "--watch=0.5", "--watch=3", "--host=robot"));
+  const Options options = command({"-jn5", "route", "--count", "3", "show", "-n", "4", "-w",
+                                   "Ladar", "-w0.5", "--watch=3", "-H", "robot", "--sort=", "-jw"})
+                              .options;
+  EXPECT_THAT(options.arguments, ElementsAre("Ladar"));
+  EXPECT_THAT(options.given, ElementsAre("--json", "--count=5", "--count=3", "--count=4",
+                                         "--watch=2", "--watch=0.5", "--watch=3", "--host=robot",
+                                         "--sort=", "--json", "--watch=2"));
+  EXPECT_EQ(options.count, 4U);
 }
 
 TEST(SplitLine, NegativeNumbersAndDashesAreArguments) {
-  const SplitLine line = split_line(Line{"-6", "-", "--", "-x", "--count"});
-  EXPECT_THAT(line.arguments, ElementsAre("-6", "-", "-x", "--count"));
-  EXPECT_THAT(split_line(Line{"--type", "-6"}).options, ElementsAre("--type=-6"));
+  EXPECT_THAT(command({"msg", "pub", "A", "-6", "-", "[a,b]", "", "--", "-x", "--", "--count="})
+                  .options.arguments,
+              ElementsAre("A", "-6", "-", "[a,b]", "", "-x", "--", "--count="));
+  EXPECT_EQ(command({"route", "get", "A", "--type", "-6"}).options.type, "-6");
 }
 
 TEST(SplitLine, WhatFollowsACommandIsItsOwn) {
-  const SplitLine line =
-      split_line(Line{"sim", "exec", "--fleet", "demo", "base", "ls", "-j", "--x"});
-  EXPECT_THAT(line.arguments, ElementsAre("sim", "exec", "base", "ls", "-j", "--x"));
-  EXPECT_THAT(line.options, ElementsAre("--fleet=demo"));
-  EXPECT_THAT(split_line(Line{"sim", "fault", "robot1-base", "cut", "-j"}).options,
+  const Options options =
+      command({"sim", "exec", "--fleet", "demo", "base", "-j", "ls", "-j", "--", "--x="}).options;
+  EXPECT_THAT(options.arguments, ElementsAre("base", "ls", "-j", "--", "--x="));
+  EXPECT_THAT(options.given, ElementsAre("--fleet=demo", "--json"));
+  EXPECT_THAT(command({"sim", "fault", "robot1-base", "cut", "-j"}).options.given,
               ElementsAre("--json"));
+  EXPECT_THAT(command({"__complete", "status", "-"}).options.arguments, ElementsAre("status", "-"));
 }
 
 TEST(Verbs, PrefixesThatAreUniqueAreEnough) {
@@ -84,11 +92,15 @@ TEST(CommandLine, RefusalsSayWhatAndWhatToDo) {
   EXPECT_THAT(refusal({"msg"}), HasSubstr("the verb is missing"));
   EXPECT_THAT(refusal({"mbx", "show"}), HasSubstr("ADDR is missing"));
   EXPECT_THAT(refusal({"status", "x"}), HasSubstr("unexpected argument"));
-  EXPECT_THAT(refusal({"status", "--cuont", "3"}), HasSubstr("did you mean --count"));
+  EXPECT_THAT(refusal({"status", "--cuont", "3"}),
+              HasSubstr("status has no option --cuont; did you mean --count?"));
   EXPECT_THAT(refusal({"status", "--rate", "3"}), HasSubstr("status has no option --rate"));
   EXPECT_THAT(refusal({"status", "--count"}), HasSubstr("--count needs a value"));
+  EXPECT_THAT(refusal({"status", "--count="}), HasSubstr("--count: \"\" is not a count"));
+  EXPECT_THAT(refusal({"status", "-wj"}), HasSubstr("--watch: \"j\" is not a duration"));
   EXPECT_THAT(refusal({"status", "--json=yes"}), HasSubstr("does not take a value"));
-  EXPECT_THAT(refusal({"status", "-Z"}), HasSubstr("no option -Z"));
+  EXPECT_THAT(refusal({"status", "-Z"}), HasSubstr("status has no option -Z"));
+  EXPECT_THAT(refusal({"nav", "goto", "-.5", "1"}), HasSubstr("must follow --"));
 }
 
 TEST(CommandLine, ValuesAreChecked) {
@@ -105,7 +117,7 @@ TEST(CommandLine, ValuesAreChecked) {
 TEST(Help, EveryVerbHasOneWithAnExample) {
   for (const Verb& verb : verbs()) {
     if (verb.example.empty()) continue;
-    Line line{std::string(verb.noun)};
+    Words line{std::string(verb.noun)};
     if (!verb.verb.empty()) line.emplace_back(verb.verb);
     line.emplace_back("--help");
     const std::string help = text(line);
@@ -134,7 +146,7 @@ TEST(CommandLine, FormsOfOutputAreThereOrRefused) {
   EXPECT_EQ(command({"route", "show", "-ocsv"}).options.format, Format::kCsv);
   EXPECT_EQ(command({"msg", "echo", "Ladar/0/0", "-ocsv"}).options.format, Format::kCsv);
   EXPECT_EQ(refusal({"ping", "Ladar/0/0", "-o", "csv"}),
-            "timsctl ping does not support -o csv; available forms: table, wide, json");
+            "ping does not support -o csv; available forms: table, wide, json");
   for (const Verb& verb : verbs())
     for (const char* form : {"table", "json"})
       EXPECT_NE(verb.forms.find(form), std::string_view::npos) << verb.name();

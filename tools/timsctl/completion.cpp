@@ -2,6 +2,7 @@
 // continuations, including registered addresses.
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -65,8 +66,7 @@ using Candidates = std::vector<std::string>;
 
 void add_options(const Verb& verb, Candidates& out) {
   for (const OptionRow& row : option_table())
-    if (is_in(row.name, verb.options) || is_in(row.name, kGeneralOptions))
-      out.push_back(fmt::format("--{}", row.name));
+    if (has_option(verb, row)) out.push_back(fmt::format("--{}", row.name));
 }
 
 Candidates split(std::string_view text, char at) {
@@ -226,39 +226,17 @@ Candidates for_option(std::string_view option, const Verb* verb, Context& contex
   return {};  // the shell completes file names
 }
 
-// The arguments before the last one, without options and their values.
-struct Preceding {
-  Candidates plain;
-  const OptionRow* waits = nullptr;  // the option whose value is being completed
-  std::string host;
-};
+// Stands for the word that is being completed. No word of a shell begins like this.
+constexpr std::string_view kHere = "\1";
 
-Preceding read_preceding(std::span<const std::string> arguments) {
-  Preceding out;
-  for (const std::string& argument : arguments) {
-    if (out.waits != nullptr) {
-      if (out.waits->name == "host") out.host = argument;
-      out.waits = nullptr;
-    } else if (argument.starts_with("--host=")) {
-      out.host = argument.substr(argument.find('=') + 1);
-    } else if (argument.starts_with("--")) {
-      out.waits = find_option(argument.substr(2));  // nullptr for "--count=5"
-    } else if (argument.starts_with('-') && argument.size() == 2) {
-      out.waits = find_option(argument[1]);
-    } else if (!argument.starts_with('-') || argument == "-") {
-      out.plain.push_back(argument);
-    }
-    if (out.waits != nullptr && !out.waits->takes_value()) out.waits = nullptr;
-  }
-  return out;
-}
-
-Candidates candidates(const Preceding& before, const std::string& last, Context& context) {
+// `last`: the beginning of the word that is kHere in the line.
+Candidates candidates(const Line& line, const std::string& last, Context& context) {
   Candidates out;
-  const Candidates& plain = before.plain;
-  Resolved found;
-  if (!plain.empty()) found = resolve(plain);
-  if (before.waits != nullptr) return for_option(before.waits->name, found.verb, context);
+  Candidates plain = line.arguments;
+  std::erase(plain, kHere);
+  const Resolved found = resolve(plain);
+  if (plain.size() == line.arguments.size() && !line.options.empty())
+    return for_option(line.options.back().option->name, found.verb, context);
   if (const std::size_t equals = last.find('=');
       last.starts_with("--") && equals != std::string_view::npos) {
     for (const std::string& value : for_option(last.substr(2, equals - 2), found.verb, context))
@@ -308,21 +286,24 @@ Exit completion(Context& context) {
 Exit complete(Context& context) {
   std::vector<std::string> arguments = context.options.arguments;
   if (arguments.empty()) arguments.emplace_back();
+  const std::string last = std::exchange(arguments.back(), std::string(kHere));
   Options options = context.options;
   options.timeout = std::chrono::milliseconds(500);  // the user waits for the completion
   std::vector<std::string> all;
   try {
-    const Preceding before = read_preceding(std::span(arguments).first(arguments.size() - 1));
+    const Line line = split_line(timsctl_program(), arguments);
+    const auto host = std::ranges::find_if(
+        line.options, [](const Line::Given& given) { return given.option->name == "host"; });
     Context there(context.verb, options, context.out, context.signals,
-                  before.host.empty() ? context.host : parse_host(before.host));
-    all = candidates(before, arguments.back(), there);
+                  host == line.options.end() ? context.host : parse_host(host->value));
+    all = candidates(line, last, there);
   } catch (const Failure&) {
     return Exit::kDone;  // an unknown verb or a missing router means no candidates
   }
   std::ranges::sort(all);
   all.erase(std::unique(all.begin(), all.end()), all.end());
   for (const std::string& candidate : all)
-    if (candidate.starts_with(arguments.back())) context.out.write(candidate + "\n");
+    if (candidate.starts_with(last)) context.out.write(candidate + "\n");
   return Exit::kDone;
 }
 

@@ -2,5 +2,5 @@
 #include "tools/timsctl/command_line.h"
 
 int main(int argc, char** argv) {
-  return timsctl::run_program(argc, argv, timsctl::parse_command_line);
+  return timsctl::run_program(argc, argv, timsctl::timsctl_program());
 }
