@@ -1,5 +1,5 @@
-// A camera of a simulated robot as clients see it: pictures by HTTP, at its rate, of a world that goes on
-// whatever its clients do.
+// A camera of a simulated robot as clients see it: pictures by HTTP, at its rate, of a world that
+// goes on whatever its clients do.
 #include <array>
 #include <fstream>
 #include <set>
@@ -112,8 +112,7 @@ TEST_F(WorldCameraTest, SendsPicturesOfAWorldThatMoves) {
     const auto next = stream.find(kPart, at + 1);
     if (next == std::string::npos) break;
     const auto begin = stream.find(kEndOfHead, at) + kEndOfHead.size();
-    const auto jpeg =
-        std::as_bytes(std::span(stream).subspan(begin, next - 2 - begin));
+    const auto jpeg = std::as_bytes(std::span(stream).subspan(begin, next - 2 - begin));
     const auto size = decoder.decode(jpeg, rack::device::PixelLayout::kBgr, 1 << 20, pixels);
     ASSERT_TRUE(size) << size.error().message();
     EXPECT_EQ(size->width, 320U);
