@@ -1,10 +1,13 @@
 // MonteCarloLocalisation: the pose of the robot in a map, by its laser scanner.
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <memory>
 #include <mutex>
 #include <optional>
 
 #include "components/localisation/mcl_messages.h"
+#include "components/localisation/update_watch.h"
 #include "components/position/map_file.h"
 #include "rack/data_module.h"
 #include "rack/input.h"
@@ -15,6 +18,7 @@ namespace {
 
 using localisation::LikelihoodField;
 using localisation::Localiser;
+using localisation::UpdateWatch;
 using localisation::WallLines;
 
 constexpr std::array<ParameterInfo, 21> kParameters = {{
@@ -52,6 +56,8 @@ constexpr ModuleInfo kInfo{
 constexpr double kUpdateDeviation = 500;          // mm: less certain poses are not sent as updates
 constexpr i32 kLostDeviation = 5000;              // mm, at least
 constexpr int kMissesMax = 20;                    // scans in a row without odometry of their time
+constexpr double kFollowedDeviation = 200;           // mm, at least, of another component's pose
+constexpr double kFollowedTurn = radians(10);
 constexpr double kDeviationTurn = radians(0.03);  // per mm
 
 class MonteCarloLocalisation : public DataModule<MclData> {
@@ -70,6 +76,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     misses_ = 0;
     published_.reset();
     was_sure_ = false;
+    updates_ = {};
     if (auto on = odometry_.turn_on(); !on) return on;
     if (auto on = position_.turn_on(); !on) return on;
     make_localiser();
@@ -157,10 +164,11 @@ class MonteCarloLocalisation : public DataModule<MclData> {
       return {};
     }
     misses_ = 0;
+    odometry_pose_ = Pose::of(odometry->pos);
     localisation::beams_of(scan_, range_max_, beams_);
     {
       const std::lock_guard lock(field_mutex_);
-      localiser_->take(*field_, Pose::of(odometry->pos), beams_,
+      localiser_->take(*field_, odometry_pose_, beams_,
                        matches_scans_ ? walls_.get() : nullptr);
     }
     if (!is_due()) return {};
@@ -177,16 +185,32 @@ class MonteCarloLocalisation : public DataModule<MclData> {
 
   Result<void> publish_estimate(TimeStamp time) {
     if (position_) {
-      auto taken = update_position(time);
-      if (!taken) return taken;
+      const auto believed = position_->get_data(time);  // an error: it may be late
+      if (!believed || !follow(*believed))
+        if (auto taken = update_position(believed, time); !taken) return taken;
     }
     localisation::to_message(*localiser_, time, get_local_buffer());
     return put_local_buffer();
   }
 
+  // Another component that has updated the position, and is certain, knows where the robot is: by a
+  // marker, for example, after it was carried away. Returns whether the search goes on from there.
+  bool follow(const PositionData& believed) {
+    const Pose there = Pose::of(believed.pos);
+    if (!updates_.is_updated(there, odometry_pose_)) return false;
+    const auto deviation = static_cast<double>(std::max(believed.var.x, believed.var.y).raw());
+    const Pose here = localiser_->pose();
+    const double away = std::hypot(there.x - here.x, there.y - here.y);
+    if (deviation > kUpdateDeviation || away < UpdateWatch::kJump + 3 * deviation) return false;
+    localiser_->start_at(there, std::max(deviation, kFollowedDeviation), kFollowedTurn);
+    was_sure_ = false;
+    log().print("The position was updated, {:.1f} m from here: searching there", away / 1000);
+    return true;
+  }
+
   // Sends the pose as an update, or once that the pose is uncertain; Position then keeps its pose
   // with a large standard deviation.
-  Result<void> update_position(TimeStamp time) {
+  Result<void> update_position(const Result<PositionData>& believed, TimeStamp time) {
     PositionData known = localisation::to_update(*localiser_, time);
     const bool is_sure = localisation::is_sure(localiser_->now(), kUpdateDeviation);
     if (is_sure != was_sure_) log().print("The pose is {}", is_sure ? "certain" : "uncertain");
@@ -194,12 +218,12 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     was_sure_ = is_sure;
     if (!is_sure && !has_lost) return {};
     if (has_lost) {
-      const auto believed = position_->get_data(time);
       if (!believed) return believed.error();
       known.pos = believed->pos;
       known.var.x = std::max<i32>(known.var.x, kLostDeviation);
       known.var.y = std::max<i32>(known.var.y, kLostDeviation);
     }
+    updates_.on_own_update(Pose::of(known.pos), odometry_pose_);
     return position_->update(known);
   }
 
@@ -227,6 +251,8 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   int misses_ = 0;
   std::optional<TimeStamp> published_;
   bool was_sure_ = false;
+  Pose odometry_pose_{};  // at the last scan
+  UpdateWatch updates_;
   PriorityMutex field_mutex_;  // protects the three members below, which LOAD_MAP exchanges
   std::unique_ptr<LikelihoodField> field_;
   std::unique_ptr<WallLines> walls_;

@@ -19,16 +19,14 @@ struct Known {
   std::string_view name;
   int ids;
 };
-constexpr std::array<Known, 4> kFamilies = {{{Family::kTag36h11, "tag36h11", 587},
+constexpr std::array<Known, 3> kFamilies = {{{Family::kTag36h11, "tag36h11", 587},
                                              {Family::kTag25h9, "tag25h9", 35},
-                                             {Family::kTag16h5, "tag16h5", 30},
-                                             {Family::kQr, "qr", 0}}};
+                                             {Family::kTag16h5, "tag16h5", 30}}};
 
 constexpr double kFarthest = 1e7;  // mm
 constexpr double kHighest = 1e5;
 constexpr double kSmallest = 10;
 constexpr double kLargest = 5000;
-constexpr std::size_t kTextMax = 200;  // bytes of a QR code
 
 const Known& known(Family family) { return *std::ranges::find(kFamilies, family, &Known::family); }
 
@@ -79,9 +77,8 @@ class MarkerReader {
     std::int64_t id = -1;
     bool has_place = false;
     reader_.table(node, "a marker",
-                  {{"family", [&](const Node& n) { family(n, marker.family); }},
+                  {{"family", [&](const Node& n) { this->family(n, marker.family); }},
                    {"id", [&](const Node& n) { reader_.number(n, 0, 1'000'000, id); }},
-                   {"text", [&](const Node& n) { reader_.text(n, marker.text); }},
                    {"at",
                     [&](const Node& n) {
                       has_place = true;
@@ -90,28 +87,14 @@ class MarkerReader {
                    {"height", [&](const Node& n) { height(n, marker.height); }},
                    {"size", [&](const Node& n) { size(n, marker.size); }}});
     if (!has_place) return add(node, "a marker needs `at = [x, y, direction]`");
-    marker.id = static_cast<int>(std::max<std::int64_t>(id, 0));
-    if (auto problem = wrong_name(marker, id); !problem.empty()) return add(node, problem);
-    if (std::ranges::any_of(file_.markers, [&](const Marker& m) { return m.is_like(marker); }))
-      return add(node, "there is a marker that looks the same");
-    if (file_.markers.size() == kMarkersMax)
-      return add(node, fmt::format("more than {} markers", kMarkersMax));
-    file_.markers.push_back(std::move(marker));
-  }
-
-  // Empty: it has what its family needs.
-  static std::string wrong_name(const Marker& marker, std::int64_t id) {
-    if (marker.family == Family::kQr) {
-      if (id >= 0) return "a QR code has a `text` instead of an `id`";
-      if (marker.text.empty() || marker.text.size() > kTextMax)
-        return fmt::format("a QR code needs a `text` of 1 to {} bytes", kTextMax);
-      return {};
-    }
-    if (!marker.text.empty()) return "only QR codes (family = \"qr\") have a `text`";
     const Known& family = known(marker.family);
     if (id < 0 || id >= family.ids)
-      return fmt::format("a marker of {} needs an `id` from 0 to {}", family.name, family.ids - 1);
-    return {};
+      return add(node, fmt::format("a marker of {} needs an `id` from 0 to {}", family.name,
+                                   family.ids - 1));
+    marker.id = static_cast<int>(id);
+    if (std::ranges::any_of(file_.markers, [&](const Marker& m) { return m.is_like(marker); }))
+      return add(node, "there is a marker that looks the same");
+    file_.markers.push_back(std::move(marker));
   }
 
   void add(const Node& node, std::string problem) {

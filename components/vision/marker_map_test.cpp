@@ -1,6 +1,5 @@
 #include "components/vision/marker_map.h"
 
-#include <fmt/core.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -25,9 +24,8 @@ TEST(MarkerMap, HasMarkersWithDefaults) {
   const auto markers = read(
       "size = 200\nheight = 1400\n"
       "[[marker]]\nid = 3\nat = [1000, -250.5, 90]\n"
-      "[[marker]]\nid = 4\nat = [0, 0, -90]\nheight = 900\nsize = 80\nfamily = \"tag16h5\"\n"
-      "[[marker]]\ntext = \"door 7\"\nat = [1, 2, 0]\nfamily = \"qr\"\n");
-  ASSERT_EQ(markers.size(), 3U);
+      "[[marker]]\nid = 4\nat = [0, 0, -90]\nheight = 900\nsize = 80\nfamily = \"tag16h5\"\n");
+  ASSERT_EQ(markers.size(), 2U);
   EXPECT_EQ(markers[0].family, Family::kTag36h11);
   EXPECT_EQ(markers[0].id, 3);
   EXPECT_EQ(markers[0].at.x, 1000);
@@ -38,7 +36,6 @@ TEST(MarkerMap, HasMarkersWithDefaults) {
   EXPECT_NEAR(markers[1].rho, 3 * kPi / 2, 1e-9);
   EXPECT_EQ(markers[1].height, 900);
   EXPECT_EQ(markers[1].size, 80);
-  EXPECT_EQ(markers[2].text, "door 7");
   EXPECT_TRUE(read("").empty());
 }
 
@@ -56,9 +53,6 @@ TEST(MarkerMap, ReportsWhatIsWrongAndWhere) {
   EXPECT_THAT(problem_of("[[marker]]\nid = 1\nat = [0, 0]\n"), HasSubstr("[x, y, direction]"));
   EXPECT_THAT(problem_of("[[marker]]\n" + at), HasSubstr("from 0 to 586"));
   EXPECT_THAT(problem_of("[[marker]]\nid = 587\n" + at), HasSubstr("from 0 to 586"));
-  EXPECT_THAT(problem_of("[[marker]]\nid = 1\ntext = \"a\"\n" + at), HasSubstr("only QR codes"));
-  EXPECT_THAT(problem_of("family = \"qr\"\n[[marker]]\nid = 1\n" + at), HasSubstr("`text`"));
-  EXPECT_THAT(problem_of("family = \"qr\"\n[[marker]]\n" + at), HasSubstr("1 to 200 bytes"));
   EXPECT_THAT(problem_of("[[marker]]\nid = 1\n" + at + "[[marker]]\nid = 1\n" + at),
               HasSubstr("looks the same"));
   EXPECT_THAT(problem_of("[[marker]\n"), HasSubstr("markers.toml:1:"));
@@ -67,15 +61,6 @@ TEST(MarkerMap, ReportsWhatIsWrongAndWhere) {
 TEST(MarkerMap, HasLimits) {
   EXPECT_EQ(read("size = 10\n[[marker]]\nid = 586\nat = [1e7, -1e7, 360]\n").at(0).id, 586);
   EXPECT_EQ(read("size = 5000\n[[marker]]\nid = 0\nat = [0, 0, 0]\n").at(0).size, 5000);
-  std::string most = "family = \"qr\"\n";
-  for (std::size_t i = 0; i < kMarkersMax; ++i)
-    most += fmt::format("[[marker]]\ntext = \"{}\"\nat = [0, 0, 0]\n", i);
-  EXPECT_EQ(read(most).size(), kMarkersMax);
-  EXPECT_THAT(problem_of(most + "[[marker]]\ntext = \"x\"\nat = [0, 0, 0]\n"),
-              HasSubstr("more than 1000"));
-  const std::string qr = "family = \"qr\"\n[[marker]]\nat = [0, 0, 0]\ntext = \"";
-  EXPECT_EQ(read(qr + std::string(200, 'x') + "\"\n").size(), 1U);
-  EXPECT_THAT(problem_of(qr + std::string(201, 'x') + "\"\n"), HasSubstr("1 to 200 bytes"));
 }
 
 }  // namespace marker_map_test

@@ -1,4 +1,4 @@
-// What a marker looks like: its cells, by libapriltag and by OpenCV's encoder of QR codes.
+// What a marker looks like: its cells, by libapriltag. Pure.
 #pragma once
 
 #include <cstdint>
@@ -10,12 +10,12 @@
 namespace rack::vision {
 
 struct MarkerPicture {
-  int side = 0;                      // cells, with the white border
-  double whole = 1;                  // side with the white border, for a marker of size 1
+  int side = 0;                       // cells, with the white border
+  double whole = 1;                   // side with the white border, for a marker of size 1
   std::vector<std::uint8_t> cells{};  // row by row from the top left: 0 black, 255 white
 };
 
-// kInvalidArgument: there is no such marker, or the text is too long for a QR code.
+// kInvalidArgument: there is no such marker.
 tims::Result<MarkerPicture> picture_of(const Marker& marker);
 
 }  // namespace rack::vision

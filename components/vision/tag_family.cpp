@@ -16,8 +16,6 @@ TagFamily make_tag_family(Family family) {
       return {tag25h9_create(), tag25h9_destroy};
     case Family::kTag16h5:
       return {tag16h5_create(), tag16h5_destroy};
-    case Family::kQr:
-      break;
   }
   return {nullptr, nullptr};
 }

@@ -11,7 +11,6 @@ namespace rack::vision {
 
 using TagFamily = std::unique_ptr<apriltag_family_t, void (*)(apriltag_family_t*)>;
 
-// Empty for QR codes.
 TagFamily make_tag_family(Family family);
 
 }  // namespace rack::vision

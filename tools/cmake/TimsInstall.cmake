@@ -57,7 +57,9 @@ function(tims_install_host)
     return()
   endif()
   programs_of(drivers components/devices/drivers)
-  set(programs rack-emulate World ${drivers} ${ARGN})
+  programs_of(vision components/vision)  # none without OpenCV, nor their tool
+  programs_of(markers tools/marker_print)
+  set(programs rack-emulate World ${drivers} ${vision} ${markers} ${ARGN})
   # Found from a program's own place, so that an installation may be moved; and by the whole path for
   # programs with file capabilities, for which the dynamic linker ignores $ORIGIN.
   set(common ${CMAKE_INSTALL_LIBDIR}/tims)

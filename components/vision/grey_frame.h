@@ -1,0 +1,26 @@
+// Pictures of cameras in grey, for what looks for shapes in them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "components/devices/camera/jpeg.h"
+#include "components/vision/marker_finder.h"
+#include "rack/proxies/camera.h"
+
+namespace rack::vision {
+
+// Keeps its buffers between pictures. Not thread-safe.
+class GreyFrame {
+ public:
+  // From mono8, mono16, rgb24, yuv422 or jpeg. kInvalidArgument: another mode. kMalformed: fewer
+  // bytes than the size requires. The view is valid until the next call.
+  tims::Result<GreyView> take(const CameraData& picture);
+
+ private:
+  device::Jpeg jpeg_;
+  device::PixelConverter converter_;
+  std::vector<std::byte> pixels_;
+};
+
+}  // namespace rack::vision
