@@ -81,7 +81,7 @@ Senses senses_of(SensorKind kind) {
     case SensorKind::kCompass:
       return Senses::kHeading;
     case SensorKind::kCamera:
-      break;
+      return Senses::kPictures;
   }
   return Senses::kNothing;
 }

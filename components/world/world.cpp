@@ -15,6 +15,7 @@
 #include <poll.h>
 
 #include "base/text.h"
+#include "components/world/camera_library.h"
 #include "components/world/core/world_file.h"
 #include "components/world/plugged_device.h"
 #include "components/world/senses.h"
@@ -224,7 +225,17 @@ class World : public DataModule<WorldData> {
       return refused(
           name + ": \"" + sensor.device +
           "\" is not a device for this kind of sensor; rack-emulate --list shows all devices");
-    auto device = plugged(name, *info, sensor.line, info->make(scene_of(*world_, id, utc_of_zero)));
+    Scene scene = scene_of(*world_, id, utc_of_zero);
+    if (sensor.kind == world::SensorKind::kCamera) {
+      auto pictures = pictures_of(*world_, id);
+      // The world is complete without it, as in a build without OpenCV.
+      if (!pictures) {
+        log().warning("{} is left out: {}", name, pictures.error().detail());
+        return {};
+      }
+      scene.pictures = std::move(*pictures);
+    }
+    auto device = plugged(name, *info, sensor.line, info->make(scene));
     if (!device) return device.error();
     robots_[id.robot].sensors.push_back({id, sensor.name, false, std::move(*device)});
     return {};

@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "components/devices/camera/camera_frames.h"
+#include "components/geometry/pose.h"
 #include "components/pictures/opencv_call.h"
+#include "components/world/render/camera_renderer.h"
 
 namespace tims::bench {
 namespace {
@@ -138,6 +140,40 @@ void measure_stereo() {
   }
 }
 
+// The corridor of the indoor sample: walls, floor and ceiling, three people, a lens and noise.
+void measure_camera_of_world() {
+  namespace world = rack::world;
+  world::WorldDescription corridor;
+  corridor.ceiling = 2500;
+  corridor.people.height = 1700;
+  for (const double side : {-1500.0, 1500.0})
+    for (double at = -1500; at < 8500; at += 2500)
+      corridor.walls.push_back({.from = {at, side}, .to = {at + 2500, side}});
+  corridor.walls.push_back({.from = {8500, -1500}, .to = {8500, 1500}});
+  corridor.obstacles = {{.at = {7000, 1000}, .height = 500}};
+  corridor.markers = {{.id = 1, .at = {8500, 0}, .rho = rack::kPi, .height = 1000, .size = 250}};
+  corridor.robots.emplace_back();
+  world::SensorDescription camera{.kind = world::SensorKind::kCamera};
+  camera.mount.z = -600;
+  camera.noise.pixel = 2;
+  camera.camera.k1 = -0.08;
+  camera.camera.k2 = 0.01;
+  corridor.robots[0].sensors = {camera};
+  world::View view{.from = {0, 0, -600}, .turn = {{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}}};
+  view.people = {{.at = {2500, 400}}, {.at = {4000, -500}, .rho = 2}, {.at = {6000, 0}}};
+  for (const auto& [name, width, height] : {std::tuple{"World's camera, 320 x 240", 320, 240},
+                                            std::tuple{"World's camera, 640 x 480", 640, 480}}) {
+    corridor.robots[0].sensors[0].camera.width = width;
+    corridor.robots[0].sensors[0].camera.height = height;
+    corridor.robots[0].sensors[0].camera.focal = width * 0.866;
+    const auto renderer = world::CameraRenderer::make(corridor, {0, 0});
+    if (!renderer) return std::puts("  failed"), void();
+    measure(name, 10, [&] {
+      if (!(*renderer)->render(view)) std::puts("  failed");
+    });
+  }
+}
+
 }  // namespace
 }  // namespace tims::bench
 
@@ -146,4 +182,5 @@ int main(int argc, char** argv) {
   if (argc == 3) return tims::bench::write_pictures(argv[1], std::stoi(argv[2])) ? 0 : 1;
   tims::bench::measure_conversions();
   tims::bench::measure_stereo();
+  tims::bench::measure_camera_of_world();
 }

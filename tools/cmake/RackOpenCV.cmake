@@ -3,7 +3,7 @@
 option(RACK_WITH_OPENCV "components with pictures: cameras, intensities of images, pictures of maps (OpenCV)" ON)
 if(NOT RACK_WITH_OPENCV)
   message(STATUS "RACK_WITH_OPENCV=OFF: without CameraV4l, CameraDcam, CameraJpeg, camera-calibrate, ObjRecogMarkers, "
-                 "marker-print, rack-dora and maps as PGM or PNG; "
+                 "marker-print, rack-dora, cameras of World and maps as PGM or PNG; "
                  "Scan2d without cameraInst")
   return()
 endif()

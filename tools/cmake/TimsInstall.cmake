@@ -68,8 +68,8 @@ function(tims_install_host)
   set(own timsctl-robot timsctl-sim tims-crash-report)  # not for users
   install(TARGETS tims_common DESTINATION ${common})
   if(TARGET rack_pictures)
-    install(TARGETS rack_pictures DESTINATION ${common})
-    set(pictures ${common}/$<TARGET_FILE_NAME:rack_pictures>)
+    install(TARGETS rack_pictures rack_world_camera DESTINATION ${common})
+    set(pictures ${common}/$<TARGET_FILE_NAME:rack_pictures> ${common}/$<TARGET_FILE_NAME:rack_world_camera>)
   endif()
   set_target_properties(${programs} ${own} PROPERTIES
     INSTALL_RPATH "$ORIGIN/../${common};$ORIGIN/../../${common};${CMAKE_INSTALL_FULL_LIBDIR}/tims")

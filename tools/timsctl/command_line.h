@@ -82,6 +82,8 @@ Exit device_watch(Context& context);
 Exit device_record(Context& context);
 Exit device_play(Context& context);
 
+Exit camera_save(Context& context);
+
 Exit world_show(Context& context);
 Exit world_place(Context& context);
 Exit world_put(Context& context);

@@ -31,6 +31,9 @@ struct Arrival {
   // format of a picture; 0 for a stream.
   std::uint32_t id = 0;
   bool is_sent = false;  // in a recording: sent to the device, not received from it
+  // Of an emulated device's line, without bytes: the client has changed or gone. Dialogues do not
+  // get this: they are started again.
+  bool is_restart = false;
 };
 
 // Accepts the CAN frames with (frame's id & mask) == (id & mask); the default accepts all.

@@ -44,6 +44,18 @@ using Inertia = std::function<Motion(Time when, Duration since_start)>;
 // Heading of a compass, deg clockwise from north.
 using Heading = std::function<double(Time when, Duration since_start)>;
 
+// The pictures of a camera, as JPEG. Making one takes longer than a device may block: it is
+// ordered, and taken when it is ready.
+class PictureSource {
+ public:
+  virtual ~PictureSource() = default;
+  [[nodiscard]] virtual Duration period() const = 0;  // between pictures
+  // A picture of this moment. No effect while the previous one is being made.
+  virtual void order(Time when) = 0;
+  // The picture ordered last, once: true if it was ready and replaced `jpeg`.
+  virtual bool take(std::vector<std::byte>& jpeg) = 0;
+};
+
 // The drive train of a vehicle: how far its motors have turned since power-on. Motors keep running
 // without a connection, so this is also called while the vehicle is unplugged.
 class Wheelwork {

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "components/devices/camera/ip_camera.h"
 #include "components/devices/camera/ptz_camera.h"
 #include "components/devices/chassis/er1_robot.h"
 #include "components/devices/chassis/motor_bus.h"
@@ -107,6 +108,10 @@ std::unique_ptr<Dialogue> make_roomba(const Scene&) {
 std::unique_ptr<Dialogue> make_create2(const Scene&) {
   return std::make_unique<RoombaEmulator>(RoombaModel::kCreate2);
 }
+std::unique_ptr<Dialogue> make_ip_camera(const Scene& scene) {
+  return std::make_unique<emulator::IpCamera>(
+      emulator::IpCameraSettings{.pictures = scene.pictures});
+}
 std::unique_ptr<Dialogue> make_ptz_camera_over_ip(const Scene&) {
   return std::make_unique<emulator::PtzCamera>(true);
 }
@@ -163,6 +168,8 @@ constexpr EmulatorInfo kEmulators[] = {
                  "tcp:127.0.0.1:8075", 0, Senses::kNothing, make<emulator::OusterPage>},
     EmulatorInfo{"velodyne", "Velodyne VLP-16", "Scan3dVelodyne", "udp:127.0.0.1:2368?local=0", 0,
                  Senses::kSight, spinning<emulator::VelodyneScanner>},
+    EmulatorInfo{"ip-camera", "camera that sends motion JPEG by HTTP", "CameraV4l",
+                 "tcp:127.0.0.1:8091", 0, Senses::kPictures, make_ip_camera},
     EmulatorInfo{"visca", "camera mount with VISCA", "PtzDrive", "pty:/tmp/visca", 9600,
                  Senses::kNothing, make<emulator::PtzCamera>},
     EmulatorInfo{"visca-ip", "camera mount with VISCA over IP", "PtzDrive", "udp::52381", 0,

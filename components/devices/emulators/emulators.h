@@ -16,12 +16,21 @@ struct Scene {
   emulator::Course course{};
   emulator::Inertia inertia{};
   emulator::Heading heading{};
+  std::shared_ptr<emulator::PictureSource> pictures{};
   Duration
       period{};  // period of fixes of a receiver that its driver does not configure; 0: default
 };
 
 // The member of the scene that an emulator uses. kWheels: the emulator is a Wheelwork.
-enum class Senses : std::uint8_t { kNothing, kSight, kCourse, kInertia, kHeading, kWheels };
+enum class Senses : std::uint8_t {
+  kNothing,
+  kSight,
+  kCourse,
+  kInertia,
+  kHeading,
+  kWheels,
+  kPictures
+};
 
 struct EmulatorInfo {
   std::string_view name;     // "lms200"

@@ -171,6 +171,11 @@ Result<void> Device::state() {
 }
 
 void Device::hand_over(const Arrival& arrival) {
+  if (arrival.is_restart) {
+    note(arrival.last, Direction::kStarted);
+    conversation_.start(arrival.last, *this);
+    return;
+  }
   note(arrival.last, arrival.is_sent ? Direction::kSent : Direction::kReceived, arrival);
   conversation_.receive(arrival, *this);
 }

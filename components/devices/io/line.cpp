@@ -5,6 +5,7 @@
 #include <arpa/inet.h>
 #include <asm/termbits.h>
 #include <netinet/in.h>
+#include <netinet/tcp.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -97,7 +98,8 @@ class EmulatedLine final : public StreamTransport {
   std::vector<std::byte> noise_;
 };
 
-// Serves one client at a time; a new client replaces the previous one, as with most scanners.
+// Serves one client at a time; a new client replaces the previous one, as with most scanners. The
+// device starts again with each client, so that nobody gets the rest of what another one asked for.
 class Listener final : public Transport {
  public:
   Listener(File listener, std::string description)
@@ -108,20 +110,31 @@ class Listener final : public Transport {
   }
   [[nodiscard]] std::string description() const override { return description_; }
   // The descriptor of the current client does not report a new client, so look periodically.
-  [[nodiscard]] Time next_timeout() const override { return next_look_; }
+  [[nodiscard]] Time next_timeout() const override {
+    return client_ ? std::min(next_look_, client_->next_timeout()) : next_look_;
+  }
 
   Result<void> receive(Time now, const Receive& receive) override {
     constexpr Duration kLookEvery = std::chrono::milliseconds(20);
     next_look_ = now + kLookEvery;
     File next(::accept4(listener_.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
-    if (next) client_ = std::make_unique<Client>(std::move(next), description_, 0);
-    if (client_ && !client_->receive(now, receive)) client_.reset();
+    const Arrival restart{.first = now, .last = now, .is_restart = true};
+    if (next) {
+      client_ = std::make_unique<Client>(std::move(next), description_, 0);
+      is_lost_ = false;
+      receive(restart);
+    }
+    if (client_ && (!client_->receive(now, receive) || is_lost_)) {
+      client_.reset();
+      receive(restart);
+    }
     return {};
   }
   Result<bool> send(Time now, std::span<const std::byte> bytes, std::uint32_t id) override {
-    if (!client_) return false;
+    if (!client_ || is_lost_) return false;
     const auto sent = client_->send(now, bytes, id);
-    if (!sent) client_.reset();
+    // It may be what is being received from, so it goes in receive().
+    if (!sent) is_lost_ = true;
     return sent && *sent;
   }
 
@@ -137,6 +150,7 @@ class Listener final : public Transport {
   File listener_;
   std::string description_;
   std::unique_ptr<Client> client_;
+  bool is_lost_ = false;
   Time next_look_{};
 };
 
@@ -151,6 +165,11 @@ Result<std::unique_ptr<Transport>> listen(const DeviceAddress& address) {
   File listener(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   const int on = 1;
   ::setsockopt(listener.get(), SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  // Its clients inherit these. A device has little memory, so that a client that reads slowly
+  // misses data, and does not get what is seconds old.
+  const int buffer = 1 << 16;
+  ::setsockopt(listener.get(), SOL_SOCKET, SO_SNDBUF, &buffer, sizeof buffer);
+  ::setsockopt(listener.get(), IPPROTO_TCP, TCP_NODELAY, &on, sizeof on);
   sockaddr_in where{};
   where.sin_family = AF_INET;
   where.sin_port = htons(address.port);

@@ -166,6 +166,52 @@ TEST(LinePortTest, TheNewestClientHasTheDevice) {
   EXPECT_EQ(exchange(*device, *second, 6), "answer");
 }
 
+// Its events in order: "+" a client has come or gone, and what was received.
+std::string events_of(Transport& device, std::string_view wanted) {
+  std::string events;
+  for (const Time end = tims::os::now() + 20s; events != wanted && tims::os::now() < end;) {
+    pollfd wait{.fd = device.descriptor(), .events = POLLIN, .revents = 0};
+    ::poll(&wait, 1, 1);
+    EXPECT_TRUE(device.receive(tims::os::now(), [&](const Arrival& arrival) {
+      if (arrival.is_restart) events += '+';
+      for (const std::byte byte : arrival.bytes) events += static_cast<char>(byte);
+    }));
+  }
+  return events;
+}
+
+TEST(LinePortTest, TheDeviceStartsAgainWithEachClient) {
+  const auto device = opened("tcp:127.0.0.1:23123", 0, true);
+  auto first = opened("tcp:127.0.0.1:23123", 0);
+  ASSERT_TRUE(*first->send(tims::os::now(), bytes_of("one"), 0));
+  EXPECT_EQ(events_of(*device, "+one"), "+one");
+  auto second = opened("tcp:127.0.0.1:23123", 0);
+  ASSERT_TRUE(*second->send(tims::os::now(), bytes_of("two"), 0));
+  EXPECT_EQ(events_of(*device, "+two"), "+two");
+  second.reset();
+  EXPECT_EQ(events_of(*device, "+"), "+") << "it has gone";
+  EXPECT_FALSE(*device->send(tims::os::now(), bytes_of("to nobody"), 0));
+}
+
+// A client that does not read gets pictures until its buffers are full, and later whole ones again.
+TEST(LinePortTest, ASlowClientMissesWholePieces) {
+  const auto device = opened("tcp:127.0.0.1:23124", 0, true);
+  const auto client = opened("tcp:127.0.0.1:23124", 0);
+  ASSERT_TRUE(*client->send(tims::os::now(), bytes_of("x"), 0));
+  EXPECT_EQ(events_of(*device, "+x"), "+x");
+  const std::string picture(300000, 'p');
+  std::size_t taken = 0;
+  std::size_t refused = 0;
+  for (int i = 0; i < 200; ++i) {
+    const bool is_taken = *device->send(tims::os::now(), bytes_of(picture), 0);
+    is_taken ? ++taken : ++refused;
+  }
+  EXPECT_GT(taken, 0U) << "larger than what may wait, but nothing else waited";
+  EXPECT_GT(refused, 100U);
+  EXPECT_EQ(exchange(*device, *client, taken * picture.size()).size(), taken * picture.size());
+  EXPECT_TRUE(*device->send(tims::os::now(), bytes_of(picture), 0));
+}
+
 TEST(PaceTest, BytesComeAsALineCarriesThem) {
   constexpr std::uint32_t kBaud = 115200;
   constexpr std::size_t kBytes = 1000;

@@ -54,7 +54,8 @@ Result<void> StreamTransport::receive(Time now, const Receive& receive) {
 }
 
 Result<bool> StreamTransport::send(Time now, std::span<const std::byte> bytes, std::uint32_t) {
-  if (waiting_.size() + bytes.size() > kWaitingBytesMax) return false;
+  // A piece may be larger than that, such as a picture, if nothing else waits.
+  if (!waiting_.empty() && waiting_.size() + bytes.size() > kWaitingBytesMax) return false;
   waiting_.insert(waiting_.end(), bytes.begin(), bytes.end());
   if (auto written = write_waiting(now); !written) return written.error();
   return true;

@@ -13,6 +13,7 @@
 
 #include "components/geometry/floor_map.h"
 #include "components/geometry/pose.h"
+#include "components/vision/marker_map.h"
 #include "tims/time.h"
 
 namespace rack::world {
@@ -87,6 +88,19 @@ struct NoiseDescription {
   double rate = 0;          // rad/s
   double rate_bias = 0;     // rad/s, standard deviation of an error that changes in minutes
   double acceleration = 0;  // mm/s2
+  // Noise of a camera.
+  double pixel = 0;  // standard deviation of each value of a pixel, 0 to 255
+};
+
+// The picture and the lens of a camera: a pinhole with radial distortion, as OpenCV's camera matrix
+// and distortion coefficients. The principal point is the middle of the picture.
+struct CameraDescription {
+  int width = 640;  // pixels
+  int height = 480;
+  double focal = 554;  // pixels
+  double k1 = 0;       // a point at tan(angle) r of the axis appears at r (1 + k1 r^2 + k2 r^4)
+  double k2 = 0;
+  int quality = 80;  // of JPEG, 1 to 100
 };
 
 enum class SensorKind : std::uint8_t {
@@ -125,6 +139,8 @@ struct SensorDescription {
   tims::Duration lag{};           // from measurement to telegram; only stored here
   std::vector<Outage> outages{};  // of satellites: times without a fix
   tims::Duration period{};        // between fixes of a satellite receiver; 0: the device's default
+                                  // of a camera: between pictures
+  CameraDescription camera{};     // of cameras
   // For the emulation of the device: emulator and address of its line. Not used here.
   std::string device{};
   std::string line{};
@@ -177,8 +193,10 @@ struct WorldDescription {
   std::uint64_t seed = 1;
   Area ground{{-50000, -50000}, {50000, 50000}};  // nothing moves outside of it
   Origin origin{};
+  double ceiling = 0;  // mm above the ground, only visible to cameras; 0: under the sky
   std::vector<WallDescription> walls{};
   std::vector<ObstacleDescription> obstacles{};
+  std::vector<vision::Marker> markers{};  // only cameras see them
   PeopleDescription people{};
   std::vector<RobotDescription> robots{};
 };

@@ -6,6 +6,7 @@
 
 #include "components/world/core/noise.h"
 #include "components/world/core/state.h"
+#include "components/world/core/view.h"
 
 namespace rack::world {
 
@@ -237,6 +238,31 @@ Pose World::State::pose(std::size_t robot, tims::Time at) const {
 
 Pose World::State::sensor_pose(const SensorId& id, tims::Time at) const {
   return pose(id.robot, at) + sensor_at(id).is.mount;
+}
+
+void World::State::view(const SensorId& id, tims::Time at, View& out) const {
+  const History::Moment when = moment(at);
+  const RobotSample own = history_.robot(id.robot, when);
+  const Sensor& sensor = sensor_at(id);
+  out.age = age(seen_at(at));
+  const Pose pose = sensor_pose(id, at);
+  out.from = {pose.x, pose.y, pose.z};
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vector column = turned_about(TurnedAbout::kYaw, own.rho,
+                                       {sensor.turn[0][i], sensor.turn[1][i], sensor.turn[2][i]});
+    for (std::size_t k = 0; k < 3; ++k) out.turn[k][i] = column[k];
+  }
+  out.robots.clear();
+  for (std::size_t i = 0; i < robots_.size(); ++i) {
+    if (i == id.robot) continue;
+    const RobotSample robot = history_.robot(i, when);
+    out.robots.push_back({i, hull(i, robot.at, robot.rho)});
+  }
+  out.people.clear();
+  for (std::size_t i = 0; i < people_.size(); ++i) out.people.push_back(history_.person(i, when));
+  out.obstacles.clear();
+  for (const Put& put : put_)
+    if (seen_at(at) >= put.from && seen_at(at) < put.to) out.obstacles.push_back(put.description);
 }
 
 }  // namespace rack::world

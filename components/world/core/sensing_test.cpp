@@ -7,6 +7,7 @@
 
 #include "components/geometry/coordinates.h"
 #include "components/world/core/rooms_fixture.h"
+#include "components/world/core/view.h"
 #include "components/world/core/world.h"
 
 namespace rack::world {
@@ -281,6 +282,42 @@ TEST(Sensing, ACompassPointsNorth) {
   EXPECT_NEAR(made(description).compass({0, 0}, kBegin), 6.5 - 2 * kPi, 1e-9);
   description.robots[0].sensors[0].noise.angle = 0.1;
   EXPECT_NE(made(description).compass({0, 0}, kBegin), 6.5 - 2 * kPi);
+}
+
+// A camera gets the moment that it asks for, in its own directions.
+TEST(Sensing, AViewIsThatOfItsTime) {
+  WorldDescription description = field({.name = "camera",
+                                        .kind = SensorKind::kCamera,
+                                        .mount = {.x = 300, .z = -500, .psi = 0.2, .rho = 0.1}});
+  description.robots.push_back({.name = "other", .start = {.x = 3000}, .front = 100, .back = 100});
+  description.people.walks = {{.places = {{8000, -3000}, {8000, 3000}}, .pause = {}}};
+  World world = made(description);
+  const std::array speeds = {500.0, 400.0};
+  world.drive(0, speeds, kBegin);
+  world.advance(kBegin + seconds(2));
+  ASSERT_TRUE(world.put({.shape = Shape::kCircle, .at = {5000, 5000}}));
+  world.advance(kBegin + seconds(2.5));
+
+  View then;
+  View now;
+  world.view({0, 0}, kBegin + seconds(1.9), then);
+  world.view({0, 0}, kBegin + seconds(2.5), now);
+  EXPECT_EQ(then.age, seconds(1.9));
+  const Pose pose = world.sensor_pose({0, 0}, kBegin + seconds(1.9));
+  EXPECT_NEAR(then.from[0], pose.x, 1e-9);
+  EXPECT_NEAR(then.from[1], pose.y, 1e-9);
+  EXPECT_EQ(then.from[2], -500);
+  // Its x axis: turned as the robot and its mount, and upwards.
+  EXPECT_NEAR(std::atan2(then.turn[1][0], then.turn[0][0]), signed_angle(pose.rho), 1e-9);
+  EXPECT_NEAR(-then.turn[2][0], std::sin(0.2), 1e-9);
+  EXPECT_GT(std::hypot(now.from[0] - then.from[0], now.from[1] - then.from[1]), 200);
+  ASSERT_EQ(now.robots.size(), 1U);
+  EXPECT_EQ(now.robots[0].id, 1U) << "not itself";
+  EXPECT_NEAR(now.robots[0].hull.at.x, 3000, 1e-9);
+  ASSERT_EQ(now.people.size(), 1U);
+  EXPECT_NE(now.people[0].at.y, then.people[0].at.y);
+  EXPECT_TRUE(then.obstacles.empty()) << "not yet there";
+  EXPECT_EQ(now.obstacles.size(), 1U);
 }
 
 }  // namespace sensing_test

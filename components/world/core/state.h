@@ -48,6 +48,7 @@ class World::State {
   [[nodiscard]] double compass(const SensorId& id, tims::Time at) const;
   [[nodiscard]] Pose sensor_pose(const SensorId& id, tims::Time at) const;
   [[nodiscard]] Pose pose(std::size_t robot, tims::Time at) const;
+  void view(const SensorId& id, tims::Time at, View& out) const;
   void plug(const SensorId& sensor, bool plugged) { sensor_at(sensor).is_plugged = plugged; }
   [[nodiscard]] bool is_plugged(const SensorId& sensor) const {
     return sensor_at(sensor).is_plugged;

@@ -74,6 +74,9 @@ double World::compass(const SensorId& sensor, tims::Time at) const {
 Pose World::sensor_pose(const SensorId& sensor, tims::Time at) const {
   return state_->sensor_pose(sensor, at);
 }
+void World::view(const SensorId& sensor, tims::Time at, View& out) const {
+  state_->view(sensor, at, out);
+}
 Pose World::pose(std::size_t robot, tims::Time at) const { return state_->pose(robot, at); }
 
 tims::Result<void> World::place(std::size_t robot, const Pose& pose) {

@@ -87,6 +87,8 @@ struct InertialMeasurement {
   double rho = 0;
 };
 
+struct View;  // view.h
+
 // --- the truth
 
 struct Contacts {
@@ -182,6 +184,10 @@ class World {
   [[nodiscard]] double compass(const SensorId& sensor, tims::Time at) const;
   // The pose of a sensor; z, phi and psi are those of its mount, and with an axis all of it.
   [[nodiscard]] Pose sensor_pose(const SensorId& sensor, tims::Time at) const;
+
+  // What a camera sees beside the static objects of the description. Allocates nothing when `out`
+  // has been used before.
+  void view(const SensorId& sensor, tims::Time at, View& out) const;
 
   // --- Commands. They take effect immediately.
 

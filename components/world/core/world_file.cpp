@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <limits>
 #include <span>
 #include <utility>
@@ -10,6 +11,7 @@
 
 #include "base/measure.h"
 #include "components/geometry/pose.h"
+#include "components/world/core/camera_lens.h"
 
 namespace rack::world {
 
@@ -66,6 +68,8 @@ class WorldReader {
                       area(n, "[ground]", world.ground);
                     }},
                    {"origin", [&](const Node& n) { origin(n); }},
+                   {"ceiling", size(world.ceiling)},
+                   {"markers", [&](const Node& n) { markers(n); }},
                    {"plan", each([&](const Node& n) { plan(n); })},
                    {"wall", each([&](const Node& n) { wall(n); })},
                    {"obstacle", each([&](const Node& n) { obstacle(n); })},
@@ -228,6 +232,16 @@ class WorldReader {
     }
   }
 
+  void markers(const Node& node) {
+    std::string name;
+    if (!reader_.text(node, name)) return;
+    auto text = read_plan_(name);
+    if (!text) return reader_.refuse(node, fmt::format("{}: {}", name, text.error().detail()));
+    vision::MarkerFile file = vision::read_marker_map({name, std::move(*text)});
+    for (const auto& problem : file.problems) reader_.add(problem);
+    file_.description.markers = std::move(file.markers);
+  }
+
   void wall(const Node& node) {
     WallDescription wall;
     reader_.table(
@@ -371,7 +385,8 @@ class WorldReader {
                    {"angle", angle<180>(noise.angle)},
                    {"rate", angle<360>(noise.rate)},
                    {"rate_bias", angle<360>(noise.rate_bias)},
-                   {"acceleration", real<Range{0, 1e5}>(noise.acceleration)}});
+                   {"acceleration", real<Range{0, 1e5}>(noise.acceleration)},
+                   {"pixel", real<Range{0, 100}>(noise.pixel)}});
   }
 
   void sensor(const Node& node, std::vector<SensorDescription>& sensors) {
@@ -384,6 +399,7 @@ class WorldReader {
       sensor.mount.phi = radians(value[0]);
       sensor.mount.psi = radians(value[1]);
     };
+    CameraKeys camera;
     reader_.table(
         node, "[[robot.sensor]]",
         {{"name", text(sensor.name)},
@@ -398,12 +414,19 @@ class WorldReader {
          {"lag", duration(sensor.lag)},
          {"outages", [&](const Node& n) { outages(n, sensor.outages); }},
          {"period", duration(sensor.period)},
+         {"size", of_camera(camera, [&](const Node& n) { picture_size(n, sensor.camera); })},
+         {"fov", of_camera(camera, real<Range{10, 140}>(camera.fov))},
+         {"focal", of_camera(camera, real<Range{10, 1e5}>(camera.focal))},
+         {"lens", of_camera(camera, [&](const Node& n) { lens(n, sensor.camera); })},
+         {"rate", of_camera(camera, real<Range{0.1, 60}>(camera.rate))},
+         {"quality", of_camera(camera, [&](const Node& n) { quality(n, sensor.camera); })},
          {"device", text(sensor.device)},
          {"line", text(sensor.line)}});
     sensor.mount.z = -height;
     require(node, "name");
     require(node, "kind");
     if (sensor.period.count() != 0) fix_period(node, sensor);
+    finish_camera(node, camera, sensor);
     if (sensor.axis.about != TurnedAbout::kNothing && sensor.kind != SensorKind::kScanner &&
         sensor.kind != SensorKind::kScanner3d)
       reader_.add({node.at_key, sensor.name + ": only scanners have an axis"});
@@ -411,6 +434,65 @@ class WorldReader {
       reader_.add({node.at_key, fmt::format("there is another sensor {}", sensor.name)});
     if (has_room(node, sensors, kSensorsMax, "sensors at one robot"))
       sensors.push_back(std::move(sensor));
+  }
+
+  // Keys of cameras, in their own units.
+  struct CameraKeys {
+    double fov = 0;  // degrees; 0: not given
+    double focal = 0;
+    double rate = 15;             // 1/s
+    const Node* first = nullptr;  // of these keys
+  };
+  static Read of_camera(CameraKeys& keys, Read read) {
+    return [&keys, read = std::move(read)](const Node& node) {
+      if (keys.first == nullptr) keys.first = &node;
+      read(node);
+    };
+  }
+
+  void picture_size(const Node& node, CameraDescription& camera) {
+    std::array<double, 2> value{};
+    numbers(node, "a size such as [640, 480]: pixels of width and height", value);
+    const auto is_side = [](double pixels) {
+      return pixels >= kPictureMin && pixels <= kPictureMax && pixels == std::floor(pixels);
+    };
+    if (!is_side(value[0]) || !is_side(value[1]))
+      return reader_.refuse(node, fmt::format("size must be two whole numbers from {} to {}",
+                                              kPictureMin, kPictureMax));
+    camera.width = static_cast<int>(value[0]);
+    camera.height = static_cast<int>(value[1]);
+  }
+  void lens(const Node& node, CameraDescription& camera) {
+    std::array<double, 2> value{};
+    numbers(node, "two coefficients such as [-0.1, 0.01]: k1, k2 of OpenCV", value);
+    camera.k1 = value[0];
+    camera.k2 = value[1];
+  }
+  void quality(const Node& node, CameraDescription& camera) {
+    std::int64_t value = camera.quality;
+    reader_.number(node, 1, 100, value);
+    camera.quality = static_cast<int>(value);
+  }
+
+  void finish_camera(const Node& node, const CameraKeys& keys, SensorDescription& sensor) {
+    if (sensor.kind != SensorKind::kCamera) {
+      if (keys.first != nullptr)
+        reader_.add({keys.first->at_key, fmt::format("only cameras have {}", keys.first->key)});
+      return;
+    }
+    CameraDescription& camera = sensor.camera;
+    if (keys.fov > 0 && keys.focal > 0)
+      reader_.add({node.at_key, "a camera has fov, in degrees, or focal, in pixels"});
+    constexpr double kUsualFov = 60;
+    const double fov = radians(keys.fov > 0 ? keys.fov : kUsualFov);
+    camera.focal = keys.focal > 0 ? keys.focal : camera.width / 2.0 / std::tan(fov / 2);
+    sensor.period =
+        std::chrono::duration_cast<tims::Duration>(std::chrono::duration<double>(1 / keys.rate));
+    if (!is_possible(camera))
+      reader_.add({node.at_key,
+                   fmt::format("{}: no lens is like this: with these k1 and k2, or this fov, the "
+                               "corners of the picture see nothing within 72 degrees of the axis",
+                               sensor.name)});
   }
 
   void axis(const Node& node, AxisDescription& axis) {

@@ -25,8 +25,10 @@ inline constexpr std::size_t kPeopleMax = 200;
 inline constexpr std::size_t kWalksMax = 20;       // walks among the people
 inline constexpr std::size_t kWalkPlacesMax = 10;  // per walk
 inline constexpr std::size_t kObstaclesMax = 5000;
+inline constexpr int kPictureMin = 16;  // pixels, of each side of a camera's picture
+inline constexpr int kPictureMax = 1920;
 
-// Reads the text of a floor plan by its name in the world's file.
+// Reads the text of a floor plan or of a map of markers by its name in the world's file.
 using ReadPlan = std::function<tims::Result<std::string>(const std::string& name)>;
 
 // Reports every problem with file, line and column.

@@ -10,6 +10,7 @@
 
 #include "components/geometry/pose.h"
 #include "components/geometry/random.h"
+#include "components/world/core/camera_lens.h"
 #include "components/world/core/rooms_fixture.h"
 
 namespace rack::world {
@@ -227,6 +228,81 @@ TEST(WorldFile, EveryProblemHasItsPlace) {
   EXPECT_THAT(problems(sensor + "\"satellite\"\nperiod = \"2min\"\n"),
               ElementsAre("w.toml:4:1: s: period is from 50ms to 1min"));
   EXPECT_THAT(problems("x = \n"), ElementsAre(HasSubstr("w.toml:1:")));
+}
+
+TEST(WorldFile, HasCameras) {
+  const std::string robot = "[[robot]]\nname = \"r\"\nat = [0, 0, 0]\n[[robot.sensor]]\n";
+  const std::string camera = robot + "name = \"c\"\nkind = \"camera\"\n";
+  const auto sensor_of = [](const std::string& text) {
+    const WorldFile file = read(text);
+    EXPECT_THAT(file.problems, IsEmpty()) << file.problems.front().to_string();
+    return file.description.robots.at(0).sensors.at(0);
+  };
+  const SensorDescription usual = sensor_of(camera);
+  EXPECT_EQ(usual.camera.width, 640);
+  EXPECT_NEAR(usual.camera.focal, 554.26, 0.01) << "60 degrees";
+  EXPECT_NEAR(std::chrono::duration<double>(usual.period).count(), 1 / 15.0, 1e-6);
+  const SensorDescription other =
+      sensor_of(camera +
+                "size = [16, 1920]\nfocal = 900\nlens = [0.1, -0.01]\nrate = 60\n"
+                "quality = 100\nnoise = { pixel = 2.5 }\n");
+  EXPECT_EQ(other.camera.height, 1920);
+  EXPECT_EQ(other.camera.focal, 900);
+  EXPECT_EQ(other.camera.k2, -0.01);
+  EXPECT_EQ(other.camera.quality, 100);
+  EXPECT_EQ(other.noise.pixel, 2.5);
+  EXPECT_NEAR(sensor_of(camera + "size = [320, 240]\nfov = 90\n").camera.focal, 160, 1e-9);
+
+  const auto has = [&](const std::string& line, const std::string& problem) {
+    EXPECT_THAT(problems(camera + line + "\n"), ElementsAre(HasSubstr(problem))) << line;
+  };
+  has("size = [15, 240]", "size must be two whole numbers from 16 to 1920");
+  has("size = [1921, 240]", "size must be two whole numbers from 16 to 1920");
+  has("size = [320.5, 240]", "size must be two whole numbers from 16 to 1920");
+  has("fov = 60\nfocal = 500", "a camera has fov, in degrees, or focal, in pixels");
+  has("fov = 139", "no lens is like this");
+  has("lens = [-0.9, 0]", "no lens is like this");
+  has("lens = [1]", "k1, k2");
+  has("rate = 0", "rate");
+  has("quality = 0", "quality");
+  has("quality = 101", "quality");
+  has("period = \"2s\"", "only satellite receivers have a period");
+  EXPECT_THAT(problems(robot + "name = \"l\"\nkind = \"scanner\"\nrate = 5\nfov = 60\n"),
+              ElementsAre("w.toml:7:1: only cameras have rate"));
+}
+
+TEST(WorldFile, HasTheMarkersOfAMap) {
+  const auto read_with = [](const std::string& map) {
+    return read_world({"w.toml", "markers = \"map.toml\"\n"},
+                      [&](const std::string& name) -> tims::Result<std::string> {
+                        EXPECT_EQ(name, "map.toml");
+                        return map;
+                      });
+  };
+  const WorldFile file = read_with("[[marker]]\nid = 7\nat = [1000, 200, 180]\n");
+  ASSERT_THAT(file.problems, IsEmpty());
+  ASSERT_EQ(file.description.markers.size(), 1U);
+  EXPECT_EQ(file.description.markers[0].id, 7);
+  EXPECT_EQ(file.description.markers[0].at.y, 200);
+  const WorldFile wrong = read_with("[[marker]]\nid = -1\nat = [1000, 200, 180]\n");
+  ASSERT_FALSE(wrong.problems.empty());
+  EXPECT_THAT(wrong.problems[0].to_string(), HasSubstr("map.toml:"));
+  EXPECT_THAT(problems("markers = \"none.toml\"\n"),
+              ElementsAre(HasSubstr("none.toml: No such file")));
+}
+
+TEST(CameraLens, BendsEveryDirectionIntoOnePlace) {
+  CameraDescription camera{.width = 600, .height = 800, .focal = 500};  // its corners: tangent 1
+  EXPECT_TRUE(is_possible(camera));
+  // r (1 + k1 r^2) grows up to r = 1 / sqrt(-3 k1), where it is 2/3 of that.
+  camera.k1 = -0.148;
+  EXPECT_TRUE(is_possible(camera));
+  camera.k1 = -0.149;
+  EXPECT_FALSE(is_possible(camera));
+  camera = {.width = 600, .height = 800, .focal = 500 / kSteepest + 0.1};
+  EXPECT_TRUE(is_possible(camera));
+  camera.focal -= 0.2;
+  EXPECT_FALSE(is_possible(camera)) << "too wide";
 }
 
 TEST(WorldFile, HasNoMoreThanThereIsRoomFor) {
