@@ -6,8 +6,8 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
+#include "components/files/whole_file.h"
 #include "components/pictures/png_file.h"
-#include "components/position/map_file.h"
 #include "tools/cli/arguments.h"
 #include "tools/cli/context.h"
 #include "tools/cli/failure.h"
@@ -89,7 +89,7 @@ Exit camera_save(Context& context) {
   const std::string& file = arguments[1];
   const auto content = content_of(picture, file);
   const std::string_view text(reinterpret_cast<const char*>(content.data()), content.size());
-  if (auto written = rack::navigation::write_file(file, text); !written)
+  if (auto written = rack::write_file(file, text); !written)
     throw Failure(Exit::kDenied, "not_written", written.error().detail());
   const json::object answer{
       {"schema", "tims/camera_saved/1"}, {"file", file},
