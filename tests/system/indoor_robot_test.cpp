@@ -155,5 +155,47 @@ TEST_F(IndoorRobotTest, StopsWithoutItsLocalisationAndContinues) {
   EXPECT_EQ(robot->contacts(), 0U);
 }
 
+// The two corridors look alike for its scanner: after it was carried from one to the other, only a
+// marker on the wall tells them apart.
+TEST_F(IndoorRobotTest, AMarkerBringsItBackAfterItWasCarriedAway) {
+  ASSERT_TRUE(world().let_people_move(false).ok());
+  ASSERT_TRUE(turned_on(of_system("Mcl")));
+  const auto off_by = [&](const rack::Position3d& believed) {
+    const rack::WorldData now = truth();
+    const auto* const robot = now.find(rack::world_thing::kRobot, "scout");
+    if (robot == nullptr) return 1e9;
+    return std::hypot(believed.x.raw() - robot->pos.x.raw(), believed.y.raw() - robot->pos.y.raw());
+  };
+  const auto mcl_is_right = [&] {
+    const auto believed = of_robot<rack::MclProxy>("Mcl").get_data();
+    return believed && off_by(believed->pos) < 200;
+  };
+  ASSERT_TRUE(eventually(mcl_is_right, "it knows where it is", kDrive)) << up_->output();
+
+  rack::Position2d elsewhere;
+  elsewhere.x = 5500;
+  elsewhere.y = 9000;
+  ASSERT_TRUE(world().place("scout", elsewhere).ok());
+  ASSERT_TRUE(turned_on(of_system("ObjRecog", 1))) << up_->output();
+  auto markers = of_robot<rack::ObjRecogProxy>("ObjRecog", 1);
+  ASSERT_TRUE(eventually(
+      [&] {
+        const auto seen = markers.get_data();
+        return seen && std::ranges::any_of(seen->objects, [](const rack::ObjRecogObject& object) {
+                 return object.objectId == 4 && std::abs(object.pos.x.raw() - 3000) < 150;
+               });
+      },
+      "the marker at the end of the corridor", kDrive))
+      << up_->output();
+  EXPECT_TRUE(eventually(
+      [&] {
+        const auto believed = of_robot<rack::PositionProxy>("Position").get_data();
+        return believed && off_by(believed->pos) < 300 && mcl_is_right();
+      },
+      "it knows where it is again", kDrive))
+      << up_->output();
+  EXPECT_THAT(up_->output(), testing::HasSubstr("by markers"));
+}
+
 }  // namespace indoor_robot_test
 }  // namespace tims::test
