@@ -95,8 +95,8 @@ TEST_F(CameraVideoTest, VideosBecomePicturesOfEveryMode) {
     EXPECT_EQ(picture.width, 64);
     EXPECT_EQ(picture.height, 48);
     const std::span<const std::byte> image(picture.image);
-    if (one.size > 0) EXPECT_EQ(image.size(), one.size) << one.mode;
-    if (one.size == 0) EXPECT_EQ(picture.mode, camera_mode::kJpeg);
+    EXPECT_EQ(picture.mode == camera_mode::kJpeg, one.size == 0);
+    EXPECT_TRUE(one.size == 0 || image.size() == one.size) << image.size();
     if (one.size == 9216) {
       EXPECT_NEAR(std::to_integer<int>(image[0]), 20, 8);
       EXPECT_NEAR(std::to_integer<int>(image[2]), 200, 8);

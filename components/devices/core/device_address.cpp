@@ -125,7 +125,7 @@ std::optional<std::string> problem_of_options(const DeviceAddress& address) {
       parity != nullptr && *parity != "none" && *parity != "even" && *parity != "odd")
     return "parity must be none, even or odd, not " + base::in_quotes(*parity);
   if (const std::string* speed = value("speed");
-      speed != nullptr && *speed != "max" && address.kind == TransportKind::kPlayback) {
+      speed != nullptr && *speed != "max" && address.kind != TransportKind::kDcam) {
     const auto number = base::parse_number<double>(*speed);
     if (!number || !(*number > 0) || *number > kSpeedMax)
       return "speed must be max or a factor above 0, not " + base::in_quotes(*speed);

@@ -13,8 +13,7 @@
 //   rtsp://192.168.0.90/stream1   http://192.168.0.90/video.mjpg   (cameras in the network; also
 //                            https:, rtsps:; all behind the name belongs to the camera)
 //   file:corridor.mp4?loop=1&speed=2   /data/corridor.mp4   ./pictures?rate=10   (a video, or a
-//   folder
-//                            of pictures: rate is that of its pictures)
+//                            folder of pictures: rate is that of its pictures)
 //   gstreamer:videotestsrc ! videoconvert      (a pipeline that delivers pictures)
 //   pty:/tmp/lms             (creates a pseudo terminal, which another program opens)
 //   play:scans.cap?speed=max (plays a recording; speed: a factor, or "max": without waiting)
