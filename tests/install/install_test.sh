@@ -35,6 +35,7 @@ expect_line "$units/gdos-log.service" "^ExecStart=$own/bin/gdos-log"
 if grep -n '@[A-Z_]*@' "$units"/*; then fail "placeholders that were not replaced"; fi
 for program in tims-router timsctl gdos-log LadarSickLms200 rack-emulate World; do expect "$own/bin/$program"; done
 for program in timsctl-robot timsctl-sim tims-crash-report; do expect "$own/libexec/tims/$program"; done
+if [[ -e $own/bin/CameraV4l ]]; then expect "$own/libexec/tims/rack-video-reader"; fi
 "$own/bin/timsctl" robot --json | grep -q tims/robots/1  # found in the installation
 # Small, because debug information is in files of its own.
 size=$(du -sm --exclude=debug "$own" | cut -f1)

@@ -66,6 +66,9 @@ function(tims_install_host)
   # programs with file capabilities, for which the dynamic linker ignores $ORIGIN.
   set(common ${CMAKE_INSTALL_LIBDIR}/tims)
   set(own timsctl-robot timsctl-sim tims-crash-report)  # not for users
+  if(TARGET rack-video-reader)
+    list(APPEND own rack-video-reader)
+  endif()
   install(TARGETS tims_common DESTINATION ${common})
   if(TARGET rack_pictures)
     install(TARGETS rack_pictures rack_world_camera DESTINATION ${common})

@@ -12,7 +12,6 @@ using tims::Error;
 using tims::Result;
 
 constexpr int kDamagedMax = 30;  // consecutive damaged pictures: more than a transmission error
-constexpr Duration kFirstWithin = std::chrono::seconds(5);  // includes the exposure adjustment
 
 bool needs_pair(u16 mode, std::uint32_t format) {
   return mode == camera_mode::kDisparity ||
@@ -35,7 +34,7 @@ CameraFrames::CameraFrames(const CameraSettings& settings)
 void CameraFrames::start(Time now, Output&) {
   clear_failure();
   has_seen_ = false;
-  timer_.wait_until(now + kFirstWithin);
+  timer_.wait_until(now + settings_.first_within);
   head_ = {};
   brightness_ = {};
   for (const auto& one : controls_) one->start();
@@ -46,8 +45,11 @@ void CameraFrames::start(Time now, Output&) {
 
 void CameraFrames::on_timeout(Time now, Output&) {
   if (!timer_.take_due(now)) return;
-  fail(Errc::kTimeout, damaged_in_a_row_ > 0 ? "the camera sends only damaged pictures"
-                                             : "no picture from the camera within 5 s");
+  fail(Errc::kTimeout, damaged_in_a_row_ > 0
+                           ? std::string("the camera sends only damaged pictures")
+                           : "no picture from the camera within " +
+                                 std::to_string(settings_.first_within / std::chrono::seconds(1)) +
+                                 " s");
 }
 
 void CameraFrames::on_arrival(const Arrival& arrival, Output& out) {

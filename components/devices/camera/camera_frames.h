@@ -18,8 +18,9 @@ namespace rack::device {
 
 struct CameraSettings {
   u16 mode = camera_mode::kRgb24;
-  int quality = 75;         // quality of JPEG compressed here
-  int thinning = 1;         // every n-th pixel in both directions; see thinned()
+  int quality = 75;  // quality of JPEG compressed here
+  int thinning = 1;  // every n-th pixel in both directions; see thinned()
+  Duration first_within = std::chrono::seconds(5);  // includes the adjustment of the exposure
   Duration period{};        // minimum period, faster pictures are skipped; 0: no limit
   int brightness_min = 15;  // 0 to 255: below, the brightness is increased
   int brightness_max = 250;

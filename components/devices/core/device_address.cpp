@@ -28,7 +28,7 @@ struct Scheme {
   std::string_view example;
   std::array<std::string_view, 4> options{};
 };
-constexpr std::array<Scheme, 10> kSchemes = {{
+constexpr std::array<Scheme, 13> kSchemes = {{
     {"serial",
      TransportKind::kSerial,
      "serial:/dev/ttyUSB0?baud=115200",
@@ -45,25 +45,43 @@ constexpr std::array<Scheme, 10> kSchemes = {{
     {"gpio", TransportKind::kGpio, "gpio:/dev/gpiochip0?in=17,27&out=22", {"in", "out", "bias"}},
     {"play", TransportKind::kPlayback, "play:FILE?speed=1", {"speed", "baud", "port", "loop"}},
     {"pty", TransportKind::kPty, "pty:/tmp/device", {"baud", "can"}},
+    {"rtsp", TransportKind::kStream, "rtsp://192.168.0.90/stream1"},
+    {"file", TransportKind::kFile, "file:/data/corridor.mp4?loop=1", {"rate", "speed", "loop"}},
+    {"gstreamer", TransportKind::kGstreamer, "gstreamer:videotestsrc ! videoconvert"},
 }};
+constexpr std::array<std::string_view, 3> kStreamsLikeRtsp = {"rtsps", "http", "https"};
+constexpr double kRateMax = 1000;                // pictures per second
+constexpr std::size_t kPlaceBytesMax = 8 << 10;  // of a URL or a pipeline
 
 const Scheme& scheme_of(TransportKind kind) { return kSchemes.at(static_cast<std::size_t>(kind)); }
 
 Error wrong(std::string_view text, const std::string& why) {
-  return {Errc::kInvalidArgument, "device " + base::in_quotes(text) + ": " + why};
+  return {Errc::kInvalidArgument,
+          "device " + base::in_quotes(without_passwords(std::string(text))) + ": " + why};
 }
 
 const Scheme* find_scheme(std::string_view name) {
   for (const Scheme& scheme : kSchemes)
     if (scheme.name == name) return &scheme;
+  if (std::ranges::find(kStreamsLikeRtsp, name) != kStreamsLikeRtsp.end())
+    return &scheme_of(TransportKind::kStream);
   return nullptr;
+}
+
+// A path without a scheme is a video, a folder of pictures or a camera, as users paste it. Other
+// devices need their scheme.
+const Scheme* find_scheme_of_path(std::string_view text) {
+  if (text.starts_with("/dev/video")) return &scheme_of(TransportKind::kVideo);
+  const bool is_path = text.starts_with('/') || text.starts_with("./") || text.starts_with("../");
+  if (!is_path || text.starts_with("/dev/")) return nullptr;
+  return &scheme_of(TransportKind::kFile);
 }
 
 std::string known_schemes() {
   std::string all;
   for (const Scheme& scheme : kSchemes)
     all += (all.empty() ? "" : ", ") + std::string(scheme.name) + ":";
-  return all;
+  return all + ", http:, https:, or be the path of a video (/..., ./...)";
 }
 
 // Removes the options, for example "?baud=9600&parity=even", from the text.
@@ -107,7 +125,7 @@ std::optional<std::string> problem_of_options(const DeviceAddress& address) {
       parity != nullptr && *parity != "none" && *parity != "even" && *parity != "odd")
     return "parity must be none, even or odd, not " + base::in_quotes(*parity);
   if (const std::string* speed = value("speed");
-      speed != nullptr && *speed != "max" && address.kind == TransportKind::kPlayback) {
+      speed != nullptr && *speed != "max" && address.kind != TransportKind::kDcam) {
     const auto number = base::parse_number<double>(*speed);
     if (!number || !(*number > 0) || *number > kSpeedMax)
       return "speed must be max or a factor above 0, not " + base::in_quotes(*speed);
@@ -118,6 +136,12 @@ std::optional<std::string> problem_of_options(const DeviceAddress& address) {
   if (const std::string* local = value("local");
       local != nullptr && !base::parse_number<std::uint16_t>(*local))
     return "local must be a port number, or 0 for any free port, not " + base::in_quotes(*local);
+  if (const std::string* rate = value("rate");
+      rate != nullptr && address.kind == TransportKind::kFile) {
+    const auto number = base::parse_number<double>(*rate);
+    if (!number || !(*number > 0) || *number > kRateMax)
+      return "rate must be pictures per second, above 0 to 1000, not " + base::in_quotes(*rate);
+  }
   if (const std::string* loop = value("loop"); loop != nullptr && *loop != "0" && *loop != "1")
     return "loop must be 0 or 1, not " + base::in_quotes(*loop);
   return std::nullopt;
@@ -151,6 +175,24 @@ bool is_iidc_camera(std::string_view text) {
          base::parse_number<std::uint64_t>(text, 16).has_value();
 }
 
+bool is_blank(std::string_view text) {
+  return text.find_first_not_of(" \t\r\n") == std::string_view::npos;
+}
+
+// Spaces and control characters would reach the header of the request.
+std::optional<std::string> problem_of_url(std::string_view url) {
+  if (url.size() > kPlaceBytesMax) return "the address has more than 8192 bytes";
+  const std::size_t colon = url.find(':');
+  std::string_view rest = url.substr(colon + 1);
+  if (!rest.starts_with("//")) return "// is missing behind the colon";
+  rest = rest.substr(2, rest.find('/', 2) - 2);
+  rest = rest.substr(rest.find('@') + 1);
+  if (rest.empty() || rest.starts_with(':')) return "the host is missing";
+  const auto is_wrong = [](char c) { return c <= ' ' || c == '\x7F'; };
+  if (std::ranges::any_of(url, is_wrong)) return "spaces must be written as %20";
+  return std::nullopt;
+}
+
 std::optional<std::string> problem_of_place(const DeviceAddress& address) {
   const std::string& place = address.place;
   switch (address.kind) {
@@ -164,6 +206,11 @@ std::optional<std::string> problem_of_place(const DeviceAddress& address) {
       if (!is_iidc_camera(place))
         return "the camera must be 0 to 99 or a GUID of 16 hex digits (or the last 8 of them)";
       return std::nullopt;
+    case TransportKind::kStream:
+      return problem_of_url(place);
+    case TransportKind::kGstreamer:
+      if (place.size() > kPlaceBytesMax) return "the pipeline has more than 8192 bytes";
+      return is_blank(place) ? std::optional<std::string>("the pipeline is missing") : std::nullopt;
     case TransportKind::kCan:
       if (place.empty() || place.size() > kInterfaceNameMax || place.find('/') != std::string::npos)
         return "the name of an interface must have 1 to 15 characters";
@@ -177,14 +224,23 @@ std::optional<std::string> problem_of_place(const DeviceAddress& address) {
 
 Result<DeviceAddress> DeviceAddress::parse(std::string_view text) {
   const std::size_t colon = text.find(':');
-  const Scheme* const scheme =
-      colon == std::string_view::npos ? nullptr : find_scheme(text.substr(0, colon));
+  const Scheme* const of_path = find_scheme_of_path(text);
+  const Scheme* const scheme = of_path != nullptr ? of_path
+                               : colon == std::string_view::npos
+                                   ? nullptr
+                                   : find_scheme(text.substr(0, colon));
   if (scheme == nullptr)
     return wrong(text, "must begin with one of " + known_schemes() +
                            "; example: " + std::string(kSchemes[0].example));
-  std::string_view rest = text.substr(colon + 1);
-  auto address = with_options({.kind = scheme->kind}, rest);
+  const bool is_whole = of_path != nullptr || scheme->kind == TransportKind::kStream;
+  std::string_view rest = is_whole ? text : text.substr(colon + 1);
+  Result<DeviceAddress> address = DeviceAddress{.kind = scheme->kind};
+  // Question marks in URLs and pipelines are theirs.
+  if (scheme->kind != TransportKind::kStream && scheme->kind != TransportKind::kGstreamer)
+    address = with_options(*address, rest);
   if (!address) return wrong(text, address.error().detail());
+  // file:///data/a.mp4
+  while (scheme->kind == TransportKind::kFile && rest.starts_with("//")) rest.remove_prefix(1);
 
   std::optional<std::string> problem = problem_of_options(*address);
   if (!problem && (address->kind == TransportKind::kTcp || address->kind == TransportKind::kUdp)) {
@@ -198,6 +254,7 @@ Result<DeviceAddress> DeviceAddress::parse(std::string_view text) {
 }
 
 std::string DeviceAddress::to_string() const {
+  if (kind == TransportKind::kStream) return place;
   std::string text(scheme_of(kind).name);
   text += ':';
   const bool in_brackets = port != 0 && place.find(':') != std::string::npos;
@@ -207,6 +264,20 @@ std::string DeviceAddress::to_string() const {
   for (const auto& [name, value] : options) {
     text.append(1, before).append(name).append(1, '=').append(value);
     before = '&';
+  }
+  return text;
+}
+
+std::string DeviceAddress::shown() const { return without_passwords(to_string()); }
+
+std::string without_passwords(std::string text) {
+  for (std::size_t at = text.find("://"); at != std::string::npos; at = text.find("://", at)) {
+    at += 3;
+    const std::size_t end = text.find_first_of("/?# \t\"'", at);
+    const std::size_t host = text.rfind('@', end);
+    if (host == std::string::npos || host < at) continue;
+    const std::size_t colon = text.find(':', at);
+    if (colon < host) text.replace(colon + 1, host - colon - 1, "***");
   }
   return text;
 }
@@ -227,6 +298,17 @@ double DeviceAddress::speed() const {
   const auto found = options.find("speed");
   if (found == options.end()) return 1;
   return base::parse_number<double>(found->second).value_or(0);
+}
+
+double DeviceAddress::rate() const {
+  const auto found = options.find("rate");
+  if (found == options.end()) return 0;
+  return base::parse_number<double>(found->second).value_or(0);
+}
+
+bool DeviceAddress::loops() const {
+  const auto found = options.find("loop");
+  return found != options.end() && found->second == "1";
 }
 
 Result<DeviceAddress> serial_device(std::int32_t number) {

@@ -1,4 +1,6 @@
-// CameraV4l: driver of a V4L2 camera.
+// CameraV4l: driver of a V4L2 camera, and of other sources of pictures: videos, streams, pipelines.
+#include <filesystem>
+
 #include "components/devices/drivers/calibrated_camera.h"
 #include "components/devices/drivers/camera_driver.h"
 #include "components/devices/io/transports.h"
@@ -35,7 +37,10 @@ constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 20>{{
 
 constexpr ModuleInfo kInfo{
     .program = "CameraV4l",
-    .purpose = "A V4L2 camera: webcam, frame grabber, depth camera or side-by-side stereo camera.",
+    .purpose =
+        "A V4L2 camera: webcam, frame grabber, depth camera or side-by-side stereo camera. Or "
+        "--device=: a video file, a folder of pictures, an RTSP or HTTP stream, a GStreamer "
+        "pipeline.",
     .class_id = tims::class_id::kCamera,
     .parameters = kParameters,
 };
@@ -57,6 +62,10 @@ class CameraV4l : public CameraDriver {
     const std::string text_of_it = text("device");
     auto address = DeviceAddress::parse(
         text_of_it.empty() ? "v4l:/dev/video" + std::to_string(integer("videoId")) : text_of_it);
+    std::error_code none;
+    if (address && address->kind == TransportKind::kFile &&
+        std::filesystem::is_directory(address->place, none))
+      address->options.try_emplace("rate", std::to_string(integer("fps")));
     if (!address || address->kind != TransportKind::kVideo) return address;
     const bool is_pair = real("stereoBase") > 0;
     const i32 width = is_pair ? 2 * format.width : format.width;
@@ -81,6 +90,7 @@ class CameraV4l : public CameraDriver {
     return std::make_unique<CameraFrames>(CameraSettings{
         .mode = format->mode,
         .quality = integer("quality"),
+        .first_within = first_within(),
         .period = is_recording() ? std::chrono::milliseconds(0) : period,
         .brightness_min = integer("minHue"),
         .brightness_max = integer("maxHue"),
@@ -92,6 +102,13 @@ class CameraV4l : public CameraDriver {
                    .block = integer("stereoBlock"),
                    .method = method == "block" ? StereoMethod::kBlock : StereoMethod::kSemiGlobal},
         .calibration = std::move(*calibration)});
+  }
+
+  // Cameras at the bus answer at once. Others have limits of their own, with better reasons.
+  [[nodiscard]] Duration first_within() const {
+    const auto address = DeviceAddress::parse(text("device"));
+    const bool is_at_bus = !address || address->kind == TransportKind::kVideo;
+    return std::chrono::seconds(is_at_bus ? 5 : 15);
   }
 
   Result<std::optional<pictures::CameraCalibration>> load_calibration(const CameraFormat& format) {

@@ -135,12 +135,12 @@ class Driver : public DataModule<Data> {
   // True if the device is a recording, which ignores output.
   [[nodiscard]] bool is_recording() const {
     const auto address = DeviceAddress::parse(this->text("device"));
-    return address && address->kind == TransportKind::kPlayback;
+    return address &&
+           (address->kind == TransportKind::kPlayback || address->kind == TransportKind::kFile);
   }
 
  private:
   static constexpr tims::Duration kLongest = std::chrono::milliseconds(100);
-  static constexpr tims::Duration kSilenceMin = std::chrono::milliseconds(200);
 
   void close_device() {
     if (!device_) return;
@@ -215,7 +215,7 @@ class Driver : public DataModule<Data> {
       return {};
     }
     const tims::Duration silence = now() - last_received_;
-    if (silence < std::max<tims::Duration>(3 * this->period(), kSilenceMin)) return {};
+    if (silence < std::max<tims::Duration>(3 * this->period(), device_->pause_max())) return {};
     const auto milliseconds = std::chrono::duration_cast<std::chrono::milliseconds>(silence);
     return tims::Error(tims::Errc::kTimeout, device_->description() + " has sent no data for " +
                                                  std::to_string(milliseconds.count()) + " ms");

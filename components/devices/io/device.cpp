@@ -75,6 +75,10 @@ Result<std::unique_ptr<Transport>> open_transport(const DeviceAddress& address, 
       return open_gpio(address);
     case TransportKind::kUsb:
       return open_usb(address);
+    case TransportKind::kStream:
+    case TransportKind::kFile:
+    case TransportKind::kGstreamer:
+      return open_video_source(address);
   }
   return Error(Errc::kInvalidArgument, "no transport for " + address.to_string());
 }
@@ -88,8 +92,7 @@ Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options, Dialo
   if (!transport) return transport.error();
   std::unique_ptr<CaptureFile> capture;
   if (!options.record.empty()) {
-    auto created =
-        CaptureFile::create(options.record, options.address.to_string(), tims::os::now());
+    auto created = CaptureFile::create(options.record, options.address.shown(), tims::os::now());
     if (!created) return created.error();
     capture = std::move(*created);
   }

@@ -61,6 +61,7 @@ class Device final : private Output {
   // Whether the device is a recording, and whether its end was reached.
   [[nodiscard]] bool is_recording() const { return transport_->is_recording(); }
   [[nodiscard]] bool is_over() const { return transport_->is_over(); }
+  [[nodiscard]] Duration pause_max() const { return transport_->pause_max(); }
 
  private:
   Device(std::unique_ptr<Transport> transport, std::unique_ptr<CaptureFile> capture,

@@ -25,7 +25,7 @@ class Playback final : public Transport {
       : recording_(std::move(recording)),
         timer_(std::move(timer)),
         speed_(address.speed()),
-        loops_(address.options.contains("loop") && address.options.at("loop") == "1"),
+        loops_(address.loops()),
         description_(address.to_string()) {}
 
   [[nodiscard]] int descriptor() const override { return timer_.get(); }

@@ -52,6 +52,8 @@ class Transport {
   // is_recording: output is discarded. is_over: the end of the recording was reached.
   [[nodiscard]] virtual bool is_recording() const { return false; }
   [[nodiscard]] virtual bool is_over() const { return false; }
+  // A longer silence than this may be a fault, whatever the period of the device is.
+  [[nodiscard]] virtual Duration pause_max() const { return std::chrono::milliseconds(200); }
 };
 
 // `baud`: rate of serial lines if the address has no option baud. `wanted`: CAN filters. The text

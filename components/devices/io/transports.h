@@ -69,6 +69,12 @@ tims::Result<std::unique_ptr<Transport>> open_dcam(const DeviceAddress& address)
 // Checks whether the camera has the size in one of the formats. The error lists what it has.
 tims::Result<void> check_dcam(const DeviceAddress& address);
 
+// --- video_source.cpp
+
+// Starts the process that reads the video. It ends with the thread that calls this, or with the
+// transport. Does not wait for the source: if that cannot be opened, receive() returns the error.
+tims::Result<std::unique_ptr<Transport>> open_video_source(const DeviceAddress& address);
+
 // --- playback.cpp
 
 // `baud`: rate at which raw bytes are played.
