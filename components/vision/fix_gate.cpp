@@ -42,10 +42,10 @@ std::optional<RobotFix> FixGate::elsewhere(TimeStamp time, const RobotFix& fix,
   elsewhere_->pose = fix.pose;
   elsewhere_->believed = believed;
   ++elsewhere_->pictures;
-  if (elsewhere_->pictures < kAgreeing || time - elsewhere_->began < kAgreeingFor)
-    return std::nullopt;
   const bool has_moved = !is_near(elsewhere_->start, believed, kMoved, kTurned);
-  if (fix.markers < 2 && deviation < kUncertain && !has_moved) return std::nullopt;
+  const bool is_doubtful = fix.markers < 2 && deviation < kUncertain && !has_moved;
+  const auto needed = is_doubtful ? kSingleAgreesFor : kAgreeingFor;
+  if (elsewhere_->pictures < kAgreeing || time - elsewhere_->began < needed) return std::nullopt;
   elsewhere_.reset();
   return fix;
 }

@@ -3,8 +3,8 @@
 // A pose near the believed one is sent at once; of two that fit equally, none. One elsewhere is
 // either a wrong marker, or the robot was carried away: it is sent when all pictures of two seconds
 // have agreed on it, while the movement between them is that of the odometry. A single marker may
-// have been moved itself, with the door it is on: as long as the position is certain, the robot
-// must have moved meanwhile, too. Pure.
+// have been moved itself: as long as the position is certain and the robot stands, it takes longer.
+// Pure.
 #pragma once
 
 #include <chrono>
@@ -19,6 +19,7 @@ class FixGate {
  public:
   static constexpr int kAgreeing = 5;  // pictures in succession, at least
   static constexpr std::chrono::seconds kAgreeingFor{2};
+  static constexpr std::chrono::seconds kSingleAgreesFor{5};
   static constexpr double kUncertain = 1000;  // mm: the position does not know where the robot is
   static constexpr double kMoved = 200;       // mm
   static constexpr double kTurned = radians(15);

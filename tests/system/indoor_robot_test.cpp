@@ -176,6 +176,11 @@ TEST_F(IndoorRobotTest, AMarkerBringsItBackAfterItWasCarriedAway) {
   elsewhere.x = 5500;
   elsewhere.y = 9000;
   ASSERT_TRUE(world().place("scout", elsewhere).ok());
+  const auto is_wrong = [&] {
+    const auto believed = of_robot<rack::MclProxy>("Mcl").get_data();
+    return believed && off_by(believed->pos) > 1000;
+  };
+  ASSERT_TRUE(eventually(is_wrong, "it does not know where it is", kDrive));
   ASSERT_TRUE(turned_on(of_system("ObjRecog", 1))) << up_->output();
   auto markers = of_robot<rack::ObjRecogProxy>("ObjRecog", 1);
   ASSERT_TRUE(eventually(
