@@ -57,7 +57,7 @@ TEST(BoardFinder, FindsPointsToATenthOfAPixel) {
 }
 
 TEST(BoardFinder, LargePicturesAreSearchedSmallAndMeasuredLarge) {
-  const RenderedCamera camera = camera_of(1600);
+  const RenderedCamera camera = camera_of(1360);
   const auto found = find_board(image_of(camera, kChess, kPose, {.blur = 1}), kChess);
   ASSERT_TRUE(found);
   EXPECT_LT(error_of(*found, camera.seen(kChess, kPose)), 0.1);

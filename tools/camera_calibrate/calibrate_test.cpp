@@ -29,7 +29,7 @@ pictures::CameraCalibration lens() {
 }
 
 const RenderedCamera& camera() {
-  static const RenderedCamera the_camera(lens());
+  static const RenderedCamera the_camera(lens(), 2);
   return the_camera;
 }
 
