@@ -74,18 +74,22 @@ class ObjRecogPeople : public PictureRecogniser {
     const PersonMeasures measures{.height = height,
                                   .deviation = kHeightDeviation * height,
                                   .range_max = static_cast<double>(integer("maxRange"))};
-    const auto found =
-        finder_.find(picture, {.smallest = apparent_height(height, measures.range_max, camera),
-                               .side_max = integer("maxWidth"),
-                               .score_min = real("minScore")});
+    const auto place = [&](const PersonBox& box) {
+      return place_of(box, camera, picture.height, measures);
+    };
+    const auto found = finder_.find(
+        picture, {.smallest = apparent_height(height, measures.range_max, camera),
+                  .side_max = integer("maxWidth"),
+                  .score_min = real("minScore"),
+                  .is_possible = [&](const PersonBox& box) { return place(box).has_value(); }});
     if (!found) return found.error();
     sightings_.clear();
     seen_.clear();
     const Ground ground{at ? Pose::of(at->pos) : Pose{}, at.has_value()};
     for (const PersonBox& box : *found)
-      if (const auto place = place_of(box, camera, picture.height, measures)) {
-        sightings_.push_back(ground.sighting(*place, probability_of(box.score)));
-        seen_.push_back({area_of(box, picture), place->height});
+      if (const auto at_box = place(box)) {
+        sightings_.push_back(ground.sighting(*at_box, probability_of(box.score)));
+        seen_.push_back({area_of(box, picture), at_box->height});
       }
     const double time = seconds_at(objects.recordingTime);
     tracks_.take(sightings_, time);

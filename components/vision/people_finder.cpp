@@ -130,9 +130,12 @@ tims::Result<std::vector<PersonBox>> PeopleFinder::find(const GreyView& picture,
     return tims::Error(tims::Errc::kMalformed, "the picture has fewer pixels than its size");
   std::vector<PersonBox> people;
   if (pixels == 0 || !(search.smallest > 0) || search.side_max <= 0) return people;
-  const auto done = pictures::call_opencv(
-      "the search for people", [&] { people = merged(detector_->find(picture, search)); });
+  const auto done = pictures::call_opencv("the search for people",
+                                          [&] { people = detector_->find(picture, search); });
   if (!done) return done.error();
+  if (search.is_possible)
+    std::erase_if(people, [&](const PersonBox& box) { return !search.is_possible(box); });
+  people = merged(std::move(people));
   std::erase_if(people, [&](const PersonBox& box) { return box.score < search.score_min; });
   if (people.size() > kPeopleMax) people.resize(kPeopleMax);
   return people;

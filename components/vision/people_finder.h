@@ -6,6 +6,7 @@
 // in many windows: those that overlap are merged to one box.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -38,6 +39,9 @@ struct PeopleSearch {
   double smallest = 96;
   int side_max = 640;  // pixels, of the longer side of the searched picture: bounds the time
   double score_min = 0.5;
+  // Windows that show nobody, for example since they float above the ground, do not count: people
+  // are often found a second time in windows around a part of them. Empty: all count.
+  std::function<bool(const PersonBox&)> is_possible{};
 };
 
 // 0 to 1 of a score. A logistic function as J. Platt's, with a slope for which the margin of the

@@ -16,8 +16,13 @@ namespace people_finder_test {
 
 constexpr double kRangeMax = 10000;
 
+constexpr PersonMeasures kMeasures{.range_max = kRangeMax};
+
 PeopleSearch search_by(const CameraGeometry& camera) {
-  return {.smallest = apparent_height(1750, kRangeMax, camera)};
+  return {.smallest = apparent_height(1750, kRangeMax, camera),
+          .is_possible = [&camera](const PersonBox& box) {
+            return place_of(box, camera, Rendered{}.height, kMeasures).has_value();
+          }};
 }
 
 std::vector<PersonBox> found_in(const GreyView& picture, const PeopleSearch& search) {
@@ -43,7 +48,7 @@ TEST_P(SeenPerson, IsFoundInItsPlace) {
   const auto found = found_in(picture.view(), search_by(camera));
   ASSERT_EQ(found.size(), 1U);
   EXPECT_GE(found[0].score, 0.5);
-  const auto place = place_of(found[0], camera, picture.height, {.range_max = kRangeMax});
+  const auto place = place_of(found[0], camera, picture.height, kMeasures);
   ASSERT_TRUE(place);
   const double range = std::hypot(is.person.x, is.person.y);
   EXPECT_NEAR(place->range, range, 0.15 * range);
@@ -92,7 +97,7 @@ TEST(PeopleFinder, FurnitureIsNobody) {
     add_furniture(picture, camera);
     add_noise(picture, 4, 0.6, seed);
     for (const PersonBox& box : found_in(picture.view(), search_by(camera)))
-      placed += place_of(box, camera, picture.height, {.range_max = kRangeMax}) ? 1 : 0;
+      placed += place_of(box, camera, picture.height, kMeasures) ? 1 : 0;
   }
   EXPECT_LE(placed, 1U) << "in 5 pictures";
 }
@@ -131,6 +136,17 @@ TEST(PeopleFinder, ReducedPicturesShowOnlyNearPeople) {
     search.side_max = 320;
     EXPECT_EQ(found_in(picture.view(), search).size(), ahead < 5000 ? 1U : 0U) << ahead;
   }
+}
+
+TEST(PeopleFinder, ImpossibleWindowsDoNotCount) {
+  const CameraGeometry camera = test_camera({.z = -900});
+  Rendered picture = rendered_room(camera, 4);
+  add_person(picture, {.x = 4000, .is_bright = true}, camera);
+  PeopleSearch search = search_by(camera);
+  search.is_possible = [](const PersonBox&) { return false; };
+  EXPECT_TRUE(found_in(picture.view(), search).empty());
+  search.is_possible = nullptr;
+  EXPECT_EQ(found_in(picture.view(), search).size(), 1U);
 }
 
 TEST(PeopleFinder, HigherScoresFindLess) {
