@@ -10,7 +10,8 @@
 namespace rack::pictures {
 namespace {
 
-constexpr double kSegmentMax = 1e7;  // pixels; a dash is then still much longer than a rounding error
+constexpr double kSegmentMax =
+    1e7;  // pixels; a dash is then still much longer than a rounding error
 
 struct Part {
   double begin = 0;

@@ -14,8 +14,8 @@ namespace rack::pictures {
 std::vector<double> dash_lengths(std::string_view dashes);
 
 // The dashes of a line that are at least partly in the box. A dash continues around corners of the
-// line. What is outside the box takes no time, however long it is; segments of ten million pixels and
-// more have no dashes.
+// line. What is outside the box takes no time, however long it is; segments of ten million pixels
+// and more have no dashes.
 std::vector<std::vector<Spot>> dashes_of(std::span<const Spot> line, std::span<const double> dashes,
                                          const Box& box);
 

@@ -99,10 +99,10 @@ tims::Result<void> check_for_writing(const GreyPicture& picture) {
   };
   if (picture.width <= 0 || picture.height <= 0) return invalid("the picture has no valid size");
   if (pixels > kGreyPixelsMax || std::max(picture.width, picture.height) > kGreySideMax)
-    return tims::Error(tims::Errc::kTooBig,
-                       "the picture has more than " + std::to_string(kGreyPixelsMax) +
-                           " pixels, or " + std::to_string(kGreySideMax) +
-                           " on a side: use larger cells");
+    return tims::Error(tims::Errc::kTooBig, "the picture has more than " +
+                                                std::to_string(kGreyPixelsMax) + " pixels, or " +
+                                                std::to_string(kGreySideMax) +
+                                                " on a side: use larger cells");
   if (picture.values.size() != static_cast<std::size_t>(pixels))
     return invalid("the picture does not have one value for each pixel");
   if (picture.white != 255 && picture.white != 65535)

@@ -169,8 +169,8 @@ TEST(GreyPicture, IsWrittenWithTheseBytes) {
   const auto png = write_grey(picture, GreyFormat::kPng);
   ASSERT_TRUE(png) << png.error().detail();
   EXPECT_EQ(png->substr(0, 29), kGrey8.substr(0, 29)) << "grey, 8 bits, not interlaced";
-  const auto deep = write_grey({.width = 2, .height = 1, .white = 65535, .values = {65535, 1}},
-                               GreyFormat::kPgm);
+  const auto deep =
+      write_grey({.width = 2, .height = 1, .white = 65535, .values = {65535, 1}}, GreyFormat::kPgm);
   ASSERT_TRUE(deep) << deep.error().detail();
   EXPECT_EQ(*deep, std::string_view("P5\n2 1\n65535\n\xFF\xFF\x00\x01", 17));
 }

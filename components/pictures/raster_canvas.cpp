@@ -30,11 +30,13 @@ constexpr double kCapital = 21;
 // As in DejaVu Sans, which the SVG is made for, in parts of the size of the text. Hershey's letters
 // are wider, so they are compressed.
 constexpr double kCapitalOfSize = 0.73;
-constexpr double kStrokeOfSize = 0.095;
+constexpr double kStrokeOfSize = 0.085;
 constexpr double kBoldOfSize = 0.17;
-constexpr double kCompressed = 0.88;
+constexpr double kCompressed = 0.92;
 
-double limited(double pixels) { return std::isfinite(pixels) ? std::clamp(pixels, -kFar, kFar) : 0; }
+double limited(double pixels) {
+  return std::isfinite(pixels) ? std::clamp(pixels, -kFar, kFar) : 0;
+}
 
 int whole(double pixels) { return static_cast<int>(std::lround(pixels)); }
 
@@ -116,9 +118,7 @@ class Mask {
   static int fine(double pixels) { return whole(pixels * kFiner); }
   // OpenCV's coordinates are those of the middle of a pixel.
   [[nodiscard]] cv::Point point(const Spot& spot) const {
-    const auto fixed = [](double pixels) {
-      return whole((pixels * kFiner - 0.5) * (1 << kShift));
-    };
+    const auto fixed = [](double pixels) { return whole((pixels * kFiner - 0.5) * (1 << kShift)); };
     return {fixed(spot.x - pixels_.x), fixed(spot.y - pixels_.y)};
   }
 
@@ -151,8 +151,10 @@ class RasterCanvas : public Canvas {
     const auto lengths = dash_lengths(pen.dashes);
     paint(box_around(line, pen.width), pen.colour, pen.opacity, [&](Mask& mask) {
       if (lengths.empty()) return mask.stroke(line, pen.width);
-      const Box seen = box_around(std::vector<Spot>{{static_cast<double>(clip_.x), static_cast<double>(clip_.y)},
-          {static_cast<double>(clip_.br().x), static_cast<double>(clip_.br().y)}}, pen.width);
+      const Box seen = box_around(
+          std::vector<Spot>{{static_cast<double>(clip_.x), static_cast<double>(clip_.y)},
+                            {static_cast<double>(clip_.br().x), static_cast<double>(clip_.br().y)}},
+          pen.width);
       for (const auto& dash : dashes_of(line, lengths, seen)) mask.stroke(dash, pen.width);
     });
   }
@@ -162,14 +164,14 @@ class RasterCanvas : public Canvas {
     const double top = on_pixels(box.y, pen.width);
     const double right = on_pixels(box.x + box.width, pen.width);
     const double bottom = on_pixels(box.y + box.height, pen.width);
-    lines(std::vector<Spot>{{left, top}, {right, top}, {right, bottom}, {left, bottom}, {left, top}},
-          pen);
+    lines(
+        std::vector<Spot>{{left, top}, {right, top}, {right, bottom}, {left, bottom}, {left, top}},
+        pen);
   }
 
   void area(const Box& box, std::string_view colour) override {
-    paint(box, colour, 1, [&](Mask& mask) {
-      mask.box(box.x, box.y, box.x + box.width, box.y + box.height);
-    });
+    paint(box, colour, 1,
+          [&](Mask& mask) { mask.box(box.x, box.y, box.x + box.width, box.y + box.height); });
   }
 
   void cells(std::span<const CellRun> runs, const Spot& left_top, double cell,
@@ -194,8 +196,7 @@ class RasterCanvas : public Canvas {
     const std::string letters = plain_text(content);
     if (letters.empty()) return;
     const double scale = kCapitalOfSize * style.size * kFiner / kCapital;
-    const int thickness =
-        whole((style.bold ? kBoldOfSize : kStrokeOfSize) * style.size * kFiner);
+    const int thickness = whole((style.bold ? kBoldOfSize : kStrokeOfSize) * style.size * kFiner);
     int below = 0;
     const cv::Size size = cv::getTextSize(letters, kFont, scale, thickness, &below);
     const int margin = 2 * thickness;

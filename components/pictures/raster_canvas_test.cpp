@@ -121,8 +121,9 @@ TEST(RasterCanvas, TransparencyIsThatOfTheWholeFigure) {
 }
 
 TEST(RasterCanvas, DotsAreRound) {
-  const cv::Mat picture =
-      drawn(40, 40, [](Canvas& canvas) { canvas.dot({20.5, 20}, 6, "#000000", 1); });
+  const cv::Mat picture = drawn(40, 40, [](Canvas& canvas) {
+    canvas.dot({20.5, 20}, 6, "#000000", 1);
+  });
   EXPECT_NEAR(ink(picture), std::numbers::pi * 36, 4);
   EXPECT_EQ(inked(picture), cv::Rect(14, 14, 13, 12));
 }
@@ -176,8 +177,9 @@ TEST(RasterCanvas, TextIsAtItsAnchor) {
 }
 
 TEST(RasterCanvas, TextUpwardsIsReadFromBelow) {
-  const cv::Mat across =
-      drawn(200, 200, [](Canvas& canvas) { canvas.text({100, 100}, "L7 metres", {.size = 20}); });
+  const cv::Mat across = drawn(200, 200, [](Canvas& canvas) {
+    canvas.text({100, 100}, "L7 metres", {.size = 20});
+  });
   const cv::Mat upwards = drawn(200, 200, [](Canvas& canvas) {
     canvas.text({100, 100}, "L7 metres", {.size = 20, .upwards = true});
   });

@@ -11,10 +11,9 @@ tims::Result<PicturesFunction> function_of_pictures(const char* name) {
   void* const function = library == nullptr ? nullptr : ::dlsym(library, name);
   if (function != nullptr) return reinterpret_cast<PicturesFunction>(function);
   const char* const reason = ::dlerror();
-  return tims::Error(tims::Errc::kSystem,
-                     std::string("OpenCV: ") +
-                         (reason == nullptr ? RACK_PICTURES_LIBRARY : reason) +
-                         "; build with -DRACK_WITH_OPENCV=ON");
+  return tims::Error(tims::Errc::kSystem, std::string("OpenCV: ") +
+                                              (reason == nullptr ? RACK_PICTURES_LIBRARY : reason) +
+                                              "; build with -DRACK_WITH_OPENCV=ON");
 }
 
 }  // namespace rack::navigation

@@ -124,9 +124,9 @@ void draw_axes(Canvas& canvas, const Axes& axes, const std::string& across, cons
   }
   canvas.frame(box, {.colour = "#888888"});
   canvas.text({box.x + box.width / 2, box.y + box.height + 38}, across,
-           {.size = 14, .anchor = Anchor::kMiddle});
+              {.size = 14, .anchor = Anchor::kMiddle});
   canvas.text({18, box.y + box.height / 2}, up,
-           {.size = 14, .anchor = Anchor::kMiddle, .upwards = true});
+              {.size = 14, .anchor = Anchor::kMiddle, .upwards = true});
 }
 
 // --- the map
@@ -205,7 +205,8 @@ void draw_mark(Canvas& canvas, const Mark& mark, const Axes& axes) {
   canvas.dot(at, 5, look.colour, 1);
   canvas.line(at, tip, {.colour = look.colour, .width = 3});
   if (!mark.name.empty())
-    canvas.text({at.x + 10, at.y + 18}, mark.name, {.size = 13, .colour = look.colour, .bold = true});
+    canvas.text({at.x + 10, at.y + 18}, mark.name,
+                {.size = 13, .colour = look.colour, .bold = true});
 }
 
 void draw_ground(Canvas& canvas, const Picture& picture, const std::vector<Look>& looks,
@@ -223,7 +224,7 @@ void draw_ground(Canvas& canvas, const Picture& picture, const std::vector<Look>
       if (picture.trajectories[i].role != role) continue;
       const Look& look = looks[i];
       canvas.lines(spots_of(picture.trajectories[i], axes),
-                {.colour = look.colour, .width = look.width, .dashes = look.dashes});
+                   {.colour = look.colour, .width = look.width, .dashes = look.dashes});
     }
   for (const Mark& mark : picture.marks) draw_mark(canvas, mark, axes);
   canvas.end_clip();
@@ -248,9 +249,9 @@ double legend(Canvas* canvas, const std::vector<Entry>& entries, double top) {
     }
     if (canvas != nullptr) {
       canvas->line({x, y + 10}, {x + 30, y + 10},
-                {.colour = entry.look.colour,
-                 .width = entry.look.width + 0.5,
-                 .dashes = entry.look.dashes});
+                   {.colour = entry.look.colour,
+                    .width = entry.look.width + 0.5,
+                    .dashes = entry.look.dashes});
       canvas->text({x + 36, y + 15}, entry.name, {.size = 13});
     }
     x += wide + 14;
@@ -283,7 +284,8 @@ std::vector<const Series*> of_unit(const std::vector<Series>& series, const std:
   return out;
 }
 
-void draw_series(Canvas& canvas, const std::vector<const Series*>& series, double begin, double top) {
+void draw_series(Canvas& canvas, const std::vector<const Series*>& series, double begin,
+                 double top) {
   std::vector<Role> roles;
   Axes axes;
   axes.up.add(0);
@@ -417,8 +419,7 @@ struct Layout {
 };
 
 void draw_on(Canvas& canvas, const Picture& picture, const Layout& layout) {
-  if (!picture.title.empty())
-    canvas.text({kLeft, 30}, picture.title, {.size = 19, .bold = true});
+  if (!picture.title.empty()) canvas.text({kLeft, 30}, picture.title, {.size = 19, .bold = true});
   if (has_ground(picture)) {
     legend(&canvas, layout.entries, layout.title);
     draw_ground(canvas, picture, layout.looks, layout.axes);
@@ -446,7 +447,8 @@ std::string to_svg(const Picture& picture) {
 tims::Result<std::string> to_png(const Picture& picture, pictures::DrawPng draw_png) {
   const Layout layout(picture);
   tims::Result<std::string> png = std::string();
-  draw_png(kWidth, layout.height, [&](Canvas& canvas) { draw_on(canvas, picture, layout); }, png);
+  draw_png(
+      kWidth, layout.height, [&](Canvas& canvas) { draw_on(canvas, picture, layout); }, png);
   return png;
 }
 

@@ -58,7 +58,8 @@ std::vector<Series> errors_of(const std::vector<Trajectory>& trajectories);
 
 std::string to_svg(const Picture& picture);
 
-// `draw_png`: of librack-pictures. Error: the picture is too large, because it has very many curves.
+// `draw_png`: of librack-pictures. Error: the picture is too large, because it has very many
+// curves.
 tims::Result<std::string> to_png(const Picture& picture, pictures::DrawPng draw_png);
 
 // About `about` tick values of an axis, at intervals of 1, 2 or 5 times a power of ten.

@@ -112,6 +112,27 @@ TEST(Picture, HasALegendUnitsAndOneDiagramForEachUnit) {
   EXPECT_EQ(count(text, "<g "), count(text, "</g>"));
 }
 
+// One drawing, whatever it is drawn on.
+TEST(Picture, IsTheSameOnEachCanvas) {
+  Picture picture{.title = "A drive", .map = room()};
+  picture.trajectories.push_back({"odometry", Role::kOdometry, {}, {{0, 0}, {300, 900}}});
+  picture.series.push_back({"turn", "degrees", Role::kEstimate, {5, 6}, {-1, 2}});
+  const auto drawn =
+      to_png(picture, [](double width, double height, const std::function<void(Canvas&)>& draw,
+                         tims::Result<std::string>& png) {
+        Svg svg(width, height);
+        draw(svg);
+        png = std::move(svg).finish();
+      });
+  ASSERT_TRUE(drawn);
+  EXPECT_EQ(*drawn, to_svg(picture));
+  const auto refused = to_png(picture, [](double, double, const std::function<void(Canvas&)>&,
+                                          tims::Result<std::string>& png) {
+    png = tims::Error(tims::Errc::kTooBig, "too large");
+  });
+  EXPECT_EQ(refused.error().detail(), "too large");
+}
+
 TEST(Picture, OfNothingAndOfNonsense) {
   EXPECT_TRUE(Picture{}.empty());
   EXPECT_THAT(to_svg({}), HasSubstr("</svg>"));

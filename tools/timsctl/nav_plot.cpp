@@ -54,13 +54,13 @@ void write_text(const std::string& file, const std::string& text) {
 std::string png_of(const std::string& file, const Picture& picture) {
   const auto function = rack::navigation::function_of_pictures(rack::pictures::kDrawPngSymbol);
   if (!function)
-    throw Failure(Exit::kDenied, "not_written",
+    throw Failure(Exit::kNo, "no_opencv",
                   fmt::format("{}: PNG needs {}", file, function.error().detail()),
-                  ".svg does not need it");
+                  "or name it .svg, which does not need OpenCV");
   auto png = rack::plot::to_png(picture, reinterpret_cast<rack::pictures::DrawPng>(*function));
   if (!png)
-    throw Failure(Exit::kDenied, "not_written",
-                  fmt::format("{}: {}", file, png.error().detail()), ".svg has no such limit");
+    throw Failure(Exit::kDenied, "not_written", fmt::format("{}: {}", file, png.error().detail()),
+                  ".svg has no such limit");
   return std::move(png).value();
 }
 
