@@ -46,11 +46,7 @@ GridMap map_of_plan(bool by_ros) {
   if (!by_ros) return *map;
   const auto info = read_ros_yaml(to_ros_yaml(*map, "plan.pgm"));
   EXPECT_TRUE(info.ok());
-  const std::string pgm = to_pgm(*map);
-  pictures::GreyPicture picture{.width = map->columns, .height = map->rows};
-  for (std::size_t i = pgm.size() - map->cells.size(); i < pgm.size(); ++i)
-    picture.values.push_back(static_cast<unsigned char>(pgm[i]));
-  return grid_of(*info, picture);
+  return grid_of(*info, grey_of(*map));
 }
 
 class World {

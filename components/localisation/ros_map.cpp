@@ -1,9 +1,6 @@
 #include "components/localisation/ros_map.h"
 
 #include <cmath>
-#include <vector>
-
-#include <fmt/core.h>
 
 namespace rack::localisation {
 
@@ -29,21 +26,21 @@ GridMap grid_of(const RosMapInfo& info, const pictures::GreyPicture& picture) {
   return map;
 }
 
-std::string to_pgm(const GridMap& map) {
-  std::string pgm = fmt::format("P5\n{} {}\n255\n", map.columns, map.rows);
-  pgm.reserve(pgm.size() + map.cells.size());
+pictures::GreyPicture grey_of(const GridMap& map) {
+  // Grey values as ROS's map_saver writes them.
+  constexpr std::uint16_t kBlack = 0;
+  constexpr std::uint16_t kWhite = 254;
+  constexpr std::uint16_t kGrey = 205;
+  pictures::GreyPicture picture{.width = map.columns, .height = map.rows};
+  picture.values.reserve(map.cells.size());
   for (std::int32_t row = map.rows - 1; row >= 0; --row)
     for (std::int32_t column = 0; column < map.columns; ++column) {
       const Cell cell = map.at(row, column);
-      // Grey values as ROS's map_saver writes them.
-      constexpr int kBlack = 0;
-      constexpr int kWhite = 254;
-      constexpr int kGrey = 205;
-      pgm.push_back(static_cast<char>(cell == Cell::kOccupied ? kBlack
-                                      : cell == Cell::kFree   ? kWhite
-                                                              : kGrey));
+      picture.values.push_back(cell == Cell::kOccupied ? kBlack
+                               : cell == Cell::kFree   ? kWhite
+                                                       : kGrey);
     }
-  return pgm;
+  return picture;
 }
 
 Pose pose_of_ros(double x, double y, double theta) {

@@ -1,5 +1,6 @@
 #include "components/localisation/ros_map.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace rack::localisation {
@@ -45,6 +46,20 @@ TEST(RosMap, NegatedAndWithSixteenBits) {
   map = grid_of(info, {.width = 2, .height = 1, .white = 65535, .values = {65535, 1}});
   EXPECT_EQ(map.at(0, 0), Cell::kFree);
   EXPECT_EQ(map.at(0, 1), Cell::kOccupied);
+}
+
+TEST(RosMap, ItsPictureHasTheValuesOfMapSaver) {
+  GridMap map{.resolution = 100, .rows = 3, .columns = 2};
+  map.cells = {Cell::kFree,     Cell::kUnknown, Cell::kOccupied,
+               Cell::kOccupied, Cell::kFree,    Cell::kUnknown};
+  const pictures::GreyPicture picture = grey_of(map);
+  EXPECT_EQ(picture.width, 2);
+  EXPECT_EQ(picture.height, 3);
+  EXPECT_EQ(picture.white, 255);
+  EXPECT_THAT(picture.values, testing::ElementsAre(254, 205, 0, 0, 254, 205))
+      << "beginning in the north";
+  EXPECT_EQ(grid_of({.image = "a", .resolution = 0.1}, picture).cells, map.cells);
+  EXPECT_TRUE(grey_of({}).values.empty());
 }
 
 TEST(RosMap, PosesThereAndBack) {

@@ -92,7 +92,42 @@ std::uint16_t unstretched(std::uint16_t value, std::uint16_t white) {
   return static_cast<std::uint16_t>((value * white + 254) / 255);
 }
 
+tims::Result<void> check_for_writing(const GreyPicture& picture) {
+  const std::int64_t pixels = static_cast<std::int64_t>(picture.width) * picture.height;
+  const auto invalid = [](const char* what) {
+    return tims::Error(tims::Errc::kInvalidArgument, what);
+  };
+  if (picture.width <= 0 || picture.height <= 0) return invalid("the picture has no valid size");
+  if (pixels > kGreyPixelsMax || std::max(picture.width, picture.height) > kGreySideMax)
+    return tims::Error(tims::Errc::kTooBig, "the picture has more than " +
+                                                std::to_string(kGreyPixelsMax) + " pixels, or " +
+                                                std::to_string(kGreySideMax) +
+                                                " on a side: use larger cells");
+  if (picture.values.size() != static_cast<std::size_t>(pixels))
+    return invalid("the picture does not have one value for each pixel");
+  if (picture.white != 255 && picture.white != 65535)
+    return invalid("white is not 255 or 65535, as in files");
+  if (*std::ranges::max_element(picture.values) > picture.white)
+    return invalid("a value of the picture is above white");
+  return {};
+}
+
 }  // namespace
+
+tims::Result<std::string> write_grey(const GreyPicture& picture, GreyFormat format) {
+  if (auto good = check_for_writing(picture); !good) return good.error();
+  std::vector<unsigned char> bytes;
+  auto done = call_opencv("the picture cannot be encoded", [&] {
+    const cv::Mat values(picture.height, picture.width, CV_16U,
+                         const_cast<std::uint16_t*>(picture.values.data()));
+    cv::Mat pixels;
+    values.convertTo(pixels, picture.white == 255 ? CV_8U : CV_16U);
+    if (!cv::imencode(format == GreyFormat::kPng ? ".png" : ".pgm", pixels, bytes)) bytes.clear();
+  });
+  if (!done) return done.error();
+  if (bytes.empty()) return malformed("the picture cannot be encoded");
+  return std::string(bytes.begin(), bytes.end());
+}
 
 tims::Result<GreyPicture> read_grey(std::string_view bytes) {
   const auto header = header_of(bytes);

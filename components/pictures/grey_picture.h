@@ -1,11 +1,13 @@
-// Pictures of maps from files: PGM (text or binary, maximum value 1 to 65535) and PNG (any depth,
-// palettes and colours become grey, transparency is ignored), decoded by OpenCV. Pure.
+// Pictures of maps in files, decoded and encoded by OpenCV. Pure. Read are PGM (text or binary,
+// maximum value 1 to 65535) and PNG (any depth, palettes and colours become grey, transparency is
+// ignored); written are binary PGM and PNG with 8 or 16 bits.
 //
 // Other formats that OpenCV knows are refused: their decoders would be open to hostile files, and
 // their size is not known before decoding.
 #pragma once
 
 #include <cstdint>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -25,6 +27,14 @@ inline constexpr std::int64_t kGreyPixelsMax =
 
 // Error kMalformed: what is wrong with the picture. The size is checked before memory is allocated.
 tims::Result<GreyPicture> read_grey(std::string_view bytes);
+
+enum class GreyFormat : std::uint8_t { kPgm, kPng };
+
+// The file of a picture, whose white is 255 (8 bits) or 65535 (16 bits). Error kInvalidArgument:
+// another white, a value above it, or not one value for each pixel; kTooBig: more than
+// kGreyPixelsMax pixels, or kGreySideMax on a side.
+tims::Result<std::string> write_grey(const GreyPicture& picture, GreyFormat format);
+inline constexpr std::int32_t kGreySideMax = 1'000'000;  // libpng's limit
 
 // The name of this function in librack-pictures, which programs load when they read a picture of a
 // map: OpenCV's decoders bring 120 libraries, which would multiply the time to start and the locked

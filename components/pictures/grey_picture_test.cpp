@@ -1,5 +1,7 @@
 #include "components/pictures/grey_picture.h"
 
+#include <functional>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -155,6 +157,79 @@ TEST(GreyPicture, OtherFormatsAreRefused) {
   for (const std::string_view other :
        {"II*\0", "BM", "\xFF\xD8\xFF\xE0", "RIFF", "GIF89a", "P4 1 1 a"})
     EXPECT_THAT(read_grey(other).error().detail(), HasSubstr("neither a PGM"));
+}
+
+// --- written
+
+TEST(GreyPicture, IsWrittenWithTheseBytes) {
+  const GreyPicture picture{.width = 3, .height = 2, .values = {254, 254, 0, 205, 254, 254}};
+  const auto pgm = write_grey(picture, GreyFormat::kPgm);
+  ASSERT_TRUE(pgm) << pgm.error().detail();
+  EXPECT_EQ(*pgm, std::string_view("P5\n3 2\n255\n\xFE\xFE\x00\xCD\xFE\xFE", 17));
+  const auto png = write_grey(picture, GreyFormat::kPng);
+  ASSERT_TRUE(png) << png.error().detail();
+  EXPECT_EQ(png->substr(0, 29), kGrey8.substr(0, 29)) << "grey, 8 bits, not interlaced";
+  const auto deep =
+      write_grey({.width = 2, .height = 1, .white = 65535, .values = {65535, 1}}, GreyFormat::kPgm);
+  ASSERT_TRUE(deep) << deep.error().detail();
+  EXPECT_EQ(*deep, std::string_view("P5\n2 1\n65535\n\xFF\xFF\x00\x01", 17));
+}
+
+TEST(GreyPicture, IsReadAsItWasWritten) {
+  for (const std::uint16_t white : {255, 65535}) {
+    GreyPicture picture{.width = 16, .height = 17, .white = white};
+    for (int i = 0; i < 16 * 17; ++i)
+      picture.values.push_back(static_cast<std::uint16_t>(i * 7919 % (white + 1)));
+    for (const GreyFormat format : {GreyFormat::kPgm, GreyFormat::kPng}) {
+      const auto bytes = write_grey(picture, format);
+      ASSERT_TRUE(bytes) << bytes.error().detail();
+      const auto back = read_grey(*bytes);
+      ASSERT_TRUE(back) << back.error().detail();
+      EXPECT_EQ(back->width, 16);
+      EXPECT_EQ(back->height, 17);
+      EXPECT_EQ(back->white, white);
+      EXPECT_EQ(back->values, picture.values);
+    }
+  }
+}
+
+TEST(GreyPicture, IsNotWrittenIfItIsNoFile) {
+  const GreyPicture good{.width = 2, .height = 1, .values = {255, 0}};
+  EXPECT_TRUE(write_grey(good, GreyFormat::kPng));
+  const auto reason = [&](const std::function<void(GreyPicture&)>& change) {
+    GreyPicture picture = good;
+    change(picture);
+    const auto written = write_grey(picture, GreyFormat::kPng);
+    EXPECT_EQ(written.error().code(), tims::Errc::kInvalidArgument);
+    return written ? "" : written.error().detail();
+  };
+  EXPECT_THAT(reason([](auto& picture) { picture.values[0] = 256; }), HasSubstr("above white"));
+  EXPECT_THAT(reason([](auto& picture) { picture.white = 100; }), HasSubstr("255 or 65535"));
+  EXPECT_THAT(reason([](auto& picture) { picture.values.pop_back(); }), HasSubstr("one value"));
+  EXPECT_THAT(reason([](auto& picture) { picture.values.push_back(0); }), HasSubstr("one value"));
+  EXPECT_THAT(reason([](auto& picture) { picture.width = 0; }), HasSubstr("no valid size"));
+  EXPECT_THAT(reason([](auto& picture) { picture.width = picture.height = -1; }),
+              HasSubstr("no valid size"));
+}
+
+TEST(GreyPicture, IsWrittenUpToAWidth) {
+  for (const std::int32_t width : {kGreySideMax - 1, kGreySideMax, kGreySideMax + 1}) {
+    GreyPicture picture{.width = width, .height = 1};
+    picture.values.assign(static_cast<std::size_t>(width), 205);
+    for (const GreyFormat format : {GreyFormat::kPgm, GreyFormat::kPng}) {
+      const auto bytes = write_grey(picture, format);
+      ASSERT_EQ(bytes.ok(), width <= kGreySideMax) << width << ": " << bytes.error().detail();
+      if (bytes) {
+        const auto back = read_grey(*bytes);
+        ASSERT_TRUE(back) << back.error().detail();
+        EXPECT_EQ(back->values, picture.values);
+      } else {
+        EXPECT_EQ(bytes.error().code(), tims::Errc::kTooBig);
+      }
+    }
+  }
+  const GreyPicture large{.width = 12801, .height = 10000};  // memory is not needed to refuse it
+  EXPECT_EQ(write_grey(large, GreyFormat::kPgm).error().code(), tims::Errc::kTooBig);
 }
 
 }  // namespace grey_picture_test

@@ -2,21 +2,17 @@
 
 #include <string>
 
-#include <dlfcn.h>
+#include "components/position/pictures_library.h"
 
 namespace rack::navigation {
 
 namespace {
 
 tims::Result<pictures::ReadGrey> load_decoder() {
-  void* const library = ::dlopen(RACK_PICTURES_LIBRARY, RTLD_NOW | RTLD_LOCAL);
-  void* const function = library == nullptr ? nullptr : ::dlsym(library, pictures::kReadGreySymbol);
-  if (function != nullptr) return reinterpret_cast<pictures::ReadGrey>(function);
-  const char* const reason = ::dlerror();
-  return tims::Error(tims::Errc::kSystem,
-                     std::string("pictures of maps need OpenCV: ") +
-                         (reason == nullptr ? RACK_PICTURES_LIBRARY : reason) +
-                         "; build with -DRACK_WITH_OPENCV=ON, or use a plan (DXF)");
+  const auto function = function_of_pictures(pictures::kReadGreySymbol);
+  if (function) return reinterpret_cast<pictures::ReadGrey>(*function);
+  return tims::Error(tims::Errc::kSystem, "pictures of maps need " + function.error().detail() +
+                                              ", or use a plan (DXF)");
 }
 
 }  // namespace

@@ -58,10 +58,16 @@ TEST_F(MapPictureTest, AMapComesBack) {
   localisation::GridMap map{.resolution = 100, .origin = {2000, 1000}, .rows = 3, .columns = 2};
   map.cells = {Cell::kFree,     Cell::kUnknown, Cell::kOccupied,
                Cell::kOccupied, Cell::kFree,    Cell::kUnknown};
-  write("map.pgm", localisation::to_pgm(map));
-  const auto back = load_map(describe("map.pgm"), {});
-  ASSERT_TRUE(back) << back.error().detail();
-  EXPECT_EQ(back->map.cells, map.cells);
+  const auto picture = localisation::grey_of(map);
+  for (const auto& [image, format] : {std::pair("map.pgm", pictures::GreyFormat::kPgm),
+                                      std::pair("map.png", pictures::GreyFormat::kPng)}) {
+    const auto bytes = pictures::write_grey(picture, format);
+    ASSERT_TRUE(bytes) << bytes.error().detail();
+    write(image, *bytes);
+    const auto back = load_map(describe(image), {});
+    ASSERT_TRUE(back) << back.error().detail();
+    EXPECT_EQ(back->map.cells, map.cells) << image;
+  }
 }
 
 TEST_F(MapPictureTest, ErrorsNameThePicture) {

@@ -206,6 +206,18 @@ TEST_F(TimsctlNavTest, DrawsRecordings) {
   std::ifstream file(picture);
   const std::string svg((std::istreambuf_iterator<char>(file)), {});
   EXPECT_THAT(svg, HasSubstr("estimate: position error"));
+  const std::string raster = folder.path() / "drive.png";
+  const Ran png = nav({"plot", raster, FLOOR_PLAN, track, "truth=" + truth});
+  std::ifstream pixels(raster, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(pixels)), {});
+  if (RACK_WITH_OPENCV == 0) {
+    EXPECT_EQ(png.code, 1);
+    EXPECT_THAT(png.err, HasSubstr("or name it .svg"));
+    EXPECT_TRUE(bytes.empty());
+  } else {
+    EXPECT_EQ(png.code, 0) << png.err;
+    EXPECT_THAT(bytes, testing::StartsWith("\x89PNG\r\n"));
+  }
   const Ran broken = nav({"plot", picture, "/proc/self/status"});
   EXPECT_EQ(broken.code, 1);
   EXPECT_THAT(broken.err, HasSubstr("/proc/self/status: no columns"));

@@ -52,7 +52,7 @@ CORE = re.compile(r"^tims_library\((\w+_core)\s", re.MULTILINE)
 BESIDE = {
     "components/devices/camera": ("devices_pictures",),
     "components/geometry": ("components_coordinates", "components_geometry_dxf"),
-    "components/pictures": ("camera_calibration", "grey_pictures"),
+    "components/pictures": ("camera_calibration", "grey_pictures", "raster_canvas"),
     "libtims/base": ("tims_toml",),
 }
 

@@ -1,9 +1,9 @@
 # RACK_WITH_OPENCV, and the target `opencv` for all that use it. Debian's parts of OpenCV (91 MB) come without
 # OpenCVConfig.cmake and opencv4.pc, which are in libopencv-dev only (147 MB): so they are found by name.
-option(RACK_WITH_OPENCV "components with pictures: cameras, intensities of images, pictures of maps (OpenCV)" ON)
+option(RACK_WITH_OPENCV "components with pictures: cameras, intensities of images, pictures of maps, plots as PNG (OpenCV)" ON)
 if(NOT RACK_WITH_OPENCV)
-  message(STATUS "RACK_WITH_OPENCV=OFF: without CameraV4l, CameraDcam, CameraJpeg, camera-calibrate, ObjRecogMarkers, "
-                 "marker-print, rack-dora, cameras of World and maps as PGM or PNG; "
+  message(STATUS "RACK_WITH_OPENCV=OFF: without CameraV4l, CameraDcam, CameraJpeg, camera-calibrate, map-maker, "
+                 "ObjRecogMarkers, marker-print, rack-dora, cameras of World, maps as PGM or PNG and plots as PNG; "
                  "Scan2d without cameraInst")
   return()
 endif()

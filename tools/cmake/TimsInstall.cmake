@@ -61,7 +61,8 @@ function(tims_install_host)
   programs_of(vision components/vision)
   programs_of(markers tools/marker_print)
   programs_of(calibration tools/camera_calibrate)
-  set(programs rack-emulate World ${drivers} ${vision} ${markers} ${calibration} ${ARGN})
+  programs_of(maps tools/map_maker)
+  set(programs rack-emulate World ${drivers} ${vision} ${markers} ${calibration} ${maps} ${ARGN})
   # Found from a program's own place, so that an installation may be moved; and by the whole path for
   # programs with file capabilities, for which the dynamic linker ignores $ORIGIN.
   set(common ${CMAKE_INSTALL_LIBDIR}/tims)

@@ -11,6 +11,7 @@
 #include "components/files/whole_file.h"
 #include "components/localisation/ros_map.h"
 #include "components/mapping/map_maker.h"
+#include "components/pictures/grey_picture.h"
 #include "components/position/map_file.h"
 #include "os/file.h"
 #include "tools/cli/argument_parser.h"
@@ -35,6 +36,7 @@ struct Wanted {
   std::string odometry;  // a recording of odometry
   std::string poses;     // output file
   std::string truth;
+  std::string image = "pgm";  // or "png"
   std::optional<double> lag;
   double resolution = 0.05;  // m
   double range = 30;         // m
@@ -133,8 +135,11 @@ std::vector<Pose> laser_poses(const Drive& drive, const MadeMap& made) {
 void write_map(const Wanted& wanted, const MadeMap& made) {
   const std::filesystem::path yaml(wanted.map);
   std::filesystem::path picture = yaml;
-  picture.replace_extension(".pgm");
-  write_file(picture.string(), localisation::to_pgm(made.map));
+  picture.replace_extension("." + wanted.image);
+  const auto format =
+      wanted.image == "png" ? pictures::GreyFormat::kPng : pictures::GreyFormat::kPgm;
+  write_file(picture.string(),
+             well(pictures::write_grey(localisation::grey_of(made.map), format), picture.string()));
   write_file(wanted.map, localisation::to_ros_yaml(made.map, picture.filename().string()));
 }
 
@@ -207,7 +212,7 @@ constexpr const char* kAbout =
     "--odometry, the recording of Odometry or Position of the same drive. Drive slowly, return to\n"
     "earlier places from time to time, and drive the route again at the end: loop closures "
     "correct\n"
-    "the map. The output is MAP.yaml and MAP.pgm for ROS and MonteCarloLocalisation.";
+    "the map. The output is MAP.yaml and MAP.pgm (or .png) for ROS and MonteCarloLocalisation.";
 constexpr const char* kExits =
     "Exit status: 0 done, 1 a file is invalid (FILE: line N: reason), 2 wrong command line, 4 no "
     "such\n"
@@ -223,6 +228,7 @@ void add_options(timsctl::ArgumentParser& parser, Wanted& wanted) {
                 "number of rounds of matching all scans with all others", {0, 20});
   parser.option("--lag", wanted.lag,
                 "age of scans in a CARMEN log [s] (default: estimated from turns)", {-10.0, 10.0});
+  parser.option("--image", wanted.image, "format of the image of the map: pgm or png");
   parser.option("--poses", wanted.poses,
                 "write the poses of the scanner, `time index x y theta`, in the form of mcl-eval");
   parser.option("--truth", wanted.truth,
@@ -245,6 +251,8 @@ int main(int argc, char** argv) {
     wanted.settings.range_max = 1000 * wanted.range;
     if (!wanted.map.ends_with(".yaml"))
       throw timsctl::usage_error(wanted.map + ": the map must be a .yaml file");
+    if (wanted.image != "pgm" && wanted.image != "png")
+      throw timsctl::usage_error("--image " + wanted.image + ": the image is pgm or png");
     return make(wanted);
   });
 }

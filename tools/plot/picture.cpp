@@ -105,28 +105,28 @@ struct Axes {
   }
 };
 
-void draw_axes(Svg& svg, const Axes& axes, const std::string& across, const std::string& up,
+void draw_axes(Canvas& canvas, const Axes& axes, const std::string& across, const std::string& up,
                int rows) {
   const Box& box = axes.box;
   const auto columns = ticks(axes.across.low, axes.across.high, 9);
   for (const double x : columns) {
     const Spot at = axes.spot(x, axes.up.low);
-    svg.line({at.x, box.y}, at, {.colour = kGrid});
+    canvas.line({at.x, box.y}, at, {.colour = kGrid});
     const double step = columns.size() > 1 ? columns[1] - columns[0] : 1;
-    svg.text({at.x, at.y + 18}, tick_text(x, step), {.size = 13, .anchor = Anchor::kMiddle});
+    canvas.text({at.x, at.y + 18}, tick_text(x, step), {.size = 13, .anchor = Anchor::kMiddle});
   }
   const auto lines = ticks(axes.up.low, axes.up.high, rows);
   for (const double y : lines) {
     const Spot at = axes.spot(axes.across.low, y);
-    svg.line(at, {box.x + box.width, at.y}, {.colour = kGrid});
+    canvas.line(at, {box.x + box.width, at.y}, {.colour = kGrid});
     const double step = lines.size() > 1 ? lines[1] - lines[0] : 1;
-    svg.text({at.x - 7, at.y + 4.5}, tick_text(y, step), {.size = 13, .anchor = Anchor::kEnd});
+    canvas.text({at.x - 7, at.y + 4.5}, tick_text(y, step), {.size = 13, .anchor = Anchor::kEnd});
   }
-  svg.frame(box, {.colour = "#888888"});
-  svg.text({box.x + box.width / 2, box.y + box.height + 38}, across,
-           {.size = 14, .anchor = Anchor::kMiddle});
-  svg.text({18, box.y + box.height / 2}, up,
-           {.size = 14, .anchor = Anchor::kMiddle, .upwards = true});
+  canvas.frame(box, {.colour = "#888888"});
+  canvas.text({box.x + box.width / 2, box.y + box.height + 38}, across,
+              {.size = 14, .anchor = Anchor::kMiddle});
+  canvas.text({18, box.y + box.height / 2}, up,
+              {.size = 14, .anchor = Anchor::kMiddle, .upwards = true});
 }
 
 // --- the map
@@ -166,26 +166,19 @@ Axes map_axes(const Picture& picture, double top) {
   return axes;
 }
 
-// Walls as runs of cells, in units of cells, rows from the top.
-std::string wall_path(const GridMap& map) {
-  std::string path = "M0 .5";  // in the middle of a row
-  std::int32_t x = 0;          // end of the last run
-  std::int32_t y = 0;
+std::vector<CellRun> walls_of(const GridMap& map) {
+  std::vector<CellRun> runs;
   for (std::int32_t row = 0; row < map.rows; ++row)
     for (std::int32_t column = 0; column < map.columns; ++column) {
       if (map.at(row, column) != Cell::kOccupied) continue;
       const std::int32_t first = column;
       while (column < map.columns && map.at(row, column) == Cell::kOccupied) ++column;
-      const std::int32_t run = column - first;
-      const std::int32_t down = map.rows - 1 - row;
-      path += fmt::format("m{} {}h{}", first - x, down - y, run);
-      x = column;
-      y = down;
+      runs.push_back({map.rows - 1 - row, first, column - first});
     }
-  return path;
+  return runs;
 }
 
-void draw_map(Svg& svg, const GridMap& map, const Axes& axes) {
+void draw_map(Canvas& canvas, const GridMap& map, const Axes& axes) {
   // At most one cell per pixel.
   const double pixel = axes.across.size() * 1000 / axes.box.width;  // mm
   const double wanted = std::max(1.0, pixel / map.resolution);
@@ -193,7 +186,7 @@ void draw_map(Svg& svg, const GridMap& map, const Axes& axes) {
   const GridMap shown = localisation::coarser(map, static_cast<std::size_t>(std::ceil(cells)) + 1);
   const Spot left_top =
       axes.spot(shown.origin.y / 1000, (shown.origin.x + shown.rows * shown.resolution) / 1000);
-  svg.shape(wall_path(shown), left_top, shown.resolution / pixel, kWall);
+  canvas.cells(walls_of(shown), left_top, shown.resolution / pixel, kWall);
 }
 
 std::vector<Spot> spots_of(const Trajectory& trajectory, const Axes& axes) {
@@ -204,36 +197,37 @@ std::vector<Spot> spots_of(const Trajectory& trajectory, const Axes& axes) {
   return spots;
 }
 
-void draw_mark(Svg& svg, const Mark& mark, const Axes& axes) {
+void draw_mark(Canvas& canvas, const Mark& mark, const Axes& axes) {
   const Spot at = axes.spot(mark.at.y / 1000, mark.at.x / 1000);
   const Look look = look_of(mark.role);
   const Spot tip{at.x + 16 * std::sin(mark.at.rho), at.y - 16 * std::cos(mark.at.rho)};
-  svg.dot(at, 6, "#ffffff");
-  svg.dot(at, 5, look.colour);
-  svg.line(at, tip, {.colour = look.colour, .width = 3});
+  canvas.dot(at, 6, "#ffffff", 1);
+  canvas.dot(at, 5, look.colour, 1);
+  canvas.line(at, tip, {.colour = look.colour, .width = 3});
   if (!mark.name.empty())
-    svg.text({at.x + 10, at.y + 18}, mark.name, {.size = 13, .colour = look.colour, .bold = true});
+    canvas.text({at.x + 10, at.y + 18}, mark.name,
+                {.size = 13, .colour = look.colour, .bold = true});
 }
 
-void draw_ground(Svg& svg, const Picture& picture, const std::vector<Look>& looks,
+void draw_ground(Canvas& canvas, const Picture& picture, const std::vector<Look>& looks,
                  const Axes& axes) {
-  svg.area(axes.box, "#ffffff");
-  draw_axes(svg, axes, "y, to the east [m]", "x, to the north [m]", 7);
-  svg.clip(axes.box);
-  if (picture.map) draw_map(svg, *picture.map, axes);
+  canvas.area(axes.box, "#ffffff");
+  draw_axes(canvas, axes, "y, to the east [m]", "x, to the north [m]", 7);
+  canvas.clip(axes.box);
+  if (picture.map) draw_map(canvas, *picture.map, axes);
   for (const MapPoint& dot : picture.dots)
-    svg.dot(axes.spot(dot.y / 1000, dot.x / 1000), 1.5, "#56b4e9", 0.6);
+    canvas.dot(axes.spot(dot.y / 1000, dot.x / 1000), 1.5, "#56b4e9", 0.6);
   constexpr std::array kOrder = {Role::kTruth, Role::kOdometry, Role::kOther, Role::kPath,
                                  Role::kEstimate};
   for (const Role role : kOrder)
     for (std::size_t i = 0; i < picture.trajectories.size(); ++i) {
       if (picture.trajectories[i].role != role) continue;
       const Look& look = looks[i];
-      svg.lines(spots_of(picture.trajectories[i], axes),
-                {.colour = look.colour, .width = look.width, .dashes = look.dashes});
+      canvas.lines(spots_of(picture.trajectories[i], axes),
+                   {.colour = look.colour, .width = look.width, .dashes = look.dashes});
     }
-  for (const Mark& mark : picture.marks) draw_mark(svg, mark, axes);
-  svg.end_clip();
+  for (const Mark& mark : picture.marks) draw_mark(canvas, mark, axes);
+  canvas.end_clip();
 }
 
 // --- legends
@@ -243,8 +237,8 @@ struct Entry {
   Look look;
 };
 
-// Returns the height; draws only if `svg` is given.
-double legend(Svg* svg, const std::vector<Entry>& entries, double top) {
+// Returns the height; draws only if `canvas` is given.
+double legend(Canvas* canvas, const std::vector<Entry>& entries, double top) {
   double x = kLeft;
   double y = top;
   for (const Entry& entry : entries) {
@@ -253,12 +247,12 @@ double legend(Svg* svg, const std::vector<Entry>& entries, double top) {
       x = kLeft;
       y += kLegendLine;
     }
-    if (svg != nullptr) {
-      svg->line({x, y + 10}, {x + 30, y + 10},
-                {.colour = entry.look.colour,
-                 .width = entry.look.width + 0.5,
-                 .dashes = entry.look.dashes});
-      svg->text({x + 36, y + 15}, entry.name, {.size = 13});
+    if (canvas != nullptr) {
+      canvas->line({x, y + 10}, {x + 30, y + 10},
+                   {.colour = entry.look.colour,
+                    .width = entry.look.width + 0.5,
+                    .dashes = entry.look.dashes});
+      canvas->text({x + 36, y + 15}, entry.name, {.size = 13});
     }
     x += wide + 14;
   }
@@ -290,7 +284,8 @@ std::vector<const Series*> of_unit(const std::vector<Series>& series, const std:
   return out;
 }
 
-void draw_series(Svg& svg, const std::vector<const Series*>& series, double begin, double top) {
+void draw_series(Canvas& canvas, const std::vector<const Series*>& series, double begin,
+                 double top) {
   std::vector<Role> roles;
   Axes axes;
   axes.up.add(0);
@@ -308,18 +303,18 @@ void draw_series(Svg& svg, const std::vector<const Series*>& series, double begi
   const auto looks = looks_of(roles);
   std::vector<Entry> entries;
   for (std::size_t i = 0; i < series.size(); ++i) entries.push_back({series[i]->name, looks[i]});
-  const double high = legend(&svg, entries, top);
+  const double high = legend(&canvas, entries, top);
   axes.box = {kLeft, top + high, kInner, kSeriesHeight};
-  draw_axes(svg, axes, "time [s]", "[" + series.front()->unit + "]", 4);
-  svg.clip(axes.box);
+  draw_axes(canvas, axes, "time [s]", "[" + series.front()->unit + "]", 4);
+  canvas.clip(axes.box);
   for (std::size_t i = 0; i < series.size(); ++i) {
     std::vector<Spot> spots;
     for (std::size_t k = 0; k < series[i]->values.size(); ++k)
       if (std::isfinite(series[i]->values[k]))
         spots.push_back(axes.spot(series[i]->times[k] - begin, series[i]->values[k]));
-    svg.lines(spots, {.colour = looks[i].colour, .width = 1.4, .dashes = looks[i].dashes});
+    canvas.lines(spots, {.colour = looks[i].colour, .width = 1.4, .dashes = looks[i].dashes});
   }
-  svg.end_clip();
+  canvas.end_clip();
 }
 
 double height_of(const std::vector<const Series*>& series) {
@@ -392,36 +387,69 @@ std::vector<Series> errors_of(const std::vector<Trajectory>& trajectories) {
   return errors;
 }
 
-std::string draw(const Picture& picture) {
-  std::vector<Role> roles;
-  roles.reserve(picture.trajectories.size());
-  for (const Trajectory& trajectory : picture.trajectories) roles.push_back(trajectory.role);
-  const auto looks = looks_of(roles);
-  const auto entries = entries_of(picture, looks);
-  const double title = picture.title.empty() ? 14 : 44;
-  const double ground = title + legend(nullptr, entries, title);
-  const Axes axes = map_axes(picture, ground);
-  double height = title;
-  if (has_ground(picture)) height = ground + axes.box.height + kBelow;
-  const auto units = units_of(picture.series);
+namespace {
+
+// What is where: the picture is laid out before there is a canvas, whose size it determines.
+struct Layout {
+  explicit Layout(const Picture& picture)
+      : looks(looks_of(roles_of(picture))),
+        entries(entries_of(picture, looks)),
+        title(picture.title.empty() ? 14 : 44),
+        axes(map_axes(picture, title + legend(nullptr, entries, title))),
+        units(units_of(picture.series)) {
+    ground_end = has_ground(picture) ? axes.box.y + axes.box.height + kBelow : title;
+    height = ground_end + 8;
+    for (const std::string& unit : units) height += height_of(of_unit(picture.series, unit));
+  }
+
+  static std::vector<Role> roles_of(const Picture& picture) {
+    std::vector<Role> roles;
+    roles.reserve(picture.trajectories.size());
+    for (const Trajectory& trajectory : picture.trajectories) roles.push_back(trajectory.role);
+    return roles;
+  }
+
+  std::vector<Look> looks;
+  std::vector<Entry> entries;
+  double title;
+  Axes axes;
+  std::vector<std::string> units;
+  double ground_end = 0;
+  double height = 0;
+};
+
+void draw_on(Canvas& canvas, const Picture& picture, const Layout& layout) {
+  if (!picture.title.empty()) canvas.text({kLeft, 30}, picture.title, {.size = 19, .bold = true});
+  if (has_ground(picture)) {
+    legend(&canvas, layout.entries, layout.title);
+    draw_ground(canvas, picture, layout.looks, layout.axes);
+  }
   double begin = std::numeric_limits<double>::infinity();
   for (const Series& one : picture.series)
     for (const double time : one.times) begin = std::min(begin, time);
-  double all = height;
-  for (const std::string& unit : units) all += height_of(of_unit(picture.series, unit));
-
-  Svg svg(kWidth, all + 8);
-  if (!picture.title.empty()) svg.text({kLeft, 30}, picture.title, {.size = 19, .bold = true});
-  if (has_ground(picture)) {
-    legend(&svg, entries, title);
-    draw_ground(svg, picture, looks, axes);
-  }
-  for (const std::string& unit : units) {
+  double top = layout.ground_end;
+  for (const std::string& unit : layout.units) {
     const auto series = of_unit(picture.series, unit);
-    draw_series(svg, series, begin, height);
-    height += height_of(series);
+    draw_series(canvas, series, begin, top);
+    top += height_of(series);
   }
+}
+
+}  // namespace
+
+std::string to_svg(const Picture& picture) {
+  const Layout layout(picture);
+  Svg svg(kWidth, layout.height);
+  draw_on(svg, picture, layout);
   return std::move(svg).finish();
+}
+
+tims::Result<std::string> to_png(const Picture& picture, pictures::DrawPng draw_png) {
+  const Layout layout(picture);
+  tims::Result<std::string> png = std::string();
+  draw_png(
+      kWidth, layout.height, [&](Canvas& canvas) { draw_on(canvas, picture, layout); }, png);
+  return png;
 }
 
 }  // namespace rack::plot

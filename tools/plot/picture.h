@@ -11,6 +11,8 @@
 
 #include "components/geometry/pose.h"
 #include "components/localisation/grid_map.h"
+#include "components/pictures/raster_canvas.h"
+#include "tims/result.h"
 
 namespace rack::plot {
 
@@ -54,8 +56,11 @@ struct Picture {
 // The distance of each trajectory to the true one, where both have times. Empty without a true one.
 std::vector<Series> errors_of(const std::vector<Trajectory>& trajectories);
 
-// Draws the picture as SVG.
-std::string draw(const Picture& picture);
+std::string to_svg(const Picture& picture);
+
+// `draw_png`: of librack-pictures. Error: the picture is too large, because it has very many
+// curves.
+tims::Result<std::string> to_png(const Picture& picture, pictures::DrawPng draw_png);
 
 // About `about` tick values of an axis, at intervals of 1, 2 or 5 times a power of ten.
 std::vector<double> ticks(double low, double high, int about);

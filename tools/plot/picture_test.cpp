@@ -46,7 +46,7 @@ TEST(Svg, LeavesOutWhatNobodySees) {
 TEST(Svg, TextIsEscaped) {
   Svg svg(100, 100);
   svg.text({0, 0}, "a<b> & \"c\"\x1b", {});
-  svg.dot({kNan, INFINITY}, 1, "#000000");
+  svg.dot({kNan, INFINITY}, 1, "#000000", 1);
   const std::string text = std::move(svg).finish();
   EXPECT_THAT(text, HasSubstr("a&lt;b> &amp; &quot;c&quot;?</text>"));
   EXPECT_THAT(text, Not(HasSubstr("nan")));
@@ -78,7 +78,7 @@ TEST(Picture, NorthIsUpAndEastIsRight) {
   Picture picture;
   picture.trajectories.push_back({"north", Role::kEstimate, {}, {{0, 0}, {10000, 0}}});
   picture.trajectories.push_back({"east", Role::kOdometry, {}, {{0, 0}, {0, 10000}}});
-  const std::string text = draw(picture);
+  const std::string text = to_svg(picture);
   const auto ends = [&](const std::string& colour) {
     const auto at = text.rfind("<path d='M", text.rfind(colour));
     double x = 0;
@@ -101,7 +101,7 @@ TEST(Picture, HasALegendUnitsAndOneDiagramForEachUnit) {
   picture.series.push_back({"position error", "m", Role::kEstimate, {5, 6, 7}, {0.1, 0.2, 0.1}});
   picture.series.push_back({"the other", "m", Role::kEstimate, {5, 6}, {0.3, kNan}});
   picture.series.push_back({"turn", "degrees", Role::kEstimate, {5, 6}, {-1, 2}});
-  const std::string text = draw(picture);
+  const std::string text = to_svg(picture);
   for (const char* label :
        {"A drive", "map<", "odometry<", "robot<", "samples<", "x, to the north [m]",
         "position error", "[m]<", "[degrees]<", "time [s]"})
@@ -112,15 +112,36 @@ TEST(Picture, HasALegendUnitsAndOneDiagramForEachUnit) {
   EXPECT_EQ(count(text, "<g "), count(text, "</g>"));
 }
 
+// One drawing, whatever it is drawn on.
+TEST(Picture, IsTheSameOnEachCanvas) {
+  Picture picture{.title = "A drive", .map = room()};
+  picture.trajectories.push_back({"odometry", Role::kOdometry, {}, {{0, 0}, {300, 900}}});
+  picture.series.push_back({"turn", "degrees", Role::kEstimate, {5, 6}, {-1, 2}});
+  const auto drawn =
+      to_png(picture, [](double width, double height, const std::function<void(Canvas&)>& draw,
+                         tims::Result<std::string>& png) {
+        Svg svg(width, height);
+        draw(svg);
+        png = std::move(svg).finish();
+      });
+  ASSERT_TRUE(drawn);
+  EXPECT_EQ(*drawn, to_svg(picture));
+  const auto refused = to_png(picture, [](double, double, const std::function<void(Canvas&)>&,
+                                          tims::Result<std::string>& png) {
+    png = tims::Error(tims::Errc::kTooBig, "too large");
+  });
+  EXPECT_EQ(refused.error().detail(), "too large");
+}
+
 TEST(Picture, OfNothingAndOfNonsense) {
   EXPECT_TRUE(Picture{}.empty());
-  EXPECT_THAT(draw({}), HasSubstr("</svg>"));
+  EXPECT_THAT(to_svg({}), HasSubstr("</svg>"));
   Picture picture;
   picture.trajectories.push_back({"nowhere", Role::kEstimate, {}, {{kNan, 0}, {INFINITY, 3}}});
   picture.trajectories.push_back({"point", Role::kEstimate, {}, {{5, 5}}});
   picture.trajectories.push_back({"far", Role::kEstimate, {}, {{5, 5}, {1e300, -1e300}}});
   picture.series.push_back({"none", "m", Role::kOther, {}, {}});
-  const std::string text = draw(picture);
+  const std::string text = to_svg(picture);
   EXPECT_THAT(text, Not(HasSubstr("nan")));
   EXPECT_THAT(text, Not(HasSubstr("inf ")));
 }

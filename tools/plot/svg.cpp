@@ -62,7 +62,7 @@ Svg::Svg(double width, double height)
                        R"(viewBox="0 0 {0} {1}" font-family="DejaVu Sans, Arial, sans-serif">)"
                        "\n",
                        number(width), number(height))) {
-  area({0, 0, width, height}, "#ffffff");
+  Svg::area({0, 0, width, height}, "#ffffff");
 }
 
 void Svg::line(const Spot& from, const Spot& to, const Pen& pen) {
@@ -105,10 +105,19 @@ void Svg::area(const Box& box, std::string_view colour) {
                       number(box.x), number(box.y), number(box.width), number(box.height), colour);
 }
 
-void Svg::shape(std::string_view path, const Spot& left_top, double scale,
+// A line through the middle of each run, as wide as a cell, in units of cells.
+void Svg::cells(std::span<const CellRun> runs, const Spot& left_top, double cell,
                 std::string_view colour) {
+  std::string path = "M0 .5";
+  std::int32_t x = 0;  // end of the last run
+  std::int32_t y = 0;
+  for (const CellRun& run : runs) {
+    path += fmt::format("m{} {}h{}", run.column - x, run.row - y, run.length);
+    x = run.column + run.length;
+    y = run.row;
+  }
   out_ += fmt::format("<path transform='matrix({2:.5g} 0 0 {2:.5g} {0:.2f} {1:.2f})' ", left_top.x,
-                      left_top.y, scale);
+                      left_top.y, cell);
   out_ += fmt::format("d='{}' fill='none' stroke='{}'/>\n", path, colour);
 }
 
@@ -118,11 +127,11 @@ void Svg::dot(const Spot& at, double radius, std::string_view colour, double opa
                       number(at.x), number(at.y), number(radius), colour, opacity);
 }
 
-void Svg::text(const Spot& at, std::string_view content, const TextStyle& look) {
+void Svg::text(const Spot& at, std::string_view content, const TextStyle& style) {
   out_ += fmt::format("<text x='{}' y='{}' font-size='{}' text-anchor='{}' fill='{}'", number(at.x),
-                      number(at.y), number(look.size), name(look.anchor), look.colour);
-  if (look.bold) out_ += " font-weight='bold'";
-  if (look.upwards)
+                      number(at.y), number(style.size), name(style.anchor), style.colour);
+  if (style.bold) out_ += " font-weight='bold'";
+  if (style.upwards)
     out_ += fmt::format(" transform='rotate(-90 {} {})'", number(at.x), number(at.y));
   out_ += fmt::format(">{}</text>\n", escaped(content));
 }

@@ -118,7 +118,7 @@ TEST(TrajectoryFiles, SurvivesMutations) {
       text[random() % text.size()] = "0123456789.,e- \n%x"[random() % 18];
     Picture picture;
     if (!add_file(text, {}, picture)) continue;
-    EXPECT_EQ(draw(picture).find("nan"), std::string::npos) << text;
+    EXPECT_EQ(to_svg(picture).find("nan"), std::string::npos) << text;
   }
 }
 

@@ -3,11 +3,11 @@
 
 #include <optional>
 
-#include <dlfcn.h>
 #include <fmt/format.h>
 
 #include "components/files/whole_file.h"
 #include "components/pictures/png_file.h"
+#include "components/position/pictures_library.h"
 #include "tools/cli/arguments.h"
 #include "tools/cli/context.h"
 #include "tools/cli/failure.h"
@@ -39,15 +39,10 @@ std::optional<RawForm> form_of(rack::u16 camera_mode) {
 }
 
 rack::pictures::EncodePng load_encoder() {
-  void* const library = ::dlopen(RACK_PICTURES_LIBRARY, RTLD_NOW | RTLD_LOCAL);
-  void* const function =
-      library == nullptr ? nullptr : ::dlsym(library, rack::pictures::kEncodePngSymbol);
-  if (function != nullptr) return reinterpret_cast<rack::pictures::EncodePng>(function);
-  const char* const reason = ::dlerror();
-  throw Failure(
-      Exit::kNo, "no_opencv",
-      fmt::format("PNG needs OpenCV: {}", reason == nullptr ? RACK_PICTURES_LIBRARY : reason),
-      "build with -DRACK_WITH_OPENCV=ON, or set mode=jpeg and save a .jpg");
+  const auto function = rack::navigation::function_of_pictures(rack::pictures::kEncodePngSymbol);
+  if (function) return reinterpret_cast<rack::pictures::EncodePng>(*function);
+  throw Failure(Exit::kNo, "no_opencv", fmt::format("PNG needs {}", function.error().detail()),
+                "or set mode=jpeg and save a .jpg");
 }
 
 // What the file contains. JPEG is written as the camera sent it.

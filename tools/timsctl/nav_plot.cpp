@@ -6,6 +6,7 @@
 
 #include "components/files/whole_file.h"
 #include "components/position/map_file.h"
+#include "components/position/pictures_library.h"
 #include "os/file.h"
 #include "rack/proxies/feature_map.h"
 #include "rack/proxies/grid_map.h"
@@ -13,7 +14,6 @@
 #include "rack/proxies/position.h"
 #include "tools/cli/context.h"
 #include "tools/cli/failure.h"
-#include "tools/cli/service.h"
 #include "tools/plot/trajectory_files.h"
 #include "tools/timsctl/command_line.h"
 
@@ -51,6 +51,19 @@ void write_text(const std::string& file, const std::string& text) {
     throw Failure(Exit::kDenied, "not_written", written.error().detail());
 }
 
+std::string png_of(const std::string& file, const Picture& picture) {
+  const auto function = rack::navigation::function_of_pictures(rack::pictures::kDrawPngSymbol);
+  if (!function)
+    throw Failure(Exit::kNo, "no_opencv",
+                  fmt::format("{}: PNG needs {}", file, function.error().detail()),
+                  "or name it .svg, which does not need OpenCV");
+  auto png = rack::plot::to_png(picture, reinterpret_cast<rack::pictures::DrawPng>(*function));
+  if (!png)
+    throw Failure(Exit::kDenied, "not_written", fmt::format("{}: {}", file, png.error().detail()),
+                  ".svg has no such limit");
+  return std::move(png).value();
+}
+
 // Reads the file like the component does.
 std::optional<GridMap> map_from_file(const rack::ParameterList& parameters) {
   const auto file = text_of(parameters, "mapFile");
@@ -78,15 +91,7 @@ void write_picture(const std::string& file, const Picture& picture) {
   if (picture.empty())
     throw Failure(Exit::kNo, "nothing_to_draw", file + ": there is nothing to draw",
                   "are the components on? `timsctl nav where`");
-  const std::string svg = rack::plot::draw(picture);
-  if (file.ends_with(".svg")) return write_text(file, svg);
-  try {
-    run_or_fail({.command = {"rsvg-convert", "-o", file}}, svg);
-  } catch (const Failure& failure) {
-    throw Failure(Exit::kDenied, "not_written",
-                  fmt::format("{}: rsvg-convert: {}", file, failure.message),
-                  "is it installed (apt install librsvg2-bin)? .svg does not need it");
-  }
+  write_text(file, file.ends_with(".svg") ? rack::plot::to_svg(picture) : png_of(file, picture));
 }
 
 std::optional<GridMap> map_of(NavRobot& robot) {

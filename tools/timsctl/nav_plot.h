@@ -9,7 +9,7 @@
 
 namespace timsctl {
 
-// Writes .svg, or .png with rsvg-convert. Throws Failure.
+// Writes .svg, or .png by OpenCV, which is loaded then. Throws Failure.
 void write_picture(const std::string& file, const rack::plot::Picture& picture);
 
 // The map of a robot: from its file if that is on this host, else from its GridMap or FeatureMap.
