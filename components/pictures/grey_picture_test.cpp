@@ -1,5 +1,6 @@
 #include "components/pictures/grey_picture.h"
 
+#include <array>
 #include <functional>
 
 #include <gmock/gmock.h>
@@ -176,7 +177,7 @@ TEST(GreyPicture, IsWrittenWithTheseBytes) {
 }
 
 TEST(GreyPicture, IsReadAsItWasWritten) {
-  for (const std::uint16_t white : {std::uint16_t{255}, std::uint16_t{65535}}) {
+  for (const std::uint16_t white : std::array<std::uint16_t, 2>{255, 65535}) {
     GreyPicture picture{.width = 16, .height = 17, .white = white};
     for (int i = 0; i < 16 * 17; ++i)
       picture.values.push_back(static_cast<std::uint16_t>(i * 7919 % (white + 1)));
