@@ -76,7 +76,7 @@ class ObjRecogMarkers : public PictureRecogniser {
       const auto poses =
           poses_of(seen, known != nullptr ? known->size : integer("markerSize"), camera);
       if (!poses) continue;  // its corners are no square: a mistake
-      add(seen, poses->front(), known, objects);
+      add(seen, poses->front(), known, camera.lens(), objects);
       const scan3d::Place& place = poses->front().at;
       if (known != nullptr && std::hypot(place.x, place.y) <= integer("maxRange"))
         landmarks_.push_back({*known, seen.corners, *poses});
@@ -89,13 +89,13 @@ class ObjRecogMarkers : public PictureRecogniser {
     return found == map_.end() ? nullptr : &*found;
   }
 
-  void add(const Sighting& seen, const MarkerPose& pose, const Marker* known,
+  void add(const Sighting& seen, const MarkerPose& pose, const Marker* known, const Lens& lens,
            ObjRecogData& objects) {
     if (objects.objects.size() == decltype(objects.objects)::kMax) return;
     const double size = known != nullptr ? known->size : integer("markerSize");
-    // What half a pixel changes at that distance.
+    // Half a pixel of its size changes the distance by this.
     const double range = std::hypot(pose.at.x, pose.at.y);
-    const i32 deviation = whole_millimetres(10 + range * range / (500 * size) * 2);
+    const i32 deviation = whole_millimetres(10 + 0.5 * range * range / (lens.fx * size));
     ObjRecogObject object{.objectId = seen.id, .prob = 1};
     object.pos = Pose{.x = pose.at.x, .y = pose.at.y, .z = pose.at.z, .rho = pose.rho}.position();
     object.varPos.x = object.varPos.y = object.varPos.z = deviation;
