@@ -3,7 +3,7 @@
 option(RACK_WITH_OPENCV "components with pictures: cameras, intensities of images, pictures of maps, plots as PNG (OpenCV)" ON)
 if(NOT RACK_WITH_OPENCV)
   message(STATUS "RACK_WITH_OPENCV=OFF: without CameraV4l, CameraDcam, CameraJpeg, camera-calibrate, map-maker, "
-                 "ObjRecogMarkers, marker-print, rack-dora, cameras of World, maps as PGM or PNG and plots as PNG; "
+                 "ObjRecogMarkers, ObjRecogPeople, marker-print, rack-dora, cameras of World, maps as PGM or PNG and plots as PNG; "
                  "Scan2d without cameraInst")
   return()
 endif()
