@@ -57,7 +57,7 @@ TEST(Dashes, ContinueAroundCorners) {
 }
 
 TEST(Dashes, OutsideTakeNoTimeAndMoveNothing) {
-  const Box box{1000, 0, 20, 10};
+  const Box box{1000, 0, 19, 10};
   EXPECT_THAT(dashed({{0, 5}, {1e6, 5}}, {7, 3}, box),
               ElementsAre("1000,5 1007,5", "1010,5 1017,5"));
   EXPECT_THAT(dashed({{0, 5}, {990, 5}, {1020, 5}}, {7, 3}, box),

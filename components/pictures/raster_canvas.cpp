@@ -1,6 +1,7 @@
 #include "components/pictures/raster_canvas.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <type_traits>
@@ -24,15 +25,16 @@ constexpr double kFar = 1e5;    // pixels; further coordinates would overflow
 constexpr double kNear = 0.25;  // pixels: points that are nearer to each other are one
 constexpr int kFull = 255;      // of the mask
 
-// Hershey's letters at scale 1: capital letters are 21 high.
+// OpenCV fills shapes with the pixels under their outline: they are this much wider and higher.
+constexpr double kBorder = 1;
+
+// Hershey's letters at scale 1: capital letters are 21 high, between the middles of strokes.
 constexpr int kFont = cv::FONT_HERSHEY_SIMPLEX;
 constexpr double kCapital = 21;
-// As in DejaVu Sans, which the SVG is made for, in parts of the size of the text. Hershey's letters
-// are wider, so they are compressed.
+// As in DejaVu Sans, which the SVG is made for, in parts of the size of the text.
 constexpr double kCapitalOfSize = 0.73;
-constexpr double kStrokeOfSize = 0.085;
+constexpr double kStrokeOfSize = 0.09;
 constexpr double kBoldOfSize = 0.17;
-constexpr double kCompressed = 0.92;
 
 double limited(double pixels) {
   return std::isfinite(pixels) ? std::clamp(pixels, -kFar, kFar) : 0;
@@ -83,16 +85,32 @@ class Mask {
       : pixels_(pixels),
         fine_(pixels.height * kFiner, pixels.width * kFiner, CV_8U, cv::Scalar::all(0)) {}
 
+  // Each segment as a rectangle, round where segments meet. cv::polylines() draws lines of odd
+  // widths only, with round ends that would close the gaps between dashes.
   void stroke(std::span<const Spot> spots, double width) {
-    std::vector<cv::Point> points;
-    points.reserve(spots.size());
-    for (const Spot& spot : spots) points.push_back(point(spot));
-    // OpenCV's lines are as wide as their thickness and one more.
-    const int thickness = std::max(whole(width * kFiner), 1);
-    cv::polylines(fine_, points, false, cv::Scalar::all(kFull), thickness, cv::LINE_8, kShift);
+    const double half = (width * kFiner - kBorder) / 2 / kFiner;
+    for (std::size_t i = 1; i < spots.size(); ++i) {
+      const Spot& a = spots[i - 1];
+      const Spot& b = spots[i];
+      const double length = std::hypot(b.x - a.x, b.y - a.y);
+      if (!(length > 0)) continue;
+      const Spot ahead{(b.x - a.x) / length, (b.y - a.y) / length};
+      const double cut = std::min(kBorder / 2 / kFiner, length / 2);
+      // A corner, from the middle of an end.
+      const auto corner = [&](const Spot& end, double along, double aside) {
+        return point(
+            {end.x + along * ahead.x - aside * ahead.y, end.y + along * ahead.y + aside * ahead.x});
+      };
+      const std::array corners = {corner(a, cut, half), corner(b, -cut, half),
+                                  corner(b, -cut, -half), corner(a, cut, -half)};
+      cv::fillConvexPoly(fine_, corners.data(), static_cast<int>(corners.size()),
+                         cv::Scalar::all(kFull), cv::LINE_8, kShift);
+      if (i + 1 < spots.size()) disc(b, width / 2);
+    }
   }
   void disc(const Spot& at, double radius) {
-    cv::circle(fine_, point(at), whole(radius * kFiner * (1 << kShift)), cv::Scalar::all(kFull),
+    const double fine_radius = std::max(radius * kFiner - kBorder / 2, 0.0);
+    cv::circle(fine_, point(at), whole(fine_radius * (1 << kShift)), cv::Scalar::all(kFull),
                cv::FILLED, cv::LINE_8, kShift);
   }
   void box(double left, double top, double right, double bottom) {
@@ -195,8 +213,9 @@ class RasterCanvas : public Canvas {
   void text(const Spot& at, std::string_view content, const TextStyle& style) override {
     const std::string letters = plain_text(content);
     if (letters.empty()) return;
-    const double scale = kCapitalOfSize * style.size * kFiner / kCapital;
-    const int thickness = whole((style.bold ? kBoldOfSize : kStrokeOfSize) * style.size * kFiner);
+    const double stroke = (style.bold ? kBoldOfSize : kStrokeOfSize) * style.size * kFiner;
+    const double scale = (kCapitalOfSize * style.size * kFiner - stroke) / kCapital;
+    const int thickness = 2 * std::max(whole((stroke - kBorder) / 2), 1);
     int below = 0;
     const cv::Size size = cv::getTextSize(letters, kFont, scale, thickness, &below);
     const int margin = 2 * thickness;
@@ -204,14 +223,13 @@ class RasterCanvas : public Canvas {
                    cv::Scalar::all(0));
     cv::putText(figure, letters, {margin, margin + size.height}, kFont, scale,
                 cv::Scalar::all(kFull), thickness, cv::LINE_8);
-    cv::resize(figure, figure, {}, kCompressed, 1, cv::INTER_AREA);
     // From the left end of the baseline to the left top corner of the figure.
-    const double wide = size.width * kCompressed / kFiner;
+    const double wide = static_cast<double>(size.width) / kFiner;
     const double along = style.anchor == Anchor::kStart    ? 0
                          : style.anchor == Anchor::kMiddle ? wide / 2
                                                            : wide;
-    const double before = margin * kCompressed / kFiner + along;
-    const double above = static_cast<double>(margin + size.height) / kFiner;
+    const double before = static_cast<double>(margin) / kFiner + along;
+    const double above = (margin + size.height + stroke / 2) / kFiner;
     Spot corner{limited(at.x) - before, limited(at.y) - above};
     if (style.upwards) {
       cv::rotate(figure, figure, cv::ROTATE_90_COUNTERCLOCKWISE);
