@@ -8,6 +8,8 @@ if(TIMS_SANITIZE)
   target_compile_options(tims_sanitizers INTERFACE -fsanitize=${TIMS_SANITIZE}
                          -fno-omit-frame-pointer -fno-sanitize-recover=all)
   target_link_options(tims_sanitizers INTERFACE -fsanitize=${TIMS_SANITIZE})
+  # The sanitizer calls dlopen() for the program: only a DT_RPATH of the program counts then.
+  target_link_options(tims_sanitizers INTERFACE LINKER:--disable-new-dtags)
   # The first of these checks looks at an object through a pipe: a router without free descriptors
   # would be ended by it. What the next two see, the address sanitizer sees, too. They are a fifth of what
   # a file costs to compile.
