@@ -1,7 +1,6 @@
 #include "components/pictures/plain_text.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 
 #include "base/text.h"
@@ -9,38 +8,60 @@
 namespace rack::pictures {
 namespace {
 
-struct Replacement {
-  std::string_view characters;  // in UTF-8
-  std::string_view ascii;
-};
-constexpr std::array kReplacements = {
-    Replacement{"ÀÁÂÃÅĀĂĄ", "A"}, Replacement{"àáâãåāăą", "a"},
-    Replacement{"ÇĆČ", "C"},      Replacement{"çćč", "c"},
-    Replacement{"ĎĐ", "D"},       Replacement{"ďđ", "d"},
-    Replacement{"ÈÉÊËĒĖĘĚ", "E"}, Replacement{"èéêëēėęě", "e"},
-    Replacement{"Ğ", "G"},        Replacement{"ğ", "g"},
-    Replacement{"ÌÍÎÏĪİ", "I"},   Replacement{"ìíîïīı", "i"},
-    Replacement{"Ł", "L"},        Replacement{"ł", "l"},
-    Replacement{"ÑŃŇ", "N"},      Replacement{"ñńň", "n"},
-    Replacement{"ÒÓÔÕŌŐ", "O"},   Replacement{"òóôõōő", "o"},
-    Replacement{"Ř", "R"},        Replacement{"ř", "r"},
-    Replacement{"ŚŞŠȘ", "S"},     Replacement{"śşšș", "s"},
-    Replacement{"ŢŤȚ", "T"},      Replacement{"ţťț", "t"},
-    Replacement{"ÙÚÛŪŮŰ", "U"},   Replacement{"ùúûūůű", "u"},
-    Replacement{"ÝŸ", "Y"},       Replacement{"ýÿ", "y"},
-    Replacement{"ŹŻŽ", "Z"},      Replacement{"źżž", "z"},
-    Replacement{"Ä", "Ae"},       Replacement{"ä", "ae"},
-    Replacement{"ÖØ", "Oe"},      Replacement{"öøœ", "oe"},
-    Replacement{"Ü", "Ue"},       Replacement{"ü", "ue"},
-    Replacement{"Æ", "AE"},       Replacement{"æ", "ae"},
-    Replacement{"ß", "ss"},       Replacement{"°", "deg"},
-    Replacement{"µμ", "u"},       Replacement{"²", "^2"},
-    Replacement{"³", "^3"},       Replacement{"·", "*"},
-    Replacement{"×", "x"},        Replacement{"±", "+-"},
-    Replacement{"‐‑‒–—−", "-"},   Replacement{"‘’‚", "'"},
-    Replacement{"“”„", "\""},     Replacement{"…", "..."},
-    Replacement{"→", "->"},       Replacement{"\u00A0\u2009\u202F", " "},
-};
+// A line for each replacement: what is written, a tab, the characters that it is written for.
+constexpr std::string_view kReplacements =
+    "A\tÀÁÂÃÅĀĂĄ\n"
+    "a\tàáâãåāăą\n"
+    "C\tÇĆČ\n"
+    "c\tçćč\n"
+    "D\tĎĐ\n"
+    "d\tďđ\n"
+    "E\tÈÉÊËĒĖĘĚ\n"
+    "e\tèéêëēėęě\n"
+    "G\tĞ\n"
+    "g\tğ\n"
+    "I\tÌÍÎÏĪİ\n"
+    "i\tìíîïīı\n"
+    "L\tŁ\n"
+    "l\tł\n"
+    "N\tÑŃŇ\n"
+    "n\tñńň\n"
+    "O\tÒÓÔÕŌŐ\n"
+    "o\tòóôõōő\n"
+    "R\tŘ\n"
+    "r\tř\n"
+    "S\tŚŞŠȘ\n"
+    "s\tśşšș\n"
+    "T\tŢŤȚ\n"
+    "t\tţťț\n"
+    "U\tÙÚÛŪŮŰ\n"
+    "u\tùúûūůű\n"
+    "Y\tÝŸ\n"
+    "y\týÿ\n"
+    "Z\tŹŻŽ\n"
+    "z\tźżž\n"
+    "Ae\tÄ\n"
+    "ae\tä\n"
+    "Oe\tÖØ\n"
+    "oe\töøœ\n"
+    "Ue\tÜ\n"
+    "ue\tü\n"
+    "AE\tÆ\n"
+    "ae\tæ\n"
+    "ss\tß\n"
+    "deg\t°\n"
+    "u\tµμ\n"
+    "^2\t²\n"
+    "^3\t³\n"
+    "*\t·\n"
+    "x\t×\n"
+    "+-\t±\n"
+    "-\t‐‑‒–—−\n"
+    "'\t‘’‚\n"
+    "\"\t“”„\n"
+    "...\t…\n"
+    "->\t→\n"
+    " \t\u00A0\u2009\u202F\n";
 
 bool contains(std::string_view characters, std::uint32_t code) {
   while (!characters.empty()) {
@@ -52,8 +73,12 @@ bool contains(std::string_view characters, std::uint32_t code) {
 }
 
 std::string_view ascii_of(std::uint32_t code) {
-  for (const Replacement& replacement : kReplacements)
-    if (contains(replacement.characters, code)) return replacement.ascii;
+  for (std::string_view left = kReplacements; !left.empty();) {
+    const std::string_view line = left.substr(0, left.find('\n'));
+    left.remove_prefix(line.size() + 1);
+    const std::size_t tab = line.find('\t');
+    if (contains(line.substr(tab + 1), code)) return line.substr(0, tab);
+  }
   return "?";
 }
 

@@ -284,8 +284,8 @@ class RasterCanvas : public Canvas {
 
 tims::Result<std::string> draw_png(double width, double height,
                                    const std::function<void(Canvas&)>& draw) {
-  if (!(width > 0 && height > 0))
-    return tims::Error(tims::Errc::kInvalidArgument, "the picture has no valid size");
+  const bool is_valid = width > 0 && height > 0;  // and numbers
+  if (!is_valid) return tims::Error(tims::Errc::kInvalidArgument, "the picture has no valid size");
   const double columns = std::ceil(width);
   const double rows = std::ceil(height);
   if (columns > kRasterSideMax || rows > kRasterSideMax || columns * rows > kRasterPixelsMax)

@@ -26,7 +26,7 @@ cv::Mat drawn(double width, double height, const std::function<void(Canvas&)>& d
 
 // As 0xrrggbb.
 unsigned at(const cv::Mat& picture, int x, int y) {
-  const auto pixel = picture.at<cv::Vec3b>(y, x);
+  const auto& pixel = picture.at<cv::Vec3b>(y, x);
   return static_cast<unsigned>(pixel[2] << 16 | pixel[1] << 8 | pixel[0]);
 }
 
