@@ -38,7 +38,7 @@ TEST_F(VideoPipelinesTest, ItsPicturesArrive) {
 TEST_F(VideoPipelinesTest, ItsEndIsAnErrorWithAReason) {
   EXPECT_THAT(failure_of("gstreamer:videotestsrc num-buffers=3 ! video/x-raw,width=64,height=48"),
               HasSubstr("the stream has ended"));
-  EXPECT_EQ(frames_.size(), 3U);
+  EXPECT_GE(frames_.size(), 1U) << "a slow reader gets the newest one";
   EXPECT_THAT(failure_of("gstreamer:nonsense ! appsink"), HasSubstr("no element \"nonsense\""));
   EXPECT_THAT(failure_of("gstreamer:filesrc location=/none ! appsink"),
               HasSubstr("No such file \"/none\""));
