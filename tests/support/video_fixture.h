@@ -92,7 +92,7 @@ class VideoTestBase : public testing::Test {
   static int brightness(int i, int count) { return 20 + 200 * i / count; }
   std::string write_video(const char* name, const char* letters, int count,
                           cv::Size size = {64, 48}, double rate = 20) {
-    const std::string path = folder_.path() / name;
+    std::string path = folder_.path() / name;
     cv::VideoWriter writer(path, cv::CAP_FFMPEG,
                            cv::VideoWriter::fourcc(letters[0], letters[1], letters[2], letters[3]),
                            rate, size);
@@ -102,7 +102,7 @@ class VideoTestBase : public testing::Test {
     return path;
   }
   std::string write_picture(const std::string& name, const cv::Scalar& colour) {
-    const std::string path = folder_.path() / name;
+    std::string path = folder_.path() / name;
     EXPECT_TRUE(cv::imwrite(path, cv::Mat(24, 32, CV_8UC3, colour)));
     return path;
   }

@@ -24,9 +24,10 @@ ALLOWED = [re.compile(p) for p in (
     r"std::(terminate|__glibcxx_assert_fail|get_unexpected).*",
     r"std::(_Hash_bytes|_Fnv_hash_bytes)\(.*|std::__detail::_Prime_rehash_policy::.*",
     r"std::_Rb_tree_\w+\(.*|std::_Sp_\w+.*|std::__detail::_List_node_base::.*",
-    r"(floor|ceil|round|trunc|lround|llround|sqrt|pow|exp|exp2|log|log2|log10|fmod|remainder|hypot)f?",
+    r"(floor|ceil|round|trunc|lround|llround|sqrt|pow|exp|exp2|log|log2|log10|ilogb|fmod|remainder|hypot)f?|__popcountdi2",
     r"fmt::v9::vformat.*",
     r"GeographicLib::.*|(vtable|typeinfo) for GeographicLib::.*",  # projections: constants only
+    r"rack::vision::(read_marker_map|picture_of)\(.*",  # the pure part of components/vision
     r"cv::.*|(vtable|typeinfo) for cv::.*",  # OpenCV on pictures in memory
     r"__libc_single_threaded",  # its pointers, which are std::shared_ptr: how they count
     r"(m|c|re)alloc|free",  # components/mapping: Eigen takes its memory by them
