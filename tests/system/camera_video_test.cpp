@@ -61,7 +61,7 @@ class CameraVideoTest : public ModulesTest {
   }
   // Blue, at 20 per second.
   std::string write_video(const char* name, const char* letters, int count) {
-    const std::string path = folder_.path() / name;
+    std::string path = folder_.path() / name;
     cv::VideoWriter writer(path, cv::CAP_FFMPEG,
                            cv::VideoWriter::fourcc(letters[0], letters[1], letters[2], letters[3]),
                            20, {64, 48});

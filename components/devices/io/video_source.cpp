@@ -113,13 +113,10 @@ class VideoSource final : public Transport {
   Result<void> receive(Time now, const Receive& receive) override {
     if (is_over_) return {};
     auto noted = take_notes();
-    bool has_frame = true;
-    if (auto taken = take_frame(now, receive); !taken)
-      return taken.error();
-    else
-      has_frame = *taken;
+    const auto has_frame = take_frame(now, receive);
+    if (!has_frame) return has_frame.error();
     if (!noted) return noted;
-    if (has_frame) return {};
+    if (*has_frame) return {};
     is_over_ = has_ended_;
     if (is_over_) deadline_ = tims::kNever;
     if (now < deadline_) return {};

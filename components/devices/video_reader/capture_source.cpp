@@ -99,7 +99,9 @@ class CaptureSource final : public FrameSource {
   bool open_capture_of_kind() {
     if (address_.kind == TransportKind::kGstreamer)
       return capture_.open(with_sink(address_.place), cv::CAP_GSTREAMER);
-    ::setenv("OPENCV_FFMPEG_CAPTURE_OPTIONS", is_file() ? kFileOptions : kStreamOptions, 0);
+    // The other thread (employer.h) does not read it.
+    const char* const options = is_file() ? kFileOptions : kStreamOptions;
+    ::setenv("OPENCV_FFMPEG_CAPTURE_OPTIONS", options, 0);  // NOLINT(concurrency-mt-unsafe)
     // An absolute path cannot be taken for a protocol.
     const std::string place =
         is_file() ? std::filesystem::absolute(address_.place).string() : address_.place;

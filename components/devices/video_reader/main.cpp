@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <system_error>
 
 #include <sched.h>
 #include <sys/resource.h>
@@ -35,11 +36,12 @@ void become_modest() {
 #endif
   const rlimit no_core{.rlim_cur = 0, .rlim_max = 0};
   ::setrlimit(RLIMIT_CORE, &no_core);
-  // The reasons of failures, for the driver to find (io/reader_log.h). Set by the user, they stay.
-  ::setenv("OPENCV_FFMPEG_DEBUG", "1", 0);
-  ::setenv("OPENCV_FFMPEG_LOGLEVEL", "24", 0);  // warnings
-  ::setenv("GST_DEBUG", "2", 0);
-  ::setenv("GST_DEBUG_NO_COLOR", "1", 0);
+  // The reasons of failures, for the driver to find (io/reader_log.h): errors and warnings. What
+  // the user has set stays. There is one thread so far.
+  ::setenv("OPENCV_FFMPEG_DEBUG", "1", 0);      // NOLINT(concurrency-mt-unsafe)
+  ::setenv("OPENCV_FFMPEG_LOGLEVEL", "24", 0);  // NOLINT(concurrency-mt-unsafe)
+  ::setenv("GST_DEBUG", "2", 0);                // NOLINT(concurrency-mt-unsafe)
+  ::setenv("GST_DEBUG_NO_COLOR", "1", 0);       // NOLINT(concurrency-mt-unsafe)
 }
 
 Result<std::unique_ptr<FrameSource>> open_source(const DeviceAddress& address) {
@@ -49,7 +51,7 @@ Result<std::unique_ptr<FrameSource>> open_source(const DeviceAddress& address) {
   if (address.kind == TransportKind::kFile && !is_folder) {
     // FFmpeg would not state the reason.
     const tims::os::File file(::open(address.place.c_str(), O_RDONLY | O_CLOEXEC));
-    if (!file) return tims::Error(tims::Errc::kSystem, std::strerror(errno));
+    if (!file) return tims::Error(tims::Errc::kSystem, std::generic_category().message(errno));
   }
   const LoopedSource::Open open = is_folder ? &open_folder : &open_capture;
   auto source = open(address);
