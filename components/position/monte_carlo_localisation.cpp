@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <utility>
 
 #include "components/localisation/mcl_messages.h"
 #include "components/localisation/update_watch.h"
@@ -185,7 +186,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   Result<void> publish_estimate(TimeStamp time) {
     if (position_) {
       const auto believed = position_->get_data(time);  // an error: it may be late
-      if (!believed || !follow(*believed))
+      if (!believed || !follow(*believed, time))
         if (auto taken = update_position(believed, time); !taken) return taken;
     }
     localisation::to_message(*localiser_, time, get_local_buffer());
@@ -194,9 +195,12 @@ class MonteCarloLocalisation : public DataModule<MclData> {
 
   // Another component that has updated the position, and is certain, knows where the robot is: by a
   // marker, for example, after it was carried away. Returns whether the search goes on from there.
-  bool follow(const PositionData& believed) {
+  bool follow(const PositionData& believed, TimeStamp time) {
+    const TimeStamp looked_before = std::exchange(looked_, time);
     const Pose there = Pose::of(believed.pos);
     if (!updates_.is_updated(there, odometry_pose_)) return false;
+    // A position without data of that time has been restarted since, at its origin.
+    if (!position_->get_data(looked_before)) return false;
     const auto deviation = static_cast<double>(std::max(believed.var.x, believed.var.y).raw());
     const Pose here = localiser_->pose();
     const double away = std::hypot(there.x - here.x, there.y - here.y);
@@ -252,6 +256,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   bool was_sure_ = false;
   Pose odometry_pose_{};  // at the last scan
   UpdateWatch updates_;
+  TimeStamp looked_ = 0;  // the time of the last look at the position
   PriorityMutex field_mutex_;  // protects the three members below, which LOAD_MAP exchanges
   std::unique_ptr<LikelihoodField> field_;
   std::unique_ptr<WallLines> walls_;

@@ -17,10 +17,14 @@ struct AddressText {
 
 }  // namespace rack
 
+namespace fmt {
+
 // Fill, width and precision as for texts: "{:<20}". Allocates nothing.
 template <>
-struct fmt::formatter<rack::AddressText> : fmt::formatter<fmt::string_view> {
-  fmt::appender format(const rack::AddressText& value, fmt::format_context& context) const;
+struct formatter<rack::AddressText> : formatter<string_view> {
+  appender format(const rack::AddressText& value, format_context& context) const;
 };
+
+}  // namespace fmt
 
 #pragma GCC visibility pop
