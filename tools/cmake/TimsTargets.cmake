@@ -117,6 +117,25 @@ function(tims_common_library)
   endif()
 endfunction()
 
+# tims_loaded_library(target NAME name OBJECTS targets... [LINK libraries...]): a library that programs load when
+# they need it (components/files/loaded_library.h): it is built from the objects of static libraries, and what it
+# has in common with the program is that of the program.
+function(tims_loaded_library target)
+  cmake_parse_arguments(arg "" "NAME" "OBJECTS;LINK" ${ARGN})
+  list(TRANSFORM arg_OBJECTS PREPEND "$<TARGET_OBJECTS:")
+  list(TRANSFORM arg_OBJECTS APPEND ">")
+  add_library(${target} MODULE ${arg_OBJECTS})
+  set_target_properties(${target} PROPERTIES OUTPUT_NAME ${arg_NAME}-${PROJECT_VERSION} LINKER_LANGUAGE CXX
+                        LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib INSTALL_RPATH "$ORIGIN")
+  # Needed by the archives behind it only, it would be passed over, and they would bring copies.
+  target_link_libraries(${target} PRIVATE -Wl,--no-as-needed tims_common -Wl,--as-needed ${arg_LINK})
+  if(TIMS_SANITIZE)  # what tims_sanitizers adds belongs into programs only
+    target_link_options(${target} PRIVATE -fsanitize=${TIMS_SANITIZE})
+  else()
+    target_link_options(${target} PRIVATE LINKER:-z,defs)
+  endif()
+endfunction()
+
 # programs_named_in(VARIABLE FILES...): the programs that robot files start.
 function(programs_named_in variable)
   set(names "")
