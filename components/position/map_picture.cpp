@@ -2,16 +2,17 @@
 
 #include <string>
 
-#include "components/position/pictures_library.h"
+#include "components/pictures/loaded_library.h"
 
 namespace rack::navigation {
 
 namespace {
 
 tims::Result<pictures::ReadGrey> load_decoder() {
-  const auto function = function_of_pictures(pictures::kReadGreySymbol);
-  if (function) return reinterpret_cast<pictures::ReadGrey>(*function);
-  return tims::Error(tims::Errc::kSystem, "pictures of maps need " + function.error().detail() +
+  auto decoder = pictures::load_function<pictures::ReadGrey>(pictures::kPicturesLibrary,
+                                                             pictures::kReadGreySymbol);
+  if (decoder) return decoder;
+  return tims::Error(tims::Errc::kSystem, "pictures of maps need " + decoder.error().detail() +
                                               ", or use a plan (DXF)");
 }
 

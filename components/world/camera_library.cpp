@@ -1,9 +1,8 @@
 #include "components/world/camera_library.h"
 
-#include <string>
 #include <utility>
 
-#include <dlfcn.h>
+#include "components/pictures/loaded_library.h"
 
 namespace rack::device {
 
@@ -12,14 +11,11 @@ namespace {
 using world::CameraFilm;
 
 tims::Result<world::MakeFilm> load_film() {
-  void* const library = ::dlopen(RACK_WORLD_CAMERA_LIBRARY, RTLD_NOW | RTLD_LOCAL);
-  void* const function = library == nullptr ? nullptr : ::dlsym(library, world::kMakeFilmSymbol);
-  if (function != nullptr) return reinterpret_cast<world::MakeFilm>(function);
-  const char* const reason = ::dlerror();
+  auto make_film = pictures::load_function<world::MakeFilm>(pictures::kWorldCameraLibrary,
+                                                            world::kMakeFilmSymbol);
+  if (make_film) return make_film;
   return tims::Error(tims::Errc::kSystem,
-                     std::string("pictures of a simulated camera need OpenCV: ") +
-                         (reason == nullptr ? RACK_WORLD_CAMERA_LIBRARY : reason) +
-                         "; build with -DRACK_WITH_OPENCV=ON");
+                     "pictures of a simulated camera need " + make_film.error().detail());
 }
 
 // The view is copied while the world stands still; the rest is done by the film's thread.

@@ -7,7 +7,7 @@
 
 #include "components/files/whole_file.h"
 #include "components/pictures/png_file.h"
-#include "components/position/pictures_library.h"
+#include "components/pictures/loaded_library.h"
 #include "tools/cli/arguments.h"
 #include "tools/cli/context.h"
 #include "tools/cli/failure.h"
@@ -39,9 +39,10 @@ std::optional<RawForm> form_of(rack::u16 camera_mode) {
 }
 
 rack::pictures::EncodePng load_encoder() {
-  const auto function = rack::navigation::function_of_pictures(rack::pictures::kEncodePngSymbol);
-  if (function) return reinterpret_cast<rack::pictures::EncodePng>(*function);
-  throw Failure(Exit::kNo, "no_opencv", fmt::format("PNG needs {}", function.error().detail()),
+  const auto encoder = rack::pictures::load_function<rack::pictures::EncodePng>(
+      rack::pictures::kPicturesLibrary, rack::pictures::kEncodePngSymbol);
+  if (encoder) return *encoder;
+  throw Failure(Exit::kNo, "no_opencv", fmt::format("PNG needs {}", encoder.error().detail()),
                 "or set mode=jpeg and save a .jpg");
 }
 

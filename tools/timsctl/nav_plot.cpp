@@ -6,7 +6,7 @@
 
 #include "components/files/whole_file.h"
 #include "components/position/map_file.h"
-#include "components/position/pictures_library.h"
+#include "components/pictures/loaded_library.h"
 #include "os/file.h"
 #include "rack/proxies/feature_map.h"
 #include "rack/proxies/grid_map.h"
@@ -52,12 +52,13 @@ void write_text(const std::string& file, const std::string& text) {
 }
 
 std::string png_of(const std::string& file, const Picture& picture) {
-  const auto function = rack::navigation::function_of_pictures(rack::pictures::kDrawPngSymbol);
-  if (!function)
+  const auto draw_png = rack::pictures::load_function<rack::pictures::DrawPng>(
+      rack::pictures::kPicturesLibrary, rack::pictures::kDrawPngSymbol);
+  if (!draw_png)
     throw Failure(Exit::kNo, "no_opencv",
-                  fmt::format("{}: PNG needs {}", file, function.error().detail()),
+                  fmt::format("{}: PNG needs {}", file, draw_png.error().detail()),
                   "or name it .svg, which does not need OpenCV");
-  auto png = rack::plot::to_png(picture, reinterpret_cast<rack::pictures::DrawPng>(*function));
+  auto png = rack::plot::to_png(picture, *draw_png);
   if (!png)
     throw Failure(Exit::kDenied, "not_written", fmt::format("{}: {}", file, png.error().detail()),
                   ".svg has no such limit");
