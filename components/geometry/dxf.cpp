@@ -373,4 +373,16 @@ tims::Result<DxfDrawing> read_dxf(std::string_view text) {
   }
 }
 
+tims::Result<DxfPlan> read_plan(std::string_view name, std::string_view text, double wanted_scale) {
+  const auto in_plan = [&](const tims::Error& error) {
+    return tims::Error(error.code(), std::string(name) + ": " + error.detail());
+  };
+  auto drawing = read_dxf(text);
+  if (!drawing) return in_plan(drawing.error());
+  const auto scale = drawing->scale(wanted_scale);
+  if (!scale) return in_plan(scale.error());
+  for (std::string& remark : drawing->remarks) remark = std::string(name) + ", " + remark;
+  return DxfPlan{std::move(*drawing), *scale};
+}
+
 }  // namespace rack

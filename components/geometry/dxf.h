@@ -48,4 +48,14 @@ struct DxfDrawing {
 // The error kMalformed names the line where the text is not DXF.
 tims::Result<DxfDrawing> read_dxf(std::string_view text);
 
+// A floor plan: a drawing whose unit is known.
+struct DxfPlan {
+  DxfDrawing drawing;
+  double scale = 1;  // mm per unit
+};
+
+// read_dxf() and DxfDrawing::scale(). Errors and remarks name the file: "floor.dxf: not DXF",
+// "floor.dxf, line 17: LINE without an end".
+tims::Result<DxfPlan> read_plan(std::string_view name, std::string_view text, double wanted_scale);
+
 }  // namespace rack

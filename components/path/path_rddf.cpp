@@ -142,16 +142,11 @@ class PathRddf : public DataModule<PathData> {
     if (!file.empty()) {
       const auto read = tims::os::read_file(file, kFileMax);
       if (!read) return read.error();
-      const auto in_map = [&](const tims::Error& error) {
-        return tims::Error(error.code(), file + ": " + error.detail());
-      };
-      auto drawing = read_dxf(*read);
-      if (!drawing) return in_map(drawing.error());
-      const auto scale = drawing->scale(integer("mapScaleFactor"));
-      if (!scale) return in_map(scale.error());
-      for (const std::string& remark : drawing->remarks) log().warning("{}, {}", file, remark);
-      return take_map(FreeSpace::of(*drawing, *scale, integer("mapOffsetX"), integer("mapOffsetY"),
-                                    cell, 2000));
+      const auto plan = read_plan(file, *read, integer("mapScaleFactor"));
+      if (!plan) return plan.error();
+      for (const std::string& remark : plan->drawing.remarks) log().warning("{}", remark);
+      return take_map(FreeSpace::of(plan->drawing, plan->scale, integer("mapOffsetX"),
+                                    integer("mapOffsetY"), cell, 2000));
     }
     if (auto on = grid_map_.turn_on(); !on) return on;
     if (grid_map_) {

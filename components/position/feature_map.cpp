@@ -124,20 +124,15 @@ class FeatureMap : public DataModule<FeatureMapData> {
   Result<void> load(const std::string& path) {
     const auto bytes = tims::os::read_file(path);
     if (!bytes) return bytes.error();
-    const auto in_map = [&](const tims::Error& error) {
-      return tims::Error(error.code(), path + ": " + error.detail());
-    };
-    auto drawing = read_dxf(*bytes);
-    if (!drawing) return in_map(drawing.error());
-    const auto unit = drawing->scale(integer("mapScaleFactor"));
-    if (!unit) return in_map(unit.error());
-    for (const std::string& remark : drawing->remarks) log().warning("{}, {}", path, remark);
-    LineMap map(*drawing, placement(*unit));
+    const auto plan = read_plan(path, *bytes, integer("mapScaleFactor"));
+    if (!plan) return plan.error();
+    for (const std::string& remark : plan->drawing.remarks) log().warning("{}", remark);
+    LineMap map(plan->drawing, placement(plan->scale));
     if (map.size() == 0) return refused(path + ": no lines");
     log().info("map {}: {} lines", path, map.size());
     const std::lock_guard lock(map_mutex_);
     std::swap(map_, map);
-    unit_ = *unit;
+    unit_ = plan->scale;
     begun_ = true;
     return {};
   }

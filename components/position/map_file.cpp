@@ -17,17 +17,12 @@ tims::Error in_file(const std::string& path, const tims::Error& error) {
 
 tims::Result<LoadedMap> load_plan(const std::string& path, std::string_view text,
                                   const PlanPlacement& placement) {
-  auto drawing = read_dxf(text);
-  if (!drawing) return in_file(path, drawing.error());
-  const auto scale = drawing->scale(placement.scale);
-  if (!scale) return in_file(path, scale.error());
-  auto map = localisation::read_map(*drawing, *scale, placement.offset_x, placement.offset_y,
-                                    placement.resolution);
+  auto plan = read_plan(path, text, placement.scale);
+  if (!plan) return plan.error();
+  auto map = localisation::read_map(plan->drawing, plan->scale, placement.offset_x,
+                                    placement.offset_y, placement.resolution);
   if (!map) return in_file(path, map.error());
-  LoadedMap loaded{.map = std::move(*map)};
-  for (const std::string& remark : drawing->remarks)
-    loaded.remarks.push_back(std::string(path).append(": ").append(remark));
-  return loaded;
+  return LoadedMap{.map = std::move(*map), .remarks = std::move(plan->drawing.remarks)};
 }
 
 }  // namespace

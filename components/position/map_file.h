@@ -24,7 +24,7 @@ struct LoadedMap {
   std::vector<std::string> remarks{};  // what of the file is not in the map, with its place
 };
 
-// Errors and remarks name the file: "floor.dxf: line 7: ...".
+// Errors and remarks name the file: "floor.dxf, line 7: ...".
 tims::Result<LoadedMap> load_map(const std::string& path, const PlanPlacement& placement);
 
 }  // namespace rack::navigation

@@ -1,11 +1,12 @@
 // Pictures of cameras in grey, for what looks for shapes in them.
 #pragma once
 
-#include <cstdint>
+#include <cstddef>
 #include <vector>
 
 #include "components/devices/camera/jpeg.h"
-#include "components/vision/marker_finder.h"
+#include "components/vision/grey_view.h"
+#include "tims/result.h"
 #include "rack/proxies/camera.h"
 
 namespace rack::vision {

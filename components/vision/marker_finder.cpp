@@ -26,10 +26,7 @@ MarkerFinder::MarkerFinder(const std::set<Family>& families)
 }
 
 tims::Result<std::vector<Sighting>> MarkerFinder::find(const GreyView& picture) {
-  const auto pixels =
-      static_cast<std::int64_t>(picture.width) * static_cast<std::int64_t>(picture.height);
-  if (picture.width < 0 || picture.height < 0 ||
-      static_cast<std::int64_t>(picture.pixels.size()) < pixels)
+  if (!picture.is_whole())
     return tims::Error(tims::Errc::kMalformed, "the picture has fewer pixels than its size");
   std::vector<Sighting> found;
   if (std::min(picture.width, picture.height) < kSmallestSide) return found;

@@ -2,24 +2,17 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
 #include <memory>
 #include <set>
-#include <span>
 #include <vector>
 
 #include "components/vision/camera_geometry.h"
+#include "components/vision/grey_view.h"
 #include "components/vision/marker_map.h"
 #include "components/vision/tag_family.h"
 #include "tims/result.h"
 
 namespace rack::vision {
-
-struct GreyView {
-  int width = 0;
-  int height = 0;
-  std::span<const std::uint8_t> pixels{};  // width * height
-};
 
 // A marker in the picture. Its corners are those of the black square: top left, top right, bottom
 // right, bottom left of the marker as it is printed.

@@ -73,10 +73,10 @@ class ObjRecogMarkers : public PictureRecogniser {
     landmarks_.clear();
     for (const Sighting& seen : *found) {
       const Marker* const known = in_map(seen);
-      const auto poses =
-          poses_of(seen, known != nullptr ? known->size : integer("markerSize"), camera);
+      const double size = known != nullptr ? known->size : integer("markerSize");
+      const auto poses = poses_of(seen, size, camera);
       if (!poses) continue;  // its corners are no square: a mistake
-      add(seen, poses->front(), known, camera.lens(), objects);
+      add(seen, poses->front(), size, camera.lens(), objects);
       const scan3d::Place& place = poses->front().at;
       if (known != nullptr && std::hypot(place.x, place.y) <= integer("maxRange"))
         landmarks_.push_back({*known, seen.corners, *poses});
@@ -89,10 +89,9 @@ class ObjRecogMarkers : public PictureRecogniser {
     return found == map_.end() ? nullptr : &*found;
   }
 
-  void add(const Sighting& seen, const MarkerPose& pose, const Marker* known, const Lens& lens,
-           ObjRecogData& objects) {
+  static void add(const Sighting& seen, const MarkerPose& pose, double size, const Lens& lens,
+                  ObjRecogData& objects) {
     if (objects.objects.size() == decltype(objects.objects)::kMax) return;
-    const double size = known != nullptr ? known->size : integer("markerSize");
     // Half a pixel of its size changes the distance by this.
     const double range = std::hypot(pose.at.x, pose.at.y);
     const i32 deviation = whole_millimetres(10 + 0.5 * range * range / (lens.fx * size));

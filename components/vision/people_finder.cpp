@@ -123,13 +123,11 @@ PeopleFinder::~PeopleFinder() = default;
 
 tims::Result<std::vector<PersonBox>> PeopleFinder::find(const GreyView& picture,
                                                         const PeopleSearch& search) {
-  const auto pixels =
-      static_cast<std::int64_t>(picture.width) * static_cast<std::int64_t>(picture.height);
-  if (picture.width < 0 || picture.height < 0 ||
-      static_cast<std::int64_t>(picture.pixels.size()) < pixels)
+  if (!picture.is_whole())
     return tims::Error(tims::Errc::kMalformed, "the picture has fewer pixels than its size");
   std::vector<PersonBox> people;
-  if (pixels == 0 || !(search.smallest > 0) || search.side_max <= 0) return people;
+  const bool is_empty = picture.width == 0 || picture.height == 0;
+  if (is_empty || !(search.smallest > 0) || search.side_max <= 0) return people;
   const auto done = pictures::call_opencv("the search for people",
                                           [&] { people = detector_->find(picture, search); });
   if (!done) return done.error();

@@ -10,7 +10,8 @@
 #include <memory>
 #include <vector>
 
-#include "components/vision/marker_finder.h"
+#include "components/vision/grey_view.h"
+#include "tims/result.h"
 
 namespace rack::vision {
 

@@ -37,15 +37,10 @@ inline Result<FloorMap> load_map(const std::string& path, double scale, double o
                                  double offset_y, TextLog& log) {
   const auto text = tims::os::read_file(path, kFileMax);
   if (!text) return tims::Error(text.error().code(), "map " + text.error().detail());
-  const auto in_map = [&](const tims::Error& error) {
-    return tims::Error(error.code(), "map " + path + ": " + error.detail());
-  };
-  auto drawing = read_dxf(*text);
-  if (!drawing) return in_map(drawing.error());
-  const auto unit = drawing->scale(scale);
-  if (!unit) return in_map(unit.error());
-  for (const std::string& remark : drawing->remarks) log.warning("{}, {}", path, remark);
-  FloorMap map(*drawing, *unit, offset_x, offset_y);
+  const auto plan = read_plan("map " + path, *text, scale);
+  if (!plan) return plan.error();
+  for (const std::string& remark : plan->drawing.remarks) log.warning("{}", remark);
+  FloorMap map(plan->drawing, plan->scale, offset_x, offset_y);
   log.info("{} has {} features", path, map.size());
   return map;
 }

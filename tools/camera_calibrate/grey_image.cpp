@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <optional>
 #include <span>
 #include <string>
 
@@ -10,7 +9,7 @@
 #include <opencv2/imgcodecs.hpp>
 
 #include "components/devices/camera/jpeg.h"
-#include "components/devices/camera/pixels.h"
+#include "components/devices/camera/picture.h"
 #include "components/pictures/grey_picture.h"
 #include "components/pictures/opencv_call.h"
 
@@ -64,19 +63,6 @@ Result<GreyImage> of_words(const CameraData& picture) {
   return image;
 }
 
-std::optional<PixelLayout> layout_of(u16 mode) {
-  switch (mode) {
-    case camera_mode::kMono8:
-      return PixelLayout::kGrey;
-    case camera_mode::kRgb24:
-      return PixelLayout::kRgb;
-    case camera_mode::kYuv422:
-      return PixelLayout::kUyvy;
-    default:
-      return std::nullopt;
-  }
-}
-
 }  // namespace
 
 Result<GreyImage> grey_of_file(std::string_view bytes) {
@@ -100,18 +86,15 @@ Result<GreyImage> grey_of(const CameraData& picture) {
     return Error(Errc::kMalformed, "the picture has no size");
   if (picture.mode == camera_mode::kJpeg) return of_frame(picture.image);
   if (picture.mode == camera_mode::kMono16) return of_words(picture);
-  const auto layout = layout_of(picture.mode);
-  if (!layout)
+  const auto pixels = device::pixels_of(picture);
+  if (!pixels)
     return Error(Errc::kInvalidArgument,
                  "pictures of mode " + std::to_string(picture.mode) +
                      " show no board: set mode to mono8, mono16, rgb24, yuv422 or jpeg");
   GreyImage image{.width = picture.width.raw(), .height = picture.height.raw()};
   device::PixelConverter converter;
-  auto done = converter.convert({.layout = *layout,
-                                 .size = {picture.width.raw(), picture.height.raw()},
-                                 .bytes = picture.image},
-                                PixelLayout::kGrey, image.pixels);
-  if (!done) return done.error();
+  if (auto done = converter.convert(*pixels, PixelLayout::kGrey, image.pixels); !done)
+    return done.error();
   return image;
 }
 

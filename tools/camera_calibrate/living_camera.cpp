@@ -4,10 +4,7 @@
 
 #include <fmt/core.h>
 
-#include "os/clock.h"
-#include "os/environment.h"
 #include "rack/proxies/generic.h"
-#include "tims/session.h"
 #include "tools/cli/arguments.h"
 #include "tools/cli/failure.h"
 
@@ -17,25 +14,15 @@ namespace {
 using timsctl::Exit;
 using timsctl::Failure;
 
-std::unique_ptr<timsctl::Connection> connect(const std::string& host, tims::Duration timeout) {
-  std::string router_text = host.empty() ? tims::os::environment("TIMS_HOST") : host;
-  if (router_text.empty()) router_text = tims::default_router();
-  const timsctl::Host router = timsctl::parse_host(router_text);
-  const timsctl::MailboxRequest request{
-      .address = {}, .slots = 2, .body_max = body_max<CameraData>()};
-  if (const auto* tcp = std::get_if<timsctl::TcpHost>(&router))
-    return timsctl::connect_tcp(*tcp, request, timeout);
-  return timsctl::connect_local(std::get<timsctl::UnixHost>(router), request, timeout,
-                                [](const std::string&) {});
-}
-
 }  // namespace
 
 LivingCamera::LivingCamera(const std::string& camera, const std::string& host,
                            tims::Duration timeout, const timsctl::Signals& signals)
     : signals_(signals),
       timeout_(timeout),
-      connection_(connect(host, timeout)),
+      connection_(timsctl::connect(timsctl::host_of(host),
+                                   {.address = {}, .slots = 2, .body_max = body_max<CameraData>()},
+                                   timeout)),
       camera_(timsctl::need_address(camera, connection_->widths())) {
   if (camera_.fields(connection_->widths()).class_id != tims::class_id::kCamera)
     throw timsctl::usage_error(name() + " is not a Camera",
@@ -49,21 +36,7 @@ std::string LivingCamera::name() const {
 }
 
 timsctl::Message LivingCamera::ask(std::int8_t type) {
-  const std::uint8_t seq_nr = connection_->next_seq_nr();
-  const std::uint64_t losses = connection_->losses();
-  timsctl::value_or_fail(
-      connection_->send({.dest = camera_, .type = type, .seq_nr = seq_nr, .report_reason = true},
-                        {}),
-      name());
-  const tims::Time deadline = tims::os::deadline_after(timeout_);
-  while (auto message = timsctl::receive(*connection_, signals_, deadline, losses)) {
-    if (message->header.src != camera_ || message->header.seq_nr != seq_nr) continue;
-    if (message->header.type == tims::type::kNotAvailable)
-      throw timsctl::no_such_mailbox(name(), "`timsctl component list` shows all");
-    return std::move(*message);
-  }
-  throw Failure(Exit::kTimeout, "timeout", name() + " did not answer",
-                "try a longer --timeout; `timsctl explain` shows whether it can be reached");
+  return timsctl::ask(*connection_, signals_, camera_, type, {}, timeout_);
 }
 
 // The calibration of rectified pictures would describe a lens that the pictures do not have.

@@ -11,6 +11,7 @@
 #include <sys/signalfd.h>
 
 #include "os/clock.h"
+#include "os/environment.h"
 #include "os/socket.h"
 #include "os/wakeup.h"
 #include "tims/session.h"
@@ -78,6 +79,12 @@ Host parse_host(std::string_view text) {
   auto host = tims::wire::parse_endpoint(text);
   if (!host) throw usage_error(host.error().detail());
   return std::move(*host);
+}
+
+Host host_of(std::string_view option) {
+  std::string host(option);
+  if (host.empty()) host = tims::os::environment("TIMS_HOST");
+  return parse_host(host.empty() ? tims::default_router() : host);
 }
 
 // --- Through libtims: a session at the router of this host.
@@ -293,6 +300,8 @@ std::unique_ptr<Connection> connect_local(const UnixHost& host, const MailboxReq
                                            std::move(losses));
 }
 
+namespace {
+
 std::unique_ptr<Connection> connect_tcp(const TcpHost& host, const MailboxRequest& request,
                                         tims::Duration timeout) {
   const std::uint32_t received_max = std::max(request.body_max, kConnectionAnswerMax) +
@@ -306,6 +315,34 @@ std::unique_ptr<Connection> connect_tcp(const TcpHost& host, const MailboxReques
   auto connection = std::make_unique<TcpConnection>(std::move(*client), to_string(host), timeout);
   connection->begin(request);
   return connection;
+}
+
+}  // namespace
+
+std::unique_ptr<Connection> connect(const Host& host, const MailboxRequest& request,
+                                    tims::Duration timeout, Log log) {
+  if (const auto* tcp = std::get_if<TcpHost>(&host)) return connect_tcp(*tcp, request, timeout);
+  return connect_local(std::get<UnixHost>(host), request, timeout, std::move(log));
+}
+
+Message ask(Connection& connection, const Signals& signals, tims::Address component,
+            std::int8_t type, std::span<const std::byte> body, tims::Duration timeout) {
+  const std::string name = component.to_string(connection.widths());
+  const std::uint8_t seq_nr = connection.next_seq_nr();
+  const std::uint64_t losses = connection.losses();
+  value_or_fail(
+      connection.send({.dest = component, .type = type, .seq_nr = seq_nr, .report_reason = true},
+                      body),
+      name);
+  const tims::Time deadline = tims::os::deadline_after(timeout);
+  while (auto message = receive(connection, signals, deadline, losses)) {
+    if (message->header.src != component || message->header.seq_nr != seq_nr) continue;
+    if (message->header.type == tims::type::kNotAvailable)
+      throw no_such_mailbox(name, "`timsctl component list` shows all");
+    return std::move(*message);
+  }
+  throw Failure(Exit::kTimeout, "timeout", name + " did not answer",
+                "try a longer --timeout; `timsctl explain` shows whether it can be reached");
 }
 
 }  // namespace timsctl

@@ -44,6 +44,8 @@ using Host = tims::wire::Endpoint;
 
 // Throws Failure if the text is invalid.
 Host parse_host(std::string_view text);
+// What -H names, else $TIMS_HOST, else the default router of this host.
+Host host_of(std::string_view option);
 
 using Message = tims::client::Message;
 
@@ -86,8 +88,9 @@ using Log = std::function<void(const std::string&)>;
 // Throw Failure: no router, no permission, another version.
 std::unique_ptr<Connection> connect_local(const UnixHost& host, const MailboxRequest& request,
                                           tims::Duration timeout, Log log);
-std::unique_ptr<Connection> connect_tcp(const TcpHost& host, const MailboxRequest& request,
-                                        tims::Duration timeout);
+
+std::unique_ptr<Connection> connect(const Host& host, const MailboxRequest& request,
+                                    tims::Duration timeout, Log log = [](const std::string&) {});
 
 // The requested address, else a random one in this system; most are free.
 tims::Address mailbox_address(const MailboxRequest& request, std::uint32_t system,
@@ -100,5 +103,10 @@ bool may_draw_again(const MailboxRequest& request, int taken);
 // changed, Failure is thrown, too.
 std::optional<Message> receive(Connection& connection, const Signals& signals, tims::Time deadline,
                                std::optional<std::uint64_t> losses = {});
+
+// Sends a request to a component and returns its answer; ERROR is one, too. Throws Failure: the
+// address is not registered, or there is no answer in time.
+Message ask(Connection& connection, const Signals& signals, tims::Address component,
+            std::int8_t type, std::span<const std::byte> body, tims::Duration timeout);
 
 }  // namespace timsctl

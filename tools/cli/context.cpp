@@ -79,11 +79,9 @@ tims::Time Context::run_end() const {
 }
 
 std::unique_ptr<Connection> Context::connect(const MailboxRequest& request) const {
-  if (const auto* tcp = std::get_if<TcpHost>(&host))
-    return connect_tcp(*tcp, request, options.timeout);
   // Called by the thread of the session; writes one line to stderr.
   const Log log = [this](const std::string& text) { out.detail(text); };
-  return connect_local(std::get<UnixHost>(host), request, options.timeout, log);
+  return timsctl::connect(host, request, options.timeout, log);
 }
 
 AdminClient Context::admin(Connection& connection) const {

@@ -7,7 +7,6 @@
 
 #include "base/text.h"
 #include "proxies/message_files.h"
-#include "tims/session.h"
 #include "tools/cli/arguments.h"
 
 #ifndef TIMS_VERSION
@@ -30,13 +29,6 @@ bool is_in(std::string_view element, std::string_view list) {
   return std::ranges::count(parts_of(list, ' '), element) > 0;
 }
 
-// -H, else $TIMS_HOST, else the default router of this host.
-Host router_of(const Options& options) {
-  if (!options.host.empty()) return parse_host(options.host);
-  const char* host = std::getenv("TIMS_HOST");
-  if (host != nullptr && *host != 0) return parse_host(host);
-  return parse_host(tims::default_router());
-}
 // NOLINTEND(concurrency-mt-unsafe)
 
 // Errors of the command line are reported as JSON, too, if it requests JSON.
@@ -49,7 +41,7 @@ Options for_errors(const Line& line) {
 }
 
 Exit run(const Command& command, Output& out, const Signals& signals) {
-  Context context(*command.verb, command.options, out, signals, router_of(command.options));
+  Context context(*command.verb, command.options, out, signals, host_of(command.options.host));
   try {
     return command.run(context);
   } catch (const Interrupted&) {

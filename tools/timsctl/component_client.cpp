@@ -11,21 +11,8 @@ namespace timsctl {
 Message ComponentClient::ask(tims::Address component, std::int8_t type,
                              std::span<const std::byte> body,
                              std::optional<tims::Duration> timeout) {
-  const std::uint8_t seq_nr = connection_->next_seq_nr();
-  const std::uint64_t losses = connection_->losses();
-  value_or_fail(
-      connection_->send({.dest = component, .type = type, .seq_nr = seq_nr, .report_reason = true},
-                        body),
-      name_of(component));
-  const tims::Time deadline = tims::os::deadline_after(timeout.value_or(context_.options.timeout));
-  while (auto message = receive(*connection_, context_.signals, deadline, losses)) {
-    if (message->header.src != component || message->header.seq_nr != seq_nr) continue;
-    if (message->header.type == tims::type::kNotAvailable)
-      throw no_such_mailbox(name_of(component), "`timsctl component list` shows all");
-    return std::move(*message);
-  }
-  throw Failure(Exit::kTimeout, "timeout", name_of(component) + " did not answer",
-                "try a longer --timeout; `timsctl explain` shows whether it can be reached");
+  return timsctl::ask(*connection_, context_.signals, component, type, body,
+                      timeout.value_or(context_.options.timeout));
 }
 
 std::optional<Message> ComponentClient::newest_data(tims::Address component) {

@@ -170,6 +170,15 @@ std::optional<PixelView> pixels_of(const VideoHead& head, std::span<const std::b
                    .line_bytes = head.line_bytes};
 }
 
+std::optional<PixelView> pixels_of(const CameraData& picture) {
+  const auto layout = layout_of_mode(picture.mode);
+  if (!layout || (*layout == PixelLayout::kBig16 && picture.mode != camera_mode::kMono16))
+    return std::nullopt;
+  return PixelView{.layout = *layout,
+                   .size = {picture.width.raw(), picture.height.raw()},
+                   .bytes = picture.image};
+}
+
 Result<void> PictureMaker::make(const VideoHead& head, std::span<const std::byte> frame, u16 mode,
                                 CameraData& picture, int thinning) {
   if (is_jpeg(head.format)) return from_jpeg(frame, mode, picture);
@@ -242,14 +251,11 @@ Result<void> PictureMaker::compress(const CameraData& from, CameraData& jpeg) {
 }
 
 std::optional<int> brightness_of(const CameraData& picture, int part) {
-  const auto layout = layout_of_mode(picture.mode);
-  if (!layout || *layout == PixelLayout::kBig16) return std::nullopt;
+  const auto pixels = pixels_of(picture);
+  if (!pixels || pixels->layout == PixelLayout::kBig16) return std::nullopt;
   // The luma, or green, its main part.
-  const int channel = *layout == PixelLayout::kGrey ? 0 : 1;
-  const auto mean = mean_of({.layout = *layout,
-                             .size = {picture.width.raw(), picture.height.raw()},
-                             .bytes = picture.image},
-                            channel, part);
+  const int channel = pixels->layout == PixelLayout::kGrey ? 0 : 1;
+  const auto mean = mean_of(*pixels, channel, part);
   if (!mean) return std::nullopt;
   return static_cast<int>(*mean);
 }

@@ -57,6 +57,9 @@ class PictureMaker {
 
 // The frame of a camera as pixels; empty for JPEG and unknown formats.
 std::optional<PixelView> pixels_of(const VideoHead& head, std::span<const std::byte> frame);
+// The picture as pixels that show something to people: mono8, mono16, rgb24 or yuv422; empty for
+// other modes.
+std::optional<PixelView> pixels_of(const CameraData& picture);
 
 // Mean brightness, 0 to 255, of the middle 1/`part` of each side. Empty for modes without
 // brightness.

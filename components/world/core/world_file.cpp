@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <span>
 #include <utility>
@@ -207,16 +208,11 @@ class WorldReader {
     require(node, "file");
     if (name.empty()) return;
     const auto text = read_plan_(name);
-    const auto refuse = [&](const tims::Error& error) {
-      reader_.refuse(*place, fmt::format("{}: {}", name, error.detail()));
-    };
-    auto drawing = text ? read_dxf(*text) : tims::Result<DxfDrawing>(text.error());
-    if (!drawing) return refuse(drawing.error());
-    const auto unit = drawing->scale(scale);
-    if (!unit) return refuse(unit.error());
-    for (const std::string& remark : drawing->remarks)
-      file_.remarks.push_back(fmt::format("{}, {}", name, remark));
-    add_walls(FloorMap(*drawing, *unit, offset.x, offset.y), height, *place);
+    if (!text) return reader_.refuse(*place, fmt::format("{}: {}", name, text.error().detail()));
+    auto plan = read_plan(name, *text, scale);
+    if (!plan) return reader_.refuse(*place, plan.error().detail());
+    std::ranges::move(plan->drawing.remarks, std::back_inserter(file_.remarks));
+    add_walls(FloorMap(plan->drawing, plan->scale, offset.x, offset.y), height, *place);
   }
 
   void add_walls(const FloorMap& map, double height, const Node& place) {
