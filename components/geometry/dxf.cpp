@@ -381,7 +381,7 @@ tims::Result<DxfPlan> read_plan(std::string_view name, std::string_view text, do
   if (!drawing) return in_plan(drawing.error());
   const auto scale = drawing->scale(wanted_scale);
   if (!scale) return in_plan(scale.error());
-  for (std::string& remark : drawing->remarks) remark = std::string(name) + ", " + remark;
+  for (std::string& remark : drawing->remarks) remark.insert(0, std::string(name) + ", ");
   return DxfPlan{std::move(*drawing), *scale};
 }
 

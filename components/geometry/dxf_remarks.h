@@ -33,6 +33,7 @@ class DxfRemarks {
     auto sorted = remarks_;
     std::ranges::stable_sort(sorted, {}, &std::pair<std::size_t, std::string>::first);
     std::vector<std::string> texts;
+    texts.reserve(sorted.size());
     for (const auto& [line, text] : sorted)
       texts.push_back(line == 0 ? text : "line " + std::to_string(line) + ": " + text);
     return texts;

@@ -1,39 +1,43 @@
-// Pictures of cameras as PNG, encoded by OpenCV. Pure.
+// Pictures of cameras as PNG, also with boxes around what was recognised in them, by OpenCV. Pure.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <vector>
 
+#include "components/pictures/pixels.h"
 #include "tims/result.h"
 
 namespace rack::pictures {
 
-enum class RawForm : std::uint8_t {
-  kGrey,
-  kGrey16,  // high byte first
-  kRgb,
-  kUyvy,  // U Y0 V Y1, ITU-R BT.601 with limited range
+// JPEG, or pixels where there is none.
+struct CameraPicture {
+  std::span<const std::byte> jpeg{};
+  PixelView pixels{};
 };
 
-constexpr std::size_t bytes_of(RawForm form) {
-  if (form == RawForm::kGrey) return 1;
-  return form == RawForm::kRgb ? 3 : 2;
-}
-
-struct RawPicture {
-  RawForm form = RawForm::kGrey;
+// Pixels; may be partly outside of the picture.
+struct LabelledBox {
+  std::int32_t left = 0;
+  std::int32_t top = 0;
   std::int32_t width = 0;
   std::int32_t height = 0;
-  std::span<const std::byte> bytes{};  // row by row, without padding
+  std::string label{};
 };
 
-// kMalformed: the size and the bytes do not fit together, or an odd width of kUyvy.
-tims::Result<std::vector<std::byte>> encode_png(const RawPicture& picture);
+// Pixels of 16 bits keep them, unless there are boxes: the picture then has colours, and shows them
+// from the darkest to the brightest. kMalformed: the picture is damaged, or has fewer bytes than
+// its size requires. kTooBig: its pixels need more than kPngPixelsMax bytes.
+tims::Result<std::vector<std::byte>> encode_png(const CameraPicture& picture,
+                                                std::span<const LabelledBox> boxes = {});
+
+inline constexpr std::size_t kPngPixelsMax = std::size_t{256} << 20;
 
 // The name of this function in librack-pictures (grey_picture.h). Calls encode_png().
 inline constexpr const char* kEncodePngSymbol = "rack_encode_png";
-using EncodePng = void (*)(const RawPicture& picture, tims::Result<std::vector<std::byte>>& png);
+using EncodePng = void (*)(const CameraPicture& picture, std::span<const LabelledBox> boxes,
+                           tims::Result<std::vector<std::byte>>& png);
 
 }  // namespace rack::pictures

@@ -2,18 +2,17 @@
 
 #include <string>
 
-#include "components/pictures/loaded_library.h"
+#include "components/files/loaded_library.h"
 
 namespace rack::navigation {
 
 namespace {
 
 tims::Result<pictures::ReadGrey> load_decoder() {
-  auto decoder = pictures::load_function<pictures::ReadGrey>(pictures::kPicturesLibrary,
-                                                             pictures::kReadGreySymbol);
+  auto decoder = load_function<pictures::ReadGrey>(kPicturesLibrary, pictures::kReadGreySymbol);
   if (decoder) return decoder;
-  return tims::Error(tims::Errc::kSystem, "pictures of maps need " + decoder.error().detail() +
-                                              ", or use a plan (DXF)");
+  return tims::Error(tims::Errc::kSystem,
+                     "pictures of maps need " + decoder.error().detail() + ", or use a plan (DXF)");
 }
 
 }  // namespace

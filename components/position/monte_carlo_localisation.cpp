@@ -256,7 +256,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   bool was_sure_ = false;
   Pose odometry_pose_{};  // at the last scan
   UpdateWatch updates_;
-  TimeStamp looked_ = 0;  // the time of the last look at the position
+  TimeStamp looked_ = 0;       // the time of the last look at the position
   PriorityMutex field_mutex_;  // protects the three members below, which LOAD_MAP exchanges
   std::unique_ptr<LikelihoodField> field_;
   std::unique_ptr<WallLines> walls_;

@@ -8,9 +8,10 @@ namespace rack::vision {
 
 tims::Result<GreyView> GreyFrame::take(const CameraData& picture) {
   constexpr std::size_t kBytesMax = kCameraBytesMax;
-  device::PictureSize size{picture.width.raw(), picture.height.raw()};
+  pictures::PictureSize size{picture.width.raw(), picture.height.raw()};
   if (picture.mode == camera_mode::kJpeg) {
-    const auto decoded = jpeg_.decode(picture.image, device::PixelLayout::kGrey, kBytesMax, pixels_);
+    const auto decoded =
+        jpeg_.decode(picture.image, pictures::PixelLayout::kGrey, kBytesMax, pixels_);
     if (!decoded) return decoded.error();
     size = *decoded;
   } else {
@@ -19,7 +20,7 @@ tims::Result<GreyView> GreyFrame::take(const CameraData& picture) {
       return tims::Error(tims::Errc::kInvalidArgument,
                          "the camera's mode " + std::to_string(picture.mode) +
                              " is not supported: use mono8, mono16, rgb24, yuv422 or jpeg");
-    if (auto done = converter_.convert(*pixels, device::PixelLayout::kGrey, pixels_); !done)
+    if (auto done = converter_.convert(*pixels, pictures::PixelLayout::kGrey, pixels_); !done)
       return done.error();
   }
   return GreyView{

@@ -4,10 +4,10 @@
 #include <cstddef>
 #include <vector>
 
-#include "components/devices/camera/jpeg.h"
+#include "components/pictures/jpeg.h"
 #include "components/vision/grey_view.h"
-#include "tims/result.h"
 #include "rack/proxies/camera.h"
+#include "tims/result.h"
 
 namespace rack::vision {
 
@@ -19,8 +19,8 @@ class GreyFrame {
   tims::Result<GreyView> take(const CameraData& picture);
 
  private:
-  device::Jpeg jpeg_;
-  device::PixelConverter converter_;
+  pictures::Jpeg jpeg_;
+  pictures::PixelConverter converter_;
   std::vector<std::byte> pixels_;
 };
 

@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "components/devices/camera/jpeg.h"
+#include "components/pictures/jpeg.h"
 #include "components/recordings/capture.h"
 #include "components/vision/person_place.h"
 #include "components/vision/rendered_people.h"
@@ -106,13 +106,13 @@ TEST(PeopleFinder, FurnitureIsNobody) {
 TEST(PeopleFinder, FramesOfACameraHaveNearlyNobody) {
   std::ifstream file(DEVICE_DATA "/camera/donkeycar-20.cap");
   device::CaptureRecord record;
-  device::Jpeg jpeg;
+  pictures::Jpeg jpeg;
   std::vector<std::byte> pixels;
   std::size_t pictures = 0;
   std::size_t people = 0;
   for (std::string line; std::getline(file, line);) {
     if (!device::parse_record(line, record).value()) continue;
-    const auto size = jpeg.decode(record.bytes, device::PixelLayout::kGrey, 1 << 20, pixels);
+    const auto size = jpeg.decode(record.bytes, pictures::PixelLayout::kGrey, 1 << 20, pixels);
     ASSERT_TRUE(size);
     const GreyView view{
         .width = static_cast<int>(size->width),

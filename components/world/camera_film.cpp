@@ -10,7 +10,7 @@
 #include <sched.h>
 #include <sys/resource.h>
 
-#include "components/devices/camera/jpeg.h"
+#include "components/pictures/jpeg.h"
 #include "components/pictures/opencv_call.h"
 #include "components/world/render/camera_renderer.h"
 
@@ -84,16 +84,16 @@ class RenderedFilm final : public CameraFilm {
     const auto picture = renderer_->render(view_);
     if (!picture) return false;
     const CameraDescription& camera = renderer_->camera();
-    const device::PixelView view{.layout = device::PixelLayout::kBgr,
-                                 .size = {static_cast<std::uint32_t>(camera.width),
-                                          static_cast<std::uint32_t>(camera.height)},
-                                 .bytes = *picture};
+    const pictures::PixelView view{.layout = pictures::PixelLayout::kBgr,
+                                   .size = {static_cast<std::uint32_t>(camera.width),
+                                            static_cast<std::uint32_t>(camera.height)},
+                                   .bytes = *picture};
     return static_cast<bool>(
         compressor_.encode(view, camera.quality, picture->size() + 4096, jpeg_));
   }
 
   std::unique_ptr<CameraRenderer> renderer_;  // these are used by the thread only
-  device::Jpeg compressor_;
+  pictures::Jpeg compressor_;
   View view_;
   std::vector<std::byte> jpeg_;
 

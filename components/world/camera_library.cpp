@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "components/pictures/loaded_library.h"
+#include "components/files/loaded_library.h"
 
 namespace rack::device {
 
@@ -11,8 +11,7 @@ namespace {
 using world::CameraFilm;
 
 tims::Result<world::MakeFilm> load_film() {
-  auto make_film = pictures::load_function<world::MakeFilm>(pictures::kWorldCameraLibrary,
-                                                            world::kMakeFilmSymbol);
+  auto make_film = load_function<world::MakeFilm>(kWorldCameraLibrary, world::kMakeFilmSymbol);
   if (make_film) return make_film;
   return tims::Error(tims::Errc::kSystem,
                      "pictures of a simulated camera need " + make_film.error().detail());

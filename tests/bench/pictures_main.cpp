@@ -11,6 +11,7 @@
 
 #include "components/devices/camera/camera_frames.h"
 #include "components/geometry/pose.h"
+#include "components/pictures/jpeg.h"
 #include "components/pictures/opencv_call.h"
 #include "components/world/render/camera_renderer.h"
 
@@ -18,6 +19,8 @@ namespace tims::bench {
 namespace {
 
 using namespace rack::device;
+using rack::pictures::Jpeg;
+using rack::pictures::PixelLayout;
 namespace camera_mode = rack::camera_mode;
 
 constexpr std::uint32_t kWidth = 640;

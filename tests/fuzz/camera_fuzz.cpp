@@ -57,7 +57,7 @@ void check(const rack::CameraData& picture, PictureMaker& maker, rack::CameraDat
   require(picture.image.size() <= rack::kCameraBytesMax);
   require(static_cast<std::int64_t>(picture.image.size()) == picture.tail_sizes()[0]);
   if (picture.mode == rack::camera_mode::kJpeg) {
-    const auto size = jpeg_size(picture.image);
+    const auto size = rack::pictures::jpeg_size(picture.image);
     require(size && size->width == picture.width && size->height == picture.height);
   }
   if (!maker.compress(picture, small)) return;

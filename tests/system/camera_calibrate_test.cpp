@@ -314,7 +314,7 @@ TEST_F(CameraCalibrateTest, ErrorsStateWhatToDo) {
         Case{{"views", "--board", "dots"}, 2, "--board must be"},
         Case{{"views", "--name", "Kam\xC3\xA9ra"}, 2, "--name"},
         Case{{"--camera", "Ladar/0/0"}, 2, "is not a Camera"},
-        Case{{"--camera", "Camera/0/0"}, 4, "Camera/0/0"},
+        Case{{"--camera", "Camera/0/0"}, 4, "Camera(0/0)"},
         Case{{"--camera", "Camera/0/0", "-H", "/nowhere.sock"}, 3, "no router"},
         Case{with_board({"views", "--output", "missing/c.yaml"}), 5, "missing/c.yaml"}}) {
     const Run run = calibrate(one.arguments);

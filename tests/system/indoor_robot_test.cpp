@@ -4,14 +4,17 @@
 #include <algorithm>
 #include <cmath>
 #include <csignal>
+#include <filesystem>
 #include <functional>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include "components/geometry/pose.h"
+#include "os/file.h"
 #include "rack/proxies/mcl.h"
 #include "rack/proxies/obj_recog.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/system/sample_robot_fixture.h"
 
 namespace tims::test {
@@ -200,6 +203,33 @@ TEST_F(IndoorRobotTest, AMarkerBringsItBackAfterItWasCarriedAway) {
       "it knows where it is again", kDrive))
       << up_->output();
   EXPECT_THAT(up_->output(), testing::HasSubstr("by markers"));
+}
+
+TEST_F(IndoorRobotTest, ASavedPictureShowsWhatIsRecognisedInIt) {
+  const TemporaryFolder folder;
+  const auto save = [&](const std::string& name, std::vector<std::string> more = {}) {
+    std::vector<std::string> line = {"camera", "save", of_system("Camera"), folder.path() / name,
+                                     "--json"};
+    line.insert(line.end(), more.begin(), more.end());
+    ChildProcess saving = begin(line);
+    const auto ended = saving.wait();
+    return std::pair(ended ? ended->code : -1, saving.output());
+  };
+  const std::vector<std::string> boxes = {"--objects", of_system("ObjRecog", 1)};
+  EXPECT_EQ(save("off.png").first, 1);
+  EXPECT_EQ(save("objects.jpg", boxes).first, 2) << "it would have to be compressed again";
+  EXPECT_EQ(save("picture.bmp").first, 2);
+
+  ASSERT_TRUE(turned_on(of_system("ObjRecog", 1)));
+  const auto [code, output] = save("objects.png", boxes);
+  EXPECT_EQ(code, 0) << output;
+  EXPECT_THAT(output, testing::ContainsRegex("\"objects\": *[1-9]"));
+  EXPECT_THAT(os::read_file(folder.path() / "objects.png").value(), testing::StartsWith("\x89PNG"));
+  EXPECT_EQ(save("plain.png").first, 0);
+  EXPECT_EQ(save("plain.jpg").first, 0);
+  EXPECT_THAT(os::read_file(folder.path() / "plain.jpg").value(), testing::StartsWith("\xFF\xD8"));
+  EXPECT_LT(std::filesystem::file_size(folder.path() / "plain.jpg"),
+            std::filesystem::file_size(folder.path() / "plain.png"));
 }
 
 }  // namespace indoor_robot_test

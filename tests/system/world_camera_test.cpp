@@ -9,7 +9,7 @@
 #include <poll.h>
 #include <sys/socket.h>
 
-#include "components/devices/camera/jpeg.h"
+#include "components/pictures/jpeg.h"
 #include "os/clock.h"
 #include "rack/proxies/world.h"
 #include "tests/support/tcp_socket.h"
@@ -104,7 +104,7 @@ TEST_F(WorldCameraTest, SendsPicturesOfAWorldThatMoves) {
   const os::File client = asking("/");
   const std::string stream = received(client, kPart, 12);
   EXPECT_THAT(stream, StartsWith("HTTP/1.1 200 OK\r\n"));
-  rack::device::Jpeg decoder;
+  rack::pictures::Jpeg decoder;
   std::vector<std::byte> pixels;
   std::set<std::vector<std::byte>> pictures;
   constexpr std::string_view kEndOfHead = "\r\n\r\n";
@@ -113,7 +113,7 @@ TEST_F(WorldCameraTest, SendsPicturesOfAWorldThatMoves) {
     if (next == std::string::npos) break;
     const auto begin = stream.find(kEndOfHead, at) + kEndOfHead.size();
     const auto jpeg = std::as_bytes(std::span(stream).subspan(begin, next - 2 - begin));
-    const auto size = decoder.decode(jpeg, rack::device::PixelLayout::kBgr, 1 << 20, pixels);
+    const auto size = decoder.decode(jpeg, rack::pictures::PixelLayout::kBgr, 1 << 20, pixels);
     ASSERT_TRUE(size) << size.error().message();
     EXPECT_EQ(size->width, 320U);
     EXPECT_EQ(size->height, 240U);

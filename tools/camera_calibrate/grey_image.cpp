@@ -8,22 +8,22 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 
-#include "components/devices/camera/jpeg.h"
 #include "components/devices/camera/picture.h"
 #include "components/pictures/grey_picture.h"
+#include "components/pictures/jpeg.h"
 #include "components/pictures/opencv_call.h"
 
 namespace rack::camera_calibrate {
 namespace {
 
-using device::PixelLayout;
+using pictures::PixelLayout;
 using tims::Errc;
 using tims::Error;
 using tims::Result;
 
 Result<GreyImage> of_jpeg(std::span<const std::byte> bytes) {
   GreyImage image;
-  device::Jpeg jpeg;
+  pictures::Jpeg jpeg;
   const auto size = jpeg.decode(bytes, PixelLayout::kGrey,
                                 static_cast<std::size_t>(pictures::kGreyPixelsMax), image.pixels);
   if (!size) return size.error();
@@ -35,7 +35,7 @@ Result<GreyImage> of_jpeg(std::span<const std::byte> bytes) {
 // Motion JPEG may lack tables.
 Result<GreyImage> of_frame(std::span<const std::byte> frame) {
   std::vector<std::byte> whole;
-  if (!device::Jpeg().complete(frame, whole))
+  if (!pictures::Jpeg().complete(frame, whole))
     return Error(Errc::kMalformed, "the picture is not a complete JPEG picture");
   return of_jpeg(whole);
 }
@@ -92,7 +92,7 @@ Result<GreyImage> grey_of(const CameraData& picture) {
                  "pictures of mode " + std::to_string(picture.mode) +
                      " show no board: set mode to mono8, mono16, rgb24, yuv422 or jpeg");
   GreyImage image{.width = picture.width.raw(), .height = picture.height.raw()};
-  device::PixelConverter converter;
+  pictures::PixelConverter converter;
   if (auto done = converter.convert(*pixels, PixelLayout::kGrey, image.pixels); !done)
     return done.error();
   return image;

@@ -89,8 +89,9 @@ using Log = std::function<void(const std::string&)>;
 std::unique_ptr<Connection> connect_local(const UnixHost& host, const MailboxRequest& request,
                                           tims::Duration timeout, Log log);
 
-std::unique_ptr<Connection> connect(const Host& host, const MailboxRequest& request,
-                                    tims::Duration timeout, Log log = [](const std::string&) {});
+std::unique_ptr<Connection> connect(
+    const Host& host, const MailboxRequest& request, tims::Duration timeout,
+    Log log = [](const std::string&) {});
 
 // The requested address, else a random one in this system; most are free.
 tims::Address mailbox_address(const MailboxRequest& request, std::uint32_t system,

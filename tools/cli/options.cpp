@@ -193,6 +193,9 @@ constexpr OptionRow kOptions[] = {
      [](Options& o, string_view v) { o.patience = pause(v); }},
     {"plot", 0, "FILE", "also draw a picture, .svg or .png",
      [](Options& o, string_view v) { o.plot = v; }},
+    {"objects", 0, "OBJRECOG",
+     "draw boxes around the objects that this component has recognised in the picture",
+     [](Options& o, string_view v) { o.objects = v; }},
     {"detach", 0, "", "continue in the background after the start",
      [](Options& o, string_view) { o.detach = true; }},
 };

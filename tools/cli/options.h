@@ -69,6 +69,7 @@ struct Options {
   std::string filter;                      // of msg echo
   std::string robot;                       // of nav: a system's number, or the name of a router
   std::string plot;                        // of nav: a picture
+  std::string objects;                     // of camera save: what recognises them
   std::optional<tims::Duration> patience;  // of nav goto
   bool fields = false;
   bool si = false;

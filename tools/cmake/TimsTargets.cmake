@@ -118,7 +118,7 @@ function(tims_common_library)
 endfunction()
 
 # tims_loaded_library(target NAME name OBJECTS targets... [LINK libraries...]): a library that programs load when
-# they need it (components/pictures/loaded_library.h): it is built from the objects of static libraries, and what it
+# they need it (components/files/loaded_library.h): it is built from the objects of static libraries, and what it
 # has in common with the program is that of the program.
 function(tims_loaded_library target)
   cmake_parse_arguments(arg "" "NAME" "OBJECTS;LINK" ${ARGN})

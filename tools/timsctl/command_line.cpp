@@ -197,9 +197,9 @@ constexpr Verb kOwnVerbs[] = {
      "?loop=1 repeatedly, ?port=N one port of a packet capture.",
      "timsctl device play gps.cap pty:/tmp/gps", device_play},
 
-    {"camera", "save", "CAMERA FILE", 2, 2, "", false,
-     "Save the newest picture of a camera: as .jpg if its mode is jpeg, else as .png.",
-     "timsctl camera save 'Camera(0/0)' picture.jpg", camera_save},
+    {"camera", "save", "CAMERA FILE", 2, 2, "objects", false,
+     "Save the newest picture of a camera as .png, or as .jpg if its mode is jpeg.",
+     "timsctl camera save Camera/0/0 markers.png --objects ObjRecog/0/0", camera_save},
 
     {"world", "show", "", 0, 0, "watch count once sort world body-max", false,
      "Show the true state of a simulated world: poses of robots and people, contacts, unplugged "

@@ -4,9 +4,9 @@
 
 #include <fmt/format.h>
 
+#include "components/files/loaded_library.h"
 #include "components/files/whole_file.h"
 #include "components/position/map_file.h"
-#include "components/pictures/loaded_library.h"
 #include "os/file.h"
 #include "rack/proxies/feature_map.h"
 #include "rack/proxies/grid_map.h"
@@ -52,8 +52,8 @@ void write_text(const std::string& file, const std::string& text) {
 }
 
 std::string png_of(const std::string& file, const Picture& picture) {
-  const auto draw_png = rack::pictures::load_function<rack::pictures::DrawPng>(
-      rack::pictures::kPicturesLibrary, rack::pictures::kDrawPngSymbol);
+  const auto draw_png = rack::load_function<rack::pictures::DrawPng>(
+      rack::kPicturesLibrary, rack::pictures::kDrawPngSymbol);
   if (!draw_png)
     throw Failure(Exit::kNo, "no_opencv",
                   fmt::format("{}: PNG needs {}", file, draw_png.error().detail()),

@@ -5,6 +5,9 @@
 namespace rack::device {
 namespace {
 
+using pictures::PixelLayout;
+using pictures::PixelView;
+
 // The channel of the luma, or of green, its main part. Empty: 16 bits, of which the camera uses
 // some.
 std::optional<int> channel_of(PixelLayout layout) {

@@ -26,7 +26,7 @@ class ExposureControl final : public FrameControl {
 
   void start() override;
   void on_control(const VideoControl& control, Output& out) override;
-  void on_frame(const PixelView& frame, Output& out) override;
+  void on_frame(const pictures::PixelView& frame, Output& out) override;
 
  private:
   static void change(VideoControl& control, double by, Output& out);

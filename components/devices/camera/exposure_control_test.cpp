@@ -7,6 +7,8 @@
 namespace rack::device {
 namespace exposure_control_test {
 
+using pictures::PixelLayout;
+
 class ExposureControlTest : public testing::Test, public Output {
  public:
   void send(std::span<const std::byte> bytes, std::uint32_t id) override {

@@ -2,9 +2,9 @@
 // frames as the camera sends them, so that the mode of the pictures does not matter.
 #pragma once
 
-#include "components/devices/camera/pixels.h"
 #include "components/devices/core/dialogue.h"
 #include "components/devices/core/video_frame.h"
+#include "components/pictures/pixels.h"
 
 namespace rack::device {
 
@@ -15,7 +15,7 @@ class FrameControl {
   virtual void start() = 0;
   // The camera has this control. All controls are reported before the first frame.
   virtual void on_control(const VideoControl& control, Output& out) = 0;
-  virtual void on_frame(const PixelView& frame, Output& out) = 0;
+  virtual void on_frame(const pictures::PixelView& frame, Output& out) = 0;
 };
 
 }  // namespace rack::device

@@ -9,6 +9,9 @@
 namespace rack::device {
 namespace {
 
+using pictures::PictureSize;
+using pictures::PixelLayout;
+using pictures::PixelView;
 using tims::Errc;
 using tims::Error;
 using tims::Result;

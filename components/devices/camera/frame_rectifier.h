@@ -10,10 +10,10 @@
 #include <optional>
 #include <vector>
 
-#include "components/devices/camera/jpeg.h"
 #include "components/devices/camera/picture.h"
-#include "components/devices/camera/pixels.h"
 #include "components/devices/core/video_frame.h"
+#include "components/pictures/jpeg.h"
+#include "components/pictures/pixels.h"
 #include "components/pictures/rectifier.h"
 
 namespace rack::device {
@@ -38,16 +38,17 @@ class FrameRectifier {
   tims::Result<Frame> rectify(const VideoHead& head, std::span<const std::byte> frame, u16 mode);
 
  private:
-  tims::Result<void> prepare(PictureSize size);
-  tims::Result<Frame> rectify_plain(const PixelView& view, std::uint32_t format);
-  tims::Result<Frame> rectify_pairs(const PixelView& view, const VideoHead& head, u16 mode);
+  tims::Result<void> prepare(pictures::PictureSize size);
+  tims::Result<Frame> rectify_plain(const pictures::PixelView& view, std::uint32_t format);
+  tims::Result<Frame> rectify_pairs(const pictures::PixelView& view, const VideoHead& head,
+                                    u16 mode);
 
   pictures::CameraCalibration calibration_;
-  PictureSize size_{};  // of the pictures for which the rectifiers were made
+  pictures::PictureSize size_{};  // of the pictures for which the rectifiers were made
   std::optional<pictures::Rectifier> rectifier_;
   std::optional<pictures::Rectifier> colours_;  // for half the width
-  Jpeg jpeg_;
-  PixelConverter converter_;
+  pictures::Jpeg jpeg_;
+  pictures::PixelConverter converter_;
   std::vector<std::byte> decoded_;
   std::vector<std::byte> luma_, rectified_luma_;
   std::vector<std::byte> colour_, rectified_colour_;  // U V of each pair

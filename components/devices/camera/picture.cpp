@@ -7,6 +7,12 @@
 namespace rack::device {
 namespace {
 
+using pictures::jpeg_size;
+using pictures::PictureSize;
+using pictures::PixelConverter;
+using pictures::PixelLayout;
+using pictures::PixelView;
+using pictures::thinned;
 using tims::Errc;
 using tims::Error;
 using tims::Result;
@@ -68,26 +74,6 @@ const Format* find_format(std::uint32_t format) {
   const auto* const found =
       std::ranges::find(kFormats, format & ~video::kBigEndian, &Format::format);
   return found == kFormats.end() ? nullptr : found;
-}
-
-// Empty for JPEG and others.
-std::optional<PixelLayout> layout_of_mode(u16 mode) {
-  switch (mode) {
-    case camera_mode::kMono8:
-      return PixelLayout::kGrey;
-    case camera_mode::kRgb24:
-      return PixelLayout::kRgb;
-    case camera_mode::kYuv422:
-      return PixelLayout::kUyvy;
-    case camera_mode::kMono12:
-    case camera_mode::kMono16:
-    case camera_mode::kRaw12:
-    case camera_mode::kRaw16:
-    case camera_mode::kRange:
-      return PixelLayout::kBig16;
-    default:
-      return std::nullopt;
-  }
 }
 
 bool is_raw(u16 mode) {

@@ -8,9 +8,9 @@
 #include <optional>
 #include <string_view>
 
-#include "components/devices/camera/jpeg.h"
-#include "components/devices/camera/pixels.h"
 #include "components/devices/core/video_frame.h"
+#include "components/pictures/jpeg.h"
+#include "components/pictures/pixels.h"
 #include "rack/proxies/camera.h"
 
 namespace rack::device {
@@ -20,10 +20,29 @@ std::optional<u16> mode_of(std::string_view name);
 std::string_view name_of_mode(u16 mode);
 // Bits per pixel; 0 for JPEG and unknown modes.
 u16 depth_of(u16 mode);
+// The pixels of pictures of a mode; empty for JPEG, raw8 and others.
+constexpr std::optional<pictures::PixelLayout> layout_of_mode(u16 mode) {
+  switch (mode) {
+    case camera_mode::kMono8:
+      return pictures::PixelLayout::kGrey;
+    case camera_mode::kRgb24:
+      return pictures::PixelLayout::kRgb;
+    case camera_mode::kYuv422:
+      return pictures::PixelLayout::kUyvy;
+    case camera_mode::kMono12:
+    case camera_mode::kMono16:
+    case camera_mode::kRaw12:
+    case camera_mode::kRaw16:
+    case camera_mode::kRange:
+      return pictures::PixelLayout::kBig16;
+    default:
+      return std::nullopt;
+  }
+}
 // V4L2 formats that can be converted to this mode, cheapest first: "MJPG,YUYV".
 std::string_view formats_for(u16 mode);
 // V4L2 formats as layouts of pixels; empty for JPEG and unknown formats.
-std::optional<PixelLayout> layout_of_format(std::uint32_t format);
+std::optional<pictures::PixelLayout> layout_of_format(std::uint32_t format);
 constexpr bool is_jpeg(std::uint32_t format) {
   return format == video::kMjpeg || format == video::kJpeg;
 }
@@ -46,20 +65,21 @@ class PictureMaker {
  private:
   tims::Result<void> from_jpeg(std::span<const std::byte> frame, u16 mode, CameraData& picture);
   tims::Result<void> pass_jpeg(std::span<const std::byte> frame, CameraData& picture);
-  tims::Result<void> to_jpeg(const PixelView& view, CameraData& picture);
+  tims::Result<void> to_jpeg(const pictures::PixelView& view, CameraData& picture);
 
   int quality_;
-  Jpeg jpeg_;
-  PixelConverter converter_;
+  pictures::Jpeg jpeg_;
+  pictures::PixelConverter converter_;
   std::vector<std::byte> bgr_;
   std::vector<std::byte> thinned_;
 };
 
 // The frame of a camera as pixels; empty for JPEG and unknown formats.
-std::optional<PixelView> pixels_of(const VideoHead& head, std::span<const std::byte> frame);
+std::optional<pictures::PixelView> pixels_of(const VideoHead& head,
+                                             std::span<const std::byte> frame);
 // The picture as pixels that show something to people: mono8, mono16, rgb24 or yuv422; empty for
 // other modes.
-std::optional<PixelView> pixels_of(const CameraData& picture);
+std::optional<pictures::PixelView> pixels_of(const CameraData& picture);
 
 // Mean brightness, 0 to 255, of the middle 1/`part` of each side. Empty for modes without
 // brightness.

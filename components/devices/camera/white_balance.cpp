@@ -6,6 +6,8 @@
 namespace rack::device {
 namespace {
 
+using pictures::PixelView;
+
 constexpr double kGreyColour = 128;
 
 }  // namespace

@@ -25,7 +25,7 @@ class WhiteBalanceControl final : public FrameControl {
 
   void start() override;
   void on_control(const VideoControl& control, Output& out) override;
-  void on_frame(const PixelView& frame, Output& out) override;
+  void on_frame(const pictures::PixelView& frame, Output& out) override;
 
  private:
   static void set(VideoControl& control, double value, Output& out);

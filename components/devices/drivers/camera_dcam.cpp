@@ -16,7 +16,7 @@ constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 22>{{
     {"width", 1280, "width of the camera's frames, which must have this size [pixels]", 1, 65535},
     {"height", 960, "pixels", 1, 65535},
     {"fps", 10, "pictures per second [1/s]", 1, 240},
-    {"lossrate", 1, "publish every n-th pixel in both directions", 1, kThinningMax},
+    {"lossrate", 1, "publish every n-th pixel in both directions", 1, pictures::kThinningMax},
     {"isoSpeed", 400, "speed of the bus: 100, 200, 400 or 800 [Mbit/s]", 100, 3200},
     {"quality", 75, "JPEG quality of mode jpeg", 1, 100},
     {"autoBrightnessSize", 1,
@@ -123,9 +123,9 @@ class CameraDcam : public CameraDriver {
   // As in the original, the width determines the height.
   [[nodiscard]] Result<CameraFormat> possible(const CameraFormat& format) const override {
     const int thinning = integer("width") / format.width;
-    if (thinning < 1 || thinning > kThinningMax)
-      return refused("width must be " + std::to_string(integer("width") / kThinningMax) + " to " +
-                     std::to_string(integer("width")) + " pixels");
+    if (thinning < 1 || thinning > pictures::kThinningMax)
+      return refused("width must be " + std::to_string(integer("width") / pictures::kThinningMax) +
+                     " to " + std::to_string(integer("width")) + " pixels");
     if (format.mode == camera_mode::kRange || format.mode == camera_mode::kDisparity)
       return refused("not a depth camera");
     const auto address = address_for(format.mode);

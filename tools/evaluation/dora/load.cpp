@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "components/devices/camera/jpeg.h"
 #include "components/geometry/random.h"
+#include "components/pictures/jpeg.h"
 #include "os/clock.h"
 #include "rack/proxies/camera.h"
 #include "rack/proxies/datalog.h"
@@ -39,13 +39,13 @@ void need(const Result<void>& done, const std::string& what) {
 
 // Noise cannot be compressed: the picture keeps its size on all hops.
 std::vector<std::byte> picture() {
-  constexpr device::PictureSize kSize{.width = 1024, .height = 672};
+  constexpr pictures::PictureSize kSize{.width = 1024, .height = 672};
   Random random(1);
   std::vector<std::byte> pixels(std::size_t{kSize.width} * kSize.height);
   for (std::byte& pixel : pixels) pixel = static_cast<std::byte>(random.uniform() * 256);
-  device::Jpeg encoder;
+  pictures::Jpeg encoder;
   std::vector<std::byte> jpeg;
-  need(encoder.encode({.layout = device::PixelLayout::kGrey, .size = kSize, .bytes = pixels}, 100,
+  need(encoder.encode({.layout = pictures::PixelLayout::kGrey, .size = kSize, .bytes = pixels}, 100,
                       kPictureMax, jpeg),
        "a picture");
   return jpeg;

@@ -1,10 +1,10 @@
-#include "components/devices/camera/jpeg_frame.h"
+#include "components/pictures/jpeg_frame.h"
 
 #include <algorithm>
 #include <array>
 #include <string>
 
-namespace rack::device {
+namespace rack::pictures {
 namespace {
 
 using tims::Errc;
@@ -174,4 +174,4 @@ bool complete_jpeg(std::span<const std::byte> frame, std::span<const std::byte> 
   return true;
 }
 
-}  // namespace rack::device
+}  // namespace rack::pictures

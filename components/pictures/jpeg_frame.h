@@ -9,7 +9,7 @@
 
 #include "tims/result.h"
 
-namespace rack::device {
+namespace rack::pictures {
 
 struct PictureSize {
   std::uint32_t width = 0;
@@ -37,4 +37,4 @@ std::vector<std::byte> huffman_tables(std::span<const std::byte> jpeg);
 bool complete_jpeg(std::span<const std::byte> frame, std::span<const std::byte> tables,
                    std::vector<std::byte>& jpeg);
 
-}  // namespace rack::device
+}  // namespace rack::pictures

@@ -1,4 +1,4 @@
-#include "components/devices/camera/pixels.h"
+#include "components/pictures/pixels.h"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 
 #include "components/pictures/opencv_call.h"
 
-namespace rack::device {
+namespace rack::pictures {
 namespace {
 
 using tims::Errc;
@@ -50,7 +50,7 @@ constexpr int kSecond = -4;
 constexpr int kPairs = -5;  // colours of pairs of pixels
 
 using enum PixelLayout;
-constexpr std::array<Conversion, 26> kConversions = {{
+constexpr std::array<Conversion, 27> kConversions = {{
     {kYuyv, kGrey, kFirst},
     {kUyvy, kGrey, kSecond},
     {kRgb, kGrey, cv::COLOR_RGB2GRAY},
@@ -65,6 +65,7 @@ constexpr std::array<Conversion, 26> kConversions = {{
     {kYuyv, kUyvy, kSwap},
     {kBgr, kUyvy, kPairs},
     {kLittle16, kBig16, kSwap},
+    {kBig16, kLittle16, kSwap},
     {kRggb, kGrey, cv::COLOR_BayerRGGB2GRAY},
     {kGbrg, kGrey, cv::COLOR_BayerGBRG2GRAY},
     {kGrbg, kGrey, cv::COLOR_BayerGRBG2GRAY},
@@ -130,7 +131,7 @@ Result<void> PixelConverter::convert(const PixelView& from, PixelLayout to,
     return Error(Errc::kMalformed, "the picture has fewer bytes than its size requires");
   if ((is_pairwise(from.layout) || is_pairwise(to)) && from.size.width % 2 != 0)
     return Error(Errc::kMalformed, "an odd width: two pixels share one colour in this format");
-  return pictures::call_opencv("converting a picture", [&] {
+  return call_opencv("converting a picture", [&] {
     if (conversion->code == kPairs) return uyvy_of_bgr(from, pixels);
     cv::Mat target = matrix(from.size, static_cast<int>(bytes_of(to)), pixels);
     run(conversion->code, matrix(from), target);
@@ -175,7 +176,7 @@ Result<PixelView> thinned(const PixelView& picture, PictureSize group, int n,
   const std::size_t stride = stride_of(picture);
   const std::size_t line = columns * bytes;
   pixels.resize(line * lines * group.height);
-  const auto done = pictures::call_opencv("reducing a picture", [&] {
+  const auto done = call_opencv("reducing a picture", [&] {
     for (std::uint32_t part = 0; part < group.height; ++part) {
       const cv::Mat source(static_cast<int>(lines), static_cast<int>(columns),
                            CV_8UC(static_cast<int>(bytes * step)),
@@ -206,7 +207,7 @@ std::optional<Shares> shares_of(const PixelView& picture, int channel, int part,
   constexpr std::array kRange = {0.0F, 256.0F};
   const float* ranges = kRange.data();
   Shares shares;
-  const auto done = pictures::call_opencv("exposure", [&] {
+  const auto done = call_opencv("exposure", [&] {
     cv::Mat counts;
     const cv::Mat source = matrix(lowest);
     cv::calcHist(&source, 1, &channel, {}, counts, 1, &kValues, &ranges);
@@ -230,7 +231,7 @@ std::optional<ColourMeans> colours_of(const PixelView& picture, const PixelArea&
   const std::size_t at = area.top * stride + area.left / 2 * std::size_t{4};
   const bool is_uyvy = picture.layout == kUyvy;
   ColourMeans means;
-  const auto done = pictures::call_opencv("white balance", [&] {
+  const auto done = call_opencv("white balance", [&] {
     const cv::Mat source(static_cast<int>(area.height), static_cast<int>(pairs), CV_8UC4,
                          const_cast<std::byte*>(picture.bytes.data()) + at, stride);
     const cv::Scalar mean = cv::mean(source);
@@ -255,9 +256,8 @@ std::optional<double> mean_of(const PixelView& picture, int channel, int part) {
                          .bytes = picture.bytes.subspan(at),
                          .line_bytes = stride * every};
   double mean = 0;
-  const auto done =
-      pictures::call_opencv("brightness", [&] { mean = cv::mean(matrix(middle))[channel]; });
+  const auto done = call_opencv("brightness", [&] { mean = cv::mean(matrix(middle))[channel]; });
   return done ? std::optional(mean) : std::nullopt;
 }
 
-}  // namespace rack::device
+}  // namespace rack::pictures

@@ -1,4 +1,4 @@
-#include "components/devices/camera/jpeg.h"
+#include "components/pictures/jpeg.h"
 
 #include <algorithm>
 #include <string>
@@ -8,7 +8,7 @@
 
 #include "components/pictures/opencv_call.h"
 
-namespace rack::device {
+namespace rack::pictures {
 namespace {
 
 using tims::Errc;
@@ -48,8 +48,7 @@ Result<PictureSize> Jpeg::decode(std::span<const std::byte> jpeg, PixelLayout la
   // Cameras that are turned note that beside the picture; its size and calibration do not change.
   const int flags = cv::IMREAD_IGNORE_ORIENTATION |
                     (layout == PixelLayout::kGrey ? cv::IMREAD_GRAYSCALE : cv::IMREAD_COLOR);
-  auto done = pictures::call_opencv("decoding a JPEG picture",
-                                    [&] { cv::imdecode(source, flags, &target); });
+  auto done = call_opencv("decoding a JPEG picture", [&] { cv::imdecode(source, flags, &target); });
   if (!done) return done.error();
   if (target.data != reinterpret_cast<uchar*>(pixels.data()))
     return Error(Errc::kMalformed, "damaged picture");
@@ -70,8 +69,8 @@ Result<void> Jpeg::encode(const PixelView& picture, int quality, std::size_t byt
   const cv::Mat source(static_cast<int>(view.size.height), static_cast<int>(view.size.width),
                        type_of(view.layout), const_cast<std::byte*>(view.bytes.data()), line);
   settings_.back() = std::clamp(quality, 1, 100);
-  auto done = pictures::call_opencv("encoding a JPEG picture",
-                                    [&] { cv::imencode(".jpg", source, encoded_, settings_); });
+  auto done = call_opencv("encoding a JPEG picture",
+                          [&] { cv::imencode(".jpg", source, encoded_, settings_); });
   if (!done) return done;
   if (encoded_.size() > bytes_max) return too_big();
   const auto bytes = std::as_bytes(std::span(encoded_));
@@ -79,4 +78,4 @@ Result<void> Jpeg::encode(const PixelView& picture, int quality, std::size_t byt
   return {};
 }
 
-}  // namespace rack::device
+}  // namespace rack::pictures

@@ -9,11 +9,11 @@
 #include <span>
 #include <vector>
 
-#include "components/devices/camera/jpeg_frame.h"
-#include "components/devices/camera/pixels.h"
+#include "components/pictures/jpeg_frame.h"
+#include "components/pictures/pixels.h"
 #include "tims/result.h"
 
-namespace rack::device {
+namespace rack::pictures {
 
 // Not thread-safe. Invalid pictures cause an error only.
 class Jpeg {
@@ -39,4 +39,4 @@ class Jpeg {
   std::vector<std::byte> tables_;  // segments with the standard Huffman tables
 };
 
-}  // namespace rack::device
+}  // namespace rack::pictures

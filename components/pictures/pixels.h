@@ -7,10 +7,10 @@
 #include <span>
 #include <vector>
 
-#include "components/devices/camera/jpeg_frame.h"
+#include "components/pictures/jpeg_frame.h"
 #include "tims/result.h"
 
-namespace rack::device {
+namespace rack::pictures {
 
 // kRggb to kBggr: one colour per pixel, named by the first two pixels of the first two lines.
 enum class PixelLayout : std::uint8_t {
@@ -95,4 +95,4 @@ std::optional<ColourMeans> colours_of(const PixelView& picture, const PixelArea&
 // Mean of a channel of the pixels in the middle 1/`part` of each side, of some of the lines.
 std::optional<double> mean_of(const PixelView& picture, int channel, int part);
 
-}  // namespace rack::device
+}  // namespace rack::pictures

@@ -1,8 +1,8 @@
-#include "components/devices/camera/pixels.h"
+#include "components/pictures/pixels.h"
 
 #include <gtest/gtest.h>
 
-namespace rack::device {
+namespace rack::pictures {
 namespace pixels_test {
 
 TEST(Pixels, AreAsManyAsTheSizeRequires) {
@@ -162,4 +162,4 @@ TEST(Pixels, HaveSharesAndColours) {
 }
 
 }  // namespace pixels_test
-}  // namespace rack::device
+}  // namespace rack::pictures

@@ -1,11 +1,11 @@
-#include "components/devices/camera/jpeg_frame.h"
+#include "components/pictures/jpeg_frame.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "components/devices/camera/jpeg.h"
+#include "components/pictures/jpeg.h"
 
-namespace rack::device {
+namespace rack::pictures {
 namespace jpeg_frame_test {
 
 std::vector<std::byte> bytes(std::initializer_list<int> values) {
@@ -142,4 +142,4 @@ TEST(JpegFrame, DecodesAndEncodesUpToALimit) {
 }
 
 }  // namespace jpeg_frame_test
-}  // namespace rack::device
+}  // namespace rack::pictures

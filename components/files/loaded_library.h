@@ -1,12 +1,12 @@
 // Loads the parts of this project that need OpenCV's decoders and encoders, when a program needs
-// them (README.md says why). They stay loaded.
+// them (components/pictures/README.md says why). They stay loaded.
 #pragma once
 
 #include "tims/result.h"
 
-namespace rack::pictures {
+namespace rack {
 
-inline constexpr const char* kPicturesLibrary = "rack-pictures";          // maps, plots, PNG
+inline constexpr const char* kPicturesLibrary = "rack-pictures";         // maps, plots, PNG
 inline constexpr const char* kWorldCameraLibrary = "rack-world-camera";  // components/world
 
 using AnyFunction = void (*)();
@@ -23,4 +23,4 @@ tims::Result<Function> load_function(const char* library, const char* symbol) {
   return reinterpret_cast<Function>(*function);
 }
 
-}  // namespace rack::pictures
+}  // namespace rack
