@@ -4,6 +4,7 @@
 //
 // The file named by DC1394_STAND_IN describes what happens, and is read again for each frame: lines
 // "name number", see Scene. What the program has set is written to that file with ".state" added.
+// Tests write and read them by dc1394_scene.h.
 //
 // The camera sees a grey ramp that becomes brighter with shutter and gain, and a card at the upper
 // edge, which is grey at blue=132, red=118. In the other pixels there is a red and a blue half.

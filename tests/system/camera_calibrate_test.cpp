@@ -6,21 +6,16 @@
 #include <boost/json.hpp>
 #include <gmock/gmock.h>
 
-#include "components/devices/core/video_frame.h"
 #include "components/pictures/camera_calibration.h"
-#include "components/recordings/capture.h"
 #include "os/file.h"
-#include "rack/proxies/camera.h"
 #include "tests/support/eventually.h"
 #include "tests/support/rendered_board.h"
-#include "tests/support/temporary_folder.h"
-#include "tests/system/modules_fixture.h"
+#include "tests/system/camera_fixture.h"
 
 namespace tims::test {
 namespace camera_calibrate_test {
 
 namespace fs = std::filesystem;
-namespace device = rack::device;
 namespace video = rack::device::video;
 using rack::camera_calibrate::Board;
 using rack::camera_calibrate::BoardKind;
@@ -28,7 +23,6 @@ using rack::pictures::CameraCalibration;
 using testing::HasSubstr;
 using Bytes = std::vector<std::byte>;
 
-constexpr std::uint32_t kCamera = 0x00150000;
 constexpr int kWidth = 320;
 constexpr int kHeight = 240;
 constexpr Board kBoard{.kind = BoardKind::kChessboard, .columns = 7, .rows = 5, .square = 30};
@@ -68,19 +62,13 @@ void write(const fs::path& path, const std::string& text) {
   std::ofstream(path, std::ios::binary) << text;
 }
 
-class CameraCalibrateTest : public ModulesTest {
+class CameraCalibrateTest : public CameraTest {
  protected:
   struct Run {
     int status = -1;
     std::string out;
     std::string err;
   };
-
-  void SetUp() override {
-    ModulesTest::SetUp();
-    work_.reset();
-    work_.emplace(open(*session_, kWork, {.body_max = rack::kCameraBytesMax + 64}));
-  }
 
   ChildProcess begin(std::vector<std::string> arguments) {
     arguments.insert(arguments.begin(), std::string(TIMS_PROGRAMS) + "/camera-calibrate");
@@ -107,24 +95,12 @@ class CameraCalibrateTest : public ModulesTest {
 
   // Each picture `times` times.
   std::string recording(const std::vector<Bytes>& pictures, int times) {
-    std::string text = device::capture_header("v4l:/dev/video0", "2026-11-23T09:30:00Z");
-    Duration time{};
-    const auto add = [&](std::uint32_t id, std::span<const std::byte> bytes) {
-      device::append_record(text, time, device::Direction::kReceived, id, bytes);
-    };
-    add(video::kHead, device::bytes_of(device::VideoHead{video::kGrey, kWidth, kHeight, kWidth}));
+    Recording all;
+    all.head({video::kGrey, kWidth, kHeight, kWidth}, 40ms);
     for (const Bytes& picture : pictures)
-      for (int i = 0; i < times; ++i) {
-        time += 40ms;
-        add(video::kGrey, picture);
-      }
-    write(folder_.path() / "camera.cap", text);
-    return "--device=play:" + file("camera.cap") + "?loop=1";
+      for (int i = 0; i < times; ++i) all.add(video::kGrey, picture, 40ms);
+    return play(all, "?loop=1");
   }
-
-  rack::CameraProxy camera() { return proxy<rack::CameraProxy>(kCamera); }
-
-  TemporaryFolder folder_;
 };
 
 const std::vector<std::string> kBoardOptions = {"--size", "7x5", "--square", "30"};

@@ -3,14 +3,12 @@
 // happens when the camera is unplugged, hangs, or sends corrupt frames.
 #include <cstdlib>
 #include <fstream>
-#include <map>
 
 #include <gmock/gmock.h>
 
-#include "rack/proxies/camera.h"
+#include "tests/support/dc1394_scene.h"
 #include "tests/support/eventually.h"
-#include "tests/support/temporary_folder.h"
-#include "tests/system/modules_fixture.h"
+#include "tests/system/camera_fixture.h"
 
 namespace tims::test {
 namespace camera_dcam_test {
@@ -20,64 +18,27 @@ using rack::CameraData;
 using rack::u16;
 using testing::HasSubstr;
 
-constexpr std::uint32_t kCamera = 0x00150000;
-
-class CameraDcamTest : public ModulesTest {
+class CameraDcamTest : public CameraTest, protected Dc1394Scene {
  protected:
   void SetUp() override {
-    ModulesTest::SetUp();
-    work_.reset();
-    work_.emplace(open(*session_, kWork, {.body_max = rack::kCameraBytesMax + 64}));
-    scene("light", 100);
+    CameraTest::SetUp();
     // For programs of this test; the test itself does not call the library.
-    // NOLINTBEGIN(concurrency-mt-unsafe)
-    ::setenv("DC1394_STAND_IN", path_.c_str(), 1);
-    ::setenv("LD_LIBRARY_PATH", DC1394_STAND_IN_FOLDER, 1);
-    // NOLINTEND(concurrency-mt-unsafe)
+    ::setenv("LD_LIBRARY_PATH", DC1394_STAND_IN_FOLDER, 1);  // NOLINT(concurrency-mt-unsafe)
   }
   void TearDown() override { ::unsetenv("LD_LIBRARY_PATH"); }  // NOLINT(concurrency-mt-unsafe)
-
-  void scene(const std::string& name, int value) {
-    values_[name] = value;
-    std::ofstream file(path_ + ".new");
-    for (const auto& [one, number] : values_) file << one << " " << number << "\n";
-    file.close();
-    std::filesystem::rename(path_ + ".new", path_);
-  }
-  int state(const std::string& wanted) const {
-    std::ifstream file(path_ + ".state");
-    std::string name;
-    for (int value = 0; file >> name >> value;)
-      if (name == wanted) return value;
-    return -1;
-  }
 
   void start_small(std::vector<std::string> more = {}) {
     std::vector<std::string> arguments = {"--width=640", "--height=480", "--fps=30"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     start("CameraDcam", arguments);
   }
-  rack::CameraProxy camera() { return proxy<rack::CameraProxy>(kCamera); }
   std::string why_not_on() {
     const auto on = camera().on();
     return on ? "on" : on.error().message();
   }
-  CameraData next_picture() {
-    const auto picture = camera().get_next_data(kPatience);
-    EXPECT_TRUE(picture) << picture.error().message();
-    return picture ? *picture : CameraData{};
-  }
-  bool has_status(rack::Status wanted) {
-    const auto status = camera().status();
-    return status && *status == wanted;
-  }
   static int at(const CameraData& picture, std::size_t i) {
     return i < picture.image.size() ? std::to_integer<int>(picture.image[i]) : -1;
   }
-
-  TemporaryFolder folder_;
-  const std::string path_ = folder_.path() / "scene";
-  std::map<std::string, int> values_;
 };
 
 struct Mode {

@@ -1,15 +1,9 @@
 // CameraV4l and CameraJpeg as real programs with recordings: every mode of every format, SET_FORMAT
 // while they are on, cameras that are unplugged or send invalid pictures, stereo cameras.
-#include <fstream>
-
 #include <gmock/gmock.h>
 
-#include "components/devices/core/video_frame.h"
-#include "components/recordings/capture.h"
-#include "rack/proxies/camera.h"
 #include "tests/support/eventually.h"
-#include "tests/support/temporary_folder.h"
-#include "tests/system/modules_fixture.h"
+#include "tests/system/camera_fixture.h"
 
 namespace tims::test {
 namespace camera_drivers_test {
@@ -23,53 +17,9 @@ using rack::u16;
 using testing::HasSubstr;
 using Bytes = std::vector<std::byte>;
 
-constexpr std::uint32_t kCamera = 0x00150000;
-constexpr std::uint32_t kSecondCamera = 0x00150100;
 constexpr const char* kFrames = TIMS_TEST_DATA_DIR "/devices/camera/donkeycar-20.cap";
 
-class CameraDriversTest : public ModulesTest {
- protected:
-  void SetUp() override {
-    ModulesTest::SetUp();
-    work_.reset();
-    work_.emplace(open(*session_, kWork, {.body_max = rack::kCameraBytesMax + 64}));
-  }
-
-  // A recording that is composed record by record.
-  struct Recording {
-    std::string text = device::capture_header("v4l:/dev/video0", "2026-11-23T09:30:00Z");
-    Duration time{};
-
-    Recording& add(std::uint32_t id, std::span<const std::byte> bytes, Duration after = 50ms) {
-      device::append_record(text, time, device::Direction::kReceived, id, bytes);
-      time += after;
-      return *this;
-    }
-    Recording& head(const VideoHead& head) {
-      return add(video::kHead, device::bytes_of(head), Duration(0));
-    }
-  };
-  std::string play(const Recording& recording, const std::string& options) {
-    const std::string path = folder_.path() / "camera.cap";
-    std::ofstream(path) << recording.text;
-    return "--device=play:" + path + options;
-  }
-
-  rack::CameraProxy camera(std::uint32_t address = kCamera) {
-    return proxy<rack::CameraProxy>(address);
-  }
-  CameraData next_picture(std::uint32_t address = kCamera) {
-    const auto picture = camera(address).get_next_data(kPatience);
-    EXPECT_TRUE(picture) << picture.error().message();
-    return picture ? *picture : CameraData{};
-  }
-  bool has_status(rack::Status wanted) {
-    const auto status = camera().status();
-    return status && *status == wanted;
-  }
-
-  TemporaryFolder folder_;
-};
+class CameraDriversTest : public CameraTest {};
 
 // Left half dark, right half bright; `dark` and `bright` are the bytes of a pixel (or pair of
 // pixels).

@@ -8,11 +8,9 @@
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
 
-#include "rack/proxies/camera.h"
 #include "tests/support/eventually.h"
 #include "tests/support/mjpeg_server.h"
-#include "tests/support/temporary_folder.h"
-#include "tests/system/modules_fixture.h"
+#include "tests/system/camera_fixture.h"
 
 namespace tims::test {
 namespace camera_video_test {
@@ -21,8 +19,6 @@ namespace camera_mode = rack::camera_mode;
 using rack::CameraData;
 using testing::HasSubstr;
 using testing::Not;
-
-constexpr std::uint32_t kCamera = 0x00150000;
 
 // Of a program: what it has started.
 std::vector<pid_t> children_of(pid_t program) {
@@ -36,24 +32,8 @@ std::vector<pid_t> children_of(pid_t program) {
   return all;
 }
 
-class CameraVideoTest : public ModulesTest {
+class CameraVideoTest : public CameraTest {
  protected:
-  void SetUp() override {
-    ModulesTest::SetUp();
-    work_.reset();
-    work_.emplace(open(*session_, kWork, {.body_max = rack::kCameraBytesMax + 64}));
-  }
-
-  rack::CameraProxy camera() { return proxy<rack::CameraProxy>(kCamera); }
-  CameraData next_picture() {
-    const auto picture = camera().get_next_data(kPatience);
-    EXPECT_TRUE(picture) << picture.error().message();
-    return picture ? *picture : CameraData{};
-  }
-  bool has_status(rack::Status wanted) {
-    const auto status = camera().status();
-    return status && *status == wanted;
-  }
   ChildProcess& start_camera(const std::string& device, const std::string& mode,
                              std::vector<std::string> more = {}) {
     more.insert(more.end(), {"--device=" + device, "--mode=" + mode});
@@ -73,8 +53,6 @@ class CameraVideoTest : public ModulesTest {
     cv::imencode(".jpg", cv::Mat(48, 64, CV_8UC3, cv::Scalar(200, 60, 20)), bytes);
     return {bytes.begin(), bytes.end()};
   }
-
-  TemporaryFolder folder_;
 };
 
 TEST_F(CameraVideoTest, VideosBecomePicturesOfEveryMode) {

@@ -13,13 +13,12 @@
 #include "components/devices/io/transport.h"
 #include "components/recordings/capture.h"
 #include "os/clock.h"
-#include "rack/proxies/camera.h"
 #include "rack/proxies/chassis.h"
 #include "rack/proxies/joystick.h"
 #include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/uinput_stick.h"
-#include "tests/system/modules_fixture.h"
+#include "tests/system/camera_fixture.h"
 
 namespace tims::test {
 namespace devices_vm_test {
@@ -27,8 +26,6 @@ namespace devices_vm_test {
 namespace device = rack::device;
 
 constexpr std::uint32_t kJoystick = 0x00170000;
-constexpr std::uint32_t kCamera = 0x00150000;
-constexpr std::uint32_t kSecondCamera = 0x00150100;
 constexpr std::uint32_t kChassis = 0x00110000;
 
 class StickProgramTest : public ModulesTest {
@@ -162,29 +159,18 @@ TEST_F(BusProgramTest, ACandumpIsPlayedAtABus) {
 
 // --- the kernel's emulated camera (modprobe vivid)
 
-class VividProgramTest : public ModulesTest {
+class VividProgramTest : public CameraTest {
  protected:
   void SetUp() override {
     if (!std::filesystem::exists(kDriver + "/vivid.0"))
       GTEST_SKIP() << "no camera vivid: tools/dev vm-test";
     if (RACK_WITH_OPENCV == 0) GTEST_SKIP() << "built without pictures";
-    ModulesTest::SetUp();
-    work_.reset();
-    work_.emplace(open(*session_, kWork, {.body_max = rack::kCameraBytesMax + 64}));
+    CameraTest::SetUp();
   }
   void TearDown() override {
     if (!std::filesystem::exists(kDriver + "/vivid.0")) plug("bind");
   }
   static void plug(const std::string& how) { std::ofstream(kDriver + "/" + how) << "vivid.0"; }
-
-  rack::CameraProxy camera(std::uint32_t address = kCamera) {
-    return proxy<rack::CameraProxy>(address);
-  }
-  rack::CameraData next_picture() {
-    const auto picture = camera().get_next_data(kPatience);
-    EXPECT_TRUE(picture) << picture.error().message();
-    return picture ? *picture : rack::CameraData{};
-  }
 
   static inline const std::string kDriver = "/sys/bus/platform/drivers/vivid";
 };
@@ -228,12 +214,7 @@ TEST_F(VividProgramTest, UnpluggingIsReportedAndItContinuesWhenPluggedIn) {
   for (int i = 0; i < 2; ++i) {
     next_picture();
     plug("unbind");
-    EXPECT_TRUE(eventually(
-        [&] {
-          const auto status = camera().status();
-          return status && *status == rack::Status::kError;
-        },
-        "an error"));
+    EXPECT_TRUE(eventually([&] { return has_status(rack::Status::kError); }, "an error"));
     plug("bind");
     EXPECT_TRUE(eventually([&] { return camera().get_next_data(1s).ok(); }, "pictures again"));
   }

@@ -1,7 +1,5 @@
 // The transport at a stand-in behind the library's calls (tests/support/dc1394_stand_in.cpp).
 #include <chrono>
-#include <cstdlib>
-#include <fstream>
 #include <map>
 
 #include <dc1394/dc1394.h>
@@ -13,8 +11,8 @@
 #include "components/devices/io/device.h"
 #include "components/devices/io/transports.h"
 #include "os/clock.h"
+#include "tests/support/dc1394_scene.h"
 #include "tests/support/patience.h"
-#include "tests/support/temporary_folder.h"
 
 namespace rack::device {
 namespace dcam_test {
@@ -27,28 +25,8 @@ struct Frame {
   std::uint32_t id = 0;
 };
 
-class DcamTest : public testing::Test {
+class DcamTest : public testing::Test, protected tims::test::Dc1394Scene {
  protected:
-  DcamTest() {
-    scene("light", 100);
-    ::setenv("DC1394_STAND_IN", path_.c_str(), 1);  // NOLINT(concurrency-mt-unsafe)
-  }
-
-  void scene(const std::string& name, int value) {
-    values_[name] = value;
-    std::ofstream file(path_ + ".new");
-    for (const auto& [one, number] : values_) file << one << " " << number << "\n";
-    file.close();
-    std::filesystem::rename(path_ + ".new", path_);
-  }
-  int state(const std::string& wanted) const {
-    std::ifstream file(path_ + ".state");
-    std::string name;
-    for (int value = 0; file >> name >> value;)
-      if (name == wanted) return value;
-    return -1;
-  }
-
   static tims::Result<std::unique_ptr<Transport>> open(const std::string& text) {
     const auto address = DeviceAddress::parse(text);
     EXPECT_TRUE(address) << address.error().message();
@@ -79,9 +57,6 @@ class DcamTest : public testing::Test {
     return {};
   }
 
-  tims::test::TemporaryFolder folder_;
-  const std::string path_ = folder_.path() / "scene";
-  std::map<std::string, int> values_;
   std::optional<VideoHead> head_;
   std::map<std::uint32_t, VideoControl> controls_;
   std::vector<Frame> frames_;
