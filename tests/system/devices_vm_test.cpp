@@ -141,8 +141,9 @@ TEST_F(BusProgramTest, ACandumpIsPlayedAtABus) {
     std::ofstream file(log);
     constexpr std::array<const char*, 3> kIds = {"0B4", "025", "18FEF100"};
     for (int i = 0; i < kFrames; ++i)
-      file << "(1700000000." << 100000 + i * 1000 << ") can0 " << kIds.at(i % 3) << "#00"
-           << 1000 + i << (i % 2 == 0 ? "A5" : "") << '\n';
+      file << "(1700000000." << 100000 + i * 1000 << ") can0 "
+           << kIds.at(static_cast<std::size_t>(i % 3)) << "#00" << 1000 + i
+           << (i % 2 == 0 ? "A5" : "") << '\n';
   }
   const std::string bus = std::string("can:") + kInterface;
   auto recorder = timsctl({"record", bus, again, "-n", std::to_string(kFrames)});
