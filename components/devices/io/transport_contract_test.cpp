@@ -132,8 +132,8 @@ class TcpPeer final : public Peer {
     sockaddr_in any{};
     any.sin_family = AF_INET;
     any.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    ::bind(listener_.get(), reinterpret_cast<sockaddr*>(&any), sizeof any);
-    ::listen(listener_.get(), 1);
+    EXPECT_EQ(::bind(listener_.get(), reinterpret_cast<sockaddr*>(&any), sizeof any), 0);
+    EXPECT_EQ(::listen(listener_.get(), 1), 0);
   }
   std::string address() override {
     sockaddr_in own{};
@@ -318,6 +318,9 @@ TEST(UdpTest, DatagramsStayWholeAndOnlyThoseOfThePeerAreReceived) {
 }
 
 class PlaybackTest : public testing::Test {
+ public:
+  ~PlaybackTest() override { std::filesystem::remove(path_); }
+
  protected:
   std::unique_ptr<Transport> play(std::string_view content, const std::string& options = "") {
     std::ofstream(path_, std::ios::binary) << content;
@@ -325,7 +328,6 @@ class PlaybackTest : public testing::Test {
     EXPECT_TRUE(opened) << opened.error().message();
     return opened ? std::move(*opened) : nullptr;
   }
-  ~PlaybackTest() override { std::filesystem::remove(path_); }
 
   const std::string path_ = testing::TempDir() + "playback_" + std::to_string(::getpid());
   std::vector<Arrival> arrivals_;
