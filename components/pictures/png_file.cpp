@@ -35,6 +35,11 @@ Result<Bitmap> of_jpeg(std::span<const std::byte> jpeg) {
 }
 
 Result<Bitmap> of_pixels(const PixelView& view) {
+  const std::size_t needed =
+      std::size_t{view.size.width} * view.size.height * bytes_of(view.layout);
+  if (view.bytes.size() != needed)
+    return tims::Error(tims::Errc::kMalformed,
+                       "the picture has not as many bytes as its size needs");
   const auto form = [&]() -> std::pair<PixelLayout, int> {
     if (view.layout == PixelLayout::kGrey) return {PixelLayout::kGrey, CV_8UC1};
     if (view.layout == PixelLayout::kBig16) return {PixelLayout::kLittle16, CV_16UC1};

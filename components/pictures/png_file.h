@@ -28,8 +28,9 @@ struct LabelledBox {
 };
 
 // Pixels of 16 bits keep them, unless there are boxes: the picture then has colours, and shows them
-// from the darkest to the brightest. kMalformed: the picture is damaged, or has fewer bytes than
-// its size requires. kTooBig: its pixels need more than kPngPixelsMax bytes.
+// from the darkest to the brightest. kMalformed: the picture is damaged, or has not as many bytes
+// as its size requires; its lines are not padded. kTooBig: its pixels need more than kPngPixelsMax
+// bytes.
 tims::Result<std::vector<std::byte>> encode_png(const CameraPicture& picture,
                                                 std::span<const LabelledBox> boxes = {});
 

@@ -41,6 +41,7 @@ TEST(PngFile, HasThePixelsOfEachForm) {
 TEST(PngFile, RefusesASizeThatDoesNotFit) {
   const auto data = bytes<12>({});
   EXPECT_TRUE(encode_png({.pixels = {PixelLayout::kGrey, {12, 1}, data}}));
+  EXPECT_FALSE(encode_png({.pixels = {PixelLayout::kGrey, {11, 1}, data}}));
   EXPECT_FALSE(encode_png({.pixels = {PixelLayout::kGrey, {13, 1}, data}}));
   EXPECT_FALSE(encode_png({.pixels = {PixelLayout::kGrey, {0, 0}, {}}}));
   EXPECT_TRUE(encode_png({.pixels = {PixelLayout::kUyvy, {6, 1}, data}}));
