@@ -5,13 +5,10 @@
 #include <span>
 #include <string>
 
-#include <opencv2/core.hpp>
-#include <opencv2/imgcodecs.hpp>
-
 #include "components/devices/camera/picture.h"
 #include "components/pictures/grey_picture.h"
 #include "components/pictures/jpeg.h"
-#include "components/pictures/opencv_call.h"
+#include "components/pictures/png_file.h"
 
 namespace rack::camera_calibrate {
 namespace {
@@ -99,13 +96,13 @@ Result<GreyImage> grey_of(const CameraData& picture) {
 }
 
 Result<std::string> png_of(const GreyImage& image) {
-  const cv::Mat picture(image.height, image.width, CV_8U,
-                        const_cast<std::byte*>(image.pixels.data()));
-  std::vector<unsigned char> png;
-  auto done =
-      pictures::call_opencv("encoding a picture", [&] { cv::imencode(".png", picture, png); });
-  if (!done) return done.error();
-  return std::string(png.begin(), png.end());
+  const auto png =
+      pictures::encode_png({.pixels = {.layout = PixelLayout::kGrey,
+                                       .size = {static_cast<std::uint32_t>(image.width),
+                                                static_cast<std::uint32_t>(image.height)},
+                                       .bytes = image.pixels}});
+  if (!png) return png.error();
+  return std::string(reinterpret_cast<const char*>(png->data()), png->size());
 }
 
 }  // namespace rack::camera_calibrate
