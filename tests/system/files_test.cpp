@@ -1,9 +1,12 @@
 // Files that messages name: what clients over TCP can make components read and write, and what
 // programs of this host can.
 #include <algorithm>
+#include <cctype>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <set>
+#include <sstream>
 
 #include <gmock/gmock.h>
 #include <sys/stat.h>
@@ -191,6 +194,27 @@ TEST_F(FilesTest, TheFolderOfALogIsThatOfItsParameter) {
   ASSERT_TRUE(there.set_log(list_with(there, "c.dat")));
   ASSERT_TRUE(there.on());
   EXPECT_TRUE(eventually([&] { return fs::exists(logs + "/a_c.dat"); }, "the folder was made"));
+}
+
+// A new parameter with a text is a host_file(), or named here.
+TEST(HostFiles, EveryTextThatNamesAFileOrDeviceIsDeclaredSo) {
+  const std::set<std::string, std::less<>> others = {
+      "analogInputs", "cameraGuid", "family",  "inputs",  "ladarIp",      "lmsIp",
+      "mode",         "nodes",      "outputs", "scanner", "serialNumber", "stereoMethod"};
+  for (const auto& entry : fs::directory_iterator(TIMS_PROGRAMS)) {
+    const std::string program = entry.path().filename();
+    if (std::isupper(static_cast<unsigned char>(program.front())) == 0 && program != "gdos-log")
+      continue;
+    auto child = ChildProcess::start({entry.path(), "--help"});
+    ASSERT_TRUE(child) << child.error().message();
+    ASSERT_TRUE(child->wait());
+    std::istringstream help(child->standard_output());
+    for (std::string line; std::getline(help, line);) {
+      if (!line.ends_with("a text of at most 4095 bytes)")) continue;
+      const std::string name = line.substr(4, line.find(' ', 4) - 4);
+      EXPECT_TRUE(others.contains(name)) << program << ": " << line;
+    }
+  }
 }
 
 // --- every file that is read has a bound
