@@ -29,8 +29,8 @@ constexpr std::array<ParameterInfo, 8> kCommon = {
     at_start({"dataTaskPrio", 1, "real-time priority of the data task and of its messages; 1: none",
               0, 99}),
     at_start({"cpu", -1, "CPU of tasks with a real-time priority; -1: any", -1, 1023}),
-    at_start(
-        {"errorTimeout", -1, "delay of the retry after an error, ms; at least 10; -1: random, 2 to 4 s", -1}),
+    at_start({"errorTimeout", -1,
+              "delay of the retry after an error, ms; at least 10; -1: random, 2 to 4 s", -1}),
 };
 
 std::string plain(std::int32_t value) { return std::to_string(value); }
