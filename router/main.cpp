@@ -2,6 +2,7 @@
 #include <array>
 #include <cstdio>
 #include <cstring>
+#include <new>
 #include <span>
 #include <string>
 
@@ -390,6 +391,18 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   Time drain_deadline_ = kNever;  // set when shutdown begins
 };
 
+// The system refuses memory, because of a limit or because there is none. What was begun cannot be
+// completed without it; a sentence is better than the name of an exception. Called instead of
+// throwing it, in every thread.
+[[noreturn]] void end_without_memory() {
+  constexpr std::string_view kText =
+      "tims-router: the system refuses more memory: raise the limit of the process (ulimit -v, "
+      "ulimit -d; LimitAS, MemoryMax of its service), or lower tcp.queue_bytes and "
+      "message.bytes_max\n";
+  (void)!::write(STDERR_FILENO, kText.data(), kText.size());
+  ::_exit(kCannotStart);
+}
+
 int print(std::string_view text) {
   std::fwrite(text.data(), 1, text.size(), stdout);
   return std::fflush(stdout) == 0 ? 0 : kCannotStart;
@@ -428,6 +441,7 @@ int main(std::span<const char* const> argv) {
 }  // namespace tims
 
 int main(int count, char** argv) {
+  std::set_new_handler(tims::end_without_memory);
   return tims::main(
       {const_cast<const char* const*>(argv) + 1, static_cast<std::size_t>(count) - 1});
 }

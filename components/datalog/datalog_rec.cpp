@@ -3,10 +3,12 @@
 #include <array>
 #include <deque>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 
 #include "components/datalog/record_format.h"
+#include "components/files/file_folder.h"
 #include "components/files/log_file.h"
 #include "os/clock.h"
 #include "os/file.h"
@@ -21,6 +23,7 @@ namespace {
 
 constexpr std::uint32_t kSmall = 20 << 10;
 constexpr std::uint32_t kLarge = 1 << 20;
+constexpr std::size_t kListBytesMax = 1 << 20;
 constexpr auto kSilence = std::chrono::seconds(2);  // at least five periods
 constexpr auto kAskAgain = std::chrono::seconds(2);
 constexpr auto kIdle = std::chrono::milliseconds(200);
@@ -29,9 +32,11 @@ constexpr auto kLook = std::chrono::milliseconds(20);  // large messages are rec
 // The list is built at the start, and by INIT_LOG.
 constexpr std::array<ParameterInfo, 3> kParameters = {
     ParameterInfo{"binaryIo", 0, "1: write values of Io and points of Scan3d in binary form", 0, 1},
-    at_start({"logInfoFileName", "", "list of modules: address in hexadecimal, blank, file name"}),
-    at_start(
-        {"logPathName", "", "prefix of each file name, ends with a slash; at most 39 characters"}),
+    host_file(at_start(
+        {"logInfoFileName", "", "list of modules: address in hexadecimal, blank, file name"})),
+    host_file(at_start({"logPathName", "",
+                        "folder of the files, with a slash at its end, and the beginning of their "
+                        "names; at most 39 characters; empty: the folder of RACK_FILES"})),
 };
 
 constexpr ModuleInfo kInfo{
@@ -56,7 +61,7 @@ class Recorder {
   [[nodiscard]] tims::Address module() const { return proxy_.component(); }
   [[nodiscard]] std::chrono::milliseconds period() const { return period_; }
 
-  Result<void> create(const std::string& path);
+  Result<void> create(const FileFolder& folder, const std::string& name);
   // Turns the component on and subscribes.
   Result<void> subscribe(tims::Time now);
   void stop() { (void)proxy_.stop_cont_data(stream_); }
@@ -76,7 +81,8 @@ class Recorder {
   Proxy proxy_;
   tims::Address stream_;
   tims::AddressWidths widths_;
-  std::string base_;
+  std::optional<FileFolder> folder_;
+  std::string base_;  // name without its extension
   LogFile file_;
   std::chrono::milliseconds period_{};
   tims::Time last_received_{};
@@ -85,9 +91,21 @@ class Recorder {
   bool failing_ = false;  // the last message was not written
 };
 
-Result<void> Recorder::create(const std::string& path) {
-  base_ = base_of(path);
-  if (auto created = file_.create(path); !created) return created;
+// Begins a file of the recording.
+Result<LogFile> new_log(const FileFolder& folder, const std::string& name) {
+  auto created = folder.create(name);
+  if (!created) return created.error();
+  LogFile file;
+  file.begin(std::move(*created), folder.path_of(name));
+  return file;
+}
+
+Result<void> Recorder::create(const FileFolder& folder, const std::string& name) {
+  folder_ = folder;
+  base_ = base_of(name);
+  auto created = new_log(folder, name);
+  if (!created) return created.error();
+  file_ = std::move(*created);
   return file_.append(heading(*recorded_, info_->moduleMbx, widths_));
 }
 
@@ -122,10 +140,9 @@ Result<void> Recorder::write(const Record& record) {
   const auto beside = [&](std::string_view suffix, const std::string& content) -> Result<void> {
     if (suffix.empty()) return {};
     bytes += content.size();
-    LogFile file;
-    auto created =
-        file.create(base_ + "_" + std::to_string(info_->setsLogged + 1) + std::string(suffix));
-    return created ? file.append(content) : created;
+    auto file = new_log(*folder_,
+                        base_ + "_" + std::to_string(info_->setsLogged + 1) + std::string(suffix));
+    return file ? file->append(content) : file.error();
   };
   if (auto good = beside(record.suffix, record.file); !good) return good;
   if (auto good = beside(record.raw_suffix, record.raw); !good) return good;
@@ -162,7 +179,7 @@ class DatalogRec : public DataModule<DatalogData> {
     if (path.empty()) {
       list = built_in();
     } else {
-      const auto content = tims::os::read_file(path);
+      const auto content = tims::os::read_file(path, kListBytesMax);
       if (!content) return content.error();
       const auto read = read_list(*content, address_widths());
       if (!read) return tims::Error(read.error().code(), path + ", " + read.error().detail());
@@ -170,8 +187,57 @@ class DatalogRec : public DataModule<DatalogData> {
     }
     const std::lock_guard lock(list_mutex_);
     list_.logInfo.assign(list.begin(), list.end());
-    if (!list_.logPathName.assign(text("logPathName")))
+    log_path_ = text("logPathName");
+    if (!list_.logPathName.assign(log_path_))
       return refused("logPathName has more than 39 characters");
+    for (const DatalogLogInfo& info : list_.logInfo)
+      if (!is_plain_name(info.filename.view()))
+        return refused("\"" + std::string(info.filename.view()) +
+                       "\" is not the name of a file, without a path");
+    return {};
+  }
+
+  // --- names of files
+
+  // The folder and the beginning of the names of all files, as logPathName gives them.
+  struct Place {
+    FileFolder folder;
+    std::string beginning;
+  };
+  [[nodiscard]] Result<Place> place() const {
+    const std::string& path = log_path_;
+    if (path.empty()) {
+      auto folder = FileFolder::of_messages();
+      if (!folder) return folder.error();
+      return Place{*folder, ""};
+    }
+    const std::size_t slash = path.rfind('/');
+    if (slash == std::string::npos) return Place{FileFolder("."), path};
+    return Place{FileFolder(path.substr(0, slash + 1)), path.substr(slash + 1)};
+  }
+
+  // The name in the folder of place(). A list from a message may make the beginning of all names
+  // longer, but cannot leave the folder.
+  [[nodiscard]] Result<std::string> name_of(const DatalogData& list,
+                                            const DatalogLogInfo& info) const {
+    const auto where = place();
+    if (!where) return where.error();
+    const std::string& given = log_path_;
+    const std::string_view wanted = list.logPathName.view();
+    if (!wanted.starts_with(given))
+      return refused("logPathName = " + std::string(wanted) + ": must begin with " +
+                     (given.empty() ? "a plain name, in " + where->folder.path() : given) +
+                     "; the folder is changed by the recorder's parameter logPathName");
+    std::string name = where->beginning + std::string(wanted.substr(given.size())) +
+                       std::string(info.filename.view());
+    if (!is_plain_name(name))
+      return refused("\"" + name + "\" is not the name of a file in " + where->folder.path());
+    return name;
+  }
+
+  [[nodiscard]] Result<void> check_names(const DatalogData& list) const {
+    for (const DatalogLogInfo& info : list.logInfo)
+      if (const auto name = name_of(list, info); !name) return name.error();
     return {};
   }
 
@@ -204,6 +270,8 @@ class DatalogRec : public DataModule<DatalogData> {
   }
 
   Result<void> start_recorders() {
+    const auto where = place();
+    if (!where) return where.error();
     auto shortest = std::chrono::milliseconds(1000);
     for (DatalogLogInfo& info : list_.logInfo) {
       if (info.logEnable == 0) continue;
@@ -216,9 +284,9 @@ class DatalogRec : public DataModule<DatalogData> {
       info.setsLogged = 0;
       const OwnMailbox& stream = info.maxDataLen <= static_cast<i32>(kSmall) ? small_ : large_;
       Recorder& recorder = recorders_.emplace_back(info, *recorded, *work_, stream->address());
-      const std::string path =
-          std::string(list_.logPathName.view()) + std::string(info.filename.view());
-      if (auto created = recorder.create(path); !created) {
+      const auto name = name_of(list_, info);
+      if (!name) return name.error();
+      if (auto created = recorder.create(where->folder, *name); !created) {
         // A full disk may have room later; a missing folder is a permanent error.
         log().error("{}", created.error().message());
         if (created.error().code() != tims::Errc::kDiskFull) return created;
@@ -304,6 +372,7 @@ class DatalogRec : public DataModule<DatalogData> {
       const std::lock_guard lock(list_mutex_);
       if (wanted->logInfo.size() != list_.logInfo.size())
         return refused("the list has " + std::to_string(list_.logInfo.size()) + " modules");
+      if (auto good = check_names(*wanted); !good) return good;
       list_.logPathName = wanted->logPathName;
       for (std::size_t i = 0; i < list_.logInfo.size(); ++i) {
         DatalogLogInfo& info = list_.logInfo[i];
@@ -345,6 +414,7 @@ class DatalogRec : public DataModule<DatalogData> {
   bool first_ = true;
   PriorityMutex list_mutex_;  // protects the members below and the work mailbox
   DatalogData list_;
+  std::string log_path_;            // logPathName when the list was made
   std::deque<Recorder> recorders_;  // of the enabled components in the list, while on
 };
 

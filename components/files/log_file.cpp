@@ -2,33 +2,26 @@
 
 #include <algorithm>
 #include <array>
+#include <utility>
 
 #include <fcntl.h>
 #include <unistd.h>
+
+#include "components/files/new_file.h"
 
 namespace rack {
 namespace {
 
 constexpr off_t kBlock = 4096;
 
-// An exceeded quota or file size limit is reported as a full disk.
-tims::Error failed(const std::string& path) {
-  const bool full = errno == ENOSPC || errno == EDQUOT || errno == EFBIG;
-  const tims::Error error = tims::os::system_error(path);
-  return full ? tims::Error(tims::Errc::kDiskFull, error.detail()) : error;
-}
-
 }  // namespace
 
-tims::Error LogFile::error() const { return failed(path_); }
+tims::Error LogFile::error() const { return file_error(path_); }
 
-tims::Result<void> LogFile::create(const std::string& path) {
-  path_ = path;
+void LogFile::begin(tims::os::File file, std::string path) {
+  path_ = std::move(path);
   size_ = 0;
-  file_ = tims::os::File(
-      ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644));
-  if (!file_) return error();
-  return {};
+  file_ = std::move(file);
 }
 
 tims::Result<std::uint64_t> LogFile::open(const std::string& path) {
@@ -87,7 +80,7 @@ tims::Result<void> LogFile::sync() {
 
 tims::Result<void> sync_folder(const std::string& path) {
   const tims::os::File folder(::open(path.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (!folder || ::fsync(folder.get()) != 0) return failed(path);
+  if (!folder || ::fsync(folder.get()) != 0) return file_error(path);
   return {};
 }
 

@@ -15,8 +15,8 @@ class LogFile {
  public:
   LogFile() = default;
 
-  // Creates an empty file.
-  tims::Result<void> create(const std::string& path);
+  // Begins an empty file that the caller has created for appending.
+  void begin(tims::os::File file, std::string path);
   // Opens a file to append to it. Returns the number of bytes removed from an incomplete last line,
   // which a loss of power may leave.
   tims::Result<std::uint64_t> open(const std::string& path);

@@ -7,10 +7,20 @@
 #include <sys/resource.h>
 #include <sys/stat.h>
 
+#include "components/files/file_folder.h"
 #include "tests/support/temporary_folder.h"
 
 namespace rack {
 namespace log_file_test {
+
+// An empty file, which replaces an old one.
+LogFile new_log(const tims::test::TemporaryFolder& folder) {
+  LogFile file;
+  auto made = FileFolder(folder.path()).create("a.dat");
+  EXPECT_TRUE(made) << made.error().message();
+  file.begin(std::move(*made), folder.path() / "a.dat");
+  return file;
+}
 
 std::string content(const std::string& path) {
   return tims::os::read_file(path).value_or("unreadable");
@@ -19,12 +29,11 @@ std::string content(const std::string& path) {
 TEST(LogFile, GrowsByLines) {
   const tims::test::TemporaryFolder folder;
   const std::string path = folder.path() / "a.dat";
-  LogFile file;
-  ASSERT_TRUE(file.create(path).ok());
+  LogFile file = new_log(folder);
   EXPECT_TRUE(file.append("one\n").ok());
   EXPECT_TRUE(file.append("two\n").ok());
   EXPECT_EQ(content(path), "one\ntwo\n");
-  ASSERT_TRUE(file.create(path).ok());
+  file = new_log(folder);
   EXPECT_EQ(content(path), "") << "the file must be empty";
 }
 
@@ -52,14 +61,14 @@ TEST(LogFile, GoesOnBehindTheLastWholeLine) {
 
 TEST(LogFile, NoPlaceForAFile) {
   LogFile file;
-  const auto created = file.create("/no/such/folder/a.dat");
+  const auto created = file.open("/no/such/folder/a.dat");
   ASSERT_FALSE(created.ok());
   EXPECT_EQ(created.error(), tims::Errc::kSystem);
 }
 
 TEST(LogFile, ReportsThatTheDiskIsFull) {
   LogFile file;
-  ASSERT_TRUE(file.create("/dev/full").ok());
+  ASSERT_TRUE(file.open("/dev/full").ok());
   const auto appended = file.append("one\n");
   ASSERT_FALSE(appended.ok());
   EXPECT_EQ(appended.error(), tims::Errc::kDiskFull);
@@ -69,8 +78,7 @@ TEST(LogFile, ReportsThatTheDiskIsFull) {
 TEST(LogFile, NeverKeepsHalfALine) {
   const tims::test::TemporaryFolder folder;
   const std::string path = folder.path() / "a.dat";
-  LogFile file;
-  ASSERT_TRUE(file.create(path).ok());
+  LogFile file = new_log(folder);
   EXPECT_TRUE(file.append("one\n").ok());
   // A limit of the file size simulates a disk with four bytes left.
   (void)std::signal(SIGXFSZ, SIG_IGN);

@@ -24,8 +24,8 @@ constexpr std::array<ParameterInfo, 8> kParameters = {{
     // The sink itself is instance 0 of system 0.
     {"instance", 1, "instance id", 0, kIdMax},
     {"targetStatus", 1, "1: turn on at start", 0, 1},
-    {"directory", "",
-     "folder of the files; empty: /var/log/tims for root, else ~/.local/state/tims"},
+    host_file({"directory", "",
+               "folder of the files; empty: /var/log/tims for root, else ~/.local/state/tims"}),
     {"fileSize", 10240, "maximum size of a file, KiB", 1, 1 << 21},
     {"files", 10, "maximum number of files, including the current one", 1, 100000},
     {"age", 0, "maximum age of a file, days; 0: limited by `files` only", 0, 36500},

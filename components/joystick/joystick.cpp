@@ -17,7 +17,8 @@ namespace rack::joystick {
 namespace {
 
 constexpr std::array<ParameterInfo, 6> kParameters = {{
-    {"device", "/dev/input/js0", "joystick device, or a pipe of its events; -: the keyboard"},
+    host_file(
+        {"device", "/dev/input/js0", "joystick device, or a pipe of its events; -: the keyboard"}),
     {"axisX", 1, "axis of the device for backward and forward; -1: none", -1, 255},
     {"axisY", 0, "axis of the device for left and right; -1: none", -1, 255},
     {"axisZ", 2, "third axis of the device; -1: none", -1, 255},

@@ -30,13 +30,14 @@ constexpr i32 kLandmark = 1;
 constexpr std::size_t kFileMax = 64 << 20;
 
 constexpr std::array<ParameterInfo, 20> kParameters = {{
-    {"rddfFile", "",
-     "route file (RDDF of the DARPA Grand Challenge); empty: the route comes by SET_RDDF"},
+    host_file(
+        {"rddfFile", "",
+         "route file (RDDF of the DARPA Grand Challenge); empty: the route comes by SET_RDDF"}),
     partner("chassis", "the chassis", "the chassis, for its size and limits"),
     partner("position", "the position"),
     optional_partner("scan2d", "the scan", "the scan; -1: none, plans use the map only"),
     optional_partner("gridMap", "the grid map", "a grid map for planning; -1: none"),
-    {"mapFile", "", "floor plan for planning, a DXF text file"},
+    host_file({"mapFile", "", "floor plan for planning, a DXF text file"}),
     {"mapScaleFactor", 1000, "mm per unit of the plan; 0: as it states", 0, kMax},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},

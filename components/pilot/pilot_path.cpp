@@ -41,7 +41,7 @@ constexpr std::array<ParameterInfo, 11> kParameters = {{
     {"steeringRate", 0, "rate of steered wheels, deg/s; 0: no limit", 0, 3600},
     {"replanTime", 3000,
      "time to wait at an obstacle before another path is requested, ms; 0: never", 0, 3600000},
-    {"record", "", "file to record inputs and decisions to, for pilot-replay"},
+    host_file({"record", "", "file to record inputs and decisions to, for pilot-replay"}),
 }};
 
 constexpr ModuleInfo kInfo{

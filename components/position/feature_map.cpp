@@ -3,7 +3,7 @@
 #include <atomic>
 #include <mutex>
 
-#include "components/files/whole_file.h"
+#include "components/files/file_folder.h"
 #include "components/localisation/line_map.h"
 #include "components/position/map_file.h"
 #include "os/file.h"
@@ -11,6 +11,7 @@
 #include "rack/data_module.h"
 #include "rack/partner.h"
 #include "rack/proxies/position.h"
+#include "tims/origin.h"
 
 namespace rack::navigation {
 namespace {
@@ -18,7 +19,7 @@ namespace {
 using localisation::LineMap;
 
 constexpr std::array<ParameterInfo, 6> kParameters = {{
-    {"mapFile", "", "floor plan (DXF); empty: start with an empty map"},
+    host_file({"mapFile", "", "floor plan (DXF); empty: start with an empty map"}),
     {"mapScaleFactor", 1000, "mm per unit of a floor plan; 0: as the plan states", 0, 1e6},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
@@ -70,13 +71,14 @@ class FeatureMap : public DataModule<FeatureMapData> {
     switch (message.header.type) {
       case FeatureMapType::kLoadMap:
         return with<FileName>(message, [&](const FileName& file) {
-          auto loaded = load(std::string(file.view()));
-          if (loaded) set_parameter("mapFile", file.view());
+          const auto path = file_to_read(file.view(), tims::is_foreign(message.header));
+          if (!path) return Result<void>(path.error());
+          auto loaded = load(*path);
+          if (loaded) set_parameter("mapFile", *path);
           return loaded;
         });
       case FeatureMapType::kSaveMap:
-        return with<FileName>(message,
-                              [&](const FileName& file) { return save(std::string(file.view())); });
+        return with<FileName>(message, [&](const FileName& file) { return save(file.view()); });
       case FeatureMapType::kAddLine:
         return edit(message, [&](const auto& line) { return map_.add(line.feature); });
       case FeatureMapType::kDeleteLine:
@@ -122,7 +124,7 @@ class FeatureMap : public DataModule<FeatureMapData> {
   }
 
   Result<void> load(const std::string& path) {
-    const auto bytes = tims::os::read_file(path);
+    const auto bytes = tims::os::read_file(path, kPlanBytesMax);
     if (!bytes) return bytes.error();
     const auto plan = read_plan(path, *bytes, integer("mapScaleFactor"));
     if (!plan) return plan.error();
@@ -137,15 +139,17 @@ class FeatureMap : public DataModule<FeatureMapData> {
     return {};
   }
 
-  Result<void> save(const std::string& path) {
+  Result<void> save(std::string_view name) {
     std::string text;
     {
       const std::lock_guard lock(map_mutex_);
       const double scale = integer("mapScaleFactor");
       text = map_.to_dxf(placement(scale > 0 ? scale : unit_));
     }
-    if (auto written = write_file(path, text); !written) return written;
-    log().info("map saved as {}", path);
+    const auto folder = FileFolder::of_messages();
+    if (!folder) return folder.error();
+    if (auto written = folder->write(name, text); !written) return written;
+    log().info("map saved as {}", folder->path_of(name));
     return {};
   }
 

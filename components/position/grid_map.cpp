@@ -12,7 +12,7 @@ namespace rack::navigation {
 namespace {
 
 constexpr std::array<ParameterInfo, 7> kParameters = {{
-    {"mapFile", "", "floor plan (DXF) or map of ROS (.yaml)", 0, 0, true},
+    host_file({"mapFile", "", "floor plan (DXF) or map of ROS (.yaml)", 0, 0, true}),
     {"mapScaleFactor", 1000, "mm per unit of a floor plan; 0: as the plan states", 0, 1e6},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},

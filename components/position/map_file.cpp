@@ -11,6 +11,9 @@ namespace rack::navigation {
 
 namespace {
 
+constexpr std::size_t kDescriptionBytesMax = 1 << 20;
+constexpr std::size_t kImageBytesMax = 256 << 20;  // more than the largest map, uncompressed
+
 tims::Error in_file(const std::string& path, const tims::Error& error) {
   return {error.code(), path + ": " + error.detail()};
 }
@@ -28,13 +31,14 @@ tims::Result<LoadedMap> load_plan(const std::string& path, std::string_view text
 }  // namespace
 
 tims::Result<LoadedMap> load_map(const std::string& path, const PlanPlacement& placement) {
-  const auto text = tims::os::read_file(path);
+  const bool is_plan = !path.ends_with(".yaml") && !path.ends_with(".yml");
+  const auto text = tims::os::read_file(path, is_plan ? kPlanBytesMax : kDescriptionBytesMax);
   if (!text) return text.error();
-  if (!path.ends_with(".yaml") && !path.ends_with(".yml")) return load_plan(path, *text, placement);
+  if (is_plan) return load_plan(path, *text, placement);
   const auto info = localisation::read_ros_yaml(*text);
   if (!info) return in_file(path, info.error());
   const std::string image = std::filesystem::path(path).parent_path() / info->image;
-  const auto picture = tims::os::read_file(image);
+  const auto picture = tims::os::read_file(image, kImageBytesMax);
   if (!picture) return picture.error();
   const auto cells = read_map_picture(*picture);
   if (!cells) return in_file(image, cells.error());

@@ -2,6 +2,7 @@
 // folder).
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -10,6 +11,8 @@
 #include "tims/result.h"
 
 namespace rack::navigation {
+
+inline constexpr std::size_t kPlanBytesMax = 64 << 20;  // a floor plan in DXF
 
 // Conversion of a floor plan: x = (plan y - offset_x) * scale, y = (plan x - offset_y) * scale.
 struct PlanPlacement {

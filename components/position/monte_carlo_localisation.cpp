@@ -7,12 +7,14 @@
 #include <optional>
 #include <utility>
 
+#include "components/files/file_folder.h"
 #include "components/localisation/mcl_messages.h"
 #include "components/localisation/update_watch.h"
 #include "components/position/map_file.h"
 #include "rack/data_module.h"
 #include "rack/input.h"
 #include "rack/proxies/odometry.h"
+#include "tims/origin.h"
 
 namespace rack::navigation {
 namespace {
@@ -27,7 +29,8 @@ constexpr std::array<ParameterInfo, 21> kParameters = {{
     partner("odometry", "the odometry"),
     optional_partner("position", "the position", "the position to update; -1: none"),
     {"period", 1000, "period of the data and of updates of the position, ms", 1, 60000},
-    {"mapFile", "", "floor plan (DXF) or map of ROS (.yaml); empty: the map comes by LOAD_MAP"},
+    host_file({"mapFile", "",
+               "floor plan (DXF) or map of ROS (.yaml); empty: the map comes by LOAD_MAP"}),
     {"mapScaleFactor", 1000, "mm per unit of a floor plan; 0: as the plan states", 0, 1e6},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
@@ -234,8 +237,10 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     if (message.header.type != MclType::kLoadMap) return DataModule::module_command(message);
     const auto file = decode<FileName>(message);
     if (!file) return file.error();
-    auto taken = take_map(std::string(file->view()), true);
-    if (taken) set_parameter("mapFile", file->view());
+    const auto path = file_to_read(file->view(), tims::is_foreign(message.header));
+    if (!path) return path.error();
+    auto taken = take_map(*path, true);
+    if (taken) set_parameter("mapFile", *path);
     return answered(message, taken);
   }
 

@@ -31,6 +31,7 @@
 #include "rack/clock.h"
 #include "rack/proxies/catalogue.h"
 #include "tims/mailbox.h"
+#include "tims/origin.h"
 #include "tims/session.h"
 
 namespace rack {
@@ -557,7 +558,7 @@ void Module::Runtime::set_parameters(const tims::MessageView& message) {
     std::string value;
     {
       const std::lock_guard lock(mutex_);
-      set = parameters_.set(record);
+      set = parameters_.set(record, tims::is_foreign(message.header));
       if (set) log_.set_threshold(gdos::level_of_parameter(parameters_.integer("gdosLevel")));
       if (set && *set) value = parameters_.as_text(record.name.view());
     }

@@ -19,7 +19,7 @@ using perception::ObjectRecogniser;
 constexpr std::array<ParameterInfo, 14> kParameters = {{
     required_partner("scan2d", "the scan"),
     optional_partner("position", "the position", "the position; -1: refPos of the scan"),
-    {"mapFile", "", "map of static obstacles: floor plan (DXF) or map of ROS (.yaml)"},
+    host_file({"mapFile", "", "map of static obstacles: floor plan (DXF) or map of ROS (.yaml)"}),
     {"mapScaleFactor", 1000, "mm per unit of a floor plan; 0: as the plan states", 0, 1e6},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},

@@ -2,10 +2,10 @@
 // and to a file (STORE_DATA).
 #pragma once
 
-#include <fstream>
 #include <mutex>
 #include <string>
 
+#include "components/files/whole_file.h"
 #include "components/scan3d/range_image.h"
 #include "rack/data_module.h"
 #include "rack/proxies/scan3d.h"
@@ -13,8 +13,8 @@
 
 namespace rack {
 
-inline constexpr ParameterInfo kStorePath{
-    "storePath", "", "path prefix for STORE_DATA, completed by a number and .3d (text)"};
+inline constexpr ParameterInfo kStorePath = host_file(
+    {"storePath", "", "path prefix for STORE_DATA, completed by a number and .3d (text)"});
 
 // `Base` is a DataModule<Scan3dData> with the parameter kStorePath. The commands come from users,
 // so they may allocate.
@@ -48,11 +48,7 @@ class Scan3dCommands : public Base {
     const std::string path = this->text("storePath");
     if (path.empty()) return this->refused("storePath is empty; set it to a path prefix");
     const std::string name = path + "_" + std::to_string(++stored_) + ".3d";
-    std::ofstream file(name);
-    file << scan3d::point_lines(scan);
-    file.close();
-    if (!file) return tims::Error(tims::Errc::kSystem, "cannot write " + name);
-    return {};
+    return write_file(name, scan3d::point_lines(scan));
   }
 
   int stored_ = 0;

@@ -17,8 +17,9 @@ constexpr int kIcePoint = 273150;  // mK
 
 // Each parameter is a command line option, can be changed by SET_PARAM, and has a line in --help.
 constexpr std::array<rack::ParameterInfo, 4> kParameters = {{
-    {"sensor", "",
-     "file with the temperature in 1/1000 degrees Celsius, as from hwmon; empty: simulated"},
+    rack::host_file(
+        {"sensor", "",
+         "file with the temperature in 1/1000 degrees Celsius, as from hwmon; empty: simulated"}),
     {"period", 100, "period of the data, ms", 10, 60000},
     {"smoothing", 4, "number of samples to average", 1, 16},
     {"limit", 353150, "limit for tooHot, mK", 0, 2e6},

@@ -24,7 +24,7 @@ inline constexpr std::array<ParameterInfo, kMapScannerParameters> kMapScanner = 
      .system_help = "the odometry"},
     {"maxRange", 10000, "maximum range, mm", 1, 1e6},
     {"angleRes", 1, "angle between two rays, deg", 1, 360},
-    {"mapFile", "", "floor plan, a DXF text file", 0, 0, true},
+    host_file({"mapFile", "", "floor plan, a DXF text file", 0, 0, true}),
     {"mapScaleFactor", 1000, "mm per unit of the plan; 0: as it states", 0, 1e6},
     {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
     {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},

@@ -32,8 +32,11 @@ using world::Truth;
 
 constexpr std::string_view kBase = "base";  // name of the robot's own line, next to its sensors
 
+constexpr std::size_t kWorldBytesMax = 4 << 20;
+constexpr std::size_t kDrawingBytesMax = 64 << 20;
+
 constexpr std::array<ParameterInfo, 3> kParameters = {{
-    {"file", "", "file of the world (TOML)"},
+    host_file({"file", "", "file of the world (TOML)"}),
     {"period", 50, "period of the published truth, ms", 5, 60000},
     {"seed", 0, "seed of noise, slip and people; 0: the seed in the file", 0, 2e9},
 }};
@@ -151,11 +154,12 @@ class World : public DataModule<WorldData> {
   Result<world::WorldDescription> read_description() {
     const std::filesystem::path path = text("file");
     if (path.empty()) return refused("no world: give its file with --file");
-    auto content = tims::os::read_file(path);
+    auto content = tims::os::read_file(path, kWorldBytesMax);
     if (!content) return content.error();
-    auto file = world::read_world(
-        {path.string(), std::move(*content)},
-        [&](const std::string& name) { return tims::os::read_file(path.parent_path() / name); });
+    auto file =
+        world::read_world({path.string(), std::move(*content)}, [&](const std::string& name) {
+          return tims::os::read_file(path.parent_path() / name, kDrawingBytesMax);
+        });
     for (std::size_t i = 0; i + 1 < file.problems.size(); ++i)
       log().error("{}", file.problems[i].to_string());
     if (!file.problems.empty()) return refused(file.problems.back().to_string());

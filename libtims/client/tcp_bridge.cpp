@@ -11,6 +11,7 @@
 
 #include "os/socket.h"
 #include "os/wakeup.h"
+#include "tims/origin.h"
 #include "wire/header.h"
 #include "wire/tcp_protocol.h"
 
@@ -114,7 +115,7 @@ void TcpBridge::deliver(const Header& header, std::span<const std::byte> body) {
   const auto found = mailboxes_.find(header.dest);
   if (found == mailboxes_.end()) return;  // closed a moment ago
   std::array<std::byte, kHeaderSize> bytes;
-  wire::encode_header(header, bytes);
+  wire::encode_header(marked_foreign(header, true), bytes);
   (void)memory_.deliver(found->second, bytes, body, header.priority);
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tims.h"
+#include "tims/origin.h"
 #include "tims/session.h"
 
 using tims::Address;
@@ -38,6 +39,7 @@ static_assert(TIMS_STREAM == tims::flag::kStream);
 static_assert(TIMS_TRACE == tims::flag::kTrace);
 static_assert(TIMS_REPORT_IF_GONE == tims::flag::kReportIfGone);
 static_assert(TIMS_REPORT_REASON == tims::flag::kReportReason);
+static_assert(TIMS_FOREIGN == tims::flag::kForeign);
 static_assert(TIMS_EVENT_WAITING == static_cast<int>(Kind::kWaiting));
 static_assert(TIMS_EVENT_CONNECTED == static_cast<int>(Kind::kConnected));
 static_assert(TIMS_EVENT_LOST == static_cast<int>(Kind::kLost));

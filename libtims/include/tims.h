@@ -152,6 +152,7 @@ typedef struct tims_loaned tims_loaned; /* a slot in a receiver's mailbox, to bu
 #define TIMS_REPORT_IF_GONE                                                                       \
   0x40                          /* answer NOT_AVAILABLE when dest does not exist, as for commands \
                                  */
+#define TIMS_FOREIGN 0x04       /* set by the router: over TCP, WebSocket, or from another host */
 #define TIMS_REPORT_REASON 0x80 /* a receiver that refuses the command adds the reason to ERROR */
 
 /* In native byte order. */

@@ -1,11 +1,29 @@
 #include "os/file.h"
 
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
+
 namespace tims::os {
+namespace {
+
+// A device other than a terminal and /dev/null: /dev/zero would fill the memory up to the limit,
+// and a disk is not the file that somebody wants to read.
+bool is_endless(int file) {
+  const dev_t null = makedev(1, 3);
+  struct stat status {};
+  if (::fstat(file, &status) != 0) return false;
+  if (S_ISBLK(status.st_mode)) return true;
+  return S_ISCHR(status.st_mode) && status.st_rdev != null && ::isatty(file) == 0;
+}
+
+}  // namespace
 
 Result<std::string> read_file(const std::string& path, std::size_t bytes_max) {
   constexpr std::size_t kMiB = 1 << 20;
   const File file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file) return system_error(path);
+  if (is_endless(file.get()))
+    return Error(Errc::kInvalidArgument, path + ": is a device, not a file");
   std::string content;
   std::array<char, 64 << 10> piece{};
   while (const ssize_t size = ::read(file.get(), piece.data(), piece.size())) {

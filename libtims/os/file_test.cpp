@@ -37,6 +37,16 @@ TEST(ReadFile, ErrorsNameTheFileAndTheReason) {
   EXPECT_EQ(folder.error().detail(), "/proc: Is a directory");
 }
 
+// /dev/zero would be read until the limit, a disk for hours.
+TEST(ReadFile, DevicesAreRefused) {
+  for (const std::string path : {"/dev/zero", "/dev/urandom", "/dev/full"}) {
+    const auto content = read_file(path);
+    ASSERT_FALSE(content) << path;
+    EXPECT_EQ(content.error().detail(), path + ": is a device, not a file");
+  }
+  EXPECT_EQ(read_file("/dev/null").value(), "") << "the usual name of an empty file";
+}
+
 TEST(ReadFile, AFileMayBeAsLargeAsTheLimit) {
   const test::TemporaryFolder folder;
   const std::string path = folder.path() / "a";

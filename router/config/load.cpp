@@ -423,6 +423,9 @@ std::string Problem::to_string() const {
   return fmt::format("{}:{}: {}", at.to_string(), at.column, text);
 }
 
+// A list of thousands of routers has less.
+constexpr std::size_t kFileBytesMax = 4 << 20;
+
 Result<std::vector<File>> read_files(const std::string& path) {
   std::vector<fs::path> paths;
   fs::path folder = path;
@@ -437,7 +440,7 @@ Result<std::vector<File>> read_files(const std::string& path) {
   }
   std::vector<File> files;
   for (const fs::path& each : paths) {
-    auto text = os::read_file(each);
+    auto text = os::read_file(each, kFileBytesMax);
     if (!text) return unreadable(text.error().detail());
     files.push_back({.name = each.string(), .text = std::move(*text)});
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "tims/origin.h"
 #include "wire/header.h"
 #include "wire/tcp_protocol.h"
 
@@ -23,6 +24,11 @@ bool is_unroutable(Outcome outcome) {
 bool wants_notification(const Client& sender, const Header& header) {
   const bool asks = (header.flags & flag::kReportIfGone) != 0;
   return header.type > 0 || (asks && sender.info.port != PortKind::kTcp);
+}
+
+// Programs of this host use the local port; the router itself has no client.
+bool is_foreign(const Client* sender) {
+  return sender != nullptr && sender->info.port != PortKind::kLocal;
 }
 
 EventKind kind_of(Registration::Status status) {
@@ -288,6 +294,8 @@ Outcome Router::forward(Time now, Client* from, Message& message) {
   if ((message.header.flags & flag::kTrace) != 0 && from != nullptr && !original)
     hooks_.traced(from->id, on.to->id, message);
   if (original != to_original) message.header.flags &= static_cast<std::uint8_t>(~kOwnFlags);
+  if (on.to->info.port == PortKind::kLocal)
+    message.header = marked_foreign(message.header, is_foreign(from));
   if (on.to->info.port == PortKind::kLink && message.hops >= kHopsMax)
     return stop_loop(now, from, *on.to, message);
   return hand_over(now, receiver_of(*on.to, on.handle), *on.to, message);

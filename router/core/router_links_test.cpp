@@ -5,6 +5,7 @@
 #include <gmock/gmock.h>
 
 #include "router/core/router_fixture.h"
+#include "tims/origin.h"
 
 namespace tims::core::test {
 namespace router_links_test {
@@ -49,6 +50,16 @@ TEST_F(RouterLinksTest, WhatALinkAnnouncesGoesThereAndGoesWithIt) {
   EXPECT_EQ(owner(kLadar.raw()), kNoClient);
   EXPECT_EQ(router_.exported(kLadar), std::nullopt);
   EXPECT_EQ(events(EventKind::kLinkDown), 1U);
+}
+
+// A program of another host is no program of this one, whatever that router has sent.
+TEST_F(RouterLinksTest, MessagesOfOtherHostsAreMarked) {
+  const ClientId sub = link(LinkKind::kSub, 1, "robot1");
+  ASSERT_TRUE(router_.learn(now_, sub, kLadar, kRobot));
+  router_.register_mailbox(now_, connect(PortKind::kLocal), kPilot);
+  send(sub, {.flags = flag::kNativeOrder, .type = 10, .dest = kPilot, .src = kLadar});
+  ASSERT_EQ(sink_.delivered.size(), 1U);
+  EXPECT_TRUE(is_foreign(sink_.delivered[0].header));
 }
 
 TEST_F(RouterLinksTest, RoutersBehindALinkThatGoesAreMissing) {

@@ -1,6 +1,7 @@
 #include "router/core/router.h"
 
 #include "router/core/router_fixture.h"
+#include "tims/origin.h"
 
 namespace tims::core::test {
 namespace router_test {
@@ -220,6 +221,28 @@ TEST_F(RouterTest, OurOwnFlagsDoNotReachTcpClientsFromLocalPrograms) {
   EXPECT_EQ(sink_.delivered[0].header.flags, flag::kNativeOrder);
   EXPECT_EQ(sink_.delivered[1].header.flags, flags);
   EXPECT_EQ(sink_.delivered[2].header.flags, flags);
+}
+
+// The mark is set for messages to this host only, and not taken from the sender.
+TEST_F(RouterTest, MessagesToThisHostShowWhetherTheyComeFromIt) {
+  const ClientId here = connect(PortKind::kLocal);
+  router_.register_mailbox(now_, here, kPilot);
+  const auto arrives = [&](PortKind port, std::uint8_t flags) {
+    const ClientId sender = connect(port);
+    router_.register_mailbox(now_, sender, kLaser);
+    send(sender, {.flags = flags, .type = 10, .dest = kPilot, .src = kLaser});
+    router_.disconnect(now_, sender, CloseReason::kPeerClosed);
+    const auto& last = sink_.delivered.back();
+    EXPECT_EQ(Bytes(last.bytes.begin(), last.bytes.begin() + 1).front(),
+              static_cast<std::byte>(last.header.flags));
+    return is_foreign(last.header);
+  };
+  const std::uint8_t claims = flag::kNativeOrder | flag::kForeign;
+  for (const std::uint8_t flags : {flag::kNativeOrder, claims}) {
+    EXPECT_TRUE(arrives(PortKind::kTcp, flags));
+    EXPECT_TRUE(arrives(PortKind::kWebSocket, flags));
+    EXPECT_FALSE(arrives(PortKind::kLocal, flags));
+  }
 }
 
 TEST_F(RouterTest, AProducerThatAsksLearnsThatItsListenerIsGone) {

@@ -14,6 +14,7 @@
 #include "tests/support/eventually.h"
 #include "tests/system/local_fixture.h"
 #include "tims/address.h"
+#include "tims/origin.h"
 
 namespace tims::test {
 namespace session_contract_test {
@@ -66,7 +67,8 @@ TEST_P(SessionContract, HeadersArriveAsTheyWereSentAndRepliesGoBack) {
                         .dest = server.address(),
                         .src = client.address(),
                         .length = kHeaderSize + 3};
-  EXPECT_EQ(request->header(), expected);
+  EXPECT_EQ(marked_foreign(request->header(), false), expected);
+  EXPECT_EQ(is_foreign(request->header()), GetParam() == Transport::kTcp);
   EXPECT_EQ(text_of(request->body()), "ask");
   ASSERT_TRUE(server.reply(request->header(), type::kData, bytes_of("data")));
   const auto reply = client.peek_for(kPatience);

@@ -2,7 +2,10 @@
 #include "rack/proxies/datalog.h"
 
 #include <algorithm>
+#include <csignal>
 #include <fstream>
+
+#include <sys/resource.h>
 
 #include "tests/support/eventually.h"
 #include "tests/support/temporary_folder.h"
@@ -85,8 +88,13 @@ TEST_F(DatalogTest, TheListIsChangedWhileItRecords) {
 }
 
 TEST_F(DatalogTest, AFullDiskIsReportedAndDoesNotStopTheRecorder) {
-  auto& recorder = record("/dev/", "full");
-  EXPECT_TRUE(recorder.wait_for_line("No space left on device"));
+  // A limit of the file size simulates it.
+  (void)std::signal(SIGXFSZ, SIG_IGN);
+  const TemporaryFolder folder;
+  auto& recorder = record(folder.path().string() + "/", "c.dat");
+  const rlimit small{.rlim_cur = 1000, .rlim_max = 1000};
+  ASSERT_EQ(::prlimit(recorder.pid(), RLIMIT_FSIZE, &small, nullptr), 0);
+  EXPECT_TRUE(recorder.wait_for_line("c.dat: File too large"));
   const auto status = proxy<rack::DatalogProxy>(kDatalog).status();
   ASSERT_TRUE(status);
   EXPECT_EQ(*status, rack::Status::kEnabled);

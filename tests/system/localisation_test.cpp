@@ -137,7 +137,8 @@ class MapsTest : public RobotTest {};
 
 TEST_F(MapsTest, LinesAreEditedAndSaved) {
   const TemporaryFolder folder;
-  const std::string saved = folder.path() / "saved.dxf";
+  ::setenv("RACK_FILES", folder.path().c_str(), 1);
+  const std::string saved = "saved.dxf";
   start("FeatureMap", {"--mapFile", FLOOR_PLAN, "--period", "50"});
   auto map = proxy<rack::FeatureMapProxy>("FeatureMap(0/0)");
   ASSERT_TRUE(turned_on("FeatureMap(0/0)"));
@@ -159,7 +160,7 @@ TEST_F(MapsTest, LinesAreEditedAndSaved) {
   ASSERT_TRUE(has(count));
   EXPECT_EQ(map.get_data()->features.back().x, 5);
   ASSERT_TRUE(map.save_map(saved).ok());
-  EXPECT_FALSE(map.save_map("/nowhere/map.dxf").ok());
+  EXPECT_FALSE(map.save_map("/tmp/map.dxf").ok());
 
   rack::FeatureMapLayerData layers;
   layers.layers = {7};

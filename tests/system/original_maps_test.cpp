@@ -33,6 +33,7 @@ class OriginalMapsTest : public RobotTest {
  protected:
   void SetUp() override {
     RobotTest::SetUp();
+    ::setenv("RACK_FILES", folder_.path().c_str(), 1);
     gui_.emplace(router_.tcp());
   }
   Window open_window(std::uint32_t component) { return gui_->open_window(component); }
@@ -230,7 +231,7 @@ TEST_F(OriginalMapsTest, LinesAreAddedDisplacedDeletedAndSavedByClicks) {
   EXPECT_EQ(window.answer_to(Type::kDeleteLine, feature({}, 0, marked + 2)), type::kError);
   EXPECT_EQ(window.answer_to(Type::kDeleteLine, feature({}, 0, marked)), type::kOk);
   ASSERT_TRUE(has(count));
-  const std::string file = folder_.path() / "mapFile";
+  const std::string file = "mapFile";
   const Body name = Body().add(static_cast<i32>(file.size())).text(file);
   EXPECT_EQ(window.answer_to(Type::kSaveMap, name), type::kOk);
   EXPECT_EQ(window.answer_to(Type::kLoadMap, name), type::kOk);

@@ -84,6 +84,27 @@ TEST_F(RouterProgramTest, ASecondRouterReportsWhereTheFirstListens) {
   EXPECT_TRUE(contains(third.output, "--set unix.path=...")) << third.output;
 }
 
+// Wherever memory ends, the router reports it, or runs.
+TEST(RouterProgram, ReportsThatTheSystemRefusesMemory) {
+  if constexpr (kSlowdown > 1) GTEST_SKIP() << "sanitizers need terabytes of addresses";
+  const TemporaryFolder folder;
+  int refusals = 0;
+  for (int megabytes = 60; megabytes <= 200; megabytes += 10) {
+    auto child = ChildProcess::start(
+        {"/bin/sh", "-c",
+         "ulimit -v " + std::to_string(megabytes * 1024) + "; exec " + TIMS_ROUTER_PROGRAM +
+             " --set http.listen=off --set tcp.listen=off --set unix.path=" +
+             (folder.path() / "router.sock").string()});
+    ASSERT_TRUE(child);
+    if (child->wait_for_line("listening")) continue;
+    const auto status = child->wait();
+    ASSERT_TRUE(status) << status.error().message();
+    EXPECT_EQ(status->signal, 0) << megabytes << " MB: " << child->output();
+    refusals += contains(child->output(), "the system refuses more memory") ? 1 : 0;
+  }
+  EXPECT_GT(refusals, 0);
+}
+
 // The value of "VmLck" etc. in /proc/PID/status.
 std::string status_of(pid_t pid, const std::string& key) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/status");

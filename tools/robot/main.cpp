@@ -25,10 +25,12 @@ constexpr std::size_t kFileMax = 60'000;  // with its terminator it fits into a 
 // Reads to the end, or to a zero byte: then the writer keeps stdin open as long as the robot shall
 // run.
 std::string read_text(std::istream& file, const std::string& name) {
-  std::string text;
-  if (!std::getline(file, text, '\0'))
+  std::string text(kFileMax + 2, '\0');
+  file.getline(text.data(), std::ssize(text), '\0');
+  if (file.gcount() == 0)
     throw Failure(Exit::kNoSuch, "no_such_file", fmt::format("cannot read {}", name),
                   "see deploy/robots/sim.toml for an example");
+  text.resize(text.find('\0'));
   if (text.size() > kFileMax)
     throw Failure(Exit::kNo, "bad_robot", fmt::format("{}: larger than {} bytes", name, kFileMax));
   return text;

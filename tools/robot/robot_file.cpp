@@ -61,10 +61,13 @@ class RobotReader {
         root, "a robot",
         {{"name", [&](const Node& n) { name(n, robot_.name); }},
          {"system", [&](const Node& n) { reader_.number(n, 0, kIdMax, robot_.system); }},
+         {"files", [&](const Node& n) { files(n); }},
          {"restart", [&](const Node& n) { restart(n, restart_); }},
          {"host", [&](const Node& n) { reader_.named_tables(n, [&](const Node& h) { host(h); }); }},
          {"component", [&](const Node& n) { components_ = &n; }}});
     if (system_) robot_.system = *system_;
+    robot_.files = base::filled_in(robot_.files,
+                                   base::Placeholders{{"system", std::to_string(robot_.system)}});
     if (components_ != nullptr) read_components(*components_);
     if (robot_.components.empty() && reader_.problems().empty())
       reader_.add({{.file = file, .line = 1, .column = 1},
@@ -81,6 +84,12 @@ class RobotReader {
     if (reader_.text(node, out) && !is_name(out))
       reader_.refuse(node, fmt::format("\"{}\" is not a name: at most {} letters, digits, - and _",
                                        out, kNameMax));
+  }
+
+  void files(const Node& node) {
+    if (!reader_.text(node, robot_.files)) return;
+    check_placeholders(node, robot_.files);
+    if (robot_.files.empty()) reader_.refuse(node, "files requires the path of a folder");
   }
 
   void restart(const Node& node, Restart& out) {

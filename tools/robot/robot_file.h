@@ -38,6 +38,7 @@ struct Host {
 struct Robot {
   std::string name;
   std::int64_t system = 0;
+  std::string files;  // folder of files that messages name; empty: the default of the components
   std::vector<Host> hosts;
   std::vector<Component> components;
 };

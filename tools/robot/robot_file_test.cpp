@@ -76,6 +76,15 @@ router = "unix:/run/tims/arm.sock"
   EXPECT_EQ(file.robot.components.at(0).restart, Restart::kAlways);
 }
 
+TEST(RobotFile, TheFolderOfFilesThatMessagesName) {
+  const std::string component = "[[component]]\nprogram = \"A\"\n";
+  EXPECT_EQ(read(component).robot.files, "");
+  EXPECT_EQ(read("files = \"maps\"\n" + component).robot.files, "maps");
+  EXPECT_EQ(read("files = \"/srv/{system}\"\nsystem = 3\n" + component).robot.files, "/srv/3");
+  EXPECT_THAT(problems("files = \"\"\n" + component), HasSubstr("files requires the path"));
+  EXPECT_THAT(problems("files = \"{sytem}\"\n" + component), HasSubstr("unknown placeholder"));
+}
+
 TEST(RobotFile, EveryProblemHasItsPlaceAndSaysWhatToDo) {
   EXPECT_THAT(problems("[[component]]\nprogramm = \"A\""),
               HasSubstr("r.toml:2:1: unknown key of [[component]] \"programm\"; did you mean "

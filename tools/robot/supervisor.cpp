@@ -109,7 +109,7 @@ Supervisor::Supervisor(Context& context, const Robot& robot, const Deployment& d
       status_(robots().folder_of(key_) + "/status.sock"),
       manager_(tims::os::ServiceManager::of_environment()) {
   for (std::size_t i = 0; i < robot.components.size(); ++i)
-    if (robot.components[i].host == deployment.host) add(robot.components[i], i, deployment);
+    if (robot.components[i].host == deployment.host) add(robot, i, deployment);
   if (deployment.host.empty())
     for (const Host& host : robot.hosts) add(host, robot, deployment);
 }
@@ -124,12 +124,16 @@ Supervisor::~Supervisor() {
   control_.end({{"schema", "tims/robot_done/1"}, {"done", true}});
 }
 
-void Supervisor::add(const Component& component, std::size_t number, const Deployment& deployment) {
+void Supervisor::add(const Robot& robot, std::size_t number, const Deployment& deployment) {
+  const Component& component = robot.components[number];
+  std::vector<std::string> environment{"TIMS_ROUTER=" + deployment.router,
+                                       "TIMS_HOST=", "NOTIFY_SOCKET=" + status_.path(),
+                                       "PATH=" + search_path()};
+  if (!robot.files.empty()) environment.push_back("RACK_FILES=" + robot.files);
   programs_.emplace_back(
       component.name,
       Launch{.command = component.command,
-             .environment = {"TIMS_ROUTER=" + deployment.router, "TIMS_HOST=",
-                             "NOTIFY_SOCKET=" + status_.path(), "PATH=" + search_path()},
+             .environment = std::move(environment),
              .folder = deployment.folder},
       Program::Config{.restart = component.restart, .notifies = component.notifies});
   components_[&programs_.back()] = number;

@@ -56,7 +56,7 @@ class Supervisor {
   [[nodiscard]] std::size_t failures() const { return failures_; }
 
  private:
-  void add(const Component& component, std::size_t number, const Deployment& deployment);
+  void add(const Robot& robot, std::size_t number, const Deployment& deployment);
   void add(const Host& host, const Robot& robot, const Deployment& deployment);
 
   void wait(tims::Time deadline, int input = -1);

@@ -315,10 +315,13 @@ Exit map_show(Context& context, NavRobot& robot) {
   return shown;
 }
 
-// A local file is passed as an absolute path, so that programs in other folders find it.
-std::string whole_path(const std::string& file) {
+// A local file is passed as an absolute path, so that programs in other folders find it. From
+// another host only names in the robot's own folder are accepted.
+std::string whole_path(const Host& host, const std::string& file) {
   std::error_code error;
-  return std::filesystem::exists(file, error) ? std::filesystem::absolute(file).string() : file;
+  const bool is_here = std::holds_alternative<UnixHost>(host);
+  return is_here && std::filesystem::exists(file, error) ? std::filesystem::absolute(file).string()
+                                                         : file;
 }
 
 // Empty on success, else the reason.
@@ -343,7 +346,7 @@ std::optional<std::string> give_map(NavRobot& robot, const MapUser& user, const 
 Exit map_load(Context& context, NavRobot& robot, const std::string& given) {
   const auto users = map_users(robot);
   need_users(robot, users);
-  const std::string file = whole_path(given);
+  const std::string file = whole_path(context.host, given);
   if (file.size() >= decltype(rack::FileName::name)::kMax)
     throw usage_error(file + ": exceeds the 126 bytes of LOAD_MAP");
   const bool is_plan = !file.ends_with(".yaml") && !file.ends_with(".yml");

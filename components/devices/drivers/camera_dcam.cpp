@@ -34,8 +34,8 @@ constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 22>{{
     {"vValue", 120, "white balance, red", 0, 1000000},
     {"whitebalanceCols", 20, "half of the width of the grey surface [pixels]; 0: none", 0, 10000},
     {"whitebalanceRows", 10, "height of the grey surface [pixels]; 0: none", 0, 10000},
-    {"intrParFile", "", "file of intrinsic parameters, without _lrN.cal (N: lossrate)"},
-    {"extrParFile", "", "file of extrinsic parameters, without .cal"},
+    host_file({"intrParFile", "", "file of intrinsic parameters, without _lrN.cal (N: lossrate)"}),
+    host_file({"extrParFile", "", "file of extrinsic parameters, without .cal"}),
 }});
 
 constexpr ModuleInfo kInfo{

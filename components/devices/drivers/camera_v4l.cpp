@@ -30,9 +30,9 @@ constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 20>{{
     {"fy", 0.0F, "focal length in y [pixels]", 0, 1e6},
     {"e0", 0.0F, "principal point, x [pixels]", 0, 1e6},
     {"n0", 0.0F, "principal point, y [pixels]", 0, 1e6},
-    {"calibration", "",
-     "rectify pictures by this file of camera-calibrate or ROS (.yaml); it contains fx, fy, e0, "
-     "n0"},
+    host_file({"calibration", "",
+               "rectify pictures by this file of camera-calibrate or ROS (.yaml); it contains fx, "
+               "fy, e0, n0"}),
 }});
 
 constexpr ModuleInfo kInfo{

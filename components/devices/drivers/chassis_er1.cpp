@@ -7,7 +7,7 @@ namespace {
 
 constexpr auto kParameters = chassis_parameters(
     std::array<ParameterInfo, 7>{{
-        {"serialDev", "", "path of the serial line, e.g. /dev/ttyUSB0"},
+        host_file({"serialDev", "", "path of the serial line, e.g. /dev/ttyUSB0"}),
         {"axisWidth", 380, "distance between the wheels [mm]", 1, 1e5},
         {"omegaMin", 15, "slowest turn on the spot [deg/s]", 0, 3600},
         {"velFactor", 764, "velocity units of the motion processors per mm/s", 1, 1e6},

@@ -30,9 +30,11 @@ namespace rack::device {
 // --- parameters of all drivers
 
 inline constexpr std::array<ParameterInfo, 4> kDriverParameters = {{
-    {"device", "", "address of the device, e.g. tcp:192.168.0.1:2112; see timsctl device list"},
-    {"record", "", "record received and sent data in this file, for play: and replay"},
-    at_start({"replay", "", "replay such a file without a router and compare the resulting data"}),
+    host_file({"device", "",
+               "address of the device, e.g. tcp:192.168.0.1:2112; see timsctl device list"}),
+    host_file({"record", "", "record received and sent data in this file, for play: and replay"}),
+    host_file(at_start(
+        {"replay", "", "replay such a file without a router and compare the resulting data"})),
     {"errorTimeout", 500, "pause before a retry after an error [ms]", 0, 60000},
 }};
 

@@ -26,7 +26,7 @@ inline constexpr std::array<ParameterInfo, 7> kGpsParameters = {{
     {"realtimeClockUpdateTime", 60000, "period of setting the clock [ms]", 0},
     {"enablePPSTiming", 1, "1: time-stamp fixes by the pulse per second, if the kernel provides it",
      0, 1},
-    {"pps", "", "PPS device, e.g. /dev/pps0; empty: that of the serial line"},
+    host_file({"pps", "", "PPS device, e.g. /dev/pps0; empty: that of the serial line"}),
 }};
 
 // `Dialog` must have the interface of NmeaReceiver.

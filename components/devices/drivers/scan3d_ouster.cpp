@@ -3,15 +3,19 @@
 #include "components/devices/drivers/scan3d_driver.h"
 #include "components/devices/scan3d/http_get.h"
 #include "components/devices/scan3d/ouster.h"
+#include "components/files/whole_file.h"
 #include "os/file.h"
 
 namespace rack::device {
 namespace {
 
+constexpr std::size_t kMetadataMax = 1 << 20;  // those of 128 beams have 30 kB
+
 constexpr auto kParameters = driver_parameters(spin_parameters(std::array<ParameterInfo, 4>{{
     {"udpPort", 7502, "UDP port to which the scanner sends", 1, 65535},
     {"scanner", "", "host name or address; its metadata are read by HTTP"},
-    {"metadata", "", "metadata file: written if scanner is given, otherwise read (for play:)"},
+    host_file(
+        {"metadata", "", "metadata file: written if scanner is given, otherwise read (for play:)"}),
     {"turnsPerSecond", 10, "speed configured in the scanner [1/s]", 1, 20},
 }}));
 
@@ -50,7 +54,7 @@ class Scan3dOuster : public Scan3dDriver<Ouster> {
     const std::string path = text("metadata");
     if (path.empty())
       return refused("scanner is missing; example: --scanner=192.168.0.1; or set metadata");
-    return tims::os::read_file(path);
+    return tims::os::read_file(path, kMetadataMax);
   }
 
   // Called at each ON: the scanner may have been replaced or reconfigured.
@@ -81,11 +85,7 @@ class Scan3dOuster : public Scan3dDriver<Ouster> {
   Result<void> keep_metadata(const std::string& json) const {
     const std::string path = text("metadata");
     if (path.empty() || text("scanner").empty()) return {};
-    std::ofstream file(path);
-    file << json;
-    file.close();
-    if (!file) return tims::Error(tims::Errc::kSystem, "metadata: cannot write " + path);
-    return {};
+    return write_file(path, json);
   }
 };
 

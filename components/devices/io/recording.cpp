@@ -11,6 +11,7 @@
 #include "components/devices/core/device_clock.h"
 #include "components/devices/core/packet.h"
 #include "components/devices/core/video_frame.h"
+#include "components/devices/io/video_exchange.h"
 #include "os/file.h"
 
 namespace rack::device {
@@ -20,13 +21,20 @@ using tims::Errc;
 using tims::Error;
 using tims::os::system_error;
 
+// CaptureFile writes no longer ones.
+constexpr std::size_t kCaptureLineMax = 16 << 20;
+
 class CaptureLines final : public Recording {
  public:
   explicit CaptureLines(std::ifstream file) : file_(std::move(file)) {}
 
   Result<bool> next(CaptureRecord& record) override {
-    while (std::getline(file_, line_)) {
+    while (read_line()) {
       ++number_;
+      if (line_.size() > kCaptureLineMax)
+        return Error(Errc::kTooBig, "line " + std::to_string(number_) + ": longer than " +
+                                        std::to_string(kCaptureLineMax >> 20) +
+                                        " MB, so it is not a recording of a device");
       const auto parsed = parse_record(line_, record);
       if (!parsed)
         return Error(Errc::kMalformed,
@@ -42,7 +50,23 @@ class CaptureLines final : public Recording {
   }
 
  private:
+  // The next line; of one that is too long only the beginning, and the rest is skipped.
+  bool read_line() {
+    line_.clear();
+    while (file_.getline(piece_.data(), std::ssize(piece_)), file_.gcount() > 0) {
+      const auto size = static_cast<std::size_t>(file_.gcount());
+      const bool is_whole = !file_.fail();
+      if (line_.size() <= kCaptureLineMax)
+        line_.append(piece_.data(), is_whole && !file_.eof() ? size - 1 : size);
+      if (is_whole) return true;
+      if (file_.eof()) return !line_.empty();
+      file_.clear();
+    }
+    return !line_.empty();
+  }
+
   std::ifstream file_;
+  std::array<char, 64 << 10> piece_{};
   std::string line_;
   std::size_t number_ = 0;
 };
@@ -137,7 +161,8 @@ class Pictures final : public Recording {
   explicit Pictures(const std::string& folder) {
     std::error_code unreadable;
     for (const auto& entry : std::filesystem::directory_iterator(folder, unreadable))
-      if (entry.path().extension() == ".jpg" || entry.path().extension() == ".jpeg")
+      if ((entry.path().extension() == ".jpg" || entry.path().extension() == ".jpeg") &&
+          entry.is_regular_file(unreadable))
         files_.push_back(entry.path());
     std::ranges::sort(files_);
   }
@@ -145,12 +170,10 @@ class Pictures final : public Recording {
 
   Result<bool> next(CaptureRecord& record) override {
     if (next_ == files_.size()) return false;
-    std::ifstream file(files_[next_], std::ios::binary | std::ios::ate);
-    if (!file) return system_error(files_[next_].string());
-    record.bytes.resize(static_cast<std::size_t>(file.tellg()));
-    file.seekg(0);
-    file.read(reinterpret_cast<char*>(record.bytes.data()),
-              static_cast<std::streamsize>(record.bytes.size()));
+    const auto content = tims::os::read_file(files_[next_].string(), kVideoFrameBytesMax);
+    if (!content) return content.error();
+    const auto bytes = std::as_bytes(std::span(*content));
+    record.bytes.assign(bytes.begin(), bytes.end());
     record.id = video::kMjpeg;
     record.time = kBetween * static_cast<std::int64_t>(next_++);
     return true;

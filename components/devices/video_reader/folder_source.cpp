@@ -100,7 +100,7 @@ Result<std::unique_ptr<FrameSource>> open_folder(const DeviceAddress& address) {
   std::error_code unreadable;
   for (const auto& entry : std::filesystem::directory_iterator(address.place, unreadable))
     if (std::ranges::find(kNames, ending_of(entry.path())) != kNames.end() &&
-        files.size() < kPicturesMax)
+        files.size() < kPicturesMax && entry.is_regular_file(unreadable))
       files.push_back(entry.path());
   if (unreadable) return Error(Errc::kSystem, unreadable.message());
   if (files.empty())

@@ -1,5 +1,6 @@
 #include "components/runtime/logic/life_cycle.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace rack {
@@ -8,13 +9,17 @@ namespace {
 using tims::type::kError;
 using tims::type::kOk;
 
+// A component that fails at once would otherwise use a whole processor, and flood the log.
+constexpr tims::Duration kRetryAtLeast = std::chrono::milliseconds(10);
 constexpr tims::Duration kRetryShortest = std::chrono::seconds(2);
 constexpr tims::Duration kRetryLongest = std::chrono::seconds(4);
 
 }  // namespace
 
 LifeCycle::LifeCycle(std::optional<tims::Duration> error_retry, std::uint32_t seed)
-    : error_retry_(error_retry), random_(seed) {}
+    : random_(seed) {
+  if (error_retry) error_retry_ = std::max(*error_retry, kRetryAtLeast);
+}
 
 // --- commands
 

@@ -23,7 +23,7 @@ namespace rack {
 
 class LifeCycle {
  public:
-  // error_retry: delay after an error; nothing: 2 to 4 seconds, random each time.
+  // error_retry: delay after an error, at least 10 ms; nothing: 2 to 4 seconds, random each time.
   LifeCycle(std::optional<tims::Duration> error_retry, std::uint32_t seed);
 
   // --- the command task
@@ -80,7 +80,7 @@ class LifeCycle {
   Change change(Change::Kind kind, std::int8_t answer);
   void fail(tims::Time now);
 
-  const std::optional<tims::Duration> error_retry_;
+  std::optional<tims::Duration> error_retry_;
   std::minstd_rand random_;
   State state_ = State::kDisabled;
   bool wants_on_ = false;

@@ -65,6 +65,16 @@ TEST(LifeCycle, TriesAgainAfterTheGivenTime) {
   EXPECT_EQ(cycle.status(), Status::kEnabled);
 }
 
+TEST(LifeCycle, NeverTriesAgainWithoutAPause) {
+  for (const auto wanted : {0ms, 9ms, 10ms, 11ms}) {
+    LifeCycle cycle(wanted, 1);
+    cycle.turn_on();
+    (void)cycle.turned_on(kStart, false);
+    EXPECT_EQ(cycle.wait_until(), kStart + std::max<tims::Duration>(wanted, 10ms));
+    EXPECT_EQ(cycle.next(kStart + 9ms), Step::kWait);
+  }
+}
+
 TEST(LifeCycle, TriesImmediatelyOnRequest) {
   LifeCycle cycle(1h, 1);
   (void)cycle.turn_on(kStart, on_request(1), By::kComponent);

@@ -29,8 +29,8 @@ constexpr std::array<ParameterInfo, 8> kCommon = {
     at_start({"dataTaskPrio", 1, "real-time priority of the data task and of its messages; 1: none",
               0, 99}),
     at_start({"cpu", -1, "CPU of tasks with a real-time priority; -1: any", -1, 1023}),
-    at_start(
-        {"errorTimeout", -1, "delay of the retry after an error, ms; -1: random, 2 to 4 s", -1}),
+    at_start({"errorTimeout", -1,
+              "delay of the retry after an error, ms; at least 10; -1: random, 2 to 4 s", -1}),
 };
 
 std::string plain(std::int32_t value) { return std::to_string(value); }
@@ -67,6 +67,15 @@ ParameterValue initial_of(const ParameterInfo& info) {
   return std::get<float>(info.initial);
 }
 
+// Whether the record has the text of the parameter, as list() reports it.
+bool is_unchanged(const Parameter& record, const Parameters::Entry& entry) {
+  const auto* text = std::get_if<std::string>(&entry.value);
+  if (text == nullptr || record.type != Parameter::kString) return false;
+  Parameter reported;
+  (void)reported.valueString.assign(*text);
+  return reported.valueString.view() == record.valueString.view();
+}
+
 // The number in a record, independent of its type: Java programs send the type that their table
 // has.
 std::optional<ParameterValue> value_of(const Parameter& record, const ParameterValue& like) {
@@ -95,7 +104,8 @@ std::string default_of(const ParameterInfo& info) {
 
 std::string allowed(const ParameterInfo& info) {
   if (std::holds_alternative<std::string_view>(info.initial))
-    return "a text of at most " + std::to_string(kTextMax) + " bytes";
+    return "a text of at most " + std::to_string(kTextMax) + " bytes" +
+           (info.is_host_file ? ", changed by programs of this host only" : "");
   const std::string kind =
       std::holds_alternative<std::int32_t>(info.initial) ? "a whole number" : "a number";
   const bool low = info.min > kLowest;
@@ -243,9 +253,16 @@ tims::Result<void> Parameters::set(std::string_view name, std::string_view value
   return assign(*entry, std::move(next));
 }
 
-tims::Result<bool> Parameters::set(const Parameter& record) {
+tims::Result<bool> Parameters::set(const Parameter& record, bool is_foreign) {
   Entry* entry = find(record.name.view());
   if (entry == nullptr) return false;
+  if (is_unchanged(record, *entry)) return true;
+  if (is_foreign && entry->info->is_host_file)
+    return tims::Error(tims::Errc::kInvalidArgument,
+                       std::string(entry->info->name) +
+                           " names a file or device: it can be changed only by a program of the "
+                           "same host at the router's socket; run timsctl there, or change the "
+                           "robot file");
   auto value = value_of(record, entry->value);
   if (!value) return refused(*entry, "a value of another type");
   if (const auto good = assign(*entry, std::move(*value)); !good) return good.error();

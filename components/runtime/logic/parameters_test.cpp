@@ -79,6 +79,38 @@ TEST(Parameters, SayWhenTheyTakeEffect) {
   EXPECT_EQ(of["instance"], TakesEffect::kAtStart) << "another default changes nothing";
 }
 
+Parameter text_record(std::string_view name, std::string_view value) {
+  Parameter record;
+  (void)record.name.assign(name);
+  record.type = Parameter::kString;
+  (void)record.valueString.assign(value);
+  return record;
+}
+
+TEST(Parameters, ThoseThatNameFilesAreNotChangedFromOutside) {
+  static constexpr std::array<ParameterInfo, 3> kSome = {
+      host_file({"mapFile", "", "the map"}), host_file(at_start({"logPathName", "", "the logs"})),
+      ParameterInfo{"mode", "rgb24", "of the picture"}};
+  Parameters parameters("FeatureMap", kSome);
+  const std::string path(100, 'x');  // longer than a record can have
+  ASSERT_TRUE(parameters.set("mapFile", path));
+  for (const std::string_view name : {"mapFile", "logPathName"}) {
+    const auto refused = parameters.set(text_record(name, "/etc/passwd"), true);
+    ASSERT_FALSE(refused) << name;
+    EXPECT_TRUE(refused.error().detail().starts_with(std::string(name) + " names a file or"));
+  }
+  EXPECT_TRUE(parameters.set(text_record("mode", "mono8"), true));
+  EXPECT_EQ(parameters.text("mode"), "mono8");
+  // Windows of the original send back all parameters.
+  for (const bool foreign : {true, false}) {
+    for (const Parameter& record : parameters.list().parameters)
+      EXPECT_TRUE(parameters.set(record, foreign)) << record.name.view();
+    EXPECT_EQ(parameters.text("mapFile"), path) << "not the beginning that the record has";
+  }
+  EXPECT_TRUE(parameters.set(text_record("mapFile", "/maps/a.dxf"), false));
+  EXPECT_EQ(parameters.text("mapFile"), "/maps/a.dxf");
+}
+
 TEST_F(ParametersTest, AreListedInTheOrderOfTheOriginal) {
   const ParameterList list = parameters.list();
   const std::array<std::string_view, 13> names = {

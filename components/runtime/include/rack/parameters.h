@@ -38,6 +38,8 @@ struct ParameterInfo {
   TakesEffect takes_effect = TakesEffect::kAtOn;
   // For the row of a partner only, see partner().
   std::string_view system_help{};
+  // A file, folder or device of this host, see host_file().
+  bool is_host_file = false;
 };
 
 constexpr ParameterInfo at_once(ParameterInfo info) {
@@ -46,6 +48,14 @@ constexpr ParameterInfo at_once(ParameterInfo info) {
 }
 constexpr ParameterInfo at_start(ParameterInfo info) {
   info.takes_effect = TakesEffect::kAtStart;
+  return info;
+}
+
+// The parameter names a file, folder or device of this host, which the component then reads or
+// writes. Only programs of this host may change it (tims/origin.h): others could otherwise make the
+// component read or overwrite any file of its user.
+constexpr ParameterInfo host_file(ParameterInfo info) {
+  info.is_host_file = true;
   return info;
 }
 
@@ -118,8 +128,10 @@ class Parameters {
   // stays. For an unknown name, a similar one is suggested.
   tims::Result<void> set(std::string_view name, std::string_view value);
   // False: there is no such parameter. Programs of the original may send any number type for any
-  // parameter.
-  tims::Result<bool> set(const Parameter& record);
+  // parameter. A text that is unchanged, also one that list() has cut, keeps its whole value: a
+  // graphical interface sends back all parameters when one of them is changed. `is_foreign`: the
+  // record comes from another host or over TCP; it cannot change a host_file().
+  tims::Result<bool> set(const Parameter& record, bool is_foreign = false);
 
   // Ids must fit into the fleet's addresses: "system", "instance", and names that end in "Sys" or
   // "Inst". kInvalidArgument: one of the values given does not fit.
