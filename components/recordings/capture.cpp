@@ -23,6 +23,7 @@ constexpr std::size_t kShortId = 3;                // digits of a standard CAN i
 constexpr std::uint32_t kErrorFrame = 0x20000000;  // CAN_ERR_FLAG
 constexpr std::size_t kCanBytes = 8;
 constexpr std::size_t kCanFdBytes = 64;
+constexpr std::size_t kInterfaceMax = 15;  // characters, IFNAMSIZ - 1
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
 void append_time(std::string& text, Duration time) {
@@ -144,8 +145,8 @@ Result<bool> parse_candump(std::string_view line, CaptureRecord& record) {
   const bool in_brackets = time.size() > 2 && time.ends_with(')');
   const auto stamp =
       in_brackets ? parse_time(time.substr(1, time.size() - 2)) : std::optional<Duration>();
-  if (!stamp || interface.empty() || frame.find('#') == std::string_view::npos ||
-      !parse_candump_frame(frame, record))
+  if (!stamp || interface.empty() || interface.size() > kInterfaceMax ||
+      frame.find('#') == std::string_view::npos || !parse_candump_frame(frame, record))
     return malformed(whole, "not a line of candump");
   record.time = *stamp;
   record.took = {};

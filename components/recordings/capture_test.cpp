@@ -84,6 +84,8 @@ TEST(CaptureTest, CandumpLogsHaveOtherFramesBusesAndDirections) {
   ASSERT_TRUE(parse_record("(0.5) can0 20000004#0008000000000000 R", record).value());
   EXPECT_EQ(record.frame, FrameKind::kError);
   EXPECT_EQ(record.direction, Direction::kReceived);
+  EXPECT_TRUE(parse_record("(0.5) " + std::string(15, 'c') + " 181#", record));
+  EXPECT_FALSE(parse_record("(0.5) " + std::string(16, 'c') + " 181#", record));
   ASSERT_TRUE(parse_record("(0.5) can0 601#40 T", record).value());
   EXPECT_EQ(record.direction, Direction::kSent);
   EXPECT_EQ(record.frame, FrameKind::kData);

@@ -119,16 +119,6 @@ TEST(PacketTest, FragmentsAndOptionsOfIpv6) {
   EXPECT_EQ(text_of(whole->bytes), "CCCCCCCC");
 }
 
-TEST(PacketTest, FragmentsThatAreNeverCompleteAreBounded) {
-  DatagramAssembly assembly;
-  const std::vector<std::byte> piece(8);
-  for (std::uint32_t id = 0; id < 1000; ++id)
-    EXPECT_FALSE(assembly.add({.key = {.id = id}, .offset = 65520, .bytes = piece}));
-  EXPECT_EQ(assembly.incomplete(), 1000U);
-  EXPECT_FALSE(assembly.add({.offset = 65528, .is_last = true, .bytes = piece}));  // 65536 bytes
-  EXPECT_EQ(assembly.incomplete(), 1001U);
-}
-
 TEST(PacketTest, BytesOfAStreamComeOnce) {
   const auto all = bytes("000102030405060708");
   StreamOrder order;

@@ -59,7 +59,8 @@ class CaptureLines final : public Recording {
     append(fd_, "frame", " of CAN FD");
     append(errors_, "error frame", "");
     for (const auto& [bus, frames] : buses_)
-      if (!interface_.empty() && bus != interface_) append(frames, "frame", " of " + bus);
+      if (!interface_.empty() && bus != interface_)
+        append(frames, "frame", " of " + tims::base::printable(bus));
     append(unreadable_, "unreadable line", ", the first is " + first_unreadable_);
     if (interface_.empty() && buses_.size() > 1)
       text += (text.empty() ? "" : "; ") + several_buses();
@@ -76,17 +77,19 @@ class CaptureLines final : public Recording {
   bool is_wanted(const CaptureRecord& record) {
     if (!record.bus.empty() && (buses_.size() < kBusesMax || buses_.contains(record.bus)))
       ++buses_[record.bus];
-    if (!interface_.empty() && record.bus != interface_) return false;
+    const bool is_other = !record.bus.empty() && record.bus != interface_;
+    if (!interface_.empty() && is_other) return false;
     if (record.frame == FrameKind::kFd) ++fd_;
     if (record.frame == FrameKind::kError) ++errors_;
     return record.frame == FrameKind::kData;
   }
   [[nodiscard]] std::string several_buses() const {
     std::string names;
-    for (const auto& [bus, frames] : buses_) names += (names.empty() ? "" : ", ") + bus;
+    for (const auto& [bus, frames] : buses_)
+      names += (names.empty() ? "" : ", ") + tims::base::printable(bus);
     return "the frames of several interfaces (" + names +
            ") are played as those of one bus; choose one, for example ?interface=" +
-           buses_.begin()->first;
+           tims::base::printable(buses_.begin()->first);
   }
 
   std::ifstream file_;
