@@ -20,7 +20,11 @@ constexpr std::int64_t kNanoseconds = 1'000'000'000;
 constexpr std::uint32_t kExtendedId = 0x80000000;  // CAN_EFF_FLAG
 constexpr std::uint32_t kRemote = 0x40000000;      // CAN_RTR_FLAG
 constexpr std::size_t kShortId = 3;                // digits of a standard CAN identifier
+constexpr std::uint32_t kErrorFrame = 0x20000000;  // CAN_ERR_FLAG
 constexpr std::size_t kCanBytes = 8;
+constexpr std::size_t kCanFdBytes = 64;
+constexpr std::size_t kInterfaceMax = 15;  // characters, IFNAMSIZ - 1
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
 
 void append_time(std::string& text, Duration time) {
   std::array<char, 32> digits{};
@@ -96,20 +100,41 @@ bool parse_bytes(std::string_view text, std::vector<std::byte>& bytes) {
   return (seen & kNoDigit) == 0;
 }
 
-// Parses a frame: "181#3701", "18DAF110#R", "00000181#3701". Eight digits are an extended
-// identifier in candump logs, and an identifier with all its flags in captures.
-bool parse_frame(std::string_view text, bool is_candump, CaptureRecord& record) {
+// Parses a frame of a capture: "00000181#3701", with all flags in the identifier.
+bool parse_frame(std::string_view text, CaptureRecord& record) {
   const std::size_t mark = text.find('#');
   const auto id = tims::base::parse_number<std::uint32_t>(text.substr(0, mark), 16);
   if (!id) return false;
   record.id = *id;
-  if (is_candump && mark > kShortId) record.id |= kExtendedId;
+  return parse_bytes(text.substr(mark + 1), record.bytes);
+}
+
+// Parses a frame of a candump log: "181#3701", "18DAF110#R", "181##13701" (CAN FD: a digit with
+// flags before the bytes). Eight digits are an extended identifier, or an error.
+bool parse_candump_frame(std::string_view text, CaptureRecord& record) {
+  const std::size_t mark = text.find('#');
+  const auto id = tims::base::parse_number<std::uint32_t>(text.substr(0, mark), 16);
+  if (!id) return false;
   std::string_view data = text.substr(mark + 1);
-  if (is_candump && data.starts_with('R')) {
+  record.id = *id;
+  record.frame = FrameKind::kData;
+  if (mark > kShortId) {
+    const bool is_error = (*id & kErrorFrame) != 0;
+    record.id |= is_error ? 0 : kExtendedId;
+    if (is_error) record.frame = FrameKind::kError;
+  }
+  if (data.starts_with('R')) {
     record.id |= kRemote;
     data = {};
   }
-  return parse_bytes(data, record.bytes) && (!is_candump || record.bytes.size() <= kCanBytes);
+  if (data.starts_with('#')) {
+    constexpr std::size_t kMarkAndFlags = 2;
+    if (data.size() < kMarkAndFlags) return false;
+    record.frame = FrameKind::kFd;
+    data.remove_prefix(kMarkAndFlags);
+  }
+  const std::size_t most = record.frame == FrameKind::kFd ? kCanFdBytes : kCanBytes;
+  return parse_bytes(data, record.bytes) && record.bytes.size() <= most;
 }
 
 Result<bool> parse_candump(std::string_view line, CaptureRecord& record) {
@@ -120,31 +145,68 @@ Result<bool> parse_candump(std::string_view line, CaptureRecord& record) {
   const bool in_brackets = time.size() > 2 && time.ends_with(')');
   const auto stamp =
       in_brackets ? parse_time(time.substr(1, time.size() - 2)) : std::optional<Duration>();
-  if (!stamp || interface.empty() || frame.find('#') == std::string_view::npos ||
-      !parse_frame(frame, true, record))
+  if (!stamp || interface.empty() || interface.size() > kInterfaceMax ||
+      frame.find('#') == std::string_view::npos || !parse_candump_frame(frame, record))
     return malformed(whole, "not a line of candump");
   record.time = *stamp;
   record.took = {};
-  record.direction = Direction::kReceived;
+  record.direction = next_field(line) == "T" ? Direction::kSent : Direction::kReceived;
+  record.bus = interface;
   return true;
 }
 
-// Checks the first line after comments. A line that is longer than `text` is checked as far as it
-// was read.
+std::string_view next_line(std::string_view& text) {
+  const std::size_t end = text.find('\n');
+  const std::string_view line = text.substr(0, end);
+  text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+  return line;
+}
+
+// Whether the first lines after comments are records. The first one may be incomplete at its
+// beginning (the end of a long recording), and the last one at its end.
 bool begins_with_record(std::string_view text) {
-  while (!text.empty()) {
-    const std::size_t end = text.find('\n');
-    std::string_view line = text.substr(0, end);
+  std::size_t good = 0;
+  std::size_t bad = 0;
+  while (!text.empty() && bad < 2) {
+    const bool is_whole = text.find('\n') != std::string_view::npos;
+    std::string_view line = next_line(text);
     CaptureRecord record;
     auto parsed = parse_record(line, record);
-    if (end == std::string_view::npos && !parsed) {
+    if (!is_whole && !parsed && !line.empty()) {
       line.remove_suffix(1);  // half of a pair of hex digits
       parsed = parse_record(line, record);
     }
-    if (!parsed || *parsed) return parsed.ok() && *parsed;
-    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+    if (parsed && !*parsed) continue;
+    if (parsed && bad == 0) return true;
+    ++(parsed ? good : bad);
+    if (good > 1) return true;
   }
   return false;
+}
+
+// "  can0  181   [8]  00 00 ...", optionally after a time in parentheses.
+bool begins_with_candump_view(std::string_view text) {
+  std::string_view line = next_line(text);
+  std::string_view field = next_field(line);
+  if (field.starts_with('(')) field = next_field(line);
+  const std::string_view id = next_field(line);
+  std::string_view count = next_field(line);
+  const bool is_direction = count == "RX" || count == "TX";
+  if (is_direction) count = next_field(line);
+  return !field.empty() && tims::base::parse_number<std::uint32_t>(id, 16) && count.size() >= 3 &&
+         count.front() == '[' && count.back() == ']';
+}
+
+bool is_hex_text(std::string_view text) {
+  constexpr std::size_t kLeast = 16;
+  std::size_t digits = 0;
+  for (const char c : text) {
+    if (kDigitOf[static_cast<unsigned char>(c)] != kNoDigit)
+      ++digits;
+    else if (c != ' ' && c != '\n' && c != '\r' && c != '\t')
+      return false;
+  }
+  return digits >= kLeast;
 }
 
 }  // namespace
@@ -195,14 +257,16 @@ RecordingFormat format_of(std::span<const std::byte> beginning) {
     magic = magic << 8 | std::to_integer<std::uint32_t>(beginning[i]);
   if (std::ranges::find(kPcap, magic) != kPcap.end()) return RecordingFormat::kPcap;
 
-  std::string text;
-  for (const std::byte byte : beginning) text += static_cast<char>(byte);
-  if (text.starts_with(kMagic)) return RecordingFormat::kCapture;
-  return begins_with_record(text) ? RecordingFormat::kCapture : RecordingFormat::kRaw;
+  std::string_view text(reinterpret_cast<const char*>(beginning.data()), beginning.size());
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
+  if (text.starts_with(kMagic) || begins_with_record(text)) return RecordingFormat::kCapture;
+  if (begins_with_candump_view(text)) return RecordingFormat::kCandumpView;
+  return is_hex_text(text) ? RecordingFormat::kHexText : RecordingFormat::kRaw;
 }
 
 Result<bool> parse_record(std::string_view line, CaptureRecord& record) {
   if (line.ends_with('\r')) line.remove_suffix(1);
+  if (line.starts_with(kByteOrderMark)) line.remove_prefix(kByteOrderMark.size());
   if (line.empty() || line.front() == '#') return false;
   if (line.front() == '(') return parse_candump(line, record);
 
@@ -218,6 +282,8 @@ Result<bool> parse_record(std::string_view line, CaptureRecord& record) {
   record.direction = Direction::kReceived;
   record.id = 0;
   record.event.clear();
+  record.frame = FrameKind::kData;
+  record.bus.clear();
   std::string_view field = next_field(line);
   if (field == "!") {
     record.direction = Direction::kEvent;
@@ -230,7 +296,7 @@ Result<bool> parse_record(std::string_view line, CaptureRecord& record) {
     field = next_field(line);
   }
   const bool has_id = field.find('#') != std::string_view::npos;
-  const bool good = has_id ? parse_frame(field, false, record) : parse_bytes(field, record.bytes);
+  const bool good = has_id ? parse_frame(field, record) : parse_bytes(field, record.bytes);
   if (!good || !next_field(line).empty())
     return malformed(whole, "bytes must be pairs of hex digits");
   return true;

@@ -17,8 +17,8 @@
 //
 // Format: seconds since the start of the recording (optionally the duration of the transmission),
 // direction, bytes in hex. Records without a direction were received. Lines of candump
-// ("(1700000000.123456) can0 181#3701") can be read as well. Empty lines and lines that begin with
-// # are skipped.
+// ("(1700000000.123456) can0 181#3701", optionally with R or T for received and sent) can be read
+// as well. Empty lines and lines that begin with # are skipped.
 #pragma once
 
 #include <cstdint>
@@ -44,6 +44,9 @@ enum class Direction : char {
   kMade = '='
 };
 
+// Frames other than kData exist in candump logs only; drivers cannot use them.
+enum class FrameKind : std::uint8_t { kData, kFd, kError };
+
 struct CaptureRecord {
   Duration time{};  // since the start of the recording; in candump logs since their epoch
   Direction direction = Direction::kReceived;
@@ -51,6 +54,8 @@ struct CaptureRecord {
   Duration took{};  // from the first bit to the last
   std::vector<std::byte> bytes{};
   std::string event{};
+  FrameKind frame = FrameKind::kData;
+  std::string bus{};  // candump logs: the interface
 };
 
 std::string capture_header(std::string_view device, std::string_view date);
@@ -60,8 +65,11 @@ void append_record(std::string& text, Duration time, Direction direction, std::u
                    std::span<const std::byte> bytes, Duration took = {});
 void append_event(std::string& text, Duration time, std::string_view event);
 
-enum class RecordingFormat : std::uint8_t { kRaw, kCapture, kPcap };
-// Detects the format from the beginning of a file; some hundred bytes suffice.
+// kCandumpView, kHexText: texts that are mistaken for recordings: what candump displays, and hex
+// digits.
+enum class RecordingFormat : std::uint8_t { kRaw, kCapture, kPcap, kCandumpView, kHexText };
+// Detects the format from the beginning of a file: some hundred bytes, or some lines if the first
+// one may be incomplete.
 RecordingFormat format_of(std::span<const std::byte> beginning);
 
 // Parses a line without its line end into `record`, whose memory is reused. Returns false if the

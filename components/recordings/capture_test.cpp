@@ -72,6 +72,27 @@ TEST(CaptureTest, LinesOfCandump) {
   EXPECT_EQ(record.id, 0x40000123U);
 }
 
+TEST(CaptureTest, CandumpLogsHaveOtherFramesBusesAndDirections) {
+  CaptureRecord record;
+  ASSERT_TRUE(parse_record("(0.5) can1 181##1AABB", record).value());
+  EXPECT_EQ(record.frame, FrameKind::kFd);
+  EXPECT_EQ(record.bytes, bytes("AABB"));
+  EXPECT_EQ(record.bus, "can1");
+  ASSERT_TRUE(parse_record("(0.5) can0 181##0" + std::string(128, 'A'), record).value());
+  EXPECT_FALSE(parse_record("(0.5) can0 181##0" + std::string(130, 'A'), record));
+  EXPECT_FALSE(parse_record("(0.5) can0 181##", record));
+  ASSERT_TRUE(parse_record("(0.5) can0 20000004#0008000000000000 R", record).value());
+  EXPECT_EQ(record.frame, FrameKind::kError);
+  EXPECT_EQ(record.direction, Direction::kReceived);
+  EXPECT_TRUE(parse_record("(0.5) " + std::string(15, 'c') + " 181#", record));
+  EXPECT_FALSE(parse_record("(0.5) " + std::string(16, 'c') + " 181#", record));
+  ASSERT_TRUE(parse_record("(0.5) can0 601#40 T", record).value());
+  EXPECT_EQ(record.direction, Direction::kSent);
+  EXPECT_EQ(record.frame, FrameKind::kData);
+  ASSERT_TRUE(parse_record("(0.5) can0 701#R8", record).value());
+  EXPECT_EQ(record.id, 0x40000701U);
+}
+
 TEST(CaptureTest, WhatIsNoLineIsRefused) {
   CaptureRecord record;
   for (const char* line :
@@ -90,6 +111,15 @@ TEST(CaptureTest, TheBeginningDeterminesTheFormat) {
   EXPECT_EQ(format("0.2 0202\n0.3 03\n"), RecordingFormat::kCapture);
   EXPECT_EQ(format("# from somebody else\n\n0.2 0202\n"), RecordingFormat::kCapture);
   EXPECT_EQ(format("0.2 0202020"), RecordingFormat::kCapture);  // a long line, truncated here
+  EXPECT_EQ(format("\xEF\xBB\xBF# rack capture 1 x\n0.2 02\n"), RecordingFormat::kCapture);
+  EXPECT_EQ(format("0202FF\n0.3 < 03\n0.4 < 04\n"), RecordingFormat::kCapture)
+      << "the end of a recording";
+  EXPECT_EQ(format("0202FF\nno\n0.3 < 03\n0.4 < 04\n"), RecordingFormat::kRaw);
+  EXPECT_EQ(format("  can0  181   [8]  00 00\n"), RecordingFormat::kCandumpView);
+  EXPECT_EQ(format("(17.000000)  can0  20000004   [8]  00\n"), RecordingFormat::kCandumpView);
+  EXPECT_EQ(format("(17.000000)  can0  RX - -  181\n"), RecordingFormat::kRaw);
+  EXPECT_EQ(format("0280D602 B0690100\n"), RecordingFormat::kHexText);
+  EXPECT_EQ(format("no recording at all\n"), RecordingFormat::kRaw);
   EXPECT_EQ(format("# nothing but text\n"), RecordingFormat::kRaw);
   EXPECT_EQ(format("$GPGGA,1\n"), RecordingFormat::kRaw);
   EXPECT_EQ(format("\xD4\xC3\xB2\xA1 and more"), RecordingFormat::kPcap);

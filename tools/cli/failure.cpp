@@ -118,7 +118,7 @@ constexpr CatalogueEntry kEntries[] = {
     {"no_device", "error", "the device cannot be opened, or was disconnected",
      "`timsctl device list`"},
     {"bad_recording", "error", "the file is not a recording, or it is damaged",
-     "`timsctl device play FILE` reports the line"},
+     "`timsctl device play FILE` states its format and what is unreadable in it"},
     {"version", "error", "the two sides use different versions of the protocol",
      "install the same version on both"},
     {"component_off", "error", "the component answers ERROR: it is not switched on",

@@ -263,19 +263,22 @@ DeviceAddress recording_of(const std::string& text) {
 
 Failure bad_recording(const DeviceAddress& file, const tims::Error& error) {
   const bool is_missing = error.code() == tims::Errc::kSystem;
+  const bool is_named = error.detail().find(file.place) != std::string::npos;
   return {is_missing ? Exit::kNoSuch : Exit::kNo, is_missing ? "no_such_file" : "bad_recording",
-          (is_missing ? "" : file.place + ": ") + error.detail()};
+          (is_named ? "" : file.place + ": ") + error.detail()};
 }
 
 json::object sum_of(const CaptureStatistics::Sum& sum) {
   return {{"records", sum.records}, {"bytes", sum.bytes}};
 }
 
-json::object to_json(const CaptureStatistics& statistics, const std::string& path) {
+json::object to_json(const CaptureStatistics& statistics, const Recording& recording,
+                     const std::string& path) {
   const double duration = base::seconds(statistics.duration());
   const auto bytes = static_cast<double>(statistics.received().bytes);
   json::object all{{"schema", "tims/recording/1"},
                    {"file", path},
+                   {"format", recording.format()},
                    {"duration_s", duration},
                    {"received", sum_of(statistics.received())},
                    {"sent", sum_of(statistics.sent())},
@@ -285,6 +288,7 @@ json::object to_json(const CaptureStatistics& statistics, const std::string& pat
                    {"gaps", statistics.gaps()},
                    {"backwards", statistics.backwards()},
                    {"event_count", statistics.event_count()}};
+  if (const std::string remarks = recording.remarks(); !remarks.empty()) all["remarks"] = remarks;
   json::array events;
   for (const auto& event : statistics.events())
     events.push_back({{"time_s", base::seconds(event.time)}, {"text", event.text}});
@@ -298,6 +302,7 @@ json::object to_json(const CaptureStatistics& statistics, const std::string& pat
 }
 
 constexpr Column kStatisticsLines[] = {
+    {"Format", "format"},
     {"Duration", "duration_s", Cell::kDuration},
     {"Received records", "received.records", Cell::kCount},
     {"Received bytes", "received.bytes", Cell::kBytes},
@@ -327,7 +332,7 @@ Exit show_statistics(Context& context, const DeviceAddress& file) {
     constexpr std::uint64_t kLookEvery = 4096;
     if (++count % kLookEvery == 0) context.signals.sleep_until({});  // Ctrl-C
   }
-  const json::object answer = to_json(statistics, file.place);
+  const json::object answer = to_json(statistics, **recording, file.place);
   context.out.write(answer, [&] {
     const Look& look = context.out.look();
     std::string text = render_page(answer, kStatisticsLines, look);
@@ -335,6 +340,8 @@ Exit show_statistics(Context& context, const DeviceAddress& file) {
                                         std::pair{"ids", std::span<const Column>(kIdColumns)}})
       if (!items_of(answer, list).empty())
         text += "\n" + render_items(items_of(answer, list), columns, look);
+    if (const std::string remarks = (*recording)->remarks(); !remarks.empty())
+      text += "\n" + remarks + "\n";
     return text;
   });
   return Exit::kDone;
@@ -362,6 +369,7 @@ class Player {
       wait(std::min({end, playback_->next_timeout(), line_->next_timeout(), retry()}));
       play();
     }
+    if (const auto remarks = playback_->take_event()) context_.out.note(*remarks);
     // When a terminal is closed, its reader loses all unread bytes.
     constexpr auto kLinger = 500ms;
     context_.signals.sleep_until(std::min<tims::Time>(end, tims::os::deadline_after(kLinger)));

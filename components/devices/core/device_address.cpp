@@ -26,7 +26,7 @@ struct Scheme {
   std::string_view name;
   TransportKind kind;
   std::string_view example;
-  std::array<std::string_view, 4> options{};
+  std::array<std::string_view, 5> options{};
 };
 constexpr std::array<Scheme, 13> kSchemes = {{
     {"serial",
@@ -43,7 +43,10 @@ constexpr std::array<Scheme, 13> kSchemes = {{
      "dcam:00b09d0100a1b2c3?size=1280x960&format=UYVY",
      {"size", "format", "rate", "speed"}},
     {"gpio", TransportKind::kGpio, "gpio:/dev/gpiochip0?in=17,27&out=22", {"in", "out", "bias"}},
-    {"play", TransportKind::kPlayback, "play:FILE?speed=1", {"speed", "baud", "port", "loop"}},
+    {"play",
+     TransportKind::kPlayback,
+     "play:FILE?speed=1",
+     {"speed", "baud", "port", "loop", "interface"}},
     {"pty", TransportKind::kPty, "pty:/tmp/device", {"baud", "can"}},
     {"rtsp", TransportKind::kStream, "rtsp://192.168.0.90/stream1"},
     {"file", TransportKind::kFile, "file:/data/corridor.mp4?loop=1", {"rate", "speed", "loop"}},

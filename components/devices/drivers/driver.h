@@ -208,9 +208,7 @@ class Driver : public DataModule<Data> {
   }
 
   Result<void> check_silence() {
-    if (device_->is_over() && !std::exchange(has_reported_end_, true))
-      this->log().print("{}: end of the recording, {} invalid telegrams", device_->description(),
-                        broken());
+    if (device_->is_over() && !std::exchange(has_reported_end_, true)) report_end();
     // Pauses and the end of a recording are not errors.
     if (!dialogue_->is_ready() || device_->is_recording()) {
       last_received_ = now();
@@ -221,6 +219,15 @@ class Driver : public DataModule<Data> {
     const auto milliseconds = std::chrono::duration_cast<std::chrono::milliseconds>(silence);
     return tims::Error(tims::Errc::kTimeout, device_->description() + " has sent no data for " +
                                                  std::to_string(milliseconds.count()) + " ms");
+  }
+
+  void report_end() {
+    this->log().print("{}: end of the recording, {} invalid telegrams", device_->description(),
+                      broken());
+    if (is_known_) return;
+    std::string why = "it may be of another device, or at another rate";
+    if constexpr (requires { dialogue_->why_silent(); }) why = dialogue_->why_silent();
+    this->log().warning("{}: no data set was found in it: {}", device_->description(), why);
   }
 
   // A replaced device is used, but reported.

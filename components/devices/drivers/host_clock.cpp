@@ -32,18 +32,35 @@ bool step(Duration time) {
 
 }  // namespace
 
+ClockChange ClockDecision::decide(Duration ahead, tims::Time now) {
+  constexpr Duration kDay = std::chrono::hours(24);
+  constexpr Duration kTolerance = std::chrono::seconds(1);
+  const ClockChange change = clock_change(ahead);
+  refusals_ = change == ClockChange::kRefused ? refusals_ + 1 : 0;
+  if (change != ClockChange::kAtOnce || std::chrono::abs(ahead) <= kDay) {
+    unconfirmed_.reset();
+    return change;
+  }
+  if (!unconfirmed_ || std::chrono::abs(unconfirmed_->ahead - ahead) > kTolerance)
+    unconfirmed_ = {.ahead = ahead, .since = now};
+  return now - unconfirmed_->since < kConfirmedAfter ? ClockChange::kUnconfirmed : change;
+}
+
 tims::Result<bool> HostClock::update(Duration utc, tims::Time measured, tims::Time now) {
   if (!is_wanted_ || (updated_ && now - *updated_ < interval_)) return false;
   const Duration time = utc + (now - measured);
   const Duration ahead = wall_clock() - time;
-  const ClockChange change = clock_change(ahead);
+  const ClockChange change = decision_.decide(ahead, now);
+  if (change == ClockChange::kUnconfirmed) return false;
   if (change == ClockChange::kRefused) {
-    is_wanted_ = false;
+    if (!decision_.is_first_refusal()) return false;
     const auto days = std::chrono::duration_cast<std::chrono::days>(ahead).count();
-    return tims::Error(tims::Errc::kInvalidArgument,
-                       "the device's time is " + std::to_string(days) +
-                           " days behind this host's: the clock is not set back by more than a "
-                           "day; check the date of host and device");
+    return tims::Error(
+        tims::Errc::kInvalidArgument,
+        "the device's time is " + std::to_string(days) +
+            " days behind this host's: the clock is not set back by more than a "
+            "day; it is set when the device's date is right (check that of this host, "
+            "too)");
   }
   const bool is_slow = change == ClockChange::kSlowly;
   if (!(is_slow ? slew(-ahead) : step(time))) {

@@ -24,6 +24,33 @@ TEST(HostClockTest, NotBackByMoreThanADay) {
   EXPECT_EQ(clock_change(24h * 7 * 1024), ClockChange::kRefused);
 }
 
+// nmea-cold-date.nmea: a receiver starts with a date of its own, then knows the right one.
+TEST(ClockDecisionTest, OneWrongDateEndsNothing) {
+  ClockDecision decision;
+  const tims::Time begin(1000s);
+  EXPECT_EQ(decision.decide(24h * 17000, begin), ClockChange::kRefused);
+  EXPECT_TRUE(decision.is_first_refusal());
+  EXPECT_EQ(decision.decide(24h * 17000, begin + 1s), ClockChange::kRefused);
+  EXPECT_FALSE(decision.is_first_refusal());
+  EXPECT_EQ(decision.decide(50ms, begin + 2s), ClockChange::kSlowly);
+  EXPECT_EQ(decision.decide(-2h, begin + 3s), ClockChange::kAtOnce);
+  EXPECT_EQ(decision.decide(24h * 17000, begin + 4s), ClockChange::kRefused);
+  EXPECT_TRUE(decision.is_first_refusal());
+}
+
+// A date that is too late would set the clock ahead, and the right one could not set it back.
+TEST(ClockDecisionTest, ALargeStepForwardMustBeConfirmed) {
+  ClockDecision decision;
+  const tims::Time begin(1000s);
+  EXPECT_EQ(decision.decide(-24h, begin), ClockChange::kAtOnce);
+  EXPECT_EQ(decision.decide(-24h * 7000, begin), ClockChange::kUnconfirmed);
+  EXPECT_EQ(decision.decide(20ms, begin + 1s), ClockChange::kSlowly);
+  EXPECT_EQ(decision.decide(-24h * 7000, begin + 11s), ClockChange::kUnconfirmed) << "again";
+  EXPECT_EQ(decision.decide(-24h * 9000, begin + 12s), ClockChange::kUnconfirmed) << "another";
+  EXPECT_EQ(decision.decide(-24h * 9000 - 1s, begin + 21s), ClockChange::kUnconfirmed);
+  EXPECT_EQ(decision.decide(-24h * 9000, begin + 22s), ClockChange::kAtOnce);
+}
+
 // A measurement 20 ms ago has a time stamp 20 ms before the current wall clock, even if that clock
 // was set in between.
 TEST(TimeStampTest, FollowsTheClockOnTheWall) {
@@ -44,6 +71,9 @@ TEST(HostClockTest, IsUnchangedUnlessConfigured) {
   const auto refused = clock.update(0s, tims::Time(1s), tims::Time(1s));
   ASSERT_FALSE(refused);
   EXPECT_THAT(refused.error().detail(), testing::HasSubstr("days behind"));
+  const auto again = clock.update(0s, tims::Time(2s), tims::Time(2s));
+  ASSERT_TRUE(again) << "reported once";
+  EXPECT_FALSE(*again);
 }
 
 }  // namespace host_clock_test

@@ -4,13 +4,14 @@
 namespace rack::device {
 namespace {
 
-constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 5>{{
+constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 6>{{
     {"protocol", 0, "0: detect, 1: CoLa A (ASCII), 2: CoLa B (binary)", 0, 2},
     {"periodTime", 20, "period of scans [ms]: LMS1xx 20 or 40, LMS5xx 10 to 40, TiM 67", 1, 1000},
     {"maxRange", 20000, "range of the scanner [mm]: LMS1xx 20000, LMS5xx 80000, TiM 25000", 1,
      1000000},
     {"reflectorRemission", 0, "minimum remission of a reflector; 0: report no reflectors", 0,
      65535},
+    {"front", -1, "angle of the front on the scale of the scanner [deg]; -1: by its name", -1, 359},
     {"serialNumber", 0, "required serial number of the scanner; 0: any", 0},
 }});
 
@@ -39,6 +40,7 @@ class LadarSickCola : public SickColaLadar {
                               .view = {.max_range = integer("maxRange"),
                                        .reflector_remission = integer("reflectorRemission")},
                               .only_listen = is_recording()};
+    if (const std::int32_t front = integer("front"); front >= 0) settings.front = front;
     constexpr std::int32_t kAscii = 1;
     if (const std::int32_t protocol = integer("protocol"); protocol != 0)
       settings.dialect = protocol == kAscii ? ColaDialect::kAscii : ColaDialect::kBinary;

@@ -13,7 +13,8 @@ class SickColaLadar : public Driver<LadarData, SickCola> {
  protected:
   Result<void> complete(LadarData& /*data*/) override {
     if (is_first_) {
-      log().info("scanner {}", dialogue().identity());
+      log().info("scanner {}, its front is at {} degrees of its scale", dialogue().identity(),
+                 dialogue().front().degrees);
       is_first_ = false;
     }
     if (const std::string notes = dialogue().take_notes(); !notes.empty())

@@ -4,6 +4,7 @@
 // (.jpg) as the frames of a camera.
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <sys/timerfd.h>
 
@@ -26,13 +27,16 @@ class Playback final : public Transport {
         timer_(std::move(timer)),
         speed_(address.speed()),
         loops_(address.loops()),
-        description_(address.to_string()) {}
+        address_(address.to_string()) {}
 
   [[nodiscard]] int descriptor() const override { return timer_.get(); }
   [[nodiscard]] Time next_timeout() const override { return due_; }
-  [[nodiscard]] std::string description() const override { return description_; }
+  [[nodiscard]] std::string description() const override {
+    return address_ + " (" + recording_->format() + ")";
+  }
   [[nodiscard]] bool is_recording() const override { return true; }
   [[nodiscard]] bool is_over() const override { return is_over_; }
+  std::optional<std::string> take_event() override { return std::exchange(event_, {}); }
 
   // Passes one record at a time, even if several are due: the caller must be able to take the
   // result of one record before the next one arrives.
@@ -59,6 +63,7 @@ class Playback final : public Transport {
   Result<void> take_next(Time now) {
     auto got = next_record();
     if (!got) return got.error();
+    if (!*got && !std::exchange(has_ended_, true)) report_end();
     if (!*got && loops_) {
       recording_->rewind();
       began_.reset();
@@ -75,6 +80,12 @@ class Playback final : public Transport {
     }
     due_ = started_ + at_speed(record_.time - *began_);
     return {};
+  }
+  void report_end() {
+    std::string remarks = recording_->remarks();
+    if (!has_record_)
+      remarks = "there is nothing to play in it" + (remarks.empty() ? "" : "; " + remarks);
+    if (!remarks.empty()) event_ = description() + ": " + remarks;
   }
   [[nodiscard]] Duration at_speed(Duration then) const {
     if (speed_ == 1) return std::max(Duration(0), then);
@@ -95,7 +106,9 @@ class Playback final : public Transport {
   File timer_;  // never becomes readable: callers wait for next_timeout()
   double speed_;
   bool loops_;
-  std::string description_;
+  std::string address_;
+  std::optional<std::string> event_;  // for take_event()
+  bool has_ended_ = false;            // at least once
   CaptureRecord record_;
   bool has_record_ = false;
   bool is_over_ = false;

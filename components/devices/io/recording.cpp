@@ -4,13 +4,13 @@
 #include <array>
 #include <filesystem>
 #include <fstream>
+#include <map>
 #include <vector>
 
-#include <pcap/pcap.h>
-
+#include "base/text.h"
 #include "components/devices/core/device_clock.h"
-#include "components/devices/core/packet.h"
 #include "components/devices/core/video_frame.h"
+#include "components/devices/io/packet_capture.h"
 #include "components/devices/io/video_exchange.h"
 #include "os/file.h"
 
@@ -24,9 +24,12 @@ using tims::os::system_error;
 // CaptureFile writes no longer ones.
 constexpr std::size_t kCaptureLineMax = 16 << 20;
 
+// Unreadable lines and frames that drivers cannot use are left out and counted.
 class CaptureLines final : public Recording {
  public:
-  explicit CaptureLines(std::ifstream file) : file_(std::move(file)) {}
+  // `interface`: of a candump log; empty: all.
+  explicit CaptureLines(std::ifstream file, std::string interface = {})
+      : file_(std::move(file)), interface_(std::move(interface)) {}
 
   Result<bool> next(CaptureRecord& record) override {
     while (read_line()) {
@@ -37,9 +40,9 @@ class CaptureLines final : public Recording {
                                         " MB, so it is not a recording of a device");
       const auto parsed = parse_record(line_, record);
       if (!parsed)
-        return Error(Errc::kMalformed,
-                     "line " + std::to_string(number_) + ": " + parsed.error().detail());
-      if (*parsed) return true;
+        count_unreadable(parsed.error().detail());
+      else if (*parsed && is_wanted(record))
+        return true;
     }
     return false;
   }
@@ -47,9 +50,35 @@ class CaptureLines final : public Recording {
     file_.clear();
     file_.seekg(0);
     number_ = 0;
+    unreadable_ = fd_ = errors_ = 0;
+    buses_.clear();
   }
+  [[nodiscard]] std::string format() const override {
+    return buses_.empty() ? "RACK capture" : "candump log";
+  }
+  [[nodiscard]] std::string remarks() const override {
+    std::string text;
+    const auto append = [&text](std::uint64_t count, const std::string& what,
+                                const std::string& more) {
+      if (count == 0) return;
+      text += (text.empty() ? "left out: " : ", ") + std::to_string(count) + " " + what;
+      text += (count == 1 ? "" : "s") + more;
+    };
+    append(fd_, "frame", " of CAN FD");
+    append(errors_, "error frame", "");
+    for (const auto& [bus, frames] : buses_)
+      if (!interface_.empty() && bus != interface_)
+        append(frames, "frame", " of " + tims::base::printable(bus));
+    append(unreadable_, "unreadable line", ", the first is " + first_unreadable_);
+    if (interface_.empty() && buses_.size() > 1)
+      text += (text.empty() ? "" : "; ") + several_buses();
+    return text;
+  }
+  [[nodiscard]] std::uint64_t unreadable() const { return unreadable_; }
 
  private:
+  static constexpr std::size_t kBusesMax = 16;
+
   // The next line; of one that is too long only the beginning, and the rest is skipped.
   bool read_line() {
     line_.clear();
@@ -65,10 +94,37 @@ class CaptureLines final : public Recording {
     return !line_.empty();
   }
 
+  void count_unreadable(const std::string& why) {
+    if (unreadable_++ == 0) first_unreadable_ = "line " + std::to_string(number_) + ": " + why;
+  }
+  bool is_wanted(const CaptureRecord& record) {
+    if (!record.bus.empty() && (buses_.size() < kBusesMax || buses_.contains(record.bus)))
+      ++buses_[record.bus];
+    const bool is_other = !record.bus.empty() && record.bus != interface_;
+    if (!interface_.empty() && is_other) return false;
+    if (record.frame == FrameKind::kFd) ++fd_;
+    if (record.frame == FrameKind::kError) ++errors_;
+    return record.frame == FrameKind::kData;
+  }
+  [[nodiscard]] std::string several_buses() const {
+    std::string names;
+    for (const auto& [bus, frames] : buses_)
+      names += (names.empty() ? "" : ", ") + tims::base::printable(bus);
+    return "the frames of several interfaces (" + names +
+           ") are played as those of one bus; choose one, for example ?interface=" +
+           tims::base::printable(buses_.begin()->first);
+  }
+
   std::ifstream file_;
   std::array<char, 64 << 10> piece_{};
+  std::string interface_;
   std::string line_;
   std::size_t number_ = 0;
+  std::uint64_t unreadable_ = 0;
+  std::uint64_t fd_ = 0;
+  std::uint64_t errors_ = 0;
+  std::string first_unreadable_;
+  std::map<std::string, std::uint64_t> buses_;  // number of frames by interface
 };
 
 // Raw bytes with the timing of a line of that rate, in pieces of 1 ms.
@@ -91,6 +147,9 @@ class RawBytes final : public Recording {
     file_.seekg(0);
     taken_ = 0;
   }
+  [[nodiscard]] std::string format() const override {
+    return "raw bytes, at " + std::to_string(baud_) + " baud";
+  }
 
  private:
   static constexpr std::uint32_t kPiecesOfSecond = 1000;
@@ -99,60 +158,6 @@ class RawBytes final : public Recording {
   std::uint32_t baud_;
   std::size_t piece_;
   std::size_t taken_ = 0;
-};
-
-// `port`: for TCP the port of the device, for UDP that of the receiver; 0: all ports.
-class PacketCapture final : public Recording {
- public:
-  PacketCapture(std::string path, std::uint16_t port) : path_(std::move(path)), port_(port) {}
-  ~PacketCapture() override { close(); }
-
-  Result<void> open() {
-    std::array<char, PCAP_ERRBUF_SIZE> error{};
-    file_ = ::pcap_open_offline_with_tstamp_precision(path_.c_str(), PCAP_TSTAMP_PRECISION_NANO,
-                                                      error.data());
-    if (file_ == nullptr) return Error(Errc::kMalformed, error.data());
-    link_ = static_cast<PacketLink>(::pcap_datalink(file_));
-    return {};
-  }
-
-  Result<bool> next(CaptureRecord& record) override {
-    pcap_pkthdr* header = nullptr;
-    const unsigned char* data = nullptr;
-    for (;;) {
-      const int got = file_ == nullptr ? PCAP_ERROR_BREAK : ::pcap_next_ex(file_, &header, &data);
-      if (got == PCAP_ERROR_BREAK) return false;
-      if (got != 1) return Error(Errc::kMalformed, ::pcap_geterr(file_));
-      const auto payload = payload_of(link_, std::as_bytes(std::span(data, header->caplen)));
-      if (!payload || !is_wanted(*payload)) continue;
-      const auto bytes = payload->is_tcp ? order_.take(*payload) : payload->bytes;
-      if (bytes.empty()) continue;
-      record.bytes.assign(bytes.begin(), bytes.end());
-      record.id = payload->is_tcp ? 0 : payload->from_port;
-      record.time = std::chrono::seconds(header->ts.tv_sec) + Duration(header->ts.tv_usec);
-      return true;
-    }
-  }
-  void rewind() override {
-    close();
-    order_ = {};
-    (void)open();
-  }
-
- private:
-  [[nodiscard]] bool is_wanted(const Payload& payload) const {
-    return port_ == 0 || port_ == (payload.is_tcp ? payload.from_port : payload.to_port);
-  }
-  void close() {
-    if (file_ != nullptr) ::pcap_close(file_);
-    file_ = nullptr;
-  }
-
-  std::string path_;
-  std::uint16_t port_;
-  pcap_t* file_ = nullptr;
-  PacketLink link_{};
-  StreamOrder order_;
 };
 
 // A folder of pictures as the frames of a camera, sorted by name, 20 per second.
@@ -179,6 +184,7 @@ class Pictures final : public Recording {
     return true;
   }
   void rewind() override { next_ = 0; }
+  [[nodiscard]] std::string format() const override { return "pictures"; }
 
  private:
   static constexpr Duration kBetween = std::chrono::milliseconds(50);
@@ -188,12 +194,36 @@ class Pictures final : public Recording {
 };
 
 RecordingFormat format_of_file(std::ifstream& file) {
-  std::array<std::byte, 512> beginning{};
-  file.read(reinterpret_cast<char*>(beginning.data()), beginning.size());
+  std::vector<std::byte> beginning(std::size_t{64} << 10);
+  file.read(reinterpret_cast<char*>(beginning.data()),
+            static_cast<std::streamsize>(beginning.size()));
   const auto size = static_cast<std::size_t>(file.gcount());
   file.clear();
   file.seekg(0);
   return format_of(std::span(beginning).first(size));
+}
+
+std::string option(const DeviceAddress& address, std::string_view name) {
+  const auto found = address.options.find(name);
+  return found == address.options.end() ? std::string() : found->second;
+}
+
+Error not_a_recording(const std::string& path, RecordingFormat format) {
+  switch (format) {
+    case RecordingFormat::kCandumpView:
+      return {Errc::kInvalidArgument,
+              path + " is the text that candump displays, not its log; record " +
+                  "with candump -L can0 > can.log"};
+    case RecordingFormat::kHexText:
+      return {Errc::kInvalidArgument,
+              path + " has bytes as hex digits without times; convert them with " +
+                  "xxd -r -p, and give the rate of the line, for example ?baud=9600"};
+    default:
+      return {Errc::kInvalidArgument,
+              path + " is not a recording: neither a RACK capture nor a log of candump -L nor a " +
+                  "packet capture; if it has the raw bytes of a line, give their rate, for " +
+                  "example ?baud=115200"};
+  }
 }
 
 }  // namespace
@@ -208,23 +238,26 @@ Result<std::unique_ptr<Recording>> open_recording(const DeviceAddress& address,
   }
   std::ifstream file(address.place, std::ios::binary);
   if (!file) return system_error(address.place);
-  switch (format_of_file(file)) {
+  if (file.peek() == std::ifstream::traits_type::eof())
+    return Error(Errc::kInvalidArgument, address.place + " is empty");
+  const RecordingFormat format = format_of_file(file);
+  switch (format) {
     case RecordingFormat::kCapture:
-      return std::unique_ptr<Recording>(std::make_unique<CaptureLines>(std::move(file)));
+      return std::unique_ptr<Recording>(
+          std::make_unique<CaptureLines>(std::move(file), option(address, "interface")));
     case RecordingFormat::kRaw:
+      if (address.baud(baud) == 0) break;
       return std::unique_ptr<Recording>(
           std::make_unique<RawBytes>(std::move(file), address.baud(baud)));
-    case RecordingFormat::kPcap:
+    case RecordingFormat::kPcap: {
+      const auto port = tims::base::parse_number<std::uint16_t>(option(address, "port"));
+      return open_packet_capture(address.place, port.value_or(0));
+    }
+    case RecordingFormat::kCandumpView:
+    case RecordingFormat::kHexText:
       break;
   }
-  const auto port = address.options.find("port");
-  auto packets = std::make_unique<PacketCapture>(
-      address.place, port == address.options.end()
-                         ? std::uint16_t{0}
-                         : static_cast<std::uint16_t>(std::stoul(port->second)));
-  if (auto opened = packets->open(); !opened)
-    return Error(Errc::kMalformed, address.place + ": " + opened.error().detail());
-  return std::unique_ptr<Recording>(std::move(packets));
+  return not_a_recording(address.place, format);
 }
 
 // Reads all lines and skips unreadable ones.
@@ -235,15 +268,11 @@ Result<std::uint64_t> read_recording(
   if (format_of_file(file) != RecordingFormat::kCapture)
     return Error(Errc::kMalformed, path + " is not a RACK recording");
   CaptureLines lines(std::move(file));
-  std::uint64_t unreadable = 0;
   CaptureRecord record;
   for (;;) {
     const auto got = lines.next(record);
-    if (got && !*got) return unreadable;
-    if (!got) {
-      ++unreadable;
-      continue;
-    }
+    if (!got) return got.error();
+    if (!*got) return lines.unreadable();
     if (auto good = take(record); !good) {
       const auto at = std::chrono::duration_cast<std::chrono::milliseconds>(record.time);
       return Error(good.error().code(),

@@ -17,9 +17,15 @@ class Recording {
   // Returns false at the end.
   virtual Result<bool> next(CaptureRecord& record) = 0;
   virtual void rewind() = 0;
+  // For the user, for example "candump log".
+  [[nodiscard]] virtual std::string format() const = 0;
+  // For the user: what of the file was left out so far, and why, and what to choose; empty if there
+  // is nothing to state.
+  [[nodiscard]] virtual std::string remarks() const { return {}; }
 };
 
-// Opens the file of an address "play:FILE". `baud`: rate at which raw bytes are played.
+// Opens the file of an address "play:FILE". `baud`: rate at which raw bytes are played; 0: they are
+// refused unless the address has a rate.
 Result<std::unique_ptr<Recording>> open_recording(const DeviceAddress& address, std::uint32_t baud);
 
 // Passes all records of a capture to `take`. Returns the number of unreadable lines: if the

@@ -1,7 +1,7 @@
 #include "components/devices/positioning/nmea.h"
 
+#include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <numbers>
 
 #include "base/text.h"
@@ -21,12 +21,19 @@ std::optional<unsigned> hex_digit(char c) {
   return std::nullopt;
 }
 
-// The two digits at the end of a line.
-std::optional<unsigned> checksum_at_end(std::string_view line) {
-  const auto high = hex_digit(line[line.size() - 2]);
+struct ChecksumAtEnd {
+  unsigned sum = 0;
+  std::size_t digits = 0;
+};
+
+// Some receivers omit a leading zero.
+std::optional<ChecksumAtEnd> checksum_at_end(std::string_view line) {
   const auto low = hex_digit(line[line.size() - 1]);
-  if (!high || !low || line[line.size() - 3] != '*') return std::nullopt;
-  return *high << 4 | *low;
+  if (!low) return std::nullopt;
+  if (line[line.size() - 2] == '*') return ChecksumAtEnd{.sum = *low, .digits = 1};
+  const auto high = hex_digit(line[line.size() - 2]);
+  if (!high || line[line.size() - 3] != '*') return std::nullopt;
+  return ChecksumAtEnd{.sum = *high << 4 | *low, .digits = 2};
 }
 
 unsigned checksum_of(std::string_view text) {
@@ -38,6 +45,27 @@ unsigned checksum_of(std::string_view text) {
 // Whether the text has the start and the checksum of a sentence.
 bool looks_like_sentence(std::string_view line) {
   return begins_sentence(line.front()) && line.find('*') != std::string_view::npos;
+}
+
+// "$GPRMC,...": a talker, a type and fields, all printable.
+bool looks_like_sentence_without_checksum(std::string_view line) {
+  constexpr std::size_t kName = 6;
+  const auto is_printable = [](char c) { return c >= ' ' && c <= '~'; };
+  const auto is_capital = [](char c) { return c >= 'A' && c <= 'Z'; };
+  return line.size() > kName && begins_sentence(line.front()) && line[kName] == ',' &&
+         std::ranges::all_of(line.substr(1, kName - 1), is_capital) &&
+         line.find('*') == std::string_view::npos && std::ranges::all_of(line, is_printable);
+}
+
+// The end of the first line: LF, or a CR before the next sentence. Only the part of `text` after
+// `from` is searched for LF.
+std::size_t end_of_line(std::string_view text, std::size_t from) {
+  const std::size_t feed = text.find('\n', from);
+  const std::string_view line = text.substr(0, feed);
+  for (std::size_t at = line.find('\r', from > 0 ? from - 1 : 0);
+       at != std::string_view::npos && at + 1 < line.size(); at = line.find('\r', at + 1))
+    if (at > 0 && begins_sentence(line[at + 1])) return at;
+  return feed;
 }
 
 // Splits the text between $ and * into fields and computes its checksum in one pass. Returns false
@@ -77,11 +105,13 @@ std::optional<int> two_digits(std::string_view text) {
 }  // namespace
 
 bool parse_nmea(std::string_view line, NmeaSentence& sentence) {
-  constexpr std::size_t kLeast = 5;  // "$X*hh"
+  constexpr std::size_t kLeast = 4;  // "$X*h"
   if (line.size() < kLeast || !begins_sentence(line.front())) return false;
   const auto expected = checksum_at_end(line);
   unsigned sum = 0;
-  return expected && split(line.substr(1, line.size() - 4), sentence, sum) && sum == *expected;
+  if (!expected || line.size() < expected->digits + 3) return false;
+  return split(line.substr(1, line.size() - 2 - expected->digits), sentence, sum) &&
+         sum == expected->sum;
 }
 
 void append_nmea(std::vector<std::byte>& out, std::string_view text) {
@@ -165,17 +195,16 @@ bool NmeaLines::next(NmeaSentence& sentence) {
   buffer_.consume(std::exchange(used_, 0));
   while (buffer_.size() > searched_) {
     const auto bytes = buffer_.bytes().first(std::min(buffer_.size(), kLineMax));
-    const auto* const text = reinterpret_cast<const char*>(bytes.data());
-    const auto* const end =
-        static_cast<const char*>(std::memchr(text + searched_, '\n', bytes.size() - searched_));
-    if (end == nullptr) {
+    const std::string_view text(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+    const std::size_t end = end_of_line(text, searched_);
+    if (end == std::string_view::npos) {
       searched_ = bytes.size();
       if (searched_ < kLineMax) return false;
       buffer_.consume(std::exchange(searched_, 0));  // no sentence is that long
       is_rest_ = true;
       continue;
     }
-    std::string_view line(text, static_cast<std::size_t>(end - text));
+    std::string_view line = text.substr(0, end);
     const std::size_t size = line.size() + 1;
     searched_ = 0;
     while (!line.empty() && (line.back() == '\r' || line.back() == ' ')) line.remove_suffix(1);
@@ -190,14 +219,18 @@ bool NmeaLines::next(NmeaSentence& sentence) {
 
 bool NmeaLines::parse_line(std::string_view line, NmeaSentence& sentence) {
   const bool is_rest = std::exchange(is_rest_, false);
-  std::size_t at = 0;
+  std::size_t at = std::min(line.find_first_not_of('\r'), line.size());  // lines that end LF CR
+  line.remove_prefix(at);
+  if (line.empty()) return false;
   bool good = !is_rest && parse_nmea(line, sentence);
   if (!good) {
     if (!is_rest && looks_like_sentence(line)) ++broken_;
-    at = line.find_last_of("$!");
-    good = at != std::string_view::npos && (at > 0 || is_rest) &&
-           parse_nmea(line.substr(at), sentence);
+    if (!is_rest && looks_like_sentence_without_checksum(line)) ++without_checksum_;
+    const std::size_t last = line.find_last_of("$!");
+    good = last != std::string_view::npos && (last > 0 || is_rest) &&
+           parse_nmea(line.substr(last), sentence);
     if (good) ++recovered_;
+    if (good) at += last;
   }
   if (!good) return false;
   ++sentences_;

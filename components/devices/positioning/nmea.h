@@ -33,7 +33,7 @@ struct NmeaSentence {
 };
 
 // Parses a line without its line end. Returns false if it is not exactly one sentence, or if the
-// checksum is wrong or missing.
+// checksum is wrong or missing. A checksum below 16 may have one digit.
 bool parse_nmea(std::string_view line, NmeaSentence& sentence);
 // Appends "GPRMC,1,2" as "$GPRMC,1,2*hh" with its line end.
 void append_nmea(std::vector<std::byte>& out, std::string_view text);
@@ -49,8 +49,8 @@ std::optional<Duration> nmea_time_of_day(std::string_view field);
 std::optional<int> nmea_date(std::string_view field);
 std::optional<int> days_since_1970(int year, unsigned month, unsigned day);
 
-// Splits a stream into sentences. If a truncated line is directly followed by a sentence, that
-// sentence is recovered.
+// Splits a stream into sentences. Lines end with CR LF, LF, or CR before the next sentence. If a
+// truncated line is directly followed by a sentence, that sentence is recovered.
 class NmeaLines {
  public:
   // Maximum size of a piece; call next() until it returns false before adding more.
@@ -66,6 +66,8 @@ class NmeaLines {
   [[nodiscard]] std::uint64_t recovered() const { return recovered_; }
   // Number of lines with the start and checksum of a sentence that are invalid.
   [[nodiscard]] std::uint64_t broken() const { return broken_; }
+  // Number of sentences that are refused because they have no checksum.
+  [[nodiscard]] std::uint64_t without_checksum() const { return without_checksum_; }
 
  private:
   // Some manufacturers send more than the 82 characters of the standard.
@@ -80,6 +82,7 @@ class NmeaLines {
   std::uint64_t sentences_ = 0;
   std::uint64_t recovered_ = 0;
   std::uint64_t broken_ = 0;
+  std::uint64_t without_checksum_ = 0;
 };
 
 }  // namespace rack::device

@@ -1,6 +1,8 @@
 #include "components/devices/positioning/nmea_fix.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace rack::device {
 namespace {
@@ -11,6 +13,8 @@ constexpr Duration kHalfDay = 12h;
 constexpr Duration kDay = 24h;
 constexpr double kKnot = 1852.0 / 3600;  // m/s
 constexpr double kUnknownDop = 999.999;  // as in the original
+constexpr Duration kRoundTimeMax = 5s;   // all sentences of a round
+constexpr Duration kDateAgeMax = 12h;    // longer, and more than one midnight may have passed
 
 std::optional<int> whole(std::string_view field) {
   const auto number = nmea_number(field);
@@ -37,6 +41,7 @@ bool reports_position(NmeaKind kind) {
 void NmeaFix::reset() { *this = NmeaFix(deviations_); }
 
 void NmeaFix::add(NmeaKind kind, const NmeaSentence& sentence) {
+  latest_ = sentence.began;
   const bool ends_with_time = kind == NmeaKind::kGll;
   const bool has_time = reports_position(kind) || kind == NmeaKind::kGst || kind == NmeaKind::kZda;
   if (has_time) take_time(sentence[ends_with_time ? 5 : 1], sentence.began);
@@ -85,13 +90,18 @@ void NmeaFix::end_round() {
   round_began_ = {};
 }
 
-void NmeaFix::take_date(std::optional<int> day, std::string_view time) {
-  const auto time_of_day = nmea_time_of_day(time);
-  if (day && time_of_day) date_ = {.day = *day, .time_of_day = *time_of_day};
+void NmeaFix::take_date(std::optional<int> day, const NmeaSentence& sentence) {
+  const auto time_of_day = nmea_time_of_day(sentence[1]);
+  if (day && time_of_day)
+    date_ = {.day = *day,
+             .time_of_day = *time_of_day,
+             .received = sentence.began,
+             .had_fix = quality() != Quality::kNone};
 }
 
 GpsMoment NmeaFix::moment() const {
-  if (!date_ || !time_of_day_) return {};
+  if (!date_ || !time_of_day_ || latest_ - date_->received > kDateAgeMax) return {};
+  if (!date_->had_fix && quality() != Quality::kNone) return {};
   // The date and this time may have been received on different sides of midnight.
   int day = date_->day;
   if (*time_of_day_ + kHalfDay < date_->time_of_day) ++day;
@@ -103,7 +113,7 @@ GpsMoment NmeaFix::moment() const {
 
 void NmeaFix::add_rmc(const NmeaSentence& sentence) {
   store(status_, std::optional(quality_of(sentence[2], sentence[12])));
-  take_date(nmea_date(sentence[9]), sentence[1]);
+  take_date(nmea_date(sentence[9]), sentence);
   if (status_.value == Quality::kNone) return;
   take_place(sentence, 3);
   take_motion(sentence[7], sentence[8]);
@@ -169,13 +179,16 @@ void NmeaFix::add_zda(const NmeaSentence& sentence) {
   if (!year || !month || !day || *month < 0 || *day < 0) return;
   if (*year < kCentury) *year += 2000;
   take_date(days_since_1970(*year, static_cast<unsigned>(*month), static_cast<unsigned>(*day)),
-            sentence[1]);
+            sentence);
 }
 
 void NmeaFix::take_place(const NmeaSentence& sentence, std::size_t first_field) {
   const auto latitude = nmea_angle(sentence[first_field], sentence[first_field + 1]);
   const auto longitude = nmea_angle(sentence[first_field + 2], sentence[first_field + 3]);
-  if (latitude && longitude) place_ = {.latitude = *latitude, .longitude = *longitude};
+  if (latitude && longitude)
+    store(place_, std::optional(Place{.latitude = *latitude, .longitude = *longitude}));
+  else if (place_.round != round_)
+    store(place_, {});  // the place is lost, unless another sentence of this round has one
 }
 
 // Satellites, dilution and height are consecutive fields in GGA and GNS.
@@ -188,7 +201,7 @@ void NmeaFix::take_height(const NmeaSentence& sentence, std::size_t satellites_f
 // A receiver at rest sends no course: the last one is kept.
 void NmeaFix::take_motion(std::string_view knots, std::string_view course) {
   if (const auto speed = nmea_number(knots)) store(speed_, std::optional(*speed * kKnot));
-  if (const auto degrees = nmea_number(course)) course_ = degrees;
+  if (const auto degrees = nmea_number(course)) store(course_, degrees);
 }
 
 NmeaFix::Quality NmeaFix::quality_of(char mode) {
@@ -233,10 +246,17 @@ NmeaFix::Quality NmeaFix::quality() const {
   return newer == Quality::kNone || *gga == Quality::kNone ? newer : *gga;
 }
 
+// The receiver sends the same time of day again and again.
+bool NmeaFix::is_stuck() const { return time_of_day_ && latest_ - round_began_ > kRoundTimeMax; }
+
+std::optional<NmeaFix::Place> NmeaFix::place() const {
+  return is_stuck() ? std::nullopt : known(place_);
+}
+
 i32 NmeaFix::mode() const {
   constexpr int kSatellitesOf3d = 4;
   const Quality found = quality();
-  if (found == Quality::kNone || !place_) return gps_mode::kInvalid;
+  if (found == Quality::kNone || !place()) return gps_mode::kInvalid;
   const auto dimensions = known(dimensions_, kRoundsKept);
   const bool has_height =
       known(height_).has_value() && known(satellites_).value_or(0) >= kSatellitesOf3d;
@@ -249,11 +269,12 @@ i32 NmeaFix::mode() const {
 
 void NmeaFix::fill(GpsData& data) const {
   data.mode = mode();
-  data.latitude = place_ ? place_->latitude : 0;
-  data.longitude = place_ ? place_->longitude : 0;
-  if (const auto height = known(height_)) data.altitude = Millimetres<i32>::from_si(*height);
+  const auto found = place();
+  data.latitude = found ? found->latitude : 0;
+  data.longitude = found ? found->longitude : 0;
+  data.altitude = Millimetres<i32>::from_si(known(height_, kRoundsKept).value_or(0));
   const auto heading = known(heading_);
-  data.heading = heading_of(heading ? *heading : course_.value_or(0));
+  data.heading = heading_of(heading ? *heading : course_.value.value_or(0));
   data.speed = MillimetresPerSecond<i32>::from_si(known(speed_).value_or(0));
   data.satelliteNum = known(satellites_, kRoundsKept).value_or(0);
   const auto pdop = known(pdop_, kRoundsKept);
@@ -262,6 +283,8 @@ void NmeaFix::fill(GpsData& data) const {
   data.utcTime = now.utc ? std::chrono::floor<std::chrono::seconds>(*now.utc).count() : 0;
   data.pos = {};
   data.var = guessed_deviations(deviations_, data.mode, data.satelliteNum);
+  // A robot may have turned since a receiver at rest sent the last course.
+  if (!heading && !known(course_, kRoundsKept)) data.var.rho = std::numbers::pi_v<float>;
   if (const auto reported = known(reported_deviations_);
       reported && data.mode != gps_mode::kInvalid) {
     data.var.x = Millimetres<i32>::from_si(reported->latitude);

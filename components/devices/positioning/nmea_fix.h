@@ -3,7 +3,8 @@
 // RMC: time, date, position, speed, course. GGA, GNS: position, quality, satellites, height. GLL:
 // position. GSA: 2D or 3D, dilution. VTG: speed, course. GST: standard deviations. ZDA: time and
 // date. HDT: heading of two antennas. All sentences of one measurement have the same time of day
-// and form a round. Values older than the previous round are not used.
+// and form a round. Every value has an age: values older than the previous round are not used, and
+// a round ends after some seconds even if the receiver repeats its time of day.
 #pragma once
 
 #include "components/devices/positioning/gps.h"
@@ -65,6 +66,8 @@ class NmeaFix {
   struct Date {
     int day = 0;             // since 1970
     Duration time_of_day{};  // time of day at which the date was received
+    Time received{};
+    bool had_fix = false;  // without one, receivers send the date of their own clock
   };
 
   void add_rmc(const NmeaSentence& sentence);
@@ -77,7 +80,7 @@ class NmeaFix {
   void add_gns(const NmeaSentence& sentence);
 
   void take_time(std::string_view field, Time began);
-  void take_date(std::optional<int> day, std::string_view time);
+  void take_date(std::optional<int> day, const NmeaSentence& sentence);
   void take_place(const NmeaSentence& sentence, std::size_t first_field);
   void take_height(const NmeaSentence& sentence, std::size_t satellites_field);
   void take_motion(std::string_view knots, std::string_view course);
@@ -94,6 +97,8 @@ class NmeaFix {
     return round_ - received.round <= rounds ? received.value : std::nullopt;
   }
   [[nodiscard]] Quality quality() const;
+  [[nodiscard]] bool is_stuck() const;
+  [[nodiscard]] std::optional<Place> place() const;
   [[nodiscard]] i32 mode() const;
 
   GpsDeviations deviations_;
@@ -103,8 +108,9 @@ class NmeaFix {
   bool is_leap_second_ = false;
   Time round_began_{};
   std::optional<Date> date_;
-  std::optional<Place> place_;    // last known position
-  std::optional<double> course_;  // deg
+  Time latest_{};  // when the newest sentence began
+  Received<Place> place_;
+  Received<double> course_;  // deg
   Received<Quality> gga_;
   Received<Quality> status_;  // from RMC, GLL, GNS
   Received<int> dimensions_;  // GSA: 1 none, 2, 3

@@ -18,6 +18,7 @@ constexpr int kOftenEnough = 4;
 void NmeaReceiver::start(Time now, Output&) {
   clear_failure();
   lines_.clear();
+  binary_ = {};
   fix_.reset();
   instead_.reset();
   since_end_ = {};
@@ -30,6 +31,7 @@ void NmeaReceiver::start(Time now, Output&) {
 
 void NmeaReceiver::on_arrival(const Arrival& arrival, Output&) {
   bytes_ += arrival.bytes.size();
+  if (lines_.sentences() == 0) binary_.add(arrival.bytes);
   in_pieces(arrival, NmeaLines::kPieceMax, [this](const Arrival& piece) {
     lines_.add(piece);
     NmeaSentence sentence;
@@ -39,16 +41,27 @@ void NmeaReceiver::on_arrival(const Arrival& arrival, Output&) {
 
 // There is no data set yet: fails with the probable reason.
 void NmeaReceiver::on_timeout(Time now, Output&) {
-  if (!timer_.take_due(now)) return;
-  const std::string at = std::to_string(settings_.baud) + " baud";
-  if (bytes_ == 0)
-    fail(tims::Errc::kTimeout, "the receiver sends nothing; check its power and the serial line");
-  else if (lines_.sentences() == 0)
-    fail(tims::Errc::kTimeout, "received data are not NMEA at " + at +
-                                   "; set baudrate, mostly 4800, 9600, 38400 or 115200");
-  else
-    fail(tims::Errc::kTimeout,
-         "the receiver sends no position; configure it to send RMC, GGA, GNS or GLL");
+  if (timer_.take_due(now)) fail(tims::Errc::kTimeout, why_silent());
+}
+
+std::string NmeaReceiver::why_silent() const {
+  if (bytes_ == 0) return "the receiver sends nothing; check its power and the serial line";
+  if (lines_.sentences() == 0) return why_no_sentence();
+  return "the receiver sends no position; configure it to send RMC, GGA, GNS or GLL";
+}
+
+std::string NmeaReceiver::why_no_sentence() const {
+  if (const std::string_view binary = binary_.found(); !binary.empty())
+    return "the receiver sends " + std::string(binary);
+  if (lines_.without_checksum() > 0)
+    return "the receiver sends NMEA without checksums, with which errors of the line cannot be "
+           "recognised; configure it to send them (*hh at the end of each sentence)";
+  if (lines_.broken() > 0)
+    return "all " + std::to_string(lines_.broken()) +
+           " sentences of NMEA have wrong checksums; check the serial line for interference and "
+           "other writers";
+  return "received data are not NMEA at " + std::to_string(settings_.baud) +
+         " baud; set baudrate, mostly 4800, 9600, 38400 or 115200";
 }
 
 void NmeaReceiver::add(const NmeaSentence& sentence) {

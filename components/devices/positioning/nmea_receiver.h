@@ -6,6 +6,7 @@
 // four times is used instead.
 #pragma once
 
+#include "components/devices/positioning/binary_protocols.h"
 #include "components/devices/positioning/nmea_fix.h"
 
 namespace rack::device {
@@ -37,15 +38,20 @@ class NmeaReceiver final : public Dialogue {
   [[nodiscard]] const NmeaLines& lines() const { return lines_; }
   [[nodiscard]] std::uint64_t broken() const { return lines_.broken(); }
 
+  // Why there was no data set, as far as the received bytes show it.
+  [[nodiscard]] std::string why_silent() const;
+
   // Adds a sentence that was received together with another protocol.
   void add(const NmeaSentence& sentence);
 
  private:
   void count_position(NmeaKind kind, Time began);
+  [[nodiscard]] std::string why_no_sentence() const;
   void publish();
 
   NmeaSettings settings_;
   NmeaLines lines_;
+  BinaryProtocols binary_;
   NmeaFix fix_;
   std::optional<NmeaKind> instead_;  // replaces start and end if they are not received
   std::array<int, kNmeaKinds> since_end_{};

@@ -143,6 +143,47 @@ TEST(NmeaTest, ALineWithoutEndIsForgotten) {
   EXPECT_EQ(sentence[1], "1");
 }
 
+TEST(NmeaTest, LinesMayEndInOtherWays) {
+  for (const char* end : {"\r\n", "\n", "\r", "\n\r", "\r\r\n"}) {
+    std::string all;
+    for (int i = 1; i <= 3; ++i) {
+      std::string one = line("GPRMC," + std::to_string(i));
+      one.resize(one.size() - 2);
+      all += one + end;
+    }
+    all += "$";
+    for (const std::size_t piece : {std::size_t{1}, all.size()}) {
+      NmeaLines lines;
+      NmeaSentence sentence;
+      int found = 0;
+      const auto bytes = bytes_of_text(all);
+      for (std::size_t at = 0; at < bytes.size(); at += piece) {
+        lines.add({.bytes = std::span(bytes).subspan(at, std::min(piece, bytes.size() - at))});
+        while (lines.next(sentence)) EXPECT_EQ(sentence[1], std::to_string(++found));
+      }
+      EXPECT_EQ(found, 3) << piece;
+      EXPECT_EQ(lines.broken() + lines.recovered(), 0U) << piece;
+    }
+  }
+}
+
+TEST(NmeaTest, AChecksumMayHaveOneDigit) {
+  // The XOR of all characters is below 16.
+  NmeaSentence sentence;
+  int found = 0;
+  for (const char c : {' ', '"', '#'}) {
+    std::string text = line(std::string("GPRMC,A") + c);
+    text.resize(text.size() - 2);
+    if (text[text.size() - 2] != '0') continue;
+    ++found;
+    text.erase(text.size() - 2, 1);
+    EXPECT_TRUE(parse_nmea(text, sentence)) << text;
+    text.back() = text.back() == '1' ? '2' : '1';
+    EXPECT_FALSE(parse_nmea(text, sentence)) << text;
+  }
+  EXPECT_EQ(found, 3);
+}
+
 // --- a receiver
 
 class NmeaReceiverTest : public testing::Test {
@@ -244,6 +285,86 @@ TEST_F(NmeaReceiverTest, AFixIsLostAndFoundAgain) {
   EXPECT_EQ(round(5, true), gps_mode::k2d);  // bits are not kept
 }
 
+// nmea-valid-without-place.nmea: the status stays valid, but the fields of the place are empty.
+TEST_F(NmeaReceiverTest, APlaceThatIsNotSentAnyMoreIsLost) {
+  NmeaReceiver receiver({});
+  receiver.start(now_, out_);
+  const auto round = [&](int second, bool placed) {
+    const std::string time = "1200" + std::to_string(10 + second) + ".00";
+    const std::string place = placed ? "5200.0,N,00900.0,E," : ",,,,";
+    receive(receiver, "GPRMC," + time + ",A," + place + "1.5,90.0,010120,,,A");
+    const auto data = taken(receiver);
+    receive(receiver, "GPGGA," + time + "," + place + "1,08,0.9,50.0,M,45,M,,");
+    return *data;
+  };
+  (void)round(1, true);
+  EXPECT_EQ(round(2, true).mode, gps_mode::k3d);
+  for (int second = 3; second < 20; ++second) {
+    const GpsData lost = round(second, false);
+    EXPECT_EQ(lost.mode, gps_mode::kInvalid) << second;
+    EXPECT_EQ(lost.latitude, 0) << second;
+  }
+  EXPECT_EQ(round(20, true).mode, gps_mode::k3d);
+}
+
+TEST_F(NmeaReceiverTest, OneSentenceOfARoundMayHaveThePlace) {
+  NmeaReceiver receiver({});
+  receiver.start(now_, out_);
+  for (int second = 10; second < 20; ++second) {
+    const std::string time = "1200" + std::to_string(second);
+    receive(receiver, "GPGGA," + time + ",5200.0,N,00900.0,E,1,08,0.9,50.0,M,45,M,,");
+    receive(receiver, "GPRMC," + time + ",A,,,,,1.5,90.0,010120,,,A");
+    EXPECT_EQ(taken(receiver)->mode, gps_mode::k3d);
+  }
+}
+
+TEST_F(NmeaReceiverTest, AReceiverThatRepeatsOneMeasurementHasNoFix) {
+  NmeaReceiver receiver({});
+  receiver.start(now_, out_);
+  const auto repeat = [&] {
+    now_ += 980ms;
+    receive(receiver, "GPRMC,120000,A,5200.0,N,00900.0,E,1.5,90.0,010120,,,A");
+    return taken(receiver)->mode;
+  };
+  for (int i = 0; i < 6; ++i) EXPECT_EQ(repeat(), gps_mode::k2d) << i;  // 5 s
+  for (int i = 0; i < 6; ++i) EXPECT_EQ(repeat(), gps_mode::kInvalid) << i;
+}
+
+TEST_F(NmeaReceiverTest, HeightCourseAndDateHaveAnAge) {
+  NmeaReceiver receiver({});
+  receiver.start(now_, out_);
+  receive(receiver, "GPGGA,120000,5200.0,N,00900.0,E,1,08,0.9,50.0,M,45,M,,");
+  const auto next = [&](int second, const char* motion, const char* date = "010120") {
+    const std::string time = std::to_string(120000 + second);
+    receive(receiver, "GPRMC," + time + ",A,5200.0,N,00900.0,E," + motion + "," + date + ",,,A");
+    return *taken(receiver);
+  };
+  EXPECT_EQ(next(0, "1.5,90.0").altitude, 50000);
+  EXPECT_FLOAT_EQ(next(1, "0.0,").var.rho, 0.349F);
+  for (int second = 2; second <= 10; ++second) (void)next(second, "0.0,");
+  const GpsData later = next(11, "0.0,");
+  EXPECT_EQ(later.altitude, 0);
+  EXPECT_NEAR(later.heading, 90 * kDegree, 1e-6) << "the last known one";
+  EXPECT_FLOAT_EQ(later.var.rho, std::numbers::pi_v<float>) << "the robot may have turned";
+  EXPECT_NE(next(12, "0.0,", "").utcTime, 0);
+  now_ += 13h;
+  EXPECT_EQ(next(13, "0.0,", "").utcTime, 0) << "the date may be another one";
+}
+
+// nmea-cold-date.nmea
+TEST_F(NmeaReceiverTest, TheDateOfAReceiverWithoutAFixIsNotThatOfAFix) {
+  NmeaReceiver receiver({.start = NmeaKind::kGga, .end = NmeaKind::kGga});
+  receiver.start(now_, out_);
+  receive(receiver, "GPRMC,120000,V,,,,,,,060180,,,N");
+  receive(receiver, "GPGGA,120001,5200.0,N,00900.0,E,1,08,0.9,50.0,M,45,M,,");
+  (void)taken(receiver);
+  receive(receiver, "GPGGA,120002,5200.0,N,00900.0,E,1,08,0.9,50.0,M,45,M,,");
+  EXPECT_EQ(taken(receiver)->utcTime, 0);
+  receive(receiver, "GPRMC,120003,A,5200.0,N,00900.0,E,1.5,90.0,010120,,,A");
+  receive(receiver, "GPGGA,120003,5200.0,N,00900.0,E,1,08,0.9,50.0,M,45,M,,");
+  EXPECT_EQ(taken(receiver)->utcTime, 1577880003);
+}
+
 TEST_F(NmeaReceiverTest, QualitiesOfRmcAndGns) {
   for (const auto& [mode, expected] : {std::pair{"A", gps_mode::k2d},
                                        {"D", gps_mode::k2d + gps_mode::kDifferential},
@@ -313,6 +434,14 @@ TEST_F(NmeaReceiverTest, ErrorsAreReported) {
   };
   EXPECT_THAT(failure_after(""), testing::HasSubstr("sends nothing"));
   EXPECT_THAT(failure_after("\x80\x78\x80"), testing::HasSubstr("not NMEA at 4800 baud"));
+  const std::string bare = "$GPRMC,120000,A,5200.0,N,00900.0,E,1.50,90.0,251126,,,A\r\n";
+  EXPECT_THAT(failure_after(bare), testing::HasSubstr("without checksums"));
+  EXPECT_THAT(failure_after("$GPRMC,120000,A*00\r\n"), testing::HasSubstr("wrong checksums"));
+  const std::string ubx("\xB5\x62\x01\x07\x5C\x00 \xB5\x62\x01\x07\x5C\x00", 13);
+  EXPECT_THAT(failure_after(ubx), testing::HasSubstr("use GpsUblox"));
+  const std::string sirf("\xA0\xA2\x00\x01\x29\x00\x29\xB0\xB3", 9);
+  EXPECT_THAT(failure_after(sirf + sirf), testing::HasSubstr("SiRF binary"));
+  EXPECT_THAT(failure_after(sirf), testing::HasSubstr("not NMEA")) << "once may be chance";
   EXPECT_THAT(failure_after(line("GPGSV,1,1,00")), testing::HasSubstr("no position"));
   EXPECT_EQ(failure_after(line("GPRMC,,V,,,,,,,,,,N")), "");
 }

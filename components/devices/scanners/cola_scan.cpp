@@ -14,7 +14,6 @@ constexpr std::size_t kEncodersMax = 8;
 constexpr std::size_t kColaScanPointsMax = 2160;  // capacity of LadarData
 constexpr unsigned kLeastDistance = 16;           // lower values are codes
 constexpr double kUnitsOfDegree = 10000;
-constexpr double kFront = 90;  // degrees
 constexpr double kRadian = std::numbers::pi / 180;
 
 std::array<std::uint8_t, 2> take_pair(ColaReader& reader) {
@@ -237,7 +236,10 @@ bool scan_of_cola(const ColaScan& from, const ColaView& view, LadarData& scan) {
   const std::size_t every = (values + kColaScanPointsMax - 1) / kColaScanPointsMax;
   const std::size_t count = (values + every - 1) / every;
   const double step = step_of(*distances) * static_cast<double>(every) * kRadian;
-  const double right = (kFront - distances->start_angle / kUnitsOfDegree) * kRadian;
+  const ColaFront& front = view.front;
+  // Angles of a LadarData increase clockwise.
+  const double sign = front.is_clockwise ? 1 : -1;
+  const double first = sign * (distances->start_angle / kUnitsOfDegree - front.degrees) * kRadian;
   const bool plain = is_plain(*distances);
   const bool plain_remission = remission == nullptr || is_plain(*remission);
 
@@ -246,8 +248,8 @@ bool scan_of_cola(const ColaScan& from, const ColaView& view, LadarData& scan) {
     const unsigned value = distances->values[i * every];
     const unsigned strength = remission == nullptr ? 0 : remission->values[i * every];
     const bool is_measured = value >= kLeastDistance;
-    LadarPoint& point = scan.points[count - 1 - i];
-    point.angle = static_cast<float>(right - static_cast<double>(i) * step);
+    LadarPoint& point = scan.points[front.is_clockwise ? i : count - 1 - i];
+    point.angle = static_cast<float>(first + sign * static_cast<double>(i) * step);
     point.intensity = plain_remission ? static_cast<i32>(strength) : scaled(*remission, strength);
     point.distance = !is_measured ? 0 : plain ? static_cast<i32>(value) : scaled(*distances, value);
     const bool is_reflector =

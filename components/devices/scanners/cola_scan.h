@@ -1,8 +1,8 @@
 // LMDscandata: a scan of SICK scanners in CoLa, with all optional parts. LMDscandatacfg determines
 // which parts a scanner sends.
 //
-// Angles are counterclockwise from the right of the scanner; 90 degrees is its front. Values below
-// 16 are codes: no echo, dazzled, not plausible.
+// Angles are mostly counterclockwise from the right of the scanner, so that 90 degrees is its front
+// (cola_front.h). Values below 16 are codes: no echo, dazzled, not plausible.
 #pragma once
 
 #include <array>
@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "components/devices/scanners/cola.h"
+#include "components/devices/scanners/cola_front.h"
 #include "rack/proxies/ladar.h"
 
 namespace rack::device {
@@ -93,6 +94,7 @@ void append_cola_scan(std::vector<std::byte>& body, ColaDialect dialect, const C
 struct ColaView {
   std::int32_t max_range = 20000;        // mm; not part of the telegrams
   std::int32_t reflector_remission = 0;  // minimum remission of a reflector; 0: no reflectors
+  ColaFront front{};
 };
 
 // Converts the first echo to a clockwise scan. A scan with more values than LadarData can hold is

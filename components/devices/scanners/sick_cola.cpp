@@ -34,6 +34,8 @@ void SickCola::start(Time now, Output& out) {
   has_scan_ = false;
   password_ = 0;
   is_narrow_ = false;
+  identity_.clear();
+  named_front_.reset();
   if (settings_.only_listen) {
     state_ = State::kSpinUp;
     timer_.reset();
@@ -118,6 +120,9 @@ void SickCola::receive(const ColaTelegram& telegram, Output& out) {
     return;
   }
   if (reader.kind() == "sFA") ++errors_;
+  // A recording may have the identity, too.
+  if (settings_.only_listen && reader.kind() == "sRA" && reader.name() == "DeviceIdent")
+    take_identity(reader);
   const bool waits = state_ < State::kSpinUp && telegram.dialect == dialect_ && !failure();
   if (!waits) return;
   if (reader.kind() == "sFA")
@@ -137,8 +142,7 @@ bool SickCola::is_answer(const ColaReader& reader) const {
 void SickCola::on_answer(ColaReader& reader, Time now, Output& out) {
   switch (state_) {
     case State::kIdentify:
-      identity_ = reader.take_string();
-      if (!reader.at_end()) identity_.append(" ").append(reader.take_string());
+      take_identity(reader);
       enter(State::kLogin, now, out);
       break;
     case State::kLogin:
@@ -161,6 +165,19 @@ void SickCola::on_answer(ColaReader& reader, Time now, Output& out) {
     case State::kMeasuring:
       break;
   }
+}
+
+void SickCola::take_identity(ColaReader& reader) {
+  identity_ = reader.take_string();
+  named_front_ = front_of_name(identity_);
+  if (!reader.at_end()) identity_.append(" ").append(reader.take_string());
+}
+
+ColaFront SickCola::front() const {
+  if (settings_.front) return {.degrees = *settings_.front};
+  if (named_front_) return *named_front_;
+  const ColaChannel* const distances = cola_scan_.channel("DIST1");
+  return distances == nullptr ? ColaFront{} : front_of_range(distances->start_angle);
 }
 
 void SickCola::on_login(bool is_in, Time now, Output& out) {
@@ -246,7 +263,9 @@ void SickCola::take_scan(const ColaTelegram& telegram) {
     is_wanted("scanner", serial_number(), std::to_string(settings_.serial_number));
     return;
   }
-  if (!scan_of_cola(cola_scan_, settings_.view, scan_)) return;
+  ColaView view = settings_.view;
+  view.front = front();
+  if (!scan_of_cola(cola_scan_, view, scan_)) return;
   has_scan_ = true;
   recorded_ = measured(telegram.arrived);
 }

@@ -17,8 +17,9 @@ namespace rack::device {
 struct SickColaSettings {
   std::optional<ColaDialect> dialect{};  // empty: detect
   std::uint32_t serial_number = 0;       // required serial number; 0: any
-  ColaView view{};
-  bool only_listen = false;  // the device is a recording
+  ColaView view{};                       // the front is set by the dialogue
+  std::optional<double> front{};         // angle of the front [deg]; empty: by name or range
+  bool only_listen = false;              // the device is a recording
 };
 
 class SickCola final : public Dialogue {
@@ -42,6 +43,8 @@ class SickCola final : public Dialogue {
   }
   // For example "LMS111 V1.80", as far as known.
   [[nodiscard]] const std::string& identity() const { return identity_; }
+  // The front used for the newest scan.
+  [[nodiscard]] ColaFront front() const;
   // Requests refused since the last call, one line each.
   std::string take_notes() { return std::exchange(notes_, {}); }
   [[nodiscard]] std::uint64_t errors() const { return errors_; }  // sFA
@@ -67,6 +70,7 @@ class SickCola final : public Dialogue {
   void receive(const ColaTelegram& telegram, Output& out);
   [[nodiscard]] bool is_answer(const ColaReader& reader) const;
   void on_answer(ColaReader& reader, Time now, Output& out);
+  void take_identity(ColaReader& reader);
   void on_login(bool is_in, Time now, Output& out);
   void on_error(ColaReader& reader, Time now, Output& out);
   void note(std::string_view what);
@@ -82,6 +86,7 @@ class SickCola final : public Dialogue {
   std::vector<std::byte> question_;
   std::vector<std::byte> telegram_;
   std::string identity_;
+  std::optional<ColaFront> named_front_;
   std::string notes_;
   std::uint64_t errors_ = 0;
   DeviceClock clock_;

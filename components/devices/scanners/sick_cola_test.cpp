@@ -1,6 +1,8 @@
 #include "components/devices/scanners/sick_cola.h"
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include <gmock/gmock.h>
@@ -275,6 +277,71 @@ TEST(SickColaTest, TakesAllScansOfARecording) {
     EXPECT_EQ(taken, scans) << file;
     EXPECT_TRUE(host.is_ready());
   }
+}
+
+// A post 1 m ahead in a room 5 m wide, with and without the scanner's name.
+TEST(SickColaTest, WhatIsAheadOfEveryScannerIsAtZero) {
+  struct Case {
+    const char* name;
+    std::int32_t start;
+    std::uint16_t step;
+    std::size_t ahead;
+    std::size_t count;
+  };
+  for (const Case& one :
+       {Case{"TiM240", -1200000, 10000, 120, 241}, Case{"", -1200000, 10000, 120, 241},
+        Case{"TiM561", -450000, 10000, 135, 271}, Case{"", -450000, 10000, 135, 271},
+        Case{"LRS4581", -1800000, 10000, 180, 361}, Case{"TiM240", -300000, 10000, 30, 61},
+        Case{"NAV310", 0, 10000, 180, 360}}) {
+    ColaScan scan;
+    scan.channels.emplace_back();
+    scan.channel_count = 1;
+    ColaChannel& channel = scan.channels[0];
+    std::ranges::copy(std::string_view("DIST1"), channel.content.begin());
+    channel.start_angle = one.start;
+    channel.step = one.step;
+    channel.values.assign(one.count, 5000);
+    channel.values[one.ahead] = 1000;
+    channel.values[one.ahead + 10] = 2000;
+    std::vector<std::byte> body;
+    std::vector<std::byte> bytes;
+    if (*one.name != '\0') {
+      ColaWriter(ColaDialect::kAscii, body, "sRA DeviceIdent").put_string(one.name);
+      append_cola(bytes, ColaDialect::kAscii, body);
+      body.clear();
+    }
+    append_cola_scan(body, ColaDialect::kAscii, scan);
+    append_cola(bytes, ColaDialect::kAscii, body);
+
+    SickCola host({.only_listen = true});
+    struct Discard : Output {
+      void send(std::span<const std::byte>, std::uint32_t) override {}
+    } discard;
+    host.start({}, discard);
+    host.on_arrival({.bytes = bytes, .first = Time(1s), .last = Time(1s)}, discard);
+    LadarData data;
+    Time recorded;
+    ASSERT_TRUE(host.take(data, recorded)) << one.name;
+    const auto at = [&](i32 distance) {
+      return std::ranges::find(
+                 data.points, distance,
+                 [](const LadarPoint& point) { return static_cast<i32>(point.distance); })
+          ->angle;
+    };
+    constexpr double kTen = 10 * std::numbers::pi / 180;
+    EXPECT_NEAR(at(1000), 0, 1e-4) << one.name << one.start;
+    EXPECT_NEAR(at(2000), host.front().is_clockwise ? kTen : -kTen, 1e-4) << one.name;
+    EXPECT_LT(data.points.front().angle, data.points.back().angle);
+  }
+}
+
+TEST(SickColaTest, TheFrontCanBeGiven) {
+  Pair pair({.front = 45});
+  ASSERT_TRUE(pair.run_until_ready()) << pair.failure();
+  LadarData scan;
+  Time recorded;
+  ASSERT_TRUE(pair.host.take(scan, recorded));
+  EXPECT_NEAR(scan.startAngle, (45 - 225) * std::numbers::pi / 180, 1e-4);
 }
 
 TEST(SickColaTest, AnEmulatorPlaysARecording) {
