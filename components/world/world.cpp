@@ -15,6 +15,7 @@
 #include <poll.h>
 
 #include "base/text.h"
+#include "components/position/map_picture.h"
 #include "components/world/camera_library.h"
 #include "components/world/core/world_file.h"
 #include "components/world/plugged_device.h"
@@ -155,7 +156,8 @@ class World : public DataModule<WorldData> {
     if (!content) return content.error();
     auto file = world::read_world(
         {path.string(), std::move(*content)},
-        [&](const std::string& name) { return tims::os::read_file(path.parent_path() / name); });
+        [&](const std::string& name) { return tims::os::read_file(path.parent_path() / name); },
+        navigation::read_map_picture);
     for (std::size_t i = 0; i + 1 < file.problems.size(); ++i)
       log().error("{}", file.problems[i].to_string());
     if (!file.problems.empty()) return refused(file.problems.back().to_string());
