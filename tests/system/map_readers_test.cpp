@@ -31,7 +31,7 @@ TEST_F(MapReadersTest, TheyTakeAMapOfRos) {
   start("FeatureMap", {map});
   start("GridMap", {map});
   start("MonteCarloLocalisation", {map});
-  start("ObjRecogScan2d", {map, "--positionInst=0"});
+  start("ObjRecogScan2d", {map, "--scan2dInst=0", "--positionInst=0"});
   start("PathRDDF", {map, "--scan2dInst=-1"});
   for (const char* component : {"Scan2d(0/0)", "Ladar(0/0)", "FeatureMap(0/0)", "GridMap(0/0)",
                                 "Mcl(0/0)", "ObjRecog(0/0)", "Path(0/0)"})
