@@ -45,7 +45,7 @@ TEST_F(MapReadersTest, TheyTakeAMapOfRos) {
         const auto scan = proxy<rack::Scan2dProxy>("Scan2d(0/0)").get_data();
         if (!scan || scan->points.empty()) return false;
         for (const auto& point : scan->points)
-          if (!(std::hypot(point.x, point.y) < 5000)) return false;
+          if (!(std::hypot(point.x.raw(), point.y.raw()) < 5000)) return false;
         return true;
       },
       "the scan sees the walls of the room"));
