@@ -16,6 +16,7 @@
 #include "components/geometry/dxf_blocks.h"
 #include "components/geometry/dxf_curves.h"
 #include "components/geometry/dxf_entity.h"
+#include "components/geometry/dxf_layers.h"
 #include "components/geometry/dxf_remarks.h"
 #include "components/geometry/dxf_units.h"
 #include "components/geometry/pose.h"
@@ -26,7 +27,6 @@ namespace {
 
 constexpr std::size_t kStrokesMax = 200'000;  // lines of all blocks together
 constexpr std::size_t kInsertsMax = 100'000;
-constexpr std::size_t kLayersMax = 10'000;
 constexpr double kTilt = 1e-6;  // of the extrusion; for the length 1
 
 constexpr std::array<std::string_view, 7> kDrawn = {"LINE",    "POINT",      "ARC",   "CIRCLE",
@@ -66,8 +66,8 @@ struct DxfPolyline {
 // Takes what dxflib has read of one entity after the other.
 class DxfBuilder : public DL_CreationAdapter {
  public:
-  explicit DxfBuilder(DxfDrawing& drawing, DxfRemarks& remarks)
-      : drawing_(drawing), remarks_(remarks) {}
+  DxfBuilder(DxfDrawing& drawing, DxfLayers& layers, DxfRemarks& remarks)
+      : drawing_(drawing), layers_(layers), remarks_(remarks) {}
 
   void begin(const DxfEntity& entity) {
     line_ = entity.line;
@@ -77,11 +77,8 @@ class DxfBuilder : public DL_CreationAdapter {
   void leave_block() { block_ = nullptr; }
 
   void end() {
-    for (const auto& [layer, count] : hidden_)
-      if (count > 0)
-        remarks_.add(0, fmt::format("layer \"{}\" is off or frozen: {} entities are left out",
-                                    DxfRemarks::named(layer), count));
-    drawing_.lines = blocks_.flatten(model_, remarks_);
+    drawing_.lines = blocks_.flatten(model_, layers_, remarks_);
+    layers_.report(remarks_);
   }
 
   // --- tables
@@ -95,8 +92,8 @@ class DxfBuilder : public DL_CreationAdapter {
 
   void addLayer(const DL_LayerData& data) override {
     constexpr int kFrozen = 1;
-    const bool is_hidden = (data.flags & kFrozen) != 0 || attributes.getColor() < 0;
-    if (is_hidden && hidden_.size() < kLayersMax) hidden_[tims::base::lower(data.name)] = 0;
+    layers_.index(data.name);
+    if ((data.flags & kFrozen) != 0 || attributes.getColor() < 0) layers_.hide(data.name);
   }
 
   void addBlock(const DL_BlockData& data) override {
@@ -179,25 +176,12 @@ class DxfBuilder : public DL_CreationAdapter {
 
  private:
   DxfContent& content() { return block_ != nullptr ? *block_ : model_; }
-  [[nodiscard]] std::int32_t layer() const {
-    return tims::base::parse_number<std::int32_t>(tims::base::trimmed(attributes.getLayer()))
-        .value_or(0);
-  }
+  [[nodiscard]] std::int32_t layer() const { return layers_.index(attributes.getLayer()); }
   [[nodiscard]] bool is_on_layer_0_of_block() const {
     return block_ != nullptr && attributes.getLayer() == "0";
   }
 
-  bool is_shown() {
-    if (attributes.isInPaperSpace()) {
-      ++drawing_.others;
-      return false;
-    }
-    if (is_on_layer_0_of_block()) return true;
-    const auto hidden = hidden_.find(tims::base::lower(attributes.getLayer()));
-    if (hidden == hidden_.end()) return true;
-    ++hidden->second;
-    return false;
-  }
+  bool is_shown() { return is_on_layer_0_of_block() || layers_.shows(layer()); }
 
   // 1: drawn on the front of the plane of the plan, -1: on its back. Nothing: in another plane.
   [[nodiscard]] std::optional<int> side_of_plane() const {
@@ -232,11 +216,11 @@ class DxfBuilder : public DL_CreationAdapter {
   void skip_tilted() { skip("is drawn in a tilted plane: flatten the drawing"); }
 
   DxfDrawing& drawing_;
+  DxfLayers& layers_;
   DxfRemarks& remarks_;
   DxfContent model_;
   DxfBlocks blocks_;
-  DxfContent* block_ = nullptr;                // that is being defined
-  std::map<std::string, std::size_t> hidden_;  // layers, and the number of entities on them
+  DxfContent* block_ = nullptr;  // that is being defined
   std::optional<DxfPolyline> polyline_;
   std::size_t strokes_ = 0;
   std::size_t inserts_ = 0;
@@ -248,7 +232,7 @@ class DxfBuilder : public DL_CreationAdapter {
 // when it is reported, and none is taken to continue another one.
 class DxfReader {
  public:
-  DxfReader() {
+  explicit DxfReader(std::string_view layers) : layers_(layers) {
     std::istringstream nothing;
     dxf_.in(nothing, &builder_);  // prepares it for the first group
   }
@@ -276,8 +260,10 @@ class DxfReader {
   DxfDrawing end() {
     if (polyline_) finish_polyline(false);
     for (const auto& [type, found] : unread_)
-      remarks_.add(found.line, type,
-                   fmt::format("is not read ({} of them): use polylines", found.count));
+      if (found.line > 0)
+        remarks_.add(found.line, type,
+                     fmt::format("is not read ({} of them): use polylines", found.count));
+    report_left_out();
     builder_.end();
     drawing_.remarks = remarks_.texts();
     return std::move(drawing_);
@@ -288,19 +274,46 @@ class DxfReader {
     const std::string_view type = entity.type;
     if (type == "SEQEND") return;  // of the texts of an INSERT
     if (type == "VERTEX") return remarks_.add(entity.line, type, "without POLYLINE");
-    if (entity.number(60, 0) == 1) {  // invisible
-      ++drawing_.others;
-    } else if (type == "POLYLINE") {
+    const bool is_left_out = leaves_out(entity);
+    if (type == "POLYLINE") {
       polyline_ = {entity};
       polyline_fault_ = entity.fault();
+      is_polyline_left_out_ = is_left_out;
+    } else if (is_left_out) {
+      return;
     } else if (std::ranges::find(kDrawn, type) != kDrawn.end()) {
       read(entity);
     } else {
       ++drawing_.others;
-      if (std::ranges::find(kUnread, type) == kUnread.end()) return;
-      auto& found = unread_.try_emplace(type, Unread{.line = entity.line}).first->second;
-      ++found.count;
+      const bool may_be_wall = std::ranges::find(kUnread, type) != kUnread.end();
+      const bool is_known = unread_.contains(type) || unread_.size() < kTypesMax;
+      auto& found = unread_[is_known ? type : kOtherTypes];
+      if (++found.count == 1 && may_be_wall && is_known) found.line = entity.line;
     }
+  }
+
+  // Counts what cannot be seen in the plan.
+  bool leaves_out(const DxfEntity& entity) {
+    const bool is_in_paper_space = entity.number(67, 0) == 1;
+    const bool is_invisible = entity.number(60, 0) == 1;
+    if (!is_in_paper_space && !is_invisible) return false;
+    ++(is_in_paper_space ? in_paper_space_ : invisible_);
+    ++drawing_.others;
+    return true;
+  }
+
+  void report_left_out() {
+    if (in_paper_space_ > 0)
+      remarks_.add(0, fmt::format("{} entities in the paper space are left out", in_paper_space_));
+    if (invisible_ > 0)
+      remarks_.add(0, fmt::format("{} invisible entities are left out", invisible_));
+    std::string types;
+    for (const auto& [type, found] : unread_)
+      if (found.line == 0)
+        types += fmt::format("{}{} {}", types.empty() ? "" : ", ", found.count,
+                             DxfRemarks::named(type, kTypeNameMax));
+    if (!types.empty())
+      remarks_.add(0, fmt::format("left out, since they are not lines of walls: {}", types));
   }
 
   void vertex(const DxfEntity& entity) {
@@ -314,6 +327,7 @@ class DxfReader {
 
   void finish_polyline(bool has_end) {
     const std::vector<DxfEntity> parts = *std::exchange(polyline_, std::nullopt);
+    if (is_polyline_left_out_) return;
     const DxfEntity& polyline = parts.front();
     if (!polyline_fault_.empty())
       return remarks_.add(polyline.line, polyline.type, polyline_fault_);
@@ -342,29 +356,41 @@ class DxfReader {
   }
 
   struct Unread {
-    std::size_t line = 0;  // of the first one
+    std::size_t line = 0;  // of the first one; 0: they are not walls
     std::size_t count = 0;
   };
+  static constexpr std::size_t kTypesMax = 30;
+  static constexpr std::size_t kTypeNameMax = 20;
+  static constexpr std::string_view kOtherTypes = "of other types";
   static constexpr std::string_view kFlush = "ENDSEC";
 
   DxfDrawing drawing_;
+  DxfLayers layers_;
   DxfRemarks remarks_;
-  DxfBuilder builder_{drawing_, remarks_};
+  DxfBuilder builder_{drawing_, layers_, remarks_};
   DL_Dxf dxf_;
   std::istringstream groups_;
   std::string_view section_;
   std::optional<std::vector<DxfEntity>> polyline_;  // POLYLINE and its VERTEXes
   std::string polyline_fault_;
+  bool is_polyline_left_out_ = false;
+  std::size_t in_paper_space_ = 0;
+  std::size_t invisible_ = 0;
   std::map<std::string_view, Unread> unread_;
 };
 
 }  // namespace
 
-tims::Result<DxfDrawing> read_dxf(std::string_view text) {
-  if (text.starts_with("AutoCAD Binary DXF"))
-    return tims::Error(tims::Errc::kMalformed, "binary DXF: save it as text");
+tims::Result<DxfDrawing> read_dxf(std::string_view text, std::string_view layers) {
+  const auto refused = [](const char* why) { return tims::Error(tims::Errc::kMalformed, why); };
+  if (text.starts_with("AutoCAD Binary DXF")) return refused("binary DXF: save it as text");
+  if (text.starts_with("AC10")) return refused("a DWG drawing: save it as DXF");
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
+    return refused("UTF-16: save it as DXF in UTF-8 or ASCII");
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  if (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   DxfEntities entities(text);
-  DxfReader reader;
+  DxfReader reader(layers);
   for (;;) {
     const auto entity = entities.next();
     if (!entity) return entity.error();
@@ -373,16 +399,39 @@ tims::Result<DxfDrawing> read_dxf(std::string_view text) {
   }
 }
 
-tims::Result<DxfPlan> read_plan(std::string_view name, std::string_view text, double wanted_scale) {
+namespace {
+
+// The reasons why a drawing has no lines.
+tims::Error nothing_left(const std::vector<std::string>& remarks) {
+  constexpr std::size_t kReasonsMax = 4;
+  std::string text = "no lines";
+  for (std::size_t i = 0; i < std::min(remarks.size(), kReasonsMax); ++i)
+    text += (i == 0 ? ": " : "; ") + remarks[i];
+  return {tims::Errc::kMalformed, text};
+}
+
+}  // namespace
+
+tims::Result<DxfPlan> read_plan(std::string_view name, std::string_view text,
+                                const PlanPlacement& wanted) {
   const auto in_plan = [&](const tims::Error& error) {
     return tims::Error(error.code(), std::string(name) + ": " + error.detail());
   };
-  auto drawing = read_dxf(text);
+  auto drawing = read_dxf(text, wanted.layers);
   if (!drawing) return in_plan(drawing.error());
-  const auto scale = drawing->scale(wanted_scale);
+  if (drawing->lines.empty() && !drawing->remarks.empty())
+    return in_plan(nothing_left(drawing->remarks));
+  PlanPlacement placement = wanted;
+  if (wanted.scale == 0 && drawing->unit == 0 && wanted.scale_otherwise > 0) {
+    placement.scale = wanted.scale_otherwise;
+    drawing->remarks.push_back(fmt::format(
+        "it does not state its unit ($INSUNITS): read with {} mm per unit", placement.scale));
+  }
+  const auto scale = drawing->scale(placement.scale);
   if (!scale) return in_plan(scale.error());
+  placement.scale = *scale;
   for (std::string& remark : drawing->remarks) remark.insert(0, std::string(name) + ", ");
-  return DxfPlan{std::move(*drawing), *scale};
+  return DxfPlan{std::move(*drawing), std::move(placement)};
 }
 
 }  // namespace rack

@@ -4,9 +4,9 @@
 // it, dxf_entity.h does. Read are LINE, POINT, POLYLINE, LWPOLYLINE, ARC, CIRCLE, ELLIPSE, and
 // INSERT of a block with its scale, rotation, rows and columns, also nested. Curves and bulges
 // become chords of at most 5 degrees, so that a chord is off by a thousandth of the radius at most.
-// Left out are the paper space, invisible entities, and layers that are off or frozen. Damaged
-// entities and those of types that may be walls but are not read are reported with their line
-// number.
+// Left out are the paper space, invisible entities, layers that are off or frozen or not chosen,
+// and types that are not read. All that is left out is reported: damaged entities and those of
+// types that may be walls with their line number.
 #pragma once
 
 #include <cstddef>
@@ -45,17 +45,30 @@ struct DxfDrawing {
   tims::Result<double> scale(double wanted);
 };
 
-// The error kMalformed names the line where the text is not DXF.
-tims::Result<DxfDrawing> read_dxf(std::string_view text);
+// The error kMalformed names the line where the text is not DXF. `layers`: see PlanPlacement.
+tims::Result<DxfDrawing> read_dxf(std::string_view text, std::string_view layers = {});
 
-// A floor plan: a drawing whose unit is known.
-struct DxfPlan {
-  DxfDrawing drawing;
-  double scale = 1;  // mm per unit
+// Conversion of a floor plan to the frame of RACK: x = (plan y - offset_x) * scale, y = (plan x -
+// offset_y) * scale.
+struct PlanPlacement {
+  double scale = 1000;         // mm per unit of the plan; 0: as the plan states
+  double scale_otherwise = 0;  // for scale 0, when the plan states none; 0: that is an error
+  double offset_x = 0;
+  double offset_y = 0;
+  // The layers whose lines are walls, by names with * and ?, separated by commas: "walls,
+  // pillars*". With a minus those that are not: "-exits". Empty: all.
+  std::string layers{};
 };
 
-// read_dxf() and DxfDrawing::scale(). Errors and remarks name the file: "floor.dxf: not DXF",
-// "floor.dxf, line 17: LINE without an end".
-tims::Result<DxfPlan> read_plan(std::string_view name, std::string_view text, double wanted_scale);
+// A floor plan: a drawing whose place is known.
+struct DxfPlan {
+  DxfDrawing drawing{};
+  PlanPlacement placement{};  // with the scale that is used
+};
+
+// read_dxf() and DxfDrawing::scale(). A drawing of which all is left out is an error. Errors and
+// remarks name the file: "floor.dxf: not DXF", "floor.dxf, line 17: LINE without an end".
+tims::Result<DxfPlan> read_plan(std::string_view name, std::string_view text,
+                                const PlanPlacement& wanted);
 
 }  // namespace rack

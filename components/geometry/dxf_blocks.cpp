@@ -37,7 +37,8 @@ DxfContent* DxfBlocks::add(std::string_view name) {
 
 class DxfBlocks::Flattening {
  public:
-  Flattening(DxfBlocks& blocks, DxfRemarks& remarks) : blocks_(blocks), remarks_(remarks) {}
+  Flattening(DxfBlocks& blocks, DxfLayers& layers, DxfRemarks& remarks)
+      : blocks_(blocks), layers_(layers), remarks_(remarks) {}
 
   void draw(const DxfContent& content, const Context& context) {
     for (const DxfStroke& stroke : content.strokes)
@@ -54,6 +55,8 @@ class DxfBlocks::Flattening {
     if (!step()) return false;
     DxfLine line{context.place(stroke.line.from), context.place(stroke.line.to), stroke.line.layer};
     if (stroke.is_of_layer_0) line.layer = context.layer;
+    if (!layers_.takes(line.layer)) return true;
+    line.layer = layers_.number(line.layer);
     if (!is_near(line.from) || !is_near(line.to)) {
       if (!std::exchange(has_far_, true))
         remarks_.add(0, "lines more than 1e9 units away are left out");
@@ -111,6 +114,7 @@ class DxfBlocks::Flattening {
   }
 
   DxfBlocks& blocks_;
+  DxfLayers& layers_;
   DxfRemarks& remarks_;
   std::vector<DxfLine> lines_;
   std::size_t steps_ = 0;
@@ -118,8 +122,9 @@ class DxfBlocks::Flattening {
   bool has_far_ = false;
 };
 
-std::vector<DxfLine> DxfBlocks::flatten(const DxfContent& model, DxfRemarks& remarks) {
-  Flattening flattening(*this, remarks);
+std::vector<DxfLine> DxfBlocks::flatten(const DxfContent& model, DxfLayers& layers,
+                                        DxfRemarks& remarks) {
+  Flattening flattening(*this, layers, remarks);
   flattening.draw(model, {});
   return std::move(flattening).lines();
 }

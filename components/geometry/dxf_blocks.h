@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "components/geometry/dxf.h"
+#include "components/geometry/dxf_layers.h"
 #include "components/geometry/dxf_remarks.h"
 
 namespace rack {
@@ -39,12 +40,12 @@ struct DxfInsert {
   std::int64_t rows = 1;
   DxfPoint column_step{};
   DxfPoint row_step{};
-  std::int32_t layer = 0;
+  std::int32_t layer = 0;  // index of DxfLayers
   bool is_of_layer_0 = false;
 };
 
 struct DxfStroke {
-  DxfLine line;
+  DxfLine line;  // its layer is an index of DxfLayers
   // In a block, what is on layer 0 gets the layer of the INSERT.
   bool is_of_layer_0 = false;
 };
@@ -67,8 +68,9 @@ class DxfBlocks {
   // there are too many. It stays valid when others are added.
   DxfContent* add(std::string_view name);
 
-  // All lines of the model space and its blocks, at most DxfDrawing::kLinesMax.
-  std::vector<DxfLine> flatten(const DxfContent& model, DxfRemarks& remarks);
+  // All lines of the model space and its blocks on layers that are chosen, at most
+  // DxfDrawing::kLinesMax.
+  std::vector<DxfLine> flatten(const DxfContent& model, DxfLayers& layers, DxfRemarks& remarks);
 
  private:
   struct Block {

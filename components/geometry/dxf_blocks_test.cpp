@@ -23,7 +23,9 @@ struct Flat {
 
 Flat flatten(DxfBlocks& blocks, const DxfContent& model) {
   DxfRemarks remarks;
-  auto lines = blocks.flatten(model, remarks);
+  DxfLayers layers;
+  for (int i = 0; i < 10; ++i) layers.index(std::to_string(i));  // index and number are the same
+  auto lines = blocks.flatten(model, layers, remarks);
   return {std::move(lines), remarks.texts()};
 }
 

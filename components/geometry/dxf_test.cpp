@@ -55,7 +55,7 @@ TEST(Dxf, OfTheSectionEntitiesOnly) {
                             section("CLASSES", kLine) + "0\nEOF\n");
   EXPECT_EQ(drawing.lines.size(), 1U);
   EXPECT_EQ(drawing.others, 1U);
-  EXPECT_TRUE(drawing.remarks.empty());
+  EXPECT_EQ(drawing.remarks, Remarks{"left out, since they are not lines of walls: 1 HATCH"});
 }
 
 const std::string kVertices = entity("VERTEX 10=0 20=0") + entity("VERTEX 10=5 20=0") +
@@ -190,10 +190,11 @@ TEST(Dxf, BlocksAreInBlocks) {
   ASSERT_EQ(drawing.lines.size(), 1U);
   EXPECT_LT(off(drawing.lines[0].from, 106, 1), 1e-9);
   EXPECT_EQ(drawing.lines[0].layer, 6);
-  ASSERT_EQ(drawing.remarks.size(), 3U);
-  EXPECT_NE(drawing.remarks[0].find("INSERT of block \"loop\" in itself"), std::string::npos);
-  EXPECT_NE(drawing.remarks[1].find("\"other\" which is in another file"), std::string::npos);
-  EXPECT_NE(drawing.remarks[2].find("\"none\" which the drawing does not"), std::string::npos);
+  ASSERT_EQ(drawing.remarks.size(), 4U);
+  EXPECT_NE(drawing.remarks[0].find("1 ATTRIB"), std::string::npos);
+  EXPECT_NE(drawing.remarks[1].find("INSERT of block \"loop\" in itself"), std::string::npos);
+  EXPECT_NE(drawing.remarks[2].find("\"other\" which is in another file"), std::string::npos);
+  EXPECT_NE(drawing.remarks[3].find("\"none\" which the drawing does not"), std::string::npos);
 }
 
 // A block whose BLOCK cannot be read does not continue the one before it.
@@ -211,10 +212,12 @@ TEST(Dxf, PaperSpaceAndWhatIsInvisibleAreLeftOut) {
   const auto drawing =
       read(entity("LINE 67=1 10=1 20=1 11=1 21=2") + entity("LINE 67=0 10=1 20=1 11=1 21=2") +
            entity("LINE 60=1 10=1 20=1 11=1 21=2") + entity("POLYLINE 67=1") + kVertices +
-           entity("INSERT 67=1 2=none 10=0 20=0"));
+           entity("POLYLINE 60=1") + kVertices + entity("INSERT 67=1 2=none 10=0 20=0"));
   EXPECT_EQ(drawing.lines.size(), 1U);
-  EXPECT_EQ(drawing.others, 4U);
-  EXPECT_TRUE(drawing.remarks.empty());
+  EXPECT_EQ(drawing.others, 5U);
+  const Remarks expected = {"3 entities in the paper space are left out",
+                            "2 invisible entities are left out"};
+  EXPECT_EQ(drawing.remarks, expected);
 }
 
 TEST(Dxf, LayersThatAreOffOrFrozenAreLeftOut) {
@@ -231,9 +234,43 @@ TEST(Dxf, LayersThatAreOffOrFrozenAreLeftOut) {
                                    entity("INSERT 8=1 2=a 10=0 20=0") +
                                    entity("INSERT 8=off 2=a 10=0 20=0")));
   EXPECT_EQ(drawing.lines.size(), 4U);
-  const Remarks expected = {"layer \"furniture\" is off or frozen: 2 entities are left out",
+  const Remarks expected = {"layer \"Furniture\" is off or frozen: 2 entities are left out",
                             "layer \"off\" is off or frozen: 2 entities are left out"};
   EXPECT_EQ(drawing.remarks, expected);
+}
+
+// What is on layer 0 of a block has the layer of the INSERT.
+TEST(Dxf, LayersAreChosen) {
+  const auto on = [](const std::string& layer) {
+    return entity("LINE 8=" + layer + " 10=1 20=1 11=1 21=2");
+  };
+  const std::string text =
+      section("BLOCKS", block("a", on("0") + on("Walls"))) +
+      section("ENTITIES", on("walls") + on("EXITS") + entity("CIRCLE 8=exits 10=0 20=0 40=1") +
+                              entity("INSERT 8=exits 2=a 10=0 20=0"));
+  const auto chosen = [&](std::string_view layers) {
+    const auto drawing = read_dxf(text, layers);
+    EXPECT_TRUE(drawing.ok());
+    return std::pair(drawing->lines.size(), drawing->remarks);
+  };
+  EXPECT_EQ(chosen(""), std::pair(std::size_t{76}, Remarks{}));
+  const Remarks without_exits = {"layer \"EXITS\" is not chosen: 74 lines are left out"};
+  EXPECT_EQ(chosen("walls"), std::pair(std::size_t{2}, without_exits));
+  EXPECT_EQ(chosen("-Exits"), std::pair(std::size_t{2}, without_exits));
+  EXPECT_EQ(chosen("e*").first, 74U);
+  const auto none = read_plan("a.dxf", text, {.layers = "wals"});
+  ASSERT_FALSE(none);
+  EXPECT_EQ(none.error().detail().find("a.dxf: no lines: no layer is named \"wals\"; there are "),
+            0U)
+      << none.error().detail();
+}
+
+TEST(Dxf, ADrawingOfWhichAllIsLeftOutSaysWhy) {
+  const auto plan = read_plan("a.dxf", entity("SPLINE"), {});
+  ASSERT_FALSE(plan);
+  EXPECT_EQ(plan.error().detail(),
+            "a.dxf: no lines: line 1: SPLINE is not read (1 of them): use polylines");
+  EXPECT_TRUE(read_plan("a.dxf", "0\nEOF\n", {})) << "nothing is left out of an empty one";
 }
 
 TEST(Dxf, StatesItsUnit) {
@@ -259,7 +296,8 @@ TEST(Dxf, ReportsTypesThatMayBeWalls) {
                             entity("SPLINE") + entity("SOLID") + entity("DIMENSION 70=0"));
   EXPECT_EQ(drawing.lines.size(), 1U);
   EXPECT_EQ(drawing.others, 5U);
-  const Remarks expected = {"line 1: SPLINE is not read (2 of them): use polylines",
+  const Remarks expected = {"left out, since they are not lines of walls: 1 DIMENSION, 1 TEXT",
+                            "line 1: SPLINE is not read (2 of them): use polylines",
                             "line 25: SOLID is not read (1 of them): use polylines"};
   EXPECT_EQ(drawing.remarks, expected);
 }
@@ -290,6 +328,11 @@ TEST(Dxf, RefusesWhatIsNoDxf) {
   EXPECT_EQ(refusal("hello\nworld\n"), "line 1: no group code");
   EXPECT_EQ(refusal("0\nLINE\n10"), "line 3: a group code without value");
   EXPECT_EQ(refusal("AutoCAD Binary DXF\r\n"), "binary DXF: save it as text");
+  EXPECT_EQ(refusal("AC1032\0\0"), "a DWG drawing: save it as DXF");
+  EXPECT_EQ(refusal("\xFF\xFE"
+                    "0"),
+            "UTF-16: save it as DXF in UTF-8 or ASCII");
+  EXPECT_EQ(read("\xEF\xBB\xBF" + kLine).lines.size(), 1U) << "with a byte order mark";
   EXPECT_TRUE(read("").lines.empty());
   EXPECT_TRUE(read("0\nEOF\nwhatever").lines.empty());
 }
@@ -307,7 +350,10 @@ TEST(Dxf, LinesAreBounded) {
 TEST(Dxf, RemarksAreBounded) {
   std::string faults;
   for (std::size_t i = 0; i < DxfDrawing::kRemarksMax + 100; ++i) faults += "0\nPOINT\n10\n1\n";
-  EXPECT_EQ(read(faults).remarks.size(), DxfDrawing::kRemarksMax);
+  const auto drawing = read(entity("TEXT") + faults);
+  ASSERT_EQ(drawing.remarks.size(), DxfDrawing::kRemarksMax);
+  EXPECT_EQ(drawing.remarks.front(), "left out, since they are not lines of walls: 1 TEXT");
+  EXPECT_EQ(drawing.remarks.back(), "and 102 more");
 }
 
 // Lines longer than dxflib's buffer, zeros, and empty values.

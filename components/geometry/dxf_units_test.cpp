@@ -8,6 +8,21 @@ namespace rack {
 
 namespace dxf_units_test {
 
+TEST(DxfUnits, APlanWithoutOneMayHaveAnother) {
+  const std::string text = "0\nLINE\n10\n0\n20\n0\n11\n1\n21\n1\n";
+  EXPECT_FALSE(read_plan("a", text, {.scale = 0}));
+  const auto plan = read_plan("a", text, {.scale = 0, .scale_otherwise = 10});
+  ASSERT_TRUE(plan);
+  EXPECT_EQ(plan->placement.scale, 10);
+  ASSERT_EQ(plan->drawing.remarks.size(), 1U);
+  EXPECT_EQ(plan->drawing.remarks[0],
+            "a, it does not state its unit ($INSUNITS): read with 10 mm per unit");
+  const std::string in_feet = "9\n$INSUNITS\n70\n2\n" + text;
+  EXPECT_EQ(read_plan("a", "0\nSECTION\n2\nHEADER\n" + in_feet, {.scale = 0, .scale_otherwise = 10})
+                ->placement.scale,
+            304.8);
+}
+
 TEST(DxfUnits, HaveALength) {
   EXPECT_EQ(dxf_unit_length(1), 25.4);
   EXPECT_EQ(dxf_unit_length(4), 1);

@@ -38,6 +38,9 @@ class FloorMap {
   // A drawing has x to the east and y to the north; robots have x to the north and y to the east. x
   // = (drawing's y - offset_x) * scale, y = (drawing's x - offset_y) * scale.
   FloorMap(const DxfDrawing& drawing, double scale, double offset_x, double offset_y);
+  explicit FloorMap(const DxfPlan& plan)
+      : FloorMap(plan.drawing, plan.placement.scale, plan.placement.offset_x,
+                 plan.placement.offset_y) {}
 
   struct Wall {
     MapPoint from;

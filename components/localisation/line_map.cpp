@@ -45,26 +45,28 @@ double distance(const FeatureMapDataPoint& line, const Pose& from) {
 
 LineMap::LineMap() : layers_(kLayers, true) { order_.reserve(kLinesMax); }
 
-LineMap::LineMap(const DxfDrawing& drawing, const PlanScale& scale) : LineMap() {
-  for (const DxfLine& line : drawing.lines) {
-    const FeatureMapDataPoint read{.x = (line.from.y - scale.offset_x) * scale.scale,
-                                   .y = (line.from.x - scale.offset_y) * scale.scale,
-                                   .x2 = (line.to.y - scale.offset_x) * scale.scale,
-                                   .y2 = (line.to.x - scale.offset_y) * scale.scale,
+LineMap::LineMap(const DxfPlan& plan) : LineMap() {
+  const PlanPlacement& at = plan.placement;
+  for (const DxfLine& line : plan.drawing.lines) {
+    const FeatureMapDataPoint read{.x = (line.from.y - at.offset_x) * at.scale,
+                                   .y = (line.from.x - at.offset_y) * at.scale,
+                                   .x2 = (line.to.y - at.offset_x) * at.scale,
+                                   .y2 = (line.to.x - at.offset_y) * at.scale,
                                    .layer = std::clamp(line.layer, 0, kLayers - 1)};
-    (void)add(read);  // lines that are too far away are ignored
+    if (!add(read)) ++left_out_;
   }
 }
 
-std::string LineMap::to_dxf(const PlanScale& scale) const {
+std::string LineMap::to_dxf(const PlanPlacement& placement) const {
   std::string text = fmt::format(
       "0\nSECTION\n2\nHEADER\n9\n$INSUNITS\n70\n{}\n0\nENDSEC\n0\nSECTION\n2\nENTITIES\n",
-      dxf_unit(scale.scale));
+      dxf_unit(placement.scale));
   for (const FeatureMapDataPoint& line : lines_)
-    text += fmt::format(
-        "0\nLINE\n8\n{}\n10\n{:.6f}\n20\n{:.6f}\n11\n{:.6f}\n21\n{:.6f}\n", line.layer,
-        line.y.raw() / scale.scale + scale.offset_y, line.x.raw() / scale.scale + scale.offset_x,
-        line.y2.raw() / scale.scale + scale.offset_y, line.x2.raw() / scale.scale + scale.offset_x);
+    text += fmt::format("0\nLINE\n8\n{}\n10\n{:.6f}\n20\n{:.6f}\n11\n{:.6f}\n21\n{:.6f}\n",
+                        line.layer, line.y.raw() / placement.scale + placement.offset_y,
+                        line.x.raw() / placement.scale + placement.offset_x,
+                        line.y2.raw() / placement.scale + placement.offset_y,
+                        line.x2.raw() / placement.scale + placement.offset_x);
   return text + "0\nENDSEC\n0\nEOF\n";
 }
 

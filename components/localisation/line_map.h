@@ -18,25 +18,20 @@
 
 namespace rack::localisation {
 
-// Conversion between the units of a plan and the frame of RACK: x = (plan y - offset_x) * scale.
-struct PlanScale {
-  double scale = 1000;  // mm per unit of the plan
-  double offset_x = 0;
-  double offset_y = 0;
-};
-
 class LineMap {
  public:
   static constexpr std::size_t kLinesMax = DxfDrawing::kLinesMax;
   static constexpr i32 kLayers = 20;
 
   LineMap();
-  LineMap(const DxfDrawing& drawing, const PlanScale& scale);
+  explicit LineMap(const DxfPlan& plan);
 
   // DXF (R12) with lines only, and its unit; the name of each layer is its number.
-  [[nodiscard]] std::string to_dxf(const PlanScale& scale) const;
+  [[nodiscard]] std::string to_dxf(const PlanPlacement& placement) const;
 
   [[nodiscard]] std::size_t size() const { return lines_.size(); }
+  // Lines of the plan that are too far away.
+  [[nodiscard]] std::size_t left_out() const { return left_out_; }
   // kInvalidArgument: not a line, layer out of range, or the map is full.
   tims::Result<void> add(const FeatureMapDataPoint& line);
   // `place`: index in the newest data set; kInvalidArgument: there is no such line.
@@ -55,6 +50,7 @@ class LineMap {
   [[nodiscard]] tims::Result<std::size_t> at(i32 place) const;
 
   std::vector<FeatureMapDataPoint> lines_;
+  std::size_t left_out_ = 0;
   std::vector<bool> layers_;
   std::vector<std::size_t> order_;  // index in lines_ of each line of the newest data set
 };

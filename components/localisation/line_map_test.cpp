@@ -12,15 +12,24 @@ FeatureMapDataPoint line(double x, double y, double x2, double y2, i32 layer = 0
   return {.x = x, .y = y, .x2 = x2, .y2 = y2, .layer = layer};
 }
 
+TEST(LineMap, CountsLinesThatAreTooFarAway) {
+  DxfPlan plan;
+  plan.drawing.lines = {{{0, 0}, {1, 1}}, {{0, 0}, {1e7, 1}}};
+  const LineMap map(plan);
+  EXPECT_EQ(map.size(), 1U);
+  EXPECT_EQ(map.left_out(), 1U);
+}
+
 TEST(LineMap, ThroughDxfAndBack) {
   LineMap map;
   ASSERT_TRUE(map.add(line(1000, -2000, 3000, 4000.5, 2)).ok());
   ASSERT_TRUE(map.add(line(0, 0, 0, 1)).ok());
-  const PlanScale scale{.scale = 10, .offset_x = 5, .offset_y = -7};
+  const PlanPlacement scale{.scale = 10, .offset_x = 5, .offset_y = -7};
   const auto drawing = read_dxf(map.to_dxf(scale));
   ASSERT_TRUE(drawing.ok()) << drawing.error().detail();
   EXPECT_TRUE(drawing->remarks.empty());
-  LineMap back(*drawing, scale);
+  LineMap back({*drawing, scale});
+  EXPECT_EQ(back.left_out(), 0U);
   FeatureMapData data;
   back.fill({}, data);
   ASSERT_EQ(data.features.size(), 2U);

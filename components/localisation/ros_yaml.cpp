@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <set>
 
 #include <fmt/core.h>
 #include <yaml-cpp/yaml.h>
@@ -34,31 +35,42 @@ std::optional<double> finite_number(const YAML::Node& node) {
   return value && std::isfinite(*value) ? value : std::nullopt;
 }
 
+// A text of the file in a message.
+std::string shortened(const std::string& text) {
+  return tims::base::printable(std::string_view(text).substr(0, 40));
+}
+
 // Empty, or why it is not valid; so are those below.
 std::string take_origin(const YAML::Node& value, RosMapInfo& info) {
   constexpr const char* kForm = "origin: must be [x, y, theta]";
+  constexpr double kTurned = 1e-6;  // rad; rounding is no rotation
   if (!value.IsSequence() || value.size() != 3) return kForm;
+  constexpr std::array<const char*, 3> kNames = {"x", "y", "theta"};
   std::array<double, 3> origin{};
   for (std::size_t i = 0; i < origin.size(); ++i) {
     const auto number = finite_number(value[i]);
+    if (!number && value[i].IsScalar())
+      return fmt::format("{}; {} is \"{}\", which is not a number{}", kForm, kNames[i],
+                         shortened(value[i].Scalar()),
+                         i == 2 ? ": write 0 for a map that is not rotated" : "");
     if (!number) return kForm;
     origin[i] = *number;
   }
-  if (origin[2] != 0) return "origin: rotated maps are not supported; rotate the image";
+  if (std::abs(origin[2]) > kTurned)
+    return "origin: rotated maps are not supported; rotate the image";
   info.origin_x = origin[0];
   info.origin_y = origin[1];
   return {};
 }
 
 std::string take_negate(const YAML::Node& value, RosMapInfo& info) {
-  const std::string_view text = text_of(value);
   bool truth = false;
-  if (text == "0" || text == "1")
-    info.negate = text == "1";
-  else if (YAML::convert<bool>::decode(value, truth))
+  if (YAML::convert<bool>::decode(value, truth))
     info.negate = truth;
+  else if (const auto number = finite_number(value))
+    info.negate = *number != 0;
   else
-    return "negate: must be 0 or 1";
+    return "negate: must be 0 or 1, or true or false";
   return {};
 }
 
@@ -73,7 +85,7 @@ std::string take_mode(const YAML::Node& value, RosMapInfo& info) {
 std::string take_value(const std::string& key, const YAML::Node& value, RosMapInfo& info) {
   const auto number = [&](double& to) -> std::string {
     const auto parsed = finite_number(value);
-    if (!parsed) return key + ": not a number";
+    if (!parsed) return fmt::format("{}: not a number", key);
     to = *parsed;
     return {};
   };
@@ -85,6 +97,8 @@ std::string take_value(const std::string& key, const YAML::Node& value, RosMapIn
   if (key == "mode") return take_mode(value, info);
   if (key != "image") return {};
   info.image = text_of(value);
+  if (info.image.starts_with("~"))
+    return "image: ~ is not replaced by a folder: write the whole path, or the path from this file";
   return info.image.empty() ? "image: must be the name of a file" : "";
 }
 
@@ -92,10 +106,16 @@ tims::Result<RosMapInfo> read_document(const YAML::Node& document) {
   RosMapInfo info;
   if (!document.IsMap() && !document.IsNull())
     return in_line(document.Mark(), "expected `key: value`");
+  std::set<std::string> seen;
   for (const auto& entry : document) {
     const YAML::Node& key = entry.first;
     const YAML::Node& value = entry.second;
     if (!key.IsScalar()) return in_line(key.Mark(), "expected `key: value`");
+    if (!seen.insert(key.Scalar()).second) {
+      info.remarks.push_back(fmt::format("line {}: {} is there twice; the first is used",
+                                         key.Mark().line + 1, shortened(key.Scalar())));
+      continue;
+    }
     const std::string wrong = take_value(key.Scalar(), value, info);
     if (!wrong.empty()) return in_line(value.Mark(), wrong);
   }
@@ -104,6 +124,11 @@ tims::Result<RosMapInfo> read_document(const YAML::Node& document) {
     return not_a_description("no `resolution: METRES` between 0.001 and 10");
   if (std::abs(info.origin_x) > 1e6 || std::abs(info.origin_y) > 1e6)
     return not_a_description("origin: more than 1000 km away");
+  if (info.occupied_thresh < info.free_thresh)
+    info.remarks.push_back(
+        fmt::format("occupied_thresh {} is less than free_thresh {}: are they exchanged? What is "
+                    "above the first is occupied",
+                    info.occupied_thresh, info.free_thresh));
   return info;
 }
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "components/localisation/grid_map.h"
 #include "tims/result.h"
@@ -20,11 +21,14 @@ struct RosMapInfo {
   bool is_raw = false;  // values are per cent instead of grey values
   double occupied_thresh = 0.65;
   double free_thresh = 0.196;
+  std::vector<std::string> remarks{};  // "line 3: ..."
 };
 
 inline constexpr std::size_t kRosYamlMax = 64 << 10;  // bytes; a description has some hundred
 
-// Error kMalformed: "line 3: ...". Unknown keys are ignored, as map_server does.
+// Error kMalformed: "line 3: ...". As in map_server, unknown keys are ignored, of a key that is
+// there twice the first value is used, and thresholds may be in any order; the latter two are
+// remarks.
 tims::Result<RosMapInfo> read_ros_yaml(std::string_view text);
 
 // The reverse, for an image with this file name.

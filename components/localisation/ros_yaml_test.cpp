@@ -1,6 +1,7 @@
 #include "components/localisation/ros_yaml.h"
 
 #include <fmt/core.h>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 namespace rack::localisation {
@@ -55,6 +56,38 @@ TEST(RosYaml, AListHasAnyForm) {
   }
 }
 
+// Marks of editors, quotes around anything, every kind of line end, and every form of yes.
+TEST(RosYaml, ReadsWhatEditorsLeaveBehind) {
+  const std::string text = "image: 'map.pgm'\nresolution: \"0.050000\"\norigin: [\"-1\", '2', 0]\n";
+  for (const std::string& read_text : {text, "\xEF\xBB\xBF" + text, "\xEF\xBB\xBF---\n" + text}) {
+    const RosMapInfo info = read(read_text);
+    EXPECT_DOUBLE_EQ(info.resolution, 0.05);
+    EXPECT_DOUBLE_EQ(info.origin_x, -1);
+    EXPECT_DOUBLE_EQ(info.origin_y, 2);
+    EXPECT_EQ(info.image, "map.pgm");
+  }
+  for (const char* yes : {"1", "true", "True", "TRUE", "yes", "on", "y", "\"1\"", "'true'", "2"})
+    EXPECT_TRUE(read(text + "negate: " + yes + "\n").negate) << yes;
+  for (const char* no : {"0", "false", "False", "no", "off", "n", "\"0\"", "0.0"})
+    EXPECT_FALSE(read(text + "negate: " + no + "\n").negate) << no;
+  for (const char* small : {"0.05 # m", ".05", "5e-2", "5.0000000000000003e-02", "+0.05", "0.05  "})
+    EXPECT_DOUBLE_EQ(read("image: a\nresolution: " + std::string(small) + "\n").resolution, 0.05);
+  EXPECT_DOUBLE_EQ(read("{image: a, resolution: 0.05, origin: [1, 2, -0.0]}").origin_x, 1);
+}
+
+// As in map_server, what is strange but clear is read. It is reported.
+TEST(RosYaml, RemarksOnWhatIsStrange) {
+  const RosMapInfo twice = read("image: a\nresolution: 1\nresolution: 2\n");
+  EXPECT_DOUBLE_EQ(twice.resolution, 1);
+  EXPECT_THAT(twice.remarks,
+              testing::ElementsAre("line 3: resolution is there twice; the first is used"));
+  const RosMapInfo exchanged =
+      read("image: a\nresolution: 1\noccupied_thresh: 0.1\nfree_thresh: 0.65\n");
+  EXPECT_DOUBLE_EQ(exchanged.occupied_thresh, 0.1);
+  EXPECT_THAT(exchanged.remarks,
+              testing::ElementsAre(testing::HasSubstr("occupied_thresh 0.1 is less than")));
+}
+
 // Other programs' keys.
 TEST(RosYaml, IgnoresUnknownKeys) {
   EXPECT_EQ(read("image: a\nresolution: 1\nsize:\n- 1\nnote: {by: [me, you]}\n").image, "a");
@@ -67,14 +100,23 @@ TEST(RosYaml, ReportsWhatIsWrong) {
   EXPECT_EQ(error_of("resolution: fine\n"), "line 1: resolution: not a number");
   EXPECT_EQ(error_of("image: a\nresolution: [1]\n"), "line 2: resolution: not a number");
   EXPECT_EQ(error_of("image: a\n\norigin: [1, 2]\n"), "line 3: origin: must be [x, y, theta]");
+  EXPECT_DOUBLE_EQ(read("image: a\nresolution: 1\norigin: [1, 2, 1e-7]\n").origin_y, 2);
   EXPECT_EQ(error_of("origin: [1, 2, 0.5]\n"),
             "line 1: origin: rotated maps are not supported; rotate the image");
   EXPECT_EQ(error_of("origin: here\n"), "line 1: origin: must be [x, y, theta]");
   EXPECT_EQ(error_of("origin:\n- 1\n- 2\nimage: a\n"), "line 2: origin: must be [x, y, theta]");
-  EXPECT_EQ(error_of("origin:\n- 1\n- x\n- 0\n"), "line 2: origin: must be [x, y, theta]");
+  EXPECT_EQ(error_of("origin:\n- 1\n- x\n- 0\n"),
+            "line 2: origin: must be [x, y, theta]; y is \"x\", which is not a number");
+  for (const std::string theta : {"-nan", "nan", "NaN", ".nan", "inf", "\"-nan\""})
+    EXPECT_THAT(error_of("origin: [1, 2, " + theta + "]\n"),
+                testing::AllOf(testing::HasSubstr("theta is \""),
+                               testing::HasSubstr("not a number: write 0 for a map that")));
+  EXPECT_EQ(error_of("image: ~/a.pgm\n"),
+            "line 1: image: ~ is not replaced by a folder: write the whole path, or the path from "
+            "this file");
   EXPECT_EQ(error_of("origin:\n- 1\n- 2\n- 0\n- 4\n"), "line 2: origin: must be [x, y, theta]");
   EXPECT_EQ(error_of("mode: grey\n"), "line 1: mode: must be trinary, scale or raw");
-  EXPECT_EQ(error_of("negate: maybe\n"), "line 1: negate: must be 0 or 1");
+  EXPECT_EQ(error_of("negate: maybe\n"), "line 1: negate: must be 0 or 1, or true or false");
   EXPECT_EQ(error_of("image: [a]\n"), "line 1: image: must be the name of a file");
   EXPECT_EQ(error_of("resolution: 0.1\n"), "no `image: FILE`");
   EXPECT_EQ(error_of(""), "no `image: FILE`");

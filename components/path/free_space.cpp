@@ -65,27 +65,19 @@ tims::Result<FreeSpace> FreeSpace::empty(const Place& corner, double width, doub
   return space;
 }
 
-tims::Result<FreeSpace> FreeSpace::of(const GridMapData& map, std::uint8_t occupied) {
-  const auto size = map.tail_sizes()[0];
-  if (size <= 0 || map.occupancy.size() != static_cast<std::size_t>(size) || map.scale < kCellMin)
-    return tims::Error(tims::Errc::kInvalidArgument, "the grid map has no cells of 10 mm or more");
-  const double cell = map.scale;
-  auto space = empty({static_cast<double>(map.offsetX), static_cast<double>(map.offsetY)},
-                     map.gridNumX * cell, map.gridNumY * cell, cell);
-  if (!space) return space;
-  // x is the outer index.
-  for (std::size_t i = 0; i < map.occupancy.size(); ++i)
-    space->cells_[i] = map.occupancy[i] >= occupied ? 1 : 0;
-  space->measure();
-  return space;
+tims::Result<FreeSpace> FreeSpace::of(const GridMapData& map) {
+  const auto cells = localisation::read_map(map);
+  if (!cells) return cells.error();
+  return of(*cells, cells->resolution);
 }
 
-tims::Result<FreeSpace> FreeSpace::of(const DxfDrawing& drawing, double scale, double offset_x,
-                                      double offset_y, double cell, double around) {
+tims::Result<FreeSpace> FreeSpace::of(const DxfPlan& plan, double cell, double around) {
+  const DxfDrawing& drawing = plan.drawing;
+  const PlanPlacement& at = plan.placement;
   if (drawing.lines.empty())
     return tims::Error(tims::Errc::kInvalidArgument, "the drawing has no lines");
   const auto place = [&](const DxfPoint& point) {
-    return Place{(point.y - offset_x) * scale, (point.x - offset_y) * scale};
+    return Place{(point.y - at.offset_x) * at.scale, (point.x - at.offset_y) * at.scale};
   };
   Place least = place(drawing.lines[0].from);
   Place most = least;
@@ -102,6 +94,29 @@ tims::Result<FreeSpace> FreeSpace::of(const DxfDrawing& drawing, double scale, d
   for (const DxfLine& line : drawing.lines) space->occupy(place(line.from), place(line.to));
   space->measure();
   return space;
+}
+
+tims::Result<FreeSpace> FreeSpace::of(const localisation::GridMap& map, double cell) {
+  auto space = empty({map.origin.x, map.origin.y}, map.rows * map.resolution,
+                     map.columns * map.resolution, cell);
+  if (!space) return space;
+  for (std::int32_t row = 0; row < map.rows; ++row) {
+    for (std::int32_t column = 0; column < map.columns; ++column) {
+      if (map.at(row, column) != localisation::Cell::kOccupied) continue;
+      const Place least{map.origin.x + row * map.resolution,
+                        map.origin.y + column * map.resolution};
+      space->occupy_area(least, {least.x + map.resolution, least.y + map.resolution});
+    }
+  }
+  space->measure();
+  return space;
+}
+
+tims::Result<FreeSpace> FreeSpace::of(const localisation::FloorPlan& plan, double cell,
+                                      double around) {
+  auto space = plan.cells ? of(*plan.cells, cell) : of(plan.drawing, cell, around);
+  if (space) return space;
+  return tims::Error(space.error().code(), plan.path + ": " + space.error().detail());
 }
 
 // --- cells
@@ -141,6 +156,21 @@ void FreeSpace::occupy(const Place& from, const Place& to) {
     const double part = static_cast<double>(i) / static_cast<double>(steps);
     occupy({from.x + part * (to.x - from.x), from.y + part * (to.y - from.y)});
   }
+}
+
+void FreeSpace::occupy_area(const Place& least, const Place& most) {
+  // A border on that of a cell does not touch the cell beyond it, also after rounding.
+  constexpr double kBorder = 1e-6;
+  const auto index_of = [&](double at, double corner, std::size_t count, double border) {
+    const double index = std::floor((at - corner) / cell_ + border);
+    return static_cast<std::size_t>(std::clamp(index, 0.0, static_cast<double>(count - 1)));
+  };
+  const std::size_t last_row = index_of(most.x, corner_.x, rows_, -kBorder);
+  const std::size_t last_column = index_of(most.y, corner_.y, columns_, -kBorder);
+  for (std::size_t row = index_of(least.x, corner_.x, rows_, kBorder); row <= last_row; ++row)
+    for (std::size_t column = index_of(least.y, corner_.y, columns_, kBorder);
+         column <= last_column; ++column)
+      cells_[row * columns_ + column] = 1;
 }
 
 void FreeSpace::release(const Place& place) {

@@ -12,8 +12,8 @@
 #include <span>
 #include <vector>
 
-#include "components/geometry/floor_map.h"
 #include "components/geometry/pose.h"
+#include "components/localisation/floor_plan.h"
 #include "rack/proxies/grid_map.h"
 #include "tims/result.h"
 
@@ -59,16 +59,21 @@ class FreeSpace {
   // A map of free cells with this corner. The error kTooBig suggests a remedy.
   static tims::Result<FreeSpace> empty(const Place& corner, double width, double height,
                                        double cell);
-  // `occupied`: values from this one on count as occupied.
-  static tims::Result<FreeSpace> of(const GridMapData& map, std::uint8_t occupied = 128);
-  // From a drawing, as for FloorMap, with a margin of `around` mm.
-  static tims::Result<FreeSpace> of(const DxfDrawing& drawing, double scale, double offset_x,
-                                    double offset_y, double cell, double around);
+  static tims::Result<FreeSpace> of(const GridMapData& map);
+  // From a drawing, with a margin of `around` mm.
+  static tims::Result<FreeSpace> of(const DxfPlan& plan, double cell, double around);
+  // From a map of other cells: what touches an occupied one is occupied; what is unknown is free.
+  static tims::Result<FreeSpace> of(const localisation::GridMap& map, double cell);
+  // From a file. Errors name it.
+  static tims::Result<FreeSpace> of(const localisation::FloorPlan& plan, double cell,
+                                    double around);
 
   // Frees all cells and moves the map to another corner.
   void clear(const Place& corner);
   void occupy(const Place& place);
   void occupy(const Place& from, const Place& to);
+  // The cells that a rectangle touches.
+  void occupy_area(const Place& least, const Place& most);
   // Frees the cell at this place.
   void release(const Place& place);
   // Computes the distances; changes of cells have no effect before.

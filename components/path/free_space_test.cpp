@@ -44,9 +44,9 @@ TEST(FreeSpace, IsNowhereFreeOutside) {
 }
 
 TEST(FreeSpace, ReadsDrawingsAndMessages) {
-  DxfDrawing drawing;
-  drawing.lines = {{{0, 0}, {2, 0}}, {{2, 0}, {2, 3}}};
-  const auto drawn = FreeSpace::of(drawing, 1000, 0, 0, 50, 500);
+  DxfPlan plan;
+  plan.drawing.lines = {{{0, 0}, {2, 0}}, {{2, 0}, {2, 3}}};
+  const auto drawn = FreeSpace::of(plan, 50, 500);
   ASSERT_TRUE(drawn.ok());
   EXPECT_TRUE(drawn->occupied({10, 1000})) << "x is north";
   EXPECT_TRUE(drawn->occupied({1500, 2010}));
@@ -57,16 +57,54 @@ TEST(FreeSpace, ReadsDrawingsAndMessages) {
   map.gridNumX = 3;
   map.gridNumY = 4;
   map.occupancy.resize(12);
-  map.occupancy[1 * 4 + 2] = 255;
+  map.occupancy[2 * 3 + 1] = 255;  // x runs first
   const auto grid = FreeSpace::of(map);
   ASSERT_TRUE(grid.ok());
-  EXPECT_TRUE(grid->occupied({1150, 250}));
-  EXPECT_FALSE(grid->occupied({1250, 150}));
+  EXPECT_TRUE(grid->occupied({1100, 200})) << "offsets are of the middle of the first cell";
+  EXPECT_TRUE(grid->occupied({1060, 240}));
+  EXPECT_FALSE(grid->occupied({1200, 100}));
+}
+
+// Three rows of two cells of 100 mm.
+localisation::GridMap cells() {
+  using enum localisation::Cell;
+  return {.resolution = 100,
+          .origin = {1000, -300},
+          .rows = 3,
+          .columns = 2,
+          .cells = {kFree, kFree, kFree, kOccupied, kUnknown, kFree}};
+}
+
+TEST(FreeSpace, ReadsMapsOfCells) {
+  for (const double cell : {25.0, 50.0, 100.0}) {
+    const auto space = FreeSpace::of(cells(), cell);
+    ASSERT_TRUE(space.ok());
+    for (double x = 1010; x < 1300; x += 20)
+      for (double y = -290; y < -100; y += 20)
+        EXPECT_EQ(space->occupied({x, y}), x > 1100 && x < 1200 && y > -200)
+            << x << " " << y << " in cells of " << cell;
+  }
+  // Cells of 150 mm are occupied where they touch the occupied one.
+  const auto coarse = FreeSpace::of(cells(), 150);
+  ASSERT_TRUE(coarse.ok());
+  for (const Place& place : {Place{1010, -160}, {1160, -110}, {1290, -110}})
+    EXPECT_TRUE(coarse->occupied(place)) << place.x;
+  EXPECT_FALSE(FreeSpace::of(cells(), 5).ok()) << "too small";
+}
+
+TEST(FreeSpace, ReadsFiles) {
+  const auto of_ros = FreeSpace::of({.path = "a.yaml", .cells = cells()}, 50, 500);
+  ASSERT_TRUE(of_ros.ok());
+  EXPECT_EQ(of_ros->rows(), 6U);
+  localisation::FloorPlan drawing{.path = "a.dxf"};
+  EXPECT_EQ(FreeSpace::of(drawing, 50, 500).error().detail(), "a.dxf: the drawing has no lines");
+  drawing.drawing.drawing.lines = {{{0, 0}, {2, 0}}};
+  EXPECT_TRUE(FreeSpace::of(drawing, 50, 500).ok());
 }
 
 TEST(FreeSpace, RefusesMapsThatAreNone) {
   EXPECT_FALSE(FreeSpace::of(GridMapData{}).ok());
-  EXPECT_FALSE(FreeSpace::of(DxfDrawing{}, 1000, 0, 0, 50, 500).ok());
+  EXPECT_FALSE(FreeSpace::of(DxfPlan{}, 50, 500).ok());
   EXPECT_FALSE(FreeSpace::empty({}, 0, 1000, 50).ok());
   EXPECT_FALSE(FreeSpace::empty({}, 1000, 1000, 0).ok());
   EXPECT_FALSE(FreeSpace::empty({}, 1e12, 1e12, 50).ok());

@@ -7,6 +7,8 @@
 #include "components/path/detour.h"
 #include "components/path/rddf.h"
 #include "components/path/vehicle.h"
+#include "components/position/map_file.h"
+#include "components/position/map_parameters.h"
 #include "os/file.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
@@ -29,7 +31,7 @@ constexpr std::array<double, 5> kBehind = {2000, 4000, 7000, 12000,
 constexpr i32 kLandmark = 1;
 constexpr std::size_t kFileMax = 64 << 20;
 
-constexpr std::array<ParameterInfo, 20> kParameters = {{
+constexpr std::array<ParameterInfo, 21> kParameters = {{
     host_file(
         {"rddfFile", "",
          "route file (RDDF of the DARPA Grand Challenge); empty: the route comes by SET_RDDF"}),
@@ -37,10 +39,11 @@ constexpr std::array<ParameterInfo, 20> kParameters = {{
     partner("position", "the position"),
     optional_partner("scan2d", "the scan", "the scan; -1: none, plans use the map only"),
     optional_partner("gridMap", "the grid map", "a grid map for planning; -1: none"),
-    host_file({"mapFile", "", "floor plan for planning, a DXF text file"}),
-    {"mapScaleFactor", 1000, "mm per unit of the plan; 0: as it states", 0, kMax},
-    {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
-    {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
+    host_file({"mapFile", "", "map for planning: floor plan (DXF) or map of ROS (.yaml)"}),
+    navigation::kMapScaleFactor,
+    navigation::kMapOffsetX,
+    navigation::kMapOffsetY,
+    navigation::kMapLayers,
     {"cellSize", 100, "cell size of the planning map, mm", 10, 1000},
     {"planWidth", 40000, "without a map: width of the free area around the robot, mm", 1000,
      200000},
@@ -141,13 +144,14 @@ class PathRddf : public DataModule<PathData> {
     const std::string file = text("mapFile");
     has_map_ = true;
     if (!file.empty()) {
-      const auto read = tims::os::read_file(file, kFileMax);
-      if (!read) return read.error();
-      const auto plan = read_plan(file, *read, integer("mapScaleFactor"));
+      const auto plan =
+          navigation::load_plan(file, {.scale = static_cast<double>(integer("mapScaleFactor")),
+                                       .offset_x = static_cast<double>(integer("mapOffsetX")),
+                                       .offset_y = static_cast<double>(integer("mapOffsetY")),
+                                       .layers = text("mapLayers")});
       if (!plan) return plan.error();
-      for (const std::string& remark : plan->drawing.remarks) log().warning("{}", remark);
-      return take_map(FreeSpace::of(plan->drawing, plan->scale, integer("mapOffsetX"),
-                                    integer("mapOffsetY"), cell, 2000));
+      for (const std::string& remark : plan->remarks) log().warning("{}", remark);
+      return take_map(FreeSpace::of(*plan, cell, 2000));
     }
     if (auto on = grid_map_.turn_on(); !on) return on;
     if (grid_map_) {

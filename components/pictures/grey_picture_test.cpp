@@ -63,6 +63,29 @@ TEST(GreyPicture, IsAPgm) {
   }
 }
 
+// As GIMP, Netpbm, map_saver, ImageMagick and editors write it.
+TEST(GreyPicture, HasAnyHead) {
+  using std::string_literals::operator""s;
+  const std::string pixels = "\xFE\xFE\x00\xCD\xFE\xFE"s;
+  for (const std::string head :
+       {"P5\n# Created by GIMP version 2.10.30 PNM plug-in\n3 2\n255\n", "P5 3 2 255\n",
+        "P5\n# CREATOR: map_saver.cpp 0.050 m/pix\n3 2\n255\n", "P5\r\n3 2\r\n255\n",
+        "P5\n3\n2\n255 ", "P5 # a\n#b\n3 # c\n# d\n2 #e\n 255\n", "P5\n\n3\t2\n\n255\n",
+        "P5 003 002 00255\n"}) {
+    const auto picture = read_grey(head + pixels);
+    ASSERT_TRUE(picture) << head << picture.error().detail();
+    EXPECT_THAT(picture->values, ElementsAre(254, 254, 0, 205, 254, 254)) << head;
+  }
+  for (const std::string text : {"P2\n# made by hand\n3 2\n255\n254 254 0\n205 254 254\n",
+                                 "P2\r\n3 2\r\n255\r\n254 254 0\r\n205 254 254\r\n",
+                                 "P2 3 2 255\n254\n254\n0\n205\n254\n254",
+                                 "P2\n3 2\n255\n254 254 0 # first\n205 254 254 # second\n"}) {
+    const auto picture = read_grey(text);
+    ASSERT_TRUE(picture) << text << picture.error().detail();
+    EXPECT_THAT(picture->values, ElementsAre(254, 254, 0, 205, 254, 254)) << text;
+  }
+}
+
 // Values are not stretched: those of raw maps are per cent.
 TEST(GreyPicture, HasAnyMaximum) {
   const auto small = read_grey("P2 3 1 100 100 0 37");

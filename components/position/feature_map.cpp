@@ -6,7 +6,7 @@
 #include "components/files/file_folder.h"
 #include "components/localisation/line_map.h"
 #include "components/position/map_file.h"
-#include "os/file.h"
+#include "components/position/map_parameters.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
 #include "rack/partner.h"
@@ -18,11 +18,15 @@ namespace {
 
 using localisation::LineMap;
 
-constexpr std::array<ParameterInfo, 6> kParameters = {{
-    host_file({"mapFile", "", "floor plan (DXF); empty: start with an empty map"}),
-    {"mapScaleFactor", 1000, "mm per unit of a floor plan; 0: as the plan states", 0, 1e6},
-    {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
-    {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
+constexpr std::array<ParameterInfo, 7> kParameters = {{
+    host_file(
+        {"mapFile", "",
+         "floor plan (DXF) or map of ROS (.yaml), whose walls become lines; empty: start with an "
+         "empty map"}),
+    kMapScaleFactor,
+    kMapOffsetX,
+    kMapOffsetY,
+    kMapLayers,
     optional_partner("position", "the position",
                      "the position; of large maps, only lines near it are sent; -1: none"),
     {"period", 1000, "period of the data, ms", 10, 60000},
@@ -118,23 +122,32 @@ class FeatureMap : public DataModule<FeatureMapData> {
     });
   }
 
-  [[nodiscard]] localisation::PlanScale placement(double scale) const {
-    return {scale, static_cast<double>(integer("mapOffsetX")),
-            static_cast<double>(integer("mapOffsetY"))};
+  [[nodiscard]] PlanPlacement placement() const {
+    return {.scale = static_cast<double>(integer("mapScaleFactor")),
+            .offset_x = static_cast<double>(integer("mapOffsetX")),
+            .offset_y = static_cast<double>(integer("mapOffsetY")),
+            .layers = text("mapLayers")};
+  }
+  // Without a scale: that of the plan that was loaded.
+  [[nodiscard]] PlanPlacement placement_for_saving() const {
+    PlanPlacement wanted = placement();
+    if (wanted.scale == 0) wanted.scale = unit_;
+    return wanted;
   }
 
   Result<void> load(const std::string& path) {
-    const auto bytes = tims::os::read_file(path, kPlanBytesMax);
-    if (!bytes) return bytes.error();
-    const auto plan = read_plan(path, *bytes, integer("mapScaleFactor"));
+    const auto plan = load_lines(path, placement());
     if (!plan) return plan.error();
     for (const std::string& remark : plan->drawing.remarks) log().warning("{}", remark);
-    LineMap map(plan->drawing, placement(plan->scale));
+    LineMap map(*plan);
+    if (map.left_out() > 0)
+      log().warning("{}: {} lines are left out, since they are more than 1000 km away", path,
+                    map.left_out());
     if (map.size() == 0) return refused(path + ": no lines");
     log().info("map {}: {} lines", path, map.size());
     const std::lock_guard lock(map_mutex_);
     std::swap(map_, map);
-    unit_ = plan->scale;
+    unit_ = plan->placement.scale;
     begun_ = true;
     return {};
   }
@@ -143,8 +156,7 @@ class FeatureMap : public DataModule<FeatureMapData> {
     std::string text;
     {
       const std::lock_guard lock(map_mutex_);
-      const double scale = integer("mapScaleFactor");
-      text = map_.to_dxf(placement(scale > 0 ? scale : unit_));
+      text = map_.to_dxf(placement_for_saving());
     }
     const auto folder = FileFolder::of_messages();
     if (!folder) return folder.error();

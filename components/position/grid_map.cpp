@@ -3,6 +3,7 @@
 
 #include "components/geometry/pose.h"
 #include "components/position/map_file.h"
+#include "components/position/map_parameters.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
 #include "rack/partner.h"
@@ -11,12 +12,13 @@
 namespace rack::navigation {
 namespace {
 
-constexpr std::array<ParameterInfo, 7> kParameters = {{
+constexpr std::array<ParameterInfo, 8> kParameters = {{
     host_file({"mapFile", "", "floor plan (DXF) or map of ROS (.yaml)", 0, 0, true}),
-    {"mapScaleFactor", 1000, "mm per unit of a floor plan; 0: as the plan states", 0, 1e6},
-    {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
-    {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
-    {"mapResolution", 50, "cell size for floor plans, mm", 1, 1000},
+    kMapScaleFactor,
+    kMapOffsetX,
+    kMapOffsetY,
+    kMapLayers,
+    kMapResolution,
     optional_partner("position", "the position",
                      "the position; of large maps, only the part around it is sent; -1: the whole, "
                      "with larger cells"),
@@ -40,10 +42,7 @@ class GridMap : public DataModule<GridMapData> {
  private:
   Result<void> module_on() override {
     const std::string path = text("mapFile");
-    auto map = load_map(path, {.scale = static_cast<double>(integer("mapScaleFactor")),
-                               .offset_x = static_cast<double>(integer("mapOffsetX")),
-                               .offset_y = static_cast<double>(integer("mapOffsetY")),
-                               .resolution = static_cast<double>(integer("mapResolution"))});
+    auto map = load_map(path, placement(), integer("mapResolution"));
     if (!map) return map.error();
     for (const std::string& remark : map->remarks) log().warning("{}", remark);
     map_ = std::move(map->map);
@@ -57,6 +56,13 @@ class GridMap : public DataModule<GridMapData> {
     if (!position_) send_part({0, 0, map_.rows, map_.columns});
     set_period(std::chrono::milliseconds(integer("period")));
     return DataModule::module_on();
+  }
+
+  [[nodiscard]] PlanPlacement placement() const {
+    return {.scale = static_cast<double>(integer("mapScaleFactor")),
+            .offset_x = static_cast<double>(integer("mapOffsetX")),
+            .offset_y = static_cast<double>(integer("mapOffsetY")),
+            .layers = text("mapLayers")};
   }
 
   Result<void> module_loop() override {

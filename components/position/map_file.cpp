@@ -1,48 +1,38 @@
 #include "components/position/map_file.h"
 
-#include <filesystem>
-#include <system_error>
+#include <utility>
 
-#include "components/localisation/ros_map.h"
 #include "components/position/map_picture.h"
 #include "os/file.h"
 
 namespace rack::navigation {
 
-namespace {
-
-constexpr std::size_t kDescriptionBytesMax = 1 << 20;
-constexpr std::size_t kImageBytesMax = 256 << 20;  // more than the largest map, uncompressed
-
-tims::Error in_file(const std::string& path, const tims::Error& error) {
-  return {error.code(), path + ": " + error.detail()};
+tims::Result<localisation::FloorPlan> load_plan(const std::string& path,
+                                                const PlanPlacement& placement) {
+  return localisation::read_floor_plan(path, placement,
+                                       {.read_file =
+                                            [](const std::string& file) {
+                                              return tims::os::read_file(
+                                                  file, localisation::kMapBytesMax);
+                                            },
+                                        .decode = read_map_picture});
 }
 
-tims::Result<LoadedMap> load_plan(const std::string& path, std::string_view text,
-                                  const PlanPlacement& placement) {
-  auto plan = read_plan(path, text, placement.scale);
+tims::Result<LoadedMap> load_map(const std::string& path, const PlanPlacement& placement,
+                                 double resolution) {
+  auto plan = load_plan(path, placement);
   if (!plan) return plan.error();
-  auto map = localisation::read_map(plan->drawing, plan->scale, placement.offset_x,
-                                    placement.offset_y, placement.resolution);
-  if (!map) return in_file(path, map.error());
-  return LoadedMap{.map = std::move(*map), .remarks = std::move(plan->drawing.remarks)};
+  LoadedMap loaded{.remarks = std::exchange(plan->remarks, {})};
+  auto map = localisation::cells_of(std::move(*plan), resolution);
+  if (!map) return map.error();
+  loaded.map = std::move(*map);
+  return loaded;
 }
 
-}  // namespace
-
-tims::Result<LoadedMap> load_map(const std::string& path, const PlanPlacement& placement) {
-  const bool is_plan = !path.ends_with(".yaml") && !path.ends_with(".yml");
-  const auto text = tims::os::read_file(path, is_plan ? kPlanBytesMax : kDescriptionBytesMax);
-  if (!text) return text.error();
-  if (is_plan) return load_plan(path, *text, placement);
-  const auto info = localisation::read_ros_yaml(*text);
-  if (!info) return in_file(path, info.error());
-  const std::string image = std::filesystem::path(path).parent_path() / info->image;
-  const auto picture = tims::os::read_file(image, kImageBytesMax);
-  if (!picture) return picture.error();
-  const auto cells = read_map_picture(*picture);
-  if (!cells) return in_file(image, cells.error());
-  return LoadedMap{.map = localisation::grid_of(*info, *cells)};
+tims::Result<DxfPlan> load_lines(const std::string& path, const PlanPlacement& placement) {
+  auto plan = load_plan(path, placement);
+  if (!plan) return plan.error();
+  return localisation::lines_of(std::move(*plan));
 }
 
 }  // namespace rack::navigation

@@ -1,33 +1,32 @@
-// Loads maps from files: a floor plan in DXF, or a map of ROS (.yaml, with its image in the same
-// folder).
+// Loads maps from files on this host: floor plans (DXF) and maps of ROS, by the one reader
+// (components/localisation/floor_plan.h).
 #pragma once
 
-#include <cstddef>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "components/geometry/dxf.h"
+#include "components/localisation/floor_plan.h"
 #include "components/localisation/grid_map.h"
 #include "tims/result.h"
 
 namespace rack::navigation {
-
-inline constexpr std::size_t kPlanBytesMax = 64 << 20;  // a floor plan in DXF
-
-// Conversion of a floor plan: x = (plan y - offset_x) * scale, y = (plan x - offset_y) * scale.
-struct PlanPlacement {
-  double scale = 1000;  // mm per unit of the plan; 0: as the plan states
-  double offset_x = 0;
-  double offset_y = 0;
-  double resolution = 50;  // mm
-};
 
 struct LoadedMap {
   localisation::GridMap map{};
   std::vector<std::string> remarks{};  // what of the file is not in the map, with its place
 };
 
+inline constexpr double kUsualResolution = 50;  // mm
+
 // Errors and remarks name the file: "floor.dxf, line 7: ...".
-tims::Result<LoadedMap> load_map(const std::string& path, const PlanPlacement& placement);
+tims::Result<localisation::FloorPlan> load_plan(const std::string& path,
+                                                const PlanPlacement& placement);
+// As cells; those of a drawing have `resolution` mm.
+tims::Result<LoadedMap> load_map(const std::string& path, const PlanPlacement& placement,
+                                 double resolution = kUsualResolution);
+// As lines, with the remarks of the drawing.
+tims::Result<DxfPlan> load_lines(const std::string& path, const PlanPlacement& placement);
 
 }  // namespace rack::navigation

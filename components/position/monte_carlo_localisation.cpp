@@ -11,6 +11,7 @@
 #include "components/localisation/mcl_messages.h"
 #include "components/localisation/update_watch.h"
 #include "components/position/map_file.h"
+#include "components/position/map_parameters.h"
 #include "rack/data_module.h"
 #include "rack/input.h"
 #include "rack/proxies/odometry.h"
@@ -24,17 +25,18 @@ using localisation::Localiser;
 using localisation::UpdateWatch;
 using localisation::WallLines;
 
-constexpr std::array<ParameterInfo, 21> kParameters = {{
+constexpr std::array<ParameterInfo, 22> kParameters = {{
     partner("scan2d", "the scan"),
     partner("odometry", "the odometry"),
     optional_partner("position", "the position", "the position to update; -1: none"),
     {"period", 1000, "period of the data and of updates of the position, ms", 1, 60000},
     host_file({"mapFile", "",
                "floor plan (DXF) or map of ROS (.yaml); empty: the map comes by LOAD_MAP"}),
-    {"mapScaleFactor", 1000, "mm per unit of a floor plan; 0: as the plan states", 0, 1e6},
-    {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
-    {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
-    {"mapResolution", 50, "cell size for floor plans, mm", 1, 1000},
+    kMapScaleFactor,
+    kMapOffsetX,
+    kMapOffsetY,
+    kMapLayers,
+    kMapResolution,
     {"particles", 500, "number of particles while localised", 10, 100000},
     {"particlesMax", 20000, "number of particles while searching", 10, 100000},
     {"beams", 60, "number of beams used per scan", 1, 8000},
@@ -106,13 +108,16 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     return take_map(path, false);
   }
 
+  [[nodiscard]] PlanPlacement placement() const {
+    return {.scale = static_cast<double>(integer("mapScaleFactor")),
+            .offset_x = static_cast<double>(integer("mapOffsetX")),
+            .offset_y = static_cast<double>(integer("mapOffsetY")),
+            .layers = text("mapLayers")};
+  }
+
   // Any task. Reading may take long; only the exchange of the map is locked.
   Result<void> take_map(const std::string& path, bool commanded) {
-    const auto loaded =
-        load_map(path, {.scale = static_cast<double>(integer("mapScaleFactor")),
-                        .offset_x = static_cast<double>(integer("mapOffsetX")),
-                        .offset_y = static_cast<double>(integer("mapOffsetY")),
-                        .resolution = static_cast<double>(integer("mapResolution"))});
+    const auto loaded = load_map(path, placement(), integer("mapResolution"));
     if (!loaded) return loaded.error();
     for (const std::string& remark : loaded->remarks) log().warning("{}", remark);
     const localisation::GridMap& map = loaded->map;

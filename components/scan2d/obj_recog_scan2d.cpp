@@ -5,6 +5,7 @@
 
 #include "components/perception/object_recogniser.h"
 #include "components/position/map_file.h"
+#include "components/position/map_parameters.h"
 #include "rack/data_module.h"
 #include "rack/input.h"
 #include "rack/proxies/feature_map.h"
@@ -16,14 +17,15 @@ namespace {
 using localisation::LikelihoodField;
 using perception::ObjectRecogniser;
 
-constexpr std::array<ParameterInfo, 14> kParameters = {{
+constexpr std::array<ParameterInfo, 15> kParameters = {{
     required_partner("scan2d", "the scan"),
     optional_partner("position", "the position", "the position; -1: refPos of the scan"),
     host_file({"mapFile", "", "map of static obstacles: floor plan (DXF) or map of ROS (.yaml)"}),
-    {"mapScaleFactor", 1000, "mm per unit of a floor plan; 0: as the plan states", 0, 1e6},
-    {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
-    {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
-    {"mapResolution", 50, "cell size for floor plans, mm", 1, 1000},
+    navigation::kMapScaleFactor,
+    navigation::kMapOffsetX,
+    navigation::kMapOffsetY,
+    navigation::kMapLayers,
+    navigation::kMapResolution,
     optional_partner("gridMap", "the GridMap", "the GridMap with the map; -1: none"),
     optional_partner("featureMap", "the FeatureMap", "the FeatureMap with the map; -1: none"),
     {"mapTolerance", 250, "points within this distance of the map's obstacles are ignored, mm", 0,
@@ -95,14 +97,17 @@ class ObjRecogScan2d : public DataModule<ObjRecogData> {
     return {};
   }
 
+  [[nodiscard]] PlanPlacement placement() const {
+    return {.scale = static_cast<double>(integer("mapScaleFactor")),
+            .offset_x = static_cast<double>(integer("mapOffsetX")),
+            .offset_y = static_cast<double>(integer("mapOffsetY")),
+            .layers = text("mapLayers")};
+  }
+
   Result<localisation::GridMap> read_map(const std::string& path) {
     const auto resolution = static_cast<double>(integer("mapResolution"));
     if (!path.empty()) {
-      auto loaded =
-          navigation::load_map(path, {.scale = static_cast<double>(integer("mapScaleFactor")),
-                                      .offset_x = static_cast<double>(integer("mapOffsetX")),
-                                      .offset_y = static_cast<double>(integer("mapOffsetY")),
-                                      .resolution = resolution});
+      auto loaded = navigation::load_map(path, placement(), resolution);
       if (!loaded) return loaded.error();
       for (const std::string& remark : loaded->remarks) log().warning("{}", remark);
       return std::move(loaded->map);

@@ -6,15 +6,16 @@
 #include <optional>
 #include <string>
 
+#include "components/position/map_file.h"
+#include "components/position/map_parameters.h"
 #include "components/world/core/models.h"
-#include "os/file.h"
 #include "rack/data_module.h"
 #include "rack/input.h"
 #include "rack/proxies/odometry.h"
 
 namespace rack::sim {
 
-inline constexpr std::size_t kMapScannerParameters = 7;
+inline constexpr std::size_t kMapScannerParameters = 8;
 inline constexpr std::array<ParameterInfo, kMapScannerParameters> kMapScanner = {{
     {.name = "odometry",
      .initial = 0,
@@ -24,23 +25,20 @@ inline constexpr std::array<ParameterInfo, kMapScannerParameters> kMapScanner = 
      .system_help = "the odometry"},
     {"maxRange", 10000, "maximum range, mm", 1, 1e6},
     {"angleRes", 1, "angle between two rays, deg", 1, 360},
-    host_file({"mapFile", "", "floor plan, a DXF text file", 0, 0, true}),
-    {"mapScaleFactor", 1000, "mm per unit of the plan; 0: as it states", 0, 1e6},
-    {"mapOffsetX", 0, "north of the plan that is x = 0, in its units"},
-    {"mapOffsetY", 0, "east of the plan that is y = 0, in its units"},
+    host_file({"mapFile", "", "floor plan (DXF) or map of ROS (.yaml)", 0, 0, true}),
+    navigation::kMapScaleFactor,
+    navigation::kMapOffsetX,
+    navigation::kMapOffsetY,
+    navigation::kMapLayers,
 }};
 
-inline constexpr std::size_t kFileMax = 64 << 20;  // larger than any drawing of a floor
-
-// Parts that cannot be read are logged; a file that is not a drawing is an error.
-inline Result<FloorMap> load_map(const std::string& path, double scale, double offset_x,
-                                 double offset_y, TextLog& log) {
-  const auto text = tims::os::read_file(path, kFileMax);
-  if (!text) return tims::Error(text.error().code(), "map " + text.error().detail());
-  const auto plan = read_plan("map " + path, *text, scale);
-  if (!plan) return plan.error();
-  for (const std::string& remark : plan->drawing.remarks) log.warning("{}", remark);
-  FloorMap map(plan->drawing, plan->scale, offset_x, offset_y);
+// Parts that cannot be read are logged; a file that is not a map is an error.
+inline Result<FloorMap> load_walls(const std::string& path, const PlanPlacement& placement,
+                                   TextLog& log) {
+  const auto plan = navigation::load_lines(path, placement);
+  if (!plan) return tims::Error(plan.error().code(), "map " + plan.error().detail());
+  for (const std::string& remark : plan->drawing.remarks) log.warning("map {}", remark);
+  FloorMap map(*plan);
   log.info("{} has {} features", path, map.size());
   return map;
 }
@@ -56,8 +54,12 @@ class MapScanner : public DataModule<Scan> {
   Result<void> module_on() override {
     const auto wanted = settings();
     if (!wanted) return wanted.error();
-    auto map = load_map(this->text("mapFile"), this->integer("mapScaleFactor"),
-                        this->integer("mapOffsetX"), this->integer("mapOffsetY"), this->log());
+    auto map = load_walls(this->text("mapFile"),
+                          {.scale = static_cast<double>(this->integer("mapScaleFactor")),
+                           .offset_x = static_cast<double>(this->integer("mapOffsetX")),
+                           .offset_y = static_cast<double>(this->integer("mapOffsetY")),
+                           .layers = this->text("mapLayers")},
+                          this->log());
     if (!map) return map.error();
     model_.emplace(std::move(*map), *wanted);
     const auto granted = odometry_.start();

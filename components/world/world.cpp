@@ -15,6 +15,7 @@
 #include <poll.h>
 
 #include "base/text.h"
+#include "components/position/map_picture.h"
 #include "components/world/camera_library.h"
 #include "components/world/core/world_file.h"
 #include "components/world/plugged_device.h"
@@ -33,7 +34,6 @@ using world::Truth;
 constexpr std::string_view kBase = "base";  // name of the robot's own line, next to its sensors
 
 constexpr std::size_t kWorldBytesMax = 4 << 20;
-constexpr std::size_t kDrawingBytesMax = 64 << 20;
 
 constexpr std::array<ParameterInfo, 3> kParameters = {{
     host_file({"file", "", "file of the world (TOML)"}),
@@ -156,10 +156,12 @@ class World : public DataModule<WorldData> {
     if (path.empty()) return refused("no world: give its file with --file");
     auto content = tims::os::read_file(path, kWorldBytesMax);
     if (!content) return content.error();
-    auto file =
-        world::read_world({path.string(), std::move(*content)}, [&](const std::string& name) {
-          return tims::os::read_file(path.parent_path() / name, kDrawingBytesMax);
-        });
+    auto file = world::read_world(
+        {path.string(), std::move(*content)},
+        [&](const std::string& name) {
+          return tims::os::read_file(path.parent_path() / name, localisation::kMapBytesMax);
+        },
+        navigation::read_map_picture);
     for (std::size_t i = 0; i + 1 < file.problems.size(); ++i)
       log().error("{}", file.problems[i].to_string());
     if (!file.problems.empty()) return refused(file.problems.back().to_string());

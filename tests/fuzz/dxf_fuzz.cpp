@@ -1,7 +1,9 @@
 // Any text is refused with a line number, or yields a bounded number of lines with finite ends, and
 // a map that can be queried.
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <string_view>
 
 #include "components/geometry/floor_map.h"
 #include "components/geometry/pose.h"
@@ -10,7 +12,12 @@
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using tims::fuzz::require;
   tims::fuzz::Input input(data, size);
-  const auto drawing = rack::read_dxf(input.text());
+  const std::string_view text = input.text();
+  // The choice of layers is the first line of some inputs.
+  const bool has_choice = text.starts_with("layers ");
+  const auto cut = has_choice ? std::min(text.find('\n'), text.size()) : 0;
+  const auto drawing =
+      rack::read_dxf(text.substr(cut), has_choice ? text.substr(7, cut - 7) : std::string_view());
   if (!drawing) {
     require(!drawing.error().detail().empty());
     return 0;

@@ -1,6 +1,7 @@
 // Any description and picture is refused with a reason, or yields a map with the stated number of
-// cells, and a likelihood field that can be queried anywhere.
+// cells, its walls as lines, and a likelihood field that can be queried anywhere.
 #include "components/localisation/likelihood_field.h"
+#include "components/localisation/outlines.h"
 #include "components/localisation/ros_map.h"
 #include "tests/fuzz/fuzz_input.h"
 
@@ -21,6 +22,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const auto map = localisation::grid_of(*info, *picture);
   require(map.cells.size() ==
           static_cast<std::size_t>(map.rows) * static_cast<std::size_t>(map.columns));
+  const auto walls = localisation::outlines(map, 1000);
+  require(walls.ok() || !walls.error().detail().empty());
+  require(!walls || (!walls->lines.empty() && walls->lines.size() <= 1000));
   const auto field = localisation::LikelihoodField::of(map, {});
   require(field.ok() == (map.count(localisation::Cell::kOccupied) > 0 &&
                          map.count(localisation::Cell::kFree) > 0));

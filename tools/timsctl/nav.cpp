@@ -259,7 +259,6 @@ constexpr Column kMaps[] = {
 struct MapUser {
   tims::Address component;
   bool loads = false;  // LOAD_MAP, at once; else its parameter, at the next ON
-  bool plans_only = false;
   rack::ParameterList parameters{};
 };
 
@@ -269,7 +268,6 @@ std::vector<MapUser> map_users(NavRobot& robot) {
     for (const tims::Address component : robot.all(class_id)) {
       MapUser user{.component = component,
                    .loads = class_id == id::kMcl || class_id == id::kFeatureMap,
-                   .plans_only = class_id == id::kFeatureMap || class_id == id::kPath,
                    .parameters = robot.client().parameters(component)};
       if (text_of(user.parameters, "mapFile")) users.push_back(std::move(user));
     }
@@ -349,7 +347,6 @@ Exit map_load(Context& context, NavRobot& robot, const std::string& given) {
   const std::string file = whole_path(context.host, given);
   if (file.size() >= decltype(rack::FileName::name)::kMax)
     throw usage_error(file + ": exceeds the 126 bytes of LOAD_MAP");
-  const bool is_plan = !file.ends_with(".yaml") && !file.ends_with(".yml");
   Exit exit = Exit::kDone;
   json::array items;
   for (const MapUser& user : users) {
@@ -358,8 +355,6 @@ Exit map_load(Context& context, NavRobot& robot, const std::string& given) {
     if (text_of(user.parameters, "mapFile")->empty() &&
         robot.linked(user.parameters, "gridMap", id::kGridMap)) {
       item["result"] = "skipped: it uses the map of another component";
-    } else if (user.plans_only && !is_plan) {
-      item["result"] = "skipped: it accepts only floor plans";
     } else if (const auto why = give_map(robot, user, file)) {
       exit = Exit::kNo;
       item["result"] = "refused";

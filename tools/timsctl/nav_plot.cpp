@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "base/text.h"
 #include "components/files/loaded_library.h"
 #include "components/files/whole_file.h"
 #include "components/position/map_file.h"
@@ -29,7 +30,7 @@ using rack::plot::Picture;
 constexpr double kDrawnCell = 50;  // mm
 
 bool is_map(const std::string& file) {
-  return file.ends_with(".yaml") || file.ends_with(".yml") || file.ends_with(".dxf");
+  return rack::localisation::is_ros_map(file) || tims::base::lower(file).ends_with(".dxf");
 }
 
 // Checks the form before any request or file access.
@@ -65,23 +66,34 @@ std::string png_of(const std::string& file, const Picture& picture) {
   return std::move(png).value();
 }
 
+// What of a file is not in the map.
+void print_remarks(const std::vector<std::string>& remarks) {
+  for (const std::string& remark : remarks) fmt::print(stderr, "{}\n", remark);
+}
+
 // Reads the file like the component does.
 std::optional<GridMap> map_from_file(const rack::ParameterList& parameters) {
   const auto file = text_of(parameters, "mapFile");
   std::error_code error;
   if (!file || file->empty() || !std::filesystem::exists(*file, error)) return std::nullopt;
-  auto map = rack::navigation::load_map(
-      *file, {.scale = number_of(parameters, "mapScaleFactor", 1000),
-              .offset_x = number_of(parameters, "mapOffsetX", 0),
-              .offset_y = number_of(parameters, "mapOffsetY", 0),
-              .resolution = number_of(parameters, "mapResolution", kDrawnCell)});
-  return map ? std::optional(std::move(map->map)) : std::nullopt;
+  auto map = rack::navigation::load_map(*file,
+                                        {.scale = number_of(parameters, "mapScaleFactor", 1000),
+                                         .offset_x = number_of(parameters, "mapOffsetX", 0),
+                                         .offset_y = number_of(parameters, "mapOffsetY", 0),
+                                         .layers = text_of(parameters, "mapLayers").value_or("")},
+                                        number_of(parameters, "mapResolution", kDrawnCell));
+  if (!map) {
+    fmt::print(stderr, "{}\n", map.error().detail());
+    return std::nullopt;
+  }
+  print_remarks(map->remarks);
+  return std::move(map->map);
 }
 
-// With what is not in it on standard error.
+// In the unit of the plan, or else in metres.
 GridMap map_from_argument(const std::string& file) {
-  auto loaded = well(rack::navigation::load_map(file, {}));
-  for (const std::string& remark : loaded.remarks) fmt::print(stderr, "{}\n", remark);
+  auto loaded = well(rack::navigation::load_map(file, {.scale = 0, .scale_otherwise = 1000}));
+  print_remarks(loaded.remarks);
   return std::move(loaded.map);
 }
 

@@ -53,7 +53,8 @@ constexpr std::array<Name<TurnedAbout>, 3> kAxes = {
 
 class WorldReader {
  public:
-  explicit WorldReader(const ReadPlan& read_plan) : read_plan_(read_plan) {}
+  WorldReader(const ReadPlan& read_plan, const DecodePicture& decode)
+      : read_plan_(read_plan), decode_(decode) {}
 
   WorldFile read(const tims::base::TextFile& text) {
     const tims::base::TomlTree tree = tims::base::parse_toml(text);
@@ -193,8 +194,15 @@ class WorldReader {
   void plan(const Node& node) {
     std::string name;
     const Node* place = &node;
-    double scale = 1000;
+    PlanPlacement placement;
+    const Node* placed = nullptr;
     double height = 2500;
+    const auto of_drawing = [&](Read read) {
+      return [&, read = std::move(read)](const Node& n) {
+        placed = &n;
+        read(n);
+      };
+    };
     MapPoint offset;
     reader_.table(node, "[[plan]]",
                   {{"file",
@@ -202,17 +210,30 @@ class WorldReader {
                       reader_.text(n, name);
                       place = &n;
                     }},
-                   {"scale", real<Range{0, 1e6}>(scale)},
-                   {"offset", point(offset)},
+                   {"scale", of_drawing(real<Range{0, 1e6}>(placement.scale))},
+                   {"offset", of_drawing(point(offset))},
+                   {"layers", of_drawing(text(placement.layers))},
                    {"height", size(height)}});
     require(node, "file");
     if (name.empty()) return;
-    const auto text = read_plan_(name);
-    if (!text) return reader_.refuse(*place, fmt::format("{}: {}", name, text.error().detail()));
-    auto plan = read_plan(name, *text, scale);
+    if (placed != nullptr && localisation::is_ros_map(name))
+      return reader_.refuse(*placed,
+                            fmt::format("a map of ROS has no {}: its .yaml file states its "
+                                        "resolution and origin",
+                                        placed->key));
+    placement.offset_x = offset.x;
+    placement.offset_y = offset.y;
+    const auto read_file = [&](const std::string& file) -> tims::Result<std::string> {
+      auto text = read_plan_(file);
+      if (text) return text;
+      return tims::Error(text.error().code(), file + ": " + text.error().detail());
+    };
+    auto plan = localisation::read_floor_plan(name, placement, {read_file, decode_});
     if (!plan) return reader_.refuse(*place, plan.error().detail());
-    std::ranges::move(plan->drawing.remarks, std::back_inserter(file_.remarks));
-    add_walls(FloorMap(plan->drawing, plan->scale, offset.x, offset.y), height, *place);
+    auto lines = localisation::lines_of(std::move(*plan));
+    if (!lines) return reader_.refuse(*place, lines.error().detail());
+    std::ranges::move(lines->drawing.remarks, std::back_inserter(file_.remarks));
+    add_walls(FloorMap(*lines), height, *place);
   }
 
   void add_walls(const FloorMap& map, double height, const Node& place) {
@@ -551,6 +572,7 @@ class WorldReader {
   }
 
   const ReadPlan& read_plan_;
+  const DecodePicture& decode_;
   Reader reader_;
   WorldFile file_;
   bool value_full_ = false;
@@ -558,8 +580,9 @@ class WorldReader {
 
 }  // namespace
 
-WorldFile read_world(const tims::base::TextFile& file, const ReadPlan& read_plan) {
-  return WorldReader(read_plan).read(file);
+WorldFile read_world(const tims::base::TextFile& file, const ReadPlan& read_plan,
+                     const DecodePicture& decode) {
+  return WorldReader(read_plan, decode).read(file);
 }
 
 }  // namespace rack::world

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/toml.h"
+#include "components/localisation/floor_plan.h"
 #include "components/world/core/description.h"
 #include "tims/result.h"
 
@@ -28,10 +29,13 @@ inline constexpr std::size_t kObstaclesMax = 5000;
 inline constexpr int kPictureMin = 16;  // pixels, of each side of a camera's picture
 inline constexpr int kPictureMax = 1920;
 
-// Reads the text of a floor plan or of a map of markers by its name in the world's file.
+// Reads a floor plan, the picture of a map of ROS, or a map of markers by its name in the world's
+// file.
 using ReadPlan = std::function<tims::Result<std::string>(const std::string& name)>;
+using DecodePicture = decltype(localisation::MapSources::decode);
 
 // Reports every problem with file, line and column.
-WorldFile read_world(const tims::base::TextFile& file, const ReadPlan& read_plan);
+WorldFile read_world(const tims::base::TextFile& file, const ReadPlan& read_plan,
+                     const DecodePicture& decode);
 
 }  // namespace rack::world

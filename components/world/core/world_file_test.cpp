@@ -26,10 +26,19 @@ constexpr std::string_view kSquare =
 tims::Result<std::string> square(const std::string& name) {
   if (name == "square.dxf") return std::string(kSquare);
   if (name == "broken.dxf") return std::string("no drawing\n");
+  if (name == "maps/hall.yaml") return std::string("image: hall.pgm\nresolution: 0.1\n");
+  if (name == "maps/hall.pgm") return std::string("a picture");
+  if (name == "maps/none.yaml") return std::string("image: none.pgm\nresolution: 0.1\n");
   return tims::Error(tims::Errc::kSystem, "No such file or directory");
 }
 
-WorldFile read(const std::string& text) { return read_world({"w.toml", text}, square); }
+// A wall of two cells at the lower border of the picture.
+tims::Result<pictures::GreyPicture> decode(std::string_view bytes) {
+  EXPECT_EQ(bytes, "a picture");
+  return pictures::GreyPicture{.width = 3, .height = 2, .values = {254, 254, 254, 0, 0, 254}};
+}
+
+WorldFile read(const std::string& text) { return read_world({"w.toml", text}, square, decode); }
 
 std::vector<std::string> problems(const std::string& text) {
   std::vector<std::string> texts;
@@ -271,13 +280,32 @@ TEST(WorldFile, HasCameras) {
               ElementsAre("w.toml:7:1: only cameras have rate"));
 }
 
+TEST(WorldFile, HasTheWallsOfAMapOfRos) {
+  const WorldFile file = read("[[plan]]\nfile = \"maps/hall.yaml\"\nheight = 2000\n");
+  ASSERT_THAT(file.problems, IsEmpty());
+  ASSERT_EQ(file.description.walls.size(), 4U);
+  for (const WallDescription& wall : file.description.walls) {
+    EXPECT_EQ(wall.height, 2000);
+    EXPECT_TRUE(wall.from.x == 0 || wall.from.x == 100) << wall.from.x;
+    EXPECT_TRUE(wall.from.y == 0 || wall.from.y == 200) << wall.from.y;
+  }
+  EXPECT_THAT(problems("[[plan]]\nfile = \"maps/none.yaml\"\n"),
+              ElementsAre("w.toml:2:8: maps/none.yaml: its image: maps/none.pgm: No such file or "
+                          "directory"));
+  EXPECT_THAT(problems("[[plan]]\nfile = \"maps/hall.yaml\"\noffset = [1, 2]\n"),
+              ElementsAre("w.toml:3:10: a map of ROS has no offset: its .yaml file states its "
+                          "resolution and origin"));
+}
+
 TEST(WorldFile, HasTheMarkersOfAMap) {
   const auto read_with = [](const std::string& map) {
-    return read_world({"w.toml", "markers = \"map.toml\"\n"},
-                      [&](const std::string& name) -> tims::Result<std::string> {
-                        EXPECT_EQ(name, "map.toml");
-                        return map;
-                      });
+    return read_world(
+        {"w.toml", "markers = \"map.toml\"\n"},
+        [&](const std::string& name) -> tims::Result<std::string> {
+          EXPECT_EQ(name, "map.toml");
+          return map;
+        },
+        decode);
   };
   const WorldFile file = read_with("[[marker]]\nid = 7\nat = [1000, 200, 180]\n");
   ASSERT_THAT(file.problems, IsEmpty());
@@ -346,7 +374,7 @@ TEST(WorldFile, SurvivesMutations) {
       }
       if (mutated.empty()) mutated = "x";
     }
-    WorldFile read_file = read_world({"w", mutated}, square);
+    WorldFile read_file = read_world({"w", mutated}, square, decode);
     for (const auto& problem : read_file.problems) EXPECT_EQ(problem.at.file, "w");
     if (!read_file.problems.empty()) continue;
     read_file.description.people.count = 0;
@@ -380,8 +408,9 @@ WorldFile deployed(const std::string& name) {
     return std::string(std::istreambuf_iterator<char>(file), {});
   };
   const std::string folder = WORLDS "/";
-  return read_world({name, text_of(folder + name).value()},
-                    [&](const std::string& plan) { return text_of(folder + plan); });
+  return read_world(
+      {name, text_of(folder + name).value()},
+      [&](const std::string& plan) { return text_of(folder + plan); }, decode);
 }
 
 // People and robots have room in the worlds that come with it, and a scanner sees something.

@@ -22,7 +22,7 @@ std::string read_file(const std::string& name) {
 }
 
 localisation::GridMap read_map(const std::string& name) {
-  auto map = navigation::load_map(name, {});
+  auto map = navigation::load_map(name, {.scale = 0, .scale_otherwise = 1000});
   if (!map)
     throw Failure(map.error() == tims::Errc::kMalformed ? Exit::kNo : Exit::kNoSuch, "bad_file",
                   map.error().detail());
