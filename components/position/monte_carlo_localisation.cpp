@@ -149,7 +149,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   }
 
   Result<void> module_loop() override {
-    if (auto come = scan2d_.next(scan_, 5 * scan_period_); !come) return come;
+    if (auto come = scan2d_.next(scan_, patience_with(scan_period_)); !come) return come;
     const TimeStamp time = scan_.recordingTime - lag_;
     const auto odometry = odometry_->get_data(time);
     if (!odometry) {

@@ -13,14 +13,14 @@
 namespace rack::drives {
 namespace {
 
-constexpr double kCell = 50;               // mm, of the maps
-constexpr double kAround = 2000;           // mm, of the plan's margin
-constexpr double kRoomAtGoal = 550;        // mm, clearance of starts and goals
-constexpr double kShortest = 2000;         // mm, from start to goal
-constexpr double kCertain = 200;           // mm
-constexpr double kWrong = 500;             // mm
+constexpr double kCell = 50;         // mm, of the maps
+constexpr double kAround = 2000;     // mm, of the plan's margin
+constexpr double kRoomAtGoal = 550;  // mm, clearance of starts and goals
+constexpr double kShortest = 2000;   // mm, from start to goal
+constexpr double kCertain = 200;     // mm
+constexpr double kWrong = 500;       // mm
 constexpr double kTurned = radians(10.0);
-constexpr double kArrivedWithin = 300;     // mm
+constexpr double kArrivedWithin = 300;  // mm
 constexpr auto kRecordEvery = std::chrono::milliseconds(100);
 constexpr auto kStands = std::chrono::seconds(45);  // then the drive has failed
 constexpr auto kSettles = std::chrono::seconds(3);  // before the goal is sent
@@ -125,7 +125,10 @@ namespace {
 class Judge {
  public:
   Judge(const world::World& world, const Robot& robot, DriveResult& result, bool records)
-      : world_(world), robot_(robot), result_(result), records_(records),
+      : world_(world),
+        robot_(robot),
+        result_(result),
+        records_(records),
         truth_(world.make_truth()) {}
 
   void look() {
@@ -136,13 +139,12 @@ class Judge {
     const auto& position = robot_.position();
     if (!position) return;
     const Pose believed = Pose::of(position->pos);
-    if (std::max(position->var.x.raw(), position->var.y.raw()) < kCertain) {
-      // The position is that of its time, and the robot has moved since.
-      const double behind =
-          std::chrono::duration<double>(kRecordEvery).count() * 3 * std::abs(truth_.robots[0].vx);
-      const double wrong = std::hypot(is.x - believed.x, is.y - believed.y) - behind;
-      const double turning = 0.3 * std::abs(truth_.robots[0].omega);
-      const double turned = std::abs(signed_angle(is.rho - believed.rho)) - turning;
+    const tims::Time then = robot_.time_of(position->recordingTime);
+    const bool is_known = robot_.now() - then < world::kRemembered;
+    if (is_known && std::max(position->var.x.raw(), position->var.y.raw()) < kCertain) {
+      const Pose was = world_.pose(0, then);
+      const double wrong = std::hypot(was.x - believed.x, was.y - believed.y);
+      const double turned = std::abs(signed_angle(was.rho - believed.rho));
       result_.wrong_while_certain = std::max(result_.wrong_while_certain, wrong);
       result_.turned_while_certain = std::max(result_.turned_while_certain, turned);
     }
@@ -236,8 +238,7 @@ DriveResult Course::drive(const DriveSettings& settings) const {
   result.log.assign(robot.log().begin(), robot.log().end());
   if (settings.records) {
     result.picture.map = parts_->map;
-    result.picture.marks.push_back(
-        {.name = "goal", .at = result.goal, .role = plot::Role::kPath});
+    result.picture.marks.push_back({.name = "goal", .at = result.goal, .role = plot::Role::kPath});
     result.picture.title = parts_->scene.name + ", seed " + std::to_string(settings.seed);
   }
   return result;

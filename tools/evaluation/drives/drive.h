@@ -43,7 +43,7 @@ struct DriveResult {
   double turned_while_certain = 0;  // rad, the same of the heading
   Pose start{};
   Pose goal{};
-  std::string why{};                // what the pilot reported at the end
+  std::string why{};  // what the pilot reported at the end
   std::vector<std::string> log{};
   plot::Picture picture{};
 

@@ -18,10 +18,10 @@ enum class Program : std::uint8_t { kChassis, kScan2d, kOdometry, kPosition, kMc
 inline constexpr std::size_t kPrograms = 7;
 
 struct Load {
-  double stalls_per_second = 0;            // of each program
-  tims::Duration longest_stall{};          // they last from nothing to this
-  double crashes_per_minute = 0;           // of the whole robot
-  double lost_share = 0;                   // of messages
+  double stalls_per_second = 0;                             // of each program
+  tims::Duration longest_stall{};                           // they last from nothing to this
+  double crashes_per_minute = 0;                            // of the whole robot
+  double lost_share = 0;                                    // of messages
   tims::Duration restart = std::chrono::milliseconds(600);  // from a crash until it is ready
 };
 

@@ -68,12 +68,13 @@ std::string_view name_of(Outcome outcome) {
 }
 
 void print(std::uint64_t seed, const DriveResult& result) {
-  fmt::print("{:>8}  {:<8} {:6.1f} s  {:5.2f} m off  {} contacts  certain within {:.2f} m, {:.0f} "
-             "deg  ({:.1f}, {:.1f}) to ({:.1f}, {:.1f})  {}\n",
-             seed, name_of(result.outcome), result.seconds, result.off_goal / 1000,
-             result.contacts, result.wrong_while_certain / 1000,
-             degrees(result.turned_while_certain), result.start.x / 1000, result.start.y / 1000,
-             result.goal.x / 1000, result.goal.y / 1000, result.why);
+  fmt::print(
+      "{:>8}  {:<8} {:6.1f} s  {:5.2f} m off  {} contacts  certain within {:.2f} m, {:.0f} "
+      "deg  ({:.1f}, {:.1f}) to ({:.1f}, {:.1f})  {}\n",
+      seed, name_of(result.outcome), result.seconds, result.off_goal / 1000, result.contacts,
+      result.wrong_while_certain / 1000, degrees(result.turned_while_certain),
+      result.start.x / 1000, result.start.y / 1000, result.goal.x / 1000, result.goal.y / 1000,
+      result.why);
 }
 
 Exit run(const Arguments& arguments) {
@@ -129,7 +130,8 @@ int main(int argc, char** argv) {
                 {.min = 0, .max = 100});
   parser.option("--longest-stall", arguments.longest, "length of the longest stall [s]",
                 {.min = 0, .max = 60});
-  parser.option("--crashes", arguments.crashes, "crashed programs per minute", {.min = 0, .max = 60});
+  parser.option("--crashes", arguments.crashes, "crashed programs per minute",
+                {.min = 0, .max = 60});
   parser.option("--lost", arguments.lost, "share of chassis data and scans that get lost",
                 {.min = 0, .max = 1});
   parser.option("--svg", arguments.svg, "drive once, print its log, and draw it to this file");

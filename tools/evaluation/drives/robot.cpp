@@ -18,12 +18,13 @@ using pilot::PathCycle;
 
 constexpr tims::Duration kMovementEvery = 100ms;
 constexpr tims::Duration kScanEvery = 215ms;
-constexpr tims::Duration kScanTakes = 100ms;   // from its middle until it is received
+constexpr tims::Duration kScanTakes = 100ms;  // from its middle until it is received
 constexpr tims::Duration kPathEvery = 50ms;
 constexpr tims::Duration kPilotEvery = 50ms;
 constexpr tims::Duration kMclEvery = 1s;
 constexpr tims::Duration kChassisDelay = 60ms;  // from MOVE to the reaction of the wheels
 constexpr tims::Duration kMoveValid = 150ms;    // three periods of the pilot
+constexpr int kFirstStamp = 1000;               // ms: 0 is no time
 constexpr int kRays = 181;
 constexpr std::size_t kHistory = 1000;
 
@@ -62,7 +63,7 @@ Robot::Robot(world::World& world, const RobotSettings& settings,
       next_movement_(now_),
       next_scan_(now_),
       rims_(world.wheels(settings.robot).motors()),
-      odometry_in_(4),
+      odometry_in_(navigation::DeadReckoning::kDataWaiting),
       position_in_(4),
       mcl_in_(2) {
   reckoning_.emplace(Pose{});
@@ -71,9 +72,13 @@ Robot::Robot(world::World& world, const RobotSettings& settings,
   begin_pilot();
 }
 
+tims::Time Robot::time_of(TimeStamp stamp) const {
+  return begin_ + std::chrono::milliseconds(stamp.raw()) - std::chrono::milliseconds(kFirstStamp);
+}
+
 TimeStamp Robot::stamp() const {
   return static_cast<u32>(
-      1000 + std::chrono::duration_cast<std::chrono::milliseconds>(now_ - begin_).count());
+      kFirstStamp + std::chrono::duration_cast<std::chrono::milliseconds>(now_ - begin_).count());
 }
 
 void Robot::note(std::string_view text) {
@@ -126,8 +131,8 @@ void Robot::measure_scan() {
     const double angle = radians(i - 90.0);
     const world::Echo echo = world_.measure(settings_.scanner, {.azimuth = angle}, now_);
     ScanPoint point;
-    const Pose at = scanner.mount + Pose{.x = echo.range * std::cos(angle),
-                                         .y = echo.range * std::sin(angle)};
+    const Pose at =
+        scanner.mount + Pose{.x = echo.range * std::cos(angle), .y = echo.range * std::sin(angle)};
     point.x = whole_millimetres(at.x);
     point.y = whole_millimetres(at.y);
     point.z = whole_millimetres(echo.range);
@@ -139,7 +144,8 @@ void Robot::measure_scan() {
 
 void Robot::command(const ChassisMoveData& move) {
   commanded_ = now_;
-  world_.drive(settings_.robot, device::within_limits(move, settings_.chassis), now_ + kChassisDelay);
+  world_.drive(settings_.robot, device::within_limits(move, settings_.chassis),
+               now_ + kChassisDelay);
 }
 
 // --- their drivers
@@ -190,7 +196,10 @@ std::optional<OdometryData> Robot::odometry_at(TimeStamp time) const {
 void Robot::run_position() {
   if (!machine_.runs(Program::kPosition, now_)) return;
   while (const auto data = position_in_.take()) {
-    if (!std::exchange(tracks_, true)) tracker_.begin({}, {}, *data);
+    if (!std::exchange(tracks_, true)) {
+      tracker_.expect(navigation::PositionTracker::kUnknown);
+      tracker_.begin({}, {}, *data);
+    }
     const PositionData position = tracker_.follow(*data);
     newest_position_ = position;
     remember(positions_, position);

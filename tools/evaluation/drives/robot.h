@@ -26,12 +26,12 @@ namespace rack::drives {
 
 struct RobotSettings {
   ChassisParamData chassis{};
-  std::size_t robot = 0;         // in the world
+  std::size_t robot = 0;  // in the world
   world::SensorId scanner{};
-  i32 speed_max = 500;           // mm/s, of the pilot
-  i32 replan_time = 8000;        // ms
-  i32 deviation_max = 0;         // mm, of the pilot; 0: any
-  i32 range_max = 8000;          // mm
+  i32 speed_max = 500;     // mm/s, of the pilot
+  i32 replan_time = 8000;  // ms
+  i32 deviation_max = 0;   // mm, of the pilot; 0: any
+  i32 range_max = 8000;    // mm
   localisation::FilterSettings filter{};
   std::uint64_t seed = 1;
 };
@@ -39,14 +39,17 @@ struct RobotSettings {
 class Robot {
  public:
   // `field`, `walls`, `space`: the map; they must outlive the robot.
-  Robot(world::World& world, const RobotSettings& settings, const localisation::LikelihoodField& field,
-        const localisation::WallLines& walls, const path::FreeSpace& space, const Load& load);
+  Robot(world::World& world, const RobotSettings& settings,
+        const localisation::LikelihoodField& field, const localisation::WallLines& walls,
+        const path::FreeSpace& space, const Load& load);
 
   static constexpr tims::Duration kStep = world::kStep;
 
   // Runs everything for a step. The world is advanced with it.
   void step();
   [[nodiscard]] tims::Time now() const { return now_; }
+  // The time that a time stamp of the robot's data stands for.
+  [[nodiscard]] tims::Time time_of(TimeStamp stamp) const;
 
   // As by SET_DESTINATION of the pilot. The reason of a refusal.
   tims::Result<void> send(const Pose& goal);
