@@ -52,7 +52,7 @@ bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
                      std::abs(signed_angle(step.rho)) >= settings_.turn_between;
   choose(scan);
   if (beams_.empty()) return false;
-  if (!first_ && !moved && !filter_.misfits(field.fit(pose(), beams_))) return false;
+  if (!first_ && !moved && !has_left(field)) return false;
   const Pose expected = pose();
   taken_ = odometry;
   if (first_ && anywhere_) filter_.start_anywhere(field, beams_);
@@ -64,6 +64,12 @@ bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
     if (const auto refined = matcher_.refined(*walls, scan, estimate_)) estimate_ = *refined;
   filter_.resample(field, beams_, has_to_search(field, moved));
   return true;
+}
+
+// Whether a robot whose wheels stand still is elsewhere than before.
+bool Localiser::has_left(const LikelihoodField& field) const {
+  if (!filter_.misfits(field.fit(pose(), beams_))) return false;
+  return !settled_ || field.blocked(pose(), beams_) > kBlocked;
 }
 
 // Only when the robot cannot be where it has settled. At rest, each scan repeats the same

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
 #include "components/path/vehicle.h"
@@ -51,6 +52,7 @@ Result<void> RoutePlanner::begin(const RouteSettings& settings, FreeSpace map, b
 
 Result<void> RoutePlanner::begin_route() {
   must_replan_ = destination_.has_value();
+  leads_there_ = false;
   return must_replan_ ? Result<void>() : make_route();
 }
 
@@ -87,11 +89,15 @@ std::optional<std::string> RoutePlanner::go_on_planning() {
   if (progress == GoalPlanner::Progress::kSearching) return std::nullopt;
   planning_ = false;
   if (progress == GoalPlanner::Progress::kFailed) {
-    if (!detour_) take({});  // the old path has another destination
-    return planner_->why();
+    const std::string why = planner_->why();
+    if (detour_ || leads_there_) return why;
+    if (avoids_obstacles_ && begin_plan(false)) return std::nullopt;
+    take({});  // the old path has another destination
+    return why;
   }
   if (!detour_) {
     take(planner_->path());
+    leads_there_ = true;
     return std::nullopt;
   }
   before_ = path_;
@@ -133,7 +139,7 @@ Result<void> RoutePlanner::make_route() {
   route_.clear();
   for (const Waypoint2d& waypoint : waypoints_)
     if (waypoint.layer == settings_.layer) route_.push_back(waypoint);
-  planning_ = must_replan_ = false;
+  planning_ = must_replan_ = leads_there_ = false;
   destination_.reset();
   const double* start_heading = begin_at_the_robot();
   if (route_.size() < 2) {
@@ -170,16 +176,26 @@ Result<void> RoutePlanner::set_destination(const PathDestData& destination, tims
   if (!located_) return not_now("the position is not known yet");
   marks_.clear();
   const auto before = destination_;
+  const bool led_there = std::exchange(leads_there_, false);
   destination_ = destination;
   auto good = plan_destination();
-  if (!good) destination_ = before;
+  if (!good) {
+    destination_ = before;
+    leads_there_ = led_there;
+  }
   return good;
 }
 
 Result<void> RoutePlanner::plan_destination() {
+  auto good = begin_plan(true);
+  return good || leads_there_ ? good : begin_plan(false);
+}
+
+Result<void> RoutePlanner::begin_plan(bool avoids_obstacles) {
   const double target = direction_or_speed(destination_->speed);
   const double speed = std::abs(target) < kDirectionOnly ? 0 : std::abs(target);
   planner_->set_limits(limits_);
+  avoids_obstacles_ = avoids_obstacles;
   survey();
   auto good =
       planner_->begin(space_, robot_, Pose::of(destination_->pos), target < 0 ? -1 : 1, speed);
@@ -202,6 +218,7 @@ Result<void> RoutePlanner::replan(const PathReplanData& from) {
 
 // Returns to the path at the first place behind the obstacle for which a plan can start.
 Result<void> RoutePlanner::plan_detour(const OnPath& at, double to_obstacle) {
+  avoids_obstacles_ = true;
   survey();
   const double hull = settings_.chassis.boundaryFront + settings_.chassis.boundaryBack;
   const OnPath end = further(path_, at, to_obstacle + hull + kBehind.back());
@@ -226,10 +243,43 @@ void RoutePlanner::survey() {
     space_ = map_;
   else
     space_.clear({robot_.x - settings_.plan_width / 2, robot_.y - settings_.plan_width / 2});
-  if (seen_) remember_obstacles();
-  for (const Place& mark : marks_) space_.occupy(mark);
+  if (seen_) {
+    forget_what_has_gone();
+    remember_obstacles();
+  }
+  if (avoids_obstacles_)
+    for (const Place& mark : marks_) space_.occupy(mark);
   release_hull();
   space_.measure();
+}
+
+// An obstacle has gone where the scanner now looks through it.
+void RoutePlanner::forget_what_has_gone() {
+  constexpr std::size_t kDirections = 720;
+  constexpr double kBehindIt = 200;  // mm
+  std::array<double, kDirections> seen{};
+  const auto direction_of = [](double x, double y) {
+    return static_cast<std::size_t>(heading(std::atan2(y, x)) / (2 * kPi) * kDirections) %
+           kDirections;
+  };
+  for (const ScanPoint& point : scan_.points) {
+    if ((point.type & scan_point::kInvalid) != 0) continue;
+    double& nearest = seen.at(direction_of(point.x, point.y));
+    const double range = std::hypot(point.x.raw(), point.y.raw());
+    nearest = nearest == 0 ? range : std::min(nearest, range);
+  }
+  std::erase_if(marks_, [&](const Place& mark) {
+    const Pose at = Pose{.x = mark.x, .y = mark.y} - seen_from_;
+    const std::size_t direction = direction_of(at.x, at.y);
+    const double needed = std::hypot(at.x, at.y) + kBehindIt;
+    bool any = false;
+    for (const std::size_t beside : {kDirections - 1, std::size_t{0}, std::size_t{1}}) {
+      const double range = seen.at((direction + beside) % kDirections);
+      if (range != 0 && range < needed) return false;
+      any = any || range != 0;
+    }
+    return any;
+  });
 }
 
 void RoutePlanner::remember_obstacles() {
@@ -241,7 +291,6 @@ void RoutePlanner::remember_obstacles() {
     const Place place{at.x, at.y};
     if (!space_.contains(place) || space_.occupied(place)) continue;
     if (has_map_ && map_.clearance(place) < kExplained) continue;
-    space_.occupy(place);
     marks_.push_back(place);
   }
 }

@@ -3,8 +3,11 @@
 // A path has one of three origins: waypoints (a file, or SET_RDDF), a destination, for which it is
 // planned through free space, or a detour around an obstacle, which returns to the path behind it.
 // Free space is the map, or a free area around the robot, without the obstacles that the scanner
-// has seen since the destination was set and that no wall of the map explains. Plans take several
-// periods. A destination is kept when the component starts again.
+// has seen since the destination was set, that no wall of the map explains, and that have not gone.
+// Plans take several periods. If there is no path around the obstacles, a new destination is
+// planned without them: people may have gone when the robot is there. A path that already leads to
+// the destination stays until a better one is found. A destination is kept when the component
+// starts again.
 #pragma once
 
 #include <optional>
@@ -60,10 +63,12 @@ class RoutePlanner {
   Result<void> make_route();
   const double* begin_at_the_robot();
   Result<void> plan_destination();
+  Result<void> begin_plan(bool avoids_obstacles);
   Result<void> plan_detour(const OnPath& at, double to_obstacle);
   std::optional<std::string> go_on_planning();
   void take(std::span<const PolarSpline> path);
   void survey();
+  void forget_what_has_gone();
   void remember_obstacles();
   void release_hull();
 
@@ -87,6 +92,8 @@ class RoutePlanner {
   std::optional<GoalPlanner> planner_;
   bool planning_ = false;
   bool must_replan_ = false;  // as soon as the position is known
+  bool avoids_obstacles_ = true;  // the plan in progress, those that were seen
+  bool leads_there_ = false;      // the path, to the destination
   bool detour_ = false;
   OnPath back_;
   std::vector<PolarSpline> path_;

@@ -131,7 +131,10 @@ PathFollower::Command PathDriver::decide() {
   const auto command = follower_->follow(at_, inputs_.chassis.vx, safe_);
   const bool is_driving = follower_->state() == State::kRunning && !follower_->holds();
   const bool stands = std::abs(static_cast<double>(inputs_.chassis.vx)) < kStands;
-  blocked_ = is_driving && knows && safe_ <= 0 && stands ? blocked_ + period() : milliseconds(0);
+  if (!is_driving || !stands || (knows && safe_ > 0))
+    blocked_ = milliseconds(0);
+  else if (knows)  // what is missing for a moment does not clear the path
+    blocked_ += period();
   if (follower_->state() == State::kAstray) state_ = pilot_state::kPathError;
   if (follower_->state() == State::kArrived && state_ == pilot_state::kRunning) {
     state_ = pilot_state::kIdle;

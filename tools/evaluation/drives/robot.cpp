@@ -266,11 +266,7 @@ void Robot::run_path() {
   if (const auto scan = path_scan_in_.take_newest()) planner_.take_scan(*scan);
   while (const auto from = replans_.take()) {
     const auto done = planner_.replan(*from);
-    note("Path: plans again");
-    if (!done) {
-      note("Path: " + std::string(done.error().detail()));
-      driver_.plan(pilot_state::kPathError);
-    }
+    note("Path: plans again" + (done ? std::string() : ": " + done.error().detail()));
   }
   if (const auto failure = planner_.step(stamp(), path_)) note("Path: no plan: " + *failure);
   pilot_path_in_.put(path_);

@@ -30,7 +30,7 @@ struct RobotSettings {
   world::SensorId scanner{};
   i32 speed_max = 500;     // mm/s, of the pilot
   i32 replan_time = 8000;  // ms
-  i32 deviation_max = 0;   // mm, of the pilot; 0: any
+  i32 deviation_max = 500;   // mm, of the pilot; 0: any
   i32 range_max = 8000;    // mm
   localisation::FilterSettings filter{};
   std::uint64_t seed = 1;
