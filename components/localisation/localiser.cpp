@@ -11,6 +11,7 @@ constexpr double kBelieved = 0.5;          // of the weight; below, most of it i
 constexpr double kFavoured = 0.2;          // of the weight, kept at the settled place
 constexpr std::uint32_t kDoubtsMost = 12;  // scans, until the other place is accepted
 constexpr double kBlocked = 0.07;          // of the beams
+constexpr double kPushed = 0.03;           // of the beams
 constexpr std::uint32_t kHiddenMost = 20;  // scans while moving
 
 bool is_pose(const Pose& pose) {
@@ -52,7 +53,7 @@ bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
                      std::abs(signed_angle(step.rho)) >= settings_.turn_between;
   choose(scan);
   if (beams_.empty()) return false;
-  if (!first_ && !moved && !has_left(field)) return false;
+  if (!first_ && !moved && !filter_.misfits(field.fit(pose(), beams_))) return false;
   const Pose expected = pose();
   taken_ = odometry;
   if (first_ && anywhere_) filter_.start_anywhere(field, beams_);
@@ -62,14 +63,10 @@ bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
   estimate_ = estimate_from(expected);
   if (walls != nullptr)
     if (const auto refined = matcher_.refined(*walls, scan, estimate_)) estimate_ = *refined;
-  filter_.resample(field, beams_, has_to_search(field, moved));
+  const bool may_have_jumped = moved || !settled_ || field.blocked(expected, beams_) > kPushed;
+  filter_.resample(field, beams_,
+                   {.anywhere = has_to_search(field, moved), .nearby = may_have_jumped});
   return true;
-}
-
-// Whether a robot whose wheels stand still is elsewhere than before.
-bool Localiser::has_left(const LikelihoodField& field) const {
-  if (!filter_.misfits(field.fit(pose(), beams_))) return false;
-  return !settled_ || field.blocked(pose(), beams_) > kBlocked;
 }
 
 // Only when the robot cannot be where it has settled. At rest, each scan repeats the same

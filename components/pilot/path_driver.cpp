@@ -128,7 +128,13 @@ PathFollower::Command PathDriver::decide() {
   if (knows)
     safe_ = settings_.looks != 0 ? stop_->speed_max(inputs_.scan, seen_from_, at_, *follower_)
                                  : static_cast<double>(settings_.chassis.vxMax);
-  const auto command = follower_->follow(at_, inputs_.chassis.vx, safe_);
+  auto command = follower_->follow(at_, inputs_.chassis.vx, safe_);
+  const bool turns_at_rest = command.speed == 0 && command.omega != 0;
+  if (turns_at_rest && settings_.looks != 0 &&
+      !stop_->may_turn(inputs_.scan, seen_from_, at_, command.omega)) {
+    command.omega = 0;
+    safe_ = 0;
+  }
   const bool is_driving = follower_->state() == State::kRunning && !follower_->holds();
   const bool stands = std::abs(static_cast<double>(inputs_.chassis.vx)) < kStands;
   if (!is_driving || !stands || (knows && safe_ > 0))

@@ -28,10 +28,10 @@ struct RobotSettings {
   ChassisParamData chassis{};
   std::size_t robot = 0;  // in the world
   world::SensorId scanner{};
-  i32 speed_max = 500;     // mm/s, of the pilot
-  i32 replan_time = 8000;  // ms
-  i32 deviation_max = 500;   // mm, of the pilot; 0: any
-  i32 range_max = 8000;    // mm
+  i32 speed_max = 500;      // mm/s, of the pilot
+  i32 replan_time = 8000;   // ms
+  i32 deviation_max = 500;  // mm, of the pilot; 0: any
+  i32 range_max = 8000;     // mm
   localisation::FilterSettings filter{};
   std::uint64_t seed = 1;
 };
