@@ -188,6 +188,9 @@ Result<void> RoutePlanner::set_destination(const PathDestData& destination, tims
 
 Result<void> RoutePlanner::plan_destination() {
   auto good = begin_plan(true);
+  if (good) return good;
+  marks_.clear();  // what is seen no longer may have gone
+  good = begin_plan(true);
   return good || leads_there_ ? good : begin_plan(false);
 }
 
