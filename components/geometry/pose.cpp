@@ -13,6 +13,12 @@ Pose Pose::of(const Position3d& position) {
           position.rho.raw()};
 }
 
+Pose Pose::of(const Position2d& position) {
+  return {.x = static_cast<double>(position.x.raw()),
+          .y = static_cast<double>(position.y.raw()),
+          .rho = position.rho.raw()};
+}
+
 Position3d Pose::position() const {
   return {.x = whole_millimetres(x),
           .y = whole_millimetres(y),

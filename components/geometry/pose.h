@@ -44,6 +44,7 @@ struct Pose {
   double rho = 0;  // rad
 
   static Pose of(const Position3d& position);
+  static Pose of(const Position2d& position);
   // Rounded to millimetres, angles normalised.
   [[nodiscard]] Position3d position() const;
 };

@@ -11,6 +11,7 @@ constexpr double kBelieved = 0.5;          // of the weight; below, most of it i
 constexpr double kFavoured = 0.2;          // of the weight, kept at the settled place
 constexpr std::uint32_t kDoubtsMost = 12;  // scans, until the other place is accepted
 constexpr double kBlocked = 0.07;          // of the beams
+constexpr double kPushed = 0.03;           // of the beams
 constexpr std::uint32_t kHiddenMost = 20;  // scans while moving
 
 bool is_pose(const Pose& pose) {
@@ -62,7 +63,9 @@ bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
   estimate_ = estimate_from(expected);
   if (walls != nullptr)
     if (const auto refined = matcher_.refined(*walls, scan, estimate_)) estimate_ = *refined;
-  filter_.resample(field, beams_, has_to_search(field, moved));
+  const bool may_have_jumped = moved || !settled_ || field.blocked(expected, beams_) > kPushed;
+  filter_.resample(field, beams_,
+                   {.anywhere = has_to_search(field, moved), .nearby = may_have_jumped});
   return true;
 }
 

@@ -3,8 +3,10 @@
 //
 // A scan is used when the robot has moved a little since the last one used: at rest, scans repeat
 // the same measurement, and the filter would become overconfident. A scan that does not fit is
-// always used, since odometry can stand still while the robot does not. Some beams of a scan are
-// used, evenly spread, other ones each time. Between two such scans the pose follows the odometry.
+// always used, since odometry can stand still while the robot does not; but while it stands still,
+// the filter looks for a jump nearby only if beams would pass through walls from where the robot
+// is. If they only end too early, people stand around it. Some beams of a scan are used, evenly
+// spread, other ones each time. Between two such scans the pose follows the odometry.
 // The odometry must be that of the time of the scan: an error of 0.1 s costs a degree while
 // turning.
 //

@@ -354,12 +354,13 @@ double ParticleFilter::searching_share() const {
   return std::clamp(1 - settings_.recovery_margin * fast_ / slow_, 0.0, kInjectedShareMax);
 }
 
-void ParticleFilter::resample(const LikelihoodField& field, const Beams& beams, bool searches) {
-  const double share = searches && !beams.empty() ? searching_share() : 0;
+void ParticleFilter::resample(const LikelihoodField& field, const Beams& beams,
+                              const Search& search) {
+  const double share = search.anywhere && !beams.empty() ? searching_share() : 0;
   const std::size_t size = wanted_size();
   const auto replaced =
       std::min(kInjectedMax, static_cast<std::size_t>(share * static_cast<double>(size)));
-  const auto jumped = !beams.empty() && misfits(fit_) ? size / kJumpShare : 0;
+  const auto jumped = search.nearby && !beams.empty() && misfits(fit_) ? size / kJumpShare : 0;
   const bool idle = effective_ < 0.5 * static_cast<double>(x_.size());
   if (!idle && replaced + jumped == 0 && 10 * size <= 11 * x_.size() && 10 * x_.size() <= 15 * size)
     return;

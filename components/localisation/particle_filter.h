@@ -130,9 +130,13 @@ class ParticleFilter {
   void weigh(const LikelihoodField& field, const Beams& beams);
   // Particles near `pose` get at least this share of the weight, if there are any.
   void favour(const Pose& pose, double share);
-  // After weigh() and estimate(): draws the cloud for the next step. `searches`: a part of it may
-  // be replaced by particles drawn from the whole map.
-  void resample(const LikelihoodField& field, const Beams& beams, bool searches);
+  // Where particles may be drawn from that replace a part of the cloud, when scans do not fit.
+  struct Search {
+    bool anywhere = true;  // the whole map
+    bool nearby = true;    // around particles
+  };
+  // After weigh() and estimate(): draws the cloud for the next step.
+  void resample(const LikelihoodField& field, const Beams& beams, const Search& search);
 
   // Mean and covariance of the heaviest part of the cloud.
   [[nodiscard]] Estimate estimate();

@@ -71,7 +71,7 @@ TEST(ParticleFilter, TheSameSeedIsTheSameCloud) {
     filter.move({.x = 50, .rho = 0.1});
     filter.weigh(map, beams);
     (void)filter.estimate();
-    filter.resample(map, beams, true);
+    filter.resample(map, beams, {});
     std::vector<double> values;
     for (std::size_t i = 0; i < filter.size(); ++i) values.push_back(filter.particle(i).x);
     return values;
@@ -89,11 +89,11 @@ TEST(ParticleFilter, ManyWhereItIsSpreadAndFewWhereNot) {
   filter.start_anywhere(map, beams);
   EXPECT_EQ(filter.size(), settings.particles_max);
   (void)filter.estimate();
-  filter.resample(map, beams, true);
+  filter.resample(map, beams, {});
   EXPECT_GT(filter.size(), 2000U);
   filter.start_at({.x = 1000, .y = 1000}, 50, 0.02);
   (void)filter.estimate();
-  filter.resample(map, beams, true);
+  filter.resample(map, beams, {});
   EXPECT_LT(filter.size(), 300U);
 }
 
@@ -103,7 +103,7 @@ TEST(ParticleFilter, WithoutBeamsNothingIsLearnt) {
   filter.start_at({.x = 1000, .y = 1000}, 100, 0.1);
   filter.weigh(map, {});
   (void)filter.estimate();
-  filter.resample(map, {}, true);
+  filter.resample(map, {}, {});
   EXPECT_EQ(filter.injected(), 0U);
   EXPECT_NEAR(filter.estimate().pose.x, 1000, 30);
 }

@@ -16,12 +16,6 @@ Position2d rounded(const Pose& pose) {
   return {position.x, position.y, position.rho};
 }
 
-Pose pose_of(const Position2d& position) {
-  return {.x = static_cast<double>(position.x),
-          .y = static_cast<double>(position.y),
-          .rho = static_cast<double>(position.rho)};
-}
-
 // A 32-bit heading is exact to a millimetre in 3 km; for longer lines the end points are more
 // exact.
 double heading_of_line(const PolarSpline& spline) {
@@ -66,24 +60,24 @@ PolarSpline arc(const Pose& from, i32 radius, double length) {
 }
 
 Pose pose_at(const PolarSpline& spline, double along) {
-  Pose start = pose_of(spline.startPos);
+  Pose start = Pose::of(spline.startPos);
   if (spline.radius == 0) {
     start.rho = heading_of_line(spline);
     return moved(start, along, 0);
   }
-  Pose at = pose_of(spline.centerPos);
+  Pose at = Pose::of(spline.centerPos);
   at.rho = start.rho + along / spline.radius;
   return moved(at, 0, -1.0 * spline.radius);
 }
 
 Beside beside(const PolarSpline& spline, const Pose& at) {
   if (spline.radius == 0) {
-    Pose start = pose_of(spline.startPos);
+    Pose start = Pose::of(spline.startPos);
     start.rho = heading_of_line(spline);
     const Pose seen = at - start;
     return {seen.x, seen.y, signed_angle(at.rho - start.rho)};
   }
-  const Pose center = pose_of(spline.centerPos);
+  const Pose center = Pose::of(spline.centerPos);
   const double radius = spline.radius;
   const double side = radius < 0 ? -1 : 1;
   const double bearing = std::atan2(at.y - center.y, at.x - center.x);

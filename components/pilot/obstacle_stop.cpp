@@ -67,6 +67,34 @@ double ObstacleStop::hull_ahead() const {
   return sense_ > 0 ? chassis_.boundaryFront : chassis_.boundaryBack;
 }
 
+// Distance of a point, in the frame of the vehicle, to its hull.
+double ObstacleStop::clearance(const Pose& point) const {
+  const double x = std::max(
+      {0.0, point.x - chassis_.boundaryFront.raw(), -point.x - chassis_.boundaryBack.raw()});
+  const double y = std::max(
+      {0.0, point.y - chassis_.boundaryRight.raw(), -point.y - chassis_.boundaryLeft.raw()});
+  return std::hypot(x, y);
+}
+
+bool ObstacleStop::may_turn(const Scan2dData& scan, const Pose& seen_from, const Pose& at,
+                            double omega) const {
+  constexpr double kTurnAhead = radians(20.0);
+  constexpr int kTurnSteps = 4;
+  for (const ScanPoint& point : scan.points) {
+    if (!counts(point)) continue;
+    const Pose here = seen_from + Pose{.x = 1.0 * point.x, .y = 1.0 * point.y};
+    const double now = clearance(here - at);
+    const double margin = chassis_.safetyMargin;
+    const double least = now < margin ? kTurnMargin : margin;
+    for (int i = 1; i <= kTurnSteps; ++i) {
+      const double turn = std::copysign(kTurnAhead * i / kTurnSteps, omega);
+      const double then = clearance(here - (at + Pose{.rho = turn}));
+      if (then < least && then < now) return false;
+    }
+  }
+  return true;
+}
+
 // Converts a point to the frame of a vehicle on a straight path; false: it is out of reach.
 bool ObstacleStop::straighten(const ScanPoint& point, const Pose& seen_from, const Course& course,
                               ScanPoint& straight) const {

@@ -35,6 +35,12 @@ class ObstacleStop {
   double speed_max(const Scan2dData& scan, const Pose& seen_from, const Pose& at,
                    const PathFollower& follower);
 
+  // Whether a vehicle at rest may turn with this angular speed: its corners swing out, and must not
+  // come closer to an obstacle than the safety margin; than kTurnMargin to one that is within it.
+  [[nodiscard]] bool may_turn(const Scan2dData& scan, const Pose& seen_from, const Pose& at,
+                              double omega) const;
+  static constexpr double kTurnMargin = 40;  // mm
+
   // mm, to the nearest obstacle ahead at the last call; limited to the look-ahead distance.
   [[nodiscard]] double free_distance() const { return free_distance_; }
 
@@ -51,6 +57,7 @@ class ObstacleStop {
   double limit(const Scan2dData& scan, const Pose& seen_from, const Course& course, bool comfort);
   [[nodiscard]] double still_stops(double free) const;
   [[nodiscard]] double hull_ahead() const;
+  [[nodiscard]] double clearance(const Pose& point) const;
 
   ChassisParamData chassis_;
   ChassisParamData margins_;  // with the margins of this call

@@ -187,5 +187,32 @@ TEST(ObstacleStop, StopsBeforeAThousandWallsThatAppearSuddenly) {
   EXPECT_GT(stopped, 700) << "the others pass by";
 }
 
+// A corner of the hull is 354 mm from the middle; the margin is 50 mm.
+TEST(ObstacleStop, ItsCornersSwingOutWhenItTurns) {
+  std::mt19937 random(1);
+  const ChassisParamData chassis = indoor_chassis();
+  const ObstacleStop stop(chassis, kReaction);
+  const auto may_turn = [&](const Spot& spot, double omega) {
+    return stop.may_turn(scan_of({spot}, {}, random), {}, {}, omega);
+  };
+  EXPECT_TRUE(may_turn({500, 0}, 1));
+  EXPECT_TRUE(may_turn({500, 0}, -1));
+  EXPECT_FALSE(may_turn({320, 200}, 1)) << "its right corner comes closer";
+  EXPECT_FALSE(may_turn({310, 0}, 1));
+  EXPECT_TRUE(may_turn({0, 800}, 1));
+  EXPECT_TRUE(stop.may_turn({}, {}, {}, 1));
+}
+
+// What is already within the margin does not hold it for ever: a robot beside a wall.
+TEST(ObstacleStop, ItTurnsAwayFromWhatIsWithinItsMargin) {
+  std::mt19937 random(1);
+  const ObstacleStop stop(indoor_chassis(), kReaction);
+  std::vector<Spot> wall;
+  for (int x = -400; x <= 400; x += 20) wall.push_back({1.0 * x, -293});
+  EXPECT_FALSE(stop.may_turn(scan_of(wall, {}, random), {}, {}, 1));
+  const Spot ahead_left{293, -240};
+  EXPECT_TRUE(stop.may_turn(scan_of({ahead_left}, {}, random), {}, {}, 1)) << "it comes no closer";
+}
+
 }  // namespace obstacle_stop_test
 }  // namespace rack::pilot

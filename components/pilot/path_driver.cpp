@@ -128,10 +128,19 @@ PathFollower::Command PathDriver::decide() {
   if (knows)
     safe_ = settings_.looks != 0 ? stop_->speed_max(inputs_.scan, seen_from_, at_, *follower_)
                                  : static_cast<double>(settings_.chassis.vxMax);
-  const auto command = follower_->follow(at_, inputs_.chassis.vx, safe_);
+  auto command = follower_->follow(at_, inputs_.chassis.vx, safe_);
+  const bool turns_at_rest = command.speed == 0 && command.omega != 0;
+  if (turns_at_rest && settings_.looks != 0 &&
+      !stop_->may_turn(inputs_.scan, seen_from_, at_, command.omega)) {
+    command.omega = 0;
+    safe_ = 0;
+  }
   const bool is_driving = follower_->state() == State::kRunning && !follower_->holds();
   const bool stands = std::abs(static_cast<double>(inputs_.chassis.vx)) < kStands;
-  blocked_ = is_driving && knows && safe_ <= 0 && stands ? blocked_ + period() : milliseconds(0);
+  if (!is_driving || !stands || (knows && safe_ > 0))
+    blocked_ = milliseconds(0);
+  else if (knows)  // what is missing for a moment does not clear the path
+    blocked_ += period();
   if (follower_->state() == State::kAstray) state_ = pilot_state::kPathError;
   if (follower_->state() == State::kArrived && state_ == pilot_state::kRunning) {
     state_ = pilot_state::kIdle;

@@ -5,11 +5,10 @@
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <utility>
 
 #include "components/files/file_folder.h"
 #include "components/localisation/mcl_messages.h"
-#include "components/localisation/update_watch.h"
+#include "components/localisation/position_updates.h"
 #include "components/position/map_file.h"
 #include "components/position/map_parameters.h"
 #include "rack/data_module.h"
@@ -22,7 +21,6 @@ namespace {
 
 using localisation::LikelihoodField;
 using localisation::Localiser;
-using localisation::UpdateWatch;
 using localisation::WallLines;
 
 constexpr std::array<ParameterInfo, 22> kParameters = {{
@@ -59,11 +57,7 @@ constexpr ModuleInfo kInfo{
     .parameters = kParameters,
 };
 
-constexpr double kUpdateDeviation = 500;    // mm: less certain poses are not sent as updates
-constexpr i32 kLostDeviation = 5000;        // mm, at least
-constexpr int kMissesMax = 20;              // scans in a row without odometry of their time
-constexpr double kFollowedDeviation = 200;  // mm, at least, of another component's pose
-constexpr double kFollowedTurn = radians(10);
+constexpr int kMissesMax = 20;                    // scans in a row without odometry of their time
 constexpr double kDeviationTurn = radians(0.03);  // per mm
 
 class MonteCarloLocalisation : public DataModule<MclData> {
@@ -81,7 +75,6 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     matches_scans_ = integer("scanMatching") != 0;
     misses_ = 0;
     published_.reset();
-    was_sure_ = false;
     updates_ = {};
     if (auto on = odometry_.turn_on(); !on) return on;
     if (auto on = position_.turn_on(); !on) return on;
@@ -164,7 +157,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   }
 
   Result<void> module_loop() override {
-    if (auto come = scan2d_.next(scan_, 5 * scan_period_); !come) return come;
+    if (auto come = scan2d_.next(scan_, patience_with(scan_period_)); !come) return come;
     const TimeStamp time = scan_.recordingTime - lag_;
     const auto odometry = odometry_->get_data(time);
     if (!odometry) {
@@ -192,50 +185,25 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   }
 
   Result<void> publish_estimate(TimeStamp time) {
-    if (position_) {
-      const auto believed = position_->get_data(time);  // an error: it may be late
-      if (!believed || !follow(*believed, time))
-        if (auto taken = update_position(believed, time); !taken) return taken;
-    }
+    if (position_)
+      if (auto done = update_position(time); !done) return done;
     localisation::to_message(*localiser_, time, get_local_buffer());
     return put_local_buffer();
   }
 
-  // Another component that has updated the position, and is certain, knows where the robot is: by a
-  // marker, for example, after it was carried away. Returns whether the search goes on from there.
-  bool follow(const PositionData& believed, TimeStamp time) {
-    const TimeStamp looked_before = std::exchange(looked_, time);
-    const Pose there = Pose::of(believed.pos);
-    if (!updates_.is_updated(there, odometry_pose_)) return false;
-    // A position without data of that time has been restarted since, at its origin.
-    if (!position_->get_data(looked_before)) return false;
-    const auto deviation = static_cast<double>(std::max(believed.var.x, believed.var.y).raw());
-    const Pose here = localiser_->pose();
-    const double away = std::hypot(there.x - here.x, there.y - here.y);
-    if (deviation > kUpdateDeviation || away < UpdateWatch::kJump + 3 * deviation) return false;
-    localiser_->start_at(there, std::max(deviation, kFollowedDeviation), kFollowedTurn);
-    was_sure_ = false;
-    log().print("The position was updated, {:.1f} m from here: searching there", away / 1000);
-    return true;
-  }
-
-  // Sends the pose as an update, or once that the pose is uncertain; Position then keeps its pose
-  // with a large standard deviation.
-  Result<void> update_position(const Result<PositionData>& believed, TimeStamp time) {
-    PositionData known = localisation::to_update(*localiser_, time);
-    const bool is_sure = localisation::is_sure(localiser_->now(), kUpdateDeviation);
-    if (is_sure != was_sure_) log().print("The pose is {}", is_sure ? "certain" : "uncertain");
-    const bool has_lost = was_sure_ && !is_sure;
-    was_sure_ = is_sure;
-    if (!is_sure && !has_lost) return {};
-    if (has_lost) {
-      if (!believed) return believed.error();
-      known.pos = believed->pos;
-      known.var.x = std::max<i32>(known.var.x, kLostDeviation);
-      known.var.y = std::max<i32>(known.var.y, kLostDeviation);
-    }
-    updates_.on_own_update(Pose::of(known.pos), odometry_pose_);
-    return position_->update(known);
+  Result<void> update_position(TimeStamp time) {
+    using Event = localisation::PositionUpdates::Event;
+    std::optional<PositionData> believed;  // stays empty when it is late
+    if (const auto data = position_->get_data(time)) believed = *data;
+    const auto step =
+        updates_.take(*localiser_, odometry_pose_, believed, time,
+                      [this](TimeStamp earlier) { return position_->get_data(earlier).ok(); });
+    if (step.event == Event::kFollows)
+      log().print("The position was updated, {:.1f} m from here: searching there",
+                  step.away / 1000);
+    else if (step.event != Event::kNone)
+      log().print("The pose is {}", step.event == Event::kCertain ? "certain" : "uncertain");
+    return step.update ? position_->update(*step.update) : Result<void>();
   }
 
   Result<void> module_command(const tims::MessageView& message) override {
@@ -263,10 +231,8 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   bool matches_scans_ = true;
   int misses_ = 0;
   std::optional<TimeStamp> published_;
-  bool was_sure_ = false;
   Pose odometry_pose_{};  // at the last scan
-  UpdateWatch updates_;
-  TimeStamp looked_ = 0;       // the time of the last look at the position
+  localisation::PositionUpdates updates_;
   PriorityMutex field_mutex_;  // protects the three members below, which LOAD_MAP exchanges
   std::unique_ptr<LikelihoodField> field_;
   std::unique_ptr<WallLines> walls_;

@@ -48,7 +48,7 @@ class OdometryChassis : public DataModule<OdometryData> {
   void module_off() override { chassis_.stop(); }
 
   Result<void> module_loop() override {
-    auto come = chassis_.next(movement_, 2 * period());
+    auto come = chassis_.next(movement_, patience_with(period()));
     failed_ = !come;
     if (failed_) return come;
     {
@@ -92,7 +92,8 @@ class OdometryChassis : public DataModule<OdometryData> {
   }
 
   OwnMailbox work_{*this, 1, 128};
-  Input<ChassisProxy> chassis_{*this, "chassis", work_, 4, wire_size<ChassisData>()};
+  Input<ChassisProxy> chassis_{*this, "chassis", work_, DeadReckoning::kDataWaiting,
+                               wire_size<ChassisData>()};
   ChassisData movement_;
   bool failed_ = false;  // after an error it continues at its pose; after OFF it starts again
   std::array<std::int64_t, 3> reported_{};          // x, y, heading

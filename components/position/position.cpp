@@ -11,8 +11,11 @@
 namespace rack::navigation {
 namespace {
 
-constexpr std::array<ParameterInfo, 15> kParameters = {{
+constexpr std::array<ParameterInfo, 16> kParameters = {{
     partner("odometry", "the odometry"),
+    {"startDeviation", PositionTracker::kUnknown,
+     "standard deviation of the origin, at which it starts, mm; 0: the start is the origin", 0,
+     1e6},
     {"updateInterpol", 0, "blending time of an update, ms", 0, 3600000},
     {"offsetLatitude", 0.0F, "latitude of x = 0, deg", -90, 90},
     {"offsetLongitude", 0.0F, "longitude of y = 0, deg", -180, 180},
@@ -57,6 +60,7 @@ class Position : public DataModule<PositionData> {
     if (auto on = odometry_.turn_on(); !on) return on;
     const auto first = odometry_->get_data();
     if (!first) return first.error();
+    tracker_.expect(integer("startDeviation"));
     tracker_.begin(drift, std::chrono::milliseconds(integer("updateInterpol")), *first);
     const auto granted = odometry_.subscribe();
     if (!granted) return granted.error();
@@ -71,7 +75,7 @@ class Position : public DataModule<PositionData> {
 
   Result<void> module_loop() override {
     OdometryData odometry;
-    if (auto come = odometry_.next(odometry, 5 * period()); !come) return come;
+    if (auto come = odometry_.next(odometry, patience_with(period())); !come) return come;
     {
       const std::lock_guard lock(state_mutex_);
       get_local_buffer() = tracker_.follow(odometry);

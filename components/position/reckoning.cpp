@@ -5,11 +5,57 @@
 
 namespace rack::navigation {
 
+namespace {
+
+constexpr double kJitter = 0.3;   // of a period: time stamps are not exact
+constexpr double kDrives = 50;    // mm/s; slower movements do not state their duration
+constexpr double kRotates = 0.1;  // rad/s
+
+bool is_finite(const Pose& pose) {
+  return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.rho);
+}
+
+double seconds_of(std::chrono::milliseconds time) {
+  return std::chrono::duration<double>(time).count();
+}
+
+// How long a movement took, s; at most `gap`, which is also the answer for a vehicle at rest.
+double time_of(const ChassisData& movement, double gap) {
+  const double driven = std::hypot(movement.deltaX.raw(), movement.deltaY.raw());
+  const double speed = std::hypot(movement.vx.raw(), movement.vy.raw());
+  const double turned = std::abs(movement.deltaRho.raw());
+  const double rate = std::abs(movement.omega.raw());
+  double time = gap;
+  if (speed > kDrives)
+    time = driven / speed;
+  else if (rate > kRotates)
+    time = turned / rate;
+  return std::isfinite(time) ? std::min(time, gap) : gap;
+}
+
+}  // namespace
+
 OdometryData DeadReckoning::add(const ChassisData& movement) {
   const Pose step{.x = movement.deltaX, .y = movement.deltaY, .rho = movement.deltaRho};
-  if (std::isfinite(step.x) && std::isfinite(step.y) && std::isfinite(step.rho))
-    pose_ = pose_ + step;
+  if (is_finite(step)) {
+    pose_ = pose_ + lost_before(movement) + step;
+    newest_ = movement;
+  }
   return {.recordingTime = movement.recordingTime, .pos = pose_.position()};
+}
+
+// The movement between the previous data and the beginning of this one.
+Pose DeadReckoning::lost_before(const ChassisData& movement) const {
+  if (!newest_) return {};
+  const double gap = seconds_of(movement.recordingTime - newest_->recordingTime);
+  if (!(gap > 0) || gap > seconds_of(kLongestGap)) return {};
+  const double missing = gap - time_of(movement, gap);
+  if (missing < gap * kJitter) return {};
+  const auto mean = [missing](double before, double now) { return missing * (before + now) / 2; };
+  const Pose lost{.x = mean(newest_->vx, movement.vx),
+                  .y = mean(newest_->vy, movement.vy),
+                  .rho = mean(newest_->omega, movement.omega)};
+  return is_finite(lost) ? lost : Pose{};
 }
 
 namespace {
@@ -48,6 +94,12 @@ void PositionTracker::begin(const Drift& drift, std::chrono::milliseconds blendi
   followed_ = true;
 }
 
+void PositionTracker::expect(double deviation) {
+  if (is_updated_) return;
+  constexpr double kTurnPerMm = radians(0.03);
+  deviation_ = {deviation, deviation, std::min(kPi, deviation * kTurnPerMm)};
+}
+
 PositionData PositionTracker::follow(const OdometryData& odometry) {
   const Pose now = Pose::of(odometry.pos);
   if (followed_) grow(Pose::of(newest_.pos), now);
@@ -77,6 +129,7 @@ void PositionTracker::update(const PositionData& known, const OdometryData& then
     blends_ = true;
     updated_ = newest_.recordingTime;
   }
+  is_updated_ = true;
   frame_ = {Pose::of(known.pos), Pose::of(then.pos)};
   known_deviation_ = known.var;
   deviation_ = {static_cast<double>(known.var.x), static_cast<double>(known.var.y), known.var.rho};

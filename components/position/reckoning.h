@@ -3,6 +3,8 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
+#include <optional>
 
 #include "components/geometry/pose.h"
 #include "rack/proxies/chassis.h"
@@ -15,8 +17,16 @@ namespace rack::navigation {
 //
 // Each movement is relative to the vehicle's previous pose: it is rotated by the heading and added.
 // Between two data sets constant speed is assumed; angles take the shorter arc.
+//
+// Data may get lost, and the movement they contain with them. A movement and the speed state how
+// long the movement took; if that is less than the time since the previous data, the vehicle has
+// moved meanwhile, with about the mean of both speeds.
 class DeadReckoning {
  public:
+  // Data that wait while the component does not run, at any period of a chassis.
+  static constexpr std::uint32_t kDataWaiting = 64;
+  static constexpr std::chrono::milliseconds kLongestGap{5000};  // longer ones are not estimated
+
   explicit DeadReckoning(const Pose& start) : pose_(start) {}
 
   void reset() { pose_ = {}; }
@@ -24,7 +34,10 @@ class DeadReckoning {
   OdometryData add(const ChassisData& movement);
 
  private:
+  [[nodiscard]] Pose lost_before(const ChassisData& movement) const;
+
   Pose pose_;
+  std::optional<ChassisData> newest_{};
 };
 
 // The pose at `time`, between two data sets or on their straight extension. The uncertainty is the
@@ -49,8 +62,15 @@ struct Drift {
 
 class PositionTracker {
  public:
+  // mm, of a position that is not known yet: the first good fix counts whole.
+  static constexpr int kUnknown = 100000;
+
   PositionTracker(const Drift& drift, std::chrono::milliseconds blending)
       : drift_(drift), blending_(blending) {}
+
+  // The standard deviation at the origin, mm; that of the heading is 0.03 deg per mm. Without
+  // effect once the position was updated.
+  void expect(double deviation);
 
   // Starts with this odometry at the origin of the world; when started again, at the last position,
   // independent of the movement of the odometry in between.
@@ -88,6 +108,7 @@ class PositionTracker {
   Pose reported_{};               // by the last follow()
   Position3d known_deviation_{};  // z, phi and psi are not updated by odometry
   Deviation deviation_;
+  bool is_updated_ = false;
 };
 
 }  // namespace rack::navigation

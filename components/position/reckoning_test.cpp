@@ -49,6 +49,47 @@ OdometryData at(u32 time, i32 x, double rho) {
   return {.recordingTime = time, .pos = {.x = x, .rho = static_cast<f32>(rho)}};
 }
 
+ChassisData movement(u32 time, float x, float speed, float rho = 0, float omega = 0) {
+  ChassisData data{.recordingTime = time};
+  data.deltaX = x;
+  data.deltaRho = rho;
+  data.vx = speed;
+  data.omega = omega;
+  return data;
+}
+
+// 100 mm every 200 ms; three of them are lost.
+TEST(DeadReckoning, GoesOnOverLostData) {
+  DeadReckoning reckoning({});
+  reckoning.add(movement(200, 100, 500));
+  EXPECT_EQ(reckoning.add(movement(400, 100, 500)).pos.x, 200);
+  EXPECT_EQ(reckoning.add(movement(1200, 100, 500)).pos.x, 600);
+  EXPECT_EQ(reckoning.add(movement(1400, 100, 500)).pos.x, 700);
+}
+
+TEST(DeadReckoning, GoesOnOverALostTurn) {
+  DeadReckoning reckoning({});
+  reckoning.add(movement(200, 0, 0, 0.1F, 0.5F));
+  EXPECT_NEAR(reckoning.add(movement(800, 0, 0, 0.1F, 0.5F)).pos.rho, 0.4, 1e-6);
+}
+
+// A driver that was late reports the whole movement at once.
+TEST(DeadReckoning, NothingIsLostWhenAMovementTookTheWholeTime) {
+  DeadReckoning reckoning({});
+  reckoning.add(movement(200, 100, 500));
+  EXPECT_EQ(reckoning.add(movement(1200, 500, 500)).pos.x, 600);
+}
+
+TEST(DeadReckoning, AGapOfSecondsIsNotEstimated) {
+  constexpr auto kLongest = static_cast<u32>(DeadReckoning::kLongestGap.count());
+  for (const u32 gap : {kLongest, kLongest + 1}) {
+    DeadReckoning reckoning({});
+    reckoning.add(movement(200, 100, 500));
+    const bool estimates = reckoning.add(movement(200 + gap, 100, 500)).pos.x > 200;
+    EXPECT_EQ(estimates, gap <= kLongest) << gap;
+  }
+}
+
 TEST(Interpolated, BetweenAndBeyond) {
   const OdometryData before = at(1000, 0, radians(350));
   const OdometryData after = at(1100, 200, radians(10));
@@ -115,6 +156,16 @@ TEST(PositionTracker, BeginsAtTheOriginAndGoesOnWhereItWas) {
   EXPECT_EQ(data.pos.x, 1000);
   EXPECT_EQ(data.var.x, deviation);
   EXPECT_EQ(tracker.follow(odometry(5, 500)).pos.x, 1500);
+}
+
+TEST(PositionTracker, IsAsUncertainAsExpectedUntilItIsUpdated) {
+  PositionTracker tracker({}, 0ms);
+  tracker.expect(PositionTracker::kUnknown);
+  tracker.begin({}, 0ms, odometry(1, 0));
+  EXPECT_EQ(tracker.follow(odometry(2, 0)).var.x, PositionTracker::kUnknown);
+  tracker.update({.var = {.x = 3, .y = 4}}, odometry(2, 0));
+  tracker.expect(PositionTracker::kUnknown);
+  EXPECT_EQ(tracker.follow(odometry(3, 0)).var.x, 3) << "off and on again";
 }
 
 TEST(PositionTracker, GoesOnFromAnUpdateWhileItBlends) {

@@ -131,7 +131,7 @@ class ObjRecogScan2d : public DataModule<ObjRecogData> {
   // --- for each scan
 
   Result<void> module_loop() override {
-    if (auto come = scan2d_.next(scan_, 5 * period()); !come) return come;
+    if (auto come = scan2d_.next(scan_, patience_with(period())); !come) return come;
     PositionData at{.recordingTime = scan_.recordingTime, .pos = scan_.refPos};
     if (position_) {
       const auto known = position_->get_data(scan_.recordingTime);

@@ -48,7 +48,7 @@ class Scan2dDynObjRecog : public DataModule<Scan2dData> {
   // Scans are sent without the object recognition, too: their receivers must not stop for that.
   Result<void> module_loop() override {
     Scan2dData& scan = get_local_buffer();
-    if (auto come = scan2d_.next(scan, 2 * period()); !come) return come;
+    if (auto come = scan2d_.next(scan, patience_with(period())); !come) return come;
     if (know_objects(scan.recordingTime)) perception::mark_moving(objects_, settings_, scan);
     return put_local_buffer();
   }

@@ -33,7 +33,7 @@ Result<void> PictureRecogniser::module_on() {
 void PictureRecogniser::module_off() { camera_.stop(); }
 
 Result<void> PictureRecogniser::module_loop() {
-  if (auto come = camera_.next(picture_, 5 * period()); !come) return come;
+  if (auto come = camera_.next(picture_, patience_with(period())); !come) return come;
   // Of those that arrived meanwhile only the newest is of interest.
   for (auto more = camera_.another(picture_); more; more = camera_.another(picture_))
     if (!*more) break;

@@ -191,6 +191,8 @@ constexpr OptionRow kOptions[] = {
      [](Options& o, string_view) { o.gps = true; }},
     {"patience", 0, "DUR", "longest standstill before the drive has failed (default 30s)",
      [](Options& o, string_view v) { o.patience = pause(v); }},
+    {"anyway", 0, "", "also send a robot that is not sure where it is",
+     [](Options& o, string_view) { o.anyway = true; }},
     {"plot", 0, "FILE", "also draw a picture, .svg or .png",
      [](Options& o, string_view v) { o.plot = v; }},
     {"objects", 0, "OBJRECOG",

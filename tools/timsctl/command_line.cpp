@@ -226,10 +226,11 @@ constexpr Verb kOwnVerbs[] = {
      "Show the pose of a robot: x (north), y (east), heading, uncertainty and source; if it is "
      "unknown, what is missing and what to do. Exit status 1: unknown.",
      "timsctl nav where", nav_where},
-    {"nav", "goto", "X Y [HEADING]", 2, 3, "robot gps no-wait for patience", false,
+    {"nav", "goto", "X Y [HEADING]", 2, 3, "robot gps no-wait anyway for patience", false,
      "Send a robot to a position on its map, in m and degrees (clockwise from x), and show its "
      "progress until it arrives. Turns on the components that are needed and turns off the pilot "
-     "that was driving. Without HEADING any final heading is accepted. Ctrl-C, the end of --for "
+     "that was driving. Without HEADING any final heading is accepted. A robot that is not "
+     "sure where it is is not sent, except with --anyway. Ctrl-C, the end of --for "
      "and "
      "any failure stop the robot. Exit status 0: arrived, 1: not, with the reason.",
      "timsctl nav goto 3.5 6 180", nav_goto},

@@ -27,6 +27,8 @@ constexpr tims::Duration kPrintEvery =
     1s;  // interval of progress lines if they cannot be overwritten
 constexpr tims::Duration kPatience = 30s;
 constexpr tims::Duration kNavGotoStopPatience = 5s;
+constexpr tims::Duration kLocalisation = 10s;  // for a localisation that was just turned on
+constexpr double kSure = 500;                  // mm, standard deviation
 constexpr double kFar = 2e6;  // m; larger values exceed the range of a message in mm
 
 struct Goal {
@@ -82,6 +84,7 @@ class Drive {
             robot_.name(*chassis_) + " does not accept the pilot " + robot_.name(pilot_),
             "is it on?");
     robot_.need_on(pilot_);
+    if (!context_.options.anyway) need_sure_position();
     const Message hull = robot_.client().ask(*chassis_, rack::ChassisType::kGetParameter);
     if (hull.header.type == rack::ChassisType::kParameter)
       hull_ =
@@ -155,6 +158,28 @@ class Drive {
     if (const auto why = robot_.turn_on(*mcl))
       context_.out.note(fmt::format("{} remains off; only the odometry determines the position{}",
                                     robot_.name(*mcl), why->empty() ? "" : ": " + *why));
+  }
+
+  // A robot that does not know where it is would drive somewhere else.
+  void need_sure_position() {
+    const tims::Time end = tims::os::deadline_after(kLocalisation);
+    for (;;) {
+      const auto position = robot_.data<rack::PositionData>(*position_);
+      const double deviation =
+          position ? std::max(position->var.x.raw(), position->var.y.raw()) : 0;
+      if (position && deviation <= kSure) return;
+      if (tims::os::now() < end) {
+        context_.signals.sleep_until(tims::os::deadline_after(kLookEvery));
+        continue;
+      }
+      if (!position)
+        throw Failure(Exit::kNo, "no_position", robot_.name(*position_) + " has no data",
+                      "`timsctl nav where` shows what is missing");
+      throw Failure(Exit::kNo, "not_sure",
+                    fmt::format("{} is not sure where it is: standard deviation {:.1f} m",
+                                robot_.title(), deviation / 1000),
+                    "`timsctl nav where` shows what is missing; --anyway sends it all the same");
+    }
   }
 
   void release_other_pilot() {
@@ -271,9 +296,11 @@ class Drive {
                     fmt::format("`timsctl log show -c {}` has its messages; `timsctl nav map show "
                                 "--plot FILE` draws the free space",
                                 robot_.plain_name(path_)));
-    if (state == DriveState::kDropped)
+    if (state == DriveState::kDropped) {
+      stop();
       throw Failure(Exit::kNo, code, robot_.name(pilot_) + " no longer has a destination",
                     "it was turned off and on, or another program has sent the robot elsewhere");
+    }
     const std::string why = what_is_ahead(DriveState::kStanding);
     stop();
     if (state == DriveState::kAstray)

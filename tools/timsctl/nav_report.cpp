@@ -20,6 +20,8 @@ constexpr double kApartMax = 0.5;   // m
 constexpr double kAgeMax = 2;       // s
 constexpr double kAhead = -0.5;     // s; tolerance for unsynchronised clocks
 constexpr tims::Duration kSilence = 2s;
+// A pilot that was restarted has no destination until its path component sends the path again.
+constexpr tims::Duration kRestart = 10s;
 constexpr double kTurned =
     0.015;  // rad between two reports; more than corrections of localisation at rest
 
@@ -117,9 +119,8 @@ DriveState DriveWatch::judge(const rack::PilotStatusData& status, tims::Time now
   switch (status.pilotState) {
     case rack::pilot_state::kIdle:
       if (status.distanceToDest == 0) return DriveState::kArrived;
-      // This state occurs briefly after the pilot was turned on again.
       if (!idle_since_) idle_since_ = now;
-      return now - *idle_since_ >= kSilence ? DriveState::kDropped : DriveState::kPlanning;
+      return now - *idle_since_ >= kRestart ? DriveState::kDropped : DriveState::kPlanning;
     case rack::pilot_state::kPlanning:
       return DriveState::kPlanning;
     case rack::pilot_state::kRunning:

@@ -143,9 +143,16 @@ TEST_F(DriveWatchTest, APilotThatIsGone) {
 }
 
 TEST_F(DriveWatchTest, ADestinationThatIsGone) {
-  EXPECT_EQ(report(pilot::kIdle, -1, 0), DriveState::kPlanning) << "it has just restarted";
-  EXPECT_EQ(report(pilot::kIdle, -1, 0), DriveState::kPlanning);
+  for (int second = 0; second < 10; ++second)
+    EXPECT_EQ(report(pilot::kIdle, -1, 0), DriveState::kPlanning) << "it has just restarted";
   EXPECT_EQ(report(pilot::kIdle, -1, 0), DriveState::kDropped);
+}
+
+TEST_F(DriveWatchTest, ARestartedPilotDrivesOn) {
+  EXPECT_EQ(report(pilot::kRunning, 5000, 400), DriveState::kDriving);
+  for (int second = 0; second < 5; ++second)
+    EXPECT_EQ(report(pilot::kIdle, -1, 0), DriveState::kPlanning);
+  EXPECT_EQ(report(pilot::kRunning, 4900, 400), DriveState::kDriving);
 }
 
 TEST(FreeAhead, SeesTheLaneOnly) {

@@ -3,7 +3,7 @@
 //   Input<OdometryProxy> odometry_{*this, "odometry", work_, 4, wire_size<OdometryData>()};
 //
 //   module_on():    set_period(*odometry_.start())
-//   module_loop():  odometry_.next(data, 5 * period())  // an error ends the loop; retried later
+//   module_loop():  odometry_.next(data, patience_with(period()))  // an error ends the loop; retried later
 //   module_off():   odometry_.stop()
 #pragma once
 
@@ -14,6 +14,12 @@
 #include "rack/partner.h"
 
 namespace rack {
+
+// How long to wait for data of this period. On a busy machine they come late; an error, and the
+// restart after it, would lose more than the time.
+inline tims::Duration patience_with(std::chrono::milliseconds period) {
+  return std::max<tims::Duration>(5 * period, std::chrono::seconds(2));
+}
 
 template <typename ProxyType>
 class Input : public Partner<ProxyType> {

@@ -1,0 +1,313 @@
+#include "components/path/route_planner.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "components/path/vehicle.h"
+
+namespace rack::path {
+namespace {
+
+constexpr int kPosesAPeriod = 1500;    // poses that a search expands per period
+constexpr double kDirectionOnly = 10;  // mm/s, as in waypoints
+constexpr double kExplained = 150;  // mm: a point this near to a wall of the map is explained by it
+constexpr std::size_t kMarksMax = 20000;  // marks of obstacles seen by the scanner
+constexpr std::array<double, 5> kBehind = {2000, 4000, 7000, 12000,
+                                           20000};  // distances behind an obstacle, mm
+constexpr i32 kLandmark = 1;
+
+// Java programs write the bits of a float (1 or -1) into this integer field.
+double direction_or_speed(i32 field) {
+  constexpr i32 kMinusOne = static_cast<i32>(0xBF800000);
+  constexpr i32 kOne = 0x3F800000;
+  if (field == kMinusOne) return -1;
+  if (field == kOne) return 1;
+  return field;
+}
+
+tims::Error not_now(std::string why) { return {tims::Errc::kInvalidArgument, std::move(why)}; }
+
+}  // namespace
+
+RoutePlanner::RoutePlanner() {
+  reserve_all(scan_);
+  path_.reserve(kSplinesMax);
+  before_.reserve(kSplinesMax);
+  marks_.reserve(kMarksMax);
+  waypoints_.reserve(kWaypointsMax);
+}
+
+Result<void> RoutePlanner::begin(const RouteSettings& settings, FreeSpace map, bool has_map) {
+  located_ = seen_ = planning_ = false;
+  settings_ = settings;
+  limits_ = settings.limits;
+  planner_.emplace(PlanSettings{limits_, hull_of(settings.chassis), settings.comfort});
+  map_ = std::move(map);
+  has_map_ = has_map;
+  space_ = map_;
+  return check(limits_);
+}
+
+Result<void> RoutePlanner::begin_route() {
+  must_replan_ = destination_.has_value();
+  leads_there_ = false;
+  return must_replan_ ? Result<void>() : make_route();
+}
+
+// --- one period
+
+void RoutePlanner::take_position(const Pose& robot) {
+  robot_ = robot;
+  located_ = true;
+}
+
+void RoutePlanner::take_scan(const Scan2dData& scan) {
+  scan_ = scan;
+  seen_from_ = robot_;
+  seen_ = true;
+}
+
+std::optional<std::string> RoutePlanner::step(TimeStamp now, PathData& data) {
+  std::optional<std::string> failure;
+  if (must_replan_ && located_) {
+    must_replan_ = false;
+    if (auto good = plan_destination(); !good) failure = good.error().message();
+  }
+  if (planning_) failure = go_on_planning();
+  if (!std::exchange(is_new_, false)) return failure;
+  data.splines.assign(path_.begin(), path_.end());
+  // Receivers identify a path by its time.
+  made_ = made_ == now ? made_ + std::chrono::milliseconds(1) : now;
+  data.recordingTime = made_;
+  return failure;
+}
+
+std::optional<std::string> RoutePlanner::go_on_planning() {
+  const auto progress = planner_->advance(kPosesAPeriod);
+  if (progress == GoalPlanner::Progress::kSearching) return std::nullopt;
+  planning_ = false;
+  if (progress == GoalPlanner::Progress::kFailed) {
+    const std::string why = planner_->why();
+    if (detour_ || leads_there_) return why;
+    if (avoids_obstacles_ && begin_plan(false)) return std::nullopt;
+    take({});  // the old path has another destination
+    return why;
+  }
+  if (!detour_) {
+    take(planner_->path());
+    leads_there_ = true;
+    return std::nullopt;
+  }
+  before_ = path_;
+  path_ = planner_->path();
+  append_rest(before_, back_, path_);
+  set_speeds(path_);
+  is_new_ = true;
+  return std::nullopt;
+}
+
+void RoutePlanner::take(std::span<const PolarSpline> path) {
+  path_.assign(path.begin(), path.end());
+  is_new_ = true;
+}
+
+// --- commands
+
+void RoutePlanner::set_waypoints(std::span<const Waypoint2d> waypoints) {
+  waypoints_.assign(waypoints.begin(), waypoints.end());
+  sent_by_.reset();
+}
+
+Result<void> RoutePlanner::make(const PathMakeData& command, tims::Address sender) {
+  // Values that are not positive have no effect: the graphical interface sends -1.
+  limits_ = settings_.limits;
+  if (command.vMax > 0) limits_.speed_max = std::min<double>(command.vMax, settings_.chassis.vxMax);
+  limits_.backward_max = std::min(limits_.backward_max, limits_.speed_max);
+  if (command.accMax > 0) limits_.acceleration = command.accMax;
+  if (command.decMax > 0) limits_.deceleration = command.decMax;
+  if (command.omegaMax > 0) limits_.omega_max = command.omegaMax;
+  // The graphical interface sends this message right after SET_DESTINATION, too: then the plan is
+  // in progress or done. When the destination was refused, the message must not select another
+  // path.
+  if (std::exchange(sent_by_, {}) == sender) return {};
+  return make_route();
+}
+
+Result<void> RoutePlanner::make_route() {
+  route_.clear();
+  for (const Waypoint2d& waypoint : waypoints_)
+    if (waypoint.layer == settings_.layer) route_.push_back(waypoint);
+  planning_ = must_replan_ = leads_there_ = false;
+  destination_.reset();
+  const double* start_heading = begin_at_the_robot();
+  if (route_.size() < 2) {
+    take({});
+    return {};
+  }
+  const auto made = make_path(route_, limits_, start_heading);
+  if (!made) return made.error();
+  take(*made);
+  return {};
+}
+
+// A list of clicks is a path from the robot's pose at the first of them.
+const double* RoutePlanner::begin_at_the_robot() {
+  const bool clicks = !route_.empty() && std::abs(1.0 * route_[0].speed) == 1;
+  if (!clicks || !located_) {
+    clicked_.reset();
+    return nullptr;
+  }
+  const Place first{1.0 * route_[0].x, 1.0 * route_[0].y};
+  if (route_.size() == 1 || !clicked_ || clicked_->x != first.x || clicked_->y != first.y) {
+    clicked_ = first;
+    began_ = robot_;
+  }
+  Waypoint2d start = route_[0];
+  start.x = whole_millimetres(began_.x);
+  start.y = whole_millimetres(began_.y);
+  route_.insert(route_.begin(), start);
+  return &began_.rho;
+}
+
+Result<void> RoutePlanner::set_destination(const PathDestData& destination, tims::Address sender) {
+  sent_by_ = sender;
+  if (!located_) return not_now("the position is not known yet");
+  marks_.clear();
+  const auto before = destination_;
+  const bool led_there = std::exchange(leads_there_, false);
+  destination_ = destination;
+  auto good = plan_destination();
+  if (!good) {
+    destination_ = before;
+    leads_there_ = led_there;
+  }
+  return good;
+}
+
+Result<void> RoutePlanner::plan_destination() {
+  auto good = begin_plan(true);
+  if (good) return good;
+  marks_.clear();  // what is seen no longer may have gone
+  good = begin_plan(true);
+  return good || leads_there_ ? good : begin_plan(false);
+}
+
+Result<void> RoutePlanner::begin_plan(bool avoids_obstacles) {
+  const double target = direction_or_speed(destination_->speed);
+  const double speed = std::abs(target) < kDirectionOnly ? 0 : std::abs(target);
+  planner_->set_limits(limits_);
+  avoids_obstacles_ = avoids_obstacles;
+  survey();
+  auto good =
+      planner_->begin(space_, robot_, Pose::of(destination_->pos), target < 0 ? -1 : 1, speed);
+  planning_ = good.ok();
+  detour_ = false;
+  return good;
+}
+
+Result<void> RoutePlanner::replan(const PathReplanData& from) {
+  if (!located_) return not_now("the position is not known yet");
+  if (planning_) return {};  // a plan is in progress
+  if (destination_) return plan_destination();
+  if (path_.empty()) return not_now("there is no path");
+  const auto index = static_cast<std::size_t>(std::max(0, from.currSpline));
+  if (index >= path_.size())
+    return not_now("the path has " + std::to_string(path_.size()) + " splines only");
+  const OnPath at{index, std::clamp(std::abs(1.0 * from.splinePos.x), 0.0, size(path_[index]))};
+  return plan_detour(at, std::max(0.0, 1.0 * from.distToObstacle));
+}
+
+// Returns to the path at the first place behind the obstacle for which a plan can start.
+Result<void> RoutePlanner::plan_detour(const OnPath& at, double to_obstacle) {
+  avoids_obstacles_ = true;
+  survey();
+  const double hull = settings_.chassis.boundaryFront + settings_.chassis.boundaryBack;
+  const OnPath end = further(path_, at, to_obstacle + hull + kBehind.back());
+  keep_to_corridor(space_, std::span(path_).subspan(at.index, end.index - at.index + 1),
+                   {robot_.x, robot_.y}, hull);
+  planner_->set_limits(limits_);
+  Result<void> good = not_now("the obstacle extends to the end of the path");
+  for (const double behind : kBehind) {
+    back_ = further(path_, at, to_obstacle + hull + behind);
+    good = planner_->begin(space_, robot_, pose_on(path_, back_));
+    if (good) break;
+  }
+  planning_ = good.ok();
+  detour_ = true;
+  return good;
+}
+
+// --- free space
+
+void RoutePlanner::survey() {
+  if (has_map_)
+    space_ = map_;
+  else
+    space_.clear({robot_.x - settings_.plan_width / 2, robot_.y - settings_.plan_width / 2});
+  if (seen_) {
+    forget_what_has_gone();
+    remember_obstacles();
+  }
+  if (avoids_obstacles_)
+    for (const Place& mark : marks_) space_.occupy(mark);
+  release_hull();
+  space_.measure();
+}
+
+// An obstacle has gone where the scanner now looks through it.
+void RoutePlanner::forget_what_has_gone() {
+  constexpr std::size_t kDirections = 720;
+  constexpr double kBehindIt = 200;  // mm
+  std::array<double, kDirections> seen{};
+  const auto direction_of = [](double x, double y) {
+    return static_cast<std::size_t>(heading(std::atan2(y, x)) / (2 * kPi) * kDirections) %
+           kDirections;
+  };
+  for (const ScanPoint& point : scan_.points) {
+    if ((point.type & scan_point::kInvalid) != 0) continue;
+    double& nearest = seen.at(direction_of(point.x, point.y));
+    const double range = std::hypot(point.x.raw(), point.y.raw());
+    nearest = nearest == 0 ? range : std::min(nearest, range);
+  }
+  std::erase_if(marks_, [&](const Place& mark) {
+    const Pose at = Pose{.x = mark.x, .y = mark.y} - seen_from_;
+    const std::size_t direction = direction_of(at.x, at.y);
+    const double needed = std::hypot(at.x, at.y) + kBehindIt;
+    bool any = false;
+    for (const std::size_t beside : {kDirections - 1, std::size_t{0}, std::size_t{1}}) {
+      const double range = seen.at((direction + beside) % kDirections);
+      if (range != 0 && range < needed) return false;
+      any = any || range != 0;
+    }
+    return any;
+  });
+}
+
+void RoutePlanner::remember_obstacles() {
+  for (const ScanPoint& point : scan_.points) {
+    if ((point.type & scan_point::kInvalid) != 0 ||
+        (point.type & scan_point::kClassMask) == kLandmark || marks_.size() == kMarksMax)
+      continue;
+    const Pose at = seen_from_ + Pose{.x = 1.0 * point.x, .y = 1.0 * point.y};
+    const Place place{at.x, at.y};
+    if (!space_.contains(place) || space_.occupied(place)) continue;
+    if (has_map_ && map_.clearance(place) < kExplained) continue;
+    marks_.push_back(place);
+  }
+}
+
+// The place of the vehicle itself is free.
+void RoutePlanner::release_hull() {
+  const ChassisParamData& hull = settings_.chassis;
+  const auto step = static_cast<i32>(space_.cell() / 2);
+  for (i32 x = -hull.boundaryBack.raw(); x <= hull.boundaryFront; x += step) {
+    for (i32 y = -hull.boundaryLeft.raw(); y <= hull.boundaryRight; y += step) {
+      const Pose at = robot_ + Pose{.x = 1.0 * x, .y = 1.0 * y};
+      space_.release({at.x, at.y});
+    }
+  }
+}
+
+}  // namespace rack::path

@@ -1,0 +1,105 @@
+// The decisions of PathRDDF: the path that it sends. Pure.
+//
+// A path has one of three origins: waypoints (a file, or SET_RDDF), a destination, for which it is
+// planned through free space, or a detour around an obstacle, which returns to the path behind it.
+// Free space is the map, or a free area around the robot, without the obstacles that the scanner
+// has seen since the destination was set, that no wall of the map explains, and that have not gone.
+// Plans take several periods. If there is no path around the obstacles, a new destination is
+// planned without them: people may have gone when the robot is there. A path that already leads to
+// the destination stays until a better one is found. A destination is kept when the component
+// starts again.
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "components/path/detour.h"
+#include "components/path/goal_planner.h"
+#include "rack/proxies/chassis.h"
+#include "rack/proxies/path.h"
+#include "rack/proxies/scan2d.h"
+
+namespace rack::path {
+
+struct RouteSettings {
+  ChassisParamData chassis{};
+  PathLimits limits{};        // with which it starts; MAKE changes them
+  double comfort = 300;       // mm, as in PlanSettings
+  double plan_width = 40000;  // mm, of the free area around the robot if there is no map
+  i32 layer = 0;              // of the waypoints to drive
+};
+
+class RoutePlanner {
+ public:
+  RoutePlanner();  // allocates the memory of paths and obstacles
+
+  // Forgets everything but waypoints and destination. `map`: empty with the size of the free area,
+  // if `has_map` is false. kInvalidArgument: limits with which nothing can drive.
+  Result<void> begin(const RouteSettings& settings, FreeSpace map, bool has_map);
+  // The path of the waypoints, unless there is a destination. kInvalidArgument: it cannot be
+  // driven.
+  Result<void> begin_route();
+  void end() { planning_ = false; }
+
+  void take_position(const Pose& robot);
+  void take_scan(const Scan2dData& scan);
+  // One period; `now`: its time. Writes the path with the time when it was made. Returns why a plan
+  // failed.
+  std::optional<std::string> step(TimeStamp now, PathData& data);
+
+  // --- commands; kInvalidArgument: not possible now
+
+  void set_waypoints(std::span<const Waypoint2d> waypoints);
+  // Of the layer; a value that is not positive keeps that of the start.
+  Result<void> make(const PathMakeData& command, tims::Address sender);
+  Result<void> set_destination(const PathDestData& destination, tims::Address sender);
+  Result<void> replan(const PathReplanData& from);
+  void set_layer(i32 layer) { settings_.layer = layer; }
+  [[nodiscard]] i32 layer() const { return settings_.layer; }
+
+ private:
+  Result<void> make_route();
+  const double* begin_at_the_robot();
+  Result<void> plan_destination();
+  Result<void> begin_plan(bool avoids_obstacles);
+  Result<void> plan_detour(const OnPath& at, double to_obstacle);
+  std::optional<std::string> go_on_planning();
+  void take(std::span<const PolarSpline> path);
+  void survey();
+  void forget_what_has_gone();
+  void remember_obstacles();
+  void release_hull();
+
+  RouteSettings settings_;
+  PathLimits limits_;
+  std::vector<Waypoint2d> waypoints_;
+  std::vector<Waypoint2d> route_;  // waypoints of the selected layer
+  std::optional<PathDestData> destination_;
+  std::optional<tims::Address> sent_by_;  // sender of the destination; its next MAKE is ignored
+  std::optional<Place> clicked_;          // the first click
+  Pose began_;
+  Pose robot_;
+  bool located_ = false;
+  Scan2dData scan_;
+  Pose seen_from_;
+  bool seen_ = false;
+  FreeSpace map_;
+  bool has_map_ = false;
+  FreeSpace space_;
+  std::vector<Place> marks_;
+  std::optional<GoalPlanner> planner_;
+  bool planning_ = false;
+  bool must_replan_ = false;  // as soon as the position is known
+  bool avoids_obstacles_ = true;  // the plan in progress, those that were seen
+  bool leads_there_ = false;      // the path, to the destination
+  bool detour_ = false;
+  OnPath back_;
+  std::vector<PolarSpline> path_;
+  std::vector<PolarSpline> before_;
+  TimeStamp made_ = 0;
+  bool is_new_ = true;
+};
+
+}  // namespace rack::path

@@ -1,0 +1,77 @@
+// Goal drives in simulated time: quiet, beside other busy programs, with lost data, with crashes.
+// `rack-drives` runs more of them, and draws one: deploy/worlds/floor.toml,
+// deploy/robots/floor.dxf.
+#include <gtest/gtest.h>
+
+#include "components/world/core/world_file.h"
+#include "os/file.h"
+#include "tools/evaluation/drives/drive.h"
+
+namespace rack::drives {
+namespace drives_test {
+
+using namespace std::chrono_literals;
+
+Course course() {
+  const auto text = [](const std::string& name) { return tims::os::read_file(DEPLOY "/" + name); };
+  auto file = world::read_world({"floor.toml", *text("worlds/floor.toml")},
+                                [&](const std::string& name) { return text("worlds/" + name); });
+  EXPECT_TRUE(file.problems.empty());
+  auto plan = read_plan("floor.dxf", *text("robots/floor.dxf"), 1000);
+  Scene scene{.name = "floor", .world = std::move(file.description), .plan = plan->drawing};
+  auto made = Course::make(std::move(scene));
+  EXPECT_TRUE(made) << made.error().message();
+  return std::move(*made);
+}
+
+struct Weather {
+  const char* name;
+  Load load;
+};
+std::ostream& operator<<(std::ostream& out, const Weather& weather) { return out << weather.name; }
+
+class Drives : public testing::TestWithParam<Weather> {};
+
+// Of hundred drives nearly all arrive; a robot that does not stands and reports why.
+TEST_P(Drives, Arrive) {
+  constexpr std::uint64_t kDrives = 125;
+  const Course floor = course();
+  std::uint64_t arrived = 0;
+  std::uint64_t touched = 0;
+  std::uint64_t deceived = 0;
+  for (std::uint64_t seed = 1; seed <= kDrives; ++seed) {
+    const DriveResult result = floor.drive({.seed = seed, .load = GetParam().load});
+    if (result.outcome == Outcome::kArrived && result.off_goal < 300) ++arrived;
+    if (result.contacts > 0) ++touched;
+    if (result.was_certain_of_a_wrong_place()) ++deceived;
+    if (result.outcome != Outcome::kArrived) {
+      EXPECT_FALSE(result.why.empty()) << seed;
+    }
+  }
+  EXPECT_GE(arrived * 100, kDrives * 95);
+  EXPECT_LE(touched * 100, kDrives * 2);
+  EXPECT_LE(deceived * 100, kDrives * 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Floor, Drives,
+    testing::Values(Weather{"Quiet", {}},
+                    Weather{"Busy", {.stalls_per_second = 0.3, .longest_stall = 600ms}},
+                    Weather{"Lossy",
+                            {.stalls_per_second = 0.3, .longest_stall = 600ms, .lost_share = 0.02}},
+                    Weather{"Crashing", {.crashes_per_minute = 2}}),
+    [](const auto& each) { return each.param.name; });
+
+TEST(Drive, TheSameSeedGivesTheSameDrive) {
+  const Course floor = course();
+  const DriveSettings settings{.seed = 3,
+                               .load = {.stalls_per_second = 0.5, .longest_stall = 500ms}};
+  const DriveResult first = floor.drive(settings);
+  const DriveResult second = floor.drive(settings);
+  EXPECT_EQ(first.seconds, second.seconds);
+  EXPECT_EQ(first.off_goal, second.off_goal);
+  EXPECT_EQ(first.log, second.log);
+}
+
+}  // namespace drives_test
+}  // namespace rack::drives

@@ -1,0 +1,139 @@
+// rack-drives: goal drives of a simulated robot in simulated time, thousands in a minute.
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <string>
+
+#include <fmt/format.h>
+
+#include "base/text.h"
+#include "components/files/whole_file.h"
+#include "components/world/core/world_file.h"
+#include "os/file.h"
+#include "tools/cli/argument_parser.h"
+#include "tools/cli/failure.h"
+#include "tools/evaluation/drives/drive.h"
+
+namespace rack::drives {
+namespace {
+
+using timsctl::Exit;
+using timsctl::Failure;
+
+constexpr std::size_t kFileMax = 64 << 20;
+
+struct Arguments {
+  std::string world;
+  std::string plan;
+  std::uint64_t seed = 1;
+  std::uint64_t count = 100;
+  double stalls = 0;
+  double longest = 0.5;
+  double crashes = 0;
+  double lost = 0;
+  std::string svg;
+};
+
+std::string text_of(const std::string& file) {
+  auto text = tims::os::read_file(file, kFileMax);
+  if (!text) throw Failure(Exit::kNoSuch, "no_file", text.error().detail());
+  return std::move(*text);
+}
+
+Scene scene_of(const Arguments& arguments) {
+  const auto folder = std::filesystem::path(arguments.world).parent_path();
+  auto file = world::read_world(
+      {arguments.world, text_of(arguments.world)},
+      [&](const std::string& name) { return tims::os::read_file(folder / name, kFileMax); });
+  if (!file.problems.empty())
+    throw Failure(Exit::kUsage, "bad_world", file.problems.front().to_string());
+  auto plan = read_plan(arguments.plan, text_of(arguments.plan), 1000);
+  if (!plan) throw Failure(Exit::kUsage, "bad_plan", plan.error().detail());
+  return {.name = std::filesystem::path(arguments.world).stem(),
+          .world = std::move(file.description),
+          .plan = std::move(plan->drawing),
+          .plan_scale = plan->scale};
+}
+
+std::string_view name_of(Outcome outcome) {
+  switch (outcome) {
+    case Outcome::kArrived:
+      return "arrived";
+    case Outcome::kNoPath:
+      return "no path";
+    case Outcome::kGaveUp:
+      return "gave up";
+  }
+  return "";
+}
+
+void print(std::uint64_t seed, const DriveResult& result) {
+  fmt::print(
+      "{:>8}  {:<8} {:6.1f} s  {:5.2f} m off  {} contacts  certain within {:.2f} m, {:.0f} "
+      "deg  ({:.1f}, {:.1f}) to ({:.1f}, {:.1f})  {}\n",
+      seed, name_of(result.outcome), result.seconds, result.off_goal / 1000, result.contacts,
+      result.wrong_while_certain / 1000, degrees(result.turned_while_certain),
+      result.start.x / 1000, result.start.y / 1000, result.goal.x / 1000, result.goal.y / 1000,
+      result.why);
+}
+
+Exit run(const Arguments& arguments) {
+  auto course = Course::make(scene_of(arguments));
+  if (!course) throw Failure(Exit::kUsage, "bad_scene", course.error().detail());
+  const Load load{.stalls_per_second = arguments.stalls,
+                  .longest_stall = std::chrono::duration_cast<tims::Duration>(
+                      std::chrono::duration<double>(arguments.longest)),
+                  .crashes_per_minute = arguments.crashes,
+                  .lost_share = arguments.lost};
+  if (!arguments.svg.empty()) {
+    const DriveResult result =
+        course->drive({.seed = arguments.seed, .load = load, .records = true});
+    print(arguments.seed, result);
+    for (const std::string& line : result.log) fmt::print("{}\n", line);
+    if (auto written = write_file(arguments.svg, plot::to_svg(result.picture)); !written)
+      throw Failure(Exit::kDenied, "not_written", written.error().detail());
+    return result.holds() ? Exit::kDone : Exit::kNo;
+  }
+  std::map<std::string, std::uint64_t> sums;
+  for (std::uint64_t seed = arguments.seed; seed < arguments.seed + arguments.count; ++seed) {
+    const DriveResult result = course->drive({.seed = seed, .load = load});
+    ++sums[std::string(name_of(result.outcome))];
+    if (result.contacts > 0) ++sums["with contacts"];
+    if (result.was_certain_of_a_wrong_place()) ++sums["certain of a wrong place"];
+    if (!result.holds() || result.outcome != Outcome::kArrived) print(seed, result);
+  }
+  for (const auto& [name, sum] : sums) fmt::print("{}: {} of {}\n", name, sum, arguments.count);
+  return sums["arrived"] * 100 >= arguments.count * 99 && sums["with contacts"] == 0 &&
+                 sums["certain of a wrong place"] == 0
+             ? Exit::kDone
+             : Exit::kNo;
+}
+
+}  // namespace
+}  // namespace rack::drives
+
+int main(int argc, char** argv) {
+  using namespace rack::drives;
+  Arguments arguments;
+  timsctl::ArgumentParser parser(
+      "rack-drives",
+      "Sends a simulated robot to random goals, in simulated time, with programs that wait, crash, "
+      "and lose messages.\nThe same seed gives the same drive. The exit status is 0 if 99 % arrive "
+      "without a contact of their own, and\nnone was certain of a wrong place.",
+      "  rack-drives deploy/worlds/floor.toml deploy/robots/floor.dxf --count 500 --stalls 0.5\n"
+      "  rack-drives deploy/worlds/floor.toml deploy/robots/floor.dxf --seed 17 --svg drive.svg");
+  parser.required_argument("WORLD", arguments.world, "world with a robot (TOML)");
+  parser.required_argument("PLAN", arguments.plan, "plan by which the robot drives (DXF)");
+  parser.option("--seed", arguments.seed, "seed of the first drive");
+  parser.option("--count", arguments.count, "number of drives", {.min = 1, .max = 1e7});
+  parser.option("--stalls", arguments.stalls, "stalls of each program per second",
+                {.min = 0, .max = 100});
+  parser.option("--longest-stall", arguments.longest, "length of the longest stall [s]",
+                {.min = 0, .max = 60});
+  parser.option("--crashes", arguments.crashes, "crashed programs per minute",
+                {.min = 0, .max = 60});
+  parser.option("--lost", arguments.lost, "share of chassis data and scans that get lost",
+                {.min = 0, .max = 1});
+  parser.option("--svg", arguments.svg, "drive once, print its log, and draw it to this file");
+  return parser.run(argc, argv, [&] { return run(arguments); });
+}
