@@ -86,11 +86,11 @@ Course::~Course() = default;
 tims::Result<Course> Course::make(Scene scene) {
   if (scene.world.robots.empty() || !scanner_of(scene.world.robots[0]))
     return tims::Error(tims::Errc::kInvalidArgument, scene.name + ": no robot with a scanner");
-  auto map = localisation::read_map(scene.plan, scene.plan_scale, 0, 0, kCell);
+  auto map = localisation::cells_of(scene.plan, kCell);
   if (!map) return map.error();
   auto field = localisation::LikelihoodField::of(*map, {});
   if (!field) return field.error();
-  auto space = path::FreeSpace::of(scene.plan, scene.plan_scale, 0, 0, kCell, kAround);
+  auto space = path::FreeSpace::of(scene.plan, kCell, kAround);
   if (!space) return space.error();
   auto parts = std::make_unique<Parts>(std::move(scene), std::move(*field));
   const world::RobotDescription& robot = parts->scene.world.robots[0];

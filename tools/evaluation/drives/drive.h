@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "components/geometry/dxf.h"
+#include "components/localisation/floor_plan.h"
 #include "components/path/free_space.h"
 #include "components/world/core/description.h"
 #include "tools/evaluation/drives/machine.h"
@@ -21,8 +21,7 @@ namespace rack::drives {
 struct Scene {
   std::string name;
   world::WorldDescription world{};
-  DxfDrawing plan{};
-  double plan_scale = 1000;
+  localisation::FloorPlan plan{};
 };
 
 struct DriveSettings {

@@ -3,9 +3,8 @@
 // deploy/robots/floor.dxf.
 #include <gtest/gtest.h>
 
-#include "components/world/core/world_file.h"
-#include "os/file.h"
 #include "tools/evaluation/drives/drive.h"
+#include "tools/evaluation/drives/scene_file.h"
 
 namespace rack::drives {
 namespace drives_test {
@@ -13,13 +12,9 @@ namespace drives_test {
 using namespace std::chrono_literals;
 
 Course course() {
-  const auto text = [](const std::string& name) { return tims::os::read_file(DEPLOY "/" + name); };
-  auto file = world::read_world({"floor.toml", *text("worlds/floor.toml")},
-                                [&](const std::string& name) { return text("worlds/" + name); });
-  EXPECT_TRUE(file.problems.empty());
-  auto plan = read_plan("floor.dxf", *text("robots/floor.dxf"), 1000);
-  Scene scene{.name = "floor", .world = std::move(file.description), .plan = plan->drawing};
-  auto made = Course::make(std::move(scene));
+  auto scene = read_scene(DEPLOY "/worlds/floor.toml", DEPLOY "/robots/floor.dxf");
+  EXPECT_TRUE(scene) << scene.error().message();
+  auto made = Course::make(std::move(*scene));
   EXPECT_TRUE(made) << made.error().message();
   return std::move(*made);
 }

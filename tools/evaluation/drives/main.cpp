@@ -1,6 +1,5 @@
 // rack-drives: goal drives of a simulated robot in simulated time, thousands in a minute.
 #include <algorithm>
-#include <filesystem>
 #include <map>
 #include <string>
 
@@ -8,19 +7,16 @@
 
 #include "base/text.h"
 #include "components/files/whole_file.h"
-#include "components/world/core/world_file.h"
-#include "os/file.h"
 #include "tools/cli/argument_parser.h"
 #include "tools/cli/failure.h"
 #include "tools/evaluation/drives/drive.h"
+#include "tools/evaluation/drives/scene_file.h"
 
 namespace rack::drives {
 namespace {
 
 using timsctl::Exit;
 using timsctl::Failure;
-
-constexpr std::size_t kFileMax = 64 << 20;
 
 struct Arguments {
   std::string world;
@@ -33,27 +29,6 @@ struct Arguments {
   double lost = 0;
   std::string svg;
 };
-
-std::string text_of(const std::string& file) {
-  auto text = tims::os::read_file(file, kFileMax);
-  if (!text) throw Failure(Exit::kNoSuch, "no_file", text.error().detail());
-  return std::move(*text);
-}
-
-Scene scene_of(const Arguments& arguments) {
-  const auto folder = std::filesystem::path(arguments.world).parent_path();
-  auto file = world::read_world(
-      {arguments.world, text_of(arguments.world)},
-      [&](const std::string& name) { return tims::os::read_file(folder / name, kFileMax); });
-  if (!file.problems.empty())
-    throw Failure(Exit::kUsage, "bad_world", file.problems.front().to_string());
-  auto plan = read_plan(arguments.plan, text_of(arguments.plan), 1000);
-  if (!plan) throw Failure(Exit::kUsage, "bad_plan", plan.error().detail());
-  return {.name = std::filesystem::path(arguments.world).stem(),
-          .world = std::move(file.description),
-          .plan = std::move(plan->drawing),
-          .plan_scale = plan->scale};
-}
 
 std::string_view name_of(Outcome outcome) {
   switch (outcome) {
@@ -78,7 +53,9 @@ void print(std::uint64_t seed, const DriveResult& result) {
 }
 
 Exit run(const Arguments& arguments) {
-  auto course = Course::make(scene_of(arguments));
+  auto scene = read_scene(arguments.world, arguments.plan);
+  if (!scene) throw Failure(Exit::kUsage, "bad_scene", scene.error().detail());
+  auto course = Course::make(std::move(*scene));
   if (!course) throw Failure(Exit::kUsage, "bad_scene", course.error().detail());
   const Load load{.stalls_per_second = arguments.stalls,
                   .longest_stall = std::chrono::duration_cast<tims::Duration>(
@@ -123,7 +100,8 @@ int main(int argc, char** argv) {
       "  rack-drives deploy/worlds/floor.toml deploy/robots/floor.dxf --count 500 --stalls 0.5\n"
       "  rack-drives deploy/worlds/floor.toml deploy/robots/floor.dxf --seed 17 --svg drive.svg");
   parser.required_argument("WORLD", arguments.world, "world with a robot (TOML)");
-  parser.required_argument("PLAN", arguments.plan, "plan by which the robot drives (DXF)");
+  parser.required_argument("PLAN", arguments.plan,
+                           "plan by which the robot drives: DXF, or a map of ROS (.yaml)");
   parser.option("--seed", arguments.seed, "seed of the first drive");
   parser.option("--count", arguments.count, "number of drives", {.min = 1, .max = 1e7});
   parser.option("--stalls", arguments.stalls, "stalls of each program per second",
