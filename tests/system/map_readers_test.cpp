@@ -52,7 +52,6 @@ TEST_F(MapReadersTest, TheyTakeAMapOfRos) {
   auto path = proxy<rack::PathProxy>("Path(0/0)");
   rack::PathDestData goal;
   goal.pos.x = 500;
-  goal.pos.y = 300;
   EXPECT_TRUE(eventually([&]() -> std::string {
     const auto sent = path.set_destination(goal);
     return sent ? "" : sent.error().message();
