@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <utility>
 
 #include "components/files/file_folder.h"
 #include "components/localisation/mcl_messages.h"
@@ -41,7 +42,9 @@ constexpr std::array<ParameterInfo, 22> kParameters = {{
     {"scanMatching", 1, "1: refine the pose by matching scans against the walls of the map", 0, 1},
     {"maxRange", 30000, "maximum range of the scanner, mm", 1, 1e9},
     {"scanLag", 0, "delay of the time stamps of scans, ms", 0, 1000},
-    {"startMode", 0, "start pose: 0 startX ..., 1 unknown, 2 from the position", 0, 2},
+    {"startMode", 0,
+     "start pose: 0 startX ..., 1 unknown, 2 from the position, 3 the same once that is known", 0,
+     3},
     {"startX", 0, "start pose, mm to the north"},
     {"startY", 0, "start pose, mm to the east"},
     {"startRho", 0, "heading of the start pose, deg", -360, 360},
@@ -59,6 +62,7 @@ constexpr ModuleInfo kInfo{
 
 constexpr int kMissesMax = 20;                    // scans in a row without odometry of their time
 constexpr double kDeviationTurn = radians(0.03);  // per mm
+constexpr double kKnownDeviation = 20000;         // mm; above, a position is not known yet
 
 class MonteCarloLocalisation : public DataModule<MclData> {
  public:
@@ -138,21 +142,40 @@ class MonteCarloLocalisation : public DataModule<MclData> {
 
   Result<void> start() {
     const int mode = integer("startMode");
+    waits_ = false;
     if (mode == 1) {
       localiser_->start_anywhere();
       return {};
     }
+    if (mode >= 2 && !position_) return refused("startMode 2 and 3 need positionInst");
+    if (mode == 3) return start_at_known();
     Pose at{.x = static_cast<double>(integer("startX")),
             .y = static_cast<double>(integer("startY")),
             .rho = heading(radians(integer("startRho")))};
     if (mode == 2) {
-      if (!position_) return refused("startMode 2 needs positionInst");
       const auto known = position_->get_data();
       if (!known) return known.error();
       at = Pose::of(known->pos);
     }
     const auto deviation = static_cast<double>(integer("startDeviation"));
     localiser_->start_at(at, deviation, deviation * kDeviationTurn);
+    return {};
+  }
+
+  // Around the position by its own deviation: after the first fix of satellites its heading is
+  // unknown. While the place is unknown, too, it waits for that fix.
+  Result<void> start_at_known() {
+    const auto known = position_->get_data();
+    if (!known) return known.error();
+    const double at_known = std::max(known->var.x.raw(), known->var.y.raw());
+    const bool waits = at_known > kKnownDeviation;
+    if (std::exchange(waits_, waits) != waits)
+      log().print(waits ? "The position is not known yet: waiting for its first update"
+                        : "The position is known: starting there");
+    if (waits) return {};
+    const auto deviation = static_cast<double>(integer("startDeviation"));
+    localiser_->start_at(Pose::of(known->pos), std::max(deviation, at_known),
+                         std::max<double>(deviation * kDeviationTurn, known->var.rho));
     return {};
   }
 
@@ -166,6 +189,9 @@ class MonteCarloLocalisation : public DataModule<MclData> {
       return {};
     }
     misses_ = 0;
+    if (waits_ && is_due())
+      if (auto started = start_at_known(); !started) return started;
+    if (waits_) return {};
     odometry_pose_ = Pose::of(odometry->pos);
     localisation::beams_of(scan_, range_max_, beams_);
     {
@@ -237,6 +263,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   std::unique_ptr<LikelihoodField> field_;
   std::unique_ptr<WallLines> walls_;
   bool commanded_ = false;
+  bool waits_ = false;  // for a known position
 };
 
 }  // namespace
