@@ -128,12 +128,12 @@ TEST_F(ModulesProgramsTest, AChassisStopsWhenItsPilotIsSilent) {
     const auto data = chassis_proxy.get_next_data(kPatience);
     return data ? data->vx.raw() : -1;
   };
-  ASSERT_TRUE(eventually(
-      [&] { return chassis_proxy.move(300, 0, 0).ok() && speed() == kSpeed; }, "it drives"));
+  ASSERT_TRUE(eventually([&] { return chassis_proxy.move(300, 0, 0).ok() && speed() == kSpeed; },
+                         "it drives"));
   EXPECT_TRUE(eventually([&] { return speed() == 0; }, "it stands"));
   EXPECT_TRUE(program.wait_for_line("No MOVE from GUI(0/0) in time, stopped"));
-  ASSERT_TRUE(eventually(
-      [&] { return chassis_proxy.move(300, 0, 0).ok() && speed() == kSpeed; }, "it drives again"));
+  ASSERT_TRUE(eventually([&] { return chassis_proxy.move(300, 0, 0).ok() && speed() == kSpeed; },
+                         "it drives again"));
   rack::Parameter endless;
   ASSERT_TRUE(endless.name.assign("moveDeadline"));
   endless.valueInt = 0;

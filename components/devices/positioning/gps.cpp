@@ -36,7 +36,7 @@ std::optional<PositionData> weighed(const PositionData& known, const GpsData& fi
                                     bool has_course) {
   // A Position that was never updated has a standard deviation of 100 m (startDeviation) around an
   // origin that may be a continent away: a weighted mean would not be at the fix.
-  constexpr i32 kUnknown = 50000;                     // mm
+  constexpr i32 kUnknown = 50000;                        // mm
   constexpr double kUnknownTurn = std::numbers::pi / 2;  // rad
   if (2.0 * std::max(known.var.x, known.var.y) <= std::max(fix.var.x, fix.var.y)) return {};
   // Weight of the fix: 0 keeps the known value, 1 takes that of the fix.
@@ -63,8 +63,7 @@ std::optional<PositionData> weighed(const PositionData& known, const GpsData& fi
   const double part = known.var.rho >= kUnknownTurn ? 1 : share(known.var.rho, fix.var.rho);
   const double turn = std::remainder(fix.pos.rho - known.pos.rho, 2 * std::numbers::pi);
   both.pos.rho = static_cast<f32>(known.pos.rho + part * turn);
-  both.var.rho =
-      part == 1 ? fix.var.rho : static_cast<f32>(known.var.rho * std::sqrt(1 - part));
+  both.var.rho = part == 1 ? fix.var.rho : static_cast<f32>(known.var.rho * std::sqrt(1 - part));
   return both;
 }
 
