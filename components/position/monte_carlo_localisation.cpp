@@ -169,10 +169,10 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     if (!known) return known.error();
     const double at_known = std::max(known->var.x.raw(), known->var.y.raw());
     const bool waits = at_known > kKnownDeviation;
-    if (std::exchange(waits_, waits) != waits)
-      log().print(waits ? "The position is not known yet: waiting for its first update"
-                        : "The position is known: starting there");
+    const bool waited = std::exchange(waits_, waits);
+    if (waits && !waited) log().print("The position is not known yet: waiting for its first update");
     if (waits) return {};
+    if (waited) log().print("The position is known: starting there");
     const auto deviation = static_cast<double>(integer("startDeviation"));
     localiser_->start_at(Pose::of(known->pos), std::max(deviation, at_known),
                          std::max<double>(deviation * kDeviationTurn, known->var.rho));
