@@ -179,6 +179,17 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     return {};
   }
 
+  // Meanwhile its data have no particles.
+  Result<void> wait_for_position(TimeStamp time) {
+    if (!is_due()) return {};
+    if (auto started = start_at_known(); !started || !waits_) return started;
+    MclData& data = get_local_buffer();
+    data.recordingTime = time;
+    data.pos = {};
+    data.points.clear();  // keeps its memory
+    return put_local_buffer();
+  }
+
   Result<void> module_loop() override {
     if (auto come = scan2d_.next(scan_, patience_with(scan_period_)); !come) return come;
     const TimeStamp time = scan_.recordingTime - lag_;
@@ -189,9 +200,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
       return {};
     }
     misses_ = 0;
-    if (waits_ && is_due())
-      if (auto started = start_at_known(); !started) return started;
-    if (waits_) return {};
+    if (waits_) return wait_for_position(time);
     odometry_pose_ = Pose::of(odometry->pos);
     localisation::beams_of(scan_, range_max_, beams_);
     {
