@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "components/files/file_folder.h"
+#include "components/localisation/heading_search.h"
 #include "components/localisation/mcl_messages.h"
 #include "components/localisation/position_updates.h"
 #include "components/position/map_file.h"
@@ -63,6 +64,8 @@ constexpr ModuleInfo kInfo{
 constexpr int kMissesMax = 20;                    // scans in a row without odometry of their time
 constexpr double kDeviationTurn = radians(0.03);  // per mm
 constexpr double kKnownDeviation = 20000;         // mm; above, a position is not known yet
+constexpr double kUnknownTurn = radians(45.0);
+constexpr double kFoundDeviation = 300;  // mm, of a pose that was found by the map
 
 class MonteCarloLocalisation : public DataModule<MclData> {
  public:
@@ -148,7 +151,9 @@ class MonteCarloLocalisation : public DataModule<MclData> {
       return {};
     }
     if (mode >= 2 && !position_) return refused("startMode 2 and 3 need positionInst");
-    if (mode == 3) return start_at_known();
+    waits_ = mode == 3;  // for a known position, and for the next scan
+    reported_waiting_ = false;
+    if (waits_) return {};
     Pose at{.x = static_cast<double>(integer("startX")),
             .y = static_cast<double>(integer("startY")),
             .rho = heading(radians(integer("startRho")))};
@@ -162,27 +167,42 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     return {};
   }
 
-  // Around the position by its own deviation: after the first fix of satellites its heading is
-  // unknown. While the place is unknown, too, it waits for that fix.
-  Result<void> start_at_known() {
-    const auto known = position_->get_data();
-    if (!known) return known.error();
-    const double at_known = std::max(known->var.x.raw(), known->var.y.raw());
-    const bool waits = at_known > kKnownDeviation;
-    const bool waited = std::exchange(waits_, waits);
-    if (waits && !waited) log().print("The position is not known yet: waiting for its first update");
-    if (waits) return {};
-    if (waited) log().print("The position is known: starting there");
-    const auto deviation = static_cast<double>(integer("startDeviation"));
-    localiser_->start_at(Pose::of(known->pos), std::max(deviation, at_known),
-                         std::max<double>(deviation * kDeviationTurn, known->var.rho));
-    return {};
+  // Around the position by its own deviation. After the first fix of satellites the place is known,
+  // but no heading: the scan and the map show it.
+  void start_at_known(const PositionData& known, double deviation) {
+    const Pose at = Pose::of(known.pos);
+    double turn = std::max<double>(integer("startDeviation") * kDeviationTurn, known.var.rho);
+    if (known.var.rho > kUnknownTurn) {
+      const auto found = localisation::find_heading(*field_, beams_, at, deviation);
+      const bool is_clear = found && found->is_clear();
+      if (found)
+        log().print("Heading {:.0f} deg fits by {:.2f}, the best other one by {:.2f}{}",
+                    degrees(found->pose.rho), found->fit, found->rival_fit,
+                    is_clear ? "" : ": not clear");
+      if (is_clear) {
+        localiser_->start_at(found->pose, kFoundDeviation, kFoundDeviation * kDeviationTurn);
+        return;
+      }
+      turn = kPi;
+    }
+    localiser_->start_at(at, deviation, turn);
   }
 
   // Meanwhile its data have no particles.
   Result<void> wait_for_position(TimeStamp time) {
     if (!is_due()) return {};
-    if (auto started = start_at_known(); !started || !waits_) return started;
+    const auto known = position_->get_data();
+    if (!known) return known.error();
+    const double deviation = std::max(
+        {1.0 * known->var.x.raw(), 1.0 * known->var.y.raw(), 1.0 * integer("startDeviation")});
+    if (deviation <= kKnownDeviation) {
+      const std::lock_guard lock(field_mutex_);
+      start_at_known(*known, deviation);
+      waits_ = false;
+      return {};
+    }
+    if (!std::exchange(reported_waiting_, true))
+      log().print("The position is not known yet: waiting for its first update");
     MclData& data = get_local_buffer();
     data.recordingTime = time;
     data.pos = {};
@@ -200,9 +220,9 @@ class MonteCarloLocalisation : public DataModule<MclData> {
       return {};
     }
     misses_ = 0;
-    if (waits_) return wait_for_position(time);
     odometry_pose_ = Pose::of(odometry->pos);
     localisation::beams_of(scan_, range_max_, beams_);
+    if (waits_) return wait_for_position(time);
     {
       const std::lock_guard lock(field_mutex_);
       localiser_->take(*field_, odometry_pose_, beams_, matches_scans_ ? walls_.get() : nullptr);
@@ -273,6 +293,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   std::unique_ptr<WallLines> walls_;
   bool commanded_ = false;
   bool waits_ = false;  // for a known position
+  bool reported_waiting_ = false;
 };
 
 }  // namespace
