@@ -63,7 +63,8 @@ std::optional<PositionData> weighed(const PositionData& known, const GpsData& fi
   const double part = known.var.rho >= kUnknownTurn ? 1 : share(known.var.rho, fix.var.rho);
   const double turn = std::remainder(fix.pos.rho - known.pos.rho, 2 * std::numbers::pi);
   both.pos.rho = part == 1 ? fix.pos.rho.raw() : static_cast<f32>(known.pos.rho + part * turn);
-  both.var.rho = part == 1 ? fix.var.rho.raw() : static_cast<f32>(known.var.rho * std::sqrt(1 - part));
+  both.var.rho =
+      part == 1 ? fix.var.rho.raw() : static_cast<f32>(known.var.rho * std::sqrt(1 - part));
   return both;
 }
 
