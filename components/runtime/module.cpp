@@ -710,7 +710,8 @@ void Module::Runtime::apply(const LifeCycle::Change& change, const tims::Error* 
 // Reports a failure once while retries fail for the same reason. The graphical interface of the
 // original looks for the short text, at the level that it knows.
 void Module::Runtime::report_failure(const char* what, const std::string& why) {
-  const bool is_new = failures_.failed(why);
+  const bool ends = module_.is_stopping() || end_is_wanted();  // as the partners that it misses
+  const bool is_new = !ends && failures_.failed(why);
   log_.write(is_new ? gdos::Level::kError : gdos::Level::kInfo, "{}", why);
   if (is_new) log_.print("{}", what);
 }

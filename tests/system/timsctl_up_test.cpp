@@ -110,6 +110,7 @@ TEST_F(TimsctlUpTest, TheSampleRobotIsStartedAndStopped) {
   const Ran ran = finish(up);
   EXPECT_EQ(ran.code, 0);
   EXPECT_THAT(ran.out, HasSubstr("Chassis(3/0) print: Terminated"));
+  EXPECT_THAT(ran.out.substr(ran.out.find("Terminated")), Not(HasSubstr("error: ")));
   EXPECT_EQ(timsctl({"route", "get", "Chassis/3/0"}).code, 1) << "all components have exited";
 }
 
