@@ -14,6 +14,7 @@
 #include "components/position/map_file.h"
 #include "components/position/map_parameters.h"
 #include "rack/data_module.h"
+#include "rack/data_of_time.h"
 #include "rack/input.h"
 #include "rack/proxies/odometry.h"
 #include "tims/origin.h"
@@ -61,7 +62,9 @@ constexpr ModuleInfo kInfo{
     .parameters = kParameters,
 };
 
-constexpr int kMissesMax = 20;                    // scans in a row without odometry of their time
+constexpr int kMissesMax = 20;  // scans in a row without odometry of their time
+// How long odometry and position of the time of a scan are waited for.
+constexpr std::chrono::milliseconds kLate{300};
 constexpr double kDeviationTurn = radians(0.03);  // per mm
 constexpr double kKnownDeviation = 20000;         // mm; above, a position is not known yet
 constexpr double kUnknownTurn = radians(45.0);
@@ -83,6 +86,8 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     misses_ = 0;
     published_.reset();
     updates_ = {};
+    odometry_then_ = {};
+    position_then_ = {};
     if (auto on = odometry_.turn_on(); !on) return on;
     if (auto on = position_.turn_on(); !on) return on;
     make_localiser();
@@ -213,14 +218,14 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   Result<void> module_loop() override {
     if (auto come = scan2d_.next(scan_, patience_with(scan_period_)); !come) return come;
     const TimeStamp time = scan_.recordingTime - lag_;
-    const auto odometry = odometry_->get_data(time);
-    if (!odometry) {
+    OdometryData odometry;
+    if (auto come = odometry_then_.get(*odometry_, odometry, time, kLate); !come) {
       // The odometry may be late or may have just started.
-      if (++misses_ > kMissesMax) return odometry.error();
+      if (++misses_ > kMissesMax) return come;
       return {};
     }
     misses_ = 0;
-    odometry_pose_ = Pose::of(odometry->pos);
+    odometry_pose_ = Pose::of(odometry.pos);
     localisation::beams_of(scan_, range_max_, beams_);
     if (waits_) return wait_for_position(time);
     {
@@ -249,7 +254,8 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   Result<void> update_position(TimeStamp time) {
     using Event = localisation::PositionUpdates::Event;
     std::optional<PositionData> believed;  // stays empty when it is late
-    if (const auto data = position_->get_data(time)) believed = *data;
+    PositionData data;
+    if (position_then_.get(*position_, data, time, kLate)) believed = data;
     const auto step =
         updates_.take(*localiser_, odometry_pose_, believed, time,
                       [this](TimeStamp earlier) { return position_->get_data(earlier).ok(); });
@@ -276,6 +282,8 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   Input<Scan2dProxy> scan2d_{*this, "scan2d", work_, 2, body_max<Scan2dData>()};
   Partner<OdometryProxy> odometry_{*this, "odometry", work_};
   Partner<PositionProxy> position_{*this, "position", work_};
+  DataOfTime<OdometryProxy> odometry_then_;
+  DataOfTime<PositionProxy> position_then_;
   std::optional<Localiser> localiser_;
   Scan2dData scan_;
   std::vector<localisation::BeamEnd> beams_;

@@ -1,11 +1,19 @@
 #include "rack/data_module.h"
 
 #include <algorithm>
+#include <ctime>
 #include <mutex>
 
 #include "components/runtime/logic/listeners.h"
+#include "os/clock.h"
 
 namespace rack {
+namespace {
+
+// For the ends of all streams together.
+constexpr tims::Duration kEndPatience = std::chrono::seconds(1);
+
+}  // namespace
 
 class DataModuleBase::Publisher {
  public:
@@ -18,6 +26,7 @@ class DataModuleBase::Publisher {
   void clear() { listeners_.clear(); }
   // Ends all streams.
   void end_streams();
+  void end_stream(const Listener& listener, tims::Time end);
   void send(TimeStamp recorded, std::size_t size);
 
   Result<void> get_data(const tims::MessageView& message);
@@ -31,10 +40,15 @@ class DataModuleBase::Publisher {
 
  private:
   Result<void> check_added(Listeners::Added added, tims::Address mailbox);
+  [[nodiscard]] std::uint32_t ends_of_streams() const;
 
   DataModuleBase& module_;
-  Listeners listeners_;            // protected by mutex_
-  std::int64_t data_sets_ = 0;     // protected by mutex_
+  Listeners listeners_;         // protected by mutex_
+  std::int64_t data_sets_ = 0;  // protected by mutex_
+  // How often all streams have ended; protected by mutex_. It changes after the status: a component
+  // that is on, and whose streams have not ended since this was read, ends the stream of a new
+  // listener too.
+  std::uint32_t ends_ = 0;
   std::vector<Listener> due_;      // used by the data task
   std::vector<std::byte> answer_;  // used by the command task
 };
@@ -69,12 +83,26 @@ void DataModuleBase::Publisher::end_streams() {
     std::ranges::copy(listeners_.all(), due_.begin());
     all = std::span(due_).first(listeners_.all().size());
     listeners_.clear();
+    ++ends_;
   }
-  for (const Listener& listener : all) {
-    (void)module_.command_mailbox().send({.dest = listener.mailbox,
-                                          .type = tims::type::kError,
-                                          .priority = listener.priority,
-                                          .seq_nr = listener.seq_nr});
+  const tims::Time end = tims::os::deadline_after(kEndPatience);
+  for (const Listener& listener : all) end_stream(listener, end);
+}
+
+// A listener that misses the end of its stream waits for data that never come. So it is sent again
+// while there is no room for it, or no router.
+void DataModuleBase::Publisher::end_stream(const Listener& listener, tims::Time end) {
+  constexpr timespec kPause{0, 5'000'000};
+  for (;;) {
+    const auto sent = module_.command_mailbox().send({.dest = listener.mailbox,
+                                                      .type = tims::type::kError,
+                                                      .priority = listener.priority,
+                                                      .seq_nr = listener.seq_nr});
+    if (sent || sent.error().code() == tims::Errc::kNoMailbox) return;
+    if (tims::os::now() >= end)
+      return module_.log().warning("Listener {} does not get the end of its stream: {}",
+                                   listener.mailbox, sent.error().message());
+    ::nanosleep(&kPause, nullptr);
   }
 }
 
@@ -114,7 +142,8 @@ void DataModuleBase::Publisher::send(TimeStamp recorded, std::size_t size) {
 // The mailbox of a listener does not exist any more.
 void DataModuleBase::Publisher::drop(tims::Address mailbox) {
   const std::lock_guard lock(module_.mutex_);
-  if (listeners_.remove(mailbox)) module_.log().info("Listener {} is gone", mailbox);
+  if (listeners_.remove_gone(mailbox, tims::os::now()))
+    module_.log().info("Listener {} is gone", mailbox);
 }
 
 void DataModuleBase::turned_off() { publisher_->end_streams(); }
@@ -190,18 +219,32 @@ tims::Error DataModuleBase::not_there(DataHistory::Miss miss, TimeStamp time) {
 Result<void> DataModuleBase::Publisher::get_cont_data(const tims::MessageView& message) {
   const auto request = decode<GetContDataRequest>(message);
   if (!request) return request.error();
+  const std::uint32_t ends = ends_of_streams();
   if (!module_.is_on()) return refused("the component is off and has no data");
   std::uint32_t granted = 0;
   Listeners::Added added{};
   {
     const std::lock_guard lock(module_.mutex_);
+    if (ends_ != ends) return refused("the component was just turned off");
     const std::uint32_t each = reduction(request->periodTime, period_ms_);
     granted = each * period_ms_;
-    added = listeners_.add(message.header, request->dataMbxAdr, each);
+    added = listeners_.add(message.header, request->dataMbxAdr, each, tims::os::now());
   }
   if (auto good = check_added(added, request->dataMbxAdr); !good) return good;
   module_.reply(message.header, tims::type::kContData, ContDataReply{granted});
+  // The component may have been turned off before this answer was sent. The listener might take an
+  // ERROR that came before the answer for one of an earlier stream.
+  if (ends_of_streams() != ends)
+    end_stream({.mailbox = request->dataMbxAdr,
+                .priority = message.header.priority,
+                .seq_nr = message.header.seq_nr},
+               tims::os::now());
   return {};
+}
+
+std::uint32_t DataModuleBase::Publisher::ends_of_streams() const {
+  const std::lock_guard lock(module_.mutex_);
+  return ends_;
 }
 
 Result<void> DataModuleBase::Publisher::check_added(Listeners::Added added, tims::Address mailbox) {
@@ -237,11 +280,13 @@ ListenersData DataModuleBase::Publisher::listeners() const {
 }
 
 Result<void> DataModuleBase::Publisher::get_next_data(const tims::MessageView& message) {
+  const std::uint32_t ends = ends_of_streams();
   if (!module_.is_on()) return refused("the component is off and has no data");
   Listeners::Added added{};
   {
     const std::lock_guard lock(module_.mutex_);
-    added = listeners_.add_once(message.header);
+    if (ends_ != ends) return refused("the component was just turned off");
+    added = listeners_.add_once(message.header, tims::os::now());
   }
   if (added == Listeners::Added::kFull) return check_added(added, message.header.src);
   return {};

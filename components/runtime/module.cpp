@@ -21,6 +21,7 @@
 #include "components/runtime/crash.h"
 #include "components/runtime/logic/arguments.h"
 #include "components/runtime/logic/life_cycle.h"
+#include "components/runtime/logic/repeats.h"
 #include "components/runtime/real_time_watch.h"
 #include "components/runtime/thread.h"
 #include "os/clock.h"
@@ -39,8 +40,14 @@ namespace {
 
 constexpr tims::Duration kRouterWait = std::chrono::seconds(2);  // long enough for a slow network
 constexpr tims::Duration kCommandWait = std::chrono::milliseconds(500);
+// In this time after the start of a program, partners that do not exist yet are waited for.
+constexpr tims::Duration kPartnersCome = std::chrono::seconds(10);
+// How long the answer to OFF may wait until the supervisor has taken the OFF.
+constexpr tims::Duration kHeldWait = std::chrono::milliseconds(50);
 constexpr int kReportEach =
     250;  // ms; the main thread polls, so that a real-time task need not wake it
+
+constexpr std::string_view kStateVariable = "X_TIMS_STATE=";
 
 sigset_t end_signals() {
   sigset_t set;
@@ -60,6 +67,19 @@ bool end_is_wanted() {
 std::string text_of(const tims::Error& error) {
   return error.code() == tims::Errc::kInvalidArgument && !error.detail().empty() ? error.detail()
                                                                                  : error.message();
+}
+
+// Whether the sender of a command waits for a reason: not a program of the original.
+bool knows_reasons(const tims::Header& request) {
+  return (request.flags & tims::flag::kReportReason) != 0 ||
+         (request.type == tims::type::kOn &&
+          request.length >= tims::kHeaderSize + wire_size<OnRequest>());
+}
+
+LifeCycle::Turned turned(const Result<void>& result) {
+  if (result) return LifeCycle::Turned::kOn;
+  return result.error().code() == tims::Errc::kNoMailbox ? LifeCycle::Turned::kPartnerIsMissing
+                                                         : LifeCycle::Turned::kFailed;
 }
 
 int fail(std::string_view program, const tims::Error& error, ExitCode code) {
@@ -107,7 +127,7 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
   void turn_on(const tims::Header& request);
   void turn_off(const tims::Header& request);
   void refuse(const tims::Header& request, std::string_view why);
-  void report_held(std::optional<tims::Address> by) const;
+  void report_held(std::optional<tims::Address> by);
   [[nodiscard]] std::string why_not_on() const;
   [[nodiscard]] LifeCycle::By commanded_by(tims::Address program) const;
   [[nodiscard]] std::string name_of_command(const tims::Header& header) const;
@@ -118,6 +138,8 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
   void take_step(LifeCycle::Step step);
   void apply(const LifeCycle::Change& change, const tims::Error* why);
   void report_failure(const char* what, const std::string& why);
+  void report_refusal(const tims::Header& request, const std::string& why);
+  void report_settled();
   void report_status(std::string_view status, const tims::Error* why = nullptr);
   Result<void> watched_loop();
 
@@ -131,8 +153,9 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
   std::optional<LifeCycle> cycle_;         // protected by mutex_
   std::condition_variable_any commanded_;  // used with mutex_
   std::atomic<TimeStamp> state_since_ = TimeStamp(0);
-  RealTimeWatch watch_;           // watches the data task
-  std::string reported_failure_;  // last reported reason of a failure; used by the data task
+  RealTimeWatch watch_;  // watches the data task
+  FailureLog failures_;  // used by the data task
+  RefusalLog refusals_;  // used by the command task
   std::optional<Thread> command_thread_;
   std::optional<Thread> data_thread_;
 };
@@ -247,6 +270,7 @@ Result<void> Module::Runtime::start_tasks(std::optional<tims::Address> held_off_
   std::optional<tims::Duration> error_retry;
   if (retry >= 0) error_retry = std::chrono::milliseconds(retry);
   cycle_.emplace(error_retry, std::random_device()());
+  cycle_->wait_for_partners(tims::os::deadline_after(kPartnersCome));
   if (held_off_by) {
     cycle_->hold_off(*held_off_by);
   } else if (parameters_.integer("targetStatus") != 0) {
@@ -447,10 +471,19 @@ void Module::Runtime::on_command(const tims::MessageView& message) {
   }
   const auto done = module_.module_command(message);
   if (done || header.type <= 0) return;
-  // Requests to a component that is off are normal, for example from graphical interfaces.
-  log_.write(module_.is_on() ? gdos::Level::kWarning : gdos::Level::kInfo, "{} from {}: {}",
-             name_of_command(header), header.src, text_of(done.error()));
+  report_refusal(header, text_of(done.error()));
   refuse(header, text_of(done.error()));
+}
+
+// A reason is written once and then counted. Requests to a component that is off are normal, for
+// example from graphical interfaces.
+void Module::Runtime::report_refusal(const tims::Header& request, const std::string& why) {
+  const std::string what = name_of_command(request);
+  if (!module_.is_on()) return log_.info("{} from {}: {}", what, request.src, why);
+  const RefusalLog::Verdict verdict = refusals_.take(tims::os::now(), request, why);
+  if (!verdict.write) return;
+  if (verdict.repeats == 0) return log_.warning("{} from {}: {}", what, request.src, why);
+  log_.warning("{} from {}: {} ({} more times since)", what, request.src, why, verdict.repeats);
 }
 
 void Module::Runtime::turn_on(const tims::Header& request) {
@@ -461,7 +494,8 @@ void Module::Runtime::turn_on(const tims::Header& request) {
   {
     const std::lock_guard lock(mutex_);
     was_held = cycle_->held_off_by().has_value();
-    answer = cycle_->turn_on(tims::os::now(), request, commanded_by(request.src));
+    answer = cycle_->turn_on(tims::os::now(), request, commanded_by(request.src),
+                             knows_reasons(request));
     is_held = cycle_->held_off_by().has_value();
     if (answer == tims::type::kError) why = why_not_on();
   }
@@ -473,7 +507,7 @@ void Module::Runtime::turn_on(const tims::Header& request) {
 
 void Module::Runtime::turn_off(const tims::Header& request) {
   const LifeCycle::By by = commanded_by(request.src);
-  std::optional<tims::Header> unanswered;
+  std::vector<tims::Header> unanswered;
   {
     const std::lock_guard lock(mutex_);
     unanswered = cycle_->turn_off(request, by);
@@ -481,24 +515,22 @@ void Module::Runtime::turn_off(const tims::Header& request) {
   commanded_.notify_all();
   if (by == LifeCycle::By::kOperator) report_held(request.src);  // before the answer to OFF
   module_.reply(request, tims::type::kOk);
-  if (unanswered)
-    refuse(*unanswered,
+  for (const tims::Header& on : unanswered)
+    refuse(on,
            request.src.to_string(module_.address_widths()) + " has turned it off before it was on");
 }
 
 // Answers with ERROR, with the reason if there is room.
 void Module::Runtime::refuse(const tims::Header& request, std::string_view why) {
-  const bool has_room = (request.flags & tims::flag::kReportReason) != 0 ||
-                        (request.type == tims::type::kOn &&
-                         request.length >= tims::kHeaderSize + wire_size<OnRequest>());
   const auto text = std::as_bytes(std::span(why.substr(0, kReasonMax)));
-  if (has_room && module_.reply(request, tims::type::kError, text)) return;
+  if (knows_reasons(request) && module_.reply(request, tims::type::kError, text)) return;
   module_.reply(request, tims::type::kError);
 }
 
 // Reports the OFF to the supervisor, which keeps it when it restarts the program after a crash.
-void Module::Runtime::report_held(std::optional<tims::Address> by) const {
-  module_.report_state(kHeldOffBy, by ? by->to_hex() : std::string());
+void Module::Runtime::report_held(std::optional<tims::Address> by) {
+  manager_.report(std::string(kStateVariable).append(kHeldOffBy), by ? by->to_hex() : std::string(),
+                  kHeldWait);
 }
 
 std::string Module::Runtime::why_not_on() const {
@@ -579,7 +611,7 @@ void Module::Runtime::notify(std::string_view what, std::string_view name,
 }
 
 void Module::report_state(std::string_view name, const std::string& value) const {
-  runtime_->notify("X_TIMS_STATE=", name, value);
+  runtime_->notify(kStateVariable, name, value);
 }
 
 // --- the data task
@@ -620,9 +652,10 @@ void Module::Runtime::take_step(LifeCycle::Step step) {
     next_period_ = {};
     result = module_.module_on();
     const std::lock_guard lock(mutex_);
-    change = cycle_->turned_on(tims::os::now(), result.ok());
+    change = cycle_->turned_on(tims::os::now(), turned(result));
   } else if (step == LifeCycle::Step::kLoop) {
     result = watched_loop();
+    report_settled();
     const std::lock_guard lock(mutex_);
     change = cycle_->looped(tims::os::now(), result.ok());
   } else {
@@ -640,16 +673,21 @@ void Module::Runtime::apply(const LifeCycle::Change& change, const tims::Error* 
     case Kind::kNone:
       break;
     case Kind::kOn:
-      reported_failure_.clear();
-      log_.print("Module on");
+      if (failures_.turned_on(tims::os::now())) log_.print("Module on");
       report_status("on");
       break;
     case Kind::kOff:
       module_.turned_off();
       module_.module_off();
-      reported_failure_.clear();
+      failures_.turned_off();
       log_.print("Module off");
       report_status("off");
+      break;
+    case Kind::kWaits:
+      log_.info("Waiting: {}", why->message());
+      report_status("waiting", why);
+      module_.turned_off();
+      module_.module_off();
       break;
     case Kind::kCannotTurnOn:
     case Kind::kError:
@@ -660,21 +698,28 @@ void Module::Runtime::apply(const LifeCycle::Change& change, const tims::Error* 
       module_.module_off();
       break;
   }
-  if (!change.request) return;
-  if (change.answer != tims::type::kError) {
-    module_.reply(*change.request, change.answer);
-  } else {
-    refuse(*change.request, why != nullptr ? text_of(*why) : std::string());
+  for (const tims::Header& request : change.requests) {
+    if (change.answer != tims::type::kError) {
+      module_.reply(request, change.answer);
+    } else {
+      refuse(request, why != nullptr ? text_of(*why) : std::string());
+    }
   }
 }
 
 // Reports a failure once while retries fail for the same reason. The graphical interface of the
 // original looks for the short text, at the level that it knows.
 void Module::Runtime::report_failure(const char* what, const std::string& why) {
-  const bool again = why == reported_failure_;
-  reported_failure_ = why;
-  log_.write(again ? gdos::Level::kInfo : gdos::Level::kError, "{}", why);
-  if (!again) log_.print("{}", what);
+  const bool ends = module_.is_stopping() || end_is_wanted();  // as the partners that it misses
+  const bool is_new = !ends && failures_.failed(why);
+  log_.write(is_new ? gdos::Level::kError : gdos::Level::kInfo, "{}", why);
+  if (is_new) log_.print("{}", what);
+}
+
+// A component that failed again and again is reported to be on when it has been on for a while.
+void Module::Runtime::report_settled() {
+  const auto failures = failures_.settled(tims::os::now());
+  if (failures) log_.print("Module on, after {} more failures", *failures);
 }
 
 void Module::Runtime::report_status(std::string_view status, const tims::Error* why) {

@@ -16,6 +16,7 @@
 #include <unistd.h>
 
 #include "components/runtime/backtrace.h"
+#include "components/runtime/robot_run.h"
 #include "components/runtime/thread.h"
 #include "os/environment.h"
 
@@ -281,7 +282,8 @@ void RealTimeWatch::report(TextLog& log) {
     }
     if (is_new) log.detail("Not in real time: {} in {}", text_of(violation), place);
     if (!std::exchange(reported_, true))
-      log.warning("Not always in real time: `timsctl component show` lists the locations");
+      log.write(first_of_robot("real-time") ? gdos::Level::kWarning : gdos::Level::kInfo,
+                "Not always in real time: `timsctl component show` lists the locations");
   }
 }
 

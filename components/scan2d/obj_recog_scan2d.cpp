@@ -7,6 +7,7 @@
 #include "components/position/map_file.h"
 #include "components/position/map_parameters.h"
 #include "rack/data_module.h"
+#include "rack/data_of_time.h"
 #include "rack/input.h"
 #include "rack/proxies/feature_map.h"
 #include "rack/proxies/grid_map.h"
@@ -45,6 +46,7 @@ constexpr ModuleInfo kInfo{
 };
 
 constexpr int kMissesMax = 20;  // scans in a row without a position of their time
+constexpr std::chrono::milliseconds kPositionLate{300};  // it is waited for
 
 class ObjRecogScan2d : public DataModule<ObjRecogData> {
  public:
@@ -134,13 +136,12 @@ class ObjRecogScan2d : public DataModule<ObjRecogData> {
     if (auto come = scan2d_.next(scan_, patience_with(period())); !come) return come;
     PositionData at{.recordingTime = scan_.recordingTime, .pos = scan_.refPos};
     if (position_) {
-      const auto known = position_->get_data(scan_.recordingTime);
-      if (!known) {
+      if (auto come = position_then_.get(*position_, at, scan_.recordingTime, kPositionLate);
+          !come) {
         // The position may be late or may have just started.
-        if (++misses_ > kMissesMax) return known.error();
+        if (++misses_ > kMissesMax) return come;
         return {};
       }
-      at = *known;
     }
     misses_ = 0;
     {
@@ -175,6 +176,7 @@ class ObjRecogScan2d : public DataModule<ObjRecogData> {
   OwnMailbox work_{*this, 1, body_max<GridMapData>()};
   Input<Scan2dProxy> scan2d_{*this, "scan2d", work_, 2, body_max<Scan2dData>()};
   Partner<PositionProxy> position_{*this, "position", work_};
+  DataOfTime<PositionProxy> position_then_;
   Partner<GridMapProxy> grid_map_{*this, "gridMap", work_};
   Partner<FeatureMapProxy> feature_map_{*this, "featureMap", work_};
   Scan2dData scan_;

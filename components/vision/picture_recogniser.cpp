@@ -9,6 +9,7 @@ namespace rack::vision {
 namespace {
 
 constexpr int kMissesMax = 20;  // pictures in a row without a position of their time
+constexpr std::chrono::milliseconds kPositionLate{300};  // it is waited for
 
 }  // namespace
 
@@ -40,13 +41,13 @@ Result<void> PictureRecogniser::module_loop() {
   const TimeStamp time = picture_.recordingTime - std::chrono::milliseconds(integer("cameraLag"));
   std::optional<PositionData> at;
   if (position_) {
-    const auto known = position_->get_data(time);
-    if (!known) {
+    PositionData known;
+    if (auto come = position_then_.get(*position_, known, time, kPositionLate); !come) {
       // The position may be late or may have just started.
-      if (++misses_ > kMissesMax) return known.error();
+      if (++misses_ > kMissesMax) return come;
       return {};
     }
-    at = *known;
+    at = known;
   }
   misses_ = 0;
   const auto grey = grey_.take(picture_);

@@ -8,6 +8,7 @@
 #include "components/vision/camera_geometry.h"
 #include "components/vision/grey_frame.h"
 #include "rack/data_module.h"
+#include "rack/data_of_time.h"
 #include "rack/input.h"
 #include "rack/proxies/camera.h"
 #include "rack/proxies/obj_recog.h"
@@ -51,6 +52,7 @@ class PictureRecogniser : public DataModule<ObjRecogData> {
   OwnMailbox work_{*this, 1, 512};
   Input<CameraProxy> camera_{*this, "camera", work_, 2, body_max<CameraData>()};
   Partner<PositionProxy> position_{*this, "position", work_};
+  DataOfTime<PositionProxy> position_then_;
   CameraData picture_;
   GreyFrame grey_;
   CameraParamData lens_;

@@ -76,11 +76,12 @@ Error cannot_execute(const Prepared& program, int error) {
           "cannot run " + program.command.front() + ": " + std::generic_category().message(error)};
 }
 
-// Descriptors that become stdin, stdout and stderr; -1: unchanged.
+// Descriptors that become stdin, stdout and stderr, and one that stays open; -1: none.
 struct Streams {
   int in = -1;
   int out = -1;
   int err = -1;
+  int inherited = -1;
 };
 
 // From here on only async-signal-safe calls are allowed: the process is a copy of a program that
@@ -95,6 +96,7 @@ void execute(const Prepared& program, Streams streams) {
   if (streams.in >= 0) ::dup2(streams.in, STDIN_FILENO);
   if (streams.out >= 0) ::dup2(streams.out, STDOUT_FILENO);
   if (streams.err >= 0) ::dup2(streams.err, STDERR_FILENO);
+  if (streams.inherited >= 0) ::fcntl(streams.inherited, F_SETFD, 0);
   ::execvpe(program.argv[0], program.argv.data(), program.env.data());
 }
 
@@ -174,7 +176,8 @@ Result<Process> Process::start(const Launch& launch) {
   const auto pid = fork_and_execute(*program,
                                     {.in = launch.in >= 0 ? launch.in : null.get(),
                                      .out = out,
-                                     .err = launch.err >= 0 ? launch.err : out},
+                                     .err = launch.err >= 0 ? launch.err : out,
+                                     .inherited = launch.inherited},
                                     launch.own_group);
   if (!pid) return pid.error();
   File pidfd(static_cast<int>(::syscall(SYS_pidfd_open, *pid, 0)));

@@ -31,6 +31,7 @@ struct Launch {
   int in = -1;
   int out = -1;
   int err = -1;            // -1: same as stdout
+  int inherited = -1;      // a descriptor that the program keeps, under the same number
   bool own_group = false;  // own process group, which Ctrl-C of our terminal does not reach
 };
 

@@ -1,24 +1,55 @@
 #include "os/service_manager.h"
 
 #include <cerrno>
+#include <charconv>
 #include <cstddef>
+#include <cstdlib>
 #include <cstring>
+#include <ctime>
 #include <utility>
 
+#include <fcntl.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 
+#include "os/clock.h"
 #include "os/environment.h"
 
 namespace tims::os {
+
+namespace {
+
+// The connection that this program has inherited; empty: none.
+File inherited_connection() {
+  const std::string text = environment(ServiceManager::kConnectionVariable);
+  ::unsetenv(ServiceManager::kConnectionVariable);  // NOLINT(concurrency-mt-unsafe)
+  int descriptor = -1;
+  if (std::from_chars(text.data(), text.data() + text.size(), descriptor).ec != std::errc())
+    return {};
+  if (descriptor < 0 || ServiceManager::connection_text(descriptor) != text) return {};
+  ::fcntl(descriptor, F_SETFD, FD_CLOEXEC);
+  return File(descriptor);
+}
+
+}  // namespace
 
 ServiceManager::ServiceManager(std::string path) : path_(std::move(path)) {
   if (path_.size() >= sizeof sockaddr_un::sun_path) path_.clear();
   if (!path_.empty()) socket_ = File(::socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC, 0));
 }
 
+ServiceManager::ServiceManager(File connection) : socket_(std::move(connection)) {}
+
 ServiceManager ServiceManager::of_environment() {
+  if (File connection = inherited_connection()) return ServiceManager(std::move(connection));
   return ServiceManager(environment("NOTIFY_SOCKET"));
+}
+
+std::string ServiceManager::connection_text(int descriptor) {
+  struct stat status {};
+  if (::fstat(descriptor, &status) != 0 || !S_ISSOCK(status.st_mode)) return {};
+  return std::to_string(descriptor) + ":" + std::to_string(status.st_ino);
 }
 
 bool ServiceManager::report(std::string_view variable, std::string_view value) {
@@ -26,6 +57,14 @@ bool ServiceManager::report(std::string_view variable, std::string_view value) {
   const std::lock_guard lock(mutex_);
   kept_.insert_or_assign(std::string(variable), std::string(value));
   return flush_locked();
+}
+
+bool ServiceManager::report(std::string_view variable, std::string_view value, Duration patience) {
+  constexpr timespec kMoment{0, 1'000'000};
+  bool taken = report(variable, value);
+  for (const Time end = deadline_after(patience); !taken && now() < end; taken = flush())
+    ::nanosleep(&kMoment, nullptr);
+  return taken;
 }
 
 bool ServiceManager::flush() {
@@ -42,15 +81,18 @@ bool ServiceManager::flush_locked() {
   return true;
 }
 
-// False: there is no room now. A manager that has gone or refuses the datagram is not asked again.
+// False: there is no room now. A manager that has gone or refuses the report is not asked again.
 bool ServiceManager::send(const std::string& text) const {
   sockaddr_un address{};
-  address.sun_family = AF_UNIX;
-  std::memcpy(address.sun_path, path_.data(), path_.size());
-  if (path_[0] == '@') address.sun_path[0] = '\0';
-  const auto size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + path_.size());
+  socklen_t size = 0;
+  if (!path_.empty()) {
+    address.sun_family = AF_UNIX;
+    std::memcpy(address.sun_path, path_.data(), path_.size());
+    if (path_[0] == '@') address.sun_path[0] = '\0';
+    size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + path_.size());
+  }
   return ::sendto(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT,
-                  reinterpret_cast<const sockaddr*>(&address), size) >= 0 ||
+                  size == 0 ? nullptr : reinterpret_cast<const sockaddr*>(&address), size) >= 0 ||
          (errno != EAGAIN && errno != ENOBUFS);
 }
 

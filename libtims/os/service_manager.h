@@ -1,5 +1,9 @@
-// The service manager that started a program: systemd or `timsctl up`. It receives status datagrams
-// at $NOTIFY_SOCKET as sd_notify(3) describes.
+// The service manager that started a program: `timsctl up`, or systemd. It receives the status of
+// the program as sd_notify(3) describes.
+//
+// `timsctl up` passes each program one end of a connection, as $TIMS_SUPERVISOR. What was written
+// there arrives even if the program crashes immediately afterwards. Other service managers have a
+// socket for datagrams at $NOTIFY_SOCKET.
 #pragma once
 
 #include <map>
@@ -12,21 +16,31 @@
 
 namespace tims::os {
 
-// The queue of such a socket is short (net.unix.max_dgram_qlen, usually 10), and many programs of a
-// robot report at once when they start. What finds no room is kept and sent later. Safe for use by
+// A connection has room for some hundred reports. The queue of a datagram socket is short
+// (net.unix.max_dgram_qlen, usually 10). What finds no room is kept and sent later. Safe for use by
 // several threads.
 class ServiceManager {
  public:
-  // Empty path: there is no service manager, and reports are discarded. A name that begins with @
-  // is abstract.
+  // By datagrams. Empty path: there is no service manager, and reports are discarded. A name that
+  // begins with @ is abstract.
   explicit ServiceManager(std::string path);
+  // By a connection that keeps records apart (SOCK_SEQPACKET).
+  explicit ServiceManager(File connection);
 
+  // Removes the connection from the environment: it belongs to this object, not to programs that
+  // this one starts.
   static ServiceManager of_environment();
+  static constexpr const char* kConnectionVariable = "TIMS_SUPERVISOR";
+  // The value of that variable: the number of the descriptor and its inode. A program that did not
+  // inherit it may have another descriptor of the same number.
+  static std::string connection_text(int descriptor);
 
-  [[nodiscard]] bool listens() const { return !path_.empty(); }
+  [[nodiscard]] bool listens() const { return static_cast<bool>(socket_); }
   // Sends "VARIABLE=value", for example READY=1. Never waits: without room, the newest value of
   // each variable is kept. Returns false if anything is kept.
   bool report(std::string_view variable, std::string_view value);
+  // Waits for room, at most for this time. Returns false if anything is kept.
+  bool report(std::string_view variable, std::string_view value, Duration patience);
   // Sends what is kept, as far as there is room. Returns false if anything is left: call it again
   // after kFlushPause.
   bool flush();
@@ -36,7 +50,7 @@ class ServiceManager {
   bool flush_locked();
   [[nodiscard]] bool send(const std::string& text) const;
 
-  std::string path_;
+  std::string path_;  // empty: a connection
   File socket_;
   std::mutex mutex_;
   std::map<std::string, std::string, std::less<>> kept_;  // protected by mutex_

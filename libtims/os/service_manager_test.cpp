@@ -1,6 +1,7 @@
 #include "os/service_manager.h"
 
 #include <array>
+#include <cstdlib>
 #include <cstring>
 #include <string>
 #include <vector>
@@ -9,6 +10,8 @@
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
+
+#include "os/socket.h"
 
 namespace tims::os {
 
@@ -74,6 +77,65 @@ TEST_F(ServiceManagerTest, NothingIsKeptForOneThatHasGone) {
   ServiceManager manager(path_);
   socket_.reset();
   EXPECT_TRUE(manager.report("READY", "1"));
+}
+
+// What has been read from one end of a connection.
+std::vector<std::string> received_from(const File& connection) {
+  std::vector<std::string> all;
+  std::array<char, 256> text{};
+  ssize_t n = 0;
+  while ((n = ::recv(connection.get(), text.data(), text.size(), MSG_DONTWAIT)) > 0)
+    all.emplace_back(text.data(), static_cast<std::size_t>(n));
+  return all;
+}
+
+TEST(ServiceManagerConnection, NothingThatWasReportedIsLostWithTheProgram) {
+  constexpr std::size_t kReports = 50;  // five times the queue of a datagram socket
+  auto pair = make_record_pair();
+  ASSERT_TRUE(pair.ok());
+  {
+    ServiceManager manager(std::move(pair->one));
+    EXPECT_TRUE(manager.listens());
+    for (std::size_t i = 0; i < kReports; ++i)
+      EXPECT_TRUE(manager.report("STATUS", std::to_string(i)));
+  }
+  const auto all = received_from(pair->other);
+  ASSERT_EQ(all.size(), kReports);
+  EXPECT_EQ(all.back(), "STATUS=49");
+}
+
+TEST(ServiceManagerConnection, WaitsForRoomAsLongAsItMay) {
+  auto pair = make_record_pair();
+  ASSERT_TRUE(pair.ok());
+  ServiceManager manager(std::move(pair->one));
+  ASSERT_LT(fill(manager), 100'000);
+  EXPECT_FALSE(manager.report("STATUS", "off", std::chrono::milliseconds(2)));
+  (void)received_from(pair->other);
+  EXPECT_TRUE(manager.report("READY", "1", std::chrono::milliseconds(2)));
+  EXPECT_THAT(received_from(pair->other), ElementsAre("READY=1", "STATUS=off", "WATCHDOG=1"));
+  pair->other.reset();
+  EXPECT_TRUE(manager.report("READY", "1")) << "nobody is left to wait for";
+}
+
+TEST(ServiceManagerConnection, OfTheEnvironment) {
+  auto pair = make_record_pair();
+  ASSERT_TRUE(pair.ok());
+  const auto set = [](const std::string& text) {
+    ::setenv(ServiceManager::kConnectionVariable, text.c_str(), 1);
+  };
+  const std::string text = ServiceManager::connection_text(pair->one.get());
+  for (const std::string& wrong : {text + "1", std::string("-1"), std::string("x"),
+                                   std::string("99999:1"), std::to_string(pair->one.get())}) {
+    set(wrong);
+    EXPECT_FALSE(ServiceManager::of_environment().listens()) << wrong;
+  }
+  set(text);
+  ServiceManager manager = ServiceManager::of_environment();
+  (void)pair->one.release();  // the manager has it now
+  EXPECT_TRUE(manager.listens());
+  EXPECT_FALSE(ServiceManager::of_environment().listens()) << "there is one in a program";
+  manager.report("READY", "1");
+  EXPECT_THAT(received_from(pair->other), ElementsAre("READY=1"));
 }
 
 TEST(ServiceManager, WithoutOneReportsAreDiscarded) {

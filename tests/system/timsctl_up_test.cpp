@@ -2,8 +2,15 @@
 #include <csignal>
 #include <filesystem>
 #include <fstream>
+#include <sstream>
 #include <utility>
 
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/ioctl.h>
+#include <sys/stat.h>
+
+#include "os/file.h"
 #include "tests/support/eventually.h"
 #include "tests/system/timsctl_fixture.h"
 
@@ -103,6 +110,7 @@ TEST_F(TimsctlUpTest, TheSampleRobotIsStartedAndStopped) {
   const Ran ran = finish(up);
   EXPECT_EQ(ran.code, 0);
   EXPECT_THAT(ran.out, HasSubstr("Chassis(3/0) print: Terminated"));
+  EXPECT_THAT(ran.out.substr(ran.out.find("Terminated")), Not(HasSubstr("error: ")));
   EXPECT_EQ(timsctl({"route", "get", "Chassis/3/0"}).code, 1) << "all components have exited";
 }
 
@@ -133,7 +141,7 @@ parameters = { targetStatus = 1 }
 
 [[component]]
 program = "OdometryChassis"
-parameters = { targetStatus = 1, errorTimeout = 100 }
+parameters = { targetStatus = 1, errorTimeout = 100, gdosLevel = 3 }
 )")});
   expect_line(up, "2 of 2 programs are ready");
   EXPECT_EQ(timsctl({"component", "status", "Odometry/0/0", "--wait"}).code, 0);
@@ -203,6 +211,162 @@ TEST_F(TimsctlUpTest, OutputAfterTheEndIsShown) {
   expect_line(up, "restarted");
   fs::remove(router_.folder() + "/wait");
   expect_line(up, "late");
+}
+
+// What they report while the supervisor does not run is more than the queue of a datagram socket
+// has room for.
+TEST_F(TimsctlUpTest, NothingIsLostOfWhatManyProgramsReportAtOnce) {
+  constexpr int kMany = 12;
+  std::string text;
+  for (int i = 0; i < kMany; ++i)
+    text += fmt::format(
+        "[[component]]\nprogram = 'ChassisSim'\ninstance = {}\nparameters = {{ targetStatus = 1 "
+        "}}\n",
+        i);
+  ChildProcess up = begin({"up", write(text)});
+  expect_line(up, fmt::format("{0} of {0} programs are ready", kMany));
+  const auto name = [](int i) { return fmt::format("Chassis/0/{}", i); };
+  std::vector<pid_t> owners;
+  for (int i = 0; i < kMany; ++i) {
+    EXPECT_EQ(timsctl({"component", "status", name(i), "--wait"}).code, 0);
+    owners.push_back(owner_of(fmt::format("Chassis(0/{})", i)));
+  }
+  up.signal(SIGSTOP);
+  for (int i = 0; i < kMany; ++i) EXPECT_EQ(timsctl({"component", "off", name(i)}).code, 0);
+  for (const pid_t owner : owners) ::kill(owner, SIGKILL);
+  up.signal(SIGCONT);
+  for (int i = 0; i < kMany; ++i) {
+    EXPECT_TRUE(eventually(
+        [&] {
+          const Ran ran = timsctl({"component", "status", name(i)});
+          return ran.out == fmt::format("Chassis(0/{}) off\n", i);
+        },
+        name(i) + " is off"));
+    EXPECT_NE(owner_of(fmt::format("Chassis(0/{})", i)), owners[static_cast<std::size_t>(i)]);
+  }
+}
+
+// Eight writers at one pipe, as fast as they can.
+TEST_F(TimsctlUpTest, AFloodIsCutAndStopsNothing) {
+  std::ofstream(router_.folder() + "/flood.sh")
+      << "for i in 1 2 3 4 5 6 7 8; do yes \"flood $i\" & done; wait\n";
+  ChildProcess up =
+      begin({"up", write(std::string("[[component]]\ncommand = \"sh flood.sh\"\n") + kOneChassis)});
+  expect_line(up, "lines are not shown: it prints more than 50 lines a second");
+  ASSERT_TRUE(eventually(
+      [&] {
+        return timsctl({"route", "get", "Chassis/0/0"}).code == 0;
+      },
+      "the component runs"));
+  EXPECT_THAT(run({"robot"}).out, HasSubstr("ChassisSim"));
+  ::kill(owner_of("Chassis(0/0)"), SIGKILL);
+  expect_line(up, "killed by signal 9: restart in 0.2 s");
+  expect_line(up, "Chassis(0/0) print: Init");
+  EXPECT_EQ(run({"down"}).code, 0);
+  EXPECT_EQ(finish(up).code, 0);
+}
+
+// As a terminal after Ctrl-S.
+TEST_F(TimsctlUpTest, AReaderThatHasStoppedStopsNothing) {
+  const std::string fifo = router_.folder() + "/fifo";
+  ASSERT_EQ(::mkfifo(fifo.c_str(), 0600), 0);
+  const os::File reader(::open(fifo.c_str(), O_RDWR | O_CLOEXEC));
+  std::ofstream(router_.folder() + "/flood.sh")
+      << "yes \"" << std::string(1000, 'x') << "\" | head -n 1000; exec sleep 1000\n";
+  const std::string file =
+      write(std::string("[[component]]\ncommand = \"sh flood.sh\"\n") + kOneChassis);
+  auto up = ChildProcess::start({"sh", "-c", "exec " TIMSCTL_PROGRAM " up " + file + " > " + fifo},
+                                options_);
+  ASSERT_TRUE(up) << up.error().message();
+  ASSERT_TRUE(eventually(
+      [&] {
+        return timsctl({"route", "get", "Chassis/0/0"}).code == 0;
+      },
+      "the component runs"));
+  const pid_t owner = owner_of("Chassis(0/0)");
+  int before = 0;
+  ASSERT_TRUE(eventually(
+      [&] {
+        int waiting = 0;
+        if (::ioctl(reader.get(), FIONREAD, &waiting) != 0) return false;
+        return std::exchange(before, waiting) == waiting && waiting > 10'000;
+      },
+      "the pipe is full"));
+  ::kill(owner, SIGKILL);
+  EXPECT_TRUE(eventually(
+      [&] {
+        return timsctl({"route", "get", "Chassis/0/0"}).code == 0 &&
+               owner_of("Chassis(0/0)") != owner;
+      },
+      "it is restarted"));
+  EXPECT_EQ(run({"down"}).code, 0);
+  EXPECT_TRUE(up->wait().ok());
+}
+
+TEST_F(TimsctlUpTest, DependentsStartQuietlyInAnyOrder) {
+  std::ofstream(router_.folder() + "/late.sh")
+      << "sleep 1; exec " << TIMS_PROGRAMS << "/ChassisSim --system=0\n";
+  ChildProcess up = begin({"up", write(R"(
+[[component]]
+program = "Position"
+parameters = { targetStatus = 1 }
+
+[[component]]
+program = "OdometryChassis"
+parameters = { targetStatus = 1 }
+
+[[component]]
+command = "sh late.sh"
+)")});
+  EXPECT_EQ(timsctl({"component", "status", "Position/0/0", "--wait"}).code, 0);
+  EXPECT_EQ(timsctl({"component", "status", "Odometry/0/0", "--wait"}).code, 0);
+  up.signal(SIGINT);
+  const Ran ran = finish(up);
+  EXPECT_THAT(ran.out, Not(HasSubstr("rror")));
+  EXPECT_THAT(ran.out, Not(HasSubstr("warning")));
+}
+
+// It may drive as soon as it is the active pilot; until then it fails again and again.
+TEST_F(TimsctlUpTest, ARefusedPilotIsReportedOnce) {
+  std::ifstream stream(std::string(TIMS_ROBOTS) + "/sim.toml");
+  std::string text(std::istreambuf_iterator<char>(stream), {});
+  const std::string pilot = "program = \"PilotWallFollowing\"";
+  const std::size_t at = text.find("parameters = {", text.find(pilot));
+  ASSERT_NE(at, std::string::npos);
+  text.insert(at + std::string_view("parameters = {").size(), " errorTimeout = 50, gdosLevel = 3,");
+  fs::copy_file(FLOOR_PLAN, router_.folder() + "/floor.dxf");
+  ChildProcess up = begin({"up", write(text), "--system", "3"});
+  expect_line(up, "programs are ready");
+  ASSERT_EQ(timsctl({"component", "on", "Chassis/3/0"}).code, 0);
+  ASSERT_EQ(timsctl({"component", "pilot", "Chassis/3/0", "Pilot/3/1"}).code, 0);
+  const Ran on = timsctl({"component", "on", "Pilot/3/1"});
+  ASSERT_EQ(on.code, 0) << on.err;
+  ASSERT_EQ(timsctl({"component", "pilot", "Chassis/3/0", "none"}).code, 0);
+  // At its level of information it repeats each failure.
+  for (int i = 0; i < 10; ++i) expect_line(up, "is not the active pilot");
+  up.signal(SIGINT);
+  std::istringstream lines(finish(up).out);
+  int warnings = 0;
+  for (std::string line; std::getline(lines, line);)
+    warnings += line.find("not the active pilot") != std::string::npos &&
+                        line.find(" info") == std::string::npos
+                    ? 1
+                    : 0;
+  EXPECT_LE(warnings, 4) << lines.str();
+}
+
+TEST_F(TimsctlUpTest, ACopyOfARunningRobotIsRefused) {
+  const std::string file = write(kOneChassis);
+  const std::string copy = router_.folder() + "/copy.toml";
+  fs::copy_file(file, copy);
+  ChildProcess up = begin({"up", file});
+  expect_line(up, "1 of 1 programs are ready");
+  const Ran ran = run({"up", copy});
+  EXPECT_EQ(ran.code, 5);
+  EXPECT_THAT(ran.err, HasSubstr("robot robot (" + file + ") already runs ChassisSim, system 0"));
+  EXPECT_THAT(ran.err, HasSubstr("`timsctl down robot` stops it"));
+  ChildProcess second = begin({"up", copy, "--system", "1"});
+  expect_line(second, "1 of 1 programs are ready");
 }
 
 TEST_F(TimsctlUpTest, ChangedParametersAreSavedInItsFile) {

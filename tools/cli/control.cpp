@@ -95,9 +95,10 @@ json::object Services::ask(std::string_view key, const json::object& question,
 
 void ControlServer::wait(std::vector<int> others, tims::Time deadline) const {
   others.push_back(listener_.get());
+  constexpr tims::Duration kWithoutDescriptors = std::chrono::milliseconds(100);
   const auto any = tims::os::any_of(others);
-  (void)signals_.wait(any ? any->get() : -1,
-                      deadline);  // if accept fails, try again at the deadline
+  if (!any) deadline = std::min(deadline, tims::os::deadline_after(kWithoutDescriptors));
+  (void)signals_.wait(any ? any->get() : -1, deadline);
 }
 
 void ControlServer::take_question(

@@ -1,20 +1,27 @@
 #include "tools/cli/service.h"
 
 #include <algorithm>
+#include <climits>
 #include <csignal>
+#include <filesystem>
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include "base/measure.h"
 #include "base/text.h"
 #include "os/clock.h"
+#include "os/wakeup.h"
 
 namespace timsctl {
 
 namespace {
+
+constexpr std::size_t kWaitingMax = 1 << 20;  // bytes of lines that nobody reads
 
 void speak_to(const std::string& log) {
   const tims::os::File file(::open(log.c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
@@ -132,21 +139,75 @@ Exit run_service(const Context& context, const std::string& log, std::string_vie
 EventLines::EventLines(Context& context, std::string_view schema, int subject_width)
     : context_(context), schema_(schema), subject_width_(subject_width), began_(tims::os::now()) {}
 
+EventLines::~EventLines() {
+  constexpr tims::Duration kPatience = std::chrono::milliseconds(500);
+  const tims::Time end = tims::os::deadline_after(kPatience);
+  try {
+    for (; !waiting_.empty() && tims::os::now() < end; flush())
+      (void)tims::os::is_ready(STDOUT_FILENO, POLLOUT, end);
+  } catch (const Interrupted&) {
+    waiting_.clear();  // the reader has closed it
+  }
+}
+
 void EventLines::begin() { began_ = tims::os::now(); }
 
 void EventLines::write_line(std::string_view event, std::string_view subject,
-                            std::string_view text) const {
+                            std::string_view text) {
+  if (context_.options.quiet && !context_.out.json()) return;
+  const std::string line = line_of(event, subject, text);
+  if (waiting_.size() + line.size() > kWaitingMax) {
+    ++dropped_;
+  } else {
+    waiting_ += line;
+  }
+  flush();
+}
+
+std::string EventLines::line_of(std::string_view event, std::string_view subject,
+                                std::string_view text) const {
   const double t = base::seconds(tims::os::now() - began_);
   if (context_.out.json())
-    return context_.out.write(json::object{{"schema", schema_},
-                                           {"time", base::rfc3339(tims::os::wall_now())},
-                                           {"t_s", t},
-                                           {"event", event},
-                                           {"subject", subject},
-                                           {"text", text}});
-  if (context_.options.quiet) return;
-  context_.out.write(fmt::format("{:8.2f} s  {:<{}} {}\n", t, subject, subject_width_,
-                                 base::printable_lines(text)));
+    return to_text(json::object{{"schema", schema_},
+                                {"time", base::rfc3339(tims::os::wall_now())},
+                                {"t_s", t},
+                                {"event", event},
+                                {"subject", subject},
+                                {"text", text}}) +
+           "\n";
+  return fmt::format("{:8.2f} s  {:<{}} {}\n", t, subject, subject_width_,
+                     base::printable_lines(text));
+}
+
+// A pipe or terminal that is ready takes so much without waiting.
+void EventLines::flush() {
+  std::size_t written = 0;
+  while (written < waiting_.size() && tims::os::is_ready(STDOUT_FILENO, POLLOUT, {})) {
+    const auto part = std::string_view(waiting_).substr(written, PIPE_BUF);
+    context_.out.write(part);
+    written += part.size();
+  }
+  waiting_.erase(0, written);
+  if (!waiting_.empty() || dropped_ == 0) return;
+  waiting_ = line_of("said", "timsctl",
+                     fmt::format("{} lines are lost: nobody has read the output", dropped_));
+  dropped_ = 0;
+}
+
+tims::Time EventLines::flush_at() const {
+  constexpr tims::Duration kPause = std::chrono::milliseconds(50);
+  return waiting_.empty() ? tims::kNever : tims::os::deadline_after(kPause);
+}
+
+void keep_log_short(const std::string& log, std::size_t bytes_max) {
+  struct stat here {};
+  struct stat there {};
+  if (::fstat(STDOUT_FILENO, &here) != 0 || ::stat(log.c_str(), &there) != 0) return;
+  if (here.st_ino != there.st_ino || here.st_dev != there.st_dev || !S_ISREG(here.st_mode)) return;
+  if (static_cast<std::size_t>(here.st_size) <= bytes_max) return;
+  std::error_code ignored;
+  std::filesystem::rename(log, log + ".1", ignored);
+  speak_to(log);
 }
 
 }  // namespace timsctl

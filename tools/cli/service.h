@@ -2,6 +2,7 @@
 // the background, and reporting events. Requests from another terminal: control.h.
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <span>
@@ -66,21 +67,41 @@ Exit run_service(const Context& context, const std::string& log, std::string_vie
 // --- Events of the supervised programs: time, subject and text, as one line or one JSON object
 // each
 
+// The lines are written as far as stdout takes them without waiting: a reader that has stopped must
+// not stop the supervision. Lines that find no room are counted.
 class EventLines {
  public:
   EventLines(Context& context, std::string_view schema, int subject_width);
+  // Waits a moment for a slow reader.
+  ~EventLines();
+  EventLines(const EventLines&) = delete;
+  EventLines& operator=(const EventLines&) = delete;
 
   // Sets the zero of the event times.
   void begin();
   [[nodiscard]] tims::Time began() const { return began_; }
 
-  void write_line(std::string_view event, std::string_view subject, std::string_view text) const;
+  // Throws Interrupted if the reader has closed stdout.
+  void write_line(std::string_view event, std::string_view subject, std::string_view text);
+  // Writes lines that are waiting. Call it at flush_at(); kNever: none are waiting.
+  void flush();
+  [[nodiscard]] tims::Time flush_at() const;
 
  private:
+  [[nodiscard]] std::string line_of(std::string_view event, std::string_view subject,
+                                    std::string_view text) const;
+
   Context& context_;
   std::string_view schema_;
   int subject_width_;
   tims::Time began_;
+  std::string waiting_;  // whole lines, the first perhaps without its beginning
+  std::uint64_t dropped_ = 0;
 };
+
+// If stdout is the log of a service in the background and longer than this: renames it to "LOG.1"
+// and begins a new one.
+inline constexpr std::size_t kLogMax = 8 << 20;
+void keep_log_short(const std::string& log, std::size_t bytes_max = kLogMax);
 
 }  // namespace timsctl

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <optional>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -13,6 +14,7 @@
 #include "tools/cli/failure.h"
 #include "tools/cli/program.h"
 #include "tools/cli/service.h"
+#include "tools/robot/copies.h"
 #include "tools/robot/supervisor.h"
 
 namespace timsctl {
@@ -86,6 +88,50 @@ UpRequest read_robot_file(const Context& context) {
   return request;
 }
 
+// Empty if the robot has just ended, or does not answer.
+json::object shown_by(const Context& context, const std::string& key) {
+  try {
+    return robot::robots().ask(key, {{"do", "show"}}, context.signals, context.options.timeout);
+  } catch (const Failure&) {
+    return {};
+  }
+}
+
+// The name of a running robot at the same router that has one of these components, and which.
+struct Running {
+  std::string key;
+  std::string file;
+  std::string component;
+};
+std::optional<Running> running_with(const Context& context, const UpRequest& request) {
+  std::vector<std::string> wanted;
+  for (const robot::Component& component : request.robot.components) {
+    if (component.host != request.deployment.host) continue;
+    if (auto known = robot::component_of(component.command)) wanted.push_back(std::move(*known));
+  }
+  for (const std::string& key : robot::robots().running()) {
+    const json::object shown = shown_by(context, key);
+    if (text_at(shown, "router") != request.deployment.router) continue;
+    for (const json::object& item : objects(items_of(shown)))
+      if (std::ranges::find(wanted, text_at(item, "component")) != wanted.end())
+        return Running{key, text_at(shown, "file"), text_at(item, "component")};
+  }
+  return std::nullopt;
+}
+
+// A copy of the file of a running robot, under another name, would start its components again.
+void refuse_copy(const Context& context, const UpRequest& request) {
+  const auto running = running_with(context, request);
+  const std::string own = robot::key_of(request.deployment.name, request.deployment.router);
+  if (!running || running->key == own) return;  // the same name is refused by Supervisor
+  throw Failure(Exit::kDenied, "robot_runs",
+                fmt::format("robot {}{} already runs {} at {}", name_of(running->key),
+                            running->file.empty() ? "" : fmt::format(" ({})", running->file),
+                            running->component, request.deployment.router),
+                fmt::format("`timsctl down {}` stops it; --system NUMBER starts a second robot",
+                            name_of(running->key)));
+}
+
 Exit run_robot(Context& context, const UpRequest& request, const std::function<void()>& ready) {
   robot::Supervisor supervisor(context, request.robot, request.deployment);
   supervisor.start();
@@ -114,6 +160,7 @@ void show_saved(Context& context, const std::string& name, const json::object& a
 Exit up(Context& context) {
   const UpRequest request = read_robot_file(context);
   const std::string& name = request.deployment.name;
+  refuse_copy(context, request);
   return run_service(
       context, robot::log_file(robot::key_of(name, request.deployment.router)),
       fmt::format("robot {} is up: `timsctl component list`", name),

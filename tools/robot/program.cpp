@@ -4,13 +4,14 @@
 #include <array>
 #include <cstring>
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
 #include <unistd.h>
 
+#include "os/service_manager.h"
+#include "os/socket.h"
 #include "tools/cli/failure.h"
 
 namespace timsctl::robot {
@@ -19,10 +20,15 @@ namespace {
 
 constexpr int kCannotExecute = 127;  // as in shells
 
-// Whether the component is on or, with "error: ...", tries to be.
-bool should_be_on(std::string_view status) { return status == "on" || status.starts_with("error"); }
+// Whether the component is on or, with "error: ..." and "waiting: ...", tries to be.
+bool should_be_on(std::string_view status) {
+  return status == "on" || status.starts_with("error") || status.starts_with("waiting");
+}
 
-constexpr std::size_t kTextMax = 1024;
+constexpr std::size_t kTextMax = 4096;  // the rest of a longer notification is ignored
+constexpr int kNotificationsPerTurn = 64;
+// More than the connection has room for: what a program has sent before its end.
+constexpr int kNotificationsAtEnd = 10'000;
 
 // The text after `name` at the start of a line.
 std::optional<std::string_view> value_of(std::string_view text, std::string_view name) {
@@ -50,6 +56,12 @@ void Program::start(tims::Time now) {
   if (should_be_on(status_)) launch.command.emplace_back("--targetStatus=1");
   tims::os::Pipe out = value_or_fail(tims::os::make_pipe(), "pipe");
   launch.out = out.write.get();
+  tims::os::RecordPair connection =
+      value_or_fail(tims::os::make_record_pair(), "connection for notifications");
+  launch.inherited = connection.other.get();
+  launch.environment.push_back(
+      fmt::format("{}={}", tims::os::ServiceManager::kConnectionVariable,
+                  tims::os::ServiceManager::connection_text(launch.inherited)));
   tims::os::Pipe in;
   if (!config_.input.empty()) {
     in = value_or_fail(tims::os::make_pipe(), "pipe");
@@ -60,8 +72,8 @@ void Program::start(tims::Time now) {
   }
   child_.start(launch);
   input_ = std::move(in.write);
-  previous_output_ = std::exchange(output_, {.pipe = std::move(out.read)});
-  ::fcntl(output_.pipe.get(), F_SETFL, O_NONBLOCK);
+  connection_ = std::move(connection.one);
+  previous_output_ = std::exchange(output_, ProgramOutput(std::move(out.read)));
   state_ = config_.notifies ? State::kStarting : State::kReady;
   status_.clear();
   started_ = now;
@@ -83,18 +95,44 @@ void Program::on_notification(std::string_view text) {
   }
 }
 
-std::vector<int> Program::descriptors() const {
+bool Program::take_notifications() { return take_notifications(kNotificationsPerTurn); }
+
+bool Program::take_notifications(int most) {
+  std::array<std::byte, kTextMax> text{};
+  for (int taken = 0; taken < most; ++taken) {
+    if (!connection_) return taken > 0;
+    const auto record = tims::os::receive_record(connection_.get(), text, false);
+    if (!record && record.error().code() == tims::Errc::kEmpty) return taken > 0;
+    if (!record || record->size == 0) {  // all processes that had it are gone
+      connection_.reset();
+    } else {
+      on_notification({reinterpret_cast<const char*>(text.data()), record->size});
+    }
+  }
+  return true;
+}
+
+std::vector<int> Program::descriptors(tims::Time now) const {
   std::vector<int> all;
   if (child_.runs()) all.push_back(child_.descriptor());
-  for (const Output* output : {&previous_output_, &output_})
-    if (output->pipe) all.push_back(output->pipe.get());
+  if (connection_) all.push_back(connection_.get());
+  for (const ProgramOutput* output : {&previous_output_, &output_})
+    if (const int pipe = output->descriptor(now); pipe >= 0) all.push_back(pipe);
   return all;
+}
+
+tims::Time Program::look_again_at(tims::Time now) const {
+  tims::Time next = gate_.report_at();
+  for (const ProgramOutput* output : {&previous_output_, &output_})
+    if (output->rests_until() > now) next = std::min(next, output->rests_until());
+  return next;
 }
 
 std::optional<Program::End> Program::ended(tims::Time now) {
   const auto status = child_.take_end();
   if (!status) return std::nullopt;
   input_.reset();
+  take_notifications(kNotificationsAtEnd);
   return end_with(*status, now, now - started_);
 }
 
@@ -109,24 +147,14 @@ Program::End Program::end_with(tims::os::ExitStatus status, tims::Time now, tims
   return end;
 }
 
-std::vector<std::string> Program::take_lines() {
+std::vector<std::string> Program::take_lines(tims::Time now) {
   std::vector<std::string> lines;
-  previous_output_.take_lines(lines);
-  output_.take_lines(lines);
+  previous_output_.read(now, gate_, lines);
+  output_.read(now, gate_, lines);
+  if (const auto held_back = gate_.take_report(now))
+    lines.push_back(fmt::format("{} lines are not shown: it prints more than {} lines a second",
+                                *held_back, kLinesPerSecond));
   return lines;
-}
-
-void Program::Output::take_lines(std::vector<std::string>& lines) {
-  std::array<char, 4096> text{};
-  ssize_t n = 0;
-  while (pipe && (n = ::read(pipe.get(), text.data(), text.size())) > 0) {
-    auto more = buffer.add({text.data(), static_cast<std::size_t>(n)});
-    lines.insert(lines.end(), std::make_move_iterator(more.begin()),
-                 std::make_move_iterator(more.end()));
-  }
-  if (!pipe || n < 0) return;
-  pipe.reset();  // all writers have closed it
-  if (std::string rest = buffer.take_rest(); !rest.empty()) lines.push_back(std::move(rest));
 }
 
 std::optional<tims::Duration> RestartPolicy::ended(int status, tims::Duration ran) {
@@ -136,15 +164,6 @@ std::optional<tims::Duration> RestartPolicy::ended(int status, tims::Duration ra
   const tims::Duration pause = pause_;
   pause_ = std::min(2 * pause_, kLongestPause);
   return pause;
-}
-
-std::vector<std::string> LineBuffer::add(std::string_view text) {
-  std::vector<std::string> lines;
-  for (const char c : text) {
-    if (c != '\n') rest_ += c;
-    if (c == '\n' || rest_.size() == kLineMax) lines.push_back(take_rest());
-  }
-  return lines;
 }
 
 StatusSocket::StatusSocket(std::string path)

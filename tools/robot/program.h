@@ -13,6 +13,7 @@
 #include "os/file.h"
 #include "tims/time.h"
 #include "tools/cli/service.h"
+#include "tools/robot/output.h"
 #include "tools/robot/robot_file.h"
 
 namespace timsctl::robot {
@@ -39,22 +40,8 @@ class RestartPolicy {
   tims::Duration pause_ = kFirstPause;
 };
 
-// --- Output of a program, line by line. Pure
-
-inline constexpr std::size_t kLineMax = 4096;  // a longer line is split
-
-class LineBuffer {
- public:
-  // Returns the completed lines without their terminators.
-  std::vector<std::string> add(std::string_view text);
-  // Returns the incomplete last line.
-  std::string take_rest() { return std::exchange(rest_, {}); }
-
- private:
-  std::string rest_;
-};
-
-// --- Status notifications, as services send them to systemd (sd_notify(3))
+// --- Status notifications, as services send them to systemd (sd_notify(3)). Components send them
+// over a connection of their own (os/service_manager.h); this socket is for other programs.
 
 class StatusSocket {
  public:
@@ -108,6 +95,7 @@ class Program {
   Program(std::string name, Launch launch, Config config);
 
   [[nodiscard]] const std::string& name() const { return name_; }
+  [[nodiscard]] const tims::os::Command& command() const { return launch_.command; }
   [[nodiscard]] State state() const { return state_; }
   [[nodiscard]] const std::string& status() const { return status_; }    // "on", "error: ..."
   [[nodiscard]] const std::string& address() const { return address_; }  // empty: unknown
@@ -119,9 +107,13 @@ class Program {
   // again, with the parameters that were set at run time.
   void start(tims::Time now);
   void on_notification(std::string_view text);  // received at the status socket
+  // Takes what has arrived over its connection, in bounded pieces. False: nothing.
+  bool take_notifications();
 
-  // Readable when there is output or the program has ended; none: neither can happen.
-  [[nodiscard]] std::vector<int> descriptors() const;
+  // Readable when there is output or a notification, or the program has ended.
+  [[nodiscard]] std::vector<int> descriptors(tims::Time now) const;
+  // When take_lines() is to be called even if no descriptor is readable; kNever: then only.
+  [[nodiscard]] tims::Time look_again_at(tims::Time now) const;
   struct End {
     tims::os::ExitStatus status;
     std::optional<tims::Duration> pause;  // until the restart
@@ -130,14 +122,15 @@ class Program {
   std::optional<End> ended(tims::Time now);
   // Handles a failed start like a program that ended at once.
   End could_not_start(tims::Time now);
-  // The output since the last call. A back-trace may follow the end of the program: a process that
-  // it has started writes it (components/runtime/crash.h).
-  std::vector<std::string> take_lines();
+  // The output since the last call, as far as it is no flood. A back-trace may follow the end of
+  // the program: a process that it has started writes it (components/runtime/crash.h).
+  std::vector<std::string> take_lines(tims::Time now);
   [[nodiscard]] tims::Time start_at() const { return start_at_; }  // kNever: no restart
   void stay_down() { start_at_ = tims::kNever; }
 
  private:
   End end_with(tims::os::ExitStatus status, tims::Time now, tims::Duration ran);
+  bool take_notifications(int most);
 
   std::string name_;
   Launch launch_;
@@ -146,14 +139,10 @@ class Program {
 
   Child child_;
   tims::os::File input_;
-  struct Output {
-    void take_lines(std::vector<std::string>& lines);
-
-    tims::os::File pipe;
-    LineBuffer buffer{};
-  };
-  Output output_;
-  Output previous_output_;  // of the process before the last restart
+  tims::os::File connection_;  // of its notifications
+  FloodGate gate_;
+  ProgramOutput output_;
+  ProgramOutput previous_output_;  // of the process before the last restart
   State state_ = State::kDown;
   std::string status_;
   std::string address_;

@@ -15,6 +15,7 @@
 #include "os/socket.h"
 #include "os/wakeup.h"
 #include "tools/cli/failure.h"
+#include "tools/robot/copies.h"
 
 namespace timsctl::robot {
 
@@ -65,12 +66,27 @@ using namespace std::chrono_literals;
 constexpr tims::Duration kStartPatience = 10s;  // the router may have to start first
 constexpr tims::Duration kEndPatience = 5s;
 
+constexpr std::size_t kStatusMax = 120;  // of 200 programs in one answer
+constexpr int kDatagramsPerTurn = 64;    // of programs that are no components
+
 // They come and go.
-std::vector<int> descriptors_of(const std::list<Program>& programs) {
+std::vector<int> descriptors_of(const std::list<Program>& programs, tims::Time now) {
   std::vector<int> all;
   for (const Program& program : programs)
-    for (const int descriptor : program.descriptors()) all.push_back(descriptor);
+    for (const int descriptor : program.descriptors(now)) all.push_back(descriptor);
   return all;
+}
+
+tims::Time look_again_at(const std::list<Program>& programs, tims::Time now) {
+  tims::Time next = tims::kNever;
+  for (const Program& program : programs) next = std::min(next, program.look_again_at(now));
+  return next;
+}
+
+// Whether the program, or one that it has started, has this process id.
+bool has_sent(const Program& program, pid_t sender) {
+  const auto pid = program.child().pid();
+  return pid && (*pid == sender || ::getpgid(sender) == *pid);
 }
 
 tims::os::File listen(const Deployment& deployment, const std::string& path) {
@@ -88,6 +104,14 @@ std::string search_path() {
   const std::string usual = tims::os::environment("PATH");
   const auto own = std::filesystem::path(tims::os::find_program("timsctl")).parent_path();
   return fmt::format("{}:{}", own.string(), usual.empty() ? "/usr/bin:/bin" : usual);
+}
+
+// Remarks that the programs of a robot make once in a run (components/runtime/robot_run.h).
+void forget_reports(const std::string& folder) {
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
+    if (entry.path().filename().string().starts_with("reported-"))
+      std::filesystem::remove(entry.path(), ignored);
 }
 
 // Whether the other end of the pipe is closed.
@@ -108,6 +132,7 @@ Supervisor::Supervisor(Context& context, const Robot& robot, const Deployment& d
       control_(listen(deployment, robots().control_socket(key_)), context.signals),
       status_(robots().folder_of(key_) + "/status.sock"),
       manager_(tims::os::ServiceManager::of_environment()) {
+  forget_reports(robots().folder_of(key_));
   for (std::size_t i = 0; i < robot.components.size(); ++i)
     if (robot.components[i].host == deployment.host) add(robot, i, deployment);
   if (deployment.host.empty())
@@ -126,9 +151,9 @@ Supervisor::~Supervisor() {
 
 void Supervisor::add(const Robot& robot, std::size_t number, const Deployment& deployment) {
   const Component& component = robot.components[number];
-  std::vector<std::string> environment{"TIMS_ROUTER=" + deployment.router,
-                                       "TIMS_HOST=", "NOTIFY_SOCKET=" + status_.path(),
-                                       "PATH=" + search_path()};
+  std::vector<std::string> environment{
+      "TIMS_ROUTER=" + deployment.router, "TIMS_HOST=", "NOTIFY_SOCKET=" + status_.path(),
+      "PATH=" + search_path(), "RACK_RUN=" + robots().folder_of(key_)};
   if (!robot.files.empty()) environment.push_back("RACK_FILES=" + robot.files);
   programs_.emplace_back(
       component.name,
@@ -203,26 +228,36 @@ tims::Time Supervisor::next_start() const {
 }
 
 void Supervisor::wait(tims::Time deadline, int input) {
-  std::vector<int> descriptors = descriptors_of(programs_);
+  const tims::Time now = tims::os::now();
+  std::vector<int> descriptors = descriptors_of(programs_, now);
   descriptors.insert(descriptors.end(), {status_.descriptor(), input});
+  deadline = std::min({deadline, look_again_at(programs_, now), events_.flush_at()});
   control_.wait(std::move(descriptors), deadline);
 }
 
+// In each turn, a bounded amount is read from every program.
 void Supervisor::look_after_programs() {
   control_.take_question([&](const json::object& question) {
     return text_at(question, "do") == "save" ? save(question) : report();
   });
   take_notifications();
   for (Program& program : programs_) look_after(program);
+  events_.flush();
+  if (context_.options.detach) keep_log_short(log_file(key_));
 }
 
 void Supervisor::look_after(Program& program) {
   const tims::Time now = tims::os::now();
+  if (program.take_notifications()) report_state(program);
   const auto end = program.ended(now);
-  for (const std::string& line : program.take_lines())
-    events_.write_line("said", program.name(), line);
+  write_lines(program, now);
   if (end) take_end(program, *end);
   if (program.start_at() <= now) start_again(program, now);
+}
+
+void Supervisor::write_lines(Program& program, tims::Time now) {
+  for (const std::string& line : program.take_lines(now))
+    events_.write_line("said", program.name(), line);
 }
 
 // A program that cannot be executed may just be being installed: it is tried again.
@@ -248,34 +283,42 @@ void Supervisor::take_end(Program& program, const Program::End& end) {
 }
 
 void Supervisor::take_notifications() {
-  while (const auto notification = status_.take()) {
-    const auto program = std::ranges::find(programs_, std::optional(notification->pid),
-                                           [](const Program& any) { return any.child().pid(); });
+  for (int taken = 0; taken < kDatagramsPerTurn; ++taken) {
+    const auto notification = status_.take();
+    if (!notification) return;
+    const auto program = std::ranges::find_if(
+        programs_, [&](const Program& any) { return has_sent(any, notification->pid); });
     if (program == programs_.end()) continue;
     program->on_notification(notification->text);
-    // The status is shown by `timsctl robot`.
-    if (!program->status().empty() && context_.out.json())
-      events_.write_line("state", program->name(), program->status());
+    report_state(*program);
   }
+}
+
+// The status is shown by `timsctl robot`.
+void Supervisor::report_state(const Program& program) {
+  if (!program.status().empty() && context_.out.json())
+    events_.write_line("state", program.name(), program.status());
 }
 
 json::object Supervisor::report() const {
   json::array items;
   for (const Program& program : programs_) {
-    json::object item{{"name", program.name()}, {"status", program.status()}};
+    json::object item{{"name", program.name()}, {"status", program.status().substr(0, kStatusMax)}};
     if (const auto pid = program.child().pid()) item["pid"] = *pid;
     if (!program.address().empty()) item["address"] = program.address();
+    if (const auto component = component_of(program.command())) item["component"] = *component;
     items.push_back(std::move(item));
   }
   return {{"schema", "tims/robot/1"},
           {"name", name_},
           {"router", router_},
+          {"file", source_.file},
           {"items", std::move(items)}};
 }
 
 // Saves all changed parameters, or only the named one, of the component at an address.
 json::object Supervisor::save(const json::object& question) {
-  take_notifications();  // the newest parameter values may be waiting
+  for (Program& any : programs_) (void)any.take_notifications();  // the newest parameter values
   const auto program =
       std::ranges::find(programs_, text_at(question, "address"), &Program::address);
   if (program == programs_.end() || !components_.contains(&*program))
@@ -296,10 +339,18 @@ void Supervisor::end_all() {
   std::vector<const Child*> children;
   for (const Program& program : programs_) children.push_back(&program.child());
   timsctl::end_all(children, SIGTERM, kEndPatience, [&](tims::Time deadline) {
-    const auto any = tims::os::any_of(descriptors_of(programs_));
-    (void)tims::os::is_readable(any ? any->get() : -1, deadline - tims::os::now());
+    const tims::Time now = tims::os::now();
+    const auto any = tims::os::any_of(descriptors_of(programs_, now));
+    deadline = std::min({deadline, look_again_at(programs_, now), events_.flush_at()});
+    (void)tims::os::is_readable(any ? any->get() : -1, deadline - now);
     for (Program& program : programs_) look_after(program);
+    events_.flush();
   });
+  // What is still in their pipes, which hold 64 KiB.
+  constexpr int kLastTurns = 5;
+  tims::Time now = tims::os::now();
+  for (int turn = 0; turn < kLastTurns; ++turn, now += kReadPause)
+    for (Program& program : programs_) write_lines(program, now);
 }
 
 }  // namespace timsctl::robot

@@ -62,9 +62,11 @@ class Supervisor {
   void wait(tims::Time deadline, int input = -1);
   void look_after_programs();
   void look_after(Program& program);
+  void write_lines(Program& program, tims::Time now);
   void start_again(Program& program, tims::Time now);
   void take_end(Program& program, const Program::End& end);
   void take_notifications();
+  void report_state(const Program& program);
   [[nodiscard]] json::object report() const;
   json::object save(const json::object& question);
   [[nodiscard]] std::vector<std::string> names(State state) const;

@@ -331,7 +331,8 @@ tims::Time Supervisor::next_deadline(tims::Time until) const {
 
 void Supervisor::serve(tims::Time until) {
   while (!control_.asked_to_end() && tims::os::now() < until) {
-    control_.wait(programs_.descriptors(), next_deadline(until));
+    control_.wait(programs_.descriptors(), std::min(next_deadline(until), events_.flush_at()));
+    events_.flush();
     look_after_programs();
     control_.take_question([&](const json::object& question) { return answer(question); });
     while (!schedule_.empty() && schedule_.begin()->first <= tims::os::now()) {

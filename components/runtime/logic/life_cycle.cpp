@@ -11,6 +11,7 @@ using tims::type::kOk;
 
 // A component that fails at once would otherwise use a whole processor, and flood the log.
 constexpr tims::Duration kRetryAtLeast = std::chrono::milliseconds(10);
+constexpr tims::Duration kLookForPartner = std::chrono::milliseconds(200);
 constexpr tims::Duration kRetryShortest = std::chrono::seconds(2);
 constexpr tims::Duration kRetryLongest = std::chrono::seconds(4);
 
@@ -23,21 +24,26 @@ LifeCycle::LifeCycle(std::optional<tims::Duration> error_retry, std::uint32_t se
 
 // --- commands
 
-std::optional<std::int8_t> LifeCycle::turn_on(tims::Time now, const tims::Header& request, By by) {
+std::optional<std::int8_t> LifeCycle::turn_on(tims::Time now, const tims::Header& request, By by,
+                                              bool may_wait) {
   if (by == By::kOperator) held_off_by_.reset();
   if (held_off_by_) return kError;
-  if (wants_on_ && state_ == State::kEnabled) return kOk;
-  if (request_ || (wants_on_ && state_ == State::kDisabled)) return kError;
+  if (wants_on_ && state_ == State::kEnabled && !must_turn_off_) return kOk;
+  const bool is_pending = !requests_.empty() || (wants_on_ && state_ == State::kDisabled);
+  if (is_pending && (!may_wait || requests_.size() >= kWaitingMax)) return kError;
   wants_on_ = true;
-  request_ = request;
+  by_operator_ = by_operator_ || by == By::kOperator;
+  requests_.push_back(request);
   retry_at_ = now;
   return std::nullopt;
 }
 
-std::optional<tims::Header> LifeCycle::turn_off(const tims::Header& request, By by) {
+std::vector<tims::Header> LifeCycle::turn_off(const tims::Header& request, By by) {
   wants_on_ = false;
+  by_operator_ = false;
+  must_turn_off_ = state_ == State::kEnabled;
   if (by == By::kOperator) held_off_by_ = request.src;
-  return std::exchange(request_, std::nullopt);
+  return std::exchange(requests_, {});
 }
 
 Status LifeCycle::status() const {
@@ -57,9 +63,9 @@ Status LifeCycle::status() const {
 LifeCycle::Step LifeCycle::next(tims::Time now) {
   switch (state_) {
     case State::kDisabled:
-      return wants_on_ ? Step::kTurnOn : Step::kWait;
+      return wants_on_ && now >= retry_at_ ? Step::kTurnOn : Step::kWait;
     case State::kEnabled:
-      return wants_on_ ? Step::kLoop : Step::kTurnOff;
+      return wants_on_ && !must_turn_off_ ? Step::kLoop : Step::kTurnOff;
     case State::kErrorWait:
       break;
   }
@@ -68,11 +74,19 @@ LifeCycle::Step LifeCycle::next(tims::Time now) {
 }
 
 tims::Time LifeCycle::wait_until() const {
-  return state_ == State::kErrorWait ? retry_at_ : tims::kNever;
+  const bool tries_again = state_ == State::kErrorWait || (state_ == State::kDisabled && wants_on_);
+  return tries_again ? retry_at_ : tims::kNever;
 }
 
-LifeCycle::Change LifeCycle::turned_on(tims::Time now, bool success) {
-  if (!success) {
+LifeCycle::Change LifeCycle::turned_on(tims::Time now, Turned result) {
+  const bool waits =
+      result == Turned::kPartnerIsMissing && wants_on_ && !by_operator_ && now < partners_until_;
+  if (waits) {
+    state_ = State::kDisabled;
+    retry_at_ = now + kLookForPartner;
+    return {.kind = Change::Kind::kWaits};
+  }
+  if (result != Turned::kOn) {
     fail(now);
     return change(Change::Kind::kCannotTurnOn, kError);
   }
@@ -81,19 +95,21 @@ LifeCycle::Change LifeCycle::turned_on(tims::Time now, bool success) {
 }
 
 LifeCycle::Change LifeCycle::looped(tims::Time now, bool success) {
+  if (must_turn_off_ || (!success && !wants_on_)) return success ? Change{} : turned_off();
   if (success) return change(Change::Kind::kNone, kOk);
-  if (!wants_on_) return turned_off();
   fail(now);
   return change(Change::Kind::kError, kError);
 }
 
 LifeCycle::Change LifeCycle::turned_off() {
   state_ = State::kDisabled;
+  must_turn_off_ = false;
   return {.kind = Change::Kind::kOff};
 }
 
 LifeCycle::Change LifeCycle::change(Change::Kind kind, std::int8_t answer) {
-  return {.kind = kind, .request = std::exchange(request_, std::nullopt), .answer = answer};
+  by_operator_ = false;
+  return {.kind = kind, .requests = std::exchange(requests_, {}), .answer = answer};
 }
 
 void LifeCycle::fail(tims::Time now) {

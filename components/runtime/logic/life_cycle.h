@@ -4,8 +4,14 @@
 // ON and OFF set the target state at any time. The steps follow in order: the component is turned
 // on, loops, is turned off. A failing step puts it into the error state; it is tried again after
 // some seconds, until it succeeds or is turned off. ON is answered when the component is on, or
-// could not be turned on; OFF immediately. Unlike in the original, an operator's OFF holds:
-// components that need this one do not turn it on again.
+// could not be turned on; OFF immediately.
+//
+// Unlike in the original:
+//   - An operator's OFF holds: components that need this one do not turn it on again.
+//   - OFF is always carried out, also if ON follows at once.
+//   - Several requests of ON may wait for the same result, if their senders know that.
+//   - In the first seconds of a program, a partner that does not exist yet is waited for: the
+//     programs of a robot start in any order.
 //
 // Pure. The command task passes commands, the data task requests steps and reports their results;
 // the module's mutex serialises the calls (module.cpp).
@@ -14,6 +20,7 @@
 #include <cstdint>
 #include <optional>
 #include <random>
+#include <vector>
 
 #include "rack/proxies/generic.h"
 #include "tims/message.h"
@@ -32,12 +39,18 @@ class LifeCycle {
   enum class By : std::uint8_t { kOperator, kComponent };
   // ON. Returns the type of an immediate answer; nothing: the data task answers `request` when the
   // component is on, or could not be turned on. After an error it is tried immediately. kError: an
-  // earlier ON is in progress, or an operator has turned it off and another component requests ON.
-  std::optional<std::int8_t> turn_on(tims::Time now, const tims::Header& request, By by);
-  void turn_on() { wants_on_ = true; }  // without an answer
-  // OFF is always answered kOk immediately; an operator's OFF also holds. Returns the request of a
-  // pending ON, which is to be answered kError.
-  std::optional<tims::Header> turn_off(const tims::Header& request, By by);
+  // operator has turned it off and another component requests ON; or an earlier ON is in progress,
+  // and the sender is a program of the original, which does not wait for that (`may_wait`).
+  std::optional<std::int8_t> turn_on(tims::Time now, const tims::Header& request, By by,
+                                     bool may_wait = false);
+  // At the start of the program, without an answer.
+  void turn_on() { wants_on_ = true; }
+  // Until then, a missing partner is waited for.
+  void wait_for_partners(tims::Time until) { partners_until_ = until; }
+  static constexpr std::size_t kWaitingMax = 32;  // requests of ON
+  // OFF is always answered kOk immediately; an operator's OFF also holds. Returns the requests of
+  // pending ON, which are to be answered kError.
+  std::vector<tims::Header> turn_off(const tims::Header& request, By by);
   // Restores the OFF of the operator's program `by` from before a crash.
   void hold_off(tims::Address by) { held_off_by_ = by; }
   // The operator's program whose OFF holds, if any.
@@ -63,14 +76,16 @@ class LifeCycle {
       kOn,
       kOff,
       kCannotTurnOn,  // clean up with module_off
+      kWaits,         // for a partner: clean up with module_off
       kError,         // failed while on: clean up with module_off
     };
     Kind kind = Kind::kNone;
-    // A pending ON, and the answer to it.
-    std::optional<tims::Header> request{};
+    // Requests of ON, and the answer to them.
+    std::vector<tims::Header> requests{};
     std::int8_t answer = tims::type::kOk;
   };
-  Change turned_on(tims::Time now, bool success);
+  enum class Turned : std::uint8_t { kOn, kFailed, kPartnerIsMissing };
+  Change turned_on(tims::Time now, Turned result);
   Change looped(tims::Time now, bool success);
   Change turned_off();
 
@@ -84,8 +99,11 @@ class LifeCycle {
   std::minstd_rand random_;
   State state_ = State::kDisabled;
   bool wants_on_ = false;
+  bool must_turn_off_ = false;  // an OFF has not been carried out yet
+  bool by_operator_ = false;    // an operator waits for the answer to ON
   tims::Time retry_at_{};
-  std::optional<tims::Header> request_;  // pending ON
+  tims::Time partners_until_{};
+  std::vector<tims::Header> requests_;  // pending ON
   std::optional<tims::Address> held_off_by_;
 };
 

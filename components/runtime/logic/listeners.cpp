@@ -7,12 +7,12 @@ namespace rack {
 Listeners::Listeners(std::size_t max) : max_(max) { listeners_.reserve(max); }
 
 Listeners::Added Listeners::add(const tims::Header& request, tims::Address mailbox,
-                                std::uint32_t reduction) {
-  return add({mailbox, request.priority, request.seq_nr, reduction, false});
+                                std::uint32_t reduction, tims::Time now) {
+  return add({mailbox, request.priority, request.seq_nr, reduction, false, now});
 }
 
-Listeners::Added Listeners::add_once(const tims::Header& request) {
-  return add({request.src, request.priority, request.seq_nr, 1, true});
+Listeners::Added Listeners::add_once(const tims::Header& request, tims::Time now) {
+  return add({request.src, request.priority, request.seq_nr, 1, true, now});
 }
 
 Listeners::Added Listeners::add(const Listener& wanted) {
@@ -24,6 +24,7 @@ Listeners::Added Listeners::add(const Listener& wanted) {
   }
   known->reduction = wanted.reduction;
   known->once = wanted.once;
+  known->requested = wanted.requested;
   // The answer to GET_NEXT_DATA is identified by its sequence number.
   if (wanted.once) {
     known->priority = wanted.priority;
@@ -34,6 +35,12 @@ Listeners::Added Listeners::add(const Listener& wanted) {
 
 bool Listeners::remove(tims::Address mailbox) {
   return std::erase_if(listeners_, [&](const Listener& l) { return l.mailbox == mailbox; }) > 0;
+}
+
+bool Listeners::remove_gone(tims::Address mailbox, tims::Time now) {
+  return std::erase_if(listeners_, [&](const Listener& l) {
+           return l.mailbox == mailbox && now - l.requested >= kReportMayBeOld;
+         }) > 0;
 }
 
 void Listeners::clear() {

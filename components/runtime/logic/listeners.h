@@ -6,12 +6,14 @@
 // (GET_NEXT_DATA). All listeners with the same n get the same data sets. Pure.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
 
 #include "tims/message.h"
+#include "tims/time.h"
 
 namespace rack {
 
@@ -21,6 +23,7 @@ struct Listener {
   std::uint8_t seq_nr = 0;
   std::uint32_t reduction = 1;  // every n-th data set
   bool once = false;            // one data set only
+  tims::Time requested{};       // last
 };
 
 class Listeners {
@@ -29,11 +32,16 @@ class Listeners {
 
   enum class Added : std::uint8_t { kNew, kAgain, kFull };
   // GET_CONT_DATA. `granted` is the period in ms; the reduction follows from it.
-  Added add(const tims::Header& request, tims::Address mailbox, std::uint32_t reduction);
+  Added add(const tims::Header& request, tims::Address mailbox, std::uint32_t reduction,
+            tims::Time now = {});
   // GET_NEXT_DATA: the sender gets the next data set.
-  Added add_once(const tims::Header& request);
+  Added add_once(const tims::Header& request, tims::Time now = {});
   // False: it was not a listener.
   bool remove(tims::Address mailbox);
+  // A router reports that the mailbox does not exist. The report may be older than the last
+  // request, for example of a program that was restarted; if so, it is repeated after later data.
+  static constexpr tims::Duration kReportMayBeOld = std::chrono::seconds(1);
+  bool remove_gone(tims::Address mailbox, tims::Time now);
   void clear();  // also resets the count
 
   // Counts a data set, and writes its receivers to `to`, which has room for max() listeners.

@@ -83,6 +83,17 @@ TEST_F(ListenersTest, NoMoreThanMax) {
   EXPECT_EQ(listeners.add(request(tims::Address(3)), tims::Address(3), 1), Added::kNew);
 }
 
+TEST_F(ListenersTest, AnOldReportDoesNotRemoveANewSubscription) {
+  constexpr tims::Time kAsked{std::chrono::seconds(100)};
+  constexpr auto kOld = Listeners::kReportMayBeOld;
+  (void)listeners.add(request(kFirst), kFirst, 1, kAsked - kOld);
+  (void)listeners.add(request(kFirst), kFirst, 1, kAsked);
+  EXPECT_FALSE(listeners.remove_gone(kFirst, kAsked + kOld - std::chrono::nanoseconds(1)));
+  EXPECT_EQ(listeners.all().size(), 1U);
+  EXPECT_TRUE(listeners.remove_gone(kFirst, kAsked + kOld));
+  EXPECT_FALSE(listeners.remove_gone(kFirst, kAsked + kOld));
+}
+
 TEST_F(ListenersTest, CountFromZeroAfterClearing) {
   (void)listeners.take_due(due);
   listeners.clear();
