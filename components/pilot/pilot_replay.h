@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "components/pilot/path_driver.h"
-#include "components/recordings/capture.h"
+#include "rack/devices/capture.h"
 
 namespace rack::pilot {
 

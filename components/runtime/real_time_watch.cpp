@@ -16,8 +16,8 @@
 #include <unistd.h>
 
 #include "components/runtime/backtrace.h"
-#include "components/runtime/thread.h"
 #include "os/environment.h"
+#include "rack/thread.h"
 
 namespace rack {
 

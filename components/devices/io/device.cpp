@@ -1,4 +1,4 @@
-#include "components/devices/io/device.h"
+#include "rack/devices/device.h"
 
 #include <algorithm>
 #include <array>
@@ -7,10 +7,12 @@
 
 #include <poll.h>
 
-#include "components/devices/core/replay.h"
+#include "components/devices/io/guard.h"
 #include "components/devices/io/transports.h"
+#include "components/files/capture_file.h"
 #include "os/clock.h"
 #include "os/file.h"
+#include "rack/devices/replay.h"
 
 namespace rack::device {
 
@@ -107,6 +109,11 @@ Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options, Dialo
   auto device = with(std::move(*transport), std::move(capture), dialogue, std::move(take));
   device->guard_ = std::move(guard);
   return device;
+}
+
+std::unique_ptr<Device> Device::with(std::unique_ptr<Transport> transport, Dialogue& dialogue,
+                                     Take take) {
+  return with(std::move(transport), nullptr, dialogue, std::move(take));
 }
 
 std::unique_ptr<Device> Device::with(std::unique_ptr<Transport> transport,
