@@ -75,6 +75,7 @@ bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
   if (walls != nullptr)
     if (const auto refined = matcher_.refined(*walls, scan, estimate_)) estimate_ = *refined;
   rivals_.widen(estimate_);
+  if (found_ && !settled_) estimate_.share = std::min(estimate_.share, kBelieved);
   const bool may_have_jumped = moved || !settled_ || field.blocked(expected, beams_) > kPushed;
   filter_.resample(field, beams_,
                    {.anywhere = has_to_search(field, moved), .nearby = may_have_jumped});

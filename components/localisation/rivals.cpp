@@ -15,9 +15,8 @@ constexpr double kDrawsLeast = 20'000;
 constexpr double kDrawsMost = 400'000;  // a search takes some 50 ms
 constexpr std::size_t kBest = 400;      // draws from which the search climbs
 
-constexpr double kSimilar = 0.05;  // difference of fits of poses that one scan does not tell apart
-constexpr double kBlocked = 0.03;  // of the beams, more than from the settled pose
-constexpr double kDecided = 4;     // evidence: odds of 50 to 1
+constexpr double kSimilar = 0.05;     // difference of scores that one scan does not decide
+constexpr double kDecided = 4;        // evidence: odds of 50 to 1
 constexpr double kRemembered = 0.97;  // of the evidence, at the next scan
 constexpr double kSamePlace = 1000;   // mm
 constexpr double kSameHeading = kPi / 6;
@@ -39,11 +38,11 @@ struct Climber {
 Climber climbed(const LikelihoodField& field, const Beams& beams, const Pose& from) {
   constexpr std::array<double, 4> kSteps = {120, 60, 30, 15};  // mm
   constexpr double kTurnPerStep = 0.0005;                      // rad for each mm
-  constexpr int kRounds = 4;
+  constexpr int kRoundsOfStep = 4;
   Climber climber{from, field.fit(from, beams)};
   for (const double step : kSteps) {
     bool higher = true;
-    for (int round = 0; round < kRounds && higher; ++round) {
+    for (int round = 0; round < kRoundsOfStep && higher; ++round) {
       higher = false;
       for (const double by : {-step, step}) {
         const Pose& at = climber.pose;
@@ -55,6 +54,11 @@ Climber climbed(const LikelihoodField& field, const Beams& beams, const Pose& fr
     }
   }
   return climber;
+}
+
+// A beam through a wall is worse than one that only does not fit.
+double score(const LikelihoodField& field, const Beams& beams, const Climber& climber) {
+  return climber.fit - field.blocked(climber.pose, beams);
 }
 
 bool is_same(const Pose& a, const Pose& b) {
@@ -75,16 +79,15 @@ void Rivals::search(const LikelihoodField& field, const Beams& beams, const Pose
   if (beams.empty()) return;
   draw(field, beams, random);
   const Climber here = climbed(field, beams, settled);
-  const double blocked = field.blocked(here.pose, beams) + kBlocked;
+  const double to_reach = score(field, beams, here) - kSimilar;
   std::ranges::sort(best_, std::ranges::greater{}, &Draw::sum);
   for (const Draw& draw : best_) {
     const Pose from{.x = draw.x, .y = draw.y, .rho = draw.rho};
     if (rivals_.size() == kMost) return;
     if (is_known(from, here.pose)) continue;
     const Climber there = climbed(field, beams, from);
-    if (there.fit < here.fit - kSimilar || is_known(there.pose, here.pose)) continue;
-    if (field.blocked(there.pose, beams) > blocked) continue;
-    rivals_.push_back({there.pose, sharpness_ * (there.fit - here.fit)});
+    if (there.fit < to_reach || is_known(there.pose, here.pose)) continue;
+    if (score(field, beams, there) >= to_reach) rivals_.push_back({there.pose});
   }
 }
 
@@ -115,12 +118,12 @@ std::optional<Pose> Rivals::take(const LikelihoodField& field, const Beams& beam
                                  const Pose& settled) {
   if (rivals_.empty() || beams.empty()) return std::nullopt;
   const Climber here = climbed(field, beams, settled);
-  const double blocked = field.blocked(here.pose, beams) + kBlocked;
+  const double score_here = score(field, beams, here);
   for (Rival& rival : rivals_) {
     const Climber there = climbed(field, beams, rival.pose + step);
     rival.pose = there.pose;
-    rival.evidence = kRemembered * rival.evidence + sharpness_ * (there.fit - here.fit);
-    if (field.blocked(there.pose, beams) > blocked) rival.evidence = -kDecided;
+    const double better = score(field, beams, there) - score_here;
+    rival.evidence = kRemembered * rival.evidence + sharpness_ * better;
   }
   std::erase_if(rivals_, [&](const Rival& rival) {
     return rival.evidence <= -kDecided || is_same(rival.pose, here.pose);

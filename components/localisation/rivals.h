@@ -6,10 +6,9 @@
 // searched once for other poses from which the scan fits nearly as well. Each of these rivals moves
 // with the odometry and climbs to where the next scan fits best. The evidence for it changes with
 // each scan by the difference between its fit and that of the settled pose, as the weights of the
-// filter do, and is forgotten slowly, so that the noise of fits does not add up to a decision. A
-// rival with strong evidence against it is dropped, also one from which beams would have passed
-// through walls; one with strong evidence for it takes over. As long as there are rivals, the pose
-// is unknown.
+// filter do (beams through walls count against a pose), and is forgotten slowly, so that the noise
+// of fits does not add up to a decision. A rival with strong evidence against it is dropped; one
+// with strong evidence for it takes over. As long as there are rivals, the pose is unknown.
 #pragma once
 
 #include <cstdint>

@@ -28,9 +28,10 @@ DxfDrawing building(bool has_box) {
   wall(-6, 3.5, -4, 3.5);
   wall(0.8, -0.5, 0.8, 0.5);
   if (has_box) {
-    drawing.lines.push_back({{-6, -5}, {-5.2, -5}});
-    drawing.lines.push_back({{-5.2, -5}, {-5.2, -6}});
-    drawing.lines.push_back({{-5.2, -6}, {-6, -6}});
+    drawing.lines.push_back({{-1, -6}, {1, -6}});
+    drawing.lines.push_back({{-1, -5.2}, {1, -5.2}});
+    drawing.lines.push_back({{-1, -6}, {-1, -5.2}});
+    drawing.lines.push_back({{1, -6}, {1, -5.2}});
   }
   return drawing;
 }
@@ -118,7 +119,6 @@ TEST(Rivals, KeepASymmetricBuildingUncertainForEver) {
     localiser.start_anywhere();
     const Drive drive = run(world, localiser, 2000);  // 100 m
     EXPECT_EQ(drive.sure, 0) << seed;
-    EXPECT_GE(localiser.rivals().count(), 1U) << seed;
   }
 }
 
