@@ -108,7 +108,8 @@ class RobotFilesTest : public RobotTest {
           const auto now = position.get_data();
           if (!now) return now.error().message();
           if (!from) from = now->pos;
-          const double gone = std::hypot(now->pos.x.raw() - from->x.raw(), now->pos.y.raw() - from->y.raw());
+          const double gone =
+              std::hypot(now->pos.x.raw() - from->x.raw(), now->pos.y.raw() - from->y.raw());
           return gone > 150 ? "" : robot.file + " has moved by " + std::to_string(gone) + " mm";
         },
         kDrive);

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "rack/devices/capture.h"
 #include "rack/devices/conversation.h"
 #include "rack/devices/transport.h"
 
