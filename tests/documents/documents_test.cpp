@@ -92,7 +92,9 @@ std::map<std::string, Reader> readers() {
              "[router]\nrole = \"system\"\nsystem = 1\n[security]\ninsecure = true\n"
              "[fleet]\nname = \"harbour\"\n";
          return texts_of(
-             config::load({{{"router.toml", fleet + text}}, {}, {.name = "robot1"}}).problems);
+             config::load(
+                 {{{"router.toml", fleet + text}}, {}, {.name = "robot1", .environment = {}}})
+                 .problems);
        }},
       {"proxies/README.md",
        [](const std::string& text) {

@@ -23,7 +23,8 @@ using tims::Result;
 namespace {
 
 // Opens a serial line, or the CAN bus behind an adapter on it.
-Result<std::unique_ptr<Transport>> open_line(const DeviceAddress& address, std::uint32_t baud) {
+Result<std::unique_ptr<Transport>> open_serial_line(const DeviceAddress& address,
+                                                    std::uint32_t baud) {
   constexpr std::uint32_t kBaud = 115200;
   const std::uint32_t bit_rate = address.can_bit_rate();
   const std::uint32_t rate = baud == 0 ? kBaud : baud;
@@ -59,7 +60,7 @@ Result<std::unique_ptr<Transport>> open_transport(const DeviceAddress& address, 
   switch (address.kind) {
     case TransportKind::kSerial:
     case TransportKind::kPty:
-      return open_line(address, baud);
+      return open_serial_line(address, baud);
     case TransportKind::kTcp:
       return open_tcp(address);
     case TransportKind::kUdp:
