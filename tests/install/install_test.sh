@@ -14,6 +14,13 @@ fail() { echo "$*" >&2; exit 1; }
 expect() { [[ -e $1 ]] || fail "not installed: $1"; }
 expect_line() { grep -qE "$2" "$1" || fail "$1 has no line $2"; }
 
+# What `tools/dev build` builds is all that is installed.
+ninja -C "$build" -t commands programs | tr ' ' '\n' | grep -E '^(bin|lib)/' | sort -u >"$work/built"
+find "$build" -name cmake_install.cmake -exec grep -hoE "\"$build/(bin|lib)/[^\";]+\"" {} + |
+  sed "s|\"||g; s|$build/||" | grep -v tims_router_tcp | sort -u >"$work/wanted"
+(($(wc -l <"$work/wanted") > 50)) || fail "only $(wc -l <"$work/wanted") files of the build are installed"
+if comm -13 "$work/built" "$work/wanted" | grep .; then fail "the target programs does not build these"; fi
+
 # Runs a program without a router: it must report that, and not depend on the build tree.
 run() {
   local output
