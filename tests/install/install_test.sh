@@ -132,7 +132,8 @@ read -ra flags <<<"$(pkg-config --cflags --libs rack)"
 g++ -std=c++20 "$prefix/share/rack/template/thermometer_test.cpp" "${flags[@]}" -o "$work/kit"
 "$work/kit"
 read -ra device_flags <<<"$(pkg-config --cflags --libs rack-devices)"
-g++ -std=c++20 "$prefix/share/rack/driver/heading_emulator.cpp" "${device_flags[@]}" -o "$work/emulator"
+g++ -std=c++20 -Wall -Wextra -Werror "$here/outside/devices.cpp" "${device_flags[@]}" -o "$work/devices"
+"$work/devices"
 # The examples need nothing else.
 for example in "$here"/../../components/examples/*.cpp; do
   g++ -std=c++20 "$example" "${flags[@]}" -o "$work/example" || fail "$example cannot be built with the kit"
