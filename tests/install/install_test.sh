@@ -124,7 +124,7 @@ for library in librack:RACK_0.2 librack-devices:RACK_DEVICES_0.2; do
   nm -D --defined-only --with-symbol-versions "$libdir/${library%:*}.so" >"$work/symbols"
   grep -q "${library#*:}" "$work/symbols" || fail "$library has no symbol versions"
   if c++filt <"$work/symbols" |
-    grep -E '(rack::(Unwinder|LifeCycle|RealTimeWatch|Listeners|device::(CaptureFile|Guard|StreamTransport))|tims::os)\b'; then
+    grep -E ' [A-Z] (vtable for |typeinfo for )?(rack::(Unwinder|LifeCycle|RealTimeWatch|Listeners|device::(CaptureFile|Guard|StreamTransport))|tims::os)\b'; then
     fail "$library exports symbols that are not public"
   fi
 done
