@@ -213,7 +213,7 @@ class Drive {
     const tims::Time end = context_.run_end();
     DriveWatch watch(status().recordingTime, begin, context_.options.patience.value_or(kPatience));
     for (;;) {
-      this->watch(kWatchdog);
+      renew_watchdog(kWatchdog);
       context_.signals.sleep_until(tims::os::deadline_after(kLookEvery));
       const tims::Time now = tims::os::now();
       const rack::PilotStatusData seen = status();
@@ -235,7 +235,7 @@ class Drive {
   }
 
   // Pilots that do not have it drive on without it.
-  void watch(rack::Milliseconds<rack::u32> timeout) {
+  void renew_watchdog(rack::Milliseconds<rack::u32> timeout) {
     const tims::Time now = tims::os::now();
     if (timeout != 0 && now < next_watch_) return;
     next_watch_ = now + kWatchEvery;
@@ -339,7 +339,7 @@ class Drive {
               "use the emergency stop");
       return context_.out.note(robot_.name(pilot_) + " is off, the robot stops");
     }
-    watch(0);
+    renew_watchdog(0);
     const tims::Time deadline = tims::os::deadline_after(kNavGotoStopPatience);
     bool stands = false;
     while (!stands && tims::os::now() < deadline) {
