@@ -99,7 +99,7 @@ std::string_view name(DriveState state) {
 
 DriveState DriveWatch::take(const rack::PilotStatusData& status, tims::Time now) {
   const DriveState state = judge(status, now);
-  if (state == DriveState::kDriving || state == DriveState::kTurning) moved_ = now;
+  if (state == DriveState::kDriving || state == DriveState::kTurning || idle_since_) moved_ = now;
   return !is_end(state) && now - moved_ >= patience_ ? DriveState::kBlocked : state;
 }
 
