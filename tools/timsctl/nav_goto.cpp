@@ -280,8 +280,8 @@ class Drive {
     if (!scan_) return "the pilot is stopped";
     const auto scan = robot_.data<rack::Scan2dData>(*scan_);
     if (!scan) return robot_.name(*scan_) + " has no scan";
-    const auto ahead = free_ahead(*scan, hull_);
-    return ahead ? fmt::format("an obstacle is {:.2f} m ahead", *ahead) : "the lane ahead is free";
+    const std::string obstacle = obstacle_text(*scan, hull_);
+    return obstacle.empty() ? fmt::format("no obstacle is within {} m", kNearby) : obstacle;
   }
 
   Exit finish(DriveState state, const rack::PilotStatusData& status, double seconds) {
