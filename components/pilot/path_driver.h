@@ -151,7 +151,7 @@ class PathDriver {
   std::vector<DestinationPoint> destinations_;
   bool awaits_next_ = false;  // a path to the first of them was requested
   milliseconds refused_{0};   // time since the refusal
-  bool is_held_ = false;  // by HOLD
+  bool is_held_ = false;      // by HOLD
   milliseconds hold_left_{0};
   milliseconds watchdog_{0};       // 0: nobody monitors the drive
   milliseconds watchdog_left_{0};  // of it
