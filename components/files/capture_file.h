@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "components/files/log_file.h"
-#include "components/recordings/capture.h"
+#include "rack/devices/capture.h"
 
 namespace rack::device {
 

@@ -1,6 +1,6 @@
 // Replays the recording of a pilot (PilotPath --record=FILE) and repeats its decisions. Pure.
 //
-// The recording is a capture like those of devices (components/recordings/capture.h): the messages
+// The recording is a capture like those of devices (rack/devices/capture.h): the messages
 // that the pilot received and the commands that it sent, in the order of processing. Time comes
 // from the recorded cycles, so that the decisions are reproduced bit for bit, as fast as possible
 // and on any day. The first difference is kept, together with the inputs of that decision. A
@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "components/pilot/path_driver.h"
-#include "components/recordings/capture.h"
+#include "rack/devices/capture.h"
 
 namespace rack::pilot {
 

@@ -1,4 +1,4 @@
-#include "components/recordings/capture.h"
+#include "rack/devices/capture.h"
 
 #include <algorithm>
 #include <array>

@@ -17,8 +17,8 @@
 
 #include "components/runtime/backtrace.h"
 #include "components/runtime/robot_run.h"
-#include "components/runtime/thread.h"
 #include "os/environment.h"
+#include "rack/thread.h"
 
 namespace rack {
 

@@ -1,4 +1,4 @@
-#include "components/runtime/thread.h"
+#include "rack/thread.h"
 
 #include <array>
 #include <cerrno>

@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 
 #include "components/pictures/jpeg.h"
-#include "components/recordings/capture.h"
 #include "components/vision/person_place.h"
 #include "components/vision/rendered_people.h"
+#include "rack/devices/capture.h"
 
 namespace rack::vision {
 namespace people_finder_test {

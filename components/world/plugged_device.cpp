@@ -18,7 +18,7 @@ struct Nobody final : Output {
 tims::Result<void> PluggedDevice::open() {
   auto line = open_line(address_, baud_);
   if (!line) return line.error();
-  device_ = Device::with(std::move(*line), nullptr, *emulator_);
+  device_ = Device::with(std::move(*line), *emulator_);
   return {};
 }
 

@@ -6,7 +6,7 @@
 #include <optional>
 #include <string>
 
-#include "components/devices/io/device.h"
+#include "rack/devices/device.h"
 
 namespace rack::device {
 

@@ -11,11 +11,11 @@
 #include "components/devices/chassis/p2os.h"
 #include "components/devices/chassis/pioneer.h"
 #include "components/devices/chassis/servo_axis.h"
-#include "components/devices/core/virtual_line.h"
 #include "components/devices/positioning/cmps03.h"
 #include "components/devices/positioning/nmea_receiver.h"
 #include "components/devices/positioning/xsens.h"
 #include "components/devices/scanners/lms200.h"
+#include "rack/devices/virtual_line.h"
 
 namespace rack::device {
 namespace senses_test {

@@ -9,7 +9,6 @@
 #include "components/devices/chassis/pioneer.h"
 #include "components/devices/chassis/roomba_robot.h"
 #include "components/devices/chassis/rover.h"
-#include "components/devices/core/virtual_line.h"
 #include "components/devices/pins/io_board.h"
 #include "components/devices/positioning/cmps03.h"
 #include "components/devices/positioning/cmps03_emulator.h"
@@ -32,7 +31,8 @@
 #include "components/devices/scanners/sick_cola_emulator.h"
 #include "components/devices/scanners/sick_compact_emulator.h"
 #include "components/devices/scanners/sick_s_emulator.h"
-#include "components/recordings/capture.h"
+#include "rack/devices/capture.h"
+#include "rack/devices/virtual_line.h"
 
 namespace tims::bench {
 namespace {

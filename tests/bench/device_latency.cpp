@@ -10,12 +10,12 @@
 #include <poll.h>
 #include <unistd.h>
 
-#include "components/devices/core/device_clock.h"
-#include "components/devices/io/device.h"
 #include "components/devices/io/line.h"
 #include "components/devices/scanners/lms200_emulator.h"
 #include "components/devices/scanners/sick_cola_emulator.h"
 #include "libtims/os/clock.h"
+#include "rack/devices/device.h"
+#include "rack/devices/device_clock.h"
 #include "rack/proxies/ladar.h"
 #include "tests/bench/launch.h"
 #include "tests/bench/metrics.h"
@@ -373,7 +373,7 @@ bool play_device(const Plan& plan) {
   if (!address) return complain(address.error());
   auto line = device::open_line(*address, kBaud);
   if (!line) return complain(line.error());
-  const auto connected = device::Device::with(std::move(*line), nullptr, device);
+  const auto connected = device::Device::with(std::move(*line), device);
   std::puts("sends");
   std::fflush(stdout);
   for (;;)

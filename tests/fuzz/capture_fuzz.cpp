@@ -4,9 +4,9 @@
 #include <span>
 #include <string>
 
-#include "components/devices/core/device_address.h"
 #include "components/devices/core/packet.h"
 #include "components/recordings/capture_statistics.h"
+#include "rack/devices/device_address.h"
 #include "tests/fuzz/fuzz_input.h"
 
 namespace {

@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # install_test.sh BUILD: installs with a temporary prefix and checks that all files are below it and
 # contain the right paths; then installs into a folder that is moved, and builds a small project with
-# it: with find_package and with pkg-config, shared and static, in C++ and in C. Finally the template
-# of a component (share/rack/template) is built, tested, installed, and run with the installed
-# programs, which must know its messages.
+# it: with find_package and with pkg-config, shared and static, in C++ and in C. Finally the tutorial and "Writing
+# a driver" are followed with it: the templates of a component and of a driver (share/rack) are built, tested,
+# installed, and run with the installed programs, which must know their messages.
 set -euo pipefail
 build=$1
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -13,6 +13,13 @@ trap 'rm -rf "$work"' EXIT
 fail() { echo "$*" >&2; exit 1; }
 expect() { [[ -e $1 ]] || fail "not installed: $1"; }
 expect_line() { grep -qE "$2" "$1" || fail "$1 has no line $2"; }
+
+# What `tools/dev build` builds is all that is installed.
+ninja -C "$build" -t commands programs | tr ' ' '\n' | grep -E '^(bin|lib)/' | sort -u >"$work/built"
+find "$build" -name cmake_install.cmake -exec grep -hoE "\"$build/(bin|lib)/[^\";]+\"" {} + |
+  sed "s|\"||g; s|$build/||" | grep -v tims_router_tcp | sort -u >"$work/wanted"
+(($(wc -l <"$work/wanted") > 50)) || fail "only $(wc -l <"$work/wanted") files of the build are installed"
+if comm -13 "$work/built" "$work/wanted" | grep .; then fail "the target programs does not build these"; fi
 
 # Runs a program without a router: it must report that, and not depend on the build tree.
 run() {
@@ -81,7 +88,8 @@ mv "$work/staged/usr" "$prefix"
 grep -rlF "$build" "$prefix/lib" "$prefix/include" --include='*.cmake' --include='*.pc' \
   --include='*.h' && { echo "an installed file contains a path of the build tree" >&2; exit 1; }
 for header in tims.h tims/session.h tims/mailbox.h rack/module.h rack/data_module.h rack/partner.h rack/input.h \
-  rack/codec/codec.h rack/proxies/chassis.h; do expect "$prefix/include/$header"; done
+  rack/codec/codec.h rack/proxies/chassis.h rack/thread.h rack/priority_mutex.h rack/devices/driver.h \
+  rack/devices/device.h rack/devices/dialogue.h rack/devices/emulator.h; do expect "$prefix/include/$header"; done
 
 libdir=$(dirname "$(find "$prefix" -name libtims.so)")
 export LD_LIBRARY_PATH=$libdir
@@ -112,14 +120,20 @@ while read -r header; do
     fail "$header cannot be included alone"
 done < <(cd "$prefix/include" && find rack -name '*.h')
 if grep -rnE '#include <(fmt|toml)' "$prefix/include" | grep -v '<fmt/core.h>'; then fail "heavy headers in public ones"; fi
-nm -D --defined-only --with-symbol-versions "$libdir/librack.so" >"$work/symbols"
-grep -q 'RACK_0.2' "$work/symbols" || fail "librack.so has no symbol versions"
-if c++filt <"$work/symbols" | grep -E 'rack::(Unwinder|LifeCycle|RealTimeWatch|Listeners)\b'; then
-  fail "librack.so exports symbols that are not public"
-fi
+for library in librack:RACK_0.2 librack-devices:RACK_DEVICES_0.2; do
+  nm -D --defined-only --with-symbol-versions "$libdir/${library%:*}.so" >"$work/symbols"
+  grep -q "${library#*:}" "$work/symbols" || fail "$library has no symbol versions"
+  if c++filt <"$work/symbols" |
+    grep -E ' [A-Z] (vtable for |typeinfo for )?(rack::(Unwinder|LifeCycle|RealTimeWatch|Listeners|device::(CaptureFile|Guard|StreamTransport))|tims::os)\b'; then
+    fail "$library exports symbols that are not public"
+  fi
+done
 read -ra flags <<<"$(pkg-config --cflags --libs rack)"
 g++ -std=c++20 "$prefix/share/rack/template/thermometer_test.cpp" "${flags[@]}" -o "$work/kit"
 "$work/kit"
+read -ra device_flags <<<"$(pkg-config --cflags --libs rack-devices)"
+g++ -std=c++20 -Wall -Wextra -Werror "$here/outside/devices.cpp" "${device_flags[@]}" -o "$work/devices"
+"$work/devices"
 # The examples need nothing else.
 for example in "$here"/../../components/examples/*.cpp; do
   g++ -std=c++20 "$example" "${flags[@]}" -o "$work/example" || fail "$example cannot be built with the kit"
@@ -136,13 +150,25 @@ for call in '"{} of {}", 1' '"{:d}", "text"' '"{:x}", from'; do
   if log_call "$call"; then fail "a wrong log text compiles: $call"; fi
 done
 
-cp -r "$prefix/share/rack/template" "$work/component"
-{
-  cmake -S "$work/component" -B "$work/component/build" -DCMAKE_PREFIX_PATH="$prefix"
-  cmake --build "$work/component/build"
-  ctest --test-dir "$work/component/build"
-  cmake --install "$work/component/build" --prefix "$prefix"
-} >"$work/component.log" 2>&1 || { cat "$work/component.log"; exit 1; }
+# The tutorial and "Writing a driver", word by word, with this installation as /usr/local: the first installs the
+# component of the template.
+follow() { "$here/../documents/follow" "$here/../documents/$1.toml" --build "$build" --usr-local "$prefix"; }
+status=0
+follow tutorial || status=$?
+if ((status == 77)); then
+  for template in template driver; do
+    cp -r "$prefix/share/rack/$template" "$work/$template"
+    {
+      cmake -S "$work/$template" -B "$work/$template/build" -DCMAKE_PREFIX_PATH="$prefix"
+      cmake --build "$work/$template/build"
+      ctest --test-dir "$work/$template/build"
+      cmake --install "$work/$template/build" --prefix "$prefix"
+    } >"$work/component.log" 2>&1 || { cat "$work/component.log"; exit 1; }
+  done
+else
+  ((status == 0)) || fail "docs/tutorial.md does not work"
+  follow driver || fail "docs/writing-a-driver.md does not work"
+fi
 expect "$prefix/share/rack/messages/thermometer.json"
 expect "$prefix/lib/systemd/system/thermometer.service"
 

@@ -17,9 +17,9 @@
 #include <unistd.h>
 
 #include "components/devices/core/video_frame.h"
-#include "components/devices/io/transport.h"
 #include "os/clock.h"
 #include "os/environment.h"
+#include "rack/devices/transport.h"
 #include "tests/support/eventually.h"
 #include "tests/support/patience.h"
 #include "tests/support/temporary_folder.h"

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "components/devices/core/video_frame.h"
-#include "components/recordings/capture.h"
+#include "rack/devices/capture.h"
 #include "rack/proxies/camera.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/system/modules_fixture.h"

@@ -4,7 +4,7 @@
 #include <fstream>
 
 #include "components/devices/camera/picture.h"
-#include "components/recordings/capture.h"
+#include "rack/devices/capture.h"
 #include "rack/proxies/camera.h"
 #include "tests/support/eventually.h"
 #include "tests/system/modules_fixture.h"

@@ -15,12 +15,12 @@
 #include <gmock/gmock.h>
 #include <sys/socket.h>
 
-#include "components/devices/io/device.h"
 #include "components/devices/io/line.h"
 #include "components/devices/scanners/cola_scan.h"
 #include "components/devices/scanners/hokuyo_emulator.h"
-#include "components/recordings/capture.h"
 #include "os/clock.h"
+#include "rack/devices/capture.h"
+#include "rack/devices/device.h"
 #include "rack/proxies/camera.h"
 #include "rack/proxies/gps.h"
 #include "rack/proxies/ladar.h"
@@ -398,7 +398,7 @@ class MeasuredHokuyo {
       : scanner_({.parameters = fast(), .scans = std::move(scans)}) {
     auto line = device::open_line(*device::DeviceAddress::parse(address), 0);
     EXPECT_TRUE(line) << line.error().message();
-    device_ = device::Device::with(std::move(*line), nullptr, scanner_);
+    device_ = device::Device::with(std::move(*line), scanner_);
     thread_ = std::jthread([this](const std::stop_token& stop) {
       while (!stop.stop_requested()) (void)device_->wait(os::now() + 20ms);
     });

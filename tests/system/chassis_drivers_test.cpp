@@ -11,9 +11,9 @@
 #include "components/devices/chassis/pioneer.h"
 #include "components/devices/chassis/roomba_robot.h"
 #include "components/devices/chassis/rover.h"
-#include "components/devices/io/device.h"
 #include "os/clock.h"
 #include "os/wakeup.h"
+#include "rack/devices/device.h"
 #include "rack/proxies/gps.h"
 #include "rack/proxies/ptz_drive.h"
 #include "rack/proxies/servo_drive.h"
@@ -35,7 +35,7 @@ class EmulatedRobot {
       : robot_(std::move(robot)), ended_(std::move(*os::make_event_fd())) {
     auto line = device::open_transport(*device::DeviceAddress::parse("pty:" + address), 115200);
     EXPECT_TRUE(line) << line.error().message();
-    device_ = device::Device::with(std::move(*line), nullptr, *robot_);
+    device_ = device::Device::with(std::move(*line), *robot_);
     thread_ = std::jthread([this, stands = std::move(stands)](const std::stop_token& stop) {
       while (!stop.stop_requested()) {
         const auto waited = device_->wait(tims::kNever, ended_.get());

@@ -10,10 +10,10 @@
 #include <gmock/gmock.h>
 
 #include "base/text.h"
-#include "components/devices/io/device.h"
 #include "components/devices/io/line.h"
 #include "components/devices/scanners/lms200.h"
 #include "os/clock.h"
+#include "rack/devices/device.h"
 #include "rack/proxies/gps.h"
 #include "rack/proxies/ladar.h"
 #include "tests/support/eventually.h"
@@ -127,7 +127,7 @@ class PluggedIn {
       : scanner_(habits) {
     auto line = open_line(*DeviceAddress::parse("pty:" + path), habits.at_once == 1 ? 9600 : 0);
     EXPECT_TRUE(line) << line.error().message();
-    device_ = Device::with(std::move(*line), nullptr, scanner_);
+    device_ = Device::with(std::move(*line), scanner_);
     thread_ = std::thread([this] {
       while (!ends_) EXPECT_TRUE(device_->wait(os::now() + 20ms));
     });

@@ -9,10 +9,10 @@
 #include <poll.h>
 
 #include "components/devices/chassis/odrive.h"
-#include "components/devices/core/stream_buffer.h"
-#include "components/devices/io/transport.h"
-#include "components/recordings/capture.h"
 #include "os/clock.h"
+#include "rack/devices/capture.h"
+#include "rack/devices/stream_buffer.h"
+#include "rack/devices/transport.h"
 #include "rack/proxies/chassis.h"
 #include "rack/proxies/joystick.h"
 #include "tests/support/eventually.h"

@@ -1,23 +1,16 @@
 // The simulated robot drives along walls, autonomously and by joystick, and recovers from a crash
 // of its odometry.
-#include <array>
 #include <cmath>
-#include <cstring>
 #include <ctime>
 #include <fstream>
 #include <functional>
 #include <iterator>
-#include <utility>
-
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "components/geometry/floor_map.h"
-#include "os/file.h"
 #include "rack/proxies/clock.h"
 #include "rack/proxies/scan2d.h"
 #include "tests/system/robot_fixture.h"
+#include "tests/system/stick_pipe.h"
 
 namespace tims::test {
 namespace robot_test {
@@ -187,33 +180,9 @@ TEST_F(DrivingTest, APositionIsKept) {
   EXPECT_EQ(zone->valueInt, 55) << "of the first place that was converted";
 }
 
-// A joystick device controlled by the test.
-class Stick {
- public:
-  explicit Stick(const std::string& path) {
-    EXPECT_EQ(::mkfifo(path.c_str(), 0600), 0);
-    pipe_ = os::File(::open(path.c_str(), O_RDWR | O_CLOEXEC));  // does not wait for the reader
-  }
-  void push(std::int16_t forward) {
-    constexpr std::byte kAxis{2};
-    constexpr std::byte kForward{1};
-    if (std::exchange(forward_, forward) == forward) return;
-    const std::int16_t value = static_cast<std::int16_t>(-forward);
-    std::array<std::byte, 8> event{};
-    std::memcpy(&event[4], &value, sizeof value);
-    event[6] = kAxis;
-    event[7] = kForward;
-    EXPECT_EQ(::write(pipe_.get(), event.data(), event.size()), 8);
-  }
-
- private:
-  os::File pipe_;
-  std::int16_t forward_ = 0;
-};
-
 TEST_F(DrivingTest, ByJoystick) {
   const std::string device = router_.folder() + "/js0";
-  Stick stick(device);
+  StickPipe stick(device);
   start_robot();
   start("Joystick", {"--device", device, "--periodTime", "20"});
   start("PilotJoystick", {"--scan2dInst", "0", "--mode", "1", "--maxSpeed", "700"});

@@ -1,4 +1,5 @@
 // timsctl nav: shows the position of a simulated robot, and sends it to destinations.
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 
@@ -115,6 +116,34 @@ TEST_F(TimsctlNavTest, DrivesToADestinationOnTheMap) {
   const Ran sent = nav({"goto", "0", "0", "--no-wait"});
   EXPECT_EQ(sent.code, 0) << sent.err;
   EXPECT_THAT(sent.out, HasSubstr("sent to x 0.00 m, y 0.00 m"));
+}
+
+// A robot file names "floor.dxf", and its components run in the folder of the file.
+TEST_F(TimsctlNavTest, DrawsTheMapOfARobotThatRunsInAnotherFolder) {
+  namespace fs = std::filesystem;
+  const TemporaryFolder robot;
+  const fs::path map = robot.path() / "floor.dxf";
+  fs::copy_file(FLOOR_PLAN, map);
+  ChildOptions options = at_router();
+  options.folder = robot.path();
+  auto planner = ChildProcess::start({TIMS_PROGRAMS "/PathRDDF", "--mapFile=floor.dxf"}, options);
+  ASSERT_TRUE(planner && planner->wait_for_line("Init"));
+  const fs::path picture = robot.path() / "map.svg";
+  const Ran drawn = nav({"map", "show", "--plot", picture});
+  EXPECT_EQ(drawn.code, 0) << drawn.err;
+  EXPECT_THAT(drawn.out, HasSubstr("floor.dxf"));
+  std::ifstream file(picture);
+  const std::string svg((std::istreambuf_iterator<char>(file)), {});
+  EXPECT_THAT(svg, HasSubstr(">map</text>"));
+
+  // A picture without the map is not what was requested.
+  fs::remove(map);
+  fs::remove(picture);
+  const Ran gone = nav({"map", "show", "--plot", picture});
+  EXPECT_EQ(gone.code, 1);
+  EXPECT_THAT(gone.err, HasSubstr("map.svg was not written: no map of robot 0"));
+  EXPECT_THAT(gone.err, HasSubstr(map.string()));
+  EXPECT_FALSE(fs::exists(picture));
 }
 
 TEST_F(TimsctlNavTest, CtrlCAndTheTimeoutStopIt) {

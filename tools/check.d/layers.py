@@ -9,12 +9,17 @@ TABLE = "tools/check.d/layers.md"
 ROW = re.compile(r"^\| `([^`]+)`( ★)? \|[^|]*\| ([^|]+) \|$", re.MULTILINE)
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.MULTILINE)
 # Public headers lie apart, as they are installed; each belongs to the layer of its sources.
-RACK = "proxies/include/", "components/runtime/include/"
+RACK = "proxies/include/", "components/runtime/include/", "components/devices/include/"
 SEARCH = ("", "libtims/", "libtims/include/", *RACK)
 LAYER_OF_HEADERS = {"proxies/include/rack/codec": "proxies/codec", "proxies/include": "proxies",
                     "components/runtime/include/rack/parameters.h": "components/runtime/logic",
                     "components/runtime/include/rack/data_history.h": "components/runtime/logic",
-                    "components/runtime/include": "components/runtime"}
+                    "components/runtime/include": "components/runtime",
+                    "components/devices/include/rack/devices/capture.h": "components/recordings",
+                    **{f"components/devices/include/rack/devices/{name}.h": "components/devices/io"
+                       for name in ("device", "emulator", "recording", "transport", "wakeup")},
+                    "components/devices/include/rack/devices/driver.h": "components/devices/drivers",
+                    "components/devices/include": "components/devices/core"}
 # Those of libtims are values that everybody may use, except those that speak to the system.
 PUBLIC = "libtims/include/"
 PUBLIC_OF_CLIENT = ("libtims/include/tims.h", "libtims/include/tims/session.h",

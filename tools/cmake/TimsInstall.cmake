@@ -96,7 +96,8 @@ function(tims_install_host)
     list(TRANSFORM files PREPEND ${CMAKE_INSTALL_BINDIR}/)
     list(TRANSFORM own PREPEND ${CMAKE_INSTALL_LIBEXECDIR}/tims/)
     install(CODE "set(files ${common}/$<TARGET_FILE_NAME:tims_common> ${pictures} ${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:tims_shared>
-      ${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:rack_shared> ${own} ${files})")
+      ${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:rack_shared>
+      ${CMAKE_INSTALL_LIBDIR}/$<TARGET_FILE_NAME:rack_devices_shared> ${own} ${files})")
     install(SCRIPT ${CMAKE_SOURCE_DIR}/tools/cmake/install_debug_files.cmake)
   endif()
   list(TRANSFORM programs PREPEND ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/)

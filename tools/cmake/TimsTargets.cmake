@@ -160,6 +160,11 @@ endfunction()
 function(tims_program_groups)
   get_property(programs GLOBAL PROPERTY TIMS_PROGRAMS)
   add_custom_target(programs DEPENDS ${programs})
+  foreach(library tims_shared tims_static rack_shared rack_devices_shared)
+    if(TARGET ${library})
+      add_dependencies(programs ${library})
+    endif()
+  endforeach()
 
   set(robots ${CMAKE_SOURCE_DIR}/deploy/robots)
   programs_named_in(started ${robots}/sim.toml ${robots}/emulated.toml ${robots}/dora-base.toml

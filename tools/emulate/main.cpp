@@ -1,14 +1,10 @@
 // rack-emulate: emulates a device at the end of a line.
-#include <csignal>
 #include <cstdio>
 
 #include <fmt/core.h>
-#include <unistd.h>
 
 #include "components/devices/emulators/emulators.h"
-#include "components/devices/io/device.h"
-#include "components/devices/io/line.h"
-#include "os/clock.h"
+#include "rack/devices/emulator.h"
 #include "tools/cli/argument_parser.h"
 
 namespace rack::device {
@@ -17,16 +13,11 @@ namespace {
 using timsctl::Exit;
 using timsctl::Failure;
 
-volatile std::sig_atomic_t asked_to_end = 0;  // written only by the signal handler
-
-void on_signal(int) { asked_to_end = 1; }
-
-// Returns the value, or throws a Failure.
+// Throws a Failure if there is an error.
 template <typename T>
-T well(tims::Result<T> result, Exit exit = Exit::kNo) {
+void check(const tims::Result<T>& result, Exit exit = Exit::kNo) {
   if (!result)
     throw Failure(exit, std::string(tims::name(result.error().code())), result.error().message());
-  return std::move(result).value();
 }
 
 Exit list() {
@@ -39,24 +30,13 @@ Exit emulate(const std::string& name, const std::string& where, const std::strin
   const EmulatorInfo* const info = find_emulator(name);
   if (info == nullptr)
     throw timsctl::usage_error("no emulator " + name, "rack-emulate --list shows all");
-  const auto address =
-      well(DeviceAddress::parse(where.empty() ? info->address : where), Exit::kUsage);
-  auto line = well(open_line(address, info->baud));
-  std::unique_ptr<CaptureFile> capture;
-  if (!record.empty())
-    capture = well(CaptureFile::create(record, address.to_string(), tims::os::now()));
-  struct sigaction action {};
-  action.sa_handler = on_signal;
-  ::sigaction(SIGINT, &action, nullptr);
-  ::sigaction(SIGTERM, &action, nullptr);
+  const auto address = DeviceAddress::parse(where.empty() ? info->address : where);
+  check(address, Exit::kUsage);
   const auto emulator = info->make({});
-  const auto device = Device::with(std::move(line), std::move(capture), *emulator);
-  fmt::print("{} at {}, for driver {}\n", info->device, address.to_string(), info->driver);
-  std::fflush(stdout);
-  constexpr Duration kLook = std::chrono::milliseconds(500);
-  while (asked_to_end == 0)
-    if (auto waited = device->wait(tims::os::now() + kLook); !waited)
-      throw Failure(Exit::kNo, "no_device", waited.error().message());
+  check(rack::device::emulate(*address, info->baud, record, *emulator, [&] {
+    fmt::print("{} at {}, for driver {}\n", info->device, address->to_string(), info->driver);
+    std::fflush(stdout);
+  }));
   return Exit::kDone;
 }
 

@@ -237,11 +237,13 @@ Exit nav_path(Context& context) {
   };
   const Exit shown = show(context, ask, draw);
   if (context.options.plot.empty()) return shown;
-  rack::plot::Picture picture = picture_of(robot);
+  RobotPicture made = picture_of(robot);
   if (!data.splines.empty())
-    picture.trajectories.push_back(rack::plot::trajectory_of(splines_of(data), "path"));
-  write_picture(context.options.plot, picture);
-  return shown;
+    made.picture.trajectories.push_back(rack::plot::trajectory_of(splines_of(data), "path"));
+  write_picture(context.options.plot, made.picture);
+  for (const std::string& why : made.missing_maps)
+    context.out.note(context.options.plot + " has no map: " + why);
+  return made.missing_maps.empty() ? shown : Exit::kNo;
 }
 
 // --- map
@@ -302,14 +304,18 @@ Exit map_show(Context& context, NavRobot& robot) {
   json::array items;
   for (const MapUser& user : users) items.push_back(user_json(robot, user));
   const Exit shown = show_list(context, "tims/nav_map/1", std::move(items), kMaps);
-  if (!context.options.plot.empty()) {
-    rack::plot::Picture picture = picture_of(robot);
-    if (!picture.map)
-      context.out.note(robot.title() +
-                       " uses a map that is not available here: no GridMap or FeatureMap is "
-                       "on, and the file is on another host");
-    write_picture(context.options.plot, picture);
+  if (context.options.plot.empty()) return shown;
+  const RobotPicture made = picture_of(robot);
+  if (!made.picture.map) {
+    std::string why;
+    for (const std::string& missing : made.missing_maps) why += "; " + missing;
+    throw Failure(Exit::kNo, "no_map",
+                  context.options.plot + " was not written: no map of " + robot.title() +
+                      " is available here" + why,
+                  "turn a GridMap or FeatureMap on, or give components the absolute path of a "
+                  "map on this host");
   }
+  write_picture(context.options.plot, made.picture);
   return shown;
 }
 

@@ -72,22 +72,41 @@ void print_remarks(const std::vector<std::string>& remarks) {
 }
 
 // Reads the file like the component does.
-std::optional<GridMap> map_from_file(const rack::ParameterList& parameters) {
+std::optional<GridMap> map_from_file(NavRobot& robot, tims::Address component,
+                                     std::vector<std::string>& missing) {
+  const rack::ParameterList parameters = robot.client().parameters(component);
   const auto file = text_of(parameters, "mapFile");
-  std::error_code error;
-  if (!file || file->empty() || !std::filesystem::exists(*file, error)) return std::nullopt;
-  auto map = rack::navigation::load_map(*file,
+  if (!file || file->empty()) return std::nullopt;
+  const auto path = robot.path_of(component, *file);
+  if (!path) {
+    missing.push_back(path.error().detail());
+    return std::nullopt;
+  }
+  auto map = rack::navigation::load_map(path->string(),
                                         {.scale = number_of(parameters, "mapScaleFactor", 1000),
                                          .offset_x = number_of(parameters, "mapOffsetX", 0),
                                          .offset_y = number_of(parameters, "mapOffsetY", 0),
                                          .layers = text_of(parameters, "mapLayers").value_or("")},
                                         number_of(parameters, "mapResolution", kDrawnCell));
   if (!map) {
-    fmt::print(stderr, "{}\n", map.error().detail());
+    missing.push_back(map.error().detail());
     return std::nullopt;
   }
   print_remarks(map->remarks);
   return std::move(map->map);
+}
+
+std::optional<GridMap> map_of(NavRobot& robot, std::vector<std::string>& missing) {
+  for (const std::uint32_t class_id : {id::kMcl, id::kGridMap, id::kPath})
+    for (const tims::Address component : robot.all(class_id))
+      if (auto map = map_from_file(robot, component, missing)) return map;
+  for (const tims::Address component : robot.all(id::kGridMap))
+    if (const auto data = robot.data<rack::GridMapData>(component))
+      if (auto map = rack::localisation::read_map(*data)) return std::move(*map);
+  for (const tims::Address component : robot.all(id::kFeatureMap))
+    if (const auto data = robot.data<rack::FeatureMapData>(component))
+      if (auto map = rack::localisation::read_map(*data, kDrawnCell)) return std::move(*map);
+  return std::nullopt;
 }
 
 // In the unit of the plan, or else in metres.
@@ -107,22 +126,11 @@ void write_picture(const std::string& file, const Picture& picture) {
   write_text(file, file.ends_with(".svg") ? rack::plot::to_svg(picture) : png_of(file, picture));
 }
 
-std::optional<GridMap> map_of(NavRobot& robot) {
-  for (const std::uint32_t class_id : {id::kMcl, id::kGridMap, id::kPath})
-    for (const tims::Address component : robot.all(class_id))
-      if (auto map = map_from_file(robot.client().parameters(component))) return map;
-  for (const tims::Address component : robot.all(id::kGridMap))
-    if (const auto data = robot.data<rack::GridMapData>(component))
-      if (auto map = rack::localisation::read_map(*data)) return std::move(*map);
-  for (const tims::Address component : robot.all(id::kFeatureMap))
-    if (const auto data = robot.data<rack::FeatureMapData>(component))
-      if (auto map = rack::localisation::read_map(*data, kDrawnCell)) return std::move(*map);
-  return std::nullopt;
-}
-
-Picture picture_of(NavRobot& robot) {
-  Picture picture;
-  picture.map = map_of(robot);
+RobotPicture picture_of(NavRobot& robot) {
+  RobotPicture made;
+  Picture& picture = made.picture;
+  picture.map = map_of(robot, made.missing_maps);
+  if (picture.map) made.missing_maps.clear();
   if (const auto mcl = robot.first(id::kMcl))
     if (const auto data = robot.data<rack::MclData>(*mcl))
       for (const rack::MclDataPoint& point : data->points)
@@ -131,7 +139,7 @@ Picture picture_of(NavRobot& robot) {
   if (const auto position = robot.first(id::kPosition))
     if (const auto data = robot.data<rack::PositionData>(*position))
       picture.marks.push_back({robot.title(), rack::Pose::of(data->pos)});
-  return picture;
+  return made;
 }
 
 Exit nav_plot(Context& context) {

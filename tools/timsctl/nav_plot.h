@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "tools/plot/picture.h"
 #include "tools/timsctl/nav_robot.h"
@@ -12,11 +13,13 @@ namespace timsctl {
 // Writes .svg, or .png by OpenCV, which is loaded then. Throws Failure.
 void write_picture(const std::string& file, const rack::plot::Picture& picture);
 
-// The map of a robot: from its file if that is on this host, else from its GridMap or FeatureMap.
-// Empty if there is no map or it is not available here.
-std::optional<rack::localisation::GridMap> map_of(NavRobot& robot);
-
-// The map, the pose of the robot and the samples of its localisation.
-rack::plot::Picture picture_of(NavRobot& robot);
+struct RobotPicture {
+  rack::plot::Picture picture{};  // the map, the pose of the robot, the samples of its localisation
+  // If there is no map: why those that the robot names are not available here; empty: it names
+  // none.
+  std::vector<std::string> missing_maps{};
+};
+// The map is that of a file if it is on this host, else that of its GridMap or FeatureMap.
+RobotPicture picture_of(NavRobot& robot);
 
 }  // namespace timsctl

@@ -51,7 +51,8 @@ double age_s(rack::TimeStamp recorded) {
 }
 
 NavRobot::NavRobot(Context& context, std::string wanted)
-    : client_(context, {.address = {}, .slots = kSlots, .body_max = kAnswerMax}) {
+    : client_(context, {.address = {}, .slots = kSlots, .body_max = kAnswerMax}),
+      is_here_(std::holds_alternative<UnixHost>(context.host) && context.options.router.empty()) {
   if (wanted.empty()) wanted = context.options.robot;
   const auto connection = context.connect();
   AdminClient admin = context.admin(*connection);
@@ -61,6 +62,9 @@ NavRobot::NavRobot(Context& context, std::string wanted)
       if (!address) continue;
       const auto fields = address->fields(client_.widths());
       if (fields.local != 0 || !drives(fields.class_id)) continue;
+      // The first router to name a process is the one of this host.
+      if (const double process = number_or_zero(item, "owner.pid"); process > 0)
+        processes_.try_emplace(*address, static_cast<std::int64_t>(process));
       auto& list = found_[fields.system][fields.class_id];
       if (std::ranges::find(list, *address) == list.end()) list.push_back(*address);
     }
@@ -110,6 +114,24 @@ tims::Address NavRobot::need(std::uint32_t class_id, const std::string& program)
   if (const auto found = first(class_id)) return *found;
   throw Failure(Exit::kNoSuch, "no_component", fmt::format("{} has no {}", title(), program),
                 fmt::format("start {}, preferably with the robot file (`timsctl up`)", program));
+}
+
+tims::Result<std::filesystem::path> NavRobot::path_of(tims::Address component,
+                                                      const std::string& file) const {
+  if (std::filesystem::path(file).is_absolute()) return std::filesystem::path(file);
+  const auto process = processes_.find(component);
+  if (!is_here_ || process == processes_.end())
+    return tims::Error(tims::Errc::kSystem,
+                       fmt::format("{} of {} is on another host", file, name(component)));
+  std::error_code error;
+  const auto folder =
+      std::filesystem::read_symlink(fmt::format("/proc/{}/cwd", process->second), error);
+  if (error)
+    return tims::Error(tims::Errc::kSystem,
+                       fmt::format("{} is relative to the working directory of {} (process {}), "
+                                   "which cannot be read: {}",
+                                   file, name(component), process->second, error.message()));
+  return folder / file;
 }
 
 std::string NavRobot::state(tims::Address component) {

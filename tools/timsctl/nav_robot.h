@@ -2,6 +2,7 @@
 // their classes; their parameters (pathSys, pathInst) define how they are connected.
 #pragma once
 
+#include <filesystem>
 #include <map>
 #include <optional>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include "rack/proxies/generic.h"
 #include "rack/proxies/geometry.h"
+#include "tims/result.h"
 #include "tools/timsctl/component_client.h"
 
 namespace timsctl {
@@ -56,6 +58,11 @@ class NavRobot {
                                                     std::string_view name,
                                                     std::uint32_t class_id) const;
 
+  // The path by which a component of this host opens a file that its parameter names, relative to
+  // its working directory. The error states why the path is not known here.
+  [[nodiscard]] tims::Result<std::filesystem::path> path_of(tims::Address component,
+                                                            const std::string& file) const;
+
   // Empty if it is off or has no data of that time.
   template <typename Data>
   std::optional<Data> data(tims::Address component, rack::TimeStamp time = 0) {
@@ -69,6 +76,8 @@ class NavRobot {
 
   ComponentClient client_;
   std::uint32_t system_ = 0;
+  bool is_here_ = false;                             // the router is on this host
+  std::map<tims::Address, std::int64_t> processes_;  // of components at the router
   std::map<std::uint32_t, std::map<std::uint32_t, std::vector<tims::Address>>> found_;  // by system
 };
 

@@ -12,7 +12,7 @@
 #include "components/devices/camera/frame_rectifier.h"
 #include "components/devices/camera/picture.h"
 #include "components/devices/camera/stereo.h"
-#include "components/devices/core/dialogue.h"
+#include "rack/devices/dialogue.h"
 
 namespace rack::device {
 

@@ -5,7 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "components/devices/camera/camera_frames.h"
-#include "components/recordings/capture.h"
+#include "rack/devices/capture.h"
 #include "tests/support/counted_new.h"
 
 namespace rack::device {

@@ -2,9 +2,9 @@
 // frames as the camera sends them, so that the mode of the pictures does not matter.
 #pragma once
 
-#include "components/devices/core/dialogue.h"
 #include "components/devices/core/video_frame.h"
 #include "components/pictures/pixels.h"
+#include "rack/devices/dialogue.h"
 
 namespace rack::device {
 

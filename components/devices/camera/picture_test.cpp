@@ -7,7 +7,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "components/recordings/capture.h"
+#include "rack/devices/capture.h"
 
 namespace rack::device {
 namespace picture_test {

@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "components/devices/chassis/move_deadline.h"
-#include "components/devices/core/stream_buffer.h"
+#include "rack/devices/stream_buffer.h"
 #include "rack/proxies/ptz_drive.h"
 
 namespace rack::device {

@@ -7,8 +7,8 @@
 #pragma once
 
 #include "components/devices/chassis/move_deadline.h"
-#include "components/devices/core/dialogue.h"
 #include "components/geometry/wheels.h"
+#include "rack/devices/dialogue.h"
 #include "rack/proxies/chassis.h"
 
 namespace rack::device {

@@ -4,7 +4,7 @@
 #include <cstdio>
 #include <numbers>
 
-#include "components/devices/core/stream_buffer.h"
+#include "rack/devices/stream_buffer.h"
 
 namespace rack::device {
 namespace {

@@ -20,7 +20,7 @@
 #include <vector>
 
 #include "components/devices/chassis/chassis_control.h"
-#include "components/devices/core/stream_buffer.h"
+#include "rack/devices/stream_buffer.h"
 
 namespace rack::device {
 

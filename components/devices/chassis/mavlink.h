@@ -14,7 +14,7 @@
 #include <optional>
 #include <span>
 
-#include "components/devices/core/stream_buffer.h"
+#include "rack/devices/stream_buffer.h"
 
 namespace rack::device::mavlink {
 

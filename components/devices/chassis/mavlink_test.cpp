@@ -9,7 +9,7 @@
 
 #include "components/devices/chassis/mavlink_vehicle.h"
 #include "components/devices/chassis/rover.h"
-#include "components/devices/core/virtual_line.h"
+#include "rack/devices/virtual_line.h"
 
 namespace rack::device {
 namespace mavlink_test {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "components/devices/core/dialogue.h"
+#include "rack/devices/dialogue.h"
 
 namespace rack::device {
 

@@ -9,7 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "components/devices/chassis/motor_bus.h"
-#include "components/devices/core/virtual_line.h"
+#include "rack/devices/virtual_line.h"
 
 namespace rack::device {
 namespace motor_chassis_test {

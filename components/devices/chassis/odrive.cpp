@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "base/text.h"
-#include "components/devices/core/stream_buffer.h"
+#include "rack/devices/stream_buffer.h"
 
 namespace rack::device {
 namespace {

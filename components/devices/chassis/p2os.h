@@ -16,7 +16,7 @@
 #include <string>
 
 #include "components/devices/chassis/chassis_control.h"
-#include "components/devices/core/stream_buffer.h"
+#include "rack/devices/stream_buffer.h"
 #include "rack/proxies/ladar.h"
 
 namespace rack::device {

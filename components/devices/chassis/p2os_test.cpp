@@ -7,7 +7,7 @@
 #include <gtest/gtest.h>
 
 #include "components/devices/chassis/pioneer.h"
-#include "components/devices/core/virtual_line.h"
+#include "rack/devices/virtual_line.h"
 
 namespace rack::device {
 namespace p2os_test {

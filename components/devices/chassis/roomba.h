@@ -16,7 +16,7 @@
 #include <optional>
 
 #include "components/devices/chassis/chassis_control.h"
-#include "components/devices/core/stream_buffer.h"
+#include "rack/devices/stream_buffer.h"
 #include "rack/proxies/scan2d.h"
 
 namespace rack::device {

@@ -6,7 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "components/devices/chassis/roomba_robot.h"
-#include "components/devices/core/virtual_line.h"
+#include "rack/devices/virtual_line.h"
 
 namespace rack::device {
 namespace roomba_test {

@@ -4,7 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "components/devices/chassis/motor_bus.h"
-#include "components/devices/core/virtual_line.h"
+#include "rack/devices/virtual_line.h"
 
 namespace rack::device {
 namespace servo_axis_test {

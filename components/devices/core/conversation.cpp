@@ -1,6 +1,6 @@
-#include "components/devices/core/conversation.h"
+#include "rack/devices/conversation.h"
 
-#include "components/devices/core/pieces.h"
+#include "rack/devices/pieces.h"
 
 namespace rack::device {
 namespace {

@@ -1,4 +1,4 @@
-#include "components/devices/core/device_address.h"
+#include "rack/devices/device_address.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "components/devices/core/device_clock.h"
+#include "rack/devices/device_clock.h"
 
 #include <random>
 

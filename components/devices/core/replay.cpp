@@ -1,4 +1,4 @@
-#include "components/devices/core/replay.h"
+#include "rack/devices/replay.h"
 
 #include <algorithm>
 

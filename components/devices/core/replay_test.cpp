@@ -1,6 +1,6 @@
 // A simple test device: each byte produces a data set with the sum of all bytes so far, a timeout
 // produces the sum once more, and byte FF changes the baud rate.
-#include "components/devices/core/replay.h"
+#include "rack/devices/replay.h"
 
 #include <gtest/gtest.h>
 

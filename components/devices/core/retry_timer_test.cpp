@@ -1,8 +1,8 @@
-#include "components/devices/core/retry_timer.h"
+#include "rack/devices/retry_timer.h"
 
 #include <gtest/gtest.h>
 
-#include "components/devices/core/virtual_line.h"
+#include "rack/devices/virtual_line.h"
 
 namespace rack::device {
 namespace retry_timer_test {

@@ -8,7 +8,7 @@
 #include <functional>
 #include <span>
 
-#include "components/devices/core/dialogue.h"
+#include "rack/devices/dialogue.h"
 
 namespace rack::device::emulator {
 

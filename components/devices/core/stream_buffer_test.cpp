@@ -1,4 +1,4 @@
-#include "components/devices/core/stream_buffer.h"
+#include "rack/devices/stream_buffer.h"
 
 #include <gtest/gtest.h>
 

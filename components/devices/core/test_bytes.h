@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "base/text.h"
-#include "components/devices/core/dialogue.h"
+#include "rack/devices/dialogue.h"
 
 namespace rack::device {
 

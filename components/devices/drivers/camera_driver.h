@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "components/devices/camera/camera_frames.h"
-#include "components/devices/drivers/driver.h"
+#include "rack/devices/driver.h"
 
 namespace rack::device {
 

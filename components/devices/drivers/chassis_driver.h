@@ -14,8 +14,8 @@
 #include <mutex>
 
 #include "components/devices/chassis/chassis_control.h"
-#include "components/devices/drivers/driver.h"
 #include "rack/chassis_module.h"
+#include "rack/devices/driver.h"
 
 namespace rack::device {
 

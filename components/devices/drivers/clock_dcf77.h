@@ -1,9 +1,9 @@
 // Base of the drivers of DCF77 radio clocks.
 #pragma once
 
-#include "components/devices/drivers/driver.h"
 #include "components/devices/drivers/host_clock.h"
 #include "components/devices/positioning/dcf77.h"
+#include "rack/devices/driver.h"
 
 namespace rack::device {
 

@@ -1,6 +1,6 @@
 // CompassCmps03: driver of a CMPS03 compass behind a board with a serial line.
-#include "components/devices/drivers/driver.h"
 #include "components/devices/positioning/cmps03.h"
+#include "rack/devices/driver.h"
 
 namespace rack::device {
 namespace {

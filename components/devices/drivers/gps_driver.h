@@ -6,11 +6,11 @@
 #include <cstdlib>
 
 #include "components/clock/calendar.h"
-#include "components/devices/drivers/driver.h"
 #include "components/devices/drivers/host_clock.h"
 #include "components/devices/drivers/relay.h"
 #include "components/devices/io/pulse.h"
 #include "components/devices/positioning/gps.h"
+#include "rack/devices/driver.h"
 #include "rack/proxies/clock.h"
 #include "rack/proxies/position.h"
 

@@ -1,6 +1,6 @@
 // GyroXsens: driver of an Xsens MTi or MTx inertial measurement unit.
-#include "components/devices/drivers/driver.h"
 #include "components/devices/positioning/xsens.h"
+#include "rack/devices/driver.h"
 
 namespace rack::device {
 namespace {

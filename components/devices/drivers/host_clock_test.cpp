@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "components/devices/drivers/driver.h"
+#include "rack/devices/driver.h"
 
 namespace rack::device {
 namespace host_clock_test {

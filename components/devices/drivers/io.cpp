@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "base/text.h"
-#include "components/devices/drivers/driver.h"
 #include "components/devices/pins/firmata.h"
+#include "rack/devices/driver.h"
 
 namespace rack::device {
 namespace {

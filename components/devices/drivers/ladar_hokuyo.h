@@ -3,8 +3,8 @@
 
 #include <numbers>
 
-#include "components/devices/drivers/driver.h"
 #include "components/devices/scanners/hokuyo.h"
+#include "rack/devices/driver.h"
 
 namespace rack::device {
 

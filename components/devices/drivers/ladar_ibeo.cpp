@@ -1,7 +1,7 @@
 // LadarIbeo: driver of an Ibeo LD-A at a CAN interface with 1 Mbit/s. Each sector of a turn is
 // published as one scan.
-#include "components/devices/drivers/driver.h"
 #include "components/devices/scanners/ibeo.h"
+#include "rack/devices/driver.h"
 
 namespace rack::device {
 namespace {

@@ -1,7 +1,7 @@
 // LadarIbeoLux: driver of an Ibeo Lux on the network. It publishes the points and sends recognised
 // objects to up to two ObjRecogRelayLadar: bounding boxes to one, contours to the other.
-#include "components/devices/drivers/driver.h"
 #include "components/devices/scanners/ibeo_lux.h"
+#include "rack/devices/driver.h"
 #include "rack/partner.h"
 #include "rack/proxies/position.h"
 

@@ -1,8 +1,8 @@
 // LadarRplidar: driver of the rotating range finders of small robots, Slamtec RPLIDAR A, S, C and
 // LDROBOT LD06, LD19.
-#include "components/devices/drivers/driver.h"
 #include "components/devices/scanners/ld19.h"
 #include "components/devices/scanners/rplidar.h"
+#include "rack/devices/driver.h"
 
 namespace rack::device {
 namespace {

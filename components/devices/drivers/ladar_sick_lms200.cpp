@@ -1,6 +1,6 @@
 // LadarSickLms200: driver of a SICK LMS2xx on a serial line.
-#include "components/devices/drivers/driver.h"
 #include "components/devices/scanners/lms200.h"
+#include "rack/devices/driver.h"
 
 namespace rack::device {
 namespace {

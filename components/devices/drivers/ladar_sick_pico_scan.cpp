@@ -1,6 +1,6 @@
 // LadarSickPicoScan: driver of a SICK picoScan100 or multiScan100, which send segments by UDP.
-#include "components/devices/drivers/driver.h"
 #include "components/devices/scanners/sick_compact.h"
+#include "rack/devices/driver.h"
 
 namespace rack::device {
 namespace {

@@ -1,6 +1,6 @@
 // LadarSickS: driver of a SICK S300 or S3000 on a serial line.
-#include "components/devices/drivers/driver.h"
 #include "components/devices/scanners/sick_s.h"
+#include "rack/devices/driver.h"
 
 namespace rack::device {
 namespace {

@@ -2,8 +2,8 @@
 // interface. Its own data contain no objects, as in the original: LadarIbeoLux receives those.
 #include <optional>
 
-#include "components/devices/drivers/driver.h"
 #include "components/devices/scanners/ego_motion.h"
+#include "rack/devices/driver.h"
 #include "rack/input.h"
 #include "rack/proxies/chassis.h"
 #include "rack/proxies/obj_recog.h"

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "components/devices/camera/visca.h"
-#include "components/devices/drivers/driver.h"
+#include "rack/devices/driver.h"
 
 namespace rack::device {
 namespace {

@@ -4,9 +4,9 @@
 
 #include <numbers>
 
-#include "components/devices/drivers/driver.h"
 #include "components/devices/scan3d/spinning_scan.h"
 #include "components/scan3d/scan3d_commands.h"
+#include "rack/devices/driver.h"
 #include "rack/partner.h"
 #include "rack/proxies/position.h"
 

@@ -3,7 +3,7 @@
 #include <numbers>
 
 #include "components/devices/chassis/servo_axis.h"
-#include "components/devices/drivers/driver.h"
+#include "rack/devices/driver.h"
 
 namespace rack::device {
 namespace {

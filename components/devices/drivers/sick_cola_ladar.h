@@ -1,8 +1,8 @@
 // Base of LadarSickCola and LadarSickLms100: logs the warnings of the scanner.
 #pragma once
 
-#include "components/devices/drivers/driver.h"
 #include "components/devices/scanners/sick_cola.h"
+#include "rack/devices/driver.h"
 
 namespace rack::device {
 

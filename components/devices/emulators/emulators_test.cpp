@@ -6,7 +6,7 @@
 
 #include <gtest/gtest.h>
 
-#include "components/devices/core/device_address.h"
+#include "rack/devices/device_address.h"
 
 namespace rack::device {
 namespace emulators_test {

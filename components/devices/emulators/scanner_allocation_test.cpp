@@ -2,7 +2,6 @@
 // have a separate test.
 #include <gtest/gtest.h>
 
-#include "components/devices/core/virtual_line.h"
 #include "components/devices/scan3d/spinning_scanner.h"
 #include "components/devices/scanners/hokuyo.h"
 #include "components/devices/scanners/hokuyo_emulator.h"
@@ -14,6 +13,7 @@
 #include "components/devices/scanners/ld19_emulator.h"
 #include "components/devices/scanners/rplidar.h"
 #include "components/devices/scanners/rplidar_emulator.h"
+#include "rack/devices/virtual_line.h"
 #include "tests/support/counted_new.h"
 
 namespace rack::device {

@@ -15,9 +15,6 @@
 #include "components/devices/chassis/roomba.h"
 #include "components/devices/chassis/servo_axis.h"
 #include "components/devices/chassis/vesc.h"
-#include "components/devices/core/device_address.h"
-#include "components/devices/core/replay.h"
-#include "components/devices/core/virtual_line.h"
 #include "components/devices/emulators/emulators.h"
 #include "components/devices/pins/firmata.h"
 #include "components/devices/positioning/cmps03.h"
@@ -35,7 +32,10 @@
 #include "components/devices/scanners/sick_cola.h"
 #include "components/devices/scanners/sick_compact.h"
 #include "components/devices/scanners/sick_s.h"
-#include "components/recordings/capture.h"
+#include "rack/devices/capture.h"
+#include "rack/devices/device_address.h"
+#include "rack/devices/replay.h"
+#include "rack/devices/virtual_line.h"
 
 namespace rack::device {
 namespace survival_test {

@@ -15,11 +15,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "components/devices/io/device.h"
 #include "components/devices/io/host_devices.h"
 #include "components/devices/io/transports.h"
 #include "os/clock.h"
 #include "os/file.h"
+#include "rack/devices/device.h"
 #include "tests/support/child_process.h"
 
 namespace rack::device {

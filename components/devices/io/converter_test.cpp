@@ -10,8 +10,8 @@
 #include <poll.h>
 
 #include "components/devices/io/host_devices.h"
-#include "components/devices/io/transport.h"
 #include "os/clock.h"
+#include "rack/devices/transport.h"
 #include "tests/support/eventually.h"
 
 namespace rack::device {

@@ -8,9 +8,9 @@
 #include <poll.h>
 
 #include "components/devices/core/video_frame.h"
-#include "components/devices/io/device.h"
 #include "components/devices/io/transports.h"
 #include "os/clock.h"
+#include "rack/devices/device.h"
 #include "tests/support/dc1394_scene.h"
 #include "tests/support/patience.h"
 

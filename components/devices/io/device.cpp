@@ -1,4 +1,4 @@
-#include "components/devices/io/device.h"
+#include "rack/devices/device.h"
 
 #include <algorithm>
 #include <array>
@@ -7,10 +7,12 @@
 
 #include <poll.h>
 
-#include "components/devices/core/replay.h"
+#include "components/devices/io/guard.h"
 #include "components/devices/io/transports.h"
+#include "components/files/capture_file.h"
 #include "os/clock.h"
 #include "os/file.h"
+#include "rack/devices/replay.h"
 
 namespace rack::device {
 
@@ -21,7 +23,8 @@ using tims::Result;
 namespace {
 
 // Opens a serial line, or the CAN bus behind an adapter on it.
-Result<std::unique_ptr<Transport>> open_line(const DeviceAddress& address, std::uint32_t baud) {
+Result<std::unique_ptr<Transport>> open_serial_line(const DeviceAddress& address,
+                                                    std::uint32_t baud) {
   constexpr std::uint32_t kBaud = 115200;
   const std::uint32_t bit_rate = address.can_bit_rate();
   const std::uint32_t rate = baud == 0 ? kBaud : baud;
@@ -57,7 +60,7 @@ Result<std::unique_ptr<Transport>> open_transport(const DeviceAddress& address, 
   switch (address.kind) {
     case TransportKind::kSerial:
     case TransportKind::kPty:
-      return open_line(address, baud);
+      return open_serial_line(address, baud);
     case TransportKind::kTcp:
       return open_tcp(address);
     case TransportKind::kUdp:
@@ -107,6 +110,11 @@ Result<std::unique_ptr<Device>> Device::open(const DeviceOptions& options, Dialo
   auto device = with(std::move(*transport), std::move(capture), dialogue, std::move(take));
   device->guard_ = std::move(guard);
   return device;
+}
+
+std::unique_ptr<Device> Device::with(std::unique_ptr<Transport> transport, Dialogue& dialogue,
+                                     Take take) {
+  return with(std::move(transport), nullptr, dialogue, std::move(take));
 }
 
 std::unique_ptr<Device> Device::with(std::unique_ptr<Transport> transport,

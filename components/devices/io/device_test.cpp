@@ -1,6 +1,6 @@
 // Device with a dialogue: data received together are passed in slices, and results are taken after
 // each slice.
-#include "components/devices/io/device.h"
+#include "rack/devices/device.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -75,12 +75,11 @@ std::vector<std::byte> telegrams_with_filling(std::initializer_list<int> numbers
 class DeviceTest : public testing::Test {
  protected:
   std::unique_ptr<Device> device() {
-    return Device::with(std::make_unique<Given>(given_), nullptr, dialogue_,
-                        [this]() -> tims::Result<void> {
-                          if (const auto number = dialogue_.take()) taken_.push_back(*number);
-                          if (error_) return *error_;
-                          return {};
-                        });
+    return Device::with(std::make_unique<Given>(given_), dialogue_, [this]() -> tims::Result<void> {
+      if (const auto number = dialogue_.take()) taken_.push_back(*number);
+      if (error_) return *error_;
+      return {};
+    });
   }
 
   std::vector<Arrival> given_;

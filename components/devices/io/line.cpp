@@ -10,9 +10,9 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "components/devices/core/device_clock.h"
 #include "components/devices/io/stream.h"
 #include "components/devices/io/transports.h"
+#include "rack/devices/device_clock.h"
 
 namespace rack::device {
 namespace {

@@ -6,8 +6,8 @@
 #include <memory>
 #include <vector>
 
-#include "components/devices/io/transport.h"
 #include "os/file.h"
+#include "rack/devices/transport.h"
 
 namespace rack::device {
 

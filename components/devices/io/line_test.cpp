@@ -8,8 +8,8 @@
 #include <poll.h>
 #include <unistd.h>
 
-#include "components/devices/core/device_clock.h"
 #include "os/clock.h"
+#include "rack/devices/device_clock.h"
 #include "tests/support/temporary_folder.h"
 
 namespace rack::device {

@@ -1,7 +1,7 @@
 // A packet capture (pcap, pcapng) as a recording: payloads of UDP and TCP.
 #pragma once
 
-#include "components/devices/io/recording.h"
+#include "rack/devices/recording.h"
 
 namespace rack::device {
 

@@ -8,10 +8,10 @@
 
 #include <sys/timerfd.h>
 
-#include "components/devices/io/recording.h"
 #include "components/devices/io/transports.h"
 #include "os/clock.h"
 #include "os/file.h"
+#include "rack/devices/recording.h"
 
 namespace rack::device {
 namespace {

@@ -9,8 +9,8 @@
 #include <poll.h>
 #include <unistd.h>
 
-#include "components/devices/io/transport.h"
 #include "os/clock.h"
+#include "rack/devices/transport.h"
 #include "tests/support/patience.h"
 
 namespace rack::device {

@@ -1,4 +1,4 @@
-#include "components/devices/io/recording.h"
+#include "rack/devices/recording.h"
 
 #include <algorithm>
 #include <array>
@@ -8,11 +8,11 @@
 #include <vector>
 
 #include "base/text.h"
-#include "components/devices/core/device_clock.h"
 #include "components/devices/core/video_frame.h"
 #include "components/devices/io/packet_capture.h"
 #include "components/devices/io/video_exchange.h"
 #include "os/file.h"
+#include "rack/devices/device_clock.h"
 
 namespace rack::device {
 namespace {

@@ -1,4 +1,4 @@
-#include "components/devices/io/recording.h"
+#include "rack/devices/recording.h"
 
 #include <filesystem>
 #include <fstream>

@@ -9,9 +9,9 @@
 #include <linux/errqueue.h>
 #include <linux/net_tstamp.h>
 
-#include "components/devices/core/device_clock.h"
 #include "os/clock.h"
 #include "os/file.h"
+#include "rack/devices/device_clock.h"
 
 namespace rack::device {
 namespace {

@@ -5,7 +5,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "components/devices/core/device_clock.h"
+#include "rack/devices/device_clock.h"
 
 namespace rack::device {
 namespace {

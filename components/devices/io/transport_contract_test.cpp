@@ -16,9 +16,9 @@
 #include <unistd.h>
 
 #include "base/text.h"
-#include "components/devices/io/transport.h"
 #include "os/clock.h"
 #include "os/file.h"
+#include "rack/devices/transport.h"
 #include "tests/support/eventually.h"
 #include "tests/support/patience.h"
 #include "tests/support/two_networks.h"

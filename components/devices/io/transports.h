@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "components/devices/io/transport.h"
 #include "os/file.h"
+#include "rack/devices/transport.h"
 
 namespace rack::device {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "components/devices/core/device_address.h"
+#include "rack/devices/device_address.h"
 
 namespace rack::device {
 

@@ -9,9 +9,9 @@
 #include <poll.h>
 
 #include "components/devices/core/video_frame.h"
-#include "components/devices/io/transport.h"
 #include "components/devices/io/transports.h"
 #include "os/clock.h"
+#include "rack/devices/transport.h"
 
 namespace rack::device {
 namespace video_test {

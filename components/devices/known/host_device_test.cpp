@@ -3,7 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "components/devices/core/device_address.h"
+#include "rack/devices/device_address.h"
 
 namespace rack::device {
 namespace host_device_test {

@@ -11,8 +11,8 @@
 
 #include <string>
 
-#include "components/devices/core/stream_buffer.h"
 #include "components/devices/pins/io_lines.h"
+#include "rack/devices/stream_buffer.h"
 
 namespace rack::device {
 

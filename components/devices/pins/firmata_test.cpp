@@ -5,8 +5,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "components/devices/core/virtual_line.h"
 #include "components/devices/pins/io_board.h"
+#include "rack/devices/virtual_line.h"
 
 namespace rack::device {
 namespace firmata_test {

@@ -7,7 +7,7 @@
 #include <optional>
 #include <vector>
 
-#include "components/devices/core/dialogue.h"
+#include "rack/devices/dialogue.h"
 #include "rack/proxies/io.h"
 
 namespace rack::device {

@@ -11,7 +11,7 @@
 #include <optional>
 #include <string_view>
 
-#include "components/devices/core/stream_buffer.h"
+#include "rack/devices/stream_buffer.h"
 #include "rack/proxies/compass.h"
 
 namespace rack::device {

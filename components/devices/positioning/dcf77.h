@@ -21,7 +21,7 @@
 #include <optional>
 #include <string_view>
 
-#include "components/devices/core/stream_buffer.h"
+#include "rack/devices/stream_buffer.h"
 #include "rack/proxies/clock.h"
 
 namespace rack::device {

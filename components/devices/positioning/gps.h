@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "components/devices/core/dialogue.h"
+#include "rack/devices/dialogue.h"
 #include "rack/proxies/gps.h"
 #include "rack/proxies/position.h"
 

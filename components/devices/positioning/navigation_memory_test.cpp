@@ -1,13 +1,13 @@
 // The dialogues of receivers, gyros, compasses and clocks allocate no memory during operation.
 #include <gtest/gtest.h>
 
-#include "components/devices/core/pieces.h"
 #include "components/devices/core/test_bytes.h"
 #include "components/devices/positioning/cmps03.h"
 #include "components/devices/positioning/dcf77.h"
 #include "components/devices/positioning/nmea_receiver.h"
 #include "components/devices/positioning/ublox.h"
 #include "components/devices/positioning/xsens.h"
+#include "rack/devices/pieces.h"
 #include "tests/support/counted_new.h"
 
 namespace rack::device {

@@ -5,7 +5,6 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "components/devices/core/virtual_line.h"
 #include "components/devices/positioning/cmps03.h"
 #include "components/devices/positioning/cmps03_emulator.h"
 #include "components/devices/positioning/dcf77_emulator.h"
@@ -14,6 +13,7 @@
 #include "components/devices/positioning/ublox.h"
 #include "components/devices/positioning/ublox_emulator.h"
 #include "components/devices/positioning/xsens_emulator.h"
+#include "rack/devices/virtual_line.h"
 
 namespace rack::device::emulator {
 namespace navigation_test {

@@ -13,7 +13,7 @@
 #include <string>
 #include <string_view>
 
-#include "components/devices/core/stream_buffer.h"
+#include "rack/devices/stream_buffer.h"
 
 namespace rack::device {
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "components/devices/core/pieces.h"
+#include "rack/devices/pieces.h"
 
 namespace rack::device {
 namespace {

@@ -6,9 +6,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "components/devices/core/pieces.h"
 #include "components/devices/core/test_bytes.h"
 #include "components/devices/positioning/nmea_receiver.h"
+#include "rack/devices/pieces.h"
 
 namespace rack::device {
 namespace nmea_test {

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "components/devices/core/device_clock.h"
-#include "components/devices/core/pieces.h"
+#include "rack/devices/device_clock.h"
+#include "rack/devices/pieces.h"
 
 namespace rack::device {
 namespace {

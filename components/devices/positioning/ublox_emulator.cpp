@@ -1,7 +1,7 @@
 #include "components/devices/positioning/ublox_emulator.h"
 
-#include "components/devices/core/pieces.h"
 #include "components/devices/positioning/nmea_emulator.h"
+#include "rack/devices/pieces.h"
 
 namespace rack::device::emulator {
 namespace {

@@ -5,9 +5,9 @@
 
 #include <gtest/gtest.h>
 
-#include "components/devices/core/pieces.h"
 #include "components/devices/core/test_bytes.h"
 #include "components/devices/positioning/ublox.h"
+#include "rack/devices/pieces.h"
 
 namespace rack::device {
 namespace ubx_test {

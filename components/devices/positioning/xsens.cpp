@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "base/text.h"
-#include "components/devices/core/pieces.h"
+#include "rack/devices/pieces.h"
 
 namespace rack::device {
 namespace {

@@ -16,8 +16,8 @@
 #include <array>
 #include <optional>
 
-#include "components/devices/core/device_clock.h"
-#include "components/devices/core/stream_buffer.h"
+#include "rack/devices/device_clock.h"
+#include "rack/devices/stream_buffer.h"
 #include "rack/proxies/gyro.h"
 
 namespace rack::device {

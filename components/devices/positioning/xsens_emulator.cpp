@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "components/devices/core/pieces.h"
+#include "rack/devices/pieces.h"
 
 namespace rack::device::emulator {
 namespace {

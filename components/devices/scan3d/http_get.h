@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "components/devices/core/dialogue.h"
+#include "rack/devices/dialogue.h"
 
 namespace rack::device {
 

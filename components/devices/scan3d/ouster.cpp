@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "components/devices/core/stream_buffer.h"
+#include "rack/devices/stream_buffer.h"
 
 namespace rack::device {
 namespace {

@@ -12,8 +12,8 @@
 #include <string_view>
 #include <vector>
 
-#include "components/devices/core/device_clock.h"
 #include "components/devices/scan3d/spinning_scan.h"
+#include "rack/devices/device_clock.h"
 
 namespace rack::device {
 

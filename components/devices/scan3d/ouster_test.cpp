@@ -10,10 +10,10 @@
 #include <gtest/gtest.h>
 #include <zlib.h>
 
-#include "components/devices/core/stream_buffer.h"
-#include "components/devices/core/virtual_line.h"
 #include "components/devices/scan3d/http_get.h"
 #include "components/devices/scan3d/spinning_scanner.h"
+#include "rack/devices/stream_buffer.h"
+#include "rack/devices/virtual_line.h"
 
 namespace rack::device {
 namespace ouster_test {

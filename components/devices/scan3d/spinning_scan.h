@@ -6,7 +6,7 @@
 
 #include <span>
 
-#include "components/devices/core/dialogue.h"
+#include "rack/devices/dialogue.h"
 #include "rack/proxies/scan3d.h"
 
 namespace rack::device {

@@ -6,10 +6,10 @@
 #include <string_view>
 #include <vector>
 
-#include "components/devices/core/dialogue.h"
 #include "components/devices/scan3d/ouster.h"
 #include "components/devices/scan3d/velodyne.h"
 #include "components/devices/scanners/room.h"
+#include "rack/devices/dialogue.h"
 
 namespace rack::device::emulator {
 

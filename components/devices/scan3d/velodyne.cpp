@@ -5,7 +5,7 @@
 #include <numbers>
 #include <string>
 
-#include "components/devices/core/stream_buffer.h"
+#include "rack/devices/stream_buffer.h"
 
 namespace rack::device {
 namespace {

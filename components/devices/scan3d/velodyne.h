@@ -11,8 +11,8 @@
 #include <array>
 #include <vector>
 
-#include "components/devices/core/device_clock.h"
 #include "components/devices/scan3d/spinning_scan.h"
+#include "rack/devices/device_clock.h"
 
 namespace rack::device {
 

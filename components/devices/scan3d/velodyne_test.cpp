@@ -8,8 +8,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "components/devices/core/virtual_line.h"
 #include "components/devices/scan3d/spinning_scanner.h"
+#include "rack/devices/virtual_line.h"
 
 namespace rack::device {
 namespace velodyne_test {

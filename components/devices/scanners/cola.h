@@ -17,7 +17,7 @@
 #include <string_view>
 #include <type_traits>
 
-#include "components/devices/core/stream_buffer.h"
+#include "rack/devices/stream_buffer.h"
 
 namespace rack::device {
 

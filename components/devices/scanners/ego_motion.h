@@ -11,7 +11,7 @@
 
 #include <array>
 
-#include "components/devices/core/dialogue.h"
+#include "rack/devices/dialogue.h"
 
 namespace rack::device {
 

@@ -11,8 +11,8 @@
 #include <optional>
 #include <string>
 
-#include "components/devices/core/device_clock.h"
 #include "components/devices/scanners/scip.h"
+#include "rack/devices/device_clock.h"
 
 namespace rack::device {
 

@@ -9,8 +9,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "components/devices/core/virtual_line.h"
 #include "components/devices/scanners/hokuyo_emulator.h"
+#include "rack/devices/virtual_line.h"
 
 namespace rack::device {
 namespace hokuyo_test {

@@ -20,8 +20,8 @@
 #include <array>
 #include <vector>
 
-#include "components/devices/core/device_clock.h"
-#include "components/devices/core/stream_buffer.h"
+#include "rack/devices/device_clock.h"
+#include "rack/devices/stream_buffer.h"
 #include "rack/proxies/ladar.h"
 
 namespace rack::device {

@@ -15,8 +15,8 @@
 
 #include <vector>
 
-#include "components/devices/core/device_clock.h"
-#include "components/devices/core/stream_buffer.h"
+#include "rack/devices/device_clock.h"
+#include "rack/devices/stream_buffer.h"
 #include "rack/proxies/ladar.h"
 #include "rack/proxies/obj_recog.h"
 

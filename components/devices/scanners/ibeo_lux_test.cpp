@@ -7,9 +7,9 @@
 #include <gtest/gtest.h>
 
 #include "base/text.h"
-#include "components/devices/core/virtual_line.h"
 #include "components/devices/scanners/ego_motion.h"
 #include "components/devices/scanners/ibeo_lux_emulator.h"
+#include "rack/devices/virtual_line.h"
 
 namespace rack::device {
 namespace ibeo_lux_test {

@@ -8,9 +8,9 @@
 // Source: "LD19 Development Manual", "LD06 Development Manual" (the example there is the test's).
 #pragma once
 
-#include "components/devices/core/device_clock.h"
-#include "components/devices/core/stream_buffer.h"
 #include "components/devices/scanners/turning_ladar.h"
+#include "rack/devices/device_clock.h"
+#include "rack/devices/stream_buffer.h"
 
 namespace rack::device {
 

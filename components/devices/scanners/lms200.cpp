@@ -2,7 +2,7 @@
 
 #include <numbers>
 
-#include "components/devices/core/device_clock.h"
+#include "rack/devices/device_clock.h"
 
 namespace rack::device {
 namespace {

@@ -4,7 +4,7 @@
 #include <numbers>
 #include <string_view>
 
-#include "components/devices/core/device_clock.h"
+#include "rack/devices/device_clock.h"
 
 namespace rack::device::emulator {
 namespace {

@@ -8,8 +8,8 @@
 #include <gtest/gtest.h>
 
 #include "base/text.h"
-#include "components/devices/core/virtual_line.h"
 #include "components/devices/scanners/lms200_emulator.h"
+#include "rack/devices/virtual_line.h"
 
 namespace rack::device {
 namespace lms200_test {

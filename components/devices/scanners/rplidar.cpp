@@ -1,7 +1,7 @@
 #include "components/devices/scanners/rplidar.h"
 
 #include "base/text.h"
-#include "components/devices/core/device_clock.h"
+#include "rack/devices/device_clock.h"
 
 namespace rack::device {
 namespace {

@@ -27,8 +27,8 @@
 #include <string>
 #include <vector>
 
-#include "components/devices/core/stream_buffer.h"
 #include "components/devices/scanners/turning_ladar.h"
+#include "rack/devices/stream_buffer.h"
 
 namespace rack::device {
 

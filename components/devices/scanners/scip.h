@@ -16,7 +16,7 @@
 #include <string>
 #include <string_view>
 
-#include "components/devices/core/stream_buffer.h"
+#include "rack/devices/stream_buffer.h"
 #include "rack/proxies/ladar.h"
 
 namespace rack::device {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "components/recordings/capture.h"
+#include "rack/devices/capture.h"
 
 namespace rack::device {
 

@@ -9,8 +9,8 @@
 // of measurement is computed without the jitter of the network.
 #pragma once
 
-#include "components/devices/core/device_clock.h"
 #include "components/devices/scanners/cola_scan.h"
+#include "rack/devices/device_clock.h"
 
 namespace rack::device {
 

@@ -8,9 +8,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "components/devices/core/virtual_line.h"
 #include "components/devices/scanners/sick_captured.h"
 #include "components/devices/scanners/sick_cola_emulator.h"
+#include "rack/devices/virtual_line.h"
 
 namespace rack::device {
 namespace sick_cola_test {

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "components/devices/core/stream_buffer.h"
+#include "rack/devices/stream_buffer.h"
 
 namespace rack::device {
 namespace {

@@ -24,8 +24,8 @@
 
 #include <vector>
 
-#include "components/devices/core/device_clock.h"
-#include "components/devices/core/dialogue.h"
+#include "rack/devices/device_clock.h"
+#include "rack/devices/dialogue.h"
 #include "rack/proxies/ladar.h"
 
 namespace rack::device {

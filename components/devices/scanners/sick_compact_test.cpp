@@ -7,9 +7,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "components/devices/core/stream_buffer.h"
-#include "components/devices/core/virtual_line.h"
 #include "components/devices/scanners/sick_compact_emulator.h"
+#include "rack/devices/stream_buffer.h"
+#include "rack/devices/virtual_line.h"
 
 namespace rack::device {
 namespace sick_compact_test {

@@ -20,7 +20,7 @@
 #include <array>
 #include <optional>
 
-#include "components/devices/core/stream_buffer.h"
+#include "rack/devices/stream_buffer.h"
 #include "rack/proxies/ladar.h"
 
 namespace rack::device {

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numbers>
 
-#include "components/devices/core/device_clock.h"
+#include "rack/devices/device_clock.h"
 
 namespace rack::device::emulator {
 

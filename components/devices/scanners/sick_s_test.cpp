@@ -6,8 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "components/devices/core/virtual_line.h"
 #include "components/devices/scanners/sick_s_emulator.h"
+#include "rack/devices/virtual_line.h"
 
 namespace rack::device {
 namespace sick_s_test {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "components/devices/core/dialogue.h"
+#include "rack/devices/dialogue.h"
 #include "rack/proxies/ladar.h"
 
 namespace rack::device {

@@ -7,8 +7,8 @@
 #include <span>
 #include <string>
 
-#include "components/devices/core/device_address.h"
 #include "components/devices/core/video_frame.h"
+#include "rack/devices/device_address.h"
 #include "tims/time.h"
 
 namespace rack::device {

@@ -11,8 +11,8 @@
 #include <optional>
 #include <string>
 
-#include "components/runtime/thread.h"
 #include "os/file.h"
+#include "rack/thread.h"
 #include "tools/cli/service.h"
 #include "tools/evaluation/dora/judgement.h"
 

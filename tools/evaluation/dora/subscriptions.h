@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "components/runtime/thread.h"
 #include "rack/proxies/generic.h"
+#include "rack/thread.h"
 #include "tims/session.h"
 #include "tools/cli/connection.h"
 

@@ -5,10 +5,10 @@
 
 #include <fmt/format.h>
 
-#include "components/devices/io/recording.h"
 #include "components/pilot/pilot_replay.h"
 #include "os/clock.h"
 #include "rack/clock.h"
+#include "rack/devices/recording.h"
 #include "rack/proxies/generic.h"
 #include "tools/cli/failure.h"
 #include "tools/cli/service.h"

@@ -7,8 +7,8 @@
 #include <fmt/core.h>
 
 #include "base/text.h"
-#include "components/devices/io/recording.h"
 #include "components/pilot/pilot_replay.h"
+#include "rack/devices/recording.h"
 #include "tools/cli/argument_parser.h"
 
 namespace rack::pilot {

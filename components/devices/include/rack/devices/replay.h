@@ -12,9 +12,10 @@
 #include <optional>
 #include <string>
 
-#include "components/devices/core/conversation.h"
-#include "components/recordings/capture.h"
+#include "rack/devices/capture.h"
+#include "rack/devices/conversation.h"
 
+#pragma GCC visibility push(default)  // exported by librack-devices.so
 namespace rack::device {
 
 // FNV-1a, big-endian: the content of a record of one data set.
@@ -79,3 +80,5 @@ class Replay final : private Output {
 };
 
 }  // namespace rack::device
+
+#pragma GCC visibility pop

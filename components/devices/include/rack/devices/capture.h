@@ -30,6 +30,7 @@
 #include "tims/result.h"
 #include "tims/time.h"
 
+#pragma GCC visibility push(default)  // exported by librack-devices.so
 namespace rack::device {
 
 using tims::Duration;
@@ -77,3 +78,5 @@ RecordingFormat format_of(std::span<const std::byte> beginning);
 Result<bool> parse_record(std::string_view line, CaptureRecord& record);
 
 }  // namespace rack::device
+
+#pragma GCC visibility pop

@@ -18,12 +18,12 @@
 #include <optional>
 #include <string>
 
-#include "components/devices/core/replay.h"
-#include "components/devices/io/device.h"
-#include "components/devices/io/recording.h"
-#include "os/wakeup.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
+#include "rack/devices/device.h"
+#include "rack/devices/recording.h"
+#include "rack/devices/replay.h"
+#include "rack/devices/wakeup.h"
 
 namespace rack::device {
 
@@ -63,9 +63,7 @@ class Driver : public DataModule<Data> {
   // Called before each wait to pass commands to the dialogue. Returns when to call it again.
   virtual tims::Time prepare(tims::Time /*now*/) { return tims::kNever; }
   // Causes a call of prepare(); may be called by any task.
-  void wake() {
-    if (woken_) tims::os::signal_event_fd(woken_.get());
-  }
+  void wake() { woken_.signal(); }
   // Takes further results of the dialogue, for other components, before the next input.
   virtual void take_others() {}
   // Completes a data set before it is published.
@@ -85,9 +83,7 @@ class Driver : public DataModule<Data> {
   }
 
   Result<void> module_init() override {
-    auto woken = tims::os::make_event_fd();
-    if (!woken) return woken.error();
-    woken_ = std::move(*woken);
+    if (auto opened = woken_.open(); !opened) return opened;
     return DataModule<Data>::module_init();
   }
 
@@ -124,9 +120,9 @@ class Driver : public DataModule<Data> {
   Result<void> module_loop() override {
     const tims::Time end = now() + kLongest;
     while (!std::exchange(has_taken_, false)) {
-      tims::os::drain_event_fd(woken_.get());
+      woken_.drain();
       const tims::Time until = std::min(end, prepare(now()));
-      if (auto waited = device_->wait(until, woken_.get()); !waited) return waited;
+      if (auto waited = device_->wait(until, woken_.descriptor()); !waited) return waited;
       report_event();
       if (now() >= end && !has_taken_) return check_silence();
     }
@@ -251,7 +247,7 @@ class Driver : public DataModule<Data> {
     return 0;
   }
 
-  tims::os::File woken_;  // eventfd
+  Wakeup woken_;
   std::unique_ptr<Dialog> dialogue_;
   std::unique_ptr<Device> device_;
   tims::Time last_received_{};

@@ -8,9 +8,10 @@
 #include <string>
 #include <vector>
 
-#include "components/devices/core/device_address.h"
-#include "components/devices/core/dialogue.h"
+#include "rack/devices/device_address.h"
+#include "rack/devices/dialogue.h"
 
+#pragma GCC visibility push(default)  // exported by librack-devices.so
 namespace rack::device {
 
 // Not thread-safe. Callers wait with poll() on the descriptor.
@@ -64,3 +65,5 @@ tims::Result<std::unique_ptr<Transport>> open_transport(const DeviceAddress& add
                                                             CanFilter{}});
 
 }  // namespace rack::device
+
+#pragma GCC visibility pop

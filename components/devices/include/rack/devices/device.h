@@ -8,12 +8,15 @@
 #include <string>
 #include <vector>
 
-#include "components/devices/core/conversation.h"
-#include "components/devices/io/guard.h"
-#include "components/devices/io/transport.h"
-#include "components/files/capture_file.h"
+#include "rack/devices/capture.h"
+#include "rack/devices/conversation.h"
+#include "rack/devices/transport.h"
 
+#pragma GCC visibility push(default)  // exported by librack-devices.so
 namespace rack::device {
+
+class CaptureFile;
+class Guard;
 
 struct DeviceOptions {
   DeviceAddress address{};
@@ -31,7 +34,9 @@ class Device final : private Output {
   // Opens the device and starts the dialogue, which must outlive this object.
   static tims::Result<std::unique_ptr<Device>> open(const DeviceOptions& options,
                                                     Dialogue& dialogue, Take take = {});
-  // The same with a transport created by the caller.
+  // The same with a transport created by the caller, without or with a recording.
+  static std::unique_ptr<Device> with(std::unique_ptr<Transport> transport, Dialogue& dialogue,
+                                      Take take = {});
   static std::unique_ptr<Device> with(std::unique_ptr<Transport> transport,
                                       std::unique_ptr<CaptureFile> capture, Dialogue& dialogue,
                                       Take take = {});
@@ -89,3 +94,5 @@ class Device final : private Output {
 };
 
 }  // namespace rack::device
+
+#pragma GCC visibility pop

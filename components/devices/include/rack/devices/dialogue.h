@@ -13,7 +13,7 @@
 #include <utility>
 #include <vector>
 
-#include "components/devices/core/retry_timer.h"
+#include "rack/devices/retry_timer.h"
 #include "tims/result.h"
 #include "tims/time.h"
 

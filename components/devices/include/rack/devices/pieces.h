@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "components/devices/core/dialogue.h"
+#include "rack/devices/dialogue.h"
 
 namespace rack::device {
 

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <vector>
 
-#include "components/devices/core/dialogue.h"
+#include "rack/devices/dialogue.h"
 
 namespace rack::device {
 

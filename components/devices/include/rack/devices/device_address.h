@@ -28,6 +28,7 @@
 
 #include "tims/result.h"
 
+#pragma GCC visibility push(default)  // exported by librack-devices.so
 namespace rack::device {
 
 using tims::Result;
@@ -91,3 +92,5 @@ Result<DeviceAddress> dcam_device(std::string_view guid);
 std::string without_passwords(std::string text);
 
 }  // namespace rack::device
+
+#pragma GCC visibility pop

@@ -12,6 +12,7 @@
 
 #include "tims/time.h"
 
+#pragma GCC visibility push(default)  // exported by librack-devices.so
 namespace rack::device {
 
 using tims::Duration;
@@ -73,3 +74,5 @@ class TurnClock {
 };
 
 }  // namespace rack::device
+
+#pragma GCC visibility pop

@@ -7,8 +7,8 @@
 #include <functional>
 #include <vector>
 
-#include "components/devices/core/device_clock.h"
-#include "components/devices/core/dialogue.h"
+#include "rack/devices/device_clock.h"
+#include "rack/devices/dialogue.h"
 
 namespace rack::device::emulator {
 

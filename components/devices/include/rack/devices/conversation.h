@@ -10,8 +10,9 @@
 #include <optional>
 #include <utility>
 
-#include "components/devices/core/dialogue.h"
+#include "rack/devices/dialogue.h"
 
+#pragma GCC visibility push(default)  // exported by librack-devices.so
 namespace rack::device {
 
 class Conversation {
@@ -47,3 +48,5 @@ class Conversation {
 };
 
 }  // namespace rack::device
+
+#pragma GCC visibility pop

@@ -6,9 +6,10 @@
 #include <memory>
 #include <string>
 
-#include "components/devices/core/device_address.h"
-#include "components/recordings/capture.h"
+#include "rack/devices/capture.h"
+#include "rack/devices/device_address.h"
 
+#pragma GCC visibility push(default)  // exported by librack-devices.so
 namespace rack::device {
 
 class Recording {
@@ -35,3 +36,5 @@ Result<std::uint64_t> read_recording(const std::string& path,
                                      const std::function<Result<void>(const CaptureRecord&)>& take);
 
 }  // namespace rack::device
+
+#pragma GCC visibility pop

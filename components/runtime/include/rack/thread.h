@@ -8,6 +8,7 @@
 
 #include "tims/result.h"
 
+#pragma GCC visibility push(default)  // exported by librack.so
 namespace rack {
 
 // From this priority on SCHED_FIFO. 1 is the default of the original: an ordinary thread.
@@ -46,3 +47,5 @@ class Thread {
 tims::Result<void> lock_memory();
 
 }  // namespace rack
+
+#pragma GCC visibility pop
