@@ -123,7 +123,7 @@ Result<void> Recorder::subscribe(tims::Time now) {
 void Recorder::take(const tims::MessageView& message, tims::Time now, bool binary_io,
                     TextLog& log) {
   last_received_ = now;
-  if (const auto good = check_data(message.header, module()); !good) {
+  if (const auto good = check_data(message.header, module(), widths_); !good) {
     ended_ = true;
     return log.warning("{} has no data now", module());
   }

@@ -156,11 +156,11 @@ void name_class_in(json::string& text) {
     const std::size_t begin = at + kUnknown.size();
     const std::size_t end = text.find(']', begin);
     if (end == json::string::npos) return;
-    const auto id = tims::base::parse_number<std::uint8_t>(
+    const auto id = tims::base::parse_number<std::uint32_t>(
         std::string_view(text.data() + begin, end - begin), 16);
     if (!id) continue;
-    const std::string known = tims::Address::of({.class_id = *id}).to_string();
-    text.replace(at, end + 1 - at, known.substr(0, known.find('(')));
+    if (const std::string_view known = tims::class_name(*id); !known.empty())
+      text.replace(at, end + 1 - at, known);
   }
 }
 
