@@ -72,8 +72,15 @@ TEST_F(TimsctlComponentTest, MessagesByName) {
 
   const Ran refused = timsctl({"msg", "pub", "Chassis/0/0", "move", "vx=200", "-y"});
   EXPECT_EQ(refused.code, 1);
-  EXPECT_THAT(refused.err,
+  EXPECT_THAT(refused.out, HasSubstr("Chassis(0/0) error: "));
+  EXPECT_THAT(refused.out,
               HasSubstr("is not the active pilot of this chassis, which is Pilot(0/1)\n"));
+  EXPECT_THAT(refused.out, Not(HasSubstr("|"))) << "no hex dump";
+  // Without a terminal, nothing is asked, and nothing is sent.
+  const Ran unasked = timsctl({"msg", "pub", "Chassis/0/0", "move", "vx=200"});
+  EXPECT_EQ(unasked.code, 5);
+  EXPECT_THAT(unasked.err, HasSubstr("nothing was sent"));
+  EXPECT_EQ(timsctl({"msg", "pub", "Chassis/0/0", "get_status"}).code, 0) << "moves nothing";
   const Ran move = timsctl({"msg", "pub", "Chassis/0/0", "moove", "vx=200", "-y"});
   EXPECT_EQ(move.code, 2);
   EXPECT_THAT(move.err, HasSubstr("did you mean move?"));

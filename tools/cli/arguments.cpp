@@ -129,11 +129,27 @@ std::string shell_name(tims::Address address, const tims::AddressWidths& widths)
   return fields.local == 0 ? text : fmt::format("{}:{}", text, fields.local);
 }
 
+std::string with_class_names(std::string text) {
+  for (std::size_t at = text.find(kUnknown); at != std::string::npos;
+       at = text.find(kUnknown, at + 1)) {
+    const std::size_t begin = at + kUnknown.size();
+    const std::size_t end = text.find(']', begin);
+    if (end == std::string::npos) break;
+    const auto id = base::parse_number<std::uint32_t>(
+        std::string_view(text).substr(begin, end - begin), 16);
+    if (!id) continue;
+    if (const std::string_view known = tims::class_name(*id); !known.empty())
+      text.replace(at, end + 1 - at, known);
+  }
+  return text;
+}
+
 std::uint32_t need_class(std::string_view text) {
   const std::string_view name = class_part(text);
   if (const auto id = tims::class_id_of(name)) return *id;
-  if (const auto any = parse_address(fmt::format("{}(0/0)", name), kAnyWidths))
-    return any->fields(kAnyWidths).class_id;
+  constexpr tims::AddressWidths kLongClass{1, 29, 1, 1};
+  if (const auto unnamed = parse_address(fmt::format("{}(0/0)", name), kLongClass))
+    return unnamed->fields(kLongClass).class_id;
   throw usage_error(
       fmt::format("\"{}\" is not a class", text),
       hint_for(text, "such as Chassis; `timsctl msg types` shows those with messages"));

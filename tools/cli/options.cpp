@@ -92,7 +92,7 @@ constexpr OptionRow kOptions[] = {
     {"watch", 'w', "[2]", "repeat every 2 s, or at this interval in seconds",
      [](Options& o, string_view v) { o.watch = pause(v); }},
     {"once", 0, "", "the same as -n 1", [](Options& o, string_view) { o.count = 1; }},
-    {"count", 'n', "N", "stop after N repetitions, messages or events",
+    {"count", 'n', "N", "stop after N repetitions, messages or events; of log: the newest N messages",
      [](Options& o, string_view v) {
        o.count = count(v);
        if (o.count == 0) refuse("a count of at least 1", v);
