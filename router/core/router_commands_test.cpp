@@ -52,6 +52,19 @@ TEST_F(RouterTest, AllOwnersOfTheTextSinkGetEachText) {
   EXPECT_EQ(to, windows);
 }
 
+// With 12/8/6/6 bits, 0x00010000 is Test(0/0).
+TEST(TextSink, IsGdosInEveryFleet) {
+  constexpr AddressWidths kWidths{12, 8, 6, 6};
+  RecordingSink sink;
+  Router router({.address = Address::of({.system = 1000}, kWidths), .widths = kWidths}, {1, 2}, sink);
+  EXPECT_EQ(router.text_sink().to_string(kWidths), "GDOS(0/0)");
+  EXPECT_EQ(Address(0x00010000).to_string(kWidths), "Test(0/0)");
+  const auto& classes = router.settings().classes;
+  EXPECT_EQ(classes.of(Header{.priority = 50, .dest = router.text_sink()}), 0U);
+  EXPECT_NE(classes.of(Header{.priority = 50, .dest = Address(0x00010000)}), 0U);
+  EXPECT_EQ(classes.waits_with({.priority = 50, .dest = Address(0x00010000)}), 50);
+}
+
 TEST_F(RouterTest, WhoeverHasTheSinkOfTextsMayGo) {
   const ClientId first = connect();
   const ClientId second = connect(PortKind::kLocal);

@@ -156,6 +156,26 @@ TEST_F(GdosLogTest, AnyNumberOfProgramsCanFollow) {
   EXPECT_THAT(followers[3].standard_output(), HasSubstr(R"("schema":"tims/text/1")"));
 }
 
+TEST_F(GdosLogTest, AFollowerFirstShowsThePast) {
+  start_log();
+  for (const char* text : {"first", "second", "third"}) {
+    send_text(text);
+    ASSERT_TRUE(comes_to_be_kept(text));
+  }
+  auto follower = timsctl({"log", "follow", "-n", "2", "--directory", folder().string()});
+  ASSERT_TRUE(follower);
+  EXPECT_TRUE(follower->wait_for_line("third"));
+  send_text("fourth");
+  EXPECT_TRUE(follower->wait_for_line("fourth"));
+  const std::string shown = follower->standard_output();
+  EXPECT_THAT(shown, Not(HasSubstr("first")));
+  EXPECT_EQ(shown.find("third"), shown.rfind("third")) << "once";
+  EXPECT_LT(shown.find("second"), shown.find("third"));
+  auto nothing = timsctl({"log", "follow", "-n", "2", "--directory", folder().string() + "/none"});
+  ASSERT_TRUE(nothing);
+  EXPECT_TRUE(nothing->wait_for_line("no messages of the past: there are no log files in"));
+}
+
 TEST_F(GdosLogTest, AnExclusiveOwnerIsNamed) {
   const ModelRouter original({});
   auto console = TcpClient::connect(original.endpoint());

@@ -171,6 +171,8 @@ std::optional<json::object> json_of(const Message& message) {
 }
 
 json::object AdminClient::ask(const json::object& question, tims::Duration patience) {
+  if (const std::string match = text_at(question, "match"); !match.empty())
+    (void)need_pattern(match, widths());
   json::object answer = ask_once(question, patience);
   json::object next = question;
   while (const json::value* after = at_path(answer, "next")) {
