@@ -165,7 +165,8 @@ Result<void> check_data(const tims::Header& header, tims::Address producer,
   }
   if (header.type != tims::type::kData) {
     return Error(Errc::kInvalidArgument, "type " + std::to_string(header.type) + " of " +
-                                             producer.to_string(widths) + " is not data: discard it");
+                                             producer.to_string(widths) +
+                                             " is not data: discard it");
   }
   return {};
 }

@@ -32,9 +32,8 @@ constexpr auto kLook = std::chrono::milliseconds(20);  // large messages are rec
 // The list is built at the start, and by INIT_LOG.
 constexpr std::array<ParameterInfo, 4> kParameters = {
     ParameterInfo{"binaryIo", 0, "1: write values of Io and points of Scan3d in binary form", 0, 1},
-    host_file(at_start(
-        {"logInfoFileName", "",
-         "list of modules: address in hexadecimal or by name, blank, file name"})),
+    host_file(at_start({"logInfoFileName", "",
+                        "list of modules: address in hexadecimal or by name, blank, file name"})),
     host_file(at_start({"logPathName", "",
                         "folder of the files, with a slash at its end, and the beginning of their "
                         "names; at most 39 characters; empty: the folder of RACK_FILES"})),

@@ -351,8 +351,8 @@ tims::Result<DatalogLogInfo> log_info(tims::Address module, const tims::AddressW
   if (recorded == nullptr) {
     const std::string_view name = tims::class_name(fields.class_id);
     return tims::Error(tims::Errc::kInvalidArgument,
-                       "data of class " + (name.empty() ? class_number(fields.class_id)
-                                                        : std::string(name)) +
+                       "data of class " +
+                           (name.empty() ? class_number(fields.class_id) : std::string(name)) +
                            " are not recorded");
   }
   DatalogLogInfo info{.moduleMbx = module, .maxDataLen = static_cast<i32>(recorded->body_max)};

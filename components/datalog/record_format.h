@@ -118,8 +118,8 @@ tims::Result<void> change_list(DatalogData& list, const DatalogData& wanted,
                                const tims::AddressWidths& widths = {});
 
 // Reads the list of recorded components from a file: lines of an address (in hexadecimal, or a name
-// such as "Ladar(0/0)"), a blank, a file name; an empty line or the end of the file ends it. Recording is disabled until SET_LOG. The
-// error kMalformed names the line.
+// such as "Ladar(0/0)"), a blank, a file name; an empty line or the end of the file ends it.
+// Recording is disabled until SET_LOG. The error kMalformed names the line.
 tims::Result<std::vector<DatalogLogInfo>> read_list(std::string_view text,
                                                     const tims::AddressWidths& widths = {});
 

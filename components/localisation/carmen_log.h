@@ -69,8 +69,8 @@ struct CarmenLog {
 };
 
 // Error kMalformed: "line 17: ...". Logs without scans are refused. A last line without its end was
-// being written when the recording program ended: if it is incomplete, it is left out. `field`: deg, field of view of
-// FLASER scans; 0: derived from the number of beams.
+// being written when the recording program ended: if it is incomplete, it is left out. `field`:
+// deg, field of view of FLASER scans; 0: derived from the number of beams.
 tims::Result<CarmenLog> read_carmen(std::string_view text, double field = 0);
 
 // 0 to 0.3 s; 0 when the log does not allow an estimate.

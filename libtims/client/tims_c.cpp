@@ -308,7 +308,8 @@ int tims_name_class(uint32_t class_id, const char* name) {
   names.pop_back();
   return fail(Error(Errc::kInvalidArgument,
                     "the number or the name of this class belongs to another class, or 64 classes "
-                    "have names: " + std::to_string(class_id) + ", " + std::string(wanted)));
+                    "have names: " +
+                        std::to_string(class_id) + ", " + std::string(wanted)));
 }
 
 int tims_parse_address(const tims_session* session, const char* text, uint32_t* address) {

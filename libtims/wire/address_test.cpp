@@ -226,7 +226,8 @@ TEST(Address, StatesWhyATextIsNone) {
             "class 256 is out of range: 0 to 255 with the address widths of this fleet");
   for (const char* text : {"", "Ladar", "Ladar(3/0", "Ladar(x/0)", "(0/0)"})
     EXPECT_EQ(Address::problem(text), "") << text;
-  for (const char* text : {"Ladar(3/0)", "Ladar(*/0)"}) EXPECT_EQ(Address::problem(text), "") << text;
+  for (const char* text : {"Ladar(3/0)", "Ladar(*/0)"})
+    EXPECT_EQ(Address::problem(text), "") << text;
 }
 
 TEST(Address, TextsHaveTheirSinkInEveryFleet) {

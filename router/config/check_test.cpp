@@ -199,9 +199,10 @@ TEST(Check, NumbersFitIntoTheirBits) {
 
 TEST(Check, AThousandRobotsHaveASystemEach) {
   const auto with = [&](int system, int id) {
-    return problems(fmt::format("[address]\nwidths = \"12/8/6/6\"\n[router]\nsystem = {}\nid = {}\n"
-                                "[[link]]\nkind = \"sub\"\nsystem = {}\n",
-                                system, id, system));
+    return problems(
+        fmt::format("[address]\nwidths = \"12/8/6/6\"\n[router]\nsystem = {}\nid = {}\n"
+                    "[[link]]\nkind = \"sub\"\nsystem = {}\n",
+                    system, id, system));
   };
   EXPECT_THAT(with(1000, 63), testing::IsEmpty());
   EXPECT_THAT(with(4095, 0), testing::IsEmpty());

@@ -56,7 +56,8 @@ TEST_F(RouterTest, AllOwnersOfTheTextSinkGetEachText) {
 TEST(TextSink, IsGdosInEveryFleet) {
   constexpr AddressWidths kWidths{12, 8, 6, 6};
   RecordingSink sink;
-  Router router({.address = Address::of({.system = 1000}, kWidths), .widths = kWidths}, {1, 2}, sink);
+  Router router({.address = Address::of({.system = 1000}, kWidths), .widths = kWidths}, {1, 2},
+                sink);
   EXPECT_EQ(router.text_sink().to_string(kWidths), "GDOS(0/0)");
   EXPECT_EQ(Address(0x00010000).to_string(kWidths), "Test(0/0)");
   const auto& classes = router.settings().classes;

@@ -300,7 +300,8 @@ Outcome TcpPort::deliver(Time /*now*/, const core::Receiver& to, const core::Mes
   TcpConnection* connection = find(to.token, to.client);
   if (connection == nullptr || connection->closing) return Outcome::kClientGone;
   touch(*connection);
-  return connection->output.add(message.bytes, router_.settings().classes.waits_with(message.header));
+  return connection->output.add(message.bytes,
+                                router_.settings().classes.waits_with(message.header));
 }
 
 void TcpPort::reply(Time /*now*/, const core::Receiver& to, const Header& header) {

@@ -45,8 +45,8 @@ TEST_F(GdosLogTest, IsAComponentLikeOthers) {
 TEST_F(GdosLogTest, AllKindsOfTextsAreDecodedAndHarmless) {
   start_log();
   const auto send = [&](const std::string& body, std::uint8_t order) {
-    EXPECT_TRUE(work_->send({.dest = text_sink(), .type = -125, .body_order = order},
-                            bytes_of(body)));
+    EXPECT_TRUE(
+        work_->send({.dest = text_sink(), .type = -125, .body_order = order}, bytes_of(body)));
   };
   using namespace std::string_literals;
   send("port %d of %s\0\0\0\x01\x02lms\0"s, 0);

@@ -281,8 +281,8 @@ TEST_F(OwnClassTest, HasItsNameInEveryVerb) {
 
 TEST_F(OwnClassTest, WithoutItsFileTheReasonIsStated) {
   for (const char* verb : {"list", "on", "data"}) {
-    const Ran ran =
-        run({"component", verb, std::string(verb) == "list" ? "Thermometer" : "Thermometer/0/0"}, "");
+    const Ran ran = run(
+        {"component", verb, std::string(verb) == "list" ? "Thermometer" : "Thermometer/0/0"}, "");
     EXPECT_EQ(ran.code, 2) << verb;
     EXPECT_THAT(ran.err, HasSubstr("no class is called Thermometer"));
     EXPECT_THAT(ran.err, HasSubstr("RACK_MESSAGES is not set"));

@@ -168,7 +168,8 @@ TEST_F(WidthsTest, EchoListens) {
 struct ManySystemsTest : TimsctlTest {
   static constexpr AddressWidths kWidths{12, 8, 6, 6};
 
-  ManySystemsTest() : TimsctlTest({"address.widths=12/8/6/6", "router.system=1000", "router.id=60"}) {}
+  ManySystemsTest()
+      : TimsctlTest({"address.widths=12/8/6/6", "router.system=1000", "router.id=60"}) {}
 
   ChildProcess start_program(std::vector<std::string> command) {
     command.front().insert(0, std::string(TIMS_PROGRAMS) + "/");
@@ -190,8 +191,8 @@ TEST_F(ManySystemsTest, ComponentsOfRobot1000) {
   ChildProcess chassis = start_program({"ChassisSim", "--system=1000", "--instance=63"});
   EXPECT_TRUE(chassis.wait_for_line("Chassis(1000/63) print: Init"));
   EXPECT_TRUE(follow->wait_for_line("Chassis(1000/63)"));
-  ChildProcess odometry = start_program(
-      {"OdometryChassis", "--system=1000", "--chassisSys=1000", "--chassisInst=63"});
+  ChildProcess odometry =
+      start_program({"OdometryChassis", "--system=1000", "--chassisSys=1000", "--chassisInst=63"});
   EXPECT_TRUE(odometry.wait_for_line("Odometry(1000/0) print: Init"));
   EXPECT_EQ(timsctl({"component", "on", "Odometry/1000/0"}).out, "Odometry(1000/0) ok\n");
   EXPECT_THAT(timsctl({"component", "data", "Chassis/1000/63"}).out, HasSubstr("vx: 0 mm/s"));

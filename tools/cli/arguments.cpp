@@ -75,10 +75,11 @@ std::string with_numbers(std::string form) {
 }
 
 // "\"Ladar/3/500\" is not an address: instance 500 is out of range ..."
-std::string not_an(std::string_view what, std::string_view text, const tims::AddressWidths& widths) {
-  const std::string why =
-      names_no_class(text) ? fmt::format("no class is called {}", class_part(text))
-                           : tims::Address::problem(with_parentheses(text), widths);
+std::string not_an(std::string_view what, std::string_view text,
+                   const tims::AddressWidths& widths) {
+  const std::string why = names_no_class(text)
+                              ? fmt::format("no class is called {}", class_part(text))
+                              : tims::Address::problem(with_parentheses(text), widths);
   return fmt::format("\"{}\" is not {}{}{}", text, what, why.empty() ? "" : ": ", why);
 }
 
@@ -135,8 +136,8 @@ std::string with_class_names(std::string text) {
     const std::size_t begin = at + kUnknown.size();
     const std::size_t end = text.find(']', begin);
     if (end == std::string::npos) break;
-    const auto id = base::parse_number<std::uint32_t>(
-        std::string_view(text).substr(begin, end - begin), 16);
+    const auto id =
+        base::parse_number<std::uint32_t>(std::string_view(text).substr(begin, end - begin), 16);
     if (!id) continue;
     if (const std::string_view known = tims::class_name(*id); !known.empty())
       text.replace(at, end + 1 - at, known);

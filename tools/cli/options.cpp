@@ -92,7 +92,8 @@ constexpr OptionRow kOptions[] = {
     {"watch", 'w', "[2]", "repeat every 2 s, or at this interval in seconds",
      [](Options& o, string_view v) { o.watch = pause(v); }},
     {"once", 0, "", "the same as -n 1", [](Options& o, string_view) { o.count = 1; }},
-    {"count", 'n', "N", "stop after N repetitions, messages or events; of log: the newest N messages",
+    {"count", 'n', "N",
+     "stop after N repetitions, messages or events; of log: the newest N messages",
      [](Options& o, string_view v) {
        o.count = count(v);
        if (o.count == 0) refuse("a count of at least 1", v);
@@ -141,8 +142,7 @@ constexpr OptionRow kOptions[] = {
      [](Options& o, string_view v) { o.rate_hz = rate(v); }},
     {"priority", 0, "P", "message priority, 0 to 255; higher is more urgent",
      [](Options& o, string_view v) {
-       o.priority =
-           static_cast<std::uint8_t>(number_up_to(255, "a priority from 0 to 255", v));
+       o.priority = static_cast<std::uint8_t>(number_up_to(255, "a priority from 0 to 255", v));
      }},
     {"size", 's', "BYTES", "bytes to add to each request to the router",
      [](Options& o, string_view v) { o.size_bytes = size(v); }},

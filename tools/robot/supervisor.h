@@ -83,7 +83,7 @@ class Supervisor {
   StatusSocket status_;
   tims::os::ServiceManager manager_;  // of this program
   std::list<Program> programs_;
-  std::map<const Program*, std::string> ends_;  // how programs have ended last
+  std::map<const Program*, std::string> ends_;        // how programs have ended last
   std::map<const Program*, std::size_t> components_;  // index of the component in the file
   bool ending_ = false;
   std::size_t failures_ = 0;

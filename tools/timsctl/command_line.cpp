@@ -166,7 +166,8 @@ constexpr Verb kOwnVerbs[] = {
      "timsctl msg bw Camera/3/0 --once", msg_bw, kRows},
 
     {"top", "", "", 0, 0, "count once for interval sort", true,
-     "Show clients and their rates, live. Keys: h for help, q quits, left and right select the column.",
+     "Show clients and their rates, live. Keys: h for help, q quits, left and right select the "
+     "column.",
      "timsctl top --sort in/s", top, kRows},
     {"stats", "", "", 0, 0, "watch count once sort by", false,
      "Show message counts by port, class and outcome, and those of local mailboxes.",
@@ -348,7 +349,8 @@ std::string overview() {
       "have\n"
       "* in any position: 'Ladar(*/0)'; Ladar alone is the whole class.\n"
       "Environment: TIMS_HOST (default of -H), TIMS_ROUTER (router of the programs on this host),\n"
-      "TIMS_PAGER or PAGER (shows long tables; cat: none), NO_COLOR, RACK_MESSAGES (descriptions of\n"
+      "TIMS_PAGER or PAGER (shows long tables; cat: none), NO_COLOR, RACK_MESSAGES (descriptions "
+      "of\n"
       "messages of your own classes).\n";
   return text.append(kExitHelp);
 }

@@ -314,11 +314,11 @@ Exit component_data(Context& context) {
   const rack::MessageInfo* info = rack::find_message(newest->header, style.widths);
   if (info == nullptr || info->body == nullptr) {
     const std::string why = undescribed(component.fields(style.widths).class_id);
-    throw Failure(
-        Exit::kNo, "unknown_class",
-        fmt::format("{}: {}", client.name_of(component), why.empty() ? "data of no known form" : why),
-        fmt::format("{}`timsctl msg echo ADDR -n 1` shows the bytes",
-                    why.empty() ? "" : rack::message_places() + "; "));
+    throw Failure(Exit::kNo, "unknown_class",
+                  fmt::format("{}: {}", client.name_of(component),
+                              why.empty() ? "data of no known form" : why),
+                  fmt::format("{}`timsctl msg echo ADDR -n 1` shows the bytes",
+                              why.empty() ? "" : rack::message_places() + "; "));
   }
   show_data(context, component, *newest, *info->body, style);
   return Exit::kDone;

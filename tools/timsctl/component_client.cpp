@@ -201,8 +201,8 @@ std::string silence_of(const Subscription& subscription, const std::string& name
   switch (subscription.state()) {
     case Subscription::State::kRunning:
       return fmt::format(
-          "nothing comes from {} for {}: it has accepted the subscription, but sends no data",
-          name, duration);
+          "nothing comes from {} for {}: it has accepted the subscription, but sends no data", name,
+          duration);
     case Subscription::State::kOff:
       return fmt::format("nothing comes from {}: it is off; `timsctl component on {}`", name, name);
     case Subscription::State::kNoData:

@@ -101,8 +101,8 @@ SenderPattern::SenderPattern(std::string_view text) {
   if (!name_ && form != "*") address_ = tims::Address::parse(form);
 }
 
-// The parts of "Ladar(3/500):2"; the class in lower case, by its name if it has one. `local`: if the
-// text has none.
+// The parts of "Ladar(3/500):2"; the class in lower case, by its name if it has one. `local`: if
+// the text has none.
 std::optional<SenderPattern::Name> SenderPattern::name_of(std::string_view text,
                                                           std::string_view local) {
   const auto cut = [&text](std::string_view mark) {
@@ -223,9 +223,7 @@ using rack::gdos::Record;
 class Follower {
  public:
   explicit Follower(Context& context)
-      : context_(context),
-        end_(context.run_end()),
-        filter_(text_filter(context.options, now())) {}
+      : context_(context), end_(context.run_end()), filter_(text_filter(context.options, now())) {}
 
   // Received directly, as owner of the GDOS mailbox.
   Exit own_sink(Connection& connection) {
@@ -337,8 +335,7 @@ class Follower {
 std::optional<tims::Address> ask_for_log(Context& context, Connection& connection) {
   const std::uint8_t seq_nr = connection.next_seq_nr();
   const tims::Address sink = tims::text_sink(connection.widths());
-  if (!connection.send(
-          {.dest = sink, .type = rack::GdosLogType::kGetLog, .seq_nr = seq_nr}, {}))
+  if (!connection.send({.dest = sink, .type = rack::GdosLogType::kGetLog, .seq_nr = seq_nr}, {}))
     return std::nullopt;
   const tims::Time deadline = tims::os::deadline_after(context.options.timeout);
   while (const auto message = receive(connection, context.signals, deadline)) {

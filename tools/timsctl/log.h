@@ -25,7 +25,7 @@ class SenderPattern {
   };
   static std::optional<Name> name_of(std::string_view text, std::string_view local);
 
-  std::optional<Name> name_;              // empty: one address, or all
+  std::optional<Name> name_;  // empty: one address, or all
   std::optional<tims::Address> address_;
 };
 

@@ -51,8 +51,7 @@ class Echo {
       const auto* data = rack::find_message(class_id, tims::type::kData);
       if (data != nullptr && data->body != nullptr) filter_.check(*data->body);
       if (const std::string why = undescribed(class_id); !why.empty())
-        context_.out.note(
-            fmt::format("{}, so bytes are shown: {}", why, rack::message_places()));
+        context_.out.note(fmt::format("{}, so bytes are shown: {}", why, rack::message_places()));
     }
     const auto period =
         std::chrono::duration_cast<std::chrono::milliseconds>(context_.options.period);
@@ -201,7 +200,8 @@ namespace {
 bool moves_something(std::uint32_t class_id, std::int8_t type) {
   if (type <= 0 || rack::find_message(rack::kEveryClass, type) != nullptr) return false;
   const auto is = [&](const char* name) { return tims::class_id_of(name) == class_id; };
-  return std::ranges::any_of(std::array{"Chassis", "Pilot", "Planner", "ServoDrive", "PtzDrive", "Vehicle"}, is);
+  return std::ranges::any_of(
+      std::array{"Chassis", "Pilot", "Planner", "ServoDrive", "PtzDrive", "Vehicle"}, is);
 }
 
 std::string read_all(const std::string& name) {

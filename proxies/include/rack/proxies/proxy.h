@@ -214,8 +214,7 @@ class DataProxy : public Proxy {
 
   // Decodes a message of the stream that get_cont_data() has subscribed to.
   Result<void> decode_stream(const tims::PeekGuard& message, Data& data) const {
-    return decode_data({message.header(), message.body()}, component(), data,
-                       address_widths());
+    return decode_data({message.header(), message.body()}, component(), data, address_widths());
   }
 
  private:
