@@ -227,7 +227,7 @@ std::vector<std::string> SilenceNotes::take(std::span<const Subscription> subscr
     const auto period = std::chrono::milliseconds(one.granted_ms().value_or(0));
     const tims::Duration silent = now - last_[i].data;
     const tims::Duration patience = std::max<tims::Duration>(kSilencePatience, 3 * period);
-    if (last_[i].noted || (silent < patience && !at_end)) continue;
+    if (last_[i].noted || (silent < patience && (!at_end || last_[i].any))) continue;
     last_[i].noted = true;
     notes.push_back(silence_of(one, shell_name(one.component(), widths), silent));
   }

@@ -139,19 +139,20 @@ class Subscription {
 // Reports subscriptions from which nothing comes, once each time.
 class SilenceNotes {
  public:
-  SilenceNotes(std::size_t subscriptions, tims::Time now) : last_(subscriptions, {now, false}) {}
+  SilenceNotes(std::size_t subscriptions, tims::Time now) : last_(subscriptions, {now}) {}
 
-  void on_data(std::size_t index, tims::Time now) { last_[index] = {now, false}; }
+  void on_data(std::size_t index, tims::Time now) { last_[index] = {now, false, true}; }
   // The reason was reported otherwise.
   void skip(std::size_t index) { last_[index].noted = true; }
-  // The notes that are due; `at_end`: also for those that were silent for a short time only.
+  // The notes that are due; `at_end`: also for those from which nothing has come at all.
   std::vector<std::string> take(std::span<const Subscription> subscriptions, tims::Time now,
                                 const tims::AddressWidths& widths, bool at_end = false);
 
  private:
   struct Last {
-    tims::Time data{};
+    tims::Time data{};  // or the beginning
     bool noted = false;
+    bool any = false;
   };
   std::vector<Last> last_;
 };

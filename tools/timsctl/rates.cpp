@@ -218,9 +218,7 @@ class RateWatch {
   }
 
  private:
-  // At the end: those from which nothing has come at all.
   void note_silence(bool at_end) {
-    if (at_end && std::ranges::count(totals_, 0U) == 0) return;
     for (const std::string& note :
          silence_.take(subscriptions_.all(), tims::os::now(), widths_, at_end))
       context_.out.note(note);
