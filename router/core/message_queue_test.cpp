@@ -57,7 +57,7 @@ TEST_F(MessageQueueTest, TextsAreCountedAsTexts) {
   wire::encode_header({.priority = 50, .dest = text_sink(), .length = 100},
                       std::span(text).first<kHeaderSize>());
   const auto put = [&] {
-    return queue_.push(text, PriorityClasses::waits_with({.priority = 50, .dest = text_sink()}),
+    return queue_.push(text, PriorityClasses().waits_with({.priority = 50, .dest = text_sink()}),
                        replaced_);
   };
   while (replaced_[0].messages == 0) ASSERT_TRUE(put());

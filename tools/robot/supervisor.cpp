@@ -263,6 +263,9 @@ void Supervisor::take_notifications() {
 // The status that a program has reported means nothing when the program has ended.
 std::string Supervisor::status_of(const Program& program) const {
   if (program.state() == State::kStarting && program.status().empty()) return "starting";
+  const bool silent = program.status().empty();  // a component that has not been turned on yet
+  if (program.state() != State::kDown && silent)
+    return program.address().empty() ? "running" : "off";
   if (program.state() != State::kDown) return program.status();
   const auto how = ends_.find(&program);
   const std::string dead = how == ends_.end() ? "dead" : "dead: " + how->second;
