@@ -211,7 +211,8 @@ TEST(LogList, AListOfAnotherLengthChangesAndExtendsIt) {
   ASSERT_TRUE(change_list(list, wanted).ok());
   ASSERT_EQ(list.logInfo.size(), 3U);
   EXPECT_EQ(list.logInfo[2].filename, "my.dat");
-  EXPECT_EQ(list.logInfo[2].maxDataLen, static_cast<i32>(body_max<LadarData>()));
+  EXPECT_EQ(list.logInfo[2].maxDataLen,
+            static_cast<i32>(recorded_class(tims::class_id::kLadar)->body_max));
   wanted.logInfo = {{.logEnable = 1, .moduleMbx = tims::Address(0x00140400)},
                     {.logEnable = 1, .moduleMbx = tims::Address(0x00F70000)}};
   EXPECT_EQ(change_list(list, wanted).error().detail(),
