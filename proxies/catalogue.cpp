@@ -254,7 +254,7 @@ std::vector<std::span<const MessageInfo>> message_tables() {
 Result<void> add_class(const ClassInfo& own) {
   const auto taken = [&](std::string_view by) {
     return tims::Error(tims::Errc::kAddressInUse,
-                       "class " + std::to_string(own.class_id) + ", " + std::string(own.name) +
+                       "class " + class_number(own.class_id) + ", " + std::string(own.name) +
                            ": number or name is that of " + std::string(by));
   };
   for (const ClassInfo& other : classes())
@@ -268,6 +268,12 @@ Result<void> add_class(const ClassInfo& own) {
 }
 
 std::span<const ClassInfo> added_classes() { return classes(); }
+
+std::string class_number(u32 class_id) {
+  std::array<char, 8> digits{};
+  const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), class_id, 16).ptr;
+  return std::to_string(class_id) + " (0x" + std::string(digits.data(), end) + ")";
+}
 
 const MessageInfo* find_message(u32 class_id, i8 type) {
   return find(class_id, [&](const MessageInfo& m) { return m.type == type; });

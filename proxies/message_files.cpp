@@ -126,16 +126,31 @@ class MessageFileReader {
 
   void read_class(const json::object& object) {
     file_.class_.name = keep(identifier_in(object, "class", ""));
-    const auto id = number_in(object, "class_id", "", 0, 0xFFFFFF);
-    if (!id) wrong("class_id", "is missing");
-    file_.class_.class_id = static_cast<u32>(*id);
+    file_.class_.class_id = class_id_in(object);
     for (const ClassInfo& other : added_classes())  // the same class again
       if (other.class_id == file_.class_.class_id && other.name == file_.class_.name) return;
     if (const auto known = tims::class_name(file_.class_.class_id); !known.empty())
-      wrong("class_id", std::to_string(*id) + " is the number of " + std::string(known) +
-                            ": use a number from 128 on");
+      wrong("class_id", class_number(file_.class_.class_id) + " is the number of " +
+                            std::string(known) + ": use a number from 128 on");
     if (tims::class_id_of(file_.class_.name))
       wrong("class", std::string(file_.class_.name) + " is a class of RACK itself");
+  }
+
+  // A number, or a text with the number in hexadecimal: "0x80".
+  static u32 class_id_in(const json::object& object) {
+    constexpr i64 kMax = 0xFFFFFF;
+    const json::value* value = object.if_contains("class_id");
+    const json::string* text = value == nullptr ? nullptr : value->if_string();
+    if (text == nullptr) {
+      const auto id = number_in(object, "class_id", "", 0, kMax);
+      if (!id) wrong("class_id", "is missing");
+      return static_cast<u32>(*id);
+    }
+    const auto id = text->starts_with("0x")
+                        ? tims::base::parse_number<u32>(std::string_view(*text).substr(2), 16)
+                        : std::nullopt;
+    if (!id || *id > kMax) wrong("class_id", "is not a number such as 128 or \"0x80\"");
+    return *id;
   }
 
   void read_message(const json::value& value, const std::string& where) {
@@ -365,6 +380,18 @@ std::vector<fs::path> places() {
 }
 
 }  // namespace
+
+std::string message_places() {
+  std::string text;
+  for (const fs::path& place : places())
+    text.append(text.empty() ? "its messages are described by no file in " : ", ")
+        .append(place.string());
+  if (text.empty()) text = "no folder with descriptions of messages was found";
+  const bool given = !tims::os::environment("RACK_MESSAGES").empty();
+  return text + (given ? " (RACK_MESSAGES)"
+                       : "; RACK_MESSAGES is not set: set it to the file, or the folder "
+                         "share/rack/messages of its build");
+}
 
 std::vector<std::string> load_message_files() {
   std::vector<std::string> problems;

@@ -40,6 +40,9 @@ class MessageFile {
   ClassInfo class_;
 };
 
+// Where files are looked for, and that RACK_MESSAGES is not set: for errors about unknown classes.
+std::string message_places();
+
 // Adds all files found to the catalogue, until the program ends. Call it before the program starts
 // threads. Returns the problems of the invalid files.
 std::vector<std::string> load_message_files();

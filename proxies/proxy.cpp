@@ -149,22 +149,24 @@ Error Proxy::named(const Error& error, i8 type) const {
   return {error.code(), std::move(detail)};
 }
 
-Result<void> check_data(const tims::Header& header, tims::Address producer) {
+Result<void> check_data(const tims::Header& header, tims::Address producer,
+                        const tims::AddressWidths& widths) {
   using tims::Errc;
   using tims::Error;
   if (header.src != producer) {
-    return Error(Errc::kInvalidArgument, "a message of " + header.src.to_string() +
-                                             " in the stream of " + producer.to_string() +
+    return Error(Errc::kInvalidArgument, "a message of " + header.src.to_string(widths) +
+                                             " in the stream of " + producer.to_string(widths) +
                                              ": open a data mailbox for each producer");
   }
   if (header.type == tims::type::kError) {
-    return Error(Errc::kAnsweredError, producer.to_string() +
+    return Error(Errc::kAnsweredError, producer.to_string(widths) +
                                            " ended its stream (off, or failed): subscribe again "
                                            "when it is on");
   }
   if (header.type != tims::type::kData) {
     return Error(Errc::kInvalidArgument, "type " + std::to_string(header.type) + " of " +
-                                             producer.to_string() + " is not data: discard it");
+                                             producer.to_string(widths) +
+                                             " is not data: discard it");
   }
   return {};
 }

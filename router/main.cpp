@@ -84,7 +84,7 @@ link::Identity identity(const config::Config& c, std::uint64_t epoch) {
           .name = std::string_view(c.router.name),
           .widths = c.address.widths,
           .message_max = c.message.bytes_max,
-          .classes = c.message.classes};
+          .classes = c.message.classes.at(c.address.widths)};
 }
 
 std::vector<core::StaticRoute> static_routes(const config::Config& c) {

@@ -30,13 +30,15 @@ constexpr auto kIdle = std::chrono::milliseconds(200);
 constexpr auto kLook = std::chrono::milliseconds(20);  // large messages are received in between
 
 // The list is built at the start, and by INIT_LOG.
-constexpr std::array<ParameterInfo, 3> kParameters = {
+constexpr std::array<ParameterInfo, 4> kParameters = {
     ParameterInfo{"binaryIo", 0, "1: write values of Io and points of Scan3d in binary form", 0, 1},
-    host_file(at_start(
-        {"logInfoFileName", "", "list of modules: address in hexadecimal, blank, file name"})),
+    host_file(at_start({"logInfoFileName", "",
+                        "list of modules: address in hexadecimal or by name, blank, file name"})),
     host_file(at_start({"logPathName", "",
                         "folder of the files, with a slash at its end, and the beginning of their "
                         "names; at most 39 characters; empty: the folder of RACK_FILES"})),
+    at_start({"record", "",
+              "modules that are recorded without SET_LOG: \"Ladar(0/0), Thermometer(0/0)\""}),
 };
 
 constexpr ModuleInfo kInfo{
@@ -123,7 +125,7 @@ Result<void> Recorder::subscribe(tims::Time now) {
 void Recorder::take(const tims::MessageView& message, tims::Time now, bool binary_io,
                     TextLog& log) {
   last_received_ = now;
-  if (const auto good = check_data(message.header, module()); !good) {
+  if (const auto good = check_data(message.header, module(), widths_); !good) {
     ended_ = true;
     return log.warning("{} has no data now", module());
   }
@@ -182,11 +184,15 @@ class DatalogRec : public DataModule<DatalogData> {
       const auto content = tims::os::read_file(path, kListBytesMax);
       if (!content) return content.error();
       const auto read = read_list(*content, address_widths());
-      if (!read) return tims::Error(read.error().code(), path + ", " + read.error().detail());
+      if (!read) return with_places(read.error(), path + ", ");
       list = *read;
     }
+    DatalogData made;
+    made.logInfo.assign(list.begin(), list.end());
+    if (const auto added = add_wanted(made); !added) return added;
     const std::lock_guard lock(list_mutex_);
-    list_.logInfo.assign(list.begin(), list.end());
+    list_.logInfo.reserve(decltype(list_.logInfo)::kMax);  // recorders refer to entries
+    list_.logInfo = made.logInfo;
     log_path_ = text("logPathName");
     if (!list_.logPathName.assign(log_path_))
       return refused("logPathName has more than 39 characters");
@@ -195,6 +201,27 @@ class DatalogRec : public DataModule<DatalogData> {
         return refused("\"" + std::string(info.filename.view()) +
                        "\" is not the name of a file, without a path");
     return {};
+  }
+
+  // The modules of the parameter `record`.
+  Result<void> add_wanted(DatalogData& list) const {
+    auto modules = modules_of(text("record"), address_widths());
+    if (!modules) return with_places(modules.error(), "record = " + text("record") + ": ");
+    DatalogData wanted;
+    for (DatalogLogInfo& info : *modules) {
+      info.logEnable = 1;
+      wanted.logInfo.push_back(info);
+    }
+    const auto changed = change_list(list, wanted, address_widths());
+    return changed ? changed : with_places(changed.error(), "");
+  }
+
+  // Errors about unknown classes state where the descriptions of messages were looked for.
+  static tims::Error with_places(const tims::Error& error, const std::string& before) {
+    const std::string& detail = error.detail();
+    const bool unknown = detail.find("no class is called") != std::string::npos ||
+                         detail.find("are not recorded") != std::string::npos;
+    return {error.code(), before + detail + (unknown ? ": " + message_places() : "")};
   }
 
   // --- names of files
@@ -278,8 +305,7 @@ class DatalogRec : public DataModule<DatalogData> {
       const RecordedClass* recorded =
           recorded_class(info.moduleMbx.fields(address_widths()).class_id);
       if (recorded == nullptr)
-        return refused("data of " + info.moduleMbx.to_string(address_widths()) +
-                       " are not recorded");
+        return with_places(log_info(info.moduleMbx, address_widths()).error(), "");
       info.bytesLogged = 0;
       info.setsLogged = 0;
       const OwnMailbox& stream = info.maxDataLen <= static_cast<i32>(kSmall) ? small_ : large_;
@@ -370,8 +396,7 @@ class DatalogRec : public DataModule<DatalogData> {
     if (!wanted) return wanted.error();
     {
       const std::lock_guard lock(list_mutex_);
-      if (wanted->logInfo.size() != list_.logInfo.size())
-        return refused("the list has " + std::to_string(list_.logInfo.size()) + " modules");
+      if (wanted->logInfo.size() != list_.logInfo.size()) return change_some(*wanted, message);
       if (auto good = check_names(*wanted); !good) return good;
       list_.logPathName = wanted->logPathName;
       for (std::size_t i = 0; i < list_.logInfo.size(); ++i) {
@@ -382,6 +407,22 @@ class DatalogRec : public DataModule<DatalogData> {
         info.setsLogged = old.setsLogged;
       }
     }
+    reply(message.header, tims::type::kOk);
+    return {};
+  }
+
+  // A list with some modules only, such as one by name. list_mutex_ is held.
+  Result<void> change_some(const DatalogData& wanted, const tims::MessageView& message) {
+    DatalogData changed;
+    changed.logInfo = list_.logInfo;
+    if (const auto good = change_list(changed, wanted, address_widths()); !good)
+      return with_places(good.error(), "");
+    changed.logPathName =
+        wanted.logPathName.view().empty() ? list_.logPathName : wanted.logPathName;
+    if (auto good = check_names(changed); !good) return good;
+    list_.logPathName = changed.logPathName;
+    list_.logInfo.resize(changed.logInfo.size());  // within its capacity: entries stay in place
+    std::ranges::copy(changed.logInfo, list_.logInfo.begin());
     reply(message.header, tims::type::kOk);
     return {};
   }

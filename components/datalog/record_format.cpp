@@ -1,5 +1,6 @@
 #include "components/datalog/record_format.h"
 
+#include <algorithm>
 #include <array>
 #include <deque>
 #include <vector>
@@ -286,19 +287,30 @@ std::string_view take_line(std::string_view& text) {
   return line;
 }
 
+// "00140000", "0x00140000" or "Ladar(0/0)".
+tims::Result<tims::Address> module_address(std::string_view text,
+                                           const tims::AddressWidths& widths) {
+  std::string_view digits = text;
+  if (digits.starts_with("0x")) digits.remove_prefix(2);
+  if (const auto raw = tims::base::parse_number<u32>(digits, 16)) return tims::Address(*raw);
+  if (const auto address = tims::Address::parse(text, widths)) return *address;
+  const std::string why = tims::Address::problem(text, widths);
+  return tims::Error(tims::Errc::kInvalidArgument,
+                     why.empty() ? "the address is neither a hexadecimal number nor a name such as "
+                                   "Ladar(0/0)"
+                                 : why);
+}
+
 tims::Result<DatalogLogInfo> read_entry(std::string_view line, std::size_t number,
                                         const tims::AddressWidths& widths) {
   const auto blank = line.find(' ');
   if (blank == std::string_view::npos || blank + 1 == line.size())
     return bad(number, "expected an address, a blank and a file name");
-  std::string_view digits = line.substr(0, blank);
-  if (digits.starts_with("0x")) digits.remove_prefix(2);
-  const auto address = tims::base::parse_number<u32>(digits, 16);
-  if (!address) return bad(number, "the address is not a hexadecimal number");
-  DatalogLogInfo info{.moduleMbx = tims::Address(*address)};
-  const RecordedClass* recorded = recorded_class(info.moduleMbx.fields(widths).class_id);
-  if (recorded == nullptr) return bad(number, "data of this class are not recorded");
-  info.maxDataLen = static_cast<i32>(recorded->body_max);
+  const auto address = module_address(line.substr(0, blank), widths);
+  if (!address) return bad(number, address.error().detail());
+  auto recorded = log_info(*address, widths);
+  if (!recorded) return bad(number, recorded.error().detail());
+  DatalogLogInfo info = *recorded;
   if (!info.filename.assign(line.substr(blank + 1)))
     return bad(number, "the file name is longer than 39 characters");
   return info;
@@ -331,6 +343,65 @@ std::string heading(const RecordedClass& recorded, tims::Address module,
   const auto [system, class_id, instance, local] = module.fields(widths);
   return "% " + std::string(recorded.title) + "(" + std::to_string(system) + "/" +
          std::to_string(instance) + ")\n% " + std::string(recorded.columns) + "\n";
+}
+
+tims::Result<DatalogLogInfo> log_info(tims::Address module, const tims::AddressWidths& widths) {
+  const auto fields = module.fields(widths);
+  const RecordedClass* recorded = recorded_class(fields.class_id);
+  if (recorded == nullptr) {
+    const std::string_view name = tims::class_name(fields.class_id);
+    return tims::Error(tims::Errc::kInvalidArgument,
+                       "data of class " +
+                           (name.empty() ? class_number(fields.class_id) : std::string(name)) +
+                           " are not recorded");
+  }
+  DatalogLogInfo info{.moduleMbx = module, .maxDataLen = static_cast<i32>(recorded->body_max)};
+  const std::string system = fields.system == 0 ? "" : std::to_string(fields.system) + "_";
+  (void)info.filename.assign(std::string(recorded->name) + "_" + system +
+                             std::to_string(fields.instance) + ".dat");
+  return info;
+}
+
+tims::Result<std::vector<DatalogLogInfo>> modules_of(std::string_view text,
+                                                     const tims::AddressWidths& widths) {
+  std::vector<DatalogLogInfo> list;
+  constexpr std::string_view kBetween = " ,\t";
+  for (;;) {
+    text.remove_prefix(std::min(text.find_first_not_of(kBetween), text.size()));
+    if (text.empty()) return list;
+    const std::string_view name = text.substr(0, text.find_first_of(kBetween));
+    text.remove_prefix(name.size());
+    const auto address = module_address(name, widths);
+    if (!address)
+      return tims::Error(address.error().code(),
+                         std::string(name) + ": " + address.error().detail());
+    auto info = log_info(*address, widths);
+    if (!info) return info.error();
+    if (list.size() == kListMax)
+      return tims::Error(tims::Errc::kInvalidArgument, "more than 100 modules");
+    list.push_back(*info);
+  }
+}
+
+tims::Result<void> change_list(DatalogData& list, const DatalogData& wanted,
+                               const tims::AddressWidths& widths) {
+  std::vector<DatalogLogInfo> changed(list.logInfo.begin(), list.logInfo.end());
+  for (const DatalogLogInfo& one : wanted.logInfo) {
+    auto entry = std::ranges::find(changed, one.moduleMbx, &DatalogLogInfo::moduleMbx);
+    if (entry == changed.end()) {
+      const auto info = log_info(one.moduleMbx, widths);
+      if (!info) return info.error();
+      if (changed.size() == kListMax)
+        return tims::Error(tims::Errc::kInvalidArgument,
+                           "the list has 100 modules already: shorten it with INIT_LOG");
+      entry = changed.insert(changed.end(), *info);
+    }
+    entry->logEnable = one.logEnable;
+    entry->periodTime = one.periodTime;
+    if (!one.filename.view().empty()) entry->filename = one.filename;
+  }
+  list.logInfo.assign(changed.begin(), changed.end());
+  return {};
 }
 
 tims::Result<std::vector<DatalogLogInfo>> read_list(std::string_view text,

@@ -104,9 +104,22 @@ const RecordedClass* recorded_class(std::uint32_t class_id);  // nullptr: not re
 std::string heading(const RecordedClass& recorded, tims::Address module,
                     const tims::AddressWidths& widths = {});
 
-// Reads the list of recorded components from a file: lines of an address in hexadecimal, a blank, a
-// file name; an empty line or the end of the file ends it. Recording is disabled until SET_LOG. The
-// error kMalformed names the line.
+// The entry of a component in the list, with the usual name of its file. kInvalidArgument: data of
+// this class are not recorded.
+tims::Result<DatalogLogInfo> log_info(tims::Address module, const tims::AddressWidths& widths = {});
+
+// The entries of components that are given by name: "Thermometer(0/0), Ladar(0/1)".
+tims::Result<std::vector<DatalogLogInfo>> modules_of(std::string_view text,
+                                                     const tims::AddressWidths& widths = {});
+
+// Applies a list of another length: its entries change or extend the list. An entry without a file
+// name keeps the present or the usual one. On an error the list is unchanged.
+tims::Result<void> change_list(DatalogData& list, const DatalogData& wanted,
+                               const tims::AddressWidths& widths = {});
+
+// Reads the list of recorded components from a file: lines of an address (in hexadecimal, or a name
+// such as "Ladar(0/0)"), a blank, a file name; an empty line or the end of the file ends it.
+// Recording is disabled until SET_LOG. The error kMalformed names the line.
 tims::Result<std::vector<DatalogLogInfo>> read_list(std::string_view text,
                                                     const tims::AddressWidths& widths = {});
 

@@ -175,12 +175,67 @@ TEST(LogList, IsReadToAnEmptyLine) {
   EXPECT_EQ((*list)[1].moduleMbx, tims::Address(0x00190100));
   EXPECT_EQ((*list)[1].filename, "scan.dat");
   EXPECT_TRUE(read_list("")->empty());
+  const auto named = read_list("ladar(0/1) l.dat\n");
+  ASSERT_TRUE(named.ok()) << named.error().detail();
+  EXPECT_EQ((*named)[0].moduleMbx, tims::Address(0x00140100));
+}
+
+TEST(LogList, ModulesByName) {
+  const auto modules = modules_of("Odometry(0/0), Scan2d(3/2)");
+  ASSERT_TRUE(modules.ok()) << modules.error().detail();
+  ASSERT_EQ(modules->size(), 2U);
+  EXPECT_EQ((*modules)[0].filename, "odometry_0.dat");
+  EXPECT_EQ((*modules)[1].moduleMbx, tims::Address(0x03190200));
+  EXPECT_EQ((*modules)[1].filename, "scan2d_3_2.dat");
+  EXPECT_TRUE(modules_of(" ,, ")->empty());
+  EXPECT_EQ(modules_of("Odometry").error().detail(),
+            "Odometry: the address is neither a hexadecimal number nor a name such as Ladar(0/0)");
+  std::string all;
+  for (int i = 0; i < 100; ++i) all += "Ladar(0/" + std::to_string(i) + ") ";
+  EXPECT_TRUE(modules_of(all).ok());
+  EXPECT_EQ(modules_of(all + "Ladar(0/100)").error().detail(), "more than 100 modules");
+}
+
+TEST(LogList, AListOfAnotherLengthChangesAndExtendsIt) {
+  DatalogData list;
+  list.logInfo = {*log_info(tims::Address(0x00120000)), *log_info(tims::Address(0x00190000))};
+  DatalogData wanted;
+  wanted.logInfo = {{.logEnable = 1, .moduleMbx = tims::Address(0x00190000), .periodTime = 500}};
+  ASSERT_TRUE(change_list(list, wanted).ok());
+  EXPECT_EQ(list.logInfo.size(), 2U);
+  EXPECT_EQ(list.logInfo[0].logEnable, 0);
+  EXPECT_EQ(list.logInfo[1].logEnable, 1);
+  EXPECT_EQ(list.logInfo[1].filename, "scan2d_0.dat");
+  wanted.logInfo = {{.logEnable = 1, .moduleMbx = tims::Address(0x00140300)}};
+  (void)wanted.logInfo[0].filename.assign("my.dat");
+  ASSERT_TRUE(change_list(list, wanted).ok());
+  ASSERT_EQ(list.logInfo.size(), 3U);
+  EXPECT_EQ(list.logInfo[2].filename, "my.dat");
+  EXPECT_EQ(list.logInfo[2].maxDataLen,
+            static_cast<i32>(recorded_class(tims::class_id::kLadar)->body_max));
+  wanted.logInfo = {{.logEnable = 1, .moduleMbx = tims::Address(0x00140400)},
+                    {.logEnable = 1, .moduleMbx = tims::Address(0x00F70000)}};
+  EXPECT_EQ(change_list(list, wanted).error().detail(),
+            "data of class 247 (0xf7) are not recorded");
+  EXPECT_EQ(list.logInfo.size(), 3U) << "unchanged";
+  wanted.logInfo.clear();
+  for (u32 i = 0; i < 100; ++i)
+    wanted.logInfo.push_back({.moduleMbx = tims::Address(0x00160000 + (i << 8))});
+  EXPECT_FALSE(change_list(list, wanted).ok());
+  wanted.logInfo.resize(97);
+  EXPECT_TRUE(change_list(list, wanted).ok());
+  EXPECT_EQ(list.logInfo.size(), 100U);
 }
 
 TEST(LogList, RefusesWhatIsNone) {
   EXPECT_EQ(refusal("00120000\n"), "line 1: expected an address, a blank and a file name");
-  EXPECT_EQ(refusal("00120000 a\nhello b\n"), "line 2: the address is not a hexadecimal number");
-  EXPECT_EQ(refusal("00170000 joystick.dat"), "line 1: data of this class are not recorded");
+  EXPECT_EQ(refusal("00120000 a\nhello b\n"),
+            "line 2: the address is neither a hexadecimal number nor a name such as Ladar(0/0)");
+  EXPECT_EQ(refusal("Thermometr(0/0) b\n"), "line 1: no class is called Thermometr");
+  EXPECT_EQ(refusal("Ladar(0/300) b\n"),
+            "line 1: instance 300 is out of range: 0 to 255 with the address widths of this fleet");
+  EXPECT_EQ(refusal("00170000 joystick.dat"), "line 1: data of class Joystick are not recorded");
+  EXPECT_EQ(refusal("00F70000 own.dat"), "line 1: data of class 247 (0xf7) are not recorded");
   EXPECT_EQ(refusal("00120000 " + std::string(40, 'a')),
             "line 1: the file name is longer than 39 characters");
   std::string long_list;

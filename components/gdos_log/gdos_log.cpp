@@ -52,7 +52,7 @@ class GdosLog : public DataModule<GdosData> {
 
  private:
   Result<void> module_init() override {
-    if (address() != gdos::kSink) return {};
+    if (address() != tims::text_sink(address_widths())) return {};
     return tims::Error(tims::Errc::kInvalidArgument, address().to_string(address_widths()) +
                                                          " is the sink itself; use --instance 1");
   }
@@ -109,7 +109,8 @@ class GdosLog : public DataModule<GdosData> {
     const tims::Time now = tims::os::now();
     if (now < next_try_) return;
     next_try_ = now + kTryAgain;
-    auto opened = open_mailbox({.address = gdos::kSink, .slots = 1024, .body_max = 1024});
+    auto opened = open_mailbox(
+        {.address = tims::text_sink(address_widths()), .slots = 1024, .body_max = 1024});
     if (opened) {
       sink_.emplace(std::move(*opened));
       lost_ = 0;

@@ -99,6 +99,19 @@ class Reader {
  public:
   explicit Reader(double field) : field_(field) {}
 
+  // A last line without a line end. Even if it can be read, its time may have lost digits.
+  void take_unended(std::string_view line, std::size_t number) {
+    const std::size_t scans = log_.scans.size();
+    const std::size_t ranges = log_.ranges.size();
+    const bool malformed = !take(line).empty();
+    const bool goes_back = log_.scans.size() > scans && scans > 0 &&
+                           log_.scans.back().logger_time < log_.scans[scans - 1].logger_time;
+    if (!malformed && !goes_back) return;
+    log_.scans.resize(scans);
+    log_.ranges.resize(ranges);
+    log_.cut_line = number;
+  }
+
   // Empty, or the reason why the line is malformed.
   std::string take(std::string_view line) {
     Fields fields(line);
@@ -219,10 +232,14 @@ tims::Result<CarmenLog> read_carmen(std::string_view text, double field) {
   Reader reader(field);
   for (std::size_t number = 1; !text.empty(); ++number) {
     const auto end = text.find('\n');
+    if (end == std::string_view::npos) {
+      reader.take_unended(text, number);
+      break;
+    }
     const std::string wrong = reader.take(text.substr(0, end));
     if (!wrong.empty())
       return tims::Error(tims::Errc::kMalformed, "line " + std::to_string(number) + ": " + wrong);
-    text.remove_prefix(end == std::string_view::npos ? text.size() : end + 1);
+    text.remove_prefix(end + 1);
   }
   return reader.end();
 }

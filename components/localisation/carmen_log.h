@@ -59,7 +59,8 @@ struct CarmenLog {
   std::vector<LogScan> scans{};
   std::vector<float> ranges{};  // m
   OdometryHistory odometry{};
-  double range_max = 0;  // m; a range of this length hit nothing
+  double range_max = 0;      // m; a range of this length hit nothing
+  std::size_t cut_line = 0;  // number of an incomplete last line, which was left out; 0: none
 
   // The end points of the beams that hit something, in the frame of the robot.
   void beams(const LogScan& scan, std::vector<BeamEnd>& ends) const;
@@ -67,8 +68,9 @@ struct CarmenLog {
   [[nodiscard]] Pose odometry_of(const LogScan& scan, double lag) const;
 };
 
-// Error kMalformed: "line 17: ...". Logs without scans are refused. `field`: deg, field of view of
-// FLASER scans; 0: derived from the number of beams.
+// Error kMalformed: "line 17: ...". Logs without scans are refused. A last line without its end was
+// being written when the recording program ended: if it is incomplete, it is left out. `field`:
+// deg, field of view of FLASER scans; 0: derived from the number of beams.
 tims::Result<CarmenLog> read_carmen(std::string_view text, double field = 0);
 
 // 0 to 0.3 s; 0 when the log does not allow an estimate.

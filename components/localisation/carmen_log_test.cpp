@@ -96,6 +96,26 @@ TEST(CarmenLog, ReportsTheBrokenLine) {
   EXPECT_NE(error_of("").find("no FLASER"), std::string::npos);
 }
 
+// The recording program was killed while it wrote.
+TEST(CarmenLog, AnIncompleteLastLineIsLeftOut) {
+  const std::string good =
+      "FLASER 2 1.5 2.5 0 0 0 0 0 0 10.5 h 10.5\nFLASER 2 1 2 0 0 0 1 0 0 11.5 h 11.5";
+  const std::size_t first = good.find('\n') + 1;
+  for (std::size_t size = first + 1; size <= good.size(); ++size) {
+    const auto log = read_carmen(good.substr(0, size));
+    ASSERT_TRUE(log.ok()) << size << ": " << log.error().detail();
+    // "FLASE" is no message, and the time 11 is only less exact than 11.5.
+    const bool names_scan = size >= first + 6;
+    const bool complete = size >= good.size() - 2;
+    EXPECT_EQ(log->scans.size(), complete ? 2U : 1U) << size;
+    EXPECT_EQ(log->ranges.size(), complete ? 4U : 2U) << size;
+    EXPECT_EQ(log->cut_line, names_scan && !complete ? 2U : 0U) << size;
+  }
+  EXPECT_EQ(read_carmen(good + "\n")->cut_line, 0U);
+  EXPECT_FALSE(read_carmen("FLASER 2 1.5").ok()) << "nothing is left";
+  EXPECT_FALSE(read_carmen("FLASER 2 1.5\n" + good).ok()) << "not the last line";
+}
+
 TEST(CarmenLog, AScanWithoutBeams) {
   const auto log = read_carmen("FLASER 0 0 0 0 0 0 0 1 h 1\n");
   ASSERT_TRUE(log.ok()) << log.error().detail();

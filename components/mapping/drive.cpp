@@ -38,7 +38,12 @@ class Table {
       ++number_;
       const auto end = left_.find('\n');
       const std::string_view text = left_.substr(0, end);
-      left_.remove_prefix(end == std::string_view::npos ? left_.size() : end + 1);
+      if (end == std::string_view::npos) {  // its last number may have lost digits
+        left_ = {};
+        if (is_data(text)) cut_ = number_;
+        return false;
+      }
+      left_.remove_prefix(end + 1);
       if (auto taken = take(text, line); !taken) return taken.error();
       if (line.count == 0) continue;
       if (line.count < fields_least_)
@@ -50,8 +55,20 @@ class Table {
     return false;
   }
   [[nodiscard]] std::size_t number() const { return number_; }
+  // Adds a remark about a last line without its end: it was being written when the recorder ended,
+  // and is left out.
+  void remark(std::vector<std::string>& remarks) const {
+    if (cut_ > 0)
+      remarks.push_back(std::string(file_) + ", line " + std::to_string(cut_) +
+                        ": incomplete, left out");
+  }
 
  private:
+  static bool is_data(std::string_view text) {
+    text.remove_prefix(std::min(text.find_first_not_of(" \t\r"), text.size()));
+    return !text.empty() && !text.starts_with('%') && !text.starts_with('#');
+  }
+
   // Fields beyond kFieldsMax are ignored.
   [[nodiscard]] tims::Result<void> take(std::string_view text, Line& line) const {
     constexpr std::string_view kBlank = " \t\r";
@@ -74,6 +91,7 @@ class Table {
   std::string_view file_;
   std::size_t fields_least_;
   std::size_t number_ = 0;
+  std::size_t cut_ = 0;
 };
 
 bool is_far(double mm) { return std::abs(mm) > kFarthest; }
@@ -91,7 +109,7 @@ struct Odometry {
 };
 
 // Columns: recordingTime x y z phi psi rho. Files of Position have more columns behind them.
-tims::Result<Odometry> read_odometry(std::string_view text) {
+tims::Result<Odometry> read_odometry(std::string_view text, std::vector<std::string>& remarks) {
   Odometry odometry;
   Table table(text, "odometry", 7);
   Line line;
@@ -107,6 +125,7 @@ tims::Result<Odometry> read_odometry(std::string_view text) {
     odometry.history.add(time, {.x = v[1], .y = v[2], .rho = heading(v[6])});
     odometry.times.push_back(time);
   }
+  table.remark(remarks);
   if (odometry.times.empty())
     return tims::Error(tims::Errc::kMalformed, "odometry: no line with a pose");
   return odometry;
@@ -144,6 +163,8 @@ void add_scan(Drive& drive, double time, const Pose& odometry, std::size_t row, 
 
 Drive drive_of(const localisation::CarmenLog& log, double lag) {
   Drive drive;
+  if (log.cut_line > 0)
+    drive.remarks.push_back("line " + std::to_string(log.cut_line) + ": incomplete, left out");
   std::vector<BeamEnd> ends;
   for (std::size_t row = 0; row < log.scans.size(); ++row) {
     const localisation::LogScan& scan = log.scans[row];
@@ -160,9 +181,9 @@ Drive drive_of(const localisation::CarmenLog& log, double lag) {
 // recordingTime duration maxRange sectorNum sectorIndex refPos (6) pointNum fileNum
 tims::Result<Drive> read_recording(std::string_view odometry_text, std::string_view scans,
                                    const ScanFile& scan_file) {
-  const auto odometry = read_odometry(odometry_text);
-  if (!odometry) return odometry.error();
   Drive drive;
+  const auto odometry = read_odometry(odometry_text, drive.remarks);
+  if (!odometry) return odometry.error();
   Table table(scans, "scans", 13);
   Line line;
   for (std::size_t row = 0;; ++row) {
@@ -185,6 +206,7 @@ tims::Result<Drive> read_recording(std::string_view odometry_text, std::string_v
     if (auto read = read_points(*text, name, v[2], drive.ends); !read) return read.error();
     add_scan(drive, time, odometry->history.at(time), row, begin);
   }
+  table.remark(drive.remarks);
   if (drive.scans.empty())
     return tims::Error(tims::Errc::kMalformed,
                        drive.left_out > 0 ? "no scan has odometry within a second of it: were "

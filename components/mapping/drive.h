@@ -31,7 +31,8 @@ struct DriveScan {
 struct Drive {
   std::vector<DriveScan> scans{};
   std::vector<BeamEnd> ends{};
-  std::size_t left_out = 0;  // scans without odometry at their time, or without points
+  std::size_t left_out = 0;            // scans without odometry at their time, or without points
+  std::vector<std::string> remarks{};  // incomplete lines: "odometry, line 17: ..."
 
   [[nodiscard]] std::span<const BeamEnd> beams(const DriveScan& scan) const {
     return std::span(ends).subspan(scan.begin, scan.count);

@@ -55,6 +55,18 @@ TEST(Recording, ReportsWhatIsWrongAndWhere) {
             "no scan has odometry within a second of it: were the two recorded together?");
 }
 
+// The recorder was killed while it wrote: the last numbers may have lost digits.
+TEST(Recording, AnIncompleteLastLineIsLeftOut) {
+  const std::string odometry = std::string(kOdometry) + "1300 60";
+  const std::string scans = std::string(kScans) + "1190 13 30000 1 0 0 0 0 0 0 0 4 1";
+  const auto drive = read_recording(odometry, scans, scan_file);
+  ASSERT_TRUE(drive.ok()) << drive.error().detail();
+  EXPECT_EQ(drive->scans.size(), 2U);
+  EXPECT_EQ(drive->remarks, (std::vector<std::string>{"odometry, line 6: incomplete, left out",
+                                                      "scans, line 5: incomplete, left out"}));
+  EXPECT_TRUE(read_recording(kOdometry, kScans, scan_file)->remarks.empty());
+}
+
 // Whatever a full disk or an editor makes of the three files: a drive of numbers, or what is wrong.
 TEST(Recording, SurvivesMutations) {
   Random random(5);

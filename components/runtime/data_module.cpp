@@ -175,14 +175,19 @@ Result<void> DataModuleBase::module_command(const tims::MessageView& message) {
   }
 }
 
+// Why there are no data while the component is not on.
+tims::Error DataModuleBase::no_data() const {
+  return refused(is_wanted() ? std::string(kNoDataYet) : "the component is off and has no data");
+}
+
 Result<void> DataModuleBase::Publisher::get_data(const tims::MessageView& message) {
   const auto request = decode<GetDataRequest>(message);
   if (!request) return request.error();
-  if (!module_.is_on()) return refused("the component is off and has no data");
+  if (!module_.is_on()) return module_.no_data();
   Result<std::size_t> size = std::size_t{0};
   {
     const std::lock_guard lock(module_.mutex_);
-    if (module_.history_.size() == 0) return refused("there are no data yet");
+    if (module_.history_.size() == 0) return refused(std::string(kNoDataYet));
     if (request->recordingTime.raw() != 0) {
       size = module_.data_at(request->recordingTime, answer_);
     } else {
@@ -213,14 +218,14 @@ tims::Error DataModuleBase::not_there(DataHistory::Miss miss, TimeStamp time) {
     case DataHistory::Miss::kEmpty:
       break;
   }
-  return refused("there are no data yet");
+  return refused(std::string(kNoDataYet));
 }
 
 Result<void> DataModuleBase::Publisher::get_cont_data(const tims::MessageView& message) {
   const auto request = decode<GetContDataRequest>(message);
   if (!request) return request.error();
   const std::uint32_t ends = ends_of_streams();
-  if (!module_.is_on()) return refused("the component is off and has no data");
+  if (!module_.is_on()) return module_.no_data();
   std::uint32_t granted = 0;
   Listeners::Added added{};
   {
@@ -281,7 +286,7 @@ ListenersData DataModuleBase::Publisher::listeners() const {
 
 Result<void> DataModuleBase::Publisher::get_next_data(const tims::MessageView& message) {
   const std::uint32_t ends = ends_of_streams();
-  if (!module_.is_on()) return refused("the component is off and has no data");
+  if (!module_.is_on()) return module_.no_data();
   Listeners::Added added{};
   {
     const std::lock_guard lock(module_.mutex_);

@@ -218,6 +218,9 @@ Result<void> Module::Runtime::start(const Arguments& arguments) {
   if (!session_) return {};  // stopped before there was a router
   log_.set_widths(module_.address_widths());
   if (auto fit = parameters_.set_widths(module_.address_widths()); !fit) return fit;
+  if (const int bits = module_.address_widths().class_id; info_.class_id >> bits != 0)
+    return refused("class " + std::to_string(info_.class_id) + " does not fit into the " +
+                   std::to_string(bits) + " bits that the addresses of this fleet have for it");
   address_ = module_.address_of(info_.class_id, parameters_.integer("system"),
                                 parameters_.integer("instance"));
   auto mailbox =

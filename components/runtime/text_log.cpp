@@ -34,10 +34,12 @@ QueuedText queued_text(gdos::Level level, fmt::string_view format, fmt::format_a
 
 void pass_on_one(const QueuedText& text, tims::Mailbox& mailbox) {
   const auto body = std::span(text.body).first(text.size);
-  // Texts have the lowest priority, and there may be no receiver.
-  (void)mailbox.send(
-      {.dest = gdos::kSink, .type = static_cast<std::int8_t>(text.level), .priority = 0}, body);
   const auto widths = mailbox.address_widths();
+  // Texts have the lowest priority, and there may be no receiver.
+  (void)mailbox.send({.dest = tims::text_sink(widths),
+                      .type = static_cast<std::int8_t>(text.level),
+                      .priority = 0},
+                     body);
   const auto line = gdos::decode(body, std::endian::native, widths);
   std::fprintf(stderr, "%s %s: %s\n", mailbox.address().to_string(widths).c_str(),
                std::string(gdos::name(text.level)).c_str(),

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <deque>
 #include <string>
 #include <vector>
 
@@ -293,11 +294,32 @@ void tims_split_address(const tims_session* session, uint32_t address,
   *fields = {f.system, f.class_id, f.instance, f.local};
 }
 
+int tims_name_class(uint32_t class_id, const char* name) {
+  static std::deque<std::string> names;  // tims::name_class() keeps a reference
+  const std::string_view wanted = name == nullptr ? "" : name;
+  if (tims::class_name(class_id) == wanted && !wanted.empty()) return 0;
+  const auto good = [](char c) {
+    return (c >= '0' && c <= '9') || (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || c == '_';
+  };
+  if (wanted.empty() || (wanted.front() >= '0' && wanted.front() <= '9') ||
+      !std::ranges::all_of(wanted, good))
+    return fail(Error(Errc::kInvalidArgument, "the name of a class has letters, digits and _"));
+  if (tims::name_class(class_id, names.emplace_back(wanted))) return 0;
+  names.pop_back();
+  return fail(Error(Errc::kInvalidArgument,
+                    "the number or the name of this class belongs to another class, or 64 classes "
+                    "have names: " +
+                        std::to_string(class_id) + ", " + std::string(wanted)));
+}
+
 int tims_parse_address(const tims_session* session, const char* text, uint32_t* address) {
   const auto parsed = Address::parse(text, widths_of(session));
   if (!parsed) {
-    std::string problem(text);
-    problem += " is not an address; write Ladar(3/0) or 0x03140000";
+    std::string problem = std::string(text) + " is not an address";
+    const std::string why = Address::problem(text, widths_of(session));
+    problem += why.empty() ? "; write Ladar(3/0) or 0x03140000" : ": " + why;
+    if (why.starts_with("no class"))
+      problem += "; tims_name_class() registers names of your own classes";
     return fail(Error(Errc::kInvalidArgument, std::move(problem)));
   }
   *address = parsed->raw();

@@ -346,8 +346,14 @@ TIMS_API uint32_t tims_make_address(const tims_session* session,
 TIMS_API void tims_split_address(const tims_session* session, uint32_t address,
                                  struct tims_address_fields* fields);
 
-/* "Ladar(3/0)", "Ladar(3/0):2" or "0x03140002"; class names are case-insensitive. 0 or
- * TIMS_EINVALID. */
+/* Registers a name for a class of components that RACK does not define, with a number from 128 on:
+ * this program then reads and writes "Thermometer(0/0)" instead of "unknown[80](0/0)". Call it
+ * before the program starts threads. At most 64 names. 0, also if this class has this name already,
+ * or TIMS_EINVALID. */
+TIMS_API int tims_name_class(uint32_t class_id, const char* name);
+
+/* "Ladar(3/0)", "Ladar(3/0):2" or "0x03140002"; class names are case-insensitive, also those of
+ * tims_name_class(). 0 or TIMS_EINVALID. */
 TIMS_API int tims_parse_address(const tims_session* session, const char* text, uint32_t* address);
 /* Writes at most size bytes, NUL included; returns the length without NUL. */
 TIMS_API size_t tims_format_address(const tims_session* session, uint32_t address, char* buffer,

@@ -47,7 +47,8 @@ struct Form {
   std::optional<Field> local;
 };
 
-std::optional<Form> parse_form(std::string_view text, const AddressWidths& w);
+std::optional<Form> parse_form(std::string_view text, const AddressWidths& w,
+                               std::string* problem = nullptr);
 std::optional<std::uint32_t> parse_raw(std::string_view text);
 
 // Passes the parts of "Ladar(3/0):2" to `append`, one after the other.
@@ -137,6 +138,12 @@ std::optional<Address> Address::parse(std::string_view text, const AddressWidths
   return of({form->system.value, form->class_id.value, form->instance.value, local.value}, w);
 }
 
+std::string Address::problem(std::string_view text, const AddressWidths& w) {
+  std::string problem;
+  (void)parse_form(text, w, &problem);
+  return problem;
+}
+
 std::optional<AddressPattern> AddressPattern::parse(std::string_view text, const AddressWidths& w) {
   AddressPattern pattern;
   if (text == "*") return pattern;
@@ -175,15 +182,33 @@ std::optional<std::uint32_t> parse_raw(std::string_view text) {
 
 bool fits(std::uint32_t value, std::uint8_t bits) { return value >> bits == 0; }
 
-std::optional<Field> parse_field(std::string_view text, std::uint8_t bits) {
+// The first problem is kept.
+void note(std::string* problem, const std::string& text) {
+  if (problem != nullptr && problem->empty()) *problem = text;
+}
+
+void note_range(std::string* problem, std::string_view field, std::string_view value,
+                std::uint8_t bits) {
+  if (problem == nullptr) return;
+  note(problem, std::string(field) + " " + std::string(value) + " is out of range: 0 to " +
+                    std::to_string((std::uint64_t{1} << bits) - 1) +
+                    " with the address widths of this fleet");
+}
+
+std::optional<Field> parse_field(std::string_view text, std::uint8_t bits, std::string_view name,
+                                 std::string* problem) {
   if (text == "*") return Field{.any = true};
   const auto value = parse_number(text);
-  if (!value || !fits(*value, bits)) return std::nullopt;
+  if (!value) return std::nullopt;
+  if (!fits(*value, bits)) {
+    note_range(problem, name, text, bits);
+    return std::nullopt;
+  }
   return Field{.value = *value};
 }
 
 // "Ladar", "unknown[ff]" or "*".
-std::optional<Field> parse_class(std::string_view text, std::uint8_t bits) {
+std::optional<Field> parse_class(std::string_view text, std::uint8_t bits, std::string* problem) {
   constexpr std::string_view kUnknown = "unknown[";
   if (text == "*") return Field{.any = true};
   std::optional<std::uint32_t> id;
@@ -191,8 +216,13 @@ std::optional<Field> parse_class(std::string_view text, std::uint8_t bits) {
     id = parse_number(text.substr(kUnknown.size(), text.size() - kUnknown.size() - 1), 16);
   } else {
     id = class_id_of(text);
+    if (!id && !text.empty()) note(problem, "no class is called " + std::string(text));
   }
-  if (!id || !fits(*id, bits)) return std::nullopt;
+  if (!id) return std::nullopt;
+  if (!fits(*id, bits)) {
+    note_range(problem, "class", std::to_string(*id), bits);
+    return std::nullopt;
+  }
   return Field{.value = *id};
 }
 
@@ -205,19 +235,20 @@ std::optional<std::string_view> cut(std::string_view& text, char mark) {
   return before;
 }
 
-std::optional<Form> parse_form(std::string_view text, const AddressWidths& w) {
+std::optional<Form> parse_form(std::string_view text, const AddressWidths& w,
+                               std::string* problem) {
   const auto class_text = cut(text, '(');
   const auto system_text = cut(text, '/');
   const auto instance_text = cut(text, ')');
   if (!class_text || !system_text || !instance_text) return std::nullopt;
-  const auto class_id = parse_class(*class_text, w.class_id);
-  const auto system = parse_field(*system_text, w.system);
-  const auto instance = parse_field(*instance_text, w.instance);
+  const auto class_id = parse_class(*class_text, w.class_id, problem);
+  const auto system = parse_field(*system_text, w.system, "system", problem);
+  const auto instance = parse_field(*instance_text, w.instance, "instance", problem);
   if (!class_id || !system || !instance) return std::nullopt;
   Form form{*system, *class_id, *instance, std::nullopt};
   if (text.empty()) return form;
   if (!text.starts_with(':')) return std::nullopt;
-  form.local = parse_field(text.substr(1), w.local);
+  form.local = parse_field(text.substr(1), w.local, "local id", problem);
   if (!form.local) return std::nullopt;
   return form;
 }

@@ -214,6 +214,28 @@ TEST(AddressPattern, FollowsOtherWidths) {
   EXPECT_FALSE(pattern->matches(*Address::parse("Ladar(7/4094):3", kWideInstances)));
 }
 
+TEST(Address, StatesWhyATextIsNone) {
+  EXPECT_EQ(Address::problem("Lader(3/0)"), "no class is called Lader");
+  EXPECT_EQ(Address::problem("Ladar(256/0)"),
+            "system 256 is out of range: 0 to 255 with the address widths of this fleet");
+  EXPECT_EQ(Address::problem("Ladar(3/4096)", kWideInstances),
+            "instance 4096 is out of range: 0 to 4095 with the address widths of this fleet");
+  EXPECT_EQ(Address::problem("Ladar(3/0):999"),
+            "local id 999 is out of range: 0 to 255 with the address widths of this fleet");
+  EXPECT_EQ(Address::problem("unknown[100](0/0)"),
+            "class 256 is out of range: 0 to 255 with the address widths of this fleet");
+  for (const char* text : {"", "Ladar", "Ladar(3/0", "Ladar(x/0)", "(0/0)"})
+    EXPECT_EQ(Address::problem(text), "") << text;
+  for (const char* text : {"Ladar(3/0)", "Ladar(*/0)"})
+    EXPECT_EQ(Address::problem(text), "") << text;
+}
+
+TEST(Address, TextsHaveTheirSinkInEveryFleet) {
+  EXPECT_EQ(text_sink(), Address(0x00010000));
+  for (const AddressWidths w : {AddressWidths{12, 8, 6, 6}, {6, 8, 10, 8}, {16, 8, 4, 4}})
+    EXPECT_EQ(text_sink(w).to_string(w), "GDOS(0/0)");
+}
+
 // Last test, because a registered name cannot be removed.
 TEST(AddressNames, ClassesOfOthersAreNamed) {
   EXPECT_EQ(Address(0x00800000).to_string(), "unknown[80](0/0)");

@@ -71,19 +71,26 @@ class Checker {
 
   void check_width(std::string_view key, std::uint32_t value, std::string_view field,
                    std::uint8_t bits) {
-    if (!fits(value, bits))
-      fail(key, fmt::format("{} {} does not fit into the {} bits of {} of address.widths", key,
-                            value, bits, field));
+    if (!fits(value, bits)) fail(key, does_not_fit(key, value, field, bits));
+  }
+
+  static std::string does_not_fit(std::string_view key, std::uint32_t value, std::string_view field,
+                                  std::uint8_t bits) {
+    return fmt::format(
+        "{} {} does not fit into the {} bits of {} of address.widths: write at most {}, or wider "
+        "fields for the whole fleet, such as widths = \"12/8/6/6\" under [address]",
+        key, value, bits, field, (std::uint64_t{1} << bits) - 1);
   }
 
   // --- one link
 
   void check_link(std::size_t i) {
     const Link& link = config_.links[i];
-    if (link.system && !fits(*link.system, config_.address.widths.system))
-      fail(key(i, "system"), fmt::format("link.system {} does not fit into the {} bits of system "
-                                         "of address.widths",
-                                         *link.system, config_.address.widths.system));
+    if (link.system) {
+      const std::uint8_t bits = config_.address.widths.system;
+      if (!fits(*link.system, bits))
+        fail(key(i, "system"), does_not_fit("link.system", *link.system, "system", bits));
+    }
     check_paths(i, link);
     if (!has(i, "kind")) {
       if (is_complete(i))

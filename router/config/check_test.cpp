@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -7,6 +8,7 @@ namespace tims::config {
 namespace check_test {
 
 using testing::ElementsAre;
+using testing::HasSubstr;
 using testing::StartsWith;
 
 const Host kHost{.name = "robot1", .uid = 0, .environment = {}};
@@ -188,10 +190,26 @@ TEST(Check, NumbersFitIntoTheirBits) {
       problems("[address]\nwidths = \"4/12/4/12\"\n[router]\nsystem = 16\nid = 255\n[[link]]\nkind "
                "= \"sub\"\nsystem = 99\n"),
       ElementsAre(
-          "r.toml:6:10: router.system 16 does not fit into the 4 bits of system of address.widths",
-          "r.toml:7:6: router.id 255 does not fit into the 4 bits of instance of address.widths",
-          "r.toml:10:10: link.system 99 does not fit into the 4 bits of system of "
-          "address.widths"));
+          "r.toml:6:10: router.system 16 does not fit into the 4 bits of system of address.widths: "
+          "write at most 15, or wider fields for the whole fleet, such as widths = \"12/8/6/6\" "
+          "under [address]",
+          StartsWith("r.toml:7:6: router.id 255 does not fit into the 4 bits of instance"),
+          StartsWith("r.toml:10:10: link.system 99 does not fit into the 4 bits of system")));
+}
+
+TEST(Check, AThousandRobotsHaveASystemEach) {
+  const auto with = [&](int system, int id) {
+    return problems(
+        fmt::format("[address]\nwidths = \"12/8/6/6\"\n[router]\nsystem = {}\nid = {}\n"
+                    "[[link]]\nkind = \"sub\"\nsystem = {}\n",
+                    system, id, system));
+  };
+  EXPECT_THAT(with(1000, 63), testing::IsEmpty());
+  EXPECT_THAT(with(4095, 0), testing::IsEmpty());
+  EXPECT_EQ(with(4096, 63).size(), 2U);
+  EXPECT_EQ(with(1000, 64).size(), 1U);
+  EXPECT_THAT(problems("[router]\nsystem = 256\n"),
+              ElementsAre(HasSubstr("router.system 256 does not fit into the 8 bits")));
 }
 
 TEST(Check, RoutesAreWholeAndTheirPatternsReadable) {

@@ -56,7 +56,7 @@ struct Link {
   LinkKind kind = LinkKind::kSuper;
   std::string host;                                    // empty: this side accepts
   std::uint16_t port = 0;                              // 0: this side accepts
-  std::optional<std::uint8_t> system;                  // the system this side accepts; empty: any
+  std::optional<std::uint16_t> system;                 // the system this side accepts; empty: any
   LinkPaths paths{PathKind::kUdp};                     // at least one
   std::string name;                                    // for display; may be empty
   std::uint32_t mailboxes = 65536;                     // maximum the other side may announce
@@ -72,6 +72,9 @@ struct Link {
   [[nodiscard]] std::string to_string() const;  // "10.9.1.1:2010", "sub of system 1", "peer of *"
   bool operator==(const Link&) const = default;
 };
+
+// Of systems and routers; fewer with narrow fields (AddressBits).
+inline constexpr std::int64_t kIdMax = 65535;
 
 // An exception from routing along the tree: [[route]].
 struct Route {
@@ -89,8 +92,8 @@ struct Config {
   struct Router {
     std::string name;  // for users; default: the host's name
     Role role = Role::kSystem;
-    std::uint8_t system = 0;
-    std::uint8_t id = 1;
+    std::uint16_t system = 0;
+    std::uint16_t id = 1;
     std::uint8_t priority = 0;  // SCHED_FIFO; 0: an ordinary process
     bool operator==(const Router&) const = default;
   } router;

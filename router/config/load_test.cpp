@@ -157,8 +157,8 @@ const std::vector<Bad> kBad{
      {"r.toml:3:1: unknown key link.rats; did you mean link.rate?",
       "r.toml:6:1: unknown key link.flux; known are kind, to, system, paths, name, mailboxes, "
       "interval, rate, reserve, lifetime"}},
-    {"[[link]]\nkind = \"sub\"\nsystem = 256\nrate = 9999\ninterval = \"11s\"\nreserve = 91\n",
-     {"r.toml:3:10: link.system 256 is out of range (0 to 255)",
+    {"[[link]]\nkind = \"sub\"\nsystem = 65536\nrate = 9999\ninterval = \"11s\"\nreserve = 91\n",
+     {"r.toml:3:10: link.system 65536 is out of range (0 to 65535)",
       "r.toml:4:8: link.rate 9999B is out of range (10kB to 100GB, or 0)",
       "r.toml:5:12: link.interval 11s is out of range (50ms to 10s)",
       "r.toml:6:11: link.reserve 91 is out of range (0 to 90)"}},
@@ -199,9 +199,9 @@ const std::vector<Bad> kBad{
       "ms, s, min, h"}},
     {"[lifesign]\ninterval = \"99ms\"\n",
      {"r.toml:2:12: lifesign.interval 99ms is out of range (100ms to 1h)"}},
-    {"[router]\nsystem = 256\nid = -1\n",
-     {"r.toml:2:10: router.system 256 is out of range (0 to 255)",
-      "r.toml:3:6: router.id -1 is out of range (0 to 255)"}},
+    {"[router]\nsystem = 65536\nid = -1\n",
+     {"r.toml:2:10: router.system 65536 is out of range (0 to 65535)",
+      "r.toml:3:6: router.id -1 is out of range (0 to 65535)"}},
     {"[message]\nmax = 65535\n",
      {"r.toml:2:7: message.max 65535B is out of range (64KiB to 1GiB)"}},
     {"[message]\nmax = \"2GiB\"\n",
@@ -382,13 +382,13 @@ TEST(Load, LinksOfAllFilesAndSettingsStandOneBehindTheOther) {
 }
 
 TEST(Load, AllProblemsOfAllSourcesAreReported) {
-  const Loaded loaded = load({{{"a.toml", "[router]\nid = 300\nsytem = 1\n"}, {"b.toml", "[x\n"}},
+  const Loaded loaded = load({{{"a.toml", "[router]\nid = 70000\nsytem = 1\n"}, {"b.toml", "[x\n"}},
                               {"log.level=loud", "tcp.queu=5", "nonsense"},
                               kHost});
   EXPECT_THAT(
       problems_of(loaded),
       testing::ElementsAre(
-          "a.toml:2:6: router.id 300 is out of range (0 to 255)",
+          "a.toml:2:6: router.id 70000 is out of range (0 to 65535)",
           "a.toml:3:1: unknown key router.sytem; did you mean router.system?",
           testing::StartsWith("b.toml:1:"),
           "--set 1: log.level must be \"error\", \"warning\", \"info\" or \"debug\", not \"loud\"",

@@ -80,15 +80,17 @@ constexpr std::array kOptions{
                  "a system router represents one robot, a top-level router connects robots."}),
     row<Kind::kNumber, &Config::router, &Config::Router::system>(
         {.key = "router.system",
-         .range = {0, 255},
+         .range = {0, kIdMax},
          .reload = Reload::kRestart,
          .help = "System (robot) this router belongs to: the first field of its address "
-                 "Tims(system/id); 0 for a top-level router."}),
+                 "Tims(system/id); 0 for a top-level router. Above 255 it needs a wider field "
+                 "of address.widths."}),
     row<Kind::kNumber, &Config::router, &Config::Router::id>(
         {.key = "router.id",
-         .range = {0, 255},
+         .range = {0, kIdMax},
          .reload = Reload::kRestart,
-         .help = "Number of this router within its system; must be unique in the system."}),
+         .help = "Number of this router within its system; must be unique in the system. Above 255 "
+                 "it needs a wider field of address.widths."}),
     row<Kind::kNumber, &Config::router, &Config::Router::priority>(
         {.key = "router.priority",
          .range = {0, 99},
@@ -101,8 +103,9 @@ constexpr std::array kOptions{
     row<Kind::kWidths, &Config::address, &Config::AddressBits::widths>(
         {.key = "address.widths",
          .reload = Reload::kRestart,
-         .help = "Bits of each field of an address, 32 in all and at least 1 each; the same for "
-                 "every router and component of a fleet."}),
+         .help = "Bits of each field of an address (system/class/instance/local), 32 in all and at "
+                 "least 1 each; the same for every router and component of a fleet. With "
+                 "\"12/8/6/6\" up to 4095 robots have a system each."}),
 
     row<Kind::kText, &Config::unix, &Config::Unix::path>(
         {.key = "unix.path",

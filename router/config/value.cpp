@@ -87,12 +87,12 @@ Result<Value> parsed(Kind kind, std::string_view text, std::optional<T> value) {
 }
 
 Result<Value> parse_system(std::string_view text) {
-  if (text == "*") return Value(std::optional<std::uint8_t>());
+  if (text == "*") return Value(std::optional<std::uint16_t>());
   const auto number = parse_number(Kind::kSystem, text);
   if (!number) return number.error();
-  const auto checked = check_range(Kind::kNumber, {0, 255}, *number);
+  const auto checked = check_range(Kind::kNumber, {0, kIdMax}, *number);
   if (!checked) return checked.error();
-  return Value(std::optional(static_cast<std::uint8_t>(std::get<std::int64_t>(*number))));
+  return Value(std::optional(static_cast<std::uint16_t>(std::get<std::int64_t>(*number))));
 }
 
 // Exactly `count` numbers separated by slashes.
@@ -239,7 +239,7 @@ struct ToToml {
   std::string operator()(LogLevel level) const { return name(Kind::kLogLevel, level); }
   std::string operator()(Role role) const { return name(Kind::kRole, role); }
   std::string operator()(LinkKind kind) const { return name(Kind::kLinkKind, kind); }
-  std::string operator()(std::optional<std::uint8_t> system) const {
+  std::string operator()(std::optional<std::uint16_t> system) const {
     return system ? std::to_string(*system) : in_quotes("*");
   }
   std::string operator()(const AddressWidths& w) const {

@@ -46,7 +46,7 @@ struct Rate {
 
 using Value =
     std::variant<std::string, bool, std::int64_t, Duration, Bytes, std::optional<Endpoint>,
-                 LogLevel, Role, LinkKind, Destination, std::optional<std::uint8_t>, Rate,
+                 LogLevel, Role, LinkKind, Destination, std::optional<std::uint16_t>, Rate,
                  AddressWidths, LinkPaths, PriorityClasses>;  // in the order of Kind
 
 // Inclusive limits of a number, the nanoseconds of a duration, the bytes of a size or rate, or

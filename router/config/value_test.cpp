@@ -129,9 +129,9 @@ TEST(Value, RatesAreSizesASecondOrNone) {
 
 TEST(Value, SystemsAreNumbersOrAny) {
   EXPECT_EQ(read(Kind::kSystem, "0"), "0");
-  EXPECT_EQ(read(Kind::kSystem, "255"), "255");
+  EXPECT_EQ(read(Kind::kSystem, "65535"), "65535");
   EXPECT_EQ(read(Kind::kSystem, "*"), R"("*")");
-  EXPECT_EQ(read(Kind::kSystem, "256"), "256 is out of range (0 to 255)");
+  EXPECT_EQ(read(Kind::kSystem, "65536"), "65536 is out of range (0 to 65535)");
   EXPECT_EQ(read(Kind::kSystem, "any"), R"(must be a system's number or "*" for any, not "any")");
 }
 

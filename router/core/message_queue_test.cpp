@@ -54,10 +54,10 @@ class MessageQueueTest : public testing::Test {
 // A text with priority 50 still yields to other messages; it is counted as a text.
 TEST_F(MessageQueueTest, TextsAreCountedAsTexts) {
   Bytes text = message(100, 50);
-  wire::encode_header({.priority = 50, .dest = kTextSink, .length = 100},
+  wire::encode_header({.priority = 50, .dest = text_sink(), .length = 100},
                       std::span(text).first<kHeaderSize>());
   const auto put = [&] {
-    return queue_.push(text, PriorityClasses::waits_with({.priority = 50, .dest = kTextSink}),
+    return queue_.push(text, PriorityClasses().waits_with({.priority = 50, .dest = text_sink()}),
                        replaced_);
   };
   while (replaced_[0].messages == 0) ASSERT_TRUE(put());

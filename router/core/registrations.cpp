@@ -16,10 +16,6 @@ bool is_below(const Client& owner) {
   return !is_link(owner) || owner.info.link.kind == LinkKind::kSub;
 }
 
-bool is_exported(const Client& owner, Address address) {
-  return is_below(owner) && address != kTextSink;
-}
-
 }  // namespace
 
 std::uint32_t table_hash(Address address, const Origin& origin) {
@@ -42,6 +38,10 @@ void MissingRouters::add(MissingRouter missing) {
 
 void MissingRouters::found(Address router) {
   std::erase_if(list_, [&](const MissingRouter& missing) { return missing.router == router; });
+}
+
+bool Registrations::is_exported(const Client& owner, Address address) const {
+  return is_below(owner) && address != text_sink_;
 }
 
 Origin Registrations::origin(const Client& owner, const Table::Entry& entry) const {

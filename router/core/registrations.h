@@ -35,9 +35,9 @@ struct ClientInfo {
   struct Link {         // data of a link to another router
     LinkKind kind = LinkKind::kSub;
     Role role = Role::kSubsystem;
-    std::uint8_t system = 0;
+    std::uint16_t system = 0;
     Address router{};
-    std::optional<std::uint8_t> only{};  // accept only addresses of this system; empty: of any
+    std::optional<std::uint16_t> only{};  // accept only addresses of this system; empty: of any
   } link{};
   bool lifesign = false;  // send lifesigns from the start, as to original clients
 };
@@ -227,7 +227,8 @@ class MissingRouters {
 // other announcements wait here and are considered when the owner is gone.
 class Registrations {
  public:
-  explicit Registrations(HashSeed seed) : table_(seed) {}
+  // `text_sink`: this address is not exported.
+  Registrations(HashSeed seed, Address text_sink) : text_sink_(text_sink), table_(seed) {}
 
   [[nodiscard]] const Table::Entry* find(Address address) const { return table_.find(address); }
   [[nodiscard]] const Table& table() const { return table_; }
@@ -267,6 +268,9 @@ class Registrations {
   void insert(Time now, Client& owner, Address address, std::uint32_t number);
   void withdraw(const Client& owner, const Table::Entry& entry);
 
+  [[nodiscard]] bool is_exported(const Client& owner, Address address) const;
+
+  Address text_sink_;
   Table table_;
   AddressSet addresses_;
   Origins origins_;

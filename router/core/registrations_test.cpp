@@ -106,7 +106,7 @@ class RegistrationsTest : public testing::Test {
     ASSERT_EQ(registrations_.table().size(), total);
   }
 
-  Registrations registrations_{{5, 6}};
+  Registrations registrations_{{5, 6}, text_sink()};
 };
 
 TEST_F(RegistrationsTest, RememberWhenAMailboxCame) {

@@ -59,8 +59,9 @@ bool only_down(const Client* from) {
 Router::Router(const RouterSettings& settings, HashSeed seed, RouterHooks& hooks)
     : settings_(settings),
       hooks_(hooks),
-      registrations_(seed),
+      registrations_(seed, tims::text_sink(settings.widths)),
       lifesigns_(settings.lifesign_interval) {
+  settings_.classes = settings.classes.at(settings.widths);
   const Origin here{settings.address, settings.epoch, 0};
   registrations_.set_here(here);
   registrations_.exported_table().added(settings.address, here);
@@ -182,7 +183,7 @@ Removal Router::remove_mailbox(Time now, ClientId by, Address address) {
   const Client* client = clients_.find(by);
   const Table::Entry* entry = find(address);
   if (client == nullptr || entry == nullptr) return Removal::kUnknown;
-  if (address == kTextSink && stop_sharing(by)) {
+  if (address == text_sink() && stop_sharing(by)) {
     happened(now, EventKind::kWithdrawn, address, client->peer(), client->peer());
     return Removal::kOk;
   }
@@ -257,7 +258,7 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
 std::optional<std::uint32_t> Router::handle_of(const Client& owner, Address address) const {
   const Table::Entry* entry = find(address);
   if (entry != nullptr && entry->owner == owner.id) return entry->handle;
-  if (address != kTextSink) return std::nullopt;
+  if (address != text_sink()) return std::nullopt;
   const auto reader = std::ranges::find(text_readers_, owner.id, &TextReader::client);
   if (reader == text_readers_.end()) return std::nullopt;
   return reader->handle;
@@ -277,10 +278,10 @@ Receiver Router::receiver_of(const Client& client, std::uint32_t handle) {
 Outcome Router::forward(Time now, Client* from, Message& message) {
   NextHop on = next_hop(from, message.header.dest);
   if (on.to == nullptr) {
-    const bool unread = message.header.dest == kTextSink && message.header.type <= 0;
+    const bool unread = message.header.dest == text_sink() && message.header.type <= 0;
     return unread && on.why_not == Outcome::kNoRoute ? Outcome::kUnread : on.why_not;
   }
-  if (message.header.dest == kTextSink && shares_texts()) {
+  if (message.header.dest == text_sink() && shares_texts()) {
     if (message.header.type <= 0) {
       copy_text(now, message);
     } else if (on.to->info.port != PortKind::kLocal) {
@@ -391,7 +392,7 @@ void Router::count_dropped(Client* receiver, const Count& count) {
 // --- events
 
 bool Router::may_share(const Client& client, Address address) const {
-  const Table::Entry* entry = address == kTextSink ? find(address) : nullptr;
+  const Table::Entry* entry = address == text_sink() ? find(address) : nullptr;
   return entry != nullptr && !handle_of(client, address) &&
          text_readers_.size() + 1 < kTextReadersMax;
 }
@@ -402,10 +403,10 @@ bool Router::stop_sharing(ClientId client) {
 
 // The first owner has gone: the next one takes its place.
 void Router::next_text_reader(Time now) {
-  if (text_readers_.empty() || find(kTextSink) != nullptr) return;
+  if (text_readers_.empty() || find(text_sink()) != nullptr) return;
   const TextReader next = text_readers_.front();
   text_readers_.erase(text_readers_.begin());
-  registrations_.add(now, *clients_.find(next.client), kTextSink, next.handle);
+  registrations_.add(now, *clients_.find(next.client), text_sink(), next.handle);
 }
 
 void Router::withdraw_all(Time now, Client& client) {
@@ -544,7 +545,7 @@ void Router::set_uplink(Time now, ClientId link) {
 std::optional<Origin> Router::exported(Address address) const {
   if (address == settings_.address) return registrations_.here();
   const Table::Entry* entry = find(address);
-  if (entry == nullptr || address == kTextSink) return std::nullopt;
+  if (entry == nullptr || address == text_sink()) return std::nullopt;
   const Client& owner = *clients_.find(entry->owner);
   if (only_down(&owner)) return std::nullopt;
   return registrations_.origin(owner, *entry);
@@ -552,7 +553,7 @@ std::optional<Origin> Router::exported(Address address) const {
 
 bool Router::learn(Time now, ClientId link, Address address, const Origin& origin) {
   Client* from = clients_.find(link);
-  if (from == nullptr || address == kTextSink) return false;
+  if (from == nullptr || address == text_sink()) return false;
   const Origin& here = registrations_.here();
   if (origin.router == here.router || origin.hops >= kHopsMax) {
     // Either one of our own mailboxes came back, or another router's announcement is in a loop,
@@ -607,7 +608,7 @@ void Router::duplicate(Time now, const Client& link, Address address, const Orig
 
 // The address has become free: assign it to a link that waited for it.
 void Router::learn_again(Time now, Address address) {
-  if (address == kTextSink) next_text_reader(now);
+  if (address == text_sink()) next_text_reader(now);
   if (find(address) != nullptr) return;
   const auto next = registrations_.take_waiting(address);
   if (next) learn(now, next->link, address, next->origin);

@@ -210,6 +210,7 @@ class Router {
   // since.
   [[nodiscard]] const MissingRouters& missing() const { return missing_; }
 
+  [[nodiscard]] Address text_sink() const { return settings_.classes.texts; }
   // True when more than one client owns the sink of texts: each receives every text.
   [[nodiscard]] bool shares_texts() const { return !text_readers_.empty(); }
 

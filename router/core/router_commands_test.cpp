@@ -25,20 +25,20 @@ TEST_F(RouterTest, AllOwnersOfTheTextSinkGetEachText) {
   const ClientId log = connect(PortKind::kLocal);
   const ClientId sender = connect();
   std::vector<ClientId> windows;
-  ASSERT_EQ(router_.register_mailbox(now_, log, kTextSink, 7).status, Registration::Status::kOk);
+  ASSERT_EQ(router_.register_mailbox(now_, log, text_sink(), 7).status, Registration::Status::kOk);
   EXPECT_FALSE(router_.shares_texts());
   while (windows.size() + 1 < kTextReadersMax) {
     windows.push_back(connect());
-    send_command(windows.back(), command::kMailboxInitWithReply, kTextSink.raw());
+    send_command(windows.back(), command::kMailboxInitWithReply, text_sink().raw());
     EXPECT_EQ(sink_.replies.back().header.type, type::kOk);
   }
-  EXPECT_EQ(sink_.moved_addresses, std::vector(kPortKindCount, kTextSink))
+  EXPECT_EQ(sink_.moved_addresses, std::vector(kPortKindCount, text_sink()))
       << "every port is notified once";
   for (const ClientId id : {windows.front(), log, connect()}) {
-    const Registration again = router_.register_mailbox(now_, id, kTextSink);
+    const Registration again = router_.register_mailbox(now_, id, text_sink());
     EXPECT_EQ(again.status, Registration::Status::kAddressInUse) << "its own already, or too many";
   }
-  const Header text{.type = -126, .dest = kTextSink, .src = Address(0x00140000)};
+  const Header text{.type = -126, .dest = text_sink(), .src = Address(0x00140000)};
   EXPECT_EQ(send(sender, text, bytes_of("hello")), Outcome::kDelivered);
   ASSERT_EQ(sink_.delivered.size(), kTextReadersMax);
   std::vector<ClientId> to;
@@ -52,35 +52,49 @@ TEST_F(RouterTest, AllOwnersOfTheTextSinkGetEachText) {
   EXPECT_EQ(to, windows);
 }
 
+// With 12/8/6/6 bits, 0x00010000 is Test(0/0).
+TEST(TextSink, IsGdosInEveryFleet) {
+  constexpr AddressWidths kWidths{12, 8, 6, 6};
+  RecordingSink sink;
+  Router router({.address = Address::of({.system = 1000}, kWidths), .widths = kWidths}, {1, 2},
+                sink);
+  EXPECT_EQ(router.text_sink().to_string(kWidths), "GDOS(0/0)");
+  EXPECT_EQ(Address(0x00010000).to_string(kWidths), "Test(0/0)");
+  const auto& classes = router.settings().classes;
+  EXPECT_EQ(classes.of(Header{.priority = 50, .dest = router.text_sink()}), 0U);
+  EXPECT_NE(classes.of(Header{.priority = 50, .dest = Address(0x00010000)}), 0U);
+  EXPECT_EQ(classes.waits_with({.priority = 50, .dest = Address(0x00010000)}), 50);
+}
+
 TEST_F(RouterTest, WhoeverHasTheSinkOfTextsMayGo) {
   const ClientId first = connect();
   const ClientId second = connect(PortKind::kLocal);
   const ClientId third = connect();
   for (const ClientId id : {first, second, third})
-    (void)router_.register_mailbox(now_, id, kTextSink, id == second ? 9 : 0);
-  const Header command{.type = 21, .dest = kTextSink, .src = kTextSink};
+    (void)router_.register_mailbox(now_, id, text_sink(), id == second ? 9 : 0);
+  const Header command{.type = 21, .dest = text_sink(), .src = text_sink()};
   EXPECT_EQ(send(second, command), Outcome::kDelivered) << "its own address";
   ASSERT_EQ(sink_.delivered.size(), 1U) << "windows of the original know texts only";
   EXPECT_EQ(sink_.delivered[0].to.client, second);
   EXPECT_EQ(sink_.delivered[0].to.handle, 9U);
-  send_command(third, command::kMailboxDeleteWithReply, kTextSink.raw());
+  send_command(third, command::kMailboxDeleteWithReply, text_sink().raw());
   EXPECT_EQ(sink_.replies.back().header.type, type::kOk);
-  EXPECT_EQ(owner(kTextSink.raw()), first);
+  EXPECT_EQ(owner(text_sink().raw()), first);
   EXPECT_TRUE(router_.shares_texts());
   router_.disconnect(now_, first, CloseReason::kPeerClosed);
-  EXPECT_EQ(owner(kTextSink.raw()), second) << "the next one";
-  EXPECT_EQ(router_.find(kTextSink)->handle, 9U);
+  EXPECT_EQ(owner(text_sink().raw()), second) << "the next one";
+  EXPECT_EQ(router_.find(text_sink())->handle, 9U);
   EXPECT_FALSE(router_.shares_texts());
-  EXPECT_EQ(router_.remove_mailbox(now_, second, kTextSink), Removal::kOk);
-  EXPECT_EQ(owner(kTextSink.raw()), kNoClient);
+  EXPECT_EQ(router_.remove_mailbox(now_, second, text_sink()), Removal::kOk);
+  EXPECT_EQ(owner(text_sink().raw()), kNoClient);
 }
 
 TEST_F(RouterTest, ATextThatNobodyReadsIsNoDrop) {
   const ClientId a = connect();
-  EXPECT_EQ(send(a, {.type = -126, .dest = kTextSink, .src = Address(1)}), Outcome::kUnread);
+  EXPECT_EQ(send(a, {.type = -126, .dest = text_sink(), .src = Address(1)}), Outcome::kUnread);
   EXPECT_EQ(router_.drops().last_minute(now_), 0U);
   EXPECT_TRUE(sink_.replies.empty());
-  EXPECT_EQ(send(a, {.type = 21, .dest = kTextSink, .src = Address(1)}), Outcome::kNoRoute);
+  EXPECT_EQ(send(a, {.type = 21, .dest = text_sink(), .src = Address(1)}), Outcome::kNoRoute);
 }
 
 TEST_F(RouterTest, InitAndDeleteWithoutReplyAreSilent) {

@@ -171,13 +171,14 @@ struct PriorityClasses {
   // The lowest priority of each class above 0. Priorities in RACK: 0 for tools and the GUI; 1 for
   // components without a configured priority; steps of ten up to 50 on robots (each data task one
   // below its command task, so 19 belongs to 20); 100 and above only for stop commands.
-  // task, so 19 belongs to 20), nothing but stop commands 100 and more.
   std::array<std::uint8_t, kClasses - 1> from{0, 1, 15, 25, 35, 45, 100};
+  // Where texts for users go, with the address widths of the fleet.
+  Address texts = text_sink();
 
   // Texts for users are least important, although original programs send them with the priority
   // of their data. By convention they have class 0 to themselves.
   [[nodiscard]] constexpr std::size_t of(const Header& header) const {
-    return header.dest == kTextSink ? 0 : of(header.priority);
+    return header.dest == texts ? 0 : of(header.priority);
   }
   [[nodiscard]] constexpr std::size_t of(std::uint8_t priority) const {
     std::size_t message_class = 0;
@@ -185,8 +186,12 @@ struct PriorityClasses {
     return message_class;
   }
   // The priority with which a message waits for a slow client: texts yield to all other messages.
-  [[nodiscard]] static constexpr std::uint8_t waits_with(const Header& header) {
-    return header.dest == kTextSink ? 0 : header.priority;
+  [[nodiscard]] constexpr std::uint8_t waits_with(const Header& header) const {
+    return header.dest == texts ? 0 : header.priority;
+  }
+  // The same thresholds in a fleet with these address widths.
+  [[nodiscard]] constexpr PriorityClasses at(const AddressWidths& widths) const {
+    return {from, text_sink(widths)};
   }
   [[nodiscard]] constexpr bool valid() const {
     return std::ranges::adjacent_find(from, std::ranges::greater_equal()) == from.end();

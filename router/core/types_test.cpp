@@ -34,7 +34,7 @@ TEST(PriorityClasses, WhatARobotSendsIsApart) {
 
 TEST(PriorityClasses, TextsAreAloneInTheLowest) {
   const PriorityClasses& classes = kConventionalClasses;
-  EXPECT_EQ(classes.of(Header{.priority = 50, .dest = kTextSink}), 0U);
+  EXPECT_EQ(classes.of(Header{.priority = 50, .dest = text_sink()}), 0U);
   EXPECT_EQ(classes.of(Header{.priority = 50, .dest = Address(0x01140000)}), 6U);
   for (int priority = 0; priority < 256; ++priority)
     EXPECT_NE(classes.of(static_cast<std::uint8_t>(priority)), 0U);

@@ -12,7 +12,8 @@ inline constexpr std::uint32_t kMessageMax = 1U << 16;
 // The links of one router, and the memory they need. Datagrams arrive immediately.
 struct Host : private link::DatagramSender {
   Host(core::Router& router, const link::Identity& self)
-      : address(address_of(self.id)), links(router, pool, memory, {.self = self, .seed = self.id}) {
+      : address(address_of(static_cast<std::uint8_t>(self.id))),
+        links(router, pool, memory, {.self = self, .seed = self.id}) {
     links.set_sender(link::PathKind::kUdp, this);
   }
 

@@ -405,7 +405,7 @@ bool LocalPort::look_up(LocalClient& client, std::uint32_t request, const wire::
 }
 
 const core::Table::Entry* LocalPort::find_local(Address address) const {
-  if (address == kTextSink && router_.shares_texts()) return nullptr;
+  if (address == router_.text_sink() && router_.shares_texts()) return nullptr;
   const auto* entry = router_.find(address);
   const core::Client* owner = entry == nullptr ? nullptr : router_.client(entry->owner);
   return owner != nullptr && owner->info.port == core::PortKind::kLocal ? entry : nullptr;

@@ -180,7 +180,7 @@ void TcpOutput::keep(std::span<const std::byte> message, const Header& header,
       if (!queue_.push_rest(message.subspan(written), header)) failure_ = State::kOutOfMemory;
       return;
     }
-    if (queue_.push(message, core::PriorityClasses::waits_with(header), lost_.replaced)) return;
+    if (queue_.push(message, classes_.waits_with(header), lost_.replaced)) return;
     lost_.refused[classes_.of(header)].add(message.size());
   } else {
     lost_.gone[classes_.of(header)].add(message.size());
@@ -300,7 +300,8 @@ Outcome TcpPort::deliver(Time /*now*/, const core::Receiver& to, const core::Mes
   TcpConnection* connection = find(to.token, to.client);
   if (connection == nullptr || connection->closing) return Outcome::kClientGone;
   touch(*connection);
-  return connection->output.add(message.bytes, core::PriorityClasses::waits_with(message.header));
+  return connection->output.add(message.bytes,
+                                router_.settings().classes.waits_with(message.header));
 }
 
 void TcpPort::reply(Time /*now*/, const core::Receiver& to, const Header& header) {

@@ -58,6 +58,11 @@ std::optional<Datagram> decode_refuse(ByteReader in, std::uint8_t low, std::uint
   return refuse;
 }
 
+// Bit of the role: the upper bytes of system and id follow the name. Routers of older versions,
+// which do not know it, ignore the identity.
+constexpr std::uint8_t kWideIds = 0x80;
+bool fits(std::uint32_t value, std::uint8_t bits) { return value >> bits == 0; }
+
 constexpr std::uint8_t kVersion = 1;
 constexpr std::size_t kAddressBytesMax = 1 + 2 + 16;
 constexpr std::size_t kFleetMax = 63;
@@ -93,24 +98,43 @@ bool get(ByteReader& in, NetAddress& address) {
 
 void put(ByteWriter& out, const Identity& identity) {
   const AddressWidths& w = identity.widths;
-  out.put(identity.epoch, identity.role, identity.system, identity.id,
+  const bool wide = identity.system > 0xFF || identity.id > 0xFF;
+  const auto role = static_cast<std::uint8_t>(identity.role);
+  out.put(identity.epoch, static_cast<std::uint8_t>(wide ? role | kWideIds : role),
+          static_cast<std::uint8_t>(identity.system), static_cast<std::uint8_t>(identity.id),
           static_cast<std::uint8_t>(identity.name.view().size()));
   out.put(w.system, w.class_id, w.instance, w.local, identity.message_max);
   for (const std::uint8_t first : identity.classes.from) out.put(first);
   out.put_text(identity.name.view());
+  if (wide)
+    out.put(static_cast<std::uint8_t>(identity.system >> 8),
+            static_cast<std::uint8_t>(identity.id >> 8));
 }
 
 bool get(ByteReader& in, Identity& identity) {
   identity.epoch = in.get<std::uint64_t>();
-  const bool role_known = get_enum(in, Role::kTop, identity.role);
+  const auto role = in.get<std::uint8_t>();
+  const bool wide = (role & kWideIds) != 0;
+  identity.role = static_cast<Role>(role & ~kWideIds);
   AddressWidths& w = identity.widths;
+  auto system = in.get<std::uint8_t>();
+  auto id = in.get<std::uint8_t>();
+  identity.system = system;
+  identity.id = id;
   std::uint8_t name_size = 0;
-  in.get(identity.system, identity.id, name_size, w.system, w.class_id, w.instance, w.local,
-         identity.message_max);
+  in.get(name_size, w.system, w.class_id, w.instance, w.local, identity.message_max);
   for (std::uint8_t& first : identity.classes.from) in.get(first);
   identity.name = in.text(name_size);
-  return in.ok() && role_known && identity.widths.valid() && identity.classes.valid() &&
-         identity.epoch != 0;
+  if (wide) {
+    in.get(system, id);
+    identity.system = static_cast<std::uint16_t>(identity.system | system << 8);
+    identity.id = static_cast<std::uint16_t>(identity.id | id << 8);
+  }
+  const bool valid = in.ok() && identity.role <= Role::kTop && w.valid() &&
+                     identity.classes.valid() && identity.epoch != 0;
+  if (!valid) return false;
+  identity.classes = identity.classes.at(w);
+  return fits(identity.system, w.system) && fits(identity.id, w.instance);
 }
 
 std::string_view name(RefuseCode code) { return core::label(kRefuseCodes, code).name; }

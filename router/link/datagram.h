@@ -115,8 +115,8 @@ using core::Role;
 struct Identity {
   std::uint64_t epoch = 0;
   Role role = Role::kSystem;
-  std::uint8_t system = 0;
-  std::uint8_t id = 0;
+  std::uint16_t system = 0;
+  std::uint16_t id = 0;
   Text<64> name{};
   AddressWidths widths{};
   std::uint32_t message_max = 0;  // bytes, header included
@@ -137,7 +137,7 @@ inline bool is_above(const Identity& identity, const Identity& below) {
 }
 
 // The encoding of an identity, common to HELLO, WELCOME and announcements (drawn in PROTOCOL.md).
-inline constexpr std::size_t kIdentityBytesMax = 27 + 63;
+inline constexpr std::size_t kIdentityBytesMax = 27 + 63 + 2;
 
 template <typename Enum>
 bool get_enum(ByteReader& in, Enum last, Enum& value) {

@@ -1,6 +1,7 @@
 #include "router/link/datagram.h"
 
 #include <array>
+#include <optional>
 
 #include <gtest/gtest.h>
 
@@ -30,8 +31,38 @@ TEST(IdentityBytes, IsReadAsItWasWritten) {
   EXPECT_TRUE(in.empty());
 }
 
+// Fields of up to 16 bits; those of 8 bits have the same bytes as in earlier versions.
+TEST(IdentityBytes, IdsAbove255) {
+  Identity wide = kRobot;
+  wide.widths = {12, 8, 6, 6};
+  wide.classes = wide.classes.at(wide.widths);
+  wide.system = 1000;
+  const auto read = [](const Identity& identity) {
+    std::array<std::byte, kIdentityBytesMax> bytes{};
+    ByteReader in(written(identity, bytes));
+    Identity back;
+    const bool good = get(in, back) && in.empty();
+    return good ? std::optional(back) : std::nullopt;
+  };
+  EXPECT_EQ(read(wide), wide);
+  wide.system = 4096;
+  EXPECT_EQ(read(wide), std::nullopt) << "does not fit";
+  wide.system = 3;
+  wide.id = 64;
+  EXPECT_EQ(read(wide), std::nullopt);
+  wide.widths = {8, 4, 16, 4};
+  wide.classes = wide.classes.at(wide.widths);
+  wide.id = 65535;
+  EXPECT_EQ(read(wide), wide);
+  std::array<std::byte, kIdentityBytesMax> bytes{};
+  EXPECT_EQ(written(kRobot, bytes).size(), 27U + 3) << "nothing follows the name";
+  EXPECT_EQ(bytes[8], std::byte{0});
+}
+
 TEST(IdentityBytes, TheLongestNameHasRoom) {
   Identity identity = kRobot;
+  identity.widths = {12, 8, 6, 6};
+  identity.system = 1000;
   identity.name =
       std::string_view("a name of sixty-three letters, which is the longest there may be!");
   std::array<std::byte, kIdentityBytesMax> bytes{};

@@ -32,7 +32,7 @@ struct LinkSettings {
   LinkKind kind = LinkKind::kSuper;
   bool connects = true;                         // otherwise it accepts
   std::string to{};                             // as configured; empty when it accepts
-  std::optional<std::uint8_t> system{};         // the only system accepted; empty: any
+  std::optional<std::uint16_t> system{};        // the only system accepted; empty: any
   std::vector<PathKind> paths{PathKind::kUdp};  // in order of preference, at least one
   std::uint32_t mailboxes_max = 65536;          // maximum the other side may announce
   Duration keep_alive = std::chrono::milliseconds(300);

@@ -84,7 +84,7 @@ bool measure_table_memory(const Plan& plan) {
     return info.uordblks + info.hblkhd;
   };
   const std::size_t before = allocated();
-  core::Registrations registrations(kSeed);
+  core::Registrations registrations(kSeed, text_sink());
   std::vector<core::Client> clients(plan.count / kPerClient + 1);
   const std::size_t fixed = clients.size() * sizeof(core::Client);
   double worst = 0;

@@ -21,6 +21,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (address) fuzz::require(Address::parse(address->to_string(widths), widths) == address);
   const auto pattern = AddressPattern::parse(text, widths);
   fuzz::use(pattern && pattern->matches(raw));
+  if (pattern) fuzz::require(Address::problem(text, widths).empty());
   // The text of an address is also a pattern that matches this address.
   if (address) fuzz::require(pattern && pattern->matches(*address));
   return 0;

@@ -23,7 +23,7 @@ link::Identity identity(const NodeSetup& setup, std::uint64_t epoch) {
           .name = std::string_view(setup.name),
           .widths = setup.widths,
           .message_max = setup.message_max,
-          .classes = setup.classes};
+          .classes = setup.classes.at(setup.widths)};
 }
 
 }  // namespace

@@ -33,7 +33,7 @@ link::LinkSettings super_link(const NetAddress& to) {
 link::LinkSettings peer_link(const NetAddress& to) {
   return {.kind = core::LinkKind::kPeer, .connects = true, .to = to.to_string()};
 }
-link::LinkSettings sub_link(std::optional<std::uint8_t> system) {
+link::LinkSettings sub_link(std::optional<std::uint16_t> system) {
   return {.kind = core::LinkKind::kSub, .connects = false, .system = system};
 }
 

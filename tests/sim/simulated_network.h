@@ -25,8 +25,8 @@ using link::NetAddress;
 struct NodeSetup {
   std::string name{};
   core::Role role = core::Role::kSystem;
-  std::uint8_t system = 0;
-  std::uint8_t id = 1;
+  std::uint16_t system = 0;
+  std::uint16_t id = 1;
   std::vector<link::LinkSettings> links{};
   AddressWidths widths{};
   std::size_t block_bytes = 48U << 20;
@@ -246,6 +246,6 @@ NetAddress address_of(std::size_t index);
 NetAddress dds_address_of(std::size_t index);
 link::LinkSettings super_link(const NetAddress& to);
 link::LinkSettings peer_link(const NetAddress& to);
-link::LinkSettings sub_link(std::optional<std::uint8_t> system = {});
+link::LinkSettings sub_link(std::optional<std::uint16_t> system = {});
 
 }  // namespace tims::sim

@@ -167,7 +167,7 @@ TEST(Routes, TextsAreTheLowestClass) {
   Story s;
   s.begin();
   const std::uint64_t before = s.bytes_marked(8);
-  const Header text{.type = -126, .priority = 255, .dest = kTextSink, .src = kLadar};
+  const Header text{.type = -126, .priority = 255, .dest = text_sink(), .src = kLadar};
   for (int i = 0; i < 100; ++i) s.robot->send(s.now(), s.ladar, text, std::vector<std::byte>(100));
   s.run_for(100ms);
   EXPECT_GT(s.bytes_marked(8), before + 10'000);

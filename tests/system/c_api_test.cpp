@@ -249,6 +249,29 @@ TEST_F(CApiTest, Addresses) {
   }
 }
 
+TEST_F(CApiTest, ClassesOfOnesOwn) {
+  std::uint32_t address = 0;
+  EXPECT_EQ(tims_parse_address(session_, "Barometer(0/0)", &address), TIMS_EINVALID);
+  EXPECT_EQ(std::string(tims_error_text()),
+            "invalid argument: Barometer(0/0) is not an address: no class is called Barometer; "
+            "tims_name_class() registers names of your own classes");
+  {
+    std::string name = "Barometer";
+    ASSERT_EQ(tims_name_class(0x90, name.c_str()), 0) << tims_error_text();
+    name = "gone";
+  }
+  EXPECT_EQ(tims_name_class(0x90, "Barometer"), 0) << "again";
+  ASSERT_EQ(tims_parse_address(session_, "barometer(2/1)", &address), 0) << tims_error_text();
+  EXPECT_EQ(address, 0x02900100U);
+  char text[32];
+  tims_format_address(session_, address, text, sizeof text);
+  EXPECT_STREQ(text, "Barometer(2/1)");
+  EXPECT_EQ(tims_name_class(0x14, "Radar"), TIMS_EINVALID) << "that is Ladar's number";
+  EXPECT_EQ(tims_name_class(0x91, "ladar"), TIMS_EINVALID) << "that is Ladar's name";
+  for (const char* bad : {"", "7up", "a b", "a(b", static_cast<const char*>(nullptr)})
+    EXPECT_EQ(tims_name_class(0x91, bad), TIMS_EINVALID);
+}
+
 // A fleet with few robots and many components of each class.
 struct CApiWidthsTest : CApiTest {
   CApiWidthsTest() : CApiTest({"address.widths=6/8/10/8"}) {}

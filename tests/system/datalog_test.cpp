@@ -59,9 +59,10 @@ TEST_F(DatalogTest, ParametersInTheirOrder) {
   ASSERT_TRUE(list) << list.error().message();
   std::vector<std::string> names;
   for (const auto& one : list->parameters) names.emplace_back(one.name.view());
-  ASSERT_GE(names.size(), 3U);
-  names.erase(names.begin(), names.end() - 3);
-  EXPECT_EQ(names, (std::vector<std::string>{"binaryIo", "logInfoFileName", "logPathName"}));
+  ASSERT_GE(names.size(), 4U);
+  names.erase(names.begin(), names.end() - 4);
+  EXPECT_EQ(names,
+            (std::vector<std::string>{"binaryIo", "logInfoFileName", "logPathName", "record"}));
 }
 
 TEST_F(DatalogTest, TheListIsChangedWhileItRecords) {

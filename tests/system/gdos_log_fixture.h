@@ -51,8 +51,8 @@ class GdosLogTest : public ModulesTest {
   }
   // Sends a text without arguments from the test's mailbox.
   void send_text(const std::string& text, rack::gdos::Level level = rack::gdos::Level::kWarning) {
-    const auto sent = work_->send(
-        {.dest = rack::gdos::kSink, .type = static_cast<std::int8_t>(level)}, bytes_of(text));
+    const auto sent =
+        work_->send({.dest = text_sink(), .type = static_cast<std::int8_t>(level)}, bytes_of(text));
     EXPECT_TRUE(sent) << sent.error().message();
   }
   Result<ChildProcess> timsctl(std::vector<std::string> arguments) const {

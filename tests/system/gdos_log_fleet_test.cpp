@@ -47,7 +47,7 @@ class Speaker {
   }
   void send_text(const std::string& text) {
     EXPECT_TRUE(
-        mailbox_->send({.dest = rack::gdos::kSink, .type = -125, .priority = 99}, bytes_of(text)));
+        mailbox_->send({.dest = text_sink(), .type = -125, .priority = 99}, bytes_of(text)));
   }
 
  private:

@@ -9,7 +9,7 @@ namespace gdos_log_sink_test {
 class Window {
  public:
   explicit Window(const RouterProcess& router) : client_(*TcpClient::connect(router.tcp())) {
-    const auto registered = client_.register_mailbox(rack::gdos::kSink);
+    const auto registered = client_.register_mailbox(text_sink());
     EXPECT_TRUE(registered) << registered.error().message();
   }
   // The next text sent by the test.
@@ -72,7 +72,7 @@ TEST_F(GdosLogTest, ContinuesWithARestartedRouter) {
   ASSERT_TRUE(router_.start());
   EXPECT_TRUE(eventually(
       [&] {
-        (void)work_->send({.dest = rack::gdos::kSink, .type = -126}, bytes_of("again"));
+        (void)work_->send({.dest = text_sink(), .type = -126}, bytes_of("again"));
         return kept().find("again") != std::string::npos;
       },
       "a text after the restart"));
@@ -107,7 +107,7 @@ TEST_F(GdosLogTest, WaitsForTheSinkOfAnOriginalRouter) {
   const ModelRouter original({});
   auto console = TcpClient::connect(original.endpoint());
   ASSERT_TRUE(console);
-  ASSERT_TRUE(console->register_mailbox(rack::gdos::kSink));
+  ASSERT_TRUE(console->register_mailbox(text_sink()));
   auto log = ChildProcess::start({std::string(TIMS_PROGRAMS) + "/gdos-log",
                                   "--directory=" + folder().string(), "--syncTime=10",
                                   "--router=" + original.endpoint()});
@@ -143,7 +143,7 @@ TEST_F(GdosLogTest, AnyNumberOfProgramsCanFollow) {
   const auto all_received = [&] {
     send_text("a warning");
     send_text("an error", rack::gdos::Level::kError);
-    (void)ladar.send({.dest = rack::gdos::kSink, .type = -127}, bytes_of("a scan"));
+    (void)ladar.send({.dest = text_sink(), .type = -127}, bytes_of("a scan"));
     for (const auto& follower : followers)
       if (follower.standard_output().empty()) return false;
     return true;
@@ -156,11 +156,31 @@ TEST_F(GdosLogTest, AnyNumberOfProgramsCanFollow) {
   EXPECT_THAT(followers[3].standard_output(), HasSubstr(R"("schema":"tims/text/1")"));
 }
 
+TEST_F(GdosLogTest, AFollowerFirstShowsThePast) {
+  start_log();
+  for (const char* text : {"first", "second", "third"}) {
+    send_text(text);
+    ASSERT_TRUE(comes_to_be_kept(text));
+  }
+  auto follower = timsctl({"log", "follow", "-n", "2", "--directory", folder().string()});
+  ASSERT_TRUE(follower);
+  EXPECT_TRUE(follower->wait_for_line("third"));
+  send_text("fourth");
+  EXPECT_TRUE(follower->wait_for_line("fourth"));
+  const std::string shown = follower->standard_output();
+  EXPECT_THAT(shown, Not(HasSubstr("first")));
+  EXPECT_EQ(shown.find("third"), shown.rfind("third")) << "once";
+  EXPECT_LT(shown.find("second"), shown.find("third"));
+  auto nothing = timsctl({"log", "follow", "-n", "2", "--directory", folder().string() + "/none"});
+  ASSERT_TRUE(nothing);
+  EXPECT_TRUE(nothing->wait_for_line("no messages of the past: there are no log files in"));
+}
+
 TEST_F(GdosLogTest, AnExclusiveOwnerIsNamed) {
   const ModelRouter original({});
   auto console = TcpClient::connect(original.endpoint());
   ASSERT_TRUE(console);
-  ASSERT_TRUE(console->register_mailbox(rack::gdos::kSink));
+  ASSERT_TRUE(console->register_mailbox(text_sink()));
   auto follower = ChildProcess::start(
       {TIMSCTL_PROGRAM, "-H", original.endpoint(), "log", "follow", "--timeout=100ms"});
   ASSERT_TRUE(follower);

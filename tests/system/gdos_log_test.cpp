@@ -35,7 +35,7 @@ TEST_F(GdosLogTest, IsAComponentLikeOthers) {
   EXPECT_TRUE(eventually([&] { return is(rack::Status::kEnabled); }, "on by itself"));
   ASSERT_TRUE(log.off());
   EXPECT_TRUE(eventually([&] { return is(rack::Status::kDisabled); }, "off"));
-  EXPECT_TRUE(session_->open({.address = rack::gdos::kSink})) << "the sink is free while it is off";
+  EXPECT_TRUE(session_->open({.address = text_sink()})) << "the sink is free while it is off";
   ASSERT_TRUE(log.on());
   send_text("here again");
   EXPECT_TRUE(comes_to_be_kept("here again"));
@@ -45,8 +45,8 @@ TEST_F(GdosLogTest, IsAComponentLikeOthers) {
 TEST_F(GdosLogTest, AllKindsOfTextsAreDecodedAndHarmless) {
   start_log();
   const auto send = [&](const std::string& body, std::uint8_t order) {
-    EXPECT_TRUE(work_->send({.dest = rack::gdos::kSink, .type = -125, .body_order = order},
-                            bytes_of(body)));
+    EXPECT_TRUE(
+        work_->send({.dest = text_sink(), .type = -125, .body_order = order}, bytes_of(body)));
   };
   using namespace std::string_literals;
   send("port %d of %s\0\0\0\x01\x02lms\0"s, 0);
@@ -73,11 +73,11 @@ TEST_F(GdosLogTest, CommandsToTheSinkAreAnswered) {
   start_log();
   for (const auto& [command, answer] :
        {std::pair<std::int8_t, std::int8_t>{21, -21}, {1, -1}, {99, -1}}) {
-    ASSERT_TRUE(work_->send({.dest = rack::gdos::kSink, .type = command}, bytes_of("x")));
+    ASSERT_TRUE(work_->send({.dest = text_sink(), .type = command}, bytes_of("x")));
     const auto got = work_->peek_for(kPatience);
     ASSERT_TRUE(got);
     EXPECT_EQ(got->header().type, answer);
-    EXPECT_EQ(got->header().src, rack::gdos::kSink);
+    EXPECT_EQ(got->header().src, text_sink());
   }
 }
 

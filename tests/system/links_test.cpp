@@ -349,12 +349,12 @@ TEST_F(Tree, AMailboxOfARobotMayBeAtTheBase) {
 // The sink of texts is not announced to other routers, so the base has no route to that of a robot.
 TEST_F(Tree, ExplainAsksAllRoutersBeforeItReportsThatAMailboxIsUnknown) {
   Session session = arm->session("log");
-  Mailbox sink = open(session, kTextSink);
+  Mailbox sink = open(session, text_sink());
   ASSERT_TRUE(eventually([&] { return base->knows(Address(0x01000200)); }, "the arm is known"));
   EXPECT_THAT(
-      base->timsctl({"explain", "Tims/0/1", kTextSink.to_string()}),
-      HasSubstr(kTextSink.to_string() + " is registered at arm, to which there is no route"));
-  EXPECT_THAT(base->timsctl({"explain", kTextSink.to_string(), "Tims/0/1"}),
+      base->timsctl({"explain", "Tims/0/1", text_sink().to_string()}),
+      HasSubstr(text_sink().to_string() + " is registered at arm, to which there is no route"));
+  EXPECT_THAT(base->timsctl({"explain", text_sink().to_string(), "Tims/0/1"}),
               HasSubstr("it arrives"));
 }
 

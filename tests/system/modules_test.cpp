@@ -307,7 +307,7 @@ TEST_F(ModulesProgramsTest, AnswerBodiesOfAnyLength) {
 }
 
 TEST_F(ModulesProgramsTest, SendTextsToTheSink) {
-  Mailbox sink = open(*session_, rack::gdos::kSink.raw());
+  Mailbox sink = open(*session_, text_sink().raw());
   start_chassis();
   const auto text = sink.peek_for(kPatience);
   ASSERT_TRUE(text);

@@ -1,4 +1,7 @@
 // timsctl component and log, with a real component.
+#include <csignal>
+#include <fstream>
+
 #include "tests/support/eventually.h"
 #include "tests/system/timsctl_fixture.h"
 
@@ -72,8 +75,15 @@ TEST_F(TimsctlComponentTest, MessagesByName) {
 
   const Ran refused = timsctl({"msg", "pub", "Chassis/0/0", "move", "vx=200", "-y"});
   EXPECT_EQ(refused.code, 1);
-  EXPECT_THAT(refused.err,
+  EXPECT_THAT(refused.out, HasSubstr("Chassis(0/0) error: "));
+  EXPECT_THAT(refused.out,
               HasSubstr("is not the active pilot of this chassis, which is Pilot(0/1)\n"));
+  EXPECT_THAT(refused.out, Not(HasSubstr("|"))) << "no hex dump";
+  // Without a terminal, nothing is asked, and nothing is sent.
+  const Ran unasked = timsctl({"msg", "pub", "Chassis/0/0", "move", "vx=200"});
+  EXPECT_EQ(unasked.code, 5);
+  EXPECT_THAT(unasked.err, HasSubstr("nothing was sent"));
+  EXPECT_EQ(timsctl({"msg", "pub", "Chassis/0/0", "get_status"}).code, 0) << "moves nothing";
   const Ran move = timsctl({"msg", "pub", "Chassis/0/0", "moove", "vx=200", "-y"});
   EXPECT_EQ(move.code, 2);
   EXPECT_THAT(move.err, HasSubstr("did you mean move?"));
@@ -206,14 +216,82 @@ TEST_F(TimsctlComponentTest, AMissingComponent) {
 }
 
 TEST_F(TimsctlComponentTest, LogShowsTexts) {
-  auto follow = start({"log", "follow", "-n", "1"});
+  auto follow = start({"log", "follow"});
   ASSERT_TRUE(follow);
   // It receives texts as soon as its mailbox exists.
   EXPECT_TRUE(eventually([&] { return timsctl({"route", "get", "GDOS/0/0"}).code == 0; }, "sink"));
   EXPECT_EQ(timsctl({"component", "on", "Chassis/0/0"}).code, 0);
-  const Ran ran = finish(*follow);
-  EXPECT_EQ(ran.code, 0);
-  EXPECT_THAT(ran.out, HasSubstr("Chassis(0/0)       print   Module on\n"));
+  const auto line = follow->wait_for_line("Chassis(0/0)       print   Module on");
+  EXPECT_TRUE(line) << line.error().message();
+  follow->signal(SIGINT);
+  EXPECT_EQ(finish(*follow).code, 0);
+}
+
+// A class that RACK does not define; its messages are described by a file.
+class OwnClassTest : public TimsctlTest {
+ protected:
+  void SetUp() override {
+    TimsctlTest::SetUp();
+    std::ofstream(messages()) << R"({"rack_messages": 1, "class": "Thermometer", "class_id": "0x90",
+      "structs": [{"name": "ThermometerData", "made": "0000000000000000", "fields": [
+        {"name": "recordingTime", "type": "time"}, {"name": "temperature", "type": "i32"}]}],
+      "messages": [{"type": -6, "name": "DATA", "body": "ThermometerData"}]})";
+    auto mailbox = session_->open({.address = Address(0x00900000)});
+    ASSERT_TRUE(mailbox) << mailbox.error().message();
+    thermometer_.emplace(std::move(*mailbox));
+  }
+  [[nodiscard]] std::string messages() const { return router_.folder() + "/thermometer.json"; }
+  Ran run(std::vector<std::string> arguments, const std::string& messages) const {
+    ChildOptions options = this->options();
+    options.environment.push_back("RACK_MESSAGES=" + messages);
+    arguments.insert(arguments.begin(), TIMSCTL_PROGRAM);
+    return finish(ChildProcess::start(std::move(arguments), options));
+  }
+
+  std::optional<Mailbox> thermometer_;
+};
+
+TEST_F(OwnClassTest, HasItsNameInEveryVerb) {
+  const std::vector<std::vector<std::string>> verbs = {
+      {"component", "list", "Thermometer", "--timeout", "50ms"},
+      {"component", "list", "thermometer(*/0)", "--timeout", "50ms"},
+      {"component", "list", "unknown[90]", "--timeout", "50ms"},
+      {"component", "status", "Thermometer/0/0", "--timeout", "50ms"},
+      {"route", "show", "Thermometer"},
+      {"route", "show", "Thermometer/*/*"},
+      {"route", "get", "Thermometer/0/0"},
+      {"mbx", "list", "Thermometer*"},
+      {"mbx", "show", "Thermometer/0/0"},
+      {"mbx", "list"},
+      {"msg", "types", "Thermometer"},
+  };
+  for (const auto& verb : verbs) {
+    const Ran ran = run(verb, messages());
+    EXPECT_THAT(ran.out, HasSubstr("Thermometer")) << verb[0] << " " << verb[1] << ran.err;
+    EXPECT_EQ(ran.err, "") << verb[0] << " " << verb[1];
+  }
+  EXPECT_EQ(run({"explain", "Ladar/0/0", "Thermometer/0/0"}, messages()).code, 0);
+  const Ran watch = run({"route", "watch", "Thermometer", "--for", "10ms"}, messages());
+  EXPECT_EQ(watch.code, 0) << watch.err;
+  const Ran follow = run({"log", "follow", "-c", "Thermometer", "--for", "10ms"}, messages());
+  EXPECT_EQ(follow.code, 0) << follow.err;
+  EXPECT_THAT(run({"__complete", "route", "get", "T"}, messages()).out,
+              HasSubstr("Thermometer/0/0\n"));
+}
+
+TEST_F(OwnClassTest, WithoutItsFileTheReasonIsStated) {
+  for (const char* verb : {"list", "on", "data"}) {
+    const Ran ran = run(
+        {"component", verb, std::string(verb) == "list" ? "Thermometer" : "Thermometer/0/0"}, "");
+    EXPECT_EQ(ran.code, 2) << verb;
+    EXPECT_THAT(ran.err, HasSubstr("no class is called Thermometer"));
+    EXPECT_THAT(ran.err, HasSubstr("RACK_MESSAGES is not set"));
+  }
+  EXPECT_THAT(run({"component", "list", "Thermometr"}, messages()).err,
+              HasSubstr("did you mean Thermometer?"));
+  const Ran echo = run({"msg", "echo", "0x00900000", "--for", "10ms"}, "");
+  EXPECT_THAT(echo.err, HasSubstr("the messages of class 144 (0x90) are not described"));
+  EXPECT_THAT(echo.err, HasSubstr("RACK_MESSAGES is not set"));
 }
 
 }  // namespace timsctl_component_test

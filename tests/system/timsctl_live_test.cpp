@@ -115,6 +115,48 @@ TEST_F(TimsctlTest, AClosedPipeEndsTheSubscriptionToo) {
   ADD_FAILURE() << "the subscription was not ended";
 }
 
+TEST_F(TimsctlTest, SilenceIsReported) {
+  auto hz = start({"msg", "hz", "Ladar/0/0", "-n", "1", "-i", "100ms"});
+  ASSERT_TRUE(hz);
+  grant_subscription();
+  end_subscription();
+  const Ran run = finish(*hz);
+  EXPECT_EQ(run.code, 6);
+  EXPECT_THAT(run.err, HasSubstr("nothing comes from Ladar/0/0 for "));
+
+  auto echo = start({"msg", "echo", "Ladar/0/0", "--for", "5s"});
+  ASSERT_TRUE(echo);
+  grant_subscription();
+  const auto note = echo->wait_for_line("nothing comes from Ladar/0/0 for ");
+  EXPECT_TRUE(note) << note.error().message();
+  echo->signal(SIGINT);
+  end_subscription();
+  finish(*echo);
+}
+
+TEST_F(TimsctlTest, EchoWaitsForTheFirstData) {
+  auto echo = start({"msg", "echo", "Ladar/0/0", "-n", "1"});
+  ASSERT_TRUE(echo);
+  auto request = expect_request(type::kGetContData);
+  ASSERT_TRUE(request);
+  const std::string_view why = "there are no data yet";
+  ASSERT_TRUE(ladar_->reply(*request, type::kError, std::as_bytes(std::span(why))));
+  const auto note = echo->wait_for_line("has no data yet; waiting");
+  EXPECT_TRUE(note) << note.error().message();
+  const Address data = grant_subscription();
+  ASSERT_TRUE(ladar_->send({.dest = data, .type = type::kData}));
+  end_subscription();
+  EXPECT_EQ(finish(*echo).code, 0);
+
+  auto off = start({"msg", "echo", "Ladar/0/0", "-n", "1"});
+  ASSERT_TRUE(off);
+  answer(type::kGetContData, type::kError);
+  end_subscription();
+  const Ran run = finish(*off);
+  EXPECT_EQ(run.code, 1);
+  EXPECT_THAT(run.err, HasSubstr("`timsctl component on Ladar/0/0`"));
+}
+
 TEST_F(TimsctlTest, HzMeasures) {
   auto hz = start({"msg", "hz", "Ladar/0/0", "-n", "1", "-i", "1s", "-j"});
   ASSERT_TRUE(hz);

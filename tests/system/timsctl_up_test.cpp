@@ -454,6 +454,19 @@ TEST_F(TimsctlUpTest, InTheBackgroundUntilDown) {
   EXPECT_EQ(run({"down"}).code, 4);
 }
 
+TEST_F(TimsctlUpTest, RobotTellsDeadFromOff) {
+  const std::string file = write("restart = \"never\"" + std::string(kOneChassis));
+  EXPECT_EQ(run({"up", file, "--detach"}).code, 0);
+  const auto shows = [&](std::string_view part) {
+    return eventually(
+        [&] { return run({"robot"}).out.find(part) != std::string::npos; }, std::string(part));
+  };
+  EXPECT_TRUE(shows("  off  "));
+  ::kill(owner_of("Chassis/0/0"), SIGKILL);
+  EXPECT_TRUE(shows("dead: killed by signal 9, not restarted"));
+  EXPECT_EQ(run({"down"}).code, 0);
+}
+
 TEST_F(TimsctlUpTest, TwoOfOneNameAtTwoRouters) {
   RouterProcess other;
   const auto started = other.start();

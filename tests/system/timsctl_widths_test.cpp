@@ -1,4 +1,8 @@
 // timsctl at routers with other address widths, or that do not report their widths.
+#include <csignal>
+#include <fstream>
+
+#include "tests/support/eventually.h"
 #include "tests/support/model_router.h"
 #include "tests/system/timsctl_fixture.h"
 
@@ -158,6 +162,62 @@ TEST_F(WidthsTest, EchoListens) {
     ASSERT_TRUE(ladar_->send({.dest = own, .type = type::kData}));
     EXPECT_THAT(finish(*echo).out, HasSubstr("Ladar(3/500):2 -> Test(3/700) "));
   }
+}
+
+// A fleet in which 4095 robots have a system each.
+struct ManySystemsTest : TimsctlTest {
+  static constexpr AddressWidths kWidths{12, 8, 6, 6};
+
+  ManySystemsTest()
+      : TimsctlTest({"address.widths=12/8/6/6", "router.system=1000", "router.id=60"}) {}
+
+  ChildProcess start_program(std::vector<std::string> command) {
+    command.front().insert(0, std::string(TIMS_PROGRAMS) + "/");
+    auto child = ChildProcess::start(std::move(command), options());
+    EXPECT_TRUE(child) << child.error().message();
+    return std::move(child).value();
+  }
+};
+
+TEST_F(ManySystemsTest, ComponentsOfRobot1000) {
+  EXPECT_THAT(timsctl({"status"}).out, HasSubstr("Tims(1000/60)"));
+  // At 0x00010000, where texts go in a fleet with 8 bits a field.
+  auto test = session_->open({.address = *Address::parse("Test(0/0)", kWidths), .slots = 16});
+  ASSERT_TRUE(test) << test.error().message();
+  EXPECT_EQ(test->address(), Address(0x00010000));
+  auto follow = start({"log", "follow", "-c", "Chassis(1000/*)"});
+  ASSERT_TRUE(follow);
+  EXPECT_TRUE(eventually([&] { return timsctl({"route", "get", "GDOS/0/0"}).code == 0; }, "sink"));
+  ChildProcess chassis = start_program({"ChassisSim", "--system=1000", "--instance=63"});
+  EXPECT_TRUE(chassis.wait_for_line("Chassis(1000/63) print: Init"));
+  EXPECT_TRUE(follow->wait_for_line("Chassis(1000/63)"));
+  ChildProcess odometry =
+      start_program({"OdometryChassis", "--system=1000", "--chassisSys=1000", "--chassisInst=63"});
+  EXPECT_TRUE(odometry.wait_for_line("Odometry(1000/0) print: Init"));
+  EXPECT_EQ(timsctl({"component", "on", "Odometry/1000/0"}).out, "Odometry(1000/0) ok\n");
+  EXPECT_THAT(timsctl({"component", "data", "Chassis/1000/63"}).out, HasSubstr("vx: 0 mm/s"));
+  ChildProcess ladar = start_program({"LadarSim", "--system=1000", "--odometrySys=1000",
+                                      "--mapFile=" + router_.folder() + "/none.dxf"});
+  EXPECT_TRUE(ladar.wait_for_line("Ladar(1000/0) print: Init"));
+  EXPECT_FALSE(test->try_peek()) << "texts do not go to this component";
+  const Ran large = timsctl({"component", "on", "Chassis/1000/64"});
+  EXPECT_EQ(large.code, 2);
+  EXPECT_THAT(large.err, HasSubstr("instance 64 is out of range: 0 to 63"));
+  EXPECT_THAT(timsctl({"component", "list", "Chassis(4096/*)"}).err,
+              HasSubstr("system 4096 is out of range: 0 to 4095"));
+}
+
+TEST_F(ManySystemsTest, ARobotFileOfAnySystem) {
+  const std::string file = router_.folder() + "/robot.toml";
+  std::ofstream(file) << "[[component]]\nprogram = \"ChassisSim\"\ninstance = 62\n";
+  ChildOptions with_folder = options();
+  with_folder.environment.push_back("XDG_RUNTIME_DIR=" + router_.folder());
+  auto up = ChildProcess::start({TIMSCTL_PROGRAM, "up", file, "--system", "1000"}, with_folder);
+  ASSERT_TRUE(up);
+  EXPECT_TRUE(up->wait_for_line("1 of 1 programs are ready"));
+  EXPECT_EQ(timsctl({"component", "status", "Chassis/1000/62"}).out, "Chassis(1000/62) off\n");
+  up->signal(SIGTERM);
+  finish(*up);
 }
 
 // It does not answer the request for the widths, so the default ones are used.

@@ -147,30 +147,14 @@ class FleetWalk {
   std::deque<std::string> waiting_;
 };
 
-// Replaces "unknown[80](0/0)" by the class name if a local message file describes the class: the
-// router may not have read that file.
-void name_class_in(json::string& text) {
-  constexpr std::string_view kUnknown = "unknown[";
-  for (std::size_t at = text.find(kUnknown); at != json::string::npos;
-       at = text.find(kUnknown, at + 1)) {
-    const std::size_t begin = at + kUnknown.size();
-    const std::size_t end = text.find(']', begin);
-    if (end == json::string::npos) return;
-    const auto id = tims::base::parse_number<std::uint8_t>(
-        std::string_view(text.data() + begin, end - begin), 16);
-    if (!id) continue;
-    const std::string known = tims::Address::of({.class_id = *id}).to_string();
-    text.replace(at, end + 1 - at, known.substr(0, known.find('(')));
-  }
-}
-
+// The router may not have read the message files of this host.
 void name_classes_in(json::value& value) {
   if (json::array* items = value.if_array()) {
     for (json::value& item : *items) name_classes_in(item);
   } else if (json::object* object = value.if_object()) {
     for (auto& member : *object) name_classes_in(member.value());
   } else if (json::string* text = value.if_string()) {
-    name_class_in(*text);
+    *text = with_class_names(std::string(*text));
   }
 }
 
@@ -187,6 +171,8 @@ std::optional<json::object> json_of(const Message& message) {
 }
 
 json::object AdminClient::ask(const json::object& question, tims::Duration patience) {
+  if (const std::string match = text_at(question, "match"); !match.empty())
+    (void)need_pattern(match, widths());
   json::object answer = ask_once(question, patience);
   json::object next = question;
   while (const json::value* after = at_path(answer, "next")) {

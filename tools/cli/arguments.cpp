@@ -1,10 +1,12 @@
 #include "tools/cli/arguments.h"
 
+#include <algorithm>
 #include <ranges>
 
 #include <fmt/format.h>
 
 #include "base/text.h"
+#include "proxies/message_files.h"
 #include "tims/message.h"
 #include "tools/cli/failure.h"
 
@@ -31,17 +33,54 @@ std::string with_parentheses(std::string_view text) {
   return fmt::format("{}({}){}", text.substr(0, first), rest.substr(0, end), rest.substr(end));
 }
 
+constexpr std::string_view kUnknown = "unknown[";
+
+std::string_view class_part(std::string_view text) {
+  return text.substr(0, std::min(text.find_first_of("(/*"), text.size()));
+}
+
+bool is_name(std::string_view text) {
+  const auto letter = [](char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); };
+  return !text.empty() && letter(text.front()) && !text.starts_with(kUnknown);
+}
+
+// The text is a name of letters and digits, but no class has this name.
+bool names_no_class(std::string_view text) {
+  const std::string_view name = class_part(text);
+  return is_name(name) && !tims::class_id_of(name);
+}
+
 // Suggests "Ladar/3/0" for "Ladr/3/0" if only the class is unknown.
 std::string hint_for(std::string_view text, std::string otherwise) {
-  const std::string_view name = text.substr(0, text.find_first_of("(/"));
-  if (name.empty() || tims::class_id_of(name)) return otherwise;
+  if (!names_no_class(text)) return otherwise;
+  const std::string_view name = class_part(text);
   std::vector<std::string> known;
   for (std::uint32_t id = 0; id <= 0xFF; ++id)
     if (!tims::class_name(id).empty()) known.emplace_back(base::lower(tims::class_name(id)));
+  for (const rack::ClassInfo& own : rack::added_classes())
+    known.emplace_back(base::lower(own.name));
   const auto near = base::nearest(base::lower(name), known);
-  if (!near) return otherwise;
+  if (!near) return fmt::format("for a class of your own: {}", rack::message_places());
   return fmt::format("did you mean {}{}?", tims::class_name(*tims::class_id_of(*near)),
                      text.substr(name.size()));
+}
+
+// The names of classes that RACK does not define as numbers: a router has not read their files.
+std::string with_numbers(std::string form) {
+  const std::size_t end = class_part(form).size();
+  const auto id = tims::class_id_of(std::string_view(form).substr(0, end));
+  const auto own = rack::added_classes();
+  if (!id || std::ranges::find(own, *id, &rack::ClassInfo::class_id) == own.end()) return form;
+  return fmt::format("{}{:x}]{}", kUnknown, *id, std::string_view(form).substr(end));
+}
+
+// "\"Ladar/3/500\" is not an address: instance 500 is out of range ..."
+std::string not_an(std::string_view what, std::string_view text,
+                   const tims::AddressWidths& widths) {
+  const std::string why = names_no_class(text)
+                              ? fmt::format("no class is called {}", class_part(text))
+                              : tims::Address::problem(with_parentheses(text), widths);
+  return fmt::format("\"{}\" is not {}{}{}", text, what, why.empty() ? "" : ": ", why);
 }
 
 }  // namespace
@@ -73,9 +112,9 @@ std::optional<tims::Address> parse_address(std::string_view text,
 }
 
 std::string pattern_text(std::string_view text) {
-  const std::string_view class_part = text.ends_with('*') ? text.substr(0, text.size() - 1) : text;
-  if (tims::class_id_of(class_part)) return std::string(class_part).append("(*/*)");
-  return with_parentheses(text);
+  const std::string_view name = text.ends_with('*') ? text.substr(0, text.size() - 1) : text;
+  const bool whole = tims::class_id_of(name) || (name.starts_with(kUnknown) && name.ends_with(']'));
+  return with_numbers(whole ? std::string(name).append("(*/*)") : with_parentheses(text));
 }
 
 std::optional<tims::AddressPattern> parse_pattern(std::string_view text,
@@ -91,9 +130,27 @@ std::string shell_name(tims::Address address, const tims::AddressWidths& widths)
   return fields.local == 0 ? text : fmt::format("{}:{}", text, fields.local);
 }
 
+std::string with_class_names(std::string text) {
+  for (std::size_t at = text.find(kUnknown); at != std::string::npos;
+       at = text.find(kUnknown, at + 1)) {
+    const std::size_t begin = at + kUnknown.size();
+    const std::size_t end = text.find(']', begin);
+    if (end == std::string::npos) break;
+    const auto id =
+        base::parse_number<std::uint32_t>(std::string_view(text).substr(begin, end - begin), 16);
+    if (!id) continue;
+    if (const std::string_view known = tims::class_name(*id); !known.empty())
+      text.replace(at, end + 1 - at, known);
+  }
+  return text;
+}
+
 std::uint32_t need_class(std::string_view text) {
-  const std::string_view name = text.substr(0, text.find_first_of("(/"));
+  const std::string_view name = class_part(text);
   if (const auto id = tims::class_id_of(name)) return *id;
+  constexpr tims::AddressWidths kLongClass{1, 29, 1, 1};
+  if (const auto unnamed = parse_address(fmt::format("{}(0/0)", name), kLongClass))
+    return unnamed->fields(kLongClass).class_id;
   throw usage_error(
       fmt::format("\"{}\" is not a class", text),
       hint_for(text, "such as Chassis; `timsctl msg types` shows those with messages"));
@@ -105,7 +162,7 @@ tims::Address need_address(std::string_view text, const tims::AddressWidths& wid
     throw usage_error(
         fmt::format("\"{}\" is a pattern; a single address is required", text),
         fmt::format("`timsctl component list '{}'` lists the matching addresses", text));
-  throw usage_error(fmt::format("\"{}\" is not an address", text),
+  throw usage_error(not_an("an address", text, widths),
                     hint_for(text, "Ladar/3/0, 'Ladar(3/0):2' or 0x03140002"));
 }
 
@@ -119,7 +176,7 @@ std::vector<tims::Address> need_addresses(const std::vector<std::string>& texts,
 
 tims::AddressPattern need_pattern(std::string_view text, const tims::AddressWidths& widths) {
   if (const auto pattern = parse_pattern(text, widths)) return *pattern;
-  throw usage_error(fmt::format("\"{}\" is not an address pattern", text),
+  throw usage_error(not_an("an address pattern", text, widths),
                     hint_for(text, "Ladar, 'Ladar(*/0)', '*/3/0' or 0x03140000"));
 }
 

@@ -36,6 +36,10 @@ std::string pattern_text(std::string_view text);
 // The address in the form that needs no quotes in a shell: "Ladar/3/0:2".
 std::string shell_name(tims::Address address, const tims::AddressWidths& widths = {});
 
+// The text with the names of classes instead of "unknown[80]", if a message file of this host gives
+// them names: other programs may not have read it.
+std::string with_class_names(std::string text);
+
 // Throw Failure if the argument is invalid.
 tims::Address need_address(std::string_view text, const tims::AddressWidths& widths);
 std::vector<tims::Address> need_addresses(const std::vector<std::string>& texts,

@@ -39,10 +39,10 @@ std::uint32_t size(string_view text) {
 std::uint64_t count(string_view text) {
   return need(base::parse_number<std::uint64_t>(text), "a count", text);
 }
-std::uint8_t byte(string_view what, string_view text) {
-  const auto value = count(text);
-  if (value > 255) refuse(what, text);
-  return static_cast<std::uint8_t>(value);
+std::int64_t number_up_to(std::int64_t max, string_view what, string_view text) {
+  const auto value = base::parse_number<std::int64_t>(text);
+  if (!value || *value < 0 || *value > max) refuse(what, text);
+  return *value;
 }
 double rate(string_view text) {
   double value = 0;
@@ -92,7 +92,8 @@ constexpr OptionRow kOptions[] = {
     {"watch", 'w', "[2]", "repeat every 2 s, or at this interval in seconds",
      [](Options& o, string_view v) { o.watch = pause(v); }},
     {"once", 0, "", "the same as -n 1", [](Options& o, string_view) { o.count = 1; }},
-    {"count", 'n', "N", "stop after N repetitions, messages or events",
+    {"count", 'n', "N",
+     "stop after N repetitions, messages or events; of log: the newest N messages",
      [](Options& o, string_view v) {
        o.count = count(v);
        if (o.count == 0) refuse("a count of at least 1", v);
@@ -140,7 +141,9 @@ constexpr OptionRow kOptions[] = {
     {"rate", 0, "HZ", "send repeatedly at this rate [Hz]",
      [](Options& o, string_view v) { o.rate_hz = rate(v); }},
     {"priority", 0, "P", "message priority, 0 to 255; higher is more urgent",
-     [](Options& o, string_view v) { o.priority = byte("a priority from 0 to 255", v); }},
+     [](Options& o, string_view v) {
+       o.priority = static_cast<std::uint8_t>(number_up_to(255, "a priority from 0 to 255", v));
+     }},
     {"size", 's', "BYTES", "bytes to add to each request to the router",
      [](Options& o, string_view v) { o.size_bytes = size(v); }},
     {"body-max", 0, "SIZE", "largest body that can be received (default 4MiB)",
@@ -165,8 +168,10 @@ constexpr OptionRow kOptions[] = {
      [](Options& o, string_view v) { o.fleet = v; }},
     {"link", 0, "NAME", "link of the router of -H, by the name of the other router; or all",
      [](Options& o, string_view v) { o.link = v; }},
-    {"system", 0, "N", "number of the robot, 0 to 255, instead of the one in the file",
-     [](Options& o, string_view v) { o.system = byte("a system from 0 to 255", v); }},
+    {"system", 0, "N", "number of the robot, 0 to 65535, instead of the one in the file",
+     [](Options& o, string_view v) {
+       o.system = number_up_to(65535, "a system from 0 to 65535", v);
+     }},
     {"on", 0, "HOST", "start only the components for HOST, on this host",
      [](Options& o, string_view v) { o.on = v; }},
     {"world", 0, "ADDR", "address of the World; required if there are several",

@@ -9,6 +9,7 @@
 
 #include "base/text.h"
 #include "os/clock.h"
+#include "tools/cli/pager.h"
 
 namespace timsctl {
 
@@ -147,7 +148,11 @@ void Output::write(std::string_view text) {
 void Output::write(const json::object& object) { write(to_text(object) + "\n"); }
 
 void Output::write(const json::object& answer, const std::function<std::string()>& text) {
-  json() ? write(answer) : write(text());
+  json() ? write(answer) : write_pages(text());
+}
+
+void Output::write_pages(std::string_view text) {
+  if (!terminal_ || !show_in_pager(text)) write(text);
 }
 
 void Output::redraw(std::string_view text) {

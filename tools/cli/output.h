@@ -98,7 +98,9 @@ class Output {
   // Writes to stdout, unbuffered. Throws Interrupted if the reader has closed it.
   void write(std::string_view text);
   void write(const json::object& object);  // one line
-  // Writes the answer as JSON if requested, else the text.
+  // Writes a text that is complete; page by page if it is longer than the terminal.
+  void write_pages(std::string_view text);
+  // Writes the answer as JSON if requested, else the text, page by page.
   void write(const json::object& answer, const std::function<std::string()>& text);
   // Overwrites the previous display if stdout is a terminal.
   void redraw(std::string_view text);

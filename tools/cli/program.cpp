@@ -58,7 +58,7 @@ Exit run(Arguments arguments, const Program& program) {
   try {
     const auto parsed = parse_line(program, line);
     if (const auto* text = std::get_if<Text>(&parsed)) {
-      out.write(text->text);
+      out.write_pages(text->text);
       return Exit::kDone;
     }
     const auto& command = std::get<Command>(parsed);

@@ -191,6 +191,8 @@ void add_error(const Wanted& wanted, const Input& input, std::span<const Pose> l
 
 Exit make(const Wanted& wanted) {
   const Input input = read_input(wanted);
+  for (const std::string& remark : input.drive.remarks)
+    fmt::print(stderr, "map-maker: {}: {}\n", wanted.log, remark);
   auto made = [&] {
     ProgressLine progress(wanted.quiet || wanted.json);
     return mapping::make_map(input.drive, wanted.settings, std::ref(progress));

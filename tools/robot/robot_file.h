@@ -50,7 +50,8 @@ struct RobotFile {
 
 inline constexpr std::size_t kNameMax = 31;  // it is used as the name of a folder
 inline constexpr std::size_t kComponentsMax = 200;
-inline constexpr std::int64_t kIdMax = 255;
+// Of systems and instances; components refuse what does not fit into the fleet's addresses.
+inline constexpr std::int64_t kIdMax = 65535;
 
 bool is_name(std::string_view text);  // letters, digits, - and _
 

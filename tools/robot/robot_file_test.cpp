@@ -95,8 +95,8 @@ TEST(RobotFile, EveryProblemHasItsPlaceAndSaysWhatToDo) {
               HasSubstr("a component requires program, instance and parameters, or a command"));
   EXPECT_THAT(problems("[[component]]\nprogram = \"A\"\nhost = \"arm\""),
               HasSubstr("unknown host arm: add [host.arm]"));
-  EXPECT_THAT(problems("[[component]]\nprogram = \"A\"\ninstance = 256"),
-              HasSubstr("instance must be a number from 0 to 255, not 256"));
+  EXPECT_THAT(problems("[[component]]\nprogram = \"A\"\ninstance = 65536"),
+              HasSubstr("instance must be a number from 0 to 65535, not 65536"));
   EXPECT_THAT(problems("[[component]]\nprogram = \"A\"\nparameters = { system = 1 }"),
               HasSubstr("system must be outside of parameters"));
   EXPECT_THAT(problems("[[component]]\nprogram = \"A\"\nparameters = { a = \"{sytem}\" }"),

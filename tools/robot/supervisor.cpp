@@ -273,6 +273,7 @@ void Supervisor::start_again(Program& program, tims::Time now) {
 
 void Supervisor::take_end(Program& program, const Program::End& end) {
   const std::string how = end.status.to_string();
+  ends_[&program] = how;
   if (end.pause && !ending_)
     return events_.write_line("ended", program.name(),
                               fmt::format("{}: restart in {:g} s", how, base::seconds(*end.pause)));
@@ -300,10 +301,25 @@ void Supervisor::report_state(const Program& program) {
     events_.write_line("state", program.name(), program.status());
 }
 
+// The status that a program has reported means nothing when the program has ended.
+std::string Supervisor::status_of(const Program& program) const {
+  if (program.state() == State::kStarting && program.status().empty()) return "starting";
+  const bool silent = program.status().empty();  // a component that has not been turned on yet
+  if (program.state() != State::kDown && silent)
+    return program.address().empty() ? "running" : "off";
+  if (program.state() != State::kDown) return program.status();
+  const auto how = ends_.find(&program);
+  const std::string dead = how == ends_.end() ? "dead" : "dead: " + how->second;
+  if (program.start_at() == tims::kNever) return dead + ", not restarted";
+  const auto left = std::max(program.start_at() - tims::os::now(), tims::Duration{});
+  return fmt::format("{}, restart in {:.1f} s", dead, base::seconds(left));
+}
+
 json::object Supervisor::report() const {
   json::array items;
   for (const Program& program : programs_) {
-    json::object item{{"name", program.name()}, {"status", program.status().substr(0, kStatusMax)}};
+    json::object item{{"name", program.name()},
+                      {"status", status_of(program).substr(0, kStatusMax)}};
     if (const auto pid = program.child().pid()) item["pid"] = *pid;
     if (!program.address().empty()) item["address"] = program.address();
     if (const auto component = component_of(program.command())) item["component"] = *component;

@@ -67,6 +67,7 @@ class Supervisor {
   void take_end(Program& program, const Program::End& end);
   void take_notifications();
   void report_state(const Program& program);
+  [[nodiscard]] std::string status_of(const Program& program) const;
   [[nodiscard]] json::object report() const;
   json::object save(const json::object& question);
   [[nodiscard]] std::vector<std::string> names(State state) const;
@@ -84,6 +85,7 @@ class Supervisor {
   StatusSocket status_;
   tims::os::ServiceManager manager_;  // of this program
   std::list<Program> programs_;
+  std::map<const Program*, std::string> ends_;        // how programs have ended last
   std::map<const Program*, std::size_t> components_;  // index of the component in the file
   bool ending_ = false;
   std::size_t failures_ = 0;

@@ -108,11 +108,12 @@ constexpr Verb kOwnVerbs[] = {
      "Show log messages of components from the files of gdos-log on this host; needs no router. "
      "-n N: the newest N. Exit status 1: no message found.",
      "timsctl log show -c 'Chassis(*/*)' -l warning -S 10min", log_show},
-    {"log", "follow", "[ADDR]", 0, 1, "component level count once for", true,
+    {"log", "follow", "[ADDR]", 0, 1, "component level count for directory", true,
      "Show log messages of components as they arrive: time, sender, level, text. They come from "
      "gdos-log if it runs, also on another robot (ADDR); else directly from the components, and "
-     "then only one program can receive them.",
-     "timsctl log follow GDOS/3/1 -l warning", log_follow},
+     "then only one program can receive them. -n N: first show the newest N messages from the "
+     "files of gdos-log on this host.",
+     "timsctl log follow -n 20 -l warning", log_follow},
 
     {"ping", "", "ADDR|router", 1, 1, "count once for interval size priority hops", false,
      "Measure round-trip times to a component (with GET_STATUS) or a router (`router` or an "
@@ -165,7 +166,8 @@ constexpr Verb kOwnVerbs[] = {
      "timsctl msg bw Camera/3/0 --once", msg_bw, kRows},
 
     {"top", "", "", 0, 0, "count once for interval sort", true,
-     "Show clients and their rates, live. Keys: q quits, left and right select the column.",
+     "Show clients and their rates, live. Keys: h for help, q quits, left and right select the "
+     "column.",
      "timsctl top --sort in/s", top, kRows},
     {"stats", "", "", 0, 0, "watch count once sort by", false,
      "Show message counts by port, class and outcome, and those of local mailboxes.",
@@ -347,7 +349,9 @@ std::string overview() {
       "have\n"
       "* in any position: 'Ladar(*/0)'; Ladar alone is the whole class.\n"
       "Environment: TIMS_HOST (default of -H), TIMS_ROUTER (router of the programs on this host),\n"
-      "NO_COLOR.\n";
+      "TIMS_PAGER or PAGER (shows long tables; cat: none), NO_COLOR, RACK_MESSAGES (descriptions "
+      "of\n"
+      "messages of your own classes).\n";
   return text.append(kExitHelp);
 }
 

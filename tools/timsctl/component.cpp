@@ -7,6 +7,7 @@
 #include "base/measure.h"
 #include "base/text.h"
 #include "os/clock.h"
+#include "proxies/message_files.h"
 #include "rack/codec/codec.h"
 #include "rack/proxies/chassis.h"
 #include "rack/proxies/generic.h"
@@ -311,10 +312,14 @@ Exit component_data(Context& context) {
                          .fields = true,
                          .elements_max = context.out.terminal() ? 20 : rack::kAllElements};
   const rack::MessageInfo* info = rack::find_message(newest->header, style.widths);
-  if (info == nullptr || info->body == nullptr)
+  if (info == nullptr || info->body == nullptr) {
+    const std::string why = undescribed(component.fields(style.widths).class_id);
     throw Failure(Exit::kNo, "unknown_class",
-                  client.name_of(component) + ": data of an unknown class",
-                  "`timsctl msg echo ADDR -n 1` shows the bytes");
+                  fmt::format("{}: {}", client.name_of(component),
+                              why.empty() ? "data of no known form" : why),
+                  fmt::format("{}`timsctl msg echo ADDR -n 1` shows the bytes",
+                              why.empty() ? "" : rack::message_places() + "; "));
+  }
   show_data(context, component, *newest, *info->body, style);
   return Exit::kDone;
 }

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 
+#include <fmt/format.h>
+
+#include "base/measure.h"
 #include "os/clock.h"
 #include "os/wakeup.h"
 
@@ -126,6 +129,7 @@ namespace {
 // restarted and lost the subscription.
 constexpr tims::Duration kAskOffAgain = 1s;
 constexpr tims::Duration kAskSilentAgain = 10s;
+constexpr tims::Duration kSilencePatience = 2s;
 constexpr tims::Duration kComponentClientStopPatience = 300ms;
 constexpr std::uint8_t kStopPriority = 255;  // highest: data must not displace its answer
 
@@ -139,7 +143,8 @@ tims::Result<void> send(Connection& connection, const tims::Envelope& envelope, 
 }  // namespace
 
 std::string_view Subscription::state_name() const {
-  constexpr std::array<std::string_view, 4> kNames = {"asking", "on", "off", "no_mailbox"};
+  constexpr std::array<std::string_view, 5> kNames = {"asking", "on", "off", "no_mailbox",
+                                                      "no_data"};
   return kNames[static_cast<std::size_t>(state_)];
 }
 
@@ -147,7 +152,8 @@ tims::Result<void> Subscription::on_time(Connection& connection, tims::Time now)
   if (now < next_question_) return {};
   next_question_ = now + kAskOffAgain;
   asked_ = true;
-  return send(connection, {.dest = component_, .type = tims::type::kGetContData},
+  return send(connection,
+              {.dest = component_, .type = tims::type::kGetContData, .report_reason = true},
               rack::GetContDataRequest{period_ms_, connection.address()});
 }
 
@@ -164,7 +170,8 @@ bool Subscription::on_message(const Message& message, tims::Time now) {
       set_state(State::kRunning, now + kAskSilentAgain);
       return false;
     case tims::type::kError:
-      set_state(State::kOff, now + kAskOffAgain);
+      set_state(rack::reason_of(message.body) == rack::kNoDataYet ? State::kNoData : State::kOff,
+                now + kAskOffAgain);
       return false;
     case tims::type::kNotAvailable:
       set_state(State::kNoMailbox, now + kAskOffAgain);
@@ -183,6 +190,48 @@ void Subscription::stop(Connection& connection) const {
   (void)send(connection,
              {.dest = component_, .type = tims::type::kStopContData, .priority = kStopPriority},
              rack::StopContDataRequest{connection.address()});
+}
+
+namespace {
+
+// Why nothing comes.
+std::string silence_of(const Subscription& subscription, const std::string& name,
+                       tims::Duration silent) {
+  const std::string duration = base::human_duration(base::seconds(silent));
+  switch (subscription.state()) {
+    case Subscription::State::kRunning:
+      return fmt::format(
+          "nothing comes from {} for {}: it has accepted the subscription, but sends no data", name,
+          duration);
+    case Subscription::State::kOff:
+      return fmt::format("nothing comes from {}: it is off; `timsctl component on {}`", name, name);
+    case Subscription::State::kNoData:
+      return fmt::format("nothing comes from {}: it is being turned on and has no data yet", name);
+    case Subscription::State::kNoMailbox:
+      return fmt::format("nothing comes from {}: it is not registered", name);
+    case Subscription::State::kAsking:
+      break;
+  }
+  return fmt::format("nothing comes from {}: it has not answered for {}; `timsctl ping {}`", name,
+                     duration, name);
+}
+
+}  // namespace
+
+std::vector<std::string> SilenceNotes::take(std::span<const Subscription> subscriptions,
+                                            tims::Time now, const tims::AddressWidths& widths,
+                                            bool at_end) {
+  std::vector<std::string> notes;
+  for (std::size_t i = 0; i < last_.size(); ++i) {
+    const Subscription& one = subscriptions[i];
+    const auto period = std::chrono::milliseconds(one.granted_ms().value_or(0));
+    const tims::Duration silent = now - last_[i].data;
+    const tims::Duration patience = std::max<tims::Duration>(kSilencePatience, 3 * period);
+    if (last_[i].noted || (silent < patience && (!at_end || last_[i].any))) continue;
+    last_[i].noted = true;
+    notes.push_back(silence_of(one, shell_name(one.component(), widths), silent));
+  }
+  return notes;
 }
 
 Subscriptions::Subscriptions(Connection& connection, const std::vector<tims::Address>& components,

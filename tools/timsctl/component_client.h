@@ -105,6 +105,7 @@ class Subscription {
     kRunning,    // granted
     kOff,        // it answers ERROR: not turned on
     kNoMailbox,  // the address is not registered
+    kNoData,     // it is being turned on and has no data yet
   };
 
   Subscription(tims::Address component, std::uint32_t period_ms)
@@ -112,7 +113,8 @@ class Subscription {
 
   [[nodiscard]] tims::Address component() const { return component_; }
   [[nodiscard]] State state() const { return state_; }
-  [[nodiscard]] std::string_view state_name() const;  // "on", "off", "no_mailbox", "asking"
+  // "on", "off", "no_mailbox", "asking", "no_data"
+  [[nodiscard]] std::string_view state_name() const;
   [[nodiscard]] std::optional<std::uint32_t> granted_ms() const { return granted_ms_; }
 
   // Sends the request if it is due, first or repeated.
@@ -132,6 +134,27 @@ class Subscription {
   bool asked_ = false;
   std::optional<std::uint32_t> granted_ms_;
   tims::Time next_question_{};
+};
+
+// Reports subscriptions from which nothing comes, once each time.
+class SilenceNotes {
+ public:
+  SilenceNotes(std::size_t subscriptions, tims::Time now) : last_(subscriptions, {now}) {}
+
+  void on_data(std::size_t index, tims::Time now) { last_[index] = {now, false, true}; }
+  // The reason was reported otherwise.
+  void skip(std::size_t index) { last_[index].noted = true; }
+  // The notes that are due; `at_end`: also for those from which nothing has come at all.
+  std::vector<std::string> take(std::span<const Subscription> subscriptions, tims::Time now,
+                                const tims::AddressWidths& widths, bool at_end = false);
+
+ private:
+  struct Last {
+    tims::Time data{};  // or the beginning
+    bool noted = false;
+    bool any = false;
+  };
+  std::vector<Last> last_;
 };
 
 // Several subscriptions on one connection. They end together, because no component may continue to

@@ -1,5 +1,6 @@
 #include "tools/timsctl/log.h"
 
+#include <algorithm>
 #include <array>
 #include <ctime>
 #include <deque>
@@ -93,9 +94,47 @@ std::optional<RecordTime> parse_when(std::string_view text, RecordTime now, bool
   return std::nullopt;
 }
 
-TextFilter text_filter(const Options& options, const tims::AddressWidths& widths, RecordTime now) {
+SenderPattern::SenderPattern(std::string_view text) {
+  (void)need_pattern(text, kAnyWidths);
+  const std::string form = pattern_text(text);
+  name_ = name_of(form, "*");
+  if (!name_ && form != "*") address_ = tims::Address::parse(form);
+}
+
+// The parts of "Ladar(3/500):2"; the class in lower case, by its name if it has one. `local`: if
+// the text has none.
+std::optional<SenderPattern::Name> SenderPattern::name_of(std::string_view text,
+                                                          std::string_view local) {
+  const auto cut = [&text](std::string_view mark) {
+    const std::size_t at = text.find(mark);
+    const std::string part(text.substr(0, at));
+    text.remove_prefix(at == std::string_view::npos ? text.size() : at + mark.size());
+    return part;
+  };
+  if (text.find('(') == std::string_view::npos) return std::nullopt;
+  Name name{.class_name = base::lower(with_class_names(cut("("))),
+            .system = cut("/"),
+            .instance = cut(")"),
+            .local = std::string(local)};
+  if (text.starts_with(':')) name.local = text.substr(1);
+  return name;
+}
+
+bool SenderPattern::matches(const Record& record) const {
+  if (address_) return record.address == *address_;
+  if (!name_) return true;
+  const auto sender = name_of(record.component, "0");
+  const auto fits = [](const std::string& wanted, const std::string& found) {
+    return wanted == "*" || wanted == found;
+  };
+  return sender && fits(name_->class_name, sender->class_name) &&
+         fits(name_->system, sender->system) && fits(name_->instance, sender->instance) &&
+         fits(name_->local, sender->local);
+}
+
+TextFilter text_filter(const Options& options, RecordTime now) {
   TextFilter filter;
-  if (!options.component.empty()) filter.component = need_pattern(options.component, widths);
+  if (!options.component.empty()) filter.component.emplace(options.component);
   if (options.level) filter.level = *options.level;
   if (!options.since.empty()) filter.since = need_when(options.since, now, options.utc);
   if (!options.until.empty()) filter.until = need_when(options.until, now, options.utc);
@@ -103,25 +142,77 @@ TextFilter text_filter(const Options& options, const tims::AddressWidths& widths
 }
 
 bool TextFilter::passes(const Record& record) const {
-  return record.level >= level && component.matches(record.address) &&
+  return record.level >= level && (!component || component->matches(record)) &&
          (!since || record.time >= *since) && (!until || record.time <= *until);
 }
 
 void show_text(Output& out, const Record& record, bool with_day) {
   const std::string_view level = rack::gdos::name(record.level);
+  const std::string component = with_class_names(record.component);
   if (out.json())
     return out.write(
         json::object{{"schema", "tims/text/1"},
                      {"time", rack::gdos::to_text(record.time)},
-                     {"address", {{"name", record.component}, {"raw", record.address.to_hex()}}},
+                     {"address", {{"name", component}, {"raw", record.address.to_hex()}}},
                      {"level", level},
                      {"text", record.text}});
   const bool utc = out.look().utc;
   const std::string day = with_day ? day_of(record.time, utc) + " " : "";
   const std::string line = fmt::format("{}{} {:<18} {:<7} {}", day, time_of_day(record.time, utc),
-                                       record.component, level, record.text);
+                                       component, level, record.text);
   out.write(paint(base::printable(line), tone_of(record.level), out.look().colour) + "\n");
 }
+
+// --- texts from the files of gdos-log
+
+namespace {
+
+std::filesystem::path log_folder(const Options& options) {
+  return options.directory.empty() ? rack::gdos::folder_to_read()
+                                   : std::filesystem::path(options.directory);
+}
+
+template <typename Take>
+void read_file(const std::filesystem::path& path, rack::gdos::RecordReader& reader,
+               const Signals& signals, Take take) {
+  std::ifstream file(path, std::ios::binary);
+  // A file that was deleted during the listing is older than all remaining files.
+  if (!file && errno == ENOENT) return;
+  if (!file)
+    throw Failure(Exit::kDenied, "denied", "cannot read " + path.string(),
+                  "are you a member of its group?");
+  std::array<char, 64 << 10> piece{};
+  while (file) {
+    file.read(piece.data(), piece.size());
+    reader.read({piece.data(), static_cast<std::size_t>(file.gcount())}, take);
+    signals.sleep_until({});  // Ctrl-C
+  }
+}
+
+// Passes all texts that the filter selects to `take`, oldest first.
+template <typename Take>
+void read_texts(Context& context, const TextFilter& filter, Take take) {
+  rack::gdos::RecordReader reader;
+  const auto pass = [&](Record&& record) {
+    if (filter.passes(record)) take(std::move(record));
+  };
+  for (const auto& path : rack::gdos::log_paths(log_folder(context.options)))
+    read_file(path, reader, context.signals, pass);
+  if (reader.strange() > 0)
+    context.out.note(fmt::format("{} invalid lines were skipped", reader.strange()));
+}
+
+// The newest ones, as many as --count.
+std::deque<Record> kept_texts(Context& context, const TextFilter& filter) {
+  std::deque<Record> newest;
+  read_texts(context, filter, [&](Record&& record) {
+    newest.push_back(std::move(record));
+    if (newest.size() > *context.options.count) newest.pop_front();
+  });
+  return newest;
+}
+
+}  // namespace
 
 // --- timsctl log: texts of components for the user
 
@@ -132,46 +223,64 @@ using rack::gdos::Record;
 class Follower {
  public:
   explicit Follower(Context& context)
-      : context_(context),
-        left_(context.options.count.value_or(UINT64_MAX)),
-        end_(context.run_end()) {}
+      : context_(context), end_(context.run_end()), filter_(text_filter(context.options, now())) {}
 
   // Received directly, as owner of the GDOS mailbox.
   Exit own_sink(Connection& connection) {
-    filter_ = text_filter(context_.options, connection.widths(), now());
-    while (left_ > 0) {
+    show_backlog();
+    for (;;) {
       const auto message = receive(connection, context_.signals, end_);
       if (!message) break;
       missed_.note(connection, context_.out);
       if (const auto record = text_of(*message, connection.widths())) print(*record);
     }
-    return end();
+    return Exit::kDone;
   }
 
   // Received from gdos-log, as a subscriber.
   Exit subscribe(Connection& connection, tims::Address log) {
-    filter_ = text_filter(context_.options, connection.widths(), now());
     const std::string name = log.to_string(connection.widths());
     Subscriptions subscriptions(connection, {log}, 0);
     const tims::Time patience = tims::os::deadline_after(context_.options.timeout);
-    while (left_ > 0 && tims::os::now() < end_) {
+    while (tims::os::now() < end_) {
       const auto tick = tims::os::deadline_after(std::chrono::milliseconds(200));
       const auto data = subscriptions.next(context_.signals, std::min(end_, tick));
       note_state(subscriptions.all().front(), name);
       missed_.note(connection, context_.out);
+      // Texts that arrive from now on are not missed: they wait in the mailbox.
+      if (state_ != Subscription::State::kAsking) show_backlog();
       const auto record = data ? record_of(data->message, connection.widths()) : std::nullopt;
       if (record) print(*record);
       if (state_ == Subscription::State::kAsking && tims::os::now() > patience)
         throw Failure(Exit::kTimeout, "timeout", name + " does not answer GET_CONT_DATA");
     }
-    return end();
+    return Exit::kDone;
   }
 
  private:
   void print(const Record& record) {
-    if (!filter_.passes(record)) return;
-    --left_;
-    show_text(context_.out, record, false);
+    if (filter_.passes(record) && !is_in_backlog(record)) show_text(context_.out, record, false);
+  }
+
+  // -n N: the newest N texts that gdos-log has kept on this host.
+  void show_backlog() {
+    if (!context_.options.count || backlog_shown_) return;
+    backlog_shown_ = true;
+    const std::filesystem::path folder = log_folder(context_.options);
+    if (rack::gdos::log_paths(folder).empty())
+      return context_.out.note(fmt::format(
+          "no messages of the past: there are no log files in {} on this host", folder.string()));
+    backlog_ = kept_texts(context_, filter_);
+    for (const Record& record : backlog_) show_text(context_.out, record, true);
+  }
+
+  // A text may arrive that was read from the files already.
+  [[nodiscard]] bool is_in_backlog(const Record& record) const {
+    constexpr auto kRounding = std::chrono::milliseconds(2);
+    return std::ranges::any_of(backlog_, [&](const Record& kept) {
+      return kept.address == record.address && kept.text == record.text &&
+             std::chrono::abs(kept.time - record.time) <= kRounding;
+    });
   }
 
   std::optional<Record> text_of(const Message& message, const tims::AddressWidths& widths) const {
@@ -213,14 +322,11 @@ class Follower {
       context_.out.note(name + " has no messages; waiting");
   }
 
-  [[nodiscard]] Exit end() const {
-    return left_ > 0 && context_.options.count ? Exit::kTimeout : Exit::kDone;
-  }
-
   Context& context_;
-  std::uint64_t left_;
   tims::Time end_;
   TextFilter filter_;
+  bool backlog_shown_ = false;
+  std::deque<Record> backlog_;
   LostMessages missed_{"texts"};
   Subscription::State state_ = Subscription::State::kAsking;
 };
@@ -228,12 +334,12 @@ class Follower {
 // gdos-log reports the address of its log; other owners of the GDOS mailbox do not.
 std::optional<tims::Address> ask_for_log(Context& context, Connection& connection) {
   const std::uint8_t seq_nr = connection.next_seq_nr();
-  if (!connection.send(
-          {.dest = rack::gdos::kSink, .type = rack::GdosLogType::kGetLog, .seq_nr = seq_nr}, {}))
+  const tims::Address sink = tims::text_sink(connection.widths());
+  if (!connection.send({.dest = sink, .type = rack::GdosLogType::kGetLog, .seq_nr = seq_nr}, {}))
     return std::nullopt;
   const tims::Time deadline = tims::os::deadline_after(context.options.timeout);
   while (const auto message = receive(connection, context.signals, deadline)) {
-    if (message->header.src != rack::gdos::kSink || message->header.seq_nr != seq_nr) continue;
+    if (message->header.src != sink || message->header.seq_nr != seq_nr) continue;
     if (message->header.type != rack::GdosLogType::kLog) return std::nullopt;
     const auto answer = rack::decode<rack::GdosLogAddress>(message->view());
     return answer ? std::optional(answer->log) : std::nullopt;
@@ -243,7 +349,9 @@ std::optional<tims::Address> ask_for_log(Context& context, Connection& connectio
 
 }  // namespace
 
-Exit log_follow(Context& context) {
+namespace {
+
+Exit follow(Context& context) {
   const MailboxRequest listener{.address = {}, .slots = 1024, .body_max = 2048};
   Follower follower(context);
   if (!context.options.arguments.empty()) {
@@ -255,8 +363,7 @@ Exit log_follow(Context& context) {
   std::unique_ptr<Connection> sink;
   std::optional<Failure> in_use;
   try {
-    sink =
-        context.connect({.address = rack::gdos::kSink.to_hex(), .slots = 1024, .body_max = 1024});
+    sink = context.connect({.address = "GDOS(0/0)", .slots = 1024, .body_max = 1024});
   } catch (const Failure& failure) {
     if (failure.exit != Exit::kDenied) throw;
     in_use = failure;
@@ -268,56 +375,34 @@ Exit log_follow(Context& context) {
   return follower.subscribe(*connection, *log);
 }
 
-// --- log show: texts from the files of gdos-log
+}  // namespace
 
-namespace {
-
-using rack::gdos::Record;
-
-template <typename Take>
-void read_file(const std::filesystem::path& path, rack::gdos::RecordReader& reader,
-               const Signals& signals, Take take) {
-  std::ifstream file(path, std::ios::binary);
-  // A file that was deleted during the listing is older than all remaining files.
-  if (!file && errno == ENOENT) return;
-  if (!file)
-    throw Failure(Exit::kDenied, "denied", "cannot read " + path.string(),
-                  "are you a member of its group?");
-  std::array<char, 64 << 10> piece{};
-  while (file) {
-    file.read(piece.data(), piece.size());
-    reader.read({piece.data(), static_cast<std::size_t>(file.gcount())}, take);
-    signals.sleep_until({});  // Ctrl-C
+// Ctrl-C is the usual end; -n is no limit here.
+Exit log_follow(Context& context) {
+  try {
+    return follow(context);
+  } catch (const Interrupted&) {
+    return context.options.run_for ? Exit::kInterrupted : Exit::kDone;
   }
 }
 
-}  // namespace
+// --- log show
 
 Exit log_show(Context& context) {
-  const Options& options = context.options;
-  const TextFilter filter = text_filter(options, {}, now());
-  const std::filesystem::path folder = options.directory.empty()
-                                           ? rack::gdos::folder_to_read()
-                                           : std::filesystem::path(options.directory);
-  const auto paths = rack::gdos::log_paths(folder);
-  if (paths.empty())
+  const TextFilter filter = text_filter(context.options, now());
+  const std::filesystem::path folder = log_folder(context.options);
+  if (rack::gdos::log_paths(folder).empty())
     throw Failure(Exit::kNoSuch, "no_log", folder.string() + ": there are no log files",
                   "start `gdos-log`, or name its folder with --directory");
-
   std::uint64_t shown = 0;
-  std::deque<Record> newest;
-  rack::gdos::RecordReader reader;
-  const auto take = [&](Record&& record) {
-    if (!filter.passes(record)) return;
+  const auto show = [&](const Record& record) {
     ++shown;
-    if (!options.count) return show_text(context.out, record, true);
-    newest.push_back(std::move(record));
-    if (newest.size() > *options.count) newest.pop_front();
+    show_text(context.out, record, true);
   };
-  for (const auto& path : paths) read_file(path, reader, context.signals, take);
-  for (const Record& record : newest) show_text(context.out, record, true);
-  if (reader.strange() > 0)
-    context.out.note(fmt::format("{} invalid lines were skipped", reader.strange()));
+  if (context.options.count)
+    std::ranges::for_each(kept_texts(context, filter), show);
+  else
+    read_texts(context, filter, show);
   if (shown == 0) context.out.note("no messages found");
   return shown > 0 ? Exit::kDone : Exit::kNo;
 }

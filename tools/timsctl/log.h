@@ -9,8 +9,28 @@
 
 namespace timsctl {
 
+// A pattern of senders that is compared with their names: the widths of the fleet's addresses are
+// not in the files of texts.
+class SenderPattern {
+ public:
+  explicit SenderPattern(std::string_view text);  // throws Failure
+  [[nodiscard]] bool matches(const rack::gdos::Record& record) const;
+
+ private:
+  struct Name {
+    std::string class_name;
+    std::string system;
+    std::string instance;
+    std::string local;
+  };
+  static std::optional<Name> name_of(std::string_view text, std::string_view local);
+
+  std::optional<Name> name_;  // empty: one address, or all
+  std::optional<tims::Address> address_;
+};
+
 struct TextFilter {
-  tims::AddressPattern component{};  // of the sender
+  std::optional<SenderPattern> component{};
   rack::gdos::Level level = rack::gdos::Level::kDetail;
   std::optional<rack::gdos::RecordTime> since{};
   std::optional<rack::gdos::RecordTime> until{};
@@ -18,8 +38,7 @@ struct TextFilter {
   [[nodiscard]] bool passes(const rack::gdos::Record& record) const;
 };
 // The selection by --component, --level, --since and --until. Throws Failure.
-TextFilter text_filter(const Options& options, const tims::AddressWidths& widths,
-                       rack::gdos::RecordTime now);
+TextFilter text_filter(const Options& options, rack::gdos::RecordTime now);
 
 // "10min" (ago), "03:15", "2026-11-22", "2026-11-22 03:15:30", "2026-11-22T03:15:30.5Z": local time
 // unless it ends with Z, or `utc`.

@@ -51,9 +51,8 @@ TEST(TextFilter, ComponentLevelAndTime) {
   options.level = Level::kWarning;
   options.since = "10min";
   options.until = "03:00:00";
-  const TextFilter filter = text_filter(options, {}, kNow);
-  const Record good{
-      .time = kNow - 1s, .address = tims::Address(0x03110000), .level = Level::kError};
+  const TextFilter filter = text_filter(options, kNow);
+  const Record good{.time = kNow - 1s, .component = "Chassis(3/0)", .level = Level::kError};
   EXPECT_TRUE(filter.passes(good));
   const auto without = [&](auto change) {
     Record record = good;
@@ -61,21 +60,42 @@ TEST(TextFilter, ComponentLevelAndTime) {
     return filter.passes(record);
   };
   EXPECT_TRUE(without([](Record& r) { r.level = Level::kPrint; })) << "more important than all";
-  EXPECT_TRUE(without([](Record& r) { r.address = tims::Address(0x03110002); })) << "its proxies";
+  EXPECT_TRUE(without([](Record& r) { r.component = "Chassis(3/0):2"; })) << "its proxies";
   EXPECT_FALSE(without([](Record& r) { r.level = Level::kInfo; }));
-  EXPECT_FALSE(without([](Record& r) { r.address = tims::Address(0x03140000); }));
-  EXPECT_FALSE(without([](Record& r) { r.address = tims::Address(0x03110100); }));
+  EXPECT_FALSE(without([](Record& r) { r.component = "Ladar(3/0)"; }));
+  EXPECT_FALSE(without([](Record& r) { r.component = "Chassis(3/1)"; }));
   EXPECT_FALSE(without([](Record& r) { r.time = kNow; }));
   EXPECT_FALSE(without([](Record& r) { r.time = kNow - 11min; }));
+}
+
+// The files of texts do not contain the widths of the fleet's addresses.
+TEST(TextFilter, SendersAreComparedByName) {
+  const auto passes = [](const std::string& pattern, const char* sender, std::uint32_t raw = 0) {
+    Options options;
+    options.component = pattern;
+    return text_filter(options, kNow)
+        .passes({.time = kNow, .address = tims::Address(raw), .component = sender});
+  };
+  EXPECT_TRUE(passes("Chassis(3/500)", "Chassis(3/500)"));
+  EXPECT_TRUE(passes("chassis/1000/*", "Chassis(1000/63)"));
+  EXPECT_FALSE(passes("Chassis(3/500)", "Chassis(3/50)"));
+  EXPECT_TRUE(passes("Chassis", "Chassis(1000/63):4"));
+  EXPECT_TRUE(passes("*", "whatever"));
+  EXPECT_TRUE(passes("*(3/0)", "Pilot(3/0):1"));
+  EXPECT_FALSE(passes("*(3/0):2", "Pilot(3/0):1"));
+  EXPECT_FALSE(passes("*(3/0):2", "Pilot(3/0)"));
+  EXPECT_TRUE(passes("unknown[90]", "unknown[90](0/0)"));
+  EXPECT_TRUE(passes("0x03110000", "Chassis(3/0)", 0x03110000));
+  EXPECT_FALSE(passes("0x03110000", "Chassis(3/0)", 0x03110100));
 }
 
 TEST(TextFilter, RefusesWhatItDoesNotUnderstand) {
   Options options;
   options.since = "soon";
-  EXPECT_THROW(text_filter(options, {}, kNow), Failure);
+  EXPECT_THROW(text_filter(options, kNow), Failure);
   options.since.clear();
   options.component = "Nobody";
-  EXPECT_THROW(text_filter(options, {}, kNow), Failure);
+  EXPECT_THROW(text_filter(options, kNow), Failure);
 }
 
 }  // namespace log_test

@@ -9,6 +9,8 @@
 #include <fmt/format.h>
 
 #include "base/text.h"
+#include "proxies/message_files.h"
+#include "rack/proxies/generic.h"
 #include "tools/cli/arguments.h"
 #include "tools/cli/context.h"
 
@@ -135,6 +137,12 @@ Draft read_json_line(std::size_t line, std::string_view text) {
           .body = *body};
 }
 
+// The reason of a refusal; empty for other messages.
+std::string_view reason_in(const Message& message) {
+  return message.header.type == tims::type::kError ? rack::reason_of(message.body)
+                                                   : std::string_view();
+}
+
 rack::PrintStyle print_style(const FieldStyle& style) {
   return {.elements_max = style.elements_max,
           .si = style.si,
@@ -219,14 +227,15 @@ bool compare(std::partial_ordering order, std::string_view relation) {
   return order >= 0;
 }
 
-bool holds(const json::value& value, std::string_view relation, const std::string& wanted) {
+bool holds(const json::value& value, std::string_view relation, const std::string& wanted,
+           const tims::AddressWidths& widths) {
   const auto number = as_number(wanted);
   if (number && value.is_number()) return compare(value.to_number<double>() <=> *number, relation);
   const json::string* text = value.if_string();
   const std::string found = text == nullptr ? to_text(value) : std::string(*text);
   // "Ladar/0/0" is the same address as "Ladar(0/0)".
-  if (const auto address = parse_address(wanted, kAnyWidths); address && text != nullptr)
-    if (const auto other = parse_address(found, kAnyWidths))
+  if (const auto address = parse_address(wanted, widths); address && text != nullptr)
+    if (const auto other = parse_address(found, widths))
       return compare(*other <=> *address, relation);
   return compare(found <=> wanted, relation);
 }
@@ -316,6 +325,8 @@ std::vector<Draft> parse_recorded(std::string_view text) {
 }
 
 std::string describe(const Message& message, base::WallTime time, const FieldStyle& style) {
+  if (const std::string_view reason = reason_in(message); !reason.empty())
+    return heading(message, time, style) + ": " + base::printable(reason) + "\n";
   const rack::MessageInfo* info = rack::find_message(message.header, style.widths);
   const bool has_body = info != nullptr && info->body != nullptr;
   if (info == nullptr || (!has_body && !message.body.empty()))
@@ -342,6 +353,8 @@ json::object units_json(const rack::Schema& body, bool si) {
 
 json::object described_json(const Message& message, base::WallTime time, const FieldStyle& style) {
   json::object out = message_json(message, time, style.widths);
+  if (const std::string_view reason = reason_in(message); !reason.empty())
+    out["reason"] = base::printable(reason);
   const rack::Schema* body = body_of(message, style.widths);
   if (body == nullptr) return out;
   out["body"] = body->name;
@@ -378,7 +391,8 @@ std::string CsvLines::add(const json::object& described) {
   return names + "\n" + line;
 }
 
-FieldFilter::FieldFilter(std::string_view text) {
+FieldFilter::FieldFilter(std::string_view text, const tims::AddressWidths& widths)
+    : widths_(widths) {
   while (!text.empty()) {
     const std::size_t end = std::min(text.find(','), text.size());
     const std::string_view part = text.substr(0, end);
@@ -413,11 +427,16 @@ void FieldFilter::check(const rack::Schema& body) const {
 bool FieldFilter::passes(const json::object& described) const {
   const json::value* data = at_path(described, "data");
   return std::ranges::all_of(conditions_, [&](const Condition& c) {
-    const auto fits = [&](const json::value& v) { return holds(v, c.relation, c.value); };
+    const auto fits = [&](const json::value& v) { return holds(v, c.relation, c.value, widths_); };
     if (data != nullptr && any_at(*data, c.name, fits)) return true;
     const bool is_address = c.name == "src" || c.name == "dest";
     return any_at(described, is_address ? c.name + ".name" : c.name, fits);
   });
+}
+
+std::string undescribed(std::uint32_t class_id) {
+  if (class_id == rack::kEveryClass || !tims::class_name(class_id).empty()) return {};
+  return fmt::format("the messages of class {} are not described", rack::class_number(class_id));
 }
 
 std::vector<std::byte> make_body(const rack::MessageInfo& message, std::uint32_t class_id,
@@ -469,6 +488,9 @@ const rack::MessageInfo& need_message(std::uint32_t class_id, std::string_view n
       if (message.class_id == class_id || message.class_id == rack::kEveryClass)
         names.push_back(base::lower(message.name));
   const std::string of_class(tims::class_name(class_id));
+  if (const std::string why = undescribed(class_id); !why.empty())
+    throw usage_error(fmt::format("\"{}\" is not a message of every class, and {}", name, why),
+                      rack::message_places());
   throw usage_error(
       fmt::format("{}{}\"{}\" is not a message", of_class, of_class.empty() ? "" : ": ", name),
       nearest_hint(base::lower(name), names, fmt::format("timsctl msg types {}", of_class)));

@@ -79,7 +79,7 @@ class FieldFilter {
  public:
   FieldFilter() = default;  // accepts all messages
   // Throws Failure.
-  explicit FieldFilter(std::string_view text);
+  explicit FieldFilter(std::string_view text, const tims::AddressWidths& widths = {});
 
   // Throws Failure if a name is neither a field of the body nor of every message.
   void check(const rack::Schema& body) const;
@@ -93,7 +93,11 @@ class FieldFilter {
     std::string value;
   };
   std::vector<Condition> conditions_;
+  tims::AddressWidths widths_{};
 };
+
+// "the messages of class 128 (0x80) are not described"; empty for a known class.
+std::string undescribed(std::uint32_t class_id);
 
 // The body of a message from texts such as {"vx=200", "vy=0"}. Throws Failure.
 std::vector<std::byte> make_body(const rack::MessageInfo& message, std::uint32_t class_id,

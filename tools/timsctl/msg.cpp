@@ -1,4 +1,6 @@
 // timsctl msg: prints received messages, and sends messages by name.
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <iostream>
 #include <iterator>
@@ -10,6 +12,7 @@
 #include "base/text.h"
 #include "os/clock.h"
 #include "os/file.h"
+#include "proxies/message_files.h"
 #include "rack/proxies/generic.h"
 #include "tools/cli/arguments.h"
 #include "tools/cli/context.h"
@@ -33,7 +36,7 @@ class Echo {
         connection_(connection),
         left_(context.options.count.value_or(UINT64_MAX)),
         end_(context.run_end()),
-        filter_(context.options.filter),
+        filter_(context.options.filter, connection.widths()),
         style_{
             .widths = connection.widths(),
             .utc = context.options.utc,
@@ -44,21 +47,26 @@ class Echo {
   Exit subscribe() {
     const auto components = need_addresses(context_.options.arguments, connection_.widths());
     for (const tims::Address component : components) {
-      const auto* data =
-          rack::find_message(component.fields(style_.widths).class_id, tims::type::kData);
+      const std::uint32_t class_id = component.fields(style_.widths).class_id;
+      const auto* data = rack::find_message(class_id, tims::type::kData);
       if (data != nullptr && data->body != nullptr) filter_.check(*data->body);
+      if (const std::string why = undescribed(class_id); !why.empty())
+        context_.out.note(fmt::format("{}, so bytes are shown: {}", why, rack::message_places()));
     }
     const auto period =
         std::chrono::duration_cast<std::chrono::milliseconds>(context_.options.period);
     Subscriptions subscriptions(connection_, components,
                                 static_cast<std::uint32_t>(period.count()));
     const tims::Time patience = tims::os::deadline_after(context_.options.timeout);
+    silence_.emplace(components.size(), tims::os::now());
     while (left_ > 0 && tims::os::now() < end_) {
       const auto tick = tims::os::deadline_after(std::chrono::milliseconds(200));
       const auto data = subscriptions.next(context_.signals, std::min(end_, tick));
       note_changes(subscriptions);
       missed_.note(connection_, context_.out);
+      if (data) silence_->on_data(data->index, data->at);
       if (data) print(data->message);
+      note_silence(subscriptions.all());
       const bool asking = subscriptions.all().front().state() == Subscription::State::kAsking;
       if (components.size() == 1 && asking && tims::os::now() > patience)
         throw Failure(Exit::kTimeout, "timeout",
@@ -87,6 +95,11 @@ class Echo {
   }
 
  private:
+  void note_silence(const std::vector<Subscription>& all) {
+    for (const std::string& note : silence_->take(all, tims::os::now(), style_.widths))
+      context_.out.note(note);
+  }
+
   void print(const Message& message) {
     const base::WallTime now = tims::os::wall_now();
     const Format format = context_.out.look().format;
@@ -121,16 +134,20 @@ class Echo {
       if (state == states_[i]) continue;
       const bool first = states_[i] == Subscription::State::kAsking;
       states_[i] = state;
+      if (state != Subscription::State::kRunning) silence_->skip(i);
       const std::string mailbox = name_of(all[i].component());
       if (state == Subscription::State::kNoMailbox && first && all.size() == 1)
         throw no_such_mailbox(mailbox);
       if (state == Subscription::State::kOff && first && all.size() == 1)
         throw Failure(Exit::kNo, "component_off",
                       mailbox + " sends no data: it answers ERROR, like a component that is off",
-                      fmt::format("timsctl msg pub {} on", all[i].component().to_hex()));
+                      fmt::format("`timsctl component on {}`",
+                                  shell_name(all[i].component(), style_.widths)));
       if (state == Subscription::State::kNoMailbox)
         context_.out.note(mailbox + " is not registered; waiting");
       if (state == Subscription::State::kOff) context_.out.note(mailbox + " is off; waiting");
+      if (state == Subscription::State::kNoData)
+        context_.out.note(mailbox + " is being turned on and has no data yet; waiting");
       if (state == Subscription::State::kRunning)
         context_.out.detail(
             fmt::format("{} sends every {} ms", mailbox, all[i].granted_ms().value_or(0)));
@@ -152,6 +169,7 @@ class Echo {
   std::uint64_t printed_ = 0;
   tims::Time end_;
   std::vector<Subscription::State> states_;
+  std::optional<SilenceNotes> silence_;
   LostMessages missed_{"messages"};
   FieldFilter filter_;
   FieldStyle style_;
@@ -178,12 +196,12 @@ Exit msg_echo(Context& context) {
 
 namespace {
 
-// Classes whose components move something.
-bool is_actuator(tims::Address address, const tims::AddressWidths& widths) {
-  const std::uint32_t class_id = address.fields(widths).class_id;
-  for (const char* name : {"Chassis", "Pilot", "ServoDrive", "PtzDrive", "Vehicle"})
-    if (tims::class_id_of(name) == class_id) return true;
-  return false;
+// Commands of these classes make something move. Those of every class (OFF, GET_DATA) do not.
+bool moves_something(std::uint32_t class_id, std::int8_t type) {
+  if (type <= 0 || rack::find_message(rack::kEveryClass, type) != nullptr) return false;
+  const auto is = [&](const char* name) { return tims::class_id_of(name) == class_id; };
+  return std::ranges::any_of(
+      std::array{"Chassis", "Pilot", "Planner", "ServoDrive", "PtzDrive", "Vehicle"}, is);
 }
 
 std::string read_all(const std::string& name) {
@@ -262,8 +280,18 @@ std::vector<Draft> load_drafts(const PubArguments& arguments, const Options& opt
   return drafts;
 }
 
-void confirm(const Context& context, tims::Address target, const tims::AddressWidths& widths) {
-  if (!is_actuator(target, widths) || context.options.yes || ::isatty(STDIN_FILENO) == 0) return;
+// A program that runs without a user must state with -y that it means it.
+void confirm(const Context& context, tims::Address target, const std::vector<Draft>& drafts,
+             const tims::AddressWidths& widths) {
+  const std::uint32_t class_id = target.fields(widths).class_id;
+  const bool moves = std::ranges::any_of(
+      drafts, [&](const Draft& draft) { return moves_something(class_id, draft.type); });
+  if (!moves || context.options.yes) return;
+  if (::isatty(STDIN_FILENO) == 0)
+    throw Failure(Exit::kDenied, "not_confirmed",
+                  target.to_string(widths) +
+                      " moves something, and stdin is not a terminal: nothing was sent",
+                  "use -y to send without confirmation");
   std::cerr << target.to_string(widths) << " moves something. Send? [y/N] " << std::flush;
   std::string answer;
   std::getline(std::cin, answer);
@@ -334,9 +362,6 @@ class Publisher {
       if (message->header.src != target_) continue;
       report(&*message);
       if (message->header.type == tims::type::kNotAvailable) return Exit::kNoSuch;
-      if (const auto why = rack::reason_of(message->body);
-          message->header.type == tims::type::kError && !why.empty())
-        context_.out.note(target_name_ + ": " + std::string(why));
       const bool failed = message->header.type == tims::type::kError ||
                           message->header.type == tims::type::kTimeout;
       return failed ? Exit::kNo : Exit::kDone;
@@ -387,7 +412,7 @@ Exit msg_pub(Context& context) {
   const tims::Address target = need_address(arguments.target, style.widths);
   const std::vector<Draft> drafts =
       load_drafts(arguments, context.options, target.fields(style.widths).class_id, style);
-  confirm(context, target, connection->widths());
+  confirm(context, target, drafts, connection->widths());
   Publisher publisher(context, target, *connection, style);
   publisher.check_route(drafts.front().type);
   try {

@@ -197,7 +197,8 @@ class RateWatch {
         widths_(connection.widths()),
         columns_(columns),
         subscriptions_(connection, components, period_ms(context.options)),
-        meters_(components.size(), RateMeter(tims::os::now())) {}
+        meters_(components.size(), RateMeter(tims::os::now())),
+        silence_(components.size(), tims::os::now()) {}
 
   Exit run() {
     const Options& options = context_.options;
@@ -212,20 +213,29 @@ class RateWatch {
       if (i == 0) check_reachable();
       report();
     }
+    note_silence(true);
     return verdict();
   }
 
  private:
+  void note_silence(bool at_end) {
+    for (const std::string& note :
+         silence_.take(subscriptions_.all(), tims::os::now(), widths_, at_end))
+      context_.out.note(note);
+  }
+
   static std::uint32_t period_ms(const Options& options) {
     return static_cast<std::uint32_t>(
         std::chrono::duration_cast<std::chrono::milliseconds>(options.period).count());
   }
 
   void listen_until(tims::Time deadline) {
-    while (const auto data = subscriptions_.next(context_.signals, deadline))
+    while (const auto data = subscriptions_.next(context_.signals, deadline)) {
+      silence_.on_data(data->index, data->at);
       meters_[data->index].on_message(data->at,
                                       static_cast<std::uint32_t>(data->message.body.size()),
                                       data->message.header.seq_nr);
+    }
   }
 
   void report() {
@@ -244,6 +254,7 @@ class RateWatch {
     missed_.note(connection_, context_.out);
     const std::string table = render_items(items, columns_, context_.out.look());
     context_.options.count == 1 ? context_.out.write(table) : context_.out.redraw(table);
+    note_silence(false);
   }
 
   // For an unregistered address the user would wait for ever.
@@ -267,6 +278,7 @@ class RateWatch {
   Subscriptions subscriptions_;
   std::vector<RateMeter> meters_;
   std::vector<std::uint64_t> totals_;
+  SilenceNotes silence_;
   LostMessages missed_{"messages"};
 };
 
@@ -305,7 +317,7 @@ constexpr Column kTop[] = {
     {"QUEUE", "queue_bytes", Cell::kBytes},
 };
 // Reads single keys from a terminal, without Enter and echo, during its lifetime.
-enum class Key { kNone, kQuit, kLeft, kRight };
+enum class Key { kNone, kQuit, kLeft, kRight, kHelp };
 
 class Keys {
  public:
@@ -335,6 +347,7 @@ class Keys {
     if (text == "q" || text == "Q") return Key::kQuit;
     if (text == "\033[D" || text == "<") return Key::kLeft;
     if (text == "\033[C" || text == ">") return Key::kRight;
+    if (text == "h" || text == "H" || text == "?") return Key::kHelp;
     return Key::kNone;
   }
 
@@ -343,6 +356,16 @@ class Keys {
 };
 
 constexpr std::size_t kFirstSortable = 4;
+
+constexpr std::string_view kTopHelp =
+    "  h or ?         show this help, or the clients again\n"
+    "  left or <      sort by the column to the left\n"
+    "  right or >     sort by the column to the right\n"
+    "  q or Ctrl-C    quit\n\n"
+    "  IN, OUT        messages per second from and to the client through the router\n"
+    "  TAKEN          messages per second from the client's mailboxes, also of local senders\n"
+    "  DROPS          messages for it that were lost; `timsctl stats --by reason` states why\n"
+    "  QUEUE          bytes that wait until it reads\n";
 
 // Requesting very many mailboxes every second would be a considerable load.
 constexpr double kMailboxesMax = 5000;
@@ -402,7 +425,8 @@ class Top {
                                              {"time", base::rfc3339(tims::os::wall_now())},
                                              {"items", items_}});
     sort_items(items_, kTop, sort_);
-    const std::string table = render_items(items_, kTop, context_.out.look());
+    const std::string table =
+        help_ ? std::string(kTopHelp) : render_items(items_, kTop, context_.out.look());
     keys_ ? context_.out.redraw(heading() + table) : context_.out.write(table);
   }
 
@@ -415,6 +439,7 @@ class Top {
       if (key == Key::kLeft && column_ > kFirstSortable) --column_;
       if (key == Key::kRight && column_ + 1 < std::size(kTop)) ++column_;
       if (key == Key::kNone) continue;
+      if (key == Key::kHelp) help_ = !help_;
       sort_ = kTop[column_].title;
       draw();
     }
@@ -422,9 +447,8 @@ class Top {
 
   [[nodiscard]] std::string heading() const {
     return fmt::format(
-        "{} up {}, {} clients, {} mailboxes, {} dropped in the last minute   by {}; q quits, left "
-        "and "
-        "right select\n\n",
+        "{} up {}, {} clients, {} mailboxes, {} dropped in the last minute   by {}; h for help, q "
+        "quits\n\n",
         base::printable(text_at(status_, "name")),
         base::human_duration(number_or_zero(status_, "uptime_s")),
         number_or_zero(status_, "clients"), number_or_zero(status_, "mailboxes"),
@@ -435,6 +459,7 @@ class Top {
   std::string sort_;
   std::size_t column_ = 5;
   bool quit_ = false;
+  bool help_ = false;
   std::unique_ptr<Connection> connection_;
   TopRates rates_;
   json::object status_;

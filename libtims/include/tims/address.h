@@ -97,6 +97,9 @@ class TIMS_API Address {
   [[nodiscard]] std::string to_hex() const;
   // Accepts both text forms and decimal numbers. Class names are case-insensitive.
   static std::optional<Address> parse(std::string_view text, const AddressWidths& w = {});
+  // Why parse() or AddressPattern::parse() refuses this text: "no class is called Lader", "instance
+  // 500 is out of range: 0 to 255 with the address widths of this fleet". Empty: the form is wrong.
+  static std::string problem(std::string_view text, const AddressWidths& w = {});
 
   auto operator<=>(const Address&) const = default;
 
@@ -105,10 +108,12 @@ class TIMS_API Address {
   std::uint32_t raw_ = 0;
 };
 
-// Every component of every robot sends its log texts to this address, whatever the widths are. Each
-// host can have its own text sink: routers never advertise this address to each other, so a text is
-// delivered to the nearest sink on its path up the tree.
-inline constexpr Address kTextSink{0x00010000};
+// Every component of every robot sends its log texts to this address: GDOS(0/0). Each host can have
+// its own text sink: routers never advertise this address to each other, so a text is delivered to
+// the nearest sink on its path up the tree.
+constexpr Address text_sink(const AddressWidths& w = {}) {
+  return Address::of({.class_id = class_id::kGdos}, w);
+}
 
 // "*", "Ladar(*/*)", "*(3/0)", "Ladar(3/0):*", "0x03140002". A form with parentheses and without
 // ":local" matches every local id, that is, all mailboxes of the component.

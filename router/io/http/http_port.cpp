@@ -77,7 +77,7 @@ Outcome HttpPort::deliver(Time /*now*/, const core::Receiver& to, const core::Me
   Client* client = find(to.token, to.client);
   if (client == nullptr || client->closing) return Outcome::kClientGone;
   touch(*client);
-  return client->output.add(message.bytes, core::PriorityClasses::waits_with(message.header));
+  return client->output.add(message.bytes, router_.settings().classes.waits_with(message.header));
 }
 
 void HttpPort::reply(Time /*now*/, const core::Receiver& to, const Header& header) {

@@ -52,6 +52,7 @@ class DataModuleBase : public Module {
   // component may interpolate. Called with mutex_ held.
   virtual Result<std::size_t> data_at(TimeStamp time, std::span<std::byte> to) const;
   [[nodiscard]] const DataHistory& history() const { return history_; }
+  [[nodiscard]] tims::Error no_data() const;
   static tims::Error not_there(DataHistory::Miss miss, TimeStamp time);
 
  private:

@@ -44,6 +44,8 @@ struct ClassInfo {
 // another class.
 Result<void> add_class(const ClassInfo& own);
 std::span<const ClassInfo> added_classes();
+// As its author may have written it, decimal or hexadecimal: "128 (0x80)".
+std::string class_number(u32 class_id);
 // The same as a file for other programs (JSON; described in proxies/README.md), to be installed in
 // share/rack/messages. kInvalidArgument: a struct that the file format cannot express (a Tail).
 Result<std::string> message_file(const ClassInfo& own);

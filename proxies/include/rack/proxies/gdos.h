@@ -34,7 +34,6 @@ constexpr Level level_of_parameter(int value) { return static_cast<Level>(-124 -
 
 inline constexpr std::size_t kBodyMax = 256;
 inline constexpr std::size_t kTextMax = 1024;  // of the format; the formatted numbers may exceed it
-inline constexpr tims::Address kSink = tims::kTextSink;
 
 using Body = std::array<std::byte, kBodyMax>;
 

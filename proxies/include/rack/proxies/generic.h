@@ -68,6 +68,8 @@ struct OnRequest {
 };
 // The reason in the body of an ERROR; empty: none was sent.
 std::string_view reason_of(std::span<const std::byte> body);
+// The reason of a component that is wanted on and has not produced data yet.
+inline constexpr std::string_view kNoDataYet = "there are no data yet";
 
 // When a new value of a parameter takes effect.
 enum class TakesEffect : u8 {

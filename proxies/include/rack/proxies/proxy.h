@@ -50,6 +50,7 @@ class Proxy {
       : work_(&work), component_(component), timeouts_(timeouts) {}
 
   [[nodiscard]] tims::Address component() const { return component_; }
+  [[nodiscard]] tims::AddressWidths address_widths() const { return work_->address_widths(); }
 
   Result<void> on();  // a data module answers when it has its first data
   Result<void> off();
@@ -181,7 +182,8 @@ Result<void> Proxy::read(const Result<tims::PeekGuard>& message, Answer& answer)
 
 // See below; declared here for structs of other namespaces.
 template <Struct Data>
-Result<void> decode_data(const tims::MessageView& message, tims::Address producer, Data& data);
+Result<void> decode_data(const tims::MessageView& message, tims::Address producer, Data& data,
+                         const tims::AddressWidths& widths = {});
 
 // ClassId: of these components; a rack::Partner derives their address from it.
 template <Struct DataType, u32 ClassId = 0>
@@ -212,7 +214,7 @@ class DataProxy : public Proxy {
 
   // Decodes a message of the stream that get_cont_data() has subscribed to.
   Result<void> decode_stream(const tims::PeekGuard& message, Data& data) const {
-    return decode_data({message.header(), message.body()}, component(), data);
+    return decode_data({message.header(), message.body()}, component(), data, address_widths());
   }
 
  private:
@@ -266,13 +268,15 @@ constexpr Verdict judge(const Question& question, const tims::Header& message) {
 //   kAnsweredError    the producer was turned off or failed, and has removed its listeners:
 //                     subscribe again
 //   kInvalidArgument  a message of another sender, or not data
-Result<void> check_data(const tims::Header& header, tims::Address producer);
+Result<void> check_data(const tims::Header& header, tims::Address producer,
+                        const tims::AddressWidths& widths = {});
 
 // check_data(), then decodes the data (kMalformed). Allocates nothing when `data` has enough
 // capacity.
 template <Struct Data>
-Result<void> decode_data(const tims::MessageView& message, tims::Address producer, Data& data) {
-  if (auto good = check_data(message.header, producer); !good) return good;
+Result<void> decode_data(const tims::MessageView& message, tims::Address producer, Data& data,
+                         const tims::AddressWidths& widths) {
+  if (auto good = check_data(message.header, producer, widths); !good) return good;
   return decode(message, data);
 }
 
