@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <mutex>
+#include <optional>
 
 #include "components/runtime/logic/listeners.h"
 
@@ -13,6 +14,7 @@ class DataModuleBase::Publisher {
       : module_(module),
         listeners_(module.data_.listeners),
         due_(module.data_.listeners),
+        rare_(module.data_.listeners),
         answer_(module.data_.size_max) {}
 
   void clear() { listeners_.clear(); }
@@ -30,12 +32,19 @@ class DataModuleBase::Publisher {
   std::uint32_t period_ms_ = 1000;  // protected by mutex_
 
  private:
+  template <typename Add>
+  Listeners::Added add(const tims::Header& request, Add add);
   Result<void> check_added(Listeners::Added added, tims::Address mailbox);
+  void drop_absent();
+  void make_place(const tims::Header& request);
+  Result<void> send_data(const Listener& listener, std::span<const std::byte> body);
+  void send_end(const Listener& listener);
 
   DataModuleBase& module_;
   Listeners listeners_;            // protected by mutex_
   std::int64_t data_sets_ = 0;     // protected by mutex_
   std::vector<Listener> due_;      // used by the data task
+  std::vector<Listener> rare_;     // used by the command task
   std::vector<std::byte> answer_;  // used by the command task
 };
 
@@ -70,12 +79,14 @@ void DataModuleBase::Publisher::end_streams() {
     all = std::span(due_).first(listeners_.all().size());
     listeners_.clear();
   }
-  for (const Listener& listener : all) {
-    (void)module_.command_mailbox().send({.dest = listener.mailbox,
-                                          .type = tims::type::kError,
-                                          .priority = listener.priority,
-                                          .seq_nr = listener.seq_nr});
-  }
+  for (const Listener& listener : all) send_end(listener);
+}
+
+void DataModuleBase::Publisher::send_end(const Listener& listener) {
+  (void)module_.command_mailbox().send({.dest = listener.mailbox,
+                                        .type = tims::type::kError,
+                                        .priority = listener.priority,
+                                        .seq_nr = listener.seq_nr});
 }
 
 void DataModuleBase::set_period(std::chrono::milliseconds period) {
@@ -99,16 +110,21 @@ void DataModuleBase::Publisher::send(TimeStamp recorded, std::size_t size) {
     due = listeners_.take_due(due_);
   }
   for (const Listener& listener : due) {
-    const auto sent =
-        module_.command_mailbox().send({.dest = listener.mailbox,
-                                        .type = tims::type::kData,
-                                        .priority = listener.priority,
-                                        .seq_nr = listener.seq_nr,
-                                        .stream = module_.data_.samples && !listener.once,
-                                        .report_if_gone = true},
-                                       body);
-    if (!sent && sent.error().code() == tims::Errc::kNoMailbox) drop(listener.mailbox);
+    if (const auto sent = send_data(listener, body);
+        !sent && sent.error().code() == tims::Errc::kNoMailbox)
+      drop(listener.mailbox);
   }
+}
+
+Result<void> DataModuleBase::Publisher::send_data(const Listener& listener,
+                                                  std::span<const std::byte> body) {
+  return module_.command_mailbox().send({.dest = listener.mailbox,
+                                         .type = tims::type::kData,
+                                         .priority = listener.priority,
+                                         .seq_nr = listener.seq_nr,
+                                         .stream = module_.data_.samples && !listener.once,
+                                         .report_if_gone = true},
+                                        body);
 }
 
 // The mailbox of a listener does not exist any more.
@@ -192,16 +208,64 @@ Result<void> DataModuleBase::Publisher::get_cont_data(const tims::MessageView& m
   if (!request) return request.error();
   if (!module_.is_on()) return refused("the component is off and has no data");
   std::uint32_t granted = 0;
-  Listeners::Added added{};
-  {
-    const std::lock_guard lock(module_.mutex_);
+  const auto added = add(message.header, [&](tims::Address source) {
     const std::uint32_t each = reduction(request->periodTime, period_ms_);
     granted = each * period_ms_;
-    added = listeners_.add(message.header, request->dataMbxAdr, each);
-  }
+    return listeners_.add(message.header, source, request->dataMbxAdr, each);
+  });
   if (auto good = check_added(added, request->dataMbxAdr); !good) return good;
   module_.reply(message.header, tims::type::kContData, ContDataReply{granted});
   return {};
+}
+
+// `add` is called with the mutex held. When all places are taken, listeners that do not exist any
+// more lose theirs, then the component that has most of them.
+template <typename Add>
+Listeners::Added DataModuleBase::Publisher::add(const tims::Header& request, Add add) {
+  const tims::Address source = module_.component_of(request.src);
+  const auto try_once = [&] {
+    const std::lock_guard lock(module_.mutex_);
+    return add(source);
+  };
+  Listeners::Added added = try_once();
+  if (added != Listeners::Added::kFull) return added;
+  drop_absent();
+  added = try_once();
+  if (added != Listeners::Added::kFull) return added;
+  make_place(request);
+  return try_once();
+}
+
+// Only sending shows whether a mailbox exists: those that get data rarely get the newest data set.
+// The answer from another host arrives later, as NOT_AVAILABLE.
+void DataModuleBase::Publisher::drop_absent() {
+  std::span<Listener> rare;
+  std::size_t size = 0;
+  {
+    const std::lock_guard lock(module_.mutex_);
+    if (module_.history_.size() == 0) return;
+    rare = listeners_.take_rare(rare_);
+    const auto newest = module_.history_.newest().body;
+    size = newest.size();
+    std::ranges::copy(newest, answer_.begin());
+  }
+  for (const Listener& listener : rare) {
+    const auto sent = send_data(listener, std::span(answer_).first(size));
+    if (!sent && sent.error().code() == tims::Errc::kNoMailbox) drop(listener.mailbox);
+  }
+}
+
+void DataModuleBase::Publisher::make_place(const tims::Header& request) {
+  const tims::Address source = module_.component_of(request.src);
+  std::optional<Listener> given;
+  {
+    const std::lock_guard lock(module_.mutex_);
+    given = listeners_.make_place(source);
+  }
+  if (!given) return;
+  module_.log().warning("Listener {} of {}, which has most of the {} places, is ended for {}",
+                        given->mailbox, given->source, module_.data_.listeners, source);
+  send_end(*given);
 }
 
 Result<void> DataModuleBase::Publisher::check_added(Listeners::Added added, tims::Address mailbox) {
@@ -238,11 +302,9 @@ ListenersData DataModuleBase::Publisher::listeners() const {
 
 Result<void> DataModuleBase::Publisher::get_next_data(const tims::MessageView& message) {
   if (!module_.is_on()) return refused("the component is off and has no data");
-  Listeners::Added added{};
-  {
-    const std::lock_guard lock(module_.mutex_);
-    added = listeners_.add_once(message.header);
-  }
+  const auto added = add(message.header, [&](tims::Address source) {
+    return listeners_.add_once(message.header, source);
+  });
   if (added == Listeners::Added::kFull) return check_added(added, message.header.src);
   return {};
 }

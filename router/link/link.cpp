@@ -33,13 +33,14 @@ core::Peer link_peer(std::string_view name, std::string_view endpoint, core::Cli
 
 Link::Link(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
            std::vector<MessageBuffer>& done, LinkContext& context, std::uint32_t slot,
-           const LinkSettings& settings)
+           const LinkSettings& settings, Time now)
     : router_(router),
       context_(context),
       slot_(slot),
       settings_(settings),
       session_(pool, memory, done, settings.session, *this, *this),
-      advertiser_(router, session_) {
+      advertiser_(router, session_),
+      since_(now) {
   session_.set_open(false);
   advertiser_.set_mailboxes_max(settings.mailboxes_max);
   (void)paths_.configure({}, settings.paths, settings.keep_alive);

@@ -64,7 +64,7 @@ class Link final : private ArrivalObserver, private LossObserver {
 
   Link(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
        std::vector<MessageBuffer>& done, LinkContext& context, std::uint32_t slot,
-       const LinkSettings& settings);
+       const LinkSettings& settings, Time now);
   ~Link() override = default;
 
   // --- the side that connects
@@ -178,7 +178,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   Advertiser advertiser_;
 
   State state_ = State::kIdle;
-  Time since_{};
+  Time since_;
   Paths paths_;
   Identity peer_{};
   bool called_ = false;  // this side's HELLO created the session

@@ -139,7 +139,7 @@ class Links final : public core::Port, private LinkContext {
   void on_welcome(Time now, const NetAddress& from, const Welcome& welcome);
   Link* by_token(std::uint64_t token);
   [[nodiscard]] LinkSettings own_settings(LinkSettings settings) const;
-  Link& add(const LinkSettings& settings);
+  Link& add(Time now, const LinkSettings& settings);
   Link* find(std::string_view name);
   template <typename Visit>  // calls (Link&); must not add links
   void for_each_link(Visit visit) {

@@ -119,5 +119,35 @@ TEST_F(TcpTest, StalledReadersDoNotAffectAClientThatReads) {
   }
 }
 
+// The memory of all queues is full of messages for clients that do not read; messages of 12 MB for
+// one that does are begun while its socket has room for a part of them only.
+TEST_F(TcpTest, AReaderOfLargeMessagesStaysConnectedBesideTwentyThatDoNotRead) {
+  start();
+  TcpClient source = connect();
+  std::vector<TcpClient> stalled;
+  for (std::uint32_t i = 0; i < 20; ++i) stalled.push_back(connect_with(Address(kSlow.raw() + i)));
+  const std::vector<std::byte> large = numbered(1, 12'000'000);
+  for (int round = 0; round < 4; ++round)
+    for (std::uint32_t i = 0; i < stalled.size(); ++i)
+      ASSERT_TRUE(source.send({.type = -6, .dest = Address(kSlow.raw() + i)}, large).ok());
+  ASSERT_TRUE(is_served(source));
+  TcpClient reader = connect_with(kPing);
+  for (std::uint32_t number = 2; number < 8; ++number) {
+    ASSERT_TRUE(
+        source.send({.type = -6, .dest = kPing}, numbered(number, large.size())).ok());
+    ASSERT_TRUE(is_served(source));
+    const auto message = reader.receive();
+    ASSERT_TRUE(message.ok()) << number << ": " << message.error().message();
+    EXPECT_EQ(number_of(message->body), number);
+  }
+  const std::string events = ask(source, R"({"ask":"events"})");
+  EXPECT_NE(events.find("memory_closed"), std::string::npos) << events;
+  EXPECT_NE(ask(source, R"({"ask":"stats"})").find("client_gone"), std::string::npos);
+  const auto status = router_->stop();
+  ASSERT_TRUE(status.ok()) << status.error().message();
+  EXPECT_NE(router_->process().err().find("others needed their memory"), std::string::npos)
+      << router_->process().err();
+}
+
 }  // namespace tcp_slow_reader_test
 }  // namespace tims::test
