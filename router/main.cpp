@@ -170,7 +170,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     return admin_.may_ask(from, request);
   }
   void traced(core::ClientId from, core::ClientId to, const core::Message& message) override {
-    tracer_.on_traced(from, to, message);
+    tracer_.on_traced(read_clocks({}).wall, from, to, message);
   }
   void event(const core::Event& event) override {
     admin_.event_happened();
@@ -224,7 +224,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     admin_.answer(clocks, [&](core::ClientId asker, core::Message& answer) {
       router_.answer(now, asker, answer);
     });
-    tracer_.send_records(router_, configuration_.config.router.name, clocks,
+    tracer_.send_records(router_, configuration_.config.router.name,
                          [&](core::Message& record) { router_.answer(now, {}, record); });
     router_.flush(now);
     admin_.release();

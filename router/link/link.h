@@ -10,6 +10,7 @@
 // router has lost it.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -68,7 +69,11 @@ class Link final : private ArrivalObserver, private LossObserver {
   ~Link() override = default;
 
   // --- the side that connects
+  // Those of UDP also identify the router in the fleet, for a link without this path.
   void set_targets(Time now, PathKind kind, std::span<const NetAddress> targets);
+  [[nodiscard]] bool is_named(const NetAddress& udp) const {
+    return std::ranges::find(named_, udp) != named_.end();
+  }
   void on_retry(const NetAddress& from, const Retry& retry);
   void on_welcome(Time now, const NetAddress& from, const Welcome& welcome);
   // Returns true once when the router being called does not answer or refuses, so that another
@@ -180,6 +185,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   State state_ = State::kIdle;
   Time since_;
   Paths paths_;
+  std::vector<NetAddress> named_;  // UDP addresses of the router to connect to
   Identity peer_{};
   bool called_ = false;  // this side's HELLO created the session
   std::uint64_t our_token_ = 0;

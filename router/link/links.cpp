@@ -114,6 +114,12 @@ void Links::set_targets(Time now, const std::string& to, PathKind kind,
   });
 }
 
+void Links::note_unreachable(const std::string& to, std::string_view why) {
+  for_each_link([&](Link& link) {
+    if (link.settings().connects && link.settings().to == to) link.note_no_candidate(why);
+  });
+}
+
 void Links::network_changed(Time now) {
   for_each_link([&](Link& link) {
     link.call_now(now);

@@ -54,6 +54,8 @@ class Links final : public core::Port, private LinkContext {
   void set_target(Time now, const std::string& to, const NetAddress& target) {
     set_targets(now, to, target.kind, {&target, 1});
   }
+  // The `to` of a link resolves to nothing that can be called.
+  void note_unreachable(const std::string& to, std::string_view why);
   void set_wall(std::int64_t wall_ns) { wall_ns_ = wall_ns; }
   // A router of the fleet announces itself, or has gone.
   void on_announced(Time now, const Announcement& announcement);
