@@ -49,6 +49,10 @@ class Robot {
     here_ += length;
   }
   // The path has refused, and reports it later.
+  // Drives on a path for this time.
+  void drive(int ms) {
+    for (int driven = 0; driven < ms; driven += kPeriod) look(0);
+  }
   void has_no_path() {
     driver.inputs().path.splines.clear();
     driver.inputs().path.recordingTime = TimeStamp(static_cast<u32>(time_));
@@ -114,6 +118,33 @@ TEST(PathDriver, ANewDestinationReplacesARefusedOne) {
   const auto request = robot.go(1000);
   ASSERT_TRUE(request.next);
   EXPECT_EQ(request.next->pos.x, 5000);
+}
+
+TEST(PathDriver, HoldsWhileNobodyMonitorsTheDrive) {
+  Robot robot;
+  robot.driver.plan(pilot_state::kPlanning);
+  robot.goes(5000);
+  robot.driver.watch({.timeout = 200});
+  robot.drive(150);
+  EXPECT_EQ(robot.driver.why(), PathDriver::Why::kDrives);
+  robot.drive(50);
+  EXPECT_EQ(robot.driver.why(), PathDriver::Why::kUnwatched);
+  robot.driver.hold({.holdState = 0});
+  robot.drive(kPeriod);
+  EXPECT_EQ(robot.driver.why(), PathDriver::Why::kUnwatched) << "HOLD is another matter";
+
+  robot.driver.watch({.timeout = 200});
+  robot.drive(kPeriod);
+  EXPECT_EQ(robot.driver.why(), PathDriver::Why::kDrives);
+  robot.driver.watch({.timeout = 0});
+  robot.drive(10'000);
+  EXPECT_EQ(robot.driver.why(), PathDriver::Why::kDrives) << "the watch has ended";
+
+  robot.driver.watch({.timeout = 200});
+  robot.drive(300);
+  robot.driver.plan(pilot_state::kPlanning);
+  robot.drive(kPeriod);
+  EXPECT_EQ(robot.driver.why(), PathDriver::Why::kDrives) << "another destination";
 }
 
 }  // namespace path_driver_test

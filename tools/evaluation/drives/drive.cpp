@@ -76,7 +76,7 @@ struct Course::Parts {
   localisation::LikelihoodField field;
   localisation::WallLines walls{};
   path::FreeSpace space{};
-  std::vector<path::Place> places{};  // with room, reachable from each other
+  std::vector<path::Place> places{};  // for goals: with room, reachable
 };
 
 Course::Course(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
@@ -110,11 +110,12 @@ tims::Result<Course> Course::make(Scene scene) {
             return std::hypot(place.x - obstacle.at.x, place.y - obstacle.at.y) < 1000;
           });
       if (parts->space.clearance(place) >= kRoomAtGoal && std::isfinite(reached.cost(place)) &&
-          !has_obstacle)
+          !has_obstacle &&
+          std::hypot(place.x - robot.start.x, place.y - robot.start.y) >= kShortest)
         parts->places.push_back(place);
     }
   }
-  if (parts->places.size() < 2)
+  if (parts->places.empty())
     return tims::Error(tims::Errc::kInvalidArgument, parts->scene.name + ": no room to drive");
   return Course(std::move(parts));
 }
@@ -181,19 +182,19 @@ class Judge {
 
 }  // namespace
 
+Pose Course::draw_goal(Random& random) const {
+  const auto at = random.below(static_cast<std::uint32_t>(parts_->places.size()));
+  const path::Place& place = parts_->places[at];
+  return {.x = place.x, .y = place.y, .rho = 2 * kPi * static_cast<double>(random.uniform())};
+}
+
 DriveResult Course::drive(const DriveSettings& settings) const {
   Random random(settings.seed);
   DriveResult result;
   world::WorldDescription description = parts_->scene.world;
   description.seed = random.bits();
-  const auto place = [&] {
-    return parts_->places[random.below(static_cast<std::uint32_t>(parts_->places.size()))];
-  };
-  const Pose& start = description.robots[0].start;
-  path::Place goal = place();
-  while (std::hypot(goal.x - start.x, goal.y - start.y) < kShortest) goal = place();
-  result.start = start;
-  result.goal = {.x = goal.x, .y = goal.y, .rho = 2 * kPi * static_cast<double>(random.uniform())};
+  result.start = description.robots[0].start;
+  result.goal = draw_goal(random);
 
   auto world = world::World::make(std::move(description), tims::Time{});
   if (!world) {
