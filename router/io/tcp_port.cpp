@@ -102,14 +102,12 @@ Outcome TcpOutput::add(std::span<const std::byte> message, std::uint8_t priority
 
 void TcpOutput::write_batch() {
   if (piece_count_ == 0) return;
-  if (!queue_.reserve(batch_bytes_)) {
+  if (queue_.reserve(batch_bytes_)) {
+    const std::size_t written = send(std::span(pieces_).first(piece_count_));
+    if (written < batch_bytes_) keep_rest(written);
+  } else {
     write_singly();
-    piece_count_ = 0;
-    batch_bytes_ = 0;
-    return;
   }
-  const std::size_t written = send(std::span(pieces_).first(piece_count_));
-  if (written < batch_bytes_) keep_rest(written);
   piece_count_ = 0;
   batch_bytes_ = 0;
 }

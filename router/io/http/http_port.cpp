@@ -194,8 +194,8 @@ void HttpPort::refuse_length(Time now, Client& client, const Header& header, std
                         : fmt::format("{} bytes are not a TiMS message: its header has 16", size));
 }
 
-void HttpPort::Client::on_dropped(const core::LossCounts& lost) {
-  output.add_replaced(lost);
+void HttpPort::Client::on_dropped(const core::LossCounts& dropped) {
+  output.add_replaced(dropped);
   port.touch(*this);
 }
 

@@ -72,7 +72,7 @@ class HttpPort final : public core::Port {
     }
 
     // core::QueueOwner
-    void on_dropped(const core::LossCounts& lost) override;
+    void on_dropped(const core::LossCounts& dropped) override;
     void give_up() override;
 
     HttpPort& port;

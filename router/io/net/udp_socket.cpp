@@ -114,11 +114,6 @@ bool is_loopback(const link::NetAddress& address) {
   return address.ip == loopback.ip;
 }
 
-bool is_any(const link::NetAddress& address) {
-  const auto begin = address.ip.begin() + (address.is_v4() ? 12 : 0);
-  return std::all_of(begin, address.ip.end(), [](std::uint8_t byte) { return byte == 0; });
-}
-
 Sent meaning_of(int error) {
   switch (error) {
     case EAGAIN:
