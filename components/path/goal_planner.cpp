@@ -8,10 +8,12 @@ namespace rack::path {
 namespace {
 
 constexpr double kGoalPlannerCellsMax = 700;  // of a search over cells, per direction
-constexpr double kLastLeg = 100;    // mm, of a vehicle that turns at rest: gives the final heading
+constexpr double kLastLeg = 100;              // mm, of a vehicle that turns at rest, at least
+constexpr double kLastLegMost = 3000;         // mm
 constexpr double kAstray = 150;     // mm: minimum lateral deviation of a car that must be possible
 constexpr double kReserve = 1.1;    // factor on the minimum radius: reserve to return to the path
 constexpr double kLookEvery = 200;  // mm
+constexpr double kLeaves = 1000;    // mm: a vehicle too near to an obstacle must be free after that
 
 std::string place_name(const Pose& at) {
   return "(" + std::to_string(std::lround(at.x)) + ", " + std::to_string(std::lround(at.y)) + ")";
@@ -102,9 +104,13 @@ bool GoalPlanner::corners(double room) {
       static_cast<double>(std::max(space_->rows(), space_->columns())) / kGoalPlannerCellsMax;
   const auto stride = static_cast<std::size_t>(std::max(1.0, std::ceil(width)));
   const Place start{start_.x, start_.y};
-  const Place goal{goal_.x, goal_.y};
+  const Place goal = before_goal();
   // Searches from the goal, so that the trace is in the order of travel.
-  const GridSearch::Settings settings{room, settings_.comfort, stride};
+  const GridSearch::Settings settings{.room = room,
+                                      .comfort = settings_.comfort,
+                                      .stride = stride,
+                                      .eased_within = kLeaves,
+                                      .eased_room = room_to_leave()};
   if (!cells_.run(*space_, settings, goal, &start)) return false;
   cells_.trace(start, cells_on_path_);
   cells_on_path_.front() = start;
@@ -121,6 +127,12 @@ bool GoalPlanner::corners(double room) {
   return true;
 }
 
+// The clearance at the start, but for the size of a cell, and not less than the bare hull needs.
+double GoalPlanner::room_to_leave() const {
+  return std::max(space_->clearance({start_.x, start_.y}) - space_->cell(),
+                  settings_.hull.half_width);
+}
+
 // The farthest place of the path with a free line of sight from `from`, where the vehicle can turn;
 // 0: none.
 std::size_t GoalPlanner::next_corner(std::size_t from, double room) const {
@@ -132,7 +144,10 @@ std::size_t GoalPlanner::next_corner(std::size_t from, double room) const {
     const double straight = space_->clearance(cells_on_path_[from], cells_on_path_[k]);
     // At the ends, the vehicle stands with the room that is there.
     const bool at_an_end = k == from + 1 && (from == 0 || last);
-    if (straight < room && !at_an_end) break;
+    const bool leaves =
+        from == 0 && straight >= room_to_leave() &&
+        std::hypot(cells_on_path_[k].x - start_.x, cells_on_path_[k].y - start_.y) < kLeaves;
+    if (straight < room && !at_an_end && !leaves) break;
     // Does not cut a corner that the path keeps a distance to.
     if (straight < std::min(least_clearance - space_->cell(), room + settings_.comfort) &&
         next != 0)
@@ -142,12 +157,25 @@ std::size_t GoalPlanner::next_corner(std::size_t from, double room) const {
   return next;
 }
 
+// The nearest place on the line to the goal where the vehicle can turn; if there is none, near the
+// goal: perhaps it comes in that direction.
+Place GoalPlanner::before_goal() const {
+  const auto back = [&](double distance) {
+    return Place{goal_.x - sense_ * distance * std::cos(goal_.rho),
+                 goal_.y - sense_ * distance * std::sin(goal_.rho)};
+  };
+  for (double distance = kLastLeg; distance <= kLastLegMost; distance += space_->cell()) {
+    const Place place = back(distance);
+    if (!space_->contains(place) ||
+        space_->clearance(place, {goal_.x, goal_.y}) < hull_.half_width())
+      break;
+    if (space_->clearance(place) >= hull_.turning_radius()) return place;
+  }
+  return back(kLastLeg);
+}
+
 tims::Result<void> GoalPlanner::lay_waypoints(double room, bool rounds) {
   std::vector<Waypoint2d> waypoints;
-  // The last leg gives the final heading.
-  const Place stands{goal_.x - sense_ * kLastLeg * std::cos(goal_.rho),
-                     goal_.y - sense_ * kLastLeg * std::sin(goal_.rho)};
-  corners_.back() = stands;
   corners_.push_back({goal_.x, goal_.y});
   for (std::size_t i = 0; i < corners_.size(); ++i) {
     Waypoint2d waypoint;
@@ -157,7 +185,9 @@ tims::Result<void> GoalPlanner::lay_waypoints(double room, bool rounds) {
     waypoint.speed = static_cast<i32>(sense_ * std::max(target, 10.0));
     const double spare = i == 0 ? 0 : space_->clearance(corners_[i - 1], corners_[i]) - room;
     waypoint.lbo = whole_millimetres(settings_.limits.half_width + std::max(1.0, spare));
-    waypoint.maxRadius = rounds ? 0 : 1;
+    // A curve as narrow as the last leg is short would need more room than turning at rest.
+    const bool begins_last_leg = i + 2 == corners_.size();
+    waypoint.maxRadius = rounds && !begins_last_leg ? 0 : 1;
     waypoint.id = static_cast<i32>(i);
     waypoints.push_back(waypoint);
   }

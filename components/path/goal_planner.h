@@ -4,7 +4,9 @@
 // at rest, the path is searched over the cells (grid_search.h) and reduced to the corners with a
 // free line of sight between them, which are joined by straight lines. The first search requires
 // room to turn everywhere; if it fails, the second one requires room to pass, and room to turn only
-// at the corners.
+// at the corners. A vehicle that stands nearer to an obstacle than that, such as a person who has
+// come to it, may leave the place if it comes no nearer. The last leg gives the final heading; it
+// begins where the vehicle can turn.
 #pragma once
 
 #include <string>
@@ -45,6 +47,8 @@ class GoalPlanner {
   Progress over_cells();
   bool corners(double room);
   [[nodiscard]] std::size_t next_corner(std::size_t from, double room) const;
+  [[nodiscard]] double room_to_leave() const;
+  [[nodiscard]] Place before_goal() const;
   Progress fail(std::string why);
   tims::Result<void> lay_waypoints(double room, bool rounds);
   void lay_pieces();

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
+
+#include <fmt/format.h>
 
 #include "components/localisation/grid_map.h"
 #include "components/localisation/likelihood_field.h"
@@ -14,6 +17,7 @@ namespace rack::drives {
 namespace {
 
 constexpr double kCell = 50;         // mm, of the maps
+constexpr double kNear = 1000;       // mm, of people that a contact is noted with
 constexpr double kAround = 2000;     // mm, of the plan's margin
 constexpr double kRoomAtGoal = 550;  // mm, clearance of starts and goals
 constexpr double kShortest = 2000;   // mm, from start to goal
@@ -135,7 +139,7 @@ class Judge {
   void look() {
     world_.truth(truth_);
     const Pose is = truth_.robots[0].pose;
-    result_.contacts = truth_.robots[0].contacts.own();
+    note_contacts();
     moved_ = std::abs(truth_.robots[0].vx) > 1 || std::abs(truth_.robots[0].omega) > 0.01;
     const auto& position = robot_.position();
     if (!position) return;
@@ -153,8 +157,35 @@ class Judge {
     if (records_) record(is, believed, *position);
   }
   [[nodiscard]] bool moved() const { return moved_; }
+  // Where they are now.
+  void draw_people() {
+    for (const world::PersonTruth& person : truth_.people)
+      result_.picture.marks.push_back(
+          {.name = "person",
+           .at = {.x = person.at.x, .y = person.at.y, .rho = person.rho},
+           .role = plot::Role::kOther});
+  }
 
  private:
+  void note_contacts() {
+    const world::RobotTruth& robot = truth_.robots[0];
+    const std::uint64_t before = std::exchange(result_.contacts, robot.contacts.own());
+    const std::uint64_t bumped = std::exchange(bumped_, robot.contacts.bumped);
+    if (result_.contacts == before && bumped_ == bumped) return;
+    std::string text =
+        fmt::format("{:7.2f} s  {} at {:.0f} mm/s, {:.0f} deg/s",
+                    std::chrono::duration<double>(robot_.now().time_since_epoch()).count(),
+                    result_.contacts == before ? "somebody walked into it" : "contact", robot.vx,
+                    degrees(robot.omega));
+    for (const world::PersonTruth& person : truth_.people) {
+      const Pose there = Pose{.x = person.at.x, .y = person.at.y} - robot.pose;
+      if (std::hypot(there.x, there.y) < kNear)
+        text += fmt::format("; person {} {:.0f} mm ahead, {:.0f} to the right", person.id, there.x,
+                            there.y);
+    }
+    result_.log.push_back(std::move(text));
+  }
+
   void record(const Pose& is, const Pose& believed, const PositionData& position) {
     auto& lines = result_.picture.trajectories;
     if (lines.empty()) {
@@ -178,6 +209,7 @@ class Judge {
   bool records_;
   world::Truth truth_;
   bool moved_ = false;
+  std::uint64_t bumped_ = 0;
 };
 
 }  // namespace
@@ -236,10 +268,12 @@ DriveResult Course::drive(const DriveSettings& settings) const {
   }
   result.seconds = std::chrono::duration<double>(robot.now() - tims::Time{}).count();
   if (result.why.empty()) result.why = robot.why();
-  result.log.assign(robot.log().begin(), robot.log().end());
+  result.log.insert(result.log.end(), robot.log().begin(), robot.log().end());
+  std::ranges::stable_sort(result.log);  // each line begins with its time
   if (settings.records) {
     result.picture.map = parts_->map;
     result.picture.marks.push_back({.name = "goal", .at = result.goal, .role = plot::Role::kPath});
+    judge.draw_people();
     result.picture.title = parts_->scene.name + ", seed " + std::to_string(settings.seed);
   }
   return result;
