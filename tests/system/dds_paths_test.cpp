@@ -232,8 +232,12 @@ TEST_F(DdsPaths, ARouterThatStartedBeforeItsNetworkFollowsItsAddress) {
       EXPECT_TRUE(
           TwoNetworks::run(std::string("ip address add ") + address + "/24 dev cable").ok());
     });
-    EXPECT_TRUE(eventually([&] { return base_->log().find("is down") != std::string::npos; },
-                           "it was noticed"));
+    const std::string there = std::string("\"") + address + ":2010\"";
+    EXPECT_TRUE(eventually(
+        [&] {
+          return base_->timsctl({"fleet", "show", "--json"}).find(there) != std::string::npos;
+        },
+        "the base knows the new address"));
     EXPECT_TRUE(goes_by(*base_, "robot", "dds")) << address;
     EXPECT_TRUE(goes_by(*robot_, "base", "dds")) << address;
   }

@@ -213,7 +213,7 @@ class Drive {
     const tims::Time end = context_.run_end();
     DriveWatch watch(status().recordingTime, begin, context_.options.patience.value_or(kPatience));
     for (;;) {
-      watch(kWatchdog);
+      this->watch(kWatchdog);
       context_.signals.sleep_until(tims::os::deadline_after(kLookEvery));
       const tims::Time now = tims::os::now();
       const rack::PilotStatusData seen = status();
