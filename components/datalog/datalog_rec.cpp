@@ -421,8 +421,8 @@ class DatalogRec : public DataModule<DatalogData> {
     std::vector<tims::Address> absent;
     std::size_t asked = 0;
     for (const tims::Address module : modules()) {
-      const auto sent = status_->send(
-          {.dest = module, .type = tims::type::kGetStatus, .report_if_gone = true});
+      const auto sent =
+          status_->send({.dest = module, .type = tims::type::kGetStatus, .report_if_gone = true});
       if (sent)
         ++asked;
       else

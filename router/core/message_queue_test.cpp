@@ -315,9 +315,8 @@ TEST_F(MessageQueueShareTest, StalledReceiversLeaveRoomForTheNext) {
 TEST_F(MessageQueueShareTest, WithoutSharesOneTakesAllOfThePool) {
   MessageQueue queue(pool_, kPoolBytes);
   LossCounts replaced{};
-  while (queue.push(message(1000, 0), 0, replaced) && replaced[0].messages + replaced[1].messages +
-                                                              replaced[2].messages ==
-                                                          0) {
+  while (queue.push(message(1000, 0), 0, replaced) &&
+         replaced[0].messages + replaced[1].messages + replaced[2].messages == 0) {
     if (pool_.available() < 4) break;
   }
   EXPECT_LT(pool_.available(), 4U);

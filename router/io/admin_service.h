@@ -116,8 +116,7 @@ class Tracer {
   using Send = std::function<void(core::Message& record)>;
 
   // Called from core::RouterHooks::traced.
-  void on_traced(WallTime at, core::ClientId from, core::ClientId to,
-                 const core::Message& message);
+  void on_traced(WallTime at, core::ClientId from, core::ClientId to, const core::Message& message);
   [[nodiscard]] bool has_records() const { return !hops_.empty(); }
   // Call at the end of a turn: `send` is Router::answer. The bytes stay valid until release().
   void send_records(const core::Router& router, std::string_view name, const Send& send);

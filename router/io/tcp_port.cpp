@@ -308,10 +308,9 @@ void TcpPort::welcome(os::File socket, const std::string& peer) {
                                                   .endpoint = std::string_view(peer),
                                                   .lifesign = true});
   if (id) {
-    TcpConnection& connection = connections_.add(
-        std::make_unique<TcpConnection>(std::move(socket), settings_.message_max, shares_,
-                                        settings_.queue_bytes_max, router_.settings().classes,
-                                        [this](TcpConnection& losing) { touch(losing); }));
+    TcpConnection& connection = connections_.add(std::make_unique<TcpConnection>(
+        std::move(socket), settings_.message_max, shares_, settings_.queue_bytes_max,
+        router_.settings().classes, [this](TcpConnection& losing) { touch(losing); }));
     connection.id = id;
     connection.token = token;
     connection.watch.emplace(loop_, connection.socket.get(),

@@ -1,5 +1,5 @@
-// What every component promises: it answers each request within 100 ms, in whatever state it is, and
-// also while the components that it uses do not answer.
+// What every component promises: it answers each request within 100 ms, in whatever state it is,
+// and also while the components that it uses do not answer.
 #include <algorithm>
 #include <array>
 #include <string>
@@ -79,8 +79,8 @@ class Answers : public ModulesTest, public testing::WithParamInterface<Program> 
     for (const auto table : rack::message_tables())
       for (const rack::MessageInfo& info : table) {
         const bool ours = info.class_id == id || info.class_id == rack::kEveryClass;
-        const bool waits = info.type == type::kOn || info.type == type::kOff ||
-                           info.type == type::kGetNextData;
+        const bool waits =
+            info.type == type::kOn || info.type == type::kOff || info.type == type::kGetNextData;
         if (ours && info.type > 0 && !waits) all.push_back(&info);
       }
     return all;

@@ -222,7 +222,8 @@ TEST_F(DdsPaths, ARouterThatStartedBeforeItsNetworkFollowsItsAddress) {
   });
   start("dds");
   networks_->on_the_right([] {
-    EXPECT_TRUE(TwoNetworks::run("ip link set cable up\nip address add 10.78.0.2/24 dev cable").ok());
+    EXPECT_TRUE(
+        TwoNetworks::run("ip link set cable up\nip address add 10.78.0.2/24 dev cable").ok());
   });
   EXPECT_TRUE(goes_by(*base_, "robot", "dds"));
   EXPECT_TRUE(goes_by(*robot_, "base", "dds"));

@@ -372,12 +372,12 @@ TEST_F(Tree, VerbsNameTheLinkThatIsCut) {
               HasSubstr("blackout"));
   ASSERT_TRUE(eventually([&] { return !base->knows(kServer); }, "the link is down"));
   const std::string cut = "the link of base to robot1 is ";
-  for (const std::vector<std::string>& verb : std::vector<std::vector<std::string>>{
-           {"component", "on", "Ladar/1/0"},
-           {"component", "data", "Ladar/1/0"},
-           {"component", "status", "Ladar/1/0"},
-           {"ping", "Ladar/1/0", "-n", "1"},
-           {"explain", "Tims/0/1", "Ladar/1/0"}})
+  for (const std::vector<std::string>& verb :
+       std::vector<std::vector<std::string>>{{"component", "on", "Ladar/1/0"},
+                                             {"component", "data", "Ladar/1/0"},
+                                             {"component", "status", "Ladar/1/0"},
+                                             {"ping", "Ladar/1/0", "-n", "1"},
+                                             {"explain", "Tims/0/1", "Ladar/1/0"}})
     EXPECT_THAT(base->timsctl(verb), HasSubstr(cut)) << verb.front() << " " << verb[1];
   EXPECT_THAT(base->timsctl({"status"}), HasSubstr("robot1 is "));
 }

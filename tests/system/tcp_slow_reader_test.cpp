@@ -133,8 +133,7 @@ TEST_F(TcpTest, AReaderOfLargeMessagesStaysConnectedBesideTwentyThatDoNotRead) {
   ASSERT_TRUE(is_served(source));
   TcpClient reader = connect_with(kPing);
   for (std::uint32_t number = 2; number < 8; ++number) {
-    ASSERT_TRUE(
-        source.send({.type = -6, .dest = kPing}, numbered(number, large.size())).ok());
+    ASSERT_TRUE(source.send({.type = -6, .dest = kPing}, numbered(number, large.size())).ok());
     ASSERT_TRUE(is_served(source));
     const auto message = reader.receive();
     ASSERT_TRUE(message.ok()) << number << ": " << message.error().message();
@@ -145,8 +144,8 @@ TEST_F(TcpTest, AReaderOfLargeMessagesStaysConnectedBesideTwentyThatDoNotRead) {
   EXPECT_NE(ask(source, R"({"ask":"stats"})").find("client_gone"), std::string::npos);
   const auto status = router_->stop();
   ASSERT_TRUE(status.ok()) << status.error().message();
-  EXPECT_NE(router_->process().err().find("others needed their memory"), std::string::npos)
-      << router_->process().err();
+  EXPECT_NE(router_->process().output().find("others needed their memory"), std::string::npos)
+      << router_->process().output();
 }
 
 }  // namespace tcp_slow_reader_test

@@ -115,9 +115,10 @@ class Doctor {
             fmt::format("{} listens at {}: every host that can reach it can command every "
                         "component, without a password",
                         port, where),
-            fmt::format("{0}.listen = \"127.0.0.1:{1}\" if no other host needs it; else restrict it "
-                        "to the robot's network by its address or a firewall",
-                        port, where.substr(where.rfind(':') + 1)));
+            fmt::format(
+                "{0}.listen = \"127.0.0.1:{1}\" if no other host needs it; else restrict it "
+                "to the robot's network by its address or a firewall",
+                port, where.substr(where.rfind(':') + 1)));
       }
     }
   }

@@ -73,11 +73,10 @@ std::optional<BrokenLink> broken_link(const AdminClient& first, const Path& path
       if (state == "up" || (!theirs && !above)) continue;
       const std::string refusal = text_at(link, "refusal");
       return BrokenLink{
-          base::printable(
-              fmt::format("the link of {} to {} is {} since {}{}{}", step.name,
-                          text_at(link, "via"), state,
-                          base::human_duration(number_or_zero(link, "since_s")),
-                          refusal.empty() ? "" : ": ", refusal)),
+          base::printable(fmt::format("the link of {} to {} is {} since {}{}{}", step.name,
+                                      text_at(link, "via"), state,
+                                      base::human_duration(number_or_zero(link, "since_s")),
+                                      refusal.empty() ? "" : ": ", refusal)),
           state == "down"
               ? fmt::format("`timsctl -r {} link up {}`", step.name, text_at(link, "via"))
               : "is that host up, and its network? `timsctl link show` on both sides"};

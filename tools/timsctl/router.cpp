@@ -51,10 +51,10 @@ std::string drops_line(const json::object& status, const Look& look) {
 std::string links_line(const json::object& status, const Look& look) {
   std::string text = fmt::format("{:.0f} up", number_or_zero(status, "links_up"));
   for (const json::object& link : objects(items_of(status, "links_not_up")))
-    text += paint(fmt::format("; {} is {} since {}", base::printable(text_at(link, "via")),
-                              text_at(link, "state"),
-                              base::human_duration(number_or_zero(link, "since_s"))),
-                  Tone::kBad, look.colour);
+    text += paint(
+        fmt::format("; {} is {} since {}", base::printable(text_at(link, "via")),
+                    text_at(link, "state"), base::human_duration(number_or_zero(link, "since_s"))),
+        Tone::kBad, look.colour);
   return items_of(status, "links_not_up").empty() ? text : text + "   -> timsctl link show";
 }
 

@@ -20,8 +20,7 @@ std::span<Listener> Listeners::take_rare(std::span<Listener> to) {
   if (std::exchange(rare_taken_, true)) return {};
   std::size_t n = 0;
   for (const Listener& listener : listeners_) {
-    if (!listener.once && (counter_ == 0 || counter_ % listener.reduction != 0))
-      to[n++] = listener;
+    if (!listener.once && (counter_ == 0 || counter_ % listener.reduction != 0)) to[n++] = listener;
   }
   return to.first(n);
 }

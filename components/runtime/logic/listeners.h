@@ -22,7 +22,7 @@ namespace rack {
 
 struct Listener {
   tims::Address mailbox{};
-  tims::Address source{};       // the component that requested the data
+  tims::Address source{};     // the component that requested the data
   std::uint8_t priority = 0;  // of the request and of all its answers
   std::uint8_t seq_nr = 0;
   std::uint32_t reduction = 1;  // every n-th data set

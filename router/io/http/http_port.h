@@ -82,10 +82,10 @@ class HttpPort final : public core::Port {
     std::shared_ptr<WebSocketSession> session{};
     core::ClientId id{};  // kNoClient until the handshake is done
     std::uint32_t token = 0;
-    bool touched = false;  // to be processed at the next flush
-    bool writing = false;  // a frame is being written
+    bool touched = false;   // to be processed at the next flush
+    bool writing = false;   // a frame is being written
     bool given_up = false;  // without memory and session; removed at the next flush
-    bool closing = false;  // unknown to the router; a close frame with the reason is being sent
+    bool closing = false;   // unknown to the router; a close frame with the reason is being sent
   };
 
   [[nodiscard]] HttpPages pages(const AdminSource& source) const;

@@ -31,8 +31,7 @@ inline constexpr std::size_t kFramePiecesMax = 64;
 class WebSocketOutput {
  public:
   // `owner` is asked to give memory to others.
-  WebSocketOutput(core::QueueShares& shares, core::QueueOwner& owner,
-                  std::uint64_t queue_bytes_max,
+  WebSocketOutput(core::QueueShares& shares, core::QueueOwner& owner, std::uint64_t queue_bytes_max,
                   const core::PriorityClasses& classes = core::kConventionalClasses)
       : queue_(shares, owner, queue_bytes_max, classes) {}
 
