@@ -36,6 +36,10 @@ class Robot {
   }
   // The path component sends a path of that length, and it is driven to its end.
   void goes(i32 length) {
+    begins(length);
+    here_ += length;
+  }
+  void begins(i32 length) {
     PathData& path = driver.inputs().path;
     path.splines.clear();
     path.splines.push_back(path::line({.x = static_cast<double>(here_)}, length));
@@ -46,12 +50,10 @@ class Robot {
     path.recordingTime = TimeStamp(static_cast<u32>(time_));
     look(PathCycle::kPath);
     EXPECT_EQ(driver.status().pilotState, pilot_state::kRunning);
-    here_ += length;
   }
   // The path has refused, and reports it later.
-  // Drives on a path for this time.
-  void drive(int ms) {
-    for (int driven = 0; driven < ms; driven += kPeriod) look(0);
+  void wait(int ms) {
+    for (int left = ms; left > 0; left -= kPeriod) look(0);
   }
   void has_no_path() {
     driver.inputs().path.splines.clear();
@@ -123,27 +125,27 @@ TEST(PathDriver, ANewDestinationReplacesARefusedOne) {
 TEST(PathDriver, HoldsWhileNobodyMonitorsTheDrive) {
   Robot robot;
   robot.driver.plan(pilot_state::kPlanning);
-  robot.goes(5000);
+  robot.begins(5000);
   robot.driver.watch({.timeout = 200});
-  robot.drive(150);
+  robot.wait(150);
   EXPECT_EQ(robot.driver.why(), PathDriver::Why::kDrives);
-  robot.drive(50);
+  robot.wait(50);
   EXPECT_EQ(robot.driver.why(), PathDriver::Why::kUnwatched);
   robot.driver.hold({.holdState = 0});
-  robot.drive(kPeriod);
+  robot.wait(kPeriod);
   EXPECT_EQ(robot.driver.why(), PathDriver::Why::kUnwatched) << "HOLD is another matter";
 
   robot.driver.watch({.timeout = 200});
-  robot.drive(kPeriod);
+  robot.wait(kPeriod);
   EXPECT_EQ(robot.driver.why(), PathDriver::Why::kDrives);
   robot.driver.watch({.timeout = 0});
-  robot.drive(10'000);
+  robot.wait(10'000);
   EXPECT_EQ(robot.driver.why(), PathDriver::Why::kDrives) << "the watch has ended";
 
   robot.driver.watch({.timeout = 200});
-  robot.drive(300);
+  robot.wait(300);
   robot.driver.plan(pilot_state::kPlanning);
-  robot.drive(kPeriod);
+  robot.wait(kPeriod);
   EXPECT_EQ(robot.driver.why(), PathDriver::Why::kDrives) << "another destination";
 }
 

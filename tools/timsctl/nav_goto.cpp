@@ -213,7 +213,7 @@ class Drive {
     const tims::Time end = context_.run_end();
     DriveWatch watch(status().recordingTime, begin, context_.options.patience.value_or(kPatience));
     for (;;) {
-      this->watch(kWatchdog);
+      renew_watchdog(kWatchdog);
       context_.signals.sleep_until(tims::os::deadline_after(kLookEvery));
       const tims::Time now = tims::os::now();
       const rack::PilotStatusData seen = status();
@@ -235,7 +235,7 @@ class Drive {
   }
 
   // Pilots that do not have it drive on without it.
-  void watch(rack::Milliseconds<rack::u32> timeout) {
+  void renew_watchdog(rack::Milliseconds<rack::u32> timeout) {
     const tims::Time now = tims::os::now();
     if (timeout != 0 && now < next_watch_) return;
     next_watch_ = now + kWatchEvery;
@@ -280,8 +280,8 @@ class Drive {
     if (!scan_) return "the pilot is stopped";
     const auto scan = robot_.data<rack::Scan2dData>(*scan_);
     if (!scan) return robot_.name(*scan_) + " has no scan";
-    const auto ahead = free_ahead(*scan, hull_);
-    return ahead ? fmt::format("an obstacle is {:.2f} m ahead", *ahead) : "the lane ahead is free";
+    const std::string obstacle = obstacle_text(*scan, hull_);
+    return obstacle.empty() ? fmt::format("no obstacle is within {} m", kNearby) : obstacle;
   }
 
   Exit finish(DriveState state, const rack::PilotStatusData& status, double seconds) {
@@ -339,7 +339,7 @@ class Drive {
               "use the emergency stop");
       return context_.out.note(robot_.name(pilot_) + " is off, the robot stops");
     }
-    watch(0);
+    renew_watchdog(0);
     const tims::Time deadline = tims::os::deadline_after(kNavGotoStopPatience);
     bool stands = false;
     while (!stands && tims::os::now() < deadline) {
