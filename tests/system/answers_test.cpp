@@ -136,7 +136,7 @@ TEST_P(Answers, ComeAtOnceInEveryState) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Components, Answers, testing::ValuesIn(programs()),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& tested) { return std::string(tested.param.name); });
 
 }  // namespace answers_test
 }  // namespace tims::test
