@@ -170,7 +170,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     return admin_.may_ask(from, request);
   }
   void traced(core::ClientId from, core::ClientId to, const core::Message& message) override {
-    tracer_.on_traced(from, to, message);
+    tracer_.on_traced(read_clocks({}).wall, from, to, message);
   }
   void event(const core::Event& event) override {
     admin_.event_happened();
@@ -224,7 +224,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     admin_.answer(clocks, [&](core::ClientId asker, core::Message& answer) {
       router_.answer(now, asker, answer);
     });
-    tracer_.send_records(router_, configuration_.config.router.name, clocks,
+    tracer_.send_records(router_, configuration_.config.router.name,
                          [&](core::Message& record) { router_.answer(now, {}, record); });
     router_.flush(now);
     admin_.release();
@@ -354,6 +354,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
       router_settings(configuration_.config, epoch_), {random_number(), random_number()}, *this};
   // Queues of TCP and WebSocket clients are separate from the memory of links.
   io::WaitingMemory queue_memory_{waiting_bytes(configuration_.config)};
+  core::QueueShares queue_shares_{queue_memory_.pool()};
   io::WaitingMemory link_memory_{waiting_bytes(configuration_.config)};
   io::LocalPort local_{loop_,
                        router_,
@@ -366,7 +367,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   io::TcpPort tcp_{loop_,
                    router_,
                    log_,
-                   queue_memory_.pool(),
+                   queue_shares_,
                    {.message_max = configuration_.config.message.bytes_max,
                     .queue_bytes_max = configuration_.config.tcp.queue_bytes}};
   io::LinkPort links_{loop_,
@@ -377,7 +378,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   io::HttpPort http_{loop_,
                      router_,
                      log_,
-                     queue_memory_.pool(),
+                     queue_shares_,
                      *this,
                      {.message_max = configuration_.config.message.bytes_max,
                       .queue_bytes_max = configuration_.config.tcp.queue_bytes,

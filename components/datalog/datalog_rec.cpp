@@ -26,6 +26,8 @@ constexpr std::uint32_t kLarge = 1 << 20;
 constexpr std::size_t kListBytesMax = 1 << 20;
 constexpr auto kSilence = std::chrono::seconds(2);  // at least five periods
 constexpr auto kAskAgain = std::chrono::seconds(2);
+// Every component answers GET_STATUS within it, and this one its own commands.
+constexpr auto kStatusWait = std::chrono::milliseconds(80);
 constexpr auto kIdle = std::chrono::milliseconds(200);
 constexpr auto kLook = std::chrono::milliseconds(20);  // large messages are received in between
 
@@ -55,6 +57,7 @@ class Recorder {
   Recorder(DatalogLogInfo& info, const RecordedClass& recorded, tims::Mailbox& work,
            tims::Address stream)
       : info_(&info),
+        wanted_period_(info.periodTime),
         recorded_(&recorded),
         proxy_(work, info.moduleMbx, {.data = std::chrono::seconds(1)}),
         stream_(stream),
@@ -78,7 +81,8 @@ class Recorder {
  private:
   Result<void> write(const Record& record);
 
-  DatalogLogInfo* info_;
+  DatalogLogInfo* info_;  // written by take()
+  u32 wanted_period_;
   const RecordedClass* recorded_;
   Proxy proxy_;
   tims::Address stream_;
@@ -114,7 +118,7 @@ Result<void> Recorder::create(const FileFolder& folder, const std::string& name)
 Result<void> Recorder::subscribe(tims::Time now) {
   asked_ = now;
   if (auto on = proxy_.on(); !on) return on;
-  const auto granted = proxy_.get_cont_data(info_->periodTime, stream_);
+  const auto granted = proxy_.get_cont_data(wanted_period_, stream_);
   if (!granted) return granted.error();
   period_ = std::chrono::milliseconds(granted->raw());
   last_received_ = now;
@@ -287,19 +291,18 @@ class DatalogRec : public DataModule<DatalogData> {
   Result<void> module_on() override {
     first_ = true;
     binary_io_ = integer("binaryIo") != 0;
-    {
-      const std::lock_guard lock(list_mutex_);
-      small_->clean();
-      large_->clean();
-      if (auto started = start_recorders(); !started) return started;
-    }
+    small_->clean();
+    large_->clean();
+    if (auto created = create_recorders(); !created) return created;
+    if (auto started = start_recorders(); !started) return started;
     return DataModule::module_on();
   }
 
-  Result<void> start_recorders() {
+  Result<void> create_recorders() {
+    const std::lock_guard lock(list_mutex_);
+    recording_ = true;
     const auto where = place();
     if (!where) return where.error();
-    auto shortest = std::chrono::milliseconds(1000);
     for (DatalogLogInfo& info : list_.logInfo) {
       if (info.logEnable == 0) continue;
       const RecordedClass* recorded =
@@ -317,6 +320,14 @@ class DatalogRec : public DataModule<DatalogData> {
         log().error("{}", created.error().message());
         if (created.error().code() != tims::Errc::kDiskFull) return created;
       }
+    }
+    return {};
+  }
+
+  // The list is not locked while others are asked: commands are answered meanwhile.
+  Result<void> start_recorders() {
+    auto shortest = std::chrono::milliseconds(1000);
+    for (Recorder& recorder : recorders_) {
       if (auto on = recorder.subscribe(tims::os::now()); !on) return on;
       shortest = std::min(shortest, recorder.period());
     }
@@ -325,9 +336,10 @@ class DatalogRec : public DataModule<DatalogData> {
   }
 
   void module_off() override {
-    const std::lock_guard lock(list_mutex_);
     for (Recorder& recorder : recorders_) recorder.stop();
     recorders_.clear();
+    const std::lock_guard lock(list_mutex_);
+    recording_ = false;
   }
 
   Result<void> module_loop() override {
@@ -344,10 +356,10 @@ class DatalogRec : public DataModule<DatalogData> {
   }
 
   Result<void> take(const tims::PeekGuard& message) {
+    const auto from = std::ranges::find(recorders_, message.header().src, &Recorder::module);
+    if (from == recorders_.end()) return {};
     {
       const std::lock_guard lock(list_mutex_);
-      const auto from = std::ranges::find(recorders_, message.header().src, &Recorder::module);
-      if (from == recorders_.end()) return {};
       from->take({message.header(), message.body()}, tims::os::now(), binary_io_, log());
     }
     ask_silent_ones();
@@ -355,7 +367,6 @@ class DatalogRec : public DataModule<DatalogData> {
   }
 
   void ask_silent_ones() {
-    const std::lock_guard lock(list_mutex_);
     const tims::Time now = tims::os::now();
     for (Recorder& recorder : recorders_) {
       if (recorder.is_silent(now)) recorder.ask_again(now, log());
@@ -376,7 +387,7 @@ class DatalogRec : public DataModule<DatalogData> {
   Result<void> module_command(const tims::MessageView& message) override {
     switch (message.header.type) {
       case DatalogType::kInitLog:
-        if (!is_on()) {
+        if (!is_recording()) {
           if (auto made = make_list(); !made) return made;
         }
         reply(message.header, tims::type::kOk);
@@ -402,7 +413,7 @@ class DatalogRec : public DataModule<DatalogData> {
       for (std::size_t i = 0; i < list_.logInfo.size(); ++i) {
         DatalogLogInfo& info = list_.logInfo[i];
         const DatalogLogInfo old = std::exchange(info, wanted->logInfo[i]);
-        if (recorders_.empty()) continue;
+        if (!recording_) continue;
         info.bytesLogged = old.bytesLogged;
         info.setsLogged = old.setsLogged;
       }
@@ -429,9 +440,9 @@ class DatalogRec : public DataModule<DatalogData> {
 
   Result<void> get_log_status(const tims::MessageView& message) {
     std::vector<std::byte> body(DatalogData::kWholeSize);
+    if (!is_recording()) forget_absent();
     {
       const std::lock_guard lock(list_mutex_);
-      if (recorders_.empty()) forget_absent();
       list_.recordingTime = time_stamp();
       if (const auto size = encode(list_, body); !size) return size.error();
     }
@@ -439,13 +450,46 @@ class DatalogRec : public DataModule<DatalogData> {
     return {};
   }
 
-  // Removes components that do not report their status.
+  bool is_recording() {
+    const std::lock_guard lock(list_mutex_);
+    return recording_;
+  }
+
+  // Removes components that do not exist, or are in error. All of them are asked at once; one that
+  // has not answered after kStatusWait stays.
   void forget_absent() {
-    std::erase_if(list_.logInfo, [this](const DatalogLogInfo& info) {
-      Proxy module(*work_, info.moduleMbx, {.data = std::chrono::seconds(1)});
-      const auto status = module.status();
-      return !status || *status == Status::kError;
+    status_->clean();
+    std::vector<tims::Address> absent;
+    std::size_t asked = 0;
+    for (const tims::Address module : modules()) {
+      const auto sent =
+          status_->send({.dest = module, .type = tims::type::kGetStatus, .report_if_gone = true});
+      if (sent)
+        ++asked;
+      else
+        absent.push_back(module);
+    }
+    const tims::Time end = tims::os::now() + kStatusWait;
+    for (; asked > 0; --asked) {
+      const auto answer = status_->peek_for(std::max(end - tims::os::now(), tims::Duration(0)));
+      if (!answer) break;
+      const tims::Header& header = answer->header();
+      if (header.type == tims::type::kNotAvailable ||
+          header.type == static_cast<i8>(Status::kError))
+        absent.push_back(header.src);
+    }
+    const std::lock_guard lock(list_mutex_);
+    if (recording_) return;
+    std::erase_if(list_.logInfo, [&](const DatalogLogInfo& info) {
+      return std::ranges::find(absent, info.moduleMbx) != absent.end();
     });
+  }
+
+  std::vector<tims::Address> modules() {
+    const std::lock_guard lock(list_mutex_);
+    std::vector<tims::Address> modules;
+    for (const DatalogLogInfo& info : list_.logInfo) modules.push_back(info.moduleMbx);
+    return modules;
   }
 
   OwnMailbox work_{*this, 1, 128};
@@ -453,10 +497,12 @@ class DatalogRec : public DataModule<DatalogData> {
   OwnMailbox large_{*this, 10, kLarge};
   bool binary_io_ = false;
   bool first_ = true;
-  PriorityMutex list_mutex_;  // protects the members below and the work mailbox
+  OwnMailbox status_{*this, decltype(DatalogData::logInfo)::kMax, 128};  // of the command task
+  std::deque<Recorder> recorders_;  // of the enabled components in the list; of the data task
+  PriorityMutex list_mutex_;        // protects the members below
   DatalogData list_;
-  std::string log_path_;            // logPathName when the list was made
-  std::deque<Recorder> recorders_;  // of the enabled components in the list, while on
+  std::string log_path_;    // logPathName when the list was made
+  bool recording_ = false;  // the recorders refer to the list: it keeps its length
 };
 
 }  // namespace

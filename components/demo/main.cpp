@@ -97,7 +97,7 @@ Result<void> Ladar::subscribe(const PeekGuard& request) {
   const auto wanted = rack::decode<rack::GetContDataRequest>({header, request.body()});
   if (!wanted) return refuse(header);
   const std::uint32_t each = rack::reduction(wanted->periodTime, sample_ms_);
-  if (listeners_.add(header, wanted->dataMbxAdr, each) == rack::Listeners::Added::kFull)
+  if (listeners_.add(header, header.src, wanted->dataMbxAdr, each) == rack::Listeners::Added::kFull)
     return refuse(header);
   std::array<std::byte, rack::wire_size<rack::ContDataReply>()> granted{};
   if (const auto size = rack::encode(rack::ContDataReply{each * sample_ms_}, granted); !size)

@@ -74,8 +74,8 @@ class PathRddf : public DataModule<PathData> {
     return DataModule::module_on();
   }
 
+  // Nothing is locked while others are asked and files are read: commands are answered meanwhile.
   Result<void> get_ready() {
-    const std::lock_guard lock(state_mutex_);
     set_period(std::chrono::milliseconds(integer("periodTime")));
     chassis_proxy_.connect();
     const auto chassis = chassis_proxy_->get_parameter();
@@ -83,11 +83,20 @@ class PathRddf : public DataModule<PathData> {
     bool has_map = true;
     auto map = load_map(has_map);
     if (!map) return map.error();
-    if (auto good = planner_.begin(settings(*chassis), std::move(*map), has_map); !good)
-      return good;
+    {
+      const std::lock_guard lock(state_mutex_);
+      if (auto good = planner_.begin(settings(*chassis), std::move(*map), has_map); !good)
+        return good;
+    }
     if (const auto granted = position_input_.start(); !granted) return granted.error();
     if (const auto granted = scan_input_.start(); !granted) return granted.error();
-    if (auto good = load_route(); !good) return good;
+    auto route = load_route();
+    if (!route) return route.error();
+    const std::lock_guard lock(state_mutex_);
+    if (!route->empty()) {
+      for (Waypoint2d& waypoint : *route) waypoint.layer = planner_.layer();
+      planner_.set_waypoints(*route);
+    }
     return planner_.begin_route();
   }
 
@@ -142,9 +151,10 @@ class PathRddf : public DataModule<PathData> {
     return FreeSpace::empty({}, width, width, cell);
   }
 
-  Result<void> load_route() {
+  // Empty: there is no file.
+  tims::Result<std::vector<Waypoint2d>> load_route() {
     const std::string file = text("rddfFile");
-    if (file.empty()) return {};
+    if (file.empty()) return std::vector<Waypoint2d>{};
     const auto read = tims::os::read_file(file, kFileMax);
     if (!read) return read.error();
     const auto points = read_rddf(*read);
@@ -153,10 +163,8 @@ class PathRddf : public DataModule<PathData> {
         *points, [&](const PositionWgs84Data& at) { return position_input_->wgs84_to_pos(at); });
     if (!waypoints)
       return tims::Error(waypoints.error().code(), file + ": " + waypoints.error().detail());
-    for (Waypoint2d& waypoint : *waypoints) waypoint.layer = planner_.layer();
-    planner_.set_waypoints(*waypoints);
     log().info("{} has {} waypoints", file, waypoints->size());
-    return {};
+    return std::vector<Waypoint2d>(waypoints->begin(), waypoints->end());
   }
 
   // --- one period

@@ -42,9 +42,12 @@ constexpr ModuleInfo kInfo{
     .command_slots = 8,
 };
 
+// Data sets that can be requested, or updated, by their time.
+constexpr std::uint32_t kHistory = 1000;
+
 class Position : public DataModule<PositionData> {
  public:
-  Position() : DataModule(kInfo, {.history = 1000}) {}
+  Position() : DataModule(kInfo, {.history = kHistory}) {}
 
  private:
   Result<void> module_on() override {
@@ -52,16 +55,24 @@ class Position : public DataModule<PositionData> {
     return DataModule::module_on();
   }
 
+  // Nothing is locked while the odometry is asked: commands are answered meanwhile.
   Result<void> subscribe() {
-    const std::lock_guard lock(state_mutex_);
     const Drift drift{static_cast<double>(integer("odometryStdDevX")),
                       static_cast<double>(integer("odometryStdDevY"))};
-    coordinates_.emplace(coordinate_settings(), integer("autoOffset") != 0);
+    {
+      const std::lock_guard lock(state_mutex_);
+      coordinates_.emplace(coordinate_settings(), integer("autoOffset") != 0);
+    }
     if (auto on = odometry_.turn_on(); !on) return on;
     const auto first = odometry_->get_data();
     if (!first) return first.error();
-    tracker_.expect(integer("startDeviation"));
-    tracker_.begin(drift, std::chrono::milliseconds(integer("updateInterpol")), *first);
+    {
+      const std::lock_guard lock(state_mutex_);
+      tracker_.expect(integer("startDeviation"));
+      tracker_.begin(drift, std::chrono::milliseconds(integer("updateInterpol")), *first);
+      received_.clear();
+      if (auto kept = keep(*first); !kept) return kept;
+    }
     const auto granted = odometry_.subscribe();
     if (!granted) return granted.error();
     set_period(*granted);
@@ -69,8 +80,9 @@ class Position : public DataModule<PositionData> {
   }
 
   void module_off() override {
-    const std::lock_guard lock(state_mutex_);
     odometry_.stop();
+    const std::lock_guard lock(state_mutex_);
+    received_.clear();
   }
 
   Result<void> module_loop() override {
@@ -78,9 +90,31 @@ class Position : public DataModule<PositionData> {
     if (auto come = odometry_.next(odometry, patience_with(period())); !come) return come;
     {
       const std::lock_guard lock(state_mutex_);
+      if (auto kept = keep(odometry); !kept) return kept;
       get_local_buffer() = tracker_.follow(odometry);
     }
     return put_local_buffer();
+  }
+
+  Result<void> keep(const OdometryData& odometry) {
+    const auto size = encode(odometry, received_.workspace());
+    if (!size) return size.error();
+    received_.publish(odometry.recordingTime, *size);
+    return {};
+  }
+
+  // The odometry of that time, of the data sets received; 0: the newest.
+  [[nodiscard]] Result<OdometryData> odometry_at(TimeStamp time, std::chrono::milliseconds ahead) {
+    if (received_.size() == 0) return refused("the position has no odometry; turn it on first");
+    if (time.raw() == 0) return decode<OdometryData>(received_.newest().body);
+    const auto found = received_.around(time, ahead);
+    if (const auto* miss = std::get_if<DataHistory::Miss>(&found)) return not_there(*miss, time);
+    const auto& pair = std::get<DataHistory::Pair>(found);
+    const auto before = decode<OdometryData>(pair.before.body);
+    if (!before) return before;
+    const auto after = decode<OdometryData>(pair.after.body);
+    if (!after) return after;
+    return interpolated(*before, *after, time);
   }
 
   Result<void> module_command(const tims::MessageView& message) override {
@@ -112,10 +146,10 @@ class Position : public DataModule<PositionData> {
     const auto known = decode<PositionData>(message);
     if (!known) return known.error();
     if (!is_on()) return refused("the position is off and has no odometry; turn it on first");
+    const auto ahead = 2 * period();  // the newest odometry may be on its way
     {
       const std::lock_guard lock(state_mutex_);
-      if (!odometry_) return refused("the position was just turned off");
-      const auto then = odometry_->get_data(known->recordingTime);
+      const auto then = odometry_at(known->recordingTime, ahead);
       if (!then) return then.error();
       tracker_.update(*known, *then);
     }
@@ -179,8 +213,8 @@ class Position : public DataModule<PositionData> {
 
   OwnMailbox work_{*this, 1, 128};
   Input<OdometryProxy> odometry_{*this, "odometry", work_, 4, wire_size<OdometryData>()};
-  // Protects the members below and the work mailbox: an update also sends requests to the odometry.
-  PriorityMutex state_mutex_;
+  PriorityMutex state_mutex_;  // protects the members below
+  DataHistory received_{kHistory, wire_size<OdometryData>()};
   PositionTracker tracker_{{}, {}};  // kept while off: the pose stays
   std::optional<Coordinates> coordinates_;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <ctime>
 #include <mutex>
+#include <optional>
 
 #include "components/runtime/logic/listeners.h"
 #include "os/clock.h"
@@ -21,6 +22,7 @@ class DataModuleBase::Publisher {
       : module_(module),
         listeners_(module.data_.listeners),
         due_(module.data_.listeners),
+        rare_(module.data_.listeners),
         answer_(module.data_.size_max) {}
 
   void clear() { listeners_.clear(); }
@@ -39,8 +41,13 @@ class DataModuleBase::Publisher {
   std::uint32_t period_ms_ = 1000;  // protected by mutex_
 
  private:
+  template <typename Add>
+  Result<Listeners::Added> add(const tims::Header& request, std::uint32_t ends, Add add);
   Result<void> check_added(Listeners::Added added, tims::Address mailbox);
   [[nodiscard]] std::uint32_t ends_of_streams() const;
+  void drop_absent();
+  void make_place(const tims::Header& request);
+  Result<void> send_data(const Listener& listener, std::span<const std::byte> body);
 
   DataModuleBase& module_;
   Listeners listeners_;         // protected by mutex_
@@ -50,6 +57,7 @@ class DataModuleBase::Publisher {
   // listener too.
   std::uint32_t ends_ = 0;
   std::vector<Listener> due_;      // used by the data task
+  std::vector<Listener> rare_;     // used by the command task
   std::vector<std::byte> answer_;  // used by the command task
 };
 
@@ -127,16 +135,21 @@ void DataModuleBase::Publisher::send(TimeStamp recorded, std::size_t size) {
     due = listeners_.take_due(due_);
   }
   for (const Listener& listener : due) {
-    const auto sent =
-        module_.command_mailbox().send({.dest = listener.mailbox,
-                                        .type = tims::type::kData,
-                                        .priority = listener.priority,
-                                        .seq_nr = listener.seq_nr,
-                                        .stream = module_.data_.samples && !listener.once,
-                                        .report_if_gone = true},
-                                       body);
-    if (!sent && sent.error().code() == tims::Errc::kNoMailbox) drop(listener.mailbox);
+    if (const auto sent = send_data(listener, body);
+        !sent && sent.error().code() == tims::Errc::kNoMailbox)
+      drop(listener.mailbox);
   }
+}
+
+Result<void> DataModuleBase::Publisher::send_data(const Listener& listener,
+                                                  std::span<const std::byte> body) {
+  return module_.command_mailbox().send({.dest = listener.mailbox,
+                                         .type = tims::type::kData,
+                                         .priority = listener.priority,
+                                         .seq_nr = listener.seq_nr,
+                                         .stream = module_.data_.samples && !listener.once,
+                                         .report_if_gone = true},
+                                        body);
 }
 
 // The mailbox of a listener does not exist any more.
@@ -227,15 +240,13 @@ Result<void> DataModuleBase::Publisher::get_cont_data(const tims::MessageView& m
   const std::uint32_t ends = ends_of_streams();
   if (!module_.is_on()) return module_.no_data();
   std::uint32_t granted = 0;
-  Listeners::Added added{};
-  {
-    const std::lock_guard lock(module_.mutex_);
-    if (ends_ != ends) return refused("the component was just turned off");
+  const auto added = add(message.header, ends, [&](tims::Address source) {
     const std::uint32_t each = reduction(request->periodTime, period_ms_);
     granted = each * period_ms_;
-    added = listeners_.add(message.header, request->dataMbxAdr, each, tims::os::now());
-  }
-  if (auto good = check_added(added, request->dataMbxAdr); !good) return good;
+    return listeners_.add(message.header, source, request->dataMbxAdr, each, tims::os::now());
+  });
+  if (!added) return added.error();
+  if (auto good = check_added(*added, request->dataMbxAdr); !good) return good;
   module_.reply(message.header, tims::type::kContData, ContDataReply{granted});
   // The component may have been turned off before this answer was sent. The listener might take an
   // ERROR that came before the answer for one of an earlier stream.
@@ -250,6 +261,59 @@ Result<void> DataModuleBase::Publisher::get_cont_data(const tims::MessageView& m
 std::uint32_t DataModuleBase::Publisher::ends_of_streams() const {
   const std::lock_guard lock(module_.mutex_);
   return ends_;
+}
+
+// `add` is called with the mutex held. When all places are taken, listeners that do not exist any
+// more lose theirs, then the component that has most of them.
+template <typename Add>
+Result<Listeners::Added> DataModuleBase::Publisher::add(const tims::Header& request,
+                                                        std::uint32_t ends, Add add) {
+  const tims::Address source = module_.component_of(request.src);
+  const auto try_once = [&]() -> Result<Listeners::Added> {
+    const std::lock_guard lock(module_.mutex_);
+    if (ends_ != ends) return refused("the component was just turned off");
+    return add(source);
+  };
+  auto added = try_once();
+  if (!added || *added != Listeners::Added::kFull) return added;
+  drop_absent();
+  added = try_once();
+  if (!added || *added != Listeners::Added::kFull) return added;
+  make_place(request);
+  return try_once();
+}
+
+// Only sending shows whether a mailbox exists: those that get data rarely get the newest data set.
+// The answer from another host arrives later, as NOT_AVAILABLE.
+void DataModuleBase::Publisher::drop_absent() {
+  std::span<Listener> rare;
+  std::size_t size = 0;
+  {
+    const std::lock_guard lock(module_.mutex_);
+    if (module_.history_.size() == 0) return;
+    rare = listeners_.take_rare(rare_);
+    const auto newest = module_.history_.newest().body;
+    size = newest.size();
+    std::ranges::copy(newest, answer_.begin());
+  }
+  for (const Listener& listener : rare) {
+    const auto sent = send_data(listener, std::span(answer_).first(size));
+    if (!sent && sent.error().code() == tims::Errc::kNoMailbox) drop(listener.mailbox);
+  }
+}
+
+void DataModuleBase::Publisher::make_place(const tims::Header& request) {
+  const tims::Address source = module_.component_of(request.src);
+  std::optional<Listener> given;
+  {
+    const std::lock_guard lock(module_.mutex_);
+    given = listeners_.make_place(source);
+  }
+  if (!given) return;
+  module_.log().warning("Listener {} of {}, which has most of the {} places, is ended for {}",
+                        given->mailbox, given->source, module_.data_.listeners, source);
+  end_stream({.mailbox = given->mailbox, .priority = given->priority, .seq_nr = given->seq_nr},
+             tims::os::now());
 }
 
 Result<void> DataModuleBase::Publisher::check_added(Listeners::Added added, tims::Address mailbox) {
@@ -287,13 +351,11 @@ ListenersData DataModuleBase::Publisher::listeners() const {
 Result<void> DataModuleBase::Publisher::get_next_data(const tims::MessageView& message) {
   const std::uint32_t ends = ends_of_streams();
   if (!module_.is_on()) return module_.no_data();
-  Listeners::Added added{};
-  {
-    const std::lock_guard lock(module_.mutex_);
-    if (ends_ != ends) return refused("the component was just turned off");
-    added = listeners_.add_once(message.header, tims::os::now());
-  }
-  if (added == Listeners::Added::kFull) return check_added(added, message.header.src);
+  const auto added = add(message.header, ends, [&](tims::Address source) {
+    return listeners_.add_once(message.header, source, tims::os::now());
+  });
+  if (!added) return added.error();
+  if (*added == Listeners::Added::kFull) return check_added(*added, message.header.src);
   return {};
 }
 

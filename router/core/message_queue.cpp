@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <memory>
+#include <utility>
 
 #include "tims/message.h"
 #include "wire/header.h"
@@ -11,6 +12,7 @@ namespace tims::core {
 namespace {
 
 constexpr BlockPool::Index kMessageQueueNone = BlockPool::kNone;
+constexpr std::size_t kIndexBlocks = 2;  // the index of levels and the spare block
 
 }  // namespace
 
@@ -21,6 +23,7 @@ MessageQueue::~MessageQueue() {
 
 bool MessageQueue::push(std::span<const std::byte> message, std::uint8_t priority,
                         LossCounts& replaced) {
+  ask_for_room(message.size());
   if (!open()) return false;
   if (!make_room(message.size(), priority, replaced)) {
     if (empty()) close();
@@ -30,9 +33,14 @@ bool MessageQueue::push(std::span<const std::byte> message, std::uint8_t priorit
   level.messages.append(pool_, message);
   level.bytes += static_cast<std::uint32_t>(message.size());
   ++level.count;
-  bytes_ += message.size();
+  added(message.size());
   used_[priority / 64] |= std::uint64_t{1} << priority % 64;
   return true;
+}
+
+bool MessageQueue::reserve(std::size_t size) {
+  const std::size_t blocks = size / ByteChain::kBlockBytes + 1 + kIndexBlocks;
+  return pool_.available() >= blocks || (shares_ != nullptr && shares_->find_room(*this, blocks));
 }
 
 bool MessageQueue::push_rest(std::span<const std::byte> rest, const Header& header) {
@@ -40,7 +48,7 @@ bool MessageQueue::push_rest(std::span<const std::byte> rest, const Header& head
   begun_.append(pool_, rest);
   begun_bytes_ = rest.size();
   begun_class_ = classes_.of(header);
-  bytes_ += rest.size();
+  added(rest.size());
   return true;
 }
 
@@ -57,6 +65,7 @@ std::size_t MessageQueue::gather(std::span<std::span<const std::byte>> pieces) c
 }
 
 void MessageQueue::consume(std::uint64_t size) {
+  if (size > 0 && shares_ != nullptr) progress_at_ = shares_->now();
   size -= consume_begun(size);
   while (size > 0) size -= consume_first(size);
   if (empty()) close();
@@ -65,16 +74,15 @@ void MessageQueue::consume(std::uint64_t size) {
 void MessageQueue::clear(LossCounts& lost) {
   if (begun_bytes_ > 0) lost[begun_class_].add(begun_bytes_);
   begun_.clear(pool_);
-  begun_bytes_ = 0;
+  removed(std::exchange(begun_bytes_, 0));
   for (std::size_t i = lowest(); i != kNoLevel; i = lowest()) drop_oldest(i, lost);
-  bytes_ = 0;
   close();
 }
 
 // Allocates the blocks for the index of levels and the spare block.
 bool MessageQueue::open() {
   if (index_ != kMessageQueueNone) return true;
-  if (pool_.available() < 2) return false;
+  if (pool_.available() < kIndexBlocks) return false;
   index_ = pool_.allocate();
   spare_ = pool_.allocate();
   std::uninitialized_fill_n(levels(), kLevels, Level{});
@@ -87,9 +95,40 @@ void MessageQueue::close() {
   index_ = spare_ = kMessageQueueNone;
 }
 
+void MessageQueue::added(std::uint64_t size) {
+  if (shares_ != nullptr && bytes_ == 0 && size > 0) {
+    progress_at_ = shares_->now();
+    shares_->join(*this);
+  }
+  bytes_ += size;
+}
+
+void MessageQueue::removed(std::uint64_t size) {
+  if (size == 0) return;
+  bytes_ -= size;
+  if (shares_ != nullptr && bytes_ == 0) shares_->leave(*this);
+}
+
+// So that limit() permits `size` more bytes, if the bound of this queue does.
+void MessageQueue::ask_for_room(std::size_t size) {
+  if (shares_ == nullptr || bytes_ + size > bytes_max_ || bytes_ + size <= limit()) return;
+  const std::uint64_t left = 3 * (bytes_ + size) - bytes_;
+  shares_->find_room(*this, left / BlockPool::kBlockSize + 1 + kIndexBlocks);
+}
+
+// Drops waiting messages, the oldest of the lowest priority first, until the pool has `blocks` free
+// ones or the queue has at most `keep` bytes.
+void MessageQueue::drop_for_others(std::size_t blocks, std::uint64_t keep) {
+  LossCounts lost{};
+  while (pool_.available() < blocks && bytes_ > keep && waiting_bytes() > 0)
+    drop_oldest(lowest(), lost);
+  if (empty()) close();
+  owner_->on_dropped(lost);
+}
+
 // Solves bytes <= (left + bytes) / 3: the queue takes at most half of what it leaves in the pool.
 std::uint64_t MessageQueue::limit() const {
-  if (share_ == Share::kAll) return bytes_max_;
+  if (shares_ == nullptr) return bytes_max_;
   const std::uint64_t left = std::uint64_t{pool_.available()} * BlockPool::kBlockSize;
   return std::min(bytes_max_, (left + bytes_) / 3);
 }
@@ -124,7 +163,7 @@ void MessageQueue::drop_oldest(std::size_t level, LossCounts& replaced) {
   const Header header = header_of_first(levels()[level]);
   levels()[level].messages.drop(pool_, header.length);
   replaced[classes_.of(header)].add(header.length);
-  bytes_ -= header.length;
+  removed(header.length);
   took(level, header.length);
 }
 
@@ -133,7 +172,7 @@ std::uint64_t MessageQueue::consume_begun(std::uint64_t size) {
   const std::uint64_t n = std::min(size, begun_bytes_);
   begun_.drop(pool_, n);
   begun_bytes_ -= n;
-  bytes_ -= n;
+  removed(n);
   // The blocks just released are enough for a new spare block.
   if (begun_bytes_ == 0 && index_ != kMessageQueueNone && spare_ == kMessageQueueNone)
     spare_ = pool_.allocate();
@@ -147,7 +186,7 @@ std::uint64_t MessageQueue::consume_first(std::uint64_t size) {
   const Header header = header_of_first(level);
   const std::uint64_t n = std::min<std::uint64_t>(size, header.length);
   level.messages.drop(pool_, n);
-  bytes_ -= n;
+  removed(n);
   if (n < header.length) {
     level.messages.move_front(pool_, header.length - n, begun_, spare_);
     begun_bytes_ = header.length - n;

@@ -17,6 +17,7 @@
 #include <span>
 
 #include "router/core/byte_chain.h"
+#include "router/core/queue_shares.h"
 #include "router/core/statistics.h"
 #include "router/core/types.h"
 #include "tims/message.h"
@@ -25,14 +26,20 @@ namespace tims::core {
 
 class MessageQueue {
  public:
-  // kFair: in addition to its own limit, the queue takes at most half of the free space of the
-  // pool (a dynamic threshold). However many receivers are stalled, there is room for the next
-  // one.
-  enum class Share : std::uint8_t { kAll, kFair };
   // `classes`: lost messages are counted by class; must outlive the queue.
-  MessageQueue(BlockPool& pool, std::uint64_t bytes_max, Share share = Share::kAll,
+  MessageQueue(BlockPool& pool, std::uint64_t bytes_max,
                const PriorityClasses& classes = kConventionalClasses)
-      : pool_(pool), classes_(classes), bytes_max_(bytes_max), share_(share) {}
+      : pool_(pool), classes_(classes), bytes_max_(bytes_max) {}
+  // In addition to its own limit, the queue takes at most half of the free space of the pool (a
+  // dynamic threshold). However many receivers are stalled, there is room for the next one; and
+  // for one that reads, the stalled ones make room.
+  MessageQueue(QueueShares& shares, QueueOwner& owner, std::uint64_t bytes_max,
+               const PriorityClasses& classes = kConventionalClasses)
+      : pool_(shares.pool()),
+        classes_(classes),
+        bytes_max_(bytes_max),
+        shares_(&shares),
+        owner_(&owner) {}
   MessageQueue(const MessageQueue&) = delete;
   MessageQueue& operator=(const MessageQueue&) = delete;
   ~MessageQueue();
@@ -43,6 +50,10 @@ class MessageQueue {
   // `message`: a whole message, its header in host byte order. Returns false when refused.
   // Messages dropped to make room are added to `replaced`.
   bool push(std::span<const std::byte> message, std::uint8_t priority, LossCounts& replaced);
+
+  // True: the rest of `size` bytes of messages can be kept, however little of them is written
+  // directly. Others may have to give their memory for it. Precondition: the queue is empty.
+  bool reserve(std::size_t size);
 
   // The rest of a message whose beginning was written directly, while this queue was empty.
   // Returns false when the pool has no memory for it: then the receiver cannot be served any
@@ -61,6 +72,8 @@ class MessageQueue {
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }
 
  private:
+  friend class QueueShares;
+
   struct Level {
     ByteChain messages;
     std::uint32_t bytes = 0;
@@ -72,6 +85,11 @@ class MessageQueue {
 
   bool open();
   void close();
+  void added(std::uint64_t size);
+  void removed(std::uint64_t size);
+  [[nodiscard]] std::uint64_t waiting_bytes() const { return bytes_ - begun_bytes_; }
+  void ask_for_room(std::size_t size);
+  void drop_for_others(std::size_t blocks, std::uint64_t keep);
   [[nodiscard]] std::uint64_t limit() const;
   [[nodiscard]] bool make_room(std::size_t size, std::uint8_t priority, LossCounts& replaced);
   [[nodiscard]] bool fits(std::size_t size, std::uint8_t priority) const;
@@ -89,7 +107,11 @@ class MessageQueue {
   BlockPool& pool_;
   const PriorityClasses& classes_;
   std::uint64_t bytes_max_;
-  Share share_;
+  QueueShares* shares_ = nullptr;  // null: all of the pool is this queue's
+  QueueOwner* owner_ = nullptr;
+  MessageQueue* next_ = nullptr;  // of the queues of shares_ that hold something
+  MessageQueue* previous_ = nullptr;
+  Time progress_at_{};       // when something was written, or the first message came
   std::uint64_t bytes_ = 0;  // in begun_ and all levels
   ByteChain begun_;          // the rest of a message that has been written in part
   std::uint64_t begun_bytes_ = 0;

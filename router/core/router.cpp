@@ -439,6 +439,10 @@ void Router::record_end(Time now, const Client& client, CloseReason reason) {
     case CloseReason::kBadRecord:
       event.kind = EventKind::kProtocolError;
       break;
+    case CloseReason::kOutOfMemory:
+    case CloseReason::kStalled:
+      event.kind = EventKind::kMemoryClosed;
+      break;
     default:
       event.kind = EventKind::kClientWent;
       break;

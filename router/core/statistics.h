@@ -106,6 +106,7 @@ enum class EventKind : std::uint8_t {
   kDeleteRefused,
   kWatchdogClosed,
   kProtocolError,
+  kMemoryClosed,
   kLinkUp,
   kLinkDown,
   kLinkRefused,
@@ -119,7 +120,7 @@ enum class EventKind : std::uint8_t {
   kNotAvailable,
   kLifesign,
 };
-inline constexpr std::size_t kEventKindCount = 21;
+inline constexpr std::size_t kEventKindCount = 22;
 
 constexpr std::array kEventKinds{
     Label<EventKind>{EventKind::kClientCame, "client_came", "a client connected"},
@@ -140,6 +141,8 @@ constexpr std::array kEventKinds{
                      "a client was disconnected: it did not answer the lifesign"},
     Label<EventKind>{EventKind::kProtocolError, "protocol_error",
                      "a client was disconnected: it sent an invalid message"},
+    Label<EventKind>{EventKind::kMemoryClosed, "memory_closed",
+                     "a client was disconnected: others needed the memory for its messages"},
     Label<EventKind>{EventKind::kLinkUp, "link_up", "a link to another router came up"},
     Label<EventKind>{EventKind::kLinkDown, "link_down",
                      "a link to another router went down; its mailboxes were withdrawn"},
@@ -198,7 +201,7 @@ constexpr std::array kCloseReasons{
     Label<CloseReason>{CloseReason::kNoDescriptor, "no_descriptor",
                        "the router had no file descriptor left for it"},
     Label<CloseReason>{CloseReason::kOutOfMemory, "out_of_memory",
-                       "no memory was left for its unread messages"},
+                       "it did not read its messages, and others needed their memory"},
     Label<CloseReason>{CloseReason::kShutdown, "shutdown", "the router is shutting down"},
     Label<CloseReason>{CloseReason::kSilent, "silent",
                        "nothing was received from it for three keep-alive intervals"},
@@ -267,6 +270,10 @@ struct Count {
     ++messages;
     bytes += size;
   }
+  void add(const Count& other) {
+    messages += other.messages;
+    bytes += other.bytes;
+  }
   bool operator==(const Count&) const = default;
 };
 
@@ -280,9 +287,7 @@ class MessageCounters {
     cell(port, message_class, outcome).add(size);
   }
   void add(PortKind port, std::size_t message_class, Outcome outcome, const Count& count) {
-    Count& to = cell(port, message_class, outcome);
-    to.messages += count.messages;
-    to.bytes += count.bytes;
+    cell(port, message_class, outcome).add(count);
   }
   [[nodiscard]] const Count& of(PortKind port, std::size_t message_class, Outcome outcome) const {
     return counts_[static_cast<std::size_t>(port)][message_class]

@@ -616,20 +616,20 @@ Time AdminService::next_timeout() const {
 
 // --- hop records
 
-void Tracer::on_traced(core::ClientId from, core::ClientId to, const core::Message& message) {
+void Tracer::on_traced(WallTime at, core::ClientId from, core::ClientId to,
+                       const core::Message& message) {
   // A hop record must not cause further hop records.
   if (hops_.size() >= kPerTurnMax || message.header.type == type::kHopRecord) return;
-  hops_.push_back({from, to, message.header, message.hops, message.waited});
+  hops_.push_back({at, from, to, message.header, message.hops, message.waited});
 }
 
-void Tracer::send_records(const core::Router& router, std::string_view name, const Clocks& clocks,
-                          const Send& send) {
+void Tracer::send_records(const core::Router& router, std::string_view name, const Send& send) {
   const AddressWidths& widths = router.settings().widths;
   for (const Hop& hop : std::exchange(hops_, {})) {
     const json::object record{{"schema", "tims/hop/1"},
                               {"router", base::valid_utf8(name)},
                               {"address", to_json(router.settings().address, widths)},
-                              {"time", base::rfc3339(clocks.wall)},
+                              {"time", base::rfc3339(hop.at)},
                               {"hop", hop.hops},
                               {"dest", to_json(hop.header.dest, widths)},
                               {"type", hop.header.type},

@@ -116,15 +116,16 @@ class Tracer {
   using Send = std::function<void(core::Message& record)>;
 
   // Called from core::RouterHooks::traced.
-  void on_traced(core::ClientId from, core::ClientId to, const core::Message& message);
+  void on_traced(WallTime at, core::ClientId from, core::ClientId to, const core::Message& message);
   [[nodiscard]] bool has_records() const { return !hops_.empty(); }
   // Call at the end of a turn: `send` is Router::answer. The bytes stay valid until release().
-  void send_records(const core::Router& router, std::string_view name, const Clocks& clocks,
-                    const Send& send);
+  void send_records(const core::Router& router, std::string_view name, const Send& send);
   void release() { sent_.clear(); }
 
  private:
   struct Hop {
+    // Before it is handed on: the time of the next router of this host is not earlier.
+    WallTime at{};
     core::ClientId from{};
     core::ClientId to{};
     Header header{};

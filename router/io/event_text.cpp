@@ -86,6 +86,7 @@ std::string event_text(const core::Event& event, const AddressWidths& widths) {
              router_text(event.client) + " and would go on to " + router_text(event.owner);
     case EventKind::kWatchdogClosed:
     case EventKind::kProtocolError:
+    case EventKind::kMemoryClosed:
       return client + " was disconnected: " + reason;
     default:
       return std::string(core::sentence(event.kind));

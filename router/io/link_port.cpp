@@ -1,6 +1,8 @@
 #include "router/io/link_port.h"
 
+#include <algorithm>
 #include <chrono>
+#include <iterator>
 #include <utility>
 
 #include <fmt/core.h>
@@ -206,11 +208,35 @@ void LinkPort::resolve_one(const std::string& to) {
     const Time now = os::now();
     if (!addresses)
       return log_.warning(fmt::format("link to {}: {}", to, addresses.error().detail()));
+    const Resolver::Addresses good = reachable(*addresses);
+    if (good.empty()) {
+      note_unreachable(to, *addresses);
+      return continue_later();
+    }
     // One after the other, when the first does not answer.
     const std::size_t n = tries_[to]++;
-    links_.set_target(now, to, (*addresses)[n % addresses->size()]);
+    links_.set_target(now, to, good[n % good.size()]);
     continue_later();
   });
+}
+
+Resolver::Addresses LinkPort::reachable(const Resolver::Addresses& addresses) const {
+  Resolver::Addresses good;
+  std::ranges::copy_if(addresses, std::back_inserter(good), [this](const link::NetAddress& to) {
+    return !socket_ || socket_->can_reach(to);
+  });
+  return good;
+}
+
+void LinkPort::note_unreachable(const std::string& to, const Resolver::Addresses& addresses) {
+  std::string list;
+  for (const link::NetAddress& address : addresses)
+    list += (list.empty() ? "" : ", ") + address.to_string();
+  const std::string why =
+      fmt::format("its address is {}, which the socket of udp.listen = \"{}\" cannot reach", list,
+                  socket_->local().to_string());
+  log_.warning(fmt::format("link to {}: {}", to, why));
+  links_.note_unreachable(to, why);
 }
 
 void LinkPort::on_network_change() {

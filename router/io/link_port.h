@@ -124,6 +124,8 @@ class LinkPort final : private link::LinksShell, private link::DatagramSender {
   void clear_faults();
   void resolve(Time now);
   void resolve_one(const std::string& to);
+  [[nodiscard]] Resolver::Addresses reachable(const Resolver::Addresses& addresses) const;
+  void note_unreachable(const std::string& to, const Resolver::Addresses& addresses);
   void watch_network();
   void on_network_change();
   [[nodiscard]] std::vector<link::NetAddress> udp_addresses() const;

@@ -218,6 +218,7 @@ void log_event(Log& log, LimitedLog& limited_log, const core::Event& event,
     case Kind::kDeleteRefused:
     case Kind::kWatchdogClosed:
     case Kind::kProtocolError:
+    case Kind::kMemoryClosed:
     case Kind::kLinkRefused:
     case Kind::kDuplicateAddress:
     case Kind::kDuplicateRouter:

@@ -116,6 +116,7 @@ tims_router_events_total{event="mailbox_limit"} 0
 tims_router_events_total{event="delete_refused"} 0
 tims_router_events_total{event="watchdog_closed"} 0
 tims_router_events_total{event="protocol_error"} 0
+tims_router_events_total{event="memory_closed"} 0
 tims_router_events_total{event="link_up"} 0
 tims_router_events_total{event="link_down"} 0
 tims_router_events_total{event="link_refused"} 0

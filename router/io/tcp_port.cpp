@@ -18,6 +18,9 @@ namespace {
 
 using core::Outcome;
 
+// A socket that has room at all takes this much.
+constexpr std::size_t kSmallMessageBytes = 2 << 10;
+
 // Limit for one connection, before others have their turn.
 constexpr std::size_t kQueueBytesPerTurn = 1 << 20;
 
@@ -99,8 +102,12 @@ Outcome TcpOutput::add(std::span<const std::byte> message, std::uint8_t priority
 
 void TcpOutput::write_batch() {
   if (piece_count_ == 0) return;
-  const std::size_t written = send(std::span(pieces_).first(piece_count_));
-  if (written < batch_bytes_) keep_rest(written);
+  if (queue_.reserve(batch_bytes_)) {
+    const std::size_t written = send(std::span(pieces_).first(piece_count_));
+    if (written < batch_bytes_) keep_rest(written);
+  } else {
+    write_singly();
+  }
   piece_count_ = 0;
   batch_bytes_ = 0;
 }
@@ -160,6 +167,35 @@ std::size_t TcpOutput::send(std::span<const iovec> pieces) {
   return 0;
 }
 
+// There is not enough memory for all that the socket might not take: a message is begun only if
+// its rest can be kept. One of a few bytes is taken by the socket as a whole, or not at all.
+void TcpOutput::write_singly() {
+  for_each_message([this](std::span<const std::byte> message, const Header& header) {
+    if (failure_ != State::kIdle || !queue_.empty()) return keep(message, header, 0);
+    if (message.size() > kSmallMessageBytes && !queue_.reserve(message.size())) {
+      lost_.refused[classes_.of(header)].add(message.size());
+      may_have_lost_ = true;
+      return;
+    }
+    const iovec piece = piece_of(message);
+    const std::size_t written = send({&piece, 1});
+    if (written < message.size()) keep(message, header, written);
+  });
+}
+
+void TcpOutput::on_dropped(const core::LossCounts& lost) {
+  for (std::size_t i = 0; i < lost.size(); ++i) lost_.replaced[i].add(lost[i]);
+  may_have_lost_ = true;
+  if (on_loss_) on_loss_();
+}
+
+void TcpOutput::give_up() {
+  if (failure_ == State::kIdle) failure_ = State::kOutOfMemory;
+  queue_.clear(lost_.gone);
+  may_have_lost_ = true;
+  if (on_loss_) on_loss_();
+}
+
 // Copies the unwritten messages of the batch into the queue. Precondition: the queue is empty.
 void TcpOutput::keep_rest(std::size_t written) {
   for_each_message([&](std::span<const std::byte> message, const Header& header) {
@@ -177,7 +213,9 @@ void TcpOutput::keep(std::span<const std::byte> message, const Header& header,
   may_have_lost_ = true;
   if (failure_ == State::kIdle) {
     if (written > 0) {
-      if (!queue_.push_rest(message.subspan(written), header)) failure_ = State::kOutOfMemory;
+      if (queue_.push_rest(message.subspan(written), header)) return;
+      failure_ = State::kOutOfMemory;
+      lost_.gone[classes_.of(header)].add(message.size() - written);
       return;
     }
     if (queue_.push(message, classes_.waits_with(header), lost_.replaced)) return;
@@ -198,11 +236,14 @@ void TcpOutput::for_each_message(Visit visit) const {
   }
 }
 
-TcpConnection::TcpConnection(os::File its_socket, std::uint32_t message_max, core::BlockPool& pool,
-                             std::uint64_t queue_bytes_max, const core::PriorityClasses& classes)
+TcpConnection::TcpConnection(os::File its_socket, std::uint32_t message_max,
+                             core::QueueShares& shares, std::uint64_t queue_bytes_max,
+                             const core::PriorityClasses& classes,
+                             std::function<void(TcpConnection&)> on_loss)
     : socket(std::move(its_socket)),
       reader(message_max),
-      output(socket.get(), pool, queue_bytes_max, classes) {
+      output(socket.get(), shares, queue_bytes_max, classes,
+             [this, on_loss = std::move(on_loss)] { on_loss(*this); }) {
   set(socket.get(), IPPROTO_TCP, TCP_NODELAY, 1);
   if (!is_on_this_host(socket.get())) {
     set(socket.get(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, kUnsentBytesMax);
@@ -236,11 +277,11 @@ TcpConnection::Read TcpConnection::read(std::span<std::byte> scratch) {
   return {ReadStatus::kSome, scratch.first(size - in_room)};
 }
 
-TcpPort::TcpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
+TcpPort::TcpPort(Loop& loop, core::Router& router, Log& log, core::QueueShares& shares,
                  const TcpPortSettings& settings)
     : loop_(loop),
       router_(router),
-      pool_(pool),
+      shares_(shares),
       settings_(settings),
       acceptor_(
           loop, log,
@@ -267,9 +308,9 @@ void TcpPort::welcome(os::File socket, const std::string& peer) {
                                                   .endpoint = std::string_view(peer),
                                                   .lifesign = true});
   if (id) {
-    TcpConnection& connection = connections_.add(
-        std::make_unique<TcpConnection>(std::move(socket), settings_.message_max, pool_,
-                                        settings_.queue_bytes_max, router_.settings().classes));
+    TcpConnection& connection = connections_.add(std::make_unique<TcpConnection>(
+        std::move(socket), settings_.message_max, shares_, settings_.queue_bytes_max,
+        router_.settings().classes, [this](TcpConnection& losing) { touch(losing); }));
     connection.id = id;
     connection.token = token;
     connection.watch.emplace(loop_, connection.socket.get(),
@@ -296,20 +337,22 @@ void TcpPort::make_room(Time now) {
 
 // --- Port
 
-Outcome TcpPort::deliver(Time /*now*/, const core::Receiver& to, const core::Message& message) {
+Outcome TcpPort::deliver(Time now, const core::Receiver& to, const core::Message& message) {
   TcpConnection* connection = find(to.token, to.client);
   if (connection == nullptr || connection->closing) return Outcome::kClientGone;
   touch(*connection);
+  shares_.set_now(now);
   return connection->output.add(message.bytes,
                                 router_.settings().classes.waits_with(message.header));
 }
 
-void TcpPort::reply(Time /*now*/, const core::Receiver& to, const Header& header) {
+void TcpPort::reply(Time now, const core::Receiver& to, const Header& header) {
   TcpConnection* connection = find(to.token, to.client);
   if (connection == nullptr || connection->closing) return;
   std::array<std::byte, kHeaderSize> bytes;
   wire::encode_header(header, bytes);
   touch(*connection);
+  shares_.set_now(now);
   connection->output.add(keep(bytes), kReplyPriority);
 }
 
@@ -321,7 +364,10 @@ void TcpPort::close(const core::Receiver& client, CloseReason /*reason*/) {
 }
 
 void TcpPort::flush(Time now) {
-  for (TcpConnection* connection : touched_) {
+  shares_.set_now(now);
+  // Others may be touched meanwhile: they give memory to this one.
+  for (std::size_t i = 0; i < touched_.size(); ++i) {
+    TcpConnection* connection = touched_[i];
     connection->touched = false;
     connection->output.write_batch();
     settle(now, *connection);
@@ -412,7 +458,7 @@ void TcpPort::touch(TcpConnection& connection) {
 // written now.
 std::span<std::byte> TcpPort::keep(std::span<const std::byte> bytes) {
   if (kept_size_ + bytes.size() > kTcpPortKeptBytes) {
-    for (TcpConnection* connection : touched_) connection->output.write_batch();
+    for (std::size_t i = 0; i < touched_.size(); ++i) touched_[i]->output.write_batch();
     kept_size_ = 0;
   }
   const std::span copy(kept_.get() + kept_size_, bytes.size());
@@ -425,6 +471,7 @@ std::span<std::byte> TcpPort::keep(std::span<const std::byte> bytes) {
 
 void TcpPort::on_ready(TcpConnection& connection, Ready ready) {
   const Time now = os::now();
+  shares_.set_now(now);
   touch(connection);
   if (ready.to_write) write_more(connection);
   if (ready.to_read) read_some(now, connection);

@@ -11,6 +11,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -22,8 +23,8 @@
 #include "base/slot_map.h"
 #include "os/file.h"
 #include "router/config/config.h"
-#include "router/core/byte_chain.h"
 #include "router/core/message_queue.h"
+#include "router/core/queue_shares.h"
 #include "router/core/router.h"
 #include "router/core/statistics.h"
 #include "router/core/types.h"
@@ -36,13 +37,19 @@
 namespace tims::io {
 
 // The output of one TCP connection.
-class TcpOutput {
+class TcpOutput final : private core::QueueOwner {
  public:
-  TcpOutput(int socket, core::BlockPool& pool, std::uint64_t queue_bytes_max,
-            const core::PriorityClasses& classes = core::kConventionalClasses)
+  // `on_loss`: called when waiting messages were dropped for other clients, or the connection was
+  // given up for them.
+  TcpOutput(int socket, core::QueueShares& shares, std::uint64_t queue_bytes_max,
+            const core::PriorityClasses& classes = core::kConventionalClasses,
+            std::function<void()> on_loss = nullptr)
       : socket_(socket),
         classes_(classes),
-        queue_(pool, queue_bytes_max, core::MessageQueue::Share::kFair, classes) {}
+        queue_(shares, *this, queue_bytes_max, classes),
+        on_loss_(std::move(on_loss)) {}
+  TcpOutput(const TcpOutput&) = delete;
+  TcpOutput& operator=(const TcpOutput&) = delete;
 
   void set_queue_bytes_max(std::uint64_t bytes) { queue_.set_bytes_max(bytes); }
 
@@ -60,7 +67,7 @@ class TcpOutput {
     kIdle,         // everything is written
     kWaiting,      // for the socket to become writable
     kBroken,       // the connection is gone
-    kOutOfMemory,  // a message was written partly, and there is no memory for the rest
+    kOutOfMemory,  // a message was written partly, and the memory for its rest was given to others
   };
   [[nodiscard]] State state() const;
   [[nodiscard]] std::uint64_t queued_bytes() const { return queue_.bytes(); }
@@ -80,7 +87,12 @@ class TcpOutput {
  private:
   static constexpr std::size_t kPiecesMax = 64;
 
+  // core::QueueOwner
+  void on_dropped(const core::LossCounts& lost) override;
+  void give_up() override;
+
   std::size_t send(std::span<const iovec> pieces);
+  void write_singly();
   void keep_rest(std::size_t written);
   void keep(std::span<const std::byte> message, const Header& header, std::size_t written);
   template <typename Visit>
@@ -96,12 +108,14 @@ class TcpOutput {
   core::MessageQueue queue_;
   Lost lost_;
   bool may_have_lost_ = false;
+  std::function<void()> on_loss_;
 };
 
 // One client of the TCP port.
 struct TcpConnection {
-  TcpConnection(os::File socket, std::uint32_t message_max, core::BlockPool& pool,
-                std::uint64_t queue_bytes_max, const core::PriorityClasses& classes);
+  TcpConnection(os::File socket, std::uint32_t message_max, core::QueueShares& shares,
+                std::uint64_t queue_bytes_max, const core::PriorityClasses& classes,
+                std::function<void(TcpConnection&)> on_loss);
 
   // Reads the available data, at most `scratch` and the rest of a large message. Bytes not yet in
   // the reader are returned as part of `scratch`.
@@ -129,7 +143,7 @@ struct TcpPortSettings {
 
 class TcpPort final : public core::Port {
  public:
-  TcpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
+  TcpPort(Loop& loop, core::Router& router, Log& log, core::QueueShares& shares,
           const TcpPortSettings& settings);
 
   // Returns the listening address.
@@ -175,7 +189,7 @@ class TcpPort final : public core::Port {
 
   Loop& loop_;
   core::Router& router_;
-  core::BlockPool& pool_;
+  core::QueueShares& shares_;
   TcpPortSettings settings_;
   Acceptor acceptor_;
   base::SlotMap<TcpConnection> connections_;  // by token

@@ -33,7 +33,7 @@ class TcpOutputTest : public testing::Test {
     theirs_ = os::File(pair[1]);
     const int small = 4096;
     ::setsockopt(ours_.get(), SOL_SOCKET, SO_SNDBUF, &small, sizeof small);
-    output_.emplace(ours_.get(), pool_, 100'000);
+    output_.emplace(ours_.get(), shares_, 100'000);
   }
 
   // Keeps the bytes as long as the test lasts.
@@ -69,6 +69,7 @@ class TcpOutputTest : public testing::Test {
 
   std::vector<std::byte> memory_ = std::vector<std::byte>(100 * core::BlockPool::kBlockSize);
   core::BlockPool pool_{memory_};
+  core::QueueShares shares_{pool_};
   os::File ours_;
   os::File theirs_;
   std::optional<TcpOutput> output_;
@@ -169,11 +170,37 @@ TEST_F(TcpOutputTest, ABrokenConnectionLosesWhatWasToBeWritten) {
   EXPECT_EQ(add(message(100, 0), 0), Outcome::kClientGone);
 }
 
-TEST_F(TcpOutputTest, WithoutMemoryForTheRestOfAMessageTheConnectionIsLost) {
+TEST_F(TcpOutputTest, WithoutMemoryForTheRestAMessageIsNotBegun) {
   while (pool_.available() > 0) (void)pool_.allocate();
-  for (std::uint32_t i = 0; i < 10; ++i) add(message(6000, 0, i), 0);
+  for (std::uint32_t i = 0; i < 10; ++i) add(message(60'000, 0, i), 0);
+  add(message(100, 0, 10), 0);
   output_->write_batch();
+  EXPECT_EQ(output_->state(), State::kIdle);
+  ASSERT_NE(output_->lost(), nullptr);
+  EXPECT_EQ(output_->lost()->refused[1], (core::Count{10, 600'000}));
+  EXPECT_EQ(drain(), (std::vector<std::uint32_t>{10})) << "there is room for it in the socket";
+}
+
+// A second client that reads needs memory: this one, which does not, is disconnected, and every
+// message is counted.
+TEST_F(TcpOutputTest, AStalledOneGivesItsMemoryToOneThatReads) {
+  for (std::uint32_t i = 0; i < 3; ++i) add(message(90'000, 0, i), 0);
+  output_->write_batch();
+  ASSERT_EQ(output_->state(), State::kWaiting);
+  shares_.set_now(shares_.now() + core::QueueShares::kPatience);
+  int pair[2] = {-1, -1};
+  ASSERT_EQ(::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, pair), 0);
+  const os::File one(pair[0]);
+  const os::File other(pair[1]);
+  TcpOutput reading(one.get(), shares_, 400'000);
+  const Bytes large = message(380'000, 0, 9);
+  reading.add(large, 0);
+  reading.write_batch();
+  EXPECT_EQ(reading.state(), State::kWaiting);
+  EXPECT_EQ(reading.lost()->refused[1].messages, 0U);
   EXPECT_EQ(output_->state(), State::kOutOfMemory);
+  const TcpOutput::Lost& lost = *output_->lost();
+  EXPECT_EQ(lost.gone[1].messages + lost.replaced[1].messages + lost.refused[1].messages, 3U);
 }
 
 // Random sizes, priorities and moments of reading: no message is torn, lost or reported twice.

@@ -156,7 +156,8 @@ bool get(ByteReader& in, Identity& identity);
 inline constexpr std::uint8_t kVersionMin = 1;
 inline constexpr std::uint8_t kVersionMax = 1;
 
-inline constexpr std::size_t kDatagramBase = 1200;      // every path carries datagrams of this size
+inline constexpr std::size_t kDatagramMin = 548;        // every path carries them: IPv4's 576 bytes
+inline constexpr std::size_t kDatagramBase = 1200;      // all but a few tunnels carry them
 inline constexpr std::size_t kDatagramEthernet = 1472;  // 1500 bytes minus IPv4 and UDP headers
 // 9000 bytes of Ethernet minus IP and UDP headers
 inline constexpr std::size_t kDatagramMax = 8972;

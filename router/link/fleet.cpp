@@ -46,8 +46,8 @@ std::vector<const Announcement*> Fleet::candidates(const Link& link, bool alone)
   const bool above = link.settings().kind == LinkKind::kSuper && link.settings().connects &&
                      (link.settings().is_automatic() || (alone && udp == nullptr));
   const auto is_called = [&](const Announcement& a) {
-    return !link.settings().is_automatic() && udp != nullptr &&
-           std::ranges::any_of(a.udp, [&](const NetAddress& to) { return udp->is_target(to); });
+    return !link.settings().is_automatic() &&
+           std::ranges::any_of(a.udp, [&](const NetAddress& to) { return link.is_named(to); });
   };
   const auto is_linked = [&](const Announcement& a) {
     return link.peer().epoch != 0 && a.identity.epoch == link.peer().epoch;
@@ -79,9 +79,11 @@ Time StandbyTurns::turn_at(Time now, const Link& link, std::size_t others, LinkC
       others > kStandbyFleetMax
           ? kNever
           : standby.since + keep_alive + std::chrono::duration_cast<Duration>(standby.share * all);
+  // A router that refuses the call over UDP may accept it over DDS.
+  const int udp_first = link.state() == Link::State::kRefused ? 1 : kUdpFirst;
   const Time needed_at =
       link.is_up() ? kNever
-                   : std::max(standby.since + kUdpFirst * keep_alive, link.since() + keep_alive);
+                   : std::max(standby.since + udp_first * keep_alive, link.since() + keep_alive);
   if (now < std::min(standby_turn_at, needed_at)) return std::min(standby_turn_at, needed_at);
   const Time ready_at = budget_.ready_at(now);
   if (now < needed_at) return std::max(ready_at, needed_until_);

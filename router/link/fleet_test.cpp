@@ -53,7 +53,7 @@ class FleetTest : public testing::Test {
     router = std::make_unique<core::Router>(
         core::RouterSettings{.address = self.address(), .role = self.role, .clients_max = 8},
         core::HashSeed{1, 2}, sink);
-    link = std::make_unique<Link>(*router, pool, memory, done, around, 0, settings);
+    link = std::make_unique<Link>(*router, pool, memory, done, around, 0, settings, now);
     around.identity = self;
   }
   void be(const Identity& self) { be(self, {.to = std::string(kAutomatic), .paths = kBoth}); }

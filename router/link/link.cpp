@@ -33,13 +33,14 @@ core::Peer link_peer(std::string_view name, std::string_view endpoint, core::Cli
 
 Link::Link(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
            std::vector<MessageBuffer>& done, LinkContext& context, std::uint32_t slot,
-           const LinkSettings& settings)
+           const LinkSettings& settings, Time now)
     : router_(router),
       context_(context),
       slot_(slot),
       settings_(settings),
       session_(pool, memory, done, settings.session, *this, *this),
-      advertiser_(router, session_) {
+      advertiser_(router, session_),
+      since_(now) {
   session_.set_open(false);
   advertiser_.set_mailboxes_max(settings.mailboxes_max);
   (void)paths_.configure({}, settings.paths, settings.keep_alive);
@@ -55,8 +56,11 @@ void Link::enter(Time now, State state) {
 // --- connecting
 
 void Link::set_targets(Time now, PathKind kind, std::span<const NetAddress> targets) {
+  if (kind == PathKind::kUdp) named_.assign(targets.begin(), targets.end());
   paths_.set_targets(kind, targets);
-  if (state_ == State::kIdle && paths_.has_targets()) begin_connecting(now, now);
+  if (state_ != State::kIdle || !paths_.has_targets()) return;
+  refusal_ = {};
+  begin_connecting(now, now);
 }
 
 void Link::begin_connecting(Time now, Time first) {
@@ -74,8 +78,10 @@ void Link::send_hello(Time now) {
   next_hello_ = now + settings_.keep_alive + settings_.keep_alive * jitter / 5000;
   std::array<std::byte, kControlDatagramMax> bytes{};
   const std::span<const std::byte> datagram = std::span(bytes).first(encode(hello(), bytes));
-  // The first HELLO goes to the preferred path only.
-  for (const NetAddress& to : paths_.to_call(hellos_++ == 0)) context_.send(to, datagram);
+  // The first HELLO goes to the preferred path only. A router that has refused it may accept the
+  // link over another path.
+  const bool first = hellos_++ == 0 && state_ != State::kRefused;
+  for (const NetAddress& to : paths_.to_call(first)) context_.send(to, datagram);
 }
 
 Hello Link::hello() const {

@@ -10,6 +10,7 @@
 // router has lost it.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -64,11 +65,15 @@ class Link final : private ArrivalObserver, private LossObserver {
 
   Link(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
        std::vector<MessageBuffer>& done, LinkContext& context, std::uint32_t slot,
-       const LinkSettings& settings);
+       const LinkSettings& settings, Time now);
   ~Link() override = default;
 
   // --- the side that connects
+  // Those of UDP also identify the router in the fleet, for a link without this path.
   void set_targets(Time now, PathKind kind, std::span<const NetAddress> targets);
+  [[nodiscard]] bool is_named(const NetAddress& udp) const {
+    return std::ranges::find(named_, udp) != named_.end();
+  }
   void on_retry(const NetAddress& from, const Retry& retry);
   void on_welcome(Time now, const NetAddress& from, const Welcome& welcome);
   // Returns true once when the router being called does not answer or refuses, so that another
@@ -178,8 +183,9 @@ class Link final : private ArrivalObserver, private LossObserver {
   Advertiser advertiser_;
 
   State state_ = State::kIdle;
-  Time since_{};
+  Time since_;
   Paths paths_;
+  std::vector<NetAddress> named_;  // UDP addresses of the router to connect to
   Identity peer_{};
   bool called_ = false;  // this side's HELLO created the session
   std::uint64_t our_token_ = 0;

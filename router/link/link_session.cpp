@@ -196,7 +196,7 @@ void LinkSession::on_lost(const SentPacket::Piece& piece) {
 void LinkSession::on_packet_acked(const SentPacket& packet) {
   for (std::size_t i = 0; i < packet.pieces; ++i) on_acked(packet.piece[i]);
   if (packet.skip_lane < kLanes) lanes_[packet.skip_lane].on_skip_acked(packet.skip_to);
-  mtu_.on_acked(packet.size);
+  mtu_.on_acked(packet.size, packet.at);
   if (packet.probe != 0) {
     mtu_.on_probe_acked(newest_at_, packet.probe);
   }
@@ -209,7 +209,7 @@ void LinkSession::on_packet_lost(const SentPacket& packet) {
   if (packet.probe != 0) {
     mtu_.on_probe_lost(newest_at_);
   } else {
-    (void)mtu_.on_lost(newest_at_, packet.size);
+    (void)mtu_.on_lost(newest_at_, packet.size, packet.at);
   }
 }
 
@@ -480,9 +480,7 @@ void LinkSession::forget_idle_lanes() {
 std::size_t LinkSession::build(Time now, std::uint64_t token, std::span<std::byte> out,
                                const KeepAlive* keep_alive) {
   if (keep_alive == nullptr && !has_something_to_send()) return 0;
-  // Probes after silence are small, because the path may be losing large datagrams.
-  const std::size_t size =
-      std::min(out.size(), probe_packets_ > 0 ? kDatagramBase : datagram_size());
+  const std::size_t size = std::min(out.size(), size_for(keep_alive != nullptr));
   Packet packet{.out = ByteWriter(out.first(size))};
   packet.out.reserve(kDataHeaderSize);
   last_lane_ = kControlLane;
@@ -503,6 +501,15 @@ std::size_t LinkSession::build(Time now, std::uint64_t token, std::span<std::byt
     ack_at_ = kNever;
   }
   return finish(now, token, packet);
+}
+
+// Keep-alives pass every path, whatever is sent with them. Probes after silence are small, because
+// the path may be losing large datagrams; the second and later ones are as small as keep-alives.
+std::size_t LinkSession::size_for(bool keeps_alive) const {
+  std::size_t most = kDatagramMax;
+  if (probe_packets_ > 0) most = kDatagramBase;
+  if (keeps_alive || (probe_packets_ > 0 && probes_ > 1)) most = kDatagramMin;
+  return std::min(most, datagram_size());
 }
 
 // A frame whose only purpose is to request an acknowledgement.

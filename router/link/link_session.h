@@ -150,6 +150,7 @@ class LinkSession final : private PacketObserver {
   void put_ack(Time now, Packet& packet);
   void put_not_ready(Packet& packet);
   void put_skip(Packet& packet);
+  [[nodiscard]] std::size_t size_for(bool keeps_alive) const;
   static void put_ping(Packet& packet);
   void put_lanes(Time now, Packet& packet);
   bool put_stream(Time now, Packet& packet, std::size_t lane);

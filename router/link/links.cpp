@@ -70,7 +70,7 @@ void Links::configure(Time now, std::span<const LinkSettings> wanted) {
     const Link* there = first_link([&](const Link& link) {
       return link.settings().connects && link.settings().to == settings.to;
     });
-    const Link& link = there == nullptr ? add(settings) : *there;
+    const Link& link = there == nullptr ? add(now, settings) : *there;
     if (settings.kind == LinkKind::kSuper) supers_.push_back(link.slot());
   }
   choose_ = true;
@@ -83,13 +83,13 @@ LinkSettings Links::own_settings(LinkSettings settings) const {
   return settings;
 }
 
-Link& Links::add(const LinkSettings& settings) {
+Link& Links::add(Time now, const LinkSettings& settings) {
   std::uint32_t slot = 0;
   while (slot < slots_.size() && slots_[slot].link) ++slot;
   if (slot == slots_.size()) slots_.emplace_back();
   LinkContext& context = *this;
-  slots_[slot].link =
-      std::make_unique<Link>(router_, pool_, memory_, done_, context, slot, own_settings(settings));
+  slots_[slot].link = std::make_unique<Link>(router_, pool_, memory_, done_, context, slot,
+                                             own_settings(settings), now);
   return *slots_[slot].link;
 }
 
@@ -111,6 +111,12 @@ void Links::set_targets(Time now, const std::string& to, PathKind kind,
     if (!link.settings().connects || link.settings().to != to) return;
     link.set_targets(now, kind, targets);
     touch(link);
+  });
+}
+
+void Links::note_unreachable(const std::string& to, std::string_view why) {
+  for_each_link([&](Link& link) {
+    if (link.settings().connects && link.settings().to == to) link.note_no_candidate(why);
   });
 }
 
@@ -470,7 +476,7 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
     admission_.note_refused(now, from, hello, refusal);
     return refuse(refusal);
   }
-  take(now, from, hello, link == nullptr ? add(*settings) : *link);
+  take(now, from, hello, link == nullptr ? add(now, *settings) : *link);
 }
 
 std::size_t Links::links_in_use() const {

@@ -54,6 +54,8 @@ class Links final : public core::Port, private LinkContext {
   void set_target(Time now, const std::string& to, const NetAddress& target) {
     set_targets(now, to, target.kind, {&target, 1});
   }
+  // The `to` of a link resolves to nothing that can be called.
+  void note_unreachable(const std::string& to, std::string_view why);
   void set_wall(std::int64_t wall_ns) { wall_ns_ = wall_ns; }
   // A router of the fleet announces itself, or has gone.
   void on_announced(Time now, const Announcement& announcement);
@@ -139,7 +141,7 @@ class Links final : public core::Port, private LinkContext {
   void on_welcome(Time now, const NetAddress& from, const Welcome& welcome);
   Link* by_token(std::uint64_t token);
   [[nodiscard]] LinkSettings own_settings(LinkSettings settings) const;
-  Link& add(const LinkSettings& settings);
+  Link& add(Time now, const LinkSettings& settings);
   Link* find(std::string_view name);
   template <typename Visit>  // calls (Link&); must not add links
   void for_each_link(Visit visit) {

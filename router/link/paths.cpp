@@ -39,16 +39,22 @@ void PathMtu::on_probe_lost(Time now) {
   // Larger sizes would fail too. Try again later.
   tries_ = 0;
   next_ = now + kTryAgain;
+  if (size_ >= kDatagramBase) return;
+  next_ = now + try_small_again_;
+  try_small_again_ = std::min(2 * try_small_again_, kTryAgain);
 }
 
-void PathMtu::on_acked(std::size_t datagram) {
-  if (datagram > kDatagramBase) lost_in_a_row_ = 0;
+void PathMtu::on_acked(std::size_t datagram, Time sent) {
+  if (datagram <= floor()) return;
+  lost_in_a_row_ = 0;
+  large_arrived_ = std::max(large_arrived_, sent);
 }
 
-bool PathMtu::on_lost(Time now, std::size_t datagram) {
-  if (datagram <= kDatagramBase || size_ == kDatagramBase || fixed_) return false;
-  if (++lost_in_a_row_ < kBlackHole) return false;
-  reset(now);
+// One that was sent before a large one that has arrived was lost for another reason: in an outage.
+bool PathMtu::on_lost(Time now, std::size_t datagram, Time sent) {
+  if (datagram <= floor() || size_ == kDatagramMin || fixed_) return false;
+  if (sent < large_arrived_ || ++lost_in_a_row_ < kBlackHole) return false;
+  restart(now, floor());
   return true;
 }
 
@@ -59,8 +65,16 @@ void PathMtu::fix(std::size_t size) {
   fixed_ = true;
 }
 
-void PathMtu::reset(Time now) {
+void PathMtu::reset(Time now) { restart(now, kDatagramBase); }
+
+void PathMtu::restart(Time now, std::size_t size) {
+  const Duration again = try_small_again_;
   *this = PathMtu();
+  size_ = size;
+  if (size < kDatagramBase) {
+    step_ = 0;
+    try_small_again_ = again;
+  }
   next_ = now + kBetween;
 }
 

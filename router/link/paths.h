@@ -25,8 +25,9 @@
 namespace tims::link {
 
 // Size of datagrams: found by sending larger ones and checking whether they arrive, without help
-// from routers on the path (DPLPMTUD, RFC 8899). 1200 bytes always pass. When larger datagrams
-// are lost repeatedly, the path has changed, and the search restarts at 1200.
+// from routers on the path (DPLPMTUD, RFC 8899). It begins at 1200 bytes. When larger datagrams
+// are lost repeatedly while smaller ones arrive, the path has changed, and the search restarts at
+// 1200; when those are lost too, as in some tunnels, it restarts at 548.
 class PathMtu {
  public:
   [[nodiscard]] std::size_t size() const { return size_; }
@@ -41,28 +42,41 @@ class PathMtu {
   void on_probe_acked(Time now, std::size_t size);
   void on_probe_lost(Time now);
 
-  // Called for ordinary datagrams; on_lost() returns true when the size was reduced.
-  void on_acked(std::size_t datagram);
-  bool on_lost(Time now, std::size_t datagram);
+  // Called for ordinary datagrams, with the time when they were sent; on_lost() returns true when
+  // the size was reduced.
+  void on_acked(std::size_t datagram, Time sent);
+  bool on_lost(Time now, std::size_t datagram, Time sent);
   void reset(Time now);  // called for a new path
   // For a path that takes any datagram up to this size and none larger: nothing is probed.
   void fix(std::size_t size);
 
  private:
-  // Ethernet minus IPv6 and UDP, and minus IPv4 and UDP; sizes of overlay networks; jumbo frames.
-  static constexpr std::array<std::size_t, 7> kSteps{1372, 1432, 1452,        1472,
-                                                     4052, 8952, kDatagramMax};
+  // Tunnels in tunnels; Ethernet minus IPv6 and UDP, and minus IPv4 and UDP; sizes of overlay
+  // networks; jumbo frames.
+  static constexpr std::array<std::size_t, 12> kSteps{
+      800, 968, 1064, 1136, kDatagramBase, 1372, 1432, 1452, 1472, 4052, 8952, kDatagramMax};
+  static constexpr std::size_t kFirstStep = 5;  // the first above kDatagramBase
   static constexpr int kTries = 3;
   static constexpr int kBlackHole = 6;  // consecutive losses of large datagrams
   static constexpr Duration kTryAgain = std::chrono::minutes(5);
+  // Below kDatagramBase, where a short outage may be the reason; doubled each time.
+  static constexpr Duration kTrySmallAgain = std::chrono::seconds(10);
   static constexpr Duration kBetween = std::chrono::milliseconds(20);
 
+  // The size that the path has carried, or the one assumed.
+  [[nodiscard]] std::size_t floor() const {
+    return size_ > kDatagramBase ? kDatagramBase : kDatagramMin;
+  }
+  void restart(Time now, std::size_t size);
+
   std::size_t size_ = kDatagramBase;
-  std::size_t step_ = 0;  // index in kSteps of the next size to try
+  std::size_t step_ = kFirstStep;  // index in kSteps of the next size to try
   bool fixed_ = false;
   bool probing_ = false;
   int tries_ = 0;
   int lost_in_a_row_ = 0;
+  Time large_arrived_{};  // when the newest acknowledged large datagram was sent
+  Duration try_small_again_ = kTrySmallAgain;
   Time next_{};
 };
 

@@ -41,11 +41,41 @@ TEST(PathMtu, TriesNothingAboveWhatIsWanted) {
 TEST(PathMtu, SixLargeOnesInARowAreABlackHole) {
   PathMtu mtu;
   const Time now = probe_all(mtu, Time{1s}, 1472);
-  for (int i = 0; i < 5; ++i) EXPECT_FALSE(mtu.on_lost(now, 1472));
-  mtu.on_acked(1472);
-  for (int i = 0; i < 5; ++i) EXPECT_FALSE(mtu.on_lost(now, 1472));
-  EXPECT_FALSE(mtu.on_lost(now, 1200));
-  EXPECT_TRUE(mtu.on_lost(now, 1472));
+  for (int i = 0; i < 5; ++i) EXPECT_FALSE(mtu.on_lost(now, 1472, now));
+  mtu.on_acked(1472, now);
+  for (int i = 0; i < 5; ++i) EXPECT_FALSE(mtu.on_lost(now, 1472, now));
+  EXPECT_FALSE(mtu.on_lost(now, 1200, now));
+  EXPECT_TRUE(mtu.on_lost(now, 1472, now));
+  EXPECT_EQ(mtu.size(), kDatagramBase);
+}
+
+// For example 1124 bytes with IP and UDP: a VPN in a tunnel.
+TEST(PathMtu, APathOfLessThan1200BytesIsFoundDownTo548) {
+  for (const auto& [carries, found] :
+       {std::pair{1199, 1136}, {1096, 1064}, {972, 968}, {799, 548}, {548, 548}}) {
+    PathMtu mtu;
+    Time now = probe_all(mtu, Time{1s}, static_cast<std::size_t>(carries));
+    EXPECT_EQ(mtu.size(), kDatagramBase) << "it was not lost yet";
+    for (int i = 0; i < 5; ++i) EXPECT_FALSE(mtu.on_lost(now, 1200, now));
+    EXPECT_TRUE(mtu.on_lost(now, 1200, now));
+    EXPECT_EQ(mtu.size(), kDatagramMin);
+    EXPECT_FALSE(mtu.on_lost(now, 1200, now)) << "sent before";
+    now = probe_all(mtu, now, static_cast<std::size_t>(carries));
+    EXPECT_EQ(mtu.size(), static_cast<std::size_t>(found));
+    EXPECT_LE(mtu.next_probe(kDatagramEthernet), now + 5min);
+    now = probe_all(mtu, mtu.next_probe(kDatagramEthernet), 1472);
+    EXPECT_EQ(mtu.size(), 1472U) << "the tunnel is gone";
+  }
+}
+
+// What was sent during an outage is lost at whatever size.
+TEST(PathMtu, LossesBeforeALargeOneThatArrivedAreNotABlackHole) {
+  PathMtu mtu;
+  const Time now = probe_all(mtu, Time{1s}, 1472);
+  mtu.on_acked(1472, now + 1ms);
+  for (int i = 0; i < 20; ++i) EXPECT_FALSE(mtu.on_lost(now + 2ms, 1472, now));
+  EXPECT_EQ(mtu.size(), 1472U);
+  for (int i = 0; i < 6; ++i) (void)mtu.on_lost(now + 2ms, 1472, now + 2ms);
   EXPECT_EQ(mtu.size(), kDatagramBase);
 }
 

@@ -246,6 +246,24 @@ TEST(Reconnect, AnMtuBlackHole) {
   EXPECT_EQ(s.robot->links().uplink()->session().mtu(), link::kDatagramBase);
 }
 
+// A VPN in a tunnel: 1124 bytes with IP and UDP. The link is up, and what it carries arrives.
+TEST(Reconnect, APathOfLessThan1200Bytes) {
+  for (const std::size_t carries : {1096U, 548U}) {
+    Story s;
+    s.begin();
+    s.set_faults({.delay = 5ms, .mtu = carries});
+    const std::vector<std::byte> body(200'000);
+    for (std::size_t n = 1; n <= 3; ++n) {
+      s.robot->send(s.now(), s.ladar, {.type = -7, .dest = kGui, .src = kLadar}, body);
+      EXPECT_TRUE(s.run_until([&] { return s.base->arrivals(s.gui).size() == n; }, 10s)) << n;
+    }
+    const auto* link = s.robot->links().uplink();
+    ASSERT_NE(link, nullptr) << "it stays up";
+    EXPECT_LE(link->session().mtu(), carries);
+    EXPECT_GE(link->session().mtu(), carries > 1000 ? 1064U : 548U);
+  }
+}
+
 // No later message reveals the loss; the message is retransmitted in small datagrams.
 TEST(Reconnect, OneMessageInAnMtuBlackHole) {
   Story s;

@@ -196,6 +196,54 @@ TEST_F(DdsPaths, DdsAlone) {
   traffic.expect_all();
 }
 
+// The base accepts links over DDS only; the robot would prefer UDP.
+TEST_F(DdsPaths, WhatOneSidePrefersAndTheOtherRefuses) {
+  base_ = fleet_host("base", "top", 0, 1, "dds");
+  base_->start();
+  robot_ = fleet_host("robot", "system", 1, 1, "udp+dds");
+  networks_->on_the_right([this] { robot_->start(); });
+  EXPECT_TRUE(goes_by(*base_, "robot", "dds"));
+  EXPECT_TRUE(goes_by(*robot_, "base", "dds"));
+}
+
+TEST_F(DdsPaths, WhatOneSideHasOnlyAndTheOtherHasSecond) {
+  base_ = fleet_host("base", "top", 0, 1, "udp+dds");
+  base_->start();
+  robot_ = fleet_host("robot", "system", 1, 1, "dds");
+  networks_->on_the_right([this] { robot_->start(); });
+  EXPECT_TRUE(goes_by(*base_, "robot", "dds"));
+  EXPECT_TRUE(goes_by(*robot_, "base", "dds"));
+}
+
+// A robot that is switched on without a network, joins one, and then another.
+TEST_F(DdsPaths, ARouterThatStartedBeforeItsNetworkFollowsItsAddress) {
+  networks_->on_the_right([] {
+    EXPECT_TRUE(TwoNetworks::run("ip address flush dev cable\nip link set cable down").ok());
+  });
+  start("dds");
+  networks_->on_the_right([] {
+    EXPECT_TRUE(
+        TwoNetworks::run("ip link set cable up\nip address add 10.78.0.2/24 dev cable").ok());
+  });
+  EXPECT_TRUE(goes_by(*base_, "robot", "dds"));
+  EXPECT_TRUE(goes_by(*robot_, "base", "dds"));
+  for (const char* address : {"10.78.0.9", "10.78.0.7"}) {
+    networks_->on_the_right([&] {
+      EXPECT_TRUE(TwoNetworks::run("ip address flush dev cable").ok());
+      EXPECT_TRUE(
+          TwoNetworks::run(std::string("ip address add ") + address + "/24 dev cable").ok());
+    });
+    const std::string there = std::string("\"") + address + ":2010\"";
+    EXPECT_TRUE(eventually(
+        [&] {
+          return base_->timsctl({"fleet", "show", "--json"}).find(there) != std::string::npos;
+        },
+        "the base knows the new address"));
+    EXPECT_TRUE(goes_by(*base_, "robot", "dds")) << address;
+    EXPECT_TRUE(goes_by(*robot_, "base", "dds")) << address;
+  }
+}
+
 // Like a robot whose Wi-Fi comes up after its router.
 TEST_F(DdsPaths, ACableThatIsPluggedInLater) {
   ASSERT_TRUE(TwoNetworks::run("ip link set cable down").ok());

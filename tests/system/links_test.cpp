@@ -1,7 +1,9 @@
 // A tree of routers of several hosts, as processes connected by real UDP over the loopback.
+#include <algorithm>
 #include <csignal>
 #include <fstream>
 #include <memory>
+#include <thread>
 
 #include <boost/json/parse.hpp>
 #include <gmock/gmock.h>
@@ -54,6 +56,25 @@ TEST(Ipv6, ALinkOverIt) {
   const auto server = session.open({.address = kServer, .body_max = 100});
   ASSERT_TRUE(server.ok()) << server.error().message();
   EXPECT_TRUE(eventually([&] { return base.knows(kServer); }, "the base knows the server"));
+}
+
+TEST(Ipv6, AnAddressThatTheSocketCannotReachIsReported) {
+  Host robot("robot1", "system", 1, 1, {"kind=super,to=[::1]:2010"});
+  robot.start();
+  EXPECT_TRUE(robot.process().wait_for_line("[::1]:2010, which the socket of udp.listen").ok());
+  const std::string doctor = robot.timsctl({"doctor"});
+  EXPECT_THAT(doctor, HasSubstr("which the socket of udp.listen = \"127.0.0.1:"));
+}
+
+// For how long it has been connecting, not for how long the host has been running.
+TEST(Since, ALinkThatWasNeverUp) {
+  Host robot("robot1", "system", 1, 1,
+             {"kind=super,to=no-such-host.invalid:2010", "kind=super,to=127.0.0.1:9"});
+  robot.start();
+  const json::value links = json::parse(robot.timsctl({"link", "show", "--json"}));
+  ASSERT_EQ(links.at("items").as_array().size(), 2U);
+  for (const json::value& link : links.at("items").as_array())
+    EXPECT_LT(link.at("since_s").to_number<double>(), 60) << link;
 }
 
 // base (top) - robot1 (system) - arm (subsystem)
@@ -319,6 +340,46 @@ TEST_F(Tree, ATraceShowsEveryRouter) {
   ASSERT_TRUE(child->wait().ok());
   for (const char* router : {"base", "robot1", "arm"})
     EXPECT_THAT(child->standard_output(), HasSubstr(router));
+}
+
+TEST_F(Tree, TheTimesOfATraceDoNotRunBackwards) {
+  Session session = arm->session("server");
+  Mailbox server = open(session, kServer);
+  ASSERT_TRUE(eventually([&] { return base->knows(kServer); }, "the top knows the server"));
+  std::jthread answering([&](const std::stop_token& stop) {
+    while (!stop.stop_requested())
+      if (const auto request = server.peek_for(10ms))
+        (void)server.reply(request->header(), type::kEnabled);
+  });
+  for (int i = 0; i < 10; ++i) {
+    const std::string answer = base->timsctl({"trace", "Ladar/1/0", "--json"});
+    std::vector<std::string> times;
+    for (std::size_t at = answer.find("\"time\""); at != std::string::npos;
+         at = answer.find("\"time\"", at + 1))
+      times.push_back(answer.substr(at, 40));
+    EXPECT_GE(times.size(), 3U) << answer;
+    EXPECT_TRUE(std::ranges::is_sorted(times)) << answer;
+  }
+}
+
+// What an operator asks first when a robot does not react.
+TEST_F(Tree, VerbsNameTheLinkThatIsCut) {
+  Session session = arm->session("server");
+  Mailbox server = open(session, kServer);
+  ASSERT_TRUE(eventually([&] { return base->knows(kServer); }, "the top knows the server"));
+  EXPECT_THAT(base->timsctl({"status"}), HasSubstr("1 up"));
+  ASSERT_THAT(robot->timsctl({"sim", "fault", "--link", "base", "blackout"}),
+              HasSubstr("blackout"));
+  ASSERT_TRUE(eventually([&] { return !base->knows(kServer); }, "the link is down"));
+  const std::string cut = "the link of base to robot1 is ";
+  for (const std::vector<std::string>& verb :
+       std::vector<std::vector<std::string>>{{"component", "on", "Ladar/1/0"},
+                                             {"component", "data", "Ladar/1/0"},
+                                             {"component", "status", "Ladar/1/0"},
+                                             {"ping", "Ladar/1/0", "-n", "1"},
+                                             {"explain", "Tims/0/1", "Ladar/1/0"}})
+    EXPECT_THAT(base->timsctl(verb), HasSubstr(cut)) << verb.front() << " " << verb[1];
+  EXPECT_THAT(base->timsctl({"status"}), HasSubstr("robot1 is "));
 }
 
 TEST_F(Tree, ExplainNamesTheLastRouterAndTheReason) {

@@ -258,6 +258,38 @@ TEST_F(ModulesProgramsTest, LimitTheNumberOfListeners) {
   EXPECT_EQ(status(), "enabled") << "listeners that never read do not stop it";
 }
 
+// The longest period is 24 days: until then nothing is sent that would show that they are absent.
+TEST_F(ModulesProgramsTest, GiveThePlacesOfAbsentListenersToThoseThatExist) {
+  auto& program = start("ChassisSim", {"--periodTime=20", "--gdosLevel=3"});
+  auto producer = chassis();
+  ASSERT_TRUE(producer.on());
+  for (std::uint32_t i = 0; i < 64; ++i)
+    ASSERT_TRUE(producer.get_cont_data(0x7FFFFFFF, Address(0x00190000U + i)));
+  Mailbox data = open(*session_, kData);
+  const auto granted = producer.get_cont_data(0, data.address());
+  ASSERT_TRUE(granted) << granted.error().message();
+  EXPECT_EQ(next_header(data).type, type::kData);
+  EXPECT_TRUE(program.wait_for_line("is gone"));
+}
+
+TEST_F(ModulesProgramsTest, GiveEachComponentItsShareOfTheListenersPlaces) {
+  auto& program = start("ChassisSim", {"--periodTime=20"});
+  auto producer = chassis();
+  ASSERT_TRUE(producer.on());
+  std::vector<Mailbox> greedy;
+  for (std::uint32_t i = 0; i < 64; ++i) {
+    greedy.push_back(open(*session_, 0x00190000U + i, {.slots = 2, .body_max = 64}));
+    ASSERT_TRUE(producer.get_cont_data(0x7FFFFFFF, greedy.back().address()));
+  }
+  Mailbox other = open(*session_, kData, {.body_max = 1 << 12});
+  rack::ChassisProxy modest(other, Address(kChassis), {.data = kPatience});
+  const auto granted = modest.get_cont_data(0, other.address());
+  ASSERT_TRUE(granted) << granted.error().message();
+  EXPECT_EQ(next_header(other).type, type::kData);
+  EXPECT_TRUE(program.wait_for_line("which has most of the 64 places, is ended for Pilot(0/0)"));
+  EXPECT_TRUE(eventually([&] { return next_header(greedy.back()).type == type::kError; }, "ERROR"));
+}
+
 TEST_F(ModulesProgramsTest, AcceptParameters) {
   start_chassis();
   auto chassis_proxy = chassis();

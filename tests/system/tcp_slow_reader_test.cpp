@@ -119,5 +119,33 @@ TEST_F(TcpTest, StalledReadersDoNotAffectAClientThatReads) {
   }
 }
 
+// The memory of all queues is full of messages for clients that do not read; messages of 12 MB for
+// one that does are begun while its socket has room for a part of them only.
+TEST_F(TcpTest, AReaderOfLargeMessagesStaysConnectedBesideTwentyThatDoNotRead) {
+  start();
+  TcpClient source = connect();
+  std::vector<TcpClient> stalled;
+  for (std::uint32_t i = 0; i < 20; ++i) {
+    stalled.push_back(connect_with(Address(kSlow.raw() + i)));
+    stalled.back().set_receive_buffer(1 << 20);
+  }
+  const std::vector<std::byte> part = numbered(1, 100'000);
+  for (int round = 0; round < 280; ++round)
+    for (std::uint32_t i = 0; i < stalled.size(); ++i)
+      ASSERT_TRUE(source.send({.type = -6, .dest = Address(kSlow.raw() + i)}, part).ok());
+  ASSERT_TRUE(is_served(source));
+  TcpClient reader = connect_with(kPing);
+  reader.set_receive_buffer(1 << 20);
+  for (std::uint32_t number = 2; number < 8; ++number) {
+    ASSERT_TRUE(source.send({.type = -6, .dest = kPing}, numbered(number, 12'000'000)).ok());
+    ASSERT_TRUE(is_served(source));
+    const auto message = reader.receive();
+    ASSERT_TRUE(message.ok()) << number << ": " << message.error().message();
+    EXPECT_EQ(number_of(message->body), number);
+  }
+  // What the others lost is counted.
+  EXPECT_NE(ask(source, R"({"ask":"stats"})").find("queue_replaced"), std::string::npos);
+}
+
 }  // namespace tcp_slow_reader_test
 }  // namespace tims::test

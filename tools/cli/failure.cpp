@@ -178,6 +178,7 @@ constexpr CatalogueEntry kEntries[] = {
      "`timsctl route watch` names both; give one of them another instance"},
     {"mailboxes.full", "doctor", "mailboxes without a free slot: the owner does not read",
      "is the owner stuck? `timsctl mbx show ADDR`"},
+    {"components.error", "doctor", "components whose state is error", "`timsctl log follow`"},
     {"drops", "doctor", "messages that were not delivered", "`timsctl stats --by reason`"},
 
     // Exit status.

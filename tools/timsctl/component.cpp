@@ -22,8 +22,6 @@
 namespace timsctl {
 namespace {
 
-// Lower class ids belong to routers, the GDOS mailbox, and tools.
-constexpr std::uint32_t kFirstComponentClass = tims::class_id::kTest;
 constexpr tims::Duration kComponentOnPatience = std::chrono::seconds(5);
 
 constexpr Column kList[] = {
@@ -39,11 +37,6 @@ constexpr Column kList[] = {
 
 constexpr Column kStates[] = {
     {"ADDRESS", "address.name"}, {"RAW", "address.raw", Cell::kText, true}, {"STATE", "state"}};
-
-bool is_component(tims::Address address, const tims::AddressWidths& widths) {
-  const auto fields = address.fields(widths);
-  return fields.local == 0 && fields.class_id >= kFirstComponentClass;
-}
 
 bool is_behind_a_link(const json::object& item) { return text_at(item, "owner.port") == "link"; }
 
@@ -270,9 +263,17 @@ Exit component_status(Context& context) {
   for (std::size_t i = 0; i < components.size(); ++i) {
     const std::string state = states[i] ? state_text(*states[i]) : "silent";
     if (state != "on") exit = Exit::kNo;
-    items.push_back(json::object{{"schema", "tims/component_status/1"},
-                                 {"address", address_json(components[i], client.widths())},
-                                 {"state", state}});
+    json::object item{{"schema", "tims/component_status/1"},
+                      {"address", address_json(components[i], client.widths())},
+                      {"state", state}};
+    if (!states[i] || *states[i] == tims::type::kNotAvailable) {
+      if (const auto broken = client.why_absent(components[i])) {
+        item["reason"] = broken->cause;
+        context.out.note(fmt::format("{}: {}; {}", client.name_of(components[i]), broken->cause,
+                                     broken->remedy));
+      }
+    }
+    items.push_back(std::move(item));
   }
   const Format format = context.out.look().format;
   if (format != Format::kJson && format != Format::kTable)

@@ -14,8 +14,16 @@ namespace timsctl {
 Message ComponentClient::ask(tims::Address component, std::int8_t type,
                              std::span<const std::byte> body,
                              std::optional<tims::Duration> timeout) {
-  return timsctl::ask(*connection_, context_.signals, component, type, body,
-                      timeout.value_or(context_.options.timeout));
+  try {
+    return timsctl::ask(*connection_, context_.signals, component, type, body,
+                        timeout.value_or(context_.options.timeout));
+  } catch (const Failure& failure) {
+    throw with_broken_link(context_, *connection_, component, failure);
+  }
+}
+
+std::optional<BrokenLink> ComponentClient::why_absent(tims::Address component) {
+  return broken_link_to(context_, *connection_, component);
 }
 
 std::optional<Message> ComponentClient::newest_data(tims::Address component) {
@@ -27,9 +35,12 @@ std::optional<Message> ComponentClient::newest_data(tims::Address component) {
 std::vector<std::optional<std::int8_t>> ComponentClient::states(
     std::span<const tims::Address> components) {
   std::vector<std::optional<std::int8_t>> states(components.size());
-  for (const tims::Address component : components)
-    value_or_fail(connection_->send({.dest = component, .type = tims::type::kGetStatus}, {}),
-                  name_of(component));
+  for (const tims::Address component : components) {
+    const auto sent = connection_->send({.dest = component, .type = tims::type::kGetStatus}, {});
+    if (!sent)
+      throw with_broken_link(context_, *connection_, component,
+                             failure_of(sent.error(), name_of(component)));
+  }
   const tims::Time deadline = tims::os::deadline_after(context_.options.timeout);
   std::size_t missing = components.size();
   while (missing > 0) {
@@ -42,6 +53,11 @@ std::vector<std::optional<std::int8_t>> ComponentClient::states(
     state = message->header.type;
   }
   return states;
+}
+
+bool is_component(tims::Address address, const tims::AddressWidths& widths) {
+  const auto fields = address.fields(widths);
+  return fields.local == 0 && fields.class_id >= tims::class_id::kTest;
 }
 
 void need_ok(const Message& answer, const std::string& what, const std::string& hint) {

@@ -15,6 +15,7 @@
 #include "tools/cli/context.h"
 #include "tools/cli/failure.h"
 #include "tools/cli/output.h"
+#include "tools/timsctl/message_path.h"
 
 namespace timsctl {
 
@@ -56,6 +57,9 @@ class ComponentClient {
     }
   }
 
+  // The link that explains why a component does not answer, if there is one.
+  std::optional<BrokenLink> why_absent(tims::Address component);
+
   // Empty if it has no data, for example because it is off.
   std::optional<Message> newest_data(tims::Address component);
 
@@ -77,6 +81,10 @@ class ComponentClient {
   Context& context_;
   std::unique_ptr<Connection> connection_;
 };
+
+// Whether it is the mailbox of a component for commands. Lower class ids belong to routers, the
+// GDOS mailbox, and tools.
+bool is_component(tims::Address address, const tims::AddressWidths& widths);
 
 // Throws Failure unless the answer is OK. The message is `what` with the reason given by the
 // component, if any: components of the original RACK give none.

@@ -25,6 +25,7 @@
 #include "os/file.h"
 #include "tools/cli/context.h"
 #include "tools/timsctl/command_line.h"
+#include "tools/timsctl/component_client.h"
 
 namespace timsctl {
 
@@ -32,9 +33,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string_view reachable_by(std::string_view where) {
-  const bool loopback = where.starts_with("127.") || where.starts_with("[::1]");
-  return loopback ? "every user of this host" : "every host that can reach it";
+bool is_loopback(std::string_view where) {
+  return where.starts_with("127.") || where.starts_with("[::1]") || where.starts_with("localhost:");
 }
 
 constexpr double kLossMax = 0.05;
@@ -62,6 +62,7 @@ class Doctor {
       dead_mailboxes();
       duplicates();
       full_mailboxes();
+      components_in_error();
       drops();
     }
     if (!observed_.unreachable) links();
@@ -101,10 +102,24 @@ class Doctor {
   void ports() {
     for (const char* port : {"tcp", "http"}) {
       const std::string where = text_at(observed_.status, fmt::format("listen.{}", port));
-      add(fmt::format("port.{}", port), where.empty() ? Level::kInfo : Level::kOk,
-          where.empty() ? fmt::format("{} is off", port)
-                        : fmt::format("{} listens at {}: {} can command every component there",
-                                      port, where, reachable_by(where)));
+      const std::string id = fmt::format("port.{}", port);
+      if (where.empty()) {
+        add(id, Level::kInfo, fmt::format("{} is off", port));
+      } else if (is_loopback(where)) {
+        add(id, Level::kOk,
+            fmt::format("{} listens at {}: every user of this host can command every component "
+                        "there",
+                        port, where));
+      } else {
+        add(id, Level::kWarning,
+            fmt::format("{} listens at {}: every host that can reach it can command every "
+                        "component, without a password",
+                        port, where),
+            fmt::format(
+                "{0}.listen = \"127.0.0.1:{1}\" if no other host needs it; else restrict it "
+                "to the robot's network by its address or a firewall",
+                port, where.substr(where.rfind(':') + 1)));
+      }
     }
   }
 
@@ -151,6 +166,18 @@ class Doctor {
                       base::printable(text_at(mailbox, "owner.name")), slots));
     }
     if (!any) add("mailboxes.full", Level::kOk, "no mailbox is full");
+  }
+
+  void components_in_error() {
+    for (const std::string& component : observed_.in_error)
+      add("components.error", Level::kWarning, component + " is in error",
+          fmt::format("`timsctl log show -c '{0}' -l error`, or {0} in `timsctl log follow`, shows "
+                      "the reason",
+                      component));
+    if (observed_.in_error.empty() && observed_.components > 0)
+      add("components.error", Level::kOk,
+          fmt::format("{} component{}, none in error", observed_.components,
+                      observed_.components == 1 ? "" : "s"));
   }
 
   // One finding per reason. Old drops are reported, but not as a warning.
@@ -258,6 +285,9 @@ class Doctor {
       return add("links.down", Level::kWarning,
                  fmt::format("the link to {} was taken down by hand {} ago", name, since),
                  fmt::format("`timsctl link up {}`", base::printable(text_at(link, "via"))));
+    if (!refusal.empty() && state != "refused")
+      return add("links.down", level,
+                 fmt::format("the link to {} is not up: {}", name, base::printable(refusal)));
     if (!refusal.empty())
       return add("links.refused", level,
                  fmt::format("the link to {} is refused: {}", name, base::printable(refusal)));
@@ -271,16 +301,17 @@ class Doctor {
 
   void link_works(const json::object& link) {
     const std::string name = name_of(link);
-    if (number_or_zero(link, "mtu_bytes") <= kMtuBase &&
-        number_or_zero(link, "since_s") > kMtuFoundAfter_s)
+    const double mtu = number_or_zero(link, "mtu_bytes");
+    const bool small = mtu <= kMtuBase && number_or_zero(link, "since_s") > kMtuFoundAfter_s;
+    if (small)
       add("links.mtu", Level::kWarning,
-          fmt::format("the link to {} carries no datagrams above {:.0f} bytes", name, kMtuBase));
+          fmt::format("the link to {} carries no datagrams above {:.0f} bytes", name, mtu));
     const double in = number_or_zero(link, "loss_in");
     const double out = number_or_zero(link, "loss_out");
     if (std::max(in, out) > kLossMax)
       add("links.loss", Level::kWarning,
-          fmt::format("the link to {} loses {:.0f}% in and {:.0f}% out", name, in * 100,
-                      out * 100));
+          fmt::format("the link to {} loses {:.0f}% in and {:.0f}% out", name, in * 100, out * 100),
+          small ? "probably the large datagrams: see links.mtu" : "");
     const double offset = number_or_zero(link, "clock.offset_s");
     if (std::abs(offset) > kClockOffsetMax_s + number_or_zero(link, "clock.uncertainty_s"))
       add("links.clock", Level::kWarning,
@@ -465,6 +496,21 @@ void ask_router(Context& context, Observations& observed) {
   observed.links = std::move(item_array(links));
 }
 
+// Of this router only: those behind links are another doctor's.
+void ask_components(Context& context, Observations& observed) {
+  ComponentClient client(context);
+  std::vector<tims::Address> components;
+  for (const json::object& mailbox : objects(observed.mailboxes)) {
+    const auto address = parse_address(text_at(mailbox, "address.raw"), client.widths());
+    const bool here = text_at(mailbox, "owner.port") != "link";
+    if (here && address && is_component(*address, client.widths())) components.push_back(*address);
+  }
+  observed.components = components.size();
+  const auto states = client.states(components);
+  for (std::size_t i = 0; i < states.size(); ++i)
+    if (states[i] == tims::type::kError) observed.in_error.push_back(client.name_of(components[i]));
+}
+
 void find_dead_owners(Observations& observed) {
   for (const json::object& mailbox : objects(observed.mailboxes)) {
     const auto pid = static_cast<std::uint32_t>(number_or_zero(mailbox, "owner.pid"));
@@ -493,6 +539,7 @@ Observations gather(Context& context) {
                         .version = std::string(own_version())};
   try {
     ask_router(context, observed);
+    ask_components(context, observed);
   } catch (const Failure& failure) {
     observed.unreachable = failure;
   }

@@ -53,6 +53,8 @@ struct Observations {
   json::object stats{};
   json::array links{};
   std::vector<std::string> dead_owners{};  // "Ladar(3/0) of laser (pid 811)"
+  std::vector<std::string> in_error{};     // components: "Ladar(3/0)"
+  std::size_t components = 0;              // number of components that were asked
   std::optional<double> clock_difference_s{};
 
   // Observations of this host; only for a local router.

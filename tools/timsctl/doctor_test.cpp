@@ -54,6 +54,32 @@ TEST(Doctor, NoRouterIsAFailureWithItsReason) {
   EXPECT_THAT(finding(observed, "port.tcp").text, HasSubstr("rack_router (pid 7)"));
 }
 
+TEST(Doctor, APortThatOtherHostsReachIsAWarning) {
+  Observations observed = healthy();
+  for (const char* here : {"127.0.0.1:2000", "[::1]:2000", "127.1.2.3:2000"}) {
+    observed.status["listen"].as_object()["tcp"] = here;
+    EXPECT_EQ(finding(observed, "port.tcp").level, Level::kOk) << here;
+  }
+  for (const char* all : {"0.0.0.0:2000", "[::]:2000", "10.0.0.7:2000", "192.168.1.1:2000"}) {
+    observed.status["listen"].as_object()["tcp"] = all;
+    const Finding f = finding(observed, "port.tcp");
+    EXPECT_EQ(f.level, Level::kWarning) << all;
+    EXPECT_THAT(f.hint, HasSubstr("tcp.listen = \"127.0.0.1:2000\"")) << all;
+  }
+}
+
+TEST(Doctor, ComponentsInErrorAreAWarning) {
+  Observations observed = healthy();
+  EXPECT_EQ(finding(observed, "components.error").id, "none");
+  observed.components = 3;
+  EXPECT_EQ(finding(observed, "components.error").level, Level::kOk);
+  observed.in_error = {"Ladar(3/0)"};
+  const Finding f = finding(observed, "components.error");
+  EXPECT_EQ(f.level, Level::kWarning);
+  EXPECT_THAT(f.text, HasSubstr("Ladar(3/0) is in error"));
+  EXPECT_THAT(f.hint, HasSubstr("timsctl log"));
+}
+
 TEST(Doctor, OtherVersionIsAWarning) {
   Observations observed = healthy();
   observed.status["version"] = "0.2.0";
@@ -192,8 +218,24 @@ TEST(LinkDoctor, ARefusalIsReportedWithTheReasonOfThePeer) {
   EXPECT_THAT(f.text, HasSubstr("base accepts system 2, not 1"));
 }
 
+TEST(LinkDoctor, ANameThatTheSocketCannotReachIsNoRefusal) {
+  json::object link = healthy_link();
+  link["state"] = "idle";
+  link["refusal"] = "its address is [fd00::1]:2010, which the socket cannot reach";
+  const Finding f = finding(link);
+  EXPECT_EQ(f.id, "links.down");
+  EXPECT_THAT(f.text, HasSubstr("is not up: its address is [fd00::1]:2010"));
+}
+
 TEST(LinkDoctor, SmallDatagramsOnly) {
   EXPECT_EQ(with("mtu_bytes", 1200).id, "links.mtu");
+  EXPECT_THAT(with("mtu_bytes", 1064).text, HasSubstr("above 1064 bytes"));
+  json::object lossy = healthy_link();
+  lossy["mtu_bytes"] = 1064;
+  lossy["loss_out"] = 0.2;
+  const Finding loss = finding(lossy);
+  EXPECT_EQ(loss.id, "links.loss");
+  EXPECT_THAT(loss.hint, HasSubstr("links.mtu")) << "it is not the radio";
   json::object young = healthy_link();
   young["mtu_bytes"] = 1200;
   young["since_s"] = 1;

@@ -15,76 +15,11 @@
 #include "tools/cli/failure.h"
 #include "tools/timsctl/command_line.h"
 #include "tools/timsctl/message.h"
+#include "tools/timsctl/message_path.h"
 
 namespace timsctl {
 
 namespace {
-
-// The path of a message from router to router, as reported by the routers.
-
-struct Step {
-  std::optional<tims::Address> router;  // empty: the router of the connection
-  std::string name;
-  json::object answer;  // to the request "route"
-};
-
-struct Path {
-  std::vector<Step> steps;
-  bool reached = false;                // the last router has the mailbox
-  std::optional<std::string> failure;  // a router did not answer, or there is a loop
-};
-
-bool has_it(const Step& step) {
-  const std::string verdict = text_at(step.answer, "verdict");
-  return verdict == "deliver" || verdict == "self";
-}
-
-// Asks all routers of the fleet which one has the mailbox. Empty: none has it.
-std::optional<Step> find_owner(const AdminClient& first, tims::Address mailbox) {
-  const json::object fleet = walk_fleet(first);
-  for (const json::object& item : objects(items_of(fleet))) {
-    const auto router = router_address(item);
-    if (!router || text_at(item, "state") != "up") continue;
-    Step step{.router = router, .name = text_at(item, "name"), .answer = {}};
-    try {
-      step.answer = first.at(router).ask({{"ask", "route"}, {"to", mailbox.to_hex()}});
-    } catch (const Failure&) {
-      continue;  // the router has disconnected
-    }
-    if (has_it(step)) return step;
-  }
-  return std::nullopt;
-}
-
-// Starts at the router of `first`.
-Path find_path(const AdminClient& first, std::optional<tims::Address> from, tims::Address to,
-               std::int8_t type) {
-  constexpr std::size_t kStepsMax = 20;
-  json::object question{{"ask", "route"}, {"to", to.to_hex()}, {"type", type}};
-  if (from) question["from"] = from->to_hex();
-  Path path;
-  std::optional<tims::Address> at = first.router();
-  while (path.steps.size() < kStepsMax) {
-    AdminClient router = first.at(at);
-    Step step{.router = at, .name = {}, .answer = {}};
-    try {
-      step.answer = router.ask(question);
-    } catch (const Failure& failure) {
-      if (path.steps.empty()) throw;
-      path.failure = failure.message;
-      return path;
-    }
-    step.name = text_at(step.answer, "router");
-    const bool forwards = text_at(step.answer, "verdict") == "forward";
-    const auto next = tims::Address::parse(text_at(step.answer, "next_router.raw"));
-    path.steps.push_back(std::move(step));
-    path.reached = has_it(path.steps.back());
-    if (!forwards || !next) return path;
-    at = next;
-  }
-  path.failure = "there is a routing loop";
-  return path;
-}
 
 struct Conclusion {
   bool arrives = false;
@@ -128,7 +63,8 @@ class Explainer {
       return {false, *path.failure, "`timsctl router list` shows which routers answer"};
     const Step& last = path.steps.back();
     if (path.reached) return at_mailbox(last);
-    if (const auto broken = broken_link(path)) return *broken;
+    if (const auto broken = broken_link(admin_, path, dst_))
+      return {false, broken->cause, broken->remedy};
     if (text_at(last.answer, "outcome") == "would_return")
       return {false,
               fmt::format("{} knows {} only behind the router it would come from: that router has "
@@ -189,30 +125,6 @@ class Explainer {
                            base::human_duration(number_or_zero(router, "since_s")));
     }
     return names;
-  }
-
-  // A link to the system of the destination that is down.
-  [[nodiscard]] std::optional<Conclusion> broken_link(const Path& path) {
-    const double system = dst_.fields(admin_.widths()).system;
-    for (const Step& step : path.steps) {
-      const json::object links = admin_.at(step.router).ask({{"ask", "links"}});
-      for (const json::object& link : objects(items_of(links))) {
-        const bool theirs = number_at(link, "system") == system && text_at(link, "kind") != "super";
-        const bool above = text_at(link, "kind") == "super" && &step == &path.steps.back();
-        if (text_at(link, "state") == "up" || (!theirs && !above)) continue;
-        const std::string refusal = text_at(link, "refusal");
-        return Conclusion{
-            false,
-            fmt::format("the link of {} to {} is {} since {}{}{}", step.name, text_at(link, "via"),
-                        text_at(link, "state"),
-                        base::human_duration(number_or_zero(link, "since_s")),
-                        refusal.empty() ? "" : ": ", refusal),
-            text_at(link, "state") == "down"
-                ? fmt::format("`timsctl -r {} link up {}`", step.name, text_at(link, "via"))
-                : "is that host up, and its network? `timsctl link show` on both sides"};
-      }
-    }
-    return std::nullopt;
   }
 
   void print(const Path& path, const Conclusion& conclusion) {
@@ -367,8 +279,13 @@ std::optional<Statistics> statistics_of(const std::vector<double>& values) {
 
 class Pinger {
  public:
-  Pinger(Context& context, std::string target, Ask ask)
-      : context_(context), target_(std::move(target)), ask_(std::move(ask)) {}
+  // `absence`: why it does not answer, if that is known.
+  Pinger(Context& context, std::string target, Ask ask,
+         std::function<std::optional<BrokenLink>()> absence = nullptr)
+      : context_(context),
+        target_(std::move(target)),
+        ask_(std::move(ask)),
+        absence_(std::move(absence)) {}
 
   Exit run() {
     const Options& options = context_.options;
@@ -385,6 +302,7 @@ class Pinger {
     } catch (const Interrupted&) {
       interrupted = true;
     }
+    if (absence_ && !trips_.empty() && !trips_.back().seconds) broken_ = absence_();
     context_.out.write(summary_json(), [&] { return summary(); });
     if (interrupted) throw Interrupted();
     if (exit_ != Exit::kDone) return exit_;
@@ -427,6 +345,7 @@ class Pinger {
                           base::human_duration(n->max), base::human_duration(n->jitter));
     if (exit_ == Exit::kNoSuch)
       text += fmt::format("{}: this address is not registered\n", target_);
+    if (broken_) text += fmt::format("{}; {}\n", broken_->cause, broken_->remedy);
     return text;
   }
 
@@ -452,6 +371,7 @@ class Pinger {
     put("rtt_avg_s", &Statistics::mean);
     put("rtt_max_s", &Statistics::max);
     put("jitter_s", &Statistics::jitter);
+    if (broken_) out["cause"] = broken_->cause;
     out["items"] = std::move(items);
     return out;
   }
@@ -459,6 +379,8 @@ class Pinger {
   Context& context_;
   std::string target_;
   Ask ask_;
+  std::function<std::optional<BrokenLink>()> absence_;
+  std::optional<BrokenLink> broken_;
   std::vector<RoundTrip> trips_;
   std::vector<double> seconds_;  // of the answered requests
   Exit exit_ = Exit::kDone;
@@ -489,7 +411,8 @@ Exit ping_component(Context& context, Connection& connection, tims::Address targ
     }
     return std::nullopt;
   };
-  return Pinger(context, name, ask).run();
+  return Pinger(context, name, ask, [&] { return broken_link_to(context, connection, target); })
+      .run();
 }
 
 Exit ping_router(Context& context, Connection& connection, AdminClient admin) {

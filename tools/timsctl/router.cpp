@@ -47,6 +47,17 @@ std::string drops_line(const json::object& status, const Look& look) {
                   : paint(whole, Tone::kBad, look.colour) + "   -> timsctl stats --by reason";
 }
 
+// "2 up; base is silent since 12 s"
+std::string links_line(const json::object& status, const Look& look) {
+  std::string text = fmt::format("{:.0f} up", number_or_zero(status, "links_up"));
+  for (const json::object& link : objects(items_of(status, "links_not_up")))
+    text += paint(
+        fmt::format("; {} is {} since {}", base::printable(text_at(link, "via")),
+                    text_at(link, "state"), base::human_duration(number_or_zero(link, "since_s"))),
+        Tone::kBad, look.colour);
+  return items_of(status, "links_not_up").empty() ? text : text + "   -> timsctl link show";
+}
+
 std::string event_lines(const json::object& status, const Look& look) {
   std::string text;
   for (const json::object& event : objects(items_of(status, "events"))) {
@@ -81,6 +92,7 @@ std::string draw_status(const json::object& status, const Look& look) {
                fmt::format("{} messages, {}; local ones bypass the router", count("messages"),
                            base::human_bytes(number_or_zero(status, "bytes"))));
   text += line("Dropped", drops_line(status, look));
+  if (status.contains("links_up")) text += line("Links", links_line(status, look));
   text +=
       line("Memory", fmt::format("{}, longest turn {}",
                                  base::human_bytes(number_or_zero(status, "rss_bytes")),
@@ -117,8 +129,28 @@ json::array foreign_events(AdminClient& admin, double last) {
   return out;
 }
 
+// Routers without links have nothing to report.
+void add_links(AdminClient& admin, json::object& status) {
+  const json::object answer = admin.ask({{"ask", "links"}});
+  if (items_of(answer).empty()) return;
+  json::array not_up;
+  double up = 0;
+  for (const json::object& link : objects(items_of(answer))) {
+    if (text_at(link, "state") == "up") {
+      ++up;
+      continue;
+    }
+    not_up.push_back({{"via", text_at(link, "via")},
+                      {"state", text_at(link, "state")},
+                      {"since_s", number_or_zero(link, "since_s")}});
+  }
+  status["links_up"] = up;
+  status["links_not_up"] = std::move(not_up);
+}
+
 json::object ask_status(AdminClient& admin) {
   json::object status = admin.ask({{"ask", "status"}});
+  add_links(admin, status);
   status["events"] = foreign_events(admin, number_or_zero(status, "last_event"));
   if (number_or_zero(status, "drops") > 0) {
     const json::object clients = admin.ask({{"ask", "clients"}});

@@ -9,6 +9,8 @@ namespace listeners_test {
 
 using Added = Listeners::Added;
 
+constexpr tims::Address kSource(0x00100000);
+constexpr tims::Address kOther(0x00110000);
 constexpr tims::Address kFirst(0x00180002);
 constexpr tims::Address kSecond(0x00190002);
 
@@ -34,8 +36,8 @@ TEST(Reduction, OfAPeriod) {
 }
 
 TEST_F(ListenersTest, GetEachSoManyThDataSet) {
-  EXPECT_EQ(listeners.add(request(kFirst), kFirst, 1), Added::kNew);
-  EXPECT_EQ(listeners.add(request(kSecond), kSecond, 3), Added::kNew);
+  EXPECT_EQ(listeners.add(request(kFirst), kSource, kFirst, 1), Added::kNew);
+  EXPECT_EQ(listeners.add(request(kSecond), kSource, kSecond, 3), Added::kNew);
   EXPECT_EQ(listeners.take_due(due).size(), 1U);
   EXPECT_EQ(listeners.take_due(due).size(), 1U);
   const auto third = listeners.take_due(due);
@@ -46,8 +48,8 @@ TEST_F(ListenersTest, GetEachSoManyThDataSet) {
 }
 
 TEST_F(ListenersTest, ASecondRequestChangesOnlyTheReduction) {
-  (void)listeners.add(request(kFirst, 1, 9), kFirst, 1);
-  EXPECT_EQ(listeners.add(request(kFirst, 2, 3), kFirst, 2), Added::kAgain);
+  (void)listeners.add(request(kFirst, 1, 9), kSource, kFirst, 1);
+  EXPECT_EQ(listeners.add(request(kFirst, 2, 3), kSource, kFirst, 2), Added::kAgain);
   EXPECT_TRUE(listeners.take_due(due).empty());
   const auto second = listeners.take_due(due);
   ASSERT_EQ(second.size(), 1U);
@@ -56,7 +58,7 @@ TEST_F(ListenersTest, ASecondRequestChangesOnlyTheReduction) {
 }
 
 TEST_F(ListenersTest, NextDataOnce) {
-  EXPECT_EQ(listeners.add_once(request(kFirst, 42)), Added::kNew);
+  EXPECT_EQ(listeners.add_once(request(kFirst, 42), kSource), Added::kNew);
   const auto first = listeners.take_due(due);
   ASSERT_EQ(first.size(), 1U);
   EXPECT_EQ(first[0].seq_nr, 42);
@@ -64,8 +66,8 @@ TEST_F(ListenersTest, NextDataOnce) {
 }
 
 TEST_F(ListenersTest, AContinuousListenerThatAsksForTheNextBecomesOneOfOnce) {
-  (void)listeners.add(request(kFirst, 1), kFirst, 5);
-  EXPECT_EQ(listeners.add_once(request(kFirst, 2)), Added::kAgain);
+  (void)listeners.add(request(kFirst, 1), kSource, kFirst, 5);
+  EXPECT_EQ(listeners.add_once(request(kFirst, 2), kSource), Added::kAgain);
   const auto next = listeners.take_due(due);
   ASSERT_EQ(next.size(), 1U);
   EXPECT_EQ(next[0].seq_nr, 2);
@@ -73,14 +75,50 @@ TEST_F(ListenersTest, AContinuousListenerThatAsksForTheNextBecomesOneOfOnce) {
 }
 
 TEST_F(ListenersTest, NoMoreThanMax) {
-  (void)listeners.add(request(kFirst), kFirst, 1);
-  (void)listeners.add(request(kSecond), kSecond, 1);
-  EXPECT_EQ(listeners.add(request(tims::Address(3)), tims::Address(3), 1), Added::kFull);
-  EXPECT_EQ(listeners.add_once(request(tims::Address(3))), Added::kFull);
-  EXPECT_EQ(listeners.add_once(request(kSecond)), Added::kAgain);
+  (void)listeners.add(request(kFirst), kSource, kFirst, 1);
+  (void)listeners.add(request(kSecond), kSource, kSecond, 1);
+  EXPECT_EQ(listeners.add(request(tims::Address(3)), kSource, tims::Address(3), 1), Added::kFull);
+  EXPECT_EQ(listeners.add_once(request(tims::Address(3)), kSource), Added::kFull);
+  EXPECT_EQ(listeners.add_once(request(kSecond), kSource), Added::kAgain);
   EXPECT_TRUE(listeners.remove(kFirst));
   EXPECT_FALSE(listeners.remove(kFirst));
-  EXPECT_EQ(listeners.add(request(tims::Address(3)), tims::Address(3), 1), Added::kNew);
+  EXPECT_EQ(listeners.add(request(tims::Address(3)), kSource, tims::Address(3), 1), Added::kNew);
+}
+
+TEST_F(ListenersTest, RareOnesAreThoseWithoutTheNewestDataSet) {
+  (void)listeners.add(request(kFirst), kSource, kFirst, 1);
+  (void)listeners.add(request(kSecond), kSource, kSecond, 2);
+  EXPECT_EQ(listeners.take_rare(due).size(), 2U) << "nothing was sent yet";
+  EXPECT_TRUE(listeners.take_rare(due).empty()) << "once a data set";
+  (void)listeners.take_due(due);
+  const auto rare = listeners.take_rare(due);
+  ASSERT_EQ(rare.size(), 1U);
+  EXPECT_EQ(rare[0].mailbox, kSecond);
+  (void)listeners.take_due(due);
+  EXPECT_TRUE(listeners.take_rare(due).empty()) << "both got the second";
+}
+
+TEST_F(ListenersTest, ThoseOfOnceGetTheNextDataSetOnly) {
+  (void)listeners.add_once(request(kFirst), kSource);
+  EXPECT_TRUE(listeners.take_rare(due).empty());
+}
+
+TEST(ListenersShare, OneWithMorePlacesGivesToOneWithFewer) {
+  Listeners listeners(4);
+  for (std::uint32_t i = 0; i < 4; ++i) {
+    const tims::Address mailbox(0x100 + i);
+    ASSERT_EQ(listeners.add(request(mailbox), kSource, mailbox, 1), Added::kNew);
+  }
+  EXPECT_FALSE(listeners.make_place(kSource)) << "its own";
+  for (std::uint32_t i = 0; i < 2; ++i) {
+    const auto given = listeners.make_place(kOther);
+    ASSERT_TRUE(given);
+    EXPECT_EQ(given->mailbox, tims::Address(0x103 - i)) << "the newest";
+    const tims::Address mailbox(0x200 + i);
+    EXPECT_EQ(listeners.add(request(mailbox), kOther, mailbox, 1), Added::kNew);
+  }
+  EXPECT_FALSE(listeners.make_place(kOther)) << "both have two";
+  EXPECT_TRUE(listeners.make_place(kFirst)) << "has none";
 }
 
 TEST_F(ListenersTest, AnOldReportDoesNotRemoveANewSubscription) {
@@ -97,7 +135,7 @@ TEST_F(ListenersTest, AnOldReportDoesNotRemoveANewSubscription) {
 TEST_F(ListenersTest, CountFromZeroAfterClearing) {
   (void)listeners.take_due(due);
   listeners.clear();
-  (void)listeners.add(request(kFirst), kFirst, 2);
+  (void)listeners.add(request(kFirst), kSource, kFirst, 2);
   EXPECT_TRUE(listeners.take_due(due).empty());
   EXPECT_EQ(listeners.take_due(due).size(), 1U);
 }

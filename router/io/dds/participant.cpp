@@ -268,6 +268,21 @@ void spread(eprosima::fastrtps::Duration_t& period, std::uint64_t random) {
   period = dds_duration(Duration(period.to_ns() / kSteps * steps));
 }
 
+// By default the library derives the prefix of a host from its addresses, once a process: routers
+// that start before their networks would all be on the same host.
+void identify(fast::DomainParticipantQos& qos, std::uint64_t epoch, std::uint64_t generation) {
+  auto& prefix = qos.wire_protocol().prefix;
+  if (prefix != rtps::c_GuidPrefix_Unknown) return;  // set by a profile
+  constexpr std::uint64_t kVendor = 0x010F;          // eProsima's
+  const auto put = [&](std::size_t at, std::size_t bytes, std::uint64_t value) {
+    for (std::size_t i = bytes; i-- > 0; value >>= 8)
+      prefix.value[at + i] = static_cast<rtps::octet>(value);
+  };
+  put(0, 2, kVendor);
+  put(2, 8, epoch);
+  put(10, 2, generation);
+}
+
 void announce(fast::DomainParticipantQos& qos, const link::Announcement& announcement) {
   qos.name(fmt::format("tims-router {}", announcement.identity.name.view()).c_str());
   std::vector<rtps::octet> octets;
@@ -376,6 +391,7 @@ DdsParticipant::DdsParticipant(const DdsSettings& settings, fast::DomainParticip
       discovery_(std::make_unique<Discovery>(settings.fleet, wanted, events_)),
       arrival_(std::make_unique<Arrival>(events_)) {
   announce(qos, wanted.self);
+  identify(qos, wanted.self.identity.epoch, wanted.generation);
   carry(qos, traffic_, metatraffic_);
   participant_ = require(fast::DomainParticipantFactory::get_instance()->create_participant(
                              settings.domain, qos, discovery_.get(), fast::StatusMask::none()),

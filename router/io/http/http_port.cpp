@@ -29,11 +29,11 @@ Clocks read_clocks() {
 
 }  // namespace
 
-HttpPort::HttpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
+HttpPort::HttpPort(Loop& loop, core::Router& router, Log& log, core::QueueShares& shares,
                    const AdminSource& source, const HttpPortSettings& settings)
     : loop_(loop),
       router_(router),
-      pool_(pool),
+      shares_(shares),
       settings_(settings),
       half_messages_(settings.message_max),
       server_(loop, log, pages(source),
@@ -73,16 +73,18 @@ void HttpPort::set_ping_interval(Duration interval) {
 
 // --- Port
 
-Outcome HttpPort::deliver(Time /*now*/, const core::Receiver& to, const core::Message& message) {
+Outcome HttpPort::deliver(Time now, const core::Receiver& to, const core::Message& message) {
   Client* client = find(to.token, to.client);
-  if (client == nullptr || client->closing) return Outcome::kClientGone;
+  if (client == nullptr || client->closing || client->given_up) return Outcome::kClientGone;
   touch(*client);
+  shares_.set_now(now);
   return client->output.add(message.bytes, router_.settings().classes.waits_with(message.header));
 }
 
-void HttpPort::reply(Time /*now*/, const core::Receiver& to, const Header& header) {
+void HttpPort::reply(Time now, const core::Receiver& to, const Header& header) {
   Client* client = find(to.token, to.client);
-  if (client == nullptr || client->closing) return;
+  if (client == nullptr || client->closing || client->given_up) return;
+  shares_.set_now(now);
   std::array<std::byte, kHeaderSize> bytes;
   wire::encode_header(header, bytes);
   touch(*client);
@@ -93,12 +95,19 @@ void HttpPort::close(const core::Receiver& receiver, CloseReason reason) {
   Client* client = find(receiver.token, receiver.client);
   if (client == nullptr || client->closing) return;
   client->closing = true;
+  if (client->given_up) return;
   send_close(*client, WebSocketClose::kPolicy, std::string(core::sentence(reason)));
 }
 
 void HttpPort::flush(Time now) {
-  for (Client* client : touched_) {
+  // Others may be touched meanwhile: they give memory to this one.
+  for (std::size_t i = 0; i < touched_.size(); ++i) {
+    Client* client = touched_[i];
     client->touched = false;
+    if (client->given_up) {
+      end_given_up(now, *client);
+      continue;
+    }
     report_replaced(now, *client);
     write_next(now, *client);
   }
@@ -131,7 +140,7 @@ bool HttpPort::drained() const {
 HttpPort::Client::Client(HttpPort& its_port, std::string from)
     : port(its_port),
       peer(std::move(from)),
-      output(its_port.pool_, its_port.settings_.queue_bytes_max,
+      output(its_port.shares_, *this, its_port.settings_.queue_bytes_max,
              its_port.router_.settings().classes) {}
 
 void HttpPort::upgrade(StreamSocket socket, const HttpRequest& request, const std::string& peer) {
@@ -185,6 +194,27 @@ void HttpPort::refuse_length(Time now, Client& client, const Header& header, std
                         : fmt::format("{} bytes are not a TiMS message: its header has 16", size));
 }
 
+void HttpPort::Client::on_dropped(const core::LossCounts& dropped) {
+  output.add_replaced(dropped);
+  port.touch(*this);
+}
+
+// There is no time for a closing handshake: the frame that is being written is in this memory.
+void HttpPort::Client::give_up() {
+  session->drop();
+  writing = false;
+  given_up = true;
+  output.clear(lost);
+  port.touch(*this);
+}
+
+void HttpPort::end_given_up(Time now, Client& client) {
+  report_replaced(now, client);
+  router_.on_lost(now, PortKind::kWebSocket, client.id, Outcome::kClientGone, client.lost);
+  forget(now, client, CloseReason::kOutOfMemory);
+  erase(now, client);
+}
+
 // Its memory is freed with the session: there is no time for a closing handshake.
 void HttpPort::bound_half_messages(Client& client, std::size_t bytes) {
   const Time now = os::now();
@@ -213,6 +243,7 @@ void HttpPort::refuse_text(Client& client) {
 // --- output
 
 void HttpPort::on_written(Client& client) {
+  shares_.set_now(os::now());
   client.writing = false;
   client.output.end_frame();
   if (!client.output.empty()) router_.on_progress(client.id);

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "base/slot_map.h"
-#include "router/core/byte_chain.h"
+#include "router/core/queue_shares.h"
 #include "router/core/router.h"
 #include "router/io/admin_source.h"
 #include "router/io/http/http_server.h"
@@ -35,7 +35,7 @@ struct HttpPortSettings {
 class HttpPort final : public core::Port {
  public:
   // `source`: the data shown by the pages.
-  HttpPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
+  HttpPort(Loop& loop, core::Router& router, Log& log, core::QueueShares& shares,
            const AdminSource& source, const HttpPortSettings& settings);
   ~HttpPort() override;
 
@@ -59,7 +59,7 @@ class HttpPort final : public core::Port {
   [[nodiscard]] bool drained() const override;
 
  private:
-  struct Client final : WebSocketSession::Listener {
+  struct Client final : WebSocketSession::Listener, core::QueueOwner {
     Client(HttpPort& port, std::string from);
 
     void on_open() override { port.welcome(*this); }
@@ -71,15 +71,21 @@ class HttpPort final : public core::Port {
       port.on_end(*this, reason, unfinished);
     }
 
+    // core::QueueOwner
+    void on_dropped(const core::LossCounts& dropped) override;
+    void give_up() override;
+
     HttpPort& port;
     std::string peer;
     WebSocketOutput output;
+    core::LossCounts lost{};  // when it was given up
     std::shared_ptr<WebSocketSession> session{};
     core::ClientId id{};  // kNoClient until the handshake is done
     std::uint32_t token = 0;
-    bool touched = false;  // to be processed at the next flush
-    bool writing = false;  // a frame is being written
-    bool closing = false;  // unknown to the router; a close frame with the reason is being sent
+    bool touched = false;   // to be processed at the next flush
+    bool writing = false;   // a frame is being written
+    bool given_up = false;  // without memory and session; removed at the next flush
+    bool closing = false;   // unknown to the router; a close frame with the reason is being sent
   };
 
   [[nodiscard]] HttpPages pages(const AdminSource& source) const;
@@ -94,6 +100,7 @@ class HttpPort final : public core::Port {
   void on_end(Client& client, core::CloseReason reason, std::size_t unfinished);
 
   void report_replaced(Time now, Client& client);
+  void end_given_up(Time now, Client& client);
   void write_next(Time now, Client& client);
   void send_close(Client& client, WebSocketClose code, std::string text);
   void forget(Time now, Client& client, core::CloseReason reason);
@@ -104,7 +111,7 @@ class HttpPort final : public core::Port {
 
   Loop& loop_;
   core::Router& router_;
-  core::BlockPool& pool_;
+  core::QueueShares& shares_;
   HttpPortSettings settings_;
   bool stopping_ = false;
   base::SlotMap<Client> clients_;  // by token

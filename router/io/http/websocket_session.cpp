@@ -318,6 +318,11 @@ void WebSocketOutput::clear(core::LossCounts& lost) {
   in_frame_ = false;
 }
 
+void WebSocketOutput::add_replaced(const core::LossCounts& lost) {
+  for (std::size_t i = 0; i < lost.size(); ++i) replaced_[i].add(lost[i]);
+  has_replaced_ = true;
+}
+
 void WebSocketOutput::forget_replaced() {
   replaced_ = core::LossCounts{};
   has_replaced_ = false;

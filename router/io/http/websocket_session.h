@@ -15,6 +15,7 @@
 #include <string>
 
 #include "router/core/message_queue.h"
+#include "router/core/queue_shares.h"
 #include "router/core/statistics.h"
 #include "router/io/http/http_message.h"
 #include "router/io/http/stream_socket.h"
@@ -29,9 +30,10 @@ inline constexpr std::size_t kFramePiecesMax = 64;
 
 class WebSocketOutput {
  public:
-  WebSocketOutput(core::BlockPool& pool, std::uint64_t queue_bytes_max,
+  // `owner` is asked to give memory to others.
+  WebSocketOutput(core::QueueShares& shares, core::QueueOwner& owner, std::uint64_t queue_bytes_max,
                   const core::PriorityClasses& classes = core::kConventionalClasses)
-      : queue_(pool, queue_bytes_max, core::MessageQueue::Share::kFair, classes) {}
+      : queue_(shares, owner, queue_bytes_max, classes) {}
 
   void set_queue_bytes_max(std::uint64_t bytes) { queue_.set_bytes_max(bytes); }
 
@@ -49,6 +51,8 @@ class WebSocketOutput {
 
   // Drops all waiting messages. Precondition: no frame is being written.
   void clear(core::LossCounts& lost);
+  // Messages were dropped for others.
+  void add_replaced(const core::LossCounts& lost);
   // Messages replaced by newer ones since the last call; null when there are none.
   [[nodiscard]] const core::LossCounts* replaced() const {
     return has_replaced_ ? &replaced_ : nullptr;

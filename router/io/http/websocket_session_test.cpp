@@ -23,8 +23,10 @@ std::vector<std::byte> message(char name, std::size_t size = 20, std::uint8_t pr
   return bytes;
 }
 
-class WebSocketOutputTest : public testing::Test {
+class WebSocketOutputTest : public testing::Test, private core::QueueOwner {
  protected:
+  void on_dropped(const core::LossCounts& lost) override { output_.add_replaced(lost); }
+  void give_up() override {}
   static constexpr std::size_t kBlocks = 1000;
 
   Outcome add(char name, std::size_t size = 20, std::uint8_t priority = 0) {
@@ -57,7 +59,8 @@ class WebSocketOutputTest : public testing::Test {
   std::unique_ptr<std::byte[]> memory_{
       std::make_unique<std::byte[]>((kBlocks + 1) * BlockPool::kBlockSize)};
   BlockPool pool_{{aligned(memory_.get()), kBlocks* BlockPool::kBlockSize}};
-  WebSocketOutput output_{pool_, 1 << 20};
+  core::QueueShares shares_{pool_};
+  WebSocketOutput output_{shares_, *this, 1 << 20};
   bool last_ = false;
   int frames_ = 0;
 

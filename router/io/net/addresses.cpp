@@ -59,13 +59,13 @@ bool has_change(Bytes rest) {
   return false;
 }
 
+}  // namespace
+
 bool is_any(const NetAddress& address) {
   const auto& ip = address.ip;
   const auto last = address.is_v4() ? ip.begin() + 12 : ip.begin();
   return std::all_of(last, ip.end(), [](std::uint8_t byte) { return byte == 0; });
 }
-
-}  // namespace
 
 // --- system addresses
 

@@ -33,6 +33,9 @@ struct SystemAddress {
   [[nodiscard]] link::NetAddress net_address() const;  // port 0 for an unknown family
 };
 
+// 0.0.0.0 or ::
+bool is_any(const link::NetAddress& address);
+
 // For a socket of this family; empty when it cannot reach the address (IPv6 from an IPv4 socket).
 std::optional<SystemAddress> system_address(const link::NetAddress& address, int family);
 // For a socket of the address's own family.

@@ -6,6 +6,7 @@
 #include <cstring>
 #include <new>
 
+#include <netinet/in.h>
 #include <netinet/udp.h>
 #include <sys/socket.h>
 
@@ -105,6 +106,13 @@ struct Call {
     return true;
   }
 };
+
+bool is_loopback(const link::NetAddress& address) {
+  if (address.is_v4()) return address.ip[12] == IN_LOOPBACKNET;
+  link::NetAddress loopback{};
+  loopback.ip[15] = 1;
+  return address.ip == loopback.ip;
+}
 
 Sent meaning_of(int error) {
   switch (error) {
@@ -221,6 +229,13 @@ void UdpSocket::request_buffers() {
   if (!set(fd(), SOL_SOCKET, SO_SNDBUFFORCE, bytes)) set(fd(), SOL_SOCKET, SO_SNDBUF, bytes);
   receive_buffer_bytes_ = buffer_size(fd(), SO_RCVBUF);
   send_buffer_bytes_ = buffer_size(fd(), SO_SNDBUF);
+}
+
+bool UdpSocket::can_reach(const link::NetAddress& to) const {
+  const bool any = is_any(local_);
+  if (family_ == AF_INET && !to.is_v4()) return false;
+  if (!any && local_.is_v4() != to.is_v4()) return false;
+  return any || !is_loopback(local_) || is_loopback(to);
 }
 
 // PROBE: does not fragment, and ignores ICMP messages about the path, which are easily forged:

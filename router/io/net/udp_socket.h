@@ -113,6 +113,9 @@ class UdpSocket final : public link::DatagramSender {
 
   [[nodiscard]] int fd() const { return file_.get(); }
   [[nodiscard]] const link::NetAddress& local() const { return local_; }
+  // False: no datagram of this socket can go there, because of its family, or because it is bound
+  // to the loopback or to one IPv6 address.
+  [[nodiscard]] bool can_reach(const link::NetAddress& to) const;
   // True when no interface had this address yet at opening.
   [[nodiscard]] bool is_early() const { return is_early_; }
 

@@ -261,6 +261,23 @@ TEST(UdpSocket, ClassOfServiceArrives) {
 
 // --- With an interface as narrow as Ethernet
 
+TEST(UdpSocketTest, KnowsWhatItCanReach) {
+  const auto at = [](const char* host) { return *numeric_address(host, 2010); };
+  struct Case {
+    const char* from;
+    std::vector<const char*> yes;
+    std::vector<const char*> no;
+  };
+  for (const Case& c : {Case{"0.0.0.0", {"10.9.1.1", "127.0.0.1"}, {"fd00::1", "::1"}},
+                        Case{"127.0.0.1", {"127.0.0.1", "127.9.0.1"}, {"10.9.1.1", "::1"}},
+                        Case{"::", {"10.9.1.1", "fd00::1", "127.0.0.1", "::1"}, {}},
+                        Case{"::1", {"::1"}, {"127.0.0.1", "fd00::1", "10.9.1.1"}}}) {
+    const UdpSocket socket = open(c.from);
+    for (const char* to : c.yes) EXPECT_TRUE(socket.can_reach(at(to))) << c.from << " " << to;
+    for (const char* to : c.no) EXPECT_FALSE(socket.can_reach(at(to))) << c.from << " " << to;
+  }
+}
+
 class UdpNarrow : public testing::Test {
  protected:
   void SetUp() override {

@@ -1,0 +1,51 @@
+// The path of a message from router to router, as reported by the routers, and the link on it that
+// is broken.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/cli/admin_client.h"
+#include "tools/cli/context.h"
+#include "tools/cli/failure.h"
+
+namespace timsctl {
+
+struct Step {
+  std::optional<tims::Address> router;  // empty: the router of the connection
+  std::string name;
+  json::object answer;  // to the request "route"
+};
+
+struct Path {
+  std::vector<Step> steps;
+  bool reached = false;                // the last router has the mailbox
+  std::optional<std::string> failure;  // a router did not answer, or there is a loop
+};
+
+// Starts at the router of `first`.
+Path find_path(const AdminClient& first, std::optional<tims::Address> from, tims::Address to,
+               std::int8_t type);
+
+// Asks all routers of the fleet which one has the mailbox. Empty: none has it.
+std::optional<Step> find_owner(const AdminClient& first, tims::Address mailbox);
+
+struct BrokenLink {
+  std::string cause;   // one sentence
+  std::string remedy;  // a command, or what to do
+};
+
+// Of the routers on the path: a link to the system of `to`, or the link upwards at its end, that is
+// not up.
+std::optional<BrokenLink> broken_link(const AdminClient& first, const Path& path, tims::Address to);
+
+// The same for a component that does not answer. Empty also when the routers do not know.
+std::optional<BrokenLink> broken_link_to(Context& context, Connection& connection,
+                                         tims::Address to);
+
+// The failure with the broken link that explains it, if there is one.
+Failure with_broken_link(Context& context, Connection& connection, tims::Address to,
+                         Failure failure);
+
+}  // namespace timsctl
