@@ -65,7 +65,7 @@ constexpr double kClosedOff = 400;  // mm
 constexpr double kClosedTurn = radians(4);
 constexpr double kClosedContradictionMost = 0.3;
 constexpr double kLinkedWay = 4000;  // mm: nearer places are linked already
-constexpr int kPassesMost = 3;
+constexpr int kPassesMost = 2;
 constexpr double kViewEvery = 800;  // mm of travel between scans that are compared
 
 double length_of(const Pose& step) { return std::hypot(step.x, step.y); }
@@ -142,7 +142,7 @@ class LoopCloser {
     if (widest <= kWide) {
       if (near.size() > kPlacesMax) near.resize(kPlacesMax);
       look_near(at, near);
-    } else if (travelled(at) - looked_far_at_ >= std::min(kWideEvery * widest, kWideEveryMost)) {
+    } else if (travelled(at) - looked_far_at_ >= far_every(widest)) {
       looked_far_at_ = travelled(at);
       if (near.size() > kWidePlacesMax) near.resize(kWidePlacesMax);
       look_far(at, near);
@@ -188,6 +188,11 @@ class LoopCloser {
            travelled(stretch.last + 1) - travelled(at) <= reach && stretch.last - at < scans_max)
       ++stretch.last;
     return stretch;
+  }
+
+  // mm of travel between searches in large windows: most of them fail again in the second pass.
+  [[nodiscard]] double far_every(double widest) const {
+    return (is_first_ ? 1 : 2) * std::min(kWideEvery * widest, kWideEveryMost);
   }
 
   // The nearest keyframe of each pass, and the nearest of those.
@@ -257,7 +262,8 @@ class LoopCloser {
     const Covered covered = covered_points(edge, here, there, index, weakest);
     if (covered.all.share() < share_least || covered.part() < kLoopsCoveredLeast)
       return std::nullopt;
-    if (covered.weak.covered < kWeakLeast * static_cast<double>(covered.all.covered)) {
+    if (static_cast<double>(covered.weak.covered) <
+        kWeakLeast * static_cast<double>(covered.all.covered)) {
       forget(weakest, edge.information);
     } else if (covered.weak.share() < share_least - kWeakMargin) {
       return std::nullopt;

@@ -6,6 +6,7 @@
 #include <fmt/core.h>
 
 #include "components/mapping/calibration.h"
+#include "components/mapping/moving.h"
 #include "components/mapping/occupancy.h"
 #include "components/mapping/refine.h"
 
@@ -131,6 +132,7 @@ tims::Result<MadeMap> make_map(const Drive& recorded, const MapSettings& setting
   if (track->keyframes.empty())
     return tims::Error(tims::Errc::kMalformed,
                        "no scan has enough points to make a map of: does the scanner see walls?");
+  (void)forget_moving(*track);
   const auto loops = close_loops(*track, progress);
   if (!loops) return stopped();
   const auto edges = refine(*track, *loops, settings.rounds, progress);

@@ -1,11 +1,15 @@
 // What scans see of each other's walls.
 #include "components/mapping/view.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "components/mapping/building_fixture.h"
 #include "components/mapping/doubts.h"
 #include "components/mapping/keyframes.h"
+#include "components/mapping/moving.h"
 
 namespace rack::mapping {
 
@@ -58,6 +62,34 @@ TEST(View, CountsOnlyWalls) {
   EXPECT_EQ(further.seen, 1U);
   EXPECT_EQ(further.seen_through, 0U);
   EXPECT_DOUBLE_EQ(Agreement{}.contradiction(), 0);
+}
+
+// A board that is carried two metres ahead of the robot is forgotten, the walls are not.
+TEST(Moving, IsForgotten) {
+  Building building(3);
+  Drive drive = building.drive(6000, 200, 0);
+  for (DriveScan& scan : drive.scans)
+    for (std::size_t i = 0; i < scan.count; ++i) {
+      BeamEnd& end = drive.ends[scan.begin + i];
+      const float part = 2000 / end.x;
+      if (end.x > 2000 && std::abs(part * end.y) < 300) end = {2000, part * end.y};
+    }
+  auto track = follow(drive, go_on);
+  ASSERT_TRUE(track.has_value());
+  for (std::size_t i = 0; i < track->poses.size(); ++i)
+    track->poses[i] = building.truth()[track->keyframes[i].scan];
+  std::size_t walls = 0;
+  for (const Keyframe& keyframe : track->keyframes)
+    walls += static_cast<std::size_t>(
+        std::ranges::count_if(keyframe.points, &ScanPoint2d::on_wall));
+  const std::size_t forgotten = forget_moving(*track);
+  EXPECT_LT(forgotten, walls / 5);
+  const Keyframe& middle = track->keyframes[track->keyframes.size() / 2];
+  std::size_t boards = 0;
+  for (const ScanPoint2d& p : middle.points)
+    if (p.on_wall() && std::abs(p.x - 2000) < 50 && std::abs(p.y) < 300) ++boards;
+  EXPECT_EQ(boards, 0U);
+  EXPECT_EQ(forget_moving(*track), 0U);
 }
 
 // True poses contradict nothing; a second round that is drawn a metre beside the first one does.

@@ -158,8 +158,10 @@ class Robot {
       const double middle = std::atan2(relative.y, relative.x);
       for (std::size_t i = 0; i < ranges.size(); ++i) {
         const double angle = -kPi / 2 + static_cast<double>(i) * step;
-        if (std::abs(signed_angle(angle - middle)) * range < kPersonRadius)
-          ranges[i] = std::min(ranges[i], range);
+        const double beside = range * std::sin(signed_angle(angle - middle));
+        if (std::cos(angle - middle) < 0 || std::abs(beside) >= kPersonRadius) continue;
+        const double front = std::sqrt(kPersonRadius * kPersonRadius - beside * beside);
+        ranges[i] = std::min(ranges[i], range * std::cos(angle - middle) - front);
       }
     }
   }
