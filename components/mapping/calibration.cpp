@@ -12,9 +12,9 @@ namespace rack::mapping {
 namespace {
 
 constexpr std::size_t kStepsLeast = 100;
-constexpr double kStepMost = 1000;                  // mm: a gap in the log
+constexpr double kStepMost = 1000;                    // mm: a gap in the log
 constexpr double kKnownDistance = 1 / (20.0 * 20.0);  // 1/mm2: scans determine the step
-constexpr double kKnownTurn = 1 / (0.006 * 0.006);  // 1/rad2
+constexpr double kKnownTurn = 1 / (0.006 * 0.006);    // 1/rad2
 constexpr int kCalibrationRounds = 10;
 constexpr double kScaleMost = 0.15;
 constexpr double kAsideMost = 0.06;
@@ -38,7 +38,8 @@ std::vector<Step> steps_of(const Track& track) {
     if (std::hypot(odometry.step.x, odometry.step.y) > kStepMost) continue;
     if (scans.information(2, 2) < kKnownTurn) continue;
     const Eigen::Matrix2d known = scans.information.topLeftCorner<2, 2>();
-    const double weakest = known.trace() / 2 - std::hypot((known(0, 0) - known(1, 1)) / 2, known(0, 1));
+    const double weakest =
+        known.trace() / 2 - std::hypot((known(0, 0) - known(1, 1)) / 2, known(0, 1));
     steps.push_back({odometry.step, scans.step, weakest > kKnownDistance});
   }
   return steps;
@@ -66,8 +67,8 @@ class Regression {
         b += weight * row.y * x;
       }
       found = h.inverse() * b;
-      std::ranges::nth_element(residuals, residuals.begin() +
-                                              static_cast<std::ptrdiff_t>(residuals.size() / 2));
+      std::ranges::nth_element(
+          residuals, residuals.begin() + static_cast<std::ptrdiff_t>(residuals.size() / 2));
       cut = std::max(1e-9, 2 * residuals[residuals.size() / 2]);
     }
     return found;
@@ -103,16 +104,19 @@ Calibration calibrate(const Track& track) {
     turn.add(step.odometry.x, signed_angle(step.odometry.rho),
              signed_angle(step.scans.rho - step.odometry.rho));
   }
-  if (along.rows() < kStepsLeast || turn.rows() < kStepsLeast) return {};
-  const Eigen::Vector2d turned = turn.solve(1, 1e-3);
-  const Calibration found{.scale = 1 + along.solve(1, 1)[0],
-                          .aside = aside.solve(1, 1)[0],
-                          .turn_scale = 1 + turned[1],
-                          .drift = turned[0]};
-  const bool is_possible = std::abs(found.scale - 1) < kScaleMost &&
-                           std::abs(found.aside) < kAsideMost &&
-                           std::abs(found.turn_scale - 1) < kTurnScaleMost &&
-                           std::abs(found.drift) < kDriftMost;
+  Calibration found;
+  if (along.rows() >= kStepsLeast) {
+    found.scale += along.solve(1, 1)[0];
+    found.aside = aside.solve(1, 1)[0];
+  }
+  if (turn.rows() >= kStepsLeast) {
+    const Eigen::Vector2d turned = turn.solve(1, 1e-3);
+    found.turn_scale += turned[1];
+    found.drift = turned[0];
+  }
+  const bool is_possible =
+      std::abs(found.scale - 1) < kScaleMost && std::abs(found.aside) < kAsideMost &&
+      std::abs(found.turn_scale - 1) < kTurnScaleMost && std::abs(found.drift) < kDriftMost;
   return is_possible ? found : Calibration{};
 }
 

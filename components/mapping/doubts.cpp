@@ -6,9 +6,9 @@ namespace rack::mapping {
 
 namespace {
 
-constexpr double kDoubtsEvery = 500;       // mm of travel between scans that are compared
-constexpr double kDoubtsGap = 6000;        // mm of travel to another pass
-constexpr double kDoubtsSeen = 6000;       // mm between scans with a common view
+constexpr double kDoubtsEvery = 500;         // mm of travel between scans that are compared
+constexpr double kDoubtsGap = 6000;          // mm of travel to another pass
+constexpr double kDoubtsSeen = 6000;         // mm between scans with a common view
 constexpr std::size_t kDoubtsScansMax = 30;  // of other passes
 constexpr std::size_t kDoubtsPointsLeast = 60;
 constexpr double kDoubtsShareMost = 0.25;

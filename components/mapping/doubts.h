@@ -14,10 +14,10 @@
 namespace rack::mapping {
 
 struct Doubts {
-  double compared = 0;               // mm of travel along which there was another pass
-  double distance = 0;               // mm of travel that is contradicted
-  std::vector<MapPoint> places{};    // of the robot there
-  std::vector<MapPoint> walls{};     // that were seen through from there, or that it saw through
+  double compared = 0;             // mm of travel along which there was another pass
+  double distance = 0;             // mm of travel that is contradicted
+  std::vector<MapPoint> places{};  // of the robot there
+  std::vector<MapPoint> walls{};   // that were seen through from there, or that it saw through
 };
 
 // Nothing: stopped by `progress`.

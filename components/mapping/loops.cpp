@@ -21,12 +21,12 @@ constexpr std::size_t kPlacesMax = 4;  // candidates of one search
 constexpr double kGrain = 120;         // mm between points used in the search
 constexpr double kNearView = 16000;    // mm around a place, of points used in the search
 constexpr double kLoopsScoreLeast = 0.35;
-constexpr double kMatchShareLeast = 0.3;   // of all points
-constexpr double kLoopsShareLeast = 0.7;   // of those that the other stretch can see
+constexpr double kMatchShareLeast = 0.3;    // of all points
+constexpr double kLoopsShareLeast = 0.7;    // of those that the other stretch can see
 constexpr double kLoopsCoveredLeast = 0.4;  // share of points that it can see
-constexpr double kWeakLeast = 0.04;  // share of points below which a direction is not determined
+constexpr double kWeakLeast = 0.1;  // share of points below which a direction is not determined
 constexpr double kWeakMargin = 0.1;
-constexpr float kOnWall = 100;  // mm
+constexpr float kOnWall = 100;           // mm
 constexpr double kLoopsMisfitMost = 50;  // mm
 constexpr double kContradictionMost = 0.15;
 // Conditions for a second match that confirms a loop.
@@ -51,9 +51,9 @@ constexpr double kWideScoreLeast = 0.4;
 constexpr double kWideShareLeast = 0.75;
 constexpr double kWideEvery = 0.15;  // of the window, mm of travel between searches
 constexpr double kWideEveryMost = 4000;
-constexpr double kAlike = 0.93;          // of the best score: fits about as well
-constexpr double kOtherPlace = 1500;     // mm from the best
-constexpr double kAcrossLeast = 0.12;    // share of the walls that determine the weaker direction
+constexpr double kAlike = 0.93;            // of the best score: fits about as well
+constexpr double kOtherPlace = 1500;       // mm from the best
+constexpr double kAcrossLeast = 0.12;      // share of the walls that determine the weaker direction
 constexpr double kWideSecondMost = 30000;  // mm of travel
 constexpr double kWideSameDistance = 500;  // mm
 constexpr double kWideSameByDistance = 0.03;
@@ -111,8 +111,7 @@ Weakest weakest_of(std::span<const ScanPoint2d> points) {
   const double all = xx + yy;
   if (all <= 0) return {};
   const double strongest = std::atan2(2 * xy, xx - yy) / 2;
-  return {-std::sin(strongest), std::cos(strongest),
-          0.5 - std::hypot(xx - yy, 2 * xy) / (2 * all)};
+  return {-std::sin(strongest), std::cos(strongest), 0.5 - std::hypot(xx - yy, 2 * xy) / (2 * all)};
 }
 
 struct Stretch {
@@ -236,12 +235,12 @@ class LoopCloser {
       ++loops_.tried;
       const Stretch there = place_around(place, kPlace, at);
       const auto others = points_around(track_, there.first, there.last, track_.poses[place]);
-      const auto found =
-          ScanSearch(near_points(there, track_.poses[place], kNearView)).find(few, track_.poses[at] - track_.poses[place],
-                                  uncertainty_.window(place), kLoopsScoreLeast);
+      const auto found = ScanSearch(near_points(there, track_.poses[place], kNearView))
+                             .find(few, track_.poses[at] - track_.poses[place],
+                                   uncertainty_.window(place), kLoopsScoreLeast);
       if (!found) continue;
-      const auto edge = verified(at, place, points, others, found->pose, kLoopsStretch,
-                                 kLoopsShareLeast);
+      const auto edge =
+          verified(at, place, points, others, found->pose, kLoopsStretch, kLoopsShareLeast);
       if (edge) consider({.edge = *edge});
     }
   }
@@ -314,8 +313,8 @@ class LoopCloser {
         ++covered.points;
         const bool on_wall = index.nearest(p, kOnWall) != nullptr;
         const auto is_seen = [&](std::size_t j) {
-          const Pose seen = track_.poses[edge.from] + Pose{.x = static_cast<double>(p.x),
-                                                           .y = static_cast<double>(p.y)} -
+          const Pose seen = track_.poses[edge.from] +
+                            Pose{.x = static_cast<double>(p.x), .y = static_cast<double>(p.y)} -
                             track_.poses[j];
           return track_.keyframes[j].view.judge(seen.x, seen.y) != Seen::kUnknown;
         };
@@ -352,8 +351,7 @@ class LoopCloser {
         const Pose step = track_.poses[j] - pose;
         if (length_of(step) > kWideView) continue;
         all.add(track_.keyframes[i].view.judge(track_.keyframes[j].points, step));
-        all.add(track_.keyframes[j].view.judge(track_.keyframes[i].points,
-                                               pose - track_.poses[j]));
+        all.add(track_.keyframes[j].view.judge(track_.keyframes[i].points, pose - track_.poses[j]));
       }
     }
     return all;
@@ -385,16 +383,15 @@ class LoopCloser {
     for (const std::size_t place : near) {
       ++loops_.tried;
       const Stretch there = place_around(place, kWidePlace, at);
-      const auto others =
-          near_points(there, track_.poses[place], kWidePlace + kWideView);
+      const auto others = near_points(there, track_.poses[place], kWidePlace + kWideView);
       const ScanSearch search(others, kWideCell, kWideLevels);
       const Pose middle = track_.poses[at] - track_.poses[place];
       const Window window = uncertainty_.window(place);
       const auto found = search.find(few, middle, window, std::max(kWideScoreLeast, kAlike * best));
       if (!found) continue;
       add_fit(at, place, points, others, *found, fits);
-      const auto other = search.find(few, middle, window, kAlike * found->score,
-                                     {found->pose, kOtherPlace});
+      const auto other =
+          search.find(few, middle, window, kAlike * found->score, {found->pose, kOtherPlace});
       if (other) add_fit(at, place, points, others, *other, fits);
       best = std::max(best, found->score);
     }
@@ -404,8 +401,8 @@ class LoopCloser {
   void add_fit(std::size_t at, std::size_t place, std::span<const ScanPoint2d> points,
                std::span<const ScanPoint2d> others, const ScanSearch::Found& found,
                std::vector<Fit>& fits) const {
-    const auto edge = verified(at, place, points, others, found.pose, kWideStretch,
-                               kWideShareLeast);
+    const auto edge =
+        verified(at, place, points, others, found.pose, kWideStretch, kWideShareLeast);
     if (edge) fits.push_back({*edge, found.score});
   }
 
@@ -476,8 +473,7 @@ class LoopCloser {
     const Edge& b = other.edge;
     const bool is_wide = one.is_wide || other.is_wide;
     const double apart = std::abs(travelled(a.to) - travelled(b.to));
-    if (apart < kSecondDistanceLeast ||
-        apart > (is_wide ? kWideSecondMost : kSecondDistanceMost))
+    if (apart < kSecondDistanceLeast || apart > (is_wide ? kWideSecondMost : kSecondDistanceMost))
       return false;
     if (!is_wide && std::abs(travelled(a.from) - travelled(b.from)) > kSecondPlaceMost)
       return false;

@@ -55,7 +55,8 @@ void each_beam(const Drive& drive, const DriveScan& scan, const Pose& robot, dou
                const Take& take) {
   const Pose from = robot + scan.scanner;
   for (const BeamEnd& beam : drive.beams(scan)) {
-    const Pose to = robot + Pose{.x = static_cast<double>(beam.x), .y = static_cast<double>(beam.y)};
+    const Pose to =
+        robot + Pose{.x = static_cast<double>(beam.x), .y = static_cast<double>(beam.y)};
     if (std::hypot(to.x - from.x, to.y - from.y) > range_max) continue;
     take(MapPoint{from.x, from.y}, MapPoint{to.x, to.y});
   }

@@ -2,9 +2,9 @@
 //
 // Five steps: each scan is matched against those before it (keyframes.h); places that were visited
 // again are found (loops.h); all scans are matched against all that see the same walls, alternating
-// with an optimisation of all poses (Lu and Milios 1997); the scans are searched for walls that other
-// scans see through (doubts.h); and cells are classified as free or occupied by counting the beams
-// that end in them and that pass through them.
+// with an optimisation of all poses (Lu and Milios 1997); the scans are searched for walls that
+// other scans see through (doubts.h); and cells are classified as free or occupied by counting the
+// beams that end in them and that pass through them.
 #pragma once
 
 #include "components/localisation/grid_map.h"

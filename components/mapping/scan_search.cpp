@@ -8,8 +8,8 @@ namespace rack::mapping {
 
 namespace {
 
-constexpr std::int32_t kBlur = 2;        // cells around a point
-constexpr double kBlurDeviation = 1.2;   // cells
+constexpr std::int32_t kBlur = 2;       // cells around a point
+constexpr double kBlurDeviation = 1.2;  // cells
 constexpr std::int64_t kScanSearchCellsMax = 8'000'000;
 constexpr double kTurnStep = radians(0.4);  // with cells of kCell
 constexpr double kTurnStepMost = radians(0.7);

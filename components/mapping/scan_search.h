@@ -47,8 +47,8 @@ class ScanSearch {
                                           const Window& window, double least,
                                           const Except& except = {}) const;
 
-  static constexpr double kCell = 50;         // mm
-  static constexpr std::size_t kLevels = 6;   // squares of the last level have sides of 32 cells
+  static constexpr double kCell = 50;        // mm
+  static constexpr std::size_t kLevels = 6;  // squares of the last level have sides of 32 cells
 
  private:
   // How many points have a wall of each direction.

@@ -47,8 +47,7 @@ Uncertainty::Uncertainty(const Track& track, std::span<const Edge> loops) {
     }
     station_of_.push_back(stations_.size() - 1);
   }
-  for (const Edge& loop : loops)
-    connect(station_of_[loop.from], station_of_[loop.to], kLoopWay);
+  for (const Edge& loop : loops) connect(station_of_[loop.from], station_of_[loop.to], kLoopWay);
 }
 
 void Uncertainty::connect(std::size_t a, std::size_t b, double mm) {
@@ -73,9 +72,7 @@ void Uncertainty::look_from(std::size_t at) {
       if (way + mm >= sums_[j].way) continue;
       const double x = (stations_[i].x + stations_[j].x) / 2 - x_;
       const double y = (stations_[i].y + stations_[j].y) / 2 - y_;
-      sums_[j] = {.way = way + mm,
-                  .x = sums_[i].x + mm * x,
-                  .y = sums_[i].y + mm * y};
+      sums_[j] = {.way = way + mm, .x = sums_[i].x + mm * x, .y = sums_[i].y + mm * y};
       open.emplace(way + mm, j);
     }
   }
@@ -88,8 +85,7 @@ Window Uncertainty::window(std::size_t place) const {
   // A drift of the heading moves the end by its lever at each part of the way: their sum.
   const double moved = kDriftByWay * std::hypot(sums.x, sums.y);
   const double by_way = std::min(kNearByWay * sums.way, kFarLeast + kFarByWay * sums.way);
-  const double turn =
-      std::min(kTurnNearByWay * sums.way, kTurnFarLeast + kDriftByWay * sums.way);
+  const double turn = std::min(kTurnNearByWay * sums.way, kTurnFarLeast + kDriftByWay * sums.way);
   return {.distance = std::min(kWindowLeast + by_way + moved, kWindowMost),
           .turn = std::min(kTurnLeast + turn, kTurnMost)};
 }

@@ -51,8 +51,8 @@ TEST(View, MovesWithItsScanner) {
 
 TEST(View, CountsOnlyWalls) {
   const View view(wall_ahead(), {});
-  const std::vector<ScanPoint2d> points{{2000, 0, -1, 0}, {4000, 0, -1, 0}, {2000, 0, 0, 0},
-                                        {9000, 0, -1, 0}};
+  const std::vector<ScanPoint2d> points{
+      {2000, 0, -1, 0}, {4000, 0, -1, 0}, {2000, 0, 0, 0}, {9000, 0, -1, 0}};
   const Agreement here = view.judge(points, {});
   EXPECT_EQ(here.seen, 1U);
   EXPECT_EQ(here.seen_through, 1U);
@@ -80,8 +80,8 @@ TEST(Moving, IsForgotten) {
     track->poses[i] = building.truth()[track->keyframes[i].scan];
   std::size_t walls = 0;
   for (const Keyframe& keyframe : track->keyframes)
-    walls += static_cast<std::size_t>(
-        std::ranges::count_if(keyframe.points, &ScanPoint2d::on_wall));
+    walls +=
+        static_cast<std::size_t>(std::ranges::count_if(keyframe.points, &ScanPoint2d::on_wall));
   const std::size_t forgotten = forget_moving(*track);
   EXPECT_LT(forgotten, walls / 5);
   const Keyframe& middle = track->keyframes[track->keyframes.size() / 2];

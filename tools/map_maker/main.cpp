@@ -191,8 +191,7 @@ void announce(const Wanted& wanted, const Drive& drive) {
   fmt::print(stderr,
              "map-maker: by the odometry, the map will have about {:.0f} million cells of {:.0f} "
              "mm (at most {} million): --resolution and --range reduce it\n",
-             cells / 1e6, wanted.settings.resolution,
-             mapping::Occupancy::kCellsMax / 1'000'000);
+             cells / 1e6, wanted.settings.resolution, mapping::Occupancy::kCellsMax / 1'000'000);
 }
 
 void write_poses(const Wanted& wanted, const Drive& drive, std::span<const Pose> laser) {

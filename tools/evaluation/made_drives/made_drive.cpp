@@ -13,10 +13,10 @@ namespace rack::made_drives {
 
 namespace {
 
-constexpr double kSpeed = 0.5;       // m/s
-constexpr double kLookAhead = 700;   // mm along the route
-constexpr double kWaviness = 120;    // mm beside it
-constexpr double kWave = 9000;       // mm
+constexpr double kSpeed = 0.5;      // m/s
+constexpr double kLookAhead = 700;  // mm along the route
+constexpr double kWaviness = 120;   // mm beside it
+constexpr double kWave = 9000;      // mm
 constexpr double kTurnAtRest = radians(35);
 constexpr double kPersonRadius = 200;  // mm
 
@@ -35,8 +35,8 @@ class Line {
   [[nodiscard]] MapPoint at(double mm) const {
     mm = std::clamp(mm, 0.0, length());
     const auto next = std::ranges::upper_bound(begins_, mm);
-    const auto i = std::min<std::size_t>(static_cast<std::size_t>(next - begins_.begin()),
-                                         begins_.size() - 1);
+    const auto i =
+        std::min<std::size_t>(static_cast<std::size_t>(next - begins_.begin()), begins_.size() - 1);
     const double part = (mm - begins_[i - 1]) / (begins_[i] - begins_[i - 1]);
     const MapPoint& a = points_[i - 1];
     const MapPoint& b = points_[i];

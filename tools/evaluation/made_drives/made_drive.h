@@ -22,14 +22,14 @@ struct DriveKind {
   double scan_turn = radians(10);  // the largest turn between two scans
   double range_max = 80;           // m
   std::size_t beams = 181;
-  double range_noise = 0.015;    // m
-  double scale = 0.03;           // share of the distance, standard deviation over all drives
-  double drift = radians(0.7);   // rad per m, likewise
-  double turn_scale = 0.03;      // share of each turn, likewise
+  double range_noise = 0.015;        // m
+  double scale = 0.03;               // share of the distance, standard deviation over all drives
+  double drift = radians(0.7);       // rad per m, likewise
+  double turn_scale = 0.03;          // share of each turn, likewise
   double turn_noise = radians(1.5);  // rad for a metre
-  double slip_distance = 30;     // m between two slips
-  double slip_turn = radians(6);  // rad
-  double slip_length = 0.12;     // m
+  double slip_distance = 30;         // m between two slips
+  double slip_turn = radians(6);     // rad
+  double slip_length = 0.12;         // m
   std::size_t people = 3;
 };
 

@@ -14,7 +14,7 @@ struct Wanted {
   DriveKind kind{};
   std::uint32_t people = 3;
   std::uint32_t beams = 181;
-  double drift = 0.7;  // deg/m
+  double drift = 0.7;    // deg/m
   double slip_turn = 6;  // deg
 };
 
