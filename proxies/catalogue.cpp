@@ -192,6 +192,7 @@ constexpr MessageInfo kNavigation[] = {
     {kPilot, PilotType::kSetDestination, "SET_DESTINATION", kBody<PilotDestData>},
     {kPilot, PilotType::kHoldCommand, "HOLD_COMMAND", kBody<PilotHoldData>},
     {kPilot, PilotType::kRevertCommand, "REVERT_COMMAND", kBody<PilotRevertData>},
+    {kPilot, PilotType::kWatchdog, "WATCHDOG", kBody<PilotWatchdogData>},
     {kPilot, PilotType::kGetStatus, "GET_STATUS"},
     {kPilot, PilotType::kStatus, "STATUS", kBody<PilotStatusData>},
     {kPilot, PilotType::kSetMultiDestination, "SET_MULTI_DESTINATION", kBody<PilotMultiDestData>},

@@ -125,6 +125,7 @@ static_assert(wire_size<PilotStatusData>() == 68);
 static_assert(wire_size<PilotDestData>() == 28);
 static_assert(wire_size<PilotHoldData>() == 32);
 static_assert(wire_size<PilotRevertData>() == 4);
+static_assert(wire_size<PilotWatchdogData>() == 4);
 static_assert(wire_size<PilotMultiDestData>() == 4);
 
 static_assert(wire_size<PlannerString>() == 84);

@@ -38,11 +38,6 @@ tims::Result<FloorPlan> read_drawing(const std::string& path, const PlanPlacemen
 
 tims::Result<FloorPlan> read_ros_map(const std::string& path, const MapSources& sources,
                                      std::string_view text) {
-  if (text.size() > kMapDescriptionBytesMax)
-    return tims::Error(
-        tims::Errc::kTooBig,
-        fmt::format("{}: {} bytes are too many for the description of a map (up to {})", path,
-                    text.size(), kMapDescriptionBytesMax));
   const auto info = read_ros_yaml(text);
   if (!info) return in_file(path, info.error());
   const std::string image = beside(path, info->image);

@@ -19,7 +19,6 @@ namespace rack::localisation {
 
 // Of any file of a map: more than the largest picture without compression.
 inline constexpr std::size_t kMapBytesMax = std::size_t{256} << 20;
-inline constexpr std::size_t kMapDescriptionBytesMax = std::size_t{1} << 20;  // a .yaml file
 
 struct MapSources {
   // Errors name the file.

@@ -13,6 +13,9 @@ constexpr std::uint32_t kDoubtsMost = 12;  // scans, until the other place is ac
 constexpr double kBlocked = 0.07;          // of the beams
 constexpr double kPushed = 0.03;           // of the beams
 constexpr std::uint32_t kHiddenMost = 20;  // scans while moving
+// Deviations of a rival's pose when it takes over.
+constexpr double kClimbed = 150;      // mm
+constexpr double kClimbedTurn = 0.1;  // rad
 
 bool is_pose(const Pose& pose) {
   return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.rho);
@@ -21,7 +24,10 @@ bool is_pose(const Pose& pose) {
 }  // namespace
 
 Localiser::Localiser(const LocaliserSettings& settings, std::uint64_t seed)
-    : settings_(settings), filter_(settings.filter, seed), random_(~seed) {
+    : settings_(settings),
+      filter_(settings.filter, seed),
+      rivals_(settings.filter.sharpness),
+      random_(~seed) {
   settings_.beams = std::max(1U, settings.beams);
   beams_.reserve(settings_.beams);
 }
@@ -34,13 +40,17 @@ void Localiser::start_at(const Pose& pose, double deviation, double deviation_rh
                               .rho_rho = deviation_rho * deviation_rho}};
   first_ = true;
   anywhere_ = false;
+  found_ = false;
   settled_ = false;
+  rivals_.clear();
 }
 
 void Localiser::start_anywhere() {
   anywhere_ = true;
   first_ = true;
+  found_ = true;
   settled_ = false;
+  rivals_.clear();
 }
 
 bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
@@ -61,12 +71,35 @@ bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
   first_ = false;
   filter_.weigh(field, beams_);
   estimate_ = estimate_from(expected);
+  if (const auto winner = compare_rivals(field, step)) go_on_at(*winner);
   if (walls != nullptr)
     if (const auto refined = matcher_.refined(*walls, scan, estimate_)) estimate_ = *refined;
+  rivals_.widen(estimate_);
+  if (found_ && !settled_) estimate_.share = std::min(estimate_.share, kBelieved);
   const bool may_have_jumped = moved || !settled_ || field.blocked(expected, beams_) > kPushed;
   filter_.resample(field, beams_,
                    {.anywhere = has_to_search(field, moved), .nearby = may_have_jumped});
+  if (!settled_ && filter_.injected() > 0) found_ = true;
   return true;
+}
+
+std::optional<Pose> Localiser::compare_rivals(const LikelihoodField& field, const Pose& step) {
+  if (!settled_) {
+    rivals_.clear();
+    return std::nullopt;
+  }
+  if (!settles_) return rivals_.take(field, beams_, step, estimate_.pose);
+  if (found_) rivals_.search(field, beams_, estimate_.pose, random_);
+  return std::nullopt;
+}
+
+void Localiser::go_on_at(const Pose& pose) {
+  filter_.start_at(pose, kClimbed, kClimbedTurn);
+  estimate_ = {.pose = pose,
+               .covariance = {.xx = kClimbed * kClimbed,
+                              .yy = kClimbed * kClimbed,
+                              .rho_rho = kClimbedTurn * kClimbedTurn},
+               .share = 1};
 }
 
 // Only when the robot cannot be where it has settled. At rest, each scan repeats the same
@@ -115,6 +148,7 @@ Estimate Localiser::now() const {
 }
 
 Estimate Localiser::estimate_from(const Pose& expected) {
+  settles_ = false;
   if (settled_) {
     const Estimate here = filter_.estimate_near(expected);
     doubts_ = here.share >= kBelieved ? 0 : doubts_ + 1;
@@ -122,10 +156,11 @@ Estimate Localiser::estimate_from(const Pose& expected) {
       filter_.favour(here.pose, kFavoured);
       return here;
     }
+    found_ = true;
   }
   doubts_ = 0;
   const Estimate heaviest = filter_.estimate();
-  settled_ = heaviest.share >= kSettled;
+  settled_ = settles_ = heaviest.share >= kSettled;
   return heaviest;
 }
 

@@ -20,15 +20,20 @@
 // along which nobody walks in front of it for that long. Otherwise a robot that waits for people
 // would search with each scan, and sooner or later find a place that fits by chance.
 //
+// A place that was found in the whole map may have rivals that look like it (`rivals.h`): then the
+// covariance covers them until scans have decided.
+//
 // With the walls of the map, the scan is finally matched against them (`scan_matcher.h`), and that
 // pose is the result; the cloud is not changed.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "components/localisation/particle_filter.h"
+#include "components/localisation/rivals.h"
 #include "components/localisation/scan_matcher.h"
 
 namespace rack::localisation {
@@ -61,15 +66,19 @@ class Localiser {
   // The estimate at the last scan that was used.
   [[nodiscard]] const Estimate& estimate() const { return estimate_; }
   [[nodiscard]] const ParticleFilter& filter() const { return filter_; }
+  [[nodiscard]] const Rivals& rivals() const { return rivals_; }
   [[nodiscard]] const Beams& beams() const { return beams_; }
 
  private:
   void choose(std::span<const BeamEnd> scan);
   [[nodiscard]] Estimate estimate_from(const Pose& expected);
+  std::optional<Pose> compare_rivals(const LikelihoodField& field, const Pose& step);
+  void go_on_at(const Pose& pose);
   [[nodiscard]] bool has_to_search(const LikelihoodField& field, bool moved);
 
   LocaliserSettings settings_;
   ParticleFilter filter_;
+  Rivals rivals_;
   Random random_;
   ScanMatcher matcher_;
   Beams beams_;
@@ -78,7 +87,9 @@ class Localiser {
   Pose taken_{};     // odometry at the last scan used
   bool anywhere_ = false;
   bool first_ = true;
+  bool found_ = false;        // in the whole map, so that it may have rivals
   bool settled_ = false;      // kSettled of the weight was in one place
+  bool settles_ = false;      // with the present scan
   std::uint32_t doubts_ = 0;  // scans since most of the weight is elsewhere
   std::uint32_t hidden_ = 0;  // scans while moving that did not fit, maybe because of people
 };

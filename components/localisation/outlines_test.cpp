@@ -124,11 +124,13 @@ TEST(Outlines, AreWithinTheirError) {
     const auto made = outlines(map, 20000);
     ASSERT_TRUE(made);
     for (std::int32_t row = 0; row < 30; ++row)
-      for (std::int32_t column = 0; column + 1 < 30; ++column)
+      for (std::int32_t column = 0; column + 1 < 30; ++column) {
         if ((map.at(row, column) == Cell::kOccupied) !=
-            (map.at(row, column + 1) == Cell::kOccupied))
+            (map.at(row, column + 1) == Cell::kOccupied)) {
           EXPECT_LE(distance(made->lines, {(row + 0.5) * 50, (column + 1) * 50.0}),
                     made->error + 1e-6);
+        }
+      }
   }
 }
 

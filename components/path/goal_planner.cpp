@@ -8,10 +8,20 @@ namespace rack::path {
 namespace {
 
 constexpr double kGoalPlannerCellsMax = 700;  // of a search over cells, per direction
-constexpr double kLastLeg = 100;    // mm, of a vehicle that turns at rest: gives the final heading
+constexpr double kLastLeg = 100;              // mm, of a vehicle that turns at rest, at least
+constexpr double kLastLegMost = 3000;         // mm
 constexpr double kAstray = 150;     // mm: minimum lateral deviation of a car that must be possible
 constexpr double kReserve = 1.1;    // factor on the minimum radius: reserve to return to the path
 constexpr double kLookEvery = 200;  // mm
+constexpr double kTurnsFreely = 0.3;  // rad: so far a hull turns without swinging out much
+constexpr double kBackMost = 800;     // mm
+constexpr double kBackSpeed = 200;    // mm/s
+constexpr double kLeaves = 1000;  // mm: a vehicle too near to an obstacle must be free after that
+
+HullDiscs::Size bare(HullDiscs::Size hull) {
+  hull.margin = 0;
+  return hull;
+}
 
 std::string place_name(const Pose& at) {
   return "(" + std::to_string(std::lround(at.x)) + ", " + std::to_string(std::lround(at.y)) + ")";
@@ -87,7 +97,8 @@ GoalPlanner::Progress GoalPlanner::fail(std::string why) {
 GoalPlanner::Progress GoalPlanner::over_cells() {
   for (const bool turns_everywhere : {true, false}) {
     const double room = turns_everywhere ? hull_.turning_radius() : hull_.half_width();
-    if (!corners(room)) continue;
+    if (!corners({start_.x, start_.y}, room)) continue;
+    go_back_to_turn(room);
     if (auto good = lay_waypoints(room, turns_everywhere); !good)
       return fail(good.error().detail());
     return Progress::kFound;
@@ -97,14 +108,17 @@ GoalPlanner::Progress GoalPlanner::over_cells() {
 }
 
 // Finds the corners of a path with that clearance, from the start to the goal.
-bool GoalPlanner::corners(double room) {
+bool GoalPlanner::corners(const Place& start, double room) {
   const double width =
       static_cast<double>(std::max(space_->rows(), space_->columns())) / kGoalPlannerCellsMax;
   const auto stride = static_cast<std::size_t>(std::max(1.0, std::ceil(width)));
-  const Place start{start_.x, start_.y};
-  const Place goal{goal_.x, goal_.y};
+  const Place goal = before_goal();
   // Searches from the goal, so that the trace is in the order of travel.
-  const GridSearch::Settings settings{room, settings_.comfort, stride};
+  const GridSearch::Settings settings{.room = room,
+                                      .comfort = settings_.comfort,
+                                      .stride = stride,
+                                      .eased_within = kLeaves,
+                                      .eased_room = room_to_leave(start)};
   if (!cells_.run(*space_, settings, goal, &start)) return false;
   cells_.trace(start, cells_on_path_);
   cells_on_path_.front() = start;
@@ -121,6 +135,40 @@ bool GoalPlanner::corners(double room) {
   return true;
 }
 
+// The clearance at the start, but for the size of a cell, and not less than the bare hull needs.
+double GoalPlanner::room_to_leave(const Place& start) const {
+  return std::max(space_->clearance(start) - space_->cell(), settings_.hull.half_width);
+}
+
+// When its first corner requires a turn, and its hull would swing into something.
+void GoalPlanner::go_back_to_turn(double room) {
+  goes_back_ = false;
+  const double direction = std::atan2(corners_[1].y - corners_[0].y, corners_[1].x - corners_[0].x);
+  const double turn = signed_angle(direction - start_.rho + (sense_ < 0 ? kPi : 0));
+  if (std::abs(turn) < kTurnsFreely) return;
+  const auto back = back_where_it_turns();
+  if (!back) return;
+  const Place start{start_.x, start_.y};
+  goes_back_ = corners(*back, room);
+  if (goes_back_)
+    corners_.insert(corners_.begin(), start);
+  else
+    (void)corners(start, room);
+}
+
+// The nearest such place straight behind it, if it cannot turn where it is.
+std::optional<Place> GoalPlanner::back_where_it_turns() const {
+  const double to_turn = HullDiscs(bare(settings_.hull)).turning_radius() + space_->cell();
+  if (space_->clearance({start_.x, start_.y}) >= to_turn) return std::nullopt;
+  for (double distance = space_->cell(); distance <= kBackMost; distance += space_->cell()) {
+    const Place place{start_.x - sense_ * distance * std::cos(start_.rho),
+                      start_.y - sense_ * distance * std::sin(start_.rho)};
+    if (!space_->contains(place) || space_->clearance(place) < settings_.hull.half_width) break;
+    if (space_->clearance(place) >= to_turn) return place;
+  }
+  return std::nullopt;
+}
+
 // The farthest place of the path with a free line of sight from `from`, where the vehicle can turn;
 // 0: none.
 std::size_t GoalPlanner::next_corner(std::size_t from, double room) const {
@@ -132,7 +180,11 @@ std::size_t GoalPlanner::next_corner(std::size_t from, double room) const {
     const double straight = space_->clearance(cells_on_path_[from], cells_on_path_[k]);
     // At the ends, the vehicle stands with the room that is there.
     const bool at_an_end = k == from + 1 && (from == 0 || last);
-    if (straight < room && !at_an_end) break;
+    const Place& start = cells_on_path_.front();
+    const bool leaves =
+        from == 0 && straight >= room_to_leave(start) &&
+        std::hypot(cells_on_path_[k].x - start.x, cells_on_path_[k].y - start.y) < kLeaves;
+    if (straight < room && !at_an_end && !leaves) break;
     // Does not cut a corner that the path keeps a distance to.
     if (straight < std::min(least_clearance - space_->cell(), room + settings_.comfort) &&
         next != 0)
@@ -142,22 +194,39 @@ std::size_t GoalPlanner::next_corner(std::size_t from, double room) const {
   return next;
 }
 
+// The nearest place on the line to the goal where the vehicle can turn; if there is none, near the
+// goal: perhaps it comes in that direction.
+Place GoalPlanner::before_goal() const {
+  const auto back = [&](double distance) {
+    return Place{goal_.x - sense_ * distance * std::cos(goal_.rho),
+                 goal_.y - sense_ * distance * std::sin(goal_.rho)};
+  };
+  for (double distance = kLastLeg; distance <= kLastLegMost; distance += space_->cell()) {
+    const Place place = back(distance);
+    if (!space_->contains(place) ||
+        space_->clearance(place, {goal_.x, goal_.y}) < hull_.half_width())
+      break;
+    if (space_->clearance(place) >= hull_.turning_radius()) return place;
+  }
+  return back(kLastLeg);
+}
+
 tims::Result<void> GoalPlanner::lay_waypoints(double room, bool rounds) {
   std::vector<Waypoint2d> waypoints;
-  // The last leg gives the final heading.
-  const Place stands{goal_.x - sense_ * kLastLeg * std::cos(goal_.rho),
-                     goal_.y - sense_ * kLastLeg * std::sin(goal_.rho)};
-  corners_.back() = stands;
   corners_.push_back({goal_.x, goal_.y});
   for (std::size_t i = 0; i < corners_.size(); ++i) {
     Waypoint2d waypoint;
     waypoint.x = whole_millimetres(corners_[i].x);
     waypoint.y = whole_millimetres(corners_[i].y);
     const double target = speed_ > 0 ? speed_ : settings_.limits.speed_max;
-    waypoint.speed = static_cast<i32>(sense_ * std::max(target, 10.0));
+    const bool goes_back = goes_back_ && i == 1;
+    waypoint.speed =
+        static_cast<i32>(goes_back ? -sense_ * kBackSpeed : sense_ * std::max(target, 10.0));
     const double spare = i == 0 ? 0 : space_->clearance(corners_[i - 1], corners_[i]) - room;
     waypoint.lbo = whole_millimetres(settings_.limits.half_width + std::max(1.0, spare));
-    waypoint.maxRadius = rounds ? 0 : 1;
+    // A curve as narrow as the last leg is short would need more room than turning at rest.
+    const bool begins_last_leg = i + 2 == corners_.size();
+    waypoint.maxRadius = rounds && !begins_last_leg && !goes_back ? 0 : 1;
     waypoint.id = static_cast<i32>(i);
     waypoints.push_back(waypoint);
   }

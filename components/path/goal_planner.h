@@ -4,9 +4,12 @@
 // at rest, the path is searched over the cells (grid_search.h) and reduced to the corners with a
 // free line of sight between them, which are joined by straight lines. The first search requires
 // room to turn everywhere; if it fails, the second one requires room to pass, and room to turn only
-// at the corners.
+// at the corners. A vehicle that stands nearer to an obstacle than that, such as a person who has
+// come to it, may leave the place if it comes no nearer; if it cannot even turn there, it first
+// goes back. The last leg gives the final heading; it begins where the vehicle can turn.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -43,8 +46,12 @@ class GoalPlanner {
 
  private:
   Progress over_cells();
-  bool corners(double room);
+  bool corners(const Place& start, double room);
+  void go_back_to_turn(double room);
+  [[nodiscard]] std::optional<Place> back_where_it_turns() const;
   [[nodiscard]] std::size_t next_corner(std::size_t from, double room) const;
+  [[nodiscard]] double room_to_leave(const Place& start) const;
+  [[nodiscard]] Place before_goal() const;
   Progress fail(std::string why);
   tims::Result<void> lay_waypoints(double room, bool rounds);
   void lay_pieces();
@@ -60,6 +67,7 @@ class GoalPlanner {
   HybridSearch poses_;
   std::vector<Place> cells_on_path_;
   std::vector<Place> corners_;
+  bool goes_back_ = false;  // from the start to the first corner
   std::vector<PolarSpline> path_;
   std::string why_;
 };

@@ -221,5 +221,69 @@ TEST(GoalPlanner, DrivesBackwardWhenItShall) {
   }
 }
 
+// 5 m x 5 m without obstacles; cells of 20 mm.
+FreeSpace room_of_5_m() {
+  auto space = FreeSpace::empty({}, 5000, 5000, 20);
+  return *space;
+}
+
+std::vector<PolarSpline> path_from(const FreeSpace& space, const Pose& start, const Pose& goal,
+                                   const PlanSettings& settings = robot()) {
+  GoalPlanner planner(settings);
+  const auto begun = planner.begin(space, start, goal);
+  EXPECT_TRUE(begun) << begun.error().message();
+  if (!begun || search(planner) != Progress::kFound) return {};
+  return planner.path();
+}
+
+// The margin is 50 mm: with it, the hull turns within 404 mm.
+TEST(GoalPlanner, LeavesAPersonWhoHasComeWithinItsMargin) {
+  FreeSpace space = room_of_5_m();
+  const Pose start{.x = 2500, .y = 2500};
+  space.occupy_area({2400, 2100}, {2600, 2150});
+  space.measure();
+  const auto path = path_from(space, start, {.x = 4000, .y = 4000});
+  ASSERT_FALSE(path.empty());
+  double nearest = space.clearance({start.x, start.y});
+  for (const PolarSpline& spline : path)
+    for (double at = 0; at < size(spline); at += 50) {
+      const Pose pose = pose_at(spline, sense(spline) * at);
+      const double clearance = space.clearance({pose.x, pose.y});
+      EXPECT_GE(clearance, nearest - 50);
+      nearest = std::min(clearance, 404.0);
+    }
+}
+
+TEST(GoalPlanner, GoesBackFromWhatItCannotTurnBefore) {
+  FreeSpace space = room_of_5_m();
+  space.occupy_area({2820, 2300}, {2900, 2700});
+  space.measure();
+  const auto path = path_from(space, {.x = 2500, .y = 2500}, {.x = 500, .y = 2500, .rho = kPi});
+  ASSERT_FALSE(path.empty());
+  EXPECT_LT(path.front().length, 0) << "backward";
+  EXPECT_GT(path.front().length, -400);
+  EXPECT_GT(path.back().length, 0);
+
+  const auto ahead = path_from(space, {.x = 2500, .y = 2000}, {.x = 500, .y = 2500, .rho = kPi});
+  ASSERT_FALSE(ahead.empty());
+  EXPECT_GT(ahead.front().length, 0) << "it can turn there";
+}
+
+// A wall is 400 mm beside the goal: enough for the hull with its margin, not for turning.
+TEST(GoalPlanner, TurnsToTheFinalHeadingWhereThereIsRoomForIt) {
+  FreeSpace space = room_of_5_m();
+  space.occupy_area({2000, 4000}, {3000, 4050});
+  space.measure();
+  PlanSettings settings = robot();
+  settings.hull = {.front = 400, .back = 400, .half_width = 200, .margin = 50};
+  const HullDiscs hull(settings.hull);
+  const Pose goal{.x = 2500, .y = 3600};
+  const auto path = path_from(space, {.x = 2500, .y = 1000}, goal, settings);
+  ASSERT_GE(path.size(), 2U);
+  const Pose turns = pose_at(path.back(), 0);
+  EXPECT_GE(space.clearance({turns.x, turns.y}), hull.turning_radius());
+  EXPECT_NEAR(turns.y, goal.y, 5) << "on the line to the goal";
+}
+
 }  // namespace goal_planner_test
 }  // namespace rack::path

@@ -110,19 +110,26 @@ void GridSearch::look_around(const FreeSpace& space, std::uint32_t cell, const P
                                                  static_cast<std::size_t>(next_column));
     if (done_[next] != 0) continue;
     float& weight = weights_[next];
-    if (weight == 0) {
-      const double spare = space.clearance(place_of(next)) - settings_.room;
-      const double comfort = std::max(settings_.comfort, 1e-9);
-      weight =
-          spare < 0 ? -1.0F : 1.0F + kDear * static_cast<float>(std::max(0.0, 1 - spare / comfort));
-      if (settings_.comfort <= 0 && spare >= 0) weight = 1;
-    }
+    if (weight == 0) weight = weight_of(space, place_of(next), to);
     if (weight < 0) continue;
     const float cost = costs_[cell] + static_cast<float>(kDirections[i].length * step_) * weight;
     if (cost >= costs_[next]) continue;
     parents_[next] = static_cast<std::uint8_t>(i);
     push(next, cost, to);
   }
+}
+
+// The cost of a cell for each mm; negative: no room.
+float GridSearch::weight_of(const FreeSpace& space, const Place& at, const Place* to) const {
+  const double clearance = space.clearance(at);
+  const double spare = clearance - settings_.room;
+  if (spare < 0) {
+    const bool is_eased =
+        to != nullptr && std::hypot(at.x - to->x, at.y - to->y) <= settings_.eased_within;
+    return is_eased && clearance >= settings_.eased_room ? 1 + kDear : -1.0F;
+  }
+  if (settings_.comfort <= 0) return 1;
+  return 1 + kDear * static_cast<float>(std::max(0.0, 1 - spare / settings_.comfort));
 }
 
 double GridSearch::cost(const Place& place) const {

@@ -30,8 +30,7 @@ TEST(PolarSpline, TurnsToTheRightAboutACentreOnTheRight) {
   const auto spline = arc({.rho = 0}, 1000, 1000 * kPi / 2);
   EXPECT_EQ(spline.centerPos.x, 0);
   EXPECT_EQ(spline.centerPos.y, 1000);
-  expect_near(Pose::of(spline.endPos),
-              {.x = 1000, .y = 1000, .rho = kPi / 2});
+  expect_near(Pose::of(spline.endPos), {.x = 1000, .y = 1000, .rho = kPi / 2});
 }
 
 TEST(PolarSpline, GoesBackwardWithItsHeading) {

@@ -73,7 +73,10 @@ std::optional<std::string> RoutePlanner::step(TimeStamp now, PathData& data) {
   std::optional<std::string> failure;
   if (must_replan_ && located_) {
     must_replan_ = false;
-    if (auto good = plan_destination(); !good) failure = good.error().message();
+    if (auto good = plan_destination(); !good) {
+      failure = good.error().message();
+      take({});
+    }
   }
   if (planning_) failure = go_on_planning();
   if (!std::exchange(is_new_, false)) return failure;
@@ -173,11 +176,12 @@ const double* RoutePlanner::begin_at_the_robot() {
 
 Result<void> RoutePlanner::set_destination(const PathDestData& destination, tims::Address sender) {
   sent_by_ = sender;
-  if (!located_) return not_now("the position is not known yet");
   marks_.clear();
   const auto before = destination_;
   const bool led_there = std::exchange(leads_there_, false);
   destination_ = destination;
+  must_replan_ = !located_;
+  if (must_replan_) return {};
   auto good = plan_destination();
   if (!good) {
     destination_ = before;

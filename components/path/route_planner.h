@@ -91,7 +91,7 @@ class RoutePlanner {
   std::vector<Place> marks_;
   std::optional<GoalPlanner> planner_;
   bool planning_ = false;
-  bool must_replan_ = false;  // as soon as the position is known
+  bool must_replan_ = false;      // as soon as the position is known
   bool avoids_obstacles_ = true;  // the plan in progress, those that were seen
   bool leads_there_ = false;      // the path, to the destination
   bool detour_ = false;

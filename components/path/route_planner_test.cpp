@@ -17,6 +17,12 @@ constexpr Pose kGoal{.x = 4000, .y = 0};
 class RoutePlannerTest : public testing::Test {
  protected:
   RoutePlannerTest() {
+    begin();
+    planner_.take_position({});
+  }
+
+  // As when the component is turned on: the position is not known yet.
+  void begin() {
     auto space = FreeSpace::empty({-1000, -1200}, 10000, 2400, 50);
     space->occupy({-1000, -1200}, {9000, -1200});
     space->occupy({-1000, 1150}, {9000, 1150});
@@ -33,7 +39,6 @@ class RoutePlannerTest : public testing::Test {
     settings.limits.half_width = 200;
     EXPECT_TRUE(planner_.begin(settings, *space, true));
     EXPECT_TRUE(planner_.begin_route());
-    planner_.take_position({});
   }
 
   // A scan from the origin: people of 400 mm, or nothing up to 8 m.
@@ -126,10 +131,21 @@ TEST_F(RoutePlannerTest, AWallIsNoPerson) {
   EXPECT_THAT(refused.error().detail(), HasSubstr("no room"));
 }
 
-TEST_F(RoutePlannerTest, WithoutAPositionThereIsNoPlan) {
-  RoutePlanner planner;
-  EXPECT_FALSE(planner.set_destination({}, {}));
-  EXPECT_FALSE(planner.replan({}));
+TEST_F(RoutePlannerTest, PlansAsSoonAsItsPositionIsKnown) {
+  begin();
+  EXPECT_FALSE(planner_.replan({}));
+  ASSERT_TRUE(send());
+  EXPECT_EQ(plan(), "");
+  EXPECT_TRUE(path_.splines.empty());
+  planner_.take_position({});
+  EXPECT_EQ(plan(), "");
+  EXPECT_TRUE(leads_to_the_goal());
+
+  begin();
+  ASSERT_TRUE(planner_.set_destination({.pos = {.x = 20000}}, {}));
+  planner_.take_position({});
+  EXPECT_THAT(plan(), HasSubstr("outside of the map"));
+  EXPECT_TRUE(path_.splines.empty()) << "the pilot learns that there is none";
 }
 
 }  // namespace route_planner_test

@@ -50,7 +50,7 @@ constexpr int kSecond = -4;
 constexpr int kPairs = -5;  // colours of pairs of pixels
 
 using enum PixelLayout;
-constexpr std::array<Conversion, 27> kConversions = {{
+constexpr std::array<Conversion, 28> kConversions = {{
     {kYuyv, kGrey, kFirst},
     {kUyvy, kGrey, kSecond},
     {kRgb, kGrey, cv::COLOR_RGB2GRAY},
@@ -59,6 +59,7 @@ constexpr std::array<Conversion, 27> kConversions = {{
     {kYuyv, kRgb, cv::COLOR_YUV2RGB_YUYV},
     {kUyvy, kRgb, cv::COLOR_YUV2RGB_UYVY},
     {kGrey, kRgb, cv::COLOR_GRAY2RGB},
+    {kGrey, kBgr, cv::COLOR_GRAY2BGR},
     {kRgb, kBgr, cv::COLOR_RGB2BGR},
     {kYuyv, kBgr, cv::COLOR_YUV2BGR_YUYV},
     {kUyvy, kBgr, cv::COLOR_YUV2BGR_UYVY},

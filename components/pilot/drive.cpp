@@ -9,6 +9,8 @@ namespace rack::pilot {
 
 namespace {
 
+constexpr i64 kMost = std::numeric_limits<i32>::max();
+
 // The box around the vehicle, relative to the direction of travel.
 struct Box {
   double ahead;
@@ -70,6 +72,19 @@ i32 limit_of(Direction direction, i32 speed_max, const JoystickData& stick,
   return std::min(safe_speed(direction, chassis, *scan), speed_max);
 }
 
+// The second number of MOVE, as the original sends it: what the scan and the curve allow, however
+// fast the pilot may be; with a button pressed twice what the vehicle can; without a scan what it
+// can, forward.
+i32 limit_sent(Direction along, double curve, const JoystickData& stick,
+               const ChassisParamData& chassis, const Scan2dData* scan) {
+  const i32 fastest = std::max(chassis.vxMax.raw(), 0);
+  if (scan == nullptr) return fastest;
+  const i32 sign = along == Direction::kBackward ? -1 : 1;
+  if (stick.buttons != 0) return static_cast<i32>(sign * std::min<i64>(2 * i64{fastest}, kMost));
+  const double safe = safe_speed(along, chassis, *scan);
+  return sign * static_cast<i32>(std::min(safe, speed_for_curve(curve, chassis)));
+}
+
 }  // namespace
 
 i32 safe_speed(Direction direction, const ChassisParamData& chassis, const Scan2dData& scan) {
@@ -100,9 +115,10 @@ Drive joystick_drive(const JoystickData& stick, const JoystickDriveSettings& set
 
   const double turn = deflection(stick.position.y, settings.y_exponent);
   double omega = turn * chassis.omegaMax;
+  double curve = 0;
   if (!settings.turns_at_rest) {
     const i32 radius = std::max({settings.turning_radius_min, chassis.minTurningRadius.raw(), 1});
-    const double curve = turn / radius;
+    curve = turn / radius;
     const double limit = speed_for_curve(curve, chassis);
     speed = std::clamp(speed, -limit, limit);
     omega = curve * speed;
@@ -115,12 +131,12 @@ Drive joystick_drive(const JoystickData& stick, const JoystickDriveSettings& set
   const double side_safe = limit_of(across, settings.side_speed_max, stick, chassis, scan);
   return {.speed = static_cast<i32>(std::lround(speed)),
           .side = static_cast<i32>(std::lround(std::clamp(aside, -side_safe, side_safe))),
-          .speed_safe = target < 0 ? -safe : safe,
+          .speed_safe = limit_sent(along, curve, stick, chassis, scan),
           .omega = static_cast<f32>(omega),
           .target = static_cast<i32>(std::lround(target))};
 }
 
-void describe(const Drive& drive, PilotData& data) {
+void describe(const Drive& drive, const ChassisParamData& chassis, PilotData& data) {
   data.speed = drive.speed;
   data.curve = drive.speed == 0 ? 0 : drive.omega / static_cast<f32>(drive.speed);
   data.distanceToDest = -1;
@@ -129,11 +145,11 @@ void describe(const Drive& drive, PilotData& data) {
   line = {};
   line.length = drive.target;
   line.endPos.x = drive.target;
-  line.basepoint.x = drive.target;
-  line.basepoint.speed = std::abs(drive.target);
-  line.vMax = std::abs(drive.target);
-  line.vStart = std::abs(drive.target);
-  line.vEnd = std::abs(drive.target);
+  line.vMax = drive.target;
+  line.vStart = drive.target;
+  line.vEnd = drive.target;
+  line.accMax = chassis.accMax;
+  line.decMax = chassis.decMax;
 }
 
 }  // namespace rack::pilot

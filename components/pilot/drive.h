@@ -53,7 +53,7 @@ inline constexpr i32 kBackwardMax = 500;  // mm/s
 struct Drive {
   i32 speed = 0;       // mm/s
   i32 side = 0;        // mm/s, to the right
-  i32 speed_safe = 0;  // mm/s, the limit; negative backward
+  i32 speed_safe = 0;  // mm/s, the limit of the scan and the curve; negative backward
   f32 omega = 0;       // rad/s
   i32 target = 0;      // mm/s, requested speed, before the limit
 };
@@ -71,7 +71,8 @@ struct JoystickDriveSettings {
 Drive joystick_drive(const JoystickData& stick, const JoystickDriveSettings& settings,
                      const ChassisParamData& chassis, const Scan2dData* scan);
 
-// As pilots publish it: a straight line, as long as the stick requests for one second.
-void describe(const Drive& drive, PilotData& data);
+// As the original's pilot publishes it: a straight line, as long as the stick requests for one
+// second. Backward its length and its speeds are negative.
+void describe(const Drive& drive, const ChassisParamData& chassis, PilotData& data);
 
 }  // namespace rack::pilot

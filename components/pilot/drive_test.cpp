@@ -124,7 +124,7 @@ TEST(JoystickDrive, TurnsByCurves) {
   const Drive drive = joystick_drive(stick(50, 100), settings(false), agile_chassis(), nullptr);
   EXPECT_EQ(drive.speed, 400);
   EXPECT_FLOAT_EQ(drive.omega, 0.4F);
-  EXPECT_EQ(drive.speed_safe, 800);
+  EXPECT_EQ(drive.speed_safe, 1000) << "without a scan: what the vehicle can";
   EXPECT_EQ(joystick_drive(stick(0, 100), settings(false), agile_chassis(), nullptr).omega, 0.0F);
   EXPECT_FLOAT_EQ(joystick_drive(stick(-50, 100), settings(false), agile_chassis(), nullptr).omega,
                   -0.4F);
@@ -163,6 +163,30 @@ TEST(JoystickDrive, BrakesUnlessAButtonIsPressed) {
   EXPECT_EQ(joystick_drive(stick(-100, 0), settings(true), agile_chassis(), &scan).speed_safe,
             -500);
   EXPECT_EQ(joystick_drive(stick(0, 0), settings(true), agile_chassis(), &scan).speed_safe, 300);
+}
+
+// Numbers of the original's rules: min(scan, curve, vxMax), twice vxMax with a button.
+TEST(JoystickDrive, TheSecondNumberOfMoveIsThatOfTheOriginal) {
+  const Scan2dData free;
+  const auto second = [](const JoystickData& stick, bool at_rest, const Scan2dData* scan) {
+    return joystick_drive(stick, settings(at_rest), agile_chassis(), scan).speed_safe;
+  };
+  EXPECT_EQ(second(stick(100, 0), true, &free), 1000) << "also above maxSpeed";
+  EXPECT_EQ(second(stick(-100, 0), true, &free), -500);
+  EXPECT_EQ(second(stick(0, 0), true, &free), 1000);
+  EXPECT_EQ(second(stick(100, 100), false, &free), 500) << "0.5 rad/s at a radius of 1 m";
+  EXPECT_EQ(second(stick(-100, -100), false, &free), -500);
+  EXPECT_EQ(second(stick(100, 100), true, &free), 1000) << "an angular speed is no curve";
+  EXPECT_EQ(second(stick(100, 0, 1), true, &free), 2000);
+  EXPECT_EQ(second(stick(-100, 0, 2), true, &free), -2000);
+  EXPECT_EQ(second(stick(-100, 0, 1), true, nullptr), 1000) << "forward without a scan";
+  Scan2dData near;
+  near.points = {{.x = 300}};
+  EXPECT_EQ(second(stick(10, 0), true, &near), 300);
+  ChassisParamData fastest = agile_chassis();
+  fastest.vxMax = 0x7FFFFFFF;
+  EXPECT_EQ(joystick_drive(stick(100, 0, 1), settings(true), fastest, &free).speed_safe,
+            0x7FFFFFFF);
 }
 
 TEST(JoystickDrive, KeepsTheCurveWhenItBrakes) {
@@ -211,15 +235,24 @@ TEST(JoystickDrive, BendsTheCurveOfTheStick) {
 
 TEST(JoystickDrive, IsDescribedAsAStraightPath) {
   PilotData data;
-  describe({.speed = -200, .speed_safe = -200, .omega = 0.1F, .target = -700}, data);
+  ChassisParamData chassis = agile_chassis();
+  chassis.accMax = 400;
+  chassis.decMax = 600;
+  describe({.speed = -200, .speed_safe = -200, .omega = 0.1F, .target = -700}, chassis, data);
   EXPECT_EQ(data.speed, -200);
   EXPECT_FLOAT_EQ(data.curve, -0.0005F);
   ASSERT_EQ(data.splines.size(), 1U);
   EXPECT_EQ(data.splines[0].length, -700) << "as far as the stick requests";
   EXPECT_EQ(data.splines[0].endPos.x, -700);
-  EXPECT_EQ(data.splines[0].vMax, 700);
+  EXPECT_EQ(data.splines[0].vMax, -700) << "signed, as by the original";
+  EXPECT_EQ(data.splines[0].vStart, -700);
+  EXPECT_EQ(data.splines[0].vEnd, -700);
+  EXPECT_EQ(data.splines[0].accMax, 400);
+  EXPECT_EQ(data.splines[0].decMax, 600);
+  EXPECT_EQ(data.splines[0].basepoint.x, 0);
+  EXPECT_EQ(data.splines[0].basepoint.speed, 0);
   EXPECT_EQ(data.splines[0].radius, 0);
-  describe({}, data);
+  describe({}, chassis, data);
   EXPECT_EQ(data.curve, 0.0F);
 }
 

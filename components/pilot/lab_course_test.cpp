@@ -28,7 +28,7 @@ class Course : public ::testing::Test {
   Car car{{.chassis = indoor_chassis(), .lag = 0.05, .position_noise = 2, .turns_at_rest = true},
           {},
           1};
-  LabCourse course{indoor_chassis()};
+  LabCourse course{{.speed_max = 1000, .omega_max = 10}, indoor_chassis()};
 };
 
 TEST_F(Course, GetsThere) {
@@ -53,6 +53,60 @@ TEST_F(Course, WaitsBeforeAnObstacle) {
   EXPECT_LT(std::abs(car.truth().x), 1);
   run(1000);
   EXPECT_EQ(course.state(), State::kIdle);
+}
+
+// Each of the six parameters of the original limits something.
+class LabSettings : public ::testing::Test {
+ protected:
+  // The command after it has turned to a destination that is so far ahead, and so far to the right.
+  static Drive command(const LabCourseSettings& settings, i32 ahead, i32 right = 0,
+                       const Scan2dData& scan = {}) {
+    ChassisParamData chassis = indoor_chassis();
+    chassis.vyMax = 400;
+    LabCourse course(settings, chassis);
+    PilotDestData goal;
+    goal.pos.x = ahead;
+    goal.pos.y = right;
+    course.set_destination(goal);
+    (void)course.go({}, scan);
+    return course.go({}, scan);
+  }
+};
+
+TEST_F(LabSettings, TheSpeedsHaveLimits) {
+  EXPECT_EQ(command({}, 5000).speed, 300) << "speedMax of the original";
+  EXPECT_EQ(command({.speed_max = 100}, 5000).speed, 100);
+  EXPECT_EQ(command({.speed_max = 1'000'000}, 1'000'000).speed, indoor_chassis().vxMax);
+  EXPECT_NEAR(command({.omega_max = radians(5)}, 0, 3000).omega, radians(5), 1e-6);
+  EXPECT_NEAR(command({.omega_max = radians(5)}, 0, -3000).omega, -radians(5), 1e-6);
+}
+
+TEST_F(LabSettings, ItBecomesSlowerNearTheDestination) {
+  EXPECT_EQ(command({.speed_max = 400, .slow_distance = 2000}, 2000).speed, 400);
+  EXPECT_EQ(command({.speed_max = 400, .slow_distance = 2000}, 1000).speed, 200);
+  EXPECT_EQ(command({.speed_max = 400, .slow_distance = 2000}, 60).speed, indoor_chassis().vxMin)
+      << "it gets there";
+}
+
+TEST_F(LabSettings, ItTurnsFirstWhenTheDestinationIsAside) {
+  EXPECT_EQ(command({.heading_error = radians(15)}, 3000, 1000).speed, 0) << "18 degrees";
+  EXPECT_EQ(command({.heading_error = radians(20)}, 3000, 1000).speed, 300);
+}
+
+TEST_F(LabSettings, ItKeepsItsDistanceFromObstacles) {
+  Scan2dData scan;
+  const ChassisParamData chassis = indoor_chassis();
+  const i32 hull = chassis.boundaryFront.raw() + chassis.safetyMargin.raw();
+  scan.points.push_back({.x = hull + 800, .y = 0});
+  EXPECT_EQ(command({.obstacle_distance = 800}, 5000, 0, scan).speed, 0);
+  EXPECT_GT(command({.obstacle_distance = 799}, 5000, 0, scan).speed, 0);
+}
+
+TEST_F(LabSettings, ItDrivesSidewaysWhenItMay) {
+  EXPECT_EQ(command({}, 3000, 600).side, 0);
+  EXPECT_NEAR(command({.side_speed_max = 400}, 3000, 600).side, 58, 1);
+  EXPECT_NEAR(command({.side_speed_max = 400}, 3000, -600).side, -58, 1);
+  EXPECT_EQ(command({.side_speed_max = 20}, 3000, 600).side, 20);
 }
 
 }  // namespace lab_course_test

@@ -197,7 +197,8 @@ TEST(ObstacleStop, ItsCornersSwingOutWhenItTurns) {
   };
   EXPECT_TRUE(may_turn({500, 0}, 1));
   EXPECT_TRUE(may_turn({500, 0}, -1));
-  EXPECT_FALSE(may_turn({320, 200}, 1)) << "its right corner comes closer";
+  EXPECT_FALSE(may_turn({320, 200}, -1)) << "its right corner comes closer";
+  EXPECT_TRUE(may_turn({320, 200}, 1));
   EXPECT_FALSE(may_turn({310, 0}, 1));
   EXPECT_TRUE(may_turn({0, 800}, 1));
   EXPECT_TRUE(stop.may_turn({}, {}, {}, 1));
@@ -211,7 +212,7 @@ TEST(ObstacleStop, ItTurnsAwayFromWhatIsWithinItsMargin) {
   for (int x = -400; x <= 400; x += 20) wall.push_back({1.0 * x, -293});
   EXPECT_FALSE(stop.may_turn(scan_of(wall, {}, random), {}, {}, 1));
   const Spot ahead_left{293, -240};
-  EXPECT_TRUE(stop.may_turn(scan_of({ahead_left}, {}, random), {}, {}, 1)) << "it comes no closer";
+  EXPECT_TRUE(stop.may_turn(scan_of({ahead_left}, {}, random), {}, {}, -1)) << "it comes no closer";
 }
 
 }  // namespace obstacle_stop_test

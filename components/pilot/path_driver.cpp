@@ -68,7 +68,8 @@ Result<void> PathDriver::begin(PathDriverSettings settings) {
   seen_ = located_ = is_unsure_ = reached_ = awaits_next_ = false;
   state_ = pilot_state::kIdle;
   destinations_.clear();
-  blocked_ = hold_left_ = refused_ = milliseconds(0);
+  blocked_ = hold_left_ = refused_ = watchdog_ = watchdog_left_ = milliseconds(0);
+  is_held_ = false;
   taken_ = 0;
   return {};
 }
@@ -121,6 +122,8 @@ void PathDriver::take_path() {
 PathFollower::Command PathDriver::decide() {
   if (!located_) return {};
   check_hold_time();
+  check_watchdog();
+  follower_->hold(is_held_ || is_unwatched());
   check_deviation();
   missing_ = missing();
   const bool knows = missing_ == Why::kDrives;
@@ -180,10 +183,12 @@ void PathDriver::check_deviation() {
 
 // Ends a HOLD of limited time.
 void PathDriver::check_hold_time() {
-  if (!follower_->holds() || hold_left_.count() == 0) return;
+  if (!is_held_ || hold_left_.count() == 0) return;
   hold_left_ -= std::min(hold_left_, period());
-  if (hold_left_.count() == 0) follower_->hold(false);
+  if (hold_left_.count() == 0) is_held_ = false;
 }
+
+void PathDriver::check_watchdog() { watchdog_left_ -= std::min(watchdog_left_, period()); }
 
 void PathDriver::check_refusal() {
   const bool is_refused = awaits_next_ && state_ == pilot_state::kPathError;
@@ -218,12 +223,17 @@ PathReplanData PathDriver::replan_data() const {
 }
 
 void PathDriver::hold(const PilotHoldData& command) {
-  follower_->hold(command.holdState != 0);
+  is_held_ = command.holdState != 0;
   hold_left_ = milliseconds(command.holdTime);
+}
+
+void PathDriver::watch(const PilotWatchdogData& command) {
+  watchdog_ = watchdog_left_ = milliseconds(command.timeout);
 }
 
 u32 PathDriver::plan(u32 state) {
   reached_ = false;
+  if (state == pilot_state::kPlanning) watchdog_ = milliseconds(0);
   return std::exchange(state_, state);
 }
 
@@ -272,13 +282,14 @@ PathDriver::Why PathDriver::why() const {
   if (follower_->state() == State::kArrived) return Why::kArrived;
   if (follower_->state() == State::kAstray) return Why::kAstray;
   if (missing_ != Why::kDrives) return missing_;
-  if (follower_->holds()) return Why::kHeld;
+  if (is_held_) return Why::kHeld;
+  if (is_unwatched()) return Why::kUnwatched;
   if (safe_ <= static_cast<double>(settings_.chassis.vxMin)) return Why::kObstacle;
   return command_.speed == 0 ? Why::kTurns : Why::kDrives;
 }
 
 std::string PathDriver::why_text() const {
-  constexpr std::array<const char*, 13> kTexts = {
+  constexpr std::array<const char*, 14> kTexts = {
       "follows the path",
       "no position received yet",
       "the position is uncertain (deviationMax)",
@@ -288,6 +299,7 @@ std::string PathDriver::why_text() const {
       "no scans, or outdated ones",
       "an obstacle",
       "held by HOLD",
+      "the program that monitors the drive is silent (WATCHDOG)",
       "no path",
       "arrived",
       "outside of the corridor",

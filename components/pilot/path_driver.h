@@ -63,6 +63,7 @@ class PathDriver {
     kScanMissing,
     kObstacle,
     kHeld,
+    kUnwatched,
     kNoPath,
     kArrived,
     kAstray,
@@ -104,10 +105,11 @@ class PathDriver {
 
   [[nodiscard]] bool has_begun() const { return follower_.has_value(); }
   void hold(const PilotHoldData& command);
+  void watch(const PilotWatchdogData& command);
   void revert(const PilotRevertData& command) {
     follower_->revert(std::chrono::milliseconds(command.revertTime));
   }
-  // Sets the state; returns the previous one.
+  // Sets the state; returns the previous one. A new plan ends the watch.
   u32 plan(u32 state);
   // Further destinations, used one after the other on arrival. When the path refuses one, it
   // remains the next and is requested again.
@@ -123,6 +125,10 @@ class PathDriver {
   [[nodiscard]] Why missing() const;
   void check_deviation();
   void check_hold_time();
+  void check_watchdog();
+  [[nodiscard]] bool is_unwatched() const {
+    return watchdog_.count() > 0 && watchdog_left_.count() == 0;
+  }
   void check_refusal();
   [[nodiscard]] PathReplanData replan_data() const;
 
@@ -145,7 +151,10 @@ class PathDriver {
   std::vector<DestinationPoint> destinations_;
   bool awaits_next_ = false;  // a path to the first of them was requested
   milliseconds refused_{0};   // time since the refusal
+  bool is_held_ = false;      // by HOLD
   milliseconds hold_left_{0};
+  milliseconds watchdog_{0};       // 0: nobody monitors the drive
+  milliseconds watchdog_left_{0};  // of it
   milliseconds blocked_{0};
 };
 

@@ -36,6 +36,10 @@ class Robot {
   }
   // The path component sends a path of that length, and it is driven to its end.
   void goes(i32 length) {
+    begins(length);
+    here_ += length;
+  }
+  void begins(i32 length) {
     PathData& path = driver.inputs().path;
     path.splines.clear();
     path.splines.push_back(path::line({.x = static_cast<double>(here_)}, length));
@@ -46,9 +50,11 @@ class Robot {
     path.recordingTime = TimeStamp(static_cast<u32>(time_));
     look(PathCycle::kPath);
     EXPECT_EQ(driver.status().pilotState, pilot_state::kRunning);
-    here_ += length;
   }
   // The path has refused, and reports it later.
+  void wait(int ms) {
+    for (int left = ms; left > 0; left -= kPeriod) look(0);
+  }
   void has_no_path() {
     driver.inputs().path.splines.clear();
     driver.inputs().path.recordingTime = TimeStamp(static_cast<u32>(time_));
@@ -114,6 +120,33 @@ TEST(PathDriver, ANewDestinationReplacesARefusedOne) {
   const auto request = robot.go(1000);
   ASSERT_TRUE(request.next);
   EXPECT_EQ(request.next->pos.x, 5000);
+}
+
+TEST(PathDriver, HoldsWhileNobodyMonitorsTheDrive) {
+  Robot robot;
+  robot.driver.plan(pilot_state::kPlanning);
+  robot.begins(5000);
+  robot.driver.watch({.timeout = 200});
+  robot.wait(150);
+  EXPECT_EQ(robot.driver.why(), PathDriver::Why::kDrives);
+  robot.wait(50);
+  EXPECT_EQ(robot.driver.why(), PathDriver::Why::kUnwatched);
+  robot.driver.hold({.holdState = 0});
+  robot.wait(kPeriod);
+  EXPECT_EQ(robot.driver.why(), PathDriver::Why::kUnwatched) << "HOLD is another matter";
+
+  robot.driver.watch({.timeout = 200});
+  robot.wait(kPeriod);
+  EXPECT_EQ(robot.driver.why(), PathDriver::Why::kDrives);
+  robot.driver.watch({.timeout = 0});
+  robot.wait(10'000);
+  EXPECT_EQ(robot.driver.why(), PathDriver::Why::kDrives) << "the watch has ended";
+
+  robot.driver.watch({.timeout = 200});
+  robot.wait(300);
+  robot.driver.plan(pilot_state::kPlanning);
+  robot.wait(kPeriod);
+  EXPECT_EQ(robot.driver.why(), PathDriver::Why::kDrives) << "another destination";
 }
 
 }  // namespace path_driver_test

@@ -94,7 +94,7 @@ class PilotJoystick : public DataModule<PilotData> {
     if (auto moved = chassis_->move(drive.speed, second, drive.omega); !moved) return moved;
     PilotData& data = get_local_buffer();
     data.recordingTime = time_stamp();
-    describe(drive, data);
+    describe(drive, limits_, data);
     return put_local_buffer();
   }
 

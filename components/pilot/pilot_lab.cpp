@@ -11,10 +11,17 @@
 namespace rack::pilot {
 namespace {
 
-constexpr std::array<ParameterInfo, 3> kParameters = {{
-    required_partner("scan2d", "the scan"),
+// The parameters of the original, in its order.
+constexpr std::array<ParameterInfo, 9> kParameters = {{
     partner("chassis", "the chassis"),
     partner("position", "the position"),
+    partner("scan2d", "the scan"),
+    {"speedMax", 300, "maximum speed, mm/s", 0, 1e6},
+    {"vMaxSide", 0, "maximum sideways speed, mm/s; 0: forward only", 0, 1e6},
+    {"omegaMax", 30, "maximum angular speed, deg/s", 0, 3600},
+    {"varDistance", 1000, "distance to the destination from which it becomes slower, mm", 1, 1e6},
+    {"varRho", 15, "it drives when the destination is ahead within this angle, deg", 1, 180},
+    {"distanceMin", 300, "distance to obstacles ahead at which it stops, mm", 0, 1e6},
 }};
 
 constexpr ModuleInfo kInfo{
@@ -39,9 +46,18 @@ class PilotLab : public DataModule<PilotData> {
     set_period(*granted);
     {
       const std::lock_guard lock(course_mutex_);
-      course_.emplace(*limits);
+      course_.emplace(settings(), *limits);
     }
     return DataModule::module_on();
+  }
+
+  LabCourseSettings settings() const {
+    return {.speed_max = integer("speedMax"),
+            .side_speed_max = integer("vMaxSide"),
+            .omega_max = radians(integer("omegaMax")),
+            .slow_distance = integer("varDistance"),
+            .heading_error = radians(integer("varRho")),
+            .obstacle_distance = integer("distanceMin")};
   }
 
   void module_off() override {
@@ -61,7 +77,7 @@ class PilotLab : public DataModule<PilotData> {
       drive = course_->go(at, scan_data_);
       describe(at, drive);
     }
-    if (auto moved = chassis_->move(drive.speed, 0, drive.omega); !moved) return moved;
+    if (auto moved = chassis_->move(drive.speed, drive.side, drive.omega); !moved) return moved;
     return put_local_buffer();
   }
 

@@ -303,6 +303,8 @@ class PilotPath : public DataModule<PilotData> {
         return answered(message, hold(message));
       case PilotType::kRevertCommand:
         return answered(message, revert(message));
+      case PilotType::kWatchdog:
+        return answered(message, watch(message));
       case PilotType::kGetStatus: {
         const std::lock_guard lock(state_mutex_);
         reply(message.header, PilotType::kStatus, driver_.status());
@@ -365,6 +367,16 @@ class PilotPath : public DataModule<PilotData> {
     if (!driver_.has_begun()) return refused("the pilot is off; turn it on first");
     record(PilotRecord::kHold, *command);
     driver_.hold(*command);
+    return {};
+  }
+
+  Result<void> watch(const tims::MessageView& message) {
+    const auto command = decode<PilotWatchdogData>(message);
+    if (!command) return command.error();
+    const std::lock_guard lock(state_mutex_);
+    if (!driver_.has_begun()) return refused("the pilot is off; turn it on first");
+    record(PilotRecord::kWatchdog, *command);
+    driver_.watch(*command);
     return {};
   }
 

@@ -138,6 +138,9 @@ Result<void> PilotReplay::take_command(const CaptureRecord& record) {
     case PilotRecord::kRevert:
       return with(read<PilotRevertData>(record),
                   [&](const auto& message) { driver_.revert(message); });
+    case PilotRecord::kWatchdog:
+      return with(read<PilotWatchdogData>(record),
+                  [&](const auto& message) { driver_.watch(message); });
     case PilotRecord::kPlan:
       return with(read<PilotPlan>(record), [&](const auto& plan) { driver_.plan(plan.state); });
     default:

@@ -32,6 +32,7 @@ enum class PilotRecord : std::uint32_t {
   kKeep,       // PilotMultiDestData: further destinations
   kMove,       // ChassisMoveData: the decision
   kStatus,     // PilotStatusData
+  kWatchdog,   // PilotWatchdogData
 };
 
 struct RecordedCycle {

@@ -5,8 +5,10 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <utility>
 
 #include "components/files/file_folder.h"
+#include "components/localisation/heading_search.h"
 #include "components/localisation/mcl_messages.h"
 #include "components/localisation/position_updates.h"
 #include "components/position/map_file.h"
@@ -41,7 +43,9 @@ constexpr std::array<ParameterInfo, 22> kParameters = {{
     {"scanMatching", 1, "1: refine the pose by matching scans against the walls of the map", 0, 1},
     {"maxRange", 30000, "maximum range of the scanner, mm", 1, 1e9},
     {"scanLag", 0, "delay of the time stamps of scans, ms", 0, 1000},
-    {"startMode", 0, "start pose: 0 startX ..., 1 unknown, 2 from the position", 0, 2},
+    {"startMode", 0,
+     "start pose: 0 startX ..., 1 unknown, 2 from the position, 3 the same once that is known", 0,
+     3},
     {"startX", 0, "start pose, mm to the north"},
     {"startY", 0, "start pose, mm to the east"},
     {"startRho", 0, "heading of the start pose, deg", -360, 360},
@@ -59,6 +63,9 @@ constexpr ModuleInfo kInfo{
 
 constexpr int kMissesMax = 20;                    // scans in a row without odometry of their time
 constexpr double kDeviationTurn = radians(0.03);  // per mm
+constexpr double kKnownDeviation = 20000;         // mm; above, a position is not known yet
+constexpr double kUnknownTurn = radians(45.0);
+constexpr double kFoundDeviation = 300;  // mm, of a pose that was found by the map
 
 class MonteCarloLocalisation : public DataModule<MclData> {
  public:
@@ -138,15 +145,19 @@ class MonteCarloLocalisation : public DataModule<MclData> {
 
   Result<void> start() {
     const int mode = integer("startMode");
+    waits_ = false;
     if (mode == 1) {
       localiser_->start_anywhere();
       return {};
     }
+    if (mode >= 2 && !position_) return refused("startMode 2 and 3 need positionInst");
+    waits_ = mode == 3;  // for a known position, and for the next scan
+    reported_waiting_ = false;
+    if (waits_) return {};
     Pose at{.x = static_cast<double>(integer("startX")),
             .y = static_cast<double>(integer("startY")),
             .rho = heading(radians(integer("startRho")))};
     if (mode == 2) {
-      if (!position_) return refused("startMode 2 needs positionInst");
       const auto known = position_->get_data();
       if (!known) return known.error();
       at = Pose::of(known->pos);
@@ -154,6 +165,49 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     const auto deviation = static_cast<double>(integer("startDeviation"));
     localiser_->start_at(at, deviation, deviation * kDeviationTurn);
     return {};
+  }
+
+  // Around the position by its own deviation. After the first fix of satellites the place is known,
+  // but no heading: the scan and the map show it.
+  void start_at_known(const PositionData& known, double deviation) {
+    const Pose at = Pose::of(known.pos);
+    double turn = std::max<double>(integer("startDeviation") * kDeviationTurn, known.var.rho);
+    if (known.var.rho > kUnknownTurn) {
+      const auto found = localisation::find_heading(*field_, beams_, at, deviation);
+      const bool is_clear = found && found->is_clear();
+      if (found)
+        log().print("Heading {:.0f} deg fits by {:.2f}, the best other one by {:.2f}{}",
+                    degrees(found->pose.rho), found->fit, found->rival_fit,
+                    is_clear ? "" : ": not clear");
+      if (is_clear) {
+        localiser_->start_at(found->pose, kFoundDeviation, kFoundDeviation * kDeviationTurn);
+        return;
+      }
+      turn = kPi;
+    }
+    localiser_->start_at(at, deviation, turn);
+  }
+
+  // Meanwhile its data have no particles.
+  Result<void> wait_for_position(TimeStamp time) {
+    if (!is_due()) return {};
+    const auto known = position_->get_data();
+    if (!known) return known.error();
+    const double deviation = std::max(
+        {1.0 * known->var.x.raw(), 1.0 * known->var.y.raw(), 1.0 * integer("startDeviation")});
+    if (deviation <= kKnownDeviation) {
+      const std::lock_guard lock(field_mutex_);
+      start_at_known(*known, deviation);
+      waits_ = false;
+      return {};
+    }
+    if (!std::exchange(reported_waiting_, true))
+      log().print("The position is not known yet: waiting for its first update");
+    MclData& data = get_local_buffer();
+    data.recordingTime = time;
+    data.pos = {};
+    data.points.clear();  // keeps its memory
+    return put_local_buffer();
   }
 
   Result<void> module_loop() override {
@@ -168,6 +222,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     misses_ = 0;
     odometry_pose_ = Pose::of(odometry->pos);
     localisation::beams_of(scan_, range_max_, beams_);
+    if (waits_) return wait_for_position(time);
     {
       const std::lock_guard lock(field_mutex_);
       localiser_->take(*field_, odometry_pose_, beams_, matches_scans_ ? walls_.get() : nullptr);
@@ -237,6 +292,8 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   std::unique_ptr<LikelihoodField> field_;
   std::unique_ptr<WallLines> walls_;
   bool commanded_ = false;
+  bool waits_ = false;  // for a known position
+  bool reported_waiting_ = false;
 };
 
 }  // namespace

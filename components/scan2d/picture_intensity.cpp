@@ -137,7 +137,7 @@ Result<void> CameraView::add_brightness(const CameraData& picture, const Pose& m
     auto done = pictures::call_opencv("brightness of points", [&] {
       cv::Mat colours(static_cast<int>(greys_.size()), 1, CV_8UC3, colours_.data());
       cv::Mat greys = column_of(greys_, CV_8U);
-      cv::cvtColor(colours, greys, cv::COLOR_RGB2GRAY);
+      cv::cvtColor(colours, greys, cv::COLOR_BGR2GRAY);
     });
     if (!done) return done;
   }

@@ -10,11 +10,12 @@
 namespace rack::scan2d {
 namespace {
 
-// The parameters of the original, in its order.
-constexpr std::array<ParameterInfo, 3> kParameters = {{
+// The parameters of the original, in its order, and one of our own.
+constexpr std::array<ParameterInfo, 4> kParameters = {{
     required_partner("scan2d", "the scan"),
     required_partner("objRecog", "the object recognition"),
     {"vMin", 300, "slower objects are ignored, mm/s", 0, 1e6},
+    {"margin", 100, "added to each side of an object, mm; 0: none, as the original", 0, 1e5},
 }};
 
 constexpr ModuleInfo kInfo{
@@ -38,6 +39,7 @@ class Scan2dDynObjRecog : public DataModule<Scan2dData> {
     if (!granted) return granted.error();
     if (auto on = recogniser_.turn_on(); !on) return on;
     settings_.speed_min = integer("vMin");
+    settings_.margin = integer("margin");
     silent_since_.reset();
     set_period(*granted);
     return DataModule::module_on();

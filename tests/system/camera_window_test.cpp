@@ -41,7 +41,14 @@ class CameraWindowTest : public ModulesTest {
     const auto made =
         maker.make({.format = rack::device::video::kMjpeg}, jpeg, camera_mode::kRgb24, picture);
     EXPECT_TRUE(made) << made.error().message();
-    return {picture.image.begin(), picture.image.end()};
+    return painted_of_rgb24(picture.image);
+  }
+  // The window takes the first byte of a pixel as blue.
+  static std::vector<std::byte> painted_of_rgb24(std::span<const std::byte> bytes) {
+    std::vector<std::byte> rgb;
+    for (std::size_t i = 0; i + 2 < bytes.size(); i += 3)
+      rgb.insert(rgb.end(), {bytes[i + 2], bytes[i + 1], bytes[i]});
+    return rgb;
   }
 
   // Paints like the window, which supports these modes (and two that no driver sends).
@@ -61,7 +68,7 @@ class CameraWindowTest : public ModulesTest {
       EXPECT_EQ(bytes.size(), static_cast<std::size_t>(count));
       painted.rgb = decoded(bytes);
     } else if (painted.mode == camera_mode::kRgb24) {
-      painted.rgb.assign(bytes.begin(), bytes.end());
+      painted.rgb = painted_of_rgb24(bytes);
     } else if (painted.mode == camera_mode::kMono8) {
       for (const std::byte grey : bytes) painted.rgb.insert(painted.rgb.end(), 3, grey);
     } else if (painted.mode == camera_mode::kYuv422) {

@@ -199,8 +199,8 @@ TEST_F(FilesTest, TheFolderOfALogIsThatOfItsParameter) {
 // A new parameter with a text is a host_file(), or named here.
 TEST(HostFiles, EveryTextThatNamesAFileOrDeviceIsDeclaredSo) {
   const std::set<std::string, std::less<>> others = {
-      "analogInputs", "cameraGuid", "family",  "inputs",  "ladarIp",      "lmsIp",
-      "mode",         "nodes",      "outputs", "scanner", "serialNumber", "stereoMethod"};
+      "analogInputs", "cameraGuid", "family", "inputs",  "ladarIp", "lmsIp",        "mapLayers",
+      "model",        "mode",       "nodes",  "outputs", "scanner", "serialNumber", "stereoMethod"};
   for (const auto& entry : fs::directory_iterator(TIMS_PROGRAMS)) {
     const std::string program = entry.path().filename();
     if (std::isupper(static_cast<unsigned char>(program.front())) == 0 && program != "gdos-log")
@@ -247,7 +247,7 @@ TEST_F(BoundsTest, AMap) {
   EXPECT_THAT(refusal("MonteCarloLocalisation", kMcl, {"--mapFile=/dev/zero"}),
               HasSubstr("/dev/zero: is a device, not a file"));
   EXPECT_THAT(refusal("FeatureMap", kFeatureMap, {"--mapFile=" + large()}),
-              HasSubstr("larger than 64 MB"));
+              HasSubstr("larger than 256 MB"));
 }
 
 TEST_F(BoundsTest, MetadataOfAScanner) {

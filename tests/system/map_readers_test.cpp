@@ -51,8 +51,7 @@ TEST_F(MapReadersTest, TheyTakeAMapOfRos) {
       "the scan sees the walls of the room"));
   auto path = proxy<rack::PathProxy>("Path(0/0)");
   rack::PathDestData goal;
-  goal.pos.x = 500;
-  goal.pos.y = 300;
+  goal.pos.y = 1700;
   EXPECT_TRUE(eventually([&]() -> std::string {
     const auto sent = path.set_destination(goal);
     return sent ? "" : sent.error().message();

@@ -22,7 +22,7 @@ constexpr std::uint32_t kData = 0x00180002;
 class ModulesProgramsTest : public ModulesTest {
  protected:
   ChassisProxy chassis() { return proxy<ChassisProxy>(kChassis); }
-  void start_chassis() { start("ChassisSim", {"--periodTime=20"}); }
+  void start_chassis() { start("ChassisSim", {"--periodTime=20", "--moveDeadline=0"}); }
 
   // The next message of a stream.
   static Header next_header(Mailbox& data) {
@@ -117,6 +117,36 @@ TEST_F(ModulesProgramsTest, ExecuteCommands) {
   EXPECT_EQ(data->activePilot, Address(kWork & ~0xFFU));
 }
 
+// As every chassis: a MOVE is valid for three periods of the pilot. moveDeadline=0 is the original.
+TEST_F(ModulesProgramsTest, AChassisStopsWhenItsPilotIsSilent) {
+  constexpr float kSpeed = 300;
+  auto& program = start("ChassisSim", {"--periodTime=20"});
+  auto chassis_proxy = chassis();
+  ASSERT_TRUE(chassis_proxy.on());
+  ASSERT_TRUE(chassis_proxy.set_active_pilot(Address(kWork)));
+  const auto speed = [&] {
+    const auto data = chassis_proxy.get_next_data(kPatience);
+    return data ? data->vx.raw() : -1;
+  };
+  ASSERT_TRUE(eventually([&] { return chassis_proxy.move(300, 0, 0).ok() && speed() == kSpeed; },
+                         "it drives"));
+  EXPECT_TRUE(eventually([&] { return speed() == 0; }, "it stands"));
+  EXPECT_TRUE(program.wait_for_line("No MOVE from GUI(0/0) in time, stopped"));
+  ASSERT_TRUE(eventually([&] { return chassis_proxy.move(300, 0, 0).ok() && speed() == kSpeed; },
+                         "it drives again"));
+  rack::Parameter endless;
+  ASSERT_TRUE(endless.name.assign("moveDeadline"));
+  endless.valueInt = 0;
+  ASSERT_TRUE(chassis_proxy.set_param(endless));
+  ASSERT_TRUE(chassis_proxy.off());
+  ASSERT_TRUE(eventually([&] { return status() == "disabled"; }, "off"));
+  ASSERT_TRUE(chassis_proxy.on());
+  ASSERT_TRUE(chassis_proxy.set_active_pilot(Address(kWork)));
+  ASSERT_TRUE(chassis_proxy.move(300, 0, 0));
+  ASSERT_TRUE(eventually([&] { return speed() == kSpeed; }, "it drives"));
+  for (int i = 0; i < 30; ++i) ASSERT_EQ(speed(), kSpeed) << "for ever: " << i;
+}
+
 TEST_F(ModulesProgramsTest, ReportTheActivePilotAndTheParametersInForce) {
   auto& program = start("ChassisSim", {"--periodTime=20"});
   auto chassis_proxy = chassis();
@@ -150,7 +180,7 @@ TEST_F(ModulesProgramsTest, RefuseOnWithoutAMap) {
 }
 
 TEST_F(ModulesProgramsTest, AKilledChassisDoesNotMoveTheRobot) {
-  start("ChassisSim", {"--periodTime=20"});
+  start("ChassisSim", {"--periodTime=20", "--moveDeadline=0"});
   start("OdometryChassis", {"--errorTimeout=50"});
   auto odometry = proxy<rack::OdometryProxy>(0x00120000);
   const auto x = [&] {

@@ -1,6 +1,7 @@
 // The windows for Mcl, FeatureMap, GridMap, Position, the common map and Scan3d of the original's
 // GUI with our components: what they send, receive and paint.
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <numbers>
 
@@ -155,7 +156,9 @@ TEST_F(OriginalMapsTest, MclShowsItsSamplesAndTheEndsOfBeams) {
     return Body().add(static_cast<i32>(file.size())).text(file);
   };
   EXPECT_EQ(window.answer_to(21, name("/nowhere/floor.dxf")), type::kError);
-  EXPECT_EQ(window.answer_to(21, name(FLOOR_PLAN)), type::kOk);
+  EXPECT_EQ(window.answer_to(21, name(FLOOR_PLAN)), type::kError) << "not in the folder";
+  std::filesystem::copy(FLOOR_PLAN, folder_.path() / "floor.dxf");
+  EXPECT_EQ(window.answer_to(21, name("floor.dxf")), type::kOk);
   press_on_until_ok(window);
   Cloud cloud;
   ASSERT_TRUE(eventually(

@@ -368,7 +368,7 @@ TEST_F(PathTest, ExecutesTasksInOrder) {
 // The vehicle was carried away: its localisation has detected this, searches, and finds the
 // position.
 TEST_F(PathTest, StopsWhileItsPositionIsUncertain) {
-  start_robot();
+  start_robot({"--startDeviation=0"});
   start("PathRDDF");
   start("PilotPath", {"--scan2dInst=-1", "--deviationMax=500"});
   let_drive();

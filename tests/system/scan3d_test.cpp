@@ -26,7 +26,7 @@ class Scan3dTest : public RobotTest {
         {std::string(TIMS_PROGRAMS) + "/rack-emulate", "servo", "pty:" + line + "?can=125000"}));
     ASSERT_TRUE(axis_->wait_for_line("for driver"));
     start("ServoDrive", servo_arguments());
-    start("ChassisSim", {"--vxMax=2000", "--periodTime=50"});
+    start("ChassisSim", {"--vxMax=2000", "--periodTime=50", "--moveDeadline=0"});
     start("OdometryChassis");
     start("Position");
     start("tims-test-ladar");

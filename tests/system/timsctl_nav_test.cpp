@@ -18,7 +18,7 @@ class TimsctlNavTest : public RobotTest {
     start("ChassisSim", {"--omegaMax=90", "--periodTime=50", "--acceleration=1", "--vxMax=1000",
                          "--accMax=1000", "--decMax=1000"});
     start("OdometryChassis");
-    start("Position");
+    start("Position", {"--startDeviation=0"});
   }
   void start_pilot(const std::vector<std::string>& of_path = {}) {
     std::vector<std::string> arguments = {"--cellSize=50"};
@@ -138,6 +138,13 @@ TEST_F(TimsctlNavTest, CtrlCAndTheTimeoutStopIt) {
   EXPECT_EQ(late.code, 6) << late.out;
   EXPECT_THAT(late.err, HasSubstr(" m to go"));
   EXPECT_TRUE(stands());
+
+  auto killed = begin({"goto", "15", "0", "--json"});
+  ASSERT_TRUE(killed) << killed.error().message();
+  ASSERT_TRUE(killed->wait_for_line("\"driving\""));
+  killed->signal(SIGKILL);
+  EXPECT_TRUE(eventually([&] { return stands() ? "" : "it drives"; }));
+  EXPECT_EQ(nav({"goto", "2", "0"}).code, 0) << "another destination";
 }
 
 // Another client holds it: it does not move, and after some time this is reported.
@@ -159,7 +166,7 @@ TEST_F(TimsctlNavTest, GivesUpWhenItMakesNoProgress) {
 TEST_F(TimsctlNavTest, DrivesToAGeographicDestination) {
   start("ChassisSim", {"--omegaMax=90", "--periodTime=50", "--vxMax=1000"});
   start("OdometryChassis");
-  start("Position", {"--positionReference=2", "--autoOffset=1"});
+  start("Position", {"--positionReference=2", "--autoOffset=1", "--startDeviation=0"});
   start_pilot();
   ASSERT_TRUE(turned_on("Position(0/0)"));
   const Ran nowhere = nav({"goto", "--gps", "52.4", "9.7"});

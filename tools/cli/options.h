@@ -76,7 +76,7 @@ struct Options {
   bool yes = false;
   bool raw = false;
   bool no_wait = false;
-  bool anyway = false;  // of nav goto
+  bool anyway = false;   // of nav goto
   bool dry_run = false;  // of component param save
   bool origin = false;
   bool all_routers = false;

@@ -26,6 +26,9 @@ constexpr tims::Duration kLookEvery = 200ms;
 constexpr tims::Duration kPrintEvery =
     1s;  // interval of progress lines if they cannot be overwritten
 constexpr tims::Duration kPatience = 30s;
+// Without this program, however it ends, the robot stands after this time.
+constexpr rack::Milliseconds<rack::u32> kWatchdog = 3000;
+constexpr tims::Duration kWatchEvery = 600ms;
 constexpr tims::Duration kNavGotoStopPatience = 5s;
 constexpr tims::Duration kLocalisation = 10s;  // for a localisation that was just turned on
 constexpr double kSure = 500;                  // mm, standard deviation
@@ -210,6 +213,7 @@ class Drive {
     const tims::Time end = context_.run_end();
     DriveWatch watch(status().recordingTime, begin, context_.options.patience.value_or(kPatience));
     for (;;) {
+      renew_watchdog(kWatchdog);
       context_.signals.sleep_until(tims::os::deadline_after(kLookEvery));
       const tims::Time now = tims::os::now();
       const rack::PilotStatusData seen = status();
@@ -228,6 +232,14 @@ class Drive {
                       "use a longer --for");
       }
     }
+  }
+
+  // Pilots that do not have it drive on without it.
+  void renew_watchdog(rack::Milliseconds<rack::u32> timeout) {
+    const tims::Time now = tims::os::now();
+    if (timeout != 0 && now < next_watch_) return;
+    next_watch_ = now + kWatchEvery;
+    (void)robot_.client().ask(pilot_, rack::PilotType::kWatchdog, rack::PilotWatchdogData{timeout});
   }
 
   static double rest_m(const rack::PilotStatusData& status) {
@@ -268,8 +280,8 @@ class Drive {
     if (!scan_) return "the pilot is stopped";
     const auto scan = robot_.data<rack::Scan2dData>(*scan_);
     if (!scan) return robot_.name(*scan_) + " has no scan";
-    const auto ahead = free_ahead(*scan, hull_);
-    return ahead ? fmt::format("an obstacle is {:.2f} m ahead", *ahead) : "the lane ahead is free";
+    const std::string obstacle = obstacle_text(*scan, hull_);
+    return obstacle.empty() ? fmt::format("no obstacle is within {} m", kNearby) : obstacle;
   }
 
   Exit finish(DriveState state, const rack::PilotStatusData& status, double seconds) {
@@ -327,6 +339,7 @@ class Drive {
               "use the emergency stop");
       return context_.out.note(robot_.name(pilot_) + " is off, the robot stops");
     }
+    renew_watchdog(0);
     const tims::Time deadline = tims::os::deadline_after(kNavGotoStopPatience);
     bool stands = false;
     while (!stands && tims::os::now() < deadline) {
@@ -348,6 +361,7 @@ class Drive {
   std::optional<tims::Address> scan_;
   rack::ChassisParamData hull_;
   rack::Position3d goal_;
+  tims::Time next_watch_{};
   std::optional<DriveState> printed_;
   tims::Time printed_at_{};
   bool open_line_ = false;

@@ -99,7 +99,7 @@ std::string_view name(DriveState state) {
 
 DriveState DriveWatch::take(const rack::PilotStatusData& status, tims::Time now) {
   const DriveState state = judge(status, now);
-  if (state == DriveState::kDriving || state == DriveState::kTurning) moved_ = now;
+  if (state == DriveState::kDriving || state == DriveState::kTurning || idle_since_) moved_ = now;
   return !is_end(state) && now - moved_ >= patience_ ? DriveState::kBlocked : state;
 }
 
@@ -132,16 +132,33 @@ DriveState DriveWatch::judge(const rack::PilotStatusData& status, tims::Time now
   }
 }
 
-std::optional<double> free_ahead(const rack::Scan2dData& scan, const rack::ChassisParamData& hull) {
-  std::optional<double> nearest;
+std::string obstacle_text(const rack::Scan2dData& scan, const rack::ChassisParamData& hull) {
+  struct Nearest {
+    double distance = kNearby;
+    std::string_view where{};
+  };
+  Nearest ahead;
+  Nearest any;
   for (const rack::ScanPoint& point : scan.points) {
     constexpr rack::i32 kNothing = rack::scan_point::kInvalid | rack::scan_point::kMaxRange;
     if ((point.type & kNothing) != 0) continue;
-    if (point.y < -hull.boundaryLeft.raw() || point.y > hull.boundaryRight.raw()) continue;
-    const double ahead = point.x.si() - hull.boundaryFront.si();
-    if (ahead >= 0 && (!nearest || ahead < *nearest)) nearest = ahead;
+    const double front = point.x.si() - hull.boundaryFront.si();
+    const double back = -point.x.si() - hull.boundaryBack.si();
+    const double right = point.y.si() - hull.boundaryRight.si();
+    const double left = -point.y.si() - hull.boundaryLeft.si();
+    const double along = std::max({0.0, front, back});
+    const double across = std::max({0.0, right, left});
+    const double distance = std::hypot(along, across);
+    if (across == 0 && front > 0 && distance < ahead.distance) ahead = {distance, "ahead"};
+    if (distance >= any.distance) continue;
+    any = {distance, across > along ? (right > 0 ? "to the right" : "to the left")
+                                    : (front > 0 ? "ahead" : "behind")};
   }
-  return nearest;
+  constexpr double kFarther = 0.3;  // what is much nearer beside it holds it back
+  const bool is_ahead = !ahead.where.empty() && ahead.distance < any.distance + kFarther;
+  const Nearest& named = is_ahead ? ahead : any;
+  if (named.where.empty()) return {};
+  return fmt::format("an obstacle is {:.2f} m {}", named.distance, named.where);
 }
 
 PathSummary summary_of(std::span<const rack::PolarSpline> splines) {

@@ -82,9 +82,11 @@ class DriveWatch {
   bool drove_ = false;
 };
 
-// Distance in m from the front of the hull to the nearest point in the lane ahead; empty: it is
-// free.
-std::optional<double> free_ahead(const rack::Scan2dData& scan, const rack::ChassisParamData& hull);
+// The obstacle that a standing robot most likely waits for: what is in the lane ahead, unless
+// something else is much nearer to its hull. "an obstacle is 0.31 m ahead". Empty: nothing is
+// within kNearby.
+std::string obstacle_text(const rack::Scan2dData& scan, const rack::ChassisParamData& hull);
+inline constexpr double kNearby = 1;  // m, from the hull
 
 // --- path
 

@@ -155,22 +155,22 @@ TEST_F(DriveWatchTest, ARestartedPilotDrivesOn) {
   EXPECT_EQ(report(pilot::kRunning, 4900, 400), DriveState::kDriving);
 }
 
-TEST(FreeAhead, SeesTheLaneOnly) {
+TEST(ObstacleText, NamesWhatIsAheadOrNearest) {
   rack::ChassisParamData hull;
-  hull.boundaryFront = 400;
+  hull.boundaryFront = hull.boundaryBack = 400;
   hull.boundaryLeft = hull.boundaryRight = 300;
   rack::Scan2dData scan;
-  EXPECT_FALSE(free_ahead(scan, hull));
-  const auto add = [&](int x, int y, int type) {
+  const auto with = [&](int x, int y, int type = 0) {
     scan.points.push_back({.x = x, .y = y, .type = type});
+    return obstacle_text(scan, hull);
   };
-  add(1000, 500, 0);  // beside it
-  add(-700, 0, 0);    // behind
-  add(600, 0, rack::scan_point::kInvalid);
-  EXPECT_FALSE(free_ahead(scan, hull));
-  add(3000, -100, 0);
-  add(1400, 290, 0);
-  EXPECT_NEAR(*free_ahead(scan, hull), 1.0, 1e-9);
+  EXPECT_EQ(obstacle_text(scan, hull), "");
+  EXPECT_EQ(with(600, 0, rack::scan_point::kInvalid), "");
+  EXPECT_EQ(with(1410, 0), "") << "more than 1 m away";
+  EXPECT_EQ(with(-1300, 0), "an obstacle is 0.90 m behind");
+  EXPECT_EQ(with(0, 850), "an obstacle is 0.55 m to the right");
+  EXPECT_EQ(with(1000, 100), "an obstacle is 0.60 m ahead") << "though the other one is nearer";
+  EXPECT_EQ(with(100, -320), "an obstacle is 0.02 m to the left");
 }
 
 TEST(PathSummary, AddsUpLengthsAndTimes) {

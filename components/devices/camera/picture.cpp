@@ -31,7 +31,7 @@ constexpr std::array<Mode, 11> kModes = {{
     {"mono8", camera_mode::kMono8, 8, "GREY,YUYV,UYVY,MJPG,JPEG,RGB3,BGR3,RGGB,GBRG,GRBG,BA81"},
     {"mono12", camera_mode::kMono12, 16, "Y16"},
     {"mono16", camera_mode::kMono16, 16, "Y16"},
-    {"rgb24", camera_mode::kRgb24, 24, "RGB3,BGR3,YUYV,UYVY,MJPG,JPEG,RGGB,GBRG,GRBG,BA81"},
+    {"rgb24", camera_mode::kRgb24, 24, "BGR3,RGB3,YUYV,UYVY,MJPG,JPEG,RGGB,GBRG,GRBG,BA81"},
     {"yuv422", camera_mode::kYuv422, 16, "UYVY,YUYV,MJPG,JPEG"},
     {"raw8", camera_mode::kRaw8, 8, kBayerFormats},
     {"raw12", camera_mode::kRaw12, 16, kBayer16Formats},
@@ -210,10 +210,11 @@ Result<void> PictureMaker::from_jpeg(std::span<const std::byte> frame, u16 mode,
   if (mode != camera_mode::kMono8 && mode != camera_mode::kRgb24 && mode != camera_mode::kYuv422)
     return cannot(video::kMjpeg, mode);
   const bool is_grey = mode == camera_mode::kMono8;
+  const bool is_decoded = is_grey || mode == camera_mode::kRgb24;  // without another conversion
   const auto size = jpeg_.decode(frame, is_grey ? PixelLayout::kGrey : PixelLayout::kBgr,
-                                 kCameraBytesMax, is_grey ? picture.image : bgr_);
+                                 kCameraBytesMax, is_decoded ? picture.image : bgr_);
   if (!size) return size.error();
-  if (!is_grey) {
+  if (!is_decoded) {
     const PixelView view{.layout = PixelLayout::kBgr, .size = *size, .bytes = bgr_};
     if (auto made = converter_.convert(view, *layout_of_mode(mode), picture.image); !made)
       return made;
@@ -225,7 +226,7 @@ Result<void> PictureMaker::from_jpeg(std::span<const std::byte> frame, u16 mode,
 Result<void> PictureMaker::compress(const CameraData& from, CameraData& jpeg) {
   jpeg.recordingTime = from.recordingTime;
   const std::uint32_t format = from.mode == camera_mode::kMono8    ? video::kGrey
-                               : from.mode == camera_mode::kRgb24  ? video::kRgb24
+                               : from.mode == camera_mode::kRgb24  ? video::kBgr24
                                : from.mode == camera_mode::kYuv422 ? video::kUyvy
                                : from.mode == camera_mode::kJpeg   ? video::kJpeg
                                                                    : 0;

@@ -1,7 +1,7 @@
 // Converts frames of V4L2 and IIDC cameras to pictures of the modes of the camera class.
 //
 // 16 bit values are big-endian, as those of the IEEE 1394 cameras for which the class was designed;
-// rgb24 is R G B, yuv422 is U Y0 V Y1. The raw modes have one colour per pixel; colorFilterId
+// rgb24 is B G R, yuv422 is U Y0 V Y1. The raw modes have one colour per pixel; colorFilterId
 // states which one. mono12 and raw12 are 12 of 16 bits.
 #pragma once
 
@@ -26,7 +26,7 @@ constexpr std::optional<pictures::PixelLayout> layout_of_mode(u16 mode) {
     case camera_mode::kMono8:
       return pictures::PixelLayout::kGrey;
     case camera_mode::kRgb24:
-      return pictures::PixelLayout::kRgb;
+      return pictures::PixelLayout::kBgr;
     case camera_mode::kYuv422:
       return pictures::PixelLayout::kUyvy;
     case camera_mode::kMono12:

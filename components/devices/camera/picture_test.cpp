@@ -173,13 +173,39 @@ TEST(PictureTest, ColoursOfYuv) {
   };
   for (std::size_t i = 0; i < 3; ++i) near(i, 0);
   for (std::size_t i = 3; i < 6; ++i) near(i, 255);
-  near(6, 255);
+  near(6, 0);
   near(7, 0);
-  near(8, 0);
+  near(8, 255);
   ASSERT_TRUE(maker.make(head, frame, camera_mode::kMono8, picture));
   EXPECT_EQ(std::vector<std::byte>(picture.image), bytes({16, 235, 81, 81}));
   ASSERT_TRUE(maker.make(head, frame, camera_mode::kYuv422, picture));
   EXPECT_EQ(std::vector<std::byte>(picture.image), bytes({128, 16, 128, 235, 90, 81, 240, 81}));
+}
+
+// The original's driver, its CameraJpeg and its window agree on B G R. One red pixel.
+TEST(PictureTest, Rgb24IsBlueGreenRed) {
+  PictureMaker maker(95);
+  CameraData picture;
+  const auto red = bytes({0, 0, 255});
+  for (const auto& [format, frame] :
+       {std::pair{video::kRgb24, bytes({255, 0, 0})}, std::pair{video::kBgr24, red}}) {
+    ASSERT_TRUE(maker.make({format, 1, 1, 0}, frame, camera_mode::kRgb24, picture));
+    EXPECT_EQ(std::vector<std::byte>(picture.image), red) << letters_of(format);
+  }
+  EXPECT_EQ(pixels_of(picture)->layout, pictures::PixelLayout::kBgr);
+  // Red stays red on the way to JPEG and back.
+  CameraData wide{.width = 16, .height = 16, .mode = camera_mode::kRgb24};
+  for (int i = 0; i < 256; ++i) wide.image.insert(wide.image.end(), red.begin(), red.end());
+  CameraData jpeg;
+  ASSERT_TRUE(maker.compress(wide, jpeg));
+  CameraData back;
+  ASSERT_TRUE(maker.make(kJpegHead, jpeg.image, camera_mode::kRgb24, back));
+  EXPECT_LT(std::to_integer<int>(back.image[0]), 8);
+  EXPECT_GT(std::to_integer<int>(back.image[2]), 247);
+  pictures::Jpeg decoder;
+  std::vector<std::byte> pixels;
+  ASSERT_TRUE(decoder.decode(jpeg.image, pictures::PixelLayout::kBgr, kCameraBytesMax, pixels));
+  EXPECT_GT(std::to_integer<int>(pixels[2]), 247);
 }
 
 TEST(PictureTest, LinesMayBeLongerThanTheirPixels) {
@@ -187,7 +213,7 @@ TEST(PictureTest, LinesMayBeLongerThanTheirPixels) {
   PictureMaker maker;
   CameraData picture;
   ASSERT_TRUE(maker.make(head, bytes({1, 2, 3, 99, 4, 5, 6}), camera_mode::kRgb24, picture));
-  EXPECT_EQ(std::vector<std::byte>(picture.image), bytes({3, 2, 1, 6, 5, 4}));
+  EXPECT_EQ(std::vector<std::byte>(picture.image), bytes({1, 2, 3, 4, 5, 6}));
   EXPECT_FALSE(maker.make(head, bytes({1, 2, 3, 99, 4, 5}), camera_mode::kRgb24, picture));
 }
 
@@ -290,7 +316,8 @@ TEST(PictureTest, KnownAnswersOfYuyv) {
                                         std::pair{video::kUyvy, bytes({u, y0, v, y1})}}) {
       ASSERT_TRUE(maker.make({format, 2, 1, 4}, frame, camera_mode::kRgb24, picture));
       for (std::size_t i = 0; i < rgb.size(); ++i)
-        EXPECT_NEAR(std::to_integer<int>(picture.image[i]), rgb.at(i), 1) << y0 << " " << u;
+        EXPECT_NEAR(std::to_integer<int>(picture.image[i / 3 * 3 + 2 - i % 3]), rgb.at(i), 1)
+            << y0 << " " << u;
     }
   }
 }
@@ -348,7 +375,8 @@ TEST(JpegTest, KnownAnswersOfACamera) {
     const std::size_t at = answer.y * 160 + answer.x;
     EXPECT_NEAR(std::to_integer<int>(grey.image[at]), answer.grey, kTolerance);
     for (std::size_t part = 0; part < 3; ++part)
-      EXPECT_NEAR(std::to_integer<int>(rgb.image[3 * at + part]), answer.rgb.at(part), kTolerance);
+      EXPECT_NEAR(std::to_integer<int>(rgb.image[3 * at + 2 - part]), answer.rgb.at(part),
+                  kTolerance);
     for (std::size_t part = 0; part < 4; ++part)
       EXPECT_NEAR(std::to_integer<int>(yuv.image[2 * at + part]), kPairs.at(i).at(part),
                   kTolerance);

@@ -1,5 +1,6 @@
 #include "components/devices/chassis/p2os.h"
 
+#include <numbers>
 #include <random>
 
 #include <gmock/gmock.h>
@@ -159,6 +160,47 @@ TEST_F(P2osDialogueTest, SonarsAreRaysAroundTheRobot) {
   EXPECT_EQ(rays.points[4].distance, 536);
   EXPECT_EQ(rays.points[5].type, ladar_point::kInvalid);
   EXPECT_NEAR(rays.points[4].angle.raw(), 0.1745, 1e-3);
+}
+
+// What the original's ChassisPioneer sends for turns to the right: the type of numbers that are not
+// negative (3B), and a negative number of 16 bits. Bytes by its checksum.
+TEST(PioneerRobotTest, ObeysTheDriverOfTheOriginal) {
+  struct Nobody final : Output {
+    void send(std::span<const std::byte>, std::uint32_t) override {}
+  } nobody;
+  PioneerEmulator robot;
+  Time now{100s};
+  robot.start(now, nobody);
+  const auto send = [&](std::initializer_list<int> values) {
+    std::vector<std::byte> bytes;
+    for (const int value : values) bytes.push_back(static_cast<std::byte>(value));
+    now += 10ms;
+    robot.on_arrival({.bytes = bytes, .first = now, .last = now}, nobody);
+    while (robot.next_timeout() <= now) robot.on_timeout(robot.next_timeout(), nobody);
+  };
+  send({0xFA, 0xFB, 3, 0, 0, 0});
+  send({0xFA, 0xFB, 3, 1, 0, 1});
+  send({0xFA, 0xFB, 3, 2, 0, 2});
+  send({0xFA, 0xFB, 3, 1, 0, 1});
+  send({0xFA, 0xFB, 6, 4, 0x3B, 1, 0, 5, 0x3B});
+  ASSERT_TRUE(robot.is_enabled());
+  send({0xFA, 0xFB, 6, 21, 0x3B, 0xEC, 0xFF, 0x02, 0x3A});  // RVEL -20: to the right
+  for (int i = 0; i < 100; ++i) send({0xFA, 0xFB, 3, 0, 0, 0});
+  constexpr double kTwentyDegrees = 20 * std::numbers::pi / 180;
+  EXPECT_NEAR((robot.body().left() - robot.body().right()) / robot.body().track(), kTwentyDegrees,
+              1e-3);
+  EXPECT_GT(robot.body().pose().rho, 0);
+  // The same number in the way of the manual.
+  const auto packet = p2os_command(P2osCommand::kTurn, -20);
+  now += 10ms;
+  robot.on_arrival({.bytes = packet.view(), .first = now, .last = now}, nobody);
+  for (int i = 0; i < 100; ++i) send({0xFA, 0xFB, 3, 0, 0, 0});
+  EXPECT_NEAR((robot.body().left() - robot.body().right()) / robot.body().track(), kTwentyDegrees,
+              1e-3);
+  // Backward, as both send it.
+  send({0xFA, 0xFB, 6, 11, 0x1B, 100, 0, 0x6F, 0x1B});
+  for (int i = 0; i < 100; ++i) send({0xFA, 0xFB, 3, 0, 0, 0});
+  EXPECT_NEAR((robot.body().left() + robot.body().right()) / 2, -100, 1);
 }
 
 std::vector<std::byte> recorded_stream() {

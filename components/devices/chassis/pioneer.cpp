@@ -21,6 +21,14 @@ void send_framed(std::span<const std::byte> body, Output& out) {
   out.send(bytes);
 }
 
+// 1B: the argument is a size below zero. Otherwise it is a number of 16 bits with its sign, which
+// the original's driver sends for turns to the right.
+int argument_of(std::span<const std::byte> body) {
+  if (body.size() < 4) return 0;
+  if (body[1] == std::byte{0x1B}) return -static_cast<int>(little_endian<std::uint16_t>(body, 2));
+  return little_endian<std::int16_t>(body, 2);
+}
+
 }  // namespace
 
 void PioneerEmulator::start(Time now, Output&) {
@@ -54,8 +62,7 @@ void PioneerEmulator::on_command(std::span<const std::byte> body, Time now, Outp
     send_framed(body, out);
     return;
   }
-  const int sign = body.size() >= 4 && body[1] == std::byte{0x1B} ? -1 : 1;
-  const int value = body.size() >= 4 ? sign * little_endian<std::uint16_t>(body, 2) : 0;
+  const int value = argument_of(body);
   switch (static_cast<P2osCommand>(number)) {
     case P2osCommand::kOpen:
       if (synced_ == 3 && !opened_) {

@@ -19,8 +19,14 @@ std::optional<std::size_t> arguments_of(int opcode, std::span<const std::byte> r
     case 0x84:
     case 0x8F:
       return 0;
+    case 0x8C: {  // a song: its number, its length, and two bytes a note
+      constexpr std::size_t kNotesMax = 16;
+      const std::size_t notes = rest.size() < 2 ? 0 : std::to_integer<std::size_t>(rest[1]);
+      return notes > kNotesMax ? std::nullopt : std::optional(2 + 2 * notes);
+    }
     case 0x81:
     case 0x8A:
+    case 0x8D:
     case 0x8E:
     case 0x96:
       return 1;
@@ -37,7 +43,7 @@ std::optional<std::size_t> arguments_of(int opcode, std::span<const std::byte> r
 }  // namespace
 
 void RoombaEmulator::start(Time, Output& out) {
-  started_ = full_ = false;
+  started_ = in_control_ = false;
   next_frame_ = tims::kNever;
   received_.clear();
   out.set_baud(model_ == RoombaModel::kRoomba ? 57600 : 115200);
@@ -59,18 +65,20 @@ void RoombaEmulator::on_command(std::span<const std::byte> bytes, Time now, Outp
   const int opcode = std::to_integer<int>(bytes[0]);
   if (opcode == 0x80) {
     started_ = true;
-    full_ = false;
+    in_control_ = false;
   }
   if (!started_) return;
   constexpr std::array<std::uint32_t, 12> kRates = {300,   600,   1200,  2400,  4800,  9600,
                                                     14400, 19200, 28800, 38400, 57600, 115200};
   if (opcode == 0x81 && std::to_integer<std::size_t>(bytes[1]) < kRates.size())
     out.set_baud(kRates[std::to_integer<std::size_t>(bytes[1])]);
-  if (opcode == 0x84) full_ = true;
+  // CONTROL of a Roomba (SAFE of a Create 2), or FULL: both move on command. The original's driver
+  // sends CONTROL only.
+  if (opcode >= 0x82 && opcode <= 0x84) in_control_ = true;
   if (opcode == 0x8E) send_sensors(out);
   if (opcode == 0x94) next_frame_ = now + kFrames;
   if (opcode == 0x96) next_frame_ = tims::kNever;
-  if (!full_) return;
+  if (!in_control_) return;
   if (opcode == 0x8A) motors_ = std::to_integer<int>(bytes[1]);
   if (opcode == 0x91)
     body_.set_targets(big_endian<std::int16_t>(bytes, 3), big_endian<std::int16_t>(bytes, 1));

@@ -20,7 +20,7 @@ class RoombaEmulator final : public WheeledRobot {
   void touch(bool is_touching) override { bumps = is_touching ? 3 : 0; }
 
   [[nodiscard]] int motors() const { return motors_; }
-  [[nodiscard]] bool is_in_control() const { return full_; }
+  [[nodiscard]] bool is_in_control() const { return in_control_; }
   std::uint8_t bumps = 0;  // reported bumper state
   std::uint8_t overcurrents = 0;
 
@@ -32,7 +32,7 @@ class RoombaEmulator final : public WheeledRobot {
   RoombaModel model_;
   StreamBuffer received_{256};
   bool started_ = false;
-  bool full_ = false;
+  bool in_control_ = false;  // not passive: it obeys DRIVE and MOTORS
   int motors_ = 0;
   double reported_left_ = 0;  // distance reported so far, mm
   double reported_right_ = 0;

@@ -164,6 +164,48 @@ INSTANTIATE_TEST_SUITE_P(Models, RoombaTest,
                            return model.param == RoombaModel::kRoomba ? "Roomba" : "Create2";
                          });
 
+// What the original's ChassisRoomba sends at ON, and its commands: it takes control by CONTROL, not
+// by FULL, and plays a note, whose bytes are no commands.
+TEST(RoombaRobotTest, ObeysTheDriverOfTheOriginal) {
+  struct CountingOutput final : Output {
+    void send(std::span<const std::byte> bytes, std::uint32_t) override { sent += bytes.size(); }
+    std::size_t sent = 0;
+  } output;
+  RoombaEmulator robot(RoombaModel::kRoomba);
+  robot.start(Time(1s), output);
+  Time now(1s);
+  const auto send = [&](std::initializer_list<int> values) {
+    std::vector<std::byte> bytes;
+    for (const int value : values) bytes.push_back(static_cast<std::byte>(value));
+    now += 20ms;
+    robot.on_arrival({.bytes = bytes, .first = now, .last = now}, output);
+  };
+  send({0x80});
+  send({0x89, 0, 100, 0x80, 0});
+  EXPECT_FALSE(robot.is_in_control()) << "passive after START";
+  EXPECT_TRUE(robot.body().must_stop());
+  send({0x81, 7});
+  send({0x82});
+  EXPECT_TRUE(robot.is_in_control());
+  send({0x8C, 0x0F, 1, 0x80, 12});  // a note of the number of START does not end the control
+  send({0x8D, 0x0F});
+  EXPECT_TRUE(robot.is_in_control());
+  send({0x8A, 5});
+  EXPECT_EQ(robot.motors(), 5);
+  send({0x89, 0, 200, 0x80, 0});
+  EXPECT_FALSE(robot.body().must_stop());
+  send({0x8E, 0});
+  EXPECT_EQ(output.sent, 26U);
+  for (int i = 0; i < 50; ++i) send({0x89, 0, 100, 0xFF, 0xFF});  // on the spot, clockwise
+  EXPECT_GT(robot.body().left(), 50);
+  EXPECT_LT(robot.body().right(), -50);
+  send({0x89, 0, 0, 0x80, 0});
+  EXPECT_TRUE(robot.body().must_stop());
+  send({0x8C, 0, 17});  // a longer song than there is: dropped, and the next command is taken
+  send({0x89, 0, 200, 0x80, 0});
+  EXPECT_FALSE(robot.body().must_stop());
+}
+
 TEST(Create2FramesTest, EverySplitAndEveryFlippedBit) {
   struct RecordingOutput final : Output {
     void send(std::span<const std::byte> bytes, std::uint32_t) override {

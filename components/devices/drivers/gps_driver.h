@@ -84,9 +84,7 @@ class GpsDriver : public Driver<GpsData, Dialog> {
     if (!updated) this->log().warning("{}", updated.error().detail());
     if (updated && *updated) data.recordingTime = time_stamp_of(measured);
     constexpr i32 kDeviation = 300;  // ms, standard deviation of the delay until a receiver sends
-    constexpr i32 kCentury = 100;
     ClockData clock = clock::clock_of(std::chrono::floor<std::chrono::seconds>(*moment.utc));
-    clock.year = clock.year % kCentury;
     clock.recordingTime = data.recordingTime;
     clock.syncMode = 1;
     clock.varT = by_pulse ? 1 : kDeviation;

@@ -48,7 +48,7 @@ bool fill(const Shown& shown, std::chrono::hours ahead, bool is_synchronised, Cl
   clock.second = *shown.second;
   clock.day = *shown.day;
   clock.month = *shown.month;
-  clock.year = *shown.year;
+  clock.year = static_cast<i32>(static_cast<int>(date.year()));  // 2026, not 26
   clock.dayOfWeek = *shown.weekday;
   clock.utcTime = (midnight.time_since_epoch() + time - ahead).count();
   clock.syncMode = is_synchronised ? 1 : 0;

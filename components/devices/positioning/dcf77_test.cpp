@@ -24,7 +24,7 @@ TEST(Dcf77Test, AMeinbergTelegramInWinterInSummerAndInUtc) {
   EXPECT_EQ(clock.second, 56);
   EXPECT_EQ(clock.day, 23);
   EXPECT_EQ(clock.month, 11);
-  EXPECT_EQ(clock.year, 26);
+  EXPECT_EQ(clock.year, 2026);
   EXPECT_EQ(clock.dayOfWeek, 1);
   EXPECT_EQ(clock.syncMode, 1);
   EXPECT_EQ(clock.utcTime, 1795433696);
@@ -53,7 +53,7 @@ TEST(Dcf77Test, AnEmcProTelegram) {
   EXPECT_EQ(clock.second, 0);
   EXPECT_EQ(clock.day, 16);
   EXPECT_EQ(clock.month, 4);
-  EXPECT_EQ(clock.year, 93);
+  EXPECT_EQ(clock.year, 1993);
   EXPECT_FALSE(parse_emc_pro("<11411604935F0010000000>D5", clock));
   ASSERT_TRUE(parse_emc_pro("<12342311261F0000000056>", clock));
   EXPECT_EQ(clock.syncMode, 1);

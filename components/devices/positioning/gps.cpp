@@ -34,15 +34,25 @@ std::optional<Duration> measured_by_pulse(Duration pulse, Duration fraction, Dur
 
 std::optional<PositionData> weighed(const PositionData& known, const GpsData& fix,
                                     bool has_course) {
+  // A Position that was never updated has a standard deviation of 100 m (startDeviation) around an
+  // origin that may be a continent away: a weighted mean would not be at the fix.
+  constexpr i32 kUnknown = 50000;                        // mm
+  constexpr double kUnknownTurn = std::numbers::pi / 2;  // rad
   if (2.0 * std::max(known.var.x, known.var.y) <= std::max(fix.var.x, fix.var.y)) return {};
   // Weight of the fix: 0 keeps the known value, 1 takes that of the fix.
   const auto share = [](double known_deviation, double fix_deviation) {
     const double squares = known_deviation * known_deviation + fix_deviation * fix_deviation;
     return squares > 0 ? known_deviation * known_deviation / squares : 0;
   };
-  const auto length = [&](auto& at, auto& deviation, double fix_at, double fix_deviation) {
+  const auto length = [&](auto& at, auto& deviation, const auto& fix_at,
+                          const auto& fix_deviation) {
+    if (deviation >= kUnknown) {
+      at = fix_at;
+      deviation = fix_deviation;
+      return;
+    }
     const double part = share(deviation, fix_deviation);
-    at = static_cast<i32>(std::lround(at + part * (fix_at - at)));
+    at = static_cast<i32>(std::lround(at + part * (static_cast<double>(fix_at) - at)));
     deviation = static_cast<i32>(std::lround(deviation * std::sqrt(1 - part)));
   };
   PositionData both = known;
@@ -50,10 +60,11 @@ std::optional<PositionData> weighed(const PositionData& known, const GpsData& fi
   length(both.pos.x, both.var.x, fix.pos.x, fix.var.x);
   length(both.pos.y, both.var.y, fix.pos.y, fix.var.y);
   if (!has_course) return both;
-  const double part = share(known.var.rho, fix.var.rho);
+  const double part = known.var.rho >= kUnknownTurn ? 1 : share(known.var.rho, fix.var.rho);
   const double turn = std::remainder(fix.pos.rho - known.pos.rho, 2 * std::numbers::pi);
-  both.pos.rho = static_cast<f32>(known.pos.rho + part * turn);
-  both.var.rho = static_cast<f32>(known.var.rho * std::sqrt(1 - part));
+  both.pos.rho = part == 1 ? fix.pos.rho.raw() : static_cast<f32>(known.pos.rho + part * turn);
+  both.var.rho =
+      part == 1 ? fix.var.rho.raw() : static_cast<f32>(known.var.rho * std::sqrt(1 - part));
   return both;
 }
 

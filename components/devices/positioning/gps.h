@@ -35,7 +35,8 @@ std::optional<Duration> measured_by_pulse(Duration pulse, Duration fraction, Dur
 // Combines the known position and a fix of the same time, weighted by their variances: the update
 // of a Kalman filter that measures its state. `has_course`: the fix has a heading. Empty if the
 // known deviation is less than half of that of the fix: the errors of fixes within minutes are
-// correlated, so another fix would not improve the position.
+// correlated, so another fix would not improve the position. A position that is not known yet (a
+// deviation of 50 m and more; a heading of 90 degrees and more) becomes that of the fix.
 std::optional<PositionData> weighed(const PositionData& known, const GpsData& fix, bool has_course);
 
 // 0 to 2 pi.

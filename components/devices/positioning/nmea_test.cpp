@@ -494,6 +494,33 @@ TEST(GpsTest, AFixIsWeighedByHowSureItIs) {
   EXPECT_FLOAT_EQ(weighed(known, fix, false)->pos.rho, 0.1F) << "a receiver at rest has no course";
 }
 
+// A Position that was never updated is 100 m uncertain about an origin that may be far away: the
+// first good fix is where the robot is, to the millimetre, and so is the first course.
+TEST(GpsTest, TheFirstGoodFixCountsWhole) {
+  PositionData unknown;
+  unknown.var = {.x = 100'000, .y = 100'000, .rho = 3.14F};
+  GpsData fix;
+  fix.pos = {.x = 2'000'000'000, .y = -2'000'000'000, .rho = 4};
+  fix.var = {.x = 10'000, .y = 12'000, .rho = 0.35F};
+  const auto first = weighed(unknown, fix, false);
+  ASSERT_TRUE(first);
+  EXPECT_EQ(first->pos.x, 2'000'000'000);
+  EXPECT_EQ(first->pos.y, -2'000'000'000);
+  EXPECT_EQ(first->var.x, 10'000);
+  EXPECT_EQ(first->var.y, 12'000);
+  EXPECT_EQ(first->pos.rho, 0.0F);
+  EXPECT_EQ(first->var.rho, 3.14F) << "a receiver at rest has no course";
+  const auto moving = weighed(unknown, fix, true);
+  EXPECT_EQ(moving->pos.rho, 4.0F);
+  EXPECT_EQ(moving->var.rho, 0.35F);
+  // Just below, both count by their variances.
+  unknown.var = {.x = 49'999, .y = 49'999, .rho = 1.57F};
+  fix.pos = {.x = 10'000, .y = 0, .rho = 1};
+  const auto both = weighed(unknown, fix, true);
+  EXPECT_NEAR(both->pos.x.raw(), 10'000 * 0.9615, 10);
+  EXPECT_LT(both->pos.rho, 1.0F);
+}
+
 // The position of a receiver at rest drifts for minutes: a thousand fixes are not a thousand
 // independent measurements.
 TEST(GpsTest, FixesMakeNothingSurerThanHalfOfOne) {

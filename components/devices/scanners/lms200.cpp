@@ -39,19 +39,27 @@ std::byte rate_code(std::uint32_t baud) {
   }
 }
 
-// Field of view and step, deg, determined by the number of values.
+// Field of view and step, deg, determined by the number of values. The mirror measures one value a
+// degree: scans with a step of a half or a quarter degree are put together from two or four turns,
+// each shifted by the step.
 struct AngularField {
   std::size_t values;
   int angle;
   double step;
+  int turns;
+
+  // From the first value to the last one, ms, in whole milliseconds as the original counts.
+  [[nodiscard]] u32 duration() const {
+    return static_cast<u32>(kLms200TurnMilliseconds * ((turns - 1) * 360 + angle) / 360);
+  }
 };
-constexpr std::array<AngularField, 7> kAngularFields = {{{181, 180, 1.0},
-                                                         {361, 180, 0.5},
-                                                         {401, 100, 0.25},
-                                                         {101, 100, 1.0},
-                                                         {201, 100, 0.5},
-                                                         {100, 100, 1.0},
-                                                         {180, 180, 1.0}}};
+constexpr std::array<AngularField, 7> kAngularFields = {{{181, 180, 1.0, 1},
+                                                         {361, 180, 0.5, 2},
+                                                         {401, 100, 0.25, 4},
+                                                         {101, 100, 1.0, 1},
+                                                         {201, 100, 0.5, 2},
+                                                         {100, 100, 1.0, 1},
+                                                         {180, 180, 1.0, 1}}};
 
 const AngularField* field_of(std::size_t values) {
   for (const AngularField& field : kAngularFields)
@@ -144,7 +152,7 @@ bool decode_lms200_scan(std::span<const std::byte> body, LadarData& scan) {
   const double first = half - quarter;  // the scanner sends counterclockwise, so this is the last
 
   scan.maxRange = static_cast<i32>(mask) * scale;
-  scan.duration = static_cast<u32>(kLms200TurnMilliseconds * field->angle / 360);
+  scan.duration = field->duration();
   scan.endAngle = radians(first);
   scan.startAngle = radians(first - static_cast<double>(values - 1) * field->step);
   scan.points.resize(values);

@@ -55,6 +55,17 @@ TEST(Lms200Test, AScanGoesClockwise) {
   EXPECT_EQ(scan.duration, 6U);
 }
 
+// One, two or four turns of 13.3 ms: numbers of the original.
+TEST(Lms200Test, AFineScanTakesSeveralTurns) {
+  for (const auto& [values, milliseconds] :
+       {std::pair{181, 6U}, {180, 6U}, {101, 3U}, {100, 3U}, {201, 17U}, {361, 20U}, {401, 43U}}) {
+    LadarData scan;
+    ASSERT_TRUE(decode_lms200_scan(
+        measurement(static_cast<std::size_t>(values), kMillimetres, 1000), scan));
+    EXPECT_EQ(scan.duration, milliseconds) << values;
+  }
+}
+
 TEST(Lms200Test, CentimetresFlagsAndCodes) {
   LadarData scan;
   auto body = measurement(101, 0, 250);

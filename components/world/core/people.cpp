@@ -289,11 +289,13 @@ void People::look_ahead(std::size_t person, const Surroundings& around) {
   turn_round(behaviour);
 }
 
-// Moves away from the nearest point of a robot, if there is room.
+// Moves away from the nearest point of a robot, if there is room; who has overlooked it, when he
+// touches it.
 bool People::steps_back(std::size_t person, const Surroundings& around,
                         std::span<Contacts> contacts) {
   Figure& figure = figures_[person];
-  if (behaviours_[person].meeting == Meeting::kOverlooks) return false;
+  const Behaviour& behaviour = behaviours_[person];
+  if (behaviour.meeting == Meeting::kOverlooks && !behaviour.touches) return false;
   const auto too_near = std::ranges::find_if(around.robots, [&](const Box& box) {
     return distance(figure.at, box) < kPersonRadius + kStepsBack;
   });

@@ -71,6 +71,21 @@ TEST(People, StepBackFromARobotThatComesTooNear) {
   EXPECT_EQ(contacts[0], Contacts{});
 }
 
+TEST(People, StepBackFromARobotThatTheyHaveWalkedInto) {
+  const Scenery scenery(two_rooms(), {});
+  const std::vector<Box> robots = {Box::of({3000, 1000}, 0, 600, 500)};
+  const WalkDescription walk{.places = {{1000, 1000}, {4500, 1000}}};
+  People people({.avoids_share = 0, .walks = {walk}}, kRooms, {scenery, robots, {}}, 3);
+  std::vector<Contacts> contacts(1);
+  constexpr int kSecond = 200;  // steps
+  int steps = 0;
+  while (contacts[0].bumped == 0 && ++steps < 60 * kSecond)
+    people.step({scenery, robots, {}}, contacts);
+  ASSERT_EQ(contacts[0].bumped, 1U);
+  for (int i = 0; i < kSecond; ++i) people.step({scenery, robots, {}}, contacts);
+  EXPECT_GT(distance(people.figures()[0].at, robots[0]), kPersonRadius + 50);
+}
+
 // Between the rooms and back, as long as it takes; the same again from the same seed.
 TEST(People, WalkFromPlaceToPlaceInTurn) {
   const Scenery scenery(two_rooms(), kTable);

@@ -283,12 +283,12 @@ TEST(WorldFile, HasCameras) {
 TEST(WorldFile, HasTheWallsOfAMapOfRos) {
   const WorldFile file = read("[[plan]]\nfile = \"maps/hall.yaml\"\nheight = 2000\n");
   ASSERT_THAT(file.problems, IsEmpty());
-  ASSERT_EQ(file.description.walls.size(), 4U);
-  for (const WallDescription& wall : file.description.walls) {
-    EXPECT_EQ(wall.height, 2000);
-    EXPECT_TRUE(wall.from.x == 0 || wall.from.x == 100) << wall.from.x;
-    EXPECT_TRUE(wall.from.y == 0 || wall.from.y == 200) << wall.from.y;
-  }
+  ASSERT_EQ(file.description.walls.size(), 1U) << "in the middle of the cells";
+  const WallDescription& wall = file.description.walls.front();
+  EXPECT_EQ(wall.height, 2000);
+  EXPECT_EQ(wall.from.x, 50);
+  EXPECT_EQ(wall.to.x, 50);
+  EXPECT_EQ(std::abs(wall.to.y - wall.from.y), 200);
   EXPECT_THAT(problems("[[plan]]\nfile = \"maps/none.yaml\"\n"),
               ElementsAre("w.toml:2:8: maps/none.yaml: its image: maps/none.pgm: No such file or "
                           "directory"));

@@ -246,13 +246,22 @@ void Scenario::ask(std::string_view component,
 
 void Scenario::turn_on(std::string_view component) { ask(component, &Proxy::on); }
 
-// Recording starts at the next ON of each component.
+// Recording starts at the next ON of each component. Which file is written can be set only by a
+// program of the component's own host.
 void Scenario::record_all() {
   for (const std::string_view component : kRecorded) {
     Parameter record{.type = Parameter::kString};
     (void)record.name.assign("record");
     (void)record.valueString.assign(recording_of(component));
-    ask(component, [&](Proxy& proxy) { return proxy.set_param(record); });
+    std::string why;
+    const bool done = await(kScenarioPatience, [&] {
+      return std::ranges::any_of(subscriptions_, [&](const auto& host) {
+        const auto set = Proxy(host->work(), address_of(component), {.on = 5s}).set_param(record);
+        if (!set) why = set.error().message();
+        return set.ok();
+      });
+    });
+    if (!done) throw Failure(Exit::kNo, "refused", why, "see the log of the component");
   }
 }
 

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
+
+#include <fmt/format.h>
 
 #include "components/localisation/grid_map.h"
 #include "components/localisation/likelihood_field.h"
@@ -14,6 +17,7 @@ namespace rack::drives {
 namespace {
 
 constexpr double kCell = 50;         // mm, of the maps
+constexpr double kNear = 1000;       // mm, of people that a contact is noted with
 constexpr double kAround = 2000;     // mm, of the plan's margin
 constexpr double kRoomAtGoal = 550;  // mm, clearance of starts and goals
 constexpr double kShortest = 2000;   // mm, from start to goal
@@ -76,7 +80,7 @@ struct Course::Parts {
   localisation::LikelihoodField field;
   localisation::WallLines walls{};
   path::FreeSpace space{};
-  std::vector<path::Place> places{};  // with room, reachable from each other
+  std::vector<path::Place> places{};  // for goals: with room, reachable
 };
 
 Course::Course(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
@@ -110,11 +114,12 @@ tims::Result<Course> Course::make(Scene scene) {
             return std::hypot(place.x - obstacle.at.x, place.y - obstacle.at.y) < 1000;
           });
       if (parts->space.clearance(place) >= kRoomAtGoal && std::isfinite(reached.cost(place)) &&
-          !has_obstacle)
+          !has_obstacle &&
+          std::hypot(place.x - robot.start.x, place.y - robot.start.y) >= kShortest)
         parts->places.push_back(place);
     }
   }
-  if (parts->places.size() < 2)
+  if (parts->places.empty())
     return tims::Error(tims::Errc::kInvalidArgument, parts->scene.name + ": no room to drive");
   return Course(std::move(parts));
 }
@@ -134,7 +139,7 @@ class Judge {
   void look() {
     world_.truth(truth_);
     const Pose is = truth_.robots[0].pose;
-    result_.contacts = truth_.robots[0].contacts.own();
+    note_contacts();
     moved_ = std::abs(truth_.robots[0].vx) > 1 || std::abs(truth_.robots[0].omega) > 0.01;
     const auto& position = robot_.position();
     if (!position) return;
@@ -152,8 +157,35 @@ class Judge {
     if (records_) record(is, believed, *position);
   }
   [[nodiscard]] bool moved() const { return moved_; }
+  // Where they are now.
+  void draw_people() {
+    for (const world::PersonTruth& person : truth_.people)
+      result_.picture.marks.push_back(
+          {.name = "person",
+           .at = {.x = person.at.x, .y = person.at.y, .rho = person.rho},
+           .role = plot::Role::kOther});
+  }
 
  private:
+  void note_contacts() {
+    const world::RobotTruth& robot = truth_.robots[0];
+    const std::uint64_t before = std::exchange(result_.contacts, robot.contacts.own());
+    const std::uint64_t bumped = std::exchange(bumped_, robot.contacts.bumped);
+    if (result_.contacts == before && bumped_ == bumped) return;
+    std::string text =
+        fmt::format("{:7.2f} s  {} at {:.0f} mm/s, {:.0f} deg/s",
+                    std::chrono::duration<double>(robot_.now().time_since_epoch()).count(),
+                    result_.contacts == before ? "somebody walked into it" : "contact", robot.vx,
+                    degrees(robot.omega));
+    for (const world::PersonTruth& person : truth_.people) {
+      const Pose there = Pose{.x = person.at.x, .y = person.at.y} - robot.pose;
+      if (std::hypot(there.x, there.y) < kNear)
+        text += fmt::format("; person {} {:.0f} mm ahead, {:.0f} to the right", person.id, there.x,
+                            there.y);
+    }
+    result_.log.push_back(std::move(text));
+  }
+
   void record(const Pose& is, const Pose& believed, const PositionData& position) {
     auto& lines = result_.picture.trajectories;
     if (lines.empty()) {
@@ -177,23 +209,24 @@ class Judge {
   bool records_;
   world::Truth truth_;
   bool moved_ = false;
+  std::uint64_t bumped_ = 0;
 };
 
 }  // namespace
+
+Pose Course::draw_goal(Random& random) const {
+  const auto at = random.below(static_cast<std::uint32_t>(parts_->places.size()));
+  const path::Place& place = parts_->places[at];
+  return {.x = place.x, .y = place.y, .rho = 2 * kPi * static_cast<double>(random.uniform())};
+}
 
 DriveResult Course::drive(const DriveSettings& settings) const {
   Random random(settings.seed);
   DriveResult result;
   world::WorldDescription description = parts_->scene.world;
   description.seed = random.bits();
-  const auto place = [&] {
-    return parts_->places[random.below(static_cast<std::uint32_t>(parts_->places.size()))];
-  };
-  const Pose& start = description.robots[0].start;
-  path::Place goal = place();
-  while (std::hypot(goal.x - start.x, goal.y - start.y) < kShortest) goal = place();
-  result.start = start;
-  result.goal = {.x = goal.x, .y = goal.y, .rho = 2 * kPi * static_cast<double>(random.uniform())};
+  result.start = description.robots[0].start;
+  result.goal = draw_goal(random);
 
   auto world = world::World::make(std::move(description), tims::Time{});
   if (!world) {
@@ -235,10 +268,12 @@ DriveResult Course::drive(const DriveSettings& settings) const {
   }
   result.seconds = std::chrono::duration<double>(robot.now() - tims::Time{}).count();
   if (result.why.empty()) result.why = robot.why();
-  result.log.assign(robot.log().begin(), robot.log().end());
+  result.log.insert(result.log.end(), robot.log().begin(), robot.log().end());
+  std::ranges::stable_sort(result.log);  // each line begins with its time
   if (settings.records) {
     result.picture.map = parts_->map;
     result.picture.marks.push_back({.name = "goal", .at = result.goal, .role = plot::Role::kPath});
+    judge.draw_people();
     result.picture.title = parts_->scene.name + ", seed " + std::to_string(settings.seed);
   }
   return result;

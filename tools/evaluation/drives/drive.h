@@ -60,6 +60,8 @@ class Course {
   ~Course();
 
   [[nodiscard]] DriveResult drive(const DriveSettings& settings) const;
+  // A pose with room around it that a robot of the scene can reach.
+  [[nodiscard]] Pose draw_goal(Random& random) const;
 
  private:
   struct Parts;

@@ -27,25 +27,23 @@ std::ostream& operator<<(std::ostream& out, const Weather& weather) { return out
 
 class Drives : public testing::TestWithParam<Weather> {};
 
-// Of hundred drives nearly all arrive; a robot that does not stands and reports why.
+// Nearly all arrive, or have no path; a robot that does not arrive stands and reports why.
 TEST_P(Drives, Arrive) {
   constexpr std::uint64_t kDrives = 125;
   const Course floor = course();
-  std::uint64_t arrived = 0;
-  std::uint64_t touched = 0;
-  std::uint64_t deceived = 0;
+  std::uint64_t failed = 0;
   for (std::uint64_t seed = 1; seed <= kDrives; ++seed) {
     const DriveResult result = floor.drive({.seed = seed, .load = GetParam().load});
-    if (result.outcome == Outcome::kArrived && result.off_goal < 300) ++arrived;
-    if (result.contacts > 0) ++touched;
-    if (result.was_certain_of_a_wrong_place()) ++deceived;
-    if (result.outcome != Outcome::kArrived) {
+    EXPECT_EQ(result.contacts, 0U) << seed;
+    EXPECT_FALSE(result.was_certain_of_a_wrong_place()) << seed;
+    if (result.outcome == Outcome::kArrived) {
+      EXPECT_LT(result.off_goal, 300) << seed;
+    } else {
       EXPECT_FALSE(result.why.empty()) << seed;
     }
+    if (result.outcome == Outcome::kGaveUp) ++failed;
   }
-  EXPECT_GE(arrived * 100, kDrives * 95);
-  EXPECT_LE(touched * 100, kDrives * 2);
-  EXPECT_LE(deceived * 100, kDrives * 1);
+  EXPECT_LE(failed, 3U);
 }
 
 INSTANTIATE_TEST_SUITE_P(

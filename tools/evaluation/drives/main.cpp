@@ -28,6 +28,7 @@ struct Arguments {
   double crashes = 0;
   double lost = 0;
   std::string svg;
+  bool goals = false;
 };
 
 std::string_view name_of(Outcome outcome) {
@@ -52,11 +53,22 @@ void print(std::uint64_t seed, const DriveResult& result) {
       result.why);
 }
 
+// For drives of real programs to the goals of the same seed (tools/evaluation/goals).
+Exit list_goals(const Course& course, const Arguments& arguments) {
+  Random random(arguments.seed);
+  for (std::uint64_t i = 0; i < arguments.count; ++i) {
+    const Pose goal = course.draw_goal(random);
+    fmt::print("{:.2f} {:.2f} {:.0f}\n", goal.x / 1000, goal.y / 1000, degrees(goal.rho));
+  }
+  return Exit::kDone;
+}
+
 Exit run(const Arguments& arguments) {
   auto scene = read_scene(arguments.world, arguments.plan);
   if (!scene) throw Failure(Exit::kUsage, "bad_scene", scene.error().detail());
   auto course = Course::make(std::move(*scene));
   if (!course) throw Failure(Exit::kUsage, "bad_scene", course.error().detail());
+  if (arguments.goals) return list_goals(*course, arguments);
   const Load load{.stalls_per_second = arguments.stalls,
                   .longest_stall = std::chrono::duration_cast<tims::Duration>(
                       std::chrono::duration<double>(arguments.longest)),
@@ -112,6 +124,7 @@ int main(int argc, char** argv) {
                 {.min = 0, .max = 60});
   parser.option("--lost", arguments.lost, "share of chassis data and scans that get lost",
                 {.min = 0, .max = 1});
+  parser.flag("--goals", arguments.goals, "list COUNT goals [m, m, deg] instead of driving");
   parser.option("--svg", arguments.svg, "drive once, print its log, and draw it to this file");
   return parser.run(argc, argv, [&] { return run(arguments); });
 }

@@ -3,8 +3,8 @@
 //   Input<OdometryProxy> odometry_{*this, "odometry", work_, 4, wire_size<OdometryData>()};
 //
 //   module_on():    set_period(*odometry_.start())
-//   module_loop():  odometry_.next(data, patience_with(period()))  // an error ends the loop; retried later
-//   module_off():   odometry_.stop()
+//   module_loop():  odometry_.next(data, patience_with(period()))  // an error ends the loop;
+//   retried later module_off():   odometry_.stop()
 #pragma once
 
 #include <algorithm>

@@ -12,7 +12,7 @@ struct ClockData {
   i32 second = 0;              // 0 to 59
   i32 day = 1;                 // 1 to 31
   i32 month = 1;               // 1 to 12
-  i32 year = 0;                // 0 to 99; ClockSystem sends all four digits
+  i32 year = 0;                // all four digits
   Seconds<i64> utcTime = 0;    // since 1970
   i32 dayOfWeek = 1;           // 1: Monday to 7: Sunday
   i32 syncMode = 0;            // 0: none, 1: remote

@@ -14,6 +14,7 @@ struct PilotType {
     kGetStatus = 24,            // answered by kStatus; differs from the framework's GET_STATUS
     kStatus = 25,               // PilotStatusData; a reply, although replies are normally < 0
     kSetMultiDestination = 26,  // PilotMultiDestData
+    kWatchdog = 27,             // PilotWatchdogData; ours
   };
 };
 
@@ -61,6 +62,12 @@ struct PilotRevertData {
   Milliseconds<u32> revertTime = 0;
 };
 
+// From a program that monitors the drive: without another one in time the pilot holds, and goes on
+// when the next one arrives. 0, and a new destination, end the watch.
+struct PilotWatchdogData {
+  Milliseconds<u32> timeout = 0;
+};
+
 struct PilotMultiDestData {
   Count pointNum = {};
   Sequence<DestinationPoint, 1000> points = {};  // our limit; the original specifies none
@@ -81,6 +88,9 @@ class PilotProxy : public DataProxy<PilotData, tims::class_id::kPilot> {
   }
   Result<void> revert_command(Milliseconds<u32> revert_time) {
     return command(PilotType::kRevertCommand, PilotRevertData{revert_time});
+  }
+  Result<void> watchdog(Milliseconds<u32> timeout) {
+    return command(PilotType::kWatchdog, PilotWatchdogData{timeout});
   }
   // The content of PilotData without its splines; status() reports whether the pilot is on.
   Result<PilotStatusData> get_status() {
