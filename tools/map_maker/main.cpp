@@ -151,7 +151,8 @@ void write_map(const Wanted& wanted, const MadeMap& made) {
 void write_picture(const std::string& name, const MadeMap& made) {
   const ColourPicture picture = draw_doubts(made);
   const pictures::PixelView pixels{.layout = pictures::PixelLayout::kRgb,
-                                   .size = {picture.width, picture.height},
+                                   .size = {static_cast<std::uint32_t>(picture.width),
+                                            static_cast<std::uint32_t>(picture.height)},
                                    .bytes = picture.rgb};
   const auto png = well(pictures::encode_png({.pixels = pixels}), name);
   write_file(name, {reinterpret_cast<const char*>(png.data()), png.size()});
