@@ -53,7 +53,7 @@ TEST(Uncertainty, OfKeyframesByOdometryAloneIsLarge) {
   track.keyframes[20].placed = Placed::kByOdometry;
   Uncertainty unsure(track, {});
   unsure.look_from(40);
-  EXPECT_GT(unsure.window(0).distance, 1.5 * sure.window(0).distance);
+  EXPECT_GT(unsure.window(0).distance, 1.3 * sure.window(0).distance);
   EXPECT_DOUBLE_EQ(unsure.window(30).distance, sure.window(30).distance);
 }
 

@@ -52,7 +52,7 @@ TEST(MadeDrive, StaysInFreeSpaceAndIsTheSameAgain) {
 
 // A ring of corridors and rooms, driven one and a half times, with an odometry that drifts.
 TEST(MadeDrive, OfALaboratoryBecomesAMap) {
-  const Read made = read(drive(laboratory(1), {.seed = 1, .length = 160, .scan_distance = 0.3}));
+  const Read made = read(drive(laboratory(1), {.seed = 1, .length = 160}));
   std::vector<Pose> odometry;
   for (const mapping::DriveScan& scan : made.drive.scans) odometry.push_back(scan.odometry);
   EXPECT_GT(mean_error(odometry, made.truth), 3);
