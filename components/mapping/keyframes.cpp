@@ -67,7 +67,10 @@ class Follower {
     }
     auto points = points_of(drive_.beams(now), now.scanner);
     if (points.size() < kPointsLeast) return;
-    add({.scan = scan, .odometry = now.odometry, .points = std::move(points)});
+    add({.scan = scan,
+         .odometry = now.odometry,
+         .points = std::move(points),
+         .view = View(drive_.beams(now), now.scanner)});
   }
   Track take_track() { return std::move(track_); }
 
@@ -81,7 +84,10 @@ class Follower {
     const Pose step = keyframe.odometry - track_.keyframes.back().odometry;
     const std::size_t last = track_.keyframes.size() - 1;
     const Information odometry = odometry_information(step);
+    const std::size_t searched = track_.searched;
     const auto found = find(keyframe, {step, odometry});
+    if (track_.searched > searched) keyframe.placed = Placed::kBySearch;
+    if (!found) keyframe.placed = Placed::kByOdometry;
     const Pose went = found ? found->pose : step;
     if (found) track_.edges.push_back({last, last + 1, found->pose, found->information});
     if (!found) ++track_.unmatched;

@@ -12,14 +12,19 @@
 
 #include "components/mapping/drive.h"
 #include "components/mapping/pose_graph.h"
+#include "components/mapping/view.h"
 
 namespace rack::mapping {
+
+enum class Placed : std::uint8_t { kByScans, kBySearch, kByOdometry };
 
 struct Keyframe {
   std::size_t scan = 0;  // index in the drive
   Pose odometry{};
   double travelled = 0;  // mm, distance driven until here
   std::vector<ScanPoint2d> points{};
+  View view{};
+  Placed placed = Placed::kByScans;
 };
 
 struct Track {

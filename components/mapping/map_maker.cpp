@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/core.h>
+
+#include "components/mapping/calibration.h"
+#include "components/mapping/moving.h"
 #include "components/mapping/occupancy.h"
 #include "components/mapping/refine.h"
 
@@ -47,17 +51,28 @@ struct Box {
 };
 
 template <typename Take>
-void each_beam(const Drive& drive, const Track& track, double range_max, const Take& take) {
-  for (std::size_t k = 0; k < track.keyframes.size(); ++k) {
-    const DriveScan& scan = drive.scans[track.keyframes[k].scan];
-    const Pose from = track.poses[k] + scan.scanner;
-    for (const BeamEnd& beam : drive.beams(scan)) {
-      const Pose to =
-          track.poses[k] + Pose{.x = static_cast<double>(beam.x), .y = static_cast<double>(beam.y)};
-      if (std::hypot(to.x - from.x, to.y - from.y) > range_max) continue;
-      take(MapPoint{from.x, from.y}, MapPoint{to.x, to.y});
-    }
+void each_beam(const Drive& drive, const DriveScan& scan, const Pose& robot, double range_max,
+               const Take& take) {
+  const Pose from = robot + scan.scanner;
+  for (const BeamEnd& beam : drive.beams(scan)) {
+    const Pose to =
+        robot + Pose{.x = static_cast<double>(beam.x), .y = static_cast<double>(beam.y)};
+    if (std::hypot(to.x - from.x, to.y - from.y) > range_max) continue;
+    take(MapPoint{from.x, from.y}, MapPoint{to.x, to.y});
   }
+}
+
+template <typename Take>
+void each_beam(const Drive& drive, const Track& track, double range_max, const Take& take) {
+  for (std::size_t k = 0; k < track.keyframes.size(); ++k)
+    each_beam(drive, drive.scans[track.keyframes[k].scan], track.poses[k], range_max, take);
+}
+
+double cells_of(const Box& box, double resolution) {
+  const auto side = [&](double low, double high) {
+    return std::max(0.0, high - low + 2 * kMapMakerMargin) / resolution;
+  };
+  return side(box.low.x, box.high.x) * side(box.low.y, box.high.y);
 }
 
 tims::Result<localisation::GridMap> draw(const Drive& drive, const Track& track,
@@ -67,11 +82,16 @@ tims::Result<localisation::GridMap> draw(const Drive& drive, const Track& track,
     box.add(from.x, from.y);
     box.add(to.x, to.y);
   });
+  double resolution = settings.resolution;
+  // Half a percent more: the box is rounded to whole cells.
+  const double too_many =
+      1.005 * cells_of(box, resolution) / static_cast<double>(Occupancy::kCellsMax);
+  if (too_many > 1) resolution *= std::min(2.0, std::sqrt(too_many));
   // Cells begin at multiples of their size, so that maps of different drives align.
   const auto snapped = [&](double at) {
-    return std::floor((at - kMapMakerMargin) / settings.resolution) * settings.resolution;
+    return std::floor((at - kMapMakerMargin) / resolution) * resolution;
   };
-  auto occupancy = Occupancy::of(settings.resolution, {snapped(box.low.x), snapped(box.low.y)},
+  auto occupancy = Occupancy::of(resolution, {snapped(box.low.x), snapped(box.low.y)},
                                  {box.high.x + kMapMakerMargin, box.high.y + kMapMakerMargin});
   if (!occupancy) return occupancy.error();
   each_beam(drive, track, settings.range_max,
@@ -79,19 +99,47 @@ tims::Result<localisation::GridMap> draw(const Drive& drive, const Track& track,
   return occupancy->map();
 }
 
+tims::Error too_big(double cells, const MapSettings& settings) {
+  const double most = static_cast<double>(Occupancy::kCellsMax);
+  // The next 10 mm.
+  const double enough = std::ceil(settings.resolution * std::sqrt(cells / most) / 10) * 10;
+  return {tims::Errc::kTooBig,
+          fmt::format("the map would have about {:.0f} million cells of {:.0f} mm, at most {:.0f} "
+                      "million are possible: use cells of {:.0f} mm, or shorter beams",
+                      cells / 1e6, settings.resolution, most / 1e6, enough)};
+}
+
 }  // namespace
 
-tims::Result<MadeMap> make_map(const Drive& drive, const MapSettings& settings,
+double expected_cells(const Drive& drive, const MapSettings& settings) {
+  Box box;
+  for (const DriveScan& scan : drive.scans) {
+    if (!std::isfinite(scan.odometry.x) || !std::isfinite(scan.odometry.y)) continue;
+    each_beam(drive, scan, scan.odometry, settings.range_max,
+              [&](const MapPoint& /*from*/, const MapPoint& to) { box.add(to.x, to.y); });
+  }
+  return cells_of(box, settings.resolution);
+}
+
+tims::Result<MadeMap> make_map(const Drive& recorded, const MapSettings& settings,
                                const Progress& progress) {
+  const double expected = expected_cells(recorded, settings);
+  if (expected > 2 * static_cast<double>(Occupancy::kCellsMax)) return too_big(expected, settings);
+  const auto first = follow(recorded, progress);
+  if (!first) return stopped();
+  const Drive drive = corrected(recorded, calibrate(*first));
   auto track = follow(drive, progress);
   if (!track) return stopped();
   if (track->keyframes.empty())
     return tims::Error(tims::Errc::kMalformed,
                        "no scan has enough points to make a map of: does the scanner see walls?");
+  (void)forget_moving(*track);
   const auto loops = close_loops(*track, progress);
   if (!loops) return stopped();
   const auto edges = refine(*track, *loops, settings.rounds, progress);
   if (!edges) return stopped();
+  auto doubts = find_doubts(*track, progress);
+  if (!doubts) return stopped();
   auto map = draw(drive, *track, settings);
   if (!map) return map.error();
   return MadeMap{.map = std::move(map).value(),
@@ -100,8 +148,10 @@ tims::Result<MadeMap> make_map(const Drive& drive, const MapSettings& settings,
                  .searched = track->searched,
                  .unmatched = track->unmatched,
                  .loops = loops->edges.size(),
+                 .removed = loops->removed,
                  .edges = edges->size(),
-                 .distance = track->keyframes.back().travelled};
+                 .distance = track->keyframes.back().travelled,
+                 .doubts = std::move(*doubts)};
 }
 
 }  // namespace rack::mapping

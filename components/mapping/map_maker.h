@@ -1,12 +1,14 @@
 // Makes a map of a building from a recorded drive. Pure.
 //
-// Four steps: each scan is matched against those before it (keyframes.h); places that were visited
+// Five steps: each scan is matched against those before it (keyframes.h); places that were visited
 // again are found (loops.h); all scans are matched against all that see the same walls, alternating
-// with an optimisation of all poses (Lu and Milios 1997); and cells are classified as free or
-// occupied by counting the beams that end in them and that pass through them.
+// with an optimisation of all poses (Lu and Milios 1997); the scans are searched for walls that
+// other scans see through (doubts.h); and cells are classified as free or occupied by counting the
+// beams that end in them and that pass through them.
 #pragma once
 
 #include "components/localisation/grid_map.h"
+#include "components/mapping/doubts.h"
 #include "components/mapping/loops.h"
 
 namespace rack::mapping {
@@ -24,11 +26,19 @@ struct MadeMap {
   std::size_t searched = 0;   // keyframes after a jump of the odometry
   std::size_t unmatched = 0;  // keyframes placed by odometry only
   std::size_t loops = 0;      // number of loops found
+  std::size_t removed = 0;    // number of loops that others contradicted
   std::size_t edges = 0;
   double distance = 0;  // mm
+  Doubts doubts{};
 };
 
-// kClosed: stopped by `progress`; kMalformed: the drive has no usable scans.
+// The number of cells that the map will have, by the odometry, which is known before the work.
+double expected_cells(const Drive& drive, const MapSettings& settings);
+
+// kClosed: stopped by `progress`; kMalformed: the drive has no usable scans. kTooBig: more than
+// Occupancy::kCellsMax cells; reported before the work when the odometry expects twice as many.
+// When the map turns out to be larger than that after the work, its cells become up to twice as
+// large.
 tims::Result<MadeMap> make_map(const Drive& drive, const MapSettings& settings,
                                const Progress& progress);
 

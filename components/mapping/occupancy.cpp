@@ -23,24 +23,29 @@ tims::Result<Occupancy> Occupancy::of(double resolution, const MapPoint& low,
   if (std::isnan(rows) || std::isnan(columns) || rows < 1 || columns < 1)
     return tims::Error(tims::Errc::kMalformed, "the map has no size");
   const double wanted = rows * columns;
-  if (wanted > static_cast<double>(GridMap::kCellsMax))
+  if (wanted > static_cast<double>(kCellsMax))
     return tims::Error(tims::Errc::kTooBig,
                        "the map would be " + std::to_string(std::llround((high.x - low.x) / 1000)) +
                            " m x " + std::to_string(std::llround((high.y - low.y) / 1000)) +
-                           " m, more than " + std::to_string(GridMap::kCellsMax) +
+                           " m, more than " + std::to_string(kCellsMax) +
                            " cells: use larger cells or shorter beams");
   Occupancy occupancy;
   occupancy.map_ = {.resolution = resolution,
                     .origin = low,
                     .rows = static_cast<std::int32_t>(rows),
                     .columns = static_cast<std::int32_t>(columns)};
-  occupancy.counts_.resize(static_cast<std::size_t>(wanted));
+  const auto tiles = [](std::int64_t cells) { return (cells + kTile - 1) / kTile; };
+  occupancy.tiles_in_row_ = tiles(occupancy.map_.columns);
+  occupancy.tiles_.resize(
+      static_cast<std::size_t>(tiles(occupancy.map_.rows) * occupancy.tiles_in_row_));
   return occupancy;
 }
 
 Occupancy::Counts* Occupancy::at(std::int64_t row, std::int64_t column) {
   if (row < 0 || column < 0 || row >= map_.rows || column >= map_.columns) return nullptr;
-  return &counts_[static_cast<std::size_t>(row * map_.columns + column)];
+  Tile& tile = tiles_[static_cast<std::size_t>(row / kTile * tiles_in_row_ + column / kTile)];
+  if (tile.empty()) tile.resize(kTile * kTile);
+  return &tile[static_cast<std::size_t>(row % kTile * kTile + column % kTile)];
 }
 
 // Steps from one cell border to the next (Amanatides and Woo 1987).
@@ -83,18 +88,25 @@ void Occupancy::add_beam(const MapPoint& from, const MapPoint& to) {
   if (Counts* counts = at(row, column)) ++counts->behind;
 }
 
+Cell Occupancy::cell_of(const Counts& counts) {
+  const double all = counts.ended + counts.passed + counts.behind;
+  if (counts.ended > 0 && counts.ended >= kOccupiedShare * all) return Cell::kOccupied;
+  return counts.passed >= kFreeLeast ? Cell::kFree : Cell::kUnknown;
+}
+
 GridMap Occupancy::map() const {
   GridMap map = map_;
-  map.cells.reserve(counts_.size());
-  for (const Counts& counts : counts_) {
-    const double all = counts.ended + counts.passed + counts.behind;
-    Cell cell = Cell::kUnknown;
-    if (counts.ended > 0 && counts.ended >= kOccupiedShare * all) {
-      cell = Cell::kOccupied;
-    } else if (counts.passed >= kFreeLeast) {
-      cell = Cell::kFree;
+  map.cells.assign(static_cast<std::size_t>(map.rows) * static_cast<std::size_t>(map.columns),
+                   Cell::kUnknown);
+  for (std::size_t i = 0; i < tiles_.size(); ++i) {
+    const std::int64_t low_row = static_cast<std::int64_t>(i) / tiles_in_row_ * kTile;
+    const std::int64_t low_column = static_cast<std::int64_t>(i) % tiles_in_row_ * kTile;
+    for (std::size_t k = 0; k < tiles_[i].size(); ++k) {
+      const std::int64_t row = low_row + static_cast<std::int64_t>(k) / kTile;
+      const std::int64_t column = low_column + static_cast<std::int64_t>(k) % kTile;
+      if (row < map.rows && column < map.columns)
+        map.cells[static_cast<std::size_t>(row * map.columns + column)] = cell_of(tiles_[i][k]);
     }
-    map.cells.push_back(cell);
   }
   return map;
 }

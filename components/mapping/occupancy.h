@@ -18,7 +18,10 @@ namespace rack::mapping {
 
 class Occupancy {
  public:
-  // Refuses a map with more than GridMap::kCellsMax cells, or of size 0.
+  // 560 m x 560 m with cells of 50 mm: what readers of maps take (pictures::kGreyPixelsMax).
+  static constexpr std::int64_t kCellsMax = 128'000'000;
+
+  // Refuses a map with more than kCellsMax cells, or of size 0.
   static tims::Result<Occupancy> of(double resolution, const MapPoint& low, const MapPoint& high);
 
   void add_beam(const MapPoint& from, const MapPoint& to);
@@ -30,11 +33,16 @@ class Occupancy {
     std::uint32_t passed = 0;
     std::uint32_t behind = 0;  // beams that ended in the cell before it
   };
+  // Most of a large map is never seen: only tiles with beams have counts.
+  static constexpr std::int64_t kTile = 64;
+  using Tile = std::vector<Counts>;
+  static localisation::Cell cell_of(const Counts& counts);
   Occupancy() = default;
   [[nodiscard]] Counts* at(std::int64_t row, std::int64_t column);
 
   localisation::GridMap map_{};
-  std::vector<Counts> counts_;
+  std::int64_t tiles_in_row_ = 0;
+  std::vector<Tile> tiles_;
 };
 
 }  // namespace rack::mapping

@@ -11,13 +11,16 @@
 #include "components/files/whole_file.h"
 #include "components/localisation/ros_map.h"
 #include "components/mapping/map_maker.h"
+#include "components/mapping/occupancy.h"
 #include "components/pictures/grey_picture.h"
+#include "components/pictures/png_file.h"
 #include "components/position/map_file.h"
 #include "os/file.h"
 #include "tools/cli/argument_parser.h"
 #include "tools/evaluation/mcl_eval/evaluation.h"
 #include "tools/evaluation/mcl_eval/files.h"
 #include "tools/evaluation/mcl_eval/truth.h"
+#include "tools/map_maker/doubts_picture.h"
 
 namespace rack::map_maker {
 namespace {
@@ -37,6 +40,7 @@ struct Wanted {
   std::string poses;     // output file
   std::string truth;
   std::string image = "pgm";  // or "png"
+  std::string picture;        // output file
   std::optional<double> lag;
   double resolution = 0.05;  // m
   double range = 30;         // m
@@ -143,6 +147,54 @@ void write_map(const Wanted& wanted, const MadeMap& made) {
   write_file(wanted.map, localisation::to_ros_yaml(made.map, picture.filename().string()));
 }
 
+// The picture of what contradicts the map.
+void write_picture(const std::string& name, const MadeMap& made) {
+  const ColourPicture picture = draw_doubts(made);
+  const pictures::PixelView pixels{.layout = pictures::PixelLayout::kRgb,
+                                   .size = {static_cast<std::uint32_t>(picture.width),
+                                            static_cast<std::uint32_t>(picture.height)},
+                                   .bytes = picture.rgb};
+  const auto png = well(pictures::encode_png({.pixels = pixels}), name);
+  write_file(name, {reinterpret_cast<const char*>(png.data()), png.size()});
+}
+
+// A map of which more than this share contradicts itself is reported.
+constexpr double kDoubtfulShare = 0.02;
+constexpr double kDoubtfulLeast = 2000;  // mm
+
+bool is_doubtful(const MadeMap& made) {
+  const mapping::Doubts& doubts = made.doubts;
+  return doubts.distance > std::max(kDoubtfulLeast, kDoubtfulShare * doubts.compared);
+}
+
+void warn(const Wanted& wanted, const MadeMap& made, const std::string& picture) {
+  if (made.map.resolution > wanted.settings.resolution)
+    fmt::print(stderr,
+               "map-maker: warning: cells of {:.0f} mm, because the map would have more than {} "
+               "million otherwise\n",
+               made.map.resolution, mapping::Occupancy::kCellsMax / 1'000'000);
+  if (!is_doubtful(made)) return;
+  const auto at = localisation::ros_of_pose(
+      {.x = made.doubts.places.front().x, .y = made.doubts.places.front().y});
+  fmt::print(stderr,
+             "map-maker: warning: along {:.1f} m of {:.1f} m driven more than once, scans see "
+             "through walls of the map, first at x {:.1f}, y {:.1f}: corridors are drawn twice or "
+             "over each other there, or doors and furniture have moved. See {} (red: these "
+             "walls)\n",
+             made.doubts.distance / 1000, made.doubts.compared / 1000, at.x, at.y, picture);
+}
+
+// What the work will need, before it begins.
+void announce(const Wanted& wanted, const Drive& drive) {
+  constexpr double kManyCells = 16e6;
+  const double cells = mapping::expected_cells(drive, wanted.settings);
+  if (wanted.quiet || cells <= kManyCells) return;
+  fmt::print(stderr,
+             "map-maker: by the odometry, the map will have about {:.0f} million cells of {:.0f} "
+             "mm (at most {} million): --resolution and --range reduce it\n",
+             cells / 1e6, wanted.settings.resolution, mapping::Occupancy::kCellsMax / 1'000'000);
+}
+
 void write_poses(const Wanted& wanted, const Drive& drive, std::span<const Pose> laser) {
   std::string text = "# time index x y theta (of the scanner)\n";
   for (std::size_t i = 0; i < laser.size(); ++i) {
@@ -164,7 +216,10 @@ std::vector<Field> fields_of(const Input& input, const MadeMap& made) {
       {"searched", static_cast<double>(made.searched), 0},
       {"unmatched", static_cast<double>(made.unmatched), 0},
       {"loops", static_cast<double>(made.loops), 0},
+      {"removed", static_cast<double>(made.removed), 0},
       {"edges", static_cast<double>(made.edges), 0},
+      {"compared_m", made.doubts.compared / 1000, 1},
+      {"doubtful_m", made.doubts.distance / 1000, 1},
       {"width_m", map.columns * map.resolution / 1000, 2},
       {"height_m", map.rows * map.resolution / 1000, 2},
       {"occupied", static_cast<double>(map.count(localisation::Cell::kOccupied)), 0},
@@ -193,6 +248,7 @@ Exit make(const Wanted& wanted) {
   const Input input = read_input(wanted);
   for (const std::string& remark : input.drive.remarks)
     fmt::print(stderr, "map-maker: {}: {}\n", wanted.log, remark);
+  announce(wanted, input.drive);
   auto made = [&] {
     ProgressLine progress(wanted.quiet || wanted.json);
     return mapping::make_map(input.drive, wanted.settings, std::ref(progress));
@@ -204,6 +260,11 @@ Exit make(const Wanted& wanted) {
   if (!wanted.truth.empty()) add_error(wanted, input, laser, fields);
   if (!wanted.poses.empty()) write_poses(wanted, input.drive, laser);
   write_map(wanted, map);
+  const std::string picture = wanted.picture.empty()
+                                  ? wanted.map.substr(0, wanted.map.size() - 5) + "-doubts.png"
+                                  : wanted.picture;
+  if (!wanted.picture.empty() || is_doubtful(map)) write_picture(picture, map);
+  warn(wanted, map, picture);
   mcl_eval::print_line(fields, wanted.json);
   return Exit::kDone;
 }
@@ -231,6 +292,9 @@ void add_options(timsctl::ArgumentParser& parser, Wanted& wanted) {
   parser.option("--lag", wanted.lag,
                 "age of scans in a CARMEN log [s] (default: estimated from turns)", {-10.0, 10.0});
   parser.option("--image", wanted.image, "format of the image of the map: pgm or png");
+  parser.option("--picture", wanted.picture,
+                "write a picture (PNG) of the map and the drive, with walls that scans see through "
+                "in red; a map with many of them is reported, and has MAP-doubts.png");
   parser.option("--poses", wanted.poses,
                 "write the poses of the scanner, `time index x y theta`, in the form of mcl-eval");
   parser.option("--truth", wanted.truth,
@@ -253,6 +317,8 @@ int main(int argc, char** argv) {
     wanted.settings.range_max = 1000 * wanted.range;
     if (!wanted.map.ends_with(".yaml"))
       throw timsctl::usage_error(wanted.map + ": the map must be a .yaml file");
+    if (!wanted.picture.empty() && !wanted.picture.ends_with(".png"))
+      throw timsctl::usage_error(wanted.picture + ": the picture must be a .png file");
     if (wanted.image != "pgm" && wanted.image != "png")
       throw timsctl::usage_error("--image " + wanted.image + ": the image is pgm or png");
     return make(wanted);
