@@ -124,8 +124,8 @@ TEST(ListenersShare, OneWithMorePlacesGivesToOneWithFewer) {
 TEST_F(ListenersTest, AnOldReportDoesNotRemoveANewSubscription) {
   constexpr tims::Time kAsked{std::chrono::seconds(100)};
   constexpr auto kOld = Listeners::kReportMayBeOld;
-  (void)listeners.add(request(kFirst), kFirst, 1, kAsked - kOld);
-  (void)listeners.add(request(kFirst), kFirst, 1, kAsked);
+  (void)listeners.add(request(kFirst), kSource, kFirst, 1, kAsked - kOld);
+  (void)listeners.add(request(kFirst), kSource, kFirst, 1, kAsked);
   EXPECT_FALSE(listeners.remove_gone(kFirst, kAsked + kOld - std::chrono::nanoseconds(1)));
   EXPECT_EQ(listeners.all().size(), 1U);
   EXPECT_TRUE(listeners.remove_gone(kFirst, kAsked + kOld));
