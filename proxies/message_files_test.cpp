@@ -108,7 +108,7 @@ TEST(MessageFiles, ReportWhereTheyAreWrong) {
   EXPECT_EQ(refusal(replaced("_messages\": 1", "_messages\": 2")),
             "rack_messages is not a whole number from 1 to 1");
   EXPECT_EQ(refusal(replaced("\"class_id\": 144", "\"class_id\": 20")),
-            "class_id 20 is the number of Ladar: use a number from 128 on");
+            "class_id 20 (0x14) is the number of Ladar: use a number from 128 on");
   EXPECT_EQ(refusal(replaced("\"class\": \"Heat\"", "\"class\": \"Ladar\"")),
             "class Ladar is a class of RACK itself");
   EXPECT_EQ(refusal(replaced("\"class\": \"Heat\"", "\"class\": \"\\u001b[31m\"")),

@@ -36,6 +36,7 @@ class DataModuleBase::Publisher {
   Result<void> stop_cont_data(const tims::MessageView& message);
   Result<void> get_next_data(const tims::MessageView& message);
   void drop(tims::Address mailbox);
+  void drop_reported(tims::Address mailbox);
   [[nodiscard]] ListenersData listeners() const;
 
   std::uint32_t period_ms_ = 1000;  // protected by mutex_
@@ -155,6 +156,12 @@ Result<void> DataModuleBase::Publisher::send_data(const Listener& listener,
 // The mailbox of a listener does not exist any more.
 void DataModuleBase::Publisher::drop(tims::Address mailbox) {
   const std::lock_guard lock(module_.mutex_);
+  if (listeners_.remove(mailbox)) module_.log().info("Listener {} is gone", mailbox);
+}
+
+// The same by a report that may be old.
+void DataModuleBase::Publisher::drop_reported(tims::Address mailbox) {
+  const std::lock_guard lock(module_.mutex_);
   if (listeners_.remove_gone(mailbox, tims::os::now()))
     module_.log().info("Listener {} is gone", mailbox);
 }
@@ -181,7 +188,7 @@ Result<void> DataModuleBase::module_command(const tims::MessageView& message) {
       reply(message.header, tims::type::kListeners, publisher_->listeners());
       return {};
     case tims::type::kNotAvailable:
-      publisher_->drop(message.header.src);
+      publisher_->drop_reported(message.header.src);
       return {};
     default:
       return Module::module_command(message);

@@ -47,13 +47,13 @@ void PathMtu::on_probe_lost(Time now) {
 void PathMtu::on_acked(std::size_t datagram, Time sent) {
   if (datagram <= floor()) return;
   lost_in_a_row_ = 0;
-  large_arrived_ = std::max(large_arrived_, sent);
+  counts_since_ = std::max(counts_since_, sent);
 }
 
 // One that was sent before a large one that has arrived was lost for another reason: in an outage.
 bool PathMtu::on_lost(Time now, std::size_t datagram, Time sent) {
   if (datagram <= floor() || size_ == kDatagramMin || fixed_) return false;
-  if (sent < large_arrived_ || ++lost_in_a_row_ < kBlackHole) return false;
+  if (sent < counts_since_ || ++lost_in_a_row_ < kBlackHole) return false;
   restart(now, floor());
   return true;
 }
@@ -71,6 +71,7 @@ void PathMtu::restart(Time now, std::size_t size) {
   const Duration again = try_small_again_;
   *this = PathMtu();
   size_ = size;
+  counts_since_ = now;
   if (size < kDatagramBase) {
     step_ = 0;
     try_small_again_ = again;

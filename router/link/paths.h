@@ -75,7 +75,9 @@ class PathMtu {
   bool probing_ = false;
   int tries_ = 0;
   int lost_in_a_row_ = 0;
-  Time large_arrived_{};  // when the newest acknowledged large datagram was sent
+  // Losses of datagrams that were sent before do not count: a large one has arrived since, or the
+  // search has restarted.
+  Time counts_since_{};
   Duration try_small_again_ = kTrySmallAgain;
   Time next_{};
 };

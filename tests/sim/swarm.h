@@ -63,6 +63,7 @@ class Swarm {
   void check_losses();
   void check_answers();
   void check_idle();
+  [[nodiscard]] std::string idle_problem();
   void check_memory();
   void check_events();
 

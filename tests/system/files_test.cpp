@@ -199,8 +199,9 @@ TEST_F(FilesTest, TheFolderOfALogIsThatOfItsParameter) {
 // A new parameter with a text is a host_file(), or named here.
 TEST(HostFiles, EveryTextThatNamesAFileOrDeviceIsDeclaredSo) {
   const std::set<std::string, std::less<>> others = {
-      "analogInputs", "cameraGuid", "family", "inputs",  "ladarIp", "lmsIp",        "mapLayers",
-      "model",        "mode",       "nodes",  "outputs", "scanner", "serialNumber", "stereoMethod"};
+      "analogInputs", "cameraGuid", "family",  "inputs",       "ladarIp",
+      "lmsIp",        "mapLayers",  "record",  "model",        "mode",
+      "nodes",        "outputs",    "scanner", "serialNumber", "stereoMethod"};
   for (const auto& entry : fs::directory_iterator(TIMS_PROGRAMS)) {
     const std::string program = entry.path().filename();
     if (std::isupper(static_cast<unsigned char>(program.front())) == 0 && program != "gdos-log")

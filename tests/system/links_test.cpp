@@ -69,7 +69,8 @@ TEST(Ipv6, AnAddressThatTheSocketCannotReachIsReported) {
 // For how long it has been connecting, not for how long the host has been running.
 TEST(Since, ALinkThatWasNeverUp) {
   Host robot("robot1", "system", 1, 1,
-             {"kind=super,to=no-such-host.invalid:2010", "kind=super,to=127.0.0.1:9"});
+             {"kind=super,to=no-such-host.invalid:2010", "kind=super,to=127.0.0.1:9"},
+             {"security.insecure=true"});
   robot.start();
   const json::value links = json::parse(robot.timsctl({"link", "show", "--json"}));
   ASSERT_EQ(links.at("items").as_array().size(), 2U);

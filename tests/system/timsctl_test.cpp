@@ -133,6 +133,8 @@ TEST_F(TimsctlTest, OverTcpAsOverTheSocket) {
     EXPECT_EQ(run.code, 0) << arguments[0] << run.out << run.err;
     EXPECT_EQ(json_lines(run.out).size(), 1U);
   }
+  while (ladar_->try_peek()) {
+  }  // `doctor` asks components for their status
   auto echo = start({"msg", "echo", "Ladar/0/0", "-n", "1", "-H", router_.tcp()});
   ASSERT_TRUE(echo);
   const Address data = grant_subscription();

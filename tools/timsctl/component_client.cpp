@@ -33,7 +33,7 @@ std::optional<Message> ComponentClient::newest_data(tims::Address component) {
 }
 
 std::vector<std::optional<std::int8_t>> ComponentClient::states(
-    std::span<const tims::Address> components) {
+    std::span<const tims::Address> components, std::optional<tims::Duration> timeout) {
   std::vector<std::optional<std::int8_t>> states(components.size());
   for (const tims::Address component : components) {
     const auto sent = connection_->send({.dest = component, .type = tims::type::kGetStatus}, {});
@@ -41,7 +41,7 @@ std::vector<std::optional<std::int8_t>> ComponentClient::states(
       throw with_broken_link(context_, *connection_, component,
                              failure_of(sent.error(), name_of(component)));
   }
-  const tims::Time deadline = tims::os::deadline_after(context_.options.timeout);
+  const tims::Time deadline = tims::os::deadline_after(timeout.value_or(context_.options.timeout));
   std::size_t missing = components.size();
   while (missing > 0) {
     const auto message = receive(*connection_, context_.signals, deadline);

@@ -71,7 +71,8 @@ class ComponentClient {
   }
 
   // The states of several components, in their order; empty without an answer in time.
-  std::vector<std::optional<std::int8_t>> states(std::span<const tims::Address> components);
+  std::vector<std::optional<std::int8_t>> states(std::span<const tims::Address> components,
+                                                 std::optional<tims::Duration> timeout = {});
 
   [[nodiscard]] std::string name_of(tims::Address address) const {
     return address.to_string(widths());

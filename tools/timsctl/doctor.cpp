@@ -506,7 +506,9 @@ void ask_components(Context& context, Observations& observed) {
     if (here && address && is_component(*address, client.widths())) components.push_back(*address);
   }
   observed.components = components.size();
-  const auto states = client.states(components);
+  // Not every mailbox with such an address belongs to a component that answers.
+  constexpr tims::Duration kAnswersWithin = std::chrono::seconds(1);
+  const auto states = client.states(components, std::min(kAnswersWithin, context.options.timeout));
   for (std::size_t i = 0; i < states.size(); ++i)
     if (states[i] == tims::type::kError) observed.in_error.push_back(client.name_of(components[i]));
 }

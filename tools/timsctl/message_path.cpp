@@ -1,5 +1,8 @@
 #include "tools/timsctl/message_path.h"
 
+#include <algorithm>
+#include <chrono>
+
 #include <fmt/format.h>
 
 #include "base/measure.h"
@@ -8,6 +11,9 @@
 
 namespace timsctl {
 namespace {
+
+// Only the reason of an error depends on it.
+constexpr tims::Duration kAnswersWithin = std::chrono::seconds(1);
 
 bool has_it(const Step& step) {
   const std::string verdict = text_at(step.answer, "verdict");
@@ -88,7 +94,8 @@ std::optional<BrokenLink> broken_link(const AdminClient& first, const Path& path
 std::optional<BrokenLink> broken_link_to(Context& context, Connection& connection,
                                          tims::Address to) {
   try {
-    const AdminClient admin = context.admin(connection);
+    const AdminClient admin(connection, context.signals,
+                            std::min(kAnswersWithin, context.options.timeout));
     const Path path = find_path(admin, {}, to, tims::type::kGetStatus);
     if (path.reached) return std::nullopt;
     return broken_link(admin, path, to);

@@ -265,7 +265,7 @@ TEST(MessageFields, BodiesAreRefusedWithWhatIsMeant) {
   EXPECT_EQ(refusal([] { made({"vx=fast"}); }),
             "vx=fast: expected a number in mm/s -> timsctl msg show Chassis move");
   EXPECT_EQ(refusal([] { made({"activePilot=Pilt/0/1"}, "set_active_pilot"); }),
-            "\"Pilt/0/1\" is not an address -> did you mean Pilot/0/1?");
+            "\"Pilt/0/1\" is not an address: no class is called Pilt -> did you mean Pilot/0/1?");
   EXPECT_EQ(refusal([] { made({"vx=1"}, "get_parameter"); }),
             "get_parameter has no fields -> timsctl msg show Chassis get_parameter");
   EXPECT_EQ(refusal([] { made({}, "moove"); }),

@@ -36,17 +36,16 @@ RefusalLog::Verdict RefusalLog::take(tims::Time now, const tims::Header& request
 
 bool FailureLog::failed(std::string_view why) {
   const std::uint64_t reason = without_numbers(why);
-  const bool again = any_ && std::ranges::find(reasons_, reason) != reasons_.end();
-  if (again) {
-    ++repeats_;
-    returns_ = returns_ || on_;
-  } else {
+  const bool was_on = std::exchange(on_, false);
+  if (!any_ || std::ranges::find(reasons_, reason) == reasons_.end()) {
     reasons_[next_++ % reasons_.size()] = reason;
     any_ = true;
     returns_ = false;
+    return true;
   }
-  on_ = false;
-  return !again;
+  if (was_on && !std::exchange(returns_, true)) return true;
+  ++repeats_;
+  return false;
 }
 
 bool FailureLog::turned_on(tims::Time now) {

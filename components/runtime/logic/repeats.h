@@ -41,14 +41,16 @@ class RefusalLog {
   std::array<Known, kKnown> known_{};
 };
 
-// --- Failures of a component, which is turned on again after each of them
+// --- Failures of a component, which is turned on again after each of them. The same failure is
+// written twice, since what has happened again may be of interest (a cable that was pulled twice),
+// and then counted.
 
 class FailureLog {
  public:
   // After this time a component that was turned on again is said to be on.
   static constexpr tims::Duration kSettled = std::chrono::seconds(10);
 
-  // It could not be turned on, or has failed while on. Whether this is new.
+  // It could not be turned on, or has failed while on. Whether to write this.
   bool failed(std::string_view why);
   // It was turned on. Whether to write that now: not if it has failed for the same reason since it
   // was last turned on.

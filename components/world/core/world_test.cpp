@@ -375,12 +375,12 @@ TEST(World, APersonWalkingIntoARobotIsNotItsContact) {
   for (int i = 0; i < 4000 && truth.robots[0].contacts.bumped == 0; ++i) drive(300, 0.005);
   EXPECT_EQ(truth.robots[0].contacts.bumped, 1U);
   drive(300, 0.5);  // until it has noticed
-  EXPECT_TRUE(truth.robots[0].is_blocked);
   EXPECT_EQ(truth.robots[0].contacts.own(), 0U);
   drive(0, 1);
+  EXPECT_FALSE(truth.robots[0].is_blocked) << "the person has stepped back";
   EXPECT_EQ(truth.robots[0].contacts.own(), 0U);
-  drive(300, 3);
-  EXPECT_EQ(truth.robots[0].contacts.people, 1U) << "it drives on against somebody";
+  drive(300, 30);
+  EXPECT_GE(truth.robots[0].contacts.own(), 1U) << "it drives on against somebody, or the wall";
 }
 
 }  // namespace world_test
