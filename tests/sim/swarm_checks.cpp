@@ -131,8 +131,8 @@ void Swarm::check_answers() {
 
 // --- the idle network
 
-// A link that has found its path small looks for a larger one some time later: that takes some large
-// datagrams, but not for long.
+// A link that has found its path small looks for a larger one some time later: that takes some
+// large datagrams, but not for long.
 void Swarm::check_idle() {
   constexpr int kSearches = 3;
   std::string problem = idle_problem();

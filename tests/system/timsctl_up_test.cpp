@@ -458,8 +458,8 @@ TEST_F(TimsctlUpTest, RobotTellsDeadFromOff) {
   const std::string file = write("restart = \"never\"" + std::string(kOneChassis));
   EXPECT_EQ(run({"up", file, "--detach"}).code, 0);
   const auto shows = [&](std::string_view part) {
-    return eventually(
-        [&] { return run({"robot"}).out.find(part) != std::string::npos; }, std::string(part));
+    return eventually([&] { return run({"robot"}).out.find(part) != std::string::npos; },
+                      std::string(part));
   };
   EXPECT_TRUE(shows("  off  "));
   ::kill(owner_of("Chassis/0/0"), SIGKILL);
