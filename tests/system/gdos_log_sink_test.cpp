@@ -158,6 +158,7 @@ TEST_F(GdosLogTest, AnyNumberOfProgramsCanFollow) {
 
 TEST_F(GdosLogTest, AFollowerFirstShowsThePast) {
   start_log();
+  ASSERT_TRUE(comes_to_be_kept("Module on")) << "a text of its own";
   for (const char* text : {"first", "second", "third"}) {
     send_text(text);
     ASSERT_TRUE(comes_to_be_kept(text));
@@ -170,7 +171,7 @@ TEST_F(GdosLogTest, AFollowerFirstShowsThePast) {
   const std::string shown = follower->standard_output();
   EXPECT_THAT(shown, Not(HasSubstr("first")));
   EXPECT_EQ(shown.find("third"), shown.rfind("third")) << "once";
-  EXPECT_LT(shown.find("second"), shown.find("third"));
+  EXPECT_LT(shown.find("second"), shown.find("third")) << shown;
   auto nothing = timsctl({"log", "follow", "-n", "2", "--directory", folder().string() + "/none"});
   ASSERT_TRUE(nothing);
   EXPECT_TRUE(nothing->wait_for_line("no messages of the past: there are no log files in"));
