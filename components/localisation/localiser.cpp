@@ -21,6 +21,12 @@ bool is_pose(const Pose& pose) {
   return std::isfinite(pose.x) && std::isfinite(pose.y) && std::isfinite(pose.rho);
 }
 
+Estimate estimate_at(const Pose& pose, double deviation, double deviation_rho) {
+  const double square = deviation * deviation;
+  return {.pose = pose,
+          .covariance = {.xx = square, .yy = square, .rho_rho = deviation_rho * deviation_rho}};
+}
+
 }  // namespace
 
 Localiser::Localiser(const LocaliserSettings& settings, std::uint64_t seed)
@@ -34,10 +40,7 @@ Localiser::Localiser(const LocaliserSettings& settings, std::uint64_t seed)
 
 void Localiser::start_at(const Pose& pose, double deviation, double deviation_rho) {
   filter_.start_at(pose, deviation, deviation_rho);
-  estimate_ = {.pose = pose,
-               .covariance = {.xx = deviation * deviation,
-                              .yy = deviation * deviation,
-                              .rho_rho = deviation_rho * deviation_rho}};
+  estimate_ = estimate_at(pose, deviation, deviation_rho);
   first_ = true;
   anywhere_ = false;
   found_ = false;
@@ -95,11 +98,8 @@ std::optional<Pose> Localiser::compare_rivals(const LikelihoodField& field, cons
 
 void Localiser::go_on_at(const Pose& pose) {
   filter_.start_at(pose, kClimbed, kClimbedTurn);
-  estimate_ = {.pose = pose,
-               .covariance = {.xx = kClimbed * kClimbed,
-                              .yy = kClimbed * kClimbed,
-                              .rho_rho = kClimbedTurn * kClimbedTurn},
-               .share = 1};
+  estimate_ = estimate_at(pose, kClimbed, kClimbedTurn);
+  estimate_.share = 1;
 }
 
 // Only when the robot cannot be where it has settled. At rest, each scan repeats the same

@@ -66,7 +66,6 @@ class Localiser {
   // The estimate at the last scan that was used.
   [[nodiscard]] const Estimate& estimate() const { return estimate_; }
   [[nodiscard]] const ParticleFilter& filter() const { return filter_; }
-  [[nodiscard]] const Rivals& rivals() const { return rivals_; }
   [[nodiscard]] const Beams& beams() const { return beams_; }
 
  private:

@@ -40,9 +40,6 @@ class Rivals {
   // Adds the rivals to the covariance of the settled pose, and takes their share.
   void widen(Estimate& estimate) const;
 
-  [[nodiscard]] std::size_t count() const { return rivals_.size(); }
-  [[nodiscard]] const Pose& pose(std::size_t i) const { return rivals_[i].pose; }
-
  private:
   struct Rival {
     Pose pose;

@@ -13,7 +13,6 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/videoio.hpp>
-#include <poll.h>
 #include <unistd.h>
 
 #include "components/devices/core/video_frame.h"
@@ -21,7 +20,7 @@
 #include "os/environment.h"
 #include "rack/devices/transport.h"
 #include "tests/support/eventually.h"
-#include "tests/support/patience.h"
+#include "tests/support/receive_until.h"
 #include "tests/support/temporary_folder.h"
 
 namespace rack::device {
@@ -55,24 +54,21 @@ class VideoTestBase : public testing::Test {
   // Receives until the condition is met or the transport has failed.
   template <typename Condition>
   tims::Result<void> receive_until(Transport& transport, Condition condition) {
-    const Time end = tims::os::now() + tims::test::kPatience;
-    while (!condition() && tims::os::now() < end) {
-      pollfd wait{.fd = transport.descriptor(), .events = POLLIN, .revents = 0};
-      ::poll(&wait, 1, 20);
-      auto received = transport.receive(tims::os::now(), [&](const Arrival& arrival) {
-        if (arrival.id == video::kHead) {
-          head_ = video_head(arrival.bytes);
-          return;
-        }
-        ASSERT_TRUE(head_);
-        EXPECT_EQ(arrival.id, head_->format);
-        EXPECT_LE(arrival.last, tims::os::now());
-        frames_.push_back({*head_, {arrival.bytes.begin(), arrival.bytes.end()}, arrival.last});
-      });
-      if (!received) return received;
-    }
+    auto received =
+        device::receive_until(transport, condition, [&](const Arrival& arrival) { take(arrival); });
+    if (!received) return received;
     EXPECT_TRUE(condition()) << "after " << frames_.size() << " frames";
     return {};
+  }
+  void take(const Arrival& arrival) {
+    if (arrival.id == video::kHead) {
+      head_ = video_head(arrival.bytes);
+      return;
+    }
+    ASSERT_TRUE(head_);
+    EXPECT_EQ(arrival.id, head_->format);
+    EXPECT_LE(arrival.last, tims::os::now());
+    frames_.push_back({*head_, {arrival.bytes.begin(), arrival.bytes.end()}, arrival.last});
   }
   tims::Result<void> receive_all(Transport& transport) {
     return receive_until(transport, [&] { return transport.is_over(); });

@@ -1,42 +1,25 @@
 // Playback of recordings (play:): all formats, what is left out of them, and what is refused.
-#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <poll.h>
 #include <unistd.h>
 
 #include "os/clock.h"
 #include "rack/devices/transport.h"
-#include "tests/support/patience.h"
+#include "tests/support/receive_until.h"
 
 namespace rack::device {
 namespace playback_test {
 
 using namespace std::chrono_literals;
 
-template <typename Condition>
-tims::Result<void> receive_until(Transport& transport, std::vector<Arrival>& arrivals,
-                                 std::string& text, Condition condition) {
-  const Time end = tims::os::now() + tims::test::kPatience;
-  while (!condition() && tims::os::now() < end) {
-    pollfd wait{.fd = transport.descriptor(), .events = POLLIN, .revents = 0};
-    const auto left =
-        std::chrono::ceil<std::chrono::milliseconds>(transport.next_timeout() - tims::os::now());
-    ::poll(&wait, 1, static_cast<int>(std::clamp<std::int64_t>(left.count(), 0, 20)));
-    auto received = transport.receive(tims::os::now(), [&](const Arrival& arrival) {
-      arrivals.push_back(arrival);
-      for (const std::byte byte : arrival.bytes) text += static_cast<char>(byte);
-    });
-    if (!received) return received;
-  }
-  return {};
-}
-
 class PlaybackTest : public testing::Test {
+ public:
+  ~PlaybackTest() override { std::filesystem::remove(path_); }
+
  protected:
   std::unique_ptr<Transport> play(std::string_view content, const std::string& options = "") {
     std::ofstream(path_, std::ios::binary) << content;
@@ -44,7 +27,6 @@ class PlaybackTest : public testing::Test {
     EXPECT_TRUE(opened) << opened.error().message();
     return opened ? std::move(*opened) : nullptr;
   }
-  ~PlaybackTest() override { std::filesystem::remove(path_); }
 
   const std::string path_ = testing::TempDir() + "playback_" + std::to_string(::getpid());
   std::vector<Arrival> arrivals_;

@@ -1,6 +1,5 @@
 // The contract of all transports: bytes arrive complete and in order with plausible times; sent
 // data arrives at the peer; the loss of a device is reported with a reason.
-#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <filesystem>
@@ -21,6 +20,7 @@
 #include "rack/devices/transport.h"
 #include "tests/support/eventually.h"
 #include "tests/support/patience.h"
+#include "tests/support/receive_until.h"
 #include "tests/support/two_networks.h"
 
 namespace rack::device {
@@ -38,25 +38,6 @@ std::string text_of(std::span<const std::byte> bytes) {
   std::string text;
   for (const std::byte byte : bytes) text += static_cast<char>(byte);
   return text;
-}
-
-// Receives until the condition is true, for at most 5 s.
-template <typename Condition>
-tims::Result<void> receive_until(Transport& transport, std::vector<Arrival>& arrivals,
-                                 std::string& text, Condition condition) {
-  const Time end = tims::os::now() + tims::test::kPatience;
-  while (!condition() && tims::os::now() < end) {
-    pollfd wait{.fd = transport.descriptor(), .events = POLLIN, .revents = 0};
-    const auto left =
-        std::chrono::ceil<std::chrono::milliseconds>(transport.next_timeout() - tims::os::now());
-    ::poll(&wait, 1, static_cast<int>(std::clamp<std::int64_t>(left.count(), 0, 20)));
-    auto received = transport.receive(tims::os::now(), [&](const Arrival& arrival) {
-      arrivals.push_back(arrival);
-      text += text_of(arrival.bytes);
-    });
-    if (!received) return received;
-  }
-  return {};
 }
 
 // The other end of the transport, controlled by the test.
