@@ -88,7 +88,7 @@ std::string guid_text(std::uint64_t guid);
 // as a decimal number with a sign; a whole GUID is also accepted, decimal or hexadecimal with 0x.
 Result<DeviceAddress> dcam_device(std::string_view guid);
 
-// Replaces the passwords of URLs in a text: rtsp://user:***@host.
+// Replaces the passwords of URLs in a text by stars.
 std::string without_passwords(std::string text);
 
 }  // namespace rack::device
