@@ -38,7 +38,8 @@ std::string_view name(WatchDepth depth) {
 
 // --- pages of a description
 
-Result<DescriptionPage> page_of(std::string_view description, const DescriptionRequest& request) {
+tims::Result<DescriptionPage> page_of(std::string_view description,
+                                      const DescriptionRequest& request) {
   const auto size = static_cast<i64>(description.size());
   if (request.offset < 0 || request.offset > size || request.bytesMax < 0)
     return tims::Error(tims::Errc::kInvalidArgument,
@@ -54,7 +55,7 @@ Result<DescriptionPage> page_of(std::string_view description, const DescriptionR
   return page;
 }
 
-Result<bool> append_page(std::string& description, const DescriptionPage& page) {
+tims::Result<bool> append_page(std::string& description, const DescriptionPage& page) {
   const auto wrong = [](std::string_view why) {
     return tims::Error(tims::Errc::kMalformed,
                        "the description is not usable: " + std::string(why) +
@@ -67,8 +68,7 @@ Result<bool> append_page(std::string& description, const DescriptionPage& page) 
   if (page.offset < 0 || static_cast<std::size_t>(page.offset) != description.size())
     return wrong("a page from byte " + std::to_string(page.offset) + " on, expected was " +
                  std::to_string(description.size()));
-  if (description.size() + page.text.size() > size)
-    return wrong("a page is longer than the rest");
+  if (description.size() + page.text.size() > size) return wrong("a page is longer than the rest");
   if (page.text.empty() && description.size() < size) return wrong("an empty page");
   description.append(page.text.data(), page.text.size());
   return description.size() < size;

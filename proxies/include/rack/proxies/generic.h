@@ -156,10 +156,11 @@ struct DescriptionPage {
 };
 
 // kInvalidArgument: the requested page is outside of the description.
-Result<DescriptionPage> page_of(std::string_view description, const DescriptionRequest& request);
+tims::Result<DescriptionPage> page_of(std::string_view description,
+                                      const DescriptionRequest& request);
 // Appends the next page. True: there are more. kMalformed: it does not continue the description, or
 // that is longer than kDescriptionMax.
-Result<bool> append_page(std::string& description, const DescriptionPage& page);
+tims::Result<bool> append_page(std::string& description, const DescriptionPage& page);
 
 // ---
 
