@@ -2,9 +2,9 @@
 
 import type { Console } from '../app/console';
 import { nameOf } from '../app/console';
-import { encodeMessage } from '../codec/catalogue';
+import { decodeData, encodeMessage } from '../codec/catalogue';
 import type { Robot } from '../model/fleet';
-import { types } from '../tims/header';
+import { types, wordBody } from '../tims/header';
 import { firstOf } from './follow';
 import type { Pose } from './transform';
 
@@ -23,6 +23,8 @@ const world = { put: 22 };
 
 const goalSpeed = 10000; // mm/s: as fast as the pilot permits
 const onTime = 20000; // ms
+const localiseTime = 10000; // ms
+const sureDeviation = 500; // mm
 const obstacleRadius = 250; // mm
 const obstacleHeight = 1000;
 
@@ -64,16 +66,36 @@ function need(robot: Robot, name: string) {
   return component;
 }
 
-// A pilot drives only when the chassis obeys it, and when both are on.
+// A pilot drives only when the chassis obeys it, when both are on, and when the robot is sure where it is.
 async function sendRobot(console: Console, robot: Robot, pose: Pose): Promise<string> {
   const driver = need(robot, 'Pilot');
   const base = need(robot, 'Chassis');
+  await localise(console, robot);
   if (base.state.value !== 'on') await console.fleet.turn(base, true);
   await command(console, base.address, base.classId, chassis.setActivePilot, { activePilot: driver.address });
   if (driver.state.value !== 'on') await console.fleet.turn(driver, true);
   await command(console, driver.address, driver.classId, pilot.setDestination, { pos: pose3d(pose), speed: goalSpeed });
   return `Robot ${robot.system} drives to ${place(pose)}`;
 }
+
+async function localise(console: Console, robot: Robot): Promise<void> {
+  const mcl = firstOf(robot, 'Mcl');
+  if (mcl !== undefined && mcl.state.value !== 'on') await console.fleet.turn(mcl, true);
+  const position = need(robot, 'Position');
+  for (const deadline = performance.now() + localiseTime; ; ) {
+    const answer = await console.client.call(position.address, types.getData, wordBody(0));
+    const data =
+      answer.type === types.data
+        ? (decodeData(position.classId, answer.body, answer.flags) as unknown as Uncertain)
+        : undefined;
+    if (data !== undefined && Math.max(data.var.x, data.var.y) < sureDeviation) return;
+    if (performance.now() > deadline)
+      throw new Error(`robot ${robot.system} is not sure where it is: set its position, or drive it about by hand`);
+    await new Promise((resolve) => setTimeout(resolve, 250));
+  }
+}
+
+type Uncertain = { var: { x: number; y: number } } & Record<string, unknown>;
 
 async function setPosition(console: Console, robot: Robot, pose: Pose): Promise<string> {
   const component = need(robot, 'Position');

@@ -36,6 +36,7 @@ export interface Drawing {
 
 const gridPixels = 60;
 const staleTime = 3000; // ms
+export const unknownDeviation = 50_000; // mm: from here on a position is a guess
 const classMask = 3;
 const movingPoint = 3;
 const reflectorBit = 0x80;
@@ -238,7 +239,7 @@ function paintRobot({ context, view, size, colours }: Drawing, scene: RobotScene
   const least = 14 / view.scale;
   const grow = Math.max(1, least / (hull.front + hull.back));
   const at = toScreen(view, size, pose);
-  if (deviation * view.scale > 4) {
+  if (deviation * view.scale > 4 && deviation < unknownDeviation) {
     context.beginPath();
     context.arc(at.x, at.y, deviation * view.scale, 0, 2 * Math.PI);
     context.fillStyle = colour;
@@ -269,5 +270,6 @@ function paintRobot({ context, view, size, colours }: Drawing, scene: RobotScene
   context.fillStyle = colours.text;
   context.font = '600 12px system-ui, sans-serif';
   context.textAlign = 'center';
-  context.fillText(`${system}`, at.x, at.y - Math.max(12, hull.left * grow * view.scale + 6));
+  const name = deviation < unknownDeviation ? `${system}` : `${system}, position unknown`;
+  context.fillText(name, at.x, at.y - Math.max(12, hull.left * grow * view.scale + 6));
 }

@@ -7,7 +7,7 @@ import { route } from '../app/route';
 import { actions } from '../map/actions';
 import { firstOf, followRobot } from '../map/follow';
 import { type Centre, MapCanvas, newMapModel, zoom } from '../map/map_canvas';
-import { allLayers, type Layers } from '../map/paint';
+import { allLayers, type Layers, unknownDeviation } from '../map/paint';
 import { emptyScene } from '../map/scene';
 import type { Pose } from '../map/transform';
 import type { Robot } from '../model/fleet';
@@ -156,6 +156,8 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
   );
 }
 
+const deviationText = (deviation: number) => (deviation < unknownDeviation ? metres(deviation) : 'unknown');
+
 function LayerMenu({ layers, change }: { layers: Layers; change: (layers: Layers) => void }) {
   return (
     <details class="menu">
@@ -210,7 +212,7 @@ function Positions({ model, robots }: { model: ReturnType<typeof newMapModel>; r
               <td>{pose ? metres(pose.x) : '–'}</td>
               <td>{pose ? metres(pose.y) : '–'}</td>
               <td>{pose ? degrees(pose.rho) : '–'}</td>
-              <td>{pose && scene ? metres(scene.deviation) : '–'}</td>
+              <td>{pose && scene ? deviationText(scene.deviation) : '–'}</td>
               <td>{scene && scene.distanceToGoal > 0 ? metres(scene.distanceToGoal) : '–'}</td>
             </tr>
           );

@@ -83,10 +83,7 @@ export class Session {
       if (sequence === undefined) return reject(new CallFailure('255 requests to it are under way'));
       const { dest, type, body } = request;
       const src = dest === 0 ? 0 : this.control.mailbox; // 0 and 0: the own router
-      this.control.send(
-        { flags: request.flags ?? flags.reportReason, type, sequence, dest, src },
-        body,
-      );
+      this.control.send({ flags: request.flags ?? flags.reportReason, type, sequence, dest, src }, body);
     });
   }
 

@@ -22,7 +22,8 @@ interface Change {
   to: string;
 }
 
-const takesEffectWords = ['at once', 'at the next ON', 'when the program is started'];
+// When a new value takes effect.
+const takesEffectWords = ['', 'at the next ON', 'at the next start'];
 
 export function Parameters({ component }: { component: Component }) {
   const { client } = useConsole();
@@ -146,13 +147,13 @@ function ParameterRow({ parameter, effect, set }: RowProperties) {
             if (event.key === 'Escape') event.currentTarget.value = before;
           }}
         />
+        {effect !== undefined && <span class="faint small"> {takesEffectWords[effect]}</span>}
         {failure.value !== '' && (
           <p class="bad small" role="alert">
             {failure.value}
           </p>
         )}
       </td>
-      <td class="faint small">{effect !== undefined && takesEffectWords[effect]}</td>
     </tr>
   );
 }
