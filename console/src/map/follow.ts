@@ -2,6 +2,7 @@
 
 import type { Console } from '../app/console';
 import { classId, decodeData, decodeMessage } from '../codec/catalogue';
+import type { ChassisParamData } from '../codec/messages';
 import type { Component, Robot } from '../model/fleet';
 import { decodeHeader, headerSize } from '../tims/header';
 import { type DetectedObject, defaultHull, movedTo, type RobotScene, type Spline } from './scene';
@@ -118,12 +119,12 @@ async function askHull(console: Console, robot: Robot, scene: RobotScene): Promi
   if (chassis === undefined) return;
   const answer = await console.client.call(chassis.address, getParameter);
   if (answer.type !== parameter) return;
-  const hull = decodeMessage(chassis.classId, parameter, answer.body, answer.flags) as Record<string, number>;
+  const hull = decodeMessage(chassis.classId, parameter, answer.body, answer.flags) as unknown as ChassisParamData;
   scene.hull = {
-    front: hull['boundaryFront'] || defaultHull.front,
-    back: hull['boundaryBack'] || defaultHull.back,
-    left: hull['boundaryLeft'] || defaultHull.left,
-    right: hull['boundaryRight'] || defaultHull.right,
-    margin: hull['safetyMargin'] || 0,
+    front: hull.boundaryFront || defaultHull.front,
+    back: hull.boundaryBack || defaultHull.back,
+    left: hull.boundaryLeft || defaultHull.left,
+    right: hull.boundaryRight || defaultHull.right,
+    margin: hull.safetyMargin || 0,
   };
 }

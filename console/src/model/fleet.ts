@@ -32,6 +32,9 @@ interface Mailbox {
   via: string;
 }
 
+// What the router names its own clients by; others are behind a link.
+const ports = ['local', 'tcp', 'websocket'];
+
 const statePeriod = 2000; // ms
 const turnTime = 250;
 const questionsPerTurn = 60;
@@ -43,6 +46,7 @@ const retryTime = 1000;
 export class Fleet {
   private readonly robotsSignal = signal<Robot[]>([]);
   private readonly logsSignal = signal<number[]>([]);
+  private localLogs = new Set<number>();
   private components = new Map<number, Component>();
   private watched = new Map<number, number>(); // component: number of views that show it
   private generation = 0;
@@ -66,6 +70,11 @@ export class Fleet {
   // The addresses of gdos-log, one for each host that has one.
   get logs(): ReadonlySignal<number[]> {
     return this.logsSignal;
+  }
+
+  // The log runs at the own router, not behind a link.
+  isLocal(log: number): boolean {
+    return this.localLogs.has(log);
   }
 
   robot(system: number): Robot | undefined {
@@ -118,11 +127,15 @@ export class Fleet {
   private update(mailboxes: Mailbox[], widths: Widths): void {
     const components = new Map<number, Component>();
     const logs: number[] = [];
+    this.localLogs.clear();
     for (const { address, via } of mailboxes) {
       const raw = Number(address.raw);
       const { system, classId, instance } = fieldsOf(raw, widths);
       const isSink = system === 0 && instance === 0;
-      if (classId === classes.textSink && !isSink) logs.push(raw);
+      if (classId === classes.textSink && !isSink) {
+        logs.push(raw);
+        if (ports.includes(via)) this.localLogs.add(raw);
+      }
       if (classId < classes.firstComponent) continue;
       const known = this.components.get(raw);
       components.set(

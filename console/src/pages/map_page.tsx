@@ -53,6 +53,14 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
     };
   }, [robots.map(({ system, components }) => `${system}:${components.length}`).join(), visible]);
 
+  useEffect(() => {
+    const endTool = (event: KeyboardEvent) => {
+      if (event.key === 'Escape' && !event.shiftKey) tool.value = undefined;
+    };
+    addEventListener('keydown', endTool);
+    return () => removeEventListener('keydown', endTool);
+  }, []);
+
   const action = actions.find(({ name }) => name === tool.value);
   const run = async (pose: Pose) => {
     if (action === undefined || selected === undefined) return;
@@ -89,14 +97,14 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
             ))}
           </select>
         </label>
-        <div role="group" aria-label="Centre" class="tabs">
+        <fieldset aria-label="Centre" class="tabs">
           {(['world', 'chase', 'robot'] as const).map((each) => (
             <button key={each} type="button" aria-pressed={centre.value === each} onClick={() => setCentre(each)}>
               {each}
             </button>
           ))}
-        </div>
-        <div role="group" aria-label="Actions on the map" class="tabs">
+        </fieldset>
+        <fieldset aria-label="Actions on the map" class="tabs">
           {actions
             .filter(({ component }) => selected !== undefined && firstOf(selected, component) !== undefined)
             .map(({ name, title }) => (
@@ -111,7 +119,7 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
                 {title}
               </button>
             ))}
-        </div>
+        </fieldset>
         <span class="grow" />
         <LayerMenu layers={layers.value} change={(value) => (layers.value = value)} />
         <button type="button" aria-label="Zoom in" onClick={() => zoom(model, 1.5)}>
@@ -139,12 +147,7 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
       <p class={`report ${report.value.bad ? 'bad' : ''}`} role={report.value.bad ? 'alert' : 'status'}>
         {report.value.text}
       </p>
-      <div
-        class="map-box"
-        onKeyDown={(event) => {
-          if (event.key === 'Escape' && !event.shiftKey) tool.value = undefined;
-        }}
-      >
+      <div class="map-box">
         <MapCanvas
           model={model}
           label={`Map of ${robots.length} robots`}

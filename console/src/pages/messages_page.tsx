@@ -4,7 +4,8 @@ import { useSignal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
 import { type Console, nameOf, useConsole } from '../app/console';
 import { route, setOption } from '../app/route';
-import type { Level, LogText } from '../model/log';
+import type { LogText } from '../model/log';
+import type { Level } from '../tims/gdos';
 
 const order: Level[] = ['print', 'error', 'warning', 'info', 'detail'];
 const letters: Record<Level, string> = { print: 'P', error: 'E', warning: 'W', info: 'I', detail: 'D' };
@@ -52,15 +53,15 @@ export function MessagesPage() {
 }
 
 function NoTexts() {
-  const { fleet } = useConsole();
-  const listens = fleet.logs.value.length > 0;
+  const { fleet, log } = useConsole();
+  const listens = fleet.logs.value.length > 0 || log.isSink.value;
   return (
     <p class="empty faint">
       {listens ? (
         'No messages yet. New ones appear here as they arrive.'
       ) : (
         <>
-          No log is running at this router or behind its links: start <code>gdos-log</code> there.
+          Another program receives the texts at this router, and it is no log: end it, or start <code>gdos-log</code>.
         </>
       )}
     </p>
@@ -80,6 +81,7 @@ export function LogTable({ texts, empty }: { texts: LogText[]; empty: preact.Com
     <div
       class="log"
       ref={box}
+      // biome-ignore lint/a11y/noNoninteractiveTabindex: what scrolls must be reached by keys
       tabIndex={0}
       role="log"
       aria-label="Messages of components"
