@@ -43,9 +43,9 @@ export function App() {
   }, [title]);
   return (
     <>
-      <a class="skip" href="#content" onClick={focusContent}>
+      <button type="button" class="skip" onClick={() => document.getElementById('content')?.focus()}>
         Skip to the content
-      </a>
+      </button>
       <header class="bar">
         <a class="brand" href="#/fleet">
           RACK
@@ -63,11 +63,6 @@ export function App() {
       <Keys pages={pages.map(({ key, name, title: text }) => ({ key, text, run: () => go(parseRoute(name)) }))} />
     </>
   );
-}
-
-function focusContent(event: Event) {
-  event.preventDefault();
-  document.getElementById('content')?.focus();
 }
 
 function Navigation({ current }: { current: string }) {

@@ -1,8 +1,8 @@
 // What can be done at a place of the map: the commands of the original's map view.
 
 import type { Console } from '../app/console';
-import { nameOf } from '../app/console';
-import { decodeData, encodeMessage } from '../codec/catalogue';
+import { decodeData } from '../codec/catalogue';
+import { command } from '../model/commands';
 import type { Robot } from '../model/fleet';
 import { types, wordBody } from '../tims/header';
 import { firstOf } from './follow';
@@ -14,12 +14,6 @@ export interface MapAction {
   component: string; // class
   run: (console: Console, robot: Robot, pose: Pose) => Promise<string>;
 }
-
-// Types of messages, by class.
-const pilot = { setDestination: 21 };
-const chassis = { setActivePilot: 23 };
-const position = { update: 21 };
-const world = { put: 22 };
 
 const goalSpeed = 10000; // mm/s: as fast as the pilot permits
 const onTime = 20000; // ms
@@ -33,21 +27,6 @@ export const actions: MapAction[] = [
   { name: 'position', title: 'Robot is here', component: 'Position', run: setPosition },
   { name: 'obstacle', title: 'Put an obstacle (simulation)', component: 'World', run: putObstacle },
 ];
-
-async function command(
-  console: Console,
-  address: number,
-  classNumber: number,
-  type: number,
-  value: object,
-): Promise<void> {
-  const answer = await console.client.call(address, type, encodeMessage(classNumber, type, value), onTime);
-  if (answer.type >= 0 || answer.type < types.notAvailable) return;
-  const reason = new TextDecoder().decode(answer.body);
-  throw new Error(
-    `${nameOf(console, address)}: ${answer.type === types.notAvailable ? 'it is not there' : reason || 'it refuses'}`,
-  );
-}
 
 const pose3d = ({ x, y, rho }: Pose) => ({
   x: Math.round(x),
@@ -72,9 +51,9 @@ async function sendRobot(console: Console, robot: Robot, pose: Pose): Promise<st
   const base = need(robot, 'Chassis');
   await localise(console, robot);
   if (base.state.value !== 'on') await console.fleet.turn(base, true);
-  await command(console, base.address, base.classId, chassis.setActivePilot, { activePilot: driver.address });
+  await command(console.client, base, 'Chassis.SET_ACTIVE_PILOT', { activePilot: driver.address });
   if (driver.state.value !== 'on') await console.fleet.turn(driver, true);
-  await command(console, driver.address, driver.classId, pilot.setDestination, { pos: pose3d(pose), speed: goalSpeed });
+  await command(console.client, driver, 'Pilot.SET_DESTINATION', { pos: pose3d(pose), speed: goalSpeed }, onTime);
   return `Robot ${robot.system} drives to ${place(pose)}`;
 }
 
@@ -100,7 +79,7 @@ type Uncertain = { var: { x: number; y: number } } & Record<string, unknown>;
 async function setPosition(console: Console, robot: Robot, pose: Pose): Promise<string> {
   const component = need(robot, 'Position');
   const deviation = { x: 300, y: 300, z: 0, phi: 0, psi: 0, rho: 0.2 };
-  await command(console, component.address, component.classId, position.update, {
+  await command(console.client, component, 'Position.UPDATE', {
     recordingTime: 0,
     pos: pose3d(pose),
     var: deviation,
@@ -110,7 +89,7 @@ async function setPosition(console: Console, robot: Robot, pose: Pose): Promise<
 
 async function putObstacle(console: Console, robot: Robot, { x, y }: Pose): Promise<string> {
   const component = need(robot, 'World');
-  await command(console, component.address, component.classId, world.put, {
+  await command(console.client, component, 'World.PUT', {
     id: 0,
     pos: { x: Math.round(x), y: Math.round(y) },
     radius: obstacleRadius,

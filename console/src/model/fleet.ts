@@ -9,6 +9,7 @@ import { classes, fieldsOf, type Widths } from '../tims/address';
 import type { Client } from '../tims/client';
 import { types } from '../tims/header';
 import type { Admin } from './admin';
+import { command } from './commands';
 
 export type ComponentState = 'unknown' | 'on' | 'off' | 'error' | 'silent';
 
@@ -98,11 +99,11 @@ export class Fleet {
   }
 
   async turn(component: Component, on: boolean): Promise<void> {
-    const answer = await this.client.call(component.address, on ? types.on : types.off, undefined, turnOnTime);
-    await this.askState(component);
-    if (answer.type === types.ok) return;
-    const reason = new TextDecoder().decode(answer.body);
-    throw new Error(answer.type === types.notAvailable ? 'it is not there' : reason || 'it refuses');
+    try {
+      await command(this.client, component, on ? 'ON' : 'OFF', {}, turnOnTime);
+    } finally {
+      await this.askState(component);
+    }
   }
 
   private async follow(generation: number, widths: Widths): Promise<void> {

@@ -175,8 +175,8 @@ function options(curves: Curve[], element: HTMLElement): uPlot.Options {
   return {
     width: element.clientWidth,
     height: element.clientHeight - 30,
-    scales: { x: { time: false } },
-    axes: [{ ...axis, label: 's ago', values: (_, splits) => splits.map((split) => `${Math.round(split)}`) }, axis],
+    scales: { x: { time: false, range: () => [-windowTime, 0] } },
+    axes: [{ ...axis, label: 'seconds' }, axis],
     series: [
       {},
       ...curves.map(({ name }, i) => ({
@@ -184,6 +184,7 @@ function options(curves: Curve[], element: HTMLElement): uPlot.Options {
         stroke: colours[i % colours.length] ?? '',
         width: 1.5,
         spanGaps: true,
+        points: { show: false },
       })),
     ],
   };
