@@ -9,6 +9,7 @@ import { MapPage } from '../pages/map_page';
 import { MessagesPage } from '../pages/messages_page';
 import { PlotsPage } from '../pages/plots_page';
 import { RobotPage } from '../pages/robot_page';
+import { SimulationPage } from '../simulation/simulation_page';
 import { ConnectionBadge, ConnectionNotice } from '../ui/connection';
 import { Icon, type IconName } from '../ui/icons';
 import { StopButton } from '../ui/stop_button';
@@ -31,6 +32,7 @@ const pages: Page[] = [
   { name: 'messages', title: 'Messages', icon: 'text', view: MessagesPage, key: 'l' },
   { name: 'plots', title: 'Plots', icon: 'plot', view: PlotsPage, key: 'p' },
   { name: 'network', title: 'Network', icon: 'tree', view: NetworkPage, key: 'n' },
+  { name: 'simulation', title: 'Simulation', icon: 'cube', view: SimulationPage, key: 's' },
 ];
 
 const viewOf = (name: string) => (name === 'robot' ? RobotPage : pages.find((page) => page.name === name)?.view);

@@ -15,10 +15,10 @@ export async function command<Name extends CommandName>(
   client: Client,
   receiver: { address: number },
   name: Name,
-  value: Partial<NonNullable<Bodies[Name]>> = {},
+  value?: Partial<NonNullable<Bodies[Name]>>,
   timeout = commandTime,
 ): Promise<Answer> {
-  const { type, body } = encodeNamed(name, value);
+  const { type, body } = encodeNamed(name, value ?? {});
   const answer = await client.call(receiver.address, type, body, timeout);
   const why = refusal(answer);
   if (why !== undefined) throw new Error(why);

@@ -100,7 +100,7 @@ export class Fleet {
 
   async turn(component: Component, on: boolean): Promise<void> {
     try {
-      await command(this.client, component, on ? 'ON' : 'OFF', {}, turnOnTime);
+      await command(this.client, component, on ? 'ON' : 'OFF', undefined, turnOnTime);
     } finally {
       await this.askState(component);
     }
