@@ -6,6 +6,7 @@ import { type Console, nameOf, useConsole } from '../app/console';
 import { route, setOption } from '../app/route';
 import type { LogText } from '../model/log';
 import type { Level } from '../tims/gdos';
+import { saveFile } from '../ui/save';
 
 const order: Level[] = ['print', 'error', 'warning', 'info', 'detail'];
 const letters: Record<Level, string> = { print: 'P', error: 'E', warning: 'W', info: 'I', detail: 'D' };
@@ -140,9 +141,5 @@ function save(console: Console, texts: LogText[]) {
     ({ time, level, sender, text, count }) =>
       `${time.toISOString()} ${level} ${nameOf(console, sender)} ${text}${count > 1 ? ` (${count} times)` : ''}\n`,
   );
-  const link = document.createElement('a');
-  link.href = URL.createObjectURL(new Blob(lines, { type: 'text/plain' }));
-  link.download = 'messages.txt';
-  link.click();
-  URL.revokeObjectURL(link.href);
+  saveFile(lines, 'text/plain', 'messages.txt');
 }
