@@ -226,9 +226,11 @@ function Tile({ name, component }: { name: string; component: Component }) {
           <Icon name="close" />
         </button>
       </header>
-      {tab.value === 'view' && <View component={component} />}
-      {tab.value === 'parameters' && <Parameters component={component} />}
-      {tab.value === 'commands' && <Commands component={component} />}
+      <div class="tile-body">
+        {tab.value === 'view' && <View component={component} />}
+        {tab.value === 'parameters' && <Parameters component={component} />}
+        {tab.value === 'commands' && <Commands component={component} />}
+      </div>
     </section>
   );
 }
@@ -244,7 +246,7 @@ function MissingTile({ name }: { name: string }) {
           <Icon name="close" />
         </button>
       </header>
-      <p class="faint">It is not registered at present.</p>
+      <p class="tile-body faint">It is not registered at present.</p>
     </section>
   );
 }
