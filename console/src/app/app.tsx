@@ -15,6 +15,7 @@ import { Icon, type IconName } from '../ui/icons';
 import { StopButton } from '../ui/stop_button';
 import { ThemeSwitch } from '../ui/theme';
 import { Keys } from './keys';
+import { Palette } from './palette';
 import { go, parseRoute, route } from './route';
 
 interface Page {
@@ -62,6 +63,7 @@ export function App() {
       <main id="content" tabIndex={-1} class={`page-${page}`}>
         <PageView key={`${page}/${rest[0] ?? ''}`} page={page} />
       </main>
+      <Palette pages={pages} />
       <Keys pages={pages.map(({ key, name, title: text }) => ({ key, text, run: () => go(parseRoute(name)) }))} />
     </>
   );
