@@ -2,6 +2,7 @@
 
 import type { ComponentType } from 'preact';
 import { useEffect, useErrorBoundary } from 'preact/hooks';
+import { LayoutMenu } from '../layouts/layout_menu';
 import { NetworkPage } from '../network/network_page';
 import { DrivePage } from '../pages/drive_page';
 import { FleetPage } from '../pages/fleet_page';
@@ -56,6 +57,7 @@ export function App() {
         <Navigation current={page} />
         <span class="grow" />
         <ConnectionBadge />
+        <LayoutMenu />
         <ThemeSwitch />
         <StopButton />
       </header>

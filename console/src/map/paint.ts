@@ -7,6 +7,7 @@ import { gridStep, type Point, type Pose, placed, type Size, toScreen, toWorld, 
 
 export interface Layers {
   grid: boolean;
+  map: boolean;
   trail: boolean;
   scan: boolean;
   path: boolean;
@@ -17,6 +18,7 @@ export interface Layers {
 
 export const allLayers: Layers = {
   grid: true,
+  map: true,
   trail: true,
   scan: true,
   path: true,
@@ -50,6 +52,7 @@ export function paintMap(drawing: Drawing, scenes: RobotScene[], layers: Layers,
   if (layers.grid) paintGrid(drawing);
   points.resize(Math.round(size.width * ratio), Math.round(size.height * ratio));
   points.clear();
+  if (layers.map) for (const scene of scenes) paintPlan(drawing, scene);
   for (const scene of scenes) {
     if (layers.walls) paintWalls(drawing, scene);
     if (layers.trail) paintLine(drawing, scene.trail, robotColour(colours, scene.system), 1, 0.5);
@@ -120,6 +123,19 @@ function paintScale({ context, view, size, colours }: Drawing): void {
   context.font = '12px system-ui, sans-serif';
   context.textAlign = 'left';
   context.fillText(step >= 1e6 ? `${step / 1e6} km` : `${step / 1000} m`, x + 4, y - 5);
+}
+
+function paintPlan({ context, view, size, ratio }: Drawing, { plan }: RobotScene): void {
+  if (plan === undefined) return;
+  const corner = toScreen(view, size, { x: plan.north, y: plan.west });
+  const right = toScreen(view, size, { x: plan.north, y: plan.west + plan.cell });
+  const down = toScreen(view, size, { x: plan.north - plan.cell, y: plan.west });
+  context.save();
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.transform(right.x - corner.x, right.y - corner.y, down.x - corner.x, down.y - corner.y, corner.x, corner.y);
+  context.imageSmoothingEnabled = false;
+  context.drawImage(plan.picture, 0, 0);
+  context.restore();
 }
 
 function paintWalls({ context, view, size, colours }: Drawing, { walls }: RobotScene): void {

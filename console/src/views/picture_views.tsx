@@ -23,7 +23,7 @@ export function GridMapView({ component }: ViewProperties) {
     // x is up, y is to the right; occupied is dark.
     const { gridNumX: rows, gridNumY: columns, occupancy } = data;
     paint(canvas.current, columns, rows, (column, row) => {
-      const value = occupancy[(rows - 1 - row) * columns + column] ?? unknownCell;
+      const value = occupancy[rows - 1 - row + column * rows] ?? unknownCell;
       return [255 - value, 255 - value, 255 - value];
     });
   }, [data]);
