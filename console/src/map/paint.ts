@@ -205,6 +205,32 @@ function addScan({ points, view, size, ratio, colours }: Drawing, { scan }: Robo
   }
 }
 
+// The points that are not sent yet, joined in their order.
+export function paintWaypoints(
+  { context, view, size, colours }: Drawing,
+  list: (Point & { backward: boolean })[],
+): void {
+  context.strokeStyle = colours.goal;
+  context.fillStyle = colours.goal;
+  context.lineWidth = 1.5;
+  context.setLineDash([6, 4]);
+  context.beginPath();
+  for (const [i, point] of list.entries()) {
+    const { x, y } = toScreen(view, size, point);
+    if (i === 0) context.moveTo(x, y);
+    else context.lineTo(x, y);
+  }
+  context.stroke();
+  context.setLineDash([]);
+  for (const point of list) {
+    const { x, y } = toScreen(view, size, point);
+    context.beginPath();
+    context.arc(x, y, 4, 0, 2 * Math.PI);
+    if (point.backward) context.stroke();
+    else context.fill();
+  }
+}
+
 function paintGoal({ context, view, size, colours }: Drawing, { goal, distanceToGoal }: RobotScene): void {
   if (goal === undefined || distanceToGoal <= 0) return;
   const { x, y } = toScreen(view, size, goal);

@@ -56,7 +56,7 @@ export interface RobotScene {
   particles: { x: number; y: number; type: number }[];
   objects: DetectedObject[];
   plan: Plan | undefined;
-  walls: { x: number; y: number; x2: number; y2: number }[];
+  walls: { x: number; y: number; x2: number; y2: number; layer: number }[];
 }
 
 export const defaultHull: Hull = { front: 300, back: 300, left: 250, right: 250, margin: 0 };

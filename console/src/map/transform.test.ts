@@ -1,6 +1,17 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { gridStep, headingTo, panned, placed, toScreen, toWorld, type View, viewOf, zoomed } from './transform';
+import {
+  distanceToLine,
+  gridStep,
+  headingTo,
+  panned,
+  placed,
+  toScreen,
+  toWorld,
+  type View,
+  viewOf,
+  zoomed,
+} from './transform';
 
 const size = { width: 800, height: 600 };
 const close = (actual: { x: number; y: number }, expected: { x: number; y: number }) => {
@@ -68,4 +79,14 @@ test('grid steps are 1, 2 or 5', () => {
 test('robot frame and headings are clockwise from north', () => {
   close(placed({ x: 0, y: 0, rho: Math.PI / 2 }, { x: 100, y: 0 }), { x: 0, y: 100 });
   assert.equal(headingTo({ x: 0, y: 0 }, { x: 0, y: 5 }), Math.PI / 2);
+});
+
+test('the distance to a line ends at its ends', () => {
+  const [from, to] = [
+    { x: 0, y: 0 },
+    { x: 10, y: 0 },
+  ];
+  assert.equal(distanceToLine({ x: 5, y: 3 }, from, to), 3);
+  assert.equal(distanceToLine({ x: 13, y: 4 }, from, to), 5);
+  assert.equal(distanceToLine({ x: 3, y: 4 }, from, from), 5);
 });
