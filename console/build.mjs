@@ -19,14 +19,18 @@ export const BUDGET = { first: 60_000, all: 250_000 };
 const BROTLI = { params: { [constants.BROTLI_PARAM_QUALITY]: 10 } };
 const COMPRESSED = /\.(js|css|html|svg|json|txt)$/;
 
-// main: the page. worker: loaded by the page at its start; its name is in a <meta> of the page.
-const ENTRIES = ['main.tsx', 'worker.ts'];
+// The page, and what it starts at once: its name is in a <meta> of the page, where worker_url.js finds it. So
+// both share what they have in common.
+const PAGE = 'src/main.tsx';
+const WORKER = 'src/tims/worker.ts';
+const STYLE = 'src/app/style.css';
 
 export async function build(folder, budget = BUDGET) {
   const { build: bundle } = await import('esbuild');
   const { metafile, outputFiles } = await bundle({
     absWorkingDir: here,
-    entryPoints: ENTRIES.map((name) => `src/${name}`).filter((path) => existsSync(join(here, path))),
+    entryPoints: [PAGE, WORKER, STYLE],
+    inject: ['worker_url.js'],
     outdir: 'dist',
     write: false,
     bundle: true,
@@ -56,8 +60,8 @@ export async function build(folder, budget = BUDGET) {
 
 // --- the page
 
-function entry(outputs, name) {
-  return [...outputs].find(([, output]) => output.entryPoint === `src/${name}`);
+function entry(outputs, source) {
+  return [...outputs].find(([, output]) => output.entryPoint === source);
 }
 
 // An output and all that it imports when it is loaded.
@@ -70,11 +74,10 @@ function withImports(outputs, path, found = new Set()) {
 }
 
 function page(outputs) {
-  const [main, { cssBundle }] = entry(outputs, 'main.tsx');
-  const worker = entry(outputs, 'worker.ts');
-  const head = [];
-  if (worker) head.push(`<meta name="worker" content="/${worker[0]}">`);
-  if (cssBundle) head.push(`<link rel="stylesheet" href="/${cssBundle.replace(/^dist\//, '')}">`);
+  const [main] = entry(outputs, PAGE);
+  const [worker] = entry(outputs, WORKER);
+  const [style] = entry(outputs, STYLE);
+  const head = [`<meta name="worker" content="/${worker}">`, `<link rel="stylesheet" href="/${style}">`];
   for (const path of withImports(outputs, main))
     if (path !== main) head.push(`<link rel="modulepreload" href="/${path}">`);
   head.push(`<script type="module" src="/${main}"></script>`);
@@ -106,8 +109,7 @@ function check(files, outputs, budget) {
   const scripts = [...files.keys()].filter((path) => path.endsWith('.js'));
   const sizes = new Map(scripts.map((path) => [path, brotli(files.get(path)).length]));
   const sum = (paths) => paths.reduce((total, path) => total + sizes.get(path), 0);
-  const entries = ENTRIES.map((name) => entry(outputs, name)?.[0]).filter(Boolean);
-  const first = new Set(entries.flatMap((path) => [...withImports(outputs, path)]));
+  const first = new Set([PAGE, WORKER].flatMap((source) => [...withImports(outputs, entry(outputs, source)[0])]));
   const found = { first: sum([...first]), all: sum(scripts) };
   for (const what of ['first', 'all'])
     if (found[what] > budget[what]) {

@@ -34,7 +34,10 @@ try {
     logLevel: 'warning',
   });
   const bundles = Object.keys(metafile.outputs);
-  const run = spawnSync(process.execPath, ['--enable-source-maps', '--test', ...bundles], { stdio: 'inherit' });
+  const run = spawnSync(process.execPath, ['--enable-source-maps', '--test', ...bundles], {
+    stdio: 'inherit',
+    cwd: fileURLToPath(new URL('.', import.meta.url)),
+  });
   process.exitCode = run.status ?? 1;
 } finally {
   rmSync(folder, { recursive: true });
