@@ -19,8 +19,8 @@ export const BUDGET = { first: 60_000, all: 250_000 };
 const BROTLI = { params: { [constants.BROTLI_PARAM_QUALITY]: 10 } };
 const COMPRESSED = /\.(js|css|html|svg|json|txt)$/;
 
-// The page, and what it starts at once: its name is in a <meta> of the page, where worker_url.js finds it. So
-// both share what they have in common.
+// The page, and the worker that it starts at once: it finds its name in a <meta>, so that both are built
+// together and share what they have in common.
 const PAGE = 'src/main.tsx';
 const WORKER = 'src/tims/worker.ts';
 const STYLE = 'src/app/style.css';
@@ -30,7 +30,6 @@ export async function build(folder, budget = BUDGET) {
   const { metafile, outputFiles } = await bundle({
     absWorkingDir: here,
     entryPoints: [PAGE, WORKER, STYLE],
-    inject: ['worker_url.js'],
     outdir: 'dist',
     write: false,
     bundle: true,

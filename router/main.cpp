@@ -100,8 +100,7 @@ std::vector<core::StaticRoute> static_routes(const config::Config& c) {
 }
 
 std::size_t waiting_bytes(const config::Config& c) {
-  const std::size_t queue =
-      std::max({c.tcp.queue_bytes, c.http.queue_bytes, c.message.bytes_max});
+  const std::size_t queue = std::max({c.tcp.queue_bytes, c.http.queue_bytes, c.message.bytes_max});
   return std::max(kWaitingBytesMin, kFullQueues * queue);
 }
 
@@ -259,9 +258,10 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     if (auto result = listen_for_routers(c); !result) return result;
     links_.configure(os::now(), c);
     if (const auto exposed = exposed_ports(); !exposed.empty())
-      log_.warning(fmt::format("{}: open to the network without keys (security.insecure): anybody "
-                               "in this network can drive this robot",
-                               fmt::join(exposed, ", ")));
+      log_.warning(
+          fmt::format("{}: open to the network without keys (security.insecure): anybody "
+                      "in this network can drive this robot",
+                      fmt::join(exposed, ", ")));
     return {};
   }
 
@@ -282,13 +282,12 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     if (!http.listen) return nullptr;
     std::string reason = "It is switched off: http.console is \"off\".";
     if (http.console != "off") {
-      const std::string folder =
-          http.console.empty() ? io::default_console_folder() : http.console;
+      const std::string folder = http.console.empty() ? io::default_console_folder() : http.console;
       auto files = io::read_console(folder);
       if (files) {
         process_.console = folder;
-        log_.info(fmt::format("console {}: {} files, {} bytes", folder, files->size(),
-                              files->bytes()));
+        log_.info(
+            fmt::format("console {}: {} files, {} bytes", folder, files->size(), files->bytes()));
         return std::make_shared<const io::ConsoleFiles>(std::move(*files));
       }
       reason = files.error().detail();

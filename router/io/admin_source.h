@@ -65,7 +65,7 @@ struct ProcessReport {
   std::optional<UdpReport> udp_socket{};
   std::string console{};  // folder; empty when there is none
   HttpRefusals http_refused{};
-  bool insecure = false;              // security.insecure
+  bool insecure = false;               // security.insecure
   std::vector<std::string> exposed{};  // ports that listen beyond loopback: "tcp", "http", "udp"
 };
 

@@ -1,5 +1,5 @@
-// The requests do not depend on how the bytes of a connection are divided; the target and the fields
-// of each request are parsed without errors, and only files of the console are sent.
+// The requests do not depend on how the bytes of a connection are divided; the target and the
+// fields of each request are parsed without errors, and only files of the console are sent.
 #include <string>
 #include <vector>
 

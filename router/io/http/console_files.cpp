@@ -47,8 +47,8 @@ constexpr std::array kTypes{
 };
 
 std::string_view type_of(std::string_view path) {
-  const auto* const found = std::ranges::find_if(
-      kTypes, [&](const Type& type) { return path.ends_with(type.ending); });
+  const auto* const found =
+      std::ranges::find_if(kTypes, [&](const Type& type) { return path.ends_with(type.ending); });
   return found == kTypes.end() ? "application/octet-stream" : found->name;
 }
 
@@ -193,8 +193,8 @@ Result<void> ConsoleFiles::add(std::string_view path, std::string bytes) {
   constexpr std::array<std::string_view, kCodings> kFields{"Content-Encoding: br\r\n",
                                                            "Content-Encoding: gzip\r\n", ""};
   const std::string tag = fmt::format("\"{:016x}-{}\"", hash_of(bytes), bytes.size());
-  std::string fields = fmt::format("{}ETag: {}\r\nVary: Accept-Encoding\r\n{}", kFields[coding],
-                                   tag, kProtection);
+  std::string fields =
+      fmt::format("{}ETag: {}\r\nVary: Accept-Encoding\r\n{}", kFields[coding], tag, kProtection);
   bytes_ += bytes.size();
   file.forms[coding] = Form{std::move(bytes), tag, std::move(fields)};
   return {};

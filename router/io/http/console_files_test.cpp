@@ -60,11 +60,26 @@ TEST_F(ConsoleFilesTest, TheRootIsTheIndex) {
 
 // Nothing is decoded or resolved: there is no other spelling of a path.
 TEST_F(ConsoleFilesTest, OnlyEqualPathsMatch) {
-  for (const auto* path :
-       {"", "*", "index.html", "//", "/./index.html", "/../index.html", "/icons/../index.html",
-        "/%69ndex.html", "/%2e%2e/index.html", "/..%2findex.html", "/index.html/", "/INDEX.HTML",
-        "/icons", "/icons/", "/icons//robot.svg", "/icons\\robot.svg", "/etc/passwd",
-        "/main-A1B2C3D4.js.br", "/main-A1B2C3D4.js.gz", "http://127.0.0.1/index.html"})
+  for (const auto* path : {"",
+                           "*",
+                           "index.html",
+                           "//",
+                           "/./index.html",
+                           "/../index.html",
+                           "/icons/../index.html",
+                           "/%69ndex.html",
+                           "/%2e%2e/index.html",
+                           "/..%2findex.html",
+                           "/index.html/",
+                           "/INDEX.HTML",
+                           "/icons",
+                           "/icons/",
+                           "/icons//robot.svg",
+                           "/icons\\robot.svg",
+                           "/etc/passwd",
+                           "/main-A1B2C3D4.js.br",
+                           "/main-A1B2C3D4.js.gz",
+                           "http://127.0.0.1/index.html"})
     EXPECT_FALSE(files_.has(path)) << path;
   EXPECT_FALSE(files_.has(std::string_view("/index.html\0", 12)));
 }
@@ -83,8 +98,8 @@ TEST_F(ConsoleFilesTest, TypesFollowTheName) {
 }
 
 TEST_F(ConsoleFilesTest, TheBestAcceptedFormIsSent) {
-  for (const auto* codings : {"br", "gzip, deflate, br, zstd", "BR", "gzip,br;q=0.1", "*",
-                              " br ;q=1.000 ", "br;q=1,br"})
+  for (const auto* codings :
+       {"br", "gzip, deflate, br, zstd", "BR", "gzip,br;q=0.1", "*", " br ;q=1.000 ", "br;q=1,br"})
     EXPECT_EQ(form(codings), "brotli") << codings;
   for (const auto* codings : {"gzip", "gzip, br;q=0", "br;q=0.000, *", "gzip;q=0.001", "x, GZIP"})
     EXPECT_EQ(form(codings), "gzip") << codings;
@@ -140,8 +155,8 @@ TEST_F(ConsoleFilesTest, AKnownFileIsNotSentAgain) {
     EXPECT_THAT(bytes, Not(HasSubstr("Content-Length")));
     EXPECT_THAT(bytes, testing::EndsWith("\r\n\r\n"));
   }
-  for (const std::string& tags : {std::string(), std::string("x"), tag.substr(1), "w/" + tag,
-                                  '"' + tag, std::string("\"\"")})
+  for (const std::string& tags :
+       {std::string(), std::string("x"), tag.substr(1), "w/" + tag, '"' + tag, std::string("\"\"")})
     EXPECT_EQ(files_.answer(get("/", {{"If-None-Match", tags}})).status, 200) << tags;
 }
 

@@ -65,8 +65,9 @@ class FolderReader {
       return refused(whole, S_ISLNK(status.st_mode) ? "it is a link: copy the file instead"
                                                     : "it is neither a file nor a folder");
     auto bytes = read_bytes(folder, name);
-    if (!bytes) return Error(bytes.error().code(), fmt::format("{}/{}: {}", root_, whole,
-                                                               bytes.error().detail()));
+    if (!bytes)
+      return Error(bytes.error().code(),
+                   fmt::format("{}/{}: {}", root_, whole, bytes.error().detail()));
     const auto added = files_.add(whole, std::move(*bytes));
     return added ? Result<void>() : located(added.error());
   }

@@ -42,9 +42,8 @@ TEST_F(ConsoleFolderTest, AllFilesAreRead) {
   const auto files = read_console(root());
   ASSERT_TRUE(files.ok()) << files.error().detail();
   EXPECT_EQ(files->size(), 3U);
-  const HttpRequest request{.method = "GET",
-                            .target = "/main-A1B2C3D4.js",
-                            .fields = {{"Accept-Encoding", "br"}}};
+  const HttpRequest request{
+      .method = "GET", .target = "/main-A1B2C3D4.js", .fields = {{"Accept-Encoding", "br"}}};
   EXPECT_EQ(files->answer(request).stored, std::string_view("\0\xff", 2));
   EXPECT_TRUE(files->has("/icons/robot.svg"));
   // They are in memory.

@@ -84,10 +84,10 @@ bool equal_ignoring_case(std::string_view a, std::string_view b) {
 // nosniff: a text that quotes untrusted input must not be interpreted as a page.
 std::string to_bytes(const HttpResponse& response, HttpFraming framing) {
   // 304 has no body, and its length would be that of the file.
-  const std::string length = response.status == 304
-                                 ? std::string()
-                                 : fmt::format("Content-Length: {}\r\n",
-                                               response.body.size() + response.stored.size());
+  const std::string length =
+      response.status == 304
+          ? std::string()
+          : fmt::format("Content-Length: {}\r\n", response.body.size() + response.stored.size());
   return fmt::format(
       "HTTP/1.1 {} {}\r\n"
       "Content-Type: {}\r\n"

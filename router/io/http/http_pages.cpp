@@ -27,8 +27,8 @@ std::string_view only_field(const HttpRequest& request, std::string_view name) {
 }
 
 bool has_field(const HttpRequest& request, std::string_view name) {
-  return std::ranges::any_of(request.fields,
-                             [&](const auto& field) { return equal_ignoring_case(field.name, name); });
+  return std::ranges::any_of(
+      request.fields, [&](const auto& field) { return equal_ignoring_case(field.name, name); });
 }
 
 // A prefix of the client's text, enough to identify it.
@@ -216,14 +216,16 @@ bool is_safe_host(std::string_view host, std::span<const std::string> names) {
   const std::string name = host_of(host);
   if (name.empty()) return false;
   return equal_ignoring_case(name, "localhost") || is_numeric(name) ||
-         std::ranges::any_of(names, [&](const std::string& safe) { return equal_ignoring_case(safe, name); });
+         std::ranges::any_of(
+             names, [&](const std::string& safe) { return equal_ignoring_case(safe, name); });
 }
 
 bool is_safe_origin(std::string_view origin, std::string_view host,
                     std::span<const std::string> origins) {
   const std::string_view its_host = host_field_of(origin);
   if (its_host.empty()) return false;
-  return equal_ignoring_case(its_host, host) || std::ranges::any_of(origins, [&](const std::string& listed) {
+  return equal_ignoring_case(its_host, host) ||
+         std::ranges::any_of(origins, [&](const std::string& listed) {
            return equal_ignoring_case(listed, origin);
          });
 }

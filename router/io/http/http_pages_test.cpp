@@ -38,17 +38,17 @@ class HttpPagesTest : public testing::Test {
   std::string not_ready_;
   std::string question_;
   std::string answer_ = R"({"schema":"tims/ping/1"})";
-  HttpPages pages_{.metrics = [] { return std::string("tims_router_mailboxes 1\n"); },
-                   .not_ready = [this] { return not_ready_; },
-                   .ask =
-                       [this](const std::string& question) {
-                         question_ = question;
-                         return answer_;
-                       },
-                   .access = [this]() -> const BrowserAccess& { return access_; },
-                   .refused = [this](HttpRefusal rule,
-                                     const std::string&) { refused_.push_back(rule); },
-                   .console = &console_};
+  HttpPages pages_{
+      .metrics = [] { return std::string("tims_router_mailboxes 1\n"); },
+      .not_ready = [this] { return not_ready_; },
+      .ask =
+          [this](const std::string& question) {
+            question_ = question;
+            return answer_;
+          },
+      .access = [this]() -> const BrowserAccess& { return access_; },
+      .refused = [this](HttpRefusal rule, const std::string&) { refused_.push_back(rule); },
+      .console = &console_};
 };
 
 TEST_F(HttpPagesTest, Pages) {

@@ -58,8 +58,7 @@ HttpPages HttpPort::pages(const AdminSource& source) {
             return answer_admin(question, source, read_clocks());
           },
       .access = [this]() -> const BrowserAccess& { return settings_.access; },
-      .refused = [this](HttpRefusal rule,
-                        const std::string& text) { count_refusal(rule, text); },
+      .refused = [this](HttpRefusal rule, const std::string& text) { count_refusal(rule, text); },
       .console = settings_.console.get()};
 }
 
