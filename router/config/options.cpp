@@ -176,14 +176,14 @@ constexpr std::array kOptions{
          .help = "Folder of the console, the web page at http.listen; it is read once, at start. "
                  "\"off\" for none.",
          .default_note = "share/tims/console of this installation or build, if it is there",
-         .sample = R"("/usr/share/tims/console")"}),
+         .sample = R"("")"}),
     row<Kind::kSize, &Config::http, &Config::Http::queue_bytes>(
         {.key = "http.queue",
          .range = {64 * kKi, kGi},
          .reload = Reload::kYes,
          .help = "Maximum amount of data queued for one slow WebSocket client; beyond it messages "
-                 "are dropped and counted, the least important first. A larger message waits "
-                 "alone."}),
+                 "are dropped and counted, the least important first. One message that is larger "
+                 "may wait in addition."}),
 
     row<Kind::kEndpoint, &Config::udp, &Config::Udp::listen>(
         {.key = "udp.listen",
