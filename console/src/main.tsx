@@ -2,8 +2,8 @@ import { render } from 'preact';
 import { App } from './app/app';
 import { ConsoleContext, makeConsole } from './app/console';
 
-declare const workerUrl: string; // the build's name for tims/worker.ts
-
+// The build's name for tims/worker.ts.
+const workerUrl = document.querySelector<HTMLMetaElement>('meta[name="worker"]')?.content ?? '';
 const url = `${location.protocol === 'https:' ? 'wss' : 'ws'}://${location.host}/tims`;
 const root = document.getElementById('app');
 if (root !== null)
