@@ -3,21 +3,23 @@
 import type { ComponentType } from 'preact';
 import { useEffect, useErrorBoundary } from 'preact/hooks';
 import { LayoutMenu } from '../layouts/layout_menu';
-import { NetworkPage } from '../network/network_page';
-import { DrivePage } from '../pages/drive_page';
 import { FleetPage } from '../pages/fleet_page';
-import { MapPage } from '../pages/map_page';
-import { MessagesPage } from '../pages/messages_page';
-import { PlotsPage } from '../pages/plots_page';
-import { RobotPage } from '../pages/robot_page';
-import { SimulationPage } from '../simulation/simulation_page';
 import { ConnectionBadge, ConnectionNotice } from '../ui/connection';
 import { Icon, type IconName } from '../ui/icons';
 import { StopButton } from '../ui/stop_button';
 import { ThemeSwitch } from '../ui/theme';
 import { Keys } from './keys';
+import { lazy } from './lazy';
 import { Palette } from './palette';
 import { go, parseRoute, route } from './route';
+
+const MapPage = lazy(() => import('./pages').then((pages) => pages.MapPage));
+const DrivePage = lazy(() => import('./pages').then((pages) => pages.DrivePage));
+const MessagesPage = lazy(() => import('./pages').then((pages) => pages.MessagesPage));
+const PlotsPage = lazy(() => import('./pages').then((pages) => pages.PlotsPage));
+const NetworkPage = lazy(() => import('./pages').then((pages) => pages.NetworkPage));
+const SimulationPage = lazy(() => import('./pages').then((pages) => pages.SimulationPage));
+const RobotPage = lazy(() => import('./pages').then((pages) => pages.RobotPage));
 
 interface Page {
   name: string;
