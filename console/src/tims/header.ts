@@ -87,7 +87,7 @@ export function encodeMessage(header: Partial<Header>, body: Uint8Array = new Ui
   return message;
 }
 
-export function wordBody(...words: number[]): Uint8Array {
+export function wordBody(...words: number[]): Uint8Array<ArrayBuffer> {
   const body = new Uint8Array(4 * words.length);
   const view = new DataView(body.buffer);
   for (const [i, word] of words.entries()) view.setUint32(4 * i, word >>> 0, true);
