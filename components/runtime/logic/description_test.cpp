@@ -50,8 +50,7 @@ TEST(Description, ChoicesHaveTheirMeaning) {
                                      R"({"value": 1, "meaning": "GGA"}])"));
   EXPECT_THAT(described(),
               HasSubstr(R"("choices": [{"value": "rgb24"}, )"
-                        R"({"value": "raw8", "meaning": "(no colours)"
-}], "takes_effect": "on", )"
+                        R"-({"value": "raw8", "meaning": "(no colours)"}], "takes_effect": "on", )-"
                         R"("required": true, "host_file": true})"));
 }
 
