@@ -101,7 +101,7 @@ std::string help_without_unit(const ParameterInfo& info) {
   if (info.unit().empty()) return help;
   const std::size_t begin = help.find('[');
   const std::size_t before = begin > 0 ? begin - 1 : begin;  // the blank
-  return help.erase(before, help.find(']') + 1 - before);
+  return help.erase(before, help.find(']', begin) + 1 - before);
 }
 
 std::string default_of(const ParameterInfo& info) {

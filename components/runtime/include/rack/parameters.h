@@ -45,8 +45,8 @@ struct ParameterInfo {
   // "ms"; empty: none.
   [[nodiscard]] constexpr std::string_view unit() const {
     const std::size_t begin = help.find('[');
-    const std::size_t end = std::min(help.find(']', begin), help.size());
-    return begin < end ? help.substr(begin + 1, end - begin - 1) : std::string_view();
+    const std::size_t end = help.find(']', std::min(begin, help.size()));
+    return end < help.size() ? help.substr(begin + 1, end - begin - 1) : std::string_view();
   }
 };
 
