@@ -226,7 +226,11 @@ test('layouts are kept, and a gui.cfg is read', async () => {
   await page.getByLabel('Name of this layout').fill('mine');
   await page.getByRole('button', { name: 'Keep this page' }).click();
   const config = `WORKSPACE drive\nrack.gui.drivers.ChassisGui 0 (1,2,3,4,0) -system=${sim}\n`;
-  await page.setInputFiles('.layouts input[type=file]', { name: 'gui.cfg', mimeType: 'text/plain', buffer: Buffer.from(config) });
+  await page.setInputFiles('.layouts input[type=file]', {
+    name: 'gui.cfg',
+    mimeType: 'text/plain',
+    buffer: Buffer.from(config),
+  });
   await page.getByText('1 layouts read').waitFor();
   await page.reload();
   await menu.click();

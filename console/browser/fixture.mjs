@@ -68,7 +68,10 @@ export class Host {
       'udp.listen=off',
       ...this.settings,
     ];
-    this.router = this.run('tims-router', settings.flatMap((setting) => ['--set', setting]));
+    this.router = this.run(
+      'tims-router',
+      settings.flatMap((setting) => ['--set', setting]),
+    );
     await eventually(() => fetch(`${this.address}/healthz`).then(({ ok }) => ok), 'the router answers');
   }
 
@@ -82,7 +85,10 @@ export class Host {
   async up(file, system, edit = (text) => text) {
     const text = edit(readFileSync(join(root, 'deploy/robots', file), 'utf8'));
     const name = join(this.folder, `${system}-${file}`);
-    writeFileSync(name, text.replaceAll('"floor.dxf"', `"${join(root, 'deploy/robots/floor.dxf')}"`).replaceAll('../', `${root}/deploy/`));
+    writeFileSync(
+      name,
+      text.replaceAll('"floor.dxf"', `"${join(root, 'deploy/robots/floor.dxf')}"`).replaceAll('../', `${root}/deploy/`),
+    );
     const child = this.run('timsctl', ['up', name, '--system', `${system}`]);
     await eventually(() => child.output.includes('is up'), `robot ${system} is up`);
     return child;
