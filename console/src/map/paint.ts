@@ -1,6 +1,7 @@
 // Draws a map: grid, walls, and for each robot its trail, path, particles, scan, objects, goal and hull.
 
 import type { MapColours } from './colours';
+import { eachEcho, pointType } from './echoes';
 import { type PointBuffer, pixelOf } from './points';
 import type { Hull, RobotScene, Spline } from './scene';
 import { gridStep, type Point, type Pose, placed, type Size, toScreen, toWorld, type View } from './transform';
@@ -39,10 +40,6 @@ export interface Drawing {
 const gridPixels = 60;
 const staleTime = 3000; // ms
 export const unknownDeviation = 50_000; // mm: from here on a position is a guess
-const classMask = 3;
-const movingPoint = 3;
-const reflectorBit = 0x80;
-const invalidBits = 0x10 | 0x20; // invalid, or beyond the range
 
 export function paintMap(drawing: Drawing, scenes: RobotScene[], layers: Layers, now: number): void {
   const { context, size, ratio, colours, points } = drawing;
@@ -196,13 +193,13 @@ function addScan({ points, view, size, ratio, colours }: Drawing, { scan }: Robo
   const reflector = pixelOf(colours.reflector);
   const moving = pixelOf(colours.moving);
   const width = Math.round(Math.min(4, Math.max(2, view.scale * 40)) * ratio);
-  for (const point of scan.points) {
-    if ((point.type & invalidBits) !== 0) continue;
+  eachEcho(scan.points, (forward, right, type) => {
+    const point = { x: forward, y: right };
     const { x, y } = toScreen(view, size, scan.isAbsolute ? point : placed(scan.pose, point));
-    const colour =
-      (point.type & reflectorBit) !== 0 ? reflector : (point.type & classMask) === movingPoint ? moving : plain;
+    const isMoving = (type & pointType.classMask) === pointType.moving;
+    const colour = (type & pointType.reflector) !== 0 ? reflector : isMoving ? moving : plain;
     points.add(x * ratio, y * ratio, colour, width);
-  }
+  });
 }
 
 // The points that are not sent yet, joined in their order.
