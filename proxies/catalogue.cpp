@@ -184,7 +184,7 @@ constexpr MessageInfo kNavigation[] = {
     {kPath, PathType::kGetDbgGridmap, "GET_DBG_GRIDMAP"},
     {kPath, PathType::kGetLayer, "GET_LAYER"},
     {kPath, PathType::kSetLayer, "SET_LAYER", kBody<PathLayerData>},
-    {kPath, PathType::kDbgGridmap, "DBG_GRIDMAP"},
+    {kPath, PathType::kDbgGridmap, "DBG_GRIDMAP", kBody<GridMapData>},
     {kPath, PathType::kLayer, "LAYER", kBody<PathLayerData>},
     {kPath, PathType::kLayerOfC, "LAYER", kBody<PathLayerData>},
 

@@ -204,6 +204,8 @@ class PathRddf : public DataModule<PathData> {
         return answered(message, replan(message));
       case PathType::kSetLayer:
         return answered(message, set_layer(message));
+      case PathType::kGetDbgGridmap:
+        return send_map(message);
       case PathType::kGetLayer: {
         const std::lock_guard lock(state_mutex_);
         reply(message.header, PathType::kLayer, PathLayerData{planner_.layer()});
@@ -212,6 +214,18 @@ class PathRddf : public DataModule<PathData> {
       default:
         return DataModule::module_command(message);
     }
+  }
+
+  Result<void> send_map(const tims::MessageView& message) {
+    if (!is_on()) return refused("the path component is off; turn it on first");
+    GridMapData map;
+    {
+      const std::lock_guard lock(state_mutex_);
+      if (planner_.map() == nullptr) return refused("it plans without a map: set mapFile");
+      map = planner_.map()->message();
+    }
+    reply(message.header, PathType::kDbgGridmap, map);
+    return {};
   }
 
   Result<void> set_rddf(const tims::MessageView& message) {

@@ -2,19 +2,24 @@
 
 import type { ComponentType } from 'preact';
 import { useEffect, useErrorBoundary } from 'preact/hooks';
-import { NetworkPage } from '../network/network_page';
-import { DrivePage } from '../pages/drive_page';
+import { LayoutMenu } from '../layouts/layout_menu';
 import { FleetPage } from '../pages/fleet_page';
-import { MapPage } from '../pages/map_page';
-import { MessagesPage } from '../pages/messages_page';
-import { PlotsPage } from '../pages/plots_page';
-import { RobotPage } from '../pages/robot_page';
 import { ConnectionBadge, ConnectionNotice } from '../ui/connection';
 import { Icon, type IconName } from '../ui/icons';
 import { StopButton } from '../ui/stop_button';
 import { ThemeSwitch } from '../ui/theme';
 import { Keys } from './keys';
+import { lazy } from './lazy';
+import { Palette } from './palette';
 import { go, parseRoute, route } from './route';
+
+const MapPage = lazy(() => import('./pages').then((pages) => pages.MapPage));
+const DrivePage = lazy(() => import('./pages').then((pages) => pages.DrivePage));
+const MessagesPage = lazy(() => import('./pages').then((pages) => pages.MessagesPage));
+const PlotsPage = lazy(() => import('./pages').then((pages) => pages.PlotsPage));
+const NetworkPage = lazy(() => import('./pages').then((pages) => pages.NetworkPage));
+const SimulationPage = lazy(() => import('./pages').then((pages) => pages.SimulationPage));
+const RobotPage = lazy(() => import('./pages').then((pages) => pages.RobotPage));
 
 interface Page {
   name: string;
@@ -31,6 +36,7 @@ const pages: Page[] = [
   { name: 'messages', title: 'Messages', icon: 'text', view: MessagesPage, key: 'l' },
   { name: 'plots', title: 'Plots', icon: 'plot', view: PlotsPage, key: 'p' },
   { name: 'network', title: 'Network', icon: 'tree', view: NetworkPage, key: 'n' },
+  { name: 'simulation', title: 'Simulation', icon: 'cube', view: SimulationPage, key: 's' },
 ];
 
 const viewOf = (name: string) => (name === 'robot' ? RobotPage : pages.find((page) => page.name === name)?.view);
@@ -43,9 +49,9 @@ export function App() {
   }, [title]);
   return (
     <>
-      <a class="skip" href="#content" onClick={focusContent}>
+      <button type="button" class="skip" onClick={() => document.getElementById('content')?.focus()}>
         Skip to the content
-      </a>
+      </button>
       <header class="bar">
         <a class="brand" href="#/fleet">
           RACK
@@ -53,6 +59,7 @@ export function App() {
         <Navigation current={page} />
         <span class="grow" />
         <ConnectionBadge />
+        <LayoutMenu />
         <ThemeSwitch />
         <StopButton />
       </header>
@@ -60,14 +67,10 @@ export function App() {
       <main id="content" tabIndex={-1} class={`page-${page}`}>
         <PageView key={`${page}/${rest[0] ?? ''}`} page={page} />
       </main>
+      <Palette pages={pages} />
       <Keys pages={pages.map(({ key, name, title: text }) => ({ key, text, run: () => go(parseRoute(name)) }))} />
     </>
   );
-}
-
-function focusContent(event: Event) {
-  event.preventDefault();
-  document.getElementById('content')?.focus();
 }
 
 function Navigation({ current }: { current: string }) {

@@ -61,6 +61,7 @@ export function Keys({ pages }: { pages: Key[] }) {
 }
 
 const others: [string[], string][] = [
+  [['Ctrl', 'K'], 'Go to a page, robot or component'],
   [['/'], 'Filter'],
   [['Shift', 'Esc'], 'Stop the robots that this page shows'],
   [['?'], 'This list'],

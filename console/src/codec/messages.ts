@@ -957,7 +957,7 @@ export interface Bodies {
   'Path.GET_DBG_GRIDMAP': undefined;
   'Path.GET_LAYER': undefined;
   'Path.SET_LAYER': PathLayerData;
-  'Path.DBG_GRIDMAP': undefined;
+  'Path.DBG_GRIDMAP': GridMapData;
   'Path.LAYER': PathLayerData;
   'Mcl.DATA': MclData;
   'Mcl.LOAD_MAP': FileName;

@@ -1,14 +1,15 @@
 // Driving by hand: the console is the joystick of a pilot that has one among its parameters.
 
 import type { Console } from '../app/console';
-import { nameOf, widthsOf } from '../app/console';
-import { classId, decodeMessage, encodeMessage } from '../codec/catalogue';
+import { widthsOf } from '../app/console';
+import { classId, decodeMessage } from '../codec/catalogue';
 import type { ParameterList } from '../codec/messages';
 import { firstOf } from '../map/follow';
+import { command } from '../model/commands';
 import type { Component, Robot } from '../model/fleet';
 import { addressOf, classes } from '../tims/address';
 import { types } from '../tims/header';
-import { noPilot, setActivePilot } from '../views/chassis_view';
+import { noPilot } from '../views/chassis_view';
 
 export interface StickPilot {
   pilot: Component;
@@ -41,7 +42,7 @@ export async function beginDriving(console: Console, robot: Robot, { pilot, joys
       if (other.classId === pilot.classId && other !== pilot && other.state.value !== 'off')
         await console.fleet.turn(other, false);
     if (chassis.state.value !== 'on') await console.fleet.turn(chassis, true);
-    await obey(console, chassis, pilot.address);
+    await command(console.client, chassis, 'Chassis.SET_ACTIVE_PILOT', { activePilot: pilot.address });
     await console.fleet.turn(pilot, true);
   } catch (error) {
     console.client.releaseStick();
@@ -52,16 +53,10 @@ export async function beginDriving(console: Console, robot: Robot, { pilot, joys
 export async function endDriving(console: Console, robot: Robot, { pilot }: StickPilot): Promise<void> {
   const chassis = firstOf(robot, 'Chassis');
   try {
-    if (chassis !== undefined) await obey(console, chassis, noPilot);
+    if (chassis !== undefined)
+      await command(console.client, chassis, 'Chassis.SET_ACTIVE_PILOT', { activePilot: noPilot });
     await console.fleet.turn(pilot, false);
   } finally {
     console.client.releaseStick();
   }
-}
-
-async function obey(console: Console, chassis: Component, activePilot: number): Promise<void> {
-  const body = encodeMessage(chassis.classId, setActivePilot, { activePilot });
-  const answer = await console.client.call(chassis.address, setActivePilot, body);
-  if (answer.type !== types.ok)
-    throw new Error(`${nameOf(console, chassis.address)}: ${new TextDecoder().decode(answer.body) || 'it refuses'}`);
 }

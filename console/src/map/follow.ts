@@ -2,8 +2,10 @@
 
 import type { Console } from '../app/console';
 import { classId, decodeData, decodeMessage } from '../codec/catalogue';
+import type { ChassisParamData } from '../codec/messages';
 import type { Component, Robot } from '../model/fleet';
 import { decodeHeader, headerSize } from '../tims/header';
+import { planOf } from './plan';
 import { type DetectedObject, defaultHull, movedTo, type RobotScene, type Spline } from './scene';
 import type { Pose } from './transform';
 
@@ -58,6 +60,7 @@ export function followRobot(console: Console, robot: Robot, scene: RobotScene, c
     );
   }
   void askHull(console, robot, scene).then(changed, () => {});
+  ends.push(followPlan(console, robot, scene, changed));
   return () => {
     for (const end of ends) end();
   };
@@ -109,6 +112,24 @@ function takeFeatures(scene: RobotScene, { features }: { features: RobotScene['w
   scene.walls = features;
 }
 
+// The map is asked for when its Path goes on, and again from time to time: it may have another one.
+function followPlan(console: Console, robot: Robot, scene: RobotScene, changed: () => void): () => void {
+  const path = firstOf(robot, 'Path');
+  if (path === undefined) return () => {};
+  const ask = async () => {
+    if (path.state.value !== 'on' || document.hidden) return;
+    scene.plan = await planOf(console, path);
+    changed();
+  };
+  const end = path.state.subscribe(() => void ask().catch(() => {}));
+  const timer = setInterval(() => void ask().catch(() => {}), planPeriod);
+  return () => {
+    end();
+    clearInterval(timer);
+  };
+}
+
+const planPeriod = 30_000; // ms
 const particle = 1;
 const getParameter = 22; // of class Chassis
 const parameter = -21;
@@ -118,12 +139,12 @@ async function askHull(console: Console, robot: Robot, scene: RobotScene): Promi
   if (chassis === undefined) return;
   const answer = await console.client.call(chassis.address, getParameter);
   if (answer.type !== parameter) return;
-  const hull = decodeMessage(chassis.classId, parameter, answer.body, answer.flags) as Record<string, number>;
+  const hull = decodeMessage(chassis.classId, parameter, answer.body, answer.flags) as unknown as ChassisParamData;
   scene.hull = {
-    front: hull['boundaryFront'] || defaultHull.front,
-    back: hull['boundaryBack'] || defaultHull.back,
-    left: hull['boundaryLeft'] || defaultHull.left,
-    right: hull['boundaryRight'] || defaultHull.right,
-    margin: hull['safetyMargin'] || 0,
+    front: hull.boundaryFront || defaultHull.front,
+    back: hull.boundaryBack || defaultHull.back,
+    left: hull.boundaryLeft || defaultHull.left,
+    right: hull.boundaryRight || defaultHull.right,
+    margin: hull.safetyMargin || 0,
   };
 }

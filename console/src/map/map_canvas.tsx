@@ -2,22 +2,13 @@
 
 import { useEffect, useRef } from 'preact/hooks';
 import { isDark } from '../ui/theme';
+import type { Spot } from './actions';
 import { mapColours } from './colours';
-import { type Layers, paintMap } from './paint';
+import { type Layers, paintMap, paintWaypoints } from './paint';
 import { PointBuffer } from './points';
 import type { RobotScene } from './scene';
-import {
-  headingTo,
-  type Point,
-  type Pose,
-  panned,
-  type Size,
-  toScreen,
-  toWorld,
-  type View,
-  viewOf,
-  zoomed,
-} from './transform';
+import { headingTo, type Point, panned, type Size, toScreen, toWorld, type View, viewOf, zoomed } from './transform';
+import { Waypoints } from './waypoints';
 
 export type Centre = 'world' | 'chase' | 'robot';
 
@@ -28,8 +19,9 @@ export interface MapModel {
   followed: number | undefined;
   centre: Centre;
   layers: Layers;
-  // A pose that is being chosen.
-  draft: Pose | undefined;
+  // A place that is being chosen.
+  draft: Spot | undefined;
+  waypoints: Waypoints;
   changed: boolean;
 }
 
@@ -42,6 +34,7 @@ export function newMapModel(layers: Layers): MapModel {
     centre: 'chase',
     layers,
     draft: undefined,
+    waypoints: new Waypoints(),
     changed: true,
   };
 }
@@ -50,7 +43,7 @@ interface Properties {
   model: MapModel;
   label: string;
   // While a tool is chosen: a press sets the place, dragging the heading.
-  choose: ((pose: Pose) => void) | undefined;
+  choose: ((spot: Spot) => void) | undefined;
 }
 
 const keyStep = 40; // pixels
@@ -115,6 +108,7 @@ function drawEachFrame(element: HTMLCanvasElement, model: MapModel, size: Size):
     const colours = mapColours(element);
     const drawing = { context, points, size, ratio: devicePixelRatio, view: model.view, colours };
     paintMap(drawing, [...model.scenes.values()], model.layers, now);
+    paintWaypoints(drawing, model.waypoints.list.value);
     if (model.draft !== undefined) paintDraft(context, model, size, colours.goal);
   };
   frame = requestAnimationFrame(draw);
@@ -187,7 +181,7 @@ function gestures(
   element: HTMLCanvasElement,
   model: MapModel,
   size: Size,
-  tool: () => ((pose: Pose) => void) | undefined,
+  tool: () => ((spot: Spot) => void) | undefined,
 ): () => void {
   const pointers = new Map<number, Point>();
   let start: Point | undefined;
@@ -202,7 +196,8 @@ function gestures(
       return;
     }
     start = at(event);
-    model.draft = { ...toWorld(model.view, size, start), rho: model.view.up };
+    const place = toWorld(model.view, size, start);
+    model.draft = { ...place, rho: model.view.up, end: place };
     model.changed = true;
   };
   const move = (event: PointerEvent) => {
@@ -213,7 +208,7 @@ function gestures(
     if (start !== undefined && model.draft !== undefined) {
       const target = toWorld(model.view, size, now);
       if (Math.hypot(now.x - start.x, now.y - start.y) > 8)
-        model.draft = { ...model.draft, rho: headingTo(model.draft, target) };
+        model.draft = { ...model.draft, rho: headingTo(model.draft, target), end: target };
       model.changed = true;
       return;
     }
@@ -231,10 +226,10 @@ function gestures(
     pointers.delete(event.pointerId);
     if (start === undefined || model.draft === undefined) return;
     start = undefined;
-    const pose = model.draft;
+    const spot = model.draft;
     model.draft = undefined;
     model.changed = true;
-    if (event.type === 'pointerup') tool()?.(pose);
+    if (event.type === 'pointerup') tool()?.(spot);
   };
   const wheel = (event: WheelEvent) => {
     event.preventDefault();

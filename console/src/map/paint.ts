@@ -7,6 +7,7 @@ import { gridStep, type Point, type Pose, placed, type Size, toScreen, toWorld, 
 
 export interface Layers {
   grid: boolean;
+  map: boolean;
   trail: boolean;
   scan: boolean;
   path: boolean;
@@ -17,6 +18,7 @@ export interface Layers {
 
 export const allLayers: Layers = {
   grid: true,
+  map: true,
   trail: true,
   scan: true,
   path: true,
@@ -50,6 +52,7 @@ export function paintMap(drawing: Drawing, scenes: RobotScene[], layers: Layers,
   if (layers.grid) paintGrid(drawing);
   points.resize(Math.round(size.width * ratio), Math.round(size.height * ratio));
   points.clear();
+  if (layers.map) for (const scene of scenes) paintPlan(drawing, scene);
   for (const scene of scenes) {
     if (layers.walls) paintWalls(drawing, scene);
     if (layers.trail) paintLine(drawing, scene.trail, robotColour(colours, scene.system), 1, 0.5);
@@ -122,6 +125,19 @@ function paintScale({ context, view, size, colours }: Drawing): void {
   context.fillText(step >= 1e6 ? `${step / 1e6} km` : `${step / 1000} m`, x + 4, y - 5);
 }
 
+function paintPlan({ context, view, size, ratio }: Drawing, { plan }: RobotScene): void {
+  if (plan === undefined) return;
+  const corner = toScreen(view, size, { x: plan.north, y: plan.west });
+  const right = toScreen(view, size, { x: plan.north, y: plan.west + plan.cell });
+  const down = toScreen(view, size, { x: plan.north - plan.cell, y: plan.west });
+  context.save();
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.transform(right.x - corner.x, right.y - corner.y, down.x - corner.x, down.y - corner.y, corner.x, corner.y);
+  context.imageSmoothingEnabled = false;
+  context.drawImage(plan.picture, 0, 0);
+  context.restore();
+}
+
 function paintWalls({ context, view, size, colours }: Drawing, { walls }: RobotScene): void {
   context.strokeStyle = colours.wall;
   context.lineWidth = 1.5;
@@ -186,6 +202,32 @@ function addScan({ points, view, size, ratio, colours }: Drawing, { scan }: Robo
     const colour =
       (point.type & reflectorBit) !== 0 ? reflector : (point.type & classMask) === movingPoint ? moving : plain;
     points.add(x * ratio, y * ratio, colour, width);
+  }
+}
+
+// The points that are not sent yet, joined in their order.
+export function paintWaypoints(
+  { context, view, size, colours }: Drawing,
+  list: (Point & { backward: boolean })[],
+): void {
+  context.strokeStyle = colours.goal;
+  context.fillStyle = colours.goal;
+  context.lineWidth = 1.5;
+  context.setLineDash([6, 4]);
+  context.beginPath();
+  for (const [i, point] of list.entries()) {
+    const { x, y } = toScreen(view, size, point);
+    if (i === 0) context.moveTo(x, y);
+    else context.lineTo(x, y);
+  }
+  context.stroke();
+  context.setLineDash([]);
+  for (const point of list) {
+    const { x, y } = toScreen(view, size, point);
+    context.beginPath();
+    context.arc(x, y, 4, 0, 2 * Math.PI);
+    if (point.backward) context.stroke();
+    else context.fill();
   }
 }
 

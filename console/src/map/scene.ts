@@ -33,6 +33,14 @@ export interface DetectedObject {
   width: number;
 }
 
+// The map that a robot plans in, as a picture with north up.
+export interface Plan {
+  picture: CanvasImageSource;
+  north: number; // its upper edge, mm
+  west: number; // its left edge
+  cell: number; // mm a pixel
+}
+
 export interface RobotScene {
   system: number;
   pose: Pose | undefined;
@@ -47,7 +55,8 @@ export interface RobotScene {
   distanceToGoal: number; // mm
   particles: { x: number; y: number; type: number }[];
   objects: DetectedObject[];
-  walls: { x: number; y: number; x2: number; y2: number }[];
+  plan: Plan | undefined;
+  walls: { x: number; y: number; x2: number; y2: number; layer: number }[];
 }
 
 export const defaultHull: Hull = { front: 300, back: 300, left: 250, right: 250, margin: 0 };
@@ -70,6 +79,7 @@ export function emptyScene(system: number): RobotScene {
     distanceToGoal: 0,
     particles: [],
     objects: [],
+    plan: undefined,
     walls: [],
   };
 }

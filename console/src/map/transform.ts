@@ -89,3 +89,11 @@ export function gridStep(scale: number, pixels: number): number {
 export function headingTo(from: Point, to: Point): number {
   return Math.atan2(to.y - from.y, to.x - from.x);
 }
+
+export function distanceToLine(at: Point, from: Point, to: Point): number {
+  const [dx, dy] = [to.x - from.x, to.y - from.y];
+  const square = dx * dx + dy * dy;
+  const part = square === 0 ? 0 : ((at.x - from.x) * dx + (at.y - from.y) * dy) / square;
+  const along = Math.min(1, Math.max(0, part));
+  return Math.hypot(from.x + along * dx - at.x, from.y + along * dy - at.y);
+}

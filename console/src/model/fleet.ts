@@ -9,6 +9,7 @@ import { classes, fieldsOf, type Widths } from '../tims/address';
 import type { Client } from '../tims/client';
 import { types } from '../tims/header';
 import type { Admin } from './admin';
+import { command } from './commands';
 
 export type ComponentState = 'unknown' | 'on' | 'off' | 'error' | 'silent';
 
@@ -32,6 +33,9 @@ interface Mailbox {
   via: string;
 }
 
+// What the router names its own clients by; others are behind a link.
+const ports = ['local', 'tcp', 'websocket'];
+
 const statePeriod = 2000; // ms
 const turnTime = 250;
 const questionsPerTurn = 60;
@@ -43,6 +47,7 @@ const retryTime = 1000;
 export class Fleet {
   private readonly robotsSignal = signal<Robot[]>([]);
   private readonly logsSignal = signal<number[]>([]);
+  private localLogs = new Set<number>();
   private components = new Map<number, Component>();
   private watched = new Map<number, number>(); // component: number of views that show it
   private generation = 0;
@@ -68,6 +73,11 @@ export class Fleet {
     return this.logsSignal;
   }
 
+  // The log runs at the own router, not behind a link.
+  isLocal(log: number): boolean {
+    return this.localLogs.has(log);
+  }
+
   robot(system: number): Robot | undefined {
     return this.robots.value.find((robot) => robot.system === system);
   }
@@ -89,11 +99,11 @@ export class Fleet {
   }
 
   async turn(component: Component, on: boolean): Promise<void> {
-    const answer = await this.client.call(component.address, on ? types.on : types.off, undefined, turnOnTime);
-    await this.askState(component);
-    if (answer.type === types.ok) return;
-    const reason = new TextDecoder().decode(answer.body);
-    throw new Error(answer.type === types.notAvailable ? 'it is not there' : reason || 'it refuses');
+    try {
+      await command(this.client, component, on ? 'ON' : 'OFF', undefined, turnOnTime);
+    } finally {
+      await this.askState(component);
+    }
   }
 
   private async follow(generation: number, widths: Widths): Promise<void> {
@@ -118,11 +128,15 @@ export class Fleet {
   private update(mailboxes: Mailbox[], widths: Widths): void {
     const components = new Map<number, Component>();
     const logs: number[] = [];
+    this.localLogs.clear();
     for (const { address, via } of mailboxes) {
       const raw = Number(address.raw);
       const { system, classId, instance } = fieldsOf(raw, widths);
       const isSink = system === 0 && instance === 0;
-      if (classId === classes.textSink && !isSink) logs.push(raw);
+      if (classId === classes.textSink && !isSink) {
+        logs.push(raw);
+        if (ports.includes(via)) this.localLogs.add(raw);
+      }
       if (classId < classes.firstComponent) continue;
       const known = this.components.get(raw);
       components.set(

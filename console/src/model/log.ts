@@ -1,54 +1,71 @@
-// The texts of components, as the log of each host passes them on, the newest last. A text that repeats itself is
-// folded into one row with its number.
+// The texts of components, the newest last. They come from the logs of the hosts; where no log runs at the own router,
+// the console itself is the sink of its texts, like the window of the original. A text that repeats itself is folded
+// into one row with its number.
 
 import { type ReadonlySignal, signal } from '@preact/signals';
-import { decodeData } from '../codec/catalogue';
+import { className, decodeData } from '../codec/catalogue';
 import type { GdosData } from '../codec/messages';
-import { classes, componentOf } from '../tims/address';
+import { addressOf, addressText, classes, componentOf, type Widths } from '../tims/address';
 import type { Client } from '../tims/client';
+import { gdosText, type Level, levelOf } from '../tims/gdos';
 import { decodeHeader, headerSize } from '../tims/header';
 import type { Fleet } from './fleet';
-
-export type Level = 'print' | 'error' | 'warning' | 'info' | 'detail';
-
-// As the numbers on the wire.
-const levels: Record<number, Level> = {
-  [-124]: 'print',
-  [-125]: 'error',
-  [-126]: 'warning',
-  [-127]: 'info',
-  [-128]: 'detail',
-};
 
 export interface LogText {
   number: number;
   time: Date; // when the last one arrived
-  sender: number;
+  sender: number; // a component
   level: Level;
   text: string;
   count: number;
 }
 
 const textsMax = 5000;
+const retryTime = 5000;
 
 export class Log {
   private readonly textsSignal = signal<LogText[]>([]);
+  private readonly isSinkSignal = signal(false);
   private next = 1;
   private subscriptions = new Map<number, () => void>(); // by log
+  private retry: ReturnType<typeof setTimeout> | undefined;
 
   constructor(
     private readonly client: Client,
-    fleet: Fleet,
+    private readonly fleet: Fleet,
   ) {
-    fleet.logs.subscribe((logs) => this.listen(logs));
+    fleet.logs.subscribe((logs) => {
+      this.listen(logs);
+      void this.beSink();
+    });
+    client.connection.subscribe(() => void this.beSink());
+    client.onText = (sender, type, bits, body) => {
+      const widths = this.widths;
+      const level = levelOf(type);
+      if (widths === undefined || level === undefined) return;
+      this.add(
+        sender,
+        level,
+        gdosText(body, bits, (address) => addressText(address, widths, className)),
+      );
+    };
   }
 
   get texts(): ReadonlySignal<LogText[]> {
     return this.textsSignal;
   }
 
+  // The texts of this router's components come here and to no log.
+  get isSink(): ReadonlySignal<boolean> {
+    return this.isSinkSignal;
+  }
+
   clear(): void {
     this.textsSignal.value = [];
+  }
+
+  private get widths(): Widths | undefined {
+    return this.client.connection.value.router?.widths;
   }
 
   private listen(logs: number[]): void {
@@ -65,29 +82,42 @@ export class Log {
         );
   }
 
-  private take(message: Uint8Array): void {
-    const header = decodeHeader(message);
-    const router = this.client.connection.value.router;
-    if (header === undefined || router === undefined) return;
-    const data = decodeData(classes.textSink, message.subarray(headerSize), header.flags) as unknown as GdosData;
-    const level = levels[data.level];
-    if (level === undefined) return; // a sign of life of the log
-    this.add({
-      number: this.next++,
-      time: new Date(),
-      sender: componentOf(data.sender, router.widths),
-      level,
-      text: data.text,
-      count: 1,
-    });
+  // A log that is started wants the sink: it tries until the console has let it go.
+  private async beSink(): Promise<void> {
+    clearTimeout(this.retry);
+    const { state, router } = this.client.connection.value;
+    const isWanted =
+      state === 'connected' && router !== undefined && !this.fleet.logs.value.some((log) => this.fleet.isLocal(log));
+    if (!isWanted) {
+      this.client.releaseSink();
+      this.isSinkSignal.value = false;
+      return;
+    }
+    try {
+      const sink = addressOf({ classId: classes.textSink }, router.widths);
+      this.isSinkSignal.value = await this.client.takeSink(sink);
+    } catch {
+      this.isSinkSignal.value = false;
+    }
+    if (!this.isSinkSignal.value) this.retry = setTimeout(() => void this.beSink(), retryTime);
   }
 
-  private add(text: LogText): void {
+  private take(message: Uint8Array): void {
+    const header = decodeHeader(message);
+    if (header === undefined) return;
+    const data = decodeData(classes.textSink, message.subarray(headerSize), header.flags) as unknown as GdosData;
+    const level = levelOf(data.level);
+    if (level !== undefined) this.add(data.sender, level, data.text); // others are the log's signs of life
+  }
+
+  private add(mailbox: number, level: Level, text: string): void {
+    const sender = this.widths === undefined ? mailbox : componentOf(mailbox, this.widths);
     const texts = this.textsSignal.value;
     const last = texts.at(-1);
-    const isRepeated = last?.sender === text.sender && last.text === text.text && last.level === text.level;
+    const isRepeated = last?.sender === sender && last.text === text && last.level === level;
+    const added = { number: this.next++, time: new Date(), sender, level, text, count: 1 };
     this.textsSignal.value = isRepeated
-      ? [...texts.slice(0, -1), { ...text, number: last.number, count: last.count + 1 }]
-      : [...texts.slice(-textsMax + 1), text];
+      ? [...texts.slice(0, -1), { ...added, number: last.number, count: last.count + 1 }]
+      : [...texts.slice(-textsMax + 1), added];
   }
 }

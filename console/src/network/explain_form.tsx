@@ -80,9 +80,9 @@ function Answer({ explanation: { steps, arrives, cause, remedy } }: { explanatio
         ))}
       </ol>
       <p class={arrives ? 'good' : 'bad'}>
-        <strong>{cause[0]?.toUpperCase() + cause.slice(1)}.</strong>
+        <strong>{cause}</strong>
       </p>
-      {remedy !== '' && <p>{remedy[0]?.toUpperCase() + remedy.slice(1)}.</p>}
+      {remedy !== '' && <p>{remedy}</p>}
     </div>
   );
 }

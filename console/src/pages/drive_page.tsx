@@ -149,12 +149,12 @@ function Views({ robot }: { robot: Robot }) {
   return (
     <div class="drive-sight">
       {camera !== undefined && (
-        <section class="tile" aria-label="Camera">
+        <section class="tile tile-body" aria-label="Camera">
           <CameraView component={camera} />
         </section>
       )}
       {scan !== undefined && (
-        <section class="tile" aria-label="Scan">
+        <section class="tile tile-body" aria-label="Scan">
           <ScanView component={scan} />
         </section>
       )}

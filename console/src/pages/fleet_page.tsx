@@ -2,10 +2,15 @@
 
 import { useSignal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
-import { nameOf, useConsole } from '../app/console';
+import { nameOf, useConsole, widthsOf } from '../app/console';
 import { go, route, setOption } from '../app/route';
 import type { Component, Robot } from '../model/fleet';
+import { useAdminList } from '../network/admin_list';
+import type { RouterItem } from '../network/reports';
+import { fieldsOf } from '../tims/address';
+import { Icon } from '../ui/icons';
 import { Lamp } from '../ui/lamp';
+import { age } from '../ui/quantities';
 import { stopRobots } from '../ui/stop_button';
 
 interface Row {
@@ -16,6 +21,7 @@ interface Row {
 }
 
 const rowsAtOnce = 100;
+const errorAge = 5 * 60 * 1000; // ms
 
 export function FleetPage() {
   const console = useConsole();
@@ -50,6 +56,7 @@ export function FleetPage() {
         </label>
       </div>
       <ul class="robots">
+        <Away present={robots} />
         {visible.map((row) => (
           <RobotCard key={row.robot.system} row={row} />
         ))}
@@ -129,6 +136,7 @@ function RobotCard({ row: { robot, on, off, bad } }: { row: Row }) {
           </li>
         ))}
       </ul>
+      <LastError robot={robot} />
       <p class="actions">
         <button
           type="button"
@@ -155,6 +163,49 @@ function RobotCard({ row: { robot, on, off, bad } }: { row: Row }) {
         </p>
       )}
     </li>
+  );
+}
+
+// Routers that the own one has known and no longer reaches: their robots are away as a whole.
+function Away({ present }: { present: Robot[] }) {
+  const { admin } = useConsole();
+  const { items } = useAdminList(() => admin.all<RouterItem>({ ask: 'routers' }), 'routers', 3000);
+  const away = (items ?? []).filter(({ kind, state }) => kind !== 'self' && state !== 'up');
+  return (
+    <>
+      {away.map((router) => (
+        <li key={router.address.raw} class="robot troubled">
+          <h2>{present.some(({ system }) => system === router.system) ? router.name : `Robot ${router.system}`}</h2>
+          <p class="bad">
+            <Icon name="warning" /> Its router {router.name ?? router.address.name} is not reachable since{' '}
+            {age(router.since_s)}
+          </p>
+          <p class="actions">
+            <a class="button" href={`#/network?tab=explain&to=${encodeURIComponent(router.address.name)}`}>
+              Why?
+            </a>
+          </p>
+        </li>
+      ))}
+    </>
+  );
+}
+
+// The newest error of a robot, so that one sees why without looking further.
+function LastError({ robot }: { robot: Robot }) {
+  const console = useConsole();
+  const systems = widthsOf(console);
+  const last = console.log.texts.value.findLast(
+    ({ sender, level }) => level === 'error' && fieldsOf(sender, systems).system === robot.system,
+  );
+  if (last === undefined || Date.now() - last.time.getTime() > errorAge) return null;
+  return (
+    <p class="small bad last-error" title={last.text}>
+      <a href={`#/messages?filter=${encodeURIComponent(nameOf(console, last.sender))}`}>
+        {nameOf(console, last.sender)}
+      </a>
+      : {last.text}
+    </p>
   );
 }
 

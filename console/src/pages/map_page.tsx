@@ -4,12 +4,12 @@ import { useSignal } from '@preact/signals';
 import { useEffect, useMemo } from 'preact/hooks';
 import { useConsole } from '../app/console';
 import { route } from '../app/route';
-import { actions } from '../map/actions';
+import { actions, type Spot } from '../map/actions';
 import { firstOf, followRobot } from '../map/follow';
 import { type Centre, MapCanvas, newMapModel, zoom } from '../map/map_canvas';
 import { allLayers, type Layers, unknownDeviation } from '../map/paint';
 import { emptyScene } from '../map/scene';
-import type { Pose } from '../map/transform';
+import { WaypointList } from '../map/waypoint_list';
 import type { Robot } from '../model/fleet';
 import { Icon } from '../ui/icons';
 import { degrees, metres } from '../ui/quantities';
@@ -53,17 +53,30 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
     };
   }, [robots.map(({ system, components }) => `${system}:${components.length}`).join(), visible]);
 
+  useEffect(() => {
+    const endTool = (event: KeyboardEvent) => {
+      if (event.key === 'Escape' && !event.shiftKey) tool.value = undefined;
+    };
+    addEventListener('keydown', endTool);
+    return () => removeEventListener('keydown', endTool);
+  }, []);
+
   const action = actions.find(({ name }) => name === tool.value);
-  const run = async (pose: Pose) => {
-    if (action === undefined || selected === undefined) return;
-    tool.value = undefined;
+  const run = async (spot: Spot) => {
+    const scene = selected === undefined ? undefined : model.scenes.get(selected.system);
+    if (action === undefined || selected === undefined || scene === undefined) return;
+    if (!action.repeats) tool.value = undefined;
     report.value = { text: `${action.title} …`, bad: false };
     try {
-      report.value = { text: await action.run(console, selected, pose), bad: false };
+      report.value = {
+        text: await action.run({ console, robot: selected, scene, waypoints: model.waypoints }, spot),
+        bad: false,
+      };
     } catch (error) {
       report.value = { text: (error as Error).message, bad: true };
     }
   };
+  const path = selected === undefined ? undefined : firstOf(selected, 'Path');
   const setCentre = (value: Centre) => {
     centre.value = value;
     model.centre = value;
@@ -89,29 +102,41 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
             ))}
           </select>
         </label>
-        <div role="group" aria-label="Centre" class="tabs">
+        <fieldset aria-label="Centre" class="tabs">
           {(['world', 'chase', 'robot'] as const).map((each) => (
             <button key={each} type="button" aria-pressed={centre.value === each} onClick={() => setCentre(each)}>
               {each}
             </button>
           ))}
-        </div>
-        <div role="group" aria-label="Actions on the map" class="tabs">
-          {actions
-            .filter(({ component }) => selected !== undefined && firstOf(selected, component) !== undefined)
-            .map(({ name, title }) => (
-              <button
-                key={name}
-                type="button"
-                aria-pressed={tool.value === name}
-                onClick={() => {
-                  tool.value = tool.value === name ? undefined : name;
-                }}
-              >
-                {title}
-              </button>
-            ))}
-        </div>
+        </fieldset>
+        <label>
+          Action{' '}
+          <select
+            value={tool.value ?? ''}
+            onChange={(event) => {
+              tool.value = event.currentTarget.value || undefined;
+            }}
+          >
+            <option value="">move the map</option>
+            {actions
+              .filter(({ component }) => selected !== undefined && firstOf(selected, component) !== undefined)
+              .map(({ name, title }) => (
+                <option key={name} value={name}>
+                  {title}
+                </option>
+              ))}
+          </select>
+        </label>
+        {selected !== undefined && firstOf(selected, 'Pilot') !== undefined && (
+          <button
+            type="button"
+            class="primary"
+            aria-pressed={tool.value === 'goal'}
+            onClick={() => (tool.value = 'goal')}
+          >
+            Send robot here
+          </button>
+        )}
         <span class="grow" />
         <LayerMenu layers={layers.value} change={(value) => (layers.value = value)} />
         <button type="button" aria-label="Zoom in" onClick={() => zoom(model, 1.5)}>
@@ -133,24 +158,20 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
       </div>
       {action !== undefined && (
         <p class="notice">
-          {action.title}: press at the place, and drag to where it shall look. <kbd>Esc</kbd> ends.
+          {action.title}: {action.hint}. <kbd>Esc</kbd> ends.
         </p>
       )}
       <p class={`report ${report.value.bad ? 'bad' : ''}`} role={report.value.bad ? 'alert' : 'status'}>
         {report.value.text}
       </p>
-      <div
-        class="map-box"
-        onKeyDown={(event) => {
-          if (event.key === 'Escape' && !event.shiftKey) tool.value = undefined;
-        }}
-      >
+      <div class="map-box">
         <MapCanvas
           model={model}
           label={`Map of ${robots.length} robots`}
-          choose={action === undefined ? undefined : (pose) => void run(pose)}
+          choose={action === undefined ? undefined : (spot) => void run(spot)}
         />
         <Positions model={model} robots={robots} />
+        {path !== undefined && <WaypointList waypoints={model.waypoints} path={path} />}
       </div>
     </section>
   );

@@ -4,7 +4,9 @@ import { useSignal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
 import { type Console, nameOf, useConsole } from '../app/console';
 import { route, setOption } from '../app/route';
-import type { Level, LogText } from '../model/log';
+import type { LogText } from '../model/log';
+import type { Level } from '../tims/gdos';
+import { saveFile } from '../ui/save';
 
 const order: Level[] = ['print', 'error', 'warning', 'info', 'detail'];
 const letters: Record<Level, string> = { print: 'P', error: 'E', warning: 'W', info: 'I', detail: 'D' };
@@ -52,15 +54,15 @@ export function MessagesPage() {
 }
 
 function NoTexts() {
-  const { fleet } = useConsole();
-  const listens = fleet.logs.value.length > 0;
+  const { fleet, log } = useConsole();
+  const listens = fleet.logs.value.length > 0 || log.isSink.value;
   return (
     <p class="empty faint">
       {listens ? (
         'No messages yet. New ones appear here as they arrive.'
       ) : (
         <>
-          No log is running at this router or behind its links: start <code>gdos-log</code> there.
+          Another program receives the texts at this router, and it is no log: end it, or start <code>gdos-log</code>.
         </>
       )}
     </p>
@@ -80,6 +82,7 @@ export function LogTable({ texts, empty }: { texts: LogText[]; empty: preact.Com
     <div
       class="log"
       ref={box}
+      // biome-ignore lint/a11y/noNoninteractiveTabindex: what scrolls must be reached by keys
       tabIndex={0}
       role="log"
       aria-label="Messages of components"
@@ -138,9 +141,5 @@ function save(console: Console, texts: LogText[]) {
     ({ time, level, sender, text, count }) =>
       `${time.toISOString()} ${level} ${nameOf(console, sender)} ${text}${count > 1 ? ` (${count} times)` : ''}\n`,
   );
-  const link = document.createElement('a');
-  link.href = URL.createObjectURL(new Blob(lines, { type: 'text/plain' }));
-  link.download = 'messages.txt';
-  link.click();
-  URL.revokeObjectURL(link.href);
+  saveFile(lines, 'text/plain', 'messages.txt');
 }

@@ -9,6 +9,7 @@ import { decodeData, findMessage } from '../codec/catalogue';
 import { type NumberField, numberAt, numberFields } from '../plots/number_fields';
 import { Ring } from '../plots/ring';
 import { decodeHeader, headerSize, types } from '../tims/header';
+import { saveFile } from '../ui/save';
 import { pageVisible } from '../ui/use_stream';
 
 const period = 50; // ms
@@ -175,8 +176,8 @@ function options(curves: Curve[], element: HTMLElement): uPlot.Options {
   return {
     width: element.clientWidth,
     height: element.clientHeight - 30,
-    scales: { x: { time: false } },
-    axes: [{ ...axis, label: 's ago', values: (_, splits) => splits.map((split) => `${Math.round(split)}`) }, axis],
+    scales: { x: { time: false, range: () => [-windowTime, 0] } },
+    axes: [{ ...axis, label: 'seconds' }, axis],
     series: [
       {},
       ...curves.map(({ name }, i) => ({
@@ -184,6 +185,7 @@ function options(curves: Curve[], element: HTMLElement): uPlot.Options {
         stroke: colours[i % colours.length] ?? '',
         width: 1.5,
         spanGaps: true,
+        points: { show: false },
       })),
     ],
   };
@@ -209,9 +211,5 @@ function saveCsv(curves: Curve[], rings: Ring[]) {
   const lines = ['curve,seconds,value\n'];
   for (const [i, ring] of rings.entries())
     ring.each((time, value) => lines.push(`${curves[i]?.name},${time.toFixed(3)},${value}\n`));
-  const link = document.createElement('a');
-  link.href = URL.createObjectURL(new Blob(lines, { type: 'text/csv' }));
-  link.download = 'plot.csv';
-  link.click();
-  URL.revokeObjectURL(link.href);
+  saveFile(lines, 'text/csv', 'plot.csv');
 }

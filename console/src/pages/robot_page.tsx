@@ -6,6 +6,7 @@ import { nameOf, useConsole } from '../app/console';
 import { route, setOption } from '../app/route';
 import { className } from '../codec/catalogue';
 import type { Component, Robot } from '../model/fleet';
+import { Commands } from '../ui/commands';
 import { Icon } from '../ui/icons';
 import { Lamp, stateWord } from '../ui/lamp';
 import { Parameters } from '../ui/parameters';
@@ -198,10 +199,12 @@ function Tiles({ robot }: { robot: Robot }) {
   );
 }
 
+type Tab = 'view' | 'parameters' | 'commands';
+
 function Tile({ name, component }: { name: string; component: Component }) {
-  const tab = useSignal<'view' | 'parameters'>('view');
+  const tab = useSignal<Tab>('view');
   const View = viewFor(component.classId);
-  const choose = (value: 'view' | 'parameters') => () => {
+  const choose = (value: Tab) => () => {
     tab.value = value;
   };
   return (
@@ -216,11 +219,18 @@ function Tile({ name, component }: { name: string; component: Component }) {
         <button type="button" class="quiet" aria-pressed={tab.value === 'parameters'} onClick={choose('parameters')}>
           Parameters
         </button>
+        <button type="button" class="quiet" aria-pressed={tab.value === 'commands'} onClick={choose('commands')}>
+          Commands
+        </button>
         <button type="button" class="quiet" aria-label={`Close ${name}`} onClick={() => toggleTile(name)}>
           <Icon name="close" />
         </button>
       </header>
-      {tab.value === 'view' ? <View component={component} /> : <Parameters component={component} />}
+      <div class="tile-body">
+        {tab.value === 'view' && <View component={component} />}
+        {tab.value === 'parameters' && <Parameters component={component} />}
+        {tab.value === 'commands' && <Commands component={component} />}
+      </div>
     </section>
   );
 }
@@ -236,7 +246,7 @@ function MissingTile({ name }: { name: string }) {
           <Icon name="close" />
         </button>
       </header>
-      <p class="faint">It is not registered at present.</p>
+      <p class="tile-body faint">It is not registered at present.</p>
     </section>
   );
 }

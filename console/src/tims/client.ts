@@ -2,6 +2,7 @@
 
 import { type ReadonlySignal, type Signal, signal } from '@preact/signals';
 import type { Answer } from './calls';
+import { types } from './header';
 import type { StickPosition } from './joystick';
 import type { Sample } from './newest';
 import type { RouterInfo } from './socket';
@@ -90,6 +91,18 @@ export class Client {
     return state;
   }
 
+  // What the owner of the sink of texts receives.
+  onText: ((sender: number, type: number, flags: number, body: Uint8Array) => void) | undefined;
+
+  // False: somebody else is it.
+  async takeSink(address: number): Promise<boolean> {
+    return (await this.answered((id) => ({ do: 'takeSink', id, address }))).type === types.ok;
+  }
+
+  releaseSink(): void {
+    this.post({ do: 'releaseSink' });
+  }
+
   async takeStick(address: number): Promise<void> {
     await this.answered((id) => ({ do: 'takeStick', id, address }));
   }
@@ -131,6 +144,9 @@ export class Client {
         break;
       case 'stream':
         (this.streamState(event.component) as Signal<StreamState | undefined>).value = event.state;
+        break;
+      case 'text':
+        this.onText?.(event.sender, event.type, event.flags, event.body);
         break;
       case 'stick':
         this.stick.value = event.address;

@@ -16,7 +16,8 @@ export type SessionEvent =
   | { is: 'roundTrip'; milliseconds: number }
   | { is: 'sample'; sample: Sample }
   | { is: 'stream'; component: number; state: StreamState }
-  | { is: 'stick'; address: number | undefined; why?: string };
+  | { is: 'stick'; address: number | undefined; why?: string }
+  | { is: 'text'; sender: number; type: number; flags: number; body: Uint8Array };
 
 export interface Request {
   dest: number;
@@ -36,6 +37,7 @@ export class Session {
   private samples: NewestSamples;
   private everySample = new Set<number>();
   private joystick: Joystick | undefined;
+  private sink: number | undefined;
   private connected = false;
 
   constructor(
@@ -130,6 +132,20 @@ export class Session {
     for (const { header, body } of this.joystick?.due(now) ?? []) this.control.send(header, body);
   }
 
+  // The mailbox that all components send their texts to. One owner at a router: false if somebody else has it.
+  async takeSink(address: number, now: number): Promise<boolean> {
+    if (this.sink === address) return true;
+    const answer = await this.routerCall(routerCommands.registerMailbox, address, now);
+    if (answer.type === types.ok) this.sink = address;
+    return answer.type === types.ok;
+  }
+
+  releaseSink(): void {
+    if (this.sink === undefined) return;
+    this.control.send({ type: routerCommands.deleteMailbox }, wordBody(this.sink));
+    this.sink = undefined;
+  }
+
   private routerCall(type: number, address: number, now: number): Promise<Answer> {
     return new Promise((resolve, reject) => {
       if (!this.connected) return reject(new CallFailure('not connected to the router'));
@@ -151,6 +167,7 @@ export class Session {
   private lost(why: string, now: number): void {
     if (!this.connected) return this.post({ is: 'lost', why });
     this.connected = false;
+    this.sink = undefined;
     this.calls.fail(`the connection to the router is lost: ${why}`);
     if (this.joystick !== undefined) {
       this.joystick = undefined;
@@ -165,6 +182,10 @@ export class Session {
     const body = message.subarray(headerSize);
     if (header.dest === this.joystick?.address) {
       for (const reply of this.joystick.answer(header, body, now)) this.control.send(reply.header, reply.body);
+      return;
+    }
+    if (header.dest === this.sink) {
+      this.post({ is: 'text', sender: header.src, type: header.type, flags: header.flags, body });
       return;
     }
     const answer = { type: header.type, flags: header.flags, body };

@@ -1,6 +1,7 @@
 // The worker of a page: sockets, clock and the session. It runs beside the page, so that a busy page stops neither
 // the stick nor the answers.
 
+import { types } from './header';
 import { Session } from './session';
 import type { Wire } from './socket';
 import type { FromWorker, ToWorker } from './worker_messages';
@@ -72,14 +73,23 @@ self.onmessage = ({ data }: MessageEvent<ToWorker>) => {
     case 'takeStick':
       return settle(
         data.id,
-        session.takeStick(data.address, now()).then(() => ({ type: 0, flags: 0, body: new Uint8Array() })),
+        session.takeStick(data.address, now()).then(() => answerOf(types.ok)),
       );
+    case 'takeSink':
+      return settle(
+        data.id,
+        session.takeSink(data.address, now()).then((taken) => answerOf(taken ? types.ok : types.error)),
+      );
+    case 'releaseSink':
+      return session.releaseSink();
     case 'releaseStick':
       return session.releaseStick();
     case 'moveStick':
       return session.moveStick(data.position, now());
   }
 };
+
+const answerOf = (type: number) => ({ type, flags: 0, body: new Uint8Array() });
 
 function settle(id: number, answer: Promise<{ type: number; flags: number; body: Uint8Array }>): void {
   answer.then(

@@ -12,6 +12,8 @@ export type ToWorker =
   | { do: 'unsubscribe'; component: number; subscriber: number }
   | { do: 'taken'; component: number }
   | { do: 'takeStick'; id: number; address: number }
+  | { do: 'takeSink'; id: number; address: number }
+  | { do: 'releaseSink' }
   | { do: 'releaseStick' }
   | { do: 'moveStick'; position: StickPosition };
 

@@ -7,6 +7,8 @@ const paths = {
   text: 'M3 4h14v10H9l-4 3v-3H3zM6 8h8M6 11h5',
   plot: 'M3 3v14h14M5 13l4-5 3 3 5-6',
   tree: 'M10 3v4M4 13v-3h12v3M10 7v6M8 3h4v3H8zM2 13h4v4H2zM8 13h4v4H8zM14 13h4v4h-4z',
+  cube: 'M10 2l7 4v8l-7 4-7-4V6zM3 6l7 4 7-4M10 10v8',
+  tiles: 'M3 3h6v6H3zM11 3h6v4h-6zM11 9h6v8h-6zM3 11h6v6H3z',
   sun: 'M10 6a4 4 0 1 0 .01 0M10 1v2M10 17v2M1 10h2M17 10h2M4 4l1 1M15 15l1 1M16 4l-1 1M5 15l-1 1',
   moon: 'M15 12A6 6 0 0 1 8 4a7 7 0 1 0 7 8z',
   stop: 'M7 2h6l5 5v6l-5 5H7l-5-5V7z',

@@ -5,8 +5,8 @@ import { useEffect } from 'preact/hooks';
 import { type Console, useConsole } from '../app/console';
 import { route } from '../app/route';
 import { classId } from '../codec/catalogue';
-import { types, wordBody } from '../tims/header';
-import { noPilot, setActivePilot } from '../views/chassis_view';
+import { command } from '../model/commands';
+import { noPilot } from '../views/chassis_view';
 import { Icon } from './icons';
 
 // The robots that the page is about; none: all.
@@ -28,9 +28,9 @@ export async function stopRobots(console: Console, systems: number[]): Promise<v
   for (const system of systems)
     for (const component of console.fleet.robot(system)?.components ?? []) {
       if (component.classId === chassis)
-        calls.push(console.client.call(component.address, setActivePilot, wordBody(noPilot)));
+        calls.push(command(console.client, component, 'Chassis.SET_ACTIVE_PILOT', { activePilot: noPilot }));
       if (component.classId === pilot && component.state.value !== 'off')
-        calls.push(console.client.call(component.address, types.off));
+        calls.push(command(console.client, component, 'OFF'));
     }
   await Promise.all(calls);
 }

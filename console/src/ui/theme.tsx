@@ -16,7 +16,7 @@ system.addEventListener('change', () => {
 export const isDark = () => (chosen.value === undefined ? systemIsDark.value : chosen.value === 'dark');
 
 effect(() => {
-  document.documentElement.dataset['theme'] = isDark() ? 'dark' : 'light';
+  document.documentElement.dataset.theme = isDark() ? 'dark' : 'light';
 });
 
 export function ThemeSwitch() {

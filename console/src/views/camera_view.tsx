@@ -3,6 +3,7 @@
 import { useSignal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
 import type { CameraData } from '../codec/messages';
+import { saveCanvas } from '../ui/save';
 import { useStream } from '../ui/use_stream';
 import { modes, pictureOf } from './camera_picture';
 import { StreamBox, type ViewProperties } from './view';
@@ -52,7 +53,7 @@ export function CameraView({ component }: ViewProperties) {
         </p>
       )}
       <p class="actions">
-        <button type="button" onClick={() => canvas.current !== null && save(canvas.current)}>
+        <button type="button" onClick={() => canvas.current !== null && saveCanvas(canvas.current, 'camera.png')}>
           Save picture
         </button>
       </p>
@@ -70,15 +71,4 @@ async function paint(canvas: HTMLCanvasElement, data: CameraData): Promise<void>
     context?.drawImage(picture, 0, 0);
     picture.close();
   }
-}
-
-function save(canvas: HTMLCanvasElement): void {
-  canvas.toBlob((blob) => {
-    if (blob === null) return;
-    const link = document.createElement('a');
-    link.href = URL.createObjectURL(blob);
-    link.download = 'camera.png';
-    link.click();
-    URL.revokeObjectURL(link.href);
-  });
 }

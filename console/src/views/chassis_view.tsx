@@ -4,12 +4,11 @@ import { useSignal } from '@preact/signals';
 import { nameOf, useConsole } from '../app/console';
 import { classId } from '../codec/catalogue';
 import type { ChassisData } from '../codec/messages';
-import { types, wordBody } from '../tims/header';
+import { command } from '../model/commands';
 import { degrees } from '../ui/quantities';
 import { useStream } from '../ui/use_stream';
 import { StreamBox, type ViewProperties } from './view';
 
-export const setActivePilot = 23;
 export const noPilot = 0xffffff00;
 
 export function ChassisView({ component }: ViewProperties) {
@@ -21,8 +20,7 @@ export function ChassisView({ component }: ViewProperties) {
   const choose = async (pilot: number) => {
     failure.value = '';
     try {
-      const answer = await console.client.call(component.address, setActivePilot, wordBody(pilot));
-      if (answer.type !== types.ok) failure.value = new TextDecoder().decode(answer.body) || 'it refuses';
+      await command(console.client, component, 'Chassis.SET_ACTIVE_PILOT', { activePilot: pilot });
     } catch (error) {
       failure.value = (error as Error).message;
     }

@@ -28,7 +28,7 @@ export function FieldsView({ component }: ViewProperties) {
   );
 }
 
-function FieldTable({ fields, data, si }: { fields: Field[]; data: Record<string, unknown>; si: boolean }) {
+export function FieldTable({ fields, data, si }: { fields: Field[]; data: Record<string, unknown>; si: boolean }) {
   return (
     <table class="fields">
       <tbody>
