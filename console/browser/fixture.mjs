@@ -31,6 +31,30 @@ export async function eventually(condition, what, time = patience) {
   }
 }
 
+// A base and robots with a link to it each, over UDP of this machine: [base, robot 1, robot 2, ...].
+export async function startFleet(robots) {
+  const port = await freePort();
+  const base = await Host.start([
+    'router.name=base',
+    'router.role=top',
+    'tcp.admin=true',
+    'sim.faults=true',
+    `udp.listen=127.0.0.1:${port}`,
+    'link=kind=sub,system=*,interval=200ms',
+  ]);
+  const hosts = [base];
+  for (let system = 1; system <= robots; ++system)
+    hosts.push(
+      await Host.start([
+        `router.name=robot${system}`,
+        `router.system=${system}`,
+        `udp.listen=127.0.0.1:${await freePort()}`,
+        `link=kind=super,to=127.0.0.1:${port},interval=200ms`,
+      ]),
+    );
+  return hosts;
+}
+
 function freePort() {
   return new Promise((resolve, reject) => {
     const server = createServer();
@@ -65,14 +89,17 @@ export class Host {
       `unix.path=${this.folder}/router.sock`,
       `tcp.listen=127.0.0.1:${this.tcp}`,
       `http.listen=127.0.0.1:${this.http}`,
-      'udp.listen=off',
       ...this.settings,
     ];
+    if (!this.settings.some((setting) => setting.startsWith('udp.listen'))) settings.push('udp.listen=off');
     this.router = this.run(
       'tims-router',
       settings.flatMap((setting) => ['--set', setting]),
     );
-    await eventually(() => fetch(`${this.address}/healthz`).then(({ ok }) => ok), 'the router answers');
+    await eventually(async () => {
+      if (this.router.exitCode !== null) throw new Error(this.router.output);
+      return (await fetch(`${this.address}/healthz`)).ok;
+    }, 'the router answers');
   }
 
   async killRouter() {
