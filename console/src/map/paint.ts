@@ -3,7 +3,7 @@
 import type { MapColours } from './colours';
 import { eachEcho, pointType } from './echoes';
 import { type PointBuffer, pixelOf } from './points';
-import type { Hull, RobotScene, Spline } from './scene';
+import type { Hull, Plan, RobotScene, Spline } from './scene';
 import { gridStep, type Point, type Pose, placed, type Size, toScreen, toWorld, type View } from './transform';
 
 export interface Layers {
@@ -41,15 +41,22 @@ const gridPixels = 60;
 const staleTime = 3000; // ms
 export const unknownDeviation = 50_000; // mm: from here on a position is a guess
 
-export function paintMap(drawing: Drawing, scenes: RobotScene[], layers: Layers, now: number): void {
+export function paintMap(
+  drawing: Drawing,
+  scenes: RobotScene[],
+  layers: Layers,
+  now: number,
+  background: Plan | undefined,
+): void {
   const { context, size, ratio, colours, points } = drawing;
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
   context.fillStyle = colours.ground;
   context.fillRect(0, 0, size.width, size.height);
+  if (background !== undefined) paintPlan(drawing, background, true);
   if (layers.grid) paintGrid(drawing);
   points.resize(Math.round(size.width * ratio), Math.round(size.height * ratio));
   points.clear();
-  if (layers.map) for (const scene of scenes) paintPlan(drawing, scene);
+  if (layers.map) for (const { plan } of scenes) if (plan !== undefined) paintPlan(drawing, plan, false);
   for (const scene of scenes) {
     if (layers.walls) paintWalls(drawing, scene);
     if (layers.trail) paintLine(drawing, scene.trail, robotColour(colours, scene.system), 1, 0.5);
@@ -122,15 +129,14 @@ function paintScale({ context, view, size, colours }: Drawing): void {
   context.fillText(step >= 1e6 ? `${step / 1e6} km` : `${step / 1000} m`, x + 4, y - 5);
 }
 
-function paintPlan({ context, view, size, ratio }: Drawing, { plan }: RobotScene): void {
-  if (plan === undefined) return;
+function paintPlan({ context, view, size, ratio }: Drawing, plan: Plan, smooth: boolean): void {
   const corner = toScreen(view, size, { x: plan.north, y: plan.west });
   const right = toScreen(view, size, { x: plan.north, y: plan.west + plan.cell });
   const down = toScreen(view, size, { x: plan.north - plan.cell, y: plan.west });
   context.save();
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
   context.transform(right.x - corner.x, right.y - corner.y, down.x - corner.x, down.y - corner.y, corner.x, corner.y);
-  context.imageSmoothingEnabled = false;
+  context.imageSmoothingEnabled = smooth;
   context.drawImage(plan.picture, 0, 0);
   context.restore();
 }
