@@ -54,14 +54,14 @@ inline constexpr std::int8_t kGetNextData = 8;
 inline constexpr std::int8_t kGetParam = 9;
 inline constexpr std::int8_t kSetParam = 10;
 // Extensions of this runtime: programs of the original RACK answer ERROR.
+inline constexpr std::int8_t kGetDescription = 13;
 inline constexpr std::int8_t kGetParamEffects = 14;
 inline constexpr std::int8_t kGetRuntime = 15;
-inline constexpr std::int8_t kGetListeners = 16;
-inline constexpr std::int8_t kGetDescription = 17;
+inline constexpr std::int8_t kGetListeners = 16;  // 17 would be a lifesign to the original's C library
+inline constexpr std::int8_t kDescription = -13;
 inline constexpr std::int8_t kParamEffects = -14;
 inline constexpr std::int8_t kRuntime = -15;
 inline constexpr std::int8_t kListeners = -16;
-inline constexpr std::int8_t kDescription = -17;
 // Router administration: JSON in the body, to dest = src = 0 or to a router's own address.
 inline constexpr std::int8_t kAdminRequest = 64;
 inline constexpr std::int8_t kAdminReply = -64;
