@@ -35,10 +35,16 @@ class Object {
   std::string out_;
 };
 
-std::string list(const std::vector<std::string>& items, std::string_view between) {
+std::string list(const std::vector<std::string>& items) {
   std::string out = "[";
-  for (const std::string& item : items)
-    out.append(&item == items.data() ? "" : ",").append(between).append(item);
+  for (const std::string& item : items) out.append(out.size() > 1 ? ", " : "").append(item);
+  return out + "]";
+}
+
+// One item a line.
+std::string lines(const std::vector<std::string>& items) {
+  std::string out = "[";
+  for (const std::string& item : items) out.append(out.size() > 1 ? ",\n  " : "\n  ").append(item);
   return out + "]";
 }
 
@@ -60,7 +66,7 @@ std::string choices(const ParameterInfo& info) {
     if (value.size() < item.size()) choice.text("meaning", item.substr(value.size() + 1));
     items.push_back(choice.end());
   }
-  return list(items, items.empty() ? "" : " ");
+  return list(items);
 }
 
 // The partner that the parameter belongs to.
@@ -142,9 +148,9 @@ std::string description(const Parameters& parameters, const Described& component
   Object out;
   out.number("rack_description", 1).text("program", parameters.program());
   out.text("purpose", component.purpose).text("class", name_of_class(component.class_id));
-  out.number("class_id", component.class_id).raw("parameters", list(rows, "\n  "));
-  out.raw("inputs", list(inputs(parameters, component), "\n  "));
-  out.raw("outputs", list(outputs(parameters, component), "\n  "));
+  out.number("class_id", component.class_id).raw("parameters", lines(rows));
+  out.raw("inputs", lines(inputs(parameters, component)));
+  out.raw("outputs", lines(outputs(parameters, component)));
   return out.end() + "\n";
 }
 
