@@ -147,9 +147,9 @@ TEST_F(HttpTest, PagesOfOthersAreRefusedCountedAndNamed) {
   EXPECT_THAT(get("/api/status").body,
               AllOf(HasSubstr(R"("security":{"insecure":false,"exposed":[]})"),
                     HasSubstr(R"("refused_host":1,"refused_origin":2,"refused_cross_site":1)")));
-  for (const auto* line : {"http: host \"evil.example\" is refused",
-                           "http: Sec-Fetch-Site \"cross-site\" is refused",
-                           "http: origin \"null\" is refused"})
+  for (const auto* line :
+       {"http: host \"evil.example\" is refused", "http: Sec-Fetch-Site \"cross-site\" is refused",
+        "http: origin \"null\" is refused"})
     EXPECT_TRUE(router_.process().wait_for_line(line).ok()) << line;
 }
 
