@@ -130,10 +130,12 @@ tims::Result<MadeMap> make_map(const Drive& recorded, const MapSettings& setting
   const Drive drive = corrected(recorded, calibrate(*first));
   auto track = follow(drive, progress);
   if (!track) return stopped();
+  (void)forget_moving(*track);
+  track = follow_again(std::move(*track), progress);
+  if (!track) return stopped();
   if (track->keyframes.empty())
     return tims::Error(tims::Errc::kMalformed,
                        "no scan has enough points to make a map of: does the scanner see walls?");
-  (void)forget_moving(*track);
   const auto loops = close_loops(*track, progress);
   if (!loops) return stopped();
   const auto edges = refine(*track, *loops, settings.rounds, progress);
