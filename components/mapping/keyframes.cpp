@@ -134,7 +134,7 @@ class Follower {
 }  // namespace
 
 std::optional<Track> follow(const Drive& drive, const Progress& progress) {
-  Follower follower(getenv("LI")?atof(getenv("LI")):kFollowPointsLeast);
+  Follower follower(kFollowPointsLeast);
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
     if (i % 64 == 0 && !progress("matching the scans", i, drive.scans.size())) return std::nullopt;
     follower.take(drive, i);
@@ -143,7 +143,7 @@ std::optional<Track> follow(const Drive& drive, const Progress& progress) {
 }
 
 std::optional<Track> follow_again(Track track, const Progress& progress) {
-  Follower follower(getenv("LI2")?atof(getenv("LI2")):kFollowPointsLeastAgain);
+  Follower follower(kFollowPointsLeastAgain);
   for (std::size_t i = 0; i < track.keyframes.size(); ++i) {
     if (i % 64 == 0 && !progress("matching the scans again", i, track.keyframes.size()))
       return std::nullopt;

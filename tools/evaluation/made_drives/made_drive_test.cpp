@@ -1,6 +1,8 @@
 // Maps of made drives: what is judged with logs of other buildings.
 #include "tools/evaluation/made_drives/made_drive.h"
 
+#include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "components/mapping/map_maker.h"
@@ -73,6 +75,21 @@ TEST(MadeDrive, MapIsRightOrReportsThatItIsNot) {
   EXPECT_GT(result.before, 3);
   EXPECT_LT(result.after, result.before / 2);
   EXPECT_TRUE(result.after < 0.3 || result.doubtful > 0.05) << result.after;
+}
+
+// Three people walk along with the robot, and a corridor has little else that moves relative to it.
+TEST(MadeDrive, PeopleInACorridorDoNotShortenIt) {
+  for (const std::uint64_t seed : {3U, 5U}) {
+    const auto scans = drive(campus(seed), {.seed = seed, .length = 150, .scale = 0});
+    const Read made = read(scans);
+    const auto map = mapping::make_map(made.drive, {}, [](auto, auto, auto) { return true; });
+    ASSERT_TRUE(map.ok());
+    const Pose is = map->poses.back() - map->poses.front();
+    const Pose should = scans.back().truth - scans.front().truth;
+    EXPECT_NEAR(std::hypot(is.x, is.y), std::hypot(should.x, should.y), 1000) << seed;
+    EXPECT_GT(map->uncertain, 500) << "there is no loop";
+    EXPECT_GT(map->without_loop.distance, 140000);
+  }
 }
 
 }  // namespace made_drive_test
