@@ -12,8 +12,10 @@ namespace rack::map_maker {
 namespace {
 
 constexpr double kDoubtfulShare = 0.02;
-constexpr double kDoubtfulLeast = 2000;    // mm
-constexpr double kUncertainMost = 500;     // mm: half the width of a door
+constexpr double kDoubtfulLeast = 2000;  // mm
+// The estimate is cautious: two to five times the error of made drives.
+constexpr double kUncertainMost = 500;  // mm
+constexpr double kUncertainByDistance = 0.001;
 constexpr double kRemovedShareMost = 0.3;  // of the loops that were found
 constexpr std::size_t kRemovedLeast = 10;
 
@@ -52,12 +54,12 @@ std::vector<std::string> warnings(const mapping::MadeMap& made,
         "{} of {} places that looked like earlier ones contradicted the others: the building has "
         "parts that look alike, and some of them can be drawn at the wrong place",
         made.removed, made.removed + made.loops));
-  if (!(made.uncertain <= kUncertainMost))
+  if (made.uncertain > std::max(kUncertainMost, kUncertainByDistance * made.distance))
     all.push_back(fmt::format(
-        "the measurements allow errors of {:.1f} m on average, however straight the map looks: "
-        "bare corridors do not determine distances, and {:.0f} m from {} to {} were driven without "
-        "coming back to an earlier place. Return to earlier places more often, or drive the route "
-        "a second time",
+        "the measurements allow errors of about {:.1f} m on average, however straight the map "
+        "looks: bare corridors do not determine distances, and {:.0f} m from {} to {} were driven "
+        "without coming back to an earlier place. Return to earlier places more often, or drive "
+        "the route a second time",
         made.uncertain / 1000, made.without_loop.distance / 1000, place(made.without_loop.begin),
         place(made.without_loop.end)));
   return all;

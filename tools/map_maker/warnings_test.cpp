@@ -37,8 +37,17 @@ TEST(MapWarnings, AMapThatIsBentEvenlyIsUncertain) {
   made.uncertain = 2400;
   made.without_loop = {.distance = 120000, .begin = {1000, 0}, .end = {0, -5000}};
   const std::string text = only_warning(made);
-  EXPECT_NE(text.find("errors of 2.4 m"), std::string::npos) << text;
+  EXPECT_NE(text.find("errors of about 2.4 m"), std::string::npos) << text;
   EXPECT_NE(text.find("120 m from x 0.0, y 1.0 to x -5.0, y 0.0"), std::string::npos) << text;
+}
+
+TEST(MapWarnings, LongDrivesMayBeLessCertain) {
+  auto made = good();
+  made.distance = 1'900'000;
+  made.uncertain = 1900;
+  EXPECT_TRUE(warnings(made, {}, "").empty());
+  made.uncertain = 1901;
+  EXPECT_FALSE(only_warning(made).empty());
 }
 
 TEST(MapWarnings, LoopsThatContradictEachOtherAreReported) {
