@@ -58,6 +58,8 @@ class RoutePlanner {
   Result<void> replan(const PathReplanData& from);
   void set_layer(i32 layer) { settings_.layer = layer; }
   [[nodiscard]] i32 layer() const { return settings_.layer; }
+  // Without a map: nothing.
+  [[nodiscard]] const FreeSpace* map() const { return has_map_ ? &map_ : nullptr; }
 
  private:
   Result<void> make_route();
