@@ -1,8 +1,9 @@
 // Simulated pedestrians. Each has a destination, walks to it along the roadmap, keeps to the right
 // where there is room, pauses, and chooses another destination. Five times a second it checks the
 // path ahead: for another person, a robot or an obstacle it steps aside, waits, turns around, and
-// finally walks to any free place near it; from a robot that comes too near it steps back, also during a pause. It overlooks some
-// robots and walks into them. A person never moves to a place without room.
+// finally walks to any free place near it; from a robot that comes too near it steps back, also
+// during a pause. It overlooks some robots and walks into them. A person never moves to a place
+// without room.
 #pragma once
 
 #include <array>
