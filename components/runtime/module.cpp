@@ -23,6 +23,7 @@
 #include "components/runtime/logic/life_cycle.h"
 #include "components/runtime/logic/repeats.h"
 #include "components/runtime/real_time_watch.h"
+#include "components/runtime/worker.h"
 #include "os/clock.h"
 #include "os/environment.h"
 #include "os/file.h"
@@ -99,7 +100,8 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
         parameters_(module.parameters_),
         log_(module.log_),
         mutex_(module.mutex_),
-        manager_(tims::os::ServiceManager::of_environment()) {}
+        manager_(tims::os::ServiceManager::of_environment()),
+        worker_(std::string(info_.program.substr(0, 14)) + "W") {}
 
   Result<void> start(const Arguments& arguments);
   void wait_for_end();
@@ -107,6 +109,7 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
   void notify(std::string_view what, std::string_view name, const std::string& value);
   [[nodiscard]] Status status() const;
   [[nodiscard]] bool wants_on() const;
+  Result<void> later(const tims::MessageView& command, Work work);
 
   tims::Address address_{};
   std::optional<tims::Session> session_;
@@ -123,6 +126,7 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
 
   void command_task();
   void on_command(const tims::MessageView& message);
+  void take_result(const tims::Header& request, const Result<void>& done);
   void set_parameters(const tims::MessageView& message);
   void turn_on(const tims::Header& request);
   void turn_off(const tims::Header& request);
@@ -139,6 +143,7 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
   void apply(const LifeCycle::Change& change, const tims::Error* why);
   void report_failure(const char* what, const std::string& why);
   void report_refusal(const tims::Header& request, const std::string& why);
+  [[nodiscard]] RefusalLog::Verdict judge(const tims::Header& request, const std::string& why);
   void report_settled();
   void report_status(std::string_view status, const tims::Error* why = nullptr);
   Result<void> watched_loop();
@@ -155,9 +160,10 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
   std::atomic<TimeStamp> state_since_ = TimeStamp(0);
   RealTimeWatch watch_;  // watches the data task
   FailureLog failures_;  // used by the data task
-  RefusalLog refusals_;  // used by the command task
+  RefusalLog refusals_;  // protected by mutex_
   std::optional<Thread> command_thread_;
   std::optional<Thread> data_thread_;
+  Worker worker_;
 };
 
 Module::Module(const ModuleInfo& info)
@@ -332,6 +338,7 @@ void Module::Runtime::end() {
   // Wakes the command task; has no receiver for an answer.
   if (command_mailbox_) (void)command_mailbox_->send({.dest = address_, .type = tims::type::kOk});
   command_thread_.reset();
+  for (const tims::Header& request : worker_.stop()) refuse(request, "the component is stopping");
   data_thread_.reset();
   if (!command_mailbox_) return;
   module_.module_cleanup();
@@ -472,10 +479,23 @@ void Module::Runtime::on_command(const tims::MessageView& message) {
     default:
       break;
   }
-  const auto done = module_.module_command(message);
-  if (done || header.type <= 0) return;
-  report_refusal(header, text_of(done.error()));
-  refuse(header, text_of(done.error()));
+  take_result(header, module_.module_command(message));
+}
+
+void Module::Runtime::take_result(const tims::Header& request, const Result<void>& done) {
+  if (done || request.type <= 0) return;
+  report_refusal(request, text_of(done.error()));
+  refuse(request, text_of(done.error()));
+}
+
+Result<void> Module::later(const tims::MessageView& command, Work work) {
+  return runtime_->later(command, std::move(work));
+}
+
+Result<void> Module::Runtime::later(const tims::MessageView& command, Work work) {
+  return worker_.add(command.header, [this, request = command.header, work = std::move(work)] {
+    take_result(request, work(request));
+  });
 }
 
 // A reason is written once and then counted. Requests to a component that is off are normal, for
@@ -483,10 +503,15 @@ void Module::Runtime::on_command(const tims::MessageView& message) {
 void Module::Runtime::report_refusal(const tims::Header& request, const std::string& why) {
   const std::string what = name_of_command(request);
   if (!module_.is_on()) return log_.info("{} from {}: {}", what, request.src, why);
-  const RefusalLog::Verdict verdict = refusals_.take(tims::os::now(), request, why);
+  const RefusalLog::Verdict verdict = judge(request, why);
   if (!verdict.write) return;
   if (verdict.repeats == 0) return log_.warning("{} from {}: {}", what, request.src, why);
   log_.warning("{} from {}: {} ({} more times since)", what, request.src, why, verdict.repeats);
+}
+
+RefusalLog::Verdict Module::Runtime::judge(const tims::Header& request, const std::string& why) {
+  const std::lock_guard lock(mutex_);
+  return refusals_.take(tims::os::now(), request, why);
 }
 
 void Module::Runtime::turn_on(const tims::Header& request) {
