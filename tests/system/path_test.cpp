@@ -327,7 +327,7 @@ TEST_F(PathTest, ThePilotAnswersWhileAPathIsPlanned) {
   ASSERT_TRUE(work_->send({.dest = pilot,
                            .type = rack::PilotType::kSetDestination,
                            .seq_nr = 1,
-                           .flags = flag::kReportReason},
+                           .report_reason = true},
                           body));
   ASSERT_TRUE(eventually([&] { return path.is_asked(); }, "the destination is forwarded"));
   ASSERT_TRUE(work_->send({.dest = pilot, .type = rack::PilotType::kGetStatus, .seq_nr = 2}));
