@@ -100,8 +100,7 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
         parameters_(module.parameters_),
         log_(module.log_),
         mutex_(module.mutex_),
-        manager_(tims::os::ServiceManager::of_environment()),
-        worker_(std::string(info_.program.substr(0, 14)) + "W") {}
+        manager_(tims::os::ServiceManager::of_environment()) {}
 
   Result<void> start(const Arguments& arguments);
   void wait_for_end();
@@ -109,7 +108,7 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
   void notify(std::string_view what, std::string_view name, const std::string& value);
   [[nodiscard]] Status status() const;
   [[nodiscard]] bool wants_on() const;
-  Result<void> later(const tims::MessageView& command, Work work);
+  void take_result(const tims::Header& request, const Result<void>& done);
 
   tims::Address address_{};
   std::optional<tims::Session> session_;
@@ -119,6 +118,7 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
   tims::Time next_period_{};
   std::atomic<bool> stopping_ = false;
   tims::os::File stop_;  // eventfd
+  std::optional<Worker> worker_;
 
  private:
   Result<void> connect(const std::string& router);
@@ -126,7 +126,6 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
 
   void command_task();
   void on_command(const tims::MessageView& message);
-  void take_result(const tims::Header& request, const Result<void>& done);
   void set_parameters(const tims::MessageView& message);
   void turn_on(const tims::Header& request);
   void turn_off(const tims::Header& request);
@@ -143,7 +142,6 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
   void apply(const LifeCycle::Change& change, const tims::Error* why);
   void report_failure(const char* what, const std::string& why);
   void report_refusal(const tims::Header& request, const std::string& why);
-  [[nodiscard]] RefusalLog::Verdict judge(const tims::Header& request, const std::string& why);
   void report_settled();
   void report_status(std::string_view status, const tims::Error* why = nullptr);
   Result<void> watched_loop();
@@ -163,7 +161,6 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
   RefusalLog refusals_;  // protected by mutex_
   std::optional<Thread> command_thread_;
   std::optional<Thread> data_thread_;
-  Worker worker_;
 };
 
 Module::Module(const ModuleInfo& info)
@@ -304,6 +301,7 @@ Result<void> Module::Runtime::start_tasks(std::optional<tims::Address> held_off_
     settings.priority = 0;
     return thread->start(settings, body);
   };
+  worker_.emplace(parameters_.program().substr(0, 14) + "W");
   if (auto good = start_task(command_thread_, "C", command_priority, &Runtime::command_task); !good)
     return good;
   return start_task(data_thread_, "D", data_priority, &Runtime::data_task);
@@ -338,7 +336,9 @@ void Module::Runtime::end() {
   // Wakes the command task; has no receiver for an answer.
   if (command_mailbox_) (void)command_mailbox_->send({.dest = address_, .type = tims::type::kOk});
   command_thread_.reset();
-  for (const tims::Header& request : worker_.stop()) refuse(request, "the component is stopping");
+  if (worker_)
+    for (const tims::Header& request : worker_->stop())
+      refuse(request, "the component is stopping");
   data_thread_.reset();
   if (!command_mailbox_) return;
   module_.module_cleanup();
@@ -489,13 +489,10 @@ void Module::Runtime::take_result(const tims::Header& request, const Result<void
 }
 
 Result<void> Module::later(const tims::MessageView& command, Work work) {
-  return runtime_->later(command, std::move(work));
-}
-
-Result<void> Module::Runtime::later(const tims::MessageView& command, Work work) {
-  return worker_.add(command.header, [this, request = command.header, work = std::move(work)] {
-    take_result(request, work(request));
-  });
+  return runtime_->worker_->add(
+      command.header, [runtime = runtime_.get(), request = command.header, work = std::move(work)] {
+        runtime->take_result(request, work(request));
+      });
 }
 
 // A reason is written once and then counted. Requests to a component that is off are normal, for
@@ -503,15 +500,14 @@ Result<void> Module::Runtime::later(const tims::MessageView& command, Work work)
 void Module::Runtime::report_refusal(const tims::Header& request, const std::string& why) {
   const std::string what = name_of_command(request);
   if (!module_.is_on()) return log_.info("{} from {}: {}", what, request.src, why);
-  const RefusalLog::Verdict verdict = judge(request, why);
+  RefusalLog::Verdict verdict;
+  {
+    const std::lock_guard lock(mutex_);
+    verdict = refusals_.take(tims::os::now(), request, why);
+  }
   if (!verdict.write) return;
   if (verdict.repeats == 0) return log_.warning("{} from {}: {}", what, request.src, why);
   log_.warning("{} from {}: {} ({} more times since)", what, request.src, why, verdict.repeats);
-}
-
-RefusalLog::Verdict Module::Runtime::judge(const tims::Header& request, const std::string& why) {
-  const std::lock_guard lock(mutex_);
-  return refusals_.take(tims::os::now(), request, why);
 }
 
 void Module::Runtime::turn_on(const tims::Header& request) {

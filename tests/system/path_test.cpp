@@ -324,11 +324,9 @@ TEST_F(PathTest, ThePilotAnswersWhileAPathIsPlanned) {
   const Address pilot = *Address::parse(kPilot);
   std::vector<std::byte> body(rack::wire_size<rack::PilotDestData>());
   ASSERT_TRUE(rack::encode(rack::PilotDestData{}, body));
-  ASSERT_TRUE(work_->send({.dest = pilot,
-                           .type = rack::PilotType::kSetDestination,
-                           .seq_nr = 1,
-                           .report_reason = true},
-                          body));
+  ASSERT_TRUE(work_->send(
+      {.dest = pilot, .type = rack::PilotType::kSetDestination, .seq_nr = 1, .report_reason = true},
+      body));
   ASSERT_TRUE(eventually([&] { return path.is_asked(); }, "the destination is forwarded"));
   ASSERT_TRUE(work_->send({.dest = pilot, .type = rack::PilotType::kGetStatus, .seq_nr = 2}));
   const auto next = [this] {
