@@ -229,6 +229,8 @@ class PathRddf : public DataModule<PathData> {
               layer_ = command.layer;
               return {};
             });
+      case PathType::kGetDbgGridmap:
+        return later(message, [this](const tims::Header& request) { return send_map(request); });
       case PathType::kGetLayer:
         reply(message.header, PathType::kLayer, PathLayerData{layer_.load()});
         return {};
@@ -247,6 +249,17 @@ class PathRddf : public DataModule<PathData> {
                             const std::lock_guard lock(state_mutex_);
                             return act(command, sender);
                           });
+  }
+  Result<void> send_map(const tims::Header& request) {
+    if (!is_on()) return not_on();
+    GridMapData map;
+    {
+      const std::lock_guard lock(state_mutex_);
+      if (planner_.map() == nullptr) return refused("it plans without a map: set mapFile");
+      map = planner_.map()->message();
+    }
+    reply(request, PathType::kDbgGridmap, map);
+    return {};
   }
   static Result<void> not_on() { return refused("the path component is off; turn it on first"); }
 

@@ -33,8 +33,8 @@ struct RouteSettings {
 
 struct PlanningMap {
   FreeSpace space{};
-  bool is_known =
-      true;  // false: there is no map; `space` is empty and has the size of the free area
+  // False: there is no map; `space` is empty and has the size of the free area.
+  bool is_known = true;
 };
 
 class RoutePlanner {
@@ -64,6 +64,8 @@ class RoutePlanner {
   Result<void> replan(const PathReplanData& from);
   void set_layer(i32 layer) { settings_.layer = layer; }
   [[nodiscard]] i32 layer() const { return settings_.layer; }
+  // Without a map: nothing.
+  [[nodiscard]] const FreeSpace* map() const { return map_.is_known ? &map_.space : nullptr; }
 
  private:
   Result<void> make_route();
