@@ -345,7 +345,7 @@ class DriverAnswers : public AnswersTest {
       if (!driver.is_part) {
         std::vector<std::string> arguments = driver.arguments;
         arguments.insert(arguments.end(),
-                         {"--instance=" + std::to_string(++instance), "--errorTimeout=10"});
+                         {"--instance=" + std::to_string(++instance), "--errorTimeout=100"});
         start(driver.name, arguments);
       }
       const std::uint32_t number = driver.is_part ? 0 : instance;
