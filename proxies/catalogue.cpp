@@ -57,6 +57,7 @@ constexpr MessageInfo kFramework[] = {
     {kEveryClass, type::kParamEffects, "PARAM_EFFECTS", kBody<ParameterEffects>},
     {kEveryClass, type::kRuntime, "RUNTIME", kBody<RuntimeData>},
     {kEveryClass, type::kListeners, "LISTENERS", kBody<ListenersData>},
+    {kEveryClass, type::kDescription, "DESCRIPTION", kBody<DescriptionPage>},
     {kEveryClass, type::kOn, "ON"},
     {kEveryClass, type::kOff, "OFF"},
     {kEveryClass, type::kGetStatus, "GET_STATUS"},
@@ -69,6 +70,7 @@ constexpr MessageInfo kFramework[] = {
     {kEveryClass, type::kGetParamEffects, "GET_PARAM_EFFECTS"},
     {kEveryClass, type::kGetRuntime, "GET_RUNTIME"},
     {kEveryClass, type::kGetListeners, "GET_LISTENERS"},
+    {kEveryClass, type::kGetDescription, "GET_DESCRIPTION", kBody<DescriptionRequest>},
 };
 
 // --- sensors and actuators

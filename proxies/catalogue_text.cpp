@@ -6,6 +6,7 @@
 
 #include "base/text.h"
 #include "proxies/struct_json.h"
+#include "proxies/value_names.h"
 #include "rack/codec/message_text.h"
 #include "tims/address.h"
 
@@ -32,6 +33,15 @@ void append_class(std::string& out, u32 class_id) {
   out += ", \"messages\": [";
   append_messages(out, messages_of(class_id), 6);
   out += "]}";
+}
+
+void append_names(std::string& out, std::span<const ValueName> names) {
+  out += '{';
+  for (const ValueName& name : names) {
+    append_quoted(out += &name == names.data() ? "" : ", ", name.name);
+    out += ": " + std::to_string(name.value);
+  }
+  out += '}';
 }
 
 // --- TypeScript
@@ -111,6 +121,14 @@ std::string catalogue_json() {
   append_messages(out, messages_of(kEveryClass), 4);
   out += "],\n  \"classes\": [";
   for (u32 id = 0; id < kOwnClassesEnd; ++id) append_class(out, id);
+  out += "],\n  \"values\": [";
+  for (const FieldValues& field : field_values()) {
+    append_quoted(out += out.ends_with('[') ? "\n    {\"field\": " : ",\n    {\"field\": ",
+                  field.field);
+    append_names(out += ", \"names\": ", field.values);
+    append_names(out += ", \"flags\": ", field.flags);
+    out += '}';
+  }
   return out += "]\n}\n";
 }
 

@@ -1,5 +1,6 @@
 #include "proxies/catalogue_text.h"
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <set>
@@ -7,8 +8,8 @@
 
 #include <gtest/gtest.h>
 
-#include "base/text.h"
-#include "rack/codec/message_text.h"
+#include "proxies/struct_json.h"
+#include "proxies/value_names.h"
 
 namespace rack {
 namespace catalogue_text_test {
@@ -36,6 +37,24 @@ TEST(CatalogueText, DescribesTails) {
   EXPECT_NE(
       json.find(R"({"name": "vx", "type": "i32", "unit": "mm/s", "si_unit": "m/s", "si": 0.001})"),
       std::string::npos);
+}
+
+TEST(CatalogueText, NamesOfNumbersBelongToFields) {
+  StructsThere there;
+  std::string ignored;
+  for (const Schema* schema : own_bodies()) append_struct(ignored, there, *schema);
+  for (const FieldValues& values : field_values()) {
+    const auto exists = [&](const Schema* schema) {
+      return std::ranges::any_of(schema->fields, [&](const SchemaField& field) {
+        return values.field == std::string(schema->name) + "." + std::string(field.name);
+      });
+    };
+    EXPECT_TRUE(std::ranges::any_of(there, exists)) << values.field;
+  }
+  const std::string json = catalogue_json();
+  EXPECT_NE(json.find(R"({"field": "GpsData.mode", "names": {"invalid": 0, "2D": 1, "3D": 2}, )"
+                      R"("flags": {"differential": 16, "estimated": 32}})"),
+            std::string::npos);
 }
 
 TEST(CatalogueText, TypesOfEveryKindOfField) {

@@ -109,15 +109,11 @@ class Vectors {
   void add(const Schema& schema, std::endian order) {
     order_ = order;
     const auto body = body_of(schema);
-    append(schema, body);
-    for (std::size_t size = 0; size < body.size(); ++size) {
-      const auto cut = std::span(body).first(size);
-      if (read_value(schema, cut, order)) append(schema, cut);
-    }
+    append_with_truncations(schema, body);
     for (int i = 0; i < kDamaged && !body.empty(); ++i) {
       auto damaged = body;
       damaged.at(arbitrary_.below(body.size())) = static_cast<std::byte>(arbitrary_.below(256));
-      append(schema, damaged);
+      append_with_truncations(schema, damaged);
     }
     auto longer = body;
     longer.push_back(std::byte{1});
@@ -127,6 +123,12 @@ class Vectors {
   std::string take() { return std::move(out_); }
 
  private:
+  void append_with_truncations(const Schema& schema, std::span<const std::byte> body) {
+    append(schema, body);
+    for (std::size_t size = 0; size < body.size(); ++size)
+      if (read_value(schema, body.first(size), order_)) append(schema, body.first(size));
+  }
+
   void append(const Schema& schema, std::span<const std::byte> body) {
     out_.append(schema.name).append(order_ == std::endian::little ? " little " : " big ");
     out_.append(body.empty() ? "-" : tims::base::to_hex(body)).append(" ");

@@ -279,10 +279,10 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   // A router without its console still carries messages, so the reason is only logged and shown.
   std::shared_ptr<const io::ConsoleFiles> load_console() {
     const config::Config::Http& http = configuration_.config.http;
-    if (!http.listen) return nullptr;
     std::string reason = "It is switched off: http.console is \"off\".";
-    if (http.console != "off") {
-      const std::string folder = http.console.empty() ? io::default_console_folder() : http.console;
+    if (http.listen && http.console != "off") {
+      const bool by_default = http.console.empty();
+      const std::string folder = by_default ? io::default_console_folder() : http.console;
       auto files = io::read_console(folder);
       if (files) {
         process_.console = folder;
@@ -291,7 +291,8 @@ class Program final : private core::RouterHooks, private io::AdminSource {
         return std::make_shared<const io::ConsoleFiles>(std::move(*files));
       }
       reason = files.error().detail();
-      if (!http.console.empty()) log_.warning("no console: " + reason + "; see http.console");
+      if (!by_default || ::access(folder.c_str(), F_OK) == 0)
+        log_.warning("no console: " + reason + "; see http.console");
     }
     return std::make_shared<const io::ConsoleFiles>(io::ConsoleFiles::without_console(reason));
   }

@@ -4,7 +4,7 @@ import type { ComponentType } from 'preact';
 import { useEffect, useErrorBoundary } from 'preact/hooks';
 import { LayoutMenu } from '../layouts/layout_menu';
 import { FleetPage } from '../pages/fleet_page';
-import { ConnectionBadge, ConnectionNotice } from '../ui/connection';
+import { ConnectionBadge, ConnectionNotice, ExposedNotice } from '../ui/connection';
 import { Icon, type IconName } from '../ui/icons';
 import { StopButton } from '../ui/stop_button';
 import { ThemeSwitch } from '../ui/theme';
@@ -63,6 +63,7 @@ export function App() {
         <ThemeSwitch />
         <StopButton />
       </header>
+      <ExposedNotice />
       <ConnectionNotice />
       <main id="content" tabIndex={-1} class={`page-${page}`}>
         <PageView key={`${page}/${rest[0] ?? ''}`} page={page} />

@@ -99,3 +99,21 @@ export function encodeNamed<K extends keyof Bodies & string>(
   const found = findMessage(ids.get(of!) ?? -1, message!)!;
   return { type: found.type, body: found.body?.encode(value as Fields) ?? new Uint8Array() };
 }
+
+interface Names {
+  field: string;
+  names: Record<string, number>;
+  flags: Record<string, number>;
+}
+
+const values = new Map((schema.values as unknown as Names[]).map((names) => [names.field, names]));
+
+// What a number stands for: valueName('GpsData.mode', 18) is "3D, differential". Undefined: it is a plain number.
+export function valueName(field: string, value: number): string | undefined {
+  const known = values.get(field);
+  if (known === undefined) return undefined;
+  const flags = Object.entries(known.flags).filter(([, bit]) => (value & bit) !== 0);
+  const rest = flags.reduce((left, [, bit]) => left & ~bit, value);
+  const name = Object.entries(known.names).find(([, number]) => number === rest)?.[0] ?? (rest === 0 ? '' : `${rest}`);
+  return [name, ...flags.map(([flag]) => flag)].filter((part) => part !== '').join(', ');
+}

@@ -12,6 +12,7 @@ import {
   findMessage,
   messagesOf,
   structOf,
+  valueName,
 } from './catalogue';
 import { shortFloat, toJson } from './json';
 import { bytesOfHex, type Fields, Struct } from './struct';
@@ -190,6 +191,16 @@ test('what is printed is short', () => {
   assert.equal(shortFloat(Math.fround(16777217)), 16777216);
   const move = structOf('ChassisMoveData');
   assert.equal(text(move.decode(bytesOfHex('0000000000000000cdcccc3d'), true), move), '{"vx":0,"vy":0,"omega":0.1}');
+});
+
+test('numbers that stand for something have names', () => {
+  assert.equal(valueName('CameraData.mode', 41), 'jpeg');
+  assert.equal(valueName('CameraData.mode', 99), '99');
+  assert.equal(valueName('GdosData.level', -125), 'error');
+  assert.equal(valueName('GpsData.mode', 18), '3D, differential');
+  assert.equal(valueName('ScanPoint.type', 0x90), 'invalid, reflector');
+  assert.equal(valueName('ScanPoint.type', 0x81), '1, reflector');
+  assert.equal(valueName('ChassisMoveData.vx', 1), undefined);
 });
 
 test('a description that is not complete is refused', () => {

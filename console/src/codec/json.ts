@@ -48,8 +48,11 @@ function quoted(text: string): string {
 // The shortest decimal number that is this float: 0.1, where the number of JavaScript is 0.10000000149011612.
 export function shortFloat(value: number): number {
   for (let digits = 0; digits < 8; ++digits) {
-    const short = Number(toEven(value, digits));
-    if (Math.fround(short) === value) return short;
+    const nearest = toEven(value, digits);
+    const [mantissa, exponent] = nearest.split('e');
+    // Below a power of two, floats are closer to each other than above, so that the nearest may not be the same float.
+    const above = `${(Number(mantissa) + Math.sign(value) * 10 ** -digits).toFixed(digits)}e${exponent}`;
+    for (const short of [Number(nearest), Number(above)]) if (Math.fround(short) === value) return short;
   }
   return Number(value.toExponential(8));
 }

@@ -61,6 +61,13 @@ export interface ListenersData {
   listeners: ListenerInfo[];
 }
 
+export interface DescriptionPage {
+  size: number;
+  offset: number;
+  textNum?: number;
+  text: string;
+}
+
 export interface GetDataRequest {
   recordingTime: number; // ms
 }
@@ -72,6 +79,11 @@ export interface GetContDataRequest {
 
 export interface StopContDataRequest {
   dataMbxAdr: number;
+}
+
+export interface DescriptionRequest {
+  offset: number;
+  bytesMax: number;
 }
 
 export interface CameraData {
@@ -760,9 +772,11 @@ export interface Structs {
   RuntimeData: RuntimeData;
   ListenerInfo: ListenerInfo;
   ListenersData: ListenersData;
+  DescriptionPage: DescriptionPage;
   GetDataRequest: GetDataRequest;
   GetContDataRequest: GetContDataRequest;
   StopContDataRequest: StopContDataRequest;
+  DescriptionRequest: DescriptionRequest;
   CameraData: CameraData;
   CameraFormatData: CameraFormatData;
   CameraParamData: CameraParamData;
@@ -849,29 +863,31 @@ export interface Structs {
 
 // Bodies by CLASS.MESSAGE; without a class, of the messages of every class.
 export interface Bodies {
-  OK: undefined;
-  ERROR: undefined;
-  TIMEOUT: undefined;
-  NOT_AVAILABLE: undefined;
-  ENABLED: undefined;
-  DISABLED: undefined;
-  CONT_DATA: ContDataReply;
-  PARAM: ParameterList;
-  PARAM_EFFECTS: ParameterEffects;
-  RUNTIME: RuntimeData;
-  LISTENERS: ListenersData;
-  ON: undefined;
-  OFF: undefined;
-  GET_STATUS: undefined;
-  GET_DATA: GetDataRequest;
-  GET_CONT_DATA: GetContDataRequest;
-  STOP_CONT_DATA: StopContDataRequest;
-  GET_NEXT_DATA: undefined;
-  GET_PARAM: undefined;
-  SET_PARAM: ParameterList;
-  GET_PARAM_EFFECTS: undefined;
-  GET_RUNTIME: undefined;
-  GET_LISTENERS: undefined;
+  'OK': undefined;
+  'ERROR': undefined;
+  'TIMEOUT': undefined;
+  'NOT_AVAILABLE': undefined;
+  'ENABLED': undefined;
+  'DISABLED': undefined;
+  'CONT_DATA': ContDataReply;
+  'PARAM': ParameterList;
+  'PARAM_EFFECTS': ParameterEffects;
+  'RUNTIME': RuntimeData;
+  'LISTENERS': ListenersData;
+  'DESCRIPTION': DescriptionPage;
+  'ON': undefined;
+  'OFF': undefined;
+  'GET_STATUS': undefined;
+  'GET_DATA': GetDataRequest;
+  'GET_CONT_DATA': GetContDataRequest;
+  'STOP_CONT_DATA': StopContDataRequest;
+  'GET_NEXT_DATA': undefined;
+  'GET_PARAM': undefined;
+  'SET_PARAM': ParameterList;
+  'GET_PARAM_EFFECTS': undefined;
+  'GET_RUNTIME': undefined;
+  'GET_LISTENERS': undefined;
+  'GET_DESCRIPTION': DescriptionRequest;
   'GDOS.DATA': GdosData;
   'GDOS.GET_LOG': undefined;
   'GDOS.LOG': GdosLogAddress;

@@ -81,5 +81,10 @@ function collect(struct: Struct, start: number, prefix: string, layout: Layout):
 
 function swap(bytes: Uint8Array, step: number, { swaps }: Layout): void {
   for (let element = 0; element < bytes.length; element += step)
-    for (const [at, size] of swaps) bytes.subarray(element + at, element + at + size).reverse();
+    for (const [at, size] of swaps)
+      for (let low = element + at, high = low + size - 1; low < high; ++low, --high) {
+        const byte = bytes[low]!;
+        bytes[low] = bytes[high]!;
+        bytes[high] = byte;
+      }
 }

@@ -6,6 +6,7 @@ import type { FeatureMapDataPoint, ObjRecogObject, WorldData } from '../codec/me
 import { command } from '../model/commands';
 import type { Robot } from '../model/fleet';
 import { types, wordBody } from '../tims/header';
+import { degrees, metres } from '../ui/quantities';
 import { firstOf } from './follow';
 import type { RobotScene } from './scene';
 import { distanceToLine, headingTo, type Point, type Pose } from './transform';
@@ -39,10 +40,23 @@ const sureDeviation = 500; // mm
 const obstacleRadius = 250; // mm
 const obstacleHeight = 1000;
 
+// The distance and the direction from one place to another.
+export function measured({ x, y, rho, end }: Spot): string {
+  return `${metres(Math.hypot(end.x - x, end.y - y))}, ${degrees((rho + 2 * Math.PI) % (2 * Math.PI))}`;
+}
+
 const turnHint = 'press at the place, and drag to where it shall look';
 const lineHint = 'press at one end, and drag to the other';
 
 export const actions: MapAction[] = [
+  {
+    name: 'measure',
+    title: 'Measure',
+    hint: 'press at one place, and drag to the other',
+    component: '',
+    repeats: true,
+    run: async (_, spot) => measured(spot),
+  },
   { name: 'goal', title: 'Send robot here', hint: turnHint, component: 'Pilot', run: sendRobot },
   { name: 'position', title: 'Robot is here', hint: turnHint, component: 'Position', run: setPosition },
   ...waypointActions(),

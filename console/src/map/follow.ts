@@ -3,6 +3,7 @@
 import type { Console } from '../app/console';
 import { classId, decodeData, decodeMessage } from '../codec/catalogue';
 import type { ChassisParamData } from '../codec/messages';
+import type { Elements } from '../codec/views';
 import type { Component, Robot } from '../model/fleet';
 import { decodeHeader, headerSize } from '../tims/header';
 import { planOf } from './plan';
@@ -16,7 +17,7 @@ interface PositionData {
 
 interface ScanData {
   refPos: Pose;
-  points: { x: number; y: number; type: number }[];
+  points: Elements;
 }
 
 interface PilotData {
@@ -34,9 +35,9 @@ type Take = (scene: RobotScene, data: never, now: number) => void;
 
 const periods = { fast: 66, normal: 200, slow: 1000 }; // ms
 
-const sources: { name: string; period: number; take: Take }[] = [
+const sources: { name: string; period: number; take: Take; elements?: boolean }[] = [
   { name: 'Position', period: periods.fast, take: takePosition as Take },
-  { name: 'Scan2d', period: periods.fast, take: takeScan as Take },
+  { name: 'Scan2d', period: periods.fast, take: takeScan as Take, elements: true },
   { name: 'Pilot', period: periods.normal, take: takePilot as Take },
   { name: 'Path', period: periods.slow, take: takePath as Take },
   { name: 'Mcl', period: periods.normal, take: takeMcl as Take },
@@ -47,14 +48,18 @@ const sources: { name: string; period: number; take: Take }[] = [
 // Returns what ends it. `changed` is called after every change.
 export function followRobot(console: Console, robot: Robot, scene: RobotScene, changed: () => void): () => void {
   const ends: (() => void)[] = [];
-  for (const { name, period, take } of sources) {
+  for (const { name, period, take, elements = false } of sources) {
     const component = firstOf(robot, name);
     if (component === undefined) continue;
     ends.push(
       console.client.subscribe(component.address, period, ({ message, at }) => {
         const header = decodeHeader(message);
         if (header === undefined) return;
-        take(scene, decodeData(component.classId, message.subarray(headerSize), header.flags) as never, at);
+        take(
+          scene,
+          decodeData(component.classId, message.subarray(headerSize), header.flags, { elements }) as never,
+          at,
+        );
         changed();
       }),
     );

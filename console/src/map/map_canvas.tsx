@@ -2,11 +2,11 @@
 
 import { useEffect, useRef } from 'preact/hooks';
 import { isDark } from '../ui/theme';
-import type { Spot } from './actions';
+import { measured, type Spot } from './actions';
 import { mapColours } from './colours';
 import { type Layers, paintMap, paintWaypoints } from './paint';
 import { PointBuffer } from './points';
-import type { RobotScene } from './scene';
+import type { Plan, RobotScene } from './scene';
 import { headingTo, type Point, panned, type Size, toScreen, toWorld, type View, viewOf, zoomed } from './transform';
 import { Waypoints } from './waypoints';
 
@@ -22,6 +22,7 @@ export interface MapModel {
   // A place that is being chosen.
   draft: Spot | undefined;
   waypoints: Waypoints;
+  background: Plan | undefined;
   changed: boolean;
 }
 
@@ -35,6 +36,7 @@ export function newMapModel(layers: Layers): MapModel {
     layers,
     draft: undefined,
     waypoints: new Waypoints(),
+    background: undefined,
     changed: true,
   };
 }
@@ -105,9 +107,10 @@ function drawEachFrame(element: HTMLCanvasElement, model: MapModel, size: Size):
     model.changed = false;
     drawnAt = now;
     follow(model, size);
+    element.dataset.scale = `${model.view.scale}`; // pixels a mm
     const colours = mapColours(element);
     const drawing = { context, points, size, ratio: devicePixelRatio, view: model.view, colours };
-    paintMap(drawing, [...model.scenes.values()], model.layers, now);
+    paintMap(drawing, [...model.scenes.values()], model.layers, now, model.background);
     paintWaypoints(drawing, model.waypoints.list.value);
     if (model.draft !== undefined) paintDraft(context, model, size, colours.goal);
   };
@@ -142,6 +145,10 @@ function paintDraft(context: CanvasRenderingContext2D, { view, draft }: MapModel
   context.moveTo(at.x, at.y);
   context.lineTo(at.x + 36 * Math.sin(angle), at.y - 36 * Math.cos(angle));
   context.stroke();
+  context.fillStyle = colour;
+  context.font = '600 13px system-ui, sans-serif';
+  context.textAlign = 'left';
+  context.fillText(measured(draft), at.x + 12, at.y + 18);
 }
 
 export function moveByKey(model: MapModel, key: string): boolean {

@@ -1,8 +1,9 @@
 // Draws a map: grid, walls, and for each robot its trail, path, particles, scan, objects, goal and hull.
 
 import type { MapColours } from './colours';
+import { eachEcho, pointType } from './echoes';
 import { type PointBuffer, pixelOf } from './points';
-import type { Hull, RobotScene, Spline } from './scene';
+import type { Hull, Plan, RobotScene, Spline } from './scene';
 import { gridStep, type Point, type Pose, placed, type Size, toScreen, toWorld, type View } from './transform';
 
 export interface Layers {
@@ -39,20 +40,23 @@ export interface Drawing {
 const gridPixels = 60;
 const staleTime = 3000; // ms
 export const unknownDeviation = 50_000; // mm: from here on a position is a guess
-const classMask = 3;
-const movingPoint = 3;
-const reflectorBit = 0x80;
-const invalidBits = 0x10 | 0x20; // invalid, or beyond the range
 
-export function paintMap(drawing: Drawing, scenes: RobotScene[], layers: Layers, now: number): void {
+export function paintMap(
+  drawing: Drawing,
+  scenes: RobotScene[],
+  layers: Layers,
+  now: number,
+  background: Plan | undefined,
+): void {
   const { context, size, ratio, colours, points } = drawing;
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
   context.fillStyle = colours.ground;
   context.fillRect(0, 0, size.width, size.height);
+  if (background !== undefined) paintPlan(drawing, background, true);
   if (layers.grid) paintGrid(drawing);
   points.resize(Math.round(size.width * ratio), Math.round(size.height * ratio));
   points.clear();
-  if (layers.map) for (const scene of scenes) paintPlan(drawing, scene);
+  if (layers.map) for (const { plan } of scenes) if (plan !== undefined) paintPlan(drawing, plan, false);
   for (const scene of scenes) {
     if (layers.walls) paintWalls(drawing, scene);
     if (layers.trail) paintLine(drawing, scene.trail, robotColour(colours, scene.system), 1, 0.5);
@@ -125,15 +129,14 @@ function paintScale({ context, view, size, colours }: Drawing): void {
   context.fillText(step >= 1e6 ? `${step / 1e6} km` : `${step / 1000} m`, x + 4, y - 5);
 }
 
-function paintPlan({ context, view, size, ratio }: Drawing, { plan }: RobotScene): void {
-  if (plan === undefined) return;
+function paintPlan({ context, view, size, ratio }: Drawing, plan: Plan, smooth: boolean): void {
   const corner = toScreen(view, size, { x: plan.north, y: plan.west });
   const right = toScreen(view, size, { x: plan.north, y: plan.west + plan.cell });
   const down = toScreen(view, size, { x: plan.north - plan.cell, y: plan.west });
   context.save();
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
   context.transform(right.x - corner.x, right.y - corner.y, down.x - corner.x, down.y - corner.y, corner.x, corner.y);
-  context.imageSmoothingEnabled = false;
+  context.imageSmoothingEnabled = smooth;
   context.drawImage(plan.picture, 0, 0);
   context.restore();
 }
@@ -196,13 +199,13 @@ function addScan({ points, view, size, ratio, colours }: Drawing, { scan }: Robo
   const reflector = pixelOf(colours.reflector);
   const moving = pixelOf(colours.moving);
   const width = Math.round(Math.min(4, Math.max(2, view.scale * 40)) * ratio);
-  for (const point of scan.points) {
-    if ((point.type & invalidBits) !== 0) continue;
+  eachEcho(scan.points, (forward, right, type) => {
+    const point = { x: forward, y: right };
     const { x, y } = toScreen(view, size, scan.isAbsolute ? point : placed(scan.pose, point));
-    const colour =
-      (point.type & reflectorBit) !== 0 ? reflector : (point.type & classMask) === movingPoint ? moving : plain;
+    const isMoving = (type & pointType.classMask) === pointType.moving;
+    const colour = (type & pointType.reflector) !== 0 ? reflector : isMoving ? moving : plain;
     points.add(x * ratio, y * ratio, colour, width);
-  }
+  });
 }
 
 // The points that are not sent yet, joined in their order.

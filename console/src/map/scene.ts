@@ -1,11 +1,12 @@
 // What a map shows of one robot: the newest data of its components, and where it has been.
 
+import type { Elements } from '../codec/views';
 import type { Pose } from './transform';
 
 export interface ScanPoints {
   pose: Pose; // of the robot when the scan arrived
   isAbsolute: boolean; // the points are in the world's frame already
-  points: { x: number; y: number; type: number }[];
+  points: Elements;
 }
 
 export interface Spline {

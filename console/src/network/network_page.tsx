@@ -5,11 +5,13 @@ import { Events } from './events';
 import { ExplainForm } from './explain_form';
 import { Links } from './links';
 import { Routers } from './routers';
+import { TraceForm } from './trace_form';
 
 const tabs = [
   ['routers', 'Routers', Routers],
   ['links', 'Links', Links],
   ['explain', 'Explain', ExplainForm],
+  ['trace', 'Trace', TraceForm],
   ['events', 'Events', Events],
 ] as const;
 

@@ -53,6 +53,15 @@ export interface RouteAnswer {
   outcome?: string;
 }
 
+export interface HopRecord {
+  router: string;
+  time: string;
+  hop: number;
+  from: NamedAddress;
+  to: NamedAddress;
+  waited_s: number | null;
+}
+
 export interface EventItem {
   seq: number;
   time: string;

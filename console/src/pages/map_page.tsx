@@ -5,6 +5,7 @@ import { useEffect, useMemo } from 'preact/hooks';
 import { useConsole } from '../app/console';
 import { route } from '../app/route';
 import { actions, type Spot } from '../map/actions';
+import { BackgroundMenu } from '../map/background_menu';
 import { firstOf, followRobot } from '../map/follow';
 import { type Centre, MapCanvas, newMapModel, zoom } from '../map/map_canvas';
 import { allLayers, type Layers, unknownDeviation } from '../map/paint';
@@ -119,7 +120,7 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
           >
             <option value="">move the map</option>
             {actions
-              .filter(({ component }) => selected !== undefined && firstOf(selected, component) !== undefined)
+              .filter(({ component }) => selected !== undefined && (component === '' || firstOf(selected, component)))
               .map(({ name, title }) => (
                 <option key={name} value={name}>
                   {title}
@@ -138,6 +139,7 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
           </button>
         )}
         <span class="grow" />
+        <BackgroundMenu model={model} />
         <LayerMenu layers={layers.value} change={(value) => (layers.value = value)} />
         <button type="button" aria-label="Zoom in" onClick={() => zoom(model, 1.5)}>
           <Icon name="plus" />

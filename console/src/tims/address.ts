@@ -48,6 +48,6 @@ export function componentOf(address: number, widths: Widths): number {
 
 export function addressText(address: number, widths: Widths, className: (id: number) => string | undefined): string {
   const { system, classId, instance, local } = fieldsOf(address, widths);
-  const name = className(classId) ?? `unknown[${classId.toString(16).padStart(2, '0')}]`;
+  const name = className(classId) ?? `unknown[${classId.toString(16)}]`;
   return `${name}(${system}/${instance})${local === 0 ? '' : `:${local}`}`;
 }

@@ -2,7 +2,7 @@
 
 import { type ReadonlySignal, type Signal, signal } from '@preact/signals';
 import type { Answer } from './calls';
-import { types } from './header';
+import { flags, types } from './header';
 import type { StickPosition } from './joystick';
 import type { Sample } from './newest';
 import type { RouterInfo } from './socket';
@@ -19,6 +19,7 @@ export interface Connection {
 export type SampleReceiver = (sample: Sample) => void;
 
 const callTime = 2000;
+const hopTime = 300; // for records that come later than the answer
 
 interface Pending {
   resolve: (answer: Answer) => void;
@@ -38,6 +39,7 @@ export class Client {
   private readonly receivers = new Map<number, Map<number, SampleReceiver>>();
   private readonly pending = new Map<number, Pending>();
   private nextId = 1;
+  private onHop: ((record: string) => void) | undefined;
 
   constructor(
     private readonly worker: Worker,
@@ -58,6 +60,28 @@ export class Client {
 
   call(dest: number, type: number, body = new Uint8Array(), timeout = callTime): Promise<Answer> {
     return this.answered((id) => ({ do: 'call', id, dest, type, body, timeout }));
+  }
+
+  // The records of the routers on the route of a message, in the order of their hops, and whether it was answered.
+  async trace(dest: number): Promise<{ hops: string[]; answered: boolean }> {
+    const hops: string[] = [];
+    this.onHop = (record) => hops.push(record);
+    const traced = flags.trace | flags.reportReason;
+    const answered = await this.answered((id) => ({
+      do: 'call',
+      id,
+      dest,
+      type: types.getStatus,
+      body: new Uint8Array(),
+      timeout: callTime,
+      flags: traced,
+    })).then(
+      ({ type }) => type !== types.notAvailable,
+      () => false,
+    );
+    await new Promise((resolve) => setTimeout(resolve, hopTime));
+    this.onHop = undefined;
+    return { hops, answered };
   }
 
   send(dest: number, type: number, body = new Uint8Array()): void {
@@ -144,6 +168,9 @@ export class Client {
         break;
       case 'stream':
         (this.streamState(event.component) as Signal<StreamState | undefined>).value = event.state;
+        break;
+      case 'hop':
+        this.onHop?.(event.record);
         break;
       case 'text':
         this.onText?.(event.sender, event.type, event.flags, event.body);

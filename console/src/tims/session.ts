@@ -17,6 +17,7 @@ export type SessionEvent =
   | { is: 'sample'; sample: Sample }
   | { is: 'stream'; component: number; state: StreamState }
   | { is: 'stick'; address: number | undefined; why?: string }
+  | { is: 'hop'; record: string }
   | { is: 'text'; sender: number; type: number; flags: number; body: Uint8Array };
 
 export interface Request {
@@ -188,6 +189,7 @@ export class Session {
       this.post({ is: 'text', sender: header.src, type: header.type, flags: header.flags, body });
       return;
     }
+    if (header.type === types.hopRecord) return this.post({ is: 'hop', record: new TextDecoder().decode(body) });
     const answer = { type: header.type, flags: header.flags, body };
     if (this.calls.answer(header.src, header.sequence, answer)) return;
     this.streamAnswered(header, body, now);

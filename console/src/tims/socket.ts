@@ -13,6 +13,7 @@ export interface RouterInfo {
   epoch: string;
   version: string;
   widths: Widths;
+  exposed: string[]; // ports where anybody in the network can drive the robots
 }
 
 export interface Wire {
@@ -164,12 +165,13 @@ export class Socket {
 
 function routerInfo(body: Uint8Array): RouterInfo | undefined {
   try {
-    const { name, address, epoch, version, widths } = JSON.parse(new TextDecoder().decode(body));
+    const { name, address, epoch, version, widths, security } = JSON.parse(new TextDecoder().decode(body));
     return {
       name: String(name),
       address: Number(address.raw),
       epoch: String(epoch),
       version: String(version),
+      exposed: (security?.exposed ?? []).map(String),
       widths: {
         system: Number(widths[0]),
         classId: Number(widths[1]),

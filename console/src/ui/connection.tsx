@@ -17,6 +17,19 @@ export function ConnectionBadge() {
   );
 }
 
+// Until a fleet has keys, whoever reaches such a port can do what this page can.
+export function ExposedNotice() {
+  const { client } = useConsole();
+  const exposed = client.connection.value.router?.exposed ?? [];
+  if (exposed.length === 0) return null;
+  return (
+    <p class="notice bad exposed">
+      Anybody in this network can drive these robots: the router listens beyond its host ({exposed.join(', ')}), without
+      keys.
+    </p>
+  );
+}
+
 export function ConnectionNotice() {
   const { client } = useConsole();
   const { state, since, why } = client.connection.value;

@@ -5,6 +5,7 @@ import { useSignal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
 import { useConsole } from '../app/console';
 import { decodeMessage, encodeMessage } from '../codec/catalogue';
+import { describe, type ParameterDescription } from '../model/description';
 import type { Component } from '../model/fleet';
 import { types } from '../tims/header';
 
@@ -23,12 +24,13 @@ interface Change {
 }
 
 // When a new value takes effect.
-const takesEffectWords = ['', 'at the next ON', 'at the next start'];
+const effectWords = { now: '', on: 'at the next ON', start: 'at the next start' };
 
 export function Parameters({ component }: { component: Component }) {
   const { client } = useConsole();
   const parameters = useSignal<Parameter[] | undefined>(undefined);
-  const effects = useSignal<Map<string, number>>(new Map());
+  const descriptions = useSignal<Map<string, ParameterDescription>>(new Map());
+  const filter = useSignal('');
   const trouble = useSignal('');
   const changes = useSignal<Change[]>([]);
 
@@ -45,17 +47,14 @@ export function Parameters({ component }: { component: Component }) {
       trouble.value = (error as Error).message;
     }
   };
-  const loadEffects = async () => {
-    const answer = await client.call(component.address, types.getParamEffects);
-    if (answer.type !== types.paramEffects) return; // an original component
-    const list = decodeMessage(component.classId, types.paramEffects, answer.body, answer.flags) as {
-      effects: { name: string; takesEffect: number }[];
-    };
-    effects.value = new Map(list.effects.map(({ name, takesEffect }) => [name, takesEffect]));
-  };
   useEffect(() => {
     void load();
-    loadEffects().catch(() => {});
+    describe(client, component).then(
+      (description) => {
+        descriptions.value = new Map(description?.parameters.map((each) => [each.name, each]) ?? []);
+      },
+      () => {},
+    );
   }, [component.address]);
 
   const send = async (parameter: Parameter, text: string): Promise<void> => {
@@ -100,16 +99,27 @@ export function Parameters({ component }: { component: Component }) {
         </p>
       )}
       {parameters.value?.length === 0 && <p class="faint">It has no parameters.</p>}
+      <input
+        type="search"
+        placeholder="Filter"
+        aria-label="Filter parameters"
+        value={filter.value}
+        onInput={(event) => {
+          filter.value = event.currentTarget.value;
+        }}
+      />
       <table>
         <tbody>
-          {parameters.value?.map((parameter) => (
-            <ParameterRow
-              key={`${parameter.name}=${valueText(parameter)}`}
-              parameter={parameter}
-              effect={effects.value.get(parameter.name)}
-              set={(text) => set(parameter, text)}
-            />
-          ))}
+          {parameters.value
+            ?.filter(({ name }) => name.toLowerCase().includes(filter.value.toLowerCase()))
+            .map((parameter) => (
+              <ParameterRow
+                key={`${parameter.name}=${valueText(parameter)}`}
+                parameter={parameter}
+                description={descriptions.value.get(parameter.name)}
+                set={(text) => set(parameter, text)}
+              />
+            ))}
         </tbody>
       </table>
     </div>
@@ -118,11 +128,11 @@ export function Parameters({ component }: { component: Component }) {
 
 interface RowProperties {
   parameter: Parameter;
-  effect: number | undefined;
+  description: ParameterDescription | undefined;
   set: (text: string) => Promise<void>;
 }
 
-function ParameterRow({ parameter, effect, set }: RowProperties) {
+function ParameterRow({ parameter, description, set }: RowProperties) {
   const failure = useSignal('');
   const before = valueText(parameter);
   const change = async (text: string) => {
@@ -134,20 +144,40 @@ function ParameterRow({ parameter, effect, set }: RowProperties) {
       failure.value = (error as Error).message;
     }
   };
+  const { choices, unit, help } = description ?? {};
+  const isChanged = description?.default !== undefined && `${description.default}` !== before;
   return (
     <tr>
-      <th scope="row">{parameter.name}</th>
+      <th scope="row" title={help}>
+        {parameter.name}
+      </th>
       <td>
-        <input
-          aria-label={parameter.name}
-          inputMode={parameter.type === 1 ? 'text' : 'decimal'}
-          defaultValue={before}
-          onChange={(event) => void change(event.currentTarget.value)}
-          onKeyDown={(event) => {
-            if (event.key === 'Escape') event.currentTarget.value = before;
-          }}
-        />
-        {effect !== undefined && <span class="faint small"> {takesEffectWords[effect]}</span>}
+        {choices === undefined ? (
+          <input
+            aria-label={parameter.name}
+            inputMode={parameter.type === 1 ? 'text' : 'decimal'}
+            defaultValue={before}
+            onChange={(event) => void change(event.currentTarget.value)}
+            onKeyDown={(event) => {
+              if (event.key === 'Escape') event.currentTarget.value = before;
+            }}
+          />
+        ) : (
+          <select
+            aria-label={parameter.name}
+            value={before}
+            onChange={(event) => void change(event.currentTarget.value)}
+          >
+            {!choices.some(({ value }) => `${value}` === before) && <option value={before}>{before}</option>}
+            {choices.map(({ value, meaning }) => (
+              <option key={value} value={`${value}`}>
+                {value} {meaning}
+              </option>
+            ))}
+          </select>
+        )}{' '}
+        {unit}
+        <p class="faint small">{factsOf(description, isChanged)}</p>
         {failure.value !== '' && (
           <p class="bad small" role="alert">
             {failure.value}
@@ -157,6 +187,23 @@ function ParameterRow({ parameter, effect, set }: RowProperties) {
     </tr>
   );
 }
+
+// "0 to 10; default 5; at the next ON"
+function factsOf(description: ParameterDescription | undefined, isChanged: boolean): string {
+  if (description === undefined) return '';
+  const { min, max, takes_effect: effect = 'now', host_file: isFile, default: usual, choices } = description;
+  const isBounded = choices === undefined && min !== undefined && max !== undefined && max < unbounded;
+  return [
+    isBounded && min > -unbounded && `${min} to ${max}`,
+    isChanged && usual !== '' && `default ${usual}`,
+    effectWords[effect],
+    isFile && 'only from its own host',
+  ]
+    .filter(Boolean)
+    .join('; ');
+}
+
+const unbounded = 2147483647;
 
 function valueText({ type, valueInt, valueFloat, valueString }: Parameter): string {
   if (type === 0) return `${valueInt}`;

@@ -4,6 +4,7 @@ import { type ReadonlySignal, signal } from '@preact/signals';
 import { useEffect, useMemo } from 'preact/hooks';
 import { useConsole, widthsOf } from '../app/console';
 import { decodeData } from '../codec/catalogue';
+import type { DecodeOptions } from '../codec/struct';
 import { fieldsOf } from '../tims/address';
 import { decodeHeader, headerSize } from '../tims/header';
 
@@ -27,7 +28,12 @@ export interface Stream<Data> {
   trouble: ReadonlySignal<string | undefined>;
 }
 
-export function useStream<Data>(address: number | undefined, period = defaultPeriod): Stream<Data> {
+// `options`: a constant.
+export function useStream<Data>(
+  address: number | undefined,
+  period = defaultPeriod,
+  options?: DecodeOptions,
+): Stream<Data> {
   const console = useConsole();
   const value = useMemo(() => signal<StreamValue<Data> | undefined>(undefined), [address]);
   const trouble = useMemo(() => signal<string | undefined>(undefined), [address]);
@@ -39,7 +45,7 @@ export function useStream<Data>(address: number | undefined, period = defaultPer
       const header = decodeHeader(sample.message);
       if (header === undefined) return;
       try {
-        const data = decodeData(classId, sample.message.subarray(headerSize), header.flags) as Data;
+        const data = decodeData(classId, sample.message.subarray(headerSize), header.flags, options) as Data;
         value.value = { data, at: sample.at, received: sample.received, skipped: sample.skipped };
         trouble.value = undefined;
       } catch (error) {

@@ -1,36 +1,26 @@
 // A scan, seen from above in the robot's frame: forward is up.
 
 import { useEffect, useRef } from 'preact/hooks';
+import type { Elements } from '../codec/views';
 import { mapColours } from '../map/colours';
+import { eachEcho, pointType } from '../map/echoes';
 import { PointBuffer, pixelOf } from '../map/points';
-import { gridStep, type Point, type Size, toScreen, type View } from '../map/transform';
+import { gridStep, type Size, toScreen, type View } from '../map/transform';
 import { metres } from '../ui/quantities';
 import { isDark } from '../ui/theme';
-import { useStream } from '../ui/use_stream';
+import { defaultPeriod, useStream } from '../ui/use_stream';
 import { StreamBox, type ViewProperties } from './view';
-
-interface LadarPoint {
-  angle: number;
-  distance: number;
-  type: number;
-}
-
-interface ScanPoint extends Point {
-  type: number;
-}
 
 interface ScanData {
   maxRange: number;
-  points: (LadarPoint | ScanPoint)[];
+  points: Elements;
 }
 
-const invalid = 0x10;
-const beyondRange = 0x20;
-const reflector = 0x80;
+const options = { elements: true };
 const ringPixels = 40;
 
 export function ScanView({ component }: ViewProperties) {
-  const stream = useStream<ScanData>(component.address);
+  const stream = useStream<ScanData>(component.address, defaultPeriod, options);
   const canvas = useRef<HTMLCanvasElement>(null);
   const value = stream.value.value;
   const dark = isDark();
@@ -51,33 +41,21 @@ export function ScanView({ component }: ViewProperties) {
   );
 }
 
-function at(point: LadarPoint | ScanPoint): Point {
-  if ('distance' in point)
-    return { x: point.distance * Math.cos(point.angle), y: point.distance * Math.sin(point.angle) };
-  return point;
-}
-
-const isEcho = ({ type }: LadarPoint | ScanPoint) => (type & (invalid | beyondRange)) === 0;
-
 function nearest({ points }: ScanData): number | undefined {
-  let least: number | undefined;
-  for (const point of points) {
-    if (!isEcho(point)) continue;
-    const { x, y } = at(point);
+  let least = Number.POSITIVE_INFINITY;
+  eachEcho(points, (x, y) => {
     const distance = Math.hypot(x, y);
-    if (distance > 0 && (least === undefined || distance < least)) least = distance;
-  }
-  return least;
+    if (distance > 0) least = Math.min(least, distance);
+  });
+  return Number.isFinite(least) ? least : undefined;
 }
 
 // The farthest echo decides the scale, in steps, so that the picture does not breathe.
 function rangeOf({ points, maxRange }: ScanData): number {
   let farthest = 1000;
-  for (const point of points)
-    if (isEcho(point)) {
-      const { x, y } = at(point);
-      farthest = Math.max(farthest, Math.hypot(x, y));
-    }
+  eachEcho(points, (x, y) => {
+    farthest = Math.max(farthest, Math.hypot(x, y));
+  });
   const rounded = 1000 * Math.SQRT2 ** Math.ceil(2 * Math.log2(farthest / 1000));
   return maxRange > 0 ? Math.min(rounded, maxRange) : rounded;
 }
@@ -100,11 +78,10 @@ function paint(canvas: HTMLCanvasElement, data: ScanData): void {
   points.resize(canvas.width, canvas.height);
   const plain = pixelOf(colours.scan);
   const bright = pixelOf(colours.reflector);
-  for (const point of data.points) {
-    if (!isEcho(point)) continue;
-    const { x, y } = toScreen(view, size, at(point));
-    points.add(x * ratio, y * ratio, (point.type & reflector) !== 0 ? bright : plain, Math.round(2.5 * ratio));
-  }
+  eachEcho(data.points, (forward, right, type) => {
+    const { x, y } = toScreen(view, size, { x: forward, y: right });
+    points.add(x * ratio, y * ratio, (type & pointType.reflector) !== 0 ? bright : plain, Math.round(2.5 * ratio));
+  });
   context.setTransform(1, 0, 0, 1, 0, 0);
   points.paint(context);
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
