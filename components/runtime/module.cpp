@@ -143,7 +143,6 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
   void take_step(LifeCycle::Step step);
   void apply(const LifeCycle::Change& change, const tims::Error* why);
   void report_failure(const char* what, const std::string& why);
-  void report_refusal(const tims::Header& request, const std::string& why);
   void report_settled();
   void report_status(std::string_view status, const tims::Error* why = nullptr);
   Result<void> watched_loop();
@@ -502,12 +501,6 @@ void Module::Runtime::on_command(const tims::MessageView& message) {
   take_result(header, module_.module_command(message));
 }
 
-void Module::Runtime::take_result(const tims::Header& request, const Result<void>& done) {
-  if (done || request.type <= 0) return;
-  report_refusal(request, text_of(done.error()));
-  refuse(request, text_of(done.error()));
-}
-
 Result<void> Module::later(const tims::MessageView& command, Work work) {
   return runtime_->worker_->add(
       command.header, [runtime = runtime_.get(), request = command.header, work = std::move(work)] {
@@ -517,7 +510,10 @@ Result<void> Module::later(const tims::MessageView& command, Work work) {
 
 // A reason is written once and then counted. Requests to a component that is off are normal, for
 // example from graphical interfaces.
-void Module::Runtime::report_refusal(const tims::Header& request, const std::string& why) {
+void Module::Runtime::take_result(const tims::Header& request, const Result<void>& done) {
+  if (done || request.type <= 0) return;
+  const std::string why = text_of(done.error());
+  refuse(request, why);
   const std::string what = name_of_command(request);
   if (!module_.is_on()) return log_.info("{} from {}: {}", what, request.src, why);
   RefusalLog::Verdict verdict;
