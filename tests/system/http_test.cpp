@@ -138,7 +138,7 @@ TEST_F(HttpTest, PagesOfOthersAreRefusedCountedAndNamed) {
   EXPECT_EQ(status("Origin: https://evil.example\r\n"), 403);
   const WebSocketClient page(router_.http(), "Origin: null\r\n");
   EXPECT_FALSE(page.is_open());
-  EXPECT_THAT(page.answer(), AllOf(HasSubstr("403"), HasSubstr("origin \"null\" is refused")));
+  EXPECT_THAT(page.answer(), StartsWith("HTTP/1.1 403 "));
   EXPECT_EQ(status("Sec-Fetch-Site: same-origin\r\n"), 200);
   for (const auto* line : {"tims_http_refusals_total{rule=\"host\"} 1\n",
                            "tims_http_refusals_total{rule=\"origin\"} 2\n",
@@ -147,7 +147,10 @@ TEST_F(HttpTest, PagesOfOthersAreRefusedCountedAndNamed) {
   EXPECT_THAT(get("/api/status").body,
               AllOf(HasSubstr(R"("security":{"insecure":false,"exposed":[]})"),
                     HasSubstr(R"("refused_host":1,"refused_origin":2,"refused_cross_site":1)")));
-  EXPECT_TRUE(router_.process().wait_for_line("http: host \"evil.example\" is refused").ok());
+  for (const auto* line :
+       {"http: host \"evil.example\" is refused", "http: Sec-Fetch-Site \"cross-site\" is refused",
+        "http: origin \"null\" is refused"})
+    EXPECT_TRUE(router_.process().wait_for_line(line).ok()) << line;
 }
 
 TEST(HttpConsoleTest, IsServedFromMemory) {
