@@ -85,7 +85,8 @@ std::string parameter(const Parameters::Entry& entry, const Described& component
   } else {
     const auto* whole = std::get_if<std::int32_t>(&info.initial);
     out.text("type", whole != nullptr ? "int" : "float");
-    const double initial = whole != nullptr ? *whole : std::get<float>(info.initial);
+    const double initial =
+        whole != nullptr ? static_cast<double>(*whole) : std::get<float>(info.initial);
     out.number("default", initial).number("min", info.min).number("max", entry.max);
   }
   if (!info.unit().empty()) out.text("unit", info.unit());
