@@ -101,8 +101,9 @@ Calibration calibrate(const Track& track) {
       along.add(step.odometry.x, 0, step.scans.x - step.odometry.x);
       aside.add(step.odometry.x, 0, step.scans.y - step.odometry.y);
     }
-    turn.add(step.odometry.x, signed_angle(step.odometry.rho),
-             signed_angle(step.scans.rho - step.odometry.rho));
+    // By the turn of the scans: least squares attribute all noise to y, and the odometry has much.
+    turn.add(step.odometry.x, signed_angle(step.scans.rho),
+             signed_angle(step.odometry.rho - step.scans.rho));
   }
   Calibration found;
   if (along.rows() >= kStepsLeast) {
@@ -111,8 +112,8 @@ Calibration calibrate(const Track& track) {
   }
   if (turn.rows() >= kStepsLeast) {
     const Eigen::Vector2d turned = turn.solve(1, 1e-3);
-    found.turn_scale += turned[1];
-    found.drift = turned[0];
+    found.turn_scale = 1 / (1 + turned[1]);
+    found.drift = -turned[0] * found.turn_scale;
   }
   const bool is_possible =
       std::abs(found.scale - 1) < kScaleMost && std::abs(found.aside) < kAsideMost &&

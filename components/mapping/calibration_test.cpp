@@ -1,10 +1,12 @@
 // Systematic errors of the odometry, found by scans.
 #include "components/mapping/calibration.h"
 
+#include <cmath>
 #include <limits>
 
 #include <gtest/gtest.h>
 
+#include "components/geometry/random.h"
 #include "components/mapping/building_fixture.h"
 
 namespace rack::mapping {
@@ -32,6 +34,30 @@ TEST(Calibration, FindsWhatIsWrongInEachStep) {
     return std::hypot(went.x - should.x, went.y - should.y);
   };
   EXPECT_LT(off(better), 0.4 * off(drive));
+}
+
+// Along corridors the odometry turns by noise more than by the robot's turns.
+TEST(Calibration, IsNotMisledByNoiseOfTheOdometry) {
+  Track track;
+  Random random(3);
+  const Calibration wrong{.scale = 0.97, .turn_scale = 1.05, .drift = radians(-0.8) / 1000};
+  Information sure = Information::Zero();
+  sure.diagonal() << 0.01, 0.01, 1e5;
+  track.keyframes.emplace_back();
+  for (std::size_t i = 0; i < 3000; ++i) {
+    const double turn =
+        i % 60 < 5 ? radians(9) : radians(0.3) * std::sin(0.1 * static_cast<double>(i));
+    const Pose step{.x = 200, .rho = turn};
+    Pose odometry = wrong.corrected(step);
+    odometry.rho += radians(0.7) * static_cast<double>(random.normal());
+    track.edges.push_back({i, i + 1, step, sure});
+    track.edges.push_back({i, i + 1, odometry, odometry_information(odometry)});
+    track.keyframes.emplace_back();
+  }
+  const Calibration found = calibrate(track);
+  EXPECT_NEAR(found.scale, 1 / 0.97, 0.005);
+  EXPECT_NEAR(found.turn_scale, 1 / 1.05, 0.02);
+  EXPECT_NEAR(found.drift, radians(0.8) / 1000 / 1.05, radians(0.1) / 1000);
 }
 
 TEST(Calibration, ChangesNothingWithoutEnoughSteps) {

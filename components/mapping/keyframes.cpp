@@ -20,6 +20,10 @@ constexpr double kKeyframesShareLeast = 0.4;
 constexpr Window kJump{.distance = 700, .turn = radians(25)};
 constexpr double kKeyframesScoreLeast = 0.3;
 constexpr double kOdometryCounts = 0.1;
+// Points that must determine a direction. Three people near the robot are 10 to 20 points, of which
+// a few determine the direction in which they walk.
+constexpr double kFollowPointsLeast = 10;
+constexpr double kFollowPointsLeastAgain = 5;
 
 }  // namespace
 
@@ -52,10 +56,10 @@ namespace {
 
 class Follower {
  public:
-  explicit Follower(const Drive& drive) : drive_(drive) {}
+  explicit Follower(double points_least) : settings_{.least_information = points_least} {}
 
-  void take(std::size_t scan) {
-    const DriveScan& now = drive_.scans[scan];
+  void take(const Drive& drive, std::size_t scan) {
+    const DriveScan& now = drive.scans[scan];
     if (!std::isfinite(now.odometry.x) || !std::isfinite(now.odometry.y) ||
         !std::isfinite(now.odometry.rho))
       return;
@@ -65,17 +69,16 @@ class Follower {
           std::abs(signed_angle(step.rho)) < kTurnBetween)
         return;
     }
-    auto points = points_of(drive_.beams(now), now.scanner);
+    auto points = points_of(drive.beams(now), now.scanner);
     if (points.size() < kPointsLeast) return;
     add({.scan = scan,
          .odometry = now.odometry,
          .points = std::move(points),
-         .view = View(drive_.beams(now), now.scanner)});
+         .view = View(drive.beams(now), now.scanner)});
   }
-  Track take_track() { return std::move(track_); }
-
- private:
   void add(Keyframe keyframe) {
+    keyframe.placed = Placed::kByScans;
+    keyframe.travelled = 0;
     if (track_.keyframes.empty()) {
       track_.poses.push_back(keyframe.odometry);
       track_.keyframes.push_back(std::move(keyframe));
@@ -97,6 +100,9 @@ class Follower {
     track_.keyframes.push_back(std::move(keyframe));
   }
 
+  Track take_track() { return std::move(track_); }
+
+ private:
   // The pose relative to the last keyframe.
   std::optional<Match> find(const Keyframe& keyframe, const Prior& prior) {
     const auto& keyframes = track_.keyframes;
@@ -107,12 +113,12 @@ class Follower {
       --first;
     const auto map = points_around(track_, first, last, track_.poses[last]);
     const PointIndex index(map);
-    auto best = match(index, keyframe.points, prior.pose, prior);
+    auto best = match(index, keyframe.points, prior.pose, prior, settings_);
     if (best && best->share >= kShareGood) return best;
     const auto jumped =
         ScanSearch(map).find(keyframe.points, prior.pose, kJump, kKeyframesScoreLeast);
     if (jumped) {
-      const auto other = match(index, keyframe.points, jumped->pose);
+      const auto other = match(index, keyframe.points, jumped->pose, {}, settings_);
       if (other && (!best || other->share > best->share + 0.05)) {
         best = other;
         ++track_.searched;
@@ -121,17 +127,27 @@ class Follower {
     return best && best->share >= kKeyframesShareLeast ? best : std::nullopt;
   }
 
-  const Drive& drive_;
+  localisation::MatchSettings settings_;
   Track track_;
 };
 
 }  // namespace
 
 std::optional<Track> follow(const Drive& drive, const Progress& progress) {
-  Follower follower(drive);
+  Follower follower(kFollowPointsLeast);
   for (std::size_t i = 0; i < drive.scans.size(); ++i) {
     if (i % 64 == 0 && !progress("matching the scans", i, drive.scans.size())) return std::nullopt;
-    follower.take(i);
+    follower.take(drive, i);
+  }
+  return follower.take_track();
+}
+
+std::optional<Track> follow_again(Track track, const Progress& progress) {
+  Follower follower(kFollowPointsLeastAgain);
+  for (std::size_t i = 0; i < track.keyframes.size(); ++i) {
+    if (i % 64 == 0 && !progress("matching the scans again", i, track.keyframes.size()))
+      return std::nullopt;
+    follower.add(std::move(track.keyframes[i]));
   }
   return follower.take_track();
 }

@@ -5,6 +5,11 @@
 // together, starting at the pose of the odometry; directions that the scans do not determine (along
 // a bare corridor) follow the odometry. When the match is poor the odometry has jumped (wheels
 // slip), and the surroundings are searched.
+//
+// People who walk along with the robot look the same in each scan, as if it stood still. In a
+// corridor with a door now and then, they are most of what determines the distance. Therefore a
+// direction needs more points than they have. When the moving points have been forgotten
+// (moving.h), the keyframes are matched again, and fewer points are enough.
 #pragma once
 
 #include <functional>
@@ -47,5 +52,7 @@ std::vector<ScanPoint2d> points_around(const Track& track, std::size_t first, st
 
 // Nothing: stopped by `progress`.
 std::optional<Track> follow(const Drive& drive, const Progress& progress);
+// The same keyframes again, with the points that are left.
+std::optional<Track> follow_again(Track track, const Progress& progress);
 
 }  // namespace rack::mapping

@@ -99,6 +99,31 @@ tims::Result<localisation::GridMap> draw(const Drive& drive, const Track& track,
   return occupancy->map();
 }
 
+WithoutLoop without_loop(const Track& track, const Loops& loops) {
+  std::vector<std::size_t> ends{0, track.keyframes.size() - 1};
+  for (const Edge& loop : loops.edges) ends.insert(ends.end(), {loop.from, loop.to});
+  std::ranges::sort(ends);
+  WithoutLoop longest;
+  for (std::size_t i = 1; i < ends.size(); ++i) {
+    const double distance =
+        track.keyframes[ends[i]].travelled - track.keyframes[ends[i - 1]].travelled;
+    const Pose& begin = track.poses[ends[i - 1]];
+    const Pose& end = track.poses[ends[i]];
+    if (distance > longest.distance) longest = {distance, {begin.x, begin.y}, {end.x, end.y}};
+  }
+  return longest;
+}
+
+// As far as it was driven when the edges do not determine the poses.
+double uncertainty_of(std::span<const Edge> edges, const Track& track) {
+  if (track.poses.size() < 2) return 0;
+  const std::vector<double> deviations = spread(edges, track.poses);
+  if (deviations.empty()) return track.keyframes.back().travelled;
+  double sum = 0;
+  for (const double mm : deviations) sum += mm;
+  return sum / static_cast<double>(deviations.size());
+}
+
 tims::Error too_big(double cells, const MapSettings& settings) {
   const double most = static_cast<double>(Occupancy::kCellsMax);
   // The next 10 mm.
@@ -130,10 +155,12 @@ tims::Result<MadeMap> make_map(const Drive& recorded, const MapSettings& setting
   const Drive drive = corrected(recorded, calibrate(*first));
   auto track = follow(drive, progress);
   if (!track) return stopped();
+  (void)forget_moving(*track);
+  track = follow_again(std::move(*track), progress);
+  if (!track) return stopped();
   if (track->keyframes.empty())
     return tims::Error(tims::Errc::kMalformed,
                        "no scan has enough points to make a map of: does the scanner see walls?");
-  (void)forget_moving(*track);
   const auto loops = close_loops(*track, progress);
   if (!loops) return stopped();
   const auto edges = refine(*track, *loops, settings.rounds, progress);
@@ -151,7 +178,9 @@ tims::Result<MadeMap> make_map(const Drive& recorded, const MapSettings& setting
                  .removed = loops->removed,
                  .edges = edges->size(),
                  .distance = track->keyframes.back().travelled,
-                 .doubts = std::move(*doubts)};
+                 .doubts = std::move(*doubts),
+                 .without_loop = without_loop(*track, *loops),
+                 .uncertain = uncertainty_of(*edges, *track)};
 }
 
 }  // namespace rack::mapping

@@ -1,10 +1,12 @@
 // Makes a map of a building from a recorded drive. Pure.
 //
-// Five steps: each scan is matched against those before it (keyframes.h); places that were visited
-// again are found (loops.h); all scans are matched against all that see the same walls, alternating
-// with an optimisation of all poses (Lu and Milios 1997); the scans are searched for walls that
-// other scans see through (doubts.h); and cells are classified as free or occupied by counting the
-// beams that end in them and that pass through them.
+// Six steps: each scan is matched against those before it (keyframes.h), first to calibrate the
+// odometry (calibration.h), then to find what moves (moving.h), and a third time without it; places
+// that were visited again are found (loops.h); all scans are matched against all that see the same
+// walls, alternating with an optimisation of all poses (Lu and Milios 1997); the scans are searched
+// for walls that other scans see through (doubts.h); the error that the measurements leave possible
+// is estimated (pose_graph.h); and cells are classified as free or occupied by counting the beams
+// that end in them and that pass through them.
 #pragma once
 
 #include "components/localisation/grid_map.h"
@@ -19,6 +21,13 @@ struct MapSettings {
   int rounds = 3;            // of matching all scans against all others
 };
 
+// The longest part of a drive from one loop to the next.
+struct WithoutLoop {
+  double distance = 0;  // mm of travel
+  MapPoint begin{};
+  MapPoint end{};
+};
+
 struct MadeMap {
   localisation::GridMap map{};
   std::vector<Pose> poses{};  // of the robot at each scan of the drive
@@ -30,6 +39,8 @@ struct MadeMap {
   std::size_t edges = 0;
   double distance = 0;  // mm
   Doubts doubts{};
+  WithoutLoop without_loop{};
+  double uncertain = 0;  // mm: the error that the measurements leave possible, mean over keyframes
 };
 
 // The number of cells that the map will have, by the odometry, which is known before the work.

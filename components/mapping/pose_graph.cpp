@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Cholesky>
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
+
+#include "components/geometry/random.h"
 
 namespace rack::mapping {
 
@@ -20,6 +23,8 @@ constexpr int kRounds = 15;
 constexpr double kDoneDistance = 0.1;  // mm
 constexpr double kDoneTurn = 1e-5;     // rad
 constexpr double kFixed = 1e6;         // information of the first pose
+constexpr double kLeastPivot = 1e-12;
+constexpr int kSpreadDraws = 16;
 
 Vector error_of(const Edge& edge, std::span<const Pose> poses) {
   const Pose is = poses[edge.to] - poses[edge.from];
@@ -52,6 +57,11 @@ class System {
 
   bool solve(std::span<const Edge> edges, std::span<const Pose> poses, double odd,
              Eigen::VectorXd& step) {
+    if (!factorise(edges, poses, odd)) return false;
+    step = solver_.solve(right_);
+    return solver_.info() == Eigen::Success && step.allFinite();
+  }
+  bool factorise(std::span<const Edge> edges, std::span<const Pose> poses, double odd) {
     entries_.clear();
     right_.setZero();
     for (const Edge& edge : edges) add(edge, poses, odd);
@@ -60,9 +70,16 @@ class System {
     if (!analysed_) solver_.analyzePattern(matrix_);
     analysed_ = true;
     solver_.factorize(matrix_);
-    if (solver_.info() != Eigen::Success) return false;
-    step = solver_.solve(right_);
-    return solver_.info() == Eigen::Success && step.allFinite();
+    return solver_.info() == Eigen::Success;
+  }
+  // A random step with the covariance of the solution: of A = L D L', the step L'^-1 D^-1/2 n has
+  // the covariance A^-1.
+  Eigen::VectorXd draw(Random& random) const {
+    Eigen::VectorXd normal(size_);
+    for (Eigen::Index i = 0; i < size_; ++i)
+      normal[i] = static_cast<double>(random.normal()) /
+                  std::sqrt(std::max(solver_.vectorD()[i], kLeastPivot));
+    return solver_.permutationPinv() * solver_.matrixU().solve(normal);
   }
 
  private:
@@ -99,7 +116,39 @@ class System {
   bool analysed_ = false;
 };
 
+// Removes the rigid motion of all poses that explains most of the step (least squares), since the
+// frame of a map is arbitrary, and adds the square of what is left to `squares`.
+void add_shape(std::span<const Pose> poses, const Eigen::VectorXd& step,
+               std::vector<double>& squares) {
+  Matrix normal = Matrix::Zero();
+  Vector right = Vector::Zero();
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(3 * i);
+    const Vector x(1, 0, -poses[i].y);
+    const Vector y(0, 1, poses[i].x);
+    normal += x * x.transpose() + y * y.transpose();
+    right += x * step[at] + y * step[at + 1];
+  }
+  const Vector motion = normal.ldlt().solve(right);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    const auto at = static_cast<Eigen::Index>(3 * i);
+    const double x = step[at] - motion[0] + motion[2] * poses[i].y;
+    const double y = step[at + 1] - motion[1] - motion[2] * poses[i].x;
+    squares[i] += x * x + y * y;
+  }
+}
+
 }  // namespace
+
+std::vector<double> spread(std::span<const Edge> edges, std::span<const Pose> poses) {
+  System equations(poses.size());
+  if (poses.size() < 2 || !equations.factorise(edges, poses, kOdd)) return {};
+  std::vector<double> deviations(poses.size());
+  Random random(1);
+  for (int i = 0; i < kSpreadDraws; ++i) add_shape(poses, equations.draw(random), deviations);
+  for (double& square : deviations) square = std::sqrt(square / kSpreadDraws);
+  return deviations;
+}
 
 double disagreement(const Edge& edge, std::span<const Pose> poses) {
   const Vector error = error_of(edge, poses);

@@ -1,5 +1,6 @@
 #include "components/mapping/pose_graph.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -85,6 +86,43 @@ TEST(PoseGraph, SurvivesGraphsThatAreNone) {
   const std::vector<Edge> broken{{0, 1, {.x = std::nan("")}, sure(1, 1)}};
   EXPECT_FALSE(optimise(broken, poses, Doubt::kAlways));
   EXPECT_EQ(poses[1].x, 2) << "and they are as before";
+}
+
+double mean(const std::vector<double>& values) {
+  double sum = 0;
+  for (const double value : values) sum += value;
+  return sum / static_cast<double>(values.size());
+}
+
+// A chain bends, and nothing contradicts it; a loop leaves little room.
+TEST(PoseGraph, SpreadIsSmallWhereALoopIsClosed) {
+  Circle circle(1);
+  const double open = mean(spread(circle.edges, circle.poses));
+  EXPECT_GT(open, 50);
+  EXPECT_LT(open, 1000);
+  circle.close();
+  ASSERT_TRUE(optimise(circle.edges, circle.poses, Doubt::kNotAtFirst));
+  EXPECT_LT(mean(spread(circle.edges, circle.poses)), 0.6 * open);
+}
+
+TEST(PoseGraph, SpreadIsAsLargeAsTheErrorsThatAreMade) {
+  double made = 0;
+  double expected = 0;
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {
+    const Circle circle(seed);
+    // The frame of the truth is that of the first pose, the spread has the best one: less.
+    const std::vector<double> deviations = spread(circle.edges, circle.poses);
+    made += circle.off() / 20;
+    expected += *std::ranges::max_element(deviations) / 20;
+  }
+  EXPECT_LT(expected, made);
+  EXPECT_GT(expected, 0.2 * made);
+}
+
+TEST(PoseGraph, SpreadOfNothingIsNothing) {
+  EXPECT_TRUE(spread({}, {}).empty());
+  const std::vector<Pose> one(1);
+  EXPECT_TRUE(spread({}, one).empty());
 }
 
 }  // namespace pose_graph_test

@@ -14,7 +14,10 @@ constexpr std::size_t kPassesMax = 5;
 constexpr std::size_t kStretchScansMax = 30;
 constexpr double kRefineShareLeast = 0.5;
 constexpr double kRefineMisfitMost = 50;  // mm
-constexpr double kMovedMost = 400;        // mm: larger corrections belong to another wall
+// A scan in a bare corridor slides along it, drawn by single points; such edges made maps of long
+// corridors worse.
+constexpr double kRefinePointsLeast = 5;
+constexpr double kMovedMost = 400;  // mm: larger corrections belong to another wall
 constexpr double kTurnedMost = radians(4);
 // Neighbouring scans see the same walls of a pass, so their errors are correlated.
 constexpr double kPassCounts = 0.1;
@@ -70,7 +73,8 @@ class Refinement {
   void lay_on(std::size_t at, std::size_t place, std::size_t first, std::size_t last) {
     const auto points = points_around(track_, first, last, track_.poses[place]);
     const Pose now = track_.poses[at] - track_.poses[place];
-    const auto found = match(PointIndex(points), track_.keyframes[at].points, now);
+    const auto found = match(PointIndex(points), track_.keyframes[at].points, now, {},
+                             {.least_information = kRefinePointsLeast});
     if (!found || found->share < kRefineShareLeast || found->misfit > kRefineMisfitMost) return;
     const Pose moved = found->pose - now;
     if (std::hypot(moved.x, moved.y) > kMovedMost ||

@@ -78,7 +78,7 @@ Result<void> PilotReplay::change(std::string_view name, i32 value) {
 Result<void> PilotReplay::take(const CaptureRecord& record) {
   if (record.direction == device::Direction::kEvent) return {};
   const auto kind = static_cast<PilotRecord>(record.id);
-  if (kind < PilotRecord::kBegin || kind > PilotRecord::kStatus)
+  if (kind < PilotRecord::kBegin || kind > PilotRecord::kLast)
     return Error(Errc::kMalformed, fmt::format("{:08X} is not a record of a pilot", record.id));
   if (kind == PilotRecord::kBegin) return begin(record);
   if (is_lost_) {

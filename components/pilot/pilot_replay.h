@@ -33,6 +33,7 @@ enum class PilotRecord : std::uint32_t {
   kMove,       // ChassisMoveData: the decision
   kStatus,     // PilotStatusData
   kWatchdog,   // PilotWatchdogData
+  kLast = kWatchdog,
 };
 
 struct RecordedCycle {

@@ -47,6 +47,11 @@ class Drive {
     record(PilotRecord::kHold, data);
     driver.hold(data);
   }
+  void watch(Milliseconds<u32> timeout) {
+    const PilotWatchdogData data{timeout};
+    record(PilotRecord::kWatchdog, data);
+    driver.watch(data);
+  }
 
   PathDriver driver;
   Capture capture;
@@ -144,6 +149,17 @@ TEST(PilotReplay, DecidesTheSameBitForBit) {
   EXPECT_EQ(replay.decisions(), 300U);
   EXPECT_EQ(replay.different(), 0U) << replay.first_difference()->text;
   EXPECT_EQ(replay.undecided(), 0U);
+}
+
+// `timsctl nav goto` watches each drive: without a further WATCHDOG the pilot holds.
+TEST(PilotReplay, RepeatsDrivesThatAProgramWatches) {
+  Drive drive;
+  drive.watch(1000);
+  drive.go(60);
+  PilotReplay replay;
+  play(replay, drive.capture);
+  EXPECT_EQ(replay.decisions(), 60U);
+  EXPECT_EQ(replay.different(), 0U) << replay.first_difference()->text;
 }
 
 TEST(PilotReplay, ReportsWhyItStopped) {

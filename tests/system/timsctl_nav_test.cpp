@@ -176,6 +176,18 @@ TEST_F(TimsctlNavTest, CtrlCAndTheTimeoutStopIt) {
   EXPECT_EQ(nav({"goto", "2", "0"}).code, 0) << "another destination";
 }
 
+// `timsctl up FILE &` and the next command of a script: one component comes after the other.
+TEST_F(TimsctlNavTest, WaitsForARobotThatIsBeingStarted) {
+  auto drive = begin({"goto", "1", "0"});
+  ASSERT_TRUE(drive) << drive.error().message();
+  ASSERT_TRUE(drive->wait_for_line("no component of a robot is registered; waiting"));
+  start_robot();
+  start_pilot();
+  const Ran arrived = finish(*drive);
+  EXPECT_EQ(arrived.code, 0) << arrived.err;
+  EXPECT_THAT(arrived.out, HasSubstr("arrived at x "));
+}
+
 // Another client holds it: it does not move, and after some time this is reported.
 TEST_F(TimsctlNavTest, GivesUpWhenItMakesNoProgress) {
   start_robot();

@@ -21,6 +21,7 @@
 #include "tools/evaluation/mcl_eval/files.h"
 #include "tools/evaluation/mcl_eval/truth.h"
 #include "tools/map_maker/doubts_picture.h"
+#include "tools/map_maker/warnings.h"
 
 namespace rack::map_maker {
 namespace {
@@ -158,30 +159,9 @@ void write_picture(const std::string& name, const MadeMap& made) {
   write_file(name, {reinterpret_cast<const char*>(png.data()), png.size()});
 }
 
-// A map of which more than this share contradicts itself is reported.
-constexpr double kDoubtfulShare = 0.02;
-constexpr double kDoubtfulLeast = 2000;  // mm
-
-bool is_doubtful(const MadeMap& made) {
-  const mapping::Doubts& doubts = made.doubts;
-  return doubts.distance > std::max(kDoubtfulLeast, kDoubtfulShare * doubts.compared);
-}
-
 void warn(const Wanted& wanted, const MadeMap& made, const std::string& picture) {
-  if (made.map.resolution > wanted.settings.resolution)
-    fmt::print(stderr,
-               "map-maker: warning: cells of {:.0f} mm, because the map would have more than {} "
-               "million otherwise\n",
-               made.map.resolution, mapping::Occupancy::kCellsMax / 1'000'000);
-  if (!is_doubtful(made)) return;
-  const auto at = localisation::ros_of_pose(
-      {.x = made.doubts.places.front().x, .y = made.doubts.places.front().y});
-  fmt::print(stderr,
-             "map-maker: warning: along {:.1f} m of {:.1f} m driven more than once, scans see "
-             "through walls of the map, first at x {:.1f}, y {:.1f}: corridors are drawn twice or "
-             "over each other there, or doors and furniture have moved. See {} (red: these "
-             "walls)\n",
-             made.doubts.distance / 1000, made.doubts.compared / 1000, at.x, at.y, picture);
+  for (const std::string& warning : warnings(made, wanted.settings, picture))
+    fmt::print(stderr, "map-maker: warning: {}\n", warning);
 }
 
 // What the work will need, before it begins.
@@ -220,6 +200,8 @@ std::vector<Field> fields_of(const Input& input, const MadeMap& made) {
       {"edges", static_cast<double>(made.edges), 0},
       {"compared_m", made.doubts.compared / 1000, 1},
       {"doubtful_m", made.doubts.distance / 1000, 1},
+      {"without_loop_m", made.without_loop.distance / 1000, 1},
+      {"uncertain_m", made.uncertain / 1000, 2},
       {"width_m", map.columns * map.resolution / 1000, 2},
       {"height_m", map.rows * map.resolution / 1000, 2},
       {"occupied", static_cast<double>(map.count(localisation::Cell::kOccupied)), 0},
@@ -263,7 +245,7 @@ Exit make(const Wanted& wanted) {
   const std::string picture = wanted.picture.empty()
                                   ? wanted.map.substr(0, wanted.map.size() - 5) + "-doubts.png"
                                   : wanted.picture;
-  if (!wanted.picture.empty() || is_doubtful(map)) write_picture(picture, map);
+  if (!wanted.picture.empty() || contradicts_itself(map)) write_picture(picture, map);
   warn(wanted, map, picture);
   mcl_eval::print_line(fields, wanted.json);
   return Exit::kDone;

@@ -1,6 +1,8 @@
 // timsctl nav goto: sends a robot to a position and monitors it until it arrives.
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -30,6 +32,8 @@ constexpr tims::Duration kPatience = 30s;
 constexpr rack::Milliseconds<rack::u32> kWatchdog = 3000;
 constexpr tims::Duration kWatchEvery = 600ms;
 constexpr tims::Duration kNavGotoStopPatience = 5s;
+constexpr tims::Duration kStarting = 5s;       // for a robot that is being started
+constexpr double kSettled = 1;                 // s without further components: it is complete
 constexpr tims::Duration kLocalisation = 10s;  // for a localisation that was just turned on
 constexpr double kSure = 500;                  // mm, standard deviation
 constexpr double kFar = 2e6;  // m; larger values exceed the range of a message in mm
@@ -367,11 +371,32 @@ class Drive {
   bool open_line_ = false;
 };
 
+// `timsctl up FILE &` returns before all components are registered.
+std::unique_ptr<NavRobot> complete_robot(Context& context) {
+  const tims::Time deadline = tims::os::deadline_after(kStarting);
+  bool is_noted = false;
+  for (;;) {
+    const bool is_late = tims::os::now() >= deadline;
+    std::string why;
+    try {
+      auto robot = std::make_unique<NavRobot>(context);
+      if (is_late || robot->settled_s() >= kSettled) return robot;
+      why = robot->title() + " is being started";
+    } catch (const Failure& failure) {
+      if (is_late || failure.exit != Exit::kNoSuch) throw;
+      why = failure.what();
+    }
+    if (!std::exchange(is_noted, true)) context.out.note(why + "; waiting");
+    context.signals.sleep_until(tims::os::deadline_after(kLookEvery));
+  }
+}
+
 }  // namespace
 
 Exit nav_goto(Context& context) {
   const Goal goal = read_goal(context.options);
-  NavRobot robot(context);
+  const auto found = complete_robot(context);
+  NavRobot& robot = *found;
   Drive drive(context, robot);
   drive.prepare();
   drive.send(drive.destination(goal));

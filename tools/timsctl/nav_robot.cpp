@@ -65,6 +65,9 @@ NavRobot::NavRobot(Context& context, std::string wanted)
       // The first router to name a process is the one of this host.
       if (const double process = number_or_zero(item, "owner.pid"); process > 0)
         processes_.try_emplace(*address, static_cast<std::int64_t>(process));
+      const double age = number_or_zero(item, "age_s");
+      const auto [youngest, is_first] = settled_s_.try_emplace(fields.system, age);
+      if (!is_first) youngest->second = std::min(youngest->second, age);
       auto& list = found_[fields.system][fields.class_id];
       if (std::ranges::find(list, *address) == list.end()) list.push_back(*address);
     }

@@ -39,6 +39,9 @@ class NavRobot {
     return shell_name(component, client_.widths());
   }
 
+  // The time since the last of its components was registered [s].
+  [[nodiscard]] double settled_s() const { return settled_s_.at(system_); }
+
   // Sorted by instance.
   [[nodiscard]] const std::vector<tims::Address>& all(std::uint32_t class_id) const;
   [[nodiscard]] std::optional<tims::Address> first(std::uint32_t class_id) const;
@@ -79,6 +82,7 @@ class NavRobot {
   bool is_here_ = false;                             // the router is on this host
   std::map<tims::Address, std::int64_t> processes_;  // of components at the router
   std::map<std::uint32_t, std::map<std::uint32_t, std::vector<tims::Address>>> found_;  // by system
+  std::map<std::uint32_t, double> settled_s_;                                           // likewise
 };
 
 // The value of a parameter; empty if it does not exist or has another type.

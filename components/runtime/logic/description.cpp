@@ -86,7 +86,7 @@ std::string parameter(const Parameters::Entry& entry, const Described& component
     const auto* whole = std::get_if<std::int32_t>(&info.initial);
     out.text("type", whole != nullptr ? "int" : "float");
     const double initial =
-        whole != nullptr ? static_cast<double>(*whole) : std::get<float>(info.initial);
+        whole != nullptr ? static_cast<double>(*whole) : double{std::get<float>(info.initial)};
     out.number("default", initial).number("min", info.min).number("max", entry.max);
   }
   if (!info.unit().empty()) out.text("unit", info.unit());

@@ -286,7 +286,51 @@ void People::look_ahead(std::size_t person, const Surroundings& around) {
   behaviour.patience -= static_cast<int>(kLookEvery);
   if (behaviour.patience > 0) return;
   behaviour.squeezes = true;
-  turn_round(behaviour);
+  if (!std::exchange(behaviour.has_turned, true) || !leave_line(person, around))
+    turn_round(behaviour);
+}
+
+// A person who was pushed off its line by a robot may be blocked in both directions of the line.
+bool People::leave_line(std::size_t person, const Surroundings& around) {
+  constexpr double kFarthest = 4000;
+  const MapPoint& at = figures_[person].at;
+  std::optional<std::size_t> nearest;
+  double left = kFarthest;
+  for (std::size_t i = 0; i < roadmap_.size(); ++i) {
+    const double away = distance(at, roadmap_.place(i));
+    if (away > kPlanned && away < left && can_walk(at, roadmap_.place(i), around)) {
+      nearest = i;
+      left = away;
+    }
+  }
+  if (!nearest) return false;
+  Behaviour& behaviour = behaviours_[person];
+  behaviour.from = behaviour.to = *nearest;
+  behaviour.goes_to_line = true;  // straight to that place
+  choose_goal(behaviour);
+  return true;
+}
+
+// Straight, without walls, and at no point nearer to a robot or person that it may not touch.
+bool People::can_walk(const MapPoint& from, const MapPoint& to, const Surroundings& around) const {
+  constexpr double kStepLength = 50;
+  const double length = distance(from, to);
+  const auto is_in_the_way = [&](const MapPoint& there, const auto& what, double reach) {
+    const double left = distance(there, what);
+    return left < reach && left < distance(from, what);
+  };
+  for (double along = kStepLength; along < length + kStepLength; along += kStepLength) {
+    const double share = std::min(1.0, along / length);
+    const MapPoint there{from.x + (to.x - from.x) * share, from.y + (to.y - from.y) * share};
+    if (around.scenery.clearance(there, kPersonRadius) < kPersonRadius) return false;
+    for (const Box& robot : around.robots)
+      if (is_in_the_way(there, robot, kPersonRadius + kRoomToRobot)) return false;
+    for (const Solid& solid : around.obstacles)
+      if (is_in_the_way(there, solid, kPersonRadius + kRoomToRobot / 2)) return false;
+    for (const Figure& other : figures_)
+      if (is_in_the_way(there, other.at, kRoomToOthers)) return false;
+  }
+  return true;
 }
 
 // Moves away from the nearest point of a robot, if there is room; who has overlooked it, when he
@@ -338,6 +382,7 @@ bool People::arrive(std::size_t person) {
     behaviour.from = behaviour.to;
     behaviour.to = next;
   }
+  behaviour.has_turned = false;
   return true;
 }
 

@@ -1,8 +1,9 @@
 // Simulated pedestrians. Each has a destination, walks to it along the roadmap, keeps to the right
 // where there is room, pauses, and chooses another destination. Five times a second it checks the
-// path ahead: for another person, a robot or an obstacle it steps aside, waits, and finally turns
-// around; from a robot that comes too near it steps back, also during a pause. It overlooks some
-// robots and walks into them. A person never moves to a place without room.
+// path ahead: for another person, a robot or an obstacle it steps aside, waits, turns around, and
+// finally walks to any free place near it; from a robot that comes too near it steps back, also
+// during a pause. It overlooks some robots and walks into them. A person never moves to a place
+// without room.
 #pragma once
 
 #include <array>
@@ -74,6 +75,7 @@ class People {
     bool waits = false;
     bool is_stopped = false;  // by a person or robot, since the last check
     bool touches = false;
+    bool has_turned = false;  // on its line, since the last place
     bool goes_to_line = false;
     bool squeezes = false;                  // passes close to a robot that blocks it
     std::optional<std::uint64_t> bumped{};  // step in which it walked into a robot
@@ -106,6 +108,9 @@ class People {
   [[nodiscard]] int pause_at_goal(Behaviour& behaviour) const;
   void choose_goal(Behaviour& behaviour) const;
   void turn_round(Behaviour& behaviour);
+  bool leave_line(std::size_t person, const Surroundings& around);
+  [[nodiscard]] bool can_walk(const MapPoint& from, const MapPoint& to,
+                              const Surroundings& around) const;
   void look_ahead(std::size_t person, const Surroundings& around);
   bool steps_back(std::size_t person, const Surroundings& around, std::span<Contacts> contacts);
   [[nodiscard]] bool is_free(std::size_t person, double side, bool robots,

@@ -87,6 +87,41 @@ TEST(People, StepBackFromARobotThatTheyHaveWalkedInto) {
 }
 
 // Between the rooms and back, as long as it takes; the same again from the same seed.
+// A robot that comes near and stays there: people go on elsewhere, and do not stand before it for
+// ever. Left out: those with a wall behind them, for whom only the robot can make room.
+TEST(People, DoNotStayInFrontOfARobotThatStands) {
+  const Scenery scenery(two_rooms(), kTable);
+  constexpr int kMinute = 200 * 60;
+  int judged = 0;
+  for (std::uint64_t seed = 1; seed <= 60; ++seed) {
+    People people({.count = 2, .pause_max = std::chrono::seconds(4), .avoids_share = 1}, kRooms,
+                  {scenery, {}, {}}, seed);
+    std::vector<Contacts> contacts(1);
+    for (int step = 0; step < kMinute / 4; ++step) people.step({scenery, {}, {}}, contacts);
+    const Figure& person = people.figures()[0];
+    Random random(seed);
+    const double from = static_cast<double>(random.uniform(0, 6.28F));
+    std::vector<Box> robots;
+    for (double away = 1500; away > 500; away -= 2) {  // 0.4 m/s
+      robots = {Box::of({person.at.x - away * std::cos(from), person.at.y - away * std::sin(from)},
+                        from, 500, 400)};
+      people.step({scenery, robots, {}}, contacts);
+    }
+    if (scenery.clearance(person.at, 900) < 900) continue;
+    ++judged;
+    for (int step = 0; step < kMinute / 2; ++step) people.step({scenery, robots, {}}, contacts);
+    double travelled = 0;
+    for (int step = 0; step < kMinute / 2; ++step) {
+      people.step({scenery, robots, {}}, contacts);
+      travelled += std::hypot(person.vx, person.vy) * 0.005;
+    }
+    EXPECT_GT(travelled, 1000) << "seed " << seed << ": it stands at " << person.at.x << ' '
+                               << person.at.y << ", robot " << robots[0].at.x << ' '
+                               << robots[0].at.y;
+  }
+  EXPECT_GE(judged, 10);
+}
+
 TEST(People, WalkFromPlaceToPlaceInTurn) {
   const Scenery scenery(two_rooms(), kTable);
   const std::vector<MapPoint> places = {{1000, 1000}, {1000, 9000}, {5000, 1000}};
