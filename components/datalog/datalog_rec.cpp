@@ -26,7 +26,7 @@ constexpr std::uint32_t kLarge = 1 << 20;
 constexpr std::size_t kListBytesMax = 1 << 20;
 constexpr auto kSilence = std::chrono::seconds(2);  // at least five periods
 constexpr auto kAskAgain = std::chrono::seconds(2);
-// Every component answers GET_STATUS within it, and this one its own commands.
+// Every component answers GET_STATUS within it.
 constexpr auto kStatusWait = std::chrono::milliseconds(80);
 constexpr auto kIdle = std::chrono::milliseconds(200);
 constexpr auto kLook = std::chrono::milliseconds(20);  // large messages are received in between
@@ -53,11 +53,11 @@ constexpr ModuleInfo kInfo{
 // One recorded component: its stream and its file.
 class Recorder {
  public:
-  // `stream`: the mailbox for its data.
-  Recorder(DatalogLogInfo& info, const RecordedClass& recorded, tims::Mailbox& work,
-           tims::Address stream)
-      : info_(&info),
-        wanted_period_(info.periodTime),
+  // entry: its place in the list. `stream`: the mailbox for its data.
+  Recorder(std::size_t entry, const DatalogLogInfo& info, const RecordedClass& recorded,
+           tims::Mailbox& work, tims::Address stream)
+      : entry_(entry),
+        info_(info),
         recorded_(&recorded),
         proxy_(work, info.moduleMbx, {.data = std::chrono::seconds(1)}),
         stream_(stream),
@@ -65,6 +65,8 @@ class Recorder {
 
   [[nodiscard]] tims::Address module() const { return proxy_.component(); }
   [[nodiscard]] std::chrono::milliseconds period() const { return period_; }
+  [[nodiscard]] std::size_t entry() const { return entry_; }
+  [[nodiscard]] const DatalogLogInfo& info() const { return info_; }
 
   Result<void> create(const FileFolder& folder, const std::string& name);
   // Turns the component on and subscribes.
@@ -81,8 +83,8 @@ class Recorder {
  private:
   Result<void> write(const Record& record);
 
-  DatalogLogInfo* info_;  // written by take()
-  u32 wanted_period_;
+  std::size_t entry_;
+  DatalogLogInfo info_;  // take() counts there
   const RecordedClass* recorded_;
   Proxy proxy_;
   tims::Address stream_;
@@ -112,13 +114,13 @@ Result<void> Recorder::create(const FileFolder& folder, const std::string& name)
   auto created = new_log(folder, name);
   if (!created) return created.error();
   file_ = std::move(*created);
-  return file_.append(heading(*recorded_, info_->moduleMbx, widths_));
+  return file_.append(heading(*recorded_, info_.moduleMbx, widths_));
 }
 
 Result<void> Recorder::subscribe(tims::Time now) {
   asked_ = now;
   if (auto on = proxy_.on(); !on) return on;
-  const auto granted = proxy_.get_cont_data(wanted_period_, stream_);
+  const auto granted = proxy_.get_cont_data(info_.periodTime, stream_);
   if (!granted) return granted.error();
   period_ = std::chrono::milliseconds(granted->raw());
   last_received_ = now;
@@ -133,7 +135,7 @@ void Recorder::take(const tims::MessageView& message, tims::Time now, bool binar
     ended_ = true;
     return log.warning("{} has no data now", module());
   }
-  const auto made = record(*recorded_, message, info_->setsLogged + 1, binary_io);
+  const auto made = record(*recorded_, message, info_.setsLogged + 1, binary_io);
   const auto written = made ? write(*made) : made.error();
   if (!written && !failing_) log.error("Not recorded, {}: {}", module(), written.error().message());
   if (written && failing_) log.print("Recorded again: {}", module());
@@ -146,15 +148,15 @@ Result<void> Recorder::write(const Record& record) {
   const auto beside = [&](std::string_view suffix, const std::string& content) -> Result<void> {
     if (suffix.empty()) return {};
     bytes += content.size();
-    auto file = new_log(*folder_,
-                        base_ + "_" + std::to_string(info_->setsLogged + 1) + std::string(suffix));
+    auto file =
+        new_log(*folder_, base_ + "_" + std::to_string(info_.setsLogged + 1) + std::string(suffix));
     return file ? file->append(content) : file.error();
   };
   if (auto good = beside(record.suffix, record.file); !good) return good;
   if (auto good = beside(record.raw_suffix, record.raw); !good) return good;
   if (auto good = file_.append(record.line); !good) return good;
-  info_->bytesLogged = info_->bytesLogged + static_cast<u32>(bytes);
-  ++info_->setsLogged;
+  info_.bytesLogged = info_.bytesLogged + static_cast<u32>(bytes);
+  ++info_.setsLogged;
   return {};
 }
 
@@ -195,7 +197,7 @@ class DatalogRec : public DataModule<DatalogData> {
     made.logInfo.assign(list.begin(), list.end());
     if (const auto added = add_wanted(made); !added) return added;
     const std::lock_guard lock(list_mutex_);
-    list_.logInfo.reserve(decltype(list_.logInfo)::kMax);  // recorders refer to entries
+    if (recording_) return {};
     list_.logInfo = made.logInfo;
     log_path_ = text("logPathName");
     if (!list_.logPathName.assign(log_path_))
@@ -299,21 +301,19 @@ class DatalogRec : public DataModule<DatalogData> {
   }
 
   Result<void> create_recorders() {
-    const std::lock_guard lock(list_mutex_);
-    recording_ = true;
+    const DatalogData list = begin_recording();
     const auto where = place();
     if (!where) return where.error();
-    for (DatalogLogInfo& info : list_.logInfo) {
+    for (std::size_t i = 0; i < list.logInfo.size(); ++i) {
+      const DatalogLogInfo& info = list.logInfo[i];
       if (info.logEnable == 0) continue;
       const RecordedClass* recorded =
           recorded_class(info.moduleMbx.fields(address_widths()).class_id);
       if (recorded == nullptr)
         return with_places(log_info(info.moduleMbx, address_widths()).error(), "");
-      info.bytesLogged = 0;
-      info.setsLogged = 0;
       const OwnMailbox& stream = info.maxDataLen <= static_cast<i32>(kSmall) ? small_ : large_;
-      Recorder& recorder = recorders_.emplace_back(info, *recorded, *work_, stream->address());
-      const auto name = name_of(list_, info);
+      Recorder& recorder = recorders_.emplace_back(i, info, *recorded, *work_, stream->address());
+      const auto name = name_of(list, info);
       if (!name) return name.error();
       if (auto created = recorder.create(where->folder, *name); !created) {
         // A full disk may have room later; a missing folder is a permanent error.
@@ -324,7 +324,17 @@ class DatalogRec : public DataModule<DatalogData> {
     return {};
   }
 
-  // The list is not locked while others are asked: commands are answered meanwhile.
+  // The list, with counters that begin at 0.
+  DatalogData begin_recording() {
+    const std::lock_guard lock(list_mutex_);
+    recording_ = true;
+    for (DatalogLogInfo& info : list_.logInfo)
+      if (info.logEnable != 0) info.bytesLogged = info.setsLogged = 0;
+    return list_;
+  }
+
+  // The list is not locked while others are asked and files are written: commands are answered
+  // meanwhile.
   Result<void> start_recorders() {
     auto shortest = std::chrono::milliseconds(1000);
     for (Recorder& recorder : recorders_) {
@@ -358,9 +368,12 @@ class DatalogRec : public DataModule<DatalogData> {
   Result<void> take(const tims::PeekGuard& message) {
     const auto from = std::ranges::find(recorders_, message.header().src, &Recorder::module);
     if (from == recorders_.end()) return {};
+    from->take({message.header(), message.body()}, tims::os::now(), binary_io_, log());
     {
       const std::lock_guard lock(list_mutex_);
-      from->take({message.header(), message.body()}, tims::os::now(), binary_io_, log());
+      DatalogLogInfo& info = list_.logInfo[from->entry()];
+      info.bytesLogged = from->info().bytesLogged;
+      info.setsLogged = from->info().setsLogged;
     }
     ask_silent_ones();
     return publish_list();
@@ -387,15 +400,16 @@ class DatalogRec : public DataModule<DatalogData> {
   Result<void> module_command(const tims::MessageView& message) override {
     switch (message.header.type) {
       case DatalogType::kInitLog:
-        if (!is_recording()) {
-          if (auto made = make_list(); !made) return made;
-        }
-        reply(message.header, tims::type::kOk);
-        return {};
+        return answered_later(message,
+                              [this] { return is_recording() ? Result<void>() : make_list(); });
       case DatalogType::kSetLog:
         return set_log(message);
       case DatalogType::kGetLogStatus:
-        return get_log_status(message);
+        if (is_recording()) return send_log_status(message.header);
+        return later(message, [this](const tims::Header& request) {
+          forget_absent();
+          return send_log_status(request);
+        });
       default:
         return DataModule::module_command(message);
     }
@@ -432,21 +446,20 @@ class DatalogRec : public DataModule<DatalogData> {
         wanted.logPathName.view().empty() ? list_.logPathName : wanted.logPathName;
     if (auto good = check_names(changed); !good) return good;
     list_.logPathName = changed.logPathName;
-    list_.logInfo.resize(changed.logInfo.size());  // within its capacity: entries stay in place
+    list_.logInfo.resize(changed.logInfo.size());
     std::ranges::copy(changed.logInfo, list_.logInfo.begin());
     reply(message.header, tims::type::kOk);
     return {};
   }
 
-  Result<void> get_log_status(const tims::MessageView& message) {
+  Result<void> send_log_status(const tims::Header& request) {
     std::vector<std::byte> body(DatalogData::kWholeSize);
-    if (!is_recording()) forget_absent();
     {
       const std::lock_guard lock(list_mutex_);
       list_.recordingTime = time_stamp();
       if (const auto size = encode(list_, body); !size) return size.error();
     }
-    reply(message.header, DatalogType::kLogStatus, body);
+    reply(request, DatalogType::kLogStatus, body);
     return {};
   }
 
@@ -497,12 +510,12 @@ class DatalogRec : public DataModule<DatalogData> {
   OwnMailbox large_{*this, 10, kLarge};
   bool binary_io_ = false;
   bool first_ = true;
-  OwnMailbox status_{*this, decltype(DatalogData::logInfo)::kMax, 128};  // of the command task
+  OwnMailbox status_{*this, decltype(DatalogData::logInfo)::kMax, 128};  // of the worker
   std::deque<Recorder> recorders_;  // of the enabled components in the list; of the data task
   PriorityMutex list_mutex_;        // protects the members below
   DatalogData list_;
-  std::string log_path_;    // logPathName when the list was made
-  bool recording_ = false;  // the recorders refer to the list: it keeps its length
+  std::string log_path_;    // logPathName when the list was made; constant while recording
+  bool recording_ = false;  // the recorders refer to entries of the list, which stay in place
 };
 
 }  // namespace

@@ -1,5 +1,6 @@
 // PathRDDF: a path along a route, or to a destination.
 #include <array>
+#include <atomic>
 #include <mutex>
 #include <optional>
 #include <utility>
@@ -80,13 +81,12 @@ class PathRddf : public DataModule<PathData> {
     chassis_proxy_.connect();
     const auto chassis = chassis_proxy_->get_parameter();
     if (!chassis) return chassis.error();
-    bool has_map = true;
-    auto map = load_map(has_map);
+    auto map = load_map();
     if (!map) return map.error();
     {
       const std::lock_guard lock(state_mutex_);
-      if (auto good = planner_.begin(settings(*chassis), std::move(*map), has_map); !good)
-        return good;
+      if (auto good = planner_.begin(settings(*chassis), std::move(*map)); !good) return good;
+      layer_ = planner_.layer();
     }
     if (const auto granted = position_input_.start(); !granted) return granted.error();
     if (const auto granted = scan_input_.start(); !granted) return granted.error();
@@ -127,28 +127,34 @@ class PathRddf : public DataModule<PathData> {
     return limits;
   }
 
-  tims::Result<FreeSpace> load_map(bool& has_map) {
-    const double cell = integer("cellSize");
+  tims::Result<PlanningMap> load_map() {
     const std::string file = text("mapFile");
-    if (!file.empty()) {
-      const auto plan =
-          navigation::load_plan(file, {.scale = static_cast<double>(integer("mapScaleFactor")),
-                                       .offset_x = static_cast<double>(integer("mapOffsetX")),
-                                       .offset_y = static_cast<double>(integer("mapOffsetY")),
-                                       .layers = text("mapLayers")});
-      if (!plan) return plan.error();
-      for (const std::string& remark : plan->remarks) log().warning("{}", remark);
-      return FreeSpace::of(*plan, cell, 2000);
-    }
+    if (!file.empty()) return known(load_file(file));
     if (auto on = grid_map_.turn_on(); !on) return on.error();
     if (grid_map_) {
       const auto data = grid_map_->get_data();
       if (!data) return data.error();
-      return FreeSpace::of(*data);
+      return known(FreeSpace::of(*data));
     }
-    has_map = false;
     const double width = integer("planWidth");
-    return FreeSpace::empty({}, width, width, cell);
+    auto area = FreeSpace::empty({}, width, width, integer("cellSize"));
+    if (!area) return area.error();
+    return PlanningMap{.space = std::move(*area), .is_known = false};
+  }
+  static tims::Result<PlanningMap> known(tims::Result<FreeSpace> map) {
+    if (!map) return map.error();
+    return PlanningMap{.space = std::move(*map)};
+  }
+
+  tims::Result<FreeSpace> load_file(const std::string& file) {
+    const auto plan =
+        navigation::load_plan(file, {.scale = static_cast<double>(integer("mapScaleFactor")),
+                                     .offset_x = static_cast<double>(integer("mapOffsetX")),
+                                     .offset_y = static_cast<double>(integer("mapOffsetY")),
+                                     .layers = text("mapLayers")});
+    if (!plan) return plan.error();
+    for (const std::string& remark : plan->remarks) log().warning("{}", remark);
+    return FreeSpace::of(*plan, integer("cellSize"), 2000);
   }
 
   // Empty: there is no file.
@@ -192,80 +198,70 @@ class PathRddf : public DataModule<PathData> {
 
   // --- commands
 
+  // Searching the map takes long, so the worker executes what uses the planner.
   Result<void> module_command(const tims::MessageView& message) override {
     switch (message.header.type) {
       case PathType::kSetRddf:
-        return answered(message, set_rddf(message));
+        return with_planner<PathRddfData>(
+            message, [this](const PathRddfData& route, tims::Address) -> Result<void> {
+              planner_.set_waypoints(route.waypoints);
+              return {};
+            });
       case PathType::kMake:
-        return answered(message, make(message));
+        return with_planner<PathMakeData>(
+            message, [this](const PathMakeData& command, tims::Address sender) {
+              return is_on() ? planner_.make(command, sender) : not_on();
+            });
       case PathType::kSetDestination:
-        return answered(message, set_destination(message));
+        return with_planner<PathDestData>(
+            message, [this](const PathDestData& destination, tims::Address sender) {
+              return is_on() ? planner_.set_destination(destination, sender) : not_on();
+            });
       case PathType::kReplan:
-        return answered(message, replan(message));
+        return with_planner<PathReplanData>(message,
+                                            [this](const PathReplanData& from, tims::Address) {
+                                              return is_on() ? planner_.replan(from) : not_on();
+                                            });
       case PathType::kSetLayer:
-        return answered(message, set_layer(message));
+        return with_planner<PathLayerData>(
+            message, [this](const PathLayerData& command, tims::Address) -> Result<void> {
+              planner_.set_layer(command.layer);
+              layer_ = command.layer;
+              return {};
+            });
       case PathType::kGetDbgGridmap:
-        return send_map(message);
-      case PathType::kGetLayer: {
-        const std::lock_guard lock(state_mutex_);
-        reply(message.header, PathType::kLayer, PathLayerData{planner_.layer()});
+        return later(message, [this](const tims::Header& request) { return send_map(request); });
+      case PathType::kGetLayer:
+        reply(message.header, PathType::kLayer, PathLayerData{layer_.load()});
         return {};
-      }
       default:
         return DataModule::module_command(message);
     }
   }
 
-  Result<void> send_map(const tims::MessageView& message) {
-    if (!is_on()) return refused("the path component is off; turn it on first");
+  // Decodes a command; `act` gets it and its sender.
+  template <Struct Command, typename Act>
+  Result<void> with_planner(const tims::MessageView& message, Act act) {
+    auto command = decode<Command>(message);
+    if (!command) return command.error();
+    return answered_later(message,
+                          [this, act, command = std::move(*command), sender = message.header.src] {
+                            const std::lock_guard lock(state_mutex_);
+                            return act(command, sender);
+                          });
+  }
+  Result<void> send_map(const tims::Header& request) {
+    if (!is_on()) return not_on();
     GridMapData map;
     {
       const std::lock_guard lock(state_mutex_);
       if (planner_.map() == nullptr) return refused("it plans without a map: set mapFile");
       map = planner_.map()->message();
     }
-    reply(message.header, PathType::kDbgGridmap, map);
+    reply(request, PathType::kDbgGridmap, map);
     return {};
   }
-
-  Result<void> set_rddf(const tims::MessageView& message) {
-    if (auto good = decode(message, rddf_); !good) return good;
-    const std::lock_guard lock(state_mutex_);
-    planner_.set_waypoints(rddf_.waypoints);
-    return {};
-  }
-
-  Result<void> make(const tims::MessageView& message) {
-    const auto command = decode<PathMakeData>(message);
-    if (!command) return command.error();
-    if (!is_on()) return refused("the path component is off; turn it on first");
-    const std::lock_guard lock(state_mutex_);
-    return planner_.make(*command, message.header.src);
-  }
-
-  Result<void> set_destination(const tims::MessageView& message) {
-    const auto command = decode<PathDestData>(message);
-    if (!command) return command.error();
-    if (!is_on()) return refused("the path component is off; turn it on first");
-    const std::lock_guard lock(state_mutex_);
-    return planner_.set_destination(*command, message.header.src);
-  }
-
-  Result<void> replan(const tims::MessageView& message) {
-    const auto from = decode<PathReplanData>(message);
-    if (!from) return from.error();
-    if (!is_on()) return refused("the path component is off; turn it on first");
-    const std::lock_guard lock(state_mutex_);
-    return planner_.replan(*from);
-  }
-
-  Result<void> set_layer(const tims::MessageView& message) {
-    const auto command = decode<PathLayerData>(message);
-    if (!command) return command.error();
-    const std::lock_guard lock(state_mutex_);
-    planner_.set_layer(command->layer);
-    return {};
-  }
+  static Result<void> not_on() { return refused("the path component is off; turn it on first"); }
 
   OwnMailbox work_{*this, 4, body_max<GridMapData>()};
   Partner<ChassisProxy> chassis_proxy_{*this, "chassis", work_};
@@ -273,9 +269,9 @@ class PathRddf : public DataModule<PathData> {
   Input<PositionProxy> position_input_{*this, "position", work_, 10, wire_size<PositionData>()};
   Input<Scan2dProxy> scan_input_{*this, "scan2d", work_, 2, body_max<Scan2dData>()};
   Scan2dData scan_;
-  PathRddfData rddf_;  // used by the command task
 
-  PriorityMutex state_mutex_;  // protects the planner
+  PriorityMutex state_mutex_;   // protects the planner
+  std::atomic<i32> layer_ = 0;  // that of the planner
   RoutePlanner planner_;
 };
 

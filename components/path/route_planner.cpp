@@ -39,14 +39,13 @@ RoutePlanner::RoutePlanner() {
   waypoints_.reserve(kWaypointsMax);
 }
 
-Result<void> RoutePlanner::begin(const RouteSettings& settings, FreeSpace map, bool has_map) {
+Result<void> RoutePlanner::begin(const RouteSettings& settings, PlanningMap map) {
   located_ = seen_ = planning_ = false;
   settings_ = settings;
   limits_ = settings.limits;
   planner_.emplace(PlanSettings{limits_, hull_of(settings.chassis), settings.comfort});
   map_ = std::move(map);
-  has_map_ = has_map;
-  space_ = map_;
+  space_ = map_.space;
   return check(limits_);
 }
 
@@ -246,8 +245,8 @@ Result<void> RoutePlanner::plan_detour(const OnPath& at, double to_obstacle) {
 // --- free space
 
 void RoutePlanner::survey() {
-  if (has_map_)
-    space_ = map_;
+  if (map_.is_known)
+    space_ = map_.space;
   else
     space_.clear({robot_.x - settings_.plan_width / 2, robot_.y - settings_.plan_width / 2});
   if (seen_) {
@@ -297,7 +296,7 @@ void RoutePlanner::remember_obstacles() {
     const Pose at = seen_from_ + Pose{.x = 1.0 * point.x, .y = 1.0 * point.y};
     const Place place{at.x, at.y};
     if (!space_.contains(place) || space_.occupied(place)) continue;
-    if (has_map_ && map_.clearance(place) < kExplained) continue;
+    if (map_.is_known && map_.space.clearance(place) < kExplained) continue;
     marks_.push_back(place);
   }
 }

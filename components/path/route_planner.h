@@ -31,13 +31,19 @@ struct RouteSettings {
   i32 layer = 0;              // of the waypoints to drive
 };
 
+struct PlanningMap {
+  FreeSpace space{};
+  // False: there is no map; `space` is empty and has the size of the free area.
+  bool is_known = true;
+};
+
 class RoutePlanner {
  public:
   RoutePlanner();  // allocates the memory of paths and obstacles
 
-  // Forgets everything but waypoints and destination. `map`: empty with the size of the free area,
-  // if `has_map` is false. kInvalidArgument: limits with which nothing can drive.
-  Result<void> begin(const RouteSettings& settings, FreeSpace map, bool has_map);
+  // Forgets everything but waypoints and destination. kInvalidArgument: limits with which nothing
+  // can drive.
+  Result<void> begin(const RouteSettings& settings, PlanningMap map);
   // The path of the waypoints, unless there is a destination. kInvalidArgument: it cannot be
   // driven.
   Result<void> begin_route();
@@ -59,7 +65,7 @@ class RoutePlanner {
   void set_layer(i32 layer) { settings_.layer = layer; }
   [[nodiscard]] i32 layer() const { return settings_.layer; }
   // Without a map: nothing.
-  [[nodiscard]] const FreeSpace* map() const { return has_map_ ? &map_ : nullptr; }
+  [[nodiscard]] const FreeSpace* map() const { return map_.is_known ? &map_.space : nullptr; }
 
  private:
   Result<void> make_route();
@@ -87,8 +93,7 @@ class RoutePlanner {
   Scan2dData scan_;
   Pose seen_from_;
   bool seen_ = false;
-  FreeSpace map_;
-  bool has_map_ = false;
+  PlanningMap map_;
   FreeSpace space_;
   std::vector<Place> marks_;
   std::optional<GoalPlanner> planner_;

@@ -37,7 +37,7 @@ class RoutePlannerTest : public testing::Test {
     chassis.boundaryLeft = chassis.boundaryRight = 200;
     settings.limits = {};
     settings.limits.half_width = 200;
-    EXPECT_TRUE(planner_.begin(settings, *space, true));
+    EXPECT_TRUE(planner_.begin(settings, {*space}));
     EXPECT_TRUE(planner_.begin_route());
   }
 

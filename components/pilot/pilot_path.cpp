@@ -296,9 +296,9 @@ class PilotPath : public DataModule<PilotData> {
   Result<void> module_command(const tims::MessageView& message) override {
     switch (message.header.type) {
       case PilotType::kSetDestination:
-        return answered(message, set_destination(message));
+        return set_destination(message);
       case PilotType::kSetMultiDestination:
-        return answered(message, set_destinations(message));
+        return set_destinations(message);
       case PilotType::kHoldCommand:
         return answered(message, hold(message));
       case PilotType::kRevertCommand:
@@ -315,21 +315,27 @@ class PilotPath : public DataModule<PilotData> {
     }
   }
 
-  // Forwards the destination to the path component and answers with its reply. The new plan may
-  // arrive before the reply.
+  // By the worker, since planning takes time: forwards the destination to the path component, whose
+  // reply becomes the answer. The new plan may arrive before the reply.
   Result<void> go_to(const Position3d& pos, i32 speed) {
     if (!is_on()) return refused("the pilot is off; turn it on first");
-    const u32 before = begin_planning(pilot_state::kPlanning);
+    const u32 before = begin_planning();
     command_path_.connect();
     auto good = command_path_->set_destination(destination_of(pos, speed));
-    if (!good) begin_planning(before);
+    if (!good) end_planning(before);
     return good;
   }
 
-  u32 begin_planning(u32 state) {
+  u32 begin_planning() {
     const std::lock_guard lock(state_mutex_);
     asks_next_ = false;
-    return plan(state);
+    return plan(pilot_state::kPlanning);
+  }
+  // The pilot may have been turned off and on in between.
+  void end_planning(u32 before) {
+    const std::lock_guard lock(state_mutex_);
+    asks_next_ = false;
+    if (driver_.status().pilotState == pilot_state::kPlanning) plan(before);
   }
   u32 plan(u32 state) {
     record(PilotRecord::kPlan, PilotPlan{state});
@@ -345,19 +351,23 @@ class PilotPath : public DataModule<PilotData> {
   Result<void> set_destination(const tims::MessageView& message) {
     const auto command = decode<PilotDestData>(message);
     if (!command) return command.error();
-    keep({});
-    return go_to(command->pos, command->speed);
+    return answered_later(message, [this, to = *command] {
+      keep({});
+      return go_to(to.pos, to.speed);
+    });
   }
 
   Result<void> set_destinations(const tims::MessageView& message) {
-    auto command = decode<PilotMultiDestData>(message);
+    const auto command = decode<PilotMultiDestData>(message);
     if (!command) return command.error();
     if (command->points.empty()) return refused("the list of destinations is empty");
-    const DestinationPoint first = command->points.front();
-    if (auto good = go_to(first.pos, first.speed); !good) return good;
-    command->points.erase(command->points.begin());
-    keep(*command);
-    return {};
+    return answered_later(message, [this, list = *command]() mutable -> Result<void> {
+      const DestinationPoint first = list.points.front();
+      if (auto good = go_to(first.pos, first.speed); !good) return good;
+      list.points.erase(list.points.begin());
+      keep(list);
+      return {};
+    });
   }
 
   Result<void> hold(const tims::MessageView& message) {
@@ -391,7 +401,7 @@ class PilotPath : public DataModule<PilotData> {
   }
 
   OwnMailbox work_{*this, 10, body_max<PathData>()};
-  OwnMailbox command_work_{*this, 4, 256};  // used by the command task, with command_path_
+  OwnMailbox command_work_{*this, 4, 256};  // used by the worker, with command_path_
   OwnMailbox request_work_{*this, 4, 256};
   Partner<PathProxy> command_path_{*this, "path", command_work_, kPlanningTimeouts};
   Partner<PathProxy> request_path_{*this, "path", request_work_, kPlanningTimeouts};

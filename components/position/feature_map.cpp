@@ -47,7 +47,7 @@ class FeatureMap : public DataModule<FeatureMapData> {
   // A loaded or edited map is kept when the component is turned off and on.
   Result<void> module_on() override {
     if (const std::string path = text("mapFile"); !begun_ && !path.empty())
-      if (auto loaded = load(path); !loaded) return loaded;
+      if (auto loaded = load_file(path); !loaded) return loaded;
     begun_ = true;
     if (auto on = position_.turn_on(); !on) return on;
     set_period(std::chrono::milliseconds(integer("period")));
@@ -74,15 +74,10 @@ class FeatureMap : public DataModule<FeatureMapData> {
   Result<void> module_command(const tims::MessageView& message) override {
     switch (message.header.type) {
       case FeatureMapType::kLoadMap:
-        return with<FileName>(message, [&](const FileName& file) {
-          const auto path = file_to_read(file.view(), tims::is_foreign(message.header));
-          if (!path) return Result<void>(path.error());
-          auto loaded = load(*path);
-          if (loaded) set_parameter("mapFile", *path);
-          return loaded;
-        });
+        return with_file(message, [this, is_foreign = tims::is_foreign(message.header)](
+                                      std::string_view name) { return load(name, is_foreign); });
       case FeatureMapType::kSaveMap:
-        return with<FileName>(message, [&](const FileName& file) { return save(file.view()); });
+        return with_file(message, [this](std::string_view name) { return save(name); });
       case FeatureMapType::kAddLine:
         return edit(message, [&](const auto& line) { return map_.add(line.feature); });
       case FeatureMapType::kDeleteLine:
@@ -115,6 +110,12 @@ class FeatureMap : public DataModule<FeatureMapData> {
     return answered(message, what(*body));
   }
   template <typename Do>
+  Result<void> with_file(const tims::MessageView& message, const Do& what) {
+    const auto file = decode<FileName>(message);
+    if (!file) return file.error();
+    return answered_later(message, [what, name = std::string(file->view())] { return what(name); });
+  }
+  template <typename Do>
   Result<void> edit(const tims::MessageView& message, const Do& what) {
     return with<FeatureMapFeature>(message, [&](const FeatureMapFeature& line) {
       const std::lock_guard lock(map_mutex_);
@@ -135,7 +136,7 @@ class FeatureMap : public DataModule<FeatureMapData> {
     return wanted;
   }
 
-  Result<void> load(const std::string& path) {
+  Result<void> load_file(const std::string& path) {
     const auto plan = load_lines(path, placement());
     if (!plan) return plan.error();
     for (const std::string& remark : plan->drawing.remarks) log().warning("{}", remark);
@@ -150,6 +151,14 @@ class FeatureMap : public DataModule<FeatureMapData> {
     unit_ = plan->placement.scale;
     begun_ = true;
     return {};
+  }
+
+  Result<void> load(std::string_view name, bool is_foreign) {
+    const auto path = file_to_read(name, is_foreign);
+    if (!path) return path.error();
+    auto loaded = load_file(*path);
+    if (loaded) set_parameter("mapFile", *path);
+    return loaded;
   }
 
   Result<void> save(std::string_view name) {

@@ -270,11 +270,18 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     if (message.header.type != MclType::kLoadMap) return DataModule::module_command(message);
     const auto file = decode<FileName>(message);
     if (!file) return file.error();
-    const auto path = file_to_read(file->view(), tims::is_foreign(message.header));
+    return answered_later(message, [this, name = std::string(file->view()),
+                                    is_foreign = tims::is_foreign(message.header)] {
+      return load(name, is_foreign);
+    });
+  }
+
+  Result<void> load(std::string_view name, bool is_foreign) {
+    const auto path = file_to_read(name, is_foreign);
     if (!path) return path.error();
     auto taken = take_map(*path, true);
     if (taken) set_parameter("mapFile", *path);
-    return answered(message, taken);
+    return taken;
   }
 
   OwnMailbox work_{*this, 1, body_max<PositionData>()};

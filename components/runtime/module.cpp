@@ -24,6 +24,7 @@
 #include "components/runtime/logic/life_cycle.h"
 #include "components/runtime/logic/repeats.h"
 #include "components/runtime/real_time_watch.h"
+#include "components/runtime/worker.h"
 #include "os/clock.h"
 #include "os/environment.h"
 #include "os/file.h"
@@ -108,6 +109,7 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
   void notify(std::string_view what, std::string_view name, const std::string& value);
   [[nodiscard]] Status status() const;
   [[nodiscard]] bool wants_on() const;
+  void take_result(const tims::Header& request, const Result<void>& done);
 
   tims::Address address_{};
   std::optional<tims::Session> session_;
@@ -117,6 +119,7 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
   tims::Time next_period_{};
   std::atomic<bool> stopping_ = false;
   tims::os::File stop_;  // eventfd
+  std::optional<Worker> worker_;
 
  private:
   Result<void> connect(const std::string& router);
@@ -140,7 +143,6 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
   void take_step(LifeCycle::Step step);
   void apply(const LifeCycle::Change& change, const tims::Error* why);
   void report_failure(const char* what, const std::string& why);
-  void report_refusal(const tims::Header& request, const std::string& why);
   void report_settled();
   void report_status(std::string_view status, const tims::Error* why = nullptr);
   Result<void> watched_loop();
@@ -157,7 +159,7 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
   std::atomic<TimeStamp> state_since_ = TimeStamp(0);
   RealTimeWatch watch_;  // watches the data task
   FailureLog failures_;  // used by the data task
-  RefusalLog refusals_;  // used by the command task
+  RefusalLog refusals_;  // protected by mutex_
   std::optional<Thread> command_thread_;
   std::optional<Thread> data_thread_;
 };
@@ -305,6 +307,7 @@ Result<void> Module::Runtime::start_tasks(std::optional<tims::Address> held_off_
     settings.priority = 0;
     return thread->start(settings, body);
   };
+  worker_.emplace(parameters_.program().substr(0, 14) + "W");
   if (auto good = start_task(command_thread_, "C", command_priority, &Runtime::command_task); !good)
     return good;
   return start_task(data_thread_, "D", data_priority, &Runtime::data_task);
@@ -339,6 +342,9 @@ void Module::Runtime::end() {
   // Wakes the command task; has no receiver for an answer.
   if (command_mailbox_) (void)command_mailbox_->send({.dest = address_, .type = tims::type::kOk});
   command_thread_.reset();
+  if (worker_)
+    for (const tims::Header& request : worker_->stop())
+      refuse(request, "the component is stopping");
   data_thread_.reset();
   if (!command_mailbox_) return;
   module_.module_cleanup();
@@ -492,18 +498,29 @@ void Module::Runtime::on_command(const tims::MessageView& message) {
     default:
       break;
   }
-  const auto done = module_.module_command(message);
-  if (done || header.type <= 0) return;
-  report_refusal(header, text_of(done.error()));
-  refuse(header, text_of(done.error()));
+  take_result(header, module_.module_command(message));
+}
+
+Result<void> Module::later(const tims::MessageView& command, Work work) {
+  return runtime_->worker_->add(
+      command.header, [runtime = runtime_.get(), request = command.header, work = std::move(work)] {
+        runtime->take_result(request, work(request));
+      });
 }
 
 // A reason is written once and then counted. Requests to a component that is off are normal, for
 // example from graphical interfaces.
-void Module::Runtime::report_refusal(const tims::Header& request, const std::string& why) {
+void Module::Runtime::take_result(const tims::Header& request, const Result<void>& done) {
+  if (done || request.type <= 0) return;
+  const std::string why = text_of(done.error());
+  refuse(request, why);
   const std::string what = name_of_command(request);
   if (!module_.is_on()) return log_.info("{} from {}: {}", what, request.src, why);
-  const RefusalLog::Verdict verdict = refusals_.take(tims::os::now(), request, why);
+  RefusalLog::Verdict verdict;
+  {
+    const std::lock_guard lock(mutex_);
+    verdict = refusals_.take(tims::os::now(), request, why);
+  }
   if (!verdict.write) return;
   if (verdict.repeats == 0) return log_.warning("{} from {}: {}", what, request.src, why);
   log_.warning("{} from {}: {} ({} more times since)", what, request.src, why, verdict.repeats);

@@ -42,6 +42,23 @@ void set_real_time(pthread_attr_t& attributes, const ThreadSettings& settings) {
   ::pthread_attr_setaffinity_np(&attributes, sizeof cpus, &cpus);
 }
 
+bool is_real_time() {
+  const int policy = ::sched_getscheduler(0);
+  return policy == SCHED_FIFO || policy == SCHED_RR;
+}
+
+// A thread inherits the policy and the CPU of the one that starts it. This one gets the CPUs of the
+// main thread.
+void set_ordinary(pthread_attr_t& attributes) {
+  const sched_param priority{};
+  ::pthread_attr_setinheritsched(&attributes, PTHREAD_EXPLICIT_SCHED);
+  ::pthread_attr_setschedpolicy(&attributes, SCHED_OTHER);
+  ::pthread_attr_setschedparam(&attributes, &priority);
+  cpu_set_t cpus;
+  if (::sched_getaffinity(::getpid(), sizeof cpus, &cpus) == 0)
+    ::pthread_attr_setaffinity_np(&attributes, sizeof cpus, &cpus);
+}
+
 }  // namespace
 
 tims::Result<void> Thread::start(const ThreadSettings& settings, std::function<void()> body) {
@@ -49,7 +66,10 @@ tims::Result<void> Thread::start(const ThreadSettings& settings, std::function<v
   pthread_attr_t attributes;
   ::pthread_attr_init(&attributes);
   ::pthread_attr_setstacksize(&attributes, kStack);
-  if (settings.priority >= kFirstRealTime) set_real_time(attributes, settings);
+  if (settings.priority >= kFirstRealTime)
+    set_real_time(attributes, settings);
+  else if (is_real_time())
+    set_ordinary(attributes);
   const int code = ::pthread_create(&id_, &attributes, &Thread::run, this);
   ::pthread_attr_destroy(&attributes);
   if (code != 0)

@@ -35,15 +35,20 @@ class Scan3dCommands : public Base {
     if (message.header.type != Scan3dType::kGetRangeImage &&
         message.header.type != Scan3dType::kStoreData)
       return Base::module_command(message);
-    auto scan = shown();
-    if (!scan) return scan.error();
-    if (auto good = Scan3dCompression().decompress(*scan); !good) return good;
-    if (message.header.type == Scan3dType::kStoreData) return this->answered(message, store(*scan));
-    this->reply(message.header, Scan3dType::kRangeImage, scan3d::range_image(*scan));
-    return {};
+    return this->later(message, [this](const tims::Header& request) { return execute(request); });
   }
 
  private:
+  // By the worker: scans are large.
+  Result<void> execute(const tims::Header& request) {
+    auto scan = shown();
+    if (!scan) return scan.error();
+    if (auto good = Scan3dCompression().decompress(*scan); !good) return good;
+    if (request.type == Scan3dType::kStoreData) return this->answered(request, store(*scan));
+    this->reply(request, Scan3dType::kRangeImage, scan3d::range_image(*scan));
+    return {};
+  }
+
   Result<void> store(const Scan3dData& scan) {
     const std::string path = this->text("storePath");
     if (path.empty()) return this->refused("storePath is empty; set it to a path prefix");

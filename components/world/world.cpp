@@ -125,7 +125,10 @@ class World : public DataModule<WorldData> {
   }
 
   void module_off() override {
-    const std::lock_guard lock(world_mutex_);
+    {
+      const std::lock_guard lock(world_mutex_);
+      is_made_ = false;
+    }
     trains_.clear();
     robots_.clear();
     world_.reset();
@@ -170,13 +173,16 @@ class World : public DataModule<WorldData> {
     return std::move(file.description);
   }
 
+  // Commands do not wait for the world: they find none until it is complete.
   Result<void> make(world::WorldDescription description) {
-    const std::lock_guard lock(world_mutex_);
     auto made = world::World::make(std::move(description), tims::os::now());
     if (!made) return made.error();
     world_.emplace(std::move(*made));
     truth_ = world_->make_truth();
-    return make_robots();
+    if (auto robots = make_robots(); !robots) return robots;
+    const std::lock_guard lock(world_mutex_);
+    is_made_ = true;
+    return {};
   }
 
   Result<void> make_robots() {
@@ -327,7 +333,6 @@ class World : public DataModule<WorldData> {
   // --- commands
 
   Result<void> module_command(const tims::MessageView& message) override {
-    const std::lock_guard lock(world_mutex_);
     switch (message.header.type) {
       case WorldType::kPlace:
         return answered(message, with<WorldPlace>(message, [&](const WorldPlace& command) {
@@ -362,7 +367,8 @@ class World : public DataModule<WorldData> {
   Result<void> with(const tims::MessageView& message, const Do& act) {
     const auto command = decode<Command>(message);
     if (!command) return command.error();
-    if (!world_) return refused("the world is off; turn it on first");
+    const std::lock_guard lock(world_mutex_);
+    if (!is_made_) return refused("the world is off; turn it on first");
     return act(*command);
   }
 
@@ -425,7 +431,8 @@ class World : public DataModule<WorldData> {
   }
 
   Result<void> report_lines(const tims::MessageView& message) {
-    if (!world_) return refused("the world is off; turn it on first");
+    const std::lock_guard lock(world_mutex_);
+    if (!is_made_) return refused("the world is off; turn it on first");
     WorldLines all;
     for (std::size_t i = 0; i < robots_.size(); ++i) {
       const world::RobotDescription& robot = world_->description().robots[i];
@@ -449,8 +456,9 @@ class World : public DataModule<WorldData> {
     return {};
   }
 
-  PriorityMutex world_mutex_;
-  std::optional<world::World> world_;  // while the component is on
+  PriorityMutex world_mutex_;  // protects the members below while is_made_, else the data task's
+  bool is_made_ = false;       // protected always
+  std::optional<world::World> world_;
   std::vector<Robot> robots_;
   std::vector<Drivetrain> trains_;
   Truth truth_;

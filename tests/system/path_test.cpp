@@ -234,7 +234,7 @@ TEST_F(PathTest, FindsAPathAroundAnObstacle) {
   EXPECT_TRUE(comes_to(7000, 0));
 }
 
-// A path component in the test, which delays its answer whether there is a path around.
+// A path component in the test, which delays its answer whether there is a path.
 class PathOfTheTest {
  public:
   PathOfTheTest(Mailbox mailbox, rack::PathData data)
@@ -250,12 +250,13 @@ class PathOfTheTest {
  private:
   void serve() {
     std::optional<Address> listener;
-    std::optional<Header> replan;
+    std::optional<Header> request;
     while (!ending_) {
       if (const auto message = mailbox_.peek_for(20ms)) {
         const Header& header = message->header();
-        if (header.type == rack::PathType::kReplan) {
-          replan = header;
+        if (header.type == rack::PathType::kReplan ||
+            header.type == rack::PathType::kSetDestination) {
+          request = header;
           is_asked_ = true;
         } else if (header.type == type::kGetContData) {
           listener = rack::decode<rack::GetContDataRequest>({header, message->body()})->dataMbxAdr;
@@ -265,8 +266,8 @@ class PathOfTheTest {
         }
       }
       if (listener) send_data(*listener);
-      if (replan && refuses_)
-        (void)mailbox_.reply(*std::exchange(replan, {}), type::kError, bytes_of("it is closed"));
+      if (request && refuses_)
+        (void)mailbox_.reply(*std::exchange(request, {}), type::kError, bytes_of("it is closed"));
     }
   }
   template <typename T>
@@ -318,6 +319,34 @@ TEST_F(PathTest, ThePilotContinuesWhileAPathAroundIsSearched) {
   EXPECT_TRUE(line) << line.error().message();
   const std::string all = pilot.standard_error() + pilot.standard_output();
   EXPECT_EQ(all.find("REPLAN: "), all.find("REPLAN: it is closed")) << all;
+}
+
+TEST_F(PathTest, ThePilotAnswersWhileAPathIsPlanned) {
+  start_robot();
+  PathOfTheTest path(open(*session_, 0x00250100, {.slots = 8}), {});
+  ModulesTest::start("PilotPath", {"--scan2dInst=-1", "--pathInst=1"});
+  let_drive();
+  const Address pilot = *Address::parse(kPilot);
+  std::vector<std::byte> body(rack::wire_size<rack::PilotDestData>());
+  ASSERT_TRUE(rack::encode(rack::PilotDestData{}, body));
+  ASSERT_TRUE(work_->send(
+      {.dest = pilot, .type = rack::PilotType::kSetDestination, .seq_nr = 1, .report_reason = true},
+      body));
+  ASSERT_TRUE(eventually([&] { return path.is_asked(); }, "the destination is forwarded"));
+  ASSERT_TRUE(work_->send({.dest = pilot, .type = rack::PilotType::kGetStatus, .seq_nr = 2}));
+  const auto next = [this] {
+    const auto answer = work_->peek_for(kPatience);
+    return answer ? std::pair(answer->header(), text_of(answer->body()))
+                  : std::pair(Header{}, answer.error().message());
+  };
+  const auto [status, its_body] = next();
+  EXPECT_EQ(status.seq_nr, 2) << "its answer does not wait for the path";
+  EXPECT_EQ(status.type, rack::PilotType::kStatus);
+  path.refuse();
+  const auto [refusal, why] = next();
+  EXPECT_EQ(refusal.seq_nr, 1);
+  EXPECT_EQ(refusal.type, type::kError);
+  EXPECT_NE(why.find("it is closed"), std::string::npos) << why;
 }
 
 rack::PlannerCommand tasks(const std::vector<std::string>& texts) {

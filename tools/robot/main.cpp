@@ -14,7 +14,6 @@
 #include "tools/cli/failure.h"
 #include "tools/cli/program.h"
 #include "tools/cli/service.h"
-#include "tools/robot/copies.h"
 #include "tools/robot/supervisor.h"
 
 namespace timsctl {

@@ -15,80 +15,6 @@ using testing::IsEmpty;
 
 constexpr tims::Time kOutputStart{1000s};
 
-TEST(LineBuffer, LinesComeWhenTheyAreComplete) {
-  LineBuffer buffer;
-  EXPECT_THAT(buffer.add("Module"), IsEmpty());
-  EXPECT_THAT(buffer.add(" on\n\nModule off\nTer"), ElementsAre("Module on", "", "Module off"));
-  EXPECT_EQ(buffer.take_rest(), "Ter");
-  EXPECT_EQ(buffer.take_rest(), "");
-}
-
-TEST(LineBuffer, NobodyFillsTheMemoryWithOneLine) {
-  LineBuffer buffer;
-  EXPECT_THAT(buffer.add(std::string(kLineMax - 1, 'x')), IsEmpty());
-  EXPECT_THAT(buffer.add("yz"), ElementsAre(std::string(kLineMax - 1, 'x') + "y"));
-  EXPECT_EQ(buffer.take_rest(), "z");
-}
-
-// --- FloodGate
-
-TEST(FloodGate, ManyLinesAtOncePassAndNoMore) {
-  FloodGate gate;
-  EXPECT_EQ(gate.pass(kOutputStart, kLinesAtOnce - 1), kLinesAtOnce - 1);
-  EXPECT_TRUE(gate.pass(kOutputStart));
-  EXPECT_FALSE(gate.is_cut());
-  EXPECT_EQ(gate.report_at(), tims::kNever);
-  EXPECT_FALSE(gate.pass(kOutputStart));
-  EXPECT_TRUE(gate.is_cut());
-}
-
-TEST(FloodGate, ANormalRatePassesForEver) {
-  FloodGate gate;
-  for (int second = 0; second < 100; ++second)
-    ASSERT_EQ(gate.pass(kOutputStart + second * 1s, kLinesPerSecond), kLinesPerSecond) << second;
-}
-
-TEST(FloodGate, AFloodIsCountedAndReportedNowAndThen) {
-  FloodGate gate;
-  std::uint64_t passed = 0;
-  std::uint64_t reported = 0;
-  int reports = 0;
-  constexpr int kSeconds = 60;
-  constexpr std::uint64_t kEach = 1000;  // every 10 ms
-  for (int i = 0; i < kSeconds * 100; ++i) {
-    const tims::Time now = kOutputStart + i * 10ms;
-    passed += gate.pass(now, kEach);
-    if (const auto held_back = gate.take_report(now)) {
-      reported += *held_back;
-      ++reports;
-    }
-  }
-  EXPECT_LE(passed, kLinesAtOnce + kLinesPerSecond);
-  EXPECT_GE(reports, kSeconds / 10 - 1);
-  EXPECT_LE(reports, kSeconds / 10 + 1);
-  const auto rest = gate.take_report(kOutputStart + 100s);
-  EXPECT_EQ(passed + reported + rest.value_or(0), kEach * kSeconds * 100);
-}
-
-TEST(FloodGate, OpensWhenTheFloodIsOver) {
-  FloodGate gate;
-  EXPECT_EQ(gate.pass(kOutputStart, 2 * kLinesAtOnce), kLinesAtOnce);
-  EXPECT_FALSE(gate.take_report(kOutputStart + 999ms));
-  EXPECT_EQ(gate.take_report(kOutputStart + 1s), kLinesAtOnce);
-  EXPECT_EQ(gate.report_at(), tims::kNever);
-  EXPECT_TRUE(gate.pass(kOutputStart + 3s)) << "a quiet second has passed";
-}
-
-TEST(FloodGate, StaysClosedForARateAboveTheLimit) {
-  FloodGate gate;
-  (void)gate.pass(kOutputStart, kLinesAtOnce + 1);
-  EXPECT_EQ(gate.pass(kOutputStart + 500ms, kLinesPerSecond + 1), 0U);
-  EXPECT_EQ(gate.pass(kOutputStart + 1s, kLinesPerSecond), 0U) << "too many in the last second";
-  EXPECT_TRUE(gate.pass(kOutputStart + 2s)) << "not more than allowed in the last second";
-}
-
-// --- ProgramOutput
-
 class ProgramOutputTest : public testing::Test {
  protected:
   void SetUp() override {
@@ -120,6 +46,22 @@ TEST_F(ProgramOutputTest, ReadsUntilAllWritersHaveClosedIt) {
   EXPECT_THAT(read(kOutputStart), ElementsAre("two"));
   EXPECT_EQ(output_.descriptor(kOutputStart), -1);
   EXPECT_EQ(output_.rests_until(), tims::kNever);
+}
+
+TEST_F(ProgramOutputTest, LinesComeWhenTheyAreComplete) {
+  write("Module");
+  EXPECT_THAT(read(kOutputStart), IsEmpty());
+  write(" on\n\nModule off\nTer");
+  EXPECT_THAT(read(kOutputStart), ElementsAre("Module on", "", "Module off"));
+}
+
+TEST_F(ProgramOutputTest, NobodyFillsTheMemoryWithOneLine) {
+  write(std::string(kLineMax - 1, 'x'));
+  EXPECT_THAT(read(kOutputStart), IsEmpty());
+  write("yz");
+  EXPECT_THAT(read(kOutputStart), ElementsAre(std::string(kLineMax - 1, 'x') + "y"));
+  writer_.reset();
+  EXPECT_THAT(read(kOutputStart), ElementsAre("z"));
 }
 
 TEST_F(ProgramOutputTest, OneTurnIsBounded) {

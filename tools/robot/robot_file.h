@@ -97,4 +97,10 @@ struct RobotText {
 json::object save_parameters(RobotText& source, std::size_t component,
                              const std::map<std::string, std::string>& parameters, bool dry_run);
 
+// What is the same for two processes of one component: "ChassisSim, system 3, instance 0". Two
+// robot files that start the same components at one router would fight for their addresses and
+// devices. Of `nice -n 1 World --system=3` it is the program before the first option with two
+// dashes. Empty: the command line is not that of a component.
+std::optional<std::string> component_of(const tims::os::Command& command);
+
 }  // namespace timsctl::robot

@@ -218,5 +218,22 @@ TEST(ParameterEdit, WhatAFileCannotSayIsRefused) {
   EXPECT_THAT(edited(text, {{"x", "{system}"}}), HasSubstr("add it by hand"));
 }
 
+// --- the components of two robot files
+
+TEST(ComponentOf, ItsProgramSystemAndInstance) {
+  EXPECT_EQ(component_of({"ChassisSim", "--system=3", "--instance=1", "--vxMax=900"}),
+            "ChassisSim, system 3, instance 1");
+  EXPECT_EQ(component_of({"nice", "-n", "-15", "/opt/bin/World", "--file=x", "--system=3"}),
+            "World, system 3, instance 0");
+}
+
+TEST(ComponentOf, OtherCommandsHaveNone) {
+  EXPECT_EQ(component_of({}), std::nullopt);
+  EXPECT_EQ(component_of({"sh", "late.sh"}), std::nullopt);
+  EXPECT_EQ(component_of({"tool", "--all"}), std::nullopt);
+  EXPECT_EQ(component_of({"--system=3"}), std::nullopt);
+  EXPECT_EQ(component_of({"ssh", "-oBatchMode=yes", "--", "arm", "--system=3"}), std::nullopt);
+}
+
 }  // namespace robot_file_test
 }  // namespace timsctl::robot

@@ -15,7 +15,6 @@
 #include "os/socket.h"
 #include "os/wakeup.h"
 #include "tools/cli/failure.h"
-#include "tools/robot/copies.h"
 
 namespace timsctl::robot {
 

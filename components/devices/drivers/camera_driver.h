@@ -60,29 +60,31 @@ class CameraDriver : public Driver<CameraData, CameraFrames> {
         reply(message.header, CameraType::kParameter, *data);
         return {};
       }
-      case CameraType::kSetFormat:
-        return set_format(message);
+      case CameraType::kSetFormat: {
+        const auto asked = decode<CameraFormatData>(message);
+        if (!asked) return asked.error();
+        return answered_later(message, [this, asked = *asked] { return set_format(asked); });
+      }
       default:
         return Driver::module_command(message);
     }
   }
 
  private:
-  Result<void> set_format(const tims::MessageView& message) {
-    const auto asked = decode<CameraFormatData>(message);
-    if (!asked) return asked.error();
+  // By the worker: possible() asks the camera.
+  Result<void> set_format(const CameraFormatData& asked) {
     const auto present = wanted();
     if (!present) return present.error();
     CameraFormat format = *present;
-    if (asked->width >= 0) format.width = asked->width;
-    if (asked->height >= 0) format.height = asked->height;
-    if (asked->mode >= 0) format.mode = static_cast<u16>(asked->mode);
-    if (asked->mode > 0xFFFF || depth_of(format.mode) == 0)
-      return refused("mode " + std::to_string(asked->mode) + " is not supported by this camera");
+    if (asked.width >= 0) format.width = asked.width;
+    if (asked.height >= 0) format.height = asked.height;
+    if (asked.mode >= 0) format.mode = static_cast<u16>(asked.mode);
+    if (asked.mode > 0xFFFF || depth_of(format.mode) == 0)
+      return refused("mode " + std::to_string(asked.mode) + " is not supported by this camera");
     if (format.width < 1 || format.height < 1 || format.width > 0xFFFF || format.height > 0xFFFF)
       return refused("width and height must be 1 to 65535 pixels");
-    if (format.mode != camera_mode::kJpeg && asked->depth > 0 &&
-        asked->depth != depth_of(format.mode))
+    if (format.mode != camera_mode::kJpeg && asked.depth > 0 &&
+        asked.depth != depth_of(format.mode))
       return refused(std::string(name_of_mode(format.mode)) +
                      " requires depth=" + std::to_string(depth_of(format.mode)));
     const auto nearest = possible(format);
@@ -95,7 +97,6 @@ class CameraDriver : public Driver<CameraData, CameraFrames> {
       is_changed_ = true;
     }
     wake();
-    reply(message.header, tims::type::kOk);
     return {};
   }
 

@@ -14,11 +14,13 @@
 //   }
 //
 // Two threads: the *command task* receives commands from the command mailbox and answers them; the
-// *data task* turns the component on and off and calls module_loop(). The derived class must
-// protect its members that both use; the runtime protects its own state.
+// *data task* turns the component on and off and calls module_loop(). A third one, the *worker*,
+// executes commands that take long (later()). The derived class must protect its members that
+// several of them use; the runtime protects its own state.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -82,7 +84,7 @@ class Module {
   // on again later.
   virtual Result<void> module_loop() = 0;
   // Handles a command that is not common to all components. An error is answered by ERROR. Called
-  // by the command task.
+  // by the command task: others wait until it returns, see later().
   virtual Result<void> module_command(const tims::MessageView& message);
   // Runs without a router when a parameter requests it, and returns the output and exit code.
   // Nothing: normal operation.
@@ -123,9 +125,25 @@ class Module {
   template <Struct Body>
   void reply(const tims::Header& request, std::int8_t type, const Body& body);
   // The result of module_command() for a command that is answered by OK when done.
-  Result<void> answered(const tims::MessageView& command, Result<void> done) {
-    if (done) reply(command.header, tims::type::kOk);
+  Result<void> answered(const tims::Header& command, Result<void> done) {
+    if (done) reply(command, tims::type::kOk);
     return done;
+  }
+  Result<void> answered(const tims::MessageView& command, Result<void> done) {
+    return answered(command.header, std::move(done));
+  }
+  // The result of module_command() for a command that reads or writes a file, asks other components
+  // or computes for long: `work` is called by the worker, after that of earlier commands, while the
+  // command task answers others. It gets the request, replies as module_command() does, and its
+  // error is answered by ERROR. It must own what it needs of the message's body.
+  using Work = std::function<Result<void>(const tims::Header& request)>;
+  Result<void> later(const tims::MessageView& command, Work work);
+  // The same for a command that is answered by OK when done.
+  Result<void> answered_later(const tims::MessageView& command,
+                              std::function<Result<void>()> work) {
+    return later(command, [this, work = std::move(work)](const tims::Header& request) {
+      return answered(request, work());
+    });
   }
   // An error with the reason of a refusal.
   static tims::Error refused(std::string text) {
