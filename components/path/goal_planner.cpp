@@ -117,6 +117,7 @@ bool GoalPlanner::corners(const Place& start, double room) {
   const GridSearch::Settings settings{.room = room,
                                       .comfort = settings_.comfort,
                                       .stride = stride,
+                                      .eased_at = start,
                                       .eased_within = kLeaves,
                                       .eased_room = room_to_leave(start)};
   if (!cells_.run(*space_, settings, goal, &start)) return false;

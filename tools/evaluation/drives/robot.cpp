@@ -269,6 +269,8 @@ void Robot::run_path() {
     note("Path: plans again" + (done ? std::string() : ": " + done.error().detail()));
   }
   if (const auto failure = planner_.step(stamp(), path_)) note("Path: no plan: " + *failure);
+  if (const bool before = std::exchange(makes_room_, planner_.makes_room()); makes_room_ != before)
+    note(makes_room_ ? "Path: makes room" : "Path: there is a path again");
   pilot_path_in_.put(path_);
 }
 

@@ -127,6 +127,7 @@ class Robot {
   Pose mcl_odometry_;
   tims::Time published_{};
   path::RoutePlanner planner_;
+  bool makes_room_ = false;
   PathData path_;
   tims::Time next_path_{};
   pilot::PathDriver driver_;
