@@ -20,6 +20,7 @@ constexpr i32 kLandmark = 1;
 constexpr double kTrailEvery = 100;      // mm
 constexpr std::size_t kTrailMost = 150;  // places
 constexpr double kLaneAhead = 8000;      // mm
+constexpr double kNoProgress = 200;      // mm
 constexpr double kAtPlaceAside = 250;    // mm
 constexpr int kTimesAsideMost = 5;       // for one destination
 constexpr auto kDrivesAsideMost = std::chrono::seconds(60);
@@ -52,6 +53,7 @@ RoutePlanner::RoutePlanner() {
 Result<void> RoutePlanner::begin(const RouteSettings& settings, FreeSpace map, bool has_map) {
   located_ = seen_ = planning_ = false;
   blocked_at_.reset();
+  replanned_at_.reset();
   aside_.reset();
   times_aside_ = 0;
   trail_.clear();
@@ -211,6 +213,7 @@ Result<void> RoutePlanner::set_destination(const PathDestData& destination, tims
   const bool led_there = std::exchange(leads_there_, false);
   destination_ = destination;
   aside_.reset();
+  replanned_at_.reset();
   times_aside_ = 0;
   must_replan_ = !located_;
   if (must_replan_) return {};
@@ -258,6 +261,7 @@ Result<void> RoutePlanner::replan(const PathReplanData& from) {
   if (destination_) {
     blocked_at_.reset();
     if (is_on_path) blocked_at_ = at;
+    if (is_stuck() && make_room()) return {};
     auto good = plan_destination();
     return good || !make_room() ? good : Result<void>();
   }
@@ -294,6 +298,12 @@ void RoutePlanner::follow_trail() {
   trail_.push_back({robot_.x, robot_.y});
 }
 
+// Plans do not help a vehicle that has not moved since the last one.
+bool RoutePlanner::is_stuck() {
+  const auto before = std::exchange(replanned_at_, Place{robot_.x, robot_.y});
+  return before && std::hypot(robot_.x - before->x, robot_.y - before->y) < kNoProgress;
+}
+
 // When there is no path around what blocks the path to the destination. False: there is no place
 // aside, or the vehicle was there often enough.
 bool RoutePlanner::make_room() {
@@ -310,7 +320,7 @@ bool RoutePlanner::make_room() {
   const HullDiscs hull(hull_of(settings_.chassis));
   const auto place = place_aside(space_, reach_,
                                  {.room_to_pass = hull.half_width(),
-                                  .room_to_turn = hull.turning_radius(),
+                                  .room_to_turn = hull.reach() + space_.cell(),
                                   .half_width = half_width(settings_.chassis)},
                                  {robot_.x, robot_.y}, lane_);
   if (!place) return false;

@@ -87,6 +87,7 @@ class RoutePlanner {
   Result<void> begin_plan(bool avoids_obstacles);
   Result<void> plan_detour(const OnPath& at, double to_obstacle);
   std::optional<std::string> go_on_planning();
+  [[nodiscard]] bool is_stuck();
   bool make_room();
   bool begin_aside();
   void take_path_aside();
@@ -123,7 +124,8 @@ class RoutePlanner {
   bool leads_there_ = false;      // the path, to the destination
   bool detour_ = false;
   OnPath back_;
-  std::optional<OnPath> blocked_at_;  // by an obstacle, since the last new path
+  std::optional<OnPath> blocked_at_;   // by an obstacle, since the last new path
+  std::optional<Place> replanned_at_;  // where the vehicle was
   std::optional<Aside> aside_;
   int times_aside_ = 0;       // on the way to this destination
   std::vector<Place> trail_;  // of the vehicle
