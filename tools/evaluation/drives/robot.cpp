@@ -68,6 +68,7 @@ Robot::Robot(world::World& world, const RobotSettings& settings,
       mcl_in_(2) {
   reckoning_.emplace(Pose{});
   begin_mcl({}, 500);
+  if (settings_.starts_anywhere) localiser_->start_anywhere();
   begin_path();
   begin_pilot();
 }
@@ -245,7 +246,8 @@ void Robot::run_mcl() {
 }
 
 bool Robot::is_localised() const {
-  return localisation::is_sure(localiser_->now(), localisation::PositionUpdates::kCertain);
+  return newest_position_ && std::max(newest_position_->var.x.raw(),
+                                      newest_position_->var.y.raw()) <= settings_.deviation_max;
 }
 
 // --- path and pilot
@@ -338,6 +340,7 @@ void Robot::restart_crashed() {
     note("Mcl restarts");
     mcl_in_.clear();
     begin_mcl(newest_position_ ? Pose::of(newest_position_->pos) : Pose{}, 500);
+    if (settings_.starts_anywhere && !is_localised()) localiser_->start_anywhere();
   }
   if (machine_.take_crash(Program::kPilot)) {
     note("PilotPath restarts");
