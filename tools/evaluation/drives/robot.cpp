@@ -24,6 +24,7 @@ constexpr tims::Duration kPilotEvery = 50ms;
 constexpr tims::Duration kMclEvery = 1s;
 constexpr tims::Duration kChassisDelay = 60ms;  // from MOVE to the reaction of the wheels
 constexpr tims::Duration kMoveValid = 150ms;    // three periods of the pilot
+constexpr f32 kLooksAround = 0.4F;              // rad/s, of a robot that does not know where it is
 constexpr int kFirstStamp = 1000;               // ms: 0 is no time
 constexpr int kRays = 181;
 constexpr std::size_t kHistory = 1000;
@@ -305,7 +306,9 @@ void Robot::run_pilot() {
   take(pilot_position_in_, inputs.position, PathCycle::kPosition, cycle_.positionSilence);
   take(pilot_path_in_, inputs.path, PathCycle::kPath, cycle_.pathSilence);
   take(pilot_scan_in_, inputs.scan, PathCycle::kScan, cycle_.scanSilence);
-  const ChassisMoveData move = driver_.step(cycle_);
+  ChassisMoveData move = driver_.step(cycle_);
+  // As an operator does: at rest, each scan repeats the same measurement.
+  if (settings_.starts_anywhere && !has_goal_ && !is_localised()) move.omega = kLooksAround;
   if (machine_.runs(Program::kChassis, now_)) command(move);
   const auto request = driver_.take_request();
   if (request.around) replans_.put(*request.around);
@@ -316,6 +319,7 @@ tims::Result<void> Robot::send(const Pose& goal) {
   const Position3d at = goal.position();
   auto good = planner_.set_destination({.pos = {at.x, at.y, at.rho}, .speed = 0}, {});
   if (!good) driver_.plan(before);
+  has_goal_ = good.ok();
   return good;
 }
 

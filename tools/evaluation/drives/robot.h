@@ -135,6 +135,7 @@ class Robot {
   pilot::PathDriver driver_;
   pilot::PathCycle cycle_;
   tims::Time next_pilot_{};
+  bool has_goal_ = false;
 };
 
 }  // namespace rack::drives
