@@ -59,8 +59,8 @@ struct WithSequence {
 template <typename T>
 class BoundsTest : public testing::Test {};
 using Messages =
-    testing::Types<ParameterList, ParameterEffects, RuntimeData, ListenersData, LadarData,
-                   Scan2dData, PilotData, PilotMultiDestData, PathData, PathRddfData,
+    testing::Types<ParameterList, ParameterEffects, RuntimeData, ListenersData, DescriptionPage,
+                   LadarData, Scan2dData, PilotData, PilotMultiDestData, PathData, PathRddfData,
                    FeatureMapData, FeatureMapLayerData, FileName, MclData, ObjRecogData, IoData,
                    DatalogData, PlannerData, PlannerCommand, GdosData>;
 TYPED_TEST_SUITE(BoundsTest, Messages);

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <utility>
 
 #include "base/text.h"
+#include "proxies/struct_json.h"
 #include "rack/codec/message_text.h"
 #include "rack/proxies/camera.h"
 #include "rack/proxies/chassis.h"
@@ -57,6 +57,7 @@ constexpr MessageInfo kFramework[] = {
     {kEveryClass, type::kParamEffects, "PARAM_EFFECTS", kBody<ParameterEffects>},
     {kEveryClass, type::kRuntime, "RUNTIME", kBody<RuntimeData>},
     {kEveryClass, type::kListeners, "LISTENERS", kBody<ListenersData>},
+    {kEveryClass, type::kDescription, "DESCRIPTION", kBody<DescriptionPage>},
     {kEveryClass, type::kOn, "ON"},
     {kEveryClass, type::kOff, "OFF"},
     {kEveryClass, type::kGetStatus, "GET_STATUS"},
@@ -69,6 +70,7 @@ constexpr MessageInfo kFramework[] = {
     {kEveryClass, type::kGetParamEffects, "GET_PARAM_EFFECTS"},
     {kEveryClass, type::kGetRuntime, "GET_RUNTIME"},
     {kEveryClass, type::kGetListeners, "GET_LISTENERS"},
+    {kEveryClass, type::kGetDescription, "GET_DESCRIPTION", kBody<DescriptionRequest>},
 };
 
 // --- sensors and actuators
@@ -184,7 +186,7 @@ constexpr MessageInfo kNavigation[] = {
     {kPath, PathType::kGetDbgGridmap, "GET_DBG_GRIDMAP"},
     {kPath, PathType::kGetLayer, "GET_LAYER"},
     {kPath, PathType::kSetLayer, "SET_LAYER", kBody<PathLayerData>},
-    {kPath, PathType::kDbgGridmap, "DBG_GRIDMAP"},
+    {kPath, PathType::kDbgGridmap, "DBG_GRIDMAP", kBody<GridMapData>},
     {kPath, PathType::kLayer, "LAYER", kBody<PathLayerData>},
     {kPath, PathType::kLayerOfC, "LAYER", kBody<PathLayerData>},
 
@@ -297,53 +299,12 @@ const MessageInfo* find_message(const tims::Header& header, const tims::AddressW
 
 namespace {
 
-void append_field(std::string& out, const SchemaField& field) {
-  const auto entry = [&](std::string_view key) -> std::string& {
-    return out.append(", \"").append(key).append("\": ");
-  };
-  out += "{\"name\": ";
-  append_quoted(out, field.name);
-  append_quoted(entry("type"), field.type == FieldType::kStruct ? field.inner->name
-                               : field.type == FieldType::kChar ? "char"
-                                                                : name(field.type));
-  if (field.type == FieldType::kText) entry("bytes") += std::to_string(field.size);
-  if (field.repeat == Repeat::kArray) entry("times") += std::to_string(field.times);
-  if (field.repeat == Repeat::kSequence) entry("at_most") += std::to_string(field.times);
-  if (!field.unit.empty()) {
-    append_quoted(entry("unit"), field.unit);
-    append_quoted(entry("si_unit"), field.si_unit);
-    std::array<char, 32> si{};
-    entry("si").append(si.data(), std::to_chars(si.data(), si.data() + si.size(), field.si).ptr);
-  }
-  out += '}';
-}
-
 // Structs contained in it come first.
-Result<void> append_struct(std::string& out, std::vector<const Schema*>& there,
-                           const Schema& schema) {
-  if (std::ranges::find(there, &schema) != there.end()) return {};
-  for (const SchemaField& field : schema.fields) {
-    if (field.repeat == Repeat::kTail)
-      return tims::Error(tims::Errc::kInvalidArgument,
-                         std::string(schema.name) + "." + std::string(field.name) +
-                             " is a Tail, whose length only a program knows: make it a Sequence");
-    if (field.inner == nullptr) continue;
-    if (auto good = append_struct(out, there, *field.inner); !good) return good;
-  }
-  there.push_back(&schema);
-  out += out.ends_with('[') ? "\n    {\"name\": " : ",\n    {\"name\": ";
-  append_quoted(out, schema.name);
-  for (const auto& [key, value] : {std::pair{"whole_size", schema.whole_size},
-                                   {"pads", std::size_t{schema.pads}},
-                                   {"surplus", schema.surplus}})
-    if (value > 0) out.append(", \"").append(key).append("\": ").append(std::to_string(value));
-  out.append(", \"made\": \"").append(tims::base::to_hex(schema.made()));
-  out += "\", \"fields\": [";
-  for (const SchemaField& field : schema.fields) {
-    out += &field == schema.fields.data() ? "\n      " : ",\n      ";
-    append_field(out, field);
-  }
-  out += "]}";
+Result<void> append_structs(std::string& out, StructsThere& there, const Schema& schema) {
+  if (const std::string tail = tail_in(schema); !tail.empty())
+    return tims::Error(tims::Errc::kInvalidArgument,
+                       tail + " is a Tail, whose length only a program knows: make it a Sequence");
+  append_struct(out, there, schema);
   return {};
 }
 
@@ -353,20 +314,14 @@ Result<std::string> message_file(const ClassInfo& own) {
   std::string out = "{\n  \"rack_messages\": 1,\n  \"class\": ";
   append_quoted(out, own.name);
   out += ",\n  \"class_id\": " + std::to_string(own.class_id) + ",\n  \"structs\": [";
-  std::vector<const Schema*> there;
+  StructsThere there;
   for (const MessageInfo& message : own.messages) {
     if (message.body == nullptr) continue;
-    if (const auto good = append_struct(out, there, *message.body); !good) return good.error();
+    if (const auto good = append_structs(out, there, *message.body); !good) return good.error();
   }
   if (there.empty()) out.resize(out.rfind(",\n"));  // no empty list
   out += there.empty() ? ",\n  \"messages\": [" : "],\n  \"messages\": [";
-  for (const MessageInfo& message : own.messages) {
-    out += &message == own.messages.data() ? "\n    {\"type\": " : ",\n    {\"type\": ";
-    out += std::to_string(message.type) + ", \"name\": ";
-    append_quoted(out, message.name);
-    if (message.body != nullptr) append_quoted(out += ", \"body\": ", message.body->name);
-    out += '}';
-  }
+  append_messages(out, own.messages, 4);
   return out += "]\n}\n";
 }
 

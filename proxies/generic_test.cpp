@@ -67,5 +67,64 @@ TEST(Generic, RuntimeIsKnownOfEveryClass) {
   EXPECT_EQ(find_message(0x14, tims::type::kGetListeners)->name, "GET_LISTENERS");
 }
 
+TEST(Generic, DescriptionOnTheWire) {
+  EXPECT_EQ(hex(DescriptionRequest{.offset = 258, .bytesMax = 3}, std::endian::little),
+            "0201000003000000");
+  DescriptionPage page{.size = 7, .offset = 5};
+  page.text = {'o', 'k'};
+  EXPECT_EQ(hex(page, std::endian::big), "0000000700000005000000026f6b");
+  EXPECT_EQ(find_message(0x14, tims::type::kGetDescription)->name, "GET_DESCRIPTION");
+  EXPECT_EQ(find_message(0x14, tims::type::kDescription)->name, "DESCRIPTION");
+}
+
+// Reads a description as Proxy::describe() does.
+std::string read_in_pages(std::string_view description, i32 bytes_max) {
+  std::string text;
+  for (bool more = true; more;) {
+    const auto page =
+        page_of(description, {.offset = static_cast<i32>(text.size()), .bytesMax = bytes_max});
+    EXPECT_TRUE(page);
+    const auto appended = append_page(text, *page);
+    EXPECT_TRUE(appended) << appended.error().message();
+    more = appended && *appended;
+  }
+  return text;
+}
+
+TEST(Generic, DescriptionsOfAnyLengthComeInPages) {
+  for (const std::size_t size : {0U, 1U, 3999U, 4000U, 4001U, 8000U, 20001U}) {
+    const std::string text(size, 'x');
+    EXPECT_EQ(read_in_pages(text, 0), text);
+    EXPECT_EQ(read_in_pages(text, 70), text);
+    EXPECT_EQ(read_in_pages(text, 5000), text);
+  }
+}
+
+TEST(Generic, PagesOutsideOfTheDescriptionAreRefused) {
+  EXPECT_TRUE(page_of("abc", {.offset = 3}));
+  for (const DescriptionRequest request :
+       {DescriptionRequest{.offset = 4}, {.offset = -1}, {.offset = 0, .bytesMax = -1}}) {
+    const auto page = page_of("abc", request);
+    ASSERT_FALSE(page);
+    EXPECT_TRUE(page.error().detail().starts_with("the description has 3 bytes, requested are"));
+  }
+}
+
+TEST(Generic, PagesThatDoNotFitAreRefused) {
+  const auto refused = [](DescriptionPage page, std::string_view text) {
+    page.text.assign(text.begin(), text.end());
+    std::string description = "ab";
+    return !append_page(description, page) && description == "ab";
+  };
+  EXPECT_FALSE(refused({.size = 3, .offset = 2}, "c"));
+  EXPECT_TRUE(refused({.size = 3, .offset = 1}, "c"));
+  EXPECT_TRUE(refused({.size = 3, .offset = -2}, "c"));
+  EXPECT_TRUE(refused({.size = 3, .offset = 2}, "cd"));
+  EXPECT_TRUE(refused({.size = 3, .offset = 2}, ""));
+  EXPECT_TRUE(refused({.size = -1, .offset = 2}, "c"));
+  EXPECT_FALSE(refused({.size = 1 << 20, .offset = 2}, "c"));
+  EXPECT_TRUE(refused({.size = (1 << 20) + 1, .offset = 2}, "c"));
+}
+
 }  // namespace generic_test
 }  // namespace rack

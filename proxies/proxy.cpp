@@ -51,6 +51,20 @@ Result<ParameterList> Proxy::get_param() {
   return query<ParameterList>(tims::type::kGetParam, tims::type::kParam);
 }
 
+Result<std::string> Proxy::describe() {
+  std::string description;
+  for (bool more = true; more;) {
+    const DescriptionRequest request{.offset = static_cast<i32>(description.size())};
+    const auto page = query<DescriptionPage>(tims::type::kGetDescription, request,
+                                             tims::type::kDescription);
+    if (!page) return page.error();
+    const auto appended = append_page(description, *page);
+    if (!appended) return appended.error();
+    more = *appended;
+  }
+  return description;
+}
+
 Result<void> Proxy::set_param(const Parameter& parameter) {
   ParameterList list;
   list.parameters.push_back(parameter);

@@ -55,6 +55,8 @@ static_assert(wire_size<ListenersData>() == 16);
 static_assert(wire_size<ParameterEffects>() == 4);
 static_assert(wire_size<ParameterEffect>() == 84);
 static_assert(wire_size<ListenerInfo>() == 12);
+static_assert(wire_size<DescriptionRequest>() == 8);
+static_assert(wire_size<DescriptionPage>() == 12);
 
 static_assert(wire_size<ChassisData>() == 36 && is_plain<ChassisData>());
 static_assert(wire_size<ChassisMoveData>() == 12);

@@ -6,7 +6,8 @@
 #include <span>
 #include <string>
 
-#include <fmt/core.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/random.h>
 #include <unistd.h>
 
@@ -16,6 +17,7 @@
 #include "router/core/router.h"
 #include "router/io/admin_service.h"
 #include "router/io/arguments.h"
+#include "router/io/http/console_folder.h"
 #include "router/io/http/http_port.h"
 #include "router/io/link_port.h"
 #include "router/io/local_port.h"
@@ -98,8 +100,12 @@ std::vector<core::StaticRoute> static_routes(const config::Config& c) {
 }
 
 std::size_t waiting_bytes(const config::Config& c) {
-  const std::size_t queue = std::max(c.tcp.queue_bytes, c.message.bytes_max);
+  const std::size_t queue = std::max({c.tcp.queue_bytes, c.http.queue_bytes, c.message.bytes_max});
   return std::max(kWaitingBytesMin, kFullQueues * queue);
+}
+
+io::BrowserAccess browser_access(const config::Config& c) {
+  return {.names = config::list_of(c.http.names), .origins = config::list_of(c.http.origins)};
 }
 
 std::uint64_t random_number() {
@@ -186,6 +192,9 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     report.rss_bytes = io::resident_bytes();
     report.longest_turn = loop_.longest_turn();
     report.udp_socket = links_.udp_report();
+    report.http_refused = http_.refusals();
+    report.insecure = configuration_.config.security.insecure;
+    report.exposed = exposed_ports();
     return report;
   }
   [[nodiscard]] const config::Config& config() const override { return configuration_.config; }
@@ -248,7 +257,44 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     if (auto result = listen(http_, "http", c.http.listen, process_.http); !result) return result;
     if (auto result = listen_for_routers(c); !result) return result;
     links_.configure(os::now(), c);
+    if (const auto exposed = exposed_ports(); !exposed.empty())
+      log_.warning(
+          fmt::format("{}: open to the network without keys (security.insecure): anybody "
+                      "in this network can drive this robot",
+                      fmt::join(exposed, ", ")));
     return {};
+  }
+
+  // Names of the ports that listen beyond loopback.
+  [[nodiscard]] std::vector<std::string> exposed_ports() const {
+    std::vector<std::string> names;
+    for (const auto& [name, where] :
+         {std::pair("tcp", &process_.tcp), std::pair("http", &process_.http),
+          std::pair("udp", &process_.udp)})
+      if (const auto endpoint = config::Endpoint::parse(*where); endpoint && !endpoint->loopback())
+        names.emplace_back(name);
+    return names;
+  }
+
+  // A router without its console still carries messages, so the reason is only logged and shown.
+  std::shared_ptr<const io::ConsoleFiles> load_console() {
+    const config::Config::Http& http = configuration_.config.http;
+    std::string reason = "It is switched off: http.console is \"off\".";
+    if (http.listen && http.console != "off") {
+      const bool by_default = http.console.empty();
+      const std::string folder = by_default ? io::default_console_folder() : http.console;
+      auto files = io::read_console(folder);
+      if (files) {
+        process_.console = folder;
+        log_.info(
+            fmt::format("console {}: {} files, {} bytes", folder, files->size(), files->bytes()));
+        return std::make_shared<const io::ConsoleFiles>(std::move(*files));
+      }
+      reason = files.error().detail();
+      if (!by_default || ::access(folder.c_str(), F_OK) == 0)
+        log_.warning("no console: " + reason + "; see http.console");
+    }
+    return std::make_shared<const io::ConsoleFiles>(io::ConsoleFiles::without_console(reason));
   }
 
   // A router without links has no UDP socket.
@@ -332,9 +378,9 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     log_.set_level(c.log.level);
     router_.configure(now, router_settings(c, epoch_));
     links_.configure(now, c);
-    http_.set_origins(config::list_of(c.http.origins));
+    http_.set_access(browser_access(c));
     tcp_.set_queue_bytes_max(c.tcp.queue_bytes);
-    http_.set_queue_bytes_max(c.tcp.queue_bytes);
+    http_.set_queue_bytes_max(c.http.queue_bytes);
     http_.set_ping_interval(c.lifesign.interval);
     loop_.end_turn(now);
   }
@@ -378,12 +424,14 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   io::HttpPort http_{loop_,
                      router_,
                      log_,
+                     limited_log_,
                      queue_shares_,
                      *this,
                      {.message_max = configuration_.config.message.bytes_max,
-                      .queue_bytes_max = configuration_.config.tcp.queue_bytes,
+                      .queue_bytes_max = configuration_.config.http.queue_bytes,
                       .ping_interval = configuration_.config.lifesign.interval,
-                      .origins = config::list_of(configuration_.config.http.origins)}};
+                      .access = browser_access(configuration_.config),
+                      .console = load_console()}};
   io::AdminService admin_{*this};
   bool admin_has_turn_ = false;  // posted
   io::Tracer tracer_;
@@ -398,8 +446,8 @@ class Program final : private core::RouterHooks, private io::AdminSource {
 [[noreturn]] void end_without_memory() {
   constexpr std::string_view kText =
       "tims-router: the system refuses more memory: raise the limit of the process (ulimit -v, "
-      "ulimit -d; LimitAS, MemoryMax of its service), or lower tcp.queue_bytes and "
-      "message.bytes_max\n";
+      "ulimit -d; LimitAS, MemoryMax of its service), or lower tcp.queue, "
+      "http.queue and message.max\n";
   (void)!::write(STDERR_FILENO, kText.data(), kText.size());
   ::_exit(kCannotStart);
 }

@@ -22,7 +22,7 @@ constexpr std::array<ParameterInfo, 3> kParameters = {
                      "the clock that sets this one; -1: none"),
     at_once({"systemClockUpdate", 1,
              "1: set the time of this host by that clock; needs CAP_SYS_TIME", 0, 1}),
-    at_once({"systemClockUpdateTime", 60000, "interval between updates, ms", 0}),
+    at_once({"systemClockUpdateTime", 60000, "interval between updates [ms]", 0}),
 };
 
 constexpr ModuleInfo kInfo{

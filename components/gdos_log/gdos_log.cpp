@@ -26,13 +26,13 @@ constexpr std::array<ParameterInfo, 8> kParameters = {{
     {"targetStatus", 1, "1: turn on at start", 0, 1},
     host_file({"directory", "",
                "folder of the files; empty: /var/log/tims for root, else ~/.local/state/tims"}),
-    {"fileSize", 10240, "maximum size of a file, KiB", 1, 1 << 21},
+    {"fileSize", 10240, "maximum size of a file [KiB]", 1, 1 << 21},
     {"files", 10, "maximum number of files, including the current one", 1, 100000},
-    {"age", 0, "maximum age of a file, days; 0: limited by `files` only", 0, 36500},
+    {"age", 0, "maximum age of a file [days]; 0: limited by `files` only", 0, 36500},
     {"syncTime", 1000,
-     "interval between syncs to disk, ms; later texts are lost at a power failure", 10, 3600000},
-    {"journal", -1, "1: write to journald, too; 0: do not; -1: only as a service of systemd", -1,
-     1},
+     "interval between syncs to disk [ms]; later texts are lost at a power failure", 10, 3600000},
+    one_of("-1 only as a service of systemd, 0 no, 1 yes",
+           {"journal", -1, "write to journald, too", -1, 1}),
 }};
 
 constexpr ModuleInfo kInfo{

@@ -22,8 +22,8 @@ constexpr std::array<ParameterInfo, 6> kParameters = {{
     {"axisX", 1, "axis of the device for backward and forward; -1: none", -1, 255},
     {"axisY", 0, "axis of the device for left and right; -1: none", -1, 255},
     {"axisZ", 2, "third axis of the device; -1: none", -1, 255},
-    {"deadZone", 5, "dead zone around the centre, %", 0, 100},
-    {"periodTime", 100, "period of the data, ms", 1, 1000},
+    {"deadZone", 5, "dead zone around the centre [%]", 0, 100},
+    {"periodTime", 100, "period of the data [ms]", 1, 1000},
 }};
 
 constexpr ModuleInfo kInfo{

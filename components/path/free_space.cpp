@@ -121,6 +121,27 @@ tims::Result<FreeSpace> FreeSpace::of(const localisation::FloorPlan& plan, doubl
 
 // --- cells
 
+GridMapData FreeSpace::message() const {
+  constexpr u8 kOccupied = 255;
+  constexpr std::size_t kMost = decltype(GridMapData::occupancy)::kMax;
+  std::size_t factor = 1;
+  const auto part = [&](std::size_t count) { return (count + factor - 1) / factor; };
+  while (part(rows_) * part(columns_) > kMost) ++factor;
+  GridMapData map;
+  const double size = cell_ * static_cast<double>(factor);
+  map.scale = static_cast<i32>(std::lround(size));
+  map.offsetX = whole_millimetres(corner_.x + size / 2);  // the centre of the first cell
+  map.offsetY = whole_millimetres(corner_.y + size / 2);
+  map.gridNumX = static_cast<i32>(part(rows_));
+  map.gridNumY = static_cast<i32>(part(columns_));
+  map.occupancy.assign(part(rows_) * part(columns_), 0);
+  for (std::size_t row = 0; row < rows_; ++row)
+    for (std::size_t column = 0; column < columns_; ++column)
+      if (cells_[row * columns_ + column] != 0)
+        map.occupancy[row / factor + column / factor * part(rows_)] = kOccupied;  // x runs first
+  return map;
+}
+
 bool FreeSpace::contains(const Place& place) const {
   const double row = (place.x - corner_.x) / cell_;
   const double column = (place.y - corner_.y) / cell_;

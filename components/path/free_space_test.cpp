@@ -92,6 +92,39 @@ TEST(FreeSpace, ReadsMapsOfCells) {
   EXPECT_FALSE(FreeSpace::of(cells(), 5).ok()) << "too small";
 }
 
+TEST(FreeSpace, IsTheSameAsMessage) {
+  auto space = FreeSpace::empty({-3000, 1000}, 6000, 2500, 100);
+  ASSERT_TRUE(space.ok());
+  for (const Place& place : {Place{-2999, 1001}, Place{50, 2000}, Place{2999, 3499}})
+    space->occupy(place);
+  space->measure();
+  const GridMapData message = space->message();
+  EXPECT_EQ(message.scale, 100);
+  EXPECT_EQ(message.gridNumX, 60);
+  EXPECT_EQ(message.gridNumY, 25);
+  const auto read = FreeSpace::of(message);
+  ASSERT_TRUE(read.ok()) << read.error().message();
+  for (std::size_t row = 0; row < space->rows(); ++row)
+    for (std::size_t column = 0; column < space->columns(); ++column) {
+      const Place at = space->center_of(row, column);
+      EXPECT_EQ(read->occupied(at), space->occupied(at)) << at.x << ' ' << at.y;
+    }
+}
+
+TEST(FreeSpace, HasCoarserCellsInAMessageThatCannotHoldThem) {
+  for (const auto& [length, scale] : {std::pair{500.0, 10}, {500.1, 20}}) {  // times 500 cells
+    auto space = FreeSpace::empty({}, 10 * length, 5000, 10);
+    ASSERT_TRUE(space.ok());
+    space->occupy({4985, 4985});
+    const GridMapData message = space->message();
+    EXPECT_EQ(message.scale, scale);
+    const auto read = FreeSpace::of(message);
+    ASSERT_TRUE(read.ok()) << read.error().message();
+    EXPECT_TRUE(read->occupied({4985, 4985}));
+    EXPECT_FALSE(read->occupied({4955, 4985}));
+  }
+}
+
 TEST(FreeSpace, ReadsFiles) {
   const auto of_ros = FreeSpace::of({.path = "a.yaml", .cells = cells()}, 50, 500);
   ASSERT_TRUE(of_ros.ok());

@@ -37,20 +37,20 @@ constexpr std::array<ParameterInfo, 21> kParameters = {{
     navigation::kMapOffsetX,
     navigation::kMapOffsetY,
     navigation::kMapLayers,
-    {"cellSize", 100, "cell size of the planning map, mm", 10, 1000},
-    {"planWidth", 40000, "without a map: width of the free area around the robot, mm", 1000,
+    {"cellSize", 100, "cell size of the planning map [mm]", 10, 1000},
+    {"planWidth", 40000, "without a map: width of the free area around the robot [mm]", 1000,
      200000},
-    {"vMax", 0, "maximum speed, mm/s; 0: that of the chassis", 0, kMax},
-    {"accMax", 0, "acceleration, mm/s2; 0: 70 % of the limit of the chassis", 0, kMax},
-    {"decMax", 0, "deceleration, mm/s2; 0: 70 % of the limit of the chassis", 0, kMax},
-    {"omegaMax", 0, "maximum angular speed, deg/s; 0: 90 % of the limit of the chassis", 0, 3600},
-    {"accLateral", 1000, "lateral acceleration in bends, mm/s2", 1, kMax},
+    {"vMax", 0, "maximum speed [mm/s]; 0: that of the chassis", 0, kMax},
+    {"accMax", 0, "acceleration [mm/s2]; 0: 70 % of the limit of the chassis", 0, kMax},
+    {"decMax", 0, "deceleration [mm/s2]; 0: 70 % of the limit of the chassis", 0, kMax},
+    {"omegaMax", 0, "maximum angular speed [deg/s]; 0: 90 % of the limit of the chassis", 0, 3600},
+    {"accLateral", 1000, "lateral acceleration in bends [mm/s2]", 1, kMax},
     {"lbo", 500,
-     "corridor to each side for waypoints without one, mm; at least the width of the chassis", 1,
+     "corridor to each side for waypoints without one [mm]; at least the width of the chassis", 1,
      kMax},
-    {"comfort", 300, "additional clearance that a plan prefers, mm", 0, kMax},
+    {"comfort", 300, "additional clearance that a plan prefers [mm]", 0, kMax},
     {"layer", 0, "layer of the waypoints to drive"},
-    {"periodTime", 50, "period of the data, ms", 1, 60000},
+    {"periodTime", 50, "period of the data [ms]", 1, 60000},
 }};
 
 constexpr ModuleInfo kInfo{
@@ -204,6 +204,8 @@ class PathRddf : public DataModule<PathData> {
         return answered(message, replan(message));
       case PathType::kSetLayer:
         return answered(message, set_layer(message));
+      case PathType::kGetDbgGridmap:
+        return send_map(message);
       case PathType::kGetLayer: {
         const std::lock_guard lock(state_mutex_);
         reply(message.header, PathType::kLayer, PathLayerData{planner_.layer()});
@@ -212,6 +214,18 @@ class PathRddf : public DataModule<PathData> {
       default:
         return DataModule::module_command(message);
     }
+  }
+
+  Result<void> send_map(const tims::MessageView& message) {
+    if (!is_on()) return refused("the path component is off; turn it on first");
+    GridMapData map;
+    {
+      const std::lock_guard lock(state_mutex_);
+      if (planner_.map() == nullptr) return refused("it plans without a map: set mapFile");
+      map = planner_.map()->message();
+    }
+    reply(message.header, PathType::kDbgGridmap, map);
+    return {};
   }
 
   Result<void> set_rddf(const tims::MessageView& message) {

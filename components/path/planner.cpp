@@ -21,7 +21,7 @@ constexpr std::array<ParameterInfo, 4> kParameters = {{
     partner("pilot", "the pilot", "the pilot, a PilotPath"),
     partner("path", "the path"),
     partner("chassis", "the chassis"),
-    {"periodTime", 200, "period of the data, ms", 10, 10000},
+    {"periodTime", 200, "period of the data [ms]", 10, 10000},
 }};
 
 constexpr ModuleInfo kInfo{

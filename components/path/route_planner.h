@@ -68,6 +68,8 @@ class RoutePlanner {
   [[nodiscard]] i32 layer() const { return settings_.layer; }
   // Makes room for somebody, until there is a path to the destination again.
   [[nodiscard]] bool makes_room() const { return aside_.has_value(); }
+  // Without a map: nothing.
+  [[nodiscard]] const FreeSpace* map() const { return has_map_ ? &map_ : nullptr; }
 
  private:
   // A place aside, and how far the vehicle is with it.

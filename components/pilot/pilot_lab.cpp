@@ -16,12 +16,12 @@ constexpr std::array<ParameterInfo, 9> kParameters = {{
     partner("chassis", "the chassis"),
     partner("position", "the position"),
     partner("scan2d", "the scan"),
-    {"speedMax", 300, "maximum speed, mm/s", 0, 1e6},
-    {"vMaxSide", 0, "maximum sideways speed, mm/s; 0: forward only", 0, 1e6},
-    {"omegaMax", 30, "maximum angular speed, deg/s", 0, 3600},
-    {"varDistance", 1000, "distance to the destination from which it becomes slower, mm", 1, 1e6},
-    {"varRho", 15, "it drives when the destination is ahead within this angle, deg", 1, 180},
-    {"distanceMin", 300, "distance to obstacles ahead at which it stops, mm", 0, 1e6},
+    {"speedMax", 300, "maximum speed [mm/s]", 0, 1e6},
+    {"vMaxSide", 0, "maximum sideways speed [mm/s]; 0: forward only", 0, 1e6},
+    {"omegaMax", 30, "maximum angular speed [deg/s]", 0, 3600},
+    {"varDistance", 1000, "distance to the destination from which it becomes slower [mm]", 1, 1e6},
+    {"varRho", 15, "it drives when the destination is ahead within this angle [deg]", 1, 180},
+    {"distanceMin", 300, "distance to obstacles ahead at which it stops [mm]", 0, 1e6},
 }};
 
 constexpr ModuleInfo kInfo{

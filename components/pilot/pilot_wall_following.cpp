@@ -15,12 +15,12 @@ constexpr std::array<ParameterInfo, 8> kParameters = {{
     required_partner("scan2d", "the scan"),
     partner("chassis", "the chassis"),
     partner("position", "the position"),
-    {"maxSpeed", 500, "maximum speed, mm/s", 0, 1e6},
-    {"omegaMax", 20, "maximum angular speed, deg/s", 0, 3600},
-    {"mode", 1, "0: keep the wall on the right, 1: follow near walls, turn away from obstacles", 0,
-     1},
-    {"distance", 1000, "distance to the wall, mm", 1, 1e6},
-    {"testDis", 1000, "mode 1: free distance required ahead, mm", 1, 1e6},
+    {"maxSpeed", 500, "maximum speed [mm/s]", 0, 1e6},
+    {"omegaMax", 20, "maximum angular speed [deg/s]", 0, 3600},
+    one_of("0 keep the wall on the right, 1 follow near walls and turn away from obstacles",
+           {"mode", 1, "behaviour", 0, 1}),
+    {"distance", 1000, "distance to the wall [mm]", 1, 1e6},
+    {"testDis", 1000, "mode 1: free distance required ahead [mm]", 1, 1e6},
 }};
 
 constexpr ModuleInfo kInfo{

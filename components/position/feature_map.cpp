@@ -29,7 +29,7 @@ constexpr std::array<ParameterInfo, 7> kParameters = {{
     kMapLayers,
     optional_partner("position", "the position",
                      "the position; of large maps, only lines near it are sent; -1: none"),
-    {"period", 1000, "period of the data, ms", 10, 60000},
+    {"period", 1000, "period of the data [ms]", 10, 60000},
 }};
 
 constexpr ModuleInfo kInfo{

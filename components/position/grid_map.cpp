@@ -22,7 +22,7 @@ constexpr std::array<ParameterInfo, 8> kParameters = {{
     optional_partner("position", "the position",
                      "the position; of large maps, only the part around it is sent; -1: the whole, "
                      "with larger cells"),
-    {"period", 1000, "period of the data, ms", 10, 60000},
+    {"period", 1000, "period of the data [ms]", 10, 60000},
 }};
 
 constexpr ModuleInfo kInfo{

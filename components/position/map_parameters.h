@@ -7,7 +7,7 @@
 namespace rack::navigation {
 
 inline constexpr ParameterInfo kMapScaleFactor = {
-    "mapScaleFactor", 1000, "mm per unit of a floor plan; 0: as the plan states", 0, 1e6};
+    "mapScaleFactor", 1000, "size of a unit of a floor plan [mm]; 0: as the plan states", 0, 1e6};
 inline constexpr ParameterInfo kMapOffsetX = {
     "mapOffsetX", 0, "north of the floor plan that is x = 0, in its units"};
 inline constexpr ParameterInfo kMapOffsetY = {"mapOffsetY", 0,
@@ -17,6 +17,6 @@ inline constexpr ParameterInfo kMapLayers = {"mapLayers", "",
                                              "\"walls*, pillars\"; \"-exits\": all but these; "
                                              "empty: all"};
 inline constexpr ParameterInfo kMapResolution = {"mapResolution", 50,
-                                                 "cell size for floor plans, mm", 1, 1000};
+                                                 "cell size for floor plans [mm]", 1, 1000};
 
 }  // namespace rack::navigation

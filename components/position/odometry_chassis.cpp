@@ -16,9 +16,9 @@ namespace {
 
 constexpr std::array<ParameterInfo, 4> kParameters = {{
     partner("chassis", "the chassis"),
-    {"initPosX", 0, "initial x, mm"},
-    {"initPosY", 0, "initial y, mm"},
-    {"initPosRho", 0, "initial heading, deg"},
+    {"initPosX", 0, "initial x [mm]"},
+    {"initPosY", 0, "initial y [mm]"},
+    {"initPosRho", 0, "initial heading [deg]"},
 }};
 
 constexpr ModuleInfo kInfo{

@@ -20,6 +20,7 @@
 
 #include "components/runtime/crash.h"
 #include "components/runtime/logic/arguments.h"
+#include "components/runtime/logic/description.h"
 #include "components/runtime/logic/life_cycle.h"
 #include "components/runtime/logic/repeats.h"
 #include "components/runtime/real_time_watch.h"
@@ -123,6 +124,7 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
 
   void command_task();
   void on_command(const tims::MessageView& message);
+  void describe(const tims::MessageView& message);
   void set_parameters(const tims::MessageView& message);
   void turn_on(const tims::Header& request);
   void turn_off(const tims::Header& request);
@@ -185,6 +187,11 @@ int Module::run(std::span<const char* const> arguments) {
   }
   if (parsed->version) {
     std::fputs((std::string(info_.program) + " " TIMS_VERSION "\n").c_str(), stdout);
+    return static_cast<int>(ExitCode::kGood);
+  }
+  if (parsed->describe) {
+    if (info_.own_class != nullptr) (void)add_class(*info_.own_class);  // for its name
+    std::fputs(description().c_str(), stdout);
     return static_cast<int>(ExitCode::kGood);
   }
   if (const auto report = run_alone()) {
@@ -392,6 +399,17 @@ tims::Address Module::component_of(tims::Address mailbox) const {
   return tims::Address::of(fields, runtime_->session_->address_widths());
 }
 
+std::string Module::description() const {
+  std::vector<UsedComponent> inputs;
+  for (const PartnerNames& partner : partners_)
+    inputs.push_back(
+        {.class_id = partner.class_id, .system = partner.system, .instance = partner.instance});
+  return rack::description(parameters_, {.purpose = info_.purpose,
+                                         .class_id = info_.class_id,
+                                         .inputs = inputs,
+                                         .has_data = has_data()});
+}
+
 Result<void> Module::create_own_mailboxes() {
   for (OwnMailbox* own : own_mailboxes_) {
     if (runtime_->last_local_ + 1 >= std::uint64_t{1} << address_widths().local)
@@ -465,6 +483,8 @@ void Module::Runtime::on_command(const tims::MessageView& message) {
       return module_.reply(header, tims::type::kParam, parameter_list());
     case tims::type::kGetParamEffects:
       return module_.reply(header, tims::type::kParamEffects, parameters_.effects());
+    case tims::type::kGetDescription:
+      return describe(message);
     case tims::type::kGetRuntime:
       return module_.reply(header, tims::type::kRuntime, runtime_data());
     case tims::type::kSetParam:
@@ -578,6 +598,15 @@ RuntimeData Module::Runtime::runtime_data() const {
   data.since = state_since_.load();
   watch_.describe(data);
   return data;
+}
+
+// Declarations do not change while the program runs, so that its pages fit together.
+void Module::Runtime::describe(const tims::MessageView& message) {
+  const auto request = decode<DescriptionRequest>(message);
+  if (!request) return refuse(message.header, request.error().message());
+  const auto page = page_of(module_.description(), *request);
+  if (!page) return refuse(message.header, page.error().detail());
+  module_.reply(message.header, tims::type::kDescription, *page);
 }
 
 // Sets the valid parameters of a list, and logs the others.

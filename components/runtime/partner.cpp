@@ -8,7 +8,9 @@ PartnerBase::PartnerBase(Module& module, std::uint32_t class_id, std::string_vie
       work_(&work),
       class_id_(class_id),
       system_(partner_parameter(name, "Sys")),
-      instance_(partner_parameter(name, "Inst")) {}
+      instance_(partner_parameter(name, "Inst")) {
+  module.partners_.push_back({class_id, system_, instance_});
+}
 
 std::optional<tims::Address> PartnerBase::address() const {
   const std::int32_t instance = module_->integer(instance_);

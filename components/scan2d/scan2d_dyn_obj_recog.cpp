@@ -14,8 +14,8 @@ namespace {
 constexpr std::array<ParameterInfo, 4> kParameters = {{
     required_partner("scan2d", "the scan"),
     required_partner("objRecog", "the object recognition"),
-    {"vMin", 300, "slower objects are ignored, mm/s", 0, 1e6},
-    {"margin", 100, "added to each side of an object, mm; 0: none, as the original", 0, 1e5},
+    {"vMin", 300, "slower objects are ignored [mm/s]", 0, 1e6},
+    {"margin", 100, "added to each side of an object [mm]; 0: none, as the original", 0, 1e5},
 }};
 
 constexpr ModuleInfo kInfo{

@@ -20,9 +20,9 @@ constexpr std::array<rack::ParameterInfo, 4> kParameters = {{
     rack::host_file(
         {"sensor", "",
          "file with the temperature in 1/1000 degrees Celsius, as from hwmon; empty: simulated"}),
-    {"period", 100, "period of the data, ms", 10, 60000},
+    {"period", 100, "period of the data [ms]", 10, 60000},
     {"smoothing", 4, "number of samples to average", 1, 16},
-    {"limit", 353150, "limit for tooHot, mK", 0, 2e6},
+    {"limit", 353150, "limit for tooHot [mK]", 0, 2e6},
 }};
 
 constexpr rack::ModuleInfo kInfo{

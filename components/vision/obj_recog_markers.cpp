@@ -17,12 +17,12 @@ constexpr auto kParameters =
            std::array<ParameterInfo, 5>{{
                host_file({"markerFile", "",
                           "map of the markers (TOML); empty: none, the position is not updated"}),
-               {"family", "tag36h11",
-                "family of markers that are not in the map: tag36h11, tag25h9, tag16h5"},
+               one_of("tag36h11, tag25h9, tag16h5",
+                      {"family", "tag36h11", "family of markers that are not in the map"}),
                {"markerSize", 160,
-                "size of markers that are not in the map: side of the black square, mm", 10, 5000},
-               {"maxRange", 8000, "markers beyond it are not used for the position, mm", 100, 1e6},
-               {"updatePeriod", 500, "between updates of the position, at least, ms", 0, 3600000},
+                "size of markers that are not in the map: side of the black square [mm]", 10, 5000},
+               {"maxRange", 8000, "markers beyond it are not used for the position [mm]", 100, 1e6},
+               {"updatePeriod", 500, "between updates of the position, at least [ms]", 0, 3600000},
            }});
 
 constexpr ModuleInfo kInfo{

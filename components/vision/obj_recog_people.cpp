@@ -13,13 +13,13 @@ namespace {
 constexpr auto kPeopleParameters =
     joined(kPictureParameters,
            std::array<ParameterInfo, 4>{{
-               {"personHeight", 1750, "of the people, on average, mm", 500, 3000},
+               {"personHeight", 1750, "of the people, on average [mm]", 500, 3000},
                {"minScore", 0.5F,
                 "of the detector: higher finds fewer people and fewer other things", 0, 10},
-               {"maxRange", 10000, "people beyond it are not searched, mm", 1000, 100000},
+               {"maxRange", 10000, "people beyond it are not searched [mm]", 1000, 100000},
                {"maxWidth", 640,
-                "of the searched picture, pixels: larger ones are reduced, which is "
-                "faster and finds fewer distant people",
+                "of the searched picture [pixels]: larger ones are reduced, which is faster and "
+                "finds fewer distant people",
                 64, 1920},
            }});
 

@@ -20,14 +20,14 @@ namespace rack::vision {
 inline constexpr std::array<ParameterInfo, 10> kPictureParameters = {{
     required_partner("camera", "the camera"),
     optional_partner("position", "the position", "the position of the robot; -1: none"),
-    {"period", 200, "between the pictures that are searched, at least, ms", 1, 60000},
-    {"cameraX", 0, "position of the lens on the robot, mm forward"},
-    {"cameraY", 0, "mm to the right"},
-    {"cameraHeight", 500, "above the ground, mm", 1, 1e5},
-    {"cameraPhi", 0.0F, "roll of the camera to the right, deg", -360, 360},
-    {"cameraPsi", 0.0F, "pitch of the camera upwards, deg", -360, 360},
-    {"cameraRho", 0.0F, "heading of the camera, clockwise, deg", -360, 360},
-    {"cameraLag", 0, "delay of the time stamps of pictures, ms", 0, 10000},
+    {"period", 200, "between the pictures that are searched, at least [ms]", 1, 60000},
+    {"cameraX", 0, "position of the lens on the robot, forward [mm]"},
+    {"cameraY", 0, "the same to the right [mm]"},
+    {"cameraHeight", 500, "above the ground [mm]", 1, 1e5},
+    {"cameraPhi", 0.0F, "roll of the camera to the right [deg]", -360, 360},
+    {"cameraPsi", 0.0F, "pitch of the camera upwards [deg]", -360, 360},
+    {"cameraRho", 0.0F, "heading of the camera, clockwise [deg]", -360, 360},
+    {"cameraLag", 0, "delay of the time stamps of pictures [ms]", 0, 10000},
 }};
 
 class PictureRecogniser : public DataModule<ObjRecogData> {

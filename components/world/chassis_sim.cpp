@@ -11,18 +11,17 @@
 namespace rack::sim {
 namespace {
 
-constexpr auto kParameters =
-    joined(chassis_limits({.omegaMax = 20}),
-           std::array<ParameterInfo, 5>{{
-               {"vyMax", 0, "maximum speed to the side, mm/s", 0, 1e6},
-               {"vyMin", 0, "minimum speed to the side other than 0, mm/s", 0, 1e6},
-               {"periodTime", 100, "period of the data, ms", 1, 60000},
-               {"acceleration", 0, "1: limit the change of speeds by accMax and decMax", 0, 1},
-               {"moveDeadline", -1,
-                "validity of a MOVE, ms; -1: three periods of the pilot, 0: without end, as the "
-                "original",
-                -1, 10000},
-           }});
+constexpr auto kParameters = joined(
+    chassis_limits({.omegaMax = 20}),
+    std::array<ParameterInfo, 5>{{
+        {"vyMax", 0, "maximum speed to the side [mm/s]", 0, 1e6},
+        {"vyMin", 0, "minimum speed to the side other than 0 [mm/s]", 0, 1e6},
+        {"periodTime", 100, "period of the data [ms]", 1, 60000},
+        {"acceleration", 0, "1: limit the change of speeds by accMax and decMax", 0, 1},
+        {"moveDeadline", -1,
+         "validity of a MOVE [ms]; -1: three periods of the pilot, 0: without end, as the original",
+         -1, 10000},
+    }});
 
 constexpr ModuleInfo kInfo{
     .program = "ChassisSim",

@@ -7,8 +7,8 @@ namespace {
 constexpr std::array<ParameterInfo, kMapScannerParameters + 2> kParameters = [] {
   std::array<ParameterInfo, kMapScannerParameters + 2> all{};
   auto* own = std::ranges::copy(kMapScanner, all.begin()).out;
-  *own++ = {"angleMin", -180, "first ray, deg", -360, 360};
-  *own = {"angleMax", 180, "last ray, deg", -360, 360};
+  *own++ = {"angleMin", -180, "first ray [deg]", -360, 360};
+  *own = {"angleMax", 180, "last ray [deg]", -360, 360};
   return all;
 }();
 

@@ -18,8 +18,8 @@ namespace rack::sim {
 inline constexpr std::size_t kMapScannerParameters = 8;
 inline constexpr std::array<ParameterInfo, kMapScannerParameters> kMapScanner = {{
     partner("odometry", "the odometry"),
-    {"maxRange", 10000, "maximum range, mm", 1, 1e6},
-    {"angleRes", 1, "angle between two rays, deg", 1, 360},
+    {"maxRange", 10000, "maximum range [mm]", 1, 1e6},
+    {"angleRes", 1, "angle between two rays [deg]", 1, 360},
     host_file({"mapFile", "", "floor plan (DXF) or map of ROS (.yaml)", 0, 0, true}),
     navigation::kMapScaleFactor,
     navigation::kMapOffsetX,

@@ -37,7 +37,7 @@ constexpr std::size_t kWorldBytesMax = 4 << 20;
 
 constexpr std::array<ParameterInfo, 3> kParameters = {{
     host_file({"file", "", "file of the world (TOML)"}),
-    {"period", 50, "period of the published truth, ms", 5, 60000},
+    {"period", 50, "period of the published truth [ms]", 5, 60000},
     {"seed", 0, "seed of noise, slip and people; 0: the seed in the file", 0, 2e9},
 }};
 

@@ -26,6 +26,7 @@ class Checker {
     check_exposure("tcp.listen", config_.tcp.listen);
     check_exposure("http.listen", config_.http.listen);
     check_exposure("udp.listen", config_.udp.listen);
+    check_names();
     check_origins();
     check_router();
     check_fleet();
@@ -42,6 +43,19 @@ class Checker {
     if (!listen || listen->loopback() || is_insecure()) return;
     fail(key, fmt::format(R"({} "{}" {}. Listen on "127.0.0.1:{}"; or, {})", key,
                           listen->to_string(), kNoKeys, listen->port, kInsecure));
+  }
+
+  void check_names() {
+    for (const std::string& name : list_of(config_.http.names)) {
+      const bool is_plain = std::ranges::all_of(name, [](char c) {
+        return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
+               c == '-' || c == '.' || c == '_';
+      });
+      if (is_plain) continue;
+      fail("http.names", fmt::format("http.names: {} is not the name of a host: write "
+                                     "\"robot7.local\", without http:// and without a port",
+                                     in_quotes(name)));
+    }
   }
 
   void check_origins() {

@@ -49,6 +49,16 @@ TEST(Check, OriginsOfPages) {
         << wrong;
 }
 
+TEST(Check, NamesOfThisHost) {
+  EXPECT_THAT(problems("[http]\nnames = \"robot7.local, robot7\"\n"), testing::IsEmpty());
+  EXPECT_THAT(problems("[http]\nnames = [\"robot7.local\", \"Robot_7-b\"]\n"), testing::IsEmpty());
+  for (const auto* wrong : {"http://robot7", "robot7:8080", "*", "robot7/", "a b", "[::1]"})
+    EXPECT_THAT(problems("[http]\nnames = \"a, " + std::string(wrong) + "\"\n"),
+                ElementsAre(testing::HasSubstr("\"" + std::string(wrong) +
+                                               "\" is not the name of a host: write")))
+        << wrong;
+}
+
 TEST(Check, ALinkHasAKind) {
   EXPECT_THAT(
       problems("[[link]]\nto = \"robot2\"\n"),

@@ -119,7 +119,10 @@ struct Config {
 
   struct Http {
     std::optional<Endpoint> listen = Endpoint{"127.0.0.1", 8080};  // empty: off
+    std::string names;                                             // "robot7.local, robot7"
     std::string origins;  // "http://robot7:3000, http://localhost:5173"
+    std::string console;  // a folder, or "off"; empty: that of the installation or build
+    std::uint32_t queue_bytes = 1U << 20;  // queued for one slow WebSocket client
     bool operator==(const Http&) const = default;
   } http;
 

@@ -205,8 +205,9 @@ class Loader {
       return must_be(option.kind, std::to_string(*number));
     }
     if (const auto* texts = std::get_if<std::vector<std::string>>(&raw)) {
-      if (option.kind != Kind::kPaths) return must_be(option.kind, "an array");
-      return parse_value(option.kind, option.range, fmt::format("{}", fmt::join(*texts, "+")));
+      if (option.kind != Kind::kPaths && !option.is_list) return must_be(option.kind, "an array");
+      const std::string_view between = option.is_list ? ", " : "+";
+      return parse_value(option.kind, option.range, fmt::format("{}", fmt::join(*texts, between)));
     }
     if (std::holds_alternative<double>(raw))
       return must_be(option.kind, "a number with a fraction");

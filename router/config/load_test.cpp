@@ -620,6 +620,14 @@ Config with(std::vector<std::string> settings) {
   return load({{}, std::move(settings), kHost}).config;
 }
 
+TEST(Load, AListOfTextsIsATextOrAnArray) {
+  const auto names = [](const std::string& text) { return load_text(text).config.http.names; };
+  EXPECT_EQ(names("[http]\nnames = \"a.local, b\"\n"), "a.local, b");
+  EXPECT_EQ(names("[http]\nnames = [\"a.local\", \"b\"]\n"), "a.local, b");
+  EXPECT_EQ(names("[http]\nnames = []\n"), "");
+  EXPECT_FALSE(load_text("[router]\nname = [\"a\"]\n").ok());
+}
+
 TEST(Reload, NothingChangedIsAnEmptyList) {
   EXPECT_TRUE(changes(defaults(kHost), defaults(kHost)).empty());
 }

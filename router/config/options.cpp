@@ -154,13 +154,36 @@ constexpr std::array kOptions{
          .help = "Address for WebSocket clients, /metrics and /healthz; \"off\" for none. Beyond "
                  "loopback it needs security.insecure. WebSocket clients have the same rights as "
                  "clients of tcp.listen."}),
+    row<Kind::kText, &Config::http, &Config::Http::names>(
+        {.key = "http.names",
+         .range = {0, 1024},
+         .reload = Reload::kYes,
+         .help = "Names by which browsers reach this host, in addition to numeric addresses and "
+                 "localhost: \"robot7.local, robot7\". Requests with another name are refused, "
+                 "because any web site can point a name of its own at this host.",
+         .is_list = true}),
     row<Kind::kText, &Config::http, &Config::Http::origins>(
         {.key = "http.origins",
          .range = {0, 1024},
          .reload = Reload::kYes,
          .help = "Web pages that may open a WebSocket here in addition to pages served by this "
-                 "port: \"http://robot7:3000, http://localhost:5173\". The host names in them are "
-                 "accepted as names of this host."}),
+                 "port: \"http://robot7:3000, http://localhost:5173\".",
+         .is_list = true}),
+    row<Kind::kText, &Config::http, &Config::Http::console>(
+        {.key = "http.console",
+         .range = {0, 4096},
+         .reload = Reload::kRestart,
+         .help = "Folder of the console, the web page at http.listen; it is read once, at start. "
+                 "\"off\" for none.",
+         .default_note = "share/tims/console of this installation or build, if it is there",
+         .sample = R"("")"}),
+    row<Kind::kSize, &Config::http, &Config::Http::queue_bytes>(
+        {.key = "http.queue",
+         .range = {64 * kKi, kGi},
+         .reload = Reload::kYes,
+         .help = "Maximum amount of data queued for one slow WebSocket client; beyond it messages "
+                 "are dropped and counted, the least important first. One message that is larger "
+                 "may wait in addition."}),
 
     row<Kind::kEndpoint, &Config::udp, &Config::Udp::listen>(
         {.key = "udp.listen",
@@ -191,7 +214,8 @@ constexpr std::array kOptions{
          .range = {0, 1024},
          .reload = Reload::kRestart,
          .help = "Addresses of routers that multicast does not reach: \"10.9.1.1, 10.9.1.2:7410\". "
-                 "It is enough when one side lists the other."}),
+                 "It is enough when one side lists the other.",
+         .is_list = true}),
     row<Kind::kText, &Config::dds, &Config::Dds::server>(
         {.key = "dds.server",
          .range = {0, 64},

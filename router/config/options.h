@@ -25,6 +25,7 @@ struct Spec {
   // Only set where the default depends on the host or on another option:
   std::string_view default_note{};  // description of the default
   std::string_view sample{};        // shown in the sample file, as TOML
+  bool is_list = false;             // a text of elements: list_of(); in a file also an array
 
   [[nodiscard]] std::string_view table() const { return key.substr(0, key.find('.')); }
   [[nodiscard]] std::string_view name() const { return key.substr(key.find('.') + 1); }

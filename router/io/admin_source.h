@@ -42,6 +42,13 @@ struct DdsReport {
   std::uint64_t waiting_bytes = 0;
 };
 
+// Requests from browsers that were refused, by the rule they violated (http/http_pages.h).
+struct HttpRefusals {
+  std::uint64_t host = 0;
+  std::uint64_t origin = 0;
+  std::uint64_t cross_site = 0;
+};
+
 struct ProcessReport {
   std::string name{};     // router.name
   std::string version{};  // of the program
@@ -56,6 +63,10 @@ struct ProcessReport {
   std::string http{};
   std::string udp{};
   std::optional<UdpReport> udp_socket{};
+  std::string console{};  // folder; empty when there is none
+  HttpRefusals http_refused{};
+  bool insecure = false;               // security.insecure
+  std::vector<std::string> exposed{};  // ports that listen beyond loopback: "tcp", "http", "udp"
 };
 
 // State of a mailbox as visible in shared memory.

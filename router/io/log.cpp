@@ -165,11 +165,16 @@ std::string LimitedLog::key_of(const core::Event& event) const {
 }
 
 void LimitedLog::on_event(Time now, const core::Event& event, const AddressWidths& widths) {
-  const auto [at, first] = histories_.try_emplace(key_of(event));
+  write(now, key_of(event), is_routine(event.kind) ? LogLevel::kInfo : LogLevel::kWarning,
+        event_text(event, widths));
+}
+
+void LimitedLog::write(Time now, std::string_view key, LogLevel level, std::string text) {
+  const auto [at, first] = histories_.try_emplace(std::string(key));
   History& history = at->second;
   if (first) history.begin = now;
-  history.level = is_routine(event.kind) ? LogLevel::kInfo : LogLevel::kWarning;
-  history.text = event_text(event, widths);
+  history.level = level;
+  history.text = std::move(text);
   if (history.lines == kLinesMax) {
     ++history.held_back;
   } else {

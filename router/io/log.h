@@ -81,6 +81,8 @@ class LimitedLog {
   ~LimitedLog();  // reports suppressed lines
 
   void on_event(Time now, const core::Event& event, const AddressWidths& widths = {});
+  // `key`: lines with the same one are limited together.
+  void write(Time now, std::string_view key, config::LogLevel level, std::string text);
 
   [[nodiscard]] Time next_timeout() const;
   void on_timeout(Time now);

@@ -149,6 +149,14 @@ void add_links(MetricsPage& page, const link::Links& links) {
       [](const link::Link& link) { return link.session().counters().bytes_in; });
 }
 
+void add_refusals(MetricsPage& page, const HttpRefusals& refused) {
+  page.family("tims_http_refusals_total", "counter",
+              "Requests from browsers that were refused, by the rule they violated.");
+  page.sample(refused.host, {{"rule", "host"}});
+  page.sample(refused.origin, {{"rule", "origin"}});
+  page.sample(refused.cross_site, {{"rule", "cross_site"}});
+}
+
 void add_process(MetricsPage& page, const ProcessReport& process,
                  const core::StatusReport& status) {
   const auto gauge = [&](std::string_view name, std::string_view help, auto value) {
@@ -178,7 +186,9 @@ std::string metrics_text(const AdminSource& source, Time now) {
   add_mailboxes(page, source.mailbox_counts());
   add_clients(page, source);
   if (const link::Links* links = source.links()) add_links(page, *links);
-  add_process(page, source.process(now), core::report_status(source.router(), now));
+  const ProcessReport process = source.process(now);
+  add_refusals(page, process.http_refused);
+  add_process(page, process, core::report_status(source.router(), now));
   return page.take();
 }
 

@@ -147,6 +147,11 @@ tims_router_queued_bytes{port="local"} 0
 tims_router_queued_bytes{port="tcp"} 203
 tims_router_queued_bytes{port="websocket"} 0
 tims_router_queued_bytes{port="link"} 0
+# HELP tims_http_refusals_total Requests from browsers that were refused, by the rule they violated.
+# TYPE tims_http_refusals_total counter
+tims_http_refusals_total{rule="host"} 0
+tims_http_refusals_total{rule="origin"} 0
+tims_http_refusals_total{rule="cross_site"} 0
 # HELP tims_router_mailboxes Mailboxes that are registered.
 # TYPE tims_router_mailboxes gauge
 tims_router_mailboxes 1

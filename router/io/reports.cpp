@@ -270,6 +270,13 @@ json::object to_json(const core::StatusReport& router, const ProcessReport& proc
                                   {"http", text(process.http)},
                                   {"udp", text(process.udp)}}},
           {"udp", std::move(udp)},
+          {"security",
+           json::object{{"insecure", process.insecure},
+                        {"exposed", json::array(process.exposed.begin(), process.exposed.end())}}},
+          {"http", json::object{{"console", text(process.console)},
+                                {"refused_host", process.http_refused.host},
+                                {"refused_origin", process.http_refused.origin},
+                                {"refused_cross_site", process.http_refused.cross_site}}},
           {"last_event", router.last_event}};
 }
 

@@ -1,5 +1,5 @@
-// The requests do not depend on how the bytes of a connection are divided; the target of each
-// request is parsed without errors.
+// The requests do not depend on how the bytes of a connection are divided; the target and the
+// fields of each request are parsed without errors, and only files of the console are sent.
 #include <string>
 #include <vector>
 
@@ -12,6 +12,16 @@ namespace {
 using tims::io::HttpReader;
 using tims::io::HttpRequest;
 
+const tims::io::ConsoleFiles& console() {
+  static const tims::io::ConsoleFiles files = [] {
+    tims::io::ConsoleFiles made;
+    for (const auto* path : {"index.html", "a.js", "a.js.br", "a.js.gz"})
+      tims::fuzz::require(made.add(path, std::string("form ") + path).ok());
+    return made;
+  }();
+  return files;
+}
+
 // All parts of a request as one text.
 std::string as_text(const HttpRequest& request) {
   std::string text = request.method + ' ' + request.target + ' ' + std::to_string(request.version);
@@ -21,6 +31,13 @@ std::string as_text(const HttpRequest& request) {
     text += '\n' + field.name + ": " + field.value;
     tims::fuzz::use(tims::io::is_safe_host(field.value));
     tims::fuzz::use(tims::io::is_safe_origin(field.value, request.target));
+  }
+  tims::fuzz::use(tims::io::refusal_of(request, {.names = {"robot7"}, .origins = {}}));
+  if (console().has(request.path())) {
+    const tims::io::HttpResponse response = console().answer(request);
+    tims::fuzz::require(response.status == 304 ? response.stored.empty()
+                                               : response.stored.starts_with("form "));
+    text += '\n' + tims::io::to_bytes(response, {});
   }
   tims::fuzz::use(tims::io::api_question(request.path(), request.query()));
   return text;

@@ -1,5 +1,7 @@
 // The HTTP port of a real router, with requests as raw bytes.
 #include <charconv>
+#include <filesystem>
+#include <fstream>
 #include <string>
 #include <vector>
 
@@ -8,7 +10,9 @@
 
 #include "tests/support/router_process.h"
 #include "tests/support/tcp_client.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/system/byte_socket.h"
+#include "tests/system/websocket_client.h"
 
 namespace tims::test {
 namespace http_test {
@@ -39,8 +43,9 @@ Reply read_reply(ByteSocket& socket, bool with_body = true) {
   return reply;
 }
 
-std::string request(const std::string& target, const std::string& host = "127.0.0.1") {
-  return "GET " + target + " HTTP/1.1\r\nHost: " + host + "\r\n\r\n";
+std::string request(const std::string& target, const std::string& host = "127.0.0.1",
+                    const std::string& fields = {}) {
+  return "GET " + target + " HTTP/1.1\r\nHost: " + host + "\r\n" + fields + "\r\n";
 }
 
 class HttpTest : public testing::Test {
@@ -114,11 +119,103 @@ TEST_F(HttpTest, QuestionsOfTheAdminProtocol) {
 
 TEST_F(HttpTest, RefusalsHaveReasons) {
   EXPECT_EQ(get("/nowhere").status, 404);
-  EXPECT_THAT(get("/nowhere").body, HasSubstr("/metrics, /healthz, /readyz"));
+  EXPECT_THAT(get("/nowhere").body, HasSubstr("the console at /, /metrics, /healthz, /readyz"));
   EXPECT_EQ(get("/tims").status, 426);
   EXPECT_EQ(get("/api/config", "evil.example").status, 403);
   EXPECT_THAT(response_to("DELETE /metrics HTTP/1.1\r\n\r\n"),
               AllOf(StartsWith("HTTP/1.1 405 "), HasSubstr("Allow: GET, HEAD\r\n")));
+}
+
+// Refused requests of browsers are counted by the rule that they violated.
+TEST_F(HttpTest, PagesOfOthersAreRefusedCountedAndNamed) {
+  const auto status = [&](const std::string& fields, const std::string& host = "127.0.0.1") {
+    ByteSocket socket(router_.http());
+    socket.send(request("/api/status", host, fields));
+    return read_reply(socket).status;
+  };
+  EXPECT_EQ(status("", "evil.example"), 403);
+  EXPECT_EQ(status("Sec-Fetch-Site: cross-site\r\n"), 403);
+  EXPECT_EQ(status("Origin: https://evil.example\r\n"), 403);
+  const WebSocketClient page(router_.http(), "Origin: null\r\n");
+  EXPECT_FALSE(page.is_open());
+  EXPECT_THAT(page.answer(), StartsWith("HTTP/1.1 403 "));
+  EXPECT_EQ(status("Sec-Fetch-Site: same-origin\r\n"), 200);
+  for (const auto* line : {"tims_http_refusals_total{rule=\"host\"} 1\n",
+                           "tims_http_refusals_total{rule=\"origin\"} 2\n",
+                           "tims_http_refusals_total{rule=\"cross_site\"} 1\n"})
+    EXPECT_THAT(get("/metrics").body, HasSubstr(line));
+  EXPECT_THAT(get("/api/status").body,
+              AllOf(HasSubstr(R"("security":{"insecure":false,"exposed":[]})"),
+                    HasSubstr(R"("refused_host":1,"refused_origin":2,"refused_cross_site":1)")));
+  for (const auto* line :
+       {"http: host \"evil.example\" is refused", "http: Sec-Fetch-Site \"cross-site\" is refused",
+        "http: origin \"null\" is refused"})
+    EXPECT_TRUE(router_.process().wait_for_line(line).ok()) << line;
+}
+
+TEST(HttpConsoleTest, IsServedFromMemory) {
+  namespace fs = std::filesystem;
+  const TemporaryFolder folder;
+  const auto write = [&](const std::string& name, const std::string& text) {
+    std::ofstream(folder.path() / name) << text;
+  };
+  write("index.html", "<script type=module src=/main-A1B2C3D4.js></script>");
+  write("main-A1B2C3D4.js", std::string(300'000, 'j'));
+  write("main-A1B2C3D4.js.br", "brotli");
+  RouterProcess router({"http.listen=127.0.0.1:0", "http.names=robot7.local",
+                        "http.console=" + folder.path().string()});
+  ASSERT_TRUE(router.start().ok());
+  fs::remove_all(folder.path());
+  ByteSocket socket(router.http());
+  const auto ask = [&](const std::string& bytes) {
+    socket.send(bytes);
+    return read_reply(socket, !bytes.starts_with("HEAD"));
+  };
+  const Reply page = ask(request("/", "robot7.local:8080", "Accept-Encoding: br\r\n"));
+  EXPECT_EQ(page.status, 200);
+  EXPECT_THAT(page.body, StartsWith("<script"));
+  EXPECT_THAT(page.head, AllOf(HasSubstr("Content-Security-Policy: default-src 'none'"),
+                               HasSubstr("Cache-Control: no-cache\r\n")));
+  const std::size_t tag = page.head.find("ETag: ") + 6;
+  const Reply again = ask(
+      request("/", "127.0.0.1",
+              "If-None-Match: " + page.head.substr(tag, page.head.find('\r', tag) - tag) + "\r\n"));
+  EXPECT_EQ(again.status, 304);
+  EXPECT_EQ(ask(request("/main-A1B2C3D4.js", "127.0.0.1", "Accept-Encoding: br\r\n")).body,
+            "brotli");
+  const Reply script = ask(request("/main-A1B2C3D4.js"));
+  EXPECT_EQ(script.body, std::string(300'000, 'j'));
+  EXPECT_THAT(script.head, HasSubstr("immutable\r\n"));
+  const Reply head = ask("HEAD /main-A1B2C3D4.js HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n");
+  EXPECT_THAT(head.head, HasSubstr("Content-Length: 300000\r\n"));
+  for (const auto* path : {"/../main-A1B2C3D4.js", "/%2e%2e/etc/passwd", "/..%2f", "//index.html",
+                           "/main-A1B2C3D4.js.br"})
+    EXPECT_EQ(ask(request(path)).status, 404) << path;
+  EXPECT_EQ(ask(request("/", "robot8.local")).status, 403);
+  EXPECT_EQ(ask(request("/healthz")).body, "ok\n");
+}
+
+TEST(HttpConsoleTest, WithoutOneTheRouterStatesWhy) {
+  RouterProcess router({"http.listen=127.0.0.1:0", "http.console=/no/such/folder"});
+  ASSERT_TRUE(router.start().ok());
+  ByteSocket socket(router.http());
+  socket.send(request("/"));
+  const Reply page = read_reply(socket);
+  EXPECT_EQ(page.status, 200);
+  EXPECT_THAT(page.head, HasSubstr("Content-Type: text/html; charset=utf-8\r\n"));
+  EXPECT_THAT(page.body, AllOf(HasSubstr("/no/such/folder: No such file or directory"),
+                               HasSubstr("tims-console")));
+}
+
+TEST(HttpConsoleTest, ARouterThatIsOpenToTheNetworkReportsIt) {
+  RouterProcess router(
+      {"http.listen=127.0.0.1:0", "security.insecure=true", "tcp.listen=0.0.0.0:0"});
+  ASSERT_TRUE(router.start().ok());
+  EXPECT_TRUE(router.process().wait_for_line("tcp: open to the network without keys").ok());
+  ByteSocket socket(router.http());
+  socket.send(request("/api/status"));
+  EXPECT_THAT(read_reply(socket).body,
+              HasSubstr(R"("security":{"insecure":true,"exposed":["tcp"]})"));
 }
 
 TEST_F(HttpTest, PipelinedAndSplitAnywhere) {

@@ -62,7 +62,7 @@ enum class Deed : std::int32_t { kNone, kNap, kTouch, kCrash, kAbort, kCrashWhil
 constexpr std::array<ParameterInfo, 2> kParameters = {{
     {"deed", 0,
      "0 none, 1 blocks, 2 faults, 3 crashes, 4 aborts, 5 crashes while a library is loaded", 0, 5},
-    {"periodTime", 5, "ms", 1, 1000},
+    {"periodTime", 5, "period of the data [ms]", 1, 1000},
 }};
 
 constexpr ModuleInfo kInfo{.program = "Offender",

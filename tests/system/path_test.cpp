@@ -215,6 +215,7 @@ TEST_F(PathTest, ReadsARouteInGeographicCoordinates) {
   EXPECT_NEAR(length, 400000, 60000);
   ASSERT_TRUE(path.set_layer(7));
   EXPECT_EQ(*path.get_layer(), 7);
+  EXPECT_FALSE(path.get_dbg_gridmap().ok());  // it has no map
 }
 
 TEST_F(PathTest, FindsAPathAroundAnObstacle) {
@@ -224,6 +225,10 @@ TEST_F(PathTest, FindsAPathAroundAnObstacle) {
   start("PilotPath", {"--scan2dInst=0", "--maxSpeed=700", "--replanTime=300"});
   let_drive();
   auto path = proxy<rack::PathProxy>(kPath);
+  const auto map = path.get_dbg_gridmap();
+  ASSERT_TRUE(map.ok()) << map.error().message();
+  EXPECT_EQ(map->scale, 50);
+  EXPECT_GT(std::ranges::count(map->occupancy, rack::u8{255}), 100);
   ASSERT_TRUE(path.set_rddf(route({{0, 0, 700}, {7000, 0, 700}})));
   ASSERT_TRUE(path.make({}));
   EXPECT_TRUE(comes_to(7000, 0));

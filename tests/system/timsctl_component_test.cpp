@@ -2,6 +2,10 @@
 #include <csignal>
 #include <fstream>
 
+#include <boost/json/parse.hpp>
+
+#include "rack/codec/codec.h"
+#include "rack/proxies/generic.h"
 #include "tests/support/eventually.h"
 #include "tests/system/timsctl_fixture.h"
 
@@ -158,6 +162,54 @@ TEST_F(TimsctlComponentTest, ItsVersionAndItsParametersForTheShell) {
                "vxMax\nvxMin\n";
       },
       "its parameters"));
+}
+
+TEST_F(TimsctlComponentTest, DescribesItselfAsItsProgramDoes) {
+  auto program = ChildProcess::start({std::string(TIMS_PROGRAMS) + "/ChassisSim", "--describe"});
+  json::object printed = json::parse(finish(std::move(program)).out).as_object();
+  const Ran asked = timsctl({"component", "describe", "Chassis/0/0", "--json"});
+  ASSERT_EQ(asked.code, 0) << asked.err;
+  json::object answer = json_lines(asked.out).at(0);
+  EXPECT_EQ(answer.at("schema").as_string(), "tims/description/1");
+  EXPECT_EQ(answer.at("address").as_object().at("name").as_string(), "Chassis(0/0)");
+  for (const char* list : {"parameters", "inputs", "outputs", "purpose", "class", "class_id"})
+    if (list != std::string_view("parameters")) {
+      EXPECT_EQ(answer.at(list), printed.at(list)) << list;
+    }
+  // The running program knows the widths of addresses, which bound the ids.
+  EXPECT_EQ(answer.at("parameters").as_array().size(), printed.at("parameters").as_array().size());
+  EXPECT_EQ(answer.at("parameters").at(0).at("max").to_number<int>(), 255);
+  EXPECT_EQ(printed.at("parameters").at(0).at("max").to_number<int>(), 65535);
+  const Ran text = timsctl({"component", "describe", "Chassis/0/0"});
+  for (const char* part : {"Program:", "ChassisSim", "vxMax ", "mm/s", "0 print, 1 error", "SENDS"})
+    EXPECT_THAT(text.out, HasSubstr(part));
+}
+
+TEST_F(TimsctlComponentTest, AnOriginalOneDoesNotDescribeItself) {
+  auto child = start({"component", "describe", "Ladar/0/0"});
+  ASSERT_TRUE(child);
+  answer(type::kGetDescription, type::kError);
+  const Ran ran = finish(*child);
+  EXPECT_EQ(ran.code, 1);
+  EXPECT_THAT(ran.err, HasSubstr("Ladar(0/0) does not describe itself"));
+}
+
+TEST_F(TimsctlComponentTest, ADescriptionThatIsNoneIsRefused) {
+  for (const std::string_view text :
+       {"", "[1]", "{\"rack_description\": 2}", "{\"rack_description\": 1, \"parameters\": [1]}",
+        "{\"rack_description\": 1, \"parameters\": [], \"inputs\": {}}"}) {
+    auto child = start({"component", "describe", "Ladar/0/0"});
+    ASSERT_TRUE(child);
+    const auto request = expect_request(type::kGetDescription);
+    ASSERT_TRUE(request);
+    const auto page = rack::page_of(text, {});
+    std::vector<std::byte> body(rack::encoded_size(*page));
+    ASSERT_TRUE(rack::encode(*page, body));
+    EXPECT_TRUE(ladar_->reply(*request, type::kDescription, body));
+    const Ran ran = finish(*child);
+    EXPECT_EQ(ran.code, 7) << text;
+    EXPECT_THAT(ran.err, HasSubstr("in a form that this timsctl does not know"));
+  }
 }
 
 TEST_F(TimsctlComponentTest, ShowPrintsEverything) {

@@ -109,7 +109,7 @@ class SlowPageTest : public WebSocketTest {
 
   void begin(const std::string& lifesign) {
     robot_.reset();
-    start({lifesign, "message.max=64KiB", "tcp.queue=256KiB"});
+    start({lifesign, "message.max=64KiB", "http.queue=256KiB"});
     browser_.emplace(router_->http());
     browser_->socket().set_receive_buffer(32 << 10);
     ASSERT_TRUE(browser_->register_mailbox(kPage).ok());

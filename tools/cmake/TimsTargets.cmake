@@ -155,14 +155,14 @@ function(programs_named_in variable)
 endfunction()
 
 # tims_program_groups(): targets of what a verb of tools/dev needs, so that nobody waits for the rest.
-# programs: all that is installed or judges algorithms. demo_programs: what deploy/fleets/demo.toml starts.
+# programs: all that is installed or judges algorithms, and the console. demo_programs: what deploy/fleets/demo.toml starts.
 # bench_programs: tims-bench and what it measures. Called when all targets are known.
 function(tims_program_groups)
   get_property(programs GLOBAL PROPERTY TIMS_PROGRAMS)
   add_custom_target(programs DEPENDS ${programs})
-  foreach(library tims_shared tims_static rack_shared rack_devices_shared)
-    if(TARGET ${library})
-      add_dependencies(programs ${library})
+  foreach(more tims_shared tims_static rack_shared rack_devices_shared console)
+    if(TARGET ${more})
+      add_dependencies(programs ${more})
     endif()
   endforeach()
 
@@ -171,9 +171,11 @@ function(tims_program_groups)
                     ${robots}/dora-drive.toml ${robots}/dora-laser.toml ${robots}/dora-nav.toml)
   add_custom_target(demo_programs DEPENDS ${started} tims-router timsctl timsctl-robot timsctl-sim tims-demo
                                           tims-crash-report World)
-  if(TARGET tims-replay)
-    add_dependencies(demo_programs tims-replay)
-  endif()
+  foreach(more tims-replay console)
+    if(TARGET ${more})
+      add_dependencies(demo_programs ${more})
+    endif()
+  endforeach()
   if(TARGET tims-bench)
     add_custom_target(bench_programs DEPENDS tims-bench tims-router timsctl $<TARGET_NAME_IF_EXISTS:CameraV4l> ChassisSim ClockSystem
                                              LadarSickCola LadarSickLms200 LadarSim OdometryChassis Position Scan2d Scan2dSim)

@@ -83,6 +83,10 @@ constexpr Verb kOwnVerbs[] = {
      "real-time behaviour (monitored in components with a real-time priority, in others if they "
      "are started with RACK_WATCH=1).",
      "timsctl component show Chassis/1/0", component_show},
+    {"component", "describe", "ADDR", 1, 1, "", false,
+     "Show what a component states about itself: its parameters with unit, range and default, the "
+     "components that it uses, and its data. Its program prints the same with --describe.",
+     "timsctl component describe Chassis/1/0", component_describe, kRows},
     {"component", "on", "ADDR...", 1, 64, "wait", false,
      "Turn components on, one after the other, and wait for each. --wait: try again if a component "
      "does not exist yet or refuses.",

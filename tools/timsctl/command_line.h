@@ -49,6 +49,7 @@ Exit mbx_show(Context& context);
 
 Exit component_list(Context& context);
 Exit component_status(Context& context);
+Exit component_describe(Context& context);
 Exit component_show(Context& context);
 Exit component_on(Context& context);
 Exit component_off(Context& context);

@@ -32,6 +32,22 @@ std::optional<Message> ComponentClient::newest_data(tims::Address component) {
   return answer;
 }
 
+std::string ComponentClient::description(tims::Address component) {
+  std::string text;
+  for (bool more = true; more;) {
+    const Message answer = ask(component, tims::type::kGetDescription,
+                               rack::DescriptionRequest{.offset = static_cast<int>(text.size())});
+    if (answer.header.type != tims::type::kDescription)
+      throw Failure(Exit::kNo, "no_description",
+                    name_of(component) + " does not describe itself",
+                    "it is a component of the original RACK, or older than this timsctl");
+    const auto page =
+        value_or_fail(rack::decode<rack::DescriptionPage>(answer.view()), name_of(component));
+    more = value_or_fail(rack::append_page(text, page), name_of(component));
+  }
+  return text;
+}
+
 std::vector<std::optional<std::int8_t>> ComponentClient::states(
     std::span<const tims::Address> components, std::optional<tims::Duration> timeout) {
   std::vector<std::optional<std::int8_t>> states(components.size());

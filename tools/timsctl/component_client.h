@@ -70,6 +70,9 @@ class ComponentClient {
                                             tims::type::kParamEffects);
   }
 
+  // What it states about itself, as JSON; throws Failure for components of the original RACK.
+  std::string description(tims::Address component);
+
   // The states of several components, in their order; empty without an answer in time.
   std::vector<std::optional<std::int8_t>> states(std::span<const tims::Address> components,
                                                  std::optional<tims::Duration> timeout = {});

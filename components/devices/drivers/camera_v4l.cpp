@@ -11,9 +11,10 @@ namespace {
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 20>{{
     {"width", 320, "width of the picture [pixels]; the camera may choose a similar one", 1, 65535},
-    {"height", 240, "pixels", 1, 65535},
-    {"depth", 24, "bits per pixel; determined by mode", 8, 24},
-    {"mode", "rgb24", "mono8, mono16, rgb24, yuv422, raw8, raw16, jpeg, range or disparity"},
+    {"height", 240, "height [pixels]", 1, 65535},
+    {"depth", 24, "depth of a pixel [bit]; determined by mode", 8, 24},
+    one_of("mono8, mono16, rgb24, yuv422, raw8, raw16, jpeg, range, disparity",
+           {"mode", "rgb24", "format of the pictures"}),
     {"videoId", 0, "number N of the camera /dev/videoN", 0, 255},
     {"minHue", 15, "increase the brightness below this mean value, 0 to 255", 0, 255},
     {"maxHue", 250, "decrease the brightness above this mean value, 0 to 255", 0, 255},
@@ -25,7 +26,8 @@ constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 20>{{
     {"stereoBase", 0.0F, "base line of a side-by-side stereo camera [mm]; 0: monocular", 0, 1e5},
     {"stereoDisparities", 64, "disparity search range [pixels]", 8, 512},
     {"stereoBlock", 9, "side of the matching block, odd [pixels]", 5, 31},
-    {"stereoMethod", "block", "block (fast; bare walls are unknown) or semiglobal (fills them)"},
+    one_of("block (fast; bare walls are unknown), semiglobal (fills them)",
+           {"stereoMethod", "block", "method of stereo matching"}),
     {"fx", 0.0F, "focal length in x (one lens of a stereo camera) [pixels]; 0: unknown", 0, 1e6},
     {"fy", 0.0F, "focal length in y [pixels]", 0, 1e6},
     {"e0", 0.0F, "principal point, x [pixels]", 0, 1e6},

@@ -13,7 +13,8 @@ namespace rack::device {
 constexpr std::array<ParameterInfo, 9> can_chassis_parameters(i32 steering) {
   return {{
       {"canDev", 0, "number N of the CAN interface canN", 0, 255},
-      {"steering", steering, "0 differential, 1 front axle steered, 2 both axles steered", 0, 2},
+      one_of("0 differential, 1 front axle steered, 2 both axles steered",
+             {"steering", steering, "kind of steering", 0, 2}),
       {"nodes", "1,2,3,4,5,6",
        "nodes of the motors: left, right; or front left, front right, rear left, rear right; then "
        "front steering, rear steering; -3: node 3 is reversed"},

@@ -6,13 +6,13 @@
 namespace rack::device {
 namespace {
 
-constexpr auto kParameters =
-    chassis_parameters(joined(can_chassis_parameters(0),
-                              std::array<ParameterInfo, 2>{{
-                                  {"controller", 0, "0 ODrive, 1 VESC", 0, 1},
-                                  {"polePairs", 7, "pole pairs of a motor (VESC only)", 1, 100},
-                              }}),
-                       ChassisDefaults{.wheelRadius = 85});
+constexpr auto kParameters = chassis_parameters(
+    joined(can_chassis_parameters(0),
+           std::array<ParameterInfo, 2>{{
+               one_of("0 ODrive, 1 VESC", {"controller", 0, "controller of the motors", 0, 1}),
+               {"polePairs", 7, "pole pairs of a motor (VESC only)", 1, 100},
+           }}),
+    ChassisDefaults{.wheelRadius = 85});
 
 constexpr ModuleInfo kInfo{
     .program = "ChassisCan",

@@ -10,7 +10,8 @@ namespace {
 constexpr auto kParameters = chassis_parameters(
     std::array<ParameterInfo, 8>{{
         {"serialDev", 0, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
-        {"model", 0, "0 Roomba (400), 1 Create 2, Roomba 600 and later", 0, 1},
+        one_of("0 Roomba (400), 1 Create 2 and Roomba 600 or later",
+               {"model", 0, "model of the robot", 0, 1}),
         optional_partner("scan2d", "the Scan2d that publishes bumpers and cliffs",
                          "that component; -1: none"),
         optional_partner("io", "the Io that publishes its sensors", "that component; -1: none"),

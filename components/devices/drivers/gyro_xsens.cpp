@@ -9,9 +9,9 @@ constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 5>{{
     {"serialDev", 0, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
     {"baudrate", 115200, "baud rate of the line [bit/s]", 9600, 4000000},
     {"periodTime", 10, "period of the data [ms]", 5, 1000},
-    {"mounting", 0,
-     "0: angles of the device, as the original; angles of the robot: 1 label up, 2 label down", 0,
-     2},
+    one_of("0 of the device as the original, 1 of the robot with the label up, 2 of the robot with "
+           "the label down",
+           {"mounting", 0, "angles in the data", 0, 2}),
     {"serialNumber", "", "required device id, hexadecimal; empty: any"},
 }});
 

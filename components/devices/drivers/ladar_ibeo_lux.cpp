@@ -18,7 +18,8 @@ constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 7>{{
     optional_partner("objRecogContour", "the relay for contours",
                      "the relay for contours; -1: none"),
     {"distanceFilter", 0, "1: keep only the nearest object at each angle of a layer", 0, 1},
-    {"velocityMode", 0, "velocity of objects: 0 relative to the scanner, 1 over ground", 0, 1},
+    one_of("0 relative to the scanner, 1 over ground",
+           {"velocityMode", 0, "velocity of objects", 0, 1}),
 }});
 
 constexpr ModuleInfo kInfo{

@@ -13,9 +13,11 @@ constexpr std::uint32_t kBaudOfLd19 = 230400;
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 7>{{
     {"serialDev", 100, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
-    {"model", kRplidar, "rplidar (A, S, C series), ld06 or ld19 (also STL-19P)"},
+    one_of("rplidar (A and C and S series), ld06, ld19 (also STL-19P)",
+           {"model", kRplidar, "model of the scanner"}),
     {"baudrate", 0, "115200 A1 A2, 256000 A3 S1, 460800 C1, 1000000 S2 S3; 0: detect", 0, 2000000},
-    {"scanMode", 0, "0: best mode of the scanner; 1: single points, supported by all", 0, 1},
+    one_of("0 best mode of the scanner, 1 single points (all scanners)",
+           {"scanMode", 0, "mode of measuring", 0, 1}),
     {"turnsPerMinute", 0, "speed of C and S series [1/min]; 0: default of the scanner", 0, 1200},
     {"periodTime", 100, "period of a turn [ms]", 10, 1000},
     {"serialNumber", "", "required serial number of the scanner, 32 hex digits; empty: any"},

@@ -5,7 +5,8 @@ namespace rack::device {
 namespace {
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 6>{{
-    {"protocol", 0, "0: detect, 1: CoLa A (ASCII), 2: CoLa B (binary)", 0, 2},
+    one_of("0 detect, 1 CoLa A (ASCII), 2 CoLa B (binary)",
+           {"protocol", 0, "protocol of the scanner", 0, 2}),
     {"periodTime", 20, "period of scans [ms]: LMS1xx 20 or 40, LMS5xx 10 to 40, TiM 67", 1, 1000},
     {"maxRange", 20000, "range of the scanner [mm]: LMS1xx 20000, LMS5xx 80000, TiM 25000", 1,
      1000000},

@@ -7,8 +7,9 @@ namespace {
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 3>{{
     {"serialDev", 0, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
-    {"protocol", 0, "0 normal, 1 interlaced, 2 fast", 0, 2},
-    {"baudrate", 38400, "9600, 19200, 38400 or 500000", 9600, 500000},
+    one_of("0 normal, 1 interlaced, 2 fast", {"protocol", 0, "protocol of the scanner", 0, 2}),
+    one_of("9600, 19200, 38400, 500000",
+           {"baudrate", 38400, "baud rate of the line [bit/s]", 9600, 500000}),
 }});
 
 constexpr ModuleInfo kInfo{

@@ -8,9 +8,9 @@ namespace {
 constexpr std::int32_t kRate = 500000;
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 4>{{
-    {"devNumber", 300, "300 or 3000", 300, 3000, true},
+    one_of("300, 3000", {"devNumber", 300, "model of the scanner", 300, 3000, true}),
     {"serialDev", 0, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
-    {"EFIdev", 0, "0 master of the EFI bus, 1 its slave", 0, 1},
+    one_of("0 master, 1 slave", {"EFIdev", 0, "place at the EFI bus", 0, 1}),
     {"baudrate", kRate, "baud rate configured in the scanner [bit/s], at most 500000", 9600, kRate},
 }});
 

@@ -18,7 +18,7 @@ constexpr std::array<ParameterInfo, 5> kParameters = {{
     {"periodTime", 1000, "period of the ladar's objects [ms]", 1, 60000},
     optional_partner("position", "the position", "the position, for refPos; -1: none"),
     {"ladarOffsetX", 0, "position of the ladar on the robot, x [mm]"},
-    {"ladarOffsetY", 0, "mm"},
+    {"ladarOffsetY", 0, "the same, y [mm]"},
 }};
 
 constexpr ModuleInfo kInfo{

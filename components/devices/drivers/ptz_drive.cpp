@@ -11,13 +11,13 @@ namespace {
 
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 9>{{
     {"serialDev", 0, "serial device: 0-99 ttyS, 100-199 ttyUSB, 200-299 ttyACM", 0, 299},
-    {"baudrate", 9600, "baud rate set in the camera: 9600 or 38400 [bit/s]", 1200, 115200},
-    {"periodTime", 100, "ms", 50, 5000},
+    one_of("9600, 38400", {"baudrate", 9600, "baud rate set in the camera [bit/s]", 1200, 115200}),
+    {"periodTime", 100, "period of the data [ms]", 50, 5000},
     {"stepsPerDegree", 14.4F, "steps of pan and tilt per degree (EVI-D70: 13.33)", 1, 1000},
     {"zoomMax", 16384, "zoom value of the camera at maximum zoom", 1, 32767},
     {"panVelMax", 100, "maximum pan speed of the camera [deg/s]", 1, 1000},
-    {"tiltVelMax", 100, "deg/s", 1, 1000},
-    {"zoomVelMax", 50, "%/s", 1, 1000},
+    {"tiltVelMax", 100, "maximum tilt speed of the camera [deg/s]", 1, 1000},
+    {"zoomVelMax", 50, "maximum zoom speed of the camera [%/s]", 1, 1000},
     {"moveDeadline", 0, "validity of a MOVE_VEL [ms]; 0: three periods of its sender", 0, 3600000},
 }});
 

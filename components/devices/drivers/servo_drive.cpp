@@ -11,7 +11,8 @@ namespace {
 constexpr auto kParameters = driver_parameters(std::array<ParameterInfo, 14>{{
     {"canDev", 0, "number N of the CAN interface canN", 0, 255},
     {"node", 1, "CANopen node id of the drive", 1, 126},
-    {"sliding", 0, "0: rotary axis (data in rad, parameters in deg), 1: linear axis (mm)", 0, 1},
+    one_of("0 rotary (data in rad; parameters in deg), 1 linear (mm)",
+           {"sliding", 0, "kind of axis", 0, 1}),
     {"gearRatio", 1.0F, "motor turns per turn of the axis, or per mm; below 0: reversed", -10000,
      10000},
     {"increments", 4096, "encoder increments per turn of the motor", 1, 1e9},

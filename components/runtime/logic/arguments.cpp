@@ -9,6 +9,8 @@ namespace {
 
 constexpr std::string_view kHelp = "help";
 constexpr std::string_view kVersion = "version";
+// Not abbreviated: --de may be a parameter of the component.
+constexpr std::string_view kDescribe = "describe";
 constexpr std::string_view kRouter = "router";
 
 tims::Error wrong(std::string text) {
@@ -24,7 +26,8 @@ std::vector<std::string_view> known_names(const Parameters& parameters) {
 // The option with this name, or the only one with this prefix.
 tims::Result<std::string_view> option(std::string_view text, const Parameters& parameters) {
   std::vector<std::string_view> found;
-  if (text == kHeldOffBy) return kHeldOffBy;
+  for (const std::string_view whole : {kHeldOffBy, kDescribe})
+    if (text == whole) return whole;
   for (const std::string_view name : known_names(parameters)) {
     if (name == text) return name;
     if (!text.empty() && name.starts_with(text)) found.push_back(name);
@@ -67,6 +70,10 @@ tims::Result<Arguments> parse_arguments(std::span<const char* const> arguments,
       result.version = true;
       return result;
     }
+    if (*name == kDescribe) {
+      result.describe = true;
+      return result;
+    }
     std::optional<std::string_view> value;
     if (equals != std::string_view::npos) value = text.substr(equals + 1);
     if (!value && i + 1 < arguments.size()) value = arguments[++i];
@@ -94,10 +101,13 @@ std::string usage(const Parameters& parameters, std::string_view purpose) {
   };
   line(kRouter, "unix:PATH or HOST:PORT (default: $TIMS_ROUTER, else this host's socket)");
   for (const auto& entry : parameters.entries()) {
-    line(entry.info->name, std::string(entry.info->help) + " (" + default_of(*entry.info) + "; " +
-                               allowed(*entry.info) + ")");
+    std::string help(entry.info->help);
+    if (!entry.info->choices.empty()) help.append(": ").append(entry.info->choices);
+    line(entry.info->name,
+         help + " (" + default_of(*entry.info) + "; " + allowed(*entry.info) + ")");
   }
   line(kHelp, "this");
+  line(kDescribe, "print the parameters, inputs and outputs as JSON");
   line(kVersion, "print the version");
   return text;
 }

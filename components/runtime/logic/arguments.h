@@ -20,6 +20,7 @@ namespace rack {
 struct Arguments {
   bool help = false;
   bool version = false;
+  bool describe = false;
   std::string router{};  // --router; empty: from the environment
   // The operator's program that had turned it off before it crashed; set by the supervisor that
   // restarts it.

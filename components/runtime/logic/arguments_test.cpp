@@ -67,6 +67,19 @@ TEST_F(ArgumentsTest, VersionNeedsNothingElse) {
   EXPECT_TRUE(result->version);
 }
 
+TEST_F(ArgumentsTest, DescribeNeedsNothingElseAndIsWrittenOut) {
+  const auto result = parse({"--describe"});
+  ASSERT_TRUE(result);
+  EXPECT_TRUE(result->describe);
+  EXPECT_EQ(error({"--describ"}), "unknown option --describ (--help lists the options)");
+}
+
+TEST_F(ArgumentsTest, ChoicesAreHelp) {
+  EXPECT_NE(usage(parameters, "Drives.")
+                .find("level of log texts: 0 print, 1 error, 2 warning, 3 info, 4 detail (2;"),
+            std::string::npos);
+}
+
 TEST_F(ArgumentsTest, HelpNeedsNothingElse) {
   const auto result = parse({"--help"});
   ASSERT_TRUE(result);

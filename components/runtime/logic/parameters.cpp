@@ -22,15 +22,15 @@ constexpr double kHighest = 2147483647.0;
 constexpr std::array<ParameterInfo, 8> kCommon = {
     at_start({"system", 0, "system id", 0, kIdMax}),
     at_start({"instance", 0, "instance id", 0, kIdMax}),
-    at_once({"gdosLevel", 2, "level of log texts: 0 print, 1 error, 2 warning, 3 info, 4 detail", 0,
-             4}),
+    at_once(one_of("0 print, 1 error, 2 warning, 3 info, 4 detail",
+                   {"gdosLevel", 2, "level of log texts", 0, 4})),
     at_start({"targetStatus", 0, "1: turn on at start", 0, 1}),
     at_start({"cmdTaskPrio", 1, "real-time priority of the command task; 1: none", 0, 99}),
     at_start({"dataTaskPrio", 1, "real-time priority of the data task and of its messages; 1: none",
               0, 99}),
     at_start({"cpu", -1, "CPU of tasks with a real-time priority; -1: any", -1, 1023}),
     at_start({"errorTimeout", -1,
-              "delay of the retry after an error, ms; at least 10; -1: random, 2 to 4 s", -1}),
+              "delay of the retry after an error [ms]; at least 10; -1: random, 2 to 4 s", -1}),
 };
 
 std::string plain(std::int32_t value) { return std::to_string(value); }
@@ -95,6 +95,14 @@ std::optional<ParameterValue> value_of(const Parameter& record, const ParameterV
 }  // namespace
 
 std::span<const ParameterInfo> common_parameters() { return kCommon; }
+
+std::string help_without_unit(const ParameterInfo& info) {
+  std::string help(info.help);
+  if (info.unit().empty()) return help;
+  const std::size_t begin = help.find('[');
+  const std::size_t before = begin > 0 ? begin - 1 : begin;  // the blank
+  return help.erase(before, help.find(']') + 1 - before);
+}
 
 std::string default_of(const ParameterInfo& info) {
   if (info.required) return "required";

@@ -20,6 +20,8 @@ std::string_view phrase(int status) {
   switch (status) {
     case 200:
       return "OK";
+    case 304:
+      return "Not Modified";
     case 400:
       return "Bad Request";
     case 403:
@@ -74,17 +76,27 @@ HttpResponse http_error(int status, std::string text, std::string_view field) {
   return {.status = status, .body = std::move(text) + "\n", .field = field};
 }
 
+bool equal_ignoring_case(std::string_view a, std::string_view b) {
+  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
+  return std::ranges::equal(a, b, {}, lower, lower);
+}
+
 // nosniff: a text that quotes untrusted input must not be interpreted as a page.
 std::string to_bytes(const HttpResponse& response, HttpFraming framing) {
+  // 304 has no body, and its length would be that of the file.
+  const std::string length =
+      response.status == 304
+          ? std::string()
+          : fmt::format("Content-Length: {}\r\n", response.body.size() + response.stored.size());
   return fmt::format(
       "HTTP/1.1 {} {}\r\n"
       "Content-Type: {}\r\n"
-      "Content-Length: {}\r\n"
-      "Cache-Control: no-store\r\n"
+      "{}"
+      "Cache-Control: {}\r\n"
       "X-Content-Type-Options: nosniff\r\n"
       "Connection: {}\r\n"
       "{}\r\n{}",
-      response.status, phrase(response.status), response.type, response.body.size(),
+      response.status, phrase(response.status), response.type, length, response.cache,
       framing.keep_alive ? "keep-alive" : "close", response.field,
       framing.with_body ? std::string_view(response.body) : std::string_view());
 }

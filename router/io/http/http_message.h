@@ -37,14 +37,20 @@ struct HttpRequest {
   }
 };
 
+// Names of fields, hosts and codings are the same in any case.
+bool equal_ignoring_case(std::string_view a, std::string_view b);
+
 inline constexpr std::string_view kTextType = "text/plain; charset=utf-8";
 
 struct HttpResponse {
   int status = 200;
   std::string_view type = kTextType;
   std::string body;
-  // One additional field with its line end, such as "Allow: GET\r\n".
+  // Additional fields with their line ends, such as "Allow: GET\r\n".
   std::string_view field{};
+  std::string_view cache = "no-store";  // Cache-Control
+  // Sent in place of `body`, without a copy: it outlives the connection.
+  std::string_view stored{};
 };
 
 // A refusal as text: what was refused, and what to do.
@@ -54,6 +60,7 @@ struct HttpFraming {
   bool with_body = true;  // false for HEAD
   bool keep_alive = true;
 };
+// Without the stored bytes.
 std::string to_bytes(const HttpResponse& response, HttpFraming framing);
 
 inline constexpr std::size_t kHttpHeadBytesMax = 8 << 10;

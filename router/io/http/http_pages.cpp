@@ -19,40 +19,43 @@ constexpr std::string_view kWebSocketPath = "/tims";
 constexpr std::string_view kApiPath = "/api/";
 constexpr std::string_view kJsonType = "application/json";
 
-// Without regard to case.
-bool is_same(std::string_view a, std::string_view b) {
-  const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; };
-  return std::ranges::equal(a, b, {}, lower, lower);
-}
-
 // Empty when the field is missing or ambiguous because it occurs more than once.
 std::string_view only_field(const HttpRequest& request, std::string_view name) {
-  const auto has_name = [&](const auto& field) { return is_same(field.name, name); };
+  const auto has_name = [&](const auto& field) { return equal_ignoring_case(field.name, name); };
   if (std::ranges::count_if(request.fields, has_name) != 1) return {};
   return std::ranges::find_if(request.fields, has_name)->value;
 }
 
 bool has_field(const HttpRequest& request, std::string_view name) {
-  return std::ranges::any_of(request.fields,
-                             [&](const auto& field) { return is_same(field.name, name); });
+  return std::ranges::any_of(
+      request.fields, [&](const auto& field) { return equal_ignoring_case(field.name, name); });
 }
 
 // A prefix of the client's text, enough to identify it.
 std::string quoted(std::string_view text) { return fmt::format("\"{}\"", text.substr(0, 64)); }
 
-std::optional<HttpResponse> host_refusal(const HttpRequest& request,
-                                         std::span<const std::string> origins) {
+std::string refusal_text(std::string_view field, std::string_view value) {
+  return fmt::format(
+      "{} {} is refused. Browsers reach this port by a numeric address such as 127.0.0.1, by "
+      "localhost or by a name in http.names, and only its own pages and those in http.origins may "
+      "use it, because any web site can send requests to this machine. If it is yours, add it in "
+      "the router's configuration",
+      field, quoted(value));
+}
+
+std::optional<Refused> host_refusal(const HttpRequest& request, const BrowserAccess& access) {
   const std::string_view host = only_field(request, "Host");
-  if (is_safe_host(host, origins)) return std::nullopt;
-  return http_error(403,
-                    "host " + quoted(host) +
-                        ": only numeric addresses such as 127.0.0.1, localhost and the names in "
-                        "http.origins are accepted, because any web site can point a name of "
-                        "its own at this machine");
+  if (is_safe_host(host, access.names)) return std::nullopt;
+  return Refused{HttpRefusal::kHost, refusal_text("host", host)};
+}
+
+HttpResponse refuse(const Refused& refused, const HttpPages& pages) {
+  pages.refused(refused.rule, refused.text);
+  return http_error(403, refused.text);
 }
 
 HttpResponse answer_api(const HttpRequest& request, const HttpPages& pages) {
-  if (auto refusal = host_refusal(request, pages.origins())) return *refusal;
+  if (const auto refused = refusal_of(request, pages.access())) return refuse(*refused, pages);
   const auto question = api_question(request.path().substr(kApiPath.size()), request.query());
   if (!question) return http_error(400, "broken %XX escape in " + quoted(request.target));
   std::string answer = pages.ask(*question);
@@ -65,10 +68,17 @@ HttpResponse answer_ready(const HttpPages& pages) {
   return reason.empty() ? HttpResponse{.body = "ready\n"} : http_error(503, reason);
 }
 
+// Any page may link to the console.
+HttpResponse answer_console(const HttpRequest& request, const HttpPages& pages) {
+  if (const auto refused = host_refusal(request, pages.access())) return refuse(*refused, pages);
+  return pages.console->answer(request);
+}
+
 HttpResponse not_found(const HttpRequest& request) {
   return http_error(404, "there is no " + quoted(request.path()) +
-                             " here; there are /metrics, /healthz, /readyz, /api/status and the "
-                             "other questions of the admin protocol, and a WebSocket at /tims");
+                             " here; there are the console at /, /metrics, /healthz, /readyz, "
+                             "/api/status and the other questions of the admin protocol, and a "
+                             "WebSocket at /tims");
 }
 
 namespace json = boost::json;
@@ -144,30 +154,25 @@ std::string_view host_field_of(std::string_view origin) {
 
 bool is_for_websocket(const HttpRequest& request) { return request.path() == kWebSocketPath; }
 
-std::optional<HttpResponse> websocket_refusal(const HttpRequest& request,
-                                              std::span<const std::string> origins) {
+std::optional<HttpResponse> websocket_refusal(const HttpRequest& request, const HttpPages& pages) {
   if (request.method != "GET" || !request.wants_websocket)
     return http_error(426, "this is a WebSocket: one binary message is one TiMS message",
                       "Upgrade: websocket\r\nConnection: Upgrade\r\n");
-  if (auto refusal = host_refusal(request, origins)) return refusal;
-  // Browsers always send the origin of a page; other programs need not.
-  const std::string_view origin = only_field(request, "Origin");
-  if (!has_field(request, "Origin") || is_safe_origin(origin, only_field(request, "Host"), origins))
-    return std::nullopt;
-  return http_error(403, "origin " + quoted(origin) +
-                             ": only pages that came from this port may open a WebSocket here, and "
-                             "those listed in http.origins");
+  if (const auto refused = refusal_of(request, pages.access())) return refuse(*refused, pages);
+  return std::nullopt;
 }
 
 HttpResponse answer_http(const HttpRequest& request, const HttpPages& pages) {
   const std::string_view path = request.path();
   const bool is_api = path.starts_with(kApiPath);
-  if (!is_api && path != "/metrics" && path != "/healthz" && path != "/readyz")
+  const bool is_console = pages.console->has(path);
+  if (!is_api && !is_console && path != "/metrics" && path != "/healthz" && path != "/readyz")
     return not_found(request);
   if (request.method != "GET" && request.method != "HEAD")
     return http_error(405, quoted(request.method) + ": this port is read-only: use GET",
                       "Allow: GET, HEAD\r\n");
   if (is_api) return answer_api(request, pages);
+  if (is_console) return answer_console(request, pages);
   if (path == "/metrics") return {.type = kMetricsType, .body = pages.metrics()};
   if (path == "/readyz") return answer_ready(pages);
   return {.body = "ok\n"};
@@ -192,21 +197,36 @@ std::optional<std::string> api_question(std::string_view ask, std::string_view q
   return json::serialize(question);
 }
 
-bool is_safe_host(std::string_view host, std::span<const std::string> origins) {
+std::optional<Refused> refusal_of(const HttpRequest& request, const BrowserAccess& access) {
+  if (auto refused = host_refusal(request, access)) return refused;
+  // Browsers send Origin with every WebSocket, and Sec-Fetch-Site with every request to this
+  // machine.
+  if (has_field(request, "Origin")) {
+    const std::string_view origin = only_field(request, "Origin");
+    if (is_safe_origin(origin, only_field(request, "Host"), access.origins)) return std::nullopt;
+    return Refused{HttpRefusal::kOrigin, refusal_text("origin", origin)};
+  }
+  const std::string_view site = only_field(request, "Sec-Fetch-Site");
+  if (!has_field(request, "Sec-Fetch-Site") || site == "same-origin" || site == "none")
+    return std::nullopt;
+  return Refused{HttpRefusal::kCrossSite, refusal_text("Sec-Fetch-Site", site)};
+}
+
+bool is_safe_host(std::string_view host, std::span<const std::string> names) {
   const std::string name = host_of(host);
   if (name.empty()) return false;
-  return is_same(name, "localhost") || is_numeric(name) ||
-         std::ranges::any_of(origins, [&](const std::string& origin) {
-           return is_same(host_of(host_field_of(origin)), name);
-         });
+  return equal_ignoring_case(name, "localhost") || is_numeric(name) ||
+         std::ranges::any_of(
+             names, [&](const std::string& safe) { return equal_ignoring_case(safe, name); });
 }
 
 bool is_safe_origin(std::string_view origin, std::string_view host,
                     std::span<const std::string> origins) {
   const std::string_view its_host = host_field_of(origin);
   if (its_host.empty()) return false;
-  return is_same(its_host, host) || std::ranges::any_of(origins, [&](const std::string& listed) {
-           return is_same(listed, origin);
+  return equal_ignoring_case(its_host, host) ||
+         std::ranges::any_of(origins, [&](const std::string& listed) {
+           return equal_ignoring_case(listed, origin);
          });
 }
 

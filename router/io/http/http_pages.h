@@ -6,12 +6,23 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <vector>
 
+#include "router/io/http/console_files.h"
 #include "router/io/http/http_message.h"
 
 namespace tims::io {
 
 inline constexpr std::string_view kMetricsType = "text/plain; version=0.0.4; charset=utf-8";
+
+// The hosts and pages that may use this port: see refusal_of().
+struct BrowserAccess {
+  std::vector<std::string> names{};    // http.names
+  std::vector<std::string> origins{};  // http.origins
+};
+
+// Which rule a request violated.
+enum class HttpRefusal : std::uint8_t { kHost, kOrigin, kCrossSite };
 
 struct HttpPages {
   std::function<std::string()> metrics;
@@ -19,15 +30,16 @@ struct HttpPages {
   std::function<std::string()> not_ready;
   // The answer to a question of the admin protocol.
   std::function<std::string(const std::string& question)> ask;
-  // Permitted origins of other pages: see is_safe_origin().
-  std::function<std::span<const std::string>()> origins;
+  std::function<const BrowserAccess&()> access;
+  // Called with the text of each refusal.
+  std::function<void(HttpRefusal rule, const std::string& text)> refused;
+  const ConsoleFiles* console = nullptr;  // not null
 };
 
 // True when the request is for the WebSocket path.
 bool is_for_websocket(const HttpRequest& request);
 // The reason why a WebSocket request is refused; empty when the WebSocket may begin.
-std::optional<HttpResponse> websocket_refusal(const HttpRequest& request,
-                                              std::span<const std::string> origins);
+std::optional<HttpResponse> websocket_refusal(const HttpRequest& request, const HttpPages& pages);
 
 HttpResponse answer_http(const HttpRequest& request, const HttpPages& pages);
 
@@ -42,14 +54,19 @@ std::optional<std::string> api_question(std::string_view ask, std::string_view q
 
 // --- access from browsers
 //
-// A page of any site can make a browser send requests to this port; it cannot forge the Host and
-// Origin fields. `origins`: http.origins, permitted origins of other pages
-// ("http://robot7:3000").
+// A page of any site can make a browser send requests to this port; it cannot forge the Host,
+// Origin and Sec-Fetch-Site fields. The rule: the Host is safe, and the page was served by this
+// port or is listed in http.origins. Programs that are not browsers send no Origin.
 
-// True for a Host field that is a numeric address or "localhost", with or without a port, or the
-// host of one of `origins`. A site that points its own name at this machine (DNS rebinding) sends
-// that name.
-bool is_safe_host(std::string_view host, std::span<const std::string> origins = {});
+struct Refused {
+  HttpRefusal rule;
+  std::string text;
+};
+std::optional<Refused> refusal_of(const HttpRequest& request, const BrowserAccess& access);
+
+// True for a Host field that is a numeric address, "localhost" or one of `names`, with or without a
+// port. A site that points its own name at this machine (DNS rebinding) sends that name.
+bool is_safe_host(std::string_view host, std::span<const std::string> names = {});
 
 // True for the Origin of a page served by this port, which is "http://" followed by the Host
 // field, or for one of `origins`. Pages of other ports are not trusted, even on this machine,

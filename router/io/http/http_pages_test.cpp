@@ -23,29 +23,32 @@ HttpRequest websocket(std::vector<HttpRequest::Field> more = {}) {
   return request;
 }
 
-const std::vector<std::string> kOrigins{"http://robot7:3000"};
-
-// 0: not refused.
-int websocket_status(const HttpRequest& request) {
-  const auto refusal = websocket_refusal(request, kOrigins);
-  return refusal ? refusal->status : 0;
-}
-
 class HttpPagesTest : public testing::Test {
  protected:
   HttpResponse answer(const HttpRequest& request) { return answer_http(request, pages_); }
+  // 0: not refused.
+  int websocket_status(const HttpRequest& request) {
+    const auto refusal = websocket_refusal(request, pages_);
+    return refusal ? refusal->status : 0;
+  }
 
+  BrowserAccess access_;
+  std::vector<HttpRefusal> refused_;
+  const ConsoleFiles console_ = ConsoleFiles::without_console("a test");
   std::string not_ready_;
   std::string question_;
   std::string answer_ = R"({"schema":"tims/ping/1"})";
-  HttpPages pages_{.metrics = [] { return std::string("tims_router_mailboxes 1\n"); },
-                   .not_ready = [this] { return not_ready_; },
-                   .ask =
-                       [this](const std::string& question) {
-                         question_ = question;
-                         return answer_;
-                       },
-                   .origins = [] { return std::span<const std::string>(); }};
+  HttpPages pages_{
+      .metrics = [] { return std::string("tims_router_mailboxes 1\n"); },
+      .not_ready = [this] { return not_ready_; },
+      .ask =
+          [this](const std::string& question) {
+            question_ = question;
+            return answer_;
+          },
+      .access = [this]() -> const BrowserAccess& { return access_; },
+      .refused = [this](HttpRefusal rule, const std::string&) { refused_.push_back(rule); },
+      .console = &console_};
 };
 
 TEST_F(HttpPagesTest, Pages) {
@@ -87,15 +90,57 @@ TEST_F(HttpPagesTest, HostsThatCouldBeAWebSite) {
   HttpRequest two_hosts = get("/api/config");
   two_hosts.fields.push_back({"host", "evil.example"});
   EXPECT_EQ(answer(two_hosts).status, 403);
+  EXPECT_EQ(answer(get("/", "robot7:8080")).status, 403);
+  EXPECT_EQ(question_, "");
+  EXPECT_EQ(refused_, std::vector(4, HttpRefusal::kHost));
+  access_.names = {"robot7"};
+  EXPECT_EQ(answer(get("/api/config", "robot7:8080")).status, 200);
+  EXPECT_EQ(answer(get("/", "Robot7")).status, 200);
+  EXPECT_EQ(refused_.size(), 4U);
+}
+
+TEST_F(HttpPagesTest, TheConsole) {
+  const HttpResponse page = answer(get("/"));
+  EXPECT_EQ(page.status, 200);
+  EXPECT_EQ(page.type, "text/html; charset=utf-8");
+  EXPECT_THAT(std::string(page.stored), HasSubstr("This router has no console"));
+  HttpRequest post = get("/");
+  post.method = "POST";
+  EXPECT_EQ(answer(post).status, 405);
+  // A page of another site may link to it.
+  HttpRequest linked = get("/");
+  linked.fields.push_back({"Sec-Fetch-Site", "cross-site"});
+  EXPECT_EQ(answer(linked).status, 200);
+}
+
+// Such a page could not read the answer, but the router need not create it.
+TEST_F(HttpPagesTest, QuestionsOfPagesOfOthers) {
+  access_.origins = {"http://robot7:3000"};
+  const auto status = [&](HttpRequest::Field field) {
+    HttpRequest request = get("/api/config");
+    request.fields.push_back(std::move(field));
+    return answer(request).status;
+  };
+  for (const auto* site : {"same-origin", "none"})
+    EXPECT_EQ(status({"Sec-Fetch-Site", site}), 200) << site;
+  EXPECT_EQ(status({"Origin", "http://127.0.0.1:8080"}), 200);
+  EXPECT_EQ(status({"Origin", "http://robot7:3000"}), 200);
+  EXPECT_TRUE(refused_.empty());
+  question_.clear();
+  for (const auto* site : {"cross-site", "same-site", "", "Same-Origin", "x"})
+    EXPECT_EQ(status({"sec-fetch-site", site}), 403) << site;
+  EXPECT_EQ(refused_, std::vector(5, HttpRefusal::kCrossSite));
+  EXPECT_EQ(status({"Origin", "https://evil.example"}), 403);
+  EXPECT_EQ(refused_.back(), HttpRefusal::kOrigin);
   EXPECT_EQ(question_, "");
 }
 
 TEST_F(HttpPagesTest, OtherTargetsAreNotFoundWithAReason) {
   for (const auto* target :
-       {"/", "", "*", "/metrics/", "/api", "/Metrics", "/index.html", "http://127.0.0.1/metrics"}) {
+       {"", "*", "/metrics/", "/api", "/Metrics", "/../", "http://127.0.0.1/metrics"}) {
     const HttpResponse response = answer(get(target));
     EXPECT_EQ(response.status, 404) << target;
-    EXPECT_THAT(response.body, HasSubstr("there are /metrics, /healthz, /readyz, /api/status"));
+    EXPECT_THAT(response.body, HasSubstr("the console at /, /metrics, /healthz, /readyz"));
   }
   EXPECT_THAT(answer(get("/metric")).body, HasSubstr("\"/metric\""));
   EXPECT_LT(answer(get(std::string(5000, 'a'))).body.size(), 300U);
@@ -112,7 +157,8 @@ TEST_F(HttpPagesTest, OnlyForReading) {
   EXPECT_EQ(answer(request).status, 404);
 }
 
-TEST(WebSocketRefusal, AllowedOrigins) {
+TEST_F(HttpPagesTest, AllowedOriginsOfWebSockets) {
+  access_ = {.names = {"robot7"}, .origins = {"http://robot7:3000"}};
   EXPECT_EQ(websocket_status(websocket()), 0);
   EXPECT_EQ(websocket_status(websocket({{"Origin", "http://127.0.0.1:8080"}})), 0);
   EXPECT_EQ(websocket_status(websocket({{"origin", "http://robot7:3000"}})), 0);
@@ -121,7 +167,8 @@ TEST(WebSocketRefusal, AllowedOrigins) {
   EXPECT_EQ(websocket_status(by_name), 0);
 }
 
-TEST(WebSocketRefusal, RefusedOrigins) {
+TEST_F(HttpPagesTest, RefusedOriginsOfWebSockets) {
+  access_.origins = {"http://robot7:3000"};
   EXPECT_EQ(websocket_status(websocket({{"Origin", "https://evil.example"}})), 403);
   EXPECT_EQ(websocket_status(websocket({{"Origin", "http://localhost:3000"}})), 403);
   EXPECT_EQ(websocket_status(websocket({{"Origin", "null"}})), 403);
@@ -132,11 +179,20 @@ TEST(WebSocketRefusal, RefusedOrigins) {
   HttpRequest rebound = websocket();
   rebound.fields.front().value = "evil.example:8080";
   EXPECT_EQ(websocket_status(rebound), 403);
-  EXPECT_THAT(websocket_refusal(rebound, kOrigins)->body, HasSubstr("\"evil.example:8080\""));
+  EXPECT_THAT(websocket_refusal(rebound, pages_)->body,
+              testing::AllOf(HasSubstr("host \"evil.example:8080\" is refused"),
+                             HasSubstr("http.names"), HasSubstr("http.origins")));
+  EXPECT_EQ(refused_.size(), 7U);
+  EXPECT_EQ(refused_.front(), HttpRefusal::kOrigin);
+  EXPECT_EQ(refused_.back(), HttpRefusal::kHost);
+  // The host in a listed origin is not a name of this host.
+  HttpRequest by_name = websocket({{"Origin", "http://robot7:3000"}});
+  by_name.fields.front().value = "robot7:8080";
+  EXPECT_EQ(websocket_status(by_name), 403);
 }
 
-TEST(WebSocketRefusal, APageIsNotAWebSocket) {
-  const auto refusal = websocket_refusal(get("/tims"), {});
+TEST_F(HttpPagesTest, APageIsNotAWebSocket) {
+  const auto refusal = websocket_refusal(get("/tims"), pages_);
   ASSERT_TRUE(refusal);
   EXPECT_EQ(refusal->status, 426);
   EXPECT_EQ(refusal->field, "Upgrade: websocket\r\nConnection: Upgrade\r\n");
@@ -150,6 +206,14 @@ TEST(HttpResponse, Bytes) {
   EXPECT_EQ(to_bytes(response, {}), head + "Connection: keep-alive\r\nAllow: GET\r\n\r\nno\n");
   EXPECT_EQ(to_bytes(response, {.with_body = false, .keep_alive = false}),
             head + "Connection: close\r\nAllow: GET\r\n\r\n");
+}
+
+TEST(HttpResponse, StoredBytesFollow) {
+  const HttpResponse response{.type = "a/b", .body = {}, .cache = "no-cache", .stored = "12345"};
+  EXPECT_EQ(to_bytes(response, {}),
+            "HTTP/1.1 200 OK\r\nContent-Type: a/b\r\nContent-Length: 5\r\n"
+            "Cache-Control: no-cache\r\nX-Content-Type-Options: nosniff\r\n"
+            "Connection: keep-alive\r\n\r\n");
 }
 
 TEST(ApiQuestion, ArgumentsAreTextsAndNumbers) {
@@ -214,11 +278,11 @@ TEST(Host, HalfAHostIsNone) {
 }
 
 TEST(Host, NamesThatWereGivenAre) {
-  const std::vector<std::string> origins{"http://robot7:3000", "https://[::1]"};
-  for (const auto* host : {"robot7", "Robot7:8080", "127.0.0.1:8080"})
-    EXPECT_TRUE(is_safe_host(host, origins)) << host;
-  for (const auto* host : {"", "robot70", "robot7.evil.example", "http://robot7"})
-    EXPECT_FALSE(is_safe_host(host, origins)) << host;
+  const std::vector<std::string> names{"robot7", "robot7.local"};
+  for (const auto* host : {"robot7", "Robot7:8080", "127.0.0.1:8080", "robot7.LOCAL"})
+    EXPECT_TRUE(is_safe_host(host, names)) << host;
+  for (const auto* host : {"", "robot70", "robot7.evil.example", "http://robot7", "local"})
+    EXPECT_FALSE(is_safe_host(host, names)) << host;
 }
 
 TEST(Origin, PagesFromHere) {

@@ -29,11 +29,13 @@ Clocks read_clocks() {
 
 }  // namespace
 
-HttpPort::HttpPort(Loop& loop, core::Router& router, Log& log, core::QueueShares& shares,
-                   const AdminSource& source, const HttpPortSettings& settings)
+HttpPort::HttpPort(Loop& loop, core::Router& router, Log& log, LimitedLog& limited_log,
+                   core::QueueShares& shares, const AdminSource& source,
+                   const HttpPortSettings& settings)
     : loop_(loop),
       router_(router),
       shares_(shares),
+      limited_log_(limited_log),
       settings_(settings),
       half_messages_(settings.message_max),
       server_(loop, log, pages(source),
@@ -41,15 +43,13 @@ HttpPort::HttpPort(Loop& loop, core::Router& router, Log& log, core::QueueShares
                    [this](StreamSocket socket, const HttpRequest& request,
                           const std::string& peer) { upgrade(std::move(socket), request, peer); },
                .end_turn = [&loop](Time began) { loop.end_turn(began); }},
-              settings.timeouts) {
-  set_queue_bytes_max(settings.queue_bytes_max);
-}
+              settings.timeouts) {}
 
 HttpPort::~HttpPort() {
   clients_.for_each([](const Client& client) { client.session->drop(); });
 }
 
-HttpPages HttpPort::pages(const AdminSource& source) const {
+HttpPages HttpPort::pages(const AdminSource& source) {
   return {
       .metrics = [&source] { return metrics_text(source, os::now()); },
       .not_ready = [this] { return std::string(stopping_ ? "the router is shutting down" : ""); },
@@ -57,11 +57,22 @@ HttpPages HttpPort::pages(const AdminSource& source) const {
           [&source](const std::string& question) {
             return answer_admin(question, source, read_clocks());
           },
-      .origins = [this] { return std::span<const std::string>(settings_.origins); }};
+      .access = [this]() -> const BrowserAccess& { return settings_.access; },
+      .refused = [this](HttpRefusal rule, const std::string& text) { count_refusal(rule, text); },
+      .console = settings_.console.get()};
+}
+
+void HttpPort::count_refusal(HttpRefusal rule, const std::string& text) {
+  std::uint64_t& count = rule == HttpRefusal::kHost     ? refusals_.host
+                         : rule == HttpRefusal::kOrigin ? refusals_.origin
+                                                        : refusals_.cross_site;
+  ++count;
+  limited_log_.write(os::now(), fmt::format("http {}", static_cast<int>(rule)),
+                     config::LogLevel::kWarning, "http: " + text);
 }
 
 void HttpPort::set_queue_bytes_max(std::uint64_t bytes) {
-  settings_.queue_bytes_max = std::max<std::uint64_t>(bytes, settings_.message_max);
+  settings_.queue_bytes_max = bytes;
   clients_.for_each(
       [&](Client& client) { client.output.set_queue_bytes_max(settings_.queue_bytes_max); });
 }

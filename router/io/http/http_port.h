@@ -20,30 +20,33 @@
 #include "router/io/admin_source.h"
 #include "router/io/http/http_server.h"
 #include "router/io/http/websocket_session.h"
+#include "router/io/log.h"
 #include "router/io/waiting_memory.h"
 
 namespace tims::io {
 
 struct HttpPortSettings {
   std::uint32_t message_max = kMessageMaxDefault;
-  std::uint64_t queue_bytes_max = 4U << 20;  // for one WebSocket; at least one message
+  std::uint64_t queue_bytes_max = 1U << 20;  // for one WebSocket; a larger message in addition
   Duration ping_interval = std::chrono::seconds(5);
-  std::vector<std::string> origins{};  // permitted origins of other pages
+  BrowserAccess access{};
+  std::shared_ptr<const ConsoleFiles> console{};  // not null
   HttpTimeouts timeouts{};
 };
 
 class HttpPort final : public core::Port {
  public:
   // `source`: the data shown by the pages.
-  HttpPort(Loop& loop, core::Router& router, Log& log, core::QueueShares& shares,
-           const AdminSource& source, const HttpPortSettings& settings);
+  HttpPort(Loop& loop, core::Router& router, Log& log, LimitedLog& limited_log,
+           core::QueueShares& shares, const AdminSource& source, const HttpPortSettings& settings);
   ~HttpPort() override;
 
   // Returns the listening address.
   Result<config::Endpoint> listen(const config::Endpoint& where) { return server_.listen(where); }
   void set_queue_bytes_max(std::uint64_t bytes);
   void set_ping_interval(Duration interval);
-  void set_origins(std::vector<std::string> origins) { settings_.origins = std::move(origins); }
+  void set_access(BrowserAccess access) { settings_.access = std::move(access); }
+  [[nodiscard]] const HttpRefusals& refusals() const { return refusals_; }
 
   // Call on_timeout at or after next_timeout(); kNever while there is nothing to do.
   [[nodiscard]] Time next_timeout() const { return server_.next_timeout(); }
@@ -88,7 +91,8 @@ class HttpPort final : public core::Port {
     bool closing = false;   // unknown to the router; a close frame with the reason is being sent
   };
 
-  [[nodiscard]] HttpPages pages(const AdminSource& source) const;
+  [[nodiscard]] HttpPages pages(const AdminSource& source);
+  void count_refusal(HttpRefusal rule, const std::string& text);
 
   void upgrade(StreamSocket socket, const HttpRequest& request, const std::string& peer);
   void welcome(Client& client);
@@ -112,7 +116,9 @@ class HttpPort final : public core::Port {
   Loop& loop_;
   core::Router& router_;
   core::QueueShares& shares_;
+  LimitedLog& limited_log_;
   HttpPortSettings settings_;
+  HttpRefusals refusals_;
   bool stopping_ = false;
   base::SlotMap<Client> clients_;  // by token
   std::vector<Client*> touched_;

@@ -1,6 +1,7 @@
 #include "router/io/http/http_server.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 #include <boost/asio/buffer.hpp>
@@ -94,7 +95,7 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
                               .keep_alive = request.keep_alive && !server_.stopping_};
     if (!is_for_websocket(request))
       return answer(now, answer_http(request, server_.pages_), framing);
-    if (const auto refusal = websocket_refusal(request, server_.pages_.origins()))
+    if (const auto refusal = websocket_refusal(request, server_.pages_))
       return answer(now, *refusal, framing);
     if (reader_.pending() > 0)
       return answer(now, http_error(400, "wait for the answer before sending WebSocket data"),
@@ -105,10 +106,12 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
   // --- Writing
   void answer(Time now, const HttpResponse& response, HttpFraming framing) {
     output_ = to_bytes(response, framing);
+    const std::string_view stored = framing.with_body ? response.stored : std::string_view();
     is_last_ = !framing.keep_alive;
     is_writing_ = true;
-    deadline_ = now + server_.timeouts_.answer;
-    asio::async_write(socket_, asio::buffer(output_),
+    deadline_ = now + server_.timeouts_.to_accept(output_.size() + stored.size());
+    const std::array<asio::const_buffer, 2> buffers{asio::buffer(output_), asio::buffer(stored)};
+    asio::async_write(socket_, buffers,
                       turn([](Connection& self, Time then, std::size_t) { self.go_on(then); }));
   }
 

@@ -19,8 +19,15 @@ namespace tims::io {
 struct HttpTimeouts {
   Duration request = std::chrono::seconds(10);     // to begin a request; and to complete it
   Duration idle = std::chrono::seconds(60);        // to begin a further request
-  Duration answer = std::chrono::seconds(10);      // to accept a whole answer
+  Duration answer = std::chrono::seconds(10);      // to accept an answer, and in addition
+  double answer_bytes_per_s = 16'000;              // this much of it
   Duration final_close = std::chrono::seconds(2);  // to close after the last answer
+
+  // A client on a slow network has more time for a longer answer.
+  [[nodiscard]] Duration to_accept(std::size_t bytes) const {
+    return answer + std::chrono::duration_cast<Duration>(std::chrono::duration<double>(
+                        static_cast<double>(bytes) / answer_bytes_per_s));
+  }
 };
 
 class HttpServer {

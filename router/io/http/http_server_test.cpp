@@ -63,7 +63,9 @@ class HttpServerTest : public testing::Test {
                     HttpPages{.metrics = [this] { return metrics_; },
                               .not_ready = [] { return std::string(); },
                               .ask = [](const std::string&) { return std::string(); },
-                              .origins = [] { return std::span<const std::string>(); }},
+                              .access = [this]() -> const BrowserAccess& { return access_; },
+                              .refused = [](HttpRefusal, const std::string&) {},
+                              .console = &console_},
                     HttpServer::Actions{.upgrade = [this](StreamSocket, const HttpRequest&,
                                                           const std::string&) { ++upgrades_; },
                                         .end_turn = [this](Time began) { loop_.end_turn(began); }},
@@ -98,6 +100,8 @@ class HttpServerTest : public testing::Test {
   }
 
   std::string metrics_ = "m 1\n";
+  const BrowserAccess access_;
+  ConsoleFiles console_ = ConsoleFiles::without_console("a test");
   int upgrades_ = 0;
   Loop loop_;
   Log log_{config::LogLevel::kError};
@@ -161,7 +165,7 @@ TEST_F(HttpServerTest, AnIdleConnectionHasItsOwnTime) {
 }
 
 TEST_F(HttpServerTest, AClientThatDoesNotReadItsAnswerIsClosed) {
-  start({.answer = 50ms});
+  start({.answer = 50ms, .answer_bytes_per_s = 1e12});
   metrics_.assign(64 << 20, 'x');
   Client client(endpoint_);
   client.send("GET /metrics HTTP/1.1\r\n\r\n");
@@ -169,6 +173,38 @@ TEST_F(HttpServerTest, AClientThatDoesNotReadItsAnswerIsClosed) {
   EXPECT_TRUE(run_until([&] { return server_->size() == 0; }));
   EXPECT_TRUE(run_until_closed(client));
   EXPECT_LT(client.received.size(), metrics_.size());
+}
+
+TEST_F(HttpServerTest, ALongerAnswerHasMoreTime) {
+  const HttpTimeouts timeouts;
+  EXPECT_EQ(timeouts.to_accept(0), 10s);
+  EXPECT_EQ(timeouts.to_accept(8'000), 10500ms);
+  EXPECT_EQ(timeouts.to_accept(4'000'000), 260s);
+  start({.answer = 10ms, .answer_bytes_per_s = 1e6});
+  metrics_.assign(64 << 20, 'x');
+  Client client(endpoint_);
+  const Time began = os::now();
+  client.send("GET /metrics HTTP/1.1\r\n\r\n");
+  ASSERT_TRUE(run_until([&] { return server_->next_timeout() > began + 60s; }));
+}
+
+// The bytes of a file are not copied; HEAD has only its head.
+TEST_F(HttpServerTest, AFileOfTheConsole) {
+  const std::string page(3 << 20, 'p');
+  ASSERT_TRUE(console_.add("large.html", page + "</html>\n").ok());
+  start();
+  Client head(endpoint_);
+  head.send("HEAD /large.html HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n");
+  EXPECT_TRUE(run_until_closed(head));
+  EXPECT_THAT(head.received, testing::HasSubstr("Content-Length: 3145736\r\n"));
+  EXPECT_THAT(head.received, EndsWith("\r\n\r\n"));
+  Client client(endpoint_);
+  for (int i = 0; i < 2; ++i) {
+    client.received.clear();
+    client.send("GET /large.html HTTP/1.1\r\nHost: localhost\r\n\r\n");
+    ASSERT_TRUE(run_until_received(client, "</html>\n"));
+    EXPECT_THAT(client.received, EndsWith("\r\n\r\n" + page + "</html>\n"));
+  }
 }
 
 TEST_F(HttpServerTest, ALargeAnswerArrivesCompletely) {

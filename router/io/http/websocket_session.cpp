@@ -261,6 +261,8 @@ std::shared_ptr<WebSocketSession> WebSocketSession::start(Loop& loop, StreamSock
 }
 
 core::Outcome WebSocketOutput::add(std::span<const std::byte> message, std::uint8_t priority) {
+  const std::uint64_t more = message.size() > queue_bytes_max_ ? message.size() : 0;
+  queue_.set_bytes_max(queue_bytes_max_ + more);
   const bool taken = queue_.push(message, priority, replaced_);
   has_replaced_ = true;
   return taken ? core::Outcome::kDelivered : core::Outcome::kQueueFull;

@@ -33,11 +33,12 @@ class WebSocketOutput {
   // `owner` is asked to give memory to others.
   WebSocketOutput(core::QueueShares& shares, core::QueueOwner& owner, std::uint64_t queue_bytes_max,
                   const core::PriorityClasses& classes = core::kConventionalClasses)
-      : queue_(shares, owner, queue_bytes_max, classes) {}
+      : queue_(shares, owner, queue_bytes_max, classes), queue_bytes_max_(queue_bytes_max) {}
 
-  void set_queue_bytes_max(std::uint64_t bytes) { queue_.set_bytes_max(bytes); }
+  void set_queue_bytes_max(std::uint64_t bytes) { queue_bytes_max_ = bytes; }
 
-  // Copies a whole message.
+  // Copies a whole message. One that is larger than the bound may exceed it by its size: a picture
+  // would never arrive otherwise.
   core::Outcome add(std::span<const std::byte> message, std::uint8_t priority);
 
   struct Frame {
@@ -67,6 +68,7 @@ class WebSocketOutput {
   std::size_t add_rest(std::size_t count);
 
   core::MessageQueue queue_;
+  std::uint64_t queue_bytes_max_;
   core::LossCounts replaced_{};
   bool has_replaced_ = false;
   bool in_frame_ = false;

@@ -148,6 +148,24 @@ TEST_F(WebSocketOutputTest, AFullQueueRefusesWhatIsLessImportant) {
   EXPECT_EQ(take(), message('a', 1'000'000, 100));
 }
 
+// Below, at and above the bound of 1 MiB: a larger message may wait, but not two of them.
+TEST_F(WebSocketOutputTest, ALargerMessageThanTheQueueWaits) {
+  output_.set_queue_bytes_max(500'000);
+  for (const std::size_t size : {499'999U, 500'000U, 500'001U, 900'000U}) {
+    EXPECT_EQ(add('a', size, 1), Outcome::kDelivered) << size;
+    EXPECT_EQ(take(), message('a', size, 1));
+  }
+  EXPECT_EQ(add('a', 400'000, 9), Outcome::kDelivered);
+  EXPECT_EQ(add('b', 600'000, 1), Outcome::kDelivered);
+  EXPECT_EQ(add('c', 200'000, 1), Outcome::kQueueFull);
+  EXPECT_EQ(add('d', 700'000, 1), Outcome::kDelivered);
+  ASSERT_NE(output_.replaced(), nullptr);
+  EXPECT_EQ(output_.queued_bytes(), 1'100'000U);
+  EXPECT_EQ(take(), message('a', 400'000, 9));
+  EXPECT_EQ(take(), message('d', 700'000, 1));
+  EXPECT_TRUE(output_.empty());
+}
+
 TEST_F(WebSocketOutputTest, WhatIsThrownAwayIsCounted) {
   add('a');
   add('b', 100'000, 255);

@@ -57,6 +57,7 @@ class DataModuleBase : public Module {
 
  private:
   void turned_off() override;
+  [[nodiscard]] bool has_data() const override { return true; }
 
   class [[gnu::visibility("hidden")]] Publisher;  // sends the data to listeners
 

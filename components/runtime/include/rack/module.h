@@ -141,7 +141,8 @@ class Module {
   tims::Time sleep_until_next(tims::Duration period);
 
   // --- DataModule only: between a component and the runtime
-  virtual void turned_off() {}   // before module_off()
+  virtual void turned_off() {}  // before module_off()
+  [[nodiscard]] virtual bool has_data() const { return false; }
   mutable PriorityMutex mutex_;  // protects the state of the runtime
 
  private:
@@ -150,12 +151,19 @@ class Module {
   class [[gnu::visibility("hidden")]] Runtime;  // its threads, mailboxes and pending requests
 
   Result<void> create_own_mailboxes();
+  [[nodiscard]] std::string description() const;
 
   const ModuleInfo& info_;
   Parameters parameters_;  // protected by mutex_
   TextLog log_;
   std::unique_ptr<Runtime> runtime_;
   std::vector<OwnMailbox*> own_mailboxes_;
+  struct PartnerNames {
+    std::uint32_t class_id = 0;
+    std::string system;  // the names of its parameters
+    std::string instance;
+  };
+  std::vector<PartnerNames> partners_;  // complete before the tasks start
 };
 
 // A mailbox of a component, as a member of its class: created after module_init(), with the next

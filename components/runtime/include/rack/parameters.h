@@ -30,8 +30,8 @@ inline constexpr double kIdMax = 65535;
 struct ParameterInfo {
   std::string_view name;
   std::variant<std::int32_t, std::string_view, float> initial;  // its type is the parameter's
-  std::string_view help;                                        // one line, with the unit
-  double min = -2147483648.0;                                   // for numbers
+  std::string_view help;       // one line, with the unit in brackets: "period of the data [ms]"
+  double min = -2147483648.0;  // for numbers
   double max = 2147483647.0;
   bool required = false;  // must be given as an argument
   // When a new value takes effect. kAtOn: it is read by module_on() only.
@@ -40,6 +40,14 @@ struct ParameterInfo {
   std::string_view system_help{};
   // A file, folder or device of this host, see host_file().
   bool is_host_file = false;
+  std::string_view choices{};  // see one_of()
+
+  // "ms"; empty: none.
+  [[nodiscard]] constexpr std::string_view unit() const {
+    const std::size_t begin = help.find('[');
+    const std::size_t end = std::min(help.find(']', begin), help.size());
+    return begin < end ? help.substr(begin + 1, end - begin - 1) : std::string_view();
+  }
 };
 
 constexpr ParameterInfo at_once(ParameterInfo info) {
@@ -48,6 +56,12 @@ constexpr ParameterInfo at_once(ParameterInfo info) {
 }
 constexpr ParameterInfo at_start(ParameterInfo info) {
   info.takes_effect = TakesEffect::kAtStart;
+  return info;
+}
+
+// The values that have a meaning, each with it: "0 RMC, 1 GGA"; of texts "mono8, rgb24".
+constexpr ParameterInfo one_of(std::string_view choices, ParameterInfo info) {
+  info.choices = choices;
   return info;
 }
 
@@ -164,6 +178,8 @@ class Parameters {
   std::deque<std::string> texts_;       // their names and help texts
 };
 
+// The help text without the unit: "period of the data".
+std::string help_without_unit(const ParameterInfo& info);
 // As text: "700", "none", "required".
 std::string default_of(const ParameterInfo& info);
 // The allowed values as text: "0 to 255", "at least 1", "any number", "a text".

@@ -4,12 +4,14 @@
 
 #include <cstddef>
 #include <span>
+#include <string>
 #include <string_view>
 
 #include "rack/codec/fields.h"
 #include "rack/codec/quantity.h"
 #include "tims/address.h"
 #include "tims/message.h"
+#include "tims/result.h"
 
 #pragma GCC visibility push(default)  // exported by librack.so
 namespace rack {
@@ -135,6 +137,30 @@ struct ListenersData {
   Count listenerNum = {};
   Sequence<ListenerInfo, 256> listeners = {};
 };
+
+// What a component states about itself: parameters, inputs and outputs as JSON (README.md of
+// components/runtime/logic). It is longer than a mailbox of its requester may be, so it is
+// requested page by page.
+inline constexpr std::size_t kDescriptionMax = std::size_t{1} << 20;
+
+struct DescriptionRequest {
+  i32 offset = 0;    // first byte of the page
+  i32 bytesMax = 0;  // of the page; 0: as many as fit into one
+};
+
+struct DescriptionPage {
+  i32 size = 0;  // bytes of the whole description
+  i32 offset = 0;
+  Count textNum = {};
+  Sequence<char, 4000> text = {};
+};
+
+// kInvalidArgument: the requested page is outside of the description.
+tims::Result<DescriptionPage> page_of(std::string_view description,
+                                      const DescriptionRequest& request);
+// Appends the next page. True: there are more. kMalformed: it does not continue the description, or
+// that is longer than kDescriptionMax.
+tims::Result<bool> append_page(std::string& description, const DescriptionPage& page);
 
 // ---
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "rack/proxies/geometry.h"
+#include "rack/proxies/grid_map.h"
 #include "rack/proxies/proxy.h"
 
 namespace rack {
@@ -12,10 +13,10 @@ struct PathType {
     kReplan = 22,          // PathReplanData
     kSetDestination = 23,  // PathDestData
     kSetRddf = 24,         // PathRddfData
-    kGetDbgGridmap = 25,   // no known program answers it
+    kGetDbgGridmap = 25,   // answered by kDbgGridmap; ERROR when off or without a map
     kGetLayer = 26,        // answered by kLayer or kLayerOfC
     kSetLayer = 27,        // PathLayerData
-    kDbgGridmap = -21,     // no known program sends it
+    kDbgGridmap = -21,     // GridMapData: ours, no program of the original sends it
     kLayer = -22,          // PathLayerData, with the number of Java programs, which we use
     // the same with the number of C programs, although replies are normally < 0
     kLayerOfC = 18,
@@ -77,6 +78,10 @@ class PathProxy : public DataProxy<PathData, tims::class_id::kPath> {
   }
   Result<void> set_rddf(const PathRddfData& waypoints) {
     return command(PathType::kSetRddf, waypoints);
+  }
+  // The map in which paths are planned, in cells as small as the message has room for.
+  Result<GridMapData> get_dbg_gridmap() {
+    return query<GridMapData>(PathType::kGetDbgGridmap, PathType::kDbgGridmap);
   }
   Result<i32> get_layer() {
     static constexpr i8 kAnswers[] = {PathType::kLayer, PathType::kLayerOfC};

@@ -56,6 +56,8 @@ class Proxy {
   Result<void> off();
   Result<Status> status();
   Result<ParameterList> get_param();
+  // What the component states about itself, as JSON. Programs of the original answer ERROR.
+  Result<std::string> describe();
   // One at a time, because the mailbox of an original module has no room for more.
   Result<void> set_param(const Parameter& parameter);
 

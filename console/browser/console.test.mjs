@@ -1,0 +1,242 @@
+// What an operator does with one robot, in a real browser at a real router.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { createRequire } from 'node:module';
+import { after, before, test } from 'node:test';
+import { eventually, Host, launch, Watched } from './fixture.mjs';
+
+const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
+const sim = 98; // a robot of sim.toml
+
+let host;
+let browser;
+
+before(async () => {
+  host = await Host.start();
+  browser = await launch();
+  await host.up('sim.toml', sim);
+});
+
+after(async () => {
+  await browser?.close();
+  await host?.end();
+});
+
+const stateOf = async (name) => (await host.timsctl('component', 'status', name)).state;
+const dataOf = (name) => host.timsctl('component', 'data', name);
+const lamp = (page, name, state) => page.getByRole('button', { name: new RegExp(`^${name}: ${state}`) });
+
+const pages = ['fleet', `robot/${sim}?tiles=Scan2d/0,Chassis/0,Position/0`, 'map', `drive/${sim}`, 'messages'];
+const otherPages = [
+  `plots?curves=Position(${sim}/0).pos.x`,
+  'network',
+  'network?tab=links',
+  'network?tab=explain',
+  'network?tab=events',
+  'simulation',
+];
+
+for (const colorScheme of ['light', 'dark'])
+  test(`every page works and is accessible, ${colorScheme}`, async () => {
+    const watched = await Watched.open(browser, host, '#/fleet', { colorScheme });
+    const { page } = watched;
+    await page.getByRole('link', { name: `Robot ${sim}` }).waitFor();
+    await page.addScriptTag({ content: axe }).catch(() => {}); // the policy of the page forbids it
+    const session = await watched.context.newCDPSession(page);
+    for (const path of [...pages, ...otherPages]) {
+      await page.goto(`${host.address}/#/${path}`);
+      await page.getByRole('heading', { level: 1 }).first().waitFor();
+      await page.waitForLoadState('networkidle');
+      await session.send('Runtime.evaluate', { expression: axe });
+      const { violations } = await page.evaluate(() => globalThis.axe.run());
+      const serious = violations
+        .filter(({ impact }) => impact === 'serious' || impact === 'critical')
+        .map(({ id, nodes }) => `${path}: ${id}: ${nodes.map(({ html }) => html).join(' ')}`);
+      assert.deepEqual(serious, []);
+    }
+    await watched.close(['Content Security Policy']);
+  });
+
+test('a lamp turns a component on and off', async () => {
+  const watched = await Watched.open(browser, host, `#/robot/${sim}`);
+  const { page } = watched;
+  await lamp(page, 'Chassis/0', 'off').click();
+  await lamp(page, 'Chassis/0', 'on').waitFor();
+  assert.equal(await stateOf(`Chassis(${sim}/0)`), 'on');
+  await lamp(page, 'Chassis/0', 'on').click();
+  await lamp(page, 'Chassis/0', 'off').waitFor();
+  assert.equal(await stateOf(`Chassis(${sim}/0)`), 'off');
+  await watched.close();
+});
+
+test('a parameter is changed, refused and undone', async () => {
+  const watched = await Watched.open(browser, host, `#/robot/${sim}?tiles=Pilot/0`);
+  const { page } = watched;
+  const value = async () =>
+    (await host.timsctl('component', 'param', 'get', `Pilot(${sim}/0)`, 'maxSpeed')).items[0].value;
+  await page.getByRole('button', { name: 'Parameters' }).click();
+  const box = page.getByLabel('maxSpeed', { exact: true });
+  await box.fill('700');
+  assert.equal(await value(), 1000, 'nothing is sent while it is typed');
+  await box.press('Enter');
+  await eventually(async () => (await value()) === 700, 'the new value');
+  await box.fill('-5');
+  await box.press('Enter');
+  await page.getByRole('alert').filter({ hasText: 'maxSpeed' }).waitFor();
+  assert.equal(await value(), 700);
+  await page.getByRole('button', { name: 'Undo' }).click();
+  await eventually(async () => (await value()) === 1000, 'the old value');
+  await watched.close();
+});
+
+async function drivingPage(options) {
+  const watched = await Watched.open(browser, host, `#/drive/${sim}`, options);
+  await watched.page.getByRole('button', { name: `Drive with Pilot(${sim}/0)` }).click();
+  await watched.page.getByRole('button', { name: 'Release' }).waitFor();
+  await eventually(async () => (await stateOf(`Pilot(${sim}/0)`)) === 'on', 'the pilot is on');
+  return watched;
+}
+
+const speed = async () => (await dataOf(`Chassis(${sim}/0)`)).data.vx;
+const drives = () => eventually(async () => (await speed()) > 50, 'it drives');
+const stands = () => eventually(async () => Math.abs(await speed()) < 1, 'it stands');
+
+test('it drives while a key is held, and stands when it is released, or the page loses the focus', async () => {
+  const watched = await drivingPage();
+  const { page } = watched;
+  await page.keyboard.down('ArrowUp');
+  await drives();
+  await page.keyboard.up('ArrowUp');
+  await stands();
+  await page.keyboard.down('w');
+  await drives();
+  await page.evaluate(() => window.dispatchEvent(new Event('blur')));
+  await stands();
+  await page.keyboard.up('w');
+  await watched.close();
+});
+
+test('it drives by touch, on a phone', async () => {
+  const watched = await drivingPage({ viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
+  const { page } = watched;
+  const pad = await page.getByRole('application', { name: /Stick/ }).boundingBox();
+  const session = await watched.context.newCDPSession(page);
+  const point = { x: pad.x + pad.width / 2, y: pad.y + 10 };
+  await session.send('Input.dispatchTouchEvent', { type: 'touchStart', touchPoints: [point] });
+  await drives();
+  await session.send('Input.dispatchTouchEvent', { type: 'touchEnd', touchPoints: [] });
+  await stands();
+  await page.getByRole('button', { name: 'Release' }).click();
+  await eventually(async () => (await stateOf(`Pilot(${sim}/0)`)) === 'off', 'the pilot is off');
+  await watched.close();
+});
+
+test('it stands when the browser is killed', async () => {
+  const other = await launch();
+  const watched = await Watched.open(other, host, `#/drive/${sim}`);
+  await watched.page.getByRole('button', { name: `Drive with Pilot(${sim}/0)` }).click();
+  await watched.page.getByRole('button', { name: 'Release' }).waitFor();
+  await watched.page.keyboard.down('ArrowUp');
+  await drives();
+  const session = await other.newBrowserCDPSession();
+  await session.send('Browser.crash').catch(() => {});
+  await stands();
+  await other.close().catch(() => {});
+});
+
+test('STOP takes the right to drive and turns the pilots off', async () => {
+  const watched = await drivingPage();
+  const { page } = watched;
+  await page.keyboard.down('ArrowUp');
+  await drives();
+  await page.getByRole('button', { name: `Stop robot ${sim}` }).click();
+  await stands();
+  await eventually(async () => (await stateOf(`Pilot(${sim}/0)`)) === 'off', 'the pilot is off');
+  await page.keyboard.up('ArrowUp');
+  await watched.close();
+});
+
+test('only one page has the stick', async () => {
+  const watched = await drivingPage();
+  const other = await Watched.open(browser, host, `#/drive/${sim}`);
+  await other.page.getByRole('button', { name: `Drive with Pilot(${sim}/0)` }).click();
+  await other.page.getByRole('alert').filter({ hasText: 'somebody else' }).waitFor();
+  await other.close();
+  await watched.close();
+});
+
+test('the router is killed and started: the page says so, and goes on without a reload', async () => {
+  const watched = await Watched.open(browser, host, `#/robot/${sim}?tiles=Position/0`);
+  const { page } = watched;
+  await lamp(page, 'Position/0', '(off|on)').waitFor();
+  if ((await stateOf(`Position(${sim}/0)`)) === 'off') await lamp(page, 'Position/0', 'off').click();
+  await page.getByText('Heading').first().waitFor();
+  await host.killRouter();
+  await page.getByRole('alert').filter({ hasText: 'No connection to the router' }).waitFor();
+  await host.startRouter();
+  await page.getByRole('alert').filter({ hasText: 'No connection' }).waitFor({ state: 'detached' });
+  await lamp(page, 'Position/0', 'on').waitFor();
+  await page.getByText(/These data are .* old/).waitFor({ state: 'detached' });
+  await watched.close(['WebSocket', 'ERR_CONNECTION_REFUSED', 'Failed to load resource']);
+});
+
+test('why a message does not arrive', async () => {
+  const watched = await Watched.open(browser, host, '#/network?tab=explain');
+  const { page } = watched;
+  await page.getByRole('combobox', { name: 'to' }).fill('Ladar(5/0)');
+  await page.getByRole('button', { name: 'Explain' }).click();
+  await page.getByText('knows no mailbox Ladar(5/0)').waitFor();
+  await page.getByRole('combobox', { name: 'to' }).fill(`Chassis(${sim}/0)`);
+  await page.getByRole('button', { name: 'Explain' }).click();
+  await page.getByText(/it arrives: .* delivers it to ChassisSim/).waitFor();
+  await watched.close();
+});
+
+test('texts of components arrive, and one that is repeated is one row', async () => {
+  const watched = await Watched.open(browser, host, '#/messages');
+  const { page } = watched;
+  const name = `Odometry(${sim}/0)`;
+  const turn = (verb) => host.timsctl('component', verb, name);
+  await eventually(async () => {
+    await turn('off');
+    await turn('on');
+    return (await page.getByRole('cell', { name }).count()) > 0;
+  }, 'a text of the component');
+  await watched.close();
+});
+
+test('Ctrl+K goes to a component', async () => {
+  const watched = await Watched.open(browser, host);
+  const { page } = watched;
+  await page.getByRole('link', { name: `Robot ${sim}` }).waitFor();
+  await page.keyboard.press('Control+k');
+  await page.keyboard.type('chas');
+  await page.keyboard.press('Enter');
+  await page.getByRole('region', { name: 'Chassis/0' }).waitFor();
+  await page.goBack();
+  await page.getByRole('heading', { name: 'Fleet' }).waitFor();
+  await watched.close();
+});
+
+test('layouts are kept, and a gui.cfg is read', async () => {
+  const watched = await Watched.open(browser, host, `#/robot/${sim}?tiles=Chassis/0`);
+  const { page } = watched;
+  const menu = page.locator('.layouts summary');
+  await menu.click();
+  await page.getByLabel('Name of this layout').fill('mine');
+  await page.getByRole('button', { name: 'Keep this page' }).click();
+  const config = `WORKSPACE drive\nrack.gui.drivers.ChassisGui 0 (1,2,3,4,0) -system=${sim}\n`;
+  await page.setInputFiles('.layouts input[type=file]', {
+    name: 'gui.cfg',
+    mimeType: 'text/plain',
+    buffer: Buffer.from(config),
+  });
+  await page.getByText('1 layouts read').waitFor();
+  await page.reload();
+  await menu.click();
+  await page.getByRole('link', { name: 'mine' }).click();
+  await page.getByRole('region', { name: 'Chassis/0' }).waitFor();
+  await page.getByRole('link', { name: `drive (robot ${sim})` }).click();
+  await page.getByRole('region', { name: 'Chassis/0' }).waitFor();
+  await watched.close();
+});

@@ -1,0 +1,192 @@
+// Real programs and a real browser for the stories beside this file: a router that serves the built console, robots
+// that `timsctl up` starts, and Debian's Chromium.
+import assert from 'node:assert/strict';
+import { execFile, spawn } from 'node:child_process';
+import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
+import { createServer } from 'node:net';
+import { tmpdir } from 'node:os';
+import { join } from 'node:path';
+import { fileURLToPath } from 'node:url';
+import { chromium } from 'playwright-core';
+
+const root = fileURLToPath(new URL('../..', import.meta.url));
+const programs = process.env.TIMS_PROGRAMS ?? join(root, 'build/release/bin');
+const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium';
+const patience = 30_000; // ms; the machine may be busy
+
+const sleep = (time) => new Promise((resolve) => setTimeout(resolve, time));
+
+// Until the condition returns something, or throws for the last time.
+export async function eventually(condition, what, time = patience) {
+  let failure;
+  for (const end = Date.now() + time; ; await sleep(50)) {
+    try {
+      const value = await condition();
+      if (value) return value;
+      failure = undefined;
+    } catch (error) {
+      failure = error;
+    }
+    if (Date.now() > end) assert.fail(`never happened: ${what}${failure ? `: ${failure.message}` : ''}`);
+  }
+}
+
+// A base and robots with a link to it each, over UDP of this machine: [base, robot 1, robot 2, ...].
+export async function startFleet(robots) {
+  const port = await freePort();
+  const base = await Host.start([
+    'router.name=base',
+    'router.role=top',
+    'tcp.admin=true',
+    'sim.faults=true',
+    `udp.listen=127.0.0.1:${port}`,
+    'link=kind=sub,system=*,interval=200ms',
+  ]);
+  const hosts = [base];
+  for (let system = 1; system <= robots; ++system)
+    hosts.push(
+      await Host.start([
+        `router.name=robot${system}`,
+        `router.system=${system}`,
+        `udp.listen=127.0.0.1:${await freePort()}`,
+        `link=kind=super,to=127.0.0.1:${port},interval=200ms`,
+      ]),
+    );
+  return hosts;
+}
+
+function freePort() {
+  return new Promise((resolve, reject) => {
+    const server = createServer();
+    server.on('error', reject);
+    server.listen(0, '127.0.0.1', () => {
+      const { port } = server.address();
+      server.close(() => resolve(port));
+    });
+  });
+}
+
+// One host: its router, and what runs at it. Everything ends with end().
+export class Host {
+  folder = mkdtempSync(join(tmpdir(), 'console-browser-'));
+  children = [];
+
+  static async start(settings = []) {
+    const host = new Host();
+    host.settings = settings;
+    host.http = await freePort();
+    host.tcp = await freePort();
+    await host.startRouter();
+    return host;
+  }
+
+  get address() {
+    return `http://127.0.0.1:${this.http}`;
+  }
+
+  async startRouter() {
+    const settings = [
+      `unix.path=${this.folder}/router.sock`,
+      `tcp.listen=127.0.0.1:${this.tcp}`,
+      `http.listen=127.0.0.1:${this.http}`,
+      ...this.settings,
+    ];
+    if (!this.settings.some((setting) => setting.startsWith('udp.listen'))) settings.push('udp.listen=off');
+    this.router = this.run(
+      'tims-router',
+      settings.flatMap((setting) => ['--set', setting]),
+    );
+    await eventually(async () => {
+      if (this.router.exitCode !== null) throw new Error(this.router.output);
+      return (await fetch(`${this.address}/healthz`)).ok;
+    }, 'the router answers');
+  }
+
+  async killRouter() {
+    const ended = new Promise((resolve) => this.router.once('exit', resolve));
+    this.router.kill('SIGKILL');
+    await ended;
+  }
+
+  // A robot file of deploy/robots, changed by `edit`.
+  async up(file, system, edit = (text) => text) {
+    const text = edit(readFileSync(join(root, 'deploy/robots', file), 'utf8'));
+    const name = join(this.folder, `${system}-${file}`);
+    writeFileSync(
+      name,
+      text.replaceAll('"floor.dxf"', `"${join(root, 'deploy/robots/floor.dxf')}"`).replaceAll('../', `${root}/deploy/`),
+    );
+    const child = this.run('timsctl', ['up', name, '--system', `${system}`]);
+    await eventually(() => child.output.includes('is up'), `robot ${system} is up`);
+    return child;
+  }
+
+  run(program, args) {
+    const child = spawn(join(programs, program), args, {
+      env: { ...process.env, TIMS_ROUTER: `${this.folder}/router.sock`, TIMS_HOST: `unix:${this.folder}/router.sock` },
+      stdio: ['ignore', 'pipe', 'pipe'],
+    });
+    child.output = '';
+    const keep = (text) => {
+      child.output = `${child.output}${text}`.slice(-100_000);
+    };
+    child.stdout.on('data', keep);
+    child.stderr.on('data', keep);
+    this.children.push(child);
+    return child;
+  }
+
+  // What another program sees of it.
+  timsctl(...args) {
+    return new Promise((resolve, reject) => {
+      execFile(
+        join(programs, 'timsctl'),
+        ['-H', `unix:${this.folder}/router.sock`, '--json', ...args],
+        (error, stdout, stderr) => {
+          if (stdout === '') reject(error ?? new Error(stderr));
+          else resolve(JSON.parse(stdout));
+        },
+      );
+    });
+  }
+
+  async end() {
+    for (const child of [...this.children].reverse()) {
+      if (child.exitCode !== null || child.signalCode !== null) continue;
+      const ended = new Promise((resolve) => child.once('exit', resolve));
+      child.kill('SIGTERM');
+      await Promise.race([ended, sleep(10_000).then(() => child.kill('SIGKILL'))]);
+    }
+    rmSync(this.folder, { recursive: true, force: true });
+  }
+}
+
+export function launch() {
+  return chromium.launch({ executablePath: browserProgram, args: ['--no-sandbox'] });
+}
+
+// A page that fails the test when it logs an error, or asks somebody else than its router.
+export class Watched {
+  static async open(browser, host, path = '#/fleet', options = {}) {
+    const watched = new Watched();
+    watched.troubles = [];
+    watched.context = await browser.newContext({ viewport: { width: 1440, height: 900 }, ...options });
+    watched.page = await watched.context.newPage();
+    const { page, troubles } = watched;
+    page.on('pageerror', (error) => troubles.push(`${error.message}\n${error.stack}`));
+    page.on('console', (message) => message.type() === 'error' && troubles.push(message.text()));
+    page.on('request', (request) => {
+      const url = new URL(request.url());
+      if (!['blob:', 'data:'].includes(url.protocol) && url.host !== new URL(host.address).host)
+        troubles.push(`asks ${request.url()}`);
+    });
+    await page.goto(`${host.address}/${path}`);
+    return watched;
+  }
+
+  async close(ignored = []) {
+    await this.context.close();
+    const troubles = this.troubles.filter((text) => !ignored.some((part) => text.includes(part)));
+    assert.deepEqual(troubles, []);
+  }
+}

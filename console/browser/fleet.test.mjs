@@ -1,0 +1,83 @@
+// What an operator sees of a fleet: its routers and links, and what is away.
+import assert from 'node:assert/strict';
+import { after, before, test } from 'node:test';
+import { eventually, launch, startFleet, Watched } from './fixture.mjs';
+
+let base;
+let robots;
+let browser;
+
+before(async () => {
+  [base, ...robots] = await startFleet(2);
+  browser = await launch();
+  await robots[0].up('sim.toml', 1);
+});
+
+after(async () => {
+  await browser?.close();
+  for (const host of [...(robots ?? []), base]) await host?.end();
+});
+
+test('the routers are a tree, and their links are up', async () => {
+  const watched = await Watched.open(browser, base, '#/network');
+  const { page } = watched;
+  await page.getByText('3 routers').waitFor();
+  await page.getByRole('tab', { name: 'Links' }).click();
+  await page.getByRole('heading', { name: /robot1 up/ }).waitFor();
+  await watched.close();
+});
+
+test('a robot behind a link is seen and operated', async () => {
+  const watched = await Watched.open(browser, base, '#/robot/1?tiles=Scan2d/0');
+  const { page } = watched;
+  await page.getByRole('button', { name: /^Scan2d\/0: off/ }).click();
+  await page.getByText(/\d+ points; the nearest/).waitFor();
+  await page.goto(`${base.address}/#/network?tab=trace&to=Scan2d(1/0)`);
+  await page.getByRole('button', { name: 'Trace' }).click();
+  await page.getByText('It was answered').waitFor();
+  assert.equal(await page.getByRole('row').count(), 3, 'two routers on the route');
+  await watched.close();
+});
+
+test('a link that somebody takes down says so, is explained, and comes up again', async () => {
+  const watched = await Watched.open(browser, base, '#/network?tab=links');
+  const { page } = watched;
+  const link = page.getByRole('listitem').filter({ hasText: 'robot1' });
+  await link.getByRole('button', { name: 'Take down' }).click();
+  await link.getByRole('heading', { name: /down/ }).waitFor();
+  await page.goto(`${base.address}/#/network?tab=explain&to=Chassis(1/0)`);
+  await page.getByRole('button', { name: 'Explain' }).click();
+  await page.getByText(/the link of base to robot1 is down/).waitFor();
+  await page.goto(`${base.address}/#/network?tab=links`);
+  await link.getByRole('button', { name: 'Bring up' }).click();
+  await link.getByRole('heading', { name: /robot1 up/ }).waitFor();
+  await watched.close();
+});
+
+test('a robot that is away is in trouble, and one sees why', async () => {
+  const watched = await Watched.open(browser, base);
+  const { page } = watched;
+  await page.getByRole('link', { name: 'Robot 1' }).waitFor();
+  await robots[1].killRouter();
+  await page.getByText(/Its router robot2 is not reachable/).waitFor();
+  await robots[1].startRouter();
+  await page.getByText(/Its router robot2/).waitFor({ state: 'detached' });
+  await watched.close();
+});
+
+test('the loss of a link that the console sets is measured', async () => {
+  const watched = await Watched.open(browser, base, '#/simulation');
+  const { page } = watched;
+  const box = page.getByLabel('Loss of robot1 in %');
+  await box.fill('101');
+  await box.press('Enter');
+  await page.getByText('Loss is 0 to 100 %').waitFor();
+  await box.fill('40');
+  await box.press('Enter');
+  await page.getByText('in force').waitFor();
+  const loss = async () =>
+    (await base.timsctl('link', 'show')).items.find(({ name, via }) => [name, via].includes('robot1')).loss_out;
+  await eventually(async () => (await loss()) > 0.1, 'the loss is seen');
+  await page.getByRole('button', { name: 'None' }).first().click();
+  await watched.close();
+});

@@ -1,0 +1,53 @@
+// The pictures of the README: node browser/pictures.mjs [FOLDER]. A robot that drives to a goal on the map, and the
+// network of a fleet whose link has been cut.
+import { fileURLToPath } from 'node:url';
+import { eventually, Host, launch, startFleet, Watched } from './fixture.mjs';
+
+const folder = process.argv[2] ?? fileURLToPath(new URL('../../docs/pictures', import.meta.url));
+const size = { viewport: { width: 1280, height: 760 } };
+
+const browser = await launch();
+await map();
+await network();
+await browser.close();
+
+async function map() {
+  const system = 95;
+  const host = await Host.start();
+  await host.up('emulated.toml', system);
+  await host.timsctl('component', 'on', `Mcl(${system}/0)`, `Path(${system}/0)`);
+  const { page, context } = await Watched.open(browser, host, `#/map?robots=${system}`, size);
+  await page.getByRole('button', { name: 'Send robot here' }).click();
+  for (let i = 0; i < 2; ++i) await page.getByRole('button', { name: 'Zoom out' }).click();
+  const canvas = await page.getByRole('img', { name: /^Map/ }).boundingBox();
+  // Along the corridor: 4 m north, and a little to the east.
+  const metre = await scaleOf(page);
+  const at = { x: canvas.x + canvas.width / 2 + 0.5 * metre, y: canvas.y + canvas.height / 2 - 4.3 * metre };
+  await page.mouse.move(at.x, at.y);
+  await page.mouse.down();
+  await page.mouse.move(at.x, at.y - 60, { steps: 5 });
+  await page.mouse.up();
+  const north = async () => (await host.timsctl('component', 'data', `Position(${system}/0)`)).data.pos.x;
+  await eventually(async () => (await north()) > 1500, 'the robot is on its way', 60_000);
+  await page.screenshot({ path: `${folder}/console-map.png` });
+  await context.close();
+  await host.end();
+}
+
+// Pixels a metre.
+async function scaleOf(page) {
+  const text = await page.evaluate(() => document.querySelector('canvas.map').dataset.scale);
+  return 1000 * Number(text);
+}
+
+async function network() {
+  const [base, ...robots] = await startFleet(3);
+  await robots[0].up('sim.toml', 1);
+  const { page, context } = await Watched.open(browser, base, '#/network?tab=links', size);
+  await page.getByRole('heading', { name: /robot3 up/ }).waitFor();
+  await robots[2].killRouter();
+  await page.getByRole('heading', { name: /robot3 (silent|down)/ }).waitFor();
+  await page.screenshot({ path: `${folder}/console-network.png` });
+  await context.close();
+  for (const host of [...robots, base]) await host.end();
+}

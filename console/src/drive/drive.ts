@@ -1,0 +1,62 @@
+// Driving by hand: the console is the joystick of a pilot that has one among its parameters.
+
+import type { Console } from '../app/console';
+import { widthsOf } from '../app/console';
+import { classId, decodeMessage } from '../codec/catalogue';
+import type { ParameterList } from '../codec/messages';
+import { firstOf } from '../map/follow';
+import { command } from '../model/commands';
+import type { Component, Robot } from '../model/fleet';
+import { addressOf, classes } from '../tims/address';
+import { types } from '../tims/header';
+import { noPilot } from '../views/chassis_view';
+
+export interface StickPilot {
+  pilot: Component;
+  joystick: number; // the address that it listens to
+}
+
+// The pilots of a robot that are driven by a joystick.
+export async function stickPilots(console: Console, robot: Robot): Promise<StickPilot[]> {
+  const found: StickPilot[] = [];
+  for (const pilot of robot.components.filter((component) => component.classId === classId('Pilot'))) {
+    const answer = await console.client.call(pilot.address, types.getParam);
+    if (answer.type !== types.param) continue;
+    const list = decodeMessage(pilot.classId, types.param, answer.body, answer.flags) as unknown as ParameterList;
+    const value = (name: string) => list.parameters.find((parameter) => parameter.name === name)?.valueInt;
+    const instance = value('joystickInst');
+    if (instance === undefined || instance < 0) continue;
+    const system = value('joystickSys') ?? robot.system;
+    found.push({ pilot, joystick: addressOf({ system, classId: classes.joystick, instance }, widthsOf(console)) });
+  }
+  return found;
+}
+
+// Takes the stick, ends all other pilots, and lets this one drive.
+export async function beginDriving(console: Console, robot: Robot, { pilot, joystick }: StickPilot): Promise<void> {
+  const chassis = firstOf(robot, 'Chassis');
+  if (chassis === undefined) throw new Error(`robot ${robot.system} has no chassis`);
+  await console.client.takeStick(joystick);
+  try {
+    for (const other of robot.components)
+      if (other.classId === pilot.classId && other !== pilot && other.state.value !== 'off')
+        await console.fleet.turn(other, false);
+    if (chassis.state.value !== 'on') await console.fleet.turn(chassis, true);
+    await command(console.client, chassis, 'Chassis.SET_ACTIVE_PILOT', { activePilot: pilot.address });
+    await console.fleet.turn(pilot, true);
+  } catch (error) {
+    console.client.releaseStick();
+    throw error;
+  }
+}
+
+export async function endDriving(console: Console, robot: Robot, { pilot }: StickPilot): Promise<void> {
+  const chassis = firstOf(robot, 'Chassis');
+  try {
+    if (chassis !== undefined)
+      await command(console.client, chassis, 'Chassis.SET_ACTIVE_PILOT', { activePilot: noPilot });
+    await console.fleet.turn(pilot, false);
+  } finally {
+    console.client.releaseStick();
+  }
+}

@@ -1,0 +1,23 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { stickAtRest } from '../tims/joystick';
+import { stickOfGamepad, stickOfKeys, stickOfPad } from './stick';
+
+test('keys add up, and opposite ones cancel', () => {
+  assert.deepEqual(stickOfKeys(new Set(['ArrowUp', 'ArrowLeft']), 30), { x: 30, y: -30, z: 0, buttons: 0 });
+  assert.deepEqual(stickOfKeys(new Set(['ArrowUp', 's']), 30), stickAtRest);
+  assert.deepEqual(stickOfKeys(new Set(['w', 'ArrowUp']), 100), { x: 100, y: 0, z: 0, buttons: 0 });
+  assert.deepEqual(stickOfKeys(new Set(['x']), 100), stickAtRest);
+});
+
+test('the pad rests in its middle and ends at its edge', () => {
+  assert.deepEqual(stickOfPad(0.05, 0.05, 100), stickAtRest);
+  assert.deepEqual(stickOfPad(0, 1, 50), { x: 50, y: 0, z: 0, buttons: 0 });
+  assert.deepEqual(stickOfPad(3, 0, 50), { x: 0, y: 50, z: 0, buttons: 0 });
+});
+
+test('a gamepad that does not rest exactly does not drive', () => {
+  assert.deepEqual(stickOfGamepad([0.1, -0.1, 0.1], 100), stickAtRest);
+  assert.deepEqual(stickOfGamepad([0.5, -1, 0], 100), { x: 100, y: 50, z: 0, buttons: 0 });
+  assert.deepEqual(stickOfGamepad([], 100), stickAtRest);
+});

@@ -1,0 +1,41 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { importGuiCfg } from './gui_cfg';
+
+const example = `// settings
+TIMS rack.main.tims.TimsTcp
+TIMS_PARAM localhost
+MAIN_FRAME (0,0,1400,800,0)
+NAV_UPDATE 1000
+JAR_FILES
+plugins/extra.jar
+GROUP drivers
+rack.gui.main.GdosGui (0,600,600,200,0)
+rack.gui.drivers.LadarGui 0 (10,20,300,200,0) -system=3 -F2
+rack.gui.drivers.CameraGui 1 (,,,,) -show
+WORKSPACE far
+rack.gui.drivers.ChassisGui 0 (10,20,300,200,3)
+rack.gui.drivers.LadarGui 1 (-5,20,300,200,0)
+rack.gui.drivers.UnheardGui 0 (1,2,3,4,0)
+nonsense
+`;
+
+test('open windows become tiles, by workspace and robot', () => {
+  const { layouts } = importGuiCfg(example);
+  assert.deepEqual(layouts, [
+    { name: 'workspace (robot 3)', address: '#/robot/3?tiles=Ladar/0' },
+    { name: 'far (robot 0)', address: '#/robot/0?tiles=Chassis/0,Ladar/1' },
+  ]);
+});
+
+test('what is not understood is named with its line', () => {
+  const { remarks } = importGuiCfg(example);
+  assert.deepEqual(remarks, [
+    'line 15: the console has no class Unheard',
+    'line 16 is neither a keyword nor a window: nonsense',
+  ]);
+});
+
+test('a file without windows says so', () => {
+  assert.deepEqual(importGuiCfg('').remarks, ['it has no open windows of components']);
+});

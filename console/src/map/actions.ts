@@ -1,0 +1,254 @@
+// What can be done at a place of the map: the commands of the original's map view.
+
+import type { Console } from '../app/console';
+import { decodeData } from '../codec/catalogue';
+import type { FeatureMapDataPoint, ObjRecogObject, WorldData } from '../codec/messages';
+import { command } from '../model/commands';
+import type { Robot } from '../model/fleet';
+import { types, wordBody } from '../tims/header';
+import { degrees, metres } from '../ui/quantities';
+import { firstOf } from './follow';
+import type { RobotScene } from './scene';
+import { distanceToLine, headingTo, type Point, type Pose } from './transform';
+import type { Waypoints } from './waypoints';
+
+// Where the pointer was pressed, with the heading to where it was released.
+export interface Spot extends Pose {
+  end: Point;
+}
+
+export interface Work {
+  console: Console;
+  robot: Robot;
+  scene: RobotScene;
+  waypoints: Waypoints;
+}
+
+export interface MapAction {
+  name: string;
+  title: string;
+  hint: string;
+  component: string; // class
+  repeats?: boolean; // it stays chosen
+  run: (work: Work, spot: Spot) => Promise<string>;
+}
+
+const goalSpeed = 10000; // mm/s: as fast as the pilot permits
+const onTime = 20000; // ms
+const localiseTime = 10000; // ms
+const sureDeviation = 500; // mm
+const obstacleRadius = 250; // mm
+const obstacleHeight = 1000;
+
+// The distance and the direction from one place to another.
+export function measured({ x, y, rho, end }: Spot): string {
+  return `${metres(Math.hypot(end.x - x, end.y - y))}, ${degrees((rho + 2 * Math.PI) % (2 * Math.PI))}`;
+}
+
+const turnHint = 'press at the place, and drag to where it shall look';
+const lineHint = 'press at one end, and drag to the other';
+
+export const actions: MapAction[] = [
+  {
+    name: 'measure',
+    title: 'Measure',
+    hint: 'press at one place, and drag to the other',
+    component: '',
+    repeats: true,
+    run: async (_, spot) => measured(spot),
+  },
+  { name: 'goal', title: 'Send robot here', hint: turnHint, component: 'Pilot', run: sendRobot },
+  { name: 'position', title: 'Robot is here', hint: turnHint, component: 'Position', run: setPosition },
+  ...waypointActions(),
+  ...[0, 1, 2].map((layer) => wallAction(layer)),
+  { name: 'wall-delete', title: 'Delete a wall', hint: 'press at the wall', component: 'FeatureMap', run: deleteWall },
+  {
+    name: 'wall-move',
+    title: 'Move a wall',
+    hint: 'press at the wall, and drag it to its place',
+    component: 'FeatureMap',
+    run: moveWall,
+  },
+  {
+    name: 'estimate',
+    title: 'An object is here',
+    hint: turnHint,
+    component: 'ObjRecog',
+    run: setEstimate,
+  },
+  { name: 'place', title: 'Place the robot (simulation)', hint: turnHint, component: 'World', run: placeRobot },
+  {
+    name: 'obstacle',
+    title: 'Put an obstacle (simulation)',
+    hint: 'press at the place',
+    component: 'World',
+    run: putObstacle,
+  },
+];
+
+function waypointActions(): MapAction[] {
+  const action = (backward: boolean): MapAction => ({
+    name: backward ? 'waypoint-back' : 'waypoint',
+    title: backward ? 'Waypoint, backward' : 'Waypoint, forward',
+    hint: 'press at each place; the list beside the map sends them',
+    component: 'Path',
+    repeats: true,
+    run: async ({ waypoints }, { x, y }) => {
+      waypoints.add({ x: Math.round(x), y: Math.round(y), backward });
+      return `${waypoints.list.value.length} waypoints`;
+    },
+  });
+  return [action(false), action(true)];
+}
+
+function wallAction(layer: number): MapAction {
+  return {
+    name: `wall-${layer}`,
+    title: `Add a wall, layer ${layer}`,
+    hint: lineHint,
+    component: 'FeatureMap',
+    run: async ({ console, robot }, spot) => {
+      await command(console.client, need(robot, 'FeatureMap'), 'FeatureMap.ADD_LINE', {
+        feature: wall(spot, spot.end, layer),
+      });
+      return 'The wall is in the map; save the map in the view of FeatureMap';
+    },
+  };
+}
+
+const pose3d = ({ x, y, rho }: Pose) => ({
+  x: Math.round(x),
+  y: Math.round(y),
+  z: 0,
+  phi: 0,
+  psi: 0,
+  rho: rho < 0 ? rho + 2 * Math.PI : rho,
+});
+
+const place = ({ x, y }: Pose) => `${(x / 1000).toFixed(2)} m north, ${(y / 1000).toFixed(2)} m east`;
+
+function need(robot: Robot, name: string) {
+  const component = firstOf(robot, name);
+  if (component === undefined) throw new Error(`robot ${robot.system} has no ${name}`);
+  return component;
+}
+
+// A pilot drives only when the chassis obeys it, when both are on, and when the robot is sure where it is.
+async function sendRobot({ console, robot }: Work, pose: Spot): Promise<string> {
+  const driver = need(robot, 'Pilot');
+  const base = need(robot, 'Chassis');
+  await localise(console, robot);
+  if (base.state.value !== 'on') await console.fleet.turn(base, true);
+  await command(console.client, base, 'Chassis.SET_ACTIVE_PILOT', { activePilot: driver.address });
+  if (driver.state.value !== 'on') await console.fleet.turn(driver, true);
+  await command(console.client, driver, 'Pilot.SET_DESTINATION', { pos: pose3d(pose), speed: goalSpeed }, onTime);
+  return `Robot ${robot.system} drives to ${place(pose)}`;
+}
+
+async function localise(console: Console, robot: Robot): Promise<void> {
+  const mcl = firstOf(robot, 'Mcl');
+  if (mcl !== undefined && mcl.state.value !== 'on') await console.fleet.turn(mcl, true);
+  const position = need(robot, 'Position');
+  for (const deadline = performance.now() + localiseTime; ; ) {
+    const answer = await console.client.call(position.address, types.getData, wordBody(0));
+    const data =
+      answer.type === types.data
+        ? (decodeData(position.classId, answer.body, answer.flags) as unknown as Uncertain)
+        : undefined;
+    if (data !== undefined && Math.max(data.var.x, data.var.y) < sureDeviation) return;
+    if (performance.now() > deadline)
+      throw new Error(`robot ${robot.system} is not sure where it is: set its position, or drive it about by hand`);
+    await new Promise((resolve) => setTimeout(resolve, 250));
+  }
+}
+
+type Uncertain = { var: { x: number; y: number } } & Record<string, unknown>;
+
+async function setPosition({ console, robot }: Work, pose: Spot): Promise<string> {
+  const component = need(robot, 'Position');
+  const deviation = { x: 300, y: 300, z: 0, phi: 0, psi: 0, rho: 0.2 };
+  await command(console.client, component, 'Position.UPDATE', {
+    recordingTime: 0,
+    pos: pose3d(pose),
+    var: deviation,
+  });
+  return `The position of robot ${robot.system} is ${place(pose)}`;
+}
+
+async function putObstacle({ console, robot }: Work, { x, y }: Spot): Promise<string> {
+  const component = need(robot, 'World');
+  await command(console.client, component, 'World.PUT', {
+    id: 0,
+    pos: { x: Math.round(x), y: Math.round(y) },
+    radius: obstacleRadius,
+    height: obstacleHeight,
+  });
+  return 'An obstacle is there';
+}
+
+// The world's robot of a system is the one that its devices belong to: the first.
+async function placeRobot({ console, robot }: Work, { x, y, rho }: Spot): Promise<string> {
+  const component = need(robot, 'World');
+  const answer = await console.client.call(component.address, types.getData, wordBody(0));
+  const data = decodeData(component.classId, answer.body, answer.flags) as unknown as WorldData;
+  const placedRobot = data.things.find(({ kind }) => kind === robotThing);
+  if (placedRobot === undefined) throw new Error('no robot is in this world');
+  const pos = { x: Math.round(x), y: Math.round(y), rho };
+  await command(console.client, component, 'World.PLACE', { robot: placedRobot.name, pos });
+  return `${placedRobot.name} stands at ${place({ x, y, rho })}`;
+}
+
+async function setEstimate({ console, robot }: Work, pose: Spot): Promise<string> {
+  const component = need(robot, 'ObjRecog');
+  const object = { objectId: 0, pos: pose3d(pose) } as ObjRecogObject;
+  await command(console.client, component, 'ObjRecog.SET_ESTIMATE', { objects: [object] });
+  return `An object is expected at ${place(pose)}`;
+}
+
+// --- walls of a feature map
+
+function wall(from: Point, to: Point, layer: number): FeatureMapDataPoint {
+  const length = Math.hypot(to.x - from.x, to.y - from.y);
+  if (length < wallMin) throw new Error('this wall is too short: drag to its other end');
+  const rho = headingTo(from, to);
+  return {
+    x: from.x,
+    y: from.y,
+    x2: to.x,
+    y2: to.y,
+    l: length,
+    rho,
+    sin: Math.sin(rho),
+    cos: Math.cos(rho),
+    layer,
+    type: lineFeature,
+  };
+}
+
+function nearestWall({ walls }: RobotScene, at: Point): number {
+  const distances = walls.map(({ x, y, x2, y2 }) => distanceToLine(at, { x, y }, { x: x2, y: y2 }));
+  const least = Math.min(...distances);
+  if (!(least < reach)) throw new Error('no wall of the map is there');
+  return distances.indexOf(least);
+}
+
+async function deleteWall({ console, robot, scene }: Work, at: Spot): Promise<string> {
+  const featureNumTemp = nearestWall(scene, at);
+  await command(console.client, need(robot, 'FeatureMap'), 'FeatureMap.DELETE_LINE', { featureNumTemp });
+  return 'The wall is deleted; save the map in the view of FeatureMap';
+}
+
+async function moveWall({ console, robot, scene }: Work, at: Spot): Promise<string> {
+  const featureNumTemp = nearestWall(scene, at);
+  const old = scene.walls[featureNumTemp];
+  if (old === undefined) throw new Error('no wall of the map is there');
+  const [dx, dy] = [at.end.x - at.x, at.end.y - at.y];
+  const feature = wall({ x: old.x + dx, y: old.y + dy }, { x: old.x2 + dx, y: old.y2 + dy }, old.layer);
+  await command(console.client, need(robot, 'FeatureMap'), 'FeatureMap.DISPLACE_LINE', { feature, featureNumTemp });
+  return 'The wall is moved; save the map in the view of FeatureMap';
+}
+
+const wallMin = 50; // mm
+const reach = 500;
+const lineFeature = 10;
+const robotThing = 0;

@@ -1,0 +1,43 @@
+// The colours of maps, taken from the style sheet, so that light and dark are one place.
+
+export interface MapColours {
+  ground: string;
+  grid: string;
+  axis: string;
+  text: string;
+  wall: string;
+  scan: string;
+  reflector: string;
+  moving: string;
+  trail: string;
+  path: string;
+  pilot: string;
+  goal: string;
+  particle: string;
+  object: string;
+  stale: string;
+  robots: string[];
+}
+
+export function mapColours(element: HTMLElement): MapColours {
+  const style = getComputedStyle(element);
+  const colour = (name: string) => style.getPropertyValue(`--map-${name}`).trim();
+  return {
+    ground: colour('ground'),
+    grid: colour('grid'),
+    axis: colour('axis'),
+    text: colour('text'),
+    wall: colour('wall'),
+    scan: colour('scan'),
+    reflector: colour('reflector'),
+    moving: colour('moving'),
+    trail: colour('trail'),
+    path: colour('path'),
+    pilot: colour('pilot'),
+    goal: colour('goal'),
+    particle: colour('particle'),
+    object: colour('object'),
+    stale: colour('stale'),
+    robots: [1, 2, 3, 4, 5, 6].map((number) => colour(`robot-${number}`)),
+  };
+}

@@ -1,0 +1,32 @@
+import assert from 'node:assert/strict';
+import { test } from 'node:test';
+import { structOf } from '../codec/catalogue';
+import type { Elements } from '../codec/views';
+import { eachEcho } from './echoes';
+
+function echoes(struct: 'LadarData' | 'Scan2dData', points: object[], little: boolean): number[][] {
+  const body = structOf(struct).encode({ points } as never, little);
+  const data = structOf(struct).decode(body, little, { elements: true });
+  const found: number[][] = [];
+  eachEcho(data.points as Elements, (x, y, type) => found.push([Math.round(x) + 0, Math.round(y) + 0, type]));
+  return found;
+}
+
+for (const little of [true, false]) {
+  test(`points of a scanner and of a scan, ${little ? 'little' : 'big'} endian`, () => {
+    const ladar = [
+      { angle: 0, distance: 1000, type: 0, intensity: 0 },
+      { angle: Math.PI / 2, distance: 500, type: 0x80, intensity: 0 },
+      { angle: 0, distance: 7, type: 0x10, intensity: 0 },
+    ];
+    assert.deepEqual(echoes('LadarData', ladar, little), [
+      [1000, 0, 0],
+      [0, 500, 0x80],
+    ]);
+    const scan = [
+      { x: 5, y: -6, z: 0, type: 3, segment: 0, intensity: 0 },
+      { x: 1, y: 1, z: 0, type: 0x20, segment: 0, intensity: 0 },
+    ];
+    assert.deepEqual(echoes('Scan2dData', scan, little), [[5, -6, 3]]);
+  });
+}

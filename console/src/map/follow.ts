@@ -1,0 +1,155 @@
+// Fills the scene of a robot from the data of its components: one subscription for each that is registered.
+
+import type { Console } from '../app/console';
+import { classId, decodeData, decodeMessage } from '../codec/catalogue';
+import type { ChassisParamData } from '../codec/messages';
+import type { Elements } from '../codec/views';
+import type { Component, Robot } from '../model/fleet';
+import { decodeHeader, headerSize } from '../tims/header';
+import { planOf } from './plan';
+import { type DetectedObject, defaultHull, movedTo, type RobotScene, type Spline } from './scene';
+import type { Pose } from './transform';
+
+interface PositionData {
+  pos: Pose;
+  var: Pose;
+}
+
+interface ScanData {
+  refPos: Pose;
+  points: Elements;
+}
+
+interface PilotData {
+  dest: Pose;
+  distanceToDest: number;
+  splines: Spline[];
+}
+
+interface ObjectsData {
+  refPos: Pose;
+  objects: { objectId: number; type: number; pos: Pose; dim: { x: number; y: number } }[];
+}
+
+type Take = (scene: RobotScene, data: never, now: number) => void;
+
+const periods = { fast: 66, normal: 200, slow: 1000 }; // ms
+
+const sources: { name: string; period: number; take: Take; elements?: boolean }[] = [
+  { name: 'Position', period: periods.fast, take: takePosition as Take },
+  { name: 'Scan2d', period: periods.fast, take: takeScan as Take, elements: true },
+  { name: 'Pilot', period: periods.normal, take: takePilot as Take },
+  { name: 'Path', period: periods.slow, take: takePath as Take },
+  { name: 'Mcl', period: periods.normal, take: takeMcl as Take },
+  { name: 'ObjRecog', period: periods.normal, take: takeObjects as Take },
+  { name: 'FeatureMap', period: periods.slow, take: takeFeatures as Take },
+];
+
+// Returns what ends it. `changed` is called after every change.
+export function followRobot(console: Console, robot: Robot, scene: RobotScene, changed: () => void): () => void {
+  const ends: (() => void)[] = [];
+  for (const { name, period, take, elements = false } of sources) {
+    const component = firstOf(robot, name);
+    if (component === undefined) continue;
+    ends.push(
+      console.client.subscribe(component.address, period, ({ message, at }) => {
+        const header = decodeHeader(message);
+        if (header === undefined) return;
+        take(
+          scene,
+          decodeData(component.classId, message.subarray(headerSize), header.flags, { elements }) as never,
+          at,
+        );
+        changed();
+      }),
+    );
+  }
+  void askHull(console, robot, scene).then(changed, () => {});
+  ends.push(followPlan(console, robot, scene, changed));
+  return () => {
+    for (const end of ends) end();
+  };
+}
+
+export function firstOf(robot: Robot, className: string): Component | undefined {
+  const id = classId(className);
+  const all = robot.components.filter((component) => component.classId === id);
+  return all.find(({ state }) => state.value === 'on') ?? all[0];
+}
+
+function takePosition(scene: RobotScene, { pos, var: deviation }: PositionData, now: number): void {
+  movedTo(scene, pos, Math.max(deviation.x, deviation.y), now);
+}
+
+function takeScan(scene: RobotScene, { refPos, points }: ScanData): void {
+  if (scene.pose === undefined) return;
+  const isAbsolute = refPos.x !== 0 || refPos.y !== 0 || refPos.rho !== 0;
+  scene.scan = { pose: scene.pose, isAbsolute, points };
+}
+
+function takePilot(scene: RobotScene, { dest, distanceToDest, splines }: PilotData): void {
+  scene.goal = dest;
+  scene.distanceToGoal = distanceToDest;
+  scene.splines = splines;
+}
+
+function takePath(scene: RobotScene, { splines }: { splines: Spline[] }): void {
+  scene.path = splines;
+}
+
+function takeMcl(scene: RobotScene, { points }: { points: RobotScene['particles'] }): void {
+  scene.particles = points.filter(({ type }) => type === particle);
+}
+
+function takeObjects(scene: RobotScene, { objects }: ObjectsData): void {
+  scene.objects = objects.map(
+    ({ objectId, type, pos, dim }): DetectedObject => ({
+      id: objectId,
+      type,
+      pose: pos,
+      length: dim.x,
+      width: dim.y,
+    }),
+  );
+}
+
+function takeFeatures(scene: RobotScene, { features }: { features: RobotScene['walls'] }): void {
+  scene.walls = features;
+}
+
+// The map is asked for when its Path goes on, and again from time to time: it may have another one.
+function followPlan(console: Console, robot: Robot, scene: RobotScene, changed: () => void): () => void {
+  const path = firstOf(robot, 'Path');
+  if (path === undefined) return () => {};
+  const ask = async () => {
+    if (path.state.value !== 'on' || document.hidden) return;
+    scene.plan = await planOf(console, path);
+    changed();
+  };
+  const end = path.state.subscribe(() => void ask().catch(() => {}));
+  const timer = setInterval(() => void ask().catch(() => {}), planPeriod);
+  return () => {
+    end();
+    clearInterval(timer);
+  };
+}
+
+const planPeriod = 30_000; // ms
+const particle = 1;
+const getParameter = 22; // of class Chassis
+const parameter = -21;
+
+async function askHull(console: Console, robot: Robot, scene: RobotScene): Promise<void> {
+  const chassis = firstOf(robot, 'Chassis');
+  if (chassis === undefined) return;
+  const answer = await console.client.call(chassis.address, getParameter);
+  if (answer.type !== parameter) return;
+  const hull = decodeMessage(chassis.classId, parameter, answer.body, answer.flags) as unknown as ChassisParamData;
+  scene.hull = {
+    front: hull.boundaryFront || defaultHull.front,
+    back: hull.boundaryBack || defaultHull.back,
+    left: hull.boundaryLeft || defaultHull.left,
+    right: hull.boundaryRight || defaultHull.right,
+    margin: hull.safetyMargin || 0,
+  };
+}

@@ -1,0 +1,262 @@
+// The canvas of a map: drawn once a frame when something has changed; moved by mouse, touch and keys.
+
+import { useEffect, useRef } from 'preact/hooks';
+import { isDark } from '../ui/theme';
+import { measured, type Spot } from './actions';
+import { mapColours } from './colours';
+import { type Layers, paintMap, paintWaypoints } from './paint';
+import { PointBuffer } from './points';
+import type { Plan, RobotScene } from './scene';
+import { headingTo, type Point, panned, type Size, toScreen, toWorld, type View, viewOf, zoomed } from './transform';
+import { Waypoints } from './waypoints';
+
+export type Centre = 'world' | 'chase' | 'robot';
+
+export interface MapModel {
+  view: View;
+  isPlaced: boolean; // the view has been fitted or moved
+  scenes: Map<number, RobotScene>;
+  followed: number | undefined;
+  centre: Centre;
+  layers: Layers;
+  // A place that is being chosen.
+  draft: Spot | undefined;
+  waypoints: Waypoints;
+  background: Plan | undefined;
+  changed: boolean;
+}
+
+export function newMapModel(layers: Layers): MapModel {
+  return {
+    view: { centre: { x: 0, y: 0 }, scale: 0.03, up: 0 },
+    isPlaced: false,
+    scenes: new Map(),
+    followed: undefined,
+    centre: 'chase',
+    layers,
+    draft: undefined,
+    waypoints: new Waypoints(),
+    background: undefined,
+    changed: true,
+  };
+}
+
+interface Properties {
+  model: MapModel;
+  label: string;
+  // While a tool is chosen: a press sets the place, dragging the heading.
+  choose: ((spot: Spot) => void) | undefined;
+}
+
+const keyStep = 40; // pixels
+const zoomStep = 1.25;
+
+export function MapCanvas({ model, label, choose }: Properties) {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const chooser = useRef(choose);
+  chooser.current = choose;
+  isDark(); // drawn again in other colours
+  useEffect(() => {
+    const element = canvas.current;
+    if (element === null) return;
+    const size: Size = { width: 0, height: 0 };
+    const observer = new ResizeObserver(([entry]) => {
+      if (entry === undefined) return;
+      size.width = entry.contentRect.width;
+      size.height = entry.contentRect.height;
+      element.width = Math.round(size.width * devicePixelRatio);
+      element.height = Math.round(size.height * devicePixelRatio);
+      model.changed = true;
+    });
+    observer.observe(element);
+    const endDrawing = drawEachFrame(element, model, size);
+    const endGestures = gestures(element, model, size, () => chooser.current);
+    return () => {
+      observer.disconnect();
+      endDrawing();
+      endGestures();
+    };
+  }, [model]);
+  useEffect(() => {
+    model.changed = true;
+  });
+  return (
+    <canvas
+      ref={canvas}
+      class={`map ${choose === undefined ? '' : 'choosing'}`}
+      tabIndex={0}
+      role="img"
+      aria-label={label}
+      onKeyDown={(event) => {
+        if (moveByKey(model, event.key)) event.preventDefault();
+      }}
+    />
+  );
+}
+
+function drawEachFrame(element: HTMLCanvasElement, model: MapModel, size: Size): () => void {
+  const context = element.getContext('2d', { alpha: false });
+  if (context === null) return () => {};
+  const points = new PointBuffer();
+  let frame = 0;
+  let drawnAt = 0;
+  const draw = (now: number) => {
+    frame = requestAnimationFrame(draw);
+    // Once a second, so that what is old turns grey.
+    if ((!model.changed && now < drawnAt + 1000) || size.width === 0) return;
+    model.changed = false;
+    drawnAt = now;
+    follow(model, size);
+    element.dataset.scale = `${model.view.scale}`; // pixels a mm
+    const colours = mapColours(element);
+    const drawing = { context, points, size, ratio: devicePixelRatio, view: model.view, colours };
+    paintMap(drawing, [...model.scenes.values()], model.layers, now, model.background);
+    paintWaypoints(drawing, model.waypoints.list.value);
+    if (model.draft !== undefined) paintDraft(context, model, size, colours.goal);
+  };
+  frame = requestAnimationFrame(draw);
+  return () => cancelAnimationFrame(frame);
+}
+
+// Fits the robots into the view at the start, and keeps the followed one in its middle.
+function follow(model: MapModel, size: Size): void {
+  const poses = [...model.scenes.values()].flatMap(({ pose }) => (pose === undefined ? [] : [pose]));
+  if (!model.isPlaced && poses.length > 0) {
+    const view = viewOf(poses, size);
+    if (view !== undefined) model.view = { ...view, scale: Math.min(view.scale, 0.06) };
+    model.isPlaced = true;
+  }
+  const pose = model.followed === undefined ? undefined : model.scenes.get(model.followed)?.pose;
+  if (pose === undefined || model.centre === 'world') {
+    model.view = { ...model.view, up: 0 };
+    return;
+  }
+  model.view = { ...model.view, centre: { x: pose.x, y: pose.y }, up: model.centre === 'robot' ? pose.rho : 0 };
+}
+
+function paintDraft(context: CanvasRenderingContext2D, { view, draft }: MapModel, size: Size, colour: string): void {
+  if (draft === undefined) return;
+  const at = toScreen(view, size, draft);
+  const angle = draft.rho - view.up;
+  context.strokeStyle = colour;
+  context.lineWidth = 3;
+  context.beginPath();
+  context.arc(at.x, at.y, 7, 0, 2 * Math.PI);
+  context.moveTo(at.x, at.y);
+  context.lineTo(at.x + 36 * Math.sin(angle), at.y - 36 * Math.cos(angle));
+  context.stroke();
+  context.fillStyle = colour;
+  context.font = '600 13px system-ui, sans-serif';
+  context.textAlign = 'left';
+  context.fillText(measured(draft), at.x + 12, at.y + 18);
+}
+
+export function moveByKey(model: MapModel, key: string): boolean {
+  const moves: Record<string, () => void> = {
+    ArrowLeft: () => pan(model, keyStep, 0),
+    ArrowRight: () => pan(model, -keyStep, 0),
+    ArrowUp: () => pan(model, 0, keyStep),
+    ArrowDown: () => pan(model, 0, -keyStep),
+    '+': () => zoom(model, zoomStep),
+    '-': () => zoom(model, 1 / zoomStep),
+    Home: () => {
+      model.isPlaced = false;
+      model.changed = true;
+    },
+  };
+  const move = moves[key];
+  move?.();
+  return move !== undefined;
+}
+
+export function zoom(model: MapModel, factor: number): void {
+  model.view = zoomed(model.view, { width: 0, height: 0 }, { x: 0, y: 0 }, factor);
+  model.isPlaced = true;
+  model.changed = true;
+}
+
+// A map that is moved by hand no longer follows.
+function pan(model: MapModel, right: number, down: number): void {
+  model.view = panned(model.view, right, down);
+  model.centre = 'world';
+  model.isPlaced = true;
+  model.changed = true;
+}
+
+// One pointer moves the map, or sets the pose of the chosen tool; two pinch it.
+function gestures(
+  element: HTMLCanvasElement,
+  model: MapModel,
+  size: Size,
+  tool: () => ((spot: Spot) => void) | undefined,
+): () => void {
+  const pointers = new Map<number, Point>();
+  let start: Point | undefined;
+  const at = ({ offsetX, offsetY }: PointerEvent): Point => ({ x: offsetX, y: offsetY });
+
+  const down = (event: PointerEvent) => {
+    element.setPointerCapture(event.pointerId);
+    pointers.set(event.pointerId, at(event));
+    if (tool() === undefined || pointers.size > 1) {
+      start = undefined;
+      model.draft = undefined;
+      return;
+    }
+    start = at(event);
+    const place = toWorld(model.view, size, start);
+    model.draft = { ...place, rho: model.view.up, end: place };
+    model.changed = true;
+  };
+  const move = (event: PointerEvent) => {
+    const before = pointers.get(event.pointerId);
+    if (before === undefined) return;
+    const now = at(event);
+    pointers.set(event.pointerId, now);
+    if (start !== undefined && model.draft !== undefined) {
+      const target = toWorld(model.view, size, now);
+      if (Math.hypot(now.x - start.x, now.y - start.y) > 8)
+        model.draft = { ...model.draft, rho: headingTo(model.draft, target), end: target };
+      model.changed = true;
+      return;
+    }
+    const other = [...pointers].find(([id]) => id !== event.pointerId)?.[1];
+    if (other !== undefined) {
+      const factor = distance(now, other) / Math.max(1, distance(before, other));
+      model.view = zoomed(model.view, size, { x: (now.x + other.x) / 2, y: (now.y + other.y) / 2 }, factor);
+      model.isPlaced = true;
+      model.changed = true;
+    } else {
+      pan(model, now.x - before.x, now.y - before.y);
+    }
+  };
+  const up = (event: PointerEvent) => {
+    pointers.delete(event.pointerId);
+    if (start === undefined || model.draft === undefined) return;
+    start = undefined;
+    const spot = model.draft;
+    model.draft = undefined;
+    model.changed = true;
+    if (event.type === 'pointerup') tool()?.(spot);
+  };
+  const wheel = (event: WheelEvent) => {
+    event.preventDefault();
+    const point = { x: event.offsetX, y: event.offsetY };
+    model.view = zoomed(model.view, size, point, Math.exp(-event.deltaY / 400));
+    model.isPlaced = true;
+    model.changed = true;
+  };
+  const listeners: [string, (event: never) => void][] = [
+    ['pointerdown', down],
+    ['pointermove', move],
+    ['pointerup', up],
+    ['pointercancel', up],
+    ['wheel', wheel],
+  ];
+  for (const [type, listener] of listeners)
+    element.addEventListener(type, listener as EventListener, { passive: false });
+  return () => {
+    for (const [type, listener] of listeners) element.removeEventListener(type, listener as EventListener);
+  };
+}
+
+const distance = (a: Point, b: Point) => Math.hypot(a.x - b.x, a.y - b.y);

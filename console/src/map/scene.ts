@@ -1,0 +1,96 @@
+// What a map shows of one robot: the newest data of its components, and where it has been.
+
+import type { Elements } from '../codec/views';
+import type { Pose } from './transform';
+
+export interface ScanPoints {
+  pose: Pose; // of the robot when the scan arrived
+  isAbsolute: boolean; // the points are in the world's frame already
+  points: Elements;
+}
+
+export interface Spline {
+  startPos: Pose;
+  endPos: Pose;
+  centerPos: Pose;
+  length: number;
+  radius: number; // 0: a straight line
+  vMax: number;
+}
+
+export interface Hull {
+  front: number;
+  back: number;
+  left: number;
+  right: number;
+  margin: number;
+}
+
+export interface DetectedObject {
+  id: number;
+  type: number;
+  pose: Pose;
+  length: number;
+  width: number;
+}
+
+// The map that a robot plans in, as a picture with north up.
+export interface Plan {
+  picture: CanvasImageSource;
+  north: number; // its upper edge, mm
+  west: number; // its left edge
+  cell: number; // mm a pixel
+}
+
+export interface RobotScene {
+  system: number;
+  pose: Pose | undefined;
+  deviation: number; // mm, of the position
+  poseAt: number; // performance.now()
+  trail: Pose[];
+  hull: Hull;
+  scan: ScanPoints | undefined;
+  path: Spline[];
+  splines: Spline[]; // of the pilot
+  goal: Pose | undefined;
+  distanceToGoal: number; // mm
+  particles: { x: number; y: number; type: number }[];
+  objects: DetectedObject[];
+  plan: Plan | undefined;
+  walls: { x: number; y: number; x2: number; y2: number; layer: number }[];
+}
+
+export const defaultHull: Hull = { front: 300, back: 300, left: 250, right: 250, margin: 0 };
+
+const trailMax = 2000;
+const trailStep = 50; // mm
+
+export function emptyScene(system: number): RobotScene {
+  return {
+    system,
+    pose: undefined,
+    deviation: 0,
+    poseAt: 0,
+    trail: [],
+    hull: defaultHull,
+    scan: undefined,
+    path: [],
+    splines: [],
+    goal: undefined,
+    distanceToGoal: 0,
+    particles: [],
+    objects: [],
+    plan: undefined,
+    walls: [],
+  };
+}
+
+export function movedTo(scene: RobotScene, pose: Pose, deviation: number, now: number): void {
+  scene.pose = pose;
+  scene.deviation = deviation;
+  scene.poseAt = now;
+  const last = scene.trail.at(-1);
+  if (last !== undefined && Math.hypot(pose.x - last.x, pose.y - last.y) < trailStep) return;
+  scene.trail.push(pose);
+  if (scene.trail.length > trailMax) scene.trail.splice(0, scene.trail.length - trailMax);
+}

@@ -1,0 +1,40 @@
+// Commands to components: sent by name, answered or refused with the component's own reason.
+
+import { encodeNamed } from '../codec/catalogue';
+import type { Bodies } from '../codec/messages';
+import type { Answer } from '../tims/calls';
+import type { Client } from '../tims/client';
+import { types } from '../tims/header';
+
+export type CommandName = keyof Bodies & string;
+
+const commandTime = 5000; // ms
+
+// Throws what hindered it, as a sentence.
+export async function command<Name extends CommandName>(
+  client: Client,
+  receiver: { address: number },
+  name: Name,
+  value?: Partial<NonNullable<Bodies[Name]>>,
+  timeout = commandTime,
+): Promise<Answer> {
+  const { type, body } = encodeNamed(name, value ?? {});
+  const answer = await client.call(receiver.address, type, body, timeout);
+  const why = refusal(answer);
+  if (why !== undefined) throw new Error(why);
+  return answer;
+}
+
+// Undefined: it was not refused.
+export function refusal({ type, body }: Answer): string | undefined {
+  switch (type) {
+    case types.error:
+      return new TextDecoder().decode(body) || 'it refuses, without a reason';
+    case types.timeout:
+      return 'a component that it needs does not answer in time';
+    case types.notAvailable:
+      return 'it is not there';
+    default:
+      return undefined;
+  }
+}

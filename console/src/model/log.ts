@@ -1,0 +1,123 @@
+// The texts of components, the newest last. They come from the logs of the hosts; where no log runs at the own router,
+// the console itself is the sink of its texts, like the window of the original. A text that repeats itself is folded
+// into one row with its number.
+
+import { type ReadonlySignal, signal } from '@preact/signals';
+import { className, decodeData } from '../codec/catalogue';
+import type { GdosData } from '../codec/messages';
+import { addressOf, addressText, classes, componentOf, type Widths } from '../tims/address';
+import type { Client } from '../tims/client';
+import { gdosText, type Level, levelOf } from '../tims/gdos';
+import { decodeHeader, headerSize } from '../tims/header';
+import type { Fleet } from './fleet';
+
+export interface LogText {
+  number: number;
+  time: Date; // when the last one arrived
+  sender: number; // a component
+  level: Level;
+  text: string;
+  count: number;
+}
+
+const textsMax = 5000;
+const retryTime = 5000;
+
+export class Log {
+  private readonly textsSignal = signal<LogText[]>([]);
+  private readonly isSinkSignal = signal(false);
+  private next = 1;
+  private subscriptions = new Map<number, () => void>(); // by log
+  private retry: ReturnType<typeof setTimeout> | undefined;
+
+  constructor(
+    private readonly client: Client,
+    private readonly fleet: Fleet,
+  ) {
+    fleet.logs.subscribe((logs) => {
+      this.listen(logs);
+      void this.beSink();
+    });
+    client.connection.subscribe(() => void this.beSink());
+    client.onText = (sender, type, bits, body) => {
+      const widths = this.widths;
+      const level = levelOf(type);
+      if (widths === undefined || level === undefined) return;
+      this.add(
+        sender,
+        level,
+        gdosText(body, bits, (address) => addressText(address, widths, className)),
+      );
+    };
+  }
+
+  get texts(): ReadonlySignal<LogText[]> {
+    return this.textsSignal;
+  }
+
+  // The texts of this router's components come here and to no log.
+  get isSink(): ReadonlySignal<boolean> {
+    return this.isSinkSignal;
+  }
+
+  clear(): void {
+    this.textsSignal.value = [];
+  }
+
+  private get widths(): Widths | undefined {
+    return this.client.connection.value.router?.widths;
+  }
+
+  private listen(logs: number[]): void {
+    for (const [log, leave] of this.subscriptions)
+      if (!logs.includes(log)) {
+        leave();
+        this.subscriptions.delete(log);
+      }
+    for (const log of logs)
+      if (!this.subscriptions.has(log))
+        this.subscriptions.set(
+          log,
+          this.client.subscribe(log, 0, ({ message }) => this.take(message), true),
+        );
+  }
+
+  // A log that is started wants the sink: it tries until the console has let it go.
+  private async beSink(): Promise<void> {
+    clearTimeout(this.retry);
+    const { state, router } = this.client.connection.value;
+    const isWanted =
+      state === 'connected' && router !== undefined && !this.fleet.logs.value.some((log) => this.fleet.isLocal(log));
+    if (!isWanted) {
+      this.client.releaseSink();
+      this.isSinkSignal.value = false;
+      return;
+    }
+    try {
+      const sink = addressOf({ classId: classes.textSink }, router.widths);
+      this.isSinkSignal.value = await this.client.takeSink(sink);
+    } catch {
+      this.isSinkSignal.value = false;
+    }
+    if (!this.isSinkSignal.value) this.retry = setTimeout(() => void this.beSink(), retryTime);
+  }
+
+  private take(message: Uint8Array): void {
+    const header = decodeHeader(message);
+    if (header === undefined) return;
+    const data = decodeData(classes.textSink, message.subarray(headerSize), header.flags) as unknown as GdosData;
+    const level = levelOf(data.level);
+    if (level !== undefined) this.add(data.sender, level, data.text); // others are the log's signs of life
+  }
+
+  private add(mailbox: number, level: Level, text: string): void {
+    const sender = this.widths === undefined ? mailbox : componentOf(mailbox, this.widths);
+    const texts = this.textsSignal.value;
+    const last = texts.at(-1);
+    const isRepeated = last?.sender === sender && last.text === text && last.level === level;
+    const added = { number: this.next++, time: new Date(), sender, level, text, count: 1 };
+    this.textsSignal.value = isRepeated
+      ? [...texts.slice(0, -1), { ...added, number: last.number, count: last.count + 1 }]
+      : [...texts.slice(-textsMax + 1), added];
+  }
+}

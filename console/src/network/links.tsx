@@ -1,0 +1,121 @@
+// The links of a router: the worst first, with what is lost on them and why.
+
+import { useSignal } from '@preact/signals';
+import { useRef } from 'preact/hooks';
+import { useConsole } from '../app/console';
+import type { AdminError } from '../model/admin';
+import { age, bytes, duration, percent } from '../ui/quantities';
+import { useAdminList } from './admin_list';
+import type { LinkItem } from './reports';
+
+const period = 2000;
+
+export function Links() {
+  const { admin } = useConsole();
+  const { items, trouble } = useAdminList(() => admin.all<LinkItem>({ ask: 'links' }), 'links', period);
+  const before = useRef(new Map<string, { bytesIn: number; bytesOut: number; at: number }>());
+  if (items === undefined) return <p class="faint">{trouble || 'Asking the router …'}</p>;
+  if (items.length === 0) return <p class="empty faint">This router has no links to other routers.</p>;
+  const rates = ratesOf(items, before.current);
+  const sorted = [...items].sort((a, b) => rank(a) - rank(b) || b.drops - a.drops);
+  return (
+    <ul class="links">
+      {sorted.map((link) => (
+        <Link key={link.name ?? link.via} link={link} rate={rates.get(link.name ?? '')} />
+      ))}
+    </ul>
+  );
+}
+
+const rank = ({ state }: LinkItem) => (state === 'up' ? 1 : 0);
+
+interface Rate {
+  in: number;
+  out: number;
+}
+
+function ratesOf(items: LinkItem[], before: Map<string, { bytesIn: number; bytesOut: number; at: number }>) {
+  const rates = new Map<string, Rate>();
+  const now = performance.now();
+  for (const { name, wire_bytes_in, wire_bytes_out } of items) {
+    const key = name ?? '';
+    const last = before.get(key);
+    if (last !== undefined && now > last.at + period / 2) {
+      const seconds = (now - last.at) / 1000;
+      rates.set(key, { in: (wire_bytes_in - last.bytesIn) / seconds, out: (wire_bytes_out - last.bytesOut) / seconds });
+    }
+    before.set(key, { bytesIn: wire_bytes_in, bytesOut: wire_bytes_out, at: now });
+  }
+  return rates;
+}
+
+function Link({ link, rate }: { link: LinkItem; rate: Rate | undefined }) {
+  const { admin } = useConsole();
+  const failure = useSignal('');
+  const change = async (what: 'up' | 'down' | 'reset') => {
+    failure.value = '';
+    try {
+      await admin.ask({ ask: 'link', link: link.via ?? link.name, do: what });
+    } catch (error) {
+      const { message, hint } = error as AdminError;
+      failure.value = `${message}${hint ? `; ${hint}` : ''}`;
+    }
+  };
+  const up = link.state === 'up';
+  const values: [string, string][] = [
+    ['since', age(link.since_s)],
+    ['round trip', duration(link.rtt_s)],
+    ['loss in', percent(link.loss_in)],
+    ['loss out', percent(link.loss_out)],
+    ['in', rate === undefined ? '' : `${bytes(Math.max(0, rate.in))}/s`],
+    ['out', rate === undefined ? '' : `${bytes(Math.max(0, rate.out))}/s`],
+    ['waiting', bytes(link.queue_bytes?.reduce((sum, each) => sum + each, 0))],
+    ['dropped', `${link.drops}`],
+    ['mailboxes', `${link.mailboxes}`],
+    ['largest datagram', bytes(link.mtu_bytes)],
+  ];
+  return (
+    <li class={`link ${up ? '' : 'troubled'}`}>
+      <h2>
+        {link.name ?? link.via} <span class={up ? 'good' : 'bad'}>{link.state}</span>
+      </h2>
+      <p class="faint">
+        {link.kind} router {link.address?.name}
+        {link.path && `, over ${link.path.toUpperCase()}`}
+        {link.path_why && ` (${link.path_why})`}
+        {link.peer_address && `, ${link.peer_address}`}
+      </p>
+      {link.refusal && <p class="bad">{link.refusal}</p>}
+      {link.paths
+        ?.filter(({ trouble }) => trouble !== null)
+        .map(({ path, trouble }) => (
+          <p key={path} class="warn">
+            {path.toUpperCase()}: {trouble}
+          </p>
+        ))}
+      <dl class="values">
+        {values
+          .filter(([, value]) => value !== '')
+          .map(([name, value]) => (
+            <div key={name}>
+              <dt>{name}</dt>
+              <dd>{value}</dd>
+            </div>
+          ))}
+      </dl>
+      <p class="actions">
+        <button type="button" onClick={() => void change(up ? 'down' : 'up')}>
+          {up ? 'Take down' : 'Bring up'}
+        </button>
+        <button type="button" onClick={() => void change('reset')}>
+          Reset
+        </button>
+      </p>
+      {failure.value !== '' && (
+        <p class="bad" role="alert">
+          {failure.value}
+        </p>
+      )}
+    </li>
+  );
+}

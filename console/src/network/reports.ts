@@ -1,0 +1,72 @@
+// What the router reports about itself and its links, as far as the pages use it (schemas tims/router_list/1,
+// tims/link/1, tims/route_get/1, tims/event/1, tims/hop/1).
+
+export interface NamedAddress {
+  name: string;
+  raw: string;
+}
+
+export interface RouterItem {
+  name: string | null;
+  role: string;
+  system: number;
+  id: number;
+  address: NamedAddress;
+  kind: 'self' | 'super' | 'peer' | 'sub' | 'missing';
+  state: 'up' | 'down';
+  via: string | null;
+  behind?: NamedAddress;
+  since_s: number | null;
+  rtt_s?: number | null;
+  clock?: { offset_s: number; uncertainty_s: number } | null;
+  version?: string;
+}
+
+export interface LinkItem extends Omit<RouterItem, 'state'> {
+  state: 'idle' | 'connecting' | 'refused' | 'up' | 'silent' | 'down';
+  path: string | null;
+  path_why: string | null;
+  paths: { path: string; used: boolean; works: boolean; trouble: string | null }[];
+  peer_address: string | null;
+  refusal: string | null;
+  heard_s: number | null;
+  loss_in: number | null;
+  loss_out: number | null;
+  mtu_bytes: number | null;
+  rate_limit_bytes_per_s: number | null;
+  queue_bytes: number[];
+  wire_bytes_in: number;
+  wire_bytes_out: number;
+  mailboxes: number;
+  drops: number;
+  queue_delay_s: number | null;
+}
+
+export interface RouteAnswer {
+  router: string;
+  address: NamedAddress;
+  verdict: 'deliver' | 'forward' | 'no_route' | 'self';
+  next_router?: NamedAddress | null;
+  via: string | null;
+  owner: { name: string | null; peer: string | null; pid: number | null } | null;
+  reason: string;
+  outcome?: string;
+}
+
+export interface HopRecord {
+  router: string;
+  time: string;
+  hop: number;
+  from: NamedAddress;
+  to: NamedAddress;
+  waited_s: number | null;
+}
+
+export interface EventItem {
+  seq: number;
+  time: string;
+  kind: string;
+  address: NamedAddress | null;
+  reason: string | null;
+  text: string | null;
+}

@@ -1,0 +1,90 @@
+// Sends a message about which every router on its route reports when it passed, and how long it had waited.
+
+import { useSignal } from '@preact/signals';
+import { nameOf, useConsole } from '../app/console';
+import { route, setOption } from '../app/route';
+import { duration } from '../ui/quantities';
+import type { HopRecord } from './reports';
+
+interface Result {
+  hops: HopRecord[];
+  answered: boolean;
+}
+
+export function TraceForm() {
+  const console = useConsole();
+  const to = route.value.options.get('to') ?? '';
+  const result = useSignal<Result | undefined>(undefined);
+  const trouble = useSignal('');
+  const components = console.fleet.robots.value.flatMap((robot) => robot.components);
+  const trace = async (event: Event) => {
+    event.preventDefault();
+    const target = components.find(({ address }) => nameOf(console, address) === to.trim());
+    result.value = undefined;
+    trouble.value = target === undefined ? `No component ${to} is registered: Explain says why.` : '';
+    if (target === undefined) return;
+    const { hops, answered } = await console.client.trace(target.address);
+    const records = hops.map((record): HopRecord => JSON.parse(record)).sort((a, b) => a.time.localeCompare(b.time));
+    result.value = { hops: records, answered };
+  };
+  return (
+    <>
+      <form class="tools" onSubmit={trace}>
+        <label>
+          To{' '}
+          <input
+            list="trace-components"
+            required
+            placeholder="Ladar(1/0)"
+            value={to}
+            onInput={(event) => setOption('to', event.currentTarget.value)}
+          />
+        </label>
+        <datalist id="trace-components">
+          {components.map(({ address }) => (
+            <option key={address} value={nameOf(console, address)} />
+          ))}
+        </datalist>
+        <button type="submit" class="primary">
+          Trace
+        </button>
+      </form>
+      {trouble.value !== '' && (
+        <p class="bad" role="alert">
+          {trouble.value}
+        </p>
+      )}
+      {result.value !== undefined && <Hops result={result.value} />}
+    </>
+  );
+}
+
+function Hops({ result: { hops, answered } }: { result: Result }) {
+  return (
+    <div role="status">
+      <table class="list">
+        <thead>
+          <tr>
+            <th scope="col">Time</th>
+            <th scope="col">Router</th>
+            <th scope="col">From</th>
+            <th scope="col">To</th>
+            <th scope="col">Waited before</th>
+          </tr>
+        </thead>
+        <tbody>
+          {hops.map(({ time, router, from, to, waited_s: waited }) => (
+            <tr key={`${time} ${router}`}>
+              <td class="time">{time.slice(11, 26)}</td>
+              <td>{router}</td>
+              <td>{from.name}</td>
+              <td>{to.name}</td>
+              <td>{duration(waited)}</td>
+            </tr>
+          ))}
+        </tbody>
+      </table>
+      <p class={`summary ${answered ? 'good' : 'bad'}`}>{answered ? 'It was answered.' : 'No answer came.'}</p>
+    </div>
+  );
+}

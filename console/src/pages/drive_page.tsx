@@ -1,0 +1,287 @@
+// Driving a robot by hand: keys, mouse, touch or gamepad. It moves only while something is held.
+
+import { useSignal } from '@preact/signals';
+import { useEffect, useMemo, useRef } from 'preact/hooks';
+import { nameOf, useConsole } from '../app/console';
+import { isText } from '../app/keys';
+import { route } from '../app/route';
+import { beginDriving, endDriving, type StickPilot, stickPilots } from '../drive/drive';
+import { isDriveKey, normal, stickOfGamepad, stickOfKeys, stickOfPad } from '../drive/stick';
+import { firstOf } from '../map/follow';
+import type { Robot } from '../model/fleet';
+import { isAtRest, type StickPosition, stickAtRest } from '../tims/joystick';
+import { CameraView } from '../views/camera_view';
+import { ChassisSpeed } from '../views/chassis_view';
+import { ScanView } from '../views/scan_view';
+
+const renewPeriod = 50; // ms; the worker lets the stick go after 250
+
+export function DrivePage() {
+  const console = useConsole();
+  const robots = console.fleet.robots.value.filter((robot) => firstOf(robot, 'Chassis') !== undefined);
+  const system = route.value.arguments[0];
+  const robot = robots.find((each) => `${each.system}` === system);
+  if (robot !== undefined) return <DriveRobot robot={robot} />;
+  return (
+    <section class="empty">
+      <h1>{system === undefined ? 'Which robot?' : `Robot ${system} is not here, or has no chassis`}</h1>
+      <p class="actions">
+        {robots.map((each) => (
+          <a key={each.system} class="button" href={`#/drive/${each.system}`}>
+            Robot {each.system}
+          </a>
+        ))}
+      </p>
+      {robots.length === 0 && <p class="faint">No robot with a chassis has registered.</p>}
+    </section>
+  );
+}
+
+function DriveRobot({ robot }: { robot: Robot }) {
+  const console = useConsole();
+  const pilots = useSignal<StickPilot[] | undefined>(undefined);
+  const driven = useSignal<StickPilot | undefined>(undefined);
+  const trouble = useSignal('');
+  const busy = useSignal(false);
+  const speed = useSignal(30);
+  const signature = robot.components.map(({ address }) => address).join();
+  useEffect(() => {
+    stickPilots(console, robot).then(
+      (found) => {
+        pilots.value = found;
+      },
+      (error: Error) => {
+        trouble.value = error.message;
+      },
+    );
+  }, [signature]);
+  useEffect(() => console.fleet.watch(robot.components.map(({ address }) => address)), [signature]);
+  // The stick is lost with the connection; whoever comes back takes it anew.
+  const stick = console.client.stick.value;
+  if (driven.value !== undefined && stick === undefined && !busy.value) {
+    driven.value = undefined;
+    trouble.value = 'The stick is released: the connection was lost.';
+  }
+  const attempt = async (action: () => Promise<void>) => {
+    busy.value = true;
+    trouble.value = '';
+    try {
+      await action();
+    } catch (error) {
+      trouble.value = (error as Error).message;
+    }
+    busy.value = false;
+  };
+  const begin = (pilot: StickPilot) =>
+    attempt(async () => {
+      await beginDriving(console, robot, pilot);
+      driven.value = pilot;
+    });
+  const end = () =>
+    attempt(async () => {
+      const pilot = driven.value;
+      driven.value = undefined;
+      if (pilot !== undefined) await endDriving(console, robot, pilot);
+    });
+  useEffect(
+    () => () => {
+      const pilot = driven.peek();
+      if (pilot !== undefined) void endDriving(console, robot, pilot).catch(() => {});
+    },
+    [robot.system],
+  );
+  return (
+    <section class="drive-page">
+      <div class="tools">
+        <h1>Drive robot {robot.system}</h1>
+        {driven.value === undefined ? (
+          pilots.value?.map((each) => (
+            <button
+              key={each.pilot.address}
+              type="button"
+              class="primary"
+              disabled={busy.value}
+              onClick={() => void begin(each)}
+            >
+              Drive with {nameOf(console, each.pilot.address)}
+            </button>
+          ))
+        ) : (
+          <button type="button" disabled={busy.value} onClick={() => void end()}>
+            Release
+          </button>
+        )}
+        {busy.value && <span role="status">One moment …</span>}
+        <span class="grow" />
+        <label>
+          Speed <strong>{speed.value} %</strong>{' '}
+          <input
+            type="range"
+            min="10"
+            max="100"
+            step="10"
+            value={speed.value}
+            onInput={(event) => (speed.value = Number(event.currentTarget.value))}
+          />
+        </label>
+      </div>
+      {trouble.value !== '' && (
+        <p class="notice bad" role="alert">
+          {trouble.value}
+        </p>
+      )}
+      {pilots.value?.length === 0 && (
+        <p class="notice">
+          None of its pilots listens to a joystick: start a <code>PilotJoystick</code> for it.
+        </p>
+      )}
+      <div class="drive-views">
+        <Views robot={robot} />
+        <Stick active={driven.value !== undefined} speed={speed.value} robot={robot} />
+      </div>
+    </section>
+  );
+}
+
+function Views({ robot }: { robot: Robot }) {
+  const scan = firstOf(robot, 'Scan2d') ?? firstOf(robot, 'Ladar');
+  const camera = firstOf(robot, 'Camera');
+  return (
+    <div class="drive-sight">
+      {camera !== undefined && (
+        <section class="tile tile-body" aria-label="Camera">
+          <CameraView component={camera} />
+        </section>
+      )}
+      {scan !== undefined && (
+        <section class="tile tile-body" aria-label="Scan">
+          <ScanView component={scan} />
+        </section>
+      )}
+      {camera === undefined && scan === undefined && <p class="faint">It has neither a camera nor a scanner.</p>}
+    </div>
+  );
+}
+
+interface StickProperties {
+  active: boolean;
+  speed: number;
+  robot: Robot;
+}
+
+// The pad, the keys and the gamepad write to one position, which is renewed while it is not zero.
+function Stick({ active, speed, robot }: StickProperties) {
+  const { client } = useConsole();
+  const shown = useSignal<StickPosition>(stickAtRest);
+  const held = useMemo(() => new Set<string>(), []);
+  const finger = useRef<{ right: number; up: number } | undefined>(undefined);
+  const chassis = firstOf(robot, 'Chassis');
+
+  useEffect(() => {
+    if (!active) return;
+    let sentRest = true;
+    const renew = () => {
+      const position = positionNow(held, finger.current, speed);
+      shown.value = position;
+      if (isAtRest(position) && sentRest) return;
+      client.moveStick(position);
+      sentRest = isAtRest(position);
+    };
+    const letGo = () => {
+      held.clear();
+      finger.current = undefined;
+      renew();
+    };
+    const hidden = () => document.hidden && letGo();
+    const down = (event: KeyboardEvent) => {
+      if (isText(event.target) || event.ctrlKey || event.metaKey) return;
+      if (event.key === ' ') letGo();
+      else if (isDriveKey(event.key)) held.add(normal(event.key));
+      else return;
+      event.preventDefault();
+      renew();
+    };
+    const up = (event: KeyboardEvent) => {
+      if (held.delete(normal(event.key))) renew();
+    };
+    const timer = setInterval(renew, renewPeriod);
+    addEventListener('keydown', down);
+    addEventListener('keyup', up);
+    addEventListener('blur', letGo);
+    document.addEventListener('visibilitychange', hidden);
+    return () => {
+      letGo();
+      clearInterval(timer);
+      removeEventListener('keydown', down);
+      removeEventListener('keyup', up);
+      removeEventListener('blur', letGo);
+      document.removeEventListener('visibilitychange', hidden);
+    };
+  }, [active, speed]);
+
+  return (
+    <div class="drive-stick">
+      <Pad active={active} position={shown.value} move={(place) => (finger.current = place)} />
+      {chassis !== undefined && <ChassisSpeed component={chassis} />}
+      <p class="small faint">
+        {active
+          ? 'Hold the pad, the arrow keys, W A S D or a gamepad’s stick. Q and E go sideways. It stops when you let go; Space stops at once.'
+          : 'Choose a pilot above to drive.'}
+      </p>
+    </div>
+  );
+}
+
+function positionNow(
+  held: Set<string>,
+  finger: { right: number; up: number } | undefined,
+  speed: number,
+): StickPosition {
+  if (finger !== undefined) return stickOfPad(finger.right, finger.up, speed);
+  if (held.size > 0) return stickOfKeys(held, speed);
+  const gamepad = navigator.getGamepads().find((pad) => pad?.connected);
+  return gamepad ? stickOfGamepad(gamepad.axes, speed) : stickAtRest;
+}
+
+interface PadProperties {
+  active: boolean;
+  position: StickPosition;
+  move: (place: { right: number; up: number } | undefined) => void;
+}
+
+function Pad({ active, position, move }: PadProperties) {
+  const pad = useRef<HTMLDivElement>(null);
+  const place = (event: PointerEvent) => {
+    const box = pad.current?.getBoundingClientRect();
+    if (box === undefined) return;
+    move({
+      right: (2 * (event.clientX - box.left)) / box.width - 1,
+      up: 1 - (2 * (event.clientY - box.top)) / box.height,
+    });
+  };
+  const isHeld = useRef(false);
+  const end = () => {
+    isHeld.current = false;
+    move(undefined);
+  };
+  return (
+    <div
+      ref={pad}
+      class={`pad ${active ? '' : 'inactive'}`}
+      role="application"
+      aria-label="Stick: hold to drive"
+      onPointerDown={(event) => {
+        if (!active) return;
+        event.currentTarget.setPointerCapture(event.pointerId);
+        isHeld.current = true;
+        place(event);
+      }}
+      onPointerMove={(event) => isHeld.current && place(event)}
+      onPointerUp={end}
+      onPointerCancel={end}
+      onLostPointerCapture={end}
+    >
+      <span class="knob" style={{ left: `${50 + position.y / 2}%`, top: `${50 - position.x / 2}%` }} />
+    </div>
+  );
+}

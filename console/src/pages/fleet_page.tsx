@@ -1,0 +1,230 @@
+// All robots, the worst first: which is in trouble, and why.
+
+import { useSignal } from '@preact/signals';
+import { useEffect } from 'preact/hooks';
+import { nameOf, useConsole, widthsOf } from '../app/console';
+import { go, route, setOption } from '../app/route';
+import type { Component, Robot } from '../model/fleet';
+import { useAdminList } from '../network/admin_list';
+import type { RouterItem } from '../network/reports';
+import { fieldsOf } from '../tims/address';
+import { Icon } from '../ui/icons';
+import { Lamp } from '../ui/lamp';
+import { age } from '../ui/quantities';
+import { stopRobots } from '../ui/stop_button';
+
+interface Row {
+  robot: Robot;
+  on: number;
+  off: number;
+  bad: Component[]; // in error, or without an answer
+}
+
+const rowsAtOnce = 100;
+const errorAge = 5 * 60 * 1000; // ms
+
+export function FleetPage() {
+  const console = useConsole();
+  const filter = route.value.options.get('filter') ?? '';
+  const order = route.value.options.get('sort') ?? 'trouble';
+  const robots = console.fleet.robots.value;
+  const rows = sorted(robots.filter((robot) => matches(robot, filter)).map(rowOf), order);
+  const shown = useSignal(rowsAtOnce);
+  const visible = rows.slice(0, shown.value);
+  useWatched(visible.flatMap(({ robot }) => robot.components.map(({ address }) => address)));
+  if (robots.length === 0) return <NoRobots />;
+  return (
+    <section>
+      <div class="tools">
+        <h1>Fleet</h1>
+        <Summary rows={rows} />
+        <span class="grow" />
+        <input
+          type="search"
+          data-filter
+          placeholder="Filter by number"
+          aria-label="Filter robots"
+          value={filter}
+          onInput={(event) => setOption('filter', event.currentTarget.value)}
+        />
+        <label>
+          Sort by{' '}
+          <select value={order} onChange={(event) => setOption('sort', event.currentTarget.value)}>
+            <option value="trouble">trouble</option>
+            <option value="number">number</option>
+          </select>
+        </label>
+      </div>
+      <ul class="robots">
+        <Away present={robots} />
+        {visible.map((row) => (
+          <RobotCard key={row.robot.system} row={row} />
+        ))}
+      </ul>
+      {rows.length > visible.length && (
+        <button type="button" onClick={() => (shown.value += rowsAtOnce)}>
+          Show {Math.min(rowsAtOnce, rows.length - visible.length)} more of {rows.length}
+        </button>
+      )}
+    </section>
+  );
+}
+
+function useWatched(addresses: number[]) {
+  const { fleet } = useConsole();
+  useEffect(() => fleet.watch(addresses), [addresses.join()]);
+}
+
+function NoRobots() {
+  const { client } = useConsole();
+  const connected = client.connection.value.state === 'connected';
+  return (
+    <section class="empty">
+      <h1>{connected ? 'No robot is here yet' : 'Waiting for the router'}</h1>
+      {connected && (
+        <p>
+          No component has registered at this router or behind its links. Start one, for example
+          <br />
+          <code>timsctl up deploy/robots/emulated.toml</code>
+        </p>
+      )}
+    </section>
+  );
+}
+
+function Summary({ rows }: { rows: Row[] }) {
+  const troubled = rows.filter(({ bad }) => bad.length > 0).length;
+  return (
+    <p class="summary" aria-live="polite">
+      {rows.length === 1 ? '1 robot' : `${rows.length} robots`}
+      {troubled > 0 ? <strong class="bad">, {troubled} in trouble</strong> : ', none in trouble'}
+    </p>
+  );
+}
+
+function RobotCard({ row: { robot, on, off, bad } }: { row: Row }) {
+  const console = useConsole();
+  const failure = useSignal('');
+  const allOff = async () => {
+    failure.value = '';
+    try {
+      for (const component of [...robot.components].reverse())
+        if (component.state.value !== 'off') await console.fleet.turn(component, false);
+    } catch (error) {
+      failure.value = (error as Error).message;
+    }
+  };
+  return (
+    <li class={`robot ${bad.length > 0 ? 'troubled' : ''}`}>
+      <h2>
+        <a href={`#/robot/${robot.system}`}>{robot.system === 0 ? 'Base' : `Robot ${robot.system}`}</a>
+      </h2>
+      <p class="counts">
+        <span>
+          <Lamp state="on" /> {on} on
+        </span>
+        <span>
+          <Lamp state="off" /> {off} off
+        </span>
+        <span class="faint">{robot.components.length} components</span>
+      </p>
+      <ul class="troubles">
+        {bad.map((component) => (
+          <li key={component.address}>
+            <Lamp state={component.state.value} /> {nameOf(console, component.address)}{' '}
+            {component.state.value === 'error' ? 'is in error' : 'does not answer'}
+          </li>
+        ))}
+      </ul>
+      <LastError robot={robot} />
+      <p class="actions">
+        <button
+          type="button"
+          onClick={() =>
+            go({ page: 'map', arguments: [], options: new URLSearchParams({ robots: `${robot.system}` }) })
+          }
+        >
+          Map
+        </button>
+        <a class="button" href={`#/drive/${robot.system}`}>
+          Drive
+        </a>
+        <span class="grow" />
+        <button type="button" onClick={() => void stopRobots(console, [robot.system])}>
+          Stop
+        </button>
+        <button type="button" onClick={allOff}>
+          All off
+        </button>
+      </p>
+      {failure.value !== '' && (
+        <p class="bad" role="alert">
+          {failure.value}
+        </p>
+      )}
+    </li>
+  );
+}
+
+// Routers that the own one has known and no longer reaches: their robots are away as a whole.
+function Away({ present }: { present: Robot[] }) {
+  const { admin } = useConsole();
+  const { items } = useAdminList(() => admin.all<RouterItem>({ ask: 'routers' }), 'routers', 3000);
+  const away = (items ?? []).filter(({ kind, state }) => kind !== 'self' && state !== 'up');
+  return (
+    <>
+      {away.map((router) => (
+        <li key={router.address.raw} class="robot troubled">
+          <h2>{present.some(({ system }) => system === router.system) ? router.name : `Robot ${router.system}`}</h2>
+          <p class="bad">
+            <Icon name="warning" /> Its router {router.name ?? router.address.name} is not reachable since{' '}
+            {age(router.since_s)}
+          </p>
+          <p class="actions">
+            <a class="button" href={`#/network?tab=explain&to=${encodeURIComponent(router.address.name)}`}>
+              Why?
+            </a>
+          </p>
+        </li>
+      ))}
+    </>
+  );
+}
+
+// The newest error of a robot, so that one sees why without looking further.
+function LastError({ robot }: { robot: Robot }) {
+  const console = useConsole();
+  const systems = widthsOf(console);
+  const last = console.log.texts.value.findLast(
+    ({ sender, level }) => level === 'error' && fieldsOf(sender, systems).system === robot.system,
+  );
+  if (last === undefined || Date.now() - last.time.getTime() > errorAge) return null;
+  return (
+    <p class="small bad last-error" title={last.text}>
+      <a href={`#/messages?filter=${encodeURIComponent(nameOf(console, last.sender))}`}>
+        {nameOf(console, last.sender)}
+      </a>
+      : {last.text}
+    </p>
+  );
+}
+
+function rowOf(robot: Robot): Row {
+  const row: Row = { robot, on: 0, off: 0, bad: [] };
+  for (const component of robot.components) {
+    const state = component.state.value;
+    if (state === 'on') ++row.on;
+    else if (state === 'off') ++row.off;
+    else if (state !== 'unknown') row.bad.push(component);
+  }
+  return row;
+}
+
+function sorted(rows: Row[], order: string): Row[] {
+  if (order === 'number') return rows;
+  return rows.sort((a, b) => b.bad.length - a.bad.length || a.robot.system - b.robot.system);
+}
+
+function matches(robot: Robot, filter: string): boolean {
+  return filter === '' || `${robot.system}`.includes(filter.trim());
+}

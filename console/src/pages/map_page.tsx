@@ -1,0 +1,246 @@
+// The map of all robots, or of those that the address names.
+
+import { useSignal } from '@preact/signals';
+import { useEffect, useMemo } from 'preact/hooks';
+import { useConsole } from '../app/console';
+import { route } from '../app/route';
+import { actions, type Spot } from '../map/actions';
+import { BackgroundMenu } from '../map/background_menu';
+import { firstOf, followRobot } from '../map/follow';
+import { type Centre, MapCanvas, newMapModel, zoom } from '../map/map_canvas';
+import { allLayers, type Layers, unknownDeviation } from '../map/paint';
+import { emptyScene } from '../map/scene';
+import { WaypointList } from '../map/waypoint_list';
+import type { Robot } from '../model/fleet';
+import { Icon } from '../ui/icons';
+import { degrees, metres } from '../ui/quantities';
+import { pageVisible } from '../ui/use_stream';
+
+const robotsMax = 20; // with their scans and paths
+
+export function MapPage() {
+  const console = useConsole();
+  const wanted = (route.value.options.get('robots') ?? '').split(',').filter((text) => text !== '');
+  const robots = console.fleet.robots.value.filter((robot) =>
+    wanted.length > 0 ? wanted.includes(`${robot.system}`) : firstOf(robot, 'Position') !== undefined,
+  );
+  return <RobotMap robots={robots.slice(0, robotsMax)} />;
+}
+
+export function RobotMap({ robots }: { robots: Robot[] }) {
+  const console = useConsole();
+  const model = useMemo(() => newMapModel({ ...allLayers }), []);
+  const layers = useSignal<Layers>(model.layers);
+  const tool = useSignal<string | undefined>(undefined);
+  const report = useSignal({ text: '', bad: false });
+  const centre = useSignal<Centre>(model.centre);
+  const chosen = useSignal<number | undefined>(undefined);
+  const selected = robots.find(({ system }) => system === chosen.value) ?? robots[0];
+  model.followed = selected?.system;
+  model.layers = layers.value;
+  const visible = pageVisible.value;
+
+  useEffect(() => {
+    if (!visible) return;
+    const ends = robots.map((robot) => {
+      const scene = model.scenes.get(robot.system) ?? emptyScene(robot.system);
+      model.scenes.set(robot.system, scene);
+      return followRobot(console, robot, scene, () => {
+        model.changed = true;
+      });
+    });
+    return () => {
+      for (const end of ends) end();
+    };
+  }, [robots.map(({ system, components }) => `${system}:${components.length}`).join(), visible]);
+
+  useEffect(() => {
+    const endTool = (event: KeyboardEvent) => {
+      if (event.key === 'Escape' && !event.shiftKey) tool.value = undefined;
+    };
+    addEventListener('keydown', endTool);
+    return () => removeEventListener('keydown', endTool);
+  }, []);
+
+  const action = actions.find(({ name }) => name === tool.value);
+  const run = async (spot: Spot) => {
+    const scene = selected === undefined ? undefined : model.scenes.get(selected.system);
+    if (action === undefined || selected === undefined || scene === undefined) return;
+    if (!action.repeats) tool.value = undefined;
+    report.value = { text: `${action.title} …`, bad: false };
+    try {
+      report.value = {
+        text: await action.run({ console, robot: selected, scene, waypoints: model.waypoints }, spot),
+        bad: false,
+      };
+    } catch (error) {
+      report.value = { text: (error as Error).message, bad: true };
+    }
+  };
+  const path = selected === undefined ? undefined : firstOf(selected, 'Path');
+  const setCentre = (value: Centre) => {
+    centre.value = value;
+    model.centre = value;
+    model.changed = true;
+  };
+  return (
+    <section class="map-page">
+      <div class="tools">
+        <h1>Map</h1>
+        <label>
+          Robot{' '}
+          <select
+            value={selected?.system}
+            onChange={(event) => {
+              chosen.value = Number(event.currentTarget.value);
+              if (centre.value === 'world') setCentre('chase');
+            }}
+          >
+            {robots.map(({ system }) => (
+              <option key={system} value={system}>
+                {system}
+              </option>
+            ))}
+          </select>
+        </label>
+        <fieldset aria-label="Centre" class="tabs">
+          {(['world', 'chase', 'robot'] as const).map((each) => (
+            <button key={each} type="button" aria-pressed={centre.value === each} onClick={() => setCentre(each)}>
+              {each}
+            </button>
+          ))}
+        </fieldset>
+        <label>
+          Action{' '}
+          <select
+            value={tool.value ?? ''}
+            onChange={(event) => {
+              tool.value = event.currentTarget.value || undefined;
+            }}
+          >
+            <option value="">move the map</option>
+            {actions
+              .filter(({ component }) => selected !== undefined && (component === '' || firstOf(selected, component)))
+              .map(({ name, title }) => (
+                <option key={name} value={name}>
+                  {title}
+                </option>
+              ))}
+          </select>
+        </label>
+        {selected !== undefined && firstOf(selected, 'Pilot') !== undefined && (
+          <button
+            type="button"
+            class="primary"
+            aria-pressed={tool.value === 'goal'}
+            onClick={() => (tool.value = 'goal')}
+          >
+            Send robot here
+          </button>
+        )}
+        <span class="grow" />
+        <BackgroundMenu model={model} />
+        <LayerMenu layers={layers.value} change={(value) => (layers.value = value)} />
+        <button type="button" aria-label="Zoom in" onClick={() => zoom(model, 1.5)}>
+          <Icon name="plus" />
+        </button>
+        <button type="button" aria-label="Zoom out" onClick={() => zoom(model, 1 / 1.5)}>
+          <Icon name="minus" />
+        </button>
+        <button
+          type="button"
+          aria-label="Show all robots"
+          onClick={() => {
+            setCentre('world');
+            model.isPlaced = false;
+          }}
+        >
+          <Icon name="centre" />
+        </button>
+      </div>
+      {action !== undefined && (
+        <p class="notice">
+          {action.title}: {action.hint}. <kbd>Esc</kbd> ends.
+        </p>
+      )}
+      <p class={`report ${report.value.bad ? 'bad' : ''}`} role={report.value.bad ? 'alert' : 'status'}>
+        {report.value.text}
+      </p>
+      <div class="map-box">
+        <MapCanvas
+          model={model}
+          label={`Map of ${robots.length} robots`}
+          choose={action === undefined ? undefined : (spot) => void run(spot)}
+        />
+        <Positions model={model} robots={robots} />
+        {path !== undefined && <WaypointList waypoints={model.waypoints} path={path} />}
+      </div>
+    </section>
+  );
+}
+
+const deviationText = (deviation: number) => (deviation < unknownDeviation ? metres(deviation) : 'unknown');
+
+function LayerMenu({ layers, change }: { layers: Layers; change: (layers: Layers) => void }) {
+  return (
+    <details class="menu">
+      <summary>Layers</summary>
+      <div>
+        {(Object.keys(layers) as (keyof Layers)[]).map((name) => (
+          <label key={name}>
+            <input
+              type="checkbox"
+              checked={layers[name]}
+              onChange={(event) => change({ ...layers, [name]: event.currentTarget.checked })}
+            />{' '}
+            {name}
+          </label>
+        ))}
+      </div>
+    </details>
+  );
+}
+
+// The same in numbers, also for those who cannot see the map.
+function Positions({ model, robots }: { model: ReturnType<typeof newMapModel>; robots: Robot[] }) {
+  const tick = useSignal(0);
+  useEffect(() => {
+    const timer = setInterval(() => ++tick.value, 500);
+    return () => clearInterval(timer);
+  }, []);
+  void tick.value;
+  return (
+    <table class="positions">
+      <thead>
+        <tr>
+          <th scope="col">Robot</th>
+          <th scope="col">North</th>
+          <th scope="col">East</th>
+          <th scope="col">
+            <abbr title="clockwise from north">Heading</abbr>
+          </th>
+          <th scope="col">
+            <abbr title="standard deviation of the position">±</abbr>
+          </th>
+          <th scope="col">To goal</th>
+        </tr>
+      </thead>
+      <tbody>
+        {robots.map(({ system }) => {
+          const scene = model.scenes.get(system);
+          const pose = scene?.pose;
+          return (
+            <tr key={system}>
+              <th scope="row">{system}</th>
+              <td>{pose ? metres(pose.x) : '–'}</td>
+              <td>{pose ? metres(pose.y) : '–'}</td>
+              <td>{pose ? degrees(pose.rho) : '–'}</td>
+              <td>{pose && scene ? deviationText(scene.deviation) : '–'}</td>
+              <td>{scene && scene.distanceToGoal > 0 ? metres(scene.distanceToGoal) : '–'}</td>
+            </tr>
+          );
+        })}
+      </tbody>
+    </table>
+  );
+}

@@ -1,0 +1,145 @@
+// What the components report: by level, component and text, the newest at the end.
+
+import { useSignal } from '@preact/signals';
+import { useEffect, useRef } from 'preact/hooks';
+import { type Console, nameOf, useConsole } from '../app/console';
+import { route, setOption } from '../app/route';
+import type { LogText } from '../model/log';
+import type { Level } from '../tims/gdos';
+import { saveFile } from '../ui/save';
+
+const order: Level[] = ['print', 'error', 'warning', 'info', 'detail'];
+const letters: Record<Level, string> = { print: 'P', error: 'E', warning: 'W', info: 'I', detail: 'D' };
+const rowsMax = 1000;
+
+export function MessagesPage() {
+  const console = useConsole();
+  const { options } = route.value;
+  const level = (options.get('level') as Level | null) ?? 'info';
+  const filter = options.get('filter') ?? '';
+  const texts = console.log.texts.value.filter((text) => passes(console, text, level, filter));
+  return (
+    <section class="messages">
+      <div class="tools">
+        <h1>Messages</h1>
+        <span class="grow" />
+        <label>
+          Up to{' '}
+          <select value={level} onChange={(event) => setOption('level', event.currentTarget.value)}>
+            {order.slice(1).map((each) => (
+              <option key={each} value={each}>
+                {each}
+              </option>
+            ))}
+          </select>
+        </label>
+        <input
+          type="search"
+          data-filter
+          placeholder="Component or text"
+          aria-label="Filter messages"
+          value={filter}
+          onInput={(event) => setOption('filter', event.currentTarget.value)}
+        />
+        <button type="button" onClick={() => save(console, texts)} disabled={texts.length === 0}>
+          Save
+        </button>
+        <button type="button" onClick={() => console.log.clear()}>
+          Clear
+        </button>
+      </div>
+      <LogTable texts={texts.slice(-rowsMax)} empty={<NoTexts />} />
+    </section>
+  );
+}
+
+function NoTexts() {
+  const { fleet, log } = useConsole();
+  const listens = fleet.logs.value.length > 0 || log.isSink.value;
+  return (
+    <p class="empty faint">
+      {listens ? (
+        'No messages yet. New ones appear here as they arrive.'
+      ) : (
+        <>
+          Another program receives the texts at this router, and it is no log: end it, or start <code>gdos-log</code>.
+        </>
+      )}
+    </p>
+  );
+}
+
+// Stays at its end unless somebody has scrolled up.
+export function LogTable({ texts, empty }: { texts: LogText[]; empty: preact.ComponentChild }) {
+  const console = useConsole();
+  const box = useRef<HTMLDivElement>(null);
+  const follows = useSignal(true);
+  useEffect(() => {
+    if (follows.value && box.current !== null) box.current.scrollTop = box.current.scrollHeight;
+  }, [texts.at(-1)?.number, texts.at(-1)?.count]);
+  if (texts.length === 0) return <>{empty}</>;
+  return (
+    <div
+      class="log"
+      ref={box}
+      // biome-ignore lint/a11y/noNoninteractiveTabindex: what scrolls must be reached by keys
+      tabIndex={0}
+      role="log"
+      aria-label="Messages of components"
+      aria-live="off"
+      onScroll={({ currentTarget: { scrollTop, scrollHeight, clientHeight } }) => {
+        follows.value = scrollTop + clientHeight > scrollHeight - 20;
+      }}
+    >
+      <table>
+        <thead>
+          <tr>
+            <th scope="col">Time</th>
+            <th scope="col">
+              <abbr title="Level">L</abbr>
+            </th>
+            <th scope="col">Component</th>
+            <th scope="col">Text</th>
+          </tr>
+        </thead>
+        <tbody>
+          {texts.map((text) => (
+            <tr key={text.number} class={`level-${text.level}`}>
+              <td class="time">{timeText(text.time)}</td>
+              <td>
+                <abbr title={text.level}>{letters[text.level]}</abbr>
+              </td>
+              <td>{nameOf(console, text.sender)}</td>
+              <td>
+                {text.text}
+                {text.count > 1 && <span class="count">{text.count} times</span>}
+              </td>
+            </tr>
+          ))}
+        </tbody>
+      </table>
+    </div>
+  );
+}
+
+function passes(console: Console, text: LogText, level: Level, filter: string): boolean {
+  if (order.indexOf(text.level) > order.indexOf(level)) return false;
+  const wanted = filter.toLowerCase();
+  return (
+    wanted === '' ||
+    text.text.toLowerCase().includes(wanted) ||
+    nameOf(console, text.sender).toLowerCase().includes(wanted)
+  );
+}
+
+function timeText(time: Date): string {
+  return `${time.toLocaleTimeString('en-GB')}.${`${time.getMilliseconds()}`.padStart(3, '0')}`;
+}
+
+function save(console: Console, texts: LogText[]) {
+  const lines = texts.map(
+    ({ time, level, sender, text, count }) =>
+      `${time.toISOString()} ${level} ${nameOf(console, sender)} ${text}${count > 1 ? ` (${count} times)` : ''}\n`,
+  );
+  saveFile(lines, 'text/plain', 'messages.txt');
+}

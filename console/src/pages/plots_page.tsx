@@ -1,0 +1,215 @@
+// Numbers of components over time: any numeric field, as "Chassis(1/0).vx" in the address of the page.
+
+import { useSignal } from '@preact/signals';
+import { useEffect, useMemo, useRef } from 'preact/hooks';
+import type uPlot from 'uplot';
+import { nameOf, useConsole } from '../app/console';
+import { route, setOption } from '../app/route';
+import { decodeData, findMessage } from '../codec/catalogue';
+import { type NumberField, numberAt, numberFields } from '../plots/number_fields';
+import { Ring } from '../plots/ring';
+import { decodeHeader, headerSize, types } from '../tims/header';
+import { saveFile } from '../ui/save';
+import { pageVisible } from '../ui/use_stream';
+
+const period = 50; // ms
+const windowTime = 60; // s
+const ringSize = 12000; // samples: ten minutes at 20 Hz
+const drawPeriod = 100; // ms
+const colours = ['#2f7de1', '#e0662f', '#1f9d55', '#a24fd0', '#d19a00', '#12a0ad', '#d0407f', '#6b7a90'];
+
+interface Curve {
+  name: string; // "Chassis(1/0).vx"
+  address: number;
+  classId: number;
+  field: NumberField;
+}
+
+export function PlotsPage() {
+  const chosen = (route.value.options.get('curves') ?? '').split(',').filter((name) => name !== '');
+  const set = (names: string[]) => setOption('curves', names.join(','));
+  const available = useAvailable();
+  const curves = chosen.flatMap((name) => available.filter((curve) => curve.name === name));
+  const text = useSignal('');
+  const add = (event: Event) => {
+    event.preventDefault();
+    const curve = available.find(({ name }) => name.toLowerCase() === text.value.trim().toLowerCase());
+    if (curve === undefined) return;
+    if (!chosen.includes(curve.name)) set([...chosen, curve.name]);
+    text.value = '';
+  };
+  return (
+    <section class="plots">
+      <div class="tools">
+        <h1>Plots</h1>
+        <form onSubmit={add} class="actions">
+          <input
+            list="fields"
+            data-filter
+            placeholder="Chassis(1/0).vx"
+            aria-label="Field to plot"
+            size={30}
+            value={text.value}
+            onInput={(event) => (text.value = event.currentTarget.value)}
+          />
+          <datalist id="fields">
+            {available.map(({ name, field }) => (
+              <option key={name} value={name}>
+                {field.unit}
+              </option>
+            ))}
+          </datalist>
+          <button type="submit">Add</button>
+        </form>
+        <ul class="actions">
+          {chosen.map((name, i) => (
+            <li key={name}>
+              <button
+                type="button"
+                style={{ borderColor: colours[i % colours.length] }}
+                aria-label={`Remove ${name}`}
+                onClick={() => set(chosen.filter((each) => each !== name))}
+              >
+                {name} ×
+              </button>
+            </li>
+          ))}
+        </ul>
+      </div>
+      {curves.length === 0 ? (
+        <p class="empty faint">Choose a field, for example the speed of a chassis. Up to eight curves share a plot.</p>
+      ) : (
+        <Plot key={curves.map(({ name }) => name).join()} curves={curves.slice(0, colours.length)} />
+      )}
+    </section>
+  );
+}
+
+// All numeric fields of all components, in the order of the list of robots.
+function useAvailable(): Curve[] {
+  const console = useConsole();
+  const robots = console.fleet.robots.value;
+  return useMemo(
+    () =>
+      robots.flatMap(({ components }) =>
+        components.flatMap(({ address, classId }) =>
+          numberFields(findMessage(classId, types.data)?.body?.fields ?? []).map((field) => ({
+            name: `${nameOf(console, address)}.${field.name}`,
+            address,
+            classId,
+            field,
+          })),
+        ),
+      ),
+    [robots],
+  );
+}
+
+function Plot({ curves }: { curves: Curve[] }) {
+  const { client } = useConsole();
+  const box = useRef<HTMLDivElement>(null);
+  const rings = useMemo(() => curves.map(() => new Ring(ringSize)), []);
+  const paused = useSignal(false);
+  const newest = useSignal<(number | undefined)[]>([]);
+  const visible = pageVisible.value;
+  useEffect(() => {
+    if (!visible) return;
+    const ends = curves.map(({ address, classId, field }, i) =>
+      client.subscribe(address, period, ({ message, at }) => {
+        const header = decodeHeader(message);
+        if (header === undefined) return;
+        const value = numberAt(decodeData(classId, message.subarray(headerSize), header.flags), field);
+        if (value !== undefined) rings[i]?.add(at / 1000, value);
+      }),
+    );
+    return () => {
+      for (const end of ends) end();
+    };
+  }, [visible]);
+  useEffect(() => {
+    const element = box.current;
+    if (element === null) return;
+    let plot: uPlot | undefined;
+    let ended = false;
+    const timer = setInterval(() => {
+      if (document.hidden || plot === undefined) return;
+      newest.value = rings.map((ring) => ring.newest);
+      if (!paused.value) plot.setData(aligned(rings));
+    }, drawPeriod);
+    const resize = () => plot?.setSize({ width: element.clientWidth, height: element.clientHeight - 30 });
+    const observer = new ResizeObserver(resize);
+    void import('uplot').then(({ default: Plotter }) => {
+      if (ended) return;
+      plot = new Plotter(options(curves, element), aligned(rings), element);
+      observer.observe(element);
+    });
+    return () => {
+      ended = true;
+      clearInterval(timer);
+      observer.disconnect();
+      plot?.destroy();
+    };
+  }, []);
+  return (
+    <>
+      <p class="actions plot-tools">
+        <button type="button" aria-pressed={paused.value} onClick={() => (paused.value = !paused.value)}>
+          {paused.value ? 'Go on' : 'Pause'}
+        </button>
+        <button type="button" onClick={() => saveCsv(curves, rings)}>
+          Save CSV
+        </button>
+        {curves.map(({ name, field }, i) => (
+          <span key={name}>
+            {name}: <strong>{newest.value[i]?.toPrecision(5) ?? '–'}</strong> {field.unit}
+          </span>
+        ))}
+      </p>
+      <div ref={box} class="plot" role="img" aria-label={`Plot of ${curves.map(({ name }) => name).join(', ')}`} />
+    </>
+  );
+}
+
+function options(curves: Curve[], element: HTMLElement): uPlot.Options {
+  const style = getComputedStyle(element);
+  const axis = { stroke: style.color, grid: { stroke: style.getPropertyValue('--line'), width: 1 } };
+  return {
+    width: element.clientWidth,
+    height: element.clientHeight - 30,
+    scales: { x: { time: false, range: () => [-windowTime, 0] } },
+    axes: [{ ...axis, label: 'seconds' }, axis],
+    series: [
+      {},
+      ...curves.map(({ name }, i) => ({
+        label: name,
+        stroke: colours[i % colours.length] ?? '',
+        width: 1.5,
+        spanGaps: true,
+        points: { show: false },
+      })),
+    ],
+  };
+}
+
+// One list of times for all curves, as uPlot wants it: seconds before now.
+function aligned(rings: Ring[]): uPlot.AlignedData {
+  const now = performance.now() / 1000;
+  const times = [...new Set(rings.flatMap((ring) => ring.times(now - windowTime)))].sort((a, b) => a - b);
+  const index = new Map(times.map((time, i) => [time, i]));
+  const columns = rings.map((ring) => {
+    const column: (number | null)[] = new Array(times.length).fill(null);
+    ring.each((time, value) => {
+      const i = index.get(time);
+      if (i !== undefined) column[i] = value;
+    });
+    return column;
+  });
+  return [times.map((time) => time - now), ...columns];
+}
+
+function saveCsv(curves: Curve[], rings: Ring[]) {
+  const lines = ['curve,seconds,value\n'];
+  for (const [i, ring] of rings.entries())
+    ring.each((time, value) => lines.push(`${curves[i]?.name},${time.toFixed(3)},${value}\n`));
+  saveFile(lines, 'text/csv', 'plot.csv');
+}

@@ -1,0 +1,252 @@
+// One robot: its components on the left, the views of those that were opened beside them.
+
+import { useSignal } from '@preact/signals';
+import { useEffect } from 'preact/hooks';
+import { nameOf, useConsole } from '../app/console';
+import { route, setOption } from '../app/route';
+import { className } from '../codec/catalogue';
+import type { Component, Robot } from '../model/fleet';
+import { Commands } from '../ui/commands';
+import { Icon } from '../ui/icons';
+import { Lamp, stateWord } from '../ui/lamp';
+import { Parameters } from '../ui/parameters';
+import { groupOf, groups } from '../views/groups';
+import { viewFor } from '../views/views';
+
+export function RobotPage() {
+  const console = useConsole();
+  const system = Number(route.value.arguments[0] ?? 0);
+  const robot = console.fleet.robots.value.find((each) => each.system === system);
+  if (robot === undefined)
+    return (
+      <section class="empty">
+        <h1>Robot {system} is not here</h1>
+        <p>None of its components has registered at this router or behind its links.</p>
+        <p>
+          <a href="#/fleet">All robots</a>
+        </p>
+      </section>
+    );
+  return (
+    <div class="robot-page">
+      <ComponentList robot={robot} />
+      <Tiles robot={robot} />
+    </div>
+  );
+}
+
+// --- the list of components
+
+function ComponentList({ robot }: { robot: Robot }) {
+  const console = useConsole();
+  const filter = useSignal('');
+  useEffect(() => console.fleet.watch(robot.components.map(({ address }) => address)), [robot]);
+  const shown = robot.components.filter(({ address }) =>
+    nameOf(console, address).toLowerCase().includes(filter.value.toLowerCase()),
+  );
+  return (
+    <aside aria-label="Components">
+      <h1>{robot.system === 0 ? 'Base' : `Robot ${robot.system}`}</h1>
+      <input
+        type="search"
+        data-filter
+        placeholder="Filter"
+        aria-label="Filter components"
+        value={filter.value}
+        onInput={(event) => (filter.value = event.currentTarget.value)}
+      />
+      {groups.map((group) => {
+        const members = shown.filter(({ classId }) => groupOf(classId) === group);
+        return (
+          members.length > 0 && (
+            <section key={group}>
+              <h2>{group}</h2>
+              <ul>
+                {members.map((component) => (
+                  <ComponentRow key={component.address} component={component} />
+                ))}
+              </ul>
+            </section>
+          )
+        );
+      })}
+      <AllOff robot={robot} />
+    </aside>
+  );
+}
+
+function ComponentRow({ component }: { component: Component }) {
+  const console = useConsole();
+  const failure = useSignal('');
+  const busy = useSignal(false);
+  const state = component.state.value;
+  const name = shortName(component);
+  const isOn = state === 'on' || state === 'error';
+  const turn = async () => {
+    busy.value = true;
+    failure.value = '';
+    try {
+      await console.fleet.turn(component, !isOn);
+    } catch (error) {
+      failure.value = (error as Error).message;
+    }
+    busy.value = false;
+  };
+  const open = openTiles().includes(name);
+  return (
+    <li class="component">
+      <button
+        type="button"
+        class="quiet lamp-button"
+        onClick={turn}
+        disabled={busy.value || state === 'unknown'}
+        aria-pressed={isOn}
+        aria-label={`${name}: ${stateWord(state)}; turn ${isOn ? 'off' : 'on'}`}
+        title={`${stateWord(state)}; click to turn ${isOn ? 'off' : 'on'}`}
+      >
+        <Lamp state={state} />
+      </button>
+      <button
+        type="button"
+        class={`quiet name ${open ? 'open' : ''}`}
+        aria-pressed={open}
+        onClick={() => toggleTile(name)}
+      >
+        {name}
+        {busy.value && <span class="faint"> …</span>}
+      </button>
+      {failure.value !== '' && (
+        <p class="bad small" role="alert">
+          {failure.value}
+        </p>
+      )}
+    </li>
+  );
+}
+
+// Those that depend on others come last in the list, and go off first.
+function AllOff({ robot }: { robot: Robot }) {
+  const console = useConsole();
+  const progress = useSignal('');
+  const allOff = async () => {
+    const components = [...robot.components].reverse().filter(({ state }) => state.value !== 'off');
+    const failures: string[] = [];
+    for (const [i, component] of components.entries()) {
+      progress.value = `${i + 1} of ${components.length}: ${shortName(component)}`;
+      await console.fleet
+        .turn(component, false)
+        .catch((error: Error) => failures.push(`${shortName(component)}: ${error.message}`));
+    }
+    progress.value = failures.length > 0 ? `Not all: ${failures.join('; ')}` : 'All are off';
+  };
+  return (
+    <p class="actions">
+      <button type="button" onClick={allOff}>
+        All off
+      </button>
+      <span role="status" class="small">
+        {progress.value}
+      </span>
+    </p>
+  );
+}
+
+// --- tiles
+
+const shortName = ({ classId, instance }: Component) => `${className(classId) ?? classId}/${instance}`;
+
+function openTiles(): string[] {
+  return (route.value.options.get('tiles') ?? '').split(',').filter((name) => name !== '');
+}
+
+function toggleTile(name: string) {
+  const tiles = openTiles();
+  const next = tiles.includes(name) ? tiles.filter((tile) => tile !== name) : [...tiles, name];
+  setOption('tiles', next.join(','));
+}
+
+function Tiles({ robot }: { robot: Robot }) {
+  const names = openTiles();
+  if (names.length === 0)
+    return (
+      <section class="empty">
+        <h2>Open a component from the list</h2>
+        <p>
+          Its lamp turns it on and off; its name opens its view here. The address of this page holds the views: send it,
+          or keep it as a bookmark.
+        </p>
+        <p class="actions">
+          <a class="button" href={`#/map?robots=${robot.system}`}>
+            Map
+          </a>
+          <a class="button" href={`#/drive/${robot.system}`}>
+            Drive
+          </a>
+        </p>
+      </section>
+    );
+  return (
+    <div class="tiles">
+      {names.map((name) => {
+        const component = robot.components.find((each) => shortName(each) === name);
+        return component === undefined ? (
+          <MissingTile key={name} name={name} />
+        ) : (
+          <Tile key={name} name={name} component={component} />
+        );
+      })}
+    </div>
+  );
+}
+
+type Tab = 'view' | 'parameters' | 'commands';
+
+function Tile({ name, component }: { name: string; component: Component }) {
+  const tab = useSignal<Tab>('view');
+  const View = viewFor(component.classId);
+  const choose = (value: Tab) => () => {
+    tab.value = value;
+  };
+  return (
+    <section class="tile" aria-label={name}>
+      <header>
+        <Lamp state={component.state.value} />
+        <h2>{name}</h2>
+        <span class="grow" />
+        <button type="button" class="quiet" aria-pressed={tab.value === 'view'} onClick={choose('view')}>
+          Data
+        </button>
+        <button type="button" class="quiet" aria-pressed={tab.value === 'parameters'} onClick={choose('parameters')}>
+          Parameters
+        </button>
+        <button type="button" class="quiet" aria-pressed={tab.value === 'commands'} onClick={choose('commands')}>
+          Commands
+        </button>
+        <button type="button" class="quiet" aria-label={`Close ${name}`} onClick={() => toggleTile(name)}>
+          <Icon name="close" />
+        </button>
+      </header>
+      <div class="tile-body">
+        {tab.value === 'view' && <View component={component} />}
+        {tab.value === 'parameters' && <Parameters component={component} />}
+        {tab.value === 'commands' && <Commands component={component} />}
+      </div>
+    </section>
+  );
+}
+
+function MissingTile({ name }: { name: string }) {
+  return (
+    <section class="tile" aria-label={name}>
+      <header>
+        <Lamp state="silent" />
+        <h2>{name}</h2>
+        <span class="grow" />
+        <button type="button" class="quiet" aria-label={`Close ${name}`} onClick={() => toggleTile(name)}>
+          <Icon name="close" />
+        </button>
+      </header>
+      <p class="tile-body faint">It is not registered at present.</p>
+    </section>
+  );
+}

@@ -1,0 +1,94 @@
+// Faults of the links of this router: loss, delay and rate of what it sends, for a router with sim.faults.
+
+import { useSignal } from '@preact/signals';
+import { useConsole } from '../app/console';
+import type { AdminError } from '../model/admin';
+import { useAdminList } from '../network/admin_list';
+import type { LinkItem } from '../network/reports';
+
+interface Faults {
+  loss: number; // percent
+  delay: number; // ms
+  jitter: number; // ms
+  blackout: boolean;
+}
+
+const none: Faults = { loss: 0, delay: 0, jitter: 0, blackout: false };
+
+export function LinkFaults() {
+  const { admin } = useConsole();
+  const { items } = useAdminList(() => admin.all<LinkItem>({ ask: 'links' }), 'links', 3000);
+  if (items === undefined || items.length === 0) return null;
+  return (
+    <section class="box" aria-label="Faults of links">
+      <h2>Faults of links</h2>
+      <p class="faint">They change what this router sends. The router needs sim.faults = true.</p>
+      {items.map((link) => (
+        <LinkFault key={link.name} name={link.via ?? link.name ?? ''} />
+      ))}
+    </section>
+  );
+}
+
+function LinkFault({ name }: { name: string }) {
+  const { admin } = useConsole();
+  const faults = useSignal<Faults>(none);
+  const report = useSignal({ text: '', bad: false });
+  const apply = async (next: Faults) => {
+    faults.value = next;
+    const { loss, delay, jitter, blackout } = next;
+    try {
+      await admin.ask({
+        ask: 'fault',
+        link: name,
+        loss: loss / 100,
+        delay_s: delay / 1000,
+        jitter_s: jitter / 1000,
+        blackout,
+      });
+      report.value = { text: 'in force', bad: false };
+    } catch (error) {
+      const { message, hint } = error as AdminError;
+      report.value = { text: `${message}${hint ? `; ${hint}` : ''}`, bad: true };
+    }
+  };
+  const number = (key: 'loss' | 'delay' | 'jitter', title: string, unit: string, most: number) => (
+    <label>
+      {title}{' '}
+      <input
+        inputMode="decimal"
+        size={4}
+        aria-label={`${title} of ${name} in ${unit}`}
+        value={faults.value[key]}
+        onChange={({ currentTarget: { value } }) => {
+          const entered = Number(value);
+          if (entered >= 0 && entered <= most) void apply({ ...faults.value, [key]: entered });
+          else report.value = { text: `${title} is 0 to ${most} ${unit}`, bad: true };
+        }}
+      />{' '}
+      {unit}
+    </label>
+  );
+  return (
+    <fieldset>
+      <legend>{name}</legend>
+      {number('loss', 'Loss', '%', 100)}
+      {number('delay', 'Delay', 'ms', 10000)}
+      {number('jitter', 'Jitter', 'ms', 10000)}
+      <label>
+        <input
+          type="checkbox"
+          checked={faults.value.blackout}
+          onChange={(event) => void apply({ ...faults.value, blackout: event.currentTarget.checked })}
+        />{' '}
+        Cut
+      </label>
+      <button type="button" onClick={() => void apply(none)}>
+        None
+      </button>
+      <span class={report.value.bad ? 'bad' : 'faint'} role="status">
+        {report.value.text}
+      </span>
+    </fieldset>
+  );
+}

@@ -1,0 +1,206 @@
+// TiMS for the page: what its worker knows, as signals, promises and callbacks.
+
+import { type ReadonlySignal, type Signal, signal } from '@preact/signals';
+import type { Answer } from './calls';
+import { flags, types } from './header';
+import type { StickPosition } from './joystick';
+import type { Sample } from './newest';
+import type { RouterInfo } from './socket';
+import type { StreamState } from './stream_requests';
+import type { FromWorker, ToWorker } from './worker_messages';
+
+export interface Connection {
+  state: 'connecting' | 'connected' | 'lost';
+  router: RouterInfo | undefined; // the last one
+  since: number; // performance.now()
+  why: string;
+}
+
+export type SampleReceiver = (sample: Sample) => void;
+
+const callTime = 2000;
+const hopTime = 300; // for records that come later than the answer
+
+interface Pending {
+  resolve: (answer: Answer) => void;
+  reject: (error: Error) => void;
+}
+
+export class Client {
+  private readonly connectionSignal = signal<Connection>({
+    state: 'connecting',
+    router: undefined,
+    since: performance.now(),
+    why: '',
+  });
+  private readonly roundTripSignal = signal<number | undefined>(undefined);
+  readonly stick = signal<number | undefined>(undefined);
+  private readonly states = new Map<number, Signal<StreamState | undefined>>();
+  private readonly receivers = new Map<number, Map<number, SampleReceiver>>();
+  private readonly pending = new Map<number, Pending>();
+  private nextId = 1;
+  private onHop: ((record: string) => void) | undefined;
+
+  constructor(
+    private readonly worker: Worker,
+    url: string,
+  ) {
+    worker.onmessage = ({ data }: MessageEvent<FromWorker>) => this.take(data);
+    this.post({ do: 'connect', url });
+  }
+
+  get connection(): ReadonlySignal<Connection> {
+    return this.connectionSignal;
+  }
+
+  // In ms; undefined: not measured yet, or not connected.
+  get roundTrip(): ReadonlySignal<number | undefined> {
+    return this.roundTripSignal;
+  }
+
+  call(dest: number, type: number, body = new Uint8Array(), timeout = callTime): Promise<Answer> {
+    return this.answered((id) => ({ do: 'call', id, dest, type, body, timeout }));
+  }
+
+  // The records of the routers on the route of a message, in the order of their hops, and whether it was answered.
+  async trace(dest: number): Promise<{ hops: string[]; answered: boolean }> {
+    const hops: string[] = [];
+    this.onHop = (record) => hops.push(record);
+    const traced = flags.trace | flags.reportReason;
+    const answered = await this.answered((id) => ({
+      do: 'call',
+      id,
+      dest,
+      type: types.getStatus,
+      body: new Uint8Array(),
+      timeout: callTime,
+      flags: traced,
+    })).then(
+      ({ type }) => type !== types.notAvailable,
+      () => false,
+    );
+    await new Promise((resolve) => setTimeout(resolve, hopTime));
+    this.onHop = undefined;
+    return { hops, answered };
+  }
+
+  send(dest: number, type: number, body = new Uint8Array()): void {
+    this.post({ do: 'send', dest, type, body });
+  }
+
+  // Returns what ends the subscription. The receiver gets the newest sample at most once a frame, or, with `every`,
+  // each one.
+  subscribe(component: number, period: number, receiver: SampleReceiver, every = false): () => void {
+    const subscriber = this.nextId++;
+    let receivers = this.receivers.get(component);
+    if (receivers === undefined) {
+      receivers = new Map();
+      this.receivers.set(component, receivers);
+    }
+    receivers.set(subscriber, receiver);
+    this.post({ do: 'subscribe', component, subscriber, period, every });
+    return () => {
+      receivers.delete(subscriber);
+      if (receivers.size === 0) this.receivers.delete(component);
+      this.post({ do: 'unsubscribe', component, subscriber });
+    };
+  }
+
+  streamState(component: number): ReadonlySignal<StreamState | undefined> {
+    let state = this.states.get(component);
+    if (state === undefined) {
+      state = signal<StreamState | undefined>(undefined);
+      this.states.set(component, state);
+    }
+    return state;
+  }
+
+  // What the owner of the sink of texts receives.
+  onText: ((sender: number, type: number, flags: number, body: Uint8Array) => void) | undefined;
+
+  // False: somebody else is it.
+  async takeSink(address: number): Promise<boolean> {
+    return (await this.answered((id) => ({ do: 'takeSink', id, address }))).type === types.ok;
+  }
+
+  releaseSink(): void {
+    this.post({ do: 'releaseSink' });
+  }
+
+  async takeStick(address: number): Promise<void> {
+    await this.answered((id) => ({ do: 'takeStick', id, address }));
+  }
+
+  releaseStick(): void {
+    this.post({ do: 'releaseStick' });
+  }
+
+  moveStick(position: StickPosition): void {
+    this.post({ do: 'moveStick', position });
+  }
+
+  private post(message: ToWorker): void {
+    this.worker.postMessage(message);
+  }
+
+  private answered(message: (id: number) => ToWorker): Promise<Answer> {
+    const id = this.nextId++;
+    return new Promise((resolve, reject) => {
+      this.pending.set(id, { resolve, reject });
+      this.post(message(id));
+    });
+  }
+
+  private take(event: FromWorker): void {
+    switch (event.is) {
+      case 'connected':
+        this.enter('connected', event.router, '');
+        break;
+      case 'lost':
+        this.roundTripSignal.value = undefined;
+        if (this.connection.value.state !== 'lost') this.enter('lost', this.connection.value.router, event.why);
+        break;
+      case 'roundTrip':
+        this.roundTripSignal.value = event.milliseconds;
+        break;
+      case 'sample':
+        this.deliver(event.sample);
+        break;
+      case 'stream':
+        (this.streamState(event.component) as Signal<StreamState | undefined>).value = event.state;
+        break;
+      case 'hop':
+        this.onHop?.(event.record);
+        break;
+      case 'text':
+        this.onText?.(event.sender, event.type, event.flags, event.body);
+        break;
+      case 'stick':
+        this.stick.value = event.address;
+        break;
+      case 'answer':
+        this.settle(event.id)?.resolve(event.answer);
+        break;
+      case 'failure':
+        this.settle(event.id)?.reject(new Error(event.why));
+        break;
+    }
+  }
+
+  private enter(state: Connection['state'], router: RouterInfo | undefined, why: string): void {
+    this.connectionSignal.value = { state, router, since: performance.now(), why };
+  }
+
+  private settle(id: number): Pending | undefined {
+    const pending = this.pending.get(id);
+    this.pending.delete(id);
+    return pending;
+  }
+
+  // The next one is asked for when this one has been drawn.
+  private deliver(sample: Sample): void {
+    const receivers = this.receivers.get(sample.component);
+    if (receivers !== undefined) for (const receiver of [...receivers.values()]) receiver(sample);
+    if (sample.received > 0) requestAnimationFrame(() => this.post({ do: 'taken', component: sample.component }));
+  }
+}

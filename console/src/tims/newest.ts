@@ -1,0 +1,54 @@
+// The newest sample of each stream on its path to the page. A sample goes out when the page has taken the previous one
+// of its stream; until then each newer one replaces it. So a page that is slow, or hidden, holds one message a stream.
+
+export interface Sample {
+  component: number;
+  message: Uint8Array<ArrayBuffer>;
+  at: number; // arrival, ms
+  received: number; // samples of this stream since it began
+  skipped: number; // of these, replaced before the page took them
+}
+
+interface Place {
+  waiting: Sample | undefined;
+  lent: boolean;
+  received: number;
+  skipped: number;
+}
+
+export class NewestSamples {
+  private places = new Map<number, Place>();
+
+  constructor(private hand: (sample: Sample) => void) {}
+
+  add(component: number, message: Uint8Array<ArrayBuffer>, at: number): void {
+    let place = this.places.get(component);
+    if (place === undefined) {
+      place = { waiting: undefined, lent: false, received: 0, skipped: 0 };
+      this.places.set(component, place);
+    }
+    ++place.received;
+    if (place.waiting !== undefined) ++place.skipped;
+    place.waiting = { component, message, at, received: place.received, skipped: place.skipped };
+    this.pass(place);
+  }
+
+  taken(component: number): void {
+    const place = this.places.get(component);
+    if (place === undefined) return;
+    place.lent = false;
+    this.pass(place);
+  }
+
+  forget(component: number): void {
+    this.places.delete(component);
+  }
+
+  private pass(place: Place): void {
+    const sample = place.waiting;
+    if (place.lent || sample === undefined) return;
+    place.lent = true;
+    place.waiting = undefined;
+    this.hand(sample);
+  }
+}

@@ -1,0 +1,185 @@
+// One connection to the router, without its WebSocket: it asks the router who it is, registers a mailbox there, and
+// asks for a sign of life, so that a connection that is dead without a word is found. A lost connection is opened
+// again after a pause that grows from 0.2 to 5 s.
+//
+// Pure: time comes in as milliseconds, bytes go out through `wire`.
+
+import { addressOf, classes, fieldsOf, type Widths } from './address';
+import { decodeHeader, encodeMessage, type Header, headerSize, routerCommands, types, wordBody } from './header';
+
+export interface RouterInfo {
+  name: string;
+  address: number;
+  epoch: string;
+  version: string;
+  widths: Widths;
+  exposed: string[]; // ports where anybody in the network can drive the robots
+}
+
+export interface Wire {
+  open(): void;
+  close(): void;
+  send(message: Uint8Array<ArrayBuffer>): void;
+}
+
+export interface SocketEvents {
+  ready(router: RouterInfo, mailbox: number, now: number): void;
+  lost(why: string, now: number): void;
+  // A message that is not for this class.
+  message(header: Header, message: Uint8Array<ArrayBuffer>, now: number): void;
+  roundTrip(milliseconds: number): void;
+}
+
+type Phase = 'waiting' | 'opening' | 'asking' | 'registering' | 'ready';
+
+const pauseMin = 200;
+const pauseMax = 5000;
+const setUpTime = 5000;
+const pingPeriod = 2000;
+const pingTime = 4000;
+
+export class Socket {
+  phase: Phase = 'waiting';
+  mailbox = 0;
+  private router: RouterInfo | undefined;
+  private pause = pauseMin;
+  private openAt = 0;
+  private deadline = 0;
+  private pingAt = 0;
+  private pingSentAt: number | undefined;
+
+  constructor(
+    private wire: Wire,
+    private events: SocketEvents,
+    private random: () => number,
+  ) {}
+
+  tick(now: number): void {
+    if (this.phase === 'waiting') {
+      if (now < this.openAt) return;
+      this.phase = 'opening';
+      this.deadline = now + setUpTime;
+      this.wire.open();
+    } else if (this.phase === 'ready') {
+      this.ping(now);
+    } else if (now >= this.deadline) {
+      this.end('the router does not answer', now);
+    }
+  }
+
+  opened(now: number): void {
+    this.phase = 'asking';
+    this.deadline = now + setUpTime;
+    this.ask('status');
+  }
+
+  closed(why: string, now: number): void {
+    if (this.phase !== 'waiting') this.lose(why, now);
+  }
+
+  received(message: Uint8Array<ArrayBuffer>, now: number): void {
+    const header = decodeHeader(message);
+    if (header === undefined) return this.end('the router has sent a message of a wrong length', now);
+    const ours = header.dest === 0 && header.src === 0 && header.sequence === 0;
+    if (!ours) return this.events.message(header, message, now);
+    if (header.type === types.adminReply && this.phase === 'asking') return this.introduce(message, now);
+    if (this.phase === 'registering') return this.registered(header, now);
+    if (header.type === types.adminReply && this.pingSentAt !== undefined) {
+      this.events.roundTrip(now - this.pingSentAt);
+      this.pingSentAt = undefined;
+    }
+  }
+
+  // Gives the connection up and opens it again.
+  restart(now: number): void {
+    if (this.phase === 'waiting') return;
+    this.phase = 'waiting';
+    this.openAt = now + this.pause;
+    this.wire.close();
+  }
+
+  send(header: Partial<Header>, body?: Uint8Array): void {
+    this.wire.send(encodeMessage(header, body));
+  }
+
+  private ask(what: string): void {
+    this.send({ type: types.adminRequest }, new TextEncoder().encode(JSON.stringify({ ask: what })));
+  }
+
+  private introduce(message: Uint8Array<ArrayBuffer>, now: number): void {
+    const router = routerInfo(message.subarray(headerSize));
+    if (router === undefined) return this.end('the router does not say who it is', now);
+    this.router = router;
+    this.phase = 'registering';
+    this.register(router);
+  }
+
+  // A mailbox of a page has an arbitrary instance and local id, so that many pages fit.
+  private register({ widths, address }: RouterInfo): void {
+    const draw = (bits: number) => Math.floor(this.random() * 2 ** bits);
+    this.mailbox = addressOf(
+      {
+        system: fieldsOf(address, widths).system,
+        classId: classes.gui,
+        instance: draw(widths.instance),
+        local: draw(widths.local),
+      },
+      widths,
+    );
+    this.send({ type: routerCommands.registerMailbox }, wordBody(this.mailbox));
+  }
+
+  private registered(header: Header, now: number): void {
+    if (this.router === undefined) return;
+    if (header.type === types.error) return this.register(this.router);
+    if (header.type !== types.ok) return;
+    this.phase = 'ready';
+    this.pause = pauseMin;
+    this.pingAt = now + pingPeriod;
+    this.pingSentAt = undefined;
+    this.events.ready(this.router, this.mailbox, now);
+  }
+
+  private ping(now: number): void {
+    if (this.pingSentAt !== undefined) {
+      if (now >= this.pingSentAt + pingTime) this.end('the router does not answer', now);
+    } else if (now >= this.pingAt) {
+      this.pingSentAt = now;
+      this.pingAt = now + pingPeriod;
+      this.ask('ping');
+    }
+  }
+
+  private end(why: string, now: number): void {
+    this.wire.close();
+    this.lose(why, now);
+  }
+
+  private lose(why: string, now: number): void {
+    this.phase = 'waiting';
+    this.openAt = now + this.pause;
+    this.pause = Math.min(2 * this.pause, pauseMax);
+    this.events.lost(why, now);
+  }
+}
+
+function routerInfo(body: Uint8Array): RouterInfo | undefined {
+  try {
+    const { name, address, epoch, version, widths, security } = JSON.parse(new TextDecoder().decode(body));
+    return {
+      name: String(name),
+      address: Number(address.raw),
+      epoch: String(epoch),
+      version: String(version),
+      exposed: (security?.exposed ?? []).map(String),
+      widths: {
+        system: Number(widths[0]),
+        classId: Number(widths[1]),
+        instance: Number(widths[2]),
+        local: Number(widths[3]),
+      },
+    };
+  } catch {
+    return undefined;
+  }
+}

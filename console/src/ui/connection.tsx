@@ -1,0 +1,56 @@
+// Whether the router is there: a badge in the bar, and a notice over all pages while it is not.
+
+import { useSignal } from '@preact/signals';
+import { useEffect } from 'preact/hooks';
+import { useConsole } from '../app/console';
+
+export function ConnectionBadge() {
+  const { client } = useConsole();
+  const { state, router } = client.connection.value;
+  const time = client.roundTrip.value;
+  if (state !== 'connected') return <span class="badge bad">{state === 'lost' ? 'not connected' : 'connecting'}</span>;
+  return (
+    <span class="badge" title={`Router ${router?.name}, version ${router?.version}`}>
+      {router?.name}
+      {time !== undefined && <span class="faint"> {time < 1 ? '<1' : Math.round(time)} ms</span>}
+    </span>
+  );
+}
+
+// Until a fleet has keys, whoever reaches such a port can do what this page can.
+export function ExposedNotice() {
+  const { client } = useConsole();
+  const exposed = client.connection.value.router?.exposed ?? [];
+  if (exposed.length === 0) return null;
+  return (
+    <p class="notice bad exposed">
+      Anybody in this network can drive these robots: the router listens beyond its host ({exposed.join(', ')}), without
+      keys.
+    </p>
+  );
+}
+
+export function ConnectionNotice() {
+  const { client } = useConsole();
+  const { state, since, why } = client.connection.value;
+  const now = useNow(1000);
+  if (state !== 'lost') return null;
+  return (
+    <p class="notice bad" role="alert">
+      No connection to the router for {Math.max(0, Math.round((now - since) / 1000))} s: {why}. The values below are
+      old; connecting again.
+    </p>
+  );
+}
+
+// performance.now(), renewed at this period in ms.
+export function useNow(period: number): number {
+  const now = useSignal(performance.now());
+  useEffect(() => {
+    const timer = setInterval(() => {
+      now.value = performance.now();
+    }, period);
+    return () => clearInterval(timer);
+  }, [period]);
+  return now.value;
+}

@@ -1,0 +1,221 @@
+// The parameters of a component: seen, changed, undone. A value is sent with Enter or by leaving its field, never
+// while it is typed.
+
+import { useSignal } from '@preact/signals';
+import { useEffect } from 'preact/hooks';
+import { useConsole } from '../app/console';
+import { decodeMessage, encodeMessage } from '../codec/catalogue';
+import { describe, type ParameterDescription } from '../model/description';
+import type { Component } from '../model/fleet';
+import { types } from '../tims/header';
+
+interface Parameter {
+  name: string;
+  type: number; // 0 int, 1 text, 2 float
+  valueInt: number;
+  valueFloat: number;
+  valueString: string;
+}
+
+interface Change {
+  name: string;
+  from: string;
+  to: string;
+}
+
+// When a new value takes effect.
+const effectWords = { now: '', on: 'at the next ON', start: 'at the next start' };
+
+export function Parameters({ component }: { component: Component }) {
+  const { client } = useConsole();
+  const parameters = useSignal<Parameter[] | undefined>(undefined);
+  const descriptions = useSignal<Map<string, ParameterDescription>>(new Map());
+  const filter = useSignal('');
+  const trouble = useSignal('');
+  const changes = useSignal<Change[]>([]);
+
+  const load = async () => {
+    try {
+      const answer = await client.call(component.address, types.getParam);
+      if (answer.type !== types.param) throw new Error('it does not list its parameters');
+      const list = decodeMessage(component.classId, types.param, answer.body, answer.flags) as {
+        parameters: Parameter[];
+      };
+      parameters.value = list.parameters;
+      trouble.value = '';
+    } catch (error) {
+      trouble.value = (error as Error).message;
+    }
+  };
+  useEffect(() => {
+    void load();
+    describe(client, component).then(
+      (description) => {
+        descriptions.value = new Map(description?.parameters.map((each) => [each.name, each]) ?? []);
+      },
+      () => {},
+    );
+  }, [component.address]);
+
+  const send = async (parameter: Parameter, text: string): Promise<void> => {
+    const changed = withValue(parameter, text);
+    const body = encodeMessage(component.classId, types.setParam, { parameters: [changed] });
+    const answer = await client.call(component.address, types.setParam, body);
+    if (answer.type !== types.ok) throw new Error(new TextDecoder().decode(answer.body) || 'refused');
+  };
+  const set = async (parameter: Parameter, text: string) => {
+    const from = valueText(parameter);
+    await send(parameter, text);
+    changes.value = [...changes.value, { name: parameter.name, from, to: text }];
+    await load();
+  };
+  const undo = async () => {
+    const last = changes.value.at(-1);
+    const parameter = parameters.value?.find(({ name }) => name === last?.name);
+    if (last === undefined || parameter === undefined) return;
+    try {
+      await send(parameter, last.from);
+      changes.value = changes.value.slice(0, -1);
+      await load();
+    } catch (error) {
+      trouble.value = (error as Error).message;
+    }
+  };
+
+  const last = changes.value.at(-1);
+  return (
+    <div class="parameters">
+      {trouble.value !== '' && (
+        <p class="bad" role="alert">
+          {trouble.value}
+        </p>
+      )}
+      {last !== undefined && (
+        <p class="actions small">
+          {last.name}: {last.from} → {last.to}{' '}
+          <button type="button" onClick={undo}>
+            Undo
+          </button>
+        </p>
+      )}
+      {parameters.value?.length === 0 && <p class="faint">It has no parameters.</p>}
+      <input
+        type="search"
+        placeholder="Filter"
+        aria-label="Filter parameters"
+        value={filter.value}
+        onInput={(event) => {
+          filter.value = event.currentTarget.value;
+        }}
+      />
+      <table>
+        <tbody>
+          {parameters.value
+            ?.filter(({ name }) => name.toLowerCase().includes(filter.value.toLowerCase()))
+            .map((parameter) => (
+              <ParameterRow
+                key={`${parameter.name}=${valueText(parameter)}`}
+                parameter={parameter}
+                description={descriptions.value.get(parameter.name)}
+                set={(text) => set(parameter, text)}
+              />
+            ))}
+        </tbody>
+      </table>
+    </div>
+  );
+}
+
+interface RowProperties {
+  parameter: Parameter;
+  description: ParameterDescription | undefined;
+  set: (text: string) => Promise<void>;
+}
+
+function ParameterRow({ parameter, description, set }: RowProperties) {
+  const failure = useSignal('');
+  const before = valueText(parameter);
+  const change = async (text: string) => {
+    if (text === before) return;
+    try {
+      failure.value = '';
+      await set(text);
+    } catch (error) {
+      failure.value = (error as Error).message;
+    }
+  };
+  const { choices, unit, help } = description ?? {};
+  const isChanged = description?.default !== undefined && `${description.default}` !== before;
+  return (
+    <tr>
+      <th scope="row" title={help}>
+        {parameter.name}
+      </th>
+      <td>
+        {choices === undefined ? (
+          <input
+            aria-label={parameter.name}
+            inputMode={parameter.type === 1 ? 'text' : 'decimal'}
+            defaultValue={before}
+            onChange={(event) => void change(event.currentTarget.value)}
+            onKeyDown={(event) => {
+              if (event.key === 'Escape') event.currentTarget.value = before;
+            }}
+          />
+        ) : (
+          <select
+            aria-label={parameter.name}
+            value={before}
+            onChange={(event) => void change(event.currentTarget.value)}
+          >
+            {!choices.some(({ value }) => `${value}` === before) && <option value={before}>{before}</option>}
+            {choices.map(({ value, meaning }) => (
+              <option key={value} value={`${value}`}>
+                {value} {meaning}
+              </option>
+            ))}
+          </select>
+        )}{' '}
+        {unit}
+        <p class="faint small">{factsOf(description, isChanged)}</p>
+        {failure.value !== '' && (
+          <p class="bad small" role="alert">
+            {failure.value}
+          </p>
+        )}
+      </td>
+    </tr>
+  );
+}
+
+// "0 to 10; default 5; at the next ON"
+function factsOf(description: ParameterDescription | undefined, isChanged: boolean): string {
+  if (description === undefined) return '';
+  const { min, max, takes_effect: effect = 'now', host_file: isFile, default: usual, choices } = description;
+  const isBounded = choices === undefined && min !== undefined && max !== undefined && max < unbounded;
+  return [
+    isBounded && min > -unbounded && `${min} to ${max}`,
+    isChanged && usual !== '' && `default ${usual}`,
+    effectWords[effect],
+    isFile && 'only from its own host',
+  ]
+    .filter(Boolean)
+    .join('; ');
+}
+
+const unbounded = 2147483647;
+
+function valueText({ type, valueInt, valueFloat, valueString }: Parameter): string {
+  if (type === 0) return `${valueInt}`;
+  if (type === 2) return `${Number(valueFloat.toPrecision(7))}`;
+  return valueString;
+}
+
+function withValue(parameter: Parameter, text: string): Parameter {
+  if (parameter.type === 1) return { ...parameter, valueString: text };
+  const number = Number(text.replace(',', '.'));
+  if (text.trim() === '' || !Number.isFinite(number)) throw new Error(`“${text}” is no number`);
+  if (parameter.type === 2) return { ...parameter, valueFloat: number };
+  if (!Number.isInteger(number)) throw new Error(`${parameter.name} is a whole number`);
+  return { ...parameter, valueInt: number };
+}

@@ -1,0 +1,42 @@
+// Numbers for people, with their units.
+
+export function duration(seconds: number | null | undefined): string {
+  if (seconds == null) return '';
+  const size = Math.abs(seconds);
+  if (size < 1e-3) return `${(seconds * 1e6).toFixed(0)} µs`;
+  if (size < 1) return `${(seconds * 1e3).toFixed(size < 0.01 ? 1 : 0)} ms`;
+  return age(seconds);
+}
+
+export function age(seconds: number | null | undefined): string {
+  if (seconds == null) return '';
+  if (seconds < 60) return `${seconds.toFixed(seconds < 10 ? 1 : 0)} s`;
+  if (seconds < 3600) return `${Math.floor(seconds / 60)} min ${Math.floor(seconds % 60)} s`;
+  if (seconds < 86400) return `${Math.floor(seconds / 3600)} h ${Math.floor((seconds % 3600) / 60)} min`;
+  return `${Math.floor(seconds / 86400)} d ${Math.floor((seconds % 86400) / 3600)} h`;
+}
+
+export function bytes(count: number | null | undefined): string {
+  if (count == null) return '';
+  const units = ['B', 'kB', 'MB', 'GB', 'TB'];
+  let value = count;
+  let unit = 0;
+  while (value >= 1000 && unit + 1 < units.length) {
+    value /= 1000;
+    ++unit;
+  }
+  return `${value.toFixed(unit === 0 || value >= 100 ? 0 : 1)} ${units[unit]}`;
+}
+
+export function percent(share: number | null | undefined): string {
+  return share == null ? '' : `${(100 * share).toFixed(share < 0.1 ? 1 : 0)} %`;
+}
+
+export function metres(millimetres: number): string {
+  return `${(millimetres / 1000).toFixed(2)} m`;
+}
+
+// RACK's angles grow clockwise; people read degrees.
+export function degrees(radians: number): string {
+  return `${((radians * 180) / Math.PI).toFixed(1)}°`;
+}

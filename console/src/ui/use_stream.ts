@@ -1,0 +1,57 @@
+// The data of a component while a view is visible: a hidden tab, and a view that is scrolled away, subscribe to nothing.
+
+import { type ReadonlySignal, signal } from '@preact/signals';
+import { useEffect, useMemo } from 'preact/hooks';
+import { useConsole, widthsOf } from '../app/console';
+import { decodeData } from '../codec/catalogue';
+import type { DecodeOptions } from '../codec/struct';
+import { fieldsOf } from '../tims/address';
+import { decodeHeader, headerSize } from '../tims/header';
+
+export interface StreamValue<Data> {
+  data: Data;
+  at: number; // performance.now()
+  received: number;
+  skipped: number;
+}
+
+export const defaultPeriod = 66; // ms
+
+// True while the tab is visible.
+export const pageVisible = signal(!document.hidden);
+document.addEventListener('visibilitychange', () => {
+  pageVisible.value = !document.hidden;
+});
+
+export interface Stream<Data> {
+  value: ReadonlySignal<StreamValue<Data> | undefined>;
+  trouble: ReadonlySignal<string | undefined>;
+}
+
+// `options`: a constant.
+export function useStream<Data>(
+  address: number | undefined,
+  period = defaultPeriod,
+  options?: DecodeOptions,
+): Stream<Data> {
+  const console = useConsole();
+  const value = useMemo(() => signal<StreamValue<Data> | undefined>(undefined), [address]);
+  const trouble = useMemo(() => signal<string | undefined>(undefined), [address]);
+  const visible = pageVisible.value;
+  useEffect(() => {
+    if (address === undefined || !visible) return;
+    const { classId } = fieldsOf(address, widthsOf(console));
+    return console.client.subscribe(address, period, (sample) => {
+      const header = decodeHeader(sample.message);
+      if (header === undefined) return;
+      try {
+        const data = decodeData(classId, sample.message.subarray(headerSize), header.flags, options) as Data;
+        value.value = { data, at: sample.at, received: sample.received, skipped: sample.skipped };
+        trouble.value = undefined;
+      } catch (error) {
+        trouble.value = (error as Error).message;
+      }
+    });
+  }, [address, period, visible]);
+  return { value, trouble };
+}

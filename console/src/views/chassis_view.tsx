@@ -1,0 +1,98 @@
+// A chassis: how it moves, its battery, and who may drive it.
+
+import { useSignal } from '@preact/signals';
+import { nameOf, useConsole } from '../app/console';
+import { classId } from '../codec/catalogue';
+import type { ChassisData } from '../codec/messages';
+import { command } from '../model/commands';
+import { degrees } from '../ui/quantities';
+import { useStream } from '../ui/use_stream';
+import { StreamBox, type ViewProperties } from './view';
+
+export const noPilot = 0xffffff00;
+
+export function ChassisView({ component }: ViewProperties) {
+  const console = useConsole();
+  const stream = useStream<ChassisData>(component.address);
+  const failure = useSignal('');
+  const data = stream.value.value?.data;
+  const pilots = console.fleet.robot(component.system)?.components.filter(isPilot) ?? [];
+  const choose = async (pilot: number) => {
+    failure.value = '';
+    try {
+      await command(console.client, component, 'Chassis.SET_ACTIVE_PILOT', { activePilot: pilot });
+    } catch (error) {
+      failure.value = (error as Error).message;
+    }
+  };
+  return (
+    <StreamBox component={component} stream={stream}>
+      {data !== undefined && (
+        <>
+          <Speed data={data} />
+          <fieldset>
+            <legend>Who may drive</legend>
+            {pilots.map(({ address }) => (
+              <label key={address}>
+                <input
+                  type="radio"
+                  name={`pilot-${component.address}`}
+                  checked={data.activePilot === address}
+                  onChange={() => void choose(address)}
+                />{' '}
+                {nameOf(console, address)}
+              </label>
+            ))}
+            <label>
+              <input
+                type="radio"
+                name={`pilot-${component.address}`}
+                checked={data.activePilot >>> 0 === noPilot}
+                onChange={() => void choose(noPilot)}
+              />{' '}
+              nobody
+            </label>
+          </fieldset>
+        </>
+      )}
+      {failure.value !== '' && (
+        <p class="bad" role="alert">
+          {failure.value}
+        </p>
+      )}
+    </StreamBox>
+  );
+}
+
+// For pages that show how it moves beside other things.
+export function ChassisSpeed({ component }: ViewProperties) {
+  const stream = useStream<ChassisData>(component.address);
+  const data = stream.value.value?.data;
+  return (
+    <StreamBox component={component} stream={stream}>
+      {data !== undefined && <Speed data={data} />}
+    </StreamBox>
+  );
+}
+
+function Speed({ data }: { data: ChassisData }) {
+  return (
+    <dl class="values">
+      <Quantity name="forward" value={`${(data.vx / 1000).toFixed(2)} m/s`} />
+      <Quantity name="to the right" value={`${(data.vy / 1000).toFixed(2)} m/s`} />
+      <Quantity name="turning clockwise" value={`${degrees(data.omega)}/s`} />
+      <Quantity name="battery" value={data.battery > 0 ? `${data.battery.toFixed(1)} V` : 'not known'} />
+    </dl>
+  );
+}
+
+const isPilot = (component: { classId: number }) => component.classId === classId('Pilot');
+
+function Quantity({ name, value }: { name: string; value: string }) {
+  return (
+    <div>
+      <dt>{name}</dt>
+      <dd>{value}</dd>
+    </div>
+  );
+}

@@ -1,0 +1,222 @@
+// Where a robot is, where it drives, and what it is set to.
+
+import { useSignal } from '@preact/signals';
+import { useConsole } from '../app/console';
+import type { ObjRecogData, OdometryData, PilotData, PlannerData, Position3d, PositionData } from '../codec/messages';
+import { command } from '../model/commands';
+import { degrees, metres } from '../ui/quantities';
+import { useStream } from '../ui/use_stream';
+import { NumberInput, numberOf, useAttempt, Values } from './parts';
+import { StreamBox, type ViewProperties } from './view';
+
+const period = 200; // ms
+const radians = (angle: number) => (angle * Math.PI) / 180;
+
+function Pose({ pos, deviation }: { pos: Position3d; deviation?: Position3d }) {
+  const rows: [string, keyof Position3d, (value: number) => string][] = [
+    ['North', 'x', metres],
+    ['East', 'y', metres],
+    ['Down', 'z', metres],
+    ['Roll', 'phi', degrees],
+    ['Pitch', 'psi', degrees],
+    ['Heading', 'rho', degrees],
+  ];
+  return (
+    <table class="fields">
+      <tbody>
+        {rows.map(([name, key, text]) => (
+          <tr key={key}>
+            <th scope="row">{name}</th>
+            <td class="number">{text(pos[key])}</td>
+            {deviation !== undefined && <td class="number faint">± {text(deviation[key])}</td>}
+          </tr>
+        ))}
+      </tbody>
+    </table>
+  );
+}
+
+export function OdometryView({ component }: ViewProperties) {
+  const { client } = useConsole();
+  const stream = useStream<OdometryData>(component.address, period);
+  const { attempt, Failure } = useAttempt();
+  const data = stream.value.value?.data;
+  return (
+    <>
+      <StreamBox component={component} stream={stream}>
+        {data !== undefined && <Pose pos={data.pos} />}
+      </StreamBox>
+      <button type="button" onClick={() => attempt(() => command(client, component, 'Odometry.RESET'))}>
+        Set to zero
+      </button>
+      <Failure />
+    </>
+  );
+}
+
+// Standard deviations of what somebody enters.
+const enteredDeviation: Position3d = { x: 300, y: 300, z: 0, phi: 0, psi: 0, rho: 0.2 };
+
+export function PositionView({ component }: ViewProperties) {
+  const { client } = useConsole();
+  const stream = useStream<PositionData>(component.address, period);
+  const [x, y, heading] = [useSignal('0'), useSignal('0'), useSignal('0')];
+  const { attempt, Failure } = useAttempt();
+  const data = stream.value.value?.data;
+  const update = async () => {
+    const pos = {
+      x: Math.round(1000 * numberOf('North', x)),
+      y: Math.round(1000 * numberOf('East', y)),
+      z: 0,
+      phi: 0,
+      psi: 0,
+      rho: radians(numberOf('Heading', heading)),
+    };
+    await command(client, component, 'Position.UPDATE', { recordingTime: 0, pos, var: enteredDeviation });
+  };
+  return (
+    <>
+      <StreamBox component={component} stream={stream}>
+        {data !== undefined && <Pose pos={data.pos} deviation={data.var} />}
+      </StreamBox>
+      <p class="actions">
+        <NumberInput label="North" unit="m" value={x} />
+        <NumberInput label="East" unit="m" value={y} />
+        <NumberInput label="Heading" unit="°" value={heading} />
+        <button type="button" onClick={() => attempt(update)}>
+          It is here
+        </button>
+      </p>
+      <Failure />
+    </>
+  );
+}
+
+const pilotStates = ['idle', 'planning', 'drives', 'no path'];
+
+export function PilotView({ component }: ViewProperties) {
+  const { client } = useConsole();
+  const stream = useStream<PilotData>(component.address, period);
+  const [x, y, heading, speed] = [useSignal('0'), useSignal('0'), useSignal('0'), useSignal('0.5')];
+  const { attempt, Failure } = useAttempt();
+  const data = stream.value.value?.data;
+  const hold = (holdState: number) => attempt(() => command(client, component, 'Pilot.HOLD_COMMAND', { holdState }));
+  const send = async () => {
+    const pos = {
+      x: Math.round(1000 * numberOf('North', x)),
+      y: Math.round(1000 * numberOf('East', y)),
+      z: 0,
+      phi: 0,
+      psi: 0,
+      rho: radians(numberOf('Heading', heading)),
+    };
+    const limit = Math.round(1000 * numberOf('Speed', speed));
+    await command(client, component, 'Pilot.SET_DESTINATION', { pos, speed: limit }, 20000);
+  };
+  return (
+    <>
+      <StreamBox component={component} stream={stream}>
+        {data !== undefined && (
+          <Values
+            of={{
+              state: pilotStates[data.pilotState] ?? `${data.pilotState}`,
+              speed: `${(data.speed / 1000).toFixed(2)} m/s`,
+              'to the goal': data.distanceToDest < 0 ? 'no goal' : metres(data.distanceToDest),
+              'goal north': metres(data.dest.x),
+              'goal east': metres(data.dest.y),
+              'goal heading': degrees(data.dest.rho),
+            }}
+          />
+        )}
+      </StreamBox>
+      <p class="actions">
+        <button type="button" onClick={() => hold(1)}>
+          Hold
+        </button>
+        <button type="button" onClick={() => hold(0)}>
+          Go on
+        </button>
+      </p>
+      <p class="actions">
+        <NumberInput label="North" unit="m" value={x} />
+        <NumberInput label="East" unit="m" value={y} />
+        <NumberInput label="Heading" unit="°" value={heading} />
+        <NumberInput label="Speed" unit="m/s" value={speed} />
+        <button type="button" onClick={() => attempt(send)}>
+          Set destination
+        </button>
+      </p>
+      <Failure />
+    </>
+  );
+}
+
+const objectTypes = ['not classified', 'small', 'big', 'pedestrian', 'bicycle', 'car', 'truck'];
+
+export function ObjectsView({ component }: ViewProperties) {
+  const stream = useStream<ObjRecogData>(component.address, period);
+  const objects = stream.value.value?.data.objects ?? [];
+  return (
+    <StreamBox component={component} stream={stream}>
+      {objects.length === 0 && <p class="faint">It sees no objects.</p>}
+      <table class="list">
+        <tbody>
+          {objects.map(({ objectId, type, pos, vel, dim, prob }) => (
+            <tr key={objectId}>
+              <th scope="row">{objectId}</th>
+              <td>{objectTypes[type] ?? `type ${type}`}</td>
+              <td>
+                {metres(pos.x)}, {metres(pos.y)}
+              </td>
+              <td>{(Math.hypot(vel.x, vel.y) / 1000).toFixed(2)} m/s</td>
+              <td>
+                {metres(dim.x)} × {metres(dim.y)}
+              </td>
+              <td>{(100 * prob).toFixed(0)} %</td>
+            </tr>
+          ))}
+        </tbody>
+      </table>
+    </StreamBox>
+  );
+}
+
+export function PlannerView({ component }: ViewProperties) {
+  const { client } = useConsole();
+  const stream = useStream<PlannerData>(component.address, 500);
+  const text = useSignal('');
+  const { attempt, Failure } = useAttempt();
+  const data = stream.value.value?.data;
+  const send = (event: Event) => {
+    event.preventDefault();
+    const line = { text: text.value, stringLen: new TextEncoder().encode(text.value).length };
+    attempt(() => command(client, component, 'Planner.COMMAND', { commands: [line] }));
+  };
+  return (
+    <>
+      <StreamBox component={component} stream={stream}>
+        {data !== undefined && (
+          <>
+            <Values of={{ state: `${data.state}` }} />
+            <ol class="small">
+              {data.messages.map((message, i) => (
+                <li key={i}>{message.text}</li>
+              ))}
+            </ol>
+          </>
+        )}
+      </StreamBox>
+      <form class="actions" onSubmit={send}>
+        <input
+          aria-label="Command"
+          value={text.value}
+          onInput={(event) => {
+            text.value = event.currentTarget.value;
+          }}
+        />
+        <button type="submit">Send</button>
+      </form>
+      <Failure />
+    </>
+  );
+}

@@ -1,0 +1,99 @@
+// What several views are made of.
+
+import { type Signal, useSignal } from '@preact/signals';
+import { type ComponentChildren, Fragment } from 'preact';
+import { useRef } from 'preact/hooks';
+
+export function Values({ of }: { of: Record<string, string> }) {
+  return (
+    <dl class="values">
+      {Object.entries(of).map(([name, value]) => (
+        <div key={name}>
+          <dt>{name}</dt>
+          <dd>{value}</dd>
+        </div>
+      ))}
+    </dl>
+  );
+}
+
+// Runs commands, and shows why the last one failed.
+export function useAttempt(): { attempt: (action: () => Promise<unknown>) => void; Failure: () => ComponentChildren } {
+  const failure = useSignal('');
+  return {
+    attempt: (action) => {
+      failure.value = '';
+      action().catch((error: Error) => {
+        failure.value = error.message;
+      });
+    },
+    Failure: () =>
+      failure.value !== '' && (
+        <p class="bad" role="alert">
+          {failure.value}
+        </p>
+      ),
+  };
+}
+
+const holdTime = 700; // ms
+
+// For what moves something by itself: acts when it was held for a moment, by finger, mouse or key.
+export function HoldButton({ action, children }: { action: () => void; children: ComponentChildren }) {
+  const timer = useRef<ReturnType<typeof setTimeout> | undefined>(undefined);
+  const begin = () => {
+    timer.current ??= setTimeout(action, holdTime);
+  };
+  const end = () => {
+    clearTimeout(timer.current);
+    timer.current = undefined;
+  };
+  const isPress = ({ key }: KeyboardEvent) => key === 'Enter' || key === ' ';
+  return (
+    <button
+      type="button"
+      class="hold"
+      title="Hold it for a moment"
+      onPointerDown={begin}
+      onPointerUp={end}
+      onPointerLeave={end}
+      onPointerCancel={end}
+      onKeyDown={(event) => isPress(event) && begin()}
+      onKeyUp={(event) => isPress(event) && end()}
+      onBlur={end}
+    >
+      {children} <span class="faint small">hold</span>
+    </button>
+  );
+}
+
+interface NumberProperties {
+  label: string;
+  unit?: string;
+  value: Signal<string>;
+}
+
+export function NumberInput({ label, unit, value }: NumberProperties) {
+  return (
+    <label>
+      {label}{' '}
+      <input
+        inputMode="decimal"
+        size={7}
+        aria-label={unit === undefined ? label : `${label} in ${unit}`}
+        value={value}
+        onInput={(event) => {
+          value.value = event.currentTarget.value;
+        }}
+      />
+      {unit !== undefined && <Fragment> {unit}</Fragment>}
+    </label>
+  );
+}
+
+// Throws a sentence when it is none.
+export function numberOf(label: string, { value }: Signal<string>): number {
+  const number = Number(value.replace(',', '.'));
+  if (value.trim() === '' || !Number.isFinite(number)) throw new Error(`${label}: “${value}” is no number`);
+  return number;
+}

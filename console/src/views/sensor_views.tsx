@@ -1,0 +1,123 @@
+// Small sensors: a compass, a clock, a satellite receiver, a joystick.
+
+import type { ClockData, CompassData, GpsData, JoystickData } from '../codec/messages';
+import { degrees, metres } from '../ui/quantities';
+import { useStream } from '../ui/use_stream';
+import { Values } from './parts';
+import { StreamBox, type ViewProperties } from './view';
+
+const slow = 500; // ms
+
+export function CompassView({ component }: ViewProperties) {
+  const stream = useStream<CompassData>(component.address);
+  const data = stream.value.value?.data;
+  return (
+    <StreamBox component={component} stream={stream}>
+      {data !== undefined && (
+        <div class="gyro">
+          <svg class="horizon" viewBox="-50 -50 100 100" role="img" aria-label={`north, ${degrees(data.orientation)}`}>
+            <circle class="dial" r="46" />
+            <text y="-32">N</text>
+            <path
+              class="needle"
+              transform={`rotate(${(data.orientation * 180) / Math.PI})`}
+              d="M0 -28L7 16L0 9L-7 16z"
+            />
+          </svg>
+          <Values of={{ Orientation: degrees(data.orientation), 'standard deviation': degrees(data.varOrientation) }} />
+        </div>
+      )}
+    </StreamBox>
+  );
+}
+
+const days = ['Sunday', 'Monday', 'Tuesday', 'Wednesday', 'Thursday', 'Friday', 'Saturday'];
+
+export function ClockView({ component }: ViewProperties) {
+  const stream = useStream<ClockData>(component.address, slow);
+  const data = stream.value.value?.data;
+  const two = (value: number) => `${value}`.padStart(2, '0');
+  return (
+    <StreamBox component={component} stream={stream}>
+      {data !== undefined && (
+        <>
+          <p class="large">
+            {two(data.hour)}:{two(data.minute)}:{two(data.second)}
+          </p>
+          <Values
+            of={{
+              date: `${data.year}-${two(data.month)}-${two(data.day)}`,
+              weekday: days[data.dayOfWeek % 7] ?? `${data.dayOfWeek}`,
+              UTC: new Date(Number(data.utcTime) * 1000).toISOString().replace('T', ' ').slice(0, 19),
+              synchronised: data.syncMode === 0 ? 'no' : 'yes',
+              'standard deviation': `${data.varT} ms`,
+            }}
+          />
+        </>
+      )}
+    </StreamBox>
+  );
+}
+
+const fixes = ['no position', '2D', '3D'];
+const differential = 0x10;
+const estimated = 0x20;
+
+export function GpsView({ component }: ViewProperties) {
+  const stream = useStream<GpsData>(component.address, slow);
+  const data = stream.value.value?.data;
+  return (
+    <StreamBox component={component} stream={stream}>
+      {data !== undefined && (
+        <Values
+          of={{
+            fix: fixText(data.mode),
+            satellites: `${data.satelliteNum}`,
+            PDOP: data.pdop.toFixed(1),
+            latitude: `${((data.latitude * 180) / Math.PI).toFixed(7)}°`,
+            longitude: `${((data.longitude * 180) / Math.PI).toFixed(7)}°`,
+            altitude: metres(data.altitude),
+            heading: degrees(data.heading),
+            speed: `${(data.speed / 1000).toFixed(2)} m/s`,
+            north: metres(data.pos.x),
+            east: metres(data.pos.y),
+            'deviation north': metres(data.var.x),
+            'deviation east': metres(data.var.y),
+            UTC: new Date(Number(data.utcTime) * 1000).toISOString().slice(11, 19),
+          }}
+        />
+      )}
+    </StreamBox>
+  );
+}
+
+function fixText(mode: number): string {
+  const fix = fixes[mode & 0x0f] ?? `mode ${mode}`;
+  return `${fix}${(mode & differential) !== 0 ? ', differential' : ''}${(mode & estimated) !== 0 ? ', estimated' : ''}`;
+}
+
+export function JoystickView({ component }: ViewProperties) {
+  const stream = useStream<JoystickData>(component.address);
+  const data = stream.value.value?.data;
+  if (data === undefined) return <StreamBox component={component} stream={stream} children={null} />;
+  const { x, y, z } = data.position;
+  const pressed = Array.from({ length: 32 }, (_, i) => i).filter((i) => ((data.buttons >>> i) & 1) === 1);
+  return (
+    <StreamBox component={component} stream={stream}>
+      <div class="gyro">
+        <svg class="horizon" viewBox="-50 -50 100 100" role="img" aria-label={`forward ${x} %, right ${y} %`}>
+          <circle class="dial" r="46" />
+          <circle class="knob" r="9" cx={0.4 * y} cy={-0.4 * x} />
+        </svg>
+        <Values
+          of={{
+            forward: `${x} %`,
+            'to the right': `${y} %`,
+            sideways: `${z} %`,
+            buttons: pressed.length === 0 ? 'none' : pressed.map((i) => i + 1).join(', '),
+          }}
+        />
+      </div>
+    </StreamBox>
+  );
+}

@@ -1,0 +1,49 @@
+// What the views of all classes share: their component, and whether data come.
+
+import type { ComponentChildren } from 'preact';
+import { useConsole } from '../app/console';
+import type { Component } from '../model/fleet';
+import { useNow } from '../ui/connection';
+import { age } from '../ui/quantities';
+import type { Stream } from '../ui/use_stream';
+
+export interface ViewProperties {
+  component: Component;
+}
+
+const staleTime = 2000; // ms
+
+// Says in words why no data come; greys those that are old; says what was left out.
+export function StreamBox<Data>({
+  component,
+  stream,
+  children,
+}: ViewProperties & { stream: Stream<Data>; children: ComponentChildren }) {
+  const { client } = useConsole();
+  const state = client.streamState(component.address).value;
+  const now = useNow(500);
+  const value = stream.value.value;
+  const trouble = stream.trouble.value;
+  if (trouble !== undefined) return <p class="bad">These data cannot be read: {trouble}</p>;
+  if (value === undefined) return <p class="faint">{waitText(component, state)}</p>;
+  const old = now - value.at;
+  const isOld = old > staleTime;
+  return (
+    <div class={isOld ? 'stale' : ''}>
+      {isOld && (
+        <p class="warn small" role="status">
+          These data are {age(old / 1000)} old. {waitText(component, state)}
+        </p>
+      )}
+      {children}
+    </div>
+  );
+}
+
+function waitText(component: Component, state: string | undefined): string {
+  if (state === 'gone' || component.state.value === 'silent') return 'It does not answer.';
+  if (component.state.value === 'off') return 'It is off: its lamp turns it on.';
+  if (component.state.value === 'error') return 'It is in error; the messages say why.';
+  if (state === 'refused') return 'It refuses to send its data; asking again.';
+  return 'Waiting for data …';
+}
