@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "components/path/rddf.h"
 #include "components/path/vehicle.h"
 
 namespace rack::path {
