@@ -7,6 +7,7 @@
 // of the discs that cover its hull.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <span>
@@ -35,6 +36,10 @@ class HullDiscs {
   [[nodiscard]] double radius() const { return radius_; }
   // Radius of a disc around the reference point that covers the hull in any heading.
   [[nodiscard]] double turning_radius() const { return turning_radius_; }
+  // The same for all discs: with that clearance, room() is not negative for any heading.
+  [[nodiscard]] double reach() const {
+    return std::max(-centers_[0], centers_[count_ - 1]) + radius_;
+  }
   [[nodiscard]] double half_width() const { return half_width_; }  // including the margin
 
  private:

@@ -59,7 +59,10 @@ tims::Result<void> GoalPlanner::begin(const FreeSpace& space, const Pose& start,
     return refused("the vehicle is at " + place_name(start) + ", outside of the map");
   if (!space.contains({goal.x, goal.y}))
     return refused("the goal " + place_name(goal) + " is outside of the map");
-  if (space.room(hull_, goal) < 0)
+  // The discs exceed the hull a little; where the vehicle can turn, there is room for it.
+  const bool turns = settings_.limits.radius_min == 0 &&
+                     space.clearance({goal.x, goal.y}) >= hull_.turning_radius();
+  if (!turns && space.room(hull_, goal) < 0)
     return refused("there is no room for the vehicle at the goal " + place_name(goal));
   space_ = &space;
   start_ = start;
@@ -117,6 +120,7 @@ bool GoalPlanner::corners(const Place& start, double room) {
   const GridSearch::Settings settings{.room = room,
                                       .comfort = settings_.comfort,
                                       .stride = stride,
+                                      .eased_at = start,
                                       .eased_within = kLeaves,
                                       .eased_room = room_to_leave(start)};
   if (!cells_.run(*space_, settings, goal, &start)) return false;

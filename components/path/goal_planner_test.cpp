@@ -269,6 +269,27 @@ TEST(GoalPlanner, GoesBackFromWhatItCannotTurnBefore) {
   EXPECT_GT(ahead.front().length, 0) << "it can turn there";
 }
 
+// The discs that stand for the hull reach farther than the circle in which it turns.
+TEST(GoalPlanner, AcceptsAGoalWhereTheVehicleCanJustTurn) {
+  PlanSettings settings = robot();
+  settings.hull = {.front = 250, .back = 250, .half_width = 200, .margin = 150};
+  const HullDiscs hull(settings.hull);
+  const Pose goal{.x = 2500, .y = 2500};
+  for (const bool is_enough : {false, true}) {
+    FreeSpace space = room_of_5_m();
+    const double wall = hull.turning_radius() + (is_enough ? 2 : -1) * space.cell();
+    space.occupy_area({2000, goal.y + wall}, {3000, goal.y + wall});
+    space.measure();
+    GoalPlanner planner(settings);
+    const auto begun = planner.begin(space, {.x = 2500, .y = 1000},
+                                     {.x = goal.x, .y = goal.y, .rho = radians(90.0)});
+    EXPECT_EQ(begun.ok(), is_enough);
+    EXPECT_LT(space.clearance({goal.x, goal.y}), hull.reach());
+    if (!is_enough) continue;
+    EXPECT_EQ(planner.advance(), Progress::kFound) << planner.why();
+  }
+}
+
 // A wall is 400 mm beside the goal: enough for the hull with its margin, not for turning.
 TEST(GoalPlanner, TurnsToTheFinalHeadingWhereThereIsRoomForIt) {
   FreeSpace space = room_of_5_m();

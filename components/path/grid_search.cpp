@@ -78,6 +78,7 @@ bool GridSearch::run(const FreeSpace& space, const Settings& settings, const Pla
     if (done_[cell] != 0) continue;
     done_[cell] = 1;
     if (to != nullptr && cell == goal) return true;
+    if (static_cast<double>(costs_[cell]) > settings.cost_max) break;
     look_around(space, cell, to);
   }
   return to == nullptr;
@@ -110,7 +111,7 @@ void GridSearch::look_around(const FreeSpace& space, std::uint32_t cell, const P
                                                  static_cast<std::size_t>(next_column));
     if (done_[next] != 0) continue;
     float& weight = weights_[next];
-    if (weight == 0) weight = weight_of(space, place_of(next), to);
+    if (weight == 0) weight = weight_of(space, place_of(next));
     if (weight < 0) continue;
     const float cost = costs_[cell] + static_cast<float>(kDirections[i].length * step_) * weight;
     if (cost >= costs_[next]) continue;
@@ -120,12 +121,12 @@ void GridSearch::look_around(const FreeSpace& space, std::uint32_t cell, const P
 }
 
 // The cost of a cell for each mm; negative: no room.
-float GridSearch::weight_of(const FreeSpace& space, const Place& at, const Place* to) const {
+float GridSearch::weight_of(const FreeSpace& space, const Place& at) const {
   const double clearance = space.clearance(at);
   const double spare = clearance - settings_.room;
   if (spare < 0) {
-    const bool is_eased =
-        to != nullptr && std::hypot(at.x - to->x, at.y - to->y) <= settings_.eased_within;
+    const Place& eased = settings_.eased_at;
+    const bool is_eased = std::hypot(at.x - eased.x, at.y - eased.y) <= settings_.eased_within;
     return is_eased && clearance >= settings_.eased_room ? 1 + kDear : -1.0F;
   }
   if (settings_.comfort <= 0) return 1;

@@ -19,9 +19,11 @@ class GridSearch {
     double room = 0;         // clearance that each cell needs, mm
     double comfort = 0;      // additional clearance from which on a cell costs nothing extra, mm
     std::size_t stride = 1;  // cells of the map per cell of the search, in each direction
-    // Within this distance of the destination, that clearance is enough.
+    // Within this distance of a place, that clearance is enough.
+    Place eased_at{};
     double eased_within = 0;  // mm
     double eased_room = 0;    // mm
+    double cost_max = 1e9;    // places that cost more are not searched, mm
   };
   // Allocates memory for maps of that size; it grows when necessary.
   void reserve(std::size_t cells);
@@ -42,7 +44,7 @@ class GridSearch {
     friend bool operator<(const Entry& a, const Entry& b) { return a.priority > b.priority; }
   };
   void look_around(const FreeSpace& space, std::uint32_t cell, const Place* to);
-  [[nodiscard]] float weight_of(const FreeSpace& space, const Place& at, const Place* to) const;
+  [[nodiscard]] float weight_of(const FreeSpace& space, const Place& at) const;
   void push(std::uint32_t cell, float cost, const Place* to);
   [[nodiscard]] std::uint32_t cell_of(const Place& place) const;
   [[nodiscard]] Place place_of(std::uint32_t cell) const;

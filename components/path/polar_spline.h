@@ -41,6 +41,10 @@ inline double size(const PolarSpline& spline) {
 }
 inline double sense(const PolarSpline& spline) { return spline.length < 0 ? -1 : 1; }
 
+// Whether the vehicle must not drive here: it makes room for somebody, and waits at the start of
+// this spline until it gets another path.
+inline bool is_waiting(const PolarSpline& spline) { return spline.vMax == 0; }
+
 // Whether the vehicle can pass from one spline to the next without a stop: same sense, no corner.
 bool runs_on(const PolarSpline& from, const PolarSpline& to);
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "components/path/rddf.h"
 #include "components/path/vehicle.h"
 
 namespace rack::path {
@@ -17,6 +18,16 @@ constexpr std::size_t kMarksMax = 20000;  // marks of obstacles seen by the scan
 constexpr std::array<double, 5> kBehind = {2000, 4000, 7000, 12000,
                                            20000};  // distances behind an obstacle, mm
 constexpr i32 kLandmark = 1;
+constexpr double kTrailEvery = 100;      // mm
+constexpr std::size_t kTrailMost = 150;  // places
+constexpr double kLaneAhead = 8000;      // mm
+constexpr double kNoProgress = 200;      // mm
+constexpr double kAtPlaceAside = 250;    // mm
+constexpr int kTimesAsideMost = 5;       // for one destination
+constexpr auto kDrivesAsideMost = std::chrono::seconds(60);
+constexpr auto kWaitsAside = std::chrono::seconds(3);       // at least, for the person to come
+constexpr auto kWaitsAsideMost = std::chrono::seconds(20);  // then drives as if they had gone
+constexpr auto kLooksFromAside = std::chrono::seconds(2);
 
 // Java programs write the bits of a float (1 or -1) into this integer field.
 double direction_or_speed(i32 field) {
@@ -37,10 +48,16 @@ RoutePlanner::RoutePlanner() {
   before_.reserve(kSplinesMax);
   marks_.reserve(kMarksMax);
   waypoints_.reserve(kWaypointsMax);
+  trail_.reserve(kTrailMost);
 }
 
 Result<void> RoutePlanner::begin(const RouteSettings& settings, PlanningMap map) {
   located_ = seen_ = planning_ = false;
+  blocked_at_.reset();
+  replanned_at_.reset();
+  aside_.reset();
+  times_aside_ = 0;
+  trail_.clear();
   settings_ = settings;
   limits_ = settings.limits;
   planner_.emplace(PlanSettings{limits_, hull_of(settings.chassis), settings.comfort});
@@ -60,6 +77,7 @@ Result<void> RoutePlanner::begin_route() {
 void RoutePlanner::take_position(const Pose& robot) {
   robot_ = robot;
   located_ = true;
+  follow_trail();
 }
 
 void RoutePlanner::take_scan(const Scan2dData& scan) {
@@ -78,6 +96,7 @@ std::optional<std::string> RoutePlanner::step(TimeStamp now, PathData& data) {
     }
   }
   if (planning_) failure = go_on_planning();
+  if (aside_) go_on_aside(now);
   if (!std::exchange(is_new_, false)) return failure;
   data.splines.assign(path_.begin(), path_.end());
   // Receivers identify a path by its time.
@@ -92,14 +111,26 @@ std::optional<std::string> RoutePlanner::go_on_planning() {
   planning_ = false;
   if (progress == GoalPlanner::Progress::kFailed) {
     const std::string why = planner_->why();
-    if (detour_ || leads_there_) return why;
+    if (aside_ && aside_->phase == Aside::Phase::kPlans) aside_.reset();
+    if (aside_ && avoids_obstacles_) return std::nullopt;  // waits on
+    if (detour_) return why;
+    if (leads_there_) {
+      (void)make_room();
+      return why;
+    }
+    aside_.reset();
     if (avoids_obstacles_ && begin_plan(false)) return std::nullopt;
     take({});  // the old path has another destination
     return why;
   }
+  if (aside_ && aside_->phase == Aside::Phase::kPlans) {
+    take_path_aside();
+    return std::nullopt;
+  }
   if (!detour_) {
     take(planner_->path());
     leads_there_ = true;
+    aside_.reset();
     return std::nullopt;
   }
   before_ = path_;
@@ -112,6 +143,7 @@ std::optional<std::string> RoutePlanner::go_on_planning() {
 
 void RoutePlanner::take(std::span<const PolarSpline> path) {
   path_.assign(path.begin(), path.end());
+  blocked_at_.reset();
   is_new_ = true;
 }
 
@@ -143,6 +175,7 @@ Result<void> RoutePlanner::make_route() {
     if (waypoint.layer == settings_.layer) route_.push_back(waypoint);
   planning_ = must_replan_ = leads_there_ = false;
   destination_.reset();
+  aside_.reset();
   const double* start_heading = begin_at_the_robot();
   if (route_.size() < 2) {
     take({});
@@ -179,6 +212,9 @@ Result<void> RoutePlanner::set_destination(const PathDestData& destination, tims
   const auto before = destination_;
   const bool led_there = std::exchange(leads_there_, false);
   destination_ = destination;
+  aside_.reset();
+  replanned_at_.reset();
+  times_aside_ = 0;
   must_replan_ = !located_;
   if (must_replan_) return {};
   auto good = plan_destination();
@@ -213,12 +249,22 @@ Result<void> RoutePlanner::begin_plan(bool avoids_obstacles) {
 Result<void> RoutePlanner::replan(const PathReplanData& from) {
   if (!located_) return not_now("the position is not known yet");
   if (planning_) return {};  // a plan is in progress
-  if (destination_) return plan_destination();
-  if (path_.empty()) return not_now("there is no path");
+  if (aside_) return blocked_aside();
+  if (path_.empty() && !destination_) return not_now("there is no path");
   const auto index = static_cast<std::size_t>(std::max(0, from.currSpline));
-  if (index >= path_.size())
+  const bool is_on_path = index < path_.size();
+  if (!is_on_path && !destination_)
     return not_now("the path has " + std::to_string(path_.size()) + " splines only");
-  const OnPath at{index, std::clamp(std::abs(1.0 * from.splinePos.x), 0.0, size(path_[index]))};
+  OnPath at{index};
+  if (is_on_path)
+    at.distance = std::clamp(std::abs(1.0 * from.splinePos.x), 0.0, size(path_[index]));
+  if (destination_) {
+    blocked_at_.reset();
+    if (is_on_path) blocked_at_ = at;
+    if (is_stuck() && make_room()) return {};
+    auto good = plan_destination();
+    return good || !make_room() ? good : Result<void>();
+  }
   return plan_detour(at, std::max(0.0, 1.0 * from.distToObstacle));
 }
 
@@ -240,6 +286,106 @@ Result<void> RoutePlanner::plan_detour(const OnPath& at, double to_obstacle) {
   planning_ = good.ok();
   detour_ = true;
   return good;
+}
+
+// --- making room
+
+void RoutePlanner::follow_trail() {
+  if (!trail_.empty() &&
+      std::hypot(trail_.back().x - robot_.x, trail_.back().y - robot_.y) < kTrailEvery)
+    return;
+  if (trail_.size() == kTrailMost) trail_.erase(trail_.begin());
+  trail_.push_back({robot_.x, robot_.y});
+}
+
+// Plans do not help a vehicle that has not moved since the last one.
+bool RoutePlanner::is_stuck() {
+  const auto before = std::exchange(replanned_at_, Place{robot_.x, robot_.y});
+  return before && std::hypot(robot_.x - before->x, robot_.y - before->y) < kNoProgress;
+}
+
+// When there is no path around what blocks the path to the destination. False: there is no place
+// aside, or the vehicle was there often enough.
+bool RoutePlanner::make_room() {
+  if (!leads_there_ || !blocked_at_ || times_aside_ == kTimesAsideMost) return false;
+  lane_ = trail_;
+  const OnPath end = further(path_, *blocked_at_, kLaneAhead);
+  for (OnPath at = *blocked_at_; at.index < end.index || at.distance < end.distance;
+       at = further(path_, at, kTrailEvery)) {
+    const Pose place = pose_on(path_, at);
+    lane_.push_back({place.x, place.y});
+  }
+  avoids_obstacles_ = true;
+  survey();
+  const HullDiscs hull(hull_of(settings_.chassis));
+  const auto place = place_aside(space_, reach_,
+                                 {.room_to_pass = hull.half_width(),
+                                  .room_to_turn = hull.reach() + space_.cell(),
+                                  .half_width = half_width(settings_.chassis)},
+                                 {robot_.x, robot_.y}, lane_);
+  if (!place) return false;
+  Aside aside{.place = {.x = place->x, .y = place->y}, .blocked = robot_};
+  aside.place.rho = heading(std::atan2(robot_.y - place->y, robot_.x - place->x));
+  // One that turns at rest looks where it drives.
+  aside.sense = turns_at_rest(settings_.chassis) ? 1 : -1;
+  aside_ = aside;
+  return begin_aside();
+}
+
+bool RoutePlanner::begin_aside() {
+  aside_->phase = Aside::Phase::kPlans;
+  avoids_obstacles_ = true;
+  survey();
+  planner_->set_limits(limits_);
+  planning_ = planner_->begin(space_, robot_, aside_->place, aside_->sense).ok();
+  detour_ = false;
+  if (!planning_) aside_.reset();
+  return planning_;
+}
+
+// And on to the destination, along the path that was blocked; but it must not be driven.
+void RoutePlanner::take_path_aside() {
+  if (leads_there_) {
+    before_ = path_;
+    ++times_aside_;
+  }
+  path_ = planner_->path();
+  const std::size_t to_wait = path_.size();
+  const double to_blocked =
+      std::hypot(aside_->blocked.x - aside_->place.x, aside_->blocked.y - aside_->place.y);
+  if (to_wait < kSplinesMax) path_.push_back(line(aside_->place, std::max(1.0, to_blocked)));
+  append_rest(before_, *blocked_at_, path_);
+  for (PolarSpline& spline : std::span(path_).subspan(to_wait))
+    spline.vMax = spline.vStart = spline.vEnd = 0;
+  leads_there_ = false;
+  is_new_ = true;
+  aside_->phase = Aside::Phase::kDrives;
+  aside_->since = 0;
+}
+
+void RoutePlanner::go_on_aside(TimeStamp now) {
+  if (planning_) return;
+  if (aside_->since == 0) aside_->since = now;
+  const auto elapsed = now - aside_->since;
+  if (aside_->phase == Aside::Phase::kDrives) {
+    const bool is_there =
+        std::hypot(robot_.x - aside_->place.x, robot_.y - aside_->place.y) < kAtPlaceAside;
+    if (!is_there && elapsed < kDrivesAsideMost) return;
+    aside_->phase = Aside::Phase::kWaits;
+    aside_->since = aside_->looked = now;
+    return;
+  }
+  if (elapsed < kWaitsAside || now - aside_->looked < kLooksFromAside) return;
+  aside_->looked = now;
+  (void)begin_plan(elapsed < kWaitsAsideMost);
+}
+
+// Somebody may have come to its other side.
+Result<void> RoutePlanner::blocked_aside() {
+  if (aside_->phase != Aside::Phase::kDrives) return {};
+  aside_->sense = -aside_->sense;
+  if (begin_aside()) return {};
+  return plan_destination();
 }
 
 // --- free space

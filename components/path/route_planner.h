@@ -8,6 +8,13 @@
 // planned without them: people may have gone when the robot is there. A path that already leads to
 // the destination stays until a better one is found. A destination is kept when the component
 // starts again.
+//
+// A vehicle whose path is blocked, and that finds none around, may itself block the path of the
+// person who stands there: in a door, both would wait for ever. So it makes room: it drives to a
+// place aside (place_aside.h), waits there until there is a path again, or for some time, and
+// drives on. The path to that place continues with splines that must not be driven (is_waiting())
+// to the destination, so that the pilot has not arrived. This is repeated a few times only: what
+// never goes is not a person.
 #pragma once
 
 #include <optional>
@@ -17,6 +24,7 @@
 
 #include "components/path/detour.h"
 #include "components/path/goal_planner.h"
+#include "components/path/place_aside.h"
 #include "rack/proxies/chassis.h"
 #include "rack/proxies/path.h"
 #include "rack/proxies/scan2d.h"
@@ -64,16 +72,36 @@ class RoutePlanner {
   Result<void> replan(const PathReplanData& from);
   void set_layer(i32 layer) { settings_.layer = layer; }
   [[nodiscard]] i32 layer() const { return settings_.layer; }
+  // Makes room for somebody, until there is a path to the destination again.
+  [[nodiscard]] bool makes_room() const { return aside_.has_value(); }
   // Without a map: nothing.
   [[nodiscard]] const FreeSpace* map() const { return map_.is_known ? &map_.space : nullptr; }
 
  private:
+  // A place aside, and how far the vehicle is with it.
+  struct Aside {
+    enum class Phase : std::uint8_t { kPlans, kDrives, kWaits };
+    Pose place;
+    Pose blocked;  // where the vehicle was
+    Phase phase = Phase::kPlans;
+    double sense = 1;  // of the path to the place
+    TimeStamp since = 0;
+    TimeStamp looked = 0;  // for a path to the destination
+  };
+
   Result<void> make_route();
   const double* begin_at_the_robot();
   Result<void> plan_destination();
   Result<void> begin_plan(bool avoids_obstacles);
   Result<void> plan_detour(const OnPath& at, double to_obstacle);
   std::optional<std::string> go_on_planning();
+  [[nodiscard]] bool is_stuck();
+  bool make_room();
+  bool begin_aside();
+  void take_path_aside();
+  void go_on_aside(TimeStamp now);
+  Result<void> blocked_aside();
+  void follow_trail();
   void take(std::span<const PolarSpline> path);
   void survey();
   void forget_what_has_gone();
@@ -103,6 +131,13 @@ class RoutePlanner {
   bool leads_there_ = false;      // the path, to the destination
   bool detour_ = false;
   OnPath back_;
+  std::optional<OnPath> blocked_at_;   // by an obstacle, since the last new path
+  std::optional<Place> replanned_at_;  // where the vehicle was
+  std::optional<Aside> aside_;
+  int times_aside_ = 0;       // on the way to this destination
+  std::vector<Place> trail_;  // of the vehicle
+  std::vector<Place> lane_;   // buffer: the trail, and the path ahead
+  GridSearch reach_;
   std::vector<PolarSpline> path_;
   std::vector<PolarSpline> before_;
   TimeStamp made_ = 0;

@@ -27,6 +27,9 @@ class RoutePlannerTest : public testing::Test {
     space->occupy({-1000, -1200}, {9000, -1200});
     space->occupy({-1000, 1150}, {9000, 1150});
     space->measure();
+    begin_in(*space);
+  }
+  void begin_in(const FreeSpace& space) {
     RouteSettings settings;
     ChassisParamData& chassis = settings.chassis;
     chassis.vxMax = 1000;
@@ -37,7 +40,7 @@ class RoutePlannerTest : public testing::Test {
     chassis.boundaryLeft = chassis.boundaryRight = 200;
     settings.limits = {};
     settings.limits.half_width = 200;
-    EXPECT_TRUE(planner_.begin(settings, {*space}));
+    EXPECT_TRUE(planner_.begin(settings, {space}));
     EXPECT_TRUE(planner_.begin_route());
   }
 
@@ -112,7 +115,8 @@ TEST_F(RoutePlannerTest, ThePathStaysWhenThereIsNoneAroundPeople) {
   EXPECT_EQ(plan(), "");
   const TimeStamp made = path_.recordingTime;
   see(barrier_);
-  const auto replanned = planner_.replan({});
+  // Of a pilot that does not know where on the path it is: it cannot make room.
+  const auto replanned = planner_.replan({.currSpline = 99});
   const std::string failure = plan();
   EXPECT_TRUE(!replanned || !failure.empty());
   EXPECT_EQ(path_.recordingTime, made);
@@ -146,6 +150,142 @@ TEST_F(RoutePlannerTest, PlansAsSoonAsItsPositionIsKnown) {
   planner_.take_position({});
   EXPECT_THAT(plan(), HasSubstr("outside of the map"));
   EXPECT_TRUE(path_.splines.empty()) << "the pilot learns that there is none";
+}
+
+// A corridor of 1 m with a bay: only there can a person pass.
+class RoutePlannerMakesRoom : public RoutePlannerTest {
+ protected:
+  RoutePlannerMakesRoom() {
+    auto space = FreeSpace::empty({-1000, -500}, 10000, 4000, 50);
+    space->occupy_area({-1000, -500}, {9000, -500});
+    space->occupy_area({-1000, 500}, {500, 3500});
+    space->occupy_area({2500, 500}, {9000, 3500});
+    space->measure();
+    begin_in(*space);
+    planner_.take_position({});
+    EXPECT_TRUE(send());
+    EXPECT_EQ(plan(), "");
+    EXPECT_TRUE(leads_to_the_goal());
+    drive_to(2600, 0);
+    person_ = {3200, 0};
+  }
+
+  void drive_to(double x, double y) {
+    const Place from = at_;
+    for (int i = 1; i <= 40; ++i) {
+      at_ = {from.x + (x - from.x) * i / 40, from.y + (y - from.y) * i / 40};
+      planner_.take_position({.x = at_.x, .y = at_.y});
+    }
+  }
+  // The person, seen from all around: as PathRDDF sees him at the first look.
+  void see_person() {
+    Scan2dData scan;
+    for (int degree = 0; degree < 360; degree += 10) {
+      const double angle = radians(static_cast<double>(degree));
+      scan.points.push_back({.x = whole_millimetres(person_.x + 150 * std::cos(angle) - at_.x),
+                             .y = whole_millimetres(person_.y + 150 * std::sin(angle) - at_.y)});
+    }
+    planner_.take_scan(scan);
+  }
+  // Steps for that time. Returns the failures.
+  std::string go_on(std::chrono::milliseconds time) {
+    std::string failures;
+    for (const TimeStamp end = now_ + time; now_ < end;) {
+      now_ = now_ + std::chrono::milliseconds(50);
+      if (const auto failure = planner_.step(now_, path_)) failures += *failure;
+    }
+    return failures;
+  }
+  // As the pilot does when it is blocked.
+  void ask_again() {
+    see_person();
+    (void)planner_.replan({.distToObstacle = 300, .pathLength = 1400});
+    (void)go_on(std::chrono::milliseconds(500));
+  }
+  // Where the path must not be driven any further.
+  [[nodiscard]] Place waits_at() const {
+    for (const PolarSpline& spline : path_.splines)
+      if (is_waiting(spline)) return {1.0 * spline.startPos.x, 1.0 * spline.startPos.y};
+    return {};
+  }
+
+  Place at_{};
+  Place person_{};
+};
+
+TEST_F(RoutePlannerMakesRoom, DrivesAsideAndWaits) {
+  ask_again();
+  ASSERT_TRUE(planner_.makes_room());
+  const Place aside = waits_at();
+  EXPECT_GT(aside.y, 500) << "in the bay";
+  EXPECT_TRUE(leads_to_the_goal()) << "the pilot must not believe that it has arrived";
+  EXPECT_FALSE(is_waiting(path_.splines.front()));
+  EXPECT_TRUE(is_waiting(path_.splines.back()));
+
+  drive_to(aside.x, aside.y);
+  see_person();
+  (void)go_on(std::chrono::seconds(10));
+  EXPECT_TRUE(planner_.makes_room()) << "the person is still there";
+  EXPECT_TRUE(is_waiting(path_.splines.back()));
+
+  planner_.take_scan({});
+  person_ = {-5000, 0};
+  see({});
+  (void)go_on(std::chrono::seconds(15));
+  EXPECT_FALSE(planner_.makes_room());
+  EXPECT_TRUE(leads_to_the_goal());
+  EXPECT_FALSE(is_waiting(path_.splines.back()));
+}
+
+TEST_F(RoutePlannerMakesRoom, DoesNotWaitForEver) {
+  ask_again();
+  const Place aside = waits_at();
+  drive_to(aside.x, aside.y);
+  see_person();
+  (void)go_on(std::chrono::seconds(19));
+  EXPECT_TRUE(planner_.makes_room());
+  (void)go_on(std::chrono::seconds(4));
+  EXPECT_FALSE(planner_.makes_room());
+  EXPECT_TRUE(leads_to_the_goal());
+  EXPECT_FALSE(is_waiting(path_.splines.back()));
+}
+
+TEST_F(RoutePlannerMakesRoom, AFewTimes) {
+  int times = 0;
+  for (int i = 0; i < 10; ++i) {
+    ask_again();
+    if (!planner_.makes_room()) continue;
+    ++times;
+    const Place aside = waits_at();
+    drive_to(aside.x, aside.y);
+    see_person();
+    (void)go_on(std::chrono::seconds(25));
+    EXPECT_FALSE(planner_.makes_room());
+    drive_to(2600, 0);
+  }
+  EXPECT_EQ(times, 5);
+  EXPECT_TRUE(leads_to_the_goal()) << "the path stays";
+  EXPECT_TRUE(send());
+  (void)go_on(std::chrono::seconds(1));
+  ask_again();
+  EXPECT_TRUE(planner_.makes_room()) << "another destination";
+}
+
+TEST_F(RoutePlannerMakesRoom, ANewDestinationEndsIt) {
+  ask_again();
+  ASSERT_TRUE(planner_.makes_room());
+  EXPECT_TRUE(planner_.set_destination({.pos = {.x = 0}}, {}));
+  EXPECT_FALSE(planner_.makes_room());
+  EXPECT_EQ(go_on(std::chrono::seconds(1)), "");
+  EXPECT_FALSE(is_waiting(path_.splines.back()));
+}
+
+TEST_F(RoutePlannerMakesRoom, WhoIsBlockedAsideTriesBackward) {
+  ask_again();
+  ASSERT_GT(path_.splines.front().length, 0);
+  ask_again();
+  EXPECT_TRUE(planner_.makes_room());
+  EXPECT_LT(path_.splines.front().length, 0);
 }
 
 }  // namespace route_planner_test

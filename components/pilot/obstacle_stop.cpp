@@ -14,6 +14,8 @@ constexpr double kCrawls = 10;  // mm/s: lower speeds count as 0
 constexpr double kFarAway = 1e9;
 constexpr double kStraightAhead = 1e-7;  // 1/mm
 constexpr int kWhileHolding = 2;
+constexpr double kTolerated = 0.25;    // of the safety margin
+constexpr double kPassesSlowly = 100;  // mm/s
 
 // The part of the path up to the next change between forward and backward, where the vehicle stops.
 std::span<const PolarSpline> same_sense(std::span<const PolarSpline> path) {
@@ -151,15 +153,20 @@ double ObstacleStop::limit(const Scan2dData& scan, const Pose& seen_from, const 
     const double earlier = moves ? kMoving : 1;
     const double lateral = std::max({0.0, y - right, -y - left});
     const double free = std::max(0.0, x - ahead);
+    // Beside the path, or a little within the margin: noise, or a path with hardly more room.
+    const double within = std::min(right - y, y + left);
+    const bool is_aside = !moves && within < kTolerated * margin;
+    const double slowest = is_aside ? kPassesSlowly : 0;
     if (lateral <= 0) {
-      speed = std::min(speed, still_stops(free) / earlier);
-      if (comfort) free_distance_ = std::min(free_distance_, free);
+      speed = std::min(speed, std::max(slowest, still_stops(free) / earlier));
+      if (comfort && !is_aside) free_distance_ = std::min(free_distance_, free);
     }
     if (!comfort) continue;
     // Beyond the end of the path, only points that the hull would touch there count.
     if (x - ahead >= course.end) continue;
     const double remaining = std::max(0.0, free - margins_.safetyMarginMove);
-    speed = std::min(speed, std::max(remaining, kLateral * lateral) / (constant * earlier));
+    const double comfortable = std::max(remaining, kLateral * lateral) / (constant * earlier);
+    speed = std::min(speed, std::max(slowest, comfortable));
   }
   return speed;
 }

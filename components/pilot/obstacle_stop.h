@@ -8,7 +8,8 @@
 // the reaction time and then brakes with decMax, so v t + v^2 / 2a must not exceed the free
 // distance. The same check is made for the arc that the vehicle currently drives, in case it is not
 // on its path. The hull is widened by the vehicle's offset from the path, and on the outside of a
-// bend by the swing of its front.
+// bend by the swing of its front. What stands still beside the path, a little within the safety
+// margin, is passed slowly: a vehicle that stops there never leaves.
 #pragma once
 
 #include <chrono>

@@ -91,6 +91,17 @@ TEST_F(OnAPath, GoesAsFastAsTheFreeDistanceAllows) {
   EXPECT_GT(allowed({{-260, 0}}), 1e6) << "behind";
 }
 
+// The hull is 250 mm wide to each side, its margin 50 mm.
+TEST_F(OnAPath, PassesSlowlyWhatIsALittleWithinItsMarginBesideIt) {
+  EXPECT_NEAR(allowed({{600, 295}}), 200, 2) << "it slows down before";
+  EXPECT_EQ(allowed({{400, 295}}), 100);
+  EXPECT_EQ(allowed({{0, -289}}), 100) << "a quarter of the margin";
+  EXPECT_EQ(allowed({{0, -286}}), 0);
+  EXPECT_EQ(allowed({{0, 302}}), 100) << "it does not creep beside it";
+  EXPECT_EQ(allowed({{0, 295}}, 3), 0) << "it moves";
+  EXPECT_EQ(allowed({{600, 295}, {310, 0}}), 0) << "nor does it run into something else";
+}
+
 TEST_F(OnAPath, LooksAlongTheBend) {
   EXPECT_LT(allowed({{2914, 586}}), 3000) << "on the arc";
   EXPECT_GT(allowed({{3500, -1000}}), 5000) << "where the path does not lead";

@@ -284,12 +284,15 @@ PathDriver::Why PathDriver::why() const {
   if (missing_ != Why::kDrives) return missing_;
   if (is_held_) return Why::kHeld;
   if (is_unwatched()) return Why::kUnwatched;
+  const auto ahead = follower_->path().subspan(follower_->index());
+  if (path::is_waiting(ahead.front())) return Why::kWaitsAside;
   if (safe_ <= static_cast<double>(settings_.chassis.vxMin)) return Why::kObstacle;
+  if (path::is_waiting(ahead.back())) return Why::kMakesRoom;
   return command_.speed == 0 ? Why::kTurns : Why::kDrives;
 }
 
 std::string PathDriver::why_text() const {
-  constexpr std::array<const char*, 14> kTexts = {
+  constexpr std::array<const char*, 16> kTexts = {
       "follows the path",
       "no position received yet",
       "the position is uncertain (deviationMax)",
@@ -304,6 +307,8 @@ std::string PathDriver::why_text() const {
       "arrived",
       "outside of the corridor",
       "a corner, or a change of direction",
+      "drives aside to make room, since an obstacle blocks the path",
+      "has made room, and waits until the path is clear",
   };
   const Why reason = why();
   std::string text = kTexts.at(static_cast<std::size_t>(reason));

@@ -68,6 +68,8 @@ class PathDriver {
     kArrived,
     kAstray,
     kTurns,
+    kMakesRoom,
+    kWaitsAside,
   };
   struct Inputs {
     PositionData position{};

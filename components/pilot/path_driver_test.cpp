@@ -61,10 +61,11 @@ class Robot {
     look(PathCycle::kPath);
   }
 
+  void is_at(i32 x) { here_ = x; }
+
   PathDriver driver;
   int waited = 0;
 
- private:
   void look(u32 came) {
     time_ += kPeriod;
     const TimeStamp now(static_cast<u32>(time_));
@@ -147,6 +148,25 @@ TEST(PathDriver, HoldsWhileNobodyMonitorsTheDrive) {
   robot.driver.plan(pilot_state::kPlanning);
   robot.wait(kPeriod);
   EXPECT_EQ(robot.driver.why(), PathDriver::Why::kDrives) << "another destination";
+}
+
+TEST(PathDriver, WaitsAsideWithoutHavingArrived) {
+  Robot robot;
+  robot.begins(1000);
+  PathData& path = robot.driver.inputs().path;
+  path.splines.push_back(path::line({.x = 1000}, 2000));
+  ASSERT_TRUE(path::is_waiting(path.splines.back()));
+  path.recordingTime = path.recordingTime + std::chrono::milliseconds(1);
+  robot.look(PathCycle::kPath);
+  EXPECT_EQ(robot.driver.why(), PathDriver::Why::kMakesRoom);
+  robot.is_at(1000);
+  robot.wait(5000);
+  EXPECT_EQ(robot.driver.why(), PathDriver::Why::kWaitsAside);
+  EXPECT_EQ(robot.driver.status().pilotState, pilot_state::kRunning);
+  EXPECT_EQ(robot.driver.status().distanceToDest, 2000);
+  EXPECT_EQ(robot.driver.status().speed, 0);
+  robot.begins(500);
+  EXPECT_EQ(robot.driver.why(), PathDriver::Why::kDrives);
 }
 
 }  // namespace path_driver_test

@@ -221,7 +221,12 @@ class Drive {
       context_.signals.sleep_until(tims::os::deadline_after(kLookEvery));
       const tims::Time now = tims::os::now();
       const rack::PilotStatusData seen = status();
-      const DriveState state = watch.take(seen, now);
+      const auto data = seen.pilotState == rack::pilot_state::kRunning
+                            ? robot_.data<rack::PilotData>(pilot_)
+                            : std::nullopt;
+      std::span<const rack::PolarSpline> ahead;
+      if (data) ahead = data->splines;
+      const DriveState state = watch.take(seen, now, ahead);
       if (is_end(state)) {
         end_line();
         return finish(state, seen, base::seconds(now - begin));
@@ -255,8 +260,7 @@ class Drive {
     if (!in_place && state == printed_ && now - printed_at_ < kPrintEvery) return;
     printed_ = state;
     printed_at_ = now;
-    const std::string why =
-        state == DriveState::kStanding || state == DriveState::kSilent ? what_is_ahead(state) : "";
+    const std::string why = reason(state);
     if (context_.out.json()) {
       json::object line{{"schema", "tims/nav_progress/1"},
                         {"state", name(state)},
@@ -277,6 +281,21 @@ class Drive {
   void end_line() {
     if (open_line_) context_.out.write("\n");
     open_line_ = false;
+  }
+
+  // Why the robot does not just drive on; empty: it does.
+  std::string reason(DriveState state) {
+    switch (state) {
+      case DriveState::kMakesRoom:
+        return "something blocks the path: drives aside, so that a person can pass";
+      case DriveState::kWaitsAside:
+        return "has made room, and waits until the path is clear";
+      case DriveState::kStanding:
+      case DriveState::kSilent:
+        return what_is_ahead(state);
+      default:
+        return "";
+    }
   }
 
   std::string what_is_ahead(DriveState state) {

@@ -91,19 +91,24 @@ std::vector<MissingPart> missing(const WhereFacts& facts) {
 }
 
 std::string_view name(DriveState state) {
-  constexpr std::array<std::string_view, 10> kNames = {"planning", "driving", "turning", "standing",
-                                                       "silent",   "arrived", "no_way",  "off_path",
-                                                       "dropped",  "blocked"};
+  constexpr std::array<std::string_view, 12> kNames = {
+      "planning", "driving", "turning", "standing", "making_room", "waiting",
+      "silent",   "arrived", "no_way",  "off_path", "dropped",     "blocked"};
   return kNames[static_cast<std::size_t>(state)];
 }
 
-DriveState DriveWatch::take(const rack::PilotStatusData& status, tims::Time now) {
-  const DriveState state = judge(status, now);
-  if (state == DriveState::kDriving || state == DriveState::kTurning || idle_since_) moved_ = now;
+DriveState DriveWatch::take(const rack::PilotStatusData& status, tims::Time now,
+                            std::span<const rack::PolarSpline> ahead) {
+  const DriveState state = judge(status, now, ahead);
+  // The path component ends making room and waiting by itself.
+  if (state == DriveState::kDriving || state == DriveState::kTurning ||
+      state == DriveState::kMakesRoom || state == DriveState::kWaitsAside || idle_since_)
+    moved_ = now;
   return !is_end(state) && now - moved_ >= patience_ ? DriveState::kBlocked : state;
 }
 
-DriveState DriveWatch::judge(const rack::PilotStatusData& status, tims::Time now) {
+DriveState DriveWatch::judge(const rack::PilotStatusData& status, tims::Time now,
+                             std::span<const rack::PolarSpline> ahead) {
   if (status.recordingTime != newest_) {
     newest_ = status.recordingTime;
     changed_ = now;
@@ -125,6 +130,9 @@ DriveState DriveWatch::judge(const rack::PilotStatusData& status, tims::Time now
       return DriveState::kPlanning;
     case rack::pilot_state::kRunning:
       drove_ = true;
+      if (!ahead.empty() && rack::path::is_waiting(ahead.front())) return DriveState::kWaitsAside;
+      if ((status.speed != 0 || turned_) && std::ranges::any_of(ahead, rack::path::is_waiting))
+        return DriveState::kMakesRoom;
       if (status.speed != 0) return DriveState::kDriving;
       return turned_ ? DriveState::kTurning : DriveState::kStanding;
     default:

@@ -47,9 +47,11 @@ std::vector<MissingPart> missing(const WhereFacts& facts);
 enum class DriveState : std::uint8_t {
   kPlanning,  // also before the first status
   kDriving,
-  kTurning,   // at rest
-  kStanding,  // an obstacle is ahead, or the pilot is stopped
-  kSilent,    // its pilot sends no new status
+  kTurning,     // at rest
+  kStanding,    // an obstacle is ahead, or the pilot is stopped
+  kMakesRoom,   // drives aside, since somebody blocks its path
+  kWaitsAside,  // until its path is clear
+  kSilent,      // its pilot sends no new status
   kArrived,
   kNoPath,   // there is no plan
   kAstray,   // the robot has left the corridor
@@ -66,10 +68,13 @@ class DriveWatch {
   DriveWatch(rack::TimeStamp before, tims::Time now, tims::Duration patience)
       : newest_(before), changed_(now), moved_(now), patience_(patience) {}
 
-  DriveState take(const rack::PilotStatusData& status, tims::Time now);
+  // `ahead`: the path of the pilot from where the robot is.
+  DriveState take(const rack::PilotStatusData& status, tims::Time now,
+                  std::span<const rack::PolarSpline> ahead = {});
 
  private:
-  DriveState judge(const rack::PilotStatusData& status, tims::Time now);
+  DriveState judge(const rack::PilotStatusData& status, tims::Time now,
+                   std::span<const rack::PolarSpline> ahead);
 
   rack::TimeStamp newest_;
   tims::Time changed_;  // arrival of the newest status

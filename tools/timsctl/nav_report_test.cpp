@@ -125,6 +125,22 @@ TEST_F(DriveWatchTest, PatienceEnds) {
   EXPECT_EQ(report(pilot::kRunning, 5000, 0), DriveState::kBlocked);
 }
 
+TEST_F(DriveWatchTest, WhoMakesRoomIsNotBlocked) {
+  std::vector<rack::PolarSpline> ahead(2);
+  ahead[0].vMax = 500;
+  ahead[1].vMax = 0;
+  const auto report_at = [&](std::size_t index, int speed) {
+    report(pilot::kRunning, 5000, speed);
+    return watch_.take(status_, tims::Time(std::chrono::seconds(second_)),
+                       std::span(ahead).subspan(index));
+  };
+  EXPECT_EQ(report_at(0, 300), DriveState::kMakesRoom);
+  EXPECT_EQ(report_at(0, 0), DriveState::kStanding) << "something is in its way aside";
+  for (int i = 0; i < 30; ++i) EXPECT_EQ(report_at(1, 0), DriveState::kWaitsAside) << i;
+  EXPECT_FALSE(is_end(DriveState::kWaitsAside));
+  EXPECT_EQ(report(pilot::kRunning, 5000, 400), DriveState::kDriving);
+}
+
 TEST_F(DriveWatchTest, TurningAtRestIsGettingFurther) {
   for (std::uint32_t i = 0; i < 20; ++i) {
     ++second_;

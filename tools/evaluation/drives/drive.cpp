@@ -26,8 +26,9 @@ constexpr double kWrong = 500;       // mm
 constexpr double kTurned = radians(10.0);
 constexpr double kArrivedWithin = 300;  // mm
 constexpr auto kRecordEvery = std::chrono::milliseconds(100);
-constexpr auto kStands = std::chrono::seconds(45);  // then the drive has failed
-constexpr auto kSettles = std::chrono::seconds(3);  // before the goal is sent
+constexpr auto kStands = std::chrono::seconds(45);   // then the drive has failed
+constexpr auto kUnknown = std::chrono::seconds(60);  // a robot that is not sure gets no goal
+constexpr auto kSettles = std::chrono::seconds(3);   // before the goal is sent
 
 // The chassis of deploy/robots/emulated.toml.
 ChassisParamData chassis_of(const world::RobotDescription& robot) {
@@ -225,6 +226,7 @@ DriveResult Course::drive(const DriveSettings& settings) const {
   DriveResult result;
   world::WorldDescription description = parts_->scene.world;
   description.seed = random.bits();
+  if (settings.starts_anywhere) description.robots[0].start = draw_goal(random);
   result.start = description.robots[0].start;
   result.goal = draw_goal(random);
 
@@ -234,7 +236,10 @@ DriveResult Course::drive(const DriveSettings& settings) const {
     return result;
   }
   Robot robot(*world,
-              {.chassis = parts_->chassis, .scanner = parts_->scanner, .seed = random.bits()},
+              {.chassis = parts_->chassis,
+               .scanner = parts_->scanner,
+               .starts_anywhere = settings.starts_anywhere,
+               .seed = random.bits()},
               parts_->field, parts_->walls, parts_->space, settings.load);
   Judge judge(*world, robot, result, settings.records);
   tims::Time next_look{};
@@ -251,7 +256,11 @@ DriveResult Course::drive(const DriveSettings& settings) const {
   };
   while (robot.now() - tims::Time{} < settings.longest && !has_ended()) {
     robot.step();
-    if (!is_sent && robot.now() - tims::Time{} > kSettles && robot.position()) {
+    if (!is_sent && robot.now() - tims::Time{} > kUnknown) {
+      result.why = "the robot does not find where it is";
+      break;
+    }
+    if (!is_sent && robot.now() - tims::Time{} > kSettles && robot.is_localised()) {
       const auto sent = robot.send(result.goal);
       if (!sent) {
         result.outcome = Outcome::kNoPath;

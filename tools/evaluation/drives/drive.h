@@ -28,7 +28,8 @@ struct DriveSettings {
   std::uint64_t seed = 1;
   Load load{};
   tims::Duration longest = std::chrono::minutes(4);
-  bool records = false;  // keeps trajectories for the picture
+  bool starts_anywhere = false;  // at a random place, which the localiser has to find
+  bool records = false;          // keeps trajectories for the picture
 };
 
 enum class Outcome : std::uint8_t { kArrived, kNoPath, kGaveUp };

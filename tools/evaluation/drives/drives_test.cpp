@@ -1,6 +1,8 @@
 // Goal drives in simulated time: quiet, beside other busy programs, with lost data, with crashes.
 // `rack-drives` runs more of them, and draws one: deploy/worlds/floor.toml,
 // deploy/robots/floor.dxf.
+#include <algorithm>
+
 #include <gtest/gtest.h>
 
 #include "tools/evaluation/drives/drive.h"
@@ -54,6 +56,17 @@ INSTANTIATE_TEST_SUITE_P(
                             {.stalls_per_second = 0.3, .longest_stall = 600ms, .lost_share = 0.02}},
                     Weather{"Crashing", {.crashes_per_minute = 2}}),
     [](const auto& each) { return each.param.name; });
+
+// A person who stands at the goal can leave only past the robot; before, both waited for ever.
+TEST(Drive, MakesRoomForWhoComesTowardsIt) {
+  const Course floor = course();
+  const DriveResult result = floor.drive({.seed = 9170});
+  EXPECT_EQ(result.outcome, Outcome::kArrived) << result.why;
+  EXPECT_EQ(result.contacts, 0U);
+  EXPECT_TRUE(std::ranges::any_of(result.log, [](const std::string& line) {
+    return line.find("makes room") != std::string::npos;
+  }));
+}
 
 TEST(Drive, TheSameSeedGivesTheSameDrive) {
   const Course floor = course();

@@ -28,6 +28,7 @@ struct Arguments {
   double crashes = 0;
   double lost = 0;
   std::string svg;
+  bool anywhere = false;
   bool goals = false;
 };
 
@@ -75,8 +76,10 @@ Exit run(const Arguments& arguments) {
                   .crashes_per_minute = arguments.crashes,
                   .lost_share = arguments.lost};
   if (!arguments.svg.empty()) {
-    const DriveResult result =
-        course->drive({.seed = arguments.seed, .load = load, .records = true});
+    const DriveResult result = course->drive({.seed = arguments.seed,
+                                              .load = load,
+                                              .starts_anywhere = arguments.anywhere,
+                                              .records = true});
     print(arguments.seed, result);
     for (const std::string& line : result.log) fmt::print("{}\n", line);
     if (auto written = write_file(arguments.svg, plot::to_svg(result.picture)); !written)
@@ -85,7 +88,8 @@ Exit run(const Arguments& arguments) {
   }
   std::map<std::string, std::uint64_t> sums;
   for (std::uint64_t seed = arguments.seed; seed < arguments.seed + arguments.count; ++seed) {
-    const DriveResult result = course->drive({.seed = seed, .load = load});
+    const DriveResult result =
+        course->drive({.seed = seed, .load = load, .starts_anywhere = arguments.anywhere});
     ++sums[std::string(name_of(result.outcome))];
     if (result.contacts > 0) ++sums["with contacts"];
     if (result.was_certain_of_a_wrong_place()) ++sums["certain of a wrong place"];
@@ -124,6 +128,8 @@ int main(int argc, char** argv) {
                 {.min = 0, .max = 60});
   parser.option("--lost", arguments.lost, "share of chassis data and scans that get lost",
                 {.min = 0, .max = 1});
+  parser.flag("--anywhere", arguments.anywhere,
+              "start at a random place, which the robot has to find in its map");
   parser.flag("--goals", arguments.goals, "list COUNT goals [m, m, deg] instead of driving");
   parser.option("--svg", arguments.svg, "drive once, print its log, and draw it to this file");
   return parser.run(argc, argv, [&] { return run(arguments); });

@@ -24,6 +24,7 @@ constexpr tims::Duration kPilotEvery = 50ms;
 constexpr tims::Duration kMclEvery = 1s;
 constexpr tims::Duration kChassisDelay = 60ms;  // from MOVE to the reaction of the wheels
 constexpr tims::Duration kMoveValid = 150ms;    // three periods of the pilot
+constexpr f32 kLooksAround = 0.4F;              // rad/s, of a robot that does not know where it is
 constexpr int kFirstStamp = 1000;               // ms: 0 is no time
 constexpr int kRays = 181;
 constexpr std::size_t kHistory = 1000;
@@ -68,6 +69,7 @@ Robot::Robot(world::World& world, const RobotSettings& settings,
       mcl_in_(2) {
   reckoning_.emplace(Pose{});
   begin_mcl({}, 500);
+  if (settings_.starts_anywhere) localiser_->start_anywhere();
   begin_path();
   begin_pilot();
 }
@@ -245,7 +247,8 @@ void Robot::run_mcl() {
 }
 
 bool Robot::is_localised() const {
-  return localisation::is_sure(localiser_->now(), localisation::PositionUpdates::kCertain);
+  return newest_position_ && std::max(newest_position_->var.x.raw(),
+                                      newest_position_->var.y.raw()) <= settings_.deviation_max;
 }
 
 // --- path and pilot
@@ -269,6 +272,8 @@ void Robot::run_path() {
     note("Path: plans again" + (done ? std::string() : ": " + done.error().detail()));
   }
   if (const auto failure = planner_.step(stamp(), path_)) note("Path: no plan: " + *failure);
+  if (const bool before = std::exchange(makes_room_, planner_.makes_room()); makes_room_ != before)
+    note(makes_room_ ? "Path: makes room" : "Path: there is a path again");
   pilot_path_in_.put(path_);
 }
 
@@ -301,7 +306,9 @@ void Robot::run_pilot() {
   take(pilot_position_in_, inputs.position, PathCycle::kPosition, cycle_.positionSilence);
   take(pilot_path_in_, inputs.path, PathCycle::kPath, cycle_.pathSilence);
   take(pilot_scan_in_, inputs.scan, PathCycle::kScan, cycle_.scanSilence);
-  const ChassisMoveData move = driver_.step(cycle_);
+  ChassisMoveData move = driver_.step(cycle_);
+  // As an operator does: at rest, each scan repeats the same measurement.
+  if (settings_.starts_anywhere && !has_goal_ && !is_localised()) move.omega = kLooksAround;
   if (machine_.runs(Program::kChassis, now_)) command(move);
   const auto request = driver_.take_request();
   if (request.around) replans_.put(*request.around);
@@ -312,6 +319,7 @@ tims::Result<void> Robot::send(const Pose& goal) {
   const Position3d at = goal.position();
   auto good = planner_.set_destination({.pos = {at.x, at.y, at.rho}, .speed = 0}, {});
   if (!good) driver_.plan(before);
+  has_goal_ = good.ok();
   return good;
 }
 
@@ -336,6 +344,7 @@ void Robot::restart_crashed() {
     note("Mcl restarts");
     mcl_in_.clear();
     begin_mcl(newest_position_ ? Pose::of(newest_position_->pos) : Pose{}, 500);
+    if (settings_.starts_anywhere && !is_localised()) localiser_->start_anywhere();
   }
   if (machine_.take_crash(Program::kPilot)) {
     note("PilotPath restarts");

@@ -33,6 +33,7 @@ struct RobotSettings {
   i32 deviation_max = 500;  // mm, of the pilot; 0: any
   i32 range_max = 8000;     // mm
   localisation::FilterSettings filter{};
+  bool starts_anywhere = false;  // the localiser knows nothing about the start
   std::uint64_t seed = 1;
 };
 
@@ -56,6 +57,7 @@ class Robot {
   [[nodiscard]] PilotStatusData pilot() const { return driver_.status(); }
   [[nodiscard]] std::string why() const { return driver_.why_text(); }
   [[nodiscard]] const std::optional<PositionData>& position() const { return newest_position_; }
+  // As `timsctl nav goto` requires of a robot.
   [[nodiscard]] bool is_localised() const;
   [[nodiscard]] std::span<const std::string> log() const { return log_; }
 
@@ -127,11 +129,13 @@ class Robot {
   Pose mcl_odometry_;
   tims::Time published_{};
   path::RoutePlanner planner_;
+  bool makes_room_ = false;
   PathData path_;
   tims::Time next_path_{};
   pilot::PathDriver driver_;
   pilot::PathCycle cycle_;
   tims::Time next_pilot_{};
+  bool has_goal_ = false;
 };
 
 }  // namespace rack::drives
