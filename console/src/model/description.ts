@@ -2,6 +2,7 @@
 // components of the original have none.
 
 import { decodeStruct } from '../codec/catalogue';
+import { bytesOf, textOf } from '../codec/text';
 import type { Client } from '../tims/client';
 import { command } from './commands';
 
@@ -13,7 +14,7 @@ export interface ParameterDescription {
   min?: number;
   max?: number;
   unit?: string;
-  choices?: { value: number | string; meaning: string }[];
+  choices?: { value: number | string; meaning?: string }[];
   refers?: string; // the class of a partner
   takes_effect?: 'now' | 'on' | 'start';
   host_file?: boolean;
@@ -29,17 +30,17 @@ export interface Description {
 const sizeMax = 1 << 20;
 
 export async function describe(client: Client, component: { address: number }): Promise<Description | undefined> {
-  let text = '';
-  for (let offset = 0; ; ) {
+  const bytes: number[] = [];
+  for (;;) {
+    const offset = bytes.length;
     const answer = await command(client, component, 'GET_DESCRIPTION', { offset, bytesMax: 0 }).catch(() => undefined);
     if (answer === undefined) return undefined;
     const page = decodeStruct('DescriptionPage', answer.body, answer.flags);
-    const bytes = new TextEncoder().encode(page.text).length;
-    if (page.offset !== offset || bytes === 0 || page.size > sizeMax) return undefined;
-    text += page.text;
-    offset += bytes;
-    if (offset >= page.size) break;
+    const text = bytesOf(page.text);
+    if (page.offset !== offset || text.length === 0 || page.size > sizeMax) return undefined;
+    bytes.push(...text);
+    if (bytes.length >= page.size) break;
   }
-  const description = JSON.parse(text);
+  const description = JSON.parse(textOf(Uint8Array.from(bytes)));
   return description.rack_description === 1 ? description : undefined;
 }
