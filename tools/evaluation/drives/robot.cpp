@@ -257,7 +257,7 @@ void Robot::begin_path() {
   path::RouteSettings settings{.chassis = settings_.chassis,
                                .limits = path::limits_of(settings_.chassis)};
   settings.limits.corridor = std::max(500.0, settings.limits.half_width + 100);
-  if (auto good = planner_.begin(settings, space_, true); !good) note(good.error().detail());
+  if (auto good = planner_.begin(settings, {space_}); !good) note(good.error().detail());
   (void)planner_.begin_route();
 }
 
