@@ -55,8 +55,8 @@ Result<std::string> Proxy::describe() {
   std::string description;
   for (bool more = true; more;) {
     const DescriptionRequest request{.offset = static_cast<i32>(description.size())};
-    const auto page = query<DescriptionPage>(tims::type::kGetDescription, request,
-                                             tims::type::kDescription);
+    const auto page =
+        query<DescriptionPage>(tims::type::kGetDescription, request, tims::type::kDescription);
     if (!page) return page.error();
     const auto appended = append_page(description, *page);
     if (!appended) return appended.error();

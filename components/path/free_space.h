@@ -89,8 +89,8 @@ class FreeSpace {
   [[nodiscard]] std::size_t columns() const { return columns_; }  // along y
   [[nodiscard]] Place corner() const { return corner_; }
   [[nodiscard]] Place center_of(std::size_t row, std::size_t column) const;
-  // In cells of the same size or, where there are too many for the message, of a multiple of it: one
-  // is occupied when a part of it is.
+  // In cells of the same size or, where there are too many for the message, of a multiple of it:
+  // one is occupied when a part of it is.
   [[nodiscard]] GridMapData message() const;
   [[nodiscard]] bool contains(const Place& place) const;
   [[nodiscard]] bool occupied(const Place& place) const;

@@ -38,8 +38,7 @@ std::string ComponentClient::description(tims::Address component) {
     const Message answer = ask(component, tims::type::kGetDescription,
                                rack::DescriptionRequest{.offset = static_cast<int>(text.size())});
     if (answer.header.type != tims::type::kDescription)
-      throw Failure(Exit::kNo, "no_description",
-                    name_of(component) + " does not describe itself",
+      throw Failure(Exit::kNo, "no_description", name_of(component) + " does not describe itself",
                     "it is a component of the original RACK, or older than this timsctl");
     const auto page =
         value_or_fail(rack::decode<rack::DescriptionPage>(answer.view()), name_of(component));

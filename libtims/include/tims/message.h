@@ -57,7 +57,8 @@ inline constexpr std::int8_t kSetParam = 10;
 inline constexpr std::int8_t kGetDescription = 13;
 inline constexpr std::int8_t kGetParamEffects = 14;
 inline constexpr std::int8_t kGetRuntime = 15;
-inline constexpr std::int8_t kGetListeners = 16;  // 17 would be a lifesign to the original's C library
+inline constexpr std::int8_t kGetListeners =
+    16;  // 17 would be a lifesign to the original's C library
 inline constexpr std::int8_t kDescription = -13;
 inline constexpr std::int8_t kParamEffects = -14;
 inline constexpr std::int8_t kRuntime = -15;
