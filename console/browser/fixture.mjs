@@ -66,6 +66,8 @@ function freePort() {
   });
 }
 
+process.setMaxListeners(100);
+
 // One host: its router, and what runs at it. Everything ends with end().
 export class Host {
   folder = mkdtempSync(join(tmpdir(), 'console-browser-'));
@@ -133,6 +135,7 @@ export class Host {
     child.stdout.on('data', keep);
     child.stderr.on('data', keep);
     this.children.push(child);
+    process.once('exit', () => child.kill('SIGTERM')); // also when a story has thrown
     return child;
   }
 

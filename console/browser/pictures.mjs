@@ -15,10 +15,10 @@ async function map() {
   const system = 95;
   const host = await Host.start();
   await host.up('emulated.toml', system);
-  await host.timsctl('component', 'on', `Mcl(${system}/0)`, `Path(${system}/0)`);
+  for (const name of ['Mcl', 'Path']) await host.timsctl('component', 'on', `${name}(${system}/0)`);
   const { page, context } = await Watched.open(browser, host, `#/map?robots=${system}`, size);
   await page.getByRole('button', { name: 'Send robot here' }).click();
-  for (let i = 0; i < 2; ++i) await page.getByRole('button', { name: 'Zoom out' }).click();
+  await page.getByRole('button', { name: 'Zoom out' }).click();
   const canvas = await page.getByRole('img', { name: /^Map/ }).boundingBox();
   // Along the corridor: 4 m north, and a little to the east.
   const metre = await scaleOf(page);

@@ -141,22 +141,24 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
         <span class="grow" />
         <BackgroundMenu model={model} />
         <LayerMenu layers={layers.value} change={(value) => (layers.value = value)} />
-        <button type="button" aria-label="Zoom in" onClick={() => zoom(model, 1.5)}>
-          <Icon name="plus" />
-        </button>
-        <button type="button" aria-label="Zoom out" onClick={() => zoom(model, 1 / 1.5)}>
-          <Icon name="minus" />
-        </button>
-        <button
-          type="button"
-          aria-label="Show all robots"
-          onClick={() => {
-            setCentre('world');
-            model.isPlaced = false;
-          }}
-        >
-          <Icon name="centre" />
-        </button>
+        <fieldset aria-label="Zoom" class="tabs">
+          <button type="button" aria-label="Zoom in" onClick={() => zoom(model, 1.5)}>
+            <Icon name="plus" />
+          </button>
+          <button type="button" aria-label="Zoom out" onClick={() => zoom(model, 1 / 1.5)}>
+            <Icon name="minus" />
+          </button>
+          <button
+            type="button"
+            aria-label="Show all robots"
+            onClick={() => {
+              setCentre('world');
+              model.isPlaced = false;
+            }}
+          >
+            <Icon name="centre" />
+          </button>
+        </fieldset>
       </div>
       {action !== undefined && (
         <p class="notice">
