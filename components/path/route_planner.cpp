@@ -22,6 +22,8 @@ constexpr double kTrailEvery = 100;      // mm
 constexpr std::size_t kTrailMost = 150;  // places
 constexpr double kLaneAhead = 8000;      // mm
 constexpr double kNoProgress = 200;      // mm
+constexpr double kDetourMost = 6000;     // longer than the blocked path, mm: people walk on sooner
+constexpr double kOfferedHere = 1000;    // mm
 constexpr double kAtPlaceAside = 250;    // mm
 constexpr int kTimesAsideMost = 5;       // for one destination
 constexpr auto kDrivesAsideMost = std::chrono::seconds(60);
@@ -36,6 +38,12 @@ double direction_or_speed(i32 field) {
   if (field == kMinusOne) return -1;
   if (field == kOne) return 1;
   return field;
+}
+
+double length_of(std::span<const PolarSpline> path) {
+  double length = 0;
+  for (const PolarSpline& spline : path) length += size(spline);
+  return length;
 }
 
 tims::Error not_now(std::string why) { return {tims::Errc::kInvalidArgument, std::move(why)}; }
@@ -55,6 +63,7 @@ Result<void> RoutePlanner::begin(const RouteSettings& settings, PlanningMap map)
   located_ = seen_ = planning_ = false;
   blocked_at_.reset();
   replanned_at_.reset();
+  offered_at_.reset();
   aside_.reset();
   times_aside_ = 0;
   trail_.clear();
@@ -128,6 +137,7 @@ std::optional<std::string> RoutePlanner::go_on_planning() {
     return std::nullopt;
   }
   if (!detour_) {
+    if (waits_instead()) return std::nullopt;
     take(planner_->path());
     leads_there_ = true;
     aside_.reset();
@@ -214,6 +224,7 @@ Result<void> RoutePlanner::set_destination(const PathDestData& destination, tims
   destination_ = destination;
   aside_.reset();
   replanned_at_.reset();
+  offered_at_.reset();
   times_aside_ = 0;
   must_replan_ = !located_;
   if (must_replan_) return {};
@@ -260,7 +271,10 @@ Result<void> RoutePlanner::replan(const PathReplanData& from) {
     at.distance = std::clamp(std::abs(1.0 * from.splinePos.x), 0.0, size(path_[index]));
   if (destination_) {
     blocked_at_.reset();
-    if (is_on_path) blocked_at_ = at;
+    if (is_on_path) {
+      blocked_at_ = at;
+      direct_ = length_of(std::span(path_).subspan(index)) - at.distance;
+    }
     if (is_stuck() && make_room()) return {};
     auto good = plan_destination();
     return good || !make_room() ? good : Result<void>();
@@ -302,6 +316,20 @@ void RoutePlanner::follow_trail() {
 bool RoutePlanner::is_stuck() {
   const auto before = std::exchange(replanned_at_, Place{robot_.x, robot_.y});
   return before && std::hypot(robot_.x - before->x, robot_.y - before->y) < kNoProgress;
+}
+
+// Before a detour that is much longer than the blocked path, the vehicle makes room: whoever stands
+// in a door wants to pass, too. At each place once; then it takes the detour.
+bool RoutePlanner::waits_instead() {
+  if (!blocked_at_ || length_of(planner_->path()) <= direct_ + kDetourMost) return false;
+  if (aside_) return avoids_obstacles_;
+  const Place here{robot_.x, robot_.y};
+  const bool was_offered =
+      offered_at_ && std::hypot(offered_at_->x - here.x, offered_at_->y - here.y) < kOfferedHere;
+  if (!leads_there_ || was_offered) return false;
+  offered_at_ = here;
+  if (!make_room()) (void)plan_destination();
+  return true;
 }
 
 // When there is no path around what blocks the path to the destination. False: there is no place

@@ -96,6 +96,7 @@ class RoutePlanner {
   Result<void> plan_detour(const OnPath& at, double to_obstacle);
   std::optional<std::string> go_on_planning();
   [[nodiscard]] bool is_stuck();
+  bool waits_instead();
   bool make_room();
   bool begin_aside();
   void take_path_aside();
@@ -133,6 +134,8 @@ class RoutePlanner {
   OnPath back_;
   std::optional<OnPath> blocked_at_;   // by an obstacle, since the last new path
   std::optional<Place> replanned_at_;  // where the vehicle was
+  double direct_ = 0;                  // to the destination along the blocked path, mm
+  std::optional<Place> offered_at_;    // where it last made room before a long detour
   std::optional<Aside> aside_;
   int times_aside_ = 0;       // on the way to this destination
   std::vector<Place> trail_;  // of the vehicle

@@ -237,6 +237,44 @@ TEST_F(RoutePlannerMakesRoom, DrivesAsideAndWaits) {
   EXPECT_FALSE(is_waiting(path_.splines.back()));
 }
 
+// The bay leads around the block beside the corridor: 17 m in place of 1.4 m.
+TEST_F(RoutePlannerMakesRoom, BeforeALongDetour) {
+  auto space = FreeSpace::empty({-1000, -500}, 10000, 4000, 50);
+  space->occupy_area({-1000, -500}, {9000, -500});
+  space->occupy_area({-1000, 500}, {500, 3500});
+  space->occupy_area({2500, 500}, {7400, 2400});
+  space->occupy_area({8600, 500}, {9000, 3500});
+  space->measure();
+  begin_in(*space);
+  planner_.take_position({});
+  ASSERT_TRUE(send());
+  EXPECT_EQ(plan(), "");
+  drive_to(2600, 0);
+  const auto length = [&] {
+    double sum = 0;
+    for (const PolarSpline& spline : path_.splines) sum += std::abs(1.0 * spline.length.raw());
+    return sum;
+  };
+  EXPECT_LT(length(), 5000);
+
+  ask_again();
+  (void)go_on(std::chrono::seconds(5));
+  EXPECT_TRUE(planner_.makes_room());
+  const Place aside = waits_at();
+  drive_to(aside.x, aside.y);
+  see_person();
+  (void)go_on(std::chrono::seconds(10));
+  EXPECT_TRUE(planner_.makes_room()) << "it waits, although there is a way round";
+
+  drive_to(2600, 0);  // as if the person had gone
+  (void)go_on(std::chrono::seconds(30));
+  ask_again();
+  (void)go_on(std::chrono::seconds(10));
+  EXPECT_FALSE(planner_.makes_room()) << "once at a place";
+  EXPECT_TRUE(leads_to_the_goal());
+  EXPECT_GT(length(), 10000);
+}
+
 TEST_F(RoutePlannerMakesRoom, DoesNotWaitForEver) {
   ask_again();
   const Place aside = waits_at();
