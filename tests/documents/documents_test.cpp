@@ -52,7 +52,8 @@ std::vector<Block> all_blocks() {
   for (auto entry = fs::recursive_directory_iterator(TIMS_SOURCES); entry != fs::end(entry);
        ++entry) {
     const std::string name = entry->path().filename();
-    if (entry->is_directory() && (name == "build" || name.starts_with('.')))
+    if (entry->is_directory() &&
+        (name == "build" || name == "node_modules" || name.starts_with('.')))
       entry.disable_recursion_pending();
     if (entry->is_regular_file() && name.ends_with(".md"))
       add_blocks(fs::relative(entry->path(), TIMS_SOURCES), text_of(entry->path()), blocks);
