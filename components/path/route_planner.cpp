@@ -275,7 +275,7 @@ Result<void> RoutePlanner::replan(const PathReplanData& from) {
       blocked_at_ = at;
       direct_ = length_of(std::span(path_).subspan(index)) - at.distance;
     }
-    if (is_stuck() && make_room()) return {};
+    if (is_stuck() && !has_offered() && make_room()) return {};
     auto good = plan_destination();
     return good || !make_room() ? good : Result<void>();
   }
@@ -318,16 +318,18 @@ bool RoutePlanner::is_stuck() {
   return before && std::hypot(robot_.x - before->x, robot_.y - before->y) < kNoProgress;
 }
 
+bool RoutePlanner::has_offered() const {
+  return offered_at_ &&
+         std::hypot(offered_at_->x - robot_.x, offered_at_->y - robot_.y) < kOfferedHere;
+}
+
 // Before a detour that is much longer than the blocked path, the vehicle makes room: whoever stands
 // in a door wants to pass, too. At each place once; then it takes the detour.
 bool RoutePlanner::waits_instead() {
   if (!blocked_at_ || length_of(planner_->path()) <= direct_ + kDetourMost) return false;
   if (aside_) return avoids_obstacles_;
-  const Place here{robot_.x, robot_.y};
-  const bool was_offered =
-      offered_at_ && std::hypot(offered_at_->x - here.x, offered_at_->y - here.y) < kOfferedHere;
-  if (!leads_there_ || was_offered) return false;
-  offered_at_ = here;
+  if (!leads_there_ || has_offered()) return false;
+  offered_at_ = {robot_.x, robot_.y};
   if (!make_room()) (void)plan_destination();
   return true;
 }

@@ -96,6 +96,7 @@ class RoutePlanner {
   Result<void> plan_detour(const OnPath& at, double to_obstacle);
   std::optional<std::string> go_on_planning();
   [[nodiscard]] bool is_stuck();
+  [[nodiscard]] bool has_offered() const;
   bool waits_instead();
   bool make_room();
   bool begin_aside();
