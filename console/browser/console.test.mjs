@@ -93,6 +93,7 @@ async function drivingPage(options) {
   const watched = await Watched.open(browser, host, `#/drive/${sim}`, options);
   await watched.page.getByRole('button', { name: `Drive with Pilot(${sim}/0)` }).click();
   await watched.page.getByRole('button', { name: 'Release' }).waitFor();
+  await watched.page.getByText(/points; the nearest/).waitFor(); // the layout is final
   await eventually(async () => (await stateOf(`Pilot(${sim}/0)`)) === 'on', 'the pilot is on');
   return watched;
 }
@@ -119,7 +120,9 @@ test('it drives while a key is held, and stands when it is released, or the page
 test('it drives by touch, on a phone', async () => {
   const watched = await drivingPage({ viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true });
   const { page } = watched;
-  const pad = await page.getByRole('application', { name: /Stick/ }).boundingBox();
+  const stick = page.getByRole('application', { name: /Stick/ });
+  const pad = await stick.boundingBox();
+  assert(pad.y + pad.height < 844, 'the whole stick is in sight');
   const session = await watched.context.newCDPSession(page);
   const point = { x: pad.x + pad.width / 2, y: pad.y + 10 };
   await session.send('Input.dispatchTouchEvent', { type: 'touchStart', touchPoints: [point] });
