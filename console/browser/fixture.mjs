@@ -164,6 +164,12 @@ export class Host {
   }
 }
 
+// A browser that can be killed: [its process, the browser].
+export async function launchServer() {
+  const server = await chromium.launchServer({ executablePath: browserProgram, args: ['--no-sandbox'] });
+  return [server.process(), await chromium.connect(server.wsEndpoint())];
+}
+
 export function launch() {
   return chromium.launch({ executablePath: browserProgram, args: ['--no-sandbox'] });
 }
