@@ -36,6 +36,8 @@ export function metres(millimetres: number): string {
   return `${(millimetres / 1000).toFixed(2)} m`;
 }
 
+export const radians = (angle: number) => (angle * Math.PI) / 180;
+
 // RACK's angles grow clockwise; people read degrees.
 export function degrees(radians: number): string {
   return `${((radians * 180) / Math.PI).toFixed(1)}°`;

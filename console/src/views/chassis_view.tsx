@@ -1,12 +1,12 @@
 // A chassis: how it moves, its battery, and who may drive it.
 
-import { useSignal } from '@preact/signals';
 import { nameOf, useConsole } from '../app/console';
 import { classId } from '../codec/catalogue';
 import type { ChassisData } from '../codec/messages';
 import { command } from '../model/commands';
 import { degrees } from '../ui/quantities';
 import { useStream } from '../ui/use_stream';
+import { useAttempt } from './parts';
 import { StreamBox, type ViewProperties } from './view';
 
 export const noPilot = 0xffffff00;
@@ -14,17 +14,11 @@ export const noPilot = 0xffffff00;
 export function ChassisView({ component }: ViewProperties) {
   const console = useConsole();
   const stream = useStream<ChassisData>(component.address);
-  const failure = useSignal('');
+  const { attempt, Failure } = useAttempt();
   const data = stream.value.value?.data;
   const pilots = console.fleet.robot(component.system)?.components.filter(isPilot) ?? [];
-  const choose = async (pilot: number) => {
-    failure.value = '';
-    try {
-      await command(console.client, component, 'Chassis.SET_ACTIVE_PILOT', { activePilot: pilot });
-    } catch (error) {
-      failure.value = (error as Error).message;
-    }
-  };
+  const choose = (activePilot: number) =>
+    attempt(() => command(console.client, component, 'Chassis.SET_ACTIVE_PILOT', { activePilot }));
   return (
     <StreamBox component={component} stream={stream}>
       {data !== undefined && (
@@ -38,7 +32,7 @@ export function ChassisView({ component }: ViewProperties) {
                   type="radio"
                   name={`pilot-${component.address}`}
                   checked={data.activePilot === address}
-                  onChange={() => void choose(address)}
+                  onChange={() => choose(address)}
                 />{' '}
                 {nameOf(console, address)}
               </label>
@@ -48,18 +42,14 @@ export function ChassisView({ component }: ViewProperties) {
                 type="radio"
                 name={`pilot-${component.address}`}
                 checked={data.activePilot >>> 0 === noPilot}
-                onChange={() => void choose(noPilot)}
+                onChange={() => choose(noPilot)}
               />{' '}
               nobody
             </label>
           </fieldset>
         </>
       )}
-      {failure.value !== '' && (
-        <p class="bad" role="alert">
-          {failure.value}
-        </p>
-      )}
+      <Failure />
     </StreamBox>
   );
 }

@@ -4,12 +4,10 @@ import { useSignal } from '@preact/signals';
 import { useConsole } from '../app/console';
 import type { PtzDriveData, ServoDriveData } from '../codec/messages';
 import { command } from '../model/commands';
-import { degrees } from '../ui/quantities';
+import { degrees, radians } from '../ui/quantities';
 import { useStream } from '../ui/use_stream';
 import { HoldButton, NumberInput, numberOf, useAttempt, Values } from './parts';
 import { StreamBox, type ViewProperties } from './view';
-
-const radians = (angle: number) => (angle * Math.PI) / 180;
 
 export function ServoView({ component }: ViewProperties) {
   const { client } = useConsole();

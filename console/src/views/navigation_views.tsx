@@ -1,16 +1,15 @@
 // Where a robot is, where it drives, and what it is set to.
 
-import { useSignal } from '@preact/signals';
+import { type Signal, useSignal } from '@preact/signals';
 import { useConsole } from '../app/console';
 import type { ObjRecogData, OdometryData, PilotData, PlannerData, Position3d, PositionData } from '../codec/messages';
 import { command } from '../model/commands';
-import { degrees, metres } from '../ui/quantities';
+import { degrees, metres, radians } from '../ui/quantities';
 import { useStream } from '../ui/use_stream';
 import { NumberInput, numberOf, useAttempt, Values } from './parts';
 import { StreamBox, type ViewProperties } from './view';
 
 const period = 200; // ms
-const radians = (angle: number) => (angle * Math.PI) / 180;
 
 function Pose({ pos, deviation }: { pos: Position3d; deviation?: Position3d }) {
   const rows: [string, keyof Position3d, (value: number) => string][] = [
@@ -54,6 +53,18 @@ export function OdometryView({ component }: ViewProperties) {
   );
 }
 
+// Throws which of the inputs is no number.
+function enteredPose(north: Signal<string>, east: Signal<string>, turn: Signal<string>): Position3d {
+  return {
+    x: Math.round(1000 * numberOf('North', north)),
+    y: Math.round(1000 * numberOf('East', east)),
+    z: 0,
+    phi: 0,
+    psi: 0,
+    rho: radians(numberOf('Heading', turn)),
+  };
+}
+
 // Standard deviations of what somebody enters.
 const enteredDeviation: Position3d = { x: 300, y: 300, z: 0, phi: 0, psi: 0, rho: 0.2 };
 
@@ -64,14 +75,7 @@ export function PositionView({ component }: ViewProperties) {
   const { attempt, Failure } = useAttempt();
   const data = stream.value.value?.data;
   const update = async () => {
-    const pos = {
-      x: Math.round(1000 * numberOf('North', x)),
-      y: Math.round(1000 * numberOf('East', y)),
-      z: 0,
-      phi: 0,
-      psi: 0,
-      rho: radians(numberOf('Heading', heading)),
-    };
+    const pos = enteredPose(x, y, heading);
     await command(client, component, 'Position.UPDATE', { recordingTime: 0, pos, var: enteredDeviation });
   };
   return (
@@ -102,14 +106,7 @@ export function PilotView({ component }: ViewProperties) {
   const data = stream.value.value?.data;
   const hold = (holdState: number) => attempt(() => command(client, component, 'Pilot.HOLD_COMMAND', { holdState }));
   const send = async () => {
-    const pos = {
-      x: Math.round(1000 * numberOf('North', x)),
-      y: Math.round(1000 * numberOf('East', y)),
-      z: 0,
-      phi: 0,
-      psi: 0,
-      rho: radians(numberOf('Heading', heading)),
-    };
+    const pos = enteredPose(x, y, heading);
     const limit = Math.round(1000 * numberOf('Speed', speed));
     await command(client, component, 'Pilot.SET_DESTINATION', { pos, speed: limit }, 20000);
   };
