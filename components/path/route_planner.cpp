@@ -13,23 +13,8 @@ namespace {
 
 constexpr int kPosesAPeriod = 1500;    // poses that a search expands per period
 constexpr double kDirectionOnly = 10;  // mm/s, as in waypoints
-constexpr double kExplained = 150;  // mm: a point this near to a wall of the map is explained by it
-constexpr std::size_t kMarksMax = 20000;  // marks of obstacles seen by the scanner
 constexpr std::array<double, 5> kBehind = {2000, 4000, 7000, 12000,
                                            20000};  // distances behind an obstacle, mm
-constexpr i32 kLandmark = 1;
-constexpr double kTrailEvery = 100;      // mm
-constexpr std::size_t kTrailMost = 150;  // places
-constexpr double kLaneAhead = 8000;      // mm
-constexpr double kNoProgress = 200;      // mm
-constexpr double kDetourMost = 6000;     // longer than the blocked path, mm: people walk on sooner
-constexpr double kOfferedHere = 1000;    // mm
-constexpr double kAtPlaceAside = 250;    // mm
-constexpr int kTimesAsideMost = 5;       // for one destination
-constexpr auto kDrivesAsideMost = std::chrono::seconds(60);
-constexpr auto kWaitsAside = std::chrono::seconds(3);       // at least, for the person to come
-constexpr auto kWaitsAsideMost = std::chrono::seconds(20);  // then drives as if they had gone
-constexpr auto kLooksFromAside = std::chrono::seconds(2);
 
 // Java programs write the bits of a float (1 or -1) into this integer field.
 double direction_or_speed(i32 field) {
@@ -51,22 +36,15 @@ tims::Error not_now(std::string why) { return {tims::Errc::kInvalidArgument, std
 }  // namespace
 
 RoutePlanner::RoutePlanner() {
-  reserve_all(scan_);
   path_.reserve(kSplinesMax);
   before_.reserve(kSplinesMax);
-  marks_.reserve(kMarksMax);
   waypoints_.reserve(kWaypointsMax);
-  trail_.reserve(kTrailMost);
 }
 
 Result<void> RoutePlanner::begin(const RouteSettings& settings, PlanningMap map) {
-  located_ = seen_ = planning_ = false;
-  blocked_at_.reset();
-  replanned_at_.reset();
-  offered_at_.reset();
-  aside_.reset();
-  times_aside_ = 0;
-  trail_.clear();
+  located_ = planning_ = false;
+  seen_.begin();
+  room_.begin(settings.chassis);
   settings_ = settings;
   limits_ = settings.limits;
   planner_.emplace(PlanSettings{limits_, hull_of(settings.chassis), settings.comfort});
@@ -86,14 +64,10 @@ Result<void> RoutePlanner::begin_route() {
 void RoutePlanner::take_position(const Pose& robot) {
   robot_ = robot;
   located_ = true;
-  follow_trail();
+  room_.follow(robot);
 }
 
-void RoutePlanner::take_scan(const Scan2dData& scan) {
-  scan_ = scan;
-  seen_from_ = robot_;
-  seen_ = true;
-}
+void RoutePlanner::take_scan(const Scan2dData& scan) { seen_.take(scan, robot_); }
 
 std::optional<std::string> RoutePlanner::step(TimeStamp now, PathData& data) {
   std::optional<std::string> failure;
@@ -105,7 +79,7 @@ std::optional<std::string> RoutePlanner::step(TimeStamp now, PathData& data) {
     }
   }
   if (planning_) failure = go_on_planning();
-  if (aside_) go_on_aside(now);
+  if (room_.is_active() && !planning_) go_on_aside(now);
   if (!std::exchange(is_new_, false)) return failure;
   data.splines.assign(path_.begin(), path_.end());
   // Receivers identify a path by its time.
@@ -120,19 +94,19 @@ std::optional<std::string> RoutePlanner::go_on_planning() {
   planning_ = false;
   if (progress == GoalPlanner::Progress::kFailed) {
     const std::string why = planner_->why();
-    if (aside_ && aside_->phase == Aside::Phase::kPlans) aside_.reset();
-    if (aside_ && avoids_obstacles_) return std::nullopt;  // waits on
+    if (room_.phase() == MakingRoom::Phase::kPlans) room_.end();
+    if (room_.is_active() && avoids_obstacles_) return std::nullopt;  // waits on
     if (detour_) return why;
     if (leads_there_) {
       (void)make_room();
       return why;
     }
-    aside_.reset();
+    room_.end();
     if (avoids_obstacles_ && begin_plan(false)) return std::nullopt;
     take({});  // the old path has another destination
     return why;
   }
-  if (aside_ && aside_->phase == Aside::Phase::kPlans) {
+  if (room_.phase() == MakingRoom::Phase::kPlans) {
     take_path_aside();
     return std::nullopt;
   }
@@ -140,7 +114,7 @@ std::optional<std::string> RoutePlanner::go_on_planning() {
     if (waits_instead()) return std::nullopt;
     take(planner_->path());
     leads_there_ = true;
-    aside_.reset();
+    room_.end();
     return std::nullopt;
   }
   before_ = path_;
@@ -153,7 +127,7 @@ std::optional<std::string> RoutePlanner::go_on_planning() {
 
 void RoutePlanner::take(std::span<const PolarSpline> path) {
   path_.assign(path.begin(), path.end());
-  blocked_at_.reset();
+  room_.unblock();
   is_new_ = true;
 }
 
@@ -185,7 +159,7 @@ Result<void> RoutePlanner::make_route() {
     if (waypoint.layer == settings_.layer) route_.push_back(waypoint);
   planning_ = must_replan_ = leads_there_ = false;
   destination_.reset();
-  aside_.reset();
+  room_.end();
   const double* start_heading = begin_at_the_robot();
   if (route_.size() < 2) {
     take({});
@@ -218,14 +192,11 @@ const double* RoutePlanner::begin_at_the_robot() {
 
 Result<void> RoutePlanner::set_destination(const PathDestData& destination, tims::Address sender) {
   sent_by_ = sender;
-  marks_.clear();
+  seen_.forget();
   const auto before = destination_;
   const bool led_there = std::exchange(leads_there_, false);
   destination_ = destination;
-  aside_.reset();
-  replanned_at_.reset();
-  offered_at_.reset();
-  times_aside_ = 0;
+  room_.begin_destination();
   must_replan_ = !located_;
   if (must_replan_) return {};
   auto good = plan_destination();
@@ -239,7 +210,7 @@ Result<void> RoutePlanner::set_destination(const PathDestData& destination, tims
 Result<void> RoutePlanner::plan_destination() {
   auto good = begin_plan(true);
   if (good) return good;
-  marks_.clear();  // what is seen no longer may have gone
+  seen_.forget();  // what is seen no longer may have gone
   good = begin_plan(true);
   return good || leads_there_ ? good : begin_plan(false);
 }
@@ -260,7 +231,7 @@ Result<void> RoutePlanner::begin_plan(bool avoids_obstacles) {
 Result<void> RoutePlanner::replan(const PathReplanData& from) {
   if (!located_) return not_now("the position is not known yet");
   if (planning_) return {};  // a plan is in progress
-  if (aside_) return blocked_aside();
+  if (room_.is_active()) return blocked_aside();
   if (path_.empty() && !destination_) return not_now("there is no path");
   const auto index = static_cast<std::size_t>(std::max(0, from.currSpline));
   const bool is_on_path = index < path_.size();
@@ -270,12 +241,9 @@ Result<void> RoutePlanner::replan(const PathReplanData& from) {
   if (is_on_path)
     at.distance = std::clamp(std::abs(1.0 * from.splinePos.x), 0.0, size(path_[index]));
   if (destination_) {
-    blocked_at_.reset();
-    if (is_on_path) {
-      blocked_at_ = at;
-      direct_ = length_of(std::span(path_).subspan(index)) - at.distance;
-    }
-    if (is_stuck() && !has_offered() && make_room()) return {};
+    room_.unblock();
+    if (is_on_path) room_.block(at, length_of(std::span(path_).subspan(index)) - at.distance);
+    if (room_.is_stuck(robot_) && !room_.has_offered(robot_) && make_room()) return {};
     auto good = plan_destination();
     return good || !make_room() ? good : Result<void>();
   }
@@ -304,117 +272,59 @@ Result<void> RoutePlanner::plan_detour(const OnPath& at, double to_obstacle) {
 
 // --- making room
 
-void RoutePlanner::follow_trail() {
-  if (!trail_.empty() &&
-      std::hypot(trail_.back().x - robot_.x, trail_.back().y - robot_.y) < kTrailEvery)
-    return;
-  if (trail_.size() == kTrailMost) trail_.erase(trail_.begin());
-  trail_.push_back({robot_.x, robot_.y});
-}
-
-// Plans do not help a vehicle that has not moved since the last one.
-bool RoutePlanner::is_stuck() {
-  const auto before = std::exchange(replanned_at_, Place{robot_.x, robot_.y});
-  return before && std::hypot(robot_.x - before->x, robot_.y - before->y) < kNoProgress;
-}
-
-bool RoutePlanner::has_offered() const {
-  return offered_at_ &&
-         std::hypot(offered_at_->x - robot_.x, offered_at_->y - robot_.y) < kOfferedHere;
-}
-
-// Before a detour that is much longer than the blocked path, the vehicle makes room: whoever stands
-// in a door wants to pass, too. At each place once; then it takes the detour.
+// Whoever stands in a door wants to pass, too; after an offer at this place, the detour is taken.
 bool RoutePlanner::waits_instead() {
-  if (!blocked_at_ || length_of(planner_->path()) <= direct_ + kDetourMost) return false;
-  if (aside_) return avoids_obstacles_;
-  if (!leads_there_ || has_offered()) return false;
-  offered_at_ = {robot_.x, robot_.y};
+  if (!room_.is_long_detour(length_of(planner_->path()))) return false;
+  if (room_.is_active()) return avoids_obstacles_;
+  if (!leads_there_ || room_.has_offered(robot_)) return false;
+  room_.offer(robot_);
   if (!make_room()) (void)plan_destination();
   return true;
 }
 
-// When there is no path around what blocks the path to the destination. False: there is no place
-// aside, or the vehicle was there often enough.
+// When there is no path around what blocks the path to the destination. False: not possible.
 bool RoutePlanner::make_room() {
-  if (!leads_there_ || !blocked_at_ || times_aside_ == kTimesAsideMost) return false;
-  lane_ = trail_;
-  const OnPath end = further(path_, *blocked_at_, kLaneAhead);
-  for (OnPath at = *blocked_at_; at.index < end.index || at.distance < end.distance;
-       at = further(path_, at, kTrailEvery)) {
-    const Pose place = pose_on(path_, at);
-    lane_.push_back({place.x, place.y});
-  }
+  if (!leads_there_) return false;
   avoids_obstacles_ = true;
   survey();
-  const HullDiscs hull(hull_of(settings_.chassis));
-  const auto place = place_aside(space_, reach_,
-                                 {.room_to_pass = hull.half_width(),
-                                  .room_to_turn = hull.reach() + space_.cell(),
-                                  .half_width = half_width(settings_.chassis)},
-                                 {robot_.x, robot_.y}, lane_);
-  if (!place) return false;
-  Aside aside{.place = {.x = place->x, .y = place->y}, .blocked = robot_};
-  aside.place.rho = heading(std::atan2(robot_.y - place->y, robot_.x - place->x));
-  // One that turns at rest looks where it drives.
-  aside.sense = turns_at_rest(settings_.chassis) ? 1 : -1;
-  aside_ = aside;
-  return begin_aside();
+  return room_.begin_aside(space_, path_, robot_) && plan_aside();
 }
 
-bool RoutePlanner::begin_aside() {
-  aside_->phase = Aside::Phase::kPlans;
+bool RoutePlanner::plan_aside() {
   avoids_obstacles_ = true;
   survey();
   planner_->set_limits(limits_);
-  planning_ = planner_->begin(space_, robot_, aside_->place, aside_->sense).ok();
+  planning_ = planner_->begin(space_, robot_, room_.place(), room_.sense()).ok();
   detour_ = false;
-  if (!planning_) aside_.reset();
+  if (!planning_) room_.end();
   return planning_;
 }
 
 // And on to the destination, along the path that was blocked; but it must not be driven.
 void RoutePlanner::take_path_aside() {
-  if (leads_there_) {
-    before_ = path_;
-    ++times_aside_;
-  }
+  const bool is_first = std::exchange(leads_there_, false);
+  if (is_first) before_ = path_;
   path_ = planner_->path();
   const std::size_t to_wait = path_.size();
-  const double to_blocked =
-      std::hypot(aside_->blocked.x - aside_->place.x, aside_->blocked.y - aside_->place.y);
-  if (to_wait < kSplinesMax) path_.push_back(line(aside_->place, std::max(1.0, to_blocked)));
-  append_rest(before_, *blocked_at_, path_);
+  if (to_wait < kSplinesMax)
+    path_.push_back(line(room_.place(), std::max(1.0, room_.to_blocked())));
+  append_rest(before_, *room_.blocked_at(), path_);
   for (PolarSpline& spline : std::span(path_).subspan(to_wait))
     spline.vMax = spline.vStart = spline.vEnd = 0;
-  leads_there_ = false;
   is_new_ = true;
-  aside_->phase = Aside::Phase::kDrives;
-  aside_->since = 0;
+  room_.drive(is_first);
 }
 
 void RoutePlanner::go_on_aside(TimeStamp now) {
-  if (planning_) return;
-  if (aside_->since == 0) aside_->since = now;
-  const auto elapsed = now - aside_->since;
-  if (aside_->phase == Aside::Phase::kDrives) {
-    const bool is_there =
-        std::hypot(robot_.x - aside_->place.x, robot_.y - aside_->place.y) < kAtPlaceAside;
-    if (!is_there && elapsed < kDrivesAsideMost) return;
-    aside_->phase = Aside::Phase::kWaits;
-    aside_->since = aside_->looked = now;
-    return;
-  }
-  if (elapsed < kWaitsAside || now - aside_->looked < kLooksFromAside) return;
-  aside_->looked = now;
-  (void)begin_plan(elapsed < kWaitsAsideMost);
+  const auto look = room_.step(now, robot_);
+  if (look != MakingRoom::Look::kNot) (void)begin_plan(look == MakingRoom::Look::kForAPath);
 }
 
 // Somebody may have come to its other side.
 Result<void> RoutePlanner::blocked_aside() {
-  if (aside_->phase != Aside::Phase::kDrives) return {};
-  aside_->sense = -aside_->sense;
-  if (begin_aside()) return {};
+  if (room_.phase() != MakingRoom::Phase::kDrives) return {};
+  room_.turn_around();
+  if (plan_aside()) return {};
   return plan_destination();
 }
 
@@ -425,56 +335,11 @@ void RoutePlanner::survey() {
     space_ = map_.space;
   else
     space_.clear({robot_.x - settings_.plan_width / 2, robot_.y - settings_.plan_width / 2});
-  if (seen_) {
-    forget_what_has_gone();
-    remember_obstacles();
-  }
+  seen_.update(space_, map());
   if (avoids_obstacles_)
-    for (const Place& mark : marks_) space_.occupy(mark);
+    for (const Place& mark : seen_.marks()) space_.occupy(mark);
   release_hull();
   space_.measure();
-}
-
-// An obstacle has gone where the scanner now looks through it.
-void RoutePlanner::forget_what_has_gone() {
-  constexpr std::size_t kDirections = 720;
-  constexpr double kBehindIt = 200;  // mm
-  std::array<double, kDirections> seen{};
-  const auto direction_of = [](double x, double y) {
-    return static_cast<std::size_t>(heading(std::atan2(y, x)) / (2 * kPi) * kDirections) %
-           kDirections;
-  };
-  for (const ScanPoint& point : scan_.points) {
-    if ((point.type & scan_point::kInvalid) != 0) continue;
-    double& nearest = seen.at(direction_of(point.x, point.y));
-    const double range = std::hypot(point.x.raw(), point.y.raw());
-    nearest = nearest == 0 ? range : std::min(nearest, range);
-  }
-  std::erase_if(marks_, [&](const Place& mark) {
-    const Pose at = Pose{.x = mark.x, .y = mark.y} - seen_from_;
-    const std::size_t direction = direction_of(at.x, at.y);
-    const double needed = std::hypot(at.x, at.y) + kBehindIt;
-    bool any = false;
-    for (const std::size_t beside : {kDirections - 1, std::size_t{0}, std::size_t{1}}) {
-      const double range = seen.at((direction + beside) % kDirections);
-      if (range != 0 && range < needed) return false;
-      any = any || range != 0;
-    }
-    return any;
-  });
-}
-
-void RoutePlanner::remember_obstacles() {
-  for (const ScanPoint& point : scan_.points) {
-    if ((point.type & scan_point::kInvalid) != 0 ||
-        (point.type & scan_point::kClassMask) == kLandmark || marks_.size() == kMarksMax)
-      continue;
-    const Pose at = seen_from_ + Pose{.x = 1.0 * point.x, .y = 1.0 * point.y};
-    const Place place{at.x, at.y};
-    if (!space_.contains(place) || space_.occupied(place)) continue;
-    if (map_.is_known && map_.space.clearance(place) < kExplained) continue;
-    marks_.push_back(place);
-  }
 }
 
 // The place of the vehicle itself is free.

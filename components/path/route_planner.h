@@ -9,12 +9,9 @@
 // the destination stays until a better one is found. A destination is kept when the component
 // starts again.
 //
-// A vehicle whose path is blocked, and that finds none around, may itself block the path of the
-// person who stands there: in a door, both would wait for ever. So it makes room: it drives to a
-// place aside (place_aside.h), waits there until there is a path again, or for some time, and
-// drives on. The path to that place continues with splines that must not be driven (is_waiting())
-// to the destination, so that the pilot has not arrived. This is repeated a few times only: what
-// never goes is not a person.
+// When a path is blocked, the vehicle may make room for who comes towards it (making_room.h). The
+// path to the place aside continues with splines that must not be driven (is_waiting()) to the
+// destination, so that the pilot has not arrived.
 #pragma once
 
 #include <optional>
@@ -24,7 +21,8 @@
 
 #include "components/path/detour.h"
 #include "components/path/goal_planner.h"
-#include "components/path/place_aside.h"
+#include "components/path/making_room.h"
+#include "components/path/seen_obstacles.h"
 #include "rack/proxies/chassis.h"
 #include "rack/proxies/path.h"
 #include "rack/proxies/scan2d.h"
@@ -73,41 +71,25 @@ class RoutePlanner {
   void set_layer(i32 layer) { settings_.layer = layer; }
   [[nodiscard]] i32 layer() const { return settings_.layer; }
   // Makes room for somebody, until there is a path to the destination again.
-  [[nodiscard]] bool makes_room() const { return aside_.has_value(); }
+  [[nodiscard]] bool makes_room() const { return room_.is_active(); }
   // Without a map: nothing.
   [[nodiscard]] const FreeSpace* map() const { return map_.is_known ? &map_.space : nullptr; }
 
  private:
-  // A place aside, and how far the vehicle is with it.
-  struct Aside {
-    enum class Phase : std::uint8_t { kPlans, kDrives, kWaits };
-    Pose place;
-    Pose blocked;  // where the vehicle was
-    Phase phase = Phase::kPlans;
-    double sense = 1;  // of the path to the place
-    TimeStamp since = 0;
-    TimeStamp looked = 0;  // for a path to the destination
-  };
-
   Result<void> make_route();
   const double* begin_at_the_robot();
   Result<void> plan_destination();
   Result<void> begin_plan(bool avoids_obstacles);
   Result<void> plan_detour(const OnPath& at, double to_obstacle);
   std::optional<std::string> go_on_planning();
-  [[nodiscard]] bool is_stuck();
-  [[nodiscard]] bool has_offered() const;
   bool waits_instead();
   bool make_room();
-  bool begin_aside();
+  bool plan_aside();
   void take_path_aside();
   void go_on_aside(TimeStamp now);
   Result<void> blocked_aside();
-  void follow_trail();
   void take(std::span<const PolarSpline> path);
   void survey();
-  void forget_what_has_gone();
-  void remember_obstacles();
   void release_hull();
 
   RouteSettings settings_;
@@ -120,12 +102,9 @@ class RoutePlanner {
   Pose began_;
   Pose robot_;
   bool located_ = false;
-  Scan2dData scan_;
-  Pose seen_from_;
-  bool seen_ = false;
+  SeenObstacles seen_;
   PlanningMap map_;
   FreeSpace space_;
-  std::vector<Place> marks_;
   std::optional<GoalPlanner> planner_;
   bool planning_ = false;
   bool must_replan_ = false;      // as soon as the position is known
@@ -133,15 +112,7 @@ class RoutePlanner {
   bool leads_there_ = false;      // the path, to the destination
   bool detour_ = false;
   OnPath back_;
-  std::optional<OnPath> blocked_at_;   // by an obstacle, since the last new path
-  std::optional<Place> replanned_at_;  // where the vehicle was
-  double direct_ = 0;                  // to the destination along the blocked path, mm
-  std::optional<Place> offered_at_;    // where it last made room before a long detour
-  std::optional<Aside> aside_;
-  int times_aside_ = 0;       // on the way to this destination
-  std::vector<Place> trail_;  // of the vehicle
-  std::vector<Place> lane_;   // buffer: the trail, and the path ahead
-  GridSearch reach_;
+  MakingRoom room_;
   std::vector<PolarSpline> path_;
   std::vector<PolarSpline> before_;
   TimeStamp made_ = 0;
