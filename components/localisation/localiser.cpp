@@ -11,8 +11,10 @@ constexpr double kBelieved = 0.5;          // of the weight; below, most of it i
 constexpr double kFavoured = 0.2;          // of the weight, kept at the settled place
 constexpr std::uint32_t kDoubtsMost = 12;  // scans, until the other place is accepted
 constexpr double kBlocked = 0.07;          // of the beams
+constexpr double kSearching = 0.1;         // of the cloud, where nothing is known to fit
 constexpr double kPushed = 0.03;           // of the beams
 constexpr std::uint32_t kHiddenMost = 20;  // scans while moving
+constexpr std::uint32_t kAtRestMost = 12;  // scans
 // Deviations of a rival's pose when it takes over.
 constexpr double kClimbed = 150;      // mm
 constexpr double kClimbedTurn = 0.1;  // rad
@@ -66,24 +68,33 @@ bool Localiser::take(const LikelihoodField& field, const Pose& odometry,
                      std::abs(signed_angle(step.rho)) >= settings_.turn_between;
   choose(scan);
   if (beams_.empty()) return false;
-  if (!first_ && !moved && !filter_.misfits(field.fit(pose(), beams_))) return false;
+  if (!first_ && !moved && !is_worth_it_at_rest(field)) return false;
   const Pose expected = pose();
+  at_rest_ = moved ? 0 : at_rest_ + 1;
   taken_ = odometry;
   if (first_ && anywhere_) filter_.start_anywhere(field, beams_);
   if (!first_) filter_.move(step);
   first_ = false;
   filter_.weigh(field, beams_);
-  estimate_ = estimate_from(expected);
+  estimate_ = estimate_from(field, expected);
   if (const auto winner = compare_rivals(field, step)) go_on_at(*winner);
   if (walls != nullptr)
     if (const auto refined = matcher_.refined(*walls, scan, estimate_)) estimate_ = *refined;
   rivals_.widen(estimate_);
-  if (found_ && !settled_) estimate_.share = std::min(estimate_.share, kBelieved);
+  if (!settled_) estimate_.share = std::min(estimate_.share, kBelieved);
+  const bool is_impossible = !settled_ && field.blocked(estimate_.pose, beams_) > kBlocked;
   const bool may_have_jumped = moved || !settled_ || field.blocked(expected, beams_) > kPushed;
   filter_.resample(field, beams_,
-                   {.anywhere = has_to_search(field, moved), .nearby = may_have_jumped});
+                   {.anywhere = has_to_search(field, moved),
+                    .nearby = may_have_jumped,
+                    .least = is_impossible ? kSearching : 0});
   if (!settled_ && filter_.injected() > 0) found_ = true;
   return true;
+}
+
+// At rest, each scan repeats the same measurement; only some of them can help a cloud to settle.
+bool Localiser::is_worth_it_at_rest(const LikelihoodField& field) const {
+  return filter_.misfits(field.fit(pose(), beams_)) || (!settled_ && at_rest_ < kAtRestMost);
 }
 
 std::optional<Pose> Localiser::compare_rivals(const LikelihoodField& field, const Pose& step) {
@@ -102,8 +113,7 @@ void Localiser::go_on_at(const Pose& pose) {
   estimate_.share = 1;
 }
 
-// Only when the robot cannot be where it has settled. At rest, each scan repeats the same
-// measurement.
+// Only when the robot cannot be where it has settled.
 bool Localiser::has_to_search(const LikelihoodField& field, bool moved) {
   if (!settled_ || filter_.searching_share() == 0) {
     hidden_ = 0;
@@ -147,7 +157,7 @@ Estimate Localiser::now() const {
   return now;
 }
 
-Estimate Localiser::estimate_from(const Pose& expected) {
+Estimate Localiser::estimate_from(const LikelihoodField& field, const Pose& expected) {
   settles_ = false;
   if (settled_) {
     const Estimate here = filter_.estimate_near(expected);
@@ -160,7 +170,8 @@ Estimate Localiser::estimate_from(const Pose& expected) {
   }
   doubts_ = 0;
   const Estimate heaviest = filter_.estimate();
-  settled_ = settles_ = heaviest.share >= kSettled;
+  settled_ = settles_ =
+      heaviest.share >= kSettled && field.blocked(heaviest.pose, beams_) <= kBlocked;
   return heaviest;
 }
 

@@ -70,9 +70,10 @@ class Localiser {
 
  private:
   void choose(std::span<const BeamEnd> scan);
-  [[nodiscard]] Estimate estimate_from(const Pose& expected);
+  [[nodiscard]] Estimate estimate_from(const LikelihoodField& field, const Pose& expected);
   std::optional<Pose> compare_rivals(const LikelihoodField& field, const Pose& step);
   void go_on_at(const Pose& pose);
+  [[nodiscard]] bool is_worth_it_at_rest(const LikelihoodField& field) const;
   [[nodiscard]] bool has_to_search(const LikelihoodField& field, bool moved);
 
   LocaliserSettings settings_;
@@ -86,11 +87,12 @@ class Localiser {
   Pose taken_{};     // odometry at the last scan used
   bool anywhere_ = false;
   bool first_ = true;
-  bool found_ = false;        // in the whole map, so that it may have rivals
-  bool settled_ = false;      // kSettled of the weight was in one place
-  bool settles_ = false;      // with the present scan
-  std::uint32_t doubts_ = 0;  // scans since most of the weight is elsewhere
-  std::uint32_t hidden_ = 0;  // scans while moving that did not fit, maybe because of people
+  bool found_ = false;         // in the whole map, so that it may have rivals
+  bool settled_ = false;       // kSettled of the weight was in one place
+  bool settles_ = false;       // with the present scan
+  std::uint32_t at_rest_ = 0;  // scans used since the robot moved
+  std::uint32_t doubts_ = 0;   // scans since most of the weight is elsewhere
+  std::uint32_t hidden_ = 0;   // scans while moving that did not fit, maybe because of people
 };
 
 }  // namespace rack::localisation

@@ -356,7 +356,8 @@ double ParticleFilter::searching_share() const {
 
 void ParticleFilter::resample(const LikelihoodField& field, const Beams& beams,
                               const Search& search) {
-  const double share = search.anywhere && !beams.empty() ? searching_share() : 0;
+  const double share =
+      search.anywhere && !beams.empty() ? std::max(search.least, searching_share()) : 0;
   const std::size_t size = wanted_size();
   const auto replaced =
       std::min(kInjectedMax, static_cast<std::size_t>(share * static_cast<double>(size)));

@@ -134,6 +134,7 @@ class ParticleFilter {
   struct Search {
     bool anywhere = true;  // the whole map
     bool nearby = true;    // around particles
+    double least = 0;      // share of the cloud to draw anywhere, whatever the average fits
   };
   // After weigh() and estimate(): draws the cloud for the next step.
   void resample(const LikelihoodField& field, const Beams& beams, const Search& search);

@@ -155,17 +155,12 @@ class MonteCarloLocalisation : public DataModule<MclData> {
       return {};
     }
     if (mode >= 2 && !position_) return refused("startMode 2 and 3 need positionInst");
-    waits_ = mode == 3;  // for a known position, and for the next scan
+    waits_ = mode >= 2;
     reported_waiting_ = false;
     if (waits_) return {};
-    Pose at{.x = static_cast<double>(integer("startX")),
-            .y = static_cast<double>(integer("startY")),
-            .rho = heading(radians(integer("startRho")))};
-    if (mode == 2) {
-      const auto known = position_->get_data();
-      if (!known) return known.error();
-      at = Pose::of(known->pos);
-    }
+    const Pose at{.x = static_cast<double>(integer("startX")),
+                  .y = static_cast<double>(integer("startY")),
+                  .rho = heading(radians(integer("startRho")))};
     const auto deviation = static_cast<double>(integer("startDeviation"));
     localiser_->start_at(at, deviation, deviation * kDeviationTurn);
     return {};
@@ -192,17 +187,26 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     localiser_->start_at(at, deviation, turn);
   }
 
-  // Meanwhile its data have no particles.
-  Result<void> wait_for_position(TimeStamp time) {
+  // With startMode 2 and 3: where Position was at the time of the first scan, as the robot may be
+  // moving. Meanwhile the data have no particles.
+  Result<void> start_from_position(TimeStamp time) {
     if (!is_due()) return {};
-    const auto known = position_->get_data();
-    if (!known) return known.error();
-    const double deviation = std::max(
-        {1.0 * known->var.x.raw(), 1.0 * known->var.y.raw(), 1.0 * integer("startDeviation")});
-    if (deviation <= kKnownDeviation) {
+    PositionData known;
+    if (auto come = position_then_.get(*position_, known, time, kLate); !come) {
+      if (++misses_ > kMissesMax) return come;
+      return {};
+    }
+    misses_ = 0;
+    const double at_least = integer("startDeviation");
+    const double deviation = std::max({1.0 * known.var.x.raw(), 1.0 * known.var.y.raw(), at_least});
+    const bool as_it_is = integer("startMode") == 2;
+    waits_ = !as_it_is && deviation > kKnownDeviation;
+    if (!waits_) {
       const std::lock_guard lock(field_mutex_);
-      start_at_known(*known, deviation);
-      waits_ = false;
+      if (as_it_is)
+        localiser_->start_at(Pose::of(known.pos), at_least, at_least * kDeviationTurn);
+      else
+        start_at_known(known, deviation);
       return {};
     }
     if (!std::exchange(reported_waiting_, true))
@@ -226,7 +230,9 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     misses_ = 0;
     odometry_pose_ = Pose::of(odometry.pos);
     localisation::beams_of(scan_, range_max_, beams_);
-    if (waits_) return wait_for_position(time);
+    if (waits_) {
+      if (auto started = start_from_position(time); !started || waits_) return started;
+    }
     {
       const std::lock_guard lock(field_mutex_);
       localiser_->take(*field_, odometry_pose_, beams_, matches_scans_ ? walls_.get() : nullptr);

@@ -223,11 +223,22 @@ void Robot::begin_mcl(const Pose& at, double deviation) {
   updates_ = {};
 }
 
+// As with startMode 2: where Position was at the time of the first scan.
+bool Robot::restart_mcl(TimeStamp time) {
+  const auto position = position_at(time);
+  if (!position) return false;
+  begin_mcl(Pose::of(position->pos), 500);
+  if (settings_.starts_anywhere && !is_localised()) localiser_->start_anywhere();
+  mcl_starts_ = false;
+  return true;
+}
+
 void Robot::run_mcl() {
   if (!machine_.runs(Program::kMcl, now_)) return;
   while (const auto scan = mcl_in_.take()) {
     const auto odometry = odometry_at(scan->recordingTime);
     if (!odometry) continue;
+    if (mcl_starts_ && !restart_mcl(scan->recordingTime)) continue;
     mcl_odometry_ = Pose::of(odometry->pos);
     localisation::beams_of(*scan, settings_.range_max, beams_);
     localiser_->take(field_, mcl_odometry_, beams_, &walls_);
@@ -343,8 +354,7 @@ void Robot::restart_crashed() {
   if (machine_.take_crash(Program::kMcl)) {
     note("Mcl restarts");
     mcl_in_.clear();
-    begin_mcl(newest_position_ ? Pose::of(newest_position_->pos) : Pose{}, 500);
-    if (settings_.starts_anywhere && !is_localised()) localiser_->start_anywhere();
+    mcl_starts_ = true;
   }
   if (machine_.take_crash(Program::kPilot)) {
     note("PilotPath restarts");

@@ -68,6 +68,7 @@ class Robot {
   [[nodiscard]] TimeStamp stamp() const;
   void note(std::string_view text);
   void begin_mcl(const Pose& at, double deviation);
+  bool restart_mcl(TimeStamp time);
   void begin_path();
   void begin_pilot();
   void restart_crashed();
@@ -107,6 +108,7 @@ class Robot {
   Mailbox<ChassisData> odometry_in_;
   Mailbox<OdometryData> position_in_;
   Mailbox<Scan2dData> mcl_in_;
+  bool mcl_starts_ = false;  // with the next scan
   Mailbox<PositionData> path_position_in_{10};
   Mailbox<Scan2dData> path_scan_in_{2};
   Mailbox<ChassisData> pilot_chassis_in_{10};
