@@ -18,6 +18,13 @@ double deviation_of(const PositionData& position) {
 
 }  // namespace
 
+bool PositionUpdates::may_start_at(const PositionData& position, const Pose& odometry,
+                                   double deviation, double deviation_rho) {
+  return deviation_of(position) <= kKnown ||
+         (std::hypot(odometry.x, odometry.y) <= deviation &&
+          std::abs(signed_angle(odometry.rho)) <= deviation_rho);
+}
+
 PositionUpdates::Step PositionUpdates::take(Localiser& localiser, const Pose& odometry,
                                             const std::optional<PositionData>& believed,
                                             TimeStamp time, const KnowsTime& knows_time) {

@@ -9,6 +9,10 @@
 // elsewhere, and certain, another component has updated it, and the localiser goes on there. A
 // Position that has no data of the time of the last look has been restarted instead, and is at its
 // origin: it knows less than the localiser.
+//
+// Who starts where Position is has to know whether Position itself knows: at the origin of a robot
+// that has not moved since its start, or somewhere with a deviation. When both programs have been
+// restarted on the way, nobody knows.
 #pragma once
 
 #include <functional>
@@ -24,6 +28,7 @@ class PositionUpdates {
   static constexpr double kJump = 300;           // mm: smaller updates by others change nothing
   static constexpr double kCertain = 500;        // mm: larger deviations are not certain
   static constexpr i32 kLostDeviation = 5000;    // mm, at least
+  static constexpr double kKnown = 20000;        // mm; above, a position is not known yet
   static constexpr double kFollowedTurn = 0.17;  // rad, deviation of the heading of a followed pose
 
   enum class Event : std::uint8_t { kNone, kCertain, kUncertain, kFollows };
@@ -32,6 +37,11 @@ class PositionUpdates {
     double away = 0;                       // mm, of a followed pose from the localiser's
     std::optional<PositionData> update{};  // for Position
   };
+  // Whether a localiser may start where Position is. `odometry`: of the same time; `deviation`: mm
+  // and rad, within which the robot counts as not moved since the odometry began.
+  static bool may_start_at(const PositionData& position, const Pose& odometry, double deviation,
+                           double deviation_rho);
+
   // Whether Position has data of a time.
   using KnowsTime = std::function<bool(TimeStamp)>;
 

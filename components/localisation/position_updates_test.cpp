@@ -84,6 +84,20 @@ class PositionUpdatesTest : public testing::Test {
   bool knows_ = true;
 };
 
+TEST(PositionUpdates, StartsWherePositionIsUnlessNobodyKnows) {
+  PositionData known;
+  PositionData unknown;
+  known.var.x = known.var.y = static_cast<i32>(PositionUpdates::kKnown);
+  unknown.var.x = static_cast<i32>(PositionUpdates::kKnown) + 1;
+  const auto may = [](const PositionData& position, const Pose& odometry) {
+    return PositionUpdates::may_start_at(position, odometry, 500, 0.25);
+  };
+  EXPECT_TRUE(may(known, {.x = 5000, .y = 3000, .rho = 2}));
+  EXPECT_TRUE(may(unknown, {.x = 0, .y = -500, .rho = 0.25})) << "it has not moved yet";
+  EXPECT_FALSE(may(unknown, {.x = 501}));
+  EXPECT_FALSE(may(unknown, {.rho = 2 * kPi - 0.26}));
+}
+
 TEST_F(PositionUpdatesTest, ACertainPoseIsSentEachTime) {
   become_certain();
   for (int i = 0; i < 3; ++i) {

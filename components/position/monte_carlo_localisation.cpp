@@ -65,7 +65,6 @@ constexpr int kMissesMax = 20;  // scans in a row without odometry of their time
 // How long odometry and position of the time of a scan are waited for.
 constexpr std::chrono::milliseconds kLate{300};
 constexpr double kDeviationTurn = radians(0.03);  // per mm
-constexpr double kKnownDeviation = 20000;         // mm; above, a position is not known yet
 constexpr double kUnknownTurn = radians(45.0);
 constexpr double kFoundDeviation = 300;  // mm, of a pose that was found by the map
 
@@ -187,6 +186,18 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     localiser_->start_at(at, deviation, turn);
   }
 
+  void start_as_it_is(const PositionData& position, double deviation) {
+    const double turn = deviation * kDeviationTurn;
+    if (localisation::PositionUpdates::may_start_at(position, odometry_pose_, deviation, turn)) {
+      localiser_->start_at(Pose::of(position.pos), deviation, turn);
+      return;
+    }
+    log().warning(
+        "Position does not know where the robot is, and it has moved: searching for it "
+        "in the whole map");
+    localiser_->start_anywhere();
+  }
+
   // With startMode 2 and 3: where Position was at the time of the first scan, as the robot may be
   // moving. Meanwhile the data have no particles.
   Result<void> start_from_position(TimeStamp time) {
@@ -200,11 +211,11 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     const double at_least = integer("startDeviation");
     const double deviation = std::max({1.0 * known.var.x.raw(), 1.0 * known.var.y.raw(), at_least});
     const bool as_it_is = integer("startMode") == 2;
-    waits_ = !as_it_is && deviation > kKnownDeviation;
+    waits_ = !as_it_is && deviation > localisation::PositionUpdates::kKnown;
     if (!waits_) {
       const std::lock_guard lock(field_mutex_);
       if (as_it_is)
-        localiser_->start_at(Pose::of(known.pos), at_least, at_least * kDeviationTurn);
+        start_as_it_is(known, at_least);
       else
         start_at_known(known, deviation);
       return {};

@@ -25,7 +25,9 @@ constexpr tims::Duration kMclEvery = 1s;
 constexpr tims::Duration kChassisDelay = 60ms;  // from MOVE to the reaction of the wheels
 constexpr tims::Duration kMoveValid = 150ms;    // three periods of the pilot
 constexpr f32 kLooksAround = 0.4F;              // rad/s, of a robot that does not know where it is
-constexpr int kFirstStamp = 1000;               // ms: 0 is no time
+constexpr double kStartDeviation = 500;         // mm
+constexpr double kDeviationTurn = radians(0.03);  // per mm
+constexpr int kFirstStamp = 1000;                 // ms: 0 is no time
 constexpr int kRays = 181;
 constexpr std::size_t kHistory = 1000;
 
@@ -68,7 +70,7 @@ Robot::Robot(world::World& world, const RobotSettings& settings,
       position_in_(4),
       mcl_in_(2) {
   reckoning_.emplace(Pose{});
-  begin_mcl({}, 500);
+  begin_mcl({}, kStartDeviation);
   if (settings_.starts_anywhere) localiser_->start_anywhere();
   begin_path();
   begin_pilot();
@@ -219,16 +221,19 @@ void Robot::begin_mcl(const Pose& at, double deviation) {
   localisation::LocaliserSettings settings;
   settings.filter = settings_.filter;
   localiser_.emplace(settings, settings_.seed);
-  localiser_->start_at(at, deviation, deviation * radians(0.03));
+  localiser_->start_at(at, deviation, deviation * kDeviationTurn);
   updates_ = {};
 }
 
 // As with startMode 2: where Position was at the time of the first scan.
-bool Robot::restart_mcl(TimeStamp time) {
+bool Robot::restart_mcl(TimeStamp time, const Pose& odometry) {
   const auto position = position_at(time);
   if (!position) return false;
-  begin_mcl(Pose::of(position->pos), 500);
-  if (settings_.starts_anywhere && !is_localised()) localiser_->start_anywhere();
+  begin_mcl(Pose::of(position->pos), kStartDeviation);
+  if ((settings_.starts_anywhere && !is_localised()) ||
+      !localisation::PositionUpdates::may_start_at(*position, odometry, kStartDeviation,
+                                                   kStartDeviation * kDeviationTurn))
+    localiser_->start_anywhere();
   mcl_starts_ = false;
   return true;
 }
@@ -238,7 +243,7 @@ void Robot::run_mcl() {
   while (const auto scan = mcl_in_.take()) {
     const auto odometry = odometry_at(scan->recordingTime);
     if (!odometry) continue;
-    if (mcl_starts_ && !restart_mcl(scan->recordingTime)) continue;
+    if (mcl_starts_ && !restart_mcl(scan->recordingTime, Pose::of(odometry->pos))) continue;
     mcl_odometry_ = Pose::of(odometry->pos);
     localisation::beams_of(*scan, settings_.range_max, beams_);
     localiser_->take(field_, mcl_odometry_, beams_, &walls_);

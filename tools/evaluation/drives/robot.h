@@ -68,7 +68,7 @@ class Robot {
   [[nodiscard]] TimeStamp stamp() const;
   void note(std::string_view text);
   void begin_mcl(const Pose& at, double deviation);
-  bool restart_mcl(TimeStamp time);
+  bool restart_mcl(TimeStamp time, const Pose& odometry);
   void begin_path();
   void begin_pilot();
   void restart_crashed();
