@@ -217,7 +217,7 @@ void People::stand() {
 bool People::walked_against(const Box& robot) const {
   for (std::size_t i = 0; i < figures_.size(); ++i) {
     const MapPoint& at = figures_[i].at;
-    if (!overlap(robot, Circle{at, kPersonRadius})) continue;
+    if (!overlap(robot, Circle{at, kBodyRadius})) continue;
     const Behaviour& behaviour = behaviours_[i];
     const Figure& person = figures_[i];
     const bool has_just =

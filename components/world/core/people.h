@@ -19,7 +19,10 @@
 
 namespace rack::world {
 
-inline constexpr double kPersonRadius = 250;  // mm, for collisions
+// mm, the room that people keep and need to pass.
+inline constexpr double kPersonRadius = 250;
+// mm, what a robot touches: a body is 450 mm wide and 250 mm deep, a disc between both.
+inline constexpr double kBodyRadius = 200;
 
 // The visible state of a person.
 struct Figure {

@@ -198,7 +198,7 @@ Met World::State::collision(std::size_t robot, const Box& hull) const {
   for (const Solid& solid : solids_)
     if (overlap(hull, solid)) return Met::kObstacle;
   for (const Figure& person : people_.figures())
-    if (overlap(hull, Circle{person.at, kPersonRadius})) return Met::kPerson;
+    if (overlap(hull, Circle{person.at, kBodyRadius})) return Met::kPerson;
   for (std::size_t i = 0; i < hulls_.size(); ++i)
     if (i != robot && overlap(hull, hulls_[i])) return Met::kRobot;
   return Met::kNothing;
