@@ -2,7 +2,8 @@
 
 import { useSignal } from '@preact/signals';
 import { useRef } from 'preact/hooks';
-import { NumberInput, numberOf, useAttempt } from '../views/parts';
+import { useAttempt } from '../ui/attempt';
+import { NumberInput, numberOf } from '../views/parts';
 import type { MapModel } from './map_canvas';
 import { type Place, readWorldFile } from './world_file';
 

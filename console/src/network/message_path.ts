@@ -6,6 +6,7 @@
 
 import type { Admin } from '../model/admin';
 import { fieldsOf, type Widths } from '../tims/address';
+import { types } from '../tims/header';
 import { age } from '../ui/quantities';
 import type { LinkItem, RouteAnswer, RouterItem } from './reports';
 
@@ -17,7 +18,6 @@ export interface Explanation {
 }
 
 const stepsMax = 20;
-const getStatus = 3;
 
 export async function explain(
   admin: Admin,
@@ -33,7 +33,7 @@ export async function explain(
       cause: `the sender ${from} is not registered`,
       remedy: 'start the sending component, then ask again',
     };
-  const question = { ask: 'route', to, type: getStatus, ...(from !== undefined && { from }) };
+  const question = { ask: 'route', to, type: types.getStatus, ...(from !== undefined && { from }) };
   const steps: RouteAnswer[] = [];
   let router = source?.router ?? 0;
   while (steps.length < stepsMax) {
@@ -55,7 +55,7 @@ export async function explain(
 async function sourceOf(admin: Admin, from: string): Promise<{ router: number | undefined }> {
   let router = 0;
   for (let i = 0; i < stepsMax; ++i) {
-    const answer = await admin.ask<RouteAnswer>({ ask: 'route', to: from, type: getStatus }, undefined, router);
+    const answer = await admin.ask<RouteAnswer>({ ask: 'route', to: from, type: types.getStatus }, undefined, router);
     if (answer.verdict === 'deliver' || answer.verdict === 'self') return { router };
     if (answer.verdict !== 'forward' || answer.next_router == null) return { router: undefined };
     router = Number(answer.next_router.raw);

@@ -8,6 +8,7 @@ import type { Component, Robot } from '../model/fleet';
 import { useAdminList } from '../network/admin_list';
 import type { RouterItem } from '../network/reports';
 import { fieldsOf } from '../tims/address';
+import { useAttempt } from '../ui/attempt';
 import { Icon } from '../ui/icons';
 import { Lamp } from '../ui/lamp';
 import { age } from '../ui/quantities';
@@ -104,15 +105,10 @@ function Summary({ rows }: { rows: Row[] }) {
 
 function RobotCard({ row: { robot, on, off, bad } }: { row: Row }) {
   const console = useConsole();
-  const failure = useSignal('');
+  const { attempt, busy, Failure } = useAttempt();
   const allOff = async () => {
-    failure.value = '';
-    try {
-      for (const component of [...robot.components].reverse())
-        if (component.state.value !== 'off') await console.fleet.turn(component, false);
-    } catch (error) {
-      failure.value = (error as Error).message;
-    }
+    for (const component of [...robot.components].reverse())
+      if (component.state.value !== 'off') await console.fleet.turn(component, false);
   };
   return (
     <li class={`robot ${bad.length > 0 ? 'troubled' : ''}`}>
@@ -150,18 +146,14 @@ function RobotCard({ row: { robot, on, off, bad } }: { row: Row }) {
           Drive
         </a>
         <span class="grow" />
-        <button type="button" onClick={() => void stopRobots(console, [robot.system])}>
+        <button type="button" onClick={() => attempt(() => stopRobots(console, [robot.system]))}>
           Stop
         </button>
-        <button type="button" onClick={allOff}>
+        <button type="button" disabled={busy.value} onClick={() => attempt(allOff)}>
           All off
         </button>
       </p>
-      {failure.value !== '' && (
-        <p class="bad" role="alert">
-          {failure.value}
-        </p>
-      )}
+      <Failure />
     </li>
   );
 }

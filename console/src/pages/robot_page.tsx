@@ -6,6 +6,7 @@ import { nameOf, useConsole } from '../app/console';
 import { route, setOption } from '../app/route';
 import { className } from '../codec/catalogue';
 import type { Component, Robot } from '../model/fleet';
+import { useAttempt } from '../ui/attempt';
 import { Commands } from '../ui/commands';
 import { Icon } from '../ui/icons';
 import { Lamp, stateWord } from '../ui/lamp';
@@ -77,28 +78,17 @@ function ComponentList({ robot }: { robot: Robot }) {
 
 function ComponentRow({ component }: { component: Component }) {
   const console = useConsole();
-  const failure = useSignal('');
-  const busy = useSignal(false);
+  const { attempt, busy, Failure } = useAttempt();
   const state = component.state.value;
   const name = shortName(component);
   const isOn = state === 'on' || state === 'error';
-  const turn = async () => {
-    busy.value = true;
-    failure.value = '';
-    try {
-      await console.fleet.turn(component, !isOn);
-    } catch (error) {
-      failure.value = (error as Error).message;
-    }
-    busy.value = false;
-  };
   const open = openTiles().includes(name);
   return (
     <li class="component">
       <button
         type="button"
         class="quiet lamp-button"
-        onClick={turn}
+        onClick={() => attempt(() => console.fleet.turn(component, !isOn))}
         disabled={busy.value || state === 'unknown'}
         aria-pressed={isOn}
         aria-label={`${name}: ${stateWord(state)}; turn ${isOn ? 'off' : 'on'}`}
@@ -115,11 +105,7 @@ function ComponentRow({ component }: { component: Component }) {
         {name}
         {busy.value && <span class="faint"> …</span>}
       </button>
-      {failure.value !== '' && (
-        <p class="bad small" role="alert">
-          {failure.value}
-        </p>
-      )}
+      <Failure />
     </li>
   );
 }

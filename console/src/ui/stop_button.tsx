@@ -1,12 +1,12 @@
 // STOP: turns the pilots of the robots off that the page shows, and takes the right to drive from them.
 
-import { useSignal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
 import { type Console, useConsole } from '../app/console';
 import { route } from '../app/route';
 import { classId } from '../codec/catalogue';
 import { command } from '../model/commands';
 import { noPilot } from '../views/chassis_view';
+import { useAttempt } from './attempt';
 import { Icon } from './icons';
 
 // The robots that the page is about; none: all.
@@ -37,16 +37,9 @@ export async function stopRobots(console: Console, systems: number[]): Promise<v
 
 export function StopButton() {
   const console = useConsole();
-  const failure = useSignal('');
+  const { attempt, Failure } = useAttempt();
   const systems = shownRobots(console);
-  const stop = async () => {
-    try {
-      failure.value = '';
-      await stopRobots(console, systems);
-    } catch (error) {
-      failure.value = `not stopped: ${(error as Error).message}`;
-    }
-  };
+  const stop = () => attempt(() => stopRobots(console, systems));
   useEffect(() => {
     const onKey = (event: KeyboardEvent) => {
       if (event.key === 'Escape' && event.shiftKey) void stop();
@@ -57,11 +50,7 @@ export function StopButton() {
   const what = systems.length === 1 ? `robot ${systems[0]}` : 'all robots';
   return (
     <>
-      {failure.value !== '' && (
-        <span class="bad" role="alert">
-          {failure.value}
-        </span>
-      )}
+      <Failure />
       <button type="button" class="stop" onClick={stop} aria-label={`Stop ${what}`} title={`Stop ${what} (Shift+Esc)`}>
         <Icon name="stop" /> STOP
       </button>

@@ -4,9 +4,10 @@ import { useSignal } from '@preact/signals';
 import { useConsole } from '../app/console';
 import type { IoData, VehicleData, VehicleSetValueData } from '../codec/messages';
 import { command } from '../model/commands';
+import { useAttempt } from '../ui/attempt';
 import { degrees } from '../ui/quantities';
 import { useStream } from '../ui/use_stream';
-import { HoldButton, NumberInput, useAttempt, Values } from './parts';
+import { HoldButton, NumberInput, Values } from './parts';
 import { StreamBox, type ViewProperties } from './view';
 
 export function IoView({ component }: ViewProperties) {

@@ -5,7 +5,7 @@ import { useEffect, useRef } from 'preact/hooks';
 import type { CameraData } from '../codec/messages';
 import { saveCanvas } from '../ui/save';
 import { useStream } from '../ui/use_stream';
-import { modes, pictureOf } from './camera_picture';
+import { modeName, pictureOf } from './camera_picture';
 import { StreamBox, type ViewProperties } from './view';
 
 const period = 100; // ms
@@ -48,7 +48,7 @@ export function CameraView({ component }: ViewProperties) {
       {trouble.value !== '' && <p class="bad">{trouble.value}</p>}
       {value !== undefined && (
         <p class="small faint">
-          {value.data.width} × {value.data.height}, {modes[value.data.mode] ?? `mode ${value.data.mode}`}
+          {value.data.width} × {value.data.height}, {modeName(value.data.mode)}
           {pixel.value}
         </p>
       )}

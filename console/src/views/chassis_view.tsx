@@ -4,9 +4,9 @@ import { nameOf, useConsole } from '../app/console';
 import { classId } from '../codec/catalogue';
 import type { ChassisData } from '../codec/messages';
 import { command } from '../model/commands';
+import { useAttempt } from '../ui/attempt';
 import { degrees } from '../ui/quantities';
 import { useStream } from '../ui/use_stream';
-import { useAttempt } from './parts';
 import { StreamBox, type ViewProperties } from './view';
 
 export const noPilot = 0xffffff00;

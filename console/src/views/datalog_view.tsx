@@ -3,15 +3,14 @@
 import { useSignal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
 import { nameOf, useConsole } from '../app/console';
-import { decodeMessage } from '../codec/catalogue';
+import { decodeStruct } from '../codec/catalogue';
 import type { DatalogData, DatalogLogInfo } from '../codec/messages';
 import { command } from '../model/commands';
+import { useAttempt } from '../ui/attempt';
 import { bytes } from '../ui/quantities';
-import { useAttempt } from './parts';
 import type { ViewProperties } from './view';
 
 const period = 1000; // ms
-const logStatus = -23;
 
 export function DatalogView({ component }: ViewProperties) {
   const console = useConsole();
@@ -22,8 +21,7 @@ export function DatalogView({ component }: ViewProperties) {
   const isOn = component.state.value === 'on';
   const load = async () => {
     const answer = await command(client, component, 'Datalog.GET_LOG_STATUS');
-    if (answer.type !== logStatus) throw new Error('it does not report its streams');
-    status.value = decodeMessage(component.classId, logStatus, answer.body, answer.flags) as unknown as DatalogData;
+    status.value = decodeStruct('DatalogData', answer.body, answer.flags);
   };
   useEffect(() => {
     attempt(load);

@@ -9,8 +9,8 @@ import { MapCanvas, newMapModel } from '../map/map_canvas';
 import { allLayers } from '../map/paint';
 import { emptyScene } from '../map/scene';
 import { command } from '../model/commands';
+import { useAttempt } from '../ui/attempt';
 import { pageVisible, useStream } from '../ui/use_stream';
-import { useAttempt } from './parts';
 import { StreamBox, type ViewProperties } from './view';
 
 const slow = 1000; // ms: only whether data come

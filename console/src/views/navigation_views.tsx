@@ -2,11 +2,13 @@
 
 import { type Signal, useSignal } from '@preact/signals';
 import { useConsole } from '../app/console';
+import { valueName } from '../codec/catalogue';
 import type { ObjRecogData, OdometryData, PilotData, PlannerData, Position3d, PositionData } from '../codec/messages';
 import { command } from '../model/commands';
+import { useAttempt } from '../ui/attempt';
 import { degrees, metres, radians } from '../ui/quantities';
 import { useStream } from '../ui/use_stream';
-import { NumberInput, numberOf, useAttempt, Values } from './parts';
+import { NumberInput, numberOf, Values } from './parts';
 import { StreamBox, type ViewProperties } from './view';
 
 const period = 200; // ms
@@ -96,8 +98,6 @@ export function PositionView({ component }: ViewProperties) {
   );
 }
 
-const pilotStates = ['idle', 'planning', 'drives', 'no path'];
-
 export function PilotView({ component }: ViewProperties) {
   const { client } = useConsole();
   const stream = useStream<PilotData>(component.address, period);
@@ -116,7 +116,7 @@ export function PilotView({ component }: ViewProperties) {
         {data !== undefined && (
           <Values
             of={{
-              state: pilotStates[data.pilotState] ?? `${data.pilotState}`,
+              state: valueName('PilotData.pilotState', data.pilotState) ?? `${data.pilotState}`,
               speed: `${(data.speed / 1000).toFixed(2)} m/s`,
               'to the goal': data.distanceToDest < 0 ? 'no goal' : metres(data.distanceToDest),
               'goal north': metres(data.dest.x),
@@ -148,8 +148,6 @@ export function PilotView({ component }: ViewProperties) {
   );
 }
 
-const objectTypes = ['not classified', 'small', 'big', 'pedestrian', 'bicycle', 'car', 'truck'];
-
 export function ObjectsView({ component }: ViewProperties) {
   const stream = useStream<ObjRecogData>(component.address, period);
   const objects = stream.value.value?.data.objects ?? [];
@@ -161,7 +159,7 @@ export function ObjectsView({ component }: ViewProperties) {
           {objects.map(({ objectId, type, pos, vel, dim, prob }) => (
             <tr key={objectId}>
               <th scope="row">{objectId}</th>
-              <td>{objectTypes[type] ?? `type ${type}`}</td>
+              <td>{valueName('ObjRecogObject.type', type) ?? `type ${type}`}</td>
               <td>
                 {metres(pos.x)}, {metres(pos.y)}
               </td>

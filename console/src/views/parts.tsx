@@ -1,6 +1,6 @@
 // What several views are made of.
 
-import { type Signal, useSignal } from '@preact/signals';
+import type { Signal } from '@preact/signals';
 import { type ComponentChildren, Fragment } from 'preact';
 import { useRef } from 'preact/hooks';
 
@@ -15,25 +15,6 @@ export function Values({ of }: { of: Record<string, string> }) {
       ))}
     </dl>
   );
-}
-
-// Runs commands, and shows why the last one failed.
-export function useAttempt(): { attempt: (action: () => Promise<unknown>) => void; Failure: () => ComponentChildren } {
-  const failure = useSignal('');
-  return {
-    attempt: (action) => {
-      failure.value = '';
-      action().catch((error: Error) => {
-        failure.value = error.message;
-      });
-    },
-    Failure: () =>
-      failure.value !== '' && (
-        <p class="bad" role="alert">
-          {failure.value}
-        </p>
-      ),
-  };
 }
 
 const holdTime = 700; // ms

@@ -3,12 +3,13 @@
 import { useSignal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
 import { useConsole } from '../app/console';
-import { decodeMessage } from '../codec/catalogue';
+import { decodeStruct } from '../codec/catalogue';
 import type { GridMapData, Scan3dData, Scan3dRangeImageData } from '../codec/messages';
 import { command } from '../model/commands';
+import { useAttempt } from '../ui/attempt';
 import { saveCanvas } from '../ui/save';
 import { useStream } from '../ui/use_stream';
-import { useAttempt, Values } from './parts';
+import { Values } from './parts';
 import { StreamBox, type ViewProperties } from './view';
 
 const slow = 1000; // ms
@@ -45,8 +46,6 @@ export function GridMapView({ component }: ViewProperties) {
   );
 }
 
-const rangeImage = -21;
-
 // The scan itself may have hundreds of thousands of points: what is shown is its range image, asked for once for each.
 export function Scan3dView({ component }: ViewProperties) {
   const { client } = useConsole();
@@ -59,9 +58,8 @@ export function Scan3dView({ component }: ViewProperties) {
     if (value === undefined) return;
     attempt(async () => {
       const answer = await command(client, component, 'Scan3d.GET_RANGE_IMAGE');
-      if (answer.type !== rangeImage || canvas.current === null) return;
-      const image = decodeMessage(component.classId, rangeImage, answer.body, answer.flags);
-      paintRanges(canvas.current, image as unknown as Scan3dRangeImageData, far.value * 1000);
+      const image = decodeStruct('Scan3dRangeImageData', answer.body, answer.flags);
+      if (canvas.current !== null) paintRanges(canvas.current, image, far.value * 1000);
     });
   }, [value, far.value]);
   return (
