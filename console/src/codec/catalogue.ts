@@ -106,6 +106,11 @@ interface Names {
 
 const values = new Map((schema.values as unknown as Names[]).map((names) => [names.field, names]));
 
+// The names that a number may have, without its flags: for lists to choose from.
+export function namesOf(field: string): [name: string, value: number][] {
+  return Object.entries(values.get(field)?.names ?? {});
+}
+
 // What a number stands for: valueName('GpsData.mode', 18) is "3D, differential". Undefined: it is a plain number.
 export function valueName(field: string, value: number): string | undefined {
   const known = values.get(field);

@@ -10,7 +10,7 @@ import { isDriveKey, normal, stickOfGamepad, stickOfKeys, stickOfPad } from '../
 import { firstOf } from '../map/follow';
 import type { Robot } from '../model/fleet';
 import { isAtRest, type StickPosition, stickAtRest } from '../tims/joystick';
-import { CameraView } from '../views/camera_view';
+import { CameraSight } from '../views/camera_view';
 import { ChassisSpeed } from '../views/chassis_view';
 import { ScanView } from '../views/scan_view';
 
@@ -150,7 +150,7 @@ function Views({ robot }: { robot: Robot }) {
     <div class="drive-sight">
       {camera !== undefined && (
         <section class="tile tile-body" aria-label="Camera">
-          <CameraView component={camera} />
+          <CameraSight component={camera} />
         </section>
       )}
       {scan !== undefined && (

@@ -1,20 +1,20 @@
-// The bytes of a camera as pixels.
+// The bytes of a camera as pixels. Pure, but for JPEG, which the browser decodes.
 
 import { valueName } from '../codec/catalogue';
 import type { CameraData } from '../codec/messages';
+import type { ColourTable, Pixel } from './colour_tables';
 
 export const modeName = (mode: number) => valueName('CameraData.mode', mode) ?? `mode ${mode}`;
 
-type Pixel = [red: number, green: number, blue: number];
-
-export async function pictureOf(data: CameraData): Promise<ImageData | ImageBitmap> {
+export async function pictureOf(data: CameraData, table?: ColourTable): Promise<ImageData | ImageBitmap> {
   if (modeName(data.mode) === 'jpeg') return createImageBitmap(new Blob([data.image.slice()], { type: 'image/jpeg' }));
-  return new ImageData(pixelsOf(data), data.width, data.height);
+  return new ImageData(pixelsOf(data, table), data.width, data.height);
 }
 
-// 4 bytes a pixel. Values of more than 8 bits are shown by their upper ones.
-export function pixelsOf({ width, height, depth, mode, image }: CameraData): Uint8ClampedArray<ArrayBuffer> {
-  const read = readers[modeName(mode)] ?? readers[`mono${depth}`];
+// 4 bytes a pixel. Of values that have more than 8 bits the upper ones are shown, or the colours of a table.
+export function pixelsOf(data: CameraData, table?: ColourTable): Uint8ClampedArray<ArrayBuffer> {
+  const { width, height, depth, mode, image } = data;
+  const read = greyOf(modeName(mode), depth, table) ?? colours[modeName(mode)];
   if (read === undefined) throw new Error(`pictures of ${modeName(mode)} cannot be shown`);
   const pixels = new Uint8ClampedArray(4 * width * height);
   if (width === 0 || height === 0) throw new Error('the picture has no pixels');
@@ -28,16 +28,46 @@ export function pixelsOf({ width, height, depth, mode, image }: CameraData): Uin
   return pixels;
 }
 
-const grey = (value: number): Pixel => [value, value, value];
+// The picture has one number a pixel, which a table of colours can be applied to.
+export const isGrey = ({ mode, depth }: CameraData) => greyOf(modeName(mode), depth) !== undefined;
+
+type Reader<Value> = (image: Uint8Array, i: number) => Value;
+
 const at = (image: Uint8Array, i: number) => image[i] ?? 0;
 const word = (image: Uint8Array, i: number) => at(image, 2 * i) | (at(image, 2 * i + 1) << 8);
 
-const readers: Record<string, (image: Uint8Array, i: number) => Pixel> = {
-  mono8: (image, i) => grey(at(image, i)),
-  raw8: (image, i) => grey(at(image, i)),
-  mono12: (image, i) => grey(word(image, i) >> 4),
-  mono16: (image, i) => grey(word(image, i) >> 8),
-  mono24: (image, i) => grey(at(image, 3 * i + 2)),
+interface Numbers {
+  value: Reader<number>;
+  bits: number;
+}
+
+const numbers: Record<string, Numbers> = {
+  mono8: { value: at, bits: 8 },
+  raw8: { value: at, bits: 8 },
+  mono12: { value: word, bits: 12 },
+  raw12: { value: word, bits: 12 },
+  mono16: { value: word, bits: 16 },
+  raw16: { value: word, bits: 16 },
+  mono24: {
+    value: (image, i) => at(image, 3 * i) | (at(image, 3 * i + 1) << 8) | (at(image, 3 * i + 2) << 16),
+    bits: 24,
+  },
+};
+
+// Images of ranges, types, edges ... have as many bits as their depth says.
+function greyOf(mode: string, depth: number, table?: ColourTable): Reader<Pixel> | undefined {
+  const found = numbers[mode] ?? (colours[mode] === undefined ? numbers[`mono${depth}`] : undefined);
+  if (found === undefined) return undefined;
+  const { value, bits } = found;
+  if (table !== undefined) return (image, i) => table(value(image, i));
+  const surplus = 2 ** (bits - 8);
+  return (image, i) => {
+    const level = Math.floor(value(image, i) / surplus);
+    return [level, level, level];
+  };
+}
+
+const colours: Record<string, Reader<Pixel>> = {
   // B, G, R in spite of its name.
   rgb24: (image, i) => [at(image, 3 * i + 2), at(image, 3 * i + 1), at(image, 3 * i)],
   rgb565: (image, i) => {
