@@ -18,6 +18,7 @@ const DrivePage = lazy(() => import('./pages').then((pages) => pages.DrivePage))
 const MessagesPage = lazy(() => import('./pages').then((pages) => pages.MessagesPage));
 const PlotsPage = lazy(() => import('./pages').then((pages) => pages.PlotsPage));
 const NetworkPage = lazy(() => import('./pages').then((pages) => pages.NetworkPage));
+const RecorderPage = lazy(() => import('./pages').then((pages) => pages.RecorderPage));
 const SimulationPage = lazy(() => import('./pages').then((pages) => pages.SimulationPage));
 const RobotPage = lazy(() => import('./pages').then((pages) => pages.RobotPage));
 
@@ -36,6 +37,7 @@ const pages: Page[] = [
   { name: 'messages', title: 'Messages', icon: 'text', view: MessagesPage, key: 'l' },
   { name: 'plots', title: 'Plots', icon: 'plot', view: PlotsPage, key: 'p' },
   { name: 'network', title: 'Network', icon: 'tree', view: NetworkPage, key: 'n' },
+  { name: 'recorder', title: 'Recorder', icon: 'disc', view: RecorderPage, key: 'r' },
   { name: 'simulation', title: 'Simulation', icon: 'cube', view: SimulationPage, key: 's' },
 ];
 
@@ -74,15 +76,27 @@ export function App() {
   );
 }
 
+// On a phone the first four are at the bottom, the others in a menu beside them.
+const atThumb = 4;
+
 function Navigation({ current }: { current: string }) {
+  const link = ({ name, title, icon }: Page) => (
+    <a key={name} href={`#/${name}`} aria-current={current === name ? 'page' : undefined}>
+      <Icon name={icon} />
+      <span>{title}</span>
+    </a>
+  );
   return (
     <nav aria-label="Pages">
-      {pages.map(({ name, title, icon }) => (
-        <a key={name} href={`#/${name}`} aria-current={current === name ? 'page' : undefined}>
-          <Icon name={icon} />
-          <span>{title}</span>
-        </a>
-      ))}
+      {pages.slice(0, atThumb).map(link)}
+      <span class="wide">{pages.slice(atThumb).map(link)}</span>
+      <details class="narrow" key={current}>
+        <summary>
+          <Icon name="more" />
+          <span>More</span>
+        </summary>
+        <div>{pages.slice(atThumb).map(link)}</div>
+      </details>
     </nav>
   );
 }

@@ -3,6 +3,7 @@
 import { createContext } from 'preact';
 import { useContext } from 'preact/hooks';
 import { className } from '../codec/catalogue';
+import { GoalLists } from '../map/goals';
 import { Admin } from '../model/admin';
 import { Fleet } from '../model/fleet';
 import { Log } from '../model/log';
@@ -14,13 +15,14 @@ export interface Console {
   admin: Admin;
   fleet: Fleet;
   log: Log;
+  goals: GoalLists;
 }
 
 export function makeConsole(worker: Worker, url: string): Console {
   const client = new Client(worker, url);
   const admin = new Admin(client);
   const fleet = new Fleet(client, admin);
-  return { client, admin, fleet, log: new Log(client, fleet) };
+  return { client, admin, fleet, log: new Log(client, fleet), goals: new GoalLists() };
 }
 
 export const ConsoleContext = createContext<Console | undefined>(undefined);

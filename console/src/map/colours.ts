@@ -15,6 +15,7 @@ export interface MapColours {
   goal: string;
   particle: string;
   object: string;
+  gps: string;
   stale: string;
   robots: string[];
 }
@@ -37,6 +38,7 @@ export function mapColours(element: HTMLElement): MapColours {
     goal: colour('goal'),
     particle: colour('particle'),
     object: colour('object'),
+    gps: colour('gps'),
     stale: colour('stale'),
     robots: [1, 2, 3, 4, 5, 6].map((number) => colour(`robot-${number}`)),
   };

@@ -2,6 +2,7 @@
 
 import type { Console } from '../app/console';
 import { classId, decodeData, decodeStruct, valueName } from '../codec/catalogue';
+import type { GpsData } from '../codec/messages';
 import type { Elements } from '../codec/views';
 import { command } from '../model/commands';
 import type { Component, Robot } from '../model/fleet';
@@ -42,6 +43,7 @@ const sources: { name: string; period: number; take: Take; elements?: boolean }[
   { name: 'Path', period: periods.slow, take: takePath as Take },
   { name: 'Mcl', period: periods.normal, take: takeMcl as Take },
   { name: 'ObjRecog', period: periods.normal, take: takeObjects as Take },
+  { name: 'Gps', period: periods.normal, take: takeGps as Take },
   { name: 'FeatureMap', period: periods.slow, take: takeFeatures as Take },
 ];
 
@@ -111,6 +113,13 @@ function takeObjects(scene: RobotScene, { objects }: ObjectsData): void {
       width: dim.y,
     }),
   );
+}
+
+function takeGps(scene: RobotScene, { mode, pos, var: deviation }: GpsData): void {
+  scene.gps =
+    mode === 0
+      ? undefined
+      : { pose: pos, deviation: Math.max(deviation.x, deviation.y), headingDeviation: deviation.rho };
 }
 
 function takeFeatures(scene: RobotScene, { features }: { features: RobotScene['walls'] }): void {

@@ -15,6 +15,8 @@ export interface Layers {
   particles: boolean;
   objects: boolean;
   walls: boolean;
+  gps: boolean;
+  goals: boolean;
 }
 
 export const allLayers: Layers = {
@@ -26,6 +28,8 @@ export const allLayers: Layers = {
   particles: false,
   objects: true,
   walls: true,
+  gps: true,
+  goals: true,
 };
 
 export interface Drawing {
@@ -73,6 +77,8 @@ export function paintMap(
       paintGoal(drawing, scene);
     }
     if (layers.objects) paintObjects(drawing, scene);
+    if (layers.gps) paintGps(drawing, scene);
+    if (layers.goals) paintRoute(drawing, scene);
     paintRobot(drawing, scene, now);
   }
   paintScale(drawing);
@@ -245,6 +251,43 @@ function paintGoal({ context, view, size, colours }: Drawing, { goal, distanceTo
   context.lineTo(x + 12, y);
   context.moveTo(x, y - 12);
   context.lineTo(x, y + 12);
+  context.stroke();
+}
+
+// A circle of its deviation, and a wedge of its heading.
+function paintGps({ context, view, size, colours }: Drawing, { gps }: RobotScene): void {
+  if (gps === undefined) return;
+  const { x, y } = toScreen(view, size, gps.pose);
+  const radius = Math.max(6, gps.deviation < unknownDeviation ? gps.deviation * view.scale : 6);
+  context.strokeStyle = colours.gps;
+  context.lineWidth = 1.5;
+  context.beginPath();
+  context.arc(x, y, radius, 0, 2 * Math.PI);
+  const ahead = gps.pose.rho - view.up - Math.PI / 2;
+  const half = Math.min(Math.PI, Math.max(0.03, gps.headingDeviation));
+  const reach = Math.max(24, 1.5 * radius);
+  context.moveTo(x, y);
+  context.arc(x, y, reach, ahead - half, ahead + half);
+  context.closePath();
+  context.stroke();
+}
+
+// The goals of the view of Position: those that are passed are grey, the present one has the circle within which it
+// counts as reached.
+function paintRoute(drawing: Drawing, { goals, pose }: RobotScene): void {
+  const list = goals.list.value;
+  const { context, view, size, colours } = drawing;
+  const index = goals.index.value;
+  const goal = list[index];
+  if (goal === undefined) return;
+  paintLine(drawing, list.slice(0, index + 1), colours.stale, 1.5);
+  if (pose !== undefined) paintLine(drawing, [pose, goal], colours.goal, 1.5);
+  paintLine(drawing, list.slice(index), colours.goal, 1.5);
+  const { x, y } = toScreen(view, size, goal);
+  context.strokeStyle = colours.goal;
+  context.lineWidth = 1.5;
+  context.beginPath();
+  context.arc(x, y, Math.max(4, goals.turnover.value * view.scale), 0, 2 * Math.PI);
   context.stroke();
 }
 

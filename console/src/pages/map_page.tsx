@@ -45,7 +45,7 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
   useEffect(() => {
     if (!visible) return;
     const ends = robots.map((robot) => {
-      const scene = model.scenes.get(robot.system) ?? emptyScene(robot.system);
+      const scene = model.scenes.get(robot.system) ?? emptyScene(robot.system, console.goals.of(robot.system));
       model.scenes.set(robot.system, scene);
       return followRobot(console, robot, scene, () => {
         model.changed = true;

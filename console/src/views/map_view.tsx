@@ -24,7 +24,7 @@ export function MapView({ component }: ViewProperties) {
   model.followed = component.system;
   useEffect(() => {
     if (robot === undefined || !visible) return;
-    const scene = emptyScene(robot.system);
+    const scene = emptyScene(robot.system, console.goals.of(robot.system));
     model.scenes.set(robot.system, scene);
     return followRobot(console, robot, scene, () => {
       model.changed = true;

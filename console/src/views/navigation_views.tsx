@@ -8,6 +8,8 @@ import { command } from '../model/commands';
 import { useAttempt } from '../ui/attempt';
 import { degrees, metres, radians } from '../ui/quantities';
 import { useStream } from '../ui/use_stream';
+import { GoalView } from './goal_view';
+import { GpsUpdate } from './gps_update';
 import { NumberInput, numberOf, Values } from './parts';
 import { StreamBox, type ViewProperties } from './view';
 
@@ -94,6 +96,8 @@ export function PositionView({ component }: ViewProperties) {
         </button>
       </p>
       <Failure />
+      <GpsUpdate position={component} />
+      <GoalView position={component} pose={data?.pos} />
     </>
   );
 }
