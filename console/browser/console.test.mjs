@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
-import { after, before, test } from 'node:test';
+import { after, afterEach, before, test } from 'node:test';
 import { eventually, Host, launch, launchServer, Watched } from './fixture.mjs';
 
 const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
@@ -21,6 +21,8 @@ after(async () => {
   await browser?.close();
   await host?.end();
 });
+
+afterEach(Watched.closeAll);
 
 const stateOf = async (name) => (await host.timsctl('component', 'status', name)).state;
 const dataOf = (name) => host.timsctl('component', 'data', name);

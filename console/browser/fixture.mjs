@@ -11,6 +11,7 @@ import { chromium } from 'playwright-core';
 
 const root = fileURLToPath(new URL('../..', import.meta.url));
 const programs = process.env.TIMS_PROGRAMS ?? join(root, 'build/release/bin');
+const consoleFolder = process.env.TIMS_CONSOLE; // in place of that of the programs' build
 const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium';
 const patience = 30_000; // ms; the machine may be busy
 
@@ -93,6 +94,7 @@ export class Host {
       `http.listen=127.0.0.1:${this.http}`,
       ...this.settings,
     ];
+    if (consoleFolder !== undefined) settings.push(`http.console=${consoleFolder}`);
     if (!this.settings.some((setting) => setting.startsWith('udp.listen'))) settings.push('udp.listen=off');
     this.router = this.run(
       'tims-router',
@@ -176,6 +178,14 @@ export function launch() {
 
 // A page that fails the test when it logs an error, or asks somebody else than its router.
 export class Watched {
+  static left = new Set(); // that are open
+
+  // For afterEach: what a story that failed has left behind would disturb those after it.
+  static async closeAll() {
+    for (const { context } of Watched.left) await context.close().catch(() => {});
+    Watched.left.clear();
+  }
+
   static async open(browser, host, path = '#/fleet', options = {}) {
     const watched = new Watched();
     watched.troubles = [];
@@ -189,11 +199,13 @@ export class Watched {
       if (!['blob:', 'data:'].includes(url.protocol) && url.host !== new URL(host.address).host)
         troubles.push(`asks ${request.url()}`);
     });
+    Watched.left.add(watched);
     await page.goto(`${host.address}/${path}`);
     return watched;
   }
 
   async close(ignored = []) {
+    Watched.left.delete(this);
     await this.context.close();
     const troubles = this.troubles.filter((text) => !ignored.some((part) => text.includes(part)));
     assert.deepEqual(troubles, []);
