@@ -9,6 +9,9 @@ export interface MapColours {
   scan: string;
   reflector: string;
   moving: string;
+  transparent: string;
+  rain: string;
+  dirt: string;
   trail: string;
   path: string;
   pilot: string;
@@ -32,6 +35,9 @@ export function mapColours(element: HTMLElement): MapColours {
     scan: colour('scan'),
     reflector: colour('reflector'),
     moving: colour('moving'),
+    transparent: colour('transparent'),
+    rain: colour('rain'),
+    dirt: colour('dirt'),
     trail: colour('trail'),
     path: colour('path'),
     pilot: colour('pilot'),

@@ -12,7 +12,7 @@ import type { Robot } from '../model/fleet';
 import { isAtRest, type StickPosition, stickAtRest } from '../tims/joystick';
 import { CameraSight } from '../views/camera_view';
 import { ChassisSpeed } from '../views/chassis_view';
-import { ScanView } from '../views/scan_view';
+import { ScanSight } from '../views/scan_view';
 
 const renewPeriod = 50; // ms; the worker lets the stick go after 250
 
@@ -155,7 +155,7 @@ function Views({ robot }: { robot: Robot }) {
       )}
       {scan !== undefined && (
         <section class="tile tile-body" aria-label="Scan">
-          <ScanView component={scan} />
+          <ScanSight component={scan} />
         </section>
       )}
       {camera === undefined && scan === undefined && <p class="faint">It has neither a camera nor a scanner.</p>}
