@@ -64,6 +64,10 @@ const others: [string[], string][] = [
   [['Ctrl', 'K'], 'Go to a page, robot or component'],
   [['/'], 'Filter'],
   [['Shift', 'Esc'], 'Stop the robots that this page shows'],
+  [['F1'], 'to F8: open the first views of a robot'],
+  [['f'], 'One view on the whole page'],
+  [['+', '-', 'Home'], 'On the map: zoom, all robots; the arrows move it'],
+  [['Enter'], 'On the map with an action: choose a place, with arrows, G and H; Enter takes it'],
   [['?'], 'This list'],
 ];
 

@@ -8,6 +8,7 @@ import type { DatalogData, DatalogLogInfo } from '../codec/messages';
 import { command } from '../model/commands';
 import { useAttempt } from '../ui/attempt';
 import { bytes } from '../ui/quantities';
+import { useVisible } from '../ui/use_stream';
 import type { ViewProperties } from './view';
 
 const period = 1000; // ms
@@ -23,11 +24,13 @@ export function DatalogView({ component }: ViewProperties) {
     const answer = await command(client, component, 'Datalog.GET_LOG_STATUS');
     status.value = decodeStruct('DatalogData', answer.body, answer.flags);
   };
+  const visible = useVisible();
   useEffect(() => {
-    attempt(load);
+    if (!visible) return;
+    void attempt(load);
     const timer = setInterval(() => attempt(load), period);
     return () => clearInterval(timer);
-  }, [component.address]);
+  }, [component.address, visible]);
   const shown = wanted.value ?? status.value;
   const edit = (number: number, part: Partial<DatalogLogInfo>) => {
     if (shown === undefined) return;

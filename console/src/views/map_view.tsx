@@ -10,7 +10,7 @@ import { allLayers } from '../map/paint';
 import { emptyScene } from '../map/scene';
 import { command } from '../model/commands';
 import { useAttempt } from '../ui/attempt';
-import { pageVisible, useStream } from '../ui/use_stream';
+import { useStream, useVisible } from '../ui/use_stream';
 import { StreamBox, type ViewProperties } from './view';
 
 const slow = 1000; // ms: only whether data come
@@ -20,7 +20,7 @@ export function MapView({ component }: ViewProperties) {
   const stream = useStream<Record<string, unknown>>(component.address, slow);
   const model = useMemo(() => newMapModel({ ...allLayers, particles: true }), []);
   const robot = console.fleet.robots.value.find(({ system }) => system === component.system);
-  const visible = pageVisible.value;
+  const visible = useVisible();
   model.followed = component.system;
   useEffect(() => {
     if (robot === undefined || !visible) return;
