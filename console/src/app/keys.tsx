@@ -16,7 +16,7 @@ export function Keys({ pages }: { pages: Key[] }) {
   const begun = useSignal(0);
   useEffect(() => {
     const onKey = (event: KeyboardEvent) => {
-      if (event.ctrlKey || event.altKey || event.metaKey || isText(event.target)) return;
+      if (event.defaultPrevented || event.ctrlKey || event.altKey || event.metaKey || isText(event.target)) return;
       if (event.key === '?') return dialog.current?.showModal();
       if (event.key === '/') return focusFilter(event);
       if (event.key === 'g') {

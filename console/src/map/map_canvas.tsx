@@ -79,6 +79,7 @@ export function MapCanvas({ model, label, choose }: Properties) {
     };
   }, [model]);
   useEffect(() => {
+    if (choose === undefined) model.draft = undefined;
     model.changed = true;
   });
   return (
@@ -271,10 +272,14 @@ function gestures(
   };
   const wheel = (event: WheelEvent) => {
     event.preventDefault();
+    model.changed = true;
+    if (model.draft !== undefined) {
+      model.draft = { ...model.draft, rho: model.draft.rho + Math.sign(event.deltaY) * turnStep };
+      return;
+    }
     const point = { x: event.offsetX, y: event.offsetY };
     model.view = zoomed(model.view, size, point, Math.exp(-event.deltaY / 400));
     model.isPlaced = true;
-    model.changed = true;
   };
   const listeners: [string, (event: never) => void][] = [
     ['pointerdown', down],

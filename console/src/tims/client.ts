@@ -34,6 +34,7 @@ export class Client {
     why: '',
   });
   private readonly roundTripSignal = signal<number | undefined>(undefined);
+  private readonly rateSignal = signal(0);
   readonly stick = signal<number | undefined>(undefined);
   private readonly states = new Map<number, Signal<StreamState | undefined>>();
   private readonly receivers = new Map<number, Map<number, SampleReceiver>>();
@@ -56,6 +57,11 @@ export class Client {
   // In ms; undefined: not measured yet, or not connected.
   get roundTrip(): ReadonlySignal<number | undefined> {
     return this.roundTripSignal;
+  }
+
+  // What comes from the router, in bytes a second.
+  get rate(): ReadonlySignal<number> {
+    return this.rateSignal;
   }
 
   call(dest: number, type: number, body = new Uint8Array(), timeout = callTime): Promise<Answer> {
@@ -162,6 +168,9 @@ export class Client {
         break;
       case 'roundTrip':
         this.roundTripSignal.value = event.milliseconds;
+        break;
+      case 'rate':
+        this.rateSignal.value = event.bytesPerSecond;
         break;
       case 'sample':
         this.deliver(event.sample);

@@ -14,6 +14,7 @@ export type SessionEvent =
   | { is: 'connected'; router: RouterInfo; mailbox: number }
   | { is: 'lost'; why: string }
   | { is: 'roundTrip'; milliseconds: number }
+  | { is: 'rate'; bytesPerSecond: number }
   | { is: 'sample'; sample: Sample }
   | { is: 'stream'; component: number; state: StreamState }
   | { is: 'stick'; address: number | undefined; why?: string }
@@ -29,6 +30,7 @@ export interface Request {
 }
 
 const registerTime = 2000;
+const ratePeriod = 1000; // ms
 
 export class Session {
   private control: Socket;
@@ -40,6 +42,8 @@ export class Session {
   private joystick: Joystick | undefined;
   private sink: number | undefined;
   private connected = false;
+  private received = 0; // bytes since ratedAt
+  private ratedAt = 0;
 
   constructor(
     wires: { control: Wire; data: Wire },
@@ -51,7 +55,10 @@ export class Session {
       ready: (router: RouterInfo, _mailbox: number, now: number) => this.ready(router, now),
       lost: (why: string, now: number) => this.lost(why, now),
       roundTrip: (milliseconds: number) => this.post({ is: 'roundTrip', milliseconds }),
-      message,
+      message: (header: Header, bytes: Uint8Array<ArrayBuffer>, now: number) => {
+        this.received += bytes.length;
+        message(header, bytes, now);
+      },
     });
     this.control = new Socket(
       wires.control,
@@ -74,9 +81,17 @@ export class Session {
     this.control.tick(now);
     this.data.tick(now);
     this.calls.expire(now);
+    this.rate(now);
     if (!this.connected) return;
     for (const request of this.streams.due(now)) this.request(request);
     for (const { header, body } of this.joystick?.due(now) ?? []) this.control.send(header, body);
+  }
+
+  private rate(now: number): void {
+    if (now < this.ratedAt + ratePeriod) return;
+    this.post({ is: 'rate', bytesPerSecond: (1000 * this.received) / (now - this.ratedAt) });
+    this.received = 0;
+    this.ratedAt = now;
   }
 
   call(request: Request, now: number): Promise<Answer> {

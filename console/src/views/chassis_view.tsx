@@ -1,11 +1,14 @@
 // A chassis: how it moves, its battery, and who may drive it.
 
+import { useSignal } from '@preact/signals';
+import { useEffect, useRef } from 'preact/hooks';
 import { nameOf, useConsole } from '../app/console';
 import { classId } from '../codec/catalogue';
 import type { ChassisData } from '../codec/messages';
 import { command } from '../model/commands';
 import { useAttempt } from '../ui/attempt';
 import { degrees } from '../ui/quantities';
+import { Tone } from '../ui/tone';
 import { useStream } from '../ui/use_stream';
 import { StreamBox, type ViewProperties } from './view';
 
@@ -47,10 +50,61 @@ export function ChassisView({ component }: ViewProperties) {
               nobody
             </label>
           </fieldset>
+          <OtherPilot choose={choose} active={data.activePilot} />
+          <SpeedSound data={data} />
         </>
       )}
       <Failure />
     </StreamBox>
+  );
+}
+
+// A pilot that is not of this robot, by its address.
+function OtherPilot({ choose, active }: { choose: (address: number) => void; active: number }) {
+  const text = useSignal('');
+  const address = Number.parseInt(text.value, 16);
+  return (
+    <p class="actions">
+      <label>
+        Another one{' '}
+        <input
+          size={10}
+          placeholder={(active >>> 0).toString(16).padStart(8, '0')}
+          aria-label="Address of another pilot, in hex"
+          value={text.value}
+          onInput={(event) => (text.value = event.currentTarget.value)}
+        />
+      </label>
+      <button type="button" disabled={!/^[0-9a-f]{1,8}$/i.test(text.value)} onClick={() => choose(address)}>
+        Let it drive
+      </button>
+    </p>
+  );
+}
+
+const restTone = 110; // Hz
+const toneASpeed = 0.22; // Hz for each mm/s
+
+// One hears how fast it moves while one looks at it.
+function SpeedSound({ data }: { data: ChassisData }) {
+  const sounds = useSignal(false);
+  const tone = useRef<Tone | undefined>(undefined);
+  const speed = Math.hypot(data.vx, data.vy);
+  useEffect(() => {
+    if (!sounds.value) return;
+    tone.current = new Tone();
+    return () => tone.current?.end();
+  }, [sounds.value]);
+  useEffect(() => tone.current?.play(restTone + toneASpeed * speed, speed > 1), [speed, sounds.value]);
+  return (
+    <label>
+      <input
+        type="checkbox"
+        checked={sounds.value}
+        onChange={(event) => (sounds.value = event.currentTarget.checked)}
+      />{' '}
+      Sound: the faster, the higher
+    </label>
   );
 }
 
