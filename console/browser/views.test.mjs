@@ -203,8 +203,7 @@ test('Io and Vehicle', async () => {
   view = await opened('Vehicle');
   await view.tile.getByText('throttle', { exact: true }).waitFor();
   await view.tile.getByLabel(/^Brake/).fill('40');
-  await view.tile.getByLabel('Gear').fill('2');
-  await view.tile.getByLabel('Gear').blur();
+  await view.tile.getByLabel('Gear').selectOption('2');
   await view.tile.getByLabel('Engine').check();
   await held(view, 'Set', (act) => compared('Vehicle', 'SET_VALUE', ['brake=40', 'gear=2', 'engine=1'], act));
   await view.watched.close();

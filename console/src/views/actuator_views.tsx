@@ -50,6 +50,8 @@ export function IoView({ component }: ViewProperties) {
   );
 }
 
+const gears = [[-1, 'reverse'], [0, 'neutral'], ...Array.from({ length: 8 }, (_, i) => [i + 1, `${i + 1}`])] as const;
+
 type Pedal = 'throttle' | 'brake' | 'clutch' | 'steering';
 type Switch = 'engine' | 'parkBrake' | 'vehicleProtect';
 
@@ -115,11 +117,16 @@ export function VehicleView({ component }: ViewProperties) {
         ))}
         <label>
           Gear
-          <input
-            inputMode="numeric"
+          <select
             value={wanted.value.gear ?? data?.gear ?? 0}
-            onChange={(event) => change({ gear: Math.round(Number(event.currentTarget.value)) || 0 })}
-          />
+            onChange={(event) => change({ gear: Number(event.currentTarget.value) })}
+          >
+            {gears.map(([gear, title]) => (
+              <option key={gear} value={gear}>
+                {title}
+              </option>
+            ))}
+          </select>
         </label>
         {switches.map(([name, title]) => (
           <label key={name}>

@@ -110,7 +110,8 @@ export function DatalogView({ component }: ViewProperties) {
                     size={5}
                     aria-label={`Period of ${name} in ms`}
                     disabled={isOn}
-                    value={info.periodTime}
+                    key={info.periodTime}
+                    defaultValue={`${info.periodTime}`}
                     onChange={(event) =>
                       edit(i, { periodTime: Math.max(0, Math.round(Number(event.currentTarget.value)) || 0) })
                     }

@@ -59,7 +59,7 @@ export function GoalView({ position, pose }: Properties) {
             inputMode="decimal"
             size={4}
             aria-label="Next goal by itself within, in m"
-            value={goals.turnover.value / 1000}
+            defaultValue={`${goals.turnover.value / 1000}`}
             onChange={(event) => (goals.turnover.value = Math.max(0, 1000 * Number(event.currentTarget.value) || 0))}
           />{' '}
           m
