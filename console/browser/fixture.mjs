@@ -172,8 +172,8 @@ export async function launchServer() {
   return [server.process(), await chromium.connect(server.wsEndpoint())];
 }
 
-export function launch() {
-  return chromium.launch({ executablePath: browserProgram, args: ['--no-sandbox'] });
+export function launch(args = []) {
+  return chromium.launch({ executablePath: browserProgram, args: ['--no-sandbox', ...args] });
 }
 
 // A page that fails the test when it logs an error, or asks somebody else than its router.
