@@ -1,8 +1,8 @@
 // Why a message arrives, or does not.
 //
 // Each router on the route is asked what it would do with the message, beginning with the own one. Where the last one
-// does not deliver it, the cause is looked for in this order: the link that leads there is broken; the address is
-// registered at a router that this one has no route to; nobody has registered it.
+// does not deliver it, the cause is looked for in this order: the link that leads there is broken; its router
+// is away; the address is registered at a router that this one has no route to; nobody has registered it.
 
 import type { Admin } from '../model/admin';
 import { fieldsOf, type Widths } from '../tims/address';
@@ -71,6 +71,8 @@ async function conclude(admin: Admin, steps: RouteAnswer[], widths: Widths): Pro
     return { arrives: true, cause: `it arrives: ${last.router} delivers it to ${ownerOf(last)}`, remedy: '' };
   const broken = await brokenLink(admin, steps, fieldsOf(Number(to.raw), widths).system);
   if (broken !== undefined) return broken;
+  const missing = await missingRouter(admin, fieldsOf(Number(to.raw), widths).system);
+  if (missing !== undefined) return missing;
   return {
     arrives: false,
     cause: `${last.router} knows no mailbox ${to.name}, and discards the message`,
@@ -107,6 +109,19 @@ async function brokenLink(
     }
   }
   return undefined;
+}
+
+// A link that waits for its peer is forgotten after a while; the router behind it is not.
+async function missingRouter(admin: Admin, system: number): Promise<Omit<Explanation, 'steps'> | undefined> {
+  const routers = await admin.all<RouterItem>({ ask: 'routers' });
+  const ofSystem = routers.filter((router) => router.system === system && router.kind !== 'self');
+  if (ofSystem.length === 0 || ofSystem.some(({ state }) => state === 'up')) return undefined;
+  const [router] = ofSystem;
+  return {
+    arrives: false,
+    cause: `the router ${router?.name ?? router?.address.name} is not reachable since ${age(router?.since_s)}`,
+    remedy: 'is that host up, and its network? Its router connects by itself when it is back',
+  };
 }
 
 async function routerNamed(admin: Admin, name: string): Promise<number | undefined> {

@@ -44,6 +44,7 @@ export function MessagesPage() {
           value={filter}
           onInput={(event) => setOption('filter', event.currentTarget.value)}
         />
+        <LevelMenu />
         <button type="button" onClick={() => save(console, texts)} disabled={texts.length === 0}>
           Save
         </button>
@@ -51,14 +52,13 @@ export function MessagesPage() {
           Clear
         </button>
       </div>
-      <LevelForm />
       <LogTable texts={texts.slice(-rowsMax)} empty={<NoTexts />} />
     </section>
   );
 }
 
 // How much a component reports: its parameter gdosLevel.
-function LevelForm() {
+function LevelMenu() {
   const console = useConsole();
   const name = useSignal('');
   const level = useSignal<Level>('info');
@@ -80,30 +80,32 @@ function LevelForm() {
     report.value = `${name.value} reports up to ${level.value}.`;
   };
   return (
-    <form
-      class="tools"
-      onSubmit={(event) => {
-        event.preventDefault();
-        report.value = '';
-        void attempt(set);
-      }}
-    >
-      <ComponentInput label="Level of" required value={name.value} change={(text) => (name.value = text)} />
-      <select
-        aria-label="Level of the component"
-        value={level.value}
-        onChange={(event) => (level.value = event.currentTarget.value as Level)}
+    <details class="menu">
+      <summary>Levels</summary>
+      <form
+        onSubmit={(event) => {
+          event.preventDefault();
+          report.value = '';
+          void attempt(set);
+        }}
       >
-        {order.map((each) => (
-          <option key={each}>{each}</option>
-        ))}
-      </select>
-      <button type="submit" disabled={busy.value}>
-        Set
-      </button>
-      <span role="status">{report.value}</span>
-      <Failure />
-    </form>
+        <ComponentInput label="Level of" required value={name.value} change={(text) => (name.value = text)} />
+        <select
+          aria-label="Level of the component"
+          value={level.value}
+          onChange={(event) => (level.value = event.currentTarget.value as Level)}
+        >
+          {order.map((each) => (
+            <option key={each}>{each}</option>
+          ))}
+        </select>
+        <button type="submit" disabled={busy.value}>
+          Set
+        </button>
+        <span role="status">{report.value}</span>
+        <Failure />
+      </form>
+    </details>
   );
 }
 

@@ -237,16 +237,8 @@ function Tile({ name, component, full }: TileProperties) {
       <header>
         <Lamp state={component.state.value} />
         <h2>{name}</h2>
+        <span class="small faint">{stateWord(component.state.value)}</span>
         <span class="grow" />
-        <button type="button" class="quiet" aria-pressed={tab.value === 'view'} onClick={choose('view')}>
-          Data
-        </button>
-        <button type="button" class="quiet" aria-pressed={tab.value === 'parameters'} onClick={choose('parameters')}>
-          Parameters
-        </button>
-        <button type="button" class="quiet" aria-pressed={tab.value === 'commands'} onClick={choose('commands')}>
-          Commands
-        </button>
         <button
           type="button"
           class="quiet"
@@ -263,6 +255,17 @@ function Tile({ name, component, full }: TileProperties) {
           <Icon name="close" />
         </button>
       </header>
+      <div class="tile-tabs">
+        <button type="button" class="quiet" aria-pressed={tab.value === 'view'} onClick={choose('view')}>
+          Data
+        </button>
+        <button type="button" class="quiet" aria-pressed={tab.value === 'parameters'} onClick={choose('parameters')}>
+          Parameters
+        </button>
+        <button type="button" class="quiet" aria-pressed={tab.value === 'commands'} onClick={choose('commands')}>
+          Commands
+        </button>
+      </div>
       <InSight.Provider value={inSight}>
         <div class="tile-body">
           {tab.value === 'view' && <View component={component} />}
