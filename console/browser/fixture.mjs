@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { execFile, spawn } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
-import { createServer } from 'node:net';
+import { connect, createServer } from 'node:net';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
@@ -49,6 +49,8 @@ export async function startFleet(robots) {
       await Host.start([
         `router.name=robot${system}`,
         `router.system=${system}`,
+        'tcp.admin=true',
+        'sim.faults=true',
         `udp.listen=127.0.0.1:${await freePort()}`,
         `link=kind=super,to=127.0.0.1:${port},interval=200ms`,
       ]),
@@ -104,6 +106,29 @@ export class Host {
       if (this.router.exitCode !== null) throw new Error(this.router.output);
       return (await fetch(`${this.address}/healthz`)).ok;
     }, 'the router answers');
+  }
+
+  // A question to the router, as its TCP client.
+  ask(question) {
+    const adminRequest = 64;
+    const body = Buffer.from(JSON.stringify(question));
+    const header = Buffer.alloc(16);
+    header.writeUInt8(3, 0); // little endian
+    header.writeInt8(adminRequest, 1);
+    header.writeUInt32LE(header.length + body.length, 12);
+    return new Promise((resolve, reject) => {
+      const socket = connect(this.tcp, '127.0.0.1', () => socket.write(Buffer.concat([header, body])));
+      let answer = Buffer.alloc(0);
+      socket.on('error', reject);
+      socket.on('data', (part) => {
+        answer = Buffer.concat([answer, part]);
+        if (answer.length < 16 || answer.length < answer.readUInt32LE(12)) return;
+        socket.destroy();
+        const value = JSON.parse(answer.subarray(16));
+        if (value.error === undefined) resolve(value);
+        else reject(new Error(value.error.message));
+      });
+    });
   }
 
   async killRouter() {

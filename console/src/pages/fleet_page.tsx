@@ -9,6 +9,7 @@ import type { Component, Robot } from '../model/fleet';
 import { useAdminList } from '../network/admin_list';
 import type { RouterItem } from '../network/reports';
 import { fieldsOf } from '../tims/address';
+import type { Level } from '../tims/gdos';
 import { useAttempt } from '../ui/attempt';
 import { Icon } from '../ui/icons';
 import { Lamp } from '../ui/lamp';
@@ -153,7 +154,7 @@ function RobotCard({ row, router }: { row: Row; router: RouterItem | undefined }
           <Lamp state="off" /> {off} off
         </span>
         <span class="faint">
-          {robot.components.length} components{router?.rtt_s != null && `, ${duration(router.rtt_s)} away`}
+          {robot.components.length} components{router?.rtt_s != null && `, link ${duration(router.rtt_s)}`}
         </span>
       </p>
       <ul class="troubles">
@@ -165,7 +166,7 @@ function RobotCard({ row, router }: { row: Row; router: RouterItem | undefined }
           </li>
         ))}
       </ul>
-      <LastError robot={robot} />
+      <LastError robot={robot} isTroubled={bad.length > 0} />
       <p class="actions">
         <button
           type="button"
@@ -212,13 +213,15 @@ function Away({ router, present }: { router: RouterItem; present: Robot[] }) {
   );
 }
 
-// The newest error of a robot, so that one sees why without looking further.
-function LastError({ robot }: { robot: Robot }) {
+// The newest error of a robot, or warning of one in trouble, so that one sees why without looking further.
+function LastError({ robot, isTroubled }: { robot: Robot; isTroubled: boolean }) {
   const console = useConsole();
   const systems = widthsOf(console);
-  const last = console.log.texts.value.findLast(
-    ({ sender, level }) => level === 'error' && fieldsOf(sender, systems).system === robot.system,
-  );
+  const newest = (wanted: Level) =>
+    console.log.texts.value.findLast(
+      ({ sender, level }) => level === wanted && fieldsOf(sender, systems).system === robot.system,
+    );
+  const last = newest('error') ?? (isTroubled ? newest('warning') : undefined);
   if (last === undefined || Date.now() - last.time.getTime() > errorAge) return null;
   return (
     <p class="small bad last-error" title={last.text}>

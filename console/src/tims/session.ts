@@ -3,6 +3,8 @@
 //
 // Pure: time comes in as milliseconds, bytes and events go out through what the constructor is given.
 
+import { classId } from '../codec/catalogue';
+import { fieldsOf, originalWidths } from './address';
 import { type Answer, CallFailure, Calls } from './calls';
 import { flags, type Header, headerSize, routerCommands, types, wordAt, wordBody } from './header';
 import { Joystick, type StickPosition } from './joystick';
@@ -42,6 +44,7 @@ export class Session {
   private joystick: Joystick | undefined;
   private sink: number | undefined;
   private connected = false;
+  private widths = originalWidths;
   private received = 0; // bytes since ratedAt
   private ratedAt = 0;
 
@@ -176,6 +179,7 @@ export class Session {
   private ready(router: RouterInfo, now: number): void {
     if (this.control.phase !== 'ready' || this.data.phase !== 'ready') return;
     this.connected = true;
+    this.widths = router.widths;
     this.streams.restart(now);
     this.post({ is: 'connected', router, mailbox: this.control.mailbox });
   }
@@ -240,6 +244,11 @@ export class Session {
     if (state !== undefined && state !== before) this.post({ is: 'stream', component, state });
   }
 
+  private priorityOf(component: number): number {
+    const { classId: kind } = fieldsOf(component, this.widths);
+    return bulky.includes(kind) ? bulkyPriority : streamPriority;
+  }
+
   private request({ component, period }: StreamRequest): void {
     const src = this.control.mailbox;
     if (period === undefined) {
@@ -249,10 +258,13 @@ export class Session {
       return;
     }
     this.control.send(
-      { type: types.getContData, dest: component, src, priority: streamPriority },
+      { type: types.getContData, dest: component, src, priority: this.priorityOf(component) },
       wordBody(period, this.data.mailbox),
     );
   }
 }
 
-const streamPriority = 0;
+// Pictures and maps wait for everything else on a line that is short of bandwidth.
+const bulky = ['Camera', 'GridMap', 'Scan3d'].map(classId);
+const bulkyPriority = 0;
+const streamPriority = 1;
