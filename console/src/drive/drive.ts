@@ -38,13 +38,13 @@ export async function beginDriving(console: Console, robot: Robot, { pilot, joys
   if (chassis === undefined) throw new Error(`robot ${robot.system} has no chassis`);
   await console.client.takeStick(joystick);
   try {
+    // Not by their states as last heard: these may be two seconds old.
     for (const other of robot.components)
-      if (other.classId === pilot.classId && other !== pilot && other.state.value !== 'off')
-        await console.fleet.turn(other, false);
+      if (other.classId === pilot.classId && other !== pilot) await console.fleet.turn(other, false);
     // A pilot that is on listens to whoever had the stick before, until it notices that he is gone; and it does not
     // begin with a stick that is held.
     await console.fleet.turn(pilot, false);
-    if (chassis.state.value !== 'on') await console.fleet.turn(chassis, true);
+    await console.fleet.turn(chassis, true);
     await command(console.client, chassis, 'Chassis.SET_ACTIVE_PILOT', { activePilot: pilot.address });
     await console.fleet.turn(pilot, true);
   } catch (error) {

@@ -103,6 +103,8 @@ export class Fleet {
       await command(this.client, component, on ? 'ON' : 'OFF', undefined, turnOnTime);
     } finally {
       await this.askState(component);
+      // It may still be on its way there.
+      if (component.state.value !== (on ? 'on' : 'off')) component.askedAt = Number.NEGATIVE_INFINITY;
     }
   }
 

@@ -20,7 +20,8 @@ export function shownRobots(console: Console): number[] {
   return numbers.length > 0 ? numbers : console.fleet.robots.value.map(({ system }) => system);
 }
 
-// Chassis stop by themselves when nobody may drive them; their pilots are turned off, so that none takes it again.
+// Chassis stop by themselves when nobody may drive them; their pilots are turned off, so that none takes it again,
+// also those that were off when they were asked last.
 export async function stopRobots(console: Console, systems: number[]): Promise<void> {
   const pilot = classId('Pilot');
   const chassis = classId('Chassis');
@@ -29,8 +30,7 @@ export async function stopRobots(console: Console, systems: number[]): Promise<v
     for (const component of console.fleet.robot(system)?.components ?? []) {
       if (component.classId === chassis)
         calls.push(command(console.client, component, 'Chassis.SET_ACTIVE_PILOT', { activePilot: noPilot }));
-      if (component.classId === pilot && component.state.value !== 'off')
-        calls.push(command(console.client, component, 'OFF'));
+      if (component.classId === pilot) calls.push(command(console.client, component, 'OFF'));
     }
   await Promise.all(calls);
 }
