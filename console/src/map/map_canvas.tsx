@@ -22,7 +22,7 @@ export interface MapModel {
   // A place that is being chosen.
   draft: Spot | undefined;
   waypoints: Waypoints;
-  background: Plan | undefined;
+  background: Plan[]; // the lowest first
   changed: boolean;
 }
 
@@ -36,7 +36,7 @@ export function newMapModel(layers: Layers): MapModel {
     layers,
     draft: undefined,
     waypoints: new Waypoints(),
-    background: undefined,
+    background: [],
     changed: true,
   };
 }

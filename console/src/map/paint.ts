@@ -1,5 +1,6 @@
 // Draws a map: grid, walls, and for each robot its trail, path, particles, scan, objects, goal and hull.
 
+import { valueName } from '../codec/catalogue';
 import type { MapColours } from './colours';
 import { eachEcho, pointType } from './echoes';
 import { type PointBuffer, pixelOf } from './points';
@@ -50,13 +51,13 @@ export function paintMap(
   scenes: RobotScene[],
   layers: Layers,
   now: number,
-  background: Plan | undefined,
+  background: Plan[],
 ): void {
   const { context, size, ratio, colours, points } = drawing;
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
   context.fillStyle = colours.ground;
   context.fillRect(0, 0, size.width, size.height);
-  if (background !== undefined) paintPlan(drawing, background, true);
+  for (const plan of background) paintPlan(drawing, plan, true);
   if (layers.grid) paintGrid(drawing);
   points.resize(Math.round(size.width * ratio), Math.round(size.height * ratio));
   points.clear();
@@ -297,12 +298,13 @@ function paintObjects({ context, view, size, colours }: Drawing, { objects }: Ro
   context.lineWidth = 1.5;
   context.font = '11px system-ui, sans-serif';
   context.textAlign = 'center';
-  for (const { pose, length, width, id } of objects) {
+  for (const { pose, length, width, id, type } of objects) {
     const half = { x: Math.max(length, 100) / 2, y: Math.max(width, 100) / 2 };
     outline(context, view, size, pose, { front: half.x, back: half.x, left: half.y, right: half.y, margin: 0 });
     context.stroke();
     const at = toScreen(view, size, pose);
-    context.fillText(`${id}`, at.x, at.y + 4);
+    const name = type === 0 ? '' : valueName('ObjRecogObject.type', type);
+    context.fillText(`${id} ${name ?? ''}`, at.x, at.y + 4);
   }
 }
 

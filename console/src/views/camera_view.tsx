@@ -1,19 +1,22 @@
 // The picture of a camera, and its format.
 
 import { useSignal } from '@preact/signals';
-import { useEffect } from 'preact/hooks';
+import { useEffect, useMemo } from 'preact/hooks';
 import { useConsole } from '../app/console';
-import { namesOf } from '../codec/catalogue';
-import type { CameraData } from '../codec/messages';
+import { namesOf, valueName } from '../codec/catalogue';
+import type { CameraData, ObjRecogData } from '../codec/messages';
+import { firstOf } from '../map/follow';
 import { command } from '../model/commands';
+import type { Component } from '../model/fleet';
 import { useAttempt } from '../ui/attempt';
 import { useStream } from '../ui/use_stream';
 import { isGrey, modeName, pictureOf } from './camera_picture';
 import { colourTable, tableNames } from './colour_tables';
-import { Picture, type Pixels } from './picture';
+import { type Mark, Picture, type Pixels } from './picture';
 import { StreamBox, type ViewProperties } from './view';
 
 const period = 100; // ms
+const objectPeriod = 200;
 
 function useCamera(address: number, table: string) {
   const stream = useStream<CameraData>(address, period);
@@ -43,10 +46,11 @@ export function CameraSight({ component }: ViewProperties) {
 export function CameraView({ component }: ViewProperties) {
   const table = useSignal('');
   const { stream, data, pixels, Failure } = useCamera(component.address, table.value);
+  const marks = useObjectMarks(component);
   const note = data === undefined ? '' : `${data.width} × ${data.height}, ${modeName(data.mode)}`;
   return (
     <StreamBox component={component} stream={stream}>
-      <Picture pixels={pixels} label="Picture of the camera" name="camera" note={note} />
+      <Picture pixels={pixels} label="Picture of the camera" name="camera" note={note} marks={marks} />
       <Failure />
       {data !== undefined && isGrey(data) && (
         <label>
@@ -61,6 +65,24 @@ export function CameraView({ component }: ViewProperties) {
       )}
       <Format component={component} />
     </StreamBox>
+  );
+}
+
+// The parts of the picture in which the robot has found objects.
+function useObjectMarks(component: Component): Mark[] {
+  const console = useConsole();
+  const robot = console.fleet.robot(component.system);
+  const recognition = robot === undefined ? undefined : firstOf(robot, 'ObjRecog');
+  const objects = useStream<ObjRecogData>(recognition?.address, objectPeriod).value.value?.data.objects;
+  return useMemo(
+    () =>
+      (objects ?? [])
+        .filter(({ imageArea: { width, height } }) => width > 0 && height > 0)
+        .map(({ objectId, type, imageArea }) => ({
+          ...imageArea,
+          text: `${objectId} ${valueName('ObjRecogObject.type', type) ?? ''}`,
+        })),
+    [objects],
   );
 }
 

@@ -16,8 +16,18 @@ import { StreamBox, type ViewProperties } from './view';
 const slow = 1000; // ms: only whether data come
 
 export function MapView({ component }: ViewProperties) {
-  const console = useConsole();
   const stream = useStream<Record<string, unknown>>(component.address, slow);
+  return (
+    <StreamBox component={component} stream={stream}>
+      <RobotMap component={component} />
+      <MapFile component={component} />
+    </StreamBox>
+  );
+}
+
+// A small map of the robot of a component.
+export function RobotMap({ component }: ViewProperties) {
+  const console = useConsole();
   const model = useMemo(() => newMapModel({ ...allLayers, particles: true }), []);
   const robot = console.fleet.robots.value.find(({ system }) => system === component.system);
   const visible = useVisible();
@@ -31,15 +41,14 @@ export function MapView({ component }: ViewProperties) {
     });
   }, [robot?.components.length, visible]);
   return (
-    <StreamBox component={component} stream={stream}>
+    <>
       <div class="small-map">
         <MapCanvas model={model} label={`Map of ${className(component.classId)}`} choose={undefined} />
       </div>
       <p class="small">
         <a href={`#/map?robots=${component.system}`}>Open the map</a>
       </p>
-      <MapFile component={component} />
-    </StreamBox>
+    </>
   );
 }
 

@@ -2,14 +2,16 @@
 
 import { type Signal, useSignal } from '@preact/signals';
 import { useConsole } from '../app/console';
-import { valueName } from '../codec/catalogue';
+import { structOf, valueName } from '../codec/catalogue';
 import type { ObjRecogData, OdometryData, PilotData, PlannerData, Position3d, PositionData } from '../codec/messages';
 import { command } from '../model/commands';
 import { useAttempt } from '../ui/attempt';
 import { degrees, metres, radians } from '../ui/quantities';
 import { useStream } from '../ui/use_stream';
+import { FieldTable } from './fields_view';
 import { GoalView } from './goal_view';
 import { GpsUpdate } from './gps_update';
+import { RobotMap } from './map_view';
 import { NumberInput, numberOf, Values } from './parts';
 import { StreamBox, type ViewProperties } from './view';
 
@@ -130,6 +132,7 @@ export function PilotView({ component }: ViewProperties) {
           />
         )}
       </StreamBox>
+      <RobotMap component={component} />
       <p class="actions">
         <button type="button" onClick={() => hold(1)}>
           Hold
@@ -152,6 +155,8 @@ export function PilotView({ component }: ViewProperties) {
   );
 }
 
+const objectFields = structOf('ObjRecogObject').fields;
+
 export function ObjectsView({ component }: ViewProperties) {
   const stream = useStream<ObjRecogData>(component.address, period);
   const objects = stream.value.value?.data.objects ?? [];
@@ -160,7 +165,7 @@ export function ObjectsView({ component }: ViewProperties) {
       {objects.length === 0 && <p class="faint">It sees no objects.</p>}
       <table class="list">
         <tbody>
-          {objects.map(({ objectId, type, pos, vel, dim, prob }) => (
+          {objects.map(({ objectId, type, pos, vel, dim, prob }, i) => (
             <tr key={objectId}>
               <th scope="row">{objectId}</th>
               <td>{valueName('ObjRecogObject.type', type) ?? `type ${type}`}</td>
@@ -172,6 +177,12 @@ export function ObjectsView({ component }: ViewProperties) {
                 {metres(dim.x)} × {metres(dim.y)}
               </td>
               <td>{(100 * prob).toFixed(0)} %</td>
+              <td>
+                <details>
+                  <summary>all values</summary>
+                  <FieldTable fields={objectFields} data={{ ...objects[i] }} si={true} />
+                </details>
+              </td>
             </tr>
           ))}
         </tbody>

@@ -7,6 +7,15 @@ import { matrixOf, type Orientation, orientations, pixelAt, turnedSize } from '.
 
 export type Pixels = ImageData | ImageBitmap;
 
+// Drawn around a part of the picture.
+export interface Mark {
+  x: number;
+  y: number;
+  width: number;
+  height: number;
+  text: string;
+}
+
 interface Properties {
   pixels: Pixels | undefined;
   label: string;
@@ -14,12 +23,13 @@ interface Properties {
   sharp?: boolean; // its pixels are cells, and stay so when it is enlarged
   note?: string;
   plain?: boolean; // without its controls
+  marks?: Mark[];
 }
 
 const zooms = [25, 50, 100, 200, 300, 400]; // %
 const asIs = 'not turned';
 
-export function Picture({ pixels, label, name, sharp = false, note = '', plain = false }: Properties) {
+export function Picture({ pixels, label, name, sharp = false, note = '', plain = false, marks = noMarks }: Properties) {
   const canvas = useRef<HTMLCanvasElement>(null);
   const zoom = useSignal(0); // 0: as wide as its place
   const turn = useSignal(asIs);
@@ -29,8 +39,9 @@ export function Picture({ pixels, label, name, sharp = false, note = '', plain =
   useEffect(() => {
     if (canvas.current === null || pixels === undefined) return;
     draw(canvas.current, pixels, orientation);
+    drawMarks(canvas.current, pixels, orientation, marks);
     if (keeps.value) saveCanvas(canvas.current, `${name}-${Date.now()}.png`);
-  }, [pixels, orientation]);
+  }, [pixels, orientation, marks]);
   const showPixel = ({ offsetX, offsetY, currentTarget }: MouseEvent & { currentTarget: HTMLCanvasElement }) => {
     if (pixels === undefined) return;
     const x = Math.floor((offsetX * currentTarget.width) / currentTarget.clientWidth);
@@ -103,6 +114,7 @@ export function Picture({ pixels, label, name, sharp = false, note = '', plain =
 }
 
 const none = { width: 0, height: 0 };
+const noMarks: Mark[] = [];
 
 function draw(canvas: HTMLCanvasElement, pixels: Pixels, orientation: Orientation): void {
   const { width, height } = turnedSize(pixels, orientation);
@@ -115,6 +127,23 @@ function draw(canvas: HTMLCanvasElement, pixels: Pixels, orientation: Orientatio
   context.setTransform(...matrixOf(orientation, pixels));
   context.drawImage(pixels instanceof ImageData ? canvasOf(pixels) : pixels, 0, 0);
 }
+
+function drawMarks(canvas: HTMLCanvasElement, pixels: Pixels, orientation: Orientation, marks: Mark[]): void {
+  const context = canvas.getContext('2d');
+  if (context === null || marks.length === 0) return;
+  const width = Math.max(1, canvas.width / 320);
+  context.setTransform(...matrixOf(orientation, pixels));
+  context.strokeStyle = markColour;
+  context.fillStyle = markColour;
+  context.lineWidth = 2 * width;
+  context.font = `${12 * width}px system-ui, sans-serif`;
+  for (const mark of marks) {
+    context.strokeRect(mark.x, mark.y, mark.width, mark.height);
+    context.fillText(mark.text, mark.x, mark.y - 3 * width);
+  }
+}
+
+const markColour = '#ffd23f';
 
 // Raw pixels cannot be turned while they are put into a canvas.
 function canvasOf(pixels: ImageData): OffscreenCanvas {

@@ -3,7 +3,7 @@
 import { useSignal } from '@preact/signals';
 import { useEffect, useMemo } from 'preact/hooks';
 import { useConsole } from '../app/console';
-import { decodeStruct } from '../codec/catalogue';
+import { decodeStruct, valueName } from '../codec/catalogue';
 import type { GridMapData, Scan3dData, Scan3dRangeImageData } from '../codec/messages';
 import { command } from '../model/commands';
 import { useAttempt } from '../ui/attempt';
@@ -51,6 +51,7 @@ export function Scan3dView({ component }: ViewProperties) {
   const stream = useStream<Scan3dData>(component.address, slow);
   const image = useSignal<Scan3dRangeImageData | undefined>(undefined);
   const far = useSignal(10);
+  const byType = useSignal(false);
   const { attempt, Failure } = useAttempt();
   const value = stream.value.value;
   useEffect(() => {
@@ -61,12 +62,20 @@ export function Scan3dView({ component }: ViewProperties) {
     });
   }, [value]);
   const pixels = useMemo(
-    () => (image.value === undefined ? undefined : rangesOf(image.value, far.value * 1000)),
-    [image.value, far.value],
+    () => (image.value === undefined ? undefined : rangesOf(image.value, far.value * 1000, byType.value)),
+    [image.value, far.value, byType.value],
   );
   return (
     <StreamBox component={component} stream={stream}>
       <Picture pixels={pixels} label="Range image: near is red, far is blue" name="range-image" sharp />
+      <label>
+        <input
+          type="checkbox"
+          checked={byType.value}
+          onChange={(event) => (byType.value = event.currentTarget.checked)}
+        />{' '}
+        Colours by kind
+      </label>
       <label>
         Up to {far.value} m{' '}
         <input
@@ -82,6 +91,7 @@ export function Scan3dView({ component }: ViewProperties) {
       {value !== undefined && (
         <Values
           of={{
+            mounting: valueName('Scan3dData.scanMode', value.data.scanMode) ?? `${value.data.scanMode}`,
             scans: `${value.data.scanNum}`,
             'points a scan': `${value.data.scanPointNum}`,
             points: `${value.data.pointNum ?? value.data.points.length}`,
@@ -94,9 +104,23 @@ export function Scan3dView({ component }: ViewProperties) {
   );
 }
 
-function rangesOf({ scanNum: columns, scanPointNum: rows, points }: Scan3dRangeImageData, far: number) {
+const kinds: Pixel[] = [
+  [200, 200, 200],
+  [230, 90, 70],
+  [70, 140, 230],
+  [80, 190, 110],
+  [230, 180, 60],
+  [170, 90, 200],
+];
+
+function rangesOf(
+  { scanNum: columns, scanPointNum: rows, points }: Scan3dRangeImageData,
+  far: number,
+  byType: boolean,
+) {
   return pictureOf(columns, rows, (column, row) => {
-    const range = points[column * rows + (rows - 1 - row)]?.range ?? 0;
+    const { range, type } = points[column * rows + (rows - 1 - row)] ?? { range: 0, type: 0 };
+    if (byType && range > 0) return kinds[Math.abs(type) % kinds.length] ?? heat(1);
     return range <= 0 ? [0, 0, 0] : heat(Math.min(1, range / far));
   });
 }
