@@ -1,6 +1,6 @@
 // One connection to the router, without its WebSocket: it asks the router who it is, registers a mailbox there, and
 // asks for a sign of life, so that a connection that is dead without a word is found. A lost connection is opened
-// again after a pause that grows from 0.2 to 5 s.
+// again after a pause that grows from 0.2 to 1.5 s.
 //
 // Pure: time comes in as milliseconds, bytes go out through `wire`.
 
@@ -33,7 +33,7 @@ export interface SocketEvents {
 type Phase = 'waiting' | 'opening' | 'asking' | 'registering' | 'ready';
 
 const pauseMin = 200;
-const pauseMax = 5000;
+const pauseMax = 1500;
 const setUpTime = 5000;
 const pingPeriod = 2000;
 const pingTime = 4000;
