@@ -4,7 +4,9 @@ import { createContext } from 'preact';
 import { useContext } from 'preact/hooks';
 import { className } from '../codec/catalogue';
 import { Admin } from '../model/admin';
+import { storedName } from '../model/console_name';
 import { Fleet } from '../model/fleet';
+import { Leases } from '../model/leases';
 import { Log } from '../model/log';
 import { addressText, originalWidths, type Widths } from '../tims/address';
 import { Client } from '../tims/client';
@@ -13,6 +15,7 @@ export interface Console {
   client: Client;
   admin: Admin;
   fleet: Fleet;
+  leases: Leases;
   log: Log;
 }
 
@@ -20,7 +23,7 @@ export function makeConsole(worker: Worker, url: string): Console {
   const client = new Client(worker, url);
   const admin = new Admin(client);
   const fleet = new Fleet(client, admin);
-  return { client, admin, fleet, log: new Log(client, fleet) };
+  return { client, admin, fleet, leases: new Leases(client, admin, storedName()), log: new Log(client, fleet) };
 }
 
 export const ConsoleContext = createContext<Console | undefined>(undefined);

@@ -5,6 +5,7 @@ import { useEffect } from 'preact/hooks';
 import { nameOf, useConsole, widthsOf } from '../app/console';
 import { go, route, setOption } from '../app/route';
 import type { Component, Robot } from '../model/fleet';
+import type { Lease } from '../model/leases';
 import { useAdminList } from '../network/admin_list';
 import type { RouterItem } from '../network/reports';
 import { fieldsOf } from '../tims/address';
@@ -32,6 +33,7 @@ export function FleetPage() {
   const shown = useSignal(rowsAtOnce);
   const visible = rows.slice(0, shown.value);
   useWatched(visible.flatMap(({ robot }) => robot.components.map(({ address }) => address)));
+  const drivers = useDrivers(visible.map(({ robot }) => robot.system));
   if (robots.length === 0) return <NoRobots />;
   return (
     <section>
@@ -58,7 +60,7 @@ export function FleetPage() {
       <ul class="robots">
         <Away present={robots} />
         {visible.map((row) => (
-          <RobotCard key={row.robot.system} row={row} />
+          <RobotCard key={row.robot.system} row={row} driver={drivers.get(row.robot.system)} />
         ))}
       </ul>
       {rows.length > visible.length && (
@@ -73,6 +75,17 @@ export function FleetPage() {
 function useWatched(addresses: number[]) {
   const { fleet } = useConsole();
   useEffect(() => fleet.watch(addresses), [addresses.join()]);
+}
+
+// Who drives which of these robots.
+function useDrivers(robots: number[]): ReadonlyMap<number, Lease> {
+  const { leases, client } = useConsole();
+  const { items } = useAdminList(
+    async () => [...(await leases.holders(robots)).values()],
+    `drivers ${robots.join()} ${client.connection.value.state}`,
+    3000,
+  );
+  return new Map((items ?? []).map((lease) => [lease.robot, lease]));
 }
 
 function NoRobots() {
@@ -102,7 +115,7 @@ function Summary({ rows }: { rows: Row[] }) {
   );
 }
 
-function RobotCard({ row: { robot, on, off, bad } }: { row: Row }) {
+function RobotCard({ row: { robot, on, off, bad }, driver }: { row: Row; driver: Lease | undefined }) {
   const console = useConsole();
   const failure = useSignal('');
   const allOff = async () => {
@@ -128,6 +141,7 @@ function RobotCard({ row: { robot, on, off, bad } }: { row: Row }) {
         </span>
         <span class="faint">{robot.components.length} components</span>
       </p>
+      {driver !== undefined && <p class="small">{driver.holder} drives it</p>}
       <ul class="troubles">
         {bad.map((component) => (
           <li key={component.address}>
