@@ -62,6 +62,13 @@ std::optional<std::uint32_t> driven_robot(const Message& message, const AddressW
 }
 
 DrivingLeases::Change DrivingLeases::change(Time now, LeaseVerb verb, const DrivingLease& wanted) {
+  Change change = make_change(now, verb, wanted);
+  set_next_end();
+  return change;
+}
+
+DrivingLeases::Change DrivingLeases::make_change(Time now, LeaseVerb verb,
+                                                 const DrivingLease& wanted) {
   const auto at = std::ranges::lower_bound(leases_, wanted.robot, {}, &DrivingLease::robot);
   const bool held = at != leases_.end() && at->robot == wanted.robot;
   const bool own = held && is_same_holder(*at, wanted);
@@ -92,29 +99,31 @@ DrivingLeases::Change DrivingLeases::change(Time now, LeaseVerb verb, const Driv
 }
 
 std::vector<DrivingLeases::Ended> DrivingLeases::end_of(ClientId client) {
-  std::vector<Ended> ended;
-  std::erase_if(leases_, [&](const DrivingLease& lease) {
-    if (lease.client.id != client) return false;
-    ended.push_back({lease, LeaseEnd::kDisconnected});
-    return true;
-  });
-  return ended;
+  return end_if(LeaseEnd::kDisconnected,
+                [&](const DrivingLease& lease) { return lease.client.id == client; });
 }
 
 std::vector<DrivingLeases::Ended> DrivingLeases::end_old(Time now) {
+  return end_if(LeaseEnd::kNotRenewed,
+                [&](const DrivingLease& lease) { return now >= lease.until; });
+}
+
+template <typename Condition>
+std::vector<DrivingLeases::Ended> DrivingLeases::end_if(LeaseEnd why, Condition condition) {
   std::vector<Ended> ended;
   std::erase_if(leases_, [&](const DrivingLease& lease) {
-    if (now < lease.until) return false;
-    ended.push_back({lease, LeaseEnd::kNotRenewed});
-    return true;
+    const bool ends = condition(lease);
+    if (ends) ended.push_back({lease, why});
+    return ends;
   });
+  set_next_end();
   return ended;
 }
 
-Time DrivingLeases::next_end() const {
-  Time next = kNever;
-  for (const DrivingLease& lease : leases_) next = std::min(next, lease.until);
-  return next;
+// Asked for in every turn of the router, changed rarely.
+void DrivingLeases::set_next_end() {
+  next_end_ = kNever;
+  for (const DrivingLease& lease : leases_) next_end_ = std::min(next_end_, lease.until);
 }
 
 const DrivingLease* DrivingLeases::find(std::uint32_t robot) const {

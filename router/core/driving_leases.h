@@ -71,7 +71,7 @@ class DrivingLeases {
   std::vector<Ended> end_of(ClientId client);
   std::vector<Ended> end_old(Time now);
   // When end_old() has something to do; kNever: nobody holds a lease.
-  [[nodiscard]] Time next_end() const;
+  [[nodiscard]] Time next_end() const { return next_end_; }
 
   [[nodiscard]] bool empty() const { return leases_.empty(); }
   // Null: nobody holds it. Valid until the next change.
@@ -86,7 +86,13 @@ class DrivingLeases {
                                             const AddressWidths& widths) const;
 
  private:
+  Change make_change(Time now, LeaseVerb verb, const DrivingLease& wanted);
+  template <typename Condition>
+  std::vector<Ended> end_if(LeaseEnd why, Condition condition);
+  void set_next_end();
+
   std::vector<DrivingLease> leases_;  // by robot
+  Time next_end_ = kNever;
 };
 
 }  // namespace tims::core

@@ -47,7 +47,7 @@ struct NewestRule {
   bool status = false;
   bool parameters = false;
   std::bitset<kClassIds> classes{};  // of sources of data
-  std::uint32_t length_max = 0;    // bytes, header included
+  std::uint32_t length_max = 0;      // bytes, header included
   AddressWidths widths{};
 
   // Reads one element of a list: "status", "parameters", "state" for the data of the classes that

@@ -15,8 +15,15 @@ const routers = [
   { kind: 'missing', role: 'subsystem', system: 5, state: 'down', address: null },
 ];
 
+const above = [
+  { kind: 'self', role: 'top', system: 0, state: 'up', address: { raw: '0x00000100' } },
+  { kind: 'sub', role: 'system', system: 3, state: 'up', address: { raw: '0x03000100' } },
+  { kind: 'sub', role: 'system', system: 7, state: 'up', address: { raw: '0x07000100' } },
+];
+
 class Fixture {
   asked: { question: Question; router: number }[] = [];
+  routers = routers;
   holders: { robot: number; holder: string; age_s: number }[] = [];
   refusal: AdminError | undefined;
   connection = signal<Connection>({ state: 'connected', router: undefined, since: 0, why: '' });
@@ -28,8 +35,8 @@ class Fixture {
         if (this.refusal !== undefined) throw this.refusal;
         return {} as Answer;
       },
-      all: async <Item>(question: Question, _router = 0) =>
-        (question.ask === 'routers' ? routers : this.holders) as Item[],
+      all: async <Item>(question: Question, router = 0) =>
+        (question.ask !== 'routers' ? this.holders : router === 0 ? this.routers : above) as Item[],
     },
     signal('tablet 2'),
     (action, period) => {
@@ -65,6 +72,18 @@ test('a lease is asked of the system router of the robot, else of the own', asyn
   assert.deepEqual([...fixture.leases.own.value], [3, 4, 9]);
   for (const robot of [3, 4, 9]) await fixture.leases.release(robot);
   assert.deepEqual(fixture.done().slice(3), [`release 3 ${robotRouter}`, 'release 4 0', 'release 9 0']);
+});
+
+test('a robot beside the own is known to the router above', async () => {
+  const fixture = new Fixture();
+  fixture.routers = [
+    { kind: 'self', role: 'system', system: 3, state: 'up', address: { raw: '0x03000100' } },
+    { kind: 'super', role: 'top', system: 0, state: 'up', address: { raw: '0x00000100' } },
+  ];
+  await fixture.leases.take(3);
+  await fixture.leases.take(7);
+  assert.deepEqual(fixture.done(), ['take 3 0', `take 7 ${0x07000100}`]);
+  for (const robot of [3, 7]) await fixture.leases.release(robot);
 });
 
 test('who is refused holds nothing', async () => {

@@ -53,7 +53,7 @@ export class Leases {
     robot: number,
     options: { stick?: number; over?: boolean; ended?: (why: string) => void } = {},
   ): Promise<void> {
-    const router = routerOf(robot, await this.routers());
+    const router = (await this.routers()).get(robot) ?? 0;
     await this.admin.ask(
       {
         ask: 'lease',
@@ -93,11 +93,11 @@ export class Leases {
   async holders(robots: number[]): Promise<Map<number, Lease>> {
     const routers = await this.routers();
     const wanted = new Set(robots);
-    const asked = new Set(robots.map((robot) => routerOf(robot, routers)));
+    const asked = new Set(robots.map((robot) => routers.get(robot) ?? 0));
     const answers = await Promise.allSettled(
       [...asked].map(async (router) =>
         (await this.admin.all<Lease>({ ask: 'leases' }, router)).filter(
-          ({ robot }) => wanted.has(robot) && routerOf(robot, routers) === router,
+          ({ robot }) => wanted.has(robot) && (routers.get(robot) ?? 0) === router,
         ),
       ),
     );
@@ -105,8 +105,22 @@ export class Leases {
     return new Map(leases.map((lease) => [lease.robot, lease]));
   }
 
-  private routers(): Promise<RouterItem[]> {
-    return this.admin.all<RouterItem>({ ask: 'routers' });
+  // The system routers that the own one and the one above know, by robot; 0: the own.
+  private async routers(): Promise<Map<number, number>> {
+    const own = await this.admin.all<RouterItem>({ ask: 'routers' });
+    const found = new Map<number, number>();
+    const add = (items: RouterItem[], self: number) => {
+      for (const { role, system, kind, state, address } of items)
+        if (role === 'system' && system !== null && address !== null && (kind === 'self' || state === 'up'))
+          if (!found.has(system)) found.set(system, kind === 'self' ? self : Number(address.raw));
+    };
+    add(own, 0);
+    const above = own.find(({ kind, state }) => kind === 'super' && state === 'up')?.address;
+    if (above) {
+      const router = Number(above.raw);
+      add(await this.admin.all<RouterItem>({ ask: 'routers' }, router).catch(() => []), router);
+    }
+    return found;
   }
 
   private async renew(): Promise<void> {
@@ -146,12 +160,4 @@ export class Leases {
 function repeatedly(action: () => void, period: number): () => void {
   const timer = setInterval(action, period);
   return () => clearInterval(timer);
-}
-
-// 0: the own.
-function routerOf(robot: number, routers: RouterItem[]): number {
-  const found = routers.find(
-    ({ role, system, kind, state }) => role === 'system' && system === robot && (kind === 'self' || state === 'up'),
-  );
-  return found === undefined || found.kind === 'self' || found.address === null ? 0 : Number(found.address.raw);
 }
