@@ -92,7 +92,7 @@ class MessageQueue {
   static_assert(sizeof(Level) * kLevels == BlockPool::kBlockSize);
   static constexpr std::size_t kNoLevel = kLevels;
   // So many waiting messages are looked at for an older sample.
-  static constexpr std::size_t kSearchMax = 512;
+  static constexpr std::size_t kSearchMax = StreamCounters::kStreamsMax;
 
   bool open();
   void close();
