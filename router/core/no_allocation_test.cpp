@@ -86,7 +86,8 @@ TEST(NoAllocation, KeepingTheNewestValues) {
     router.on_message(now, robot, message);
   }
   EXPECT_EQ(test::allocations(), before);
-  EXPECT_EQ(newest.counts().values, 8U);
+  EXPECT_LE(newest.counts().values, 8U);
+  EXPECT_GT(newest.counts().replaced, 0U);
   EXPECT_GT(newest.counts().evicted, 0U);
 }
 

@@ -346,7 +346,8 @@ class KeepsNewest : public StalledReader {
     ASSERT_TRUE(eventually([&] { return source_->send(header, body).ok(); }, "room at the router"));
   }
   boost::json::object stream(int type) {
-    for (const auto& item : ask(*router_, R"({"ask":"streams"})").at("items").as_array())
+    const auto answer = ask(*router_, R"({"ask":"streams"})");
+    for (const auto& item : answer.at("items").as_array())
       if (item.at("type") == type) return item.as_object();
     return {{"samples", 0}, {"dropped", 0}, {"waiting", 0}};
   }
