@@ -26,7 +26,7 @@
 namespace tims::core {
 
 enum class StreamKind : std::uint8_t {
-  kData,        // samples: DATA with flag STREAM
+  kData,        // DATA to listeners (kOfStream)
   kStatus,      // replies ENABLED and DISABLED to GET_STATUS
   kParameters,  // replies PARAM to GET_PARAM and SET_PARAM
 };
@@ -60,6 +60,10 @@ class NewestValues {
  public:
   static constexpr std::size_t kCellBytes = 256;
   static constexpr std::size_t kBytesPerValue = 1024;  // so many values have room on average
+  // Data to a listener have one of these flags: samples of which the newest is enough, and those
+  // that must all arrive, such as the distances that a chassis has driven. Answers to GET_DATA,
+  // which may be older, have none.
+  static constexpr std::uint8_t kOfStream = flag::kStream | flag::kReportIfGone;
 
   // Allocates `bytes` for bodies, and room for one value for each kBytesPerValue of them.
   NewestValues(std::size_t bytes, HashSeed seed);
@@ -70,7 +74,7 @@ class NewestValues {
   [[nodiscard]] bool wants(const Header& header) const {
     switch (header.type) {
       case type::kData:
-        return (header.flags & flag::kStream) != 0 && has_class(header.src);
+        return (header.flags & kOfStream) != 0 && has_class(header.src);
       case type::kEnabled:
       case type::kDisabled:
         return rule_.status;

@@ -50,6 +50,8 @@ TEST_F(NewestValuesTest, WantsTheListedStreamsOnly) {
     return values_.wants({.flags = flags, .type = type, .src = source});
   };
   EXPECT_TRUE(wants(type::kData, kPosition));
+  EXPECT_TRUE(wants(type::kData, kPosition, flag::kReportIfGone))
+      << "must not be replaced on a link";
   EXPECT_FALSE(wants(type::kData, kPosition, flag::kNativeOrder)) << "an answer may be older";
   EXPECT_FALSE(wants(type::kData, kLadar));
   EXPECT_TRUE(wants(type::kEnabled, kLadar, 0));
