@@ -1,7 +1,7 @@
 // All robots, the worst first: which is in trouble, and why.
 
 import { useSignal } from '@preact/signals';
-import { useEffect } from 'preact/hooks';
+import { useEffect, useRef } from 'preact/hooks';
 import { nameOf, useConsole, widthsOf } from '../app/console';
 import { go, route, setOption } from '../app/route';
 import type { Component, Robot } from '../model/fleet';
@@ -79,12 +79,10 @@ function useWatched(addresses: number[]) {
 
 // Who drives which of these robots.
 function useDrivers(robots: number[]): ReadonlyMap<number, Lease> {
-  const { leases, client } = useConsole();
-  const { items } = useAdminList(
-    async () => [...(await leases.holders(robots)).values()],
-    `drivers ${robots.join()} ${client.connection.value.state}`,
-    3000,
-  );
+  const { leases } = useConsole();
+  const shown = useRef(robots);
+  shown.current = robots; // they change often; who drives is asked at a period
+  const { items } = useAdminList(async () => [...(await leases.holders(shown.current)).values()], 'drivers', 3000);
   return new Map((items ?? []).map((lease) => [lease.robot, lease]));
 }
 
