@@ -131,6 +131,8 @@ constexpr OptionRow kOptions[] = {
     {"fields", 0, "", "print one field per line", [](Options& o, string_view) { o.fields = true; }},
     {"si", 0, "", "use SI units: m, s (angles remain clockwise)",
      [](Options& o, string_view) { o.si = true; }},
+    {"newest", 0, "", "show what the router has kept, with its age; asks no component",
+     [](Options& o, string_view) { o.newest = true; }},
     {"filter", 0, "COND",
      "only messages that match: 'vx>100', 'type_name=move,points[].distance<300'",
      [](Options& o, string_view v) { o.filter = v; }},

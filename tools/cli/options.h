@@ -73,6 +73,7 @@ struct Options {
   std::optional<tims::Duration> patience;  // of nav goto
   bool fields = false;
   bool si = false;
+  bool newest = false;  // of component data
   bool yes = false;
   bool raw = false;
   bool no_wait = false;

@@ -101,8 +101,10 @@ constexpr Verb kOwnVerbs[] = {
      "component (or only NAME) into the robot file; comments and order are kept. Run save on the "
      "host of the robot.",
      "timsctl component param set Chassis/1/0 vxMax 500", component_param, kRows},
-    {"component", "data", "ADDR", 1, 1, "body-max wait si", false,
-     "Show the newest data of a component, field by field. --wait: wait until it has data.",
+    {"component", "data", "ADDR", 1, 1, "body-max wait si newest", false,
+     "Show the newest data of a component, field by field. --wait: wait until it has data. "
+     "--newest: show the newest sample that passed the router, with its age, also when the "
+     "component or its robot is not reachable; the router keeps those of newest.streams.",
      "timsctl component data Position/1/0", component_data, kLines},
     {"component", "pilot", "CHASSIS [PILOT|none]", 1, 2, "wait", false,
      "Show the active pilot of a chassis; with PILOT: set the only pilot that may drive it.",

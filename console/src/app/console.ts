@@ -5,7 +5,9 @@ import { useContext } from 'preact/hooks';
 import { className } from '../codec/catalogue';
 import { GoalLists } from '../map/goals';
 import { Admin } from '../model/admin';
+import { storedName } from '../model/console_name';
 import { Fleet } from '../model/fleet';
+import { Leases } from '../model/leases';
 import { Log } from '../model/log';
 import { addressText, originalWidths, type Widths } from '../tims/address';
 import { Client } from '../tims/client';
@@ -14,6 +16,7 @@ export interface Console {
   client: Client;
   admin: Admin;
   fleet: Fleet;
+  leases: Leases;
   log: Log;
   goals: GoalLists;
 }
@@ -22,7 +25,14 @@ export function makeConsole(worker: Worker, url: string): Console {
   const client = new Client(worker, url);
   const admin = new Admin(client);
   const fleet = new Fleet(client, admin);
-  return { client, admin, fleet, log: new Log(client, fleet), goals: new GoalLists() };
+  return {
+    client,
+    admin,
+    fleet,
+    leases: new Leases(client, admin, storedName()),
+    log: new Log(client, fleet),
+    goals: new GoalLists(),
+  };
 }
 
 export const ConsoleContext = createContext<Console | undefined>(undefined);

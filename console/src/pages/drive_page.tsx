@@ -8,13 +8,19 @@ import { route } from '../app/route';
 import { beginDriving, endDriving, type StickPilot, stickPilots } from '../drive/drive';
 import { isDriveKey, normal, stickOfGamepad, stickOfKeys, stickOfPad } from '../drive/stick';
 import { firstOf } from '../map/follow';
+import { fittingName } from '../model/console_name';
 import type { Robot } from '../model/fleet';
+import type { Lease } from '../model/leases';
 import { isAtRest, type StickPosition, stickAtRest } from '../tims/joystick';
+import { age } from '../ui/quantities';
 import { CameraSight } from '../views/camera_view';
 import { ChassisSpeed } from '../views/chassis_view';
+import { HoldButton } from '../views/parts';
 import { ScanSight } from '../views/scan_view';
 
 const renewPeriod = 50; // ms; the worker lets the stick go after 250
+const holderPeriod = 1000;
+const takeOverTime = 1000;
 
 export function DrivePage() {
   const console = useConsole();
@@ -72,11 +78,16 @@ function DriveRobot({ robot }: { robot: Robot }) {
     }
     busy.value = false;
   };
-  const begin = (pilot: StickPilot) =>
+  const lost = (why: string) => {
+    driven.value = undefined;
+    trouble.value = `You no longer drive: ${why}.`;
+  };
+  const begin = (pilot: StickPilot, over: boolean) =>
     attempt(async () => {
-      await beginDriving(console, robot, pilot);
+      await beginDriving(console, robot, pilot, { over, ended: lost });
       driven.value = pilot;
     });
+  const other = useHolder(robot, driven.value === undefined);
   const end = () =>
     attempt(async () => {
       const pilot = driven.value;
@@ -95,17 +106,28 @@ function DriveRobot({ robot }: { robot: Robot }) {
       <div class="tools">
         <h1>Drive robot {robot.system}</h1>
         {driven.value === undefined ? (
-          pilots.value?.map((each) => (
-            <button
-              key={each.pilot.address}
-              type="button"
-              class="primary"
-              disabled={busy.value}
-              onClick={() => void begin(each)}
-            >
-              Drive with {nameOf(console, each.pilot.address)}
-            </button>
-          ))
+          pilots.value?.map((each) =>
+            other === undefined ? (
+              <button
+                key={each.pilot.address}
+                type="button"
+                class="primary"
+                disabled={busy.value}
+                onClick={() => void begin(each, false)}
+              >
+                Drive with {nameOf(console, each.pilot.address)}
+              </button>
+            ) : (
+              <HoldButton
+                key={each.pilot.address}
+                time={takeOverTime}
+                disabled={busy.value}
+                action={() => void begin(each, true)}
+              >
+                Take over with {nameOf(console, each.pilot.address)}
+              </HoldButton>
+            ),
+          )
         ) : (
           <button type="button" disabled={busy.value} onClick={() => void end()}>
             Release
@@ -125,6 +147,24 @@ function DriveRobot({ robot }: { robot: Robot }) {
           />
         </label>
       </div>
+      <p class="small" role="status">
+        {driven.value !== undefined
+          ? 'You drive. '
+          : other !== undefined
+            ? `${other.holder} drives this robot, for ${age(other.age_s)}. `
+            : 'Nobody drives it by hand. '}
+        <label>
+          Others see you as{' '}
+          <input
+            class="name"
+            value={console.leases.name.value}
+            onChange={({ currentTarget: input }) => {
+              if (input.value.trim() !== '') console.leases.name.value = fittingName(input.value.trim());
+              input.value = console.leases.name.value;
+            }}
+          />
+        </label>
+      </p>
       {trouble.value !== '' && (
         <p class="notice bad" role="alert">
           {trouble.value}
@@ -141,6 +181,31 @@ function DriveRobot({ robot }: { robot: Robot }) {
       </div>
     </section>
   );
+}
+
+// Who else drives the robot.
+function useHolder(robot: Robot, asked: boolean): Lease | undefined {
+  const console = useConsole();
+  const holder = useSignal<Lease | undefined>(undefined);
+  useEffect(() => {
+    if (!asked) return;
+    let isOver = false;
+    const ask = () =>
+      console.leases.holders([robot.system]).then(
+        (found) => {
+          if (!isOver) holder.value = found.get(robot.system);
+        },
+        () => {}, // the connection's notice says it
+      );
+    void ask();
+    const timer = setInterval(ask, holderPeriod);
+    return () => {
+      isOver = true;
+      holder.value = undefined;
+      clearInterval(timer);
+    };
+  }, [robot.system, asked]);
+  return holder.value;
 }
 
 function Views({ robot }: { robot: Robot }) {

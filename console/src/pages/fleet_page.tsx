@@ -1,11 +1,12 @@
 // All robots, the worst first: which is in trouble, and why.
 
 import { useSignal } from '@preact/signals';
-import { useEffect } from 'preact/hooks';
+import { useEffect, useRef } from 'preact/hooks';
 import { nameOf, useConsole, widthsOf } from '../app/console';
 import { go, route, setOption } from '../app/route';
 import { className } from '../codec/catalogue';
 import type { Component, Robot } from '../model/fleet';
+import type { Lease } from '../model/leases';
 import { useAdminList } from '../network/admin_list';
 import type { RouterItem } from '../network/reports';
 import { fieldsOf } from '../tims/address';
@@ -37,6 +38,7 @@ export function FleetPage() {
   const routers = useRouters();
   const away = routers.filter(({ kind, state }) => kind !== 'self' && state !== 'up');
   useWatched(visible.flatMap(({ robot }) => robot.components.map(({ address }) => address)));
+  const drivers = useDrivers(visible.map(({ robot }) => robot.system));
   if (robots.length === 0 && away.length === 0) return <NoRobots />;
   return (
     <section>
@@ -69,6 +71,7 @@ export function FleetPage() {
             key={row.robot.system}
             row={row}
             router={routers.find(({ system }) => system === row.robot.system)}
+            driver={drivers.get(row.robot.system)}
           />
         ))}
       </ul>
@@ -84,6 +87,15 @@ export function FleetPage() {
 function useWatched(addresses: number[]) {
   const { fleet } = useConsole();
   useEffect(() => fleet.watch(addresses), [addresses.join()]);
+}
+
+// Who drives which of these robots.
+function useDrivers(robots: number[]): ReadonlyMap<number, Lease> {
+  const { leases } = useConsole();
+  const shown = useRef(robots);
+  shown.current = robots; // they change often; who drives is asked at a period
+  const { items } = useAdminList(async () => [...(await leases.holders(shown.current)).values()], 'drivers', 3000);
+  return new Map((items ?? []).map((lease) => [lease.robot, lease]));
 }
 
 function NoRobots() {
@@ -131,7 +143,13 @@ function wordOf({ robot, on, bad }: Row): [word: string, kind: string] {
   return on > 0 ? ['works', 'good'] : ['off', 'faint'];
 }
 
-function RobotCard({ row, router }: { row: Row; router: RouterItem | undefined }) {
+interface CardProperties {
+  row: Row;
+  router: RouterItem | undefined;
+  driver: Lease | undefined;
+}
+
+function RobotCard({ row, router, driver }: CardProperties) {
   const { robot, on, off, bad } = row;
   const [word, kind] = wordOf(row);
   const console = useConsole();
@@ -157,6 +175,7 @@ function RobotCard({ row, router }: { row: Row; router: RouterItem | undefined }
           {robot.components.length} components{router?.rtt_s != null && `, link ${duration(router.rtt_s)}`}
         </span>
       </p>
+      {driver !== undefined && <p class="small">{driver.holder} drives it</p>}
       <ul class="troubles">
         {bad.map((component) => (
           <li key={component.address} class={component.state.value === 'error' ? 'bad' : 'warn'}>

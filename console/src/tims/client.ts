@@ -6,6 +6,7 @@ import { flags, types } from './header';
 import type { StickPosition } from './joystick';
 import type { Sample } from './newest';
 import type { RouterInfo } from './socket';
+import type { StreamRate } from './stream_drops';
 import type { StreamState } from './stream_requests';
 import type { FromWorker, ToWorker } from './worker_messages';
 
@@ -37,6 +38,7 @@ export class Client {
   private readonly rateSignal = signal(0);
   readonly stick = signal<number | undefined>(undefined);
   private readonly states = new Map<number, Signal<StreamState | undefined>>();
+  private readonly rates = new Map<number, Signal<StreamRate | undefined>>();
   private readonly receivers = new Map<number, Map<number, SampleReceiver>>();
   private readonly pending = new Map<number, Pending>();
   private nextId = 1;
@@ -113,12 +115,12 @@ export class Client {
   }
 
   streamState(component: number): ReadonlySignal<StreamState | undefined> {
-    let state = this.states.get(component);
-    if (state === undefined) {
-      state = signal<StreamState | undefined>(undefined);
-      this.states.set(component, state);
-    }
-    return state;
+    return signalOf(this.states, component);
+  }
+
+  // Undefined: the router drops no samples of this stream.
+  streamDrops(component: number): ReadonlySignal<StreamRate | undefined> {
+    return signalOf(this.rates, component);
   }
 
   // What the owner of the sink of texts receives.
@@ -176,7 +178,10 @@ export class Client {
         this.deliver(event.sample);
         break;
       case 'stream':
-        (this.streamState(event.component) as Signal<StreamState | undefined>).value = event.state;
+        signalOf(this.states, event.component).value = event.state;
+        break;
+      case 'drops':
+        signalOf(this.rates, event.component).value = event.rate;
         break;
       case 'hop':
         this.onHop?.(event.record);
@@ -212,4 +217,13 @@ export class Client {
     if (receivers !== undefined) for (const receiver of [...receivers.values()]) receiver(sample);
     if (sample.received > 0) requestAnimationFrame(() => this.post({ do: 'taken', component: sample.component }));
   }
+}
+
+function signalOf<Value>(signals: Map<number, Signal<Value | undefined>>, key: number): Signal<Value | undefined> {
+  let found = signals.get(key);
+  if (found === undefined) {
+    found = signal<Value | undefined>(undefined);
+    signals.set(key, found);
+  }
+  return found;
 }

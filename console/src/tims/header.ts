@@ -53,6 +53,10 @@ export const types = {
 // Commands of a client to its router, with dest = src = 0.
 export const routerCommands = { registerMailbox: 13, deleteMailbox: 14, lifesign: 17 } as const;
 
+// Of the samples of a stream that wait at the router for this connection, only the newest: in the body of
+// registerMailbox, behind the address.
+export const keepNewest = 1;
+
 export interface Header {
   flags: number;
   type: number;

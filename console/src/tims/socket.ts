@@ -52,6 +52,7 @@ export class Socket {
     private wire: Wire,
     private events: SocketEvents,
     private random: () => number,
+    private options = 0, // of its mailbox: keepNewest
   ) {}
 
   tick(now: number): void {
@@ -126,7 +127,8 @@ export class Socket {
       },
       widths,
     );
-    this.send({ type: routerCommands.registerMailbox }, wordBody(this.mailbox));
+    const body = this.options === 0 ? wordBody(this.mailbox) : wordBody(this.mailbox, this.options);
+    this.send({ type: routerCommands.registerMailbox }, body);
   }
 
   private registered(header: Header, now: number): void {

@@ -105,7 +105,7 @@ export function PositionView({ component }: ViewProperties) {
 }
 
 export function PilotView({ component }: ViewProperties) {
-  const { client } = useConsole();
+  const { client, leases } = useConsole();
   const stream = useStream<PilotData>(component.address, period);
   const [x, y, heading, speed] = [useSignal('0'), useSignal('0'), useSignal('0'), useSignal('0.5')];
   const { attempt, Failure } = useAttempt();
@@ -114,7 +114,9 @@ export function PilotView({ component }: ViewProperties) {
   const send = async () => {
     const pos = enteredPose(x, y, heading);
     const limit = Math.round(1000 * numberOf('Speed', speed));
-    await command(client, component, 'Pilot.SET_DESTINATION', { pos, speed: limit }, 20000);
+    await leases.during(component.system, () =>
+      command(client, component, 'Pilot.SET_DESTINATION', { pos, speed: limit }, 20000),
+    );
   };
   return (
     <>

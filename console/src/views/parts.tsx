@@ -17,13 +17,18 @@ export function Values({ of }: { of: Record<string, string> }) {
   );
 }
 
-const holdTime = 700; // ms
+interface HoldProperties {
+  action: () => void;
+  time?: number; // ms
+  disabled?: boolean;
+  children: ComponentChildren;
+}
 
 // For what moves something by itself: acts when it was held for a moment, by finger, mouse or key.
-export function HoldButton({ action, children }: { action: () => void; children: ComponentChildren }) {
+export function HoldButton({ action, time = 700, disabled = false, children }: HoldProperties) {
   const timer = useRef<ReturnType<typeof setTimeout> | undefined>(undefined);
   const begin = () => {
-    timer.current ??= setTimeout(action, holdTime);
+    timer.current ??= setTimeout(action, time);
   };
   const end = () => {
     clearTimeout(timer.current);
@@ -34,6 +39,7 @@ export function HoldButton({ action, children }: { action: () => void; children:
     <button
       type="button"
       class="hold"
+      disabled={disabled}
       title="Hold it for a moment"
       onPointerDown={begin}
       onPointerUp={end}
