@@ -19,6 +19,7 @@ const MessagesPage = lazy(() => import('./pages').then((pages) => pages.Messages
 const PlotsPage = lazy(() => import('./pages').then((pages) => pages.PlotsPage));
 const NetworkPage = lazy(() => import('./pages').then((pages) => pages.NetworkPage));
 const SimulationPage = lazy(() => import('./pages').then((pages) => pages.SimulationPage));
+const StudioPage = lazy(() => import('../studio/studio_page').then((pages) => pages.StudioPage));
 const RobotPage = lazy(() => import('./pages').then((pages) => pages.RobotPage));
 
 interface Page {
@@ -36,6 +37,7 @@ const pages: Page[] = [
   { name: 'messages', title: 'Messages', icon: 'text', view: MessagesPage, key: 'l' },
   { name: 'plots', title: 'Plots', icon: 'plot', view: PlotsPage, key: 'p' },
   { name: 'network', title: 'Network', icon: 'tree', view: NetworkPage, key: 'n' },
+  { name: 'studio', title: 'Studio', icon: 'wrench', view: StudioPage, key: 'c' },
   { name: 'simulation', title: 'Simulation', icon: 'cube', view: SimulationPage, key: 's' },
 ];
 

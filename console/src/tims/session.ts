@@ -79,6 +79,11 @@ export class Session {
     for (const { header, body } of this.joystick?.due(now) ?? []) this.control.send(header, body);
   }
 
+  // New connections instead of these: they prove that the router can be reached now.
+  reconnect(now: number): void {
+    this.lost('connecting anew', now);
+  }
+
   call(request: Request, now: number): Promise<Answer> {
     return new Promise((resolve, reject) => {
       if (!this.connected) return reject(new CallFailure('not connected to the router'));
