@@ -70,7 +70,7 @@ export interface ParameterLine {
 
 // In the order of the program; those of the file that it does not have come first.
 export function parameterLines(component: PlannedComponent, program: ProgramInfo | undefined): ParameterLine[] {
-  const known = program?.parameters ?? [];
+  const known = (program?.parameters ?? []).filter(({ name, common }) => !common || !ofFile.includes(name));
   const names = new Set(known.map(({ name }) => name));
   const strange = Object.entries(component.parameters)
     .filter(([name]) => !names.has(name))
@@ -82,6 +82,8 @@ export function parameterLines(component: PlannedComponent, program: ProgramInfo
     usual: info.default === undefined ? '' : `${info.default}`,
   }));
 }
+
+const ofFile = ['system', 'instance']; // keys of the file and of the component
 
 function typeOf(value: Toml): ParameterInfo['type'] {
   if (typeof value !== 'number') return 'text';
@@ -120,7 +122,7 @@ export function factsOf(info: ParameterInfo): string {
         ? `${info.min} to ${info.max}`
         : `at most ${info.max}`
       : '';
-  const effect = { now: 'takes effect at once', on: 'takes effect at the next ON', start: 'needs a restart' };
+  const effect = { now: 'at once', on: 'at the next ON', start: 'at the next start' };
   return [
     bounds,
     info.refers !== undefined && `the ${info.part ?? 'address'} of its ${info.refers}`,

@@ -187,8 +187,9 @@ function ComponentForm({ component }: { component: PlannedComponent }) {
         />
       )}
       <ul class="parameter-list">
-        {[...lines.filter(({ file }) => file !== undefined), ...lines.filter(({ file }) => file === undefined)].map(
-          (each) => (
+        {[...lines]
+          .sort((a, b) => rank(a) - rank(b))
+          .map((each) => (
             <ParameterItem
               key={each.info.name}
               component={component}
@@ -196,12 +197,14 @@ function ComponentForm({ component }: { component: PlannedComponent }) {
               running={running}
               live={live !== undefined}
             />
-          ),
-        )}
+          ))}
       </ul>
     </>
   );
 }
+
+// Those of the file first, then its own, then those that every component has.
+const rank = ({ file, info }: ParameterLine) => (file !== undefined ? 0 : info.common ? 2 : 1);
 
 interface ItemProperties {
   component: PlannedComponent;
@@ -321,7 +324,7 @@ function Partner({ studio, component, system, instance }: PartnerProperties) {
   );
 }
 
-const isNone = (value: string) => value.startsWith('-1');
+const isNone = (value: string) => value.endsWith('/-1');
 
 // --- to another host
 

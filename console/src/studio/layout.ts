@@ -26,15 +26,23 @@ export interface Layout {
   height: number;
 }
 
-export const sizes = {
-  node: { width: 152, height: 46 },
-  gap: { x: 44, y: 12 },
-  host: { padding: 16, title: 52, gapX: 28, gapY: 60 },
-};
+interface Sizes {
+  node: { width: number; height: number };
+  gap: { x: number; y: number };
+  padding: number;
+}
+
+const title = 56; // of a host
+const hostGap = { x: 28, y: 64 };
+const wide: Sizes = { node: { width: 152, height: 46 }, gap: { x: 44, y: 16 }, padding: 16 };
+const narrow: Sizes = { node: { width: 146, height: 46 }, gap: { x: 34, y: 16 }, padding: 10 };
+const narrowBelow = 420;
 
 export function layoutGraph(hosts: GraphHost[], edges: GraphEdge[], width: number): Layout {
   const layout: Layout = { hosts: new Map(), nodes: new Map(), width: 0, height: 0 };
-  const columnsMax = Math.max(1, Math.floor((width - 2 * sizes.host.padding + sizes.gap.x) / step.x));
+  const sizes = width < narrowBelow ? narrow : wide;
+  const { node, gap, padding } = sizes;
+  const columnsMax = Math.max(1, Math.floor((width - 2 * padding + gap.x) / (node.width + gap.x)));
   const levels = [...new Set(hosts.map(({ level }) => level))].sort((a, b) => a - b);
   let y = 0;
   for (const level of levels) {
@@ -42,42 +50,45 @@ export function layoutGraph(hosts: GraphHost[], edges: GraphEdge[], width: numbe
     let rowHeight = 0;
     for (const host of hosts.filter((each) => each.level === level)) {
       const columns = columnsOf(host.nodes, edges, columnsMax);
-      const size = sizeOf(columns);
+      const size = sizeOf(columns, sizes);
       if (x > 0 && x + size.width > width) {
-        y += rowHeight + sizes.host.gapY / 2;
+        y += rowHeight + hostGap.y / 2;
         x = 0;
         rowHeight = 0;
       }
       layout.hosts.set(host.name, { x, y, ...size });
-      place(columns, x, y, layout.nodes);
-      x += size.width + sizes.host.gapX;
+      place(columns, x, y, sizes, layout.nodes);
+      x += size.width + hostGap.x;
       rowHeight = Math.max(rowHeight, size.height);
-      layout.width = Math.max(layout.width, x - sizes.host.gapX);
+      layout.width = Math.max(layout.width, x - hostGap.x);
     }
-    y += rowHeight + sizes.host.gapY;
+    y += rowHeight + hostGap.y;
   }
-  layout.height = Math.max(0, y - sizes.host.gapY);
+  layout.height = Math.max(0, y - hostGap.y);
   return layout;
 }
 
-const step = { x: sizes.node.width + sizes.gap.x, y: sizes.node.height + sizes.gap.y };
-
-function sizeOf(columns: string[][]) {
-  const rows = Math.max(0, ...columns.map((column) => column.length));
-  const inner = Math.max(1, columns.length) * step.x - sizes.gap.x;
+function sizeOf(columns: string[][], { node, gap, padding }: Sizes) {
+  const columnHeight = (rows: number, i: number) =>
+    rows === 0 ? 0 : rows * (node.height + gap.y) + shift(i, node, gap);
+  const inner = Math.max(0, ...columns.map((column, i) => columnHeight(column.length, i)));
   return {
-    width: inner + 2 * sizes.host.padding,
-    height: sizes.host.title + (rows > 0 ? rows * step.y - sizes.gap.y + sizes.host.padding : 0),
+    width: Math.max(1, columns.length) * (node.width + gap.x) - gap.x + 2 * padding,
+    height: title + (inner > 0 ? inner - gap.y + padding : 0),
   };
 }
 
-function place(columns: string[][], x: number, y: number, nodes: Layout['nodes']): void {
+// Every second column stands half a row lower, so that a line over it runs between its boxes.
+const shift = (column: number, { height }: Sizes['node'], gap: Sizes['gap']) =>
+  column % 2 === 1 ? (height + gap.y) / 2 : 0;
+
+function place(columns: string[][], x: number, y: number, { node, gap, padding }: Sizes, nodes: Layout['nodes']): void {
   for (const [i, column] of columns.entries())
-    for (const [j, node] of column.entries())
-      nodes.set(node, {
-        x: x + sizes.host.padding + i * step.x,
-        y: y + sizes.host.title + j * step.y,
-        ...sizes.node,
+    for (const [j, name] of column.entries())
+      nodes.set(name, {
+        x: x + padding + i * (node.width + gap.x),
+        y: y + title + j * (node.height + gap.y) + shift(i, node, gap),
+        ...node,
       });
 }
 

@@ -22,6 +22,13 @@ export function Notices() {
           <Dismiss what="failure" run={() => (failure.value = '')} />
         </div>
       )}
+      {studio.hosts.value
+        .filter(({ list, trouble }) => list !== undefined && trouble !== '')
+        .map(({ name, trouble }) => (
+          <p key={name} class="notice bad" role="alert">
+            {name}: {trouble}. Its files are shown as they were.
+          </p>
+        ))}
       {studio.underWay.value.map((change) => (
         <Change key={change.id} change={change} />
       ))}

@@ -65,7 +65,7 @@ test('a component is cut with its comments, and nothing else', () => {
   const second = cutComponent(robot, places, 1);
   assert.ok(second?.block.startsWith('[[component]]\nprogram = "LadarSim"'));
   assert.ok(second?.block.includes('not one"""'));
-  assert.ok(!second.block.includes('Looks far'));
+  assert.ok(!second?.block.includes('Looks far'));
   const last = cutComponent(robot, places, 2);
   assert.equal(last?.block, '# Looks far.\n[[component]]\nprogram = "Scan2d"\n');
   assert.equal(cutComponent(robot, places, 3), undefined);

@@ -27,8 +27,8 @@ import type {
 import { cutComponent, pasteComponent, retype } from './text';
 
 export interface Host extends FoundHost {
-  list: HostList | undefined; // undefined: it has no agent, or the agent does not answer
-  trouble: string;
+  list: HostList | undefined; // the last one; undefined: it has no agent
+  trouble: string; // why there is none now
 }
 
 // What is in a text. While it cannot be read, the values are those before.
@@ -114,6 +114,11 @@ export class Studio {
     return this.programs.value.get(`${component.host}:${component.program}`);
   }
 
+  // Hosts whose agents answer.
+  get answering(): Host[] {
+    return this.hosts.value.filter(({ list, trouble }) => list !== undefined && trouble === '');
+  }
+
   host(name: string): Host | undefined {
     return this.hosts.value.find((host) => host.name === name);
   }
@@ -142,7 +147,12 @@ export class Studio {
       this.hostsAt = now;
       const found = await this.agents.hosts();
       const known = new Map(this.hosts.value.map((host) => [host.router, host]));
-      this.hosts.value = found.map((host) => ({ list: known.get(host.router)?.list, trouble: '', ...host }));
+      const here = new Set(found.map(({ router }) => router));
+      const away = this.hosts.value.filter(({ router, list }) => !here.has(router) && list !== undefined);
+      this.hosts.value = [
+        ...found.map((host) => ({ list: known.get(host.router)?.list, trouble: '', ...host })),
+        ...away, // shown as they were
+      ];
     }
     const lists = await Promise.all(this.hosts.value.map((host) => this.list(host)));
     this.hosts.value = lists;
@@ -162,13 +172,14 @@ export class Studio {
       return { ...host, list: await this.agents.ask<HostList>(host.agent, { ask: 'conf_list' }, 4000), trouble: '' };
     } catch (error) {
       const { code, message } = error as AdminError;
-      return { ...host, list: undefined, trouble: code === 'no_answer' ? 'has no configuration agent' : message };
+      const trouble = code !== 'no_answer' ? message : host.list ? 'it cannot be reached' : 'no configuration agent';
+      return { ...host, trouble };
     }
   }
 
   // True: one of its files has changed.
-  private async readFiles({ name, agent, list }: Host): Promise<boolean> {
-    if (list === undefined) return false;
+  private async readFiles({ name, agent, list, trouble }: Host): Promise<boolean> {
+    if (list === undefined || trouble !== '') return false;
     const before = this.draft.keys.filter((key) => hostOf(key) === name && this.draft.deployedHash(key) !== undefined);
     const listed = new Set(list.files.map(({ file }) => keyOf(name, file)));
     const gone = before.filter((key) => !listed.has(key));
@@ -202,7 +213,7 @@ export class Studio {
   }
 
   private async loadOptions(hosts: Host[]): Promise<void> {
-    const host = hosts.find(({ list }) => list !== undefined);
+    const host = hosts.find(({ list, trouble }) => list !== undefined && trouble === '');
     if (host === undefined) return;
     this.options.value = (await this.agents.ask<{ items: RouterOption[] }>(host.agent, { ask: 'conf_options' })).items;
   }
@@ -317,7 +328,7 @@ export class Studio {
     this.checking.value = true;
     const all = this.checkAll;
     try {
-      const hosts = this.hosts.value.filter(({ list }) => list !== undefined);
+      const hosts = this.answering;
       const conflicts = new Set(this.draft.conflicts.map(hostOf));
       const checks = new Map(this.checks.value);
       const parsed = new Map(this.parsed.value);
@@ -360,7 +371,8 @@ export class Studio {
 
   private async checkFleet(measured: boolean, current: () => boolean): Promise<void> {
     const hosts = this.hosts.value.filter(({ list }) => list !== undefined);
-    const first = hosts.find(({ router }) => router === this.client.connection.value.router?.address) ?? hosts[0];
+    const able = this.answering;
+    const first = able.find(({ router }) => router === this.client.connection.value.router?.address) ?? able[0];
     if (first === undefined) return;
     const files = (name: string) =>
       this.draft.keys
@@ -449,7 +461,8 @@ export class Studio {
 
   private followChanges(hosts: Host[]): void {
     const states = new Map(this.states.value);
-    for (const { name, list } of hosts) if (list !== undefined) states.set(name, list.change);
+    for (const { name, list, trouble } of hosts)
+      if (list !== undefined && trouble === '') states.set(name, list.change);
     this.states.value = states;
     this.statesAt.value = performance.now();
     for (const { id, hosts: members, state } of this.underWay.value) {
@@ -471,7 +484,7 @@ export class Studio {
   // --- history
 
   async history(): Promise<{ host: string; items: HistoryItem[] }[]> {
-    const hosts = this.hosts.value.filter(({ list }) => list !== undefined);
+    const hosts = this.answering;
     return Promise.all(
       hosts.map(async ({ name }) => ({
         host: name,

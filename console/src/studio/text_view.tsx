@@ -14,7 +14,7 @@ export function TextView() {
   const { studio } = useStudio();
   void studio.revision.value;
   const keys = studio.draft.keys;
-  const wanted = option('file');
+  const wanted = option('file') ?? option('at')?.split('#')[0];
   const key = keys.find((each) => each === wanted) ?? keys[0];
   return (
     <div class="text-view">
@@ -88,7 +88,7 @@ function Editor({ file }: { file: FileKey }) {
           }}
         />
       </div>
-      <ul class="problems" id="text-problems" aria-label={`Problems of ${fileOf(file)}`}>
+      <ul class="problems" id="text-problems" aria-label={`Problems of ${fileOf(file)}`} hidden={problems.length === 0}>
         {problems.map((problem) => (
           <ProblemLine key={`${placeOf(problem)} ${problem.text}`} problem={problem} />
         ))}
