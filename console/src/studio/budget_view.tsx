@@ -57,7 +57,7 @@ export function BudgetView() {
 const ranks: Record<Level, number> = { red: 0, yellow: 1, ok: 2 };
 const words: Record<Level, string> = { red: 'too much', yellow: 'nearly full', ok: 'fits' };
 const byLevel = (a: LinkBudget, b: LinkBudget) => ranks[a.level] - ranks[b.level];
-const rate = (value: number | null) => (value === null ? '–' : `${bytes(value)}/s`);
+const rate = (value: number | null | undefined) => (value == null ? '–' : `${bytes(value)}/s`);
 
 function Link({ link }: { link: LinkBudget }) {
   const { rate_bytes_per_s: cap, reserve_percent: reserve } = link;
@@ -91,15 +91,15 @@ function Link({ link }: { link: LinkBudget }) {
 }
 
 function Bars({ link: { worst_share: worst, measured_share: measured, level } }: { link: LinkBudget }) {
-  if (worst === null) return null;
+  if (worst == null) return null;
   return (
     <span class={`budget-bars level-${level}`}>
       <span class="bar-box" aria-hidden="true">
         <i class="worst" style={{ inlineSize: `${Math.min(100, 100 * worst)}%` }} />
-        {measured !== null && <i class="measured" style={{ inlineSize: `${Math.min(100, 100 * measured)}%` }} />}
+        {measured != null && <i class="measured" style={{ inlineSize: `${Math.min(100, 100 * measured)}%` }} />}
       </span>
       <strong>{percent(worst)}</strong> {words[level]}
-      {measured !== null && <span class="faint"> (now {percent(measured)})</span>}
+      {measured != null && <span class="faint"> (now {percent(measured)})</span>}
     </span>
   );
 }

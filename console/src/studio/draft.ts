@@ -71,6 +71,11 @@ export class Draft {
     return this.deployed.get(key)?.text ?? null;
   }
 
+  // The text that a change of it began with.
+  baseText(key: FileKey): string | null {
+    return (this.isChanged(key) ? this.bases.get(key)?.text : this.deployedText(key)) ?? null;
+  }
+
   deployedHash(key: FileKey): string | undefined {
     return this.deployed.get(key)?.hash;
   }

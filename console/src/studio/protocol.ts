@@ -107,7 +107,7 @@ export interface LinkBudget {
   link: string;
   rate_bytes_per_s: number | null;
   reserve_percent: number | null;
-  classes: { class: number; worst_bytes_per_s: number; measured_bytes_per_s: number | null }[];
+  classes: { class: number; worst_bytes_per_s: number; measured_bytes_per_s?: number | null }[];
   worst_bytes_per_s: number;
   worst_share: number | null;
   measured_bytes_per_s: number | null;
@@ -158,10 +158,8 @@ export interface Generation extends Omit<HistoryItem, 'files'> {
 export interface RouterOption {
   key: string;
   list?: boolean;
-  kind: string;
-  values?: string[];
-  min?: number | string;
-  max?: number | string;
+  kind: string; // "number", "true or false", "role", ...
+  range?: string; // "0 to 65535"; of an enumeration its values: "subsystem, system, top"
   default?: string;
   reload?: boolean;
   help: string;

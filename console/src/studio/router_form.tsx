@@ -148,25 +148,37 @@ function OptionItem({ file, info, path, value }: ItemProperties) {
         {problem !== undefined && <p class="bad">{problem.text}</p>}
         <p>
           {value !== undefined && usual !== '' && `default ${usual}; `}
-          {info.help}
+          {info.range !== undefined && !enumerations.includes(info.kind) && info.range !== '' && `${info.range}; `}
+          {info.reload === false && 'needs a restart of the router; '}
+          {info.help.replace(' Changes need a restart.', '')}
         </p>
       </div>
     </li>
   );
 }
 
-const isBoolean = ({ kind }: RouterOption) => /true|bool/.test(kind);
+const isBoolean = ({ kind }: RouterOption) => kind === 'true or false';
+const enumerations = ['level', 'role', 'kind'];
 
 function choicesOf(info: RouterOption): { choices?: { value: string }[] } {
-  if (info.values !== undefined && info.values.length > 0) return { choices: info.values.map((value) => ({ value })) };
-  return isBoolean(info) ? { choices: [{ value: 'true' }, { value: 'false' }] } : {};
+  const values = isBoolean(info)
+    ? ['true', 'false']
+    : enumerations.includes(info.kind)
+      ? info.range?.split(', ')
+      : undefined;
+  return values === undefined ? {} : { choices: values.map((value) => ({ value })) };
 }
 
-// As it stands in the file: numbers and truths without quotes.
-export function optionValue(info: RouterOption, text: string): Toml {
-  if (isBoolean(info)) return text === 'true';
-  const isNumber = info.kind.startsWith('number') || info.kind.startsWith('int');
-  return isNumber && text.trim() !== '' && Number.isFinite(Number(text)) ? Number(text) : text;
+// As it stands in the file: numbers and truths without quotes, lists in brackets.
+export function optionValue({ kind }: Pick<RouterOption, 'kind'>, text: string): Toml {
+  if (kind === 'true or false') return text === 'true';
+  if (kind.startsWith('list'))
+    return text
+      .replace(/[[\]"]/g, '')
+      .split(',')
+      .map((part) => part.trim())
+      .filter((part) => part !== '');
+  return kind.startsWith('number') && text.trim() !== '' && Number.isFinite(Number(text)) ? Number(text) : text;
 }
 
 export function valueAt(values: TomlTable, path: string): Toml | undefined {

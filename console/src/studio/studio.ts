@@ -236,10 +236,7 @@ export class Studio {
         if (!this.draft.isChanged(key)) delete edit.text;
         const check = await this.ask<Check>(host, { ask: 'conf_check', edits: [{ ...edit, operations }] });
         const file = check.files.find((each) => each.file === edit.file);
-        const text = file?.text;
-        if (text == null && check.problems[0] !== undefined) throw new Error(check.problems[0].text);
-        // Without a change of its text, a file need not be listed.
-        if (text != null) texts.push([key, text]);
+        texts.push([key, file === undefined ? this.draft.baseText(key) : file.text]); // not listed: not changed
       }
       this.draft.change(label, texts);
       this.touched(0);
@@ -462,7 +459,7 @@ export class Studio {
   private followChanges(hosts: Host[]): void {
     const states = new Map(this.states.value);
     for (const { name, list, trouble } of hosts)
-      if (list !== undefined && trouble === '') states.set(name, list.change);
+      if (list !== undefined && trouble === '') states.set(name, { ...list.change, host: name });
     this.states.value = states;
     this.statesAt.value = performance.now();
     for (const { id, hosts: members, state } of this.underWay.value) {
@@ -548,7 +545,7 @@ function newRobotFile(target: FileKey, system: number): string {
 function keepMeasured(fleet: FleetCheck, before: FleetCheck | undefined): void {
   for (const link of fleet.links) {
     const old = before?.links.find(({ host, link: name }) => host === link.host && name === link.link);
-    if (old === undefined || link.measured_bytes_per_s !== null) continue;
+    if (old === undefined || link.measured_bytes_per_s != null) continue;
     link.measured_bytes_per_s = old.measured_bytes_per_s;
     link.measured_share = old.measured_share;
     for (const each of link.classes)
