@@ -271,7 +271,7 @@ test('the budgets are what the links carry', async () => {
     const [start, begun] = [Date.now(), await wire()];
     await new Promise((resolve) => setTimeout(resolve, 5000));
     const rate = (1000 * ((await wire()) - begun)) / (Date.now() - start);
-    const shown = bytes(await row.getByRole('cell').nth(2).innerText());
+    const shown = bytes(await row.getByRole('cell').nth(2).textContent());
     return Math.abs(shown - rate) <= 0.1 * rate;
   }, 'the same as of link show, within 10 %');
   await watched.close();
@@ -331,8 +331,8 @@ async function tabTo(page, name, keys = 80) {
   for (let i = 0; i < keys; ++i) {
     await page.keyboard.press('Tab');
     const text = await page.evaluate(() => {
-      const { ariaLabel, innerText } = document.activeElement;
-      return ariaLabel || innerText || '';
+      const { ariaLabel, textContent } = document.activeElement;
+      return ariaLabel || textContent || '';
     });
     if (name.test(text)) return;
   }
