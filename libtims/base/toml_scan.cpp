@@ -262,9 +262,9 @@ std::optional<std::string> decoded_key(std::string_view written) {
 
 ScannedToml scan_toml(std::string_view text) { return Scanner(text).run(); }
 
-bool ScannedToml::is_next(std::size_t end, std::size_t begin) const {
+bool ScannedToml::is_next(std::size_t end, std::size_t next) const {
   return std::ranges::none_of(statements, [&](const Span& other) {
-    return other.begin >= end && other.begin < begin;
+    return other.begin >= end && other.begin < next;
   });
 }
 

@@ -61,7 +61,7 @@ struct ScannedToml {
   std::size_t begin = 0;         // behind a byte order mark
 
   // Whether no other statement is between these two.
-  [[nodiscard]] bool is_next(std::size_t end, std::size_t begin) const;
+  [[nodiscard]] bool is_next(std::size_t end, std::size_t next) const;
 };
 
 // Precondition: parse_toml() accepts the text.
