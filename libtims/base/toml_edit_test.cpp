@@ -380,7 +380,7 @@ std::vector<std::string> comments_in(const std::string& all) {
   std::vector<std::string> comments;
   for (const std::string& line : lines_of(all))
     if (const std::size_t at = line.find("# comment"); at != std::string::npos)
-      comments.push_back(line.substr(at));
+      comments.emplace_back(trimmed(std::string_view(line).substr(at), "\r\n"));
   return comments;
 }
 

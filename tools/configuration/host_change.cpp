@@ -53,7 +53,7 @@ HostChange::HostChange(tims::Time now, Record record) : record_(std::move(record
   switch (record_.pending->state) {
     case State::kSettling:
       // Confirmed: the others may be, too. There is new time to ask them.
-      deadline_ = now + kSettle;
+      deadline_ = now + kSettleTime;
       ask_at_ = now;
       break;
     case State::kGoingBack:
@@ -188,7 +188,7 @@ Refused HostChange::confirm(tims::Time now, const std::string& change) {
     finish(Outcome::kConfirmed);
     return {};
   }
-  deadline_ = now + kSettle;
+  deadline_ = now + kSettleTime;
   ask_at_ = now;
   save();
   settle_if_all_are(now);

@@ -151,12 +151,12 @@ class Fleet {
     if (question.ask == Ask::kReconnect) return Answer::kDone;
     SimHost& host = hosts_[question.host];
     if (!reaches(host)) return Answer::kRefused;
-    const Answer answer = answer(host, question.ask);
+    const Answer given = asked(host, question.ask);
     // The answer may get lost.
-    return reaches(host) && !random_.chance(cuts_) ? answer : Answer::kRefused;
+    return reaches(host) && !random_.chance(cuts_) ? given : Answer::kRefused;
   }
 
-  Answer answer(SimHost& host, Ask ask) {
+  Answer asked(SimHost& host, Ask ask) {
     HostChange& change = *host.change;
     const auto done = [&](const Refused& refused) {
       run_steps(host);
@@ -291,7 +291,7 @@ INSTANTIATE_TEST_SUITE_P(Trouble, Fleets,
                                          Trouble{"Cuts", 0, 4, false}, Trouble{"Both", 3, 3, false},
                                          Trouble{"CutsItself", 0, 0, true},
                                          Trouble{"CutsItselfAndCrashes", 3, 3, true}),
-                         [](const auto& info) { return std::string(info.param.name); });
+                         [](const auto& tested) { return std::string(tested.param.name); });
 
 }  // namespace rollout_test
 }  // namespace timsctl::configuration
