@@ -42,6 +42,12 @@ json::object to_json(const Finding& finding) {
           {"text", finding.text}};
 }
 
+// "robots/scout.toml:12:44: maxRange must be ..."
+std::string sentence_of(const Finding& finding) {
+  if (finding.line == 0) return finding.file + ": " + finding.text;
+  return fmt::format("{}:{}:{}: {}", finding.file, finding.line, finding.column, finding.text);
+}
+
 json::array to_json(const std::vector<Finding>& findings) {
   json::array all;
   for (const Finding& each : findings) all.push_back(to_json(each));
@@ -415,7 +421,7 @@ Texts Agent::edited(const json::object& question, const Texts& before) const {
   if (after.size() > kFilesMax)
     throw Refuse{"too_big", fmt::format("there would be more than {} files", kFilesMax)};
   if (!conflicts.empty()) throw Refuse{"conflict", conflicts.front().text, conflicts};
-  if (!problems.empty()) throw Refuse{"refused", problems.front().text, problems};
+  if (!problems.empty()) throw Refuse{"refused", sentence_of(problems.front()), problems};
   return after;
 }
 
@@ -614,7 +620,8 @@ json::object Agent::begin(tims::Time now, const json::object& question, const Te
     throw Refuse{"bad_argument", fmt::format("a change has at most {} hosts", kOthersMax + 1)};
   refuse_if(change_.may_begin(now, item.change));
   const std::vector<Finding> found = findings(before, after);
-  if (has_errors(found)) throw Refuse{"refused", found.front().text, found};
+  if (has_errors(found))
+    throw Refuse{"refused", sentence_of(*std::ranges::find(found, true, &Finding::is_error)), found};
   keep_found(before);
   if (const auto kept = store_.keep(change_.next(), after); !kept)
     throw Refuse{"cannot_write", kept.error().detail()};
@@ -768,7 +775,13 @@ std::string Agent::answer(tims::Time now, std::string_view question, const std::
     if (!refuse.findings.empty()) made["problems"] = to_json(refuse.findings);
   }
   made["host"] = router_.name;
-  return json::serialize(made);
+  std::string text = json::serialize(made);
+  if (text.size() <= kQuestionMax) return text;
+  return json::serialize(json::object{
+      {"host", router_.name},
+      {"error", json::object{{"code", "too_big"},
+                             {"message", "the answer would have more than 256 KiB"},
+                             {"hint", "ask about fewer files"}}}});
 }
 
 json::object Agent::answer_or_throw(tims::Time now, const json::object& question,

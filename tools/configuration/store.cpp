@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 constexpr std::size_t kStoredMax = 16U << 20;
 constexpr mode_t kMode = 0640;
 
-json::array texts(const std::vector<std::string>& all) { return {all.begin(), all.end()}; }
+json::array texts(const std::vector<std::string>& all) { return json::array(all.begin(), all.end()); }
 
 std::vector<std::string> texts_of(const json::object& object, std::string_view list) {
   std::vector<std::string> all;
