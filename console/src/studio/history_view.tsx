@@ -11,6 +11,7 @@ interface PastChange extends Omit<HistoryItem, 'generation' | 'files'> {
 }
 
 const outcomeWords: Record<Outcome, string> = {
+  pending: 'waits for a decision',
   confirmed: 'kept',
   went_back: 'went back',
   found: 'edited by hand',

@@ -137,7 +137,7 @@ export interface HostState {
   last?: { generation: number; change: string; outcome: Outcome; reason?: string; time: string } | null;
 }
 
-export type Outcome = 'confirmed' | 'went_back' | 'found';
+export type Outcome = 'pending' | 'confirmed' | 'went_back' | 'found';
 
 export interface HistoryItem {
   generation: number;

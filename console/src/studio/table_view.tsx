@@ -3,6 +3,7 @@
 
 import { useSignal } from '@preact/signals';
 import { useRef } from 'preact/hooks';
+import { setOption } from '../app/route';
 import { type ParameterLine, type PlannedComponent, parameterLines, sameValue, tomlOf } from './components';
 import { fileValue, useRunningValues } from './live';
 import { isSeveral, paste } from './paste';
@@ -48,7 +49,7 @@ export function TableView() {
           aria-label="Filter components and parameters"
           placeholder="Filter"
           value={filter}
-          onInput={(event) => show({ filter: event.currentTarget.value || undefined })}
+          onInput={(event) => setOption('filter', event.currentTarget.value)}
         />
         <label>
           Show{' '}

@@ -28,7 +28,7 @@ export function TextView() {
                   .filter((each) => hostOf(each) === host)
                   .map((each) => (
                     <option key={each} value={each}>
-                      {fileOf(each)}
+                      {host}: {fileOf(each)}
                       {studio.draft.isChanged(each) ? ' (changed)' : ''}
                     </option>
                   ))}
