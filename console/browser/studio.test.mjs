@@ -1,6 +1,6 @@
 // What an operator does with the configuration of a fleet, in a real browser at real routers and agents.
 import assert from 'node:assert/strict';
-import { readFileSync } from 'node:fs';
+import { copyFileSync, readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { after, before, test } from 'node:test';
 import { ConfiguredHost, freePort } from './configured_host.mjs';
@@ -9,23 +9,24 @@ import { eventually, launch, Watched } from './fixture.mjs';
 const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 const long = 120_000; // ms: longer than the shortest time after which a change goes back
 
-// Two lines of each file are comments that must stay.
+// Comments and all other bytes must stay.
 const scout = `# The scout: what it senses, and how far.
 name = "scout"
 system = 1
 
 [[component]]
 program = "ChassisSim"
-parameters = { vxMax = 900 }   # mm/s
-
-[[component]]
-program = "LadarSim"
-parameters = { chassisSys = "{system}" }
+parameters = { vxMax = 900, targetStatus = 1 }   # mm/s
 
 # Looks as far as the hall is long.
 [[component]]
-program = "Scan2d"
-parameters = { ladarSys = "{system}", ladarInst = 0, maxRange = 8000, targetStatus = 1 }
+program = "Scan2dSim"
+parameters = { odometrySys = "{system}", odometryInst = 0, maxRange = 8000, mapFile = "floor.dxf", targetStatus = 1 }
+
+# Adds up what the wheels turn.
+[[component]]
+program = "OdometryChassis"
+parameters = { chassisSys = "{system}", targetStatus = 1 }
 `;
 const helpers = `# What the base does for the scout.
 name = "helpers"
@@ -51,6 +52,7 @@ before(async () => {
     `[router]\nname = "robot1"\nsystem = 1\n\n[udp]\nlisten = "127.0.0.1:${await freePort()}"\n\n[[link]]\nkind = "super"\nto = "127.0.0.1:${port}"   # the base\nrate = "1MB"\ninterval = "200ms"\n`,
     { 'scout.toml': scout },
   );
+  copyFileSync(new URL('../../deploy/robots/floor.dxf', import.meta.url), `${robot.files}/robots/floor.dxf`);
   await robot.upFile('scout.toml', 1);
   await base.upFile('helpers.toml', 1);
   browser = await launch();
@@ -108,10 +110,10 @@ test('an edit is one line of difference, and all other bytes stay', async () => 
   await tab(page, 'Changes').click();
   await page.locator('.diff .added').waitFor();
   assert.deepEqual(await page.locator('.diff .added').allTextContents(), [
-    '+parameters = { ladarSys = "{system}", ladarInst = 0, maxRange = 10000, targetStatus = 1 }\n',
+    '+parameters = { odometrySys = "{system}", odometryInst = 0, maxRange = 10000, mapFile = "floor.dxf", targetStatus = 1 }\n',
   ]);
   assert.equal(await page.locator('.diff .removed').count(), 1);
-  await page.getByText(/Scan2d maxRange 8000 -> 10000 mm/).waitFor();
+  await page.getByText(/Scan2dSim maxRange 8000 -> 10000 mm/).waitFor();
   assert.equal(robot.read('robots/scout.toml'), scout, 'nothing is written yet');
   await apply(page, 'see farther');
   assert.equal(robot.read('robots/scout.toml'), scout.replace('8000', '10000'));
@@ -171,7 +173,7 @@ test('what is typed as text is in the form and the table, and cells of a spread 
   const text = page.getByRole('textbox', { name: /scout.toml on robot1/ });
   await text.fill((await text.inputValue()).replace('8000', '9000'));
   await page.goto(`${base.address}/#/studio?view=table&filter=Scan2d`);
-  const box = page.getByLabel('maxRange of Scan2d on robot1');
+  const box = page.getByLabel('maxRange of Scan2dSim on robot1');
   await eventually(async () => (await box.inputValue()) === '9000', 'the value of the text');
   await box.focus();
   await page.evaluate(() => {
@@ -183,9 +185,9 @@ test('what is typed as text is in the form and the table, and cells of a spread 
   });
   await eventually(async () => (await box.inputValue()) === '7000', 'the pasted value');
   await tab(page, 'Changes').click();
-  await page.getByText(/maxRange = 7000, targetStatus = 0/).waitFor();
+  await page.getByText(/maxRange = 7000, .*targetStatus = 0/).waitFor();
   await page.reload();
-  await page.getByText(/maxRange = 7000, targetStatus = 0/).waitFor();
+  await page.getByText(/maxRange = 7000, .*targetStatus = 0/).waitFor();
   await page.getByRole('button', { name: 'Discard all' }).click();
   await page.getByText('Nothing to apply').waitFor();
   await watched.close();
@@ -255,6 +257,7 @@ test('an agent that is killed before the change is kept goes back', { timeout: 2
 test('the budgets are what the links carry', async () => {
   const watched = await studio({}, '#/studio?view=graph');
   const { page } = watched;
+  base.run('timsctl', ['msg', 'echo', 'Scan2d/1/0']); // so that there is something to carry
   await tab(page, 'Links').click();
   const row = page.getByRole('row', { name: /robot1 → base/ });
   await row.waitFor();
@@ -281,20 +284,20 @@ test('a component moves to another host, with its comments', async () => {
   const watched = await studio();
   const { page } = watched;
   const from = robot.read('robots/scout.toml');
-  await node(page, 'Scan2d').click();
+  await node(page, 'OdometryChassis').click();
   await page.getByText('Move to …').click();
   await page.getByRole('button', { name: /^base/ }).last().click();
   await page.getByRole('heading', { name: /helpers.toml/ }).waitFor();
-  const block = from.slice(from.indexOf('# Looks as far'));
+  const block = from.slice(from.indexOf('# Adds up'));
   await apply(page, 'to the base');
   assert.equal(robot.read('robots/scout.toml'), from.replace(block, ''));
   assert.equal(base.read('robots/helpers.toml'), `${helpers}\n${block}`);
   await keep(page);
   await tab(page, 'Graph').click();
-  await node(page, 'Scan2d').click();
-  await page.getByText('Scan2d(1/0) on base').first().waitFor();
+  await node(page, 'OdometryChassis').click();
+  await page.getByText('Odometry(1/0) on base').first().waitFor();
   const owner = async () =>
-    (await base.timsctl('route', 'show')).items.find(({ address }) => address.name === 'Scan2d(1/0)');
+    (await base.timsctl('route', 'show')).items.find(({ address }) => address.name === 'Odometry(1/0)');
   await eventually(async () => (await owner())?.via === 'local', 'it runs at the base');
   await watched.close();
 });
