@@ -261,6 +261,18 @@ std::variant<Question, QuestionError> read_arguments(const Form& form, const jso
 
 }  // namespace
 
+bool is_agent_reading(std::string_view body) {
+  constexpr std::array<std::string_view, 9> kReads{
+      "conf_list",  "conf_get",     "conf_options",    "conf_describe", "conf_state",
+      "conf_check", "conf_history", "conf_generation", "conf_fleet"};
+  boost::system::error_code error;
+  const json::value value = json::parse(body, error);
+  const json::object* object = error ? nullptr : value.if_object();
+  const json::value* ask = object == nullptr ? nullptr : object->if_contains("ask");
+  const json::string* name = ask == nullptr ? nullptr : ask->if_string();
+  return name != nullptr && std::ranges::find(kReads, std::string_view(*name)) != kReads.end();
+}
+
 std::variant<Question, QuestionError> parse_question(std::string_view body,
                                                      const AddressWidths& widths) {
   if (body.size() > kQuestionBytesMax)

@@ -602,7 +602,13 @@ void AdminService::ask(Time now, core::ClientId from, const core::Message& reque
     waiting.deadline = now + question->wait;
     if (acts(question->ask) && !may_change(from)) waiting.question = denied();
   }
+  // A question to the agent beside a router comes here only when it is refused.
+  if (is_for_agent(request)) waiting.question = denied();
   waiting_.push_back(std::move(waiting));
+}
+
+bool AdminService::is_for_agent(const core::Message& request) const {
+  return request.header.dest.fields(source_.router().settings().widths).local != 0;
 }
 
 bool AdminService::may_change(core::ClientId from) const {
@@ -614,6 +620,7 @@ bool AdminService::may_change(core::ClientId from) const {
 
 bool AdminService::may_ask(core::ClientId from, const core::Message& request) const {
   if (may_change(from)) return true;
+  if (is_for_agent(request)) return is_agent_reading(text_of(request));
   const auto read = parse_question(text_of(request), source_.router().settings().widths);
   const auto* question = std::get_if<Question>(&read);
   return question == nullptr || !acts(question->ask);

@@ -5,13 +5,11 @@
 #include <filesystem>
 #include <iterator>
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "base/toml.h"
 #include "os/file.h"
+#include "os/replace_file.h"
 
 namespace timsctl::robot {
 
@@ -22,7 +20,6 @@ using Node = base::TomlNode;
 using base::in_quotes;
 
 namespace fs = std::filesystem;
-using tims::os::File;
 
 const std::vector<std::string> kPlaceholders = {"system"};
 
@@ -332,42 +329,11 @@ std::string* argument(Component& component, const std::string& name) {
 
 tims::Error refused(std::string text) { return {tims::Errc::kInvalidArgument, std::move(text)}; }
 
-[[noreturn]] void cannot_write(const std::string& path) {
-  throw Failure(Exit::kDenied, "cannot_write", tims::os::system_error(path).detail(),
-                "do you have write permission?");
-}
-
-void write_all(const File& file, std::string_view text, const std::string& path) {
-  while (!text.empty()) {
-    const ssize_t size = ::write(file.get(), text.data(), text.size());
-    if (size < 0 && errno == EINTR) continue;
-    if (size <= 0) cannot_write(path);
-    text.remove_prefix(static_cast<std::size_t>(size));
-  }
-}
-
-// Atomic: a reader sees the complete old or the complete new text, also after a power failure.
+// Keeps the owner and the mode, if that is permitted.
 void replace_file(const std::string& path, std::string_view text) {
-  struct stat old {};
-  if (::stat(path.c_str(), &old) != 0) cannot_write(path);
-  const std::string made = path + ".new";
-  ::unlink(made.c_str());  // left by an interrupted attempt
-  const File file(::open(made.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
-  if (!file) cannot_write(made);
-  try {
-    write_all(file, text, made);
-    // Keeps the owner, if that is permitted.
-    if (::fchown(file.get(), old.st_uid, old.st_gid) != 0 && errno != EPERM) cannot_write(made);
-    if (::fchmod(file.get(), old.st_mode & 07777) != 0 || ::fsync(file.get()) != 0 ||
-        ::rename(made.c_str(), path.c_str()) != 0)
-      cannot_write(made);
-  } catch (const Failure&) {
-    ::unlink(made.c_str());
-    throw;
-  }
-  const std::string folder = fs::path(path).parent_path();
-  const File opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (!opened || ::fsync(opened.get()) != 0) cannot_write(folder);
+  if (const auto done = tims::os::replace_file(path, text); !done)
+    throw Failure(Exit::kDenied, "cannot_write", done.error().detail(),
+                  "do you have write permission?");
 }
 
 }  // namespace

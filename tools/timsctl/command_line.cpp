@@ -185,6 +185,34 @@ constexpr Verb kOwnVerbs[] = {
     {"config", "check", "FILE", 1, 1, "", false,
      "Check a configuration file as the router would. Exit status 1: it has errors.",
      "timsctl config check /etc/tims/router.toml", config_check},
+    {"config", "diff", "EDIT...", 1, 64, "", false,
+     "Show what edits of configuration files would change, as text and as sentences, and whether "
+     "their hosts accept them. EDIT: [ROUTER@]FILE=SOURCE takes the text of a file of this host; "
+     "[ROUTER@]FILE:PATH=VALUE sets one value, and without VALUE removes it. FILE: router.toml or "
+     "robots/NAME.toml, on the host of ROUTER. Needs tims-agent there. Exit status 1: refused.",
+     "timsctl config diff 'robots/scout.toml:component[2].parameters.maxRange=10000'", config_diff},
+    {"config", "apply", "EDIT...", 1, 64, "why window yes", false,
+     "Change configuration files of one or several hosts: check all, write, restart only what "
+     "changed, then keep the change (-y: at once, over a new connection) or go back. All hosts go "
+     "back by themselves unless the change is confirmed in time. EDIT as for `config diff`. Ctrl-C "
+     "takes the change back. Exit status 1: refused, or not kept.",
+     "timsctl config apply arm@router.toml:log.level=debug --why 'find the fault'", config_apply},
+    {"config", "confirm", "[CHANGE]", 0, 1, "", false,
+     "Keep the change that is under way, on all of its hosts.", "timsctl config confirm",
+     config_confirm},
+    {"config", "undo", "[CHANGE]", 0, 1, "generation why window yes", false,
+     "Take back the change that is under way, on all of its hosts; or with --generation N make the "
+     "files of an older generation a new change.",
+     "timsctl config undo --generation 7 -y", config_undo},
+    {"config", "history", "", 0, 0, "count sort", false,
+     "Show the last generations of the configuration files of a host: who changed them, when, why, "
+     "and what became of it.",
+     "timsctl config history -r arm", config_history, kRows},
+    {"config", "budget", "", 0, 0, "sort", false,
+     "Show what the links between the routers carry: at most, from the periods and sizes of the data "
+     "that components use of other hosts, and now. Yellow from 70 % of a link's rate, red from "
+     "100 %. Exit status 1: red.",
+     "timsctl config budget", config_budget, kRows},
 
     {"device", "list", "", 0, 0, "sort", false,
      "List the devices of this host: serial ports, CAN interfaces, cameras, joysticks, I/O lines; "

@@ -20,6 +20,7 @@ const PlotsPage = lazy(() => import('./pages').then((pages) => pages.PlotsPage))
 const NetworkPage = lazy(() => import('./pages').then((pages) => pages.NetworkPage));
 const RecorderPage = lazy(() => import('./pages').then((pages) => pages.RecorderPage));
 const SimulationPage = lazy(() => import('./pages').then((pages) => pages.SimulationPage));
+const StudioPage = lazy(() => import('../studio/studio_page').then((pages) => pages.StudioPage));
 const RobotPage = lazy(() => import('./pages').then((pages) => pages.RobotPage));
 
 interface Page {
@@ -37,6 +38,7 @@ const pages: Page[] = [
   { name: 'messages', title: 'Messages', icon: 'text', view: MessagesPage, key: 'l' },
   { name: 'plots', title: 'Plots', icon: 'plot', view: PlotsPage, key: 'p' },
   { name: 'network', title: 'Network', icon: 'tree', view: NetworkPage, key: 'n' },
+  { name: 'studio', title: 'Studio', icon: 'wrench', view: StudioPage, key: 'c' },
   { name: 'recorder', title: 'Recorder', icon: 'disc', view: RecorderPage, key: 'r' },
   { name: 'simulation', title: 'Simulation', icon: 'cube', view: SimulationPage, key: 's' },
 ];

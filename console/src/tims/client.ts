@@ -20,6 +20,7 @@ export interface Connection {
 export type SampleReceiver = (sample: Sample) => void;
 
 const callTime = 2000;
+const reconnectTime = 15_000;
 const hopTime = 300; // for records that come later than the answer
 
 interface Pending {
@@ -90,6 +91,25 @@ export class Client {
     await new Promise((resolve) => setTimeout(resolve, hopTime));
     this.onHop = undefined;
     return { hops, answered };
+  }
+
+  // Over connections that are made after this call. Throws when there is none in time.
+  reconnect(timeout = reconnectTime): Promise<void> {
+    return new Promise((resolve, reject) => {
+      let lost = false;
+      const end = this.connection.subscribe(({ state }) => {
+        if (state === 'lost') lost = true;
+        if (!lost || state !== 'connected') return;
+        clearTimeout(timer);
+        queueMicrotask(() => end());
+        resolve();
+      });
+      const timer = setTimeout(() => {
+        end();
+        reject(new Error('the router cannot be reached by a new connection'));
+      }, timeout);
+      this.post({ do: 'reconnect' });
+    });
   }
 
   send(dest: number, type: number, body = new Uint8Array()): void {

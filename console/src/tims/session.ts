@@ -98,6 +98,11 @@ export class Session {
     for (const { header, body } of this.joystick?.due(now) ?? []) this.control.send(header, body);
   }
 
+  // New connections instead of these: they prove that the router can be reached now.
+  reconnect(now: number): void {
+    this.lost('connecting anew', now);
+  }
+
   private rate(now: number): void {
     if (now < this.ratedAt + ratePeriod) return;
     this.post({ is: 'rate', bytesPerSecond: (1000 * this.received) / (now - this.ratedAt) });

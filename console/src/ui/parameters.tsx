@@ -10,7 +10,7 @@ import type { Component } from '../model/fleet';
 import { types } from '../tims/header';
 import { useAttempt } from './attempt';
 
-interface Parameter {
+export interface Parameter {
   name: string;
   type: number; // 0 int, 1 text, 2 float
   valueInt: number;
@@ -177,7 +177,7 @@ function factsOf(description: ParameterDescription | undefined, isChanged: boole
 
 const unbounded = 2147483647;
 
-function valueText({ type, valueInt, valueFloat, valueString }: Parameter): string {
+export function valueText({ type, valueInt, valueFloat, valueString }: Parameter): string {
   if (type === 0) return `${valueInt}`;
   if (type === 2) return `${Number(valueFloat.toPrecision(7))}`;
   return valueString;
