@@ -69,6 +69,50 @@ function freePort() {
   });
 }
 
+// A line between a browser and a router that can be cut.
+export class Line {
+  sockets = new Set();
+
+  static start(port) {
+    const line = new Line();
+    line.server = createServer((near) => {
+      if (line.isCut) return near.destroy();
+      const far = connect(port, '127.0.0.1');
+      for (const [from, to] of [
+        [near, far],
+        [far, near],
+      ]) {
+        line.sockets.add(from);
+        from.on('error', () => {});
+        from.on('close', () => {
+          line.sockets.delete(from);
+          to.destroy();
+        });
+        from.pipe(to);
+      }
+    });
+    return new Promise((resolve) => line.server.listen(0, '127.0.0.1', () => resolve(line)));
+  }
+
+  get address() {
+    return `http://127.0.0.1:${this.server.address().port}`;
+  }
+
+  cut() {
+    this.isCut = true;
+    for (const socket of this.sockets) socket.destroy();
+  }
+
+  mend() {
+    this.isCut = false;
+  }
+
+  end() {
+    this.cut();
+    this.server.close();
+  }
+}
+
 process.setMaxListeners(100);
 
 // One host: its router, and what runs at it. Everything ends with end().
