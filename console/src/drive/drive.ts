@@ -59,9 +59,9 @@ export async function beginDriving(
   });
   try {
     await takeStick(console, joystick, over);
+    // Also this one, if it is on: it listens to the stick of whoever drove before.
     for (const other of robot.components)
-      if (other.classId === pilot.classId && other !== pilot && other.state.value !== 'off')
-        await console.fleet.turn(other, false);
+      if (other.classId === pilot.classId && other.state.value !== 'off') await console.fleet.turn(other, false);
     if (chassis.state.value !== 'on') await console.fleet.turn(chassis, true);
     await command(console.client, chassis, 'Chassis.SET_ACTIVE_PILOT', { activePilot: pilot.address });
     await console.fleet.turn(pilot, true);
