@@ -59,10 +59,13 @@ export async function beginDriving(
   });
   try {
     await takeStick(console, joystick, over);
-    // Also this one, if it is on: it listens to the stick of whoever drove before.
+    // Not by their states as last heard: these may be two seconds old.
     for (const other of robot.components)
-      if (other.classId === pilot.classId && other.state.value !== 'off') await console.fleet.turn(other, false);
-    if (chassis.state.value !== 'on') await console.fleet.turn(chassis, true);
+      if (other.classId === pilot.classId && other !== pilot) await console.fleet.turn(other, false);
+    // A pilot that is on listens to whoever had the stick before, until it notices that he is gone; and it does not
+    // begin with a stick that is held.
+    await console.fleet.turn(pilot, false);
+    await console.fleet.turn(chassis, true);
     await command(console.client, chassis, 'Chassis.SET_ACTIVE_PILOT', { activePilot: pilot.address });
     await console.fleet.turn(pilot, true);
   } catch (error) {
