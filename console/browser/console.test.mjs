@@ -161,7 +161,7 @@ test('STOP takes the right to drive and turns the pilots off', async () => {
 
 test('one page drives; another is told who, may stop it, and takes over by holding a button', async () => {
   const watched = await drivingPage();
-  const name = await watched.page.getByLabel('Others see you as').inputValue();
+  const name = await watched.page.evaluate(() => localStorage.getItem('tims.name'));
   const other = await Watched.open(browser, host, `#/drive/${sim}`);
   await other.page.getByText(`${name} drives this robot`).waitFor();
   const takeOver = other.page.getByRole('button', { name: `Take over with Pilot(${sim}/0)` });

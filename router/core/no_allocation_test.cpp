@@ -80,7 +80,7 @@ TEST(NoAllocation, KeepingTheNewestValues) {
     Message message{{.flags = flag::kStream,
                      .type = i % 3 == 0 ? type::kEnabled : type::kData,
                      .dest = Address(99),
-                     .src = Address(i % 20),
+                     .src = Address(i % 2 == 0 ? 0 : i % 20),
                      .length = static_cast<std::uint32_t>(size)},
                     std::span(bytes).first(size)};
     router.on_message(now, robot, message);

@@ -134,7 +134,12 @@ function DriveRobot({ robot }: { robot: Robot }) {
           </button>
         )}
         {busy.value && <span role="status">One moment …</span>}
+        <span class="small" role="status">
+          {driven.value !== undefined && 'You drive.'}
+          {other !== undefined && `${other.holder} drives this robot, for ${age(other.age_s)}.`}
+        </span>
         <span class="grow" />
+        {driven.value === undefined && <YourName />}
         <label>
           Speed <strong>{speed.value} %</strong>{' '}
           <input
@@ -147,24 +152,6 @@ function DriveRobot({ robot }: { robot: Robot }) {
           />
         </label>
       </div>
-      <p class="small" role="status">
-        {driven.value !== undefined
-          ? 'You drive. '
-          : other !== undefined
-            ? `${other.holder} drives this robot, for ${age(other.age_s)}. `
-            : 'Nobody drives it by hand. '}
-        <label>
-          Others see you as{' '}
-          <input
-            class="name"
-            value={console.leases.name.value}
-            onChange={({ currentTarget: input }) => {
-              if (input.value.trim() !== '') console.leases.name.value = fittingName(input.value.trim());
-              input.value = console.leases.name.value;
-            }}
-          />
-        </label>
-      </p>
       {trouble.value !== '' && (
         <p class="notice bad" role="alert">
           {trouble.value}
@@ -180,6 +167,24 @@ function DriveRobot({ robot }: { robot: Robot }) {
         <Stick active={driven.value !== undefined} speed={speed.value} robot={robot} />
       </div>
     </section>
+  );
+}
+
+function YourName() {
+  const { name } = useConsole().leases;
+  return (
+    <label>
+      Your name{' '}
+      <input
+        class="name"
+        title="Others see who drives"
+        value={name.value}
+        onChange={({ currentTarget: input }) => {
+          if (input.value.trim() !== '') name.value = fittingName(input.value.trim());
+          input.value = name.value;
+        }}
+      />
+    </label>
   );
 }
 
