@@ -6,7 +6,7 @@ import { nameOf, useConsole } from '../app/console';
 import { isText } from '../app/keys';
 import { route } from '../app/route';
 import { beginDriving, endDriving, type StickPilot, stickPilots } from '../drive/drive';
-import { isDriveKey, normal, stickOfGamepad, stickOfKeys, stickOfPad } from '../drive/stick';
+import { stickKey, stickOfGamepad, stickOfKeys, stickOfPad } from '../drive/stick';
 import { firstOf } from '../map/follow';
 import { fittingName } from '../model/console_name';
 import type { Robot } from '../model/fleet';
@@ -101,12 +101,22 @@ function DriveRobot({ robot }: { robot: Robot }) {
     },
     [robot.system],
   );
+  // A digit chooses a pilot, as in the original.
+  useEffect(() => {
+    const onKey = (event: KeyboardEvent) => {
+      if (isText(event.target) || event.ctrlKey || event.altKey || event.metaKey || busy.peek()) return;
+      const pilot = /^Digit[1-9]$/.test(event.code) ? pilots.peek()?.[Number(event.key) - 1] : undefined;
+      if (pilot !== undefined && driven.peek() === undefined && other === undefined) void begin(pilot, false);
+    };
+    addEventListener('keydown', onKey);
+    return () => removeEventListener('keydown', onKey);
+  });
   return (
     <section class="drive-page">
       <div class="tools">
         <h1>Drive robot {robot.system}</h1>
         {driven.value === undefined ? (
-          pilots.value?.map((each) =>
+          pilots.value?.map((each, i) =>
             other === undefined ? (
               <button
                 key={each.pilot.address}
@@ -115,7 +125,7 @@ function DriveRobot({ robot }: { robot: Robot }) {
                 disabled={busy.value}
                 onClick={() => void begin(each, false)}
               >
-                Drive with {nameOf(console, each.pilot.address)}
+                Drive with {nameOf(console, each.pilot.address)} <kbd aria-hidden="true">{i + 1}</kbd>
               </button>
             ) : (
               <HoldButton
@@ -266,13 +276,17 @@ function Stick({ active, speed, robot }: StickProperties) {
     const down = (event: KeyboardEvent) => {
       if (isText(event.target) || event.ctrlKey || event.metaKey) return;
       if (event.key === ' ') letGo();
-      else if (isDriveKey(event.key)) held.add(normal(event.key));
-      else return;
+      else {
+        const key = stickKey(event);
+        if (key === undefined) return;
+        held.add(key);
+      }
       event.preventDefault();
       renew();
     };
     const up = (event: KeyboardEvent) => {
-      if (held.delete(normal(event.key))) renew();
+      const key = stickKey(event);
+      if (key !== undefined && held.delete(key)) renew();
     };
     const timer = setInterval(renew, renewPeriod);
     addEventListener('keydown', down);
@@ -295,7 +309,7 @@ function Stick({ active, speed, robot }: StickProperties) {
       {chassis !== undefined && <ChassisSpeed component={chassis} />}
       <p class="small faint">
         {active
-          ? 'Hold the pad, the arrow keys, W A S D or a gamepad’s stick. Q and E go sideways. It stops when you let go; Space stops at once.'
+          ? 'Hold the pad, the arrow keys, W A S D the block of digits or a gamepad’s stick. Q and E go sideways, F1 to F4 are its buttons. It stops when you let go; Space stops at once.'
           : 'Choose a pilot above to drive.'}
       </p>
     </div>
