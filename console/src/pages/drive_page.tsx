@@ -123,9 +123,11 @@ function DriveRobot({ robot }: { robot: Robot }) {
                 type="button"
                 class="primary"
                 disabled={busy.value}
+                aria-keyshortcuts={`${i + 1}`}
+                title={`Key ${i + 1}`}
                 onClick={() => void begin(each, false)}
               >
-                Drive with {nameOf(console, each.pilot.address)} <kbd aria-hidden="true">{i + 1}</kbd>
+                Drive with {nameOf(console, each.pilot.address)}
               </button>
             ) : (
               <HoldButton
