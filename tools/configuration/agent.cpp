@@ -268,7 +268,7 @@ json::object Agent::list(tims::Time now) const {
                         {"address", router_.address},
                         {"system", router.router.system},
                         {"id", router.router.id},
-                        {"role", tims::core::name(router.router.role)}}},
+                        {"role", base::trimmed(tims::config::to_toml(router.router.role), "\"")}}},
           {"widths", router_.widths},
           {"generation", change_.record().current},
           {"files", std::move(items)},
@@ -607,8 +607,7 @@ json::object Agent::begin(tims::Time now, const json::object& question, const Te
                           const Texts& after) {
   Item item{.change = change_id(question),
             .who = checked_text(question, "who"),
-            .why = checked_text(question, "why"),
-            .time = now_text()};
+            .why = checked_text(question, "why")};
   const tims::Duration window = seconds_in(question, "window_s", 90, 30, 600);
   for (const json::value& other : items_of(question, "others")) {
     const std::string address = other.is_string() ? std::string(other.get_string()) : "";
@@ -623,6 +622,7 @@ json::object Agent::begin(tims::Time now, const json::object& question, const Te
   if (has_errors(found))
     throw Refuse{"refused", sentence_of(*std::ranges::find(found, true, &Finding::is_error)), found};
   keep_found(before);
+  item.time = now_text();
   if (const auto kept = store_.keep(change_.next(), after); !kept)
     throw Refuse{"cannot_write", kept.error().detail()};
   done_.clear();

@@ -71,8 +71,8 @@ class Agents {
 
   // The router of this name; empty: that of -H or -r.
   ConfigHost host(const std::string& name) {
-    AdminClient admin = context_.admin(*connection_);
-    if (!name.empty()) admin = admin.at(find_router(admin, name));
+    const AdminClient own = context_.admin(*connection_);
+    AdminClient admin = name.empty() ? own : own.at(find_router(own, name));
     const json::object status = admin.ask({{"ask", "status"}});
     const auto router = router_address(status);
     if (!router) throw Failure(Exit::kVersion, "version", "the router does not state its address");
@@ -87,6 +87,25 @@ class Agents {
       if (const auto address = router_address(router); address && text_at(router, "state") == "up")
         hosts.push_back({.name = text_at(router, "name"), .agent = agent_of(*address)});
     return hosts;
+  }
+
+  // Null: there is no such file.
+  json::value hash_of(const ConfigHost& host, const std::string& name) {
+    const json::object list = ask(host, {{"ask", "conf_list"}});
+    for (const json::object& file : objects(items_of(list, "files")))
+      if (text_at(file, "file") == name) return file.at("hash");
+    return nullptr;
+  }
+
+  // The texts of all files, by name.
+  std::map<std::string, json::value> texts(const ConfigHost& host) {
+    std::map<std::string, json::value> all;
+    const json::object list = ask(host, {{"ask", "conf_list"}});
+    for (const json::object& file : objects(items_of(list, "files"))) {
+      const std::string name = text_at(file, "file");
+      all[name] = ask(host, {{"ask", "conf_get"}, {"file", name}}).at("text");
+    }
+    return all;
   }
 
   [[nodiscard]] tims::AddressWidths widths() const { return connection_->widths(); }
@@ -121,9 +140,7 @@ std::vector<ConfigHost> hosts_of(const std::vector<std::string>& arguments, Agen
     ConfigHost& host = hosts[place];
     const bool is_new = !bases.contains({place, edit.file});
     json::value& base = bases[{place, edit.file}];
-    if (is_new)
-      for (const json::object& file : objects(items_of(agents.ask(host, {{"ask", "conf_list"}}), "files")))
-        if (text_at(file, "file") == edit.file) base = file.at("hash");
+    if (is_new) base = agents.hash_of(host, edit.file);
     if (edit.path.empty()) {
       host.edits.push_back(whole_text(edit, base));
       continue;
@@ -193,10 +210,7 @@ json::array fleet_files(const std::vector<ConfigHost>& changed, Agents& agents, 
   for (const ConfigHost& host : agents.all()) {
     std::map<std::string, json::value> texts;
     try {
-      for (const json::object& file : objects(items_of(agents.ask(host, {{"ask", "conf_list"}}), "files"))) {
-        const std::string name = text_at(file, "file");
-        texts[name] = agents.ask(host, {{"ask", "conf_get"}, {"file", name}}).at("text");
-      }
+      texts = agents.texts(host);
     } catch (const Failure& failure) {
       context.out.detail(fmt::format("{}: {}", host.name, failure.message));
       continue;
