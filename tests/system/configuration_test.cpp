@@ -92,12 +92,14 @@ class Host {
     EXPECT_TRUE(robot_->wait_for_line("programs are ready"));
   }
 
-  Ended timsctl(std::vector<std::string> arguments) const {
+  // `limit`: what a command may take that waits for hosts.
+  Ended timsctl(std::vector<std::string> arguments, Duration limit = kPatience) const {
     arguments.insert(arguments.begin(), TIMSCTL_PROGRAM);
-    arguments.push_back("--timeout=" + std::to_string(kPatienceMs) + "ms");
+    arguments.push_back(limit == kPatience ? "--timeout=" + std::to_string(kPatienceMs) + "ms"
+                                           : "--timeout=2s");
     auto child = ChildProcess::start(std::move(arguments), options());
     EXPECT_TRUE(child) << child.error().message();
-    const auto status = child->wait();
+    const auto status = child->wait(limit);
     return {.code = status ? status->code : -1,
             .out = child->standard_output(),
             .err = child->standard_error()};
@@ -289,7 +291,7 @@ TEST_F(ConfigurationTest, ARouterIsReloadedOrRestartedAsItsOptionsNeed) {
   const auto epoch = [](const std::string& text) { return json::parse(text).at("epoch"); };
   EXPECT_EQ(epoch(robot_.timsctl({"status", "--json"}).out), epoch(before));
   const Ended restarted =
-      base_.timsctl({"config", "apply", "robot1@router.toml:limits.clients=900", "-y"});
+      base_.timsctl({"config", "apply", "robot1@router.toml:message.max=\"8MiB\"", "-y"});
   EXPECT_EQ(restarted.code, 0) << restarted.out << restarted.err;
   EXPECT_NE(epoch(robot_.timsctl({"status", "--json"}).out), epoch(before));
 }
@@ -298,7 +300,8 @@ TEST_F(ConfigurationTest, AChangeThatCutsItsOwnLinkIsUndoneEverywhere) {
   const std::string base_before = text_of(base_.folder() / "router.toml");
   const std::string robot_before = text_of(robot_.folder() / "router.toml");
   const Ended applied = base_.timsctl({"config", "apply", "robot1@router.toml:link[0].to=\"127.0.0.1:9\"",
-                                        "base@router.toml:log.level=debug", "--window=30s", "-y"});
+                                        "base@router.toml:log.level=debug", "--window=30s", "-y"},
+                                       kPatience * 6);
   EXPECT_EQ(applied.code, 1) << applied.out << applied.err;
   EXPECT_TRUE(eventually(
       [&] {

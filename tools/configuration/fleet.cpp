@@ -113,12 +113,6 @@ class Fleet {
     return other.router.role == Role::kTop;
   }
 
-  [[nodiscard]] std::size_t depth(std::size_t host) const {
-    std::size_t steps = 0;
-    for (auto at = parents_[host]; at && steps <= hosts_.size(); at = parents_[*at]) ++steps;
-    return steps;
-  }
-
   void check_tree() {
     std::vector<std::string> tops;
     for (std::size_t i = 0; i < hosts_.size(); ++i)
@@ -275,8 +269,10 @@ class Fleet {
   void order() {
     std::vector<std::size_t> all(hosts_.size());
     std::iota(all.begin(), all.end(), 0U);
-    std::ranges::stable_sort(all, std::ranges::greater(),
-                             [&](std::size_t host) { return depth(host); });
+    // Levels of the tree are roles. A change may just be cutting the link that would show them.
+    std::ranges::stable_sort(all, {}, [&](std::size_t host) {
+      return router(host) == nullptr ? Role::kSubsystem : router(host)->router.role;
+    });
     for (const std::size_t host : all) report_.order.push_back(hosts_[host].name);
   }
 

@@ -56,8 +56,9 @@ class Agents {
   // Throws Failure.
   json::object ask(tims::Address agent, const json::object& question) {
     AdminClient client(*connection_, context_.signals, context_.options.timeout, agent);
+    const bool is_quick = text_at(question, "ask") == "conf_state";
     try {
-      return client.ask(question, kAgentWorks);
+      return client.ask(question, is_quick ? tims::Duration{} : kAgentWorks);
     } catch (const Failure& failure) {
       if (failure.code != "no_such_router") throw;
       throw Failure(Exit::kNoSuch, "no_agent",
@@ -385,12 +386,17 @@ class Apply {
     const bool may_come = ask == Rollout::Ask::kWait || ask == Rollout::Ask::kVerify ||
                           ask == Rollout::Ask::kSettle;
     const bool is_refusal = failure.exit == Exit::kNo || failure.exit == Exit::kDenied;
-    if (may_come && !is_refusal && tims::os::now() < since_ + kHostPatience) {
+    if (may_come && !is_refusal && tims::os::now() < since_ + patience()) {
       context_.signals.sleep_until(tims::os::now() + kAskAgain);
       return reconnect_quietly();
     }
     rollout_.take(Rollout::Answer::kRefused,
                   fmt::format("{}: {}", hosts_[rollout_.next().host].name, failure.message));
+  }
+
+  // Shorter than the window, so that the others are told to go back before they do it by themselves.
+  [[nodiscard]] tims::Duration patience() const {
+    return std::min(kHostPatience, context_.options.window * 2 / 3);
   }
 
   void reconnect_quietly() {
@@ -402,7 +408,7 @@ class Apply {
   }
 
   void reconnect() {
-    const tims::Time deadline = tims::os::now() + kHostPatience;
+    const tims::Time deadline = tims::os::now() + patience();
     while (true) {
       try {
         agents_.reconnect();
