@@ -34,9 +34,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const Describe describe = [&](const std::string&) -> const Description* {
     return description ? &*description : nullptr;
   };
-  const Surroundings around{.describe = describe,
-                            .has_file = [](const std::string&) { return false; },
-                            .files_beside = [](const std::string&) { return std::vector<std::string>{}; }};
+  const Surroundings around{
+      .describe = describe,
+      .has_file = [](const std::string&) { return false; },
+      .files_beside = [](const std::string&) { return std::vector<std::string>{}; }};
   for (const Finding& finding : check_robot({"robots/r.toml", robot}, around))
     tims::fuzz::require(!finding.text.empty());
   tims::fuzz::use(robot_difference(robot, router, "robots/r.toml", describe));

@@ -1,5 +1,5 @@
-// The configuration of two hosts and a robot, changed by `timsctl config` through their agents: what is
-// shown, refused, kept, undone, and what goes back by itself.
+// The configuration of two hosts and a robot, changed by `timsctl config` through their agents:
+// what is shown, refused, kept, undone, and what goes back by itself.
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -70,9 +70,10 @@ class Host {
   [[nodiscard]] std::string socket() const { return folder_.path() / "router.sock"; }
 
   void start() {
-    const std::string again = "trap 'kill $p; wait $p; exit' TERM\n"
-                              "while :; do " TIMS_PROGRAMS "/tims-router --config " +
-                              (folder() / "router.toml").string() + " & p=$!; wait $p; done";
+    const std::string again =
+        "trap 'kill $p; wait $p; exit' TERM\n"
+        "while :; do " TIMS_PROGRAMS "/tims-router --config " +
+        (folder() / "router.toml").string() + " & p=$!; wait $p; done";
     router_ = started({"/bin/bash", "-c", again});
     EXPECT_TRUE(eventually([&] { return timsctl({"status"}).code == 0; }, "the router answers"));
     start_agent();
@@ -162,17 +163,24 @@ class ConfigurationTest : public testing::Test {
     std::ofstream(robot_.folder() / "robots" / "scout.toml") << kScout;
     base_.start();
     robot_.start();
-    EXPECT_TRUE(eventually([&] { return base_.timsctl({"config", "history", "-r", "robot1"}).code == 0; },
-                           "the base reaches the agent of the robot"));
+    EXPECT_TRUE(eventually(
+        [&] {
+          return base_.timsctl({"config", "history", "-r", "robot1"}).code == 0;
+        },
+        "the base reaches the agent of the robot"));
   }
 
-  static std::string common(const std::string& name, const std::string& role, int system, int port) {
+  static std::string common(const std::string& name, const std::string& role, int system,
+                            int port) {
     return "# of " + name + "\n[router]\nname = \"" + name + "\"\nrole = \"" + role +
-           "\"\nsystem = " + std::to_string(system) + "\nid = 1\n[tcp]\nlisten = \"off\"\n[http]\nlisten = \"off\"\n" +
+           "\"\nsystem = " + std::to_string(system) +
+           "\nid = 1\n[tcp]\nlisten = \"off\"\n[http]\nlisten = \"off\"\n" +
            "[udp]\nlisten = \"127.0.0.1:" + std::to_string(port) + "\"\n";
   }
 
-  [[nodiscard]] std::string scout() const { return text_of(robot_.folder() / "robots" / "scout.toml"); }
+  [[nodiscard]] std::string scout() const {
+    return text_of(robot_.folder() / "robots" / "scout.toml");
+  }
   [[nodiscard]] std::string state_of(const Host& host, Address agent) const {
     return std::string(host.ask({{"ask", "conf_state"}}, agent).at("state").as_string());
   }
@@ -180,7 +188,8 @@ class ConfigurationTest : public testing::Test {
   const int base_port_ = free_port();
   Host base_{common("base", "top", 0, base_port_) + "[[link]]\nkind = \"sub\"\nsystem = \"*\"\n"};
   Host robot_{common("robot1", "system", 1, free_port()) +
-              "[[link]]\nkind = \"super\"\nto = \"127.0.0.1:" + std::to_string(base_port_) + "\"\n"};
+              "[[link]]\nkind = \"super\"\nto = \"127.0.0.1:" + std::to_string(base_port_) +
+              "\"\n"};
   const std::string max_speed_ = "robot1@robots/scout.toml:component[0].parameters.vxMax";
 };
 
@@ -201,7 +210,8 @@ TEST_F(ConfigurationTest, ADifferenceIsOneLineAndAChangeRestartsOneComponent) {
   };
   const int chassis = pid_of("ChassisSim");
   const int odometry = pid_of("OdometryChassis");
-  const Ended applied = base_.timsctl({"config", "apply", max_speed_ + "=900", "--why=faster", "-y"});
+  const Ended applied =
+      base_.timsctl({"config", "apply", max_speed_ + "=900", "--why=faster", "-y"});
   EXPECT_EQ(applied.code, 0) << applied.out << applied.err;
   std::string expected(kScout);
   expected.replace(expected.find("800"), 3, "900");
@@ -221,8 +231,8 @@ TEST_F(ConfigurationTest, AWrongValueIsRefusedWithItsPlace) {
   const Ended range = base_.timsctl({"config", "apply", max_speed_ + "=-5", "-y"});
   EXPECT_EQ(range.code, 1);
   EXPECT_THAT(range.out, HasSubstr("robots/scout.toml:7:24: vxMax must be a whole number from 0"));
-  const Ended name = base_.timsctl(
-      {"config", "diff", "robot1@robots/scout.toml:component[0].parameters.vxMux=5"});
+  const Ended name =
+      base_.timsctl({"config", "diff", "robot1@robots/scout.toml:component[0].parameters.vxMux=5"});
   EXPECT_EQ(name.code, 1);
   EXPECT_THAT(name.out, HasSubstr("did you mean vxMax?"));
   const Ended router = base_.timsctl({"config", "diff", "robot1@router.toml:router.role=boss"});
@@ -236,19 +246,20 @@ TEST_F(ConfigurationTest, AWrongValueIsRefusedWithItsPlace) {
 }
 
 TEST_F(ConfigurationTest, TwoEditorsConflict) {
-  const json::object list = robot_.ask({{"ask", "conf_get"}, {"file", "robots/scout.toml"}}, kRobotAgent);
+  const json::object list =
+      robot_.ask({{"ask", "conf_get"}, {"file", "robots/scout.toml"}}, kRobotAgent);
   const auto edit = [&](const std::string& value) {
     return json::object{
         {"ask", "conf_apply"},
         {"change", "00112233445566" + value},
         {"who", "second"},
         {"edits",
-         json::array{json::object{{"file", "robots/scout.toml"},
-                                  {"base", list.at("hash")},
-                                  {"operations", json::array{json::object{
-                                                     {"op", "set"},
-                                                     {"path", "component[0].parameters.vxMax"},
-                                                     {"value", 700}}}}}}}};
+         json::array{json::object{
+             {"file", "robots/scout.toml"},
+             {"base", list.at("hash")},
+             {"operations",
+              json::array{json::object{
+                  {"op", "set"}, {"path", "component[0].parameters.vxMax"}, {"value", 700}}}}}}}};
   };
   EXPECT_EQ(base_.timsctl({"config", "apply", max_speed_ + "=900", "-y"}).code, 0);
   const json::object answer = robot_.ask(edit("01"), kRobotAgent);
@@ -273,7 +284,8 @@ TEST_F(ConfigurationTest, AnAgentThatIsKilledGoesBack) {
 
 TEST_F(ConfigurationTest, IsConfirmedOrUndoneByHand) {
   EXPECT_EQ(base_.timsctl({"config", "apply", max_speed_ + "=900"}).code, 0);
-  EXPECT_EQ(base_.timsctl({"config", "apply", max_speed_ + "=950", "-y"}).code, 1) << "one at a time";
+  EXPECT_EQ(base_.timsctl({"config", "apply", max_speed_ + "=950", "-y"}).code, 1)
+      << "one at a time";
   EXPECT_EQ(base_.timsctl({"config", "confirm", "-r", "robot1"}).code, 0);
   EXPECT_THAT(scout(), HasSubstr("900"));
   EXPECT_EQ(base_.timsctl({"config", "apply", max_speed_ + "=1000"}).code, 0);
@@ -286,7 +298,9 @@ TEST_F(ConfigurationTest, ARouterIsReloadedOrRestartedAsItsOptionsNeed) {
   const std::string before = robot_.timsctl({"status", "--json"}).out;
   EXPECT_EQ(base_.timsctl({"config", "apply", "robot1@router.toml:log.level=debug", "-y"}).code, 0);
   EXPECT_TRUE(eventually(
-      [&] { return robot_.timsctl({"config", "show"}).out.find("debug") != std::string::npos; },
+      [&] {
+        return robot_.timsctl({"config", "show"}).out.find("debug") != std::string::npos;
+      },
       "the router uses the new level"));
   const auto epoch = [](const std::string& text) { return json::parse(text).at("epoch"); };
   EXPECT_EQ(epoch(robot_.timsctl({"status", "--json"}).out), epoch(before));
@@ -299,9 +313,10 @@ TEST_F(ConfigurationTest, ARouterIsReloadedOrRestartedAsItsOptionsNeed) {
 TEST_F(ConfigurationTest, AChangeThatCutsItsOwnLinkIsUndoneEverywhere) {
   const std::string base_before = text_of(base_.folder() / "router.toml");
   const std::string robot_before = text_of(robot_.folder() / "router.toml");
-  const Ended applied = base_.timsctl({"config", "apply", "robot1@router.toml:link[0].to=\"127.0.0.1:9\"",
-                                        "base@router.toml:log.level=debug", "--window=30s", "-y"},
-                                       kPatience * 6);
+  const Ended applied =
+      base_.timsctl({"config", "apply", "robot1@router.toml:link[0].to=\"127.0.0.1:9\"",
+                     "base@router.toml:log.level=debug", "--window=30s", "-y"},
+                    kPatience * 6);
   EXPECT_EQ(applied.code, 1) << applied.out << applied.err;
   EXPECT_TRUE(eventually(
       [&] {
@@ -309,8 +324,11 @@ TEST_F(ConfigurationTest, AChangeThatCutsItsOwnLinkIsUndoneEverywhere) {
                text_of(base_.folder() / "router.toml") == base_before;
       },
       "both hosts went back", kPatience * 6));
-  EXPECT_TRUE(eventually([&] { return base_.timsctl({"config", "history", "-r", "robot1"}).code == 0; },
-                         "the robot can be reached again"));
+  EXPECT_TRUE(eventually(
+      [&] {
+        return base_.timsctl({"config", "history", "-r", "robot1"}).code == 0;
+      },
+      "the robot can be reached again"));
 }
 
 TEST_F(ConfigurationTest, BudgetsCountWhatGoesOverLinks) {

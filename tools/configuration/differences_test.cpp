@@ -14,7 +14,8 @@ TEST(Difference, EqualTextsHaveNone) {
 }
 
 TEST(Difference, IsUnifiedWithThreeLinesAround) {
-  const TextDifference made = difference("f", "1\n2\n3\n4\n5\n6\n7\n8\n9\n", "1\n2\n3\n4\nx\n6\n7\n8\n9\n");
+  const TextDifference made =
+      difference("f", "1\n2\n3\n4\n5\n6\n7\n8\n9\n", "1\n2\n3\n4\nx\n6\n7\n8\n9\n");
   EXPECT_EQ(made.diff, "--- f\n+++ f\n@@ -2,7 +2,7 @@\n 2\n 3\n 4\n-5\n+x\n 6\n 7\n 8\n");
   EXPECT_EQ(made.added, 1U);
   EXPECT_EQ(made.removed, 1U);
@@ -26,7 +27,8 @@ TEST(Difference, FarChangesAreBlocksOfTheirOwn) {
   std::string after = "0\n" + before;
   after.erase(after.find("29\n"), 3);
   EXPECT_EQ(difference("f", before, after).diff,
-            "--- f\n+++ f\n@@ -1,3 +1,4 @@\n+0\n 1\n 2\n 3\n@@ -26,5 +27,4 @@\n 26\n 27\n 28\n-29\n 30\n");
+            "--- f\n+++ f\n@@ -1,3 +1,4 @@\n+0\n 1\n 2\n 3\n@@ -26,5 +27,4 @@\n 26\n 27\n "
+            "28\n-29\n 30\n");
 }
 
 TEST(Difference, NewAndRemovedFilesAndMissingLineEnds) {

@@ -37,19 +37,22 @@ const Description* describe(const std::string& program) {
 
 std::string router(const std::string& name, const std::string& role, int system, int id, int port,
                    const std::string& more) {
-  return "[router]\nname = \"" + name + "\"\nrole = \"" + role + "\"\nsystem = " + std::to_string(system) +
-         "\nid = " + std::to_string(id) + "\n[udp]\nlisten = \"127.0.0.1:" + std::to_string(port) + "\"\n" + more;
+  return "[router]\nname = \"" + name + "\"\nrole = \"" + role +
+         "\"\nsystem = " + std::to_string(system) + "\nid = " + std::to_string(id) +
+         "\n[udp]\nlisten = \"127.0.0.1:" + std::to_string(port) + "\"\n" + more;
 }
 std::string link(const std::string& kind, const std::string& more) {
   return "[[link]]\nkind = \"" + kind + "\"\n" + more + "\n";
 }
 
-FleetHost host(const std::string& name, const std::string& router_text, const std::string& robot = {}) {
-  const auto loaded =
-      tims::config::load({.files = {{name, router_text}}, .settings = {}, .host = {.name = name}});
+FleetHost host(const std::string& name, const std::string& router_text,
+               const std::string& robot = {}) {
+  const auto loaded = tims::config::load(
+      {.files = {{name, router_text}}, .settings = {}, .host = {.name = name, .environment = {}}});
   EXPECT_TRUE(loaded.ok()) << (loaded.ok() ? "" : loaded.problems.front().to_string());
   FleetHost made{.name = name, .router = loaded.config};
-  if (!robot.empty()) made.robots.push_back({.name = "robots/r.toml", .text = "system = 1\n" + robot});
+  if (!robot.empty())
+    made.robots.push_back({.name = "robots/r.toml", .text = "system = 1\n" + robot});
   return made;
 }
 
@@ -60,12 +63,16 @@ constexpr const char* kPilotOfIt =
 
 // base above main, main above arm.
 std::vector<FleetHost> three_hosts(const std::string& rate = "rate = \"1MB\"") {
-  return {host("base", router("base", "top", 0, 1, 3001, link("sub", "system = \"*\""))),
-          host("main", router("main", "system", 1, 1, 3002,
-                              link("super", "to = \"127.0.0.1:3001\"") + link("sub", "system = 1\n" + rate)),
-               kPilotOfIt),
-          host("arm", router("arm", "subsystem", 1, 2, 3003, link("super", "to = \"127.0.0.1:3002\"\n" + rate)),
-               kLadarAt10Ms)};
+  return {
+      host("base", router("base", "top", 0, 1, 3001, link("sub", "system = \"*\""))),
+      host("main",
+           router("main", "system", 1, 1, 3002,
+                  link("super", "to = \"127.0.0.1:3001\"") + link("sub", "system = 1\n" + rate)),
+           kPilotOfIt),
+      host(
+          "arm",
+          router("arm", "subsystem", 1, 2, 3003, link("super", "to = \"127.0.0.1:3002\"\n" + rate)),
+          kLadarAt10Ms)};
 }
 
 std::string problems(const FleetReport& report) {
@@ -121,7 +128,8 @@ TEST(LinkBudget, IsYellowFrom70AndRedFrom100Percent) {
 
 TEST(Fleet, OneOwnerAnAddress) {
   auto hosts = three_hosts();
-  hosts[1].robots.push_back({.name = "robots/x.toml", .text = std::string("system = 1\n") + kLadarAt10Ms});
+  hosts[1].robots.push_back(
+      {.name = "robots/x.toml", .text = std::string("system = 1\n") + kLadarAt10Ms});
   EXPECT_THAT(problems(check_fleet(hosts, describe)),
               HasSubstr("arm: Ladar(1/0) also runs as Ladar on main (robots/x.toml:2)"));
 }
@@ -151,13 +159,15 @@ TEST(Fleet, OnePilotAChassisFromTheStart) {
 TEST(Fleet, OneTopRouterAndAWayToEachSuperRouter) {
   auto hosts = three_hosts();
   hosts[1].router->router.role = tims::config::Role::kTop;
-  EXPECT_THAT(problems(check_fleet(hosts, describe)), HasSubstr("a fleet has one top router, not 2: base, main"));
+  EXPECT_THAT(problems(check_fleet(hosts, describe)),
+              HasSubstr("a fleet has one top router, not 2: base, main"));
   hosts = three_hosts();
   hosts[2].router->links.clear();
   EXPECT_THAT(problems(check_fleet(hosts, describe)), HasSubstr("arm: no way to the super router"));
   hosts = three_hosts();
   hosts[1].router->links[1].system = 7;
-  EXPECT_THAT(problems(check_fleet(hosts, describe)), HasSubstr("main: accepts no sub router of system 1"));
+  EXPECT_THAT(problems(check_fleet(hosts, describe)),
+              HasSubstr("main: accepts no sub router of system 1"));
 }
 
 TEST(Fleet, OneSetOfWidths) {

@@ -17,13 +17,13 @@ namespace folder_test {
 namespace fs = std::filesystem;
 
 TEST(FileName, IsOneOfThreeForms) {
-  for (const std::string good : {"router.toml", "router.d/a.toml", "robots/scout.toml", "robots/A-1_b.toml",
-                                 "robots/" + std::string(31, 'a') + ".toml"})
+  for (const std::string good : {"router.toml", "router.d/a.toml", "robots/scout.toml",
+                                 "robots/A-1_b.toml", "robots/" + std::string(31, 'a') + ".toml"})
     EXPECT_TRUE(is_file_name(good)) << good;
   for (const std::string bad :
-       {"", "router", "x.toml", "/etc/passwd", "../router.toml", "robots/../router.toml", "robots/.toml",
-        "robots/..toml", "robots/a/b.toml", "robots/-a.toml", "robots/a b.toml", "robots/a.toml/",
-        "robots//a.toml", "./router.toml", "ROBOTS/a.toml", "robots/a.dxf"})
+       {"", "router", "x.toml", "/etc/passwd", "../router.toml", "robots/../router.toml",
+        "robots/.toml", "robots/..toml", "robots/a/b.toml", "robots/-a.toml", "robots/a b.toml",
+        "robots/a.toml/", "robots//a.toml", "./router.toml", "ROBOTS/a.toml", "robots/a.dxf"})
     EXPECT_FALSE(is_file_name(bad)) << bad;
   EXPECT_FALSE(is_file_name("robots/" + std::string(32, 'a') + ".toml"));
   EXPECT_FALSE(is_file_name(std::string("robots/a\0.toml", 14)));
@@ -62,7 +62,8 @@ TEST_F(FolderTest, WriteMakesTheFilesTheseAndNoOthers) {
   write("robots/old.toml", "old");
   write("robots/same.toml", "same");
   const auto before = fs::last_write_time(folder_.path() / "robots/same.toml");
-  const Texts wanted{{"robots/new.toml", "n"}, {"robots/same.toml", "same"}, {"router.d/a.toml", "a"}};
+  const Texts wanted{
+      {"robots/new.toml", "n"}, {"robots/same.toml", "same"}, {"router.d/a.toml", "a"}};
   ASSERT_TRUE(files_.write(wanted));
   EXPECT_EQ(files_.read().value(), wanted);
   EXPECT_EQ(fs::last_write_time(folder_.path() / "robots/same.toml"), before);
@@ -129,8 +130,8 @@ TEST(Store, KeepsTheFilesOfKnownGenerationsOnly) {
 TEST(Store, ADamagedRecordIsAnError) {
   const tims::test::TemporaryFolder folder;
   const Store store(folder.path());
-  for (const std::string text :
-       {"", "{", "[]", R"({"items": [{}]})", R"({"pending": {"generation": 9, "state": "waiting"}})"}) {
+  for (const std::string text : {"", "{", "[]", R"({"items": [{}]})",
+                                 R"({"pending": {"generation": 9, "state": "waiting"}})"}) {
     std::ofstream(folder.path() / "record.json") << text;
     EXPECT_FALSE(store.load()) << text;
   }

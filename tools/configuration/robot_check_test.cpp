@@ -11,7 +11,8 @@ using testing::HasSubstr;
 
 const Description& scan2d() {
   static const Description kScan2d = *description_of(
-      boost::json::parse(R"({"rack_description": 1, "program": "Scan2d", "class": "Scan2d", "class_id": 25,
+      boost::json::parse(
+          R"({"rack_description": 1, "program": "Scan2d", "class": "Scan2d", "class_id": 25,
         "parameters": [
           {"name": "maxRange", "type": "int", "default": 8000, "min": 0, "max": 100000, "unit": "mm"},
           {"name": "gain", "type": "float", "default": 1.5, "min": -1, "max": 2},
@@ -40,8 +41,8 @@ std::string found(const std::string& parameters) {
       "# c\n[[component]]\nprogram = \"Scan2d\"\nparameters = { " + parameters + " }\n";
   std::string lines;
   for (const Finding& each : check_robot({"robots/r.toml", text}, around()))
-    lines += (each.is_error ? "" : "warning ") + std::to_string(each.line) + ": " + each.path + " " +
-             each.text + "\n";
+    lines += (each.is_error ? "" : "warning ") + std::to_string(each.line) + ": " + each.path +
+             " " + each.text + "\n";
   return lines;
 }
 
@@ -59,7 +60,8 @@ TEST(RobotCheck, RefusesBelowAndAbove) {
             "not -1\n");
   for (const std::string bad : {"maxRange = 100001", "maxRange = 1.5", "maxRange = \"far\"",
                                 "gain = 2.1", "gain = -1.1", "ladarInst = 1, ladarSys = -1"})
-    EXPECT_THAT(found(bad.find("ladarInst") == 0 ? bad : "ladarInst = 0, " + bad), HasSubstr("must be"))
+    EXPECT_THAT(found(bad.find("ladarInst") == 0 ? bad : "ladarInst = 0, " + bad),
+                HasSubstr("must be"))
         << bad;
 }
 
@@ -71,13 +73,15 @@ TEST(RobotCheck, SuggestsNamesChoicesAndFiles) {
 }
 
 TEST(RobotCheck, NeedsRequiredParametersAndKnowsPriorities) {
-  EXPECT_THAT(found("maxRange = 1"), HasSubstr("2: component[0].parameters Scan2d needs the parameter "
-                                               "ladarInst"));
+  EXPECT_THAT(found("maxRange = 1"),
+              HasSubstr("2: component[0].parameters Scan2d needs the parameter "
+                        "ladarInst"));
   EXPECT_THAT(found("ladarInst = 0, dataTaskPrio = 21"), HasSubstr("warning 4:"));
 }
 
 TEST(RobotCheck, ErrorsOfTheFileComeFirst) {
-  const auto findings = check_robot({"robots/r.toml", "[[component]]\nprogrm = \"Scan2d\"\n"}, around());
+  const auto findings =
+      check_robot({"robots/r.toml", "[[component]]\nprogrm = \"Scan2d\"\n"}, around());
   ASSERT_FALSE(findings.empty());
   EXPECT_EQ(findings[0].line, 1U);
 }
