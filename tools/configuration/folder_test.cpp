@@ -17,14 +17,15 @@ namespace folder_test {
 namespace fs = std::filesystem;
 
 TEST(FileName, IsOneOfThreeForms) {
-  for (const std::string good : {"router.toml", "router.d/a.toml", "robots/scout.toml",
-                                 "robots/A-1_b.toml", "robots/" + std::string(31, 'a') + ".toml"})
+  for (const std::string good :
+       {"router.toml", "router.d/a.toml", "robots/scout.toml", "robots/A-1_b.toml"})
     EXPECT_TRUE(is_file_name(good)) << good;
   for (const std::string bad :
        {"", "router", "x.toml", "/etc/passwd", "../router.toml", "robots/../router.toml",
         "robots/.toml", "robots/..toml", "robots/a/b.toml", "robots/-a.toml", "robots/a b.toml",
         "robots/a.toml/", "robots//a.toml", "./router.toml", "ROBOTS/a.toml", "robots/a.dxf"})
     EXPECT_FALSE(is_file_name(bad)) << bad;
+  EXPECT_TRUE(is_file_name("robots/" + std::string(31, 'a') + ".toml"));
   EXPECT_FALSE(is_file_name("robots/" + std::string(32, 'a') + ".toml"));
   EXPECT_FALSE(is_file_name(std::string("robots/a\0.toml", 14)));
 }
