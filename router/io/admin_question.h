@@ -39,8 +39,8 @@ enum class Ask : std::uint8_t {
 // Questions that change something: not accepted from web pages.
 constexpr bool acts(Ask ask) { return ask >= Ask::kLinkDo; }
 
-// Whether a question to the configuration agent beside a router (tools/configuration/PROTOCOL.md) only
-// reads. All others change something, also those that cannot be understood.
+// Whether a question to the configuration agent beside a router (tools/configuration/PROTOCOL.md)
+// only reads. All others change something, also those that cannot be understood.
 bool is_agent_reading(std::string_view body);
 
 struct Question {
