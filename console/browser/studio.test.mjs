@@ -224,6 +224,9 @@ test('two editors: the second one is told, and merges', async () => {
   await set(first.page, 'ChassisSim', 'vxMax', '800');
   await apply(first.page, 'slower');
   await second.page.getByText('“slower”').waitFor(); // counted down at each console
+  const third = await Watched.open(browser, robot);
+  await third.page.getByText(/“slower” of ada works on robot1; without a decision/).waitFor();
+  await third.close();
   await keep(first.page);
   const conflict = second.page.getByRole('region', { name: /^Conflict/ });
   await conflict.getByText(/changed by another editor/).waitFor();

@@ -20,6 +20,7 @@ const PlotsPage = lazy(() => import('./pages').then((pages) => pages.PlotsPage))
 const NetworkPage = lazy(() => import('./pages').then((pages) => pages.NetworkPage));
 const SimulationPage = lazy(() => import('./pages').then((pages) => pages.SimulationPage));
 const StudioPage = lazy(() => import('../studio/studio_page').then((pages) => pages.StudioPage));
+const ChangeWatch = lazy(() => import('../studio/change_watch').then((watch) => watch.ChangeWatch), true);
 const RobotPage = lazy(() => import('./pages').then((pages) => pages.RobotPage));
 
 interface Page {
@@ -67,6 +68,7 @@ export function App() {
       </header>
       <ExposedNotice />
       <ConnectionNotice />
+      <ChangeWatch />
       <main id="content" tabIndex={-1} class={`page-${page}`}>
         <PageView key={`${page}/${rest[0] ?? ''}`} page={page} />
       </main>
