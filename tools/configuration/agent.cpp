@@ -171,6 +171,23 @@ void append_places(const base::TomlNode& node, base::TomlPath& path, json::objec
   }
 }
 
+// Adds the values of a text and their places, as of conf_get.
+void append_values(const base::TextFile& file, json::object& row) {
+  const base::TomlTree tree = base::parse_toml(file);
+  json::object places;
+  base::TomlPath path;
+  append_places(tree.root, path, places);
+  row["values"] = json_of(tree.root);
+  row["places"] = std::move(places);
+}
+
+Texts router_files(const Texts& all) {
+  Texts files;
+  for (const auto& file : all)
+    if (!is_robot_file(file.first)) files.insert(file);
+  return files;
+}
+
 json::array files_json(const Texts& files, bool with_text) {
   json::array all;
   for (const auto& [name, text] : files) {
@@ -277,17 +294,13 @@ json::object Agent::get(const json::object& question) const {
   const Texts all = files();
   const auto found = all.find(name);
   if (found == all.end()) throw Refuse{"no_such_file", name + " is not there"};
-  const base::TomlTree tree = base::parse_toml({name, found->second});
-  json::object places;
-  base::TomlPath path;
-  append_places(tree.root, path, places);
-  return {{"schema", "tims/conf_get/1"},
-          {"file", name},
-          {"kind", is_robot_file(name) ? "robot" : "router"},
-          {"text", found->second},
-          {"hash", hash_of(found->second)},
-          {"values", json_of(tree.root)},
-          {"places", std::move(places)}};
+  json::object row{{"schema", "tims/conf_get/1"},
+                   {"file", name},
+                   {"kind", is_robot_file(name) ? "robot" : "router"},
+                   {"text", found->second},
+                   {"hash", hash_of(found->second)}};
+  append_values({name, found->second}, row);
+  return row;
 }
 
 json::object Agent::describe(const json::object& question) {
@@ -422,14 +435,15 @@ Texts Agent::edited(const json::object& question, const Texts& before) const {
   return after;
 }
 
-// Of the router's files together, and of each robot file that the edits touch.
+// Of the router's files together, and of each robot file, as far as the edits touch them.
 std::vector<Finding> Agent::findings(const Texts& before, const Texts& after) {
   std::vector<Finding> all;
-  for (const tims::config::Problem& problem : load_router(after).problems)
-    all.push_back({.file = problem.at.file,
-                   .line = problem.at.line,
-                   .column = problem.at.column,
-                   .text = problem.text});
+  if (router_files(before) != router_files(after))
+    for (const tims::config::Problem& problem : load_router(after).problems)
+      all.push_back({.file = problem.at.file,
+                     .line = problem.at.line,
+                     .column = problem.at.column,
+                     .text = problem.text});
   const fs::path robots = folder_.path_of("robots");
   const Surroundings around{
       .describe = [this](const std::string& program) { return description(program); },
@@ -500,6 +514,7 @@ json::object Agent::check(const json::object& question) {
                      {"removed", made.removed},
                      {"diff", made.diff},
                      {"sentences", json::array(sentences.begin(), sentences.end())}};
+    if (after.contains(name)) append_values({name, now}, row);
     changed.push_back(std::move(row));
   }
   return {{"schema", "tims/conf_check/1"},
@@ -533,6 +548,7 @@ json::object to_json(const LinkBudget& link) {
   const bool has_cap = link.rate > 0;
   const auto share = [&](double value) { return has_cap ? json::value(value) : json::value(); };
   return {{"host", link.host},
+          {"router", link.host},
           {"link", link.other},
           {"rate_bytes_per_s", has_cap ? json::value(link.rate) : json::value()},
           {"reserve_percent", link.reserve_percent},
