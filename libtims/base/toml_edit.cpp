@@ -115,9 +115,9 @@ class Edit {
     if (steps == path.size()) return replace(*node, value);
     const std::vector<std::string> keys = keys_behind(*node, path, steps);
     if (node->is_plain())
-      refuse(*node, to_string(TomlPath(path.begin(), path.begin() + std::ssize(path) -
-                                                         std::ssize(keys))) +
-                        " is a value, not a table");
+      refuse(*node,
+             to_string(TomlPath(path.begin(), path.begin() + std::ssize(path) - std::ssize(keys))) +
+                 " is a value, not a table");
     insert_key(*node, keys, value);
   }
 
@@ -148,7 +148,8 @@ class Edit {
     }
     if (table.form == Form::kInlineTable) return insert_inline(table, nested(keys, value));
     if (table.form != Form::kTable) refuse(table, path_text() + ": a list has no keys");
-    if (&table == document_.root.get() && is_section(keys, value)) return append_section(keys, value);
+    if (&table == document_.root.get() && is_section(keys, value))
+      return append_section(keys, value);
     if (!table.is_explicit) return insert_header(table, nested(keys, value));
     insert_line(table, nested(keys, value));
   }
@@ -438,8 +439,8 @@ void check_result(const TextFile& before, const TextFile& after, const TomlOpera
   const bool wanted = operation.kind != TomlOperation::Kind::kRemove;
   if (is_there != wanted && part.size() == operation.path.size()) throw refused("");
   const Values values = values_beside(tree, part);
-  const bool same = std::ranges::equal(
-      values_beside(old, part), values, [](const auto& a, const auto& b) {
+  const bool same =
+      std::ranges::equal(values_beside(old, part), values, [](const auto& a, const auto& b) {
         return a.first == b.first && is_same(a.second->value, b.second->value);
       });
   if (!same) throw refused(" without a change of other values");

@@ -42,9 +42,8 @@ TEST(TomlPath, IsKeysAndIndexes) {
     ASSERT_TRUE(path) << good;
     EXPECT_EQ(to_string(*path), good);
   }
-  for (const std::string bad :
-       {"", ".", "a.", ".a", "a..b", "[0]", "a[", "a[]", "a[x]", "a[-1]", "a b", "a[0]b", "\"a",
-        "a[99999999999]", "a.\"\\q\""})
+  for (const std::string bad : {"", ".", "a.", ".a", "a..b", "[0]", "a[", "a[]", "a[x]", "a[-1]",
+                                "a b", "a[0]b", "\"a", "a[99999999999]", "a.\"\\q\""})
     EXPECT_FALSE(parse_toml_path(bad)) << bad;
 }
 
@@ -285,8 +284,8 @@ TomlInput& at(TomlInput& model, std::span<const TomlStep> path) {
       node = &std::get<List>(node->value)[*index];
     } else {
       auto& table = std::get<Table>(node->value);
-      node = &std::ranges::find(table, std::get<std::string>(step), &Table::value_type::first)
-                  ->second;
+      node =
+          &std::ranges::find(table, std::get<std::string>(step), &Table::value_type::first)->second;
     }
   }
   return *node;
@@ -417,8 +416,8 @@ TEST(TomlEdit, RandomTextsAndOperationsMeanWhatTheModelMeans) {
       continue;
     }
     ++done;
-    const bool one_line = operation.kind != Kind::kRemove &&
-                          std::holds_alternative<std::int64_t>(target.value);
+    const bool one_line =
+        operation.kind != Kind::kRemove && std::holds_alternative<std::int64_t>(target.value);
     apply(model, operation);
     const TomlTree after = parse_toml({"f", result.text});
     ASSERT_TRUE(after.problems.empty()) << result.text;

@@ -31,7 +31,9 @@ class Scanner {
     return text_.substr(at_).starts_with(what);
   }
   [[nodiscard]] bool is_end() const { return at_ >= text_.size(); }
-  void skip(std::string_view any) { at_ = std::min(text_.find_first_not_of(any, at_), text_.size()); }
+  void skip(std::string_view any) {
+    at_ = std::min(text_.find_first_not_of(any, at_), text_.size());
+  }
   void skip_blanks() { skip(" \t"); }
   void skip_comment() {
     if (is_at("#")) at_ = std::min(text_.find('\n', at_), text_.size());
@@ -263,9 +265,8 @@ std::optional<std::string> decoded_key(std::string_view written) {
 ScannedToml scan_toml(std::string_view text) { return Scanner(text).run(); }
 
 bool ScannedToml::is_next(std::size_t end, std::size_t next) const {
-  return std::ranges::none_of(statements, [&](const Span& other) {
-    return other.begin >= end && other.begin < next;
-  });
+  return std::ranges::none_of(
+      statements, [&](const Span& other) { return other.begin >= end && other.begin < next; });
 }
 
 ScannedNode* ScannedNode::child(const std::variant<std::string, std::size_t>& step) {

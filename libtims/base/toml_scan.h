@@ -1,5 +1,5 @@
-// The bytes of every statement, key and value of a valid TOML text. Part of toml_edit; the meaning of
-// a text is found by toml.h. Pure.
+// The bytes of every statement, key and value of a valid TOML text. Part of toml_edit; the meaning
+// of a text is found by toml.h. Pure.
 #pragma once
 
 #include <cstdint>

@@ -47,8 +47,8 @@ constexpr bool acts(Ask ask) { return ask >= Ask::kLinkDo; }
 // Accepted from whoever may send messages, but not over HTTP, where nobody stays connected.
 constexpr bool drives(Ask ask) { return ask == Ask::kLease; }
 
-// Whether a question to the configuration agent beside a router (tools/configuration/PROTOCOL.md) only
-// reads. All others change something, also those that cannot be understood.
+// Whether a question to the configuration agent beside a router (tools/configuration/PROTOCOL.md)
+// only reads. All others change something, also those that cannot be understood.
 bool is_agent_reading(std::string_view body);
 
 struct Question {

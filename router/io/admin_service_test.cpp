@@ -52,6 +52,20 @@ TEST(Admin, EveryAnswerSaysWhatItIs) {
   }
 }
 
+// The agent beside a router is asked past it; guests may only read there.
+TEST(Admin, GuestsOnlyReadFromTheAgent) {
+  for (const std::string_view reads :
+       {"conf_list", "conf_get", "conf_options", "conf_describe", "conf_state", "conf_check",
+        "conf_history", "conf_generation", "conf_fleet"})
+    EXPECT_TRUE(is_agent_reading(fmt::format(R"({{"ask":"{}","edits":[[[[[[1]]]]]]}})", reads)));
+  for (const std::string_view others :
+       {R"({"ask":"conf_apply"})", R"({"ask":"conf_lock"})", R"({"ask":"conf_unlock"})",
+        R"({"ask":"conf_confirm"})", R"({"ask":"conf_undo"})", R"({"ask":"conf_peer"})",
+        R"({"ask":"conf_get","ask":"conf_apply"})", R"({"ask":"conf_new"})", R"({"ask":"status"})",
+        R"({"ask":7})", R"(["conf_get"])", "{", "", "conf_get"})
+    EXPECT_FALSE(is_agent_reading(others)) << others;
+}
+
 TEST(Admin, StatsSumUpMailboxes) {
   EXPECT_EQ(
       ask(AdminFixture(), R"({"ask":"stats"})").at("mailboxes"),

@@ -33,12 +33,9 @@ struct Refuse {
 };
 
 json::object to_json(const Finding& finding) {
-  return {{"host", finding.host},
-          {"file", finding.file},
-          {"line", finding.line},
-          {"column", finding.column},
-          {"path", finding.path},
-          {"severity", finding.is_error ? "error" : "warning"},
+  return {{"host", finding.host}, {"file", finding.file},
+          {"line", finding.line}, {"column", finding.column},
+          {"path", finding.path}, {"severity", finding.is_error ? "error" : "warning"},
           {"text", finding.text}};
 }
 
@@ -174,6 +171,23 @@ void append_places(const base::TomlNode& node, base::TomlPath& path, json::objec
   }
 }
 
+// Adds the values of a text and their places, as of conf_get.
+void append_values(const base::TextFile& file, json::object& row) {
+  const base::TomlTree tree = base::parse_toml(file);
+  json::object places;
+  base::TomlPath path;
+  append_places(tree.root, path, places);
+  row["values"] = json_of(tree.root);
+  row["places"] = std::move(places);
+}
+
+Texts router_files(const Texts& all) {
+  Texts files;
+  for (const auto& file : all)
+    if (!is_robot_file(file.first)) files.insert(file);
+  return files;
+}
+
 json::array files_json(const Texts& files, bool with_text) {
   json::array all;
   for (const auto& [name, text] : files) {
@@ -200,8 +214,8 @@ int real_time_max() {
 }
 
 std::string now_text() {
-  return base::rfc3339(std::chrono::time_point_cast<base::WallTime::duration>(
-      std::chrono::system_clock::now()));
+  return base::rfc3339(
+      std::chrono::time_point_cast<base::WallTime::duration>(std::chrono::system_clock::now()));
 }
 
 std::string random_hex() {
@@ -231,11 +245,11 @@ const Description* Agent::description(const std::string& program) {
   const auto known = descriptions_.find(program);
   if (known != descriptions_.end()) return known->second ? &*known->second : nullptr;
   std::optional<Description>& made = descriptions_[program];
-  const fs::path path =
-      fs::path(tims::os::find_program("timsctl")).parent_path() / program;
+  const fs::path path = fs::path(tims::os::find_program("timsctl")).parent_path() / program;
   // Anybody may ask: only programs of RACK are started, which name its library.
   const bool is_plain = robot::is_name(program) && fs::is_regular_file(path);
-  const auto bytes = is_plain ? tims::os::read_file(path) : tims::Result<std::string>(tims::Errc::kSystem);
+  const auto bytes =
+      is_plain ? tims::os::read_file(path) : tims::Result<std::string>(tims::Errc::kSystem);
   if (!bytes || bytes->find("librack") == std::string::npos) return nullptr;
   const auto ran = tims::os::run_to_end({.command = {path, "--describe"}});
   if (!ran || !ran->status.success()) return nullptr;
@@ -268,7 +282,7 @@ json::object Agent::list(tims::Time now) const {
                         {"address", router_.address},
                         {"system", router.router.system},
                         {"id", router.router.id},
-                        {"role", tims::core::name(router.router.role)}}},
+                        {"role", base::trimmed(tims::config::to_toml(router.router.role), "\"")}}},
           {"widths", router_.widths},
           {"generation", change_.record().current},
           {"files", std::move(items)},
@@ -280,17 +294,13 @@ json::object Agent::get(const json::object& question) const {
   const Texts all = files();
   const auto found = all.find(name);
   if (found == all.end()) throw Refuse{"no_such_file", name + " is not there"};
-  const base::TomlTree tree = base::parse_toml({name, found->second});
-  json::object places;
-  base::TomlPath path;
-  append_places(tree.root, path, places);
-  return {{"schema", "tims/conf_get/1"},
-          {"file", name},
-          {"kind", is_robot_file(name) ? "robot" : "router"},
-          {"text", found->second},
-          {"hash", hash_of(found->second)},
-          {"values", json_of(tree.root)},
-          {"places", std::move(places)}};
+  json::object row{{"schema", "tims/conf_get/1"},
+                   {"file", name},
+                   {"kind", is_robot_file(name) ? "robot" : "router"},
+                   {"text", found->second},
+                   {"hash", hash_of(found->second)}};
+  append_values({name, found->second}, row);
+  return row;
 }
 
 json::object Agent::describe(const json::object& question) {
@@ -425,14 +435,15 @@ Texts Agent::edited(const json::object& question, const Texts& before) const {
   return after;
 }
 
-// Of the router's files together, and of each robot file that the edits touch.
+// Of the router's files together, and of each robot file, as far as the edits touch them.
 std::vector<Finding> Agent::findings(const Texts& before, const Texts& after) {
   std::vector<Finding> all;
-  for (const tims::config::Problem& problem : load_router(after).problems)
-    all.push_back({.file = problem.at.file,
-                   .line = problem.at.line,
-                   .column = problem.at.column,
-                   .text = problem.text});
+  if (router_files(before) != router_files(after))
+    for (const tims::config::Problem& problem : load_router(after).problems)
+      all.push_back({.file = problem.at.file,
+                     .line = problem.at.line,
+                     .column = problem.at.column,
+                     .text = problem.text});
   const fs::path robots = folder_.path_of("robots");
   const Surroundings around{
       .describe = [this](const std::string& program) { return description(program); },
@@ -503,6 +514,7 @@ json::object Agent::check(const json::object& question) {
                      {"removed", made.removed},
                      {"diff", made.diff},
                      {"sentences", json::array(sentences.begin(), sentences.end())}};
+    if (after.contains(name)) append_values({name, now}, row);
     changed.push_back(std::move(row));
   }
   return {{"schema", "tims/conf_check/1"},
@@ -536,6 +548,7 @@ json::object to_json(const LinkBudget& link) {
   const bool has_cap = link.rate > 0;
   const auto share = [&](double value) { return has_cap ? json::value(value) : json::value(); };
   return {{"host", link.host},
+          {"router", link.host},
           {"link", link.other},
           {"rate_bytes_per_s", has_cap ? json::value(link.rate) : json::value()},
           {"reserve_percent", link.reserve_percent},
@@ -573,8 +586,8 @@ json::object Agent::fleet(const json::object& question) {
   for (const json::value& each : items_of(question, "hosts")) hosts.push_back(host_of(each));
   if (hosts.empty() || hosts.size() > kOthersMax + 1)
     throw Refuse{"bad_argument", fmt::format("hosts must be 1 to {}", kOthersMax + 1)};
-  FleetReport report = check_fleet(
-      hosts, [this](const std::string& program) { return description(program); });
+  FleetReport report =
+      check_fleet(hosts, [this](const std::string& program) { return description(program); });
   if (text_at(question, "measured") == "true") effects_.measure(report.links);
   json::array edges;
   for (const Edge& edge : report.edges) edges.push_back(to_json(edge));
@@ -607,8 +620,7 @@ json::object Agent::begin(tims::Time now, const json::object& question, const Te
                           const Texts& after) {
   Item item{.change = change_id(question),
             .who = checked_text(question, "who"),
-            .why = checked_text(question, "why"),
-            .time = now_text()};
+            .why = checked_text(question, "why")};
   const tims::Duration window = seconds_in(question, "window_s", 90, 30, 600);
   for (const json::value& other : items_of(question, "others")) {
     const std::string address = other.is_string() ? std::string(other.get_string()) : "";
@@ -621,8 +633,10 @@ json::object Agent::begin(tims::Time now, const json::object& question, const Te
   refuse_if(change_.may_begin(now, item.change));
   const std::vector<Finding> found = findings(before, after);
   if (has_errors(found))
-    throw Refuse{"refused", sentence_of(*std::ranges::find(found, true, &Finding::is_error)), found};
+    throw Refuse{"refused", sentence_of(*std::ranges::find(found, true, &Finding::is_error)),
+                 found};
   keep_found(before);
+  item.time = now_text();
   if (const auto kept = store_.keep(change_.next(), after); !kept)
     throw Refuse{"cannot_write", kept.error().detail()};
   done_.clear();
@@ -701,9 +715,10 @@ void Agent::report(tims::Time now, const std::string& text) {
   } else if (was_under_way && !change_.record().items.empty()) {
     const Item& last = change_.record().items.back();
     log_(last.outcome == Outcome::kWentBack
-             ? fmt::format("WARNING: change {} of {} went back: {}; the files are those of generation "
-                           "{} again",
-                           last.generation, last.who, last.reason, change_.record().current)
+             ? fmt::format(
+                   "WARNING: change {} of {} went back: {}; the files are those of generation "
+                   "{} again",
+                   last.generation, last.who, last.reason, change_.record().current)
              : fmt::format("change {} of {} is confirmed", last.generation, last.who));
   }
 }
@@ -777,11 +792,11 @@ std::string Agent::answer(tims::Time now, std::string_view question, const std::
   made["host"] = router_.name;
   std::string text = json::serialize(made);
   if (text.size() <= kQuestionMax) return text;
-  return json::serialize(json::object{
-      {"host", router_.name},
-      {"error", json::object{{"code", "too_big"},
-                             {"message", "the answer would have more than 256 KiB"},
-                             {"hint", "ask about fewer files"}}}});
+  return json::serialize(
+      json::object{{"host", router_.name},
+                   {"error", json::object{{"code", "too_big"},
+                                          {"message", "the answer would have more than 256 KiB"},
+                                          {"hint", "ask about fewer files"}}}});
 }
 
 json::object Agent::answer_or_throw(tims::Time now, const json::object& question,

@@ -1,5 +1,5 @@
-// The agent of a host: answers the questions of PROTOCOL.md, and does what its change needs. Times and
-// messages come from main.cpp.
+// The agent of a host: answers the questions of PROTOCOL.md, and does what its change needs. Times
+// and messages come from main.cpp.
 #pragma once
 
 #include <functional>
@@ -30,7 +30,8 @@ struct RouterIdentity {
 
 class Agent {
  public:
-  // `log`: what people should see of changes. Throws Failure: the record or the files cannot be read.
+  // `log`: what people should see of changes. Throws Failure: the record or the files cannot be
+  // read.
   Agent(tims::Time now, const Folder& folder, const Store& store, const Effects& effects,
         std::function<void(const std::string&)> log);
 

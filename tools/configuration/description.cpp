@@ -43,9 +43,9 @@ std::string Description::Parameter::refusal(std::string_view value) const {
   const bool whole = type != "int" || value.find_first_of(".eEnN") == std::string_view::npos;
   const bool good = number && whole && (!min || *number >= *min) && (!max || *number <= *max);
   if (good) return {};
-  return fmt::format("must be {} from {} to {}, not {}", type == "int" ? "a whole number" : "a number",
-                     min.value_or(0), max.value_or(0),
-                     number ? std::string(value) : base::in_quotes(value));
+  return fmt::format("must be {} from {} to {}, not {}",
+                     type == "int" ? "a whole number" : "a number", min.value_or(0),
+                     max.value_or(0), number ? std::string(value) : base::in_quotes(value));
 }
 
 const Description::Parameter* Description::find(std::string_view name) const {
@@ -61,15 +61,16 @@ std::vector<std::string> Description::names() const {
 
 std::optional<Description> description_of(const json::object& described) {
   if (number_at(described, "rack_description") != 1) return std::nullopt;
-  Description made{.program = text_at(described, "program"),
-                   .class_name = text_at(described, "class"),
-                   .class_id = static_cast<std::uint32_t>(
-                       std::max(number_or_zero(described, "class_id"), 0.0))};
+  Description made{
+      .program = text_at(described, "program"),
+      .class_name = text_at(described, "class"),
+      .class_id = static_cast<std::uint32_t>(std::max(number_or_zero(described, "class_id"), 0.0))};
   const auto each = [&](std::string_view list, const auto& take) {
     for (const json::value& row : items_of(described, list))
       if (row.is_object()) take(row.get_object());
   };
-  each("parameters", [&](const json::object& row) { made.parameters.push_back(parameter_of(row)); });
+  each("parameters",
+       [&](const json::object& row) { made.parameters.push_back(parameter_of(row)); });
   each("inputs", [&](const json::object& row) {
     made.inputs.push_back({.class_name = text_at(row, "class"),
                            .system = text_at(row, "system"),

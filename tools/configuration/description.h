@@ -1,5 +1,5 @@
-// What a component's program states about itself with --describe (components/runtime/logic/README.md),
-// read from its JSON. Pure.
+// What a component's program states about itself with --describe
+// (components/runtime/logic/README.md), read from its JSON. Pure.
 #pragma once
 
 #include <functional>
@@ -30,7 +30,7 @@ struct Description {
   };
   struct Input {
     std::string class_name{};
-    std::string system{};    // names of parameters
+    std::string system{};  // names of parameters
     std::string instance{};
     bool optional = false;
   };

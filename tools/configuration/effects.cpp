@@ -54,7 +54,8 @@ std::vector<Services> all_robots() {
       folders.push_back(entry.path().string() + "/tims-robots");
   std::vector<Services> all;
   for (const std::string& folder : folders)
-    all.emplace_back("robot", folder, Services::Hints{.none = {}, .not_running = {}, .several = {}});
+    all.emplace_back("robot", folder,
+                     Services::Hints{.none = {}, .not_running = {}, .several = {}});
   return all;
 }
 
@@ -144,8 +145,7 @@ void Effects::restart_router() const {
 }
 
 void Effects::apply_to_router(const Texts& before, const Texts& after, json::array& done) const {
-  const auto changes =
-      tims::config::changes(load_router(before).config, load_router(after).config);
+  const auto changes = tims::config::changes(load_router(before).config, load_router(after).config);
   if (changes.empty()) return;
   const bool reloads = std::ranges::all_of(changes, &tims::config::Change::reloadable);
   const std::string_view does = reloads ? "reload" : "restart";

@@ -113,27 +113,24 @@ class Fleet {
     return other.router.role == Role::kTop;
   }
 
-  [[nodiscard]] std::size_t depth(std::size_t host) const {
-    std::size_t steps = 0;
-    for (auto at = parents_[host]; at && steps <= hosts_.size(); at = parents_[*at]) ++steps;
-    return steps;
-  }
-
   void check_tree() {
     std::vector<std::string> tops;
     for (std::size_t i = 0; i < hosts_.size(); ++i)
-      if (router(i) != nullptr && router(i)->router.role == Role::kTop) tops.push_back(hosts_[i].name);
-    const bool several_systems = hosts_.size() > 1 && std::ranges::any_of(hosts_, [&](const auto& host) {
-      return host.router && hosts_.front().router &&
-             host.router->router.system != hosts_.front().router->router.system;
-    });
+      if (router(i) != nullptr && router(i)->router.role == Role::kTop)
+        tops.push_back(hosts_[i].name);
+    const bool several_systems =
+        hosts_.size() > 1 && std::ranges::any_of(hosts_, [&](const auto& host) {
+          return host.router && hosts_.front().router &&
+                 host.router->router.system != hosts_.front().router->router.system;
+        });
     for (std::size_t i = 0; i < hosts_.size(); ++i) {
       if (router(i) == nullptr) continue;
       if (router(i)->router.role == Role::kTop && tops.size() > 1)
         router_problem(i, fmt::format("a fleet has one top router, not {}: {}", tops.size(),
                                       fmt::join(tops, ", ")));
       if (tops.empty() && several_systems && router(i)->router.role == Role::kSystem)
-        router_problem(i, "no router of these hosts is the top router (router.role = \"top\")", false);
+        router_problem(i, "no router of these hosts is the top router (router.role = \"top\")",
+                       false);
       check_way_up(i);
     }
   }
@@ -146,7 +143,8 @@ class Fleet {
     const bool has_link = std::ranges::any_of(
         own.links, [](const Link& link) { return link.kind == LinkKind::kSuper; });
     if (!has_link)
-      return router_problem(host, "no way to the super router: a [[link]] of kind \"super\" is missing");
+      return router_problem(host,
+                            "no way to the super router: a [[link]] of kind \"super\" is missing");
     if (!parents_[host])
       return router_problem(host, "the super router of its links is none of these hosts", false);
     const Config& above = *router(*parents_[host]);
@@ -187,10 +185,11 @@ class Fleet {
       const auto [known, is_new] = owners.emplace(address, &each);
       if (is_new) continue;
       const Placed& other = *known->second;
-      find_problem(each.host, each.instance.file, each.instance.at,
-                   fmt::format("{} also runs as {} on {} ({}:{})", address, other.instance.name,
-                               hosts_[other.host].name, other.instance.file, other.instance.at.line),
-                   true);
+      find_problem(
+          each.host, each.instance.file, each.instance.at,
+          fmt::format("{} also runs as {} on {} ({}:{})", address, other.instance.name,
+                      hosts_[other.host].name, other.instance.file, other.instance.at.line),
+          true);
     }
   }
 
@@ -238,9 +237,8 @@ class Fleet {
               .to = to,
               .host = hosts_[from.host].name,
               .parameter = input.instance.empty() ? input.system : input.instance};
-    const auto found = std::ranges::find(instances_, to, [](const Placed& each) {
-      return each.instance.address();
-    });
+    const auto found = std::ranges::find(
+        instances_, to, [](const Placed& each) { return each.instance.address(); });
     if (found == instances_.end()) {
       if (!input.optional)
         find_problem(from.host, from.instance.file, from.instance.at,
@@ -275,8 +273,10 @@ class Fleet {
   void order() {
     std::vector<std::size_t> all(hosts_.size());
     std::iota(all.begin(), all.end(), 0U);
-    std::ranges::stable_sort(all, std::ranges::greater(),
-                             [&](std::size_t host) { return depth(host); });
+    // Levels of the tree are roles. A change may just be cutting the link that would show them.
+    std::ranges::stable_sort(all, {}, [&](std::size_t host) {
+      return router(host) == nullptr ? Role::kSubsystem : router(host)->router.role;
+    });
     for (const std::size_t host : all) report_.order.push_back(hosts_[host].name);
   }
 
@@ -298,10 +298,10 @@ class Fleet {
   void add_budget(std::size_t from, std::size_t to, LinkKind kind) {
     LinkBudget made{.host = hosts_[from].name, .other = router(to)->router.name};
     for (const Link& link : router(from)->links) {
-      const bool fits = link.kind == kind &&
-                        (kind == LinkKind::kSuper
-                             ? target_of(from, link) == to
-                             : !link.system || *link.system == router(to)->router.system);
+      const bool fits =
+          link.kind == kind &&
+          (kind == LinkKind::kSuper ? target_of(from, link) == to
+                                    : !link.system || *link.system == router(to)->router.system);
       if (!fits) continue;
       made.rate = link.rate;
       made.reserve_percent = link.reserve;

@@ -1,7 +1,8 @@
 // What must hold over all hosts of a change, and what the links between them have to carry. Pure.
 //
-// The tree of routers is found from their files: a router leads to the one whose udp.listen its super
-// link names; a link to = "auto", or to a name that is in no file, to the router one role above it.
+// The tree of routers is found from their files: a router leads to the one whose udp.listen its
+// super link names; a link to = "auto", or to a name that is in no file, to the router one role
+// above it.
 #pragma once
 
 #include <array>
@@ -24,11 +25,11 @@ struct FleetHost {
 // Who uses whose data.
 struct Edge {
   Instance from{};
-  std::string to{};         // "Ladar(1/0)"
+  std::string to{};  // "Ladar(1/0)"
   std::string host{};
-  std::string to_host{};    // empty: no host has it
-  std::string parameter{};  // that names the instance
-  double period_ms = 0;     // 0: unknown
+  std::string to_host{};      // empty: no host has it
+  std::string parameter{};    // that names the instance
+  double period_ms = 0;       // 0: unknown
   std::size_t bytes_max = 0;  // of one message, header included; 0: unknown
   std::size_t message_class = 0;
 };
@@ -36,7 +37,7 @@ struct Edge {
 // One direction of a link, at the host that sends.
 struct LinkBudget {
   std::string host{};
-  std::string other{};  // the name of the router at the other end
+  std::string other{};     // the name of the router at the other end
   std::uint64_t rate = 0;  // bytes a second; 0: no limit
   int reserve_percent = 0;
   std::array<double, tims::core::kClasses> worst{};  // bytes a second by class

@@ -24,8 +24,8 @@ constexpr std::size_t kNameMax = 31;
 
 bool is_plain_name(std::string_view name) {
   const auto fits = [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') ||
-           c == '-' || c == '_';
+    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '-' ||
+           c == '_';
   };
   return !name.empty() && name.size() <= kNameMax && name.front() != '-' &&
          std::ranges::all_of(name, fits);
@@ -53,7 +53,8 @@ bool is_file_name(std::string_view name) {
   if (!name.ends_with(kEnding)) return false;
   for (const std::string_view folder : kFolders)
     if (name.starts_with(folder))
-      return is_plain_name(name.substr(folder.size(), name.size() - folder.size() - kEnding.size()));
+      return is_plain_name(
+          name.substr(folder.size(), name.size() - folder.size() - kEnding.size()));
   return false;
 }
 
@@ -77,7 +78,8 @@ tims::Result<Texts> Folder::read() const {
       return tims::Error(text.error().code(), path_of(name) + ": " + text.error().detail());
     all.emplace(name, std::move(*text));
     if (all.size() > kFilesMax)
-      return tims::Error(tims::Errc::kTooBig, fmt::format("{}: more than {} files", path_, kFilesMax));
+      return tims::Error(tims::Errc::kTooBig,
+                         fmt::format("{}: more than {} files", path_, kFilesMax));
     return {};
   };
   if (auto done = add(std::string(kRouterFile)); !done) return done.error();

@@ -30,8 +30,8 @@ class Folder {
   }
   // All files. kTooBig: too many, or one is too large.
   [[nodiscard]] tims::Result<Texts> read() const;
-  // The files become these: what differs is replaced, one after the other, what is not among them is
-  // removed.
+  // The files become these: what differs is replaced, one after the other, what is not among them
+  // is removed.
   [[nodiscard]] tims::Result<void> write(const Texts& wanted) const;
 
  private:

@@ -25,7 +25,9 @@ std::string seconds_text(tims::Duration time) {
 
 }  // namespace
 
-std::string_view name_of(Outcome outcome) { return kOutcomes.at(static_cast<std::size_t>(outcome)); }
+std::string_view name_of(Outcome outcome) {
+  return kOutcomes.at(static_cast<std::size_t>(outcome));
+}
 std::optional<Outcome> outcome_of(std::string_view name) {
   return value_of<Outcome>(kOutcomes, name);
 }
@@ -154,8 +156,7 @@ Refused HostChange::begin(tims::Time now, Item item, tims::Duration window) {
   record_.pending = Record::Pending{.generation = item.generation};
   save();
   steps_.push_back({.kind = Step::Kind::kWrite, .generation = item.generation});
-  steps_.push_back(
-      {.kind = Step::Kind::kApply, .from = item.from, .generation = item.generation});
+  steps_.push_back({.kind = Step::Kind::kApply, .from = item.from, .generation = item.generation});
   record_.items.push_back(std::move(item));
   forget_old();
   return {};
@@ -180,8 +181,8 @@ Refused HostChange::confirm(tims::Time now, const std::string& change) {
     case State::kWaiting:
       break;
     default:
-      return Refusal{"busy", "not yet to be confirmed: " +
-                                 std::string(name_of(record_.pending->state))};
+      return Refusal{"busy",
+                     "not yet to be confirmed: " + std::string(name_of(record_.pending->state))};
   }
   record_.pending->state = State::kSettling;
   if (pending()->others.empty()) {
@@ -209,8 +210,8 @@ void HostChange::go_back(const std::string& reason) {
 
 // From this generation to the one before.
 void HostChange::go_back_to(Generation generation, const std::string& reason) {
-  record_.pending = Record::Pending{
-      .generation = generation, .state = State::kGoingBack, .reason = reason};
+  record_.pending =
+      Record::Pending{.generation = generation, .state = State::kGoingBack, .reason = reason};
   deadline_ = tims::kNever;
   ask_at_ = untold_at();
   const Generation before = item(generation).from;

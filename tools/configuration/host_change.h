@@ -5,8 +5,8 @@
 // are written and the programs restarted; then the host waits for a confirmation, which proves that
 // whoever made the change can still reach it. Without one, it writes the files of before again.
 // Everything that must survive a crash is in Record, and a record is on the disk before what it
-// announces is done. So after a crash between any two steps the record tells what to do: a change that
-// was not confirmed goes back.
+// announces is done. So after a crash between any two steps the record tells what to do: a change
+// that was not confirmed goes back.
 //
 // A change on several hosts (rollout.h) is kept on all of them or on none. A host that is confirmed
 // asks the others until each says that it is confirmed too (settling); a host that went back tells
@@ -63,9 +63,9 @@ std::string_view name_of(State state);
 // On the disk.
 struct Record {
   struct Pending {
-    Generation generation = 0;           // of the change
-    State state = State::kApplying;      // never kIdle or kLocked
-    std::string reason{};                // of going back
+    Generation generation = 0;       // of the change
+    State state = State::kApplying;  // never kIdle or kLocked
+    std::string reason{};            // of going back
 
     bool operator==(const Pending&) const = default;
   };

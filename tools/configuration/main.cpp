@@ -21,8 +21,8 @@ namespace {
 using namespace std::chrono_literals;
 
 constexpr tims::Duration kRouterAnswers = 5s;
-constexpr tims::Duration kPause = 500ms;       // until the next attempt to reach the router
-constexpr tims::Duration kLookAgain = 10s;     // whether the router has another address
+constexpr tims::Duration kPause = 500ms;    // until the next attempt to reach the router
+constexpr tims::Duration kLookAgain = 10s;  // whether the router has another address
 constexpr std::uint32_t kSlots = 64;
 constexpr std::uint8_t kPriority = 10;
 
@@ -32,7 +32,8 @@ constexpr std::string_view kHelp =
     "Usage: tims-agent [OPTIONS]\n"
     "\n"
     "It reads and replaces router.toml, router.d/NAME.toml and robots/NAME.toml in one folder, on\n"
-    "request of `timsctl config` and of the console, and goes back to the files of before unless a\n"
+    "request of `timsctl config` and of the console, and goes back to the files of before unless "
+    "a\n"
     "change is confirmed in time. It talks to the router of this host ($TIMS_ROUTER) and needs\n"
     "the rights to signal it.\n"
     "\n"
@@ -47,9 +48,7 @@ struct Settings {
   std::string state = "/var/lib/tims-agent";
 };
 
-void log(const std::string& text) {
-  fmt::print(stderr, "tims-agent: {}\n", base::printable(text));
-}
+void log(const std::string& text) { fmt::print(stderr, "tims-agent: {}\n", base::printable(text)); }
 
 std::string router_text(const Message& message) {
   return {reinterpret_cast<const char*>(message.body.data()), message.body.size()};
@@ -89,8 +88,7 @@ class Session {
     const json::object status =
         AdminClient(*connection, signals_, kRouterAnswers).ask({{"ask", "status"}});
     const auto address = tims::Address::parse(text_at(status, "address.raw"));
-    if (!address)
-      throw Failure(Exit::kVersion, "version", "the router does not state its address");
+    if (!address) throw Failure(Exit::kVersion, "version", "the router does not state its address");
     mailbox_ = tims::Address(address->raw() + 1);
     json::object shown = status.at("address").as_object();
     agent_.set_router({.name = text_at(status, "name"),
@@ -179,7 +177,8 @@ int run(const Settings& settings) {
   const Signals signals;
   const auto host = host_of("");
   const auto* router = std::get_if<UnixHost>(&host);
-  if (router == nullptr) throw usage_error("tims-agent needs the socket of the router of this host");
+  if (router == nullptr)
+    throw usage_error("tims-agent needs the socket of the router of this host");
   const Folder folder(settings.folder);
   const Store store(settings.state);
   const Effects effects(folder, *router, signals);
@@ -201,7 +200,8 @@ int run(const Settings& settings) {
 int main(int argc, char** argv) {
   using namespace timsctl;
   const std::string_view first = argc > 1 ? argv[1] : "";
-  if (first == "--help" || first == "-h") return std::fputs(configuration::kHelp.data(), stdout) < 0;
+  if (first == "--help" || first == "-h")
+    return std::fputs(configuration::kHelp.data(), stdout) < 0;
   if (first == "--version") {
     fmt::print("tims-agent {}\n", own_version());
     return 0;

@@ -57,7 +57,8 @@ class Check {
         check(each, parameter, above + "." + parameter.key);
     for (const Description::Parameter& parameter : each.described->parameters)
       if (parameter.required && !each.values.contains(parameter.name))
-        add(node.at_key, above, fmt::format("{} needs the parameter {}", each.name, parameter.name));
+        add(node.at_key, above,
+            fmt::format("{} needs the parameter {}", each.name, parameter.name));
   }
 
   void check(const Instance& each, const TomlNode& node, const std::string& path) {
@@ -169,8 +170,7 @@ bool has_errors(const std::vector<Finding>& findings) {
 std::string Instance::value(std::string_view parameter) const {
   if (const auto found = values.find(std::string(parameter)); found != values.end())
     return found->second;
-  const Description::Parameter* known =
-      described == nullptr ? nullptr : described->find(parameter);
+  const Description::Parameter* known = described == nullptr ? nullptr : described->find(parameter);
   return known == nullptr ? std::string() : known->initial;
 }
 
@@ -213,9 +213,11 @@ RobotDifference robot_difference(const std::string& before, const std::string& a
   const robot::Robot a = robot::read_robot({file, before}, robot_name(file)).robot;
   const robot::Robot b = robot::read_robot({file, after}, robot_name(file)).robot;
   RobotDifference made;
-  if (a.name != b.name) made.sentences.push_back(fmt::format("the robot {} is called {}", a.name, b.name));
+  if (a.name != b.name)
+    made.sentences.push_back(fmt::format("the robot {} is called {}", a.name, b.name));
   if (a.system != b.system)
-    made.sentences.push_back(fmt::format("system {} -> {}; needs restart of all", a.system, b.system));
+    made.sentences.push_back(
+        fmt::format("system {} -> {}; needs restart of all", a.system, b.system));
   if (a.files != b.files) made.sentences.push_back(fmt::format("files {} -> {}", a.files, b.files));
   for (const robot::Component& old : a.components)
     if (find(b, old.name) == nullptr) {

@@ -1,5 +1,5 @@
-// Checks of a robot file beyond its form: names, ranges and choices of parameters by the descriptions
-// of the programs, and the files that they name. Pure.
+// Checks of a robot file beyond its form: names, ranges and choices of parameters by the
+// descriptions of the programs, and the files that they name. Pure.
 #pragma once
 
 #include <cstdint>
@@ -42,7 +42,7 @@ struct Instance {
   std::string file{};
   std::string name{};  // in the robot
   std::string program{};
-  std::string host{};  // of the robot file; empty: the host of the file
+  std::string host{};      // of the robot file; empty: the host of the file
   std::size_t number = 0;  // in the file
   base::Place at{};
   std::int64_t system = 0;

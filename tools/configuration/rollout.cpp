@@ -8,8 +8,7 @@ void Rollout::take(Answer answer, const std::string& text) {
   // Also who does not answer may have done it.
   if (ask_ == Ask::kLock) locked_ = host_ + 1;
   if (ask_ == Ask::kApply) applied_ = host_ + 1;
-  if (answer != Answer::kDone && !undoes)
-    return fail(text.empty() ? "a host went back" : text);
+  if (answer != Answer::kDone && !undoes) return fail(text.empty() ? "a host went back" : text);
   go_on();
 }
 

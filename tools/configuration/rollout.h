@@ -1,5 +1,5 @@
-// A change on several hosts, from the side of who makes it: which host is asked what next. All hosts
-// are locked before the first is changed, leaves of the tree before their super routers; the
+// A change on several hosts, from the side of who makes it: which host is asked what next. All
+// hosts are locked before the first is changed, leaves of the tree before their super routers; the
 // confirmation goes over a connection that was made after the last change. If anything fails before
 // all are confirmed, all hosts go back; who cannot be told does so by itself (host_change.h). Pure:
 // questions come out, answers go in.
@@ -36,7 +36,7 @@ class Rollout {
     kDone,
     kNotYet,  // of kWait and kSettle: to be asked again
     kWentBack,
-    kRefused,   // also: no answer
+    kRefused,  // also: no answer
   };
 
   // `hosts`: in the order in which they are to be changed.

@@ -1,6 +1,6 @@
-// Thousands of changes on simulated fleets, on a virtual clock, each from a seed: hosts crash between
-// any two steps, links are cut, also by the change itself, and who makes the change stops in the
-// middle. In the end all hosts have the new files, or all have the old ones.
+// Thousands of changes on simulated fleets, on a virtual clock, each from a seed: hosts crash
+// between any two steps, links are cut, also by the change itself, and who makes the change stops
+// in the middle. In the end all hosts have the new files, or all have the old ones.
 #include "tools/configuration/rollout.h"
 
 #include <functional>
@@ -23,11 +23,11 @@ using Answer = Rollout::Answer;
 
 TEST(Rollout, AsksInThisOrder) {
   Rollout rollout(2);
-  const Rollout::Question expected[] = {
-      {Ask::kLock, 0},      {Ask::kLock, 1},    {Ask::kApply, 0},   {Ask::kWait, 0},
-      {Ask::kApply, 1},     {Ask::kWait, 1},    {Ask::kReconnect, 0}, {Ask::kVerify, 0},
-      {Ask::kVerify, 1},    {Ask::kConfirm, 0}, {Ask::kConfirm, 1}, {Ask::kSettle, 0},
-      {Ask::kSettle, 1}};
+  const Rollout::Question expected[] = {{Ask::kLock, 0},      {Ask::kLock, 1},    {Ask::kApply, 0},
+                                        {Ask::kWait, 0},      {Ask::kApply, 1},   {Ask::kWait, 1},
+                                        {Ask::kReconnect, 0}, {Ask::kVerify, 0},  {Ask::kVerify, 1},
+                                        {Ask::kConfirm, 0},   {Ask::kConfirm, 1}, {Ask::kSettle, 0},
+                                        {Ask::kSettle, 1}};
   for (const auto& question : expected) {
     EXPECT_EQ(rollout.next(), question);
     rollout.take(Answer::kDone);
@@ -74,7 +74,7 @@ struct SimHost {
   std::string name;
   bool up = true;
   Record disk{};
-  Generation files = 1;   // in the configuration folder
+  Generation files = 1;    // in the configuration folder
   Generation running = 1;  // what the programs use
   std::unique_ptr<HostChange> change{};
   Time again{};  // when it is started again
@@ -287,7 +287,8 @@ TEST_P(Fleets, AreChangedAsAWholeOrNotAtAll) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Trouble, Fleets,
-                         testing::Values(Trouble{"None", 0, 0, false}, Trouble{"Crashes", 4, 0, false},
+                         testing::Values(Trouble{"None", 0, 0, false},
+                                         Trouble{"Crashes", 4, 0, false},
                                          Trouble{"Cuts", 0, 4, false}, Trouble{"Both", 3, 3, false},
                                          Trouble{"CutsItself", 0, 0, true},
                                          Trouble{"CutsItselfAndCrashes", 3, 3, true}),

@@ -19,7 +19,9 @@ namespace fs = std::filesystem;
 constexpr std::size_t kStoredMax = 16U << 20;
 constexpr mode_t kMode = 0640;
 
-json::array texts(const std::vector<std::string>& all) { return json::array(all.begin(), all.end()); }
+json::array texts(const std::vector<std::string>& all) {
+  return json::array(all.begin(), all.end());
+}
 
 std::vector<std::string> texts_of(const json::object& object, std::string_view list) {
   std::vector<std::string> all;
@@ -63,10 +65,14 @@ std::optional<Record::Pending> pending_of(const json::object& object) {
 }  // namespace
 
 json::object to_json(const Item& item) {
-  return {{"generation", item.generation}, {"from", item.from},
-          {"change", item.change},         {"who", item.who},
-          {"why", item.why},               {"time", item.time},
-          {"outcome", name_of(item.outcome)}, {"reason", item.reason},
+  return {{"generation", item.generation},
+          {"from", item.from},
+          {"change", item.change},
+          {"who", item.who},
+          {"why", item.why},
+          {"time", item.time},
+          {"outcome", name_of(item.outcome)},
+          {"reason", item.reason},
           {"others", texts(item.others)}};
 }
 
@@ -95,11 +101,11 @@ std::optional<Record> record_of(const json::value& value) {
   }
   if (at_path(*object, "pending") != nullptr) {
     record.pending = pending_of(*object);
-    const Item* made =
-        record.pending ? record.find(record.pending->generation) : nullptr;
+    const Item* made = record.pending ? record.find(record.pending->generation) : nullptr;
     if (made == nullptr) return std::nullopt;
   }
-  if (const json::value* untold = at_path(*object, "untold"); untold != nullptr && untold->is_object())
+  if (const json::value* untold = at_path(*object, "untold");
+      untold != nullptr && untold->is_object())
     for (const auto& [change, agents] : untold->get_object())
       record.untold[std::string(change)] = texts_of(untold->get_object(), change);
   return record;
@@ -127,7 +133,8 @@ tims::Result<Record> Store::load() const {
 }
 
 tims::Result<void> Store::save(const Record& record) const {
-  auto done = tims::os::replace_file(path_ + "/record.json", json::serialize(to_json(record)), kMode);
+  auto done =
+      tims::os::replace_file(path_ + "/record.json", json::serialize(to_json(record)), kMode);
   if (done) forget(record);
   return done;
 }
@@ -159,7 +166,8 @@ void Store::forget(const Record& record) const {
   for (const auto& entry : fs::directory_iterator(path_, error)) {
     const std::string name = entry.path().stem();
     if (!name.starts_with(kPrefix)) continue;
-    const auto number = base::parse_number<Generation>(std::string_view(name).substr(kPrefix.size()));
+    const auto number =
+        base::parse_number<Generation>(std::string_view(name).substr(kPrefix.size()));
     // Greater ones are being written.
     if (number && *number <= record.last && record.find(*number) == nullptr)
       fs::remove(entry.path(), error);

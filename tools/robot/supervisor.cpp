@@ -169,8 +169,9 @@ Program& Supervisor::add(std::size_t number) {
 Program& Supervisor::add(const Host& host) {
   tims::os::Command command{"ssh", "-oBatchMode=yes", "--", host.ssh, "timsctl"};
   if (!host.router.empty()) command.push_back("--host=" + host.router);
-  for (std::string argument : {std::string("up"), std::string("-"), "--on=" + host.name,
-                               fmt::format("--system={}", robot_.system), std::string("--no-color")})
+  for (std::string argument :
+       {std::string("up"), std::string("-"), "--on=" + host.name,
+        fmt::format("--system={}", robot_.system), std::string("--no-color")})
     command.push_back(std::move(argument));
   std::string input = deployment_.source.text;
   input += '\0';
@@ -348,7 +349,8 @@ json::object Supervisor::save(const json::object& question) {
   if (const std::string name = text_at(question, "name"); !name.empty())
     std::erase_if(parameters, [&](const auto& parameter) { return parameter.first != name; });
   const bool dry_run = text_at(question, "dry_run") == "true";
-  json::object answer = save_parameters(deployment_.source, components_.at(&*program), parameters, dry_run);
+  json::object answer =
+      save_parameters(deployment_.source, components_.at(&*program), parameters, dry_run);
   answer["component"] = program->name();
   return answer;
 }
@@ -419,7 +421,8 @@ json::object Supervisor::reload() {
       continue;
     }
     kept.push_back(program.name());
-    if (is_component) components_[&program] = static_cast<std::size_t>(now - robot_.components.data());
+    if (is_component)
+      components_[&program] = static_cast<std::size_t>(now - robot_.components.data());
   }
   std::vector<std::string> ended;
   for (const Program* program : gone) ended.push_back(program->name());

@@ -209,7 +209,8 @@ constexpr Verb kOwnVerbs[] = {
      "and what became of it.",
      "timsctl config history -r arm", config_history, kRows},
     {"config", "budget", "", 0, 0, "sort", false,
-     "Show what the links between the routers carry: at most, from the periods and sizes of the data "
+     "Show what the links between the routers carry: at most, from the periods and sizes of the "
+     "data "
      "that components use of other hosts, and now. Yellow from 70 % of a link's rate, red from "
      "100 %. Exit status 1: red.",
      "timsctl config budget", config_budget, kRows},

@@ -1,7 +1,5 @@
-// timsctl config diff, apply, confirm, undo, history, budget: the configuration files of the hosts of a
-// fleet, through their agents (tools/configuration/PROTOCOL.md).
-#include <unistd.h>
-
+// timsctl config diff, apply, confirm, undo, history, budget: the configuration files of the hosts
+// of a fleet, through their agents (tools/configuration/PROTOCOL.md).
 #include <algorithm>
 #include <deque>
 #include <iostream>
@@ -9,6 +7,7 @@
 #include <random>
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include "base/measure.h"
 #include "os/clock.h"
@@ -56,8 +55,9 @@ class Agents {
   // Throws Failure.
   json::object ask(tims::Address agent, const json::object& question) {
     AdminClient client(*connection_, context_.signals, context_.options.timeout, agent);
+    const bool is_quick = text_at(question, "ask") == "conf_state";
     try {
-      return client.ask(question, kAgentWorks);
+      return client.ask(question, is_quick ? tims::Duration{} : kAgentWorks);
     } catch (const Failure& failure) {
       if (failure.code != "no_such_router") throw;
       throw Failure(Exit::kNoSuch, "no_agent",
@@ -71,8 +71,8 @@ class Agents {
 
   // The router of this name; empty: that of -H or -r.
   ConfigHost host(const std::string& name) {
-    AdminClient admin = context_.admin(*connection_);
-    if (!name.empty()) admin = admin.at(find_router(admin, name));
+    const AdminClient own = context_.admin(*connection_);
+    AdminClient admin = name.empty() ? own : own.at(find_router(own, name));
     const json::object status = admin.ask({{"ask", "status"}});
     const auto router = router_address(status);
     if (!router) throw Failure(Exit::kVersion, "version", "the router does not state its address");
@@ -87,6 +87,25 @@ class Agents {
       if (const auto address = router_address(router); address && text_at(router, "state") == "up")
         hosts.push_back({.name = text_at(router, "name"), .agent = agent_of(*address)});
     return hosts;
+  }
+
+  // Null: there is no such file.
+  json::value hash_of(const ConfigHost& host, const std::string& name) {
+    const json::object list = ask(host, {{"ask", "conf_list"}});
+    for (const json::object& file : objects(items_of(list, "files")))
+      if (text_at(file, "file") == name) return file.at("hash");
+    return nullptr;
+  }
+
+  // The texts of all files, by name.
+  std::map<std::string, json::value> texts(const ConfigHost& host) {
+    std::map<std::string, json::value> all;
+    const json::object list = ask(host, {{"ask", "conf_list"}});
+    for (const json::object& file : objects(items_of(list, "files"))) {
+      const std::string name = text_at(file, "file");
+      all[name] = ask(host, {{"ask", "conf_get"}, {"file", name}}).at("text");
+    }
+    return all;
   }
 
   [[nodiscard]] tims::AddressWidths widths() const { return connection_->widths(); }
@@ -121,9 +140,7 @@ std::vector<ConfigHost> hosts_of(const std::vector<std::string>& arguments, Agen
     ConfigHost& host = hosts[place];
     const bool is_new = !bases.contains({place, edit.file});
     json::value& base = bases[{place, edit.file}];
-    if (is_new)
-      for (const json::object& file : objects(items_of(agents.ask(host, {{"ask", "conf_list"}}), "files")))
-        if (text_at(file, "file") == edit.file) base = file.at("hash");
+    if (is_new) base = agents.hash_of(host, edit.file);
     if (edit.path.empty()) {
       host.edits.push_back(whole_text(edit, base));
       continue;
@@ -145,8 +162,8 @@ std::string problem_line(const json::object& problem) {
       number_or_zero(problem, "line") > 0
           ? fmt::format(":{}:{}", text_at(problem, "line"), text_at(problem, "column"))
           : "";
-  return fmt::format("{}{}: {}{}\n", text_at(problem, "file"), place, is_error ? "" : "warning: ",
-                     text_at(problem, "text"));
+  return fmt::format("{}{}: {}{}\n", text_at(problem, "file"), place,
+                     is_error ? "" : "warning: ", text_at(problem, "text"));
 }
 
 std::string in_colour(std::string_view diff, bool colour) {
@@ -188,15 +205,13 @@ bool check(std::vector<ConfigHost>& hosts, Agents& agents) {
 }
 
 // All files of all hosts as they shall be, for conf_fleet.
-json::array fleet_files(const std::vector<ConfigHost>& changed, Agents& agents, const Context& context) {
+json::array fleet_files(const std::vector<ConfigHost>& changed, Agents& agents,
+                        const Context& context) {
   json::array all;
   for (const ConfigHost& host : agents.all()) {
     std::map<std::string, json::value> texts;
     try {
-      for (const json::object& file : objects(items_of(agents.ask(host, {{"ask", "conf_list"}}), "files"))) {
-        const std::string name = text_at(file, "file");
-        texts[name] = agents.ask(host, {{"ask", "conf_get"}, {"file", name}}).at("text");
-      }
+      texts = agents.texts(host);
     } catch (const Failure& failure) {
       context.out.detail(fmt::format("{}: {}", host.name, failure.message));
       continue;
@@ -289,7 +304,8 @@ class Apply {
       told_ = question;
       since_ = tims::os::now();
       if (!sentence_of(question.ask).empty())
-        context_.out.note(fmt::format("{}: {}", hosts_[question.host].name, sentence_of(question.ask)));
+        context_.out.note(
+            fmt::format("{}: {}", hosts_[question.host].name, sentence_of(question.ask)));
     }
     try {
       const json::object answer = agents_.ask(hosts_[question.host], question_of(question));
@@ -357,7 +373,8 @@ class Apply {
     if (told_.ask == Rollout::Ask::kVerify)
       for (const json::object& done : objects(items_of(answer, "done")))
         if (text_at(done, "ok") == "false")
-          context_.out.note(fmt::format("warning: {}: {}", text_at(done, "what"), text_at(done, "text")));
+          context_.out.note(
+              fmt::format("warning: {}: {}", text_at(done, "what"), text_at(done, "text")));
     rollout_.take(Rollout::Answer::kDone);
   }
 
@@ -368,15 +385,21 @@ class Apply {
 
   // A host that restarts its router does not answer for a while.
   void lost(Rollout::Ask ask, const Failure& failure) {
-    const bool may_come = ask == Rollout::Ask::kWait || ask == Rollout::Ask::kVerify ||
-                          ask == Rollout::Ask::kSettle;
+    const bool may_come =
+        ask == Rollout::Ask::kWait || ask == Rollout::Ask::kVerify || ask == Rollout::Ask::kSettle;
     const bool is_refusal = failure.exit == Exit::kNo || failure.exit == Exit::kDenied;
-    if (may_come && !is_refusal && tims::os::now() < since_ + kHostPatience) {
+    if (may_come && !is_refusal && tims::os::now() < since_ + patience()) {
       context_.signals.sleep_until(tims::os::now() + kAskAgain);
       return reconnect_quietly();
     }
     rollout_.take(Rollout::Answer::kRefused,
                   fmt::format("{}: {}", hosts_[rollout_.next().host].name, failure.message));
+  }
+
+  // Shorter than the window, so that the others are told to go back before they do it by
+  // themselves.
+  [[nodiscard]] tims::Duration patience() const {
+    return std::min(kHostPatience, context_.options.window * 2 / 3);
   }
 
   void reconnect_quietly() {
@@ -388,7 +411,7 @@ class Apply {
   }
 
   void reconnect() {
-    const tims::Time deadline = tims::os::now() + kHostPatience;
+    const tims::Time deadline = tims::os::now() + patience();
     while (true) {
       try {
         agents_.reconnect();
@@ -431,7 +454,8 @@ class Apply {
                                       {"hosts", std::move(names)}});
     if (left_to_confirm_)
       context_.out.note(fmt::format("in force; goes back in {} unless `timsctl config confirm {}`",
-                                    base::human_duration(base::seconds(context_.options.window)), change_));
+                                    base::human_duration(base::seconds(context_.options.window)),
+                                    change_));
     else if (rollout_.is_kept())
       context_.out.note(fmt::format("change {} is kept on all hosts", change_));
     else
@@ -502,24 +526,27 @@ Exit tell_all(Context& context, const std::string& ask, std::string_view done) {
       const json::object state = agents.ask(host, {{"ask", "conf_state"}});
       if (text_at(state, "change") != change)
         throw Failure(Exit::kNo, "not_confirmed",
-                      fmt::format("{} does not have this change", host.name), "it goes back everywhere");
+                      fmt::format("{} does not have this change", host.name),
+                      "it goes back everywhere");
     }
   json::array states;
   for (const ConfigHost& host : hosts)
     states.push_back(agents.ask(host, {{"ask", ask}, {"change", change}}));
   if (context.out.json())
-    context.out.write(json::object{{"schema", "tims/config_change/1"},
-                                   {"change", change},
-                                   {"items", std::move(states)}});
+    context.out.write(json::object{
+        {"schema", "tims/config_change/1"}, {"change", change}, {"items", std::move(states)}});
   context.out.note(fmt::format("change {}: {} on {} host{}", change, done, hosts.size(),
                                hosts.size() == 1 ? "" : "s"));
   return Exit::kDone;
 }
 
-constexpr Column kHistory[] = {
-    {"GENERATION", "generation"}, {"TIME", "time"},     {"WHO", "who"},
-    {"WHY", "why"},               {"OUTCOME", "outcome"}, {"REASON", "reason"},
-    {"CHANGE", "change", Cell::kText, true}};
+constexpr Column kHistory[] = {{"GENERATION", "generation"},
+                               {"TIME", "time"},
+                               {"WHO", "who"},
+                               {"WHY", "why"},
+                               {"OUTCOME", "outcome"},
+                               {"REASON", "reason"},
+                               {"CHANGE", "change", Cell::kText, true}};
 
 constexpr Column kBudget[] = {{"HOST", "host"},
                               {"LINK", "link"},
@@ -590,17 +617,18 @@ Exit config_undo(Context& context) {
   }
   if (context.out.json())
     context.out.write(json::object{{"schema", "tims/config_change/1"}, {"change", change}});
-  context.out.note(context.options.yes
-                       ? fmt::format("the files of generation {} are in force", *context.options.generation)
-                       : fmt::format("in force; goes back in {} unless `timsctl config confirm {}`",
-                                     base::human_duration(base::seconds(context.options.window)), change));
+  context.out.note(
+      context.options.yes
+          ? fmt::format("the files of generation {} are in force", *context.options.generation)
+          : fmt::format("in force; goes back in {} unless `timsctl config confirm {}`",
+                        base::human_duration(base::seconds(context.options.window)), change));
   return Exit::kDone;
 }
 
 Exit config_history(Context& context) {
   Agents agents(context);
-  json::object answer = agents.ask(agents.host(""), {{"ask", "conf_history"},
-                                                     {"limit", context.options.count.value_or(20)}});
+  json::object answer = agents.ask(
+      agents.host(""), {{"ask", "conf_history"}, {"limit", context.options.count.value_or(20)}});
   json::array items = std::move(item_array(answer));
   return show_list(context, "tims/conf_history/1", std::move(items), kHistory);
 }
@@ -608,9 +636,9 @@ Exit config_history(Context& context) {
 Exit config_budget(Context& context) {
   Agents agents(context);
   const json::object fleet = check_fleet({}, agents, context, true);
-  const bool red = std::ranges::any_of(objects(items_of(fleet, "links")), [](const json::object& link) {
-    return text_at(link, "level") == "red";
-  });
+  const bool red =
+      std::ranges::any_of(objects(items_of(fleet, "links")),
+                          [](const json::object& link) { return text_at(link, "level") == "red"; });
   if (context.out.json()) {
     context.out.write(fleet);
   } else {

@@ -1,9 +1,11 @@
-// The edits that `timsctl config diff` and `apply` take as arguments. Pure but for the texts of files.
+// The edits that `timsctl config diff` and `apply` take as arguments. Pure but for the texts of
+// files.
 //
 //   robots/scout.toml=FILE                                        the text of a file of this host
 //   robots/scout.toml:component[2].parameters.maxRange=10000     one value
-//   robots/scout.toml:component[4]=                               without this value, table or element
-//   arm@router.toml:log.level="debug"                             on the host of the router arm
+//   robots/scout.toml:component[4]=                               without this value, table or
+//   element arm@router.toml:log.level="debug"                             on the host of the router
+//   arm
 #pragma once
 
 #include <string>

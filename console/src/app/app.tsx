@@ -21,6 +21,7 @@ const NetworkPage = lazy(() => import('./pages').then((pages) => pages.NetworkPa
 const RecorderPage = lazy(() => import('./pages').then((pages) => pages.RecorderPage));
 const SimulationPage = lazy(() => import('./pages').then((pages) => pages.SimulationPage));
 const StudioPage = lazy(() => import('../studio/studio_page').then((pages) => pages.StudioPage));
+const ChangeWatch = lazy(() => import('../studio/change_watch').then((watch) => watch.ChangeWatch), true);
 const RobotPage = lazy(() => import('./pages').then((pages) => pages.RobotPage));
 
 interface Page {
@@ -69,6 +70,7 @@ export function App() {
       </header>
       <ExposedNotice />
       <ConnectionNotice />
+      <ChangeWatch />
       <main id="content" tabIndex={-1} class={`page-${page}`}>
         <PageView key={`${page}/${rest[0] ?? ''}`} page={page} />
       </main>

@@ -42,7 +42,6 @@ export function BudgetView() {
               <th scope="col" class="number">
                 Measured
               </th>
-              <th scope="col">Of the link</th>
             </tr>
           </thead>
           {[...links].sort(byLevel).map((link) => (
@@ -69,21 +68,21 @@ function Link({ link }: { link: LinkBudget }) {
           <span class="faint small">
             {cap === null ? 'no limit is set' : `${rate(cap)}${reserve ? `, ${reserve} % in reserve` : ''}`}
           </span>
+          <Bars link={link} />
         </th>
         <td>all</td>
         <td class="number">{rate(link.worst_bytes_per_s)}</td>
         <td class="number">{rate(link.measured_bytes_per_s)}</td>
-        <td>
-          <Bars link={link} />
-        </td>
       </tr>
       {link.classes.map((each) => (
         <tr key={each.class}>
           <td />
           <td>{each.class}</td>
-          <td class="number">{rate(each.worst_bytes_per_s)}</td>
+          <td class="number">
+            {rate(each.worst_bytes_per_s)}
+            {cap !== null && <span class="faint small"> {percent(each.worst_bytes_per_s / cap)}</span>}
+          </td>
           <td class="number">{rate(each.measured_bytes_per_s)}</td>
-          <td class="faint">{cap !== null && percent(each.worst_bytes_per_s / cap)}</td>
         </tr>
       ))}
     </tbody>

@@ -285,9 +285,9 @@ function Mark({ text }: { text: string }) {
 }
 
 const legend = [
-  ['live', 'data flow'],
-  ['planned', 'in the files, not flowing'],
-  ['extra', 'flow, but are not in the files; or nobody has them'],
+  ['live', 'stream of data'],
+  ['planned', 'in the files, no stream now'],
+  ['extra', 'stream that is in no file, or wanted from nobody'],
 ] as const;
 
 function Legend() {
@@ -308,7 +308,7 @@ function Legend() {
 // The same as a table, for those who do not see the lines.
 function FlowTable({ edges, components }: { edges: FlowEdge[]; components: PlannedComponent[] }) {
   const names = new Map(components.map((component) => [nodeId(component), `${component.title} on ${component.host}`]));
-  const words = { live: 'flow', planned: 'do not flow', extra: 'differ from the files' };
+  const words = { live: 'stream', planned: 'do not stream now', extra: 'differ from the files' };
   return (
     <details class="flow-table">
       <summary>Who uses whose data, as a table</summary>

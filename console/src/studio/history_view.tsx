@@ -2,13 +2,10 @@
 
 import { useSignal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
+import { type PastChange, pastChanges } from './past';
 import { show } from './place';
-import type { HistoryItem, Outcome } from './protocol';
+import type { Outcome } from './protocol';
 import { useStudio } from './workshop';
-
-interface PastChange extends Omit<HistoryItem, 'generation' | 'files'> {
-  at: { host: string; generation: number; files: string[] }[];
-}
 
 const outcomeWords: Record<Outcome, string> = {
   pending: 'waits for a decision',
@@ -57,12 +54,8 @@ export function HistoryView() {
           </p>
           {change.outcome !== 'went_back' && (
             <p class="actions">
-              <button
-                type="button"
-                aria-label={`Go back to ${change.why || outcomeWords[change.outcome]}`}
-                onClick={() => void goBack(change)}
-              >
-                Go back to this
+              <button type="button" onClick={() => void goBack(change)}>
+                Go back to this<span class="hidden">: {change.why || outcomeWords[change.outcome]}</span>
               </button>
             </p>
           )}
@@ -70,20 +63,4 @@ export function HistoryView() {
       ))}
     </ol>
   );
-}
-
-// A change on several hosts is one; the newest comes first. Files that are as in the generation before are left out.
-export function pastChanges(lists: { host: string; items: HistoryItem[] }[]): PastChange[] {
-  const changes = new Map<string, PastChange>();
-  for (const { host, items } of lists)
-    for (const [i, { generation, files, ...item }] of items.entries()) {
-      const before = new Map(items[i + 1]?.files.map(({ file, hash }) => [file, hash]));
-      const changed = files.filter(({ file, hash }) => before.get(file) !== hash).map(({ file }) => file);
-      const id = item.change || `${host} ${generation}`;
-      const known = changes.get(id);
-      const at = { host, generation, files: changed };
-      if (known === undefined) changes.set(id, { ...item, at: [at] });
-      else known.at.push(at);
-    }
-  return [...changes.values()].sort((a, b) => (a.time < b.time ? 1 : -1));
 }

@@ -33,7 +33,7 @@ export function StatusBar() {
           onClick={() => (open.value = !open.value)}
         >
           {problems.length > 0 && <Icon name="warning" />}{' '}
-          <span role="status">{summary(studio, errors, problems)}</span>
+          <span aria-live="polite">{summary(studio, errors, problems)}</span>
         </button>
         <span class="grow" />
         {changed > 0 && <span class="changed-hosts">{changesText(studio)}</span>}

@@ -5,6 +5,7 @@ import { Draft, keyOf } from './draft';
 import { flowEdges } from './flow';
 import { columnsOf, layoutGraph } from './layout';
 import { merge } from './lines';
+import { pastChanges } from './past';
 import { isSeveral, paste } from './paste';
 import { tar } from './tar';
 import { cutComponent, lineEnd, pasteComponent, retype, shown } from './text';
@@ -375,6 +376,44 @@ test('lines are of what the files want, what flows, and what differs', () => {
       ['scan', 'pilot', 'planned', false],
       ['Path(1/0)', 'pilot', 'extra', true],
       ['ladar', 'pilot', 'extra', false],
+    ],
+  );
+});
+
+// --- history
+
+test('a change on several hosts is one of the history, the newest first', () => {
+  const item = (generation: number, change: string, time: string, hash: string) => ({
+    generation,
+    change,
+    time,
+    who: 'ada',
+    why: change,
+    outcome: 'confirmed' as const,
+    files: [
+      { file: 'router.toml', hash: 'same' },
+      { file: 'robots/scout.toml', hash },
+    ],
+  });
+  const changes = pastChanges([
+    { host: 'a', items: [item(3, 'third', '12:03', 'c'), item(2, 'second', '12:02', 'b'), item(1, '', '12:09', 'a')] },
+    { host: 'b', items: [item(7, 'second', '12:02', 'z')] },
+  ]);
+  assert.deepEqual(
+    changes.map(({ change, at }) => [
+      change,
+      at.map(({ host, generation, files }) => [host, generation, files.length]),
+    ]),
+    [
+      ['third', [['a', 3, 1]]],
+      [
+        'second',
+        [
+          ['a', 2, 1],
+          ['b', 7, 2],
+        ],
+      ],
+      ['', [['a', 1, 2]]],
     ],
   );
 });

@@ -339,7 +339,8 @@ export class Studio {
         for (const { file, text, values, places } of check.files) {
           const key = keyOf(name, file);
           if (text === null || this.draft.text(key) === null) parsed.delete(key);
-          else if (values != null) parsed.set(key, { text, values, places: places ?? {} });
+          else if (values != null && !isUnreadable(check, file, values))
+            parsed.set(key, { text, values, places: places ?? {} });
         }
       }
       await this.reparse(parsed);
@@ -534,6 +535,14 @@ export class Studio {
 // "robots/scout.toml:12", with the host if it is known.
 export function placeOf({ host, file, line }: Problem): string {
   return `${host === undefined ? '' : `${host}: `}${file}${line > 0 ? `:${line}` : ''}`;
+}
+
+// Of a text with an error of syntax no value is known: those before are shown on.
+function isUnreadable({ problems }: Check, file: string, values: TomlTable): boolean {
+  return (
+    Object.keys(values).length === 0 &&
+    problems.some((problem) => problem.file === file && problem.severity === 'error')
+  );
 }
 
 function newRobotFile(target: FileKey, system: number): string {

@@ -140,7 +140,7 @@ function NoAgents({ studio }: { studio: Studio }) {
       <p>
         The agent keeps the files of a host, checks and changes them. Start it beside the router, for example
         <br />
-        <code>tims-agent --folder /etc/tims</code>
+        <code>sudo systemctl enable --now tims-agent</code>
       </p>
     </section>
   );
