@@ -147,6 +147,26 @@ test('a stream is asked for with the shortest period, and ended when nobody want
   assert(fixture.control.has(types.stopContData));
 });
 
+test('pictures are asked for at a lower priority than scans', () => {
+  const fixture = new Fixture().connect();
+  const camera = 0x03150000;
+  for (const component of [ladar, camera]) fixture.session.subscribe(component, 1, 66, false, fixture.now);
+  fixture.pass(25);
+  const scans = fixture.control.take(types.getContData).header;
+  const pictures = fixture.control.take(types.getContData).header;
+  assert.equal(scans.dest, ladar);
+  assert.equal(pictures.dest, camera);
+  assert(scans.priority > pictures.priority, `${scans.priority} ${pictures.priority}`);
+});
+
+test('what comes is counted in bytes a second', () => {
+  const fixture = new Fixture().connect();
+  fixture.pass(1000);
+  fixture.receive('data', { type: types.data, src: ladar }, new Uint8Array(984));
+  fixture.pass(1000);
+  assert.equal(fixture.last('rate')?.bytesPerSecond, 1000);
+});
+
 test('the data mailbox keeps the newest samples only, the other one all messages', () => {
   const fixture = new Fixture().connect();
   const options = (name: 'control' | 'data') => wordAt(fixture[name].take(13).body, 4, 2);
