@@ -1,14 +1,13 @@
 // A chassis: how it moves, its battery, and who may drive it.
 
 import { useSignal } from '@preact/signals';
-import { useEffect, useRef } from 'preact/hooks';
 import { nameOf, useConsole } from '../app/console';
 import { classId } from '../codec/catalogue';
 import type { ChassisData } from '../codec/messages';
 import { command } from '../model/commands';
 import { useAttempt } from '../ui/attempt';
 import { degrees } from '../ui/quantities';
-import { Tone } from '../ui/tone';
+import { SoundSwitch } from '../ui/sound_switch';
 import { useStream } from '../ui/use_stream';
 import { StreamBox, type ViewProperties } from './view';
 
@@ -87,25 +86,9 @@ const toneASpeed = 0.22; // Hz for each mm/s
 
 // One hears how fast it moves while one looks at it.
 function SpeedSound({ data }: { data: ChassisData }) {
-  const sounds = useSignal(false);
-  const tone = useRef<Tone | undefined>(undefined);
   const speed = Math.hypot(data.vx, data.vy);
-  useEffect(() => {
-    if (!sounds.value) return;
-    tone.current = new Tone();
-    return () => tone.current?.end();
-  }, [sounds.value]);
-  useEffect(() => tone.current?.play(restTone + toneASpeed * speed, speed > 1), [speed, sounds.value]);
-  return (
-    <label>
-      <input
-        type="checkbox"
-        checked={sounds.value}
-        onChange={(event) => (sounds.value = event.currentTarget.checked)}
-      />{' '}
-      Sound: the faster, the higher
-    </label>
-  );
+  const frequency = restTone + toneASpeed * speed;
+  return <SoundSwitch label="Sound: the faster, the higher" frequency={frequency} isHeard={speed > 1} />;
 }
 
 // For pages that show how it moves beside other things.

@@ -7,6 +7,7 @@ import type { ObjRecogData, OdometryData, PilotData, PlannerData, Position3d, Po
 import { command } from '../model/commands';
 import { useAttempt } from '../ui/attempt';
 import { degrees, metres, radians } from '../ui/quantities';
+import { SoundSwitch } from '../ui/sound_switch';
 import { useStream } from '../ui/use_stream';
 import { FieldTable } from './fields_view';
 import { GoalView } from './goal_view';
@@ -157,14 +158,21 @@ export function PilotView({ component }: ViewProperties) {
   );
 }
 
+// 1100 Hz at the robot, an octave lower each 3 m.
+const nearTone = (distance: number) => 1100 * 2 ** (-Math.min(distance, 12_000) / 3000);
+
 const objectFields = structOf('ObjRecogObject').fields;
 
 export function ObjectsView({ component }: ViewProperties) {
   const stream = useStream<ObjRecogData>(component.address, period);
-  const objects = stream.value.value?.data.objects ?? [];
+  const seen = stream.value.value?.data;
+  const objects = seen?.objects ?? [];
+  const from = seen?.refPos ?? { x: 0, y: 0 };
+  const nearest = Math.min(...objects.map(({ pos }) => Math.hypot(pos.x - from.x, pos.y - from.y)));
   return (
     <StreamBox component={component} stream={stream}>
       {objects.length === 0 && <p class="faint">It sees no objects.</p>}
+      <SoundSwitch label="Sound: the nearer, the higher" frequency={nearTone(nearest)} isHeard={objects.length > 0} />
       <table class="list">
         <tbody>
           {objects.map(({ objectId, type, pos, vel, dim, prob }, i) => (
@@ -197,10 +205,12 @@ export function PlannerView({ component }: ViewProperties) {
   const { client } = useConsole();
   const stream = useStream<PlannerData>(component.address, 500);
   const text = useSignal('');
+  const sent = useSignal<string[]>([]);
   const { attempt, Failure } = useAttempt();
   const data = stream.value.value?.data;
   const send = (event: Event) => {
     event.preventDefault();
+    sent.value = [...new Set([text.value, ...sent.value])];
     const line = { text: text.value, stringLen: new TextEncoder().encode(text.value).length };
     attempt(() => command(client, component, 'Planner.COMMAND', { commands: [line] }));
   };
@@ -221,12 +231,21 @@ export function PlannerView({ component }: ViewProperties) {
       <form class="actions" onSubmit={send}>
         <input
           aria-label="Command"
+          list="planner-commands"
           value={text.value}
           onInput={(event) => {
             text.value = event.currentTarget.value;
           }}
         />
+        <datalist id="planner-commands">
+          {sent.value.map((each) => (
+            <option key={each} value={each} />
+          ))}
+        </datalist>
         <button type="submit">Send</button>
+        <button type="button" onClick={() => (text.value = '')}>
+          Clear
+        </button>
       </form>
       <Failure />
     </>
