@@ -1,6 +1,7 @@
 // Where a robot is, where it drives, and what it is set to.
 
 import { type Signal, useSignal } from '@preact/signals';
+import { useId } from 'preact/hooks';
 import { useConsole } from '../app/console';
 import { structOf, valueName } from '../codec/catalogue';
 import type { ObjRecogData, OdometryData, PilotData, PlannerData, Position3d, PositionData } from '../codec/messages';
@@ -206,6 +207,7 @@ export function PlannerView({ component }: ViewProperties) {
   const stream = useStream<PlannerData>(component.address, 500);
   const text = useSignal('');
   const sent = useSignal<string[]>([]);
+  const list = useId();
   const { attempt, Failure } = useAttempt();
   const data = stream.value.value?.data;
   const send = (event: Event) => {
@@ -231,13 +233,13 @@ export function PlannerView({ component }: ViewProperties) {
       <form class="actions" onSubmit={send}>
         <input
           aria-label="Command"
-          list="planner-commands"
+          list={list}
           value={text.value}
           onInput={(event) => {
             text.value = event.currentTarget.value;
           }}
         />
-        <datalist id="planner-commands">
+        <datalist id={list}>
           {sent.value.map((each) => (
             <option key={each} value={each} />
           ))}
