@@ -428,7 +428,7 @@ export class Studio {
 
   keepChange(id: string): Promise<boolean> {
     return this.inTurn(async () => {
-      const hosts = this.followed.get(id) ?? [];
+      const hosts = this.hostsOfChange(id);
       await confirmChange(this.tools, hosts, id);
       await this.refresh();
     });
@@ -436,7 +436,7 @@ export class Studio {
 
   undoChange(id: string): Promise<boolean> {
     return this.inTurn(async () => {
-      const hosts = this.followed.get(id) ?? [];
+      const hosts = this.hostsOfChange(id);
       const answers = await Promise.allSettled(hosts.map((host) => this.ask(host, { ask: 'conf_undo', change: id })));
       await this.refresh();
       const failed = answers.find((answer) => answer.status === 'rejected');
@@ -444,11 +444,11 @@ export class Studio {
     });
   }
 
-  unlock(id: string): Promise<boolean> {
-    return this.inTurn(async () => {
-      for (const host of this.followed.get(id) ?? []) await this.ask(host, { ask: 'conf_unlock', change: id });
-      await this.refresh();
-    });
+  private hostsOfChange(id: string): string[] {
+    const known =
+      this.followed.get(id) ?? this.underWay.value.find((change) => change.id === id)?.hosts.map(({ host }) => host);
+    if (known === undefined) throw new Error('this change is over');
+    return known;
   }
 
   private readonly tools: ApplyTools = {
