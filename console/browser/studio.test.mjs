@@ -193,6 +193,22 @@ test('what is typed as text is in the form and the table, and cells of a spread 
   await watched.close();
 });
 
+test('what is being typed is not lost when the page is drawn anew', async () => {
+  const watched = await studio();
+  const { page } = watched;
+  await node(page, 'ChassisSim').click();
+  const box = page.getByRole('complementary', { name: 'Chosen' }).getByLabel('vxMax', { exact: true });
+  const drawn = page.waitForFunction(() => document.querySelector('.inspector .warn') !== null); // runs with another value
+  await box.fill('77');
+  await robot.timsctl('component', 'param', 'set', 'Chassis(1/0)', 'vxMax', '901');
+  await drawn;
+  assert.equal(await box.inputValue(), '77');
+  await box.press('Escape');
+  assert.equal(await box.inputValue(), '900');
+  await robot.timsctl('component', 'param', 'set', 'Chassis(1/0)', 'vxMax', '900');
+  await watched.close();
+});
+
 test('a change that cuts its own link is undone on all hosts by itself', { timeout: 2 * long }, async () => {
   const watched = await studio();
   const { page } = watched;

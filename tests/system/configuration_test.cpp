@@ -106,6 +106,11 @@ class Host {
             .err = child->standard_error()};
   }
 
+  std::unique_ptr<ChildProcess> start_timsctl(std::vector<std::string> arguments) const {
+    arguments.insert(arguments.begin(), TIMSCTL_PROGRAM);
+    return started(std::move(arguments));
+  }
+
   // One question to the agent of this host, as another program of the host asks.
   json::object ask(const json::object& question, Address agent) const {
     auto session = Session::connect({.name = "editor", .router = socket(), .timeout = kPatience});
@@ -329,6 +334,20 @@ TEST_F(ConfigurationTest, AChangeThatCutsItsOwnLinkIsUndoneEverywhere) {
         return base_.timsctl({"config", "history", "-r", "robot1"}).code == 0;
       },
       "the robot can be reached again"));
+}
+
+TEST_F(ConfigurationTest, CtrlCTakesAChangeBack) {
+  const std::string before = text_of(base_.folder() / "router.toml");
+  auto apply = base_.start_timsctl({"config", "apply", "base@router.toml:log.level=debug",
+                                    "robot1@router.toml:link[0].to=\"127.0.0.1:9\"", "-y"});
+  // It waits for the robot, which cannot answer.
+  ASSERT_TRUE(apply->wait_for_line("robot1: reached over a new connection"));
+  apply->signal(SIGINT);
+  const auto ended = apply->wait(kPatience * 3);
+  ASSERT_TRUE(ended) << apply->output();
+  EXPECT_EQ(ended->code, 130) << apply->output();
+  EXPECT_EQ(state_of(base_, kBaseAgent), "idle");
+  EXPECT_EQ(text_of(base_.folder() / "router.toml"), before);
 }
 
 TEST_F(ConfigurationTest, BudgetsCountWhatGoesOverLinks) {

@@ -241,22 +241,40 @@ Agent::Agent(tims::Time now, const Folder& folder, const Store& store, const Eff
 
 Texts Agent::files() const { return need(folder_.read(), "cannot_read"); }
 
-const Description* Agent::description(const std::string& program) {
-  const auto known = descriptions_.find(program);
-  if (known != descriptions_.end()) return known->second ? &*known->second : nullptr;
-  std::optional<Description>& made = descriptions_[program];
-  const fs::path path = fs::path(tims::os::find_program("timsctl")).parent_path() / program;
-  // Anybody may ask: only programs of RACK are started, which name its library.
-  const bool is_plain = robot::is_name(program) && fs::is_regular_file(path);
-  const auto bytes =
-      is_plain ? tims::os::read_file(path) : tims::Result<std::string>(tims::Errc::kSystem);
-  if (!bytes || bytes->find("librack") == std::string::npos) return nullptr;
+namespace {
+
+// Programs of RACK are beside timsctl, and name its library; anybody may ask, so no others are
+// started. Empty: it is none.
+std::string path_of_program(const std::string& name) {
+  const fs::path path = fs::path(tims::os::find_program("timsctl")).parent_path() / name;
+  if (!robot::is_name(name) || !fs::is_regular_file(path)) return {};
+  const auto bytes = tims::os::read_file(path);
+  return bytes && bytes->find("librack") != std::string::npos ? path.string() : std::string();
+}
+
+std::optional<json::object> describe_program(const std::string& path) {
   const auto ran = tims::os::run_to_end({.command = {path, "--describe"}});
-  if (!ran || !ran->status.success()) return nullptr;
   boost::system::error_code error;
-  const json::value value = json::parse(ran->output, error);
-  if (!error && value.is_object()) made = description_of(value.get_object());
-  return made ? &*made : nullptr;
+  const json::value value = json::parse(ran && ran->status.success() ? ran->output : "", error);
+  if (error || !value.is_object()) return std::nullopt;
+  return value.get_object();
+}
+
+}  // namespace
+
+const Description* Agent::description(const std::string& program) {
+  std::error_code error;
+  const std::string path = path_of_program(program);
+  if (path.empty()) return nullptr;
+  const auto written = fs::last_write_time(path, error);
+  auto [known, is_new] = descriptions_.try_emplace(program);
+  Known& found = known->second;
+  if (is_new || found.written != written) {
+    const auto described = describe_program(path);
+    found = {.written = written,
+             .description = described ? description_of(*described) : std::nullopt};
+  }
+  return found.description ? &*found.description : nullptr;
 }
 
 json::object Agent::list(tims::Time now) const {
@@ -303,18 +321,15 @@ json::object Agent::get(const json::object& question) const {
   return row;
 }
 
-json::object Agent::describe(const json::object& question) {
+json::object Agent::describe(const json::object& question) const {
   const std::string program = text_at(question, "program");
-  if (description(program) == nullptr)
+  const std::string path = path_of_program(program);
+  auto described = path.empty() ? std::nullopt : describe_program(path);
+  if (!described)
     throw Refuse{"no_such_program",
                  base::printable(program) + " is no program of RACK on this host"};
-  const fs::path path = fs::path(tims::os::find_program("timsctl")).parent_path() / program;
-  const auto ran = need(tims::os::run_to_end({.command = {path, "--describe"}}), "no_such_program");
-  boost::system::error_code error;
-  json::value value = json::parse(ran.output, error);
-  if (error || !value.is_object()) throw Refuse{"no_such_program", program + " has no description"};
-  value.get_object()["schema"] = "tims/description/1";
-  return std::move(value.get_object());
+  (*described)["schema"] = "tims/description/1";
+  return std::move(*described);
 }
 
 json::object options_json() {

@@ -2,6 +2,7 @@
 // and messages come from main.cpp.
 #pragma once
 
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <optional>
@@ -58,7 +59,7 @@ class Agent {
                                const std::string& from);
   json::object list(tims::Time now) const;
   json::object get(const json::object& question) const;
-  json::object describe(const json::object& question);
+  json::object describe(const json::object& question) const;
   json::object history(const json::object& question) const;
   json::object generation(const json::object& question) const;
   json::object check(const json::object& question);
@@ -89,7 +90,11 @@ class Agent {
   HostChange change_;
   RouterIdentity router_{};
   json::array done_;
-  std::map<std::string, std::optional<Description>> descriptions_;
+  struct Known {
+    std::filesystem::file_time_type written{};  // of the program: a newer one is asked again
+    std::optional<Description> description{};
+  };
+  std::map<std::string, Known> descriptions_;
   std::map<std::string, std::string> asked_;  // numbers of questions to other agents
   State reported_ = State::kIdle;
 };

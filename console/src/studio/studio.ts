@@ -45,6 +45,7 @@ export interface FileOperations {
 
 const saved = 'rack.studio';
 const typingTime = 400; // ms without a key before a text is checked
+const stepTime = 1500; // ms without a key that end a step of undo
 const refreshTime = 3000;
 const changeTime = 1000; // while a change is under way
 const hostsTime = 12_000;
@@ -71,6 +72,7 @@ export class Studio {
   private checkTimer: ReturnType<typeof setTimeout> | undefined;
   private checkNumber = 0;
   private asked = new Set<string>();
+  private typedAt = Number.NEGATIVE_INFINITY;
   private hostsAt = Number.NEGATIVE_INFINITY;
   private followed = new Map<string, string[]>(); // changes under way and their hosts
   private applied = new Map<string, [FileKey, string | null][]>(); // by change; offered again when it goes back
@@ -222,7 +224,10 @@ export class Studio {
 
   type(key: FileKey, edited: string): void {
     const text = this.draft.text(key) ?? '';
-    this.draft.change(`Edit ${fileOf(key)}`, [[key, retype(text, edited)]], true);
+    const now = performance.now();
+    const goesOn = now < this.typedAt + stepTime;
+    this.typedAt = now;
+    this.draft.change(`Edit ${fileOf(key)}`, [[key, retype(text, edited)]], goesOn);
     this.touched(typingTime);
   }
 
@@ -428,7 +433,7 @@ export class Studio {
 
   keepChange(id: string): Promise<boolean> {
     return this.inTurn(async () => {
-      const hosts = this.followed.get(id) ?? [];
+      const hosts = this.hostsOfChange(id);
       await confirmChange(this.tools, hosts, id);
       await this.refresh();
     });
@@ -436,7 +441,7 @@ export class Studio {
 
   undoChange(id: string): Promise<boolean> {
     return this.inTurn(async () => {
-      const hosts = this.followed.get(id) ?? [];
+      const hosts = this.hostsOfChange(id);
       const answers = await Promise.allSettled(hosts.map((host) => this.ask(host, { ask: 'conf_undo', change: id })));
       await this.refresh();
       const failed = answers.find((answer) => answer.status === 'rejected');
@@ -444,11 +449,11 @@ export class Studio {
     });
   }
 
-  unlock(id: string): Promise<boolean> {
-    return this.inTurn(async () => {
-      for (const host of this.followed.get(id) ?? []) await this.ask(host, { ask: 'conf_unlock', change: id });
-      await this.refresh();
-    });
+  private hostsOfChange(id: string): string[] {
+    const known =
+      this.followed.get(id) ?? this.underWay.value.find((change) => change.id === id)?.hosts.map(({ host }) => host);
+    if (known === undefined) throw new Error('this change is over');
+    return known;
   }
 
   private readonly tools: ApplyTools = {

@@ -1,5 +1,7 @@
 // The box of one value of a file: what is typed is done when it is left, Escape takes it back.
 
+import { useSignal } from '@preact/signals';
+import { useEffect } from 'preact/hooks';
 import type { ParameterInfo } from './protocol';
 
 interface Properties {
@@ -15,6 +17,11 @@ interface Properties {
 }
 
 export function ValueInput({ label, info, value, usual, invalid, describedBy, change, pasted, move }: Properties) {
+  // What is typed stays while the page is drawn anew, until the file has it, or another value.
+  const typed = useSignal<string | undefined>(undefined);
+  useEffect(() => {
+    typed.value = undefined;
+  }, [value]);
   const common = {
     'aria-label': label,
     'aria-invalid': invalid || undefined,
@@ -41,8 +48,11 @@ export function ValueInput({ label, info, value, usual, invalid, describedBy, ch
       inputMode={info.type === 'text' ? 'text' : 'decimal'}
       autocomplete="off"
       spellcheck={false}
-      value={value ?? ''}
+      value={typed.value ?? value ?? ''}
       placeholder={usual}
+      onInput={(event) => {
+        typed.value = event.currentTarget.value;
+      }}
       onChange={(event) => {
         if (event.currentTarget.value !== (value ?? '')) change(event.currentTarget.value);
       }}
@@ -50,12 +60,9 @@ export function ValueInput({ label, info, value, usual, invalid, describedBy, ch
         if (pasted?.(event.clipboardData?.getData('text/plain') ?? '')) event.preventDefault();
       }}
       onKeyDown={(event) => {
-        if (event.key === 'Escape') event.currentTarget.value = value ?? '';
+        if (event.key === 'Escape') typed.value = undefined;
         const rows = { ArrowDown: 1, ArrowUp: -1, Enter: 1 }[event.key];
-        if (rows === undefined || move === undefined) {
-          if (event.key === 'Enter') event.currentTarget.dispatchEvent(new Event('change'));
-          return;
-        }
+        if (rows === undefined || move === undefined) return;
         event.preventDefault();
         move(rows);
       }}

@@ -295,6 +295,20 @@ test('a lost connection fails the calls, opens again with growing pauses, and as
   assert(fixture.control.has(types.getContData));
 });
 
+test('new connections are made on request, and the calls of the old ones fail', async () => {
+  const fixture = new Fixture().connect();
+  const call = fixture.session.call({ dest: ladar, type: types.getStatus, body: new Uint8Array(), timeout: 500 }, 1000);
+  fixture.session.reconnect(fixture.now);
+  await assert.rejects(call, /connection/);
+  assert.equal(fixture.last('lost')?.why, 'connecting anew');
+  assert.ok(!fixture.control.isOpen && !fixture.data.isOpen);
+  fixture.pass(250);
+  assert.deepEqual([fixture.control.opened, fixture.data.opened], [2, 2]);
+  fixture.introduce('control');
+  fixture.introduce('data');
+  assert.equal(fixture.events.filter(({ is }) => is === 'connected').length, 2);
+});
+
 test('a router that no longer answers is given up after some seconds', () => {
   const fixture = new Fixture().connect();
   fixture.pass(2025);
