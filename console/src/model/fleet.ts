@@ -103,8 +103,12 @@ export class Fleet {
       await command(this.client, component, on ? 'ON' : 'OFF', undefined, turnOnTime);
     } finally {
       await this.askState(component);
-      // It may still be on its way there.
-      if (component.state.value !== (on ? 'on' : 'off')) component.askedAt = Number.NEGATIVE_INFINITY;
+    }
+    // OFF is answered before it is off; ON would find it still on then.
+    for (const deadline = performance.now() + turnOffTime; !on && ['on', 'error'].includes(component.state.value); ) {
+      if (performance.now() > deadline) throw new Error('it is not off yet');
+      await pause(turnPause);
+      await this.askState(component);
     }
   }
 
@@ -187,6 +191,8 @@ interface EventList {
 }
 
 const turnOnTime = 20000; // a device may take its time
+const turnOffTime = 5000;
+const turnPause = 50;
 
 const pause = (time: number) => new Promise((resolve) => setTimeout(resolve, time));
 
