@@ -62,7 +62,7 @@ using Messages =
     testing::Types<ParameterList, ParameterEffects, RuntimeData, ListenersData, DescriptionPage,
                    LadarData, Scan2dData, PilotData, PilotMultiDestData, PathData, PathRddfData,
                    FeatureMapData, FeatureMapLayerData, FileName, MclData, ObjRecogData, IoData,
-                   DatalogData, PlannerData, PlannerCommand, GdosData>;
+                   DatalogData, PlannerData, PlannerCommand, GdosData, GdosTexts>;
 TYPED_TEST_SUITE(BoundsTest, Messages);
 
 TYPED_TEST(BoundsTest, UpToTheLimitAndNotBeyond) {

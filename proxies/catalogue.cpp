@@ -174,6 +174,8 @@ constexpr MessageInfo kNavigation[] = {
     {kGdos, kData, "DATA", kBody<GdosData>},
     {kGdos, GdosLogType::kGetLog, "GET_LOG"},
     {kGdos, GdosLogType::kLog, "LOG", kBody<GdosLogAddress>},
+    {kGdos, GdosLogType::kGetTexts, "GET_TEXTS"},
+    {kGdos, GdosLogType::kTexts, "TEXTS", kBody<GdosTexts>},
 
     {kOdometry, kData, "DATA", kBody<OdometryData>},
     {kOdometry, OdometryType::kReset, "RESET"},

@@ -91,6 +91,7 @@ static_assert(body_max<FileName>() == 132);
 
 static_assert(wire_size<GdosData>() == 16);
 static_assert(wire_size<GdosLogAddress>() == 8);
+static_assert(wire_size<GdosTexts>() == 4);
 
 static_assert(wire_size<GpsData>() == 100);
 

@@ -14,6 +14,7 @@
 #include "os/clock.h"
 #include "router/config/load.h"
 #include "router/config/options.h"
+#include "router/core/newest_values.h"
 #include "router/core/router.h"
 #include "router/io/admin_service.h"
 #include "router/io/arguments.h"
@@ -108,6 +109,12 @@ io::BrowserAccess browser_access(const config::Config& c) {
   return {.names = config::list_of(c.http.names), .origins = config::list_of(c.http.origins)};
 }
 
+core::NewestRule newest_rule(const config::Config& c) {
+  core::NewestRule rule{.length_max = c.newest.length_max, .widths = c.address.widths};
+  for (const std::string& stream : config::list_of(c.newest.streams)) (void)rule.add(stream);
+  return rule;
+}
+
 std::uint64_t random_number() {
   std::uint64_t number = 0;
   while (::getrandom(&number, sizeof number, 0) != sizeof number) {
@@ -136,6 +143,8 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     router_.attach(core::PortKind::kWebSocket, http_);
     router_.attach(core::PortKind::kLink, links_.port());
     router_.set_static_routes(static_routes(configuration_.config));
+    newest_.set_rule(newest_rule(configuration_.config));
+    if (configuration_.config.newest.bytes > 0) router_.keep_newest(newest_);
     loop_.at_turn_end([this](Time now) { finish_turn(now); });
     loop_.watch({.next = [this] { return router_.next_timeout(); },
                  .on_timeout = [this](Time now) { router_.on_timeout(now); }});
@@ -201,6 +210,10 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   [[nodiscard]] const config::Origins& origins() const override { return configuration_.origins; }
   [[nodiscard]] const link::Links* links() const override { return &links_.links(); }
   [[nodiscard]] std::optional<io::DdsReport> dds() const override { return links_.dds_report(); }
+  core::LeaseResult change_lease(Time now, core::ClientId from, core::LeaseVerb verb,
+                                 const core::DrivingLease& holder) override {
+    return router_.change_lease(now, from, verb, holder);
+  }
   bool act_on_link(std::string_view name, link::Links::Action what) override {
     return links_.act(os::now(), name, what);
   }
@@ -378,6 +391,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     log_.set_level(c.log.level);
     router_.configure(now, router_settings(c, epoch_));
     links_.configure(now, c);
+    newest_.set_rule(newest_rule(c));
     http_.set_access(browser_access(c));
     tcp_.set_queue_bytes_max(c.tcp.queue_bytes);
     http_.set_queue_bytes_max(c.http.queue_bytes);
@@ -398,6 +412,8 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   io::Loop loop_;
   core::Router router_{
       router_settings(configuration_.config, epoch_), {random_number(), random_number()}, *this};
+  core::NewestValues newest_{configuration_.config.newest.bytes,
+                             {random_number(), random_number()}};
   // Queues of TCP and WebSocket clients are separate from the memory of links.
   io::WaitingMemory queue_memory_{waiting_bytes(configuration_.config)};
   core::QueueShares queue_shares_{queue_memory_.pool()};

@@ -101,6 +101,15 @@ class GdosLog : public DataModule<GdosData> {
     return publish_data({.address = address(), .level = {}});
   }
 
+  Result<void> module_command(const tims::MessageView& message) override {
+    if (message.header.type != GdosLogType::kGetTexts) return DataModule::module_command(message);
+    const std::string lines = newest_lines(folder(), kGdosTextsMax);
+    GdosTexts texts;
+    texts.text.assign(lines.begin(), lines.end());
+    reply(message.header, GdosLogType::kTexts, texts);
+    return {};
+  }
+
   // --- the sink
 
   // A router of the original allows one owner of the sink only, which may be the graphical

@@ -1,9 +1,11 @@
 #include "components/gdos_log/text_files.h"
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <fstream>
 #include <utility>
 
 #include <fcntl.h>
@@ -151,6 +153,36 @@ void TextFiles::remove_old() const {
 bool TextFiles::was_removed() const {
   std::error_code ignored;
   return !fs::exists(current(), ignored);
+}
+
+namespace {
+
+// At most the last `bytes` of a file. `whole`: there is nothing before them.
+std::string end_of(const fs::path& path, std::size_t bytes, bool& whole) {
+  std::ifstream file(path, std::ios::binary | std::ios::ate);
+  const std::streamoff size = file.tellg();
+  if (!file || size <= 0) return {};
+  const std::streamoff taken = std::min(size, static_cast<std::streamoff>(bytes));
+  whole = taken == size;
+  std::string end(static_cast<std::size_t>(taken), '\0');
+  file.seekg(size - taken);
+  file.read(end.data(), taken);
+  end.resize(static_cast<std::size_t>(file.gcount()));
+  return end;
+}
+
+}  // namespace
+
+std::string newest_lines(const fs::path& folder, std::size_t bytes) {
+  const std::vector<fs::path> paths = gdos::log_paths(folder);
+  std::string lines;
+  bool whole = true;
+  for (auto path = paths.rbegin(); path != paths.rend() && whole && lines.size() < bytes; ++path)
+    lines.insert(0, end_of(*path, bytes - lines.size(), whole));
+  // A line may be incomplete: the first is cut, the last is being written.
+  lines.resize(lines.rfind('\n') + 1);
+  if (!whole) lines.erase(0, lines.find('\n') + 1);
+  return lines;
 }
 
 // --- the journal

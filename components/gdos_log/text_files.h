@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -98,6 +99,9 @@ class TextFiles {
   LogFile file_;
   bool unsynced_ = false;
 };
+
+// The newest lines of the files in a folder, oldest first, together at most `bytes`.
+std::string newest_lines(const std::filesystem::path& folder, std::size_t bytes);
 
 // --- Texts in the journal of the host, with fields for queries:
 //   journalctl TIMS_COMPONENT='Chassis(0/0)' -p warning

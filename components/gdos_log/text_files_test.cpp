@@ -50,6 +50,20 @@ TEST_F(TextFilesTest, AFewFilesOfAFewLines) {
   EXPECT_TRUE(fs::exists(folder_ / gdos::numbered_file(4))) << "numbers go on";
 }
 
+TEST_F(TextFilesTest, NewestLinesOfSeveralFiles) {
+  EXPECT_EQ(newest_lines(folder_, 100), "") << "there is no folder";
+  open({.bytes = 6, .files = 3});
+  for (const char* line : {"11\n", "22\n", "33\n", "44\n", "55\n"}) append(line);
+  ASSERT_EQ(all_of(folder_), "11\n22\n|33\n44\n|55\n|");
+  EXPECT_EQ(newest_lines(folder_, 100), "11\n22\n33\n44\n55\n");
+  EXPECT_EQ(newest_lines(folder_, 15), "11\n22\n33\n44\n55\n");
+  EXPECT_EQ(newest_lines(folder_, 14), "22\n33\n44\n55\n") << "no part of a line";
+  EXPECT_EQ(newest_lines(folder_, 4), "55\n");
+  EXPECT_EQ(newest_lines(folder_, 2), "");
+  std::ofstream(folder_ / gdos::kCurrentFile, std::ios::app) << "6";
+  EXPECT_EQ(newest_lines(folder_, 100), "11\n22\n33\n44\n55\n") << "it is being written";
+}
+
 TEST_F(TextFilesTest, OneFileOnly) {
   open({.bytes = 4, .files = 1});
   for (const char* line : {"1\n", "2\n", "3\n"}) append(line);

@@ -2,6 +2,7 @@
 #include <array>
 
 #include "components/pilot/drive.h"
+#include "components/pilot/stick_watch.h"
 #include "rack/clock.h"
 #include "rack/data_module.h"
 #include "rack/input.h"
@@ -12,7 +13,7 @@ namespace {
 constexpr auto kPeriod = std::chrono::milliseconds(100);
 constexpr int kSilence = 10;  // periods without a message from an input
 
-constexpr std::array<ParameterInfo, 9> kParameters = {{
+constexpr std::array<ParameterInfo, 10> kParameters = {{
     or_none(required_partner("scan2d", "the scan", "the scan; -1: no scan, no braking")),
     partner("chassis", "the chassis"),
     partner("joystick", "the joystick"),
@@ -23,6 +24,10 @@ constexpr std::array<ParameterInfo, 9> kParameters = {{
      1, 1e6},
     {"joystickExpX", 0.0F, "exponent of the stick; above 0: finer near the centre", 0, 20},
     {"joystickExpY", 0.0F, "the same for the stick to the side", 0, 20},
+    {"remoteTimeout", 300,
+     "silence of a joystick in a browser or on another host after which the vehicle stands [ms]; "
+     "after 1 s of silence of any joystick the pilot fails",
+     100, 1000},
 }};
 
 constexpr ModuleInfo kInfo{
@@ -42,6 +47,7 @@ class PilotJoystick : public DataModule<PilotData> {
     if (auto good = turn_on_chassis(); !good) return good;
     if (auto good = turn_on_joystick(); !good) return good;
     seen_ = false;
+    watch_ = StickWatch(std::chrono::milliseconds(integer("remoteTimeout")), kPeriod);
     if (const auto scan = scan_.start(); !scan) return scan.error();
     return DataModule::module_on();
   }
@@ -78,7 +84,9 @@ class PilotJoystick : public DataModule<PilotData> {
 
   Result<void> module_loop() override {
     sleep_until_next(kPeriod);
-    if (auto good = joystick_.newest(stick_, kSilence); !good) return good.error();
+    const auto moved_stick = joystick_.newest(stick_, kSilence);
+    if (!moved_stick) return moved_stick.error();
+    if (*moved_stick) watch_.heard(now(), joystick_.is_foreign());
     if (scan_) {
       const auto come = scan_.newest(scan_data_, kSilence);
       if (!come) return come.error();
@@ -86,7 +94,7 @@ class PilotJoystick : public DataModule<PilotData> {
     }
     // Before the first scan, obstacles are unknown.
     Drive drive;
-    if (!scan_ || seen_)
+    if ((!scan_ || seen_) && !watch_.must_stand(now()))
       drive = joystick_drive(stick_, settings_, limits_, scan_ ? &scan_data_ : nullptr);
     // Chassis of the original use the second number as a limit; those that move sideways as a
     // speed.
@@ -112,6 +120,7 @@ class PilotJoystick : public DataModule<PilotData> {
   JoystickDriveSettings settings_;
   JoystickData stick_;
   Scan2dData scan_data_;
+  StickWatch watch_{{}, kPeriod};
   bool seen_ = false;
 };
 

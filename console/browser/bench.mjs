@@ -1,14 +1,15 @@
 // How fast the console is: measured in a real browser at a real router. Prints a table.
 //
-//   node browser/bench.mjs [scanners] [robots]
+//   node browser/bench.mjs [scanners] [robots] [views] [--minutes=30]
 import { eventually, Host, launch, Watched } from './fixture.mjs';
 import { addressOf, cameraData, ladarData, Swarm } from './swarm.mjs';
 
 const ladar = 0x14;
 const camera = 0x15;
 const chassis = 0x11;
-const wanted = process.argv.slice(2);
-const benches = { scanners, robots };
+const wanted = process.argv.slice(2).filter((word) => !word.startsWith('--'));
+const minutes = Number(process.argv.find((word) => word.startsWith('--minutes='))?.slice(10) ?? 30);
+const benches = { scanners, robots, views };
 
 // Gaps between frames while `time` ms pass.
 const frames = (page, time) =>
@@ -103,6 +104,49 @@ async function robots() {
     await page.getByLabel('Filter robots').fill('777');
     await page.getByText(/^1 robot/).waitFor();
   });
+  await timed('network', async () => {
+    await page.goto(`${host.address}/#/network`);
+    await page.getByText(/^1 router/).waitFor();
+  });
+  await watched.close();
+  swarm.end();
+  await browser.close();
+  await host.end();
+}
+
+// Opens and closes views for half an hour: the heap stays flat, and no component has a listener left.
+async function views() {
+  const host = await Host.start();
+  const browser = await launch();
+  const swarm = await Swarm.start(host.tcp);
+  for (let i = 0; i < 4; ++i) swarm.add(addressOf(1, ladar, i), ladarData(361), 13);
+  swarm.add(addressOf(1, camera, 0), cameraData(320, 240), 100);
+  const watched = await Watched.open(browser, host, '#/robot/1?tiles=');
+  const { page } = watched;
+  const tiles = ['Ladar/0', 'Ladar/1', 'Ladar/2', 'Ladar/3', 'Camera/0'];
+  const pages = [`robot/1?tiles=${tiles.join(',')}`, 'map', 'plots?curves=Ladar(1/0).duration', 'messages', 'fleet'];
+  const round = async () => {
+    for (const path of pages) {
+      await page.goto(`${host.address}/#/${path}`);
+      await frames(page, 400);
+    }
+  };
+  for (let i = 0; i < 5; ++i) await round();
+  const begin = await heap(page);
+  console.log(`views opened and closed for ${minutes} minutes`);
+  let rounds = 0;
+  let shownAt = performance.now();
+  for (const end = performance.now() + 60_000 * minutes; performance.now() < end; ++rounds) {
+    await round();
+    if (performance.now() < shownAt + 60_000) continue;
+    shownAt = performance.now();
+    console.log(`  heap after ${rounds} rounds  ${(await heap(page)).toFixed(1)} MB`);
+  }
+  await page.goto(`${host.address}/#/fleet`);
+  await eventually(() => swarm.listeners === 0, 'nobody listens any more');
+  console.log(
+    `  heap                ${begin.toFixed(1)} MB, after ${rounds} rounds ${(await heap(page)).toFixed(1)} MB`,
+  );
   await watched.close();
   swarm.end();
   await browser.close();

@@ -2,7 +2,7 @@
 import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
-import { after, before, test } from 'node:test';
+import { after, afterEach, before, test } from 'node:test';
 import { eventually, Host, launch, launchServer, Watched } from './fixture.mjs';
 
 const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
@@ -21,6 +21,8 @@ after(async () => {
   await browser?.close();
   await host?.end();
 });
+
+afterEach(Watched.closeAll);
 
 const stateOf = async (name) => (await host.timsctl('component', 'status', name)).state;
 const dataOf = (name) => host.timsctl('component', 'data', name);
@@ -157,11 +159,24 @@ test('STOP takes the right to drive and turns the pilots off', async () => {
   await watched.close();
 });
 
-test('only one page has the stick', async () => {
+test('one page drives; another is told who, may stop it, and takes over by holding a button', async () => {
   const watched = await drivingPage();
+  const name = await watched.page.evaluate(() => localStorage.getItem('tims.name'));
   const other = await Watched.open(browser, host, `#/drive/${sim}`);
-  await other.page.getByRole('button', { name: `Drive with Pilot(${sim}/0)` }).click();
-  await other.page.getByRole('alert').filter({ hasText: 'somebody else' }).waitFor();
+  await other.page.getByText(`${name} drives this robot`).waitFor();
+  const takeOver = other.page.getByRole('button', { name: `Take over with Pilot(${sim}/0)` });
+  await takeOver.click();
+  assert(await watched.page.getByRole('button', { name: 'Release' }).isVisible(), 'a click is not enough');
+  await takeOver.focus();
+  await other.page.keyboard.down('Enter');
+  await watched.page.getByRole('alert').filter({ hasText: 'You no longer drive' }).waitFor();
+  await other.page.keyboard.up('Enter');
+  await other.page.getByRole('button', { name: 'Release' }).waitFor();
+  await other.page.keyboard.down('ArrowUp');
+  await drives();
+  await watched.page.getByRole('button', { name: `Stop robot ${sim}` }).click();
+  await stands();
+  await other.page.keyboard.up('ArrowUp');
   await other.close();
   await watched.close();
 });

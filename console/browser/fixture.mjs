@@ -3,7 +3,7 @@
 import assert from 'node:assert/strict';
 import { execFile, spawn } from 'node:child_process';
 import { mkdtempSync, readFileSync, rmSync, writeFileSync } from 'node:fs';
-import { createServer } from 'node:net';
+import { connect, createServer } from 'node:net';
 import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { fileURLToPath } from 'node:url';
@@ -11,6 +11,7 @@ import { chromium } from 'playwright-core';
 
 const root = fileURLToPath(new URL('../..', import.meta.url));
 const programs = process.env.TIMS_PROGRAMS ?? join(root, 'build/release/bin');
+const consoleFolder = process.env.TIMS_CONSOLE; // in place of that of the programs' build
 const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium';
 const patience = 30_000; // ms; the machine may be busy
 
@@ -48,6 +49,8 @@ export async function startFleet(robots) {
       await Host.start([
         `router.name=robot${system}`,
         `router.system=${system}`,
+        'tcp.admin=true',
+        'sim.faults=true',
         `udp.listen=127.0.0.1:${await freePort()}`,
         `link=kind=super,to=127.0.0.1:${port},interval=200ms`,
       ]),
@@ -64,6 +67,50 @@ function freePort() {
       server.close(() => resolve(port));
     });
   });
+}
+
+// A line between a browser and a router that can be cut.
+export class Line {
+  sockets = new Set();
+
+  static start(port) {
+    const line = new Line();
+    line.server = createServer((near) => {
+      if (line.isCut) return near.destroy();
+      const far = connect(port, '127.0.0.1');
+      for (const [from, to] of [
+        [near, far],
+        [far, near],
+      ]) {
+        line.sockets.add(from);
+        from.on('error', () => {});
+        from.on('close', () => {
+          line.sockets.delete(from);
+          to.destroy();
+        });
+        from.pipe(to);
+      }
+    });
+    return new Promise((resolve) => line.server.listen(0, '127.0.0.1', () => resolve(line)));
+  }
+
+  get address() {
+    return `http://127.0.0.1:${this.server.address().port}`;
+  }
+
+  cut() {
+    this.isCut = true;
+    for (const socket of this.sockets) socket.destroy();
+  }
+
+  mend() {
+    this.isCut = false;
+  }
+
+  end() {
+    this.cut();
+    this.server.close();
+  }
 }
 
 process.setMaxListeners(100);
@@ -93,6 +140,7 @@ export class Host {
       `http.listen=127.0.0.1:${this.http}`,
       ...this.settings,
     ];
+    if (consoleFolder !== undefined) settings.push(`http.console=${consoleFolder}`);
     if (!this.settings.some((setting) => setting.startsWith('udp.listen'))) settings.push('udp.listen=off');
     this.router = this.run(
       'tims-router',
@@ -102,6 +150,29 @@ export class Host {
       if (this.router.exitCode !== null) throw new Error(this.router.output);
       return (await fetch(`${this.address}/healthz`)).ok;
     }, 'the router answers');
+  }
+
+  // A question to the router, as its TCP client.
+  ask(question) {
+    const adminRequest = 64;
+    const body = Buffer.from(JSON.stringify(question));
+    const header = Buffer.alloc(16);
+    header.writeUInt8(3, 0); // little endian
+    header.writeInt8(adminRequest, 1);
+    header.writeUInt32LE(header.length + body.length, 12);
+    return new Promise((resolve, reject) => {
+      const socket = connect(this.tcp, '127.0.0.1', () => socket.write(Buffer.concat([header, body])));
+      let answer = Buffer.alloc(0);
+      socket.on('error', reject);
+      socket.on('data', (part) => {
+        answer = Buffer.concat([answer, part]);
+        if (answer.length < 16 || answer.length < answer.readUInt32LE(12)) return;
+        socket.destroy();
+        const value = JSON.parse(answer.subarray(16));
+        if (value.error === undefined) resolve(value);
+        else reject(new Error(value.error.message));
+      });
+    });
   }
 
   async killRouter() {
@@ -170,12 +241,20 @@ export async function launchServer() {
   return [server.process(), await chromium.connect(server.wsEndpoint())];
 }
 
-export function launch() {
-  return chromium.launch({ executablePath: browserProgram, args: ['--no-sandbox'] });
+export function launch(args = []) {
+  return chromium.launch({ executablePath: browserProgram, args: ['--no-sandbox', ...args] });
 }
 
 // A page that fails the test when it logs an error, or asks somebody else than its router.
 export class Watched {
+  static left = new Set(); // that are open
+
+  // For afterEach: what a story that failed has left behind would disturb those after it.
+  static async closeAll() {
+    for (const { context } of Watched.left) await context.close().catch(() => {});
+    Watched.left.clear();
+  }
+
   static async open(browser, host, path = '#/fleet', options = {}) {
     const watched = new Watched();
     watched.troubles = [];
@@ -189,11 +268,13 @@ export class Watched {
       if (!['blob:', 'data:'].includes(url.protocol) && url.host !== new URL(host.address).host)
         troubles.push(`asks ${request.url()}`);
     });
+    Watched.left.add(watched);
     await page.goto(`${host.address}/${path}`);
     return watched;
   }
 
   async close(ignored = []) {
+    Watched.left.delete(this);
     await this.context.close();
     const troubles = this.troubles.filter((text) => !ignored.some((part) => text.includes(part)));
     assert.deepEqual(troubles, []);

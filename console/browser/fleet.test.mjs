@@ -1,6 +1,6 @@
 // What an operator sees of a fleet: its routers and links, and what is away.
 import assert from 'node:assert/strict';
-import { after, before, test } from 'node:test';
+import { after, afterEach, before, test } from 'node:test';
 import { eventually, launch, startFleet, Watched } from './fixture.mjs';
 
 let base;
@@ -17,6 +17,8 @@ after(async () => {
   await browser?.close();
   for (const host of [...(robots ?? []), base]) await host?.end();
 });
+
+afterEach(Watched.closeAll);
 
 test('the routers are a tree, and their links are up', async () => {
   const watched = await Watched.open(browser, base, '#/network');

@@ -1,5 +1,5 @@
-// Components that are played by one TCP client, as many as wanted: they answer GET_STATUS, are turned on and off, and
-// send data at the period of whoever asks.
+// Components that are played by one TCP client, as many as wanted: they answer GET_STATUS, are turned on and off, send
+// data at the period of whoever asks, and keep what they are commanded.
 import { connect } from 'node:net';
 
 const headerSize = 16;
@@ -13,7 +13,7 @@ const stream = 0x10;
 export const addressOf = (system, classId, instance) => ((system << 24) | (classId << 16) | (instance << 8)) >>> 0;
 
 export class Swarm {
-  components = new Map(); // address: { on, data(): Buffer, listeners: Map(mailbox, { period, dueAt }) }
+  components = new Map(); // address: { on, data(): Buffer, listeners: Map(mailbox, { period, dueAt }), commands, answers }
   received = Buffer.alloc(0);
   sent = 0;
 
@@ -28,8 +28,16 @@ export class Swarm {
     });
   }
 
-  add(address, data, period) {
-    this.components.set(address, { on: data !== undefined, data, period, listeners: new Map() });
+  // `answers`: what it answers to a command, { type: [type, body] }; OK to others.
+  add(address, data, period, answers) {
+    this.components.set(address, {
+      on: data !== undefined,
+      data,
+      period,
+      listeners: new Map(),
+      commands: [],
+      answers,
+    });
     const body = Buffer.alloc(4);
     body.writeUInt32LE(address);
     this.send({ type: register, dest: 0, src: 0 }, body);
@@ -99,7 +107,10 @@ export class Swarm {
         component.listeners.delete(word(0));
         return reply(types.ok);
       default:
-        return type > 0 && reply(types.error);
+        if (type <= 0) return;
+        if (component.answers === undefined) return reply(types.error);
+        component.commands.push({ type, body: message.subarray(headerSize).toString('hex') });
+        return reply(...(component.answers[type] ?? [types.ok]));
     }
   }
 

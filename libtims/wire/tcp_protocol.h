@@ -34,6 +34,12 @@ inline constexpr std::int8_t kLifesign = 17;  // router to client; answered with
 inline constexpr std::int8_t kEnableWatchdog = 18;
 inline constexpr std::int8_t kDisableWatchdog = 19;
 
+// kMailboxInit and kMailboxInitWithReply with a body of this size have option bits after the
+// address; the original router ignores them.
+inline constexpr std::size_t kOptionsSize = 8;
+// Of the samples of a stream (flag::kStream) that wait for this connection, only the newest.
+inline constexpr std::uint32_t kKeepNewest = 1;
+
 // The body of kAddressWidths: system, class, instance, local.
 inline constexpr std::size_t kWidthsSize = 4;
 

@@ -5,6 +5,7 @@
 
 #include "router/config/load.h"
 #include "router/config/options.h"
+#include "router/core/newest_values.h"
 
 namespace tims::config {
 namespace {
@@ -28,6 +29,7 @@ class Checker {
     check_exposure("udp.listen", config_.udp.listen);
     check_names();
     check_origins();
+    check_newest();
     check_router();
     check_fleet();
     for (std::size_t i = 0; i < config_.links.size(); ++i) check_link(i);
@@ -70,6 +72,16 @@ class Checker {
                        "\"http://robot7:3000\", with nothing after the port",
                        origin));
     }
+  }
+
+  void check_newest() {
+    core::NewestRule rule;
+    for (const std::string& stream : list_of(config_.newest.streams))
+      if (!rule.add(stream))
+        fail("newest.streams", fmt::format("newest.streams: {} is none of \"status\", "
+                                           "\"parameters\", \"state\" and \"*\", nor "
+                                           "the name of a class such as Position",
+                                           in_quotes(stream)));
   }
 
   void check_router() {

@@ -167,6 +167,14 @@ struct Config {
     bool operator==(const Limits&) const = default;
   } limits;
 
+  // Newest values (router/core/newest_values.h).
+  struct Newest {
+    std::uint32_t bytes = 16U << 20;       // 0: none are kept
+    std::uint32_t length_max = 64U << 10;  // of one message, header included
+    std::string streams = "status, parameters, state";
+    bool operator==(const Newest&) const = default;
+  } newest;
+
   struct Log {
     LogLevel level = LogLevel::kInfo;
     bool operator==(const Log&) const = default;

@@ -288,6 +288,30 @@ constexpr std::array kOptions{
          .reload = Reload::kYes,
          .help = "Maximum number of mailboxes one client may register."}),
 
+    row<Kind::kSize, &Config::newest, &Config::Newest::bytes>(
+        {.key = "newest.bytes",
+         .range = {0, kGi},
+         .reload = Reload::kRestart,
+         .help = "Memory for the newest values of streams that passed this router: who comes late "
+                 "gets them at once, with their age (timsctl component data --newest, console), "
+                 "also when their robot is away. One value for each KiB; when it is full, those "
+                 "that were not renewed for the longest time are removed. 0B for none."}),
+    row<Kind::kSize, &Config::newest, &Config::Newest::length_max>(
+        {.key = "newest.message",
+         .range = {16, 112 * kKi},
+         .reload = Reload::kYes,
+         .help = "Largest message that is kept as a newest value, including its header."}),
+    row<Kind::kText, &Config::newest, &Config::Newest::streams>(
+        {.key = "newest.streams",
+         .range = {0, 1024},
+         .reload = Reload::kYes,
+         .help = "The streams whose newest value is kept: \"status\" (on, off) and "
+                 "\"parameters\" of all components, \"state\": the data of the classes that "
+                 "describe a state (Chassis, Clock, Compass, FeatureMap, Gps, GridMap, Io, Mcl, "
+                 "ObjRecog, Odometry, Path, Pilot, Planner, Position, PtzDrive, ServoDrive, "
+                 "Vehicle), the names of other classes, \"*\" for the data of all classes.",
+         .is_list = true}),
+
     row<Kind::kLogLevel, &Config::log, &Config::Log::level>(
         {.key = "log.level", .reload = Reload::kYes, .help = "Lowest severity that is logged."}),
 

@@ -99,6 +99,68 @@ void ByteChain::move_front(BlockPool& pool, std::size_t size, ByteChain& to,
   drop(pool, size);
 }
 
+ByteChain::Place ByteChain::front(BlockPool& pool) const {
+  if (empty()) return {};
+  return {.block = head, .offset = block(pool, head).begin};
+}
+
+ByteChain::Place ByteChain::advanced(BlockPool& pool, Place place, std::size_t size) {
+  while (size > 0) {
+    const ChainBlock& at = block(pool, place.block);
+    const std::size_t n = std::min<std::size_t>(size, at.end - place.offset);
+    place.offset = static_cast<std::uint16_t>(place.offset + n);
+    size -= n;
+    if (place.offset < at.end) break;
+    place = {at.next, place.block, 0};
+    if (place.block != kByteChainNone) place.offset = block(pool, place.block).begin;
+  }
+  return place;
+}
+
+void ByteChain::peek(BlockPool& pool, const Place& place, std::span<std::byte> to) {
+  std::size_t offset = place.offset;
+  for (BlockPool::Index i = place.block; !to.empty(); i = block(pool, i).next) {
+    const ChainBlock& at = block(pool, i);
+    if (i != place.block) offset = at.begin;
+    const std::size_t n = std::min<std::size_t>(at.end - offset, to.size());
+    std::copy_n(at.data + offset, n, to.begin());
+    to = to.subspan(n);
+  }
+}
+
+void ByteChain::replace(BlockPool& pool, const Place& place, std::size_t size,
+                        std::span<const std::byte> bytes) {
+  ByteChain behind = cut(pool, place);
+  behind.drop(pool, size);
+  append(pool, bytes);
+  if (behind.empty()) return;
+  (empty() ? head : block(pool, tail).next) = behind.head;
+  tail = behind.tail;
+}
+
+// Removes everything from `place` on, and returns it. A block in the middle of which this is gets
+// a second one.
+ByteChain ByteChain::cut(BlockPool& pool, const Place& place) {
+  ChainBlock& first = block(pool, place.block);
+  ByteChain behind{place.block, tail};
+  if (place.offset == first.begin) {
+    tail = place.previous;
+    (tail == kByteChainNone ? head : block(pool, tail).next) = kByteChainNone;
+    return behind;
+  }
+  behind.head = pool.allocate();
+  if (place.block == tail) behind.tail = behind.head;
+  ChainBlock& second = block(pool, behind.head);
+  second.begin = second.end = 0;
+  second.next = first.next;
+  fill(second,
+       std::span<const std::byte>(first.data).subspan(place.offset, first.end - place.offset));
+  first.end = place.offset;
+  first.next = kByteChainNone;
+  tail = place.block;
+  return behind;
+}
+
 std::size_t ByteChain::gather(BlockPool& pool, std::span<std::span<const std::byte>> pieces,
                               std::size_t count) const {
   for (BlockPool::Index i = head; i != kByteChainNone && count < pieces.size();

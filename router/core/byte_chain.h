@@ -84,6 +84,27 @@ struct ByteChain {
   // later bytes is copied: into `spare`, which is kNone afterwards if it was needed.
   void move_front(BlockPool& pool, std::size_t size, ByteChain& to, BlockPool::Index& spare);
 
+  // A position within the chain. Invalid after any change.
+  struct Place {
+    BlockPool::Index block = BlockPool::kNone;  // kNone: the end
+    BlockPool::Index previous = BlockPool::kNone;
+    std::uint16_t offset = 0;  // in the block's data
+  };
+  [[nodiscard]] Place front(BlockPool& pool) const;
+  // The position `size` bytes further. Precondition: the chain has as many behind `place`.
+  static Place advanced(BlockPool& pool, Place place, std::size_t size);
+  // Copies bytes without removing them. Precondition: there are as many behind `place`.
+  static void peek(BlockPool& pool, const Place& place, std::span<std::byte> to);
+
+  // Blocks that replace() by `size` bytes takes at most.
+  static constexpr std::size_t replace_blocks_max(std::size_t size) {
+    return size / kBlockBytes + 2;
+  }
+  // Exchanges `size` bytes at `place` for others, of any number. Preconditions: the chain has as
+  // many behind `place`, and the pool has replace_blocks_max() blocks.
+  void replace(BlockPool& pool, const Place& place, std::size_t size,
+               std::span<const std::byte> bytes);
+
   // Fills `pieces` from index `count` on with the contents of the chain, front to back. Returns
   // the new count.
   std::size_t gather(BlockPool& pool, std::span<std::span<const std::byte>> pieces,
@@ -93,6 +114,7 @@ struct ByteChain {
   static ChainBlock& block(BlockPool& pool, BlockPool::Index index);
   void link(BlockPool& pool, BlockPool::Index index);
   BlockPool::Index unlink_head(BlockPool& pool);
+  ByteChain cut(BlockPool& pool, const Place& place);
 };
 
 }  // namespace tims::core

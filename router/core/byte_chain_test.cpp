@@ -141,5 +141,38 @@ TEST_F(ByteChainTest, BehavesAsADequeDoes) {
   }
 }
 
+TEST_F(ByteChainTest, BytesInItsMiddleAreExchangedForAnyNumberOfOthers) {
+  std::mt19937 random(2);
+  std::vector<std::byte> model;
+  for (int step = 0; step < 5000; ++step) {
+    const auto bytes = numbered(random() % 9000, step);
+    if (model.size() < 60'000) {
+      chain_.append(pool_, bytes);
+      model.insert(model.end(), bytes.begin(), bytes.end());
+    } else {
+      const std::size_t first = random() % 3000;
+      chain_.drop(pool_, first);
+      model.erase(model.begin(), model.begin() + static_cast<std::ptrdiff_t>(first));
+    }
+    if (model.empty()) continue;
+    const std::size_t at = random() % model.size();
+    const std::size_t size = std::min<std::size_t>(model.size() - at, random() % 9000);
+    const auto place = ByteChain::advanced(pool_, chain_.front(pool_), at);
+    std::vector<std::byte> shown(size);
+    ByteChain::peek(pool_, place, shown);
+    const auto begin = model.begin() + static_cast<std::ptrdiff_t>(at);
+    ASSERT_TRUE(std::equal(shown.begin(), shown.end(), begin));
+    const std::size_t before = pool_.used();
+    chain_.replace(pool_, place, size, bytes);
+    ASSERT_LE(pool_.used(), before + ByteChain::replace_blocks_max(bytes.size()));
+    model.insert(model.erase(begin, begin + static_cast<std::ptrdiff_t>(size)), bytes.begin(),
+                 bytes.end());
+    ASSERT_EQ(contents(pool_, chain_), model) << "step " << step;
+  }
+  chain_.drop(pool_, model.size());
+  EXPECT_EQ(pool_.used(), 0U);
+  EXPECT_TRUE(chain_.empty());
+}
+
 }  // namespace byte_chain_test
 }  // namespace tims::core

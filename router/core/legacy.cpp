@@ -29,15 +29,26 @@ LegacyCommand with_mailbox(Verb verb, bool wants_reply, const Message& message) 
   return {verb, wants_reply, Address(read_u32(body, message.header.body_order()))};
 }
 
+// Unknown options are an extension of a later version, or no options at all: they are ignored.
+LegacyCommand registration(bool wants_reply, const Message& message) {
+  LegacyCommand command = with_mailbox(Verb::kRegister, wants_reply, message);
+  const auto body = message.body();
+  if (body.size() != wire::router_command::kOptionsSize) return command;
+  const std::uint32_t options =
+      read_u32(body.subspan(kMailboxBodySize), message.header.body_order());
+  command.keeps_newest = options == wire::router_command::kKeepNewest;
+  return command;
+}
+
 }  // namespace
 
 LegacyCommand parse_command(const Message& message) {
   namespace command = wire::router_command;
   switch (message.header.type) {
     case command::kMailboxInit:
-      return with_mailbox(Verb::kRegister, false, message);
+      return registration(false, message);
     case command::kMailboxInitWithReply:
-      return with_mailbox(Verb::kRegister, true, message);
+      return registration(true, message);
     case command::kMailboxDelete:
       return with_mailbox(Verb::kDelete, false, message);
     case command::kMailboxDeleteWithReply:

@@ -29,6 +29,7 @@ struct LegacyCommand {
   Verb verb = Verb::kUnknown;
   bool wants_reply = false;
   Address mailbox{};
+  bool keeps_newest = false;  // kRegister: router_command::kKeepNewest
 };
 
 constexpr bool is_for_router(const Header& h) { return (h.dest.raw() | h.src.raw()) == 0; }

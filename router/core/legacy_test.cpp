@@ -49,6 +49,21 @@ TEST(Legacy, ReadsTheMailboxInBothOrders) {
   EXPECT_EQ(little.mailbox, Address(0x03140002));
 }
 
+TEST(Legacy, AClientMayAskForTheNewestSamplesOnly) {
+  const auto keeps = [](std::int8_t type, std::vector<std::uint8_t> body) {
+    return parse(type, 0, std::move(body)).keeps_newest;
+  };
+  EXPECT_TRUE(keeps(command::kMailboxInitWithReply, {3, 0x14, 0, 2, 0, 0, 0, 1}));
+  EXPECT_TRUE(keeps(command::kMailboxInit, {3, 0x14, 0, 2, 0, 0, 0, 1}));
+  EXPECT_FALSE(keeps(command::kMailboxInit, {3, 0x14, 0, 2}));
+  EXPECT_FALSE(keeps(command::kMailboxInit, {3, 0x14, 0, 2, 0, 0, 0}));
+  EXPECT_FALSE(keeps(command::kMailboxInit, {3, 0x14, 0, 2, 0, 0, 0, 1, 0}));
+  EXPECT_FALSE(keeps(command::kMailboxInit, {3, 0x14, 0, 2, 0, 0, 0, 3})) << "unknown options";
+  EXPECT_EQ(parse(command::kMailboxInit, 0x02, {2, 0, 0x14, 3, 1, 0, 0, 0}).keeps_newest, true);
+  EXPECT_EQ(parse(command::kMailboxInit, 0, {3, 0x14, 0, 2, 0, 0, 0, 1}).mailbox,
+            Address(0x03140002));
+}
+
 TEST(Legacy, AMailboxOfLessThanFourBytesIsNone) {
   for (const std::int8_t type :
        {command::kMailboxInit, command::kMailboxDelete, command::kMailboxInitWithReply,

@@ -14,6 +14,11 @@ namespace {
 constexpr BlockPool::Index kMessageQueueNone = BlockPool::kNone;
 constexpr std::size_t kIndexBlocks = 2;  // the index of levels and the spare block
 
+bool same_stream(const Header& a, const Header& b) {
+  return StreamCounters::is_sample(a) && StreamCounters::is_sample(b) && a.src == b.src &&
+         a.dest == b.dest && a.type == b.type;
+}
+
 }  // namespace
 
 MessageQueue::~MessageQueue() {
@@ -23,12 +28,17 @@ MessageQueue::~MessageQueue() {
 
 bool MessageQueue::push(std::span<const std::byte> message, std::uint8_t priority,
                         LossCounts& replaced) {
+  Header header;
+  if (streams_ != nullptr) header = wire::decode_header(message.first<kHeaderSize>());
+  const bool sample = is_sample(header);
+  if (sample && replace_older(message, header, priority, replaced)) return true;
   ask_for_room(message.size());
-  if (!open()) return false;
-  if (!make_room(message.size(), priority, replaced)) {
+  if (!open() || !make_room(message.size(), priority, replaced)) {
     if (empty()) close();
+    if (sample) streams_->drop(header);
     return false;
   }
+  if (sample) streams_->waits(header);
   Level& level = levels()[priority];
   level.messages.append(pool_, message);
   level.bytes += static_cast<std::uint32_t>(message.size());
@@ -153,6 +163,35 @@ bool MessageQueue::fits(std::size_t size, std::uint8_t priority) const {
          levels()[priority].messages.blocks_needed(pool_, size) <= pool_.available();
 }
 
+// False: no older one was found, or there is no room for the difference; then the sample is queued
+// like any message.
+bool MessageQueue::replace_older(std::span<const std::byte> sample, const Header& header,
+                                 std::uint8_t priority, LossCounts& replaced) {
+  if (index_ == kMessageQueueNone || !streams_->has_waiting(header)) return false;
+  Level& level = levels()[priority];
+  ByteChain::Place place = level.messages.front(pool_);
+  for (std::size_t i = 0; i < std::min<std::size_t>(level.count, kSearchMax); ++i) {
+    std::array<std::byte, kHeaderSize> bytes{};
+    ByteChain::peek(pool_, place, bytes);
+    const Header older = wire::decode_header(bytes);
+    if (!same_stream(older, header)) {
+      place = ByteChain::advanced(pool_, place, older.length);
+      continue;
+    }
+    if (bytes_ - older.length + sample.size() > limit() ||
+        ByteChain::replace_blocks_max(sample.size()) > pool_.available())
+      return false;
+    level.messages.replace(pool_, place, older.length, sample);
+    level.bytes += static_cast<std::uint32_t>(sample.size()) - older.length;
+    bytes_ += sample.size();
+    bytes_ -= older.length;
+    replaced[classes_.of(older)].add(older.length);
+    streams_->drop(older);
+    return true;
+  }
+  return false;
+}
+
 std::uint64_t MessageQueue::bytes_up_to(std::uint8_t priority) const {
   std::uint64_t sum = 0;
   for (std::size_t i = 0; i <= priority; ++i) sum += levels()[i].bytes;
@@ -163,6 +202,10 @@ void MessageQueue::drop_oldest(std::size_t level, LossCounts& replaced) {
   const Header header = header_of_first(levels()[level]);
   levels()[level].messages.drop(pool_, header.length);
   replaced[classes_.of(header)].add(header.length);
+  if (is_sample(header)) {
+    streams_->drop(header);
+    streams_->left(header);
+  }
   removed(header.length);
   took(level, header.length);
 }
@@ -184,6 +227,7 @@ std::uint64_t MessageQueue::consume_first(std::uint64_t size) {
   const std::size_t i = highest();
   Level& level = levels()[i];
   const Header header = header_of_first(level);
+  if (is_sample(header)) streams_->left(header);
   const std::uint64_t n = std::min<std::uint64_t>(size, header.length);
   level.messages.drop(pool_, n);
   removed(n);

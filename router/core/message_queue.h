@@ -9,6 +9,10 @@
 // front, to be written or dropped, so no other bookkeeping is needed and small messages are
 // contiguous. The index of the 256 priorities is itself a block, allocated with the first
 // message.
+//
+// For a receiver that keeps the newest only (keep_newest()), a sample takes the place of a waiting
+// one of the same stream: same source, destination, type and priority. It keeps the turn of the
+// older one, so that a fast stream does not wait behind slower ones for ever.
 #pragma once
 
 #include <array>
@@ -19,6 +23,7 @@
 #include "router/core/byte_chain.h"
 #include "router/core/queue_shares.h"
 #include "router/core/statistics.h"
+#include "router/core/stream_counters.h"
 #include "router/core/types.h"
 #include "tims/message.h"
 
@@ -46,6 +51,10 @@ class MessageQueue {
 
   // A lower bound takes effect with the next push.
   void set_bytes_max(std::uint64_t bytes_max) { bytes_max_ = bytes_max; }
+
+  // From now on, of each stream only the newest sample waits. `counters` counts those that are
+  // dropped, and must outlive the queue.
+  void keep_newest(StreamCounters& counters) { streams_ = &counters; }
 
   // `message`: a whole message, its header in host byte order. Returns false when refused.
   // Messages dropped to make room are added to `replaced`.
@@ -82,6 +91,8 @@ class MessageQueue {
   static constexpr std::size_t kLevels = 256;
   static_assert(sizeof(Level) * kLevels == BlockPool::kBlockSize);
   static constexpr std::size_t kNoLevel = kLevels;
+  // So many waiting messages are looked at for an older sample.
+  static constexpr std::size_t kSearchMax = StreamCounters::kStreamsMax;
 
   bool open();
   void close();
@@ -95,6 +106,11 @@ class MessageQueue {
   [[nodiscard]] bool fits(std::size_t size, std::uint8_t priority) const;
   [[nodiscard]] std::uint64_t bytes_up_to(std::uint8_t priority) const;
   void drop_oldest(std::size_t level, LossCounts& replaced);
+  bool replace_older(std::span<const std::byte> sample, const Header& header, std::uint8_t priority,
+                     LossCounts& replaced);
+  [[nodiscard]] bool is_sample(const Header& header) const {
+    return streams_ != nullptr && StreamCounters::is_sample(header);
+  }
   std::uint64_t consume_begun(std::uint64_t size);
   std::uint64_t consume_first(std::uint64_t size);
   [[nodiscard]] Header header_of_first(const Level& level) const;
@@ -107,7 +123,8 @@ class MessageQueue {
   BlockPool& pool_;
   const PriorityClasses& classes_;
   std::uint64_t bytes_max_;
-  QueueShares* shares_ = nullptr;  // null: all of the pool is this queue's
+  StreamCounters* streams_ = nullptr;  // null: all messages are kept
+  QueueShares* shares_ = nullptr;      // null: all of the pool is this queue's
   QueueOwner* owner_ = nullptr;
   MessageQueue* next_ = nullptr;  // of the queues of shares_ that hold something
   MessageQueue* previous_ = nullptr;

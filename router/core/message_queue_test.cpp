@@ -252,5 +252,105 @@ TEST(MessageQueueModel, BehavesAsItsRulesSay) {
   }
 }
 
+// --- the newest sample only
+
+Bytes sample(std::uint32_t length, std::uint8_t priority, std::uint32_t src, int mark = 0,
+             std::uint8_t flags = flag::kNativeOrder | flag::kStream) {
+  Bytes bytes(length, static_cast<std::byte>(mark));
+  wire::encode_header(
+      {.flags = flags, .type = -6, .priority = priority, .src = Address(src), .length = length},
+      std::span(bytes).first<kHeaderSize>());
+  return bytes;
+}
+
+class KeepNewestTest : public MessageQueueTest {
+ protected:
+  KeepNewestTest() { queue_.keep_newest(streams_); }
+  bool push(const Bytes& bytes) {
+    streams_.add(wire::decode_header(std::span(bytes).first<kHeaderSize>()));
+    return MessageQueueTest::push(bytes);
+  }
+  StreamCounters::Stream counted(std::uint32_t src) const {
+    StreamCounters::Stream found;
+    streams_.for_each([&](const StreamCounters::Stream& stream) {
+      if (stream.src == Address(src)) found = stream;
+    });
+    return found;
+  }
+  StreamCounters streams_;
+};
+
+TEST_F(KeepNewestTest, ANewerSampleTakesTheTurnOfTheOlder) {
+  push(sample(100, 5, 1, 1));
+  push(sample(100, 5, 2, 2));
+  EXPECT_TRUE(push(sample(130, 5, 1, 3)));
+  EXPECT_EQ(waiting(), sample(130, 5, 1, 3) + sample(100, 5, 2, 2));
+  EXPECT_EQ(queue_.bytes(), 230U);
+  EXPECT_EQ(replaced_[kConventionalClasses.of(std::uint8_t{5})], (Count{1, 100}));
+  EXPECT_EQ(counted(1).samples, 2U);
+  EXPECT_EQ(counted(1).dropped, 1U);
+  EXPECT_EQ(counted(1).waiting, 1U);
+  EXPECT_EQ(counted(2).dropped, 0U);
+}
+
+TEST_F(KeepNewestTest, OtherMessagesAreAllKept) {
+  push(sample(100, 5, 1, 1, flag::kNativeOrder));
+  push(sample(100, 5, 1, 2, flag::kNativeOrder));
+  push(sample(100, 5, 1, 3));
+  push(sample(100, 6, 1, 4));
+  EXPECT_EQ(waiting(), sample(100, 6, 1, 4) + sample(100, 5, 1, 1, flag::kNativeOrder) +
+                           sample(100, 5, 1, 2, flag::kNativeOrder) + sample(100, 5, 1, 3));
+  EXPECT_EQ(replaced_, LossCounts{});
+}
+
+TEST_F(KeepNewestTest, ASampleThatIsPartlyWrittenStays) {
+  push(sample(100, 5, 1, 1));
+  queue_.consume(50);
+  push(sample(100, 5, 1, 2));
+  push(sample(100, 5, 1, 3));
+  const Bytes begun = sample(100, 5, 1, 1);
+  EXPECT_EQ(waiting(), Bytes(begun.begin() + 50, begun.end()) + sample(100, 5, 1, 3));
+  queue_.consume(150);
+  EXPECT_TRUE(queue_.empty());
+  EXPECT_EQ(counted(1).dropped, 1U);
+  EXPECT_EQ(counted(1).waiting, 0U);
+  EXPECT_EQ(pool_.used(), 0U);
+}
+
+TEST_F(KeepNewestTest, WithoutRoomForTheDifferenceTheOldestMakesRoom) {
+  push(sample(500, 5, 1, 1));
+  push(sample(400, 5, 2, 2));
+  EXPECT_TRUE(push(sample(700, 5, 2, 3)));
+  EXPECT_EQ(waiting(), sample(700, 5, 2, 3));
+  EXPECT_EQ(counted(1).dropped, 1U);
+  EXPECT_EQ(counted(2).dropped, 1U);
+  EXPECT_FALSE(push(sample(1001, 5, 2, 4))) << "never fits";
+  EXPECT_EQ(counted(2).dropped, 2U);
+}
+
+TEST_F(KeepNewestTest, HoldsAtMostOneSampleOfAStreamInItsTurn) {
+  std::mt19937 random(3);
+  std::vector<std::pair<std::uint32_t, Bytes>> model;  // in order
+  queue_.set_bytes_max(200'000);
+  for (int step = 0; step < 20'000; ++step) {
+    const std::uint32_t src = 1 + static_cast<std::uint32_t>(random() % 20);
+    const Bytes bytes =
+        sample(16 + static_cast<std::uint32_t>(random() % 6000), 5, src, step % 256);
+    ASSERT_TRUE(push(bytes));
+    const auto older = std::ranges::find(model, src, &std::pair<std::uint32_t, Bytes>::first);
+    if (older == model.end())
+      model.emplace_back(src, bytes);
+    else
+      older->second = bytes;
+    if (random() % 2 == 0) {
+      queue_.consume(model.front().second.size());
+      model.erase(model.begin());
+    }
+    Bytes expected;
+    for (const auto& item : model) expected = std::move(expected) + item.second;
+    ASSERT_EQ(waiting(), expected) << "step " << step;
+  }
+}
+
 }  // namespace message_queue_test
 }  // namespace tims::core

@@ -61,5 +61,35 @@ TEST(NoAllocation, ForwardingAMessage) {
   EXPECT_EQ(sink.replies, 2);
 }
 
+TEST(NoAllocation, KeepingTheNewestValues) {
+  CountingSink sink;
+  Router router({.address = Address(0x100)}, {1, 2}, sink);
+  for (const auto kind : values<PortKind, kPortKindCount>()) router.attach(kind, sink);
+  NewestValues newest(8 << 10, {1, 2});
+  NewestRule rule{.status = true, .length_max = 4096};
+  rule.classes.set();
+  newest.set_rule(rule);
+  router.keep_newest(newest);
+  const Time now{std::chrono::seconds(5)};
+  const ClientId robot = router.connect(now, {.port = PortKind::kLocal});
+  for (std::uint32_t i = 0; i < 20; ++i) router.register_mailbox(now, robot, Address(i));
+  std::array<std::byte, 2000> bytes{};
+  const std::size_t before = test::allocations();
+  for (std::uint32_t i = 0; i < 200; ++i) {
+    const std::size_t size = kHeaderSize + i * 7 % 1900;
+    Message message{{.flags = flag::kStream,
+                     .type = i % 3 == 0 ? type::kEnabled : type::kData,
+                     .dest = Address(99),
+                     .src = Address(i % 2 == 0 ? 0 : i % 20),
+                     .length = static_cast<std::uint32_t>(size)},
+                    std::span(bytes).first(size)};
+    router.on_message(now, robot, message);
+  }
+  EXPECT_EQ(test::allocations(), before);
+  EXPECT_LE(newest.counts().values, 8U);
+  EXPECT_GT(newest.counts().replaced, 0U);
+  EXPECT_GT(newest.counts().evicted, 0U);
+}
+
 }  // namespace no_allocation_test
 }  // namespace tims::core

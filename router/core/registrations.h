@@ -54,6 +54,7 @@ struct Client {
   std::vector<OwnedMailbox> mailboxes{};  // unordered
   bool watched = false;                   // receives lifesigns
   bool owes_answer = false;               // has not answered the last lifesign
+  bool keeps_newest = false;              // see Port::keep_newest()
   Count in{};                             // sent by it
   Count out{};                            // accepted by its mailbox, connection or queue
   Count dropped{};                        // addressed to it, and lost

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <tuple>
 
 namespace tims::core {
 namespace {
@@ -136,6 +137,25 @@ EventPage report_events(const Router& router, std::uint64_t since, std::size_t l
     page.items.push_back(log.at(i));
   }
   return page;
+}
+
+std::vector<StreamReport> report_streams(const Router& router, const AddressPattern& match,
+                                         std::optional<Address> to) {
+  std::vector<StreamReport> reports;
+  router.clients().for_each([&](const Client& client) {
+    const StreamCounters* streams =
+        client.keeps_newest ? router.streams(client.info.port, client.info.token) : nullptr;
+    if (streams == nullptr) return;
+    streams->for_each([&](const StreamCounters::Stream& stream) {
+      if (match.matches(stream.src) && (!to || stream.dest == *to))
+        reports.push_back({client.id, stream});
+    });
+  });
+  std::ranges::sort(reports, {}, [](const StreamReport& report) {
+    return std::tuple(report.client, report.stream.src.raw(), report.stream.dest.raw(),
+                      report.stream.type);
+  });
+  return reports;
 }
 
 }  // namespace tims::core

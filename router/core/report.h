@@ -103,4 +103,14 @@ struct EventPage {
 // At most `limit` events after number `since`.
 EventPage report_events(const Router& router, std::uint64_t since, std::size_t limit);
 
+// A stream to a client that keeps the newest samples only.
+struct StreamReport {
+  ClientId client{};
+  StreamCounters::Stream stream{};
+};
+// Those of sources that match, to the mailbox `to` if it is given; in order of clients, sources
+// and destinations.
+std::vector<StreamReport> report_streams(const Router& router, const AddressPattern& match,
+                                         std::optional<Address> to);
+
 }  // namespace tims::core

@@ -1,6 +1,7 @@
 #include "router/core/router.h"
 
 #include <algorithm>
+#include <string>
 #include <utility>
 
 #include "tims/origin.h"
@@ -43,6 +44,12 @@ EventKind kind_of(Registration::Status status) {
 }
 
 constexpr Duration kLoopEventEvery = std::chrono::seconds(1);
+constexpr Duration kRefusalEventEvery = std::chrono::seconds(1);
+
+// "tablet 2 on robot 3"
+std::string lease_text(const DrivingLease& lease) {
+  return std::string(lease.holder.view()) + " on robot " + std::to_string(lease.robot);
+}
 
 bool is_link(const Client* client, LinkKind kind) {
   return client != nullptr && client->info.port == PortKind::kLink &&
@@ -101,6 +108,11 @@ std::uint64_t Router::queued_bytes(PortKind kind, std::uint32_t token) const {
   return port == nullptr ? 0 : port->queued_bytes(token);
 }
 
+const StreamCounters* Router::streams(PortKind kind, std::uint32_t token) const {
+  const Port* port = ports_[static_cast<std::size_t>(kind)];
+  return port == nullptr ? nullptr : port->streams(token);
+}
+
 // --- Clients and mailboxes
 
 ClientId Router::connect(Time now, const ClientInfo& info) {
@@ -145,6 +157,7 @@ void Router::disconnect(Time now, ClientId id, CloseReason reason) {
   withdraw_all(now, *client);
   miss(now, *client, behind);
   lifesigns_.unwatch(*client);
+  if (!leases_.empty()) ended(now, leases_.end_of(id));
   std::erase(links_, id);
   if (uplink_ == id) uplink_ = kNoClient;
   record_end(now, *client, reason);
@@ -241,6 +254,10 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
   if (forged && !link) count(EventKind::kForgedSourceTolerated);
   const std::uint32_t handle = forged || link ? 0 : *own;
 
+  if (own && newest_ != nullptr && newest_->wants(header)) newest_->keep(now, message);
+  if (const DrivingLease* lease =
+          leases_.against(message, sender.id, own.has_value(), link, settings_.widths))
+    return refuse_to_drive(now, sender, handle, message, *lease);
   if (header.dest == settings_.address) return for_router_itself(now, sender, handle, message);
   if (header.type == type::kAdminRequest && !local && !link && is_router(header.dest) &&
       !hooks_.may_ask(sender.id, message)) {
@@ -291,7 +308,7 @@ Outcome Router::forward(Time now, Client* from, Message& message) {
   // Original programs set these bits arbitrarily and do not know the meaning of the extensions;
   // between original programs the bits pass unchanged.
   const bool original = from != nullptr && from->info.port == PortKind::kTcp;
-  const bool to_original = on.to->info.port == PortKind::kTcp;
+  const bool to_original = on.to->info.port == PortKind::kTcp && !on.to->keeps_newest;
   if ((message.header.flags & flag::kTrace) != 0 && from != nullptr && !original)
     hooks_.traced(from->id, on.to->id, message);
   if (original != to_original) message.header.flags &= static_cast<std::uint8_t>(~kOwnFlags);
@@ -387,6 +404,52 @@ void Router::count_dropped(Client* receiver, const Count& count) {
   if (receiver == nullptr) return;
   receiver->dropped.messages += count.messages;
   receiver->dropped.bytes += count.bytes;
+}
+
+// --- driving leases
+
+LeaseResult Router::change_lease(Time now, ClientId from, LeaseVerb verb,
+                                 const DrivingLease& holder) {
+  DrivingLease lease = holder;
+  lease.client = peer(from);
+  const DrivingLeases::Change change = leases_.change(now, verb, lease);
+  if (change.ended) ended(now, {*change.ended});
+  if (change.began)
+    happened({.at = now,
+              .kind = EventKind::kLeaseTaken,
+              .address = lease.mailbox,
+              .client = lease.client,
+              .text = std::string_view(lease_text(lease))});
+  return change.result;
+}
+
+void Router::ended(Time now, const std::vector<DrivingLeases::Ended>& leases) {
+  for (const auto& [lease, why] : leases)
+    happened({.at = now,
+              .kind = EventKind::kLeaseEnded,
+              .address = lease.mailbox,
+              .client = lease.client,
+              .text = std::string_view(lease_text(lease) + ": " +
+                                       std::string(label(kLeaseEnds, why).sentence))});
+}
+
+// A stick sends many times a second: of its refusals, one event a second.
+Outcome Router::refuse_to_drive(Time now, Client& sender, std::uint32_t handle,
+                                const Message& message, const DrivingLease& lease) {
+  if (now >= next_refusal_event_) {
+    next_refusal_event_ = now + kRefusalEventEvery;
+    happened({.at = now,
+              .kind = EventKind::kDrivingRefused,
+              .address = message.header.src,
+              .client = sender.peer(),
+              .text = std::string_view(lease_text(lease)),
+              .owner = lease.client});
+  }
+  if (message.header.type > 0) {
+    const Receiver asker = receiver_of(sender, handle);
+    port_of(asker).reply(now, asker, wire::reply_to(message.header, type::kError));
+  }
+  return Outcome::kNoLease;
 }
 
 // --- events
@@ -688,8 +751,7 @@ Outcome Router::carry_out(Time now, Client& sender, Message& message) {
   const LegacyCommand command = parse_command(message);
   switch (command.verb) {
     case Verb::kRegister: {
-      const Registration result = register_mailbox(now, sender.id, command.mailbox);
-      const bool success = result.status == Registration::Status::kOk;
+      const bool success = carry_out_registration(now, sender, command);
       if (command.wants_reply) answer_command(now, sender, message.header, success);
       break;
     }
@@ -726,6 +788,18 @@ Outcome Router::carry_out(Time now, Client& sender, Message& message) {
   return Outcome::kHandled;
 }
 
+// Returns false when the address is not available.
+bool Router::carry_out_registration(Time now, Client& sender, const LegacyCommand& command) {
+  const Registration result = register_mailbox(now, sender.id, command.mailbox);
+  if (result.status != Registration::Status::kOk) return false;
+  if (command.keeps_newest && !sender.keeps_newest) {
+    sender.keeps_newest = true;
+    const Receiver client = receiver_of(sender);
+    port_of(client).keep_newest(client);
+  }
+  return true;
+}
+
 // The original let any client delete any mailbox. It had no local clients, so their mailboxes are
 // excluded: other programs send to them directly, without the router. Mailboxes of other routers
 // are also excluded because those routers would not be notified.
@@ -756,6 +830,7 @@ void Router::on_progress(ClientId id) {
 }
 
 void Router::on_timeout(Time now) {
+  if (now >= leases_.next_end()) ended(now, leases_.end_old(now));
   const Lifesigns::Beat beat = lifesigns_.beat(now);
   if (beat == Lifesigns::Beat::kNotYet) return;
   clients_.for_each([&](Client& client) {

@@ -6,15 +6,19 @@
 // message does not allocate; connecting and registering do.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <optional>
 #include <utility>
 #include <vector>
 
+#include "router/core/driving_leases.h"
 #include "router/core/legacy.h"
+#include "router/core/newest_values.h"
 #include "router/core/registrations.h"
 #include "router/core/statistics.h"
+#include "router/core/stream_counters.h"
 #include "router/core/types.h"
 #include "tims/address.h"
 #include "tims/time.h"
@@ -44,6 +48,14 @@ class Port : public Interface {
 
   // The router has already removed this client and its mailboxes: close its connection.
   virtual void close(const Receiver& client, CloseReason reason) = 0;
+
+  // From now on, of the samples of a stream (flag STREAM) that wait for this client, only the
+  // newest is kept. It gets messages with all flags, and its streams are counted.
+  virtual void keep_newest(const Receiver& /*client*/) {}
+  // Null: the client does not keep the newest only.
+  [[nodiscard]] virtual const StreamCounters* streams(std::uint32_t /*token*/) const {
+    return nullptr;
+  }
 
   // Clients of this port that send to this mailbox directly must send through the router from now
   // on.
@@ -124,6 +136,16 @@ class Router {
   void stop_accepting();
   [[nodiscard]] bool drained() const;  // true when all ports are drained
   [[nodiscard]] std::uint64_t queued_bytes(PortKind kind, std::uint32_t token) const;
+  [[nodiscard]] const StreamCounters* streams(PortKind kind, std::uint32_t token) const;
+
+  // From now on, values of messages are kept there.
+  void keep_newest(NewestValues& values) { newest_ = &values; }
+  // Null: none are kept.
+  [[nodiscard]] const NewestValues* newest() const { return newest_; }
+
+  // Changes who drives a robot. `holder`: the robot, the holder's name, mailbox and stick.
+  LeaseResult change_lease(Time now, ClientId from, LeaseVerb verb, const DrivingLease& holder);
+  [[nodiscard]] const DrivingLeases& leases() const { return leases_; }
 
   // Changes the settings of a running router. The address does not change.
   void configure(Time now, const RouterSettings& settings);
@@ -215,7 +237,9 @@ class Router {
   [[nodiscard]] bool shares_texts() const { return !text_readers_.empty(); }
 
   // Call on_timeout at or after next_timeout(); kNever while there is nothing to do.
-  [[nodiscard]] Time next_timeout() const { return lifesigns_.next_beat(); }
+  [[nodiscard]] Time next_timeout() const {
+    return std::min(lifesigns_.next_beat(), leases_.next_end());
+  }
   void on_timeout(Time now);
 
   // Read access. An entry is valid until mailboxes are added or removed.
@@ -263,7 +287,13 @@ class Router {
   [[nodiscard]] bool leads_over_link(const Client& from, Address dest) const;
   Outcome stop_loop(Time now, const Client* from, const Client& to, const Message& message);
 
+  // --- driving leases
+  Outcome refuse_to_drive(Time now, Client& sender, std::uint32_t handle, const Message& message,
+                          const DrivingLease& lease);
+  void ended(Time now, const std::vector<DrivingLeases::Ended>& leases);
+
   // --- commands of the original protocol
+  bool carry_out_registration(Time now, Client& sender, const LegacyCommand& command);
   Outcome carry_out(Time now, Client& sender, Message& message);
   void send_widths(Time now, Client& client, Message& login);
   [[nodiscard]] bool may_delete(const Client& by, const Client& owner) const;
@@ -292,6 +322,7 @@ class Router {
   std::vector<ClientId> links_;
   std::vector<StaticRoute> static_routes_;
   Time next_loop_event_{};
+  Time next_refusal_event_{};
   struct TextReader {
     ClientId client{};
     std::uint32_t handle = 0;
@@ -300,6 +331,8 @@ class Router {
   Clients clients_;
   Registrations registrations_;
   MissingRouters missing_;
+  NewestValues* newest_ = nullptr;
+  DrivingLeases leases_;
   Lifesigns lifesigns_;
   MessageCounters messages_;
   EventCounters event_counts_;

@@ -38,9 +38,10 @@ enum class Outcome : std::uint8_t {
   kLinkReset,
   kExpired,
   kUnread,
+  kNoLease,
 };
 
-inline constexpr std::size_t kOutcomeCount = 20;
+inline constexpr std::size_t kOutcomeCount = 21;
 constexpr std::array kOutcomes{
     Label<Outcome>{Outcome::kDelivered, "delivered",
                    "handed to its receiver's mailbox, connection or queue"},
@@ -81,8 +82,12 @@ constexpr std::array kOutcomes{
     Label<Outcome>{Outcome::kExpired, "expired",
                    "it could not be sent over the link within the link's lifetime for messages"},
     Label<Outcome>{Outcome::kUnread, "unread", "a text for users that no program logs or displays"},
+    Label<Outcome>{
+        Outcome::kNoLease, "no_lease",
+        "a driving command for a robot that somebody else drives: only the holder of its "
+        "driving lease may drive it"},
 };
-static_assert(complete(kOutcomes, Outcome::kUnread) && kOutcomes.size() == kOutcomeCount);
+static_assert(complete(kOutcomes, Outcome::kNoLease) && kOutcomes.size() == kOutcomeCount);
 std::string_view name(Outcome outcome);
 std::string_view sentence(Outcome outcome);
 
@@ -115,12 +120,15 @@ enum class EventKind : std::uint8_t {
   kDuplicateAddress,
   kDuplicateRouter,
   kLoop,
+  kLeaseTaken,
+  kLeaseEnded,
+  kDrivingRefused,
   // These occur as often as messages: they are counted but not logged.
   kForgedSourceTolerated,
   kNotAvailable,
   kLifesign,
 };
-inline constexpr std::size_t kEventKindCount = 22;
+inline constexpr std::size_t kEventKindCount = 25;
 
 constexpr std::array kEventKinds{
     Label<EventKind>{EventKind::kClientCame, "client_came", "a client connected"},
@@ -156,6 +164,11 @@ constexpr std::array kEventKinds{
     Label<EventKind>{EventKind::kDuplicateRouter, "duplicate_router",
                      "two running routers have the same system and id; the first keeps them"},
     Label<EventKind>{EventKind::kLoop, "loop", "messages or registrations are in a loop"},
+    Label<EventKind>{EventKind::kLeaseTaken, "lease_taken",
+                     "somebody took the driving lease of a robot"},
+    Label<EventKind>{EventKind::kLeaseEnded, "lease_ended", "the driving lease of a robot ended"},
+    Label<EventKind>{EventKind::kDrivingRefused, "driving_refused",
+                     "driving commands were refused: somebody else has the robot's driving lease"},
     Label<EventKind>{EventKind::kForgedSourceTolerated, "forged_source_tolerated",
                      "a message was forwarded although its sender does not own its source address"},
     Label<EventKind>{EventKind::kNotAvailable, "not_available",
@@ -233,7 +246,8 @@ struct Event {
   CloseReason reason = CloseReason::kNone;
   Address address{};  // of the mailbox, if any
   Peer client{};      // the client that caused the event
-  Text<192> text{};   // kLinkRefused: the other router's message; kLinkPath: from, to and reason
+  Text<192> text{};   // kLinkRefused: the other router's message; kLinkPath: from, to and reason;
+                      // kLease...: whose, and why it ended
   Peer owner{};       // kAddressRefused, kDeleteRefused: the owner of the address
 };
 

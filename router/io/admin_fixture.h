@@ -17,9 +17,19 @@ class QuietHooks final : public core::Port, public core::RouterHooks {
   }
   void reply(Time, const core::Receiver&, const Header&) override {}
   void close(const core::Receiver&, core::CloseReason) override {}
+  void keep_newest(const core::Receiver& client) override {
+    streams_of = client.token;
+    counters.add({.flags = flag::kStream, .type = type::kData, .src = Address(0x03140000)});
+  }
+  [[nodiscard]] const core::StreamCounters* streams(std::uint32_t token) const override {
+    return token == streams_of ? &counters : nullptr;
+  }
   void admin(Time, core::ClientId, const core::Message&) override {}
   void traced(core::ClientId, core::ClientId, const core::Message&) override {}
   void event(const core::Event&) override {}
+
+  std::uint32_t streams_of = 0;
+  core::StreamCounters counters;
 };
 
 // The router Tims(3/1) at second 100; clients "laser" (local, Ladar(3/0)) and 127.0.0.1:50000
@@ -39,6 +49,10 @@ class AdminFixture : public AdminSource {
                                       .endpoint = std::string_view("127.0.0.1:50000")});
     router_.register_mailbox(at(30), laser_, Address(0x03140000), 7);
     router_.register_mailbox(at(40), pilot_, Address(0x03180000));
+    core::NewestRule rule{.status = true, .length_max = 1024};
+    rule.classes.set();
+    newest_.set_rule(rule);
+    router_.keep_newest(newest_);
   }
 
   static Time at(int second) { return Time(std::chrono::seconds(second)); }
@@ -55,6 +69,26 @@ class AdminFixture : public AdminSource {
     const config::Loaded loaded = config::load({.files = {}, .settings = settings, .host = {}});
     config_ = loaded.config;
     origins_ = loaded.origins;
+  }
+
+  core::LeaseResult change_lease(Time now, core::ClientId from, core::LeaseVerb verb,
+                                 const core::DrivingLease& holder) override {
+    return router_.change_lease(now, from, verb, holder);
+  }
+  void keep_up_to(std::uint32_t length) {
+    core::NewestRule rule{.length_max = length};
+    rule.classes.set();
+    newest_.set_rule(rule);
+  }
+  // A message of the laser passes the router.
+  void pass_sample(int second, std::span<std::byte> bytes, std::int8_t type = type::kData) {
+    core::Message message{.header = {.flags = flag::kNativeOrder | flag::kStream,
+                                     .type = type,
+                                     .dest = Address(0x03180000),
+                                     .src = Address(0x03140000),
+                                     .length = static_cast<std::uint32_t>(bytes.size())},
+                          .bytes = bytes};
+    router_.on_message(at(second), laser_, message);
   }
 
   [[nodiscard]] ProcessReport process(Time now) const override {
@@ -83,6 +117,7 @@ class AdminFixture : public AdminSource {
 
  private:
   QuietHooks hooks_;
+  core::NewestValues newest_{256 << 10, core::HashSeed{}};
   core::Router router_{{.address = Address(0x03000100)}, core::HashSeed{}, hooks_};
   config::Config config_;
   config::Origins origins_{{"router.name", {.kind = config::Origin::Kind::kSet, .number = 1}}};

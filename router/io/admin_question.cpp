@@ -16,6 +16,10 @@ namespace json = boost::json;
 
 constexpr std::int64_t kWaitMaxMs = 30'000;
 
+// In order of core::LeaseVerb.
+constexpr std::array<std::string_view, 4> kLeaseVerbs{"take", "take_over", "renew", "release"};
+static_assert(kLeaseVerbs.size() == static_cast<std::size_t>(core::LeaseVerb::kRelease) + 1);
+
 QuestionError bad_argument(std::string_view name, std::string_view wanted) {
   return {"bad_argument", fmt::format("\"{}\" must be {}", name, wanted)};
 }
@@ -66,6 +70,39 @@ bool set_wait(Question& question, const json::value& value) {
 bool set_action(Question& question, const json::value& value) {
   if (!set_text<&Question::action>(question, value)) return false;
   return question.action == "up" || question.action == "down" || question.action == "reset";
+}
+
+bool set_stream(Question& question, const json::value& value) {
+  const json::string* text = value.if_string();
+  if (text == nullptr) return false;
+  const auto found = std::ranges::find(core::kStreamKinds, std::string_view(*text),
+                                       &core::Label<core::StreamKind>::name);
+  if (found == core::kStreamKinds.end()) return false;
+  question.stream = found->value;
+  return true;
+}
+
+bool set_robot(Question& question, const json::value& value) {
+  const std::int64_t max = (std::int64_t{1} << question.widths.system) - 1;
+  if (!value.is_int64() || value.get_int64() < 0 || value.get_int64() > max) return false;
+  question.robot = static_cast<std::uint32_t>(value.get_int64());
+  return true;
+}
+
+bool set_lease(Question& question, const json::value& value) {
+  const json::string* text = value.if_string();
+  if (text == nullptr) return false;
+  const auto found = std::ranges::find(kLeaseVerbs, std::string_view(*text));
+  if (found == kLeaseVerbs.end()) return false;
+  question.lease = static_cast<core::LeaseVerb>(found - kLeaseVerbs.begin());
+  return true;
+}
+
+// A name for users: shorter than the field it is kept in.
+bool set_holder(Question& question, const json::value& value) {
+  if (!set_text<&Question::holder>(question, value)) return false;
+  return !question.holder.empty() &&
+         question.holder.size() < decltype(core::DrivingLease::holder)::kBytes;
 }
 
 template <double link::Faults::*share>
@@ -139,6 +176,13 @@ constexpr Argument kReorder{"reorder", set_share<&link::Faults::reorder>, kShare
 constexpr Argument kDelay{"delay_s", set_time<&link::Faults::delay>, kTimesWanted, kTimes};
 constexpr Argument kJitter{"jitter_s", set_time<&link::Faults::jitter>, kTimesWanted, kTimes};
 constexpr Argument kRate{"rate", set_rate, "bytes a second"};
+constexpr Argument kOf{"of", set_address<&Question::of>, kAddressWanted};
+constexpr Argument kStream{"stream", set_stream, R"("data", "status" or "parameters")"};
+constexpr Argument kRobot{"robot", set_robot, "the number of a robot, its system"};
+constexpr Argument kLeaseDo{"do", set_lease, R"("take", "take_over", "renew" or "release")"};
+constexpr Argument kHolder{"name", set_holder, "a name of 1 to 31 bytes, as others shall see it"};
+constexpr Argument kStick{"stick", set_address<&Question::stick>,
+                          R"x(the address of a joystick such as "Joystick(3/0)")x"};
 constexpr Argument kBlackout{"blackout", set_blackout, "true or false"};
 
 struct Form {
@@ -165,6 +209,10 @@ constexpr std::array kForms{
     Form{"routers", Ask::kRouters, {kLimit, kAfter}},
     Form{"links", Ask::kLinks, {kLink, kLimit, kAfter}},
     Form{"fleet", Ask::kFleet, {}},
+    Form{"newest", Ask::kNewest, {kOf, kStream, kMatch, kLimit, kAfter}},
+    Form{"streams", Ask::kStreams, {kTo, kMatch, kLimit, kAfter}},
+    Form{"leases", Ask::kLeases, {kLimit, kAfter}},
+    Form{"lease", Ask::kLease, {kRobot, kLeaseDo, kHolder, kStick}},
     Form{"link", Ask::kLinkDo, {kLink, kDo}},
     Form{"fault",
          Ask::kFault,
@@ -197,6 +245,13 @@ std::variant<Question, QuestionError> read_arguments(const Form& form, const jso
   }
   if (question.ask == Ask::kRoute && !question.to)
     return bad_argument("to", "given: the address to look up");
+  const bool takes =
+      question.lease == core::LeaseVerb::kTake || question.lease == core::LeaseVerb::kTakeOver;
+  if (question.ask == Ask::kLease &&
+      (!question.robot || !body.contains("do") || (takes && question.holder.empty())))
+    return bad_argument(
+        "robot, do and name",
+        R"(given: which robot, "take", "take_over", "renew" or "release", and who)");
   if (question.ask == Ask::kLinkDo && (question.link.empty() || question.action.empty()))
     return bad_argument("link and do", R"(given: which link, and "up", "down" or "reset")");
   if (acts(question.ask) && question.ask >= Ask::kRouteAdd && question.pattern.empty())
@@ -205,6 +260,18 @@ std::variant<Question, QuestionError> read_arguments(const Form& form, const jso
 }
 
 }  // namespace
+
+bool is_agent_reading(std::string_view body) {
+  constexpr std::array<std::string_view, 9> kReads{
+      "conf_list",  "conf_get",     "conf_options",    "conf_describe", "conf_state",
+      "conf_check", "conf_history", "conf_generation", "conf_fleet"};
+  boost::system::error_code error;
+  const json::value value = json::parse(body, error);
+  const json::object* object = error ? nullptr : value.if_object();
+  const json::value* ask = object == nullptr ? nullptr : object->if_contains("ask");
+  const json::string* name = ask == nullptr ? nullptr : ask->if_string();
+  return name != nullptr && std::ranges::find(kReads, std::string_view(*name)) != kReads.end();
+}
 
 std::variant<Question, QuestionError> parse_question(std::string_view body,
                                                      const AddressWidths& widths) {

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <variant>
 
+#include "router/core/driving_leases.h"
+#include "router/core/newest_values.h"
 #include "router/link/fault_injection.h"
 #include "tims/address.h"
 
@@ -30,14 +32,24 @@ enum class Ask : std::uint8_t {
   kRouters,
   kLinks,
   kFleet,
+  kNewest,
+  kStreams,
+  kLeases,
+  kLease,
   kLinkDo,
   kFault,
   kRouteAdd,
   kRouteDelete,
 };
 
-// Questions that change something: not accepted from web pages.
+// Questions that change the router: by default not accepted from web pages.
 constexpr bool acts(Ask ask) { return ask >= Ask::kLinkDo; }
+// Accepted from whoever may send messages, but not over HTTP, where nobody stays connected.
+constexpr bool drives(Ask ask) { return ask == Ask::kLease; }
+
+// Whether a question to the configuration agent beside a router (tools/configuration/PROTOCOL.md)
+// only reads. All others change something, also those that cannot be understood.
+bool is_agent_reading(std::string_view body);
 
 struct Question {
   Ask ask = Ask::kStatus;
@@ -51,9 +63,15 @@ struct Question {
   std::string epoch{};  // the epoch in which `since` was issued; empty: this router's
   std::chrono::milliseconds wait{};
   std::string pad{};
-  std::string link{};     // name of the router at the link's other end
-  std::string action{};   // up, down, reset
-  std::string pattern{};  // the text of `match`
+  std::string link{};           // name of the router at the link's other end
+  std::string action{};         // up, down, reset
+  std::string pattern{};        // the text of `match`
+  std::optional<Address> of{};  // the source of a newest value
+  core::StreamKind stream = core::StreamKind::kData;
+  std::optional<std::uint32_t> robot{};
+  core::LeaseVerb lease = core::LeaseVerb::kTake;
+  std::string holder{};
+  std::optional<Address> stick{};
   link::Faults faults{};
   AddressWidths widths{};  // of the addresses in the question
 };

@@ -1,6 +1,7 @@
 #include "router/io/admin_service.h"
 
 #include <algorithm>
+#include <bit>
 #include <charconv>
 #include <cstring>
 #include <set>
@@ -159,6 +160,37 @@ std::string act(const Question& question, AdminSource& source, const Clocks& clo
   return json::serialize(out);
 }
 
+// Who drives a robot. `request`: the header of the question.
+std::string change_lease(const Question& question, core::ClientId asker, const Header& request,
+                         AdminSource& source, const Clocks& clocks) {
+  const core::DrivingLease holder{.robot = *question.robot,
+                                  .holder = std::string_view(question.holder),
+                                  .mailbox = request.src,
+                                  .stick = question.stick.value_or(Address())};
+  const core::LeaseResult result = source.change_lease(clocks.now, asker, question.lease, holder);
+  if (result == core::LeaseResult::kDone) {
+    json::object out = answer_frame(source, clocks, "tims/done/1");
+    out["done"] = true;
+    out["left_s"] = question.lease == core::LeaseVerb::kRelease
+                        ? json::value()
+                        : json::value(base::seconds(core::DrivingLeases::kTime));
+    return json::serialize(out);
+  }
+  const core::DrivingLease* other = source.router().leases().find(*question.robot);
+  const std::string robot = fmt::format("robot {}", *question.robot);
+  if (result == core::LeaseResult::kTaken)
+    return json::serialize(
+        error_json({"lease_taken", fmt::format("{} drives {}", other->holder.view(), robot),
+                    "take_over takes the lease from its holder; ask it first"}));
+  if (result == core::LeaseResult::kTooMany)
+    return json::serialize(error_json(not_done("there are too many driving leases")));
+  return json::serialize(
+      error_json({"lease_not_held",
+                  other == nullptr ? fmt::format("the driving lease of {} has ended", robot)
+                                   : fmt::format("{} drives {}", other->holder.view(), robot),
+                  "take it again"}));
+}
+
 void merge(json::object& into, const json::object& fields) {
   for (const auto& [key, value] : fields) into[key] = value;
 }
@@ -228,8 +260,14 @@ class Answerer {
         return links();
       case Ask::kFleet:
         return fleet();
+      case Ask::kNewest:
+        return question_.of ? newest_value() : newest_values();
+      case Ask::kStreams:
+        return streams();
+      case Ask::kLeases:
+        return leases();
       default:
-        return {};  // handled by act()
+        return {};  // handled by act() and change_lease()
     }
   }
 
@@ -416,6 +454,61 @@ class Answerer {
     return out;
   }
 
+  json::object newest_values() {
+    json::object out = frame("tims/newest/1");
+    page_.emplace();
+    const core::NewestValues* newest = router_.newest();
+    merge(out, to_json(newest == nullptr ? core::NewestValues::Counts() : newest->counts()));
+    if (newest != nullptr)
+      fill_page_of(out, newest->sorted(question_.match),
+                   [&](const auto* value) { return to_json(*value, widths(), clocks_.now); });
+    return out;
+  }
+
+  // With its body: bytes as hexadecimal digits, in the byte order of its sender.
+  json::object newest_value() const {
+    const core::NewestValues* newest = router_.newest();
+    const auto* value = newest == nullptr ? nullptr : newest->find(*question_.of, question_.stream);
+    if (value == nullptr)
+      return error_json(
+          {"none_kept",
+           fmt::format("this router keeps no {} of {}", core::name(question_.stream),
+                       question_.of->to_string(widths())),
+           "a router keeps what passed it, of the streams that newest.streams lists"});
+    json::object out = frame("tims/newest_value/1");
+    merge(out, to_json(*value, widths(), clocks_.now));
+    out["little_endian"] = value->header.body_order() == std::endian::little;
+    out["body"] = base::to_hex(newest->body(*value));
+    return out;
+  }
+
+  json::object streams() {
+    json::object out = frame("tims/stream/1");
+    fill_page_of(out, core::report_streams(router_, question_.match, question_.to),
+                 [&](const core::StreamReport& report) { return to_json(report, widths()); });
+    return out;
+  }
+
+  json::object leases() {
+    json::object out = frame("tims/lease/1");
+    fill_page_of(out, router_.leases().all(), [&](const core::DrivingLease& lease) {
+      return to_json(lease, widths(), clocks_.now);
+    });
+    return out;
+  }
+
+  // A page of a list that is made for each question: it continues with the number of the first
+  // item that had no room.
+  template <typename List, typename Item>
+  void fill_page_of(json::object& out, const List& list, Item item) {
+    Page& page = page_.emplace();
+    for (std::size_t i = first_number(question_); i < list.size(); ++i) {
+      if (page.size() < question_.limit && page.add(item(list[i]))) continue;
+      out["next"] = std::to_string(i);
+      return;
+    }
+  }
+
   [[nodiscard]] const AddressWidths& widths() const { return router_.settings().widths; }
 
   const Question& question_;
@@ -488,7 +581,7 @@ std::string answer_admin(std::string_view question, const AdminSource& source,
                          const Clocks& clocks) {
   auto read = read_question(question, source, clocks.now);
   const auto* checked = std::get_if<Question>(&read);
-  if (checked != nullptr && acts(checked->ask))
+  if (checked != nullptr && (acts(checked->ask) || drives(checked->ask)))
     read = QuestionError{"denied", "this interface is read-only", "ask with timsctl"};
   return answer_text(read, source, clocks);
 }
@@ -509,7 +602,13 @@ void AdminService::ask(Time now, core::ClientId from, const core::Message& reque
     waiting.deadline = now + question->wait;
     if (acts(question->ask) && !may_change(from)) waiting.question = denied();
   }
+  // A question to the agent beside a router comes here only when it is refused.
+  if (is_for_agent(request)) waiting.question = denied();
   waiting_.push_back(std::move(waiting));
+}
+
+bool AdminService::is_for_agent(const core::Message& request) const {
+  return request.header.dest.fields(source_.router().settings().widths).local != 0;
 }
 
 bool AdminService::may_change(core::ClientId from) const {
@@ -521,6 +620,7 @@ bool AdminService::may_change(core::ClientId from) const {
 
 bool AdminService::may_ask(core::ClientId from, const core::Message& request) const {
   if (may_change(from)) return true;
+  if (is_for_agent(request)) return is_agent_reading(text_of(request));
   const auto read = parse_question(text_of(request), source_.router().settings().widths);
   const auto* question = std::get_if<Question>(&read);
   return question == nullptr || !acts(question->ask);
@@ -589,9 +689,11 @@ void AdminService::refuse(const Send& send) {
 std::size_t AdminService::send_answer(const Waiting& waiting, const Clocks& clocks,
                                       const Send& send) {
   const auto* question = std::get_if<Question>(&waiting.question);
-  const std::string text = question != nullptr && acts(question->ask)
-                               ? act(*question, source_, clocks)
-                               : answer_text(waiting.question, source_, clocks);
+  const std::string text =
+      question != nullptr && drives(question->ask)
+          ? change_lease(*question, waiting.asker, waiting.request, source_, clocks)
+      : question != nullptr && acts(question->ask) ? act(*question, source_, clocks)
+                                                   : answer_text(waiting.question, source_, clocks);
   auto& bytes = sent_.emplace_back(kHeaderSize + text.size());
   send_text(waiting.asker, waiting.request, text, bytes, send);
   return bytes.size();

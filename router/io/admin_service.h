@@ -88,6 +88,7 @@ class AdminService {
     Header request{};
   };
   [[nodiscard]] bool may_change(core::ClientId from) const;
+  [[nodiscard]] bool is_for_agent(const core::Message& request) const;
   [[nodiscard]] bool is_due(const Waiting& waiting, Time now) const;
   [[nodiscard]] bool can_take_more(core::ClientId asker) const;
   void refuse(const Send& send);

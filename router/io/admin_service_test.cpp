@@ -39,6 +39,9 @@ TEST(Admin, EveryAnswerSaysWhatItIs) {
       {R"({"ask":"ping"})", "tims/ping/1"},
       {R"({"ask":"routers"})", "tims/router_list/1"},
       {R"({"ask":"links"})", "tims/link/1"},
+      {R"({"ask":"newest"})", "tims/newest/1"},
+      {R"({"ask":"streams"})", "tims/stream/1"},
+      {R"({"ask":"leases"})", "tims/lease/1"},
   };
   for (const auto& [question, schema] : cases) {
     const auto answer = ask(lab, question);
@@ -47,6 +50,20 @@ TEST(Admin, EveryAnswerSaysWhatItIs) {
     EXPECT_EQ(text(answer.at("time")), "2027-01-15T08:01:40.000000Z");
     EXPECT_FALSE(answer.at("partial").as_bool());
   }
+}
+
+// The agent beside a router is asked past it; guests may only read there.
+TEST(Admin, GuestsOnlyReadFromTheAgent) {
+  for (const std::string_view reads :
+       {"conf_list", "conf_get", "conf_options", "conf_describe", "conf_state", "conf_check",
+        "conf_history", "conf_generation", "conf_fleet"})
+    EXPECT_TRUE(is_agent_reading(fmt::format(R"({{"ask":"{}","edits":[[[[[[1]]]]]]}})", reads)));
+  for (const std::string_view others :
+       {R"({"ask":"conf_apply"})", R"({"ask":"conf_lock"})", R"({"ask":"conf_unlock"})",
+        R"({"ask":"conf_confirm"})", R"({"ask":"conf_undo"})", R"({"ask":"conf_peer"})",
+        R"({"ask":"conf_get","ask":"conf_apply"})", R"({"ask":"conf_new"})", R"({"ask":"status"})",
+        R"({"ask":7})", R"(["conf_get"])", "{", "", "conf_get"})
+    EXPECT_FALSE(is_agent_reading(others)) << others;
 }
 
 TEST(Admin, StatsSumUpMailboxes) {
@@ -60,7 +77,8 @@ TEST(Admin, WhatChangesSomethingIsNotAskedByWebPages) {
   const AdminFixture lab;
   for (const char* question :
        {R"({"ask":"link","link":"base","do":"down"})", R"({"ask":"fault","loss":0.1})",
-        R"x({"ask":"route_add","match":"Ladar(3/*)","via":"robot3"})x"})
+        R"x({"ask":"route_add","match":"Ladar(3/*)","via":"robot3"})x",
+        R"({"ask":"lease","robot":3,"do":"take","name":"page"})"})
     EXPECT_EQ(error_code(ask(lab, question)), "denied") << question;
 }
 
@@ -71,6 +89,69 @@ TEST(Admin, ArgumentsOfActionsAreChecked) {
         R"({"ask":"link","link":"base","do":"dance"})", R"({"ask":"fault","loss":1.1})",
         R"({"ask":"fault","delay_s":61})", R"({"ask":"route_del"})"})
     EXPECT_EQ(error_code(ask(lab, question)), "bad_argument") << question;
+}
+
+TEST(Admin, NewestValuesAreListedAndReadWithTheirAge) {
+  AdminFixture lab;
+  std::vector<std::byte> bytes(kHeaderSize + 2, std::byte{0x5A});
+  lab.pass_sample(60, bytes);
+  std::vector<std::byte> status(kHeaderSize);
+  lab.pass_sample(90, status, type::kEnabled);
+  const auto list = ask(lab, R"x({"ask":"newest","match":"Ladar(*/*)"})x");
+  ASSERT_EQ(list.at("items").as_array().size(), 2U);
+  EXPECT_EQ(list.at("values"), 2);
+  EXPECT_EQ(list.at("items").at(0).at("age_s"), 40.0);
+  EXPECT_EQ(text(list.at("items").at(1).at("stream")), "status");
+  const auto value = ask(lab, R"x({"ask":"newest","of":"Ladar(3/0)"})x");
+  EXPECT_EQ(text(value.at("schema")), "tims/newest_value/1");
+  EXPECT_EQ(text(value.at("body")), "5a5a");
+  EXPECT_EQ(value.at("type"), type::kData);
+  EXPECT_EQ(value.at("little_endian"), std::endian::native == std::endian::little);
+  const auto of_status = ask(lab, R"x({"ask":"newest","of":"Ladar(3/0)","stream":"status"})x");
+  EXPECT_EQ(of_status.at("type"), type::kEnabled);
+  EXPECT_EQ(error_code(ask(lab, R"x({"ask":"newest","of":"Ladar(3/1)"})x")), "none_kept");
+  EXPECT_EQ(error_code(ask(lab, R"x({"ask":"newest","of":"Ladar(3/0)","stream":"x"})x")),
+            "bad_argument");
+}
+
+TEST(Admin, ListsThatAreMadeForAQuestionHavePages) {
+  AdminFixture lab;
+  std::vector<std::byte> bytes(kHeaderSize);
+  lab.pass_sample(60, bytes);
+  lab.pass_sample(61, bytes, type::kDisabled);
+  const auto first = ask(lab, R"({"ask":"newest","limit":1})");
+  EXPECT_EQ(first.at("items").as_array().size(), 1U);
+  EXPECT_EQ(text(first.at("next")), "1");
+  const auto second = ask(lab, R"({"ask":"newest","limit":1,"after":"1"})");
+  EXPECT_EQ(text(second.at("items").at(0).at("stream")), "status");
+  EXPECT_FALSE(second.contains("next"));
+}
+
+// The largest value that newest.message permits.
+TEST(Admin, TheAnswerWithALargeValueFits) {
+  AdminFixture lab;
+  lab.keep_up_to(112 << 10);
+  std::vector<std::byte> bytes(112 << 10, std::byte{0xFF});
+  lab.pass_sample(60, bytes);
+  const auto answer =
+      answer_admin(R"x({"ask":"newest","of":"Ladar(3/0)"})x", lab, AdminFixture::clocks());
+  EXPECT_LE(answer.size(), kAnswerBytesMax);
+  EXPECT_GT(answer.size(), 2U * (112 << 10) - 2 * kHeaderSize);
+}
+
+TEST(Admin, StreamsOfAClientThatKeepsTheNewest) {
+  AdminFixture lab;
+  EXPECT_TRUE(ask(lab, R"({"ask":"streams"})").at("items").as_array().empty());
+  std::vector<std::byte> bytes(kHeaderSize + 8);
+  bytes[kHeaderSize] = std::byte{3};
+  bytes[kHeaderSize + 7] = std::byte{1};
+  core::Message login{.header = {.flags = 0, .type = 13, .length = 24}, .bytes = bytes};
+  lab.router().on_message(AdminFixture::at(50), lab.pilot(), login);
+  const auto streams = ask(lab, R"({"ask":"streams"})");
+  ASSERT_EQ(streams.at("items").as_array().size(), 1U);
+  EXPECT_EQ(text(streams.at("items").at(0).at("from").at("name")), "Ladar(3/0)");
+  EXPECT_EQ(streams.at("items").at(0).at("samples"), 1);
+  EXPECT_TRUE(ask(lab, R"x({"ask":"streams","to":"Ladar(3/0)"})x").at("items").as_array().empty());
 }
 
 TEST(Admin, StatusCountsAndListsTheLastEvents) {
@@ -479,6 +560,60 @@ TEST(AdminService, GuestsChangeNothingUnlessAllowed) {
   put_question(service, lab.pilot(), question);
   answer_all(service, answers);
   EXPECT_EQ(error_code(answers.all[2].second), "not_done");
+}
+
+TEST(AdminService, GuestsMayTakeTheDrivingLease) {
+  AdminFixture lab;
+  AdminService service(lab);
+  Answers answers;
+  const auto ask_as = [&](core::ClientId client, std::string_view question) {
+    put_question(service, client, question);
+    answer_all(service, answers);
+    return answers.all.back().second;
+  };
+  const char* take =
+      R"x({"ask":"lease","robot":3,"do":"take","name":"tablet","stick":"Joystick(3/0)"})x";
+  EXPECT_EQ(ask_as(lab.pilot(), take).at("left_s"), 5.0);
+  const auto taken = ask_as(lab.laser(), R"({"ask":"lease","robot":3,"do":"take","name":"desk"})");
+  EXPECT_EQ(error_code(taken), "lease_taken");
+  EXPECT_EQ(text(taken.at("error").at("message")), "tablet drives robot 3");
+  EXPECT_EQ(error_code(ask_as(lab.laser(), R"({"ask":"lease","robot":3,"do":"renew"})")),
+            "lease_not_held");
+  const auto leases = ask(lab, R"({"ask":"leases"})");
+  ASSERT_EQ(leases.at("items").as_array().size(), 1U);
+  EXPECT_EQ(text(leases.at("items").at(0).at("holder")), "tablet");
+  EXPECT_EQ(text(leases.at("items").at(0).at("stick").at("name")), "Joystick(3/0)");
+  ask_as(lab.laser(), R"({"ask":"lease","robot":3,"do":"take_over","name":"desk"})");
+  EXPECT_EQ(error_code(ask_as(lab.pilot(), R"({"ask":"lease","robot":3,"do":"release"})")),
+            "lease_not_held");
+  EXPECT_TRUE(ask_as(lab.laser(), R"({"ask":"lease","robot":3,"do":"release"})").contains("done"));
+  EXPECT_EQ(text(ask_as(lab.pilot(), R"({"ask":"lease","robot":3,"do":"renew"})")
+                     .at("error")
+                     .at("message")),
+            "the driving lease of robot 3 has ended");
+}
+
+TEST(AdminService, ALeaseIsCheckedBeforeItIsTaken) {
+  AdminFixture lab;
+  AdminService service(lab);
+  Answers answers;
+  for (const char* question :
+       {R"({"ask":"lease","do":"take","name":"x"})", R"({"ask":"lease","robot":3,"name":"x"})",
+        R"({"ask":"lease","robot":3,"do":"take"})", R"({"ask":"lease","robot":3,"do":"steal"})",
+        R"({"ask":"lease","robot":256,"do":"take","name":"x"})",
+        R"({"ask":"lease","robot":-1,"do":"take","name":"x"})",
+        R"({"ask":"lease","robot":3,"do":"take","name":""})",
+        R"({"ask":"lease","robot":3,"do":"take","name":"a name of thirty-two bytes, exact"})",
+        R"({"ask":"lease","robot":3,"do":"take","name":"x","stick":"here"})"}) {
+    put_question(service, lab.laser(), question);
+    answer_all(service, answers);
+    EXPECT_EQ(error_code(answers.all.back().second), "bad_argument") << question;
+  }
+  put_question(
+      service, lab.laser(),
+      R"({"ask":"lease","robot":255,"do":"take","name":"a name of thirty-one bytes, see"})");
+  answer_all(service, answers);
+  EXPECT_FALSE(answers.all.back().second.contains("error"));
 }
 
 // Another router would not see where they come from.

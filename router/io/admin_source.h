@@ -88,6 +88,11 @@ class AdminSource : public core::Interface {
   [[nodiscard]] virtual const link::Links* links() const { return nullptr; }
   // Empty when this router is not in a fleet.
   [[nodiscard]] virtual std::optional<DdsReport> dds() const { return std::nullopt; }
+  // Changes who drives a robot.
+  virtual core::LeaseResult change_lease(Time, core::ClientId, core::LeaseVerb,
+                                         const core::DrivingLease&) {
+    return core::LeaseResult::kNotHeld;
+  }
   // Executes the request; returns false when the link does not exist.
   virtual bool act_on_link(std::string_view, link::Links::Action) { return false; }
   virtual bool inject_faults(std::string_view, const link::Faults&) { return false; }

@@ -84,6 +84,13 @@ std::string event_text(const core::Event& event, const AddressWidths& widths) {
     case EventKind::kLoop:
       return "messages to " + address + " are in a loop: they come from " +
              router_text(event.client) + " and would go on to " + router_text(event.owner);
+    case EventKind::kLeaseTaken:
+      return "driving lease taken: " + valid_utf8(event.text.view());
+    case EventKind::kLeaseEnded:
+      return "driving lease ended: " + valid_utf8(event.text.view());
+    case EventKind::kDrivingRefused:
+      return "driving commands from " + address + " (" + client +
+             ") are refused: the driving lease has " + valid_utf8(event.text.view());
     case EventKind::kWatchdogClosed:
     case EventKind::kProtocolError:
     case EventKind::kMemoryClosed:

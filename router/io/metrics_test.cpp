@@ -104,6 +104,7 @@ tims_router_drops_total{reason="hop_limit"} 0
 tims_router_drops_total{reason="would_return"} 0
 tims_router_drops_total{reason="link_reset"} 0
 tims_router_drops_total{reason="expired"} 0
+tims_router_drops_total{reason="no_lease"} 0
 # HELP tims_router_events_total Events of clients and mailboxes, by kind.
 # TYPE tims_router_events_total counter
 tims_router_events_total{event="client_came"} 3
@@ -125,6 +126,9 @@ tims_router_events_total{event="uplink_changed"} 0
 tims_router_events_total{event="duplicate_address"} 0
 tims_router_events_total{event="duplicate_router"} 0
 tims_router_events_total{event="loop"} 0
+tims_router_events_total{event="lease_taken"} 0
+tims_router_events_total{event="lease_ended"} 0
+tims_router_events_total{event="driving_refused"} 0
 tims_router_events_total{event="forged_source_tolerated"} 3
 tims_router_events_total{event="not_available"} 1
 tims_router_events_total{event="lifesign"} 0

@@ -239,6 +239,48 @@ json::object to_json(const core::Event& event, const Clocks& clocks, const Addre
           {"text", valid_utf8(event_text(event, widths))}};
 }
 
+// --- streams and their newest values, driving leases
+
+json::object to_json(const core::NewestValues::Value& value, const AddressWidths& widths,
+                     Time now) {
+  return {{"address", to_json(value.header.src, widths)},
+          {"stream", name(value.kind)},
+          {"type", value.header.type},
+          {"age_s", seconds(now - value.at)},
+          {"bytes", value.header.body_size()},
+          {"samples", value.samples}};
+}
+
+json::object to_json(const core::NewestValues::Counts& counts) {
+  return {{"values", counts.values},       {"bytes", counts.bytes},
+          {"bytes_max", counts.bytes_max}, {"added", counts.added},
+          {"replaced", counts.replaced},   {"evicted", counts.evicted},
+          {"too_big", counts.too_big}};
+}
+
+json::object to_json(const core::StreamReport& report, const AddressWidths& widths) {
+  return {{"client", report.client.value},
+          {"from", to_json(report.stream.src, widths)},
+          {"to", to_json(report.stream.dest, widths)},
+          {"type", report.stream.type},
+          {"samples", report.stream.samples},
+          {"dropped", report.stream.dropped},
+          {"waiting", report.stream.waiting}};
+}
+
+json::object to_json(const core::DrivingLease& lease, const AddressWidths& widths, Time now) {
+  const auto address = [&](Address a) {
+    return a.raw() == 0 ? json::value() : json::value(to_json(a, widths));
+  };
+  return {{"robot", lease.robot},
+          {"holder", text(lease.holder)},
+          {"client", to_json(lease.client)},
+          {"mailbox", address(lease.mailbox)},
+          {"stick", address(lease.stick)},
+          {"age_s", seconds(now - lease.since)},
+          {"left_s", seconds(lease.until - now)}};
+}
+
 // --- the router and its process
 
 json::object to_json(const core::StatusReport& router, const ProcessReport& process) {

@@ -29,6 +29,13 @@ boost::json::object to_json(const core::CountReport& report);
 boost::json::object to_json(const core::Event& event, const Clocks& clocks,
                             const AddressWidths& widths);
 
+// A newest value without its body.
+boost::json::object to_json(const core::NewestValues::Value& value, const AddressWidths& widths,
+                            Time now);
+boost::json::object to_json(const core::NewestValues::Counts& counts);
+boost::json::object to_json(const core::StreamReport& report, const AddressWidths& widths);
+boost::json::object to_json(const core::DrivingLease& lease, const AddressWidths& widths, Time now);
+
 // The router that answers, as an entry of the router list.
 boost::json::object to_json(const link::Identity& self, const ProcessReport& process);
 // The router at the other end of a link.

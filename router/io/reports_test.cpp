@@ -100,6 +100,12 @@ TEST(Reports, TheDocumentHasEveryField) {
       fields_line("tims/fleet/1", to_json(links, link::Announcement())) +
       fields_line("tims/stats/1", to_json(core::CountReport())) +
       fields_line("mailboxes of tims/stats/1", to_json(shm::Counters())) +
+      fields_line("tims/newest/1", to_json(core::NewestValues::Value(), widths, now)) +
+      fields_line("tims/newest/1, besides its items", to_json(core::NewestValues::Counts())) +
+      fields_line("tims/stream/1", to_json(core::StreamReport(), widths)) +
+      fields_line(
+          "tims/lease/1",
+          to_json(core::DrivingLease{.mailbox = Address(1), .stick = Address(1)}, widths, now)) +
       fields_line("tims/event/1", to_json(event, LinkedFixture::clocks(), widths));
   std::ifstream file(TIMS_ADMIN_FILE);
   const std::string document(std::istreambuf_iterator<char>(file), {});

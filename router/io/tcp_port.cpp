@@ -80,9 +80,16 @@ CloseReason reason_for(Status status) {
 
 }  // namespace
 
+void TcpOutput::keep_newest() {
+  if (streams_) return;
+  streams_ = std::make_unique<core::StreamCounters>();
+  queue_.keep_newest(*streams_);
+}
+
 Outcome TcpOutput::add(std::span<const std::byte> message, std::uint8_t priority) {
   if (piece_count_ == kPiecesMax) write_batch();
   if (failure_ != State::kIdle) return Outcome::kClientGone;
+  if (streams_) streams_->add(wire::decode_header(message.first<kHeaderSize>()));
   if (!queue_.empty()) {
     may_have_lost_ = true;
     const bool taken = queue_.push(message, priority, lost_.replaced);
@@ -174,6 +181,7 @@ void TcpOutput::write_singly() {
     if (failure_ != State::kIdle || !queue_.empty()) return keep(message, header, 0);
     if (message.size() > kSmallMessageBytes && !queue_.reserve(message.size())) {
       lost_.refused[classes_.of(header)].add(message.size());
+      if (streams_) streams_->drop(header);
       may_have_lost_ = true;
       return;
     }
@@ -361,6 +369,16 @@ void TcpPort::close(const core::Receiver& client, CloseReason /*reason*/) {
   if (connection == nullptr) return;
   connection->closing = true;
   touch(*connection);
+}
+
+void TcpPort::keep_newest(const core::Receiver& client) {
+  if (TcpConnection* connection = find(client.token, client.client))
+    connection->output.keep_newest();
+}
+
+const core::StreamCounters* TcpPort::streams(std::uint32_t token) const {
+  const TcpConnection* connection = connections_.find(token);
+  return connection == nullptr ? nullptr : connection->output.streams();
 }
 
 void TcpPort::flush(Time now) {

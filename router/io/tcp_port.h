@@ -27,6 +27,7 @@
 #include "router/core/queue_shares.h"
 #include "router/core/router.h"
 #include "router/core/statistics.h"
+#include "router/core/stream_counters.h"
 #include "router/core/types.h"
 #include "router/io/acceptor.h"
 #include "router/io/log.h"
@@ -52,6 +53,10 @@ class TcpOutput final : private core::QueueOwner {
   TcpOutput& operator=(const TcpOutput&) = delete;
 
   void set_queue_bytes_max(std::uint64_t bytes) { queue_.set_bytes_max(bytes); }
+  // From now on, only the newest sample of each stream waits.
+  void keep_newest();
+  // Null: keep_newest() was not called.
+  [[nodiscard]] const core::StreamCounters* streams() const { return streams_.get(); }
 
   // Adds a whole message. The bytes must stay valid until write_batch(), unless the queue has
   // copied them. `priority` applies if it must wait.
@@ -105,6 +110,7 @@ class TcpOutput final : private core::QueueOwner {
   std::size_t batch_bytes_ = 0;
   // whole messages, concatenated in each piece
   std::array<iovec, kPiecesMax> pieces_{};
+  std::unique_ptr<core::StreamCounters> streams_;
   core::MessageQueue queue_;
   Lost lost_;
   bool may_have_lost_ = false;
@@ -154,6 +160,8 @@ class TcpPort final : public core::Port {
   core::Outcome deliver(Time now, const core::Receiver& to, const core::Message& message) override;
   void reply(Time now, const core::Receiver& to, const Header& header) override;
   void close(const core::Receiver& client, core::CloseReason reason) override;
+  void keep_newest(const core::Receiver& client) override;
+  [[nodiscard]] const core::StreamCounters* streams(std::uint32_t token) const override;
   void flush(Time now) override;
   [[nodiscard]] std::uint64_t queued_bytes(std::uint32_t token) const override;
   void stop_accepting() override { acceptor_.stop(); }

@@ -1,5 +1,7 @@
 #include "tests/contract/guest.h"
 
+#include <array>
+#include <bit>
 #include <optional>
 #include <utility>
 
@@ -7,9 +9,22 @@
 #include "tests/support/tcp_client.h"
 #include "tests/system/websocket_client.h"
 #include "tims/session.h"
+#include "wire/tcp_protocol.h"
 
 namespace tims::test {
 namespace {
+
+namespace command = wire::router_command;
+using Bytes = std::array<std::byte, command::kOptionsSize>;
+
+Bytes options_body(Address address) {
+  return std::bit_cast<Bytes>(std::array<std::uint32_t, 2>{address.raw(), command::kKeepNewest});
+}
+
+Result<void> confirmed(const Result<OwnedMessage>& answer) {
+  if (!answer) return answer.error();
+  return answer->header.type == type::kOk ? Result<void>() : Result<void>(Errc::kAddressInUse);
+}
 
 class LocalGuest final : public Guest {
  public:
@@ -34,7 +49,8 @@ class LocalGuest final : public Guest {
     return mailbox_->send({.dest = header.dest,
                            .type = header.type,
                            .priority = header.priority,
-                           .seq_nr = header.seq_nr},
+                           .seq_nr = header.seq_nr,
+                           .stream = (header.flags & flag::kStream) != 0},
                           body);
   }
   Result<OwnedMessage> receive(Duration limit) override {
@@ -61,6 +77,13 @@ class TcpGuest final : public Guest {
     if (!client_) return client_.error();
     return client_->register_mailbox(address);
   }
+  Result<void> open_keeping_newest(Address address) override {
+    if (!client_) return client_.error();
+    const Bytes body = options_body(address);
+    if (const auto sent = client_->send({.type = command::kMailboxInitWithReply}, body); !sent)
+      return sent;
+    return confirmed(client_->receive());
+  }
   Result<void> send(const Header& header, std::span<const std::byte> body) override {
     return client_->send(header, body);
   }
@@ -76,6 +99,12 @@ class WebSocketGuest final : public Guest {
   explicit WebSocketGuest(const std::string& endpoint) : client_(endpoint) {}
 
   Result<void> open(Address address) override { return client_.register_mailbox(address); }
+  Result<void> open_keeping_newest(Address address) override {
+    if (const auto sent = send({.type = command::kMailboxInitWithReply}, options_body(address));
+        !sent)
+      return sent;
+    return confirmed(client_.receive());
+  }
   Result<void> send(const Header& header, std::span<const std::byte> body) override {
     if (client_.send_message(header, {reinterpret_cast<const char*>(body.data()), body.size()}))
       return {};

@@ -21,7 +21,10 @@ class Guest {
 
   // kAddressInUse when the address has an owner.
   virtual Result<void> open(Address address) = 0;
-  // From its mailbox.
+  // The same, and of the samples of a stream that wait for it, the router keeps only the newest.
+  // Only for guests at a socket of the router.
+  virtual Result<void> open_keeping_newest(Address /*address*/) { return Errc::kInvalidArgument; }
+  // From its mailbox. Of the flags only kStream is kept.
   virtual Result<void> send(const Header& header, std::span<const std::byte> body) = 0;
   // The next message to its mailbox.
   virtual Result<OwnedMessage> receive(Duration limit = kPatience) = 0;

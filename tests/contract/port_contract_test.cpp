@@ -327,6 +327,84 @@ TEST_P(StalledReader, AMessageOfLowerPriorityReplacesNothing) {
   EXPECT_TRUE(!arrived || *arrived == received) << "it arrived before messages of higher priority";
 }
 
+// A client that keeps only the newest samples of each stream. Flags of programs at the TCP port
+// mean nothing, so the source is a program of this host.
+class KeepsNewest : public StalledReader {
+ protected:
+  void SetUp() override {
+    PortContract::SetUp();
+    source_ = local_guest(router_->socket_path());
+    ASSERT_TRUE(source_->open(kBystander).ok());
+    guest_ = guest();
+    ASSERT_TRUE(guest_->open_keeping_newest(kGuest).ok());
+  }
+  void send_sample(std::uint32_t number, std::int8_t type = -6) {
+    const Header header{.flags = flag::kStream, .type = type, .priority = 1, .dest = kGuest};
+    send(header, numbered(number, kBody - number % 100));
+  }
+  void send(const Header& header, const std::vector<std::byte>& body) {
+    ASSERT_TRUE(eventually([&] { return source_->send(header, body).ok(); }, "room at the router"));
+  }
+  boost::json::object stream(int type) {
+    const auto answer = ask(*router_, R"({"ask":"streams"})");
+    for (const auto& item : answer.at("items").as_array())
+      if (item.at("type") == type) return item.as_object();
+    return {{"samples", 0}, {"dropped", 0}, {"waiting", 0}};
+  }
+
+  std::unique_ptr<Guest> source_;
+  std::unique_ptr<Guest> guest_;
+};
+
+TEST_P(KeepsNewest, OfAStalledStreamOnlyTheNewestSampleWaits) {
+  for (std::uint32_t i = 0; i < kCount; ++i) {
+    send_sample(i);
+    if (i % 100 == 0) send_sample(i, -8);
+  }
+  send({.type = 22, .priority = 1, .dest = kGuest}, numbered(kCount, 8));
+  const auto arrived = [&]() -> std::string {
+    const auto counts = stream(-6);
+    return counts.at("samples") == kCount ? "" : boost::json::serialize(counts);
+  };
+  EXPECT_TRUE(eventually(arrived));
+  EXPECT_EQ(stream(-6).at("waiting"), 1);
+  EXPECT_EQ(stream(-8).at("waiting"), 1);
+  std::array<std::uint32_t, 2> received{};
+  std::array<std::uint32_t, 2> last{};
+  for (;;) {
+    const auto message = guest_->receive();
+    ASSERT_TRUE(message.ok()) << message.error().message();
+    if (message->header.type == 22) break;
+    const auto number = number_of(message->body);
+    ASSERT_TRUE(number.has_value()) << "a damaged body";
+    const std::size_t which = message->header.type == -6 ? 0 : 1;
+    EXPECT_TRUE(*number > last[which] || received[which] == 0) << "out of order";
+    EXPECT_NE(message->header.flags & flag::kStream, 0);
+    last[which] = *number;
+    ++received[which];
+  }
+  EXPECT_EQ(last[0], kCount - 1) << "the newest is missing";
+  EXPECT_EQ(last[1], kCount - 100);
+  EXPECT_LT(received[0], kCount);
+  EXPECT_EQ(stream(-6).at("dropped"), kCount - received[0]);
+  EXPECT_EQ(stream(-6).at("waiting"), 0);
+  EXPECT_EQ(counted("queue_replaced"), kCount - received[0] + kCount / 100 - received[1]);
+}
+
+TEST_P(KeepsNewest, OtherMessagesAreAllKept) {
+  constexpr std::uint32_t kFew = 900;
+  for (std::uint32_t i = 0; i < 60; ++i) send_sample(i);
+  for (std::uint32_t i = 0; i < kFew; ++i)
+    send({.type = -6, .priority = 1, .dest = kGuest}, numbered(i, 100));
+  for (std::uint32_t i = 0; i < kFew;) {
+    const auto message = guest_->receive();
+    ASSERT_TRUE(message.ok()) << message.error().message();
+    if ((message->header.flags & flag::kStream) != 0) continue;
+    ASSERT_EQ(number_of(message->body), i);
+    ++i;
+  }
+}
+
 std::string name_of(const testing::TestParamInfo<Kind>& kind) {
   constexpr std::array kNames{"SharedMemory", "Tcp", "WebSocket", "Link"};
   return kNames.at(static_cast<std::size_t>(kind.param));
@@ -334,6 +412,8 @@ std::string name_of(const testing::TestParamInfo<Kind>& kind) {
 constexpr std::array kAll{Kind::kSharedMemory, Kind::kTcp, Kind::kWebSocket, Kind::kLink};
 INSTANTIATE_TEST_SUITE_P(Ports, PortContract, testing::ValuesIn(kAll), name_of);
 INSTANTIATE_TEST_SUITE_P(Ports, StalledReader, testing::ValuesIn(kAll), name_of);
+INSTANTIATE_TEST_SUITE_P(Ports, KeepsNewest, testing::Values(Kind::kTcp, Kind::kWebSocket),
+                         name_of);
 
 }  // namespace port_contract_test
 }  // namespace tims::test

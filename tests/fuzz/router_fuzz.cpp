@@ -1,8 +1,10 @@
 // Clients and links connect, disconnect, announce and send anything. Afterwards the table of
 // mailboxes agrees with the clients' lists and with the hash announced to other routers; no client
 // receives a message for another; no message returns to its sender or goes from an upper router to
-// an upper one; and every limit is respected.
+// an upper one; every limit is respected; newest values are whole and fit into their memory; and
+// driving leases belong to clients that are connected, one to a robot.
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "router/core/router.h"
@@ -56,6 +58,10 @@ class Play {
   Play() {
     sink_.router = &router_;
     for (const auto kind : values<PortKind, kPortKindCount>()) router_.attach(kind, sink_);
+    NewestRule rule{.status = true, .parameters = true, .length_max = 60};
+    rule.classes.set();
+    newest_.set_rule(rule);
+    router_.keep_newest(newest_);
   }
 
   void step(fuzz::Input& input) {
@@ -79,6 +85,7 @@ class Play {
         if (now_ >= router_.next_timeout()) router_.on_timeout(now_);
         break;
       case 6:
+        if (verb / 8 % 2 == 1) return change_lease(input);
         answer(input);
         break;
       default:
@@ -88,6 +95,35 @@ class Play {
   }
 
  private:
+  void change_lease(fuzz::Input& input) {
+    const ClientId id = client(input);
+    if (router_.client(id) == nullptr) return;
+    const auto how = input.number<std::uint8_t>();
+    const DrivingLease holder{.robot = how / 4U % 4, .mailbox = address(input)};
+    const auto verb = static_cast<LeaseVerb>(how % 4);
+    const LeaseResult result = router_.change_lease(now_, id, verb, holder);
+    const bool takes = verb == LeaseVerb::kTake || verb == LeaseVerb::kTakeOver;
+    if (takes && result == LeaseResult::kDone)
+      fuzz::require(router_.leases().find(holder.robot)->client.id == id);
+  }
+  void check_newest() const {
+    std::uint64_t bytes = 0;
+    for (const auto* value : newest_.sorted({})) {
+      const auto body = newest_.body(*value);
+      fuzz::use(body);
+      fuzz::require(body.size() + kHeaderSize <= 60);
+      bytes += body.size();
+    }
+    fuzz::require(bytes == newest_.counts().bytes && newest_.counts().values <= 2);
+  }
+  void check_leases() const {
+    std::optional<std::uint32_t> last;
+    for (const DrivingLease& lease : router_.leases().all()) {
+      fuzz::require(router_.client(lease.client.id) != nullptr);
+      fuzz::require(!last || lease.robot > *last);
+      last = lease.robot;
+    }
+  }
   void connect(unsigned kind) {
     const ClientId id = router_.connect(
         now_, {.port = PortKind(kind % 3), .token = kind, .lifesign = kind % 2 == 1});
@@ -153,7 +189,8 @@ class Play {
   }
   // Few different addresses, so that collisions occur.
   static Address address(fuzz::Input& input) {
-    return Address(0x03140000U + input.number<std::uint8_t>() % 16);
+    const auto number = input.number<std::uint8_t>();
+    return Address((number < 0xC0 ? 0x03140000U : 0x03110000U) + number % 16);
   }
   void send(fuzz::Input& input, unsigned how) {
     const ClientId from = client(input);
@@ -182,6 +219,8 @@ class Play {
   }
 
   void check() const {
+    check_newest();
+    check_leases();
     std::size_t mailboxes = 0;
     std::size_t clients = 0;
     router_.clients().for_each([&](const Client& client) {
@@ -207,6 +246,7 @@ class Play {
   }
 
   CheckingSink sink_;
+  NewestValues newest_{2048, {1, 2}};
   Router router_{{.address = Address(0x03000100),
                   .clients_max = kClientsMax,
                   .mailboxes_per_client_max = kMailboxesMax},

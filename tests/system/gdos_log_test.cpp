@@ -41,6 +41,17 @@ TEST_F(GdosLogTest, IsAComponentLikeOthers) {
   EXPECT_TRUE(comes_to_be_kept("here again"));
 }
 
+// For who comes late, on any host.
+TEST_F(GdosLogTest, SendsTheNewestTexts) {
+  start_log();
+  send_text("look out");
+  EXPECT_TRUE(comes_to_be_kept("look out"));
+  auto log = proxy<rack::GdosLogProxy>(kLog);
+  const auto texts = log.get_texts();
+  ASSERT_TRUE(texts) << texts.error().message();
+  EXPECT_EQ(std::string(texts->as_text()), kept());
+}
+
 // Texts in either byte order and with numeric arguments; and messages that are not texts.
 TEST_F(GdosLogTest, AllKindsOfTextsAreDecodedAndHarmless) {
   start_log();

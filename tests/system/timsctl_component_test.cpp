@@ -7,6 +7,7 @@
 #include "rack/codec/codec.h"
 #include "rack/proxies/generic.h"
 #include "tests/support/eventually.h"
+#include "tests/support/tcp_client.h"
 #include "tests/system/timsctl_fixture.h"
 
 namespace tims::test {
@@ -51,6 +52,36 @@ TEST_F(TimsctlComponentTest, OnStatusDataOff) {
               HasSubstr("omega,battery,activePilot\n"));
   EXPECT_EQ(timsctl({"component", "off", "Chassis/0/0"}).code, 0);
   EXPECT_EQ(timsctl({"component", "data", "Chassis/0/0"}).code, 1) << "it is off";
+}
+
+// A program over TCP subscribes, so the samples pass the router.
+TEST_F(TimsctlComponentTest, TheNewestSampleIsShownWhenTheComponentHasGone) {
+  const std::vector<std::string> newest{"component", "data", "Chassis/0/0", "--newest"};
+  const Ran none = timsctl(newest);
+  EXPECT_EQ(none.code, 1);
+  EXPECT_THAT(none.err, HasSubstr("the router keeps no data of Chassis(0/0)"));
+  EXPECT_EQ(timsctl({"component", "on", "Chassis/0/0"}).code, 0);
+  auto reader = TcpClient::connect(router_.tcp());
+  ASSERT_TRUE(reader && reader->register_mailbox(kTest));
+  const std::array<std::uint32_t, 2> request{100, kTest.raw()};
+  ASSERT_TRUE(reader->send({.type = type::kGetContData, .dest = Address(0x00110000), .src = kTest},
+                           std::as_bytes(std::span(request))));
+  for (;;) {
+    const auto message = reader->receive();
+    ASSERT_TRUE(message) << message.error().message();
+    if (message->header.type == type::kData) break;
+  }
+  chassis_->signal(SIGKILL);
+  ASSERT_TRUE(chassis_->wait());
+  EXPECT_EQ(timsctl({"component", "data", "Chassis/0/0"}).code, 4) << "it is not registered";
+  const Ran shown = timsctl(newest);
+  EXPECT_EQ(shown.code, 0) << shown.err;
+  EXPECT_THAT(shown.out, HasSubstr("vx: 0 mm/s\n"));
+  EXPECT_THAT(shown.err, HasSubstr(" s old\n"));
+  const json::object answer =
+      json_lines(timsctl({"component", "data", "Chassis/0/0", "--newest", "--json"}).out).at(0);
+  EXPECT_GE(answer.at("age_s").as_double(), 0);
+  EXPECT_EQ(answer.at("data").as_object().at("battery").as_int64(), 0);
 }
 
 TEST_F(TimsctlComponentTest, MessagesByName) {

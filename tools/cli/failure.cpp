@@ -101,8 +101,12 @@ constexpr CatalogueEntry kEntries[] = {
      "commands were answered NOT_AVAILABLE: send them again"},
     {"expired", "reason", "the message could not be sent within the link's lifetime for messages",
      "`timsctl link show -o wide`; use a faster link, less data, or a longer lifetime in [[link]]"},
+    {"no_lease", "reason", "a driving command for a robot that somebody else drives",
+     "`timsctl route watch` shows who drives it; the console's page Drive takes it over"},
 
     // Errors of calls and requests.
+    {"none_kept", "error", "the router keeps no newest value of this component",
+     "it keeps what passes it, of the classes in newest.streams"},
     {"no_such_router", "error", "no router of the fleet has this name or address",
      "`timsctl router list`"},
     {"not_done", "error", "the router did not execute the request", ""},

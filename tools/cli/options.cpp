@@ -131,6 +131,8 @@ constexpr OptionRow kOptions[] = {
     {"fields", 0, "", "print one field per line", [](Options& o, string_view) { o.fields = true; }},
     {"si", 0, "", "use SI units: m, s (angles remain clockwise)",
      [](Options& o, string_view) { o.si = true; }},
+    {"newest", 0, "", "show what the router has kept, with its age; asks no component",
+     [](Options& o, string_view) { o.newest = true; }},
     {"filter", 0, "COND",
      "only messages that match: 'vx>100', 'type_name=move,points[].distance<300'",
      [](Options& o, string_view v) { o.filter = v; }},
@@ -203,6 +205,16 @@ constexpr OptionRow kOptions[] = {
     {"objects", 0, "OBJRECOG",
      "draw boxes around the objects that this component has recognised in the picture",
      [](Options& o, string_view v) { o.objects = v; }},
+    {"why", 0, "TEXT", "the reason of the change, for its history",
+     [](Options& o, string_view v) { o.why = v; }},
+    {"window", 0, "DUR", "go back unless confirmed in this time: 30s to 10min (default 90s)",
+     [](Options& o, string_view v) {
+       o.window = duration(v);
+       if (o.window < std::chrono::seconds(30) || o.window > std::chrono::minutes(10))
+         refuse("a time from 30s to 10min", v);
+     }},
+    {"generation", 0, "N", "the files of this generation, as in `config history`",
+     [](Options& o, string_view v) { o.generation = count(v); }},
     {"detach", 0, "", "continue in the background after the start",
      [](Options& o, string_view) { o.detach = true; }},
 };

@@ -71,8 +71,12 @@ struct Options {
   std::string plot;                        // of nav: a picture
   std::string objects;                     // of camera save: what recognises them
   std::optional<tims::Duration> patience;  // of nav goto
+  std::string why;                         // of config apply
+  tims::Duration window = std::chrono::seconds(90);
+  std::optional<std::uint64_t> generation;  // of config undo
   bool fields = false;
   bool si = false;
+  bool newest = false;  // of component data
   bool yes = false;
   bool raw = false;
   bool no_wait = false;

@@ -5,13 +5,12 @@
 #include <filesystem>
 #include <iterator>
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include "base/toml.h"
+#include "base/toml_edit.h"
 #include "os/file.h"
+#include "os/replace_file.h"
 
 namespace timsctl::robot {
 
@@ -22,7 +21,6 @@ using Node = base::TomlNode;
 using base::in_quotes;
 
 namespace fs = std::filesystem;
-using tims::os::File;
 
 const std::vector<std::string> kPlaceholders = {"system"};
 
@@ -201,127 +199,29 @@ class RobotReader {
   const Node* components_ = nullptr;
 };
 
-constexpr std::string_view kDigits = "0123456789";
-
-// Whether TOML accepts the text as a number: "-12", "0.5".
-bool is_number(std::string_view text) {
-  if (text.starts_with('-')) text.remove_prefix(1);
-  const std::size_t point = text.find('.');
-  const std::string_view whole = text.substr(0, point);
-  const auto digits = [](std::string_view part) {
-    return !part.empty() && part.find_first_not_of(kDigits) == std::string_view::npos;
-  };
-  return digits(whole) && (whole == "0" || !whole.starts_with('0')) &&
-         (point == std::string_view::npos || digits(text.substr(point + 1)));
+// A number stays one, unless TOML would write it in another form.
+base::TomlInput input_of(const std::string& value) {
+  const auto whole = base::parse_number<std::int64_t>(value);
+  const auto real = base::parse_number<double>(value);
+  base::TomlInput input{.value = value};
+  if (whole)
+    input.value = *whole;
+  else if (real)
+    input.value = *real;
+  return input.to_toml() == value ? input : base::TomlInput{.value = value};
 }
 
-const Node* child_of(const Node& node, std::string_view key) {
-  const auto found = std::ranges::find(node.children, key, &Node::key);
-  return found == node.children.end() ? nullptr : &*found;
+// Sets a parameter of a component in a text.
+base::TomlEdited with_parameter(const base::TextFile& file, std::size_t component,
+                                const std::string& name, const std::string& value) {
+  const base::TomlPath path{"component", component, "parameters", name};
+  const base::TomlTree tree = base::parse_toml(file);
+  const Node* old = base::find_node(tree.root, path);
+  const bool was_text = old != nullptr && std::holds_alternative<std::string>(old->value);
+  const base::TomlOperation operation{
+      .path = path, .value = was_text ? base::TomlInput{.value = value} : input_of(value)};
+  return base::edited_toml(file, {&operation, 1});
 }
-
-// Applies one change to a text.
-class Editor {
- public:
-  explicit Editor(std::string_view text) : text_(text) {}
-
-  [[nodiscard]] std::string with(const Node& component, const std::string& name,
-                                 const std::string& value) const {
-    const Node* parameters = child_of(component, "parameters");
-    if (parameters != nullptr) {
-      const Node* old = child_of(*parameters, name);
-      return old != nullptr ? replaced(*old, value) : added(*parameters, name, value);
-    }
-    const std::string all = fmt::format("parameters = {{ {} }}", assignment(name, value));
-    const auto last = std::ranges::find(component.children.rbegin(), component.children.rend(),
-                                        Node::Form::kValue, &Node::form);
-    const std::size_t end = end_of_value(place(last->at_value));
-    return is_at('{', component) ? inserted(end, ", " + all) : new_line(end, *last, all);
-  }
-
- private:
-  [[nodiscard]] std::string replaced(const Node& old, const std::string& value) const {
-    const std::size_t begin = place(old.at_value);
-    const bool was_text = is_at('"', old) || is_at('\'', old);
-    const std::string now = !was_text && is_number(value) ? value : base::in_quotes(value);
-    return std::string(text_.substr(0, begin)) + now +
-           std::string(text_.substr(end_of_value(begin)));
-  }
-
-  [[nodiscard]] std::string added(const Node& parameters, const std::string& name,
-                                  const std::string& value) const {
-    const std::string made = assignment(name, value);
-    const std::size_t begin = place(parameters.at_value);
-    const bool is_inline = is_at('{', parameters);
-    if (parameters.children.empty() && is_inline) {
-      const std::size_t close = std::min(text_.find('}', begin), text_.size() - 1);
-      return std::string(text_.substr(0, begin)) + "{ " + made + " }" +
-             std::string(text_.substr(close + 1));
-    }
-    if (parameters.children.empty()) return new_line(begin, parameters, made);
-    const Node& last = parameters.children.back();
-    const std::size_t end = end_of_value(place(last.at_value));
-    if (is_inline) return inserted(end, ", " + made);
-    return new_line(end, last, is_at('[', parameters) ? made : "parameters." + made);
-  }
-
-  static std::string assignment(const std::string& name, const std::string& value) {
-    return fmt::format("{} = {}", name, is_number(value) ? value : base::in_quotes(value));
-  }
-
-  [[nodiscard]] std::string inserted(std::size_t at, std::string_view what) const {
-    return std::string(text_.substr(0, at)).append(what).append(text_.substr(at));
-  }
-
-  // Inserts a line after the line of `at`, with the indentation of `like`.
-  [[nodiscard]] std::string new_line(std::size_t at, const Node& like,
-                                     const std::string& what) const {
-    const std::size_t line = line_of(like.at_key.line);
-    const std::size_t first = std::min(text_.find_first_not_of(" \t", line), text_.size());
-    const std::string indented = std::string(text_.substr(line, first - line)) + what;
-    const std::size_t end = text_.find('\n', at);
-    if (end == std::string_view::npos) return std::string(text_) + "\n" + indented + "\n";
-    const bool carriage = end > 0 && text_[end - 1] == '\r';
-    return inserted(end + 1, indented + (carriage ? "\r\n" : "\n"));
-  }
-
-  [[nodiscard]] bool is_at(char c, const Node& node) const {
-    const std::size_t at = place(node.at_value);
-    return at < text_.size() && text_[at] == c;
-  }
-
-  [[nodiscard]] std::size_t line_of(std::uint32_t line) const {
-    std::size_t at = 0;
-    for (; line > 1 && at < text_.size(); --line)
-      at = std::min(text_.find('\n', at), text_.size() - 1) + 1;
-    return at;
-  }
-  // Columns count characters.
-  [[nodiscard]] std::size_t place(const base::Place& origin) const {
-    std::size_t at = line_of(origin.line);
-    const auto goes_on = [&] {
-      return at < text_.size() && (static_cast<unsigned char>(text_[at]) & 0xC0) == 0x80;
-    };
-    for (std::uint32_t column = 1; column < origin.column && at < text_.size(); ++column) do
-        ++at;
-      while (goes_on());
-    return at;
-  }
-
-  [[nodiscard]] std::size_t end_of_value(std::size_t at) const {
-    for (const std::string_view quote : {R"(""")", "'''", "\"", "'"}) {
-      if (!text_.substr(at).starts_with(quote)) continue;
-      for (at += quote.size(); at < text_.size(); ++at) {
-        if (text_.substr(at).starts_with(quote)) return at + quote.size();
-        if (text_[at] == '\\' && quote.front() == '"') ++at;
-      }
-      return text_.size();
-    }
-    return std::min(text_.find_first_of(" \t\r\n,}]#", at), text_.size());
-  }
-
-  std::string_view text_;
-};
 
 std::string* argument(Component& component, const std::string& name) {
   const std::string begin = "--" + name + "=";
@@ -332,42 +232,11 @@ std::string* argument(Component& component, const std::string& name) {
 
 tims::Error refused(std::string text) { return {tims::Errc::kInvalidArgument, std::move(text)}; }
 
-[[noreturn]] void cannot_write(const std::string& path) {
-  throw Failure(Exit::kDenied, "cannot_write", tims::os::system_error(path).detail(),
-                "do you have write permission?");
-}
-
-void write_all(const File& file, std::string_view text, const std::string& path) {
-  while (!text.empty()) {
-    const ssize_t size = ::write(file.get(), text.data(), text.size());
-    if (size < 0 && errno == EINTR) continue;
-    if (size <= 0) cannot_write(path);
-    text.remove_prefix(static_cast<std::size_t>(size));
-  }
-}
-
-// Atomic: a reader sees the complete old or the complete new text, also after a power failure.
+// Keeps the owner and the mode, if that is permitted.
 void replace_file(const std::string& path, std::string_view text) {
-  struct stat old {};
-  if (::stat(path.c_str(), &old) != 0) cannot_write(path);
-  const std::string made = path + ".new";
-  ::unlink(made.c_str());  // left by an interrupted attempt
-  const File file(::open(made.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0600));
-  if (!file) cannot_write(made);
-  try {
-    write_all(file, text, made);
-    // Keeps the owner, if that is permitted.
-    if (::fchown(file.get(), old.st_uid, old.st_gid) != 0 && errno != EPERM) cannot_write(made);
-    if (::fchmod(file.get(), old.st_mode & 07777) != 0 || ::fsync(file.get()) != 0 ||
-        ::rename(made.c_str(), path.c_str()) != 0)
-      cannot_write(made);
-  } catch (const Failure&) {
-    ::unlink(made.c_str());
-    throw;
-  }
-  const std::string folder = fs::path(path).parent_path();
-  const File opened(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (!opened || ::fsync(opened.get()) != 0) cannot_write(folder);
+  if (const auto done = tims::os::replace_file(path, text); !done)
+    throw Failure(Exit::kDenied, "cannot_write", done.error().detail(),
+                  "do you have write permission?");
 }
 
 }  // namespace
@@ -404,9 +273,7 @@ tims::Result<EditedFile> with_parameters(const base::TextFile& file,
     } else {
       changed.command.push_back(option);
     }
-    const auto tree = base::parse_toml({file.name, edited.text});
-    const Node& node = child_of(tree.root, "component")->children.at(component);
-    edited.text = Editor(edited.text).with(node, name, value);
+    edited.text = with_parameter({file.name, edited.text}, component, name, value).text;
     const RobotFile now = read_robot({file.name, edited.text}, "robot", system);
     if (!now.problems.empty())
       return refused(fmt::format("{} = {} is not possible in a robot file: {}", name, value,

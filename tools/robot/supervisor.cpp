@@ -11,6 +11,7 @@
 #include "base/measure.h"
 #include "os/clock.h"
 #include "os/environment.h"
+#include "os/file.h"
 #include "os/process.h"
 #include "os/socket.h"
 #include "os/wakeup.h"
@@ -124,18 +125,17 @@ bool has_closed(int input) {
 Supervisor::Supervisor(Context& context, const Robot& robot, const Deployment& deployment)
     : context_(context),
       events_(context, "tims/robot_event/1", 20),
-      name_(deployment.name),
-      router_(deployment.router),
+      robot_(robot),
+      deployment_(deployment),
       key_(key_of(deployment.name, deployment.router)),
-      source_(deployment.source),
       control_(listen(deployment, robots().control_socket(key_)), context.signals),
       status_(robots().folder_of(key_) + "/status.sock"),
       manager_(tims::os::ServiceManager::of_environment()) {
   forget_reports(robots().folder_of(key_));
   for (std::size_t i = 0; i < robot.components.size(); ++i)
-    if (robot.components[i].host == deployment.host) add(robot, i, deployment);
+    if (robot.components[i].host == deployment.host) (void)add(i);
   if (deployment.host.empty())
-    for (const Host& host : robot.hosts) add(host, robot, deployment);
+    for (const Host& host : robot.hosts) (void)add(host);
 }
 
 Supervisor::~Supervisor() {
@@ -148,34 +148,37 @@ Supervisor::~Supervisor() {
   control_.end({{"schema", "tims/robot_done/1"}, {"done", true}});
 }
 
-void Supervisor::add(const Robot& robot, std::size_t number, const Deployment& deployment) {
-  const Component& component = robot.components[number];
+Program& Supervisor::add(std::size_t number) {
+  const Component& component = robot_.components[number];
   std::vector<std::string> environment{
-      "TIMS_ROUTER=" + deployment.router, "TIMS_HOST=", "NOTIFY_SOCKET=" + status_.path(),
+      "TIMS_ROUTER=" + deployment_.router, "TIMS_HOST=", "NOTIFY_SOCKET=" + status_.path(),
       "PATH=" + search_path(), "RACK_RUN=" + robots().folder_of(key_)};
-  if (!robot.files.empty()) environment.push_back("RACK_FILES=" + robot.files);
+  if (!robot_.files.empty()) environment.push_back("RACK_FILES=" + robot_.files);
   programs_.emplace_back(
       component.name,
       Launch{.command = component.command,
              .environment = std::move(environment),
-             .folder = deployment.folder},
+             .folder = deployment_.folder},
       Program::Config{.restart = component.restart, .notifies = component.notifies});
   components_[&programs_.back()] = number;
+  return programs_.back();
 }
 
 // On that host timsctl supervises the programs. It ends when its stdin is closed, that is, when
 // this process ends or the connection breaks.
-void Supervisor::add(const Host& host, const Robot& robot, const Deployment& deployment) {
+Program& Supervisor::add(const Host& host) {
   tims::os::Command command{"ssh", "-oBatchMode=yes", "--", host.ssh, "timsctl"};
   if (!host.router.empty()) command.push_back("--host=" + host.router);
-  for (std::string argument : {std::string("up"), std::string("-"), "--on=" + host.name,
-                               fmt::format("--system={}", robot.system), std::string("--no-color")})
+  for (std::string argument :
+       {std::string("up"), std::string("-"), "--on=" + host.name,
+        fmt::format("--system={}", robot_.system), std::string("--no-color")})
     command.push_back(std::move(argument));
-  std::string input = deployment.source.text;
+  std::string input = deployment_.source.text;
   input += '\0';
   programs_.emplace_back(
       host.name, Launch{.command = std::move(command)},
       Program::Config{.restart = Restart::kAlways, .notifies = false, .input = std::move(input)});
+  return programs_.back();
 }
 
 void Supervisor::start() {
@@ -192,7 +195,7 @@ void Supervisor::start() {
                                  programs_.size() - down.size() - late.size(), programs_.size());
   if (!late.empty()) text += fmt::format(", {} not yet: {}", late.size(), fmt::join(late, ", "));
   if (!down.empty()) text += fmt::format(", {} ended: {}", down.size(), fmt::join(down, ", "));
-  events_.write_line("started", name_, text);
+  events_.write_line("started", deployment_.name, text);
 }
 
 void Supervisor::serve(tims::Time until, int input) {
@@ -237,7 +240,9 @@ void Supervisor::wait(tims::Time deadline, int input) {
 // In each turn, a bounded amount is read from every program.
 void Supervisor::look_after_programs() {
   control_.take_question([&](const json::object& question) {
-    return text_at(question, "do") == "save" ? save(question) : report();
+    const std::string what = text_at(question, "do");
+    if (what == "reload") return reload();
+    return what == "save" ? save(question) : report();
   });
   take_notifications();
   for (Program& program : programs_) look_after(program);
@@ -325,9 +330,9 @@ json::object Supervisor::report() const {
     items.push_back(std::move(item));
   }
   return {{"schema", "tims/robot/1"},
-          {"name", name_},
-          {"router", router_},
-          {"file", source_.file},
+          {"name", deployment_.name},
+          {"router", deployment_.router},
+          {"file", deployment_.source.file},
           {"items", std::move(items)}};
 }
 
@@ -338,15 +343,133 @@ json::object Supervisor::save(const json::object& question) {
       std::ranges::find(programs_, text_at(question, "address"), &Program::address);
   if (program == programs_.end() || !components_.contains(&*program))
     throw Failure(Exit::kNoSuch, "no_such_component",
-                  "robot " + name_ + " does not have this component",
+                  "robot " + deployment_.name + " does not have this component",
                   "`timsctl robot` lists its components");
   Program::Parameters parameters = program->parameters();
   if (const std::string name = text_at(question, "name"); !name.empty())
     std::erase_if(parameters, [&](const auto& parameter) { return parameter.first != name; });
   const bool dry_run = text_at(question, "dry_run") == "true";
-  json::object answer = save_parameters(source_, components_.at(&*program), parameters, dry_run);
+  json::object answer =
+      save_parameters(deployment_.source, components_.at(&*program), parameters, dry_run);
   answer["component"] = program->name();
   return answer;
+}
+
+namespace {
+
+std::string text_of_file(const RobotText& source) {
+  if (source.file.empty())
+    throw Failure(Exit::kNoSuch, "no_robot_file",
+                  "this robot was not read from a file on this host",
+                  "reload on the host where `timsctl up FILE` runs");
+  auto text = tims::os::read_file(source.file);
+  if (!text)
+    throw Failure(Exit::kNoSuch, "no_robot_file", text.error().detail(), "has it been moved?");
+  return std::move(*text);
+}
+
+const Component* find(const Robot& robot, const std::string& name) {
+  const auto found = std::ranges::find(robot.components, name, &Component::name);
+  return found == robot.components.end() ? nullptr : &*found;
+}
+
+// Whether the components of this other host, or the way to it, have changed.
+bool has_changed(const Robot& before, const Robot& after, const std::string& host) {
+  const auto of_host = [&](const Robot& robot) {
+    std::vector<Component> all;
+    std::ranges::copy_if(robot.components, std::back_inserter(all),
+                         [&](const Component& each) { return each.host == host; });
+    return all;
+  };
+  const auto way = [&](const Robot& robot) {
+    const auto found = std::ranges::find(robot.hosts, host, &Host::name);
+    return found == robot.hosts.end() ? std::string() : found->ssh + " " + found->router;
+  };
+  return way(before) != way(after) || of_host(before) != of_host(after);
+}
+
+}  // namespace
+
+// Reads the robot file again: programs whose command, restart or host has changed are restarted,
+// new ones started, those no longer in the file stopped; all others run on.
+json::object Supervisor::reload() {
+  const std::string text = text_of_file(deployment_.source);
+  RobotFile read =
+      read_robot({deployment_.source.file, text}, robot_.name, deployment_.source.system);
+  fail_if_any(read.problems, "bad_robot", "the robot runs on as it was");
+  if (read.robot.name != robot_.name || read.robot.system != robot_.system ||
+      read.robot.files != robot_.files)
+    throw Failure(Exit::kNo, "needs_restart",
+                  "a robot with another name, system or folder of files is another robot",
+                  "`timsctl down` and `timsctl up`");
+  std::swap(robot_, read.robot);
+  const Robot& before = read.robot;
+  deployment_.source.text = text;
+  std::vector<Program*> gone;
+  json::array items;
+  const auto note = [&](const std::string& name, std::string_view does) {
+    items.push_back(json::object{{"name", name}, {"does", does}});
+  };
+  std::vector<std::string> kept;
+  for (Program& program : programs_) {
+    const bool is_component = components_.contains(&program);
+    const Component* now = is_component ? find(robot_, program.name()) : nullptr;
+    const bool stays = is_component ? now != nullptr && *now == *find(before, program.name())
+                                    : !has_changed(before, robot_, program.name());
+    if (!stays) {
+      gone.push_back(&program);
+      continue;
+    }
+    kept.push_back(program.name());
+    if (is_component)
+      components_[&program] = static_cast<std::size_t>(now - robot_.components.data());
+  }
+  std::vector<std::string> ended;
+  for (const Program* program : gone) ended.push_back(program->name());
+  end(gone);
+  const auto is_in = [](const std::vector<std::string>& names, const std::string& name) {
+    return std::ranges::find(names, name) != names.end();
+  };
+  const auto start = [&](Program& program) {
+    start_again(program, tims::os::now());
+    note(program.name(), is_in(ended, program.name()) ? "restart" : "start");
+    std::erase(ended, program.name());
+  };
+  for (std::size_t i = 0; i < robot_.components.size(); ++i)
+    if (robot_.components[i].host == deployment_.host && !is_in(kept, robot_.components[i].name))
+      start(add(i));
+  if (deployment_.host.empty())
+    for (const Host& host : robot_.hosts)
+      if (!is_in(kept, host.name)) start(add(host));
+  for (const std::string& name : ended) note(name, "stop");
+  events_.write_line("reloaded", deployment_.name,
+                     fmt::format("{} of {} programs were changed", items.size(), programs_.size()));
+  return {{"schema", "tims/robot_reload/1"}, {"items", std::move(items)}};
+}
+
+// Stops these programs and forgets them.
+void Supervisor::end(const std::vector<Program*>& gone) {
+  std::vector<const Child*> children;
+  for (Program* program : gone) {
+    program->stay_down();
+    children.push_back(&program->child());
+  }
+  ending_ = true;  // their ends are no failures
+  timsctl::end_all(children, SIGTERM, kEndPatience, [&](tims::Time deadline) {
+    std::vector<int> descriptors;
+    for (const Program* program : gone)
+      for (const int each : program->descriptors(tims::os::now())) descriptors.push_back(each);
+    const auto any = tims::os::any_of(descriptors);
+    (void)tims::os::is_readable(any ? any->get() : -1, deadline - tims::os::now());
+    for (Program* program : gone) look_after(*program);
+    events_.flush();
+  });
+  ending_ = false;
+  for (const Program* program : gone) {
+    ends_.erase(program);
+    components_.erase(program);
+    programs_.remove_if([&](const Program& each) { return &each == program; });
+  }
 }
 
 void Supervisor::end_all() {

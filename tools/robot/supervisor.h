@@ -56,8 +56,8 @@ class Supervisor {
   [[nodiscard]] std::size_t failures() const { return failures_; }
 
  private:
-  void add(const Robot& robot, std::size_t number, const Deployment& deployment);
-  void add(const Host& host, const Robot& robot, const Deployment& deployment);
+  Program& add(std::size_t number);
+  Program& add(const Host& host);
 
   void wait(tims::Time deadline, int input = -1);
   void look_after_programs();
@@ -70,6 +70,8 @@ class Supervisor {
   [[nodiscard]] std::string status_of(const Program& program) const;
   [[nodiscard]] json::object report() const;
   json::object save(const json::object& question);
+  json::object reload();
+  void end(const std::vector<Program*>& gone);
   [[nodiscard]] std::vector<std::string> names(State state) const;
   [[nodiscard]] tims::Time next_start() const;
   [[nodiscard]] bool is_starting() const;
@@ -77,10 +79,9 @@ class Supervisor {
 
   Context& context_;
   EventLines events_;
-  std::string name_;
-  std::string router_;
-  std::string key_;  // of its folder
-  RobotText source_;
+  Robot robot_;
+  Deployment deployment_;  // with the text that was read last
+  std::string key_;        // of its folder
   ControlServer control_;
   StatusSocket status_;
   tims::os::ServiceManager manager_;  // of this program

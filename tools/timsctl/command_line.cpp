@@ -101,8 +101,10 @@ constexpr Verb kOwnVerbs[] = {
      "component (or only NAME) into the robot file; comments and order are kept. Run save on the "
      "host of the robot.",
      "timsctl component param set Chassis/1/0 vxMax 500", component_param, kRows},
-    {"component", "data", "ADDR", 1, 1, "body-max wait si", false,
-     "Show the newest data of a component, field by field. --wait: wait until it has data.",
+    {"component", "data", "ADDR", 1, 1, "body-max wait si newest", false,
+     "Show the newest data of a component, field by field. --wait: wait until it has data. "
+     "--newest: show the newest sample that passed the router, with its age, also when the "
+     "component or its robot is not reachable; the router keeps those of newest.streams.",
      "timsctl component data Position/1/0", component_data, kLines},
     {"component", "pilot", "CHASSIS [PILOT|none]", 1, 2, "wait", false,
      "Show the active pilot of a chassis; with PILOT: set the only pilot that may drive it.",
@@ -183,6 +185,35 @@ constexpr Verb kOwnVerbs[] = {
     {"config", "check", "FILE", 1, 1, "", false,
      "Check a configuration file as the router would. Exit status 1: it has errors.",
      "timsctl config check /etc/tims/router.toml", config_check},
+    {"config", "diff", "EDIT...", 1, 64, "", false,
+     "Show what edits of configuration files would change, as text and as sentences, and whether "
+     "their hosts accept them. EDIT: [ROUTER@]FILE=SOURCE takes the text of a file of this host; "
+     "[ROUTER@]FILE:PATH=VALUE sets one value, and without VALUE removes it. FILE: router.toml or "
+     "robots/NAME.toml, on the host of ROUTER. Needs tims-agent there. Exit status 1: refused.",
+     "timsctl config diff 'robots/scout.toml:component[2].parameters.maxRange=10000'", config_diff},
+    {"config", "apply", "EDIT...", 1, 64, "why window yes", false,
+     "Change configuration files of one or several hosts: check all, write, restart only what "
+     "changed, then keep the change (-y: at once, over a new connection) or go back. All hosts go "
+     "back by themselves unless the change is confirmed in time. EDIT as for `config diff`. Ctrl-C "
+     "takes the change back. Exit status 1: refused, or not kept.",
+     "timsctl config apply arm@router.toml:log.level=debug --why 'find the fault'", config_apply},
+    {"config", "confirm", "[CHANGE]", 0, 1, "", false,
+     "Keep the change that is under way, on all of its hosts.", "timsctl config confirm",
+     config_confirm},
+    {"config", "undo", "[CHANGE]", 0, 1, "generation why window yes", false,
+     "Take back the change that is under way, on all of its hosts; or with --generation N make the "
+     "files of an older generation a new change.",
+     "timsctl config undo --generation 7 -y", config_undo},
+    {"config", "history", "", 0, 0, "count sort", false,
+     "Show the last generations of the configuration files of a host: who changed them, when, why, "
+     "and what became of it.",
+     "timsctl config history -r arm", config_history, kRows},
+    {"config", "budget", "", 0, 0, "sort", false,
+     "Show what the links between the routers carry: at most, from the periods and sizes of the "
+     "data "
+     "that components use of other hosts, and now. Yellow from 70 % of a link's rate, red from "
+     "100 %. Exit status 1: red.",
+     "timsctl config budget", config_budget, kRows},
 
     {"device", "list", "", 0, 0, "sort", false,
      "List the devices of this host: serial ports, CAN interfaces, cameras, joysticks, I/O lines; "

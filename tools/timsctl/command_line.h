@@ -77,6 +77,12 @@ Exit stats(Context& context);
 
 Exit config_check(Context& context);
 Exit config_show(Context& context);
+Exit config_diff(Context& context);
+Exit config_apply(Context& context);
+Exit config_confirm(Context& context);
+Exit config_undo(Context& context);
+Exit config_history(Context& context);
+Exit config_budget(Context& context);
 
 Exit device_list(Context& context);
 Exit device_watch(Context& context);

@@ -201,7 +201,7 @@ Exit param_set(Context& context) {
 }
 
 void show_data(Context& context, tims::Address component, const Message& newest,
-               const rack::Schema& body, const FieldStyle& style) {
+               const rack::Schema& body, const FieldStyle& style, std::optional<double> age_s) {
   const Format format = context.out.look().format;
   if (format == Format::kTable || format == Format::kWide) {
     const rack::PrintStyle print{
@@ -218,12 +218,12 @@ void show_data(Context& context, tims::Address component, const Message& newest,
   if (format == Format::kCsv) return context.out.write(CsvLines().add(described));
   if (const json::value* damage = described.if_contains("malformed"))
     throw Failure(Exit::kVersion, "malformed", std::string(damage->as_string()));
-  context.out.write(json::object{{"schema", "tims/component_data/1"},
-                                 {"address", address_json(component, style.widths)},
-                                 {"time", described["time"]},
-                                 {"body", described["body"]},
-                                 {"units", described["units"]},
-                                 {"data", described["data"]}});
+  json::object answer{
+      {"schema", "tims/component_data/1"}, {"address", address_json(component, style.widths)},
+      {"time", described["time"]},         {"body", described["body"]},
+      {"units", described["units"]},       {"data", described["data"]}};
+  if (age_s) answer["age_s"] = *age_s;
+  context.out.write(answer);
 }
 
 }  // namespace
@@ -303,7 +303,17 @@ Exit component_data(Context& context) {
   ComponentClient client(context, {.address = {}, .body_max = context.options.body_max_bytes});
   const tims::Address component = client.address(context.options.arguments.front());
   std::optional<Message> newest;
-  waited(context, [&] { return (newest = client.newest_data(component)).has_value(); });
+  std::optional<double> age_s;
+  waited(context, [&] {
+    newest =
+        context.options.newest ? client.kept_data(component, age_s) : client.newest_data(component);
+    return newest.has_value();
+  });
+  if (!newest && context.options.newest)
+    throw Failure(Exit::kNo, "none_kept",
+                  "the router keeps no data of " + client.name_of(component),
+                  "it keeps samples that pass it, of the classes in newest.streams: somebody "
+                  "behind it must subscribe to them, such as `timsctl msg echo ADDR` does");
   if (!newest)
     throw Failure(Exit::kNo, "no_data", client.name_of(component) + " has no data",
                   "is it on? `timsctl component status ADDR`");
@@ -321,7 +331,8 @@ Exit component_data(Context& context) {
                   fmt::format("{}`timsctl msg echo ADDR -n 1` shows the bytes",
                               why.empty() ? "" : rack::message_places() + "; "));
   }
-  show_data(context, component, *newest, *info->body, style);
+  if (age_s) context.out.note(fmt::format("{:.1f} s old", *age_s));
+  show_data(context, component, *newest, *info->body, style, age_s);
   return Exit::kDone;
 }
 

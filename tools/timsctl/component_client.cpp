@@ -6,8 +6,10 @@
 #include <fmt/format.h>
 
 #include "base/measure.h"
+#include "base/text.h"
 #include "os/clock.h"
 #include "os/wakeup.h"
+#include "tools/cli/admin_client.h"
 
 namespace timsctl {
 
@@ -30,6 +32,31 @@ std::optional<Message> ComponentClient::newest_data(tims::Address component) {
   Message answer = ask(component, tims::type::kGetData, rack::GetDataRequest{});
   if (answer.header.type != tims::type::kData) return std::nullopt;
   return answer;
+}
+
+std::optional<Message> ComponentClient::kept_data(tims::Address component,
+                                                  std::optional<double>& age_s) {
+  json::object answer;
+  try {
+    AdminClient admin = context_.admin(*connection_);
+    answer = admin.ask({{"ask", "newest"}, {"of", component.to_hex()}});
+  } catch (const Failure& failure) {
+    if (failure.code == "none_kept") return std::nullopt;
+    throw;
+  }
+  const auto body = base::parse_hex(text_at(answer, "body"));
+  const json::value* age = answer.if_contains("age_s");
+  const json::value* little = answer.if_contains("little_endian");
+  if (!body || age == nullptr || !age->is_number() || little == nullptr || !little->is_bool())
+    throw Failure(Exit::kVersion, "bad_answer", "the router's answer is not a newest value");
+  age_s = age->to_number<double>();
+  Message message;
+  message.header = {.flags = little->get_bool() ? tims::flag::kBodyLittleEndian : std::uint8_t{0},
+                    .type = tims::type::kData,
+                    .src = component,
+                    .length = static_cast<std::uint32_t>(tims::kHeaderSize + body->size())};
+  message.body = *body;
+  return message;
 }
 
 std::string ComponentClient::description(tims::Address component) {

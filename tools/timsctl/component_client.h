@@ -63,6 +63,10 @@ class ComponentClient {
   // Empty if it has no data, for example because it is off.
   std::optional<Message> newest_data(tims::Address component);
 
+  // What the router of this connection has kept of it, and how many seconds ago that passed the
+  // router; empty: nothing. Asks no component.
+  std::optional<Message> kept_data(tims::Address component, std::optional<double>& age_s);
+
   rack::ParameterList parameters(tims::Address component);
   // When new values take effect; unknown for components of the original RACK.
   std::optional<rack::ParameterEffects> effects(tims::Address component) {

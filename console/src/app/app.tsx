@@ -18,7 +18,10 @@ const DrivePage = lazy(() => import('./pages').then((pages) => pages.DrivePage))
 const MessagesPage = lazy(() => import('./pages').then((pages) => pages.MessagesPage));
 const PlotsPage = lazy(() => import('./pages').then((pages) => pages.PlotsPage));
 const NetworkPage = lazy(() => import('./pages').then((pages) => pages.NetworkPage));
+const RecorderPage = lazy(() => import('./pages').then((pages) => pages.RecorderPage));
 const SimulationPage = lazy(() => import('./pages').then((pages) => pages.SimulationPage));
+const StudioPage = lazy(() => import('../studio/studio_page').then((pages) => pages.StudioPage));
+const ChangeWatch = lazy(() => import('../studio/change_watch').then((watch) => watch.ChangeWatch), true);
 const RobotPage = lazy(() => import('./pages').then((pages) => pages.RobotPage));
 
 interface Page {
@@ -36,6 +39,8 @@ const pages: Page[] = [
   { name: 'messages', title: 'Messages', icon: 'text', view: MessagesPage, key: 'l' },
   { name: 'plots', title: 'Plots', icon: 'plot', view: PlotsPage, key: 'p' },
   { name: 'network', title: 'Network', icon: 'tree', view: NetworkPage, key: 'n' },
+  { name: 'studio', title: 'Studio', icon: 'wrench', view: StudioPage, key: 'c' },
+  { name: 'recorder', title: 'Recorder', icon: 'disc', view: RecorderPage, key: 'r' },
   { name: 'simulation', title: 'Simulation', icon: 'cube', view: SimulationPage, key: 's' },
 ];
 
@@ -65,6 +70,7 @@ export function App() {
       </header>
       <ExposedNotice />
       <ConnectionNotice />
+      <ChangeWatch />
       <main id="content" tabIndex={-1} class={`page-${page}`}>
         <PageView key={`${page}/${rest[0] ?? ''}`} page={page} />
       </main>
@@ -74,15 +80,27 @@ export function App() {
   );
 }
 
+// On a phone the first four are at the bottom, the others in a menu beside them.
+const atThumb = 4;
+
 function Navigation({ current }: { current: string }) {
+  const link = ({ name, title, icon }: Page) => (
+    <a key={name} href={`#/${name}`} aria-current={current === name ? 'page' : undefined}>
+      <Icon name={icon} />
+      <span>{title}</span>
+    </a>
+  );
   return (
     <nav aria-label="Pages">
-      {pages.map(({ name, title, icon }) => (
-        <a key={name} href={`#/${name}`} aria-current={current === name ? 'page' : undefined}>
-          <Icon name={icon} />
-          <span>{title}</span>
-        </a>
-      ))}
+      {pages.slice(0, atThumb).map(link)}
+      <span class="wide">{pages.slice(atThumb).map(link)}</span>
+      <details class="narrow" key={current}>
+        <summary>
+          <Icon name="more" />
+          <span>More</span>
+        </summary>
+        <div>{pages.slice(atThumb).map(link)}</div>
+      </details>
     </nav>
   );
 }

@@ -3,8 +3,11 @@
 import { createContext } from 'preact';
 import { useContext } from 'preact/hooks';
 import { className } from '../codec/catalogue';
+import { GoalLists } from '../map/goals';
 import { Admin } from '../model/admin';
+import { storedName } from '../model/console_name';
 import { Fleet } from '../model/fleet';
+import { Leases } from '../model/leases';
 import { Log } from '../model/log';
 import { addressText, originalWidths, type Widths } from '../tims/address';
 import { Client } from '../tims/client';
@@ -13,14 +16,23 @@ export interface Console {
   client: Client;
   admin: Admin;
   fleet: Fleet;
+  leases: Leases;
   log: Log;
+  goals: GoalLists;
 }
 
 export function makeConsole(worker: Worker, url: string): Console {
   const client = new Client(worker, url);
   const admin = new Admin(client);
   const fleet = new Fleet(client, admin);
-  return { client, admin, fleet, log: new Log(client, fleet) };
+  return {
+    client,
+    admin,
+    fleet,
+    leases: new Leases(client, admin, storedName()),
+    log: new Log(client, fleet),
+    goals: new GoalLists(),
+  };
 }
 
 export const ConsoleContext = createContext<Console | undefined>(undefined);

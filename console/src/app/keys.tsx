@@ -16,7 +16,7 @@ export function Keys({ pages }: { pages: Key[] }) {
   const begun = useSignal(0);
   useEffect(() => {
     const onKey = (event: KeyboardEvent) => {
-      if (event.ctrlKey || event.altKey || event.metaKey || isText(event.target)) return;
+      if (event.defaultPrevented || event.ctrlKey || event.altKey || event.metaKey || isText(event.target)) return;
       if (event.key === '?') return dialog.current?.showModal();
       if (event.key === '/') return focusFilter(event);
       if (event.key === 'g') {
@@ -64,6 +64,10 @@ const others: [string[], string][] = [
   [['Ctrl', 'K'], 'Go to a page, robot or component'],
   [['/'], 'Filter'],
   [['Shift', 'Esc'], 'Stop the robots that this page shows'],
+  [['F1'], 'to F8: open the first views of a robot'],
+  [['f'], 'One view on the whole page'],
+  [['+', '-', 'Home'], 'On the map: zoom, all robots; the arrows move it'],
+  [['Enter'], 'On the map with an action: choose a place, with arrows, G and H; Enter takes it'],
   [['?'], 'This list'],
 ];
 

@@ -3,7 +3,8 @@
 import { signal } from '@preact/signals';
 import type { ComponentType } from 'preact';
 
-export function lazy(load: () => Promise<ComponentType>): ComponentType {
+// `quiet`: a part of the frame; until it is loaded, it is not there.
+export function lazy(load: () => Promise<ComponentType>, quiet = false): ComponentType {
   const page = signal<ComponentType | undefined>(undefined);
   const trouble = signal('');
   let begun = false;
@@ -23,6 +24,7 @@ export function lazy(load: () => Promise<ComponentType>): ComponentType {
     if (!begun) begin();
     const Page = page.value;
     if (Page !== undefined) return <Page />;
+    if (quiet) return null;
     if (trouble.value === '') return <p class="empty faint">Loading …</p>;
     return (
       <section class="empty" role="alert">

@@ -1,6 +1,6 @@
 // All messages of RACK, by class and type. Bodies are decoded in the byte order that the flags of their header state,
 // and encoded little endian, as encodeMessage() of tims/header.ts expects them.
-import { flags as headerFlags } from '../tims/header';
+import { flags as headerFlags, types } from '../tims/header';
 import type { Bodies, Structs } from './messages';
 import schema from './schema.json';
 import { CodecError, type DecodeOptions, type Fields, Struct, type StructDescription } from './struct';
@@ -75,10 +75,8 @@ export function decodeMessage(
   return bodyOf(id, type).decode(body, (flags & headerFlags.bodyLittleEndian) !== 0, options);
 }
 
-const dataType = -6;
-
 export function decodeData(id: number, body: Uint8Array, flags: number, options?: DecodeOptions): Fields {
-  return decodeMessage(id, dataType, body, flags, options);
+  return decodeMessage(id, types.data, body, flags, options);
 }
 
 export function decodeStruct<K extends keyof Structs>(name: K, body: Uint8Array, flags: number): Structs[K] {
@@ -107,6 +105,11 @@ interface Names {
 }
 
 const values = new Map((schema.values as unknown as Names[]).map((names) => [names.field, names]));
+
+// The names that a number may have, without its flags: for lists to choose from.
+export function namesOf(field: string): [name: string, value: number][] {
+  return Object.entries(values.get(field)?.names ?? {});
+}
 
 // What a number stands for: valueName('GpsData.mode', 18) is "3D, differential". Undefined: it is a plain number.
 export function valueName(field: string, value: number): string | undefined {

@@ -518,6 +518,11 @@ export interface GdosLogAddress {
   version: number;
 }
 
+export interface GdosTexts {
+  textNum?: number;
+  text: string;
+}
+
 export interface OdometryData {
   recordingTime: number; // ms
   pos: Position3d;
@@ -824,6 +829,7 @@ export interface Structs {
   DatalogData: DatalogData;
   GdosData: GdosData;
   GdosLogAddress: GdosLogAddress;
+  GdosTexts: GdosTexts;
   OdometryData: OdometryData;
   Waypoint2d: Waypoint2d;
   Position2d: Position2d;
@@ -891,6 +897,8 @@ export interface Bodies {
   'GDOS.DATA': GdosData;
   'GDOS.GET_LOG': undefined;
   'GDOS.LOG': GdosLogAddress;
+  'GDOS.GET_TEXTS': undefined;
+  'GDOS.TEXTS': GdosTexts;
   'Chassis.DATA': ChassisData;
   'Chassis.MOVE': ChassisMoveData;
   'Chassis.GET_PARAMETER': undefined;

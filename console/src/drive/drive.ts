@@ -32,21 +32,57 @@ export async function stickPilots(console: Console, robot: Robot): Promise<Stick
   return found;
 }
 
-// Takes the stick, ends all other pilots, and lets this one drive.
-export async function beginDriving(console: Console, robot: Robot, { pilot, joystick }: StickPilot): Promise<void> {
+export interface DrivingOptions {
+  over?: boolean; // take the robot from whoever drives it
+  ended?: (why: string) => void; // somebody else has taken it, or the connection is lost
+}
+
+const stickTime = 3000; // ms; who was driving lets the stick go when its lease is not renewed
+const stickPause = 250;
+
+// Takes the driving lease and the stick, ends all other pilots, and lets this one drive. Throws who drives.
+export async function beginDriving(
+  console: Console,
+  robot: Robot,
+  { pilot, joystick }: StickPilot,
+  { over = false, ended }: DrivingOptions = {},
+): Promise<void> {
   const chassis = firstOf(robot, 'Chassis');
   if (chassis === undefined) throw new Error(`robot ${robot.system} has no chassis`);
-  await console.client.takeStick(joystick);
+  await console.leases.take(robot.system, {
+    stick: joystick,
+    over,
+    ended: (why) => {
+      console.client.releaseStick();
+      ended?.(why);
+    },
+  });
   try {
+    await takeStick(console, joystick, over);
+    // Not by their states as last heard: these may be two seconds old.
     for (const other of robot.components)
-      if (other.classId === pilot.classId && other !== pilot && other.state.value !== 'off')
-        await console.fleet.turn(other, false);
-    if (chassis.state.value !== 'on') await console.fleet.turn(chassis, true);
+      if (other.classId === pilot.classId && other !== pilot) await console.fleet.turn(other, false);
+    // A pilot that is on listens to whoever had the stick before, until it notices that he is gone; and it does not
+    // begin with a stick that is held.
+    await console.fleet.turn(pilot, false);
+    await console.fleet.turn(chassis, true);
     await command(console.client, chassis, 'Chassis.SET_ACTIVE_PILOT', { activePilot: pilot.address });
     await console.fleet.turn(pilot, true);
   } catch (error) {
     console.client.releaseStick();
+    await console.leases.release(robot.system);
     throw error;
+  }
+}
+
+async function takeStick(console: Console, joystick: number, over: boolean): Promise<void> {
+  for (const deadline = performance.now() + stickTime; ; ) {
+    try {
+      return await console.client.takeStick(joystick);
+    } catch (error) {
+      if (!over || performance.now() > deadline) throw error;
+      await new Promise((resolve) => setTimeout(resolve, stickPause));
+    }
   }
 }
 
@@ -58,5 +94,6 @@ export async function endDriving(console: Console, robot: Robot, { pilot }: Stic
     await console.fleet.turn(pilot, false);
   } finally {
     console.client.releaseStick();
+    await console.leases.release(robot.system);
   }
 }

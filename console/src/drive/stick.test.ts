@@ -1,13 +1,22 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { stickAtRest } from '../tims/joystick';
-import { stickOfGamepad, stickOfKeys, stickOfPad } from './stick';
+import { stickKey, stickOfGamepad, stickOfKeys, stickOfPad } from './stick';
 
 test('keys add up, and opposite ones cancel', () => {
   assert.deepEqual(stickOfKeys(new Set(['ArrowUp', 'ArrowLeft']), 30), { x: 30, y: -30, z: 0, buttons: 0 });
   assert.deepEqual(stickOfKeys(new Set(['ArrowUp', 's']), 30), stickAtRest);
   assert.deepEqual(stickOfKeys(new Set(['w', 'ArrowUp']), 100), { x: 100, y: 0, z: 0, buttons: 0 });
   assert.deepEqual(stickOfKeys(new Set(['x']), 100), stickAtRest);
+});
+
+test('the block of digits, capital letters, and the buttons', () => {
+  assert.equal(stickKey({ key: '8', code: 'Numpad8' }), 'ArrowUp');
+  assert.equal(stickKey({ key: '8', code: 'Digit8' }), undefined);
+  assert.equal(stickKey({ key: 'W', code: 'KeyW' }), 'w');
+  assert.equal(stickKey({ key: 'F4', code: 'F4' }), 'F4');
+  assert.equal(stickKey({ key: 'F5', code: 'F5' }), undefined);
+  assert.deepEqual(stickOfKeys(new Set(['F1', 'F3']), 30), { x: 0, y: 0, z: 0, buttons: 5 });
 });
 
 test('the pad rests in its middle and ends at its edge', () => {

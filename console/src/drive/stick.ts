@@ -17,9 +17,20 @@ const axes: Record<string, Partial<StickPosition>> = {
   e: { z: 1 },
 };
 
-export const isDriveKey = (key: string) => axes[normal(key)] !== undefined;
+// The block of digits drives like the arrows, as in the original.
+const digits: Record<string, string> = {
+  Numpad8: 'ArrowUp',
+  Numpad2: 'ArrowDown',
+  Numpad4: 'ArrowLeft',
+  Numpad6: 'ArrowRight',
+};
+const buttonKeys = ['F1', 'F2', 'F3', 'F4'];
 
-export const normal = (key: string) => (key.length === 1 ? key.toLowerCase() : key);
+// The name of a key that moves the stick or presses one of its buttons; undefined: it does neither.
+export function stickKey({ key, code }: { key: string; code: string }): string | undefined {
+  const name = digits[code] ?? (key.length === 1 ? key.toLowerCase() : key);
+  return axes[name] !== undefined || buttonKeys.includes(name) ? name : undefined;
+}
 
 // `speed`: percent of the stick's range.
 export function stickOfKeys(keys: ReadonlySet<string>, speed: number): StickPosition {
@@ -30,7 +41,8 @@ export function stickOfKeys(keys: ReadonlySet<string>, speed: number): StickPosi
     sum.y += axis?.y ?? 0;
     sum.z += axis?.z ?? 0;
   }
-  return limited({ ...sum, buttons: 0 }, speed);
+  const buttons = buttonKeys.reduce((bits, key, i) => (keys.has(key) ? bits | (1 << i) : bits), 0);
+  return limited({ ...sum, buttons }, speed);
 }
 
 // The place of a finger on the pad: -1 to 1, up is forward.

@@ -39,3 +39,14 @@ test('what is not understood is named with its line', () => {
 test('a file without windows says so', () => {
   assert.deepEqual(importGuiCfg('').remarks, ['it has no open windows of components']);
 });
+
+test('the stick in the window is the page that drives, and PositionNavi is in the view of Position', () => {
+  const { layouts, remarks } = importGuiCfg(
+    'rack.gui.navigation.PositionNavi 0 (1,2,3,4,0) -system=2\nrack.gui.main.JoystickSoftware 0 (1,2,3,4,0) -system=2\n',
+  );
+  assert.deepEqual(remarks, []);
+  assert.deepEqual(layouts, [
+    { name: 'workspace (robot 2)', address: '#/robot/2?tiles=Position/0' },
+    { name: 'workspace, drive (robot 2)', address: '#/drive/2' },
+  ]);
+});

@@ -138,10 +138,12 @@ async function sendRobot({ console, robot }: Work, pose: Spot): Promise<string> 
   const driver = need(robot, 'Pilot');
   const base = need(robot, 'Chassis');
   await localise(console, robot);
-  if (base.state.value !== 'on') await console.fleet.turn(base, true);
-  await command(console.client, base, 'Chassis.SET_ACTIVE_PILOT', { activePilot: driver.address });
-  if (driver.state.value !== 'on') await console.fleet.turn(driver, true);
-  await command(console.client, driver, 'Pilot.SET_DESTINATION', { pos: pose3d(pose), speed: goalSpeed }, onTime);
+  await console.leases.during(robot.system, async () => {
+    if (base.state.value !== 'on') await console.fleet.turn(base, true);
+    await command(console.client, base, 'Chassis.SET_ACTIVE_PILOT', { activePilot: driver.address });
+    if (driver.state.value !== 'on') await console.fleet.turn(driver, true);
+    await command(console.client, driver, 'Pilot.SET_DESTINATION', { pos: pose3d(pose), speed: goalSpeed }, onTime);
+  });
   return `Robot ${robot.system} drives to ${place(pose)}`;
 }
 

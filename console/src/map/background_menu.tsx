@@ -1,11 +1,15 @@
-// The picture below the map, such as an aerial photograph, with its world file or by its corner and width.
+// Pictures below the map, such as aerial photographs: each with its world file, of the same name, or one by its corner
+// and width.
 
 import { useSignal } from '@preact/signals';
 import { useRef } from 'preact/hooks';
-import { NumberInput, numberOf, useAttempt } from '../views/parts';
+import { useAttempt } from '../ui/attempt';
+import { NumberInput, numberOf } from '../views/parts';
 import type { MapModel } from './map_canvas';
-import { type Place, readWorldFile } from './world_file';
+import type { Plan } from './scene';
+import { readWorldFile } from './world_file';
 
+const stem = (name: string) => name.replace(/\.\w+$/, '');
 const isWorldFile = (name: string) => /\.(tfw|jgw|pgw|wld)$/i.test(name);
 
 export function BackgroundMenu({ model }: { model: MapModel }) {
@@ -14,25 +18,24 @@ export function BackgroundMenu({ model }: { model: MapModel }) {
   const { attempt, Failure } = useAttempt();
   const show = async () => {
     const chosen = [...(files.current?.files ?? [])];
-    const world = chosen.find(({ name }) => isWorldFile(name));
-    const file = chosen.find(({ name }) => !isWorldFile(name));
-    if (file === undefined) throw new Error('choose a picture, and its world file if it has one');
-    const picture = await createImageBitmap(file);
+    const pictures = chosen.filter(({ name }) => !isWorldFile(name));
+    if (pictures.length === 0) throw new Error('choose a picture, and its world file if it has one');
     const corner = { north: numberOf('North', north), east: numberOf('East', east) };
-    const place: Place =
-      world !== undefined
-        ? readWorldFile(await world.text(), corner)
-        : {
-            north: 1000 * corner.north,
-            west: 1000 * corner.east,
-            cell: (1000 * numberOf('Width', width)) / picture.width,
-          };
-    if (!(place.cell > 0)) throw new Error('the width is more than 0');
-    model.background = { picture, ...place };
+    const plans = pictures.map(async (file): Promise<Plan> => {
+      const picture = await createImageBitmap(file);
+      const world = chosen.find(({ name }) => isWorldFile(name) && stem(name) === stem(file.name));
+      if (world !== undefined) return { picture, ...readWorldFile(await world.text(), corner) };
+      if (pictures.length > 1) throw new Error(`${file.name} has no world file: only one picture may be without`);
+      const cell = (1000 * numberOf('Width', width)) / picture.width;
+      if (!(cell > 0)) throw new Error('the width is more than 0');
+      return { picture, north: 1000 * corner.north, west: 1000 * corner.east, cell };
+    });
+    // The coarse ones first, so that finer ones are above them.
+    model.background = (await Promise.all(plans)).sort((a, b) => b.cell - a.cell);
     model.changed = true;
   };
   const remove = () => {
-    model.background = undefined;
+    model.background = [];
     model.changed = true;
   };
   return (
@@ -44,7 +47,7 @@ export function BackgroundMenu({ model }: { model: MapModel }) {
           type="file"
           multiple
           accept="image/*,.tfw,.jgw,.pgw,.wld"
-          aria-label="Picture and world file"
+          aria-label="Pictures and world files"
         />
         <p class="small faint">
           North and east of its upper left corner; with a world file: the coordinates of the map’s origin in it.

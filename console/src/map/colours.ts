@@ -9,12 +9,16 @@ export interface MapColours {
   scan: string;
   reflector: string;
   moving: string;
+  transparent: string;
+  rain: string;
+  dirt: string;
   trail: string;
   path: string;
   pilot: string;
   goal: string;
   particle: string;
   object: string;
+  gps: string;
   stale: string;
   robots: string[];
 }
@@ -31,12 +35,16 @@ export function mapColours(element: HTMLElement): MapColours {
     scan: colour('scan'),
     reflector: colour('reflector'),
     moving: colour('moving'),
+    transparent: colour('transparent'),
+    rain: colour('rain'),
+    dirt: colour('dirt'),
     trail: colour('trail'),
     path: colour('path'),
     pilot: colour('pilot'),
     goal: colour('goal'),
     particle: colour('particle'),
     object: colour('object'),
+    gps: colour('gps'),
     stale: colour('stale'),
     robots: [1, 2, 3, 4, 5, 6].map((number) => colour(`robot-${number}`)),
   };

@@ -1,9 +1,10 @@
 // Fills the scene of a robot from the data of its components: one subscription for each that is registered.
 
 import type { Console } from '../app/console';
-import { classId, decodeData, decodeMessage } from '../codec/catalogue';
-import type { ChassisParamData } from '../codec/messages';
+import { classId, decodeData, decodeStruct, valueName } from '../codec/catalogue';
+import type { GpsData } from '../codec/messages';
 import type { Elements } from '../codec/views';
+import { command } from '../model/commands';
 import type { Component, Robot } from '../model/fleet';
 import { decodeHeader, headerSize } from '../tims/header';
 import { planOf } from './plan';
@@ -42,6 +43,7 @@ const sources: { name: string; period: number; take: Take; elements?: boolean }[
   { name: 'Path', period: periods.slow, take: takePath as Take },
   { name: 'Mcl', period: periods.normal, take: takeMcl as Take },
   { name: 'ObjRecog', period: periods.normal, take: takeObjects as Take },
+  { name: 'Gps', period: periods.normal, take: takeGps as Take },
   { name: 'FeatureMap', period: periods.slow, take: takeFeatures as Take },
 ];
 
@@ -98,7 +100,7 @@ function takePath(scene: RobotScene, { splines }: { splines: Spline[] }): void {
 }
 
 function takeMcl(scene: RobotScene, { points }: { points: RobotScene['particles'] }): void {
-  scene.particles = points.filter(({ type }) => type === particle);
+  scene.particles = points.filter(({ type }) => valueName('MclDataPoint.type', type) === 'sample');
 }
 
 function takeObjects(scene: RobotScene, { objects }: ObjectsData): void {
@@ -111,6 +113,13 @@ function takeObjects(scene: RobotScene, { objects }: ObjectsData): void {
       width: dim.y,
     }),
   );
+}
+
+function takeGps(scene: RobotScene, { mode, pos, var: deviation }: GpsData): void {
+  scene.gps =
+    mode === 0
+      ? undefined
+      : { pose: pos, deviation: Math.max(deviation.x, deviation.y), headingDeviation: deviation.rho };
 }
 
 function takeFeatures(scene: RobotScene, { features }: { features: RobotScene['walls'] }): void {
@@ -135,16 +144,12 @@ function followPlan(console: Console, robot: Robot, scene: RobotScene, changed: 
 }
 
 const planPeriod = 30_000; // ms
-const particle = 1;
-const getParameter = 22; // of class Chassis
-const parameter = -21;
 
 async function askHull(console: Console, robot: Robot, scene: RobotScene): Promise<void> {
   const chassis = firstOf(robot, 'Chassis');
   if (chassis === undefined) return;
-  const answer = await console.client.call(chassis.address, getParameter);
-  if (answer.type !== parameter) return;
-  const hull = decodeMessage(chassis.classId, parameter, answer.body, answer.flags) as unknown as ChassisParamData;
+  const answer = await command(console.client, chassis, 'Chassis.GET_PARAMETER');
+  const hull = decodeStruct('ChassisParamData', answer.body, answer.flags);
   scene.hull = {
     front: hull.boundaryFront || defaultHull.front,
     back: hull.boundaryBack || defaultHull.back,

@@ -22,7 +22,7 @@ export interface MapModel {
   // A place that is being chosen.
   draft: Spot | undefined;
   waypoints: Waypoints;
-  background: Plan | undefined;
+  background: Plan[]; // the lowest first
   changed: boolean;
 }
 
@@ -36,7 +36,7 @@ export function newMapModel(layers: Layers): MapModel {
     layers,
     draft: undefined,
     waypoints: new Waypoints(),
-    background: undefined,
+    background: [],
     changed: true,
   };
 }
@@ -50,6 +50,7 @@ interface Properties {
 
 const keyStep = 40; // pixels
 const zoomStep = 1.25;
+const turnStep = Math.PI / 18;
 
 export function MapCanvas({ model, label, choose }: Properties) {
   const canvas = useRef<HTMLCanvasElement>(null);
@@ -78,6 +79,7 @@ export function MapCanvas({ model, label, choose }: Properties) {
     };
   }, [model]);
   useEffect(() => {
+    if (choose === undefined) model.draft = undefined;
     model.changed = true;
   });
   return (
@@ -88,7 +90,8 @@ export function MapCanvas({ model, label, choose }: Properties) {
       role="img"
       aria-label={label}
       onKeyDown={(event) => {
-        if (moveByKey(model, event.key)) event.preventDefault();
+        const isChosen = choose !== undefined && chooseByKey(model, event, choose);
+        if (isChosen || moveByKey(model, event.key)) event.preventDefault();
       }}
     />
   );
@@ -153,21 +156,50 @@ function paintDraft(context: CanvasRenderingContext2D, { view, draft }: MapModel
 
 export function moveByKey(model: MapModel, key: string): boolean {
   const moves: Record<string, () => void> = {
-    ArrowLeft: () => pan(model, keyStep, 0),
-    ArrowRight: () => pan(model, -keyStep, 0),
-    ArrowUp: () => pan(model, 0, keyStep),
-    ArrowDown: () => pan(model, 0, -keyStep),
     '+': () => zoom(model, zoomStep),
     '-': () => zoom(model, 1 / zoomStep),
+    PageUp: () => zoom(model, zoomStep),
+    PageDown: () => zoom(model, 1 / zoomStep),
     Home: () => {
       model.isPlaced = false;
       model.changed = true;
     },
   };
+  const arrow = arrows[key];
+  if (arrow !== undefined) pan(model, -arrow[0] * keyStep, -arrow[1] * keyStep);
   const move = moves[key];
   move?.();
-  return move !== undefined;
+  return move !== undefined || arrow !== undefined;
 }
+
+// Enter begins to choose a place in the middle of the map, the arrows move it, with Shift its end, G and H turn it, and
+// Enter takes it.
+function chooseByKey(model: MapModel, { key, shiftKey }: KeyboardEvent, choose: (spot: Spot) => void): boolean {
+  const { view, draft } = model;
+  if (key === 'Enter') {
+    model.draft = draft === undefined ? { ...view.centre, rho: view.up, end: view.centre } : undefined;
+    if (draft !== undefined) choose(draft);
+  } else if (draft === undefined) return false;
+  else if (/^(g|PageUp)$/i.test(key)) model.draft = { ...draft, rho: draft.rho - turnStep };
+  else if (/^(h|PageDown)$/i.test(key)) model.draft = { ...draft, rho: draft.rho + turnStep };
+  else {
+    const [right, down] = arrows[key] ?? [];
+    if (right === undefined || down === undefined) return false;
+    const { centre } = panned(view, -right * keyStep, -down * keyStep);
+    const moved = ({ x, y }: Point) => ({ x: x + centre.x - view.centre.x, y: y + centre.y - view.centre.y });
+    const end = moved(draft.end);
+    model.draft = shiftKey ? { ...draft, end, rho: headingTo(draft, end) } : { ...draft, ...moved(draft), end };
+  }
+  model.changed = true;
+  return true;
+}
+
+const arrows: Record<string, [right: number, down: number]> = {
+  ArrowLeft: [-1, 0],
+  ArrowRight: [1, 0],
+  ArrowUp: [0, -1],
+  ArrowDown: [0, 1],
+};
 
 export function zoom(model: MapModel, factor: number): void {
   model.view = zoomed(model.view, { width: 0, height: 0 }, { x: 0, y: 0 }, factor);
@@ -240,10 +272,14 @@ function gestures(
   };
   const wheel = (event: WheelEvent) => {
     event.preventDefault();
+    model.changed = true;
+    if (model.draft !== undefined) {
+      model.draft = { ...model.draft, rho: model.draft.rho + Math.sign(event.deltaY) * turnStep };
+      return;
+    }
     const point = { x: event.offsetX, y: event.offsetY };
     model.view = zoomed(model.view, size, point, Math.exp(-event.deltaY / 400));
     model.isPlaced = true;
-    model.changed = true;
   };
   const listeners: [string, (event: never) => void][] = [
     ['pointerdown', down],

@@ -1,5 +1,6 @@
 // Draws a map: grid, walls, and for each robot its trail, path, particles, scan, objects, goal and hull.
 
+import { valueName } from '../codec/catalogue';
 import type { MapColours } from './colours';
 import { eachEcho, pointType } from './echoes';
 import { type PointBuffer, pixelOf } from './points';
@@ -15,6 +16,8 @@ export interface Layers {
   particles: boolean;
   objects: boolean;
   walls: boolean;
+  gps: boolean;
+  goals: boolean;
 }
 
 export const allLayers: Layers = {
@@ -26,6 +29,8 @@ export const allLayers: Layers = {
   particles: false,
   objects: true,
   walls: true,
+  gps: true,
+  goals: true,
 };
 
 export interface Drawing {
@@ -46,13 +51,13 @@ export function paintMap(
   scenes: RobotScene[],
   layers: Layers,
   now: number,
-  background: Plan | undefined,
+  background: Plan[],
 ): void {
   const { context, size, ratio, colours, points } = drawing;
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
   context.fillStyle = colours.ground;
   context.fillRect(0, 0, size.width, size.height);
-  if (background !== undefined) paintPlan(drawing, background, true);
+  for (const plan of background) paintPlan(drawing, plan, true);
   if (layers.grid) paintGrid(drawing);
   points.resize(Math.round(size.width * ratio), Math.round(size.height * ratio));
   points.clear();
@@ -73,6 +78,8 @@ export function paintMap(
       paintGoal(drawing, scene);
     }
     if (layers.objects) paintObjects(drawing, scene);
+    if (layers.gps) paintGps(drawing, scene);
+    if (layers.goals) paintRoute(drawing, scene);
     paintRobot(drawing, scene, now);
   }
   paintScale(drawing);
@@ -248,18 +255,56 @@ function paintGoal({ context, view, size, colours }: Drawing, { goal, distanceTo
   context.stroke();
 }
 
+// A circle of its deviation, and a wedge of its heading.
+function paintGps({ context, view, size, colours }: Drawing, { gps }: RobotScene): void {
+  if (gps === undefined) return;
+  const { x, y } = toScreen(view, size, gps.pose);
+  const radius = Math.max(6, gps.deviation < unknownDeviation ? gps.deviation * view.scale : 6);
+  context.strokeStyle = colours.gps;
+  context.lineWidth = 1.5;
+  context.beginPath();
+  context.arc(x, y, radius, 0, 2 * Math.PI);
+  const ahead = gps.pose.rho - view.up - Math.PI / 2;
+  const half = Math.min(Math.PI, Math.max(0.03, gps.headingDeviation));
+  const reach = Math.max(24, 1.5 * radius);
+  context.moveTo(x, y);
+  context.arc(x, y, reach, ahead - half, ahead + half);
+  context.closePath();
+  context.stroke();
+}
+
+// The goals of the view of Position: those that are passed are grey, the present one has the circle within which it
+// counts as reached.
+function paintRoute(drawing: Drawing, { goals, pose }: RobotScene): void {
+  const list = goals.list.value;
+  const { context, view, size, colours } = drawing;
+  const index = goals.index.value;
+  const goal = list[index];
+  if (goal === undefined) return;
+  paintLine(drawing, list.slice(0, index + 1), colours.stale, 1.5);
+  if (pose !== undefined) paintLine(drawing, [pose, goal], colours.goal, 1.5);
+  paintLine(drawing, list.slice(index), colours.goal, 1.5);
+  const { x, y } = toScreen(view, size, goal);
+  context.strokeStyle = colours.goal;
+  context.lineWidth = 1.5;
+  context.beginPath();
+  context.arc(x, y, Math.max(4, goals.turnover.value * view.scale), 0, 2 * Math.PI);
+  context.stroke();
+}
+
 function paintObjects({ context, view, size, colours }: Drawing, { objects }: RobotScene): void {
   context.strokeStyle = colours.object;
   context.fillStyle = colours.object;
   context.lineWidth = 1.5;
   context.font = '11px system-ui, sans-serif';
   context.textAlign = 'center';
-  for (const { pose, length, width, id } of objects) {
+  for (const { pose, length, width, id, type } of objects) {
     const half = { x: Math.max(length, 100) / 2, y: Math.max(width, 100) / 2 };
     outline(context, view, size, pose, { front: half.x, back: half.x, left: half.y, right: half.y, margin: 0 });
     context.stroke();
     const at = toScreen(view, size, pose);
-    context.fillText(`${id}`, at.x, at.y + 4);
+    const name = type === 0 ? '' : valueName('ObjRecogObject.type', type);
+    context.fillText(`${id} ${name ?? ''}`, at.x, at.y + 4);
   }
 }
 

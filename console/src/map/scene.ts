@@ -1,6 +1,7 @@
 // What a map shows of one robot: the newest data of its components, and where it has been.
 
 import type { Elements } from '../codec/views';
+import { Goals } from './goals';
 import type { Pose } from './transform';
 
 export interface ScanPoints {
@@ -42,6 +43,13 @@ export interface Plan {
   cell: number; // mm a pixel
 }
 
+// Where a satellite receiver says that the robot is.
+export interface GpsFix {
+  pose: Pose;
+  deviation: number; // mm
+  headingDeviation: number; // rad
+}
+
 export interface RobotScene {
   system: number;
   pose: Pose | undefined;
@@ -57,6 +65,8 @@ export interface RobotScene {
   particles: { x: number; y: number; type: number }[];
   objects: DetectedObject[];
   plan: Plan | undefined;
+  goals: Goals;
+  gps: GpsFix | undefined;
   walls: { x: number; y: number; x2: number; y2: number; layer: number }[];
 }
 
@@ -65,7 +75,7 @@ export const defaultHull: Hull = { front: 300, back: 300, left: 250, right: 250,
 const trailMax = 2000;
 const trailStep = 50; // mm
 
-export function emptyScene(system: number): RobotScene {
+export function emptyScene(system: number, goals = new Goals()): RobotScene {
   return {
     system,
     pose: undefined,
@@ -82,6 +92,8 @@ export function emptyScene(system: number): RobotScene {
     objects: [],
     plan: undefined,
     walls: [],
+    goals,
+    gps: undefined,
   };
 }
 

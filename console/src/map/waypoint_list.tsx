@@ -2,8 +2,8 @@
 
 import { useConsole } from '../app/console';
 import type { Component } from '../model/fleet';
+import { useAttempt } from '../ui/attempt';
 import { metres } from '../ui/quantities';
-import { useAttempt } from '../views/parts';
 import type { Waypoints } from './waypoints';
 
 export function WaypointList({ waypoints, path }: { waypoints: Waypoints; path: Component }) {

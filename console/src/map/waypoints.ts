@@ -47,8 +47,10 @@ export class Waypoints {
       y,
       speed: backward ? -speed : speed,
     }));
-    await command(console.client, path, 'Path.SET_RDDF', { waypoints });
-    if (waypoints.length > 0) await command(console.client, path, 'Path.MAKE');
+    await console.leases.during(path.system, async () => {
+      await command(console.client, path, 'Path.SET_RDDF', { waypoints });
+      if (waypoints.length > 0) await command(console.client, path, 'Path.MAKE');
+    });
   }
 
   private change(next: Waypoint[]): void {

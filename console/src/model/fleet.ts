@@ -4,7 +4,7 @@
 // asked for every two seconds, those that somebody looks at first, a bounded number of questions a second: a fleet
 // of a thousand robots is asked in turns.
 
-import { type ReadonlySignal, type Signal, signal } from '@preact/signals';
+import { batch, type ReadonlySignal, type Signal, signal } from '@preact/signals';
 import { classes, fieldsOf, type Widths } from '../tims/address';
 import type { Client } from '../tims/client';
 import { types } from '../tims/header';
@@ -50,6 +50,7 @@ export class Fleet {
   private localLogs = new Set<number>();
   private components = new Map<number, Component>();
   private watched = new Map<number, number>(); // component: number of views that show it
+  private polled = new Map<Component, ComponentState>(); // not shown yet
   private generation = 0;
 
   constructor(
@@ -102,6 +103,12 @@ export class Fleet {
     try {
       await command(this.client, component, on ? 'ON' : 'OFF', undefined, turnOnTime);
     } finally {
+      await this.askState(component);
+    }
+    // OFF is answered before it is off; ON would find it still on then.
+    for (const deadline = performance.now() + turnOffTime; !on && ['on', 'error'].includes(component.state.value); ) {
+      if (performance.now() > deadline) throw new Error('it is not off yet');
+      await pause(turnPause);
       await this.askState(component);
     }
   }
@@ -159,22 +166,38 @@ export class Fleet {
     this.robotsSignal.value = byRobot(components.values());
   }
 
+  // What was answered since the last turn is shown at once: a page of a thousand robots is drawn four times a second,
+  // and not for each answer.
   private askStates(): void {
+    batch(() => {
+      for (const [component, state] of this.polled) component.state.value = state;
+    });
+    this.polled.clear();
     if (this.client.connection.value.state !== 'connected' || document.hidden) return;
     const now = performance.now();
     const due = [...this.components.values()].filter((component) => now >= component.askedAt + statePeriod);
     const urgency = ({ address, askedAt }: Component) => askedAt - (this.watched.has(address) ? 1e9 : 0);
     due.sort((a, b) => urgency(a) - urgency(b));
-    for (const component of due.slice(0, questionsPerTurn)) void this.askState(component);
+    for (const component of due.slice(0, questionsPerTurn)) void this.poll(component);
+  }
+
+  private async poll(component: Component): Promise<void> {
+    const state = await this.presentState(component);
+    this.polled.set(component, state);
   }
 
   private async askState(component: Component): Promise<void> {
+    component.state.value = await this.presentState(component);
+    this.polled.delete(component);
+  }
+
+  private async presentState(component: Component): Promise<ComponentState> {
     component.askedAt = performance.now();
     try {
       const { type } = await this.client.call(component.address, types.getStatus, undefined, answerTime);
-      component.state.value = stateOf(type);
+      return stateOf(type);
     } catch {
-      component.state.value = this.client.connection.value.state === 'connected' ? 'silent' : 'unknown';
+      return this.client.connection.value.state === 'connected' ? 'silent' : 'unknown';
     }
   }
 }
@@ -185,6 +208,8 @@ interface EventList {
 }
 
 const turnOnTime = 20000; // a device may take its time
+const turnOffTime = 5000;
+const turnPause = 50;
 
 const pause = (time: number) => new Promise((resolve) => setTimeout(resolve, time));
 

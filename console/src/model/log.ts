@@ -1,14 +1,16 @@
 // The texts of components, the newest last. They come from the logs of the hosts; where no log runs at the own router,
-// the console itself is the sink of its texts, like the window of the original. A text that repeats itself is folded
-// into one row with its number.
+// the console itself is the sink of its texts, like the window of the original. A log also sends the newest texts that
+// it has stored, so that one sees what has happened before. A text that repeats itself is folded into one row with its
+// number.
 
 import { type ReadonlySignal, signal } from '@preact/signals';
-import { className, decodeData } from '../codec/catalogue';
+import { className, decodeData, decodeStruct } from '../codec/catalogue';
 import type { GdosData } from '../codec/messages';
 import { addressOf, addressText, classes, componentOf, type Widths } from '../tims/address';
 import type { Client } from '../tims/client';
 import { gdosText, type Level, levelOf } from '../tims/gdos';
 import { decodeHeader, headerSize } from '../tims/header';
+import { command } from './commands';
 import type { Fleet } from './fleet';
 
 export interface LogText {
@@ -75,11 +77,33 @@ export class Log {
         this.subscriptions.delete(log);
       }
     for (const log of logs)
-      if (!this.subscriptions.has(log))
+      if (!this.subscriptions.has(log)) {
         this.subscriptions.set(
           log,
           this.client.subscribe(log, 0, ({ message }) => this.take(message), true),
         );
+        void this.takeStored(log).catch(() => {}); // a log of an earlier version cannot
+      }
+  }
+
+  private async takeStored(log: number): Promise<void> {
+    const answer = await command(this.client, { address: log }, 'GDOS.GET_TEXTS');
+    const stored = storedTexts(decodeStruct('GdosTexts', answer.body, answer.flags).text);
+    const present = this.textsSignal.value;
+    const isNew = (old: StoredText) =>
+      !present.some(
+        ({ sender, level, text }) => sender === this.senderOf(old.mailbox) && level === old.level && text === old.text,
+      );
+    const added = stored
+      .filter(isNew)
+      .map(({ time, mailbox, level, text }) => ({ time, sender: this.senderOf(mailbox), level, text, count: 1 }));
+    const all = [...added.map((each) => ({ ...each, number: this.next++ })), ...present];
+    all.sort((a, b) => a.time.getTime() - b.time.getTime());
+    this.textsSignal.value = folded(all).slice(-textsMax);
+  }
+
+  private senderOf(mailbox: number): number {
+    return this.widths === undefined ? mailbox : componentOf(mailbox, this.widths);
   }
 
   // A log that is started wants the sink: it tries until the console has let it go.
@@ -111,13 +135,40 @@ export class Log {
   }
 
   private add(mailbox: number, level: Level, text: string): void {
-    const sender = this.widths === undefined ? mailbox : componentOf(mailbox, this.widths);
+    const sender = this.senderOf(mailbox);
     const texts = this.textsSignal.value;
-    const last = texts.at(-1);
-    const isRepeated = last?.sender === sender && last.text === text && last.level === level;
     const added = { number: this.next++, time: new Date(), sender, level, text, count: 1 };
-    this.textsSignal.value = isRepeated
-      ? [...texts.slice(0, -1), { ...added, number: last.number, count: last.count + 1 }]
-      : [...texts.slice(-textsMax + 1), added];
+    this.textsSignal.value = [...texts.slice(-textsMax, -1), ...folded([...texts.slice(-1), added])];
   }
+}
+
+// Equal neighbours become one.
+function folded(texts: LogText[]): LogText[] {
+  const rows: LogText[] = [];
+  for (const text of texts) {
+    const last = rows.at(-1);
+    if (last?.sender === text.sender && last.text === text.text && last.level === text.level)
+      rows[rows.length - 1] = { ...text, number: last.number, count: last.count + text.count };
+    else rows.push(text);
+  }
+  return rows;
+}
+
+interface StoredText {
+  time: Date;
+  mailbox: number;
+  level: Level;
+  text: string;
+}
+
+// Lines of a log's files; what is none is left out.
+function storedTexts(lines: string): StoredText[] {
+  return lines.split('\n').flatMap((line) => {
+    try {
+      const { time, address, level, text } = JSON.parse(line);
+      return [{ time: new Date(time), mailbox: Number(address), level, text: `${text}` }];
+    } catch {
+      return [];
+    }
+  });
 }

@@ -1,9 +1,8 @@
 // The links of a router: the worst first, with what is lost on them and why.
 
-import { useSignal } from '@preact/signals';
 import { useRef } from 'preact/hooks';
 import { useConsole } from '../app/console';
-import type { AdminError } from '../model/admin';
+import { useAttempt } from '../ui/attempt';
 import { age, bytes, duration, percent } from '../ui/quantities';
 import { useAdminList } from './admin_list';
 import type { LinkItem } from './reports';
@@ -51,16 +50,9 @@ function ratesOf(items: LinkItem[], before: Map<string, { bytesIn: number; bytes
 
 function Link({ link, rate }: { link: LinkItem; rate: Rate | undefined }) {
   const { admin } = useConsole();
-  const failure = useSignal('');
-  const change = async (what: 'up' | 'down' | 'reset') => {
-    failure.value = '';
-    try {
-      await admin.ask({ ask: 'link', link: link.via ?? link.name, do: what });
-    } catch (error) {
-      const { message, hint } = error as AdminError;
-      failure.value = `${message}${hint ? `; ${hint}` : ''}`;
-    }
-  };
+  const { attempt, Failure } = useAttempt();
+  const change = (what: 'up' | 'down' | 'reset') =>
+    void attempt(() => admin.ask({ ask: 'link', link: link.via ?? link.name, do: what }));
   const up = link.state === 'up';
   const values: [string, string][] = [
     ['since', age(link.since_s)],
@@ -104,18 +96,14 @@ function Link({ link, rate }: { link: LinkItem; rate: Rate | undefined }) {
           ))}
       </dl>
       <p class="actions">
-        <button type="button" onClick={() => void change(up ? 'down' : 'up')}>
+        <button type="button" onClick={() => change(up ? 'down' : 'up')}>
           {up ? 'Take down' : 'Bring up'}
         </button>
-        <button type="button" onClick={() => void change('reset')}>
+        <button type="button" onClick={() => change('reset')}>
           Reset
         </button>
       </p>
-      {failure.value !== '' && (
-        <p class="bad" role="alert">
-          {failure.value}
-        </p>
-      )}
+      <Failure />
     </li>
   );
 }

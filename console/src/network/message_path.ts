@@ -1,11 +1,12 @@
 // Why a message arrives, or does not.
 //
 // Each router on the route is asked what it would do with the message, beginning with the own one. Where the last one
-// does not deliver it, the cause is looked for in this order: the link that leads there is broken; the address is
-// registered at a router that this one has no route to; nobody has registered it.
+// does not deliver it, the cause is looked for in this order: the link that leads there is broken; its router
+// is away; the address is registered at a router that this one has no route to; nobody has registered it.
 
 import type { Admin } from '../model/admin';
 import { fieldsOf, type Widths } from '../tims/address';
+import { types } from '../tims/header';
 import { age } from '../ui/quantities';
 import type { LinkItem, RouteAnswer, RouterItem } from './reports';
 
@@ -17,7 +18,6 @@ export interface Explanation {
 }
 
 const stepsMax = 20;
-const getStatus = 3;
 
 export async function explain(
   admin: Admin,
@@ -33,7 +33,7 @@ export async function explain(
       cause: `the sender ${from} is not registered`,
       remedy: 'start the sending component, then ask again',
     };
-  const question = { ask: 'route', to, type: getStatus, ...(from !== undefined && { from }) };
+  const question = { ask: 'route', to, type: types.getStatus, ...(from !== undefined && { from }) };
   const steps: RouteAnswer[] = [];
   let router = source?.router ?? 0;
   while (steps.length < stepsMax) {
@@ -55,7 +55,7 @@ export async function explain(
 async function sourceOf(admin: Admin, from: string): Promise<{ router: number | undefined }> {
   let router = 0;
   for (let i = 0; i < stepsMax; ++i) {
-    const answer = await admin.ask<RouteAnswer>({ ask: 'route', to: from, type: getStatus }, undefined, router);
+    const answer = await admin.ask<RouteAnswer>({ ask: 'route', to: from, type: types.getStatus }, undefined, router);
     if (answer.verdict === 'deliver' || answer.verdict === 'self') return { router };
     if (answer.verdict !== 'forward' || answer.next_router == null) return { router: undefined };
     router = Number(answer.next_router.raw);
@@ -71,6 +71,8 @@ async function conclude(admin: Admin, steps: RouteAnswer[], widths: Widths): Pro
     return { arrives: true, cause: `it arrives: ${last.router} delivers it to ${ownerOf(last)}`, remedy: '' };
   const broken = await brokenLink(admin, steps, fieldsOf(Number(to.raw), widths).system);
   if (broken !== undefined) return broken;
+  const missing = await missingRouter(admin, fieldsOf(Number(to.raw), widths).system);
+  if (missing !== undefined) return missing;
   return {
     arrives: false,
     cause: `${last.router} knows no mailbox ${to.name}, and discards the message`,
@@ -107,6 +109,19 @@ async function brokenLink(
     }
   }
   return undefined;
+}
+
+// A link that waits for its peer is forgotten after a while; the router behind it is not.
+async function missingRouter(admin: Admin, system: number): Promise<Omit<Explanation, 'steps'> | undefined> {
+  const routers = await admin.all<RouterItem>({ ask: 'routers' });
+  const ofSystem = routers.filter((router) => router.system === system && router.kind !== 'self');
+  if (ofSystem.length === 0 || ofSystem.some(({ state }) => state === 'up')) return undefined;
+  const [router] = ofSystem;
+  return {
+    arrives: false,
+    cause: `the router ${router?.name ?? router?.address.name} is not reachable since ${age(router?.since_s)}`,
+    remedy: 'is that host up, and its network? Its router connects by itself when it is back',
+  };
 }
 
 async function routerNamed(admin: Admin, name: string): Promise<number | undefined> {

@@ -3,6 +3,8 @@
 import { useSignal } from '@preact/signals';
 import { nameOf, useConsole } from '../app/console';
 import { route, setOption } from '../app/route';
+import { useAttempt } from '../ui/attempt';
+import { ComponentInput } from '../ui/component_input';
 import { duration } from '../ui/quantities';
 import type { HopRecord } from './reports';
 
@@ -15,45 +17,29 @@ export function TraceForm() {
   const console = useConsole();
   const to = route.value.options.get('to') ?? '';
   const result = useSignal<Result | undefined>(undefined);
-  const trouble = useSignal('');
-  const components = console.fleet.robots.value.flatMap((robot) => robot.components);
-  const trace = async (event: Event) => {
-    event.preventDefault();
+  const { attempt, busy, Failure } = useAttempt();
+  const trace = async () => {
+    const components = console.fleet.robots.value.flatMap((robot) => robot.components);
     const target = components.find(({ address }) => nameOf(console, address) === to.trim());
-    result.value = undefined;
-    trouble.value = target === undefined ? `No component ${to} is registered: Explain says why.` : '';
-    if (target === undefined) return;
+    if (target === undefined) throw new Error(`No component ${to} is registered: Explain says why.`);
     const { hops, answered } = await console.client.trace(target.address);
     const records = hops.map((record): HopRecord => JSON.parse(record)).sort((a, b) => a.time.localeCompare(b.time));
     result.value = { hops: records, answered };
   };
+  const begin = (event: Event) => {
+    event.preventDefault();
+    result.value = undefined;
+    void attempt(trace);
+  };
   return (
     <>
-      <form class="tools" onSubmit={trace}>
-        <label>
-          To{' '}
-          <input
-            list="trace-components"
-            required
-            placeholder="Ladar(1/0)"
-            value={to}
-            onInput={(event) => setOption('to', event.currentTarget.value)}
-          />
-        </label>
-        <datalist id="trace-components">
-          {components.map(({ address }) => (
-            <option key={address} value={nameOf(console, address)} />
-          ))}
-        </datalist>
-        <button type="submit" class="primary">
+      <form class="tools" onSubmit={begin}>
+        <ComponentInput label="To" required value={to} change={(name) => setOption('to', name)} />
+        <button type="submit" class="primary" disabled={busy.value}>
           Trace
         </button>
       </form>
-      {trouble.value !== '' && (
-        <p class="bad" role="alert">
-          {trouble.value}
-        </p>
-      )}
+      <Failure />
       {result.value !== undefined && <Hops result={result.value} />}
     </>
   );

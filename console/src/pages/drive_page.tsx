@@ -6,15 +6,21 @@ import { nameOf, useConsole } from '../app/console';
 import { isText } from '../app/keys';
 import { route } from '../app/route';
 import { beginDriving, endDriving, type StickPilot, stickPilots } from '../drive/drive';
-import { isDriveKey, normal, stickOfGamepad, stickOfKeys, stickOfPad } from '../drive/stick';
+import { stickKey, stickOfGamepad, stickOfKeys, stickOfPad } from '../drive/stick';
 import { firstOf } from '../map/follow';
+import { fittingName } from '../model/console_name';
 import type { Robot } from '../model/fleet';
+import type { Lease } from '../model/leases';
 import { isAtRest, type StickPosition, stickAtRest } from '../tims/joystick';
-import { CameraView } from '../views/camera_view';
+import { age } from '../ui/quantities';
+import { CameraSight } from '../views/camera_view';
 import { ChassisSpeed } from '../views/chassis_view';
-import { ScanView } from '../views/scan_view';
+import { HoldButton } from '../views/parts';
+import { ScanSight } from '../views/scan_view';
 
 const renewPeriod = 50; // ms; the worker lets the stick go after 250
+const holderPeriod = 1000;
+const takeOverTime = 1000;
 
 export function DrivePage() {
   const console = useConsole();
@@ -72,11 +78,16 @@ function DriveRobot({ robot }: { robot: Robot }) {
     }
     busy.value = false;
   };
-  const begin = (pilot: StickPilot) =>
+  const lost = (why: string) => {
+    driven.value = undefined;
+    trouble.value = `You no longer drive: ${why}.`;
+  };
+  const begin = (pilot: StickPilot, over: boolean) =>
     attempt(async () => {
-      await beginDriving(console, robot, pilot);
+      await beginDriving(console, robot, pilot, { over, ended: lost });
       driven.value = pilot;
     });
+  const other = useHolder(robot, driven.value === undefined);
   const end = () =>
     attempt(async () => {
       const pilot = driven.value;
@@ -90,29 +101,57 @@ function DriveRobot({ robot }: { robot: Robot }) {
     },
     [robot.system],
   );
+  // A digit chooses a pilot, as in the original.
+  useEffect(() => {
+    const onKey = (event: KeyboardEvent) => {
+      if (isText(event.target) || event.ctrlKey || event.altKey || event.metaKey || busy.peek()) return;
+      const pilot = /^Digit[1-9]$/.test(event.code) ? pilots.peek()?.[Number(event.key) - 1] : undefined;
+      if (pilot !== undefined && driven.peek() === undefined && other === undefined) void begin(pilot, false);
+    };
+    addEventListener('keydown', onKey);
+    return () => removeEventListener('keydown', onKey);
+  });
   return (
     <section class="drive-page">
       <div class="tools">
         <h1>Drive robot {robot.system}</h1>
         {driven.value === undefined ? (
-          pilots.value?.map((each) => (
-            <button
-              key={each.pilot.address}
-              type="button"
-              class="primary"
-              disabled={busy.value}
-              onClick={() => void begin(each)}
-            >
-              Drive with {nameOf(console, each.pilot.address)}
-            </button>
-          ))
+          pilots.value?.map((each, i) =>
+            other === undefined ? (
+              <button
+                key={each.pilot.address}
+                type="button"
+                class="primary"
+                disabled={busy.value}
+                aria-keyshortcuts={`${i + 1}`}
+                title={`Key ${i + 1}`}
+                onClick={() => void begin(each, false)}
+              >
+                Drive with {nameOf(console, each.pilot.address)}
+              </button>
+            ) : (
+              <HoldButton
+                key={each.pilot.address}
+                time={takeOverTime}
+                disabled={busy.value}
+                action={() => void begin(each, true)}
+              >
+                Take over with {nameOf(console, each.pilot.address)}
+              </HoldButton>
+            ),
+          )
         ) : (
           <button type="button" disabled={busy.value} onClick={() => void end()}>
             Release
           </button>
         )}
         {busy.value && <span role="status">One moment …</span>}
+        <span class="small" role="status">
+          {driven.value !== undefined && 'You drive.'}
+          {other !== undefined && `${other.holder} drives this robot, for ${age(other.age_s)}.`}
+        </span>
         <span class="grow" />
+        {driven.value === undefined && <YourName />}
         <label>
           Speed <strong>{speed.value} %</strong>{' '}
           <input
@@ -143,6 +182,49 @@ function DriveRobot({ robot }: { robot: Robot }) {
   );
 }
 
+function YourName() {
+  const { name } = useConsole().leases;
+  return (
+    <label>
+      Your name{' '}
+      <input
+        class="name"
+        title="Others see who drives"
+        value={name.value}
+        onChange={({ currentTarget: input }) => {
+          if (input.value.trim() !== '') name.value = fittingName(input.value.trim());
+          input.value = name.value;
+        }}
+      />
+    </label>
+  );
+}
+
+// Who else drives the robot.
+function useHolder(robot: Robot, asked: boolean): Lease | undefined {
+  const console = useConsole();
+  const holder = useSignal<Lease | undefined>(undefined);
+  useEffect(() => {
+    if (!asked) return;
+    let isOver = false;
+    const ask = () =>
+      console.leases.holders([robot.system]).then(
+        (found) => {
+          if (!isOver) holder.value = found.get(robot.system);
+        },
+        () => {}, // the connection's notice says it
+      );
+    void ask();
+    const timer = setInterval(ask, holderPeriod);
+    return () => {
+      isOver = true;
+      holder.value = undefined;
+      clearInterval(timer);
+    };
+  }, [robot.system, asked]);
+  return holder.value;
+}
+
 function Views({ robot }: { robot: Robot }) {
   const scan = firstOf(robot, 'Scan2d') ?? firstOf(robot, 'Ladar');
   const camera = firstOf(robot, 'Camera');
@@ -150,12 +232,12 @@ function Views({ robot }: { robot: Robot }) {
     <div class="drive-sight">
       {camera !== undefined && (
         <section class="tile tile-body" aria-label="Camera">
-          <CameraView component={camera} />
+          <CameraSight component={camera} />
         </section>
       )}
       {scan !== undefined && (
         <section class="tile tile-body" aria-label="Scan">
-          <ScanView component={scan} />
+          <ScanSight component={scan} />
         </section>
       )}
       {camera === undefined && scan === undefined && <p class="faint">It has neither a camera nor a scanner.</p>}
@@ -196,13 +278,17 @@ function Stick({ active, speed, robot }: StickProperties) {
     const down = (event: KeyboardEvent) => {
       if (isText(event.target) || event.ctrlKey || event.metaKey) return;
       if (event.key === ' ') letGo();
-      else if (isDriveKey(event.key)) held.add(normal(event.key));
-      else return;
+      else {
+        const key = stickKey(event);
+        if (key === undefined) return;
+        held.add(key);
+      }
       event.preventDefault();
       renew();
     };
     const up = (event: KeyboardEvent) => {
-      if (held.delete(normal(event.key))) renew();
+      const key = stickKey(event);
+      if (key !== undefined && held.delete(key)) renew();
     };
     const timer = setInterval(renew, renewPeriod);
     addEventListener('keydown', down);
@@ -225,7 +311,7 @@ function Stick({ active, speed, robot }: StickProperties) {
       {chassis !== undefined && <ChassisSpeed component={chassis} />}
       <p class="small faint">
         {active
-          ? 'Hold the pad, the arrow keys, W A S D or a gamepad’s stick. Q and E go sideways. It stops when you let go; Space stops at once.'
+          ? 'Hold the pad, the arrow keys, W A S D the block of digits or a gamepad’s stick. Q and E go sideways, F1 to F4 are its buttons. It stops when you let go; Space stops at once.'
           : 'Choose a pilot above to drive.'}
       </p>
     </div>

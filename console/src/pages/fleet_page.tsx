@@ -1,16 +1,20 @@
 // All robots, the worst first: which is in trouble, and why.
 
 import { useSignal } from '@preact/signals';
-import { useEffect } from 'preact/hooks';
+import { useEffect, useRef } from 'preact/hooks';
 import { nameOf, useConsole, widthsOf } from '../app/console';
 import { go, route, setOption } from '../app/route';
+import { className } from '../codec/catalogue';
 import type { Component, Robot } from '../model/fleet';
+import type { Lease } from '../model/leases';
 import { useAdminList } from '../network/admin_list';
 import type { RouterItem } from '../network/reports';
 import { fieldsOf } from '../tims/address';
+import type { Level } from '../tims/gdos';
+import { useAttempt } from '../ui/attempt';
 import { Icon } from '../ui/icons';
 import { Lamp } from '../ui/lamp';
-import { age } from '../ui/quantities';
+import { age, duration } from '../ui/quantities';
 import { stopRobots } from '../ui/stop_button';
 
 interface Row {
@@ -31,13 +35,16 @@ export function FleetPage() {
   const rows = sorted(robots.filter((robot) => matches(robot, filter)).map(rowOf), order);
   const shown = useSignal(rowsAtOnce);
   const visible = rows.slice(0, shown.value);
+  const routers = useRouters();
+  const away = routers.filter(({ kind, state }) => kind !== 'self' && state !== 'up');
   useWatched(visible.flatMap(({ robot }) => robot.components.map(({ address }) => address)));
-  if (robots.length === 0) return <NoRobots />;
+  const drivers = useDrivers(visible.map(({ robot }) => robot.system));
+  if (robots.length === 0 && away.length === 0) return <NoRobots />;
   return (
     <section>
       <div class="tools">
         <h1>Fleet</h1>
-        <Summary rows={rows} />
+        <Summary rows={rows} away={away} />
         <span class="grow" />
         <input
           type="search"
@@ -56,9 +63,16 @@ export function FleetPage() {
         </label>
       </div>
       <ul class="robots">
-        <Away present={robots} />
+        {away.map((router) => (
+          <Away key={router.address.raw} router={router} present={robots} />
+        ))}
         {visible.map((row) => (
-          <RobotCard key={row.robot.system} row={row} />
+          <RobotCard
+            key={row.robot.system}
+            row={row}
+            router={routers.find(({ system }) => system === row.robot.system)}
+            driver={drivers.get(row.robot.system)}
+          />
         ))}
       </ul>
       {rows.length > visible.length && (
@@ -73,6 +87,15 @@ export function FleetPage() {
 function useWatched(addresses: number[]) {
   const { fleet } = useConsole();
   useEffect(() => fleet.watch(addresses), [addresses.join()]);
+}
+
+// Who drives which of these robots.
+function useDrivers(robots: number[]): ReadonlyMap<number, Lease> {
+  const { leases } = useConsole();
+  const shown = useRef(robots);
+  shown.current = robots; // they change often; who drives is asked at a period
+  const { items } = useAdminList(async () => [...(await leases.holders(shown.current)).values()], 'drivers', 3000);
+  return new Map((items ?? []).map((lease) => [lease.robot, lease]));
 }
 
 function NoRobots() {
@@ -92,32 +115,54 @@ function NoRobots() {
   );
 }
 
-function Summary({ rows }: { rows: Row[] }) {
-  const troubled = rows.filter(({ bad }) => bad.length > 0).length;
+// The routers that the own one knows: those of the robots, also of robots that are away.
+function useRouters(): RouterItem[] {
+  const { admin } = useConsole();
+  return useAdminList(() => admin.all<RouterItem>({ ask: 'routers' }), 'routers', 3000).items ?? [];
+}
+
+function Summary({ rows, away }: { rows: Row[]; away: RouterItem[] }) {
+  const present = new Set(rows.map(({ robot }) => robot.system));
+  const missing = away.filter(({ system }) => !present.has(system)).length;
+  const lost = new Set(away.map(({ system }) => system));
+  const troubled = missing + rows.filter(({ robot, bad }) => bad.length > 0 || lost.has(robot.system)).length;
+  const count = rows.length + missing;
   return (
     <p class="summary" aria-live="polite">
-      {rows.length === 1 ? '1 robot' : `${rows.length} robots`}
+      {count === 1 ? '1 robot' : `${count} robots`}
       {troubled > 0 ? <strong class="bad">, {troubled} in trouble</strong> : ', none in trouble'}
     </p>
   );
 }
 
-function RobotCard({ row: { robot, on, off, bad } }: { row: Row }) {
+// What one sees first: a word for the whole robot.
+function wordOf({ robot, on, bad }: Row): [word: string, kind: string] {
+  if (bad.some(({ state }) => state.value === 'error')) return ['error', 'bad'];
+  if (bad.length > 0) return ['no answer', 'bad'];
+  if (robot.components.every(({ state }) => state.value === 'unknown')) return ['asking', 'faint'];
+  return on > 0 ? ['works', 'good'] : ['off', 'faint'];
+}
+
+interface CardProperties {
+  row: Row;
+  router: RouterItem | undefined;
+  driver: Lease | undefined;
+}
+
+function RobotCard({ row, router, driver }: CardProperties) {
+  const { robot, on, off, bad } = row;
+  const [word, kind] = wordOf(row);
   const console = useConsole();
-  const failure = useSignal('');
+  const { attempt, busy, Failure } = useAttempt();
   const allOff = async () => {
-    failure.value = '';
-    try {
-      for (const component of [...robot.components].reverse())
-        if (component.state.value !== 'off') await console.fleet.turn(component, false);
-    } catch (error) {
-      failure.value = (error as Error).message;
-    }
+    for (const component of [...robot.components].reverse())
+      if (component.state.value !== 'off') await console.fleet.turn(component, false);
   };
   return (
     <li class={`robot ${bad.length > 0 ? 'troubled' : ''}`}>
       <h2>
         <a href={`#/robot/${robot.system}`}>{robot.system === 0 ? 'Base' : `Robot ${robot.system}`}</a>
+        <span class={`word ${kind}`}>{word}</span>
       </h2>
       <p class="counts">
         <span>
@@ -126,17 +171,21 @@ function RobotCard({ row: { robot, on, off, bad } }: { row: Row }) {
         <span>
           <Lamp state="off" /> {off} off
         </span>
-        <span class="faint">{robot.components.length} components</span>
+        <span class="faint">
+          {robot.components.length} components{router?.rtt_s != null && `, link ${duration(router.rtt_s)}`}
+        </span>
       </p>
+      {driver !== undefined && <p class="small">{driver.holder} drives it</p>}
       <ul class="troubles">
         {bad.map((component) => (
-          <li key={component.address}>
-            <Lamp state={component.state.value} /> {nameOf(console, component.address)}{' '}
+          <li key={component.address} class={component.state.value === 'error' ? 'bad' : 'warn'}>
+            <Lamp state={component.state.value} />{' '}
+            <a href={`#/robot/${robot.system}?tiles=${tileOf(component)}`}>{nameOf(console, component.address)}</a>{' '}
             {component.state.value === 'error' ? 'is in error' : 'does not answer'}
           </li>
         ))}
       </ul>
-      <LastError robot={robot} />
+      <LastError robot={robot} isTroubled={bad.length > 0} />
       <p class="actions">
         <button
           type="button"
@@ -150,54 +199,48 @@ function RobotCard({ row: { robot, on, off, bad } }: { row: Row }) {
           Drive
         </a>
         <span class="grow" />
-        <button type="button" onClick={() => void stopRobots(console, [robot.system])}>
+        <button type="button" onClick={() => attempt(() => stopRobots(console, [robot.system]))}>
           Stop
         </button>
-        <button type="button" onClick={allOff}>
+        <button type="button" disabled={busy.value} onClick={() => attempt(allOff)}>
           All off
         </button>
       </p>
-      {failure.value !== '' && (
-        <p class="bad" role="alert">
-          {failure.value}
-        </p>
-      )}
+      <Failure />
     </li>
   );
 }
 
-// Routers that the own one has known and no longer reaches: their robots are away as a whole.
-function Away({ present }: { present: Robot[] }) {
-  const { admin } = useConsole();
-  const { items } = useAdminList(() => admin.all<RouterItem>({ ask: 'routers' }), 'routers', 3000);
-  const away = (items ?? []).filter(({ kind, state }) => kind !== 'self' && state !== 'up');
+// A router that the own one has known and no longer reaches: its robot is away as a whole.
+function Away({ router, present }: { router: RouterItem; present: Robot[] }) {
   return (
-    <>
-      {away.map((router) => (
-        <li key={router.address.raw} class="robot troubled">
-          <h2>{present.some(({ system }) => system === router.system) ? router.name : `Robot ${router.system}`}</h2>
-          <p class="bad">
-            <Icon name="warning" /> Its router {router.name ?? router.address.name} is not reachable since{' '}
-            {age(router.since_s)}
-          </p>
-          <p class="actions">
-            <a class="button" href={`#/network?tab=explain&to=${encodeURIComponent(router.address.name)}`}>
-              Why?
-            </a>
-          </p>
-        </li>
-      ))}
-    </>
+    <li class="robot troubled">
+      <h2>
+        {present.some(({ system }) => system === router.system) ? router.name : `Robot ${router.system}`}
+        <span class="word bad">away</span>
+      </h2>
+      <p class="bad grow">
+        <Icon name="warning" /> Its router {router.name ?? router.address.name} is not reachable since{' '}
+        {age(router.since_s)}
+      </p>
+      <p class="actions">
+        <a class="button" href={`#/network?tab=explain&to=${encodeURIComponent(router.address.name)}`}>
+          Why?
+        </a>
+      </p>
+    </li>
   );
 }
 
-// The newest error of a robot, so that one sees why without looking further.
-function LastError({ robot }: { robot: Robot }) {
+// The newest error of a robot, or warning of one in trouble, so that one sees why without looking further.
+function LastError({ robot, isTroubled }: { robot: Robot; isTroubled: boolean }) {
   const console = useConsole();
   const systems = widthsOf(console);
-  const last = console.log.texts.value.findLast(
-    ({ sender, level }) => level === 'error' && fieldsOf(sender, systems).system === robot.system,
-  );
+  const newest = (wanted: Level) =>
+    console.log.texts.value.findLast(
+      ({ sender, level }) => level === wanted && fieldsOf(sender, systems).system === robot.system,
+    );
+  const last = newest('error') ?? (isTroubled ? newest('warning') : undefined);
   if (last === undefined || Date.now() - last.time.getTime() > errorAge) return null;
   return (
     <p class="small bad last-error" title={last.text}>
@@ -208,6 +251,8 @@ function LastError({ robot }: { robot: Robot }) {
     </p>
   );
 }
+
+const tileOf = ({ classId, instance }: Component) => `${className(classId) ?? classId}/${instance}`;
 
 function rowOf(robot: Robot): Row {
   const row: Row = { robot, on: 0, off: 0, bad: [] };

@@ -12,6 +12,7 @@ import { allLayers, type Layers, unknownDeviation } from '../map/paint';
 import { emptyScene } from '../map/scene';
 import { WaypointList } from '../map/waypoint_list';
 import type { Robot } from '../model/fleet';
+import { useAttempt } from '../ui/attempt';
 import { Icon } from '../ui/icons';
 import { degrees, metres } from '../ui/quantities';
 import { pageVisible } from '../ui/use_stream';
@@ -32,7 +33,8 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
   const model = useMemo(() => newMapModel({ ...allLayers }), []);
   const layers = useSignal<Layers>(model.layers);
   const tool = useSignal<string | undefined>(undefined);
-  const report = useSignal({ text: '', bad: false });
+  const report = useSignal('');
+  const { attempt, Failure } = useAttempt();
   const centre = useSignal<Centre>(model.centre);
   const chosen = useSignal<number | undefined>(undefined);
   const selected = robots.find(({ system }) => system === chosen.value) ?? robots[0];
@@ -43,7 +45,7 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
   useEffect(() => {
     if (!visible) return;
     const ends = robots.map((robot) => {
-      const scene = model.scenes.get(robot.system) ?? emptyScene(robot.system);
+      const scene = model.scenes.get(robot.system) ?? emptyScene(robot.system, console.goals.of(robot.system));
       model.scenes.set(robot.system, scene);
       return followRobot(console, robot, scene, () => {
         model.changed = true;
@@ -67,15 +69,12 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
     const scene = selected === undefined ? undefined : model.scenes.get(selected.system);
     if (action === undefined || selected === undefined || scene === undefined) return;
     if (!action.repeats) tool.value = undefined;
-    report.value = { text: `${action.title} …`, bad: false };
-    try {
-      report.value = {
-        text: await action.run({ console, robot: selected, scene, waypoints: model.waypoints }, spot),
-        bad: false,
-      };
-    } catch (error) {
-      report.value = { text: (error as Error).message, bad: true };
-    }
+    const pending = `${action.title} …`;
+    report.value = pending;
+    await attempt(async () => {
+      report.value = await action.run({ console, robot: selected, scene, waypoints: model.waypoints }, spot);
+    });
+    if (report.value === pending) report.value = ''; // it failed
   };
   const path = selected === undefined ? undefined : firstOf(selected, 'Path');
   const setCentre = (value: Centre) => {
@@ -165,9 +164,10 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
           {action.title}: {action.hint}. <kbd>Esc</kbd> ends.
         </p>
       )}
-      <p class={`report ${report.value.bad ? 'bad' : ''}`} role={report.value.bad ? 'alert' : 'status'}>
-        {report.value.text}
-      </p>
+      <div class="report">
+        <p role="status">{report.value}</p>
+        <Failure />
+      </div>
       <div class="map-box">
         <MapCanvas
           model={model}

@@ -4,8 +4,11 @@ import { useSignal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
 import { type Console, nameOf, useConsole } from '../app/console';
 import { route, setOption } from '../app/route';
+import { command } from '../model/commands';
 import type { LogText } from '../model/log';
 import type { Level } from '../tims/gdos';
+import { useAttempt } from '../ui/attempt';
+import { ComponentInput } from '../ui/component_input';
 import { saveFile } from '../ui/save';
 
 const order: Level[] = ['print', 'error', 'warning', 'info', 'detail'];
@@ -41,6 +44,7 @@ export function MessagesPage() {
           value={filter}
           onInput={(event) => setOption('filter', event.currentTarget.value)}
         />
+        <LevelMenu />
         <button type="button" onClick={() => save(console, texts)} disabled={texts.length === 0}>
           Save
         </button>
@@ -50,6 +54,58 @@ export function MessagesPage() {
       </div>
       <LogTable texts={texts.slice(-rowsMax)} empty={<NoTexts />} />
     </section>
+  );
+}
+
+// How much a component reports: its parameter gdosLevel.
+function LevelMenu() {
+  const console = useConsole();
+  const name = useSignal('');
+  const level = useSignal<Level>('info');
+  const { attempt, busy, Failure } = useAttempt();
+  const report = useSignal('');
+  const set = async () => {
+    const component = console.fleet.robots.value
+      .flatMap(({ components }) => components)
+      .find(({ address }) => nameOf(console, address) === name.value.trim());
+    if (component === undefined) throw new Error(`no component ${name.value} is registered`);
+    const parameter = {
+      name: 'gdosLevel',
+      type: 0,
+      valueInt: order.indexOf(level.value),
+      valueFloat: 0,
+      valueString: '',
+    };
+    await command(console.client, component, 'SET_PARAM', { parameters: [parameter] });
+    report.value = `${name.value} reports up to ${level.value}.`;
+  };
+  return (
+    <details class="menu">
+      <summary>Levels</summary>
+      <form
+        onSubmit={(event) => {
+          event.preventDefault();
+          report.value = '';
+          void attempt(set);
+        }}
+      >
+        <ComponentInput label="Level of" required value={name.value} change={(text) => (name.value = text)} />
+        <select
+          aria-label="Level of the component"
+          value={level.value}
+          onChange={(event) => (level.value = event.currentTarget.value as Level)}
+        >
+          {order.map((each) => (
+            <option key={each}>{each}</option>
+          ))}
+        </select>
+        <button type="submit" disabled={busy.value}>
+          Set
+        </button>
+        <span role="status">{report.value}</span>
+        <Failure />
+      </form>
+    </details>
   );
 }
 

@@ -9,6 +9,7 @@ import { decodeData, findMessage } from '../codec/catalogue';
 import { type NumberField, numberAt, numberFields } from '../plots/number_fields';
 import { Ring } from '../plots/ring';
 import { decodeHeader, headerSize, types } from '../tims/header';
+import { useAttempt } from '../ui/attempt';
 import { saveFile } from '../ui/save';
 import { pageVisible } from '../ui/use_stream';
 
@@ -31,18 +32,22 @@ export function PlotsPage() {
   const available = useAvailable();
   const curves = chosen.flatMap((name) => available.filter((curve) => curve.name === name));
   const text = useSignal('');
-  const add = (event: Event) => {
-    event.preventDefault();
+  const { attempt, Failure } = useAttempt();
+  const add = async () => {
     const curve = available.find(({ name }) => name.toLowerCase() === text.value.trim().toLowerCase());
-    if (curve === undefined) return;
+    if (curve === undefined) throw new Error(`no component has a number “${text.value}”`);
     if (!chosen.includes(curve.name)) set([...chosen, curve.name]);
     text.value = '';
+  };
+  const submit = (event: Event) => {
+    event.preventDefault();
+    void attempt(add);
   };
   return (
     <section class="plots">
       <div class="tools">
         <h1>Plots</h1>
-        <form onSubmit={add} class="actions">
+        <form onSubmit={submit} class="actions">
           <input
             list="fields"
             data-filter
@@ -60,6 +65,7 @@ export function PlotsPage() {
             ))}
           </datalist>
           <button type="submit">Add</button>
+          <Failure />
         </form>
         <ul class="actions">
           {chosen.map((name, i) => (

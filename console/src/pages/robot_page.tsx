@@ -1,15 +1,18 @@
 // One robot: its components on the left, the views of those that were opened beside them.
 
-import { useSignal } from '@preact/signals';
+import { type Signal, useSignal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
 import { nameOf, useConsole } from '../app/console';
+import { isText } from '../app/keys';
 import { route, setOption } from '../app/route';
 import { className } from '../codec/catalogue';
 import type { Component, Robot } from '../model/fleet';
+import { useAttempt } from '../ui/attempt';
 import { Commands } from '../ui/commands';
 import { Icon } from '../ui/icons';
 import { Lamp, stateWord } from '../ui/lamp';
 import { Parameters } from '../ui/parameters';
+import { InSight, useInSight } from '../ui/use_stream';
 import { groupOf, groups } from '../views/groups';
 import { viewFor } from '../views/views';
 
@@ -59,14 +62,16 @@ function ComponentList({ robot }: { robot: Robot }) {
         const members = shown.filter(({ classId }) => groupOf(classId) === group);
         return (
           members.length > 0 && (
-            <section key={group}>
-              <h2>{group}</h2>
+            <details key={group} open>
+              <summary>
+                <h2>{group}</h2>
+              </summary>
               <ul>
                 {members.map((component) => (
                   <ComponentRow key={component.address} component={component} />
                 ))}
               </ul>
-            </section>
+            </details>
           )
         );
       })}
@@ -77,28 +82,17 @@ function ComponentList({ robot }: { robot: Robot }) {
 
 function ComponentRow({ component }: { component: Component }) {
   const console = useConsole();
-  const failure = useSignal('');
-  const busy = useSignal(false);
+  const { attempt, busy, Failure } = useAttempt();
   const state = component.state.value;
   const name = shortName(component);
   const isOn = state === 'on' || state === 'error';
-  const turn = async () => {
-    busy.value = true;
-    failure.value = '';
-    try {
-      await console.fleet.turn(component, !isOn);
-    } catch (error) {
-      failure.value = (error as Error).message;
-    }
-    busy.value = false;
-  };
   const open = openTiles().includes(name);
   return (
     <li class="component">
       <button
         type="button"
         class="quiet lamp-button"
-        onClick={turn}
+        onClick={() => attempt(() => console.fleet.turn(component, !isOn))}
         disabled={busy.value || state === 'unknown'}
         aria-pressed={isOn}
         aria-label={`${name}: ${stateWord(state)}; turn ${isOn ? 'off' : 'on'}`}
@@ -115,11 +109,7 @@ function ComponentRow({ component }: { component: Component }) {
         {name}
         {busy.value && <span class="faint"> …</span>}
       </button>
-      {failure.value !== '' && (
-        <p class="bad small" role="alert">
-          {failure.value}
-        </p>
-      )}
+      <Failure />
     </li>
   );
 }
@@ -155,18 +145,25 @@ function AllOff({ robot }: { robot: Robot }) {
 
 const shortName = ({ classId, instance }: Component) => `${className(classId) ?? classId}/${instance}`;
 
-function openTiles(): string[] {
-  return (route.value.options.get('tiles') ?? '').split(',').filter((name) => name !== '');
-}
+const listed = (text: string | undefined | null) => (text ?? '').split(',').filter((name) => name !== '');
+const openTiles = () => listed(route.value.options.get('tiles'));
+const memory = (system: number) => `rack.tiles.${system}`;
 
 function toggleTile(name: string) {
   const tiles = openTiles();
   const next = tiles.includes(name) ? tiles.filter((tile) => tile !== name) : [...tiles, name];
   setOption('tiles', next.join(','));
+  localStorage.setItem(memory(Number(route.value.arguments[0])), next.join(','));
 }
 
 function Tiles({ robot }: { robot: Robot }) {
   const names = openTiles();
+  const full = useSignal<string | undefined>(undefined);
+  useEffect(() => {
+    // Who comes without tiles finds those that were open last.
+    if (!route.value.options.has('tiles')) setOption('tiles', localStorage.getItem(memory(robot.system)) ?? undefined);
+  }, [robot.system]);
+  useViewKeys(robot, full);
   if (names.length === 0)
     return (
       <section class="empty">
@@ -186,33 +183,79 @@ function Tiles({ robot }: { robot: Robot }) {
       </section>
     );
   return (
-    <div class="tiles">
+    <div class={`tiles ${full.value !== undefined && names.includes(full.value) ? 'one' : ''}`}>
       {names.map((name) => {
         const component = robot.components.find((each) => shortName(each) === name);
         return component === undefined ? (
           <MissingTile key={name} name={name} />
         ) : (
-          <Tile key={name} name={name} component={component} />
+          <Tile key={name} name={name} component={component} full={full} />
         );
       })}
     </div>
   );
 }
 
+// F1 to F8 open the first views of the list, f gives the whole page to the one that has the focus, or to the first.
+function useViewKeys(robot: Robot, full: Signal<string | undefined>) {
+  useEffect(() => {
+    const onKey = (event: KeyboardEvent) => {
+      if (event.ctrlKey || event.altKey || event.metaKey || isText(event.target)) return;
+      const [, number] = /^F([1-8])$/.exec(event.key) ?? [];
+      const component = number === undefined ? undefined : robot.components[Number(number) - 1];
+      if (component !== undefined) {
+        event.preventDefault();
+        toggleTile(shortName(component));
+      } else if (event.key === 'f') {
+        const focused = document.activeElement?.closest('.tile')?.getAttribute('aria-label');
+        full.value = full.value === undefined ? (focused ?? openTiles()[0]) : undefined;
+      }
+    };
+    addEventListener('keydown', onKey);
+    return () => removeEventListener('keydown', onKey);
+  }, [robot]);
+}
+
 type Tab = 'view' | 'parameters' | 'commands';
 
-function Tile({ name, component }: { name: string; component: Component }) {
+interface TileProperties {
+  name: string;
+  component: Component;
+  full: Signal<string | undefined>;
+}
+
+function Tile({ name, component, full }: TileProperties) {
   const tab = useSignal<Tab>('view');
+  const [element, inSight] = useInSight<HTMLElement>();
+  const isFull = full.value === name;
   const View = viewFor(component.classId);
   const choose = (value: Tab) => () => {
     tab.value = value;
   };
   return (
-    <section class="tile" aria-label={name}>
+    <section ref={element} class={`tile ${isFull ? 'full' : ''}`} aria-label={name}>
       <header>
         <Lamp state={component.state.value} />
         <h2>{name}</h2>
+        <span class="small faint">{stateWord(component.state.value)}</span>
         <span class="grow" />
+        <button
+          type="button"
+          class="quiet"
+          aria-pressed={isFull}
+          aria-label={`Only ${name}`}
+          title="The whole page (f)"
+          onClick={() => {
+            full.value = isFull ? undefined : name;
+          }}
+        >
+          <Icon name="full" />
+        </button>
+        <button type="button" class="quiet" aria-label={`Close ${name}`} onClick={() => toggleTile(name)}>
+          <Icon name="close" />
+        </button>
+      </header>
+      <div class="tile-tabs">
         <button type="button" class="quiet" aria-pressed={tab.value === 'view'} onClick={choose('view')}>
           Data
         </button>
@@ -222,15 +265,14 @@ function Tile({ name, component }: { name: string; component: Component }) {
         <button type="button" class="quiet" aria-pressed={tab.value === 'commands'} onClick={choose('commands')}>
           Commands
         </button>
-        <button type="button" class="quiet" aria-label={`Close ${name}`} onClick={() => toggleTile(name)}>
-          <Icon name="close" />
-        </button>
-      </header>
-      <div class="tile-body">
-        {tab.value === 'view' && <View component={component} />}
-        {tab.value === 'parameters' && <Parameters component={component} />}
-        {tab.value === 'commands' && <Commands component={component} />}
       </div>
+      <InSight.Provider value={inSight}>
+        <div class="tile-body">
+          {tab.value === 'view' && <View component={component} />}
+          {tab.value === 'parameters' && <Parameters component={component} />}
+          {tab.value === 'commands' && <Commands component={component} />}
+        </div>
+      </InSight.Provider>
     </section>
   );
 }

@@ -59,7 +59,8 @@ function LinkFault({ name }: { name: string }) {
         inputMode="decimal"
         size={4}
         aria-label={`${title} of ${name} in ${unit}`}
-        value={faults.value[key]}
+        key={faults.value[key]}
+        defaultValue={`${faults.value[key]}`}
         onChange={({ currentTarget: { value } }) => {
           const entered = Number(value);
           if (entered >= 0 && entered <= most) void apply({ ...faults.value, [key]: entered });

@@ -3,37 +3,28 @@
 import { useSignal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
 import { nameOf, useConsole } from '../app/console';
-import { decodeStruct } from '../codec/catalogue';
+import { decodeStruct, valueName } from '../codec/catalogue';
 import type { WorldData, WorldLine, WorldThing } from '../codec/messages';
 import { command } from '../model/commands';
 import type { Component } from '../model/fleet';
+import { type Attempt, useAttempt } from '../ui/attempt';
 import { degrees, metres } from '../ui/quantities';
 import { useStream } from '../ui/use_stream';
 import { StreamBox } from '../views/view';
 
 const period = 200; // ms
-const things = { robot: 0, person: 1, obstacle: 2 };
+const isA = (what: string) => (thing: WorldThing) => valueName('WorldThing.kind', thing.kind) === what;
 
 export function World({ world }: { world: Component }) {
   const console = useConsole();
   const stream = useStream<WorldData>(world.address, period);
-  const trouble = useSignal('');
+  const { attempt, Failure } = useAttempt();
   const data = stream.value.value?.data;
-  const attempt = async (action: Promise<unknown>) => {
-    trouble.value = '';
-    await action.catch((error: Error) => {
-      trouble.value = error.message;
-    });
-  };
   const { client } = console;
   return (
     <section class="box" aria-label={nameOf(console, world.address)}>
       <h2>{nameOf(console, world.address)}</h2>
-      {trouble.value !== '' && (
-        <p class="bad" role="alert">
-          {trouble.value}
-        </p>
-      )}
+      <Failure />
       <StreamBox component={world} stream={stream}>
         {data !== undefined && (
           <>
@@ -41,20 +32,20 @@ export function World({ world }: { world: Component }) {
               <button
                 type="button"
                 onClick={() =>
-                  void attempt(command(client, world, 'World.PEOPLE', { move: data.peopleMove === 0 ? 1 : 0 }))
+                  attempt(() => command(client, world, 'World.PEOPLE', { move: data.peopleMove === 0 ? 1 : 0 }))
                 }
               >
                 {data.peopleMove === 0 ? 'Let people walk' : 'Let people stand'}
               </button>
-              <span>{data.things.filter(({ kind }) => kind === things.person).length} people</span>
+              <span>{data.things.filter(isA('person')).length} people</span>
               <a class="button" href={`#/map?robots=${world.system}`}>
                 Place robot or obstacle on the map
               </a>
             </p>
-            <Robots robots={data.things.filter(({ kind }) => kind === things.robot)} />
+            <Robots robots={data.things.filter(isA('robot'))} />
             <Obstacles
-              obstacles={data.things.filter(({ kind }) => kind === things.obstacle)}
-              remove={(id) => void attempt(command(client, world, 'World.REMOVE', { id }))}
+              obstacles={data.things.filter(isA('obstacle'))}
+              remove={(id) => attempt(() => command(client, world, 'World.REMOVE', { id }))}
             />
           </>
         )}
@@ -119,7 +110,7 @@ function Obstacles({ obstacles, remove }: { obstacles: WorldThing[]; remove: (id
 
 interface CablesProperties {
   world: Component;
-  attempt: (action: Promise<unknown>) => Promise<void>;
+  attempt: Attempt['attempt'];
 }
 
 // The devices of the robots: a driver sees that its cable is out.
@@ -130,9 +121,12 @@ function Cables({ world, attempt }: CablesProperties) {
     const answer = await command(client, world, 'World.GET_LINES');
     lines.value = decodeStruct('WorldLines', answer.body, answer.flags).lines;
   };
-  useEffect(() => void attempt(load()), [world.address, world.state.value]);
+  useEffect(() => void attempt(load), [world.address, world.state.value]);
   const plug = ({ robot, sensor, isPlugged }: WorldLine) =>
-    attempt(command(client, world, 'World.PLUG', { robot, sensor, isPlugged: isPlugged === 0 ? 1 : 0 }).then(load));
+    attempt(async () => {
+      await command(client, world, 'World.PLUG', { robot, sensor, isPlugged: isPlugged === 0 ? 1 : 0 });
+      await load();
+    });
   if (lines.value.length === 0) return null;
   return (
     <fieldset>

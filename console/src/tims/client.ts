@@ -6,6 +6,7 @@ import { flags, types } from './header';
 import type { StickPosition } from './joystick';
 import type { Sample } from './newest';
 import type { RouterInfo } from './socket';
+import type { StreamRate } from './stream_drops';
 import type { StreamState } from './stream_requests';
 import type { FromWorker, ToWorker } from './worker_messages';
 
@@ -19,6 +20,7 @@ export interface Connection {
 export type SampleReceiver = (sample: Sample) => void;
 
 const callTime = 2000;
+const reconnectTime = 15_000;
 const hopTime = 300; // for records that come later than the answer
 
 interface Pending {
@@ -34,8 +36,10 @@ export class Client {
     why: '',
   });
   private readonly roundTripSignal = signal<number | undefined>(undefined);
+  private readonly rateSignal = signal(0);
   readonly stick = signal<number | undefined>(undefined);
   private readonly states = new Map<number, Signal<StreamState | undefined>>();
+  private readonly rates = new Map<number, Signal<StreamRate | undefined>>();
   private readonly receivers = new Map<number, Map<number, SampleReceiver>>();
   private readonly pending = new Map<number, Pending>();
   private nextId = 1;
@@ -56,6 +60,11 @@ export class Client {
   // In ms; undefined: not measured yet, or not connected.
   get roundTrip(): ReadonlySignal<number | undefined> {
     return this.roundTripSignal;
+  }
+
+  // What comes from the router, in bytes a second.
+  get rate(): ReadonlySignal<number> {
+    return this.rateSignal;
   }
 
   call(dest: number, type: number, body = new Uint8Array(), timeout = callTime): Promise<Answer> {
@@ -84,6 +93,25 @@ export class Client {
     return { hops, answered };
   }
 
+  // Over connections that are made after this call. Throws when there is none in time.
+  reconnect(timeout = reconnectTime): Promise<void> {
+    return new Promise((resolve, reject) => {
+      let lost = false;
+      const end = this.connection.subscribe(({ state }) => {
+        if (state === 'lost') lost = true;
+        if (!lost || state !== 'connected') return;
+        clearTimeout(timer);
+        queueMicrotask(() => end());
+        resolve();
+      });
+      const timer = setTimeout(() => {
+        end();
+        reject(new Error('the router cannot be reached by a new connection'));
+      }, timeout);
+      this.post({ do: 'reconnect' });
+    });
+  }
+
   send(dest: number, type: number, body = new Uint8Array()): void {
     this.post({ do: 'send', dest, type, body });
   }
@@ -107,12 +135,12 @@ export class Client {
   }
 
   streamState(component: number): ReadonlySignal<StreamState | undefined> {
-    let state = this.states.get(component);
-    if (state === undefined) {
-      state = signal<StreamState | undefined>(undefined);
-      this.states.set(component, state);
-    }
-    return state;
+    return signalOf(this.states, component);
+  }
+
+  // Undefined: the router drops no samples of this stream.
+  streamDrops(component: number): ReadonlySignal<StreamRate | undefined> {
+    return signalOf(this.rates, component);
   }
 
   // What the owner of the sink of texts receives.
@@ -163,11 +191,17 @@ export class Client {
       case 'roundTrip':
         this.roundTripSignal.value = event.milliseconds;
         break;
+      case 'rate':
+        this.rateSignal.value = event.bytesPerSecond;
+        break;
       case 'sample':
         this.deliver(event.sample);
         break;
       case 'stream':
-        (this.streamState(event.component) as Signal<StreamState | undefined>).value = event.state;
+        signalOf(this.states, event.component).value = event.state;
+        break;
+      case 'drops':
+        signalOf(this.rates, event.component).value = event.rate;
         break;
       case 'hop':
         this.onHop?.(event.record);
@@ -203,4 +237,13 @@ export class Client {
     if (receivers !== undefined) for (const receiver of [...receivers.values()]) receiver(sample);
     if (sample.received > 0) requestAnimationFrame(() => this.post({ do: 'taken', component: sample.component }));
   }
+}
+
+function signalOf<Value>(signals: Map<number, Signal<Value | undefined>>, key: number): Signal<Value | undefined> {
+  let found = signals.get(key);
+  if (found === undefined) {
+    found = signal<Value | undefined>(undefined);
+    signals.set(key, found);
+  }
+  return found;
 }

@@ -4,6 +4,8 @@
 //
 // Bit 0 of the flags is the byte order of dest, src and length, bit 1 that of the body; set: little endian.
 
+import { every_class } from '../codec/schema.json';
+
 export const headerSize = 16;
 
 export const flags = {
@@ -14,35 +16,46 @@ export const flags = {
   reportReason: 0x80, // the sender accepts a text after an ERROR
 } as const;
 
+// Of a message that every class has.
+function numberOf(name: string): number {
+  const found = every_class.find((message) => message.name === name);
+  if (found === undefined) throw new Error(`schema.json has no message ${name}`);
+  return found.type;
+}
+
 // Types with a meaning for all mailboxes.
 export const types = {
-  ok: 0,
-  error: -1,
-  timeout: -2,
-  notAvailable: -3,
-  enabled: -4,
-  disabled: -5,
-  data: -6,
-  contData: -7,
-  param: -9,
-  on: 1,
-  off: 2,
-  getStatus: 3,
-  getData: 4,
-  getContData: 6,
-  stopContData: 7,
-  getNextData: 8,
-  getParam: 9,
-  setParam: 10,
-  getParamEffects: 14,
-  paramEffects: -14,
-  adminRequest: 64,
+  ok: numberOf('OK'),
+  error: numberOf('ERROR'),
+  timeout: numberOf('TIMEOUT'),
+  notAvailable: numberOf('NOT_AVAILABLE'),
+  enabled: numberOf('ENABLED'),
+  disabled: numberOf('DISABLED'),
+  data: -6, // each class has its own body
+  contData: numberOf('CONT_DATA'),
+  param: numberOf('PARAM'),
+  on: numberOf('ON'),
+  off: numberOf('OFF'),
+  getStatus: numberOf('GET_STATUS'),
+  getData: numberOf('GET_DATA'),
+  getContData: numberOf('GET_CONT_DATA'),
+  stopContData: numberOf('STOP_CONT_DATA'),
+  getNextData: numberOf('GET_NEXT_DATA'),
+  getParam: numberOf('GET_PARAM'),
+  setParam: numberOf('SET_PARAM'),
+  getParamEffects: numberOf('GET_PARAM_EFFECTS'),
+  paramEffects: numberOf('PARAM_EFFECTS'),
+  adminRequest: 64, // of routers
   adminReply: -64,
   hopRecord: -65,
 } as const;
 
 // Commands of a client to its router, with dest = src = 0.
 export const routerCommands = { registerMailbox: 13, deleteMailbox: 14, lifesign: 17 } as const;
+
+// Of the samples of a stream that wait at the router for this connection, only the newest: in the body of
+// registerMailbox, behind the address.
+export const keepNewest = 1;
 
 export interface Header {
   flags: number;

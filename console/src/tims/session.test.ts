@@ -147,6 +147,91 @@ test('a stream is asked for with the shortest period, and ended when nobody want
   assert(fixture.control.has(types.stopContData));
 });
 
+test('pictures are asked for at a lower priority than scans', () => {
+  const fixture = new Fixture().connect();
+  const camera = 0x03150000;
+  for (const component of [ladar, camera]) fixture.session.subscribe(component, 1, 66, false, fixture.now);
+  fixture.pass(25);
+  const scans = fixture.control.take(types.getContData).header;
+  const pictures = fixture.control.take(types.getContData).header;
+  assert.equal(scans.dest, ladar);
+  assert.equal(pictures.dest, camera);
+  assert(scans.priority > pictures.priority, `${scans.priority} ${pictures.priority}`);
+});
+
+test('what comes is counted in bytes a second', () => {
+  const fixture = new Fixture().connect();
+  fixture.pass(1000);
+  fixture.receive('data', { type: types.data, src: ladar }, new Uint8Array(984));
+  fixture.pass(1000);
+  assert.equal(fixture.last('rate')?.bytesPerSecond, 1000);
+});
+
+test('the data mailbox keeps the newest samples only, the other one all messages', () => {
+  const fixture = new Fixture().connect();
+  const options = (name: 'control' | 'data') => wordAt(fixture[name].take(13).body, 4, 2);
+  assert.equal(options('data'), 1);
+  assert.equal(options('control'), undefined);
+});
+
+const kept = JSON.stringify({
+  address: { raw: '0x03140000' },
+  type: -6,
+  age_s: 9,
+  little_endian: true,
+  body: '0a000000',
+});
+
+// The question of a session to its router, and the router's answer to it.
+function answerOf(fixture: Fixture, ask: string, text: string) {
+  const question = fixture.control.sent.find(
+    ({ header, body }) => header.type === types.adminRequest && JSON.parse(new TextDecoder().decode(body)).ask === ask,
+  );
+  assert(question !== undefined, `${ask} was not asked`);
+  const { sequence } = question.header;
+  fixture.control.sent = fixture.control.sent.filter((sent) => sent !== question);
+  fixture.receive('control', { type: types.adminReply, sequence }, new TextEncoder().encode(text));
+  return JSON.parse(new TextDecoder().decode(question.body));
+}
+
+const settled = () => new Promise((resolve) => setImmediate(resolve));
+
+test('a view that opens gets the value that the router has kept, with its age', async () => {
+  const fixture = new Fixture().connect();
+  fixture.control.sent = [];
+  fixture.session.subscribe(ladar, 1, 200, false, fixture.now);
+  assert.equal(answerOf(fixture, 'newest', kept).of, '0x03140000');
+  await settled();
+  const sample = fixture.last('sample')?.sample;
+  assert.equal(sample?.at, fixture.now - 9000);
+  assert.equal(wordAt(sample!.message, headerSize, 2), 10);
+  fixture.session.subscribe(ladar, 2, 100, false, fixture.now);
+  assert(!fixture.control.has(types.adminRequest), 'a second view does not ask');
+});
+
+test('a sample that has come is newer than what the router has kept', async () => {
+  const fixture = new Fixture().connect();
+  fixture.session.subscribe(ladar, 1, 200, false, fixture.now);
+  fixture.receive('data', { type: types.data, src: ladar }, wordBody(11));
+  answerOf(fixture, 'newest', kept);
+  await settled();
+  assert.equal(fixture.events.filter(({ is }) => is === 'sample').length, 1);
+});
+
+test('drops at the router are reported', async () => {
+  const fixture = new Fixture().connect();
+  fixture.session.subscribe(ladar, 1, 13, false, fixture.now);
+  const answer = (samples: number, dropped: number) =>
+    JSON.stringify({ items: [{ from: { raw: '0x03140000' }, samples, dropped }] });
+  fixture.pass(25);
+  assert.equal(Number(answerOf(fixture, 'streams', answer(10, 0)).to), fixture.session.socket('data').mailbox);
+  await settled();
+  fixture.pass(2000);
+  answerOf(fixture, 'streams', answer(160, 126));
+  await settled();
+  assert.deepEqual(fixture.last('drops')?.rate, { samples: 75, dropped: 63 });
+});
+
 test('a silent stream, and one whose component goes off, is asked for again', () => {
   const fixture = new Fixture().connect();
   fixture.session.subscribe(ladar, 1, 100, false, fixture.now);
@@ -179,8 +264,11 @@ test('the page gets the newest sample when it has taken the one before', () => {
 test('a stream of texts loses none', () => {
   const fixture = new Fixture().connect();
   fixture.session.subscribe(ladar, 1, 0, true, fixture.now);
+  fixture.pass(25);
+  const { body } = fixture.control.take(types.getContData);
+  assert.equal(wordAt(body, 4, 2), fixture.session.socket('control').mailbox, 'not where only the newest is kept');
   for (let number = 1; number <= 5; ++number)
-    fixture.receive('data', { type: types.data, src: ladar }, wordBody(number));
+    fixture.receive('control', { type: types.data, src: ladar }, wordBody(number));
   assert.equal(fixture.events.filter(({ is }) => is === 'sample').length, 5);
 });
 
@@ -205,6 +293,20 @@ test('a lost connection fails the calls, opens again with growing pauses, and as
   fixture.introduce('data');
   fixture.pass(25);
   assert(fixture.control.has(types.getContData));
+});
+
+test('new connections are made on request, and the calls of the old ones fail', async () => {
+  const fixture = new Fixture().connect();
+  const call = fixture.session.call({ dest: ladar, type: types.getStatus, body: new Uint8Array(), timeout: 500 }, 1000);
+  fixture.session.reconnect(fixture.now);
+  await assert.rejects(call, /connection/);
+  assert.equal(fixture.last('lost')?.why, 'connecting anew');
+  assert.ok(!fixture.control.isOpen && !fixture.data.isOpen);
+  fixture.pass(250);
+  assert.deepEqual([fixture.control.opened, fixture.data.opened], [2, 2]);
+  fixture.introduce('control');
+  fixture.introduce('data');
+  assert.equal(fixture.events.filter(({ is }) => is === 'connected').length, 2);
 });
 
 test('a router that no longer answers is given up after some seconds', () => {

@@ -3,20 +3,25 @@
 //
 // Pure: time comes in as milliseconds, bytes and events go out through what the constructor is given.
 
+import { classId } from '../codec/catalogue';
+import { fieldsOf, originalWidths } from './address';
 import { type Answer, CallFailure, Calls } from './calls';
-import { flags, type Header, headerSize, routerCommands, types, wordAt, wordBody } from './header';
+import { flags, type Header, headerSize, keepNewest, routerCommands, types, wordAt, wordBody } from './header';
 import { Joystick, type StickPosition } from './joystick';
-import { NewestSamples, type Sample } from './newest';
+import { keptSample, NewestSamples, type Sample } from './newest';
 import { type RouterInfo, Socket, type Wire } from './socket';
+import { StreamDrops, type StreamRate } from './stream_drops';
 import { type StreamRequest, StreamRequests, type StreamState } from './stream_requests';
 
 export type SessionEvent =
   | { is: 'connected'; router: RouterInfo; mailbox: number }
   | { is: 'lost'; why: string }
   | { is: 'roundTrip'; milliseconds: number }
+  | { is: 'rate'; bytesPerSecond: number }
   | { is: 'sample'; sample: Sample }
   | { is: 'stream'; component: number; state: StreamState }
   | { is: 'stick'; address: number | undefined; why?: string }
+  | { is: 'drops'; component: number; rate: StreamRate | undefined }
   | { is: 'hop'; record: string }
   | { is: 'text'; sender: number; type: number; flags: number; body: Uint8Array };
 
@@ -29,6 +34,9 @@ export interface Request {
 }
 
 const registerTime = 2000;
+const ratePeriod = 1000; // ms
+const questionTime = 2000;
+const dropsPeriod = 2000;
 
 export class Session {
   private control: Socket;
@@ -37,9 +45,14 @@ export class Session {
   private streams = new StreamRequests();
   private samples: NewestSamples;
   private everySample = new Set<number>();
+  private drops = new StreamDrops();
+  private dropsAt = 0; // when the router is asked for them
   private joystick: Joystick | undefined;
   private sink: number | undefined;
   private connected = false;
+  private widths = originalWidths;
+  private received = 0; // bytes since ratedAt
+  private ratedAt = 0;
 
   constructor(
     wires: { control: Wire; data: Wire },
@@ -51,7 +64,10 @@ export class Session {
       ready: (router: RouterInfo, _mailbox: number, now: number) => this.ready(router, now),
       lost: (why: string, now: number) => this.lost(why, now),
       roundTrip: (milliseconds: number) => this.post({ is: 'roundTrip', milliseconds }),
-      message,
+      message: (header: Header, bytes: Uint8Array<ArrayBuffer>, now: number) => {
+        this.received += bytes.length;
+        message(header, bytes, now);
+      },
     });
     this.control = new Socket(
       wires.control,
@@ -62,6 +78,7 @@ export class Session {
       wires.data,
       { ...events((header, bytes, now) => this.sampled(header, bytes, now)), roundTrip: () => {} },
       random,
+      keepNewest,
     );
     this.samples = new NewestSamples((sample) => this.post({ is: 'sample', sample }));
   }
@@ -74,9 +91,23 @@ export class Session {
     this.control.tick(now);
     this.data.tick(now);
     this.calls.expire(now);
+    this.rate(now);
     if (!this.connected) return;
     for (const request of this.streams.due(now)) this.request(request);
+    if (this.streams.size > 0 && now >= this.dropsAt) this.askDrops(now);
     for (const { header, body } of this.joystick?.due(now) ?? []) this.control.send(header, body);
+  }
+
+  // New connections instead of these: they prove that the router can be reached now.
+  reconnect(now: number): void {
+    this.lost('connecting anew', now);
+  }
+
+  private rate(now: number): void {
+    if (now < this.ratedAt + ratePeriod) return;
+    this.post({ is: 'rate', bytesPerSecond: (1000 * this.received) / (now - this.ratedAt) });
+    this.received = 0;
+    this.ratedAt = now;
   }
 
   call(request: Request, now: number): Promise<Answer> {
@@ -98,7 +129,9 @@ export class Session {
   // `every`: each sample is handed on, not the newest only.
   subscribe(component: number, subscriber: number, period: number, every: boolean, now: number): void {
     if (every) this.everySample.add(component);
+    const isNew = this.streams.state(component) === undefined;
     this.streams.want(component, subscriber, period, now);
+    if (isNew && !every) this.askNewest(component, now);
     const state = this.streams.state(component);
     if (state !== undefined) this.post({ is: 'stream', component, state });
   }
@@ -156,12 +189,48 @@ export class Session {
     });
   }
 
+  // --- what the router knows of streams
+
+  private async ask(question: object, now: number): Promise<string> {
+    const body = new TextEncoder().encode(JSON.stringify(question));
+    const answer = await this.call({ dest: 0, type: types.adminRequest, body, timeout: questionTime }, now);
+    return new TextDecoder().decode(answer.body);
+  }
+
+  // A view that opens shows what the router has kept, with its age, until the first sample comes.
+  private askNewest(component: number, now: number): void {
+    this.ask({ ask: 'newest', of: hex(component) }, now).then(
+      (answer) => {
+        const kept = keptSample(answer);
+        if (kept === undefined || this.streams.state(component) === undefined) return;
+        if (this.samples.has(component)) return;
+        const at = now - kept.age;
+        this.post({ is: 'sample', sample: { component, message: kept.message, at, received: 0, skipped: 0 } });
+      },
+      () => {}, // the stream itself says what is wrong
+    );
+  }
+
+  private askDrops(now: number): void {
+    this.dropsAt = now + dropsPeriod;
+    this.ask({ ask: 'streams', to: hex(this.data.mailbox) }, now).then(
+      (answer) => {
+        for (const { component, rate } of this.drops.update(answer, now)) this.post({ is: 'drops', component, rate });
+      },
+      () => {},
+    );
+  }
+
   // --- what comes
 
   private ready(router: RouterInfo, now: number): void {
     if (this.control.phase !== 'ready' || this.data.phase !== 'ready') return;
     this.connected = true;
+    this.widths = router.widths;
     this.streams.restart(now);
+    this.drops.restart();
+    for (const component of this.streams.components())
+      if (!this.everySample.has(component)) this.askNewest(component, now);
     this.post({ is: 'connected', router, mailbox: this.control.mailbox });
   }
 
@@ -192,6 +261,7 @@ export class Session {
     if (header.type === types.hopRecord) return this.post({ is: 'hop', record: new TextDecoder().decode(body) });
     const answer = { type: header.type, flags: header.flags, body };
     if (this.calls.answer(header.src, header.sequence, answer)) return;
+    if (header.type === types.data) return this.sampled(header, message, now);
     this.streamAnswered(header, body, now);
   }
 
@@ -225,19 +295,31 @@ export class Session {
     if (state !== undefined && state !== before) this.post({ is: 'stream', component, state });
   }
 
+  private priorityOf(component: number): number {
+    const { classId: kind } = fieldsOf(component, this.widths);
+    return bulky.includes(kind) ? bulkyPriority : streamPriority;
+  }
+
   private request({ component, period }: StreamRequest): void {
     const src = this.control.mailbox;
+    // The other mailbox keeps the newest only.
+    const { mailbox } = this.everySample.has(component) ? this.control : this.data;
     if (period === undefined) {
       this.samples.forget(component);
       this.everySample.delete(component);
-      this.control.send({ type: types.stopContData, dest: component, src }, wordBody(this.data.mailbox));
+      this.control.send({ type: types.stopContData, dest: component, src }, wordBody(mailbox));
       return;
     }
     this.control.send(
-      { type: types.getContData, dest: component, src, priority: streamPriority },
-      wordBody(period, this.data.mailbox),
+      { type: types.getContData, dest: component, src, priority: this.priorityOf(component) },
+      wordBody(period, mailbox),
     );
   }
 }
 
-const streamPriority = 0;
+// Pictures and maps wait for everything else on a line that is short of bandwidth.
+const bulky = ['Camera', 'GridMap', 'Scan3d'].map(classId);
+const bulkyPriority = 0;
+const streamPriority = 1;
+
+const hex = (address: number) => `0x${address.toString(16).padStart(8, '0')}`;

@@ -111,6 +111,10 @@ export class StreamRequests {
     return requests;
   }
 
+  components(): number[] {
+    return [...this.streams.keys()];
+  }
+
   get size(): number {
     return this.streams.size;
   }

@@ -80,6 +80,8 @@ self.onmessage = ({ data }: MessageEvent<ToWorker>) => {
         data.id,
         session.takeSink(data.address, now()).then((taken) => answerOf(taken ? types.ok : types.error)),
       );
+    case 'reconnect':
+      return session.reconnect(now());
     case 'releaseSink':
       return session.releaseSink();
     case 'releaseStick':

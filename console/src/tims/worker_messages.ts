@@ -12,6 +12,7 @@ export type ToWorker =
   | { do: 'unsubscribe'; component: number; subscriber: number }
   | { do: 'taken'; component: number }
   | { do: 'takeStick'; id: number; address: number }
+  | { do: 'reconnect' }
   | { do: 'takeSink'; id: number; address: number }
   | { do: 'releaseSink' }
   | { do: 'releaseStick' }

@@ -3,6 +3,7 @@
 import { useSignal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
 import { useConsole } from '../app/console';
+import { bytes } from './quantities';
 
 export function ConnectionBadge() {
   const { client } = useConsole();
@@ -13,6 +14,7 @@ export function ConnectionBadge() {
     <span class="badge" title={`Router ${router?.name}, version ${router?.version}`}>
       {router?.name}
       {time !== undefined && <span class="faint"> {time < 1 ? '<1' : Math.round(time)} ms</span>}
+      <span class="faint rate"> {bytes(client.rate.value)}/s</span>
     </span>
   );
 }

@@ -8,8 +8,9 @@ import { decodeMessage, encodeMessage } from '../codec/catalogue';
 import { describe, type ParameterDescription } from '../model/description';
 import type { Component } from '../model/fleet';
 import { types } from '../tims/header';
+import { useAttempt } from './attempt';
 
-interface Parameter {
+export interface Parameter {
   name: string;
   type: number; // 0 int, 1 text, 2 float
   valueInt: number;
@@ -31,24 +32,19 @@ export function Parameters({ component }: { component: Component }) {
   const parameters = useSignal<Parameter[] | undefined>(undefined);
   const descriptions = useSignal<Map<string, ParameterDescription>>(new Map());
   const filter = useSignal('');
-  const trouble = useSignal('');
+  const { attempt, Failure } = useAttempt();
   const changes = useSignal<Change[]>([]);
 
   const load = async () => {
-    try {
-      const answer = await client.call(component.address, types.getParam);
-      if (answer.type !== types.param) throw new Error('it does not list its parameters');
-      const list = decodeMessage(component.classId, types.param, answer.body, answer.flags) as {
-        parameters: Parameter[];
-      };
-      parameters.value = list.parameters;
-      trouble.value = '';
-    } catch (error) {
-      trouble.value = (error as Error).message;
-    }
+    const answer = await client.call(component.address, types.getParam);
+    if (answer.type !== types.param) throw new Error('it does not list its parameters');
+    const list = decodeMessage(component.classId, types.param, answer.body, answer.flags) as {
+      parameters: Parameter[];
+    };
+    parameters.value = list.parameters;
   };
   useEffect(() => {
-    void load();
+    void attempt(load);
     describe(client, component).then(
       (description) => {
         descriptions.value = new Map(description?.parameters.map((each) => [each.name, each]) ?? []);
@@ -73,27 +69,19 @@ export function Parameters({ component }: { component: Component }) {
     const last = changes.value.at(-1);
     const parameter = parameters.value?.find(({ name }) => name === last?.name);
     if (last === undefined || parameter === undefined) return;
-    try {
-      await send(parameter, last.from);
-      changes.value = changes.value.slice(0, -1);
-      await load();
-    } catch (error) {
-      trouble.value = (error as Error).message;
-    }
+    await send(parameter, last.from);
+    changes.value = changes.value.slice(0, -1);
+    await load();
   };
 
   const last = changes.value.at(-1);
   return (
     <div class="parameters">
-      {trouble.value !== '' && (
-        <p class="bad" role="alert">
-          {trouble.value}
-        </p>
-      )}
+      <Failure />
       {last !== undefined && (
         <p class="actions small">
           {last.name}: {last.from} → {last.to}{' '}
-          <button type="button" onClick={undo}>
+          <button type="button" onClick={() => attempt(undo)}>
             Undo
           </button>
         </p>
@@ -133,17 +121,9 @@ interface RowProperties {
 }
 
 function ParameterRow({ parameter, description, set }: RowProperties) {
-  const failure = useSignal('');
+  const { attempt, Failure } = useAttempt();
   const before = valueText(parameter);
-  const change = async (text: string) => {
-    if (text === before) return;
-    try {
-      failure.value = '';
-      await set(text);
-    } catch (error) {
-      failure.value = (error as Error).message;
-    }
-  };
+  const change = (text: string) => text !== before && attempt(() => set(text));
   const { choices, unit, help } = description ?? {};
   const isChanged = description?.default !== undefined && `${description.default}` !== before;
   return (
@@ -157,17 +137,13 @@ function ParameterRow({ parameter, description, set }: RowProperties) {
             aria-label={parameter.name}
             inputMode={parameter.type === 1 ? 'text' : 'decimal'}
             defaultValue={before}
-            onChange={(event) => void change(event.currentTarget.value)}
+            onChange={(event) => change(event.currentTarget.value)}
             onKeyDown={(event) => {
               if (event.key === 'Escape') event.currentTarget.value = before;
             }}
           />
         ) : (
-          <select
-            aria-label={parameter.name}
-            value={before}
-            onChange={(event) => void change(event.currentTarget.value)}
-          >
+          <select aria-label={parameter.name} value={before} onChange={(event) => change(event.currentTarget.value)}>
             {!choices.some(({ value }) => `${value}` === before) && <option value={before}>{before}</option>}
             {choices.map(({ value, meaning }) => (
               <option key={value} value={`${value}`}>
@@ -178,11 +154,7 @@ function ParameterRow({ parameter, description, set }: RowProperties) {
         )}{' '}
         {unit}
         <p class="faint small">{factsOf(description, isChanged)}</p>
-        {failure.value !== '' && (
-          <p class="bad small" role="alert">
-            {failure.value}
-          </p>
-        )}
+        <Failure />
       </td>
     </tr>
   );
@@ -205,7 +177,7 @@ function factsOf(description: ParameterDescription | undefined, isChanged: boole
 
 const unbounded = 2147483647;
 
-function valueText({ type, valueInt, valueFloat, valueString }: Parameter): string {
+export function valueText({ type, valueInt, valueFloat, valueString }: Parameter): string {
   if (type === 0) return `${valueInt}`;
   if (type === 2) return `${Number(valueFloat.toPrecision(7))}`;
   return valueString;

@@ -1,12 +1,12 @@
 // STOP: turns the pilots of the robots off that the page shows, and takes the right to drive from them.
 
-import { useSignal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
 import { type Console, useConsole } from '../app/console';
 import { route } from '../app/route';
 import { classId } from '../codec/catalogue';
 import { command } from '../model/commands';
 import { noPilot } from '../views/chassis_view';
+import { useAttempt } from './attempt';
 import { Icon } from './icons';
 
 // The robots that the page is about; none: all.
@@ -20,7 +20,8 @@ export function shownRobots(console: Console): number[] {
   return numbers.length > 0 ? numbers : console.fleet.robots.value.map(({ system }) => system);
 }
 
-// Chassis stop by themselves when nobody may drive them; their pilots are turned off, so that none takes it again.
+// Chassis stop by themselves when nobody may drive them; their pilots are turned off, so that none takes it again,
+// also those that were off when they were asked last.
 export async function stopRobots(console: Console, systems: number[]): Promise<void> {
   const pilot = classId('Pilot');
   const chassis = classId('Chassis');
@@ -29,24 +30,16 @@ export async function stopRobots(console: Console, systems: number[]): Promise<v
     for (const component of console.fleet.robot(system)?.components ?? []) {
       if (component.classId === chassis)
         calls.push(command(console.client, component, 'Chassis.SET_ACTIVE_PILOT', { activePilot: noPilot }));
-      if (component.classId === pilot && component.state.value !== 'off')
-        calls.push(command(console.client, component, 'OFF'));
+      if (component.classId === pilot) calls.push(command(console.client, component, 'OFF'));
     }
   await Promise.all(calls);
 }
 
 export function StopButton() {
   const console = useConsole();
-  const failure = useSignal('');
+  const { attempt, Failure } = useAttempt();
   const systems = shownRobots(console);
-  const stop = async () => {
-    try {
-      failure.value = '';
-      await stopRobots(console, systems);
-    } catch (error) {
-      failure.value = `not stopped: ${(error as Error).message}`;
-    }
-  };
+  const stop = () => attempt(() => stopRobots(console, systems));
   useEffect(() => {
     const onKey = (event: KeyboardEvent) => {
       if (event.key === 'Escape' && event.shiftKey) void stop();
@@ -57,11 +50,7 @@ export function StopButton() {
   const what = systems.length === 1 ? `robot ${systems[0]}` : 'all robots';
   return (
     <>
-      {failure.value !== '' && (
-        <span class="bad" role="alert">
-          {failure.value}
-        </span>
-      )}
+      <Failure />
       <button type="button" class="stop" onClick={stop} aria-label={`Stop ${what}`} title={`Stop ${what} (Shift+Esc)`}>
         <Icon name="stop" /> STOP
       </button>

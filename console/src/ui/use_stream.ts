@@ -1,7 +1,8 @@
-// The data of a component while a view is visible: a hidden tab, and a view that is scrolled away, subscribe to nothing.
+// The data of a component while a view is visible: a hidden tab, and a tile that is scrolled away, subscribe to nothing.
 
-import { type ReadonlySignal, signal } from '@preact/signals';
-import { useEffect, useMemo } from 'preact/hooks';
+import { type ReadonlySignal, signal, useSignal } from '@preact/signals';
+import { createContext, type Ref } from 'preact';
+import { useContext, useEffect, useMemo, useRef } from 'preact/hooks';
 import { useConsole, widthsOf } from '../app/console';
 import { decodeData } from '../codec/catalogue';
 import type { DecodeOptions } from '../codec/struct';
@@ -23,6 +24,30 @@ document.addEventListener('visibilitychange', () => {
   pageVisible.value = !document.hidden;
 });
 
+// Whether the part of the page around a view is in sight.
+export const InSight = createContext<ReadonlySignal<boolean>>(signal(true));
+
+// False: nobody sees the view; it asks for nothing.
+export function useVisible(): boolean {
+  const inSight = useContext(InSight).value;
+  return pageVisible.value && inSight;
+}
+
+// For a part of the page that may be scrolled away: [its element, whether it is in sight].
+export function useInSight<Kind extends Element>(): [Ref<Kind>, ReadonlySignal<boolean>] {
+  const element = useRef<Kind>(null);
+  const inSight = useSignal(false);
+  useEffect(() => {
+    if (element.current === null) return;
+    const observer = new IntersectionObserver((entries) => {
+      inSight.value = entries.at(-1)?.isIntersecting ?? false;
+    });
+    observer.observe(element.current);
+    return () => observer.disconnect();
+  }, []);
+  return [element, inSight];
+}
+
 export interface Stream<Data> {
   value: ReadonlySignal<StreamValue<Data> | undefined>;
   trouble: ReadonlySignal<string | undefined>;
@@ -37,7 +62,7 @@ export function useStream<Data>(
   const console = useConsole();
   const value = useMemo(() => signal<StreamValue<Data> | undefined>(undefined), [address]);
   const trouble = useMemo(() => signal<string | undefined>(undefined), [address]);
-  const visible = pageVisible.value;
+  const visible = useVisible();
   useEffect(() => {
     if (address === undefined || !visible) return;
     const { classId } = fieldsOf(address, widthsOf(console));

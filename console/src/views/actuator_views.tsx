@@ -4,9 +4,10 @@ import { useSignal } from '@preact/signals';
 import { useConsole } from '../app/console';
 import type { IoData, VehicleData, VehicleSetValueData } from '../codec/messages';
 import { command } from '../model/commands';
+import { useAttempt } from '../ui/attempt';
 import { degrees } from '../ui/quantities';
 import { useStream } from '../ui/use_stream';
-import { HoldButton, NumberInput, useAttempt, Values } from './parts';
+import { HoldButton, NumberInput, Values } from './parts';
 import { StreamBox, type ViewProperties } from './view';
 
 export function IoView({ component }: ViewProperties) {
@@ -48,6 +49,8 @@ export function IoView({ component }: ViewProperties) {
     </>
   );
 }
+
+const gears = [[-1, 'reverse'], [0, 'neutral'], ...Array.from({ length: 8 }, (_, i) => [i + 1, `${i + 1}`])] as const;
 
 type Pedal = 'throttle' | 'brake' | 'clutch' | 'steering';
 type Switch = 'engine' | 'parkBrake' | 'vehicleProtect';
@@ -114,11 +117,16 @@ export function VehicleView({ component }: ViewProperties) {
         ))}
         <label>
           Gear
-          <input
-            inputMode="numeric"
+          <select
             value={wanted.value.gear ?? data?.gear ?? 0}
-            onChange={(event) => change({ gear: Math.round(Number(event.currentTarget.value)) || 0 })}
-          />
+            onChange={(event) => change({ gear: Number(event.currentTarget.value) })}
+          >
+            {gears.map(([gear, title]) => (
+              <option key={gear} value={gear}>
+                {title}
+              </option>
+            ))}
+          </select>
         </label>
         {switches.map(([name, title]) => (
           <label key={name}>

@@ -1,24 +1,21 @@
-// The bytes of a camera as pixels.
+// The bytes of a camera as pixels. Pure, but for JPEG, which the browser decodes.
 
+import { valueName } from '../codec/catalogue';
 import type { CameraData } from '../codec/messages';
+import type { ColourTable, Pixel } from './colour_tables';
 
-// The modes of class Camera.
-const mode = { mono8: 1, mono12: 2, mono16: 3, mono24: 4, rgb24: 11, rgb565: 12, yuv422: 21, raw8: 31, jpeg: 41 };
-export const modes: Record<number, string> = Object.fromEntries(
-  Object.entries({ ...mode, raw12: 32, raw16: 33, range: 51, disparity: 59 }).map(([name, number]) => [number, name]),
-);
+export const modeName = (mode: number) => valueName('CameraData.mode', mode) ?? `mode ${mode}`;
 
-type Pixel = [red: number, green: number, blue: number];
-
-export async function pictureOf(data: CameraData): Promise<ImageData | ImageBitmap> {
-  if (data.mode === mode.jpeg) return createImageBitmap(new Blob([data.image.slice()], { type: 'image/jpeg' }));
-  return new ImageData(pixelsOf(data), data.width, data.height);
+export async function pictureOf(data: CameraData, table?: ColourTable): Promise<ImageData | ImageBitmap> {
+  if (modeName(data.mode) === 'jpeg') return createImageBitmap(new Blob([data.image.slice()], { type: 'image/jpeg' }));
+  return new ImageData(pixelsOf(data, table), data.width, data.height);
 }
 
-// 4 bytes a pixel. Values of more than 8 bits are shown by their upper ones.
-export function pixelsOf({ width, height, depth, mode: kind, image }: CameraData): Uint8ClampedArray<ArrayBuffer> {
-  const read = readers[kind] ?? (depth === 8 ? readers[mode.mono8] : depth === 16 ? readers[mode.mono16] : undefined);
-  if (read === undefined) throw new Error(`pictures of mode ${modes[kind] ?? kind} cannot be shown`);
+// 4 bytes a pixel. Of values that have more than 8 bits the upper ones are shown, or the colours of a table.
+export function pixelsOf(data: CameraData, table?: ColourTable): Uint8ClampedArray<ArrayBuffer> {
+  const { width, height, depth, mode, image } = data;
+  const read = greyOf(modeName(mode), depth, table) ?? colours[modeName(mode)];
+  if (read === undefined) throw new Error(`pictures of ${modeName(mode)} cannot be shown`);
   const pixels = new Uint8ClampedArray(4 * width * height);
   if (width === 0 || height === 0) throw new Error('the picture has no pixels');
   for (let i = 0; i < width * height; ++i) {
@@ -31,24 +28,54 @@ export function pixelsOf({ width, height, depth, mode: kind, image }: CameraData
   return pixels;
 }
 
-const grey = (value: number): Pixel => [value, value, value];
+// The picture has one number a pixel, which a table of colours can be applied to.
+export const isGrey = ({ mode, depth }: CameraData) => greyOf(modeName(mode), depth) !== undefined;
+
+type Reader<Value> = (image: Uint8Array, i: number) => Value;
+
 const at = (image: Uint8Array, i: number) => image[i] ?? 0;
 const word = (image: Uint8Array, i: number) => at(image, 2 * i) | (at(image, 2 * i + 1) << 8);
 
-const readers: Record<number, (image: Uint8Array, i: number) => Pixel> = {
-  [mode.mono8]: (image, i) => grey(at(image, i)),
-  [mode.raw8]: (image, i) => grey(at(image, i)),
-  [mode.mono12]: (image, i) => grey(word(image, i) >> 4),
-  [mode.mono16]: (image, i) => grey(word(image, i) >> 8),
-  [mode.mono24]: (image, i) => grey(at(image, 3 * i + 2)),
+interface Numbers {
+  value: Reader<number>;
+  bits: number;
+}
+
+const numbers: Record<string, Numbers> = {
+  mono8: { value: at, bits: 8 },
+  raw8: { value: at, bits: 8 },
+  mono12: { value: word, bits: 12 },
+  raw12: { value: word, bits: 12 },
+  mono16: { value: word, bits: 16 },
+  raw16: { value: word, bits: 16 },
+  mono24: {
+    value: (image, i) => at(image, 3 * i) | (at(image, 3 * i + 1) << 8) | (at(image, 3 * i + 2) << 16),
+    bits: 24,
+  },
+};
+
+// Images of ranges, types, edges ... have as many bits as their depth says.
+function greyOf(mode: string, depth: number, table?: ColourTable): Reader<Pixel> | undefined {
+  const found = numbers[mode] ?? (colours[mode] === undefined ? numbers[`mono${depth}`] : undefined);
+  if (found === undefined) return undefined;
+  const { value, bits } = found;
+  if (table !== undefined) return (image, i) => table(value(image, i));
+  const surplus = 2 ** (bits - 8);
+  return (image, i) => {
+    const level = Math.floor(value(image, i) / surplus);
+    return [level, level, level];
+  };
+}
+
+const colours: Record<string, Reader<Pixel>> = {
   // B, G, R in spite of its name.
-  [mode.rgb24]: (image, i) => [at(image, 3 * i + 2), at(image, 3 * i + 1), at(image, 3 * i)],
-  [mode.rgb565]: (image, i) => {
+  rgb24: (image, i) => [at(image, 3 * i + 2), at(image, 3 * i + 1), at(image, 3 * i)],
+  rgb565: (image, i) => {
     const value = word(image, i);
     return [(value >> 8) & 0xf8, (value >> 3) & 0xfc, (value << 3) & 0xf8];
   },
   // U Y0 V Y1
-  [mode.yuv422]: (image, i) => {
+  yuv422: (image, i) => {
     const pair = 4 * (i >> 1);
     const luma = at(image, pair + 1 + 2 * (i & 1));
     const u = at(image, pair) - 128;

@@ -1,12 +1,14 @@
 // A chassis: how it moves, its battery, and who may drive it.
 
+import { useSignal } from '@preact/signals';
 import { nameOf, useConsole } from '../app/console';
 import { classId } from '../codec/catalogue';
 import type { ChassisData } from '../codec/messages';
 import { command } from '../model/commands';
+import { useAttempt } from '../ui/attempt';
 import { degrees } from '../ui/quantities';
+import { SoundSwitch } from '../ui/sound_switch';
 import { useStream } from '../ui/use_stream';
-import { useAttempt } from './parts';
 import { StreamBox, type ViewProperties } from './view';
 
 export const noPilot = 0xffffff00;
@@ -47,11 +49,46 @@ export function ChassisView({ component }: ViewProperties) {
               nobody
             </label>
           </fieldset>
+          <OtherPilot choose={choose} active={data.activePilot} />
+          <SpeedSound data={data} />
         </>
       )}
       <Failure />
     </StreamBox>
   );
+}
+
+// A pilot that is not of this robot, by its address.
+function OtherPilot({ choose, active }: { choose: (address: number) => void; active: number }) {
+  const text = useSignal('');
+  const address = Number.parseInt(text.value, 16);
+  return (
+    <p class="actions">
+      <label>
+        Another one{' '}
+        <input
+          size={10}
+          placeholder={(active >>> 0).toString(16).padStart(8, '0')}
+          aria-label="Address of another pilot, in hex"
+          value={text.value}
+          onInput={(event) => (text.value = event.currentTarget.value)}
+        />
+      </label>
+      <button type="button" disabled={!/^[0-9a-f]{1,8}$/i.test(text.value)} onClick={() => choose(address)}>
+        Let it drive
+      </button>
+    </p>
+  );
+}
+
+const restTone = 110; // Hz
+const toneASpeed = 0.22; // Hz for each mm/s
+
+// One hears how fast it moves while one looks at it.
+function SpeedSound({ data }: { data: ChassisData }) {
+  const speed = Math.hypot(data.vx, data.vy);
+  const frequency = restTone + toneASpeed * speed;
+  return <SoundSwitch label="Sound: the faster, the higher" frequency={frequency} isHeard={speed > 1} />;
 }
 
 // For pages that show how it moves beside other things.

@@ -3,15 +3,15 @@
 import { useSignal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
 import { nameOf, useConsole } from '../app/console';
-import { decodeMessage } from '../codec/catalogue';
+import { decodeStruct } from '../codec/catalogue';
 import type { DatalogData, DatalogLogInfo } from '../codec/messages';
 import { command } from '../model/commands';
+import { useAttempt } from '../ui/attempt';
 import { bytes } from '../ui/quantities';
-import { useAttempt } from './parts';
+import { useVisible } from '../ui/use_stream';
 import type { ViewProperties } from './view';
 
 const period = 1000; // ms
-const logStatus = -23;
 
 export function DatalogView({ component }: ViewProperties) {
   const console = useConsole();
@@ -22,14 +22,15 @@ export function DatalogView({ component }: ViewProperties) {
   const isOn = component.state.value === 'on';
   const load = async () => {
     const answer = await command(client, component, 'Datalog.GET_LOG_STATUS');
-    if (answer.type !== logStatus) throw new Error('it does not report its streams');
-    status.value = decodeMessage(component.classId, logStatus, answer.body, answer.flags) as unknown as DatalogData;
+    status.value = decodeStruct('DatalogData', answer.body, answer.flags);
   };
+  const visible = useVisible();
   useEffect(() => {
-    attempt(load);
+    if (!visible) return;
+    void attempt(load);
     const timer = setInterval(() => attempt(load), period);
     return () => clearInterval(timer);
-  }, [component.address]);
+  }, [component.address, visible]);
   const shown = wanted.value ?? status.value;
   const edit = (number: number, part: Partial<DatalogLogInfo>) => {
     if (shown === undefined) return;
@@ -109,7 +110,8 @@ export function DatalogView({ component }: ViewProperties) {
                     size={5}
                     aria-label={`Period of ${name} in ms`}
                     disabled={isOn}
-                    value={info.periodTime}
+                    key={info.periodTime}
+                    defaultValue={`${info.periodTime}`}
                     onChange={(event) =>
                       edit(i, { periodTime: Math.max(0, Math.round(Number(event.currentTarget.value)) || 0) })
                     }

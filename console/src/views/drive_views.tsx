@@ -4,9 +4,10 @@ import { useSignal } from '@preact/signals';
 import { useConsole } from '../app/console';
 import type { PtzDriveData, ServoDriveData } from '../codec/messages';
 import { command } from '../model/commands';
+import { useAttempt } from '../ui/attempt';
 import { degrees, radians } from '../ui/quantities';
 import { useStream } from '../ui/use_stream';
-import { HoldButton, NumberInput, numberOf, useAttempt, Values } from './parts';
+import { HoldButton, NumberInput, numberOf, Values } from './parts';
 import { StreamBox, type ViewProperties } from './view';
 
 export function ServoView({ component }: ViewProperties) {

@@ -9,37 +9,46 @@ import { MapCanvas, newMapModel } from '../map/map_canvas';
 import { allLayers } from '../map/paint';
 import { emptyScene } from '../map/scene';
 import { command } from '../model/commands';
-import { pageVisible, useStream } from '../ui/use_stream';
-import { useAttempt } from './parts';
+import { useAttempt } from '../ui/attempt';
+import { useStream, useVisible } from '../ui/use_stream';
 import { StreamBox, type ViewProperties } from './view';
 
 const slow = 1000; // ms: only whether data come
 
 export function MapView({ component }: ViewProperties) {
-  const console = useConsole();
   const stream = useStream<Record<string, unknown>>(component.address, slow);
+  return (
+    <StreamBox component={component} stream={stream}>
+      <RobotMap component={component} />
+      <MapFile component={component} />
+    </StreamBox>
+  );
+}
+
+// A small map of the robot of a component.
+export function RobotMap({ component }: ViewProperties) {
+  const console = useConsole();
   const model = useMemo(() => newMapModel({ ...allLayers, particles: true }), []);
   const robot = console.fleet.robots.value.find(({ system }) => system === component.system);
-  const visible = pageVisible.value;
+  const visible = useVisible();
   model.followed = component.system;
   useEffect(() => {
     if (robot === undefined || !visible) return;
-    const scene = emptyScene(robot.system);
+    const scene = emptyScene(robot.system, console.goals.of(robot.system));
     model.scenes.set(robot.system, scene);
     return followRobot(console, robot, scene, () => {
       model.changed = true;
     });
   }, [robot?.components.length, visible]);
   return (
-    <StreamBox component={component} stream={stream}>
+    <>
       <div class="small-map">
         <MapCanvas model={model} label={`Map of ${className(component.classId)}`} choose={undefined} />
       </div>
       <p class="small">
         <a href={`#/map?robots=${component.system}`}>Open the map</a>
       </p>
-      <MapFile component={component} />
-    </StreamBox>
+    </>
   );
 }
 

@@ -1,12 +1,20 @@
 // Where a robot is, where it drives, and what it is set to.
 
 import { type Signal, useSignal } from '@preact/signals';
+import { useId } from 'preact/hooks';
 import { useConsole } from '../app/console';
+import { structOf, valueName } from '../codec/catalogue';
 import type { ObjRecogData, OdometryData, PilotData, PlannerData, Position3d, PositionData } from '../codec/messages';
 import { command } from '../model/commands';
+import { useAttempt } from '../ui/attempt';
 import { degrees, metres, radians } from '../ui/quantities';
+import { SoundSwitch } from '../ui/sound_switch';
 import { useStream } from '../ui/use_stream';
-import { NumberInput, numberOf, useAttempt, Values } from './parts';
+import { FieldTable } from './fields_view';
+import { GoalView } from './goal_view';
+import { GpsUpdate } from './gps_update';
+import { RobotMap } from './map_view';
+import { NumberInput, numberOf, Values } from './parts';
 import { StreamBox, type ViewProperties } from './view';
 
 const period = 200; // ms
@@ -92,14 +100,14 @@ export function PositionView({ component }: ViewProperties) {
         </button>
       </p>
       <Failure />
+      <GpsUpdate position={component} />
+      <GoalView position={component} pose={data?.pos} />
     </>
   );
 }
 
-const pilotStates = ['idle', 'planning', 'drives', 'no path'];
-
 export function PilotView({ component }: ViewProperties) {
-  const { client } = useConsole();
+  const { client, leases } = useConsole();
   const stream = useStream<PilotData>(component.address, period);
   const [x, y, heading, speed] = [useSignal('0'), useSignal('0'), useSignal('0'), useSignal('0.5')];
   const { attempt, Failure } = useAttempt();
@@ -108,7 +116,9 @@ export function PilotView({ component }: ViewProperties) {
   const send = async () => {
     const pos = enteredPose(x, y, heading);
     const limit = Math.round(1000 * numberOf('Speed', speed));
-    await command(client, component, 'Pilot.SET_DESTINATION', { pos, speed: limit }, 20000);
+    await leases.during(component.system, () =>
+      command(client, component, 'Pilot.SET_DESTINATION', { pos, speed: limit }, 20000),
+    );
   };
   return (
     <>
@@ -116,7 +126,7 @@ export function PilotView({ component }: ViewProperties) {
         {data !== undefined && (
           <Values
             of={{
-              state: pilotStates[data.pilotState] ?? `${data.pilotState}`,
+              state: valueName('PilotData.pilotState', data.pilotState) ?? `${data.pilotState}`,
               speed: `${(data.speed / 1000).toFixed(2)} m/s`,
               'to the goal': data.distanceToDest < 0 ? 'no goal' : metres(data.distanceToDest),
               'goal north': metres(data.dest.x),
@@ -126,6 +136,7 @@ export function PilotView({ component }: ViewProperties) {
           />
         )}
       </StreamBox>
+      <RobotMap component={component} />
       <p class="actions">
         <button type="button" onClick={() => hold(1)}>
           Hold
@@ -148,20 +159,27 @@ export function PilotView({ component }: ViewProperties) {
   );
 }
 
-const objectTypes = ['not classified', 'small', 'big', 'pedestrian', 'bicycle', 'car', 'truck'];
+// 1100 Hz at the robot, an octave lower each 3 m.
+const nearTone = (distance: number) => 1100 * 2 ** (-Math.min(distance, 12_000) / 3000);
+
+const objectFields = structOf('ObjRecogObject').fields;
 
 export function ObjectsView({ component }: ViewProperties) {
   const stream = useStream<ObjRecogData>(component.address, period);
-  const objects = stream.value.value?.data.objects ?? [];
+  const seen = stream.value.value?.data;
+  const objects = seen?.objects ?? [];
+  const from = seen?.refPos ?? { x: 0, y: 0 };
+  const nearest = Math.min(...objects.map(({ pos }) => Math.hypot(pos.x - from.x, pos.y - from.y)));
   return (
     <StreamBox component={component} stream={stream}>
       {objects.length === 0 && <p class="faint">It sees no objects.</p>}
+      <SoundSwitch label="Sound: the nearer, the higher" frequency={nearTone(nearest)} isHeard={objects.length > 0} />
       <table class="list">
         <tbody>
-          {objects.map(({ objectId, type, pos, vel, dim, prob }) => (
+          {objects.map(({ objectId, type, pos, vel, dim, prob }, i) => (
             <tr key={objectId}>
               <th scope="row">{objectId}</th>
-              <td>{objectTypes[type] ?? `type ${type}`}</td>
+              <td>{valueName('ObjRecogObject.type', type) ?? `type ${type}`}</td>
               <td>
                 {metres(pos.x)}, {metres(pos.y)}
               </td>
@@ -170,6 +188,12 @@ export function ObjectsView({ component }: ViewProperties) {
                 {metres(dim.x)} × {metres(dim.y)}
               </td>
               <td>{(100 * prob).toFixed(0)} %</td>
+              <td>
+                <details>
+                  <summary>all values</summary>
+                  <FieldTable fields={objectFields} data={{ ...objects[i] }} si={true} />
+                </details>
+              </td>
             </tr>
           ))}
         </tbody>
@@ -182,10 +206,13 @@ export function PlannerView({ component }: ViewProperties) {
   const { client } = useConsole();
   const stream = useStream<PlannerData>(component.address, 500);
   const text = useSignal('');
+  const sent = useSignal<string[]>([]);
+  const list = useId();
   const { attempt, Failure } = useAttempt();
   const data = stream.value.value?.data;
   const send = (event: Event) => {
     event.preventDefault();
+    sent.value = [...new Set([text.value, ...sent.value])];
     const line = { text: text.value, stringLen: new TextEncoder().encode(text.value).length };
     attempt(() => command(client, component, 'Planner.COMMAND', { commands: [line] }));
   };
@@ -206,12 +233,21 @@ export function PlannerView({ component }: ViewProperties) {
       <form class="actions" onSubmit={send}>
         <input
           aria-label="Command"
+          list={list}
           value={text.value}
           onInput={(event) => {
             text.value = event.currentTarget.value;
           }}
         />
+        <datalist id={list}>
+          {sent.value.map((each) => (
+            <option key={each} value={each} />
+          ))}
+        </datalist>
         <button type="submit">Send</button>
+        <button type="button" onClick={() => (text.value = '')}>
+          Clear
+        </button>
       </form>
       <Failure />
     </>

@@ -1,6 +1,6 @@
 // What several views are made of.
 
-import { type Signal, useSignal } from '@preact/signals';
+import type { Signal } from '@preact/signals';
 import { type ComponentChildren, Fragment } from 'preact';
 import { useRef } from 'preact/hooks';
 
@@ -17,32 +17,18 @@ export function Values({ of }: { of: Record<string, string> }) {
   );
 }
 
-// Runs commands, and shows why the last one failed.
-export function useAttempt(): { attempt: (action: () => Promise<unknown>) => void; Failure: () => ComponentChildren } {
-  const failure = useSignal('');
-  return {
-    attempt: (action) => {
-      failure.value = '';
-      action().catch((error: Error) => {
-        failure.value = error.message;
-      });
-    },
-    Failure: () =>
-      failure.value !== '' && (
-        <p class="bad" role="alert">
-          {failure.value}
-        </p>
-      ),
-  };
+interface HoldProperties {
+  action: () => void;
+  time?: number; // ms
+  disabled?: boolean;
+  children: ComponentChildren;
 }
 
-const holdTime = 700; // ms
-
 // For what moves something by itself: acts when it was held for a moment, by finger, mouse or key.
-export function HoldButton({ action, children }: { action: () => void; children: ComponentChildren }) {
+export function HoldButton({ action, time = 700, disabled = false, children }: HoldProperties) {
   const timer = useRef<ReturnType<typeof setTimeout> | undefined>(undefined);
   const begin = () => {
-    timer.current ??= setTimeout(action, holdTime);
+    timer.current ??= setTimeout(action, time);
   };
   const end = () => {
     clearTimeout(timer.current);
@@ -53,6 +39,7 @@ export function HoldButton({ action, children }: { action: () => void; children:
     <button
       type="button"
       class="hold"
+      disabled={disabled}
       title="Hold it for a moment"
       onPointerDown={begin}
       onPointerUp={end}

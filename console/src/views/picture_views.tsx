@@ -1,14 +1,16 @@
 // Data that are pictures: the cells of a grid map, and the ranges of a scan of space.
 
 import { useSignal } from '@preact/signals';
-import { useEffect, useRef } from 'preact/hooks';
+import { useEffect, useMemo } from 'preact/hooks';
 import { useConsole } from '../app/console';
-import { decodeMessage } from '../codec/catalogue';
+import { decodeStruct, valueName } from '../codec/catalogue';
 import type { GridMapData, Scan3dData, Scan3dRangeImageData } from '../codec/messages';
 import { command } from '../model/commands';
-import { saveCanvas } from '../ui/save';
+import { useAttempt } from '../ui/attempt';
 import { useStream } from '../ui/use_stream';
-import { useAttempt, Values } from './parts';
+import type { Pixel } from './colour_tables';
+import { Values } from './parts';
+import { Picture } from './picture';
 import { StreamBox, type ViewProperties } from './view';
 
 const slow = 1000; // ms
@@ -16,20 +18,11 @@ const unknownCell = 127;
 
 export function GridMapView({ component }: ViewProperties) {
   const stream = useStream<GridMapData>(component.address, slow);
-  const canvas = useRef<HTMLCanvasElement>(null);
   const data = stream.value.value?.data;
-  useEffect(() => {
-    if (data === undefined || canvas.current === null) return;
-    // x is up, y is to the right; occupied is dark.
-    const { gridNumX: rows, gridNumY: columns, occupancy } = data;
-    paint(canvas.current, columns, rows, (column, row) => {
-      const value = occupancy[rows - 1 - row + column * rows] ?? unknownCell;
-      return [255 - value, 255 - value, 255 - value];
-    });
-  }, [data]);
+  const pixels = useMemo(() => (data === undefined ? undefined : cellsOf(data)), [data]);
   return (
     <StreamBox component={component} stream={stream}>
-      <canvas ref={canvas} class="picture pixels" role="img" aria-label="Grid map, north is up" />
+      <Picture pixels={pixels} label="Grid map, north is up" name="grid-map" sharp />
       {data !== undefined && (
         <Values
           of={{
@@ -40,33 +33,49 @@ export function GridMapView({ component }: ViewProperties) {
           }}
         />
       )}
-      <SaveButton canvas={canvas} name="grid-map.png" />
     </StreamBox>
   );
 }
 
-const rangeImage = -21;
+// x is up, y is to the right; occupied is dark.
+function cellsOf({ gridNumX: rows, gridNumY: columns, occupancy }: GridMapData): ImageData | undefined {
+  return pictureOf(columns, rows, (column, row) => {
+    const value = occupancy[rows - 1 - row + column * rows] ?? unknownCell;
+    return [255 - value, 255 - value, 255 - value];
+  });
+}
 
 // The scan itself may have hundreds of thousands of points: what is shown is its range image, asked for once for each.
 export function Scan3dView({ component }: ViewProperties) {
   const { client } = useConsole();
   const stream = useStream<Scan3dData>(component.address, slow);
-  const canvas = useRef<HTMLCanvasElement>(null);
+  const image = useSignal<Scan3dRangeImageData | undefined>(undefined);
   const far = useSignal(10);
+  const byType = useSignal(false);
   const { attempt, Failure } = useAttempt();
   const value = stream.value.value;
   useEffect(() => {
     if (value === undefined) return;
-    attempt(async () => {
+    void attempt(async () => {
       const answer = await command(client, component, 'Scan3d.GET_RANGE_IMAGE');
-      if (answer.type !== rangeImage || canvas.current === null) return;
-      const image = decodeMessage(component.classId, rangeImage, answer.body, answer.flags);
-      paintRanges(canvas.current, image as unknown as Scan3dRangeImageData, far.value * 1000);
+      image.value = decodeStruct('Scan3dRangeImageData', answer.body, answer.flags);
     });
-  }, [value, far.value]);
+  }, [value]);
+  const pixels = useMemo(
+    () => (image.value === undefined ? undefined : rangesOf(image.value, far.value * 1000, byType.value)),
+    [image.value, far.value, byType.value],
+  );
   return (
     <StreamBox component={component} stream={stream}>
-      <canvas ref={canvas} class="picture pixels" role="img" aria-label="Range image: near is red, far is blue" />
+      <Picture pixels={pixels} label="Range image: near is red, far is blue" name="range-image" sharp />
+      <label>
+        <input
+          type="checkbox"
+          checked={byType.value}
+          onChange={(event) => (byType.value = event.currentTarget.checked)}
+        />{' '}
+        Colours by kind
+      </label>
       <label>
         Up to {far.value} m{' '}
         <input
@@ -82,6 +91,7 @@ export function Scan3dView({ component }: ViewProperties) {
       {value !== undefined && (
         <Values
           of={{
+            mounting: valueName('Scan3dData.scanMode', value.data.scanMode) ?? `${value.data.scanMode}`,
             scans: `${value.data.scanNum}`,
             'points a scan': `${value.data.scanPointNum}`,
             points: `${value.data.pointNum ?? value.data.points.length}`,
@@ -89,47 +99,47 @@ export function Scan3dView({ component }: ViewProperties) {
           }}
         />
       )}
-      <SaveButton canvas={canvas} name="range-image.png" />
       <Failure />
     </StreamBox>
   );
 }
 
-function paintRanges(canvas: HTMLCanvasElement, image: Scan3dRangeImageData, far: number): void {
-  const { scanNum: columns, scanPointNum: rows, points } = image;
-  paint(canvas, columns, rows, (column, row) => {
-    const range = points[column * rows + (rows - 1 - row)]?.range ?? 0;
+const kinds: Pixel[] = [
+  [200, 200, 200],
+  [230, 90, 70],
+  [70, 140, 230],
+  [80, 190, 110],
+  [230, 180, 60],
+  [170, 90, 200],
+];
+
+function rangesOf(
+  { scanNum: columns, scanPointNum: rows, points }: Scan3dRangeImageData,
+  far: number,
+  byType: boolean,
+) {
+  return pictureOf(columns, rows, (column, row) => {
+    const { range, type } = points[column * rows + (rows - 1 - row)] ?? { range: 0, type: 0 };
+    if (byType && range > 0) return kinds[Math.abs(type) % kinds.length] ?? heat(1);
     return range <= 0 ? [0, 0, 0] : heat(Math.min(1, range / far));
   });
 }
 
 // From red (0) over yellow and green to blue (1).
-function heat(part: number): [number, number, number] {
+function heat(part: number): Pixel {
   const ramp = (centre: number) => 255 * Math.max(0, Math.min(1, 1.5 - Math.abs(4 * part - centre)));
   return [ramp(0.5) + ramp(-0.5), ramp(2), ramp(3.5) + ramp(4.5)];
 }
 
-type Colour = (column: number, row: number) => [number, number, number];
-
-function paint(canvas: HTMLCanvasElement, width: number, height: number, colour: Colour): void {
-  if (width <= 0 || height <= 0) return;
-  canvas.width = width;
-  canvas.height = height;
+function pictureOf(
+  width: number,
+  height: number,
+  colour: (column: number, row: number) => Pixel,
+): ImageData | undefined {
+  if (width <= 0 || height <= 0) return undefined;
   const image = new ImageData(width, height);
   for (let row = 0; row < height; ++row)
-    for (let column = 0; column < width; ++column) {
-      const [red, green, blue] = colour(column, row);
-      image.data.set([red, green, blue, 255], 4 * (row * width + column));
-    }
-  canvas.getContext('2d')?.putImageData(image, 0, 0);
-}
-
-function SaveButton({ canvas, name }: { canvas: { current: HTMLCanvasElement | null }; name: string }) {
-  return (
-    <p class="actions">
-      <button type="button" onClick={() => canvas.current !== null && saveCanvas(canvas.current, name)}>
-        Save picture
-      </button>
-    </p>
-  );
+    for (let column = 0; column < width; ++column)
+      image.data.set([...colour(column, row), 255], 4 * (row * width + column));
+  return image;
 }

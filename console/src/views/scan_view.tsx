@@ -1,43 +1,117 @@
-// A scan, seen from above in the robot's frame: forward is up.
+// A scan with what one does to look at it.
 
+import { useSignal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
-import type { Elements } from '../codec/views';
-import { mapColours } from '../map/colours';
-import { eachEcho, pointType } from '../map/echoes';
-import { PointBuffer, pixelOf } from '../map/points';
-import { gridStep, type Size, toScreen, type View } from '../map/transform';
+import { classId } from '../codec/catalogue';
+import { eachEcho } from '../map/echoes';
+import { panned } from '../map/transform';
 import { metres } from '../ui/quantities';
+import { saveFile } from '../ui/save';
 import { isDark } from '../ui/theme';
 import { defaultPeriod, useStream } from '../ui/use_stream';
+import { paintScan, type ScanData, type ScanStyle, scanView, wholeScan, zoomedScan } from './scan_paint';
 import { StreamBox, type ViewProperties } from './view';
 
-interface ScanData {
-  maxRange: number;
-  points: Elements;
-}
-
 const options = { elements: true };
-const ringPixels = 40;
+const zoomStep = 1.5;
 
-export function ScanView({ component }: ViewProperties) {
+function useScan({ component }: ViewProperties) {
   const stream = useStream<ScanData>(component.address, defaultPeriod, options);
   const canvas = useRef<HTMLCanvasElement>(null);
+  const sight = useSignal(wholeScan);
   const value = stream.value.value;
   const dark = isDark();
+  const isLadar = component.classId === classId('Ladar');
   useEffect(() => {
-    if (canvas.current !== null && value !== undefined) paint(canvas.current, value.data);
-  }, [value, dark]);
+    if (canvas.current !== null && value !== undefined) paintScan(canvas.current, value.data, sight.value, isLadar);
+  }, [value, dark, sight.value]);
+  return { stream, canvas, sight, value };
+}
+
+// For pages that show the scan beside other things.
+export function ScanSight({ component }: ViewProperties) {
+  const { stream, canvas, value } = useScan({ component });
   const near = value === undefined ? undefined : nearest(value.data);
   return (
     <StreamBox component={component} stream={stream}>
       <canvas ref={canvas} class="scan" role="img" aria-label="Scan, forward is up" />
-      {value !== undefined && (
-        <p class="small faint">
-          {value.data.points.length} points; the nearest is {near === undefined ? 'not there' : metres(near)} away
-          {value.skipped > 0 && `; ${value.skipped} of ${value.received} scans were not drawn`}
-        </p>
-      )}
+      {value !== undefined && <ScanFacts points={value.data.points.length} near={near} skipped="" />}
     </StreamBox>
+  );
+}
+
+export function ScanView({ component }: ViewProperties) {
+  const { stream, canvas, sight, value } = useScan({ component });
+  const keeps = useSignal(false);
+  useEffect(() => {
+    if (keeps.value && value !== undefined) saveScan(value.data);
+  }, [value]);
+  const zoom = (factor: number) => {
+    sight.value = zoomedScan(sight.value, factor);
+  };
+  const drag = (event: PointerEvent) => {
+    if (event.buttons === 0 || value === undefined || canvas.current === null || sight.value.zoom === 1) return;
+    const size = { width: canvas.current.clientWidth, height: canvas.current.clientHeight };
+    const { centre } = panned(scanView(value.data, sight.value, size), event.movementX, event.movementY);
+    sight.value = { ...sight.value, centre };
+  };
+  const skipped = (value?.skipped ?? 0) > 0 ? `; ${value?.skipped} of ${value?.received} scans were not drawn` : '';
+  return (
+    <StreamBox component={component} stream={stream}>
+      <canvas
+        ref={canvas}
+        class={`scan ${sight.value.zoom > 1 ? 'enlarged' : ''}`}
+        role="img"
+        aria-label="Scan, forward is up"
+        onPointerMove={drag}
+        onWheel={(event) => {
+          if (!event.ctrlKey && sight.value.zoom === 1 && event.deltaY > 0) return; // the page scrolls
+          event.preventDefault();
+          zoom(Math.exp(-event.deltaY / 400));
+        }}
+      />
+      {value !== undefined && (
+        <ScanFacts points={value.data.points.length} near={nearest(value.data)} skipped={skipped} />
+      )}
+      <p class="actions">
+        <button type="button" aria-label="Enlarge the scan" onClick={() => zoom(zoomStep)}>
+          +
+        </button>
+        <button type="button" aria-label="Make the scan smaller" onClick={() => zoom(1 / zoomStep)}>
+          −
+        </button>
+        <select
+          aria-label="Show the scan as"
+          value={sight.value.style}
+          onChange={(event) => {
+            sight.value = { ...sight.value, style: event.currentTarget.value as ScanStyle };
+          }}
+        >
+          <option value="points">points by kind</option>
+          <option value="segments">points by segment</option>
+          <option value="lines">lines</option>
+        </select>
+        <button type="button" onClick={() => value !== undefined && saveScan(value.data)}>
+          Save points
+        </button>
+        <label>
+          <input
+            type="checkbox"
+            checked={keeps.value}
+            onChange={(event) => (keeps.value = event.currentTarget.checked)}
+          />{' '}
+          save each
+        </label>
+      </p>
+    </StreamBox>
+  );
+}
+
+function ScanFacts({ points, near, skipped }: { points: number; near: number | undefined; skipped: string }) {
+  return (
+    <p class="small faint">
+      {points} points; the nearest is {near === undefined ? 'not there' : metres(near)} away{skipped}
+    </p>
   );
 }
 
@@ -50,60 +124,8 @@ function nearest({ points }: ScanData): number | undefined {
   return Number.isFinite(least) ? least : undefined;
 }
 
-// The farthest echo decides the scale, in steps, so that the picture does not breathe.
-function rangeOf({ points, maxRange }: ScanData): number {
-  let farthest = 1000;
-  eachEcho(points, (x, y) => {
-    farthest = Math.max(farthest, Math.hypot(x, y));
-  });
-  const rounded = 1000 * Math.SQRT2 ** Math.ceil(2 * Math.log2(farthest / 1000));
-  return maxRange > 0 ? Math.min(rounded, maxRange) : rounded;
-}
-
-function paint(canvas: HTMLCanvasElement, data: ScanData): void {
-  const ratio = devicePixelRatio;
-  const size: Size = { width: canvas.clientWidth, height: canvas.clientHeight };
-  canvas.width = Math.round(size.width * ratio);
-  canvas.height = Math.round(size.height * ratio);
-  const context = canvas.getContext('2d', { alpha: false });
-  if (context === null || size.width === 0) return;
-  const colours = mapColours(canvas);
-  const scale = (0.48 * Math.min(size.width, size.height)) / rangeOf(data);
-  const view: View = { centre: { x: 0, y: 0 }, scale, up: 0 };
-  context.fillStyle = colours.ground;
-  context.fillRect(0, 0, canvas.width, canvas.height);
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  paintRings(context, view, size, colours.grid, colours.text);
-  const points = new PointBuffer();
-  points.resize(canvas.width, canvas.height);
-  const plain = pixelOf(colours.scan);
-  const bright = pixelOf(colours.reflector);
-  eachEcho(data.points, (forward, right, type) => {
-    const { x, y } = toScreen(view, size, { x: forward, y: right });
-    points.add(x * ratio, y * ratio, (type & pointType.reflector) !== 0 ? bright : plain, Math.round(2.5 * ratio));
-  });
-  context.setTransform(1, 0, 0, 1, 0, 0);
-  points.paint(context);
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  context.fillStyle = colours.robots[0] ?? colours.text;
-  context.beginPath();
-  context.moveTo(size.width / 2, size.height / 2 - 8);
-  context.lineTo(size.width / 2 + 5, size.height / 2 + 6);
-  context.lineTo(size.width / 2 - 5, size.height / 2 + 6);
-  context.fill();
-}
-
-function paintRings(context: CanvasRenderingContext2D, view: View, size: Size, line: string, text: string): void {
-  const step = gridStep(view.scale, ringPixels);
-  context.strokeStyle = line;
-  context.fillStyle = text;
-  context.font = '11px system-ui, sans-serif';
-  context.lineWidth = 1;
-  const most = Math.hypot(size.width, size.height) / 2 / view.scale;
-  for (let radius = step; radius < most; radius += step) {
-    context.beginPath();
-    context.arc(size.width / 2, size.height / 2, radius * view.scale, 0, 2 * Math.PI);
-    context.stroke();
-    context.fillText(`${radius / 1000} m`, size.width / 2 + 3, size.height / 2 - radius * view.scale - 3);
-  }
+function saveScan({ points }: ScanData): void {
+  const lines = ['x_mm,y_mm,type\n'];
+  eachEcho(points, (x, y, type) => lines.push(`${Math.round(x)},${Math.round(y)},${type}\n`));
+  saveFile(lines, 'text/csv', `scan-${Date.now()}.csv`);
 }

@@ -1,5 +1,6 @@
 // Small sensors: a compass, a clock, a satellite receiver, a joystick.
 
+import { valueName } from '../codec/catalogue';
 import type { ClockData, CompassData, GpsData, JoystickData } from '../codec/messages';
 import { degrees, metres } from '../ui/quantities';
 import { useStream } from '../ui/use_stream';
@@ -59,10 +60,6 @@ export function ClockView({ component }: ViewProperties) {
   );
 }
 
-const fixes = ['no position', '2D', '3D'];
-const differential = 0x10;
-const estimated = 0x20;
-
 export function GpsView({ component }: ViewProperties) {
   const stream = useStream<GpsData>(component.address, slow);
   const data = stream.value.value?.data;
@@ -71,7 +68,7 @@ export function GpsView({ component }: ViewProperties) {
       {data !== undefined && (
         <Values
           of={{
-            fix: fixText(data.mode),
+            fix: valueName('GpsData.mode', data.mode) ?? `${data.mode}`,
             satellites: `${data.satelliteNum}`,
             PDOP: data.pdop.toFixed(1),
             latitude: `${((data.latitude * 180) / Math.PI).toFixed(7)}°`,
@@ -89,11 +86,6 @@ export function GpsView({ component }: ViewProperties) {
       )}
     </StreamBox>
   );
-}
-
-function fixText(mode: number): string {
-  const fix = fixes[mode & 0x0f] ?? `mode ${mode}`;
-  return `${fix}${(mode & differential) !== 0 ? ', differential' : ''}${(mode & estimated) !== 0 ? ', estimated' : ''}`;
 }
 
 export function JoystickView({ component }: ViewProperties) {

@@ -21,6 +21,7 @@ export function StreamBox<Data>({
 }: ViewProperties & { stream: Stream<Data>; children: ComponentChildren }) {
   const { client } = useConsole();
   const state = client.streamState(component.address).value;
+  const drops = client.streamDrops(component.address).value;
   const now = useNow(500);
   const value = stream.value.value;
   const trouble = stream.trouble.value;
@@ -33,6 +34,12 @@ export function StreamBox<Data>({
       {isOld && (
         <p class="warn small" role="status">
           These data are {age(old / 1000)} old. {waitText(component, state)}
+        </p>
+      )}
+      {drops !== undefined && !isOld && (
+        <p class="warn small" role="status">
+          {Math.round(drops.samples - drops.dropped)} of {Math.round(drops.samples)} Hz shown,{' '}
+          {Math.round(drops.dropped)} dropped at the router: the line to it is too slow.
         </p>
       )}
       {children}

@@ -110,6 +110,15 @@ void HttpPort::close(const core::Receiver& receiver, CloseReason reason) {
   send_close(*client, WebSocketClose::kPolicy, std::string(core::sentence(reason)));
 }
 
+void HttpPort::keep_newest(const core::Receiver& receiver) {
+  if (Client* client = find(receiver.token, receiver.client)) client->output.keep_newest();
+}
+
+const core::StreamCounters* HttpPort::streams(std::uint32_t token) const {
+  const Client* client = clients_.find(token);
+  return client == nullptr ? nullptr : client->output.streams();
+}
+
 void HttpPort::flush(Time now) {
   // Others may be touched meanwhile: they give memory to this one.
   for (std::size_t i = 0; i < touched_.size(); ++i) {

@@ -56,6 +56,8 @@ class HttpPort final : public core::Port {
   core::Outcome deliver(Time now, const core::Receiver& to, const core::Message& message) override;
   void reply(Time now, const core::Receiver& to, const Header& header) override;
   void close(const core::Receiver& receiver, core::CloseReason reason) override;
+  void keep_newest(const core::Receiver& receiver) override;
+  [[nodiscard]] const core::StreamCounters* streams(std::uint32_t token) const override;
   void flush(Time now) override;
   [[nodiscard]] std::uint64_t queued_bytes(std::uint32_t token) const override;
   void stop_accepting() override;

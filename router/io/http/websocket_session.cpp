@@ -260,7 +260,14 @@ std::shared_ptr<WebSocketSession> WebSocketSession::start(Loop& loop, StreamSock
   return session;
 }
 
+void WebSocketOutput::keep_newest() {
+  if (streams_) return;
+  streams_ = std::make_unique<core::StreamCounters>();
+  queue_.keep_newest(*streams_);
+}
+
 core::Outcome WebSocketOutput::add(std::span<const std::byte> message, std::uint8_t priority) {
+  if (streams_) streams_->add(wire::decode_header(message.first<kHeaderSize>()));
   const std::uint64_t more = message.size() > queue_bytes_max_ ? message.size() : 0;
   queue_.set_bytes_max(queue_bytes_max_ + more);
   const bool taken = queue_.push(message, priority, replaced_);

@@ -17,6 +17,7 @@
 #include "router/core/message_queue.h"
 #include "router/core/queue_shares.h"
 #include "router/core/statistics.h"
+#include "router/core/stream_counters.h"
 #include "router/io/http/http_message.h"
 #include "router/io/http/stream_socket.h"
 #include "router/io/loop.h"
@@ -36,6 +37,10 @@ class WebSocketOutput {
       : queue_(shares, owner, queue_bytes_max, classes), queue_bytes_max_(queue_bytes_max) {}
 
   void set_queue_bytes_max(std::uint64_t bytes) { queue_bytes_max_ = bytes; }
+  // From now on, only the newest sample of each stream waits.
+  void keep_newest();
+  // Null: keep_newest() was not called.
+  [[nodiscard]] const core::StreamCounters* streams() const { return streams_.get(); }
 
   // Copies a whole message. One that is larger than the bound may exceed it by its size: a picture
   // would never arrive otherwise.
@@ -67,6 +72,7 @@ class WebSocketOutput {
   std::size_t begin_message();
   std::size_t add_rest(std::size_t count);
 
+  std::unique_ptr<core::StreamCounters> streams_;
   core::MessageQueue queue_;
   std::uint64_t queue_bytes_max_;
   core::LossCounts replaced_{};

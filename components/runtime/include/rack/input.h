@@ -12,6 +12,7 @@
 
 #include "rack/clock.h"
 #include "rack/partner.h"
+#include "tims/origin.h"
 
 namespace rack {
 
@@ -80,6 +81,7 @@ class Input : public Partner<ProxyType> {
         return message.error();
       }
       const auto good = (*this)->decode_stream(*message, data);
+      is_foreign_ = tims::is_foreign(message->header());
       if (good) return true;
       if (good.error().code() != tims::Errc::kInvalidArgument) return good.error();
     }
@@ -103,6 +105,8 @@ class Input : public Partner<ProxyType> {
       return tims::Error(tims::Errc::kTimeout, "no data from " + producer_name());
     return come;
   }
+  // The last message of another() or newest() came over TCP, from a browser or from another host.
+  [[nodiscard]] bool is_foreign() const { return is_foreign_; }
   // Number of calls in a row of the previous function without a message.
   [[nodiscard]] int silence() const { return silence_; }
 
@@ -117,6 +121,7 @@ class Input : public Partner<ProxyType> {
 
   OwnMailbox stream_;
   int silence_ = 0;
+  bool is_foreign_ = false;
 };
 
 }  // namespace rack

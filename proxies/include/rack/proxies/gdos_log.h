@@ -11,8 +11,10 @@ namespace rack {
 
 struct GdosLogType {
   enum : i8 {
-    kGetLog = 21,  // sent to the sink: requests the address of the log; answered by kLog
-    kLog = -21,    // GdosLogAddress
+    kGetLog = 21,    // sent to the sink: requests the address of the log; answered by kLog
+    kLog = -21,      // GdosLogAddress
+    kGetTexts = 22,  // sent to the log: requests the newest texts that it has stored
+    kTexts = -22,    // GdosTexts
   };
 };
 
@@ -33,6 +35,23 @@ struct GdosData {
   [[nodiscard]] std::string_view as_text() const { return {text.data(), text.size()}; }
 };
 
-using GdosLogProxy = DataProxy<GdosData>;
+inline constexpr std::size_t kGdosTextsMax = 60000;  // bytes
+
+// The newest lines of the files, oldest first: JSON, a text a line (`timsctl log show --json`).
+struct GdosTexts {
+  Count textNum = {};  // bytes
+  Sequence<char, kGdosTextsMax> text = {};
+
+  [[nodiscard]] std::string_view as_text() const { return {text.data(), text.size()}; }
+};
+
+class GdosLogProxy : public DataProxy<GdosData> {
+ public:
+  using DataProxy::DataProxy;
+
+  Result<GdosTexts> get_texts() {
+    return query<GdosTexts>(GdosLogType::kGetTexts, GdosLogType::kTexts);
+  }
+};
 
 }  // namespace rack

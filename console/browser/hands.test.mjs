@@ -1,0 +1,187 @@
+// The same work with thumbs only, on a phone, and with keys only.
+import assert from 'node:assert/strict';
+import { after, afterEach, before, test } from 'node:test';
+import { eventually, Host, launch, Watched } from './fixture.mjs';
+
+const system = 97; // a robot of sim.toml
+const phone = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true };
+const thumb = 44; // pixels, the least of what is touched
+
+let host;
+let browser;
+
+before(async () => {
+  host = await Host.start();
+  browser = await launch();
+  await host.up('sim.toml', system);
+});
+
+after(async () => {
+  await browser?.close();
+  await host?.end();
+});
+
+afterEach(Watched.closeAll);
+
+const stateOf = async (name) => (await host.timsctl('component', 'status', name)).state;
+const becomes = (name, state) => eventually(async () => (await stateOf(name)) === state, `${name} is ${state}`);
+const speed = async () => (await host.timsctl('component', 'data', `Chassis(${system}/0)`)).data.vx;
+const chassis = `Chassis(${system}/0)`;
+const pilot = `Pilot(${system}/0)`;
+
+test('thumbs: on and off, messages, driving and STOP', async () => {
+  const watched = await Watched.open(browser, host, '#/fleet', phone);
+  const { page } = watched;
+  const tap = (role, name) => page.getByRole(role, { name }).first().tap();
+  await tap('link', `Robot ${system}`);
+  const lamp = (name, state) => page.getByRole('button', { name: new RegExp(`^${name}: ${state}`) });
+  await lamp('Chassis/0', 'off').tap();
+  await becomes(chassis, 'on');
+  await lamp('Chassis/0', 'on').tap();
+  await becomes(chassis, 'off');
+  await tap('link', 'Messages');
+  await page.getByRole('heading', { name: 'Messages' }).waitFor();
+  await page.getByRole('cell', { name: chassis }).first().waitFor();
+  await tap('link', 'Drive');
+  await tap('link', `Robot ${system}`);
+  await tap('button', `Drive with ${pilot}`);
+  await page.getByRole('button', { name: 'Release' }).waitFor();
+  await becomes(pilot, 'on');
+  const session = await watched.context.newCDPSession(page);
+  const pad = await page.getByRole('application', { name: /Stick/ }).boundingBox();
+  const finger = { x: pad.x + pad.width / 2, y: pad.y + pad.height / 4 };
+  await session.send('Input.dispatchTouchEvent', { type: 'touchStart', touchPoints: [finger] });
+  await eventually(async () => (await speed()) > 50, 'it drives');
+  await session.send('Input.dispatchTouchEvent', { type: 'touchEnd', touchPoints: [] });
+  await tap('button', `Stop robot ${system}`);
+  await becomes(pilot, 'off');
+  await page.getByText('More', { exact: true }).tap();
+  await tap('link', 'Network');
+  await page.getByRole('heading', { name: 'Network' }).waitFor();
+  await watched.close();
+});
+
+test('thumbs: what is touched is large enough, and nothing is wider than the screen', async () => {
+  const watched = await Watched.open(browser, host, '#/fleet', phone);
+  const { page } = watched;
+  await page.getByRole('link', { name: `Robot ${system}` }).waitFor();
+  for (const path of [
+    'fleet',
+    `robot/${system}`,
+    'map',
+    `drive/${system}`,
+    'messages',
+    'plots',
+    'network',
+    'recorder',
+  ]) {
+    await page.goto(`${host.address}/#/${path}`);
+    await page.getByRole('heading', { level: 1 }).first().waitFor();
+    const found = await page.evaluate((least) => {
+      const small = [...document.querySelectorAll('button, select, summary, .button, .bar nav a')]
+        .map((element) => [element.outerHTML.slice(0, 80), element.getBoundingClientRect()])
+        .filter(([, { width, height }]) => width > 0 && (width < least - 0.5 || height < least - 0.5))
+        .map(([html, { width, height }]) => `${html} ${width} x ${height}`);
+      return { small, wide: document.documentElement.scrollWidth - innerWidth };
+    }, thumb);
+    assert.deepEqual(found, { small: [], wide: 0 }, path);
+  }
+  await watched.close();
+});
+
+// Tab until this has the focus.
+async function focused(page, name) {
+  for (let i = 0; i < 80; ++i) {
+    const text = await page.evaluate(() => {
+      const { activeElement: element } = document;
+      return element?.getAttribute('aria-label') ?? element?.textContent ?? '';
+    });
+    if (name.test(text)) return;
+    await page.keyboard.press('Tab');
+  }
+  assert.fail(`the Tab key does not lead to ${name}`);
+}
+
+test('keys: on and off, messages, driving and STOP', async () => {
+  await host.timsctl('component', 'off', chassis);
+  const watched = await Watched.open(browser, host);
+  const { page } = watched;
+  const { keyboard } = page;
+  await page.getByRole('link', { name: `Robot ${system}` }).waitFor();
+  await focused(page, new RegExp(`^Robot ${system}`));
+  await keyboard.press('Enter');
+  await page.getByRole('heading', { name: `Robot ${system}` }).waitFor();
+  await page.getByRole('button', { name: /^Chassis\/0: off/ }).waitFor();
+  await focused(page, /^Chassis\/0: off/);
+  await keyboard.press('Enter');
+  await becomes(chassis, 'on');
+  await keyboard.press('F1'); // the view of the first component
+  await page.getByRole('region', { name: 'Chassis/0' }).waitFor();
+  await keyboard.press('g');
+  await keyboard.press('l');
+  await page.getByRole('cell', { name: chassis }).first().waitFor();
+  await keyboard.press('Control+k');
+  await keyboard.type(`drive robot ${system}`);
+  await keyboard.press('Enter');
+  await focused(page, /^Drive with/);
+  await keyboard.press('Enter');
+  await page.getByRole('button', { name: 'Release' }).waitFor();
+  await becomes(pilot, 'on');
+  await keyboard.down('ArrowUp');
+  await eventually(async () => (await speed()) > 50, 'it drives');
+  await keyboard.press('Shift+Escape');
+  await becomes(pilot, 'off');
+  await keyboard.up('ArrowUp');
+  await watched.close();
+});
+
+test('keys: the list of them, and a filter', async () => {
+  const watched = await Watched.open(browser, host);
+  const { page } = watched;
+  await page.getByRole('link', { name: `Robot ${system}` }).waitFor();
+  await page.keyboard.press('?');
+  await page.getByRole('dialog', { name: 'Keys' }).getByText('Go to a page, robot or component').waitFor();
+  await page.keyboard.press('Escape');
+  await page.keyboard.press('/');
+  await page.keyboard.type('12345');
+  await page.getByText('0 robots').waitFor();
+  await watched.close();
+});
+
+test('the text is twice as large, and half', async () => {
+  for (const scale of [0.5, 2]) {
+    const width = Math.round(1280 / scale);
+    const watched = await Watched.open(browser, host, '#/fleet', {
+      viewport: { width, height: Math.round(800 / scale) },
+      deviceScaleFactor: scale,
+    });
+    const { page } = watched;
+    for (const path of ['fleet', `robot/${system}?tiles=Chassis/0`, `drive/${system}`, 'network?tab=links']) {
+      await page.goto(`${host.address}/#/${path}`);
+      await page.getByRole('heading', { level: 1 }).first().waitFor();
+      const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+      assert(wide <= 0, `${path} at ${scale}: ${wide} pixels too wide`);
+    }
+    await watched.close();
+  }
+});
+
+test('two tabs, back and forward, and a reload', async () => {
+  const watched = await Watched.open(browser, host, `#/robot/${system}?tiles=Chassis/0`);
+  const { page, context } = watched;
+  await page.getByRole('region', { name: 'Chassis/0' }).waitFor();
+  const other = await context.newPage();
+  await other.goto(`${host.address}/#/robot/${system}?tiles=Chassis/0,Odometry/0`);
+  await other.getByRole('region', { name: 'Odometry/0' }).waitFor();
+  await page.getByRole('link', { name: 'Messages' }).click();
+  await page.goBack();
+  await page.getByRole('region', { name: 'Chassis/0' }).waitFor();
+  assert.equal(await page.getByRole('region', { name: 'Odometry/0' }).count(), 0, 'the other tab has its own tiles');
+  await page.goForward();
+  await page.getByRole('heading', { name: 'Messages' }).waitFor();
+  await page.reload();
+  await page.getByRole('heading', { name: 'Messages' }).waitFor();
+  await page.getByRole('link', { name: 'Fleet' }).click();
+  await page.getByRole('link', { name: `Robot ${system}` }).waitFor();
+  await watched.close();
+});
