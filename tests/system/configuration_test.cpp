@@ -1,5 +1,6 @@
 // The configuration of two hosts and a robot, changed by `timsctl config` through their agents:
 // what is shown, refused, kept, undone, and what goes back by itself.
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <fstream>
@@ -12,6 +13,7 @@
 #include <netinet/in.h>
 #include <sys/socket.h>
 
+#include "base/measure.h"
 #include "tests/support/child_process.h"
 #include "tests/support/eventually.h"
 #include "tests/support/patience.h"
@@ -179,7 +181,7 @@ class ConfigurationTest : public testing::Test {
                             int port) {
     return "# of " + name + "\n[router]\nname = \"" + name + "\"\nrole = \"" + role +
            "\"\nsystem = " + std::to_string(system) +
-           "\nid = 1\n[tcp]\nlisten = \"off\"\n[http]\nlisten = \"off\"\n" +
+           "\nid = 1\n[tcp]\nlisten = \"127.0.0.1:0\"\n[http]\nlisten = \"off\"\n" +
            "[udp]\nlisten = \"127.0.0.1:" + std::to_string(port) + "\"\n";
   }
 
@@ -350,13 +352,49 @@ TEST_F(ConfigurationTest, CtrlCTakesAChangeBack) {
   EXPECT_EQ(text_of(base_.folder() / "router.toml"), before);
 }
 
-TEST_F(ConfigurationTest, BudgetsCountWhatGoesOverLinks) {
-  const Ended budget = base_.timsctl({"config", "budget", "--json"});
-  EXPECT_EQ(budget.code, 0) << budget.out << budget.err;
-  const json::value made = json::parse(budget.out);
-  ASSERT_EQ(made.at("links").as_array().size(), 2U) << budget.out;
-  for (const json::value& link : made.at("links").as_array())
-    EXPECT_TRUE(link.at("measured_bytes_per_s").is_number()) << budget.out;
+// Over TCP, as windows and consoles come, without tcp.admin.
+TEST_F(ConfigurationTest, GuestsReadAndChangeNothing) {
+  const json::value status = json::parse(base_.timsctl({"status", "--json"}).out);
+  const std::string tcp(status.at("listen").at("tcp").as_string());
+  const std::string guest = "--host=" + tcp;
+  EXPECT_EQ(base_.timsctl({"config", "history", "-r", "robot1", guest}).code, 0);
+  EXPECT_EQ(base_.timsctl({"config", "diff", max_speed_ + "=900", guest}).code, 0);
+  const Ended applied = base_.timsctl({"config", "apply", max_speed_ + "=900", "-y", guest});
+  EXPECT_EQ(applied.code, 1) << applied.out << applied.err;
+  EXPECT_THAT(applied.err, HasSubstr("read-only access"));
+  EXPECT_EQ(scout(), kScout);
+  EXPECT_EQ(state_of(robot_, kRobotAgent), "idle");
+}
+
+// As much as `link show` counts meanwhile.
+TEST_F(ConfigurationTest, BudgetsMeasureWhatGoesOverLinks) {
+  const auto load =
+      base_.start_timsctl({"ping", "router", "-r", "robot1", "-i", "10ms", "--for", "120s"});
+  struct Sent {
+    base::WallTime at{};
+    double bytes = 0;
+  };
+  const auto sent = [&]() -> Sent {
+    const json::value links = json::parse(base_.timsctl({"link", "show", "--json"}).out);
+    const auto at = base::parse_rfc3339(std::string(links.at("time").as_string()));
+    return {*at, links.at("items").at(0).at("wire_bytes_out").to_number<double>()};
+  };
+  EXPECT_TRUE(eventually([&]() -> std::string {
+    const Sent before = sent();
+    const Ended budget = base_.timsctl({"config", "budget", "--json"});
+    const Sent after = sent();
+    const std::chrono::duration<double> time = after.at - before.at;
+    const double counted = (after.bytes - before.bytes) / time.count();
+    const json::value made = json::parse(budget.out);
+    for (const json::value& link : made.at("links").as_array()) {
+      const json::value& measured = link.at("measured_bytes_per_s");
+      if (link.at("host") == json::value("base") && measured.is_number() && counted > 5000 &&
+          std::abs(measured.to_number<double>() / counted - 1) < 0.1)
+        return "";
+    }
+    return "the link counted " + std::to_string(counted) + " bytes/s; " + budget.out +
+           load->output();
+  }));
 }
 
 }  // namespace configuration_test

@@ -1,6 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { type ApplyTools, applyChange, changesUnderWay, confirmChange, endOf, hostsInOrder } from './apply';
+import { Changes } from './changes';
 import type { HostState } from './protocol';
 
 // Hosts that answer at once, and may refuse a question.
@@ -118,4 +119,30 @@ test('how it ended is known when all its hosts say so', () => {
   states.set('b', idle('b', 'went_back'));
   assert.match(endOf('c', ['a', 'b'], states)?.text ?? '', /^b went back.*time/);
   assert.equal(endOf('c', [], states), undefined);
+});
+
+test('what was changed from here and went back is offered again, and only that', async () => {
+  const hosts = new FakeHosts('c');
+  const changes = new Changes(hosts);
+  await changes.begin({ ...change, id: 'c' }, [['arm:router.toml', 'b']]);
+  assert.ok(changes.isBusy);
+  const last = { generation: 2, change: 'c', outcome: 'went_back' as const, reason: 'time', time: '' };
+  assert.deepEqual(changes.follow([stateOf('arm', 'waiting'), stateOf('robot1', 'waiting')]), []);
+  assert.deepEqual(changes.follow([stateOf('arm', 'idle', { last })]), [], 'robot1 still has it');
+  assert.deepEqual(changes.follow([stateOf('robot1', 'idle', { last })]), [['arm:router.toml', 'b']]);
+  assert.deepEqual([changes.isBusy, changes.ended.value?.kept], [false, false]);
+
+  const other = new Changes(hosts);
+  other.follow([stateOf('arm', 'waiting')]);
+  await other.keep('c');
+  assert.deepEqual(other.follow([stateOf('arm', 'idle', { last })]), [], 'somebody else has made it');
+  assert.throws(() => other.keep('c'), /over/);
+});
+
+test('a change that a host refuses is not followed', async () => {
+  const hosts = new FakeHosts(change.id);
+  hosts.refuse = 'conf_apply robot1';
+  const changes = new Changes(hosts);
+  await assert.rejects(changes.begin(change, []));
+  assert.ok(!changes.isBusy);
 });

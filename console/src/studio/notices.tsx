@@ -10,7 +10,8 @@ import { useStudio } from './workshop';
 export function Notices() {
   const { studio } = useStudio();
   void studio.revision.value;
-  const { ended, failure } = studio;
+  const { changes, failure } = studio;
+  const { ended } = changes;
   return (
     <>
       {failure.value !== '' && (
@@ -29,7 +30,7 @@ export function Notices() {
             {name}: {trouble}. Its files are shown as they were.
           </p>
         ))}
-      {studio.underWay.value.map((change) => (
+      {changes.underWay.value.map((change) => (
         <Change key={change.id} change={change} />
       ))}
       {ended.value !== undefined && (
@@ -76,7 +77,7 @@ function Change({ change }: { change: ChangeUnderWay }) {
         </span>
       </div>
     );
-  const seconds = left === undefined ? undefined : Math.max(0, left - (now - studio.statesAt.value) / 1000);
+  const seconds = left === undefined ? undefined : Math.max(0, left - (now - studio.changes.statesAt.value) / 1000);
   const waits = state === 'waiting';
   return (
     <section class="notice change" aria-label="Change under way">

@@ -5,7 +5,8 @@ import { computed, type ReadonlySignal, type Signal, signal } from '@preact/sign
 import type { AdminError } from '../model/admin';
 import type { Client } from '../tims/client';
 import { type Agents, addressAsText, type FoundHost } from './agents';
-import { type ApplyTools, applyChange, changesUnderWay, confirmChange, type Ended, endOf, newChangeId } from './apply';
+import { newChangeId } from './apply';
+import { Changes } from './changes';
 import { componentsOf, type PlannedComponent } from './components';
 import { Draft, type FileKey, fileOf, hostOf, keyOf } from './draft';
 import type { Merge } from './lines';
@@ -61,12 +62,13 @@ export class Studio {
   readonly fleet: Signal<FleetCheck | undefined> = signal(undefined);
   readonly programs: Signal<ReadonlyMap<string, ProgramInfo | undefined>> = signal(new Map());
   readonly options: Signal<RouterOption[]> = signal([]);
-  readonly states: Signal<ReadonlyMap<string, HostState>> = signal(new Map());
-  readonly statesAt = signal(0); // performance.now()
-  readonly ended: Signal<Ended | undefined> = signal(undefined);
   readonly failure = signal('');
   readonly checking = signal(false);
-  readonly busy = signal('');
+  readonly changes = new Changes({
+    ask: (host, question) => this.ask<HostState>(host, question),
+    reconnect: () => this.client.reconnect(),
+    pause: (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds)),
+  });
 
   private jobs: Promise<unknown> = Promise.resolve();
   private checkTimer: ReturnType<typeof setTimeout> | undefined;
@@ -74,8 +76,6 @@ export class Studio {
   private asked = new Set<string>();
   private typedAt = Number.NEGATIVE_INFINITY;
   private hostsAt = Number.NEGATIVE_INFINITY;
-  private followed = new Map<string, string[]>(); // changes under way and their hosts
-  private applied = new Map<string, [FileKey, string | null][]>(); // by change; offered again when it goes back
 
   constructor(
     private readonly client: Client,
@@ -110,8 +110,6 @@ export class Studio {
     return this.draft.conflicts.filter((key) => this.host(hostOf(key))?.list !== undefined);
   });
 
-  readonly underWay = computed(() => changesUnderWay(this.states.value.values()));
-
   programOf(component: PlannedComponent): ProgramInfo | undefined {
     return this.programs.value.get(`${component.host}:${component.program}`);
   }
@@ -134,7 +132,7 @@ export class Studio {
     const turn = async () => {
       if (!document.hidden && this.client.connection.value.state === 'connected')
         await this.refresh().catch((error: Error) => this.fail(error));
-      if (!ended) timer = setTimeout(turn, this.followed.size > 0 ? changeTime : refreshTime);
+      if (!ended) timer = setTimeout(turn, this.changes.isBusy ? changeTime : refreshTime);
     };
     void turn();
     return () => {
@@ -159,7 +157,7 @@ export class Studio {
     const lists = await Promise.all(this.hosts.value.map((host) => this.list(host)));
     this.hosts.value = lists;
     const changed = await Promise.all(lists.map((host) => this.readFiles(host)));
-    this.followChanges(lists);
+    this.followChanges();
     this.loaded.value = true;
     if (changed.some(Boolean)) {
       ++this.revision.value;
@@ -403,85 +401,44 @@ export class Studio {
       await this.check();
       const error = this.problems.value.find(({ severity }) => severity === 'error');
       if (error !== undefined) throw new Error(`${placeOf(error)}: ${error.text}`);
-      const hosts = [...new Set(this.draft.changed.map(hostOf))];
-      const id = newChangeId();
-      this.ended.value = undefined;
-      this.applied.set(
-        id,
-        this.draft.changed.map((key) => [key, this.draft.text(key)]),
-      );
-      this.followed.set(id, hosts);
-      try {
-        await applyChange(this.tools, {
-          id,
-          who,
-          why,
-          window,
-          edits: new Map(hosts.map((host) => [host, this.draft.edits(host)])),
-          agents: new Map(this.hosts.value.map(({ name, agent }) => [name, addressAsText(agent)])),
-          order: this.fleet.value?.order ?? [],
-        });
-      } catch (failure) {
-        this.applied.delete(id);
-        this.followed.delete(id);
-        throw failure;
-      } finally {
-        await this.refresh().catch(() => {});
-      }
+      const { changed } = this.draft;
+      const hosts = [...new Set(changed.map(hostOf))];
+      const change = {
+        id: newChangeId(),
+        who,
+        why,
+        window,
+        edits: new Map(hosts.map((host) => [host, this.draft.edits(host)])),
+        agents: new Map(this.hosts.value.map(({ name, agent }) => [name, addressAsText(agent)])),
+        order: this.fleet.value?.order ?? [],
+      };
+      await this.changes
+        .begin(
+          change,
+          changed.map((key) => [key, this.draft.text(key)]),
+        )
+        .finally(() => this.refresh().catch(() => {}));
     });
   }
 
   keepChange(id: string): Promise<boolean> {
     return this.inTurn(async () => {
-      const hosts = this.hostsOfChange(id);
-      await confirmChange(this.tools, hosts, id);
+      await this.changes.keep(id);
       await this.refresh();
     });
   }
 
   undoChange(id: string): Promise<boolean> {
     return this.inTurn(async () => {
-      const hosts = this.hostsOfChange(id);
-      const answers = await Promise.allSettled(hosts.map((host) => this.ask(host, { ask: 'conf_undo', change: id })));
+      await this.changes.undo(id);
       await this.refresh();
-      const failed = answers.find((answer) => answer.status === 'rejected');
-      if (failed !== undefined && answers.every(({ status }) => status === 'rejected')) throw failed.reason;
     });
   }
 
-  private hostsOfChange(id: string): string[] {
-    const known =
-      this.followed.get(id) ?? this.underWay.value.find((change) => change.id === id)?.hosts.map(({ host }) => host);
-    if (known === undefined) throw new Error('this change is over');
-    return known;
-  }
-
-  private readonly tools: ApplyTools = {
-    ask: (host, question) => this.ask<HostState>(host, question),
-    reconnect: () => this.client.reconnect(),
-    pause: (milliseconds) => new Promise((resolve) => setTimeout(resolve, milliseconds)),
-  };
-
-  private followChanges(hosts: Host[]): void {
-    const states = new Map(this.states.value);
-    for (const { name, list, trouble } of hosts)
-      if (list !== undefined && trouble === '') states.set(name, { ...list.change, host: name });
-    this.states.value = states;
-    this.statesAt.value = performance.now();
-    for (const { id, hosts: members, state } of this.underWay.value) {
-      if (state === 'locked' && !this.followed.has(id)) continue;
-      const known = this.followed.get(id) ?? [];
-      this.followed.set(id, [...new Set([...known, ...members.map(({ host }) => host)])]);
-    }
-    for (const [id, members] of this.followed) {
-      const ended = endOf(id, members, states);
-      if (ended === undefined) continue;
-      this.followed.delete(id);
-      this.ended.value = ended;
-      const offered = this.applied.get(id);
-      this.applied.delete(id);
-      if (!ended.kept && offered !== undefined) this.propose('The change that went back', offered);
-    }
+  // What went back is offered again.
+  private followChanges(): void {
+    const offered = this.changes.follow(this.answering.map(({ name, list }) => ({ ...list!.change, host: name })));
+    if (offered.length > 0) this.propose('The change that went back', offered);
   }
 
   // --- history

@@ -1,7 +1,7 @@
 // The box of one value of a file: what is typed is done when it is left, Escape takes it back.
 
 import { useSignal } from '@preact/signals';
-import { useEffect } from 'preact/hooks';
+import { useLayoutEffect } from 'preact/hooks';
 import type { ParameterInfo } from './protocol';
 
 interface Properties {
@@ -17,9 +17,10 @@ interface Properties {
 }
 
 export function ValueInput({ label, info, value, usual, invalid, describedBy, change, pasted, move }: Properties) {
-  // What is typed stays while the page is drawn anew, until the file has it, or another value.
+  // What is typed stays while the page is drawn anew, until the file has it, or another value. Not in an effect
+  // after the drawing, which could come after the first key.
   const typed = useSignal<string | undefined>(undefined);
-  useEffect(() => {
+  useLayoutEffect(() => {
     typed.value = undefined;
   }, [value]);
   const common = {
