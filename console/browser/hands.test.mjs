@@ -148,8 +148,8 @@ test('keys: the list of them, and a filter', async () => {
   await watched.close();
 });
 
-test('the text is twice as large, and half', async () => {
-  for (const scale of [0.5, 2]) {
+test('the text is twice as large, and half; STOP stays in sight', async () => {
+  for (const scale of [0.5, 1, 1.25, 2]) {
     const width = Math.round(1280 / scale);
     const watched = await Watched.open(browser, host, '#/fleet', {
       viewport: { width, height: Math.round(800 / scale) },
@@ -161,6 +161,11 @@ test('the text is twice as large, and half', async () => {
       await page.getByRole('heading', { level: 1 }).first().waitFor();
       const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
       assert(wide <= 0, `${path} at ${scale}: ${wide} pixels too wide`);
+      const stop = await page
+        .getByRole('button', { name: /^Stop (robot|all)/ })
+        .first()
+        .boundingBox();
+      assert(stop.x + stop.width <= width, `${path} at ${scale}: STOP ends at ${stop.x + stop.width} of ${width}`);
     }
     await watched.close();
   }
