@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <memory>
+#include <ranges>
 
 #include "base/text.h"
 #include "base/toml_scan.h"
@@ -288,7 +289,7 @@ class Edit {
       else
         merged.push_back(span);
     }
-    for (auto span = merged.rbegin(); span != merged.rend(); ++span) erase(*span);
+    for (const Span& span : std::views::reverse(merged)) erase(span);
   }
 
   // Of an inline table: "a = 1" with one of the commas beside it. From the last to the first.

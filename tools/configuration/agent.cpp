@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <random>
+#include <ranges>
 
 #include <boost/json/parse.hpp>
 #include <boost/json/serialize.hpp>
@@ -69,7 +70,8 @@ std::string change_id(const json::object& question) {
 tims::Duration seconds_in(const json::object& question, std::string_view name, double usual,
                           double min, double max) {
   const double value = number_at(question, name).value_or(usual);
-  if (!(value >= min && value <= max))
+  const bool is_allowed = value >= min && value <= max;  // NaN is not
+  if (!is_allowed)
     throw Refuse{"bad_argument", fmt::format("{} must be from {} to {} seconds", name, min, max)};
   return std::chrono::duration_cast<tims::Duration>(std::chrono::duration<double>(value));
 }
@@ -399,9 +401,9 @@ json::object Agent::state(tims::Time now) const {
   } else if (const std::string holder = change_.lock_holder(now); !holder.empty()) {
     made["who"] = holder;
   }
-  for (auto item = record.items.rbegin(); item != record.items.rend(); ++item) {
-    if (item->outcome == Outcome::kPending) continue;
-    made["last"] = configuration::to_json(*item);
+  for (const auto& item : std::views::reverse(record.items)) {
+    if (item.outcome == Outcome::kPending) continue;
+    made["last"] = configuration::to_json(item);
     break;
   }
   return made;

@@ -55,6 +55,7 @@ const Description::Parameter* Description::find(std::string_view name) const {
 
 std::vector<std::string> Description::names() const {
   std::vector<std::string> all;
+  all.reserve(parameters.size());
   for (const Parameter& parameter : parameters) all.push_back(parameter.name);
   return all;
 }

@@ -54,6 +54,7 @@ std::vector<Services> all_robots() {
     if (entry.path().filename().string().starts_with("tims-robot-"))
       folders.push_back(entry.path().string() + "/tims-robots");
   std::vector<Services> all;
+  all.reserve(folders.size());
   for (const std::string& folder : folders)
     all.emplace_back("robot", folder,
                      Services::Hints{.none = {}, .not_running = {}, .several = {}});

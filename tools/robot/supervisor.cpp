@@ -425,6 +425,7 @@ json::object Supervisor::reload() {
       components_[&program] = static_cast<std::size_t>(now - robot_.components.data());
   }
   std::vector<std::string> ended;
+  ended.reserve(gone.size());
   for (const Program* program : gone) ended.push_back(program->name());
   end(gone);
   const auto is_in = [](const std::vector<std::string>& names, const std::string& name) {

@@ -37,16 +37,18 @@ json::value value_of(const std::string& text) {
 }  // namespace
 
 ConfigEdit parse_config_edit(std::string_view argument) {
-  const Failure wrong = usage_error(
-      fmt::format("\"{}\" is no edit", argument),
-      "robots/scout.toml=FILE, or robots/scout.toml:component[2].parameters.maxRange=10000");
+  const auto wrong = [whole = argument] {
+    return usage_error(
+        fmt::format("\"{}\" is no edit", whole),
+        "robots/scout.toml=FILE, or robots/scout.toml:component[2].parameters.maxRange=10000");
+  };
   ConfigEdit edit;
   if (const std::size_t at = argument.find('@'); at < argument.find_first_of(":=")) {
     edit.router = argument.substr(0, at);
     argument.remove_prefix(at + 1);
   }
   const std::size_t end = argument.find_first_of(":=");
-  if (end == std::string_view::npos || end == 0) throw wrong;
+  if (end == std::string_view::npos || end == 0) throw wrong();
   edit.file = argument.substr(0, end);
   std::string_view rest = argument.substr(end + 1);
   if (argument[end] == ':') {
@@ -55,11 +57,11 @@ ConfigEdit parse_config_edit(std::string_view argument) {
     std::size_t equals = 0;
     for (; equals < rest.size() && (in_quotes || rest[equals] != '='); ++equals)
       in_quotes = in_quotes != (rest[equals] == '"');
-    if (equals == rest.size() || equals == 0) throw wrong;
+    if (equals == rest.size() || equals == 0) throw wrong();
     edit.path = rest.substr(0, equals);
     rest.remove_prefix(equals + 1);
   } else if (rest.empty()) {
-    throw wrong;
+    throw wrong();
   }
   edit.source = rest;
   return edit;
