@@ -96,7 +96,7 @@ class Edit {
   }
 
   // The deepest node on the path, and how many steps lead to it.
-  std::pair<Node*, std::size_t> walk(const TomlPath& path) {
+  [[nodiscard]] std::pair<Node*, std::size_t> walk(const TomlPath& path) const {
     Node* node = document_.root.get();
     for (std::size_t i = 0; i < path.size(); ++i) {
       Node* next = node->child(path[i]);

@@ -97,7 +97,7 @@ class Scanner {
   static Node* find(Node& table, const std::string& key) { return table.child(key); }
 
   // The table above the last key of a header.
-  Node& above(const std::vector<std::string>& keys) {
+  [[nodiscard]] Node& above(const std::vector<std::string>& keys) const {
     Node* node = result_.root.get();
     for (std::size_t i = 0; i + 1 < keys.size(); ++i) {
       Node* next = find(*node, keys[i]);

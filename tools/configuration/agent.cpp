@@ -59,7 +59,7 @@ std::string checked_text(const json::object& question, std::string_view name) {
 }
 
 std::string change_id(const json::object& question) {
-  const std::string id = text_at(question, "change");
+  std::string id = text_at(question, "change");
   const bool good = id.size() >= 16 && id.size() <= 32 &&
                     id.find_first_not_of("0123456789abcdef") == std::string::npos;
   if (!good) throw Refuse{"bad_argument", "change must be 16 to 32 hex digits in lower case"};
@@ -199,7 +199,7 @@ json::array files_json(const Texts& files, bool with_text) {
 }
 
 std::string file_in(const json::object& object) {
-  const std::string name = text_at(object, "file");
+  std::string name = text_at(object, "file");
   if (!is_file_name(name))
     throw Refuse{"bad_argument", "\"" + base::printable(name) +
                                      "\" is no configuration file: router.toml, router.d/NAME.toml "

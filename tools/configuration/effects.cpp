@@ -26,6 +26,7 @@ constexpr tims::Duration kRouterAnswers = 2s;
 constexpr tims::Duration kRouterRestarts = 20s;
 constexpr tims::Duration kPause = 100ms;
 constexpr tims::Duration kRobotReloads = 20s;
+constexpr tims::Duration kRobotShows = 1s;  // also robots of others are asked, which may hang
 
 tims::config::Host this_host() {
   tims::config::Host host;
@@ -67,7 +68,8 @@ void for_robots_of(const std::string& path, const Signals& signals,
   for (const Services& services : all_robots())
     for (const std::string& key : services.running()) {
       const Ask ask = [&](const json::object& question) {
-        return services.ask(key, question, signals, kRobotReloads);
+        const bool shows = text_at(question, "do") == "show";
+        return services.ask(key, question, signals, shows ? kRobotShows : kRobotReloads);
       };
       try {
         std::error_code error;

@@ -3,6 +3,7 @@
 // in the middle. In the end all hosts have the new files, or all have the old ones.
 #include "tools/configuration/rollout.h"
 
+#include <algorithm>
 #include <functional>
 #include <map>
 #include <memory>

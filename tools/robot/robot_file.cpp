@@ -18,8 +18,6 @@ namespace {
 
 using Node = base::TomlNode;
 
-using base::in_quotes;
-
 namespace fs = std::filesystem;
 
 const std::vector<std::string> kPlaceholders = {"system"};
