@@ -92,7 +92,7 @@ async function apply(page, why, seconds = 90) {
   await page.getByLabel('Why', { exact: true }).fill(why);
   await page.getByLabel(/Goes back unless/).selectOption(`${seconds}`);
   await page.getByRole('button', { name: /^Apply/ }).click();
-  await page.getByRole('button', { name: 'Keep the change' }).waitFor();
+  await page.getByText(`“${why}” of ada works on`).waitFor(); // that of another one may still be shown
 }
 
 const running = async (host, component, parameter) =>

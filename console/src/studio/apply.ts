@@ -60,16 +60,19 @@ export async function applyChange(tools: ApplyTools, change: Change): Promise<vo
 // Keeps a change for good. Throws when a host is not reached, or does not wait for it any more.
 export async function confirmChange(tools: ApplyTools, hosts: string[], id: string): Promise<void> {
   await tools.reconnect();
+  const waiting: string[] = [];
   for (const host of hosts) {
     let state = await at(host, tools.ask(host, { ask: 'conf_state' }));
     while (state.state === 'applying' && state.change === id) {
       await tools.pause(pollTime);
       state = await at(host, tools.ask(host, { ask: 'conf_state' }));
     }
+    if (state.last?.change === id && state.last.outcome === 'confirmed') continue; // another console was faster
     if (state.change !== id || !['waiting', 'settling'].includes(state.state))
       throw new Error(`${host} has gone back${state.last?.reason ? `: ${state.last.reason}` : ''}`);
+    waiting.push(host);
   }
-  for (const host of hosts) await at(host, tools.ask(host, { ask: 'conf_confirm', change: id }));
+  for (const host of waiting) await at(host, tools.ask(host, { ask: 'conf_confirm', change: id }));
 }
 
 async function at<Value>(host: string, value: Promise<Value>): Promise<Value> {
