@@ -10,6 +10,7 @@
 #include <gtest/gtest.h>
 
 #include "components/geometry/random.h"
+#include "components/world/core/people.h"
 #include "components/world/core/rooms_fixture.h"
 #include "components/world/core/scenery.h"
 #include "tests/support/counted_new.h"
@@ -317,7 +318,7 @@ TEST(World, NobodyIsInWallsWhileRobotsDriveAbout) {
         ASSERT_GE(scenery.clearance(person.at, 1000), 249.9);
         for (const RobotTruth& robot : truth.robots) {
           const Box hull = Box::of({robot.pose.x, robot.pose.y}, robot.pose.rho, 500 - 2, 400 - 2);
-          ASSERT_GE(distance(person.at, hull), 249) << "seed " << seed << " at " << i;
+          ASSERT_GE(distance(person.at, hull), kBodyRadius - 1) << "seed " << seed << " at " << i;
         }
       }
       for (const RobotTruth& robot : truth.robots)
