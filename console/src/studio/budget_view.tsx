@@ -30,7 +30,8 @@ export function BudgetView() {
         Worst case: every stream as large and as frequent as the files allow. Measured: what the routers send now. From
         70 % of what a class may use, a link is yellow, from 100 % red.
       </p>
-      <div class="scroll">
+      {/* biome-ignore lint/a11y/noNoninteractiveTabindex: what scrolls must be reached by keys */}
+      <section class="scroll" aria-label="Budgets" tabIndex={0}>
         <table class="list budget">
           <thead>
             <tr>
@@ -48,7 +49,7 @@ export function BudgetView() {
             <Link key={`${link.host} ${link.link}`} link={link} />
           ))}
         </table>
-      </div>
+      </section>
     </div>
   );
 }
