@@ -40,12 +40,12 @@ enum class LeaseVerb : std::uint8_t { kTake, kTakeOver, kRenew, kRelease };
 enum class LeaseResult : std::uint8_t { kDone, kTaken, kNotHeld, kTooMany };
 
 enum class LeaseEnd : std::uint8_t { kReleased, kTakenOver, kDisconnected, kNotRenewed };
-constexpr std::array kLeaseEnds{
+constexpr std::array<Label<LeaseEnd>, 4> kLeaseEnds{{
     Label<LeaseEnd>{LeaseEnd::kReleased, "released", "it was released"},
     Label<LeaseEnd>{LeaseEnd::kTakenOver, "taken_over", "somebody took it over"},
     Label<LeaseEnd>{LeaseEnd::kDisconnected, "disconnected", "the holder's connection ended"},
     Label<LeaseEnd>{LeaseEnd::kNotRenewed, "not_renewed", "it was not renewed"},
-};
+}};
 static_assert(complete(kLeaseEnds, LeaseEnd::kNotRenewed));
 
 // The robot that a message drives; empty: it does not drive, or it stops.

@@ -11,7 +11,7 @@ namespace {
 
 // The newest sample of these describes what is; one of a scanner, a camera or a stick is soon of no
 // use.
-constexpr std::array kStateClasses{
+constexpr std::array<std::uint32_t, 17> kStateClasses{
     class_id::kChassis, class_id::kOdometry,   class_id::kPosition, class_id::kGps,
     class_id::kPilot,   class_id::kObjRecog,   class_id::kClock,    class_id::kVehicle,
     class_id::kIo,      class_id::kServoDrive, class_id::kPlanner,  class_id::kFeatureMap,
