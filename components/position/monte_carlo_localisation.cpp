@@ -61,7 +61,8 @@ constexpr ModuleInfo kInfo{
     .parameters = kParameters,
 };
 
-constexpr int kMissesMax = 20;  // scans in a row without odometry of their time
+constexpr int kMissesMax = 20;          // scans in a row without odometry of their time
+constexpr int kUpdatesMissedMost = 10;  // in a row
 // How long odometry and position of the time of a scan are waited for.
 constexpr std::chrono::milliseconds kLate{300};
 constexpr double kDeviationTurn = radians(0.03);  // per mm
@@ -82,6 +83,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
     range_max_ = integer("maxRange");
     matches_scans_ = integer("scanMatching") != 0;
     misses_ = 0;
+    updates_missed_ = 0;
     published_.reset();
     updates_ = {};
     odometry_then_ = {};
@@ -280,7 +282,12 @@ class MonteCarloLocalisation : public DataModule<MclData> {
                   step.away / 1000);
     else if (step.event != Event::kNone)
       log().print("The pose is {}", step.event == Event::kCertain ? "certain" : "uncertain");
-    return step.update ? position_->update(*step.update) : Result<void>();
+    if (!step.update) return {};
+    auto updated = position_->update(*step.update);
+    // A Position that is being restarted has forgotten where the robot is: this localiser has not.
+    if (!updated && ++updates_missed_ <= kUpdatesMissedMost) return {};
+    updates_missed_ = 0;
+    return updated;
   }
 
   Result<void> module_command(const tims::MessageView& message) override {
@@ -316,6 +323,7 @@ class MonteCarloLocalisation : public DataModule<MclData> {
   i32 range_max_ = 0;
   bool matches_scans_ = true;
   int misses_ = 0;
+  int updates_missed_ = 0;
   std::optional<TimeStamp> published_;
   Pose odometry_pose_{};  // at the last scan
   localisation::PositionUpdates updates_;

@@ -34,7 +34,7 @@ class IndoorRobotTest : public SampleRobotTest {
                                    const std::function<void()>& look) {
     const auto drive = [&]() -> std::string {
       constexpr Duration kBetween = std::chrono::milliseconds(20);
-      ChildProcess going = begin({"nav", "goto", x, y, "90", "--timeout", "20s", "--for", "80s"});
+      ChildProcess going = begin({"nav", "goto", x, y, "90", "--timeout", "20s", "--for", "150s"});
       auto ended = going.wait(kBetween);
       for (; !ended; ended = going.wait(kBetween)) look();
       return ended->code == 0 ? "" : going.output();
