@@ -311,8 +311,8 @@ TEST_F(ConfigurationTest, ARouterIsReloadedOrRestartedAsItsOptionsNeed) {
       "the router uses the new level"));
   const auto epoch = [](const std::string& text) { return json::parse(text).at("epoch"); };
   EXPECT_EQ(epoch(robot_.timsctl({"status", "--json"}).out), epoch(before));
-  const Ended restarted =
-      base_.timsctl({"config", "apply", "robot1@router.toml:message.max=\"8MiB\"", "-y"});
+  const Ended restarted = base_.timsctl(
+      {"config", "apply", "robot1@router.toml:message.max=\"8MiB\"", "-y"}, kPatience * 2);
   EXPECT_EQ(restarted.code, 0) << restarted.out << restarted.err;
   EXPECT_NE(epoch(robot_.timsctl({"status", "--json"}).out), epoch(before));
 }

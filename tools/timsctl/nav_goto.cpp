@@ -399,7 +399,9 @@ std::unique_ptr<NavRobot> complete_robot(Context& context) {
     std::string why;
     try {
       auto robot = std::make_unique<NavRobot>(context);
-      if (is_late || robot->settled_s() >= kSettled) return robot;
+      // One that was seen starting has its pilot last.
+      const bool is_complete = !is_noted || robot->first(id::kPilot);
+      if (is_late || (is_complete && robot->settled_s() >= kSettled)) return robot;
       why = robot->title() + " is being started";
     } catch (const Failure& failure) {
       if (is_late || failure.exit != Exit::kNoSuch) throw;
