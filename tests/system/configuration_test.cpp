@@ -26,7 +26,6 @@ namespace configuration_test {
 namespace fs = std::filesystem;
 namespace json = boost::json;
 using testing::HasSubstr;
-using testing::Not;
 
 std::string text_of(const fs::path& path) {
   std::ifstream file(path);
