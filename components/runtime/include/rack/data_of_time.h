@@ -35,7 +35,7 @@ class DataOfTime {
       if (asked && left <= tims::Duration::zero())
         return tims::Error(tims::Errc::kTimeout,
                            "there are no data of time " + std::to_string(time.raw()) + " ms yet");
-      const auto come = asked ? proxy.get_next_data(data, left) : proxy.get_data(data);
+      auto come = asked ? proxy.get_next_data(data, left) : proxy.get_data(data);
       if (!come) return come;
       newest_ = data.recordingTime;
       asked = true;
