@@ -1,5 +1,4 @@
 // tims-router: creates the components, in order of the members, and runs them.
-#include <array>
 #include <cstdio>
 #include <cstring>
 #include <new>
@@ -12,6 +11,7 @@
 #include <unistd.h>
 
 #include "os/clock.h"
+#include "os/environment.h"
 #include "router/config/load.h"
 #include "router/config/options.h"
 #include "router/core/newest_values.h"
@@ -41,19 +41,7 @@ constexpr std::size_t kWaitingBytesMin = 256 << 20;  // address space, not memor
 constexpr std::size_t kFullQueues = 16;              // number of full queues that fit into it
 
 config::Host this_host() {
-  config::Host host;
-  std::array<char, 256> name{};
-  ::gethostname(name.data(), name.size() - 1);
-  host.name = name.data();
-  host.uid = ::getuid();
-  for (char** entry = environ; *entry != nullptr; ++entry) {
-    const std::string_view text = *entry;
-    const std::size_t equals = text.find('=');
-    if (equals != std::string_view::npos) {
-      host.environment.emplace(text.substr(0, equals), text.substr(equals + 1));
-    }
-  }
-  return host;
+  return {.name = os::host_name(), .uid = ::getuid(), .environment = os::environment()};
 }
 
 Result<config::Loaded> load_configuration(const io::Arguments& arguments) {

@@ -66,9 +66,10 @@ bool MakingRoom::has_offered(const Pose& robot) const {
   return offered_at_ && distance(*offered_at_, place_of(robot)) < kOfferedHere;
 }
 
+bool MakingRoom::may_begin() const { return blocked_at_ && times_ < kTimesMost; }
+
 bool MakingRoom::begin_aside(const FreeSpace& space, std::span<const PolarSpline> path,
                              const Pose& robot) {
-  if (!blocked_at_ || times_ == kTimesMost) return false;
   const auto place = find(space, path, robot);
   if (!place) return false;
   place_ = {.x = place->x, .y = place->y};

@@ -48,8 +48,9 @@ class MakingRoom {
 
   // --- making room
 
-  // Finds a place beside `path` in `space`. False: there is none, or the vehicle was aside often
-  // enough.
+  // The path is blocked, and the vehicle was not aside too often.
+  [[nodiscard]] bool may_begin() const;
+  // Precondition: may_begin(). Finds a place beside `path` in `space`. False: there is none.
   bool begin_aside(const FreeSpace& space, std::span<const PolarSpline> path, const Pose& robot);
   // Somebody blocks the path to the place: it is planned again, in the other direction of travel.
   void turn_around();

@@ -284,15 +284,14 @@ bool RoutePlanner::waits_instead() {
 
 // When there is no path around what blocks the path to the destination. False: not possible.
 bool RoutePlanner::make_room() {
-  if (!leads_there_) return false;
+  if (!leads_there_ || !room_.may_begin()) return false;
   avoids_obstacles_ = true;
   survey();
   return room_.begin_aside(space_, path_, robot_) && plan_aside();
 }
 
+// In the space of the last survey.
 bool RoutePlanner::plan_aside() {
-  avoids_obstacles_ = true;
-  survey();
   planner_->set_limits(limits_);
   planning_ = planner_->begin(space_, robot_, room_.place(), room_.sense()).ok();
   detour_ = false;
@@ -324,6 +323,8 @@ void RoutePlanner::go_on_aside(TimeStamp now) {
 Result<void> RoutePlanner::blocked_aside() {
   if (room_.phase() != MakingRoom::Phase::kDrives) return {};
   room_.turn_around();
+  avoids_obstacles_ = true;
+  survey();
   if (plan_aside()) return {};
   return plan_destination();
 }

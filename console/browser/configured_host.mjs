@@ -1,20 +1,8 @@
 // Hosts as they are installed: a router with its file, which is started again when it ends, as a service is; the
 // configuration agent; and robots from files in the same folder.
 import { mkdirSync, readFileSync, writeFileSync } from 'node:fs';
-import { createServer } from 'node:net';
 import { join } from 'node:path';
-import { eventually, Host } from './fixture.mjs';
-
-export function freePort() {
-  return new Promise((resolve, reject) => {
-    const server = createServer();
-    server.on('error', reject);
-    server.listen(0, '127.0.0.1', () => {
-      const { port } = server.address();
-      server.close(() => resolve(port));
-    });
-  });
-}
+import { eventually, freePort, Host } from './fixture.mjs';
 
 export class ConfiguredHost extends Host {
   ended = false;

@@ -58,7 +58,7 @@ export async function startFleet(robots) {
   return hosts;
 }
 
-function freePort() {
+export function freePort() {
   return new Promise((resolve, reject) => {
     const server = createServer();
     server.on('error', reject);

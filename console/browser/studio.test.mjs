@@ -3,8 +3,8 @@ import assert from 'node:assert/strict';
 import { copyFileSync, readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { after, before, test } from 'node:test';
-import { ConfiguredHost, freePort } from './configured_host.mjs';
-import { eventually, launch, Watched } from './fixture.mjs';
+import { ConfiguredHost } from './configured_host.mjs';
+import { eventually, freePort, launch, Watched } from './fixture.mjs';
 
 const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 const long = 120_000; // ms: longer than the shortest time after which a change goes back

@@ -43,6 +43,24 @@ std::string text_at(const json::object& object, std::string_view path) {
   return to_text(*value);
 }
 
+json::value json_of(const tims::base::TomlNode& node) {
+  if (node.form == tims::base::TomlNode::Form::kTable) {
+    json::object object;
+    for (const tims::base::TomlNode& child : node.children) object[child.key] = json_of(child);
+    return object;
+  }
+  if (node.form == tims::base::TomlNode::Form::kArray) {
+    json::array list;
+    for (const tims::base::TomlNode& child : node.children) list.push_back(json_of(child));
+    return list;
+  }
+  if (const auto* text = std::get_if<std::string>(&node.value)) return json::value(*text);
+  if (const auto* flag = std::get_if<bool>(&node.value)) return *flag;
+  if (const auto* whole = std::get_if<std::int64_t>(&node.value)) return *whole;
+  if (const auto* real = std::get_if<double>(&node.value)) return *real;
+  return nullptr;
+}
+
 std::span<const json::value> items_of(const json::object& answer, std::string_view list) {
   const json::value* items = answer.if_contains(list);
   const json::array* array = items == nullptr ? nullptr : items->if_array();

@@ -14,6 +14,7 @@
 #include <boost/json/value.hpp>
 
 #include "base/measure.h"
+#include "base/toml.h"
 #include "tools/cli/failure.h"
 #include "tools/cli/options.h"
 
@@ -39,6 +40,7 @@ inline auto objects(std::span<const json::value> items) {
 void objects(json::array&& gone) = delete;
 
 std::string to_text(const json::value& value);  // compact, one line
+json::value json_of(const tims::base::TomlNode& node);
 
 // Conversion of JSON items to text: aligned tables, plain rows, CSV, names. Pure.
 

@@ -1,7 +1,6 @@
 #include "tools/configuration/effects.h"
 
 #include <algorithm>
-#include <array>
 #include <csignal>
 #include <filesystem>
 #include <functional>
@@ -29,17 +28,7 @@ constexpr tims::Duration kRobotReloads = 20s;
 constexpr tims::Duration kRobotShows = 1s;  // also robots of others are asked, which may hang
 
 tims::config::Host this_host() {
-  tims::config::Host host;
-  std::array<char, 256> name{};
-  if (::gethostname(name.data(), name.size() - 1) == 0) host.name = name.data();
-  host.uid = ::getuid();
-  for (char** entry = environ; *entry != nullptr; ++entry) {
-    const std::string_view line = *entry;
-    const std::size_t equals = line.find('=');
-    if (equals != std::string_view::npos)
-      host.environment.emplace(line.substr(0, equals), line.substr(equals + 1));
-  }
-  return host;
+  return {.name = tims::os::host_name(), .uid = ::getuid(), .environment = tims::os::environment()};
 }
 
 // Folders of running robots: those of this user, and those of services (deploy/systemd).

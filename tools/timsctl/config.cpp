@@ -240,9 +240,8 @@ json::object check_fleet(const std::vector<ConfigHost>& changed, Agents& agents,
 
 std::string user_name() {
   const std::string user = tims::os::environment("USER");
-  std::array<char, 256> host{};
-  (void)::gethostname(host.data(), host.size() - 1);
-  return fmt::format("{}@{}", user.empty() ? std::to_string(::getuid()) : user, host.data());
+  return fmt::format("{}@{}", user.empty() ? std::to_string(::getuid()) : user,
+                     tims::os::host_name());
 }
 
 std::string new_change() {

@@ -4,27 +4,10 @@
 
 #include "base/toml.h"
 #include "tools/cli/failure.h"
+#include "tools/cli/output.h"
 
 namespace timsctl {
 namespace {
-
-json::value json_of(const base::TomlNode& node) {
-  if (node.form == base::TomlNode::Form::kTable) {
-    json::object object;
-    for (const base::TomlNode& child : node.children) object[child.key] = json_of(child);
-    return object;
-  }
-  if (node.form == base::TomlNode::Form::kArray) {
-    json::array list;
-    for (const base::TomlNode& child : node.children) list.push_back(json_of(child));
-    return list;
-  }
-  if (const auto* text = std::get_if<std::string>(&node.value)) return json::value(*text);
-  if (const auto* flag = std::get_if<bool>(&node.value)) return *flag;
-  if (const auto* whole = std::get_if<std::int64_t>(&node.value)) return *whole;
-  if (const auto* real = std::get_if<double>(&node.value)) return *real;
-  return nullptr;
-}
 
 // A value in TOML; what is none is a text: the shell takes quotes away.
 json::value value_of(const std::string& text) {

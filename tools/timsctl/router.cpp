@@ -11,6 +11,7 @@
 
 #include "base/measure.h"
 #include "base/text.h"
+#include "os/environment.h"
 #include "router/config/config.h"
 #include "router/config/load.h"
 #include "tools/cli/admin_client.h"
@@ -645,17 +646,7 @@ constexpr Column kWithout[] = {{"KEY", "key"},
                                {"RELOADABLE", "reloadable", Cell::kText, true}};
 
 tims::config::Host this_host() {
-  tims::config::Host host;
-  std::array<char, 256> name{};
-  if (::gethostname(name.data(), name.size() - 1) == 0) host.name = name.data();
-  host.uid = ::getuid();
-  for (char** entry = environ; *entry != nullptr; ++entry) {
-    const std::string_view line = *entry;
-    const std::size_t equals = line.find('=');
-    if (equals != std::string_view::npos)
-      host.environment.emplace(line.substr(0, equals), line.substr(equals + 1));
-  }
-  return host;
+  return {.name = tims::os::host_name(), .uid = ::getuid(), .environment = tims::os::environment()};
 }
 
 tims::config::Loaded load_file(const std::string& path) {

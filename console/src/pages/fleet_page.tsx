@@ -12,6 +12,7 @@ import type { RouterItem } from '../network/reports';
 import { fieldsOf } from '../tims/address';
 import type { Level } from '../tims/gdos';
 import { useAttempt } from '../ui/attempt';
+import { FilterBox } from '../ui/filter_box';
 import { Icon } from '../ui/icons';
 import { Lamp } from '../ui/lamp';
 import { age, duration } from '../ui/quantities';
@@ -46,13 +47,11 @@ export function FleetPage() {
         <h1>Fleet</h1>
         <Summary rows={rows} away={away} />
         <span class="grow" />
-        <input
-          type="search"
-          data-filter
+        <FilterBox
+          label="Filter robots"
           placeholder="Filter by number"
-          aria-label="Filter robots"
           value={filter}
-          onInput={(event) => setOption('filter', event.currentTarget.value)}
+          change={(text) => setOption('filter', text)}
         />
         <label>
           Sort by{' '}

@@ -9,6 +9,7 @@ import type { LogText } from '../model/log';
 import type { Level } from '../tims/gdos';
 import { useAttempt } from '../ui/attempt';
 import { ComponentInput } from '../ui/component_input';
+import { FilterBox } from '../ui/filter_box';
 import { saveFile } from '../ui/save';
 
 const order: Level[] = ['print', 'error', 'warning', 'info', 'detail'];
@@ -36,13 +37,11 @@ export function MessagesPage() {
             ))}
           </select>
         </label>
-        <input
-          type="search"
-          data-filter
+        <FilterBox
+          label="Filter messages"
           placeholder="Component or text"
-          aria-label="Filter messages"
           value={filter}
-          onInput={(event) => setOption('filter', event.currentTarget.value)}
+          change={(text) => setOption('filter', text)}
         />
         <LevelMenu />
         <button type="button" onClick={() => save(console, texts)} disabled={texts.length === 0}>

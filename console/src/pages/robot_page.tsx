@@ -9,6 +9,7 @@ import { className } from '../codec/catalogue';
 import type { Component, Robot } from '../model/fleet';
 import { useAttempt } from '../ui/attempt';
 import { Commands } from '../ui/commands';
+import { FilterBox } from '../ui/filter_box';
 import { Icon } from '../ui/icons';
 import { Lamp, stateWord } from '../ui/lamp';
 import { Parameters } from '../ui/parameters';
@@ -50,14 +51,7 @@ function ComponentList({ robot }: { robot: Robot }) {
   return (
     <aside aria-label="Components">
       <h1>{robot.system === 0 ? 'Base' : `Robot ${robot.system}`}</h1>
-      <input
-        type="search"
-        data-filter
-        placeholder="Filter"
-        aria-label="Filter components"
-        value={filter.value}
-        onInput={(event) => (filter.value = event.currentTarget.value)}
-      />
+      <FilterBox label="Filter components" value={filter.value} change={(text) => (filter.value = text)} />
       {groups.map((group) => {
         const members = shown.filter(({ classId }) => groupOf(classId) === group);
         return (

@@ -3,6 +3,7 @@
 import { useSignal } from '@preact/signals';
 import { useRef } from 'preact/hooks';
 import { useConsole } from '../app/console';
+import { FilterBox } from '../ui/filter_box';
 import { Icon } from '../ui/icons';
 import {
   addressNameOf,
@@ -177,14 +178,7 @@ function ComponentForm({ component }: { component: PlannedComponent }) {
       </div>
       <Partners component={component} program={program} />
       {lines.length + filter.value.length > 8 && (
-        <input
-          type="search"
-          data-filter
-          placeholder="Filter"
-          aria-label="Filter parameters"
-          value={filter.value}
-          onInput={(event) => (filter.value = event.currentTarget.value)}
-        />
+        <FilterBox label="Filter parameters" value={filter.value} change={(text) => (filter.value = text)} />
       )}
       <ul class="parameter-list">
         {[...lines]

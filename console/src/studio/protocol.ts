@@ -1,5 +1,7 @@
 // What configuration agents answer, as far as the page uses it (tools/configuration/PROTOCOL.md).
 
+import type { Description, ParameterDescription } from '../model/description';
+
 export type Toml = string | number | boolean | null | Toml[] | TomlTable;
 
 export interface TomlTable {
@@ -165,26 +167,12 @@ export interface RouterOption {
   help: string;
 }
 
-export interface ParameterInfo {
-  name: string;
-  type: 'int' | 'float' | 'text';
-  default?: string | number;
-  help: string;
-  min?: number;
-  max?: number;
-  unit?: string;
-  choices?: { value: number | string; meaning?: string }[];
-  refers?: string;
+export interface ParameterInfo extends ParameterDescription {
   part?: 'system' | 'instance';
-  takes_effect?: 'now' | 'on' | 'start';
   required?: boolean;
-  host_file?: boolean;
-  common?: boolean;
 }
 
-export interface ProgramInfo {
-  program: string;
-  purpose: string;
+export interface ProgramInfo extends Description {
   class: string | number;
   class_id: number;
   parameters: ParameterInfo[];

@@ -1,6 +1,7 @@
 // The options of a router: those that its file sets, and all others by section.
 
 import { useSignal } from '@preact/signals';
+import { FilterBox } from '../ui/filter_box';
 import { Icon } from '../ui/icons';
 import { isTable, valueText } from './components';
 import { type FileKey, fileOf, hostOf } from './draft';
@@ -18,14 +19,7 @@ export function RouterForm({ file }: { file: FileKey }) {
   const sections = [...new Set(plain.map(({ key }) => sectionOf(key)))];
   return (
     <>
-      <input
-        type="search"
-        data-filter
-        placeholder="Filter"
-        aria-label="Filter options"
-        value={filter.value}
-        onInput={(event) => (filter.value = event.currentTarget.value)}
-      />
+      <FilterBox label="Filter options" value={filter.value} change={(text) => (filter.value = text)} />
       {set.length > 0 && <Options file={file} options={set} values={values} prefix="" />}
       <List file={file} name="link" title="Link" values={values} />
       <List file={file} name="route" title="Route" values={values} />

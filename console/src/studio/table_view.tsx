@@ -4,6 +4,7 @@
 import { useSignal } from '@preact/signals';
 import { useRef } from 'preact/hooks';
 import { setOption } from '../app/route';
+import { FilterBox } from '../ui/filter_box';
 import { type ParameterLine, type PlannedComponent, parameterLines, sameValue, tomlOf } from './components';
 import { fileValue, useRunningValues } from './live';
 import { isSeveral, paste } from './paste';
@@ -43,13 +44,10 @@ export function TableView() {
   return (
     <div class="table-view">
       <div class="tools">
-        <input
-          type="search"
-          data-filter
-          aria-label="Filter components and parameters"
-          placeholder="Filter"
+        <FilterBox
+          label="Filter components and parameters"
           value={filter}
-          onInput={(event) => setOption('filter', event.currentTarget.value)}
+          change={(text) => setOption('filter', text)}
         />
         <label>
           Show{' '}

@@ -2,6 +2,7 @@
 
 import { useSignal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
+import { CheckBox } from './check_box';
 import { Tone } from './tone';
 
 interface Properties {
@@ -21,14 +22,5 @@ export function SoundSwitch({ label, frequency, isHeard }: Properties) {
   useEffect(() => {
     if (sounds.value) tone.current?.play(frequency, isHeard);
   }, [frequency, isHeard, sounds.value]);
-  return (
-    <label>
-      <input
-        type="checkbox"
-        checked={sounds.value}
-        onChange={(event) => (sounds.value = event.currentTarget.checked)}
-      />{' '}
-      {label}
-    </label>
-  );
+  return <CheckBox checked={sounds}>{label}</CheckBox>;
 }

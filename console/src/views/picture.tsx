@@ -2,6 +2,7 @@
 
 import { useSignal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
+import { CheckBox } from '../ui/check_box';
 import { saveCanvas } from '../ui/save';
 import { matrixOf, type Orientation, orientations, pixelAt, turnedSize } from './orientation';
 
@@ -100,14 +101,7 @@ export function Picture({ pixels, label, name, sharp = false, note = '', plain =
         >
           Save picture
         </button>
-        <label>
-          <input
-            type="checkbox"
-            checked={keeps.value}
-            onChange={(event) => (keeps.value = event.currentTarget.checked)}
-          />{' '}
-          save each
-        </label>
+        <CheckBox checked={keeps}>save each</CheckBox>
       </p>
     </>
   );

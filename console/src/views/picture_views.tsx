@@ -7,6 +7,7 @@ import { decodeStruct, valueName } from '../codec/catalogue';
 import type { GridMapData, Scan3dData, Scan3dRangeImageData } from '../codec/messages';
 import { command } from '../model/commands';
 import { useAttempt } from '../ui/attempt';
+import { CheckBox } from '../ui/check_box';
 import { useStream } from '../ui/use_stream';
 import type { Pixel } from './colour_tables';
 import { Values } from './parts';
@@ -68,14 +69,7 @@ export function Scan3dView({ component }: ViewProperties) {
   return (
     <StreamBox component={component} stream={stream}>
       <Picture pixels={pixels} label="Range image: near is red, far is blue" name="range-image" sharp />
-      <label>
-        <input
-          type="checkbox"
-          checked={byType.value}
-          onChange={(event) => (byType.value = event.currentTarget.checked)}
-        />{' '}
-        Colours by kind
-      </label>
+      <CheckBox checked={byType}>Colours by kind</CheckBox>
       <label>
         Up to {far.value} m{' '}
         <input

@@ -5,6 +5,7 @@ import { useEffect, useRef } from 'preact/hooks';
 import { classId } from '../codec/catalogue';
 import { eachEcho } from '../map/echoes';
 import { panned } from '../map/transform';
+import { CheckBox } from '../ui/check_box';
 import { metres } from '../ui/quantities';
 import { saveFile } from '../ui/save';
 import { isDark } from '../ui/theme';
@@ -94,14 +95,7 @@ export function ScanView({ component }: ViewProperties) {
         <button type="button" onClick={() => value !== undefined && saveScan(value.data)}>
           Save points
         </button>
-        <label>
-          <input
-            type="checkbox"
-            checked={keeps.value}
-            onChange={(event) => (keeps.value = event.currentTarget.checked)}
-          />{' '}
-          save each
-        </label>
+        <CheckBox checked={keeps}>save each</CheckBox>
       </p>
     </StreamBox>
   );
