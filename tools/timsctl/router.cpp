@@ -155,8 +155,8 @@ json::object ask_status(AdminClient& admin) {
   status["events"] = foreign_events(admin, number_or_zero(status, "last_event"));
   if (number_or_zero(status, "drops") > 0) {
     const json::object clients = admin.ask({{"ask", "clients"}});
-    if (std::string to = lost_to(items_of(clients), {}); !to.empty())
-      status["dropped_to"] = std::move(to);
+    if (const std::string to = lost_to(items_of(clients), {}); !to.empty())
+      status["dropped_to"] = to;
   }
   return status;
 }
