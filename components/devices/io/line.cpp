@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "components/devices/io/stream.h"
+#include "components/devices/io/terminal.h"
 #include "components/devices/io/transports.h"
 #include "rack/devices/device_clock.h"
 
@@ -31,11 +32,9 @@ constexpr Duration kSlice = std::chrono::milliseconds(1);  // transmission time 
 class EmulatedLine final : public StreamTransport {
  public:
   EmulatedLine(Terminal terminal, std::uint32_t baud, const std::string& link)
-      : StreamTransport(std::move(terminal.own), link, 0),
-        other_(std::move(terminal.other)),
-        rate_(baud),
-        link_(link) {}
-  ~EmulatedLine() override { ::unlink(link_.c_str()); }
+      : StreamTransport(terminal.take_own(), link, 0),
+        terminal_(std::move(terminal)),
+        rate_(baud) {}
 
   [[nodiscard]] Time next_timeout() const override {
     return waiting_.empty() ? StreamTransport::next_timeout() : pace_.next();
@@ -68,7 +67,7 @@ class EmulatedLine final : public StreamTransport {
 
   [[nodiscard]] bool is_right_rate() const {
     termios2 settings{};
-    return rate_ == 0 || ::ioctl(other_.get(), TCGETS2, &settings) != 0 ||
+    return rate_ == 0 || ::ioctl(terminal_.other(), TCGETS2, &settings) != 0 ||
            settings.c_ospeed == rate_;
   }
   std::span<const std::byte> noise(std::span<const std::byte> bytes) {
@@ -89,10 +88,9 @@ class EmulatedLine final : public StreamTransport {
     return {};
   }
 
-  File other_;
+  Terminal terminal_;
   std::uint32_t rate_;
   std::uint32_t next_rate_ = 0;
-  std::string link_;
   Pace pace_;
   std::vector<std::byte> waiting_;
   std::vector<std::byte> noise_;
@@ -155,7 +153,7 @@ class Listener final : public Transport {
 };
 
 Result<std::unique_ptr<Transport>> emulated_line(const DeviceAddress& address, std::uint32_t baud) {
-  auto made = make_terminal(address.place, 0);
+  auto made = Terminal::make(address.place, 0);
   if (!made) return made.error();
   return std::unique_ptr<Transport>(
       std::make_unique<EmulatedLine>(std::move(*made), address.baud(baud), address.place));

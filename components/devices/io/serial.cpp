@@ -16,6 +16,7 @@
 
 #include "base/text.h"
 #include "components/devices/io/stream.h"
+#include "components/devices/io/terminal.h"
 #include "components/devices/io/transports.h"
 
 namespace rack::device {
@@ -25,7 +26,6 @@ using tims::Errc;
 using tims::Error;
 using tims::Result;
 using tims::os::File;
-using tims::os::system_error;
 
 std::string first_line_of(const std::string& path) {
   std::ifstream file(path);
@@ -50,32 +50,6 @@ std::string holder_of(int file) {
     return first_line_of("/proc/" + pid + "/comm").append(" (pid ").append(pid).append(")");
   }
   return "another program";
-}
-
-// Sets 8 data bits, no translation of characters, and ignores modem control lines.
-Result<void> make_raw(int file, std::uint32_t baud, const std::string& parity) {
-  termios2 settings{};
-  if (::ioctl(file, TCGETS2, &settings) != 0) return system_error("not a serial line");
-  settings.c_iflag = 0;
-  settings.c_oflag = 0;
-  settings.c_lflag = 0;
-  settings.c_cflag = CS8 | CREAD | CLOCAL | BOTHER;
-  if (parity == "even" || parity == "odd") settings.c_cflag |= PARENB;
-  if (parity == "odd") settings.c_cflag |= PARODD;
-  settings.c_ispeed = settings.c_ospeed = baud;
-  settings.c_cc[VMIN] = 0;
-  settings.c_cc[VTIME] = 0;
-  if (::ioctl(file, TCSETSF2, &settings) != 0)
-    return system_error("cannot set " + std::to_string(baud) + " baud");
-  return {};
-}
-
-// Turns echo off. Otherwise the terminal would return the bytes sent until a driver configures it.
-void hand_nothing_back(int file) {
-  termios2 settings{};
-  if (::ioctl(file, TCGETS2, &settings) != 0) return;
-  settings.c_iflag = settings.c_oflag = settings.c_lflag = 0;
-  ::ioctl(file, TCSETS2, &settings);
 }
 
 // Shortens the latency timer of a USB converter: the default of 16 ms exceeds the period of scans
@@ -115,18 +89,13 @@ class SerialLine : public StreamTransport {
   }
 };
 
-// A pseudo terminal that removes its link when it is closed.
 class PseudoTerminal final : public SerialLine {
  public:
   PseudoTerminal(Terminal terminal, std::uint32_t baud, const std::string& link)
-      : SerialLine(std::move(terminal.own), link, baud),
-        other_(std::move(terminal.other)),
-        link_(link) {}
-  ~PseudoTerminal() override { ::unlink(link_.c_str()); }
+      : SerialLine(terminal.take_own(), link, baud), terminal_(std::move(terminal)) {}
 
  private:
-  File other_;
-  std::string link_;
+  Terminal terminal_;
 };
 
 }  // namespace
@@ -147,26 +116,9 @@ Result<std::unique_ptr<Transport>> open_serial(const DeviceAddress& address, std
       std::make_unique<SerialLine>(std::move(file), std::move(description), rate));
 }
 
-Result<Terminal> make_terminal(const std::string& path, std::uint32_t baud) {
-  File own(::posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
-  std::array<char, 64> name{};
-  if (!own || ::grantpt(own.get()) != 0 || ::unlockpt(own.get()) != 0 ||
-      ::ptsname_r(own.get(), name.data(), name.size()) != 0)
-    return system_error("cannot create a pseudo terminal");
-  File other(::open(name.data(), O_RDWR | O_NOCTTY | O_CLOEXEC));
-  if (!other) return system_error(name.data());
-  if (baud == 0)
-    hand_nothing_back(other.get());
-  else if (auto raw = make_raw(other.get(), baud, ""); !raw)
-    return raw.error();
-  ::unlink(path.c_str());
-  if (::symlink(name.data(), path.c_str()) != 0) return system_error(path);
-  return Terminal{.own = std::move(own), .other = std::move(other)};
-}
-
 Result<std::unique_ptr<Transport>> open_pty(const DeviceAddress& address, std::uint32_t baud) {
   const std::uint32_t rate = address.baud(baud);
-  auto made = make_terminal(address.place, rate);
+  auto made = Terminal::make(address.place, rate);
   if (!made) return made.error();
   return std::unique_ptr<Transport>(
       std::make_unique<PseudoTerminal>(std::move(*made), rate, address.place));

@@ -3,7 +3,6 @@
 
 #include <vector>
 
-#include "os/file.h"
 #include "rack/devices/transport.h"
 
 namespace rack::device {
@@ -14,15 +13,6 @@ tims::Result<std::unique_ptr<Transport>> open_serial(const DeviceAddress& addres
                                                      std::uint32_t baud);
 // Creates a pseudo terminal and a link `place` to its other end, which an emulator opens.
 tims::Result<std::unique_ptr<Transport>> open_pty(const DeviceAddress& address, std::uint32_t baud);
-
-// Both ends of a pseudo terminal; `path` is a link to the slave. The slave stays open, so that a
-// program that opens and closes it does not cause a hangup. `baud`: initial rate; 0: only echo is
-// turned off, the program that opens the slave configures the rest.
-struct Terminal {
-  tims::os::File own;
-  tims::os::File other;
-};
-tims::Result<Terminal> make_terminal(const std::string& path, std::uint32_t baud);
 
 // --- slcan_adapter.cpp
 
