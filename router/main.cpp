@@ -424,7 +424,8 @@ class Program final : private core::RouterHooks, private io::AdminSource {
                       router_,
                       log_,
                       link_memory_.pool(),
-                      {.self = identity(configuration_.config, epoch_), .seed = random_number()}};
+                      {.self = identity(configuration_.config, epoch_),
+                       .secret = {random_number(), random_number()}}};
   io::HttpPort http_{loop_,
                      router_,
                      log_,

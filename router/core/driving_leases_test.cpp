@@ -87,10 +87,11 @@ TEST_F(DrivingLeasesTest, TheHolderAndTheRobotItselfDrive) {
   EXPECT_EQ(command(console_, kConsole, kPilot, kSetDestination), Outcome::kDelivered);
   EXPECT_EQ(command(console_, kStick, kPilot, type::kData), Outcome::kDelivered);
   EXPECT_EQ(command(robot_, kPilot, kChassis, kMove), Outcome::kDelivered);
-  const ClientId arm = connect(PortKind::kLink);
+  const ClientId arm = link(LinkKind::kSub, 3, "arm");
   EXPECT_EQ(command(arm, Address(0x03180100), kChassis, kMove), Outcome::kDelivered)
       << "a pilot on another host";
-  EXPECT_EQ(command(arm, Address(0x04180100), kChassis, kMove), Outcome::kNoLease)
+  const ClientId robot4 = link(LinkKind::kPeer, 4, "robot4");
+  EXPECT_EQ(command(robot4, Address(0x04180100), kChassis, kMove), Outcome::kNoLease)
       << "a pilot of another robot";
 }
 
@@ -127,7 +128,8 @@ TEST_F(DrivingLeasesTest, AForgedSourceIsNotTheHolders) {
 }
 
 TEST_F(DrivingLeasesTest, BehindALinkTheHolderIsItsMailboxAndItsStick) {
-  const ClientId base = connect(PortKind::kLink, "base");
+  router_.disconnect(now_, console_, CloseReason::kPeerClosed);
+  const ClientId base = link(LinkKind::kSuper, 0, "base");
   ASSERT_EQ(change(base, LeaseVerb::kTake, "desk", Address(0x00020505)), LeaseResult::kDone);
   EXPECT_EQ(command(base, Address(0x00020505), kPilot, kSetDestination), Outcome::kDelivered);
   EXPECT_EQ(command(base, kStick, kPilot, type::kData), Outcome::kDelivered);

@@ -211,7 +211,8 @@ class NewestOfRouterTest : public RouterTest {
 };
 
 TEST_F(NewestOfRouterTest, WhatPassesIsKeptWithItsSourceGone) {
-  const ClientId robot = connect(PortKind::kLink);
+  const ClientId robot =
+      link(LinkKind::kSub, static_cast<std::uint8_t>(kPosition.raw() >> 24), "robot");
   router_.learn(now_, robot, kPosition, {Address(0x03000100), 1, 1});
   EXPECT_EQ(send_sample(robot), Outcome::kNoRoute) << "also without a receiver";
   router_.disconnect(now_, robot, CloseReason::kSilent);

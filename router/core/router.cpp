@@ -585,8 +585,16 @@ ClientId Router::link_named(std::string_view name) const {
 }
 
 bool Router::may_come_from(const Client& link, Address address) const {
-  const auto only = link.info.link.only;
-  if (!only || address.fields(settings_.widths).system == *only) return true;
+  const ClientInfo::Link& with = link.info.link;
+  const auto system = address.fields(settings_.widths).system;
+  // From above comes anything but what is here or below.
+  if (with.kind == LinkKind::kSuper) {
+    const Table::Entry* entry = find(address);
+    if (entry == nullptr || entry->owner == link.id) return true;
+  } else if ((with.role == Role::kTop || system == with.system) &&
+             (!with.only || system == *with.only)) {
+    return true;
+  }
   return std::ranges::any_of(static_routes_, [&](const StaticRoute& route) {
     return route.match.matches(address) && link_named(route.via.view()) == link.id;
   });

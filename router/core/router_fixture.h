@@ -91,6 +91,16 @@ class RouterTest : public testing::Test {
   ClientId connect(PortKind port = PortKind::kTcp, std::string_view name = {}) {
     return router_.connect(now_, {.port = port, .token = ++token_, .name = name});
   }
+  ClientId link(LinkKind kind, std::uint8_t system, std::string_view name) {
+    return router_.connect(now_,
+                           {.port = PortKind::kLink,
+                            .token = ++token_,
+                            .name = name,
+                            .link = {.kind = kind,
+                                     .role = Role::kSystem,
+                                     .system = system,
+                                     .router = Address::of({.system = system, .instance = 1})}});
+  }
   Outcome send_bytes(ClientId from, const Bytes& bytes) {
     sent_ = bytes;
     Message message{wire::decode_header(std::span(bytes).first<kHeaderSize>()), sent_};

@@ -21,16 +21,6 @@ constexpr Origin kFar{Address(0x01000200), 6, 2};
 
 class RouterLinksTest : public RouterTest {
  protected:
-  ClientId link(LinkKind kind, std::uint8_t system, std::string_view name) {
-    return router_.connect(now_,
-                           {.port = PortKind::kLink,
-                            .token = ++token_,
-                            .name = name,
-                            .link = {.kind = kind,
-                                     .role = Role::kSystem,
-                                     .system = system,
-                                     .router = Address::of({.system = system, .instance = 1})}});
-  }
   [[nodiscard]] ClientId hop_of(ClientId from, Address to) const {
     const Router::NextHop hop = router_.next_hop(router_.client(from), to);
     return hop.to == nullptr ? kNoClient : hop.to->id;
@@ -294,12 +284,37 @@ TEST_F(RouterLinksTest, AStaticRouteGoesBeforeTheUplink) {
   EXPECT_EQ(hop_of(local, Address(0x03150000)), up);
 }
 
+// What a link brings is checked against who is behind it.
+TEST_F(RouterLinksTest, SourcesAndMailboxesMustBelongBehindTheLink) {
+  const ClientId up = link(LinkKind::kSuper, 0, "base");
+  const ClientId robot3 = link(LinkKind::kSub, 3, "robot3");
+  const ClientId robot4 = link(LinkKind::kPeer, 4, "robot4");
+  const Address here(0x00110000);
+  const ClientId local = connect();
+  router_.register_mailbox(now_, local, here);
+  ASSERT_TRUE(router_.learn(now_, robot3, Address(0x03110000), kRobot));
+  const auto may = [&](ClientId from, Address address) {
+    return router_.may_come_from(*router_.client(from), address);
+  };
+  EXPECT_TRUE(may(robot3, Address(0x03110000)));
+  EXPECT_TRUE(may(robot3, Address(0x03770000))) << "not announced yet, or any more";
+  EXPECT_FALSE(may(robot3, Address(0x04110000)));
+  EXPECT_FALSE(may(robot3, here));
+  EXPECT_TRUE(may(robot4, Address(0x04110000)));
+  EXPECT_FALSE(may(robot4, Address(0x03110000)));
+  EXPECT_TRUE(may(up, Address(0x05110000)));
+  EXPECT_FALSE(may(up, here));
+  EXPECT_FALSE(may(up, Address(0x03110000)));
+  EXPECT_EQ(send(robot3, {.type = 3, .dest = here, .src = Address(0x04110000)}),
+            Outcome::kForgedSource);
+}
+
 TEST_F(RouterLinksTest, TheHopLimitEndsALoopAndNamesTheRouters) {
   const ClientId from = link(LinkKind::kSub, 1, "robot1");
   const ClientId to = link(LinkKind::kSub, 2, "robot2");
   router_.learn(now_, to, kLadar, kRobot);
   for (const std::uint8_t hops : {std::uint8_t{kHopsMax - 1}, kHopsMax}) {
-    Bytes bytes = encoded({.type = 3, .dest = kLadar, .src = kPilot});
+    Bytes bytes = encoded({.type = 3, .dest = kLadar, .src = Address(0x01180000)});
     Message message{wire::decode_header(std::span(bytes).first<kHeaderSize>()), bytes, hops};
     EXPECT_EQ(router_.on_message(now_, from, message),
               hops < kHopsMax ? Outcome::kDelivered : Outcome::kHopLimit);

@@ -13,7 +13,7 @@ inline constexpr std::uint32_t kMessageMax = 1U << 16;
 struct Host : private link::DatagramSender {
   Host(core::Router& router, const link::Identity& self)
       : address(address_of(static_cast<std::uint8_t>(self.id))),
-        links(router, pool, memory, {.self = self, .seed = self.id}) {
+        links(router, pool, memory, {.self = self, .secret = {self.id, self.epoch}}) {
     links.set_sender(link::PathKind::kUdp, this);
   }
 

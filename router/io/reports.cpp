@@ -407,7 +407,7 @@ json::object to_json(const link::Links& links, const link::Link& link, const cor
               {"packets_in", counters.packets_in},
               {"packets_out", counters.packets_out},
               {"packets_lost", counters.packets_lost},
-              {"packets_duplicate", counters.packets_duplicate},
+              {"packets_replayed", counters.packets_replayed},
               {"sample_repeats", counters.sample_repeats},
               {"samples_incomplete", session.samples_in().incomplete()},
               {"samples_overtaken", session.samples_in().overtaken()},

@@ -139,8 +139,8 @@ Admission::Rival Admission::rival(Time now, const NetAddress& from, const Hello&
     return Rival::kNone;
   }
   const Duration patience = kRivalKeepAlives * link.their_keep_alive();
+  std::erase_if(conflicts_, [&](const auto& c) { return now > c.second + kRivalForgotten; });
   auto [conflict, first] = conflicts_.try_emplace(address, now);
-  if (now > conflict->second + kRivalForgotten) conflict->second = now;
   if (link.last_received() <= conflict->second) {
     return now > conflict->second + patience ? Rival::kNone : Rival::kWait;
   }
@@ -148,20 +148,24 @@ Admission::Rival Admission::rival(Time now, const NetAddress& from, const Hello&
   refuse.code = RefuseCode::kDuplicateId;
   refuse.text = std::string_view(text_of(link.peer()) + " at " + link.address().to_string() +
                                  " is running with this system and id: choose another [router] id");
-  router_.note(
-      {.at = now,
-       .kind = core::EventKind::kDuplicateRouter,
-       .address = hello.identity.address(),
-       .client = link_peer(hello.identity.name.view(), from.to_string()),
-       .owner = link_peer(link.peer().name.view(), link.address().to_string(), link.client())});
+  if (may_note(now, hello.identity))
+    router_.note(
+        {.at = now,
+         .kind = core::EventKind::kDuplicateRouter,
+         .address = hello.identity.address(),
+         .client = link_peer(hello.identity.name.view(), from.to_string()),
+         .owner = link_peer(link.peer().name.view(), link.address().to_string(), link.client())});
   return Rival::kRefuse;
+}
+
+bool Admission::may_note(Time now, const Identity& identity) {
+  std::erase_if(noted_, [&](const auto& r) { return now >= r.second + kRefusedAgain; });
+  return noted_.size() < kRefusedMax && noted_.try_emplace(identity.address().raw(), now).second;
 }
 
 void Admission::note_refused(Time now, const NetAddress& from, const Hello& hello,
                              const Refuse& refuse) {
-  std::erase_if(refused_, [&](const auto& r) { return now >= r.second + kRefusedAgain; });
-  if (refused_.size() >= kRefusedMax) return;
-  if (!refused_.try_emplace(hello.identity.address().raw(), now).second) return;
+  if (!may_note(now, hello.identity)) return;
   router_.note({.at = now,
                 .kind = core::EventKind::kLinkRefused,
                 .address = hello.identity.address(),

@@ -57,6 +57,8 @@ class Admission {
  private:
   [[nodiscard]] std::uint64_t cookie(const NetAddress& from, const Hello& hello,
                                      Duration period) const;
+  // False when this router was named in the event log a moment ago, or too many others were.
+  bool may_note(Time now, const Identity& identity);
 
   core::Router& router_;
   const Identity self_;
@@ -64,7 +66,7 @@ class Admission {
   // Router address -> time of the first rival HELLO.
   std::unordered_map<std::uint32_t, Time> conflicts_;
   // Router address -> time of the last log entry.
-  std::unordered_map<std::uint32_t, Time> refused_;
+  std::unordered_map<std::uint32_t, Time> noted_;
 };
 
 }  // namespace tims::link

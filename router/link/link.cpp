@@ -10,6 +10,8 @@ namespace {
 
 constexpr int kHellosEach = 10;  // to one router, before another candidate is tried
 constexpr Duration kAfterRefusal = std::chrono::seconds(3);
+// How often a RESET makes the side that connects ask for its session.
+constexpr Duration kDoubtEvery = std::chrono::seconds(1);
 // How long an accepting side keeps sending keep-alives to a silent router.
 constexpr Duration kCallsAfterSilence = std::chrono::seconds(30);
 // When it then removes the link.
@@ -92,8 +94,10 @@ Hello Link::hello() const {
           .identity = context_.self()};
 }
 
-// Answers immediately to the source address; if that is lost, the next HELLO starts over.
-void Link::on_retry(const NetAddress& from, const Retry& retry) {
+// Answers immediately to the source address; if that is lost, the next HELLO starts over. A router
+// that still has the session asks for no cookie.
+void Link::on_retry(Time now, const NetAddress& from, const Retry& retry) {
+  if (is_up() && now < doubt_until_ && !paths_.is_strange(from)) return lose_session(now);
   if (state_ != State::kConnecting && state_ != State::kRefused) return;
   Hello again = hello();
   again.cookie = retry.cookie;
@@ -202,11 +206,23 @@ void Link::end_session(Time now) {
   if (settings_.connects) our_token_ = context_.random() | 1;
 }
 
-void Link::on_reset(Time now) {
-  if (state_ == State::kDown) return;
-  if (is_up()) go_down(now, core::CloseReason::kForgotten, State::kSilent);
+// Whoever has seen a token can send RESET, so it is only a hint: the side that connects repeats the
+// HELLO of the session, and a router that still has the session confirms it. The side that accepts
+// waits for a HELLO in any case.
+void Link::on_reset(Time now, const NetAddress& from) {
+  if (!is_up() || !settings_.connects || now < next_doubt_) return;
+  next_doubt_ = now + kDoubtEvery;
+  doubt_until_ = next_doubt_;
+  std::array<std::byte, kControlDatagramMax> bytes{};
+  context_.send(from, std::span(bytes).first(encode(hello(), bytes)));
+}
+
+// The other router has restarted.
+void Link::lose_session(Time now) {
+  doubt_until_ = {};
+  go_down(now, core::CloseReason::kForgotten, State::kSilent);
   end_session(now);
-  if (settings_.connects) begin_connecting(now, now);
+  begin_connecting(now, now);
 }
 
 void Link::on_gone(Time now, const NetAddress& where) {
@@ -227,7 +243,7 @@ void Link::on_data(Time now, const NetAddress& from, const Data& data) {
   if (state_ == State::kDown) return;
   // The path is not configured: challenges on it are not answered.
   if (!paths_.uses(from.kind)) return;
-  if (!session_.is_new(data.header.packet)) return session_.note_duplicate();
+  if (!session_.is_new(data.header.packet)) return session_.note_replay();
   from_ = from;
   if (!is_up() && their_token_ != 0) {
     // The accepting side knows that datagrams pass in both directions. The calling side

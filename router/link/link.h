@@ -74,7 +74,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   [[nodiscard]] bool is_named(const NetAddress& udp) const {
     return std::ranges::find(named_, udp) != named_.end();
   }
-  void on_retry(const NetAddress& from, const Retry& retry);
+  void on_retry(Time now, const NetAddress& from, const Retry& retry);
   void on_welcome(Time now, const NetAddress& from, const Welcome& welcome);
   // Returns true once when the router being called does not answer or refuses, so that another
   // candidate can be tried.
@@ -90,7 +90,7 @@ class Link final : private ArrivalObserver, private LossObserver {
 
   // --- both
   void on_data(Time now, const NetAddress& from, const Data& data);
-  void on_reset(Time now);
+  void on_reset(Time now, const NetAddress& from);
   void on_gone(Time now, const NetAddress& where);  // no router at this address any more
   core::Outcome send(Time now, const core::Message& message);
   // Sends the next HELLO or keep-alive immediately.
@@ -174,6 +174,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   [[nodiscard]] Hello hello() const;
   void forget_session(Time now, core::Outcome why);
   void end_session(Time now);
+  void lose_session(Time now);
 
   core::Router& router_;
   LinkContext& context_;
@@ -197,6 +198,8 @@ class Link final : private ArrivalObserver, private LossObserver {
 
   Time next_hello_ = kNever;
   int hellos_ = 0;  // number of HELLOs since connecting began
+  Time doubt_until_{};  // a RETRY until then means that the other router has lost the session
+  Time next_doubt_{};
   Time next_keep_alive_ = kNever;
   Time last_received_{};
   Duration keep_alive_{};  // the interval announced to the other side

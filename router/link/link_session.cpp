@@ -224,12 +224,12 @@ LinkSession::Verdict LinkSession::on_data(Time now, const Data& data) {
   bool keep = true;
   const Verdict verdict = on_frames(now, data, eliciting, keep);
   if (verdict == Verdict::kBroken) return verdict;
+  window_.add(number, keep);
   if (!keep) {
     ++counters_.packets_refused;
     if (not_ready_ != 0) ack_now_ = true;
     return Verdict::kTaken;
   }
-  window_.add(number);
   ++counters_.packets_in;
   counters_.bytes_in += kDataHeaderSize + data.frames.size();
   if (!eliciting) return verdict;

@@ -42,7 +42,7 @@ struct LinkSessionCounters {
   std::uint64_t bytes_in = 0;  // of datagrams
   std::uint64_t bytes_out = 0;
   std::uint64_t packets_lost = 0;       // sent packets that were lost
-  std::uint64_t packets_duplicate = 0;  // duplicates received
+  std::uint64_t packets_replayed = 0;   // received again, or too late to tell
   std::uint64_t packets_refused = 0;    // received packets refused for lack of memory
   std::uint64_t sample_repeats = 0;     // parts of samples sent again
 };
@@ -77,11 +77,8 @@ class LinkSession final : private PacketObserver {
   [[nodiscard]] bool is_new(std::uint32_t packet) const {
     return window_.is_new(window_.expand(packet));
   }
-  // A duplicate arrived: our acknowledgement may have been lost.
-  void note_duplicate() {
-    ++counters_.packets_duplicate;
-    ack_now_ = true;
-  }
+  // A number is used once, so nothing is lost that an answer could bring back: none is sent.
+  void note_replay() { ++counters_.packets_replayed; }
   Verdict on_data(Time now, const Data& data);  // precondition: is_new()
 
   // --- time

@@ -22,6 +22,8 @@ constexpr Duration kFailBackAfter = std::chrono::milliseconds(500);
 // How long the previous super router still knows what is below us, so that messages in transit
 // arrive.
 constexpr Duration kOverlap = std::chrono::seconds(1);
+// A REFUSE is the longest answer that a stranger can get.
+constexpr std::uint64_t kRefusalsPerSecond = 20;
 
 }  // namespace
 
@@ -31,13 +33,14 @@ Links::Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
       pool_(pool),
       memory_(memory),
       setup_(setup),
-      secret_{setup.seed, core::spread(setup.seed)},
       shell_(shell),
-      admission_(router, setup.self, secret_),
+      admission_(router, setup.self, setup.secret),
       fleet_(setup.self),
+      refusals_(kRefusalsPerSecond, kRefusalsPerSecond),
       scratch_(std::make_unique<std::byte[]>(kBurstBytesMax + kDatagramMax)) {}
 
-std::uint64_t Links::random() { return core::sip_hash(secret_, {++drawn_}); }
+// SipHash in counter mode: one number reveals nothing about the others.
+std::uint64_t Links::random() { return core::sip_hash(setup_.secret, {++drawn_}); }
 
 template <typename Datagram>
 void Links::send_control(const NetAddress& to, const Datagram& datagram) {
@@ -97,7 +100,7 @@ void Links::remove(Time now, std::uint32_t slot) {
   Slot& its = slots_[slot];
   its.link->take_down(now);
   report_losses(now);
-  tokens_.erase(its.token);
+  forget_names(slot);
   std::erase(touched_, its.link.get());
   if (uplink_ == its.link.get()) uplink_ = nullptr;
   std::erase(supers_, slot);
@@ -138,8 +141,8 @@ std::vector<std::string> Links::names_to_resolve() const {
 // --- input
 
 Link* Links::by_token(std::uint64_t token) {
-  const auto found = tokens_.find(token);
-  if (found == tokens_.end()) return nullptr;
+  const auto found = ours_.find(token);
+  if (found == ours_.end()) return nullptr;
   Link* link = slots_[found->second].link.get();
   return link->our_token() == token ? link : nullptr;
 }
@@ -160,7 +163,7 @@ void Links::on_datagram(Time now, const NetAddress& from, std::span<std::byte> b
   }
   if (const auto* hello = std::get_if<Hello>(&*datagram)) return on_hello(now, from, *hello);
   if (const auto* retry = std::get_if<Retry>(&*datagram)) {
-    if (Link* link = by_token(retry->echo)) link->on_retry(from, *retry);
+    if (Link* link = by_token(retry->echo)) link->on_retry(now, from, *retry);
     return;
   }
   if (const auto* welcome = std::get_if<Welcome>(&*datagram))
@@ -171,16 +174,19 @@ void Links::on_datagram(Time now, const NetAddress& from, std::span<std::byte> b
     link->on_refuse(now, from, *refuse);
     return touch(*link);
   }
-  // Only a receiver of our datagrams can know the token in them.
-  const std::uint64_t token = std::get<Reset>(*datagram).token;
-  for_each_link([&](Link& link) {
-    if (token == 0 || link.their_token() != token) return;
-    // Challenges also go to possible addresses of the other router, where other routers do not
-    // know us.
-    if (link.paths().is_strange(from)) return;
-    link.on_reset(now);
-    touch(link);
-  });
+  on_reset(now, from, std::get<Reset>(*datagram));
+}
+
+// Only a receiver of our datagrams can know the token in them.
+void Links::on_reset(Time now, const NetAddress& from, const Reset& reset) {
+  const auto found = theirs_.find(reset.token);
+  if (found == theirs_.end()) return;
+  Link& link = *slots_[found->second].link;
+  // Challenges also go to possible addresses of the other router, where other routers do not know
+  // us.
+  if (link.their_token() != reset.token || link.paths().is_strange(from)) return;
+  link.on_reset(now, from);
+  touch(link);
 }
 
 void Links::on_data(Time now, const NetAddress& from, const Data& data) {
@@ -214,6 +220,7 @@ void Links::on_welcome(Time now, const NetAddress& from, const Welcome& welcome)
                           std::string(welcome.identity.name.view()) + ", at " +
                           other->address().to_string());
   link->on_welcome(now, from, welcome);
+  index(*link);
 }
 
 // --- deliveries from the router
@@ -257,11 +264,28 @@ void Links::on_timeout(Time now) {
   if (supers_.size() > 1) choose_ = true;
 }
 
-void Links::learn_token(Link& link) {
-  const std::uint64_t before = std::exchange(slots_[link.slot()].token, link.our_token());
-  if (before == link.our_token()) return;
-  tokens_.erase(before);
-  tokens_[link.our_token()] = link.slot();
+// Called after every change of the tokens or of the other router.
+void Links::index(const Link& link) {
+  const std::uint32_t slot = link.slot();
+  Names names{.ours = link.our_token(), .theirs = link.their_token()};
+  if (link.peer().epoch != 0) names.peer = link.peer().address().raw();
+  if (names == slots_[slot].names) return;
+  forget_names(slot);
+  slots_[slot].names = names;
+  if (names.ours != 0) ours_[names.ours] = slot;
+  if (names.theirs != 0) theirs_[names.theirs] = slot;
+  if (names.peer) peers_[*names.peer] = slot;
+}
+
+void Links::forget_names(std::uint32_t slot) {
+  const Names names = std::exchange(slots_[slot].names, {});
+  const auto forget = [slot](auto& index, auto name) {
+    const auto found = index.find(name);
+    if (found != index.end() && found->second == slot) index.erase(found);
+  };
+  forget(ours_, names.ours);
+  forget(theirs_, names.theirs);
+  if (names.peer) forget(peers_, *names.peer);
 }
 
 // --- announcements
@@ -375,7 +399,7 @@ bool Links::flush_link(Time now, Link& link) {
     (void)offer({.to = link.address(), .bytes = probe.first(size), .datagram_size = size});
   if (slots_[link.slot()].was_up != link.is_up()) look_again(now, link);
   slots_[link.slot()].is_touched = false;
-  learn_token(link);
+  index(link);
   const Time at = std::min(slots_[link.slot()].standby.at, link.next_timeout(now));
   if (at < slots_[link.slot()].wakes_at) {
     slots_[link.slot()].wakes_at = at;
@@ -420,11 +444,7 @@ bool Links::act(Time now, std::string_view name, Action what) {
 // --- admission
 
 void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
-  const auto refuse = [&](const Refuse& refusal) {
-    ++counters_.refused;
-    send_control(from, refusal);
-  };
-  if (const auto refusal = Admission::version_refusal(hello)) return refuse(*refusal);
+  if (const auto refusal = Admission::version_refusal(hello)) return refuse(now, from, *refusal);
   Link* link = link_to(hello.identity);
   const bool resumes = link != nullptr && link->is_of_session(hello);
   // Nothing is stored, looked up or sent at length for an unverified address.
@@ -447,7 +467,7 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
   if (settings == nullptr && may_be_called && !fleet_.routers().contains(from)) return;
   if (settings == nullptr) {
     admission_.note_refused(now, from, hello, refusal);
-    return refuse(refusal);
+    return refuse(now, from, refusal);
   }
   // Both sides connect to each other: the call of the lower address is used.
   if (settings->connects && setup_.self.address() < hello.identity.address()) return;
@@ -457,7 +477,8 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
   }
   if (link == nullptr && settings->connects) link = find(settings->to);
   if (link != nullptr && link->state() == Link::State::kDown)
-    return refuse(admission_.refusal(hello, RefuseCode::kNotConfigured,
+    return refuse(now, from,
+                  admission_.refusal(hello, RefuseCode::kNotConfigured,
                                      " has taken this link down manually"));
   if (link != nullptr && link->peer().epoch != 0) {
     switch (admission_.rival(now, from, hello, *link, refusal)) {
@@ -466,7 +487,7 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
       case Admission::Rival::kWait:
         return;
       case Admission::Rival::kRefuse:
-        return refuse(refusal);
+        return refuse(now, from, refusal);
     }
   }
   if (link == nullptr && links_in_use() >= setup_.links_max) {
@@ -474,7 +495,7 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
         hello, RefuseCode::kTooMany,
         " has as many links as it can hold: " + std::to_string(setup_.links_max));
     admission_.note_refused(now, from, hello, refusal);
-    return refuse(refusal);
+    return refuse(now, from, refusal);
   }
   take(now, from, hello, link == nullptr ? add(now, *settings) : *link);
 }
@@ -495,13 +516,21 @@ void Links::welcome(const NetAddress& to, const Hello& hello, const Link& link, 
 void Links::take(Time now, const NetAddress& from, const Hello& hello, Link& link) {
   admission_.forget_rivals(hello.identity);
   link.accept(now, from, hello, random() | 1);
-  learn_token(link);
+  index(link);
   touch(link);
   welcome(from, hello, link, false);
 }
 
 Link* Links::link_to(const Identity& identity) {
-  return first_link([&](const Link& link) { return link.is_to(identity); });
+  const auto found = peers_.find(identity.address().raw());
+  if (found == peers_.end()) return nullptr;
+  Link* link = slots_[found->second].link.get();
+  return link->is_to(identity) ? link : nullptr;
+}
+
+void Links::refuse(Time now, const NetAddress& to, const Refuse& refusal) {
+  ++counters_.refused;
+  if (refusals_.try_take(now)) send_control(to, refusal);
 }
 
 // --- routers of the fleet

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/rate_limiter.h"
 #include "router/core/random.h"
 #include "router/core/router.h"
 #include "router/link/admission.h"
@@ -26,7 +27,9 @@ namespace tims::link {
 
 struct LinksSetup {
   Identity self{};
-  std::uint64_t seed = 0;  // for tokens, cookies, nonces and jitter; secret
+  // Key of tokens, cookies and nonces, which nobody must be able to predict: from the system's
+  // source of random numbers.
+  core::SipKey secret{};
   std::uint32_t links_max = 4096;
 };
 
@@ -135,10 +138,12 @@ class Links final : public core::Port, private LinkContext {
   void welcome(const NetAddress& to, const Hello& hello, const Link& link, bool resumed);
   void take(Time now, const NetAddress& from, const Hello& hello, Link& link);
   Link* link_to(const Identity& identity);
+  void refuse(Time now, const NetAddress& to, const Refuse& refusal);
   [[nodiscard]] std::size_t links_in_use() const;
 
   void on_data(Time now, const NetAddress& from, const Data& data);
   void on_welcome(Time now, const NetAddress& from, const Welcome& welcome);
+  void on_reset(Time now, const NetAddress& from, const Reset& reset);
   Link* by_token(std::uint64_t token);
   [[nodiscard]] LinkSettings own_settings(LinkSettings settings) const;
   Link& add(Time now, const LinkSettings& settings);
@@ -158,7 +163,8 @@ class Links final : public core::Port, private LinkContext {
   }
   void remove(Time now, std::uint32_t slot);
   void touch(Link& link);
-  void learn_token(Link& link);
+  void index(const Link& link);
+  void forget_names(std::uint32_t slot);
   void choose_uplink(Time now);
 
   // --- routers of the fleet
@@ -175,7 +181,6 @@ class Links final : public core::Port, private LinkContext {
   core::BlockPool& pool_;
   MessageMemory& memory_;
   LinksSetup setup_;
-  const core::SipKey secret_;
   std::uint64_t drawn_ = 0;  // number of random numbers drawn
   std::int64_t wall_ns_ = 0;
 
@@ -188,9 +193,16 @@ class Links final : public core::Port, private LinkContext {
   Fleet fleet_;
   StandbyTurns standby_turns_;
   std::vector<LinkSettings> settings_;
+  // What a datagram may name a link by.
+  struct Names {
+    std::uint64_t ours = 0;               // token
+    std::uint64_t theirs = 0;             // token; 0: no session
+    std::optional<std::uint32_t> peer{};  // address of the other router
+    bool operator==(const Names&) const = default;
+  };
   struct Slot {
     std::unique_ptr<Link> link{};
-    std::uint64_t token = 0;  // our token, as stored in tokens_
+    Names names{};  // as stored in the indices
     bool is_touched = false;
     Time wakes_at = kNever;  // the earliest time in wake_
     bool was_up = false;     // at the last search for the router meant
@@ -199,7 +211,10 @@ class Links final : public core::Port, private LinkContext {
   };
   std::vector<Slot> slots_;
   std::vector<std::uint32_t> supers_;                        // slots, in order of preference
-  std::unordered_map<std::uint64_t, std::uint32_t> tokens_;  // ours -> slot
+  // -> slot. Datagrams of strangers cost one search, however many links there are.
+  std::unordered_map<std::uint64_t, std::uint32_t> ours_;
+  std::unordered_map<std::uint64_t, std::uint32_t> theirs_;
+  std::unordered_map<std::uint32_t, std::uint32_t> peers_;
   Link* uplink_ = nullptr;
   const Link* uplink_before_ = nullptr;  // only compared, never dereferenced: the link may be gone
   Time overlap_end_{};
@@ -207,6 +222,7 @@ class Links final : public core::Port, private LinkContext {
   bool ends_ = false;
   std::uint32_t advertised_ = 0;  // number of the router's table that was announced last
   Counters counters_;
+  base::RateLimiter refusals_;
 
   std::vector<Link*> touched_;
   std::priority_queue<Wake, std::vector<Wake>, std::greater<>> wake_;

@@ -21,19 +21,23 @@ std::uint64_t PacketWindow::expand(std::uint32_t wire) const {
 
 bool PacketWindow::is_new(std::uint64_t packet) const {
   if (packet >= next_) return true;
-  return packet + kWindow >= next_ && !seen(packet);
+  return packet + kWindow >= next_ && (seen_[packet % kWindow / 64] >> (packet % 64) & 1) == 0;
 }
 
-void PacketWindow::add(std::uint64_t packet) {
+void PacketWindow::add(std::uint64_t packet, bool kept) {
   if (packet >= next_) {
     // The numbers in between have not been received; a jump beyond the window clears it.
     const std::uint64_t forget = std::min(packet + 1 - next_, kWindow);
     for (std::uint64_t i = packet + 1 - forget; i <= packet; ++i) {
-      bits_[i % kWindow / 64] &= ~(std::uint64_t{1} << (i % 64));
+      const std::uint64_t others = ~(std::uint64_t{1} << (i % 64));
+      seen_[i % kWindow / 64] &= others;
+      kept_[i % kWindow / 64] &= others;
     }
     next_ = packet + 1;
   }
-  bits_[packet % kWindow / 64] |= std::uint64_t{1} << (packet % 64);
+  const std::uint64_t bit = std::uint64_t{1} << (packet % 64);
+  seen_[packet % kWindow / 64] |= bit;
+  if (kept) kept_[packet % kWindow / 64] |= bit;
 }
 
 void PacketWindow::fill(Ack& ack) const {
@@ -47,15 +51,15 @@ void PacketWindow::fill(Ack& ack) const {
   }
 }
 
-// The end of the run below `packet` in which all packets were received, or none. Processes 64
-// bits at a time.
-std::uint64_t PacketWindow::below(std::uint64_t packet, bool come) const {
+// The end of the run below `packet` in which all packets were kept, or none. Processes 64 bits at
+// a time.
+std::uint64_t PacketWindow::below(std::uint64_t packet, bool kept) const {
   const std::uint64_t oldest = next_ - std::min(next_, kWindow);
   while (packet > oldest) {
-    const std::uint64_t bits = bits_[(packet - 1) % kWindow / 64];
+    const std::uint64_t bits = kept_[(packet - 1) % kWindow / 64];
     const std::uint64_t in_word = (packet - 1) % 64 + 1;
     const auto run =
-        static_cast<std::uint64_t>(std::countl_one((come ? bits : ~bits) << (64 - in_word)));
+        static_cast<std::uint64_t>(std::countl_one((kept ? bits : ~bits) << (64 - in_word)));
     packet -= std::min({run, in_word, packet - oldest});
     if (run < in_word) break;
   }

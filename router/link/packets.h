@@ -15,8 +15,10 @@
 
 namespace tims::link {
 
-// Numbers of received packets: detects duplicates and provides the ranges to acknowledge.
-// Remembers the newest kWindow numbers; older ones count as duplicates.
+// Numbers of received packets: detects replays and provides the ranges to acknowledge. A packet
+// that was seen and not kept, for lack of memory, is a replay when it comes again, although it is
+// not acknowledged: its contents are sent again under another number. Remembers the newest kWindow
+// numbers; older ones count as seen.
 class PacketWindow {
  public:
   static constexpr std::uint64_t kWindow = 4096;
@@ -25,20 +27,21 @@ class PacketWindow {
   [[nodiscard]] std::uint64_t expand(std::uint32_t wire) const;
 
   [[nodiscard]] bool is_new(std::uint64_t packet) const;
-  void add(std::uint64_t packet);  // precondition: it is new
+  // `kept`: its contents were stored, so it is acknowledged. Precondition: it is new.
+  void add(std::uint64_t packet, bool kept = true);
 
   [[nodiscard]] std::uint64_t next() const { return next_; }  // one above the newest
   // The newest ranges; none before the first packet arrives.
   void fill(Ack& ack) const;
 
  private:
-  [[nodiscard]] std::uint64_t below(std::uint64_t packet, bool come) const;
-  [[nodiscard]] bool seen(std::uint64_t packet) const {
-    return (bits_[packet % kWindow / 64] >> (packet % 64) & 1) != 0;
-  }
+  using Bits = std::array<std::uint64_t, kWindow / 64>;  // bit n % kWindow: packet n
+
+  [[nodiscard]] std::uint64_t below(std::uint64_t packet, bool kept) const;
 
   std::uint64_t next_ = 0;
-  std::array<std::uint64_t, kWindow / 64> bits_{};
+  Bits seen_{};
+  Bits kept_{};
 };
 
 // Sent packets with their contents, until they are acknowledged or declared lost. Loss detection

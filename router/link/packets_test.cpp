@@ -25,6 +25,20 @@ TEST(PacketWindow, WhatIsTooOldCountsAsKnown) {
   EXPECT_TRUE(window.is_new(10 * PacketWindow::kWindow - 1));
 }
 
+// Its contents come again, under another number.
+TEST(PacketWindow, WhatWasSeenAndNotKeptIsNotAcknowledgedAndNotNew) {
+  PacketWindow window;
+  window.add(0);
+  window.add(1, false);
+  window.add(2);
+  EXPECT_FALSE(window.is_new(1));
+  Ack ack;
+  window.fill(ack);
+  ASSERT_EQ(ack.count, 2);
+  EXPECT_EQ(ack.ranges[0].first, 2U);
+  EXPECT_EQ(ack.ranges[1].last, 0U);
+}
+
 TEST(PacketWindow, ThirtyTwoBitsAreEnough) {
   PacketWindow window;
   EXPECT_EQ(window.expand(7), 7U);

@@ -36,7 +36,7 @@ class Robot final : core::Port, core::RouterHooks, link::DatagramSender {
       : socket_(std::move(socket)),
         memory_(parts_.bytes(), kMessageMaxDefault, 4 * std::size_t{kMessageMaxDefault}),
         router_({.address = self.address()}, {self.epoch, seed}, *this),
-        links_(router_, blocks_.pool(), memory_, {.self = self, .seed = seed}) {
+        links_(router_, blocks_.pool(), memory_, {.self = self, .secret = {seed, seed}}) {
     router_.attach(core::PortKind::kLocal, *this);
     router_.attach(core::PortKind::kLink, links_);
     links_.set_sender(link::PathKind::kUdp, this);

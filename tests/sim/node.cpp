@@ -53,7 +53,7 @@ Node::Running::Running(Node& node, std::uint64_t epoch)
              {epoch, ~epoch}, node),
       links(router, pool, memory,
             {.self = identity(node.setup_, epoch),
-             .seed = next_random(node.random_),
+             .secret = {next_random(node.random_), core::spread(node.random_)},
              .links_max = node.setup_.links_max}) {
   router.attach(core::PortKind::kWebSocket, node);
   router.attach(core::PortKind::kLink, links);
@@ -111,7 +111,7 @@ std::uint64_t Node::lost(std::size_t message_class) const {
   for (const auto outcome :
        {core::Outcome::kQueueFull, core::Outcome::kQueueReplaced, core::Outcome::kExpired,
         core::Outcome::kLinkReset, core::Outcome::kNoRoute, core::Outcome::kWouldReturn,
-        core::Outcome::kClientGone, core::Outcome::kTooBig}) {
+        core::Outcome::kClientGone, core::Outcome::kTooBig, core::Outcome::kForgedSource}) {
     sum += counters.of(core::PortKind::kLink, message_class, outcome).messages;
   }
   return sum;

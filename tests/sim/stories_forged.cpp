@@ -66,6 +66,67 @@ TEST(Forged, ARequestToForgetNamesASession) {
   EXPECT_EQ(s.robot->events.size(), events);
 }
 
+// Whoever has seen a token can send RESET. A router that still has the session says so.
+TEST(Forged, AResetWithTheTrueTokenEndsNothing) {
+  Story s;
+  s.begin();
+  const std::size_t events = s.robot->events.size() + s.base->events.size();
+  std::size_t questions = 0;
+  s.tap = [&](Node&, const NetAddress&, std::span<const std::byte> bytes) {
+    questions += bytes[0] == std::byte{2} ? 1U : 0U;
+    return false;
+  };
+  const auto reset = [&](Node& from, Node& to, std::uint64_t token) {
+    std::array<std::byte, link::kControlDatagramMax> bytes{};
+    s.inject(from.address(), to.address(),
+             std::span(bytes).first(link::encode(link::Reset{token}, bytes)));
+  };
+  for (int i = 0; i < 100; ++i) {
+    s.robot->links().for_each([&](const link::Link& link) {
+      Node& other = link.settings().connects ? *s.base : *s.host;
+      reset(other, *s.robot, link.their_token());
+      reset(*s.robot, other, link.our_token());
+    });
+    s.run_for(30ms);
+  }
+  EXPECT_EQ(s.robot->events.size() + s.base->events.size(), events);
+  EXPECT_GE(questions, 2U);
+  EXPECT_LE(questions, 8U) << "once a second for each link";
+  EXPECT_TRUE(s.gui_reaches_camera());
+}
+
+// Nothing is ever sent twice under one number, so a repeated datagram is not from the other router
+// and gets no answer.
+TEST(Forged, AReplayedDatagramIsNotAnswered) {
+  Story s;
+  s.begin();
+  std::vector<std::byte> caught;
+  std::size_t answers = 0;
+  s.tap = [&](Node& from, const NetAddress& to, std::span<const std::byte> bytes) {
+    if (&from == s.robot && to == s.base->address() && caught.empty() && bytes[16] == std::byte{3})
+      caught.assign(bytes.begin(), bytes.end());
+    if (&from == s.base && to == s.robot->address()) ++answers;
+    return false;
+  };
+  s.robot->send(s.now(), s.ladar, {.type = -7, .dest = kGui, .src = kLadar});
+  s.run_for(100ms);
+  ASSERT_FALSE(caught.empty());
+  const auto replayed = [&] {
+    std::uint64_t sum = 0;
+    s.base->links().for_each(
+        [&](const link::Link& link) { sum += link.session().counters().packets_replayed; });
+    return sum;
+  };
+  const std::size_t arrived = s.base->arrivals(s.gui).size();
+  s.run_for(kKeepAlive);
+  answers = 0;
+  for (int i = 0; i < 100; ++i) s.inject(s.robot->address(), s.base->address(), caught);
+  s.run_for(10ms);
+  EXPECT_LE(answers, 1U) << "a keep-alive at most";
+  EXPECT_EQ(replayed(), 100U);
+  EXPECT_EQ(s.base->arrivals(s.gui).size(), arrived);
+}
+
 link::Hello hello_of(core::Role role, std::uint8_t system, std::uint64_t epoch) {
   return {.kind = core::LinkKind::kSuper,
           .token = epoch,

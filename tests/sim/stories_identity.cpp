@@ -90,21 +90,27 @@ TEST(Identity, ARouterIsNotItsOwnDuplicate) {
 }
 
 TEST(Identity, TwoMailboxesHaveOneAddress) {
+  constexpr Address kTwice{0x01100000};
   Story s;
+  Node& second_host = s.add({.name = "second",
+                             .role = core::Role::kSubsystem,
+                             .system = 1,
+                             .id = 3,
+                             .links = {super_link(address_of(1))}});
   s.begin();
-  const auto first = s.client(*s.robot, Address(0x05100000));
+  const auto first = s.client(*s.host, kTwice);
   s.run_for(100ms);
-  const auto second = s.client(*s.other, Address(0x05100000));
+  const auto second = s.client(second_host, kTwice);
   s.run_for(100ms);
-  const core::Event* event = Story::find_event(*s.base, core::EventKind::kDuplicateAddress);
+  const core::Event* event = Story::find_event(*s.robot, core::EventKind::kDuplicateAddress);
   ASSERT_NE(event, nullptr);
-  EXPECT_EQ(event->client.name.view(), "other");
-  EXPECT_EQ(event->owner.name.view(), "robot");
-  EXPECT_TRUE(s.reaches(*s.base, s.gui, kGui, *s.robot, first, Address(0x05100000)));
+  EXPECT_EQ(event->client.name.view(), "second");
+  EXPECT_EQ(event->owner.name.view(), "host");
+  EXPECT_TRUE(s.reaches(*s.base, s.gui, kGui, *s.host, first, kTwice));
   // The first mailbox is removed: the second, which was waiting, becomes known.
-  s.robot->remove_client(s.now(), first);
+  s.host->remove_client(s.now(), first);
   s.run_for(100ms);
-  EXPECT_TRUE(s.reaches(*s.base, s.gui, kGui, *s.other, second, Address(0x05100000)));
+  EXPECT_TRUE(s.reaches(*s.base, s.gui, kGui, second_host, second, kTwice));
 }
 
 TEST(Identity, AddressWidthsDiffer) {
@@ -349,11 +355,11 @@ TEST(Identity, TheNumberOfMailboxesOfALinkIsLimited) {
   EXPECT_EQ(known(), 100U);
 }
 
-// A link restricted to one system transfers mailboxes and messages of that system only.
-TEST(Identity, ALinkForOneSystemTransfersNothingOfOthers) {
+// A router brings mailboxes and messages of its own system only: a stolen robot can pretend what is
+// inside it, and nothing else.
+TEST(Identity, ARobotTransfersNothingOfOtherSystems) {
   SimulatedNetwork w(5);
-  Node& base =
-      w.add({.name = "base", .role = core::Role::kTop, .links = {sub_link(1), sub_link(2)}});
+  Node& base = w.add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}});
   Node& robot = w.add({.name = "robot", .system = 1, .links = {super_link(address_of(0))}});
   Node& other = w.add({.name = "other", .system = 2, .links = {super_link(address_of(0))}});
   for (Node* node : {&base, &robot, &other}) node->start(w.now());
@@ -380,6 +386,32 @@ TEST(Identity, ALinkForOneSystemTransfersNothingOfOthers) {
   ASSERT_EQ(base.arrivals(gui).size(), 1U);
   EXPECT_EQ(base.arrivals(gui)[0].header.src, own);
   EXPECT_EQ(base.router().messages().total(core::Outcome::kForgedSource).messages, 2U);
+}
+
+// A link may be restricted to one system; a router of another one does not get that far.
+TEST(Identity, ALinkForOneSystemAcceptsNoOther) {
+  SimulatedNetwork w(5);
+  Node& base = w.add({.name = "base", .role = core::Role::kTop, .links = {sub_link(1)}});
+  Node& robot = w.add({.name = "robot", .system = 1, .links = {super_link(address_of(0))}});
+  Node& other = w.add({.name = "other", .system = 2, .links = {super_link(address_of(0))}});
+  for (Node* node : {&base, &robot, &other}) node->start(w.now());
+  w.run_for(1s);
+  EXPECT_EQ(Story::links_up(robot), 1U);
+  EXPECT_EQ(Story::links_up(other), 0U);
+}
+
+// What is here or below cannot come from above.
+TEST(Identity, ARouterAboveCannotPretendToBeAComponentOfTheRobot) {
+  Story s;
+  s.begin();
+  const auto impostor = s.base->add_client(s.now(), "impostor");
+  const std::size_t before = s.robot->arrivals(s.ladar).size();
+  for (const Address src : {kLadar, kCamera})
+    s.base->send(s.now(), impostor, {.type = 3, .dest = kLadar, .src = src});
+  s.run_for(100ms);
+  EXPECT_EQ(s.robot->arrivals(s.ladar).size(), before);
+  EXPECT_EQ(s.robot->router().messages().total(core::Outcome::kForgedSource).messages, 2U);
+  EXPECT_TRUE(s.reaches(*s.base, s.gui, kGui, *s.robot, s.ladar, kLadar));
 }
 
 }  // namespace stories_identity

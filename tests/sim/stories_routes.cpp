@@ -93,10 +93,11 @@ TEST(Routes, ALinkRemovedFromTheConfigurationIsClosed) {
 TEST(Routes, NothingIsLostOnReturnToThePreferredSuperRouter) {
   SimulatedNetwork w(3);
   Node& base = w.add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}});
-  for (std::uint8_t system = 1; system <= 2; ++system) {
-    w.add({.name = "gate" + std::to_string(system),
+  for (std::uint8_t id = 1; id <= 2; ++id) {
+    w.add({.name = "gate" + std::to_string(id),
            .role = core::Role::kSystem,
-           .system = system,
+           .system = 1,
+           .id = id,
            .links = {super_link(address_of(0)), sub_link()}});
   }
   Node& robot = w.add({.name = "robot",
