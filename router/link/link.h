@@ -197,7 +197,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   Text<192> refusal_{};
 
   Time next_hello_ = kNever;
-  int hellos_ = 0;  // number of HELLOs since connecting began
+  int hellos_ = 0;      // number of HELLOs since connecting began
   Time doubt_until_{};  // a RETRY until then means that the other router has lost the session
   Time next_doubt_{};
   Time next_keep_alive_ = kNever;

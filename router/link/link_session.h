@@ -41,10 +41,10 @@ struct LinkSessionCounters {
   std::uint64_t packets_out = 0;
   std::uint64_t bytes_in = 0;  // of datagrams
   std::uint64_t bytes_out = 0;
-  std::uint64_t packets_lost = 0;       // sent packets that were lost
-  std::uint64_t packets_replayed = 0;   // received again, or too late to tell
-  std::uint64_t packets_refused = 0;    // received packets refused for lack of memory
-  std::uint64_t sample_repeats = 0;     // parts of samples sent again
+  std::uint64_t packets_lost = 0;      // sent packets that were lost
+  std::uint64_t packets_replayed = 0;  // received again, or too late to tell
+  std::uint64_t packets_refused = 0;   // received packets refused for lack of memory
+  std::uint64_t sample_repeats = 0;    // parts of samples sent again
 };
 
 class LinkSession final : private PacketObserver {

@@ -210,7 +210,7 @@ class Links final : public core::Port, private LinkContext {
     StandbyTurns::Turn standby{};
   };
   std::vector<Slot> slots_;
-  std::vector<std::uint32_t> supers_;                        // slots, in order of preference
+  std::vector<std::uint32_t> supers_;  // slots, in order of preference
   // -> slot. Datagrams of strangers cost one search, however many links there are.
   std::unordered_map<std::uint64_t, std::uint32_t> ours_;
   std::unordered_map<std::uint64_t, std::uint32_t> theirs_;
