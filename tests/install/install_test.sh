@@ -40,6 +40,18 @@ expect_line "$units/tims-router.service" "^ExecStart=$own/bin/tims-router --conf
 expect_line "$units/tims-robot@.service" "^ExecStart=$own/bin/timsctl .* $own/etc/tims/robots/%i.toml"
 expect_line "$units/gdos-log.service" "^ExecStart=$own/bin/gdos-log"
 if grep -n '@[A-Z_]*@' "$units"/*; then fail "placeholders that were not replaced"; fi
+# What a service could do to its host if it were taken over, as systemd rates it: from 0 to 10.
+exposure() {
+  systemd-analyze security --offline=true --no-pager --threshold="$2" "$units/$1.service" >"$work/exposure" ||
+    fail "$1.service is more exposed than $2 tenths: $(tail -1 "$work/exposure")"
+}
+cp "$units/tims-robot@.service" "$units/tims-robot@scout.service"
+exposure tims-router 20
+exposure gdos-log 10
+exposure tims-agent 15
+exposure tims-robot@scout 30
+systemd-analyze verify "$units"/*.service
+rm "$units/tims-robot@scout.service"
 for program in tims-router timsctl gdos-log LadarSickLms200 rack-emulate World; do expect "$own/bin/$program"; done
 for program in timsctl-robot timsctl-sim tims-crash-report; do expect "$own/libexec/tims/$program"; done
 if [[ -e $own/bin/CameraV4l ]]; then expect "$own/libexec/tims/rack-video-reader"; fi
