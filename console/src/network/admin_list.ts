@@ -1,23 +1,40 @@
-// A list of the router, renewed at a period while it is shown.
+// A list of the router, renewed at a period while it is shown. A load that takes long may publish what it has by then:
+// it is shown, at most ten times a second, as long as there is no whole list.
 
 import { useSignal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
 import { useConsole } from '../app/console';
 import { pageVisible } from '../ui/use_stream';
 
-export function useAdminList<Item>(load: () => Promise<Item[]>, key: string, period = 2000) {
+export function useAdminList<Item>(
+  load: (publish: (part: () => Item[]) => void) => Promise<Item[]>,
+  key: string,
+  period = 2000,
+) {
   const { client } = useConsole();
   const items = useSignal<Item[] | undefined>(undefined);
   const trouble = useSignal('');
   const visible = pageVisible.value;
+  const connected = client.connection.value.state === 'connected';
   useEffect(() => {
-    if (!visible) return;
+    if (!visible || !connected) return;
     let ended = false;
     let timer: ReturnType<typeof setTimeout> | undefined;
+    let isWhole = items.value !== undefined;
+    let showing: ReturnType<typeof setTimeout> | undefined;
+    const publish = (part: () => Item[]) => {
+      showing ??= setTimeout(() => {
+        showing = undefined;
+        if (!isWhole) items.value = part();
+      }, 100);
+    };
     const renew = async () => {
       try {
-        const list = client.connection.value.state === 'connected' ? await load() : undefined;
-        if (!ended && list !== undefined) items.value = list;
+        const list = await load(publish);
+        if (!ended) {
+          isWhole = true;
+          items.value = list;
+        }
         trouble.value = '';
       } catch (error) {
         trouble.value = (error as Error).message;
@@ -28,7 +45,8 @@ export function useAdminList<Item>(load: () => Promise<Item[]>, key: string, per
     return () => {
       ended = true;
       clearTimeout(timer);
+      clearTimeout(showing);
     };
-  }, [key, period, visible]);
+  }, [key, period, visible, connected]);
   return { items: items.value, trouble: trouble.value };
 }

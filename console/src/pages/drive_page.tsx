@@ -311,7 +311,7 @@ function Stick({ active, speed, robot }: StickProperties) {
       {chassis !== undefined && <ChassisSpeed component={chassis} />}
       <p class="small faint">
         {active
-          ? 'Hold the pad, the arrow keys, W A S D the block of digits or a gamepad’s stick. Q and E go sideways, F1 to F4 are its buttons. It stops when you let go; Space stops at once.'
+          ? 'Hold the pad, the arrow keys, W A S D, the block of digits or a gamepad’s stick. Q and E go sideways, F1 to F4 are its buttons. It stops when you let go; Space stops at once.'
           : 'Choose a pilot above to drive.'}
       </p>
     </div>

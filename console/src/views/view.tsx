@@ -1,8 +1,9 @@
 // What the views of all classes share: their component, and whether data come.
 
 import type { ComponentChildren } from 'preact';
-import { useConsole } from '../app/console';
+import { nameOf, useConsole } from '../app/console';
 import type { Component } from '../model/fleet';
+import { useAttempt } from '../ui/attempt';
 import { useNow } from '../ui/connection';
 import { age } from '../ui/quantities';
 import type { Stream } from '../ui/use_stream';
@@ -26,7 +27,12 @@ export function StreamBox<Data>({
   const value = stream.value.value;
   const trouble = stream.trouble.value;
   if (trouble !== undefined) return <p class="bad">These data cannot be read: {trouble}</p>;
-  if (value === undefined) return <p class="faint">{waitText(component, state)}</p>;
+  if (value === undefined)
+    return component.state.value === 'off' ? (
+      <TurnOn component={component} />
+    ) : (
+      <p class="faint">{waitText(component, state)}</p>
+    );
   const old = now - value.at;
   const isOld = old > staleTime;
   return (
@@ -47,9 +53,29 @@ export function StreamBox<Data>({
   );
 }
 
+function TurnOn({ component }: ViewProperties) {
+  const console = useConsole();
+  const { attempt, busy, Failure } = useAttempt();
+  const name = nameOf(console, component.address);
+  return (
+    <div class="turn-on">
+      <p class="faint">{name} is off.</p>
+      <button
+        type="button"
+        aria-label={`Turn on ${name}`}
+        disabled={busy.value}
+        onClick={() => void attempt(() => console.fleet.turn(component, true))}
+      >
+        Turn on
+      </button>
+      <Failure />
+    </div>
+  );
+}
+
 function waitText(component: Component, state: string | undefined): string {
   if (state === 'gone' || component.state.value === 'silent') return 'It does not answer.';
-  if (component.state.value === 'off') return 'It is off: its lamp turns it on.';
+  if (component.state.value === 'off') return 'It is off.';
   if (component.state.value === 'error') return 'It is in error; the messages say why.';
   if (state === 'refused') return 'It refuses to send its data; asking again.';
   return 'Waiting for data …';
