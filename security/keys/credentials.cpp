@@ -1,0 +1,76 @@
+#include "security/keys/credentials.h"
+
+#include <algorithm>
+
+#include "base/text.h"
+
+namespace tims::security {
+namespace {
+
+// 2026-01-01. No program of this project is older than its list of what has passed.
+constexpr std::int64_t kEpochOfProject = 1767225600;
+
+std::string described(const Certificate& certificate) {
+  const auto identity = Identity::parse(certificate.uris());
+  return identity ? identity->to_string() : "\"" + base::printable(certificate.subject()) + "\"";
+}
+
+}  // namespace
+
+std::int64_t Credentials::passed() const {
+  std::int64_t newest = kEpochOfProject;
+  for (const Certificate& one : chain) newest = std::max(newest, one.not_before());
+  for (const Certificate& one : roots) newest = std::max(newest, one.not_before());
+  return list ? std::max(newest, list->made) : newest;
+}
+
+Result<Identity> identity_of(const Certificate& certificate, std::string_view fleet) {
+  auto identity = Identity::parse(certificate.uris());
+  if (identity && identity->fleet != fleet)
+    return Error(Errc::kMalformed,
+                 "is of the fleet \"" + identity->fleet + "\", not \"" + std::string(fleet) + "\"");
+  return identity;
+}
+
+std::optional<Refusal> judge(const Certificate& certificate, int depth, std::string_view fleet,
+                             const FleetList* list, const CheckTime& time, Expiry expiry) {
+  const auto refused = [&](Refusal::Code code, std::string_view why) {
+    return Refusal{code, "the certificate of " + described(certificate) + " " + std::string(why)};
+  };
+  if (list != nullptr && list->revokes(certificate))
+    return refused(Refusal::Code::kRevoked,
+                   "is revoked by list " + std::to_string(list->number) + " of the fleet");
+  switch (validity(time, certificate.not_before(), certificate.not_after())) {
+    case Validity::kNotYet:
+      return refused(Refusal::Code::kNotYetValid, "is not valid yet: compare both clocks");
+    case Validity::kExpired:
+      if (expiry == Expiry::kRefuse)
+        return refused(Refusal::Code::kExpired,
+                       "has expired: run timsctl key renew there (security.expiry = \"refuse\")");
+      break;
+    case Validity::kValid:
+    case Validity::kEnding:
+    case Validity::kUnchecked:
+      break;
+  }
+  if (depth != 0) return std::nullopt;
+  const auto identity = identity_of(certificate, fleet);
+  if (identity) return std::nullopt;
+  return refused(Refusal::Code::kIdentity, identity.error().detail());
+}
+
+TlsSettings member_settings(const Credentials& own, TlsSettings::Side side, Expiry expiry) {
+  TlsSettings settings;
+  settings.side = side;
+  settings.peer = TlsSettings::PeerCertificate::kRequired;
+  settings.chain = own.chain;
+  settings.key = own.key;
+  settings.trusted = own.roots;
+  settings.judge = [fleet = own.identity.fleet, list = own.list, passed = own.passed(), expiry](
+                       const Certificate& certificate, int depth) {
+    return judge(certificate, depth, fleet, list.get(), system_check_time(passed), expiry);
+  };
+  return settings;
+}
+
+}  // namespace tims::security
