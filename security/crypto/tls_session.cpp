@@ -125,6 +125,7 @@ void TlsSession::close() {
 std::vector<Certificate> TlsSession::peer_chain() const {
   std::vector<Certificate> found;
   const STACK_OF(X509)* chain = SSL_get0_verified_chain(ssl_.get());
+  found.reserve(static_cast<std::size_t>(std::max(sk_X509_num(chain), 0)));
   for (int i = 0; i < sk_X509_num(chain); ++i)
     found.push_back(Certificate::share(sk_X509_value(chain, i)));
   return found;

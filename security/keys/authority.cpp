@@ -199,7 +199,7 @@ Result<std::vector<Certificate>> Authority::issue(const Identity& identity,
                     .not_after = now + kMemberYears * kYear};
   auto certificate = issue.sign(request, issuing_, issuing_key_);
   if (!certificate) return certificate.error();
-  const std::vector<Certificate> chain{*certificate, issuing_};
+  std::vector<Certificate> chain{*certificate, issuing_};
   const KeyFolder records(folder_.file("issued"));
   if (auto done = records.write_public(certificate->serial() + ".pem", to_pem(chain)); !done)
     return done.error();

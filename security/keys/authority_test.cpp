@@ -28,7 +28,7 @@ class AuthorityTest : public testing::Test {
     return made;
   }
   KeyFolder join(const Authority& authority, const Identity& identity) {
-    const KeyFolder made = member(identity.name);
+    KeyFolder made = member(identity.name);
     const auto key = made.next_key().value();
     const auto request = CertificateRequest::make(key, identity.uris()).value();
     const auto chain = authority.issue(identity, {}, request, kNow).value();
@@ -150,8 +150,8 @@ TEST_F(AuthorityTest, RotationKeepsOldMembersUntilAllAreRenewed) {
 TEST_F(AuthorityTest, AnInterruptedRotationIsCompletedOrForgotten) {
   {
     auto authority = Authority::init(keys_, "f", kNow).value();
-    const KeyFolder folder = authority.folder();
-    const auto old_root = authority.root();
+    const KeyFolder& folder = authority.folder();
+    const auto& old_root = authority.root();
     // As if it had been killed after the first of its files.
     ASSERT_TRUE(folder.write_secret("root.key.next", PrivateKey::generate()->to_pem()).ok());
     EXPECT_EQ(Authority::open(keys_)->root(), old_root);

@@ -18,7 +18,7 @@ namespace tims::security {
 
 enum class MemberRole : std::uint8_t { kSubsystem, kSystem, kTop, kUser };
 std::string_view name(MemberRole role);
-std::optional<MemberRole> role_of(std::string_view name);
+std::optional<MemberRole> role_of(std::string_view text);
 
 struct Rights {
   bool look = false;

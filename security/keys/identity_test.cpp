@@ -4,7 +4,7 @@
 
 namespace tims::security::identity_test {
 
-Result<Identity> parse(std::vector<std::string> uris) { return Identity::parse(uris); }
+Result<Identity> parse(const std::vector<std::string>& uris) { return Identity::parse(uris); }
 
 TEST(Identity, OfRoutersAndUsers) {
   const auto robot = parse({"tims://harbour/system/3/1", "tims://harbour/name/robot3"}).value();
@@ -25,7 +25,7 @@ TEST(Identity, OfRoutersAndUsers) {
 }
 
 TEST(Identity, WhatIsNotExactlyOneIdentityIsRefused) {
-  const std::string nul("tims://f/system/3/1\0", 20);
+  const std::string nul = "tims://f/system/3/1" + std::string(1, '\0');
   for (const std::vector<std::string>& uris : std::vector<std::vector<std::string>>{
            {},
            {"tims://f/name/robot3"},
@@ -39,7 +39,7 @@ TEST(Identity, WhatIsNotExactlyOneIdentityIsRefused) {
            {"tims://f/user/anna", "tims://f/right/look", "tims://f/right/look"},
            {"tims://f/system/3/1", "https://f/"},
            {nul},
-           {"tims://f\0/system/3/1"},
+           {"tims://f" + std::string(1, '\0') + "/system/3/1"},
            {"TIMS://f/system/3/1"},
            {"tims://f/System/3/1"},
            {"tims://f/system/3/1/"},

@@ -49,9 +49,9 @@ class KeyFolder {
   [[nodiscard]] Result<void> take_over(const std::vector<Certificate>& chain,
                                        const std::vector<Certificate>& roots) const;
   // Stores a list that is newer than the present one, and its roots. False: it is not newer.
-  [[nodiscard]] Result<bool> take_over_list(View list) const;
+  [[nodiscard]] Result<bool> take_over_list(View bytes) const;
   // Stores a list that the caller has opened, and its roots.
-  [[nodiscard]] Result<void> write_list(View list, const std::vector<Certificate>& roots) const;
+  [[nodiscard]] Result<void> write_list(View bytes, const std::vector<Certificate>& roots) const;
 
  private:
   [[nodiscard]] Result<os::File> open_folder() const;
