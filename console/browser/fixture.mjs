@@ -10,9 +10,9 @@ import { fileURLToPath } from 'node:url';
 import { chromium } from 'playwright-core';
 
 const root = fileURLToPath(new URL('../..', import.meta.url));
-const programs = process.env.TIMS_PROGRAMS ?? join(root, 'build/release/bin');
+export const programs = process.env.TIMS_PROGRAMS ?? join(root, 'build/release/bin');
 const consoleFolder = process.env.TIMS_CONSOLE; // in place of that of the programs' build
-const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium';
+export const browserProgram = process.env.CHROMIUM ?? '/usr/bin/chromium';
 const patience = 30_000; // ms; the machine may be busy
 
 const sleep = (time) => new Promise((resolve) => setTimeout(resolve, time));
@@ -241,8 +241,8 @@ export async function launchServer() {
   return [server.process(), await chromium.connect(server.wsEndpoint())];
 }
 
-export function launch(args = []) {
-  return chromium.launch({ executablePath: browserProgram, args: ['--no-sandbox', ...args] });
+export function launch(args = [], program = browserProgram) {
+  return chromium.launch({ executablePath: program, args: ['--no-sandbox', ...args] });
 }
 
 // A page that fails the test when it logs an error, or asks somebody else than its router.

@@ -72,6 +72,12 @@ test('the newest scan is young and STOP is fast, with a camera on the same line'
   const tile = page.getByRole('region', { name: 'Ladar/0' });
   await tile.getByText(/points; the nearest/).waitFor();
   await page.getByRole('region', { name: 'Camera/0' }).getByText('640 × 480, rgb24').waitFor();
+  await page.evaluate(() => {
+    const press = (event) => {
+      globalThis.pressedAt = performance.timeOrigin + event.timeStamp;
+    };
+    addEventListener('pointerdown', press, { capture: true });
+  });
   const ages = [];
   const times = [];
   for (let i = 0; i < 10; ++i) {
@@ -79,17 +85,17 @@ test('the newest scan is young and STOP is fast, with a camera on the same line'
     for (let k = 0; k < 5; ++k) ages.push(await ageShown(tile));
     const chassis = swarm.components.get(addressOf(1, classes.chassis, 0));
     chassis.commands.length = 0;
-    const begin = performance.now();
     await page.getByRole('button', { name: 'Stop robot 1' }).click();
     await eventually(() => chassis.commands.length > 0, 'STOP has arrived', 5000);
-    times.push(performance.now() - begin);
+    // From the press of the button, as the browser got it from the mouse, to the chassis: the clocks are one.
+    times.push(chassis.commands[0].at - (await page.evaluate(() => globalThis.pressedAt)));
+    assert(chassis.commands[0].priority >= 100, 'it overtakes what else is on the line');
   }
   const sorted = (list) => [...list].sort((a, b) => a - b).map(Math.round);
   console.log(`ages of scans ${sorted(ages)} ms; STOP ${sorted(times)} ms`);
-  // A busy machine delays some of them; the line would delay all.
-  const quarter = (list) => sorted(list)[Math.floor(list.length / 4)];
-  assert(quarter(ages) < ageMax, `ages: ${sorted(ages)}`);
-  assert(quarter(times) < stopMax, `STOP: ${sorted(times)}`);
+  const median = (list) => sorted(list)[Math.floor(list.length / 2)];
+  assert(median(ages) < ageMax, `ages: ${sorted(ages)}`);
+  assert(median(times) < stopMax, `STOP: ${sorted(times)}`);
   const other = await base.timsctl('component', 'list');
   assert(other.items.length > 0, 'other clients are served');
   await watched.close();

@@ -109,7 +109,7 @@ export class Swarm {
       default:
         if (type <= 0) return;
         if (component.answers === undefined) return reply(types.error);
-        component.commands.push({ type, body: message.subarray(headerSize).toString('hex') });
+        component.commands.push({ at: Date.now(), type, priority, body: message.subarray(headerSize).toString('hex') });
         return reply(...(component.answers[type] ?? [types.ok]));
     }
   }

@@ -383,6 +383,7 @@ json::object to_json(const link::Links& links, const link::Link& link, const cor
   json::array queue;
   for (std::size_t lane = 0; lane < link::kLanes; ++lane)
     queue.push_back(session.queued_bytes(lane));
+  const json::array class_bytes(counters.lane_bytes_out.begin(), counters.lane_bytes_out.end());
   json::object out = link_json(link, name(link.state()), now);
   out.insert({{"peer", link.peer().epoch != 0 ? text(link.peer().name) : json::value()},
               {"connects", link.settings().connects},
@@ -413,6 +414,7 @@ json::object to_json(const link::Links& links, const link::Link& link, const cor
               {"samples_overtaken", session.samples_in().overtaken()},
               {"wire_bytes_in", counters.bytes_in},
               {"wire_bytes_out", counters.bytes_out},
+              {"class_bytes_out", class_bytes},
               {"mailboxes", link.mailboxes()},
               {"mailboxes_refused", link.mailboxes_refused()},
               {"in_messages", client.in.messages},

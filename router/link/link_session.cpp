@@ -575,6 +575,7 @@ bool LinkSession::put_stream(Time now, Packet& packet, std::size_t lane) {
   if (!range) return false;
   put_header(packet.out, static_cast<std::uint8_t>(lane), range->begin, range->size());
   lanes_[lane].read(*range, packet.out.reserve(range->size()));
+  counters_.lane_bytes_out[lane] += kStreamHeaderSize + range->size();
   packet.record.piece[packet.record.pieces++] = {.offset = range->begin,
                                                  .size = static_cast<std::uint16_t>(range->size()),
                                                  .lane = static_cast<std::uint8_t>(lane)};
@@ -597,6 +598,7 @@ bool LinkSession::put_sample(Time now, Packet& packet, std::size_t message_class
   put_header(packet.out, piece->frame, piece->size);
   samples.read(*piece, packet.out.reserve(piece->size));
   samples.sent(now, *piece);
+  counters_.lane_bytes_out[message_class] += kSampleHeaderSize + piece->size;
   if (piece->again) ++counters_.sample_repeats;
   packet.record.elicits_ack = true;
   return true;

@@ -45,6 +45,8 @@ struct LinkSessionCounters {
   std::uint64_t packets_replayed = 0;  // received again, or too late to tell
   std::uint64_t packets_refused = 0;   // received packets refused for lack of memory
   std::uint64_t sample_repeats = 0;    // parts of samples sent again
+  // Of frames of messages by lane, also of those that are sent again; without what is around them.
+  std::array<std::uint64_t, kLanes> lane_bytes_out{};
 };
 
 class LinkSession final : private PacketObserver {

@@ -2,7 +2,6 @@
 // and messages come from main.cpp.
 #pragma once
 
-#include <filesystem>
 #include <functional>
 #include <map>
 #include <optional>
@@ -10,11 +9,11 @@
 #include <string_view>
 #include <vector>
 
-#include "base/toml_edit.h"
 #include "tools/configuration/effects.h"
 #include "tools/configuration/fleet.h"
 #include "tools/configuration/folder.h"
 #include "tools/configuration/host_change.h"
+#include "tools/configuration/installed_programs.h"
 #include "tools/configuration/robot_check.h"
 #include "tools/configuration/store.h"
 
@@ -59,7 +58,7 @@ class Agent {
                                const std::string& from);
   json::object list(tims::Time now) const;
   json::object get(const json::object& question) const;
-  json::object describe(const json::object& question) const;
+  json::object describe(const json::object& question);
   json::object history(const json::object& question) const;
   json::object generation(const json::object& question) const;
   json::object check(const json::object& question);
@@ -71,7 +70,6 @@ class Agent {
   json::object peer(tims::Time now, const json::object& question, const std::string& from);
 
   [[nodiscard]] Texts files() const;
-  Texts edited(const json::object& question, const Texts& before) const;
   std::vector<Finding> findings(const Texts& before, const Texts& after);
   json::object begin(tims::Time now, const json::object& question, const Texts& before,
                      const Texts& after);
@@ -81,7 +79,6 @@ class Agent {
   void do_steps(tims::Time now, bool all);
   void do_step(tims::Time now, const Step& step);
   void report(tims::Time now, const std::string& text);
-  const Description* description(const std::string& program);
 
   const Folder& folder_;
   const Store& store_;
@@ -90,11 +87,7 @@ class Agent {
   HostChange change_;
   RouterIdentity router_{};
   json::array done_;
-  struct Known {
-    std::filesystem::file_time_type written{};  // of the program: a newer one is asked again
-    std::optional<Description> description{};
-  };
-  std::map<std::string, Known> descriptions_;
+  InstalledPrograms programs_{};
   std::map<std::string, std::string> asked_;  // numbers of questions to other agents
   State reported_ = State::kIdle;
 };

@@ -1,6 +1,7 @@
 #include "tools/configuration/effects.h"
 
 #include <algorithm>
+#include <array>
 #include <csignal>
 #include <filesystem>
 #include <functional>
@@ -173,8 +174,17 @@ namespace {
 struct Counted {
   tims::Time at{};
   double bytes = 0;
+  std::array<double, tims::core::kClasses> by_class{};  // 0: its router is of an earlier version
 };
 using Counts = std::map<std::pair<std::string, std::string>, Counted>;
+
+Counted count_of(const json::object& link) {
+  Counted made{.at = tims::os::now(), .bytes = number_or_zero(link, "wire_bytes_out")};
+  const auto classes = items_of(link, "class_bytes_out");
+  for (std::size_t i = 0; i < std::min(classes.size(), made.by_class.size()); ++i)
+    made.by_class.at(i) = classes[i].is_number() ? classes[i].to_number<double>() : 0;
+  return made;
+}
 
 Counts count_links(const AdminClient& admin, const json::object& routers) {
   Counts counts;
@@ -186,8 +196,7 @@ Counts count_links(const AdminClient& admin, const json::object& routers) {
           admin.at(is_own ? std::nullopt : router_address(router)).ask({{"ask", "links"}});
       for (const json::object& link : objects(items_of(answer)))
         if (text_at(link, "state") == "up")
-          counts[{text_at(router, "name"), text_at(link, "name")}] = {
-              tims::os::now(), number_or_zero(link, "wire_bytes_out")};
+          counts[{text_at(router, "name"), text_at(link, "name")}] = count_of(link);
     } catch (const Failure&) {
       // Its links stay unmeasured.
     }
@@ -211,7 +220,11 @@ void Effects::measure(std::vector<LinkBudget>& links) const {
     if (first == before.end() || last == after.end()) continue;
     const double time = base::seconds(last->second.at - first->second.at);
     const double bytes = last->second.bytes - first->second.bytes;
-    if (time > 0 && bytes >= 0) link.measured = bytes / time;
+    if (time <= 0 || bytes < 0) continue;  // another session
+    link.measured = bytes / time;
+    for (std::size_t i = 0; i < link.measured_by_class.size(); ++i)
+      link.measured_by_class.at(i) =
+          (last->second.by_class.at(i) - first->second.by_class.at(i)) / time;
   }
 }
 

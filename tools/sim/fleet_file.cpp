@@ -2,10 +2,12 @@
 #include "tools/sim/fleet_file.h"
 
 #include <algorithm>
+#include <filesystem>
 
 #include <fmt/format.h>
 
 #include "base/toml.h"
+#include "tools/robot/robot_file.h"
 #include "tools/sim/plan.h"
 
 namespace timsctl::sim {
@@ -73,9 +75,25 @@ class FleetReader {
     });
   }
 
+  // Each is copied under its name into the configuration of the host.
+  void robot_files(const Node& node, HostPrograms& out) {
+    namespace fs = std::filesystem;
+    reader_.texts(node, [&](const Node& item, const std::string& text) {
+      const fs::path path(text);
+      if (path.extension() != ".toml" || !robot::is_name(path.stem().string()))
+        return reader_.refuse(item, "robots requires files such as \"../robots/sim.toml\"");
+      for (const std::string& other : out.robots)
+        if (fs::path(other).filename() == path.filename())
+          return reader_.refuse(
+              item, fmt::format("two robot files of a host are named {}", path.filename().string()));
+      out.robots.push_back(text);
+    });
+  }
+
   void programs(const Node& node, std::string_view what, HostPrograms& out) {
     reader_.table(node, what,
                   {{"components", [&](const Node& n) { components(n, out); }},
+                   {"robots", [&](const Node& n) { robot_files(n, out); }},
                    {"settings", [&](const Node& n) { settings(n, out); }}});
   }
 

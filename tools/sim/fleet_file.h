@@ -17,6 +17,7 @@ namespace timsctl::sim {
 // The programs of a host in addition to its router.
 struct HostPrograms {
   std::vector<tims::os::Command> components;
+  std::vector<std::string> robots;    // robot files that run here, relative to the fleet file
   std::vector<std::string> settings;  // of the router: "log.level=debug"
 };
 

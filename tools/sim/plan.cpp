@@ -37,6 +37,7 @@ insecure = true
 listen = "0.0.0.0:2010"
 [tcp]
 listen = "0.0.0.0:2000"
+admin = true   # the console may change this host
 [http]
 listen = "0.0.0.0:8080"
 [sim]
@@ -79,12 +80,17 @@ class Planner {
     const base::Placeholders values{
         {"robot", robot}, {"host", host.name}, {"system", std::to_string(host.system)}};
     host.settings = programs.settings;
+    host.robots = programs.robots;
     for (const tims::os::Command& command : programs.components) {
       tims::os::Command filled;
       for (const std::string& argument : command)
         filled.push_back(base::filled_in(argument, values));
       host.components.push_back({fmt::format("{}", fmt::join(filled, " ")), filled});
     }
+    for (const std::string& robot_file : programs.robots)
+      host.components.push_back(
+          {fmt::format("timsctl up {}", std::filesystem::path(robot_file).filename().string()),
+           {"timsctl", "up", host.robot_file(robot_file)}});
   }
 
   void add_base() {
@@ -164,6 +170,10 @@ void append_device(const LineEnd& end, std::string& out) {
 }
 
 }  // namespace
+
+std::string PlannedHost::robot_file(std::string_view source) const {
+  return fmt::format("{}/robots/{}", files(), std::filesystem::path(source).filename().string());
+}
 
 const PlannedHost* Plan::find_host(std::string_view host) const {
   const auto found = std::ranges::find(hosts, host, &PlannedHost::name);

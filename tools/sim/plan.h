@@ -31,10 +31,15 @@ struct PlannedHost {
   std::string folder;                  // "/run/tims-sim/demo/robot1-main"
   std::string router_config;           // text of router.toml
   std::vector<std::string> settings;   // --set
+  std::vector<std::string> robots;     // robot files that are copied to robot_file()
   std::vector<Component> components;
 
   [[nodiscard]] std::string socket() const { return folder + "/router.sock"; }
-  [[nodiscard]] std::string config_file() const { return folder + "/router.toml"; }
+  // Its configuration, as /etc/tims of an installed host, and what its agent keeps.
+  [[nodiscard]] std::string files() const { return folder + "/etc"; }
+  [[nodiscard]] std::string agent_state() const { return folder + "/agent"; }
+  [[nodiscard]] std::string config_file() const { return files() + "/router.toml"; }
+  [[nodiscard]] std::string robot_file(std::string_view source) const;
 };
 
 struct LineEnd {

@@ -53,6 +53,25 @@ TEST(Plan, EveryRouterAcceptsItsConfiguration) {
   }
 }
 
+TEST(Plan, RobotFilesRunFromTheConfigurationOfTheirHost) {
+  const FleetFile file = read_fleet({"f", R"toml(
+name = "demo"
+[[robot]]
+system = 3
+[host.main]
+components = ["tims-demo ladar"]
+robots = ["../robots/sim.toml", "arm.toml"]
+)toml"});
+  EXPECT_TRUE(file.problems.empty());
+  const PlannedHost main = *make_plan(file.fleet).find_host("robot3-main");
+  EXPECT_THAT(main.robots, ElementsAre("../robots/sim.toml", "arm.toml"));
+  EXPECT_EQ(main.config_file(), "/run/tims-sim/demo/robot3-main/etc/router.toml");
+  ASSERT_EQ(main.components.size(), 3U);
+  EXPECT_EQ(main.components[1].label, "timsctl up sim.toml");
+  EXPECT_THAT(main.components[1].command,
+              ElementsAre("timsctl", "up", "/run/tims-sim/demo/robot3-main/etc/robots/sim.toml"));
+}
+
 TEST(Plan, LinksGoUpTheTree) {
   const Plan p = plan();
   const auto config = [&](std::string_view host) {

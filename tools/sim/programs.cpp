@@ -23,6 +23,7 @@ constexpr std::string_view kRouterPart = "router";
 constexpr tims::Duration kRouterPatience = 10s;
 constexpr tims::Duration kEndPatience = 2s;
 constexpr tims::Duration kProgramsLookAgain = 5ms;
+constexpr tims::Duration kRestartPause = 500ms;
 
 Launch router_launch(const PlannedHost& host) {
   Launch launch{.command = {"tims-router", "--config", host.config_file()},
@@ -32,6 +33,13 @@ Launch router_launch(const PlannedHost& host) {
   for (const std::string& setting : host.settings)
     launch.command.insert(launch.command.end(), {"--set", setting});
   return launch;
+}
+
+Launch agent_launch(const PlannedHost& host) {
+  return {.command = {"tims-agent", "--folder=" + host.files(), "--state=" + host.agent_state()},
+          .network = host.network,
+          .environment = environment_at(host.socket()),
+          .log = host.folder + "/agent.log"};
 }
 
 Launch component_launch(const Plan& plan, const PlannedHost& host, std::size_t number) {
@@ -63,10 +71,12 @@ Programs::Programs(const Plan& plan) {
                          .label = std::move(label),
                          .launch = std::move(launch),
                          .child = {},
-                         .status = {}});
+                         .status = {},
+                         .restart_at = tims::kNever});
   };
   for (const PlannedHost& host : plan.hosts) {
     add(host, true, "tims-router", router_launch(host));
+    add(host, false, "tims-agent", agent_launch(host));
     for (std::size_t i = 0; i < host.components.size(); ++i)
       add(host, false, host.components[i].label, component_launch(plan, host, i));
   }
@@ -74,6 +84,7 @@ Programs::Programs(const Plan& plan) {
 
 void Programs::start(Program& program) {
   if (program.child.runs()) return;
+  program.restart_at = tims::kNever;
   try {
     program.child.start(program.launch);
   } catch (const Failure& failure) {
@@ -121,6 +132,7 @@ void Programs::end(Condition concerned, int signal) {
   for (Program& program : programs_)
     if (concerned(program)) {
       all.push_back(&program);
+      program.restart_at = tims::kNever;
       children.push_back(&program.child);
     }
   timsctl::end_all(children, signal, kEndPatience, [&](tims::Time deadline) {
@@ -172,10 +184,27 @@ std::vector<Programs::End> Programs::ended() {
     const auto end = program.child.take_end();
     if (!end) continue;
     program.status = *end;
+    if (program.router) program.restart_at = tims::os::now() + kRestartPause;
     ends.push_back(
         {program.host->name, program.label, program.status, end_of_file(program.launch.log)});
   }
   return ends;
+}
+
+tims::Time Programs::next_restart() const {
+  tims::Time next = tims::kNever;
+  for (const Program& program : programs_) next = std::min(next, program.restart_at);
+  return next;
+}
+
+std::vector<const PlannedHost*> Programs::restart_routers(tims::Time now) {
+  std::vector<const PlannedHost*> hosts;
+  for (Program& program : programs_) {
+    if (program.restart_at > now) continue;
+    start(program);
+    hosts.push_back(program.host);
+  }
+  return hosts;
 }
 
 json::array Programs::report(const PlannedHost& host) const {

@@ -39,6 +39,10 @@ class Programs {
   };
   // Programs that have ended unexpectedly since the last call.
   std::vector<End> ended();
+  // A router that ended without `sim kill` is started again after a moment, as by its service: agents
+  // restart it so. When the next one is due, and starting those that are: their hosts.
+  [[nodiscard]] tims::Time next_restart() const;
+  std::vector<const PlannedHost*> restart_routers(tims::Time now);
 
   [[nodiscard]] json::array report(const PlannedHost& host) const;
 
@@ -50,6 +54,7 @@ class Programs {
     Launch launch;
     Child child;
     tims::os::ExitStatus status;  // of its last run
+    tims::Time restart_at = tims::kNever;
   };
 
   void start(Program& program);

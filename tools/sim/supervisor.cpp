@@ -12,6 +12,7 @@
 #include "os/file.h"
 #include "os/process.h"
 #include "os/socket.h"
+#include "tools/sim/host_files.h"
 
 namespace timsctl::sim {
 
@@ -159,15 +160,7 @@ Supervisor::~Supervisor() {
 }
 
 void Supervisor::write_files() const {
-  for (const PlannedHost& host : plan_.hosts) {
-    std::error_code ignored;
-    std::filesystem::create_directories(host.folder, ignored);
-    std::ofstream file(host.config_file());
-    file << host.router_config;
-    if (!file.flush())
-      throw Failure(Exit::kDenied, "denied", fmt::format("cannot write {}", host.config_file()),
-                    "/run must be writable");
-  }
+  for (const PlannedHost& host : plan_.hosts) write_host_files(host, plan_.programs_folder);
 }
 
 void Supervisor::write_state() const {
@@ -323,7 +316,7 @@ void Supervisor::inject_pending_faults() {
 // --- the loop
 
 tims::Time Supervisor::next_deadline(tims::Time until) const {
-  tims::Time next = until;
+  tims::Time next = std::min(until, programs_.next_restart());
   if (!schedule_.empty()) next = std::min(next, schedule_.begin()->first);
   if (!pending_faults_.empty()) next = std::min(next, next_injection_);
   return next;
@@ -334,6 +327,7 @@ void Supervisor::serve(tims::Time until) {
     control_.wait(programs_.descriptors(), std::min(next_deadline(until), events_.flush_at()));
     events_.flush();
     look_after_programs();
+    restart_routers();
     control_.take_question([&](const json::object& question) { return answer(question); });
     while (!schedule_.empty() && schedule_.begin()->first <= tims::os::now()) {
       const auto [at, action] = *schedule_.begin();
@@ -351,6 +345,14 @@ void Supervisor::look_after_programs() {
     events_.write_line("ended", end.host,
                        fmt::format("{}: {}{}{}", end.label, end.status.to_string(),
                                    end.stop_commands.empty() ? "" : "\n", end.stop_commands));
+    write_state();
+  }
+}
+
+void Supervisor::restart_routers() {
+  for (const PlannedHost* host : programs_.restart_routers(tims::os::now())) {
+    request_all_faults(*host);
+    events_.write_line("start", host->name, "its router is started again");
     write_state();
   }
 }

@@ -83,6 +83,7 @@ class Supervisor {
 
   [[nodiscard]] tims::Time next_deadline(tims::Time until) const;
   void look_after_programs();
+  void restart_routers();
   json::object answer(const json::object& question);
   const PlannedHost& need_host(std::string_view name) const;
   const Line& need_line(std::string_view name) const;

@@ -4,7 +4,6 @@
 #include <deque>
 #include <iostream>
 #include <map>
-#include <random>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -16,6 +15,7 @@
 #include "tools/cli/arguments.h"
 #include "tools/cli/context.h"
 #include "tools/cli/failure.h"
+#include "tools/configuration/random_id.h"
 #include "tools/configuration/rollout.h"
 #include "tools/timsctl/command_line.h"
 #include "tools/timsctl/config_edit.h"
@@ -244,11 +244,6 @@ std::string user_name() {
                      tims::os::host_name());
 }
 
-std::string new_change() {
-  std::random_device random;
-  return fmt::format("{:08x}{:08x}", random(), random());
-}
-
 std::string_view sentence_of(Rollout::Ask ask) {
   switch (ask) {
     case Rollout::Ask::kLock:
@@ -468,7 +463,7 @@ class Apply {
   Agents& agents_;
   std::vector<ConfigHost> hosts_;
   Rollout rollout_;
-  std::string change_ = new_change();
+  std::string change_ = configuration::random_id();
   Rollout::Question told_{};
   tims::Time since_{};
   bool left_to_confirm_ = false;
@@ -594,7 +589,7 @@ Exit config_undo(Context& context) {
   if (!context.options.generation) return tell_all(context, "conf_undo", "goes back");
   Agents agents(context);
   const ConfigHost host = agents.host("");
-  const std::string change = new_change();
+  const std::string change = configuration::random_id();
   (void)agents.ask(host, {{"ask", "conf_undo"},
                           {"to", *context.options.generation},
                           {"change", change},

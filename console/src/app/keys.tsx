@@ -67,6 +67,7 @@ const others: [string[], string][] = [
   [['F1'], 'to F8: open the first views of a robot'],
   [['f'], 'One view on the whole page'],
   [['+', '-', 'Home'], 'On the map: zoom, all robots; the arrows move it'],
+  [['Right button'], 'On the map: drag up and down to zoom; both buttons: that place into the middle'],
   [['Enter'], 'On the map with an action: choose a place, with arrows, G and H; Enter takes it'],
   [['?'], 'This list'],
 ];

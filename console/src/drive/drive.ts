@@ -5,7 +5,7 @@ import { widthsOf } from '../app/console';
 import { classId, decodeMessage } from '../codec/catalogue';
 import type { ParameterList } from '../codec/messages';
 import { firstOf } from '../map/follow';
-import { command } from '../model/commands';
+import { command, stopCommand } from '../model/commands';
 import type { Component, Robot } from '../model/fleet';
 import { addressOf, classes } from '../tims/address';
 import { types } from '../tims/header';
@@ -90,7 +90,7 @@ export async function endDriving(console: Console, robot: Robot, { pilot }: Stic
   const chassis = firstOf(robot, 'Chassis');
   try {
     if (chassis !== undefined)
-      await command(console.client, chassis, 'Chassis.SET_ACTIVE_PILOT', { activePilot: noPilot });
+      await stopCommand(console.client, chassis, 'Chassis.SET_ACTIVE_PILOT', { activePilot: noPilot });
     await console.fleet.turn(pilot, false);
   } finally {
     console.client.releaseStick();

@@ -32,6 +32,15 @@ export function stickKey({ key, code }: { key: string; code: string }): string |
   return axes[name] !== undefined || buttonKeys.includes(name) ? name : undefined;
 }
 
+// A key that is none of the stick's stops the robot and takes its pilot away, as in the original: who presses keys in
+// haste wants it to stand. Keys by which one moves about in the page, and Shift and the like, do nothing.
+export function isAnyOtherKey({ key, code }: { key: string; code: string }): boolean {
+  if (stickKey({ key, code }) !== undefined || key === ' ' || code === 'Numpad5') return false; // 5: straight on
+  return key.length === 1 || otherKeys.includes(key);
+}
+
+const otherKeys = ['Escape', 'Backspace', 'Delete', 'Insert', 'End', 'Clear'];
+
 // `speed`: percent of the stick's range.
 export function stickOfKeys(keys: ReadonlySet<string>, speed: number): StickPosition {
   const sum = { x: 0, y: 0, z: 0 };

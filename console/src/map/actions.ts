@@ -61,6 +61,14 @@ export const actions: MapAction[] = [
   { name: 'position', title: 'Robot is here', hint: turnHint, component: 'Position', run: setPosition },
   ...waypointActions(),
   ...[0, 1, 2].map((layer) => wallAction(layer)),
+  {
+    name: 'wall-mark',
+    title: 'Mark a wall',
+    hint: 'press at a wall to see which one it is; elsewhere: none is marked',
+    component: 'FeatureMap',
+    repeats: true,
+    run: markWall,
+  },
   { name: 'wall-delete', title: 'Delete a wall', hint: 'press at the wall', component: 'FeatureMap', run: deleteWall },
   {
     name: 'wall-move',
@@ -125,7 +133,7 @@ const pose3d = ({ x, y, rho }: Pose) => ({
   rho: rho < 0 ? rho + 2 * Math.PI : rho,
 });
 
-const place = ({ x, y }: Pose) => `${(x / 1000).toFixed(2)} m north, ${(y / 1000).toFixed(2)} m east`;
+const place = ({ x, y }: Point) => `${(x / 1000).toFixed(2)} m north, ${(y / 1000).toFixed(2)} m east`;
 
 function need(robot: Robot, name: string) {
   const component = firstOf(robot, name);
@@ -133,8 +141,20 @@ function need(robot: Robot, name: string) {
   return component;
 }
 
+// As the original: to a goal behind the robot, in which it looks the same way, it backs.
+export function goalSpeedFor(robot: Pose | undefined, goal: Pose): number {
+  if (robot === undefined) return goalSpeed;
+  const turnTo = (heading: number) =>
+    Math.abs(Math.atan2(Math.sin(heading - robot.rho), Math.cos(heading - robot.rho)));
+  const isBehind = turnTo(headingTo(robot, goal)) > behind;
+  return isBehind && turnTo(goal.rho) < sameWay ? -goalSpeed : goalSpeed;
+}
+
+const behind = (2 / 3) * Math.PI;
+const sameWay = Math.PI / 2;
+
 // A pilot drives only when the chassis obeys it, when both are on, and when the robot is sure where it is.
-async function sendRobot({ console, robot }: Work, pose: Spot): Promise<string> {
+async function sendRobot({ console, robot, scene }: Work, pose: Spot): Promise<string> {
   const driver = need(robot, 'Pilot');
   const base = need(robot, 'Chassis');
   await localise(console, robot);
@@ -142,7 +162,8 @@ async function sendRobot({ console, robot }: Work, pose: Spot): Promise<string> 
     if (base.state.value !== 'on') await console.fleet.turn(base, true);
     await command(console.client, base, 'Chassis.SET_ACTIVE_PILOT', { activePilot: driver.address });
     if (driver.state.value !== 'on') await console.fleet.turn(driver, true);
-    await command(console.client, driver, 'Pilot.SET_DESTINATION', { pos: pose3d(pose), speed: goalSpeed }, onTime);
+    const speed = goalSpeedFor(scene.pose, pose);
+    await command(console.client, driver, 'Pilot.SET_DESTINATION', { pos: pose3d(pose), speed }, onTime);
   });
   return `Robot ${robot.system} drives to ${place(pose)}`;
 }
@@ -197,7 +218,7 @@ async function placeRobot({ console, robot }: Work, { x, y, rho }: Spot): Promis
   if (placedRobot === undefined) throw new Error('no robot is in this world');
   const pos = { x: Math.round(x), y: Math.round(y), rho };
   await command(console.client, component, 'World.PLACE', { robot: placedRobot.name, pos });
-  return `${placedRobot.name} stands at ${place({ x, y, rho })}`;
+  return `${placedRobot.name} stands at ${place({ x, y })}`;
 }
 
 async function setEstimate({ console, robot }: Work, pose: Spot): Promise<string> {
@@ -225,6 +246,17 @@ function wall(from: Point, to: Point, layer: number): FeatureMapDataPoint {
     layer,
     type: lineFeature,
   };
+}
+
+async function markWall({ scene }: Work, at: Spot): Promise<string> {
+  scene.markedWall = undefined;
+  const number = nearestWall(scene, at);
+  const marked = scene.walls[number];
+  scene.markedWall = marked;
+  if (marked === undefined) return '';
+  const { x, y, x2, y2, layer } = marked;
+  const length = metres(Math.hypot(x2 - x, y2 - y));
+  return `Wall ${number} of ${scene.walls.length}, layer ${layer}: ${length} from ${place({ x, y })} to ${place({ x: x2, y: y2 })}`;
 }
 
 function nearestWall({ walls }: RobotScene, at: Point): number {

@@ -8,7 +8,7 @@ import { command } from '../model/commands';
 import type { Component, Robot } from '../model/fleet';
 import { decodeHeader, headerSize } from '../tims/header';
 import { planOf } from './plan';
-import { type DetectedObject, defaultHull, movedTo, type RobotScene, type Spline } from './scene';
+import { type DetectedObject, defaultHull, movedTo, type RobotScene, type Spline, type Wall } from './scene';
 import type { Pose } from './transform';
 
 interface PositionData {
@@ -124,6 +124,10 @@ function takeGps(scene: RobotScene, { mode, pos, var: deviation }: GpsData): voi
 
 function takeFeatures(scene: RobotScene, { features }: { features: RobotScene['walls'] }): void {
   scene.walls = features;
+  const marked = scene.markedWall;
+  const isSame = (wall: Wall) =>
+    wall.x === marked?.x && wall.y === marked.y && wall.x2 === marked.x2 && wall.y2 === marked.y2;
+  scene.markedWall = features.find(isSame); // none when it was deleted or moved
 }
 
 // The map is asked for when its Path goes on, and again from time to time: it may have another one.

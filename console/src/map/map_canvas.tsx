@@ -24,6 +24,7 @@ export interface MapModel {
   waypoints: Waypoints;
   background: Plan[]; // the lowest first
   changed: boolean;
+  moved?: () => void; // by hand, so that it follows nobody any more
 }
 
 export function newMapModel(layers: Layers): MapModel {
@@ -51,6 +52,9 @@ interface Properties {
 const keyStep = 40; // pixels
 const zoomStep = 1.25;
 const turnStep = Math.PI / 18;
+const zoomDrag = 150; // pixels that are dragged up for a factor of e
+const rightButton = 2; // of PointerEvent.buttons
+const bothButtons = 3;
 
 export function MapCanvas({ model, label, choose }: Properties) {
   const canvas = useRef<HTMLCanvasElement>(null);
@@ -213,9 +217,11 @@ function pan(model: MapModel, right: number, down: number): void {
   model.centre = 'world';
   model.isPlaced = true;
   model.changed = true;
+  model.moved?.();
 }
 
-// One pointer moves the map, or sets the pose of the chosen tool; two pinch it.
+// One pointer moves the map, or sets the pose of the chosen tool; two pinch it. Of a mouse, the right button zooms about
+// where it was pressed: up is nearer. Both buttons bring that place into the middle.
 function gestures(
   element: HTMLCanvasElement,
   model: MapModel,
@@ -224,14 +230,37 @@ function gestures(
 ): () => void {
   const pointers = new Map<number, Point>();
   let start: Point | undefined;
+  let zoomCentre: Point | undefined;
   const at = ({ offsetX, offsetY }: PointerEvent): Point => ({ x: offsetX, y: offsetY });
+
+  const letGoOfTool = () => {
+    start = undefined;
+    model.draft = undefined;
+  };
+  // True: it was one of the mouse's own gestures.
+  const moveByMouse = ({ button, buttons, movementY, offsetX, offsetY }: PointerEvent): boolean => {
+    if (buttons === bothButtons) {
+      if (button < 0) return true; // it was pressed before
+      letGoOfTool();
+      zoomCentre = undefined;
+      pan(model, size.width / 2 - offsetX, size.height / 2 - offsetY);
+    } else if (buttons === rightButton && zoomCentre !== undefined) {
+      model.view = zoomed(model.view, size, zoomCentre, Math.exp(-movementY / zoomDrag));
+      model.isPlaced = true;
+      model.changed = true;
+    } else return false;
+    return true;
+  };
 
   const down = (event: PointerEvent) => {
     element.setPointerCapture(event.pointerId);
+    if (event.buttons === rightButton) {
+      zoomCentre = at(event);
+      return;
+    }
     pointers.set(event.pointerId, at(event));
     if (tool() === undefined || pointers.size > 1) {
-      start = undefined;
-      model.draft = undefined;
+      letGoOfTool();
       return;
     }
     start = at(event);
@@ -240,6 +269,10 @@ function gestures(
     model.changed = true;
   };
   const move = (event: PointerEvent) => {
+    if (moveByMouse(event)) {
+      if (pointers.has(event.pointerId)) pointers.set(event.pointerId, at(event));
+      return;
+    }
     const before = pointers.get(event.pointerId);
     if (before === undefined) return;
     const now = at(event);
@@ -263,6 +296,7 @@ function gestures(
   };
   const up = (event: PointerEvent) => {
     pointers.delete(event.pointerId);
+    zoomCentre = undefined;
     if (start === undefined || model.draft === undefined) return;
     start = undefined;
     const spot = model.draft;
@@ -287,6 +321,7 @@ function gestures(
     ['pointerup', up],
     ['pointercancel', up],
     ['wheel', wheel],
+    ['contextmenu', (event: Event) => event.preventDefault()], // the right button zooms
   ];
   for (const [type, listener] of listeners)
     element.addEventListener(type, listener as EventListener, { passive: false });

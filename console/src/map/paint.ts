@@ -4,7 +4,7 @@ import { valueName } from '../codec/catalogue';
 import type { MapColours } from './colours';
 import { eachEcho, pointType } from './echoes';
 import { type PointBuffer, pixelOf } from './points';
-import type { Hull, Plan, RobotScene, Spline } from './scene';
+import type { Hull, Plan, RobotScene, Spline, Wall } from './scene';
 import { gridStep, type Point, type Pose, placed, type Size, toScreen, toWorld, type View } from './transform';
 
 export interface Layers {
@@ -148,9 +148,14 @@ function paintPlan({ context, view, size, ratio }: Drawing, plan: Plan, smooth: 
   context.restore();
 }
 
-function paintWalls({ context, view, size, colours }: Drawing, { walls }: RobotScene): void {
-  context.strokeStyle = colours.wall;
-  context.lineWidth = 1.5;
+function paintWalls(drawing: Drawing, { walls, markedWall }: RobotScene): void {
+  strokeWalls(drawing, walls, drawing.colours.wall, 1.5);
+  if (markedWall !== undefined) strokeWalls(drawing, [markedWall], drawing.colours.goal, 4);
+}
+
+function strokeWalls({ context, view, size }: Drawing, walls: Wall[], colour: string, width: number): void {
+  context.strokeStyle = colour;
+  context.lineWidth = width;
   context.beginPath();
   for (const { x, y, x2, y2 } of walls) {
     const a = toScreen(view, size, { x, y });
@@ -320,7 +325,15 @@ function outline(context: CanvasRenderingContext2D, view: View, size: Size, pose
   context.closePath();
 }
 
-// Hull, heading and name; a circle of the deviation; grey when its position is old. A robot that would be a few
+const withMargin = ({ front, back, left, right, margin }: Hull): Hull => ({
+  front: front + margin,
+  back: back + margin,
+  left: left + margin,
+  right: right + margin,
+  margin: 0,
+});
+
+// Hull, what its pilots keep free around it, heading and name; a circle of the deviation; grey when its position is old. A robot that would be a few
 // pixels only is an arrow of constant size.
 function paintRobot({ context, view, size, colours }: Drawing, scene: RobotScene, now: number): void {
   const { pose, hull, deviation, system } = scene;
@@ -352,6 +365,14 @@ function paintRobot({ context, view, size, colours }: Drawing, scene: RobotScene
   context.strokeStyle = colour;
   context.lineWidth = 1.5;
   context.stroke();
+  if (hull.margin > 0 && grow === 1) {
+    outline(context, view, size, pose, withMargin(hull));
+    context.globalAlpha = 0.5;
+    context.setLineDash([4, 4]);
+    context.stroke();
+    context.setLineDash([]);
+    context.globalAlpha = 1;
+  }
   const nose = toScreen(view, size, placed(pose, { x: shown.front, y: 0 }));
   context.beginPath();
   context.moveTo(at.x, at.y);

@@ -67,7 +67,17 @@ export interface RobotScene {
   plan: Plan | undefined;
   goals: Goals;
   gps: GpsFix | undefined;
-  walls: { x: number; y: number; x2: number; y2: number; layer: number }[];
+  walls: Wall[];
+  markedWall: Wall | undefined;
+}
+
+// A line of a feature map.
+export interface Wall {
+  x: number;
+  y: number;
+  x2: number;
+  y2: number;
+  layer: number;
 }
 
 export const defaultHull: Hull = { front: 300, back: 300, left: 250, right: 250, margin: 0 };
@@ -92,6 +102,7 @@ export function emptyScene(system: number, goals = new Goals()): RobotScene {
     objects: [],
     plan: undefined,
     walls: [],
+    markedWall: undefined,
     goals,
     gps: undefined,
   };

@@ -4,11 +4,21 @@ import { encodeNamed } from '../codec/catalogue';
 import type { Bodies } from '../codec/messages';
 import type { Answer } from '../tims/calls';
 import type { Client } from '../tims/client';
-import { types } from '../tims/header';
+import { stopPriority, types } from '../tims/header';
 
 export type CommandName = keyof Bodies & string;
 
 const commandTime = 5000; // ms
+
+// Stops a robot, or takes the right to drive it: overtakes all data on the way.
+export function stopCommand<Name extends CommandName>(
+  client: Client,
+  receiver: { address: number },
+  name: Name,
+  value?: Partial<NonNullable<Bodies[Name]>>,
+): Promise<Answer> {
+  return command(client, receiver, name, value, commandTime, stopPriority);
+}
 
 // Throws what hindered it, as a sentence.
 export async function command<Name extends CommandName>(
@@ -17,9 +27,10 @@ export async function command<Name extends CommandName>(
   name: Name,
   value?: Partial<NonNullable<Bodies[Name]>>,
   timeout = commandTime,
+  priority = 0,
 ): Promise<Answer> {
   const { type, body } = encodeNamed(name, value ?? {});
-  const answer = await client.call(receiver.address, type, body, timeout);
+  const answer = await client.call(receiver.address, type, body, timeout, priority);
   const why = refusal(answer);
   if (why !== undefined) throw new Error(why);
   return answer;

@@ -22,7 +22,7 @@ export interface LogText {
   count: number;
 }
 
-const textsMax = 5000;
+const textsMax = 30_000;
 const retryTime = 5000;
 
 export class Log {

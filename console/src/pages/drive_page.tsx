@@ -6,7 +6,7 @@ import { nameOf, useConsole } from '../app/console';
 import { isText } from '../app/keys';
 import { route } from '../app/route';
 import { beginDriving, endDriving, type StickPilot, stickPilots } from '../drive/drive';
-import { stickKey, stickOfGamepad, stickOfKeys, stickOfPad } from '../drive/stick';
+import { isAnyOtherKey, stickKey, stickOfGamepad, stickOfKeys, stickOfPad } from '../drive/stick';
 import { firstOf } from '../map/follow';
 import { fittingName } from '../model/console_name';
 import type { Robot } from '../model/fleet';
@@ -84,6 +84,9 @@ function DriveRobot({ robot }: { robot: Robot }) {
   };
   const begin = (pilot: StickPilot, over: boolean) =>
     attempt(async () => {
+      const before = driven.value;
+      driven.value = undefined;
+      if (before !== undefined) await endDriving(console, robot, before);
       await beginDriving(console, robot, pilot, { over, ended: lost });
       driven.value = pilot;
     });
@@ -106,7 +109,7 @@ function DriveRobot({ robot }: { robot: Robot }) {
     const onKey = (event: KeyboardEvent) => {
       if (isText(event.target) || event.ctrlKey || event.altKey || event.metaKey || busy.peek()) return;
       const pilot = /^Digit[1-9]$/.test(event.code) ? pilots.peek()?.[Number(event.key) - 1] : undefined;
-      if (pilot !== undefined && driven.peek() === undefined && other === undefined) void begin(pilot, false);
+      if (pilot !== undefined && driven.peek() !== pilot && other === undefined) void begin(pilot, false);
     };
     addEventListener('keydown', onKey);
     return () => removeEventListener('keydown', onKey);
@@ -176,7 +179,7 @@ function DriveRobot({ robot }: { robot: Robot }) {
       )}
       <div class="drive-views">
         <Views robot={robot} />
-        <Stick active={driven.value !== undefined} speed={speed.value} robot={robot} />
+        <Stick active={driven.value !== undefined} speed={speed.value} robot={robot} noPilot={() => void end()} />
       </div>
     </section>
   );
@@ -249,10 +252,11 @@ interface StickProperties {
   active: boolean;
   speed: number;
   robot: Robot;
+  noPilot: () => void;
 }
 
 // The pad, the keys and the gamepad write to one position, which is renewed while it is not zero.
-function Stick({ active, speed, robot }: StickProperties) {
+function Stick({ active, speed, robot, noPilot }: StickProperties) {
   const { client } = useConsole();
   const shown = useSignal<StickPosition>(stickAtRest);
   const held = useMemo(() => new Set<string>(), []);
@@ -280,7 +284,13 @@ function Stick({ active, speed, robot }: StickProperties) {
       if (event.key === ' ') letGo();
       else {
         const key = stickKey(event);
-        if (key === undefined) return;
+        if (key === undefined) {
+          const isDigit = /^Digit[1-9]$/.test(event.code); // another pilot
+          if (isDigit || event.altKey || !isAnyOtherKey(event)) return;
+          letGo();
+          noPilot();
+          return;
+        }
         held.add(key);
       }
       event.preventDefault();
@@ -311,7 +321,7 @@ function Stick({ active, speed, robot }: StickProperties) {
       {chassis !== undefined && <ChassisSpeed component={chassis} />}
       <p class="small faint">
         {active
-          ? 'Hold the pad, the arrow keys, W A S D, the block of digits or a gamepad’s stick. Q and E go sideways, F1 to F4 are its buttons. It stops when you let go; Space stops at once.'
+          ? 'Hold the pad, the arrow keys, W A S D, the block of digits or a gamepad’s stick. Q and E go sideways, F1 to F4 are its buttons. It stops when you let go; Space stops at once, any other key also ends the pilot.'
           : 'Choose a pilot above to drive.'}
       </p>
     </div>

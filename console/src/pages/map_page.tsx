@@ -77,10 +77,17 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
     if (report.value === pending) report.value = ''; // it failed
   };
   const path = selected === undefined ? undefined : firstOf(selected, 'Path');
+  // Once more: the next robot.
   const setCentre = (value: Centre) => {
+    if (value !== 'world' && value === centre.value && robots.length > 1)
+      chosen.value =
+        robots[(robots.findIndex(({ system }) => system === selected?.system) + 1) % robots.length]?.system;
     centre.value = value;
     model.centre = value;
     model.changed = true;
+  };
+  model.moved = () => {
+    centre.value = 'world';
   };
   return (
     <section class="map-page">
@@ -104,7 +111,13 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
         </label>
         <fieldset aria-label="Centre" class="tabs">
           {(['world', 'chase', 'robot'] as const).map((each) => (
-            <button key={each} type="button" aria-pressed={centre.value === each} onClick={() => setCentre(each)}>
+            <button
+              key={each}
+              type="button"
+              aria-pressed={centre.value === each}
+              title={centreHints[each]}
+              onClick={() => setCentre(each)}
+            >
               {each}
             </button>
           ))}
@@ -180,6 +193,12 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
     </section>
   );
 }
+
+const centreHints: Record<Centre, string> = {
+  world: 'It stays where it is',
+  chase: 'It follows the robot, north is up; once more: the next robot',
+  robot: 'It follows and turns with the robot; once more: the next robot',
+};
 
 const deviationText = (deviation: number) => (deviation < unknownDeviation ? metres(deviation) : 'unknown');
 

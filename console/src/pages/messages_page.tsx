@@ -5,6 +5,7 @@ import { useEffect, useRef } from 'preact/hooks';
 import { type Console, nameOf, useConsole } from '../app/console';
 import { route, setOption } from '../app/route';
 import { command } from '../model/commands';
+import { firstErrors } from '../model/first_errors';
 import type { LogText } from '../model/log';
 import type { Level } from '../tims/gdos';
 import { useAttempt } from '../ui/attempt';
@@ -21,7 +22,11 @@ export function MessagesPage() {
   const { options } = route.value;
   const level = (options.get('level') as Level | null) ?? 'info';
   const filter = options.get('filter') ?? '';
-  const texts = console.log.texts.value.filter((text) => passes(console, text, level, filter));
+  const once = options.get('once') !== null;
+  const all = console.log.texts.value;
+  const { shown, hidden } = once ? firstErrors(all) : { shown: all, hidden: 0 };
+  const wanted = (text: LogText) => passes(console, text, level, filter);
+  const texts = lastOf(shown, wanted, rowsMax);
   return (
     <section class="messages">
       <div class="tools">
@@ -37,6 +42,14 @@ export function MessagesPage() {
             ))}
           </select>
         </label>
+        <label title="What a component reports after an error is hidden until it is turned on or off, or begins anew">
+          <input
+            type="checkbox"
+            checked={once}
+            onChange={(event) => setOption('once', event.currentTarget.checked ? '1' : '')}
+          />{' '}
+          First errors only
+        </label>
         <FilterBox
           label="Filter messages"
           placeholder="Component or text"
@@ -44,14 +57,19 @@ export function MessagesPage() {
           change={(text) => setOption('filter', text)}
         />
         <LevelMenu />
-        <button type="button" onClick={() => save(console, texts)} disabled={texts.length === 0}>
+        <button type="button" onClick={() => save(console, shown.filter(wanted))} disabled={texts.length === 0}>
           Save
         </button>
         <button type="button" onClick={() => console.log.clear()}>
           Clear
         </button>
       </div>
-      <LogTable texts={texts.slice(-rowsMax)} empty={<NoTexts />} />
+      {hidden > 0 && (
+        <p class="small faint">
+          {hidden === 1 ? 'One text after an error is' : `${hidden} texts after errors are`} hidden.
+        </p>
+      )}
+      <LogTable texts={texts} empty={<NoTexts />} />
     </section>
   );
 }
@@ -175,6 +193,16 @@ export function LogTable({ texts, empty }: { texts: LogText[]; empty: preact.Com
       </table>
     </div>
   );
+}
+
+// The last ones that pass, without looking at all of a long log.
+function lastOf(texts: LogText[], passes: (text: LogText) => boolean, most: number): LogText[] {
+  const found: LogText[] = [];
+  for (let i = texts.length - 1; i >= 0 && found.length < most; --i) {
+    const text = texts[i];
+    if (text !== undefined && passes(text)) found.push(text);
+  }
+  return found.reverse();
 }
 
 function passes(console: Console, text: LogText, level: Level, filter: string): boolean {

@@ -216,6 +216,11 @@ function linkText({ worst_share: share, worst_bytes_per_s: worst, rate_bytes_per
   return `${percent(share)} of ${bytes(rate)}/s${warning}`;
 }
 
+function placeInTree(role: string, system: number): string {
+  if (role === 'top') return 'top router';
+  return role === 'system' ? `system ${system}` : `system ${system}, ${role}`;
+}
+
 function HostTitle({ host, layout }: { host: Host; layout: Layout }) {
   const { studio } = useStudio();
   const box = layout.hosts.get(host.name);
@@ -223,7 +228,7 @@ function HostTitle({ host, layout }: { host: Host; layout: Layout }) {
   const id = keyOf(host.name, 'router.toml');
   const errors = studio.problems.value.filter((each) => each.host === host.name && each.file === 'router.toml').length;
   const changed = studio.changed.value.includes(id);
-  const about = host.list === undefined ? host.trouble : `${host.role} router, system ${host.list.router.system}`;
+  const about = host.list === undefined ? host.trouble : placeInTree(host.role, host.list.router.system);
   return (
     <button
       type="button"

@@ -16,7 +16,7 @@ import {
 import { fileOf, hostOf, keyOf } from './draft';
 import { fileValue, liveOf, useRunningValues } from './live';
 import { nodeId, option, show, showLine } from './place';
-import type { Operation, ProgramInfo } from './protocol';
+import type { InstalledProgram, Operation, ProgramInfo } from './protocol';
 import { RouterForm } from './router_form';
 import type { RunningValues } from './running';
 import type { Host, Studio } from './studio';
@@ -79,7 +79,7 @@ function AddComponent({ host }: { host: Host }) {
   const program = useSignal('');
   const files = studio.draft.keys.filter((key) => hostOf(key) === host.name && fileOf(key).startsWith('robots/'));
   const file = useSignal(files[0] ?? '');
-  const known = [...new Set(studio.components.value.map((each) => each.program))].filter((name) => name !== '').sort();
+  const programs = useSignal<InstalledProgram[] | undefined>(undefined);
   if (files.length === 0) return null;
   const add = (event: Event) => {
     event.preventDefault();
@@ -87,8 +87,16 @@ function AddComponent({ host }: { host: Host }) {
     void studio.operate(`Add ${program.value} on ${host.name}`, [{ key: file.value, operations: [operation] }]);
     program.value = '';
   };
+  const ask = () => {
+    if (programs.value !== undefined) return;
+    studio.installedPrograms(host.name).then(
+      (found) => (programs.value = found),
+      () => (programs.value = []), // an agent of an earlier version: any name can be typed
+    );
+  };
+  const purpose = programs.value?.find((each) => each.program === program.value.trim())?.purpose;
   return (
-    <details class="menu">
+    <details class="menu" onToggle={ask}>
       <summary>Add a component</summary>
       <form onSubmit={add}>
         <label>
@@ -101,10 +109,15 @@ function AddComponent({ host }: { host: Host }) {
           />
         </label>
         <datalist id="studio-programs">
-          {known.map((name) => (
-            <option key={name} value={name} />
+          {programs.value?.map((each) => (
+            <option key={each.program} value={each.program}>
+              {each.class}: {each.purpose}
+            </option>
           ))}
         </datalist>
+        <p class="small faint">
+          {programs.value === undefined ? `Asking ${host.name} for its programs …` : (purpose ?? '')}
+        </p>
         {files.length > 1 && (
           <label>
             File{' '}

@@ -167,6 +167,12 @@ export interface RouterOption {
   help: string;
 }
 
+export interface InstalledProgram {
+  program: string;
+  purpose: string;
+  class: string;
+}
+
 export interface ParameterInfo extends ParameterDescription {
   part?: 'system' | 'instance';
   required?: boolean;

@@ -18,6 +18,7 @@ import type {
   HistoryItem,
   HostList,
   HostState,
+  InstalledProgram,
   Operation,
   Places,
   Problem,
@@ -209,6 +210,15 @@ export class Studio {
       this.asked.add(key);
       const info = await this.agents.ask<ProgramInfo>(agent, { ask: 'conf_describe', program }).catch(() => undefined);
       this.programs.value = new Map([...this.programs.value, [key, info]]);
+    }
+  }
+
+  // All programs of a host; it may take several questions until all have described themselves.
+  async installedPrograms(host: string): Promise<InstalledProgram[]> {
+    for (;;) {
+      const question = { ask: 'conf_programs' };
+      const { items, complete } = await this.ask<{ items: InstalledProgram[]; complete: boolean }>(host, question);
+      if (complete) return items;
     }
   }
 

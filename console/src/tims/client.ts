@@ -67,8 +67,8 @@ export class Client {
     return this.rateSignal;
   }
 
-  call(dest: number, type: number, body = new Uint8Array(), timeout = callTime): Promise<Answer> {
-    return this.answered((id) => ({ do: 'call', id, dest, type, body, timeout }));
+  call(dest: number, type: number, body = new Uint8Array(), timeout = callTime, priority = 0): Promise<Answer> {
+    return this.answered((id) => ({ do: 'call', id, dest, type, body, timeout, priority }));
   }
 
   // The records of the routers on the route of a message, in the order of their hops, and whether it was answered.

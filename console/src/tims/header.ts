@@ -50,6 +50,9 @@ export const types = {
   hopRecord: -65,
 } as const;
 
+// 100 and more are for commands that stop a robot: they overtake everything else on each link.
+export const stopPriority = 255;
+
 // Commands of a client to its router, with dest = src = 0.
 export const routerCommands = { registerMailbox: 13, deleteMailbox: 14, lifesign: 17 } as const;
 

@@ -31,6 +31,7 @@ export interface Request {
   body: Uint8Array;
   timeout: number; // ms
   flags?: number;
+  priority?: number;
 }
 
 const registerTime = 2000;
@@ -115,9 +116,10 @@ export class Session {
       if (!this.connected) return reject(new CallFailure('not connected to the router'));
       const sequence = this.calls.begin(request.dest, now + request.timeout, resolve, reject);
       if (sequence === undefined) return reject(new CallFailure('255 requests to it are under way'));
-      const { dest, type, body } = request;
+      const { dest, type, body, priority = 0 } = request;
       const src = dest === 0 ? 0 : this.control.mailbox; // 0 and 0: the own router
-      this.control.send({ flags: request.flags ?? flags.reportReason, type, sequence, dest, src }, body);
+      const bits = request.flags ?? flags.reportReason;
+      this.control.send({ flags: bits, type, priority, sequence, dest, src }, body);
     });
   }
 

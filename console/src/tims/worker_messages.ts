@@ -6,7 +6,16 @@ import type { SessionEvent } from './session';
 
 export type ToWorker =
   | { do: 'connect'; url: string }
-  | { do: 'call'; id: number; dest: number; type: number; body: Uint8Array; timeout: number; flags?: number }
+  | {
+      do: 'call';
+      id: number;
+      dest: number;
+      type: number;
+      body: Uint8Array;
+      timeout: number;
+      flags?: number;
+      priority?: number;
+    }
   | { do: 'send'; dest: number; type: number; body: Uint8Array }
   | { do: 'subscribe'; component: number; subscriber: number; period: number; every: boolean }
   | { do: 'unsubscribe'; component: number; subscriber: number }

@@ -4,7 +4,7 @@ import { useEffect } from 'preact/hooks';
 import { type Console, useConsole } from '../app/console';
 import { route } from '../app/route';
 import { classId } from '../codec/catalogue';
-import { command } from '../model/commands';
+import { stopCommand } from '../model/commands';
 import { noPilot } from '../views/chassis_view';
 import { useAttempt } from './attempt';
 import { Icon } from './icons';
@@ -29,8 +29,8 @@ export async function stopRobots(console: Console, systems: number[]): Promise<v
   for (const system of systems)
     for (const component of console.fleet.robot(system)?.components ?? []) {
       if (component.classId === chassis)
-        calls.push(command(console.client, component, 'Chassis.SET_ACTIVE_PILOT', { activePilot: noPilot }));
-      if (component.classId === pilot) calls.push(command(console.client, component, 'OFF'));
+        calls.push(stopCommand(console.client, component, 'Chassis.SET_ACTIVE_PILOT', { activePilot: noPilot }));
+      if (component.classId === pilot) calls.push(stopCommand(console.client, component, 'OFF'));
     }
   await Promise.all(calls);
 }

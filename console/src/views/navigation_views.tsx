@@ -4,7 +4,15 @@ import { type Signal, useSignal } from '@preact/signals';
 import { useId } from 'preact/hooks';
 import { useConsole } from '../app/console';
 import { structOf, valueName } from '../codec/catalogue';
-import type { ObjRecogData, OdometryData, PilotData, PlannerData, Position3d, PositionData } from '../codec/messages';
+import type {
+  ObjRecogData,
+  ObjRecogObject,
+  OdometryData,
+  PilotData,
+  PlannerData,
+  Position3d,
+  PositionData,
+} from '../codec/messages';
 import { command } from '../model/commands';
 import { useAttempt } from '../ui/attempt';
 import { degrees, metres, radians } from '../ui/quantities';
@@ -169,6 +177,13 @@ export function ObjectsView({ component }: ViewProperties) {
   const seen = stream.value.value?.data;
   const objects = seen?.objects ?? [];
   const from = seen?.refPos ?? { x: 0, y: 0 };
+  const [x, y, heading, id] = [useSignal('0'), useSignal('0'), useSignal('0'), useSignal('0')];
+  const { client } = useConsole();
+  const { attempt, Failure } = useAttempt();
+  const estimate = async () => {
+    const object = { objectId: numberOf('Id', id), pos: enteredPose(x, y, heading) } as ObjRecogObject;
+    await command(client, component, 'ObjRecog.SET_ESTIMATE', { objects: [object] });
+  };
   const nearest = Math.min(...objects.map(({ pos }) => Math.hypot(pos.x - from.x, pos.y - from.y)));
   return (
     <StreamBox component={component} stream={stream}>
@@ -198,6 +213,19 @@ export function ObjectsView({ component }: ViewProperties) {
           ))}
         </tbody>
       </table>
+      <details>
+        <summary>Say where an object is</summary>
+        <p class="actions">
+          <NumberInput label="North" unit="m" value={x} />
+          <NumberInput label="East" unit="m" value={y} />
+          <NumberInput label="Heading" unit="°" value={heading} />
+          <NumberInput label="Id" value={id} />
+          <button type="button" onClick={() => attempt(estimate)}>
+            Set estimate
+          </button>
+        </p>
+        <Failure />
+      </details>
     </StreamBox>
   );
 }

@@ -53,6 +53,7 @@ export function Scan3dView({ component }: ViewProperties) {
   const image = useSignal<Scan3dRangeImageData | undefined>(undefined);
   const far = useSignal(10);
   const byType = useSignal(false);
+  const hexagonal = useSignal(false);
   const { attempt, Failure } = useAttempt();
   const value = stream.value.value;
   useEffect(() => {
@@ -63,13 +64,17 @@ export function Scan3dView({ component }: ViewProperties) {
     });
   }, [value]);
   const pixels = useMemo(
-    () => (image.value === undefined ? undefined : rangesOf(image.value, far.value * 1000, byType.value)),
-    [image.value, far.value, byType.value],
+    () =>
+      image.value === undefined
+        ? undefined
+        : rangesOf(image.value, { far: far.value * 1000, byType: byType.value, hexagonal: hexagonal.value }),
+    [image.value, far.value, byType.value, hexagonal.value],
   );
   return (
     <StreamBox component={component} stream={stream}>
       <Picture pixels={pixels} label="Range image: near is red, far is blue" name="range-image" sharp />
       <CheckBox checked={byType}>Colours by kind</CheckBox>
+      <CheckBox checked={hexagonal}>Every second scan lies half a point lower</CheckBox>
       <label>
         Up to {far.value} m{' '}
         <input
@@ -107,12 +112,20 @@ const kinds: Pixel[] = [
   [170, 90, 200],
 ];
 
-function rangesOf(
-  { scanNum: columns, scanPointNum: rows, points }: Scan3dRangeImageData,
-  far: number,
-  byType: boolean,
-) {
-  return pictureOf(columns, rows, (column, row) => {
+interface RangeStyle {
+  far: number; // mm
+  byType: boolean;
+  hexagonal: boolean;
+}
+
+// Of a hexagonal grid each point is two pixels, so that half of one can be shown.
+function rangesOf({ scanNum, scanPointNum: rows, points }: Scan3dRangeImageData, style: RangeStyle) {
+  const { far, byType, hexagonal } = style;
+  const scale = hexagonal ? 2 : 1;
+  return pictureOf(scanNum * scale, rows * scale + (hexagonal ? 1 : 0), (right, down) => {
+    const column = Math.floor(right / scale);
+    const row = Math.floor((down - (hexagonal ? column % 2 : 0)) / scale);
+    if (row < 0 || row >= rows) return [0, 0, 0];
     const { range, type } = points[column * rows + (rows - 1 - row)] ?? { range: 0, type: 0 };
     if (byType && range > 0) return kinds[Math.abs(type) % kinds.length] ?? heat(1);
     return range <= 0 ? [0, 0, 0] : heat(Math.min(1, range / far));

@@ -12,7 +12,7 @@ export interface ScanData {
   points: Elements;
 }
 
-export type ScanStyle = 'points' | 'segments' | 'lines';
+export type ScanStyle = 'points' | 'far' | 'segments' | 'lines';
 
 export interface ScanSight {
   style: ScanStyle;
@@ -58,7 +58,7 @@ export function paintScan(canvas: HTMLCanvasElement, data: ScanData, sight: Scan
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
   paintRings(context, view, size, colours);
   if (sight.style === 'lines') paintLines(context, data, view, size, colours.scan);
-  else paintPoints(context, data, view, size, colourOf(colours, data, sight.style, isLadar));
+  else paintPoints(context, data, view, size, colourOf(colours, data, sight.style, isLadar), sight.style === 'far');
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
   paintRobot(context, view, size, colours);
 }
@@ -86,20 +86,31 @@ function colourOf(colours: MapColours, { points }: ScanData, style: ScanStyle, i
   };
 }
 
-function paintPoints(context: CanvasRenderingContext2D, data: ScanData, view: View, size: Size, pixel: PixelOf) {
+// `grows`: points are as far apart as the beams are wide, so that a wall is closed at each distance.
+function paintPoints(
+  context: CanvasRenderingContext2D,
+  data: ScanData,
+  view: View,
+  size: Size,
+  pixel: PixelOf,
+  grows: boolean,
+) {
   const ratio = devicePixelRatio;
   const points = new PointBuffer();
   points.resize(context.canvas.width, context.canvas.height);
   const width = Math.round(Math.min(6, 2.5 * Math.sqrt(view.scale / wholeScale)) * ratio);
   eachEcho(data.points, (forward, right, type, i) => {
     const { x, y } = toScreen(view, size, { x: forward, y: right });
-    points.add(x * ratio, y * ratio, pixel(type, i), Math.max(2, width));
+    const beam = grows ? Math.round(beamWidth * Math.hypot(forward, right) * view.scale * ratio) : 0;
+    points.add(x * ratio, y * ratio, pixel(type, i), Math.max(2, width, Math.min(beam, beamPixelsMax)));
   });
   context.setTransform(1, 0, 0, 1, 0, 0);
   points.paint(context);
 }
 
 const wholeScale = 0.03; // pixels a mm
+const beamWidth = Math.PI / 360; // rad
+const beamPixelsMax = 40;
 
 function paintLines(context: CanvasRenderingContext2D, data: ScanData, view: View, size: Size, colour: string): void {
   context.strokeStyle = colour;

@@ -89,6 +89,7 @@ export function ScanView({ component }: ViewProperties) {
           }}
         >
           <option value="points">points by kind</option>
+          <option value="far">points that grow with distance</option>
           <option value="segments">points by segment</option>
           <option value="lines">lines</option>
         </select>

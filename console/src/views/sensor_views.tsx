@@ -78,8 +78,11 @@ export function GpsView({ component }: ViewProperties) {
             speed: `${(data.speed / 1000).toFixed(2)} m/s`,
             north: metres(data.pos.x),
             east: metres(data.pos.y),
+            down: metres(data.pos.z),
             'deviation north': metres(data.var.x),
             'deviation east': metres(data.var.y),
+            'deviation down': metres(data.var.z),
+            'deviation of heading': degrees(data.var.rho),
             UTC: new Date(Number(data.utcTime) * 1000).toISOString().slice(11, 19),
           }}
         />
