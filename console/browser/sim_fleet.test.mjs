@@ -109,10 +109,7 @@ test('a parameter is changed, checked and kept', { skip }, async () => {
   const watched = await studio();
   const { page } = watched;
   await set(page, 'Scan2d', 'maxRange', '-5');
-  await page
-    .getByText(/maxRange must be from/)
-    .first()
-    .waitFor();
+  await page.getByRole('button', { name: /^1 error/ }).waitFor();
   await set(page, 'Scan2d', 'maxRange', '7000');
   await page.getByText('No problems').waitFor();
   await tab(page, 'Changes').click();

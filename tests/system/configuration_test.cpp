@@ -1,5 +1,6 @@
 // The configuration of two hosts and a robot, changed by `timsctl config` through their agents:
 // what is shown, refused, kept, undone, and what goes back by itself.
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <filesystem>
@@ -10,8 +11,7 @@
 #include <boost/json/serialize.hpp>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
+#include <unistd.h>
 
 #include "base/measure.h"
 #include "tests/support/child_process.h"
@@ -32,17 +32,12 @@ std::string text_of(const fs::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// A UDP port that nobody has; the routers keep theirs over a restart.
-int free_port() {
-  const int socket = ::socket(AF_INET, SOCK_DGRAM, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof address;
-  EXPECT_EQ(::bind(socket, reinterpret_cast<sockaddr*>(&address), size), 0);
-  EXPECT_EQ(::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size), 0);
-  ::close(socket);
-  return ntohs(address.sin_port);
+// A loopback address of this process alone: the routers keep their UDP ports over a restart, and no
+// port that somebody else was given meanwhile is theirs.
+std::string own_address() {
+  const unsigned pid = static_cast<unsigned>(::getpid());
+  return "127." + std::to_string(1 + (pid >> 16) % 254) + "." + std::to_string(pid >> 8 & 255) +
+         "." + std::to_string(pid & 255);
 }
 
 struct Ended {
@@ -177,11 +172,11 @@ class ConfigurationTest : public testing::Test {
   }
 
   static std::string common(const std::string& name, const std::string& role, int system,
-                            int port) {
+                            const std::string& udp) {
     return "# of " + name + "\n[router]\nname = \"" + name + "\"\nrole = \"" + role +
            "\"\nsystem = " + std::to_string(system) +
            "\nid = 1\n[tcp]\nlisten = \"127.0.0.1:0\"\n[http]\nlisten = \"off\"\n" +
-           "[udp]\nlisten = \"127.0.0.1:" + std::to_string(port) + "\"\n";
+           "[udp]\nlisten = \"" + udp + "\"\n";
   }
 
   [[nodiscard]] std::string scout() const {
@@ -191,11 +186,10 @@ class ConfigurationTest : public testing::Test {
     return std::string(host.ask({{"ask", "conf_state"}}, agent).at("state").as_string());
   }
 
-  const int base_port_ = free_port();
-  Host base_{common("base", "top", 0, base_port_) + "[[link]]\nkind = \"sub\"\nsystem = \"*\"\n"};
-  Host robot_{common("robot1", "system", 1, free_port()) +
-              "[[link]]\nkind = \"super\"\nto = \"127.0.0.1:" + std::to_string(base_port_) +
-              "\"\n"};
+  const std::string base_udp_ = own_address() + ":20100";
+  Host base_{common("base", "top", 0, base_udp_) + "[[link]]\nkind = \"sub\"\nsystem = \"*\"\n"};
+  Host robot_{common("robot1", "system", 1, own_address() + ":20101") +
+              "[[link]]\nkind = \"super\"\nto = \"" + base_udp_ + "\"\n"};
   const std::string max_speed_ = "robot1@robots/scout.toml:component[0].parameters.vxMax";
 };
 
@@ -298,6 +292,51 @@ TEST_F(ConfigurationTest, IsConfirmedOrUndoneByHand) {
   EXPECT_EQ(base_.timsctl({"config", "undo", "-r", "robot1"}).code, 0);
   EXPECT_TRUE(eventually([&] { return state_of(robot_, kRobotAgent) == "idle"; }, "it went back"));
   EXPECT_THAT(scout(), HasSubstr("900"));
+}
+
+TEST_F(ConfigurationTest, WithoutEditsWhatIsDeployedIsChecked) {
+  const json::object question{{"ask", "conf_check"}};
+  EXPECT_TRUE(robot_.ask(question, kRobotAgent).at("ok").as_bool());
+  std::ofstream(robot_.folder() / "robots" / "scout.toml", std::ios::app)
+      << "[[component]]\nprogram = \"Position\"\nparameters = { startDeviatio = 1 }\n";
+  const json::object answer = robot_.ask(question, kRobotAgent);
+  EXPECT_FALSE(answer.at("ok").as_bool());
+  EXPECT_TRUE(answer.at("files").as_array().empty()) << "nothing is changed";
+  const json::object& problem = answer.at("problems").at(0).as_object();
+  EXPECT_EQ(problem.at("file"), "robots/scout.toml");
+  EXPECT_THAT(std::string(problem.at("text").as_string()), HasSubstr("startDeviation"));
+}
+
+TEST_F(ConfigurationTest, TheHolderOfALockIsNamedWithItsChange) {
+  (void)robot_.ask({{"ask", "conf_lock"}, {"change", "0123456789abcdef"}, {"who", "ada"}},
+                   kRobotAgent);
+  const json::object state = robot_.ask({{"ask", "conf_state"}}, kRobotAgent);
+  EXPECT_EQ(state.at("state"), "locked");
+  EXPECT_EQ(state.at("who"), "ada");
+  EXPECT_EQ(state.at("change"), "0123456789abcdef");
+  (void)robot_.ask({{"ask", "conf_unlock"}, {"change", "0123456789abcdef"}}, kRobotAgent);
+}
+
+TEST_F(ConfigurationTest, AllInstalledProgramsAreOffered) {
+  json::object answer;
+  EXPECT_TRUE(eventually(
+      [&] {
+        answer = robot_.ask({{"ask", "conf_programs"}}, kRobotAgent);
+        return answer.at("complete").as_bool();
+      },
+      "all programs have described themselves"));
+  const json::array& items = answer.at("items").as_array();
+  const auto has = [&](const std::string& program, const std::string& class_name) {
+    return std::ranges::any_of(items, [&](const json::value& item) {
+      return item.at("program") == program && item.at("class") == class_name &&
+             !item.at("purpose").as_string().empty();
+    });
+  };
+  EXPECT_TRUE(has("ChassisSim", "Chassis"));
+  EXPECT_TRUE(has("Position", "Position")) << "which no file of the robot starts";
+  EXPECT_FALSE(std::ranges::any_of(items, [](const json::value& item) {
+    return item.at("program") == "tims-router" || item.at("program") == "timsctl";
+  }));
 }
 
 TEST_F(ConfigurationTest, ARouterIsReloadedOrRestartedAsItsOptionsNeed) {

@@ -41,8 +41,9 @@ struct LinkBudget {
   std::uint64_t rate = 0;  // bytes a second; 0: no limit
   int reserve_percent = 0;
   std::array<double, tims::core::kClasses> worst{};  // bytes a second by class
-  std::optional<double> measured{};                      // all datagrams
-  std::array<double, tims::core::kClasses> measured_by_class{};  // messages; without meaning unless measured
+  std::optional<double> measured{};                  // all datagrams
+  std::array<double, tims::core::kClasses>
+      measured_by_class{};  // messages; without meaning unless measured
 
   [[nodiscard]] double worst_sum() const;
   // Of what may be used; classes below that of the reserve may use less. 0 without a limit.

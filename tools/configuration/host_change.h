@@ -113,7 +113,7 @@ class HostChange {
 
   [[nodiscard]] const Record& record() const { return record_; }
   [[nodiscard]] State state(tims::Time now) const;
-  [[nodiscard]] const Item* pending() const;  // null: none
+  [[nodiscard]] const Item* pending() const;                    // null: none
   [[nodiscard]] std::string lock_holder(tims::Time now) const;  // empty: it is not locked
   [[nodiscard]] const std::string& locking_change() const { return lock_; }
   // Until it goes back, or the lock ends.

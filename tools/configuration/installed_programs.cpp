@@ -25,8 +25,9 @@ bool names_library(const fs::path& path) {
   std::ifstream file(path, std::ios::binary);
   file.read(bytes.data(), bytes.size());
   const std::string_view head(bytes.data(), static_cast<std::size_t>(file.gcount()));
-  return head.starts_with("\x7f"
-                          "ELF") &&
+  return head.starts_with(
+             "\x7f"
+             "ELF") &&
          head.find("librack") != std::string_view::npos;
 }
 
@@ -103,8 +104,7 @@ json::object InstalledPrograms::list() {
                                    {"purpose", text_at(*described, "purpose")},
                                    {"class", text_at(*described, "class")}});
   }
-  return {
-      {"schema", "tims/conf_programs/1"}, {"items", std::move(items)}, {"complete", complete}};
+  return {{"schema", "tims/conf_programs/1"}, {"items", std::move(items)}, {"complete", complete}};
 }
 
 }  // namespace timsctl::configuration

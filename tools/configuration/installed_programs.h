@@ -1,5 +1,5 @@
-// The programs of components on this host, and what they state about themselves. Anybody may ask the
-// agent, so only programs of RACK are ever started: those beside timsctl that name its library.
+// The programs of components on this host, and what they state about themselves. Anybody may ask
+// the agent, so only programs of RACK are ever started: those beside timsctl that name its library.
 #pragma once
 
 #include <filesystem>

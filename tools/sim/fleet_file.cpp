@@ -84,8 +84,8 @@ class FleetReader {
         return reader_.refuse(item, "robots requires files such as \"../robots/sim.toml\"");
       for (const std::string& other : out.robots)
         if (fs::path(other).filename() == path.filename())
-          return reader_.refuse(
-              item, fmt::format("two robot files of a host are named {}", path.filename().string()));
+          return reader_.refuse(item, fmt::format("two robot files of a host are named {}",
+                                                  path.filename().string()));
       out.robots.push_back(text);
     });
   }

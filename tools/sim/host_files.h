@@ -1,6 +1,6 @@
-// The configuration of a simulated host, in a folder that looks as /etc/tims of an installed one: its
-// router's file and copies of its robots' files. So the agent of the host may change them, and the
-// files they come from stay as they are.
+// The configuration of a simulated host, in a folder that looks as /etc/tims of an installed one:
+// its router's file and copies of its robots' files. So the agent of the host may change them, and
+// the files they come from stay as they are.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@
 
 namespace timsctl::sim {
 
-// The text of a robot file with this system in place of its own, else unchanged. Pure. Throws Failure
-// if it is no TOML.
+// The text of a robot file with this system in place of its own, else unchanged. Pure. Throws
+// Failure if it is no TOML.
 std::string with_system(const base::TextFile& robot, std::uint8_t system);
 
 // What robot files name by relative paths (maps, worlds, routes) is linked beside the copies.

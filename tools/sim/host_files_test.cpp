@@ -8,7 +8,8 @@ namespace timsctl::sim {
 namespace host_files_test {
 
 TEST(HostFiles, ARobotGetsItsSystemAndKeepsEverythingElse) {
-  const std::string rest = "# Which one?\nname = \"scout\"   # this one\n\n[[component]]\nprogram = \"Gps\"\n";
+  const std::string rest =
+      "# Which one?\nname = \"scout\"   # this one\n\n[[component]]\nprogram = \"Gps\"\n";
   const std::string made = with_system({"scout.toml", rest}, 7);
   EXPECT_NE(made.find("system = 7\n"), std::string::npos) << made;
   EXPECT_LT(made.find("system = 7"), made.find("[[component]]"));

@@ -39,8 +39,8 @@ class Programs {
   };
   // Programs that have ended unexpectedly since the last call.
   std::vector<End> ended();
-  // A router that ended without `sim kill` is started again after a moment, as by its service: agents
-  // restart it so. When the next one is due, and starting those that are: their hosts.
+  // A router that ended without `sim kill` is started again after a moment, as by its service:
+  // agents restart it so. When the next one is due, and starting those that are: their hosts.
   [[nodiscard]] tims::Time next_restart() const;
   std::vector<const PlannedHost*> restart_routers(tims::Time now);
 
