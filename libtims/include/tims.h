@@ -258,8 +258,10 @@ TIMS_API uint32_t tims_mailbox_address(const tims_mailbox* mailbox);
 TIMS_API uint32_t tims_mailbox_body_max(const tims_mailbox* mailbox);
 
 /* For an event loop: a descriptor that is readable when a message has arrived. Use it only for
- * polling. After each wake-up receive with time-out 0 until TIMS_EEMPTY: that arms it again. It
- * belongs to the mailbox, which closes it. -1 without the option. */
+ * polling. It is armed by a receive with time-out 0 that ends with TIMS_EEMPTY, and by nothing
+ * else: receive until TIMS_EEMPTY before the first poll, and after each wake-up. Whoever takes one
+ * message and then polls may wait for ever. It belongs to the mailbox, which closes it. -1 without
+ * the option. */
 TIMS_API int tims_event_fd(const tims_mailbox* mailbox);
 
 struct tims_counters {
