@@ -425,7 +425,8 @@ class Program final : private core::RouterHooks, private io::AdminSource {
                       log_,
                       link_memory_.pool(),
                       {.self = identity(configuration_.config, epoch_),
-                       .secret = {random_number(), random_number()}}};
+                       .secret = {random_number(), random_number()},
+                       .clock = os::now}};
   io::HttpPort http_{loop_,
                      router_,
                      log_,

@@ -26,6 +26,7 @@ struct Endpoint {
   bool operator==(const Endpoint&) const = default;
 };
 
+using core::Compression;
 using core::LinkKind;
 using core::PathKind;
 using core::PriorityClasses;
@@ -65,6 +66,8 @@ struct Link {
   std::uint8_t reserve = 10;                           // percentage of the rate, for upper classes
   // Maximum age of a reliable message that cannot be delivered.
   Duration lifetime = std::chrono::seconds(30);
+  Compression compress = Compression::kAuto;  // of sensor data
+  bool compress_own = false;                  // also of classes that RACK does not know
 
   [[nodiscard]] bool accepts() const { return host.empty(); }
   [[nodiscard]] bool is_automatic() const { return !accepts() && port == 0; }  // to = "auto"

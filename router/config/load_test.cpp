@@ -156,7 +156,7 @@ const std::vector<Bad> kBad{
     {"[[link]]\nkind = \"sub\"\nrats = 5\n[[link]]\nkind = \"peer\"\nflux = 1\n",
      {"r.toml:3:1: unknown key link.rats; did you mean link.rate?",
       "r.toml:6:1: unknown key link.flux; known are kind, to, system, paths, name, mailboxes, "
-      "interval, rate, reserve, lifetime"}},
+      "interval, rate, reserve, lifetime, compress, compress_own"}},
     {"[[link]]\nkind = \"sub\"\nsystem = 65536\nrate = 9999\ninterval = \"11s\"\nreserve = 91\n",
      {"r.toml:3:10: link.system 65536 is out of range (0 to 65535)",
       "r.toml:4:8: link.rate 9999B is out of range (10kB to 100GB, or 0)",
@@ -579,6 +579,8 @@ interval = "300ms"                  # default
 rate = "0B"                         # default
 reserve = 10                        # default
 lifetime = "30s"                    # default
+compress = "auto"                   # default
+compress_own = false                # default
 
 [[link]]                            # --set 1
 kind = "super"                      # --set 1
@@ -590,6 +592,8 @@ interval = "300ms"                  # default
 rate = "0B"                         # default
 reserve = 10                        # default
 lifetime = "30s"                    # default
+compress = "auto"                   # default
+compress_own = false                # default
 
 [[route]]                           # r.toml:4
 match = "*"                         # r.toml:5

@@ -398,6 +398,17 @@ constexpr std::array kLinkOptions{
          .range = {100 * kMs, kHour},
          .help = "How long the router tries to deliver a reliable message before it is dropped and "
                  "counted."}),
+    row<Kind::kCompression, &Config::links, &Link::compress>(
+        {.key = "link.compress",
+         .help =
+             "Compression of the sensor data this router sends: \"lz4\" costs little, \"zstd\" "
+             "saves more, \"auto\" chooses by the rate of the link, and nothing from 1 Gbit/s "
+             "on. Data of 512 B to 1 MiB that gain by it, never texts, commands, administration "
+             "or priorities of 45 and more."}),
+    row<Kind::kFlag, &Config::links, &Link::compress_own>(
+        {.key = "link.compress_own",
+         .help = "Also compresses data of classes that RACK does not know. The size of compressed "
+                 "data tells a listener something about them, also when they are encrypted."}),
 };
 
 constexpr std::array kRouteOptions{

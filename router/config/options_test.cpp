@@ -92,12 +92,14 @@ TEST(Options, EntriesAreEverythingThatHasAValue) {
   for (const Entry& entry : entries(loaded.config)) keys.push_back(entry.key);
   EXPECT_EQ(keys.front(), "router.name");
   keys.erase(keys.begin(), keys.begin() + static_cast<std::ptrdiff_t>(options().size()));
-  EXPECT_THAT(keys, testing::ElementsAre(
-                        "link[0].kind", "link[0].to", "link[0].paths", "link[0].name",
-                        "link[0].mailboxes", "link[0].interval", "link[0].rate", "link[0].reserve",
-                        "link[0].lifetime", "link[1].kind", "link[1].system", "link[1].paths",
-                        "link[1].name", "link[1].mailboxes", "link[1].interval", "link[1].rate",
-                        "link[1].reserve", "link[1].lifetime", "route[0].match", "route[0].via"));
+  EXPECT_THAT(keys, testing::ElementsAre("link[0].kind", "link[0].to", "link[0].paths",
+                                         "link[0].name", "link[0].mailboxes", "link[0].interval",
+                                         "link[0].rate", "link[0].reserve", "link[0].lifetime",
+                                         "link[0].compress", "link[0].compress_own", "link[1].kind",
+                                         "link[1].system", "link[1].paths", "link[1].name",
+                                         "link[1].mailboxes", "link[1].interval", "link[1].rate",
+                                         "link[1].reserve", "link[1].lifetime", "link[1].compress",
+                                         "link[1].compress_own", "route[0].match", "route[0].via"));
 }
 
 TEST(Options, AreFoundByKey) {
@@ -111,7 +113,7 @@ TEST(OptionsOfItems, GiveBackWhatWasSet) {
   if (!kHasDds) GTEST_SKIP() << "one of them needs DDS";
   const std::string link =
       "link=kind=peer,to=robot2:1,paths=dds+udp,name=x,mailboxes=9,interval=1s,rate=1MB,reserve=5,"
-      "lifetime=1s";
+      "lifetime=1s,compress=lz4,compress_own=true";
   const Loaded other = load({{},
                              {"security.insecure=true", "fleet.name=harbour", link,
                               "link=kind=sub,system=1", "route=match=*,via=x"},

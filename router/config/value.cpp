@@ -24,12 +24,14 @@ using base::Unit;
 constexpr std::array<std::string_view, 4> kLogLevels{"error", "warning", "info", "debug"};
 constexpr auto kRoles = core::names(core::kRoles);
 constexpr auto kLinkKinds = core::names(core::kLinkKinds);
+constexpr auto kCompressions = core::names(core::kCompressions);
 constexpr auto kPaths = core::names(core::kPathKinds);
 
 std::span<const std::string_view> names_of(Kind kind) {
   if (kind == Kind::kLogLevel) return kLogLevels;
   if (kind == Kind::kRole) return kRoles;
   if (kind == Kind::kLinkKind) return kLinkKinds;
+  if (kind == Kind::kCompression) return kCompressions;
   return {};
 }
 
@@ -181,6 +183,8 @@ Result<Value> parse_any(Kind kind, std::string_view text) {
       return parse_paths(text);
     case Kind::kClasses:
       return parse_classes(text);
+    case Kind::kCompression:
+      return parse_name<Compression>(kind, text);
   }
   return unreadable(kind, text);
 }
@@ -248,6 +252,9 @@ struct ToToml {
   std::string operator()(const PriorityClasses& classes) const {
     return in_quotes(classes.to_string());
   }
+  std::string operator()(Compression compression) const {
+    return name(Kind::kCompression, compression);
+  }
   std::string operator()(const LinkPaths& paths) const {
     std::string list;
     for (const PathKind path : paths)
@@ -286,7 +293,7 @@ Result<void> check_range(Kind kind, Range range, const Value& value) {
 std::string to_toml(const Value& value) { return std::visit(ToToml{}, value); }
 
 std::string_view kind_name(Kind kind) {
-  static constexpr std::array<std::string_view, 15> kNames{"text",
+  static constexpr std::array<std::string_view, 16> kNames{"text",
                                                            "true or false",
                                                            "number",
                                                            "duration",
@@ -300,12 +307,13 @@ std::string_view kind_name(Kind kind) {
                                                            "bytes per second",
                                                            "bits of system/class/instance/local",
                                                            "list of paths",
-                                                           "seven priorities"};
+                                                           "seven priorities",
+                                                           "compression"};
   return kNames.at(static_cast<std::size_t>(kind));
 }
 
 std::string_view kind_example(Kind kind) {
-  static constexpr std::array<std::string_view, 15> kExamples{
+  static constexpr std::array<std::string_view, 16> kExamples{
       R"(a text such as "robot1")",
       "true or false",
       "a whole number",
@@ -321,7 +329,8 @@ std::string_view kind_example(Kind kind) {
       R"(a rate such as "6MB" (bytes per second) or 0 for no limit)",
       R"(four bit widths such as "8/8/8/8")",
       R"(a list of paths such as ["udp", "dds"])",
-      R"(seven priorities from 0 to 255 that ascend, such as "0/1/15/25/35/45/100")"};
+      R"(seven priorities from 0 to 255 that ascend, such as "0/1/15/25/35/45/100")",
+      R"("auto", "off", "lz4" or "zstd")"};
   return kExamples.at(static_cast<std::size_t>(kind));
 }
 

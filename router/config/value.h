@@ -32,6 +32,7 @@ enum class Kind : std::uint8_t {
   kWidths,       // "8/8/8/8"
   kPaths,        // ["udp", "dds"]; as a single text "udp+dds"
   kClasses,      // "0/1/15/25/35/45/100"
+  kCompression,  // "auto", "off", "lz4", "zstd"
 };
 
 struct Bytes {
@@ -47,7 +48,7 @@ struct Rate {
 using Value =
     std::variant<std::string, bool, std::int64_t, Duration, Bytes, std::optional<Endpoint>,
                  LogLevel, Role, LinkKind, Destination, std::optional<std::uint16_t>, Rate,
-                 AddressWidths, LinkPaths, PriorityClasses>;  // in the order of Kind
+                 AddressWidths, LinkPaths, PriorityClasses, Compression>;  // in the order of Kind
 
 // Inclusive limits of a number, the nanoseconds of a duration, the bytes of a size or rate, or
 // the length of a text. A rate may also be 0.

@@ -15,6 +15,7 @@ std::string_view name(Role role) { return label(kRoles, role).name; }
 std::string_view name(LinkKind kind) { return label(kLinkKinds, kind).name; }
 
 std::string_view name(PathKind kind) { return label(kPathKinds, kind).name; }
+std::string_view name(Compression compression) { return label(kCompressions, compression).name; }
 std::string_view name(PortKind port) { return label(kPortKinds, port).name; }
 
 std::string_view name(Outcome outcome) { return label(kOutcomes, outcome).name; }

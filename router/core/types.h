@@ -136,6 +136,17 @@ constexpr std::array kPathKinds{
 static_assert(complete(kPathKinds, PathKind::kDds) && kPathKinds.size() == kPathKindCount);
 std::string_view name(PathKind kind);
 
+// Whether sensor data are compressed on a link.
+enum class Compression : std::uint8_t { kAuto, kOff, kLz4, kZstd };
+constexpr std::array kCompressions{
+    Label<Compression>{Compression::kAuto, "auto", "by the rate of the link"},
+    Label<Compression>{Compression::kOff, "off", "never"},
+    Label<Compression>{Compression::kLz4, "lz4", "with LZ4, which is fast"},
+    Label<Compression>{Compression::kZstd, "zstd", "with zstd, which saves more"},
+};
+static_assert(complete(kCompressions, Compression::kZstd));
+std::string_view name(Compression compression);
+
 // The router that owns a mailbox, as announced by a link.
 struct Origin {
   Address router{};
@@ -161,6 +172,9 @@ struct Message {
   std::span<std::byte> bytes{};
   std::uint8_t hops = 0;  // number of links it has passed
   Duration waited{};      // time in the queue of the last link, when the message is traced
+  // The body is compressed, and header.length counts it like that (router/link/packing.h). Only
+  // between two links: what arrives anywhere else has been decompressed.
+  bool packed = false;
 
   [[nodiscard]] std::span<const std::byte> body() const { return bytes.subspan(kHeaderSize); }
 };

@@ -50,6 +50,7 @@ link::LinkSettings link_settings(const config::Link& from, const config::Config&
           .paths = from.paths,
           .mailboxes_max = from.mailboxes,
           .keep_alive = from.interval,
+          .packing = {.compress = from.compress, .own_classes = from.compress_own},
           .session = {.message_max = config.message.bytes_max,
                       .queue_bytes_max =
                           std::max<std::uint64_t>(config.tcp.queue_bytes, config.message.bytes_max),

@@ -370,6 +370,25 @@ json::object to_json(const core::MissingRouter& missing, const AddressWidths& wi
           {"clock", nullptr}};
 }
 
+json::object compression_json(const link::Link& link) {
+  const link::PackingCounters& counters = link.packing();
+  const auto method = link.is_up() ? link.packs_with() : std::nullopt;
+  return {
+      {"method", method ? json::value(compression::name(*method)) : json::value()},
+      {"ratio", counters.bytes_after == 0 ? json::value()
+                                          : json::value(static_cast<double>(counters.bytes_before) /
+                                                        static_cast<double>(counters.bytes_after))},
+      {"cpu_s", seconds(counters.spent)},
+      {"packed", counters.packed},
+      {"bytes_before", counters.bytes_before},
+      {"bytes_after", counters.bytes_after},
+      {"incompressible", counters.incompressible},
+      {"unpacked", counters.unpacked},
+      {"bytes_unpacked", counters.bytes_unpacked},
+      {"passed", counters.passed},
+      {"broken", counters.broken}};
+}
+
 json::object to_json(const link::Links& links, const link::Link& link, const core::Router& router,
                      Time now) {
   const link::LinkSession& session = link.session();
@@ -415,6 +434,7 @@ json::object to_json(const link::Links& links, const link::Link& link, const cor
               {"wire_bytes_in", counters.bytes_in},
               {"wire_bytes_out", counters.bytes_out},
               {"class_bytes_out", class_bytes},
+              {"compression", compression_json(link)},
               {"mailboxes", link.mailboxes()},
               {"mailboxes_refused", link.mailboxes_refused()},
               {"in_messages", client.in.messages},

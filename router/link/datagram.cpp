@@ -6,9 +6,9 @@
 namespace tims::link {
 namespace {
 
-static_assert(35 + kIdentityBytesMax <= kHelloSize);
+static_assert(35 + kIdentityBytesMax + 1 <= kHelloSize);
 // Answers are not longer than HELLO: WELCOME, and REFUSE with its longest sentence.
-static_assert(26 + kIdentityBytesMax <= kHelloSize && 18 + 191 <= kHelloSize);
+static_assert(26 + kIdentityBytesMax + 1 <= kHelloSize && 18 + 191 <= kHelloSize);
 
 constexpr std::string_view kMagic = "TIMS";
 constexpr int kKeepAliveMinMs = 10;
@@ -21,6 +21,9 @@ void put_ms(ByteWriter& out, Duration duration) {
 Duration get_ms(ByteReader& in) {
   return std::chrono::milliseconds(std::max<int>(in.get<std::uint16_t>(), kKeepAliveMinMs));
 }
+
+// Earlier routers send none: zeros follow their HELLO, and nothing their WELCOME.
+std::uint8_t get_codecs(ByteReader& in) { return in.empty() ? 0 : in.get<std::uint8_t>(); }
 
 void begin(ByteWriter& out, DatagramKind kind, std::uint8_t first, std::uint8_t second) {
   out.put(kind, first, second, std::uint8_t{0});
@@ -37,6 +40,7 @@ std::optional<Datagram> decode_hello(ByteReader in, std::uint8_t low, std::uint8
   hello.keep_alive = get_ms(in);
   const bool kind_known = get_enum(in, LinkKind::kSub, hello.kind) && hello.kind != LinkKind::kSub;
   if (!kind_known || !get(in, hello.identity)) return std::nullopt;
+  hello.codecs = get_codecs(in);
   return hello;
 }
 
@@ -45,6 +49,7 @@ std::optional<Datagram> decode_welcome(ByteReader in, std::uint8_t version, std:
   in.get(welcome.echo, welcome.token);
   welcome.keep_alive = get_ms(in);
   if (!get(in, welcome.identity) || welcome.token == 0) return std::nullopt;
+  welcome.codecs = get_codecs(in);
   return welcome;
 }
 
@@ -179,6 +184,7 @@ std::size_t encode(const Hello& hello, std::span<std::byte> to) {
   put_ms(out, hello.keep_alive);
   out.put(hello.kind);
   put(out, hello.identity);
+  out.put(hello.codecs);
   std::ranges::fill(out.reserve(kHelloSize - out.size()), std::byte{0});
   return out.size();
 }
@@ -196,6 +202,7 @@ std::size_t encode(const Welcome& welcome, std::span<std::byte> to) {
   out.put(welcome.echo, welcome.token);
   put_ms(out, welcome.keep_alive);
   put(out, welcome.identity);
+  out.put(welcome.codecs);
   return out.size();
 }
 

@@ -180,6 +180,7 @@ struct Hello {
   std::uint64_t cookie = 0;          // from the RETRY being answered; 0: none
   Duration keep_alive{};             // the sender's keep-alive interval
   Identity identity{};
+  std::uint8_t codecs = 0;  // what the sender can decompress (kCodecs in packing.h)
 };
 // Padded with zeros to at least this size, so that no answer is longer than its question.
 inline constexpr std::size_t kHelloSize = 256;
@@ -197,6 +198,7 @@ struct Welcome {
   std::uint64_t token = 0;  // the sender of the HELLO puts this into its DATA
   Duration keep_alive{};
   Identity identity{};
+  std::uint8_t codecs = 0;  // what the sender can decompress (kCodecs in packing.h)
 };
 
 enum class RefuseCode : std::uint8_t {

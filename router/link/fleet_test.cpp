@@ -81,6 +81,9 @@ class FleetTest : public testing::Test {
     void send(const NetAddress&, std::span<const std::byte>) override {}
     void lost(core::ClientId, const Header&, core::Outcome) override {}
     void changed() override {}
+    Packing& packing() override { return compression; }
+    bool take_packed(core::ClientId, core::Message&, PackingCounters&) override { return false; }
+    Packing compression{{}, {}};
     std::uint64_t number = 0;
     Identity identity{};
   };

@@ -100,7 +100,7 @@ inline constexpr std::size_t kSkipSize = 12;
 
 // A sample of a stream (flag STREAM), or part of one. Not sent in a lane.
 struct SampleFrame {
-  std::uint8_t hops = 0;
+  std::uint8_t hops = 0;     // as of RecordPrefix::of_sample()
   std::uint32_t number = 0;  // number of the sample, counted per link
   std::uint32_t total = 0;   // size of the sample in bytes
   std::uint32_t offset = 0;
@@ -159,7 +159,8 @@ void put_header(ByteWriter& out, const SampleFrame& frame, std::size_t size);
 
 // A message as encoded in a lane: a prefix of four bytes, then the message.
 //
-//   0 hops u8 | 1 flags u8 (0) | 2 waited u16: for traced messages, time in the sender's queue
+//   0 hops u8 | 1 flags u8 (bit 0: compressed) | 2 waited u16: for traced messages, time in the
+//   sender's queue
 //
 // The routers' own messages (ControlMessage) are encoded in the same form.
 inline constexpr std::size_t kRecordPrefix = 4;
@@ -171,17 +172,28 @@ constexpr std::size_t record_size(std::size_t message) { return kRecordPrefix + 
 struct RecordPrefix {
   std::uint8_t hops = 0;
   Duration waited{};
+  bool packed = false;  // the body is compressed (packing.h)
 
   [[nodiscard]] std::array<std::byte, kRecordPrefix> encoded() const {
     const auto units =
         static_cast<std::uint16_t>(std::clamp<std::int64_t>(waited / kWaitedUnit, 0, 0xFFFF));
-    return {std::byte{hops}, std::byte{0}, static_cast<std::byte>(units & 0xFF),
+    return {std::byte{hops}, static_cast<std::byte>(packed), static_cast<std::byte>(units & 0xFF),
             static_cast<std::byte>(units >> 8)};
   }
   static RecordPrefix decode(std::span<const std::byte> bytes) {
     const auto low = std::to_integer<std::uint16_t>(bytes[2]);
     const auto high = std::to_integer<std::uint16_t>(bytes[3]);
-    return {std::to_integer<std::uint8_t>(bytes[0]), (low | high << 8) * kWaitedUnit};
+    return {.hops = std::to_integer<std::uint8_t>(bytes[0]),
+            .waited = (low | high << 8) * kWaitedUnit,
+            .packed = (bytes[1] & std::byte{1}) != std::byte{0}};
+  }
+
+  // Of a sample, in the first byte of its frames: hops, and bit 7 if it is compressed.
+  static constexpr std::uint8_t kPackedSample = 0x80;
+  [[nodiscard]] std::uint8_t of_sample() const { return packed ? hops | kPackedSample : hops; }
+  static RecordPrefix decode_sample(std::uint8_t byte) {
+    return {.hops = static_cast<std::uint8_t>(byte & ~kPackedSample),
+            .packed = (byte & kPackedSample) != 0};
   }
 };
 

@@ -91,7 +91,8 @@ Hello Link::hello() const {
           .token = our_token_,
           .resume = known_token_,
           .keep_alive = keep_alive_,
-          .identity = context_.self()};
+          .identity = context_.self(),
+          .codecs = kCodecs};
 }
 
 // Answers immediately to the source address; if that is lost, the next HELLO starts over. A router
@@ -125,6 +126,7 @@ void Link::on_welcome(Time now, const NetAddress& from, const Welcome& welcome) 
   their_token_ = known_token_ = welcome.token;
   their_keep_alive_ = welcome.keep_alive;
   peer_ = welcome.identity;
+  codecs_ = welcome.codecs;
   paths_.begin(now, from);
   come_up(now);
 }
@@ -151,6 +153,7 @@ void Link::accept(Time now, const NetAddress& from, const Hello& hello, std::uin
   their_token_ = known_token_ = hello.token;
   resume(hello);
   peer_ = hello.identity;
+  codecs_ = hello.codecs;
   paths_.begin(now, from);
   come_up(now);
 }
@@ -235,8 +238,15 @@ void Link::on_gone(Time now, const NetAddress& where) {
 core::Outcome Link::send(Time now, const core::Message& message) {
   if (!is_up()) return core::Outcome::kClientGone;
   if (message.bytes.size() > peer_.message_max) return core::Outcome::kTooBig;
-  const RecordPrefix prefix{.hops = static_cast<std::uint8_t>(message.hops + 1)};
-  return session_.send(now, prefix, message.header, message.bytes);
+  RecordPrefix prefix{.hops = static_cast<std::uint8_t>(message.hops + 1),
+                      .packed = message.packed};
+  const auto method = message.packed ? std::nullopt : packs_with();
+  const auto packed =
+      method ? context_.packing().pack(message, *method, settings_.packing, packing_counters_)
+             : std::nullopt;
+  prefix.packed = prefix.packed || packed;
+  const core::Message& sent = packed ? *packed : message;
+  return session_.send(now, prefix, sent.header, sent.bytes);
 }
 
 void Link::on_data(Time now, const NetAddress& from, const Data& data) {
@@ -287,7 +297,10 @@ void Link::on_frame(Time now, const CloseFrame& frame) {
 void Link::on_message(Time now, const RecordPrefix& prefix, core::Message& message) {
   message.hops = prefix.hops;
   message.waited = prefix.waited;
-  if (client_) router_.on_message(now, client_, message);
+  message.packed = prefix.packed;
+  if (!client_) return;
+  if (message.packed && !context_.take_packed(client_, message, packing_counters_)) return;
+  router_.on_message(now, client_, message);
 }
 
 void Link::on_control(Time now, const core::Message& message) {

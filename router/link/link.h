@@ -22,6 +22,7 @@
 #include "router/link/datagram.h"
 #include "router/link/estimators.h"
 #include "router/link/link_session.h"
+#include "router/link/packing.h"
 #include "router/link/paths.h"
 #include "router/link/transport.h"
 
@@ -37,6 +38,7 @@ struct LinkSettings {
   std::vector<PathKind> paths{PathKind::kUdp};  // in order of preference, at least one
   std::uint32_t mailboxes_max = 65536;          // maximum the other side may announce
   Duration keep_alive = std::chrono::milliseconds(300);
+  PackingSettings packing{};
   LinkSessionSettings session{};
 
   // The other end is determined by the fleet's announcements.
@@ -55,6 +57,11 @@ class LinkContext : public core::Interface {
   virtual void send(const NetAddress& to, std::span<const std::byte> datagram) = 0;
   // A message was accepted and is lost: the router is notified as soon as possible.
   virtual void lost(core::ClientId client, const Header& header, core::Outcome why) = 0;
+  virtual Packing& packing() = 0;
+  // A compressed message has arrived over this link. Unless it goes on like that, it is
+  // decompressed. Returns false when that is not possible: it is lost, and counted.
+  virtual bool take_packed(core::ClientId link, core::Message& message,
+                           PackingCounters& counters) = 0;
   // A link went up or down: the choice of the super router must be checked.
   virtual void changed() = 0;
 };
@@ -139,6 +146,16 @@ class Link final : private ArrivalObserver, private LossObserver {
   [[nodiscard]] Time last_received() const { return last_received_; }
   [[nodiscard]] const Text<192>& refusal() const { return refusal_; }
   [[nodiscard]] const LinkSession& session() const { return session_; }
+  [[nodiscard]] const PackingCounters& packing() const { return packing_counters_; }
+  // What is sent is compressed with; empty: nothing.
+  [[nodiscard]] std::optional<compression::Method> packs_with() const {
+    return method_for(settings_.packing.compress, codecs_, session_.rate());
+  }
+  // True when this compressed message, of `size` bytes without compression, can be sent as it is.
+  [[nodiscard]] bool takes_packed(const core::Message& packed, std::uint32_t size) const {
+    return is_up() && settings_.packing.compress != core::Compression::kOff &&
+           (codecs_ & Packing::codec_of(packed)) != 0 && size <= peer_.message_max;
+  }
   [[nodiscard]] const RttEstimator& rtt() const { return rtt_; }
   [[nodiscard]] std::optional<ClockOffset::Sample> clock() const { return clock_.best(); }
   [[nodiscard]] std::uint16_t their_loss_permille() const { return their_loss_permille_; }
@@ -188,6 +205,8 @@ class Link final : private ArrivalObserver, private LossObserver {
   Paths paths_;
   std::vector<NetAddress> named_;  // UDP addresses of the router to connect to
   Identity peer_{};
+  std::uint8_t codecs_ = 0;  // what the other router can decompress
+  PackingCounters packing_counters_;
   bool called_ = false;  // this side's HELLO created the session
   std::uint64_t our_token_ = 0;
   std::uint64_t their_token_ = 0;  // 0: there is no session

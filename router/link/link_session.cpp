@@ -348,7 +348,7 @@ core::Outcome LinkSession::send(Time now, const RecordPrefix& prefix, const Head
   queued_at_most_ += record_size(message.size());
   if (next_expiry_ < now) next_expiry_ = now + std::chrono::milliseconds(50);
   if (sample) {
-    samples_[lane].push(now, prefix.hops, header, message);
+    samples_[lane].push(now, prefix.of_sample(), header, message);
   } else {
     lanes_[lane].push(now, prefix, message, committed_max());
   }
@@ -402,10 +402,13 @@ std::uint64_t LinkSession::committed_max() const {
 
 // --- permission to send
 
+std::uint64_t LinkSession::rate() const {
+  const std::uint64_t rate = congestion_.rate(rtt_.smoothed());
+  return settings_.rate != 0 ? std::min(rate, settings_.rate) : rate;
+}
+
 std::size_t LinkSession::datagram_max() const {
-  std::uint64_t rate = congestion_.rate(rtt_.smoothed());
-  if (settings_.rate != 0) rate = std::min(rate, settings_.rate);
-  return rate < kJumboFrom ? kDatagramEthernet : kDatagramMax;
+  return rate() < kJumboFrom ? kDatagramEthernet : kDatagramMax;
 }
 
 std::size_t LinkSession::datagram_size() const { return std::min(mtu_.size(), datagram_max()); }

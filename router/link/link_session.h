@@ -102,6 +102,8 @@ class LinkSession final : private PacketObserver {
   [[nodiscard]] const RttEstimator& rtt() const { return rtt_; }
   [[nodiscard]] const Congestion& congestion() const { return congestion_; }
   [[nodiscard]] std::size_t mtu() const { return mtu_.size(); }
+  // Bytes per second that the link takes now.
+  [[nodiscard]] std::uint64_t rate() const;
   // Size of full datagrams: small on a slow link, so that urgent messages do not wait long for
   // one.
   [[nodiscard]] std::size_t datagram_size() const;

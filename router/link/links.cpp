@@ -34,6 +34,7 @@ Links::Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
       memory_(memory),
       setup_(setup),
       shell_(shell),
+      packing_(setup.self.widths, setup.self.classes, setup.clock),
       admission_(router, setup.self, setup.secret),
       fleet_(setup.self),
       refusals_(kRefusalsPerSecond, kRefusalsPerSecond),
@@ -236,6 +237,37 @@ void Links::reply(Time now, const core::Receiver& to, const Header& header) {
   wire::encode_header(header, bytes);
   const core::Outcome outcome = deliver(now, to, {.header = header, .bytes = bytes});
   if (!core::taken(outcome)) lost(slots_[to.token].link->client(), header, outcome);
+}
+
+// A value that this router keeps is decompressed here in any case.
+bool Links::goes_on_packed(core::ClientId from, const core::Message& message,
+                           std::uint32_t size) const {
+  const core::NewestValues* newest = router_.newest();
+  if (newest != nullptr && newest->wants(message.header)) return false;
+  const auto next = router_.next_hop(router_.client(from), message.header.dest);
+  if (next.to == nullptr || next.to->info.port != core::PortKind::kLink) return false;
+  const Link* link = this->link(next.to->info.token);
+  return link != nullptr && link->takes_packed(message, size);
+}
+
+bool Links::take_packed(core::ClientId link, core::Message& message, PackingCounters& counters) {
+  const auto size = packing_.unpacked_size(message);
+  if (!size) {
+    ++counters.broken;
+    return false;
+  }
+  if (goes_on_packed(link, message, *size)) {
+    ++counters.passed;
+    return true;
+  }
+  MessageBuffer room(memory_);
+  if (*size > setup_.self.message_max || !room || !room.grow(*size)) {
+    lost(link, message.header, core::Outcome::kIncomplete);
+    return false;
+  }
+  if (!packing_.unpack(message, room.bytes().first(*size), counters)) return false;
+  done_.push_back(std::move(room));
+  return true;
 }
 
 std::uint64_t Links::queued_bytes(std::uint32_t token) const {
@@ -510,7 +542,8 @@ void Links::welcome(const NetAddress& to, const Hello& hello, const Link& link, 
                            .echo = hello.token,
                            .token = link.our_token(),
                            .keep_alive = link.settings().keep_alive,
-                           .identity = setup_.self});
+                           .identity = setup_.self,
+                           .codecs = kCodecs});
 }
 
 void Links::take(Time now, const NetAddress& from, const Hello& hello, Link& link) {

@@ -31,6 +31,7 @@ struct LinksSetup {
   // source of random numbers.
   core::SipKey secret{};
   std::uint32_t links_max = 4096;
+  Packing::Clock clock = nullptr;  // to measure what compression costs; null: it is not measured
 };
 
 // Requests for work after the turn has been flushed.
@@ -132,6 +133,10 @@ class Links final : public core::Port, private LinkContext {
   void send(const NetAddress& to, std::span<const std::byte> datagram) override;
   void lost(core::ClientId client, const Header& header, core::Outcome why) override;
   void changed() override { choose_ = true; }
+  Packing& packing() override { return packing_; }
+  bool take_packed(core::ClientId link, core::Message& message, PackingCounters& counters) override;
+  [[nodiscard]] bool goes_on_packed(core::ClientId from, const core::Message& message,
+                                    std::uint32_t size) const;
 
   // --- admission
   void on_hello(Time now, const NetAddress& from, const Hello& hello);
@@ -189,6 +194,7 @@ class Links final : public core::Port, private LinkContext {
   LinksShell* shell_;
   std::array<DatagramSender*, core::kPathKindCount> senders_{};
   std::array<std::string, core::kPathKindCount> trouble_;
+  Packing packing_;
   Admission admission_;
   Fleet fleet_;
   StandbyTurns standby_turns_;

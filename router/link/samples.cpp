@@ -280,7 +280,7 @@ bool SampleReceiver::hand_on(Time now, std::uint8_t hops, std::uint32_t number,
   stream = {header.src, header.dest, header.type, number};
   drop_overtaken(header, number);
   core::Message whole{header, message};
-  arrivals_.on_message(now, {.hops = hops}, whole);
+  arrivals_.on_message(now, RecordPrefix::decode_sample(hops), whole);
   return true;
 }
 

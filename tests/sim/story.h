@@ -20,25 +20,31 @@ inline constexpr Address kChassis{0x02110000};  // at the other robot
 inline constexpr Duration kKeepAlive = 300ms;
 
 struct Story : SimulatedNetwork {
-  // `base_setup`: limits of the base, if it is to have any.
-  explicit Story(std::uint64_t seed = 1, NodeSetup base_setup = {}) : SimulatedNetwork(seed) {
+  // `base_setup`: limits of the base, if it is to have any. `compress`: on all links.
+  explicit Story(std::uint64_t seed = 1, NodeSetup base_setup = {},
+                 core::Compression compress = core::Compression::kOff)
+      : SimulatedNetwork(seed) {
+    const auto links = [compress](std::vector<link::LinkSettings> all) {
+      for (link::LinkSettings& one : all) one.packing.compress = compress;
+      return all;
+    };
     base_setup.name = "base";
     base_setup.role = core::Role::kTop;
-    base_setup.links = {sub_link()};
+    base_setup.links = links({sub_link()});
     base = &add(base_setup);
     robot = &add({.name = "robot",
                   .role = core::Role::kSystem,
                   .system = 1,
-                  .links = {super_link(address_of(0)), sub_link()}});
+                  .links = links({super_link(address_of(0)), sub_link()})});
     host = &add({.name = "host",
                  .role = core::Role::kSubsystem,
                  .system = 1,
                  .id = 2,
-                 .links = {super_link(address_of(1))}});
+                 .links = links({super_link(address_of(1))})});
     other = &add({.name = "other",
                   .role = core::Role::kSystem,
                   .system = 2,
-                  .links = {super_link(address_of(0)), sub_link()}});
+                  .links = links({super_link(address_of(0)), sub_link()})});
     set_faults({.delay = 1ms});
   }
   // Starts all nodes and their clients, and waits until their mailboxes are known.

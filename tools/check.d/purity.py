@@ -29,6 +29,7 @@ ALLOWED = [re.compile(p) for p in (
     r"GeographicLib::.*|(vtable|typeinfo) for GeographicLib::.*",  # projections: constants only
     r"rack::vision::(read_marker_map|picture_of)\(.*",  # the pure part of components/vision
     r"cv::.*|(vtable|typeinfo) for cv::.*",  # OpenCV on pictures in memory
+    r"(LZ4|ZSTD)_\w+",  # router/compression: on blocks in memory, with contexts in memory of the caller
     r"__libc_single_threaded",  # its pointers, which are std::shared_ptr: how they count
     r"(m|c|re)alloc|free",  # components/mapping: Eigen takes its memory by them
     r"toml::v3::.*|(vtable|typeinfo) for toml::v3::.*|__cxa_pure_virtual",  # libtims/base/toml.cpp
