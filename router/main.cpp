@@ -24,6 +24,7 @@
 #include "router/io/local_port.h"
 #include "router/io/log.h"
 #include "router/io/loop.h"
+#include "router/io/member_keys.h"
 #include "router/io/net/resolver.h"
 #include "router/io/service.h"
 #include "router/io/tcp_port.h"
@@ -153,7 +154,9 @@ class Program final : private core::RouterHooks, private io::AdminSource {
       if (const auto done = io::become_real_time(priority); !done)
         log_.warning(fmt::format("router.priority {}: {}", priority, done.error().detail()));
     }
-    if (const Result<void> result = listen(); !result) {
+    Result<void> result = load_keys();
+    if (result) result = listen();
+    if (!result) {
       log_.error(result.error().detail());
       return kCannotStart;
     }
@@ -245,6 +248,30 @@ class Program final : private core::RouterHooks, private io::AdminSource {
       admin_has_turn_ = false;
       loop_.end_turn(os::now());
     });
+  }
+
+  Result<void> load_keys() {
+    if (configuration_.config.security.keys.empty()) return {};
+    auto keys = io::MemberKeys::load(configuration_.config);
+    if (!keys) return keys.error();
+    keys_ = std::move(*keys);
+    log_.info(describe_keys());
+    loop_.watch({.next = [this] { return keys_->next_timeout(); },
+                 .on_timeout = [this](Time now) { look_at_keys(now); }});
+    return {};
+  }
+
+  [[nodiscard]] std::string describe_keys() const {
+    const security::Credentials& own = keys_->credentials();
+    return fmt::format("keys {}: {} of the fleet {}, list {} with {} revoked", keys_->folder().path(),
+                       own.identity.to_string(), own.identity.fleet, own.list_number(),
+                       own.list ? own.list->size() : 0);
+  }
+
+  void look_at_keys(Time now) {
+    const auto changed = keys_->on_timeout(now);
+    if (!changed) return log_.error("former keys stay in force: " + changed.error().detail());
+    if (*changed) log_.info(describe_keys());
   }
 
   Result<void> listen() {
@@ -397,6 +424,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
                              .epoch = epoch_};
   io::Log log_{configuration_.config.log.level};
   io::LimitedLog limited_log_{log_};
+  std::optional<io::MemberKeys> keys_;  // empty: without keys
   io::Loop loop_;
   core::Router router_{
       router_settings(configuration_.config, epoch_), {random_number(), random_number()}, *this};

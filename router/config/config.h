@@ -185,6 +185,8 @@ struct Config {
 
   struct Security {
     bool insecure = false;  // listening beyond loopback without authentication was allowed
+    std::string keys;       // a folder (security/keys/key_folder.h); empty: this router has no keys
+    bool refuse_expired = false;  // certificates, if the clock can be trusted
     bool operator==(const Security&) const = default;
   } security;
 

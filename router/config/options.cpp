@@ -321,6 +321,18 @@ constexpr std::array kOptions{
          .help = "Allows listening beyond loopback, although this version has no authentication: "
                  "any program that can reach the port can command the robot. Use it only in "
                  "networks where every machine is trusted."}),
+    row<Kind::kText, &Config::security, &Config::Security::keys>(
+        {.key = "security.keys",
+         .range = {0, 4096},
+         .reload = Reload::kRestart,
+         .help = "Folder with the keys of this router, made by timsctl key init (base) or timsctl "
+                 "join. Its certificate must name the role, system and id of this router. What "
+                 "timsctl changes there takes effect within a second, without a reload."}),
+    row<Kind::kFlag, &Config::security, &Config::Security::refuse_expired>(
+        {.key = "security.refuse_expired",
+         .reload = Reload::kRestart,
+         .help = "Refuses expired certificates of others, if the clock of this host is "
+                 "synchronised. Otherwise they are accepted, so that no clock stops a robot."}),
 
     row<Kind::kFlag, &Config::sim, &Config::Sim::faults>(
         {.key = "sim.faults",

@@ -71,6 +71,8 @@ TEST(Options, SetGivesBackWhatGetGave) {
                               "newest.streams=status",
                               "log.level=error",
                               "security.insecure=true",
+                              "security.keys=/etc/tims/keys",
+                              "security.refuse_expired=true",
                               "router.role=subsystem",
                               "router.priority=5",
                               "address.widths=6/8/10/8",

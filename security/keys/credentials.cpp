@@ -46,7 +46,7 @@ std::optional<Refusal> judge(const Certificate& certificate, int depth, std::str
     case Validity::kExpired:
       if (expiry == Expiry::kRefuse)
         return refused(Refusal::Code::kExpired,
-                       "has expired: run timsctl key renew there (security.expiry = \"refuse\")");
+                       "has expired: run timsctl key renew there (security.refuse_expired)");
       break;
     case Validity::kValid:
     case Validity::kEnding:

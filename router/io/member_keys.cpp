@@ -1,0 +1,91 @@
+#include "router/io/member_keys.h"
+
+#include <fmt/format.h>
+#include <sys/stat.h>
+
+namespace tims::io {
+namespace {
+
+constexpr std::array kFilesThatChange{"identity.pem", "fleet.pem", "revoked.list"};
+
+security::MemberRole member_role(core::Role role) {
+  switch (role) {
+    case core::Role::kSubsystem:
+      return security::MemberRole::kSubsystem;
+    case core::Role::kSystem:
+      return security::MemberRole::kSystem;
+    case core::Role::kTop:
+      break;
+  }
+  return security::MemberRole::kTop;
+}
+
+Error of_another(const security::KeyFolder& folder, const security::Identity& identity,
+                 const config::Config::Router& router) {
+  const bool base = folder.has("authority");
+  const std::string_view role = core::name(router.role);
+  return {
+      Errc::kRefused,
+      fmt::format("security.keys: the certificate in {} is that of {}, but this router is {} {}, "
+                  "id {}: change router.role, router.system and router.id, or run {}",
+                  folder.path(), identity.to_string(), role, router.system, router.id,
+                  base ? fmt::format("timsctl key init --keys {} --role {} --system {} --id {}",
+                                     folder.path(), role, router.system, router.id)
+                       : fmt::format("timsctl token new --role {} --system {} --id {} on the "
+                                     "base, and timsctl join here",
+                                     role, router.system, router.id))};
+}
+
+}  // namespace
+
+MemberKeys::MemberKeys(security::KeyFolder folder, security::Credentials credentials, Stamps stamps,
+                       const config::Config& config)
+    : folder_(std::move(folder)),
+      credentials_(std::move(credentials)),
+      stamps_(stamps),
+      router_(config.router),
+      expiry_(config.security.refuse_expired ? security::Expiry::kRefuse
+                                             : security::Expiry::kWarn) {}
+
+MemberKeys::Stamps MemberKeys::look(const security::KeyFolder& folder) {
+  Stamps stamps;
+  for (std::size_t i = 0; i < stamps.size(); ++i) {
+    struct stat status {};
+    if (::stat(folder.file(kFilesThatChange[i]).c_str(), &status) != 0) continue;
+    stamps[i] = {status.st_ino, status.st_mtim.tv_sec * 1'000'000'000 + status.st_mtim.tv_nsec};
+  }
+  return stamps;
+}
+
+Result<security::Credentials> MemberKeys::read(const security::KeyFolder& folder,
+                                               const config::Config::Router& router) {
+  auto loaded = folder.load();
+  if (!loaded) return Error(loaded.error().code(), "security.keys: " + loaded.error().detail());
+  const security::Identity& identity = loaded->identity;
+  if (identity.role != member_role(router.role) || identity.system != router.system ||
+      identity.id != router.id)
+    return of_another(folder, identity, router);
+  return loaded;
+}
+
+Result<MemberKeys> MemberKeys::load(const config::Config& config) {
+  security::KeyFolder folder(config.security.keys);
+  const Stamps stamps = look(folder);  // before reading: a change in between is seen next time
+  auto credentials = read(folder, config.router);
+  if (!credentials) return credentials.error();
+  return MemberKeys(std::move(folder), std::move(*credentials), stamps, config);
+}
+
+Result<bool> MemberKeys::on_timeout(Time now) {
+  if (now < next_look_) return false;
+  next_look_ = now + kInterval;
+  const Stamps stamps = look(folder_);
+  if (stamps == stamps_) return false;
+  stamps_ = stamps;
+  auto credentials = read(folder_, router_);
+  if (!credentials) return credentials.error();
+  credentials_ = std::move(*credentials);
+  return true;
+}
+
+}  // namespace tims::io
