@@ -52,6 +52,10 @@ void TlsSession::fail() {
     error_ = std::string("the certificate of the other side is not accepted: ") +
              X509_verify_cert_error_string(verified);
     ERR_clear_error();
+  } else if (ERR_GET_LIB(code) == ERR_LIB_SSL && ERR_GET_REASON(code) > SSL_AD_REASON_OFFSET) {
+    error_ = std::string("the other side refuses: ") +
+             SSL_alert_desc_string_long(ERR_GET_REASON(code) - SSL_AD_REASON_OFFSET);
+    ERR_clear_error();
   } else {
     error_ = crypto_error("TLS").detail();
   }

@@ -216,10 +216,24 @@ Result<PrivateKey> KeyFolder::next_key() const {
 
 // A reader finds the old certificate with the old key, or the new one with the next key (load()).
 Result<void> KeyFolder::take_over(const std::vector<Certificate>& chain,
-                                  const std::vector<Certificate>& roots) const {
-  if (auto done = write_public("fleet.pem", to_pem(roots)); !done) return done;
+                                  const std::vector<Certificate>& roots, View list) const {
+  if (auto done = take_over_roots(roots, list); !done) return done;
   if (auto done = write_public("identity.pem", to_pem(chain)); !done) return done;
   return rename("identity.key.next", "identity.key");
+}
+
+// A member of the fleet goes on with its newest list; who comes from another one forgets that.
+Result<void> KeyFolder::take_over_roots(const std::vector<Certificate>& roots, View list) const {
+  const auto own = load();
+  if (own && !list.empty()) {
+    const auto opened = FleetList::open(list, own->roots, own->identity.fleet);
+    if (opened && opened->number <= own->list_number()) return {};
+    if (opened) return write_list(list, opened->roots);
+  }
+  if (list.empty()) return write_public("fleet.pem", to_pem(roots));
+  if (auto done = remove("revoked.list"); !done) return done;
+  if (auto done = write_public("fleet.pem", to_pem(roots)); !done) return done;
+  return write_public("revoked.list", text_of(list));
 }
 
 Result<bool> KeyFolder::take_over_list(View bytes) const {

@@ -45,9 +45,10 @@ class KeyFolder {
   [[nodiscard]] Result<Credentials> load() const;
   // The key for the next certificate: that of an interrupted attempt, or a new one.
   [[nodiscard]] Result<PrivateKey> next_key() const;
-  // Takes over the certificate for the next key.
+  // Takes over the certificate for the next key. A list that is not newer than the present one of
+  // the same fleet is left out; empty: none.
   [[nodiscard]] Result<void> take_over(const std::vector<Certificate>& chain,
-                                       const std::vector<Certificate>& roots) const;
+                                       const std::vector<Certificate>& roots, View list = {}) const;
   // Stores a list that is newer than the present one, and its roots. False: it is not newer.
   [[nodiscard]] Result<bool> take_over_list(View bytes) const;
   // Stores a list that the caller has opened, and its roots.
@@ -57,6 +58,8 @@ class KeyFolder {
   [[nodiscard]] Result<os::File> open_folder() const;
   [[nodiscard]] Result<std::string> read(std::string_view name, bool secret) const;
   [[nodiscard]] Result<void> write(std::string_view name, std::string_view text, bool secret) const;
+  [[nodiscard]] Result<void> take_over_roots(const std::vector<Certificate>& roots,
+                                             View list) const;
   [[nodiscard]] Result<PrivateKey> own_key(const Certificate& certificate) const;
 
   std::string path_;

@@ -72,6 +72,12 @@ struct Options {
   std::string objects;                     // of camera save: what recognises them
   std::optional<tims::Duration> patience;  // of nav goto
   std::string why;                         // of config apply
+  std::string keys;                        // of key, token, join: a folder
+  std::string role;                        // likewise: of the member
+  std::optional<std::int64_t> id;
+  std::string name;
+  std::string rights;
+  std::string address;  // of token new
   tims::Duration window = std::chrono::seconds(90);
   std::optional<std::uint64_t> generation;  // of config undo
   bool fields = false;
@@ -86,7 +92,10 @@ struct Options {
   bool all_routers = false;
   bool hops = false;
   bool detach = false;
-  bool gps = false;  // of nav goto
+  bool gps = false;         // of nav goto
+  bool finish = false;      // of key rotate
+  bool force = false;       // of key rotate --finish
+  bool until_idle = false;  // of key serve
 
   [[nodiscard]] bool json() const { return format == Format::kJson; }
   // Whether a verb that repeats something runs until it is stopped.

@@ -215,6 +215,65 @@ constexpr Verb kOwnVerbs[] = {
      "100 %. Exit status 1: red.",
      "timsctl config budget", config_budget, kRows},
 
+    {"key", "init", "", 0, 0, "fleet keys role system id name", false,
+     "Make the authority of a fleet and the keys of this host, the base (a top router unless "
+     "--role "
+     "says otherwise). Called again: another certificate for this host, if role, system, id or "
+     "name are others. Needs no router.",
+     "timsctl key init --fleet harbour --keys /etc/tims/keys", key_init},
+    {"key", "list", "", 0, 0, "keys sort", false,
+     "List all certificates that this base has issued: valid, replaced by a newer one, of an old "
+     "root, revoked. Needs no router.",
+     "timsctl key list", key_list, kRows},
+    {"key", "show", "", 0, 0, "keys", false,
+     "Show whose certificate lies in the folder, until when it is valid, the fingerprints of the "
+     "roots that are believed, the list of revoked certificates. Exit status 1: revoked or "
+     "expired. "
+     "Needs no router.",
+     "timsctl key show", key_show},
+    {"key", "request", "[FILE]", 0, 1, "keys", false,
+     "Without a network, step 1, on the robot: make a key and write a request for a certificate.",
+     "timsctl key request /media/stick/robot3.request", key_request},
+    {"key", "sign", "REQUEST [ANSWER]", 1, 2, "keys role system id name rights", false,
+     "Without a network, step 2, on the base: sign a request. ANSWER has certificate, roots and "
+     "list; nothing in it is secret.",
+     "timsctl key sign robot3.request robot3.answer --role system --system 3", key_sign},
+    {"key", "import", "ANSWER", 1, 1, "keys", false,
+     "Without a network, step 3, on the robot: take certificate, roots and list over.",
+     "timsctl key import /media/stick/robot3.answer", key_import},
+    {"key", "renew", "", 0, 0, "keys", false,
+     "Get a new certificate for a new key; also after the present one has expired. On a robot: "
+     "from "
+     "`key serve` of the base.",
+     "timsctl key renew", key_renew},
+    {"key", "revoke", "NAME...", 1, 64, "keys", false,
+     "Revoke all certificates of a member, by its name, by ROLE/SYSTEM/ID, or by the beginning of "
+     "a "
+     "serial number. Run it on the base: its router passes the new list on to the fleet.",
+     "timsctl key revoke robot3", key_revoke},
+    {"key", "rotate", "", 0, 0, "keys finish force", false,
+     "Replace the root of the fleet. Members believe both roots until --finish, which is refused "
+     "while somebody has a certificate of the old one (unless --force).",
+     "timsctl key rotate", key_rotate},
+    {"key", "serve", "", 0, 0, "keys until-idle detach for", true,
+     "Serve joining and renewing on TCP port 2011. `token new` starts it if needed, until no token "
+     "is open any more.",
+     "timsctl key serve --keys /etc/tims/keys", key_serve},
+
+    {"token", "new", "", 0, 0, "keys role system id name rights address", false,
+     "Print the text with which a robot or user joins the fleet: once, within an hour. It has a "
+     "secret: show it to nobody else.",
+     "timsctl token new --role system --system 3", token_new},
+    {"token", "list", "", 0, 0, "keys sort", false, "List tokens: open, used, ended.",
+     "timsctl token list", token_list, kRows},
+    {"token", "revoke", "ID...", 1, 64, "keys", false, "Revoke tokens that were not used yet.",
+     "timsctl token revoke 5f0c12ab", token_revoke},
+
+    {"join", "", "TEXT", 1, 1, "keys", false,
+     "Join the fleet of a text of `token new`: make a key here, prove the secret to the base, get "
+     "the certificate. May be repeated after an interruption. Needs no router.",
+     "timsctl join tims-join:10.9.1.1:2011/ABEiM0RV...", join},
+
     {"device", "list", "", 0, 0, "sort", false,
      "List the devices of this host: serial ports, CAN interfaces, cameras, joysticks, I/O lines; "
      "with the driver program, the address for its --device, and obstacles: permissions, a missing "

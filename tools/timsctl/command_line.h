@@ -84,6 +84,23 @@ Exit config_undo(Context& context);
 Exit config_history(Context& context);
 Exit config_budget(Context& context);
 
+Exit key_init(Context& context);
+Exit key_list(Context& context);
+Exit key_show(Context& context);
+Exit key_request(Context& context);
+Exit key_sign(Context& context);
+Exit key_import(Context& context);
+Exit key_renew(Context& context);
+Exit key_revoke(Context& context);
+Exit key_rotate(Context& context);
+Exit key_serve(Context& context);
+
+Exit token_new(Context& context);
+Exit token_list(Context& context);
+Exit token_revoke(Context& context);
+
+Exit join(Context& context);
+
 Exit device_list(Context& context);
 Exit device_watch(Context& context);
 Exit device_record(Context& context);
