@@ -263,9 +263,9 @@ class Program final : private core::RouterHooks, private io::AdminSource {
 
   [[nodiscard]] std::string describe_keys() const {
     const security::Credentials& own = keys_->credentials();
-    return fmt::format("keys {}: {} of the fleet {}, list {} with {} revoked", keys_->folder().path(),
-                       own.identity.to_string(), own.identity.fleet, own.list_number(),
-                       own.list ? own.list->size() : 0);
+    return fmt::format("keys {}: {} of the fleet {}, list {} with {} revoked",
+                       keys_->folder().path(), own.identity.to_string(), own.identity.fleet,
+                       own.list_number(), own.list ? own.list->size() : 0);
   }
 
   void look_at_keys(Time now) {
