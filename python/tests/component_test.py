@@ -1,0 +1,304 @@
+"""Components in Python: what timsctl, proxies and other components see of them."""
+
+import json
+import os
+import pathlib
+import signal
+import subprocess
+import sys
+import threading
+import unittest
+
+import rack
+import tims
+import rack.messages
+from rack.messages import LadarProxy, PilotProxy
+from support import PATIENCE, PROGRAMS, Child, WithRouter, eventually
+
+EXAMPLES = pathlib.Path(os.environ["TIMS_SOURCES"]) / "python" / "examples"
+
+THERMOMETER = '''
+import os, sys, threading, time
+import rack, tims
+from rack.messages import ClockData
+
+class Limited(rack.DataModule[ClockData]):
+    """Counts."""
+    DATA, CLASS_ID, CLASS_NAME = ClockData, 150, "Counter"
+    PARAMETERS = [rack.integer("period", 20, "period [ms]", 10, 60000), rack.real("gain", 0.5, "gain", 0, 2),
+                  rack.text("mode", "", "what to do", takes_effect=rack.NOW)]
+    count = 0
+
+    def module_init(self):
+        if self.text("mode") == "no init": raise rack.Refused("there is no sensor")
+
+    def module_on(self):
+        if self.text("mode") == "no on": raise rack.Refused("the sensor is not plugged in")
+        if self.text("mode") == "broken": self.nothing_has_this_name
+        self.period = self.integer("period")
+        self.print("counts from %d with %g" % (self.count, self.real("gain")))
+
+    def module_loop(self):
+        self.sleep_until_next()
+        if self.text("mode") == "fail": raise OSError("the sensor is gone")
+        self.count += 1
+        self.put(ClockData(recordingTime=rack.time_stamp(), utcTime=self.count))
+
+    def module_off(self): self.print("off")
+
+    def module_command(self, command):
+        if command.type == 21: self.count = command.decode(ClockData).utcTime; command.reply()
+        elif command.type == 22: command.reply(-22, ClockData(utcTime=self.count))
+        elif command.type == 23: command.later(lambda: self.slow(command))
+        elif command.type == 24: raise tims.Timeout(tims.Code.TIMEOUT, "the sensor does not answer")
+        elif command.type == 25: self.stop()
+        elif command.type == 26: command.later(lambda: {}[5])
+        else: super().module_command(command)
+
+    def slow(self, command):
+        while self.text("mode") != "go": time.sleep(0.002)
+        command.reply(-22, ClockData(utcTime=self.count))
+
+sys.exit(Limited().run())
+'''
+
+
+class Components(WithRouter):
+    def start(self, *command):
+        component = Child(sys.executable, "-u", *command)
+        self.addCleanup(component.end)
+        return component
+
+    def counter(self, *arguments):
+        file = self.folder / "counter.py"
+        file.write_text(THERMOMETER, encoding="utf-8")
+        return self.start(file, *arguments)
+
+    def proxy(self, kind, name):
+        session = self.session()
+        self.addCleanup(session.close)
+        work = session.open("Tool(0/9)", slots=4, body_max=70000)
+        self.addCleanup(work.close)
+        proxy = kind(work, name, rack.Timeouts(on=PATIENCE, off=PATIENCE, data=PATIENCE))
+
+        def there():
+            try:
+                return proxy.status() is not None
+            except tims.NoMailbox:
+                return False
+
+        eventually(there, f"{name} is there")
+        return proxy
+
+    def counter_proxy(self, instance=0):
+        return self.proxy(CounterProxy, self.session().make_address(0, 150, instance))
+
+    def timsctl(self, *arguments):
+        clean = {k: v for k, v in os.environ.items() if k != "LD_PRELOAD"}
+        return subprocess.run([PROGRAMS / "timsctl", "-H", self.router, *arguments], capture_output=True, text=True,
+                              env=clean, timeout=PATIENCE)
+
+    def test_a_component_of_twenty_lines_is_like_any_other(self):
+        self.start(EXAMPLES / "sweeper.py", "--instance", "3")
+        ladar = self.proxy(LadarProxy, "Ladar(0/3)")
+        self.assertEqual(ladar.status(), tims.Type.DISABLED)
+        ladar.on()
+        scan = ladar.get_data()
+        self.assertEqual((len(scan.points), scan.points[0].distance), (181, 3000))
+        shown = self.timsctl("component", "param", "get", "Ladar/0/3")
+        self.assertIn("radius", shown.stdout + shown.stderr)
+        self.timsctl("component", "param", "set", "Ladar/0/3", "radius", "2000")
+        eventually(lambda: ladar.get_next_data(PATIENCE).points[0].distance == 2000)
+        echoed = self.timsctl("msg", "echo", "Ladar/0/3", "-n", "2")
+        self.assertEqual(echoed.returncode, 0, echoed.stderr)
+        self.assertIn("2000", echoed.stdout)
+        # At the time of a scan that it has kept, and of none.
+        now = ladar.get_data()
+        self.assertEqual(ladar.get_data(now.recordingTime).recordingTime, now.recordingTime)
+        with self.assertRaisesRegex(tims.AnsweredError, "no longer available"):
+            ladar.get_data((now.recordingTime - 3_600_000) % 2**32)
+        self.assertEqual(self.timsctl("component", "off", "Ladar/0/3").returncode, 0)
+        self.assertEqual(ladar.status(), tims.Type.DISABLED)
+
+    def test_one_in_c_is_too(self):
+        self.addCleanup(Child(PROGRAMS / "SweeperC", "--router", self.router, "--instance", "6", "--period", "10").end)
+        ladar = self.proxy(LadarProxy, "Ladar(0/6)")
+        ladar.on()
+        scan = ladar.get_next_data(PATIENCE)
+        self.assertEqual((len(scan.points), scan.points[180].distance, scan.duration), (181, 3000, 10))
+        ladar.set_parameter("radius", 500)
+        eventually(lambda: ladar.get_next_data(PATIENCE).points[0].distance == 500)
+        with self.assertRaisesRegex(tims.AnsweredError, "unknown command"):
+            ladar._command(21, None, None)
+        self.assertIn("radius", ladar.describe()["purpose"] + json.dumps(ladar.describe()))
+
+    def test_it_describes_itself(self):
+        out = subprocess.run([sys.executable, EXAMPLES / "wall_follower.py", "--describe"], capture_output=True, text=True,
+                             check=True).stdout
+        described = json.loads(out)
+        self.assertEqual(described["program"], "WallFollower")
+        self.assertIn("along the wall", described["purpose"])
+        self.assertIn("ladarInst", out)
+        self.assertIn('"Chassis"', out)
+        help_text = subprocess.run([sys.executable, EXAMPLES / "sweeper.py", "--help"], capture_output=True, text=True,
+                                   check=True).stdout
+        self.assertIn("radius of the room [mm] (3000; a whole number from 100 to 30000)", help_text)
+        wrong = subprocess.run([sys.executable, EXAMPLES / "sweeper.py", "--radius", "5"], capture_output=True, text=True)
+        self.assertEqual(wrong.returncode, 2)
+        self.assertIn("radius", wrong.stderr)
+
+    def test_commands_are_answered(self):
+        self.counter()
+        counter = self.counter_proxy()
+        self.assertEqual(counter.parameters()["gain"], 0.5)
+        counter.set_count(1000)
+        counter.on()
+        self.assertGreater(counter.get_count(), 1000)
+        with self.assertRaisesRegex(tims.AnsweredError, "unknown command"):
+            counter._command(99, None, None)
+        with self.assertRaisesRegex(tims.AnsweredError, "the sensor does not answer"):
+            counter._command(24, None, None)
+        with self.assertRaisesRegex(tims.AnsweredError, "ClockData has at least"):
+            counter._ask(21, b"x", (0,))
+        with self.assertRaisesRegex(tims.AnsweredError, r"KeyError: 5 \(counter.py:\d+\)"):
+            counter._command(26, None, None)
+        self.assertEqual(counter.status(), tims.Type.ENABLED)
+
+    def test_a_long_command_lets_others_be_answered(self):
+        self.counter("--instance", "1")
+        counter = self.counter_proxy(1)
+        slow = rack.messages.ClockData
+        result = []
+        mailbox = self.session().open("Tool(0/20)", slots=4)
+        self.addCleanup(mailbox.close)
+        other = CounterProxy(mailbox, counter.component, counter.timeouts)
+        thread = threading.Thread(target=lambda: result.append(other._query(23, None, (-22,), slow, PATIENCE).utcTime))
+        thread.start()
+        for _ in range(20):
+            counter.get_count()
+        self.assertEqual(result, [])
+        counter.set_parameter("mode", "go")
+        thread.join(PATIENCE)
+        self.assertEqual(len(result), 1)
+
+    def test_errors_turn_it_off_and_it_comes_back(self):
+        component = self.counter("--instance", "2", "--errorTimeout", "10")
+        counter = self.counter_proxy(2)
+        for mode, reason in (("no on", "the sensor is not plugged in"), ("broken", "AttributeError")):
+            counter.set_parameter("mode", mode)
+            with self.assertRaises(tims.AnsweredError):
+                counter.on()
+            component.wait_for_line(reason)
+        counter.set_parameter("mode", "")
+        eventually(lambda: counter.status() == tims.Type.ENABLED, "on again")
+        counter.set_parameter("mode", "fail")
+        component.wait_for_line("the sensor is gone")
+        counter.set_parameter("mode", "")
+        eventually(lambda: counter.status() == tims.Type.ENABLED, "on again")
+
+    def test_it_ends_as_others(self):
+        for end in (signal.SIGTERM, signal.SIGINT, signal.SIGHUP):
+            component = self.counter("--instance", "4", "--targetStatus", "1")
+            component.wait_for_line("counts from 0 with 0.5")
+            component.process.send_signal(end)
+            self.assertEqual(component.wait(), 0, component.lines)
+            self.assertTrue(any("off" in line for line in component.lines), component.lines)
+        component = self.counter("--instance", "4")
+        counter = self.counter_proxy(4)
+        counter.work.send(counter.component, 25)  # stop()
+        self.assertEqual(component.wait(), 0, component.lines)
+
+    def test_it_does_not_start(self):
+        component = self.counter("--instance", "5", "--mode", "no init")
+        self.assertEqual(component.wait(), 1)
+        self.assertIn("there is no sensor", "\n".join(component.lines))
+
+    def test_misuse_is_named(self):
+        class Silly(rack.Module):
+            CLASS_ID = 151
+
+        silly = Silly()
+        with self.assertRaisesRegex(RuntimeError, "does not run"):
+            silly.integer("system")
+        with self.assertRaisesRegex(KeyError, "radius is not among the PARAMETERS of Silly"):
+            silly.integer("radius")
+        caught = []
+
+        def elsewhere():
+            try:
+                silly.run([])
+            except RuntimeError as error:
+                caught.append(str(error))
+
+        thread = threading.Thread(target=elsewhere)
+        thread.start()
+        thread.join()
+        self.assertEqual(caught, ["a component runs in the main thread of its program"])
+
+    def test_the_wall_follower_drives(self):
+        moved = threading.Event()
+        session = self.session()
+        chassis = session.open("Chassis(0/0)", slots=16)
+        self.addCleanup(chassis.close)
+
+        def serve():
+            while True:
+                try:
+                    command = chassis.receive(PATIENCE)
+                except tims.Error:
+                    return
+                if command.type == 21 and rack.messages.ChassisMoveData.decode(command).vx == 150:
+                    moved.set()
+                chassis.reply(command, tims.Type.OK)
+
+        server = threading.Thread(target=serve, daemon=True)
+        server.start()
+        self.start(EXAMPLES / "sweeper.py")
+        self.proxy(LadarProxy, "Ladar(0/0)").work.close()
+        self.start(EXAMPLES / "wall_follower.py", "--speed", "150", "--targetStatus", "1")
+        self.assertTrue(moved.wait(PATIENCE))
+        pilot = self.proxy(PilotProxy, "Pilot(0/0)")
+        eventually(lambda: pilot.status() == tims.Type.ENABLED)
+        self.assertEqual(pilot.get_data().speed, 150)
+        pilot.off()
+        chassis.close()
+        server.join(PATIENCE)
+
+
+    def test_the_notebook_reads_a_scan(self):
+        self.start(EXAMPLES / "sweeper.py", "--targetStatus", "1")
+        self.proxy(LadarProxy, "Ladar(0/0)").work.close()
+        cells = json.loads((EXAMPLES / "plot_scan.ipynb").read_text(encoding="utf-8"))["cells"]
+        names = {}
+        for cell in cells:
+            code = "".join(cell["source"])
+            if cell["cell_type"] == "code" and "matplotlib" not in code:
+                exec(compile(code, "plot_scan.ipynb", "exec"), names)
+        self.assertAlmostEqual(float(names["x"].max()), 3.0, places=3)
+        names["work"].close()
+
+    def test_the_camera_reader_shows_pictures(self):
+        sys.path.insert(0, str(EXAMPLES))
+        self.addCleanup(sys.path.remove, str(EXAMPLES))
+        import camera_reader
+
+        grey = rack.messages.CameraData(width=3, height=2, depth=8, mode=1, image=bytes(range(6)))
+        self.assertEqual(camera_reader.picture(grey).tolist(), [[0, 1, 2], [3, 4, 5]])
+        colour = rack.messages.CameraData(width=1, height=1, depth=24, mode=11, image=b"\1\2\3")
+        self.assertEqual(camera_reader.picture(colour).tolist(), [[[3, 2, 1]]])
+        with self.assertRaisesRegex(ValueError, "mode 21"):
+            camera_reader.picture(rack.messages.CameraData(mode=21))
+
+
+class CounterProxy(rack.DataProxy[rack.messages.ClockData]):
+    CLASS_ID, DATA = 150, rack.messages.ClockData
+
+    def set_count(self, count):
+        self._command(21, rack.messages.ClockData(utcTime=count), None)
+
+    def get_count(self):
+        return self._query(22, None, (-22,), rack.messages.ClockData, None).utcTime
+
+
+if __name__ == "__main__":
+    unittest.main()
