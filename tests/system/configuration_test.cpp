@@ -303,7 +303,7 @@ TEST_F(ConfigurationTest, WithoutEditsWhatIsDeployedIsChecked) {
   EXPECT_FALSE(answer.at("ok").as_bool());
   EXPECT_TRUE(answer.at("files").as_array().empty()) << "nothing is changed";
   const json::object& problem = answer.at("problems").at(0).as_object();
-  EXPECT_EQ(problem.at("file"), "robots/scout.toml");
+  EXPECT_EQ(problem.at("file").as_string(), "robots/scout.toml");
   EXPECT_THAT(std::string(problem.at("text").as_string()), HasSubstr("startDeviation"));
 }
 
@@ -311,9 +311,9 @@ TEST_F(ConfigurationTest, TheHolderOfALockIsNamedWithItsChange) {
   (void)robot_.ask({{"ask", "conf_lock"}, {"change", "0123456789abcdef"}, {"who", "ada"}},
                    kRobotAgent);
   const json::object state = robot_.ask({{"ask", "conf_state"}}, kRobotAgent);
-  EXPECT_EQ(state.at("state"), "locked");
-  EXPECT_EQ(state.at("who"), "ada");
-  EXPECT_EQ(state.at("change"), "0123456789abcdef");
+  EXPECT_EQ(state.at("state").as_string(), "locked");
+  EXPECT_EQ(state.at("who").as_string(), "ada");
+  EXPECT_EQ(state.at("change").as_string(), "0123456789abcdef");
   (void)robot_.ask({{"ask", "conf_unlock"}, {"change", "0123456789abcdef"}}, kRobotAgent);
 }
 
@@ -328,14 +328,15 @@ TEST_F(ConfigurationTest, AllInstalledProgramsAreOffered) {
   const json::array& items = answer.at("items").as_array();
   const auto has = [&](const std::string& program, const std::string& class_name) {
     return std::ranges::any_of(items, [&](const json::value& item) {
-      return item.at("program") == program && item.at("class") == class_name &&
-             !item.at("purpose").as_string().empty();
+      return item.at("program").as_string() == program &&
+             item.at("class").as_string() == class_name && !item.at("purpose").as_string().empty();
     });
   };
   EXPECT_TRUE(has("ChassisSim", "Chassis"));
   EXPECT_TRUE(has("Position", "Position")) << "which no file of the robot starts";
   EXPECT_FALSE(std::ranges::any_of(items, [](const json::value& item) {
-    return item.at("program") == "tims-router" || item.at("program") == "timsctl";
+    return item.at("program").as_string() == "tims-router" ||
+           item.at("program").as_string() == "timsctl";
   }));
 }
 

@@ -18,20 +18,24 @@ export function Palette({ pages }: { pages: { name: string; title: string }[] })
   const dialog = useRef<HTMLDialogElement>(null);
   const text = useSignal('');
   const marked = useSignal(0);
+  const isOpen = useSignal(false); // closed, it does not follow a fleet of thousands of components
   useEffect(() => {
     const open = (event: KeyboardEvent) => {
       if (!(event.ctrlKey || event.metaKey) || event.key.toLowerCase() !== 'k') return;
       event.preventDefault();
       text.value = '';
       marked.value = 0;
+      isOpen.value = true;
       dialog.current?.showModal();
     };
     addEventListener('keydown', open);
     return () => removeEventListener('keydown', open);
   }, []);
-  const found = targets(console, pages)
-    .filter((target) => matches(target.text, text.value))
-    .slice(0, shownMax);
+  const found = isOpen.value
+    ? targets(console, pages)
+        .filter((target) => matches(target.text, text.value))
+        .slice(0, shownMax)
+    : [];
   const choose = (target: Target | undefined) => {
     if (target === undefined) return;
     dialog.current?.close();
@@ -45,7 +49,7 @@ export function Palette({ pages }: { pages: { name: string; title: string }[] })
     event.preventDefault();
   };
   return (
-    <dialog ref={dialog} class="palette" aria-label="Go to">
+    <dialog ref={dialog} class="palette" aria-label="Go to" onClose={() => (isOpen.value = false)}>
       <input
         aria-label="Page, robot or component"
         placeholder="Page, robot or component"

@@ -29,6 +29,8 @@ export class Log {
   private readonly textsSignal = signal<LogText[]>([]);
   private readonly isSinkSignal = signal(false);
   private next = 1;
+  // Of each component, by level: also of a long log it is known at once why a component is in trouble.
+  private newest = new Map<number, Partial<Record<Level, LogText>>>();
   private subscriptions = new Map<number, () => void>(); // by log
   private retry: ReturnType<typeof setTimeout> | undefined;
 
@@ -64,6 +66,20 @@ export class Log {
 
   clear(): void {
     this.textsSignal.value = [];
+    this.newest.clear();
+  }
+
+  // The newest text of a component at this level, as long as the log is kept.
+  newestOf(component: number, level: Level): LogText | undefined {
+    void this.textsSignal.value; // whoever asks is told of changes
+    return this.newest.get(component)?.[level];
+  }
+
+  private note(text: LogText): void {
+    const known = this.newest.get(text.sender) ?? {};
+    const before = known[text.level];
+    if (before === undefined || before.time <= text.time) known[text.level] = text;
+    this.newest.set(text.sender, known);
   }
 
   private get widths(): Widths | undefined {
@@ -99,6 +115,7 @@ export class Log {
       .map(({ time, mailbox, level, text }) => ({ time, sender: this.senderOf(mailbox), level, text, count: 1 }));
     const all = [...added.map((each) => ({ ...each, number: this.next++ })), ...present];
     all.sort((a, b) => a.time.getTime() - b.time.getTime());
+    for (const text of all) this.note(text);
     this.textsSignal.value = folded(all).slice(-textsMax);
   }
 
@@ -138,6 +155,7 @@ export class Log {
     const sender = this.senderOf(mailbox);
     const texts = this.textsSignal.value;
     const added = { number: this.next++, time: new Date(), sender, level, text, count: 1 };
+    this.note(added);
     this.textsSignal.value = [...texts.slice(-textsMax, -1), ...folded([...texts.slice(-1), added])];
   }
 }

@@ -1,10 +1,13 @@
 // A list of the router, renewed at a period while it is shown. A load that takes long may publish what it has by then:
-// it is shown, at most ten times a second, as long as there is no whole list.
+// it is shown as long as there is no whole list: soon, and then ever less often, since each showing of a long list delays
+// its end.
 
 import { useSignal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
 import { useConsole } from '../app/console';
 import { pageVisible } from '../ui/use_stream';
+
+const firstPause = 100; // ms
 
 export function useAdminList<Item>(
   load: (publish: (part: () => Item[]) => void) => Promise<Item[]>,
@@ -22,11 +25,14 @@ export function useAdminList<Item>(
     let timer: ReturnType<typeof setTimeout> | undefined;
     let isWhole = items.value !== undefined;
     let showing: ReturnType<typeof setTimeout> | undefined;
+    let pause = firstPause;
     const publish = (part: () => Item[]) => {
-      showing ??= setTimeout(() => {
+      if (showing !== undefined || isWhole) return;
+      showing = setTimeout(() => {
         showing = undefined;
         if (!isWhole) items.value = part();
-      }, 100);
+      }, pause);
+      pause *= 2;
     };
     const renew = async () => {
       try {

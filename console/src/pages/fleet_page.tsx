@@ -2,15 +2,14 @@
 
 import { useSignal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
-import { nameOf, useConsole, widthsOf } from '../app/console';
+import { nameOf, useConsole } from '../app/console';
 import { go, route, setOption } from '../app/route';
 import { className } from '../codec/catalogue';
 import type { Component, Robot } from '../model/fleet';
 import type { Lease } from '../model/leases';
+import type { LogText } from '../model/log';
 import { useAdminList } from '../network/admin_list';
 import type { RouterItem } from '../network/reports';
-import { fieldsOf } from '../tims/address';
-import type { Level } from '../tims/gdos';
 import { useAttempt } from '../ui/attempt';
 import { FilterBox } from '../ui/filter_box';
 import { Icon } from '../ui/icons';
@@ -25,7 +24,7 @@ interface Row {
   bad: Component[]; // in error, or without an answer
 }
 
-const rowsAtOnce = 100;
+const rowsAtOnce = 60; // more than a large screen shows
 const errorAge = 5 * 60 * 1000; // ms
 
 export function FleetPage() {
@@ -181,10 +180,11 @@ function RobotCard({ row, router, driver }: CardProperties) {
             <Lamp state={component.state.value} />{' '}
             <a href={`#/robot/${robot.system}?tiles=${tileOf(component)}`}>{nameOf(console, component.address)}</a>{' '}
             {component.state.value === 'error' ? 'is in error' : 'does not answer'}
+            <Reason component={component} />
           </li>
         ))}
       </ul>
-      <LastError robot={robot} isTroubled={bad.length > 0} />
+      {bad.length === 0 && <LastError robot={robot} />}
       <p class="actions">
         <button
           type="button"
@@ -231,15 +231,32 @@ function Away({ router, present }: { router: RouterItem; present: Robot[] }) {
   );
 }
 
-// The newest error of a robot, or warning of one in trouble, so that one sees why without looking further.
-function LastError({ robot, isTroubled }: { robot: Robot; isTroubled: boolean }) {
+// Why a component is in trouble: its newest error, or warning. If none is known: where to look.
+function Reason({ component }: { component: Component }) {
   const console = useConsole();
-  const systems = widthsOf(console);
-  const newest = (wanted: Level) =>
-    console.log.texts.value.findLast(
-      ({ sender, level }) => level === wanted && fieldsOf(sender, systems).system === robot.system,
+  const { log } = console;
+  const isSilent = component.state.value !== 'error';
+  const last = log.newestOf(component.address, 'error') ?? log.newestOf(component.address, 'warning');
+  const messages = `#/messages?filter=${encodeURIComponent(nameOf(console, component.address))}`;
+  if (last === undefined)
+    return (
+      <p class="small faint">
+        {isSilent ? 'Its program may have ended' : 'It has reported no reason since this page was opened'}:{' '}
+        <a href={isSilent ? '#/studio' : messages}>{isSilent ? 'what runs on its host' : 'its messages'}</a>
+      </p>
     );
-  const last = newest('error') ?? (isTroubled ? newest('warning') : undefined);
+  return (
+    <p class="small last-error" title={last.text}>
+      <a href={messages}>{age((Date.now() - last.time.getTime()) / 1000)} ago</a>: {last.text}
+    </p>
+  );
+}
+
+// The newest error of a robot of which no component is in trouble now.
+function LastError({ robot }: { robot: Robot }) {
+  const console = useConsole();
+  const errors = robot.components.flatMap(({ address }) => console.log.newestOf(address, 'error') ?? []);
+  const last = errors.reduce<LogText | undefined>((a, b) => (a !== undefined && a.time > b.time ? a : b), undefined);
   if (last === undefined || Date.now() - last.time.getTime() > errorAge) return null;
   return (
     <p class="small bad last-error" title={last.text}>
