@@ -3,6 +3,7 @@
 import { connect } from 'node:net';
 
 const headerSize = 16;
+const journalMax = 1000;
 const types = { ok: 0, error: -1, enabled: -4, disabled: -5, data: -6, contData: -7 };
 const commands = { on: 1, off: 2, getStatus: 3, getData: 4, getContData: 6, stopContData: 7 };
 const register = 11;
@@ -16,6 +17,7 @@ export class Swarm {
   components = new Map(); // address: { on, data(): Buffer, listeners: Map(mailbox, { period, dueAt }), commands, answers }
   received = Buffer.alloc(0);
   sent = 0;
+  journal = []; // { type, dest, body } of all messages to its mailboxes
 
   static start(port) {
     return new Promise((resolve, reject) => {
@@ -38,6 +40,11 @@ export class Swarm {
       commands: [],
       answers,
     });
+    this.own(address);
+  }
+
+  // A mailbox that answers nothing.
+  own(address) {
     const body = Buffer.alloc(4);
     body.writeUInt32LE(address);
     this.send({ type: register, dest: 0, src: 0 }, body);
@@ -82,6 +89,8 @@ export class Swarm {
       if (type === lifesign) this.send({ type: types.ok, dest: 0, src: 0, priority, sequence });
       return;
     }
+    this.journal.push({ type, dest, body: message.subarray(headerSize).toString('hex') });
+    if (this.journal.length > journalMax) this.journal.shift();
     const component = this.components.get(dest);
     if (component === undefined) return;
     const reply = (answer, body) => this.send({ type: answer, dest: src, src: dest, priority, sequence }, body);

@@ -16,10 +16,12 @@ export interface StickPilot {
   joystick: number; // the address that it listens to
 }
 
+export const pilotsOf = (robot: Robot) => robot.components.filter(({ classId: id }) => id === classId('Pilot'));
+
 // The pilots of a robot that are driven by a joystick.
 export async function stickPilots(console: Console, robot: Robot): Promise<StickPilot[]> {
   const found: StickPilot[] = [];
-  for (const pilot of robot.components.filter((component) => component.classId === classId('Pilot'))) {
+  for (const pilot of pilotsOf(robot)) {
     const answer = await console.client.call(pilot.address, types.getParam);
     if (answer.type !== types.param) continue;
     const list = decodeMessage(pilot.classId, types.param, answer.body, answer.flags) as unknown as ParameterList;
@@ -47,8 +49,6 @@ export async function beginDriving(
   { pilot, joystick }: StickPilot,
   { over = false, ended }: DrivingOptions = {},
 ): Promise<void> {
-  const chassis = firstOf(robot, 'Chassis');
-  if (chassis === undefined) throw new Error(`robot ${robot.system} has no chassis`);
   await console.leases.take(robot.system, {
     stick: joystick,
     over,
@@ -59,20 +59,30 @@ export async function beginDriving(
   });
   try {
     await takeStick(console, joystick, over);
-    // Not by their states as last heard: these may be two seconds old.
-    for (const other of robot.components)
-      if (other.classId === pilot.classId && other !== pilot) await console.fleet.turn(other, false);
     // A pilot that is on listens to whoever had the stick before, until it notices that he is gone; and it does not
     // begin with a stick that is held.
     await console.fleet.turn(pilot, false);
-    await console.fleet.turn(chassis, true);
-    await command(console.client, chassis, 'Chassis.SET_ACTIVE_PILOT', { activePilot: pilot.address });
-    await console.fleet.turn(pilot, true);
+    await activate(console, robot, pilot);
   } catch (error) {
     console.client.releaseStick();
     await console.leases.release(robot.system);
     throw error;
   }
+}
+
+// Lets a pilot drive that needs no stick.
+export function startPilot(console: Console, robot: Robot, pilot: Component): Promise<void> {
+  return console.leases.during(robot.system, () => activate(console, robot, pilot));
+}
+
+async function activate(console: Console, robot: Robot, pilot: Component): Promise<void> {
+  const chassis = firstOf(robot, 'Chassis');
+  if (chassis === undefined) throw new Error(`robot ${robot.system} has no chassis`);
+  // Not by their states as last heard: these may be two seconds old.
+  for (const other of pilotsOf(robot)) if (other !== pilot) await console.fleet.turn(other, false);
+  await console.fleet.turn(chassis, true);
+  await command(console.client, chassis, 'Chassis.SET_ACTIVE_PILOT', { activePilot: pilot.address });
+  await console.fleet.turn(pilot, true);
 }
 
 async function takeStick(console: Console, joystick: number, over: boolean): Promise<void> {

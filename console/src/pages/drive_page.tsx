@@ -5,11 +5,11 @@ import { useEffect, useMemo, useRef } from 'preact/hooks';
 import { nameOf, useConsole } from '../app/console';
 import { isText } from '../app/keys';
 import { route } from '../app/route';
-import { beginDriving, endDriving, type StickPilot, stickPilots } from '../drive/drive';
+import { beginDriving, endDriving, pilotsOf, type StickPilot, startPilot, stickPilots } from '../drive/drive';
 import { isAnyOtherKey, stickKey, stickOfGamepad, stickOfKeys, stickOfPad } from '../drive/stick';
 import { firstOf } from '../map/follow';
 import { fittingName } from '../model/console_name';
-import type { Robot } from '../model/fleet';
+import type { Component, Robot } from '../model/fleet';
 import type { Lease } from '../model/leases';
 import { isAtRest, type StickPosition, stickAtRest } from '../tims/joystick';
 import { age } from '../ui/quantities';
@@ -48,6 +48,7 @@ function DriveRobot({ robot }: { robot: Robot }) {
   const pilots = useSignal<StickPilot[] | undefined>(undefined);
   const driven = useSignal<StickPilot | undefined>(undefined);
   const trouble = useSignal('');
+  const report = useSignal('');
   const busy = useSignal(false);
   const speed = useSignal(30);
   const signature = robot.components.map(({ address }) => address).join();
@@ -71,6 +72,7 @@ function DriveRobot({ robot }: { robot: Robot }) {
   const attempt = async (action: () => Promise<void>) => {
     busy.value = true;
     trouble.value = '';
+    report.value = '';
     try {
       await action();
     } catch (error) {
@@ -90,6 +92,18 @@ function DriveRobot({ robot }: { robot: Robot }) {
       await beginDriving(console, robot, pilot, { over, ended: lost });
       driven.value = pilot;
     });
+  // A pilot that drives by itself.
+  const start = (pilot: Component) =>
+    attempt(async () => {
+      const before = driven.value;
+      driven.value = undefined;
+      if (before !== undefined) await endDriving(console, robot, before);
+      await startPilot(console, robot, pilot);
+      report.value = `${nameOf(console, pilot.address)} drives.`;
+    });
+  const all = pilotsOf(robot);
+  const keyOf = (pilot: Component) => `${all.indexOf(pilot) + 1}`;
+  const selfDriving = all.filter((pilot) => pilots.value?.every((each) => each.pilot !== pilot) === true);
   const other = useHolder(robot, driven.value === undefined);
   const end = () =>
     attempt(async () => {
@@ -108,8 +122,10 @@ function DriveRobot({ robot }: { robot: Robot }) {
   useEffect(() => {
     const onKey = (event: KeyboardEvent) => {
       if (isText(event.target) || event.ctrlKey || event.altKey || event.metaKey || busy.peek()) return;
-      const pilot = /^Digit[1-9]$/.test(event.code) ? pilots.peek()?.[Number(event.key) - 1] : undefined;
-      if (pilot !== undefined && driven.peek() !== pilot && other === undefined) void begin(pilot, false);
+      const chosen = /^Digit[1-9]$/.test(event.code) ? all[Number(event.key) - 1] : undefined;
+      if (chosen === undefined || chosen === driven.peek()?.pilot || other !== undefined) return;
+      const stick = pilots.peek()?.find(({ pilot }) => pilot === chosen);
+      void (stick === undefined ? start(chosen) : begin(stick, false));
     };
     addEventListener('keydown', onKey);
     return () => removeEventListener('keydown', onKey);
@@ -119,15 +135,15 @@ function DriveRobot({ robot }: { robot: Robot }) {
       <div class="tools">
         <h1>Drive robot {robot.system}</h1>
         {driven.value === undefined ? (
-          pilots.value?.map((each, i) =>
+          pilots.value?.map((each) =>
             other === undefined ? (
               <button
                 key={each.pilot.address}
                 type="button"
                 class="primary"
                 disabled={busy.value}
-                aria-keyshortcuts={`${i + 1}`}
-                title={`Key ${i + 1}`}
+                aria-keyshortcuts={keyOf(each.pilot)}
+                title={`Key ${keyOf(each.pilot)}`}
                 onClick={() => void begin(each, false)}
               >
                 Drive with {nameOf(console, each.pilot.address)}
@@ -148,9 +164,22 @@ function DriveRobot({ robot }: { robot: Robot }) {
             Release
           </button>
         )}
+        {other === undefined &&
+          selfDriving.map((pilot) => (
+            <button
+              key={pilot.address}
+              type="button"
+              disabled={busy.value}
+              aria-keyshortcuts={keyOf(pilot)}
+              title={`The robot drives by itself; key ${keyOf(pilot)}`}
+              onClick={() => void start(pilot)}
+            >
+              Start {nameOf(console, pilot.address)}
+            </button>
+          ))}
         {busy.value && <span role="status">One moment …</span>}
         <span class="small" role="status">
-          {driven.value !== undefined && 'You drive.'}
+          {driven.value !== undefined ? 'You drive.' : report.value}
           {other !== undefined && `${other.holder} drives this robot, for ${age(other.age_s)}.`}
         </span>
         <span class="grow" />
