@@ -4,17 +4,20 @@ import { readFileSync } from 'node:fs';
 import { createRequire } from 'node:module';
 import { after, afterEach, before, test } from 'node:test';
 import { eventually, Host, launch, launchServer, Watched } from './fixture.mjs';
+import { Speed } from './speed.mjs';
 
 const axe = readFileSync(createRequire(import.meta.url).resolve('axe-core/axe.min.js'), 'utf8');
 const sim = 98; // a robot of sim.toml
 
 let host;
 let browser;
+let speed;
 
 before(async () => {
   host = await Host.start();
   browser = await launch();
   await host.up('sim.toml', sim);
+  speed = new Speed(host, `Chassis(${sim}/0)`);
 });
 
 after(async () => {
@@ -25,7 +28,6 @@ after(async () => {
 afterEach(Watched.closeAll);
 
 const stateOf = async (name) => (await host.timsctl('component', 'status', name)).state;
-const dataOf = (name) => host.timsctl('component', 'data', name);
 const lamp = (page, name, state) => page.getByRole('button', { name: new RegExp(`^${name}: ${state}`) });
 
 const pages = ['fleet', `robot/${sim}?tiles=Scan2d/0,Chassis/0,Position/0`, 'map', `drive/${sim}`, 'messages'];
@@ -100,21 +102,17 @@ async function drivingPage(options) {
   return watched;
 }
 
-const speed = async () => (await dataOf(`Chassis(${sim}/0)`)).data.vx;
-const drives = () => eventually(async () => (await speed()) > 50, 'it drives');
-const stands = () => eventually(async () => Math.abs(await speed()) < 1, 'it stands');
+const drives = () => speed.drives();
 
 test('it drives while a key is held, and stands when it is released, or the page loses the focus', async () => {
   const watched = await drivingPage();
   const { page } = watched;
   await page.keyboard.down('ArrowUp');
   await drives();
-  await page.keyboard.up('ArrowUp');
-  await stands();
+  await speed.stopsBy('the key is released', () => page.keyboard.up('ArrowUp'));
   await page.keyboard.down('w');
   await drives();
-  await page.evaluate(() => window.dispatchEvent(new Event('blur')));
-  await stands();
+  await speed.stopsBy('the focus is lost', () => page.evaluate(() => window.dispatchEvent(new Event('blur'))));
   await page.keyboard.up('w');
   await watched.close();
 });
@@ -129,8 +127,9 @@ test('it drives by touch, on a phone', async () => {
   const point = { x: pad.x + pad.width / 2, y: pad.y + 10 };
   await session.send('Input.dispatchTouchEvent', { type: 'touchStart', touchPoints: [point] });
   await drives();
-  await session.send('Input.dispatchTouchEvent', { type: 'touchEnd', touchPoints: [] });
-  await stands();
+  await speed.stopsBy('the finger is lifted', () =>
+    session.send('Input.dispatchTouchEvent', { type: 'touchEnd', touchPoints: [] }),
+  );
   await page.getByRole('button', { name: 'Release' }).click();
   await eventually(async () => (await stateOf(`Pilot(${sim}/0)`)) === 'off', 'the pilot is off');
   await watched.close();
@@ -143,8 +142,7 @@ test('it stands when the browser is killed', async () => {
   await watched.page.getByRole('button', { name: 'Release' }).waitFor();
   await watched.page.keyboard.down('ArrowUp');
   await drives();
-  program.kill('SIGKILL');
-  await stands();
+  await speed.stopsBy('the browser is killed', () => program.kill('SIGKILL'));
 });
 
 test('STOP takes the right to drive and turns the pilots off', async () => {
@@ -152,8 +150,7 @@ test('STOP takes the right to drive and turns the pilots off', async () => {
   const { page } = watched;
   await page.keyboard.down('ArrowUp');
   await drives();
-  await page.getByRole('button', { name: `Stop robot ${sim}` }).click();
-  await stands();
+  await speed.stopsBy('STOP', () => page.getByRole('button', { name: `Stop robot ${sim}` }).click());
   await eventually(async () => (await stateOf(`Pilot(${sim}/0)`)) === 'off', 'the pilot is off');
   await page.keyboard.up('ArrowUp');
   await watched.close();
@@ -174,8 +171,9 @@ test('one page drives; another is told who, may stop it, and takes over by holdi
   await other.page.getByRole('button', { name: 'Release' }).waitFor();
   await other.page.keyboard.down('ArrowUp');
   await drives();
-  await watched.page.getByRole('button', { name: `Stop robot ${sim}` }).click();
-  await stands();
+  await speed.stopsBy('another page stops it', () =>
+    watched.page.getByRole('button', { name: `Stop robot ${sim}` }).click(),
+  );
   await other.page.keyboard.up('ArrowUp');
   await other.close();
   await watched.close();

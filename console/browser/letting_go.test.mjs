@@ -2,6 +2,7 @@
 import assert from 'node:assert/strict';
 import { after, afterEach, before, test } from 'node:test';
 import { eventually, Host, Line, launch, Watched } from './fixture.mjs';
+import { Speed } from './speed.mjs';
 
 const system = 94; // a robot of sim.toml
 const chassis = `Chassis(${system}/0)`;
@@ -11,12 +12,14 @@ const lost = ['WebSocket', 'ERR_CONNECTION', 'Failed to load resource', 'ERR_EMP
 let host;
 let line;
 let browser;
+let speed;
 
 before(async () => {
   host = await Host.start();
   line = await Line.start(host.http);
   browser = await launch();
   await host.up('sim.toml', system);
+  speed = new Speed(host, chassis);
 });
 
 after(async () => {
@@ -27,9 +30,7 @@ after(async () => {
 
 afterEach(Watched.closeAll);
 
-const speed = async () => (await host.timsctl('component', 'data', chassis)).data.vx;
 const stateOf = async (name) => (await host.timsctl('component', 'status', name)).state;
-const stands = () => eventually(async () => Math.abs(await speed()) < 1, 'it stands');
 
 // A page that drives, with a key that stays down.
 async function driving() {
@@ -39,25 +40,25 @@ async function driving() {
   await page.getByRole('button', { name: 'Release' }).waitFor();
   await eventually(async () => (await stateOf(pilot)) === 'on', 'the pilot is on');
   await page.keyboard.down('ArrowUp');
-  await eventually(async () => (await speed()) > 50, 'it drives');
+  await speed.drives();
   return watched;
 }
 
 test('it stands when its page is hidden', async () => {
   const watched = await driving();
-  await watched.page.evaluate(() => {
-    Object.defineProperty(document, 'hidden', { value: true, configurable: true });
-    document.dispatchEvent(new Event('visibilitychange'));
-  });
-  await stands();
+  await speed.stopsBy('the page is hidden', () =>
+    watched.page.evaluate(() => {
+      Object.defineProperty(document, 'hidden', { value: true, configurable: true });
+      document.dispatchEvent(new Event('visibilitychange'));
+    }),
+  );
   await watched.close();
 });
 
 test('it stands when the page is cut off from the router, which the page says, and it takes the stick anew', async () => {
   const watched = await driving();
   const { page } = watched;
-  line.cut();
-  await stands();
+  await speed.stopsBy('the line is cut', () => line.cut());
   await page.getByRole('alert').filter({ hasText: 'No connection to the router' }).waitFor();
   await page.keyboard.up('ArrowUp');
   line.mend();
@@ -72,9 +73,10 @@ test('it stands when the page and its worker are stalled', async () => {
   const { processInfo } = await session.send('SystemInfo.getProcessInfo');
   const renderers = processInfo.filter(({ type }) => type === 'renderer').map(({ id }) => id);
   assert(renderers.length > 0);
-  for (const id of renderers) process.kill(id, 'SIGSTOP');
   try {
-    await stands();
+    await speed.stopsBy('page and worker are stalled', () => {
+      for (const id of renderers) process.kill(id, 'SIGSTOP');
+    });
   } finally {
     for (const id of renderers) process.kill(id, 'SIGCONT');
   }
