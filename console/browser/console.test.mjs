@@ -156,6 +156,44 @@ test('STOP takes the right to drive and turns the pilots off', async () => {
   await watched.close();
 });
 
+test('any other key stops it and ends its pilot', async () => {
+  const watched = await drivingPage();
+  const { page } = watched;
+  await page.keyboard.down('ArrowUp');
+  await drives();
+  await speed.stopsBy('any other key', () => page.keyboard.press('x'));
+  await page.getByRole('button', { name: `Drive with Pilot(${sim}/0)` }).waitFor();
+  await eventually(async () => (await stateOf(`Pilot(${sim}/0)`)) === 'off', 'the pilot is off');
+  await page.keyboard.up('ArrowUp');
+  await watched.close();
+});
+
+test('on the map the right button zooms, and both bring a place into the middle', async () => {
+  await host.timsctl('component', 'on', `Chassis(${sim}/0)`, `Odometry(${sim}/0)`, `Position(${sim}/0)`);
+  const watched = await Watched.open(browser, host, '#/map');
+  const { page } = watched;
+  const map = page.getByRole('img', { name: /^Map of/ });
+  const scale = () => map.evaluate(({ dataset }) => Number(dataset.scale));
+  await eventually(async () => (await scale()) > 0, 'it is drawn');
+  await page.getByText('0.00 m').first().waitFor();
+  const mode = (name) => page.getByRole('button', { name, exact: true });
+  await mode('chase').click();
+  const before = await scale();
+  const { x, y, width, height } = await map.boundingBox();
+  await page.mouse.move(x + width / 3, y + height / 2);
+  await page.mouse.down({ button: 'right' });
+  await page.mouse.move(x + width / 3, y + height / 2 - 100, { steps: 5 });
+  await page.mouse.up({ button: 'right' });
+  await eventually(async () => (await scale()) > 1.5 * before, 'it is nearer');
+  assert.equal(await mode('chase').getAttribute('aria-pressed'), 'true', 'it still follows');
+  await page.mouse.down();
+  await page.mouse.down({ button: 'right' });
+  await eventually(async () => (await mode('world').getAttribute('aria-pressed')) === 'true', 'another place');
+  await page.mouse.up({ button: 'right' });
+  await page.mouse.up();
+  await watched.close();
+});
+
 test('one page drives; another is told who, may stop it, and takes over by holding a button', async () => {
   const watched = await drivingPage();
   const name = await watched.page.evaluate(() => localStorage.getItem('tims.name'));

@@ -87,12 +87,16 @@ function AddComponent({ host }: { host: Host }) {
     void studio.operate(`Add ${program.value} on ${host.name}`, [{ key: file.value, operations: [operation] }]);
     program.value = '';
   };
+  const asking = useSignal(false);
+  const stop = () => {
+    asking.value = false;
+  };
   const ask = () => {
     if (programs.value !== undefined) return;
-    studio.installedPrograms(host.name).then(
-      (found) => (programs.value = found),
-      () => (programs.value = []), // an agent of an earlier version: any name can be typed
-    );
+    asking.value = true;
+    programs.value = [];
+    // An agent of an earlier version does not know them: any name can be typed.
+    studio.installedPrograms(host.name, (found) => (programs.value = found)).then(stop, stop);
   };
   const purpose = programs.value?.find((each) => each.program === program.value.trim())?.purpose;
   return (
@@ -115,9 +119,7 @@ function AddComponent({ host }: { host: Host }) {
             </option>
           ))}
         </datalist>
-        <p class="small faint">
-          {programs.value === undefined ? `Asking ${host.name} for its programs …` : (purpose ?? '')}
-        </p>
+        <p class="small faint">{purpose ?? (asking.value ? `Asking ${host.name} for its programs …` : '')}</p>
         {files.length > 1 && (
           <label>
             File{' '}

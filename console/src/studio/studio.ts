@@ -213,12 +213,14 @@ export class Studio {
     }
   }
 
-  // All programs of a host; it may take several questions until all have described themselves.
-  async installedPrograms(host: string): Promise<InstalledProgram[]> {
+  // All programs of a host; it may take several questions until all have described themselves: `found` is called with
+  // those that have.
+  async installedPrograms(host: string, found: (programs: InstalledProgram[]) => void): Promise<void> {
     for (;;) {
       const question = { ask: 'conf_programs' };
       const { items, complete } = await this.ask<{ items: InstalledProgram[]; complete: boolean }>(host, question);
-      if (complete) return items;
+      found(items);
+      if (complete) return;
     }
   }
 
