@@ -169,7 +169,7 @@ test('any other key stops it and ends its pilot', async () => {
 });
 
 test('on the map the right button zooms, and both bring a place into the middle', async () => {
-  await host.timsctl('component', 'on', `Chassis(${sim}/0)`, `Odometry(${sim}/0)`, `Position(${sim}/0)`);
+  for (const name of ['Chassis', 'Odometry', 'Position']) await host.timsctl('component', 'on', `${name}(${sim}/0)`);
   const watched = await Watched.open(browser, host, '#/map');
   const { page } = watched;
   const map = page.getByRole('img', { name: /^Map of/ });

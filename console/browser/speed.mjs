@@ -55,7 +55,8 @@ export class Speed {
       const since = () => this.samples.filter(({ at }) => at > begin);
       await eventually(() => since().at(-1)?.speed < still, `it stands: ${what}`);
       const samples = since();
-      const most = Math.max(...samples.map(({ speed }) => speed));
+      const last = this.samples.findLast(({ at }) => at <= begin);
+      const most = Math.max(last?.speed ?? 0, ...samples.map(({ speed }) => speed));
       const took = samples.find(({ speed }) => speed < still).at - begin;
       const limit = reaction + (1000 * most) / braking + period + late;
       console.log(`${what}: from ${most} mm/s it stands after ${took} ms (limit ${Math.round(limit)}, late ${late})`);
