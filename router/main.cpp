@@ -5,6 +5,7 @@
 #include <span>
 #include <string>
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <sys/random.h>
@@ -115,6 +116,18 @@ io::Clocks read_clocks(Time now) {
   return {now, std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now())};
 }
 
+io::KeysReport keys_report(const io::MemberKeys& keys, const std::string& problem) {
+  const security::Credentials& own = keys.credentials();
+  return {.fleet = own.identity.fleet,
+          .identity = own.identity.to_string(),
+          .state = std::string(security::state_of(own, security::system_check_time(own.passed()))),
+          .ends = fmt::format("{:%FT%TZ}",
+                              fmt::gmtime(static_cast<std::time_t>(own.chain.front().not_after()))),
+          .list = own.list_number(),
+          .revoked = own.list ? own.list->size() : 0,
+          .problem = problem};
+}
+
 std::string cannot_listen(std::string_view key, const std::string& where, const Error& error) {
   if (error == Errc::kAddressInUse)
     return fmt::format("cannot listen on {}: address in use; another router? `--set {}=...`", where,
@@ -195,6 +208,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     report.http_refused = http_.refusals();
     report.insecure = configuration_.config.security.insecure;
     report.exposed = exposed_ports();
+    if (keys_) report.keys = keys_report(*keys_, keys_problem_);
     return report;
   }
   [[nodiscard]] const config::Config& config() const override { return configuration_.config; }
@@ -270,8 +284,13 @@ class Program final : private core::RouterHooks, private io::AdminSource {
 
   void look_at_keys(Time now) {
     const auto changed = keys_->on_timeout(now);
-    if (!changed) return log_.error("former keys stay in force: " + changed.error().detail());
-    if (*changed) log_.info(describe_keys());
+    if (!changed) {
+      keys_problem_ = changed.error().detail();
+      return log_.error("former keys stay in force: " + keys_problem_);
+    }
+    if (!*changed) return;
+    keys_problem_.clear();
+    log_.info(describe_keys());
   }
 
   Result<void> listen() {
@@ -425,6 +444,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   io::Log log_{configuration_.config.log.level};
   io::LimitedLog limited_log_{log_};
   std::optional<io::MemberKeys> keys_;  // empty: without keys
+  std::string keys_problem_;            // why the present files cannot be used
   io::Loop loop_;
   core::Router router_{
       router_settings(configuration_.config, epoch_), {random_number(), random_number()}, *this};

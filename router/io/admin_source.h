@@ -49,6 +49,17 @@ struct HttpRefusals {
   std::uint64_t cross_site = 0;
 };
 
+// Of security.keys.
+struct KeysReport {
+  std::string fleet{};
+  std::string identity{};  // "system 3, id 1 (robot3)"
+  std::string state{};     // of the own certificate: "valid", "ends soon", "expired", "revoked", ...
+  std::string ends{};      // RFC 3339
+  std::uint64_t list = 0;  // number of the list of the fleet
+  std::size_t revoked = 0;
+  std::string problem{};  // why the present files cannot be used; the former keys are in force
+};
+
 struct ProcessReport {
   std::string name{};     // router.name
   std::string version{};  // of the program
@@ -66,6 +77,7 @@ struct ProcessReport {
   std::string console{};  // folder; empty when there is none
   HttpRefusals http_refused{};
   bool insecure = false;               // security.insecure
+  std::optional<KeysReport> keys{};    // empty: none
   std::vector<std::string> exposed{};  // ports that listen beyond loopback: "tcp", "http", "udp"
 };
 

@@ -58,6 +58,17 @@ static_assert(core::complete(kBys, By::kNone));
 
 // --- links
 
+json::value keys_json(const std::optional<KeysReport>& keys) {
+  if (!keys) return {};
+  return json::object{{"fleet", text(keys->fleet)},
+                      {"identity", text(keys->identity)},
+                      {"state", keys->state},
+                      {"ends", keys->ends},
+                      {"list", keys->list},
+                      {"revoked", keys->revoked},
+                      {"problem", text(keys->problem)}};
+}
+
 json::object identity_json(const link::Identity& identity) {
   return {{"name", text(identity.name)},
           {"role", name(identity.role)},
@@ -314,7 +325,8 @@ json::object to_json(const core::StatusReport& router, const ProcessReport& proc
           {"udp", std::move(udp)},
           {"security",
            json::object{{"insecure", process.insecure},
-                        {"exposed", json::array(process.exposed.begin(), process.exposed.end())}}},
+                        {"exposed", json::array(process.exposed.begin(), process.exposed.end())},
+                        {"keys", keys_json(process.keys)}}},
           {"http", json::object{{"console", text(process.console)},
                                 {"refused_host", process.http_refused.host},
                                 {"refused_origin", process.http_refused.origin},

@@ -83,6 +83,7 @@ TEST(Reports, TheDocumentHasEveryField) {
   const json::object link_report = to_json(links, *link, lab.router(), now);
   ProcessReport process = lab.process(now);
   process.udp_socket = UdpReport();
+  process.keys = KeysReport();
   const core::Event event{.owner = {.id = lab.laser()}};
   const std::string lists =
       fields_line("an address", to_json(Address(), widths)) +

@@ -219,7 +219,8 @@ Result<void> KeyFolder::take_over(const std::vector<Certificate>& chain,
                                   const std::vector<Certificate>& roots, View list) const {
   if (auto done = take_over_roots(roots, list); !done) return done;
   if (auto done = write_public("identity.pem", to_pem(chain)); !done) return done;
-  return rename("identity.key.next", "identity.key");
+  const auto key = own_key(chain.front());  // gives the next key its place
+  return key ? Result<void>() : Result<void>(key.error());
 }
 
 // A member of the fleet goes on with its newest list; who comes from another one forgets that.

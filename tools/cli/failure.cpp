@@ -170,7 +170,18 @@ constexpr CatalogueEntry kEntries[] = {
     {"links.loss", "doctor", "datagrams that are lost on a link",
      "check radio, cable, and other traffic: `timsctl link show -o wide -w`"},
     {"routers.duplicate", "doctor", "two running routers with the same system and id",
-     "give one of them another [router] id; `timsctl route watch` names both"},
+     "give one of them another [router] id; `timsctl route watch` names both. A cloned card has "
+     "the "
+     "keys of its original: `timsctl token new` on the base, `timsctl join` on the clone"},
+    {"keys", "doctor", "the keys of this router and what it is in the fleet",
+     "`timsctl key init` on the base, `timsctl token new` there, `timsctl join` here, then "
+     "security.keys"},
+    {"keys.folder", "doctor", "files of keys that cannot be used",
+     "run the command that the text names; the router reads the files again by itself"},
+    {"keys.revoked", "doctor", "a router whose certificate is revoked",
+     "if it is yours again: `timsctl token new` on the base, `timsctl join` here"},
+    {"keys.end", "doctor", "a certificate that ends, has ended, or is not valid yet",
+     "`timsctl key renew`; compare the clocks with `timsctl clock`"},
     {"addresses.duplicate", "doctor", "two routers that have a mailbox with the same address",
      "`timsctl route watch` names both; give one component another instance"},
     {"routes.loop", "doctor", "messages or registrations in a routing loop",

@@ -57,6 +57,7 @@ class Doctor {
     if (!observed_.unreachable) {
       version();
       ports();
+      keys();
       turn();
       clocks_differ();
       dead_mailboxes();
@@ -135,6 +136,32 @@ class Doctor {
     judge("clock.difference", std::abs(difference) < 1, Level::kWarning,
           fmt::format("the router's clock differs from this one by {}",
                       base::human_duration(difference)));
+  }
+
+  void keys() {
+    const json::value* const keys = at_path(observed_.status, "security.keys");
+    if (keys == nullptr || !keys->is_object()) {
+      const auto exposed = at_path(observed_.status, "security.exposed");
+      if (exposed != nullptr && exposed->is_array() && !exposed->get_array().empty())
+        add("keys", Level::kWarning,
+            "this router has no keys (security.keys), and listens beyond "
+            "this host");
+      return;
+    }
+    const json::object& own = keys->get_object();
+    const std::string state = text_at(own, "state");
+    const std::string who = fmt::format("{} of the fleet {}, valid until {}, list {} of the fleet",
+                                        text_at(own, "identity"), text_at(own, "fleet"),
+                                        text_at(own, "ends"), text_at(own, "list"));
+    if (const std::string problem = text_at(own, "problem"); !problem.empty())
+      return add("keys.folder", Level::kFailure,
+                 "the keys on the disk cannot be used, the former ones stay in force: " + problem);
+    if (state == "revoked")
+      return add("keys.revoked", Level::kFailure,
+                 "the certificate of this router is revoked: " + who);
+    if (state == "expired" || state == "ends soon" || state == "not valid yet")
+      return add("keys.end", Level::kWarning, fmt::format("the certificate {}: {}", state, who));
+    add("keys", Level::kOk, fmt::format("{}; {}", who, state));
   }
 
   void dead_mailboxes() {

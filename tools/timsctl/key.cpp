@@ -121,25 +121,6 @@ constexpr Column kOwnLines[] = {
     {.title = "Authority", .path = "authority"},
 };
 
-std::string state_of(const Credentials& own) {
-  const Certificate& certificate = own.chain.front();
-  if (own.list && own.list->revokes(certificate)) return "revoked";
-  const auto time = security::system_check_time(own.passed());
-  switch (security::validity(time, certificate.not_before(), certificate.not_after())) {
-    case security::Validity::kExpired:
-      return "expired";
-    case security::Validity::kEnding:
-      return "ends soon";
-    case security::Validity::kNotYet:
-      return "not valid yet";
-    case security::Validity::kUnchecked:
-      return "valid (the clock is not synchronised)";
-    case security::Validity::kValid:
-      break;
-  }
-  return "valid";
-}
-
 // The answer that `key sign` writes and `key import` reads.
 void import_answer(const KeyFolder& keys, std::string_view bytes, Context& context) {
   const auto answer = key_value(security::JoinAnswer::parse(security::view_of(bytes)));
@@ -283,7 +264,7 @@ Exit key_show(Context& context) {
   const Credentials own = key_value(keys.load());
   json::object answer{{"schema", "tims/key/1"},
                       {"fleet", own.identity.fleet},
-                      {"state", state_of(own)},
+                      {"state", security::state_of(own, security::system_check_time(own.passed()))},
                       {"list", own.list_number()},
                       {"revoked", own.list ? own.list->size() : 0},
                       {"folder", keys.path()},

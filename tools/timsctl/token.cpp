@@ -186,8 +186,15 @@ Exit join(Context& context) {
   const auto text = key_value(JoinText::parse(context.options.arguments.front()));
   const tims::Duration patience =
       context.options.has_timeout ? context.options.timeout : kJoinPatience;
-  const Identity joined =
-      key_value(security::join_fleet(keys, text, tims::os::deadline_after(patience)));
+  auto result = security::join_fleet(keys, text, tims::os::deadline_after(patience));
+  if (!result) {
+    Failure failure = key_failure(result.error());
+    if (const auto own = keys.load())
+      failure.hint = fmt::format("this host is {} in the fleet {} already: timsctl key show",
+                                 own->identity.to_string(), own->identity.fleet);
+    throw failure;
+  }
+  const Identity joined = std::move(*result);
   context.out.note(
       fmt::format("{} in the fleet {}; keys in {}", joined.to_string(), joined.fleet, keys.path()));
   if (joined.role != MemberRole::kUser)
