@@ -53,8 +53,8 @@ struct HttpRefusals {
 struct KeysReport {
   std::string fleet{};
   std::string identity{};  // "system 3, id 1 (robot3)"
-  std::string state{};     // of the own certificate: "valid", "ends soon", "expired", "revoked", ...
-  std::string ends{};      // RFC 3339
+  std::string state{};  // of the own certificate: "valid", "ends soon", "expired", "revoked", ...
+  std::string ends{};   // RFC 3339
   std::uint64_t list = 0;  // number of the list of the fleet
   std::size_t revoked = 0;
   std::string problem{};  // why the present files cannot be used; the former keys are in force

@@ -36,11 +36,16 @@ std::string_view state_of(const Credentials& own, const CheckTime& time) {
   const Certificate& certificate = own.chain.front();
   if (own.list && own.list->revokes(certificate)) return "revoked";
   switch (validity(time, certificate.not_before(), certificate.not_after())) {
-    case Validity::kExpired: return "expired";
-    case Validity::kEnding: return "ends soon";
-    case Validity::kNotYet: return "not valid yet";
-    case Validity::kUnchecked: return "valid, but the clock is not synchronised";
-    case Validity::kValid: break;
+    case Validity::kExpired:
+      return "expired";
+    case Validity::kEnding:
+      return "ends soon";
+    case Validity::kNotYet:
+      return "not valid yet";
+    case Validity::kUnchecked:
+      return "valid, but the clock is not synchronised";
+    case Validity::kValid:
+      break;
   }
   return "valid";
 }
