@@ -60,29 +60,27 @@ TEST(Doctor, KeysThatEndAreRevokedOrCannotBeReadAreNamed) {
   observed.status["security"] = object(R"({"exposed": ["udp"], "keys": null})");
   EXPECT_EQ(finding(observed, "keys").level, Level::kWarning);
   const auto with = [&](const char* state, const char* problem) {
-    observed.status["security"] =
-        object(R"({"exposed": [], "keys": {"fleet": "harbour", "identity": "system 3, id 1 (robot3)",
-               "ends": "2036-11-26T00:00:00Z", "list": 4, "revoked": 1, "problem": null
-  }
-})");
+    observed.status["security"] = object(
+        R"({"keys": {"fleet": "harbour", "identity": "robot3", "ends": "2036-11-26T00:00:00Z",
+            "list": 4, "revoked": 1, "problem": null}})");
     json::object& keys = observed.status["security"].as_object()["keys"].as_object();
-keys["state"] = state;
-if (*problem != 0) keys["problem"] = problem;
-};
-with("valid", "");
-EXPECT_EQ(finding(observed, "keys").level, Level::kOk);
-EXPECT_THAT(finding(observed, "keys").text, HasSubstr("robot3) of the fleet harbour"));
-with("valid, but the clock is not synchronised", "");
-EXPECT_EQ(finding(observed, "keys").level, Level::kOk);
-for (const char* state : {"ends soon", "expired", "not valid yet"}) {
-  with(state, "");
-  EXPECT_EQ(finding(observed, "keys.end").level, Level::kWarning) << state;
-  EXPECT_THAT(finding(observed, "keys.end").hint, HasSubstr("timsctl key renew"));
-}
-with("revoked", "");
-EXPECT_EQ(finding(observed, "keys.revoked").level, Level::kFailure);
-with("valid", "identity.key can be read by others: run chmod 600");
-EXPECT_THAT(finding(observed, "keys.folder").text, HasSubstr("chmod 600"));
+    keys["state"] = state;
+    if (*problem != 0) keys["problem"] = problem;
+  };
+  with("valid", "");
+  EXPECT_EQ(finding(observed, "keys").level, Level::kOk);
+  EXPECT_THAT(finding(observed, "keys").text, HasSubstr("robot3 of the fleet harbour"));
+  with("valid, but the clock is not synchronised", "");
+  EXPECT_EQ(finding(observed, "keys").level, Level::kOk);
+  for (const char* state : {"ends soon", "expired", "not valid yet"}) {
+    with(state, "");
+    EXPECT_EQ(finding(observed, "keys.end").level, Level::kWarning) << state;
+    EXPECT_THAT(finding(observed, "keys.end").hint, HasSubstr("timsctl key renew"));
+  }
+  with("revoked", "");
+  EXPECT_EQ(finding(observed, "keys.revoked").level, Level::kFailure);
+  with("valid", "identity.key can be read by others: run chmod 600");
+  EXPECT_THAT(finding(observed, "keys.folder").text, HasSubstr("chmod 600"));
 }
 
 TEST(Doctor, APortThatOtherHostsReachIsAWarning) {
