@@ -219,6 +219,35 @@ class InPlace(WithRouter):
         self.assertLess(_allocated() - before, 500)
 
 
+    def test_memory_of_the_library_does_not_grow(self):
+        """What Python does not count: guards, sessions with their threads, mailboxes, events."""
+        a, b = self.pair()
+
+        def use(times):
+            for _ in range(times):
+                a.send(b.address, 1, bytes(64))
+                b.peek(PATIENCE).release()
+            for _ in range(times // 1000):
+                session = tims.Session(self.router, timeout=PATIENCE, collect_events=True)
+                mailbox = session.open("Tool(1/50)")
+                mailbox.send(mailbox.address, 1)
+                mailbox.peek(PATIENCE)
+                mailbox.close()
+                session.close()
+
+        use(5_000)
+        before = _resident()
+        use(50_000)
+        self.assertLess(_resident() - before, 4_000_000)
+
+
+def _resident():
+    """Bytes."""
+    gc.collect()
+    with open("/proc/self/statm", encoding="ascii") as file:
+        return int(file.read().split()[1]) * os.sysconf("SC_PAGE_SIZE")
+
+
 def _allocated():
     gc.collect()
     return sys.getallocatedblocks()
