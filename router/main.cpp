@@ -270,6 +270,8 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     if (!keys) return keys.error();
     keys_ = std::move(*keys);
     log_.info(describe_keys());
+    if (auto used = links_.use_keys(os::now(), keys_->credentials(), keys_->expiry()); !used)
+      return Error(used.error().code(), "security.keys: " + used.error().detail());
     loop_.watch({.next = [this] { return keys_->next_timeout(); },
                  .on_timeout = [this](Time now) { look_at_keys(now); }});
     return {};
@@ -291,6 +293,9 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     if (!*changed) return;
     keys_problem_.clear();
     log_.info(describe_keys());
+    const auto used = links_.use_keys(now, keys_->credentials(), keys_->expiry());
+    if (!used) log_.error("links use the former keys: " + used.error().detail());
+    loop_.end_turn(now);
   }
 
   Result<void> listen() {
@@ -315,9 +320,10 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   // Names of the ports that listen beyond loopback.
   [[nodiscard]] std::vector<std::string> exposed_ports() const {
     std::vector<std::string> names;
+    const std::string none;  // links with keys are open to the fleet only
     for (const auto& [name, where] :
          {std::pair("tcp", &process_.tcp), std::pair("http", &process_.http),
-          std::pair("udp", &process_.udp)})
+          std::pair("udp", keys_ ? &none : &process_.udp)})
       if (const auto endpoint = config::Endpoint::parse(*where); endpoint && !endpoint->loopback())
         names.emplace_back(name);
     return names;
@@ -474,7 +480,8 @@ class Program final : private core::RouterHooks, private io::AdminSource {
                       link_memory_.pool(),
                       {.self = identity(configuration_.config, epoch_),
                        .secret = {random_number(), random_number()},
-                       .clock = os::now}};
+                       .clock = os::now},
+                      !configuration_.config.security.keys.empty()};
   io::HttpPort http_{loop_,
                      router_,
                      log_,

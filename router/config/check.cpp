@@ -26,7 +26,7 @@ class Checker {
   std::vector<Problem> run() {
     check_exposure("tcp.listen", config_.tcp.listen);
     check_exposure("http.listen", config_.http.listen);
-    check_exposure("udp.listen", config_.udp.listen);
+    if (!has_keys()) check_exposure("udp.listen", config_.udp.listen);
     check_names();
     check_origins();
     check_newest();
@@ -118,6 +118,10 @@ class Checker {
         fail(key(i, "system"), does_not_fit("link.system", *link.system, "system", bits));
     }
     check_paths(i, link);
+    if (has(i, "secure") && link.secure && !has_keys())
+      fail(key(i, "secure"),
+           "link.secure = true needs keys: make them by timsctl key init or timsctl join, and name "
+           "their folder, keys = \"/etc/tims/keys\" under [security]");
     if (!has(i, "kind")) {
       if (is_complete(i))
         fail(item(i), R"(a link needs a kind: write kind = "super", "peer" or "sub")");
@@ -127,6 +131,8 @@ class Checker {
     }
   }
 
+  [[nodiscard]] bool has_keys() const { return !config_.security.keys.empty(); }
+
   // True when listening beyond loopback is allowed, or the option for it was given with a bad
   // value.
   [[nodiscard]] bool is_insecure() const {
@@ -134,7 +140,7 @@ class Checker {
   }
 
   void check_reach(std::size_t i, const Link& link) {
-    if (link.accepts() || link.is_automatic() || is_insecure() ||
+    if (link.accepts() || link.is_automatic() || is_insecure() || has_keys() ||
         Destination{link.host, link.port}.loopback())
       return;
     fail(key(i, "to"),

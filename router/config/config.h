@@ -68,6 +68,7 @@ struct Link {
   Duration lifetime = std::chrono::seconds(30);
   Compression compress = Compression::kAuto;  // of sensor data
   bool compress_own = false;                  // also of classes that RACK does not know
+  bool secure = true;                         // of a router with keys: the link is sealed
 
   [[nodiscard]] bool accepts() const { return host.empty(); }
   [[nodiscard]] bool is_automatic() const { return !accepts() && port == 0; }  // to = "auto"

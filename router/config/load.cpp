@@ -29,7 +29,10 @@ Result<Value> in_range(const Spec& option, const Value& value) {
   return checked ? Result<Value>(value) : checked.error();
 }
 
-Endpoint default_udp(bool insecure) { return {insecure ? "0.0.0.0" : "127.0.0.1", kLinkPort}; }
+Endpoint default_udp(const Config::Security& security) {
+  const bool everywhere = security.insecure || !security.keys.empty();
+  return {everywhere ? "0.0.0.0" : "127.0.0.1", kLinkPort};
+}
 
 Origin origin(const base::Place& at) {
   return {.kind = Origin::Kind::kFile, .file = at.file, .line = at.line, .column = at.column};
@@ -47,8 +50,7 @@ class Loader {
     for (const File& file : sources_.files) add(file);
     for (std::size_t i = 0; i < sources_.settings.size(); ++i)
       add_setting(sources_.settings[i], static_cast<std::uint32_t>(i + 1));
-    if (!is_written("udp.listen"))
-      loaded_.config.udp.listen = default_udp(loaded_.config.security.insecure);
+    if (!is_written("udp.listen")) loaded_.config.udp.listen = default_udp(loaded_.config.security);
     add_default_paths();
     check_defaults();
     for (Problem& problem : check(loaded_.config, {loaded_.origins, refused_}))

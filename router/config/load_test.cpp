@@ -156,7 +156,7 @@ const std::vector<Bad> kBad{
     {"[[link]]\nkind = \"sub\"\nrats = 5\n[[link]]\nkind = \"peer\"\nflux = 1\n",
      {"r.toml:3:1: unknown key link.rats; did you mean link.rate?",
       "r.toml:6:1: unknown key link.flux; known are kind, to, system, paths, name, mailboxes, "
-      "interval, rate, reserve, lifetime, compress, compress_own"}},
+      "interval, rate, reserve, lifetime, compress, compress_own, secure"}},
     {"[[link]]\nkind = \"sub\"\nsystem = 65536\nrate = 9999\ninterval = \"11s\"\nreserve = 91\n",
      {"r.toml:3:10: link.system 65536 is out of range (0 to 65535)",
       "r.toml:4:8: link.rate 9999B is out of range (10kB to 100GB, or 0)",

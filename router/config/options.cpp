@@ -189,8 +189,8 @@ constexpr std::array kOptions{
         {.key = "udp.listen",
          .reload = Reload::kRestart,
          .help = "Address for datagrams of other routers, see [[link]]; \"off\" for none. Beyond "
-                 "loopback it needs security.insecure.",
-         .default_note = "127.0.0.1:2010, with security.insecure 0.0.0.0:2010",
+                 "loopback it needs security.keys or security.insecure.",
+         .default_note = "127.0.0.1:2010, with security.keys or security.insecure 0.0.0.0:2010",
          .sample = R"("127.0.0.1:2010")"}),
 
     row<Kind::kText, &Config::fleet, &Config::Fleet::name>(
@@ -334,6 +334,14 @@ constexpr std::array kOptions{
          .help = "Refuses expired certificates of others, if the clock of this host is "
                  "synchronised. Otherwise they are accepted, so that no clock stops a robot."}),
 
+    row<Kind::kText, &Config::security, &Config::Security::keys>(
+        {.key = "security.keys",
+         .range = {0, 1024},
+         .reload = Reload::kRestart,
+         .help = "Folder with this router's keys, made by timsctl key init or timsctl join. With "
+                 "keys, links are sealed, only routers of the same fleet are accepted, and "
+                 "udp.listen may be beyond loopback. Empty: links are not sealed."}),
+
     row<Kind::kFlag, &Config::sim, &Config::Sim::faults>(
         {.key = "sim.faults",
          .reload = Reload::kYes,
@@ -364,6 +372,15 @@ constexpr Option accepted_system_row(const Spec& spec) {
   return option;
 }
 
+// Without keys there is nothing to choose.
+constexpr Option secure_row(const Spec& spec) {
+  Option option = row<Kind::kFlag, &Config::links, &Link::secure>(spec);
+  option.has_value = [](const Config& c, std::size_t i) {
+    return !c.security.keys.empty() || !c.links.at(i).secure;
+  };
+  return option;
+}
+
 constexpr std::array kLinkOptions{
     row<Kind::kLinkKind, &Config::links, &Link::kind>(
         {.key = "link.kind",
@@ -372,7 +389,8 @@ constexpr std::array kLinkOptions{
          .default_note = "none: required"}),
     destination_row({.key = "link.to",
                      .help = "Address this side connects to; the default port is 2010. Beyond "
-                             "loopback it needs security.insecure. \"auto\" finds the super router "
+                             "loopback it needs security.keys or security.insecure. \"auto\" finds "
+                             "the super router "
                              "in the fleet, by role and system. Required for a super link, not "
                              "allowed for a sub link; a peer link without it accepts.",
                      .default_note = "none: this side accepts"}),
@@ -421,6 +439,10 @@ constexpr std::array kLinkOptions{
         {.key = "link.compress_own",
          .help = "Also compresses data of classes that RACK does not know. The size of compressed "
                  "data tells a listener something about them, also when they are encrypted."}),
+    secure_row(
+        {.key = "link.secure",
+         .help = "Of a router with keys (security.keys): false makes this link one without. Both "
+                 "sides must say so; neither falls back by itself."}),
 };
 
 constexpr std::array kRouteOptions{

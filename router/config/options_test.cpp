@@ -115,7 +115,7 @@ TEST(OptionsOfItems, GiveBackWhatWasSet) {
   if (!kHasDds) GTEST_SKIP() << "one of them needs DDS";
   const std::string link =
       "link=kind=peer,to=robot2:1,paths=dds+udp,name=x,mailboxes=9,interval=1s,rate=1MB,reserve=5,"
-      "lifetime=1s,compress=lz4,compress_own=true";
+      "lifetime=1s,compress=lz4,compress_own=true,secure=false";
   const Loaded other = load({{},
                              {"security.insecure=true", "fleet.name=harbour", link,
                               "link=kind=sub,system=1", "route=match=*,via=x"},

@@ -51,6 +51,7 @@ link::LinkSettings link_settings(const config::Link& from, const config::Config&
           .mailboxes_max = from.mailboxes,
           .keep_alive = from.interval,
           .packing = {.compress = from.compress, .own_classes = from.compress_own},
+          .secure = from.secure,
           .session = {.message_max = config.message.bytes_max,
                       .queue_bytes_max =
                           std::max<std::uint64_t>(config.tcp.queue_bytes, config.message.bytes_max),
@@ -118,14 +119,40 @@ void DdsPath::on_state() {
 void DdsPath::on_turn_end() { loop_.end_turn(os::now()); }
 
 LinkPort::LinkPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
-                   const link::LinksSetup& setup)
+                   const link::LinksSetup& setup, bool has_keys)
     : loop_(loop),
       log_(log),
+      handshaker_(has_keys ? make_handshaker() : nullptr),
       parts_(parts_space(setup.self.message_max)),
       memory_(parts_.bytes(), setup.self.message_max, parts_bytes(setup.self.message_max)),
-      links_(router, pool, memory_, setup, this),
+      links_(router, pool, memory_, with(setup, handshaker_.get()), this),
       resolver_(loop),
       interfaces_(loop, [this] { on_network_change(); }) {}
+
+link::LinksSetup LinkPort::with(link::LinksSetup setup, link::Handshaker* handshaker) {
+  setup.handshaker = handshaker;
+  return setup;
+}
+
+std::unique_ptr<TlsHandshaker> LinkPort::make_handshaker() {
+  return std::make_unique<TlsHandshaker>([this](link::HandshakeProgress&& progress) {
+    loop_.post([this, shared = std::make_shared<link::HandshakeProgress>(std::move(progress))] {
+      const Time now = os::now();
+      links_.on_handshake(now, std::move(*shared));
+      loop_.end_turn(now);
+    });
+  });
+}
+
+Result<void> LinkPort::use_keys(Time now, const security::Credentials& credentials,
+                                security::Expiry expiry) {
+  if (auto ready = handshaker_->set_credentials(credentials, expiry); !ready) return ready;
+  links_.renew_keys(now, [&](const link::PeerName& peer) {
+    const auto certificate = security::Certificate::from_der(peer.certificate);
+    return certificate && !(credentials.list && credentials.list->revokes(*certificate));
+  });
+  return {};
+}
 
 Result<void> LinkPort::check_memory() const {
   const std::uint32_t message_max = links_.self().message_max;

@@ -14,6 +14,7 @@
 
 #include "router/config/config.h"
 #include "router/io/admin_source.h"
+#include "router/io/crypto/tls_handshaker.h"
 #include "router/io/dds/dds_engine.h"
 #include "router/io/log.h"
 #include "router/io/loop.h"
@@ -66,7 +67,7 @@ class DdsPath final : public link::DatagramSender, private DdsEngine::Listener {
 class LinkPort final : private link::LinksShell, private link::DatagramSender {
  public:
   LinkPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
-           const link::LinksSetup& setup);
+           const link::LinksSetup& setup, bool has_keys);
 
   // Opens the socket; returns the listening address.
   Result<std::string> listen(const config::Endpoint& where);
@@ -75,6 +76,11 @@ class LinkPort final : private link::LinksShell, private link::DatagramSender {
   [[nodiscard]] bool is_open() const { return socket_ || dds_; }
   // Applies the links of the configuration; also after a reload.
   void configure(Time now, const config::Config& config);
+
+  // The keys of this router, when it starts and whenever they have changed: new handshakes prove
+  // both sides again, and links with routers that have been revoked end. Precondition: `has_keys`.
+  Result<void> use_keys(Time now, const security::Credentials& credentials,
+                        security::Expiry expiry);
 
   // To be attached to the router.
   [[nodiscard]] core::Port& port() { return links_; }
@@ -112,6 +118,8 @@ class LinkPort final : private link::LinksShell, private link::DatagramSender {
     }
   };
 
+  [[nodiscard]] std::unique_ptr<TlsHandshaker> make_handshaker();
+  [[nodiscard]] static link::LinksSetup with(link::LinksSetup setup, link::Handshaker* handshaker);
   [[nodiscard]] Result<void> check_memory() const;
   void on_ready(Ready ready);
   void take_datagrams(Time now);
@@ -133,7 +141,8 @@ class LinkPort final : private link::LinksShell, private link::DatagramSender {
 
   Loop& loop_;
   Log& log_;
-  WaitingMemory parts_;  // messages received in parts
+  std::unique_ptr<TlsHandshaker> handshaker_;  // null: no keys
+  WaitingMemory parts_;                        // messages received in parts
   link::MessageMemory memory_;
   link::Links links_;
   std::optional<UdpSocket> socket_;

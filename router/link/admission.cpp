@@ -17,6 +17,12 @@ constexpr Duration kRivalForgotten = std::chrono::seconds(10);
 constexpr Duration kRefusedAgain = std::chrono::seconds(10);
 constexpr std::size_t kRefusedMax = 64;
 
+constexpr std::string_view kPlainNotWanted =
+    " links only with routers that have keys: timsctl join on the other host, or secure = false in "
+    "the [[link]] of both";
+constexpr std::string_view kSealedNotWanted =
+    " has secure = false in this [[link]]: both sides must say so";
+
 std::string text_of(const Identity& identity) {
   return identity.address().to_string(identity.widths) + " " + std::string(identity.name.view());
 }
@@ -57,19 +63,21 @@ Refuse Admission::refusal(const Hello& hello, RefuseCode code, std::string_view 
 
 // As in DTLS (RFC 9147, section 5.1): computed from the contents of the HELLO, so that no state
 // is needed.
-std::uint64_t Admission::cookie(const NetAddress& from, const Hello& hello, Duration period) const {
+std::uint64_t Admission::cookie(const NetAddress& from, std::uint64_t token, std::uint64_t epoch,
+                                Duration period) const {
   std::array<std::uint64_t, 2> ip{};
   for (std::size_t i = 0; i < from.ip.size(); ++i) ip[i / 8] = ip[i / 8] << 8 | from.ip[i];
   const std::uint64_t place = std::uint64_t{from.scope} << 32 | std::uint64_t{from.port} << 8 |
                               static_cast<std::size_t>(from.kind);
   const auto number = static_cast<std::uint64_t>(period / kCookiePeriod);
-  return core::sip_hash(secret_, {ip[0], ip[1], place, hello.token, hello.identity.epoch, number});
+  return core::sip_hash(secret_, {ip[0], ip[1], place, token, epoch, number});
 }
 
-bool Admission::is_proven(Time now, const NetAddress& from, const Hello& hello) const {
+bool Admission::is_proven(Time now, const NetAddress& from, std::uint64_t token,
+                          std::uint64_t epoch, std::uint64_t given) const {
   const Duration period = now.time_since_epoch();
-  return hello.cookie == cookie(from, hello, period) ||
-         hello.cookie == cookie(from, hello, period - kCookiePeriod);
+  return given == cookie(from, token, epoch, period) ||
+         given == cookie(from, token, epoch, period - kCookiePeriod);
 }
 
 // The setting under which this router may connect; null otherwise, with the reason in `refuse`.
@@ -101,12 +109,18 @@ const LinkSettings* Admission::accepting(std::span<const LinkSettings> settings,
                                      " router, which cannot be a " + std::string(name(hello.kind)) +
                                      " router for a " + std::string(name(identity.role)) +
                                      " router");
+  const bool sealed = hello.version_min == kVersionSealed;
+  bool otherwise_sealed = false;
   bool any_of_kind = false;
   bool other_path = false;
   for (const LinkSettings& s : settings) {
     if (s.kind != ours) continue;
     if (std::ranges::find(s.paths, from.kind) == s.paths.end()) {
       other_path = true;
+      continue;
+    }
+    if (s.secure != sealed) {
+      otherwise_sealed = true;
       continue;
     }
     if (s.connects) {
@@ -116,6 +130,9 @@ const LinkSettings* Admission::accepting(std::span<const LinkSettings> settings,
     any_of_kind = true;
     if (!s.system || *s.system == identity.system) return &s;
   }
+  if (!any_of_kind && otherwise_sealed)
+    return no(RefuseCode::kVersion,
+              text_of(self) + std::string(sealed ? kSealedNotWanted : kPlainNotWanted));
   if (!any_of_kind && other_path)
     return no(RefuseCode::kNotConfigured,
               text_of(self) + " accepts no link over " + std::string(name(from.kind)) +
@@ -148,7 +165,7 @@ Admission::Rival Admission::rival(Time now, const NetAddress& from, const Hello&
   refuse.code = RefuseCode::kDuplicateId;
   refuse.text = std::string_view(text_of(link.peer()) + " at " + link.address().to_string() +
                                  " is running with this system and id: choose another [router] id");
-  if (may_note(now, hello.identity))
+  if (may_note(now, from))
     router_.note(
         {.at = now,
          .kind = core::EventKind::kDuplicateRouter,
@@ -158,19 +175,19 @@ Admission::Rival Admission::rival(Time now, const NetAddress& from, const Hello&
   return Rival::kRefuse;
 }
 
-bool Admission::may_note(Time now, const Identity& identity) {
+bool Admission::may_note(Time now, const NetAddress& from) {
   std::erase_if(noted_, [&](const auto& r) { return now >= r.second + kRefusedAgain; });
-  return noted_.size() < kRefusedMax && noted_.try_emplace(identity.address().raw(), now).second;
+  return noted_.size() < kRefusedMax && noted_.try_emplace(from, now).second;
 }
 
-void Admission::note_refused(Time now, const NetAddress& from, const Hello& hello,
-                             const Refuse& refuse) {
-  if (!may_note(now, hello.identity)) return;
+void Admission::note_refused(Time now, const NetAddress& from, const Identity& who,
+                             std::string_view why) {
+  if (!may_note(now, from)) return;
   router_.note({.at = now,
                 .kind = core::EventKind::kLinkRefused,
-                .address = hello.identity.address(),
-                .client = link_peer(hello.identity.name.view(), from.to_string()),
-                .text = refuse.text});
+                .address = who.epoch == 0 ? Address() : who.address(),
+                .client = link_peer(who.name.view(), from.to_string()),
+                .text = why});
 }
 
 }  // namespace tims::link

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -33,9 +34,12 @@ class Admission {
 
   // True when the sender has received what was sent to its address a moment ago; otherwise it is
   // asked to repeat the HELLO.
-  [[nodiscard]] bool is_proven(Time now, const NetAddress& from, const Hello& hello) const;
-  [[nodiscard]] Retry retry(Time now, const NetAddress& from, const Hello& hello) const {
-    return {hello.token, cookie(from, hello, now.time_since_epoch())};
+  // `epoch`: 0 in the sealed version, where it is not known yet.
+  [[nodiscard]] bool is_proven(Time now, const NetAddress& from, std::uint64_t token,
+                               std::uint64_t epoch, std::uint64_t cookie) const;
+  [[nodiscard]] Retry retry(Time now, const NetAddress& from, std::uint64_t token,
+                            std::uint64_t epoch) const {
+    return {token, cookie(from, token, epoch, now.time_since_epoch())};
   }
 
   // The setting under which this router may connect; null otherwise, with the reason in `refuse`.
@@ -52,21 +56,21 @@ class Admission {
   void forget_rivals(const Identity& identity) { conflicts_.erase(identity.address().raw()); }
 
   // For the event log; rate-limited.
-  void note_refused(Time now, const NetAddress& from, const Hello& hello, const Refuse& refuse);
+  void note_refused(Time now, const NetAddress& from, const Identity& who, std::string_view why);
 
  private:
-  [[nodiscard]] std::uint64_t cookie(const NetAddress& from, const Hello& hello,
-                                     Duration period) const;
-  // False when this router was named in the event log a moment ago, or too many others were.
-  bool may_note(Time now, const Identity& identity);
+  [[nodiscard]] std::uint64_t cookie(const NetAddress& from, std::uint64_t token,
+                                     std::uint64_t epoch, Duration period) const;
+  // False when a router at this address was named in the event log a moment ago, or too many others
+  // were.
+  bool may_note(Time now, const NetAddress& from);
 
   core::Router& router_;
   const Identity self_;
   const core::SipKey secret_;
   // Router address -> time of the first rival HELLO.
   std::unordered_map<std::uint32_t, Time> conflicts_;
-  // Router address -> time of the last log entry.
-  std::unordered_map<std::uint32_t, Time> noted_;
+  std::map<NetAddress, Time> noted_;  // time of the last log entry
 };
 
 }  // namespace tims::link

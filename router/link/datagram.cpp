@@ -25,9 +25,27 @@ Duration get_ms(ByteReader& in) {
 // Earlier routers send none: zeros follow their HELLO, and nothing their WELCOME.
 std::uint8_t get_codecs(ByteReader& in) { return in.empty() ? 0 : in.get<std::uint8_t>(); }
 
-void begin(ByteWriter& out, DatagramKind kind, std::uint8_t first, std::uint8_t second) {
-  out.put(kind, first, second, std::uint8_t{0});
+void begin(ByteWriter& out, DatagramKind kind, std::uint8_t first, std::uint8_t second,
+           std::uint8_t third = 0) {
+  out.put(kind, first, second, third);
   out.put_text(kMagic);
+}
+
+bool get_rest(ByteReader& in, Hello& hello) {
+  in.get(hello.resume, hello.cookie);
+  hello.keep_alive = get_ms(in);
+  const bool kind_known = get_enum(in, LinkKind::kSub, hello.kind) && hello.kind != LinkKind::kSub;
+  if (!kind_known || !get(in, hello.identity)) return false;
+  hello.codecs = get_codecs(in);
+  return true;
+}
+
+std::optional<Datagram> decode_crypto(ByteReader in, std::uint8_t version, std::uint8_t flags) {
+  Crypto crypto{.from_accepting = (flags & 1) != 0};
+  in.get(crypto.token, crypto.cookie, crypto.offset, crypto.acknowledged);
+  crypto.bytes = in.rest();
+  if (!in.ok() || version != kVersionSealed) return std::nullopt;
+  return crypto;
 }
 
 std::optional<Datagram> decode_hello(ByteReader in, std::uint8_t low, std::uint8_t high) {
@@ -36,16 +54,14 @@ std::optional<Datagram> decode_hello(ByteReader in, std::uint8_t low, std::uint8
   if (!in.ok() || hello.token == 0 || low > high) return std::nullopt;
   // The bytes after the token may differ in another version.
   if (low > kVersionMax || high < kVersionMin) return hello;
-  in.get(hello.resume, hello.cookie);
-  hello.keep_alive = get_ms(in);
-  const bool kind_known = get_enum(in, LinkKind::kSub, hello.kind) && hello.kind != LinkKind::kSub;
-  if (!kind_known || !get(in, hello.identity)) return std::nullopt;
-  hello.codecs = get_codecs(in);
+  if (low == kVersionSealed) return SealedHello{hello.token};
+  if (!get_rest(in, hello)) return std::nullopt;
   return hello;
 }
 
-std::optional<Datagram> decode_welcome(ByteReader in, std::uint8_t version, std::uint8_t flags) {
-  Welcome welcome{.version = version, .resumed = (flags & 1) != 0};
+std::optional<Datagram> decode_welcome(ByteReader in, std::uint8_t version, std::uint8_t flags,
+                                       std::uint8_t generation) {
+  Welcome welcome{.version = version, .resumed = (flags & 1) != 0, .generation = generation};
   in.get(welcome.echo, welcome.token);
   welcome.keep_alive = get_ms(in);
   if (!get(in, welcome.identity) || welcome.token == 0) return std::nullopt;
@@ -56,7 +72,7 @@ std::optional<Datagram> decode_welcome(ByteReader in, std::uint8_t version, std:
 std::optional<Datagram> decode_refuse(ByteReader in, std::uint8_t low, std::uint8_t high) {
   Refuse refuse{.version_min = low, .version_max = high};
   refuse.echo = in.get<std::uint64_t>();
-  const bool known = get_enum(in, RefuseCode::kClasses, refuse.code);
+  const bool known = get_enum(in, RefuseCode::kCertificate, refuse.code);
   const auto size = in.get<std::uint8_t>();
   refuse.text = in.text(size);
   if (!in.ok() || !known) return std::nullopt;
@@ -150,7 +166,7 @@ std::optional<Datagram> decode(std::span<std::byte> bytes) {
   const auto kind = static_cast<DatagramKind>(in.get<std::uint8_t>());
   const auto first = in.get<std::uint8_t>();
   const auto second = in.get<std::uint8_t>();
-  in.get<std::uint8_t>();
+  const auto third = in.get<std::uint8_t>();
   if (!in.ok()) return std::nullopt;
   if (in.text(kMagic.size()) != kMagic) return std::nullopt;
   switch (kind) {
@@ -163,7 +179,9 @@ std::optional<Datagram> decode(std::span<std::byte> bytes) {
       break;
     }
     case DatagramKind::kWelcome:
-      return decode_welcome(in, first, second);
+      return decode_welcome(in, first, second, third);
+    case DatagramKind::kCrypto:
+      return decode_crypto(in, first, second);
     case DatagramKind::kRefuse:
       return decode_refuse(in, first, second);
     case DatagramKind::kReset: {
@@ -198,7 +216,7 @@ std::size_t encode(const Retry& retry, std::span<std::byte> to) {
 
 std::size_t encode(const Welcome& welcome, std::span<std::byte> to) {
   ByteWriter out(to);
-  begin(out, DatagramKind::kWelcome, welcome.version, welcome.resumed ? 1 : 0);
+  begin(out, DatagramKind::kWelcome, welcome.version, welcome.resumed ? 1 : 0, welcome.generation);
   out.put(welcome.echo, welcome.token);
   put_ms(out, welcome.keep_alive);
   put(out, welcome.identity);
@@ -220,6 +238,36 @@ std::size_t encode(const Reset& reset, std::span<std::byte> to) {
   begin(out, DatagramKind::kReset, 0, 0);
   out.put(reset.token);
   return out.size();
+}
+
+std::size_t encode(const SealedHello& hello, std::span<std::byte> to) {
+  ByteWriter out(to);
+  begin(out, DatagramKind::kHello, kVersionSealed, kVersionSealed);
+  out.put(hello.token);
+  std::ranges::fill(out.reserve(kHelloSize - out.size()), std::byte{0});
+  return out.size();
+}
+
+std::size_t encode(const Crypto& crypto, std::span<std::byte> to) {
+  ByteWriter out(to);
+  begin(out, DatagramKind::kCrypto, kVersionSealed, crypto.from_accepting ? 1 : 0);
+  out.put(crypto.token, crypto.cookie, crypto.offset, crypto.acknowledged);
+  out.put_bytes(crypto.bytes);
+  return out.size();
+}
+
+std::optional<Hello> decode_who(std::span<const std::byte> bytes) {
+  ByteReader in(bytes);
+  Hello who;
+  DatagramKind kind{};
+  if (!get_enum(in, DatagramKind::kCrypto, kind) || kind != DatagramKind::kHello)
+    return std::nullopt;
+  in.get(who.version_min, who.version_max);
+  in.get<std::uint8_t>();
+  if (in.text(kMagic.size()) != kMagic || who.version_min != kVersionSealed) return std::nullopt;
+  who.token = in.get<std::uint64_t>();
+  if (who.token == 0 || !get_rest(in, who)) return std::nullopt;
+  return who;
 }
 
 std::vector<std::byte> encode(const Announcement& announcement) {

@@ -153,8 +153,10 @@ bool get(ByteReader& in, Identity& identity);
 // --- the datagrams
 
 // Supported versions of this protocol.
-inline constexpr std::uint8_t kVersionMin = 1;
-inline constexpr std::uint8_t kVersionMax = 1;
+inline constexpr std::uint8_t kVersionPlain = 1;   // without keys
+inline constexpr std::uint8_t kVersionSealed = 2;  // with keys: the same session, sealed
+inline constexpr std::uint8_t kVersionMin = kVersionPlain;
+inline constexpr std::uint8_t kVersionMax = kVersionSealed;
 
 inline constexpr std::size_t kDatagramMin = 548;        // every path carries them: IPv4's 576 bytes
 inline constexpr std::size_t kDatagramBase = 1200;      // all but a few tunnels carry them
@@ -169,11 +171,14 @@ enum class DatagramKind : std::uint8_t {
   kRefuse = 4,
   kReset = 5,
   kRetry = 6,
+  kCrypto = 7,
 };
 
+// Of the plain version. In the sealed version it is the first message inside the handshake (WHO),
+// and the HELLO before it is a SealedHello.
 struct Hello {
-  std::uint8_t version_min = kVersionMin;
-  std::uint8_t version_max = kVersionMax;
+  std::uint8_t version_min = kVersionPlain;
+  std::uint8_t version_max = kVersionPlain;
   LinkKind kind = LinkKind::kSuper;  // the receiver's relation to the sender
   std::uint64_t token = 0;           // the receiver puts this into its DATA to the sender
   std::uint64_t resume = 0;          // the newest token issued by the receiver; 0: none
@@ -185,6 +190,11 @@ struct Hello {
 // Padded with zeros to at least this size, so that no answer is longer than its question.
 inline constexpr std::size_t kHelloSize = 256;
 
+// Says nothing about its sender.
+struct SealedHello {
+  std::uint64_t token = 0;
+};
+
 // Requests to repeat the HELLO with this cookie, which proves the sender's address.
 struct Retry {
   std::uint64_t echo = 0;  // Hello::token
@@ -192,10 +202,11 @@ struct Retry {
 };
 
 struct Welcome {
-  std::uint8_t version = kVersionMax;
-  bool resumed = false;     // the session of Hello::resume continues
-  std::uint64_t echo = 0;   // Hello::token
-  std::uint64_t token = 0;  // the sender of the HELLO puts this into its DATA
+  std::uint8_t version = kVersionPlain;
+  bool resumed = false;         // the session of Hello::resume continues
+  std::uint8_t generation = 0;  // of the keys that the handshake has brought
+  std::uint64_t echo = 0;       // Hello::token
+  std::uint64_t token = 0;      // the sender of the HELLO puts this into its DATA
   Duration keep_alive{};
   Identity identity{};
   std::uint8_t codecs = 0;  // what the sender can decompress (kCodecs in packing.h)
@@ -210,6 +221,7 @@ enum class RefuseCode : std::uint8_t {
   kWidths,
   kTooMany,
   kClasses,
+  kCertificate,
 };
 constexpr std::array kRefuseCodes{
     core::Label<RefuseCode>{RefuseCode::kVersion, "version",
@@ -227,8 +239,10 @@ constexpr std::array kRefuseCodes{
                             "the other router has as many links as it can hold"},
     core::Label<RefuseCode>{RefuseCode::kClasses, "classes",
                             "the thresholds of the priority classes differ"},
+    core::Label<RefuseCode>{RefuseCode::kCertificate, "certificate",
+                            "the certificate of one of the two was not accepted"},
 };
-static_assert(core::complete(kRefuseCodes, RefuseCode::kClasses));
+static_assert(core::complete(kRefuseCodes, RefuseCode::kCertificate));
 std::string_view name(RefuseCode code);
 std::string_view sentence(RefuseCode code);
 
@@ -244,18 +258,34 @@ struct Reset {
   std::uint64_t token = 0;  // from the DATA whose token is unknown
 };
 
-using Datagram = std::variant<Hello, Retry, Welcome, Refuse, Reset>;
+// A part of a handshake's bytes, and an acknowledgement of those of the other side.
+struct Crypto {
+  bool from_accepting = false;
+  std::uint64_t token = 0;   // of the HELLO
+  std::uint64_t cookie = 0;  // from the RETRY; 0 from the accepting side
+  std::uint32_t offset = 0;
+  std::uint32_t acknowledged = 0;
+  std::span<const std::byte> bytes{};
+};
+inline constexpr std::size_t kCryptoHeaderSize = 32;
+
+using Datagram = std::variant<Hello, SealedHello, Retry, Welcome, Refuse, Reset, Crypto>;
 
 // Empty for other bytes (DATA: frame.h). A HELLO of an unknown version is returned with only its
 // versions and token filled in.
 std::optional<Datagram> decode(std::span<std::byte> bytes);
 
-inline constexpr std::size_t kControlDatagramMax = 512;  // maximum size of these datagrams
+// The WHO of a handshake.
+std::optional<Hello> decode_who(std::span<const std::byte> bytes);
+
+inline constexpr std::size_t kControlDatagramMax = 512;  // of these datagrams but CRYPTO
 std::size_t encode(const Hello& hello, std::span<std::byte> to);
 std::size_t encode(const Retry& retry, std::span<std::byte> to);
 std::size_t encode(const Welcome& welcome, std::span<std::byte> to);
 std::size_t encode(const Refuse& refuse, std::span<std::byte> to);
 std::size_t encode(const Reset& reset, std::span<std::byte> to);
+std::size_t encode(const SealedHello& hello, std::span<std::byte> to);
+std::size_t encode(const Crypto& crypto, std::span<std::byte> to);  // kDatagramBase at most
 
 // --- the announcement
 

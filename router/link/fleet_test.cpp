@@ -69,7 +69,7 @@ class FleetTest : public testing::Test {
   void come_up(const Identity& peer) {
     const NetAddress at = udp(static_cast<std::uint8_t>(peer.epoch));
     link->set_targets(now, PathKind::kUdp, {&at, 1});
-    link->on_welcome(now, at, {.token = 7, .keep_alive = 300ms, .identity = peer});
+    link->on_welcome(now, at, {.token = 7, .keep_alive = 300ms, .identity = peer}, {});
     ASSERT_TRUE(link->is_up());
   }
   using Epochs = std::vector<std::uint64_t>;
@@ -80,6 +80,7 @@ class FleetTest : public testing::Test {
     [[nodiscard]] std::int64_t wall_ns() const override { return 0; }
     void send(const NetAddress&, std::span<const std::byte>) override {}
     void lost(core::ClientId, const Header&, core::Outcome) override {}
+    void shake_hands(Time, const NetAddress&, const Retry&, std::span<const std::byte>) override {}
     void changed() override {}
     Packing& packing() override { return compression; }
     bool take_packed(core::ClientId, core::Message&, PackingCounters&) override { return false; }
@@ -170,7 +171,7 @@ TEST_F(FleetTest, AnAcceptingLinkLooksOnlyForTheRouterItAccepted) {
   be(kOne, {.kind = LinkKind::kSub, .connects = false, .paths = kBoth});
   announce({kBase, kHost});
   EXPECT_TRUE(candidates().empty());
-  link->accept(now, udp(21), {.token = 5, .keep_alive = 300ms, .identity = kHost}, 6);
+  link->accept(now, udp(21), {.token = 5, .keep_alive = 300ms, .identity = kHost}, 6, {});
   EXPECT_EQ(candidates(), Epochs{21});
 }
 

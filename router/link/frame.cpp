@@ -91,8 +91,10 @@ std::optional<Data> decode_data(std::span<std::byte> datagram) {
   if (datagram.size() < kDataHeaderSize ||
       datagram.front() != static_cast<std::byte>(DatagramKind::kData))
     return std::nullopt;
-  ByteReader in(datagram.subspan(4));
-  Data data;
+  ByteReader in(datagram.subspan(1));
+  Data data{.head = datagram.first(kDataHeaderSize)};
+  in.get(data.header.phase, data.header.generation);
+  in.get<std::uint8_t>();
   in.get(data.header.packet, data.header.token);
   data.frames = datagram.subspan(kDataHeaderSize);
   return data;
@@ -100,7 +102,8 @@ std::optional<Data> decode_data(std::span<std::byte> datagram) {
 
 void encode(const DataHeader& header, std::span<std::byte, kDataHeaderSize> to) {
   ByteWriter out(to);
-  out.put(static_cast<std::uint32_t>(DatagramKind::kData), header.packet, header.token);
+  out.put(DatagramKind::kData, header.phase, header.generation, std::uint8_t{0}, header.packet,
+          header.token);
 }
 
 std::optional<Frame> FrameReader::next() {

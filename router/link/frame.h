@@ -22,11 +22,15 @@ namespace tims::link {
 struct DataHeader {
   std::uint64_t token = 0;
   std::uint32_t packet = 0;  // the lower 32 bits of the packet's number
+  // Of the keys it is sealed with (session_keys.h); 0 when it is not.
+  std::uint8_t phase = 0;
+  std::uint8_t generation = 0;
 };
 inline constexpr std::size_t kDataHeaderSize = 16;
 struct Data {
   DataHeader header{};
-  std::span<std::byte> frames{};
+  std::span<const std::byte> head{};  // its bytes
+  std::span<std::byte> frames{};      // sealed, with the tag, until they are opened
 };
 // Empty for any other datagram.
 std::optional<Data> decode_data(std::span<std::byte> datagram);

@@ -10,8 +10,10 @@ namespace {
 
 constexpr int kHellosEach = 10;  // to one router, before another candidate is tried
 constexpr Duration kAfterRefusal = std::chrono::seconds(3);
-// How often a RESET makes the side that connects ask for its session.
-constexpr Duration kDoubtEvery = std::chrono::seconds(1);
+// How often the side that connects asks about a session that is up.
+constexpr Duration kAskAgain = std::chrono::seconds(1);
+// The age of keys at which a new handshake begins: fresh secrets, certificates checked again.
+constexpr Duration kKeysMax = std::chrono::hours(1);
 // How long an accepting side keeps sending keep-alives to a silent router.
 constexpr Duration kCallsAfterSilence = std::chrono::seconds(30);
 // When it then removes the link.
@@ -79,15 +81,22 @@ void Link::send_hello(Time now) {
   const auto jitter = static_cast<std::int64_t>(context_.random() % 1000) - 500;
   next_hello_ = now + settings_.keep_alive + settings_.keep_alive * jitter / 5000;
   std::array<std::byte, kControlDatagramMax> bytes{};
-  const std::span<const std::byte> datagram = std::span(bytes).first(encode(hello(), bytes));
+  const std::span<const std::byte> datagram = std::span(bytes).first(put_hello(bytes));
   // The first HELLO goes to the preferred path only. A router that has refused it may accept the
   // link over another path.
   const bool first = hellos_++ == 0 && state_ != State::kRefused;
   for (const NetAddress& to : paths_.to_call(first)) context_.send(to, datagram);
 }
 
+std::size_t Link::put_hello(std::span<std::byte> to) const {
+  return settings_.secure ? encode(SealedHello{our_token_}, to) : encode(hello(), to);
+}
+
 Hello Link::hello() const {
-  return {.kind = settings_.kind,
+  const std::uint8_t version = settings_.secure ? kVersionSealed : kVersionPlain;
+  return {.version_min = version,
+          .version_max = version,
+          .kind = settings_.kind,
           .token = our_token_,
           .resume = known_token_,
           .keep_alive = keep_alive_,
@@ -95,14 +104,21 @@ Hello Link::hello() const {
           .codecs = kCodecs};
 }
 
-// Answers immediately to the source address; if that is lost, the next HELLO starts over. A router
-// that still has the session asks for no cookie.
+// Answers immediately to the source address; if that is lost, the next HELLO starts over. Without
+// keys, a router that still has the session asks for no cookie.
 void Link::on_retry(Time now, const NetAddress& from, const Retry& retry) {
-  if (is_up() && now < doubt_until_ && !paths_.is_strange(from)) return lose_session(now);
-  if (state_ != State::kConnecting && state_ != State::kRefused) return;
-  Hello again = hello();
-  again.cookie = retry.cookie;
+  if (is_up()) {
+    if (now >= asked_until_ || paths_.is_strange(from)) return;
+    if (!settings_.secure) return lose_session(now);
+  } else if (state_ != State::kConnecting && state_ != State::kRefused) {
+    return;
+  }
   std::array<std::byte, kControlDatagramMax> bytes{};
+  Hello again = hello();
+  if (settings_.secure) {
+    return context_.shake_hands(now, from, retry, std::span(bytes).first(encode(again, bytes)));
+  }
+  again.cookie = retry.cookie;
   context_.send(from, std::span(bytes).first(encode(again, bytes)));
 }
 
@@ -117,11 +133,24 @@ void Link::note_no_candidate(std::string_view why) {
   if (!is_up()) refusal_ = why;
 }
 
-void Link::on_welcome(Time now, const NetAddress& from, const Welcome& welcome) {
-  if (state_ == State::kUp || state_ == State::kDown || !settings_.connects) return;
+void Link::on_welcome(Time now, const NetAddress& from, const Welcome& welcome,
+                      Verified&& verified) {
+  const bool sealed = verified.sealer != nullptr;
+  if (state_ == State::kDown || !settings_.connects || (is_up() && !sealed)) return;
+  asked_until_ = {};
   // If the other side did not take up the session, none of its data has arrived there either.
-  const bool goes_on = welcome.token == their_token_;
+  const bool goes_on = welcome.token == their_token_ && welcome.resumed;
+  if (!goes_on && is_up()) go_down(now, core::CloseReason::kForgotten, State::kSilent);
   if (!goes_on) forget_session(now, core::Outcome::kLinkReset);
+  if (sealed) {
+    SessionKeys& keys = session_.keys();
+    goes_on ? keys.renew(now, welcome.generation, std::move(verified.sealer), true)
+            : keys.begin(now, std::move(verified.sealer));
+    const auto jitter = static_cast<std::int64_t>(context_.random() % 1000);
+    next_handshake_ = now + kKeysMax - kKeysMax * jitter / 10'000;
+    certificate_ = std::move(verified.peer);
+  }
+  if (is_up()) return;
   called_ = true;
   their_token_ = known_token_ = welcome.token;
   their_keep_alive_ = welcome.keep_alive;
@@ -145,22 +174,33 @@ void Link::on_refuse(Time now, const NetAddress& from, const Refuse& refuse) {
                 .text = refusal_});
 }
 
-void Link::accept(Time now, const NetAddress& from, const Hello& hello, std::uint64_t our_token) {
+void Link::accept(Time now, const NetAddress& from, const Hello& hello, std::uint64_t our_token,
+                  Verified&& verified) {
   if (is_up()) go_down(now, core::CloseReason::kReplaced, State::kSilent);
   forget_session(now, core::Outcome::kLinkReset);
   called_ = false;
   our_token_ = our_token;
   their_token_ = known_token_ = hello.token;
-  resume(hello);
+  keep_alive_ = settings_.keep_alive;
+  their_keep_alive_ = hello.keep_alive;
+  const bool sealed = verified.sealer != nullptr;
+  if (sealed) session_.keys().begin(now, std::move(verified.sealer));
+  certificate_ = std::move(verified.peer);
   peer_ = hello.identity;
   codecs_ = hello.codecs;
   paths_.begin(now, from);
-  come_up(now);
+  // WELCOME is still being sealed. The other side cannot open anything before it.
+  sealed && !settings_.connects ? enter(now, State::kSilent) : come_up(now);
 }
 
-void Link::resume(const Hello& hello) {
+std::uint8_t Link::resume(Time now, const Hello& hello, Verified&& verified) {
   keep_alive_ = settings_.keep_alive;
   their_keep_alive_ = hello.keep_alive;
+  if (verified.sealer == nullptr) return 0;
+  const std::uint8_t generation = session_.keys().next_generation();
+  session_.keys().renew(now, generation, std::move(verified.sealer), false);
+  certificate_ = std::move(verified.peer);
+  return generation;
 }
 
 void Link::come_up(Time now) {
@@ -197,6 +237,8 @@ void Link::go_down(Time now, core::CloseReason reason, State state) {
 
 void Link::forget_session(Time now, core::Outcome why) {
   session_.reset(now, why);
+  session_.keys().clear();
+  next_handshake_ = kNever;
   clock_.reset();
   rtt_.reset();
   last_sent_ns_ = 0;
@@ -213,16 +255,28 @@ void Link::end_session(Time now) {
 // HELLO of the session, and a router that still has the session confirms it. The side that accepts
 // waits for a HELLO in any case.
 void Link::on_reset(Time now, const NetAddress& from) {
-  if (!is_up() || !settings_.connects || now < next_doubt_) return;
-  next_doubt_ = now + kDoubtEvery;
-  doubt_until_ = next_doubt_;
+  if (is_up() && settings_.connects && now >= asked_until_) ask(now, from);
+}
+
+// The answer is RETRY: without keys of a router that has lost the session, with keys of any.
+void Link::ask(Time now, const NetAddress& to) {
+  asked_until_ = now + kAskAgain;
   std::array<std::byte, kControlDatagramMax> bytes{};
-  context_.send(from, std::span(bytes).first(encode(hello(), bytes)));
+  context_.send(to, std::span(bytes).first(put_hello(bytes)));
+}
+
+void Link::expel(Time now) {
+  take_down(now, State::kSilent, core::CloseReason::kAdministrative);
+  if (settings_.connects) begin_connecting(now, now);
+}
+
+void Link::renew_keys(Time now) {
+  if (is_up() && settings_.connects && settings_.secure) next_handshake_ = now;
 }
 
 // The other router has restarted.
 void Link::lose_session(Time now) {
-  doubt_until_ = {};
+  asked_until_ = {};
   go_down(now, core::CloseReason::kForgotten, State::kSilent);
   end_session(now);
   begin_connecting(now, now);
@@ -249,11 +303,12 @@ core::Outcome Link::send(Time now, const core::Message& message) {
   return session_.send(now, prefix, sent.header, sent.bytes);
 }
 
-void Link::on_data(Time now, const NetAddress& from, const Data& data) {
-  if (state_ == State::kDown) return;
+void Link::on_data(Time now, const NetAddress& from, Data data) {
+  if (state_ == State::kDown || their_token_ == 0) return;
   // The path is not configured: challenges on it are not answered.
   if (!paths_.uses(from.kind)) return;
   if (!session_.is_new(data.header.packet)) return session_.note_replay();
+  if (!session_.open(now, data)) return;
   from_ = from;
   if (!is_up() && their_token_ != 0) {
     // The accepting side knows that datagrams pass in both directions. The calling side
@@ -267,7 +322,7 @@ void Link::on_data(Time now, const NetAddress& from, const Data& data) {
   }
   if (!is_up()) return;
   last_received_ = now;
-  paths_.count_in(from.kind, kDataHeaderSize + data.frames.size());
+  paths_.count_in(from.kind, kDataHeaderSize + data.frames.size() + session_.keys().overhead());
   broken_ = false;
   peer_receives_nothing_ = false;
   const auto verdict = session_.on_data(now, data);
@@ -386,8 +441,8 @@ Time Link::next_timeout(Time now) {
   if (state_ == State::kConnecting || state_ == State::kRefused) next = std::min(next, next_hello_);
   if (keeps_alive(now)) next = std::min(next, next_keep_alive_);
   if (is_up())
-    next = std::min(
-        {next, last_received_ + dead_after(), paths_.next_timeout(session_.rtt().smoothed())});
+    next = std::min({next, last_received_ + dead_after(), std::max(next_handshake_, asked_until_),
+                     paths_.next_timeout(session_.rtt().smoothed())});
   return std::min(next, gone_at());
 }
 
@@ -402,6 +457,8 @@ void Link::on_timeout(Time now) {
   if (is_up() && now >= last_received_ + dead_after())
     go_down(now, core::CloseReason::kSilent, State::kSilent);
   if (is_up()) watch_paths(now);
+  // Repeated until it succeeds.
+  if (is_up() && now >= next_handshake_ && now >= asked_until_) ask(now, address());
   const bool calls = state_ == State::kConnecting || state_ == State::kRefused;
   if (calls && now >= next_hello_) {
     const bool refused = state_ == State::kRefused;
@@ -459,7 +516,7 @@ void Link::watch_paths(Time now) {
 }
 
 void Link::send_nonce(Time now, FrameType type, std::uint64_t nonce, const NetAddress& to) {
-  std::array<std::byte, kDataHeaderSize + kNonceFrameSize> bytes{};
+  std::array<std::byte, kDataHeaderSize + kNonceFrameSize + Sealer::kTagSize> bytes{};
   const std::size_t size = session_.build_nonce(now, their_token_, type, nonce, bytes);
   paths_.count_out(to.kind, size);
   context_.send(to, std::span(bytes).first(size));

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -39,6 +40,8 @@ struct LinkSettings {
   std::uint32_t mailboxes_max = 65536;          // maximum the other side may announce
   Duration keep_alive = std::chrono::milliseconds(300);
   PackingSettings packing{};
+  // Sealed with keys. Both sides must agree: neither falls back to the other way.
+  bool secure = false;
   LinkSessionSettings session{};
 
   // The other end is determined by the fleet's announcements.
@@ -62,6 +65,10 @@ class LinkContext : public core::Interface {
   // decompressed. Returns false when that is not possible: it is lost, and counted.
   virtual bool take_packed(core::ClientId link, core::Message& message,
                            PackingCounters& counters) = 0;
+  // Begins a handshake with the router that has sent this RETRY, and sends WHO in it. HELLOs go on
+  // meanwhile; one that is answered shows that a handshake in progress can go on.
+  virtual void shake_hands(Time now, const NetAddress& to, const Retry& retry,
+                           std::span<const std::byte> who) = 0;
   // A link went up or down: the choice of the super router must be checked.
   virtual void changed() = 0;
 };
@@ -82,7 +89,7 @@ class Link final : private ArrivalObserver, private LossObserver {
     return std::ranges::find(named_, udp) != named_.end();
   }
   void on_retry(Time now, const NetAddress& from, const Retry& retry);
-  void on_welcome(Time now, const NetAddress& from, const Welcome& welcome);
+  void on_welcome(Time now, const NetAddress& from, const Welcome& welcome, Verified&& verified);
   // Returns true once when the router being called does not answer or refuses, so that another
   // candidate can be tried.
   bool should_try_next();
@@ -91,15 +98,21 @@ class Link final : private ArrivalObserver, private LossObserver {
   void on_refuse(Time now, const NetAddress& from, const Refuse& refuse);
 
   // --- the side that accepts. The source address of the HELLO has been verified.
-  void accept(Time now, const NetAddress& from, const Hello& hello, std::uint64_t our_token);
-  // The session continues, with the keep-alive intervals that both sides now state.
-  void resume(const Hello& hello);
+  void accept(Time now, const NetAddress& from, const Hello& hello, std::uint64_t our_token,
+              Verified&& verified);
+  // The session continues, with the keep-alive intervals that both sides now state, and with new
+  // keys if there are any. Returns their generation.
+  std::uint8_t resume(Time now, const Hello& hello, Verified&& verified);
 
   // --- both
-  void on_data(Time now, const NetAddress& from, const Data& data);
+  void on_data(Time now, const NetAddress& from, Data data);
   void on_reset(Time now, const NetAddress& from);
   void on_gone(Time now, const NetAddress& where);  // no router at this address any more
   core::Outcome send(Time now, const core::Message& message);
+  // A new handshake for a link that is up, because certificates have changed.
+  void renew_keys(Time now);
+  // The other router is not accepted any more: the session ends, and with it what waits.
+  void expel(Time now);
   // Sends the next HELLO or keep-alive immediately.
   void call_now(Time now);
   // Announces changes of the exported table; cheap when there are none.
@@ -161,6 +174,8 @@ class Link final : private ArrivalObserver, private LossObserver {
   [[nodiscard]] std::uint16_t their_loss_permille() const { return their_loss_permille_; }
   [[nodiscard]] std::uint64_t mailboxes() const { return advertiser_.held(); }
   [[nodiscard]] std::uint64_t mailboxes_refused() const { return advertiser_.refused(); }
+  [[nodiscard]] const SessionKeys& keys() const { return session_.keys(); }
+  [[nodiscard]] const PeerName& certificate() const { return certificate_; }  // if it has keys
   [[nodiscard]] Duration their_keep_alive() const { return their_keep_alive_; }
   [[nodiscard]] Duration dead_after() const { return 3 * their_keep_alive_; }
 
@@ -180,6 +195,8 @@ class Link final : private ArrivalObserver, private LossObserver {
   void send_close(Time now, core::CloseReason reason);
   void begin_connecting(Time now, Time first);
   void send_hello(Time now);
+  std::size_t put_hello(std::span<std::byte> to) const;
+  void ask(Time now, const NetAddress& to);
   void come_up(Time now);
   void go_down(Time now, core::CloseReason reason, State state);
   [[nodiscard]] Time gone_at() const;
@@ -207,6 +224,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   Identity peer_{};
   std::uint8_t codecs_ = 0;  // what the other router can decompress
   PackingCounters packing_counters_;
+  PeerName certificate_{};
   bool called_ = false;  // this side's HELLO created the session
   std::uint64_t our_token_ = 0;
   std::uint64_t their_token_ = 0;  // 0: there is no session
@@ -216,9 +234,10 @@ class Link final : private ArrivalObserver, private LossObserver {
   Text<192> refusal_{};
 
   Time next_hello_ = kNever;
-  int hellos_ = 0;      // number of HELLOs since connecting began
-  Time doubt_until_{};  // a RETRY until then means that the other router has lost the session
-  Time next_doubt_{};
+  int hellos_ = 0;  // number of HELLOs since connecting began
+  // A HELLO was sent while the link is up, to be answered until then.
+  Time asked_until_{};
+  Time next_handshake_ = kNever;  // for new keys
   Time next_keep_alive_ = kNever;
   Time last_received_{};
   Duration keep_alive_{};  // the interval announced to the other side

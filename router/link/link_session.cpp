@@ -215,6 +215,20 @@ void LinkSession::on_packet_lost(const SentPacket& packet) {
 
 // --- receiving
 
+bool LinkSession::open(Time now, Data& data) {
+  switch (keys_.open(now, window_.expand(data.header.packet), data)) {
+    case SessionKeys::Verdict::kForged:
+      ++counters_.packets_forged;
+      return false;
+    case SessionKeys::Verdict::kOldKey:
+      ++counters_.packets_old_key;
+      return false;
+    case SessionKeys::Verdict::kOpened:
+      break;
+  }
+  return true;
+}
+
 LinkSession::Verdict LinkSession::on_data(Time now, const Data& data) {
   const std::uint64_t number = window_.expand(data.header.packet);
   const bool newest = number >= window_.next();
@@ -231,7 +245,7 @@ LinkSession::Verdict LinkSession::on_data(Time now, const Data& data) {
     return Verdict::kTaken;
   }
   ++counters_.packets_in;
-  counters_.bytes_in += kDataHeaderSize + data.frames.size();
+  counters_.bytes_in += kDataHeaderSize + data.frames.size() + keys_.overhead();
   if (!eliciting) return verdict;
   ++unacked_;
   // Acknowledge immediately when a packet is missing, so that the sender learns it soon;
@@ -329,13 +343,20 @@ void LinkSession::after_ack(Time now, const SentPackets::AckResult& result, Dura
 
 // A packet being built.
 struct LinkSession::Packet {
-  ByteWriter out;
+  std::span<std::byte> datagram;
+  ByteWriter out;  // leaves room for the tag
   SentPacket record{};
 
   [[nodiscard]] bool takes_piece(std::size_t header) const {
     return out.room() > header && record.pieces < SentPacket::kPiecesMax;
   }
 };
+
+LinkSession::Packet LinkSession::packet_in(std::span<std::byte> out) const {
+  Packet packet{.datagram = out, .out = ByteWriter(out.first(out.size() - keys_.overhead()))};
+  packet.out.reserve(kDataHeaderSize);
+  return packet;
+}
 
 // --- waiting messages
 
@@ -484,8 +505,7 @@ std::size_t LinkSession::build(Time now, std::uint64_t token, std::span<std::byt
                                const KeepAlive* keep_alive) {
   if (keep_alive == nullptr && !has_something_to_send()) return 0;
   const std::size_t size = std::min(out.size(), size_for(keep_alive != nullptr));
-  Packet packet{.out = ByteWriter(out.first(size))};
-  packet.out.reserve(kDataHeaderSize);
+  Packet packet = packet_in(out.first(size));
   last_lane_ = kControlLane;
   set_rates();
   if (keep_alive != nullptr) put(packet.out, *keep_alive);
@@ -608,9 +628,8 @@ bool LinkSession::put_sample(Time now, Packet& packet, std::size_t message_class
 }
 
 std::size_t LinkSession::finish(Time now, std::uint64_t token, Packet& packet) {
-  const std::span<std::byte> datagram = packet.out.written();
-  const auto number = static_cast<std::uint32_t>(sent_.next());
-  encode({.token = token, .packet = number}, datagram.first<kDataHeaderSize>());
+  const std::span<std::byte> datagram = packet.datagram.first(packet.out.size() + keys_.overhead());
+  keys_.seal(now, token, sent_.next(), datagram);
   SentPacket& record = sent_.add();
   record = packet.record;
   record.at = now;
@@ -632,8 +651,7 @@ std::size_t LinkSession::build_probe(Time now, std::uint64_t token, std::span<st
   if (!open_ || !rtt_.known()) return 0;
   const std::size_t size = mtu_.probe(now, datagram_max());
   if (size == 0 || size > to.size()) return 0;
-  Packet packet{.out = ByteWriter(to.first(size))};
-  packet.out.reserve(kDataHeaderSize);
+  Packet packet = packet_in(to.first(size));
   packet.out.put(FrameType::kProbe);
   std::ranges::fill(packet.out.reserve(packet.out.room()), std::byte{0});
   packet.record.probe = static_cast<std::uint16_t>(size);
@@ -644,8 +662,7 @@ std::size_t LinkSession::build_probe(Time now, std::uint64_t token, std::span<st
 
 std::size_t LinkSession::build_nonce(Time now, std::uint64_t token, FrameType type,
                                      std::uint64_t nonce, std::span<std::byte> out) {
-  Packet packet{.out = ByteWriter(out)};
-  packet.out.reserve(kDataHeaderSize);
+  Packet packet = packet_in(out);
   put_challenge(packet.out, type, nonce);
   ++questions_out_;
   return finish(now, token, packet);
@@ -653,8 +670,7 @@ std::size_t LinkSession::build_nonce(Time now, std::uint64_t token, FrameType ty
 
 std::size_t LinkSession::build_close(Time now, std::uint64_t token, std::uint8_t reason,
                                      std::span<std::byte> out) {
-  Packet packet{.out = ByteWriter(out)};
-  packet.out.reserve(kDataHeaderSize);
+  Packet packet = packet_in(out);
   put_close(packet.out, reason);
   return finish(now, token, packet);
 }

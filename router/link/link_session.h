@@ -21,6 +21,7 @@
 #include "router/link/packets.h"
 #include "router/link/paths.h"
 #include "router/link/samples.h"
+#include "router/link/session_keys.h"
 #include "router/link/transport.h"
 
 namespace tims::link {
@@ -43,6 +44,8 @@ struct LinkSessionCounters {
   std::uint64_t bytes_out = 0;
   std::uint64_t packets_lost = 0;      // sent packets that were lost
   std::uint64_t packets_replayed = 0;  // received again, or too late to tell
+  std::uint64_t packets_forged = 0;    // do not open with our keys: from somebody else, or altered
+  std::uint64_t packets_old_key = 0;   // sealed with keys that are not used any more
   std::uint64_t packets_refused = 0;   // received packets refused for lack of memory
   std::uint64_t sample_repeats = 0;    // parts of samples sent again
   // Of frames of messages by lane, also of those that are sent again; without what is around them.
@@ -81,7 +84,9 @@ class LinkSession final : private PacketObserver {
   }
   // A number is used once, so nothing is lost that an answer could bring back: none is sent.
   void note_replay() { ++counters_.packets_replayed; }
-  Verdict on_data(Time now, const Data& data);  // precondition: is_new()
+  // Decrypts the frames. Precondition: is_new(). False: the packet is not from the other router.
+  [[nodiscard]] bool open(Time now, Data& data);
+  Verdict on_data(Time now, const Data& data);  // precondition: open()
 
   // --- time
   [[nodiscard]] Time next_timeout(Time now);
@@ -94,6 +99,9 @@ class LinkSession final : private PacketObserver {
   void reset(Time now, core::Outcome why);
   // Send time of the newest acknowledged packet.
   [[nodiscard]] Time newest_acked_sent() const { return newest_acked_sent_; }
+
+  [[nodiscard]] SessionKeys& keys() { return keys_; }
+  [[nodiscard]] const SessionKeys& keys() const { return keys_; }
 
   // Closed while the path is dead: only keep-alives are built.
   void set_open(bool open) { open_ = open; }
@@ -152,6 +160,7 @@ class LinkSession final : private PacketObserver {
   void put_not_ready(Packet& packet);
   void put_skip(Packet& packet);
   [[nodiscard]] std::size_t size_for(bool keeps_alive) const;
+  [[nodiscard]] Packet packet_in(std::span<std::byte> out) const;
   static void put_ping(Packet& packet);
   void put_lanes(Time now, Packet& packet);
   bool put_stream(Time now, Packet& packet, std::size_t lane);
@@ -189,6 +198,7 @@ class LinkSession final : private PacketObserver {
   std::array<LaneReceiver, kLanes> receivers_;
   SampleReceiver sample_receiver_;
   PacketWindow window_;
+  SessionKeys keys_;
   Time newest_at_{};           // arrival time of the packet with the highest number
   std::uint32_t unacked_ = 0;  // packets that need an acknowledgement
   bool ack_now_ = false;

@@ -25,6 +25,20 @@ constexpr Duration kOverlap = std::chrono::seconds(1);
 // A REFUSE is the longest answer that a stranger can get.
 constexpr std::uint64_t kRefusalsPerSecond = 20;
 
+// A certificate is for one router.
+bool is_named(const Identity& identity, const PeerName& certificate) {
+  return identity.role == certificate.role && identity.system == certificate.system &&
+         identity.id == certificate.id;
+}
+
+std::string name_mismatch(const Identity& identity, const PeerName& certificate) {
+  const auto text = [](core::Role role, unsigned system, unsigned id) {
+    return std::string(core::name(role)) + " " + std::to_string(system) + "/" + std::to_string(id);
+  };
+  return "the router is " + text(identity.role, identity.system, identity.id) +
+         ", its certificate is for " + text(certificate.role, certificate.system, certificate.id);
+}
+
 }  // namespace
 
 Links::Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
@@ -36,6 +50,7 @@ Links::Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
       shell_(shell),
       packing_(setup.self.widths, setup.self.classes, setup.clock),
       admission_(router, setup.self, setup.secret),
+      handshakes_(setup.handshaker, *this),
       fleet_(setup.self),
       refusals_(kRefusalsPerSecond, kRefusalsPerSecond),
       scratch_(std::make_unique<std::byte[]>(kBurstBytesMax + kDatagramMax)) {}
@@ -52,7 +67,8 @@ void Links::send_control(const NetAddress& to, const Datagram& datagram) {
 // --- configuration
 
 void Links::configure(Time now, std::span<const LinkSettings> wanted) {
-  settings_.assign(wanted.begin(), wanted.end());
+  settings_.clear();
+  for (const LinkSettings& settings : wanted) settings_.push_back(own_settings(settings));
   supers_.clear();
   const auto find_wanted = [&](const Link& link) {
     return std::ranges::find_if(settings_, [&](const LinkSettings& s) {
@@ -66,7 +82,7 @@ void Links::configure(Time now, std::span<const LinkSettings> wanted) {
     if (same == settings_.end()) {
       remove(now, slot);
     } else {
-      slots_[slot].link->configure(now, own_settings(*same));
+      slots_[slot].link->configure(now, *same);
     }
   }
   for (const LinkSettings& settings : settings_) {
@@ -84,6 +100,7 @@ void Links::configure(Time now, std::span<const LinkSettings> wanted) {
 LinkSettings Links::own_settings(LinkSettings settings) const {
   settings.session.message_max = setup_.self.message_max;
   settings.session.classes = setup_.self.classes;
+  settings.secure = settings.secure && handshakes_.are_possible();
   return settings;
 }
 
@@ -92,8 +109,8 @@ Link& Links::add(Time now, const LinkSettings& settings) {
   while (slot < slots_.size() && slots_[slot].link) ++slot;
   if (slot == slots_.size()) slots_.emplace_back();
   LinkContext& context = *this;
-  slots_[slot].link = std::make_unique<Link>(router_, pool_, memory_, done_, context, slot,
-                                             own_settings(settings), now);
+  slots_[slot].link =
+      std::make_unique<Link>(router_, pool_, memory_, done_, context, slot, settings, now);
   return *slots_[slot].link;
 }
 
@@ -131,6 +148,15 @@ void Links::network_changed(Time now) {
   });
 }
 
+void Links::renew_keys(Time now, const Accepted& accepted) {
+  for_each_link([&](Link& link) {
+    if (!link.keys().are_used()) return;
+    accepted(link.certificate()) ? link.renew_keys(now) : link.expel(now);
+    index(link);
+    touch(link);
+  });
+}
+
 std::vector<std::string> Links::names_to_resolve() const {
   std::vector<std::string> names;
   for_each([&](const Link& link) {
@@ -163,9 +189,14 @@ void Links::on_datagram(Time now, const NetAddress& from, std::span<std::byte> b
     return;
   }
   if (const auto* hello = std::get_if<Hello>(&*datagram)) return on_hello(now, from, *hello);
+  if (const auto* hello = std::get_if<SealedHello>(&*datagram))
+    return send_control(from, admission_.retry(now, from, hello->token, 0));
+  if (const auto* crypto = std::get_if<Crypto>(&*datagram)) return on_crypto(now, from, *crypto);
   if (const auto* retry = std::get_if<Retry>(&*datagram)) {
-    if (Link* link = by_token(retry->echo)) link->on_retry(now, from, *retry);
-    return;
+    Link* link = by_token(retry->echo);
+    if (link == nullptr) return;
+    link->on_retry(now, from, *retry);
+    return touch(*link);
   }
   if (const auto* welcome = std::get_if<Welcome>(&*datagram))
     return on_welcome(now, from, *welcome);
@@ -200,14 +231,16 @@ void Links::on_data(Time now, const NetAddress& from, const Data& data) {
   send_control(from, Reset{token});
 }
 
-void Links::on_welcome(Time now, const NetAddress& from, const Welcome& welcome) {
+void Links::on_welcome(Time now, const NetAddress& from, const Welcome& welcome,
+                       Handshakes::One* handshake) {
   Link* link = by_token(welcome.echo);
-  if (link == nullptr || link->is_up()) return;
+  const bool sealed = handshake != nullptr;
+  if (link == nullptr || link->settings().secure != sealed || (link->is_up() && !sealed)) return;
   const auto refuse_welcome = [&](const std::string& text) {
     link->on_refuse(now, from, {.echo = welcome.echo, .text = std::string_view(text)});
     touch(*link);
   };
-  if (welcome.version < kVersionMin || welcome.version > kVersionMax)
+  if (welcome.version != (sealed ? kVersionSealed : kVersionPlain))
     return refuse_welcome("it supports version " + std::to_string(welcome.version) +
                           " of the protocol");
   if (welcome.identity.widths != setup_.self.widths)
@@ -215,13 +248,19 @@ void Links::on_welcome(Time now, const NetAddress& from, const Welcome& welcome)
   if (welcome.identity.classes != setup_.self.classes)
     return refuse_welcome("its message.classes are " + welcome.identity.classes.to_string() +
                           ", here " + setup_.self.classes.to_string());
+  if (sealed && !is_named(welcome.identity, handshake->verified.peer))
+    return refuse_welcome(name_mismatch(welcome.identity, handshake->verified.peer));
+  if (link->settings().kind == LinkKind::kSuper && !is_above(welcome.identity, setup_.self))
+    return refuse_welcome("it is a " + std::string(name(welcome.identity.role)) +
+                          " router, which cannot be above this one");
   const Link* other = link_to(welcome.identity);
   if (other != nullptr && other != link && other->is_up())
     return refuse_welcome("there is already a link to " +
                           std::string(welcome.identity.name.view()) + ", at " +
                           other->address().to_string());
-  link->on_welcome(now, from, welcome);
+  link->on_welcome(now, from, welcome, sealed ? std::move(handshake->verified) : Verified{});
   index(*link);
+  touch(*link);
 }
 
 // --- deliveries from the router
@@ -292,6 +331,7 @@ void Links::on_timeout(Time now) {
     link->on_timeout(now);
     link->is_gone(now) ? remove(now, wake.slot) : touch(*link);
   }
+  handshakes_.on_timeout(now);
   // A super router may have been up long enough.
   if (supers_.size() > 1) choose_ = true;
 }
@@ -476,12 +516,18 @@ bool Links::act(Time now, std::string_view name, Action what) {
 // --- admission
 
 void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
-  if (const auto refusal = Admission::version_refusal(hello)) return refuse(now, from, *refusal);
-  Link* link = link_to(hello.identity);
-  const bool resumes = link != nullptr && link->is_of_session(hello);
+  if (const auto refusal = Admission::version_refusal(hello)) return refuse(now, {from}, *refusal);
+  const Link* link = link_to(hello.identity);
+  const bool resumes = link != nullptr && !link->settings().secure && link->is_of_session(hello);
+  const std::uint64_t epoch = hello.identity.epoch;
   // Nothing is stored, looked up or sent at length for an unverified address.
-  if (!resumes && !admission_.is_proven(now, from, hello))
-    return send_control(from, admission_.retry(now, from, hello));
+  if (!resumes && !admission_.is_proven(now, from, hello.token, epoch, hello.cookie))
+    return send_control(from, admission_.retry(now, from, hello.token, epoch));
+  admit(now, {from}, hello);
+}
+
+void Links::admit(Time now, const Caller& caller, const Hello& hello) {
+  const NetAddress& from = caller.address;
   // Both sides connect: accept a router that is at an address we connect to, or that we were
   // linked with.
   const auto is_called = [&](const LinkSettings& s) {
@@ -497,39 +543,61 @@ void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
   const bool may_be_called =
       refusal.code == RefuseCode::kNotConfigured && from.kind == PathKind::kDds;
   if (settings == nullptr && may_be_called && !fleet_.routers().contains(from)) return;
+  Link* link = link_to(hello.identity);
+  if (settings != nullptr && link != nullptr && link->is_up() &&
+      link->settings().secure != settings->secure) {
+    refusal = admission_.refusal(hello, RefuseCode::kDuplicateId,
+                                 settings->secure ? " is linked with this router without keys"
+                                                  : " is linked with this router with keys");
+    settings = nullptr;
+  }
   if (settings == nullptr) {
-    admission_.note_refused(now, from, hello, refusal);
-    return refuse(now, from, refusal);
+    admission_.note_refused(now, from, hello.identity, refusal.text.view());
+    return refuse(now, caller, refusal);
   }
   // Both sides connect to each other: the call of the lower address is used.
   if (settings->connects && setup_.self.address() < hello.identity.address()) return;
-  if (resumes) {
-    link->resume(hello);
-    return welcome(from, hello, *link, true);
+  if (link != nullptr && link->is_of_session(hello)) {
+    Verified verified;
+    if (caller.handshake != nullptr) verified = std::move(caller.handshake->verified);
+    const std::uint8_t generation = link->resume(now, hello, std::move(verified));
+    touch(*link);
+    return welcome(now, caller, hello, *link, generation);
   }
   if (link == nullptr && settings->connects) link = find(settings->to);
+  if (const auto full = reason_against(now, caller, hello, link)) {
+    return full->text.view().empty() ? void() : refuse(now, caller, *full);
+  }
+  take(now, caller, hello, link == nullptr ? add(now, *settings) : *link);
+}
+
+// A refusal, or an empty one when the caller has to wait; nothing when it may be taken. `link`: the
+// one that it would continue; null: a new one.
+std::optional<Refuse> Links::reason_against(Time now, const Caller& caller, const Hello& hello,
+                                            const Link* link) {
+  Refuse refusal{.echo = hello.token};
   if (link != nullptr && link->state() == Link::State::kDown)
-    return refuse(now, from,
-                  admission_.refusal(hello, RefuseCode::kNotConfigured,
-                                     " has taken this link down manually"));
+    return admission_.refusal(hello, RefuseCode::kNotConfigured,
+                              " has taken this link down manually");
   if (link != nullptr && link->peer().epoch != 0) {
-    switch (admission_.rival(now, from, hello, *link, refusal)) {
+    switch (admission_.rival(now, caller.address, hello, *link, refusal)) {
       case Admission::Rival::kNone:
         break;
       case Admission::Rival::kWait:
-        return;
+        // A HELLO comes again by itself.
+        if (caller.handshake != nullptr)
+          Handshakes::ask_again(now, *caller.handshake, hello.keep_alive);
+        return refusal;
       case Admission::Rival::kRefuse:
-        return refuse(now, from, refusal);
+        return refusal;
     }
   }
-  if (link == nullptr && links_in_use() >= setup_.links_max) {
-    refusal = admission_.refusal(
-        hello, RefuseCode::kTooMany,
-        " has as many links as it can hold: " + std::to_string(setup_.links_max));
-    admission_.note_refused(now, from, hello, refusal);
-    return refuse(now, from, refusal);
-  }
-  take(now, from, hello, link == nullptr ? add(now, *settings) : *link);
+  if (link != nullptr || links_in_use() < setup_.links_max) return std::nullopt;
+  refusal =
+      admission_.refusal(hello, RefuseCode::kTooMany,
+                         " has as many links as it can hold: " + std::to_string(setup_.links_max));
+  admission_.note_refused(now, caller.address, hello.identity, refusal.text.view());
+  return refusal;
 }
 
 std::size_t Links::links_in_use() const {
@@ -537,21 +605,35 @@ std::size_t Links::links_in_use() const {
       std::ranges::count_if(slots_, [](const Slot& slot) { return slot.link != nullptr; }));
 }
 
-void Links::welcome(const NetAddress& to, const Hello& hello, const Link& link, bool resumed) {
-  send_control(to, Welcome{.resumed = resumed,
-                           .echo = hello.token,
-                           .token = link.our_token(),
-                           .keep_alive = link.settings().keep_alive,
-                           .identity = setup_.self,
-                           .codecs = kCodecs});
+// `resumed`: the generation of the keys with which a session continues.
+void Links::welcome(Time now, const Caller& caller, const Hello& hello, const Link& link,
+                    std::optional<std::uint8_t> resumed) {
+  const bool sealed = caller.handshake != nullptr;
+  const Welcome welcome{.version = sealed ? kVersionSealed : kVersionPlain,
+                        .resumed = resumed.has_value(),
+                        .generation = resumed.value_or(0),
+                        .echo = hello.token,
+                        .token = link.our_token(),
+                        .keep_alive = link.settings().keep_alive,
+                        .identity = setup_.self,
+                        .codecs = kCodecs};
+  sealed ? answer(now, *caller.handshake, welcome) : send_control(caller.address, welcome);
 }
 
-void Links::take(Time now, const NetAddress& from, const Hello& hello, Link& link) {
+template <typename Datagram>
+void Links::answer(Time now, Handshakes::One& handshake, const Datagram& datagram) {
+  std::array<std::byte, kControlDatagramMax> bytes{};
+  handshakes_.answer(now, handshake, std::span(bytes).first(encode(datagram, bytes)));
+}
+
+void Links::take(Time now, const Caller& caller, const Hello& hello, Link& link) {
   admission_.forget_rivals(hello.identity);
-  link.accept(now, from, hello, random() | 1);
+  Verified verified;
+  if (caller.handshake != nullptr) verified = std::move(caller.handshake->verified);
+  link.accept(now, caller.address, hello, random() | 1, std::move(verified));
   index(link);
   touch(link);
-  welcome(from, hello, link, false);
+  welcome(now, caller, hello, link, std::nullopt);
 }
 
 Link* Links::link_to(const Identity& identity) {
@@ -561,9 +643,70 @@ Link* Links::link_to(const Identity& identity) {
   return link->is_to(identity) ? link : nullptr;
 }
 
-void Links::refuse(Time now, const NetAddress& to, const Refuse& refusal) {
+void Links::refuse(Time now, const Caller& caller, const Refuse& refusal) {
   ++counters_.refused;
-  if (refusals_.try_take(now)) send_control(to, refusal);
+  if (caller.handshake != nullptr) return answer(now, *caller.handshake, refusal);
+  if (refusals_.try_take(now)) send_control(caller.address, refusal);
+}
+
+// --- handshakes
+
+void Links::on_crypto(Time now, const NetAddress& from, const Crypto& crypto) {
+  if (handshakes_.on_crypto(now, from, crypto) || crypto.from_accepting || crypto.offset != 0)
+    return;
+  if (!admission_.is_proven(now, from, crypto.token, 0, crypto.cookie)) return;
+  if (handshakes_.are_possible()) {
+    // Without room, the first part of the handshake comes again.
+    (void)handshakes_.accept(now, from, crypto);
+    return;
+  }
+  constexpr std::string_view kNoKeys =
+      "this router has no keys: timsctl join on its host, or secure = false in the [[link]] of "
+      "both";
+  admission_.note_refused(now, from, {}, kNoKeys);
+  refuse(now, {from}, {.echo = crypto.token, .code = RefuseCode::kVersion, .text = kNoKeys});
+}
+
+void Links::on_message(Time now, Handshakes::One& handshake) {
+  if (handshake.side == Handshaker::Side::kAccepts) return on_who(now, handshake);
+  const auto datagram = decode(handshake.message);
+  if (datagram) {
+    if (const auto* welcome = std::get_if<Welcome>(&*datagram))
+      on_welcome(now, handshake.address, *welcome, &handshake);
+    Link* link = by_token(handshake.token);
+    const auto* refuse = std::get_if<Refuse>(&*datagram);
+    if (refuse != nullptr && link != nullptr) {
+      link->on_refuse(now, handshake.address, *refuse);
+      touch(*link);
+    }
+  }
+  handshakes_.finish(now, handshake);
+}
+
+void Links::on_who(Time now, Handshakes::One& handshake) {
+  const auto hello = decode_who(handshake.message);
+  const Caller caller{handshake.address, &handshake};
+  if (!hello || hello->token != handshake.token || hello->version_max != kVersionSealed)
+    return refuse(now, caller, {.echo = handshake.token, .code = RefuseCode::kVersion});
+  const PeerName& peer = handshake.verified.peer;
+  if (is_named(hello->identity, peer)) return admit(now, caller, *hello);
+  const std::string why = name_mismatch(hello->identity, peer);
+  admission_.note_refused(now, handshake.address, hello->identity, why);
+  refuse(now, caller,
+         {.echo = hello->token, .code = RefuseCode::kCertificate, .text = std::string_view(why)});
+}
+
+// Both sides log the reason.
+void Links::on_failed(Time now, const Handshakes::One& handshake, std::string_view why) {
+  const Refuse refusal{.echo = handshake.token, .code = RefuseCode::kCertificate, .text = why};
+  if (handshake.side == Handshaker::Side::kAccepts) {
+    admission_.note_refused(now, handshake.address, {}, why);
+    return refuse(now, {handshake.address}, refusal);
+  }
+  Link* link = by_token(handshake.token);
+  if (link == nullptr) return;
+  link->on_refuse(now, handshake.address, refusal);
+  touch(*link);
 }
 
 // --- routers of the fleet

@@ -20,6 +20,7 @@
 #include "router/core/router.h"
 #include "router/link/admission.h"
 #include "router/link/fleet.h"
+#include "router/link/handshakes.h"
 #include "router/link/link.h"
 #include "router/link/transport.h"
 
@@ -30,6 +31,7 @@ struct LinksSetup {
   // Key of tokens, cookies and nonces, which nobody must be able to predict: from the system's
   // source of random numbers.
   core::SipKey secret{};
+  Handshaker* handshaker = nullptr;  // null: this router has no keys
   std::uint32_t links_max = 4096;
   Packing::Clock clock = nullptr;  // to measure what compression costs; null: it is not measured
 };
@@ -43,7 +45,7 @@ class LinksShell : public core::Interface {
   virtual void continue_later() = 0;
 };
 
-class Links final : public core::Port, private LinkContext {
+class Links final : public core::Port, private LinkContext, private Handshakes::Observer {
  public:
   Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory, const LinksSetup& setup,
         LinksShell* shell = nullptr);
@@ -69,11 +71,20 @@ class Links final : public core::Port, private LinkContext {
   [[nodiscard]] const std::string& trouble(PathKind kind) const { return trouble_[index(kind)]; }
   // Addresses or routes of this host have changed: send a keep-alive on every link immediately.
   void network_changed(Time now);
+  // Certificates or the list of revoked ones have changed: a new handshake on every link that this
+  // side has called, which proves both sides again. Links whose router is not `accepted` any more
+  // end at once.
+  using Accepted = std::function<bool(const PeerName&)>;
+  void renew_keys(Time now, const Accepted& accepted);
   // Names to be resolved (again): those of links that connect and are not up.
   [[nodiscard]] std::vector<std::string> names_to_resolve() const;
 
   // --- input. The bytes stay valid until the turn is flushed.
   void on_datagram(Time now, const NetAddress& from, std::span<std::byte> bytes);
+  // What the Handshaker has done.
+  void on_handshake(Time now, HandshakeProgress&& progress) {
+    handshakes_.on_progress(now, std::move(progress));
+  }
 
   // --- deliveries from the router (core::Port)
   core::Outcome deliver(Time now, const core::Receiver& to, const core::Message& message) override;
@@ -86,7 +97,9 @@ class Links final : public core::Port, private LinkContext {
   void release() { done_.clear(); }
   [[nodiscard]] bool has_something_to_send() const { return !touched_.empty() || held_.to; }
 
-  [[nodiscard]] Time next_timeout() const { return wake_.empty() ? kNever : wake_.top().at; }
+  [[nodiscard]] Time next_timeout() const {
+    return std::min(wake_.empty() ? kNever : wake_.top().at, handshakes_.next_timeout());
+  }
   void on_timeout(Time now);
 
   // Called before the router exits: sends CLOSE on all links; no link comes up afterwards.
@@ -138,16 +151,39 @@ class Links final : public core::Port, private LinkContext {
   [[nodiscard]] bool goes_on_packed(core::ClientId from, const core::Message& message,
                                     std::uint32_t size) const;
 
+  void shake_hands(Time now, const NetAddress& to, const Retry& retry,
+                   std::span<const std::byte> who) override {
+    handshakes_.connect(now, to, retry, who);
+  }
+
+  // Handshakes::Observer
+  void on_message(Time now, Handshakes::One& handshake) override;
+  void on_failed(Time now, const Handshakes::One& handshake, std::string_view why) override;
+  void on_crypto(Time now, const NetAddress& from, const Crypto& crypto);
+  void on_who(Time now, Handshakes::One& handshake);
+
   // --- admission
+  // Who asks for a link: a datagram from a proven address, or the message of a handshake.
+  struct Caller {
+    NetAddress address{};
+    Handshakes::One* handshake = nullptr;
+  };
   void on_hello(Time now, const NetAddress& from, const Hello& hello);
-  void welcome(const NetAddress& to, const Hello& hello, const Link& link, bool resumed);
-  void take(Time now, const NetAddress& from, const Hello& hello, Link& link);
+  void admit(Time now, const Caller& caller, const Hello& hello);
+  void welcome(Time now, const Caller& caller, const Hello& hello, const Link& link,
+               std::optional<std::uint8_t> resumed);
+  [[nodiscard]] std::optional<Refuse> reason_against(Time now, const Caller& caller,
+                                                     const Hello& hello, const Link* link);
+  template <typename Datagram>
+  void answer(Time now, Handshakes::One& handshake, const Datagram& datagram);
+  void take(Time now, const Caller& caller, const Hello& hello, Link& link);
   Link* link_to(const Identity& identity);
-  void refuse(Time now, const NetAddress& to, const Refuse& refusal);
+  void refuse(Time now, const Caller& caller, const Refuse& refusal);
   [[nodiscard]] std::size_t links_in_use() const;
 
   void on_data(Time now, const NetAddress& from, const Data& data);
-  void on_welcome(Time now, const NetAddress& from, const Welcome& welcome);
+  void on_welcome(Time now, const NetAddress& from, const Welcome& welcome,
+                  Handshakes::One* handshake = nullptr);
   void on_reset(Time now, const NetAddress& from, const Reset& reset);
   Link* by_token(std::uint64_t token);
   [[nodiscard]] LinkSettings own_settings(LinkSettings settings) const;
@@ -196,6 +232,7 @@ class Links final : public core::Port, private LinkContext {
   std::array<std::string, core::kPathKindCount> trouble_;
   Packing packing_;
   Admission admission_;
+  Handshakes handshakes_;
   Fleet fleet_;
   StandbyTurns standby_turns_;
   std::vector<LinkSettings> settings_;
@@ -243,7 +280,7 @@ class Links final : public core::Port, private LinkContext {
   struct Single {
     NetAddress to{};
     std::uint32_t size = 0;
-    std::array<std::byte, kControlDatagramMax> bytes{};
+    std::array<std::byte, kDatagramBase> bytes{};
   };
   std::vector<Single> singles_;  // datagrams sent individually
   std::unique_ptr<std::byte[]> scratch_;

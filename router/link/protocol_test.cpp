@@ -63,6 +63,17 @@ TEST(Protocol, TheDataOfTheDocumentIsTheDataOfTheCode) {
   EXPECT_NE(document().find(hex(all)), std::string::npos) << hex(all);
 }
 
+TEST(Protocol, TheHandshakeOfTheDocumentIsTheHandshakeOfTheCode) {
+  std::array<std::byte, kDatagramBase> bytes{};
+  EXPECT_EQ(encode(SealedHello{0x0102030405060708}, bytes), kHelloSize);
+  const auto hello = std::span(bytes).first(16);
+  EXPECT_NE(document().find(hex(hello)), std::string::npos) << hex(hello);
+  constexpr std::array kFirst{std::byte{0x16}, std::byte{0x03}};
+  const Crypto crypto{.token = 0x0102030405060708, .cookie = 0x1112131415161718, .bytes = kFirst};
+  const auto encoded = std::span(bytes).first(encode(crypto, bytes));
+  EXPECT_NE(document().find(hex(encoded)), std::string::npos) << hex(encoded);
+}
+
 TEST(Protocol, TheAnnouncementOfTheDocumentIsTheAnnouncementOfTheCode) {
   const Announcement announcement{.fleet = std::string_view("harbour"),
                                   .identity = {.epoch = 0x1122334455667788,

@@ -49,6 +49,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (const auto* w = std::get_if<link::Welcome>(&*datagram)) read_back(*w);
     if (const auto* r = std::get_if<link::Refuse>(&*datagram)) read_back(*r);
     if (const auto* r = std::get_if<link::Reset>(&*datagram)) read_back(*r);
+    if (const auto* h = std::get_if<link::SealedHello>(&*datagram)) read_back(*h);
   }
   walk(bytes);
   return 0;

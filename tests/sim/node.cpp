@@ -14,6 +14,7 @@ namespace {
 using core::next_random;
 
 constexpr std::size_t kPlaces = 32;  // for messages being reassembled
+constexpr Duration kHandshakeStep = std::chrono::microseconds(700);
 
 link::Identity identity(const NodeSetup& setup, std::uint64_t epoch) {
   return {.epoch = epoch,
@@ -51,9 +52,11 @@ Node::Running::Running(Node& node, std::uint64_t epoch)
               .clients_max = 8192,
               .mailboxes_per_client_max = 1U << 20},
              {epoch, ~epoch}, node),
+      handshaker(node.handshaker()),
       links(router, pool, memory,
             {.self = identity(node.setup_, epoch),
              .secret = {next_random(node.random_), core::spread(node.random_)},
+             .handshaker = handshaker ? &*handshaker : nullptr,
              .links_max = node.setup_.links_max}) {
   router.attach(core::PortKind::kWebSocket, node);
   router.attach(core::PortKind::kLink, links);
@@ -78,6 +81,22 @@ void Node::start(Time now) {
   }
   end_turn(now);
   if (!setup_.fleet.empty()) network_.announce(*this);
+}
+
+// The results of a handshake come a moment later, as those of another thread do.
+std::optional<ToyHandshaker> Node::handshaker() {
+  if (!setup_.keys) return std::nullopt;
+  ++runs_;
+  return std::optional<ToyHandshaker>(
+      std::in_place, *setup_.keys, core::spread(random_ + runs_),
+      [this, run = runs_](link::HandshakeProgress&& progress) {
+        auto shared = std::make_shared<link::HandshakeProgress>(std::move(progress));
+        network_.at(network_.now() + kHandshakeStep, [this, run, shared] {
+          if (!alive() || run != runs_) return;
+          running_->links.on_handshake(network_.now(), std::move(*shared));
+          end_turn(network_.now());
+        });
+      });
 }
 
 link::Announcement Node::announcement() const {

@@ -38,7 +38,12 @@ link::LinkSettings sub_link(std::optional<std::uint16_t> system) {
 }
 
 Node& SimulatedNetwork::add(const NodeSetup& setup) {
-  nodes_.push_back(std::make_unique<Node>(*this, setup, nodes_.size(), random()));
+  NodeSetup own = setup;
+  if (sealed_ && !own.keys)
+    own.keys = {.fleet = 1, .name = {.role = own.role, .system = own.system, .id = own.id}};
+  if (own.keys)
+    for (link::LinkSettings& settings : own.links) settings.secure = true;
+  nodes_.push_back(std::make_unique<Node>(*this, own, nodes_.size(), random()));
   Node& node = *nodes_.back();
   addresses_[node.address_] = addresses_[node.dds_] = &node;
   targets_[node.address_.to_string()] = &node;

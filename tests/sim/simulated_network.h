@@ -16,6 +16,7 @@
 #include "router/core/router.h"
 #include "router/link/fault_injection.h"
 #include "router/link/links.h"
+#include "tests/sim/toy_keys.h"
 
 namespace tims::sim {
 
@@ -35,6 +36,8 @@ struct NodeSetup {
   std::uint32_t links_max = 4096;
   std::string fleet{};  // the fleet it announces itself in; empty: none
   core::PriorityClasses classes{};
+  // Its links are sealed, unless they say otherwise. Without: the network's.
+  std::optional<ToyKeys> keys{};
 };
 
 // What a client received.
@@ -95,6 +98,9 @@ class Node final : private core::Port, private core::RouterHooks, private link::
   // If set, it is called for every message a client receives, and arrivals() stays empty.
   std::function<void(Node&, core::ClientId, Arrival&&)> on_arrival;
   std::vector<core::Event> events;  // kept over restarts
+  [[nodiscard]] std::size_t handshakes() const {
+    return running_->handshaker ? running_->handshaker->running() : 0;
+  }
   // Messages of a class that were accepted and lost, or refused on their route; over restarts.
   [[nodiscard]] std::uint64_t lost(std::size_t message_class) const;
   std::function<void(Node&)> before_kill;
@@ -126,12 +132,16 @@ class Node final : private core::Port, private core::RouterHooks, private link::
     core::BlockPool pool;
     link::MessageMemory memory;
     core::Router router;
+    std::optional<ToyHandshaker> handshaker;
     link::Links links;
     std::map<std::uint32_t, std::vector<Arrival>> arrivals;  // by client
   };
 
+  std::optional<ToyHandshaker> handshaker();
+
   SimulatedNetwork& network_;
   NodeSetup setup_;
+  std::uint64_t runs_ = 0;  // with keys
   NetAddress address_;
   NetAddress dds_;
   std::uint64_t random_;
@@ -148,6 +158,8 @@ class SimulatedNetwork {
   explicit SimulatedNetwork(std::uint64_t seed) : seed_(seed), random_(seed) {}
 
   Node& add(const NodeSetup& setup);  // not started
+  // All nodes added from here on have keys of one fleet.
+  void seal_all() { sealed_ = true; }
   [[nodiscard]] std::vector<std::unique_ptr<Node>>& nodes() { return nodes_; }
   Node& node(const std::string& name);
   // Announces the node to the other nodes of its fleet, and those to the node.
@@ -223,6 +235,7 @@ class SimulatedNetwork {
   friend class Node;
 
   std::uint64_t seed_;
+  bool sealed_ = false;
   std::uint64_t random_;
   Time now_{std::chrono::seconds(100)};
   std::uint64_t order_ = 0;

@@ -22,8 +22,9 @@ inline constexpr Duration kKeepAlive = 300ms;
 struct Story : SimulatedNetwork {
   // `base_setup`: limits of the base, if it is to have any. `compress`: on all links.
   explicit Story(std::uint64_t seed = 1, NodeSetup base_setup = {},
-                 core::Compression compress = core::Compression::kOff)
+                 core::Compression compress = core::Compression::kOff, bool sealed = false)
       : SimulatedNetwork(seed) {
+    if (sealed) seal_all();
     const auto links = [compress](std::vector<link::LinkSettings> all) {
       for (link::LinkSettings& one : all) one.packing.compress = compress;
       return all;

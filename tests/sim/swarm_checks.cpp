@@ -11,7 +11,7 @@ namespace {
 
 constexpr Duration kIdle = 3s;
 constexpr std::uint64_t kIdleBytesPerSecond = 500;  // per link and direction
-constexpr std::uint64_t kIdleBytesOfTwoPaths = 1000;
+constexpr std::uint64_t kIdleBytesOfTwoPaths = 1200;
 constexpr std::uint64_t kIdleStepsPerSecond = 100;  // per link
 
 }  // namespace

@@ -1,0 +1,234 @@
+#include "router/io/crypto/tls_handshaker.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "router/io/crypto/aead_sealer.h"
+
+namespace tims::io {
+namespace {
+
+// RFC 8446, section 7.5, as registered for private use.
+constexpr std::string_view kExporterLabel = "EXPERIMENTAL-tims-link";
+constexpr std::size_t kMessageMax = 1024;
+
+std::optional<core::Role> role_of(security::MemberRole role) {
+  switch (role) {
+    case security::MemberRole::kSubsystem:
+      return core::Role::kSubsystem;
+    case security::MemberRole::kSystem:
+      return core::Role::kSystem;
+    case security::MemberRole::kTop:
+      return core::Role::kTop;
+    case security::MemberRole::kUser:
+      break;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+// Messages are records of TLS's application data: their size in two bytes, then their bytes.
+class TlsHandshaker::One {
+ public:
+  using Side = TlsHandshaker::Side;
+  One(std::uint64_t number, Side side, std::vector<std::byte> binding, const Keys& keys)
+      : number_(number),
+        side_(side),
+        binding_(std::move(binding)),
+        fleet_(keys.fleet),
+        session_(side == Side::kConnects ? keys.connecting : keys.accepting) {}
+
+  link::HandshakeProgress begin() {
+    return progress_after([this] {
+      if (side_ == Side::kConnects) (void)session_.feed({});
+    });
+  }
+  link::HandshakeProgress receive(std::span<const std::byte> bytes) {
+    return progress_after([&] { (void)session_.feed(bytes); });
+  }
+  link::HandshakeProgress send(std::span<const std::byte> message) {
+    return progress_after([&] {
+      waiting_.push_back(static_cast<std::byte>(message.size() & 0xFF));
+      waiting_.push_back(static_cast<std::byte>(message.size() >> 8));
+      waiting_.insert(waiting_.end(), message.begin(), message.end());
+    });
+  }
+
+ private:
+  template <typename Step>
+  link::HandshakeProgress progress_after(Step step) {
+    link::HandshakeProgress progress{.handshake = number_};
+    step();
+    using State = security::TlsSession::State;
+    if (session_.state() == State::kOpen) {
+      if (!verified_ && !verify(progress)) return progress;
+      if (!waiting_.empty()) (void)session_.write(std::exchange(waiting_, {}));
+      read(progress);
+    }
+    progress.to_send = session_.take(session_.waiting());
+    if (session_.state() == State::kFailed) {
+      progress.failure = session_.error();
+      // The accepting side states the reason itself, in words.
+      if (side_ == Side::kAccepts) progress.to_send.clear();
+    }
+    return progress;
+  }
+
+  bool verify(link::HandshakeProgress& progress) {
+    const auto chain = session_.peer_chain();
+    const auto identity =
+        chain.empty() ? Result<security::Identity>(Error(Errc::kMalformed, "no certificate"))
+                      : security::identity_of(chain.front(), fleet_);
+    const auto role = identity ? role_of(identity->role) : std::nullopt;
+    std::array<std::byte, 64> secrets{};
+    if (!identity || !role) {
+      progress.failure = identity
+                             ? "the certificate of " + identity->to_string() + " is no router's"
+                             : identity.error().detail();
+      return false;
+    }
+    if (!session_.export_keys(kExporterLabel, binding_, secrets)) {
+      progress.failure = "TLS gives no keys";
+      return false;
+    }
+    AeadSealer::Secret first{};
+    AeadSealer::Secret second{};
+    std::ranges::copy(std::span(secrets).first(first.size()), first.begin());
+    std::ranges::copy(std::span(secrets).last(second.size()), second.begin());
+    const bool connects = side_ == Side::kConnects;
+    progress.verified = {
+        .sealer = std::make_unique<AeadSealer>(session_.suite(), connects ? first : second,
+                                               connects ? second : first),
+        .peer = {.role = *role,
+                 .system = identity->system,
+                 .id = identity->id,
+                 .name = identity->name,
+                 .certificate = chain.front().to_der()}};
+    for (const auto secret :
+         {std::span<std::byte>(secrets), std::span<std::byte>(first), std::span<std::byte>(second)})
+      security::wipe(secret);
+    verified_ = true;
+    return true;
+  }
+
+  void read(link::HandshakeProgress& progress) {
+    std::array<std::byte, 512> bytes{};
+    while (const std::size_t size = session_.read(bytes))
+      in_.insert(in_.end(), bytes.begin(), bytes.begin() + static_cast<std::ptrdiff_t>(size));
+    while (in_.size() >= 2) {
+      const std::size_t size =
+          std::to_integer<std::size_t>(in_[0]) | std::to_integer<std::size_t>(in_[1]) << 8;
+      if (size > kMessageMax) {
+        progress.failure = "a message of the handshake is too long";
+        return;
+      }
+      if (in_.size() < 2 + size) return;
+      const auto end = in_.begin() + 2 + static_cast<std::ptrdiff_t>(size);
+      progress.messages.emplace_back(in_.begin() + 2, end);
+      in_.erase(in_.begin(), end);
+    }
+  }
+
+  std::uint64_t number_;
+  Side side_;
+  std::vector<std::byte> binding_;
+  std::string fleet_;
+  security::TlsSession session_;
+  bool verified_ = false;
+  std::vector<std::byte> waiting_;  // to be written when TLS is open
+  std::vector<std::byte> in_;       // not yet a whole message
+};
+
+TlsHandshaker::TlsHandshaker(Report report)
+    : report_(std::move(report)), thread_([this] { run(); }) {}
+
+TlsHandshaker::~TlsHandshaker() {
+  {
+    const std::lock_guard lock(mutex_);
+    ends_ = true;
+  }
+  wakes_.notify_one();
+  thread_.join();
+}
+
+Result<void> TlsHandshaker::set_credentials(const security::Credentials& credentials,
+                                            security::Expiry expiry) {
+  using Tls = security::TlsSettings::Side;
+  auto connecting =
+      security::TlsContext::make(security::member_settings(credentials, Tls::kClient, expiry));
+  if (!connecting) return connecting.error();
+  auto accepting =
+      security::TlsContext::make(security::member_settings(credentials, Tls::kServer, expiry));
+  if (!accepting) return accepting.error();
+  keys_ = std::make_shared<const Keys>(
+      Keys{std::move(*connecting), std::move(*accepting), credentials.identity.fleet});
+  return {};
+}
+
+void TlsHandshaker::begin(std::uint64_t handshake, Side side, std::span<const std::byte> binding) {
+  post({.what = Job::What::kBegin,
+        .handshake = handshake,
+        .side = side,
+        .bytes = {binding.begin(), binding.end()},
+        .keys = keys_});
+}
+
+void TlsHandshaker::receive(std::uint64_t handshake, std::span<const std::byte> bytes) {
+  post(
+      {.what = Job::What::kReceive, .handshake = handshake, .bytes = {bytes.begin(), bytes.end()}});
+}
+
+void TlsHandshaker::send(std::uint64_t handshake, std::span<const std::byte> message) {
+  post({.what = Job::What::kSend,
+        .handshake = handshake,
+        .bytes = {message.begin(), message.end()}});
+}
+
+void TlsHandshaker::end(std::uint64_t handshake) {
+  post({.what = Job::What::kEnd, .handshake = handshake});
+}
+
+void TlsHandshaker::post(Job&& job) {
+  {
+    const std::lock_guard lock(mutex_);
+    jobs_.push_back(std::move(job));
+  }
+  wakes_.notify_one();
+}
+
+void TlsHandshaker::run() {
+  std::unique_lock lock(mutex_);
+  for (;;) {
+    wakes_.wait(lock, [this] { return ends_ || !jobs_.empty(); });
+    if (ends_) return;
+    Job job = std::move(jobs_.front());
+    jobs_.pop_front();
+    lock.unlock();
+    work(std::move(job));
+    lock.lock();
+  }
+}
+
+void TlsHandshaker::work(Job&& job) {
+  using What = Job::What;
+  if (job.what == What::kBegin) {
+    if (job.keys == nullptr) return;
+    auto one = std::make_unique<One>(job.handshake, job.side, std::move(job.bytes), *job.keys);
+    auto progress = one->begin();
+    all_.emplace_back(job.handshake, std::move(one));
+    return report_(std::move(progress));
+  }
+  const auto found =
+      std::ranges::find(all_, job.handshake, [](const auto& entry) { return entry.first; });
+  if (found == all_.end()) return;
+  if (job.what == What::kEnd) {
+    all_.erase(found);
+    return;
+  }
+  One& one = *found->second;
+  report_(job.what == What::kReceive ? one.receive(job.bytes) : one.send(job.bytes));
+}
+
+}  // namespace tims::io

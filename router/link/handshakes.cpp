@@ -1,0 +1,201 @@
+#include "router/link/handshakes.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+namespace tims::link {
+namespace {
+
+// What both sides know of HELLO and RETRY. Secrets of a handshake that had others differ.
+std::array<std::byte, 18> binding_of(std::uint64_t token, std::uint64_t cookie) {
+  std::array<std::byte, 18> bytes{};
+  ByteWriter out(bytes);
+  out.put(kVersionSealed, kVersionSealed, token, cookie);
+  return bytes;
+}
+
+}  // namespace
+
+Handshakes::One& Handshakes::add(Time now, Side side, const NetAddress& address,
+                                 std::uint64_t token, std::uint64_t cookie) {
+  const std::uint64_t number = ++last_;
+  One& one = all_[number];
+  one.number = number;
+  one.side = side;
+  one.address = address;
+  one.token = token;
+  one.cookie = cookie;
+  one.began = one.heard = now;
+  handshaker_->begin(number, side, binding_of(token, cookie));
+  return one;
+}
+
+void Handshakes::connect(Time now, const NetAddress& to, const Retry& retry,
+                         std::span<const std::byte> who) {
+  if (One* old = calling(retry.echo)) {
+    if (goes_on(now, *old, to, retry)) return;
+    end(old->number);
+  }
+  const One& one = add(now, Side::kConnects, to, retry.echo, retry.cookie);
+  handshaker_->send(one.number, who);
+}
+
+// A router that has restarted gives other cookies and does not know the handshake; one that has
+// moved answers from elsewhere.
+bool Handshakes::goes_on(Time now, One& one, const NetAddress& to, const Retry& retry) {
+  const Duration silence = now - one.heard;
+  if (one.address != to || one.cookie != retry.cookie)
+    return silence < 2 * CryptoStream::kRepeatFirst;
+  if (silence >= CryptoStream::kRepeatFirst) {
+    one.stream.repeat();
+    flush(now, one);
+  }
+  return silence < kSilenceMax;
+}
+
+bool Handshakes::accept(Time now, const NetAddress& from, const Crypto& first) {
+  if (!make_room(now)) return false;
+  One& one = add(now, Side::kAccepts, from, first.token, first.cookie);
+  give(now, one, first);
+  return true;
+}
+
+// Those that have answered need no more than a repetition of the answer.
+bool Handshakes::make_room(Time now) {
+  const auto accepted = [](const auto& entry) { return entry.second.side == Side::kAccepts; };
+  if (static_cast<std::size_t>(std::ranges::count_if(all_, accepted)) < kAcceptedMax) return true;
+  const auto yields = [&](const auto& entry) {
+    const One& one = entry.second;
+    return accepted(entry) && (one.answered || now >= one.began + kYieldsAfter);
+  };
+  const auto oldest = std::ranges::find_if(all_, yields);
+  if (oldest == all_.end()) return false;
+  end(oldest->first);
+  return true;
+}
+
+// Only the connecting side repeats its cookie. A router that begins again has another one, so what
+// is left of its earlier handshake does not hinder it.
+Handshakes::One* Handshakes::find(const NetAddress& from, const Crypto& crypto) {
+  const auto found = std::ranges::find_if(all_, [&](const auto& entry) {
+    const One& one = entry.second;
+    const bool connects = one.side == Side::kConnects;
+    return one.token == crypto.token && connects == crypto.from_accepting && one.address == from &&
+           (connects || one.cookie == crypto.cookie);
+  });
+  return found == all_.end() ? nullptr : &found->second;
+}
+
+Handshakes::One* Handshakes::calling(std::uint64_t token) {
+  const auto found = std::ranges::find_if(all_, [&](const auto& entry) {
+    return entry.second.side == Side::kConnects && entry.second.token == token;
+  });
+  return found == all_.end() ? nullptr : &found->second;
+}
+
+Handshakes::One* Handshakes::find(std::uint64_t number) {
+  const auto found = all_.find(number);
+  return found == all_.end() ? nullptr : &found->second;
+}
+
+bool Handshakes::on_crypto(Time now, const NetAddress& from, const Crypto& crypto) {
+  One* one = find(from, crypto);
+  if (one == nullptr) return false;
+  give(now, *one, crypto);
+  return true;
+}
+
+void Handshakes::give(Time now, One& one, const Crypto& crypto) {
+  std::span<const std::byte> bytes;
+  if (!one.stream.receive(crypto, bytes)) return;
+  one.heard = now;
+  if (!bytes.empty()) handshaker_->receive(one.number, bytes);
+  if (one.answer_sent && one.stream.is_acknowledged()) return end(one.number);
+  flush(now, one);
+}
+
+void Handshakes::on_progress(Time now, HandshakeProgress&& progress) {
+  One* one = find(progress.handshake);
+  if (one == nullptr) return;
+  const bool fits = one->stream.write(progress.to_send);
+  one->answer_sent = one->answered && !progress.to_send.empty();
+  flush(now, *one);
+  if (!progress.failure.empty() || !fits)
+    return fail(now, one->number, fits ? progress.failure : "the handshake is too long");
+  if (progress.verified.sealer) one->verified = std::move(progress.verified);
+  for (auto& message : progress.messages) {
+    one->message = std::move(message);
+    observer_.on_message(now, *one);
+    one = find(progress.handshake);
+    if (one == nullptr) return;
+  }
+}
+
+void Handshakes::answer(Time now, One& handshake, std::span<const std::byte> message) {
+  handshake.answered = true;
+  handshake.asks_again = kNever;
+  handshaker_->send(handshake.number, message);
+  flush(now, handshake);
+}
+
+void Handshakes::finish(Time now, One& handshake) {
+  flush(now, handshake);
+  end(handshake.number);
+}
+
+void Handshakes::flush(Time now, One& one) {
+  const bool accepts = one.side == Side::kAccepts;
+  const Crypto head{
+      .from_accepting = accepts, .token = one.token, .cookie = accepts ? 0 : one.cookie};
+  one.stream.flush(now, head, [&](const Crypto& crypto) {
+    std::array<std::byte, kDatagramBase> bytes{};
+    observer_.send(one.address, std::span(bytes).first(encode(crypto, bytes)));
+  });
+}
+
+void Handshakes::end(std::uint64_t number) {
+  handshaker_->end(number);
+  all_.erase(number);
+}
+
+void Handshakes::fail(Time now, std::uint64_t number, std::string_view why) {
+  const auto node = all_.extract(number);
+  handshaker_->end(number);
+  observer_.on_failed(now, node.mapped(), why);
+}
+
+// --- time
+
+Time Handshakes::due(const One& one) {
+  Time at = std::min({one.began + kTimeMax, one.stream.next_timeout(), one.asks_again});
+  if (one.side == Side::kConnects) at = std::min(at, one.heard + kSilenceMax);
+  return at;
+}
+
+Time Handshakes::next_timeout() const {
+  Time next = kNever;
+  for (const auto& [number, one] : all_) next = std::min(next, due(one));
+  return next;
+}
+
+void Handshakes::on_timeout(Time now) {
+  std::vector<std::uint64_t> numbers;
+  for (const auto& [number, one] : all_)
+    if (due(one) <= now) numbers.push_back(number);
+  for (const std::uint64_t number : numbers) {
+    One* one = find(number);
+    if (one == nullptr) continue;
+    const bool silent = one->side == Side::kConnects && now >= one->heard + kSilenceMax;
+    if (silent || now >= one->began + kTimeMax) {
+      end(number);
+    } else if (one->asks_again <= now) {
+      one->asks_again = kNever;
+      observer_.on_message(now, *one);
+    } else {
+      flush(now, *one);
+    }
+  }
+}
+
+}  // namespace tims::link

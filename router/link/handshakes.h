@@ -1,0 +1,104 @@
+// The handshakes in progress, of both sides: carries the bytes between a Handshaker and the other
+// router, and bounds what strangers can make this router do. A handshake begins only for an address
+// that has been proven by a cookie.
+//
+// A handshake ends with one message of each side: WHO of the connecting side, and WELCOME or REFUSE
+// of the accepting side.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "router/link/crypto_stream.h"
+#include "router/link/datagram.h"
+#include "router/link/seal.h"
+#include "tims/time.h"
+
+namespace tims::link {
+
+class Handshakes {
+ public:
+  using Side = Handshaker::Side;
+  static constexpr std::size_t kAcceptedMax = 64;
+  static constexpr Duration kTimeMax = std::chrono::seconds(10);
+  // Without a datagram of the other side, the connecting side begins again.
+  static constexpr Duration kSilenceMax = std::chrono::seconds(3);
+  // When there are too many, one that has taken this long makes room.
+  static constexpr Duration kYieldsAfter = std::chrono::seconds(2);
+
+  struct One {
+    std::uint64_t number = 0;
+    Side side{};
+    NetAddress address{};     // of the other router
+    std::uint64_t token = 0;  // of the HELLO
+    std::uint64_t cookie = 0;
+    Time began{};
+    Time heard{};  // the last datagram of the other side
+    Time asks_again = kNever;
+    CryptoStream stream{};
+    std::vector<std::byte> message{};  // of the verified other side
+    Verified verified{};
+    bool answered = false;  // this side has nothing more to say
+    bool answer_sent = false;
+  };
+  class Observer : public core::Interface {
+   public:
+    // The other side is verified and has sent its message. It may be given again (ask_again()).
+    virtual void on_message(Time now, One& handshake) = 0;
+    virtual void on_failed(Time now, const One& handshake, std::string_view why) = 0;
+    virtual void send(const NetAddress& to, std::span<const std::byte> datagram) = 0;
+  };
+
+  Handshakes(Handshaker* handshaker, Observer& observer)
+      : handshaker_(handshaker), observer_(observer) {}
+
+  // True when this router has keys.
+  [[nodiscard]] bool are_possible() const { return handshaker_ != nullptr; }
+
+  // `who` is sent inside. One with this token that is in progress goes on, at once if it waited; of
+  // several paths, the first that has answered is used.
+  void connect(Time now, const NetAddress& to, const Retry& retry, std::span<const std::byte> who);
+  // Returns false when there is no room.
+  bool accept(Time now, const NetAddress& from, const Crypto& first);
+  // Returns false when the datagram belongs to no handshake.
+  bool on_crypto(Time now, const NetAddress& from, const Crypto& crypto);
+  void on_progress(Time now, HandshakeProgress&& progress);
+  // The last message of the accepting side.
+  void answer(Time now, One& handshake, std::span<const std::byte> message);
+  // Gives its message again after this time.
+  static void ask_again(Time now, One& handshake, Duration after) {
+    handshake.asks_again = now + after;
+  }
+  // The message of the other side ends it, once its acknowledgement has been sent.
+  void finish(Time now, One& handshake);
+
+  [[nodiscard]] Time next_timeout() const;
+  void on_timeout(Time now);
+  [[nodiscard]] std::size_t count() const { return all_.size(); }
+
+ private:
+  One& add(Time now, Side side, const NetAddress& address, std::uint64_t token,
+           std::uint64_t cookie);
+  One* find(const NetAddress& from, const Crypto& crypto);
+  One* calling(std::uint64_t token);
+  bool goes_on(Time now, One& one, const NetAddress& to, const Retry& retry);
+  One* find(std::uint64_t number);
+  void give(Time now, One& one, const Crypto& crypto);
+  void flush(Time now, One& one);
+  void fail(Time now, std::uint64_t number, std::string_view why);
+  void end(std::uint64_t number);
+  bool make_room(Time now);
+  [[nodiscard]] static Time due(const One& one);
+
+  Handshaker* handshaker_;
+  Observer& observer_;
+  std::uint64_t last_ = 0;
+  std::map<std::uint64_t, One> all_;  // by number
+};
+
+}  // namespace tims::link

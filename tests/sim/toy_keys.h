@@ -1,0 +1,80 @@
+// Stand-ins for what seals links (router/link/seal.h), made of SipHash instead of TLS: on the
+// virtual clock, determined by the seed, and quick. They keep off attackers that do not know the
+// key of the fleet, as those of the simulation do not.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "router/core/random.h"
+#include "router/link/seal.h"
+
+namespace tims::sim {
+
+// What a router of the simulation has in place of a folder of keys.
+struct ToyKeys {
+  std::uint64_t fleet = 0;  // the fleet's key
+  link::PeerName name{};    // that its certificate states
+};
+
+class ToySealer final : public link::Sealer {
+ public:
+  ToySealer(const core::SipKey& sending, const core::SipKey& receiving);
+
+  void seal(std::uint64_t number, std::span<const std::byte> header, std::span<std::byte> text,
+            std::span<std::byte, kTagSize> tag) override;
+  [[nodiscard]] bool open(Phase phase, std::uint64_t number, std::span<const std::byte> header,
+                          std::span<std::byte> text,
+                          std::span<const std::byte, kTagSize> tag) override;
+  void next_sending_phase() override;
+  void next_receiving_phase() override;
+  [[nodiscard]] std::string_view suite() const override { return "toy"; }
+
+ private:
+  core::SipKey sending_;
+  core::SipKey former_{};
+  core::SipKey receiving_;
+  core::SipKey next_;
+};
+
+class ToyHandshaker final : public link::Handshaker {
+ public:
+  // `report` is called for each progress, and passes it on later.
+  using Report = std::function<void(link::HandshakeProgress&&)>;
+  ToyHandshaker(const ToyKeys& keys, std::uint64_t seed, Report report)
+      : keys_(keys), random_(seed), report_(std::move(report)) {}
+
+  void begin(std::uint64_t handshake, Side side, std::span<const std::byte> binding) override;
+  void receive(std::uint64_t handshake, std::span<const std::byte> bytes) override;
+  void send(std::uint64_t handshake, std::span<const std::byte> message) override;
+  void end(std::uint64_t handshake) override { all_.erase(handshake); }
+
+  [[nodiscard]] std::size_t running() const { return all_.size(); }
+
+ private:
+  struct One {
+    Side side{};
+    std::uint64_t binding = 0;
+    std::uint64_t ours = 0;    // random
+    std::uint64_t theirs = 0;  // random
+    bool verified = false;
+    std::vector<std::byte> in{};                    // not yet a whole record
+    std::vector<std::vector<std::byte>> waiting{};  // messages to be sent when it is verified
+  };
+  bool on_record(One& one, std::span<const std::byte> record, link::HandshakeProgress& progress);
+  bool on_name(One& one, std::span<const std::byte> record, link::HandshakeProgress& progress);
+  void put_name(const One& one, link::HandshakeProgress& progress) const;
+  [[nodiscard]] core::SipKey secret(const One& one, std::uint64_t purpose) const;
+
+  ToyKeys keys_;
+  std::uint64_t random_;
+  Report report_;
+  std::map<std::uint64_t, One> all_;
+};
+
+}  // namespace tims::sim

@@ -1,0 +1,63 @@
+// Folders of keys of a fleet, as timsctl key init and timsctl join make them.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "security/keys/authority.h"
+#include "tests/support/temporary_folder.h"
+
+namespace tims::test {
+
+class FleetKeys {
+ public:
+  FleetKeys() {
+    const security::Identity base{.fleet = "harbour",
+                                  .role = security::MemberRole::kTop,
+                                  .system = 0,
+                                  .id = 1,
+                                  .name = "base",
+                                  .rights = {}};
+    EXPECT_TRUE(authority_.issue_own(base, {}, seconds()).ok());
+  }
+
+  // The setting for the router of the base.
+  [[nodiscard]] std::string base() const { return setting("base"); }
+  // Keys for another router; the setting for it.
+  std::string join(const std::string& name, security::MemberRole role, std::uint16_t system,
+                   std::uint16_t id) {
+    const security::KeyFolder keys((folder_.path() / name).string());
+    EXPECT_TRUE(keys.make().ok());
+    const security::Identity who{
+        .fleet = "harbour", .role = role, .system = system, .id = id, .name = name, .rights = {}};
+    const auto request =
+        security::CertificateRequest::make(keys.next_key().value(), who.uris()).value();
+    const auto chain = authority_.issue(who, {}, request, seconds()).value();
+    EXPECT_TRUE(keys.take_over(chain, authority_.list()->roots).ok());
+    EXPECT_TRUE(keys.take_over_list(authority_.list_bytes().value()).ok());
+    return setting(name);
+  }
+
+  void revoke(const std::string& name) { EXPECT_TRUE(authority_.revoke(name, seconds()).ok()); }
+
+ private:
+  [[nodiscard]] std::string setting(const std::string& name) const {
+    return "security.keys=" + (folder_.path() / name).string();
+  }
+  static std::int64_t seconds() {
+    return std::chrono::duration_cast<std::chrono::seconds>(
+               std::chrono::system_clock::now().time_since_epoch())
+        .count();
+  }
+
+  TemporaryFolder folder_;
+  security::Authority authority_ =
+      security::Authority::init(security::KeyFolder((folder_.path() / "base").string()), "harbour",
+                                seconds())
+          .value();
+};
+
+}  // namespace tims::test

@@ -1,0 +1,122 @@
+// Links with keys between real routers: TLS, its thread, the certificates on the disk.
+#include <boost/json/parse.hpp>
+#include <gmock/gmock.h>
+
+#include "tests/support/eventually.h"
+#include "tests/support/router_process.h"
+#include "tests/system/fleet_keys.h"
+#include "tests/system/host.h"
+
+namespace tims::test {
+namespace sealed_links_test {
+
+namespace json = boost::json;
+using security::MemberRole;
+using testing::HasSubstr;
+
+constexpr Address kServer(0x03140000);  // Ladar(3/0)
+
+json::value link_of(Host& host) {
+  const json::value links = json::parse(host.timsctl({"link", "show", "--json"}));
+  const auto& items = links.at("items").as_array();
+  return items.empty() ? json::value() : items.front();
+}
+
+class SealedLinksTest : public testing::Test {
+ protected:
+  SealedLinksTest() : robot_keys(keys.join("robot3", MemberRole::kSystem, 3, 1)) {}
+
+  void start(const std::vector<std::string>& of_base, const std::vector<std::string>& of_robot,
+             const std::string& link = "") {
+    base.emplace("base", "top", 0, 1, std::vector<std::string>{"kind=sub,system=*" + link},
+                 of_base);
+    base->start();
+    robot.emplace("robot3", "system", 3, 1,
+                  std::vector<std::string>{"kind=super,to=" + base->udp() + link}, of_robot);
+    robot->start();
+    session.emplace(robot->session("server"));
+    auto opened = session->open({.address = kServer, .body_max = 1U << 20});
+    ASSERT_TRUE(opened.ok()) << opened.error().message();
+    server.emplace(std::move(*opened));
+  }
+  void expect_link() {
+    EXPECT_TRUE(eventually([&] { return base->knows(kServer); }, "the base knows the server"));
+  }
+
+  FleetKeys keys;
+  const std::string robot_keys;
+  std::optional<Host> base;
+  std::optional<Host> robot;
+  std::optional<Session> session;
+  std::optional<Mailbox> server;
+};
+
+TEST_F(SealedLinksTest, RoutersWithKeysAreLinkedAndSealed) {
+  start({keys.base()}, {robot_keys});
+  expect_link();
+  for (Host* host : {&*base, &*robot}) {
+    const json::value link = link_of(*host);
+    EXPECT_EQ(link.at("secure"), json::value(true)) << link;
+    EXPECT_THAT(std::string(link.at("suite").as_string()),
+                testing::AnyOf("AES-128-GCM", "ChaCha20-Poly1305"));
+    EXPECT_EQ(link.at("packets_forged").to_number<int>(), 0) << link;
+  }
+  EXPECT_EQ(link_of(*base).at("certificate").as_string(), "robot3");
+}
+
+TEST_F(SealedLinksTest, TheyLinkAgainWhenOneHasRestarted) {
+  start({keys.base()}, {robot_keys});
+  expect_link();
+  base->kill();
+  base->start();
+  expect_link();
+  EXPECT_EQ(link_of(*base).at("secure"), json::value(true));
+}
+
+TEST_F(SealedLinksTest, ARouterWithoutKeysIsRefusedAndBothSidesSayWhy) {
+  start({keys.base()}, {});
+  EXPECT_TRUE(base->process().wait_for_line("links only with routers that have keys").ok());
+  EXPECT_TRUE(robot->process().wait_for_line("links only with routers that have keys").ok());
+  EXPECT_FALSE(base->knows(kServer));
+  EXPECT_THAT(std::string(link_of(*robot).at("refusal").as_string()), HasSubstr("timsctl join"));
+}
+
+TEST_F(SealedLinksTest, ABaseWithoutKeysIsRefusedAndBothSidesSayWhy) {
+  start({}, {robot_keys});
+  EXPECT_TRUE(base->process().wait_for_line("this router has no keys").ok());
+  EXPECT_TRUE(robot->process().wait_for_line("this router has no keys").ok());
+  EXPECT_FALSE(base->knows(kServer));
+}
+
+TEST_F(SealedLinksTest, AnotherFleetIsRefusedAndBothSidesSayWhy) {
+  FleetKeys other;
+  start({keys.base()}, {other.join("robot3", MemberRole::kSystem, 3, 1)});
+  EXPECT_TRUE(base->process().wait_for_line(" refused: ").ok());
+  EXPECT_TRUE(robot->process().wait_for_line(" refused: ").ok());
+  EXPECT_FALSE(base->knows(kServer));
+}
+
+// The list of a revoked one arrives at the base, which ends the link within a second.
+TEST_F(SealedLinksTest, ARevokedRouterIsCutOff) {
+  start({keys.base()}, {robot_keys});
+  expect_link();
+  keys.revoke("robot3");
+  EXPECT_TRUE(eventually([&] { return !base->knows(kServer); }, "the base has cut it off"));
+  EXPECT_TRUE(robot->process().wait_for_line("revoked").ok());
+}
+
+TEST_F(SealedLinksTest, ALinkWithoutKeysMustBeWantedByBothSides) {
+  start({keys.base()}, {robot_keys}, ",secure=false");
+  expect_link();
+  EXPECT_EQ(link_of(*base).at("secure"), json::value(false));
+}
+
+TEST_F(SealedLinksTest, ACertificateForAnotherRouterDoesNotStart) {
+  RouterProcess wrong({"router.role=system", "router.system=4", "router.id=1", robot_keys});
+  const auto started = wrong.start();
+  EXPECT_FALSE(started.ok());
+  EXPECT_THAT(started.error().message(), HasSubstr("is that of system 3"));
+}
+
+}  // namespace sealed_links_test
+}  // namespace tims::test
