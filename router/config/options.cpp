@@ -334,14 +334,6 @@ constexpr std::array kOptions{
          .help = "Refuses expired certificates of others, if the clock of this host is "
                  "synchronised. Otherwise they are accepted, so that no clock stops a robot."}),
 
-    row<Kind::kText, &Config::security, &Config::Security::keys>(
-        {.key = "security.keys",
-         .range = {0, 1024},
-         .reload = Reload::kRestart,
-         .help = "Folder with this router's keys, made by timsctl key init or timsctl join. With "
-                 "keys, links are sealed, only routers of the same fleet are accepted, and "
-                 "udp.listen may be beyond loopback. Empty: links are not sealed."}),
-
     row<Kind::kFlag, &Config::sim, &Config::Sim::faults>(
         {.key = "sim.faults",
          .reload = Reload::kYes,
