@@ -1,0 +1,103 @@
+#include "router/link/handshakes.h"
+
+#include <map>
+
+#include <gtest/gtest.h>
+
+namespace tims::link {
+namespace handshakes_test {
+
+using namespace std::chrono_literals;
+
+NetAddress address_of(std::uint8_t n) { return NetAddress::v4(10, 0, 0, n, 2010); }
+
+class HandshakesTest : public testing::Test, public Handshaker, public Handshakes::Observer {
+ protected:
+  // Handshaker
+  void begin(std::uint64_t handshake, Side, std::span<const std::byte>) override {
+    running[handshake] = 0;
+  }
+  void receive(std::uint64_t handshake, std::span<const std::byte> come) override {
+    running[handshake] += come.size();
+  }
+  void send(std::uint64_t, std::span<const std::byte>) override {}
+  void end(std::uint64_t handshake) override { running.erase(handshake); }
+  // Handshakes::Observer
+  void on_message(Time, Handshakes::One&) override {}
+  void on_failed(Time, const Handshakes::One&, std::string_view why) override { failure = why; }
+  void send(const NetAddress&, std::span<const std::byte>) override {}
+
+  Crypto first(std::uint64_t token, std::uint64_t cookie = 5) {
+    return {.token = token, .cookie = cookie, .bytes = bytes};
+  }
+
+  Time now{100s};
+  const std::array<std::byte, 3> bytes{};
+  std::map<std::uint64_t, std::size_t> running;  // bytes received
+  std::string failure;
+  Handshakes all{this, *this};
+};
+
+TEST_F(HandshakesTest, AreBoundedAndOldOnesMakeRoom) {
+  for (std::uint64_t n = 1; n <= Handshakes::kAcceptedMax; ++n)
+    EXPECT_TRUE(all.accept(now, address_of(1), first(n)));
+  EXPECT_FALSE(all.accept(now, address_of(1), first(100)));
+  EXPECT_EQ(running.size(), Handshakes::kAcceptedMax);
+  now += Handshakes::kYieldsAfter;
+  EXPECT_TRUE(all.accept(now, address_of(1), first(100)));
+  EXPECT_EQ(running.size(), Handshakes::kAcceptedMax);
+  EXPECT_FALSE(running.contains(1)) << "the oldest";
+}
+
+TEST_F(HandshakesTest, EndAfterTheirTime) {
+  EXPECT_TRUE(all.accept(now, address_of(1), first(1)));
+  EXPECT_LE(all.next_timeout(), now + Handshakes::kTimeMax);
+  all.on_timeout(now + Handshakes::kTimeMax - 1ns);
+  EXPECT_EQ(all.count(), 1U);
+  all.on_timeout(now + Handshakes::kTimeMax);
+  EXPECT_EQ(all.count(), 0U);
+  EXPECT_TRUE(running.empty());
+}
+
+TEST_F(HandshakesTest, BelongToAddressTokenAndCookie) {
+  EXPECT_TRUE(all.accept(now, address_of(1), first(1)));
+  Crypto next = first(1);
+  next.offset = 3;
+  EXPECT_FALSE(all.on_crypto(now, address_of(2), next));
+  EXPECT_FALSE(all.on_crypto(now, address_of(1), first(1, 6)));
+  EXPECT_FALSE(all.on_crypto(now, address_of(1), first(2)));
+  EXPECT_TRUE(all.on_crypto(now, address_of(1), next));
+  EXPECT_EQ(running.begin()->second, 6U);
+}
+
+TEST_F(HandshakesTest, ACallGoesOnUntilTheOtherSideHasBeenSilentForLong) {
+  const auto number = [&] { return running.begin()->first; };
+  all.connect(now, address_of(1), {1, 5}, {});
+  const std::uint64_t one = number();
+  all.connect(now + 100ms, address_of(2), {1, 6}, {});
+  EXPECT_EQ(number(), one) << "another path has answered, too";
+  all.connect(now + 500ms, address_of(1), {1, 5}, {});
+  EXPECT_EQ(number(), one);
+  all.connect(now + 600ms, address_of(1), {1, 7}, {});
+  EXPECT_NE(number(), one) << "it has restarted";
+  EXPECT_EQ(all.count(), 1U);
+}
+
+TEST_F(HandshakesTest, AFailureEndsThemAndIsReported) {
+  EXPECT_TRUE(all.accept(now, address_of(1), first(1)));
+  all.on_progress(now, {.handshake = running.begin()->first, .failure = "revoked"});
+  EXPECT_EQ(failure, "revoked");
+  EXPECT_EQ(all.count(), 0U);
+  all.on_progress(now, {.handshake = 1, .failure = "late"});
+  EXPECT_EQ(failure, "revoked");
+}
+
+TEST_F(HandshakesTest, TooLongAFlightIsAFailure) {
+  EXPECT_TRUE(all.accept(now, address_of(1), first(1)));
+  all.on_progress(now, {.handshake = running.begin()->first,
+                        .to_send = std::vector<std::byte>(CryptoStream::kBytesMax + 1)});
+  EXPECT_EQ(failure, "the handshake is too long");
+}
+
+}  // namespace handshakes_test
+}  // namespace tims::link
