@@ -7,6 +7,7 @@
 #include <boost/json/parse.hpp>
 
 #include "os/clock.h"
+#include "os/environment.h"
 #include "os/process.h"
 #include "tools/robot/robot_file.h"
 
