@@ -43,7 +43,8 @@ constexpr Validity validity(const CheckTime& time, std::int64_t not_before,
   return left < life / 10 ? Validity::kEnding : Validity::kValid;
 }
 
-// Own certificates are renewed at half of their life; with a clock that is not trusted, later.
+// Own certificates are due to be renewed at half of their life; with a clock that is not trusted,
+// later.
 constexpr bool is_renewal_due(const CheckTime& time, std::int64_t not_before,
                               std::int64_t not_after) {
   return time.trusted && time.now > not_before + (not_after - not_before) / 2;

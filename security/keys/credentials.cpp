@@ -47,7 +47,9 @@ std::string_view state_of(const Credentials& own, const CheckTime& time) {
     case Validity::kValid:
       break;
   }
-  return "valid";
+  return is_renewal_due(time, certificate.not_before(), certificate.not_after())
+             ? "valid, due to be renewed"
+             : "valid";
 }
 
 std::optional<Refusal> judge(const Certificate& certificate, int depth, std::string_view fleet,

@@ -170,14 +170,12 @@ void JoinServer::accept(Time now, std::vector<std::string>& events) {
       connections_.erase(std::ranges::min_element(connections_, {},
                                                   [](const auto& one) { return one.second.ends; }));
     const int fd = socket.get();
-    const auto added =
-        connections_.insert_or_assign(fd, Connection{.socket = std::move(socket),
-                                                     .source = numeric(from),
-                                                     .tls = std::make_unique<TlsSession>(*context),
-                                                     .request = {},
-                                                     .out = {},
-                                                     .ends = now + kConnectionTime});
-    watch(added.first->second, EPOLL_CTL_ADD);
+    Connection& added = connections_[fd];
+    added.socket = std::move(socket);
+    added.source = numeric(from);
+    added.tls = std::make_unique<TlsSession>(*context);
+    added.ends = now + kConnectionTime;
+    watch(added, EPOLL_CTL_ADD);
   }
 }
 

@@ -78,8 +78,8 @@ json::object json_of(const Certificate& certificate) {
           {"ends", date_text(certificate.not_after())}};
 }
 
-void merge(json::object& into, json::object more) {
-  for (auto& [key, value] : more) into[key] = std::move(value);
+void merge(json::object& into, const json::object& more) {
+  for (const auto& [key, value] : more) into[key] = value;
 }
 
 std::string read_exchanged(const std::string& path) {
@@ -272,6 +272,7 @@ Exit key_show(Context& context) {
   merge(answer, json_of(own.identity));
   merge(answer, json_of(own.chain.front()));
   std::vector<std::string> roots;
+  roots.reserve(own.roots.size());
   for (const Certificate& root : own.roots) roots.push_back(fingerprint_text(root));
   answer["roots"] = fmt::format("{}", fmt::join(roots, ", "));
   context.out.write(answer, [&] { return render_page(answer, kOwnLines, context.out.look()); });

@@ -123,6 +123,15 @@ Exit serve(Context& context, JoinServer& server, const KeyFolder& keys) {
   }
 }
 
+// An interrupted attempt may have succeeded: the token is used, and nothing is missing.
+Failure join_failure(const tims::Error& error, const KeyFolder& keys) {
+  Failure failure = key_failure(error);
+  if (const auto own = keys.load())
+    failure.hint = fmt::format("this host is {} in the fleet {} already: timsctl key show",
+                               own->identity.to_string(), own->identity.fleet);
+  return failure;
+}
+
 std::string state_of(const Token& token, std::int64_t now) {
   if (token.used_by) return "used";
   return now > token.ends ? "ended" : "open";
@@ -187,13 +196,7 @@ Exit join(Context& context) {
   const tims::Duration patience =
       context.options.has_timeout ? context.options.timeout : kJoinPatience;
   auto result = security::join_fleet(keys, text, tims::os::deadline_after(patience));
-  if (!result) {
-    Failure failure = key_failure(result.error());
-    if (const auto own = keys.load())
-      failure.hint = fmt::format("this host is {} in the fleet {} already: timsctl key show",
-                                 own->identity.to_string(), own->identity.fleet);
-    throw failure;
-  }
+  if (!result) throw join_failure(result.error(), keys);
   const Identity joined = std::move(*result);
   context.out.note(
       fmt::format("{} in the fleet {}; keys in {}", joined.to_string(), joined.fleet, keys.path()));
