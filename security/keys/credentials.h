@@ -33,8 +33,9 @@ Result<Identity> identity_of(const Certificate& certificate, std::string_view fl
 
 enum class Expiry : std::uint8_t { kWarn, kRefuse };
 
-// The own certificate as people are told: "valid", "valid, due to be renewed" (from half of its life
-// on), "valid, but the clock is not synchronised", "ends soon", "expired", "not valid yet", "revoked".
+// The own certificate as people are told: "valid", "valid, due to be renewed" (from half of its
+// life on), "valid, but the clock is not synchronised", "ends soon", "expired", "not valid yet",
+// "revoked".
 std::string_view state_of(const Credentials& own, const CheckTime& time);
 
 // Whether a certificate of a right chain is accepted: not revoked, its dates, and (depth 0) names a
