@@ -10,6 +10,7 @@
 #include "tests/bench/cyclictest.h"
 #include "tests/bench/dds_engine_link.h"
 #include "tests/bench/dds_limit.h"
+#include "tests/bench/compression.h"
 #include "tests/bench/decoders.h"
 #include "tests/bench/device_latency.h"
 #include "tests/bench/fleet.h"
@@ -80,6 +81,8 @@ constexpr Alone kAlone[] = {
     {"lookup", "lookup", measure_lookup},
     {"bare-reads", "bare-reads", measure_bare_reads},
     {"table-memory", "table-memory", measure_table_memory},
+    {"compressed", "", measure_compressed_scans},
+    {"uncompressed", "", measure_plain_scans},
     {"decode", "", measure_decoder},
     {"copy", "", measure_copy_of_pieces},
     {"device", "", play_device},
