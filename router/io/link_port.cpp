@@ -334,8 +334,8 @@ std::optional<UdpReport> LinkPort::udp_report() const {
 
 std::optional<DdsReport> LinkPort::dds_report() const {
   if (!dds_) return std::nullopt;
-  const DdsEngine& engine = dds_->engine();
-  const DdsEngine::Counters counters = engine.counters();
+  const DdsProcess& engine = dds_->engine();
+  const DdsProcess::Counters counters = engine.counters();
   return DdsReport{.state = std::string(name(engine.state())),
                    .trouble = engine.last_error(),
                    .address = engine.address() ? engine.address().to_string() : "",

@@ -15,7 +15,7 @@
 #include "router/config/config.h"
 #include "router/io/admin_source.h"
 #include "router/io/crypto/tls_handshaker.h"
-#include "router/io/dds/dds_engine.h"
+#include "router/io/dds/dds_process.h"
 #include "router/io/log.h"
 #include "router/io/loop.h"
 #include "router/io/net/addresses.h"
@@ -45,7 +45,7 @@ class DdsPath final : public link::DatagramSender, private DdsEngine::Listener {
     return true;
   }
 
-  [[nodiscard]] const DdsEngine& engine() const { return engine_; }
+  [[nodiscard]] const DdsProcess& engine() const { return engine_; }
 
  private:
   // DdsEngine::Listener
@@ -61,7 +61,7 @@ class DdsPath final : public link::DatagramSender, private DdsEngine::Listener {
   link::Announcement self_;
   // All addresses at the time when the engine read the interfaces.
   std::vector<link::NetAddress> host_;
-  DdsEngine engine_;
+  DdsProcess engine_;
 };
 
 class LinkPort final : private link::LinksShell, private link::DatagramSender {

@@ -7,10 +7,10 @@
 
 #include "tests/bench/camera_cost.h"
 #include "tests/bench/components.h"
+#include "tests/bench/compression.h"
 #include "tests/bench/cyclictest.h"
 #include "tests/bench/dds_engine_link.h"
 #include "tests/bench/dds_limit.h"
-#include "tests/bench/compression.h"
 #include "tests/bench/decoders.h"
 #include "tests/bench/device_latency.h"
 #include "tests/bench/fleet.h"

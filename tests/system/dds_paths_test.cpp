@@ -1,7 +1,10 @@
 // A base and a robot on two hosts, connected by UDP and DDS: either path or both are cut.
 #include <atomic>
+#include <fstream>
 #include <iostream>
 #include <thread>
+
+#include <signal.h>
 
 #include "tests/system/dds_fixture.h"
 
@@ -156,6 +159,52 @@ TEST_F(DdsPaths, UdpFailsAndRecovers) {
   EXPECT_TRUE(traffic.goes_on());
   traffic.expect_all();
   EXPECT_THAT(base_->log(), testing::Not(HasSubstr("is down")));
+}
+
+// The process in which a router runs DDS; 0: none.
+pid_t helper_of(Host& host) {
+  const std::string pid = std::to_string(host.process().pid());
+  std::ifstream children("/proc/" + pid + "/task/" + pid + "/children");
+  pid_t helper = 0;
+  children >> helper;
+  return helper;
+}
+
+// A fault in the library ends the process that runs it, and nothing else.
+TEST_F(DdsPaths, TheProcessOfDdsIsKilled) {
+  start("dds+udp");
+  EXPECT_TRUE(goes_by(*base_, "robot", "dds"));
+  EXPECT_TRUE(goes_by(*robot_, "base", "dds"));
+  EXPECT_TRUE(both_work(*base_, "robot"));
+  EXPECT_TRUE(both_work(*robot_, "base"));
+  Traffic traffic(*base_, *robot_);
+  EXPECT_TRUE(traffic.goes_on());
+  for (Host* host : {base_.get(), robot_.get()}) {
+    const pid_t helper = helper_of(*host);
+    ASSERT_GT(helper, 0);
+    ASSERT_EQ(::kill(helper, SIGKILL), 0);
+    EXPECT_TRUE(eventually([&] { return helper_of(*host) > 0 && helper_of(*host) != helper; },
+                           "it is started again"));
+    EXPECT_TRUE(traffic.goes_on());
+    EXPECT_THAT(host->log(), HasSubstr("it was ended by signal 9"));
+  }
+  EXPECT_TRUE(goes_by(*base_, "robot", "dds"));
+  EXPECT_TRUE(goes_by(*robot_, "base", "dds"));
+  EXPECT_TRUE(traffic.goes_on());
+  traffic.expect_all();
+  EXPECT_THAT(base_->log(), testing::Not(HasSubstr("is down")));
+}
+
+// What a fault in the library could reach.
+TEST_F(DdsPaths, TheProcessOfDdsHasNoRights) {
+  start("dds");
+  EXPECT_TRUE(goes_by(*base_, "robot", "dds"));
+  const std::string folder = "/proc/" + std::to_string(helper_of(*base_));
+  std::ifstream status(folder + "/status");
+  const std::string text{std::istreambuf_iterator<char>(status), {}};
+  EXPECT_THAT(text, HasSubstr("NoNewPrivs:\t1"));
+  EXPECT_THAT(text, HasSubstr("Seccomp:\t2"));
+  EXPECT_THAT(base_->log(), testing::Not(HasSubstr("keeps rights")));
 }
 
 TEST_F(DdsPaths, AFilterInOneDirection) {
