@@ -186,7 +186,7 @@ TEST_F(DdsPaths, TheProcessOfDdsIsKilled) {
     EXPECT_TRUE(eventually([&] { return helper_of(*host) > 0 && helper_of(*host) != helper; },
                            "it is started again"));
     EXPECT_TRUE(traffic.goes_on());
-    EXPECT_THAT(host->log(), HasSubstr("it was ended by signal 9"));
+    EXPECT_THAT(host->log(), HasSubstr("has ended (killed by signal 9)"));
   }
   EXPECT_TRUE(goes_by(*base_, "robot", "dds"));
   EXPECT_TRUE(goes_by(*robot_, "base", "dds"));

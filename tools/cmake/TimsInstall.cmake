@@ -66,7 +66,7 @@ function(tims_install_host)
   # Found from a program's own place, so that an installation may be moved; and by the whole path for
   # programs with file capabilities, for which the dynamic linker ignores $ORIGIN.
   set(common ${CMAKE_INSTALL_LIBDIR}/tims)
-  set(own timsctl-robot timsctl-sim tims-crash-report)  # not for users
+  set(own timsctl-robot timsctl-sim tims-crash-report tims-router-dds)  # not for users
   if(TARGET rack-video-reader)
     list(APPEND own rack-video-reader)
   endif()

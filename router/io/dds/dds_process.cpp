@@ -2,17 +2,13 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <filesystem>
 #include <system_error>
 #include <utility>
 
 #include <fmt/core.h>
 #include <poll.h>
 #include <signal.h>
-#include <spawn.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include "os/clock.h"
 
@@ -25,17 +21,12 @@ constexpr int kSocketBytes = 1 << 20;
 
 std::string system_text() { return std::generic_category().message(errno); }
 
-std::string program() {
-  std::error_code error;
-  const auto own = std::filesystem::read_symlink("/proc/self/exe", error);
-  return (own.parent_path() / DdsProcess::kProgram).string();
-}
-
-std::string how_it_ended(pid_t pid) {
-  int status = 0;
-  if (::waitpid(pid, &status, 0) != pid) return "it has ended";
-  if (WIFSIGNALED(status)) return fmt::format("it was ended by signal {}", WTERMSIG(status));
-  return fmt::format("it has ended with status {}", WEXITSTATUS(status));
+// Its socket is closed, so it has ended, or is about to.
+os::ExitStatus end_of(const os::Process& process) {
+  constexpr Duration kEndsWithin = std::chrono::milliseconds(100);
+  if (!process.has_ended(kEndsWithin)) process.signal(SIGKILL);
+  (void)process.has_ended(std::chrono::seconds(10));
+  return process.reap();
 }
 
 }  // namespace
@@ -69,19 +60,13 @@ Result<void> DdsProcess::launch() {
   const os::File theirs(ends[1]);
   for (const int end : ends)
     (void)::setsockopt(end, SOL_SOCKET, SO_SNDBUF, &kSocketBytes, sizeof(kSocketBytes));
-  const std::string path = program();
-  std::string name(kProgram);
-  std::array<char*, 2> arguments{name.data(), nullptr};
-  posix_spawn_file_actions_t files;
-  ::posix_spawn_file_actions_init(&files);
-  ::posix_spawn_file_actions_adddup2(&files, theirs.get(), kSocket);
-  pid_t pid = 0;
-  const int error = ::posix_spawn(&pid, path.c_str(), &files, nullptr, arguments.data(), ::environ);
-  ::posix_spawn_file_actions_destroy(&files);
-  if (error != 0)
-    return Error(Errc::kSystem, fmt::format("cannot start {}, which runs DDS: {}", path,
-                                            std::generic_category().message(error)));
-  pid_ = pid;
+  auto started = os::Process::start({.command = {kProgram, std::to_string(theirs.get())},
+                                     .inherited = theirs.get(),
+                                     .own_group = true});
+  if (!started)
+    return Error(Errc::kSystem,
+                 fmt::format("cannot start {}, which runs DDS: {}", kProgram, system_text()));
+  process_.emplace(std::move(*started));
   launched_ = os::now();
   report_ = {.state = State::kStarting};
   refused_ = 0;
@@ -112,7 +97,7 @@ void DdsProcess::restart(const link::Announcement& self) {
 
 void DdsProcess::stop() {
   retry_.cancel();
-  if (pid_ == 0) return;
+  if (!process_) return;
   // It sends what waits and says goodbye to the others; then its end of the socket closes.
   watch_.reset();
   if (put(helper::Stop{})) {
@@ -130,9 +115,9 @@ void DdsProcess::stop() {
 void DdsProcess::end_process() {
   watch_.reset();
   socket_.reset();
-  if (pid_ == 0) return;
-  (void)::kill(pid_, SIGKILL);
-  (void)::waitpid(std::exchange(pid_, 0), nullptr, 0);
+  if (!process_) return;
+  (void)end_of(*process_);
+  process_.reset();
 }
 
 // --- records
@@ -148,7 +133,7 @@ void DdsProcess::tell(const helper::Record& record) {
   pollfd room{socket_.get(), POLLOUT, 0};
   if (::poll(&room, 1, kRoomMs) == 1 && put(record)) return;
   // It hangs. Its end is noticed by the loop.
-  (void)::kill(pid_, SIGKILL);
+  process_->signal(SIGKILL);
 }
 
 bool DdsProcess::send(const link::Burst& burst) {
@@ -200,10 +185,11 @@ void DdsProcess::take(helper::Record&& record) {
 void DdsProcess::on_end(const std::string& why) {
   watch_.reset();
   socket_.reset();
-  if (!why.empty()) (void)::kill(pid_, SIGKILL);
-  const std::string how = how_it_ended(std::exchange(pid_, 0));
+  if (!why.empty()) process_->signal(SIGKILL);
+  const std::string how = end_of(*process_).to_string();
+  process_.reset();
   report_ = {.state = State::kStarting,
-             .last_error = fmt::format("the helper process of DDS is started again: {}",
+             .last_error = fmt::format("its helper process has ended ({}) and is started again",
                                        why.empty() ? how : why)};
   for (const link::NetAddress& dds : std::exchange(known_, {})) listener_.on_gone(dds);
   listener_.on_state();

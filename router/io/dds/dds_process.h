@@ -12,9 +12,8 @@
 #include <set>
 #include <string>
 
-#include <sys/types.h>
-
 #include "os/file.h"
+#include "os/process.h"
 #include "router/io/dds/dds_engine.h"
 #include "router/io/dds/helper_protocol.h"
 #include "router/io/log.h"
@@ -28,10 +27,8 @@ class DdsProcess {
   using Counters = DdsEngine::Counters;
   using Listener = DdsEngine::Listener;
 
-  // Beside the router's own program.
-  static constexpr std::string_view kProgram = "tims-router-dds";
-  // The descriptor of the socket in the helper.
-  static constexpr int kSocket = 3;
+  // Its only argument is the descriptor of its socket.
+  static constexpr const char* kProgram = "tims-router-dds";
   // Between two starts, doubled up to the second value while it ends soon.
   static constexpr Duration kPause = std::chrono::milliseconds(500);
   static constexpr Duration kPauseMax = std::chrono::seconds(30);
@@ -53,7 +50,6 @@ class DdsProcess {
   [[nodiscard]] link::NetAddress address() const { return report_.address; }
   [[nodiscard]] const std::string& last_error() const { return report_.last_error; }
   [[nodiscard]] Counters counters() const;
-  [[nodiscard]] pid_t pid() const { return pid_; }  // 0: none is running
 
  private:
   Result<void> launch();
@@ -73,7 +69,7 @@ class DdsProcess {
   const DdsSettings settings_;
   Listener& listener_;
   link::Announcement self_{};
-  pid_t pid_ = 0;
+  std::optional<os::Process> process_;
   os::File socket_;
   std::optional<Watch> watch_;
   Timer retry_;

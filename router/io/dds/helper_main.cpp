@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include <poll.h>
 #include <signal.h>
-#include <sys/prctl.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -25,15 +24,15 @@ using namespace tims::io;
 
 constexpr Duration kReportEvery = std::chrono::seconds(1);
 constexpr std::size_t kBatchMax = 60'000;
-constexpr int kSocket = DdsProcess::kSocket;
 
 class Helper final : private DdsEngine::Listener {
  public:
-  Helper(Loop& loop, Log& log, helper::Start start)
+  Helper(Loop& loop, Log& log, int socket, helper::Start start)
       : loop_(loop),
+        socket_(socket),
         self_(std::move(start.self)),
         engine_(loop, log, std::move(start.settings), *this),
-        watch_(loop, kSocket, [this](Ready) { on_ready(); }),
+        watch_(loop, socket, [this](Ready) { on_ready(); }),
         reports_(loop, [this] { report(); }) {
     batch_.reserve(kBatchMax + link::kBatchedMax);
     const auto done = engine_.start(self_);
@@ -46,7 +45,7 @@ class Helper final : private DdsEngine::Listener {
 
  private:
   void on_ready() {
-    const ssize_t size = ::recv(kSocket, in_.data(), in_.size(), MSG_DONTWAIT);
+    const ssize_t size = ::recv(socket_, in_.data(), in_.size(), MSG_DONTWAIT);
     if (size < 0 && (errno == EAGAIN || errno == EINTR)) return;
     auto record = size > 0 ? helper::decode(std::span(in_).first(static_cast<std::size_t>(size)))
                            : std::nullopt;
@@ -97,10 +96,11 @@ class Helper final : private DdsEngine::Listener {
   void tell(const helper::Record& record) { (void)put(record, 0); }
   bool put(const helper::Record& record, int how) {
     const std::size_t size = helper::encode(record, out_);
-    return size > 0 && ::send(kSocket, out_.data(), size, how | MSG_NOSIGNAL) > 0;
+    return size > 0 && ::send(socket_, out_.data(), size, how | MSG_NOSIGNAL) > 0;
   }
 
   Loop& loop_;
+  const int socket_;
   link::Announcement self_;
   std::array<std::byte, helper::kRecordMax> in_{};
   std::array<std::byte, helper::kRecordMax> out_{};
@@ -113,9 +113,9 @@ class Helper final : private DdsEngine::Listener {
 };
 
 // The first record.
-std::optional<helper::Start> wait_for_start() {
+std::optional<helper::Start> wait_for_start(int socket) {
   std::vector<std::byte> bytes(helper::kRecordMax);
-  const ssize_t size = ::recv(kSocket, bytes.data(), bytes.size(), 0);
+  const ssize_t size = ::recv(socket, bytes.data(), bytes.size(), 0);
   if (size <= 0) return std::nullopt;
   auto record = helper::decode(std::span(bytes).first(static_cast<std::size_t>(size)));
   auto* start = record ? std::get_if<helper::Start>(&*record) : nullptr;
@@ -124,29 +124,22 @@ std::optional<helper::Start> wait_for_start() {
 
 }  // namespace
 
-int main(int argc, char**) {
-  if (argc > 1) {
-    std::puts(
-        "tims-router-dds: DDS for links between routers. tims-router starts it and tells it all it "
-        "needs; it has no options.");
-    return 0;
-  }
-  // It ends when its router does, and not before: signals for all processes are the router's
-  // affair.
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+int main(int argc, char** argv) {
+  // Signals for all processes of a unit are the router's affair: it ends this one.
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) ::signal(signal, SIG_IGN);
-  Log log(config::LogLevel::kInfo);
-  auto start = wait_for_start();
+  const int socket = argc == 2 ? std::atoi(argv[1]) : -1;
+  auto start = wait_for_start(socket);
   if (!start) {
-    std::fprintf(stderr, "tims-router-dds is started by tims-router; there is nothing to do.\n");
+    std::fputs("tims-router-dds is only started by tims-router, for links over DDS\n", stderr);
     return 2;
   }
   std::vector<std::string> readable;
+  Log log(config::LogLevel::kInfo);
   if (!start->settings.profiles.empty()) readable.push_back(start->settings.profiles);
   if (const auto done = confine(readable); !done)
     log.warning("dds: its process keeps rights that it does not need: " + done.error().detail());
   Loop loop;
-  const auto helper = std::make_unique<Helper>(loop, log, std::move(*start));
+  const auto helper = std::make_unique<Helper>(loop, log, socket, std::move(*start));
   loop.run();
   helper->stop();
   return 0;
