@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "os/clock.h"
-#include "proxies/codec/codec.h"
 #include "rack/proxies/ladar.h"
 #include "tests/bench/metrics.h"
 #include "tests/sim/simulated_network.h"
@@ -43,7 +42,6 @@ Body ladar_body(const std::vector<int>& distances, double step, std::uint32_t ti
                            .distance = distances[i],
                            .type = hit ? 0 : rack::ladar_point::kInvalid});
   }
-  scan.pointNum = static_cast<std::uint32_t>(distances.size());
   Body body(rack::encoded_size(scan));
   return rack::encode(scan, body) ? body : Body();
 }
@@ -100,12 +98,12 @@ std::vector<Body> scans_of(const std::string& drive) {
 double scans_per_s(const std::vector<Body>& scans, core::Compression how) {
   constexpr Duration kSettle = 3s;
   constexpr Duration kSpan = 5s;
-  sim::SimulatedNetwork network(1);
-  auto up = sim::super_link(sim::address_of(0));
+  tims::sim::SimulatedNetwork network(1);
+  auto up = tims::sim::super_link(tims::sim::address_of(0));
   up.packing.compress = how;
-  sim::Node& base =
-      network.add({.name = "base", .role = core::Role::kTop, .links = {sim::sub_link()}});
-  sim::Node& robot = network.add({.name = "robot", .system = 1, .links = {up}});
+  tims::sim::Node& base =
+      network.add({.name = "base", .role = core::Role::kTop, .links = {tims::sim::sub_link()}});
+  tims::sim::Node& robot = network.add({.name = "robot", .system = 1, .links = {up}});
   network.set_faults({.delay = 1ms, .rate = kBytesPerSecond});
   base.start(network.now());
   robot.start(network.now());
@@ -114,7 +112,7 @@ double scans_per_s(const std::vector<Body>& scans, core::Compression how) {
   const auto source = robot.add_client(network.now(), "source");
   robot.add_mailbox(network.now(), source, kLadar);
   std::uint64_t arrived = 0;
-  base.on_arrival = [&](sim::Node&, core::ClientId, sim::Arrival&&) { ++arrived; };
+  base.on_arrival = [&](tims::sim::Node&, core::ClientId, tims::sim::Arrival&&) { ++arrived; };
   network.run_for(1s);
   const Header header{.type = type::kData, .priority = 30, .dest = kSink, .src = kLadar};
   std::size_t next = 0;
