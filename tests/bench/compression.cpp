@@ -28,9 +28,9 @@ constexpr Address kSink{0x00020000};
 constexpr Address kLadar{0x01140000};
 constexpr std::size_t kScansMax = 500;
 
-std::string packed_log(const std::string& drive) {
+std::string log_of(const std::string& drive) {
   const char* const folder = std::getenv("RACK_TEST_DATA");
-  return folder == nullptr ? "" : std::string(folder) + "/carmen/" + drive + ".clf.xz";
+  return folder == nullptr ? "" : std::string(folder) + "/" + drive + ".clf";
 }
 
 // The body of LadarData with these distances, in millimetres.
@@ -62,13 +62,10 @@ std::vector<Body> hokuyo_scans() {
 
 // FLASER and ROBOTLASER1 of a CARMEN log.
 std::vector<Body> carmen_scans(const std::string& path) {
-  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> pipe(
-      ::popen(("xz -dc '" + path + "'").c_str(), "r"), ::pclose);
+  std::ifstream file(path);
   std::vector<Body> scans;
-  std::vector<char> line(1 << 20);
-  while (pipe && scans.size() < kScansMax &&
-         std::fgets(line.data(), static_cast<int>(line.size()), pipe.get()) != nullptr) {
-    std::istringstream words(line.data());
+  for (std::string line; scans.size() < kScansMax && std::getline(file, line);) {
+    std::istringstream words(line);
     std::string kind;
     words >> kind;
     double skipped = 0;
@@ -91,7 +88,7 @@ std::vector<Body> carmen_scans(const std::string& path) {
 }
 
 std::vector<Body> scans_of(const std::string& drive) {
-  return drive == "hokuyo" ? hokuyo_scans() : carmen_scans(packed_log(drive));
+  return drive == "hokuyo" ? hokuyo_scans() : carmen_scans(log_of(drive));
 }
 
 // A robot sends scans to its base as fast as the line takes them.
@@ -164,7 +161,7 @@ bool measure_plain_scans(const Plan& plan) { return measure(plan, core::Compress
 std::vector<std::string> recorded_drives() {
   std::vector<std::string> drives{"hokuyo"};
   for (const char* const drive : {"fr079", "intel", "aces"})
-    if (std::filesystem::exists(packed_log(drive))) drives.emplace_back(drive);
+    if (std::filesystem::exists(log_of(drive))) drives.emplace_back(drive);
   return drives;
 }
 

@@ -7,7 +7,8 @@
 namespace tims::bench {
 
 // Scans per second that arrive over 10 Mbit/s, compressed or as they are. plan.link names the
-// drive: "hokuyo", or "fr079", "intel", "aces" of the folder $RACK_TEST_DATA.
+// drive: "hokuyo", or "fr079", "intel", "aces": CARMEN logs (NAME.clf) in the folder
+// $RACK_TEST_DATA.
 bool measure_compressed_scans(const Plan& plan);
 bool measure_plain_scans(const Plan& plan);
 // The drives that are there.

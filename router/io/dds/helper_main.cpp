@@ -2,11 +2,12 @@
 // open no files but libraries, start no programs, and has the router's socket and those of IP.
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <cstdio>
-#include <cstdlib>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <signal.h>
@@ -127,7 +128,9 @@ std::optional<helper::Start> wait_for_start(int socket) {
 int main(int argc, char** argv) {
   // Signals for all processes of a unit are the router's affair: it ends this one.
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) ::signal(signal, SIG_IGN);
-  const int socket = argc == 2 ? std::atoi(argv[1]) : -1;
+  int socket = -1;
+  const std::string_view number = argc == 2 ? argv[1] : "";
+  (void)std::from_chars(number.data(), number.data() + number.size(), socket);
   auto start = wait_for_start(socket);
   if (!start) {
     std::fputs("tims-router-dds is only started by tims-router, for links over DDS\n", stderr);
