@@ -14,6 +14,7 @@
 #include "os/clock.h"
 #include "os/environment.h"
 #include "router/config/load.h"
+#include "router/config/networks.h"
 #include "router/config/options.h"
 #include "router/core/newest_values.h"
 #include "router/core/router.h"
@@ -29,6 +30,7 @@
 #include "router/io/net/resolver.h"
 #include "router/io/service.h"
 #include "router/io/tcp_port.h"
+#include "router/io/tls_gate.h"
 #include "router/io/waiting_memory.h"
 
 namespace tims {
@@ -96,7 +98,9 @@ std::size_t waiting_bytes(const config::Config& c) {
 }
 
 io::BrowserAccess browser_access(const config::Config& c) {
-  return {.names = config::list_of(c.http.names), .origins = config::list_of(c.http.origins)};
+  return {.names = config::list_of(c.http.names),
+          .origins = config::list_of(c.http.origins),
+          .login = !c.security.keys.empty()};
 }
 
 core::NewestRule newest_rule(const config::Config& c) {
@@ -219,6 +223,15 @@ class Program final : private core::RouterHooks, private io::AdminSource {
                                  const core::DrivingLease& holder) override {
     return router_.change_lease(now, from, verb, holder);
   }
+  [[nodiscard]] const io::Person* person(core::PortKind port, std::uint32_t token) const override {
+    if (port == core::PortKind::kTcp) return tcp_.person(token);
+    return port == core::PortKind::kWebSocket ? http_.person(token) : nullptr;
+  }
+  std::optional<std::string> make_login(Time now, io::Person person, bool bearer) override {
+    if (!keys_) return std::nullopt;
+    return bearer ? http_.logins().begin(now, std::move(person))
+                  : http_.logins().offer(now, std::move(person));
+  }
   bool act_on_link(std::string_view name, link::Links::Action what) override {
     return links_.act(os::now(), name, what);
   }
@@ -272,9 +285,55 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     log_.info(describe_keys());
     if (auto used = links_.use_keys(os::now(), keys_->credentials(), keys_->expiry()); !used)
       return Error(used.error().code(), "security.keys: " + used.error().detail());
+    if (auto opened = open_gate(); !opened) return opened;
     loop_.watch({.next = [this] { return keys_->next_timeout(); },
                  .on_timeout = [this](Time now) { look_at_keys(now); }});
     return {};
+  }
+
+  [[nodiscard]] Result<io::TlsGate::Contexts> tls_contexts() const {
+    const config::Config::Http& http = configuration_.config.http;
+    return io::TlsGate::contexts_of(keys_->credentials(), keys_->expiry(), http.certificate,
+                                    http.key);
+  }
+
+  // Plain HTTP is let in: the port tells it to use HTTPS.
+  Result<void> open_gate() {
+    auto contexts = tls_contexts();
+    if (!contexts) return contexts.error();
+    auto gate = io::TlsGate::open(loop_, limited_log_, std::move(*contexts));
+    if (!gate) return gate.error();
+    gate_ = std::move(*gate);
+    const auto is_plain = [this](const io::Visitor& visitor) {
+      const auto networks = config::Networks::parse(configuration_.config.tcp.plain);
+      return networks && networks->contains(visitor.peer);
+    };
+    tcp_.guard_by(*gate_, {io::TlsGate::Kind::kTcp, is_plain},
+                  [this](const security::Certificate& certificate) -> std::optional<io::Person> {
+                    const security::Identity& own = keys_->credentials().identity;
+                    const auto identity = security::identity_of(certificate, own.fleet);
+                    if (!identity) return std::nullopt;
+                    return io::person_of(*identity, certificate, own);
+                  });
+    http_.guard_by(*gate_,
+                   {io::TlsGate::Kind::kHttp, [](const io::Visitor&) { return true; }});
+    return {};
+  }
+
+  // Certificates and logins that are revoked end at once.
+  void take_new_keys() {
+    if (auto contexts = tls_contexts())
+      gate_->set_contexts(std::move(*contexts));
+    else
+      log_.error("former keys stay in force: " + contexts.error().detail());
+    const auto list = keys_->credentials().list;
+    const auto is_revoked = [list](const security::Certificate& certificate) {
+      return list && list->revokes(certificate);
+    };
+    gate_->end_if(is_revoked);
+    http_.end_if([&](const io::Person& person) {
+      return person.certificate && is_revoked(*person.certificate);
+    });
   }
 
   [[nodiscard]] std::string describe_keys() const {
@@ -295,6 +354,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     log_.info(describe_keys());
     const auto used = links_.use_keys(now, keys_->credentials(), keys_->expiry());
     if (!used) log_.error("links use the former keys: " + used.error().detail());
+    take_new_keys();
     loop_.end_turn(now);
   }
 
@@ -317,13 +377,13 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     return {};
   }
 
-  // Names of the ports that listen beyond loopback.
+  // Names of the ports that listen beyond loopback, where nobody is asked who he is.
   [[nodiscard]] std::vector<std::string> exposed_ports() const {
     std::vector<std::string> names;
-    const std::string none;  // links with keys are open to the fleet only
+    if (keys_) return names;  // links and connections with keys are open to the fleet only
     for (const auto& [name, where] :
          {std::pair("tcp", &process_.tcp), std::pair("http", &process_.http),
-          std::pair("udp", keys_ ? &none : &process_.udp)})
+          std::pair("udp", &process_.udp)})
       if (const auto endpoint = config::Endpoint::parse(*where); endpoint && !endpoint->loopback())
         names.emplace_back(name);
     return names;
@@ -445,6 +505,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   const Time started_ = os::now();
   io::ProcessReport process_{.version = TIMS_VERSION,
                              .pid = static_cast<std::uint32_t>(::getpid()),
+                             .uid = ::getuid(),
                              // Values that never change, and the listening addresses.
                              .epoch = epoch_};
   io::Log log_{configuration_.config.log.level};
@@ -452,6 +513,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   std::optional<io::MemberKeys> keys_;  // empty: without keys
   std::string keys_problem_;            // why the present files cannot be used
   io::Loop loop_;
+  std::unique_ptr<io::TlsGate> gate_;  // null: without keys
   core::Router router_{
       router_settings(configuration_.config, epoch_), {random_number(), random_number()}, *this};
   core::NewestValues newest_{configuration_.config.newest.bytes,

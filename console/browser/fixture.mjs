@@ -153,7 +153,7 @@ export class Host {
   }
 
   // A question to the router, as its TCP client.
-  ask(question) {
+  ask(question, port = this.tcp) {
     const adminRequest = 64;
     const body = Buffer.from(JSON.stringify(question));
     const header = Buffer.alloc(16);
@@ -161,7 +161,7 @@ export class Host {
     header.writeInt8(adminRequest, 1);
     header.writeUInt32LE(header.length + body.length, 12);
     return new Promise((resolve, reject) => {
-      const socket = connect(this.tcp, '127.0.0.1', () => socket.write(Buffer.concat([header, body])));
+      const socket = connect(port, '127.0.0.1', () => socket.write(Buffer.concat([header, body])));
       let answer = Buffer.alloc(0);
       socket.on('error', reject);
       socket.on('data', (part) => {

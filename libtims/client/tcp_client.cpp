@@ -11,6 +11,7 @@
 
 #include "os/clock.h"
 #include "os/socket.h"
+#include "os/tunnel.h"
 #include "os/wakeup.h"
 
 namespace tims::client {
@@ -36,7 +37,10 @@ TcpClient::TcpClient(os::File socket, std::uint32_t received_max)
 
 Result<TcpClient> TcpClient::connect(const wire::TcpEndpoint& router, Time deadline,
                                      std::uint32_t received_max, int cancel) {
-  auto socket = os::connect_tcp(router.host, router.port, deadline, cancel);
+  wire::TcpEndpoint inner = router;
+  inner.tls = false;
+  auto socket = router.tls ? os::connect_by_tunnel(wire::to_string(inner))
+                           : os::connect_tcp(router.host, router.port, deadline, cancel);
   if (!socket) return socket.error();
   return TcpClient(std::move(*socket), received_max);
 }

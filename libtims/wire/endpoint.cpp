@@ -11,7 +11,7 @@ namespace {
 Error no_endpoint(std::string_view text, std::string_view problem) {
   return {Errc::kInvalidArgument, "\"" + std::string(text) +
                                       "\" names no router: " + std::string(problem) +
-                                      "; write unix:PATH, /PATH, HOST:PORT or [IPv6]:PORT"};
+                                      "; write unix:PATH, /PATH, HOST:PORT, [IPv6]:PORT or tls:HOST:PORT"};
 }
 
 std::optional<std::uint16_t> port_of(std::string_view text) {
@@ -34,6 +34,15 @@ Result<Endpoint> tcp_endpoint(std::string_view text, std::string_view host, std:
 
 Result<Endpoint> parse_endpoint(std::string_view text) {
   constexpr std::string_view kUnix = "unix:";
+  constexpr std::string_view kTls = "tls:";
+  if (text.starts_with(kTls)) {
+    auto endpoint = parse_endpoint(text.substr(kTls.size()));
+    if (!endpoint) return endpoint;
+    auto* tcp = std::get_if<TcpEndpoint>(&*endpoint);
+    if (tcp == nullptr || tcp->tls) return no_endpoint(text, "TLS leads to a HOST:PORT");
+    tcp->tls = true;
+    return endpoint;
+  }
   if (text.starts_with(kUnix)) {
     if (text.size() == kUnix.size()) return no_endpoint(text, "it has no path");
     return Endpoint(UnixEndpoint{std::string(text.substr(kUnix.size()))});
@@ -55,7 +64,7 @@ Result<Endpoint> parse_endpoint(std::string_view text) {
 std::string to_string(const TcpEndpoint& endpoint) {
   const bool v6 = endpoint.host.find(':') != std::string::npos;
   const std::string host = v6 ? "[" + endpoint.host + "]" : endpoint.host;
-  return host + ":" + std::to_string(endpoint.port);
+  return (endpoint.tls ? "tls:" : "") + host + ":" + std::to_string(endpoint.port);
 }
 
 std::string to_string(const Endpoint& endpoint) {

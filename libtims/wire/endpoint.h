@@ -1,6 +1,7 @@
 // Text forms of the location of a router:
 //
 //   unix:PATH, /PATH or ./PATH              the Unix socket of this host's router
+//   tls:HOST:PORT, tls:HOST                 likewise, through TLS with the keys of this host
 //   HOST:PORT, HOST, [IPv6]:PORT or IPv6    over TCP; the default port is 2000
 #pragma once
 
@@ -22,6 +23,7 @@ struct TcpEndpoint {
 
   std::string host;
   std::uint16_t port = kDefaultPort;
+  bool tls = false;
   bool operator==(const TcpEndpoint&) const = default;
 };
 using Endpoint = std::variant<UnixEndpoint, TcpEndpoint>;

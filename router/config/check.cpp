@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 
 #include "router/config/load.h"
+#include "router/config/networks.h"
 #include "router/config/options.h"
 #include "router/core/newest_values.h"
 
@@ -24,9 +25,13 @@ class Checker {
   Checker(const Config& config, const Written& written) : config_(config), written_(written) {}
 
   std::vector<Problem> run() {
-    check_exposure("tcp.listen", config_.tcp.listen);
-    check_exposure("http.listen", config_.http.listen);
-    if (!has_keys()) check_exposure("udp.listen", config_.udp.listen);
+    check_plain();
+    check_http_files();
+    if (!has_keys()) {
+      check_exposure("tcp.listen", config_.tcp.listen);
+      check_exposure("http.listen", config_.http.listen);
+      check_exposure("udp.listen", config_.udp.listen);
+    }
     check_names();
     check_origins();
     check_newest();
@@ -45,6 +50,21 @@ class Checker {
     if (!listen || listen->loopback() || is_insecure()) return;
     fail(key, fmt::format(R"({} "{}" {}. Listen on "127.0.0.1:{}"; or, {})", key,
                           listen->to_string(), kNoKeys, listen->port, kInsecure));
+  }
+
+  void check_plain() {
+    if (const auto networks = Networks::parse(config_.tcp.plain); !networks)
+      fail("tcp.plain", "tcp.plain: " + networks.error().detail());
+  }
+
+  void check_http_files() {
+    if (config_.http.certificate.empty() != config_.http.key.empty())
+      fail(config_.http.key.empty() ? "http.certificate" : "http.key",
+           "http.certificate and http.key belong together: give both or none");
+    else if (!config_.http.key.empty() && config_.security.keys.empty())
+      fail("http.certificate",
+           "http.certificate without security.keys: HTTPS needs keys of the fleet for logins, see "
+           "timsctl key init");
   }
 
   void check_names() {

@@ -115,6 +115,7 @@ struct Config {
 
   struct Tcp {
     std::optional<Endpoint> listen = Endpoint{"127.0.0.1", 2000};  // empty: off
+    std::string plain = "loopback";  // networks (networks.h) from which TLS is not demanded
     bool compat_delete = false;
     bool admin = false;  // clients may change the router itself; applies to http as well
     std::uint32_t queue_bytes = 4U << 20;  // queued for one slow reader
@@ -125,6 +126,8 @@ struct Config {
     std::optional<Endpoint> listen = Endpoint{"127.0.0.1", 8080};  // empty: off
     std::string names;                                             // "robot7.local, robot7"
     std::string origins;  // "http://robot7:3000, http://localhost:5173"
+    std::string certificate;  // PEM files for browsers, of a public authority; empty: the fleet's
+    std::string key;
     std::string console;  // a folder, or "off"; empty: that of the installation or build
     std::uint32_t queue_bytes = 1U << 20;  // queued for one slow WebSocket client
     bool operator==(const Http&) const = default;

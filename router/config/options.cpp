@@ -125,10 +125,20 @@ constexpr std::array kOptions{
         {.key = "tcp.listen",
          .reload = Reload::kRestart,
          .help = "Address for connections of original RACK programs and remote clients; \"off\" "
-                 "for none, port 0 for any free port. Beyond loopback it needs security.insecure. "
+                 "for none, port 0 for any free port. Beyond loopback it needs security.keys, and "
+                 "then TLS and a certificate (see tcp.plain), or security.insecure. "
                  "Any program that can reach the port can command every component; on loopback "
                  "this includes every user of this host. Where users do not trust each other, set "
                  "this and http.listen to \"off\", so that unix.path is the only entry."}),
+    row<Kind::kText, &Config::tcp, &Config::Tcp::plain>(
+        {.key = "tcp.plain",
+         .range = {0, 1024},
+         .reload = Reload::kYes,
+         .help = "Networks whose clients of tcp.listen may speak in the clear, as original RACK "
+                 "programs do, when this router has keys: \"loopback, 10.9.0.0/16\". All others "
+                 "need TLS and a certificate of the fleet; timsctl tunnel brings original programs "
+                 "through. Without keys, everybody speaks in the clear.",
+         .is_list = true}),
     row<Kind::kFlag, &Config::tcp, &Config::Tcp::admin>(
         {.key = "tcp.admin",
          .reload = Reload::kYes,
@@ -152,8 +162,8 @@ constexpr std::array kOptions{
         {.key = "http.listen",
          .reload = Reload::kRestart,
          .help = "Address for WebSocket clients, /metrics and /healthz; \"off\" for none. Beyond "
-                 "loopback it needs security.insecure. WebSocket clients have the same rights as "
-                 "clients of tcp.listen."}),
+                 "loopback it needs security.keys, and then HTTPS and a login (timsctl web), or "
+                 "security.insecure."}),
     row<Kind::kText, &Config::http, &Config::Http::names>(
         {.key = "http.names",
          .range = {0, 1024},
@@ -169,6 +179,23 @@ constexpr std::array kOptions{
          .help = "Web pages that may open a WebSocket here in addition to pages served by this "
                  "port: \"http://robot7:3000, http://localhost:5173\".",
          .is_list = true}),
+    row<Kind::kText, &Config::http, &Config::Http::certificate>(
+        {.key = "http.certificate",
+         .range = {0, 4096},
+         .reload = Reload::kRestart,
+         .help = "PEM file with a certificate for browsers and those that issued it, of an "
+                 "authority that they know; without it, that of security.keys is shown, whose root "
+                 "(fleet.pem) must be imported into the browser once.",
+         .default_note = "the certificate of security.keys",
+         .sample = R"("")"}),
+    row<Kind::kText, &Config::http, &Config::Http::key>(
+        {.key = "http.key",
+         .range = {0, 4096},
+         .reload = Reload::kRestart,
+         .help = "PEM file with the private key of http.certificate (P-256), readable by the "
+                 "router's user only.",
+         .default_note = "the key of security.keys",
+         .sample = R"("")"}),
     row<Kind::kText, &Config::http, &Config::Http::console>(
         {.key = "http.console",
          .range = {0, 4096},

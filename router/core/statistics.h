@@ -39,9 +39,10 @@ enum class Outcome : std::uint8_t {
   kExpired,
   kUnread,
   kNoLease,
+  kNoRight,
 };
 
-inline constexpr std::size_t kOutcomeCount = 21;
+inline constexpr std::size_t kOutcomeCount = 22;
 constexpr std::array kOutcomes{
     Label<Outcome>{Outcome::kDelivered, "delivered",
                    "handed to its receiver's mailbox, connection or queue"},
@@ -86,8 +87,11 @@ constexpr std::array kOutcomes{
         Outcome::kNoLease, "no_lease",
         "a driving command for a robot that somebody else drives: only the holder of its "
         "driving lease may drive it"},
+    Label<Outcome>{Outcome::kNoRight, "no_right",
+                   "its sender's login or certificate has not the right to send it: look, drive or "
+                   "configure"},
 };
-static_assert(complete(kOutcomes, Outcome::kNoLease) && kOutcomes.size() == kOutcomeCount);
+static_assert(complete(kOutcomes, Outcome::kNoRight) && kOutcomes.size() == kOutcomeCount);
 std::string_view name(Outcome outcome);
 std::string_view sentence(Outcome outcome);
 
@@ -196,6 +200,7 @@ enum class CloseReason : std::uint8_t {
   kForgotten,
   kAdministrative,
   kStalled,
+  kLoggedOut,
 };
 constexpr std::array kCloseReasons{
     Label<CloseReason>{CloseReason::kNone, "none", ""},
@@ -225,8 +230,10 @@ constexpr std::array kCloseReasons{
     Label<CloseReason>{
         CloseReason::kStalled, "stalled",
         "it did not complete a message, and the memory for incomplete messages was used up"},
+    Label<CloseReason>{CloseReason::kLoggedOut, "logged_out",
+                       "its login has ended, or the certificate behind it was revoked"},
 };
-static_assert(complete(kCloseReasons, CloseReason::kStalled));
+static_assert(complete(kCloseReasons, CloseReason::kLoggedOut));
 std::string_view name(CloseReason reason);
 std::string_view sentence(CloseReason reason);
 

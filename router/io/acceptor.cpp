@@ -76,7 +76,11 @@ Acceptor::Next Acceptor::accept_some() {
     os::File file(::accept4(file_.get(), peer.get(), &peer.size, SOCK_NONBLOCK | SOCK_CLOEXEC));
     if (file) {
       const bool local = peer.family() == AF_UNIX;
-      on_connection_(std::move(file), local ? std::string() : peer.net_address().to_string());
+      Visitor visitor{.peer = local ? std::string() : peer.net_address().to_string()};
+      if (gate_ != nullptr)
+        gate_->take(std::move(file), std::move(visitor), entrance_, on_connection_);
+      else
+        on_connection_(std::move(file), std::move(visitor));
     } else if (const Next next = accept_failed(errno); next != Next::kMore) {
       return next;
     }

@@ -11,6 +11,8 @@
 #include "router/config/config.h"
 #include "router/io/log.h"
 #include "router/io/loop.h"
+#include "router/io/tls_gate.h"
+#include "router/io/visitor.h"
 #include "tims/result.h"
 
 namespace tims::io {
@@ -23,9 +25,8 @@ inline std::string waits_for_address(const char* protocol, const config::Endpoin
 
 class Acceptor {
  public:
-  // A connected, non-blocking socket and its remote address: "127.0.0.1:54321"; empty for a Unix
-  // socket.
-  using OnConnection = std::function<void(os::File socket, std::string peer)>;
+  // A connected, non-blocking socket, and who is at its other end.
+  using OnConnection = std::function<void(os::File socket, Visitor visitor)>;
 
   Acceptor(
       Loop& loop, Log& log, OnConnection on_connection,
@@ -38,6 +39,11 @@ class Acceptor {
   // A socket that is already listening and non-blocking.
   void listen(os::File listening);
   void stop();
+  // From now on, connections come by the gate, which outlives this object.
+  void guard_by(TlsGate& gate, TlsGate::Entrance entrance) {
+    gate_ = &gate;
+    entrance_ = std::move(entrance);
+  }
 
  private:
   enum class Next {
@@ -55,6 +61,8 @@ class Acceptor {
   Log& log_;
   OnConnection on_connection_;
   std::function<void()> on_turned_away_;
+  TlsGate* gate_ = nullptr;
+  TlsGate::Entrance entrance_{};
   os::File file_;
   std::optional<Watch> watch_;
   Timer pause_;

@@ -183,6 +183,19 @@ constexpr Argument kLeaseDo{"do", set_lease, R"("take", "take_over", "renew" or 
 constexpr Argument kHolder{"name", set_holder, "a name of 1 to 31 bytes, as others shall see it"};
 constexpr Argument kStick{"stick", set_address<&Question::stick>,
                           R"x(the address of a joystick such as "Joystick(3/0)")x"};
+constexpr Argument kRight{
+    "right",
+    [](Question& q, const json::value& v) {
+      return set_text<&Question::right>(q, v) &&
+             (q.right == "look" || q.right == "drive" || q.right == "configure");
+    },
+    R"("look", "drive" or "configure")"};
+constexpr Argument kBearer{"bearer",
+                           [](Question& q, const json::value& v) {
+                             if (v.is_bool()) q.bearer = v.get_bool();
+                             return v.is_bool();
+                           },
+                           "true or false"};
 constexpr Argument kBlackout{"blackout", set_blackout, "true or false"};
 
 struct Form {
@@ -213,6 +226,7 @@ constexpr std::array kForms{
     Form{"streams", Ask::kStreams, {kTo, kMatch, kLimit, kAfter}},
     Form{"leases", Ask::kLeases, {kLimit, kAfter}},
     Form{"lease", Ask::kLease, {kRobot, kLeaseDo, kHolder, kStick}},
+    Form{"login", Ask::kLogin, {kRight, kBearer}},
     Form{"link", Ask::kLinkDo, {kLink, kDo}},
     Form{"fault",
          Ask::kFault,

@@ -36,6 +36,7 @@ enum class Ask : std::uint8_t {
   kStreams,
   kLeases,
   kLease,
+  kLogin,
   kLinkDo,
   kFault,
   kRouteAdd,
@@ -46,6 +47,10 @@ enum class Ask : std::uint8_t {
 constexpr bool acts(Ask ask) { return ask >= Ask::kLinkDo; }
 // Accepted from whoever may send messages, but not over HTTP, where nobody stays connected.
 constexpr bool drives(Ask ask) { return ask == Ask::kLease; }
+
+// Makes a secret: answered to programs of this host, and to connections whose owner has proven who
+// he is; never over HTTP or links.
+constexpr bool makes_login(Ask ask) { return ask == Ask::kLogin; }
 
 // Whether a question to the configuration agent beside a router (tools/configuration/PROTOCOL.md)
 // only reads. All others change something, also those that cannot be understood.
@@ -72,6 +77,8 @@ struct Question {
   core::LeaseVerb lease = core::LeaseVerb::kTake;
   std::string holder{};
   std::optional<Address> stick{};
+  std::string right{};   // of a login: look, drive, configure; empty: the highest that is possible
+  bool bearer = false;   // a session for a program, not a token for a browser
   link::Faults faults{};
   AddressWidths widths{};  // of the addresses in the question
 };

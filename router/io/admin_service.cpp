@@ -160,6 +160,44 @@ std::string act(const Question& question, AdminSource& source, const Clocks& clo
   return json::serialize(out);
 }
 
+// Whom the asker may let log in: himself.
+std::optional<Person> person_asking(core::ClientId asker, const AdminSource& source) {
+  const core::Client* client = source.router().client(asker);
+  if (client == nullptr) return std::nullopt;
+  if (const Person* person = source.person(client->info.port, client->info.token)) return *person;
+  if (client->info.port != core::PortKind::kLocal) return std::nullopt;
+  // With unix.everybody, other users may look.
+  const bool is_trusted = !source.config().unix.everybody || client->info.uid == 0 ||
+                          client->info.uid == source.process({}).uid;
+  return Person{.name = fmt::format("uid {}", client->info.uid),
+                .rights = rights_up_to(is_trusted ? Right::kConfigure : Right::kLook)};
+}
+
+std::string make_login(const Question& question, core::ClientId asker, AdminSource& source,
+                       const Clocks& clocks) {
+  auto person = person_asking(asker, source);
+  const Right wanted = right_of(question.right).value_or(Right::kNone);
+  if (!person || !has(person->rights, std::max(wanted, Right::kLook)))
+    return json::serialize(error_json(
+        {"denied", "a login is given to programs of the router's host, and to users of the fleet "
+                   "for the rights they have",
+         "run timsctl web on the router's host"}));
+  if (wanted != Right::kNone) person->rights = rights_up_to(wanted);
+  const std::string right(name(highest(person->rights)));
+  const std::string user = person->name;
+  const auto secret = source.make_login(clocks.now, std::move(*person), question.bearer);
+  if (!secret)
+    return json::serialize(error_json(
+        {"not_done", "this router has no keys, so nobody has to log in",
+         "open http://127.0.0.1:8080 on its host; see security.keys"}));
+  json::object out = answer_frame(source, clocks, "tims/login_made/1");
+  out["user"] = base::valid_utf8(user);
+  out["right"] = right;
+  out[question.bearer ? "bearer" : "token"] = *secret;
+  out["http"] = source.process(clocks.now).http;
+  return json::serialize(out);
+}
+
 // Who drives a robot. `request`: the header of the question.
 std::string change_lease(const Question& question, core::ClientId asker, const Header& request,
                          AdminSource& source, const Clocks& clocks) {
@@ -581,7 +619,7 @@ std::string answer_admin(std::string_view question, const AdminSource& source,
                          const Clocks& clocks) {
   auto read = read_question(question, source, clocks.now);
   const auto* checked = std::get_if<Question>(&read);
-  if (checked != nullptr && (acts(checked->ask) || drives(checked->ask)))
+  if (checked != nullptr && (acts(checked->ask) || drives(checked->ask) || makes_login(checked->ask)))
     read = QuestionError{"denied", "this interface is read-only", "ask with timsctl"};
   return answer_text(read, source, clocks);
 }
@@ -613,6 +651,10 @@ bool AdminService::is_for_agent(const core::Message& request) const {
 
 bool AdminService::may_change(core::ClientId from) const {
   const core::Client* client = source_.router().client(from);
+  if (const Person* person = client == nullptr
+                                 ? nullptr
+                                 : source_.person(client->info.port, client->info.token))
+    return has(person->rights, Right::kConfigure);
   const bool guest = client != nullptr && (client->info.port == core::PortKind::kTcp ||
                                            client->info.port == core::PortKind::kWebSocket);
   return !guest || source_.config().tcp.admin;
@@ -690,7 +732,9 @@ std::size_t AdminService::send_answer(const Waiting& waiting, const Clocks& cloc
                                       const Send& send) {
   const auto* question = std::get_if<Question>(&waiting.question);
   const std::string text =
-      question != nullptr && drives(question->ask)
+      question != nullptr && makes_login(question->ask)
+          ? make_login(*question, waiting.asker, source_, clocks)
+      : question != nullptr && drives(question->ask)
           ? change_lease(*question, waiting.asker, waiting.request, source_, clocks)
       : question != nullptr && acts(question->ask) ? act(*question, source_, clocks)
                                                    : answer_text(waiting.question, source_, clocks);

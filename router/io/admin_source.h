@@ -15,6 +15,7 @@
 #include "router/link/fault_injection.h"
 #include "router/link/links.h"
 #include "shm/receiver.h"
+#include "router/io/rights.h"
 #include "tims/time.h"
 
 namespace tims::io {
@@ -64,6 +65,7 @@ struct ProcessReport {
   std::string name{};     // router.name
   std::string version{};  // of the program
   std::uint32_t pid = 0;
+  std::uint32_t uid = 0;  // the user it runs as
   std::uint64_t epoch = 0;  // chosen at random at start
   Duration uptime{};
   std::uint64_t rss_bytes = 0;
@@ -104,6 +106,15 @@ class AdminSource : public core::Interface {
   virtual core::LeaseResult change_lease(Time, core::ClientId, core::LeaseVerb,
                                          const core::DrivingLease&) {
     return core::LeaseResult::kNotHeld;
+  }
+  // Who has proven to be at a TCP or WebSocket connection; null: it had not to.
+  [[nodiscard]] virtual const Person* person(core::PortKind, std::uint32_t) const {
+    return nullptr;
+  }
+  // A token for a browser, or the session itself (`bearer`). Empty: this router asks nobody to log
+  // in.
+  virtual std::optional<std::string> make_login(Time, Person, bool /*bearer*/) {
+    return std::nullopt;
   }
   // Executes the request; returns false when the link does not exist.
   virtual bool act_on_link(std::string_view, link::Links::Action) { return false; }

@@ -105,6 +105,7 @@ tims_router_drops_total{reason="would_return"} 0
 tims_router_drops_total{reason="link_reset"} 0
 tims_router_drops_total{reason="expired"} 0
 tims_router_drops_total{reason="no_lease"} 0
+tims_router_drops_total{reason="no_right"} 0
 # HELP tims_router_events_total Events of clients and mailboxes, by kind.
 # TYPE tims_router_events_total counter
 tims_router_events_total{event="client_came"} 3

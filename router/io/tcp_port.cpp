@@ -55,6 +55,7 @@ bool is_on_this_host(int socket) {
   sockaddr_storage peer{};
   socklen_t size = sizeof peer;
   if (::getpeername(socket, reinterpret_cast<sockaddr*>(&peer), &size) != 0) return true;
+  if (peer.ss_family == AF_UNIX) return true;  // the inner end of TLS
   if (peer.ss_family == AF_INET) {
     const auto& v4 = reinterpret_cast<const sockaddr_in&>(peer);
     return ntohl(v4.sin_addr.s_addr) >> 24 == IN_LOOPBACKNET;
@@ -293,7 +294,7 @@ TcpPort::TcpPort(Loop& loop, core::Router& router, Log& log, core::QueueShares& 
       settings_(settings),
       acceptor_(
           loop, log,
-          [this](os::File socket, const std::string& peer) { welcome(std::move(socket), peer); }),
+          [this](os::File socket, const Visitor& visitor) { welcome(std::move(socket), visitor); }),
       half_messages_(settings.message_max),
       scratch_(std::make_unique_for_overwrite<Scratch>()),
       kept_(std::make_unique_for_overwrite<std::byte[]>(kTcpPortKeptBytes)) {
@@ -307,13 +308,28 @@ void TcpPort::set_queue_bytes_max(std::uint64_t bytes) {
   });
 }
 
-void TcpPort::welcome(os::File socket, const std::string& peer) {
+void TcpPort::guard_by(TlsGate& gate, TlsGate::Entrance entrance, Who who) {
+  acceptor_.guard_by(gate, std::move(entrance));
+  who_ = std::move(who);
+}
+
+const Person* TcpPort::person(std::uint32_t token) const {
+  const TcpConnection* connection = connections_.find(token);
+  return connection == nullptr || !connection->person ? nullptr : &*connection->person;
+}
+
+void TcpPort::welcome(os::File socket, const Visitor& visitor) {
   const Time now = os::now();
+  std::optional<Person> person;
+  if (visitor.certificate) {
+    person = who_(*visitor.certificate);
+    if (!person) return;  // no member of the fleet
+  }
   if (!router_.has_room(core::PortKind::kTcp)) make_room(now);
   const std::uint32_t token = connections_.next();
   const core::ClientId id = router_.connect(now, {.port = core::PortKind::kTcp,
                                                   .token = token,
-                                                  .endpoint = std::string_view(peer),
+                                                  .endpoint = std::string_view(visitor.peer),
                                                   .lifesign = true});
   if (id) {
     TcpConnection& connection = connections_.add(std::make_unique<TcpConnection>(
@@ -321,6 +337,7 @@ void TcpPort::welcome(os::File socket, const std::string& peer) {
         router_.settings().classes, [this](TcpConnection& losing) { touch(losing); }));
     connection.id = id;
     connection.token = token;
+    connection.person = std::move(person);
     connection.watch.emplace(loop_, connection.socket.get(),
                              [this, &connection](Ready ready) { on_ready(connection, ready); });
   }
@@ -549,8 +566,22 @@ void TcpPort::take_message(Time now, TcpConnection& connection,
   const bool in_scratch = begin >= scratch_->bytes && begin < scratch_->bytes + kScratchBytes;
   const bool copied = !in_scratch && item.message.size() <= kCopiedBytesMax;
   core::Message message{item.header, copied ? keep(item.message) : item.message};
+  if (!may_send(now, connection, message)) return;
   router_.on_message(now, connection.id, message);
   if (!in_scratch && !copied) loop_.end_turn(now);
+}
+
+bool TcpPort::may_send(Time now, TcpConnection& connection, const core::Message& message) {
+  if (!connection.person) return true;
+  const auto& settings = router_.settings();
+  if (has(connection.person->rights, needed_for(SentMessage::of(message, settings), settings.widths)))
+    return true;
+  router_.on_lost(now, core::PortKind::kTcp, connection.id, Outcome::kNoRight,
+                  message.header.priority, message.bytes.size());
+  if (message.header.type > 0)
+    reply(now, {.client = connection.id, .token = connection.token},
+          wire::reply_to(message.header, type::kNotAvailable));
+  return false;
 }
 
 void TcpPort::refuse_length(Time now, TcpConnection& connection,

@@ -136,6 +136,7 @@ struct TcpConnection {
   std::optional<Watch> watch;
   wire::StreamReader reader;
   TcpOutput output;
+  std::optional<Person> person{};  // who has proven to be here; empty: had not to
   core::ClientId id{};
   std::uint32_t token = 0;
   bool touched = false;  // to be processed at the next flush
@@ -155,6 +156,11 @@ class TcpPort final : public core::Port {
   // Returns the listening address.
   Result<config::Endpoint> listen(const config::Endpoint& where) { return acceptor_.listen(where); }
   void set_queue_bytes_max(std::uint64_t bytes);
+  // From now on, connections come by the gate; `who` is called for those with a certificate.
+  using Who = std::function<std::optional<Person>(const security::Certificate&)>;
+  void guard_by(TlsGate& gate, TlsGate::Entrance entrance, Who who);
+  // Null: it had not to prove who it is.
+  [[nodiscard]] const Person* person(std::uint32_t token) const;
 
   // core::Port
   core::Outcome deliver(Time now, const core::Receiver& to, const core::Message& message) override;
@@ -174,7 +180,8 @@ class TcpPort final : public core::Port {
     std::byte bytes[kScratchBytes];
   };
 
-  void welcome(os::File socket, const std::string& peer);
+  void welcome(os::File socket, const Visitor& visitor);
+  bool may_send(Time now, TcpConnection& connection, const core::Message& message);
   void make_room(Time now);
 
   void on_ready(TcpConnection& connection, Ready ready);
@@ -200,6 +207,7 @@ class TcpPort final : public core::Port {
   core::QueueShares& shares_;
   TcpPortSettings settings_;
   Acceptor acceptor_;
+  Who who_{};
   base::SlotMap<TcpConnection> connections_;  // by token
   std::vector<TcpConnection*> touched_;
   HalfMessages half_messages_;

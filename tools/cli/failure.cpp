@@ -103,6 +103,8 @@ constexpr CatalogueEntry kEntries[] = {
      "`timsctl link show -o wide`; use a faster link, less data, or a longer lifetime in [[link]]"},
     {"no_lease", "reason", "a driving command for a robot that somebody else drives",
      "`timsctl route watch` shows who drives it; the console's page Drive takes it over"},
+    {"no_right", "reason", "the login or certificate of the sender has not the right for it",
+     "log in with a higher right (`timsctl web`), or `timsctl key sign --rights` another one"},
 
     // Errors of calls and requests.
     {"none_kept", "error", "the router keeps no newest value of this component",

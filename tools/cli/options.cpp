@@ -229,6 +229,8 @@ constexpr OptionRow kOptions[] = {
      [](Options& o, string_view v) { o.rights = v; }},
     {"address", 0, "LIST", "addresses or names by which others reach this host (default: its own)",
      [](Options& o, string_view v) { o.address = v; }},
+    {"bearer", 0, "", "for a program: print the line that it sends with each request",
+     [](Options& o, string_view) { o.bearer = true; }},
     {"finish", 0, "", "believe the old root no longer",
      [](Options& o, string_view) { o.finish = true; }},
     {"force", 0, "", "also if members would have to join again",

@@ -77,7 +77,8 @@ struct Options {
   std::optional<std::int64_t> id;
   std::string name;
   std::string rights;
-  std::string address;  // of token new
+  std::string address;  // of token new, web
+  bool bearer = false;  // of web
   tims::Duration window = std::chrono::seconds(90);
   std::optional<std::uint64_t> generation;  // of config undo
   bool fields = false;

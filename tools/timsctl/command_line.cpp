@@ -260,6 +260,17 @@ constexpr Verb kOwnVerbs[] = {
      "is open any more.",
      "timsctl key serve --keys /etc/tims/keys", key_serve},
 
+    {"tunnel", "", "LISTEN ROUTER", 2, 2, "keys", true,
+     "Lead programs that speak in the clear, such as those of the original RACK, through TLS to the "
+     "TCP port of a router, with the keys of this host: whoever can reach LISTEN has their rights. "
+     "LISTEN \"-\": one connection, the socket at stdin; programs whose router is tls:HOST:PORT "
+     "start it so.",
+     "timsctl tunnel 127.0.0.1:2000 base:2000", tunnel},
+    {"web", "", "", 0, 0, "rights bearer address", false,
+     "Log in: print the link that opens the console in a browser, once and within 60 s. With "
+     "--rights look, drive or configure at most that; else all that you may. Ask over the Unix "
+     "socket of the router's host, or over tls:HOST:PORT as a user of the fleet.",
+     "timsctl web --rights drive", web},
     {"token", "new", "", 0, 0, "keys role system id name rights address", false,
      "Print the text with which a robot or user joins the fleet: once, within an hour. It has a "
      "secret: show it to nobody else.",

@@ -84,6 +84,8 @@ Exit config_undo(Context& context);
 Exit config_history(Context& context);
 Exit config_budget(Context& context);
 
+Exit tunnel(Context& context);
+Exit web(Context& context);
 Exit key_init(Context& context);
 Exit key_list(Context& context);
 Exit key_show(Context& context);

@@ -6,6 +6,7 @@ import { LayoutMenu } from '../layouts/layout_menu';
 import { FleetPage } from '../pages/fleet_page';
 import { ConnectionBadge, ConnectionNotice, ExposedNotice } from '../ui/connection';
 import { Icon, type IconName } from '../ui/icons';
+import { LoginBadge } from '../ui/login';
 import { StopButton } from '../ui/stop_button';
 import { ThemeSwitch } from '../ui/theme';
 import { Keys } from './keys';
@@ -64,6 +65,7 @@ export function App() {
         <Navigation current={page} />
         <span class="grow" />
         <ConnectionBadge />
+        <LoginBadge />
         <LayoutMenu />
         <ThemeSwitch />
         <StopButton />

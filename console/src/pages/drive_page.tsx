@@ -12,6 +12,7 @@ import { fittingName } from '../model/console_name';
 import type { Component, Robot } from '../model/fleet';
 import type { Lease } from '../model/leases';
 import { isAtRest, type StickPosition, stickAtRest } from '../tims/joystick';
+import { Needs } from '../ui/login';
 import { age } from '../ui/quantities';
 import { CameraSight } from '../views/camera_view';
 import { ChassisSpeed } from '../views/chassis_view';
@@ -27,7 +28,12 @@ export function DrivePage() {
   const robots = console.fleet.robots.value.filter((robot) => firstOf(robot, 'Chassis') !== undefined);
   const system = route.value.arguments[0];
   const robot = robots.find((each) => `${each.system}` === system);
-  if (robot !== undefined) return <DriveRobot robot={robot} />;
+  if (robot !== undefined)
+    return (
+      <Needs right="drive">
+        <DriveRobot robot={robot} />
+      </Needs>
+    );
   return (
     <section class="empty">
       <h1>{system === undefined ? 'Which robot?' : `Robot ${system} is not here, or has no chassis`}</h1>

@@ -1,6 +1,7 @@
 // What will change, on each host: as sentences, as text, and what is restarted for it. From here it is applied.
 
 import { useSignal } from '@preact/signals';
+import { Needs } from '../ui/login';
 import { fileOf, hostOf, keyOf } from './draft';
 import { showLine } from './place';
 import type { CheckedFile, Effect } from './protocol';
@@ -22,7 +23,9 @@ export function ChangesView() {
   const hosts = [...new Set(changed.map(hostOf))];
   return (
     <div class="changes">
-      <ApplyForm />
+      <Needs right="configure">
+        <ApplyForm />
+      </Needs>
       {hosts.map((host) => (
         <HostChanges key={host} host={host} />
       ))}

@@ -4,6 +4,7 @@ import { type ReadonlySignal, type Signal, signal } from '@preact/signals';
 import type { Answer } from './calls';
 import { flags, types } from './header';
 import type { StickPosition } from './joystick';
+import { hindrance, neededFor } from './login';
 import type { Sample } from './newest';
 import type { RouterInfo } from './socket';
 import type { StreamRate } from './stream_drops';
@@ -68,6 +69,8 @@ export class Client {
   }
 
   call(dest: number, type: number, body = new Uint8Array(), timeout = callTime, priority = 0): Promise<Answer> {
+    const why = hindrance(neededFor(type));
+    if (why !== '') return Promise.reject(new Error(why));
     return this.answered((id) => ({ do: 'call', id, dest, type, body, timeout, priority }));
   }
 

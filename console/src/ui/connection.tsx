@@ -3,6 +3,7 @@
 import { useSignal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
 import { useConsole } from '../app/console';
+import { askLogin } from '../tims/login';
 import { bytes } from './quantities';
 
 export function ConnectionBadge() {
@@ -36,6 +37,9 @@ export function ConnectionNotice() {
   const { client } = useConsole();
   const { state, since, why } = client.connection.value;
   const now = useNow(1000);
+  useEffect(() => {
+    if (state === 'lost') void askLogin(); // it may be the login that has ended
+  }, [state, why]);
   if (state !== 'lost') return null;
   return (
     <p class="notice bad" role="alert">

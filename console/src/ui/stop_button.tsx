@@ -5,6 +5,7 @@ import { type Console, useConsole } from '../app/console';
 import { route } from '../app/route';
 import { classId } from '../codec/catalogue';
 import { stopCommand } from '../model/commands';
+import { hindrance } from '../tims/login';
 import { noPilot } from '../views/chassis_view';
 import { useAttempt } from './attempt';
 import { Icon } from './icons';
@@ -47,11 +48,19 @@ export function StopButton() {
     addEventListener('keydown', onKey);
     return () => removeEventListener('keydown', onKey);
   });
+  const why = hindrance('drive');
   const what = systems.length === 1 ? `robot ${systems[0]}` : 'all robots';
   return (
     <>
       <Failure />
-      <button type="button" class="stop" onClick={stop} aria-label={`Stop ${what}`} title={`Stop ${what} (Shift+Esc)`}>
+      <button
+        type="button"
+        class="stop"
+        onClick={stop}
+        disabled={why !== ''}
+        aria-label={`Stop ${what}`}
+        title={why || `Stop ${what} (Shift+Esc)`}
+      >
         <Icon name="stop" /> STOP
       </button>
     </>

@@ -22,8 +22,12 @@ std::string_view phrase(int status) {
       return "OK";
     case 304:
       return "Not Modified";
+    case 308:
+      return "Permanent Redirect";
     case 400:
       return "Bad Request";
+    case 401:
+      return "Unauthorized";
     case 403:
       return "Forbidden";
     case 404:
@@ -54,6 +58,7 @@ HttpRequest plain(const http::request<http::string_body>& message) {
                       .target = text(message.target()),
                       .version = static_cast<int>(message.version()),
                       .fields = {},
+                      .body = message.body(),
                       .keep_alive = message.keep_alive(),
                       .wants_websocket = boost::beast::websocket::is_upgrade(message)};
   for (const auto& field : message)
@@ -95,9 +100,10 @@ std::string to_bytes(const HttpResponse& response, HttpFraming framing) {
       "Cache-Control: {}\r\n"
       "X-Content-Type-Options: nosniff\r\n"
       "Connection: {}\r\n"
-      "{}\r\n{}",
+      "{}{}\r\n{}",
       response.status, phrase(response.status), response.type, length, response.cache,
       framing.keep_alive ? "keep-alive" : "close", response.field,
+      response.more_fields,
       framing.with_body ? std::string_view(response.body) : std::string_view());
 }
 

@@ -23,6 +23,7 @@ struct HttpRequest {
   std::string target{};  // "/api/status?x=1", not decoded
   int version = 11;      // 10 or 11
   std::vector<Field> fields{};
+  std::string body{};
   bool keep_alive = true;        // the connection stays open for further requests
   bool wants_websocket = false;  // asks for an upgrade to a WebSocket
 
@@ -48,6 +49,7 @@ struct HttpResponse {
   std::string body;
   // Additional fields with their line ends, such as "Allow: GET\r\n".
   std::string_view field{};
+  std::string more_fields{};  // likewise
   std::string_view cache = "no-store";  // Cache-Control
   // Sent in place of `body`, without a copy: it outlives the connection.
   std::string_view stored{};
@@ -64,7 +66,7 @@ struct HttpFraming {
 std::string to_bytes(const HttpResponse& response, HttpFraming framing);
 
 inline constexpr std::size_t kHttpHeadBytesMax = 8 << 10;
-inline constexpr std::size_t kHttpBodyBytesMax = 4 << 10;  // bodies are read and discarded
+inline constexpr std::size_t kHttpBodyBytesMax = 4 << 10;  // longer ones are refused
 
 // Decodes requests from the bytes of a connection, which may be split anywhere.
 class HttpReader {

@@ -10,6 +10,8 @@
 
 #include "router/io/http/console_files.h"
 #include "router/io/http/http_message.h"
+#include "router/io/http/logins.h"
+#include "router/io/visitor.h"
 
 namespace tims::io {
 
@@ -19,10 +21,18 @@ inline constexpr std::string_view kMetricsType = "text/plain; version=0.0.4; cha
 struct BrowserAccess {
   std::vector<std::string> names{};    // http.names
   std::vector<std::string> origins{};  // http.origins
+  // Beyond this host, only TLS and a login are accepted; otherwise nobody is asked.
+  bool login = false;
 };
 
 // Which rule a request violated.
 enum class HttpRefusal : std::uint8_t { kHost, kOrigin, kCrossSite };
+
+// As whom a request comes.
+struct Entry {
+  Person person{};        // without a name: nobody was asked
+  std::string session{};  // empty: no login is needed, or there is none
+};
 
 struct HttpPages {
   std::function<std::string()> metrics;
@@ -34,14 +44,23 @@ struct HttpPages {
   // Called with the text of each refusal.
   std::function<void(HttpRefusal rule, const std::string& text)> refused;
   const ConsoleFiles* console = nullptr;  // not null
+  Logins* logins = nullptr;               // not null
+  std::function<Time()> now;
+  // Ends the WebSockets of a session that has ended.
+  std::function<void(std::string_view session)> logged_out = [](std::string_view) {};
 };
+
+// With the rights of its session, or all of them where no login is needed.
+Entry entry_of(const HttpRequest& request, const Visitor& visitor, const HttpPages& pages);
 
 // True when the request is for the WebSocket path.
 bool is_for_websocket(const HttpRequest& request);
 // The reason why a WebSocket request is refused; empty when the WebSocket may begin.
-std::optional<HttpResponse> websocket_refusal(const HttpRequest& request, const HttpPages& pages);
+std::optional<HttpResponse> websocket_refusal(const HttpRequest& request, const Visitor& visitor,
+                                              const HttpPages& pages);
 
-HttpResponse answer_http(const HttpRequest& request, const HttpPages& pages);
+HttpResponse answer_http(const HttpRequest& request, const Visitor& visitor,
+                         const HttpPages& pages);
 
 // --- questions
 
@@ -62,16 +81,18 @@ struct Refused {
   HttpRefusal rule;
   std::string text;
 };
-std::optional<Refused> refusal_of(const HttpRequest& request, const BrowserAccess& access);
+std::optional<Refused> refusal_of(const HttpRequest& request, bool is_tls,
+                                  const BrowserAccess& access);
 
 // True for a Host field that is a numeric address, "localhost" or one of `names`, with or without a
 // port. A site that points its own name at this machine (DNS rebinding) sends that name.
 bool is_safe_host(std::string_view host, std::span<const std::string> names = {});
 
-// True for the Origin of a page served by this port, which is "http://" followed by the Host
-// field, or for one of `origins`. Pages of other ports are not trusted, even on this machine,
-// because any user may serve them. Neither is "null", which any site can send.
-bool is_safe_origin(std::string_view origin, std::string_view host,
+// True for the Origin of a page served by this port, which is exactly "https://" (`is_tls`) or
+// "http://" followed by the Host field, or for one of `origins`. Pages of other ports and schemes
+// are not trusted, even on this machine, because any user may serve them. Neither is "null", which
+// any site can send.
+bool is_safe_origin(std::string_view origin, bool is_tls, std::string_view host,
                     std::span<const std::string> origins = {});
 
 }  // namespace tims::io

@@ -1,5 +1,6 @@
 #include "router/io/http/http_pages.h"
 
+#include <algorithm>
 #include <vector>
 
 #include <gmock/gmock.h>
@@ -25,14 +26,19 @@ HttpRequest websocket(std::vector<HttpRequest::Field> more = {}) {
 
 class HttpPagesTest : public testing::Test {
  protected:
-  HttpResponse answer(const HttpRequest& request) { return answer_http(request, pages_); }
+  HttpResponse answer(const HttpRequest& request) { return answer_http(request, visitor_, pages_); }
   // 0: not refused.
   int websocket_status(const HttpRequest& request) {
-    const auto refusal = websocket_refusal(request, pages_);
+    const auto refusal = websocket_refusal(request, visitor_, pages_);
     return refusal ? refusal->status : 0;
   }
 
+  Visitor visitor_{.peer = "127.0.0.1:40000"};
   BrowserAccess access_;
+  Logins logins_{[this](std::span<std::byte> out) { std::ranges::fill(out, std::byte(++secrets_)); }};
+  int secrets_ = 0;
+  Time now_{std::chrono::hours(1)};
+  std::vector<std::string> logged_out_;
   std::vector<HttpRefusal> refused_;
   const ConsoleFiles console_ = ConsoleFiles::without_console("a test");
   std::string not_ready_;
@@ -48,7 +54,10 @@ class HttpPagesTest : public testing::Test {
           },
       .access = [this]() -> const BrowserAccess& { return access_; },
       .refused = [this](HttpRefusal rule, const std::string&) { refused_.push_back(rule); },
-      .console = &console_};
+      .console = &console_,
+      .logins = &logins_,
+      .now = [this] { return now_; },
+      .logged_out = [this](std::string_view session) { logged_out_.emplace_back(session); }};
 };
 
 TEST_F(HttpPagesTest, Pages) {
@@ -179,7 +188,7 @@ TEST_F(HttpPagesTest, RefusedOriginsOfWebSockets) {
   HttpRequest rebound = websocket();
   rebound.fields.front().value = "evil.example:8080";
   EXPECT_EQ(websocket_status(rebound), 403);
-  EXPECT_THAT(websocket_refusal(rebound, pages_)->body,
+  EXPECT_THAT(websocket_refusal(rebound, visitor_, pages_)->body,
               testing::AllOf(HasSubstr("host \"evil.example:8080\" is refused"),
                              HasSubstr("http.names"), HasSubstr("http.origins")));
   EXPECT_EQ(refused_.size(), 7U);
@@ -192,7 +201,7 @@ TEST_F(HttpPagesTest, RefusedOriginsOfWebSockets) {
 }
 
 TEST_F(HttpPagesTest, APageIsNotAWebSocket) {
-  const auto refusal = websocket_refusal(get("/tims"), pages_);
+  const auto refusal = websocket_refusal(get("/tims"), visitor_, pages_);
   ASSERT_TRUE(refusal);
   EXPECT_EQ(refusal->status, 426);
   EXPECT_EQ(refusal->field, "Upgrade: websocket\r\nConnection: Upgrade\r\n");
@@ -286,24 +295,24 @@ TEST(Host, NamesThatWereGivenAre) {
 }
 
 TEST(Origin, PagesFromHere) {
-  EXPECT_TRUE(is_safe_origin("http://localhost:8080", "localhost:8080"));
-  EXPECT_TRUE(is_safe_origin("http://192.168.1.5:8080", "192.168.1.5:8080"));
-  EXPECT_TRUE(is_safe_origin("https://[fe80::1]", "[fe80::1]"));
-  EXPECT_TRUE(is_safe_origin("http://LocalHost:8080", "localhost:8080"));
+  EXPECT_TRUE(is_safe_origin("http://localhost:8080", false, "localhost:8080"));
+  EXPECT_TRUE(is_safe_origin("http://192.168.1.5:8080", false, "192.168.1.5:8080"));
+  EXPECT_TRUE(is_safe_origin("https://[fe80::1]", true, "[fe80::1]"));
+  EXPECT_TRUE(is_safe_origin("http://LocalHost:8080", false, "localhost:8080"));
 }
 
 TEST(Origin, OtherPagesOfThisMachineAreStrangers) {
-  EXPECT_FALSE(is_safe_origin("http://localhost:3000", "localhost:8080"));
-  EXPECT_FALSE(is_safe_origin("http://127.0.0.1:8080", "localhost:8080"));
-  EXPECT_FALSE(is_safe_origin("http://localhost", "localhost:8080"));
+  EXPECT_FALSE(is_safe_origin("http://localhost:3000", false, "localhost:8080"));
+  EXPECT_FALSE(is_safe_origin("http://127.0.0.1:8080", false, "localhost:8080"));
+  EXPECT_FALSE(is_safe_origin("http://localhost", false, "localhost:8080"));
 }
 
 TEST(Origin, ListedOnesAreWelcome) {
   const std::vector<std::string> origins{"http://robot7:3000", "http://localhost:5173"};
-  EXPECT_TRUE(is_safe_origin("http://robot7:3000", "127.0.0.1:8080", origins));
-  EXPECT_TRUE(is_safe_origin("http://localhost:5173", "127.0.0.1:8080", origins));
-  EXPECT_FALSE(is_safe_origin("https://robot7:3000", "127.0.0.1:8080", origins));
-  EXPECT_FALSE(is_safe_origin("http://robot7", "127.0.0.1:8080", origins));
+  EXPECT_TRUE(is_safe_origin("http://robot7:3000", false, "127.0.0.1:8080", origins));
+  EXPECT_TRUE(is_safe_origin("http://localhost:5173", false, "127.0.0.1:8080", origins));
+  EXPECT_FALSE(is_safe_origin("https://robot7:3000", false, "127.0.0.1:8080", origins));
+  EXPECT_FALSE(is_safe_origin("http://robot7", false, "127.0.0.1:8080", origins));
 }
 
 TEST(Origin, AllOthersAreRefused) {
@@ -311,9 +320,141 @@ TEST(Origin, AllOthersAreRefused) {
        {"", "null", "http://", "http://evil.example", "http://127.0.0.1.evil.example", "file://",
         "127.0.0.1", "http://127.0.0.1@evil.example", "http://127.0.0.1/", "ftp://127.0.0.1",
         "http://127.0.0.1:x", "http://evil.example/http://127.0.0.1"})
-    EXPECT_FALSE(is_safe_origin(origin, "127.0.0.1")) << origin;
-  EXPECT_FALSE(is_safe_origin("http://", ""));
-  EXPECT_FALSE(is_safe_origin("null", "null"));
+    EXPECT_FALSE(is_safe_origin(origin, false, "127.0.0.1")) << origin;
+  EXPECT_FALSE(is_safe_origin("http://", false, ""));
+  EXPECT_FALSE(is_safe_origin("null", false, "null"));
+}
+
+TEST(HttpPages, TheSchemeOfAnOriginIsThatOfThePort) {
+  EXPECT_FALSE(is_safe_origin("https://localhost:8080", false, "localhost:8080"));
+  EXPECT_FALSE(is_safe_origin("http://localhost:8080", true, "localhost:8080"));
+  EXPECT_TRUE(is_safe_origin("https://robot7:8080", true, "robot7:8080"));
+  EXPECT_FALSE(is_safe_origin("https://robot7:8080.evil.example", true, "robot7:8080"));
+  EXPECT_FALSE(is_safe_origin("https://evilrobot7:8080", true, "robot7:8080"));
+}
+
+// Of a router with keys.
+class LoginPagesTest : public HttpPagesTest {
+ protected:
+  LoginPagesTest() {
+    access_.login = true;
+    visitor_ = {.peer = "10.9.1.7:40000", .is_tls = true};
+  }
+  HttpRequest post(const std::string& path, const std::string& body,
+                   const std::string& origin = "https://10.9.1.1:8080") {
+    HttpRequest request = get(path, "10.9.1.1:8080");
+    request.method = "POST";
+    request.body = body;
+    if (!origin.empty()) request.fields.push_back({"Origin", origin});
+    return request;
+  }
+  HttpRequest get_with(const std::string& path, const std::string& name, const std::string& value) {
+    HttpRequest request = get(path, "10.9.1.1:8080");
+    request.fields.push_back({name, value});
+    return request;
+  }
+  std::string log_in(Right right) {
+    const std::string token =
+        logins_.offer(now_, {.name = "anna", .rights = rights_up_to(right)});
+    const HttpResponse answer = this->answer(post("/login", R"({"token":")" + token + "\"}"));
+    EXPECT_EQ(answer.status, 200);
+    const std::string& cookie = answer.more_fields;
+    EXPECT_THAT(cookie, HasSubstr("Path=/; Max-Age=43200; Secure; HttpOnly; SameSite=Strict\r\n"));
+    constexpr std::string_view kBegin = "Set-Cookie: __Host-tims=";
+    EXPECT_THAT(cookie, testing::StartsWith(std::string(kBegin)));
+    return cookie.substr(kBegin.size(), 32);
+  }
+};
+
+TEST_F(LoginPagesTest, WithoutALoginThereAreOnlyTheConsoleAndHealth) {
+  for (const char* path : {"/api/status", "/metrics"}) {
+    EXPECT_EQ(answer(get(path, "10.9.1.1:8080")).status, 401) << path;
+    EXPECT_THAT(answer(get(path, "10.9.1.1:8080")).body, HasSubstr("timsctl web"));
+  }
+  for (const char* path : {"/healthz", "/readyz", "/"})
+    EXPECT_EQ(answer(get(path, "10.9.1.1:8080")).status, 200) << path;
+  EXPECT_THAT(answer(get("/login", "10.9.1.1:8080")).body, HasSubstr(R"("right":"none")"));
+}
+
+TEST_F(LoginPagesTest, ATokenBecomesACookieOnce) {
+  const std::string session = log_in(Right::kDrive);
+  const auto with_cookie = get_with("/api/status", "Cookie", "a=b; __Host-tims=" + session);
+  EXPECT_EQ(answer(with_cookie).status, 200);
+  EXPECT_EQ(entry_of(with_cookie, visitor_, pages_).person.name, "anna");
+  EXPECT_EQ(answer(get_with("/metrics", "Authorization", "Bearer " + session)).status, 200);
+  EXPECT_THAT(answer(get_with("/login", "Cookie", "__Host-tims=" + session)).body,
+              HasSubstr(R"("right":"drive")"));
+  now_ += Logins::kIdleTime;
+  EXPECT_EQ(answer(with_cookie).status, 401);
+}
+
+TEST_F(LoginPagesTest, WrongCookiesAreNone) {
+  const std::string session = log_in(Right::kLook);
+  for (const std::string& cookie :
+       {"tims=" + session, "__Host-timsx=" + session, "__Host-tims=" + session.substr(1),
+        "__Host-tims=" + session + "; __Host-tims=" + session, "__host-tims=" + session,
+        std::string("__Host-tims"), std::string(";;;=")})
+    EXPECT_EQ(answer(get_with("/api/status", "Cookie", cookie)).status, 401) << cookie;
+}
+
+TEST_F(LoginPagesTest, OtherPagesCannotLogSomebodyIn) {
+  for (const char* origin : {"", "null", "http://10.9.1.1:8080", "https://10.9.1.1",
+                             "https://evil.example", "https://10.9.1.1:8080.evil.example"}) {
+    const std::string token = logins_.offer(now_, {.name = "x"});
+    const std::string body = R"({"token":")" + token + "\"}";
+    EXPECT_EQ(answer(post("/login", body, origin)).status, 403) << origin;
+    EXPECT_TRUE(logins_.redeem(now_, token)) << "it is not used up: " << origin;
+  }
+}
+
+TEST_F(LoginPagesTest, ATokenIsOldAfterAMinuteAndWorksOnce) {
+  const std::string token = logins_.offer(now_, {.name = "x", .rights = rights_up_to(Right::kLook)});
+  const std::string body = R"({"token":")" + token + "\"}";
+  EXPECT_EQ(answer(post("/login", body)).status, 200);
+  EXPECT_EQ(answer(post("/login", body)).status, 401);
+  for (const char* wrong : {"", "{}", "nonsense", R"({"token":1})", R"({"token":""})"})
+    EXPECT_EQ(answer(post("/login", wrong)).status, 401) << wrong;
+}
+
+TEST_F(LoginPagesTest, AWebSocketNeedsALoginAndItsPage) {
+  const std::string cookie = "__Host-tims=" + log_in(Right::kLook);
+  const auto status = [&](std::vector<HttpRequest::Field> more) {
+    HttpRequest request = get("/tims", "10.9.1.1:8080");
+    request.wants_websocket = true;
+    request.fields.insert(request.fields.end(), more.begin(), more.end());
+    return websocket_status(request);
+  };
+  const HttpRequest::Field origin{"Origin", "https://10.9.1.1:8080"};
+  EXPECT_EQ(status({origin}), 401);
+  EXPECT_EQ(status({origin, {"Cookie", cookie}}), 0);
+  EXPECT_EQ(status({{"Cookie", cookie}}), 403) << "a browser names the page";
+  EXPECT_EQ(status({{"Origin", "null"}, {"Cookie", cookie}}), 403);
+  EXPECT_EQ(status({{"Authorization", "Bearer " + cookie.substr(12)}}), 0);
+}
+
+TEST_F(LoginPagesTest, LeavingEndsTheSession) {
+  const std::string session = log_in(Right::kConfigure);
+  HttpRequest leave = post("/logout", "");
+  leave.fields.push_back({"Cookie", "__Host-tims=" + session});
+  EXPECT_THAT(answer(leave).more_fields, HasSubstr("Max-Age=0"));
+  EXPECT_THAT(logged_out_, testing::ElementsAre(session));
+  EXPECT_EQ(answer(get_with("/api/status", "Cookie", "__Host-tims=" + session)).status, 401);
+}
+
+TEST_F(LoginPagesTest, PlainHttpIsSentToHttpsBeyondThisHostOnly) {
+  visitor_.is_tls = false;
+  HttpRequest request = get("/api/status?x=1", "10.9.1.1:8080");
+  const HttpResponse moved = answer(request);
+  EXPECT_EQ(moved.status, 308);
+  EXPECT_EQ(moved.more_fields, "Location: https://10.9.1.1:8080/api/status?x=1\r\n");
+  const std::string session = logins_.begin(now_, {.rights = rights_up_to(Right::kConfigure)});
+  request.fields.push_back({"Cookie", "__Host-tims=" + session});
+  EXPECT_EQ(answer(request).status, 308) << "also with a cookie";
+  EXPECT_EQ(answer(get("/", "evil.example")).status, 403);
+  EXPECT_EQ(answer(post("/login", "{}")).status, 308);
+  visitor_.peer = "127.0.0.1:40000";
+  EXPECT_EQ(answer(get("/api/status")).status, 200);
+  EXPECT_THAT(answer(get("/login")).body, HasSubstr(R"("right":"configure")"));
 }
 
 }  // namespace http_pages_test

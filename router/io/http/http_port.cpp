@@ -37,11 +37,13 @@ HttpPort::HttpPort(Loop& loop, core::Router& router, Log& log, LimitedLog& limit
       shares_(shares),
       limited_log_(limited_log),
       settings_(settings),
+      logins_(settings.random),
+      pages_(pages(source)),
       half_messages_(settings.message_max),
-      server_(loop, log, pages(source),
+      server_(loop, log, pages_,
               {.upgrade =
                    [this](StreamSocket socket, const HttpRequest& request,
-                          const std::string& peer) { upgrade(std::move(socket), request, peer); },
+                          const Visitor& visitor) { upgrade(std::move(socket), request, visitor); },
                .end_turn = [&loop](Time began) { loop.end_turn(began); }},
               settings.timeouts) {}
 
@@ -59,7 +61,13 @@ HttpPages HttpPort::pages(const AdminSource& source) {
           },
       .access = [this]() -> const BrowserAccess& { return settings_.access; },
       .refused = [this](HttpRefusal rule, const std::string& text) { count_refusal(rule, text); },
-      .console = settings_.console.get()};
+      .console = settings_.console.get(),
+      .logins = &logins_,
+      .now = [] { return os::now(); },
+      .logged_out =
+          [this](std::string_view session) {
+            log_out([&](const Client& client) { return client.entry.session == session; });
+          }};
 }
 
 void HttpPort::count_refusal(HttpRefusal rule, const std::string& text) {
@@ -157,14 +165,15 @@ bool HttpPort::drained() const {
 
 // --- connecting
 
-HttpPort::Client::Client(HttpPort& its_port, std::string from)
+HttpPort::Client::Client(HttpPort& its_port, std::string from, Entry its_entry)
     : port(its_port),
       peer(std::move(from)),
+      entry(std::move(its_entry)),
       output(its_port.shares_, *this, its_port.settings_.queue_bytes_max,
              its_port.router_.settings().classes) {}
 
-void HttpPort::upgrade(StreamSocket socket, const HttpRequest& request, const std::string& peer) {
-  auto client = std::make_unique<Client>(*this, peer);
+void HttpPort::upgrade(StreamSocket socket, const HttpRequest& request, const Visitor& visitor) {
+  auto client = std::make_unique<Client>(*this, visitor.peer, entry_of(request, visitor, pages_));
   client->session = WebSocketSession::start(
       loop_, std::move(socket), request,
       {.message_max = settings_.message_max, .ping_interval = settings_.ping_interval}, *client);
@@ -198,10 +207,44 @@ void HttpPort::take_message(Client& client, std::span<std::byte> bytes) {
     // The client has been notified of the end; later messages are ignored.
   } else if (bytes.size() < kHeaderSize || message.header.length != bytes.size()) {
     refuse_length(now, client, message.header, bytes.size());
-  } else {
+  } else if (may_send(now, client, message)) {
     router_.on_message(now, client.id, message);
   }
   loop_.end_turn(now);
+}
+
+bool HttpPort::may_send(Time now, Client& client, const core::Message& message) {
+  if (client.entry.session.empty()) return true;
+  const auto& settings = router_.settings();
+  if (has(client.entry.person.rights, needed_for(SentMessage::of(message, settings), settings.widths)))
+    return true;
+  router_.on_lost(now, PortKind::kWebSocket, client.id, Outcome::kNoRight, message.header.priority,
+                  message.bytes.size());
+  if (message.header.type > 0)
+    reply(now, {.client = client.id, .token = client.token},
+          wire::reply_to(message.header, type::kNotAvailable));
+  return false;
+}
+
+void HttpPort::end_if(const std::function<bool(const Person&)>& whom) {
+  logins_.end_if(whom);
+  log_out([&](const Client& client) {
+    return !client.entry.session.empty() && whom(client.entry.person);
+  });
+}
+
+void HttpPort::log_out(const std::function<bool(const Client&)>& which) {
+  const Time now = os::now();
+  clients_.for_each([&](Client& client) {
+    if (client.closing || client.given_up || !which(client)) return;
+    forget(now, client, CloseReason::kLoggedOut);
+    send_close(client, WebSocketClose::kPolicy, std::string(core::sentence(CloseReason::kLoggedOut)));
+  });
+}
+
+const Person* HttpPort::person(std::uint32_t token) const {
+  const Client* client = clients_.find(token);
+  return client == nullptr || client->entry.session.empty() ? nullptr : &client->entry.person;
 }
 
 void HttpPort::refuse_length(Time now, Client& client, const Header& header, std::size_t size) {

@@ -21,6 +21,7 @@
 #include "router/io/http/http_server.h"
 #include "router/io/http/websocket_session.h"
 #include "router/io/log.h"
+#include "security/crypto/digest.h"
 #include "router/io/waiting_memory.h"
 
 namespace tims::io {
@@ -32,6 +33,7 @@ struct HttpPortSettings {
   BrowserAccess access{};
   std::shared_ptr<const ConsoleFiles> console{};  // not null
   HttpTimeouts timeouts{};
+  std::function<void(std::span<std::byte>)> random = security::fill_random;  // of logins
 };
 
 class HttpPort final : public core::Port {
@@ -46,6 +48,14 @@ class HttpPort final : public core::Port {
   void set_queue_bytes_max(std::uint64_t bytes);
   void set_ping_interval(Duration interval);
   void set_access(BrowserAccess access) { settings_.access = std::move(access); }
+  void guard_by(TlsGate& gate, TlsGate::Entrance entrance) {
+    server_.guard_by(gate, std::move(entrance));
+  }
+  [[nodiscard]] Logins& logins() { return logins_; }
+  // Ends the WebSockets of these people: their login has ended.
+  void end_if(const std::function<bool(const Person&)>& whom);
+  // Null: it had not to log in.
+  [[nodiscard]] const Person* person(std::uint32_t token) const;
   [[nodiscard]] const HttpRefusals& refusals() const { return refusals_; }
 
   // Call on_timeout at or after next_timeout(); kNever while there is nothing to do.
@@ -65,7 +75,7 @@ class HttpPort final : public core::Port {
 
  private:
   struct Client final : WebSocketSession::Listener, core::QueueOwner {
-    Client(HttpPort& port, std::string from);
+    Client(HttpPort& port, std::string from, Entry entry);
 
     void on_open() override { port.welcome(*this); }
     void on_message(std::span<std::byte> message) override { port.take_message(*this, message); }
@@ -82,6 +92,7 @@ class HttpPort final : public core::Port {
 
     HttpPort& port;
     std::string peer;
+    Entry entry;
     WebSocketOutput output;
     core::LossCounts lost{};  // when it was given up
     std::shared_ptr<WebSocketSession> session{};
@@ -96,7 +107,9 @@ class HttpPort final : public core::Port {
   [[nodiscard]] HttpPages pages(const AdminSource& source);
   void count_refusal(HttpRefusal rule, const std::string& text);
 
-  void upgrade(StreamSocket socket, const HttpRequest& request, const std::string& peer);
+  void upgrade(StreamSocket socket, const HttpRequest& request, const Visitor& visitor);
+  void log_out(const std::function<bool(const Client&)>& which);
+  bool may_send(Time now, Client& client, const core::Message& message);
   void welcome(Client& client);
   void take_message(Client& client, std::span<std::byte> bytes);
   void bound_half_messages(Client& client, std::size_t bytes);
@@ -122,6 +135,8 @@ class HttpPort final : public core::Port {
   HttpPortSettings settings_;
   HttpRefusals refusals_;
   bool stopping_ = false;
+  Logins logins_;
+  HttpPages pages_;
   base::SlotMap<Client> clients_;  // by token
   std::vector<Client*> touched_;
   HalfMessages half_messages_;

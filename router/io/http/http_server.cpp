@@ -32,8 +32,8 @@ asio::ip::tcp protocol_of(const os::File& socket) {
 
 class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
  public:
-  Connection(HttpServer& server, StreamSocket socket, std::string peer)
-      : server_(server), socket_(std::move(socket)), peer_(std::move(peer)) {}
+  Connection(HttpServer& server, StreamSocket socket, Visitor visitor)
+      : server_(server), socket_(std::move(socket)), visitor_(std::move(visitor)) {}
 
   void start(Time now) {
     deadline_ = now + server_.timeouts_.request;
@@ -46,7 +46,7 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
 
   [[nodiscard]] StreamSocket take_socket() { return std::move(socket_); }
   [[nodiscard]] const HttpRequest& request() const { return reader_.request(); }
-  [[nodiscard]] const std::string& peer() const { return peer_; }
+  [[nodiscard]] const Visitor& visitor() const { return visitor_; }
 
  private:
   // A turn of its own after an operation: `step` is called with its start, and with the bytes that
@@ -94,8 +94,8 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
     const HttpFraming framing{.with_body = request.method != "HEAD",
                               .keep_alive = request.keep_alive && !server_.stopping_};
     if (!is_for_websocket(request))
-      return answer(now, answer_http(request, server_.pages_), framing);
-    if (const auto refusal = websocket_refusal(request, server_.pages_))
+      return answer(now, answer_http(request, visitor_, server_.pages_), framing);
+    if (const auto refusal = websocket_refusal(request, visitor_, server_.pages_))
       return answer(now, *refusal, framing);
     if (reader_.pending() > 0)
       return answer(now, http_error(400, "wait for the answer before sending WebSocket data"),
@@ -141,7 +141,7 @@ class HttpServer::Connection : public std::enable_shared_from_this<Connection> {
 
   HttpServer& server_;
   StreamSocket socket_;
-  const std::string peer_;
+  const Visitor visitor_;
   HttpReader reader_;
   std::string output_;  // at the end: room for data that is discarded
   bool is_writing_ = false;
@@ -157,20 +157,20 @@ HttpServer::HttpServer(Loop& loop, Log& log, HttpPages pages, Actions actions,
       pages_(std::move(pages)),
       actions_(std::move(actions)),
       timeouts_(timeouts),
-      acceptor_(loop, log, [this](os::File socket, std::string peer) {
-        welcome(std::move(socket), std::move(peer));
+      acceptor_(loop, log, [this](os::File socket, Visitor visitor) {
+        welcome(std::move(socket), std::move(visitor));
       }) {}
 
 HttpServer::~HttpServer() = default;
 
-void HttpServer::welcome(os::File socket, std::string peer) {
+void HttpServer::welcome(os::File socket, Visitor visitor) {
   const Time now = os::now();
   StreamSocket stream(loop_.context().get_executor());
   error_code error;
   if (stream.assign(protocol_of(socket), socket.get(), error)) return;
   (void)socket.release();  // the stream owns it now
   if (connections_.size() >= kConnectionsMax) drop_most_urgent();
-  const auto connection = std::make_shared<Connection>(*this, std::move(stream), std::move(peer));
+  const auto connection = std::make_shared<Connection>(*this, std::move(stream), std::move(visitor));
   connections_.push_back(connection);
   connection->start(now);
   end_turn(now, *connection);
@@ -182,7 +182,7 @@ void HttpServer::drop_most_urgent() {
 }
 
 void HttpServer::upgrade(Connection& connection) {
-  actions_.upgrade(connection.take_socket(), connection.request(), connection.peer());
+  actions_.upgrade(connection.take_socket(), connection.request(), connection.visitor());
   forget(connection);
 }
 

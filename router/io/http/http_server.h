@@ -37,7 +37,7 @@ class HttpServer {
 
   struct Actions {
     // The request is a permitted WebSocket upgrade.
-    std::function<void(StreamSocket socket, const HttpRequest& request, const std::string& peer)>
+    std::function<void(StreamSocket socket, const HttpRequest& request, const Visitor& visitor)>
         upgrade;
     std::function<void(Time began)> end_turn;
   };
@@ -48,6 +48,9 @@ class HttpServer {
   ~HttpServer();
 
   Result<config::Endpoint> listen(const config::Endpoint& where) { return acceptor_.listen(where); }
+  void guard_by(TlsGate& gate, TlsGate::Entrance entrance) {
+    acceptor_.guard_by(gate, std::move(entrance));
+  }
   // Accepts no new connections; existing ones are closed after their next answer.
   void stop_accepting();
   [[nodiscard]] bool drained() const;
@@ -61,7 +64,7 @@ class HttpServer {
  private:
   class Connection;
 
-  void welcome(os::File socket, std::string peer);
+  void welcome(os::File socket, Visitor visitor);
   void drop_most_urgent();
   // The connection continues as a WebSocket.
   void upgrade(Connection& connection);

@@ -65,9 +65,11 @@ class HttpServerTest : public testing::Test {
                               .ask = [](const std::string&) { return std::string(); },
                               .access = [this]() -> const BrowserAccess& { return access_; },
                               .refused = [](HttpRefusal, const std::string&) {},
-                              .console = &console_},
+                              .console = &console_,
+                              .logins = &logins_,
+                              .now = [] { return os::now(); }},
                     HttpServer::Actions{.upgrade = [this](StreamSocket, const HttpRequest&,
-                                                          const std::string&) { ++upgrades_; },
+                                                          const Visitor&) { ++upgrades_; },
                                         .end_turn = [this](Time began) { loop_.end_turn(began); }},
                     timeouts);
     loop_.watch({.next = [this] { return server_->next_timeout(); },
@@ -102,6 +104,7 @@ class HttpServerTest : public testing::Test {
   std::string metrics_ = "m 1\n";
   const BrowserAccess access_;
   ConsoleFiles console_ = ConsoleFiles::without_console("a test");
+  Logins logins_{[](std::span<std::byte>) {}};
   int upgrades_ = 0;
   Loop loop_;
   Log log_{config::LogLevel::kError};

@@ -1,0 +1,97 @@
+#include "router/io/rights.h"
+
+#include <algorithm>
+#include <array>
+#include <variant>
+
+#include "router/io/admin_question.h"
+#include "tims/message.h"
+
+namespace tims::io {
+namespace {
+
+// Types that only ask. All others, also those of single classes, may change something.
+constexpr std::array kReadingTypes{type::kGetStatus,   type::kGetData,       type::kGetContData,
+                                   type::kStopContData, type::kGetNextData,  type::kGetParam,
+                                   type::kGetDescription, type::kGetParamEffects,
+                                   type::kGetRuntime,   type::kGetListeners};
+
+Right needed_for_question(std::string_view body, const AddressWidths& widths) {
+  const auto read = parse_question(body, widths);
+  const auto* question = std::get_if<Question>(&read);
+  if (question == nullptr) return Right::kLook;  // the answer explains the error
+  if (acts(question->ask)) return Right::kConfigure;
+  return drives(question->ask) ? Right::kDrive : Right::kLook;
+}
+
+}  // namespace
+
+std::string_view name(Right right) {
+  switch (right) {
+    case Right::kNone:
+      break;
+    case Right::kLook:
+      return "look";
+    case Right::kDrive:
+      return "drive";
+    case Right::kConfigure:
+      return "configure";
+  }
+  return "none";
+}
+
+std::optional<Right> right_of(std::string_view text) {
+  for (const Right right : {Right::kLook, Right::kDrive, Right::kConfigure})
+    if (text == name(right)) return right;
+  return std::nullopt;
+}
+
+bool has(const security::Rights& rights, Right right) { return highest(rights) >= right; }
+
+Right highest(const security::Rights& rights) {
+  if (rights.configure) return Right::kConfigure;
+  if (rights.drive) return Right::kDrive;
+  return rights.look ? Right::kLook : Right::kNone;
+}
+
+security::Rights rights_up_to(Right right) {
+  return {.look = right >= Right::kLook,
+          .drive = right >= Right::kDrive,
+          .configure = right >= Right::kConfigure};
+}
+
+Right needed_for(const SentMessage& sent, const AddressWidths& widths) {
+  if (sent.to_agent) return is_agent_reading(sent.body) ? Right::kLook : Right::kConfigure;
+  if (sent.type == type::kAdminRequest) return needed_for_question(sent.body, widths);
+  if (sent.to_router) return Right::kLook;
+  if (sent.type == type::kSetParam) return Right::kConfigure;
+  if (std::ranges::find(kReadingTypes, sent.type) != kReadingTypes.end()) return Right::kLook;
+  return Right::kDrive;
+}
+
+SentMessage SentMessage::of(const core::Message& message, const core::RouterSettings& settings) {
+  const Address dest = message.header.dest;
+  const auto fields = dest.fields(settings.widths);
+  const bool is_router = fields.class_id == settings.address.fields(settings.widths).class_id;
+  const auto body = message.body();
+  return {.type = message.header.type,
+          .to_router = dest == Address() || (is_router && fields.local == 0),
+          .to_agent = is_router && fields.local != 0,
+          // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): bytes as the text they are
+          .body = {reinterpret_cast<const char*>(body.data()), body.size()}};
+}
+
+Person person_of(const security::Identity& identity, const security::Certificate& certificate,
+                 const security::Identity& own) {
+  using security::MemberRole;
+  Person person{.name = identity.name, .certificate = certificate};
+  if (identity.role == MemberRole::kUser)
+    person.rights = identity.rights;
+  else if (identity.role == MemberRole::kTop)
+    person.rights = rights_up_to(Right::kConfigure);
+  else
+    person.rights = rights_up_to(identity.system == own.system ? Right::kDrive : Right::kLook);
+  return person;
+}
+
+}  // namespace tims::io
