@@ -315,8 +315,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
                     if (!identity) return std::nullopt;
                     return io::person_of(*identity, certificate, own);
                   });
-    http_.guard_by(*gate_,
-                   {io::TlsGate::Kind::kHttp, [](const io::Visitor&) { return true; }});
+    http_.guard_by(*gate_, {io::TlsGate::Kind::kHttp, [](const io::Visitor&) { return true; }});
     return {};
   }
 

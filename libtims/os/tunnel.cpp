@@ -55,8 +55,8 @@ Result<File> connect_by_tunnel(const std::string& router) {
   Spawning spawning;
   ::posix_spawn_file_actions_adddup2(&spawning.actions, its.get(), STDIN_FILENO);
   std::array<std::string, 4> words{kProgram, "tunnel", "-", router};
-  std::array<char*, 5> arguments{words[0].data(), words[1].data(), words[2].data(),
-                                 words[3].data(), nullptr};
+  std::array<char*, 5> arguments{words[0].data(), words[1].data(), words[2].data(), words[3].data(),
+                                 nullptr};
   const std::string beside = beside_this_program();
   pid_t pid = 0;
   const int error =

@@ -9,9 +9,9 @@ namespace tims::wire {
 namespace {
 
 Error no_endpoint(std::string_view text, std::string_view problem) {
-  return {Errc::kInvalidArgument, "\"" + std::string(text) +
-                                      "\" names no router: " + std::string(problem) +
-                                      "; write unix:PATH, /PATH, HOST:PORT, [IPv6]:PORT or tls:HOST:PORT"};
+  return {Errc::kInvalidArgument,
+          "\"" + std::string(text) + "\" names no router: " + std::string(problem) +
+              "; write unix:PATH, /PATH, HOST:PORT, [IPv6]:PORT or tls:HOST:PORT"};
 }
 
 std::optional<std::uint16_t> port_of(std::string_view text) {

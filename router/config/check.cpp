@@ -15,8 +15,8 @@ constexpr std::string_view kInsecure =
     "where every machine of the network is trusted, write \"insecure = true\" under [security] (or "
     "--set security.insecure=true)";
 constexpr std::string_view kNoKeys =
-    "is not a loopback address, and this version has no authentication: any program that "
-    "can reach the port could command the robot";
+    "is not a loopback address, and this router has no keys: any program that can reach the port "
+    "could command the robot";
 
 bool fits(std::uint32_t value, std::uint8_t bits) { return std::bit_width(value) <= bits; }
 
@@ -48,8 +48,11 @@ class Checker {
 
   void check_exposure(std::string_view key, const std::optional<Endpoint>& listen) {
     if (!listen || listen->loopback() || is_insecure()) return;
-    fail(key, fmt::format(R"({} "{}" {}. Listen on "127.0.0.1:{}"; or, {})", key,
-                          listen->to_string(), kNoKeys, listen->port, kInsecure));
+    fail(key,
+         fmt::format("{} \"{}\" {}. Make keys (timsctl key init, or timsctl join TEXT) and write "
+                     "their folder, keys = \"/etc/tims/keys\", under [security]; or listen on "
+                     "\"127.0.0.1:{}\"; or, {}",
+                     key, listen->to_string(), kNoKeys, listen->port, kInsecure));
   }
 
   void check_plain() {

@@ -182,10 +182,10 @@ TEST(Check, LinksBeyondLoopbackMustBeWanted) {
   const std::vector<std::string> closed{"security.insecure=false"};
   EXPECT_THAT(problems("[udp]\nlisten = \"0.0.0.0:2010\"\n", closed),
               ElementsAre(StartsWith("r.toml:4:10: udp.listen \"0.0.0.0:2010\" is not a loopback "
-                                     "address, and this version has no authentication: ")));
+                                     "address, and this router has no keys: ")));
   EXPECT_THAT(problems(kSuper + kPeer, closed),
               ElementsAre("r.toml:5:6: link.to \"10.9.1.1:2010\" is not a loopback address, and "
-                          "this version has no authentication: any program that can reach the port "
+                          "this router has no keys: any program that can reach the port "
                           "could command the robot, because udp.listen would have to be beyond "
                           "loopback too. Link to \"127.0.0.1:2010\"; or, where every machine of "
                           "the network is trusted, write \"insecure = true\" under [security] (or "

@@ -419,16 +419,30 @@ TEST(Load, ItemsOnTheCommandLineAreWhole) {
               testing::ElementsAre("--set 1: link.kind is given twice"));
 }
 
+TEST(Load, OptionsOfTlsAreChecked) {
+  EXPECT_THAT(problems_of(load_text("[tcp]\nplain = \"robot7\"\n")),
+              testing::ElementsAre(testing::StartsWith("r.toml:2:9: tcp.plain: \"robot7\" is not a "
+                                                       "network")));
+  EXPECT_TRUE(load_text("[tcp]\nplain = [\"loopback\", \"10.9.0.0/16\"]\n").ok());
+  EXPECT_TRUE(load_text("[tcp]\nplain = \"\"\n").ok());
+  EXPECT_FALSE(load_text("[http]\ncertificate = \"/c\"\n", {"security.keys=/k"}).ok());
+  EXPECT_FALSE(load_text("[http]\nkey = \"/c\"\n", {"security.keys=/k"}).ok());
+  EXPECT_FALSE(load_text("[http]\ncertificate = \"/c\"\nkey = \"/k\"\n").ok());
+  EXPECT_TRUE(load_text("[http]\ncertificate = \"/c\"\nkey = \"/k\"\n", {"security.keys=/k"}).ok());
+}
+
 TEST(Load, ListeningBeyondLoopbackMustBeWanted) {
   const std::string open = "[tcp]\nlisten = \"0.0.0.0:2000\"\n";
   EXPECT_EQ(
       problems_of(load_text(open)),
       std::vector<std::string>{
           "r.toml:2:10: tcp.listen \"0.0.0.0:2000\" is not a loopback address, and this "
-          "version has no authentication: any program that can reach the port could command "
-          "the robot. Listen on \"127.0.0.1:2000\"; or, where every machine of the network is "
-          "trusted, write \"insecure = true\" under [security] (or --set "
-          "security.insecure=true)"});
+          "router has no keys: any program that can reach the port could command "
+          "the robot. Make keys (timsctl key init, or timsctl join TEXT) and write their folder, "
+          "keys = \"/etc/tims/keys\", under [security]; or listen on \"127.0.0.1:2000\"; or, where "
+          "every machine of the network is trusted, write \"insecure = true\" under [security] (or "
+          "--set security.insecure=true)"});
+  EXPECT_TRUE(load_text(open, {"security.keys=/etc/tims/keys"}).ok()) << "then it is TLS";
   EXPECT_THAT(problems_of(load_text("", {"http.listen=[::]:8080"})),
               testing::ElementsAre(testing::StartsWith("--set 1: http.listen \"[::]:8080\"")));
   EXPECT_TRUE(load_text(open + "[security]\ninsecure = true\n").ok());

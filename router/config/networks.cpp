@@ -60,8 +60,9 @@ Result<Networks::Network> Networks::parse_one(const std::string& text) {
                                          : base::parse_number<unsigned>(text.substr(slash + 1), 10);
   if (!address || !bits || *bits > most)
     return Error(Errc::kInvalidArgument,
-                 "\"" + text + "\" is not a network: write \"loopback\", \"10.9.0.0/16\" or "
-                 "\"fd00::/8\", separated by commas");
+                 "\"" + text +
+                     "\" is not a network: write \"loopback\", \"10.9.0.0/16\" or "
+                     "\"fd00::/8\", separated by commas");
   return Network{*address, *bits + (is_v4 ? kMappedBits : 0)};
 }
 

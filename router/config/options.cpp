@@ -345,9 +345,9 @@ constexpr std::array kOptions{
     row<Kind::kFlag, &Config::security, &Config::Security::insecure>(
         {.key = "security.insecure",
          .reload = Reload::kRestart,
-         .help = "Allows listening beyond loopback, although this version has no authentication: "
-                 "any program that can reach the port can command the robot. Use it only in "
-                 "networks where every machine is trusted."}),
+         .help = "Allows listening beyond loopback without security.keys: any program that can "
+                 "reach the port can command the robot. Use it only in networks where every "
+                 "machine is trusted."}),
     row<Kind::kText, &Config::security, &Config::Security::keys>(
         {.key = "security.keys",
          .range = {0, 4096},

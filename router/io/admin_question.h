@@ -77,8 +77,8 @@ struct Question {
   core::LeaseVerb lease = core::LeaseVerb::kTake;
   std::string holder{};
   std::optional<Address> stick{};
-  std::string right{};   // of a login: look, drive, configure; empty: the highest that is possible
-  bool bearer = false;   // a session for a program, not a token for a browser
+  std::string right{};  // of a login: look, drive, configure; empty: the highest that is possible
+  bool bearer = false;  // a session for a program, not a token for a browser
   link::Faults faults{};
   AddressWidths widths{};  // of the addresses in the question
 };

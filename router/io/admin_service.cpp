@@ -178,18 +178,19 @@ std::string make_login(const Question& question, core::ClientId asker, AdminSour
   auto person = person_asking(asker, source);
   const Right wanted = right_of(question.right).value_or(Right::kNone);
   if (!person || !has(person->rights, std::max(wanted, Right::kLook)))
-    return json::serialize(error_json(
-        {"denied", "a login is given to programs of the router's host, and to users of the fleet "
-                   "for the rights they have",
-         "run timsctl web on the router's host"}));
+    return json::serialize(
+        error_json({"denied",
+                    "a login is given to programs of the router's host, and to users of the fleet "
+                    "for the rights they have",
+                    "run timsctl web on the router's host"}));
   if (wanted != Right::kNone) person->rights = rights_up_to(wanted);
   const std::string right(name(highest(person->rights)));
   const std::string user = person->name;
   const auto secret = source.make_login(clocks.now, std::move(*person), question.bearer);
   if (!secret)
-    return json::serialize(error_json(
-        {"not_done", "this router has no keys, so nobody has to log in",
-         "open http://127.0.0.1:8080 on its host; see security.keys"}));
+    return json::serialize(
+        error_json({"not_done", "this router has no keys, so nobody has to log in",
+                    "open http://127.0.0.1:8080 on its host; see security.keys"}));
   json::object out = answer_frame(source, clocks, "tims/login_made/1");
   out["user"] = base::valid_utf8(user);
   out["right"] = right;
@@ -619,7 +620,8 @@ std::string answer_admin(std::string_view question, const AdminSource& source,
                          const Clocks& clocks) {
   auto read = read_question(question, source, clocks.now);
   const auto* checked = std::get_if<Question>(&read);
-  if (checked != nullptr && (acts(checked->ask) || drives(checked->ask) || makes_login(checked->ask)))
+  if (checked != nullptr &&
+      (acts(checked->ask) || drives(checked->ask) || makes_login(checked->ask)))
     read = QuestionError{"denied", "this interface is read-only", "ask with timsctl"};
   return answer_text(read, source, clocks);
 }
@@ -651,9 +653,8 @@ bool AdminService::is_for_agent(const core::Message& request) const {
 
 bool AdminService::may_change(core::ClientId from) const {
   const core::Client* client = source_.router().client(from);
-  if (const Person* person = client == nullptr
-                                 ? nullptr
-                                 : source_.person(client->info.port, client->info.token))
+  if (const Person* person =
+          client == nullptr ? nullptr : source_.person(client->info.port, client->info.token))
     return has(person->rights, Right::kConfigure);
   const bool guest = client != nullptr && (client->info.port == core::PortKind::kTcp ||
                                            client->info.port == core::PortKind::kWebSocket);

@@ -12,10 +12,10 @@
 #include "router/config/config.h"
 #include "router/config/load.h"
 #include "router/core/router.h"
+#include "router/io/rights.h"
 #include "router/link/fault_injection.h"
 #include "router/link/links.h"
 #include "shm/receiver.h"
-#include "router/io/rights.h"
 #include "tims/time.h"
 
 namespace tims::io {
@@ -65,7 +65,7 @@ struct ProcessReport {
   std::string name{};     // router.name
   std::string version{};  // of the program
   std::uint32_t pid = 0;
-  std::uint32_t uid = 0;  // the user it runs as
+  std::uint32_t uid = 0;    // the user it runs as
   std::uint64_t epoch = 0;  // chosen at random at start
   Duration uptime{};
   std::uint64_t rss_bytes = 0;

@@ -57,8 +57,7 @@ LocalPort::LocalPort(Loop& loop, core::Router& router, Log& log, LocalPortSettin
     : loop_(loop),
       router_(router),
       settings_(std::move(settings)),
-      acceptor_(loop, log,
-                [this](os::File socket, const Visitor&) { accept(std::move(socket)); }),
+      acceptor_(loop, log, [this](os::File socket, const Visitor&) { accept(std::move(socket)); }),
       sweep_(loop, [this] { sweep_orphans(); }),
       // Each start uses another range, so that clients of the previous router keep their numbers.
       last_writer_(static_cast<std::uint32_t>(settings_.epoch) & shm::SlotWord::kMask24),

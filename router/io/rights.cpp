@@ -11,10 +11,10 @@ namespace tims::io {
 namespace {
 
 // Types that only ask. All others, also those of single classes, may change something.
-constexpr std::array kReadingTypes{type::kGetStatus,   type::kGetData,       type::kGetContData,
-                                   type::kStopContData, type::kGetNextData,  type::kGetParam,
-                                   type::kGetDescription, type::kGetParamEffects,
-                                   type::kGetRuntime,   type::kGetListeners};
+constexpr std::array kReadingTypes{
+    type::kGetStatus,   type::kGetData,     type::kGetContData,    type::kStopContData,
+    type::kGetNextData, type::kGetParam,    type::kGetDescription, type::kGetParamEffects,
+    type::kGetRuntime,  type::kGetListeners};
 
 Right needed_for_question(std::string_view body, const AddressWidths& widths) {
   const auto read = parse_question(body, widths);

@@ -574,7 +574,8 @@ void TcpPort::take_message(Time now, TcpConnection& connection,
 bool TcpPort::may_send(Time now, TcpConnection& connection, const core::Message& message) {
   if (!connection.person) return true;
   const auto& settings = router_.settings();
-  if (has(connection.person->rights, needed_for(SentMessage::of(message, settings), settings.widths)))
+  if (has(connection.person->rights,
+          needed_for(SentMessage::of(message, settings), settings.widths)))
     return true;
   router_.on_lost(now, core::PortKind::kTcp, connection.id, Outcome::kNoRight,
                   message.header.priority, message.bytes.size());

@@ -34,7 +34,8 @@ Error in_file(const std::string& key, const std::string& path, const Error& erro
 Result<void> add_files(TlsSettings& settings, const std::string& certificate,
                        const std::string& key) {
   const auto chain_text = read_file(certificate);
-  if (!chain_text) return Error(chain_text.error().code(), "http.certificate: " + chain_text.error().detail());
+  if (!chain_text)
+    return Error(chain_text.error().code(), "http.certificate: " + chain_text.error().detail());
   auto chain = security::Certificate::from_pem(*chain_text);
   if (!chain) return in_file("http.certificate", certificate, chain.error());
   const auto key_text = read_key(key);
@@ -73,8 +74,7 @@ Result<TlsGate::Contexts> TlsGate::contexts_of(const security::Credentials& own,
 Result<std::unique_ptr<TlsGate>> TlsGate::open(Loop& loop, LimitedLog& log, Contexts contexts) {
   auto relays = security::TlsRelays::start();
   if (!relays) return relays.error();
-  return std::unique_ptr<TlsGate>(
-      new TlsGate(loop, log, std::move(contexts), std::move(*relays)));
+  return std::unique_ptr<TlsGate>(new TlsGate(loop, log, std::move(contexts), std::move(*relays)));
 }
 
 TlsGate::TlsGate(Loop& loop, LimitedLog& log, Contexts contexts,
@@ -109,13 +109,12 @@ void TlsGate::take(os::File socket, Visitor visitor, const Entrance& entrance,
       on_connection(std::move(*file), known);
     });
   };
-  relays_->add(
-      {.socket = std::move(socket),
-       .tls = entrance.kind == Kind::kTcp ? contexts_.members : contexts_.browsers,
-       .may_be_plain = may_be_plain,
-       .plain = {},
-       .on_open = std::move(on_open),
-       .on_refused = std::move(on_refused)});
+  relays_->add({.socket = std::move(socket),
+                .tls = entrance.kind == Kind::kTcp ? contexts_.members : contexts_.browsers,
+                .may_be_plain = may_be_plain,
+                .plain = {},
+                .on_open = std::move(on_open),
+                .on_refused = std::move(on_refused)});
 }
 
 }  // namespace tims::io

@@ -47,8 +47,7 @@ class TlsGate {
   // Ends the connections whose certificate is one of these.
   void end_if(std::function<bool(const security::Certificate&)> which);
   // Calls `on_connection` from the loop, with a socket that carries plain bytes; or closes it.
-  void take(os::File socket, Visitor visitor, const Entrance& entrance,
-            OnConnection on_connection);
+  void take(os::File socket, Visitor visitor, const Entrance& entrance, OnConnection on_connection);
 
  private:
   TlsGate(Loop& loop, LimitedLog& log, Contexts contexts,

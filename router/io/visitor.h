@@ -9,8 +9,8 @@
 namespace tims::io {
 
 struct Visitor {
-  std::string peer{};   // "10.9.1.7:40312"; empty: a Unix socket
-  bool is_tls = false;  // its bytes came through TLS
+  std::string peer{};                                  // "10.9.1.7:40312"; empty: a Unix socket
+  bool is_tls = false;                                 // its bytes came through TLS
   std::optional<security::Certificate> certificate{};  // its own one, verified
 
   // Its packets did not leave this host.

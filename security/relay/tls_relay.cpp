@@ -55,8 +55,8 @@ void TlsRelay::Waiting::add(View more) {
 
 bool TlsRelay::Waiting::flush(int socket) {
   while (!empty()) {
-    const ssize_t n = ::send(socket, bytes.data() + sent, bytes.size() - sent,
-                             MSG_NOSIGNAL | MSG_DONTWAIT);
+    const ssize_t n =
+        ::send(socket, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL | MSG_DONTWAIT);
     if (n < 0 && errno == EINTR) continue;
     if (n < 0) return errno == EAGAIN;
     sent += static_cast<std::size_t>(n);
@@ -178,8 +178,7 @@ void TlsRelay::end_when_both_have(Time now) {
   }
   if (outer_ended_ && to_inner_.empty() && inner_) ::shutdown(inner(), SHUT_WR);
   if (inner_ended_ && to_outer_.empty()) ::shutdown(outer(), SHUT_WR);
-  if (outer_ended_ && inner_ended_ && to_outer_.empty() && to_inner_.empty())
-    state_ = State::kOver;
+  if (outer_ended_ && inner_ended_ && to_outer_.empty() && to_inner_.empty()) state_ = State::kOver;
 }
 
 // From the network. True: something has come.

@@ -22,10 +22,10 @@ struct Opened {
 };
 
 struct Relayed {
-  os::File socket;                   // connected, non-blocking
-  std::optional<TlsContext> tls{};   // empty: TLS is not spoken here
-  bool may_be_plain = false;         // of a server: handed on as it is, if it does not begin TLS
-  os::File plain{};                  // the inner connection; none: a pair of sockets is made
+  os::File socket;                  // connected, non-blocking
+  std::optional<TlsContext> tls{};  // empty: TLS is not spoken here
+  bool may_be_plain = false;        // of a server: handed on as it is, if it does not begin TLS
+  os::File plain{};                 // the inner connection; none: a pair of sockets is made
   // Called once, by the thread of the relays, when the handshake is done.
   std::function<void(Opened)> on_open;
   // Called instead, with the reason.

@@ -17,8 +17,8 @@
 namespace tims::security {
 
 struct RelayLimits {
-  std::size_t handshakes_max = 64;     // at once; beyond it, the oldest one ends
-  std::size_t first_bytes_max = 256;   // connections of which nothing has come; likewise
+  std::size_t handshakes_max = 64;    // at once; beyond it, the oldest one ends
+  std::size_t first_bytes_max = 256;  // connections of which nothing has come; likewise
   Duration handshake_time = std::chrono::seconds(5);  // and for the first byte
 };
 
@@ -54,8 +54,8 @@ class TlsRelays {
   RelayLimits limits_;
   os::File event_;
   std::mutex mutex_;
-  std::vector<Order> orders_;  // under mutex_
-  bool stopping_ = false;      // likewise
+  std::vector<Order> orders_;   // under mutex_
+  bool stopping_ = false;       // likewise
   std::list<TlsRelay> relays_;  // oldest first
   std::vector<pollfd> waits_;   // the event, then two for each relay
   std::thread thread_;

@@ -28,9 +28,7 @@ std::array<os::File, 2> pair() {
   return {os::File(ends[0]), os::File(ends[1])};
 }
 
-bool wait_for(int fd, short events) {
-  return os::is_ready(fd, events, os::now() + kPatience);
-}
+bool wait_for(int fd, short events) { return os::is_ready(fd, events, os::now() + kPatience); }
 
 void write_all(int fd, std::string_view text) {
   while (!text.empty()) {

@@ -261,7 +261,8 @@ constexpr Verb kOwnVerbs[] = {
      "timsctl key serve --keys /etc/tims/keys", key_serve},
 
     {"tunnel", "", "LISTEN ROUTER", 2, 2, "keys", true,
-     "Lead programs that speak in the clear, such as those of the original RACK, through TLS to the "
+     "Lead programs that speak in the clear, such as those of the original RACK, through TLS to "
+     "the "
      "TCP port of a router, with the keys of this host: whoever can reach LISTEN has their rights. "
      "LISTEN \"-\": one connection, the socket at stdin; programs whose router is tls:HOST:PORT "
      "start it so.",

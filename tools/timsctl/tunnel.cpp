@@ -39,8 +39,7 @@ std::string refusal_of(const Opened& opened, const std::string& fleet) {
   const auto identity = security::identity_of(opened.chain.front(), fleet);
   if (!identity) return identity.error().detail();
   if (identity->role != security::MemberRole::kUser) return {};
-  return fmt::format("the certificate there is that of {}, not of a router",
-                     identity->to_string());
+  return fmt::format("the certificate there is that of {}, not of a router", identity->to_string());
 }
 
 // One end of the way to a router, over TLS with the keys of a folder.
@@ -56,8 +55,7 @@ class Tunnel {
 
   // `plain`: a connected socket. Errors are printed.
   void add(tims::os::File plain) {
-    auto socket =
-        tims::os::connect_tcp(router_.host, router_.port, tims::os::now() + kConnectTime);
+    auto socket = tims::os::connect_tcp(router_.host, router_.port, tims::os::now() + kConnectTime);
     if (!socket) return complain(socket.error().detail());
     relays_->add({.socket = std::move(*socket),
                   .tls = tls_,
@@ -105,8 +103,7 @@ tims::os::File listen_at(const TcpHost& where) {
   if (::getaddrinfo(where.host.c_str(), std::to_string(where.port).c_str(), &wanted, &found) != 0)
     throw failure("give a numeric address such as 127.0.0.1");
   const std::unique_ptr<addrinfo, decltype(&::freeaddrinfo)> owner(found, &::freeaddrinfo);
-  tims::os::File file(
-      ::socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
+  tims::os::File file(::socket(found->ai_family, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0));
   const int yes = 1;
   ::setsockopt(file.get(), SOL_SOCKET, SO_REUSEADDR, &yes, sizeof yes);
   if (::bind(file.get(), found->ai_addr, found->ai_addrlen) != 0 ||
@@ -174,8 +171,7 @@ Exit web(Context& context) {
   }
   std::cout << link_text(answer, options.address) << "\n";
   context.out.note(fmt::format("for {}, right {}; works once, within 60 s",
-                               base::printable(text_at(answer, "user")),
-                               text_at(answer, "right")));
+                               base::printable(text_at(answer, "user")), text_at(answer, "right")));
   return Exit::kDone;
 }
 

@@ -102,8 +102,7 @@ std::string to_bytes(const HttpResponse& response, HttpFraming framing) {
       "Connection: {}\r\n"
       "{}{}\r\n{}",
       response.status, phrase(response.status), response.type, length, response.cache,
-      framing.keep_alive ? "keep-alive" : "close", response.field,
-      response.more_fields,
+      framing.keep_alive ? "keep-alive" : "close", response.field, response.more_fields,
       framing.with_body ? std::string_view(response.body) : std::string_view());
 }
 

@@ -49,7 +49,7 @@ struct HttpResponse {
   std::string body;
   // Additional fields with their line ends, such as "Allow: GET\r\n".
   std::string_view field{};
-  std::string more_fields{};  // likewise
+  std::string more_fields{};            // likewise
   std::string_view cache = "no-store";  // Cache-Control
   // Sent in place of `body`, without a copy: it outlives the connection.
   std::string_view stored{};

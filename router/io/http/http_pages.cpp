@@ -83,9 +83,8 @@ constexpr std::string_view kCookie = "__Host-tims";
 constexpr std::string_view kBearer = "Bearer ";
 
 std::string cookie_field(std::string_view session, std::int64_t seconds) {
-  return fmt::format(
-      "Set-Cookie: {}={}; Path=/; Max-Age={}; Secure; HttpOnly; SameSite=Strict\r\n", kCookie,
-      session, seconds);
+  return fmt::format("Set-Cookie: {}={}; Path=/; Max-Age={}; Secure; HttpOnly; SameSite=Strict\r\n",
+                     kCookie, session, seconds);
 }
 
 // Empty when there is none, or more than one.
@@ -167,8 +166,9 @@ HttpResponse log_in(const HttpRequest& request, const Visitor& visitor, const Ht
   const Time now = pages.now();
   const auto session = pages.logins->redeem(now, token_of(request.body));
   if (!session)
-    return http_error(401, "this link has been used or is older than 60 s: timsctl web prints a "
-                           "new one");
+    return http_error(401,
+                      "this link has been used or is older than 60 s: timsctl web prints a "
+                      "new one");
   HttpResponse response = login_state(*pages.logins->use(now, *session));
   response.more_fields = cookie_field(
       *session, std::chrono::duration_cast<std::chrono::seconds>(Logins::kIdleTime).count());
@@ -359,9 +359,8 @@ bool is_safe_origin(std::string_view origin, bool is_tls, std::string_view host,
     const std::string_view its_host = origin.substr(scheme.size());
     if (!host_of(its_host).empty() && equal_ignoring_case(its_host, host)) return true;
   }
-  return std::ranges::any_of(origins, [&](const std::string& listed) {
-    return equal_ignoring_case(listed, origin);
-  });
+  return std::ranges::any_of(
+      origins, [&](const std::string& listed) { return equal_ignoring_case(listed, origin); });
 }
 
 }  // namespace tims::io

@@ -35,7 +35,8 @@ class HttpPagesTest : public testing::Test {
 
   Visitor visitor_{.peer = "127.0.0.1:40000"};
   BrowserAccess access_;
-  Logins logins_{[this](std::span<std::byte> out) { std::ranges::fill(out, std::byte(++secrets_)); }};
+  Logins logins_{
+      [this](std::span<std::byte> out) { std::ranges::fill(out, std::byte(++secrets_)); }};
   int secrets_ = 0;
   Time now_{std::chrono::hours(1)};
   std::vector<std::string> logged_out_;
@@ -354,8 +355,7 @@ class LoginPagesTest : public HttpPagesTest {
     return request;
   }
   std::string log_in(Right right) {
-    const std::string token =
-        logins_.offer(now_, {.name = "anna", .rights = rights_up_to(right)});
+    const std::string token = logins_.offer(now_, {.name = "anna", .rights = rights_up_to(right)});
     const HttpResponse answer = this->answer(post("/login", R"({"token":")" + token + "\"}"));
     EXPECT_EQ(answer.status, 200);
     const std::string& cookie = answer.more_fields;
@@ -408,7 +408,8 @@ TEST_F(LoginPagesTest, OtherPagesCannotLogSomebodyIn) {
 }
 
 TEST_F(LoginPagesTest, ATokenIsOldAfterAMinuteAndWorksOnce) {
-  const std::string token = logins_.offer(now_, {.name = "x", .rights = rights_up_to(Right::kLook)});
+  const std::string token =
+      logins_.offer(now_, {.name = "x", .rights = rights_up_to(Right::kLook)});
   const std::string body = R"({"token":")" + token + "\"}";
   EXPECT_EQ(answer(post("/login", body)).status, 200);
   EXPECT_EQ(answer(post("/login", body)).status, 401);

@@ -42,8 +42,9 @@ HttpPort::HttpPort(Loop& loop, core::Router& router, Log& log, LimitedLog& limit
       half_messages_(settings.message_max),
       server_(loop, log, pages_,
               {.upgrade =
-                   [this](StreamSocket socket, const HttpRequest& request,
-                          const Visitor& visitor) { upgrade(std::move(socket), request, visitor); },
+                   [this](StreamSocket socket, const HttpRequest& request, const Visitor& visitor) {
+                     upgrade(std::move(socket), request, visitor);
+                   },
                .end_turn = [&loop](Time began) { loop.end_turn(began); }},
               settings.timeouts) {}
 
@@ -216,7 +217,8 @@ void HttpPort::take_message(Client& client, std::span<std::byte> bytes) {
 bool HttpPort::may_send(Time now, Client& client, const core::Message& message) {
   if (client.entry.session.empty()) return true;
   const auto& settings = router_.settings();
-  if (has(client.entry.person.rights, needed_for(SentMessage::of(message, settings), settings.widths)))
+  if (has(client.entry.person.rights,
+          needed_for(SentMessage::of(message, settings), settings.widths)))
     return true;
   router_.on_lost(now, PortKind::kWebSocket, client.id, Outcome::kNoRight, message.header.priority,
                   message.bytes.size());
@@ -238,7 +240,8 @@ void HttpPort::log_out(const std::function<bool(const Client&)>& which) {
   clients_.for_each([&](Client& client) {
     if (client.closing || client.given_up || !which(client)) return;
     forget(now, client, CloseReason::kLoggedOut);
-    send_close(client, WebSocketClose::kPolicy, std::string(core::sentence(CloseReason::kLoggedOut)));
+    send_close(client, WebSocketClose::kPolicy,
+               std::string(core::sentence(CloseReason::kLoggedOut)));
   });
 }
 

@@ -21,8 +21,8 @@
 #include "router/io/http/http_server.h"
 #include "router/io/http/websocket_session.h"
 #include "router/io/log.h"
-#include "security/crypto/digest.h"
 #include "router/io/waiting_memory.h"
+#include "security/crypto/digest.h"
 
 namespace tims::io {
 

@@ -170,7 +170,8 @@ void HttpServer::welcome(os::File socket, Visitor visitor) {
   if (stream.assign(protocol_of(socket), socket.get(), error)) return;
   (void)socket.release();  // the stream owns it now
   if (connections_.size() >= kConnectionsMax) drop_most_urgent();
-  const auto connection = std::make_shared<Connection>(*this, std::move(stream), std::move(visitor));
+  const auto connection =
+      std::make_shared<Connection>(*this, std::move(stream), std::move(visitor));
   connections_.push_back(connection);
   connection->start(now);
   end_turn(now, *connection);
