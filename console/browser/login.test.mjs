@@ -145,6 +145,27 @@ test('who may only look is offered nothing else, and the router refuses it', asy
   await stop.waitFor();
   assert.ok(await stop.isDisabled());
   assert.match(await stop.getAttribute('title'), /may only look: this needs the right to drive/);
+  // ON to a ladar, past the page.
+  const answer = await page.evaluate(
+    () =>
+      new Promise((resolve) => {
+        const socket = new WebSocket(`wss://${location.host}/tims`);
+        socket.binaryType = 'arraybuffer';
+        socket.onmessage = ({ data }) => resolve(new Int8Array(data)[1]);
+        socket.onopen = () => {
+          const header = new DataView(new ArrayBuffer(16));
+          header.setUint8(0, 3); // little endian
+          header.setInt8(1, 1);
+          header.setUint32(4, 0x03140000, true);
+          header.setUint32(8, 0x03150000, true);
+          header.setUint32(12, 16, true);
+          socket.send(header.buffer);
+        };
+      }),
+  );
+  assert.equal(answer, -3, 'NOT_AVAILABLE');
+  const metrics = await (await fetch(`http://127.0.0.1:${host.http}/metrics`)).text();
+  assert.match(metrics, /tims_router_drops_total\{reason="no_right"\} 1\n/);
 });
 
 test('a login that ends closes its sockets and pages', async () => {
