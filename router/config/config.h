@@ -125,7 +125,7 @@ struct Config {
   struct Http {
     std::optional<Endpoint> listen = Endpoint{"127.0.0.1", 8080};  // empty: off
     std::string names;                                             // "robot7.local, robot7"
-    std::string origins;  // "http://robot7:3000, http://localhost:5173"
+    std::string origins;      // "http://robot7:3000, http://localhost:5173"
     std::string certificate;  // PEM files for browsers, of a public authority; empty: the fleet's
     std::string key;
     std::string console;  // a folder, or "off"; empty: that of the installation or build
