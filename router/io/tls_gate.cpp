@@ -94,8 +94,8 @@ void TlsGate::take(os::File socket, Visitor visitor, const Entrance& entrance,
   const bool may_be_plain = entrance.may_be_plain(visitor);
   const std::string port = entrance.kind == Kind::kTcp ? "tcp" : "http";
   auto on_refused = [this, port, peer = visitor.peer](const std::string& reason) {
-    loop_.post([this, text = port + " " + peer + ": " + reason] {
-      log_.write(os::now(), "tls", config::LogLevel::kWarning, text);
+    loop_.post([this, port, text = port + " " + peer + ": " + reason] {
+      log_.write(os::now(), "tls " + port, config::LogLevel::kWarning, text);
     });
   };
   auto on_open = [this, visitor = std::move(visitor),
