@@ -54,8 +54,9 @@ TEST(Endpoint, OtherTextsAreRefusedWithAReason) {
     ASSERT_FALSE(refused.ok()) << text;
     EXPECT_EQ(refused.error().code(), Errc::kInvalidArgument);
     EXPECT_NE(refused.error().detail().find(reason), std::string::npos) << refused.error().detail();
-    EXPECT_NE(refused.error().detail().find("unix:PATH, /PATH, HOST:PORT or [IPv6]:PORT"),
-              std::string::npos);
+    EXPECT_NE(
+        refused.error().detail().find("unix:PATH, /PATH, HOST:PORT, [IPv6]:PORT or tls:HOST:PORT"),
+        std::string::npos);
   }
 }
 
@@ -64,6 +65,15 @@ TEST(Endpoint, IsPrintedAsItCanBeRead) {
   EXPECT_EQ(to_string(at("robot")), "robot:2000");
   EXPECT_EQ(to_string(at("::1")), "[::1]:2000");
   EXPECT_EQ(at(to_string(at("[fe80::1]:7"))), Endpoint(TcpEndpoint{"fe80::1", 7}));
+}
+
+TEST(Endpoint, ThroughTls) {
+  EXPECT_EQ(parse_endpoint("tls:robot").value(),
+            Endpoint(TcpEndpoint{.host = "robot", .port = 2000, .tls = true}));
+  EXPECT_EQ(to_string(parse_endpoint("tls:[fe80::1]:7").value()), "tls:[fe80::1]:7");
+  for (const char* wrong :
+       {"tls:", "tls:/run/router.sock", "tls:unix:/x", "tls:tls:robot", "tls:robot:0"})
+    EXPECT_FALSE(parse_endpoint(wrong)) << wrong;
 }
 
 }  // namespace endpoint_test
