@@ -227,10 +227,9 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     if (port == core::PortKind::kTcp) return tcp_.person(token);
     return port == core::PortKind::kWebSocket ? http_.person(token) : nullptr;
   }
-  std::optional<std::string> make_login(Time now, io::Person person, bool bearer) override {
+  std::optional<std::string> make_login(Time now, const io::Person& person, bool bearer) override {
     if (!keys_) return std::nullopt;
-    return bearer ? http_.logins().begin(now, std::move(person))
-                  : http_.logins().offer(now, std::move(person));
+    return bearer ? http_.logins().begin(now, person) : http_.logins().offer(now, person);
   }
   bool act_on_link(std::string_view name, link::Links::Action what) override {
     return links_.act(os::now(), name, what);

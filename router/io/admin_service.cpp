@@ -185,14 +185,13 @@ std::string make_login(const Question& question, core::ClientId asker, AdminSour
                     "run timsctl web on the router's host"}));
   if (wanted != Right::kNone) person->rights = rights_up_to(wanted);
   const std::string right(name(highest(person->rights)));
-  const std::string user = person->name;
-  const auto secret = source.make_login(clocks.now, std::move(*person), question.bearer);
+  const auto secret = source.make_login(clocks.now, *person, question.bearer);
   if (!secret)
     return json::serialize(
         error_json({"not_done", "this router has no keys, so nobody has to log in",
                     "open http://127.0.0.1:8080 on its host; see security.keys"}));
   json::object out = answer_frame(source, clocks, "tims/login_made/1");
-  out["user"] = base::valid_utf8(user);
+  out["user"] = base::valid_utf8(person->name);
   out["right"] = right;
   out[question.bearer ? "bearer" : "token"] = *secret;
   out["http"] = source.process(clocks.now).http;

@@ -113,7 +113,7 @@ class AdminSource : public core::Interface {
   }
   // A token for a browser, or the session itself (`bearer`). Empty: this router asks nobody to log
   // in.
-  virtual std::optional<std::string> make_login(Time, Person, bool /*bearer*/) {
+  virtual std::optional<std::string> make_login(Time, const Person&, bool /*bearer*/) {
     return std::nullopt;
   }
   // Executes the request; returns false when the link does not exist.

@@ -32,6 +32,7 @@
 #include "router/io/acceptor.h"
 #include "router/io/log.h"
 #include "router/io/loop.h"
+#include "router/io/rights.h"
 #include "router/io/waiting_memory.h"
 #include "wire/tcp_protocol.h"
 

@@ -57,7 +57,7 @@ struct Outcome {
   std::optional<Opened> opened;
   std::string refused;
 
-  void wait() { EXPECT_TRUE(os::is_ready(event.get(), POLLIN, os::now() + kPatience)); }
+  void wait() const { EXPECT_TRUE(os::is_ready(event.get(), POLLIN, os::now() + kPatience)); }
   Relayed on(os::File socket, std::optional<TlsContext> tls, bool may_be_plain = false) {
     return {.socket = std::move(socket),
             .tls = std::move(tls),

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -392,7 +393,7 @@ TEST_F(LoginPagesTest, WrongCookiesAreNone) {
   const std::string session = log_in(Right::kLook);
   for (const std::string& cookie :
        {"tims=" + session, "__Host-timsx=" + session, "__Host-tims=" + session.substr(1),
-        "__Host-tims=" + session + "; __Host-tims=" + session, "__host-tims=" + session,
+        fmt::format("__Host-tims={0}; __Host-tims={0}", session), "__host-tims=" + session,
         std::string("__Host-tims"), std::string(";;;=")})
     EXPECT_EQ(answer(get_with("/api/status", "Cookie", cookie)).status, 401) << cookie;
 }
