@@ -30,9 +30,11 @@ std::string as_text(const HttpRequest& request) {
   for (const HttpRequest::Field& field : request.fields) {
     text += '\n' + field.name + ": " + field.value;
     tims::fuzz::use(tims::io::is_safe_host(field.value));
-    tims::fuzz::use(tims::io::is_safe_origin(field.value, request.target));
+    for (const bool is_tls : {false, true})
+      tims::fuzz::use(tims::io::is_safe_origin(field.value, is_tls, request.target));
   }
-  tims::fuzz::use(tims::io::refusal_of(request, {.names = {"robot7"}, .origins = {}}));
+  for (const bool is_tls : {false, true})
+    tims::fuzz::use(tims::io::refusal_of(request, is_tls, {.names = {"robot7"}, .origins = {}}));
   if (console().has(request.path())) {
     const tims::io::HttpResponse response = console().answer(request);
     tims::fuzz::require(response.status == 304 ? response.stored.empty()
