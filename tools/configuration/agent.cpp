@@ -13,10 +13,10 @@
 #include "base/measure.h"
 #include "base/text.h"
 #include "router/config/options.h"
+#include "tools/cli/random_id.h"
 #include "tools/configuration/answers.h"
 #include "tools/configuration/differences.h"
 #include "tools/configuration/questions.h"
-#include "tools/configuration/random_id.h"
 
 namespace timsctl::configuration {
 namespace {

@@ -15,7 +15,7 @@
 #include "tools/cli/arguments.h"
 #include "tools/cli/context.h"
 #include "tools/cli/failure.h"
-#include "tools/configuration/random_id.h"
+#include "tools/cli/random_id.h"
 #include "tools/configuration/rollout.h"
 #include "tools/timsctl/command_line.h"
 #include "tools/timsctl/config_edit.h"
@@ -463,7 +463,7 @@ class Apply {
   Agents& agents_;
   std::vector<ConfigHost> hosts_;
   Rollout rollout_;
-  std::string change_ = configuration::random_id();
+  std::string change_ = random_id();
   Rollout::Question told_{};
   tims::Time since_{};
   bool left_to_confirm_ = false;
@@ -589,7 +589,7 @@ Exit config_undo(Context& context) {
   if (!context.options.generation) return tell_all(context, "conf_undo", "goes back");
   Agents agents(context);
   const ConfigHost host = agents.host("");
-  const std::string change = configuration::random_id();
+  const std::string change = random_id();
   (void)agents.ask(host, {{"ask", "conf_undo"},
                           {"to", *context.options.generation},
                           {"change", change},

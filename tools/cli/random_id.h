@@ -3,9 +3,9 @@
 
 #include <string>
 
-namespace timsctl::configuration {
+namespace timsctl {
 
 // 16 hex digits, drawn at random.
 std::string random_id();
 
-}  // namespace timsctl::configuration
+}  // namespace timsctl
