@@ -123,7 +123,9 @@ std::string Judge::wrong_routes(std::size_t host) {
     const auto next = shape_.next_down(host, other);
     if (!next) continue;
     const std::string via = other == host ? "local" : shape_.hosts[*next].name;
-    if (other != host) expected[shape_.hosts[other].router.to_string()] = via;
+    const Address router = shape_.hosts[other].router;
+    if (other != host) expected[router.to_string()] = via;
+    expected[Address(router.raw() + 1).to_string()] = via;  // the keeper of its configuration
     for (std::size_t i = 0; i < kClientsPerHost; ++i)
       expected[shape_.client_address(other * kClientsPerHost + i).to_string()] = via;
   }

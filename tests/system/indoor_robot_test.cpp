@@ -25,7 +25,7 @@ class IndoorRobotTest : public SampleRobotTest {
   void SetUp() override {
     if (RACK_WITH_OPENCV == 0) GTEST_SKIP() << "this robot has a camera";
     SampleRobotTest::SetUp();
-    start_robot(TIMS_ROBOTS "/emulated.toml", 15);
+    start_robot(TIMS_ROBOTS "/emulated.toml", 16);
   }
 
   // On a very busy machine streams break, and its pilot stops: then it is sent once more. `look` is

@@ -188,6 +188,7 @@ TEST(RobotFiles, EveryFileIsStartedByATest) {
       "emulated.toml",    // indoor_robot_test.cpp
       "outdoor.toml",     // here
       "pioneer.toml",     // here
+      "recorder.toml",    // console/browser/sim_fleet.test.mjs
       "sim.toml",         // tests/documents/readme.toml
       "surveyor.toml",    // surveyor_robot_test.cpp
   };
