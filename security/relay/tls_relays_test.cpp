@@ -57,7 +57,10 @@ struct Outcome {
   std::optional<Opened> opened;
   std::string refused;
 
-  void wait() const { EXPECT_TRUE(os::is_ready(event.get(), POLLIN, os::now() + kPatience)); }
+  void wait() {
+    EXPECT_TRUE(os::is_ready(event.get(), POLLIN, os::now() + kPatience));
+    const std::lock_guard lock(mutex);  // what the relays' thread has written is seen from here on
+  }
   Relayed on(os::File socket, std::optional<TlsContext> tls, bool may_be_plain = false) {
     return {.socket = std::move(socket),
             .tls = std::move(tls),
@@ -103,9 +106,10 @@ class TlsRelaysTest : public testing::Test {
 
   TestPair root_ = test_root("root");
   TestPair member_ = test_member(root_, {"tims://f/top/0/1"});
-  std::unique_ptr<TlsRelays> relays_ = std::move(*TlsRelays::start());
   Outcome server_;
   Outcome client_;
+  std::unique_ptr<TlsRelays> relays_ =
+      std::move(*TlsRelays::start());  // ends before what it reports to
 };
 
 TEST_F(TlsRelaysTest, BytesArriveInBothDirectionsAndBothSidesAreKnown) {
