@@ -8,7 +8,6 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <sys/random.h>
 #include <unistd.h>
 
 #include "os/clock.h"
@@ -32,6 +31,7 @@
 #include "router/io/tcp_port.h"
 #include "router/io/tls_gate.h"
 #include "router/io/waiting_memory.h"
+#include "security/crypto/digest.h"
 
 namespace tims {
 namespace {
@@ -111,8 +111,7 @@ core::NewestRule newest_rule(const config::Config& c) {
 
 std::uint64_t random_number() {
   std::uint64_t number = 0;
-  while (::getrandom(&number, sizeof number, 0) != sizeof number) {
-  }
+  security::fill_random(std::as_writable_bytes(std::span(&number, 1)));
   return number;
 }
 

@@ -102,24 +102,25 @@ int try_connect(int socket, const addrinfo& address, Time deadline, int cancel) 
   return errno == EINPROGRESS ? wait_connected(socket, deadline, cancel) : errno;
 }
 
-void set(int socket, int level, int option, int value) {
-  ::setsockopt(socket, level, option, &value, sizeof value);
-}
-
 // Detects also a router that does not respond for this time while messages wait for it.
 void find_dead_router(int socket) {
-  constexpr int kIdleSeconds = 10;
-  constexpr int kProbeSeconds = 2;
-  constexpr int kProbes = 3;
   constexpr int kUnansweredMs = 20'000;
-  set(socket, SOL_SOCKET, SO_KEEPALIVE, 1);
-  set(socket, IPPROTO_TCP, TCP_KEEPIDLE, kIdleSeconds);
-  set(socket, IPPROTO_TCP, TCP_KEEPINTVL, kProbeSeconds);
-  set(socket, IPPROTO_TCP, TCP_KEEPCNT, kProbes);
-  set(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, kUnansweredMs);
+  keep_alive(socket, {.idle_s = 10, .probe_s = 2, .probes = 3});
+  set_option(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, kUnansweredMs);
 }
 
 }  // namespace
+
+void set_option(int socket, int level, int option, int value) {
+  ::setsockopt(socket, level, option, &value, sizeof value);
+}
+
+void keep_alive(int socket, const KeepAlive& settings) {
+  set_option(socket, SOL_SOCKET, SO_KEEPALIVE, 1);
+  set_option(socket, IPPROTO_TCP, TCP_KEEPIDLE, settings.idle_s);
+  set_option(socket, IPPROTO_TCP, TCP_KEEPINTVL, settings.probe_s);
+  set_option(socket, IPPROTO_TCP, TCP_KEEPCNT, settings.probes);
+}
 
 // --- Unix sockets
 
@@ -241,7 +242,7 @@ Result<File> connect_tcp(const std::string& host, std::uint16_t port, Time deadl
     File socket(::socket(a->ai_family, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
     errno = socket ? try_connect(socket.get(), *a, deadline, cancel) : errno;
     if (errno != 0) continue;
-    set(socket.get(), IPPROTO_TCP, TCP_NODELAY, 1);
+    set_option(socket.get(), IPPROTO_TCP, TCP_NODELAY, 1);
     find_dead_router(socket.get());
     return socket;
   }
@@ -252,7 +253,8 @@ Bound bind_even_early(int socket, const sockaddr* address, socklen_t size) {
   if (::bind(socket, address, size) == 0) return Bound::kYes;
   if (errno != EADDRNOTAVAIL) return Bound::kNo;
   const bool v6 = address->sa_family == AF_INET6;
-  v6 ? set(socket, IPPROTO_IPV6, IPV6_FREEBIND, 1) : set(socket, IPPROTO_IP, IP_FREEBIND, 1);
+  v6 ? set_option(socket, IPPROTO_IPV6, IPV6_FREEBIND, 1)
+     : set_option(socket, IPPROTO_IP, IP_FREEBIND, 1);
   return ::bind(socket, address, size) == 0 ? Bound::kAddressNotHereYet : Bound::kNo;
 }
 

@@ -18,6 +18,17 @@
 
 namespace tims::os {
 
+void set_option(int socket, int level, int option, int value);
+
+// How TCP finds out that the other host has disappeared, without data to send: after `idle_s` of
+// silence, `probes` questions, one every `probe_s`.
+struct KeepAlive {
+  int idle_s = 0;
+  int probe_s = 0;
+  int probes = 0;
+};
+void keep_alive(int socket, const KeepAlive& settings);
+
 // --- Unix sockets that carry whole records (SEQPACKET) together with file descriptors
 
 inline constexpr std::size_t kRecordFilesMax = 64;  // with one record

@@ -1,11 +1,11 @@
 // Compressing and decompressing does not allocate, neither here nor in the libraries.
-#include <random>
 #include <vector>
 
 #include <gtest/gtest.h>
 #include <malloc.h>
 
 #include "router/compression/codec.h"
+#include "router/compression/sample_bytes.h"
 #include "tests/support/counted_new.h"
 
 namespace tims::compression {
@@ -15,10 +15,7 @@ std::size_t bytes_of_malloc() { return mallinfo2().uordblks; }
 
 TEST(NoAllocation, CompressingAMessage) {
   Codec codec;
-  std::vector<std::byte> from(kBlockMax);
-  std::minstd_rand random(1);
-  for (std::size_t i = 0; i < from.size(); ++i)
-    from[i] = static_cast<std::byte>(i % 16 == 4 ? random() >> 8 & 15 : i % 16 * 5);
+  const std::vector<std::byte> from = scan_like(kBlockMax);
   std::vector<std::byte> packed(kBlockMax);
   std::vector<std::byte> back(kBlockMax);
   const std::size_t before = test::allocations();

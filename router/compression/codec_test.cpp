@@ -7,25 +7,12 @@
 #include <gtest/gtest.h>
 #include <zstd.h>
 
+#include "router/compression/sample_bytes.h"
+
 namespace tims::compression {
 namespace codec_test {
 
 constexpr std::array kMethods{Method::kLz4, Method::kZstd};
-
-std::vector<std::byte> structs(std::size_t size) {
-  std::vector<std::byte> bytes(size);
-  std::minstd_rand random(1);
-  for (std::size_t i = 0; i < size; ++i)
-    bytes[i] = static_cast<std::byte>(i % 16 == 4 ? random() >> 8 & 15 : i % 16 * 5);
-  return bytes;
-}
-
-std::vector<std::byte> noise(std::size_t size) {
-  std::mt19937 random(1);
-  std::vector<std::byte> bytes(size);
-  std::ranges::generate(bytes, [&] { return static_cast<std::byte>(random()); });
-  return bytes;
-}
 
 std::vector<std::byte> compressed(Codec& codec, const Recipe& recipe,
                                   std::span<const std::byte> from, std::size_t room) {
@@ -38,7 +25,7 @@ TEST(Codec, WhatIsCompressedIsRestored) {
   Codec codec;
   for (const Method method : kMethods) {
     for (const std::size_t size : {600U, 5784U, 70'000U, 1U << 20}) {
-      const std::vector<std::byte> from = structs(size);
+      const std::vector<std::byte> from = scan_like(size);
       const Recipe recipe = recipe_for(method, find_stride(from));
       EXPECT_EQ(recipe.stride, 16);
       const auto packed = compressed(codec, recipe, from, size);
@@ -55,7 +42,7 @@ TEST(Codec, IsNeverLargerThanTheRoom) {
   Codec codec;
   for (const Method method : kMethods) {
     EXPECT_EQ(compressed(codec, {.method = method}, noise(2000), 2000).size(), 0U);
-    const auto from = structs(2000);
+    const auto from = scan_like(2000);
     const std::size_t size = compressed(codec, {.method = method}, from, 2000).size();
     ASSERT_GT(size, 0U);
     EXPECT_EQ(compressed(codec, {.method = method}, from, size - 1).size(), 0U);
@@ -65,8 +52,9 @@ TEST(Codec, IsNeverLargerThanTheRoom) {
 TEST(Codec, BlocksHaveABound) {
   Codec codec;
   for (const Method method : kMethods) {
-    EXPECT_GT(compressed(codec, {.method = method}, structs(kBlockMax), kBlockMax).size(), 0U);
-    EXPECT_EQ(compressed(codec, {.method = method}, structs(kBlockMax + 1), kBlockMax).size(), 0U);
+    EXPECT_GT(compressed(codec, {.method = method}, scan_like(kBlockMax), kBlockMax).size(), 0U);
+    EXPECT_EQ(compressed(codec, {.method = method}, scan_like(kBlockMax + 1), kBlockMax).size(),
+              0U);
     EXPECT_EQ(compressed(codec, {.method = method}, {}, 100).size(), 0U);
   }
 }
@@ -86,7 +74,7 @@ TEST(Codec, BombsAreRefused) {
 
 TEST(Codec, OnlyTheExactSizeIsTaken) {
   Codec codec;
-  const auto from = structs(3000);
+  const auto from = scan_like(3000);
   for (const Method method : kMethods) {
     const Recipe recipe = recipe_for(method, 16);
     const auto packed = compressed(codec, recipe, from, from.size());

@@ -32,20 +32,8 @@ iovec piece_of(std::span<const std::byte> bytes) {
   return {const_cast<std::byte*>(bytes.data()), bytes.size()};  // sendmsg() only reads
 }
 
-void set(int socket, int level, int option, int value) {
-  ::setsockopt(socket, level, option, &value, sizeof value);
-}
-
 // Many original clients switch lifesigns off; TCP keep-alive detects hosts that have disappeared.
-void find_dead_peers(int socket) {
-  constexpr int kIdleSeconds = 30;
-  constexpr int kProbeSeconds = 10;
-  constexpr int kProbes = 3;
-  set(socket, SOL_SOCKET, SO_KEEPALIVE, 1);
-  set(socket, IPPROTO_TCP, TCP_KEEPIDLE, kIdleSeconds);
-  set(socket, IPPROTO_TCP, TCP_KEEPINTVL, kProbeSeconds);
-  set(socket, IPPROTO_TCP, TCP_KEEPCNT, kProbes);
-}
+constexpr os::KeepAlive kKeepAlive{.idle_s = 30, .probe_s = 10, .probes = 3};
 
 // On a network, the maximum the system may buffer unsent: the rest waits in our own queue, where
 // urgent messages overtake. Within this host it would only cost copies.
@@ -253,12 +241,12 @@ TcpConnection::TcpConnection(os::File its_socket, std::uint32_t message_max,
       reader(message_max),
       output(socket.get(), shares, queue_bytes_max, classes,
              [this, on_loss = std::move(on_loss)] { on_loss(*this); }) {
-  set(socket.get(), IPPROTO_TCP, TCP_NODELAY, 1);
+  os::set_option(socket.get(), IPPROTO_TCP, TCP_NODELAY, 1);
   if (!is_on_this_host(socket.get())) {
-    set(socket.get(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, kUnsentBytesMax);
+    os::set_option(socket.get(), IPPROTO_TCP, TCP_NOTSENT_LOWAT, kUnsentBytesMax);
   }
-  find_dead_peers(socket.get());
-  set(socket.get(), IPPROTO_TCP, TCP_INQ, 1);
+  os::keep_alive(socket.get(), kKeepAlive);
+  os::set_option(socket.get(), IPPROTO_TCP, TCP_INQ, 1);
 }
 
 TcpConnection::Read TcpConnection::read(std::span<std::byte> scratch) {
@@ -400,7 +388,7 @@ const core::StreamCounters* TcpPort::streams(std::uint32_t token) const {
 
 void TcpPort::flush(Time now) {
   shares_.set_now(now);
-  // Others may be touched meanwhile: they give memory to this one.
+  // NOLINTNEXTLINE(modernize-loop-convert): others are added that give memory to this one
   for (std::size_t i = 0; i < touched_.size(); ++i) {
     TcpConnection* connection = touched_[i];
     connection->touched = false;
@@ -493,7 +481,7 @@ void TcpPort::touch(TcpConnection& connection) {
 // written now.
 std::span<std::byte> TcpPort::keep(std::span<const std::byte> bytes) {
   if (kept_size_ + bytes.size() > kTcpPortKeptBytes) {
-    for (std::size_t i = 0; i < touched_.size(); ++i) touched_[i]->output.write_batch();
+    for (TcpConnection* connection : touched_) connection->output.write_batch();
     kept_size_ = 0;
   }
   const std::span copy(kept_.get() + kept_size_, bytes.size());

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "router/compression/sample_bytes.h"
 #include "wire/header.h"
 
 namespace tims::link {
@@ -39,21 +40,6 @@ Header data_header() {
           .src = kLadar};
 }
 
-std::vector<std::byte> scan(std::size_t size) {
-  std::vector<std::byte> bytes(size);
-  std::minstd_rand random(1);
-  for (std::size_t i = 0; i < size; ++i)
-    bytes[i] = static_cast<std::byte>(i % 16 == 4 ? random() >> 8 & 15 : i % 16 * 5);
-  return bytes;
-}
-
-std::vector<std::byte> noise(std::size_t size) {
-  std::mt19937 random(1);
-  std::vector<std::byte> bytes(size);
-  std::ranges::generate(bytes, [&] { return static_cast<std::byte>(random()); });
-  return bytes;
-}
-
 struct PackingTest : testing::Test {
   std::optional<core::Message> pack(const Header& header, std::span<const std::byte> body,
                                     Method method = Method::kZstd) {
@@ -61,7 +47,7 @@ struct PackingTest : testing::Test {
     return packing.pack(last->message, method, settings, counters);
   }
   bool packs(const Header& header, std::size_t body = 2000) {
-    return pack(header, scan(body)).has_value();
+    return pack(header, compression::scan_like(body)).has_value();
   }
 
   Packing packing{{}, {}};
@@ -72,7 +58,7 @@ struct PackingTest : testing::Test {
 
 TEST_F(PackingTest, AMessageIsRestored) {
   for (const Method method : {Method::kLz4, Method::kZstd}) {
-    const Sent sent(data_header(), scan(5784));
+    const Sent sent(data_header(), compression::scan_like(5784));
     auto packed = packing.pack(sent.message, method, settings, counters);
     ASSERT_TRUE(packed && packed->packed);
     EXPECT_LT(packed->bytes.size(), sent.bytes.size() / 3);
@@ -121,26 +107,27 @@ TEST_F(PackingTest, OnlySensorDataAreCompressed) {
 }
 
 TEST_F(PackingTest, WhatGainsNothingIsTriedAgainAfter64Messages) {
-  const auto body = noise(2000);
+  const auto body = compression::noise(2000);
   for (std::uint32_t i = 0; i < 2 * Packing::kTriedAgainAfter + 1; ++i)
     EXPECT_FALSE(pack(data_header(), body));
   EXPECT_EQ(counters.incompressible, 3U);
   // The source sends something else from now on.
   std::uint32_t until = 0;
-  while (!pack(data_header(), scan(2000))) ASSERT_LE(++until, Packing::kTriedAgainAfter);
+  while (!pack(data_header(), compression::scan_like(2000)))
+    ASSERT_LE(++until, Packing::kTriedAgainAfter);
   EXPECT_EQ(until, Packing::kTriedAgainAfter - 1);
-  EXPECT_TRUE(pack(data_header(), scan(2000)));
+  EXPECT_TRUE(pack(data_header(), compression::scan_like(2000)));
 }
 
 TEST_F(PackingTest, SourcesDoNotShareTheirHistory) {
-  EXPECT_FALSE(pack(data_header(), noise(2000)));
+  EXPECT_FALSE(pack(data_header(), compression::noise(2000)));
   Header other = data_header();
   other.src = Address(0x03140100);
   EXPECT_TRUE(packs(other));
 }
 
 TEST_F(PackingTest, DamagedMessagesAreRefused) {
-  auto packed = *pack(data_header(), scan(2000));
+  auto packed = *pack(data_header(), compression::scan_like(2000));
   const std::vector<std::byte> good(packed.bytes.begin(), packed.bytes.end());
   std::vector<std::byte> bytes;
   const auto size_of = [&](auto damage) {
@@ -176,7 +163,7 @@ TEST_F(PackingTest, DamagedMessagesAreRefused) {
 }
 
 TEST_F(PackingTest, WhatMustNotBeCompressedIsNotTakenEither) {
-  auto packed = *pack(data_header(), scan(2000));
+  auto packed = *pack(data_header(), compression::scan_like(2000));
   packed.header.type = type::kGetData;
   EXPECT_FALSE(packing.unpacked_size(packed));
   packed.header.type = type::kAdminReply;

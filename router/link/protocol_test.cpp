@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "base/text.h"
 #include "router/link/datagram.h"
 #include "router/link/frame.h"
 #include "router/link/transport.h"
@@ -25,16 +26,6 @@ std::string document() {
   return squeezed;
 }
 
-std::string hex(std::span<const std::byte> bytes) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (const std::byte b : bytes) {
-    text += kDigits[std::to_integer<std::size_t>(b >> 4)];
-    text += kDigits[std::to_integer<std::size_t>(b & std::byte{15})];
-  }
-  return text;
-}
-
 TEST(Protocol, TheHelloOfTheDocumentIsTheHelloOfTheCode) {
   const Hello hello{.token = 0x0102030405060708,
                     .keep_alive = std::chrono::milliseconds(300),
@@ -49,7 +40,7 @@ TEST(Protocol, TheHelloOfTheDocumentIsTheHelloOfTheCode) {
   auto encoded = std::span(bytes).first(encode(hello, bytes));
   EXPECT_EQ(encoded.size(), 256U);
   while (encoded.back() == std::byte{0}) encoded = encoded.first(encoded.size() - 1);
-  EXPECT_NE(document().find(hex(encoded)), std::string::npos) << hex(encoded);
+  EXPECT_NE(document().find(base::to_hex(encoded)), std::string::npos) << base::to_hex(encoded);
 }
 
 TEST(Protocol, TheDataOfTheDocumentIsTheDataOfTheCode) {
@@ -60,18 +51,18 @@ TEST(Protocol, TheDataOfTheDocumentIsTheDataOfTheCode) {
   out.put(std::uint8_t{0xAB});
   out.put(std::uint8_t{0xCD});
   const auto all = std::span(bytes).first(kDataHeaderSize + out.size());
-  EXPECT_NE(document().find(hex(all)), std::string::npos) << hex(all);
+  EXPECT_NE(document().find(base::to_hex(all)), std::string::npos) << base::to_hex(all);
 }
 
 TEST(Protocol, TheHandshakeOfTheDocumentIsTheHandshakeOfTheCode) {
   std::array<std::byte, kDatagramBase> bytes{};
   EXPECT_EQ(encode(SealedHello{0x0102030405060708}, bytes), kHelloSize);
   const auto hello = std::span(bytes).first(16);
-  EXPECT_NE(document().find(hex(hello)), std::string::npos) << hex(hello);
+  EXPECT_NE(document().find(base::to_hex(hello)), std::string::npos) << base::to_hex(hello);
   constexpr std::array kFirst{std::byte{0x16}, std::byte{0x03}};
   const Crypto crypto{.token = 0x0102030405060708, .cookie = 0x1112131415161718, .bytes = kFirst};
   const auto encoded = std::span(bytes).first(encode(crypto, bytes));
-  EXPECT_NE(document().find(hex(encoded)), std::string::npos) << hex(encoded);
+  EXPECT_NE(document().find(base::to_hex(encoded)), std::string::npos) << base::to_hex(encoded);
 }
 
 TEST(Protocol, TheAnnouncementOfTheDocumentIsTheAnnouncementOfTheCode) {
@@ -84,16 +75,17 @@ TEST(Protocol, TheAnnouncementOfTheDocumentIsTheAnnouncementOfTheCode) {
                                                .message_max = 16U << 20},
                                   .udp = {NetAddress::v4(10, 9, 1, 1, 2010)}};
   const auto bytes = encode(announcement);
-  EXPECT_NE(document().find(hex(bytes)), std::string::npos) << hex(bytes);
+  EXPECT_NE(document().find(base::to_hex(bytes)), std::string::npos) << base::to_hex(bytes);
 }
 
 TEST(Protocol, TheSampleOfTheDocumentIsTheSampleOfTheCode) {
   std::array<std::byte, 7> bytes{std::byte{2}, std::byte{0}, std::byte{0xAB}, std::byte{0xCD},
                                  std::byte{1}, std::byte{0}, std::byte{0xEF}};
-  EXPECT_NE(document().find(hex(bytes)), std::string::npos) << hex(bytes);
+  EXPECT_NE(document().find(base::to_hex(bytes)), std::string::npos) << base::to_hex(bytes);
   std::string read;
   ASSERT_TRUE(Batch(bytes).valid());
-  Batch(bytes).for_each([&](std::span<std::byte> datagram) { read += hex(datagram) + " "; });
+  Batch(bytes).for_each(
+      [&](std::span<std::byte> datagram) { read += base::to_hex(datagram) + " "; });
   EXPECT_EQ(read, "abcd ef ");
 }
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "security/crypto/tls_fixture.h"
+#include "security/keys/members_fixture.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tims::security::authority_test {
@@ -14,14 +15,6 @@ constexpr std::int64_t kNow = 1'800'000'000;
 
 class AuthorityTest : public testing::Test {
  protected:
-  Identity robot(std::uint16_t system) {
-    return {.fleet = "f",
-            .role = MemberRole::kSystem,
-            .system = system,
-            .id = 1,
-            .name = "robot" + std::to_string(system),
-            .rights = {}};
-  }
   KeyFolder member(const std::string& name) {
     KeyFolder made((folder_.path() / name).string());
     EXPECT_TRUE(made.make().ok());

@@ -1,11 +1,13 @@
 // Power failure and full disk at each step of making, joining, renewing, revoking and rotating:
 // what is on the disk always works, and the next attempt succeeds.
+#include <algorithm>
 #include <filesystem>
 
 #include <gtest/gtest.h>
 
 #include "security/keys/interrupted_fixture.h"
 #include "security/keys/join_desk.h"
+#include "security/keys/members_fixture.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tims::security::interrupted_test {
@@ -16,14 +18,6 @@ constexpr std::int64_t kNow = 1'800'000'000;
 Identity base_identity() {
   return {
       .fleet = "f", .role = MemberRole::kTop, .system = 0, .id = 1, .name = "base", .rights = {}};
-}
-Identity robot_identity() {
-  return {.fleet = "f",
-          .role = MemberRole::kSystem,
-          .system = 3,
-          .id = 1,
-          .name = "robot3",
-          .rights = {}};
 }
 
 class InterruptedTest : public testing::TestWithParam<Interruption> {
@@ -60,12 +54,9 @@ class InterruptedTest : public testing::TestWithParam<Interruption> {
   }
   bool add_token() {
     return Tokens(Authority::open(base_).value())
-        .add({.hash = hash_,
-              .identity = robot_identity(),
-              .made = kNow,
-              .ends = kNow + 3600,
-              .used_by = {}},
-             kNow)
+        .add(
+            {.hash = hash_, .identity = robot(3), .made = kNow, .ends = kNow + 3600, .used_by = {}},
+            kNow)
         .ok();
   }
   // Both sides in one process.
@@ -116,19 +107,19 @@ TEST_P(InterruptedTest, Joining) {
   ASSERT_TRUE(add_token());
   at_each_step([&] { return join(false); },
                [&] {
-                 if (robot_.has("identity.pem")) expect_member(robot_, robot_identity());
+                 if (robot_.has("identity.pem")) expect_member(robot_, robot(3));
                  const auto issued = Authority::open(base_)->issued();
                  ASSERT_TRUE(issued.ok()) << issued.error().message();
                  EXPECT_LE(issued->size(), 2U) << "one for the base, one for the robot";
                });
-  expect_member(robot_, robot_identity());
+  expect_member(robot_, robot(3));
 }
 
 TEST_P(InterruptedTest, Renewing) {
   fs::create_directory(folder_.path() / "used");
   make_base();
   ASSERT_TRUE(add_token() && join(false));
-  at_each_step([&] { return join(true); }, [&] { expect_member(robot_, robot_identity()); });
+  at_each_step([&] { return join(true); }, [&] { expect_member(robot_, robot(3)); });
 }
 
 TEST_P(InterruptedTest, Revoking) {
@@ -139,7 +130,7 @@ TEST_P(InterruptedTest, Revoking) {
                [&] { expect_member(base_, base_identity()); });
   EXPECT_TRUE(base_.load()->list->revokes(robot_.load()->chain.front()));
   at_each_step([&] { return robot_.take_over_list(base_.load()->list_bytes).ok(); },
-               [&] { expect_member(robot_, robot_identity()); });
+               [&] { expect_member(robot_, robot(3)); });
 }
 
 TEST_P(InterruptedTest, Rotating) {
@@ -158,7 +149,7 @@ TEST_P(InterruptedTest, Rotating) {
       },
       [&] {
         expect_member(base_, base_identity());
-        expect_member(robot_, robot_identity());
+        expect_member(robot_, robot(3));
         const auto authority = Authority::open(base_);
         ASSERT_TRUE(authority.ok()) << authority.error().message();
         const auto roots = authority->list()->roots;
@@ -167,13 +158,13 @@ TEST_P(InterruptedTest, Rotating) {
       });
   // The list reaches the robot; then everybody renews, and the old root goes.
   at_each_step([&] { return robot_.take_over_list(base_.load()->list_bytes).ok(); },
-               [&] { expect_member(robot_, robot_identity()); });
+               [&] { expect_member(robot_, robot(3)); });
   ASSERT_TRUE(Authority::open(base_)->issue_own(base_identity(), {}, kNow + 2).ok());
   ASSERT_TRUE(join(true));
   at_each_step([&] { return Authority::open(base_)->finish_rotation(false, kNow + 3).ok(); },
                [&] { expect_member(base_, base_identity()); });
   at_each_step([&] { return robot_.take_over_list(base_.load()->list_bytes).ok(); },
-               [&] { expect_member(robot_, robot_identity()); });
+               [&] { expect_member(robot_, robot(3)); });
   EXPECT_EQ(robot_.load()->roots.size(), 1U);
 }
 

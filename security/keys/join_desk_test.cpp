@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "security/keys/members_fixture.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tims::security::join_desk_test {
@@ -41,12 +42,7 @@ class JoinDeskTest : public testing::Test {
   Authority authority_ = Authority::init(base_, "f", kNow).value();
   JoinDesk desk_{base_};
   Digest hash_ = hash_of_secret(view_of("secret"));
-  Identity identity_{.fleet = "f",
-                     .role = MemberRole::kSystem,
-                     .system = 3,
-                     .id = 1,
-                     .name = "robot3",
-                     .rights = {}};
+  Identity identity_ = robot(3);
   Asker asker_{.source = "10.9.1.3", .keys = Bytes(32), .proven = {}};
 };
 

@@ -10,21 +10,13 @@
 #include "os/socket.h"
 #include "os/wakeup.h"
 #include "security/keys/join_client.h"
+#include "security/keys/members_fixture.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tims::security::join_server_test {
 
 using namespace std::chrono_literals;
 constexpr std::int64_t kNow = 1'800'000'000;
-
-Identity robot(std::uint16_t system) {
-  return {.fleet = "f",
-          .role = MemberRole::kSystem,
-          .system = system,
-          .id = 1,
-          .name = "robot" + std::to_string(system),
-          .rights = {}};
-}
 
 // A server in a thread of its own, until the test ends.
 class Served {

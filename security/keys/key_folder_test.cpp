@@ -6,6 +6,7 @@
 #include <sys/stat.h>
 
 #include "security/keys/authority.h"
+#include "security/keys/members_fixture.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tims::security::key_folder_test {
@@ -37,12 +38,7 @@ class KeyFolderTest : public testing::Test {
   test::TemporaryFolder folder_;
   KeyFolder base_{(folder_.path() / "base").string()};
   KeyFolder robot_{(folder_.path() / "robot").string()};
-  Identity identity_{.fleet = "f",
-                     .role = MemberRole::kSystem,
-                     .system = 3,
-                     .id = 1,
-                     .name = "robot3",
-                     .rights = {}};
+  Identity identity_ = robot(3);
   std::optional<Authority> authority_;
 };
 

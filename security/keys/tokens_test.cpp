@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "security/keys/join_text.h"
+#include "security/keys/members_fixture.h"
 #include "tests/support/temporary_folder.h"
 
 namespace tims::security::tokens_test {
@@ -11,12 +12,7 @@ constexpr std::int64_t kNow = 1'800'000'000;
 
 Token token(std::uint8_t number) {
   return {.hash = hash_of_secret(Bytes{std::byte{number}}),
-          .identity = {.fleet = "f",
-                       .role = MemberRole::kSystem,
-                       .system = number,
-                       .id = 1,
-                       .name = "robot" + std::to_string(number),
-                       .rights = {}},
+          .identity = robot(number),
           .made = kNow,
           .ends = kNow + Tokens::kLife,
           .used_by = {}};

@@ -8,6 +8,8 @@
 #include <poll.h>
 #include <sys/socket.h>
 
+#include "os/socket.h"
+
 namespace tims::security {
 namespace {
 
@@ -19,20 +21,10 @@ constexpr Duration kEndingTime = std::chrono::seconds(2);
 constexpr int kUnsentBytesMax = 128 << 10;
 constexpr int kInnerBytesMax = 128 << 10;
 
-void set(int socket, int level, int option, int value) {
-  ::setsockopt(socket, level, option, &value, sizeof value);
-}
-
 void set_options(int socket) {
-  constexpr int kIdleSeconds = 30;
-  constexpr int kProbeSeconds = 10;
-  constexpr int kProbes = 3;
-  set(socket, IPPROTO_TCP, TCP_NODELAY, 1);
-  set(socket, IPPROTO_TCP, TCP_NOTSENT_LOWAT, kUnsentBytesMax);
-  set(socket, SOL_SOCKET, SO_KEEPALIVE, 1);
-  set(socket, IPPROTO_TCP, TCP_KEEPIDLE, kIdleSeconds);
-  set(socket, IPPROTO_TCP, TCP_KEEPINTVL, kProbeSeconds);
-  set(socket, IPPROTO_TCP, TCP_KEEPCNT, kProbes);
+  os::set_option(socket, IPPROTO_TCP, TCP_NODELAY, 1);
+  os::set_option(socket, IPPROTO_TCP, TCP_NOTSENT_LOWAT, kUnsentBytesMax);
+  os::keep_alive(socket, {.idle_s = 30, .probe_s = 10, .probes = 3});
 }
 
 enum class Read : std::uint8_t { kSome, kNothing, kEnd };
@@ -139,7 +131,7 @@ bool TlsRelay::make_inner() {
   std::array<int, 2> ends{};
   if (::socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends.data()) != 0)
     return false;
-  for (const int end : ends) set(end, SOL_SOCKET, SO_SNDBUF, kInnerBytesMax);
+  for (const int end : ends) os::set_option(end, SOL_SOCKET, SO_SNDBUF, kInnerBytesMax);
   inner_ = os::File(ends[0]);
   what_.plain = os::File(ends[1]);
   return true;

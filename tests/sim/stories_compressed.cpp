@@ -4,27 +4,13 @@
 #include <map>
 #include <random>
 
+#include "router/compression/sample_bytes.h"
 #include "tests/sim/story.h"
 
 namespace tims::sim {
 namespace stories_compressed {
 
 constexpr std::uint64_t kMbit = 125'000;
-
-std::vector<std::byte> scan(std::size_t size, unsigned seed) {
-  std::vector<std::byte> bytes(size);
-  std::minstd_rand random(seed + 1);
-  for (std::size_t i = 0; i < size; ++i)
-    bytes[i] = static_cast<std::byte>(i % 16 == 4 ? random() >> 8 & 15 : i % 16 * 5);
-  return bytes;
-}
-
-std::vector<std::byte> noise(std::size_t size) {
-  std::mt19937 random(1);
-  std::vector<std::byte> bytes(size);
-  std::ranges::generate(bytes, [&] { return static_cast<std::byte>(random()); });
-  return bytes;
-}
 
 // Compression as configured on the links of all routers.
 struct Compressed : Story {
@@ -66,17 +52,18 @@ TEST(Compression, TravelsOverTwoLinksAndIsUndoneWhereItIsDelivered) {
   Compressed story;
   for (const std::size_t size : {600U, 5784U, 43'248U, 1U << 20}) {
     for (const std::uint8_t flags : {std::uint8_t{0}, flag::kStream, flag::kTrace}) {
-      Header header = story.data(kCamera);
+      Header header = Compressed::data(kCamera);
       header.flags |= flags;
-      const auto body = scan(size, flags);
+      const auto body = compression::scan_like(size, flags);
       EXPECT_EQ(story.to_gui(header, body), body) << size;
     }
   }
-  EXPECT_EQ(story.counters(*story.host, "robot").packed, 12U);
-  EXPECT_EQ(story.counters(*story.robot, "host").passed, 12U) << "not decompressed on its way";
-  EXPECT_EQ(story.counters(*story.robot, "base").packed, 0U) << "nor compressed again";
-  EXPECT_EQ(story.counters(*story.base, "robot").unpacked, 12U);
-  EXPECT_LT(story.bytes_to(*story.host, "robot"), 4'000'000U / 3);
+  EXPECT_EQ(Compressed::counters(*story.host, "robot").packed, 12U);
+  EXPECT_EQ(Compressed::counters(*story.robot, "host").passed, 12U)
+      << "not decompressed on its way";
+  EXPECT_EQ(Compressed::counters(*story.robot, "base").packed, 0U) << "nor compressed again";
+  EXPECT_EQ(Compressed::counters(*story.base, "robot").unpacked, 12U);
+  EXPECT_LT(Compressed::bytes_to(*story.host, "robot"), 4'000'000U / 3);
 }
 
 // Between the robot and the base it is switched off: the robot decompresses.
@@ -85,19 +72,19 @@ TEST(Compression, EndsWhereTheNextLinkDoesNotWantIt) {
   std::vector<link::LinkSettings> plain = story.robot->setup().links;
   for (link::LinkSettings& settings : plain) settings.packing.compress = core::Compression::kOff;
   story.robot->links().configure(story.now(), plain);
-  const auto body = scan(6000, 1);
-  EXPECT_EQ(story.to_gui(story.data(kCamera), body), body);
-  EXPECT_EQ(story.counters(*story.host, "robot").packed, 1U);
-  EXPECT_EQ(story.counters(*story.robot, "host").unpacked, 1U);
-  EXPECT_EQ(story.counters(*story.base, "robot").unpacked, 0U);
+  const auto body = compression::scan_like(6000, 1);
+  EXPECT_EQ(story.to_gui(Compressed::data(kCamera), body), body);
+  EXPECT_EQ(Compressed::counters(*story.host, "robot").packed, 1U);
+  EXPECT_EQ(Compressed::counters(*story.robot, "host").unpacked, 1U);
+  EXPECT_EQ(Compressed::counters(*story.base, "robot").unpacked, 0U);
 }
 
 TEST(Compression, NeverMakesAMessageLarger) {
   Compressed story;
-  const auto body = noise(8000);
-  EXPECT_EQ(story.to_gui(story.data(kCamera), body), body);
-  EXPECT_EQ(story.counters(*story.host, "robot").packed, 0U);
-  EXPECT_EQ(story.counters(*story.host, "robot").incompressible, 1U);
+  const auto body = compression::noise(8000);
+  EXPECT_EQ(story.to_gui(Compressed::data(kCamera), body), body);
+  EXPECT_EQ(Compressed::counters(*story.host, "robot").packed, 0U);
+  EXPECT_EQ(Compressed::counters(*story.host, "robot").incompressible, 1U);
 }
 
 // An attacker who can put text into a message and sees the sizes of encrypted datagrams guesses a
@@ -114,10 +101,10 @@ TEST(Compression, SizesTellNothingAboutExcludedKinds) {
   // Without keep-alives and acknowledgements, which come by the clock.
   const auto wire_bytes = [&](Header header, const std::string& guess) {
     header.flags |= flag::kStream;  // sent once
-    const std::uint64_t before = story.bytes_to(*story.host, "robot");
+    const std::uint64_t before = Compressed::bytes_to(*story.host, "robot");
     story.host->send(story.now(), story.camera, header, body_with(guess));
     story.host->end_turn(story.now());
-    const std::uint64_t bytes = story.bytes_to(*story.host, "robot") - before;
+    const std::uint64_t bytes = Compressed::bytes_to(*story.host, "robot") - before;
     story.run_for(100ms);
     return bytes;
   };
@@ -126,14 +113,14 @@ TEST(Compression, SizesTellNothingAboutExcludedKinds) {
     const std::uint64_t right_bytes = wire_bytes(header, secret);
     return right_bytes != wire_bytes(header, wrong);
   };
-  Header text = story.data(kCamera, type::kData, 0);
+  Header text = Compressed::data(kCamera, type::kData, 0);
   text.dest = text_sink();
   EXPECT_FALSE(shows(text));
-  EXPECT_FALSE(shows(story.data(kCamera, type::kAdminReply)));
-  EXPECT_FALSE(shows(story.data(kCamera, type::kParam)));
-  EXPECT_FALSE(shows(story.data(kCamera, 20))) << "a command";
-  EXPECT_FALSE(shows(story.data(kCamera, type::kData, 50))) << "urgent";
-  EXPECT_TRUE(shows(story.data(kCamera))) << "the test sees what there is to see";
+  EXPECT_FALSE(shows(Compressed::data(kCamera, type::kAdminReply)));
+  EXPECT_FALSE(shows(Compressed::data(kCamera, type::kParam)));
+  EXPECT_FALSE(shows(Compressed::data(kCamera, 20))) << "a command";
+  EXPECT_FALSE(shows(Compressed::data(kCamera, type::kData, 50))) << "urgent";
+  EXPECT_TRUE(shows(Compressed::data(kCamera))) << "the test sees what there is to see";
 }
 
 // A robot with a key that sends what no honest router does.
@@ -148,7 +135,7 @@ TEST(Compression, BombsAndDamagedMessagesCostNothing) {
     for (std::size_t i = 0; i < 4; ++i) body[4 + i] = static_cast<std::byte>(size >> 8 * i);
     std::vector<std::byte> bytes(kHeaderSize + body.size());
     std::ranges::copy(body, bytes.begin() + kHeaderSize);
-    Header header = story.data(kLadar);
+    Header header = Compressed::data(kLadar);
     header.length = static_cast<std::uint32_t>(bytes.size());
     core::Message message{.header = header, .bytes = bytes, .packed = true};
     story.robot->router().on_message(story.now(), story.ladar, message);
@@ -163,12 +150,12 @@ TEST(Compression, BombsAndDamagedMessagesCostNothing) {
   forge(0, 49, 3000, 600);
   forge(1, 16, 16, 600);
   forge(1, 16, 3000, 0);
-  EXPECT_EQ(story.counters(*story.base, "robot").broken, 8U);
+  EXPECT_EQ(Compressed::counters(*story.base, "robot").broken, 8U);
   EXPECT_TRUE(story.base->arrivals(story.gui).empty());
   EXPECT_LE(story.base->memory_in_use(), memory);
   EXPECT_TRUE(story.links_up(*story.base) == 2U);
-  const auto body = scan(5000, 1);
-  EXPECT_EQ(story.to_gui(story.data(kCamera), body), body);
+  const auto body = compression::scan_like(5000, 1);
+  EXPECT_EQ(story.to_gui(Compressed::data(kCamera), body), body);
 }
 
 // Ladar scans over a slow line: more of them arrive, and urgent messages do not wait for them.
@@ -179,9 +166,9 @@ TEST(Compression, AScannerNeedsLessOfASlowLink) {
     story.run_for(2s);
     story.base->forget_arrivals(story.gui);
     for (unsigned i = 0; i < 2000; ++i) {  // 5.8 kB every millisecond: 46 Mbit/s
-      Header header = story.data(kCamera);
+      Header header = Compressed::data(kCamera);
       header.flags |= flag::kStream;
-      story.host->send(story.now(), story.camera, header, scan(5784, i));
+      story.host->send(story.now(), story.camera, header, compression::scan_like(5784, i));
       story.run_for(1ms);
     }
     return story.base->arrivals(story.gui).size();

@@ -1,4 +1,6 @@
 // Transports to devices on the network: TCP connections and UDP datagrams.
+#include "os/socket.h"
+
 #include <cerrno>
 #include <cstring>
 #include <optional>
@@ -53,19 +55,12 @@ const sockaddr* raw(const Place& place) {
 }
 sockaddr* raw(Place& place) { return reinterpret_cast<sockaddr*>(&place.address); }
 
-void set(int socket, int level, int option, int value) {
-  ::setsockopt(socket, level, option, &value, sizeof value);
-}
-
 // A device that lost its power does not close the connection: enables keep-alive probes.
 void notice_silence(int socket) {
   constexpr int kGoneMilliseconds = 1000;
-  set(socket, IPPROTO_TCP, TCP_NODELAY, 1);
-  set(socket, SOL_SOCKET, SO_KEEPALIVE, 1);
-  set(socket, IPPROTO_TCP, TCP_KEEPIDLE, 1);
-  set(socket, IPPROTO_TCP, TCP_KEEPINTVL, 1);
-  set(socket, IPPROTO_TCP, TCP_KEEPCNT, 2);
-  set(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, kGoneMilliseconds);
+  tims::os::set_option(socket, IPPROTO_TCP, TCP_NODELAY, 1);
+  tims::os::keep_alive(socket, {.idle_s = 1, .probe_s = 1, .probes = 2});
+  tims::os::set_option(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, kGoneMilliseconds);
 }
 
 Result<void> connect_within(int socket, const Place& place) {
@@ -190,7 +185,7 @@ Result<std::unique_ptr<Transport>> open_udp(const DeviceAddress& address) {
   if (!own) return own.error();
   auto socket = make_socket(*own, SOCK_DGRAM);
   if (!socket) return socket.error();
-  set(socket->get(), SOL_SOCKET, SO_RCVBUF, kReceiveBuffer);
+  tims::os::set_option(socket->get(), SOL_SOCKET, SO_RCVBUF, kReceiveBuffer);
   ask_for_stamps(socket->get());
   if (::bind(socket->get(), raw(*own), own->size) != 0)
     return system_error("cannot use port " + std::to_string(here.port));

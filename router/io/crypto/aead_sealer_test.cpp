@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "base/text.h"
 #include "router/link/frame.h"
 
 namespace tims::io {
@@ -18,16 +19,6 @@ AeadSealer::Secret secret(std::uint8_t first) {
   for (std::size_t i = 0; i < bytes.size(); ++i)
     bytes[i] = static_cast<std::byte>(first + static_cast<std::uint8_t>(i));
   return bytes;
-}
-
-std::string hex(std::span<const std::byte> bytes) {
-  constexpr std::string_view kDigits = "0123456789abcdef";
-  std::string text;
-  for (const std::byte b : bytes) {
-    text += kDigits[std::to_integer<std::size_t>(b >> 4)];
-    text += kDigits[std::to_integer<std::size_t>(b & std::byte{15})];
-  }
-  return text;
 }
 
 struct Datagram {
@@ -108,9 +99,9 @@ TEST(SealedDatagram, OfTheDocument) {
   link::encode({.token = 0x1122334455667788, .packet = 5}, header);
   std::array<std::byte, 16> tag{};
   sealer.seal(5, header, frame, tag);
-  EXPECT_EQ(hex(header), "01000000050000008877665544332211");
-  EXPECT_EQ(hex(frame), "230a2a938f86f4bc4fbdec7edf5a");
-  EXPECT_EQ(hex(tag), "824683d666c1f8f630c55f17d95e85dd");
+  EXPECT_EQ(base::to_hex(header), "01000000050000008877665544332211");
+  EXPECT_EQ(base::to_hex(frame), "230a2a938f86f4bc4fbdec7edf5a");
+  EXPECT_EQ(base::to_hex(tag), "824683d666c1f8f630c55f17d95e85dd");
 }
 
 }  // namespace aead_sealer_test
