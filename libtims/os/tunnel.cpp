@@ -7,20 +7,12 @@
 #include <sys/socket.h>
 #include <sys/wait.h>
 
+#include "os/environment.h"
+
 namespace tims::os {
 namespace {
 
 constexpr const char* kProgram = "timsctl";
-
-// "" if there is none.
-std::string beside_this_program() {
-  std::array<char, 4096> path{};
-  const ssize_t size = ::readlink("/proc/self/exe", path.data(), path.size());
-  if (size <= 0 || size == static_cast<ssize_t>(path.size())) return {};
-  const std::string own(path.data(), static_cast<std::size_t>(size));
-  std::string found = own.substr(0, own.rfind('/') + 1) + kProgram;
-  return ::access(found.c_str(), X_OK) == 0 ? found : std::string();
-}
 
 // A session of its own: Ctrl-C in a terminal ends this program first, and the tunnel with its
 // connection. Signals that are blocked here are not blocked there.
@@ -57,11 +49,9 @@ Result<File> connect_by_tunnel(const std::string& router) {
   std::array<std::string, 4> words{kProgram, "tunnel", "-", router};
   std::array<char*, 5> arguments{words[0].data(), words[1].data(), words[2].data(), words[3].data(),
                                  nullptr};
-  const std::string beside = beside_this_program();
   pid_t pid = 0;
-  const int error =
-      ::posix_spawnp(&pid, beside.empty() ? kProgram : beside.c_str(), &spawning.actions,
-                     &spawning.attributes, arguments.data(), environ);
+  const int error = ::posix_spawnp(&pid, find_program(kProgram).c_str(), &spawning.actions,
+                                   &spawning.attributes, arguments.data(), environ);
   if (error != 0) {
     errno = error;
     return system_error("TLS needs timsctl, which cannot be started");

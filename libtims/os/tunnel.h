@@ -8,7 +8,7 @@
 
 namespace tims::os {
 
-// Starts `timsctl` (beside this program, else in PATH) with one end of a pair of sockets; the other
+// Starts `timsctl` (find_program()) with one end of a pair of sockets; the other
 // one is returned, non-blocking. The tunnel takes the keys of $TIMS_KEYS or /etc/tims/keys and ends
 // with the connection; it reports on stderr why it cannot be made, and the connection ends then.
 // kSystem: timsctl cannot be started.

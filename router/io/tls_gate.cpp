@@ -1,30 +1,24 @@
 #include "router/io/tls_gate.h"
 
-#include <fstream>
-#include <iterator>
 #include <utility>
 
 #include <sys/stat.h>
 
 #include "os/clock.h"
+#include "os/file.h"
 
 namespace tims::io {
 namespace {
 
 using security::TlsSettings;
 
-Result<std::string> read_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::string text{std::istreambuf_iterator<char>(file), {}};
-  if (!file.is_open() || file.bad()) return os::system_error(path);
-  return text;
-}
+constexpr std::size_t kFileMax = 1 << 20;
 
 Result<std::string> read_key(const std::string& path) {
   struct stat status {};
   if (::stat(path.c_str(), &status) == 0 && (status.st_mode & (S_IRWXG | S_IRWXO)) != 0)
     return Error(Errc::kRefused, path + ": others can read this key: chmod 600 " + path);
-  return read_file(path);
+  return os::read_file(path, kFileMax);
 }
 
 Error in_file(const std::string& key, const std::string& path, const Error& error) {
@@ -33,7 +27,7 @@ Error in_file(const std::string& key, const std::string& path, const Error& erro
 
 Result<void> add_files(TlsSettings& settings, const std::string& certificate,
                        const std::string& key) {
-  const auto chain_text = read_file(certificate);
+  const auto chain_text = os::read_file(certificate, kFileMax);
   if (!chain_text)
     return Error(chain_text.error().code(), "http.certificate: " + chain_text.error().detail());
   auto chain = security::Certificate::from_pem(*chain_text);

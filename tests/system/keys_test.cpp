@@ -57,13 +57,23 @@ class KeysTest : public testing::Test {
     ASSERT_EQ(said.status, 0) << said.err;
   }
   [[nodiscard]] Result<ChildProcess> router(const security::KeyFolder& keys,
-                                            const std::string& role,
-                                            const std::string& system) const {
-    return ChildProcess::start({TIMS_PROGRAMS "/tims-router", "--set",
-                                "security.keys=" + keys.path(), "--set", "router.role=" + role,
-                                "--set", "router.system=" + system, "--set",
-                                "unix.path=" + (folder_.path() / (role + ".sock")).string(),
-                                "--set", "tcp.listen=off", "--set", "http.listen=off"});
+                                            const std::string& role, const std::string& system,
+                                            const std::vector<std::string>& settings = {}) const {
+    std::vector<std::string> command{TIMS_PROGRAMS "/tims-router",
+                                     "--set",
+                                     "security.keys=" + keys.path(),
+                                     "--set",
+                                     "router.role=" + role,
+                                     "--set",
+                                     "router.system=" + system,
+                                     "--set",
+                                     "unix.path=" + (folder_.path() / (role + ".sock")).string(),
+                                     "--set",
+                                     "tcp.listen=off",
+                                     "--set",
+                                     "http.listen=off"};
+    for (const std::string& setting : settings) command.insert(command.end(), {"--set", setting});
+    return ChildProcess::start(command);
   }
 
   TemporaryFolder folder_;
@@ -99,6 +109,15 @@ TEST_F(KeysTest, TheRouterOfTheBaseSeesARevocation) {
   const Said renewed = timsctl({"key", "renew", "--keys", robot_.path()});
   EXPECT_NE(renewed.status, 0);
   EXPECT_THAT(renewed.err, HasSubstr("revoked"));
+}
+
+TEST_F(KeysTest, ACertificateForBrowsersThatNeverEndsIsRefused) {
+  init();
+  auto base = router(base_, "top", "0",
+                     {"http.certificate=/dev/zero", "http.key=" + base_.file("identity.key")})
+                  .value();
+  EXPECT_TRUE(base.wait_for_line("http.certificate: /dev/zero: is a device").ok()) << base.output();
+  EXPECT_EQ(base.wait()->code, 1);
 }
 
 TEST_F(KeysTest, ARouterWithKeysOfAnotherOrOpenOnesDoesNotStartAndSaysWhatHelps) {
