@@ -1,4 +1,5 @@
 // The keys of a fleet with real programs: made, handed out, revoked; what a router says of them.
+#include <algorithm>
 #include <filesystem>
 
 #include <gmock/gmock.h>
@@ -23,7 +24,7 @@ struct Said {
 class KeysTest : public testing::Test {
  protected:
   // The server that `token new` starts ends with the test.
-  ~KeysTest() override {
+  void TearDown() override {
     std::error_code ignored;
     for (const auto& process : fs::directory_iterator("/proc", ignored)) {
       const auto command = os::read_file(process.path() / "cmdline");
@@ -59,20 +60,17 @@ class KeysTest : public testing::Test {
   [[nodiscard]] Result<ChildProcess> router(const security::KeyFolder& keys,
                                             const std::string& role, const std::string& system,
                                             const std::vector<std::string>& settings = {}) const {
-    std::vector<std::string> command{TIMS_PROGRAMS "/tims-router",
-                                     "--set",
-                                     "security.keys=" + keys.path(),
-                                     "--set",
-                                     "router.role=" + role,
-                                     "--set",
-                                     "router.system=" + system,
-                                     "--set",
-                                     "unix.path=" + (folder_.path() / (role + ".sock")).string(),
-                                     "--set",
-                                     "tcp.listen=off",
-                                     "--set",
-                                     "http.listen=off"};
-    for (const std::string& setting : settings) command.insert(command.end(), {"--set", setting});
+    std::vector<std::string> command{std::string(TIMS_PROGRAMS) + "/tims-router"};
+    const auto set = [&](const std::string& setting) {
+      command.insert(command.end(), {"--set", setting});
+    };
+    set("security.keys=" + keys.path());
+    set("router.role=" + role);
+    set("router.system=" + system);
+    set("unix.path=" + (folder_.path() / (role + ".sock")).string());
+    set("tcp.listen=off");
+    set("http.listen=off");
+    std::ranges::for_each(settings, set);
     return ChildProcess::start(command);
   }
 
