@@ -5,6 +5,7 @@
 // of a thousand robots is asked in turns.
 
 import { batch, type ReadonlySignal, type Signal, signal } from '@preact/signals';
+import { className } from '../codec/catalogue';
 import { classes, fieldsOf, type Widths } from '../tims/address';
 import type { Client } from '../tims/client';
 import { types } from '../tims/header';
@@ -113,6 +114,29 @@ export class Fleet {
     }
   }
 
+  // Those that depend on others come last in the list, and go off first. Goes on when one does not go off; throws then.
+  async turnAllOff(robot: Robot, progress: (text: string) => void = () => {}): Promise<void> {
+    const components = [...robot.components].reverse().filter(({ state }) => state.value !== 'off');
+    const failures: string[] = [];
+    for (const [i, component] of components.entries()) {
+      progress(`${i + 1} of ${components.length}: ${shortName(component)}`);
+      await this.turn(component, false).catch(async (error: Error) => {
+        // A joystick, for example, which this console had brought.
+        if (!(await this.hasGone(component))) failures.push(`${shortName(component)}: ${error.message}`);
+      });
+    }
+    if (failures.length > 0) throw new Error(`Not all: ${failures.join('; ')}`);
+  }
+
+  // Whether it has unregistered at the own router, whose list may show that a moment later. Nobody knows that of a component
+  // behind a link: it may be the link that has gone.
+  private async hasGone({ address, via }: Component): Promise<boolean> {
+    if (!ports.includes(via)) return false;
+    for (const deadline = performance.now() + goneTime; this.components.has(address); await pause(turnPause))
+      if (performance.now() > deadline) return false;
+    return this.client.connection.value.state === 'connected';
+  }
+
   private async follow(generation: number, widths: Widths): Promise<void> {
     const current = () => generation === this.generation;
     let since: number | undefined;
@@ -202,6 +226,9 @@ export class Fleet {
   }
 }
 
+// Within its robot: "Scan2d/0".
+export const shortName = ({ classId, instance }: Component) => `${className(classId) ?? classId}/${instance}`;
+
 interface EventList {
   last: number;
   epoch: string;
@@ -210,6 +237,7 @@ interface EventList {
 const turnOnTime = 20000; // a device may take its time
 const turnOffTime = 5000;
 const turnPause = 50;
+const goneTime = 1000;
 
 const pause = (time: number) => new Promise((resolve) => setTimeout(resolve, time));
 

@@ -152,10 +152,6 @@ function RobotCard({ row, router, driver }: CardProperties) {
   const [word, kind] = wordOf(row);
   const console = useConsole();
   const { attempt, busy, Failure } = useAttempt();
-  const allOff = async () => {
-    for (const component of [...robot.components].reverse())
-      if (component.state.value !== 'off') await console.fleet.turn(component, false);
-  };
   return (
     <li class={`robot ${bad.length > 0 ? 'troubled' : ''}`}>
       <h2>
@@ -201,7 +197,7 @@ function RobotCard({ row, router, driver }: CardProperties) {
         <button type="button" onClick={() => attempt(() => stopRobots(console, [robot.system]))}>
           Stop
         </button>
-        <button type="button" disabled={busy.value} onClick={() => attempt(allOff)}>
+        <button type="button" disabled={busy.value} onClick={() => attempt(() => console.fleet.turnAllOff(robot))}>
           All off
         </button>
       </p>

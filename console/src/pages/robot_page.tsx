@@ -5,8 +5,7 @@ import { useEffect } from 'preact/hooks';
 import { nameOf, useConsole } from '../app/console';
 import { isText } from '../app/keys';
 import { route, setOption } from '../app/route';
-import { className } from '../codec/catalogue';
-import type { Component, Robot } from '../model/fleet';
+import { type Component, type Robot, shortName } from '../model/fleet';
 import { useAttempt } from '../ui/attempt';
 import { Commands } from '../ui/commands';
 import { FilterBox } from '../ui/filter_box';
@@ -108,21 +107,17 @@ function ComponentRow({ component }: { component: Component }) {
   );
 }
 
-// Those that depend on others come last in the list, and go off first.
 function AllOff({ robot }: { robot: Robot }) {
   const console = useConsole();
   const progress = useSignal('');
-  const allOff = async () => {
-    const components = [...robot.components].reverse().filter(({ state }) => state.value !== 'off');
-    const failures: string[] = [];
-    for (const [i, component] of components.entries()) {
-      progress.value = `${i + 1} of ${components.length}: ${shortName(component)}`;
-      await console.fleet
-        .turn(component, false)
-        .catch((error: Error) => failures.push(`${shortName(component)}: ${error.message}`));
-    }
-    progress.value = failures.length > 0 ? `Not all: ${failures.join('; ')}` : 'All are off';
+  const show = (text: string) => {
+    progress.value = text;
   };
+  const allOff = () =>
+    console.fleet.turnAllOff(robot, show).then(
+      () => show('All are off'),
+      (error: Error) => show(error.message),
+    );
   return (
     <p class="actions">
       <button type="button" onClick={allOff}>
@@ -136,8 +131,6 @@ function AllOff({ robot }: { robot: Robot }) {
 }
 
 // --- tiles
-
-const shortName = ({ classId, instance }: Component) => `${className(classId) ?? classId}/${instance}`;
 
 const listed = (text: string | undefined | null) => (text ?? '').split(',').filter((name) => name !== '');
 const openTiles = () => listed(route.value.options.get('tiles'));
