@@ -126,6 +126,7 @@ async function scanners() {
   });
   const { page } = watched;
   await eventually(() => swarm.listeners === 21, 'all streams are asked for');
+  for (const box of await page.getByLabel('full rate').all()) await box.check();
   await frames(page, 2000);
   const begin = { cpu: cpuSeconds(host.router.pid), at: performance.now(), sent: swarm.sent, heap: await heap(page) };
   const gaps = await frames(page, 1000 * seconds);

@@ -23,8 +23,18 @@ export interface MapColours {
   robots: string[];
 }
 
-export function mapColours(element: HTMLElement): MapColours {
-  const style = getComputedStyle(element);
+const known = new Map<string | undefined, MapColours>(); // by theme
+
+// Asked of the style sheet once: that takes longer than to draw a scan.
+export function mapColours(): MapColours {
+  const { theme } = document.documentElement.dataset;
+  const colours = known.get(theme) ?? readColours();
+  known.set(theme, colours);
+  return colours;
+}
+
+function readColours(): MapColours {
+  const style = getComputedStyle(document.documentElement);
   const colour = (name: string) => style.getPropertyValue(`--map-${name}`).trim();
   return {
     ground: colour('ground'),

@@ -115,7 +115,7 @@ function drawEachFrame(element: HTMLCanvasElement, model: MapModel, size: Size):
     drawnAt = now;
     follow(model, size);
     element.dataset.scale = `${model.view.scale}`; // pixels a mm
-    const colours = mapColours(element);
+    const colours = mapColours();
     const drawing = { context, points, size, ratio: devicePixelRatio, view: model.view, colours };
     paintMap(drawing, [...model.scenes.values()], model.layers, now, model.background);
     paintWaypoints(drawing, model.waypoints.list.value);

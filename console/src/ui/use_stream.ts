@@ -17,6 +17,7 @@ export interface StreamValue<Data> {
 }
 
 export const defaultPeriod = 66; // ms
+export const eachSample = 0; // as fast as the component makes them
 
 // True while the tab is visible.
 export const pageVisible = signal(!document.hidden);

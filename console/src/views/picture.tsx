@@ -2,6 +2,7 @@
 
 import { useSignal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
+import { resize } from '../ui/canvas';
 import { CheckBox } from '../ui/check_box';
 import { saveCanvas } from '../ui/save';
 import { matrixOf, type Orientation, orientations, pixelAt, turnedSize } from './orientation';
@@ -112,8 +113,7 @@ const noMarks: Mark[] = [];
 
 function draw(canvas: HTMLCanvasElement, pixels: Pixels, orientation: Orientation): void {
   const { width, height } = turnedSize(pixels, orientation);
-  canvas.width = width;
-  canvas.height = height;
+  resize(canvas, width, height);
   const context = canvas.getContext('2d');
   if (context === null) return;
   const isPlain = orientation === orientations[asIs];

@@ -4,8 +4,8 @@ import { valueName } from '../codec/catalogue';
 import type { Elements } from '../codec/views';
 import { type MapColours, mapColours } from '../map/colours';
 import { eachEcho, pointType, segmentOf } from '../map/echoes';
-import { PointBuffer, pixelOf } from '../map/points';
 import { gridStep, type Point, type Size, toScreen, type View } from '../map/transform';
+import { resize } from '../ui/canvas';
 
 export interface ScanData {
   maxRange: number;
@@ -14,7 +14,7 @@ export interface ScanData {
 
 export type ScanStyle = 'points' | 'far' | 'segments' | 'lines';
 
-export interface ScanSight {
+export interface ScanLook {
   style: ScanStyle;
   zoom: number; // 1: all echoes are in sight
   centre: Point; // mm
@@ -23,14 +23,14 @@ export interface ScanSight {
 const ringPixels = 40;
 const zoomMax = 50;
 
-export const wholeScan: ScanSight = { style: 'points', zoom: 1, centre: { x: 0, y: 0 } };
+export const wholeScan: ScanLook = { style: 'points', zoom: 1, centre: { x: 0, y: 0 } };
 
-export function zoomedScan(sight: ScanSight, factor: number): ScanSight {
+export function zoomedScan(sight: ScanLook, factor: number): ScanLook {
   const zoom = Math.min(zoomMax, Math.max(1, sight.zoom * factor));
   return { ...sight, zoom, centre: zoom === 1 ? wholeScan.centre : sight.centre };
 }
 
-export function scanView(data: ScanData, { zoom, centre }: ScanSight, size: Size): View {
+export function scanView(data: ScanData, { zoom, centre }: ScanLook, size: Size): View {
   return { centre, scale: (zoom * 0.48 * Math.min(size.width, size.height)) / rangeOf(data), up: 0 };
 }
 
@@ -44,18 +44,17 @@ function rangeOf({ points, maxRange }: ScanData): number {
   return maxRange > 0 ? Math.min(rounded, maxRange) : rounded;
 }
 
-export function paintScan(canvas: HTMLCanvasElement, data: ScanData, sight: ScanSight, isLadar: boolean): void {
+export function paintScan(canvas: HTMLCanvasElement, data: ScanData, sight: ScanLook, isLadar: boolean): void {
   const ratio = devicePixelRatio;
   const size: Size = { width: canvas.clientWidth, height: canvas.clientHeight };
-  canvas.width = Math.round(size.width * ratio);
-  canvas.height = Math.round(size.height * ratio);
+  resize(canvas, Math.round(size.width * ratio), Math.round(size.height * ratio));
   const context = canvas.getContext('2d', { alpha: false });
   if (context === null || size.width === 0) return;
-  const colours = mapColours(canvas);
+  const colours = mapColours();
   const view = scanView(data, sight, size);
-  context.fillStyle = colours.ground;
-  context.fillRect(0, 0, canvas.width, canvas.height);
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.fillStyle = colours.ground;
+  context.fillRect(0, 0, size.width, size.height);
   paintRings(context, view, size, colours);
   if (sight.style === 'lines') paintLines(context, data, view, size, colours.scan);
   else paintPoints(context, data, view, size, colourOf(colours, data, sight.style, isLadar), sight.style === 'far');
@@ -63,26 +62,17 @@ export function paintScan(canvas: HTMLCanvasElement, data: ScanData, sight: Scan
   paintRobot(context, view, size, colours);
 }
 
-type PixelOf = (type: number, i: number) => number;
+type ColourOf = (type: number, i: number) => string;
 
-function colourOf(colours: MapColours, { points }: ScanData, style: ScanStyle, isLadar: boolean): PixelOf {
-  if (style === 'segments') {
-    const palette = colours.robots.map(pixelOf);
-    return (_, i) => palette[segmentOf(points, i) % palette.length] ?? 0;
-  }
-  const plain = pixelOf(colours.scan);
-  const reflector = pixelOf(colours.reflector);
-  const moving = pixelOf(colours.moving);
-  const byName: Record<string, number> = {
-    transparent: pixelOf(colours.transparent),
-    rain: pixelOf(colours.rain),
-    dirt: pixelOf(colours.dirt),
-  };
+function colourOf(colours: MapColours, { points }: ScanData, style: ScanStyle, isLadar: boolean): ColourOf {
+  const { scan, reflector, moving, transparent, rain, dirt, robots } = colours;
+  if (style === 'segments') return (_, i) => robots[segmentOf(points, i) % robots.length] ?? scan;
+  const byName: Record<string, string> = { transparent, rain, dirt };
   return (type) => {
     if ((type & pointType.reflector) !== 0) return reflector;
     const kind = type & pointType.classMask;
-    if (isLadar) return kind === 0 ? plain : (byName[valueName('LadarPoint.type', kind) ?? ''] ?? plain);
-    return kind === pointType.moving ? moving : plain;
+    if (isLadar) return kind === 0 ? scan : (byName[valueName('LadarPoint.type', kind) ?? ''] ?? scan);
+    return kind === pointType.moving ? moving : scan;
   };
 }
 
@@ -92,20 +82,19 @@ function paintPoints(
   data: ScanData,
   view: View,
   size: Size,
-  pixel: PixelOf,
+  colour: ColourOf,
   grows: boolean,
 ) {
   const ratio = devicePixelRatio;
-  const points = new PointBuffer();
-  points.resize(context.canvas.width, context.canvas.height);
-  const width = Math.round(Math.min(6, 2.5 * Math.sqrt(view.scale / wholeScale)) * ratio);
+  const least = Math.max(2, Math.round(Math.min(6, 2.5 * Math.sqrt(view.scale / wholeScale)) * ratio));
+  context.setTransform(1, 0, 0, 1, 0, 0); // whole pixels of the screen: they need no smoothing
   eachEcho(data.points, (forward, right, type, i) => {
     const { x, y } = toScreen(view, size, { x: forward, y: right });
     const beam = grows ? Math.round(beamWidth * Math.hypot(forward, right) * view.scale * ratio) : 0;
-    points.add(x * ratio, y * ratio, pixel(type, i), Math.max(2, width, Math.min(beam, beamPixelsMax)));
+    const width = Math.max(least, Math.min(beam, beamPixelsMax));
+    context.fillStyle = colour(type, i);
+    context.fillRect(Math.round(x * ratio - width / 2), Math.round(y * ratio - width / 2), width, width);
   });
-  context.setTransform(1, 0, 0, 1, 0, 0);
-  points.paint(context);
 }
 
 const wholeScale = 0.03; // pixels a mm

@@ -1,79 +1,57 @@
 // A scan with what one does to look at it.
 
-import { useSignal } from '@preact/signals';
+import { effect, type Signal, useSignal, useSignalEffect } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
 import { classId } from '../codec/catalogue';
 import { eachEcho } from '../map/echoes';
 import { panned } from '../map/transform';
+import type { Component } from '../model/fleet';
 import { CheckBox } from '../ui/check_box';
+import { useNow } from '../ui/connection';
 import { metres } from '../ui/quantities';
 import { saveFile } from '../ui/save';
 import { isDark } from '../ui/theme';
-import { defaultPeriod, useStream } from '../ui/use_stream';
-import { paintScan, type ScanData, type ScanStyle, scanView, wholeScan, zoomedScan } from './scan_paint';
+import { defaultPeriod, eachSample, type Stream, useStream } from '../ui/use_stream';
+import { paintScan, type ScanData, type ScanLook, type ScanStyle, scanView, wholeScan, zoomedScan } from './scan_paint';
 import { StreamBox, type ViewProperties } from './view';
 
 const options = { elements: true };
 const zoomStep = 1.5;
 
-function useScan({ component }: ViewProperties) {
-  const stream = useStream<ScanData>(component.address, defaultPeriod, options);
-  const canvas = useRef<HTMLCanvasElement>(null);
+type ScanStream = Stream<ScanData>;
+
+function useScan(component: Component, period: number) {
+  const stream = useStream<ScanData>(component.address, period, options);
   const sight = useSignal(wholeScan);
-  const value = stream.value.value;
-  const dark = isDark();
-  const isLadar = component.classId === classId('Ladar');
-  useEffect(() => {
-    if (canvas.current !== null && value !== undefined) paintScan(canvas.current, value.data, sight.value, isLadar);
-  }, [value, dark, sight.value]);
-  return { stream, canvas, sight, value };
+  return { stream, sight };
 }
 
 // For pages that show the scan beside other things.
 export function ScanSight({ component }: ViewProperties) {
-  const { stream, canvas, value } = useScan({ component });
-  const near = value === undefined ? undefined : nearest(value.data);
+  const { stream, sight } = useScan(component, defaultPeriod);
   return (
     <StreamBox component={component} stream={stream}>
-      <canvas ref={canvas} class="scan" role="img" aria-label="Scan, forward is up" />
-      {value !== undefined && <ScanFacts points={value.data.points.length} near={near} skipped="" />}
+      <ScanCanvas component={component} stream={stream} sight={sight} />
+      <ScanFacts stream={stream} />
     </StreamBox>
   );
 }
 
 export function ScanView({ component }: ViewProperties) {
-  const { stream, canvas, sight, value } = useScan({ component });
+  const isFull = useSignal(false);
+  const { stream, sight } = useScan(component, isFull.value ? eachSample : defaultPeriod);
   const keeps = useSignal(false);
-  useEffect(() => {
+  useSignalEffect(() => {
+    const value = stream.value.value;
     if (keeps.value && value !== undefined) saveScan(value.data);
-  }, [value]);
+  });
   const zoom = (factor: number) => {
     sight.value = zoomedScan(sight.value, factor);
   };
-  const drag = (event: PointerEvent) => {
-    if (event.buttons === 0 || value === undefined || canvas.current === null || sight.value.zoom === 1) return;
-    const size = { width: canvas.current.clientWidth, height: canvas.current.clientHeight };
-    const { centre } = panned(scanView(value.data, sight.value, size), event.movementX, event.movementY);
-    sight.value = { ...sight.value, centre };
-  };
-  const skipped = (value?.skipped ?? 0) > 0 ? `; ${value?.skipped} of ${value?.received} scans were not drawn` : '';
   return (
     <StreamBox component={component} stream={stream}>
-      <canvas
-        ref={canvas}
-        class={`scan ${sight.value.zoom > 1 ? 'enlarged' : ''}`}
-        role="img"
-        aria-label="Scan, forward is up"
-        onPointerMove={drag}
-        onWheel={(event) => {
-          if (!event.ctrlKey && sight.value.zoom === 1 && event.deltaY > 0) return; // the page scrolls
-          event.preventDefault();
-          zoom(Math.exp(-event.deltaY / 400));
-        }}
-      />
-      {value !== undefined && (
-        <ScanFacts points={value.data.points.length} near={nearest(value.data)} skipped={skipped} />
-      )}
+      <ScanCanvas component={component} stream={stream} sight={sight} zoom={zoom} />
+      <ScanFacts stream={stream} countsSkipped />
       <p class="actions">
         <button type="button" aria-label="Enlarge the scan" onClick={() => zoom(zoomStep)}>
           +
@@ -93,7 +71,14 @@ export function ScanView({ component }: ViewProperties) {
           <option value="segments">points by segment</option>
           <option value="lines">lines</option>
         </select>
-        <button type="button" onClick={() => value !== undefined && saveScan(value.data)}>
+        <CheckBox checked={isFull}>full rate</CheckBox>
+        <button
+          type="button"
+          onClick={() => {
+            const value = stream.value.peek();
+            if (value !== undefined) saveScan(value.data);
+          }}
+        >
           Save points
         </button>
         <CheckBox checked={keeps}>save each</CheckBox>
@@ -102,10 +87,65 @@ export function ScanView({ component }: ViewProperties) {
   );
 }
 
-function ScanFacts({ points, near, skipped }: { points: number; near: number | undefined; skipped: string }) {
+interface ScanCanvasProperties extends ViewProperties {
+  stream: ScanStream;
+  sight: Signal<ScanLook>;
+  zoom?: (factor: number) => void; // by the wheel
+}
+
+// Draws when a sample comes, without a new look at the elements around it.
+function ScanCanvas({ component, stream, sight, zoom }: ScanCanvasProperties) {
+  const canvas = useRef<HTMLCanvasElement>(null);
+  const isLadar = component.classId === classId('Ladar');
+  useEffect(
+    () =>
+      effect(() => {
+        isDark(); // in other colours
+        const value = stream.value.value;
+        if (canvas.current !== null && value !== undefined) paintScan(canvas.current, value.data, sight.value, isLadar);
+      }),
+    [stream.value, isLadar],
+  );
+  const drag = ({
+    buttons,
+    movementX,
+    movementY,
+    currentTarget,
+  }: PointerEvent & { currentTarget: HTMLCanvasElement }) => {
+    const value = stream.value.peek();
+    if (buttons === 0 || value === undefined || sight.value.zoom === 1) return;
+    const size = { width: currentTarget.clientWidth, height: currentTarget.clientHeight };
+    const { centre } = panned(scanView(value.data, sight.value, size), movementX, movementY);
+    sight.value = { ...sight.value, centre };
+  };
+  const turnWheel = (event: WheelEvent) => {
+    if (zoom === undefined || (!event.ctrlKey && sight.value.zoom === 1 && event.deltaY > 0)) return; // the page scrolls
+    event.preventDefault();
+    zoom(Math.exp(-event.deltaY / 400));
+  };
+  return (
+    <canvas
+      ref={canvas}
+      class={`scan ${sight.value.zoom > 1 ? 'enlarged' : ''}`}
+      role="img"
+      aria-label="Scan, forward is up"
+      onPointerMove={drag}
+      onWheel={turnWheel}
+    />
+  );
+}
+
+// Twice a second: who reads cannot follow faster.
+function ScanFacts({ stream, countsSkipped = false }: { stream: ScanStream; countsSkipped?: boolean }) {
+  useNow(500);
+  const value = stream.value.peek();
+  if (value === undefined) return null;
+  const { data, skipped, received } = value;
+  const near = nearest(data);
   return (
     <p class="small faint">
-      {points} points; the nearest is {near === undefined ? 'not there' : metres(near)} away{skipped}
+      {data.points.length} points; the nearest is {near === undefined ? 'not there' : `${metres(near)} away`}
+      {countsSkipped && skipped > 0 && `; ${skipped} of ${received} scans were not drawn`}
     </p>
   );
 }

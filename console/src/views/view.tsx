@@ -1,6 +1,8 @@
 // What the views of all classes share: their component, and whether data come.
 
+import { computed } from '@preact/signals';
 import type { ComponentChildren } from 'preact';
+import { useMemo } from 'preact/hooks';
 import { nameOf, useConsole } from '../app/console';
 import type { Component } from '../model/fleet';
 import { useAttempt } from '../ui/attempt';
@@ -24,22 +26,23 @@ export function StreamBox<Data>({
   const state = client.streamState(component.address).value;
   const drops = client.streamDrops(component.address).value;
   const now = useNow(500);
-  const value = stream.value.value;
+  // Drawn anew when one of these changes, and not for each sample.
+  const isEmpty = useDerived(() => stream.value.value === undefined, [stream.value]);
+  const isOld = useDerived(() => performance.now() - (stream.value.value?.at ?? 0) > staleTime, [stream.value, now]);
   const trouble = stream.trouble.value;
   if (trouble !== undefined) return <p class="bad">These data cannot be read: {trouble}</p>;
-  if (value === undefined)
+  if (isEmpty)
     return component.state.value === 'off' ? (
       <TurnOn component={component} />
     ) : (
       <p class="faint">{waitText(component, state)}</p>
     );
-  const old = now - value.at;
-  const isOld = old > staleTime;
   return (
     <div class={isOld ? 'stale' : ''}>
       {isOld && (
         <p class="warn small" role="status">
-          These data are {age(old / 1000)} old. {waitText(component, state)}
+          These data are {age((performance.now() - (stream.value.peek()?.at ?? 0)) / 1000)} old.{' '}
+          {waitText(component, state)}
         </p>
       )}
       {drops !== undefined && !isOld && (
@@ -51,6 +54,11 @@ export function StreamBox<Data>({
       {children}
     </div>
   );
+}
+
+// A value that follows from signals.
+function useDerived<Value>(derive: () => Value, inputs: unknown[]): Value {
+  return useMemo(() => computed(derive), inputs).value;
 }
 
 function TurnOn({ component }: ViewProperties) {
