@@ -1,6 +1,9 @@
 // All routers of the fleet, and whether they answer.
 
+import { useSignal } from '@preact/signals';
 import { useConsole } from '../app/console';
+import { route, setOption } from '../app/route';
+import { FilterBox } from '../ui/filter_box';
 import { Lamp } from '../ui/lamp';
 import { age, duration } from '../ui/quantities';
 import { useAdminList } from './admin_list';
@@ -8,10 +11,13 @@ import type { RouterItem } from './reports';
 import { type TreeRow, treeOfRouters } from './router_tree';
 
 const words = { asked: 'asked …', up: 'up', down: 'not reachable' };
+const rowsAtOnce = 200; // and all that are not reachable
 const lamps = { asked: 'unknown', up: 'on', down: 'error' } as const;
 
 export function Routers() {
   const { admin } = useConsole();
+  const filter = route.value.options.get('filter') ?? '';
+  const shown = useSignal(rowsAtOnce);
   const { items, trouble } = useAdminList<TreeRow>(
     (publish) => treeOfRouters((address) => admin.all<RouterItem>({ ask: 'routers' }, address), publish),
     'routers',
@@ -19,12 +25,18 @@ export function Routers() {
   );
   if (items === undefined) return <p class="summary faint">{trouble || 'Asking the routers …'}</p>;
   const down = items.filter(({ state }) => state === 'down').length;
+  const found = items.filter(({ router }) => matches(router, filter));
+  const visible = found.filter(({ state }, i) => i < shown.value || state === 'down');
   return (
     <>
-      <p class="summary" aria-live="polite">
-        {items.length === 1 ? '1 router' : `${items.length} routers`}
-        {down > 0 && <strong class="bad">, {down} not reachable</strong>}
-      </p>
+      <div class="tools">
+        <p class="summary" aria-live="polite">
+          {items.length === 1 ? '1 router' : `${items.length} routers`}
+          {down > 0 && <strong class="bad">, {down} not reachable</strong>}
+        </p>
+        <span class="grow" />
+        <FilterBox label="Filter routers" value={filter} change={(text) => setOption('filter', text)} />
+      </div>
       <div class="sheet">
         <table class="list">
           <thead>
@@ -39,7 +51,7 @@ export function Routers() {
             </tr>
           </thead>
           <tbody>
-            {items.map(({ router, depth, clock, state }) => (
+            {visible.map(({ router, depth, clock, state }) => (
               <tr key={`${router.address.raw} ${depth}`} class={state === 'down' ? 'bad-row' : ''}>
                 <td style={{ paddingInlineStart: `${0.75 + 1.5 * depth}rem` }}>
                   <Lamp state={lamps[state]} /> {router.name ?? 'unknown'}
@@ -55,6 +67,14 @@ export function Routers() {
           </tbody>
         </table>
       </div>
+      {found.length > visible.length && (
+        <button type="button" onClick={() => (shown.value += rowsAtOnce)}>
+          Show {Math.min(rowsAtOnce, found.length - visible.length)} more of {found.length}
+        </button>
+      )}
     </>
   );
 }
+
+const matches = ({ name, address }: RouterItem, filter: string) =>
+  `${name ?? ''} ${address.name}`.toLowerCase().includes(filter.trim().toLowerCase());
