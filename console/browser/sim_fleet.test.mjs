@@ -24,7 +24,7 @@ robots = ["${robots}/recorder.toml"]
 `;
 // The browser says that it takes this header of https only, or of this machine's own address.
 const ignored = ['Cross-Origin-Opener-Policy'];
-const base = { address: 'http://10.0.0.254:8080' };
+const base = { address: 'http://127.0.0.1:8080' };
 
 let sim;
 let browser;

@@ -206,18 +206,33 @@ Result<std::vector<Certificate>> Authority::issue(const Identity& identity,
   return chain;
 }
 
-Result<void> Authority::issue_own(const Identity& identity,
-                                  const std::vector<std::string>& host_names,
-                                  std::int64_t now) const {
-  const auto key = keys_.next_key();
+Result<void> Authority::issue_to(const KeyFolder& member, const Identity& identity,
+                                 const std::vector<std::string>& host_names, std::int64_t now,
+                                 View list) const {
+  const auto key = member.next_key();
   if (!key) return key.error();
   const auto request = CertificateRequest::make(*key, identity.uris());
   if (!request) return request.error();
   const auto chain = issue(identity, host_names, *request, now);
   if (!chain) return chain.error();
-  const auto in_force = list();
+  const auto in_force = this->list();
   if (!in_force) return in_force.error();
-  return keys_.take_over(*chain, in_force->roots);
+  return member.take_over(*chain, in_force->roots, list);
+}
+
+Result<void> Authority::issue_own(const Identity& identity,
+                                  const std::vector<std::string>& host_names,
+                                  std::int64_t now) const {
+  return issue_to(keys_, identity, host_names, now, {});  // the list is there
+}
+
+Result<void> Authority::issue_to(const KeyFolder& member, const Identity& identity,
+                                 const std::vector<std::string>& host_names,
+                                 std::int64_t now) const {
+  if (auto made = member.make(); !made) return made;
+  const auto list = list_bytes();
+  if (!list) return list.error();
+  return issue_to(member, identity, host_names, now, *list);
 }
 
 Result<std::vector<Issued>> Authority::issued() const {

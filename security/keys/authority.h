@@ -48,6 +48,10 @@ class Authority {
   [[nodiscard]] Result<void> issue_own(const Identity& identity,
                                        const std::vector<std::string>& host_names,
                                        std::int64_t now) const;
+  // The same for another member whose folder is on this host, with the list.
+  [[nodiscard]] Result<void> issue_to(const KeyFolder& member, const Identity& identity,
+                                      const std::vector<std::string>& host_names,
+                                      std::int64_t now) const;
   // All certificates, the newest of a name last.
   [[nodiscard]] Result<std::vector<Issued>> issued() const;
   // The newest certificate for this key that is not revoked.
@@ -75,6 +79,9 @@ class Authority {
   Authority(KeyFolder keys, KeyFolder folder, Certificate root, PrivateKey root_key,
             Certificate issuing, PrivateKey issuing_key, std::string fleet);
 
+  [[nodiscard]] Result<void> issue_to(const KeyFolder& member, const Identity& identity,
+                                      const std::vector<std::string>& host_names, std::int64_t now,
+                                      View list) const;
   [[nodiscard]] Result<void> put_list(const FleetList& list, const Certificate& signer,
                                       const PrivateKey& key) const;
 

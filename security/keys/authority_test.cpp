@@ -21,12 +21,9 @@ class AuthorityTest : public testing::Test {
     return made;
   }
   KeyFolder join(const Authority& authority, const Identity& identity) {
-    KeyFolder made = member(identity.name);
-    const auto key = made.next_key().value();
-    const auto request = CertificateRequest::make(key, identity.uris()).value();
-    const auto chain = authority.issue(identity, {}, request, kNow).value();
-    EXPECT_TRUE(made.take_over(chain, authority.list()->roots).ok());
-    EXPECT_TRUE(made.take_over_list(authority.list_bytes().value()).ok());
+    KeyFolder made((folder_.path() / identity.name).string());
+    EXPECT_TRUE(authority.issue_to(made, identity, {}, kNow).ok());
+    EXPECT_EQ(made.load()->list_number(), authority.list()->number);
     return made;
   }
   // "" or why the server refuses.

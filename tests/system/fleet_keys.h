@@ -30,14 +30,9 @@ class FleetKeys {
   std::string join(const std::string& name, security::MemberRole role, std::uint16_t system,
                    std::uint16_t id) {
     const security::KeyFolder keys((folder_.path() / name).string());
-    EXPECT_TRUE(keys.make().ok());
     const security::Identity who{
         .fleet = "harbour", .role = role, .system = system, .id = id, .name = name, .rights = {}};
-    const auto request =
-        security::CertificateRequest::make(keys.next_key().value(), who.uris()).value();
-    const auto chain = authority_.issue(who, {}, request, seconds()).value();
-    EXPECT_TRUE(keys.take_over(chain, authority_.list()->roots).ok());
-    EXPECT_TRUE(keys.take_over_list(authority_.list_bytes().value()).ok());
+    EXPECT_TRUE(authority_.issue_to(keys, who, {}, seconds()).ok());
     return setting(name);
   }
 

@@ -88,6 +88,12 @@ TEST_F(FleetTest, ShowsHostsAndRemovesEverythingAtTheEnd) {
   EXPECT_THAT(table.out, HasSubstr(folder() + "/robot1-arm/router.sock"));
   EXPECT_TRUE(eventually([&] { return reachable(); }, "the server is known at the base"));
 
+  for (const std::string host : {"base", "robot1-main", "robot1-arm"}) {
+    const Ran links = on(host, {"link", "show", "--json"});
+    EXPECT_THAT(links.out, HasSubstr(R"("secure":true)")) << host << links.err;
+    EXPECT_THAT(links.out, testing::Not(HasSubstr(R"("secure":false)"))) << host;
+  }
+
   const Ran again = run({"sim", "up", file_, "--fleet", name_});
   EXPECT_EQ(again.code, 5);
   EXPECT_THAT(again.err, HasSubstr("is already running"));

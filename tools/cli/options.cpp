@@ -239,6 +239,8 @@ constexpr OptionRow kOptions[] = {
      [](Options& o, string_view) { o.until_idle = true; }},
     {"detach", 0, "", "continue in the background after the start",
      [](Options& o, string_view) { o.detach = true; }},
+    {"insecure", 0, "", "without keys: every program in the fleet's networks may do everything",
+     [](Options& o, string_view) { o.insecure = true; }},
 };
 
 constexpr std::string_view kRobot = "timsctl-robot";
@@ -260,10 +262,10 @@ constexpr Verb kProgramVerbs[] = {
      "Write the parameters of a component that were set since `up` started it into the robot file.",
      "", nullptr, kRows, kRobot},
 
-    {"sim", "up", "FILE", 1, 1, "fleet for detach", true,
-     "Start a fleet on this machine: network namespaces, a router in each, components, lines with "
-     "faults. Runs until Ctrl-C, then removes everything. Exit status 1: a program ended "
-     "unexpectedly. Needs root.",
+    {"sim", "up", "FILE", 1, 1, "fleet for detach insecure", true,
+     "Start a fleet on this machine: network namespaces, a router with keys in each, components, "
+     "lines with faults. Runs until Ctrl-C, then removes everything. Exit status 1: a program "
+     "ended unexpectedly. Needs root.",
      "timsctl sim up deploy/fleets/demo.toml", nullptr, kTexts, kSim},
     {"sim", "down", "[NAME]", 0, 1, "fleet", false,
      "Stop a fleet, or remove the remains of a crashed one; without NAME: all fleets.",

@@ -97,6 +97,7 @@ struct Options {
   bool finish = false;      // of key rotate
   bool force = false;       // of key rotate --finish
   bool until_idle = false;  // of key serve
+  bool insecure = false;    // of sim up
 
   [[nodiscard]] bool json() const { return format == Format::kJson; }
   // Whether a verb that repeats something runs until it is stopped.

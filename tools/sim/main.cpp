@@ -148,7 +148,9 @@ sim::Quality need_quality(const std::vector<std::string>& arguments) {
 }
 
 Exit sim_up(Context& context) {
-  sim::Plan plan = sim::make_plan(read_fleet_file(context));
+  sim::Plan plan =
+      sim::make_plan(read_fleet_file(context),
+                     context.options.insecure ? sim::Trust::kEverybody : sim::Trust::kKeys);
   plan.programs_folder = std::filesystem::path(context.options.arguments.front()).parent_path();
   sim::need_root();
   return run_service(

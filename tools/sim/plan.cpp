@@ -23,7 +23,9 @@ std::string without_prefix(std::string_view address) {
 }
 
 // The configuration common to all hosts. `links`: the [[link]] tables.
-std::string router_config(const PlannedHost& host, const std::string& links) {
+std::string router_config(const PlannedHost& host, Trust trust, const std::string& links) {
+  const std::string security = trust == Trust::kKeys ? fmt::format("keys = \"{}\"", host.keys())
+                                                     : std::string("insecure = true");
   return fmt::format(R"([router]
 name = "{}"
 role = "{}"
@@ -32,7 +34,7 @@ id = {}
 [unix]
 path = "{}"
 [security]
-insecure = true
+{}
 [udp]
 listen = "0.0.0.0:2010"
 [tcp]
@@ -43,7 +45,7 @@ listen = "0.0.0.0:8080"
 [sim]
 faults = true
 {})",
-                     host.name, host.role, host.system, host.id, host.socket(), links);
+                     host.name, host.role, host.system, host.id, host.socket(), security, links);
 }
 
 std::string super_link(const Line& line, std::string_view upper_address) {
@@ -53,8 +55,9 @@ std::string super_link(const Line& line, std::string_view upper_address) {
 
 class Planner {
  public:
-  explicit Planner(const Fleet& fleet) : fleet_(fleet) {
+  Planner(const Fleet& fleet, Trust trust) : fleet_(fleet) {
     plan_.name = fleet.name;
+    plan_.trust = trust;
     plan_.folder = fmt::format("{}/{}", kSimFolder, fleet.name);
     plan_.profiles = fleet.profiles;
     plan_.steps = fleet.steps;
@@ -97,7 +100,8 @@ class Planner {
     PlannedHost base = host(std::string(kBase));
     base.role = "top";
     base.addresses = {fmt::format("{}/24", kBaseAddress)};
-    base.router_config = router_config(base, "[[link]]\nkind = \"sub\"\nsystem = \"*\"\n");
+    base.router_config =
+        router_config(base, plan_.trust, "[[link]]\nkind = \"sub\"\nsystem = \"*\"\n");
     give_programs(base, fleet_.base, std::string(kBase));
     plan_.hosts.push_back(std::move(base));
   }
@@ -122,7 +126,7 @@ class Planner {
     std::string links = super_link(line, kBaseAddress);
     if (robot.hosts.size() > 1)
       links += fmt::format("[[link]]\nkind = \"sub\"\nsystem = {}\n", robot.system);
-    first.router_config = router_config(first, links);
+    first.router_config = router_config(first, plan_.trust, links);
     give_programs(first, robot.programs.at(robot.hosts.front()), robot.name);
     plan_.hosts.push_back(first);
     const std::size_t first_index = plan_.hosts.size() - 1;
@@ -149,7 +153,7 @@ class Planner {
                                                                .device = robot.hosts.front(),
                                                                .address = other.addresses.front()},
                                                      .own = {.up = cable, .down = cable}});
-    other.router_config = router_config(other, super_link(line, upper_address));
+    other.router_config = router_config(other, plan_.trust, super_link(line, upper_address));
     give_programs(other, robot.programs.at(robot.hosts[number]), robot.name);
     plan_.hosts.push_back(std::move(other));
   }
@@ -185,7 +189,7 @@ std::vector<std::string> environment_at(const std::string& router_socket) {
           "TIMS_HOST=", "XDG_RUNTIME_DIR=" + router_socket.substr(0, router_socket.rfind('/'))};
 }
 
-Plan make_plan(const Fleet& fleet) { return Planner(fleet).make(); }
+Plan make_plan(const Fleet& fleet, Trust trust) { return Planner(fleet, trust).make(); }
 
 std::string network_prefix(std::string_view fleet) { return fmt::format("tims-{}-", fleet); }
 

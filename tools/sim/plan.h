@@ -6,6 +6,7 @@
 // First the plan (pure), then its implementation by `ip`, `tc` and `nft`.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -35,6 +36,7 @@ struct PlannedHost {
   std::vector<Component> components;
 
   [[nodiscard]] std::string socket() const { return folder + "/router.sock"; }
+  [[nodiscard]] std::string keys() const { return folder + "/keys"; }
   // Its configuration, as /etc/tims of an installed host, and what its agent keeps.
   [[nodiscard]] std::string files() const { return folder + "/etc"; }
   [[nodiscard]] std::string agent_state() const { return folder + "/agent"; }
@@ -56,8 +58,12 @@ struct Line {
   LineState own;  // without faults
 };
 
+// What its routers trust: keys of the fleet, or everybody in its networks.
+enum class Trust : std::uint8_t { kKeys, kEverybody };
+
 struct Plan {
   std::string name;
+  Trust trust = Trust::kKeys;
   std::string folder;           // "/run/tims-sim/demo"
   std::string programs_folder;  // working folder of components: that of the fleet file; empty: the
                                 // current folder
@@ -72,7 +78,7 @@ struct Plan {
 
 inline constexpr std::string_view kSimFolder = "/run/tims-sim";
 
-Plan make_plan(const Fleet& fleet);
+Plan make_plan(const Fleet& fleet, Trust trust = Trust::kKeys);
 
 // The environment of the programs of a host: its router, and a separate runtime folder.
 std::vector<std::string> environment_at(const std::string& router_socket);

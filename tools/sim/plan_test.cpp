@@ -53,6 +53,21 @@ TEST(Plan, EveryRouterAcceptsItsConfiguration) {
   }
 }
 
+TEST(Plan, RoutersHaveKeysUnlessEverybodyIsTrusted) {
+  const auto config_of = [](const Plan& p) {
+    return tims::config::load(
+               {.files = {{"f", p.hosts[1].router_config}}, .settings = {}, .host = {}})
+        .config;
+  };
+  const auto with_keys = config_of(plan());
+  EXPECT_EQ(with_keys.security.keys, "/run/tims-sim/demo/robot1-main/keys");
+  EXPECT_FALSE(with_keys.security.insecure);
+  const FleetFile file = read_fleet({"f", "[[robot]]\n"});
+  const auto without = config_of(make_plan(file.fleet, Trust::kEverybody));
+  EXPECT_EQ(without.security.keys, "");
+  EXPECT_TRUE(without.security.insecure);
+}
+
 TEST(Plan, RobotFilesRunFromTheConfigurationOfTheirHost) {
   const FleetFile file = read_fleet({"f", R"toml(
 name = "demo"

@@ -95,7 +95,7 @@ std::vector<pid_t> RunningFleet::processes() const {
 void RunningFleet::save(const std::string& folder) const {
   const std::string from = running_fleets().folder_of(options_.name);
   for (const auto& entry : fs::recursive_directory_iterator(from)) {
-    if (!entry.is_regular_file()) continue;
+    if (!entry.is_regular_file() || entry.path().extension() == ".key") continue;
     const fs::path to = folder / fs::relative(entry.path(), from);
     fs::create_directories(to.parent_path());
     fs::copy(entry.path(), to, fs::copy_options::overwrite_existing);

@@ -32,7 +32,7 @@ class RunningFleet {
   [[nodiscard]] std::vector<std::string> ended() const;
   // All processes of the fleet.
   [[nodiscard]] std::vector<pid_t> processes() const;
-  // Copies the logs to the folder.
+  // Copies all files but private keys to the folder.
   void save(const std::string& folder) const;
   // Stops the fleet and returns its remains.
   std::vector<std::string> take_down();

@@ -12,6 +12,7 @@
 #include "os/file.h"
 #include "os/process.h"
 #include "os/socket.h"
+#include "tools/sim/fleet_keys.h"
 #include "tools/sim/host_files.h"
 
 namespace timsctl::sim {
@@ -161,6 +162,7 @@ Supervisor::~Supervisor() {
 
 void Supervisor::write_files() const {
   for (const PlannedHost& host : plan_.hosts) write_host_files(host, plan_.programs_folder);
+  if (plan_.trust == Trust::kKeys) make_keys(plan_);
 }
 
 void Supervisor::write_state() const {

@@ -298,6 +298,7 @@ constexpr Column kLinks[] = {
     {"STATE", "state"},
     {"SINCE", "since_s", Cell::kDuration},
     {"PATH", "path"},
+    {"SECURE", "secure"},
     {"ADDRESS", "peer_address"},
     {"RTT", "rtt_s", Cell::kDuration},
     {"LOSS_IN", "loss_in", Cell::kPercent},
