@@ -9,6 +9,8 @@ import { hostname, tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { after, afterEach, before, test } from 'node:test';
 import { connect as connectTls } from 'node:tls';
+import { fileURLToPath } from 'node:url';
+import { build } from 'esbuild';
 import { eventually, freePort, Host, launch, programs, Watched } from './fixture.mjs';
 
 const keys = mkdtempSync(join(tmpdir(), 'console-keys-'));
@@ -164,8 +166,64 @@ test('who may only look is offered nothing else, and the router refuses it', asy
       }),
   );
   assert.equal(answer, -3, 'NOT_AVAILABLE');
+  assert.equal(await refusals(), 1);
+});
+
+// What the page believes to need which right.
+async function pagesTable() {
+  const { outputFiles } = await build({
+    entryPoints: [fileURLToPath(new URL('../src/tims/rights.ts', import.meta.url))],
+    bundle: true,
+    write: false,
+    format: 'esm',
+  });
+  return import(`data:text/javascript;base64,${Buffer.from(outputFiles[0].contents).toString('base64')}`);
+}
+
+async function refusals() {
   const metrics = await (await fetch(`http://127.0.0.1:${host.http}/metrics`)).text();
-  assert.match(metrics, /tims_router_drops_total\{reason="no_right"\} 1\n/);
+  return Number(/tims_router_drops_total\{reason="no_right"\} (\d+)/.exec(metrics)?.[1] ?? 0);
+}
+
+// Sends these types of messages to a mailbox; returns when the router has taken all of them.
+const sendAll = (page, dest, types) =>
+  page.evaluate(
+    ([to, kinds]) =>
+      new Promise((resolve) => {
+        const socket = new WebSocket(`wss://${location.host}/tims`);
+        socket.binaryType = 'arraybuffer';
+        const send = (type, receiver, text = '') => {
+          const body = new TextEncoder().encode(text);
+          const message = new DataView(new ArrayBuffer(16 + body.length));
+          message.setUint8(0, 3); // little endian
+          message.setInt8(1, type);
+          message.setUint32(4, receiver, true);
+          message.setUint32(12, 16 + body.length, true);
+          new Uint8Array(message.buffer).set(body, 16);
+          socket.send(message.buffer);
+        };
+        socket.onmessage = ({ data }) => new Int8Array(data)[1] === -64 && resolve(socket.close());
+        socket.onopen = () => {
+          for (const type of kinds) send(type, to);
+          send(64, 0, '{"ask":"ping"}');
+        };
+      }),
+    [dest, types],
+  );
+
+test('what the page disables is what the router refuses, for each type of each class', async () => {
+  const { neededForType } = await pagesTable();
+  const { page } = await open(link('--rights', 'look').slice(site().length + 1));
+  await page.getByRole('button', { name: 'Log out' }).waitFor();
+  const schema = JSON.parse(readFileSync(new URL('../src/codec/schema.json', import.meta.url), 'utf8'));
+  // Questions are told apart by their bodies.
+  const types = Array.from({ length: 256 }, (_, i) => i - 128).filter((type) => type !== 64);
+  for (const { id, name } of [...schema.classes, { id: 0x7e, name: 'unknown' }]) {
+    const before = await refusals();
+    await sendAll(page, (3 << 24) | (id << 16), types);
+    const refused = types.filter((type) => neededForType(type, name) !== 'look').length;
+    assert.equal((await refusals()) - before, refused, name);
+  }
 });
 
 test('a login that ends closes its sockets and pages', async () => {

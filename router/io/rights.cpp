@@ -10,11 +10,38 @@
 namespace tims::io {
 namespace {
 
-// Types that only ask. All others, also those of single classes, may change something.
+// Types that only ask. All others may change something.
 constexpr std::array kReadingTypes{
     type::kGetStatus,   type::kGetData,     type::kGetContData,    type::kStopContData,
     type::kGetNextData, type::kGetParam,    type::kGetDescription, type::kGetParamEffects,
     type::kGetRuntime,  type::kGetListeners};
+
+// The same of single classes (proxies), a range each.
+struct ReadingTypes {
+  std::uint32_t class_id;
+  std::int8_t first;
+  std::int8_t last;
+};
+constexpr std::array kReadingOfClass{
+    ReadingTypes{class_id::kGdos, 21, 22},        // GET_LOG, GET_TEXTS
+    ReadingTypes{class_id::kChassis, 22, 22},     // GET_PARAMETER
+    ReadingTypes{class_id::kPosition, 22, 27},    // WGS84_TO_POS to POS_TO_UTM
+    ReadingTypes{class_id::kCamera, 21, 21},      // GET_PARAMETER
+    ReadingTypes{class_id::kPilot, 24, 24},       // GET_STATUS
+    ReadingTypes{class_id::kDatalog, 23, 23},     // GET_LOG_STATUS
+    ReadingTypes{class_id::kScan3d, 21, 21},      // GET_RANGE_IMAGE
+    ReadingTypes{class_id::kPlanner, 22, 22},     // GET_COMMAND
+    ReadingTypes{class_id::kFeatureMap, 27, 27},  // GET_LAYER
+    ReadingTypes{class_id::kPath, 25, 26},        // GET_DBG_GRIDMAP, GET_LAYER
+    ReadingTypes{0x7F, 26, 26},                   // GET_LINES of a simulated world
+};
+
+bool only_reads(std::int8_t type, std::uint32_t class_id) {
+  if (std::ranges::find(kReadingTypes, type) != kReadingTypes.end()) return true;
+  return std::ranges::any_of(kReadingOfClass, [&](const ReadingTypes& reading) {
+    return reading.class_id == class_id && reading.first <= type && type <= reading.last;
+  });
+}
 
 Right needed_for_question(std::string_view body, const AddressWidths& widths) {
   const auto read = parse_question(body, widths);
@@ -65,8 +92,7 @@ Right needed_for(const SentMessage& sent, const AddressWidths& widths) {
   if (sent.type == type::kAdminRequest) return needed_for_question(sent.body, widths);
   if (sent.to_router) return Right::kLook;
   if (sent.type == type::kSetParam) return Right::kConfigure;
-  if (std::ranges::find(kReadingTypes, sent.type) != kReadingTypes.end()) return Right::kLook;
-  return Right::kDrive;
+  return only_reads(sent.type, sent.class_id) ? Right::kLook : Right::kDrive;
 }
 
 SentMessage SentMessage::of(const core::Message& message, const core::RouterSettings& settings) {
@@ -77,6 +103,7 @@ SentMessage SentMessage::of(const core::Message& message, const core::RouterSett
   return {.type = message.header.type,
           .to_router = dest == Address() || (is_router && fields.local == 0),
           .to_agent = is_router && fields.local != 0,
+          .class_id = fields.class_id,
           // NOLINTNEXTLINE(cppcoreguidelines-pro-type-reinterpret-cast): bytes as the text they are
           .body = {reinterpret_cast<const char*>(body.data()), body.size()}};
 }

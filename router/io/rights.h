@@ -24,8 +24,9 @@ struct Person {
 // What somebody with these rights may send: see README.md. `body` without the header.
 struct SentMessage {
   std::int8_t type = 0;
-  bool to_router = false;  // dest = src = 0, or a router's own address
-  bool to_agent = false;   // the configuration agent beside a router
+  bool to_router = false;      // dest = src = 0, or a router's own address
+  bool to_agent = false;       // the configuration agent beside a router
+  std::uint32_t class_id = 0;  // of its receiver
   std::string_view body{};
 
   static SentMessage of(const core::Message& message, const core::RouterSettings& settings);

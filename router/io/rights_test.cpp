@@ -37,6 +37,19 @@ TEST(Rights, WhoLooksAsksOnly) {
   EXPECT_EQ(needed_for({.type = 32, .to_router = true}, {}), Right::kLook) << "its own mailboxes";
 }
 
+TEST(Rights, WhoLooksReadsLogsAndMapsOfTheirClassesOnly) {
+  const auto needed_by = [](std::uint32_t receiver, std::int8_t kind) {
+    return needed_for({.type = kind, .class_id = receiver}, AddressWidths{});
+  };
+  EXPECT_EQ(needed_by(class_id::kGdos, 20), Right::kDrive);
+  EXPECT_EQ(needed_by(class_id::kGdos, 21), Right::kLook) << "GET_LOG";
+  EXPECT_EQ(needed_by(class_id::kGdos, 22), Right::kLook) << "GET_TEXTS";
+  EXPECT_EQ(needed_by(class_id::kGdos, 23), Right::kDrive);
+  EXPECT_EQ(needed_by(class_id::kChassis, 21), Right::kDrive) << "MOVE";
+  EXPECT_EQ(needed_by(class_id::kChassis, 22), Right::kLook) << "GET_PARAMETER";
+  EXPECT_EQ(needed_by(class_id::kCamera, 22), Right::kDrive) << "SET_FORMAT";
+}
+
 TEST(Rights, QuestionsNeedWhatTheyDo) {
   EXPECT_EQ(needed(type::kAdminRequest, R"({"ask":"status"})"), Right::kLook);
   EXPECT_EQ(needed(type::kAdminRequest, "nonsense"), Right::kLook) << "the answer explains";

@@ -88,14 +88,19 @@ export function encodeMessage(id: number, type: number, value: object): Uint8Arr
   return bodyOf(id, type).encode(value as Fields);
 }
 
-// A message by CLASS.MESSAGE, its fields checked by the compiler: encodeNamed('Chassis.MOVE', { vx: 200 }).
+// A message by CLASS.MESSAGE, or by the name of one that every class has.
+export function findNamed(name: string): Message | undefined {
+  const [of = '', message] = name.includes('.') ? name.split('.') : ['', name];
+  return message === undefined ? undefined : findMessage(ids.get(of) ?? -1, message);
+}
+
+// Its fields are checked by the compiler: encodeNamed('Chassis.MOVE', { vx: 200 }).
 export function encodeNamed<K extends keyof Bodies & string>(
   name: K,
   value: Partial<NonNullable<Bodies[K]>> = {},
 ): { type: number; body: Uint8Array<ArrayBuffer> } {
-  const [of, message] = name.includes('.') ? name.split('.') : ['', name];
-  const found = findMessage(ids.get(of!) ?? -1, message!)!;
-  return { type: found.type, body: found.body?.encode(value as Fields) ?? new Uint8Array() };
+  const { type, body } = findNamed(name)!;
+  return { type, body: body?.encode(value as Fields) ?? new Uint8Array() };
 }
 
 interface Names {

@@ -3,6 +3,7 @@
 import { useConsole } from '../app/console';
 import type { Component } from '../model/fleet';
 import { useAttempt } from '../ui/attempt';
+import { needs } from '../ui/needs';
 import { metres } from '../ui/quantities';
 import type { Waypoints } from './waypoints';
 
@@ -29,7 +30,12 @@ export function WaypointList({ waypoints, path }: { waypoints: Waypoints; path: 
         ))}
       </ol>
       <p class="actions">
-        <button type="button" class="primary" onClick={() => attempt(() => waypoints.send(console, path))}>
+        <button
+          type="button"
+          class="primary"
+          {...needs('Path.SET_RDDF')}
+          onClick={() => attempt(() => waypoints.send(console, path))}
+        >
           Send
         </button>
         <button type="button" disabled={!waypoints.canUndo} onClick={() => waypoints.undo()}>

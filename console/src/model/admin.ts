@@ -2,6 +2,8 @@
 
 import type { Client } from '../tims/client';
 import { types } from '../tims/header';
+import { hindrance } from '../tims/login';
+import { neededForQuestion } from '../tims/rights';
 
 export class AdminError extends Error {
   constructor(
@@ -27,6 +29,8 @@ export class Admin {
 
   // `router`: the address of another one; 0: the own.
   async ask<Answer>(question: Question, timeout = answerTime, router = 0): Promise<Answer> {
+    const why = hindrance(neededForQuestion(question.ask));
+    if (why !== '') throw new Error(why);
     const body = new TextEncoder().encode(JSON.stringify(question));
     const answer = await this.client.call(router, types.adminRequest, body, timeout);
     if (answer.type !== types.adminReply) throw new AdminError('no_answer', 'the router is not there', '');

@@ -3,6 +3,7 @@
 import { useRef } from 'preact/hooks';
 import { useConsole } from '../app/console';
 import { useAttempt } from '../ui/attempt';
+import { needs } from '../ui/needs';
 import { age, bytes, duration, percent } from '../ui/quantities';
 import { useAdminList } from './admin_list';
 import type { LinkItem } from './reports';
@@ -96,10 +97,10 @@ function Link({ link, rate }: { link: LinkItem; rate: Rate | undefined }) {
           ))}
       </dl>
       <p class="actions">
-        <button type="button" onClick={() => change(up ? 'down' : 'up')}>
+        <button type="button" {...needs('link')} onClick={() => change(up ? 'down' : 'up')}>
           {up ? 'Take down' : 'Bring up'}
         </button>
-        <button type="button" onClick={() => change('reset')}>
+        <button type="button" {...needs('link')} onClick={() => change('reset')}>
           Reset
         </button>
       </p>

@@ -12,7 +12,8 @@ import { fittingName } from '../model/console_name';
 import type { Component, Robot } from '../model/fleet';
 import type { Lease } from '../model/leases';
 import { isAtRest, type StickPosition, stickAtRest } from '../tims/joystick';
-import { Needs } from '../ui/login';
+import { Hindrance } from '../ui/login';
+import { needs } from '../ui/needs';
 import { age } from '../ui/quantities';
 import { CameraSight } from '../views/camera_view';
 import { ChassisSpeed } from '../views/chassis_view';
@@ -28,12 +29,7 @@ export function DrivePage() {
   const robots = console.fleet.robots.value.filter((robot) => firstOf(robot, 'Chassis') !== undefined);
   const system = route.value.arguments[0];
   const robot = robots.find((each) => `${each.system}` === system);
-  if (robot !== undefined)
-    return (
-      <Needs right="drive">
-        <DriveRobot robot={robot} />
-      </Needs>
-    );
+  if (robot !== undefined) return <DriveRobot robot={robot} />;
   return (
     <section class="empty">
       <h1>{system === undefined ? 'Which robot?' : `Robot ${system} is not here, or has no chassis`}</h1>
@@ -147,9 +143,8 @@ function DriveRobot({ robot }: { robot: Robot }) {
                 key={each.pilot.address}
                 type="button"
                 class="primary"
-                disabled={busy.value}
                 aria-keyshortcuts={keyOf(each.pilot)}
-                title={`Key ${keyOf(each.pilot)}`}
+                {...needs('lease', { disabled: busy.value, title: `Key ${keyOf(each.pilot)}` })}
                 onClick={() => void begin(each, false)}
               >
                 Drive with {nameOf(console, each.pilot.address)}
@@ -157,6 +152,7 @@ function DriveRobot({ robot }: { robot: Robot }) {
             ) : (
               <HoldButton
                 key={each.pilot.address}
+                deed="lease"
                 time={takeOverTime}
                 disabled={busy.value}
                 action={() => void begin(each, true)}
@@ -175,9 +171,8 @@ function DriveRobot({ robot }: { robot: Robot }) {
             <button
               key={pilot.address}
               type="button"
-              disabled={busy.value}
               aria-keyshortcuts={keyOf(pilot)}
-              title={`The robot drives by itself; key ${keyOf(pilot)}`}
+              {...needs('lease', { disabled: busy.value, title: `The robot drives by itself; key ${keyOf(pilot)}` })}
               onClick={() => void start(pilot)}
             >
               Start {nameOf(console, pilot.address)}
@@ -202,6 +197,7 @@ function DriveRobot({ robot }: { robot: Robot }) {
           />
         </label>
       </div>
+      <Hindrance deed="lease" />
       {trouble.value !== '' && (
         <p class="notice bad" role="alert">
           {trouble.value}

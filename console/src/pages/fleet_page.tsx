@@ -14,6 +14,7 @@ import { useAttempt } from '../ui/attempt';
 import { FilterBox } from '../ui/filter_box';
 import { Icon } from '../ui/icons';
 import { Lamp } from '../ui/lamp';
+import { needs } from '../ui/needs';
 import { age, duration } from '../ui/quantities';
 import { stopRobots } from '../ui/stop_button';
 
@@ -194,10 +195,18 @@ function RobotCard({ row, router, driver }: CardProperties) {
           Drive
         </a>
         <span class="grow" />
-        <button type="button" onClick={() => attempt(() => stopRobots(console, [robot.system]))}>
+        <button
+          type="button"
+          {...needs('Chassis.SET_ACTIVE_PILOT')}
+          onClick={() => attempt(() => stopRobots(console, [robot.system]))}
+        >
           Stop
         </button>
-        <button type="button" disabled={busy.value} onClick={() => attempt(() => console.fleet.turnAllOff(robot))}>
+        <button
+          type="button"
+          {...needs('OFF', { disabled: busy.value })}
+          onClick={() => attempt(() => console.fleet.turnAllOff(robot))}
+        >
           All off
         </button>
       </p>

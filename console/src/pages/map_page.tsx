@@ -14,6 +14,7 @@ import { WaypointList } from '../map/waypoint_list';
 import type { Robot } from '../model/fleet';
 import { useAttempt } from '../ui/attempt';
 import { Icon } from '../ui/icons';
+import { needs } from '../ui/needs';
 import { degrees, metres } from '../ui/quantities';
 import { pageVisible } from '../ui/use_stream';
 
@@ -126,6 +127,7 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
           Action{' '}
           <select
             value={tool.value ?? ''}
+            {...needs('Pilot.SET_DESTINATION')}
             onChange={(event) => {
               tool.value = event.currentTarget.value || undefined;
             }}
@@ -145,6 +147,7 @@ export function RobotMap({ robots }: { robots: Robot[] }) {
             type="button"
             class="primary"
             aria-pressed={tool.value === 'goal'}
+            {...needs('Pilot.SET_DESTINATION')}
             onClick={() => (tool.value = 'goal')}
           >
             Send robot here

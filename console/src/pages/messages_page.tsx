@@ -11,6 +11,7 @@ import type { Level } from '../tims/gdos';
 import { useAttempt } from '../ui/attempt';
 import { ComponentInput } from '../ui/component_input';
 import { FilterBox } from '../ui/filter_box';
+import { needs } from '../ui/needs';
 import { saveFile } from '../ui/save';
 
 const order: Level[] = ['print', 'error', 'warning', 'info', 'detail'];
@@ -116,7 +117,7 @@ function LevelMenu() {
             <option key={each}>{each}</option>
           ))}
         </select>
-        <button type="submit" disabled={busy.value}>
+        <button type="submit" {...needs('SET_PARAM', { disabled: busy.value })}>
           Set
         </button>
         <span role="status">{report.value}</span>

@@ -11,6 +11,7 @@ import { Commands } from '../ui/commands';
 import { FilterBox } from '../ui/filter_box';
 import { Icon } from '../ui/icons';
 import { Lamp, stateWord } from '../ui/lamp';
+import { needs } from '../ui/needs';
 import { Parameters } from '../ui/parameters';
 import { InSight, useInSight } from '../ui/use_stream';
 import { groupOf, groups } from '../views/groups';
@@ -86,10 +87,12 @@ function ComponentRow({ component }: { component: Component }) {
         type="button"
         class="quiet lamp-button"
         onClick={() => attempt(() => console.fleet.turn(component, !isOn))}
-        disabled={busy.value || state === 'unknown'}
         aria-pressed={isOn}
         aria-label={`${name}: ${stateWord(state)}; turn ${isOn ? 'off' : 'on'}`}
-        title={`${stateWord(state)}; click to turn ${isOn ? 'off' : 'on'}`}
+        {...needs(isOn ? 'OFF' : 'ON', {
+          disabled: busy.value || state === 'unknown',
+          title: `${stateWord(state)}; click to turn ${isOn ? 'off' : 'on'}`,
+        })}
       >
         <Lamp state={state} />
       </button>
@@ -120,7 +123,7 @@ function AllOff({ robot }: { robot: Robot }) {
     );
   return (
     <p class="actions">
-      <button type="button" onClick={allOff}>
+      <button type="button" {...needs('OFF')} onClick={allOff}>
         All off
       </button>
       <span role="status" class="small">

@@ -5,6 +5,7 @@ import { classId } from '../codec/catalogue';
 import type { Component } from '../model/fleet';
 import { useAttempt } from '../ui/attempt';
 import { Lamp } from '../ui/lamp';
+import { needs } from '../ui/needs';
 import { DatalogView } from '../views/datalog_view';
 
 export function RecorderPage() {
@@ -43,10 +44,10 @@ function AtOnce({ recorders }: { recorders: Component[] }) {
   return (
     <>
       <span class="grow" />
-      <button type="button" class="primary" disabled={busy.value} onClick={() => turn(true)}>
+      <button type="button" class="primary" {...needs('ON', { disabled: busy.value })} onClick={() => turn(true)}>
         Record at all
       </button>
-      <button type="button" disabled={busy.value} onClick={() => turn(false)}>
+      <button type="button" {...needs('OFF', { disabled: busy.value })} onClick={() => turn(false)}>
         Stop all
       </button>
       <Failure />

@@ -5,6 +5,7 @@ import { useConsole } from '../app/console';
 import type { AdminError } from '../model/admin';
 import { useAdminList } from '../network/admin_list';
 import type { LinkItem } from '../network/reports';
+import { needs } from '../ui/needs';
 
 interface Faults {
   loss: number; // percent
@@ -58,6 +59,7 @@ function LinkFault({ name }: { name: string }) {
       <input
         inputMode="decimal"
         size={4}
+        {...needs('fault')}
         aria-label={`${title} of ${name} in ${unit}`}
         key={faults.value[key]}
         defaultValue={`${faults.value[key]}`}
@@ -80,11 +82,12 @@ function LinkFault({ name }: { name: string }) {
         <input
           type="checkbox"
           checked={faults.value.blackout}
+          {...needs('fault')}
           onChange={(event) => void apply({ ...faults.value, blackout: event.currentTarget.checked })}
         />{' '}
         Cut
       </label>
-      <button type="button" onClick={() => void apply(none)}>
+      <button type="button" {...needs('fault')} onClick={() => void apply(none)}>
         None
       </button>
       <span class={report.value.bad ? 'bad' : 'faint'} role="status">

@@ -8,6 +8,7 @@ import type { WorldData, WorldLine, WorldThing } from '../codec/messages';
 import { command } from '../model/commands';
 import type { Component } from '../model/fleet';
 import { type Attempt, useAttempt } from '../ui/attempt';
+import { needs } from '../ui/needs';
 import { degrees, metres } from '../ui/quantities';
 import { useStream } from '../ui/use_stream';
 import { StreamBox } from '../views/view';
@@ -31,6 +32,7 @@ export function World({ world }: { world: Component }) {
             <p class="actions">
               <button
                 type="button"
+                {...needs('World.PEOPLE')}
                 onClick={() =>
                   attempt(() => command(client, world, 'World.PEOPLE', { move: data.peopleMove === 0 ? 1 : 0 }))
                 }
@@ -99,7 +101,7 @@ function Obstacles({ obstacles, remove }: { obstacles: WorldThing[]; remove: (id
       {obstacles.map(({ id, pos }) => (
         <li key={id}>
           Obstacle {id} at {metres(pos.x)}, {metres(pos.y)}{' '}
-          <button type="button" onClick={() => remove(id)}>
+          <button type="button" {...needs('World.REMOVE')} onClick={() => remove(id)}>
             Remove
           </button>
         </li>
@@ -133,8 +135,13 @@ function Cables({ world, attempt }: CablesProperties) {
       <legend>Cables</legend>
       {lines.value.map((line) => (
         <label key={`${line.robot} ${line.sensor}`} title={line.line}>
-          <input type="checkbox" checked={line.isPlugged !== 0} onChange={() => void plug(line)} /> {line.robot}{' '}
-          {line.sensor} <span class="faint">{line.device}</span>
+          <input
+            type="checkbox"
+            checked={line.isPlugged !== 0}
+            {...needs('World.PLUG')}
+            onChange={() => void plug(line)}
+          />{' '}
+          {line.robot} {line.sensor} <span class="faint">{line.device}</span>
         </label>
       ))}
     </fieldset>

@@ -1,7 +1,8 @@
 // What will change, on each host: as sentences, as text, and what is restarted for it. From here it is applied.
 
 import { useSignal } from '@preact/signals';
-import { Needs } from '../ui/login';
+import { Hindrance } from '../ui/login';
+import { needs } from '../ui/needs';
 import { fileOf, hostOf, keyOf } from './draft';
 import { showLine } from './place';
 import type { CheckedFile, Effect } from './protocol';
@@ -23,9 +24,8 @@ export function ChangesView() {
   const hosts = [...new Set(changed.map(hostOf))];
   return (
     <div class="changes">
-      <Needs right="configure">
-        <ApplyForm />
-      </Needs>
+      <Hindrance deed="conf_apply" />
+      <ApplyForm />
       {hosts.map((host) => (
         <HostChanges key={host} host={host} />
       ))}
@@ -81,7 +81,11 @@ function ApplyForm() {
         </select>
       </label>
       <span class="actions">
-        <button type="submit" class="primary" disabled={busy.value || obstacle !== '' || studio.checking.value}>
+        <button
+          type="submit"
+          class="primary"
+          {...needs('conf_apply', { disabled: busy.value || obstacle !== '' || studio.checking.value })}
+        >
           {busy.value ? 'Applying …' : `Apply, undo in ${window.value} s`}
         </button>
         <button type="button" onClick={() => studio.discard()}>

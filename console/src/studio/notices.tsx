@@ -3,6 +3,7 @@
 import { useSignal } from '@preact/signals';
 import { useNow } from '../ui/connection';
 import { Icon } from '../ui/icons';
+import { needs } from '../ui/needs';
 import type { ChangeUnderWay } from './apply';
 import { type FileKey, fileOf, hostOf } from './draft';
 import { useStudio } from './workshop';
@@ -95,10 +96,10 @@ function Change({ change }: { change: ChangeUnderWay }) {
       )}
       {waits && (
         <p class="actions">
-          <button type="button" class="primary" onClick={() => void studio.keepChange(id)}>
+          <button type="button" class="primary" {...needs('conf_apply')} onClick={() => void studio.keepChange(id)}>
             Keep the change
           </button>
-          <button type="button" onClick={() => void studio.undoChange(id)}>
+          <button type="button" {...needs('conf_apply')} onClick={() => void studio.undoChange(id)}>
             Undo it now
           </button>
           <span class="faint small">Keeping it first connects anew, to prove that the hosts can be reached.</span>

@@ -44,8 +44,8 @@ export class Running {
 
   private async listenersOf(address: number, widths: Widths): Promise<ReadonlySet<number>> {
     try {
-      const answer = await this.client.call(address, getListeners);
-      if (answer.type !== -getListeners) return new Set();
+      const answer = await this.client.call(address, types.getListeners);
+      if (answer.type !== -types.getListeners) return new Set();
       const { listeners } = decodeStruct('ListenersData', answer.body, answer.flags);
       return new Set(listeners.map(({ mailbox }) => componentOf(mailbox, widths)));
     } catch {
@@ -53,5 +53,3 @@ export class Running {
     }
   }
 }
-
-const getListeners = 16;

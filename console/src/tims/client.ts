@@ -1,11 +1,14 @@
 // TiMS for the page: what its worker knows, as signals, promises and callbacks.
 
 import { type ReadonlySignal, type Signal, signal } from '@preact/signals';
+import { className } from '../codec/catalogue';
+import { fieldsOf } from './address';
 import type { Answer } from './calls';
 import { flags, types } from './header';
 import type { StickPosition } from './joystick';
-import { hindrance, neededFor } from './login';
+import { hindrance } from './login';
 import type { Sample } from './newest';
+import { neededForType } from './rights';
 import type { RouterInfo } from './socket';
 import type { StreamRate } from './stream_drops';
 import type { StreamState } from './stream_requests';
@@ -69,7 +72,7 @@ export class Client {
   }
 
   call(dest: number, type: number, body = new Uint8Array(), timeout = callTime, priority = 0): Promise<Answer> {
-    const why = hindrance(neededFor(type));
+    const why = hindrance(neededForType(type, this.classOf(dest)));
     if (why !== '') return Promise.reject(new Error(why));
     return this.answered((id) => ({ do: 'call', id, dest, type, body, timeout, priority }));
   }
@@ -222,6 +225,11 @@ export class Client {
         this.settle(event.id)?.reject(new Error(event.why));
         break;
     }
+  }
+
+  private classOf(address: number): string | undefined {
+    const { router } = this.connection.value;
+    return router && className(fieldsOf(address, router.widths).classId);
   }
 
   private enter(state: Connection['state'], router: RouterInfo | undefined, why: string): void {

@@ -43,6 +43,9 @@ export const types = {
   getNextData: numberOf('GET_NEXT_DATA'),
   getParam: numberOf('GET_PARAM'),
   setParam: numberOf('SET_PARAM'),
+  getDescription: numberOf('GET_DESCRIPTION'),
+  getRuntime: numberOf('GET_RUNTIME'),
+  getListeners: numberOf('GET_LISTENERS'),
   getParamEffects: numberOf('GET_PARAM_EFFECTS'),
   paramEffects: numberOf('PARAM_EFFECTS'),
   adminRequest: 64, // of routers

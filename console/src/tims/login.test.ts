@@ -1,7 +1,6 @@
 import assert from 'node:assert/strict';
 import { afterEach, test } from 'node:test';
-import { types } from './header';
-import { hindrance, login, may, neededFor, tokenOf } from './login';
+import { hindrance, login, may, tokenOf } from './login';
 
 afterEach(() => {
   login.value = { user: '', right: 'configure' };
@@ -13,13 +12,6 @@ test('a right includes the lower ones', () => {
   assert.ok(!may('configure'));
   assert.equal(hindrance('drive'), '');
   assert.match(hindrance('configure'), /may only drive: this needs the right to configure/);
-});
-
-test('reading needs look, parameters configure, all else drive', () => {
-  assert.equal(neededFor(types.getContData), 'look');
-  assert.equal(neededFor(types.setParam), 'configure');
-  assert.equal(neededFor(types.on), 'drive');
-  assert.equal(neededFor(types.data), 'drive');
 });
 
 test('a token is read from its link only', () => {

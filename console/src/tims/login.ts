@@ -2,16 +2,12 @@
 // asks nobody. The router checks every message; what is refused there is not offered here.
 
 import { signal } from '@preact/signals';
-import { types } from './header';
-
-export type Right = 'none' | 'look' | 'drive' | 'configure';
+import { order, type Right } from './rights';
 
 export interface Login {
   user: string; // empty: nobody was asked
   right: Right;
 }
-
-const order: Right[] = ['none', 'look', 'drive', 'configure'];
 
 export const login = signal<Login>({ user: '', right: 'configure' });
 
@@ -20,26 +16,6 @@ export const may = (right: Right) => order.indexOf(login.value.right) >= order.i
 // Why something is not possible, as a sentence; empty: it is.
 export const hindrance = (right: Right) =>
   may(right) ? '' : `Your login may only ${login.value.right}: this needs the right to ${right}.`;
-
-const reading = new Set<number>([
-  types.getStatus,
-  types.getData,
-  types.getContData,
-  types.stopContData,
-  types.getNextData,
-  types.getParam,
-  types.getParamEffects,
-  types.adminRequest, // the router distinguishes them
-  13, // GET_DESCRIPTION
-  15, // GET_RUNTIME
-  16, // GET_LISTENERS
-]);
-
-// What a message to a component needs (router/io/rights.h).
-export function neededFor(type: number): Right {
-  if (type === types.setParam) return 'configure';
-  return reading.has(type) ? 'look' : 'drive';
-}
 
 async function answered(response: Response): Promise<Login> {
   if (!response.ok) throw new Error((await response.text()).trim());

@@ -7,7 +7,7 @@ import type { Field, Fields } from '../codec/struct';
 import { refusal } from '../model/commands';
 import type { Component } from '../model/fleet';
 import { FieldTable } from '../views/fields_view';
-import { Needs } from './login';
+import { needs } from './needs';
 
 const commandTime = 20000; // ms; a device may take its time
 
@@ -44,34 +44,32 @@ export function Commands({ component }: { component: Component }) {
     }
   };
   return (
-    <Needs right="drive">
-      <form class="commands" onSubmit={send}>
-        <label>
-          Command{' '}
-          <select value={chosen.value} onChange={(event) => choose(Number(event.currentTarget.value))}>
-            {commands.map(({ type, name }, i) => (
-              <option key={type} value={i}>
-                {name}
-              </option>
-            ))}
-          </select>
-        </label>
-        <Inputs key={message.type} message={message} value={value.value} change={(next) => (value.value = next)} />
-        <p class="actions">
-          <button type="submit" class="primary">
-            Send
-          </button>
-        </p>
-        {reply.value !== undefined && (
-          <div role={reply.value.bad ? 'alert' : 'status'} class={reply.value.bad ? 'bad' : ''}>
-            <p>{reply.value.text}</p>
-            {reply.value.fields !== undefined && reply.value.data !== undefined && (
-              <FieldTable fields={reply.value.fields} data={reply.value.data} si={false} />
-            )}
-          </div>
-        )}
-      </form>
-    </Needs>
+    <form class="commands" onSubmit={send}>
+      <label>
+        Command{' '}
+        <select value={chosen.value} onChange={(event) => choose(Number(event.currentTarget.value))}>
+          {commands.map(({ type, name }, i) => (
+            <option key={type} value={i}>
+              {name}
+            </option>
+          ))}
+        </select>
+      </label>
+      <Inputs key={message.type} message={message} value={value.value} change={(next) => (value.value = next)} />
+      <p class="actions">
+        <button type="submit" class="primary" {...needs({ classId: component.classId, type: message.type })}>
+          Send
+        </button>
+      </p>
+      {reply.value !== undefined && (
+        <div role={reply.value.bad ? 'alert' : 'status'} class={reply.value.bad ? 'bad' : ''}>
+          <p>{reply.value.text}</p>
+          {reply.value.fields !== undefined && reply.value.data !== undefined && (
+            <FieldTable fields={reply.value.fields} data={reply.value.data} si={false} />
+          )}
+        </div>
+      )}
+    </form>
   );
 }
 

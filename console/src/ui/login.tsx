@@ -1,9 +1,8 @@
 // Logging in and out, and what the login may do.
 
 import { useSignal } from '@preact/signals';
-import type { ComponentChildren } from 'preact';
-import { useId } from 'preact/hooks';
-import { hindrance, login, logOut, type Right } from '../tims/login';
+import { hindrance, login, logOut } from '../tims/login';
+import { type Deed, neededFor } from './needs';
 
 export function LoginPage({ why }: { why: string }) {
   return (
@@ -45,17 +44,8 @@ export function LoginBadge() {
   );
 }
 
-// Controls that need a right: without it they are disabled, and it says why.
-export function Needs({ right, children }: { right: Right; children: ComponentChildren }) {
-  const id = useId();
-  const why = hindrance(right);
-  if (why === '') return <>{children}</>;
-  return (
-    <fieldset class="needs" disabled aria-describedby={id}>
-      <p id={id} class="notice">
-        {why}
-      </p>
-      {children}
-    </fieldset>
-  );
+// Above controls that are disabled for this login: why, also for those who cannot point at them.
+export function Hindrance({ deed }: { deed: Deed }) {
+  const why = hindrance(neededFor(deed));
+  return why === '' ? null : <p class="notice">{why}</p>;
 }

@@ -9,6 +9,7 @@ import { describe, type ParameterDescription } from '../model/description';
 import type { Component } from '../model/fleet';
 import { types } from '../tims/header';
 import { useAttempt } from './attempt';
+import { needs } from './needs';
 
 export interface Parameter {
   name: string;
@@ -81,7 +82,7 @@ export function Parameters({ component }: { component: Component }) {
       {last !== undefined && (
         <p class="actions small">
           {last.name}: {last.from} → {last.to}{' '}
-          <button type="button" onClick={() => attempt(undo)}>
+          <button type="button" {...needs('SET_PARAM')} onClick={() => attempt(undo)}>
             Undo
           </button>
         </p>
@@ -137,13 +138,19 @@ function ParameterRow({ parameter, description, set }: RowProperties) {
             aria-label={parameter.name}
             inputMode={parameter.type === 1 ? 'text' : 'decimal'}
             defaultValue={before}
+            {...needs('SET_PARAM')}
             onChange={(event) => change(event.currentTarget.value)}
             onKeyDown={(event) => {
               if (event.key === 'Escape') event.currentTarget.value = before;
             }}
           />
         ) : (
-          <select aria-label={parameter.name} value={before} onChange={(event) => change(event.currentTarget.value)}>
+          <select
+            aria-label={parameter.name}
+            value={before}
+            {...needs('SET_PARAM')}
+            onChange={(event) => change(event.currentTarget.value)}
+          >
             {!choices.some(({ value }) => `${value}` === before) && <option value={before}>{before}</option>}
             {choices.map(({ value, meaning }) => (
               <option key={value} value={`${value}`}>

@@ -5,10 +5,10 @@ import { type Console, useConsole } from '../app/console';
 import { route } from '../app/route';
 import { classId } from '../codec/catalogue';
 import { stopCommand } from '../model/commands';
-import { hindrance } from '../tims/login';
 import { noPilot } from '../views/chassis_view';
 import { useAttempt } from './attempt';
 import { Icon } from './icons';
+import { needs } from './needs';
 
 // The robots that the page is about; none: all.
 export function shownRobots(console: Console): number[] {
@@ -48,7 +48,6 @@ export function StopButton() {
     addEventListener('keydown', onKey);
     return () => removeEventListener('keydown', onKey);
   });
-  const why = hindrance('drive');
   const what = systems.length === 1 ? `robot ${systems[0]}` : 'all robots';
   return (
     <>
@@ -57,9 +56,8 @@ export function StopButton() {
         type="button"
         class="stop"
         onClick={stop}
-        disabled={why !== ''}
         aria-label={`Stop ${what}`}
-        title={why || `Stop ${what} (Shift+Esc)`}
+        {...needs('Chassis.SET_ACTIVE_PILOT', { title: `Stop ${what} (Shift+Esc)` })}
       >
         <Icon name="stop" /> STOP
       </button>

@@ -5,6 +5,7 @@ import { useConsole } from '../app/console';
 import type { IoData, VehicleData, VehicleSetValueData } from '../codec/messages';
 import { command } from '../model/commands';
 import { useAttempt } from '../ui/attempt';
+import { needs } from '../ui/needs';
 import { degrees } from '../ui/quantities';
 import { useStream } from '../ui/use_stream';
 import { HoldButton, NumberInput, Values } from './parts';
@@ -41,7 +42,7 @@ export function IoView({ component }: ViewProperties) {
       <p class="actions">
         <NumberInput label="Index" value={index} />
         <NumberInput label="Value" unit="hex" value={value} />
-        <button type="button" onClick={() => attempt(set)}>
+        <button type="button" {...needs('Io.SET_DATA')} onClick={() => attempt(set)}>
           Set
         </button>
       </p>
@@ -141,7 +142,9 @@ export function VehicleView({ component }: ViewProperties) {
           </label>
         ))}
       </div>
-      <HoldButton action={() => attempt(async () => send())}>Set</HoldButton>
+      <HoldButton deed="Vehicle.SET_VALUE" action={() => attempt(async () => send())}>
+        Set
+      </HoldButton>
       <Failure />
     </>
   );

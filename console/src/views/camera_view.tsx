@@ -9,6 +9,7 @@ import { firstOf } from '../map/follow';
 import { command } from '../model/commands';
 import type { Component } from '../model/fleet';
 import { useAttempt } from '../ui/attempt';
+import { needs } from '../ui/needs';
 import { useStream } from '../ui/use_stream';
 import { isGrey, modeName, pictureOf } from './camera_picture';
 import { colourTable, tableNames } from './colour_tables';
@@ -125,7 +126,11 @@ function Format({ component }: ViewProperties) {
             ))}
           </select>
         </label>
-        <button type="button" disabled={size.value === '' && mode.value === ''} onClick={() => attempt(set)}>
+        <button
+          type="button"
+          {...needs('Camera.SET_FORMAT', { disabled: size.value === '' && mode.value === '' })}
+          onClick={() => attempt(set)}
+        >
           Set
         </button>
       </p>

@@ -6,6 +6,7 @@ import { classId } from '../codec/catalogue';
 import type { ChassisData } from '../codec/messages';
 import { command } from '../model/commands';
 import { useAttempt } from '../ui/attempt';
+import { needs } from '../ui/needs';
 import { degrees } from '../ui/quantities';
 import { SoundSwitch } from '../ui/sound_switch';
 import { useStream } from '../ui/use_stream';
@@ -34,6 +35,7 @@ export function ChassisView({ component }: ViewProperties) {
                   type="radio"
                   name={`pilot-${component.address}`}
                   checked={data.activePilot === address}
+                  {...needs('Chassis.SET_ACTIVE_PILOT')}
                   onChange={() => choose(address)}
                 />{' '}
                 {nameOf(console, address)}
@@ -44,6 +46,7 @@ export function ChassisView({ component }: ViewProperties) {
                 type="radio"
                 name={`pilot-${component.address}`}
                 checked={data.activePilot >>> 0 === noPilot}
+                {...needs('Chassis.SET_ACTIVE_PILOT')}
                 onChange={() => choose(noPilot)}
               />{' '}
               nobody
@@ -74,7 +77,11 @@ function OtherPilot({ choose, active }: { choose: (address: number) => void; act
           onInput={(event) => (text.value = event.currentTarget.value)}
         />
       </label>
-      <button type="button" disabled={!/^[0-9a-f]{1,8}$/i.test(text.value)} onClick={() => choose(address)}>
+      <button
+        type="button"
+        {...needs('Chassis.SET_ACTIVE_PILOT', { disabled: !/^[0-9a-f]{1,8}$/i.test(text.value) })}
+        onClick={() => choose(address)}
+      >
         Let it drive
       </button>
     </p>

@@ -7,6 +7,7 @@ import { decodeStruct } from '../codec/catalogue';
 import type { DatalogData, DatalogLogInfo } from '../codec/messages';
 import { command } from '../model/commands';
 import { useAttempt } from '../ui/attempt';
+import { needs } from '../ui/needs';
 import { bytes } from '../ui/quantities';
 import { useVisible } from '../ui/use_stream';
 import type { ViewProperties } from './view';
@@ -50,15 +51,15 @@ export function DatalogView({ component }: ViewProperties) {
     <>
       <p class="actions">
         {isOn ? (
-          <button type="button" onClick={() => attempt(() => console.fleet.turn(component, false))}>
+          <button type="button" {...needs('OFF')} onClick={() => attempt(() => console.fleet.turn(component, false))}>
             Stop recording
           </button>
         ) : (
           <>
-            <button type="button" class="primary" onClick={() => attempt(record)}>
+            <button type="button" class="primary" {...needs('ON')} onClick={() => attempt(record)}>
               Record
             </button>
-            <button type="button" onClick={() => attempt(list)}>
+            <button type="button" {...needs('Datalog.INIT_LOG')} onClick={() => attempt(list)}>
               List the streams anew
             </button>
           </>
@@ -66,7 +67,7 @@ export function DatalogView({ component }: ViewProperties) {
         <label>
           Folder{' '}
           <input
-            disabled={isOn}
+            {...needs('Datalog.SET_LOG', { disabled: isOn })}
             value={shown?.logPathName ?? ''}
             onInput={(event) => {
               if (shown !== undefined) wanted.value = { ...shown, logPathName: event.currentTarget.value };
@@ -99,7 +100,7 @@ export function DatalogView({ component }: ViewProperties) {
                   <input
                     type="checkbox"
                     aria-label={`Record ${name}`}
-                    disabled={isOn}
+                    {...needs('Datalog.SET_LOG', { disabled: isOn })}
                     checked={info.logEnable !== 0}
                     onChange={(event) => edit(i, { logEnable: event.currentTarget.checked ? 1 : 0 })}
                   />
@@ -109,7 +110,7 @@ export function DatalogView({ component }: ViewProperties) {
                     inputMode="numeric"
                     size={5}
                     aria-label={`Period of ${name} in ms`}
-                    disabled={isOn}
+                    {...needs('Datalog.SET_LOG', { disabled: isOn })}
                     key={info.periodTime}
                     defaultValue={`${info.periodTime}`}
                     onChange={(event) =>

@@ -5,6 +5,7 @@ import { useConsole } from '../app/console';
 import type { PtzDriveData, ServoDriveData } from '../codec/messages';
 import { command } from '../model/commands';
 import { useAttempt } from '../ui/attempt';
+import { needs } from '../ui/needs';
 import { degrees, radians } from '../ui/quantities';
 import { useStream } from '../ui/use_stream';
 import { HoldButton, NumberInput, numberOf, Values } from './parts';
@@ -25,16 +26,27 @@ export function ServoView({ component }: ViewProperties) {
         {data !== undefined && <Values of={{ position: `${data.position}` }} />}
       </StreamBox>
       <p class="actions">
-        <HoldButton action={() => attempt(() => command(client, component, 'ServoDrive.HOME'))}>Home</HoldButton>
-        <button type="button" onClick={() => attempt(() => moveTo((data?.position ?? 0) - step))}>
+        <HoldButton deed="ServoDrive.HOME" action={() => attempt(() => command(client, component, 'ServoDrive.HOME'))}>
+          Home
+        </HoldButton>
+        <button
+          type="button"
+          {...needs('ServoDrive.MOVE_POS')}
+          onClick={() => attempt(() => moveTo((data?.position ?? 0) - step))}
+        >
           −{step}
         </button>
-        <button type="button" onClick={() => attempt(() => moveTo((data?.position ?? 0) + step))}>
+        <button
+          type="button"
+          {...needs('ServoDrive.MOVE_POS')}
+          onClick={() => attempt(() => moveTo((data?.position ?? 0) + step))}
+        >
           +{step}
         </button>
         <button
           type="button"
           class="stop"
+          {...needs('ServoDrive.MOVE_VEL')}
           onClick={() => attempt(() => command(client, component, 'ServoDrive.MOVE_VEL', { vel: 0 }))}
         >
           Stop
@@ -42,10 +54,15 @@ export function ServoView({ component }: ViewProperties) {
       </p>
       <p class="actions">
         <NumberInput label="Target" value={target} />
-        <button type="button" onClick={() => attempt(async () => moveTo(numberOf('Target', target)))}>
+        <button
+          type="button"
+          {...needs('ServoDrive.MOVE_POS')}
+          onClick={() => attempt(async () => moveTo(numberOf('Target', target)))}
+        >
           Go there
         </button>
         <HoldButton
+          deed="ServoDrive.MOVE_VEL"
           action={() =>
             attempt(async () =>
               command(client, component, 'ServoDrive.MOVE_VEL', { vel: numberOf('Velocity', target) }),
@@ -95,12 +112,16 @@ export function PtzView({ component }: ViewProperties) {
         <NumberInput label="Zoom" unit="%" value={zoom} />
       </p>
       <p class="actions">
-        <button type="button" onClick={() => attempt(goTo)}>
+        <button type="button" {...needs('PtzDrive.MOVE_POS')} onClick={() => attempt(goTo)}>
           Go there
         </button>
-        <HoldButton action={() => attempt(turn)}>Turn at these per second</HoldButton>
-        <HoldButton action={() => attempt(() => command(client, component, 'PtzDrive.HOME'))}>Home</HoldButton>
-        <button type="button" class="stop" onClick={() => attempt(stop)}>
+        <HoldButton deed="PtzDrive.MOVE_VEL" action={() => attempt(turn)}>
+          Turn at these per second
+        </HoldButton>
+        <HoldButton deed="PtzDrive.HOME" action={() => attempt(() => command(client, component, 'PtzDrive.HOME'))}>
+          Home
+        </HoldButton>
+        <button type="button" class="stop" {...needs('PtzDrive.MOVE_VEL')} onClick={() => attempt(stop)}>
           Stop
         </button>
       </p>

@@ -7,6 +7,7 @@ import { command } from '../model/commands';
 import type { Component } from '../model/fleet';
 import { types, wordBody } from '../tims/header';
 import { useAttempt } from '../ui/attempt';
+import { needs } from '../ui/needs';
 
 export function GpsUpdate({ position }: { position: Component }) {
   const console = useConsole();
@@ -28,7 +29,12 @@ export function GpsUpdate({ position }: { position: Component }) {
   return (
     <p class="actions">
       {receivers.map((receiver) => (
-        <button key={receiver.address} type="button" onClick={() => attempt(() => update(receiver))}>
+        <button
+          key={receiver.address}
+          type="button"
+          {...needs('Position.UPDATE')}
+          onClick={() => attempt(() => update(receiver))}
+        >
           It is where {nameOf(console, receiver.address)} is
         </button>
       ))}

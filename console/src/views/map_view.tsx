@@ -10,6 +10,7 @@ import { allLayers } from '../map/paint';
 import { emptyScene } from '../map/scene';
 import { command } from '../model/commands';
 import { useAttempt } from '../ui/attempt';
+import { needs } from '../ui/needs';
 import { useStream, useVisible } from '../ui/use_stream';
 import { StreamBox, type ViewProperties } from './view';
 
@@ -72,6 +73,7 @@ function MapFile({ component }: ViewProperties) {
         />
         <button
           type="button"
+          {...needs(`${kind}.LOAD_MAP`)}
           onClick={() => attempt(() => command(client, component, `${kind}.LOAD_MAP`, { name: name.value }))}
         >
           Load
@@ -79,6 +81,7 @@ function MapFile({ component }: ViewProperties) {
         {kind === 'FeatureMap' && (
           <button
             type="button"
+            {...needs('FeatureMap.SAVE_MAP')}
             onClick={() => attempt(() => command(client, component, 'FeatureMap.SAVE_MAP', { name: name.value }))}
           >
             Save

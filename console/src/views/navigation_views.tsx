@@ -15,6 +15,7 @@ import type {
 } from '../codec/messages';
 import { command } from '../model/commands';
 import { useAttempt } from '../ui/attempt';
+import { needs } from '../ui/needs';
 import { degrees, metres, radians } from '../ui/quantities';
 import { SoundSwitch } from '../ui/sound_switch';
 import { useStream } from '../ui/use_stream';
@@ -61,7 +62,11 @@ export function OdometryView({ component }: ViewProperties) {
       <StreamBox component={component} stream={stream}>
         {data !== undefined && <Pose pos={data.pos} />}
       </StreamBox>
-      <button type="button" onClick={() => attempt(() => command(client, component, 'Odometry.RESET'))}>
+      <button
+        type="button"
+        {...needs('Odometry.RESET')}
+        onClick={() => attempt(() => command(client, component, 'Odometry.RESET'))}
+      >
         Set to zero
       </button>
       <Failure />
@@ -103,7 +108,7 @@ export function PositionView({ component }: ViewProperties) {
         <NumberInput label="North" unit="m" value={x} />
         <NumberInput label="East" unit="m" value={y} />
         <NumberInput label="Heading" unit="°" value={heading} />
-        <button type="button" onClick={() => attempt(update)}>
+        <button type="button" {...needs('Position.UPDATE')} onClick={() => attempt(update)}>
           It is here
         </button>
       </p>
@@ -146,10 +151,10 @@ export function PilotView({ component }: ViewProperties) {
       </StreamBox>
       <RobotMap component={component} />
       <p class="actions">
-        <button type="button" onClick={() => hold(1)}>
+        <button type="button" {...needs('Pilot.HOLD_COMMAND')} onClick={() => hold(1)}>
           Hold
         </button>
-        <button type="button" onClick={() => hold(0)}>
+        <button type="button" {...needs('Pilot.HOLD_COMMAND')} onClick={() => hold(0)}>
           Go on
         </button>
       </p>
@@ -158,7 +163,7 @@ export function PilotView({ component }: ViewProperties) {
         <NumberInput label="East" unit="m" value={y} />
         <NumberInput label="Heading" unit="°" value={heading} />
         <NumberInput label="Speed" unit="m/s" value={speed} />
-        <button type="button" onClick={() => attempt(send)}>
+        <button type="button" {...needs('Pilot.SET_DESTINATION')} onClick={() => attempt(send)}>
           Set destination
         </button>
       </p>
@@ -220,7 +225,7 @@ export function ObjectsView({ component }: ViewProperties) {
           <NumberInput label="East" unit="m" value={y} />
           <NumberInput label="Heading" unit="°" value={heading} />
           <NumberInput label="Id" value={id} />
-          <button type="button" onClick={() => attempt(estimate)}>
+          <button type="button" {...needs('ObjRecog.SET_ESTIMATE')} onClick={() => attempt(estimate)}>
             Set estimate
           </button>
         </p>
@@ -272,7 +277,9 @@ export function PlannerView({ component }: ViewProperties) {
             <option key={each} value={each} />
           ))}
         </datalist>
-        <button type="submit">Send</button>
+        <button type="submit" {...needs('Planner.COMMAND')}>
+          Send
+        </button>
         <button type="button" onClick={() => (text.value = '')}>
           Clear
         </button>

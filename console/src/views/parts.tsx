@@ -3,6 +3,7 @@
 import type { Signal } from '@preact/signals';
 import { type ComponentChildren, Fragment } from 'preact';
 import { useRef } from 'preact/hooks';
+import { type Deed, needs } from '../ui/needs';
 
 export function Values({ of }: { of: Record<string, string> }) {
   return (
@@ -18,6 +19,7 @@ export function Values({ of }: { of: Record<string, string> }) {
 }
 
 interface HoldProperties {
+  deed: Deed;
   action: () => void;
   time?: number; // ms
   disabled?: boolean;
@@ -25,7 +27,7 @@ interface HoldProperties {
 }
 
 // For what moves something by itself: acts when it was held for a moment, by finger, mouse or key.
-export function HoldButton({ action, time = 700, disabled = false, children }: HoldProperties) {
+export function HoldButton({ deed, action, time = 700, disabled = false, children }: HoldProperties) {
   const timer = useRef<ReturnType<typeof setTimeout> | undefined>(undefined);
   const begin = () => {
     timer.current ??= setTimeout(action, time);
@@ -39,8 +41,7 @@ export function HoldButton({ action, time = 700, disabled = false, children }: H
     <button
       type="button"
       class="hold"
-      disabled={disabled}
-      title="Hold it for a moment"
+      {...needs(deed, { disabled, title: 'Hold it for a moment' })}
       onPointerDown={begin}
       onPointerUp={end}
       onPointerLeave={end}

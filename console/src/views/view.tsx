@@ -7,6 +7,7 @@ import { nameOf, useConsole } from '../app/console';
 import type { Component } from '../model/fleet';
 import { useAttempt } from '../ui/attempt';
 import { useNow } from '../ui/connection';
+import { needs } from '../ui/needs';
 import { age } from '../ui/quantities';
 import type { Stream } from '../ui/use_stream';
 
@@ -71,7 +72,7 @@ function TurnOn({ component }: ViewProperties) {
       <button
         type="button"
         aria-label={`Turn on ${name}`}
-        disabled={busy.value}
+        {...needs('ON', { disabled: busy.value })}
         onClick={() => void attempt(() => console.fleet.turn(component, true))}
       >
         Turn on

@@ -1,0 +1,173 @@
+// Who may only look: every control that would command is disabled, with the reason as its title. All other controls of
+// all views are used: none of them commands something, or is refused.
+import assert from 'node:assert/strict';
+import { readFileSync } from 'node:fs';
+import { after, afterEach, before, test } from 'node:test';
+import { eventually, Host, launch, Watched } from './fixture.mjs';
+import { addressOf, Swarm } from './swarm.mjs';
+
+const schema = JSON.parse(readFileSync(new URL('../src/codec/schema.json', import.meta.url), 'utf8'));
+const system = 7;
+const period = 100; // ms
+const reason = /^Your login may only look: this needs the right to (drive|configure)\.$/;
+const controls = 'button, input, select, textarea';
+
+let host;
+let browser;
+let swarm;
+
+before(async () => {
+  host = await Host.start();
+  browser = await launch();
+  swarm = await Swarm.start(host.tcp);
+  const made = (struct) => Buffer.from(schema.structs.find(({ name }) => name === struct).made, 'hex');
+  for (const { name, id, messages } of schema.classes) {
+    const struct = messages.find(({ name: message }) => message === 'DATA')?.body;
+    if (struct === undefined || id < 0x10 || name === 'World') continue;
+    swarm.add(addressOf(system, id, 0), () => made(struct), period);
+  }
+});
+
+after(async () => {
+  swarm?.end();
+  await browser?.close();
+  await host?.end();
+});
+
+afterEach(Watched.closeAll);
+
+const component = (name) =>
+  swarm.components.get(addressOf(system, schema.classes.find((each) => each.name === name).id, 0));
+
+// A page of somebody who may only look; the router of this story asks nobody.
+async function opened(path) {
+  const watched = await Watched.open(browser, host, '');
+  await watched.page.route('**/login', (route) => route.fulfill({ json: { user: 'anna', right: 'look' } }));
+  await watched.page.goto(`${host.address}/${path}`);
+  await watched.page.reload();
+  return watched;
+}
+
+// Of those that are disabled for want of a right, the names.
+async function disabledIn(box) {
+  const found = await box
+    .locator(controls)
+    .evaluateAll((elements) =>
+      elements
+        .filter((element) => element.disabled)
+        .map((element) => [
+          element.ariaLabel ?? element.labels?.[0]?.textContent ?? element.textContent,
+          element.title,
+        ]),
+    );
+  return found.filter(([, title]) => reason.test(title)).map(([name]) => name.trim());
+}
+
+async function useAll(box) {
+  const all = box.locator(controls);
+  for (let i = 0; i < (await all.count()); ++i)
+    await all.nth(i).evaluate((element) => {
+      if (element.disabled || element.type === 'file' || element.closest('details:not([open])') !== null) return;
+      const change = () => element.dispatchEvent(new Event('change', { bubbles: true }));
+      if (element instanceof HTMLSelectElement) {
+        element.selectedIndex = (element.selectedIndex + 1) % element.options.length;
+        change();
+      } else if (element.matches('button, [type=checkbox], [type=radio]')) element.click();
+      else {
+        element.value = '1';
+        element.dispatchEvent(new Event('input', { bubbles: true }));
+        change();
+      }
+    });
+}
+
+const askedOfAll = schema.every_class.filter(({ name }) => /^(GET|STOP)_/.test(name)).map(({ type }) => type);
+
+function onlyReads({ type, dest }) {
+  if (type <= 0 || askedOfAll.includes(type)) return true;
+  const { messages } = schema.classes.find(({ id }) => id === ((dest >>> 16) & 0xff));
+  return /^GET_|_TO_/.test(messages.find((message) => message.type === type).name);
+}
+
+const expected = {
+  Chassis: [`Pilot(${system}/0)`, 'nobody', 'Let it drive'],
+  Odometry: ['Set to zero'],
+  Position: ['It is here', `It is where Gps(${system}/0) is`],
+  Camera: ['Set'],
+  Pilot: ['Hold', 'Go on', 'Set destination'],
+  Datalog: ['Stop recording', 'Folder'],
+  ObjRecog: ['Set estimate'],
+  Vehicle: ['Set hold'],
+  Io: ['Set'],
+  ServoDrive: ['Home hold', '−100', '+100', 'Stop', 'Go there', 'Turn at this velocity hold'],
+  Planner: ['Send'],
+  FeatureMap: ['Load', 'Save'],
+  Mcl: ['Load'],
+  PtzDrive: ['Go there', 'Turn at these per second hold', 'Home hold', 'Stop'],
+};
+
+test('views: what would command is disabled, all else commands nothing', async () => {
+  const watched = await opened('#/fleet');
+  const { page } = watched;
+  const names = schema.classes.map(({ name }) => name).filter((name) => component(name) !== undefined);
+  for (const name of names) {
+    await page.goto(`${host.address}/#/robot/${system}?tiles=${name}/0`);
+    const tile = page.getByRole('region', { name: `${name}/0`, exact: true });
+    const body = tile.locator('.tile-body');
+    await eventually(async () => {
+      for (const summary of await body.locator('details:not([open]) > summary').all()) await summary.click();
+      assert.deepEqual(await disabledIn(body), expected[name] ?? []);
+      return true;
+    }, `${name}: what is disabled`);
+    await useAll(body);
+    await tile.getByRole('button', { name: 'Commands', exact: true }).click();
+    const send = body.getByRole('button', { name: 'Send' });
+    if ((await body.getByText('no commands of its own').count()) === 0) await send.waitFor();
+    await useAll(body);
+    assert.equal(await page.getByText('needs the right to').count(), 0, `${name}: something is refused`);
+    assert.deepEqual(
+      swarm.journal.filter((message) => !onlyReads(message)),
+      [],
+      name,
+    );
+    swarm.journal.length = 0;
+  }
+  await watched.close();
+});
+
+test('a command that only reads can be sent', async () => {
+  const watched = await opened(`#/robot/${system}?tiles=Chassis/0`);
+  const tile = watched.page.getByRole('region', { name: 'Chassis/0', exact: true });
+  await tile.getByRole('button', { name: 'Commands', exact: true }).click();
+  const command = tile.getByLabel('Command');
+  const send = tile.getByRole('button', { name: 'Send' });
+  await command.selectOption({ label: 'MOVE' });
+  assert(await send.isDisabled());
+  await command.selectOption({ label: 'GET_PARAMETER' });
+  assert(await send.isEnabled());
+  await watched.close();
+});
+
+test('pages: what would command is disabled', async () => {
+  const watched = await opened('#/fleet');
+  const { page } = watched;
+  const bar = await disabledIn(page.locator('header.bar'));
+  assert.deepEqual(bar, ['Stop all robots']);
+  for (const [path, wait, names] of [
+    ['#/fleet', 'All off', ['Stop', 'All off']],
+    [`#/robot/${system}`, 'All off', ['All off', 'Pilot/0: ']],
+    [`#/map?robots=${system}`, 'Send robot here', ['Send robot here', 'Action']],
+    ['#/recorder', 'Stop recording', ['Stop recording']],
+    ['#/messages', 'Clear', ['Set']],
+  ]) {
+    await page.goto(`${host.address}/${path}`);
+    await page.locator('main').getByRole('button', { name: wait, exact: true }).first().waitFor();
+    const found = await disabledIn(page.locator('main'));
+    for (const name of names)
+      assert(
+        found.some((each) => each.startsWith(name)),
+        `${path}: ${name} of ${found}`,
+      );
+  }
+  await watched.close();
+});
