@@ -218,7 +218,7 @@ test('what the page disables is what the router refuses, for each type of each c
   const schema = JSON.parse(readFileSync(new URL('../src/codec/schema.json', import.meta.url), 'utf8'));
   // Questions are told apart by their bodies.
   const types = Array.from({ length: 256 }, (_, i) => i - 128).filter((type) => type !== 64);
-  for (const { id, name } of [...schema.classes, { id: 0x7e, name: 'unknown' }]) {
+  for (const { id, name } of [...schema.classes.filter(({ id: each }) => each > 0), { id: 0x7e, name: 'unknown' }]) {
     const before = await refusals();
     await sendAll(page, (3 << 24) | (id << 16), types);
     const refused = types.filter((type) => neededForType(type, name) !== 'look').length;
