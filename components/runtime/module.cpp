@@ -129,6 +129,7 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
   void on_command(const tims::MessageView& message);
   void describe(const tims::MessageView& message);
   void set_parameters(const tims::MessageView& message);
+  void answer_status(const tims::Header& request);
   void turn_on(const tims::Header& request);
   void turn_off(const tims::Header& request);
   void refuse(const tims::Header& request, std::string_view why);
@@ -155,6 +156,7 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
   tims::os::ServiceManager manager_;
 
   std::optional<LifeCycle> cycle_;         // protected by mutex_
+  std::string why_in_error_;               // protected by mutex_
   std::condition_variable_any commanded_;  // used with mutex_
   std::atomic<TimeStamp> state_since_ = TimeStamp(0);
   RealTimeWatch watch_;  // watches the data task
@@ -483,8 +485,7 @@ void Module::Runtime::on_command(const tims::MessageView& message) {
     case tims::type::kOff:
       return turn_off(header);
     case tims::type::kGetStatus:
-      module_.reply(header, static_cast<std::int8_t>(status()));
-      return;
+      return answer_status(header);
     case tims::type::kGetParam:
       return module_.reply(header, tims::type::kParam, parameter_list());
     case tims::type::kGetParamEffects:
@@ -524,6 +525,19 @@ void Module::Runtime::take_result(const tims::Header& request, const Result<void
   if (!verdict.write) return;
   if (verdict.repeats == 0) return log_.warning("{} from {}: {}", what, request.src, why);
   log_.warning("{} from {}: {} ({} more times since)", what, request.src, why, verdict.repeats);
+}
+
+// Who asks later than it was logged, or where there is no log, is told as well why it is in error.
+void Module::Runtime::answer_status(const tims::Header& request) {
+  std::unique_lock lock(mutex_);
+  const Status now = cycle_->status();
+  if (now != Status::kError) {
+    lock.unlock();
+    return void(module_.reply(request, static_cast<std::int8_t>(now)));
+  }
+  const std::string why = why_in_error_;
+  lock.unlock();
+  refuse(request, why);
 }
 
 void Module::Runtime::turn_on(const tims::Header& request) {
@@ -711,7 +725,11 @@ void Module::Runtime::take_step(LifeCycle::Step step) {
     const std::lock_guard lock(mutex_);
     change = cycle_->turned_off();
   }
-  if (change.kind != LifeCycle::Change::Kind::kNone) state_since_ = time_stamp();
+  if (change.kind != LifeCycle::Change::Kind::kNone) {
+    state_since_ = time_stamp();
+    const std::lock_guard lock(mutex_);
+    why_in_error_ = result ? std::string() : text_of(result.error());
+  }
   apply(change, result ? nullptr : &result.error());
 }
 

@@ -56,6 +56,20 @@ test('a link that somebody takes down says so, is explained, and comes up again'
   await watched.close();
 });
 
+test('why a component is in error is seen also without a log, by who comes later', async () => {
+  await robots[0].timsctl('component', 'on', 'Pilot(1/0)');
+  const state = async () => (await robots[0].timsctl('component', 'show', 'Pilot(1/0)')).state;
+  await eventually(async () => (await state()) === 'error', 'it is in error');
+  const watched = await Watched.open(browser, base);
+  const { page } = watched;
+  const robot = page.getByRole('listitem').filter({ has: page.getByRole('heading', { name: 'Robot 1' }) });
+  await robot.getByText(/no such mailbox: Joystick\(1\/0\), ON/).waitFor();
+  await page.goto(`${base.address}/#/robot/1?tiles=Pilot/0`);
+  await page.getByText(/It is in error: no such mailbox: Joystick/).waitFor();
+  await robots[0].timsctl('component', 'off', 'Pilot(1/0)');
+  await watched.close();
+});
+
 test('a robot that is away is in trouble, and one sees why', async () => {
   const watched = await Watched.open(browser, base);
   const { page } = watched;

@@ -21,6 +21,7 @@ export interface Component {
   instance: number;
   via: string;
   state: Signal<ComponentState>;
+  why: Signal<string>; // it is in error, as it says itself; empty: it does not
   askedAt: number;
 }
 
@@ -51,7 +52,7 @@ export class Fleet {
   private localLogs = new Set<number>();
   private components = new Map<number, Component>();
   private watched = new Map<number, number>(); // component: number of views that show it
-  private polled = new Map<Component, ComponentState>(); // not shown yet
+  private polled = new Map<Component, Status>(); // not shown yet
   private generation = 0;
 
   constructor(
@@ -181,6 +182,7 @@ export class Fleet {
               instance,
               via,
               state: signal<ComponentState>('unknown'),
+              why: signal(''),
               askedAt: Number.NEGATIVE_INFINITY,
             },
       );
@@ -194,7 +196,7 @@ export class Fleet {
   // and not for each answer.
   private askStates(): void {
     batch(() => {
-      for (const [component, state] of this.polled) component.state.value = state;
+      for (const [component, status] of this.polled) show(component, status);
     });
     this.polled.clear();
     if (this.client.connection.value.state !== 'connected' || document.hidden) return;
@@ -206,28 +208,37 @@ export class Fleet {
   }
 
   private async poll(component: Component): Promise<void> {
-    const state = await this.presentState(component);
-    this.polled.set(component, state);
+    this.polled.set(component, await this.presentStatus(component));
   }
 
   private async askState(component: Component): Promise<void> {
-    component.state.value = await this.presentState(component);
+    show(component, await this.presentStatus(component));
     this.polled.delete(component);
   }
 
-  private async presentState(component: Component): Promise<ComponentState> {
+  private async presentStatus(component: Component): Promise<Status> {
     component.askedAt = performance.now();
     try {
-      const { type } = await this.client.call(component.address, types.getStatus, undefined, answerTime);
-      return stateOf(type);
+      const { type, body } = await this.client.call(component.address, types.getStatus, undefined, answerTime);
+      return { state: stateOf(type), why: type === types.error ? new TextDecoder().decode(body) : '' };
     } catch {
-      return this.client.connection.value.state === 'connected' ? 'silent' : 'unknown';
+      return { state: this.client.connection.value.state === 'connected' ? 'silent' : 'unknown', why: '' };
     }
   }
 }
 
 // Within its robot: "Scan2d/0".
 export const shortName = ({ classId, instance }: Component) => `${className(classId) ?? classId}/${instance}`;
+
+interface Status {
+  state: ComponentState;
+  why: string;
+}
+
+function show(component: Component, { state, why }: Status): void {
+  component.state.value = state;
+  component.why.value = why;
+}
 
 interface EventList {
   last: number;

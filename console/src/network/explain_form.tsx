@@ -1,6 +1,7 @@
 // A question to the fleet: would a message arrive, and if not, where is it lost, why, and what helps?
 
 import { useSignal } from '@preact/signals';
+import { useEffect } from 'preact/hooks';
 import { useConsole, widthsOf } from '../app/console';
 import { route, setOption } from '../app/route';
 import { useAttempt } from '../ui/attempt';
@@ -13,16 +14,24 @@ export function ExplainForm() {
   const from = route.value.options.get('from') ?? '';
   const explanation = useSignal<Explanation | undefined>(undefined);
   const { attempt, busy, Failure } = useAttempt();
-  const ask = (event: Event) => {
-    event.preventDefault();
+  const ask = () => {
     explanation.value = undefined;
     void attempt(async () => {
       explanation.value = await explain(console.admin, to, from === '' ? undefined : from, widthsOf(console));
     });
   };
+  // Who comes by a link has asked already.
+  const isConnected = console.client.connection.value.state === 'connected';
+  useEffect(() => {
+    if (to !== '' && isConnected) ask();
+  }, [isConnected]);
+  const submit = (event: Event) => {
+    event.preventDefault();
+    ask();
+  };
   return (
     <>
-      <form class="tools" onSubmit={ask}>
+      <form class="tools" onSubmit={submit}>
         <ComponentInput
           label="From"
           placeholder="this console"

@@ -236,17 +236,24 @@ function Away({ router, present }: { router: RouterItem; present: Robot[] }) {
   );
 }
 
-// Why a component is in trouble: its newest error, or warning. If none is known: where to look.
+// Why a component is in trouble, as it says itself, or by its newest error or warning. If none is known: where to look.
 function Reason({ component }: { component: Component }) {
   const console = useConsole();
   const { log } = console;
   const isSilent = component.state.value !== 'error';
   const last = log.newestOf(component.address, 'error') ?? log.newestOf(component.address, 'warning');
   const messages = `#/messages?filter=${encodeURIComponent(nameOf(console, component.address))}`;
+  const why = component.why.value;
+  if (why !== '')
+    return (
+      <p class="small last-error" title={why}>
+        {why} (<a href={messages}>messages</a>)
+      </p>
+    );
   if (last === undefined)
     return (
       <p class="small faint">
-        {isSilent ? 'Its program may have ended' : 'It has reported no reason since this page was opened'}:{' '}
+        {isSilent ? 'Its program may have ended' : noReason}:{' '}
         <a href={isSilent ? '#/studio' : messages}>{isSilent ? 'what runs on its host' : 'its messages'}</a>
       </p>
     );
@@ -256,6 +263,9 @@ function Reason({ component }: { component: Component }) {
     </p>
   );
 }
+
+// A program of the original, at a host without a log.
+const noReason = 'It gives no reason, and none was logged since this page was opened';
 
 // The newest error of a robot of which no component is in trouble now.
 function LastError({ robot }: { robot: Robot }) {

@@ -189,35 +189,15 @@ export function ObjectsView({ component }: ViewProperties) {
     const object = { objectId: numberOf('Id', id), pos: enteredPose(x, y, heading) } as ObjRecogObject;
     await command(client, component, 'ObjRecog.SET_ESTIMATE', { objects: [object] });
   };
+  const shown = useSignal<number | undefined>(undefined); // the id of that with all values
+  const chosen = objects.find(({ objectId }) => objectId === shown.value);
   const nearest = Math.min(...objects.map(({ pos }) => Math.hypot(pos.x - from.x, pos.y - from.y)));
   return (
     <StreamBox component={component} stream={stream}>
       {objects.length === 0 && <p class="faint">It sees no objects.</p>}
       <SoundSwitch label="Sound: the nearer, the higher" frequency={nearTone(nearest)} isHeard={objects.length > 0} />
-      <table class="list">
-        <tbody>
-          {objects.map(({ objectId, type, pos, vel, dim, prob }, i) => (
-            <tr key={objectId}>
-              <th scope="row">{objectId}</th>
-              <td>{valueName('ObjRecogObject.type', type) ?? `type ${type}`}</td>
-              <td>
-                {metres(pos.x)}, {metres(pos.y)}
-              </td>
-              <td>{(Math.hypot(vel.x, vel.y) / 1000).toFixed(2)} m/s</td>
-              <td>
-                {metres(dim.x)} × {metres(dim.y)}
-              </td>
-              <td>{(100 * prob).toFixed(0)} %</td>
-              <td>
-                <details>
-                  <summary>all values</summary>
-                  <FieldTable fields={objectFields} data={{ ...objects[i] }} si={true} />
-                </details>
-              </td>
-            </tr>
-          ))}
-        </tbody>
-      </table>
+      {objects.length > 0 && <ObjectTable objects={objects} shown={shown} />}
+      {chosen !== undefined && <FieldTable fields={objectFields} data={{ ...chosen }} si={true} />}
       <details>
         <summary>Say where an object is</summary>
         <p class="actions">
@@ -232,6 +212,52 @@ export function ObjectsView({ component }: ViewProperties) {
         <Failure />
       </details>
     </StreamBox>
+  );
+}
+
+interface ObjectTableProperties {
+  objects: ObjRecogObject[];
+  shown: Signal<number | undefined>;
+}
+
+function ObjectTable({ objects, shown }: ObjectTableProperties) {
+  return (
+    <div class="sheet">
+      <table class="list one-line">
+        <thead>
+          <tr>
+            <th scope="col">Id</th>
+            <th scope="col">Kind</th>
+            <th scope="col">North, east</th>
+            <th scope="col">Speed</th>
+            <th scope="col">Sure</th>
+          </tr>
+        </thead>
+        <tbody>
+          {objects.map(({ objectId, type, pos, vel, prob }) => (
+            <tr key={objectId}>
+              <th scope="row">
+                <button
+                  type="button"
+                  class="quiet"
+                  aria-pressed={shown.value === objectId}
+                  aria-label={`All values of ${objectId}`}
+                  onClick={() => (shown.value = shown.value === objectId ? undefined : objectId)}
+                >
+                  {objectId}
+                </button>
+              </th>
+              <td>{valueName('ObjRecogObject.type', type) ?? `type ${type}`}</td>
+              <td>
+                {metres(pos.x)}, {metres(pos.y)}
+              </td>
+              <td>{(Math.hypot(vel.x, vel.y) / 1000).toFixed(2)} m/s</td>
+              <td>{(100 * prob).toFixed(0)} %</td>
+            </tr>
+          ))}
+        </tbody>
+      </table>
+    </div>
   );
 }
 
