@@ -1,12 +1,17 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { readWorldFile } from './world_file';
+import { readWorldFile, worldFileOf } from './world_file';
 
 const origin = { north: 5800000, east: 3550000 };
 
 test('the upper left corner is half a pixel beside the centre of its pixel', () => {
   const place = readWorldFile('0.5\n0\n0\n-0.5\n3550010.25\n5800099.75\n', origin);
   assert.deepEqual(place, { north: 100000, west: 10000, cell: 500 });
+});
+
+test('a world file that is written is read as the same place', () => {
+  const place = { north: 100250, west: -10125, cell: 250 };
+  assert.deepEqual(readWorldFile(worldFileOf(place), { north: 0, east: 0 }), place);
 });
 
 test('what cannot be shown is refused in words', () => {

@@ -8,6 +8,12 @@ export interface Place {
   cell: number; // mm a pixel
 }
 
+// The file of a picture that lies there, in the coordinates of the map.
+export function worldFileOf({ north, west, cell }: Place): string {
+  const width = cell / 1000;
+  return `${[width, 0, 0, -width, west / 1000 + width / 2, north / 1000 - width / 2].join('\n')}\n`;
+}
+
 // `origin`: what the map's origin has in the coordinates of the file, in m. Throws what is wrong with it.
 export function readWorldFile(text: string, origin: { north: number; east: number }): Place {
   const numbers = text

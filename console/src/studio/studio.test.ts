@@ -1,5 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
+import { tar } from '../ui/tar';
 import { componentsOf, parameterLines, programIn, sameValue, tomlOf } from './components';
 import { Draft, keyOf } from './draft';
 import { flowEdges } from './flow';
@@ -7,7 +8,6 @@ import { columnsOf, layoutGraph } from './layout';
 import { merge } from './lines';
 import { pastChanges } from './past';
 import { isSeveral, paste } from './paste';
-import { tar } from './tar';
 import { cutComponent, lineEnd, pasteComponent, retype, shown } from './text';
 
 // --- texts
@@ -297,9 +297,9 @@ test('the archive is one that tar reads', async () => {
   const { execFileSync } = await import('node:child_process');
   const archive = tar(
     [
-      { path: 'arm/router.toml', text: 'x = 1\n' },
-      { path: 'arm/robots/ü.toml', text: 'é'.repeat(600) },
-      { path: 'empty.toml', text: '' },
+      { path: 'arm/router.toml', content: 'x = 1\n' },
+      { path: 'arm/robots/ü.toml', content: 'é'.repeat(600) },
+      { path: 'empty.toml', content: new Uint8Array() },
     ],
     1_700_000_000,
   );

@@ -5,6 +5,7 @@ import { useEffect, useMemo } from 'preact/hooks';
 import { useConsole } from '../app/console';
 import { Icon } from '../ui/icons';
 import { saveFile } from '../ui/save';
+import { tar } from '../ui/tar';
 import { BudgetView } from './budget_view';
 import { ChangesView } from './changes_view';
 import { fileOf, hostOf } from './draft';
@@ -15,7 +16,6 @@ import { show, shownView, type View, views } from './place';
 import { StatusBar } from './status_bar';
 import type { Studio } from './studio';
 import { TableView } from './table_view';
-import { tar } from './tar';
 import { TextView } from './text_view';
 import { WorkshopContext, workshopOf } from './workshop';
 
@@ -127,7 +127,7 @@ function useUndoKeys(studio: Studio) {
 // The texts as they are shown, with the changes that are not applied yet.
 function exportFiles({ draft }: Studio) {
   const now = new Date();
-  const files = draft.keys.map((key) => ({ path: `${hostOf(key)}/${fileOf(key)}`, text: draft.text(key) ?? '' }));
+  const files = draft.keys.map((key) => ({ path: `${hostOf(key)}/${fileOf(key)}`, content: draft.text(key) ?? '' }));
   const day = now.toISOString().slice(0, 10);
   saveFile([tar(files, Math.floor(now.getTime() / 1000))], 'application/x-tar', `configuration-${day}.tar`);
 }

@@ -1,15 +1,15 @@
-// An archive of small text files (ustar), for keeping a configuration elsewhere.
+// An archive of files (ustar).
 
 export interface ArchivedFile {
   path: string; // at most 100 bytes
-  text: string;
+  content: string | Uint8Array;
 }
 
 const block = 512;
 
 export function tar(files: ArchivedFile[], seconds: number): Uint8Array<ArrayBuffer> {
-  const parts = files.flatMap(({ path, text }) => {
-    const bytes = new TextEncoder().encode(text);
+  const parts = files.flatMap(({ path, content }) => {
+    const bytes = typeof content === 'string' ? new TextEncoder().encode(content) : content;
     return [header(path, bytes.length, seconds), bytes, new Uint8Array(-bytes.length & (block - 1))];
   });
   parts.push(new Uint8Array(2 * block));
