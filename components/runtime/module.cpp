@@ -71,6 +71,17 @@ std::string text_of(const tims::Error& error) {
                                                                                  : error.message();
 }
 
+// Class ids of components begin at Test.
+LifeCycle::By commanded_by(tims::Address program, const tims::AddressWidths& widths) {
+  return program.fields(widths).class_id < tims::class_id::kTest ? LifeCycle::By::kOperator
+                                                                 : LifeCycle::By::kComponent;
+}
+
+std::string name_of_command(std::uint32_t class_id, std::int8_t type) {
+  const MessageInfo* info = find_message(class_id, type);
+  return info != nullptr ? std::string(info->name) : "Command " + std::to_string(type);
+}
+
 // Whether the sender of a command waits for a reason: not a program of the original.
 bool knows_reasons(const tims::Header& request) {
   return (request.flags & tims::flag::kReportReason) != 0 ||
@@ -135,8 +146,6 @@ class [[gnu::visibility("hidden")]] Module::Runtime {
   void refuse(const tims::Header& request, std::string_view why);
   void report_held(std::optional<tims::Address> by);
   [[nodiscard]] std::string why_not_on() const;
-  [[nodiscard]] LifeCycle::By commanded_by(tims::Address program) const;
-  [[nodiscard]] std::string name_of_command(const tims::Header& header) const;
   [[nodiscard]] ParameterList parameter_list() const;
   [[nodiscard]] RuntimeData runtime_data() const;
 
@@ -515,7 +524,7 @@ void Module::Runtime::take_result(const tims::Header& request, const Result<void
   if (done || request.type <= 0) return;
   const std::string why = text_of(done.error());
   refuse(request, why);
-  const std::string what = name_of_command(request);
+  const std::string what = name_of_command(info_.class_id, request.type);
   if (!module_.is_on()) return log_.info("{} from {}: {}", what, request.src, why);
   RefusalLog::Verdict verdict;
   {
@@ -548,7 +557,8 @@ void Module::Runtime::turn_on(const tims::Header& request) {
   {
     const std::lock_guard lock(mutex_);
     was_held = cycle_->held_off_by().has_value();
-    answer = cycle_->turn_on(tims::os::now(), request, commanded_by(request.src),
+    answer = cycle_->turn_on(tims::os::now(), request,
+                             commanded_by(request.src, module_.address_widths()),
                              knows_reasons(request));
     is_held = cycle_->held_off_by().has_value();
     if (answer == tims::type::kError) why = why_not_on();
@@ -560,7 +570,7 @@ void Module::Runtime::turn_on(const tims::Header& request) {
 }
 
 void Module::Runtime::turn_off(const tims::Header& request) {
-  const LifeCycle::By by = commanded_by(request.src);
+  const LifeCycle::By by = commanded_by(request.src, module_.address_widths());
   std::vector<tims::Header> unanswered;
   {
     const std::lock_guard lock(mutex_);
@@ -592,18 +602,6 @@ std::string Module::Runtime::why_not_on() const {
   if (!by) return "it is already being turned on";
   return by->to_string(module_.address_widths()) +
          " has turned it off; only an operator can turn it on again";
-}
-
-// Class ids of components begin at Test.
-LifeCycle::By Module::Runtime::commanded_by(tims::Address program) const {
-  return program.fields(module_.address_widths()).class_id < tims::class_id::kTest
-             ? LifeCycle::By::kOperator
-             : LifeCycle::By::kComponent;
-}
-
-std::string Module::Runtime::name_of_command(const tims::Header& header) const {
-  const MessageInfo* info = find_message(info_.class_id, header.type);
-  return info != nullptr ? std::string(info->name) : "Command " + std::to_string(header.type);
 }
 
 Result<void> Module::module_command(const tims::MessageView&) { return refused("unknown command"); }

@@ -160,9 +160,10 @@ test('Pilot: hold and destination', async () => {
   const view = await opened('Pilot');
   await compared('Pilot', 'HOLD_COMMAND', ['holdState=1'], () => view.click('Hold'));
   await compared('Pilot', 'HOLD_COMMAND', ['holdState=0'], () => view.click('Go on'));
-  await compared('Pilot', 'SET_DESTINATION', ['pos.x=2000', 'pos.y=3000', 'speed=400'], async () => {
+  await compared('Pilot', 'SET_DESTINATION', ['pos.x=2000', 'pos.y=3000', 'pos.z=-500', 'speed=400'], async () => {
     await view.fill('North in m', '2');
     await view.fill('East in m', '3');
+    await view.fill('Down in m', '-0.5');
     await view.fill('Speed in m/s', '0.4');
     await view.click('Set destination');
   });
@@ -292,6 +293,12 @@ test('the map: position, estimate, walls, waypoints', async () => {
     compared('Position', 'UPDATE', ['pos.rho=0.17453292519943295', ...deviation], async () => {
       await keyboard.press('Enter');
       await keyboard.press('h'); // 10 degrees clockwise
+      await keyboard.press('Enter');
+    }),
+  );
+  await onMap('path-goal', (keyboard) =>
+    compared('Path', 'SET_DESTINATION', ['speed=10000'], async () => {
+      await keyboard.press('Enter');
       await keyboard.press('Enter');
     }),
   );

@@ -59,6 +59,13 @@ export const actions: MapAction[] = [
   },
   { name: 'goal', title: 'Send robot here', hint: turnHint, component: 'Pilot', run: sendRobot },
   { name: 'position', title: 'Robot is here', hint: turnHint, component: 'Position', run: setPosition },
+  {
+    name: 'path-goal',
+    title: 'Plan a path to here',
+    hint: turnHint,
+    component: 'Path',
+    run: planPath,
+  },
   ...waypointActions(),
   ...[0, 1, 2].map((layer) => wallAction(layer)),
   {
@@ -166,6 +173,14 @@ async function sendRobot({ console, robot, scene }: Work, pose: Spot): Promise<s
     await command(console.client, driver, 'Pilot.SET_DESTINATION', { pos: pose3d(pose), speed }, onTime);
   });
   return `Robot ${robot.system} drives to ${place(pose)}`;
+}
+
+// The robot's Path looks for a way; who drives it is another matter.
+async function planPath({ console, robot, scene }: Work, spot: Spot): Promise<string> {
+  const { x, y, rho } = pose3d(spot);
+  const speed = goalSpeedFor(scene.pose, spot);
+  await command(console.client, need(robot, 'Path'), 'Path.SET_DESTINATION', { pos: { x, y, rho }, speed, layer: 0 });
+  return `A path to ${place(spot)} is planned`;
 }
 
 async function localise(console: Console, robot: Robot): Promise<void> {

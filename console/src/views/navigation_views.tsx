@@ -75,11 +75,16 @@ export function OdometryView({ component }: ViewProperties) {
 }
 
 // Throws which of the inputs is no number.
-function enteredPose(north: Signal<string>, east: Signal<string>, turn: Signal<string>): Position3d {
+function enteredPose(
+  north: Signal<string>,
+  east: Signal<string>,
+  turn: Signal<string>,
+  down?: Signal<string>,
+): Position3d {
   return {
     x: Math.round(1000 * numberOf('North', north)),
     y: Math.round(1000 * numberOf('East', east)),
-    z: 0,
+    z: down === undefined ? 0 : Math.round(1000 * numberOf('Down', down)),
     phi: 0,
     psi: 0,
     rho: radians(numberOf('Heading', turn)),
@@ -122,12 +127,13 @@ export function PositionView({ component }: ViewProperties) {
 export function PilotView({ component }: ViewProperties) {
   const { client, leases } = useConsole();
   const stream = useStream<PilotData>(component.address, period);
-  const [x, y, heading, speed] = [useSignal('0'), useSignal('0'), useSignal('0'), useSignal('0.5')];
+  const [x, y, down, heading] = [useSignal('0'), useSignal('0'), useSignal('0'), useSignal('0')];
+  const speed = useSignal('0.5');
   const { attempt, Failure } = useAttempt();
   const data = stream.value.value?.data;
   const hold = (holdState: number) => attempt(() => command(client, component, 'Pilot.HOLD_COMMAND', { holdState }));
   const send = async () => {
-    const pos = enteredPose(x, y, heading);
+    const pos = enteredPose(x, y, heading, down);
     const limit = Math.round(1000 * numberOf('Speed', speed));
     await leases.during(component.system, () =>
       command(client, component, 'Pilot.SET_DESTINATION', { pos, speed: limit }, 20000),
@@ -161,6 +167,7 @@ export function PilotView({ component }: ViewProperties) {
       <p class="actions">
         <NumberInput label="North" unit="m" value={x} />
         <NumberInput label="East" unit="m" value={y} />
+        <NumberInput label="Down" unit="m" value={down} />
         <NumberInput label="Heading" unit="°" value={heading} />
         <NumberInput label="Speed" unit="m/s" value={speed} />
         <button type="button" {...needs('Pilot.SET_DESTINATION')} onClick={() => attempt(send)}>
