@@ -346,8 +346,18 @@ class Program final : private core::RouterHooks, private io::AdminSource {
       keys_problem_ = changed.error().detail();
       return log_.error("former keys stay in force: " + keys_problem_);
     }
-    if (!*changed) return;
     keys_problem_.clear();
+    if (*changed) use_new_keys(now);
+  }
+
+  void take_list(Time now, io::CheckedList&& list) {
+    if (!list.not_stored.empty())
+      log_.error(fmt::format("list {} of the fleet is in force, but only until this router ends: {}",
+                             list.number, list.not_stored));
+    if (keys_->use_list(std::move(list.list), list.bytes)) use_new_keys(now);
+  }
+
+  void use_new_keys(Time now) {
     log_.info(describe_keys());
     const auto used = links_.use_keys(now, keys_->credentials(), keys_->expiry());
     if (!used) log_.error("links use the former keys: " + used.error().detail());
@@ -540,7 +550,8 @@ class Program final : private core::RouterHooks, private io::AdminSource {
                       {.self = identity(configuration_.config, epoch_),
                        .secret = {random_number(), random_number()},
                        .clock = os::now},
-                      !configuration_.config.security.keys.empty()};
+                      configuration_.config.security.keys,
+                      [this](Time now, io::CheckedList&& list) { take_list(now, std::move(list)); }};
   io::HttpPort http_{loop_,
                      router_,
                      log_,

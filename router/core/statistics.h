@@ -201,6 +201,7 @@ enum class CloseReason : std::uint8_t {
   kAdministrative,
   kStalled,
   kLoggedOut,
+  kRevoked,
 };
 constexpr std::array kCloseReasons{
     Label<CloseReason>{CloseReason::kNone, "none", ""},
@@ -232,8 +233,9 @@ constexpr std::array kCloseReasons{
         "it did not complete a message, and the memory for incomplete messages was used up"},
     Label<CloseReason>{CloseReason::kLoggedOut, "logged_out",
                        "its login has ended, or the certificate behind it was revoked"},
+    Label<CloseReason>{CloseReason::kRevoked, "revoked", "its certificate is revoked"},
 };
-static_assert(complete(kCloseReasons, CloseReason::kLoggedOut));
+static_assert(complete(kCloseReasons, CloseReason::kRevoked));
 std::string_view name(CloseReason reason);
 std::string_view sentence(CloseReason reason);
 

@@ -119,19 +119,41 @@ void DdsPath::on_state() {
 void DdsPath::on_turn_end() { loop_.end_turn(os::now()); }
 
 LinkPort::LinkPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
-                   const link::LinksSetup& setup, bool has_keys)
+                   const link::LinksSetup& setup, const std::string& keys, OnList on_list)
     : loop_(loop),
       log_(log),
-      handshaker_(has_keys ? make_handshaker() : nullptr),
+      on_list_(std::move(on_list)),
+      handshaker_(keys.empty() ? nullptr : make_handshaker()),
+      list_keeper_(keys.empty() ? nullptr : make_list_keeper(keys)),
       parts_(parts_space(setup.self.message_max)),
       memory_(parts_.bytes(), setup.self.message_max, parts_bytes(setup.self.message_max)),
-      links_(router, pool, memory_, with(setup, handshaker_.get()), this),
+      links_(router, pool, memory_, with_keys(setup), this),
       resolver_(loop),
       interfaces_(loop, [this] { on_network_change(); }) {}
 
-link::LinksSetup LinkPort::with(link::LinksSetup setup, link::Handshaker* handshaker) {
-  setup.handshaker = handshaker;
+link::LinksSetup LinkPort::with_keys(link::LinksSetup setup) const {
+  setup.handshaker = handshaker_.get();
+  setup.lists = list_keeper_.get();
   return setup;
+}
+
+std::unique_ptr<ListKeeper> LinkPort::make_list_keeper(const std::string& keys) {
+  return std::make_unique<ListKeeper>(security::KeyFolder(keys), [this](CheckedList&& list) {
+    loop_.post([this, shared = std::make_shared<CheckedList>(std::move(list))] {
+      on_list_checked(std::move(*shared));
+    });
+  });
+}
+
+void LinkPort::on_list_checked(CheckedList&& list) {
+  const Time now = os::now();
+  const bool is_good = list.refused.empty();
+  if (!is_good)
+    log_.warning(fmt::format("list {} of the fleet, from {}, is refused: {}", list.number,
+                             list.from, list.refused));
+  links_.on_list_checked(now, list.transfer, is_good);
+  if (is_good) on_list_(now, std::move(list));
+  loop_.end_turn(now);
 }
 
 std::unique_ptr<TlsHandshaker> LinkPort::make_handshaker() {
@@ -147,10 +169,19 @@ std::unique_ptr<TlsHandshaker> LinkPort::make_handshaker() {
 Result<void> LinkPort::use_keys(Time now, const security::Credentials& credentials,
                                 security::Expiry expiry) {
   if (auto ready = handshaker_->set_credentials(credentials, expiry); !ready) return ready;
-  links_.renew_keys(now, [&](const link::PeerName& peer) {
-    const auto certificate = security::Certificate::from_der(peer.certificate);
-    return certificate && !(credentials.list && credentials.list->revokes(*certificate));
-  });
+  list_keeper_->set_credentials(credentials);
+  std::vector<security::Certificate> shown = credentials.chain;
+  shown.insert(shown.end(), credentials.roots.begin(), credentials.roots.end());
+  if (shown != shown_) links_.renew_keys(now);
+  shown_ = std::move(shown);
+  links_.use_list(
+      now,
+      {.number = credentials.list_number(),
+       .bytes = std::make_shared<const security::Bytes>(credentials.list_bytes)},
+      [&](const link::PeerName& peer) {
+        const auto certificate = security::Certificate::from_der(peer.certificate);
+        return certificate && !(credentials.list && credentials.list->revokes(*certificate));
+      });
   return {};
 }
 

@@ -16,6 +16,7 @@
 #include "router/io/admin_source.h"
 #include "router/io/crypto/tls_handshaker.h"
 #include "router/io/dds/dds_process.h"
+#include "router/io/list_keeper.h"
 #include "router/io/log.h"
 #include "router/io/loop.h"
 #include "router/io/net/addresses.h"
@@ -66,8 +67,11 @@ class DdsPath final : public link::DatagramSender, private DdsEngine::Listener {
 
 class LinkPort final : private link::LinksShell, private link::DatagramSender {
  public:
+  // A newer list of the fleet has come over a link; it is good.
+  using OnList = std::function<void(Time now, CheckedList&& list)>;
+  // `keys`: the folder of keys; empty: this router has none.
   LinkPort(Loop& loop, core::Router& router, Log& log, core::BlockPool& pool,
-           const link::LinksSetup& setup, bool has_keys);
+           const link::LinksSetup& setup, const std::string& keys, OnList on_list);
 
   // Opens the socket; returns the listening address.
   Result<std::string> listen(const config::Endpoint& where);
@@ -77,8 +81,9 @@ class LinkPort final : private link::LinksShell, private link::DatagramSender {
   // Applies the links of the configuration; also after a reload.
   void configure(Time now, const config::Config& config);
 
-  // The keys of this router, when it starts and whenever they have changed: new handshakes prove
-  // both sides again, and links with routers that have been revoked end. Precondition: `has_keys`.
+  // The keys of this router, when it starts and whenever they have changed. With other certificates,
+  // new handshakes prove both sides again; with another list, links with routers that it revokes
+  // end, and the other routers are told. Precondition: there is a folder of keys.
   Result<void> use_keys(Time now, const security::Credentials& credentials,
                         security::Expiry expiry);
 
@@ -119,7 +124,9 @@ class LinkPort final : private link::LinksShell, private link::DatagramSender {
   };
 
   [[nodiscard]] std::unique_ptr<TlsHandshaker> make_handshaker();
-  [[nodiscard]] static link::LinksSetup with(link::LinksSetup setup, link::Handshaker* handshaker);
+  [[nodiscard]] std::unique_ptr<ListKeeper> make_list_keeper(const std::string& keys);
+  [[nodiscard]] link::LinksSetup with_keys(link::LinksSetup setup) const;
+  void on_list_checked(CheckedList&& list);
   [[nodiscard]] Result<void> check_memory() const;
   void on_ready(Ready ready);
   void take_datagrams(Time now);
@@ -141,7 +148,10 @@ class LinkPort final : private link::LinksShell, private link::DatagramSender {
 
   Loop& loop_;
   Log& log_;
+  OnList on_list_;
   std::unique_ptr<TlsHandshaker> handshaker_;  // null: no keys
+  std::unique_ptr<ListKeeper> list_keeper_;    // likewise
+  std::vector<security::Certificate> shown_;   // own chain and believed roots
   WaitingMemory parts_;                        // messages received in parts
   link::MessageMemory memory_;
   link::Links links_;

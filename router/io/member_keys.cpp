@@ -36,6 +36,14 @@ Error of_another(const security::KeyFolder& folder, const security::Identity& id
                                      role, router.system, router.id))};
 }
 
+// A list never goes back, whatever happens to the files.
+void keep_newer_list(security::Credentials& read, const security::Credentials& former) {
+  if (read.list_number() >= former.list_number()) return;
+  read.roots = former.roots;
+  read.list = former.list;
+  read.list_bytes = former.list_bytes;
+}
+
 }  // namespace
 
 MemberKeys::MemberKeys(security::KeyFolder folder, security::Credentials credentials, Stamps stamps,
@@ -84,7 +92,21 @@ Result<bool> MemberKeys::on_timeout(Time now) {
   stamps_ = stamps;
   auto credentials = read(folder_, router_);
   if (!credentials) return credentials.error();
+  if (credentials->identity.fleet == credentials_.identity.fleet)
+    keep_newer_list(*credentials, credentials_);
+  const bool changed = credentials->chain != credentials_.chain ||
+                       credentials->roots != credentials_.roots ||
+                       credentials->list_number() != credentials_.list_number();
   credentials_ = std::move(*credentials);
+  return changed;
+}
+
+bool MemberKeys::use_list(std::shared_ptr<const security::FleetList> list,
+                          const security::Bytes& bytes) {
+  if (list->number <= credentials_.list_number()) return false;
+  credentials_.roots = list->roots;
+  credentials_.list = std::move(list);
+  credentials_.list_bytes = bytes;
   return true;
 }
 

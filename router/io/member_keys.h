@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <string>
 
 #include "router/config/config.h"
@@ -27,6 +28,10 @@ class MemberKeys {
   // Looks whether the files have changed: a few system calls. True: credentials() are new. An
   // error: what is there now cannot be used; the former credentials stay in force.
   [[nodiscard]] Result<bool> on_timeout(Time now);
+
+  // A list of this fleet that has been verified. It counts also if it could not be stored, as long
+  // as the folder has none that is as new. False: it is not newer than the present one.
+  bool use_list(std::shared_ptr<const security::FleetList> list, const security::Bytes& bytes);
 
  private:
   struct Stamp {

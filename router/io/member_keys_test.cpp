@@ -48,6 +48,24 @@ TEST_F(MemberKeysTest, ANewListAndANewCertificateAreSeen) {
   EXPECT_FALSE(keys.on_timeout(now += MemberKeys::kInterval).value());
 }
 
+TEST_F(MemberKeysTest, AListFromALinkCountsAtOnceAndNeverGoesBack) {
+  auto keys = MemberKeys::load(config_).value();
+  const auto old = keys_.read_public("revoked.list").value();
+  ASSERT_TRUE(authority_.revoke("base", kNow).ok());
+  const auto bytes = authority_.list_bytes().value();
+  const auto list = std::make_shared<const security::FleetList>(authority_.list().value());
+  ASSERT_TRUE(keys_.write_public("revoked.list", old).ok());  // the disk could not be written
+  EXPECT_TRUE(keys.use_list(list, bytes));
+  EXPECT_FALSE(keys.use_list(list, bytes)) << "not newer";
+  EXPECT_EQ(keys.credentials().list_number(), 2U);
+  EXPECT_EQ(keys.credentials().list_bytes, bytes);
+  Time now{};
+  EXPECT_FALSE(keys.on_timeout(now).value());
+  EXPECT_EQ(keys.credentials().list_number(), 2U) << "the older file does not count";
+  ASSERT_TRUE(keys_.take_over_list(bytes).value());
+  EXPECT_FALSE(keys.on_timeout(now += MemberKeys::kInterval).value()) << "known already";
+}
+
 TEST_F(MemberKeysTest, WhatCannotBeUsedLeavesTheFormerKeysInForce) {
   auto keys = MemberKeys::load(config_).value();
   ASSERT_TRUE(keys_.write_public("revoked.list", "damaged").ok());

@@ -167,6 +167,16 @@ void ControlMessage::put(const TableState& state) {
   put_u32(state.hash);
 }
 
+void ControlMessage::put(const ListPlace& place) {
+  put_u32(static_cast<std::uint32_t>(place.number & 0xFFFF'FFFF));
+  put_u32(static_cast<std::uint32_t>(place.number >> 32));
+  put_u32(place.offset);
+}
+
+void ControlMessage::put(std::span<const std::byte> bytes) {
+  bytes_.insert(bytes_.end(), bytes.begin(), bytes.end());
+}
+
 void ControlMessage::put(Address address) { put_u32(address.raw()); }
 
 void ControlMessage::put(Address address, const core::Origin& origin) {
@@ -195,6 +205,14 @@ std::span<const std::byte> ControlMessage::finish() {
 bool read_state(std::span<const std::byte> body, TableState& state) {
   ByteReader in(body);
   in.get(state.number, state.hash);
+  return in.ok();
+}
+
+bool read_list_place(std::span<const std::byte> body, ListPlace& place,
+                     std::span<const std::byte>& rest) {
+  ByteReader in(body);
+  in.get(place.number, place.offset);
+  rest = in.rest();
   return in.ok();
 }
 

@@ -229,9 +229,12 @@ class LossObserver : public core::Interface {
 //   ADD       groups of: router u32, epoch u32, hops u8, 0 u8, count u16, count x address u32
 //   REMOVE    address u32 ...
 //   DONE      number u32, hash u32                       so far it is this state
+//   LIST      number u64, size u32                       I have this list of the fleet
+//   LIST_GET  number u64, offset u32                     send it from there
+//   LIST_PART number u64, offset u32, bytes              some of it
 //
 // A table is numbered by its changes; its hash is the exclusive or over its mailboxes
-// (ExportedTable).
+// (ExportedTable). Lists: list_exchange.h.
 
 namespace control {
 inline constexpr std::int8_t kWant = 1;
@@ -239,6 +242,9 @@ inline constexpr std::int8_t kSnapshot = 2;
 inline constexpr std::int8_t kAdd = 3;
 inline constexpr std::int8_t kRemove = 4;
 inline constexpr std::int8_t kDone = 5;
+inline constexpr std::int8_t kList = 6;
+inline constexpr std::int8_t kListGet = 7;
+inline constexpr std::int8_t kListPart = 8;
 }  // namespace control
 
 struct TableState {
@@ -246,6 +252,14 @@ struct TableState {
   std::uint32_t hash = 0;
   bool operator==(const TableState&) const = default;
 };
+
+// A list of the fleet, and a place in it: of LIST its end.
+struct ListPlace {
+  std::uint64_t number = 0;
+  std::uint32_t offset = 0;
+  bool operator==(const ListPlace&) const = default;
+};
+inline constexpr std::size_t kListPlaceSize = 12;
 
 // A control message being built: its header and body.
 class ControlMessage {
@@ -255,6 +269,8 @@ class ControlMessage {
   explicit ControlMessage(std::int8_t type);
 
   void put(const TableState& state);
+  void put(const ListPlace& place);
+  void put(std::span<const std::byte> bytes);
   void put(Address address);
   // Adds to the group of the last address when the origin is the same.
   void put(Address address, const core::Origin& origin);
@@ -276,6 +292,9 @@ class ControlMessage {
 
 // Read the bodies; return false when a body does not match the type.
 bool read_state(std::span<const std::byte> body, TableState& state);
+// `rest`: what follows.
+bool read_list_place(std::span<const std::byte> body, ListPlace& place,
+                     std::span<const std::byte>& rest);
 template <typename Visit>  // (Address)
 bool read_addresses(std::span<const std::byte> body, Visit visit) {
   ByteReader in(body);

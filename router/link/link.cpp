@@ -224,11 +224,13 @@ void Link::come_up(Time now) {
   session_.set_open(true);
   advertiser_.begin(now, client_, settings_.kind != LinkKind::kSuper);
   enter(now, State::kUp);
+  if (session_.keys().are_used()) context_.begin_lists(now, *this);
 }
 
 void Link::go_down(Time now, core::CloseReason reason, State state) {
   const core::ClientId client = std::exchange(client_, core::kNoClient);
   advertiser_.end();
+  context_.end_lists(now, slot_);
   session_.set_open(false);
   enter(now, state);
   router_.disconnect(now, client, reason);
@@ -266,7 +268,7 @@ void Link::ask(Time now, const NetAddress& to) {
 }
 
 void Link::expel(Time now) {
-  take_down(now, State::kSilent, core::CloseReason::kAdministrative);
+  take_down(now, State::kSilent, core::CloseReason::kRevoked);
   if (settings_.connects) begin_connecting(now, now);
 }
 
@@ -359,7 +361,11 @@ void Link::on_message(Time now, const RecordPrefix& prefix, core::Message& messa
 }
 
 void Link::on_control(Time now, const core::Message& message) {
-  if (client_ && !advertiser_.on_control(now, message)) broken_ = true;
+  if (!client_) return;
+  const bool taken = message.header.type >= control::kList
+                         ? context_.on_list_message(now, slot_, message)
+                         : advertiser_.on_control(now, message);
+  if (!taken) broken_ = true;
 }
 
 void Link::on_lost(Time, const Header& header, core::Outcome why) {

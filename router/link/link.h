@@ -49,6 +49,8 @@ struct LinkSettings {
   bool operator==(const LinkSettings&) const = default;
 };
 
+class Link;
+
 // The interface of a link to its surroundings.
 class LinkContext : public core::Interface {
  public:
@@ -71,6 +73,12 @@ class LinkContext : public core::Interface {
                            std::span<const std::byte> who) = 0;
   // A link went up or down: the choice of the super router must be checked.
   virtual void changed() = 0;
+  // The lists of the fleet (list_exchange.h): a sealed link came up, has brought a message (false:
+  // it violates the protocol), went down.
+  virtual void begin_lists(Time now, const Link& link) = 0;
+  [[nodiscard]] virtual bool on_list_message(Time now, std::uint32_t slot,
+                                             const core::Message& message) = 0;
+  virtual void end_lists(Time now, std::uint32_t slot) = 0;
 };
 
 class Link final : private ArrivalObserver, private LossObserver {
@@ -109,9 +117,12 @@ class Link final : private ArrivalObserver, private LossObserver {
   void on_reset(Time now, const NetAddress& from);
   void on_gone(Time now, const NetAddress& where);  // no router at this address any more
   core::Outcome send(Time now, const core::Message& message);
+  void send_control(Time now, ControlMessage& message) {
+    session_.send_control(now, message.finish());
+  }
   // A new handshake for a link that is up, because certificates have changed.
   void renew_keys(Time now);
-  // The other router is not accepted any more: the session ends, and with it what waits.
+  // The other router's certificate is revoked: the session ends, and with it what waits.
   void expel(Time now);
   // Sends the next HELLO or keep-alive immediately.
   void call_now(Time now);

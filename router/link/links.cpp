@@ -24,6 +24,8 @@ constexpr Duration kFailBackAfter = std::chrono::milliseconds(500);
 constexpr Duration kOverlap = std::chrono::seconds(1);
 // A REFUSE is the longest answer that a stranger can get.
 constexpr std::uint64_t kRefusalsPerSecond = 20;
+// While this much waits in the control lane, no part of a list is added.
+constexpr std::uint64_t kListBacklogMax = 64 << 10;
 
 // A certificate is for one router.
 bool is_named(const Identity& identity, const PeerName& certificate) {
@@ -51,6 +53,7 @@ Links::Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
       packing_(setup.self.widths, setup.self.classes, setup.clock),
       admission_(router, setup.self, setup.secret),
       handshakes_(setup.handshaker, *this),
+      lists_(*this),
       fleet_(setup.self),
       refusals_(kRefusalsPerSecond, kRefusalsPerSecond),
       scratch_(std::make_unique<std::byte[]>(kBurstBytesMax + kDatagramMax)) {}
@@ -148,13 +151,47 @@ void Links::network_changed(Time now) {
   });
 }
 
-void Links::renew_keys(Time now, const Accepted& accepted) {
+void Links::renew_keys(Time now) {
   for_each_link([&](Link& link) {
-    if (!link.keys().are_used()) return;
-    accepted(link.certificate()) ? link.renew_keys(now) : link.expel(now);
+    link.renew_keys(now);
+    touch(link);
+  });
+}
+
+// --- lists of the fleet
+
+void Links::use_list(Time now, FleetListBytes list, const Accepted& accepted) {
+  for_each_link([&](Link& link) {
+    if (!link.keys().are_used() || accepted(link.certificate())) return;
+    link.expel(now);
     index(link);
     touch(link);
   });
+  lists_.set_own(now, std::move(list));
+}
+
+void Links::begin_lists(Time now, const Link& link) {
+  if (setup_.lists != nullptr)
+    lists_.begin(now, link.slot(), link.settings().kind == LinkKind::kSuper);
+}
+
+void Links::send_list_message(Time now, std::uint32_t slot, ControlMessage& message) {
+  Link& link = *slots_[slot].link;
+  link.send_control(now, message);
+  touch(link);
+}
+
+// What the link carries in ten milliseconds: so long may an urgent message wait for it.
+std::size_t Links::list_part_size(std::uint32_t slot) const {
+  const LinkSession& session = slots_[slot].link->session();
+  if (session.queued_bytes(kControlLane) > kListBacklogMax) return 0;
+  return std::clamp<std::size_t>(session.rate() / 100, ListExchange::kPartMin,
+                                 ListExchange::kPartMax);
+}
+
+void Links::check_list(std::uint64_t transfer, std::uint64_t number, std::uint32_t slot,
+                       std::vector<std::byte>&& bytes) {
+  setup_.lists->check(transfer, number, slots_[slot].link->peer().name.view(), std::move(bytes));
 }
 
 std::vector<std::string> Links::names_to_resolve() const {
@@ -332,6 +369,7 @@ void Links::on_timeout(Time now) {
     link->is_gone(now) ? remove(now, wake.slot) : touch(*link);
   }
   handshakes_.on_timeout(now);
+  lists_.on_timeout(now);
   // A super router may have been up long enough.
   if (supers_.size() > 1) choose_ = true;
 }

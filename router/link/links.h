@@ -22,6 +22,7 @@
 #include "router/link/fleet.h"
 #include "router/link/handshakes.h"
 #include "router/link/link.h"
+#include "router/link/list_exchange.h"
 #include "router/link/transport.h"
 
 namespace tims::link {
@@ -32,6 +33,7 @@ struct LinksSetup {
   // source of random numbers.
   core::SipKey secret{};
   Handshaker* handshaker = nullptr;  // null: this router has no keys
+  ListKeeper* lists = nullptr;       // null as well: lists of the fleet stay where they are
   std::uint32_t links_max = 4096;
   Packing::Clock clock = nullptr;  // to measure what compression costs; null: it is not measured
 };
@@ -45,7 +47,10 @@ class LinksShell : public core::Interface {
   virtual void continue_later() = 0;
 };
 
-class Links final : public core::Port, private LinkContext, private Handshakes::Observer {
+class Links final : public core::Port,
+                    private LinkContext,
+                    private Handshakes::Observer,
+                    private ListExchange::Carrier {
  public:
   Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory, const LinksSetup& setup,
         LinksShell* shell = nullptr);
@@ -71,11 +76,13 @@ class Links final : public core::Port, private LinkContext, private Handshakes::
   [[nodiscard]] const std::string& trouble(PathKind kind) const { return trouble_[index(kind)]; }
   // Addresses or routes of this host have changed: send a keep-alive on every link immediately.
   void network_changed(Time now);
-  // Certificates or the list of revoked ones have changed: a new handshake on every link that this
-  // side has called, which proves both sides again. Links whose router is not `accepted` any more
-  // end at once.
+  // Own certificates or the believed roots have changed: a new handshake on every link that this
+  // side has called, which proves both sides again.
+  void renew_keys(Time now);
+  // There is another list of the fleet: links whose router is not `accepted` any more end at once,
+  // and all others are told.
   using Accepted = std::function<bool(const PeerName&)>;
-  void renew_keys(Time now, const Accepted& accepted);
+  void use_list(Time now, FleetListBytes list, const Accepted& accepted);
   // Names to be resolved (again): those of links that connect and are not up.
   [[nodiscard]] std::vector<std::string> names_to_resolve() const;
 
@@ -84,6 +91,11 @@ class Links final : public core::Port, private LinkContext, private Handshakes::
   // What the Handshaker has done.
   void on_handshake(Time now, HandshakeProgress&& progress) {
     handshakes_.on_progress(now, std::move(progress));
+  }
+
+  // What the ListKeeper has found; a good list comes by use_list().
+  void on_list_checked(Time now, std::uint64_t transfer, bool is_good) {
+    lists_.on_checked(now, transfer, is_good);
   }
 
   // --- deliveries from the router (core::Port)
@@ -98,7 +110,8 @@ class Links final : public core::Port, private LinkContext, private Handshakes::
   [[nodiscard]] bool has_something_to_send() const { return !touched_.empty() || held_.to; }
 
   [[nodiscard]] Time next_timeout() const {
-    return std::min(wake_.empty() ? kNever : wake_.top().at, handshakes_.next_timeout());
+    return std::min({wake_.empty() ? kNever : wake_.top().at, handshakes_.next_timeout(),
+                     lists_.next_timeout()});
   }
   void on_timeout(Time now);
 
@@ -155,6 +168,18 @@ class Links final : public core::Port, private LinkContext, private Handshakes::
                    std::span<const std::byte> who) override {
     handshakes_.connect(now, to, retry, who);
   }
+
+  void begin_lists(Time now, const Link& link) override;
+  bool on_list_message(Time now, std::uint32_t slot, const core::Message& message) override {
+    return lists_.on_control(now, slot, message);
+  }
+  void end_lists(Time now, std::uint32_t slot) override { lists_.end(now, slot); }
+
+  // ListExchange::Carrier
+  void send_list_message(Time now, std::uint32_t slot, ControlMessage& message) override;
+  [[nodiscard]] std::size_t list_part_size(std::uint32_t slot) const override;
+  void check_list(std::uint64_t transfer, std::uint64_t number, std::uint32_t slot,
+                  std::vector<std::byte>&& bytes) override;
 
   // Handshakes::Observer
   void on_message(Time now, Handshakes::One& handshake) override;
@@ -233,6 +258,7 @@ class Links final : public core::Port, private LinkContext, private Handshakes::
   Packing packing_;
   Admission admission_;
   Handshakes handshakes_;
+  ListExchange lists_;
   Fleet fleet_;
   StandbyTurns standby_turns_;
   std::vector<LinkSettings> settings_;

@@ -65,6 +65,21 @@ TEST(Protocol, TheHandshakeOfTheDocumentIsTheHandshakeOfTheCode) {
   EXPECT_NE(document().find(base::to_hex(encoded)), std::string::npos) << base::to_hex(encoded);
 }
 
+TEST(Protocol, TheListOfTheDocumentIsTheListOfTheCode) {
+  const auto expect = [](std::int8_t type, const ListPlace& place,
+                         std::span<const std::byte> bytes = {}) {
+    ControlMessage message(type);
+    message.put(place);
+    message.put(bytes);
+    const std::string hex = base::to_hex(message.finish());
+    EXPECT_NE(document().find(hex), std::string::npos) << hex;
+  };
+  expect(control::kList, {7, 5000});
+  expect(control::kListGet, {7, 4096});
+  constexpr std::array kBytes{std::byte{0xAB}, std::byte{0xCD}};
+  expect(control::kListPart, {7, 4096}, kBytes);
+}
+
 TEST(Protocol, TheAnnouncementOfTheDocumentIsTheAnnouncementOfTheCode) {
   const Announcement announcement{.fleet = std::string_view("harbour"),
                                   .identity = {.epoch = 0x1122334455667788,

@@ -15,6 +15,7 @@ using core::next_random;
 
 constexpr std::size_t kPlaces = 32;  // for messages being reassembled
 constexpr Duration kHandshakeStep = std::chrono::microseconds(700);
+constexpr Duration kListTime = std::chrono::milliseconds(30);  // verified and on the disk
 
 link::Identity identity(const NodeSetup& setup, std::uint64_t epoch) {
   return {.epoch = epoch,
@@ -57,6 +58,7 @@ Node::Running::Running(Node& node, std::uint64_t epoch)
             {.self = identity(node.setup_, epoch),
              .secret = {next_random(node.random_), core::spread(node.random_)},
              .handshaker = handshaker ? &*handshaker : nullptr,
+             .lists = handshaker ? &node : nullptr,
              .links_max = node.setup_.links_max}) {
   router.attach(core::PortKind::kWebSocket, node);
   router.attach(core::PortKind::kLink, links);
@@ -79,8 +81,43 @@ void Node::start(Time now) {
     const NetAddress target = network_.resolve(settings.to);
     if (target) running_->links.set_target(now, settings.to, target);
   }
+  if (list_.number > 0) use_list(now);
   end_turn(now);
   if (!setup_.fleet.empty()) network_.announce(*this);
+}
+
+// --- its list of the fleet
+
+void Node::put_list(Time now, const std::vector<std::byte>& bytes) {
+  // Of another fleet: this node is the attacker's, and passes it on all the same.
+  list_ = ToyList::open(bytes, setup_.keys->fleet).value_or(ToyList{.number = ~std::uint64_t{0}});
+  list_bytes_ = bytes;
+  if (!alive()) return;
+  use_list(now);
+  end_turn(now);
+}
+
+void Node::use_list(Time now) {
+  running_->links.use_list(
+      now,
+      {.number = list_.number,
+       .bytes = std::make_shared<const std::vector<std::byte>>(list_bytes_)},
+      [this](const link::PeerName& peer) { return !list_.revokes(peer); });
+}
+
+// The result comes a moment later, as that of another thread does.
+void Node::check(std::uint64_t transfer, std::uint64_t number, std::string_view,
+                 std::vector<std::byte>&& bytes) {
+  ++lists_checked_;
+  network_.at(network_.now() + kListTime,
+              [this, run = runs_, transfer, number, bytes = std::move(bytes)] {
+                if (!alive() || run != runs_) return;
+                const auto list = ToyList::open(bytes, setup_.keys->fleet);
+                const bool good = list && list->number == number;
+                running_->links.on_list_checked(network_.now(), transfer, good);
+                if (good && number > list_.number) put_list(network_.now(), bytes);
+                end_turn(network_.now());
+              });
 }
 
 // The results of a handshake come a moment later, as those of another thread do.

@@ -65,7 +65,10 @@ class Memory {
 };
 
 // One host: a router, its links and its clients. A killed node loses all its state.
-class Node final : private core::Port, private core::RouterHooks, private link::DatagramSender {
+class Node final : private core::Port,
+                   private core::RouterHooks,
+                   private link::DatagramSender,
+                   private link::ListKeeper {
  public:
   Node(SimulatedNetwork& network, const NodeSetup& setup, std::size_t index, std::uint64_t seed);
 
@@ -81,6 +84,10 @@ class Node final : private core::Port, private core::RouterHooks, private link::
   }
   void move_to(const NetAddress& address);
   void jump_wall(Duration by) { wall_ += by; }
+  // Puts a list on its disk, as an authority does, and uses it. Kept over restarts.
+  void put_list(Time now, const std::vector<std::byte>& bytes);
+  [[nodiscard]] std::uint64_t list_number() const { return list_.number; }
+  [[nodiscard]] std::size_t lists_checked() const { return lists_checked_; }
   core::Router& router() { return running_->router; }
   link::Links& links() { return running_->links; }
   [[nodiscard]] std::size_t memory_in_use() const;
@@ -118,6 +125,9 @@ class Node final : private core::Port, private core::RouterHooks, private link::
   void traced(core::ClientId, core::ClientId, const core::Message&) override {}
   void event(const core::Event& event) override { events.push_back(event); }
   bool offer(const link::Burst& burst) override;
+  void check(std::uint64_t transfer, std::uint64_t number, std::string_view from,
+             std::vector<std::byte>&& bytes) override;
+  void use_list(Time now);
   void arrived(core::ClientId client, Arrival&& arrival);
 
  public:
@@ -142,6 +152,9 @@ class Node final : private core::Port, private core::RouterHooks, private link::
   SimulatedNetwork& network_;
   NodeSetup setup_;
   std::uint64_t runs_ = 0;  // with keys
+  ToyList list_;
+  std::vector<std::byte> list_bytes_;
+  std::size_t lists_checked_ = 0;
   NetAddress address_;
   NetAddress dds_;
   std::uint64_t random_;

@@ -60,6 +60,29 @@ void put_record(std::vector<std::byte>& to, Record kind, std::span<const std::by
 
 }  // namespace
 
+std::vector<std::byte> ToyList::encode(std::uint64_t fleet) const {
+  std::vector<std::byte> bytes(size);
+  ByteWriter out(bytes);
+  out.put(std::uint64_t{0}, number, static_cast<std::uint16_t>(revoked.size()));
+  for (const auto& [system, id] : revoked) out.put(system, id);
+  ByteWriter(bytes).put(hash({fleet, 5}, 0, std::span(bytes).subspan(8)));
+  return bytes;
+}
+
+std::optional<ToyList> ToyList::open(std::span<const std::byte> bytes, std::uint64_t fleet) {
+  ByteReader in(bytes);
+  const auto signature = in.get<std::uint64_t>();
+  ToyList list{.size = bytes.size()};
+  std::uint16_t count = 0;
+  in.get(list.number, count);
+  if (!in.ok() || signature != hash({fleet, 5}, 0, bytes.subspan(8))) return std::nullopt;
+  for (; count > 0; --count) {
+    auto& [system, id] = list.revoked.emplace_back();
+    in.get(system, id);
+  }
+  return in.ok() ? std::optional(std::move(list)) : std::nullopt;
+}
+
 ToySealer::ToySealer(const core::SipKey& sending, const core::SipKey& receiving)
     : sending_(sending), receiving_(receiving), next_(next(receiving)) {}
 

@@ -3,12 +3,14 @@
 // key of the fleet, as those of the simulation do not.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "router/core/random.h"
@@ -20,6 +22,21 @@ namespace tims::sim {
 struct ToyKeys {
   std::uint64_t fleet = 0;  // the fleet's key
   link::PeerName name{};    // that its certificate states
+};
+
+// A list of the fleet: its number, the routers whose certificates are revoked, and as many bytes as
+// are to be carried, signed with the fleet's key.
+struct ToyList {
+  std::uint64_t number = 0;
+  std::vector<std::pair<std::uint16_t, std::uint16_t>> revoked{};  // system, id
+  std::size_t size = 200;
+
+  [[nodiscard]] bool revokes(const link::PeerName& name) const {
+    return std::ranges::find(revoked, std::pair(name.system, name.id)) != revoked.end();
+  }
+  [[nodiscard]] std::vector<std::byte> encode(std::uint64_t fleet) const;
+  // Nothing if it is not of this fleet.
+  static std::optional<ToyList> open(std::span<const std::byte> bytes, std::uint64_t fleet);
 };
 
 class ToySealer final : public link::Sealer {

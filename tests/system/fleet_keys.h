@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <filesystem>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -36,6 +37,17 @@ class FleetKeys {
     return setting(name);
   }
 
+  // In the folder of a member, as its router has stored it.
+  [[nodiscard]] std::uint64_t list_number(const std::string& name) const {
+    const auto loaded = security::KeyFolder((folder_.path() / name).string()).load();
+    return loaded ? loaded->list_number() : 0;
+  }
+  // From now on nothing can be stored in the folder of a member.
+  void make_unwritable(const std::string& name) const {
+    const std::filesystem::path list = folder_.path() / name / "revoked.list";
+    std::filesystem::remove(list);
+    std::filesystem::create_directory(list);
+  }
   void revoke(const std::string& name) { EXPECT_TRUE(authority_.revoke(name, seconds()).ok()); }
 
  private:

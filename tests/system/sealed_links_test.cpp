@@ -39,6 +39,13 @@ class SealedLinksTest : public testing::Test {
     ASSERT_TRUE(opened.ok()) << opened.error().message();
     server.emplace(std::move(*opened));
   }
+  static std::size_t ups(Host& host) {
+    const json::value links = json::parse(host.timsctl({"link", "show", "--json"}));
+    return static_cast<std::size_t>(
+        std::ranges::count_if(links.at("items").as_array(), [](const json::value& link) {
+          return link.at("state").as_string() == "up";
+        }));
+  }
   void expect_link() {
     EXPECT_TRUE(eventually([&] { return base->knows(kServer); }, "the base knows the server"));
   }
@@ -102,7 +109,45 @@ TEST_F(SealedLinksTest, ARevokedRouterIsCutOff) {
   expect_link();
   keys.revoke("robot3");
   EXPECT_TRUE(eventually([&] { return !base->knows(kServer); }, "the base has cut it off"));
+  EXPECT_TRUE(base->process().wait_for_line("its certificate is revoked").ok());
+  EXPECT_TRUE(base->process().wait_for_line("its certificate is revoked").ok());
   EXPECT_TRUE(robot->process().wait_for_line("revoked").ok());
+}
+
+// base - robot3 - robot5 - robot6: the list goes from router to router, and lies on each disk.
+TEST_F(SealedLinksTest, ARevocationReachesARobotTwoHopsAway) {
+  start({keys.base()}, {robot_keys, "link=kind=peer,system=5"});
+  const std::string keys5 = keys.join("robot5", MemberRole::kSystem, 5, 1);
+  Host robot6("robot6", "system", 6, 1, {"kind=peer,system=5"},
+              {keys.join("robot6", MemberRole::kSystem, 6, 1)});
+  robot6.start();
+  Host robot5("robot5", "system", 5, 1,
+              {"kind=peer,to=" + robot->udp(), "kind=peer,to=" + robot6.udp()}, {keys5});
+  robot5.start();
+  expect_link();
+  ASSERT_TRUE(eventually([&] { return ups(robot5) == 2; }, "robot5 is linked with both"));
+  keys.revoke("robot6");
+  EXPECT_TRUE(robot5.process().wait_for_line("its certificate is revoked").ok()) << robot5.log();
+  EXPECT_EQ(ups(robot5), 1U) << "robot3 stays";
+  EXPECT_EQ(keys.list_number("robot5"), 2U);
+  // Who was away learns it from its neighbour.
+  robot5.kill();
+  (void)keys.join("robot7", MemberRole::kSystem, 7, 1);
+  keys.revoke("robot7");
+  ASSERT_TRUE(eventually([&] { return keys.list_number("robot3") == 3; }, "robot3 has the list"));
+  robot5.start();
+  EXPECT_TRUE(eventually([&] { return keys.list_number("robot5") == 3; }, "robot5 has the list"));
+}
+
+TEST_F(SealedLinksTest, AListThatCannotBeStoredCountsAllTheSame) {
+  start({keys.base()}, {robot_keys});
+  expect_link();
+  (void)keys.join("robot7", MemberRole::kSystem, 7, 1);
+  keys.make_unwritable("robot3");
+  keys.revoke("robot7");
+  EXPECT_TRUE(robot->process().wait_for_line("only until this router ends").ok()) << robot->log();
+  EXPECT_TRUE(robot->process().wait_for_line("list 2 with 1 revoked").ok());
+  expect_link();
 }
 
 TEST_F(SealedLinksTest, ALinkWithoutKeysMustBeWantedByBothSides) {
