@@ -27,11 +27,13 @@
 #include "router/io/loop.h"
 #include "router/io/member_keys.h"
 #include "router/io/net/resolver.h"
+#include "router/io/renewal.h"
 #include "router/io/service.h"
 #include "router/io/tcp_port.h"
 #include "router/io/tls_gate.h"
 #include "router/io/waiting_memory.h"
 #include "security/crypto/digest.h"
+#include "security/keys/join_client.h"
 
 namespace tims {
 namespace {
@@ -286,7 +288,41 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     if (auto opened = open_gate(); !opened) return opened;
     loop_.watch({.next = [this] { return keys_->next_timeout(); },
                  .on_timeout = [this](Time now) { look_at_keys(now); }});
+    renew_keys_in_time();
     return {};
+  }
+
+  // The base renews its own certificate itself (timsctl key serve).
+  void renew_keys_in_time() {
+    if (keys_->folder().has("authority")) return;
+    const Duration spread = 1s * (random_number() % 600);
+    renewal_.emplace(loop_, log_,
+                     io::Renewal::Steps{.is_due = [this] { return is_renewal_due(); },
+                                        .prepare =
+                                            [this] {
+                                              return [folder = keys_->folder(),
+                                                      hosts = hosts_above()](Time deadline) {
+                                                return security::renew_certificate(folder, hosts,
+                                                                                   deadline);
+                                              };
+                                            }},
+                     os::now() + 1min + spread);
+    loop_.watch({.next = [this] { return renewal_->next_timeout(); },
+                 .on_timeout = [this](Time now) { renewal_->on_timeout(now); }});
+  }
+  [[nodiscard]] bool is_renewal_due() const {
+    const security::Credentials& own = keys_->credentials();
+    const security::Certificate& certificate = own.chain.front();
+    return security::is_renewal_due(security::system_check_time(own.passed()),
+                                    certificate.not_before(), certificate.not_after());
+  }
+  // The authority is likely to be on the way up.
+  [[nodiscard]] std::vector<std::string> hosts_above() const {
+    std::vector<std::string> hosts;
+    for (const config::Link& link : configuration_.config.links)
+      if (link.kind == core::LinkKind::kSuper && !link.accepts() && !link.is_automatic())
+        hosts.push_back(link.host);
+    return hosts;
   }
 
   [[nodiscard]] Result<io::TlsGate::Contexts> tls_contexts() const {
@@ -352,8 +388,9 @@ class Program final : private core::RouterHooks, private io::AdminSource {
 
   void take_list(Time now, io::CheckedList&& list) {
     if (!list.not_stored.empty())
-      log_.error(fmt::format("list {} of the fleet is in force, but only until this router ends: {}",
-                             list.number, list.not_stored));
+      log_.error(
+          fmt::format("list {} of the fleet is in force, but only until this router ends: {}",
+                      list.number, list.not_stored));
     if (keys_->use_list(std::move(list.list), list.bytes)) use_new_keys(now);
   }
 
@@ -520,7 +557,8 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   std::optional<io::MemberKeys> keys_;  // empty: without keys
   std::string keys_problem_;            // why the present files cannot be used
   io::Loop loop_;
-  std::unique_ptr<io::TlsGate> gate_;  // null: without keys
+  std::unique_ptr<io::TlsGate> gate_;   // null: without keys
+  std::optional<io::Renewal> renewal_;  // empty: without keys, or at the base
   core::Router router_{
       router_settings(configuration_.config, epoch_), {random_number(), random_number()}, *this};
   core::NewestValues newest_{configuration_.config.newest.bytes,
@@ -543,15 +581,16 @@ class Program final : private core::RouterHooks, private io::AdminSource {
                    queue_shares_,
                    {.message_max = configuration_.config.message.bytes_max,
                     .queue_bytes_max = configuration_.config.tcp.queue_bytes}};
-  io::LinkPort links_{loop_,
-                      router_,
-                      log_,
-                      link_memory_.pool(),
-                      {.self = identity(configuration_.config, epoch_),
-                       .secret = {random_number(), random_number()},
-                       .clock = os::now},
-                      configuration_.config.security.keys,
-                      [this](Time now, io::CheckedList&& list) { take_list(now, std::move(list)); }};
+  io::LinkPort links_{
+      loop_,
+      router_,
+      log_,
+      link_memory_.pool(),
+      {.self = identity(configuration_.config, epoch_),
+       .secret = {random_number(), random_number()},
+       .clock = os::now},
+      configuration_.config.security.keys,
+      [this](Time now, io::CheckedList&& list) { take_list(now, std::move(list)); }};
   io::HttpPort http_{loop_,
                      router_,
                      log_,

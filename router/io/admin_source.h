@@ -26,6 +26,10 @@ struct UdpReport {
   std::uint32_t receive_buffer_bytes = 0;
   std::uint32_t send_buffer_bytes = 0;
   std::uint64_t dropped_by_kernel = 0;  // datagrams dropped because the buffer was full
+  // Datagrams over any path that this router has ignored or refused, of strangers or forged:
+  std::uint64_t strange = 0;        // not of this protocol
+  std::uint64_t unknown_token = 0;  // of a session that does not exist
+  std::uint64_t refused = 0;        // who asked for a link
 };
 
 // The engine that serves all DDS paths.

@@ -174,14 +174,14 @@ Result<void> LinkPort::use_keys(Time now, const security::Credentials& credentia
   shown.insert(shown.end(), credentials.roots.begin(), credentials.roots.end());
   if (shown != shown_) links_.renew_keys(now);
   shown_ = std::move(shown);
-  links_.use_list(
-      now,
-      {.number = credentials.list_number(),
-       .bytes = std::make_shared<const security::Bytes>(credentials.list_bytes)},
-      [&](const link::PeerName& peer) {
-        const auto certificate = security::Certificate::from_der(peer.certificate);
-        return certificate && !(credentials.list && credentials.list->revokes(*certificate));
-      });
+  links_.use_list(now,
+                  {.number = credentials.list_number(),
+                   .bytes = std::make_shared<const security::Bytes>(credentials.list_bytes)},
+                  [&](const link::PeerName& peer) {
+                    const auto certificate = security::Certificate::from_der(peer.certificate);
+                    return certificate &&
+                           !(credentials.list && credentials.list->revokes(*certificate));
+                  });
   return {};
 }
 
@@ -360,7 +360,10 @@ std::optional<UdpReport> LinkPort::udp_report() const {
   return UdpReport{.asked_buffer_bytes = socket_->asked_buffer_bytes(),
                    .receive_buffer_bytes = socket_->receive_buffer_bytes(),
                    .send_buffer_bytes = socket_->send_buffer_bytes(),
-                   .dropped_by_kernel = socket_->counters().dropped_by_kernel};
+                   .dropped_by_kernel = socket_->counters().dropped_by_kernel,
+                   .strange = links_.counters().strange,
+                   .unknown_token = links_.counters().unknown_token,
+                   .refused = links_.counters().refused};
 }
 
 std::optional<DdsReport> LinkPort::dds_report() const {

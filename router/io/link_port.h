@@ -81,9 +81,9 @@ class LinkPort final : private link::LinksShell, private link::DatagramSender {
   // Applies the links of the configuration; also after a reload.
   void configure(Time now, const config::Config& config);
 
-  // The keys of this router, when it starts and whenever they have changed. With other certificates,
-  // new handshakes prove both sides again; with another list, links with routers that it revokes
-  // end, and the other routers are told. Precondition: there is a folder of keys.
+  // The keys of this router, when it starts and whenever they have changed. With other
+  // certificates, new handshakes prove both sides again; with another list, links with routers that
+  // it revokes end, and the other routers are told. Precondition: there is a folder of keys.
   Result<void> use_keys(Time now, const security::Credentials& credentials,
                         security::Expiry expiry);
 

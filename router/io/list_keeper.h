@@ -1,5 +1,5 @@
-// Verifies the lists of the fleet that other routers send, and stores them in the folder of keys: in
-// a thread of its own, because signatures and disks take milliseconds.
+// Verifies the lists of the fleet that other routers send, and stores them in the folder of keys:
+// in a thread of its own, because signatures and disks take milliseconds.
 #pragma once
 
 #include <condition_variable>

@@ -143,10 +143,21 @@ void add_links(MetricsPage& page, const link::Links& links) {
       [](const link::Link& link) { return link.session().queued_bytes(); });
   add("tims_link_packets_lost_total", "counter", "Packets that did not arrive there.",
       [](const link::Link& link) { return link.session().counters().packets_lost; });
+  add("tims_link_packets_forged_total", "counter",
+      "Packets that the keys of the link do not open: of somebody else, or altered.",
+      [](const link::Link& link) { return link.session().counters().packets_forged; });
   add("tims_link_sent_bytes_total", "counter", "Bytes of the datagrams that were sent.",
       [](const link::Link& link) { return link.session().counters().bytes_out; });
   add("tims_link_received_bytes_total", "counter", "Bytes of the datagrams that came.",
       [](const link::Link& link) { return link.session().counters().bytes_in; });
+}
+
+void add_strangers(MetricsPage& page, const link::Links::Counters& counters) {
+  page.family("tims_links_refused_total", "counter",
+              "Datagrams that no link has sent, and routers that asked for a link in vain.");
+  page.sample(counters.strange, {{"reason", "strange"}});
+  page.sample(counters.unknown_token, {{"reason", "unknown_token"}});
+  page.sample(counters.refused, {{"reason", "refused"}});
 }
 
 void add_refusals(MetricsPage& page, const HttpRefusals& refused) {
@@ -185,7 +196,10 @@ std::string metrics_text(const AdminSource& source, Time now) {
   add_drops_and_events(page, source.router());
   add_mailboxes(page, source.mailbox_counts());
   add_clients(page, source);
-  if (const link::Links* links = source.links()) add_links(page, *links);
+  if (const link::Links* links = source.links()) {
+    add_links(page, *links);
+    add_strangers(page, links->counters());
+  }
   const ProcessReport process = source.process(now);
   add_refusals(page, process.http_refused);
   add_process(page, process, core::report_status(source.router(), now));

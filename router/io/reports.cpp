@@ -301,7 +301,10 @@ json::object to_json(const core::StatusReport& router, const ProcessReport& proc
     udp = {{"asked_buffer_bytes", socket->asked_buffer_bytes},
            {"receive_buffer_bytes", socket->receive_buffer_bytes},
            {"send_buffer_bytes", socket->send_buffer_bytes},
-           {"dropped_by_kernel", socket->dropped_by_kernel}};
+           {"dropped_by_kernel", socket->dropped_by_kernel},
+           {"strange", socket->strange},
+           {"unknown_token", socket->unknown_token},
+           {"refused", socket->refused}};
   return {{"name", valid_utf8(process.name)},
           {"address", to_json(router.address, w)},
           {"widths", json::array{w.system, w.class_id, w.instance, w.local}},

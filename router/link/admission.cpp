@@ -23,6 +23,13 @@ constexpr std::string_view kPlainNotWanted =
 constexpr std::string_view kSealedNotWanted =
     " has secure = false in this [[link]]: both sides must say so";
 
+constexpr std::string_view kIdTwice =
+    " is running with this system and id: choose another [router] id";
+// With keys, the certificate says so as well: most likely the disk was copied with the keys on it.
+constexpr std::string_view kCertificateTwice =
+    " is running with this certificate: a copied disk? timsctl token new at the base, and timsctl "
+    "join";
+
 std::string text_of(const Identity& identity) {
   return identity.address().to_string(identity.widths) + " " + std::string(identity.name.view());
 }
@@ -163,8 +170,9 @@ Admission::Rival Admission::rival(Time now, const NetAddress& from, const Hello&
   }
   if (!first && now <= conflict->second + patience / 2) return Rival::kWait;
   refuse.code = RefuseCode::kDuplicateId;
+  const bool sealed = hello.version_min == kVersionSealed;
   refuse.text = std::string_view(text_of(link.peer()) + " at " + link.address().to_string() +
-                                 " is running with this system and id: choose another [router] id");
+                                 std::string(sealed ? kCertificateTwice : kIdTwice));
   if (may_note(now, from))
     router_.note(
         {.at = now,

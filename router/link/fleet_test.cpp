@@ -84,6 +84,9 @@ class FleetTest : public testing::Test {
     void changed() override {}
     Packing& packing() override { return compression; }
     bool take_packed(core::ClientId, core::Message&, PackingCounters&) override { return false; }
+    void begin_lists(Time, const Link&) override {}
+    bool on_list_message(Time, std::uint32_t, const core::Message&) override { return false; }
+    void end_lists(Time, std::uint32_t) override {}
     Packing compression{{}, {}};
     std::uint64_t number = 0;
     Identity identity{};

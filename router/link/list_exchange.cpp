@@ -72,8 +72,8 @@ bool ListExchange::on_part(Time now, std::uint32_t slot, const ListPlace& place,
                            std::span<const std::byte> bytes) {
   Transfer* transfer = receiving(slot);
   // Not asked for any more, or twice.
-  if (transfer == nullptr || place != ListPlace{transfer->list.number, static_cast<std::uint32_t>(
-                                                                           transfer->bytes.size())})
+  if (transfer == nullptr ||
+      place != ListPlace{transfer->list.number, static_cast<std::uint32_t>(transfer->bytes.size())})
     return true;
   const std::size_t missing = transfer->list.offset - transfer->bytes.size();
   if (bytes.size() > missing || bytes.size() < std::min(missing, kPartMin)) return false;
@@ -151,8 +151,7 @@ void ListExchange::tell(Time now) {
   for (auto& [slot, neighbour] : neighbours_) {
     if (neighbour.told == own_.number || carrier_.list_part_size(slot) == 0) continue;
     neighbour.told = own_.number;
-    send(now, slot, control::kList,
-         {own_.number, static_cast<std::uint32_t>(own_.bytes->size())});
+    send(now, slot, control::kList, {own_.number, static_cast<std::uint32_t>(own_.bytes->size())});
   }
 }
 
@@ -171,9 +170,9 @@ ListExchange::Neighbours::value_type* ListExchange::candidate(Time now) {
   Neighbours::value_type* best = nullptr;
   for (auto& one : neighbours_) {
     const Neighbour& its = one.second;
-    const bool wanted = its.offer.number > std::max(own_.number, good_) && now >= its.aside_until &&
-                        std::ranges::find(transfers_, one.first, &Transfer::slot) ==
-                            transfers_.end();
+    const bool wanted =
+        its.offer.number > std::max(own_.number, good_) && now >= its.aside_until &&
+        std::ranges::find(transfers_, one.first, &Transfer::slot) == transfers_.end();
     if (!wanted) continue;
     const auto rank = [](const Neighbour& n) { return std::pair(n.above, n.offer.number); };
     if (best == nullptr || rank(best->second) < rank(its)) best = &one;

@@ -49,7 +49,8 @@ class ListExchangeTest : public testing::Test, public ListExchange::Carrier {
     ControlMessage message(type);
     message.put(place);
     message.put(bytes);
-    const auto all = message.finish();
+    const auto made = message.finish();
+    std::vector<std::byte> all(made.begin(), made.end());
     return exchange.on_control(now, slot, {.header = {.type = type}, .bytes = all});
   }
   bool offer(std::uint32_t slot, std::uint64_t number, std::uint32_t size = 100) {
@@ -152,7 +153,8 @@ TEST_F(ListExchangeTest, WhatIsNoMessageOfItIsRefused) {
   EXPECT_FALSE(give(kUp, control::kList, {4, 100}, std::vector<std::byte>(1)));
   EXPECT_FALSE(give(kUp, control::kListGet, {4, 100}, std::vector<std::byte>(1)));
   EXPECT_FALSE(give(kUp, 9, {4, 100}));
-  EXPECT_FALSE(exchange.on_control(now, kUp, {.header = {.type = control::kList}, .bytes = {}}));
+  std::array<std::byte, kHeaderSize> empty{};
+  EXPECT_FALSE(exchange.on_control(now, kUp, {.header = {.type = control::kList}, .bytes = empty}));
   // Parts have a size that makes progress.
   EXPECT_FALSE(part(kUp, {3, 0}, ListExchange::kPartMin - 1));
   EXPECT_TRUE(part(kUp, {3, 0}, ListExchange::kPartMin));
@@ -184,7 +186,10 @@ TEST_F(ListExchangeTest, ANeighbourThatNeverFinishesHasAMinute) {
   const Time began = now;
   std::uint64_t number = 1'000'000;
   for (int i = 0; i == 0 || exchange.transfers() > 0; ++i) {
-    if (i % 4 == 0) EXPECT_TRUE(offer(kDown, number += i % 8 == 0 ? 1 : 0, ListExchange::kBytesMax));
+    if (i % 8 == 0) number += 1;
+    if (i % 4 == 0) {
+      EXPECT_TRUE(offer(kDown, number, ListExchange::kBytesMax));
+    }
     const auto gets = take(control::kListGet);
     ASSERT_FALSE(gets.empty());
     EXPECT_TRUE(part(kDown, gets.back().place, ListExchange::kPartMin));

@@ -1,9 +1,12 @@
 #include "security/crypto/certificate.h"
 
 #include <algorithm>
+#include <array>
 #include <ctime>
 #include <limits>
+#include <utility>
 
+#include <arpa/inet.h>
 #include <openssl/bn.h>
 #include <openssl/err.h>
 #include <openssl/pem.h>
@@ -33,6 +36,23 @@ std::vector<std::string> names_of(const GENERAL_NAMES* names, int kind) {
   return found;
 }
 
+std::string address_text(std::string_view bytes) {
+  std::array<char, INET6_ADDRSTRLEN> text{};
+  const int family = bytes.size() == sizeof(in_addr) ? AF_INET : AF_INET6;
+  const bool known = bytes.size() == sizeof(in_addr) || bytes.size() == sizeof(in6_addr);
+  if (!known || inet_ntop(family, bytes.data(), text.data(), text.size()) == nullptr) return {};
+  return text.data();
+}
+
+// The bytes of a numeric address, IPv4 or IPv6; empty: it is none.
+std::string address_bytes(const std::string& text) {
+  std::array<char, sizeof(in6_addr)> bytes{};
+  for (const auto& [family, size] :
+       {std::pair(AF_INET, sizeof(in_addr)), std::pair(AF_INET6, sizeof(in6_addr))})
+    if (inet_pton(family, text.c_str(), bytes.data()) == 1) return {bytes.data(), size};
+  return {};
+}
+
 std::optional<std::int64_t> seconds_of(const ASN1_TIME* time) {
   std::tm broken{};
   if (time == nullptr || ASN1_TIME_to_tm(time, &broken) != 1) return std::nullopt;
@@ -56,11 +76,11 @@ bool add_extension(x509_st* certificate, x509_st* issuer, int nid, const std::st
 }
 
 GENERAL_NAME* general_name(int kind, const std::string& text) {
-  ASN1_IA5STRING* string = ASN1_IA5STRING_new();
+  ASN1_STRING* string = kind == GEN_IPADD ? ASN1_OCTET_STRING_new() : ASN1_IA5STRING_new();
   GENERAL_NAME* name = GENERAL_NAME_new();
   if (string == nullptr || name == nullptr ||
       ASN1_STRING_set(string, text.data(), static_cast<int>(text.size())) != 1) {
-    ASN1_IA5STRING_free(string);
+    ASN1_STRING_free(string);
     GENERAL_NAME_free(name);
     return nullptr;
   }
@@ -77,7 +97,10 @@ Names subject_names(const std::vector<std::string>& uris,
     if (name != nullptr) sk_GENERAL_NAME_push(names.get(), name);
   };
   for (const auto& uri : uris) add(GEN_URI, uri);
-  for (const auto& name : host_names) add(GEN_DNS, name);
+  for (const auto& name : host_names) {
+    const std::string address = address_bytes(name);
+    address.empty() ? add(GEN_DNS, name) : add(GEN_IPADD, address);
+  }
   return names;
 }
 
@@ -199,7 +222,11 @@ std::vector<std::string> Certificate::names(int kind) const {
 }
 
 std::vector<std::string> Certificate::uris() const { return names(GEN_URI); }
-std::vector<std::string> Certificate::host_names() const { return names(GEN_DNS); }
+std::vector<std::string> Certificate::host_names() const {
+  std::vector<std::string> all = names(GEN_DNS);
+  for (const std::string& address : names(GEN_IPADD)) all.push_back(address_text(address));
+  return all;
+}
 
 std::int64_t Certificate::not_before() const {
   return seconds_of(X509_get0_notBefore(certificate_.get()))

@@ -17,7 +17,7 @@ TEST(Certificate, WhatIsIssuedIsReadBack) {
   const Issue issue{.kind = Issue::Kind::kMember,
                     .subject = "robot3",
                     .uris = {"tims://f/system/3/1", "tims://f/name/robot3"},
-                    .host_names = {"robot3", "robot3.local"},
+                    .host_names = {"robot3", "robot3.local", "10.9.1.3", "2001:db8::3"},
                     .not_before = -5,
                     .not_after = 253402300799};  // the end of 9999
   const TestPair member = test_issued(issuing, issue);

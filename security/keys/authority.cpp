@@ -113,6 +113,21 @@ bool fits(const Issued& one, std::string_view wanted) {
          (wanted.size() >= 6 && one.certificate.serial().starts_with(wanted));
 }
 
+// A name may have been given twice; what is more exact than a name is meant as it is written.
+std::optional<Error> ambiguous(const std::vector<Issued>& found, std::string_view wanted) {
+  std::set<std::string> members;
+  for (const Issued& one : found) {
+    if (one.identity.name != wanted) return std::nullopt;
+    if (!one.revoked) members.insert(path_of(one.identity));
+  }
+  if (members.size() < 2) return std::nullopt;
+  std::string all;
+  for (const std::string& member : members) all += (all.empty() ? "" : ", ") + member;
+  return Error(Errc::kInvalidArgument,
+               all + " have the name \"" + base::printable(wanted) +
+                   "\": write which one, or the beginning of a serial number (timsctl key list)");
+}
+
 }  // namespace
 
 Authority::Authority(KeyFolder keys, KeyFolder folder, Certificate root, PrivateKey root_key,
@@ -316,6 +331,7 @@ Result<std::vector<Issued>> Authority::revoke(std::string_view name, std::int64_
   if (found.empty())
     return Error(Errc::kNoMailbox,
                  "no certificate of \"" + base::printable(name) + "\": timsctl key list shows all");
+  if (auto unclear = ambiguous(found, name)) return *unclear;
   const bool news = std::ranges::any_of(found, [](const Issued& one) { return !one.revoked; });
   for (Issued& one : found) {
     next->revoke(one.certificate);
@@ -382,13 +398,18 @@ Result<void> Authority::finish_rotation(bool force, std::int64_t now) const {
   if (next->roots.size() <= 1) return {};
   const auto left = of_old_roots();
   if (!left) return left.error();
-  if (!left->empty() && !force) {
-    std::string names;
-    for (const Issued& one : *left) names += (names.empty() ? "" : ", ") + one.identity.name;
+  const auto own = keys_.load();
+  std::string names;
+  for (const Issued& one : *left)
+    if (!own || one.identity != own->identity)
+      names += (names.empty() ? "" : ", ") + one.identity.name;
+  if (!names.empty() && !force)
     return Error(Errc::kRefused, names +
                                      " still have certificates of the old root, and would have "
                                      "to join again: renew them, or use --force");
-  }
+  if (own && !issuing_.has_signed(own->chain.front()))
+    if (auto done = issue_own(own->identity, own->chain.front().host_names(), now); !done)
+      return done;
   next->roots = {root_};
   next->number += 1;
   next->made = now;

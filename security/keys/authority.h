@@ -64,13 +64,15 @@ class Authority {
   [[nodiscard]] Result<Bytes> list_bytes() const;
   // Revokes all certificates of a name, of an identity ("system/3/1"), or with a serial number
   // (its beginning, at least 6 digits). The new list is in force when this returns. Result: what
-  // was revoked; kNoMailbox: nothing fits.
+  // was revoked; kNoMailbox: nothing fits; kInvalidArgument: several members have this name.
   [[nodiscard]] Result<std::vector<Issued>> revoke(std::string_view name, std::int64_t now) const;
 
-  // Replaces root and issuing key. Members believe old and new root from now on (by the list).
+  // Replaces root and issuing key. Members believe old and new root from now on (by the list). The
+  // base itself keeps its certificate of the old root: who has been away knows no other one, and
+  // gets the list from it.
   [[nodiscard]] Result<void> rotate(std::int64_t now);
-  // The old roots are believed no longer. `names` of members whose certificates come from them are
-  // an error (kRefused) unless `force`.
+  // The base gets a certificate of the new root, and the old roots are believed no longer. `names`
+  // of other members whose certificates come from them are an error (kRefused) unless `force`.
   [[nodiscard]] Result<void> finish_rotation(bool force, std::int64_t now) const;
   // Members that have no certificate of the present root.
   [[nodiscard]] Result<std::vector<Issued>> of_old_roots() const;

@@ -1,6 +1,7 @@
 // For tests: runs some work in a child process and kills it, or lets a system call fail for lack of
-// space, at the n-th system call that changes a file. For n = 0, 1, 2, ... that is every moment at
-// which a power failure or a full disk can strike.
+// space, at the n-th system call that changes a file; or lets this one and all later ones fail,
+// because the file system has become read-only. For n = 0, 1, 2, ... that is every moment at which
+// a power failure, a full disk or a broken one can strike.
 #pragma once
 
 #include <cerrno>
@@ -19,7 +20,7 @@
 
 namespace tims::security {
 
-enum class Interruption : std::uint8_t { kKill, kNoSpace };
+enum class Interruption : std::uint8_t { kKill, kNoSpace, kReadOnly };
 
 struct Interrupted {
   bool reached = false;    // there were so many calls
@@ -39,20 +40,20 @@ inline bool changes_files(const __ptrace_syscall_info& call, Interruption how) {
     case SYS_renameat:
     case SYS_unlinkat:
     case SYS_mkdirat:
-      return how == Interruption::kKill;  // these need no space
+      return how != Interruption::kNoSpace;  // these need no space
 #ifdef SYS_rename
     case SYS_rename:
     case SYS_unlink:
     case SYS_mkdir:
-      return how == Interruption::kKill;
+      return how != Interruption::kNoSpace;
 #endif
     default:
       return false;
   }
 }
 
-// At the entry of a call: it is not made, and fails with ENOSPC.
-inline bool let_fail(pid_t child) {
+// At the entry of a call: it is not made, and fails.
+inline bool let_fail(pid_t child, int error) {
 #if defined(__x86_64__)
   user_regs_struct registers{};
   iovec place{&registers, sizeof registers};
@@ -62,9 +63,10 @@ inline bool let_fail(pid_t child) {
   ::ptrace(PTRACE_SYSCALL, child, nullptr, nullptr);
   int status = 0;
   if (::waitpid(child, &status, 0) != child || !WIFSTOPPED(status)) return false;
-  registers.rax = static_cast<unsigned long long>(-ENOSPC);
+  registers.rax = static_cast<unsigned long long>(-error);
   return ::ptrace(PTRACE_SETREGSET, child, NT_PRSTATUS, &place) == 0;
 #else
+  (void)error;
   return ::kill(child, SIGKILL) == 0;
 #endif
 }
@@ -85,15 +87,16 @@ inline Interrupted run_interrupted(const std::function<bool()>& work, Interrupti
   for (int calls = 0;;) {
     ::ptrace(PTRACE_SYSCALL, child, nullptr, nullptr);
     if (::waitpid(child, &status, 0) != child || !WIFSTOPPED(status)) break;
-    if (result.reached || WSTOPSIG(status) != (SIGTRAP | 0x80)) continue;
+    const bool goes_on = how == Interruption::kReadOnly;
+    if ((result.reached && !goes_on) || WSTOPSIG(status) != (SIGTRAP | 0x80)) continue;
     __ptrace_syscall_info call{};
     ::ptrace(PTRACE_GET_SYSCALL_INFO, child, sizeof call, &call);
     if (call.op != PTRACE_SYSCALL_INFO_ENTRY || !interrupted::changes_files(call, how)) continue;
-    if (calls++ != at) continue;
+    if (calls++ < at) continue;
     result.reached = true;
     if (how == Interruption::kKill)
       ::kill(child, SIGKILL);
-    else if (!interrupted::let_fail(child))
+    else if (!interrupted::let_fail(child, goes_on ? EROFS : ENOSPC))
       break;
   }
   result.succeeded = WIFEXITED(status) && WEXITSTATUS(status) == 0;

@@ -1,5 +1,5 @@
-// Power failure and full disk at each step of making, joining, renewing, revoking and rotating:
-// what is on the disk always works, and the next attempt succeeds.
+// Power failure, a full disk and a read-only one at each step of making, joining, renewing,
+// revoking and rotating: what is on the disk always works, and the next attempt succeeds.
 #include <algorithm>
 #include <filesystem>
 
@@ -169,9 +169,12 @@ TEST_P(InterruptedTest, Rotating) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Each, InterruptedTest,
-                         testing::Values(Interruption::kKill, Interruption::kNoSpace),
+                         testing::Values(Interruption::kKill, Interruption::kNoSpace,
+                                         Interruption::kReadOnly),
                          [](const auto& one) {
-                           return one.param == Interruption::kKill ? "Killed" : "DiskFull";
+                           return one.param == Interruption::kKill      ? "Killed"
+                                  : one.param == Interruption::kNoSpace ? "DiskFull"
+                                                                        : "ReadOnly";
                          });
 
 }  // namespace tims::security::interrupted_test

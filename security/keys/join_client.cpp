@@ -192,16 +192,21 @@ Result<Identity> join_fleet(const KeyFolder& keys, const JoinText& text, Time de
   return identity;
 }
 
-Result<Identity> renew_certificate(const KeyFolder& keys, Time deadline) {
+Result<Identity> renew_certificate(const KeyFolder& keys, std::vector<std::string> hosts,
+                                   Time deadline) {
   const auto own = keys.load();
   if (!own) return own.error();
-  const auto written = keys.read_public(kAuthorityFile);
-  if (!written)
-    return Error(written.error().code(), keys.file(kAuthorityFile) +
-                                             " does not name the base: renew with timsctl key "
-                                             "request, sign and import");
-  const auto place = JoinText::parse(*written);
-  if (!place) return place.error();
+  std::uint16_t port = kJoinPort;
+  if (const auto written = keys.read_public(kAuthorityFile)) {
+    const auto place = JoinText::parse(*written);
+    if (!place) return place.error();
+    port = place->port;
+    hosts.insert(hosts.end(), place->hosts.begin(), place->hosts.end());
+  }
+  if (hosts.empty())
+    return Error(Errc::kNoMailbox, keys.file(kAuthorityFile) +
+                                       " does not name the base: renew with timsctl key "
+                                       "request, sign and import");
   const auto key = keys.next_key();
   if (!key) return key.error();
   const auto csr = CertificateRequest::make(*key, own->identity.uris());
@@ -210,7 +215,7 @@ Result<Identity> renew_certificate(const KeyFolder& keys, Time deadline) {
       TlsContext::make(member_settings(*own, TlsSettings::Side::kClient, Expiry::kWarn));
   if (!context) return context.error();
   const auto answer = ask_any(
-      place->hosts, place->port, *context,
+      hosts, port, *context,
       [&](const TlsSession&) -> Result<JoinRequest> {
         return JoinRequest{.renews = true, .token = {}, .proof = {}, .pem = csr->to_pem()};
       },

@@ -14,7 +14,9 @@ namespace tims::security {
 // may be called again. The addresses of the text are tried one after the other.
 Result<Identity> join_fleet(const KeyFolder& keys, const JoinText& text, Time deadline);
 
-// Gets a new certificate for a new key from the authority that join_fleet() has noted.
-Result<Identity> renew_certificate(const KeyFolder& keys, Time deadline);
+// Gets a new certificate for a new key from the authority: at `hosts`, then where join_fleet() has
+// found it.
+Result<Identity> renew_certificate(const KeyFolder& keys, std::vector<std::string> hosts,
+                                   Time deadline);
 
 }  // namespace tims::security

@@ -160,7 +160,7 @@ JoinAnswer JoinDesk::join(const Authority& authority, const JoinRequest& request
     if (auto done = tokens.store(*token); !done)
       return refusal("the base: " + done.error().detail());
   }
-  return issue(authority, token->identity, *csr, now);
+  return issue(authority, token->identity, *csr, asker, now);
 }
 
 JoinAnswer JoinDesk::renew(const Authority& authority, const JoinRequest& request,
@@ -175,12 +175,13 @@ JoinAnswer JoinDesk::renew(const Authority& authority, const JoinRequest& reques
   if (!csr) return refusal(csr.error().detail());
   if (!csr->uris().empty() && csr->uris() != identity->uris())
     return refusal("a renewed certificate has the names of the present one");
-  return issue(authority, *identity, *csr, now);
+  return issue(authority, *identity, *csr, asker, now);
 }
 
 // The same key gets the same certificate again: the answer may have been lost.
 JoinAnswer JoinDesk::issue(const Authority& authority, const Identity& identity,
-                           const CertificateRequest& request, std::int64_t now) {
+                           const CertificateRequest& request, const Asker& asker,
+                           std::int64_t now) {
   const auto list = authority.list();
   const auto list_bytes = authority.list_bytes();
   if (!list || !list_bytes)
@@ -193,7 +194,8 @@ JoinAnswer JoinDesk::issue(const Authority& authority, const Identity& identity,
     answer.chain = to_pem(authority.chain_of(*present));
     return answer;
   }
-  const auto chain = authority.issue(identity, {}, request, now);
+  // Browsers reach it at the address that it has asked from. A name it could choose itself.
+  const auto chain = authority.issue(identity, {asker.source}, request, now);
   if (!chain) return refusal("the base: " + chain.error().detail());
   answer.chain = to_pem(*chain);
   return answer;

@@ -85,7 +85,7 @@ class JoinDesk {
   JoinAnswer renew(const Authority& authority, const JoinRequest& request, const Asker& asker,
                    std::int64_t now);
   static JoinAnswer issue(const Authority& authority, const Identity& identity,
-                          const CertificateRequest& request, std::int64_t now);
+                          const CertificateRequest& request, const Asker& asker, std::int64_t now);
 
   KeyFolder keys_;
   GuessLimit guesses_;

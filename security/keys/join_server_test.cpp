@@ -85,12 +85,12 @@ TEST_F(JoinServerTest, JoinsAndRenews) {
   ASSERT_TRUE(joined.ok()) << joined.error().message();
   EXPECT_EQ(*joined, robot(3));
   const auto former = keys.load()->chain.front();
-  const auto renewed = renew_certificate(keys, soon());
+  const auto renewed = renew_certificate(keys, {}, soon());
   ASSERT_TRUE(renewed.ok()) << renewed.error().message();
   EXPECT_EQ(*renewed, robot(3));
   EXPECT_NE(keys.load()->chain.front(), former);
   ASSERT_TRUE(authority_.revoke("robot3", kNow).ok());
-  EXPECT_FALSE(renew_certificate(keys, soon()).ok());
+  EXPECT_FALSE(renew_certificate(keys, {}, soon()).ok());
 }
 
 TEST_F(JoinServerTest, TheNextAddressIsTriedAndTheTokenIsNotUsedUp) {

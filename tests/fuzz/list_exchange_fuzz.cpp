@@ -75,8 +75,9 @@ class Among : public ListExchange::Carrier {
                                 low % 3 == 0 ? std::uint32_t{offset} << 6 : offset});
     const std::vector<std::byte> bytes(type == link::control::kListPart ? 1024U + low : low % 2);
     message.put(bytes);
-    auto all = message.finish();
-    if (low == 0xFF) all = all.first(kHeaderSize + offset % (all.size() - kHeaderSize + 1));
+    const auto made = message.finish();
+    std::vector<std::byte> all(made.begin(), made.end());
+    if (low == 0xFF) all.resize(kHeaderSize + offset % (all.size() - kHeaderSize + 1));
     (void)exchange_.on_control(now_, slot, {.header = {.type = type}, .bytes = all});
   }
   void pass(Duration time) {

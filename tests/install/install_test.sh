@@ -39,6 +39,10 @@ units=$own/lib/systemd/system
 expect_line "$units/tims-router.service" "^ExecStart=$own/bin/tims-router --config $own/etc/tims/router.toml"
 expect_line "$units/tims-robot@.service" "^ExecStart=$own/bin/timsctl .* $own/etc/tims/robots/%i.toml"
 expect_line "$units/gdos-log.service" "^ExecStart=$own/bin/gdos-log"
+expect_line "$units/tims-keys.service" "^ExecStart=$own/bin/timsctl key serve --keys $own/etc/tims/keys"
+# Who may write the keys: the router its certificate and list, and it cannot read the authority's keys.
+expect_line "$units/tims-router.service" "^ReadWritePaths=-$own/etc/tims/keys"
+expect_line "$units/tims-router.service" "^InaccessiblePaths=-$own/etc/tims/keys/authority"
 if grep -n '@[A-Z_]*@' "$units"/*; then fail "placeholders that were not replaced"; fi
 # What a service could do to its host if it were taken over, as systemd rates it: from 0 to 10.
 exposure() {
@@ -49,6 +53,7 @@ cp "$units/tims-robot@.service" "$units/tims-robot@scout.service"
 exposure tims-router 20
 exposure gdos-log 10
 exposure tims-agent 15
+exposure tims-keys 15
 exposure tims-robot@scout 30
 systemd-analyze verify "$units"/*.service
 rm "$units/tims-robot@scout.service"

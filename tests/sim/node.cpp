@@ -98,11 +98,10 @@ void Node::put_list(Time now, const std::vector<std::byte>& bytes) {
 }
 
 void Node::use_list(Time now) {
-  running_->links.use_list(
-      now,
-      {.number = list_.number,
-       .bytes = std::make_shared<const std::vector<std::byte>>(list_bytes_)},
-      [this](const link::PeerName& peer) { return !list_.revokes(peer); });
+  running_->links.use_list(now,
+                           {.number = list_.number,
+                            .bytes = std::make_shared<const std::vector<std::byte>>(list_bytes_)},
+                           [this](const link::PeerName& peer) { return !list_.revokes(peer); });
 }
 
 // The result comes a moment later, as that of another thread does.

@@ -11,8 +11,11 @@ struct Three : Story {
   }
   bool all_have(std::uint64_t number, Duration within) {
     const auto has = [&](const Node* node) { return node->list_number() == number; };
-    return run_until([&] { return std::ranges::all_of(std::array{base, robot, host, other}, has); },
-                     within);
+    return run_until(
+        [&] {
+          return std::ranges::all_of(std::array{base, robot, host, other}, has);
+        },
+        within);
   }
   static std::size_t ups(const Node& node) {
     return static_cast<std::size_t>(std::ranges::count_if(
@@ -124,11 +127,34 @@ TEST(Lists, ForgedOnesAreRefusedAndTheirSenderIsLeftAlone) {
   EXPECT_EQ(s.base->lists_checked(), 0U);
   EXPECT_TRUE(s.gui_reaches_camera());
   s.publish(*s.base, {.number = 2});
-  EXPECT_TRUE(s.run_until(
-      [&] { return s.robot->list_number() == 2 && s.other->list_number() == 2; }, 1s))
+  EXPECT_TRUE(
+      s.run_until([&] { return s.robot->list_number() == 2 && s.other->list_number() == 2; }, 1s))
       << "it does not delay the right ones";
   s.run_for(60s);
   EXPECT_EQ(s.robot->lists_checked(), 3U);
+}
+
+// A copied SD card: both robots show one certificate.
+TEST(Clones, AreNamedWithBothAddresses) {
+  Three s;
+  s.begin();
+  Node& copy = s.add({.name = "robot",
+                      .role = core::Role::kSystem,
+                      .system = 1,
+                      .links = {super_link(s.base->address())}});
+  copy.start(s.now());
+  s.run_for(5s);
+  EXPECT_EQ(Story::links_up(copy), 0U);
+  const core::Event* refused = Story::find_event(copy, core::EventKind::kLinkRefused);
+  ASSERT_NE(refused, nullptr);
+  EXPECT_NE(refused->text.view().find("with this certificate: a copied disk? timsctl token new"),
+            std::string_view::npos)
+      << refused->text.view();
+  const core::Event* named = Story::find_event(*s.base, core::EventKind::kDuplicateRouter);
+  ASSERT_NE(named, nullptr);
+  EXPECT_EQ(named->client.endpoint.view(), copy.address().to_string());
+  EXPECT_EQ(named->owner.endpoint.view(), s.robot->address().to_string());
+  EXPECT_TRUE(s.gui_reaches_camera()) << "the first one stays";
 }
 
 }  // namespace stories_lists

@@ -27,7 +27,7 @@ class FleetKeys {
 
   // The setting for the router of the base.
   [[nodiscard]] std::string base() const { return setting("base"); }
-  // Keys for another router; the setting for it.
+  // Keys for another router; the setting for it. The same again: its certificate is renewed.
   std::string join(const std::string& name, security::MemberRole role, std::uint16_t system,
                    std::uint16_t id) {
     const security::KeyFolder keys((folder_.path() / name).string());
@@ -48,6 +48,8 @@ class FleetKeys {
     std::filesystem::remove(list);
     std::filesystem::create_directory(list);
   }
+  void rotate() { EXPECT_TRUE(authority_.rotate(seconds()).ok()); }
+  void finish_rotation() { EXPECT_TRUE(authority_.finish_rotation(false, seconds()).ok()); }
   void revoke(const std::string& name) { EXPECT_TRUE(authority_.revoke(name, seconds()).ok()); }
 
  private:

@@ -9,7 +9,7 @@ else()
   set(TIMS_SYSCONFDIR ${CMAKE_INSTALL_PREFIX}/etc)
 endif()
 
-foreach(service tims-router tims-robot@ tims-agent gdos-log)
+foreach(service tims-router tims-robot@ tims-agent tims-keys gdos-log)
   configure_file(${deploy}/systemd/${service}.service.in ${scratch}/${service}.service @ONLY)
   file(INSTALL ${scratch}/${service}.service
        DESTINATION ${CMAKE_INSTALL_PREFIX}/${TIMS_UNIT_DIR})

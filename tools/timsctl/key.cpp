@@ -6,8 +6,11 @@
 #include <ctime>
 #include <iostream>
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <ifaddrs.h>
+#include <net/if.h>
 
 #include "base/text.h"
 #include "os/clock.h"
@@ -191,6 +194,44 @@ Identity identity_of(const Options& options, const std::string& fleet, MemberRol
   return identity;
 }
 
+// Addresses by which other hosts may reach this one, IPv4 before IPv6; loopback if there is nothing
+// else.
+std::vector<std::string> own_addresses() {
+  std::vector<std::string> found;
+  ifaddrs* list = nullptr;
+  if (::getifaddrs(&list) != 0) return {"127.0.0.1"};
+  for (const int family : {AF_INET, AF_INET6}) {
+    for (const ifaddrs* one = list; one != nullptr; one = one->ifa_next) {
+      if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != family ||
+          (one->ifa_flags & IFF_LOOPBACK) != 0 || (one->ifa_flags & IFF_UP) == 0)
+        continue;
+      std::array<char, INET6_ADDRSTRLEN> text{};
+      const auto* six = reinterpret_cast<const sockaddr_in6*>(one->ifa_addr);
+      const auto* four = reinterpret_cast<const sockaddr_in*>(one->ifa_addr);
+      if (family == AF_INET6 && IN6_IS_ADDR_LINKLOCAL(&six->sin6_addr)) continue;
+      const void* bytes = family == AF_INET6 ? static_cast<const void*>(&six->sin6_addr)
+                                             : static_cast<const void*>(&four->sin_addr);
+      if (::inet_ntop(family, bytes, text.data(), text.size()) != nullptr)
+        found.emplace_back(text.data());
+    }
+  }
+  ::freeifaddrs(list);
+  if (found.empty()) found.emplace_back("127.0.0.1");
+  return found;
+}
+
+std::vector<std::string> own_names() {
+  std::vector<std::string> names = own_addresses();
+  names.insert(names.begin(), tims::os::host_name());
+  return names;
+}
+
+bool is_renewal_due(const Credentials& own) {
+  const Certificate& certificate = own.chain.front();
+  return security::is_renewal_due(security::system_check_time(own.passed()),
+                                  certificate.not_before(), certificate.not_after());
+}
+
 Authority open_authority(const Options& options) {
   return key_value(Authority::open(key_folder(options)));
 }
@@ -225,8 +266,7 @@ Exit key_init(Context& context) {
         "name another folder with --keys");
   const Identity own = identity_of(options, authority.fleet(), MemberRole::kTop);
   const auto present = keys.load();
-  if (!present || present->identity != own)
-    key_value(authority.issue_own(own, {tims::os::host_name()}, now));
+  if (!present || present->identity != own) key_value(authority.issue_own(own, own_names(), now));
   context.out.note(fmt::format("fleet {}, root {}; this host: {}; keys in {}", authority.fleet(),
                                fingerprint_text(authority.root()), own.to_string(), keys.path()));
   context.out.note("copy " + keys.path() +
@@ -321,12 +361,12 @@ Exit key_renew(Context& context) {
   const KeyFolder keys = key_folder(context.options);
   const Credentials own = key_value(keys.load());
   if (Authority::exists(keys)) {
-    key_value(key_value(Authority::open(keys))
-                  .issue_own(own.identity, own.chain.front().host_names(), wall_seconds()));
+    key_value(
+        key_value(Authority::open(keys)).issue_own(own.identity, own_names(), wall_seconds()));
   } else {
     const tims::Duration patience =
         context.options.has_timeout ? context.options.timeout : kKeyPatience;
-    key_value(security::renew_certificate(keys, tims::os::deadline_after(patience)));
+    key_value(security::renew_certificate(keys, {}, tims::os::deadline_after(patience)));
   }
   context.out.note(fmt::format("{}: renewed until {}", own.identity.to_string(),
                                date_text(key_value(keys.load()).chain.front().not_after())));
@@ -346,23 +386,20 @@ Exit key_revoke(Context& context) {
 
 Exit key_rotate(Context& context) {
   const Options& options = context.options;
-  const KeyFolder keys = key_folder(options);
   Authority authority = open_authority(options);
   if (options.finish) {
     key_value(authority.finish_rotation(options.force, wall_seconds()));
     context.out.note("only the new root is believed: " + fingerprint_text(authority.root()));
     return Exit::kDone;
   }
-  const Credentials own = key_value(keys.load());
   key_value(authority.rotate(wall_seconds()));
-  key_value(authority.issue_own(own.identity, own.chain.front().host_names(), wall_seconds()));
   context.out.note(
       fmt::format("new root {}; members believe both roots as soon as list {} of the "
                   "fleet has reached them",
                   fingerprint_text(authority.root()), key_value(authority.list()).number));
   context.out.note(
-      "then timsctl key renew on each of them (timsctl key list shows who is left), "
-      "and timsctl key rotate --finish");
+      "then timsctl key renew on each of them but the base (timsctl key list shows who is "
+      "left), and timsctl key rotate --finish");
   return Exit::kDone;
 }
 

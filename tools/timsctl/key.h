@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "security/keys/authority.h"
 #include "tools/cli/context.h"
@@ -26,6 +27,13 @@ security::Authority open_authority(const Options& options);
 std::int64_t wall_seconds();
 // "2026-11-27 00:42:10Z"
 std::string date_text(std::int64_t seconds);
+
+// Addresses by which other hosts may reach this one, IPv4 before IPv6; loopback if there is nothing
+// else.
+std::vector<std::string> own_addresses();
+// For certificates of this host: its name and those addresses.
+std::vector<std::string> own_names();
+bool is_renewal_due(const security::Credentials& own);
 
 // For errors of the folder of keys: their texts state file and remedy.
 Failure key_failure(const tims::Error& error);

@@ -2,10 +2,7 @@
 #include <algorithm>
 #include <iostream>
 
-#include <arpa/inet.h>
 #include <fmt/format.h>
-#include <ifaddrs.h>
-#include <net/if.h>
 
 #include "base/text.h"
 #include "os/clock.h"
@@ -20,6 +17,7 @@
 namespace timsctl {
 
 using security::Authority;
+using security::Certificate;
 using security::Identity;
 using security::JoinServer;
 using security::JoinText;
@@ -32,6 +30,7 @@ namespace {
 
 constexpr tims::Duration kJoinPatience = std::chrono::seconds(15);
 constexpr tims::Duration kLookAtTokens = std::chrono::seconds(10);
+constexpr tims::Duration kLookAtOwn = std::chrono::hours(1);
 
 constexpr Column kTokenColumns[] = {
     {.title = "ID", .path = "id"},       {.title = "FOR", .path = "for"},
@@ -39,35 +38,12 @@ constexpr Column kTokenColumns[] = {
     {.title = "ENDS", .path = "ends"},
 };
 
-// Addresses by which other hosts may reach this one, IPv4 before IPv6; loopback if there is nothing
-// else.
-std::vector<std::string> own_addresses() {
-  std::vector<std::string> found;
-  ifaddrs* list = nullptr;
-  if (::getifaddrs(&list) != 0) return {"127.0.0.1"};
-  for (const int family : {AF_INET, AF_INET6}) {
-    for (const ifaddrs* one = list; one != nullptr; one = one->ifa_next) {
-      if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != family ||
-          (one->ifa_flags & IFF_LOOPBACK) != 0 || (one->ifa_flags & IFF_UP) == 0)
-        continue;
-      std::array<char, INET6_ADDRSTRLEN> text{};
-      const auto* six = reinterpret_cast<const sockaddr_in6*>(one->ifa_addr);
-      const auto* four = reinterpret_cast<const sockaddr_in*>(one->ifa_addr);
-      if (family == AF_INET6 && IN6_IS_ADDR_LINKLOCAL(&six->sin6_addr)) continue;
-      const void* bytes = family == AF_INET6 ? static_cast<const void*>(&six->sin6_addr)
-                                             : static_cast<const void*>(&four->sin_addr);
-      if (::inet_ntop(family, bytes, text.data(), text.size()) != nullptr)
-        found.emplace_back(text.data());
-    }
-  }
-  ::freeifaddrs(list);
-  if (found.empty()) found.emplace_back("127.0.0.1");
-  if (found.size() > JoinText::kHostsMax - 1) found.resize(JoinText::kHostsMax - 1);
-  return found;
-}
-
 std::vector<std::string> wanted_addresses(const std::string& list) {
-  if (list.empty()) return own_addresses();
+  if (list.empty()) {
+    std::vector<std::string> hosts = own_addresses();
+    if (hosts.size() > JoinText::kHostsMax - 1) hosts.resize(JoinText::kHostsMax - 1);
+    return hosts;
+  }
   std::vector<std::string> hosts;
   for (std::string_view left = list; !left.empty();) {
     const std::size_t comma = std::min(left.find(','), left.size());
@@ -107,9 +83,21 @@ JoinServer start_server(const KeyFolder& keys, bool on_demand) {
   return key_value(std::move(server));
 }
 
+// The base renews its own certificate, as members renew theirs. A failure is tried again.
+std::string renew_own(const KeyFolder& keys) {
+  const auto own = keys.load();
+  if (!own || !is_renewal_due(*own)) return {};
+  const auto authority = Authority::open(keys);
+  const auto done = authority ? authority->issue_own(own->identity, own_names(), wall_seconds())
+                              : tims::Result<void>(authority.error());
+  return done ? "the certificate of the base is renewed"
+              : "the certificate of the base is not renewed: " + done.error().detail();
+}
+
 Exit serve(Context& context, JoinServer& server, const KeyFolder& keys) {
   const tims::Time end = context.run_end();
   tims::Time look = tims::os::now() + kLookAtTokens;
+  tims::Time look_at_own = tims::os::now();
   while (true) {
     const tims::Time next = std::min({end, look, server.next_timeout()});
     (void)context.signals.wait(server.descriptor(), next);
@@ -117,6 +105,11 @@ Exit serve(Context& context, JoinServer& server, const KeyFolder& keys) {
     for (const std::string& event : server.work(now, wall_seconds()))
       context.out.write(fmt::format("{} {}\n", date_text(wall_seconds()), event));
     if (now >= end) return Exit::kDone;
+    if (now >= look_at_own) {
+      look_at_own = now + kLookAtOwn;
+      if (const std::string event = renew_own(keys); !event.empty())
+        context.out.write(fmt::format("{} {}\n", date_text(wall_seconds()), event));
+    }
     if (now < look) continue;
     look = now + kLookAtTokens;
     if (context.options.until_idle && !has_open_token(keys)) return Exit::kDone;
@@ -137,6 +130,16 @@ std::string state_of(const Token& token, std::int64_t now) {
   return now > token.ends ? "ended" : "open";
 }
 
+// During a rotation the base has a certificate of the old root still.
+Certificate root_of_base(const KeyFolder& keys) {
+  const auto own = key_value(keys.load());
+  for (const Certificate& root : own.roots)
+    if (root.has_signed(own.chain.back())) return root;
+  throw Failure(Exit::kNo, "malformed",
+                keys.file("identity.pem") + " comes from no root of the fleet",
+                "timsctl key renew --keys " + keys.path());
+}
+
 }  // namespace
 
 Exit token_new(Context& context) {
@@ -149,7 +152,7 @@ Exit token_new(Context& context) {
                 .root = {},
                 .secret = {}};
   const std::int64_t now = wall_seconds();
-  const auto fingerprint = authority.root().fingerprint();
+  const auto fingerprint = root_of_base(keys).fingerprint();
   std::copy_n(fingerprint.begin(), text.root.size(), text.root.begin());
   security::fill_random(text.secret);
   const Token token{.hash = security::hash_of_secret(text.secret),
