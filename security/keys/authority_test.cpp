@@ -144,7 +144,7 @@ TEST_F(AuthorityTest, RotationKeepsOldMembersUntilAllAreRenewed) {
   EXPECT_EQ(authority.finish_rotation(false, kNow + 3).error(), Errc::kRefused);
   const KeyFolder again = join(authority, robot(3));
   ASSERT_EQ(authority.of_old_roots()->size(), 2U);
-  EXPECT_EQ(authority.of_old_roots()->back().identity.name, "robot4");
+  EXPECT_EQ(authority.of_old_roots()->front().identity.name, "robot4");
   EXPECT_EQ(meet(again, keys_), "") << "half of the fleet is on new keys";
   EXPECT_EQ(meet(away, keys_), "");
   EXPECT_EQ(meet(again, away), "");
