@@ -83,7 +83,8 @@ class LinkPort final : private link::LinksShell, private link::DatagramSender {
 
   // The keys of this router, when it starts and whenever they have changed. With other
   // certificates, new handshakes prove both sides again; with another list, links with routers that
-  // it revokes end, and the other routers are told. Precondition: there is a folder of keys.
+  // it revokes, or whose root is believed no longer, end, and the others are told. Precondition:
+  // there is a folder of keys.
   Result<void> use_keys(Time now, const security::Credentials& credentials,
                         security::Expiry expiry);
 

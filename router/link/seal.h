@@ -45,6 +45,7 @@ struct PeerName {
   std::uint16_t id = 0;
   std::string name{};                    // for people
   std::vector<std::byte> certificate{};  // DER
+  std::vector<std::byte> issuer{};       // the certificate of who has signed it, DER
 };
 
 // The other router, proven by a handshake. Without keys there is no sealer and no certificate.

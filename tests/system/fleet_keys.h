@@ -49,7 +49,9 @@ class FleetKeys {
     std::filesystem::create_directory(list);
   }
   void rotate() { EXPECT_TRUE(authority_.rotate(seconds()).ok()); }
-  void finish_rotation() { EXPECT_TRUE(authority_.finish_rotation(false, seconds()).ok()); }
+  void finish_rotation(bool force = false) {
+    EXPECT_TRUE(authority_.finish_rotation(force, seconds()).ok());
+  }
   void revoke(const std::string& name) { EXPECT_TRUE(authority_.revoke(name, seconds()).ok()); }
 
  private:

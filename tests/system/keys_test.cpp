@@ -143,6 +143,16 @@ TEST_F(KeysTest, ByFilesWithoutANetwork) {
             (security::Rights{.look = true, .drive = true, .configure = false}));
 }
 
+TEST_F(KeysTest, BrowsersGetTheRootAndTheNamesOfTheBase) {
+  init();
+  const Said ca = timsctl({"key", "ca", "--keys", base_.path()});
+  EXPECT_EQ(ca.out, base_.read_public("fleet.pem").value());
+  const auto names = base_.load()->chain.front().host_names();
+  ASSERT_GE(names.size(), 2U) << "its host name and an address";
+  ASSERT_EQ(join(token("3"), robot_).status, 0);
+  EXPECT_EQ(robot_.load()->chain.front().host_names().size(), 1U) << "where it has asked from";
+}
+
 TEST_F(KeysTest, WrongCommandLinesAndTexts) {
   EXPECT_EQ(timsctl({"key", "init", "--keys", base_.path()}).status, 2) << "no fleet";
   EXPECT_EQ(timsctl({"token", "new", "--keys", base_.path(), "--system", "3"}).status, 4);

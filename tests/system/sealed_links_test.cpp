@@ -172,6 +172,17 @@ TEST_F(SealedLinksTest, AFleetThatIsHalfOnOldKeysStaysTogether) {
   EXPECT_TRUE(eventually([&] { return ups(*base) == 2; }, "all with new keys"));
 }
 
+// Whoever has stolen the authority's keys loses its links with the old root.
+TEST_F(SealedLinksTest, TheEndOfARootEndsLinksWithItsCertificates) {
+  start({keys.base()}, {robot_keys});
+  expect_link();
+  keys.rotate();
+  ASSERT_TRUE(eventually([&] { return keys.list_number("robot3") == 2; }, "robot3 knows the root"));
+  keys.finish_rotation(true);
+  EXPECT_TRUE(base->process().wait_for_line("its certificate is revoked").ok()) << base->log();
+  EXPECT_FALSE(base->knows(kServer));
+}
+
 TEST_F(SealedLinksTest, ALinkWithoutKeysMustBeWantedByBothSides) {
   start({keys.base()}, {robot_keys}, ",secure=false");
   expect_link();

@@ -231,6 +231,11 @@ constexpr Verb kOwnVerbs[] = {
      "expired. "
      "Needs no router.",
      "timsctl key show", key_show},
+    {"key", "ca", "[FILE]", 0, 1, "keys", false,
+     "Write the roots that are believed (PEM): a browser that has imported them accepts the "
+     "console "
+     "of each host of the fleet. Needs no router.",
+     "timsctl key ca harbour.pem", key_ca},
     {"key", "request", "[FILE]", 0, 1, "keys", false,
      "Without a network, step 1, on the robot: make a key and write a request for a certificate.",
      "timsctl key request /media/stick/robot3.request", key_request},

@@ -89,6 +89,7 @@ Exit web(Context& context);
 Exit key_init(Context& context);
 Exit key_list(Context& context);
 Exit key_show(Context& context);
+Exit key_ca(Context& context);
 Exit key_request(Context& context);
 Exit key_sign(Context& context);
 Exit key_import(Context& context);

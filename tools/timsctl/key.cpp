@@ -320,6 +320,13 @@ Exit key_show(Context& context) {
   return usable ? Exit::kDone : Exit::kNo;
 }
 
+Exit key_ca(Context& context) {
+  const auto& arguments = context.options.arguments;
+  const Credentials own = key_value(key_folder(context.options).load());
+  write_exchanged(context, arguments.empty() ? "" : arguments.front(), to_pem(own.roots));
+  return Exit::kDone;
+}
+
 Exit key_request(Context& context) {
   const KeyFolder keys = key_folder(context.options);
   key_value(keys.make());
