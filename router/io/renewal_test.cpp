@@ -29,7 +29,7 @@ class RenewalTest : public testing::Test {
   }
 
   // Lines of the log since the last call, at most one.
-  std::string logged() {
+  std::string logged() const {
     std::array<char, 1000> text{};
     const ssize_t size = ::read(pipe_.read.get(), text.data(), text.size());
     return size <= 0 ? "" : std::string(text.data(), static_cast<std::size_t>(size));
