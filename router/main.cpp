@@ -313,7 +313,8 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   [[nodiscard]] bool is_renewal_due() const {
     const security::Credentials& own = keys_->credentials();
     const security::Certificate& certificate = own.chain.front();
-    return security::is_renewal_due(security::system_check_time(own.passed()),
+    return has_old_root(own) ||
+           security::is_renewal_due(security::system_check_time(own.passed()),
                                     certificate.not_before(), certificate.not_after());
   }
   // The authority is likely to be on the way up.

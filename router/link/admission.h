@@ -36,7 +36,7 @@ class Admission {
   // asked to repeat the HELLO.
   // `epoch`: 0 in the sealed version, where it is not known yet.
   [[nodiscard]] bool is_proven(Time now, const NetAddress& from, std::uint64_t token,
-                               std::uint64_t epoch, std::uint64_t cookie) const;
+                               std::uint64_t epoch, std::uint64_t given) const;
   [[nodiscard]] Retry retry(Time now, const NetAddress& from, std::uint64_t token,
                             std::uint64_t epoch) const {
     return {token, cookie(from, token, epoch, now.time_since_epoch())};

@@ -138,11 +138,14 @@ TEST_F(AuthorityTest, RotationKeepsOldMembersUntilAllAreRenewed) {
   EXPECT_EQ(meet(away, keys_), "") << "who has not got the list finds the base as it was";
   EXPECT_TRUE(away.take_over_list(authority.list_bytes().value()).value());
   EXPECT_EQ(meet(away, keys_), "");
+  EXPECT_FALSE(has_old_root(robot3.load().value())) << "it does not know of another one";
   EXPECT_TRUE(robot3.take_over_list(authority.list_bytes().value()).value());
+  EXPECT_TRUE(has_old_root(robot3.load().value()));
 
   EXPECT_EQ(authority.of_old_roots()->size(), 3U);
   EXPECT_EQ(authority.finish_rotation(false, kNow + 3).error(), Errc::kRefused);
   const KeyFolder again = join(authority, robot(3));
+  EXPECT_FALSE(has_old_root(again.load().value()));
   ASSERT_EQ(authority.of_old_roots()->size(), 2U);
   EXPECT_EQ(authority.of_old_roots()->front().identity.name, "robot4");
   EXPECT_EQ(meet(again, keys_), "") << "half of the fleet is on new keys";

@@ -52,6 +52,11 @@ std::string_view state_of(const Credentials& own, const CheckTime& time) {
              : "valid";
 }
 
+// The newest root of a list is its last one.
+bool has_old_root(const Credentials& own) {
+  return own.roots.size() > 1 && !own.roots.back().has_signed(own.chain.back());
+}
+
 std::optional<Refusal> judge(const Certificate& certificate, int depth, std::string_view fleet,
                              const FleetList* list, const CheckTime& time, Expiry expiry) {
   const auto refused = [&](Refusal::Code code, std::string_view why) {

@@ -38,6 +38,10 @@ enum class Expiry : std::uint8_t { kWarn, kRefuse };
 // "revoked".
 std::string_view state_of(const Credentials& own, const CheckTime& time);
 
+// The root of the fleet is being replaced, and the own certificate comes from an older one: a new
+// certificate is to be asked for, by all but the base.
+bool has_old_root(const Credentials& own);
+
 // Whether a certificate of a right chain is accepted: not revoked, its dates, and (depth 0) names a
 // member of the fleet. With kWarn an expired certificate is accepted.
 std::optional<Refusal> judge(const Certificate& certificate, int depth, std::string_view fleet,

@@ -405,8 +405,9 @@ Exit key_rotate(Context& context) {
                   "fleet has reached them",
                   fingerprint_text(authority.root()), key_value(authority.list()).number));
   context.out.note(
-      "then timsctl key renew on each of them but the base (timsctl key list shows who is "
-      "left), and timsctl key rotate --finish");
+      "routers renew their certificates within an hour while timsctl key serve runs here, users "
+      "by timsctl key renew; when timsctl key list shows nobody with an old root, "
+      "timsctl key rotate --finish");
   return Exit::kDone;
 }
 
