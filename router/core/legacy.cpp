@@ -9,7 +9,7 @@
 namespace tims::core {
 namespace {
 
-using Verb = LegacyCommand::Verb;
+using LegacyVerb = LegacyCommand::Verb;
 
 constexpr std::size_t kMailboxBodySize = 4;
 
@@ -23,15 +23,15 @@ std::uint32_t read_u32(std::span<const std::byte> bytes, std::endian order) {
 }
 
 // Bytes after the address are ignored, as in the original.
-LegacyCommand with_mailbox(Verb verb, bool wants_reply, const Message& message) {
+LegacyCommand with_mailbox(LegacyVerb verb, bool wants_reply, const Message& message) {
   const auto body = message.body();
-  if (body.size() < kMailboxBodySize) return {.verb = Verb::kMalformed};
+  if (body.size() < kMailboxBodySize) return {.verb = LegacyVerb::kMalformed};
   return {verb, wants_reply, Address(read_u32(body, message.header.body_order()))};
 }
 
 // Unknown options are an extension of a later version, or no options at all: they are ignored.
 LegacyCommand registration(bool wants_reply, const Message& message) {
-  LegacyCommand command = with_mailbox(Verb::kRegister, wants_reply, message);
+  LegacyCommand command = with_mailbox(LegacyVerb::kRegister, wants_reply, message);
   const auto body = message.body();
   if (body.size() != wire::router_command::kOptionsSize) return command;
   const std::uint32_t options =
@@ -50,23 +50,23 @@ LegacyCommand parse_command(const Message& message) {
     case command::kMailboxInitWithReply:
       return registration(true, message);
     case command::kMailboxDelete:
-      return with_mailbox(Verb::kDelete, false, message);
+      return with_mailbox(LegacyVerb::kDelete, false, message);
     case command::kMailboxDeleteWithReply:
-      return with_mailbox(Verb::kDelete, true, message);
+      return with_mailbox(LegacyVerb::kDelete, true, message);
     case command::kMailboxPurge:
-      return {.verb = Verb::kPurge};
+      return {.verb = LegacyVerb::kPurge};
     case command::kEnableWatchdog:
-      return {.verb = Verb::kEnableWatchdog};
+      return {.verb = LegacyVerb::kEnableWatchdog};
     case command::kDisableWatchdog:
-      return {.verb = Verb::kDisableWatchdog};
+      return {.verb = LegacyVerb::kDisableWatchdog};
     case command::kLogin:
-      return {.verb = Verb::kLogin};
+      return {.verb = LegacyVerb::kLogin};
     case type::kOk:
-      return {.verb = Verb::kAlive};
+      return {.verb = LegacyVerb::kAlive};
     case type::kAdminRequest:
-      return {.verb = Verb::kAdmin};
+      return {.verb = LegacyVerb::kAdmin};
     default:
-      return {.verb = Verb::kUnknown};
+      return {.verb = LegacyVerb::kUnknown};
   }
 }
 
