@@ -15,7 +15,7 @@ tims::Result<MarkerPicture> picture_of(const Marker& marker) {
                                    ids_of(marker.family) - 1, marker.id));
   const TagFamily family = make_tag_family(marker.family);
   const std::unique_ptr<image_u8_t, void (*)(image_u8_t*)> image(
-      apriltag_to_image(family.get(), static_cast<std::uint32_t>(marker.id)), image_u8_destroy);
+      apriltag_to_image(family.get(), marker.id), image_u8_destroy);
   MarkerPicture picture{.side = image->width,
                         .whole = static_cast<double>(image->width) / family->width_at_border};
   for (int y = 0; y < image->height; ++y) {
