@@ -105,6 +105,22 @@ TEST(RouterProgram, ReportsThatTheSystemRefusesMemory) {
   EXPECT_GT(refusals, 0);
 }
 
+// Small hosts do without DDS and its library. What is installed later is found.
+TEST(RouterProgram, RunsWithoutTheProgramForDdsAndSaysHowToGetIt) {
+  const TemporaryFolder folder;
+  const std::string alone = folder.path() / "tims-router";
+  std::filesystem::copy_file(TIMS_ROUTER_PROGRAM, alone);
+  auto child =
+      ChildProcess::start({alone, "--set", "unix.path=" + (folder.path() / "router.sock").string(),
+                           "--set", "tcp.listen=off", "--set", "http.listen=off", "--set",
+                           "fleet.name=alone", "--set", "udp.listen=127.0.0.1:0"});
+  ASSERT_TRUE(child);
+  const auto hint = child->wait_for_line("apt install tims-router-dds");
+  ASSERT_TRUE(hint) << hint.error().message();
+  EXPECT_TRUE(child->wait_for_line("in fleet alone"));
+  EXPECT_EQ(child->stop(SIGTERM)->code, 0) << child->output();
+}
+
 // The value of "VmLck" etc. in /proc/PID/status.
 std::string status_of(pid_t pid, const std::string& key) {
   std::ifstream file("/proc/" + std::to_string(pid) + "/status");

@@ -2,12 +2,12 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <csignal>
 #include <system_error>
 #include <utility>
 
 #include <fmt/core.h>
 #include <poll.h>
-#include <signal.h>
 #include <sys/socket.h>
 
 #include "os/clock.h"
@@ -44,7 +44,10 @@ DdsProcess::~DdsProcess() { stop(); }
 
 Result<void> DdsProcess::start(const link::Announcement& self) {
   self_ = self;
-  if (auto done = launch(); !done) return done;
+  if (!launch_or_retry()) {
+    listener_.on_state();
+    return {};
+  }
   if (auto done = wait_for_answer(); !done) {
     end_process();
     return done;
@@ -63,9 +66,13 @@ Result<void> DdsProcess::launch() {
   auto started = os::Process::start({.command = {kProgram, std::to_string(theirs.get())},
                                      .inherited = theirs.get(),
                                      .own_group = true});
-  if (!started)
-    return Error(Errc::kSystem,
-                 fmt::format("cannot start {}, which runs DDS: {}", kProgram, system_text()));
+  if (!started) {
+    const std::string why = errno == ENOENT ? "it is not installed (apt install tims-router-dds); "
+                                              "links use their other paths"
+                                            : system_text();
+    socket_.reset();
+    return Error(Errc::kSystem, fmt::format("cannot start {}, which runs DDS: {}", kProgram, why));
+  }
   process_.emplace(std::move(*started));
   launched_ = os::now();
   report_ = {.state = State::kStarting};
@@ -198,11 +205,17 @@ void DdsProcess::on_end(const std::string& why) {
   listener_.on_turn_end();
 }
 
-void DdsProcess::try_again() {
-  if (const auto done = launch(); !done) {
-    report_.last_error = done.error().detail();
+bool DdsProcess::launch_or_retry() {
+  const auto done = launch();
+  if (!done) {
+    report_ = {.state = State::kStarting, .last_error = done.error().detail()};
     retry_.set(os::now() + kPauseMax);
   }
+  return done.ok();
+}
+
+void DdsProcess::try_again() {
+  launch_or_retry();
   listener_.on_state();
 }
 

@@ -38,7 +38,8 @@ class DdsProcess {
   DdsProcess& operator=(const DdsProcess&) = delete;
   ~DdsProcess();
 
-  // As those of DdsEngine. start() waits until the helper has read its settings, 10 s at most.
+  // As those of DdsEngine. start() waits until the helper has read its settings, 10 s at most. A
+  // helper that is not installed is no error: it is looked for again every kPauseMax.
   Result<void> start(const link::Announcement& self);
   void restart(const link::Announcement& self);
   void stop();
@@ -53,6 +54,7 @@ class DdsProcess {
 
  private:
   Result<void> launch();
+  bool launch_or_retry();
   Result<void> wait_for_answer();
   void on_ready();
   void take(helper::Record&& record);
