@@ -16,7 +16,7 @@ function(rack_shared_library target name)
   add_library(${target} SHARED ${objects})
   set_target_properties(${target} PROPERTIES OUTPUT_NAME ${name} EXPORT_NAME ${name}
     VERSION ${PROJECT_VERSION} SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
-    LINKER_LANGUAGE CXX LINK_DEPENDS ${exports} INSTALL_RPATH "$ORIGIN"
+    LINKER_LANGUAGE CXX LINK_DEPENDS ${exports} INSTALL_RPATH "$<$<NOT:$<BOOL:${TIMS_PACKAGED}>>:$ORIGIN>"
     LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib)
   target_link_options(${target} PRIVATE LINKER:--version-script=${exports} LINKER:-z,defs)
   target_link_libraries(${target} PUBLIC ${arg_USES} PRIVATE ${arg_NEEDS})

@@ -64,7 +64,8 @@ function(tims_install_host)
   programs_of(maps tools/map_maker)
   set(programs rack-emulate World ${drivers} ${vision} ${markers} ${calibration} ${maps} ${ARGN})
   # Found from a program's own place, so that an installation may be moved; and by the whole path for
-  # programs with file capabilities, for which the dynamic linker ignores $ORIGIN.
+  # programs with file capabilities, for which the dynamic linker ignores $ORIGIN. What a package installs
+  # is never moved.
   set(common ${CMAKE_INSTALL_LIBDIR}/tims)
   set(own timsctl-robot timsctl-sim tims-crash-report tims-router-dds)  # not for users
   if(TARGET rack-video-reader)
@@ -75,8 +76,11 @@ function(tims_install_host)
     install(TARGETS rack_pictures rack_world_camera DESTINATION ${common})
     set(pictures ${common}/$<TARGET_FILE_NAME:rack_pictures> ${common}/$<TARGET_FILE_NAME:rack_world_camera>)
   endif()
-  set_target_properties(${programs} ${own} PROPERTIES
-    INSTALL_RPATH "$ORIGIN/../${common};$ORIGIN/../../${common};${CMAKE_INSTALL_FULL_LIBDIR}/tims")
+  set(places ${CMAKE_INSTALL_FULL_LIBDIR}/tims)
+  if(NOT TIMS_PACKAGED)
+    list(PREPEND places $ORIGIN/../${common} $ORIGIN/../../${common})
+  endif()
+  set_target_properties(${programs} ${own} PROPERTIES INSTALL_RPATH "${places}")
   install(TARGETS ${programs})
   install(FILES ${CMAKE_RUNTIME_OUTPUT_DIRECTORY}/tims_router_tcp TYPE BIN)  # a link
   # What timsctl becomes for some of its verbs, and what a component starts when it crashes.

@@ -2,6 +2,9 @@
 include(GNUInstallDirs)
 find_package(Threads REQUIRED)
 
+# Elsewhere, libraries are found from the place of the file that needs them, so that an installation may be moved.
+option(TIMS_PACKAGED "for packages of a distribution: what they install is never moved" OFF)
+
 # What every line of this process must be compiled with: also the Boost that is used as source.
 add_library(tims_sanitizers INTERFACE)
 if(TIMS_SANITIZE)
@@ -34,9 +37,10 @@ if(TIMS_SANITIZE MATCHES "thread")
                       LINKER:-u,pthread_mutex_clocklock)
 endif()
 
+option(TIMS_WERROR "warnings are errors; OFF for compilers that nobody has tried yet" ON)
 add_library(tims_options INTERFACE)
 target_compile_options(tims_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
-                       -Wnon-virtual-dtor -Wold-style-cast -Werror)
+                       $<$<COMPILE_LANGUAGE:CXX>:-Wnon-virtual-dtor;-Wold-style-cast> $<$<BOOL:${TIMS_WERROR}>:-Werror>)
 target_include_directories(tims_options INTERFACE ${CMAKE_SOURCE_DIR})
 target_link_libraries(tims_options INTERFACE tims_sanitizers)
 
@@ -126,7 +130,8 @@ function(tims_loaded_library target)
   list(TRANSFORM arg_OBJECTS APPEND ">")
   add_library(${target} MODULE ${arg_OBJECTS})
   set_target_properties(${target} PROPERTIES OUTPUT_NAME ${arg_NAME}-${PROJECT_VERSION} LINKER_LANGUAGE CXX
-                        LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib INSTALL_RPATH "$ORIGIN")
+                        LIBRARY_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/lib
+                        INSTALL_RPATH $<IF:$<BOOL:${TIMS_PACKAGED}>,${CMAKE_INSTALL_FULL_LIBDIR}/tims,$ORIGIN>)
   # Needed by the archives behind it only, it would be passed over, and they would bring copies.
   target_link_libraries(${target} PRIVATE -Wl,--no-as-needed tims_common -Wl,--as-needed ${arg_LINK})
   if(TIMS_SANITIZE)  # what tims_sanitizers adds belongs into programs only
