@@ -31,6 +31,7 @@
 #include "router/io/service.h"
 #include "router/io/tcp_port.h"
 #include "router/io/tls_gate.h"
+#include "router/io/tracer.h"
 #include "router/io/waiting_memory.h"
 #include "security/crypto/digest.h"
 #include "security/keys/join_client.h"
@@ -111,6 +112,17 @@ core::NewestRule newest_rule(const config::Config& c) {
   return rule;
 }
 
+policy::PolicyText policy_text(const config::Origins& origins, const config::Config& c) {
+  return config::policy_text(c, config::rule_places(origins));
+}
+
+policy::Policy policy_of(const config::Loaded& loaded) {
+  const config::Config& c = loaded.config;
+  std::vector<policy::Problem> problems;  // none: the configuration was checked
+  auto policy = policy::Policy::compile(policy_text(loaded.origins, c), c.address.widths, problems);
+  return policy ? std::move(*policy) : policy::Policy(c.address.widths);
+}
+
 std::uint64_t random_number() {
   std::uint64_t number = 0;
   security::fill_random(std::as_writable_bytes(std::span(&number, 1)));
@@ -149,6 +161,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     router_.attach(core::PortKind::kTcp, tcp_);
     router_.attach(core::PortKind::kWebSocket, http_);
     router_.attach(core::PortKind::kLink, links_.port());
+    router_.judge_by(enforcer_);
     router_.set_static_routes(static_routes(configuration_.config));
     newest_.set_rule(newest_rule(configuration_.config));
     if (configuration_.config.newest.bytes > 0) router_.keep_newest(newest_);
@@ -192,6 +205,18 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   }
   bool may_ask(core::ClientId from, const core::Message& request) override {
     return admin_.may_ask(from, request);
+  }
+  policy::Right right_of(const core::Message& request) override {
+    const core::RouterSettings& settings = router_.settings();
+    return io::asked_of(io::SentMessage::of(request, settings), settings.widths);
+  }
+  void deny_admin(core::ClientId from, const core::Message& request,
+                  std::string_view rule) override {
+    admin_.deny(from, request, rule);
+  }
+  void trace_denied(core::ClientId from, const core::Message& message,
+                    std::string_view rule) override {
+    tracer_.on_denied(read_clocks({}).wall, from, message, rule);
   }
   void traced(core::ClientId from, core::ClientId to, const core::Message& message) override {
     tracer_.on_traced(read_clocks({}).wall, from, to, message);
@@ -240,6 +265,13 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   }
   void set_static_routes(const std::vector<core::StaticRoute>& routes) override {
     router_.set_static_routes(routes);
+  }
+  void changed(Time now, core::ClientId by, std::string_view what) override {
+    const core::Client* client = router_.client(by);
+    router_.note({.at = now,
+                  .kind = core::EventKind::kRouterChanged,
+                  .client = client == nullptr ? core::Peer{} : client->peer(),
+                  .text = what});
   }
   [[nodiscard]] std::optional<io::MailboxFill> fill(std::uint32_t handle) const override {
     return local_.fill(handle);
@@ -530,8 +562,11 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     }
     router_.set_static_routes(io::reload_routes(
         router_.static_routes(), static_routes(configuration_.config), static_routes(wanted)));
+    const bool same_policy = policy_text(loaded.origins, wanted) ==
+                             policy_text(configuration_.origins, configuration_.config);
     configuration_.config = std::move(wanted);
     configuration_.origins = loaded.origins;
+    if (!same_policy) router_.set_policy(now, policy_of(configuration_));
     const config::Config& c = configuration_.config;
     log_.set_level(c.log.level);
     router_.configure(now, router_settings(c, epoch_));
@@ -562,6 +597,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   std::optional<io::Renewal> renewal_;  // empty: without keys, or at the base
   core::Router router_{
       router_settings(configuration_.config, epoch_), {random_number(), random_number()}, *this};
+  policy::Enforcer enforcer_{policy_of(configuration_), random_number()};
   core::NewestValues newest_{configuration_.config.newest.bytes,
                              {random_number(), random_number()}};
   // Queues of TCP and WebSocket clients are separate from the memory of links.

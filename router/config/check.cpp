@@ -7,6 +7,7 @@
 #include "router/config/networks.h"
 #include "router/config/options.h"
 #include "router/core/newest_values.h"
+#include "router/policy/lifetimes.h"
 
 namespace tims::config {
 namespace {
@@ -35,11 +36,13 @@ class Checker {
     check_names();
     check_origins();
     check_newest();
+    check_lifetimes();
     check_router();
     check_fleet();
     for (std::size_t i = 0; i < config_.links.size(); ++i) check_link(i);
     check_links();
     for (std::size_t i = 0; i < config_.routes.size(); ++i) check_route(i);
+    check_policy();
     return std::move(problems_);
   }
 
@@ -105,6 +108,16 @@ class Checker {
                                            "\"parameters\", \"state\" and \"*\", nor "
                                            "the name of a class such as Position",
                                            in_quotes(stream)));
+  }
+
+  void check_lifetimes() {
+    policy::Lifetimes lifetimes;
+    for (const std::string& lifetime : list_of(config_.message.lifetimes))
+      if (!lifetimes.add(lifetime))
+        fail("message.lifetimes",
+             fmt::format("message.lifetimes: {} is no type of commands and its time, or there are "
+                         "more than {}: write \"chassis.move 150ms\"",
+                         in_quotes(lifetime), policy::Lifetimes::kMost));
   }
 
   void check_router() {
@@ -321,6 +334,22 @@ class Checker {
     if (read && before != i)
       fail(item, fmt::format("the same route is already configured at {}: remove one of them",
                              origin(fmt::format("route[{}]", before)).to_string()));
+  }
+
+  // --- rules and their tests
+
+  void check_policy() {
+    for (const auto& [key, at] : written_.refused)
+      if (key.starts_with("rule[") || key.starts_with("test[") || key == "address.widths") return;
+    std::vector<policy::Problem> problems;
+    (void)policy::Policy::compile(policy_text(config_, rule_places(written_.origins)),
+                                  config_.address.widths, problems);
+    for (policy::Problem& problem : problems) {
+      const std::string item =
+          fmt::format("{}[{}]", problem.is_test ? "test" : "rule", problem.index);
+      const std::string key = fmt::format("{}.{}", item, problem.key);
+      fail(has(key) ? key : item, std::move(problem.text));
+    }
   }
 
   // --- positions in the configuration

@@ -125,6 +125,16 @@ std::vector<std::string> list_of(std::string_view text) {
   return items;
 }
 
+policy::PolicyText policy_text(const Config& config, const std::vector<std::string>& rule_places) {
+  policy::PolicyText text;
+  for (const Rule& rule : config.rules) {
+    policy::RuleText& added = text.rules.emplace_back(rule);
+    if (text.rules.size() <= rule_places.size()) added.place = rule_places[text.rules.size() - 1];
+  }
+  for (const Test& test : config.tests) text.tests.push_back(test);
+  return text;
+}
+
 bool Link::uses(PathKind path) const { return std::ranges::find(paths, path) != paths.end(); }
 
 std::string Link::to_string() const {

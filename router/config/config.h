@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "router/core/types.h"
+#include "router/policy/policy.h"
 #include "tims/address.h"
 #include "tims/time.h"
 
@@ -89,6 +90,18 @@ struct Route {
   bool operator==(const Route&) const = default;
 };
 
+// What somebody may send: [[rule]] (router/policy/policy.h).
+struct Rule : policy::RuleText {
+  [[nodiscard]] std::string to_string() const { return name; }
+  bool operator==(const Rule&) const = default;
+};
+
+// A message that the rules must allow or deny: [[test]].
+struct Test : policy::TestText {
+  [[nodiscard]] std::string to_string() const { return name; }
+  bool operator==(const Test&) const = default;
+};
+
 // Splits "10.9.1.1, 10.9.1.2:7410" into its elements.
 std::vector<std::string> list_of(std::string_view text);
 
@@ -160,6 +173,7 @@ struct Config {
   struct Message {
     std::uint32_t bytes_max = 16U << 20;  // header included
     PriorityClasses classes;
+    std::string lifetimes = "chassis.move 150ms";  // of commands (router/policy/lifetimes.h)
     bool operator==(const Message&) const = default;
   } message;
 
@@ -201,8 +215,14 @@ struct Config {
 
   std::vector<Link> links;    // in configuration order: the first super link is preferred
   std::vector<Route> routes;  // in configuration order
+  std::vector<Rule> rules;    // in configuration order: the first that matches decides
+  std::vector<Test> tests;
 
   bool operator==(const Config&) const = default;
 };
+
+// The rules and tests of a configuration. `origins`: where each rule is written ("router.toml:12").
+policy::PolicyText policy_text(const Config& config,
+                               const std::vector<std::string>& rule_places = {});
 
 }  // namespace tims::config

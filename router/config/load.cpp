@@ -409,6 +409,14 @@ Config defaults(const Host& host) {
   return config;
 }
 
+std::vector<std::string> rule_places(const Origins& origins) {
+  std::vector<std::string> places;
+  for (auto at = origins.find("rule[0]"); at != origins.end();
+       at = origins.find(fmt::format("rule[{}]", places.size())))
+    places.push_back(at->second.to_string());
+  return places;
+}
+
 std::string Origin::to_string() const {
   switch (kind) {
     case Kind::kDefault:

@@ -107,6 +107,9 @@ struct Written {
 
 std::vector<Problem> check(const Config& config, const Written& written);
 
+// Where each [[rule]] is written: "router.toml:12".
+std::vector<std::string> rule_places(const Origins& origins);
+
 // --- effects of a new configuration, and which of them need no restart
 
 struct Change {

@@ -139,7 +139,8 @@ const std::vector<Bad> kBad{
     {"[tpc]\nlisten = 5\nqueue = 6\n", {"r.toml:1:2: unknown table [tpc]; did you mean [tcp]?"}},
     {"[flux]\n",
      {"r.toml:1:2: unknown table [flux]; known are router, address, unix, tcp, http, udp, "
-      "fleet, dds, message, lifesign, limits, newest, log, security, sim, link, route"}},
+      "fleet, dds, message, lifesign, limits, newest, log, security, sim, link, route, rule, "
+      "test"}},
     {"[tcp.listen]\nport = 3\n",
      {"r.toml:1:1: tcp.listen must be a numeric address and port such as \"127.0.0.1:2000\", "
       "\"0.0.0.0:2000\" (all interfaces) or \"[::1]:2000\", or \"off\", not a table"}},
@@ -173,7 +174,7 @@ const std::vector<Bad> kBad{
      {"r.toml:1:1: tcp is a table: write [tcp] once, above its keys",
       "r.toml:2:2: unknown table [zz]; known are router, address, unix, tcp, http, udp, fleet, "
       "dds, message, "
-      "lifesign, limits, newest, log, security, sim, link, route"}},
+      "lifesign, limits, newest, log, security, sim, link, route, rule, test"}},
     // Types.
     {"[router]\nid = \"3\"\n",
      {"r.toml:2:6: router.id must be a whole number, not the text \"3\""}},

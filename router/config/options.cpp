@@ -292,6 +292,14 @@ constexpr std::array kOptions{
                  "class 0. Classes 4 to 7 may use the reserve of a link's rate, 5 to 7 are urgent. "
                  "Must be the same for all routers of a fleet: a link between routers with "
                  "different values is refused."}),
+    row<Kind::kText, &Config::message, &Config::Message::lifetimes>(
+        {.key = "message.lifetimes",
+         .range = {0, 4096},
+         .reload = Reload::kYes,
+         .help = "How long commands are worth delivering, 20ms to 10min: types as in [[rule]], and "
+                 "a time. An older one does not arrive over a link that was cut and has healed, "
+                 "and its sender is told. The default for speeds is three periods of a pilot.",
+         .is_list = true}),
 
     row<Kind::kDuration, &Config::lifesign, &Config::Lifesign::interval>(
         {.key = "lifesign.interval",
@@ -477,6 +485,94 @@ constexpr std::array kRouteOptions{
          .default_note = "none: required"}),
 };
 
+constexpr std::array kRuleOptions{
+    row<Kind::kText, &Config::rules, &Rule::name>(
+        {.key = "rule.name",
+         .range = {1, 64},
+         .help = "Name of the rule, in counters, refusals and tests.",
+         .default_note = "none: required"}),
+    row<Kind::kText, &Config::rules, &Rule::from>(
+        {.key = "rule.from",
+         .range = {1, 4096},
+         .help = "Who sends: uid:1000, gid:100, unit:laser.service, label:NAME, own (the router's "
+                 "user, root and the router's group), user:NAME, right:drive, net:10.9.0.0/16 (an "
+                 "address is no proof), port:tcp. A star may end a name. Routers are met only by "
+                 "router:NAME, system:3, role:subsystem; without such a rule they may do "
+                 "everything, since messages are judged where they enter the fleet.",
+         .is_list = true}),
+    row<Kind::kText, &Config::rules, &Rule::to>(
+        {.key = "rule.to",
+         .range = {1, 4096},
+         .help = "Destinations: patterns of addresses such as \"Chassis(3/*)\".",
+         .is_list = true}),
+    row<Kind::kText, &Config::rules, &Rule::types>(
+        {.key = "rule.types",
+         .range = {1, 4096},
+         .help = "Types of messages: commands, replies (data too), look, drive, names such as "
+                 "chassis.move (timsctl msg types), numbers such as 20..29; and what a router is "
+                 "asked for: look, change, login; and trace.",
+         .is_list = true}),
+    row<Kind::kNumber, &Config::rules, &Rule::priority_max>(
+        {.key = "rule.priority_max",
+         .range = {0, 255},
+         .help = "A higher priority is lowered to this one."}),
+    row<Kind::kRate, &Config::rules, &Rule::rate>(
+        {.key = "rule.rate",
+         .range = {1, 100'000'000'000},
+         .help = "Maximum bytes per second of each sender (all its connections), and at once as "
+                 "many as in one second; what is above is denied. 0 for no limit."}),
+    row<Kind::kText, &Config::rules, &Rule::then>(
+        {.key = "rule.then",
+         .range = {1, 16},
+         .help = "allow; deny; observe (let pass, and report what deny would have stopped); thin "
+                 "(of streams only: leave out samples, by the keys that follow). The first rule "
+                 "that matches decides; what matches none is denied. Answers within a minute need "
+                 "no rule.",
+         .default_note = "none: required"}),
+    row<Kind::kNumber, &Config::rules, &Rule::per_second>(
+        {.key = "rule.per_second",
+         .range = {0, 100'000},
+         .help = "thin: at most so many samples of a stream a second; 0 for no limit."}),
+    row<Kind::kNumber, &Config::rules, &Rule::every>(
+        {.key = "rule.every",
+         .range = {0, 1'000'000},
+         .help = "thin: only every so manyth sample of a stream; 0 for all."}),
+    row<Kind::kSize, &Config::rules, &Rule::bytes_max>(
+        {.key = "rule.bytes_max",
+         .range = {0, 1 << 30},
+         .help = "thin: no samples longer than this; 0 for no limit."}),
+};
+
+constexpr std::array kTestOptions{
+    row<Kind::kText, &Config::tests, &Test::name>({.key = "test.name",
+                                                   .range = {1, 64},
+                                                   .help = "Name of the test.",
+                                                   .default_note = "none: required"}),
+    row<Kind::kText, &Config::tests, &Test::from>(
+        {.key = "test.from",
+         .range = {1, 4096},
+         .help = "Who sends: \"user:guest\", or several identities of one sender.",
+         .default_note = "none: required",
+         .is_list = true}),
+    row<Kind::kText, &Config::tests, &Test::to>({.key = "test.to",
+                                                 .range = {1, 64},
+                                                 .help = "To which address.",
+                                                 .default_note = "none: required"}),
+    row<Kind::kText, &Config::tests, &Test::type>(
+        {.key = "test.type",
+         .range = {1, 64},
+         .help = "Which type of message, as in rule.types, but a single one.",
+         .default_note = "none: required"}),
+    row<Kind::kNumber, &Config::tests, &Test::priority>(
+        {.key = "test.priority", .range = {0, 255}, .help = "With which priority."}),
+    row<Kind::kText, &Config::tests, &Test::expect>(
+        {.key = "test.expect",
+         .range = {1, 16},
+         .help = "What the rules must say: allow, deny or observe. A configuration with a test "
+                 "that fails is refused.",
+         .default_note = "none: required"}),
+};
+
 template <auto items>
 constexpr List list(std::string_view name, std::span<const Option> rows) {
   return {.name = name,
@@ -534,7 +630,45 @@ via = "robot2"
   return routes;
 }
 
-constexpr std::array kLists{link_list(), route_list()};
+constexpr List rule_list() {
+  List rules = list<&Config::rules>("rule", kRuleOptions);
+  rules.help =
+      "Who may send what to whom. Without rules, everybody may do everything; users who have "
+      "logged "
+      "in may do what their rights say, with and without rules.";
+  rules.sample_items = R"toml([[rule]]
+name = "own programs"
+from = "own"
+then = "allow"
+
+[[rule]]
+name = "guests look"
+from = ["user:guest", "net:10.9.0.0/16"]
+types = "look"
+priority_max = 20
+rate = "1MB"
+then = "allow"
+)toml";
+  rules.sample_setting = "rule='name=own programs,from=own,then=allow'";
+  return rules;
+}
+
+constexpr List test_list() {
+  List tests = list<&Config::tests>("test", kTestOptions);
+  tests.help = "What the rules must say, tested at the start, by --check, and at a reload.";
+  tests.sample_items = R"toml([[test]]
+name = "a guest does not drive"
+from = "user:guest"
+to = "Chassis(3/0)"
+type = "move"
+expect = "deny"
+)toml";
+  tests.sample_setting =
+      "test='name=looks,from=user:guest,to=Chassis(3/0),type=get_status,expect=allow'";
+  return tests;
+}
+
+constexpr std::array kLists{link_list(), route_list(), rule_list(), test_list()};
 
 // --- output for users: --help and the sample file
 
@@ -542,7 +676,8 @@ constexpr std::string_view kSampleTop =
     "# Configuration of tims-router: every key with its default, commented out.\n"
     "# Sizes (B, KiB, MiB, GiB) and durations (ms, s, min, h) carry units. ${NAME} in a text is\n"
     "# the environment variable. An unknown key is an error. tims-router --help prints the same.\n"
-    "# [[link]] and [[route]] at the end have no defaults: the entries below are examples.\n";
+    "# [[link]], [[route]], [[rule]] and [[test]] at the end have no defaults: these are "
+    "examples.\n";
 
 std::string default_text(const Option& option) {
   if (!option.default_note.empty()) return std::string(option.default_note);

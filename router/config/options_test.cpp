@@ -1,5 +1,6 @@
 #include "router/config/options.h"
 
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <set>
@@ -63,6 +64,7 @@ TEST(Options, SetGivesBackWhatGetGave) {
                               "dds.profiles=/x.xml",
                               "message.max=1MiB",
                               "message.classes=1/2/3/4/5/6/7",
+                              "message.lifetimes=off 2s, chassis.move 200ms",
                               "lifesign.interval=1s",
                               "limits.clients=5",
                               "limits.mailboxes_per_client=6",
@@ -121,7 +123,11 @@ TEST(OptionsOfItems, GiveBackWhatWasSet) {
       "lifetime=1s,compress=lz4,compress_own=true,secure=false";
   const Loaded other = load({{},
                              {"security.insecure=true", "fleet.name=harbour", link,
-                              "link=kind=sub,system=1", "route=match=*,via=x"},
+                              "link=kind=sub,system=1", "route=match=*,via=x",
+                              "rule=name=x,from=own,to=Chassis(3/0),types=look,priority_max=5,"
+                              "rate=1MB,then=thin,per_second=3,every=2,bytes_max=1KiB",
+                              "test=name=x,from=own,to=Chassis(3/0),type=get_status,priority=1,"
+                              "expect=deny"},
                              kRoot});
   ASSERT_TRUE(other.ok());
   for (const List& list : lists()) {
@@ -210,6 +216,16 @@ TEST(SampleFile, ItsExamplesAreRight) {
     EXPECT_GT(list.size(loaded.config), 0U) << list.name;
     EXPECT_TRUE(load({{}, {"security.insecure=true", unquoted(list.sample_setting)}, kRoot}).ok());
   }
+}
+
+TEST(SampleFile, TheExampleOfRulesIsRight) {
+  std::ifstream stream(std::filesystem::path(TIMS_SAMPLE_FILE).parent_path() /
+                       "policies/robot.toml");
+  const std::string text{std::istreambuf_iterator<char>(stream), {}};
+  const Loaded loaded = load({{{"robot.toml", text}}, {}, kRoot});
+  EXPECT_TRUE(loaded.ok()) << loaded.problems.front().to_string();
+  EXPECT_GE(loaded.config.rules.size(), 5U);
+  EXPECT_GE(loaded.config.tests.size(), 4U);
 }
 
 TEST(SampleFile, InDeployIsTheGeneratedOne) {

@@ -54,6 +54,11 @@ bool is_same_holder(const DrivingLease& lease, const DrivingLease& other) {
 
 }  // namespace
 
+bool is_driven_class(std::uint32_t number) {
+  return number == class_id::kChassis || number == class_id::kPilot || number == class_id::kPath ||
+         number == class_id::kVehicle;
+}
+
 std::optional<std::uint32_t> driven_robot(const Message& message, const AddressWidths& widths) {
   const Address::Fields to = message.header.dest.fields(widths);
   const Address::Fields from = message.header.src.fields(widths);
@@ -140,7 +145,8 @@ const DrivingLease* DrivingLeases::against(const Message& message, ClientId send
   if (lease == nullptr) return nullptr;
   const Address source = message.header.src;
   const bool is_holder =
-      over_link ? source == lease->mailbox || source == lease->stick : owns_source;
+      over_link ? lease->mailbox.raw() == 0 || source == lease->mailbox || source == lease->stick
+                : owns_source;
   if (lease->client.id == sender && is_holder) return nullptr;
   const Address::Fields from = source.fields(widths);
   const bool is_part = from.system == *robot && from.class_id >= class_id::kTest &&

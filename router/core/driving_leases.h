@@ -48,6 +48,9 @@ constexpr std::array<Label<LeaseEnd>, 4> kLeaseEnds{{
 }};
 static_assert(complete(kLeaseEnds, LeaseEnd::kNotRenewed));
 
+// Whether mailboxes of this class take commands that drive a robot.
+bool is_driven_class(std::uint32_t number);
+
 // The robot that a message drives; empty: it does not drive, or it stops.
 std::optional<std::uint32_t> driven_robot(const Message& message, const AddressWidths& widths);
 

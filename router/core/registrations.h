@@ -17,6 +17,7 @@
 #include "router/core/statistics.h"
 #include "router/core/table.h"
 #include "router/core/types.h"
+#include "router/policy/enforcer.h"
 #include "tims/address.h"
 #include "tims/time.h"
 
@@ -39,7 +40,8 @@ struct ClientInfo {
     Address router{};
     std::optional<std::uint16_t> only{};  // accept only addresses of this system; empty: of any
   } link{};
-  bool lifesign = false;  // send lifesigns from the start, as to original clients
+  bool lifesign = false;      // send lifesigns from the start, as to original clients
+  policy::Subject subject{};  // who it is; what it may send follows from that
 };
 
 struct OwnedMailbox {
@@ -55,10 +57,13 @@ struct Client {
   bool watched = false;                   // receives lifesigns
   bool owes_answer = false;               // has not answered the last lifesign
   bool keeps_newest = false;              // see Port::keep_newest()
+  policy::Profile* profile = nullptr;     // what it may send; null: everything
   Count in{};                             // sent by it
   Count out{};                            // accepted by its mailbox, connection or queue
   Count dropped{};                        // addressed to it, and lost
 
+  // Its messages are judged by the policy.
+  [[nodiscard]] bool is_judged() const { return profile != nullptr && !profile->is_free(); }
   [[nodiscard]] Peer peer() const {
     return {
         .id = id, .port = info.port, .pid = info.pid, .name = info.name, .endpoint = info.endpoint};

@@ -58,6 +58,8 @@ ClientPage report_clients(const Router& router, Time now, ClientId after, std::s
                           .connected = now - client->connected_at,
                           .mailboxes = client->mailboxes.size(),
                           .watched = client->watched,
+                          .subject = client->info.subject,
+                          .is_judged = client->is_judged(),
                           .in = client->in,
                           .out = client->out,
                           .dropped = client->dropped});
@@ -92,8 +94,14 @@ RouteReport report_route(const Router& router, Time now, Address to, std::int8_t
   using Verdict = RouteReport::Verdict;
   if (to == router.settings().address) return {.verdict = Verdict::kSelf};
   const Table::Entry* source = from ? router.find(*from) : nullptr;
-  const Router::NextHop hop =
-      router.next_hop(source == nullptr ? nullptr : router.client(source->owner), to);
+  const Client* sender = source == nullptr ? nullptr : router.client(source->owner);
+  if (sender != nullptr && sender->is_judged()) {
+    const VerdictReport report =
+        report_verdict(router, sender->info.subject, {.dest = to, .src = *from, .type = type}, 0);
+    if (report.action == policy::Action::kDeny)
+      return {.verdict = Verdict::kDenied, .not_available = type > 0, .denied = report};
+  }
+  const Router::NextHop hop = router.next_hop(sender, to);
   if (hop.to == nullptr)
     return {.verdict = Verdict::kNoRoute, .why_not = hop.why_not, .not_available = type > 0};
   const bool link = hop.to->info.port == PortKind::kLink;
@@ -126,8 +134,7 @@ std::vector<EventCountReport> report_event_counts(const Router& router) {
   return reports;
 }
 
-EventPage report_events(const Router& router, std::uint64_t since, std::size_t limit) {
-  const EventLog& log = router.events();
+EventPage report_events(const EventLog& log, std::uint64_t since, std::size_t limit) {
   EventPage page{.items = {}, .last = log.last()};
   // A number from before a restart of the router means "from the beginning".
   if (since > log.last()) since = 0;
@@ -137,6 +144,27 @@ EventPage report_events(const Router& router, std::uint64_t since, std::size_t l
     page.items.push_back(log.at(i));
   }
   return page;
+}
+
+std::vector<RuleReport> report_rules(const Router& router) {
+  std::vector<RuleReport> reports;
+  if (router.policy() == nullptr) return reports;
+  const policy::Policy& policy = router.policy()->policy();
+  for (std::size_t i = 0; i < policy.rules().size(); ++i) {
+    const auto number = static_cast<policy::RuleNumber>(i);
+    reports.push_back({number, policy.rule(number).text, router.policy()->hits(number)});
+  }
+  return reports;
+}
+
+VerdictReport report_verdict(const Router& router, const policy::Subject& sender,
+                             const policy::Query& query, std::uint8_t priority) {
+  const policy::Policy& policy = router.policy()->policy();
+  const policy::Rule& rule = policy.rule(policy.decide(sender, query));
+  return {.action = rule.action,
+          .rule = rule.text,
+          .priority = std::min(priority, rule.text.priority_max),
+          .subject = sender.name};
 }
 
 std::vector<StreamReport> report_streams(const Router& router, const AddressPattern& match,

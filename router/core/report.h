@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "router/core/router.h"
@@ -37,6 +38,8 @@ struct ClientReport {
   Duration connected{};
   std::size_t mailboxes = 0;
   bool watched = false;
+  policy::Subject subject{};  // who it is, for rules of the policy
+  bool is_judged = false;     // rules apply to it
   Count in{};
   Count out{};
   Count dropped{};
@@ -67,15 +70,27 @@ MailboxPage report_mailboxes(const Router& router, Time now, const AddressPatter
                              std::optional<Address> after, std::size_t limit);
 std::optional<MailboxReport> report_mailbox(const Router& router, Time now, Address address);
 
+// What the policy says.
+struct VerdictReport {
+  policy::Action action = policy::Action::kAllow;
+  policy::RuleText rule{};
+  std::uint8_t priority = 0;  // that the message goes on with
+  std::string subject{};      // whom the rules were asked for
+};
+// Precondition: the router has a policy.
+VerdictReport report_verdict(const Router& router, const policy::Subject& sender,
+                             const policy::Query& query, std::uint8_t priority);
+
 struct RouteReport {
-  enum class Verdict : std::uint8_t { kDeliver, kForward, kNoRoute, kSelf };
+  enum class Verdict : std::uint8_t { kDeliver, kForward, kNoRoute, kSelf, kDenied };
   Verdict verdict = Verdict::kNoRoute;
   std::optional<MailboxReport> mailbox{};  // set for kDeliver, and for kForward when it is known
   Peer link{};                             // kForward: the link used
   Address next{};                          // the router at its other end
   Router::NextHop::By by = Router::NextHop::By::kNone;
   Outcome why_not = Outcome::kNoRoute;  // kNoRoute
-  bool not_available = false;           // kNoRoute: a message of this type would be answered
+  bool not_available = false;           // kNoRoute, kDenied: this type would be answered so
+  VerdictReport denied{};               // kDenied
 };
 // `from`: the source of the message, when it is registered here.
 RouteReport report_route(const Router& router, Time now, Address to, std::int8_t type,
@@ -101,7 +116,15 @@ struct EventPage {
   std::uint64_t lost = 0;      // after `since`, and overwritten before they could be reported
 };
 // At most `limit` events after number `since`.
-EventPage report_events(const Router& router, std::uint64_t since, std::size_t limit);
+EventPage report_events(const EventLog& log, std::uint64_t since, std::size_t limit);
+
+// A rule of the policy, built-in ones included.
+struct RuleReport {
+  policy::RuleNumber number = 0;
+  policy::RuleText rule{};
+  policy::Hits hits{};
+};
+std::vector<RuleReport> report_rules(const Router& router);
 
 // A stream to a client that keeps the newest samples only.
 struct StreamReport {

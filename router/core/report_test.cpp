@@ -110,18 +110,18 @@ TEST_F(ReportTest, ClientsComeInOrderOfTheirNumbers) {
 
 TEST_F(ReportTest, EventsAfterANumberWithTheCountOfLostOnes) {
   for (int i = 0; i < 5; ++i) router_.disconnect(now_, connect(), CloseReason::kPeerClosed);
-  EventPage page = report_events(router_, 7, 100);
+  EventPage page = report_events(router_.events(), 7, 100);
   ASSERT_EQ(page.items.size(), 3U);
   EXPECT_EQ(page.items[0].sequence, 8U);
   EXPECT_EQ(page.last, 10U);
   EXPECT_EQ(page.lost, 0U);
-  EXPECT_EQ(report_events(router_, 0, 4).items.size(), 4U);
-  EXPECT_TRUE(report_events(router_, 10, 4).items.empty());
+  EXPECT_EQ(report_events(router_.events(), 0, 4).items.size(), 4U);
+  EXPECT_TRUE(report_events(router_.events(), 10, 4).items.empty());
   // A number from before a restart.
-  EXPECT_EQ(report_events(router_, 999, 100).items.size(), 10U);
+  EXPECT_EQ(report_events(router_.events(), 999, 100).items.size(), 10U);
 
   for (int i = 0; i < 3000; ++i) router_.disconnect(now_, connect(), CloseReason::kPeerClosed);
-  page = report_events(router_, 10, 10'000);
+  page = report_events(router_.events(), 10, 10'000);
   EXPECT_EQ(page.items.size(), EventLog::kCapacity);
   EXPECT_EQ(page.lost, 6000 - EventLog::kCapacity);
   EXPECT_EQ(page.items.back().sequence, page.last);

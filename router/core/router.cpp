@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "router/core/router_events.h"
 #include "tims/origin.h"
 #include "wire/header.h"
 #include "wire/tcp_protocol.h"
@@ -13,12 +14,6 @@ namespace {
 
 constexpr std::uint8_t kOwnFlags =
     flag::kStream | flag::kTrace | flag::kReportIfGone | flag::kReportReason;
-
-// No route to the destination exists: the sender of a command receives NOT_AVAILABLE.
-bool is_unroutable(Outcome outcome) {
-  return outcome == Outcome::kNoRoute || outcome == Outcome::kWouldReturn ||
-         outcome == Outcome::kHopLimit;
-}
 
 // True when the sender must be notified that the destination is not registered. The extension
 // flags of original programs are arbitrary and therefore ignored.
@@ -45,11 +40,6 @@ EventKind kind_of(Registration::Status status) {
 
 constexpr Duration kLoopEventEvery = std::chrono::seconds(1);
 constexpr Duration kRefusalEventEvery = std::chrono::seconds(1);
-
-// "tablet 2 on robot 3"
-std::string lease_text(const DrivingLease& lease) {
-  return std::string(lease.holder.view()) + " on robot " + std::to_string(lease.robot);
-}
 
 bool is_link(const Client* client, LinkKind kind) {
   return client != nullptr && client->info.port == PortKind::kLink &&
@@ -121,6 +111,7 @@ ClientId Router::connect(Time now, const ClientInfo& info) {
     return kNoClient;
   }
   Client& client = clients_.add(info, now);
+  gate_.enter(now, client);
   if (info.lifesign) lifesigns_.watch(now, client);
   const bool link = info.port == PortKind::kLink;
   if (link) links_.push_back(client.id);
@@ -161,6 +152,7 @@ void Router::disconnect(Time now, ClientId id, CloseReason reason) {
   std::erase(links_, id);
   if (uplink_ == id) uplink_ = kNoClient;
   record_end(now, *client, reason);
+  gate_.leave(now, *client);
   clients_.remove(id);
 }
 
@@ -246,14 +238,18 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
   const bool link = sender.info.port == PortKind::kLink;
   if (is_for_router(header) && link) return Outcome::kMalformedCommand;
   if (link && !may_come_from(sender, header.src)) return Outcome::kForgedSource;
+  if (const auto mailbox = data_mailbox(message);
+      mailbox && link && !may_come_from(sender, *mailbox))
+    return Outcome::kForgedSource;
   if (is_for_router(header) && !local) return carry_out(now, sender, message);
 
   const std::optional<std::uint32_t> own = handle_of(sender, header.src);
   const bool forged = !own;
-  if (forged && local) return Outcome::kForgedSource;
+  if (forged && (local || (sender.is_judged() && !link))) return Outcome::kForgedSource;
   if (forged && !link) count(EventKind::kForgedSourceTolerated);
   const std::uint32_t handle = forged || link ? 0 : *own;
 
+  if (const auto stopped = judge(now, sender, handle, message)) return *stopped;
   if (own && newest_ != nullptr && newest_->wants(header)) newest_->keep(now, message);
   if (const DrivingLease* lease =
           leases_.against(message, sender.id, own.has_value(), link, settings_.widths))
@@ -348,6 +344,7 @@ Outcome Router::hand_over(Time now, const Receiver& to, Client& receiver, Messag
                                            (flag::kNativeOrder & flag::kHeaderLittleEndian));
   wire::encode_header(header, message.bytes.first<kHeaderSize>());
   const Outcome outcome = port_of(to).deliver(now, to, message);
+  if (receiver.is_judged() && taken(outcome)) gate_.delivered(now, receiver, message);
   const Count one{1, message.bytes.size()};
   if (!taken(outcome)) {
     count_dropped(&receiver, one);
@@ -370,6 +367,7 @@ Outcome Router::for_router_itself(Time now, Client& sender, std::uint32_t handle
     hooks_.admin(now, sender.id, message);
     return Outcome::kHandled;
   }
+  if (message.header.type == type::kAdminReply) return Outcome::kHandled;  // it knows who drives
   if (message.header.type > 0) {
     const Receiver asker = receiver_of(sender, handle);
     port_of(asker).reply(now, asker, wire::reply_to(message.header, type::kError));
@@ -406,7 +404,73 @@ void Router::count_dropped(Client* receiver, const Count& count) {
   receiver->dropped.bytes += count.bytes;
 }
 
+// --- policy
+
+std::optional<Outcome> Router::judge(Time now, Client& sender, std::uint32_t handle,
+                                     Message& message) {
+  using What = policy::Verdict::What;
+  if (!sender.is_judged()) return std::nullopt;
+  const Header& header = message.header;
+  const auto mailbox = data_mailbox(message);
+  if (mailbox && sender.info.port != PortKind::kLink && !handle_of(sender, *mailbox))
+    return Outcome::kForgedSource;
+  const bool asks =
+      header.type == type::kAdminRequest && (is_router(header.dest) || is_for_router(header));
+  const policy::Right right = asks ? hooks_.right_of(message) : policy::Right::kNone;
+  const policy::Verdict verdict = gate_.judge(now, sender, message, right);
+  const bool passes = verdict.what == What::kPass;
+  if (verdict.report)
+    happened(judged(now, passes ? EventKind::kObserved : EventKind::kDenied, header, sender.peer(),
+                    gate_.text_of(verdict.rule, sender)));
+  if (passes) return std::nullopt;
+  if (verdict.what == What::kThinned) return Outcome::kThinned;
+  if ((header.flags & flag::kTrace) != 0)
+    hooks_.trace_denied(sender.id, message, gate_.text_of(verdict.rule, sender));
+  if (asks)
+    hooks_.deny_admin(sender.id, message, gate_.text_of(verdict.rule, sender));
+  else if (header.type > 0)
+    answer_not_available(now, receiver_of(sender, handle), header);
+  return Outcome::kDenied;
+}
+
+void Router::set_policy(Time now, policy::Policy policy) {
+  std::vector<ClientId> free;
+  clients_.for_each([&](const Client& client) {
+    if (client.info.port == PortKind::kLocal && !client.is_judged()) free.push_back(client.id);
+  });
+  gate_.enforcer()->set(now, std::move(policy));
+  happened({.at = now, .kind = EventKind::kPolicyChanged});
+  for (const ClientId id : free)
+    if (Client* client = clients_.find(id); client->is_judged())
+      give_up(now, *client, CloseReason::kJudged);
+}
+
+bool Router::is_direct(const Table::Entry& entry) const {
+  const Client* owner = clients_.find(entry.owner);
+  if (owner == nullptr || owner->info.port != PortKind::kLocal || owner->is_judged()) return false;
+  if (leases_.empty()) return true;
+  const Address::Fields at = entry.address.fields(settings_.widths);
+  return !is_driven_class(at.class_id) || leases_.find(at.system) == nullptr;
+}
+
+void Router::report_denials(Time now) {
+  for (const policy::DenialReport& report : gate_.enforcer()->take_reports(now))
+    happened(denied(now, report));
+}
+
 // --- driving leases
+
+// Programs of this host send such commands through the router while somebody has the lease.
+void Router::guard_driven(std::uint32_t robot) {
+  clients_.for_each([&](const Client& client) {
+    if (client.info.port != PortKind::kLocal) return;
+    for (const OwnedMailbox& mailbox : client.mailboxes) {
+      const Address::Fields at = mailbox.address.fields(settings_.widths);
+      if (at.system == robot && is_driven_class(at.class_id))
+        ports_[static_cast<std::size_t>(PortKind::kLocal)]->moved(mailbox.address);
+    }
+  });
+}
 
 LeaseResult Router::change_lease(Time now, ClientId from, LeaseVerb verb,
                                  const DrivingLease& holder) {
@@ -414,23 +478,13 @@ LeaseResult Router::change_lease(Time now, ClientId from, LeaseVerb verb,
   lease.client = peer(from);
   const DrivingLeases::Change change = leases_.change(now, verb, lease);
   if (change.ended) ended(now, {*change.ended});
-  if (change.began)
-    happened({.at = now,
-              .kind = EventKind::kLeaseTaken,
-              .address = lease.mailbox,
-              .client = lease.client,
-              .text = std::string_view(lease_text(lease))});
+  if (change.began) guard_driven(lease.robot);
+  if (change.began) happened(lease_taken(now, lease));
   return change.result;
 }
 
 void Router::ended(Time now, const std::vector<DrivingLeases::Ended>& leases) {
-  for (const auto& [lease, why] : leases)
-    happened({.at = now,
-              .kind = EventKind::kLeaseEnded,
-              .address = lease.mailbox,
-              .client = lease.client,
-              .text = std::string_view(lease_text(lease) + ": " +
-                                       std::string(label(kLeaseEnds, why).sentence))});
+  for (const DrivingLeases::Ended& lease : leases) happened(lease_ended(now, lease));
 }
 
 // A stick sends many times a second: of its refusals, one event a second.
@@ -438,12 +492,7 @@ Outcome Router::refuse_to_drive(Time now, Client& sender, std::uint32_t handle,
                                 const Message& message, const DrivingLease& lease) {
   if (now >= next_refusal_event_) {
     next_refusal_event_ = now + kRefusalEventEvery;
-    happened({.at = now,
-              .kind = EventKind::kDrivingRefused,
-              .address = message.header.src,
-              .client = sender.peer(),
-              .text = std::string_view(lease_text(lease)),
-              .owner = lease.client});
+    happened(driving_refused(now, message.header, sender.peer(), lease));
   }
   if (message.header.type > 0) {
     const Receiver asker = receiver_of(sender, handle);
@@ -488,29 +537,10 @@ void Router::withdrawn(Time now, Address address, const Peer& owner) {
 }
 
 void Router::record_end(Time now, const Client& client, CloseReason reason) {
-  Event event{.at = now, .reason = reason, .client = client.peer()};
-  if (client.info.port == PortKind::kLink) {
-    event.kind = EventKind::kLinkDown;
-    return happened(event);
-  }
-  switch (reason) {
-    case CloseReason::kWatchdog:
-      event.kind = EventKind::kWatchdogClosed;
-      break;
-    case CloseReason::kTooShort:
-    case CloseReason::kTooLong:
-    case CloseReason::kBadRecord:
-      event.kind = EventKind::kProtocolError;
-      break;
-    case CloseReason::kOutOfMemory:
-    case CloseReason::kStalled:
-      event.kind = EventKind::kMemoryClosed;
-      break;
-    default:
-      event.kind = EventKind::kClientWent;
-      break;
-  }
-  happened(event);
+  happened({.at = now,
+            .kind = kind_of_end(client.info.port, reason),
+            .reason = reason,
+            .client = client.peer()});
 }
 
 void Router::happened(Time now, EventKind kind, Address address, const Peer& client,
@@ -520,6 +550,7 @@ void Router::happened(Time now, EventKind kind, Address address, const Peer& cli
 
 void Router::happened(const Event& event) {
   count(event.kind);
+  if (is_audited(event.kind)) (void)audit_.add(event);
   hooks_.event(events_.add(event));
 }
 
@@ -786,6 +817,7 @@ Outcome Router::carry_out(Time now, Client& sender, Message& message) {
       send_widths(now, sender, message);
       break;
     case Verb::kAdmin:
+      if (const auto stopped = judge(now, sender, 0, message)) return *stopped;
       hooks_.admin(now, sender.id, message);
       break;
     case Verb::kMalformed:
@@ -838,6 +870,7 @@ void Router::on_progress(ClientId id) {
 }
 
 void Router::on_timeout(Time now) {
+  if (policy() != nullptr && now >= policy()->next_report()) report_denials(now);
   if (now >= leases_.next_end()) ended(now, leases_.end_old(now));
   const Lifesigns::Beat beat = lifesigns_.beat(now);
   if (beat == Lifesigns::Beat::kNotYet) return;

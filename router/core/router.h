@@ -16,6 +16,7 @@
 #include "router/core/driving_leases.h"
 #include "router/core/legacy.h"
 #include "router/core/newest_values.h"
+#include "router/core/policy_gate.h"
 #include "router/core/registrations.h"
 #include "router/core/statistics.h"
 #include "router/core/stream_counters.h"
@@ -86,6 +87,15 @@ class RouterHooks : public Interface {
   // permitted; the question is then passed to admin(), which refuses it.
   virtual bool may_ask(ClientId /*from*/, const Message& /*request*/) { return true; }
 
+  // What a question to a router needs.
+  virtual policy::Right right_of(const Message& /*request*/) { return policy::Right::kLook; }
+  // The policy denies a question to a router: to be answered with the rule, like admin().
+  virtual void deny_admin(ClientId /*from*/, const Message& /*request*/,
+                          std::string_view /*rule*/) {}
+  // The policy denies a message with flag TRACE.
+  virtual void trace_denied(ClientId /*from*/, const Message& /*message*/,
+                            std::string_view /*rule*/) {}
+
   // A message with flag TRACE is about to be forwarded from one client to another.
   virtual void traced(ClientId from, ClientId to, const Message& message) = 0;
 
@@ -104,6 +114,9 @@ struct RouterSettings {
   std::uint32_t clients_max = 1024;  // see Router::has_room()
   std::uint32_t mailboxes_per_client_max = 4096;
 };
+
+// So many of the events that are audited are kept.
+inline constexpr std::size_t kAuditEvents = 1024;
 
 // Maximum number of clients of one router that may own the sink of texts at the same time.
 inline constexpr std::size_t kTextReadersMax = 16;
@@ -142,6 +155,18 @@ class Router {
   void keep_newest(NewestValues& values) { newest_ = &values; }
   // Null: none are kept.
   [[nodiscard]] const NewestValues* newest() const { return newest_; }
+
+  // From now on, messages of clients are judged by this policy. Precondition: no client is
+  // connected.
+  void judge_by(policy::Enforcer& enforcer) { gate_.use(enforcer); }
+  // Null: everything may be sent.
+  [[nodiscard]] const policy::Enforcer* policy() const { return gate_.enforcer(); }
+  // Local programs that could do everything, and may no longer write to mailboxes of others
+  // directly, are disconnected; they connect again by themselves.
+  void set_policy(Time now, policy::Policy policy);
+  // Whether programs of this host may write to this mailbox directly: neither its owner is judged,
+  // nor does it take driving commands of a robot that somebody has the driving lease of.
+  [[nodiscard]] bool is_direct(const Table::Entry& entry) const;
 
   // Changes who drives a robot. `holder`: the robot, the holder's name, mailbox and stick.
   LeaseResult change_lease(Time now, ClientId from, LeaseVerb verb, const DrivingLease& holder);
@@ -238,7 +263,8 @@ class Router {
 
   // Call on_timeout at or after next_timeout(); kNever while there is nothing to do.
   [[nodiscard]] Time next_timeout() const {
-    return std::min(lifesigns_.next_beat(), leases_.next_end());
+    const Time next = std::min(lifesigns_.next_beat(), leases_.next_end());
+    return policy() == nullptr ? next : std::min(next, policy()->next_report());
   }
   void on_timeout(Time now);
 
@@ -251,6 +277,7 @@ class Router {
   [[nodiscard]] const Table& table() const { return registrations_.table(); }
   [[nodiscard]] const AddressSet& addresses() const { return registrations_.addresses(); }
   [[nodiscard]] const EventLog& events() const { return events_; }
+  [[nodiscard]] const EventLog& audit() const { return audit_; }  // is_audited()
   [[nodiscard]] const MessageCounters& messages() const { return messages_; }
   [[nodiscard]] const EventCounters& event_counts() const { return event_counts_; }
   [[nodiscard]] const DropHistory& drops() const { return drops_; }
@@ -287,7 +314,13 @@ class Router {
   [[nodiscard]] bool leads_over_link(const Client& from, Address dest) const;
   Outcome stop_loop(Time now, const Client* from, const Client& to, const Message& message);
 
+  // --- policy
+  // Empty: it passes.
+  std::optional<Outcome> judge(Time now, Client& sender, std::uint32_t handle, Message& message);
+  void report_denials(Time now);
+
   // --- driving leases
+  void guard_driven(std::uint32_t robot);
   Outcome refuse_to_drive(Time now, Client& sender, std::uint32_t handle, const Message& message,
                           const DrivingLease& lease);
   void ended(Time now, const std::vector<DrivingLeases::Ended>& leases);
@@ -333,11 +366,13 @@ class Router {
   MissingRouters missing_;
   NewestValues* newest_ = nullptr;
   DrivingLeases leases_;
+  PolicyGate gate_{settings_.widths};
   Lifesigns lifesigns_;
   MessageCounters messages_;
   EventCounters event_counts_;
   DropHistory drops_;
   EventLog events_;
+  EventLog audit_{kAuditEvents};
 };
 
 }  // namespace tims::core

@@ -63,6 +63,10 @@ class RecordingSink final : public Port, public RouterHooks {
   void admin(Time, ClientId from, const Message& request) override {
     questions.emplace_back(from, request.header.src);
   }
+  void deny_admin(ClientId, const Message&, std::string_view rule) override {
+    denied.emplace_back(rule);
+  }
+  void trace_denied(ClientId, const Message&, std::string_view) override { ++traces_denied; }
   void traced(ClientId from, ClientId to, const Message&) override { traces.push_back({from, to}); }
   void event(const Event& event) override { events.push_back(event); }
   void moved(Address address) override { moved_addresses.push_back(address); }
@@ -72,7 +76,9 @@ class RecordingSink final : public Port, public RouterHooks {
   std::vector<Reply> replies;
   std::vector<Close> closed;
   std::vector<std::pair<ClientId, Address>> questions;
+  std::vector<std::string> denied;  // questions
   std::vector<std::pair<ClientId, ClientId>> traces;
+  int traces_denied = 0;
   std::vector<Event> events;
   std::vector<Address> moved_addresses;
 };

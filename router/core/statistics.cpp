@@ -29,7 +29,7 @@ std::string_view sentence(CloseReason reason) { return label(kCloseReasons, reas
 
 const Event& EventLog::add(const Event& event) {
   ++last_;
-  Event& kept = ring_[last_ % kCapacity];
+  Event& kept = ring_[last_ % ring_.size()];
   kept = event;
   kept.sequence = last_;
   return kept;

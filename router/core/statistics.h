@@ -2,6 +2,7 @@
 // and their counts by port and class.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -40,9 +41,11 @@ enum class Outcome : std::uint8_t {
   kUnread,
   kNoLease,
   kNoRight,
+  kDenied,
+  kThinned,
 };
 
-inline constexpr std::size_t kOutcomeCount = 22;
+inline constexpr std::size_t kOutcomeCount = 24;
 constexpr std::array kOutcomes{
     Label<Outcome>{Outcome::kDelivered, "delivered",
                    "handed to its receiver's mailbox, connection or queue"},
@@ -90,16 +93,25 @@ constexpr std::array kOutcomes{
     Label<Outcome>{Outcome::kNoRight, "no_right",
                    "its sender's login or certificate has not the right to send it: look, drive or "
                    "configure"},
+    Label<Outcome>{Outcome::kDenied, "denied", "no rule of the policy lets its sender send it"},
+    Label<Outcome>{Outcome::kThinned, "thinned",
+                   "a sample that a rule of the policy leaves out of its stream"},
 };
-static_assert(complete(kOutcomes, Outcome::kNoRight) && kOutcomes.size() == kOutcomeCount);
+static_assert(complete(kOutcomes, Outcome::kThinned) && kOutcomes.size() == kOutcomeCount);
 std::string_view name(Outcome outcome);
 std::string_view sentence(Outcome outcome);
 
 // kMailboxReplaced as the result of a port: this message was accepted and an older one was
-// dropped for it. An unread text does not count as a loss.
+// dropped for it. An unread text, or a sample that a stream is thinned by, does not count as a
+// loss.
 constexpr bool taken(Outcome o) {
   return o == Outcome::kDelivered || o == Outcome::kHandled || o == Outcome::kMailboxReplaced ||
-         o == Outcome::kUnread;
+         o == Outcome::kUnread || o == Outcome::kThinned;
+}
+
+// No route to the destination exists: the sender of a command receives NOT_AVAILABLE.
+constexpr bool is_unroutable(Outcome o) {
+  return o == Outcome::kNoRoute || o == Outcome::kWouldReturn || o == Outcome::kHopLimit;
 }
 
 // Events of clients and mailboxes: counted by kind; the newest are kept for `timsctl route
@@ -127,12 +139,16 @@ enum class EventKind : std::uint8_t {
   kLeaseTaken,
   kLeaseEnded,
   kDrivingRefused,
+  kDenied,
+  kObserved,
+  kPolicyChanged,
+  kRouterChanged,
   // These occur as often as messages: they are counted but not logged.
   kForgedSourceTolerated,
   kNotAvailable,
   kLifesign,
 };
-inline constexpr std::size_t kEventKindCount = 25;
+inline constexpr std::size_t kEventKindCount = 29;
 
 constexpr std::array kEventKinds{
     Label<EventKind>{EventKind::kClientCame, "client_came", "a client connected"},
@@ -173,6 +189,13 @@ constexpr std::array kEventKinds{
     Label<EventKind>{EventKind::kLeaseEnded, "lease_ended", "the driving lease of a robot ended"},
     Label<EventKind>{EventKind::kDrivingRefused, "driving_refused",
                      "driving commands were refused: somebody else has the robot's driving lease"},
+    Label<EventKind>{EventKind::kDenied, "denied", "the policy denied messages"},
+    Label<EventKind>{EventKind::kObserved, "observed",
+                     "messages passed that a rule with observe would deny"},
+    Label<EventKind>{EventKind::kPolicyChanged, "policy_changed",
+                     "the rules of the policy were replaced"},
+    Label<EventKind>{EventKind::kRouterChanged, "router_changed",
+                     "a client changed the router: a link, faults or a static route"},
     Label<EventKind>{EventKind::kForgedSourceTolerated, "forged_source_tolerated",
                      "a message was forwarded although its sender does not own its source address"},
     Label<EventKind>{EventKind::kNotAvailable, "not_available",
@@ -202,6 +225,7 @@ enum class CloseReason : std::uint8_t {
   kStalled,
   kLoggedOut,
   kRevoked,
+  kJudged,
 };
 constexpr std::array kCloseReasons{
     Label<CloseReason>{CloseReason::kNone, "none", ""},
@@ -234,8 +258,10 @@ constexpr std::array kCloseReasons{
     Label<CloseReason>{CloseReason::kLoggedOut, "logged_out",
                        "its login has ended, or the certificate behind it was revoked"},
     Label<CloseReason>{CloseReason::kRevoked, "revoked", "its certificate is revoked"},
+    Label<CloseReason>{CloseReason::kJudged, "judged",
+                       "rules of the policy apply to it from now on: it must connect again"},
 };
-static_assert(complete(kCloseReasons, CloseReason::kRevoked));
+static_assert(complete(kCloseReasons, CloseReason::kJudged));
 std::string_view name(CloseReason reason);
 std::string_view sentence(CloseReason reason);
 
@@ -248,6 +274,17 @@ struct Peer {
   Text<56> endpoint{};  // "127.0.0.1:54321"; empty on the local port
 };
 
+// Also kept in a log of their own, where registrations do not replace them: who was refused, what
+// was denied, who drove, who changed the router.
+constexpr bool is_audited(EventKind kind) {
+  using Kind = EventKind;
+  constexpr std::array kKinds{Kind::kClientRefused,   Kind::kDeleteRefused, Kind::kLinkRefused,
+                              Kind::kDuplicateRouter, Kind::kLeaseTaken,    Kind::kLeaseEnded,
+                              Kind::kDrivingRefused,  Kind::kDenied,        Kind::kObserved,
+                              Kind::kPolicyChanged,   Kind::kRouterChanged};
+  return std::ranges::find(kKinds, kind) != kKinds.end();
+}
+
 struct Event {
   std::uint64_t sequence = 0;  // set by the log; the first is 1
   Time at{};
@@ -256,7 +293,8 @@ struct Event {
   Address address{};  // of the mailbox, if any
   Peer client{};      // the client that caused the event
   Text<192> text{};   // kLinkRefused: the other router's message; kLinkPath: from, to and reason;
-                      // kLease...: whose, and why it ended
+                      // kLease...: whose, and why it ended; kDenied, kObserved: type and rule;
+                      // kRouterChanged: what
   Peer owner{};       // kAddressRefused, kDeleteRefused: the owner of the address
 };
 
@@ -265,7 +303,7 @@ class EventLog {
  public:
   static constexpr std::size_t kCapacity = 4096;
 
-  EventLog() : ring_(kCapacity) {}
+  explicit EventLog(std::size_t capacity = kCapacity) : ring_(capacity) {}
 
   // Assigns a sequence number and stores the event, replacing the oldest when the log is full.
   const Event& add(const Event& event);
@@ -273,11 +311,11 @@ class EventLog {
   [[nodiscard]] std::uint64_t last() const { return last_; }  // 0: none yet
   // Sequence number of the oldest stored event, last() + 1 when there is none.
   [[nodiscard]] std::uint64_t oldest() const {
-    return last_ < kCapacity ? 1 : last_ - kCapacity + 1;
+    return last_ < ring_.size() ? 1 : last_ - ring_.size() + 1;
   }
   // Precondition: `sequence` is between oldest() and last().
   [[nodiscard]] const Event& at(std::uint64_t sequence) const {
-    return ring_[sequence % kCapacity];
+    return ring_[sequence % ring_.size()];
   }
 
  private:

@@ -7,6 +7,7 @@
 #include <sys/socket.h>
 
 #include "os/clock.h"
+#include "os/peer.h"
 #include "os/socket.h"
 #include "router/io/net/addresses.h"
 
@@ -77,6 +78,7 @@ Acceptor::Next Acceptor::accept_some() {
     if (file) {
       const bool local = peer.family() == AF_UNIX;
       Visitor visitor{.peer = local ? std::string() : peer.net_address().to_string()};
+      if (!local && visitor.is_on_this_host()) visitor.uid = os::loopback_peer_uid(file.get());
       if (gate_ != nullptr)
         gate_->take(std::move(file), std::move(visitor), entrance_, on_connection_);
       else

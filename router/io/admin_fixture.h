@@ -36,7 +36,8 @@ class QuietHooks final : public core::Port, public core::RouterHooks {
 // (TCP, Pilot(3/0)).
 class AdminFixture : public AdminSource {
  public:
-  AdminFixture() {
+  explicit AdminFixture(core::Role role = core::Role::kSystem)
+      : router_({.address = Address(0x03000100), .role = role}, core::HashSeed{}, hooks_) {
     for (const auto kind : core::values<core::PortKind, core::kPortKindCount>())
       router_.attach(kind, hooks_);
     config_.router.name = "lab";
@@ -118,7 +119,7 @@ class AdminFixture : public AdminSource {
  private:
   QuietHooks hooks_;
   core::NewestValues newest_{256 << 10, core::HashSeed{}};
-  core::Router router_{{.address = Address(0x03000100)}, core::HashSeed{}, hooks_};
+  core::Router router_;
   config::Config config_;
   config::Origins origins_{{"router.name", {.kind = config::Origin::Kind::kSet, .number = 1}}};
   core::ClientId laser_{};

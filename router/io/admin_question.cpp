@@ -183,6 +183,7 @@ constexpr Argument kLeaseDo{"do", set_lease, R"("take", "take_over", "renew" or 
 constexpr Argument kHolder{"name", set_holder, "a name of 1 to 31 bytes, as others shall see it"};
 constexpr Argument kStick{"stick", set_address<&Question::stick>,
                           R"x(the address of a joystick such as "Joystick(3/0)")x"};
+constexpr Argument kMailbox{"mailbox", set_address<&Question::mailbox>, kAddressWanted};
 constexpr Argument kRight{
     "right",
     [](Question& q, const json::value& v) {
@@ -190,6 +191,21 @@ constexpr Argument kRight{
              (q.right == "look" || q.right == "drive" || q.right == "configure");
     },
     R"("look", "drive" or "configure")"};
+constexpr Argument kWho{"who", set_text<&Question::who>,
+                        R"(identities such as "user:guest" or "uid:1000, gid:100")"};
+constexpr Argument kWhat{"what", set_text<&Question::what>,
+                         R"(a type of messages such as "move", or "look", "change", "login")"};
+constexpr Argument kPriority{"priority",
+                             [](Question& q, const json::value& v) {
+                               return set_integer<&Question::priority>(q, v, 0, 255);
+                             },
+                             "a number from 0 to 255"};
+constexpr Argument kAudit{"audit",
+                          [](Question& q, const json::value& v) {
+                            if (v.is_bool()) q.audit = v.get_bool();
+                            return v.is_bool();
+                          },
+                          "true or false"};
 constexpr Argument kBearer{"bearer",
                            [](Question& q, const json::value& v) {
                              if (v.is_bool()) q.bearer = v.get_bool();
@@ -216,7 +232,7 @@ constexpr std::array kForms{
     Form{"route", Ask::kRoute, {kTo, kFrom, kType}},
     Form{"mailboxes", Ask::kMailboxes, {kMatch, kLimit, kAfter}},
     Form{"stats", Ask::kStats, {}},
-    Form{"events", Ask::kEvents, {kSince, kEpoch, kWait, kLimit}},
+    Form{"events", Ask::kEvents, {kSince, kEpoch, kWait, kLimit, kAudit}},
     Form{"config", Ask::kConfig, {}},
     Form{"ping", Ask::kPing, {kPad}},
     Form{"routers", Ask::kRouters, {kLimit, kAfter}},
@@ -225,7 +241,9 @@ constexpr std::array kForms{
     Form{"newest", Ask::kNewest, {kOf, kStream, kMatch, kLimit, kAfter}},
     Form{"streams", Ask::kStreams, {kTo, kMatch, kLimit, kAfter}},
     Form{"leases", Ask::kLeases, {kLimit, kAfter}},
-    Form{"lease", Ask::kLease, {kRobot, kLeaseDo, kHolder, kStick}},
+    Form{"lease", Ask::kLease, {kRobot, kLeaseDo, kHolder, kStick, kMailbox}},
+    Form{"rules", Ask::kRules, {kLimit, kAfter}},
+    Form{"verdict", Ask::kVerdict, {kWho, kTo, kWhat, kPriority}},
     Form{"login", Ask::kLogin, {kRight, kBearer}},
     Form{"link", Ask::kLinkDo, {kLink, kDo}},
     Form{"fault",
@@ -259,6 +277,10 @@ std::variant<Question, QuestionError> read_arguments(const Form& form, const jso
   }
   if (question.ask == Ask::kRoute && !question.to)
     return bad_argument("to", "given: the address to look up");
+  if (question.ask == Ask::kVerdict &&
+      (question.who.empty() || !question.to || question.what.empty()))
+    return bad_argument("who, to and what",
+                        "given: who sends which type of messages to which address");
   const bool takes =
       question.lease == core::LeaseVerb::kTake || question.lease == core::LeaseVerb::kTakeOver;
   if (question.ask == Ask::kLease &&
@@ -274,6 +296,8 @@ std::variant<Question, QuestionError> read_arguments(const Form& form, const jso
 }
 
 }  // namespace
+
+std::string_view name(Ask ask) { return std::ranges::find(kForms, ask, &Form::ask)->name; }
 
 bool is_agent_reading(std::string_view body) {
   constexpr std::array<std::string_view, 9> kReads{

@@ -36,6 +36,8 @@ enum class Ask : std::uint8_t {
   kStreams,
   kLeases,
   kLease,
+  kRules,
+  kVerdict,
   kLogin,
   kLinkDo,
   kFault,
@@ -77,11 +79,19 @@ struct Question {
   core::LeaseVerb lease = core::LeaseVerb::kTake;
   std::string holder{};
   std::optional<Address> stick{};
+  std::optional<Address> mailbox{};  // of the holder of a lease, from the router above
   std::string right{};  // of a login: look, drive, configure; empty: the highest that is possible
+  std::string who{};    // of a verdict: identities, "user:guest"
+  std::string what{};   // of a verdict: a type of messages, or a right
+  std::uint8_t priority = 0;
+  bool audit = false;   // of events: the log of those that are audited
   bool bearer = false;  // a session for a program, not a token for a browser
   link::Faults faults{};
   AddressWidths widths{};  // of the addresses in the question
 };
+
+// As it is written in a question: "route_add".
+std::string_view name(Ask ask);
 
 struct QuestionError {
   std::string code;

@@ -152,9 +152,19 @@ std::optional<QuestionError> carry_out(const Question& question, AdminSource& so
   }
 }
 
-std::string act(const Question& question, AdminSource& source, const Clocks& clocks) {
+// "link robot3 down", "route_add Ladar(3/*) robot3", "fault"
+std::string change_text(const Question& question) {
+  std::string text(name(question.ask));
+  for (const std::string* part : {&question.pattern, &question.link, &question.action})
+    if (!part->empty()) text.append(" ").append(*part);
+  return text;
+}
+
+std::string act(const Question& question, core::ClientId asker, AdminSource& source,
+                const Clocks& clocks) {
   if (const auto problem = carry_out(question, source))
     return json::serialize(error_json(*problem));
+  source.changed(clocks.now, asker, change_text(question));
   json::object out = answer_frame(source, clocks, "tims/done/1");
   out["done"] = true;
   return json::serialize(out);
@@ -169,8 +179,11 @@ std::optional<Person> person_asking(core::ClientId asker, const AdminSource& sou
   // With unix.everybody, other users may look.
   const bool is_trusted = !source.config().unix.everybody || client->info.uid == 0 ||
                           client->info.uid == source.process({}).uid;
+  policy::Subject proven = client->info.subject;
+  std::erase(proven.identities, "port:local");
   return Person{.name = fmt::format("uid {}", client->info.uid),
-                .rights = rights_up_to(is_trusted ? Right::kConfigure : Right::kLook)};
+                .rights = rights_up_to(is_trusted ? Right::kConfigure : Right::kLook),
+                .proven = std::move(proven)};
 }
 
 std::string make_login(const Question& question, core::ClientId asker, AdminSource& source,
@@ -198,14 +211,35 @@ std::string make_login(const Question& question, core::ClientId asker, AdminSour
   return json::serialize(out);
 }
 
+// A subsystem router has the leases of the router above it, and gives none.
+std::optional<QuestionError> lease_elsewhere(const Question& question, core::ClientId asker,
+                                             const core::Router& router) {
+  const core::Client* above = router.client(router.uplink());
+  const bool is_below = router.settings().role == core::Role::kSubsystem && above != nullptr &&
+                        above->info.link.role == core::Role::kSystem;
+  if (is_below && asker != above->id)
+    return QuestionError{
+        "lease_elsewhere", "the router above this one has the driving leases of its robot",
+        fmt::format("ask {}", above->info.link.router.to_string(router.settings().widths))};
+  if (question.mailbox && !is_below)
+    return QuestionError{"bad_argument", "\"mailbox\" is for the router above a subsystem router"};
+  return std::nullopt;
+}
+
 // Who drives a robot. `request`: the header of the question.
 std::string change_lease(const Question& question, core::ClientId asker, const Header& request,
                          AdminSource& source, const Clocks& clocks) {
+  if (const auto elsewhere = lease_elsewhere(question, asker, source.router()))
+    return json::serialize(error_json(*elsewhere));
   const core::DrivingLease holder{.robot = *question.robot,
                                   .holder = std::string_view(question.holder),
-                                  .mailbox = request.src,
+                                  .mailbox = question.mailbox.value_or(request.src),
                                   .stick = question.stick.value_or(Address())};
-  const core::LeaseResult result = source.change_lease(clocks.now, asker, question.lease, holder);
+  // Its messages come from the owner of its mailbox.
+  const core::Table::Entry* owned =
+      question.mailbox ? source.router().find(*question.mailbox) : nullptr;
+  const core::LeaseResult result = source.change_lease(
+      clocks.now, owned == nullptr ? asker : owned->owner, question.lease, holder);
   if (result == core::LeaseResult::kDone) {
     json::object out = answer_frame(source, clocks, "tims/done/1");
     out["done"] = true;
@@ -261,6 +295,10 @@ void fill_page(json::object& out, const link::Links* links, const Question& ques
 
 // --- answers
 
+const core::EventLog& log_of(const Question& question, const core::Router& router) {
+  return question.audit ? router.audit() : router.events();
+}
+
 class Answerer {
  public:
   Answerer(const Question& question, const AdminSource& source, const Clocks& clocks)
@@ -304,6 +342,10 @@ class Answerer {
         return streams();
       case Ask::kLeases:
         return leases();
+      case Ask::kRules:
+        return rules();
+      case Ask::kVerdict:
+        return verdict();
       default:
         return {};  // handled by act() and change_lease()
     }
@@ -320,7 +362,8 @@ class Answerer {
     merge(out, to_json(report, process));
     json::array recent;
     const std::uint64_t since = report.last_event - std::min(report.last_event, kStatusEvents);
-    for (const core::Event& event : core::report_events(router_, since, kStatusEvents).items)
+    for (const core::Event& event :
+         core::report_events(router_.events(), since, kStatusEvents).items)
       recent.push_back(to_json(event, clocks_, widths()));
     out["events"] = std::move(recent);
     return out;
@@ -405,8 +448,9 @@ class Answerer {
   json::object events() {
     json::object out = frame("tims/event/1");
     Page& page = page_.emplace();
-    core::EventPage found{.items = {}, .last = router_.events().last()};
-    if (question_.since) found = core::report_events(router_, *question_.since, question_.limit);
+    const core::EventLog& log = log_of(question_, router_);
+    core::EventPage found{.items = {}, .last = log.last()};
+    if (question_.since) found = core::report_events(log, *question_.since, question_.limit);
     std::uint64_t last = found.items.empty() ? found.last : 0;
     for (const core::Event& event : found.items) {
       if (!page.add(to_json(event, clocks_, widths()))) break;
@@ -535,6 +579,30 @@ class Answerer {
     return out;
   }
 
+  json::object rules() {
+    json::object out = frame("tims/rule/1");
+    if (router_.policy() != nullptr) out["replies"] = router_.policy()->replies();
+    fill_page_of(out, core::report_rules(router_),
+                 [](const core::RuleReport& report) { return to_json(report); });
+    return out;
+  }
+
+  json::object verdict() const {
+    const auto who = policy::Subject::parse(question_.who);
+    auto query = policy::parse_type(
+        question_.what, static_cast<std::uint16_t>(question_.to->fields(widths()).class_id));
+    if (!who || !query || router_.policy() == nullptr)
+      return error_json(
+          {"bad_argument",
+           !who ? fmt::format("\"{}\" is nobody that rules know", question_.who.substr(0, 64))
+                : fmt::format("\"{}\" is no type of messages", question_.what.substr(0, 64)),
+           R"(who: "user:guest", "uid:1000, gid:100", "router:base"; what: "move", "look", "21")"});
+    query->dest = *question_.to;
+    json::object out = frame("tims/verdict/1");
+    merge(out, to_json(core::report_verdict(router_, *who, *query, question_.priority)));
+    return out;
+  }
+
   // A page of a list that is made for each question: it continues with the number of the first
   // item that had no room.
   template <typename List, typename Item>
@@ -595,13 +663,6 @@ bool has(const std::vector<core::StaticRoute>& routes, const core::StaticRoute& 
   });
 }
 
-namespace json = boost::json;
-
-json::value peer_json(const core::Router& router, core::ClientId id) {
-  const core::Client* client = router.client(id);
-  return client == nullptr ? json::value() : json::value(to_json(client->peer()));
-}
-
 }  // namespace
 
 std::vector<core::StaticRoute> reload_routes(const std::vector<core::StaticRoute>& running,
@@ -627,13 +688,26 @@ std::string answer_admin(std::string_view question, const AdminSource& source,
 
 // --- waiting questions
 
-void AdminService::ask(Time now, core::ClientId from, const core::Message& request) {
+bool AdminService::has_room(core::ClientId from, const Header& request) {
   changed_ = true;
   const auto is_his = [&](const Waiting& waiting) { return waiting.asker == from; };
-  if (std::ranges::count_if(waiting_, is_his) >= static_cast<std::ptrdiff_t>(kPerClientMax)) {
-    refused_.push_back({from, request.header});
-    return;
-  }
+  if (std::ranges::count_if(waiting_, is_his) < static_cast<std::ptrdiff_t>(kPerClientMax))
+    return true;
+  refused_.push_back({from, request});
+  return false;
+}
+
+void AdminService::deny(core::ClientId from, const core::Message& request, std::string_view rule) {
+  if (!has_room(from, request.header)) return;
+  waiting_.push_back(
+      {.asker = from,
+       .request = request.header,
+       .question = QuestionError{"denied", fmt::format("the policy does not permit it: {}", rule),
+                                 "`timsctl acl show` on the router's host lists its rules"}});
+}
+
+void AdminService::ask(Time now, core::ClientId from, const core::Message& request) {
+  if (!has_room(from, request.header)) return;
   Waiting waiting{.asker = from,
                   .request = request.header,
                   .question = read_question(text_of(request), source_, now)};
@@ -671,7 +745,7 @@ bool AdminService::may_ask(core::ClientId from, const core::Message& request) co
 bool AdminService::is_due(const Waiting& waiting, Time now) const {
   const auto* question = std::get_if<Question>(&waiting.question);
   if (question == nullptr || question->ask != Ask::kEvents || !question->since) return true;
-  const std::uint64_t last = source_.router().events().last();
+  const std::uint64_t last = log_of(*question, source_.router()).last();
   // Greater than the last number: it is from before a restart, and there is much to report.
   return last != *question->since || now >= waiting.deadline;
 }
@@ -728,6 +802,40 @@ void AdminService::refuse(const Send& send) {
   refused_.clear();
 }
 
+// The other routers of the robot refuse others, too. They forget a lease that is not renewed.
+void AdminService::tell_below(const Question& question, const Header& request, const Send& send) {
+  const core::Router& router = source_.router();
+  const core::DrivingLease* lease = router.leases().find(*question.robot);
+  const core::DrivingLease ended{.robot = *question.robot, .mailbox = request.src};
+  const core::DrivingLease& told = lease == nullptr ? ended : *lease;
+  json::object body{{"ask", "lease"},
+                    {"robot", told.robot},
+                    {"do", lease == nullptr ? "release" : "take_over"},
+                    {"mailbox", told.mailbox.to_hex()}};
+  if (lease != nullptr) body["name"] = valid_utf8(told.holder.view());
+  if (told.stick.raw() != 0) body["stick"] = told.stick.to_hex();
+  const std::string text = json::serialize(body);
+  std::vector<Address> below;
+  router.clients().for_each([&](const core::Client& client) {
+    const auto& with = client.info.link;
+    if (client.info.port == core::PortKind::kLink && with.kind == core::LinkKind::kSub &&
+        with.role == core::Role::kSubsystem && with.system == told.robot)
+      below.push_back(with.router);
+  });
+  for (const Address to : below) {
+    auto& bytes = sent_.emplace_back(kHeaderSize + text.size());
+    std::memcpy(bytes.data() + kHeaderSize, text.data(), text.size());
+    core::Message message{.header = {.type = type::kAdminRequest,
+                                     .priority = request.priority,
+                                     .dest = to,
+                                     .src = router.settings().address,
+                                     .length = static_cast<std::uint32_t>(bytes.size())},
+                          .bytes = bytes};
+    wire::encode_header(message.header, message.bytes.first<kHeaderSize>());
+    send({}, message);
+  }
+}
+
 std::size_t AdminService::send_answer(const Waiting& waiting, const Clocks& clocks,
                                       const Send& send) {
   const auto* question = std::get_if<Question>(&waiting.question);
@@ -736,11 +844,13 @@ std::size_t AdminService::send_answer(const Waiting& waiting, const Clocks& cloc
           ? make_login(*question, waiting.asker, source_, clocks)
       : question != nullptr && drives(question->ask)
           ? change_lease(*question, waiting.asker, waiting.request, source_, clocks)
-      : question != nullptr && acts(question->ask) ? act(*question, source_, clocks)
+      : question != nullptr && acts(question->ask) ? act(*question, waiting.asker, source_, clocks)
                                                    : answer_text(waiting.question, source_, clocks);
-  auto& bytes = sent_.emplace_back(kHeaderSize + text.size());
-  send_text(waiting.asker, waiting.request, text, bytes, send);
-  return bytes.size();
+  const std::size_t size = kHeaderSize + text.size();
+  send_text(waiting.asker, waiting.request, text, sent_.emplace_back(size), send);
+  if (question != nullptr && drives(question->ask) && !text.starts_with(R"({"error")"))
+    tell_below(*question, waiting.request, send);
+  return size;
 }
 
 void AdminService::send_text(core::ClientId asker, const Header& request, std::string_view text,
@@ -758,44 +868,6 @@ Time AdminService::next_timeout() const {
   for (const Waiting& waiting : waiting_)
     if (!waiting.due) next = std::min(next, waiting.deadline);
   return next;
-}
-
-// --- hop records
-
-void Tracer::on_traced(WallTime at, core::ClientId from, core::ClientId to,
-                       const core::Message& message) {
-  // A hop record must not cause further hop records.
-  if (hops_.size() >= kPerTurnMax || message.header.type == type::kHopRecord) return;
-  hops_.push_back({at, from, to, message.header, message.hops, message.waited});
-}
-
-void Tracer::send_records(const core::Router& router, std::string_view name, const Send& send) {
-  const AddressWidths& widths = router.settings().widths;
-  for (const Hop& hop : std::exchange(hops_, {})) {
-    const json::object record{{"schema", "tims/hop/1"},
-                              {"router", base::valid_utf8(name)},
-                              {"address", to_json(router.settings().address, widths)},
-                              {"time", base::rfc3339(hop.at)},
-                              {"hop", hop.hops},
-                              {"dest", to_json(hop.header.dest, widths)},
-                              {"type", hop.header.type},
-                              {"seq_nr", hop.header.seq_nr},
-                              {"from", peer_json(router, hop.from)},
-                              {"to", peer_json(router, hop.to)},
-                              {"waited_s", std::chrono::duration<double>(hop.waited).count()}};
-    const std::string text = json::serialize(record);
-    auto& bytes = sent_.emplace_back(kHeaderSize + text.size());
-    std::memcpy(bytes.data() + kHeaderSize, text.data(), text.size());
-    core::Message message{.header = {.type = type::kHopRecord,
-                                     .priority = hop.header.priority,
-                                     .seq_nr = hop.header.seq_nr,
-                                     .dest = hop.header.src,
-                                     .src = router.settings().address,
-                                     .length = static_cast<std::uint32_t>(bytes.size())},
-                          .bytes = bytes};
-    wire::encode_header(message.header, std::span(bytes).first<kHeaderSize>());
-    send(message);
-  }
 }
 
 }  // namespace tims::io

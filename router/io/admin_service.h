@@ -1,6 +1,6 @@
 // The router's own answers. The admin protocol's service (ADMIN.md): takes questions as JSON and
 // returns answers as JSON (reports.h); and executes their requests: taking links up
-// and down, faults, routes. Also hop records (Tracer).
+// and down, faults, routes.
 #pragma once
 
 #include <cstddef>
@@ -55,6 +55,8 @@ class AdminService {
   // Called from core::RouterHooks::admin: copies what it needs. Requests that change something
   // are refused to TCP and WebSocket clients, unless tcp.admin allows them.
   void ask(Time now, core::ClientId from, const core::Message& request);
+  // Called from core::RouterHooks::deny_admin: `rule` of the policy denies the question.
+  void deny(core::ClientId from, const core::Message& request, std::string_view rule);
   // Called from core::RouterHooks::may_ask: the same for questions to other routers.
   [[nodiscard]] bool may_ask(core::ClientId from, const core::Message& request) const;
   // Called from core::RouterHooks::event.
@@ -87,11 +89,13 @@ class AdminService {
     core::ClientId asker{};
     Header request{};
   };
+  bool has_room(core::ClientId from, const Header& request);
   [[nodiscard]] bool may_change(core::ClientId from) const;
   [[nodiscard]] bool is_for_agent(const core::Message& request) const;
   [[nodiscard]] bool is_due(const Waiting& waiting, Time now) const;
   [[nodiscard]] bool can_take_more(core::ClientId asker) const;
   void refuse(const Send& send);
+  void tell_below(const Question& question, const Header& request, const Send& send);
   std::size_t send_answer(const Waiting& waiting, const Clocks& clocks, const Send& send);
   static void send_text(core::ClientId asker, const Header& request, std::string_view text,
                         std::span<std::byte> bytes, const Send& send);
@@ -104,37 +108,6 @@ class AdminService {
   bool changed_ = false;  // a question arrived, or an event one may wait for
   bool more_ = false;     // there was more to answer than fits into a turn
   bool blocked_ = false;  // a client must read first
-};
-
-// --- hop records
-
-class Tracer {
- public:
-  // Maximum per turn; further records are dropped. Traces are a debugging aid, used for single
-  // messages.
-  static constexpr std::size_t kPerTurnMax = 64;
-
-  using Send = std::function<void(core::Message& record)>;
-
-  // Called from core::RouterHooks::traced.
-  void on_traced(WallTime at, core::ClientId from, core::ClientId to, const core::Message& message);
-  [[nodiscard]] bool has_records() const { return !hops_.empty(); }
-  // Call at the end of a turn: `send` is Router::answer. The bytes stay valid until release().
-  void send_records(const core::Router& router, std::string_view name, const Send& send);
-  void release() { sent_.clear(); }
-
- private:
-  struct Hop {
-    // Before it is handed on: the time of the next router of this host is not earlier.
-    WallTime at{};
-    core::ClientId from{};
-    core::ClientId to{};
-    Header header{};
-    std::uint8_t hops = 0;
-    Duration waited{};
-  };
-  std::vector<Hop> hops_;
-  std::vector<std::vector<std::byte>> sent_;
 };
 
 }  // namespace tims::io

@@ -593,6 +593,72 @@ TEST(AdminService, GuestsMayTakeTheDrivingLease) {
             "the driving lease of robot 3 has ended");
 }
 
+// A client of a subsystem router reaches components there without passing the system router.
+TEST(AdminService, TheOtherRoutersOfARobotAreToldWhoDrives) {
+  AdminFixture lab;
+  const auto link = [&](core::LinkKind kind, std::uint16_t system, std::uint8_t id) {
+    lab.router().connect(AdminFixture::at(50),
+                         {.port = core::PortKind::kLink,
+                          .link = {.kind = kind,
+                                   .role = core::Role::kSubsystem,
+                                   .system = system,
+                                   .router = Address::of({.system = system, .instance = id})}});
+  };
+  link(core::LinkKind::kSub, 3, 2);
+  link(core::LinkKind::kSub, 4, 2);
+  link(core::LinkKind::kPeer, 3, 3);
+  AdminService service(lab);
+  Answers answers;
+  put_question(service, lab.laser(),
+               R"x({"ask":"lease","robot":3,"do":"take","name":"desk","stick":"Joystick(3/0)"})x");
+  answer_all(service, answers);
+  ASSERT_EQ(answers.all.size(), 2U);
+  EXPECT_EQ(answers.headers[1].dest, Address(0x03000200));
+  EXPECT_EQ(answers.headers[1].type, type::kAdminRequest);
+  EXPECT_EQ(json::serialize(answers.all[1].second),
+            R"({"ask":"lease","robot":3,"do":"take_over","mailbox":"0x030f0102","name":"desk",)"
+            R"("stick":"0x03170000"})");
+  put_question(service, lab.pilot(), R"({"ask":"lease","robot":3,"do":"renew"})");
+  answer_all(service, answers);
+  EXPECT_EQ(answers.all.size(), 3U) << "nothing has changed";
+  put_question(service, lab.laser(), R"({"ask":"lease","robot":3,"do":"release"})");
+  answer_all(service, answers);
+  ASSERT_EQ(answers.all.size(), 5U);
+  EXPECT_EQ(text(answers.all[4].second.at("do")), "release");
+}
+
+TEST(AdminService, ASubsystemRouterHasTheLeasesOfTheRouterAboveIt) {
+  AdminFixture lab(core::Role::kSubsystem);
+  const core::ClientId above =
+      lab.router().connect(AdminFixture::at(50), {.port = core::PortKind::kLink,
+                                                  .link = {.kind = core::LinkKind::kSuper,
+                                                           .role = core::Role::kSystem,
+                                                           .system = 3,
+                                                           .router = Address(0x03000200)}});
+  AdminService service(lab);
+  Answers answers;
+  const auto ask_as = [&](core::ClientId client, std::string_view question) {
+    put_question(service, client, question);
+    answer_all(service, answers);
+    return answers.all.back().second;
+  };
+  const char* take = R"({"ask":"lease","robot":3,"do":"take","name":"page"})";
+  EXPECT_FALSE(ask_as(lab.pilot(), take).contains("error")) << "nobody is above";
+  lab.router().set_uplink(AdminFixture::at(50), above);
+  const auto elsewhere = ask_as(lab.pilot(), take);
+  EXPECT_EQ(error_code(elsewhere), "lease_elsewhere");
+  EXPECT_EQ(text(elsewhere.at("error").at("hint")), "ask Tims(3/2)");
+  // The holder is the client with the mailbox, or whoever sends from above.
+  for (const auto& [mailbox, holder] :
+       {std::pair("Pilot(3/0)", lab.pilot()), std::pair("Tool(0/7)", above)}) {
+    EXPECT_FALSE(ask_as(above, fmt::format(R"({{"ask":"lease","robot":3,"do":"take_over","name":)"
+                                           R"("x","mailbox":"{}"}})",
+                                           mailbox))
+                     .contains("error"));
+    EXPECT_EQ(lab.router().leases().find(3)->client.id, holder);
+  }
+}
+
 TEST(AdminService, ALeaseIsCheckedBeforeItIsTaken) {
   AdminFixture lab;
   AdminService service(lab);

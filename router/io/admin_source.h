@@ -124,6 +124,8 @@ class AdminSource : public core::Interface {
   virtual bool act_on_link(std::string_view, link::Links::Action) { return false; }
   virtual bool inject_faults(std::string_view, const link::Faults&) { return false; }
   virtual void set_static_routes(const std::vector<core::StaticRoute>&) {}
+  // The client has changed the router: for the log.
+  virtual void changed(Time, core::ClientId, std::string_view /*what*/) {}
   // `handle` of a local mailbox (core::MailboxReport); empty when its fill level is unknown.
   [[nodiscard]] virtual std::optional<MailboxFill> fill(std::uint32_t handle) const = 0;
   // Sums over all mailboxes, including those that no longer exist.

@@ -8,10 +8,20 @@ namespace {
 using base::valid_utf8;
 
 std::string refused_text(const core::Event& event, const AddressWidths& widths) {
+  if (event.client.port == core::PortKind::kLink)
+    return event.address.to_string(widths) + " announced by " + router_text(event.client) +
+           " is refused: the [[link]] it arrived on is for another system";
   std::string text =
       event.address.to_string(widths) + " refused to " + client_text(event.client) + ": ";
   if (event.owner.id) return text + "it belongs to " + client_text(event.owner);
   return text + "it is the router's own";
+}
+
+// Without an address: a count of messages.
+std::string judged_text(const core::Event& event, const std::string& address) {
+  std::string text = event.kind == core::EventKind::kDenied ? "denied: " : "would be denied: ";
+  if (event.address.raw() != 0) text += client_text(event.client) + " to " + address + ", ";
+  return text + valid_utf8(event.text.view());
 }
 
 }  // namespace
@@ -44,9 +54,6 @@ std::string event_text(const core::Event& event, const AddressWidths& widths) {
     case EventKind::kWithdrawn:
       return address + " withdrawn by " + client;
     case EventKind::kAddressRefused:
-      if (event.client.port == core::PortKind::kLink)
-        return address + " announced by " + router_text(event.client) +
-               " is refused: the [[link]] it arrived on is for another system";
       return refused_text(event, widths);
     case EventKind::kMailboxLimit:
       if (event.client.port == core::PortKind::kLink)
@@ -91,6 +98,11 @@ std::string event_text(const core::Event& event, const AddressWidths& widths) {
     case EventKind::kDrivingRefused:
       return "driving commands from " + address + " (" + client +
              ") are refused: the driving lease has " + valid_utf8(event.text.view());
+    case EventKind::kRouterChanged:
+      return client + " changed the router: " + valid_utf8(event.text.view());
+    case EventKind::kDenied:
+    case EventKind::kObserved:
+      return judged_text(event, address);
     case EventKind::kWatchdogClosed:
     case EventKind::kProtocolError:
     case EventKind::kMemoryClosed:

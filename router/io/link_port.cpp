@@ -42,6 +42,14 @@ constexpr std::size_t kPartsBytesMin = 256 << 20;
 constexpr Duration kResolveEvery = 2s;
 constexpr Duration kWallClockEvery = 100ms;
 
+policy::Lifetimes lifetimes_of(const config::Config& config) {
+  policy::Lifetimes lifetimes(config.address.widths);
+  // The configuration was checked.
+  for (const std::string& lifetime : config::list_of(config.message.lifetimes))
+    (void)lifetimes.add(lifetime);
+  return lifetimes;
+}
+
 link::LinkSettings link_settings(const config::Link& from, const config::Config& config) {
   return {.kind = from.kind,
           .connects = !from.accepts(),
@@ -57,7 +65,8 @@ link::LinkSettings link_settings(const config::Link& from, const config::Config&
                           std::max<std::uint64_t>(config.tcp.queue_bytes, config.message.bytes_max),
                       .lifetime = from.lifetime,
                       .rate = from.rate,
-                      .reserve = from.reserve}};
+                      .reserve = from.reserve,
+                      .lifetimes = lifetimes_of(config)}};
 }
 
 // Memory: the reserve for one message of maximum size, and more for others.

@@ -9,6 +9,7 @@
 
 #include "os/clock.h"
 #include "os/wakeup.h"
+#include "router/io/subjects.h"
 #include "shm/layout.h"
 #include "wire/header.h"
 
@@ -93,6 +94,7 @@ void LocalPort::accept(os::File socket) {
   LocalClient& client = clients_.add(std::make_unique<LocalClient>());
   client.token = token;
   client.socket = std::move(socket);
+  client.peer = os::local_peer(client.socket.get()).value_or(os::LocalPeer());
   client.socket_watch.emplace(loop_, client.socket.get(),
                               [this, &client](Ready) { on_records(client); });
 }
@@ -235,12 +237,12 @@ bool LocalPort::hello(Time now, LocalClient& client, std::uint32_t request,
   // The client lost its connection and reconnected before the end of the old one was processed.
   if (const auto former = writers_.find(hello.writer); former != writers_.end())
     drop_if_hung_up(now, former->second);
-  const os::PeerCredentials credentials = os::peer_credentials(client.socket.get());
   client.id = router_.connect(now, {.port = core::PortKind::kLocal,
                                     .token = client.token,
-                                    .pid = static_cast<std::uint32_t>(credentials.pid),
-                                    .uid = credentials.uid,
-                                    .name = std::string_view(hello.name)});
+                                    .pid = static_cast<std::uint32_t>(client.peer.pid),
+                                    .uid = client.peer.uid,
+                                    .name = std::string_view(hello.name),
+                                    .subject = local_subject(client.peer)});
   if (!client.id) {
     (void)send(client, request,
                wire::Refused{"as many clients as limits.clients allows: increase it"});
@@ -406,12 +408,13 @@ bool LocalPort::look_up(LocalClient& client, std::uint32_t request, const wire::
 const core::Table::Entry* LocalPort::find_local(Address address) const {
   if (address == router_.text_sink() && router_.shares_texts()) return nullptr;
   const auto* entry = router_.find(address);
-  const core::Client* owner = entry == nullptr ? nullptr : router_.client(entry->owner);
-  return owner != nullptr && owner->info.port == core::PortKind::kLocal ? entry : nullptr;
+  return entry != nullptr && router_.is_direct(*entry) ? entry : nullptr;
 }
 
 bool LocalPort::found(LocalClient& client, std::uint32_t request, Address address) {
-  const auto* entry = find_local(address);
+  // Messages of a program under the policy go through the router.
+  const bool is_judged = router_.client(client.id)->is_judged();
+  const auto* entry = is_judged ? nullptr : find_local(address);
   if (entry == nullptr) return send(client, request, wire::Found{address, false, {}, false});
   const os::ClientMemory::Mailbox& mailbox = memory_.mailbox(entry->handle);
   std::vector<int> files{memory_.memfd(mailbox.segment).get()};
@@ -517,7 +520,8 @@ void LocalPort::forward(Time now, LocalClient& client, const shm::Taken& taken) 
   core::Message message{taken.header, copy};
   delivered_here_ = false;
   router_.on_message(now, client.id, message);
-  if (!delivered_here_) return;
+  const core::Client* sender = router_.client(client.id);
+  if (!delivered_here_ || sender == nullptr || sender->is_judged()) return;
   // The receiver is on this host now, so the client could have delivered the message directly.
   if (find_local(taken.header.dest) != nullptr)
     (void)send(client, 0, wire::Moved{taken.header.dest});

@@ -17,6 +17,7 @@
 
 #include "base/slot_map.h"
 #include "os/client_memory.h"
+#include "os/peer.h"
 #include "os/socket.h"
 #include "router/core/router.h"
 #include "router/core/types.h"
@@ -34,6 +35,7 @@ inline constexpr std::uint32_t kRouterWriter = 0xFFFFFF;
 // One program of this host.
 struct LocalClient {
   os::File socket;
+  os::LocalPeer peer;
   std::optional<Watch> socket_watch;
   core::ClientId id;  // kNoClient until its hello has been received
   std::uint32_t token = 0;

@@ -61,7 +61,8 @@ constexpr std::size_t kLinksMax = 256;
 // Other events are problems.
 bool is_routine(EventKind kind) {
   return kind == EventKind::kLinkUp || kind == EventKind::kLinkPath ||
-         kind == EventKind::kUplinkChanged;
+         kind == EventKind::kUplinkChanged || kind == EventKind::kPolicyChanged ||
+         kind == EventKind::kRouterChanged;
 }
 
 }  // namespace
@@ -232,6 +233,10 @@ void log_event(Log& log, LimitedLog& limited_log, const core::Event& event,
     case Kind::kLinkDown:
     case Kind::kLinkPath:
     case Kind::kUplinkChanged:
+    case Kind::kDenied:
+    case Kind::kObserved:
+    case Kind::kPolicyChanged:
+    case Kind::kRouterChanged:
       return limited_log.on_event(event.at, event, widths);
     default:
       // A restart of the fleet causes a hundred thousand of these.

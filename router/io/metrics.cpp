@@ -14,7 +14,7 @@ namespace {
 using base::seconds;
 using Labels = std::vector<std::pair<std::string_view, std::string>>;
 
-// A label value ends at the quote; the router's name is the only text that may contain one.
+// A label value ends at the quote; names of routers and rules may contain one.
 std::string escaped(std::string_view value) {
   std::string text;
   for (const char c : value) {
@@ -82,6 +82,20 @@ void add_drops_and_events(MetricsPage& page, const core::Router& router) {
   page.family("tims_router_events_total", "counter", "Events of clients and mailboxes, by kind.");
   for (const core::EventCountReport& report : core::report_event_counts(router))
     page.sample(report.count, {{"event", std::string(core::name(report.kind))}});
+}
+
+void add_rules(MetricsPage& page, const core::Router& router) {
+  page.family("tims_router_rule_messages_total", "counter",
+              "Messages that a rule of the policy has matched, by what became of them.");
+  for (const core::RuleReport& report : core::report_rules(router)) {
+    const policy::Hits& hits = report.hits;
+    const auto sample = [&](std::uint64_t messages, std::string_view outcome) {
+      page.sample(messages, {{"rule", report.rule.name}, {"outcome", std::string(outcome)}});
+    };
+    sample(hits.messages - hits.denied - hits.thinned, "passed");
+    sample(hits.denied, "denied");
+    sample(hits.thinned, "thinned");
+  }
 }
 
 void add_mailboxes(MetricsPage& page, const shm::Counters& counts) {
@@ -194,6 +208,7 @@ std::string metrics_text(const AdminSource& source, Time now) {
   MetricsPage page;
   add_messages(page, source.router());
   add_drops_and_events(page, source.router());
+  add_rules(page, source.router());
   add_mailboxes(page, source.mailbox_counts());
   add_clients(page, source);
   if (const link::Links* links = source.links()) {

@@ -106,6 +106,7 @@ tims_router_drops_total{reason="link_reset"} 0
 tims_router_drops_total{reason="expired"} 0
 tims_router_drops_total{reason="no_lease"} 0
 tims_router_drops_total{reason="no_right"} 0
+tims_router_drops_total{reason="denied"} 0
 # HELP tims_router_events_total Events of clients and mailboxes, by kind.
 # TYPE tims_router_events_total counter
 tims_router_events_total{event="client_came"} 3
@@ -130,9 +131,15 @@ tims_router_events_total{event="loop"} 0
 tims_router_events_total{event="lease_taken"} 0
 tims_router_events_total{event="lease_ended"} 0
 tims_router_events_total{event="driving_refused"} 0
+tims_router_events_total{event="denied"} 0
+tims_router_events_total{event="observed"} 0
+tims_router_events_total{event="policy_changed"} 0
+tims_router_events_total{event="router_changed"} 0
 tims_router_events_total{event="forged_source_tolerated"} 3
 tims_router_events_total{event="not_available"} 1
 tims_router_events_total{event="lifesign"} 0
+# HELP tims_router_rule_messages_total Messages that a rule of the policy has matched, by what became of them.
+# TYPE tims_router_rule_messages_total counter
 # HELP tims_mailbox_messages_total Messages to mailboxes in shared memory, from all senders, by outcome.
 # TYPE tims_mailbox_messages_total counter
 tims_mailbox_messages_total{outcome="received"} 50

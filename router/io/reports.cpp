@@ -6,6 +6,7 @@
 
 #include <boost/json/object.hpp>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "base/text.h"
 #include "router/io/event_text.h"
@@ -118,6 +119,18 @@ json::object path_json(const link::Links& links, const link::Paths& paths, const
           {"wire_bytes_out", path.counters.bytes_out}};
 }
 
+// "10 a second, every 2nd, 4096 bytes"; null: not a rule that thins.
+json::value thin_text(const policy::RuleText& rule) {
+  std::string out;
+  const auto add = [&](std::uint32_t limit, std::string_view before, std::string_view after) {
+    if (limit != 0) out += fmt::format("{}{}{}{}", out.empty() ? "" : ", ", before, limit, after);
+  };
+  add(rule.per_second, "", " a second");
+  add(rule.every, "one of ", "");
+  add(rule.bytes_max, "", " bytes");
+  return text(out);
+}
+
 // The current address, or else the first candidate.
 json::value peer_address(const link::Link& link) {
   if (link.address()) return text(link.address());
@@ -154,6 +167,8 @@ json::object to_json(const core::ClientReport& report) {
           {"connected_s", seconds(report.connected)},
           {"mailboxes", report.mailboxes},
           {"watched", report.watched},
+          {"subject", valid_utf8(fmt::format("{}", fmt::join(report.subject.identities, ", ")))},
+          {"judged", report.is_judged},
           {"in_messages", report.in.messages},
           {"in_bytes", report.in.bytes},
           {"out_messages", report.out.messages},
@@ -217,6 +232,14 @@ json::object to_json(const core::RouteReport& report, Address to, const AddressW
       out["outcome"] = core::name(report.why_not);
       out["reason"] = core::sentence(report.why_not);
       break;
+    case Verdict::kDenied:
+      out["verdict"] = "denied";
+      out["outcome"] = core::name(core::Outcome::kDenied);
+      out["rule"] = text(report.denied.rule.name);
+      out["place"] = text(report.denied.rule.place);
+      out["reason"] = valid_utf8(report.denied.rule.title()) + " denies it to " +
+                      valid_utf8(report.denied.subject);
+      break;
     case Verdict::kSelf:
       out["verdict"] = "self";
       out["reason"] = "it is the router's own address";
@@ -248,6 +271,37 @@ json::object to_json(const core::Event& event, const Clocks& clocks, const Addre
           {"reason", event.reason == core::CloseReason::kNone ? json::value()
                                                               : json::value(name(event.reason))},
           {"text", valid_utf8(event_text(event, widths))}};
+}
+
+// --- the policy
+
+json::object to_json(const core::RuleReport& report) {
+  const policy::RuleText& rule = report.rule;
+  const policy::Hits& hits = report.hits;
+  return {{"number", report.number},
+          {"name", valid_utf8(rule.name)},
+          {"place", text(rule.place)},
+          {"from", valid_utf8(rule.from)},
+          {"to", valid_utf8(rule.to)},
+          {"types", valid_utf8(rule.types)},
+          {"priority_max", rule.priority_max},
+          {"rate_bytes_per_s", rule.rate == 0 ? json::value() : json::value(rule.rate)},
+          {"then", rule.then},
+          {"thin", thin_text(rule)},
+          {"messages", hits.messages},
+          {"bytes", hits.bytes},
+          {"denied", hits.denied},
+          {"over_rate", hits.over_rate},
+          {"lowered", hits.lowered},
+          {"thinned", hits.thinned}};
+}
+
+json::object to_json(const core::VerdictReport& report) {
+  return {{"verdict", name(report.action)},
+          {"priority", report.priority},
+          {"rule", valid_utf8(report.rule.name)},
+          {"place", text(report.rule.place)},
+          {"subject", valid_utf8(report.subject)}};
 }
 
 // --- streams and their newest values, driving leases

@@ -29,6 +29,9 @@ boost::json::object to_json(const core::CountReport& report);
 boost::json::object to_json(const core::Event& event, const Clocks& clocks,
                             const AddressWidths& widths);
 
+boost::json::object to_json(const core::RuleReport& report);
+boost::json::object to_json(const core::VerdictReport& report);
+
 // A newest value without its body.
 boost::json::object to_json(const core::NewestValues::Value& value, const AddressWidths& widths,
                             Time now);

@@ -99,6 +99,8 @@ TEST(Reports, TheDocumentHasEveryField) {
       fields_line("paths of tims/link/1", link_report.at("paths").at(0).as_object()) +
       fields_line("dds of tims/fleet/1", to_json(DdsReport())) +
       fields_line("tims/fleet/1", to_json(links, link::Announcement())) +
+      fields_line("tims/rule/1", to_json(core::RuleReport())) +
+      fields_line("tims/verdict/1", to_json(core::VerdictReport())) +
       fields_line("tims/stats/1", to_json(core::CountReport())) +
       fields_line("mailboxes of tims/stats/1", to_json(shm::Counters())) +
       fields_line("tims/newest/1", to_json(core::NewestValues::Value(), widths, now)) +

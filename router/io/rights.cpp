@@ -95,6 +95,17 @@ Right needed_for(const SentMessage& sent, const AddressWidths& widths) {
   return only_reads(sent.type, sent.class_id) ? Right::kLook : Right::kDrive;
 }
 
+policy::Right asked_of(const SentMessage& question, const AddressWidths& widths) {
+  using To = policy::Right;
+  if (question.to_agent) return is_agent_reading(question.body) ? To::kLook : To::kChange;
+  const auto read = parse_question(question.body, widths);
+  const auto* asked = std::get_if<Question>(&read);
+  if (asked == nullptr) return To::kLook;
+  if (acts(asked->ask)) return To::kChange;
+  if (makes_login(asked->ask)) return To::kLogin;
+  return drives(asked->ask) ? To::kDrive : To::kLook;
+}
+
 SentMessage SentMessage::of(const core::Message& message, const core::RouterSettings& settings) {
   const Address dest = message.header.dest;
   const auto fields = dest.fields(settings.widths);
@@ -118,6 +129,10 @@ Person person_of(const security::Identity& identity, const security::Certificate
     person.rights = rights_up_to(Right::kConfigure);
   else
     person.rights = rights_up_to(identity.system == own.system ? Right::kDrive : Right::kLook);
+  if (identity.role != MemberRole::kUser)
+    person.proven.add(policy::kind::kRouter, identity.name)
+        .add(policy::kind::kSystem, identity.system)
+        .add(policy::kind::kRole, security::name(identity.role));
   return person;
 }
 

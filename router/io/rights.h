@@ -8,6 +8,8 @@
 #include <string_view>
 
 #include "router/core/router.h"
+#include "router/policy/subject.h"
+#include "router/policy/types.h"
 #include "security/crypto/certificate.h"
 #include "security/keys/identity.h"
 #include "tims/address.h"
@@ -19,6 +21,8 @@ struct Person {
   security::Rights rights{};
   // That of the user for whom the token was made; none: a user of this host.
   std::optional<security::Certificate> certificate{};
+  // Who it has proven to be, for rules of the policy; empty: the user `name`.
+  policy::Subject proven{};
 };
 
 // What somebody with these rights may send: see README.md. `body` without the header.
@@ -34,6 +38,8 @@ struct SentMessage {
 enum class Right : std::uint8_t { kNone, kLook, kDrive, kConfigure };
 std::string_view name(Right right);
 Right needed_for(const SentMessage& sent, const AddressWidths& widths);
+// What the policy is asked about a question to a router or to the agent beside it.
+policy::Right asked_of(const SentMessage& question, const AddressWidths& widths);
 bool has(const security::Rights& rights, Right right);
 // The highest right only, as texts and cookies name it.
 Right highest(const security::Rights& rights);

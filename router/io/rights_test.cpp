@@ -91,5 +91,33 @@ TEST(Rights, CertificatesMakePersons) {
   EXPECT_EQ(right(MemberRole::kUser, 3, {}), Right::kNone);
 }
 
+TEST(Rights, CertificatesOfRoutersAreNamedInRules) {
+  const auto certificate = security::test_root("any").certificate;
+  security::Identity robot;
+  robot.role = security::MemberRole::kSystem;
+  robot.system = 4;
+  robot.name = "robot4";
+  EXPECT_EQ(person_of(robot, certificate, {}).proven.identities,
+            (std::vector<std::string>{"router:robot4", "system:4", "role:system"}));
+  security::Identity user;
+  user.role = security::MemberRole::kUser;
+  user.name = "anna";
+  EXPECT_TRUE(person_of(user, certificate, {}).proven.identities.empty()) << "user:anna";
+}
+
+TEST(Rights, ThePolicyIsAskedForWhatAQuestionDoes) {
+  using To = policy::Right;
+  const auto asked = [](std::string_view body, bool to_agent = false) {
+    return asked_of({.type = type::kAdminRequest, .to_agent = to_agent, .body = body}, {});
+  };
+  EXPECT_EQ(asked(R"({"ask":"status"})"), To::kLook);
+  EXPECT_EQ(asked("nonsense"), To::kLook);
+  EXPECT_EQ(asked(R"({"ask":"route_del","match":"*"})"), To::kChange);
+  EXPECT_EQ(asked(R"({"ask":"lease","robot":1,"do":"renew"})"), To::kDrive);
+  EXPECT_EQ(asked(R"({"ask":"login"})"), To::kLogin);
+  EXPECT_EQ(asked(R"({"ask":"conf_get"})", true), To::kLook);
+  EXPECT_EQ(asked("nonsense", true), To::kChange);
+}
+
 }  // namespace rights_test
 }  // namespace tims::io

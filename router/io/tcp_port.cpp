@@ -11,6 +11,7 @@
 
 #include "os/clock.h"
 #include "os/socket.h"
+#include "router/io/subjects.h"
 #include "wire/header.h"
 
 namespace tims::io {
@@ -315,10 +316,13 @@ void TcpPort::welcome(os::File socket, const Visitor& visitor) {
   }
   if (!router_.has_room(core::PortKind::kTcp)) make_room(now);
   const std::uint32_t token = connections_.next();
-  const core::ClientId id = router_.connect(now, {.port = core::PortKind::kTcp,
-                                                  .token = token,
-                                                  .endpoint = std::string_view(visitor.peer),
-                                                  .lifesign = true});
+  const core::ClientId id = router_.connect(
+      now, {.port = core::PortKind::kTcp,
+            .token = token,
+            .endpoint = std::string_view(visitor.peer),
+            .lifesign = true,
+            .subject = person ? person_subject(core::PortKind::kTcp, *person, visitor)
+                              : visitor_subject(core::PortKind::kTcp, visitor)});
   if (id) {
     TcpConnection& connection = connections_.add(std::make_unique<TcpConnection>(
         std::move(socket), settings_.message_max, shares_, settings_.queue_bytes_max,

@@ -4,6 +4,8 @@
 #include <optional>
 #include <string>
 
+#include <sys/types.h>
+
 #include "security/crypto/certificate.h"
 
 namespace tims::io {
@@ -12,6 +14,7 @@ struct Visitor {
   std::string peer{};                                  // "10.9.1.7:40312"; empty: a Unix socket
   bool is_tls = false;                                 // its bytes came through TLS
   std::optional<security::Certificate> certificate{};  // its own one, verified
+  std::optional<uid_t> uid{};                          // its user, if it is on this host
 
   // Its packets did not leave this host.
   [[nodiscard]] bool is_on_this_host() const {

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "router/core/byte_chain.h"
+#include "router/policy/lifetimes.h"
 #include "tims/message.h"
 #include "tims/time.h"
 
@@ -92,7 +93,7 @@ class SentRanges {
 // few enough to cost nothing.
 class AgeMarks {
  public:
-  // A message was appended at `offset`.
+  // Bytes were appended at `offset`.
   void add(std::uint64_t offset, Time now) {
     if (!marks_.empty() && now < marks_.back().at + kResolution) return;
     marks_.push_back({offset, now});
@@ -109,6 +110,10 @@ class AgeMarks {
     forget_below(offset);
     return marks_.empty() ? kNever : marks_.front().at;
   }
+  // Bytes below have the time of oldest().
+  [[nodiscard]] std::uint64_t oldest_end() const {
+    return marks_.size() > 1 ? marks_[1].offset : UINT64_MAX;
+  }
   void forget_below(std::uint64_t offset) {
     while (marks_.size() > 1 && marks_[1].offset <= offset) marks_.pop_front();
   }
@@ -121,6 +126,41 @@ class AgeMarks {
     Time at;
   };
   std::deque<Mark> marks_;
+};
+
+// When the messages of a stream that have a lifetime are too old, by their offsets.
+class Deadlines {
+ public:
+  void add(std::uint64_t offset, Time at) { deadlines_.push_back({offset, at}); }
+  void forget_below(std::uint64_t offset) {
+    while (first_ < deadlines_.size() && deadlines_[first_].offset < offset) ++first_;
+    if (first_ * 2 < deadlines_.size()) return;
+    deadlines_.erase(deadlines_.begin(), deadlines_.begin() + static_cast<std::ptrdiff_t>(first_));
+    first_ = 0;
+  }
+  // Those of messages that begin in the range and whose time has passed; each is visited once.
+  template <typename Visit>  // (offset)
+  void take_passed(Time now, Range range, Visit visit) {
+    const auto begin = deadlines_.begin() + static_cast<std::ptrdiff_t>(first_);
+    auto at = std::ranges::lower_bound(begin, deadlines_.end(), range.begin, {}, &Deadline::offset);
+    for (; at != deadlines_.end() && at->offset < range.end; ++at) {
+      if (now <= at->at) continue;
+      at->at = kNever;
+      visit(at->offset);
+    }
+  }
+  void clear() {
+    deadlines_.clear();
+    first_ = 0;
+  }
+
+ private:
+  struct Deadline {
+    std::uint64_t offset;
+    Time at;
+  };
+  std::vector<Deadline> deadlines_;  // keeps its memory
+  std::size_t first_ = 0;            // the ones before are forgotten
 };
 
 // Bytes of a lane between two offsets: appended at the end, released at the front, read anywhere.
@@ -349,9 +389,10 @@ struct Reassembly {
   MessageMemory& memory;             // for messages received in parts
   std::vector<MessageBuffer>& done;  // messages handed on and still being read
   std::uint32_t message_max = kMessageMaxDefault;
-  std::size_t blocks = 0;  // blocks of the pool used by this link
-  std::size_t bytes = 0;   // bytes of the memory used by this link
-  std::size_t places = 0;  // places of the memory used by this link
+  const policy::Lifetimes* lifetimes = nullptr;  // null: no message has one
+  std::size_t blocks = 0;                        // blocks of the pool used by this link
+  std::size_t bytes = 0;                         // bytes of the memory used by this link
+  std::size_t places = 0;                        // places of the memory used by this link
 
   core::BlockPool::Index take_block();
   void give_block(core::BlockPool::Index& block);

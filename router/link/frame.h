@@ -163,8 +163,8 @@ void put_header(ByteWriter& out, const SampleFrame& frame, std::size_t size);
 
 // A message as encoded in a lane: a prefix of four bytes, then the message.
 //
-//   0 hops u8 | 1 flags u8 (bit 0: compressed) | 2 waited u16: for traced messages, time in the
-//   sender's queue
+//   0 hops u8 | 1 flags u8 (bit 0: compressed, bit 1: not to be delivered) | 2 waited u16: for
+//   traced messages, time in the sender's queue
 //
 // The routers' own messages (ControlMessage) are encoded in the same form.
 inline constexpr std::size_t kRecordPrefix = 4;
@@ -177,11 +177,13 @@ struct RecordPrefix {
   std::uint8_t hops = 0;
   Duration waited{};
   bool packed = false;  // the body is compressed (packing.h)
+  bool late = false;    // older than its lifetime: not to be delivered
 
   [[nodiscard]] std::array<std::byte, kRecordPrefix> encoded() const {
     const auto units =
         static_cast<std::uint16_t>(std::clamp<std::int64_t>(waited / kWaitedUnit, 0, 0xFFFF));
-    return {std::byte{hops}, static_cast<std::byte>(packed), static_cast<std::byte>(units & 0xFF),
+    const unsigned flags = (packed ? 1U : 0U) | (late ? 2U : 0U);
+    return {std::byte{hops}, static_cast<std::byte>(flags), static_cast<std::byte>(units & 0xFF),
             static_cast<std::byte>(units >> 8)};
   }
   static RecordPrefix decode(std::span<const std::byte> bytes) {
@@ -189,7 +191,8 @@ struct RecordPrefix {
     const auto high = std::to_integer<std::uint16_t>(bytes[3]);
     return {.hops = std::to_integer<std::uint8_t>(bytes[0]),
             .waited = (low | high << 8) * kWaitedUnit,
-            .packed = (bytes[1] & std::byte{1}) != std::byte{0}};
+            .packed = (bytes[1] & std::byte{1}) != std::byte{0},
+            .late = (bytes[1] & std::byte{2}) != std::byte{0}};
   }
 
   // Of a sample, in the first byte of its frames: hops, and bit 7 if it is compressed.
@@ -206,6 +209,8 @@ class ArrivalObserver : public core::Interface {
  public:
   // The bytes may be modified and stay valid until the turn is flushed.
   virtual void on_message(Time now, const RecordPrefix& prefix, core::Message& message) = 0;
+  // A command that has arrived later than its lifetime, and is not delivered.
+  virtual void on_late(Time /*now*/, const Header& /*header*/) {}
   virtual void on_control(Time now, const core::Message& message) = 0;
   virtual void on_frame(Time now, const KeepAlive& frame) = 0;
   virtual void on_frame(Time now, const ChallengeFrame& frame) = 0;

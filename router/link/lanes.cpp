@@ -20,8 +20,28 @@ void LaneSender::push(Time now, const RecordPrefix& prefix, std::span<const std:
   const bool at_once = waiting_.empty() && stream_.end() - next_ < committed_max;
   StreamBuffer& to = at_once ? stream_ : waiting_;
   (at_once ? stream_since_ : waiting_since_).add(to.end(), now);
+  if (at_once && lifetimes_ != nullptr)
+    add_deadline(wire::decode_header(message.first<kHeaderSize>()), now);
   to.append(prefix.encoded());
   to.append(message);
+}
+
+// Precondition: the message is appended to the stream next.
+void LaneSender::add_deadline(const Header& header, Time since) {
+  const Duration lifetime = lifetimes_->of(header);
+  if (lifetime != policy::Lifetimes::kForever) deadlines_.add(stream_.end(), since + lifetime);
+}
+
+// A stream has no gaps: a message that is too old is sent, but not to be delivered.
+void LaneSender::mark_late(Time now, Range range) {
+  deadlines_.take_passed(now, range, [&](std::uint64_t offset) {
+    std::array<std::byte, kRecordPrefix> bytes;
+    stream_.read(offset, bytes);
+    RecordPrefix prefix = RecordPrefix::decode(bytes);
+    prefix.late = true;
+    stream_.write(offset, prefix.encoded());
+    losses_.on_lost(now, header_at(stream_, offset), core::Outcome::kExpired);
+  });
 }
 
 Header LaneSender::header_at(const StreamBuffer& buffer, std::uint64_t offset) {
@@ -42,6 +62,12 @@ void LaneSender::commit(Time now, std::uint64_t committed_max) {
     const Header header = header_at(waiting_, waiting_.begin());
     if (!can_commit()) return;
     const Time since = waiting_since_.oldest(waiting_.begin());
+    if (is_late(now, header, since)) {
+      (void)drop_oldest();
+      losses_.on_lost(now, header, core::Outcome::kExpired);
+      continue;
+    }
+    if (lifetimes_ != nullptr) add_deadline(header, since);
     if ((header.flags & flag::kTrace) != 0) {
       std::array<std::byte, kRecordPrefix> bytes;
       waiting_.read(waiting_.begin(), bytes);
@@ -73,6 +99,7 @@ std::optional<Range> LaneSender::take(Time now, std::size_t size, std::uint64_t 
     Range range = sent_.first_lost();
     range.end = std::min(range.end, range.begin + size);
     sent_.on_sent_again(range);
+    mark_late(now, range);
     return range;
   }
   if (stream_.end() - next_ < committed_max) commit(now, committed_max);
@@ -80,6 +107,7 @@ std::optional<Range> LaneSender::take(Time now, std::size_t size, std::uint64_t 
   if (end <= next_) return std::nullopt;
   const Range range{next_, end};
   next_ = end;
+  mark_late(now, range);
   return range;
 }
 
@@ -100,6 +128,7 @@ void LaneSender::on_acked(Range range) {
   if (begin == stream_.begin()) return;
   stream_.release_to(begin);
   stream_since_.forget_below(begin);
+  deadlines_.forget_below(begin);
   sent_.forget_below(begin);
 }
 
@@ -135,6 +164,7 @@ void LaneSender::expire(Time now, Duration lifetime) {
       next_ = std::max(next_, to);
       sent_.forget_below(to);
       stream_since_.forget_below(to);
+      deadlines_.forget_below(to);
     }
   }
   if (!waiting_.empty() && waiting_since_.oldest(waiting_.begin()) <= limit) {
@@ -150,6 +180,7 @@ void LaneSender::clear(Time now, core::Outcome why) {
   waiting_.reset(0);
   stream_since_.clear();
   waiting_since_.clear();
+  deadlines_.clear();
   sent_.clear();
   next_ = skip_to_ = skip_acked_ = 0;
   skip_due_ = false;
@@ -166,8 +197,9 @@ LaneReceiver::Verdict LaneReceiver::on_bytes(Time now, std::uint64_t offset,
   if (offset + bytes.size() <= next_) return Verdict::kTaken;
   const std::uint64_t window = control_ ? kControlWindow : kLaneWindow;
   if (offset + bytes.size() > next_ + window) return Verdict::kRefused;
-  if (offset > next_) return keep_early(offset, bytes) ? Verdict::kTaken : Verdict::kRefused;
+  if (offset > next_) return keep_early(now, offset, bytes) ? Verdict::kTaken : Verdict::kRefused;
   bytes = bytes.subspan(next_ - offset);
+  arrived_ = now;
   const std::size_t taken = consume(now, bytes, true);
   next_ += taken;
   if (broken_) return Verdict::kBroken;
@@ -190,7 +222,7 @@ core::BlockPool::Index& LaneReceiver::block_of(std::uint64_t offset) {
   return early_blocks_[offset / kBlock % kRing];
 }
 
-bool LaneReceiver::keep_early(std::uint64_t offset, std::span<const std::byte> bytes) {
+bool LaneReceiver::keep_early(Time now, std::uint64_t offset, std::span<const std::byte> bytes) {
   const Range all{offset, offset + bytes.size()};
   bool room = true;
   for (std::uint64_t at = offset / kBlock * kBlock; at < all.end; at += kBlock) {
@@ -198,11 +230,13 @@ bool LaneReceiver::keep_early(std::uint64_t offset, std::span<const std::byte> b
     if (block == core::BlockPool::kNone) block = reassembly_.take_block();
     if (block == core::BlockPool::kNone) room = false;
   }
+  const bool is_newest = early_.empty() || offset >= early_.ranges().back().end;
   if (!room || !early_.add(all)) {
     // Releases blocks that were not used.
     if (early_.empty()) drop_early();
     return false;
   }
+  if (is_newest) early_since_.add(offset, now);
   while (!bytes.empty()) {
     const std::size_t inside = offset % kBlock;
     const std::size_t size = std::min(kBlock - inside, bytes.size());
@@ -219,8 +253,10 @@ LaneReceiver::Verdict LaneReceiver::drain_early(Time now) {
   while (!early_.empty() && early_.front().begin <= next_ && verdict == Verdict::kTaken) {
     const std::uint64_t end = early_.front().end;
     while (next_ < end) {
+      arrived_ = early_since_.oldest(next_);
       const std::size_t inside = next_ % kBlock;
-      const std::size_t size = std::min<std::uint64_t>(kBlock - inside, end - next_);
+      const std::size_t size = std::min(
+          {std::uint64_t{kBlock - inside}, end - next_, early_since_.oldest_end() - next_});
       std::byte* block = reassembly_.pool.at(block_of(next_));
       const std::size_t taken = consume(now, {block + inside, size}, false);
       next_ += taken;
@@ -248,6 +284,7 @@ LaneReceiver::Verdict LaneReceiver::drain_early(Time now) {
 
 void LaneReceiver::drop_early() {
   early_.clear();
+  early_since_.clear();
   for (core::BlockPool::Index& block : early_blocks_) reassembly_.give_block(block);
 }
 
@@ -285,6 +322,7 @@ std::size_t LaneReceiver::consume(Time now, std::span<std::byte> bytes, bool sta
       if (is_bad(header)) {
         broken_ = true;
       } else if (record.size() >= header.length) {
+        begun_ = arrived_;
         hand_on(now, bytes.first(kRecordPrefix), {header, record.first(header.length)});
         taken = record_size(header.length);
       } else {
@@ -300,6 +338,7 @@ std::size_t LaneReceiver::consume(Time now, std::span<std::byte> bytes, bool sta
 // Takes bytes until the head of the next message is complete and there is memory for its
 // beginning.
 std::size_t LaneReceiver::consume_head(Time now, std::span<const std::byte> bytes) {
+  if (head_size_ == 0) begun_ = arrived_;
   const std::size_t size = std::min(kRecordHead - head_size_, bytes.size());
   std::memcpy(head_.data() + head_size_, bytes.data(), size);
   if (head_size_ + size < kRecordHead) {
@@ -361,11 +400,13 @@ std::optional<Header> LaneReceiver::give_up_stalled(Time now) {
 }
 
 void LaneReceiver::hand_on(Time now, std::span<const std::byte> prefix, core::Message message) {
-  if (control_) {
-    arrivals_.on_control(now, message);
-  } else {
-    arrivals_.on_message(now, RecordPrefix::decode(prefix), message);
-  }
+  if (control_) return arrivals_.on_control(now, message);
+  const RecordPrefix record = RecordPrefix::decode(prefix);
+  if (record.late) return;
+  const policy::Lifetimes* lifetimes = reassembly_.lifetimes;
+  if (lifetimes != nullptr && now - begun_ > lifetimes->of(message.header))
+    return arrivals_.on_late(now, message.header);
+  arrivals_.on_message(now, record, message);
 }
 
 }  // namespace tims::link

@@ -67,6 +67,8 @@ class LaneSender {
       : losses_(losses), waiting_(pool), stream_(pool) {}
 
   void set_window(std::uint64_t window) { window_ = window; }
+  // Of messages that are committed from now on; null: none has one. They outlive the lane.
+  void set_lifetimes(const policy::Lifetimes* lifetimes) { lifetimes_ = lifetimes; }
 
   [[nodiscard]] bool has_room(std::size_t message) const {
     return waiting_.has_room(record_size(message) + 2 * core::BlockPool::kBlockSize);
@@ -108,6 +110,11 @@ class LaneSender {
 
  private:
   void commit(Time now, std::uint64_t committed_max);
+  void add_deadline(const Header& header, Time since);
+  [[nodiscard]] bool is_late(Time now, const Header& header, Time since) const {
+    return lifetimes_ != nullptr && now - since > lifetimes_->of(header);
+  }
+  void mark_late(Time now, Range range);
   // Moving a message frees blocks in waiting_.
   [[nodiscard]] bool can_commit() const {
     return stream_.has_room(2 * core::BlockPool::kBlockSize);
@@ -122,6 +129,8 @@ class LaneSender {
   AgeMarks waiting_since_;
   StreamBuffer stream_;  // from the first message that is not fully acknowledged
   AgeMarks stream_since_;
+  const policy::Lifetimes* lifetimes_ = nullptr;
+  Deadlines deadlines_;
   std::uint64_t next_ = 0;  // first byte never sent
   SentRanges sent_;         // parts above stream_.begin()
   std::uint64_t skip_to_ = 0;
@@ -168,7 +177,7 @@ class LaneReceiver {
   [[nodiscard]] std::uint64_t next() const { return next_; }
 
  private:
-  bool keep_early(std::uint64_t offset, std::span<const std::byte> bytes);
+  bool keep_early(Time now, std::uint64_t offset, std::span<const std::byte> bytes);
   Verdict drain_early(Time now);
   void drop_early();
   [[nodiscard]] core::BlockPool::Index& block_of(std::uint64_t offset);
@@ -188,9 +197,14 @@ class LaneReceiver {
   std::uint64_t next_ = 0;  // first byte not received
   bool broken_ = false;
 
+  // When the bytes that are consumed now arrived, at the earliest.
+  Time arrived_{};
+  AgeMarks early_since_;
+
   // The message being received.
   std::array<std::byte, kRecordHead> head_{};
   std::size_t head_size_ = 0;
+  Time begun_{};               // when its first byte arrived, at the earliest
   MessageBuffer body_;         // the received part of the message, header included
   std::size_t body_size_ = 0;  // number of bytes received
   std::size_t discarded_ = 0;  // remaining bytes of a message that was given up

@@ -22,6 +22,7 @@ struct LanesTest : testing::Test, ArrivalObserver, LossObserver {
     for (std::size_t i = kHeaderSize; i < message.bytes.size(); ++i)
       if (message.bytes[i] != std::byte{message.header.seq_nr}) ADD_FAILURE() << "altered";
   }
+  void on_late(Time, const Header& header) override { late.push_back(header.seq_nr); }
   void on_control(Time, const core::Message&) override {}
   void on_frame(Time, const KeepAlive&) override {}
   void on_frame(Time, const ChallengeFrame&) override {}
@@ -34,7 +35,7 @@ struct LanesTest : testing::Test, ArrivalObserver, LossObserver {
 
   void push(std::size_t size, std::uint64_t committed_max = kAll) {
     std::vector<std::byte> bytes(size, std::byte{seq});
-    const Header header{.seq_nr = seq++, .length = static_cast<std::uint32_t>(size)};
+    const Header header{.type = type, .seq_nr = seq++, .length = static_cast<std::uint32_t>(size)};
     wire::encode_header(header, std::span(bytes).first<kHeaderSize>());
     ASSERT_TRUE(sender.has_room(size));
     sender.push(now, {.hops = 3}, bytes, committed_max);
@@ -65,6 +66,8 @@ struct LanesTest : testing::Test, ArrivalObserver, LossObserver {
   std::vector<std::uint8_t> arrived;
   std::vector<std::size_t> sizes;
   std::vector<std::uint8_t> lost;
+  std::vector<std::uint8_t> late;  // at the receiver
+  std::int8_t type = 0;
   core::Outcome last_loss{};
   std::uint8_t seq = 0;
   Time now{100s};
@@ -89,6 +92,84 @@ TEST_F(LanesTest, PiecesOfAnySizeBecomeMessages) {
   EXPECT_TRUE(std::ranges::is_sorted(arrived));
   EXPECT_EQ(pool.used(), 0U);
   EXPECT_EQ(memory.used_bytes(), 0U);
+}
+
+// Commands of one type have a lifetime of 150 ms.
+struct LifetimesTest : LanesTest {
+  LifetimesTest() {
+    EXPECT_TRUE(lifetimes.add("21 150ms"));
+    sender.set_lifetimes(&lifetimes);
+    reassembly.lifetimes = &lifetimes;
+    type = 21;
+  }
+  using Seqs = std::vector<std::uint8_t>;
+  policy::Lifetimes lifetimes;
+};
+
+TEST_F(LifetimesTest, ALostCommandIsRepeatedWithinItsLifetimeOnly) {
+  for (const Duration pause : {150ms, 151ms}) {
+    push(36);
+    type = 22;
+    push(36);
+    type = 21;
+    for (const Range range : take_all(40)) sender.on_lost(range);
+    now += pause;
+    for (const Range range : take_all(40)) {
+      EXPECT_EQ(deliver(range), LaneReceiver::Verdict::kTaken);
+      sender.on_acked(range);
+    }
+  }
+  EXPECT_EQ(arrived, (Seqs{0, 1, 3})) << "others arrive however late";
+  EXPECT_EQ(lost, Seqs{2});
+  EXPECT_EQ(last_loss, core::Outcome::kExpired);
+  EXPECT_EQ(pool.used(), 0U);
+}
+
+TEST_F(LifetimesTest, ACommandThatWasNeverSentIsNotSentLate) {
+  push(36);     // committed
+  push(36, 0);  // waits
+  now += 200ms;
+  push(36, 0);  // in time
+  for (const Range range : take_all(1000)) deliver(range);
+  EXPECT_EQ(arrived, Seqs{2});
+  EXPECT_EQ(lost, (Seqs{1, 0}));
+}
+
+TEST_F(LifetimesTest, WhatHasArrivedBehindAHoleIsNotDeliveredLate) {
+  type = 22;
+  push(36);
+  type = 21;
+  push(36);
+  const auto all = take_all(40);
+  deliver(all[1]);
+  now += 100ms;
+  push(36);
+  const auto in_time = take_all(40);
+  deliver(in_time[0]);
+  now += 60ms;
+  deliver(all[0]);
+  EXPECT_EQ(arrived, (Seqs{0, 2}));
+  EXPECT_EQ(late, Seqs{1});
+  EXPECT_TRUE(lost.empty());
+  now += 1s;
+  push(36);
+  deliver(take_all(40)[0]);
+  EXPECT_EQ(arrived, (Seqs{0, 2, 3})) << "the hole is forgotten";
+}
+
+TEST_F(LifetimesTest, TheEndOfACommandThatCameLateDoesNotCompleteIt) {
+  push(400);
+  const auto all = take_all(100);
+  deliver(all[0]);
+  sender.on_acked(all[0]);
+  for (std::size_t i = 1; i < all.size(); ++i) sender.on_lost(all[i]);
+  now += 151ms;
+  for (const Range range : take_all(100)) deliver(range);
+  EXPECT_TRUE(arrived.empty());
+  EXPECT_EQ(late, Seqs{0});
+  push(36);
+  deliver(take_all(100)[0]);
+  EXPECT_EQ(arrived, Seqs{1});
 }
 
 TEST_F(LanesTest, BackwardsAndTwiceIsTheSame) {

@@ -203,6 +203,15 @@ std::uint8_t Link::resume(Time now, const Hello& hello, Verified&& verified) {
   return generation;
 }
 
+// As it names itself; proven where the link is sealed.
+policy::Subject Link::subject() const {
+  namespace kind = policy::kind;
+  policy::Subject subject;
+  subject.add(kind::kRouter, peer_.name.view()).add(kind::kSystem, peer_.system);
+  subject.add(kind::kRole, core::name(peer_.role));
+  return subject.add(kind::kPort, core::name(core::PortKind::kLink));
+}
+
 void Link::come_up(Time now) {
   if (is_up()) return;
   client_ = router_.connect(now, {.port = core::PortKind::kLink,
@@ -213,7 +222,8 @@ void Link::come_up(Time now) {
                                            .role = peer_.role,
                                            .system = peer_.system,
                                            .router = peer_.address(),
-                                           .only = settings_.system}});
+                                           .only = settings_.system},
+                                  .subject = subject()});
   if (!client_) return;
   ended_ = false;
   last_received_ = now;
@@ -358,6 +368,10 @@ void Link::on_message(Time now, const RecordPrefix& prefix, core::Message& messa
   if (!client_) return;
   if (message.packed && !context_.take_packed(client_, message, packing_counters_)) return;
   router_.on_message(now, client_, message);
+}
+
+void Link::on_late(Time now, const Header& header) {
+  on_lost(now, header, core::Outcome::kExpired);
 }
 
 void Link::on_control(Time now, const core::Message& message) {

@@ -193,6 +193,7 @@ class Link final : private ArrivalObserver, private LossObserver {
  private:
   // ArrivalObserver
   void on_message(Time now, const RecordPrefix& prefix, core::Message& message) override;
+  void on_late(Time now, const Header& header) override;
   void on_control(Time now, const core::Message& message) override;
   void on_frame(Time now, const KeepAlive& frame) override;
   void on_frame(Time now, const ChallengeFrame& frame) override;
@@ -208,6 +209,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   void send_hello(Time now);
   std::size_t put_hello(std::span<std::byte> to) const;
   void ask(Time now, const NetAddress& to);
+  [[nodiscard]] policy::Subject subject() const;
   void come_up(Time now);
   void go_down(Time now, core::CloseReason reason, State state);
   [[nodiscard]] Time gone_at() const;

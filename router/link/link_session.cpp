@@ -58,6 +58,9 @@ LinkSession::LinkSession(core::BlockPool& pool, MessageMemory& memory,
 void LinkSession::configure(const LinkSessionSettings& settings) {
   settings_ = settings;
   reassembly_.message_max = settings.message_max;
+  reassembly_.lifetimes = &settings_.lifetimes;
+  for (std::size_t lane = 0; lane < core::kClasses; ++lane)
+    lanes_[lane].set_lifetimes(&settings_.lifetimes);
 }
 
 std::uint64_t LinkSession::queued_bytes(std::size_t lane) const {

@@ -33,6 +33,7 @@ struct LinkSessionSettings {
   std::uint64_t rate = 0;                        // bytes per second, headers included; 0: no limit
   std::uint8_t reserve = 10;                     // percentage of it reserved for the upper classes
   core::PriorityClasses classes{};
+  policy::Lifetimes lifetimes{};  // of commands
 
   bool operator==(const LinkSessionSettings&) const = default;
 };

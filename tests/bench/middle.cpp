@@ -8,6 +8,7 @@
 #include "tests/bench/admin.h"
 #include "tests/bench/launch.h"
 #include "tests/bench/router_command.h"
+#include "tests/bench/rules.h"
 #include "tools/sim/plan.h"
 
 namespace tims::bench {
@@ -27,7 +28,10 @@ Result<void> Middle::start() {
   if (experiment_.between == Between::kNothing) return {};
   if (experiment_.between == Between::kRelay)
     return start_here({setting_.program, "--role", "relay"});
-  return start_here(router_command(setting_.router, socket, {"tcp.listen=127.0.0.1:0"}));
+  std::vector<std::string> settings{"tcp.listen=127.0.0.1:0"};
+  for (std::size_t i = 0; experiment_.with_rules && i < kRules; ++i)
+    settings.push_back(rule_setting(i));
+  return start_here(router_command(setting_.router, socket, std::move(settings)));
 }
 
 // Waits for the line that it prints when it is ready, and returns it.

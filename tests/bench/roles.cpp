@@ -15,6 +15,7 @@
 #include "tests/bench/device_latency.h"
 #include "tests/bench/fleet.h"
 #include "tests/bench/limits.h"
+#include "tests/bench/policy_bench.h"
 #include "tests/bench/pulse.h"
 #include "tests/bench/register_bench.h"
 #include "tests/bench/relay.h"
@@ -80,6 +81,7 @@ constexpr Alone kAlone[] = {
     {"bare-pictures", "bare-pictures", measure_bare_pictures},
     {"lookup", "lookup", measure_lookup},
     {"bare-reads", "bare-reads", measure_bare_reads},
+    {"verdicts", "verdicts", measure_verdicts},
     {"table-memory", "table-memory", measure_table_memory},
     {"compressed", "", measure_compressed_scans},
     {"uncompressed", "", measure_plain_scans},

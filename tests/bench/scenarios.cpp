@@ -33,6 +33,8 @@ constexpr double kModulePercent = 2;
 constexpr double kCameraPercent = 3;
 constexpr double kJitterRatio = 1.5;
 constexpr double kRobotSeconds = 2;
+constexpr double kPolicyRatio = 1 / 0.97;
+constexpr double kVerdictNs = 10;
 constexpr double kRareCalls = 0.01 * kMillion;  // per million messages: not one for each
 
 Experiment alone(const char* role, Between between = Between::kNothing) {
@@ -132,6 +134,26 @@ Case router_throughput(std::size_t payload, std::uint32_t pairs) {
   // Loopback itself is below twice the original's 17 500 messages per second here.
   if (payload == 64 * kKi) target.ratio_max = kRelayRatio;
   return c;
+}
+
+// Beside the same router without rules.
+Case policy_throughput() {
+  Experiment judged = stream("tcp-router", Between::kRouter, 64);
+  judged.with_rules = true;
+  return {
+      .scenario = "policy_throughput",
+      .payload = 64,
+      .contenders = {{"tims", judged}, {"tims-open", stream("tcp-router", Between::kRouter, 64)}},
+      .rows = {{"tims", "msgs_per_s", "tims-open", {.ratio_max = kPolicyRatio}}}};
+}
+
+Case verdicts(std::uint64_t mailboxes) {
+  Experiment judged = alone("verdicts");
+  judged.count = mailboxes;
+  return {.scenario = "policy_verdict",
+          .payload = 0,
+          .contenders = {{"tims", judged}},
+          .rows = {{"tims", "verdict_ns", "", {.at_most = kVerdictNs}}}};
 }
 
 Case convergence() {
@@ -261,6 +283,8 @@ std::vector<ScenarioText> scenario_texts() {
       {"router_rtt@1cpu", "the same, all three processes on one CPU"},
       {"router_throughput", "one pair through the TCP port"},
       {"router_throughput@8pairs", "eight pairs at once, the sum"},
+      {"policy_throughput", "one pair through the TCP port of a router with 100 rules"},
+      {"policy_verdict", "ns per verdict of the policy, 100 rules, 1000 mailboxes"},
       {"hosts_rtt", "round trip between two hosts, a router on each; limit: bare relays, UDP"},
       {"hosts_rtt@1cpu", "the same, all four processes on one CPU"},
       {"hosts_throughput", "from host to host; limit: a bare UDP sender, and a chain of relays"},
@@ -317,6 +341,8 @@ std::vector<Case> local_cases(bool quick) {
     for (const std::size_t payload : with.round_trip) cases.push_back(router_rtt(payload, one_cpu));
   for (const std::size_t payload : with.stream) cases.push_back(router_throughput(payload, 1));
   cases.push_back(router_throughput(64, 8));
+  cases.push_back(policy_throughput());
+  cases.push_back(verdicts(1000));
   for (const bool one_cpu : {false, true}) cases.push_back(component_latency(one_cpu));
   cases.push_back(component_cpu());
   if (has_pictures()) cases.push_back(camera_cpu(quick ? 60 : 300));

@@ -118,6 +118,7 @@ constexpr OptionRow kOptions[] = {
     {"interval", 'i', "DUR", "interval between requests or reports (default 1s)",
      [](Options& o, string_view v) { o.interval = pause(v); }},
     {"from", 0, "ADDR", "assume this sender", [](Options& o, string_view v) { o.from = v; }},
+    {"to", 0, "ADDR", "assume this destination", [](Options& o, string_view v) { o.to = v; }},
     {"type", 0, "T", "message type: a number or a name such as get_status",
      [](Options& o, string_view v) { o.type = v; }},
     {"listen", 0, "ADDR", "register ADDR and print the messages that arrive there",

@@ -44,6 +44,7 @@ struct Options {
   std::vector<std::string> arguments;
   std::vector<std::string> given;  // the given options in long form: "--count=5", "--json"
   std::string from;
+  std::string to;
   std::string type;
   std::string listen;
   std::string hex;

@@ -88,7 +88,7 @@ function(tims_install_host)
   set(deploy ${CMAKE_SOURCE_DIR}/deploy)
   install(FILES ${deploy}/systemd/tims.sysusers DESTINATION ${TIMS_SYSUSERS_DIR} RENAME tims.conf)
   install(FILES ${deploy}/udev/60-rack.rules DESTINATION ${TIMS_UDEV_DIR})
-  install(DIRECTORY ${deploy}/fleets ${deploy}/robots ${deploy}/routes ${deploy}/worlds
+  install(DIRECTORY ${deploy}/fleets ${deploy}/policies ${deploy}/robots ${deploy}/routes ${deploy}/worlds
     DESTINATION ${CMAKE_INSTALL_DATADIR}/tims FILES_MATCHING PATTERN *.toml PATTERN *.dxf PATTERN *.txt)
   foreach(name TIMS_UNIT_DIR CMAKE_INSTALL_BINDIR CMAKE_INSTALL_MANDIR)
     install(CODE "set(${name} \"${${name}}\")")

@@ -64,6 +64,24 @@ constexpr Verb kOwnVerbs[] = {
      "Show registrations as they are added and removed.", "timsctl route watch 'Camera(*/*)'",
      route_watch},
 
+    {"acl", "show", "", 0, 0, kShowOptions, false,
+     "Show the rules of the router's policy in order, built-in ones in parentheses: the first that "
+     "matches a message decides.",
+     "timsctl acl show", acl_show, kRows},
+    {"acl", "hits", "", 0, 0, kShowOptions, false,
+     "Show what the rules have met: messages, and those that were denied, lowered, or left out of "
+     "streams.",
+     "timsctl acl hits --sort denied", acl_hits, kRows},
+    {"acl", "test", "", 0, 0, "from to type priority", false,
+     "Ask every router on the way of a message what its rules say. --from: identities of the "
+     "sender, as `router clients -o wide` shows them; --type: a type, or look, change, login. Exit "
+     "status 0: allowed, 1: denied.",
+     "timsctl acl test --from user:guest --to 'Chassis(3/0)' --type move --priority 200", acl_test},
+    {"acl", "log", "", 0, 0, "count", false,
+     "Show the router's audit log: who was refused and denied what, who drove, who changed the "
+     "router or its rules. -n N: the newest N of at most 1024.",
+     "timsctl acl log -n 20", acl_log, kRows},
+
     {"mbx", "list", "[GLOB]", 0, 1, kShowOptions, false,
      "List mailboxes: owner, waiting, replaced and refused messages.",
      "timsctl mbx list Ladar --sort replaced", mbx_list, kRows},

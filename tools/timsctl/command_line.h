@@ -44,6 +44,11 @@ Exit route_watch(Context& context);
 Exit route_add(Context& context);
 Exit route_del(Context& context);
 
+Exit acl_show(Context& context);
+Exit acl_hits(Context& context);
+Exit acl_test(Context& context);
+Exit acl_log(Context& context);
+
 Exit mbx_list(Context& context);
 Exit mbx_show(Context& context);
 

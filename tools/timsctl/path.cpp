@@ -62,6 +62,11 @@ class Explainer {
     if (path.failure)
       return {false, *path.failure, "`timsctl router list` shows which routers answer"};
     const Step& last = path.steps.back();
+    if (text_at(last.answer, "verdict") == "denied")
+      return {false,
+              base::printable(fmt::format("the policy of {} does not permit it: {}", last.name,
+                                          text_at(last.answer, "reason"))),
+              fmt::format("`timsctl -r {} acl show` lists its rules", last.name)};
     if (path.reached) return at_mailbox(last);
     if (const auto broken = broken_link(admin_, path, dst_))
       return {false, broken->cause, broken->remedy};
@@ -159,6 +164,7 @@ constexpr Column kHops[] = {
     {"FROM", "from.name"},
     {"TO", "to.name"},
     {"WAITED", "waited_s", Cell::kDuration},
+    {"DENIED", "denied"},
     {"TIME", "time"},
 };
 
@@ -220,6 +226,9 @@ Exit trace(Context& context) {
   std::ranges::sort(hops, {},
                     [](const json::value& hop) { return number_or_zero(hop.as_object(), "hop"); });
   const bool reached = answer && answer->header.type != tims::type::kNotAvailable;
+  std::string denied;
+  for (const json::object& hop : objects(hops))
+    if (denied.empty()) denied = text_at(hop, "denied");
   if (context.out.json()) {
     context.out.write(json::object{{"schema", "tims/trace/1"},
                                    {"target", name},
@@ -233,7 +242,9 @@ Exit trace(Context& context) {
     const std::string end =
         !answer ? "no answer"
                 : fmt::format("{} after {}",
-                              reached ? type_name(answer->header.type) : "no such mailbox",
+                              reached          ? type_name(answer->header.type)
+                              : denied.empty() ? "no such mailbox"
+                                               : "denied by " + base::printable(denied),
                               base::human_duration(*seconds));
     context.out.write(fmt::format("{}: {}\n", name, end));
   }

@@ -39,7 +39,7 @@ constexpr Column kRoutesEverywhere[] = {
 
 std::string draw_verdict(const json::object& route, const Look& look) {
   const std::string verdict = text_at(route, "verdict");
-  const bool delivered = verdict != "no_route";
+  const bool delivered = verdict != "no_route" && verdict != "denied";
   std::string text = fmt::format("{}: {}, {}\n", text_at(route, "address.name"),
                                  paint(verdict, delivered ? Tone::kGood : Tone::kBad, look.colour),
                                  base::printable(text_at(route, "reason")));
@@ -93,7 +93,7 @@ Exit route_get(Context& context) {
     const Look& look = context.out.look();
     return look.for_people() ? draw_verdict(answer, look) : verdict + "\n";
   });
-  return verdict == "no_route" ? Exit::kNo : Exit::kDone;
+  return verdict == "no_route" || verdict == "denied" ? Exit::kNo : Exit::kDone;
 }
 
 // --- route watch: registrations and withdrawals. The router answers the request when there is a

@@ -282,6 +282,8 @@ constexpr Column kClients[] = {
     {"PID", "pid"},
     {"UID", "uid", Cell::kText, true},
     {"PEER", "peer"},
+    {"WHO", "subject", Cell::kText, true},
+    {"JUDGED", "judged", Cell::kText, true},
     {"SINCE", "connected_s", Cell::kDuration},
     {"MAILBOXES", "mailboxes", Cell::kCount},
     {"IN", "in_messages", Cell::kCount},

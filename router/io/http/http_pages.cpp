@@ -126,7 +126,10 @@ HttpResponse answer_api(const HttpRequest& request, const Visitor& visitor,
                         const HttpPages& pages) {
   if (const auto refused = refusal_of(request, visitor.is_tls, pages.access()))
     return refuse(*refused, pages);
-  if (!has(entry_of(request, visitor, pages).person.rights, Right::kLook)) return log_in_first();
+  const Entry entry = entry_of(request, visitor, pages);
+  if (!has(entry.person.rights, Right::kLook)) return log_in_first();
+  if (const std::string rule = pages.denied(entry, visitor); !rule.empty())
+    return http_error(403, "the policy does not permit it: " + rule);
   const auto question = api_question(request.path().substr(kApiPath.size()), request.query());
   if (!question) return http_error(400, "broken %XX escape in " + quoted(request.target));
   std::string answer = pages.ask(*question);

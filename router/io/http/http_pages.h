@@ -40,6 +40,9 @@ struct HttpPages {
   std::function<std::string()> not_ready;
   // The answer to a question of the admin protocol.
   std::function<std::string(const std::string& question)> ask;
+  // The rule of the policy that denies such questions to whom asks; empty: none.
+  std::function<std::string(const Entry&, const Visitor&)> denied =
+      [](const Entry&, const Visitor&) { return std::string(); };
   std::function<const BrowserAccess&()> access;
   // Called with the text of each refusal.
   std::function<void(HttpRefusal rule, const std::string& text)> refused;

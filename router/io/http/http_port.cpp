@@ -10,6 +10,7 @@
 #include "os/clock.h"
 #include "router/io/admin_service.h"
 #include "router/io/metrics.h"
+#include "router/io/subjects.h"
 #include "wire/header.h"
 
 namespace tims::io {
@@ -52,6 +53,20 @@ HttpPort::~HttpPort() {
   clients_.for_each([](const Client& client) { client.session->drop(); });
 }
 
+namespace {
+
+// The rule of the policy that denies questions to this router; empty: it may ask.
+std::string denied_look(const core::Router& router, const policy::Subject& subject) {
+  if (router.policy() == nullptr) return {};
+  const policy::Policy& policy = router.policy()->policy();
+  const policy::Rule& rule = policy.rule(policy.decide(subject, {.dest = router.settings().address,
+                                                                 .type = type::kAdminRequest,
+                                                                 .right = policy::Right::kLook}));
+  return rule.action == policy::Action::kDeny ? rule.text.title() : std::string();
+}
+
+}  // namespace
+
 HttpPages HttpPort::pages(const AdminSource& source) {
   return {
       .metrics = [&source] { return metrics_text(source, os::now()); },
@@ -59,6 +74,10 @@ HttpPages HttpPort::pages(const AdminSource& source) {
       .ask =
           [&source](const std::string& question) {
             return answer_admin(question, source, read_clocks());
+          },
+      .denied =
+          [this](const Entry& entry, const Visitor& visitor) {
+            return denied_look(router_, subject_of(entry, visitor));
           },
       .access = [this]() -> const BrowserAccess& { return settings_.access; },
       .refused = [this](HttpRefusal rule, const std::string& text) { count_refusal(rule, text); },
@@ -173,8 +192,14 @@ HttpPort::Client::Client(HttpPort& its_port, std::string from, Entry its_entry)
       output(its_port.shares_, *this, its_port.settings_.queue_bytes_max,
              its_port.router_.settings().classes) {}
 
+policy::Subject HttpPort::subject_of(const Entry& entry, const Visitor& visitor) {
+  return entry.session.empty() ? visitor_subject(PortKind::kWebSocket, visitor)
+                               : person_subject(PortKind::kWebSocket, entry.person, visitor);
+}
+
 void HttpPort::upgrade(StreamSocket socket, const HttpRequest& request, const Visitor& visitor) {
   auto client = std::make_unique<Client>(*this, visitor.peer, entry_of(request, visitor, pages_));
+  client->subject = subject_of(client->entry, visitor);
   client->session = WebSocketSession::start(
       loop_, std::move(socket), request,
       {.message_max = settings_.message_max, .ping_interval = settings_.ping_interval}, *client);
@@ -186,7 +211,8 @@ void HttpPort::welcome(Client& client) {
   const Time now = os::now();
   client.id = router_.connect(now, {.port = PortKind::kWebSocket,
                                     .token = client.token,
-                                    .endpoint = std::string_view(client.peer)});
+                                    .endpoint = std::string_view(client.peer),
+                                    .subject = client.subject});
   if (!client.id) {
     client.closing = true;
     send_close(client, WebSocketClose::kTryAgainLater,

@@ -93,6 +93,7 @@ class HttpPort final : public core::Port {
     HttpPort& port;
     std::string peer;
     Entry entry;
+    policy::Subject subject{};
     WebSocketOutput output;
     core::LossCounts lost{};  // when it was given up
     std::shared_ptr<WebSocketSession> session{};
@@ -107,6 +108,7 @@ class HttpPort final : public core::Port {
   [[nodiscard]] HttpPages pages(const AdminSource& source);
   void count_refusal(HttpRefusal rule, const std::string& text);
 
+  static policy::Subject subject_of(const Entry& entry, const Visitor& visitor);
   void upgrade(StreamSocket socket, const HttpRequest& request, const Visitor& visitor);
   void log_out(const std::function<bool(const Client&)>& which);
   bool may_send(Time now, Client& client, const core::Message& message);

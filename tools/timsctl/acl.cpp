@@ -1,0 +1,160 @@
+// timsctl acl: the rules of a router's policy, what they have met, and what they say.
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "base/text.h"
+#include "tools/cli/admin_client.h"
+#include "tools/cli/arguments.h"
+#include "tools/cli/context.h"
+#include "tools/cli/failure.h"
+#include "tools/timsctl/command_line.h"
+#include "tools/timsctl/message.h"
+#include "tools/timsctl/message_path.h"
+
+namespace timsctl {
+namespace {
+
+constexpr Column kRules[] = {
+    {"RULE", "name"},
+    {"FROM", "from"},
+    {"TO", "to"},
+    {"TYPES", "types"},
+    {"THEN", "then"},
+    {"THIN", "thin"},
+    {"PRIORITY", "priority_max"},
+    {"RATE/S", "rate_bytes_per_s", Cell::kBytes},
+    {"PLACE", "place"},
+};
+
+constexpr Column kHits[] = {
+    {"RULE", "name"},
+    {"THEN", "then"},
+    {"MESSAGES", "messages", Cell::kCount},
+    {"BYTES", "bytes", Cell::kBytes},
+    {"DENIED", "denied", Cell::kCount, false, true},
+    {"OVER RATE", "over_rate", Cell::kCount},
+    {"LOWERED", "lowered", Cell::kCount},
+    {"THINNED", "thinned", Cell::kCount},
+    {"PLACE", "place"},
+};
+
+constexpr Column kVerdicts[] = {
+    {"ROUTER", "router"},     {"WHO", "who"},   {"VERDICT", "verdict"},
+    {"PRIORITY", "priority"}, {"RULE", "rule"}, {"PLACE", "place"},
+};
+
+constexpr Column kAudit[] = {
+    {"TIME", "time"},
+    {"KIND", "kind"},
+    {"TEXT", "text"},
+};
+
+// Messages come from a router on the way as the next one knows it.
+std::string who_is(AdminClient& router) {
+  const json::object answer = router.ask({{"ask", "routers"}, {"limit", 1}});
+  for (const json::object& self : objects(items_of(answer)))
+    return fmt::format("router:{}, system:{}, role:{}", text_at(self, "name"),
+                       text_at(self, "system"), text_at(self, "role"));
+  return "port:link";
+}
+
+bool is_right(std::string_view what) {
+  constexpr std::array<std::string_view, 3> kRights{"look", "change", "login"};
+  return std::ranges::find(kRights, what) != kRights.end();
+}
+
+// Asks the routers on the way of a message in turn, until one denies it.
+class Trial {
+ public:
+  Trial(Context& context, AdminClient admin) : context_(context), admin_(std::move(admin)) {}
+
+  Exit run() {
+    const Options& options = context_.options;
+    const tims::Address to = need_address(options.to, admin_.widths());
+    const std::int8_t type = is_right(options.type) ? tims::type::kAdminRequest
+                                                    : type_to_assume(options, to, admin_.widths());
+    const Path path = find_path(admin_, {}, to, type);
+    std::string who = options.from;
+    for (const Step& step : path.steps) {
+      AdminClient router = admin_.at(step.router);
+      if (!judge(router, who, to)) break;
+      who = who_is(router);
+    }
+    print();
+    return allowed_ ? Exit::kDone : Exit::kNo;
+  }
+
+ private:
+  bool judge(AdminClient& router, const std::string& who, tims::Address to) {
+    const std::string what = context_.options.type.empty() ? "get_status" : context_.options.type;
+    json::object verdict = router.ask({{"ask", "verdict"},
+                                       {"who", who},
+                                       {"to", to.to_hex()},
+                                       {"what", what},
+                                       {"priority", priority_}});
+    verdict["who"] = who;
+    priority_ = static_cast<std::int64_t>(number_or_zero(verdict, "priority"));
+    allowed_ = text_at(verdict, "verdict") != "deny";
+    verdicts_.push_back(std::move(verdict));
+    return allowed_;
+  }
+
+  void print() {
+    if (context_.out.json())
+      return context_.out.write(
+          json::object{{"schema", "tims/acl_test/1"}, {"allowed", allowed_}, {"items", verdicts_}});
+    context_.out.write(render_items(verdicts_, kVerdicts, context_.out.look()));
+    context_.out.write(paint(allowed_ ? "allowed" : "denied", allowed_ ? Tone::kGood : Tone::kBad,
+                             context_.out.look().colour) +
+                       "\n");
+  }
+
+  Context& context_;
+  AdminClient admin_;
+  json::array verdicts_;
+  std::int64_t priority_ = context_.options.priority.value_or(0);
+  bool allowed_ = false;
+};
+
+}  // namespace
+
+Exit acl_show(Context& context) { return show_items(context, {{"ask", "rules"}}, kRules); }
+Exit acl_hits(Context& context) { return show_items(context, {{"ask", "rules"}}, kHits); }
+
+Exit acl_test(Context& context) {
+  const Options& options = context.options;
+  if (options.from.empty() || options.to.empty())
+    throw usage_error("acl test needs --from and --to",
+                      "timsctl acl test --from user:guest --to 'Chassis(3/0)' --type move");
+  const auto connection = context.connect();
+  return Trial(context, context.admin(*connection)).run();
+}
+
+Exit acl_log(Context& context) {
+  const auto ask = [&](AdminClient& admin) {
+    json::array all;
+    json::object answer;
+    for (std::int64_t since = 0;;) {
+      answer = admin.ask({{"ask", "events"}, {"audit", true}, {"since", since}});
+      json::array& items = item_array(answer);
+      if (items.empty()) break;
+      since = static_cast<std::int64_t>(number_or_zero(answer, "last"));
+      for (json::value& item : items) all.push_back(std::move(item));
+    }
+    if (const auto count = context.options.count; count && *count < all.size())
+      all.erase(all.begin(), all.end() - static_cast<std::ptrdiff_t>(*count));
+    answer["items"] = std::move(all);
+    return answer;
+  };
+  const auto connection = context.connect();
+  AdminClient admin = context.admin(*connection);
+  const json::object answer = ask(admin);
+  context.out.write(answer,
+                    [&] { return render_items(items_of(answer), kAudit, context.out.look()); });
+  return Exit::kDone;
+}
+
+}  // namespace timsctl
