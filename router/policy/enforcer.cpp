@@ -9,7 +9,8 @@ namespace {
 constexpr std::size_t kStreamSets = 1024;
 
 std::uint64_t mixed(std::uint64_t value) {
-  value *= 0x9E3779B97F4A7C15ULL;
+  value = (value ^ value >> 32) * 0x9E3779B97F4A7C15ULL;
+  value = (value ^ value >> 29) * 0xBF58476D1CE4E5B9ULL;
   return value ^ value >> 32;
 }
 
