@@ -238,9 +238,6 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
   const bool link = sender.info.port == PortKind::kLink;
   if (is_for_router(header) && link) return Outcome::kMalformedCommand;
   if (link && !may_come_from(sender, header.src)) return Outcome::kForgedSource;
-  if (const auto mailbox = data_mailbox(message);
-      mailbox && link && !may_come_from(sender, *mailbox))
-    return Outcome::kForgedSource;
   if (is_for_router(header) && !local) return carry_out(now, sender, message);
 
   const std::optional<std::uint32_t> own = handle_of(sender, header.src);
