@@ -33,8 +33,6 @@ DdsSettings dds_settings(const config::Config& config) {
           .heartbeat = config.dds.heartbeat};
 }
 
-std::vector<link::NetAddress> all_addresses() { return own_addresses({.port = 1}); }
-
 using namespace std::chrono_literals;
 
 constexpr std::size_t kPartsBytesMin = 256 << 20;
@@ -112,16 +110,20 @@ DdsPath::DdsPath(Loop& loop, Log& log, link::Links& links, const config::Config&
 
 Result<void> DdsPath::start(std::vector<link::NetAddress> udp) {
   self_.udp = std::move(udp);
-  host_ = all_addresses();
   return engine_.start(self_);
 }
 
 void DdsPath::network_changed(std::vector<link::NetAddress> udp) {
-  std::vector<link::NetAddress> host = all_addresses();
-  if (udp == self_.udp && host == host_) return;
+  if (udp == self_.udp && !is_outdated()) return;
   self_.udp = std::move(udp);
-  host_ = std::move(host);
   engine_.restart(self_);
+}
+
+// What the participant announces is compared, and not what the host had when the creation of the
+// participant was requested: an address or a carrier may come in between.
+bool DdsPath::is_outdated() const {
+  if (engine_.state() != DdsEngine::State::kUp) return true;
+  return !engine_.host().empty() && engine_.host() != host_addresses();
 }
 
 void DdsPath::on_datagram(const link::NetAddress& from, std::span<std::byte> datagram) {
@@ -145,6 +147,7 @@ void DdsPath::on_state() {
   if (!trouble.empty() && trouble != links_.trouble(link::PathKind::kDds))
     log_.warning("dds is " + trouble);
   links_.set_trouble(link::PathKind::kDds, std::move(trouble));
+  if (engine_.state() == DdsEngine::State::kUp && is_outdated()) engine_.restart(self_);
 }
 
 void DdsPath::on_turn_end() { loop_.end_turn(os::now()); }

@@ -55,13 +55,13 @@ class DdsPath final : public link::DatagramSender, private DdsEngine::Listener {
   void on_gone(const link::NetAddress& dds) override;
   void on_state() override;
   void on_turn_end() override;
+  // The participant announces other addresses than this host has now, or will when it is up.
+  [[nodiscard]] bool is_outdated() const;
 
   Loop& loop_;
   Log& log_;
   link::Links& links_;
   link::Announcement self_;
-  // All addresses at the time when the engine read the interfaces.
-  std::vector<link::NetAddress> host_;
   DdsProcess engine_;
 };
 

@@ -17,6 +17,7 @@
 #include "router/io/dds/participant.h"
 #include "router/io/dds/writer.h"
 #include "router/io/loop.h"
+#include "router/io/net/addresses.h"
 #include "router/link/transport.h"
 
 namespace tims::io {
@@ -75,8 +76,10 @@ class DdsWorker {
     writers_.clear();
     participant_.reset();
     generation_ = wanted.generation;
+    std::vector<NetAddress> host = host_addresses();  // the library reads them next
     participant_ = std::make_unique<DdsParticipant>(settings_, qos_, wanted, events_);
-    events_->post_up({generation_, participant_->address(), participant_->reader()});
+    events_->post_up(
+        {generation_, participant_->address(), std::move(host), participant_->reader()});
   }
 
   void keep_writers(const DdsCommands::Wanted& wanted) {
@@ -156,6 +159,7 @@ class DdsEngine::Running {
 
   [[nodiscard]] State state() const { return reader_ != nullptr ? State::kUp : State::kStarting; }
   [[nodiscard]] const NetAddress& address() const { return address_; }
+  [[nodiscard]] const std::vector<NetAddress>& host() const { return host_; }
 
   DdsRoute* connect(const NetAddress& to) {
     const auto known = known_.find(to);
@@ -210,6 +214,7 @@ class DdsEngine::Running {
     socket_watch_.reset();
     reader_ = nullptr;
     address_ = {};
+    host_.clear();
     for (DdsRoute* route : routes_) route->set_writer(nullptr);
   }
 
@@ -219,7 +224,7 @@ class DdsEngine::Running {
     DdsEvents::All events = events_->take();
     for (const DdsEvents::Line& line : events.lines) complain(line);
     for (auto& [id, router] : events.routers) on_router(NetAddress::dds(id), router);
-    if (events.up && events.up->generation == generation_) on_up(*events.up);
+    if (events.up && events.up->generation == generation_) on_up(std::move(*events.up));
     for (const DdsEvents::WriterReady& ready : events.writers) on_writer(ready);
     if (events.failure && events.failure->generation == generation_) fail(events.failure->text);
     take_samples();
@@ -266,9 +271,10 @@ class DdsEngine::Running {
     if (route != nullptr && route->peer() == ready.peer) route->set_writer(ready.writer);
   }
 
-  void on_up(const DdsEvents::Up& up) {
+  void on_up(DdsEvents::Up&& up) {
     reader_ = up.reader;
     address_ = up.address;
+    host_ = std::move(up.host);
     socket_watch_.emplace(engine_.loop_, traffic_->fd(), [this](Ready) { receive(); });
     engine_.last_error_.clear();
     // The departure of a router is not noticed while there is no participant.
@@ -399,6 +405,7 @@ class DdsEngine::Running {
   std::uint64_t generation_ = 0;
   link::Announcement self_{};
   NetAddress address_{};
+  std::vector<NetAddress> host_;
   std::shared_ptr<UserTraffic> traffic_;
   std::shared_ptr<Metatraffic> metatraffic_;
   eprosima::fastdds::dds::DataReader* reader_ = nullptr;
@@ -436,6 +443,10 @@ DdsEngine::State DdsEngine::state() const { return running_ ? running_->state() 
 
 link::NetAddress DdsEngine::address() const {
   return running_ ? running_->address() : link::NetAddress();
+}
+
+std::vector<link::NetAddress> DdsEngine::host() const {
+  return running_ ? running_->host() : std::vector<link::NetAddress>();
 }
 
 const std::string& DdsEngine::last_error() const { return last_error_; }

@@ -100,6 +100,9 @@ class DdsEngine {
   [[nodiscard]] State state() const;
   // The address that others send to; none unless the state is up.
   [[nodiscard]] link::NetAddress address() const;
+  // host_addresses() just before the participant was created, which announces those and no later
+  // ones; none unless the state is up.
+  [[nodiscard]] std::vector<link::NetAddress> host() const;
   // The reason why it is not up, or the library's last warning; empty: none.
   [[nodiscard]] const std::string& last_error() const;
   [[nodiscard]] Counters counters() const;

@@ -49,6 +49,7 @@ class DdsProcess {
 
   [[nodiscard]] State state() const { return report_.state; }
   [[nodiscard]] link::NetAddress address() const { return report_.address; }
+  [[nodiscard]] const std::vector<link::NetAddress>& host() const { return report_.host; }
   [[nodiscard]] const std::string& last_error() const { return report_.last_error; }
   [[nodiscard]] Counters counters() const;
 

@@ -217,17 +217,19 @@ DiscoveryFilter::Verdict DiscoveryFilter::on_message(Time now, std::span<const s
     // itself by unicast, because multicast may not reach it. A message directed to us alone is
     // already an answer.
     const bool must_answer = !multicast || link::is_above(self_.identity, announcement->identity);
-    if (own_message_.empty()) {
+    if (wanted_.contains(message->from)) {
+      verdict.passes = !admit(message->from).empty();
+    } else if (own_message_.empty()) {
       // There is no message of our own to answer with: let the library discover the sender and
       // answer it.
-      if (!multicast) verdict.passes = !admit(message->from).empty();
+      if (!multicast) verdict.passes = !take_held(message->from).empty();
     } else if (must_answer && !message->to) {
       verdict.answer = directed(own_message_, message->from);
       verdict.to = message->announced->metatraffic;
     }
   } else if (is_known && own_ && message->to == own_ && budget_.ready(now)) {
     budget_.take(1);
-    verdict = {.passes = true, .first = admit(message->from)};
+    verdict = {.passes = true, .first = take_held(message->from)};
   }
   return verdict;
 }
@@ -260,6 +262,15 @@ void DiscoveryFilter::on_own(std::span<const std::byte> bytes) {
 }
 
 std::vector<std::byte> DiscoveryFilter::admit(const link::DdsParticipant& participant) {
+  if (!routers_.contains(participant)) {
+    wanted_.insert(participant);
+    return {};
+  }
+  wanted_.erase(participant);
+  return take_held(participant);
+}
+
+std::vector<std::byte> DiscoveryFilter::take_held(const link::DdsParticipant& participant) {
   const auto known = routers_.find(participant);
   if (known == routers_.end() || std::exchange(known->second.admitted, true)) return {};
   return std::exchange(known->second.message, {});

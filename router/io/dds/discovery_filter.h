@@ -19,6 +19,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <set>
 #include <span>
 #include <vector>
 
@@ -92,8 +93,8 @@ class DiscoveryFilter {
   // One of our own messages: answers are derived from it.
   void on_own(std::span<const std::byte> message);
 
-  // Admits this router: returns the messages to pass to the library. Empty when it needs none, or
-  // the router is unknown.
+  // Admits this router: returns the message to pass to the library; empty when it needs none. A
+  // router that has not been announced yet, as after a change of addresses, is admitted when it is.
   std::vector<std::byte> admit(const link::DdsParticipant& participant);
   // The library has dropped this participant.
   void forget(const link::DdsParticipant& participant) { routers_.erase(participant); }
@@ -111,11 +112,14 @@ class DiscoveryFilter {
 
   void on_announced(Time now, const link::DdsParticipant& from, std::span<const std::byte> message,
                     const link::Announcement& announcement, Duration lease, Verdict& verdict);
+  // Changes a router from held to admitted: returns its announcement.
+  std::vector<std::byte> take_held(const link::DdsParticipant& participant);
 
   const link::Announcement self_;
   std::optional<link::DdsParticipant> own_{};
   std::vector<std::byte> own_message_{};
   std::map<link::DdsParticipant, Router> routers_;
+  std::set<link::DdsParticipant> wanted_;  // to be admitted when they are announced
   // Limits participants that address us.
   base::RateLimiter budget_{kAdmittedPerSecond, kAdmittedPerSecond};
 };

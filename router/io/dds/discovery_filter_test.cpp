@@ -95,6 +95,20 @@ TEST_F(DiscoveryFilterTest, ARouterIsKnownAndHeldUntilItIsWanted) {
   EXPECT_TRUE(rediscovered.announced);
 }
 
+// The filter is new after a change of addresses, and those we send to are still the same.
+TEST_F(DiscoveryFilterTest, ARouterThatIsWantedIsAdmittedWhenItIsAnnounced) {
+  announce_self();
+  EXPECT_TRUE(filter.admit({1}).empty());
+  const auto first = receive(announces(1, Role::kSystem));
+  EXPECT_TRUE(first.announced);
+  EXPECT_TRUE(first.passes);
+  EXPECT_TRUE(first.answer.empty()) << "the library does it";
+  const auto second = receive(announces(1, Role::kSystem));
+  EXPECT_TRUE(second.passes);
+  EXPECT_FALSE(second.announced);
+  EXPECT_FALSE(receive(announces(2, Role::kSystem)).passes);
+}
+
 TEST_F(DiscoveryFilterTest, AParticipantThatAddressesUsIsAdmitted) {
   announce_self();
   EXPECT_FALSE(receive(addresses({1}, kSelf)).passes) << "it is unknown";

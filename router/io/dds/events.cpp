@@ -41,8 +41,8 @@ void DdsEvents::post(Change change) {
   notify();
 }
 
-void DdsEvents::post_up(const Up& up) {
-  post([&](All& all) { all.up = up; });
+void DdsEvents::post_up(Up up) {
+  post([&](All& all) { all.up = std::move(up); });
 }
 void DdsEvents::post_failure(Failure failure) {
   post([&](All& all) { all.failure = std::move(failure); });

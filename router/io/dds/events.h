@@ -43,6 +43,7 @@ class DdsEvents {
   struct Up {
     std::uint64_t generation = 0;
     link::NetAddress address{};
+    std::vector<link::NetAddress> host{};  // addresses of this host that it announces
     // Owned by the loop until it wants another generation.
     eprosima::fastdds::dds::DataReader* reader = nullptr;
   };
@@ -76,7 +77,7 @@ class DdsEvents {
   explicit DdsEvents(os::File wake_fd) : wake_fd_(std::move(wake_fd)) {}
 
   // Called by any thread.
-  void post_up(const Up& up);
+  void post_up(Up up);
   void post_failure(Failure failure);
   void post_router(const link::DdsParticipant& participant, Router router);
   void post_writer(WriterReady ready);

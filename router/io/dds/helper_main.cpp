@@ -91,6 +91,7 @@ class Helper final : private DdsEngine::Listener {
     reports_.set(os::now() + kReportEvery);
     tell(helper::Report{.state = engine_.state(),
                         .address = engine_.address(),
+                        .host = engine_.host(),
                         .last_error = engine_.last_error(),
                         .counters = engine_.counters()});
   }

@@ -32,6 +32,10 @@ class Writer {
     put(static_cast<std::uint8_t>(address.kind), address.port, address.scope);
     bytes(std::as_bytes(std::span(address.ip)));
   }
+  void addresses(std::span<const NetAddress> all) {
+    put(static_cast<std::uint16_t>(all.size()));
+    for (const NetAddress& one : all) address(one);
+  }
   void announcement(const link::Announcement& announcement) {
     address(announcement.dds);
     bytes(link::encode(announcement));
@@ -61,6 +65,13 @@ NetAddress get_address(ByteReader& in) {
   const auto ip = in.take(address.ip.size());
   std::ranges::transform(ip, address.ip.begin(), std::to_integer<std::uint8_t>);
   return address;
+}
+
+std::vector<NetAddress> get_addresses(ByteReader& in) {
+  std::vector<NetAddress> addresses;
+  for (auto count = in.get<std::uint16_t>(); count > 0 && in.ok(); --count)
+    addresses.push_back(get_address(in));
+  return addresses;
 }
 
 // Takes the rest of the record.
@@ -120,6 +131,7 @@ struct Encoder {
     const DdsEngine::Counters& c = report.counters;
     out.put(static_cast<std::uint8_t>(report.state));
     out.address(report.address);
+    out.addresses(report.host);
     out.text(report.last_error);
     out.put(c.samples_out, c.bytes_out, c.datagrams_out, c.samples_in, c.bytes_in, c.datagrams_in,
             c.strange, c.refused, c.unmatched, c.waiting_bytes);
@@ -138,6 +150,7 @@ std::optional<Record> get_report(ByteReader& in) {
   if (state > static_cast<std::uint8_t>(DdsEngine::State::kUp)) return std::nullopt;
   report.state = static_cast<DdsEngine::State>(state);
   report.address = get_address(in);
+  report.host = get_addresses(in);
   report.last_error = get_text(in);
   DdsEngine::Counters& c = report.counters;
   in.get(c.samples_out, c.bytes_out, c.datagrams_out, c.samples_in, c.bytes_in, c.datagrams_in,

@@ -43,6 +43,7 @@ struct Started {
 struct Report {
   DdsEngine::State state = DdsEngine::State::kOff;
   link::NetAddress address{};
+  std::vector<link::NetAddress> host{};  // as DdsEngine::host()
   std::string last_error{};
   DdsEngine::Counters counters{};
 };

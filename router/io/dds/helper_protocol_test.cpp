@@ -66,10 +66,12 @@ TEST_F(HelperProtocol, RecordsReadBack) {
   (void)sent(Stop{});
   const Report report = sent(Report{.state = DdsEngine::State::kUp,
                                     .address = kPeer,
+                                    .host = {link::NetAddress::v4(10, 9, 1, 3, 1), kPeer},
                                     .last_error = "late",
                                     .counters = {.samples_out = 3, .waiting_bytes = 9}});
   EXPECT_EQ(report.state, DdsEngine::State::kUp);
   EXPECT_EQ(report.address, kPeer);
+  EXPECT_EQ(report.host, (std::vector{link::NetAddress::v4(10, 9, 1, 3, 1), kPeer}));
   EXPECT_EQ(report.last_error, "late");
   EXPECT_EQ(report.counters.samples_out, 3U);
   EXPECT_EQ(report.counters.waiting_bytes, 9U);

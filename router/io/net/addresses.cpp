@@ -200,4 +200,11 @@ std::vector<NetAddress> own_addresses(const NetAddress& local) {
   return found;
 }
 
+std::vector<NetAddress> host_addresses() {
+  constexpr std::size_t kAddressesMax = 256;
+  std::vector<NetAddress> addresses = own_addresses({.port = 1});
+  if (addresses.size() > kAddressesMax) addresses.resize(kAddressesMax);
+  return addresses;
+}
+
 }  // namespace tims::io

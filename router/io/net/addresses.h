@@ -99,5 +99,7 @@ class InterfaceWatch {
 // carrier: without link-local ones, which are meaningless on other hosts, and loopback only when
 // there is nothing else.
 std::vector<link::NetAddress> own_addresses(const link::NetAddress& local);
+// The same of a socket that is bound to all addresses, at most 256; the ports mean nothing.
+std::vector<link::NetAddress> host_addresses();
 
 }  // namespace tims::io
