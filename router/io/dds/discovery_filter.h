@@ -47,10 +47,10 @@ struct RtpsMessage {
 };
 
 // Empty for bytes that are not an RTPS message. For a truncated message, the readable part.
-std::optional<RtpsMessage> parse_rtps(std::span<const std::byte> message);
+std::optional<RtpsMessage> parse_rtps(std::span<const std::byte> bytes);
 
 // The sender, without decoding the rest.
-std::optional<link::DdsParticipant> rtps_sender(std::span<const std::byte> message);
+std::optional<link::DdsParticipant> rtps_sender(std::span<const std::byte> bytes);
 
 // The range of samples a reliable writer offers to the readers of `to`; they answer with an
 // acknowledgement.
@@ -89,9 +89,9 @@ class DiscoveryFilter {
 
   explicit DiscoveryFilter(const link::Announcement& self) : self_(self) {}
 
-  Verdict on_message(Time now, std::span<const std::byte> message, bool multicast);
+  Verdict on_message(Time now, std::span<const std::byte> bytes, bool multicast);
   // One of our own messages: answers are derived from it.
-  void on_own(std::span<const std::byte> message);
+  void on_own(std::span<const std::byte> bytes);
 
   // Admits this router: returns the message to pass to the library; empty when it needs none. A
   // router that has not been announced yet, as after a change of addresses, is admitted when it is.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <csignal>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -10,7 +11,6 @@
 #include <string_view>
 #include <vector>
 
-#include <signal.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
