@@ -9,9 +9,9 @@
 namespace tims::policy {
 namespace {
 
-constexpr std::array kKinds{kind::kRouter, kind::kSystem, kind::kRole, kind::kUser,
-                            kind::kRight,  kind::kUid,    kind::kGid,  kind::kUnit,
-                            kind::kLabel,  kind::kNet,    kind::kPort};
+constexpr std::array<std::string_view, 11> kKinds{
+    kind::kRouter, kind::kSystem, kind::kRole,  kind::kUser, kind::kRight, kind::kUid,
+    kind::kGid,    kind::kUnit,   kind::kLabel, kind::kNet,  kind::kPort};
 constexpr std::array<std::string_view, 3> kRoles{"subsystem", "system", "top"};
 constexpr std::array<std::string_view, 3> kRights{"look", "drive", "configure"};
 constexpr std::array<std::string_view, 4> kPorts{"local", "tcp", "websocket", "link"};

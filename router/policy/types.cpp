@@ -17,10 +17,10 @@ constexpr std::uint8_t bit(Right right) {
 }
 
 // What reads and changes nothing.
-constexpr std::array kLooks{type::kGetStatus,      type::kGetData,         type::kGetContData,
-                            type::kStopContData,   type::kGetNextData,     type::kGetParam,
-                            type::kGetDescription, type::kGetParamEffects, type::kGetRuntime,
-                            type::kGetListeners};
+constexpr std::array<std::int8_t, 10> kLooks{
+    type::kGetStatus,   type::kGetData,     type::kGetContData,    type::kStopContData,
+    type::kGetNextData, type::kGetParam,    type::kGetDescription, type::kGetParamEffects,
+    type::kGetRuntime,  type::kGetListeners};
 
 // What moves a robot (core/driving_leases.h), and what stops it.
 constexpr std::array<std::string_view, 9> kDrives{"chassis.move",

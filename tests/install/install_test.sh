@@ -65,7 +65,7 @@ if [[ -e $own/bin/CameraV4l ]]; then expect "$own/libexec/tims/rack-video-reader
 "$own/bin/timsctl" robot --json | grep -q tims/robots/1  # found in the installation
 # Small, because debug information is in files of its own.
 size=$(du -sm --exclude=debug "$own" | cut -f1)
-((size <= 60)) || fail "an installation without debug information is of $size MB"
+((size <= 64)) || fail "an installation without debug information is of $size MB"
 for file in bin/World lib*/tims/librack-common-*.so; do
   id=$(readelf -n "$own"/$file | sed -n 's/.*Build ID: //p')
   expect "$own/lib/debug/.build-id/${id:0:2}/${id:2}.debug"
