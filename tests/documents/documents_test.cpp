@@ -72,6 +72,16 @@ std::string texts_of(const Problems& problems) {
 // Empty, or what is wrong.
 using Reader = std::function<std::string(const std::string&)>;
 
+// A part of a router's file: of a fleet.
+std::string read_router_part(const std::string& text) {
+  const std::string fleet =
+      "[router]\nrole = \"system\"\nsystem = 1\n[security]\ninsecure = true\n"
+      "[fleet]\nname = \"harbour\"\n";
+  return texts_of(
+      config::load({{{"router.toml", fleet + text}}, {}, {.name = "robot1", .environment = {}}})
+          .problems);
+}
+
 std::map<std::string, Reader> readers() {
   return {
       {"components/vision/README.md",
@@ -86,17 +96,8 @@ std::map<std::string, Reader> readers() {
        [](const std::string& text) {
          return texts_of(timsctl::robot::read_robot({"scout.toml", text}, "scout", {}).problems);
        }},
-      // A part of a router's file: of a fleet.
-      {"docs/operating.md",
-       [](const std::string& text) {
-         const std::string fleet =
-             "[router]\nrole = \"system\"\nsystem = 1\n[security]\ninsecure = true\n"
-             "[fleet]\nname = \"harbour\"\n";
-         return texts_of(
-             config::load(
-                 {{{"router.toml", fleet + text}}, {}, {.name = "robot1", .environment = {}}})
-                 .problems);
-       }},
+      {"docs/operating.md", read_router_part},
+      {"docs/security.md", read_router_part},
       {"proxies/README.md",
        [](const std::string& text) {
          const auto read = rack::MessageFile::parse(text);
