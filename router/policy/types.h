@@ -37,7 +37,7 @@ struct Query {
 class TypePattern {
  public:
   static std::string problem(std::string_view text);  // for users; empty: it is a pattern
-  static std::optional<TypePattern> parse(std::string_view text);
+  static std::optional<TypePattern> parse(std::string_view given);
 
   [[nodiscard]] bool matches(const Query& query, std::uint16_t class_id) const;
   // True when it matches whatever the other one matches. False negatives are possible.
@@ -61,6 +61,6 @@ class TypePattern {
 
 // The type of a message by its name ("move", "chassis.move") or number; `class_id`: of the
 // receiver. Rights ("look", "change", "login") are questions to a router.
-std::optional<Query> parse_type(std::string_view text, std::uint16_t class_id);
+std::optional<Query> parse_type(std::string_view given, std::uint16_t class_id);
 
 }  // namespace tims::policy
