@@ -133,7 +133,7 @@ io::Clocks read_clocks(Time now) {
   return {now, std::chrono::time_point_cast<Duration>(std::chrono::system_clock::now())};
 }
 
-io::KeysReport keys_report(const io::MemberKeys& keys, const std::string& problem) {
+io::KeysReport keys_report(const io::MemberKeys& keys) {
   const security::Credentials& own = keys.credentials();
   return {.fleet = own.identity.fleet,
           .identity = own.identity.to_string(),
@@ -142,7 +142,7 @@ io::KeysReport keys_report(const io::MemberKeys& keys, const std::string& proble
                               fmt::gmtime(static_cast<std::time_t>(own.chain.front().not_after()))),
           .list = own.list_number(),
           .revoked = own.list ? own.list->size() : 0,
-          .problem = problem};
+          .problem = keys.problem()};
 }
 
 std::string cannot_listen(std::string_view key, const std::string& where, const Error& error) {
@@ -238,7 +238,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     report.http_refused = http_.refusals();
     report.insecure = configuration_.config.security.insecure;
     report.exposed = exposed_ports();
-    if (keys_) report.keys = keys_report(*keys_, keys_problem_);
+    if (keys_) report.keys = keys_report(*keys_);
     return report;
   }
   [[nodiscard]] const config::Config& config() const override { return configuration_.config; }
@@ -411,11 +411,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
 
   void look_at_keys(Time now) {
     const auto changed = keys_->on_timeout(now);
-    if (!changed) {
-      keys_problem_ = changed.error().detail();
-      return log_.error("former keys stay in force: " + keys_problem_);
-    }
-    keys_problem_.clear();
+    if (!changed) return log_.error("former keys stay in force: " + keys_->problem());
     if (*changed) use_new_keys(now);
   }
 
@@ -591,7 +587,6 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   io::Log log_{configuration_.config.log.level};
   io::LimitedLog limited_log_{log_};
   std::optional<io::MemberKeys> keys_;  // empty: without keys
-  std::string keys_problem_;            // why the present files cannot be used
   io::Loop loop_;
   std::unique_ptr<io::TlsGate> gate_;   // null: without keys
   std::optional<io::Renewal> renewal_;  // empty: without keys, or at the base

@@ -227,10 +227,9 @@ std::optional<QuestionError> lease_elsewhere(const Question& question, core::Cli
 }
 
 // Who drives a robot. `request`: the header of the question.
-std::string change_lease(const Question& question, core::ClientId asker, const Header& request,
-                         AdminSource& source, const Clocks& clocks) {
-  if (const auto elsewhere = lease_elsewhere(question, asker, source.router()))
-    return json::serialize(error_json(*elsewhere));
+std::optional<QuestionError> change_lease(const Question& question, core::ClientId asker,
+                                          const Header& request, AdminSource& source, Time now) {
+  if (auto elsewhere = lease_elsewhere(question, asker, source.router())) return elsewhere;
   const core::DrivingLease holder{.robot = *question.robot,
                                   .holder = std::string_view(question.holder),
                                   .mailbox = question.mailbox.value_or(request.src),
@@ -238,29 +237,28 @@ std::string change_lease(const Question& question, core::ClientId asker, const H
   // Its messages come from the owner of its mailbox.
   const core::Table::Entry* owned =
       question.mailbox ? source.router().find(*question.mailbox) : nullptr;
-  const core::LeaseResult result = source.change_lease(
-      clocks.now, owned == nullptr ? asker : owned->owner, question.lease, holder);
-  if (result == core::LeaseResult::kDone) {
-    json::object out = answer_frame(source, clocks, "tims/done/1");
-    out["done"] = true;
-    out["left_s"] = question.lease == core::LeaseVerb::kRelease
-                        ? json::value()
-                        : json::value(base::seconds(core::DrivingLeases::kTime));
-    return json::serialize(out);
-  }
+  const core::LeaseResult result =
+      source.change_lease(now, owned == nullptr ? asker : owned->owner, question.lease, holder);
+  if (result == core::LeaseResult::kDone) return std::nullopt;
   const core::DrivingLease* other = source.router().leases().find(*question.robot);
   const std::string robot = fmt::format("robot {}", *question.robot);
   if (result == core::LeaseResult::kTaken)
-    return json::serialize(
-        error_json({"lease_taken", fmt::format("{} drives {}", other->holder.view(), robot),
-                    "take_over takes the lease from its holder; ask it first"}));
-  if (result == core::LeaseResult::kTooMany)
-    return json::serialize(error_json(not_done("there are too many driving leases")));
-  return json::serialize(
-      error_json({"lease_not_held",
-                  other == nullptr ? fmt::format("the driving lease of {} has ended", robot)
-                                   : fmt::format("{} drives {}", other->holder.view(), robot),
-                  "take it again"}));
+    return QuestionError{"lease_taken", fmt::format("{} drives {}", other->holder.view(), robot),
+                         "take_over takes the lease from its holder; ask it first"};
+  if (result == core::LeaseResult::kTooMany) return not_done("there are too many driving leases");
+  return QuestionError{"lease_not_held",
+                       other == nullptr ? fmt::format("the driving lease of {} has ended", robot)
+                                        : fmt::format("{} drives {}", other->holder.view(), robot),
+                       "take it again"};
+}
+
+std::string lease_text(const Question& question, const AdminSource& source, const Clocks& clocks) {
+  json::object out = answer_frame(source, clocks, "tims/done/1");
+  out["done"] = true;
+  out["left_s"] = question.lease == core::LeaseVerb::kRelease
+                      ? json::value()
+                      : json::value(base::seconds(core::DrivingLeases::kTime));
+  return json::serialize(out);
 }
 
 void merge(json::object& into, const json::object& fields) {
@@ -839,17 +837,20 @@ void AdminService::tell_below(const Question& question, const Header& request, c
 std::size_t AdminService::send_answer(const Waiting& waiting, const Clocks& clocks,
                                       const Send& send) {
   const auto* question = std::get_if<Question>(&waiting.question);
-  const std::string text =
-      question != nullptr && makes_login(question->ask)
-          ? make_login(*question, waiting.asker, source_, clocks)
-      : question != nullptr && drives(question->ask)
-          ? change_lease(*question, waiting.asker, waiting.request, source_, clocks)
-      : question != nullptr && acts(question->ask) ? act(*question, waiting.asker, source_, clocks)
-                                                   : answer_text(waiting.question, source_, clocks);
+  const bool leases = question != nullptr && drives(question->ask);
+  const auto refused =
+      leases ? change_lease(*question, waiting.asker, waiting.request, source_, clocks.now)
+             : std::nullopt;
+  const std::string text = refused  ? json::serialize(error_json(*refused))
+                           : leases ? lease_text(*question, source_, clocks)
+                           : question != nullptr && makes_login(question->ask)
+                               ? make_login(*question, waiting.asker, source_, clocks)
+                           : question != nullptr && acts(question->ask)
+                               ? act(*question, waiting.asker, source_, clocks)
+                               : answer_text(waiting.question, source_, clocks);
   const std::size_t size = kHeaderSize + text.size();
   send_text(waiting.asker, waiting.request, text, sent_.emplace_back(size), send);
-  if (question != nullptr && drives(question->ask) && !text.starts_with(R"({"error")"))
-    tell_below(*question, waiting.request, send);
+  if (leases && !refused) tell_below(*question, waiting.request, send);
   return size;
 }
 

@@ -91,6 +91,7 @@ Result<bool> MemberKeys::on_timeout(Time now) {
   if (stamps == stamps_) return false;
   stamps_ = stamps;
   auto credentials = read(folder_, router_);
+  problem_ = credentials ? "" : credentials.error().detail();
   if (!credentials) return credentials.error();
   if (credentials->identity.fleet == credentials_.identity.fleet)
     keep_newer_list(*credentials, credentials_);

@@ -23,6 +23,8 @@ class MemberKeys {
   [[nodiscard]] const security::Credentials& credentials() const { return credentials_; }
   [[nodiscard]] const security::KeyFolder& folder() const { return folder_; }
   [[nodiscard]] security::Expiry expiry() const { return expiry_; }
+  // Why the present files cannot be used; empty: they are in force.
+  [[nodiscard]] const std::string& problem() const { return problem_; }
 
   [[nodiscard]] Time next_timeout() const { return next_look_; }
   // Looks whether the files have changed: a few system calls. True: credentials() are new. An
@@ -50,6 +52,7 @@ class MemberKeys {
   security::KeyFolder folder_;
   security::Credentials credentials_;
   Stamps stamps_;
+  std::string problem_{};
   config::Config::Router router_;
   security::Expiry expiry_;
   Time next_look_{};

@@ -72,6 +72,7 @@ TEST_F(MemberKeysTest, WhatCannotBeUsedLeavesTheFormerKeysInForce) {
   EXPECT_FALSE(keys.on_timeout(Time{}).ok());
   EXPECT_EQ(keys.credentials().list_number(), 1U);
   EXPECT_TRUE(keys.on_timeout(Time{} + MemberKeys::kInterval).ok()) << "reported once";
+  EXPECT_FALSE(keys.problem().empty()) << "and still so";
 }
 
 TEST_F(MemberKeysTest, TheCertificateOfAnotherRouterIsNamed) {
