@@ -147,6 +147,26 @@ test('a stream is asked for with the shortest period, and ended when nobody want
   assert(fixture.control.has(types.stopContData));
 });
 
+test('samples at the former period do not stand in for the answer to a new one', () => {
+  const fixture = new Fixture().connect();
+  const asked = () => wordAt(fixture.control.take(types.getContData).body, 0, 2);
+  fixture.session.subscribe(ladar, 1, 66, false, fixture.now);
+  fixture.pass(25);
+  assert.equal(asked(), 66);
+  fixture.receive('control', { type: types.contData, src: ladar }, wordBody(66));
+  fixture.session.subscribe(ladar, 1, 13, false, fixture.now);
+  fixture.receive('data', { type: types.data, src: ladar });
+  fixture.pass(25);
+  assert.equal(asked(), 13, 'it is asked for although a sample has come meanwhile');
+  fixture.receive('data', { type: types.data, src: ladar });
+  fixture.pass(1025);
+  assert.equal(asked(), 13, 'no answer has come');
+  fixture.receive('control', { type: types.contData, src: ladar }, wordBody(13));
+  fixture.receive('data', { type: types.data, src: ladar });
+  fixture.pass(1025);
+  assert(!fixture.control.has(types.getContData));
+});
+
 test('pictures are asked for at a lower priority than scans', () => {
   const fixture = new Fixture().connect();
   const camera = 0x03150000;

@@ -229,7 +229,7 @@ export class Session {
     if (this.control.phase !== 'ready' || this.data.phase !== 'ready') return;
     this.connected = true;
     this.widths = router.widths;
-    this.streams.restart(now);
+    this.streams.restart();
     this.drops.restart();
     for (const component of this.streams.components())
       if (!this.everySample.has(component)) this.askNewest(component, now);

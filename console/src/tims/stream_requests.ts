@@ -21,9 +21,9 @@ export interface StreamRequest {
 interface Stream {
   wanted: Map<number, number>; // by subscriber: its period in ms
   state: StreamState;
-  period: number; // as asked
-  granted: number; // as granted
-  heardAt: number;
+  period: number; // that is wanted
+  asked: number | undefined; // that was asked for; undefined: nothing was
+  granted: number | undefined; // that the component sends at; undefined: it has not answered yet
   askAt: number; // when it is asked for (again)
   endAt: number | undefined; // when nobody wants it
 }
@@ -43,8 +43,8 @@ export class StreamRequests {
         wanted: new Map([[subscriber, period]]),
         state: 'asked',
         period,
-        granted: period,
-        heardAt: now,
+        asked: undefined,
+        granted: undefined,
         askAt: now,
         endAt: undefined,
       });
@@ -52,19 +52,22 @@ export class StreamRequests {
     }
     stream.wanted.set(subscriber, period);
     stream.endAt = undefined;
-    this.adjust(stream, now);
+    this.adjust(stream);
   }
 
   release(component: number, subscriber: number, now: number): void {
     const stream = this.streams.get(component);
     if (!stream?.wanted.delete(subscriber)) return;
     if (stream.wanted.size === 0) stream.endAt = now + lingerTime;
-    else this.adjust(stream, now);
+    else this.adjust(stream);
   }
 
   // All mailboxes are new: nobody knows them.
-  restart(now: number): void {
-    for (const stream of this.streams.values()) this.ask(stream, now);
+  restart(): void {
+    for (const stream of this.streams.values()) {
+      stream.state = 'asked';
+      stream.asked = undefined;
+    }
   }
 
   granted(component: number, period: number, now: number): void {
@@ -72,8 +75,7 @@ export class StreamRequests {
     if (stream === undefined) return;
     stream.state = 'flowing';
     stream.granted = period;
-    stream.heardAt = now;
-    stream.askAt = this.silentAfter(stream, now);
+    stream.askAt = silentAfter(Math.max(period, stream.period), now);
   }
 
   // The component is off, in error, or has no room; or it is not there.
@@ -88,8 +90,8 @@ export class StreamRequests {
     const stream = this.streams.get(component);
     if (stream === undefined) return false;
     stream.state = 'flowing';
-    stream.heardAt = now;
-    stream.askAt = this.silentAfter(stream, now);
+    // Before the answer, it may still be one at the former period.
+    if (stream.granted !== undefined) stream.askAt = silentAfter(Math.max(stream.granted, stream.period), now);
     return true;
   }
 
@@ -103,7 +105,9 @@ export class StreamRequests {
       if (stream.endAt !== undefined && stream.endAt <= now) {
         this.streams.delete(component);
         requests.push({ component, period: undefined });
-      } else if (stream.endAt === undefined && stream.askAt <= now) {
+      } else if (stream.endAt === undefined && (stream.asked !== stream.period || stream.askAt <= now)) {
+        stream.asked = stream.period;
+        stream.granted = undefined;
         stream.askAt = now + answerTime;
         requests.push({ component, period: stream.period });
       }
@@ -119,19 +123,12 @@ export class StreamRequests {
     return this.streams.size;
   }
 
-  private adjust(stream: Stream, now: number): void {
+  private adjust(stream: Stream): void {
     const period = Math.min(...stream.wanted.values());
     if (period === stream.period) return;
     stream.period = period;
-    this.ask(stream, now);
-  }
-
-  private ask(stream: Stream, now: number): void {
     stream.state = 'asked';
-    stream.askAt = now;
-  }
-
-  private silentAfter(stream: Stream, now: number): number {
-    return now + silentPeriods * Math.max(stream.granted, stream.period) + silentTime;
   }
 }
+
+const silentAfter = (period: number, now: number) => now + silentPeriods * period + silentTime;
