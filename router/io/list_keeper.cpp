@@ -2,19 +2,17 @@
 
 #include <utility>
 
+#include <boost/asio/post.hpp>
+
 namespace tims::io {
 
 static_assert(link::ListExchange::kBytesMax == security::FleetList::kBytesMax);
 
 ListKeeper::ListKeeper(security::KeyFolder folder, Report report)
-    : folder_(std::move(folder)), report_(std::move(report)), thread_([this] { run(); }) {}
+    : folder_(std::move(folder)), report_(std::move(report)) {}
 
 ListKeeper::~ListKeeper() {
-  {
-    const std::lock_guard lock(mutex_);
-    ends_ = true;
-  }
-  wakes_.notify_one();
+  thread_.stop();
   thread_.join();
 }
 
@@ -25,35 +23,17 @@ void ListKeeper::set_credentials(const security::Credentials& credentials) {
 
 void ListKeeper::check(std::uint64_t transfer, std::uint64_t number, std::string_view from,
                        std::vector<std::byte>&& bytes) {
-  {
-    const std::lock_guard lock(mutex_);
-    jobs_.push_back({.list = {.transfer = transfer,
-                              .number = number,
-                              .from = std::string(from),
-                              .bytes = std::move(bytes)},
-                     .believed = believed_});
-  }
-  wakes_.notify_one();
-}
-
-void ListKeeper::run() {
-  std::unique_lock lock(mutex_);
-  for (;;) {
-    wakes_.wait(lock, [this] { return ends_ || !jobs_.empty(); });
-    if (ends_) return;
-    Job job = std::move(jobs_.front());
-    jobs_.pop_front();
-    lock.unlock();
-    work(job);
-    report_(std::move(job.list));
-    lock.lock();
-  }
+  CheckedList list{
+      .transfer = transfer, .number = number, .from = std::string(from), .bytes = std::move(bytes)};
+  boost::asio::post(thread_, [this, list = std::move(list), believed = believed_]() mutable {
+    judge(list, *believed);
+    report_(std::move(list));
+  });
 }
 
 // A list that cannot be stored counts all the same: a full disk protects nobody who is revoked.
-void ListKeeper::work(Job& job) const {
-  CheckedList& list = job.list;
-  auto opened = security::FleetList::open(list.bytes, job.believed->roots, job.believed->fleet);
+void ListKeeper::judge(CheckedList& list, const Believed& believed) const {
+  auto opened = security::FleetList::open(list.bytes, believed.roots, believed.fleet);
   if (!opened) {
     list.refused = opened.error().detail();
     return;

@@ -2,15 +2,13 @@
 // in a thread of its own, because signatures and disks take milliseconds.
 #pragma once
 
-#include <condition_variable>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <string>
-#include <thread>
 #include <vector>
+
+#include <boost/asio/thread_pool.hpp>
 
 #include "router/link/list_exchange.h"
 #include "security/keys/key_folder.h"
@@ -47,21 +45,12 @@ class ListKeeper final : public link::ListKeeper {
     std::vector<security::Certificate> roots;
     std::string fleet;
   };
-  struct Job {
-    CheckedList list{};
-    std::shared_ptr<const Believed> believed{};
-  };
-  void run();
-  void work(Job& job) const;
+  void judge(CheckedList& list, const Believed& believed) const;
 
   security::KeyFolder folder_;
   Report report_;
   std::shared_ptr<const Believed> believed_ = std::make_shared<Believed>();
-  std::mutex mutex_;
-  std::condition_variable wakes_;
-  std::deque<Job> jobs_;  // at most ListExchange::kAtOnce
-  bool ends_ = false;
-  std::thread thread_;  // the last member: it uses the others
+  boost::asio::thread_pool thread_{1};  // the last member: it uses the others
 };
 
 }  // namespace tims::io

@@ -2,12 +2,17 @@
 
 #include <algorithm>
 #include <array>
+#include <optional>
 #include <utility>
+
+#include <boost/asio/post.hpp>
 
 #include "router/io/crypto/aead_sealer.h"
 
 namespace tims::io {
 namespace {
+
+namespace asio = boost::asio;
 
 // RFC 8446, section 7.5, as registered for private use.
 constexpr std::string_view kExporterLabel = "EXPERIMENTAL-tims-link";
@@ -142,15 +147,10 @@ class TlsHandshaker::One {
   std::vector<std::byte> in_;       // not yet a whole message
 };
 
-TlsHandshaker::TlsHandshaker(Report report)
-    : report_(std::move(report)), thread_([this] { run(); }) {}
+TlsHandshaker::TlsHandshaker(Report report) : report_(std::move(report)) {}
 
 TlsHandshaker::~TlsHandshaker() {
-  {
-    const std::lock_guard lock(mutex_);
-    ends_ = true;
-  }
-  wakes_.notify_one();
+  thread_.stop();
   thread_.join();
 }
 
@@ -169,67 +169,38 @@ Result<void> TlsHandshaker::set_credentials(const security::Credentials& credent
 }
 
 void TlsHandshaker::begin(std::uint64_t handshake, Side side, std::span<const std::byte> binding) {
-  post({.what = Job::What::kBegin,
-        .handshake = handshake,
-        .side = side,
-        .bytes = {binding.begin(), binding.end()},
-        .keys = keys_});
+  if (keys_ == nullptr) return;
+  asio::post(thread_, [this, handshake, side, keys = keys_,
+                       bytes = std::vector(binding.begin(), binding.end())]() mutable {
+    auto one = std::make_unique<One>(handshake, side, std::move(bytes), *keys);
+    auto progress = one->begin();
+    all_.emplace_back(handshake, std::move(one));
+    report_(std::move(progress));
+  });
 }
 
 void TlsHandshaker::receive(std::uint64_t handshake, std::span<const std::byte> bytes) {
-  post(
-      {.what = Job::What::kReceive, .handshake = handshake, .bytes = {bytes.begin(), bytes.end()}});
+  asio::post(thread_, [this, handshake, bytes = std::vector(bytes.begin(), bytes.end())] {
+    if (One* one = find(handshake)) report_(one->receive(bytes));
+  });
 }
 
 void TlsHandshaker::send(std::uint64_t handshake, std::span<const std::byte> message) {
-  post({.what = Job::What::kSend,
-        .handshake = handshake,
-        .bytes = {message.begin(), message.end()}});
+  asio::post(thread_, [this, handshake, bytes = std::vector(message.begin(), message.end())] {
+    if (One* one = find(handshake)) report_(one->send(bytes));
+  });
 }
 
 void TlsHandshaker::end(std::uint64_t handshake) {
-  post({.what = Job::What::kEnd, .handshake = handshake});
+  asio::post(thread_, [this, handshake] {
+    std::erase_if(all_, [&](const auto& entry) { return entry.first == handshake; });
+  });
 }
 
-void TlsHandshaker::post(Job&& job) {
-  {
-    const std::lock_guard lock(mutex_);
-    jobs_.push_back(std::move(job));
-  }
-  wakes_.notify_one();
-}
-
-void TlsHandshaker::run() {
-  std::unique_lock lock(mutex_);
-  for (;;) {
-    wakes_.wait(lock, [this] { return ends_ || !jobs_.empty(); });
-    if (ends_) return;
-    Job job = std::move(jobs_.front());
-    jobs_.pop_front();
-    lock.unlock();
-    work(std::move(job));
-    lock.lock();
-  }
-}
-
-void TlsHandshaker::work(Job&& job) {
-  using What = Job::What;
-  if (job.what == What::kBegin) {
-    if (job.keys == nullptr) return;
-    auto one = std::make_unique<One>(job.handshake, job.side, std::move(job.bytes), *job.keys);
-    auto progress = one->begin();
-    all_.emplace_back(job.handshake, std::move(one));
-    return report_(std::move(progress));
-  }
+TlsHandshaker::One* TlsHandshaker::find(std::uint64_t handshake) {
   const auto found =
-      std::ranges::find(all_, job.handshake, [](const auto& entry) { return entry.first; });
-  if (found == all_.end()) return;
-  if (job.what == What::kEnd) {
-    all_.erase(found);
-    return;
-  }
-  One& one = *found->second;
-  report_(job.what == What::kReceive ? one.receive(job.bytes) : one.send(job.bytes));
+      std::ranges::find(all_, handshake, [](const auto& entry) { return entry.first; });
+  return found == all_.end() ? nullptr : found->second.get();
 }
 
 }  // namespace tims::io

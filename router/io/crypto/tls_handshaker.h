@@ -2,16 +2,14 @@
 // of their own, because signatures take half a millisecond; the loop receives their results.
 #pragma once
 
-#include <condition_variable>
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <memory>
-#include <mutex>
-#include <optional>
 #include <string>
-#include <thread>
+#include <utility>
 #include <vector>
+
+#include <boost/asio/thread_pool.hpp>
 
 #include "router/link/seal.h"
 #include "security/crypto/tls_session.h"
@@ -44,25 +42,12 @@ class TlsHandshaker final : public link::Handshaker {
     security::TlsContext accepting;
     std::string fleet;
   };
-  struct Job {
-    enum class What : std::uint8_t { kBegin, kReceive, kSend, kEnd } what{};
-    std::uint64_t handshake = 0;
-    Side side{};
-    std::vector<std::byte> bytes{};
-    std::shared_ptr<const Keys> keys{};
-  };
-  void post(Job&& job);
-  void run();
-  void work(Job&& job);
+  One* find(std::uint64_t handshake);
 
   Report report_;
-  std::shared_ptr<const Keys> keys_;  // of the loop's thread
-  std::mutex mutex_;
-  std::condition_variable wakes_;
-  std::deque<Job> jobs_;
-  bool ends_ = false;
+  std::shared_ptr<const Keys> keys_;                                 // of the loop's thread
   std::vector<std::pair<std::uint64_t, std::unique_ptr<One>>> all_;  // of the other thread
-  std::thread thread_;  // the last member: it uses the others
+  boost::asio::thread_pool thread_{1};  // the last member: it uses the others
 };
 
 }  // namespace tims::io
