@@ -106,6 +106,11 @@ io::BrowserAccess browser_access(const config::Config& c) {
           .login = !c.security.keys.empty()};
 }
 
+// The configuration has been checked; what cannot be parsed would let nobody in.
+config::Networks plain_networks(const config::Config& c) {
+  return config::Networks::parse(c.tcp.plain).value_or({});
+}
+
 core::NewestRule newest_rule(const config::Config& c) {
   core::NewestRule rule{.length_max = c.newest.length_max, .widths = c.address.widths};
   for (const std::string& stream : config::list_of(c.newest.streams)) (void)rule.add(stream);
@@ -372,8 +377,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     if (!gate) return gate.error();
     gate_ = std::move(*gate);
     const auto is_plain = [this](const io::Visitor& visitor) {
-      const auto networks = config::Networks::parse(configuration_.config.tcp.plain);
-      return networks && networks->contains(visitor.peer);
+      return plain_networks_.contains(visitor.peer);
     };
     tcp_.guard_by(*gate_, {io::TlsGate::Kind::kTcp, is_plain},
                   [this](const security::Certificate& certificate) -> std::optional<io::Person> {
@@ -568,6 +572,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     router_.configure(now, router_settings(c, epoch_));
     links_.configure(now, c);
     newest_.set_rule(newest_rule(c));
+    plain_networks_ = plain_networks(c);
     http_.set_access(browser_access(c));
     tcp_.set_queue_bytes_max(c.tcp.queue_bytes);
     http_.set_queue_bytes_max(c.http.queue_bytes);
@@ -590,6 +595,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   io::Loop loop_;
   std::unique_ptr<io::TlsGate> gate_;   // null: without keys
   std::optional<io::Renewal> renewal_;  // empty: without keys, or at the base
+  config::Networks plain_networks_ = plain_networks(configuration_.config);  // TCP without TLS
   core::Router router_{
       router_settings(configuration_.config, epoch_), {random_number(), random_number()}, *this};
   policy::Enforcer enforcer_{policy_of(configuration_), random_number()};

@@ -41,6 +41,7 @@ std::size_t descriptors_for_one() {
 constexpr int kUplinkSlots = 1024;  // messages
 constexpr std::uint32_t kUplinkLongPlaces = 64;
 constexpr int kMessagesPerTurn = kUplinkSlots / 2;
+constexpr std::size_t kToldMax = 4096;  // addresses that one client has to look up again
 
 // Description of a client: "pid 4711 (laser)", "127.0.0.1:40312".
 std::string describe(const core::Peer& peer) {
@@ -412,6 +413,7 @@ const core::Table::Entry* LocalPort::find_local(Address address) const {
 }
 
 bool LocalPort::found(LocalClient& client, std::uint32_t request, Address address) {
+  client.told_moved.erase(address.raw());
   // Messages of a program under the policy go through the router.
   const bool is_judged = router_.client(client.id)->is_judged();
   const auto* entry = is_judged ? nullptr : find_local(address);
@@ -523,8 +525,14 @@ void LocalPort::forward(Time now, LocalClient& client, const shm::Taken& taken) 
   const core::Client* sender = router_.client(client.id);
   if (!delivered_here_ || sender == nullptr || sender->is_judged()) return;
   // The receiver is on this host now, so the client could have delivered the message directly.
-  if (find_local(taken.header.dest) != nullptr)
-    (void)send(client, 0, wire::Moved{taken.header.dest});
+  if (find_local(taken.header.dest) != nullptr) tell_moved(client, taken.header.dest);
+}
+
+// Once until it looks the address up again: a fast sender does not read as fast as it writes, and
+// is disconnected when its socket is full.
+void LocalPort::tell_moved(LocalClient& client, Address address) {
+  if (client.told_moved.size() >= kToldMax) client.told_moved.clear();
+  if (client.told_moved.insert(address.raw()).second) (void)send(client, 0, wire::Moved{address});
 }
 
 // Memory that stays valid until the ports are flushed.

@@ -48,6 +48,8 @@ struct LocalClient {
   std::unordered_set<os::ClientMemory::SegmentId> known;  // segments it can write to
   std::unique_ptr<os::Uplink> uplink;
   std::optional<Watch> doorbell_watch;
+  // Addresses that it has been told to look up again and has not; at most kToldMax.
+  std::unordered_set<std::uint32_t> told_moved;
   int taken_before_record = 0;  // messages taken since the next record, or the end, arrived
 };
 
@@ -116,6 +118,7 @@ class LocalPort final : public core::Port {
   bool drain_earlier_messages(Time now, LocalClient& client);
   void drain_remaining_messages(Time now, LocalClient& client);
   void forward(Time now, LocalClient& client, const shm::Taken& taken);
+  void tell_moved(LocalClient& client, Address address);
   void continue_later(LocalClient& client);
   std::span<std::byte> room(Time now, std::size_t size);
   void end_turn(Time now);

@@ -339,6 +339,53 @@ TEST_F(HostileClientTest, ForgedSourcesFromThisHostAreDropped) {
   EXPECT_EQ(got->header.type, -7);
 }
 
+// As a fast sender does whose receiver has come to this host meanwhile.
+TEST_F(HostileClientTest, ASenderIsToldOnceToLookAnAddressUpAgain) {
+  constexpr int kMessages = 5000;  // more than its socket takes
+  const Address receiver(8);
+  RawClient client(router_.socket_path());
+  ASSERT_TRUE(client.hello_and_uplink());
+  const os::Mapping uplink = std::move(*os::Mapping::of(client.files().front()));
+  const os::File doorbell = std::move(client.files()[1]);
+  const os::File memfd = std::move(*os::make_memfd("own", shm::Geometry::of(4, 80).bytes));
+  const os::Mapping own = std::move(*os::Mapping::of(memfd));
+  shm::MailboxView::create(own.bytes(), 0, {.address = Address(5), .slots = 4, .message_max = 80});
+  ASSERT_EQ(try_open(client, memfd, 0), wire::OpenStatus::kOk);
+  auto session = Session::connect({.router = router_.socket_path(), .timeout = kPatience});
+  ASSERT_TRUE(session.ok());
+  auto mailbox = session->open({.address = receiver});
+  ASSERT_TRUE(mailbox.ok());
+
+  shm::Sender sender(*shm::MailboxView::open(uplink.bytes(), 0), 77);
+  const auto send = [&] {
+    shm::Claim claim;
+    ASSERT_TRUE(shm::taken(sender.claim(16, 0, claim)));
+    const Header header{.type = 21, .dest = receiver, .src = Address(5)};
+    wire::encode_header(header, wire::HeaderBytes(claim.header, kHeaderSize));
+    ASSERT_EQ(sender.commit(claim), shm::SendOutcome::kOk);
+    os::signal_event_fd(doorbell.get());
+    ASSERT_TRUE(mailbox->peek_for(kPatience).ok()) << "the router is gone, or the client";
+  };
+  const auto moved_before_found = [&] {
+    int moved = 0;
+    EXPECT_TRUE(client.send(wire::Lookup{{receiver}}));
+    for (;;) {
+      const auto record = client.receive();
+      if (!record || !std::holds_alternative<wire::Moved>(*record)) {
+        EXPECT_TRUE(record && std::get<wire::Found>(*record).local);
+        return moved;
+      }
+      EXPECT_EQ(std::get<wire::Moved>(*record).address, receiver);
+      ++moved;
+    }
+  };
+  for (int i = 0; i < kMessages && !HasFatalFailure(); ++i) send();
+  EXPECT_EQ(moved_before_found(), 1);
+  EXPECT_EQ(moved_before_found(), 0);
+  send();
+  EXPECT_EQ(moved_before_found(), 1) << "it went on as before, so it is told again";
+}
+
 TEST_F(HostileClientTest, AClientThatAsksAndNeverReads) {
   RawClient client(router_.socket_path());
   ASSERT_TRUE(client.hello());
