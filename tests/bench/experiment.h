@@ -53,6 +53,7 @@ struct Experiment {
   Cable cable{};                    // between two hosts
   std::string paths{};              // of routers that connect by name; empty: by address
   bool rate_is_set = false;         // the capacity of the cable is configured in the routers
+  bool sealed = false;              // the routers have keys
   bool one_cpu = false;             // all processes share the last CPU
   bool with_rules = false;          // the router has a policy of 100 rules
   bool traced = false;              // with strace, to count system calls

@@ -4,21 +4,26 @@
 #include <array>
 #include <cstdio>
 #include <memory>
+#include <mutex>
 #include <vector>
 
 #include <sys/epoll.h>
 
 #include "libtims/os/clock.h"
+#include "libtims/os/wakeup.h"
 #include "router/core/random.h"
+#include "router/io/crypto/tls_handshaker.h"
 #include "router/io/net/addresses.h"
 #include "router/io/net/udp_socket.h"
 #include "router/io/waiting_memory.h"
 #include "router/link/links.h"
+#include "tests/bench/fleet_keys.h"
 
 namespace tims::bench {
 namespace {
 
 constexpr std::size_t kMemory = 1 << 20;
+constexpr unsigned kNumberBits = 32;  // of a robot's handshakes
 
 link::Identity identity(std::uint32_t number, std::uint64_t epoch) {
   constexpr std::uint32_t kOfOneSystem = 4;  // because there are more robots than system numbers
@@ -30,13 +35,80 @@ link::Identity identity(std::uint32_t number, std::uint64_t epoch) {
           .message_max = kMessageMaxDefault};
 }
 
+// The handshakes of all robots, on one thread. Each robot has a certificate of its own.
+class FleetTls {
+ public:
+  // Of one robot.
+  class Handshaker final : public link::Handshaker {
+   public:
+    Handshaker(FleetTls& fleet, std::uint64_t robot, security::Credentials own)
+        : fleet_(fleet), robot_(robot), own_(std::move(own)) {}
+    void begin(std::uint64_t number, Side side, std::span<const std::byte> binding) override {
+      if (fleet_.tls_.set_credentials(own_, security::Expiry::kWarn))
+        fleet_.tls_.begin(of_fleet(number), side, binding);
+    }
+    void receive(std::uint64_t number, std::span<const std::byte> bytes) override {
+      fleet_.tls_.receive(of_fleet(number), bytes);
+    }
+    void send(std::uint64_t number, std::span<const std::byte> message) override {
+      fleet_.tls_.send(of_fleet(number), message);
+    }
+    void end(std::uint64_t number) override { fleet_.tls_.end(of_fleet(number)); }
+
+   private:
+    [[nodiscard]] std::uint64_t of_fleet(std::uint64_t number) const {
+      return robot_ << kNumberBits | number;
+    }
+
+    FleetTls& fleet_;
+    std::uint64_t robot_;
+    security::Credentials own_;
+  };
+
+  [[nodiscard]] int descriptor() const { return wake_.get(); }  // readable: there is progress
+  // Calls visit(robot, HandshakeProgress&&).
+  template <typename Visit>
+  void take(Visit visit) {
+    os::drain_event_fd(wake_.get());
+    std::vector<link::HandshakeProgress> all;
+    {
+      const std::lock_guard lock(mutex_);
+      all.swap(done_);
+    }
+    for (link::HandshakeProgress& one : all) {
+      const std::uint64_t robot = one.handshake >> kNumberBits;
+      one.handshake &= (std::uint64_t{1} << kNumberBits) - 1;
+      visit(robot, std::move(one));
+    }
+  }
+
+ private:
+  void report(link::HandshakeProgress&& progress) {
+    {
+      const std::lock_guard lock(mutex_);
+      done_.push_back(std::move(progress));
+    }
+    os::signal_event_fd(wake_.get());
+  }
+
+  os::File wake_ = std::move(*os::make_event_fd());
+  std::mutex mutex_;
+  std::vector<link::HandshakeProgress> done_;
+  io::TlsHandshaker tls_{
+      [this](link::HandshakeProgress&& progress) { report(std::move(progress)); }};
+};
+
 class Robot final : core::Port, core::RouterHooks, link::DatagramSender {
  public:
-  Robot(const link::Identity& self, std::uint64_t seed, io::UdpSocket socket)
+  // `handshaker`: null without keys.
+  Robot(const link::Identity& self, std::uint64_t seed, io::UdpSocket socket,
+        std::unique_ptr<link::Handshaker> handshaker)
       : socket_(std::move(socket)),
+        handshaker_(std::move(handshaker)),
         memory_(parts_.bytes(), kMessageMaxDefault, 4 * std::size_t{kMessageMaxDefault}),
         router_({.address = self.address()}, {self.epoch, seed}, *this),
-        links_(router_, blocks_.pool(), memory_, {.self = self, .secret = {seed, seed}}) {
+        links_(router_, blocks_.pool(), memory_,
+               {.self = self, .secret = {seed, seed}, .handshaker = handshaker_.get()}) {
     router_.attach(core::PortKind::kLocal, *this);
     router_.attach(core::PortKind::kLink, links_);
     links_.set_sender(link::PathKind::kUdp, this);
@@ -51,7 +123,8 @@ class Robot final : core::Port, core::RouterHooks, link::DatagramSender {
           now, client,
           Address::of({.system = system, .class_id = 0x20, .instance = id, .local = i}));
     }
-    const link::LinkSettings up{.kind = core::LinkKind::kSuper, .to = base.to_string()};
+    const link::LinkSettings up{
+        .kind = core::LinkKind::kSuper, .to = base.to_string(), .secure = handshaker_ != nullptr};
     links_.configure(now, std::span(&up, 1));
     links_.set_target(now, up.to, base);
     end_turn(now);
@@ -65,6 +138,10 @@ class Robot final : core::Port, core::RouterHooks, link::DatagramSender {
         links_.on_datagram(now, from, bytes);
       });
     }
+    end_turn(now);
+  }
+  void on_handshake(Time now, link::HandshakeProgress&& progress) {
+    links_.on_handshake(now, std::move(progress));
     end_turn(now);
   }
   void on_timeout(Time now) {
@@ -95,6 +172,7 @@ class Robot final : core::Port, core::RouterHooks, link::DatagramSender {
   void event(const core::Event&) override {}
 
   io::UdpSocket socket_;
+  std::unique_ptr<link::Handshaker> handshaker_;
   io::WaitingMemory blocks_{kMemory};
   io::WaitingMemory parts_{link::MessageMemory::kPlacesMin * std::size_t{kMessageMaxDefault}};
   link::MessageMemory memory_;
@@ -104,19 +182,22 @@ class Robot final : core::Port, core::RouterHooks, link::DatagramSender {
 
 class Fleet {
  public:
-  Fleet() : poller_(::epoll_create1(EPOLL_CLOEXEC)) {}
+  // `keys`: folder of FleetKeys; empty: the links are open.
+  explicit Fleet(std::string keys)
+      : poller_(::epoll_create1(EPOLL_CLOEXEC)), keys_(std::move(keys)) {
+    if (!keys_.empty()) watch(tls_.descriptor(), nullptr);
+  }
 
   Result<void> add(const link::NetAddress& base) {
     const auto number = static_cast<std::uint32_t>(robots_.size());
     auto socket = io::UdpSocket::open({"127.0.0.1", 0});
     if (!socket) return socket.error();
     const link::Identity self = identity(number, core::next_random(random_));
-    robots_.push_back(
-        std::make_unique<Robot>(self, core::next_random(random_), std::move(*socket)));
-    epoll_event event{};
-    event.events = EPOLLIN;
-    event.data.ptr = robots_.back().get();
-    ::epoll_ctl(poller_.get(), EPOLL_CTL_ADD, robots_.back()->descriptor(), &event);
+    auto handshaker = handshaker_of(number, self);
+    if (!handshaker) return handshaker.error();
+    robots_.push_back(std::make_unique<Robot>(self, core::next_random(random_), std::move(*socket),
+                                              std::move(*handshaker)));
+    watch(robots_.back()->descriptor(), robots_.back().get());
     robots_.back()->start(os::now(), base);
     return {};
   }
@@ -127,7 +208,7 @@ class Fleet {
       const int n = ::epoll_wait(poller_.get(), events.data(), events.size(), milliseconds_left());
       for (int i = 0; i < n; ++i) {
         auto* const robot = static_cast<Robot*>(events[static_cast<std::size_t>(i)].data.ptr);
-        robot->on_input(os::now(), datagrams_);
+        robot == nullptr ? take_handshakes() : robot->on_input(os::now(), datagrams_);
       }
       for (const auto& robot : robots_) {
         const Time now = os::now();
@@ -137,6 +218,27 @@ class Fleet {
   }
 
  private:
+  void watch(int descriptor, Robot* robot) const {
+    epoll_event event{};
+    event.events = EPOLLIN;
+    event.data.ptr = robot;
+    ::epoll_ctl(poller_.get(), EPOLL_CTL_ADD, descriptor, &event);
+  }
+  Result<std::unique_ptr<link::Handshaker>> handshaker_of(std::uint64_t number,
+                                                          const link::Identity& self) {
+    if (keys_.empty()) return std::unique_ptr<link::Handshaker>();
+    const auto folder =
+        FleetKeys::folder_of(keys_, security::MemberRole::kSystem, self.system, self.id);
+    auto own = security::KeyFolder(folder).load();
+    if (!own) return own.error();
+    return std::unique_ptr<link::Handshaker>(
+        std::make_unique<FleetTls::Handshaker>(tls_, number, std::move(*own)));
+  }
+  void take_handshakes() {
+    tls_.take([&](std::uint64_t robot, link::HandshakeProgress&& progress) {
+      robots_[robot]->on_handshake(os::now(), std::move(progress));
+    });
+  }
   [[nodiscard]] int milliseconds_left() const {
     constexpr Duration kLongest = std::chrono::milliseconds(100);
     const Time now = os::now();
@@ -147,6 +249,8 @@ class Fleet {
   }
 
   os::File poller_;
+  std::string keys_;
+  FleetTls tls_;
   std::uint64_t random_ = static_cast<std::uint64_t>(os::now().time_since_epoch().count());
   std::vector<std::unique_ptr<Robot>> robots_;
   io::Datagrams datagrams_;
@@ -154,11 +258,19 @@ class Fleet {
 
 }  // namespace
 
+Result<void> make_keys_of_fleet(const FleetKeys& keys, std::uint64_t robots) {
+  for (std::uint32_t i = 0; i < robots; ++i) {
+    const link::Identity one = identity(i, 1);
+    if (auto made = keys.add(security::MemberRole::kSystem, one.system, one.id); !made) return made;
+  }
+  return {};
+}
+
 bool play_fleet(const Plan& plan) {
   const auto base = config::Endpoint::parse(plan.endpoint);
   if (!base) return false;
   const auto address = io::numeric_address(base->host, base->port);
-  Fleet fleet;
+  Fleet fleet(plan.folder);
   for (std::uint64_t i = 0; i < plan.count; ++i) {
     if (auto added = fleet.add(*address); !added) {
       std::fprintf(stderr, "fleet: %s\n", added.error().message().c_str());

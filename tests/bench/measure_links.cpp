@@ -48,14 +48,16 @@ Result<void> wait_until(Look look, const char* what) {
 // The router above a fleet. It uses the same address after a restart.
 class Base {
  public:
-  explicit Base(const Setting& setting)
-      : router_(setting.router), socket_(setting.folder + "/base.sock") {}
+  // `keys`: the folder of its keys; empty: none.
+  Base(const Setting& setting, std::string keys)
+      : router_(setting.router), socket_(setting.folder + "/base.sock"), keys_(std::move(keys)) {}
 
   Result<void> start() {
-    auto process = launch(router_command(router_, socket_,
-                                         {"router.role=top", "link=kind=sub,system=*",
-                                          "tcp.listen=off", "udp.listen=" + udp_}),
-                          false);
+    auto process =
+        launch(router_command(router_, socket_,
+                              {"router.role=top", "link=kind=sub,system=*", "tcp.listen=off",
+                               "udp.listen=" + udp_, "security.keys=" + keys_}),
+               false);
     if (!process) return process.error();
     process_ = std::move(*process);
     const auto line = process_->wait_for_line("listening udp", kStartLimit);
@@ -71,6 +73,7 @@ class Base {
  private:
   std::string router_;
   std::string socket_;
+  std::string keys_;
   std::string udp_ = "127.0.0.1:0";
   std::optional<test::ChildProcess> process_;
 };
@@ -209,6 +212,20 @@ Result<Metrics> measure_fleet_start(const Experiment& experiment, const Setting&
                  {"base_rss_mb", resident_mb(fleet.base().pid())}};
 }
 
+namespace {
+
+// Makes keys for a base and its robots; the folder of the base's. Without a folder there are none.
+Result<std::string> keys_for(const std::string& folder, std::uint64_t robots) {
+  if (folder.empty()) return std::string();
+  const auto keys = FleetKeys::make(folder);
+  if (!keys) return keys.error();
+  if (auto made = keys->add(security::MemberRole::kTop, 0, 1); !made) return made.error();
+  if (auto made = make_keys_of_fleet(*keys, robots); !made) return made.error();
+  return keys->folder_of(security::MemberRole::kTop, 0, 1);
+}
+
+}  // namespace
+
 Result<Metrics> measure_convergence(const Experiment& experiment, const Setting& setting) {
   const std::uint64_t all =
       experiment.count * (kMailboxesOfRobot + 1);  // including the robots' routers
@@ -222,9 +239,13 @@ Result<Metrics> measure_convergence(const Experiment& experiment, const Setting&
         },
         "the base does not learn of all mailboxes");
   };
-  Base base(setting);
+  const std::string folder = experiment.sealed ? setting.folder + "/keys" : std::string();
+  auto keys = keys_for(folder, experiment.count);
+  if (!keys) return keys.error();
+  Base base(setting, *keys);
   if (auto started = base.start(); !started) return started.error();
   Plan plan;
+  plan.folder = folder;
   plan.role = plan.link = "fleet";
   plan.endpoint = base.udp();
   plan.count = experiment.count;

@@ -67,15 +67,16 @@ Result<void> Middle::start_on_two_hosts() {
 }
 
 Result<void> Middle::start_routers() {
+  if (auto made = make_keys(); !made) return made;
   const bool by_name = !experiment_.paths.empty();
   const std::string base = TwoHosts::address(Side::kBase) + kRouterPort;
-  if (auto started = add_router(of_receivers(), "listening udp",
+  if (auto started = add_router(Side::kBase, "listening udp",
                                 {"router.name=base", "router.role=top", link("sub", "")});
       !started)
     return started;
   second_started_ = os::now();
   if (auto started = add_router(
-          of_senders(), "is up",
+          Side::kRobot, "is up",
           {"router.name=robot", "router.system=1", link("super", by_name ? "auto" : base)});
       !started)
     return started;
@@ -91,10 +92,26 @@ std::string Middle::link(const char* kind, const std::string& to) const {
   return text;
 }
 
-Result<void> Middle::add_router(const Place& place, const char* awaited,
-                                std::vector<std::string> settings) {
+Result<void> Middle::make_keys() {
+  if (!experiment_.sealed) return {};
+  auto keys = FleetKeys::make(folder_ + "/keys");
+  if (!keys) return keys.error();
+  keys_ = std::move(*keys);
+  if (auto made = keys_->add(security::MemberRole::kTop, 0, 1); !made) return made;
+  return keys_->add(security::MemberRole::kSystem, 1, 1);
+}
+
+std::string Middle::trust(Side side) const {
+  using enum security::MemberRole;
+  if (!keys_) return "security.insecure=true";
+  return "security.keys=" +
+         (side == Side::kBase ? keys_->folder_of(kTop, 0, 1) : keys_->folder_of(kSystem, 1, 1));
+}
+
+Result<void> Middle::add_router(Side side, const char* awaited, std::vector<std::string> settings) {
+  const Place& place = side == Side::kBase ? of_receivers() : of_senders();
   settings.insert(settings.end(), {"udp.listen=" + place.address + kRouterPort, "tcp.listen=off",
-                                   "security.insecure=true", "sim.faults=true"});
+                                   trust(side), "sim.faults=true"});
   if (!experiment_.paths.empty()) settings.emplace_back("fleet.name=bench");
   std::vector<std::string> command = place.enter;
   std::ranges::copy(router_command(setting_.router, place.socket, std::move(settings)),

@@ -3,10 +3,12 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "tests/bench/experiment.h"
+#include "tests/bench/fleet_keys.h"
 #include "tests/bench/usage.h"
 #include "tests/support/child_process.h"
 
@@ -49,8 +51,9 @@ class Middle {
   Result<void> start_on_two_hosts();
   Result<void> start_routers();
   [[nodiscard]] std::string link(const char* kind, const std::string& to) const;
-  Result<void> add_router(const Place& place, const char* awaited,
-                          std::vector<std::string> settings);
+  Result<void> make_keys();
+  [[nodiscard]] std::string trust(Side side) const;
+  Result<void> add_router(Side side, const char* awaited, std::vector<std::string> settings);
   [[nodiscard]] Result<void> delay_datagrams() const;
   Result<void> start_relays();
 
@@ -59,6 +62,7 @@ class Middle {
   std::string folder_;
   std::unique_ptr<TwoHosts> hosts_;
   std::vector<Place> places_;  // one, or base and robot
+  std::optional<FleetKeys> keys_;
   std::vector<test::ChildProcess> processes_;
   Time second_started_{};  // start of the second router, which connects
 };

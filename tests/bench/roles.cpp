@@ -22,6 +22,7 @@
 #include "tests/bench/ring_link.h"
 #include "tests/bench/robot_start.h"
 #include "tests/bench/round_trip.h"
+#include "tests/bench/sealing.h"
 #include "tests/bench/self.h"
 #include "tests/bench/stream.h"
 #include "tests/bench/table_bench.h"
@@ -85,6 +86,8 @@ constexpr Alone kAlone[] = {
     {"table-memory", "table-memory", measure_table_memory},
     {"compressed", "", measure_compressed_scans},
     {"uncompressed", "", measure_plain_scans},
+    {"seal", "seal", seal_datagrams},
+    {"encrypt", "encrypt", encrypt_alone},
     {"decode", "", measure_decoder},
     {"copy", "", measure_copy_of_pieces},
     {"device", "", play_device},

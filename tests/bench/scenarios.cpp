@@ -26,6 +26,8 @@ constexpr double kTableBytes = 64;
 constexpr std::uint64_t kManyMailboxes = 1'000'000;
 constexpr double kIdleMb = 20 * 1.048576;
 constexpr double kConvergenceSeconds = 2;
+constexpr double kSealedConvergenceSeconds = 5;
+constexpr double kSealingRatio = 1 / 0.85;
 constexpr std::uint64_t kRobots = 1000;
 constexpr std::size_t kScanBytes = 24 + 361 * 16;  // a scan with 361 points
 constexpr double kModuleRatio = 1.3;
@@ -163,6 +165,24 @@ Case convergence() {
           .rows = {{"tims", "known_again_s", "", {.at_most = kConvergenceSeconds}}}};
 }
 
+Case sealed_convergence() {
+  const Experiment sealed{.shape = Shape::kConvergence, .count = kRobots, .sealed = true};
+  return {.scenario = "sealed_convergence",
+          .payload = 0,
+          .contenders = {{"tims", sealed}},
+          .rows = {{"tims", "known_again_s", "", {.at_most = kSealedConvergenceSeconds}}}};
+}
+
+Case sealing() {
+  Experiment ours = alone("seal");
+  Experiment bare = alone("encrypt");
+  ours.payload = bare.payload = kMi;
+  return {.scenario = "sealing@1thread",
+          .payload = kMi,
+          .contenders = {{"tims", ours}, {"limit", bare}},
+          .rows = {{"tims", "mb_per_s", "limit", {.ratio_max = kSealingRatio}}}};
+}
+
 // A DataModule compared with bare sending of the same number of bytes.
 Case component_latency(bool one_cpu) {
   Experiment module{.shape = Shape::kScan, .link = "scan", .between = Between::kRouter};
@@ -288,6 +308,10 @@ std::vector<ScenarioText> scenario_texts() {
       {"hosts_rtt", "round trip between two hosts, a router on each; limit: bare relays, UDP"},
       {"hosts_rtt@1cpu", "the same, all four processes on one CPU"},
       {"hosts_throughput", "from host to host; limit: a bare UDP sender, and a chain of relays"},
+      {"sealed_rtt", "hosts_rtt over a sealed link, beside one without keys"},
+      {"sealed_rtt@1cpu", "the same, all four processes on one CPU"},
+      {"sealed_throughput", "hosts_throughput over a sealed link, beside one without keys"},
+      {"sealed_idle", "link_idle with a sealed link, beside one without keys"},
       {"dds_rtt", "round trip between two hosts by DDS, no routers; limit: bare Fast DDS"},
       {"dds_throughput", "from host to host by DDS, no routers"},
       {"dds_hosts_rtt",
@@ -305,6 +329,8 @@ std::vector<ScenarioText> scenario_texts() {
       {"fleet_start@200", "the same with 200 robots"},
       {"failover", "UDP between two routers is cut, DDS takes over; then UDP is restored"},
       {"convergence", "a router above 1000 with 100 mailboxes each is killed and restarted"},
+      {"sealed_convergence", "the same with keys: every robot shakes hands again"},
+      {"sealing@1thread", "datagrams of a 1 MiB message sealed; limit: AES-128-GCM alone"},
       {"component_latency",
        "from put of a DataModule to its listener, one direction; compared with bare send"},
       {"component_latency@1cpu", "the same, both on one CPU"},
@@ -355,6 +381,8 @@ std::vector<Case> local_cases(bool quick) {
   cases.push_back(table_memory());
   for (const std::string& drive : recorded_drives()) cases.push_back(compression(drive));
   cases.push_back(convergence());
+  cases.push_back(sealed_convergence());
+  cases.push_back(sealing());
   cases.push_back(idle());
   return cases;
 }

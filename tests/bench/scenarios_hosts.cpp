@@ -19,6 +19,9 @@ constexpr std::uint32_t kCameraPriority = 20;
 constexpr double kLossyUs = 80'000;
 constexpr double kLossyMb = 0.7 * 50 / 8;
 constexpr double kIdleBytes = 500;
+constexpr double kSealedRoundTripRatio = 1.1;
+constexpr double kSealedRateRatio = 1 / 0.6;
+constexpr double kSealedIdleBytes = 80;  // in addition
 constexpr double kDeathSeconds = 3 * 0.3 + 0.1;
 constexpr double kDdsRoundTripRatio = 1.5;
 constexpr double kJoinSeconds = 3;
@@ -34,6 +37,49 @@ Case hosts_rtt(std::size_t payload, bool one_cpu) {
   c.rows = {{"tims", "p50_us", "limit", {}}};
   if (payload == 64) c.rows[0].target = {.ratio_max = kHostsRoundTripRatio};
   return c;
+}
+
+// A sealed link beside an open one.
+Case sealed_rtt(std::size_t payload, bool one_cpu) {
+  const Experiment open = round_trip("tims", Between::kTwoRouters, payload, one_cpu);
+  Experiment sealed = open;
+  sealed.sealed = true;
+  Case c{.scenario = one_cpu ? "sealed_rtt@1cpu" : "sealed_rtt", .payload = payload};
+  c.contenders = {{"tims-sealed", sealed}, {"tims", open}};
+  c.rows = {{"tims-sealed", "p50_us", "tims", {}}};
+  if (payload == 64) c.rows[0].target = {.ratio_max = kSealedRoundTripRatio};
+  return c;
+}
+
+Case sealed_throughput(std::size_t payload) {
+  const Experiment open = stream("tims", Between::kTwoRouters, payload);
+  Experiment sealed = open;
+  sealed.sealed = true;
+  Case c{.scenario = "sealed_throughput", .payload = payload};
+  c.contenders = {{"tims-sealed", sealed}, {"tims", open}};
+  c.rows = {{"tims-sealed", rate_metric(payload), "tims", {}},
+            {"tims-sealed", "cpu_s", "tims", {}}};
+  if (payload == 64 || payload == kMi) c.rows[0].target = {.ratio_max = kSealedRateRatio};
+  return c;
+}
+
+Case sealed_idle() {
+  const Experiment open{.shape = Shape::kIdleLink, .between = Between::kTwoRouters};
+  Experiment sealed = open;
+  sealed.sealed = true;
+  return {.scenario = "sealed_idle",
+          .payload = 0,
+          .contenders = {{"tims-sealed", sealed}, {"tims", open}},
+          .rows = {{"tims-sealed", "up_bytes_per_s", "tims", {.above_max = kSealedIdleBytes}},
+                   {"tims-sealed", "down_bytes_per_s", "tims", {.above_max = kSealedIdleBytes}}}};
+}
+
+void add_sealed_cases(std::vector<Case>& cases, bool quick) {
+  for (const bool one_cpu : {false, true})
+    for (const std::size_t payload : sizes(quick).hosts_round_trip)
+      cases.push_back(sealed_rtt(payload, one_cpu));
+  for (const std::size_t payload : sizes(quick).stream) cases.push_back(sealed_throughput(payload));
+  cases.push_back(sealed_idle());
 }
 
 // Over DDS without routers: the cost of the engine in addition to the library it uses.
@@ -185,6 +231,7 @@ std::vector<Case> hosts_cases(bool quick) {
     for (const std::size_t payload : sizes(quick).hosts_round_trip)
       cases.push_back(hosts_rtt(payload, one_cpu));
   for (const std::size_t payload : sizes(quick).stream) cases.push_back(hosts_throughput(payload));
+  add_sealed_cases(cases, quick);
   if (io::DdsEngine::built_in()) add_dds_cases(cases, quick);
   cases.push_back(urgent_latency());
   cases.push_back(lossy_link());
