@@ -449,6 +449,7 @@ json::object compression_json(const link::Link& link) {
                                                         static_cast<double>(counters.bytes_after))},
       {"cpu_s", seconds(counters.spent)},
       {"packed", counters.packed},
+      {"reused", counters.reused},
       {"bytes_before", counters.bytes_before},
       {"bytes_after", counters.bytes_after},
       {"incompressible", counters.incompressible},

@@ -22,24 +22,8 @@ constexpr Duration kFailBackAfter = std::chrono::milliseconds(500);
 // How long the previous super router still knows what is below us, so that messages in transit
 // arrive.
 constexpr Duration kOverlap = std::chrono::seconds(1);
-// A REFUSE is the longest answer that a stranger can get.
-constexpr std::uint64_t kRefusalsPerSecond = 20;
 // While this much waits in the control lane, no part of a list is added.
 constexpr std::uint64_t kListBacklogMax = 64 << 10;
-
-// A certificate is for one router.
-bool is_named(const Identity& identity, const PeerName& certificate) {
-  return identity.role == certificate.role && identity.system == certificate.system &&
-         identity.id == certificate.id;
-}
-
-std::string name_mismatch(const Identity& identity, const PeerName& certificate) {
-  const auto text = [](core::Role role, unsigned system, unsigned id) {
-    return std::string(core::name(role)) + " " + std::to_string(system) + "/" + std::to_string(id);
-  };
-  return "the router is " + text(identity.role, identity.system, identity.id) +
-         ", its certificate is for " + text(certificate.role, certificate.system, certificate.id);
-}
 
 }  // namespace
 
@@ -51,21 +35,17 @@ Links::Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory,
       setup_(setup),
       shell_(shell),
       packing_(setup.self.widths, setup.self.classes, setup.clock),
-      admission_(router, setup.self, setup.secret),
-      handshakes_(setup.handshaker, *this),
+      reception_(router, *this,
+                 {.self = setup.self,
+                  .secret = setup.secret,
+                  .handshaker = setup.handshaker,
+                  .links_max = setup.links_max}),
       lists_(*this),
       fleet_(setup.self),
-      refusals_(kRefusalsPerSecond, kRefusalsPerSecond),
       scratch_(std::make_unique<std::byte[]>(kBurstBytesMax + kDatagramMax)) {}
 
 // SipHash in counter mode: one number reveals nothing about the others.
 std::uint64_t Links::random() { return core::sip_hash(setup_.secret, {++drawn_}); }
-
-template <typename Datagram>
-void Links::send_control(const NetAddress& to, const Datagram& datagram) {
-  std::array<std::byte, kControlDatagramMax> bytes{};
-  send(to, std::span(bytes).first(encode(datagram, bytes)));
-}
 
 // --- configuration
 
@@ -103,7 +83,7 @@ void Links::configure(Time now, std::span<const LinkSettings> wanted) {
 LinkSettings Links::own_settings(LinkSettings settings) const {
   settings.session.message_max = setup_.self.message_max;
   settings.session.classes = setup_.self.classes;
-  settings.secure = settings.secure && handshakes_.are_possible();
+  settings.secure = settings.secure && reception_.has_keys();
   return settings;
 }
 
@@ -222,13 +202,15 @@ void Links::on_datagram(Time now, const NetAddress& from, std::span<std::byte> b
   if (const auto data = decode_data(bytes)) return on_data(now, from, *data);
   const auto datagram = decode(bytes);
   if (!datagram) {
-    ++counters_.strange;
+    ++strange_;
     return;
   }
-  if (const auto* hello = std::get_if<Hello>(&*datagram)) return on_hello(now, from, *hello);
+  if (const auto* hello = std::get_if<Hello>(&*datagram))
+    return reception_.on_hello(now, from, *hello);
   if (const auto* hello = std::get_if<SealedHello>(&*datagram))
-    return send_control(from, admission_.retry(now, from, hello->token, 0));
-  if (const auto* crypto = std::get_if<Crypto>(&*datagram)) return on_crypto(now, from, *crypto);
+    return reception_.on_hello(now, from, *hello);
+  if (const auto* crypto = std::get_if<Crypto>(&*datagram))
+    return reception_.on_crypto(now, from, *crypto);
   if (const auto* retry = std::get_if<Retry>(&*datagram)) {
     Link* link = by_token(retry->echo);
     if (link == nullptr) return;
@@ -236,13 +218,8 @@ void Links::on_datagram(Time now, const NetAddress& from, std::span<std::byte> b
     return touch(*link);
   }
   if (const auto* welcome = std::get_if<Welcome>(&*datagram))
-    return on_welcome(now, from, *welcome);
-  if (const auto* refuse = std::get_if<Refuse>(&*datagram)) {
-    Link* link = by_token(refuse->echo);
-    if (link == nullptr) return;
-    link->on_refuse(now, from, *refuse);
-    return touch(*link);
-  }
+    return on_welcome(now, from, *welcome, nullptr);
+  if (const auto* refuse = std::get_if<Refuse>(&*datagram)) return on_refuse(now, from, *refuse);
   on_reset(now, from, std::get<Reset>(*datagram));
 }
 
@@ -264,8 +241,9 @@ void Links::on_data(Time now, const NetAddress& from, const Data& data) {
     link->on_data(now, from, data);
     return touch(*link);
   }
-  ++counters_.unknown_token;
-  send_control(from, Reset{token});
+  ++unknown_token_;
+  std::array<std::byte, kControlDatagramMax> bytes{};
+  send(from, std::span(bytes).first(encode(Reset{token}, bytes)));
 }
 
 void Links::on_welcome(Time now, const NetAddress& from, const Welcome& welcome,
@@ -368,7 +346,7 @@ void Links::on_timeout(Time now) {
     link->on_timeout(now);
     link->is_gone(now) ? remove(now, wake.slot) : touch(*link);
   }
-  handshakes_.on_timeout(now);
+  reception_.on_timeout(now);
   lists_.on_timeout(now);
   // A super router may have been up long enough.
   if (supers_.size() > 1) choose_ = true;
@@ -551,91 +529,20 @@ bool Links::act(Time now, std::string_view name, Action what) {
   return true;
 }
 
-// --- admission
+// --- for the reception
 
-void Links::on_hello(Time now, const NetAddress& from, const Hello& hello) {
-  if (const auto refusal = Admission::version_refusal(hello)) return refuse(now, {from}, *refusal);
-  const Link* link = link_to(hello.identity);
-  const bool resumes = link != nullptr && !link->settings().secure && link->is_of_session(hello);
-  const std::uint64_t epoch = hello.identity.epoch;
-  // Nothing is stored, looked up or sent at length for an unverified address.
-  if (!resumes && !admission_.is_proven(now, from, hello.token, epoch, hello.cookie))
-    return send_control(from, admission_.retry(now, from, hello.token, epoch));
-  admit(now, {from}, hello);
+Link* Links::link_to(const Identity& peer) {
+  const auto found = peers_.find(peer.address().raw());
+  if (found == peers_.end()) return nullptr;
+  Link* link = slots_[found->second].link.get();
+  return link->is_to(peer) ? link : nullptr;
 }
 
-void Links::admit(Time now, const Caller& caller, const Hello& hello) {
-  const NetAddress& from = caller.address;
-  // Both sides connect: accept a router that is at an address we connect to, or that we were
-  // linked with.
-  const auto is_called = [&](const LinkSettings& s) {
-    return first_link([&](const Link& l) {
-             return l.settings().to == s.to &&
-                    (l.paths().is_target(from) || l.is_to(hello.identity));
-           }) != nullptr;
-  };
-  Refuse refusal{.echo = hello.token};
-  const LinkSettings* settings = admission_.accepting(settings_, from, hello, is_called, refusal);
-  // Over DDS, the router a link connects to is known by its announcement, which may arrive after
-  // its HELLO.
-  const bool may_be_called =
-      refusal.code == RefuseCode::kNotConfigured && from.kind == PathKind::kDds;
-  if (settings == nullptr && may_be_called && !fleet_.routers().contains(from)) return;
-  Link* link = link_to(hello.identity);
-  if (settings != nullptr && link != nullptr && link->is_up() &&
-      link->settings().secure != settings->secure) {
-    refusal = admission_.refusal(hello, RefuseCode::kDuplicateId,
-                                 settings->secure ? " is linked with this router without keys"
-                                                  : " is linked with this router with keys");
-    settings = nullptr;
-  }
-  if (settings == nullptr) {
-    admission_.note_refused(now, from, hello.identity, refusal.text.view());
-    return refuse(now, caller, refusal);
-  }
-  // Both sides connect to each other: the call of the lower address is used.
-  if (settings->connects && setup_.self.address() < hello.identity.address()) return;
-  if (link != nullptr && link->is_of_session(hello)) {
-    Verified verified;
-    if (caller.handshake != nullptr) verified = std::move(caller.handshake->verified);
-    const std::uint8_t generation = link->resume(now, hello, std::move(verified));
-    touch(*link);
-    return welcome(now, caller, hello, *link, generation);
-  }
-  if (link == nullptr && settings->connects) link = find(settings->to);
-  if (const auto full = reason_against(now, caller, hello, link)) {
-    return full->text.view().empty() ? void() : refuse(now, caller, *full);
-  }
-  take(now, caller, hello, link == nullptr ? add(now, *settings) : *link);
-}
-
-// A refusal, or an empty one when the caller has to wait; nothing when it may be taken. `link`: the
-// one that it would continue; null: a new one.
-std::optional<Refuse> Links::reason_against(Time now, const Caller& caller, const Hello& hello,
-                                            const Link* link) {
-  Refuse refusal{.echo = hello.token};
-  if (link != nullptr && link->state() == Link::State::kDown)
-    return admission_.refusal(hello, RefuseCode::kNotConfigured,
-                              " has taken this link down manually");
-  if (link != nullptr && link->peer().epoch != 0) {
-    switch (admission_.rival(now, caller.address, hello, *link, refusal)) {
-      case Admission::Rival::kNone:
-        break;
-      case Admission::Rival::kWait:
-        // A HELLO comes again by itself.
-        if (caller.handshake != nullptr)
-          Handshakes::ask_again(now, *caller.handshake, hello.keep_alive);
-        return refusal;
-      case Admission::Rival::kRefuse:
-        return refusal;
-    }
-  }
-  if (link != nullptr || links_in_use() < setup_.links_max) return std::nullopt;
-  refusal =
-      admission_.refusal(hello, RefuseCode::kTooMany,
-                         " has as many links as it can hold: " + std::to_string(setup_.links_max));
-  admission_.note_refused(now, caller.address, hello.identity, refusal.text.view());
-  return refusal;
+bool Links::calls(const LinkSettings& settings, const NetAddress& from, const Identity& peer) {
+  return first_link([&](const Link& link) {
+           return link.settings().to == settings.to &&
+                  (link.paths().is_target(from) || link.is_to(peer));
+         }) != nullptr;
 }
 
 std::size_t Links::links_in_use() const {
@@ -643,107 +550,15 @@ std::size_t Links::links_in_use() const {
       std::ranges::count_if(slots_, [](const Slot& slot) { return slot.link != nullptr; }));
 }
 
-// `resumed`: the generation of the keys with which a session continues.
-void Links::welcome(Time now, const Caller& caller, const Hello& hello, const Link& link,
-                    std::optional<std::uint8_t> resumed) {
-  const bool sealed = caller.handshake != nullptr;
-  const Welcome welcome{.version = sealed ? kVersionSealed : kVersionPlain,
-                        .resumed = resumed.has_value(),
-                        .generation = resumed.value_or(0),
-                        .echo = hello.token,
-                        .token = link.our_token(),
-                        .keep_alive = link.settings().keep_alive,
-                        .identity = setup_.self,
-                        .codecs = kCodecs};
-  sealed ? answer(now, *caller.handshake, welcome) : send_control(caller.address, welcome);
-}
-
-template <typename Datagram>
-void Links::answer(Time now, Handshakes::One& handshake, const Datagram& datagram) {
-  std::array<std::byte, kControlDatagramMax> bytes{};
-  handshakes_.answer(now, handshake, std::span(bytes).first(encode(datagram, bytes)));
-}
-
-void Links::take(Time now, const Caller& caller, const Hello& hello, Link& link) {
-  admission_.forget_rivals(hello.identity);
-  Verified verified;
-  if (caller.handshake != nullptr) verified = std::move(caller.handshake->verified);
-  link.accept(now, caller.address, hello, random() | 1, std::move(verified));
+void Links::was_taken(Link& link) {
   index(link);
   touch(link);
-  welcome(now, caller, hello, link, std::nullopt);
 }
 
-Link* Links::link_to(const Identity& identity) {
-  const auto found = peers_.find(identity.address().raw());
-  if (found == peers_.end()) return nullptr;
-  Link* link = slots_[found->second].link.get();
-  return link->is_to(identity) ? link : nullptr;
-}
-
-void Links::refuse(Time now, const Caller& caller, const Refuse& refusal) {
-  ++counters_.refused;
-  if (caller.handshake != nullptr) return answer(now, *caller.handshake, refusal);
-  if (refusals_.try_take(now)) send_control(caller.address, refusal);
-}
-
-// --- handshakes
-
-void Links::on_crypto(Time now, const NetAddress& from, const Crypto& crypto) {
-  if (handshakes_.on_crypto(now, from, crypto) || crypto.from_accepting || crypto.offset != 0)
-    return;
-  if (!admission_.is_proven(now, from, crypto.token, 0, crypto.cookie)) return;
-  if (handshakes_.are_possible()) {
-    // Without room, the first part of the handshake comes again.
-    (void)handshakes_.accept(now, from, crypto);
-    return;
-  }
-  constexpr std::string_view kNoKeys =
-      "this router has no keys: timsctl join on its host, or secure = false in the [[link]] of "
-      "both";
-  admission_.note_refused(now, from, {}, kNoKeys);
-  refuse(now, {from}, {.echo = crypto.token, .code = RefuseCode::kVersion, .text = kNoKeys});
-}
-
-void Links::on_message(Time now, Handshakes::One& handshake) {
-  if (handshake.side == Handshaker::Side::kAccepts) return on_who(now, handshake);
-  const auto datagram = decode(handshake.message);
-  if (datagram) {
-    if (const auto* welcome = std::get_if<Welcome>(&*datagram))
-      on_welcome(now, handshake.address, *welcome, &handshake);
-    Link* link = by_token(handshake.token);
-    const auto* refuse = std::get_if<Refuse>(&*datagram);
-    if (refuse != nullptr && link != nullptr) {
-      link->on_refuse(now, handshake.address, *refuse);
-      touch(*link);
-    }
-  }
-  handshakes_.finish(now, handshake);
-}
-
-void Links::on_who(Time now, Handshakes::One& handshake) {
-  const auto hello = decode_who(handshake.message);
-  const Caller caller{handshake.address, &handshake};
-  if (!hello || hello->token != handshake.token || hello->version_max != kVersionSealed)
-    return refuse(now, caller, {.echo = handshake.token, .code = RefuseCode::kVersion});
-  const PeerName& peer = handshake.verified.peer;
-  if (is_named(hello->identity, peer)) return admit(now, caller, *hello);
-  const std::string why = name_mismatch(hello->identity, peer);
-  admission_.note_refused(now, handshake.address, hello->identity, why);
-  refuse(now, caller,
-         {.echo = hello->token, .code = RefuseCode::kCertificate, .text = std::string_view(why)});
-}
-
-// Both sides log the reason.
-void Links::on_failed(Time now, const Handshakes::One& handshake, std::string_view why) {
-  const Refuse refusal{.echo = handshake.token, .code = RefuseCode::kCertificate, .text = why};
-  if (handshake.side == Handshaker::Side::kAccepts) {
-    admission_.note_refused(now, handshake.address, {}, why);
-    return refuse(now, {handshake.address}, refusal);
-  }
-  Link* link = by_token(handshake.token);
+void Links::on_refuse(Time now, const NetAddress& from, const Refuse& refuse) {
+  Link* link = by_token(refuse.echo);
   if (link == nullptr) return;
-  link->on_refuse(now, handshake.address, refusal);
+  link->on_refuse(now, from, refuse);
   touch(*link);
 }
 

@@ -15,14 +15,12 @@
 #include <utility>
 #include <vector>
 
-#include "base/rate_limiter.h"
 #include "router/core/random.h"
 #include "router/core/router.h"
-#include "router/link/admission.h"
 #include "router/link/fleet.h"
-#include "router/link/handshakes.h"
 #include "router/link/link.h"
 #include "router/link/list_exchange.h"
+#include "router/link/reception.h"
 #include "router/link/transport.h"
 
 namespace tims::link {
@@ -49,7 +47,7 @@ class LinksShell : public core::Interface {
 
 class Links final : public core::Port,
                     private LinkContext,
-                    private Handshakes::Observer,
+                    private Reception::House,
                     private ListExchange::Carrier {
  public:
   Links(core::Router& router, core::BlockPool& pool, MessageMemory& memory, const LinksSetup& setup,
@@ -90,7 +88,7 @@ class Links final : public core::Port,
   void on_datagram(Time now, const NetAddress& from, std::span<std::byte> bytes);
   // What the Handshaker has done.
   void on_handshake(Time now, HandshakeProgress&& progress) {
-    handshakes_.on_progress(now, std::move(progress));
+    reception_.on_progress(now, std::move(progress));
   }
 
   // What the ListKeeper has found; a good list comes by use_list().
@@ -110,7 +108,7 @@ class Links final : public core::Port,
   [[nodiscard]] bool has_something_to_send() const { return !touched_.empty() || held_.to; }
 
   [[nodiscard]] Time next_timeout() const {
-    return std::min({wake_.empty() ? kNever : wake_.top().at, handshakes_.next_timeout(),
+    return std::min({wake_.empty() ? kNever : wake_.top().at, reception_.next_timeout(),
                      lists_.next_timeout()});
   }
   void on_timeout(Time now);
@@ -139,9 +137,11 @@ class Links final : public core::Port,
   struct Counters {
     std::uint64_t strange = 0;        // datagrams that do not belong to this protocol
     std::uint64_t unknown_token = 0;  // datagrams of unknown sessions
-    std::uint64_t refused = 0;        // refused HELLOs
+    std::uint64_t refused = 0;        // refused HELLOs and handshakes
   };
-  [[nodiscard]] const Counters& counters() const { return counters_; }
+  [[nodiscard]] Counters counters() const {
+    return {.strange = strange_, .unknown_token = unknown_token_, .refused = reception_.refused()};
+  }
 
  private:
   struct Wake {
@@ -149,9 +149,6 @@ class Links final : public core::Port,
     std::uint32_t slot = 0;
     bool operator>(const Wake& other) const { return at > other.at; }
   };
-
-  template <typename Datagram>
-  void send_control(const NetAddress& to, const Datagram& datagram);
 
   // LinkContext
   std::uint64_t random() override;
@@ -166,7 +163,7 @@ class Links final : public core::Port,
 
   void shake_hands(Time now, const NetAddress& to, const Retry& retry,
                    std::span<const std::byte> who) override {
-    handshakes_.connect(now, to, retry, who);
+    reception_.shake_hands(now, to, retry, who);
   }
 
   void begin_lists(Time now, const Link& link) override;
@@ -181,39 +178,25 @@ class Links final : public core::Port,
   void check_list(std::uint64_t transfer, std::uint64_t number, std::uint32_t slot,
                   std::vector<std::byte>&& bytes) override;
 
-  // Handshakes::Observer
-  void on_message(Time now, Handshakes::One& handshake) override;
-  void on_failed(Time now, const Handshakes::One& handshake, std::string_view why) override;
-  void on_crypto(Time now, const NetAddress& from, const Crypto& crypto);
-  void on_who(Time now, Handshakes::One& handshake);
-
-  // --- admission
-  // Who asks for a link: a datagram from a proven address, or the message of a handshake.
-  struct Caller {
-    NetAddress address{};
-    Handshakes::One* handshake = nullptr;
-  };
-  void on_hello(Time now, const NetAddress& from, const Hello& hello);
-  void admit(Time now, const Caller& caller, const Hello& hello);
-  void welcome(Time now, const Caller& caller, const Hello& hello, const Link& link,
-               std::optional<std::uint8_t> resumed);
-  [[nodiscard]] std::optional<Refuse> reason_against(Time now, const Caller& caller,
-                                                     const Hello& hello, const Link* link);
-  template <typename Datagram>
-  void answer(Time now, Handshakes::One& handshake, const Datagram& datagram);
-  void take(Time now, const Caller& caller, const Hello& hello, Link& link);
-  Link* link_to(const Identity& identity);
-  void refuse(Time now, const Caller& caller, const Refuse& refusal);
-  [[nodiscard]] std::size_t links_in_use() const;
+  // Reception::House
+  [[nodiscard]] std::span<const LinkSettings> settings() const override { return settings_; }
+  [[nodiscard]] bool is_announced(const NetAddress& dds) const override {
+    return fleet_.routers().contains(dds);
+  }
+  Link* link_to(const Identity& peer) override;
+  Link* find(std::string_view name) override;
+  bool calls(const LinkSettings& settings, const NetAddress& from, const Identity& peer) override;
+  [[nodiscard]] std::size_t links_in_use() const override;
+  Link& add(Time now, const LinkSettings& settings) override;
+  void was_taken(Link& link) override;
+  void on_welcome(Time now, const NetAddress& from, const Welcome& welcome,
+                  Handshakes::One* handshake) override;
+  void on_refuse(Time now, const NetAddress& from, const Refuse& refuse) override;
 
   void on_data(Time now, const NetAddress& from, const Data& data);
-  void on_welcome(Time now, const NetAddress& from, const Welcome& welcome,
-                  Handshakes::One* handshake = nullptr);
   void on_reset(Time now, const NetAddress& from, const Reset& reset);
   Link* by_token(std::uint64_t token);
   [[nodiscard]] LinkSettings own_settings(LinkSettings settings) const;
-  Link& add(Time now, const LinkSettings& settings);
-  Link* find(std::string_view name);
   template <typename Visit>  // calls (Link&); must not add links
   void for_each_link(Visit visit) {
     for (const Slot& slot : slots_) {
@@ -256,8 +239,7 @@ class Links final : public core::Port,
   std::array<DatagramSender*, core::kPathKindCount> senders_{};
   std::array<std::string, core::kPathKindCount> trouble_;
   Packing packing_;
-  Admission admission_;
-  Handshakes handshakes_;
+  Reception reception_;
   ListExchange lists_;
   Fleet fleet_;
   StandbyTurns standby_turns_;
@@ -289,9 +271,9 @@ class Links final : public core::Port,
   Time overlap_end_{};
   bool choose_ = false;
   bool ends_ = false;
-  std::uint32_t advertised_ = 0;  // number of the router's table that was announced last
-  Counters counters_;
-  base::RateLimiter refusals_;
+  std::uint32_t advertised_ = 0;     // number of the router's table that was announced last
+  std::uint64_t strange_ = 0;        // see Counters
+  std::uint64_t unknown_token_ = 0;  // likewise
 
   std::vector<Link*> touched_;
   std::priority_queue<Wake, std::vector<Wake>, std::greater<>> wake_;

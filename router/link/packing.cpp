@@ -1,5 +1,7 @@
 #include "router/link/packing.h"
 
+#include <algorithm>
+#include <cstring>
 #include <utility>
 
 #include "router/link/datagram.h"
@@ -54,6 +56,7 @@ Packing::Packing(const AddressWidths& widths, const core::PriorityClasses& class
     : widths_(widths),
       classes_(classes),
       clock_(clock),
+      plain_(std::make_unique_for_overwrite<std::byte[]>(compression::kBlockMax)),
       packed_(std::make_unique_for_overwrite<std::byte[]>(kHeadSize + compression::kBlockMax)),
       streams_(kStreams) {}
 
@@ -92,31 +95,55 @@ std::optional<core::Message> Packing::pack(const core::Message& message, compres
   if (stream.own_class && !settings.own_classes) return std::nullopt;
   if (stream.ratio < kRatioMin && ++stream.skipped < kTriedAgainAfter) return std::nullopt;
   const Time begin = now();
-  // A message that did not gain may have been the first one of something else.
-  if (std::exchange(stream.skipped, 0) != 0)
-    stream.stride = static_cast<std::uint8_t>(compression::find_stride(body));
-  const compression::Recipe recipe = compression::recipe_for(method, stream.stride);
-  const std::span room = std::span(packed_.get() + kHeadSize, message.bytes.size() - kHeadSize);
-  const std::size_t size = codec_.compress(recipe, body, room);
+  const bool is_there = is_last(message, method);
+  const bool gains = is_there || compress(message, stream);
   counters.spent += now() - begin;
-  const std::size_t total = size == 0 ? message.bytes.size() : kHeadSize + size;
-  const auto ratio = static_cast<std::uint32_t>(message.bytes.size() * 1000 / total);
-  stream.ratio = stream.ratio < kRatioMin ? ratio : (7 * stream.ratio + ratio) / 8;
-  if (size == 0) {
+  if (!gains) {
     ++counters.incompressible;
     return std::nullopt;
   }
   ++counters.packed;
+  counters.reused += is_there ? 1 : 0;
   counters.bytes_before += message.bytes.size();
-  counters.bytes_after += total;
+  counters.bytes_after += last_.total;
   core::Message packed = message;
   packed.packed = true;
-  packed.header.length = static_cast<std::uint32_t>(total);
-  packed.bytes = std::span(packed_.get(), total);
+  packed.header.length = static_cast<std::uint32_t>(last_.total);
+  packed.bytes = std::span(packed_.get(), last_.total);
   wire::encode_header(packed.header, packed.bytes.first<kHeaderSize>());
-  put(packed.bytes.subspan(kHeaderSize),
-      {.recipe = recipe, .size = static_cast<std::uint32_t>(message.bytes.size())});
   return packed;
+}
+
+bool Packing::is_last(const core::Message& message, compression::Method method) const {
+  const auto body = message.body();
+  return last_.plain == body.size() && last_.src == message.header.src &&
+         last_.type == message.header.type && last_.method == method &&
+         std::memcmp(plain_.get(), body.data(), body.size()) == 0;
+}
+
+// Returns false when nothing is gained. Otherwise it is in packed_, except for its header.
+bool Packing::compress(const core::Message& message, Stream& stream) {
+  const auto body = message.body();
+  // A message that did not gain may have been the first one of something else.
+  if (std::exchange(stream.skipped, 0) != 0)
+    stream.stride = static_cast<std::uint8_t>(compression::find_stride(body));
+  const compression::Recipe recipe = compression::recipe_for(stream.method, stream.stride);
+  const std::span room = std::span(packed_.get() + kHeadSize, message.bytes.size() - kHeadSize);
+  const std::size_t size = codec_.compress(recipe, body, room);
+  const std::size_t total = size == 0 ? message.bytes.size() : kHeadSize + size;
+  const auto ratio = static_cast<std::uint32_t>(message.bytes.size() * 1000 / total);
+  stream.ratio = stream.ratio < kRatioMin ? ratio : (7 * stream.ratio + ratio) / 8;
+  last_ = {};
+  if (size == 0) return false;
+  put(std::span(packed_.get(), kHeadSize).subspan(kHeaderSize),
+      {.recipe = recipe, .size = static_cast<std::uint32_t>(message.bytes.size())});
+  std::ranges::copy(body, plain_.get());
+  last_ = {.src = message.header.src,
+           .type = message.header.type,
+           .method = stream.method,
+           .plain = body.size(),
+           .total = total};
+  return true;
 }
 
 std::optional<std::uint32_t> Packing::unpacked_size(const core::Message& packed) const {

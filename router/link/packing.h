@@ -44,9 +44,10 @@ inline constexpr std::uint64_t kRateLz4 = 6'250'000;
 
 // Of one link.
 struct PackingCounters {
-  std::uint64_t packed = 0;  // messages compressed here, and their sizes before and after
+  std::uint64_t packed = 0;  // messages sent compressed, and their sizes before and after
   std::uint64_t bytes_before = 0;
   std::uint64_t bytes_after = 0;
+  std::uint64_t reused = 0;          // of these, compressed for another receiver or link before
   std::uint64_t incompressible = 0;  // tried, and sent as they are
   std::uint64_t unpacked = 0;        // messages decompressed here
   std::uint64_t bytes_unpacked = 0;  // their sizes afterwards
@@ -69,7 +70,8 @@ class Packing {
   Packing(const AddressWidths& widths, const core::PriorityClasses& classes, Clock clock = nullptr);
 
   // The message compressed; empty when it is to be sent as it is. The result is valid until the
-  // next call.
+  // next call. Data for several receivers come one after the other, each with its own header: they
+  // are compressed once.
   std::optional<core::Message> pack(const core::Message& message, compression::Method method,
                                     const PackingSettings& settings, PackingCounters& counters);
 
@@ -96,16 +98,29 @@ class Packing {
   };
   static constexpr std::size_t kStreams = 512;
 
+  // What is in packed_, of the bytes in plain_.
+  struct Last {
+    Address src{};
+    std::int8_t type = 0;
+    compression::Method method{};
+    std::size_t plain = 0;  // bytes of the body; 0: nothing
+    std::size_t total = 0;  // bytes of the compressed message
+  };
+
   Stream& stream_of(const Header& header, compression::Method method,
                     std::span<const std::byte> body);
   [[nodiscard]] bool may_pack(const Header& header) const;
+  [[nodiscard]] bool is_last(const core::Message& message, compression::Method method) const;
+  bool compress(const core::Message& message, Stream& stream);
   [[nodiscard]] Time now() const { return clock_ == nullptr ? Time{} : clock_(); }
 
   AddressWidths widths_;
   core::PriorityClasses classes_;
   Clock clock_;
   compression::Codec codec_;
+  std::unique_ptr<std::byte[]> plain_;
   std::unique_ptr<std::byte[]> packed_;
+  Last last_;
   std::vector<Stream> streams_;
 };
 

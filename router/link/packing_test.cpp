@@ -77,6 +77,42 @@ TEST_F(PackingTest, AMessageIsRestored) {
   EXPECT_EQ(counters.bytes_before, counters.bytes_unpacked);
 }
 
+TEST_F(PackingTest, ForSeveralReceiversItIsCompressedOnce) {
+  const auto body = compression::scan_like(5784);
+  Header header = data_header();
+  for (std::uint32_t receiver = 0; receiver < 5; ++receiver) {
+    header.dest = Address(kPilot.raw() + receiver);
+    ++header.seq_nr;
+    auto packed = pack(header, body);
+    ASSERT_TRUE(packed);
+    EXPECT_EQ(counters.reused, receiver);
+    std::vector<std::byte> back(last->bytes.size());
+    ASSERT_TRUE(packing.unpack(*packed, back, counters));
+    EXPECT_EQ(back, last->bytes);
+  }
+  EXPECT_EQ(counters.packed, 5U);
+}
+
+TEST_F(PackingTest, OnlyTheSameBytesOfTheSameSourceAreReused) {
+  const auto body = compression::scan_like(5784);
+  Header other = data_header();
+  other.src = Address(kLadar.raw() + 1);
+  auto differs = body;
+  differs.back() ^= std::byte{1};
+  ASSERT_TRUE(pack(data_header(), body));
+  ASSERT_TRUE(pack(data_header(), body, Method::kLz4));
+  ASSERT_TRUE(pack(data_header(), differs, Method::kLz4));
+  ASSERT_TRUE(pack(other, differs, Method::kLz4));
+  ASSERT_TRUE(pack(other, std::span(differs).first(5000), Method::kLz4));
+  EXPECT_FALSE(pack(data_header(), compression::noise(5000), Method::kLz4)) << "overwrites it";
+  auto packed = pack(other, std::span(differs).first(5000), Method::kLz4);
+  ASSERT_TRUE(packed);
+  EXPECT_EQ(counters.reused, 0U);
+  std::vector<std::byte> back(last->bytes.size());
+  ASSERT_TRUE(packing.unpack(*packed, back, counters));
+  EXPECT_EQ(back, last->bytes);
+}
+
 TEST_F(PackingTest, SizesHaveBounds) {
   EXPECT_FALSE(packs(data_header(), Packing::kMessageMin - kHeaderSize - 1));
   EXPECT_TRUE(packs(data_header(), Packing::kMessageMin - kHeaderSize));

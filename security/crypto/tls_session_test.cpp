@@ -194,6 +194,25 @@ TEST_F(TlsSessionTest, GarbageFails) {
   EXPECT_FALSE(server.write(view_of("x")));
 }
 
+// A ClientHello of TLS 1.2, also as an attacker makes it of one of 1.3 by leaving out what it
+// supports.
+TEST_F(TlsSessionTest, OlderVersionsAreRefused) {
+  Bytes hello;
+  const auto add = [&](std::initializer_list<int> values) {
+    for (const int value : values) hello.push_back(static_cast<std::byte>(value));
+  };
+  add({0x16, 3, 1, 0, 75, 1, 0, 0, 71, 3, 3});
+  hello.resize(hello.size() + 32);                                // random
+  add({0, 0, 4, 0xC0, 0x2B, 0x13, 0x01, 1, 0});                   // suites of 1.2 and of 1.3
+  add({0, 26, 0, 10, 0, 4, 0, 2, 0, 23});                         // extensions; groups: P-256
+  add({0, 11, 0, 2, 1, 0, 0, 13, 0, 8, 0, 6, 4, 3, 8, 4, 4, 1});  // signatures
+  ASSERT_EQ(hello.size(), 80U);
+  TlsSession server(TlsContext::make(server_settings()).value());
+  (void)server.feed(hello);
+  EXPECT_EQ(server.state(), State::kFailed);
+  EXPECT_NE(server.error().find("unsupported protocol"), std::string::npos) << server.error();
+}
+
 TEST_F(TlsSessionTest, KeyAndCertificateOfOthersMakeNoContext) {
   TlsSettings mine = server_settings();
   mine.key = client_.key;

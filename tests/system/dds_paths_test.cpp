@@ -7,6 +7,7 @@
 #include <signal.h>
 
 #include "tests/system/dds_fixture.h"
+#include "tests/system/rtps_storm.h"
 
 namespace tims::test {
 namespace dds_paths_test {
@@ -192,6 +193,22 @@ TEST_F(DdsPaths, TheProcessOfDdsIsKilled) {
   EXPECT_TRUE(goes_by(*base_, "robot", "dds", 3 * kPatience));
   EXPECT_TRUE(goes_by(*robot_, "base", "dds", 3 * kPatience));
   EXPECT_TRUE(traffic.goes_on());
+  traffic.expect_all();
+  EXPECT_THAT(base_->log(), testing::Not(HasSubstr("is down")));
+}
+
+// Whatever the library makes of it, also if its process ends: the link goes on over UDP.
+TEST_F(DdsPaths, AStormOfForgedDatagramsEndsNothing) {
+  start();
+  EXPECT_TRUE(both_work(*base_, "robot"));
+  Traffic traffic(*base_, *robot_);
+  for (int round = 0; round < 5; ++round) {
+    RtpsStorm::send(TwoNetworks::kLeft, 200);
+    RtpsStorm::send(TwoNetworks::kRight, 200);
+    EXPECT_TRUE(traffic.goes_on());
+  }
+  EXPECT_TRUE(goes_by(*base_, "robot", "udp"));
+  EXPECT_TRUE(goes_by(*robot_, "base", "udp"));
   traffic.expect_all();
   EXPECT_THAT(base_->log(), testing::Not(HasSubstr("is down")));
 }
