@@ -546,6 +546,10 @@ void Link::on_frame(Time now, const ChallengeFrame& frame) {
   // Not over a path that is not prepared yet: the answer would prepare it, and many routers may
   // ask at once.
   if (paths_.leads(from_.kind)) send_nonce(now, FrameType::kResponse, frame.nonce, from_);
+  // Who passes datagrams on before the network does must not get all the answers.
+  const Path* path = paths_.find(from_.kind);
+  if (path != nullptr && path->address && path->address != from_)
+    send_nonce(now, FrameType::kResponse, frame.nonce, path->address);
   // The answer also goes over the path in use, because the challenge's path may work in one
   // direction only.
   if (from_.kind != paths_.kind())

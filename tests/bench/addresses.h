@@ -1,5 +1,6 @@
 // Addresses of a measurement: one instance per pair; local id 0 is its sender, higher ones
-// receivers.
+// receivers. Of two hosts, senders are at the robot, system 1, and the base takes nothing else from
+// it.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +11,7 @@
 namespace tims::bench {
 
 inline Address sender_address(std::uint32_t pair) {
-  return Address::of({.class_id = class_id::kTest, .instance = pair});
+  return Address::of({.system = 1, .class_id = class_id::kTest, .instance = pair});
 }
 inline Address receiver_address(std::uint32_t pair, std::uint32_t index) {
   return Address::of({.class_id = class_id::kTest, .instance = pair, .local = index + 1});

@@ -6,7 +6,7 @@
 namespace tims::bench {
 namespace {
 
-constexpr const char* kFleet = "bench";
+constexpr const char* kFleetName = "bench";
 
 std::int64_t wall_seconds() {
   return std::chrono::duration_cast<std::chrono::seconds>(
@@ -21,14 +21,14 @@ Result<FleetKeys> FleetKeys::make(std::string folder) {
   std::filesystem::remove_all(folder, ignored);
   std::filesystem::create_directories(folder, ignored);
   auto authority =
-      security::Authority::init(security::KeyFolder(folder + "/authority"), kFleet, wall_seconds());
+      security::Authority::init(security::KeyFolder(folder + "/authority"), kFleetName, wall_seconds());
   if (!authority) return authority.error();
   return FleetKeys(std::move(folder), std::move(*authority));
 }
 
 Result<void> FleetKeys::add(security::MemberRole role, std::uint16_t system,
                             std::uint16_t id) const {
-  const security::Identity identity{.fleet = kFleet,
+  const security::Identity identity{.fleet = kFleetName,
                                     .role = role,
                                     .system = system,
                                     .id = id,

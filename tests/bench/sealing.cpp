@@ -14,14 +14,17 @@ namespace tims::bench {
 namespace {
 
 // With an MTU of 1500 bytes.
-constexpr std::size_t kDatagram = 1472;
-constexpr std::size_t kText = kDatagram - link::kDataHeaderSize - link::Sealer::kTagSize;
-constexpr std::size_t kTrain = 44;  // of datagrams that are offered to the socket together
+constexpr std::size_t kSealedDatagram = 1472;
+constexpr std::size_t kSealedText =
+    kSealedDatagram - link::kDataHeaderSize - link::Sealer::kTagSize;
+constexpr std::size_t kSealedTrain = 44;  // of datagrams that are offered to the socket together
 
-std::uint64_t datagrams_of(const Plan& plan) { return (plan.payload + kText - 1) / kText; }
+std::uint64_t datagrams_of(const Plan& plan) {
+  return (plan.payload + kSealedText - 1) / kSealedText;
+}
 
 std::span<std::byte> at(std::vector<std::byte>& train, std::uint64_t number) {
-  return std::span(train).subspan(number % kTrain * kDatagram, kDatagram);
+  return std::span(train).subspan(number % kSealedTrain * kSealedDatagram, kSealedDatagram);
 }
 
 }  // namespace
@@ -31,7 +34,7 @@ bool seal_datagrams(const Plan& plan) {
   keys.begin(os::now(),
              std::make_unique<io::AeadSealer>(security::Suite::kAes128Gcm, io::AeadSealer::Secret{},
                                               io::AeadSealer::Secret{}));
-  std::vector<std::byte> train(kTrain * kDatagram);
+  std::vector<std::byte> train(kSealedTrain * kSealedDatagram);
   std::uint64_t number = 0;
   measure_passes(plan, [&]() -> std::uint64_t {
     const Time now = os::now();
@@ -46,7 +49,7 @@ bool encrypt_alone(const Plan& plan) {
   security::Aead aead(security::Aead::Direction::kSeal);
   const std::array<std::byte, 16> key{};
   if (!aead.set_key(security::Suite::kAes128Gcm, key)) return false;
-  std::vector<std::byte> train(kTrain * kDatagram);
+  std::vector<std::byte> train(kSealedTrain * kSealedDatagram);
   security::Nonce nonce{};
   std::uint64_t number = 0;
   bool sealed = true;
@@ -54,8 +57,9 @@ bool encrypt_alone(const Plan& plan) {
     for (std::uint64_t i = datagrams_of(plan); i > 0; --i, ++number) {
       std::memcpy(nonce.data(), &number, sizeof number);
       const auto datagram = at(train, number);
-      sealed = aead.seal(nonce, {}, datagram.first(kText), datagram.last<security::kTagBytes>()) &&
-               sealed;
+      sealed =
+          aead.seal(nonce, {}, datagram.first(kSealedText), datagram.last<security::kTagBytes>()) &&
+          sealed;
     }
     return 1;
   });

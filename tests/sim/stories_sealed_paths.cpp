@@ -61,7 +61,8 @@ struct SealedPaths : testing::Test {
   void expect_no_event() {
     for (Node* node : {base, robot}) {
       EXPECT_EQ(Story::find_event(*node, core::EventKind::kLinkDown), nullptr);
-      EXPECT_EQ(Story::find_event(*node, core::EventKind::kLinkPath), nullptr);
+      const core::Event* path = Story::find_event(*node, core::EventKind::kLinkPath);
+      EXPECT_EQ(path, nullptr) << node->setup().name << ": " << path->text.view();
     }
   }
 

@@ -23,7 +23,7 @@ class RtpsStorm {
     for (int i = 0; i < each; ++i) {
       for (const auto& message :
            {storm.participant(), storm.heartbeat(), storm.gap(), storm.fragment(), storm.noise()})
-        for (const std::uint16_t port : {7400, 7410, 7411, 7412, 7413})
+        for (const int port : {7400, 7410, 7411, 7412, 7413})
           storm.send(host, port, message);
     }
   }
@@ -97,10 +97,10 @@ class RtpsStorm {
                                                 0xC7040000, 0x03010000, 0x04020000};
     return kAll[random_() % kAll.size()];
   }
-  void send(const char* host, std::uint16_t port, const Bytes& bytes) const {
+  void send(const char* host, int port, const Bytes& bytes) const {
     sockaddr_in to{};
     to.sin_family = AF_INET;
-    to.sin_port = htons(port);
+    to.sin_port = htons(static_cast<std::uint16_t>(port));
     ::inet_pton(AF_INET, host, &to.sin_addr);
     (void)::sendto(socket_.get(), bytes.data(), bytes.size(), 0,
                    reinterpret_cast<const sockaddr*>(&to), sizeof to);
