@@ -20,8 +20,8 @@ Result<FleetKeys> FleetKeys::make(std::string folder) {
   std::error_code ignored;
   std::filesystem::remove_all(folder, ignored);
   std::filesystem::create_directories(folder, ignored);
-  auto authority =
-      security::Authority::init(security::KeyFolder(folder + "/authority"), kFleetName, wall_seconds());
+  auto authority = security::Authority::init(security::KeyFolder(folder + "/authority"), kFleetName,
+                                             wall_seconds());
   if (!authority) return authority.error();
   return FleetKeys(std::move(folder), std::move(*authority));
 }

@@ -23,8 +23,7 @@ class RtpsStorm {
     for (int i = 0; i < each; ++i) {
       for (const auto& message :
            {storm.participant(), storm.heartbeat(), storm.gap(), storm.fragment(), storm.noise()})
-        for (const int port : {7400, 7410, 7411, 7412, 7413})
-          storm.send(host, port, message);
+        for (const int port : {7400, 7410, 7411, 7412, 7413}) storm.send(host, port, message);
     }
   }
 
