@@ -437,7 +437,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
 
   Result<void> listen() {
     const config::Config& c = configuration_.config;
-    if (auto result = local_.listen(); !result) {
+    if (auto result = local_.listen(manager_.sockets()); !result) {
       return Error(result.error().code(), cannot_listen("unix.path", c.unix.path, result.error()));
     }
     process_.unix_path = c.unix.path;
@@ -445,6 +445,8 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     if (auto result = listen(tcp_, "tcp", c.tcp.listen, process_.tcp); !result) return result;
     if (auto result = listen(http_, "http", c.http.listen, process_.http); !result) return result;
     if (auto result = listen_for_routers(c); !result) return result;
+    for (const std::string& name : manager_.sockets().forget_rest())
+      log_.info("the service manager's socket " + name + " is in no setting: closed");
     links_.configure(os::now(), c);
     if (const auto exposed = exposed_ports(); !exposed.empty())
       log_.warning(
@@ -490,7 +492,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   // A router without links has no UDP socket.
   Result<void> listen_for_routers(const config::Config& c) {
     if (!c.links.empty() && !links_.is_open() && c.udp.listen) {
-      const auto where = links_.listen(*c.udp.listen);
+      const auto where = links_.listen(*c.udp.listen, manager_.sockets());
       if (!where) {
         return Error(where.error().code(),
                      cannot_listen("udp.listen", c.udp.listen->to_string(), where.error()));
@@ -513,7 +515,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   Result<void> listen(TcpOrHttpPort& port, std::string_view name,
                       const std::optional<config::Endpoint>& endpoint, std::string& where) {
     if (!endpoint) return {};
-    const auto listening = port.listen(*endpoint);
+    const auto listening = port.listen(*endpoint, &manager_.sockets());
     if (!listening) {
       return Error(
           listening.error().code(),

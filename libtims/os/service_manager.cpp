@@ -1,5 +1,6 @@
 #include "os/service_manager.h"
 
+#include <array>
 #include <cerrno>
 #include <charconv>
 #include <cstddef>
@@ -11,6 +12,7 @@
 #include <fcntl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/uio.h>
 #include <sys/un.h>
 
 #include "os/clock.h"
@@ -19,6 +21,9 @@
 namespace tims::os {
 
 namespace {
+
+constexpr timespec kMoment{0, 1'000'000};
+constexpr Duration kKeepPatience = std::chrono::milliseconds(500);
 
 // The connection that this program has inherited; empty: none.
 File inherited_connection() {
@@ -60,11 +65,29 @@ bool ServiceManager::report(std::string_view variable, std::string_view value) {
 }
 
 bool ServiceManager::report(std::string_view variable, std::string_view value, Duration patience) {
-  constexpr timespec kMoment{0, 1'000'000};
   bool taken = report(variable, value);
   for (const Time end = deadline_after(patience); !taken && now() < end; taken = flush())
     ::nanosleep(&kMoment, nullptr);
   return taken;
+}
+
+// FDPOLL=0: an error of a socket is the program's affair.
+bool ServiceManager::keep(std::string_view name, int socket) {
+  return send_about_sockets("FDSTORE=1\nFDPOLL=0\nFDNAME=" + std::string(name), socket);
+}
+
+bool ServiceManager::forget(std::string_view name) {
+  return send_about_sockets("FDSTOREREMOVE=1\nFDNAME=" + std::string(name), -1);
+}
+
+bool ServiceManager::send_about_sockets(const std::string& text, int socket) const {
+  if (!socket_ || path_.empty()) return false;  // `timsctl up` keeps none
+  const Time end = deadline_after(kKeepPatience);
+  while (!send(text, socket)) {
+    if (now() > end) return false;
+    ::nanosleep(&kMoment, nullptr);
+  }
+  return true;
 }
 
 bool ServiceManager::flush() {
@@ -75,14 +98,14 @@ bool ServiceManager::flush() {
 bool ServiceManager::flush_locked() {
   while (!kept_.empty()) {
     const auto& [variable, value] = *kept_.begin();
-    if (!send(variable + "=" + value)) return false;
+    if (!send(std::string(variable).append("=").append(value))) return false;
     kept_.erase(kept_.begin());
   }
   return true;
 }
 
 // False: there is no room now. A manager that has gone or refuses the report is not asked again.
-bool ServiceManager::send(const std::string& text) const {
+bool ServiceManager::send(const std::string& text, int socket) const {
   sockaddr_un address{};
   socklen_t size = 0;
   if (!path_.empty()) {
@@ -91,8 +114,23 @@ bool ServiceManager::send(const std::string& text) const {
     if (path_[0] == '@') address.sun_path[0] = '\0';
     size = static_cast<socklen_t>(offsetof(sockaddr_un, sun_path) + path_.size());
   }
-  return ::sendto(socket_.get(), text.data(), text.size(), MSG_NOSIGNAL | MSG_DONTWAIT,
-                  size == 0 ? nullptr : reinterpret_cast<const sockaddr*>(&address), size) >= 0 ||
+  iovec part{const_cast<char*>(text.data()), text.size()};
+  msghdr message{};
+  if (size > 0) message.msg_name = &address;
+  message.msg_namelen = size;
+  message.msg_iov = &part;
+  message.msg_iovlen = 1;
+  alignas(cmsghdr) std::array<std::byte, CMSG_SPACE(sizeof socket)> control{};
+  if (socket >= 0) {
+    message.msg_control = control.data();
+    message.msg_controllen = control.size();
+    cmsghdr* header = CMSG_FIRSTHDR(&message);
+    header->cmsg_level = SOL_SOCKET;
+    header->cmsg_type = SCM_RIGHTS;
+    header->cmsg_len = CMSG_LEN(sizeof socket);
+    std::memcpy(CMSG_DATA(header), &socket, sizeof socket);
+  }
+  return ::sendmsg(socket_.get(), &message, MSG_NOSIGNAL | MSG_DONTWAIT) >= 0 ||
          (errno != EAGAIN && errno != ENOBUFS);
 }
 

@@ -41,6 +41,11 @@ class ServiceManager {
   bool report(std::string_view variable, std::string_view value);
   // Waits for room, at most for this time. Returns false if anything is kept.
   bool report(std::string_view variable, std::string_view value, Duration patience);
+  // Gives it a socket to keep while this program is restarted (FDSTORE=1), or lets it forget the
+  // sockets of this name. False: it does not keep any, or is too busy. Waits for room, at most
+  // 0.5 s. Names have at most 255 printable characters and no colon.
+  bool keep(std::string_view name, int socket);
+  bool forget(std::string_view name);
   // Sends what is kept, as far as there is room. Returns false if anything is left: call it again
   // after kFlushPause.
   bool flush();
@@ -48,7 +53,9 @@ class ServiceManager {
 
  private:
   bool flush_locked();
-  [[nodiscard]] bool send(const std::string& text) const;
+  bool send_about_sockets(const std::string& text, int socket) const;
+  // `socket`: goes with the text; -1: none.
+  [[nodiscard]] bool send(const std::string& text, int socket = -1) const;
 
   std::string path_;  // empty: a connection
   File socket_;

@@ -9,7 +9,6 @@
 #include "os/clock.h"
 #include "os/peer.h"
 #include "os/socket.h"
-#include "router/io/net/addresses.h"
 
 namespace tims::io {
 namespace {
@@ -36,10 +35,24 @@ Acceptor::Acceptor(Loop& loop, Log& log, OnConnection on_connection,
       pause_(loop, [this] { watch_->set(Interest::kReading); }),
       spare_(open_spare()) {}
 
-Result<config::Endpoint> Acceptor::listen(const config::Endpoint& where) {
+Result<config::Endpoint> Acceptor::listen(const config::Endpoint& where, os::SocketStore* store) {
   const auto numeric = numeric_address(where.host, where.port);
   if (!numeric) return Error(Errc::kInvalidArgument, where.to_string() + ": not a numeric address");
   SystemAddress address = system_address(*numeric);
+  os::File file = store != nullptr ? store->take(SOCK_STREAM, *address.get()) : os::File();
+  if (!file) {
+    auto opened = open(where, address);
+    if (!opened) return opened.error();
+    file = std::move(*opened);
+  }
+  if (::listen(file.get(), kBacklog) != 0) return cannot_listen(where);
+  ::getsockname(file.get(), address.get(), &address.size);
+  if (store != nullptr) store->keep(file.get());
+  listen(std::move(file));
+  return config::Endpoint{where.host, address.net_address().port};
+}
+
+Result<os::File> Acceptor::open(const config::Endpoint& where, SystemAddress& address) {
   os::File file(::socket(address.family(), SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   if (!file) return cannot_listen(where);
   const int yes = 1;
@@ -47,10 +60,7 @@ Result<config::Endpoint> Acceptor::listen(const config::Endpoint& where) {
   const os::Bound bound = os::bind_even_early(file.get(), address.get(), address.size);
   if (bound == os::Bound::kNo) return cannot_listen(where);
   if (bound == os::Bound::kAddressNotHereYet) log_.warning(waits_for_address("tcp", where));
-  if (::listen(file.get(), kBacklog) != 0) return cannot_listen(where);
-  ::getsockname(file.get(), address.get(), &address.size);
-  listen(std::move(file));
-  return config::Endpoint{where.host, address.net_address().port};
+  return file;
 }
 
 void Acceptor::listen(os::File listening) {

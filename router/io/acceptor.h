@@ -8,9 +8,11 @@
 #include <string>
 
 #include "os/file.h"
+#include "os/socket_store.h"
 #include "router/config/config.h"
 #include "router/io/log.h"
 #include "router/io/loop.h"
+#include "router/io/net/addresses.h"
 #include "router/io/tls_gate.h"
 #include "router/io/visitor.h"
 #include "tims/result.h"
@@ -35,7 +37,8 @@ class Acceptor {
   Acceptor& operator=(const Acceptor&) = delete;
 
   // Returns the listening address, with the port that the system chose when 0 was requested.
-  Result<config::Endpoint> listen(const config::Endpoint& where);
+  // `store`: what may have the socket already, and keeps it; nullptr: nothing.
+  Result<config::Endpoint> listen(const config::Endpoint& where, os::SocketStore* store = nullptr);
   // A socket that is already listening and non-blocking.
   void listen(os::File listening);
   void stop();
@@ -46,6 +49,8 @@ class Acceptor {
   }
 
  private:
+  Result<os::File> open(const config::Endpoint& where, SystemAddress& address);
+
   enum class Next {
     kMore,   // there may be more connections
     kWait,   // until one arrives

@@ -236,9 +236,9 @@ void LinkPort::release() {
     WaitingMemory::discard(bytes);
 }
 
-Result<std::string> LinkPort::listen(const config::Endpoint& where) {
+Result<std::string> LinkPort::listen(const config::Endpoint& where, os::SocketStore& store) {
   if (auto result = check_memory(); !result) return result.error();
-  auto socket = UdpSocket::open(where);
+  auto socket = UdpSocket::open(where, {}, &store);
   if (!socket) return socket.error();
   socket_ = std::move(*socket);
   if (socket_->is_early()) log_.warning(waits_for_address("udp", where));

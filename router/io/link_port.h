@@ -74,7 +74,7 @@ class LinkPort final : private link::LinksShell, private link::DatagramSender {
            const link::LinksSetup& setup, const std::string& keys, OnList on_list);
 
   // Opens the socket; returns the listening address.
-  Result<std::string> listen(const config::Endpoint& where);
+  Result<std::string> listen(const config::Endpoint& where, os::SocketStore& store);
   // Announces this router in the fleet and enables the DDS path.
   Result<void> join(const config::Config& config);
   [[nodiscard]] bool is_open() const { return socket_ || dds_; }

@@ -5,6 +5,7 @@
 #include <cstring>
 
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "os/clock.h"
@@ -68,11 +69,19 @@ LocalPort::LocalPort(Loop& loop, core::Router& router, Log& log, LocalPortSettin
 
 LocalPort::~LocalPort() { remove_socket_file(); }
 
-Result<void> LocalPort::listen() {
-  auto listener = os::listen_unix(settings_.path, settings_.everybody ? 0666 : 0660);
-  if (!listener) return listener.error();
-  socket_file_ = os::file_at(settings_.path);
-  acceptor_.listen(std::move(*listener));
+Result<void> LocalPort::listen(os::SocketStore& store) {
+  const mode_t mode = settings_.everybody ? 0666 : 0660;
+  os::File listener = store.take_unix(settings_.path);
+  if (listener) {
+    ::chmod(settings_.path.c_str(), mode);
+  } else {
+    auto opened = os::listen_unix(settings_.path, mode);
+    if (!opened) return opened.error();
+    listener = std::move(*opened);
+  }
+  // The file of a socket that is kept stays: clients that connect meanwhile wait there.
+  if (!store.keep(listener.get())) socket_file_ = os::file_at(settings_.path);
+  acceptor_.listen(std::move(listener));
   sweep_.set(os::now() + kReturnGrace);
   return {};
 }

@@ -66,7 +66,8 @@ class LocalPort final : public core::Port {
   LocalPort(Loop& loop, core::Router& router, Log& log, LocalPortSettings settings);
   ~LocalPort() override;
 
-  Result<void> listen();
+  // `store`: what may have the socket already, and keeps it.
+  Result<void> listen(os::SocketStore& store);
 
   // core::Port
   core::Outcome deliver(Time now, const core::Receiver& to, const core::Message& message) override;

@@ -89,7 +89,7 @@ void Service::feed() {
 
 // Until the watchdog must be triggered again, or until a busy manager may have room.
 void Service::wait(bool reported) {
-  if (!reported) return timer_.set(os::now() + manager_.kFlushPause);
+  if (!reported) return timer_.set(os::now() + os::ServiceManager::kFlushPause);
   if (interval_.count() > 0) timer_.set(os::now() + interval_);
 }
 

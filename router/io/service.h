@@ -8,6 +8,7 @@
 #include <boost/asio/signal_set.hpp>
 
 #include "os/service_manager.h"
+#include "os/socket_store.h"
 #include "router/io/loop.h"
 #include "tims/result.h"
 
@@ -41,11 +42,15 @@ class Service {
   void reloading();
   void stopping();
 
+  // Sockets that outlive this process.
+  os::SocketStore& sockets() { return sockets_; }
+
  private:
   void feed();
   void wait(bool reported);
 
   os::ServiceManager manager_;
+  os::SocketStore sockets_{manager_, os::SocketStore::inherited()};
   std::chrono::microseconds interval_{};  // 0: no watchdog
   Timer timer_;
 };

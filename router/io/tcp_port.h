@@ -155,7 +155,9 @@ class TcpPort final : public core::Port {
           const TcpPortSettings& settings);
 
   // Returns the listening address.
-  Result<config::Endpoint> listen(const config::Endpoint& where) { return acceptor_.listen(where); }
+  Result<config::Endpoint> listen(const config::Endpoint& where, os::SocketStore* store = nullptr) {
+    return acceptor_.listen(where, store);
+  }
   void set_queue_bytes_max(std::uint64_t bytes);
   // From now on, connections come by the gate; `who` is called for those with a certificate.
   using Who = std::function<std::optional<Person>(const security::Certificate&)>;

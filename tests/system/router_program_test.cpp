@@ -1,11 +1,18 @@
 // tims-router as a program: command line, signals, service manager, system limits.
+#include <algorithm>
 #include <array>
 #include <csignal>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <map>
+#include <ranges>
+#include <utility>
 
 #include <fcntl.h>
+#include <fmt/core.h>
+#include <gmock/gmock.h>
 #include <netinet/in.h>
 #include <poll.h>
 #include <sched.h>
@@ -15,6 +22,7 @@
 
 #include "os/clock.h"
 #include "os/file.h"
+#include "os/socket.h"
 #include "os/wakeup.h"
 #include "tests/support/eventually.h"
 #include "tests/system/tcp_fixture.h"
@@ -358,12 +366,20 @@ class NotifySocket {
   }
   [[nodiscard]] const std::string& path() const { return path_; }
 
-  std::string receive() {
-    if (!os::is_ready(file_.get(), POLLIN, os::deadline_after(kPatience))) return "nothing came";
-    std::string text(1000, '\0');
-    const ssize_t n = ::recv(file_.get(), text.data(), text.size(), 0);
-    text.resize(n < 0 ? 0 : static_cast<std::size_t>(n));
-    return text;
+  std::string receive() { return receive_with_file().text; }
+
+  struct Report {
+    std::string text;
+    os::File file;
+  };
+  Report receive_with_file() {
+    if (!os::is_ready(file_.get(), POLLIN, os::deadline_after(kPatience)))
+      return {"nothing came", {}};
+    std::array<std::byte, 1000> bytes{};
+    auto received = os::receive_record(file_.get(), bytes, false);
+    if (!received) return {received.error().message(), {}};
+    return {std::string(reinterpret_cast<const char*>(bytes.data()), received->size),
+            received->files.empty() ? os::File() : std::move(received->files.front())};
   }
 
  private:
@@ -379,11 +395,13 @@ TEST_F(RouterProgramTest, NotifiesTheServiceManager) {
        "tcp.listen=off", "--set", "http.listen=off"},
       {.environment = {"NOTIFY_SOCKET=" + manager.path(), "WATCHDOG_USEC=20000"}, .folder = {}});
   ASSERT_TRUE(router.ok());
-  EXPECT_EQ(manager.receive(), "READY=1");
+  std::string text = manager.receive();
+  while (text.starts_with("FDSTORE=1\n")) text = manager.receive();
+  EXPECT_EQ(text, "READY=1");
   EXPECT_EQ(manager.receive(), "WATCHDOG=1");
   EXPECT_EQ(manager.receive(), "WATCHDOG=1");
   router->signal(SIGHUP);
-  std::string text = manager.receive();
+  text = manager.receive();
   while (text == "WATCHDOG=1") text = manager.receive();
   EXPECT_TRUE(text.starts_with("RELOADING=1\nMONOTONIC_USEC=")) << text;
   while (text != "READY=1") text = manager.receive();
@@ -391,6 +409,91 @@ TEST_F(RouterProgramTest, NotifiesTheServiceManager) {
   while (text != "STOPPING=1") text = manager.receive();
   const auto status = router->wait();
   EXPECT_TRUE(status.ok() && status->success());
+}
+
+// What systemd does at `systemctl restart`: the sockets that the router gave it are the first ones
+// of the next router.
+class KeepingManager {
+ public:
+  explicit KeepingManager(const RouterProcess& folder)
+      : socket_(folder.folder() + "/notify"), path_(folder.socket_path()) {}
+
+  Result<ChildProcess> start_router(const std::string& tcp) {
+    std::string script;
+    int number = 3;
+    for (const auto& [name, file] : kept_)
+      script += fmt::format("{}<&{} {}<&- ", number++, file.get(), file.get());
+    script = "exec " + script + "; export LISTEN_PID=$$ LISTEN_FDS=" + std::to_string(number - 3) +
+             "; exec " TIMS_ROUTER_PROGRAM " --set http.listen=off --set unix.path=" + path_ +
+             " --set tcp.listen=" + tcp;
+    return ChildProcess::start({"bash", "-c", script},
+                               {.environment = {"NOTIFY_SOCKET=" + socket_.path()}, .folder = {}});
+  }
+
+  // Until the router is ready. Returns the names of sockets that were to be forgotten.
+  std::vector<std::string> serve() {
+    std::vector<std::string> forgotten;
+    for (auto report = socket_.receive_with_file(); report.text != "READY=1";
+         report = socket_.receive_with_file()) {
+      const std::string name = report.text.substr(report.text.rfind('=') + 1);
+      if (report.text.starts_with("FDSTOREREMOVE=1\n")) {
+        kept_.erase(name);
+        forgotten.push_back(name);
+      } else if (report.text.starts_with("FDSTORE=1\n")) {
+        // Where no shell puts its own, and inherited by what is started.
+        kept_.insert_or_assign(name, os::File(::fcntl(report.file.get(), F_DUPFD, 100)));
+      } else if (report.text != "STOPPING=1") {
+        ADD_FAILURE() << report.text;
+        break;
+      }
+    }
+    return forgotten;
+  }
+
+  [[nodiscard]] std::vector<std::string> names() const {
+    std::vector<std::string> names;
+    std::ranges::copy(std::views::keys(kept_), std::back_inserter(names));
+    return names;
+  }
+
+ private:
+  NotifySocket socket_;
+  std::string path_;
+  std::map<std::string, os::File> kept_;
+};
+
+TEST_F(RouterProgramTest, WhoConnectsWhileItIsRestartedWaitsAndIsNotRefused) {
+  const RouterProcess folder;
+  KeepingManager manager(folder);
+  auto router = manager.start_router("127.0.0.1:0");
+  ASSERT_TRUE(router.ok());
+  const auto line = router->wait_for_line("listening tcp ");
+  ASSERT_TRUE(line.ok());
+  const std::string tcp = line->substr(line->rfind(' ') + 1);
+  EXPECT_THAT(manager.serve(), testing::IsEmpty());
+  EXPECT_EQ(manager.names().size(), 2U);
+
+  router->signal(SIGKILL);
+  ASSERT_TRUE(router->wait().ok());
+  auto remote = TcpClient::connect(tcp);
+  ASSERT_TRUE(remote.ok());
+  const auto local = os::connect_unix(folder.socket_path());
+  EXPECT_TRUE(local.ok());
+
+  router = manager.start_router(tcp);
+  ASSERT_TRUE(router.ok());
+  EXPECT_THAT(manager.serve(), testing::IsEmpty());
+  EXPECT_TRUE(remote->register_mailbox(Address(0x01110000)).ok());
+  EXPECT_TRUE(Session::connect({.router = folder.socket_path(), .timeout = kPatience}).ok());
+
+  // Also when it is asked to end; and with another address, the former one is free.
+  EXPECT_TRUE(router->stop(SIGTERM).ok());
+  EXPECT_NE(os::file_at(folder.socket_path()).inode, 0U);
+  router = manager.start_router("127.0.0.2:0");
+  ASSERT_TRUE(router.ok());
+  EXPECT_EQ(manager.serve().size(), 1U);
+  EXPECT_TRUE(router->wait_for_line("is in no setting: closed").ok());
+  EXPECT_FALSE(TcpClient::connect(tcp).ok());
 }
 
 // --- Out of descriptors

@@ -148,7 +148,8 @@ const core::StreamCounters* HttpPort::streams(std::uint32_t token) const {
 }
 
 void HttpPort::flush(Time now) {
-  // Others may be touched meanwhile: they give memory to this one.
+  // Others may be touched meanwhile: they give memory to this one, and the list grows.
+  // NOLINTNEXTLINE(modernize-loop-convert)
   for (std::size_t i = 0; i < touched_.size(); ++i) {
     Client* client = touched_[i];
     client->touched = false;

@@ -44,7 +44,9 @@ class HttpPort final : public core::Port {
   ~HttpPort() override;
 
   // Returns the listening address.
-  Result<config::Endpoint> listen(const config::Endpoint& where) { return server_.listen(where); }
+  Result<config::Endpoint> listen(const config::Endpoint& where, os::SocketStore* store = nullptr) {
+    return server_.listen(where, store);
+  }
   void set_queue_bytes_max(std::uint64_t bytes);
   void set_ping_interval(Duration interval);
   void set_access(BrowserAccess access) { settings_.access = std::move(access); }

@@ -47,7 +47,9 @@ class HttpServer {
   HttpServer& operator=(const HttpServer&) = delete;
   ~HttpServer();
 
-  Result<config::Endpoint> listen(const config::Endpoint& where) { return acceptor_.listen(where); }
+  Result<config::Endpoint> listen(const config::Endpoint& where, os::SocketStore* store = nullptr) {
+    return acceptor_.listen(where, store);
+  }
   void guard_by(TlsGate& gate, TlsGate::Entrance entrance) {
     acceptor_.guard_by(gate, std::move(entrance));
   }

@@ -206,19 +206,26 @@ void Datagrams::take(std::size_t index, Outcome& outcome) {
 UdpSocket::UdpSocket(os::File file, int family, const UdpOptions& options)
     : file_(std::move(file)), family_(family), options_(options) {}
 
-Result<UdpSocket> UdpSocket::open(const config::Endpoint& where, const UdpOptions& options) {
+Result<UdpSocket> UdpSocket::open(const config::Endpoint& where, const UdpOptions& options,
+                                  os::SocketStore* store) {
   const auto address = numeric_address(where.host, where.port);
   if (!address) {
     return Error(Errc::kInvalidArgument,
                  "UDP " + where.to_string() + ": not a numeric address of this host");
   }
-  const int family = address->is_v4() ? AF_INET : AF_INET6;
-  os::File file(::socket(family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, IPPROTO_UDP));
+  SystemAddress to_bind = system_address(*address);
+  const int family = to_bind.family();
+  os::File file = store != nullptr ? store->take(SOCK_DGRAM, *to_bind.get()) : os::File();
+  const bool is_bound = static_cast<bool>(file);
+  if (!is_bound)
+    file = os::File(::socket(family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, IPPROTO_UDP));
   if (!file) return cannot_open(where);
   UdpSocket socket(std::move(file), family, options);
   socket.request_buffers();
   socket.set_options();
-  if (!socket.bind(*address)) return cannot_open(where);
+  if (!is_bound && !socket.bind(to_bind)) return cannot_open(where);
+  if (!socket.read_local_address()) return cannot_open(where);
+  if (store != nullptr) store->keep(socket.fd());
   return socket;
 }
 
@@ -253,15 +260,16 @@ void UdpSocket::set_options() {
   if (!set(fd(), SOL_UDP, UDP_SEGMENT, 0)) options_.segmentation = false;
 }
 
-bool UdpSocket::bind(const link::NetAddress& where) {
-  auto address = system_address(where, family_);
-  if (!address) return false;
-  const os::Bound bound = os::bind_even_early(fd(), address->get(), address->size);
-  if (bound == os::Bound::kNo) return false;
+bool UdpSocket::bind(SystemAddress& address) {
+  const os::Bound bound = os::bind_even_early(fd(), address.get(), address.size);
   is_early_ = bound == os::Bound::kAddressNotHereYet;
-  address->size = sizeof address->storage;
-  if (::getsockname(fd(), address->get(), &address->size) != 0) return false;
-  local_ = address->net_address();
+  return bound != os::Bound::kNo;
+}
+
+bool UdpSocket::read_local_address() {
+  SystemAddress address;
+  if (::getsockname(fd(), address.get(), &address.size) != 0) return false;
+  local_ = address.net_address();
   return true;
 }
 

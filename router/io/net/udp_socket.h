@@ -12,7 +12,9 @@
 #include <vector>
 
 #include "os/file.h"
+#include "os/socket_store.h"
 #include "router/config/config.h"
+#include "router/io/net/addresses.h"
 #include "router/link/transport.h"
 #include "tims/result.h"
 
@@ -108,8 +110,10 @@ class UdpSocket final : public link::DatagramSender {
     std::uint64_t cut_short = 0;
   };
 
-  // "[::]:2010" also accepts IPv4. Port 0: the system chooses one.
-  static Result<UdpSocket> open(const config::Endpoint& where, const UdpOptions& options = {});
+  // "[::]:2010" also accepts IPv4. Port 0: the system chooses one. `store`: what may have the
+  // socket already, with datagrams that wait in it, and keeps it; nullptr: nothing.
+  static Result<UdpSocket> open(const config::Endpoint& where, const UdpOptions& options = {},
+                                os::SocketStore* store = nullptr);
 
   [[nodiscard]] int fd() const { return file_.get(); }
   [[nodiscard]] const link::NetAddress& local() const { return local_; }
@@ -140,7 +144,8 @@ class UdpSocket final : public link::DatagramSender {
 
   void request_buffers();
   void set_options();
-  bool bind(const link::NetAddress& where);
+  bool bind(SystemAddress& address);
+  bool read_local_address();
 
   Sent send_segmented(const link::Burst& burst);
   Sent send_plain(const link::Burst& burst);

@@ -5,6 +5,7 @@
 #include <netinet/udp.h>
 #include <poll.h>
 
+#include "os/service_manager.h"
 #include "router/io/net/addresses.h"
 #include "tests/support/own_network.h"
 #include "tests/support/patience.h"
@@ -200,6 +201,24 @@ TEST(UdpSocket, APortInUseIsReported) {
   EXPECT_EQ(second.error().code(), Errc::kAddressInUse);
   EXPECT_THAT(second.error().detail(),
               testing::HasSubstr("127.0.0.1:" + std::to_string(first.local().port)));
+}
+
+// As after a restart of the router: what has arrived meanwhile waits there.
+TEST(UdpSocket, ASocketOfTheStoreIsUsedWithWhatWaitsInIt) {
+  UdpSocket sender = open("127.0.0.1");
+  const UdpSocket former = open("127.0.0.1");
+  const std::uint16_t port = former.local().port;
+  const auto bytes = pattern(100, 100);
+  ASSERT_EQ(sender.send({.to = former.local(), .bytes = bytes, .datagram_size = 100}), Sent::kAll);
+
+  os::ServiceManager nobody{std::string()};
+  std::vector<os::File> inherited;
+  inherited.emplace_back(::dup(former.fd()));
+  os::SocketStore store(nobody, std::move(inherited));
+  auto socket = UdpSocket::open({"127.0.0.1", port}, {}, &store);
+  ASSERT_TRUE(socket) << socket.error().message();
+  EXPECT_EQ(socket->local(), former.local());
+  expect_burst(receive(*socket, 1), bytes, 100, sender.local());
 }
 
 TEST(UdpSocket, NamesAreNoPlaceToListen) {
