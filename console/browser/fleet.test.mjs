@@ -94,6 +94,36 @@ test('the loss of a link that the console sets is measured', async () => {
   const loss = async () =>
     (await base.timsctl('link', 'show')).items.find(({ name, via }) => [name, via].includes('robot1')).loss_out;
   await eventually(async () => (await loss()) > 0.1, 'the loss is seen');
+  await page.goto(`${base.address}/#/fleet`);
+  const robot = page.getByRole('listitem').filter({ has: page.getByRole('heading', { name: 'Robot 1' }) });
+  await robot.getByText(/^\d+ % of what is sent to it is lost/).waitFor();
+  await page.getByText(/, 1 in trouble/).waitFor();
+  await robot.getByRole('link', { name: 'Its link' }).click();
+  await page.getByRole('heading', { name: /robot1 up, poor/ }).waitFor();
+  await page.goto(`${base.address}/#/simulation`);
   await page.getByRole('button', { name: 'None' }).first().click();
+  await watched.close();
+});
+
+test('links, mailboxes and events of any router', async () => {
+  const watched = await Watched.open(browser, base, '#/network');
+  const { page } = watched;
+  await page.getByRole('link', { name: 'robot1' }).click();
+  await page.getByRole('heading', { name: /base up/ }).waitFor();
+  await page.getByRole('tab', { name: 'Mailboxes' }).click();
+  await page.getByLabel('Filter mailboxes').fill('chassis');
+  const row = page.getByRole('row').filter({ has: page.getByRole('cell', { name: 'Chassis(1/0)', exact: true }) });
+  await row.getByText('local').waitFor();
+  await row.getByText(/^0 of \d+$/).waitFor(); // waiting, of its slots
+  await page.getByRole('tab', { name: 'Events' }).click();
+  await page.getByLabel('Filter events').fill('registered scan2d(1/0):0');
+  await page.getByText(/^0 of \d+$/).waitFor();
+  await page.getByLabel('Filter events').fill('registered scan2d(1/0)');
+  await page.getByRole('cell', { name: 'Scan2d(1/0)', exact: true }).first().waitFor();
+  await page.getByLabel('Router').selectOption('');
+  await page.getByRole('tab', { name: 'Links' }).click();
+  await page.getByRole('heading', { name: /robot1 up/ }).waitFor();
+  await page.goBack();
+  await page.getByLabel('Filter events').waitFor();
   await watched.close();
 });

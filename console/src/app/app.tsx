@@ -97,7 +97,7 @@ function Navigation({ current }: { current: string }) {
       {pages.slice(0, atThumb).map(link)}
       <span class="wide">{pages.slice(atThumb).map(link)}</span>
       <details class="narrow" key={current}>
-        <summary>
+        <summary class={pages.slice(atThumb).some(({ name }) => name === current) ? 'current' : ''}>
           <Icon name="more" />
           <span>More</span>
         </summary>

@@ -3,6 +3,9 @@
 import { useSignal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
 import { useConsole } from '../app/console';
+import { route, setOption } from '../app/route';
+import { FilterBox } from '../ui/filter_box';
+import { askedRouter, RouterChoice } from './asked_router';
 import type { EventItem } from './reports';
 
 const eventsMax = 500;
@@ -21,14 +24,20 @@ export function Events() {
   const events = useSignal<EventItem[]>([]);
   const lost = useSignal(0);
   const trouble = useSignal('');
+  const router = askedRouter();
+  const filter = route.value.options.get('filter') ?? '';
+  const shown = events.value.filter((event) => matches(event, filter));
   useEffect(() => {
     let ended = false;
+    events.value = [];
+    lost.value = 0;
     const follow = async () => {
-      let { last, epoch } = await admin.ask<EventList>({ ask: 'events' });
+      let { last, epoch } = await admin.ask<EventList>({ ask: 'events' }, undefined, router);
       last = Math.max(0, last - backlog);
       while (!ended) {
-        const list = await admin.ask<EventList>({ ask: 'events', since: last, epoch, wait_ms: wait }, 2 * wait);
+        const list = await admin.ask<EventList>({ ask: 'events', since: last, epoch, wait_ms: wait }, 2 * wait, router);
         ({ last, epoch } = list);
+        if (ended) return;
         lost.value += list.lost ?? 0;
         events.value = [...(list.items ?? []).reverse(), ...events.value].slice(0, eventsMax);
         trouble.value = '';
@@ -45,9 +54,21 @@ export function Events() {
     return () => {
       ended = true;
     };
-  }, []);
+  }, [router]);
   return (
     <>
+      <div class="tools">
+        <RouterChoice />
+        <FilterBox
+          label="Filter events"
+          placeholder="Robot, what or text"
+          value={filter}
+          change={(text) => setOption('filter', text)}
+        />
+        <span class="small faint">
+          {shown.length} of {events.value.length}
+        </span>
+      </div>
       {trouble.value !== '' && <p class="bad">{trouble.value}</p>}
       {lost.value > 0 && <p class="warn">{lost.value} events were overwritten before they could be shown.</p>}
       <table class="list">
@@ -60,16 +81,27 @@ export function Events() {
           </tr>
         </thead>
         <tbody>
-          {events.value.map(({ seq, time, kind, address, text, reason }) => (
-            <tr key={seq}>
-              <td class="time">{new Date(time).toLocaleTimeString('en-GB')}</td>
-              <td>{kind.replaceAll('_', ' ')}</td>
-              <td>{address?.name}</td>
-              <td>{text ?? reason}</td>
+          {shown.map((event) => (
+            <tr key={event.seq}>
+              <td class="time">{new Date(event.time).toLocaleTimeString('en-GB')}</td>
+              <td>{wordsOf(event)}</td>
+              <td>{event.address?.name}</td>
+              <td>{event.text ?? event.reason}</td>
             </tr>
           ))}
         </tbody>
       </table>
     </>
   );
+}
+
+const wordsOf = ({ kind }: EventItem) => kind.replaceAll('_', ' ');
+
+// All words, in any order.
+function matches(event: EventItem, filter: string): boolean {
+  const text = `${wordsOf(event)} ${event.address?.name ?? ''} ${event.text ?? event.reason ?? ''}`.toLowerCase();
+  return filter
+    .toLowerCase()
+    .split(/\s+/)
+    .every((word) => text.includes(word));
 }

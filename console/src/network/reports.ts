@@ -1,5 +1,5 @@
 // What the router reports about itself and its links, as far as the pages use it (schemas tims/router_list/1,
-// tims/link/1, tims/route_get/1, tims/event/1, tims/hop/1).
+// tims/link/1, tims/route_get/1, tims/event/1, tims/hop/1, tims/mailbox/1, tims/stats/1).
 
 export interface NamedAddress {
   name: string;
@@ -34,7 +34,8 @@ export interface LinkItem extends Omit<RouterItem, 'state'> {
   loss_out: number | null;
   mtu_bytes: number | null;
   rate_limit_bytes_per_s: number | null;
-  queue_bytes: number[];
+  queue_bytes: number[]; // by class of priority, the routers' own messages last
+  class_bytes_out: number[]; // as these
   wire_bytes_in: number;
   wire_bytes_out: number;
   mailboxes: number;
@@ -69,4 +70,28 @@ export interface EventItem {
   address: NamedAddress | null;
   reason: string | null;
   text: string | null;
+}
+
+// Its state is known of local ones only.
+export interface MailboxItem {
+  address: NamedAddress;
+  via: string | null;
+  owner: { name: string | null; peer: string | null } | null;
+  age_s: number | null;
+  slots?: number;
+  waiting?: number;
+  received?: number;
+  replaced?: number;
+  refused?: number;
+  too_big?: number;
+}
+
+// What has become of the messages of a port.
+export interface OutcomeItem {
+  port: string;
+  class: number;
+  outcome: string;
+  meaning: string;
+  dropped: boolean;
+  messages: number;
 }

@@ -54,7 +54,14 @@ export function Routers() {
             {visible.map(({ router, depth, clock, state }) => (
               <tr key={`${router.address.raw} ${depth}`} class={state === 'down' ? 'bad-row' : ''}>
                 <td style={{ paddingInlineStart: `${0.75 + 1.5 * depth}rem` }}>
-                  <Lamp state={lamps[state]} /> {router.name ?? 'unknown'}
+                  <Lamp state={lamps[state]} />{' '}
+                  {state === 'up' ? (
+                    <a href={`#/network?tab=links&router=${router.address.raw}`}>
+                      {router.name ?? router.address.name}
+                    </a>
+                  ) : (
+                    (router.name ?? 'unknown')
+                  )}
                 </td>
                 <td>{words[state]}</td>
                 <td>{router.role}</td>

@@ -9,7 +9,8 @@ import type { Component, Robot } from '../model/fleet';
 import type { Lease } from '../model/leases';
 import type { LogText } from '../model/log';
 import { useAdminList } from '../network/admin_list';
-import type { RouterItem } from '../network/reports';
+import { type LinkTrouble, linkTroubles } from '../network/link_health';
+import type { LinkItem, RouterItem } from '../network/reports';
 import { useAttempt } from '../ui/attempt';
 import { FilterBox } from '../ui/filter_box';
 import { Icon } from '../ui/icons';
@@ -23,20 +24,26 @@ interface Row {
   on: number;
   off: number;
   bad: Component[]; // in error, or without an answer
+  line: LinkTrouble[]; // of the link to its router
 }
 
 const rowsAtOnce = 60; // more than a large screen shows
 const errorAge = 5 * 60 * 1000; // ms
+const linksMax = 200; // of a larger fleet, the page of the network shows what is wrong with links
 
 export function FleetPage() {
   const console = useConsole();
   const filter = route.value.options.get('filter') ?? '';
   const order = route.value.options.get('sort') ?? 'trouble';
   const robots = console.fleet.robots.value;
-  const rows = sorted(robots.filter((robot) => matches(robot, filter)).map(rowOf), order);
+  const routers = useRouters();
+  const lines = useLines(routers.length);
+  const rows = sorted(
+    robots.filter((robot) => matches(robot, filter)).map((robot) => rowOf(robot, lines.get(robot.system) ?? [])),
+    order,
+  );
   const shown = useSignal(rowsAtOnce);
   const visible = rows.slice(0, shown.value);
-  const routers = useRouters();
   const away = routers.filter(({ kind, state }) => kind !== 'self' && state !== 'up');
   useWatched(visible.flatMap(({ robot }) => robot.components.map(({ address }) => address)));
   const drivers = useDrivers(visible.map(({ robot }) => robot.system));
@@ -120,11 +127,27 @@ function useRouters(): RouterItem[] {
   return useAdminList(() => admin.all<RouterItem>({ ask: 'routers' }), 'routers', 3000).items ?? [];
 }
 
+// What is wrong with the links to robots that are here. One that is not up is said by its router, which is away.
+function useLines(routers: number): ReadonlyMap<number, LinkTrouble[]> {
+  const { admin } = useConsole();
+  const isAsked = routers > 1 && routers <= linksMax;
+  const { items = [] } = useAdminList<LinkItem>(
+    async () => (isAsked ? admin.all<LinkItem>({ ask: 'links' }) : []),
+    `links ${isAsked}`,
+    3000,
+  );
+  return new Map(
+    items
+      .filter(({ kind, state }) => kind === 'sub' && state === 'up')
+      .map((link) => [link.system, linkTroubles(link)]),
+  );
+}
+
 function Summary({ rows, away }: { rows: Row[]; away: RouterItem[] }) {
   const present = new Set(rows.map(({ robot }) => robot.system));
   const missing = away.filter(({ system }) => !present.has(system)).length;
   const lost = new Set(away.map(({ system }) => system));
-  const troubled = missing + rows.filter(({ robot, bad }) => bad.length > 0 || lost.has(robot.system)).length;
+  const troubled = missing + rows.filter((row) => isTroubled(row) || lost.has(row.robot.system)).length;
   const count = rows.length + missing;
   return (
     <p class="summary" aria-live="polite">
@@ -134,10 +157,13 @@ function Summary({ rows, away }: { rows: Row[]; away: RouterItem[] }) {
   );
 }
 
+const isTroubled = ({ bad, line }: Row) => bad.length > 0 || line.length > 0;
+
 // What one sees first: a word for the whole robot.
-function wordOf({ robot, on, bad }: Row): [word: string, kind: string] {
+function wordOf({ robot, on, bad, line }: Row): [word: string, kind: string] {
   if (bad.some(({ state }) => state.value === 'error')) return ['error', 'bad'];
   if (bad.length > 0) return ['no answer', 'bad'];
+  if (line.length > 0) return ['bad link', line.some(({ health }) => health === 'bad') ? 'bad' : 'warn'];
   if (robot.components.every(({ state }) => state.value === 'unknown')) return ['asking', 'faint'];
   return on > 0 ? ['works', 'good'] : ['off', 'faint'];
 }
@@ -149,12 +175,12 @@ interface CardProperties {
 }
 
 function RobotCard({ row, router, driver }: CardProperties) {
-  const { robot, on, off, bad } = row;
+  const { robot, on, off, bad, line } = row;
   const [word, kind] = wordOf(row);
   const console = useConsole();
   const { attempt, busy, Failure } = useAttempt();
   return (
-    <li class={`robot ${bad.length > 0 ? 'troubled' : ''}`}>
+    <li class={`robot ${kind === 'bad' ? 'troubled' : kind === 'warn' ? 'doubtful' : ''}`}>
       <h2>
         <a href={`#/robot/${robot.system}`}>{robot.system === 0 ? 'Base' : `Robot ${robot.system}`}</a>
         <span class={`word ${kind}`}>{word}</span>
@@ -172,6 +198,12 @@ function RobotCard({ row, router, driver }: CardProperties) {
       </p>
       {driver !== undefined && <p class="small">{driver.holder} drives it</p>}
       <ul class="troubles">
+        {line.map(({ health, text }) => (
+          <li key={text} class={health}>
+            <Icon name="warning" /> <a href="#/network?tab=links">Its link</a>
+            <p class="small">{text}</p>
+          </li>
+        ))}
         {bad.map((component) => (
           <li key={component.address} class={component.state.value === 'error' ? 'bad' : 'warn'}>
             <Lamp state={component.state.value} />{' '}
@@ -285,8 +317,8 @@ function LastError({ robot }: { robot: Robot }) {
 
 const tileOf = ({ classId, instance }: Component) => `${className(classId) ?? classId}/${instance}`;
 
-function rowOf(robot: Robot): Row {
-  const row: Row = { robot, on: 0, off: 0, bad: [] };
+function rowOf(robot: Robot, line: LinkTrouble[]): Row {
+  const row: Row = { robot, on: 0, off: 0, bad: [], line };
   for (const component of robot.components) {
     const state = component.state.value;
     if (state === 'on') ++row.on;
@@ -298,7 +330,9 @@ function rowOf(robot: Robot): Row {
 
 function sorted(rows: Row[], order: string): Row[] {
   if (order === 'number') return rows;
-  return rows.sort((a, b) => b.bad.length - a.bad.length || a.robot.system - b.robot.system);
+  return rows.sort(
+    (a, b) => b.bad.length - a.bad.length || b.line.length - a.line.length || a.robot.system - b.robot.system,
+  );
 }
 
 function matches(robot: Robot, filter: string): boolean {

@@ -6,6 +6,7 @@ import type uPlot from 'uplot';
 import { nameOf, useConsole } from '../app/console';
 import { route, setOption } from '../app/route';
 import { decodeData, findMessage } from '../codec/catalogue';
+import { columnsOf } from '../plots/columns';
 import { type NumberField, numberAt, numberFields } from '../plots/number_fields';
 import { Ring } from '../plots/ring';
 import { decodeHeader, headerSize, types } from '../tims/header';
@@ -17,6 +18,7 @@ const period = 50; // ms
 const windowTime = 60; // s
 const ringSize = 12000; // samples: ten minutes at 20 Hz
 const drawPeriod = 100; // ms
+const gapTime = 2; // s without a sample end a line
 const colours = ['#2f7de1', '#e0662f', '#1f9d55', '#a24fd0', '#d19a00', '#12a0ad', '#d0407f', '#6b7a90'];
 
 interface Curve {
@@ -83,7 +85,11 @@ export function PlotsPage() {
         </ul>
       </div>
       {curves.length === 0 ? (
-        <p class="empty faint">Choose a field, for example the speed of a chassis. Up to eight curves share a plot.</p>
+        <p class="empty faint">
+          {chosen.length === 0
+            ? 'Choose a field, for example the speed of a chassis. Up to eight curves share a plot.'
+            : 'Waiting for the components of these fields …'}
+        </p>
       ) : (
         <Plot key={curves.map(({ name }) => name).join()} curves={curves.slice(0, colours.length)} />
       )}
@@ -183,33 +189,26 @@ function options(curves: Curve[], element: HTMLElement): uPlot.Options {
     width: element.clientWidth,
     height: element.clientHeight - 30,
     scales: { x: { time: false, range: () => [-windowTime, 0] } },
-    axes: [{ ...axis, label: 'seconds' }, axis],
+    axes: [
+      { ...axis, label: 'seconds' },
+      { ...axis, size: 76 },
+    ],
     series: [
       {},
       ...curves.map(({ name }, i) => ({
         label: name,
         stroke: colours[i % colours.length] ?? '',
         width: 1.5,
-        spanGaps: true,
         points: { show: false },
       })),
     ],
   };
 }
 
-// One list of times for all curves, as uPlot wants it: seconds before now.
+// Seconds before now.
 function aligned(rings: Ring[]): uPlot.AlignedData {
   const now = performance.now() / 1000;
-  const times = [...new Set(rings.flatMap((ring) => ring.times(now - windowTime)))].sort((a, b) => a - b);
-  const index = new Map(times.map((time, i) => [time, i]));
-  const columns = rings.map((ring) => {
-    const column: (number | null)[] = new Array(times.length).fill(null);
-    ring.each((time, value) => {
-      const i = index.get(time);
-      if (i !== undefined) column[i] = value;
-    });
-    return column;
-  });
+  const { times, columns } = columnsOf(rings, now - windowTime, gapTime);
   return [times.map((time) => time - now), ...columns];
 }
 

@@ -1,7 +1,8 @@
 // One robot: its components on the left, the views of those that were opened beside them.
 
 import { type Signal, useSignal } from '@preact/signals';
-import { useEffect } from 'preact/hooks';
+import type { RefObject } from 'preact';
+import { useCallback, useEffect, useMemo, useRef } from 'preact/hooks';
 import { nameOf, useConsole } from '../app/console';
 import { isText } from '../app/keys';
 import { route, setOption } from '../app/route';
@@ -139,9 +140,13 @@ const listed = (text: string | undefined | null) => (text ?? '').split(',').filt
 const openTiles = () => listed(route.value.options.get('tiles'));
 const memory = (system: number) => `rack.tiles.${system}`;
 
+let opened: string | undefined; // last by hand: it is brought into sight
+
 function toggleTile(name: string) {
   const tiles = openTiles();
-  const next = tiles.includes(name) ? tiles.filter((tile) => tile !== name) : [...tiles, name];
+  const isOpen = tiles.includes(name);
+  const next = isOpen ? tiles.filter((tile) => tile !== name) : [...tiles, name];
+  opened = isOpen ? undefined : name;
   setOption('tiles', next.join(','));
   localStorage.setItem(memory(Number(route.value.arguments[0])), next.join(','));
 }
@@ -154,6 +159,7 @@ function Tiles({ robot }: { robot: Robot }) {
     if (!route.value.options.has('tiles')) setOption('tiles', localStorage.getItem(memory(robot.system)) ?? undefined);
   }, [robot.system]);
   useViewKeys(robot, full);
+  const [box, columns] = useColumns();
   if (names.length === 0)
     return (
       <section class="empty">
@@ -173,18 +179,54 @@ function Tiles({ robot }: { robot: Robot }) {
       </section>
     );
   return (
-    <div class={`tiles ${full.value !== undefined && names.includes(full.value) ? 'one' : ''}`}>
-      {names.map((name) => {
+    <div ref={box} class={`tiles ${full.value !== undefined && names.includes(full.value) ? 'one' : ''}`}>
+      {names.map((name, i) => {
+        const column = (i % columns) + 1;
         const component = robot.components.find((each) => shortName(each) === name);
         return component === undefined ? (
-          <MissingTile key={name} name={name} />
+          <MissingTile key={name} name={name} column={column} />
         ) : (
-          <Tile key={name} name={name} component={component} full={full} />
+          <Tile key={name} name={name} column={column} component={component} full={full} />
         );
       })}
     </div>
   );
 }
+
+// Tiles are stacked in columns without gaps: each is in the next column, and spans as many of the low rows of the grid as it
+// is high. So one that grows moves only those below it.
+const columnWidth = 22 * 16; // pixels
+const rowHeight = 4; // pixels, as in the style sheet
+
+function useColumns(): [(element: HTMLElement | null) => void, number] {
+  const columns = useSignal(1);
+  const observer = useMemo(
+    () =>
+      new ResizeObserver(([entry]) => {
+        if (entry !== undefined) columns.value = Math.max(1, Math.floor(entry.contentRect.width / columnWidth));
+      }),
+    [],
+  );
+  const observe = useCallback((element: HTMLElement | null) => {
+    if (element === null) observer.disconnect();
+    else observer.observe(element);
+  }, []);
+  return [observe, columns.value];
+}
+
+function useSpan(element: RefObject<HTMLElement | null>) {
+  useEffect(() => {
+    const tile = element.current;
+    if (tile === null) return;
+    const observer = new ResizeObserver(() => {
+      tile.style.gridRowEnd = `span ${Math.ceil((tile.offsetHeight + tileGap) / rowHeight)}`;
+    });
+    observer.observe(tile);
+    return () => observer.disconnect();
+  }, []);
+}
+
+const tileGap = 12; // pixels
 
 // F1 to F8 open the first views of the list, f gives the whole page to the one that has the focus, or to the first.
 function useViewKeys(robot: Robot, full: Signal<string | undefined>) {
@@ -210,20 +252,31 @@ type Tab = 'view' | 'parameters' | 'commands';
 
 interface TileProperties {
   name: string;
+  column: number;
   component: Component;
   full: Signal<string | undefined>;
 }
 
-function Tile({ name, component, full }: TileProperties) {
+function Tile({ name, column, component, full }: TileProperties) {
   const tab = useSignal<Tab>('view');
   const [element, inSight] = useInSight<HTMLElement>();
+  useSpan(element);
+  useEffect(() => {
+    if (opened === name) element.current?.scrollIntoView({ block: 'nearest' });
+    opened = undefined;
+  }, []);
   const isFull = full.value === name;
   const View = viewFor(component.classId);
   const choose = (value: Tab) => () => {
     tab.value = value;
   };
   return (
-    <section ref={element} class={`tile ${isFull ? 'full' : ''}`} aria-label={name}>
+    <section
+      ref={element}
+      class={`tile ${isFull ? 'full' : ''}`}
+      aria-label={name}
+      style={isFull ? {} : { gridColumnStart: column }}
+    >
       <header>
         <Lamp state={component.state.value} />
         <h2>{name}</h2>
@@ -267,9 +320,11 @@ function Tile({ name, component, full }: TileProperties) {
   );
 }
 
-function MissingTile({ name }: { name: string }) {
+function MissingTile({ name, column }: { name: string; column: number }) {
+  const element = useRef<HTMLElement>(null);
+  useSpan(element);
   return (
-    <section class="tile" aria-label={name}>
+    <section ref={element} class="tile" aria-label={name} style={{ gridColumnStart: column }}>
       <header>
         <Lamp state="silent" />
         <h2>{name}</h2>

@@ -1,6 +1,7 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
 import { structOf } from '../codec/catalogue';
+import { columnsOf } from './columns';
 import { numberAt, numberFields } from './number_fields';
 import { Ring } from './ring';
 
@@ -25,5 +26,25 @@ test('a ring keeps the newest', () => {
   ring.each((_, value) => seen.push(value));
   assert.deepEqual(seen, [30, 40, 50]);
   assert.equal(ring.newest, 50);
-  assert.deepEqual(ring.times(4), [4, 5]);
+});
+
+function ringOf(...samples: [number, number][]): Ring {
+  const ring = new Ring(10);
+  for (const [time, value] of samples) ring.add(time, value);
+  return ring;
+}
+
+test('curves share their times; a line goes on where another curve has a sample', () => {
+  const { times, columns } = columnsOf([ringOf([1, 10], [2, 20]), ringOf([1.5, 7])], 0, 2);
+  assert.deepEqual(times, [1, 1.5, 2]);
+  assert.deepEqual(columns, [
+    [10, undefined, 20],
+    [undefined, 7, undefined],
+  ]);
+});
+
+test('a line ends where its curve was silent, and at the window', () => {
+  const { times, columns } = columnsOf([ringOf([1, 10], [3, 20], [9, 30], [11, 40])], 2, 2);
+  assert.deepEqual(times, [3, 6, 9, 11]);
+  assert.deepEqual(columns, [[20, null, 30, 40]]);
 });

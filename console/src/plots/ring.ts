@@ -28,12 +28,4 @@ export class Ring {
       take(this.at[place] ?? 0, this.values[place] ?? 0);
     }
   }
-
-  times(since: number): number[] {
-    const times: number[] = [];
-    this.each((time) => {
-      if (time >= since) times.push(time);
-    });
-    return times;
-  }
 }

@@ -13,7 +13,7 @@ export function ConnectionBadge() {
   if (state !== 'connected') return <span class="badge bad">{state === 'lost' ? 'not connected' : 'connecting'}</span>;
   return (
     <span class="badge" title={`Router ${router?.name}, version ${router?.version}`}>
-      {router?.name}
+      <span class="name">{router?.name}</span>
       {time !== undefined && <span class="faint"> {time < 1 ? '<1' : Math.round(time)} ms</span>}
       <span class="faint rate"> {bytes(client.rate.value)}/s</span>
     </span>

@@ -9,6 +9,7 @@ import { describe, type ParameterDescription } from '../model/description';
 import type { Component } from '../model/fleet';
 import { types } from '../tims/header';
 import { useAttempt } from './attempt';
+import { CheckBox } from './check_box';
 import { needs } from './needs';
 
 export interface Parameter {
@@ -33,6 +34,7 @@ export function Parameters({ component }: { component: Component }) {
   const parameters = useSignal<Parameter[] | undefined>(undefined);
   const descriptions = useSignal<Map<string, ParameterDescription>>(new Map());
   const filter = useSignal('');
+  const onlyChanged = useSignal(false);
   const { attempt, Failure } = useAttempt();
   const changes = useSignal<Change[]>([]);
 
@@ -76,6 +78,12 @@ export function Parameters({ component }: { component: Component }) {
   };
 
   const last = changes.value.at(-1);
+  const lines = (parameters.value ?? [])
+    .map((parameter): Line => ({ parameter, description: descriptions.value.get(parameter.name) }))
+    .sort((a, b) => rank(a) - rank(b));
+  const shown = lines
+    .filter((line) => !onlyChanged.value || isChanged(line))
+    .filter(({ parameter }) => parameter.name.toLowerCase().includes(filter.value.toLowerCase()));
   return (
     <div class="parameters">
       <Failure />
@@ -88,54 +96,69 @@ export function Parameters({ component }: { component: Component }) {
         </p>
       )}
       {parameters.value?.length === 0 && <p class="faint">It has no parameters.</p>}
-      <input
-        type="search"
-        placeholder="Filter"
-        aria-label="Filter parameters"
-        value={filter.value}
-        onInput={(event) => {
-          filter.value = event.currentTarget.value;
-        }}
-      />
-      <table>
-        <tbody>
-          {parameters.value
-            ?.filter(({ name }) => name.toLowerCase().includes(filter.value.toLowerCase()))
-            .map((parameter) => (
-              <ParameterRow
-                key={`${parameter.name}=${valueText(parameter)}`}
-                parameter={parameter}
-                description={descriptions.value.get(parameter.name)}
-                set={(text) => set(parameter, text)}
-              />
-            ))}
-        </tbody>
-      </table>
+      <p class="actions">
+        <input
+          type="search"
+          placeholder="Filter"
+          aria-label="Filter parameters"
+          value={filter.value}
+          onInput={(event) => {
+            filter.value = event.currentTarget.value;
+          }}
+        />
+        <CheckBox checked={onlyChanged}>
+          only those that differ from their default ({lines.filter(isChanged).length})
+        </CheckBox>
+      </p>
+      <ul class="parameter-list">
+        {shown.map((line) => (
+          <ParameterRow
+            key={`${line.parameter.name}=${valueText(line.parameter)}`}
+            line={line}
+            set={(text) => set(line.parameter, text)}
+          />
+        ))}
+      </ul>
     </div>
   );
 }
 
-interface RowProperties {
+interface Line {
   parameter: Parameter;
   description: ParameterDescription | undefined;
+}
+
+// Has another value than its program begins with.
+function isChanged({ parameter, description }: Line): boolean {
+  if (description?.default === undefined) return false;
+  const [now, usual] = [valueText(parameter), `${description.default}`];
+  return parameter.type === 1 ? now !== usual : Number(now) !== Number(usual);
+}
+
+// Its own before those that every component has.
+const rank = ({ description }: Line) => (description?.common ? 1 : 0);
+
+interface RowProperties {
+  line: Line;
   set: (text: string) => Promise<void>;
 }
 
-function ParameterRow({ parameter, description, set }: RowProperties) {
+function ParameterRow({ line, set }: RowProperties) {
+  const { parameter, description } = line;
   const { attempt, Failure } = useAttempt();
   const before = valueText(parameter);
   const change = (text: string) => text !== before && attempt(() => set(text));
   const { choices, unit, help } = description ?? {};
-  const isChanged = description?.default !== undefined && `${description.default}` !== before;
+  const facts = factsOf(description, isChanged(line));
+  const id = `facts-${parameter.name}`;
   return (
-    <tr>
-      <th scope="row" title={help}>
-        {parameter.name}
-      </th>
-      <td>
+    <li class={isChanged(line) ? '' : 'unset'}>
+      <span class="parameter-name">{parameter.name}</span>
+      <span class="parameter-value">
         {choices === undefined ? (
           <input
             aria-label={parameter.name}
+            aria-describedby={id}
             inputMode={parameter.type === 1 ? 'text' : 'decimal'}
             defaultValue={before}
             {...needs('SET_PARAM')}
@@ -147,6 +170,7 @@ function ParameterRow({ parameter, description, set }: RowProperties) {
         ) : (
           <select
             aria-label={parameter.name}
+            aria-describedby={id}
             value={before}
             {...needs('SET_PARAM')}
             onChange={(event) => change(event.currentTarget.value)}
@@ -158,23 +182,28 @@ function ParameterRow({ parameter, description, set }: RowProperties) {
               </option>
             ))}
           </select>
-        )}{' '}
+        )}
         {unit}
-        <p class="faint small">{factsOf(description, isChanged)}</p>
+      </span>
+      <div class="faint small" id={id}>
+        {facts !== '' && <p>{facts}</p>}
+        {help !== undefined && help !== '' && <p>{help}</p>}
+      </div>
+      <div>
         <Failure />
-      </td>
-    </tr>
+      </div>
+    </li>
   );
 }
 
 // "0 to 10; default 5; at the next ON"
-function factsOf(description: ParameterDescription | undefined, isChanged: boolean): string {
+function factsOf(description: ParameterDescription | undefined, differs: boolean): string {
   if (description === undefined) return '';
   const { min, max, takes_effect: effect = 'now', host_file: isFile, default: usual, choices } = description;
   const isBounded = choices === undefined && min !== undefined && max !== undefined && max < unbounded;
   return [
     isBounded && min > -unbounded && `${min} to ${max}`,
-    isChanged && usual !== '' && `default ${usual}`,
+    differs && usual !== '' && `default ${usual}`,
     effectWords[effect],
     isFile && 'only from its own host',
   ]

@@ -1,7 +1,7 @@
 // The data of a component while a view is visible: a hidden tab, and a tile that is scrolled away, subscribe to nothing.
 
 import { type ReadonlySignal, signal, useSignal } from '@preact/signals';
-import { createContext, type Ref } from 'preact';
+import { createContext, type RefObject } from 'preact';
 import { useContext, useEffect, useMemo, useRef } from 'preact/hooks';
 import { useConsole, widthsOf } from '../app/console';
 import { decodeData } from '../codec/catalogue';
@@ -35,7 +35,7 @@ export function useVisible(): boolean {
 }
 
 // For a part of the page that may be scrolled away: [its element, whether it is in sight].
-export function useInSight<Kind extends Element>(): [Ref<Kind>, ReadonlySignal<boolean>] {
+export function useInSight<Kind extends Element>(): [RefObject<Kind | null>, ReadonlySignal<boolean>] {
   const element = useRef<Kind>(null);
   const inSight = useSignal(false);
   useEffect(() => {

@@ -235,9 +235,11 @@ function ObjectTable({ objects, shown }: ObjectTableProperties) {
           <tr>
             <th scope="col">Id</th>
             <th scope="col">Kind</th>
-            <th scope="col">North, east</th>
+            <th scope="col">North, east in m</th>
             <th scope="col">Speed</th>
-            <th scope="col">Sure</th>
+            <th scope="col">
+              <abbr title="How sure it is of the object">Sure</abbr>
+            </th>
           </tr>
         </thead>
         <tbody>
@@ -256,7 +258,7 @@ function ObjectTable({ objects, shown }: ObjectTableProperties) {
               </th>
               <td>{valueName('ObjRecogObject.type', type) ?? `type ${type}`}</td>
               <td>
-                {metres(pos.x)}, {metres(pos.y)}
+                {(pos.x / 1000).toFixed(2)}, {(pos.y / 1000).toFixed(2)}
               </td>
               <td>{(Math.hypot(vel.x, vel.y) / 1000).toFixed(2)} m/s</td>
               <td>{(100 * prob).toFixed(0)} %</td>

@@ -85,3 +85,9 @@ export function numberOf(label: string, { value }: Signal<string>): number {
   if (value.trim() === '' || !Number.isFinite(number)) throw new Error(`${label}: “${value}” is no number`);
   return number;
 }
+
+// A canvas whose size is set loses its memory, and gets new: only when its size changes.
+export function resize(canvas: HTMLCanvasElement, width: number, height: number): void {
+  if (canvas.width !== width) canvas.width = width;
+  if (canvas.height !== height) canvas.height = height;
+}

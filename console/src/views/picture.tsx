@@ -2,10 +2,10 @@
 
 import { useSignal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
-import { resize } from '../ui/canvas';
 import { CheckBox } from '../ui/check_box';
 import { saveCanvas } from '../ui/save';
 import { matrixOf, type Orientation, orientations, pixelAt, turnedSize } from './orientation';
+import { resize } from './parts';
 
 export type Pixels = ImageData | ImageBitmap;
 

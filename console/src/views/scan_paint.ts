@@ -5,7 +5,7 @@ import type { Elements } from '../codec/views';
 import { type MapColours, mapColours } from '../map/colours';
 import { eachEcho, pointType, segmentOf } from '../map/echoes';
 import { gridStep, type Point, type Size, toScreen, type View } from '../map/transform';
-import { resize } from '../ui/canvas';
+import { resize } from './parts';
 
 export interface ScanData {
   maxRange: number;

@@ -1,0 +1,49 @@
+// Whether a link serves as it should, and if not, why, in words. Pure.
+
+import { duration, percent } from '../ui/quantities';
+import type { LinkItem } from './reports';
+
+export type Health = 'good' | 'warn' | 'bad';
+
+export interface LinkTrouble {
+  health: Exclude<Health, 'good'>;
+  text: string;
+}
+
+// Shares of lost datagrams. Below the first, repeating them costs less than anybody notices.
+const lossSeen = 0.02;
+const lossGrave = 0.1;
+const delaySeen = 0.3; // s; this long a message waits before it goes out
+const clockSeen = 1; // s; data of other hosts seem older or newer by that
+
+export function linkTroubles(link: LinkItem): LinkTrouble[] {
+  if (link.state !== 'up')
+    return [{ health: 'bad', text: link.refusal === null ? `The link is ${link.state}` : `Refused: ${link.refusal}` }];
+  const troubles: LinkTrouble[] = [];
+  const { loss_out, loss_in, queue_delay_s, clock } = link;
+  for (const [loss, where] of [
+    [loss_out, 'to it'],
+    [loss_in, 'from it'],
+  ] as const)
+    if (loss !== null && loss >= lossSeen)
+      troubles.push({
+        health: loss >= lossGrave ? 'bad' : 'warn',
+        text: `${percent(loss)} of what is sent ${where} is lost`,
+      });
+  if (queue_delay_s !== null && queue_delay_s >= delaySeen)
+    troubles.push({
+      health: 'warn',
+      text: `What is sent to it waits for ${duration(queue_delay_s)}: the line is too slow`,
+    });
+  if (clock != null && Math.abs(clock.offset_s) >= clockSeen)
+    troubles.push({
+      health: 'warn',
+      text: `Its clock is ${duration(Math.abs(clock.offset_s))} ${clock.offset_s > 0 ? 'ahead' : 'behind'}`,
+    });
+  return troubles;
+}
+
+export function worst(troubles: LinkTrouble[]): Health {
+  if (troubles.length === 0) return 'good';
+  return troubles.some(({ health }) => health === 'bad') ? 'bad' : 'warn';
+}
