@@ -5,6 +5,23 @@ import { eventually, Host, launch, Watched } from './fixture.mjs';
 
 const system = 97; // a robot of sim.toml
 const phone = { viewport: { width: 390, height: 844 }, hasTouch: true, isMobile: true };
+const everyPage = [
+  'fleet',
+  `robot/${system}?tiles=Chassis/0,Scan2d/0,Position/0`,
+  'map',
+  `drive/${system}`,
+  'messages',
+  `plots?curves=Chassis(${system}/0).vx`,
+  'network',
+  'network?tab=links',
+  'network?tab=mailboxes',
+  `network?tab=explain&to=Chassis(${system}/0)`,
+  'network?tab=trace',
+  'network?tab=events',
+  'studio',
+  'recorder',
+  'simulation',
+];
 const thumb = 44; // pixels, the least of what is touched
 
 let host;
@@ -65,16 +82,7 @@ test('thumbs: what is touched is large enough, and nothing is wider than the scr
   const watched = await Watched.open(browser, host, '#/fleet', phone);
   const { page } = watched;
   await page.getByRole('link', { name: `Robot ${system}` }).waitFor();
-  for (const path of [
-    'fleet',
-    `robot/${system}`,
-    'map',
-    `drive/${system}`,
-    'messages',
-    'plots',
-    'network',
-    'recorder',
-  ]) {
+  for (const path of everyPage) {
     await page.goto(`${host.address}/#/${path}`);
     await page.getByRole('heading', { level: 1 }).first().waitFor();
     const found = await page.evaluate((least) => {
@@ -156,7 +164,7 @@ test('the text is twice as large, and half; STOP stays in sight', async () => {
       deviceScaleFactor: scale,
     });
     const { page } = watched;
-    for (const path of ['fleet', `robot/${system}?tiles=Chassis/0`, `drive/${system}`, 'network?tab=links']) {
+    for (const path of everyPage) {
       await page.goto(`${host.address}/#/${path}`);
       await page.getByRole('heading', { level: 1 }).first().waitFor();
       const wide = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
@@ -169,6 +177,53 @@ test('the text is twice as large, and half; STOP stays in sight', async () => {
     }
     await watched.close();
   }
+});
+
+test('keys: Tab leads to every control of every page, and on', async () => {
+  const watched = await Watched.open(browser, host);
+  const { page } = watched;
+  await page.getByRole('link', { name: `Robot ${system}` }).waitFor();
+  for (const path of everyPage) {
+    await page.goto(`${host.address}/#/${path}`);
+    await page.getByRole('heading', { level: 1 }).first().waitFor();
+    const wanted = await page.evaluate(() => {
+      document.activeElement?.blur();
+      const controls = [...document.querySelectorAll('button, a[href], input, select, textarea, summary')];
+      const isReached = (control) => control.checkVisibility() && !control.disabled && control.tabIndex >= 0;
+      return controls.filter(isReached).filter(({ type }) => type !== 'radio').length;
+    });
+    const reached = await page.evaluateHandle(() => new Set());
+    for (let i = 0; i < wanted + 20; ++i) {
+      await page.keyboard.press('Tab');
+      await reached.evaluate((set) => set.add(document.activeElement));
+    }
+    const count = await reached.evaluate((set) => [...set].filter((each) => each !== document.body).length);
+    assert(count >= wanted, `${path}: ${count} of ${wanted} controls have been reached`);
+  }
+  await watched.close();
+});
+
+test('back through every page, and a reload of each', async () => {
+  const watched = await Watched.open(browser, host);
+  const { page } = watched;
+  const title = () => page.title();
+  await page.getByRole('link', { name: `Robot ${system}` }).waitFor();
+  const seen = [];
+  for (const path of everyPage) {
+    await page.evaluate((next) => (location.hash = `#/${next}`), path);
+    await page.getByRole('heading', { level: 1 }).first().waitFor();
+    seen.push([await page.evaluate(() => location.hash), await title()]);
+    await page.reload();
+    await page.getByRole('heading', { level: 1 }).first().waitFor();
+    assert.deepEqual([await page.evaluate(() => location.hash), await title()], seen.at(-1), 'after a reload');
+  }
+  for (const [hash, name] of seen.reverse().slice(1)) {
+    await page.goBack();
+    await eventually(async () => (await title()) === name, `back at ${name}`);
+    assert.equal(await page.evaluate(() => location.hash), hash);
+    await page.getByRole('heading', { level: 1 }).first().waitFor();
+  }
+  await watched.close();
 });
 
 test('two tabs, back and forward, and a reload', async () => {

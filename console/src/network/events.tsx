@@ -71,7 +71,7 @@ export function Events() {
       </div>
       {trouble.value !== '' && <p class="bad">{trouble.value}</p>}
       {lost.value > 0 && <p class="warn">{lost.value} events were overwritten before they could be shown.</p>}
-      <table class="list">
+      <table class="list events">
         <thead>
           <tr>
             <th scope="col">Time</th>

@@ -12,6 +12,7 @@ import { fittingName } from '../model/console_name';
 import type { Component, Robot } from '../model/fleet';
 import type { Lease } from '../model/leases';
 import { isAtRest, type StickPosition, stickAtRest } from '../tims/joystick';
+import { Lamp, stateWord } from '../ui/lamp';
 import { Hindrance } from '../ui/login';
 import { needs } from '../ui/needs';
 import { age } from '../ui/quantities';
@@ -203,6 +204,7 @@ function DriveRobot({ robot }: { robot: Robot }) {
           {trouble.value}
         </p>
       )}
+      <Troubles robot={robot} />
       {pilots.value?.length === 0 && (
         <p class="notice">
           None of its pilots listens to a joystick: start a <code>PilotJoystick</code> for it.
@@ -213,6 +215,23 @@ function DriveRobot({ robot }: { robot: Robot }) {
         <Stick active={driven.value !== undefined} speed={speed.value} robot={robot} noPilot={() => void end()} />
       </div>
     </section>
+  );
+}
+
+// What of the robot is in error, and why.
+function Troubles({ robot }: { robot: Robot }) {
+  const console = useConsole();
+  const bad = robot.components.filter(({ state }) => ['error', 'silent'].includes(state.value));
+  if (bad.length === 0) return null;
+  return (
+    <ul class="drive-troubles small">
+      {bad.map(({ address, state, why }) => (
+        <li key={address}>
+          <Lamp state={state.value} /> <strong>{nameOf(console, address)}</strong>:{' '}
+          {why.value || stateWord(state.value)}
+        </li>
+      ))}
+    </ul>
   );
 }
 

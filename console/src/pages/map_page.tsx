@@ -9,11 +9,12 @@ import { BackgroundMenu } from '../map/background_menu';
 import { firstOf, followRobot } from '../map/follow';
 import { type Centre, MapCanvas, newMapModel, zoom } from '../map/map_canvas';
 import { allLayers, type Layers, unknownDeviation } from '../map/paint';
-import { emptyScene } from '../map/scene';
+import { emptyScene, type RobotScene } from '../map/scene';
 import { WaypointList } from '../map/waypoint_list';
 import type { Robot } from '../model/fleet';
 import { useAttempt } from '../ui/attempt';
 import { Icon } from '../ui/icons';
+import { stateWord } from '../ui/lamp';
 import { needs } from '../ui/needs';
 import { degrees, metres } from '../ui/quantities';
 import { pageVisible } from '../ui/use_stream';
@@ -250,21 +251,36 @@ function Positions({ model, robots }: { model: ReturnType<typeof newMapModel>; r
         </tr>
       </thead>
       <tbody>
-        {robots.map(({ system }) => {
-          const scene = model.scenes.get(system);
-          const pose = scene?.pose;
-          return (
-            <tr key={system}>
-              <th scope="row">{system}</th>
-              <td>{pose ? metres(pose.x) : '–'}</td>
-              <td>{pose ? metres(pose.y) : '–'}</td>
-              <td>{pose ? degrees(pose.rho) : '–'}</td>
-              <td>{pose && scene ? deviationText(scene.deviation) : '–'}</td>
-              <td>{scene && scene.distanceToGoal > 0 ? metres(scene.distanceToGoal) : '–'}</td>
-            </tr>
-          );
-        })}
+        {robots.map((robot) => (
+          <PositionRow key={robot.system} robot={robot} scene={model.scenes.get(robot.system)} />
+        ))}
       </tbody>
     </table>
+  );
+}
+
+function PositionRow({ robot, scene }: { robot: Robot; scene: RobotScene | undefined }) {
+  const { system } = robot;
+  const pose = scene?.pose;
+  if (scene === undefined || pose === undefined) {
+    const position = firstOf(robot, 'Position');
+    return (
+      <tr>
+        <th scope="row">{system}</th>
+        <td colSpan={5} class="faint">
+          {position === undefined ? 'it has no Position' : `Position: ${stateWord(position.state.value)}`}
+        </td>
+      </tr>
+    );
+  }
+  return (
+    <tr>
+      <th scope="row">{system}</th>
+      <td>{metres(pose.x)}</td>
+      <td>{metres(pose.y)}</td>
+      <td>{degrees(pose.rho)}</td>
+      <td>{deviationText(scene.deviation)}</td>
+      <td>{scene.distanceToGoal > 0 ? metres(scene.distanceToGoal) : '–'}</td>
+    </tr>
   );
 }

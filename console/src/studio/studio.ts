@@ -126,18 +126,24 @@ export class Studio {
 
   // --- reading
 
-  // While it is looked at. Returns what ends it.
+  // While it is looked at: at a period, and as soon as the router is there. Returns what ends it.
   watch(): () => void {
     let timer: ReturnType<typeof setTimeout> | undefined;
     let ended = false;
+    let busy = false;
     const turn = async () => {
+      clearTimeout(timer);
+      if (busy) return;
+      busy = true;
       if (!document.hidden && this.client.connection.value.state === 'connected')
         await this.refresh().catch((error: Error) => this.fail(error));
+      busy = false;
       if (!ended) timer = setTimeout(turn, this.changes.isBusy ? changeTime : refreshTime);
     };
-    void turn();
+    const leave = this.client.connection.subscribe(() => void turn());
     return () => {
       ended = true;
+      leave();
       clearTimeout(timer);
     };
   }

@@ -116,6 +116,9 @@ function TableRow({
       <td>{component.title}</td>
       <th scope="row" title={info.help}>
         {info.name}
+        <span class="of faint small">
+          {component.title} on {component.host}
+        </span>
       </th>
       <td class="edit">
         <ValueInput

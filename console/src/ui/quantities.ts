@@ -33,12 +33,17 @@ export function percent(share: number | null | undefined): string {
 }
 
 export function metres(millimetres: number): string {
-  return `${(millimetres / 1000).toFixed(2)} m`;
+  return `${fixed(millimetres / 1000, 2)} m`;
 }
 
 export const radians = (angle: number) => (angle * Math.PI) / 180;
 
 // RACK's angles grow clockwise; people read degrees.
 export function degrees(radians: number): string {
-  return `${((radians * 180) / Math.PI).toFixed(1)}°`;
+  return `${fixed((radians * 180) / Math.PI, 1)}°`;
+}
+
+// Without the sign of what is rounded to zero.
+export function fixed(value: number, digits: number): string {
+  return (Math.round(value * 10 ** digits) / 10 ** digits + 0).toFixed(digits);
 }
