@@ -226,6 +226,35 @@ test('back through every page, and a reload of each', async () => {
   await watched.close();
 });
 
+test('tiles are moved by keys, mouse and finger, and are wide; who comes again finds them so', async () => {
+  const watched = await Watched.open(browser, host, `#/robot/${system}?tiles=Chassis/0,Scan2d/0,Position/0`);
+  const { page } = watched;
+  const names = () => page.locator('.tile').evaluateAll((tiles) => tiles.map((tile) => tile.ariaLabel).join());
+  const move = (name) => page.getByRole('button', { name: `Move ${name}` });
+  await move('Chassis/0').focus();
+  await page.keyboard.press('ArrowRight');
+  assert.equal(await names(), 'Scan2d/0,Chassis/0,Position/0');
+  await page.keyboard.press('ArrowRight');
+  assert.equal(await names(), 'Scan2d/0,Position/0,Chassis/0', 'it keeps the focus');
+  const target = page.getByRole('heading', { name: 'Scan2d/0' });
+  await move('Chassis/0').hover();
+  await page.mouse.down();
+  const box = await target.boundingBox();
+  await page.mouse.move(box.x + 5, box.y + 5, { steps: 5 });
+  await page.mouse.up();
+  assert.equal(await names(), 'Chassis/0,Scan2d/0,Position/0');
+  const width = async () => (await page.getByRole('region', { name: 'Chassis/0' }).boundingBox()).width;
+  const before = await width();
+  await page.getByRole('button', { name: 'Wide Chassis/0' }).click();
+  await eventually(async () => (await width()) > 1.9 * before, 'it is wide');
+  await page.goto(`${host.address}/#/fleet`);
+  await page.getByRole('link', { name: `Robot ${system}` }).click();
+  await page.getByRole('region', { name: 'Chassis/0' }).waitFor();
+  assert.equal(await names(), 'Chassis/0,Scan2d/0,Position/0');
+  assert((await width()) > 1.9 * before);
+  await watched.close();
+});
+
 test('two tabs, back and forward, and a reload', async () => {
   const watched = await Watched.open(browser, host, `#/robot/${system}?tiles=Chassis/0`);
   const { page, context } = watched;

@@ -10,6 +10,8 @@ const paths = {
   disc: 'M10 2a8 8 0 1 0 .01 0M10 7a3 3 0 1 0 .01 0',
   more: 'M4 10h.01M10 10h.01M16 10h.01',
   full: 'M3 8V3h5M12 3h5v5M17 12v5h-5M8 17H3v-5',
+  wide: 'M2 10h16M5 7l-3 3 3 3M15 7l3 3-3 3',
+  move: 'M10 2v16M2 10h16M8 4l2-2 2 2M8 16l2 2 2-2M4 8l-2 2 2 2M16 8l2 2-2 2',
   cube: 'M10 2l7 4v8l-7 4-7-4V6zM3 6l7 4 7-4M10 10v8',
   tiles: 'M3 3h6v6H3zM11 3h6v4h-6zM11 9h6v8h-6zM3 11h6v6H3z',
   sun: 'M10 6a4 4 0 1 0 .01 0M10 1v2M10 17v2M1 10h2M17 10h2M4 4l1 1M15 15l1 1M16 4l-1 1M5 15l-1 1',
