@@ -127,3 +127,19 @@ test('links, mailboxes and events of any router', async () => {
   await page.getByLabel('Filter events').waitFor();
   await watched.close();
 });
+
+test('a robot whose programs have ended is missed, also by who comes again, until it is forgotten', async () => {
+  const programs = await robots[1].up('sim.toml', 2);
+  const watched = await Watched.open(browser, base);
+  const { page } = watched;
+  await page.getByRole('link', { name: 'Robot 2' }).waitFor();
+  programs.kill('SIGTERM');
+  const gone = page.getByRole('listitem').filter({ hasText: 'Robot 2' });
+  await gone.getByText(/None of its components is registered since/).waitFor({ timeout: 60_000 });
+  await page.reload();
+  await gone.getByText(/None of its components/).waitFor();
+  await page.getByText('2 robots, 1 in trouble').waitFor();
+  await gone.getByRole('button', { name: 'Forget' }).click();
+  await page.getByText('1 robot, none in trouble').waitFor();
+  await watched.close();
+});

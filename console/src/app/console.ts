@@ -9,6 +9,7 @@ import { storedName } from '../model/console_name';
 import { Fleet } from '../model/fleet';
 import { Leases } from '../model/leases';
 import { Log } from '../model/log';
+import { RobotsSeen } from '../model/robots_seen';
 import { addressText, originalWidths, type Widths } from '../tims/address';
 import { Client } from '../tims/client';
 
@@ -19,6 +20,7 @@ export interface Console {
   leases: Leases;
   log: Log;
   goals: GoalLists;
+  seen: RobotsSeen;
 }
 
 export function makeConsole(worker: Worker, url: string): Console {
@@ -32,6 +34,7 @@ export function makeConsole(worker: Worker, url: string): Console {
     leases: new Leases(client, admin, storedName()),
     log: new Log(client, fleet),
     goals: new GoalLists(),
+    seen: new RobotsSeen(localStorage),
   };
 }
 

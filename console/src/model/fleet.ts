@@ -49,6 +49,7 @@ const retryTime = 1000;
 export class Fleet {
   private readonly robotsSignal = signal<Robot[]>([]);
   private readonly logsSignal = signal<number[]>([]);
+  private readonly listedSignal = signal(false);
   private localLogs = new Set<number>();
   private components = new Map<number, Component>();
   private watched = new Map<number, number>(); // component: number of views that show it
@@ -69,6 +70,11 @@ export class Fleet {
   // Sorted by number; system 0 is the base's.
   get robots(): ReadonlySignal<Robot[]> {
     return this.robotsSignal;
+  }
+
+  // The router has listed them at least once.
+  get listed(): ReadonlySignal<boolean> {
+    return this.listedSignal;
   }
 
   // The addresses of gdos-log, one for each host that has one.
@@ -190,6 +196,7 @@ export class Fleet {
     this.components = components;
     if (logs.join() !== this.logsSignal.value.join()) this.logsSignal.value = logs;
     this.robotsSignal.value = byRobot(components.values());
+    this.listedSignal.value = true;
   }
 
   // What was answered since the last turn is shown at once: a page of a thousand robots is drawn four times a second,

@@ -12,6 +12,7 @@ import { useAdminList } from '../network/admin_list';
 import { type LinkTrouble, linkTroubles } from '../network/link_health';
 import type { LinkItem, RouterItem } from '../network/reports';
 import { useAttempt } from '../ui/attempt';
+import { useNow } from '../ui/connection';
 import { FilterBox } from '../ui/filter_box';
 import { Icon } from '../ui/icons';
 import { Lamp } from '../ui/lamp';
@@ -29,6 +30,8 @@ interface Row {
 
 const rowsAtOnce = 60; // more than a large screen shows
 const errorAge = 5 * 60 * 1000; // ms
+const noteTime = 5000; // ms
+const goneTime = 20_000; // ms; longer than between two notes of when it was seen
 const linksMax = 200; // of a larger fleet, the page of the network shows what is wrong with links
 
 export function FleetPage() {
@@ -47,12 +50,13 @@ export function FleetPage() {
   const away = routers.filter(({ kind, state }) => kind !== 'self' && state !== 'up');
   useWatched(visible.flatMap(({ robot }) => robot.components.map(({ address }) => address)));
   const drivers = useDrivers(visible.map(({ robot }) => robot.system));
-  if (robots.length === 0 && away.length === 0) return <NoRobots />;
+  const gone = useGone(robots, away);
+  if (robots.length === 0 && away.length === 0 && gone.length === 0) return <NoRobots />;
   return (
     <section>
       <div class="tools">
         <h1>Fleet</h1>
-        <Summary rows={rows} away={away} />
+        <Summary rows={rows} away={away} gone={gone.length} />
         <span class="grow" />
         <FilterBox
           label="Filter robots"
@@ -71,6 +75,9 @@ export function FleetPage() {
       <ul class="robots">
         {away.map((router) => (
           <Away key={router.address.raw} router={router} present={robots} />
+        ))}
+        {gone.map((each) => (
+          <Gone key={each.system} robot={each} />
         ))}
         {visible.map((row) => (
           <RobotCard
@@ -143,9 +150,38 @@ function useLines(routers: number): ReadonlyMap<number, LinkTrouble[]> {
   );
 }
 
-function Summary({ rows, away }: { rows: Row[]; away: RouterItem[] }) {
+interface GoneRobot {
+  system: number;
+  seenAt: number; // Date.now()
+}
+
+// Robots that were here, of which nothing is left, not even a router that is known to be away.
+function useGone(robots: Robot[], away: RouterItem[]): GoneRobot[] {
+  const { client, fleet, seen } = useConsole();
+  const { state, router } = client.connection.value;
+  const isListed = fleet.listed.value && state === 'connected';
+  const here = robots.map(({ system }) => system).filter((system) => system !== 0);
+  const now = useNow(noteTime);
+  useEffect(() => {
+    // The list of robots is that of before the connection was lost.
+    if (isListed && router !== undefined) seen.note(router.name, here, Date.now());
+  }, [isListed, router, here.join(), now]);
+  if (!fleet.listed.value) return [];
+  const known = new Set([...here, ...away.map(({ system }) => system)]);
+  return [...seen.times.value]
+    .filter(([system, time]) => !known.has(system) && time < Date.now() - goneTime)
+    .map(([system, seenAt]) => ({ system, seenAt }));
+}
+
+interface SummaryProperties {
+  rows: Row[];
+  away: RouterItem[];
+  gone: number;
+}
+
+function Summary({ rows, away, gone }: SummaryProperties) {
   const present = new Set(rows.map(({ robot }) => robot.system));
-  const missing = away.filter(({ system }) => !present.has(system)).length;
+  const missing = gone + away.filter(({ system }) => !present.has(system)).length;
   const lost = new Set(away.map(({ system }) => system));
   const troubled = missing + rows.filter((row) => isTroubled(row) || lost.has(row.robot.system)).length;
   const count = rows.length + missing;
@@ -263,6 +299,30 @@ function Away({ router, present }: { router: RouterItem; present: Robot[] }) {
         <a class="button" href={`#/network?tab=explain&to=${encodeURIComponent(router.address.name)}`}>
           Why?
         </a>
+      </p>
+    </li>
+  );
+}
+
+function Gone({ robot: { system, seenAt } }: { robot: GoneRobot }) {
+  const { seen } = useConsole();
+  return (
+    <li class="robot troubled">
+      <h2>
+        Robot {system}
+        <span class="word bad">gone</span>
+      </h2>
+      <p class="bad grow">
+        <Icon name="warning" /> None of its components is registered since {age((Date.now() - seenAt) / 1000)}
+      </p>
+      <p class="actions">
+        <a class="button" href={`#/network?tab=explain&to=${encodeURIComponent(`Chassis(${system}/0)`)}`}>
+          Why?
+        </a>
+        <span class="grow" />
+        <button type="button" title="It is shown again when it comes back" onClick={() => seen.forget(system)}>
+          Forget
+        </button>
       </p>
     </li>
   );

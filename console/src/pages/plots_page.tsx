@@ -35,6 +35,8 @@ export function PlotsPage() {
   const curves = chosen.flatMap((name) => available.filter((curve) => curve.name === name));
   const text = useSignal('');
   const { attempt, Failure } = useAttempt();
+  const toggle = (name: string) =>
+    set(chosen.includes(name) ? chosen.filter((each) => each !== name) : [...chosen, name]);
   const add = async () => {
     const curve = available.find(({ name }) => name.toLowerCase() === text.value.trim().toLowerCase());
     if (curve === undefined) throw new Error(`no component has a number “${text.value}”`);
@@ -76,7 +78,7 @@ export function PlotsPage() {
                 type="button"
                 style={{ borderColor: colours[i % colours.length] }}
                 aria-label={`Remove ${name}`}
-                onClick={() => set(chosen.filter((each) => each !== name))}
+                onClick={() => toggle(name)}
               >
                 {name} ×
               </button>
@@ -84,6 +86,7 @@ export function PlotsPage() {
           ))}
         </ul>
       </div>
+      <FieldsOf component={route.value.options.get('of') ?? ''} available={available} chosen={chosen} toggle={toggle} />
       {curves.length === 0 ? (
         <p class="empty faint">
           {chosen.length === 0
@@ -94,6 +97,36 @@ export function PlotsPage() {
         <Plot key={curves.map(({ name }) => name).join()} curves={curves.slice(0, colours.length)} />
       )}
     </section>
+  );
+}
+
+interface FieldsProperties {
+  component: string;
+  available: Curve[];
+  chosen: string[];
+  toggle: (name: string) => void;
+}
+
+// All fields of the component that the address names, to choose from.
+function FieldsOf({ component, available, chosen, toggle }: FieldsProperties) {
+  const fields = available.filter(({ name }) => name.startsWith(`${component}.`));
+  if (component === '' || fields.length === 0) return null;
+  return (
+    <fieldset class="plot-fields">
+      <legend>{component}</legend>
+      {fields.map(({ name, field }) => (
+        <button
+          key={name}
+          type="button"
+          aria-pressed={chosen.includes(name)}
+          aria-label={name}
+          title={field.unit}
+          onClick={() => toggle(name)}
+        >
+          {field.name}
+        </button>
+      ))}
+    </fieldset>
   );
 }
 

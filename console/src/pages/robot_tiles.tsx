@@ -3,9 +3,13 @@
 import { type Signal, useSignal } from '@preact/signals';
 import type { RefObject } from 'preact';
 import { useCallback, useEffect, useMemo, useRef } from 'preact/hooks';
+import { nameOf, useConsole } from '../app/console';
 import { isText } from '../app/keys';
 import { route } from '../app/route';
+import { findMessage } from '../codec/catalogue';
 import { type Component, type Robot, shortName } from '../model/fleet';
+import { numberFields } from '../plots/number_fields';
+import { types } from '../tims/header';
 import { Commands } from '../ui/commands';
 import { Icon } from '../ui/icons';
 import { Lamp, stateWord } from '../ui/lamp';
@@ -140,6 +144,7 @@ function Tile({ name, place, component, full }: TileProperties) {
   useEffect(() => {
     if (wasOpenedNow(name)) element.current?.scrollIntoView({ block: 'nearest' });
   }, []);
+  const console = useConsole();
   const isFull = full.value === name;
   const View = viewFor(component.classId);
   const choose = (value: Tab) => () => {
@@ -194,6 +199,15 @@ function Tile({ name, place, component, full }: TileProperties) {
         <button type="button" class="quiet" aria-pressed={tab.value === 'commands'} onClick={choose('commands')}>
           Commands
         </button>
+        {hasNumbers(component) && (
+          <a
+            class="plot-link"
+            aria-label={`Plot ${name}`}
+            href={`#/plots?of=${encodeURIComponent(nameOf(console, component.address))}`}
+          >
+            Plot
+          </a>
+        )}
       </div>
       <InSight.Provider value={inSight}>
         <div class="tile-body">
@@ -205,6 +219,10 @@ function Tile({ name, place, component, full }: TileProperties) {
     </section>
   );
 }
+
+// There is something to plot.
+const hasNumbers = ({ classId }: Component) =>
+  numberFields(findMessage(classId, types.data)?.body?.fields ?? []).length > 0;
 
 // Takes a tile to another place: dragged to the tile that is there, or by the arrow keys.
 function MoveButton({ name }: { name: string }) {
