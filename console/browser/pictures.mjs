@@ -1,4 +1,4 @@
-// The pictures of the README: node browser/pictures.mjs [FOLDER]. A robot that drives to a goal on the map, and the
+// The pictures of the README: node browser/pictures.mjs [FOLDER]. A robot that drives to a goal in a room of the map, and the
 // network of a fleet whose link has been cut.
 import { fileURLToPath } from 'node:url';
 import { eventually, Host, launch, startFleet, Watched } from './fixture.mjs';
@@ -20,12 +20,12 @@ async function map() {
   await page.getByRole('button', { name: 'Send robot here' }).click();
   await page.getByRole('button', { name: 'Zoom out' }).click();
   const canvas = await page.getByRole('img', { name: /^Map/ }).boundingBox();
-  // Along the corridor: 4 m north, and a little to the east.
+  // Through the door, into the room.
   const metre = await scaleOf(page);
-  const at = { x: canvas.x + canvas.width / 2 + 0.5 * metre, y: canvas.y + canvas.height / 2 - 4.3 * metre };
+  const at = { x: canvas.x + canvas.width / 2 + 2.6 * metre, y: canvas.y + canvas.height / 2 - 3.4 * metre };
   await page.mouse.move(at.x, at.y);
   await page.mouse.down();
-  await page.mouse.move(at.x, at.y - 60, { steps: 5 });
+  await page.mouse.move(at.x + 60, at.y, { steps: 5 });
   await page.mouse.up();
   const north = async () => (await host.timsctl('component', 'data', `Position(${system}/0)`)).data.pos.x;
   await eventually(async () => (await north()) > 1500, 'the robot is on its way', 60_000);

@@ -1,7 +1,7 @@
 // What is registered at a router, where it is reached, and what its owner has lost since it does not read fast enough.
 
 import { useConsole } from '../app/console';
-import { route, setOption } from '../app/route';
+import { route, routeText, setOption } from '../app/route';
 import { FilterBox } from '../ui/filter_box';
 import { age } from '../ui/quantities';
 import { useAdminList } from './admin_list';
@@ -66,7 +66,15 @@ function Table({ items }: { items: MailboxItem[] }) {
           {items.map((item) => (
             <tr key={item.address.raw}>
               <td>{item.address.name}</td>
-              <td>{item.via ?? 'the router itself'}</td>
+              <td>
+                {item.router === null ? (
+                  (item.via ?? 'the router itself')
+                ) : (
+                  <a title="As its own router sees it" href={addressOf(item.router.raw)}>
+                    {item.via}
+                  </a>
+                )}
+              </td>
               <td>{item.owner?.name ?? item.owner?.peer}</td>
               <td>{age(item.age_s)}</td>
               <td>{item.waiting !== undefined && `${item.waiting} of ${item.slots}`}</td>
@@ -80,6 +88,12 @@ function Table({ items }: { items: MailboxItem[] }) {
       </table>
     </div>
   );
+}
+
+function addressOf(router: string): string {
+  const options = new URLSearchParams(route.value.options);
+  options.set('router', router);
+  return routeText({ ...route.value, options });
 }
 
 const lostOf = ({ replaced = 0, refused = 0, too_big = 0 }: MailboxItem) => replaced + refused + too_big;

@@ -76,6 +76,7 @@ export interface EventItem {
 export interface MailboxItem {
   address: NamedAddress;
   via: string | null;
+  router: NamedAddress | null; // where it is registered
   owner: { name: string | null; peer: string | null } | null;
   age_s: number | null;
   slots?: number;

@@ -221,7 +221,7 @@ function options(curves: Curve[], element: HTMLElement): uPlot.Options {
   return {
     width: element.clientWidth,
     height: element.clientHeight - 30,
-    scales: { x: { time: false, range: () => [-windowTime, 0] } },
+    scales: { x: { time: false, range: () => [-windowTime, 0] }, y: { range: (_, min, max) => valueRange(min, max) } },
     axes: [
       { ...axis, label: 'seconds' },
       { ...axis, size: 76 },
@@ -236,6 +236,13 @@ function options(curves: Curve[], element: HTMLElement): uPlot.Options {
       })),
     ],
   };
+}
+
+// A little more than the values; around one that stays the same, too.
+function valueRange(min: number | null, max: number | null): [number, number] {
+  if (min === null || max === null) return [0, 1];
+  const margin = 0.1 * (max - min || Math.abs(max) || 1);
+  return [min - margin, max + margin];
 }
 
 // Seconds before now.
