@@ -2,23 +2,13 @@
 #include <stdint.h>
 
 #include "rack.h"
+#include "rack_messages.h"
 
-enum { kLadar = 20, kPoints = 181 };
+enum { kPoints = 181 };
 
-/* The body of LadarData (rack/proxies/ladar.h): its fields are its layout. */
-struct ladar_data {
-  uint32_t recordingTime; /* ms */
-  uint32_t duration;      /* ms */
-  int32_t maxRange;       /* mm */
-  float startAngle;       /* rad, clockwise */
-  float endAngle;
-  int32_t pointNum;
-  struct {
-    float angle;
-    int32_t distance; /* mm */
-    int32_t type;
-    int32_t intensity;
-  } points[kPoints];
+struct sweeper {
+  struct rack_LadarPoint points[kPoints];
+  uint8_t body[RACK_BODY_MAX_LadarData];
 };
 
 static const struct rack_parameter kParameters[] = {
@@ -43,18 +33,27 @@ static int turn_on(rack_module* module, void* user) {
 }
 
 static int loop(rack_module* module, void* user) {
-  struct ladar_data* scan = user;
+  struct sweeper* sweeper = user;
+  struct rack_LadarData scan;
+  struct rack_problem problem;
   rack_sleep_until_next(module);
-  const int32_t radius = rack_integer(module, "radius");
+  const int32_t radius = rack_integer(module, "radius"); /* mm */
   for (int i = 0; i < kPoints; ++i) {
-    scan->points[i].angle = (float)((i - 90) * 3.14159265358979 / 180);
-    scan->points[i].distance = radius;
+    sweeper->points[i].angle = (float)((i - 90) * 3.14159265358979 / 180); /* rad, clockwise */
+    sweeper->points[i].distance = radius;
   }
-  scan->recordingTime = rack_time_stamp();
-  scan->duration = rack_period(module);
-  scan->startAngle = scan->points[0].angle;
-  scan->endAngle = scan->points[kPoints - 1].angle;
-  return rack_publish(module, scan->recordingTime, scan, sizeof *scan);
+  rack_init_LadarData(&scan);
+  scan.recordingTime = rack_time_stamp();
+  scan.duration = rack_period(module);
+  scan.maxRange = 30000;
+  scan.startAngle = sweeper->points[0].angle;
+  scan.endAngle = sweeper->points[kPoints - 1].angle;
+  scan.pointNum = kPoints;
+  scan.points = sweeper->points;
+  const int64_t size =
+      rack_encode_LadarData(&scan, RACK_NATIVE, sweeper->body, sizeof sweeper->body, &problem);
+  if (size < 0) return rack_fail(module, (int)size, problem.text);
+  return rack_publish(module, scan.recordingTime, sweeper->body, (size_t)size);
 }
 
 static int command(rack_module* module, const struct tims_header* header, const void* body,
@@ -64,15 +63,15 @@ static int command(rack_module* module, const struct tims_header* header, const 
 }
 
 int main(int argc, char** argv) {
-  struct ladar_data scan = {.maxRange = 30000, .pointNum = kPoints};
+  static struct sweeper state;
   const struct rack_component sweeper = {
       .program = "SweeperC",
       .purpose = "Scans a round room.",
-      .class_id = kLadar,
+      .class_id = RACK_CLASS_LADAR,
       .parameters = kParameters,
       .parameter_count = sizeof kParameters / sizeof *kParameters,
-      .data_max = sizeof scan,
-      .user = &scan,
+      .data_max = sizeof state.body,
+      .user = &state,
       .on = turn_on,
       .loop = loop,
       .command = command,

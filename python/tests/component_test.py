@@ -131,6 +131,14 @@ class Components(WithRouter):
         with self.assertRaisesRegex(tims.AnsweredError, "unknown command"):
             ladar._command(21, None, None)
         self.assertIn("radius", ladar.describe()["purpose"] + json.dumps(ladar.describe()))
+        # And in timsctl.
+        self.assertEqual(self.timsctl("component", "param", "set", "Ladar/0/6", "radius", "700").returncode, 0)
+        eventually(lambda: ladar.get_next_data(PATIENCE).points[0].distance == 700)
+        echoed = self.timsctl("msg", "echo", "Ladar/0/6", "-n", "1")
+        self.assertEqual(echoed.returncode, 0, echoed.stderr)
+        self.assertIn("700", echoed.stdout)
+        self.assertEqual(self.timsctl("component", "off", "Ladar/0/6").returncode, 0)
+        self.assertEqual(ladar.status(), tims.Type.DISABLED)
 
     def test_it_describes_itself(self):
         out = subprocess.run([sys.executable, EXAMPLES / "wall_follower.py", "--describe"], capture_output=True, text=True,

@@ -4,6 +4,7 @@ import json
 import math
 import os
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -13,6 +14,8 @@ import rack.codec
 import rack.messages as messages
 import tims
 from support import PATIENCE, PROGRAMS, Child, WithRouter, eventually
+
+SOURCES = pathlib.Path(os.environ["TIMS_SOURCES"])
 
 
 def vectors(seed):
@@ -234,11 +237,11 @@ THERMOMETER = {
 
 
 class Generated(unittest.TestCase):
-    def generate(self, text):
+    def generate(self, text, *options):
         with tempfile.TemporaryDirectory() as folder:
             file = pathlib.Path(folder) / "thermometer.json"
             file.write_text(text, encoding="utf-8")
-            return subprocess.run([sys.executable, "-m", "rack.generate", file], capture_output=True, text=True)
+            return subprocess.run([sys.executable, "-m", "rack.generate", *options, file], capture_output=True, text=True)
 
     def test_own_messages(self):
         result = self.generate(json.dumps(THERMOMETER))
@@ -252,6 +255,27 @@ class Generated(unittest.TestCase):
                     "assert t.ThermometerData.decode(t.ThermometerData(1, -2).encode()).temperature == -2\n")
             subprocess.run([sys.executable, "-c", code], check=True,
                            env={**os.environ, "PYTHONPATH": folder + ":" + os.environ["PYTHONPATH"]})
+
+    @unittest.skipUnless(shutil.which("gcc"), "needs a compiler")
+    def test_own_messages_in_c(self):
+        result = self.generate(json.dumps(THERMOMETER), "--c")
+        self.assertEqual(result.returncode, 0, result.stderr)
+        with tempfile.TemporaryDirectory() as name:
+            folder = pathlib.Path(name)
+            (folder / "thermometer.h").write_text(result.stdout, encoding="utf-8")
+            (folder / "main.c").write_text(
+                '#include <rack_messages.h>\n#include "thermometer.h"\n'
+                "int main(void) {\n  struct rack_ThermometerData data;\n  uint8_t body[RACK_BODY_MAX_ThermometerData];\n"
+                "  rack_init_ThermometerData(&data);\n"
+                "  return !(data.temperature == 7 && RACK_CLASS_THERMOMETER == 144 && RACK_THERMOMETER_SET_LIMIT == 21 &&\n"
+                "           rack_encode_ThermometerData(&data, 0, body, sizeof body, NULL) == 8 && body[7] == 7);\n}\n",
+                encoding="utf-8")
+            includes = [f"-I{each}" for each in (SOURCES / "proxies" / "c", SOURCES / "libtims" / "include",
+                                                 PROGRAMS.parent / "include")]
+            clean = {k: v for k, v in os.environ.items() if k != "LD_PRELOAD"}
+            subprocess.run(["gcc", "-std=c11", "-Wall", "-Wextra", "-Wconversion", "-Werror", *includes, "main.c", "-o", "main"],
+                           cwd=folder, check=True, env=clean)
+            subprocess.run([folder / "main"], check=True, env=clean)
 
     def test_what_is_no_description(self):
         for text in ("", "{}", "[1]", '{"structs": [], "class": "X", "class_id": "x", "messages": []}'):

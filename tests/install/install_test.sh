@@ -157,6 +157,8 @@ g++ -std=c++20 -Wall -Wextra -Werror "$here/outside/devices.cpp" "${device_flags
 for example in "$here"/../../components/examples/*.cpp; do
   g++ -std=c++20 "$example" "${flags[@]}" -o "$work/example" || fail "$example cannot be built with the kit"
 done
+gcc -std=c11 -Wall -Wextra -Werror "$here/../../components/examples/sweeper.c" "${flags[@]}" -o "$work/example" ||
+  fail "the example in C cannot be built with the kit"
 
 # Formats of log texts are checked by the compiler: an argument missing, one of another type.
 log_call() {

@@ -1,0 +1,1 @@
+#include "codec_test.c"  // the header is used by C++, too
