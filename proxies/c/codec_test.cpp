@@ -1,1 +1,2 @@
-#include "codec_test.c"  // the header is used by C++, too
+// The header is used by C++, too.
+#include "codec_test.c"  // NOLINT(bugprone-suspicious-include)

@@ -270,7 +270,7 @@ class Generated(unittest.TestCase):
                 "  return !(data.temperature == 7 && RACK_CLASS_THERMOMETER == 144 && RACK_THERMOMETER_SET_LIMIT == 21 &&\n"
                 "           rack_encode_ThermometerData(&data, 0, body, sizeof body, NULL) == 8 && body[7] == 7);\n}\n",
                 encoding="utf-8")
-            includes = [f"-I{each}" for each in (SOURCES / "proxies" / "c", SOURCES / "libtims" / "include",
+            includes = [f"-I{each}" for each in (SOURCES / "proxies" / "include", SOURCES / "libtims" / "include",
                                                  PROGRAMS.parent / "include")]
             clean = {k: v for k, v in os.environ.items() if k != "LD_PRELOAD"}
             subprocess.run(["gcc", "-std=c11", "-Wall", "-Wextra", "-Wconversion", "-Werror", *includes, "main.c", "-o", "main"],

@@ -20,7 +20,7 @@ def main() -> int:
     given = parser.parse_args()
     try:
         description = Description(json.loads(given.description.read_text("utf-8")))
-        text = (CWriter if given.c else PythonWriter)(description).text()
+        text = CWriter(description).text() if given.c else PythonWriter(description).text()
     except (OSError, ValueError, KeyError, TypeError) as error:
         print(f"{given.description}: no description of messages: {error!r}", file=sys.stderr)
         return 1
