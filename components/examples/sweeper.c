@@ -1,8 +1,8 @@
 /* SweeperC: a simulated ladar in C, as python/examples/sweeper.py is one in Python. */
+#include <rack_messages.h>
 #include <stdint.h>
 
 #include "rack.h"
-#include "rack_messages.h"
 
 enum { kPoints = 181 };
 

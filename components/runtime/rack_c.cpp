@@ -5,9 +5,11 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "rack.h"
@@ -167,6 +169,7 @@ class Callbacks : public Base, public rack_module {
       partners.push_back(
           {row.name, std::make_unique<NamedPartner>(*this, row.class_id, row.name, no_mailbox())});
     }
+    if (given.between != nullptr) around_.resize(3 * std::size_t{given.data_max});
   }
 
   std::int32_t get_integer(std::string_view name) override { return this->integer(name); }
@@ -227,6 +230,10 @@ class Callbacks : public Base, public rack_module {
   }
   Result<void> module_loop() override { return outcome(given_.loop(this, given_.user)); }
   Result<void> module_command(const tims::MessageView& message) override {
+    if constexpr (kHasData) {
+      if (message.header.type == tims::type::kGetData && given_.between != nullptr)
+        return get_data_between(message);
+    }
     if (given_.command == nullptr || message.header.type < rack::kFirstCommand)
       return Base::module_command(message);
     const tims_header header = c_header(message.header);
@@ -236,6 +243,52 @@ class Callbacks : public Base, public rack_module {
 
  private:
   static constexpr bool kHasData = std::is_base_of_v<rack::DataModuleBase, Base>;
+
+  // GET_DATA with a time. The callback is called without the mutex, on copies: it may take a lock
+  // that another task holds while that waits for the mutex, as the one of Python's interpreter.
+  Result<void> get_data_between(const tims::MessageView& message)
+    requires kHasData
+  {
+    const auto request = rack::decode<rack::GetDataRequest>(message);
+    if (!request || request->recordingTime.raw() == 0 || !this->is_on())
+      return Base::module_command(message);
+    rack_data_set before{};
+    rack_data_set after{};
+    if (auto copied = copy_around(request->recordingTime, before, after); !copied)
+      return copied.error();
+    if (after.body == nullptr) return Base::module_command(message);
+    std::byte* const to = around_.data() + 2 * std::size_t{given_.data_max};
+    const std::int64_t size =
+        given_.between(this, request->recordingTime.raw(), &before, &after, to, given_.user);
+    if (size < 0) return outcome(static_cast<int>(size));
+    if (size > given_.data_max)
+      return this->refused("its interpolated data are larger than data_max");
+    this->reply(message.header, tims::type::kData, std::span(to, static_cast<std::size_t>(size)));
+    return {};
+  }
+
+  // Nothing in `after`: the nearest data set is the answer.
+  Result<void> copy_around(rack::TimeStamp time, rack_data_set& before, rack_data_set& after)
+    requires kHasData
+  {
+    const std::lock_guard lock(this->mutex_);
+    const rack::DataHistory& history = this->history();
+    if (history.size() < 2) return {};
+    if (given_.ahead == 0 && time - history.newest().recorded >= std::chrono::milliseconds(0))
+      return {};
+    const auto found = history.around(time, std::chrono::milliseconds(given_.ahead));
+    if (const auto* miss = std::get_if<rack::DataHistory::Miss>(&found))
+      return this->not_there(*miss, time);
+    const auto& pair = std::get<rack::DataHistory::Pair>(found);
+    before = copied(pair.before, around_.data());
+    after = copied(pair.after, around_.data() + given_.data_max);
+    return {};
+  }
+
+  static rack_data_set copied(const rack::DataHistory::Entry& entry, std::byte* to) {
+    std::ranges::copy(entry.body, to);
+    return {entry.recorded.raw(), to, entry.body.size()};
+  }
 
   // A partner wants one. Calls are made by mailboxes of the program's own session, with local ids
   // above.
@@ -247,6 +300,7 @@ class Callbacks : public Base, public rack_module {
   const rack_component& given_;
   std::optional<rack::OwnMailbox> no_mailbox_;
   std::atomic<std::int64_t> period_ms_ = 1000;
+  std::vector<std::byte> around_;  // of the command task: two data sets, and what is between them
 };
 
 // The value of the last --router, as the module's own arguments.

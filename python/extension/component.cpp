@@ -5,6 +5,7 @@
 // run() gives up. A callback is component._call(name, *arguments); it returns None, or (code, text)
 // of what failed.
 #define PY_SSIZE_T_CLEAN
+#include <algorithm>
 #include <array>
 #include <csignal>
 #include <cstdint>
@@ -86,6 +87,7 @@ rack_module* module_of(PyObject* self) {
 struct Run {
   PyObject* component;
   Runtime* runtime;
+  size_t data_max;  // bytes
 };
 
 // Takes the new reference. 0, or the failure noted for the runtime.
@@ -143,6 +145,28 @@ int command(rack_module* module, const tims_header* header, const void* body, si
                                                          static_cast<Py_ssize_t>(size));
   Py_XDECREF(of);
   return result_of(module, result);
+}
+
+// The bytes of the body that component._between(time, before, after) returned, or of a failure its
+// code.
+int64_t between(rack_module* module, uint32_t time, const rack_data_set* before,
+                const rack_data_set* after, void* to, void* user) {
+  const Gil gil;
+  const Run& run = *static_cast<Run*>(user);
+  PyObject* result = PyObject_CallMethod(
+      run.component, "_call", "sIy#y#", "_between", time, static_cast<const char*>(before->body),
+      static_cast<Py_ssize_t>(before->size), static_cast<const char*>(after->body),
+      static_cast<Py_ssize_t>(after->size));
+  if (result == nullptr || PyBytes_Check(result) == 0) {
+    const int code = result_of(module, result);
+    return code != 0 ? code : rack_fail(module, TIMS_EINVALID, "between() returned nothing");
+  }
+  char* bytes = nullptr;
+  Py_ssize_t size = 0;
+  (void)PyBytes_AsStringAndSize(result, &bytes, &size);
+  std::memcpy(to, bytes, std::min(static_cast<size_t>(size), run.data_max));
+  Py_DECREF(result);
+  return size;  // one that is too large is refused by the runtime
 }
 
 int work(rack_module* module, const tims_header* /*request*/, void* data) {
@@ -362,9 +386,10 @@ bool add_parameter(Description& description, PyObject* row) {
 
 bool describe(Description& description, PyObject* of, PyObject* rows) {
   rack_component& to = description.component;
-  if (PyArg_ParseTuple(of, "sszIIIIIII", &to.program, &to.purpose, &to.class_name, &to.class_id,
+  int interpolates = 0;
+  if (PyArg_ParseTuple(of, "sszIIIIIIIIp", &to.program, &to.purpose, &to.class_name, &to.class_id,
                        &to.command_slots, &to.command_body_max, &to.data_max, &to.history,
-                       &to.listeners, &to.no_samples) == 0)
+                       &to.listeners, &to.no_samples, &to.ahead, &interpolates) == 0)
     return false;
   to.program = description.keep(to.program);
   to.purpose = description.keep(to.purpose);
@@ -379,6 +404,7 @@ bool describe(Description& description, PyObject* of, PyObject* rows) {
   to.loop = loop;
   to.off = turn_off;
   to.command = command;
+  if (interpolates != 0) to.between = between;
   return true;
 }
 
@@ -413,7 +439,7 @@ PyObject* run(PyObject* module, PyObject* arguments) {
   std::vector<char*> pointers;
   if (!describe(description, of, rows) || !take_arguments(given, description, pointers))
     return nullptr;
-  Run user{component, reinterpret_cast<Runtime*>(runtime)};
+  Run user{component, reinterpret_cast<Runtime*>(runtime), description.component.data_max};
   description.component.user = &user;
   int code = 0;
   {

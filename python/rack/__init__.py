@@ -3,7 +3,7 @@
     rack.messages     bodies of all messages, types, and a proxy for each class
     rack.proxy        what proxies are made of
     rack.codec        structs to and from bytes
-    rack.generate     Python and C for the messages of your own classes
+    rack.generate     Python, C and Java for the messages of your own classes
     rack.module       Module and DataModule, the bases of components
 """
 

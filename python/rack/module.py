@@ -123,7 +123,7 @@ class Command:
     def later(self, work: Callable[[], None]) -> None:
         """`work` answers it: it is called by the worker, while the command task answers others."""
 
-        def guarded() -> Optional[tuple[int, str]]:
+        def guarded() -> Union[None, bytes, tuple[int, str]]:
             return _guarded(work)
 
         if not self._runtime.later(self._header, guarded):
@@ -263,15 +263,15 @@ class Module:
 
     # --- between the runtime and the component
 
-    def _data_description(self) -> tuple[int, int, int, int]:
-        return 0, 0, 0, 0
+    def _data_description(self) -> tuple[int, int, int, int, int, bool]:
+        return 0, 0, 0, 0, 0, False
 
     def _declared(self, name: str) -> str:
         if name not in _COMMON and all(name not in _names_of(each) for each in self.PARAMETERS):
             raise KeyError(f"{name} is not among the PARAMETERS of {type(self).__name__}")
         return name
 
-    def _call(self, name: str, *arguments: Any) -> Optional[tuple[int, str]]:
+    def _call(self, name: str, *arguments: Any) -> Union[None, bytes, tuple[int, str]]:
         return _guarded(getattr(self, name), *arguments)
 
     def _command(self, header: tuple[int, int, int, int, int, int, int], body: bytes) -> None:
@@ -285,16 +285,31 @@ class DataModule(Module, Generic[Data]):
     DATA_MAX: ClassVar[int] = 0  #: bytes; default: what the struct needs at most
     HISTORY: ClassVar[int] = 10  #: data sets that can be requested
     LISTENERS: ClassVar[int] = 64
+    AHEAD: ClassVar[int] = 0  #: ms after the newest data that between() extrapolates
     SAMPLES: ClassVar[bool] = True  #: a newer data set replaces an older one on a slow link
 
     def put(self, data: Data) -> None:
         """Keeps a data set and sends it. CodecError: a value that does not fit."""
         self._runtime.publish(getattr(data, "recordingTime"), data.encode(sys.byteorder == "little"))
 
-    def _data_description(self) -> tuple[int, int, int, int]:
+    def between(self, before: Data, after: Data, time: int) -> Data:
+        """Data of a requested time [ms], from those before and after it: a component that has this method interpolates.
+
+        Up to AHEAD ms after the newest, `before` and `after` are the newest two. Called by the command task. Without it a
+        request gets the data that are nearest to its time.
+        """
+        raise NotImplementedError("between")
+
+    def _data_description(self) -> tuple[int, int, int, int, int, bool]:
         layout = self.DATA.layout
         most = layout.size + sum(each.size * each.most for each in layout.fields if each.is_variable)
-        return self.DATA_MAX or most, self.HISTORY, self.LISTENERS, int(not self.SAMPLES)
+        interpolates = type(self).between is not DataModule.between
+        return self.DATA_MAX or most, self.HISTORY, self.LISTENERS, int(not self.SAMPLES), self.AHEAD, interpolates
+
+    def _between(self, time: int, before: bytes, after: bytes) -> bytes:
+        little = sys.byteorder == "little"
+        result = self.between(self.DATA.decode(before, little), self.DATA.decode(after, little), time)
+        return result.encode(little)
 
 
 _COMMON = {"system", "instance", "gdosLevel", "targetStatus", "cmdTaskPrio", "dataTaskPrio", "cpu", "errorTimeout"}
@@ -306,11 +321,10 @@ def _names_of(parameter: Parameter) -> tuple[str, ...]:
     return (parameter.name,)
 
 
-def _guarded(function: Callable[..., None], *arguments: Any) -> Optional[tuple[int, str]]:
-    """Calls it; an exception as the runtime takes it. Those of the code itself are shown with their place."""
+def _guarded(function: Callable[..., Optional[bytes]], *arguments: Any) -> Union[None, bytes, tuple[int, str]]:
+    """Calls it, and returns what it does; an exception as the runtime takes it. Those of the code itself are shown with their place."""
     try:
-        function(*arguments)
-        return None
+        return function(*arguments)
     except tims.Error as error:
         return int(error.code), error.text
     except (Refused, OSError, ValueError) as error:

@@ -63,6 +63,35 @@ sys.exit(Limited().run())
 '''
 
 
+STRAIGHT = '''
+import sys
+import rack
+from rack.messages import OdometryData, OdometryProxy, Position3d
+
+class Straight(rack.DataModule[OdometryData]):
+    """Drives straight on: x is the time."""
+    DATA, CLASS_ID, HISTORY, AHEAD = OdometryData, OdometryProxy.CLASS_ID, 64, 300
+    PARAMETERS = [rack.integer("broken", 0, "what between() does", 0, 2, takes_effect=rack.NOW)]
+    at = 0
+
+    def module_on(self): self.period, self.at = 10, 1000
+
+    def module_loop(self):
+        self.sleep_until_next()
+        if self.at < 2000: self.put(OdometryData(recordingTime=self.at, pos=Position3d(x=10 * self.at)))
+        self.at += 100
+
+    def between(self, before, after, time):
+        if self.integer("broken") == 1: raise rack.Refused("there is no road")
+        if self.integer("broken") == 2: return None
+        part = (time - before.recordingTime) / (after.recordingTime - before.recordingTime)
+        x = before.pos.x + part * (after.pos.x - before.pos.x)
+        return OdometryData(recordingTime=time, pos=Position3d(x=round(x)))
+
+sys.exit(Straight().run())
+'''
+
+
 class Components(WithRouter):
     def start(self, *command):
         component = Child(sys.executable, "-u", *command)
@@ -139,6 +168,28 @@ class Components(WithRouter):
         self.assertIn("700", echoed.stdout)
         self.assertEqual(self.timsctl("component", "off", "Ladar/0/6").returncode, 0)
         self.assertEqual(ladar.status(), tims.Type.DISABLED)
+
+    def test_data_between_those_that_were_recorded(self):
+        file = self.folder / "straight.py"
+        file.write_text(STRAIGHT, encoding="utf-8")
+        self.start(file, "--instance", "5")
+        odometry = self.proxy(rack.messages.OdometryProxy, "Odometry(0/5)")
+        odometry.on()
+        eventually(lambda: odometry.get_data().recordingTime == 1900)
+        for time in (1000, 1001, 1250, 1899, 1900, 1950, 2200):
+            data = odometry.get_data(time)
+            self.assertEqual((data.recordingTime, data.pos.x), (time, 10 * time))
+        with self.assertRaisesRegex(tims.AnsweredError, "no longer available"):
+            odometry.get_data(999)
+        with self.assertRaisesRegex(tims.AnsweredError, "not available yet"):
+            odometry.get_data(2201)
+        odometry.set_parameter("broken", 1)
+        with self.assertRaisesRegex(tims.AnsweredError, "there is no road"):
+            odometry.get_data(1250)
+        odometry.set_parameter("broken", 2)
+        with self.assertRaisesRegex(tims.AnsweredError, "encode"):
+            odometry.get_data(1250)
+        self.assertEqual(odometry.get_data().recordingTime, 1900)
 
     def test_it_describes_itself(self):
         out = subprocess.run([sys.executable, EXAMPLES / "wall_follower.py", "--describe"], capture_output=True, text=True,

@@ -71,6 +71,13 @@ struct rack_parameter {
   uint8_t reserved[2];
 };
 
+/* A data set that was published. */
+struct rack_data_set {
+  uint32_t recorded; /* ms */
+  const void* body;
+  size_t size; /* bytes */
+};
+
 /* All texts must remain valid while rack_run() runs. NULL and 0 select the default. */
 struct rack_component {
   const char* program;    /* "ChassisSim" */
@@ -98,6 +105,13 @@ struct rack_component {
    * rack_unknown_command() refuses a command that the component does not know. */
   int (*command)(rack_module* module, const struct tims_header* header, const void* body,
                  size_t size, void* user);
+  /* Interpolates: writes the data of a requested time to `to`, from the data sets before and after
+   * it; at most `ahead` ms after the newest, these are the newest two. Returns the size of the
+   * body, at most data_max, or what rack_fail() returned. Called by the command task. NULL: a
+   * request gets the data set that is nearest to its time. */
+  int64_t (*between)(rack_module* module, uint32_t time, const struct rack_data_set* before,
+                     const struct rack_data_set* after, void* to, void* user);
+  uint32_t ahead; /* ms; 0: a later time gets the newest data set, as without `between` */
 };
 
 /* Runs the program until SIGTERM, SIGINT, SIGHUP or rack_stop(); returns its exit code: 0, 1 when
