@@ -2,10 +2,9 @@
  * and as C++. */
 #include <errno.h>
 #include <math.h>
+#include <rack_messages.h>
 #include <stdarg.h>
 #include <stdlib.h>
-
-#include "rack_messages.h"
 
 /* NOLINTBEGIN: C that is compiled as C++, too */
 
