@@ -57,6 +57,8 @@ bool Handshakes::goes_on(Time now, One& one, const NetAddress& to, const Retry& 
 bool Handshakes::accept(Time now, const NetAddress& from, const Crypto& first) {
   if (!make_room(now)) return false;
   One& one = add(now, Side::kAccepts, from, first.token, first.cookie);
+  std::ranges::copy(first.bytes.first(std::min(kBeginning, first.bytes.size())),
+                    one.beginning.begin());
   give(now, one, first);
   return true;
 }
@@ -102,6 +104,13 @@ Handshakes::One* Handshakes::find(std::uint64_t number) {
 bool Handshakes::on_crypto(Time now, const NetAddress& from, const Crypto& crypto) {
   One* one = find(from, crypto);
   if (one == nullptr) return false;
+  if (one->side == Side::kAccepts && crypto.offset == 0) {
+    const std::size_t known = std::min(kBeginning, crypto.bytes.size());
+    if (!std::ranges::equal(crypto.bytes.first(known), std::span(one->beginning).first(known))) {
+      end(one->number);
+      return false;
+    }
+  }
   give(now, *one, crypto);
   return true;
 }

@@ -6,6 +6,7 @@
 // of the accepting side.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -30,6 +31,7 @@ class Handshakes {
   static constexpr Duration kSilenceMax = std::chrono::seconds(3);
   // When there are too many, one that has taken this long makes room.
   static constexpr Duration kYieldsAfter = std::chrono::seconds(2);
+  static constexpr std::size_t kBeginning = 64;
 
   struct One {
     std::uint64_t number = 0;
@@ -41,6 +43,8 @@ class Handshakes {
     Time heard{};  // the last datagram of the other side
     Time asks_again = kNever;
     CryptoStream stream{};
+    // How an accepted one began: TLS's random number is in it.
+    std::array<std::byte, kBeginning> beginning{};
     std::vector<std::byte> message{};  // of the verified other side
     Verified verified{};
     bool answered = false;  // this side has nothing more to say
@@ -65,7 +69,8 @@ class Handshakes {
   void connect(Time now, const NetAddress& to, const Retry& retry, std::span<const std::byte> who);
   // Returns false when there is no room.
   bool accept(Time now, const NetAddress& from, const Crypto& first);
-  // Returns false when the datagram belongs to no handshake.
+  // Returns false when the datagram belongs to no handshake: also when the connecting side has
+  // begun again meanwhile, with the cookie that is still valid.
   bool on_crypto(Time now, const NetAddress& from, const Crypto& crypto);
   void on_progress(Time now, HandshakeProgress&& progress);
   // The last message of the accepting side.

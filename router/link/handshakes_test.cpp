@@ -70,6 +70,20 @@ TEST_F(HandshakesTest, BelongToAddressTokenAndCookie) {
   EXPECT_EQ(running.begin()->second, 6U);
 }
 
+// The former one would take the new bytes for its own, and fail.
+TEST_F(HandshakesTest, WhoBeginsAgainWithTheSameCookieGetsANewOne) {
+  EXPECT_TRUE(all.accept(now, address_of(1), first(1)));
+  EXPECT_TRUE(all.on_crypto(now, address_of(1), first(1))) << "repeated";
+  const std::array other{std::byte{0}, std::byte{1}, std::byte{0}, std::byte{0}};
+  const Crypto again{.token = 1, .cookie = 5, .bytes = other};
+  EXPECT_FALSE(all.on_crypto(now, address_of(1), again));
+  EXPECT_TRUE(running.empty());
+  EXPECT_TRUE(all.accept(now, address_of(1), again));
+  EXPECT_EQ(running.size(), 1U);
+  EXPECT_TRUE(all.on_crypto(now, address_of(1), again));
+  EXPECT_EQ(running.begin()->second, 4U);
+}
+
 TEST_F(HandshakesTest, ACallGoesOnUntilTheOtherSideHasBeenSilentForLong) {
   const auto number = [&] { return running.begin()->first; };
   all.connect(now, address_of(1), {1, 5}, {});

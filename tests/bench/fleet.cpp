@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <memory>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include <sys/epoll.h>
@@ -23,7 +24,6 @@ namespace tims::bench {
 namespace {
 
 constexpr std::size_t kMemory = 1 << 20;
-constexpr unsigned kNumberBits = 32;  // of a robot's handshakes
 
 link::Identity identity(std::uint32_t number, std::uint64_t epoch) {
   constexpr std::uint32_t kOfOneSystem = 4;  // because there are more robots than system numbers
@@ -35,67 +35,28 @@ link::Identity identity(std::uint32_t number, std::uint64_t epoch) {
           .message_max = kMessageMaxDefault};
 }
 
-// The handshakes of all robots, on one thread. Each robot has a certificate of its own.
-class FleetTls {
+// What the handshakes of all robots have brought; each robot has a thread for them, as a router
+// has.
+class Progress {
  public:
-  // Of one robot.
-  class Handshaker final : public link::Handshaker {
-   public:
-    Handshaker(FleetTls& fleet, std::uint64_t robot, security::Credentials own)
-        : fleet_(fleet), robot_(robot), own_(std::move(own)) {}
-    void begin(std::uint64_t number, Side side, std::span<const std::byte> binding) override {
-      if (fleet_.tls_.set_credentials(own_, security::Expiry::kWarn))
-        fleet_.tls_.begin(of_fleet(number), side, binding);
-    }
-    void receive(std::uint64_t number, std::span<const std::byte> bytes) override {
-      fleet_.tls_.receive(of_fleet(number), bytes);
-    }
-    void send(std::uint64_t number, std::span<const std::byte> message) override {
-      fleet_.tls_.send(of_fleet(number), message);
-    }
-    void end(std::uint64_t number) override { fleet_.tls_.end(of_fleet(number)); }
-
-   private:
-    [[nodiscard]] std::uint64_t of_fleet(std::uint64_t number) const {
-      return robot_ << kNumberBits | number;
-    }
-
-    FleetTls& fleet_;
-    std::uint64_t robot_;
-    security::Credentials own_;
-  };
-
-  [[nodiscard]] int descriptor() const { return wake_.get(); }  // readable: there is progress
-  // Calls visit(robot, HandshakeProgress&&).
-  template <typename Visit>
-  void take(Visit visit) {
-    os::drain_event_fd(wake_.get());
-    std::vector<link::HandshakeProgress> all;
+  void add(std::size_t robot, link::HandshakeProgress&& progress) {
     {
       const std::lock_guard lock(mutex_);
-      all.swap(done_);
-    }
-    for (link::HandshakeProgress& one : all) {
-      const std::uint64_t robot = one.handshake >> kNumberBits;
-      one.handshake &= (std::uint64_t{1} << kNumberBits) - 1;
-      visit(robot, std::move(one));
-    }
-  }
-
- private:
-  void report(link::HandshakeProgress&& progress) {
-    {
-      const std::lock_guard lock(mutex_);
-      done_.push_back(std::move(progress));
+      all_.emplace_back(robot, std::move(progress));
     }
     os::signal_event_fd(wake_.get());
   }
+  [[nodiscard]] int descriptor() const { return wake_.get(); }  // readable: there is some
+  std::vector<std::pair<std::size_t, link::HandshakeProgress>> take() {
+    os::drain_event_fd(wake_.get());
+    const std::lock_guard lock(mutex_);
+    return std::exchange(all_, {});
+  }
 
+ private:
   os::File wake_ = std::move(*os::make_event_fd());
   std::mutex mutex_;
-  std::vector<link::HandshakeProgress> done_;
-  io::TlsHandshaker tls_{
-      [this](link::HandshakeProgress&& progress) { report(std::move(progress)); }};
+  std::vector<std::pair<std::size_t, link::HandshakeProgress>> all_;
 };
 
 class Robot final : core::Port, core::RouterHooks, link::DatagramSender {
@@ -185,7 +146,7 @@ class Fleet {
   // `keys`: folder of FleetKeys; empty: the links are open.
   explicit Fleet(std::string keys)
       : poller_(::epoll_create1(EPOLL_CLOEXEC)), keys_(std::move(keys)) {
-    if (!keys_.empty()) watch(tls_.descriptor(), nullptr);
+    if (!keys_.empty()) watch(progress_.descriptor(), nullptr);
   }
 
   Result<void> add(const link::NetAddress& base) {
@@ -229,15 +190,19 @@ class Fleet {
     if (keys_.empty()) return std::unique_ptr<link::Handshaker>();
     const auto folder =
         FleetKeys::folder_of(keys_, security::MemberRole::kSystem, self.system, self.id);
-    auto own = security::KeyFolder(folder).load();
+    const auto own = security::KeyFolder(folder).load();
     if (!own) return own.error();
-    return std::unique_ptr<link::Handshaker>(
-        std::make_unique<FleetTls::Handshaker>(tls_, number, std::move(*own)));
+    auto handshaker =
+        std::make_unique<io::TlsHandshaker>([this, number](link::HandshakeProgress&& progress) {
+          progress_.add(number, std::move(progress));
+        });
+    if (auto set = handshaker->set_credentials(*own, security::Expiry::kWarn); !set)
+      return set.error();
+    return std::unique_ptr<link::Handshaker>(std::move(handshaker));
   }
   void take_handshakes() {
-    tls_.take([&](std::uint64_t robot, link::HandshakeProgress&& progress) {
+    for (auto& [robot, progress] : progress_.take())
       robots_[robot]->on_handshake(os::now(), std::move(progress));
-    });
   }
   [[nodiscard]] int milliseconds_left() const {
     constexpr Duration kLongest = std::chrono::milliseconds(100);
@@ -250,7 +215,7 @@ class Fleet {
 
   os::File poller_;
   std::string keys_;
-  FleetTls tls_;
+  Progress progress_;
   std::uint64_t random_ = static_cast<std::uint64_t>(os::now().time_since_epoch().count());
   std::vector<std::unique_ptr<Robot>> robots_;
   io::Datagrams datagrams_;

@@ -251,7 +251,8 @@ Result<Metrics> measure_convergence(const Experiment& experiment, const Setting&
   plan.count = experiment.count;
   std::vector<std::string> command = to_arguments(plan);
   command.insert(command.begin(), setting.program);
-  const auto fleet = launch(std::move(command), false);
+  // Robots with keys have to compute as much as the base, and must not take its CPU.
+  const auto fleet = launch(std::move(command), experiment.sealed);
   if (!fleet) return fleet.error();
   if (auto known = wait_for_all(base); !known) return known.error();
   base.kill();
