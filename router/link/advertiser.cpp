@@ -253,8 +253,9 @@ std::optional<TableState> Advertiser::to_ask_for(Time now, const TableState& the
 bool Advertiser::compare(Time now, const TableState& theirs) {
   const auto state = to_ask_for(now, theirs);
   if (!state) return true;
+  const bool has_arrived = session_.newest_acked_sent() >= asked_;
   request(now, *state);
-  return incomplete_ || ++asked_in_vain_ <= kAskedInVainMax;
+  return incomplete_ || !has_arrived || ++asked_in_vain_ <= kAskedInVainMax;
 }
 
 }  // namespace tims::link

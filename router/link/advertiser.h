@@ -41,8 +41,9 @@ class Advertiser {
   // A message from the control lane. Returns false when it is not one of these messages.
   bool on_control(Time now, const core::Message& message);
   // Compares with the table state in the other side's keep-alive, and requests the table again
-  // when ours differs. Returns false after so many requests that the lane itself must be damaged;
-  // only a new session repairs that.
+  // when ours differs. Returns false after so many requests in vain that the lane itself must be
+  // damaged; only a new session repairs that. A request that may not have arrived is not in vain:
+  // the other side may be heard over a path that works in one direction only.
   [[nodiscard]] bool compare(Time now, const TableState& theirs);
   // For our keep-alive.
   [[nodiscard]] TableState advertised() const { return wanted_ ? advertised_ : kNotRequested; }

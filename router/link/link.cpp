@@ -193,10 +193,15 @@ void Link::accept(Time now, const NetAddress& from, const Hello& hello, std::uin
   sealed && !settings_.connects ? enter(now, State::kSilent) : come_up(now);
 }
 
-std::uint8_t Link::resume(Time now, const Hello& hello, Verified&& verified) {
+// A handshake passes in both directions. A HELLO may come from anywhere: it is answered, and asked.
+std::uint8_t Link::resume(Time now, const NetAddress& from, const Hello& hello,
+                          Verified&& verified) {
   keep_alive_ = settings_.keep_alive;
   their_keep_alive_ = hello.keep_alive;
-  if (verified.sealer == nullptr) return 0;
+  const bool sealed = verified.sealer != nullptr;
+  const PathKind before = paths_.kind();
+  if (is_up() && paths_.on_called(now, from, sealed)) switch_path(now, before);
+  if (!sealed) return 0;
   const std::uint8_t generation = session_.keys().next_generation();
   session_.keys().renew(now, generation, std::move(verified.sealer), false);
   certificate_ = std::move(verified.peer);

@@ -110,7 +110,7 @@ class Link final : private ArrivalObserver, private LossObserver {
               Verified&& verified);
   // The session continues, with the keep-alive intervals that both sides now state, and with new
   // keys if there are any. Returns their generation.
-  std::uint8_t resume(Time now, const Hello& hello, Verified&& verified);
+  std::uint8_t resume(Time now, const NetAddress& from, const Hello& hello, Verified&& verified);
 
   // --- both
   void on_data(Time now, const NetAddress& from, Data data);

@@ -82,6 +82,9 @@ void Links::configure(Time now, std::span<const LinkSettings> wanted) {
 
 LinkSettings Links::own_settings(LinkSettings settings) const {
   settings.session.message_max = setup_.self.message_max;
+  // One of the largest messages fits while the last bytes of another are being acknowledged.
+  settings.session.queue_bytes_max = std::max<std::uint64_t>(
+      settings.session.queue_bytes_max, 2 * record_size(setup_.self.message_max));
   settings.session.classes = setup_.self.classes;
   settings.secure = settings.secure && reception_.has_keys();
   return settings;

@@ -179,6 +179,17 @@ void Paths::begin(Time now, const NetAddress& address) {
   }
 }
 
+bool Paths::on_called(Time now, const NetAddress& from, bool proven) {
+  Path* path = mine(from.kind);
+  if (path == nullptr || path->works) return false;
+  path->address = from;
+  path->asked = {};
+  if (!proven) return false;
+  path->works = true;
+  path->since = path->answered = now;
+  return choose(now);
+}
+
 bool Paths::is_strange(const NetAddress& from) const {
   const Path* path = find(from.kind);
   return path == nullptr || (path != &used() && !path->works);

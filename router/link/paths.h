@@ -130,6 +130,9 @@ class Paths {
   [[nodiscard]] bool leads(PathKind kind) const;
   // True when no other path has led to this address: the sender may be another router.
   [[nodiscard]] bool is_strange(const NetAddress& from) const;
+  // The other router calls from this address to go on with the session: there it can be reached,
+  // which `proven` says has been verified. Returns true when the path in use has changed.
+  bool on_called(Time now, const NetAddress& from, bool proven);
   // The link was silent and is up again: all paths must be checked.
   void begin_again(Time now);
 

@@ -190,7 +190,8 @@ void Reception::take(Time now, const Caller& caller, const Hello& hello, Link& l
 }
 
 void Reception::resume(Time now, const Caller& caller, const Hello& hello, Link& link) {
-  const std::uint8_t generation = link.resume(now, hello, taken_from(caller.handshake));
+  const std::uint8_t generation =
+      link.resume(now, caller.address, hello, taken_from(caller.handshake));
   house_.was_taken(link);
   welcome(now, caller, hello, link, generation);
 }

@@ -23,6 +23,18 @@ TEST(Load, LargeMessagesArriveInSpiteOfLossAndReordering) {
   EXPECT_EQ(s.base->arrivals(s.gui).size(), 3U) << "something came twice";
 }
 
+// The next one comes while the last bytes of the one before are being acknowledged.
+TEST(Load, TwoOfTheLargestMessagesFitIntoAQueue) {
+  Story s;
+  s.begin();
+  const std::vector<std::byte> body(s.robot->setup().message_max - kHeaderSize);
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(s.robot->send(s.now(), s.ladar, {.type = -7, .dest = kGui, .src = kLadar}, body),
+              core::Outcome::kDelivered);
+  }
+  EXPECT_TRUE(s.run_until([&] { return s.base->arrivals(s.gui).size() == 2; }, 10s));
+}
+
 // A full queue must be usable again after it has emptied, for every class.
 TEST(Load, AFullQueueEmptiesAgain) {
   Story s;

@@ -10,17 +10,23 @@ using link::PathKind;
 
 // A base and a robot that can use both paths.
 struct SealedPaths : testing::Test {
-  SealedPaths() {
-    network.seal_all();
+  // `announced`: both to each other; otherwise only the base to the robot.
+  explicit SealedPaths(bool announced = true, bool sealed = true) {
+    if (sealed) network.seal_all();
+    const std::string fleet = announced ? "harbour" : "";
     link::LinkSettings below = sub_link();
     link::LinkSettings above = super_link(address_of(0));
     below.paths = above.paths = {PathKind::kUdp, PathKind::kDds};
-    base = &network.add(
-        {.name = "base", .role = core::Role::kTop, .links = {below}, .fleet = "harbour"});
-    robot = &network.add({.name = "robot", .system = 1, .links = {above}, .fleet = "harbour"});
+    base =
+        &network.add({.name = "base", .role = core::Role::kTop, .links = {below}, .fleet = fleet});
+    robot = &network.add({.name = "robot", .system = 1, .links = {above}, .fleet = fleet});
     network.set_faults({.delay = 1ms});
     base->start(network.now());
     robot->start(network.now());
+    if (!announced) {
+      robot->links().on_announced(network.now(), base->announcement());
+      robot->end_turn(network.now());
+    }
     gui = client(*base, kGui);
     ladar = client(*robot, kLadar);
     EXPECT_TRUE(network.run_until([&] { return Story::knows(*base, kLadar); }, 2s));
@@ -137,6 +143,40 @@ TEST_F(SealedPaths, WhoPassesDatagramsOnFirstDoesNotMoveTheLink) {
   EXPECT_GT(at_base().packets_replayed, 100U) << "the originals";
   EXPECT_LE(to_attacker, passed / 2);
   expect_no_event();
+}
+
+// The base hears the robot over UDP, and the robot hears nothing there. It calls over DDS, where
+// the base does not look for it.
+struct UnannouncedRobot : SealedPaths, testing::WithParamInterface<bool> {
+  UnannouncedRobot() : SealedPaths(false, GetParam()) {}
+};
+TEST_P(UnannouncedRobot, WhoCallsOverAnotherPathIsReachedThere) {
+  network.cut_one_way("base", "robot", true, PathKind::kUdp);
+  network.run_for(30s);
+  EXPECT_EQ(link(*base).address(), robot->address(PathKind::kDds));
+  EXPECT_TRUE(link(*robot).is_up());
+  EXPECT_GT(network.now() - link(*robot).since(), 25s);
+  EXPECT_EQ(Story::find_event(*base, core::EventKind::kLinkDown), nullptr);
+  report(5);
+  network.run_for(100ms);
+  EXPECT_EQ(arrived(), sent);
+}
+INSTANTIATE_TEST_SUITE_P(SealedOrOpen, UnannouncedRobot, testing::Bool());
+
+// Handshakes reach the robot, but no data: it calls again every second, and none of the base's
+// requests is answered.
+TEST_F(SealedPaths, WhoDoesNotHearUsDoesNotViolateTheProtocol) {
+  network.tap = [&](Node& from, const NetAddress&, std::span<const std::byte> bytes) {
+    return &from == base && bytes.front() == std::byte{1};  // DATA
+  };
+  network.run_for(30s);
+  network.tap = {};
+  network.run_for(3s);
+  const core::Event* down = Story::find_event(*base, core::EventKind::kLinkDown);
+  EXPECT_EQ(down, nullptr) << down->text.view();
+  report(5);
+  network.run_for(100ms);
+  EXPECT_EQ(arrived(), sent);
 }
 
 // A NAT that uses two addresses in turns.
