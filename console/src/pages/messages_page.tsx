@@ -133,7 +133,15 @@ function NoTexts() {
   return (
     <p class="empty faint">
       {listens ? (
-        'No messages yet. New ones appear here as they arrive.'
+        <>
+          No messages yet. New ones appear here as they arrive.
+          {fleet.logs.value.length === 0 && (
+            <>
+              <br />
+              Those from before are kept by no program: start <code>gdos-log</code> to have them next time.
+            </>
+          )}
+        </>
       ) : (
         <>
           Another program receives the texts at this router, and it is no log: end it, or start <code>gdos-log</code>.

@@ -6,6 +6,7 @@ import type { AdminError } from '../model/admin';
 import { useAdminList } from '../network/admin_list';
 import type { LinkItem } from '../network/reports';
 import { needs } from '../ui/needs';
+import { duration, percent } from '../ui/quantities';
 
 interface Faults {
   loss: number; // percent
@@ -23,15 +24,18 @@ export function LinkFaults() {
   return (
     <section class="box" aria-label="Faults of links">
       <h2>Faults of links</h2>
-      <p class="faint">They change what this router sends. The router needs sim.faults = true.</p>
+      <p class="faint">
+        They change what this router sends, also when somebody else has set them: the router, which needs sim.faults =
+        true, does not tell the present ones.
+      </p>
       {items.map((link) => (
-        <LinkFault key={link.name} name={link.via ?? link.name ?? ''} />
+        <LinkFault key={link.name} name={link.via ?? link.name ?? ''} link={link} />
       ))}
     </section>
   );
 }
 
-function LinkFault({ name }: { name: string }) {
+function LinkFault({ name, link }: { name: string; link: LinkItem }) {
   const { admin } = useConsole();
   const faults = useSignal<Faults>(none);
   const report = useSignal({ text: '', bad: false });
@@ -92,6 +96,9 @@ function LinkFault({ name }: { name: string }) {
       </button>
       <span class={report.value.bad ? 'bad' : 'faint'} role="status">
         {report.value.text}
+      </span>
+      <span class="faint small">
+        measured: {percent(link.loss_out)} lost, round trip {duration(link.rtt_s)}
       </span>
     </fieldset>
   );
