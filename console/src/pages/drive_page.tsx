@@ -204,7 +204,6 @@ function DriveRobot({ robot }: { robot: Robot }) {
           {trouble.value}
         </p>
       )}
-      <Troubles robot={robot} />
       {pilots.value?.length === 0 && (
         <p class="notice">
           None of its pilots listens to a joystick: start a <code>PilotJoystick</code> for it.
@@ -218,7 +217,7 @@ function DriveRobot({ robot }: { robot: Robot }) {
   );
 }
 
-// What of the robot is in error, and why.
+// What of the robot is in error, and why. Below the stick, which must not move under a finger.
 function Troubles({ robot }: { robot: Robot }) {
   const console = useConsole();
   const bad = robot.components.filter(({ state }) => ['error', 'silent'].includes(state.value));
@@ -369,6 +368,7 @@ function Stick({ active, speed, robot, noPilot }: StickProperties) {
     <div class="drive-stick">
       <Pad active={active} position={shown.value} move={(place) => (finger.current = place)} />
       {chassis !== undefined && <ChassisSpeed component={chassis} />}
+      <Troubles robot={robot} />
       <p class="small faint">
         {active
           ? 'Hold the pad, the arrow keys, W A S D, the block of digits or a gamepad’s stick. Q and E go sideways, F1 to F4 are its buttons. It stops when you let go; Space stops at once, any other key also ends the pilot.'
