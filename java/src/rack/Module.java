@@ -5,7 +5,9 @@ import java.time.Duration;
 import java.util.ArrayList;
 import java.util.List;
 import java.util.OptionalInt;
+import java.util.concurrent.CountDownLatch;
 import java.util.concurrent.ThreadLocalRandom;
+import java.util.concurrent.TimeUnit;
 import rack.messages.ParameterList;
 import tims.Address;
 import tims.Flag;
@@ -45,6 +47,7 @@ public abstract class Module {
   private String router = "localhost";
   private Session session;
   private Mailbox commands;
+  private final CountDownLatch ended = new CountDownLatch(1);
   private volatile boolean stops;
 
   /**
@@ -180,9 +183,7 @@ public abstract class Module {
       System.err.println(program + ": " + error.getMessage());
       return 2;
     }
-    Thread data = Thread.currentThread();
-    Thread hook = new Thread(() -> stopAndWait(data));
-    Runtime.getRuntime().addShutdownHook(hook);
+    Runtime.getRuntime().addShutdownHook(new Thread(this::stopAndWait, program + "E"));
     try (Session opened = Session.connect(router)) {
       session = opened;
       commands = opened.open(Address.of(integer("system"), classId, integer("instance"), 0), 16, 8192);
@@ -191,13 +192,16 @@ public abstract class Module {
     } catch (Exception error) {
       System.err.println(program + ": " + error.getMessage());
       return 1;
+    } finally {
+      ended.countDown();
     }
   }
 
-  private void stopAndWait(Thread data) {
+  /** At a signal: the runtime of Java ends when this does. */
+  private void stopAndWait() {
     stop();
     try {
-      data.join(SHORT.toMillis() * 4); // moduleOff and the last log text
+      ended.await(SHORT.toMillis() * 4, TimeUnit.MILLISECONDS); // moduleOff and the last log text
     } catch (InterruptedException error) {
       // The program ends in any case.
     }

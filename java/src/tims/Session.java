@@ -286,10 +286,9 @@ public final class Session implements AutoCloseable {
         }
         synchronized (this) {
           if (closed) return;
-          if (!why.isEmpty()) options.events.accept("lost " + options.router + ": " + why + "; connecting again");
-          wait(pause);
-          if (closed) return;
         }
+        if (!why.isEmpty()) options.events.accept("lost " + options.router + ": " + why + "; connecting again");
+        Thread.sleep(pause); // close() interrupts it
         pause = Math.min(2 * pause, PAUSE_MAX);
       }
     } catch (InterruptedException error) {
