@@ -37,6 +37,8 @@
 #include "tims.h"
 
 #ifdef __cplusplus
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wold-style-cast"
 extern "C" {
 #endif
 
@@ -354,6 +356,7 @@ static inline void rack_init_struct(const struct rack_layout* of, void* value) {
 
 #ifdef __cplusplus
 }
+#pragma GCC diagnostic pop
 #endif
 
 #endif

@@ -22,14 +22,15 @@ class CWriter:
             "/* Written by rack.generate from the description of the messages: do not change it here.",
             " * How these structs are used is said in rack_codec.h. */",
             f"#ifndef {guard}", f"#define {guard}", "", '#include "rack_codec.h"', "",
-            "#ifdef __cplusplus", 'extern "C" {', "#endif", ""]
+            "#ifdef __cplusplus", "#pragma GCC diagnostic push",
+            '#pragma GCC diagnostic ignored "-Wold-style-cast"', 'extern "C" {', "#endif", ""]
         self._every_class()
         for each in self.of.structs:
             self._struct(each)
         for each in self.of.classes:
             self._class(each)
         self._table()
-        self.out += ["#ifdef __cplusplus", "}", "#endif", "", "#endif"]
+        self.out += ["#ifdef __cplusplus", "}", "#pragma GCC diagnostic pop", "#endif", "", "#endif"]
         return "\n".join(self.out) + "\n"
 
     def _every_class(self) -> None:
