@@ -12,8 +12,9 @@ tims::Result<AnyFunction> load_function(const char* library, const char* symbol)
   void* const function = loaded == nullptr ? nullptr : ::dlsym(loaded, symbol);
   if (function != nullptr) return reinterpret_cast<AnyFunction>(function);
   const char* const reason = ::dlerror();  // NOLINT(concurrency-mt-unsafe): of this thread
-  return tims::Error(tims::Errc::kSystem, "OpenCV: " + (reason == nullptr ? file : reason) +
-                                              "; build with -DRACK_WITH_OPENCV=ON");
+  return tims::Error(tims::Errc::kSystem,
+                     "OpenCV: " + (reason == nullptr ? file : reason) +
+                         "; install tims-pictures, or build with -DRACK_WITH_OPENCV=ON");
 }
 
 }  // namespace rack

@@ -11,8 +11,8 @@ inline constexpr const char* kWorldCameraLibrary = "rack-world-camera";  // comp
 
 using AnyFunction = void (*)();
 
-// A function of the library by its name. Error kSystem: "OpenCV: REASON; build with
-// -DRACK_WITH_OPENCV=ON", for a caller that puts before it what needs OpenCV.
+// A function of the library by its name. Error kSystem: "OpenCV: REASON; ..." with what helps, for
+// a caller that puts before it what needs OpenCV.
 tims::Result<AnyFunction> load_function(const char* library, const char* symbol);
 
 // The same for a caller that knows the type of the function.
