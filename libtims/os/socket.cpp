@@ -146,8 +146,11 @@ Result<File> listen_unix(const std::string& path, mode_t mode) {
   if (!address) return bad_path(path);
   if (connect_unix(path).ok())
     return Error(Errc::kAddressInUse, "another router listens at " + path);
-  std::error_code ignored;
-  std::filesystem::create_directories(std::filesystem::path(path).parent_path(), ignored);
+  const std::filesystem::path folder = std::filesystem::path(path).parent_path();
+  std::error_code failure;
+  std::filesystem::create_directories(folder, failure);
+  if (failure)
+    return Error(Errc::kSystem, "cannot make " + folder.string() + ": " + failure.message());
   if (auto safe = check_owners(std::filesystem::absolute(path)); !safe) return safe.error();
   ::unlink(path.c_str());
   File socket = make_socket(SOCK_NONBLOCK);
