@@ -46,7 +46,8 @@ async function network() {
   const { page, context } = await Watched.open(browser, base, '#/network?tab=links', size);
   await page.getByRole('heading', { name: /robot3 up/ }).waitFor();
   await robots[2].killRouter();
-  await page.getByRole('heading', { name: /robot3 (silent|down)/ }).waitFor();
+  for (const heading of [/robot1 up/, /robot2 up/, /robot3 (silent|down)/])
+    await page.getByRole('heading', { name: heading }).waitFor();
   await page.screenshot({ path: `${folder}/console-network.png` });
   await context.close();
   for (const host of [...robots, base]) await host.end();
