@@ -32,11 +32,15 @@ const lamp = (page, name, state) => page.getByRole('button', { name: new RegExp(
 
 const pages = ['fleet', `robot/${sim}?tiles=Scan2d/0,Chassis/0,Position/0`, 'map', `drive/${sim}`, 'messages'];
 const otherPages = [
-  `plots?curves=Position(${sim}/0).pos.x`,
+  `plots?of=Position(${sim}/0)&curves=Position(${sim}/0).pos.x`,
   'network',
   'network?tab=links',
+  'network?tab=mailboxes',
   'network?tab=explain',
+  'network?tab=trace',
   'network?tab=events',
+  'recorder',
+  'studio',
   'simulation',
 ];
 

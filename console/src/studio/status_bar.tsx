@@ -67,7 +67,7 @@ function sorted(problems: Problem[]): Problem[] {
 function summary(studio: Studio, errors: number, problems: Problem[]): string {
   if (studio.checking.value) return 'Checking …';
   const warnings = problems.length - errors;
-  if (problems.length === 0) return studio.fleet.value === undefined ? '' : 'No problems';
+  if (problems.length === 0) return studio.fleet.value === undefined ? 'Not checked yet' : 'No problems';
   const count = (number: number, what: string) => (number === 1 ? `1 ${what}` : `${number} ${what}s`);
   return [errors > 0 && count(errors, 'error'), warnings > 0 && count(warnings, 'warning')].filter(Boolean).join(', ');
 }
