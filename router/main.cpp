@@ -243,6 +243,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     report.http_refused = http_.refusals();
     report.insecure = configuration_.config.security.insecure;
     report.exposed = exposed_ports();
+    report.cautions = config::cautions(configuration_.config);
     if (keys_) report.keys = keys_report(*keys_);
     return report;
   }
@@ -263,7 +264,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     return bearer ? http_.logins().begin(now, person) : http_.logins().offer(now, person);
   }
   bool act_on_link(std::string_view name, link::Links::Action what) override {
-    return links_.act(os::now(), name, what);
+    return links_.act(name, what);
   }
   bool inject_faults(std::string_view name, const link::Faults& faults) override {
     return links_.inject_faults(name, faults);
@@ -448,6 +449,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     for (const std::string& name : manager_.sockets().forget_rest())
       log_.info("the service manager's socket " + name + " is in no setting: closed");
     links_.configure(os::now(), c);
+    for (const std::string& caution : config::cautions(c)) log_.warning(caution);
     if (const auto exposed = exposed_ports(); !exposed.empty())
       log_.warning(
           fmt::format("{}: open to the network without keys (security.insecure): anybody "
@@ -500,12 +502,18 @@ class Program final : private core::RouterHooks, private io::AdminSource {
       process_.udp = *where;
       log_.info("listening udp " + *where);
     }
+    const auto by_tcp = links_.open_tcp(c);
+    if (!by_tcp) {
+      return Error(by_tcp.error().code(),
+                   cannot_listen("udp.listen", c.udp.listen->to_string(), by_tcp.error()));
+    }
+    if (!by_tcp->empty()) log_.info("links over tcp at " + *by_tcp);
     if (!c.fleet.name.empty() && !links_.is_in_fleet()) {
       if (const auto joined = links_.join(c); !joined)
         return Error(joined.error().code(), fmt::format("cannot join the fleet {}: {}",
                                                         c.fleet.name, joined.error().detail()));
       log_.info(fmt::format("in fleet {} by dds, domain {}{}", c.fleet.name, c.dds.domain,
-                            c.security.insecure ? "" : ", on this host only (security.insecure)"));
+                            c.dds_leaves_host() ? "" : ", on this host only"));
     }
     return {};
   }
@@ -687,7 +695,10 @@ int main(std::span<const char* const> argv) {
   if (!loaded) return complain(loaded.error().message(), kCannotStart);
   for (const auto& problem : loaded->problems) complain(problem.to_string(), kCannotStart);
   if (!loaded->ok()) return kCannotStart;
-  if (arguments->action == Action::kCheck) return print("the configuration is valid\n");
+  if (arguments->action == Action::kCheck) {
+    for (const std::string& caution : config::cautions(loaded->config)) complain(caution, 0);
+    return print("the configuration is valid\n");
+  }
   if (arguments->action == Action::kPrintConfig) {
     return print(config::print_config(loaded->config, loaded->origins));
   }

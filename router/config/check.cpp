@@ -19,6 +19,16 @@ constexpr std::string_view kNoKeys =
     "is not a loopback address, and this router has no keys: any program that can reach the port "
     "could command the robot";
 
+constexpr std::string_view kFastDds = TIMS_FAST_DDS_VERSION;
+
+// The branch 2.9 ended in 2023; faults that were found later are mended in other branches only.
+constexpr std::string_view faults_of(std::string_view fast_dds) {
+  return fast_dds.starts_with("2.9.")
+             ? "whoever sends it datagrams may overflow its memory (CVE-2025-62799, "
+               "CVE-2024-30259) or exhaust it (CVE-2025-64438), which nobody mends in this version"
+             : "see the advisories of eProsima/Fast-DDS for this version";
+}
+
 bool fits(std::uint32_t value, std::uint8_t bits) { return std::bit_width(value) <= bits; }
 
 class Checker {
@@ -235,10 +245,11 @@ class Checker {
     check_is_found(i, link);
   }
 
-  // `to` is a UDP address. Without UDP, a single super link finds the router above by its role;
-  // all other links find no router.
+  // `to` is an address of UDP and TCP. Without both, a single super link finds the router above by
+  // its role; all other links find no router.
   void check_is_found(std::size_t i, const Link& link) {
-    if (link.accepts() || link.is_automatic() || link.uses(PathKind::kUdp)) return;
+    const bool has_address = link.uses(PathKind::kUdp) || link.uses(PathKind::kTcp);
+    if (link.accepts() || link.is_automatic() || has_address) return;
     const bool only_super = link.kind == LinkKind::kSuper &&
                             std::ranges::count(config_.links, LinkKind::kSuper, &Link::kind) == 1;
     if (only_super) return;
@@ -258,6 +269,12 @@ class Checker {
   }
 
   void check_fleet() {
+    if (config_.dds.beyond_host && !has_keys() && !is_insecure())
+      fail("dds.beyond_host",
+           fmt::format("dds.beyond_host = true without keys: any program in the network could "
+                       "command the robot. Make keys (timsctl key init, or timsctl join TEXT) and "
+                       "write their folder under [security]; or, {}",
+                       kInsecure));
     if (!config_.fleet.name.empty()) check_dds("fleet.name", "fleet.name");
     for (const std::string& peer : list_of(config_.dds.peers))
       if (!is_place(peer))
@@ -279,8 +296,10 @@ class Checker {
   // --- all links
 
   void check_links() {
-    const bool some_udp = std::ranges::any_of(
-        config_.links, [](const Link& link) { return link.uses(PathKind::kUdp); });
+    // Routers connect by TCP at the same address.
+    const bool some_udp = std::ranges::any_of(config_.links, [](const Link& link) {
+      return link.uses(PathKind::kUdp) || (link.uses(PathKind::kTcp) && link.accepts());
+    });
     if (some_udp && !config_.udp.listen)
       fail("udp.listen",
            fmt::format(
@@ -389,6 +408,18 @@ class Checker {
 
 std::vector<Problem> check(const Config& config, const Written& written) {
   return Checker(config, written).run();
+}
+
+std::vector<std::string> cautions(const Config& config) {
+  std::vector<std::string> texts;
+  if (kHasDds && !config.fleet.name.empty() && config.dds_leaves_host())
+    texts.push_back(fmt::format(
+        "DDS is open to the network, and so is its library, Fast DDS {}: {}. It runs without keys "
+        "and rights (tims-router-dds), and links over it are sealed if the router has keys; "
+        "{}, or fleet.name = \"\", closes it",
+        kFastDds, faults_of(kFastDds),
+        config.has_keys() ? "dds.beyond_host = false" : "security.insecure = false"));
+  return texts;
 }
 
 }  // namespace tims::config

@@ -167,6 +167,16 @@ TEST(Check, TwoLinksToOneRouterAreOneTooMany) {
   EXPECT_THAT(problems(kSub + "[[link]]\nkind = \"peer\"\nsystem = 1\n"), testing::IsEmpty());
 }
 
+TEST(Check, LinksOverTcp) {
+  const std::string tcp = "paths = [\"tcp\"]\n";
+  const std::string off = "[udp]\nlisten = \"off\"\n";
+  EXPECT_THAT(problems(kSuper + tcp), testing::IsEmpty());
+  EXPECT_THAT(problems(off + kSuper + tcp), testing::IsEmpty()) << "it only connects";
+  EXPECT_THAT(problems(kSub + tcp), testing::IsEmpty());
+  EXPECT_THAT(problems(off + kSub + tcp),
+              ElementsAre(HasSubstr("udp.listen \"off\" leaves nothing for the link")));
+}
+
 TEST(Check, LinksNeedUdp) {
   EXPECT_THAT(problems("[udp]\nlisten = \"off\"\n"), testing::IsEmpty());
   EXPECT_THAT(problems("[udp]\nlisten = \"off\"\n" + kSub),
@@ -261,6 +271,39 @@ TEST(Check, AnErrorBesideARefusedValueHasItsPlace) {
   EXPECT_THAT(problems("[[link]]\nkind = \"sub\"\nto = \"no where\"\n"),
               ElementsAre(StartsWith("r.toml:5:6: link.to must be"),
                           StartsWith("r.toml:5:6: link.to does not fit kind = \"sub\"")));
+}
+
+// With keys, DDS leaves the host only where that is wanted, and then its faults are named.
+TEST(Check, DdsBeyondTheHost) {
+  const auto loaded = [](const std::string& text) {
+    return load({{{"r.toml", text + "[fleet]\nname = \"harbour\"\n" + kSuper}}, {}, kHost});
+  };
+  constexpr std::string_view kKeys = "[security]\nkeys = \"/etc/tims/keys\"\n";
+  constexpr std::string_view kBeyond = "[dds]\nbeyond_host = true\n";
+
+  const Loaded closed = loaded(kKeys + std::string());
+  ASSERT_TRUE(closed.ok());
+  EXPECT_FALSE(closed.config.dds_leaves_host());
+  EXPECT_THAT(closed.config.links[0].paths, ElementsAre(PathKind::kUdp));
+  EXPECT_THAT(cautions(closed.config), testing::IsEmpty());
+
+  const Loaded open = loaded(kKeys + std::string(kBeyond));
+  ASSERT_TRUE(open.ok());
+  EXPECT_TRUE(open.config.dds_leaves_host());
+  EXPECT_THAT(cautions(open.config),
+              ElementsAre(testing::AllOf(HasSubstr("Fast DDS"), HasSubstr("CVE-2025-62799"),
+                                         HasSubstr("dds.beyond_host = false"))));
+  if (kHasDds) {
+    EXPECT_THAT(open.config.links[0].paths, ElementsAre(PathKind::kUdp, PathKind::kDds));
+  }
+
+  const Loaded without_keys = loaded(kOpen);
+  ASSERT_TRUE(without_keys.ok());
+  EXPECT_TRUE(without_keys.config.dds_leaves_host());
+  EXPECT_THAT(cautions(without_keys.config),
+              ElementsAre(HasSubstr("security.insecure = false, or fleet.name")));
+  EXPECT_THAT(loaded(std::string(kBeyond)).problems.front().to_string(),
+              HasSubstr("dds.beyond_host = true without keys"));
 }
 
 }  // namespace check_test

@@ -166,7 +166,8 @@ struct Config {
     std::uint32_t message_max = 1392;
     std::uint32_t history = 32;  // samples
     Duration heartbeat = std::chrono::milliseconds(2);
-    std::string profiles;  // a file; empty: none
+    std::string profiles;      // a file; empty: none
+    bool beyond_host = false;  // of a router with keys; one without: security.insecure
     bool operator==(const Dds&) const = default;
   } dds;
 
@@ -217,6 +218,12 @@ struct Config {
   std::vector<Route> routes;  // in configuration order
   std::vector<Rule> rules;    // in configuration order: the first that matches decides
   std::vector<Test> tests;
+
+  [[nodiscard]] bool has_keys() const { return !security.keys.empty(); }
+  // Whether DDS speaks with other hosts, or on this one only.
+  [[nodiscard]] bool dds_leaves_host() const {
+    return has_keys() ? dds.beyond_host : security.insecure;
+  }
 
   bool operator==(const Config&) const = default;
 };

@@ -61,7 +61,9 @@ class Loader {
  private:
   // In a fleet every link has DDS as its fallback path.
   void add_default_paths() {
-    if (loaded_.config.fleet.name.empty() || !kHasDds) return;
+    const Config& config = loaded_.config;
+    if (config.fleet.name.empty() || !kHasDds) return;
+    if (config.has_keys() && !config.dds_leaves_host()) return;
     for (std::size_t i = 0; i < loaded_.config.links.size(); ++i)
       if (!is_written(fmt::format("link[{}].paths", i)))
         loaded_.config.links[i].paths = {PathKind::kUdp, PathKind::kDds};

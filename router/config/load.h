@@ -110,6 +110,10 @@ std::vector<Problem> check(const Config& config, const Written& written);
 // Where each [[rule]] is written: "router.toml:12".
 std::vector<std::string> rule_places(const Origins& origins);
 
+// What is allowed, and dangerous: sentences for users that say what to do. Of a valid
+// configuration.
+std::vector<std::string> cautions(const Config& config);
+
 // --- effects of a new configuration, and which of them need no restart
 
 struct Change {

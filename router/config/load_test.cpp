@@ -208,8 +208,9 @@ const std::vector<Bad> kBad{
     {"[message]\nmax = \"2GiB\"\n",
      {"r.toml:2:7: message.max 2GiB is out of range (64KiB to 1GiB)"}},
     {"[unix]\npath = \"\"\n", {"r.toml:2:8: unix.path \"\" is out of range (1 to 107 bytes long)"}},
-    {"[[link]]\nkind = \"sub\"\npaths = [\"udp\", \"tcp\"]\n",
-     {"r.toml:3:9: link.paths has the unknown path \"tcp\"; known are \"udp\" and \"dds\""}},
+    {"[[link]]\nkind = \"sub\"\npaths = [\"udp\", \"ipx\"]\n",
+     {"r.toml:3:9: link.paths has the unknown path \"ipx\"; known are \"udp\", \"dds\" and "
+      "\"tcp\""}},
     {"[[link]]\nkind = \"sub\"\npaths = [\"udp\", \"udp\"]\n",
      {"r.toml:3:9: link.paths has \"udp\" twice"}},
     {"[[link]]\nkind = \"sub\"\npaths = []\n",

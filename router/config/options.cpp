@@ -279,6 +279,15 @@ constexpr std::array kOptions{
          .help = "File with XML profiles of Fast DDS; its participant, data_writer and data_reader "
                  "profiles named \"tims\" are used."}),
 
+    row<Kind::kFlag, &Config::dds, &Config::Dds::beyond_host>(
+        {.key = "dds.beyond_host",
+         .reload = Reload::kRestart,
+         .help =
+             "Lets DDS of a router with keys (security.keys) speak with other hosts. Links over "
+             "DDS are sealed as over UDP, but everybody on the network reaches the library "
+             "itself, in which faults are known that are not mended: tims-router --check names "
+             "them. Without keys, security.insecure decides."}),
+
     row<Kind::kSize, &Config::message, &Config::Message::bytes_max>(
         {.key = "message.max",
          .range = {64 * kKi, kGi},
@@ -426,9 +435,13 @@ constexpr std::array kLinkOptions{
                                  "Only for links that accept."}),
     row<Kind::kPaths, &Config::links, &Link::paths>(
         {.key = "link.paths",
-         .help = "Paths to the other router in order of preference: \"udp\", \"dds\". A later path "
-                 "carries the link while the earlier ones do not work; dds requires fleet.name.",
-         .default_note = R"(["udp"], with fleet.name ["udp", "dds"])",
+         .help =
+             "Paths to the other router in order of preference: \"udp\", \"dds\", \"tcp\". A later "
+             "path carries the link while the earlier ones do not work. dds requires fleet.name; "
+             "tcp is for networks that let no UDP through: the side that connects makes one TCP "
+             "connection to the same address, where the other one listens for TCP, too, if this "
+             "stands in its [[link]].",
+         .default_note = R"(["udp"], with fleet.name ["udp", "dds"] where dds leaves this host)",
          .sample = R"(["udp", "dds"])"}),
     row<Kind::kText, &Config::links, &Link::name>(
         {.key = "link.name", .range = {0, 64}, .help = "Label of the link, for display."}),

@@ -62,6 +62,7 @@ TEST(Options, SetGivesBackWhatGetGave) {
                               "dds.history=5",
                               "dds.heartbeat=1ms",
                               "dds.profiles=/x.xml",
+                              "dds.beyond_host=true",
                               "message.max=1MiB",
                               "message.classes=1/2/3/4/5/6/7",
                               "message.lifetimes=off 2s, chassis.move 200ms",

@@ -136,7 +136,7 @@ Result<Value> parse_paths(std::string_view text) {
     const std::size_t end = std::min(text.find('+'), text.size());
     const auto found = std::ranges::find(kPaths, text.substr(0, end));
     if (found == kPaths.end())
-      return bad(fmt::format(R"(has the unknown path {}; known are "udp" and "dds")",
+      return bad(fmt::format(R"(has the unknown path {}; known are "udp", "dds" and "tcp")",
                              in_quotes(text.substr(0, end))));
     const auto path = static_cast<PathKind>(found - kPaths.begin());
     if (std::ranges::find(paths, path) != paths.end())

@@ -159,7 +159,8 @@ TEST(Value, ClassesAscend) {
 TEST(Value, PathsAreAListWithoutDoubles) {
   EXPECT_EQ(read(Kind::kPaths, "udp"), R"(["udp"])");
   EXPECT_EQ(read(Kind::kPaths, "dds+udp"), R"(["dds", "udp"])");
-  for (const char* wrong : {"", "UDP", "udp+", "+udp", "udp,dds", "udp+dds+tcp"})
+  EXPECT_EQ(read(Kind::kPaths, "udp+tcp"), R"(["udp", "tcp"])");
+  for (const char* wrong : {"", "UDP", "udp+", "+udp", "udp,dds", "udp+dds+ipx"})
     EXPECT_THAT(read(Kind::kPaths, wrong), testing::StartsWith("has the unknown path")) << wrong;
   EXPECT_EQ(read(Kind::kPaths, "dds+udp+dds"), R"(has "dds" twice)");
 }

@@ -127,13 +127,14 @@ static_assert(complete(kLinkKinds, LinkKind::kSub));
 std::string_view name(LinkKind kind);
 
 // Transports for the datagrams of a link.
-enum class PathKind : std::uint8_t { kUdp, kDds };
-inline constexpr std::size_t kPathKindCount = 2;
+enum class PathKind : std::uint8_t { kUdp, kDds, kTcp };
+inline constexpr std::size_t kPathKindCount = 3;
 constexpr std::array kPathKinds{
     Label<PathKind>{PathKind::kUdp, "udp", "from address to address"},
     Label<PathKind>{PathKind::kDds, "dds", "DDS"},
+    Label<PathKind>{PathKind::kTcp, "tcp", "a connection to the upper router"},
 };
-static_assert(complete(kPathKinds, PathKind::kDds) && kPathKinds.size() == kPathKindCount);
+static_assert(complete(kPathKinds, PathKind::kTcp) && kPathKinds.size() == kPathKindCount);
 std::string_view name(PathKind kind);
 
 // Whether sensor data are compressed on a link.

@@ -82,9 +82,10 @@ struct ProcessReport {
   std::optional<UdpReport> udp_socket{};
   std::string console{};  // folder; empty when there is none
   HttpRefusals http_refused{};
-  bool insecure = false;               // security.insecure
-  std::optional<KeysReport> keys{};    // empty: none
-  std::vector<std::string> exposed{};  // ports that listen beyond loopback: "tcp", "http", "udp"
+  bool insecure = false;                // security.insecure
+  std::optional<KeysReport> keys{};     // empty: none
+  std::vector<std::string> exposed{};   // ports that listen beyond loopback: "tcp", "http", "udp"
+  std::vector<std::string> cautions{};  // config::cautions()
 };
 
 // State of a mailbox as visible in shared memory.

@@ -14,9 +14,8 @@
 namespace tims::io {
 namespace {
 
-// Without authentication, DDS is restricted to this host unless security.insecure allows more.
 std::string dds_interface(const config::Config& config) {
-  return config.security.insecure ? "" : "127.0.0.1";
+  return config.dds_leaves_host() ? "" : "127.0.0.1";
 }
 
 DdsSettings dds_settings(const config::Config& config) {
@@ -231,6 +230,7 @@ Result<void> LinkPort::check_memory() const {
 }
 
 void LinkPort::release() {
+  if (tcp_) tcp_->flush();
   links_.release();
   for (auto bytes = memory_.surplus(); !bytes.empty(); bytes = memory_.surplus())
     WaitingMemory::discard(bytes);
@@ -261,6 +261,24 @@ Result<void> LinkPort::join(const config::Config& config) {
   dds_.emplace(loop_, log_, links_, config);
   links_.set_sender(link::PathKind::kDds, &*dds_);
   return dds_->start(udp_addresses());
+}
+
+Result<std::string> LinkPort::open_tcp(const config::Config& config) {
+  const auto has_it = [](const config::Link& link) { return link.uses(link::PathKind::kTcp); };
+  const auto accepts = [&](const config::Link& link) { return has_it(link) && link.accepts(); };
+  if (std::ranges::none_of(config.links, has_it)) return std::string();
+  if (!tcp_) {
+    if (auto result = check_memory(); !result) return result.error();
+    watch_network();
+    TcpPath::Listener& listener = *this;
+    tcp_.emplace(loop_, log_, listener);
+    links_.set_sender(link::PathKind::kTcp, &*tcp_);
+  }
+  if (tcp_->listens() || !socket_ || std::ranges::none_of(config.links, accepts))
+    return std::string();
+  const auto where = tcp_->listen({config.udp.listen->host, socket_->local().port});
+  if (!where) return where.error();
+  return where->to_string();
 }
 
 std::vector<link::NetAddress> LinkPort::udp_addresses() const {
@@ -366,6 +384,29 @@ void LinkPort::read_wall_clock(Time now) {
   links_.set_wall(wall.time_since_epoch().count() - os::now().time_since_epoch().count());
 }
 
+// --- over TCP
+
+void LinkPort::on_tcp_datagram(const link::NetAddress& from, std::span<std::byte> datagram) {
+  links_.on_datagram(os::now(), from, datagram);
+}
+
+void LinkPort::on_tcp_gone(const link::NetAddress& address) { links_.on_gone(os::now(), address); }
+
+void LinkPort::on_tcp_turn_end() { loop_.end_turn(os::now()); }
+
+bool LinkPort::is_called(const link::NetAddress& address) const {
+  bool found = false;
+  links_.for_each([&](const link::Link& link) { found |= link.paths().is_target(address); });
+  return found;
+}
+
+bool LinkPort::is_linked(const link::NetAddress& address) const {
+  bool found = false;
+  links_.for_each(
+      [&](const link::Link& link) { found |= link.is_up() && link.paths().is_at(address); });
+  return found;
+}
+
 // --- outgoing datagrams
 
 void LinkPort::wait_for_sender() { watch_->set(Interest::kBoth); }
@@ -379,9 +420,20 @@ void LinkPort::continue_later() {
   });
 }
 
+bool LinkPort::act(std::string_view name, link::Links::Action what) {
+  if (!links_.has(name)) return false;
+  loop_.post([this, name = std::string(name), what] {
+    const Time now = os::now();
+    (void)links_.act(now, name, what);
+    loop_.end_turn(now);
+  });
+  return true;
+}
+
 void LinkPort::end(Time now) {
   links_.end(now);
   links_.flush(now);
+  if (tcp_) tcp_->flush();
 }
 
 void LinkPort::stop() {
@@ -423,6 +475,7 @@ std::optional<DdsReport> LinkPort::dds_report() const {
 Time LinkPort::next_timeout() const {
   Time next = std::min(links_.next_timeout(), next_resolve_);
   if (!delayed_.empty()) next = std::min(next, delayed_.top().at);
+  if (tcp_) next = std::min(next, tcp_->next_timeout());
   return is_open() ? next : kNever;
 }
 
@@ -434,6 +487,7 @@ void LinkPort::on_timeout(Time now) {
     delayed_.pop();
   }
   if (now >= next_resolve_) resolve(now);
+  if (tcp_) tcp_->on_timeout(now);
   links_.on_timeout(now);
 }
 

@@ -22,6 +22,7 @@
 #include "router/io/net/addresses.h"
 #include "router/io/net/resolver.h"
 #include "router/io/net/udp_socket.h"
+#include "router/io/tcp_path.h"
 #include "router/io/waiting_memory.h"
 #include "router/link/fault_injection.h"
 #include "router/link/links.h"
@@ -65,7 +66,9 @@ class DdsPath final : public link::DatagramSender, private DdsEngine::Listener {
   DdsProcess engine_;
 };
 
-class LinkPort final : private link::LinksShell, private link::DatagramSender {
+class LinkPort final : private link::LinksShell,
+                       private link::DatagramSender,
+                       private TcpPath::Listener {
  public:
   // A newer list of the fleet has come over a link; it is good.
   using OnList = std::function<void(Time now, CheckedList&& list)>;
@@ -77,7 +80,10 @@ class LinkPort final : private link::LinksShell, private link::DatagramSender {
   Result<std::string> listen(const config::Endpoint& where, os::SocketStore& store);
   // Announces this router in the fleet and enables the DDS path.
   Result<void> join(const config::Config& config);
-  [[nodiscard]] bool is_open() const { return socket_ || dds_; }
+  // Prepares the path over TCP for links that have it. Returns the listening address, which is that
+  // of UDP; empty: no router connects by it, or it was open before.
+  Result<std::string> open_tcp(const config::Config& config);
+  [[nodiscard]] bool is_open() const { return socket_ || dds_ || tcp_; }
   // Applies the links of the configuration; also after a reload.
   void configure(Time now, const config::Config& config);
 
@@ -99,10 +105,9 @@ class LinkPort final : private link::LinksShell, private link::DatagramSender {
   [[nodiscard]] Time next_timeout() const;
   void on_timeout(Time now);
 
-  // Returns false when no link has this name.
-  bool act(Time now, std::string_view name, link::Links::Action what) {
-    return links_.act(now, name, what);
-  }
+  // Returns false when no link has this name. Acts in a turn of its own: the answer to who asked
+  // may go over this link, and must be sent before.
+  bool act(std::string_view name, link::Links::Action what);
   // Sets the faults of all outgoing datagrams, replacing earlier ones; with a name, only those of
   // one link. Returns false when no link has this name.
   bool inject_faults(std::string_view name, const link::Faults& faults);
@@ -136,6 +141,12 @@ class LinkPort final : private link::LinksShell, private link::DatagramSender {
   void continue_later() override;
   // link::DatagramSender, in place of the socket while faults are injected
   bool offer(const link::Burst& burst) override;
+  // TcpPath::Listener
+  void on_tcp_datagram(const link::NetAddress& from, std::span<std::byte> datagram) override;
+  void on_tcp_gone(const link::NetAddress& address) override;
+  void on_tcp_turn_end() override;
+  [[nodiscard]] bool is_called(const link::NetAddress& address) const override;
+  [[nodiscard]] bool is_linked(const link::NetAddress& address) const override;
   void choose_sender();
   void clear_faults();
   void resolve(Time now);
@@ -159,6 +170,7 @@ class LinkPort final : private link::LinksShell, private link::DatagramSender {
   std::optional<UdpSocket> socket_;
   std::optional<Watch> watch_;
   std::optional<DdsPath> dds_;
+  std::optional<TcpPath> tcp_;
   Datagrams datagrams_;
   bool continues_ = false;
 

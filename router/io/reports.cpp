@@ -383,6 +383,7 @@ json::object to_json(const core::StatusReport& router, const ProcessReport& proc
           {"security",
            json::object{{"insecure", process.insecure},
                         {"exposed", json::array(process.exposed.begin(), process.exposed.end())},
+                        {"cautions", json::array(process.cautions.begin(), process.cautions.end())},
                         {"keys", keys_json(process.keys)}}},
           {"http", json::object{{"console", text(process.console)},
                                 {"refused_host", process.http_refused.host},

@@ -53,9 +53,12 @@ std::vector<const Announcement*> Fleet::candidates(const Link& link, bool alone)
     return link.peer().epoch != 0 && a.identity.epoch == link.peer().epoch;
   };
   for (const auto& [from, a] : routers_) {
-    if (is_linked(a) && link.is_up()) return {&a};
     if (is_linked(a) || is_called(a) || (above && is_above(a.identity, self_))) all.push_back(&a);
   }
+  // It may be announced twice: its former process of DDS has died, and its announcement has not
+  // expired yet.
+  if (link.is_up() && std::ranges::any_of(all, [&](const auto* a) { return is_linked(*a); }))
+    std::erase_if(all, [&](const auto* a) { return !is_linked(*a); });
   std::ranges::sort(all, {}, [&](const Announcement* a) {
     return std::tuple(!is_linked(*a), !is_called(*a), a->identity.system, a->identity.id,
                       a->identity.epoch);

@@ -187,5 +187,18 @@ TEST_F(FleetTest, ADoubleHasOurSystemAndId) {
   EXPECT_TRUE(fleet->is_double(identity(Role::kSubsystem, 1, 1, 99)));
 }
 
+// After the process of DDS has died there, the router has another participant at once.
+TEST_F(FleetTest, ARouterThatIsAnnouncedTwiceIsReachedAtBoth) {
+  be(kOne);
+  announce({kBase, kOther});
+  come_up(kBase);
+  Announcement again = announced(kBase);
+  again.dds = NetAddress::dds({99});
+  EXPECT_TRUE(fleet->add(again));
+  EXPECT_EQ(candidates(), (Epochs{10, 10}));
+  fleet->remove(announced(kBase).dds);
+  EXPECT_EQ(candidates(), Epochs{10});
+}
+
 }  // namespace fleet_test
 }  // namespace tims::link

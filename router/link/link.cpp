@@ -62,6 +62,12 @@ void Link::enter(Time now, State state) {
 void Link::set_targets(Time now, PathKind kind, std::span<const NetAddress> targets) {
   if (kind == PathKind::kUdp) named_.assign(targets.begin(), targets.end());
   paths_.set_targets(kind, targets);
+  // The upper router listens at the same addresses for both.
+  if (kind == PathKind::kUdp && settings_.connects) {
+    std::vector<NetAddress> by_tcp(targets.begin(), targets.end());
+    for (NetAddress& target : by_tcp) target.kind = PathKind::kTcp;
+    paths_.set_targets(PathKind::kTcp, by_tcp);
+  }
   if (state_ != State::kIdle || !paths_.has_targets()) return;
   refusal_ = {};
   begin_connecting(now, now);
@@ -354,7 +360,7 @@ void Link::on_data(Time now, const NetAddress& from, Data data) {
   paths_.on_arrived(session_.newest_acked_sent());
   // The other router may have moved. The source address suggests it, and an answer from there
   // proves it.
-  if (from == address() || !paths_.leads(from.kind)) return;
+  if (from == address() || !is_answered(from.kind)) return;
   if (const auto question = paths_.on_source(now, from, context_.random()))
     send_nonce(now, FrameType::kChallenge, question->nonce, question->to);
 }
@@ -547,10 +553,12 @@ void Link::send_nonce(Time now, FrameType type, std::uint64_t nonce, const NetAd
   context_.send(to, std::span(bytes).first(size));
 }
 
+// Not a path that is not prepared yet: the answer would prepare it, and many routers may ask at
+// once. A connection by TCP exists already.
+bool Link::is_answered(PathKind kind) const { return kind == PathKind::kTcp || paths_.leads(kind); }
+
 void Link::on_frame(Time now, const ChallengeFrame& frame) {
-  // Not over a path that is not prepared yet: the answer would prepare it, and many routers may
-  // ask at once.
-  if (paths_.leads(from_.kind)) send_nonce(now, FrameType::kResponse, frame.nonce, from_);
+  if (is_answered(from_.kind)) send_nonce(now, FrameType::kResponse, frame.nonce, from_);
   // Who passes datagrams on before the network does must not get all the answers.
   const Path* path = paths_.find(from_.kind);
   if (path != nullptr && path->address && path->address != from_)

@@ -214,6 +214,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   void go_down(Time now, core::CloseReason reason, State state);
   [[nodiscard]] Time gone_at() const;
   void switch_path(Time now, PathKind before);
+  [[nodiscard]] bool is_answered(PathKind kind) const;
   void watch_paths(Time now);
   void send_nonce(Time now, FrameType type, std::uint64_t nonce, const NetAddress& to);
   [[nodiscard]] KeepAlive keep_alive(Time now) const;

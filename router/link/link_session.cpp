@@ -129,8 +129,8 @@ void LinkSession::on_timeout(Time now) {
 
 void LinkSession::on_new_path(Time now, PathKind kind) {
   forget_path(now);
-  // DDS fragments samples itself.
-  if (kind == PathKind::kDds) mtu_.fix(kDatagramMax);
+  // DDS and TCP divide what they carry themselves.
+  if (kind != PathKind::kUdp) mtu_.fix(kDatagramMax);
 }
 
 void LinkSession::forget_path(Time now) {

@@ -120,6 +120,7 @@ class Links final : public core::Port,
   // such link.
   enum class Action : std::uint8_t { kUp, kDown, kReset };
   bool act(Time now, std::string_view name, Action what);
+  [[nodiscard]] bool has(std::string_view name) { return find(name) != nullptr; }
 
   // --- read access
   template <typename Visit>

@@ -61,9 +61,10 @@ std::string NetAddress::to_string() const {
     return "dds:" + base::to_hex(std::as_bytes(std::span(bytes)));
   }
   const std::string number = ":" + std::to_string(port);
-  if (is_v4()) return v4_text(ip) + number;
+  const std::string protocol = kind == PathKind::kTcp ? "tcp:" : "";
+  if (is_v4()) return protocol + v4_text(ip) + number;
   const std::string zone = scope == 0 ? "" : "%" + std::to_string(scope);
-  return "[" + v6_text(ip) + zone + "]" + number;
+  return protocol + "[" + v6_text(ip) + zone + "]" + number;
 }
 
 NetAddress NetAddress::v4(std::uint8_t a, std::uint8_t b, std::uint8_t c, std::uint8_t d,

@@ -29,7 +29,7 @@ struct NetAddress {
 
   explicit operator bool() const { return port != 0; }
   [[nodiscard]] bool is_v4() const;
-  // "10.9.1.1:2010", "[fe80::1%3]:2010", "dds:010f6e1f0a00000001000000"
+  // "10.9.1.1:2010", "[fe80::1%3]:2010", "dds:010f6e1f0a00000001000000", "tcp:10.9.1.1:2010"
   [[nodiscard]] std::string to_string() const;
   [[nodiscard]] DdsParticipant participant() const;  // for a DDS address
 

@@ -26,6 +26,8 @@ TEST(NetAddress, IPv6IsShortened) {
   NetAddress full{.port = 5};
   for (std::size_t i = 0; i < 16; ++i) full.ip[i] = static_cast<std::uint8_t>(i + 1);
   EXPECT_EQ(full.to_string(), "[102:304:506:708:90a:b0c:d0e:f10]:5");
+  full.kind = PathKind::kTcp;
+  EXPECT_EQ(full.to_string(), "tcp:[102:304:506:708:90a:b0c:d0e:f10]:5");
 }
 
 TEST(NetAddress, ADdsParticipantIsAnAddressToo) {

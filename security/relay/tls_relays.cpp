@@ -89,8 +89,12 @@ void TlsRelays::tidy() {
 
 void TlsRelays::make_room(TlsRelay::State state, std::size_t most) {
   const auto is_one = [&](const TlsRelay& relay) { return relay.state() == state; };
-  for (auto n = std::ranges::count_if(relays_, is_one); n > static_cast<std::ptrdiff_t>(most); --n)
-    relays_.erase(std::ranges::find_if(relays_, is_one));
+  for (auto n = std::ranges::count_if(relays_, is_one); n > static_cast<std::ptrdiff_t>(most);
+       --n) {
+    const auto oldest = std::ranges::find_if(relays_, is_one);
+    oldest->tell_end();
+    relays_.erase(oldest);
+  }
 }
 
 void TlsRelays::wait() {

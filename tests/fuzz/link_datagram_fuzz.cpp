@@ -1,7 +1,9 @@
-// Any bytes as a datagram of another router, and as the frames of a datagram.
+// Any bytes as a datagram of another router, as the frames of a datagram, and as a stream of
+// datagrams.
 #include <vector>
 
 #include "router/link/datagram.h"
+#include "router/link/datagram_stream.h"
 #include "router/link/frame.h"
 #include "tests/fuzz/fuzz_input.h"
 
@@ -36,6 +38,24 @@ void read_back(const T& value) {
   fuzz::require(encode(std::get<T>(*read), again) == size && bytes == again);
 }
 
+// What arrived, with the sizes, and whether more is understood.
+std::vector<std::byte> read_stream(std::vector<std::byte> bytes, std::size_t step) {
+  link::DatagramStream stream;
+  std::vector<std::byte> arrived;
+  const auto keep = [&](std::span<std::byte> datagram) {
+    fuzz::require(!datagram.empty() && datagram.size() <= link::kDatagramMax);
+    link::DatagramStream::put(datagram, arrived);
+  };
+  bool goes_on = true;
+  for (std::span<std::byte> rest = bytes; !rest.empty() && goes_on;) {
+    const auto part = rest.first(std::min(step, rest.size()));
+    rest = rest.subspan(part.size());
+    goes_on = stream.feed(part, keep);
+  }
+  arrived.push_back(std::byte{goes_on});
+  return arrived;
+}
+
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -52,5 +72,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     if (const auto* h = std::get_if<link::SealedHello>(&*datagram)) read_back(*h);
   }
   walk(bytes);
+  const auto whole = read_stream(bytes, bytes.size());
+  fuzz::require(std::equal(whole.begin(), whole.end() - 1, bytes.begin()));
+  for (const std::size_t step : {1, 3, 1000}) fuzz::require(read_stream(bytes, step) == whole);
   return 0;
 }

@@ -16,10 +16,10 @@ os::File this_network() {
 
 }  // namespace
 
-TwoNetworks::Visit::Visit(const os::File& there, const os::File& home) : back(home) {
+NetworkVisit::NetworkVisit(const os::File& there, const os::File& home) : back(home) {
   ::setns(there.get(), CLONE_NEWNET);
 }
-TwoNetworks::Visit::~Visit() { ::setns(back.get(), CLONE_NEWNET); }
+NetworkVisit::~NetworkVisit() { ::setns(back.get(), CLONE_NEWNET); }
 
 Result<TwoNetworks> TwoNetworks::enter() {
   auto outer = OwnNetwork::enter();
@@ -47,6 +47,37 @@ Result<void> TwoNetworks::join() {
                     "ip address add {}/24 dev cable\n"
                     "ip link set cable up",
                     kRight));
+  });
+}
+
+Result<void> HiddenNetwork::hide_behind(const TwoNetworks& networks) {
+  left_ = this_network();
+  const bool is_apart = networks.on_the_right([this] {
+    const bool done = ::unshare(CLONE_NEWNET) == 0;
+    hidden_ = this_network();
+    return done;
+  });
+  if (!is_apart) return Error(Errc::kSystem, "cannot create a network namespace");
+  auto routes = networks.on_the_right([this] {
+    return TwoNetworks::run(
+        fmt::format("ip link add inside type veth peer name outside\n"
+                    "ip link set outside netns /proc/{}/fd/{}\n"
+                    "ip address add 192.168.78.1/24 dev inside\n"
+                    "ip link set inside up\n"
+                    "echo 1 >/proc/sys/net/ipv4/ip_forward\n"
+                    "nft add table ip nat\n"
+                    "nft add chain ip nat out '{{ type nat hook postrouting priority 100; }}'\n"
+                    "nft add rule ip nat out oifname cable masquerade",
+                    ::getpid(), hidden_.get()));
+  });
+  if (!routes) return routes;
+  return inside([] {
+    return TwoNetworks::run(
+        fmt::format("ip link set lo up\n"
+                    "ip address add {}/24 dev outside\n"
+                    "ip link set outside up\n"
+                    "ip route add default via 192.168.78.1",
+                    kAddress));
   });
 }
 

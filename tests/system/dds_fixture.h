@@ -13,11 +13,9 @@
 #include "tests/support/eventually.h"
 #include "tests/support/two_networks.h"
 #include "tests/system/host.h"
+#include "tests/system/traffic.h"
 
 namespace tims::test {
-
-inline constexpr Address kServer(0x01140000);  // Ladar(1/0), at the robot
-inline constexpr Address kClient(0x00020000);  // GUI(0/0), at the base
 
 // A fleet name that other tests on this machine do not use.
 inline std::vector<std::string> fleet_settings(const std::string& more = "sim.faults=false") {

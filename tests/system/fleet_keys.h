@@ -30,11 +30,13 @@ class FleetKeys {
   // Keys for another router; the setting for it. The same again: its certificate is renewed.
   std::string join(const std::string& name, security::MemberRole role, std::uint16_t system,
                    std::uint16_t id) {
-    const security::KeyFolder keys((folder_.path() / name).string());
-    const security::Identity who{
-        .fleet = "harbour", .role = role, .system = system, .id = id, .name = name, .rights = {}};
-    EXPECT_TRUE(authority_.issue_to(keys, who, {}, seconds()).ok());
-    return setting(name);
+    return join(
+        {.fleet = "harbour", .role = role, .system = system, .id = id, .name = name, .rights = {}});
+  }
+  // Keys for a person; the folder.
+  std::string user(const std::string& name, security::Rights rights) {
+    join({.fleet = "harbour", .role = security::MemberRole::kUser, .name = name, .rights = rights});
+    return (folder_.path() / name).string();
   }
 
   // In the folder of a member, as its router has stored it.
@@ -55,6 +57,12 @@ class FleetKeys {
   void revoke(const std::string& name) { EXPECT_TRUE(authority_.revoke(name, seconds()).ok()); }
 
  private:
+  std::string join(const security::Identity& who) {
+    const std::string& name = who.name;
+    const security::KeyFolder keys((folder_.path() / name).string());
+    EXPECT_TRUE(authority_.issue_to(keys, who, {}, seconds()).ok());
+    return setting(name);
+  }
   [[nodiscard]] std::string setting(const std::string& name) const {
     return "security.keys=" + (folder_.path() / name).string();
   }

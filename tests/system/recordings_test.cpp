@@ -1,12 +1,16 @@
 // Sessions of original programs with the original router, replayed with ours: an original program
 // cannot distinguish them.
 #include <memory>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include "tests/support/recording.h"
 #include "tests/support/replay.h"
 #include "tests/support/router_process.h"
+#include "tests/system/fleet_keys.h"
 
 namespace tims::test {
 namespace recordings_test {
@@ -72,6 +76,47 @@ TEST_F(Recordings, Disturbances) {
   EXPECT_TRUE(result.same()) << as_text(result);
   EXPECT_EQ(result.end, ReplayEnd::kComplete);
   EXPECT_EQ(result.received_as_expected, 2457U);
+}
+
+// The same programs, which know nothing of TLS, by `timsctl tunnel` to a router with keys.
+class RecordingsByTunnel : public testing::Test {
+ protected:
+  // An address of this process alone, so that the port is free.
+  RecordingsByTunnel() {
+    const unsigned pid = static_cast<unsigned>(::getpid());
+    entrance_ = "127." + std::to_string(1 + (pid >> 16) % 254) + "." +
+                std::to_string(pid >> 8 & 255) + "." + std::to_string(pid & 255) + ":2000";
+  }
+  ReplayResult replay_all(const std::string& name) {
+    std::vector<std::string> all = settings("256KiB");
+    all.insert(all.end(), {keys_.base(), "router.role=top", "router.system=0"});
+    RouterProcess router(all);
+    const auto started = router.start();
+    EXPECT_TRUE(started) << started.error().message();
+    auto tunnel = ChildProcess::start({TIMSCTL_PROGRAM, "tunnel", entrance_, router.tcp()},
+                                      {.environment = {"TIMS_KEYS=" + operator_}, .folder = {}});
+    EXPECT_TRUE(tunnel && tunnel->wait_for_line("leads to"));
+    return replay(recording(name), {.endpoint = entrance_});
+  }
+
+  FleetKeys keys_;
+  const std::string operator_ =
+      keys_.user("anna", {.look = true, .drive = true, .configure = true});
+  std::string entrance_;
+};
+
+TEST_F(RecordingsByTunnel, OperatorDrivesWithTheGui) {
+  const ReplayResult result = replay_all("a-gui-drive");
+  EXPECT_TRUE(result.same()) << as_text(result);
+  EXPECT_EQ(result.end, ReplayEnd::kComplete);
+  EXPECT_EQ(result.received_as_expected, 4291U);
+}
+
+TEST_F(RecordingsByTunnel, ClientUsesEveryGenericCommand) {
+  const ReplayResult result = replay_all("b-python-client");
+  EXPECT_TRUE(result.same()) << as_text(result);
+  EXPECT_EQ(result.end, ReplayEnd::kComplete);
+  EXPECT_EQ(result.received_as_expected, 1218U);
 }
 
 }  // namespace recordings_test

@@ -184,6 +184,8 @@ constexpr CatalogueEntry kEntries[] = {
      "if it is yours again: `timsctl token new` on the base, `timsctl join` here"},
     {"keys.end", "doctor", "a certificate that ends, has ended, or is not valid yet",
      "`timsctl key renew`; compare the clocks with `timsctl clock`"},
+    {"security.cautions", "doctor", "what the configuration allows although it is dangerous",
+     "do without it, or keep the hosts of the network that can reach this one under your control"},
     {"addresses.duplicate", "doctor", "two routers that have a mailbox with the same address",
      "`timsctl route watch` names both; give one component another instance"},
     {"routes.loop", "doctor", "messages or registrations in a routing loop",

@@ -58,6 +58,7 @@ class Doctor {
       version();
       ports();
       keys();
+      cautions();
       turn();
       clocks_differ();
       dead_mailboxes();
@@ -101,6 +102,8 @@ class Doctor {
   }
 
   void ports() {
+    const json::value* const keys = at_path(observed_.status, "security.keys");
+    const bool has_keys = keys != nullptr && keys->is_object();
     for (const char* port : {"tcp", "http"}) {
       const std::string where = text_at(observed_.status, fmt::format("listen.{}", port));
       const std::string id = fmt::format("port.{}", port);
@@ -111,6 +114,11 @@ class Doctor {
             fmt::format("{} listens at {}: every user of this host can command every component "
                         "there",
                         port, where));
+      } else if (has_keys) {
+        add(id, Level::kOk,
+            fmt::format("{} listens at {}: with TLS, and {}", port, where,
+                        std::string_view(port) == "tcp" ? "for certificates of the fleet only"
+                                                        : "for those who have logged in only"));
       } else {
         add(id, Level::kWarning,
             fmt::format("{} listens at {}: every host that can reach it can command every "
@@ -162,6 +170,15 @@ class Doctor {
     if (state == "expired" || state == "ends soon" || state == "not valid yet")
       return add("keys.end", Level::kWarning, fmt::format("the certificate {}: {}", state, who));
     add("keys", Level::kOk, fmt::format("{}; {}", who, state));
+  }
+
+  void cautions() {
+    const json::value* const texts = at_path(observed_.status, "security.cautions");
+    if (texts == nullptr || !texts->is_array()) return;
+    for (const json::value& text : texts->get_array())
+      if (text.is_string())
+        add("security.cautions", Level::kWarning,
+            base::printable(std::string_view(text.get_string())));
   }
 
   void dead_mailboxes() {

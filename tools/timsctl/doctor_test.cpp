@@ -54,6 +54,26 @@ TEST(Doctor, NoRouterIsAFailureWithItsReason) {
   EXPECT_THAT(finding(observed, "port.tcp").text, HasSubstr("rack_router (pid 7)"));
 }
 
+TEST(Doctor, WhatIsAllowedAndDangerousIsSaid) {
+  Observations observed = healthy();
+  EXPECT_EQ(finding(observed, "security.cautions").id, "none");
+  observed.status["security"] = object(R"({"cautions": ["DDS is open"], "keys": null})");
+  const Finding f = finding(observed, "security.cautions");
+  EXPECT_EQ(f.level, Level::kWarning);
+  EXPECT_EQ(f.text, "DDS is open");
+  EXPECT_FALSE(f.hint.empty());
+}
+
+TEST(Doctor, PortsBeyondTheHostAreGoodWithKeysOnly) {
+  Observations observed = healthy();
+  observed.status["listen"] = object(R"({"tcp": "0.0.0.0:2000", "http": "0.0.0.0:8080"})");
+  for (const char* port : {"port.tcp", "port.http"})
+    EXPECT_EQ(finding(observed, port).level, Level::kWarning) << port;
+  observed.status["security"] = object(R"({"keys": {"state": "valid"}})");
+  for (const char* port : {"port.tcp", "port.http"})
+    EXPECT_EQ(finding(observed, port).level, Level::kOk) << port;
+}
+
 TEST(Doctor, KeysThatEndAreRevokedOrCannotBeReadAreNamed) {
   Observations observed = healthy();
   EXPECT_EQ(finding(observed, "keys").id, "none");

@@ -664,6 +664,10 @@ tims::config::Loaded load_file(const std::string& path) {
   return tims::config::load({.files = std::move(*files), .settings = {}, .host = this_host()});
 }
 
+std::vector<std::string> cautions_of(const tims::config::Loaded& loaded) {
+  return loaded.ok() ? tims::config::cautions(loaded.config) : std::vector<std::string>();
+}
+
 json::object report(const std::string& path, const tims::config::Loaded& loaded) {
   json::array items;
   for (const tims::config::Problem& problem : loaded.problems)
@@ -671,9 +675,11 @@ json::object report(const std::string& path, const tims::config::Loaded& loaded)
                                  {"line", problem.at.line},
                                  {"column", problem.at.column},
                                  {"text", problem.text}});
+  const auto cautions = cautions_of(loaded);
   return {{"schema", "tims/config_check/1"},
           {"file", path},
           {"ok", loaded.ok()},
+          {"cautions", json::array(cautions.begin(), cautions.end())},
           {"items", std::move(items)}};
 }
 
@@ -694,6 +700,7 @@ Exit config_check(Context& context) {
   }
   for (const tims::config::Problem& problem : loaded.problems)
     context.out.write(problem.to_string() + "\n");
+  for (const std::string& caution : cautions_of(loaded)) context.out.write(caution + "\n");
   if (loaded.ok())
     context.out.write(path + ": no errors\n");
   else
