@@ -229,6 +229,7 @@ Bytes router_message(std::int8_t type, std::uint8_t seq_nr, const Bytes& body = 
 
 TEST(TcpClientProtocol, PutsMessagesInTheRequestedByteOrder) {
   TcpClientProtocol client(kMax);
+  client.set_byte_order(std::endian::little);
   client.put_command(router_command::kMailboxInitWithReply, Address(0x00140001));
   EXPECT_EQ(unsent(client),
             bytes_of({3, 13, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 20, 0, 0, 0, 1, 0, 0x14, 0}));
@@ -252,6 +253,7 @@ TEST(TcpClientProtocol, WhatWasSentIsForgottenPieceByPiece) {
 
 TEST(TcpClientProtocol, LifesignsAreAnsweredAndNotShown) {
   TcpClientProtocol client(kMax);
+  client.set_byte_order(std::endian::little);
   Bytes came = join({router_message(router_command::kLifesign, 9), message(20, 1)});
   std::span<std::byte> chunk = came;
   const StreamReader::Item item = client.next(chunk);
