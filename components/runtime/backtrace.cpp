@@ -59,9 +59,15 @@ bool read_stack(Dwfl*, Dwarf_Addr address, Dwarf_Word* value, void* argument) {
   return true;
 }
 
-bool set_registers(Dwfl_Thread* thread, void* argument) {
-  const Registers& registers = thread_of(argument).registers;
-  return dwfl_thread_state_registers(thread, 0, kRegisterNames.size(), registers.data());
+bool set_registers([[maybe_unused]] Dwfl_Thread* thread, [[maybe_unused]] void* argument) {
+  if constexpr (kRegisterNames.empty()) {
+    return false;
+  } else {
+    const Registers& registers = thread_of(argument).registers;
+    if constexpr (kInstructionPointer >= kDwarfRegisters)
+      dwfl_thread_state_register_pc(thread, registers[kInstructionPointer]);
+    return dwfl_thread_state_registers(thread, 0, kDwarfRegisters, registers.data());
+  }
 }
 
 constexpr Dwfl_Thread_Callbacks kThreads = {.next_thread = next_thread,

@@ -5,17 +5,19 @@
 // Unwinder must not be used in a signal handler.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <iterator>
 #include <span>
 #include <string>
 #include <unordered_map>
 
 #include <ucontext.h>
 
-#if defined(__x86_64__)
+#if defined(__x86_64__) || defined(__aarch64__)
 #include <asm/perf_regs.h>
 #endif
 
@@ -29,7 +31,7 @@ namespace rack {
 struct RegisterName {
   int sampled;        // bit that requests it from the kernel
   int signal;         // index in the context of a signal handler
-  std::size_t dwarf;  // DWARF register number
+  std::size_t dwarf;  // DWARF register number; behind those, the program counter where it has none
 };
 
 #if defined(__x86_64__)
@@ -54,11 +56,25 @@ inline constexpr std::array<RegisterName, 17> kRegisterNames = {{
 }};
 inline constexpr std::size_t kStackPointer = 7;
 inline constexpr std::size_t kInstructionPointer = 16;
+inline constexpr std::size_t kDwarfRegisters = 17;
 inline constexpr std::size_t kRedZone = 128;  // bytes below the stack pointer that are in use
+#elif defined(__aarch64__)
+// x0 to x30, the stack pointer and the program counter, which is no register of DWARF here.
+inline constexpr auto kRegisterNames = [] {
+  std::array<RegisterName, PERF_REG_ARM64_MAX> names{};
+  for (std::size_t i = 0; i < names.size(); ++i)
+    names[i] = {.sampled = static_cast<int>(i), .signal = static_cast<int>(i), .dwarf = i};
+  return names;
+}();
+inline constexpr std::size_t kStackPointer = PERF_REG_ARM64_SP;
+inline constexpr std::size_t kInstructionPointer = PERF_REG_ARM64_PC;
+inline constexpr std::size_t kDwarfRegisters = 32;
+inline constexpr std::size_t kRedZone = 0;
 #else
 inline constexpr std::array<RegisterName, 0> kRegisterNames{};
 inline constexpr std::size_t kStackPointer = 0;
 inline constexpr std::size_t kInstructionPointer = 0;
+inline constexpr std::size_t kDwarfRegisters = 0;
 inline constexpr std::size_t kRedZone = 0;
 #endif
 
@@ -69,6 +85,11 @@ inline Registers registers_of([[maybe_unused]] const ucontext_t& context) {
 #if defined(__x86_64__)
   for (const RegisterName& name : kRegisterNames)
     registers[name.dwarf] = static_cast<std::uint64_t>(context.uc_mcontext.gregs[name.signal]);
+#elif defined(__aarch64__)
+  const auto& given = context.uc_mcontext;
+  std::copy(std::begin(given.regs), std::end(given.regs), registers.begin());
+  registers[kStackPointer] = given.sp;
+  registers[kInstructionPointer] = given.pc;
 #endif
   return registers;
 }

@@ -84,11 +84,13 @@ const char* text_of(Violation violation) {
 
 ThreadState thread_of(const Snapshot& snapshot) {
   ThreadState thread{.frame_pointers = snapshot.frames()};
-  if (snapshot.register_count != kRegisterNames.size()) return thread;
-  for (std::size_t i = 0; i < kRegisterNames.size(); ++i)
-    thread.registers[kRegisterNames[i].dwarf] = snapshot.registers[i];
-  thread.stack = std::span(snapshot.stack).first(snapshot.stack_size);
-  thread.stack_begin = thread.registers[kStackPointer];
+  if constexpr (!kRegisterNames.empty()) {
+    if (snapshot.register_count != kRegisterNames.size()) return thread;
+    for (std::size_t i = 0; i < kRegisterNames.size(); ++i)
+      thread.registers[kRegisterNames[i].dwarf] = snapshot.registers[i];
+    thread.stack = std::span(snapshot.stack).first(snapshot.stack_size);
+    thread.stack_begin = thread.registers[kStackPointer];
+  }
   return thread;
 }
 
