@@ -149,7 +149,8 @@ TEST(LocalProtocol, RefusesWhatNoEncoderWrites) {
   EXPECT_EQ(decode(with_u16(bytes_of({1, Hello{}}), 16, kNameMax + 1)).problem,
             "a text that is too long");
   EXPECT_EQ(decode(with_u16(bytes_of({1, Opened{{{}}, ""}}), 14, 5)).problem, "unknown status");
-  EXPECT_EQ(decode(with_u16(bytes_of({1, Found{}}), 12, 0x0202)).problem, "a yes or no that is neither");
+  EXPECT_EQ(decode(with_u16(bytes_of({1, Found{}}), 12, 0x0202)).problem,
+            "a yes or no that is neither");
   EXPECT_EQ(decode(bytes_of({1, Welcome{.router = {}, .widths = {8, 8, 8, 9}}})).problem,
             "address fields that are not 32 bits");
 }

@@ -29,7 +29,8 @@ constexpr std::uint32_t kArchitecture = AUDIT_ARCH_X86_64;
 constexpr std::uint32_t kArchitecture = AUDIT_ARCH_AARCH64;
 #elif defined(__ARM_EABI__)
 constexpr std::uint32_t kArchitecture = AUDIT_ARCH_ARM;
-#else  // s390x: its sockets are made by a call whose arguments are in memory, where no filter sees them
+#else  // s390x: its sockets are made by a call whose arguments are in memory, where no filter sees
+       // them
 constexpr std::uint32_t kArchitecture = 0;
 #endif
 
