@@ -53,11 +53,12 @@ iovec part_of(std::span<const std::byte> bytes) {
 class SendControl {
  public:
   // The family is the address's, not the socket's: an IPv6 socket sends IPv4 packets like an IPv4
-  // socket.
+  // socket. IPv4 takes one byte, which passes emulators of another byte order unharmed (qemu-user
+  // copies it).
   void add_dscp(std::uint8_t dscp, bool v4) {
     if (dscp == 0) return;
-    const int field = (dscp & 0x3F) << 2;
-    v4 ? add(IPPROTO_IP, IP_TOS, field) : add(IPPROTO_IPV6, IPV6_TCLASS, field);
+    const auto field = static_cast<std::uint8_t>((dscp & 0x3F) << 2);
+    v4 ? add(IPPROTO_IP, IP_TOS, field) : add(IPPROTO_IPV6, IPV6_TCLASS, int{field});
   }
   void add_segment_size(std::size_t size) {
     add(SOL_UDP, UDP_SEGMENT, static_cast<std::uint16_t>(size));
