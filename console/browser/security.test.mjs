@@ -181,3 +181,18 @@ test('the policy of the page forbids scripts from elsewhere and within', async (
   assert.equal(ran, false);
   await watched.close(['Content Security Policy']);
 });
+
+test('what is open to the network is said on every page', async (context) => {
+  const open = await Host.start(['security.insecure=true', `fleet.name=console-${host.http}`]);
+  const { security } = await (await fetch(`${open.address}/api/status`)).json();
+  if (security.cautions.length === 0) {
+    await open.end();
+    context.skip('a build without DDS');
+    return;
+  }
+  const watched = await Watched.open(browser, open, '#/messages');
+  await watched.page.getByText('DDS is open to the network', { exact: false }).first().click();
+  await watched.page.getByText(/It runs without keys/).waitFor();
+  await watched.close();
+  await open.end();
+});

@@ -14,6 +14,7 @@ export interface RouterInfo {
   version: string;
   widths: Widths;
   exposed: string[]; // ports where anybody in the network can drive the robots
+  cautions: string[]; // what is allowed there and dangerous
 }
 
 export interface Wire {
@@ -174,6 +175,7 @@ function routerInfo(body: Uint8Array): RouterInfo | undefined {
       epoch: String(epoch),
       version: String(version),
       exposed: (security?.exposed ?? []).map(String),
+      cautions: (security?.cautions ?? []).map(String),
       widths: {
         system: Number(widths[0]),
         classId: Number(widths[1]),

@@ -20,16 +20,25 @@ export function ConnectionBadge() {
   );
 }
 
-// Until a fleet has keys, whoever reaches such a port can do what this page can.
+// What is open to the network. Until a fleet has keys, whoever reaches such a port can do what this page can.
 export function ExposedNotice() {
   const { client } = useConsole();
-  const exposed = client.connection.value.router?.exposed ?? [];
-  if (exposed.length === 0) return null;
+  const { exposed = [], cautions = [] } = client.connection.value.router ?? {};
   return (
-    <p class="notice bad exposed">
-      Anybody in this network can drive these robots: the router listens beyond its host ({exposed.join(', ')}), without
-      keys.
-    </p>
+    <>
+      {exposed.length > 0 && (
+        <p class="notice bad exposed">
+          Anybody in this network can drive these robots: the router listens beyond its host ({exposed.join(', ')}),
+          without keys.
+        </p>
+      )}
+      {cautions.map((text) => (
+        <details key={text} class="notice caution">
+          <summary>{text.split(': ', 1)}</summary>
+          {text}
+        </details>
+      ))}
+    </>
   );
 }
 
