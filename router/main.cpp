@@ -215,6 +215,9 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     const core::RouterSettings& settings = router_.settings();
     return io::asked_of(io::SentMessage::of(request, settings), settings.widths);
   }
+  bool writes_rules(const core::ClientInfo& client) override {
+    return client.port == core::PortKind::kLocal && io::is_own_user(client.uid);
+  }
   void deny_admin(core::ClientId from, const core::Message& request,
                   std::string_view rule) override {
     admin_.deny(from, request, rule);
@@ -333,7 +336,6 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   // The base renews its own certificate itself (timsctl key serve).
   void renew_keys_in_time() {
     if (keys_->folder().has("authority")) return;
-    const Duration spread = 1s * (random_number() % 600);
     renewal_.emplace(loop_, log_,
                      io::Renewal::Steps{.is_due = [this] { return is_renewal_due(); },
                                         .prepare =
@@ -344,9 +346,16 @@ class Program final : private core::RouterHooks, private io::AdminSource {
                                                                                    deadline);
                                               };
                                             }},
-                     os::now() + 1min + spread);
+                     renewal_time());
     loop_.watch({.next = [this] { return renewal_->next_timeout(); },
                  .on_timeout = [this](Time now) { renewal_->on_timeout(now); }});
+  }
+  // Not at once: after a start the network is not there yet.
+  [[nodiscard]] Time renewal_time() const {
+    const Duration within = configuration_.config.security.renew_within;
+    const Duration spread = within - within / 10;
+    return os::now() + within / 10 +
+           Duration(random_number() % (static_cast<std::uint64_t>(spread.count()) + 1));
   }
   [[nodiscard]] bool is_renewal_due() const {
     const security::Credentials& own = keys_->credentials();
@@ -430,6 +439,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
 
   void use_new_keys(Time now) {
     log_.info(describe_keys());
+    if (renewal_) renewal_->look_at(renewal_time());
     const auto used = links_.use_keys(now, keys_->credentials(), keys_->expiry());
     if (!used) log_.error("links use the former keys: " + used.error().detail());
     take_new_keys();

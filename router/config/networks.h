@@ -1,11 +1,10 @@
 // A list of networks of a configuration: "loopback, 10.9.0.0/16, fd00::/8".
 #pragma once
 
-#include <array>
-#include <cstdint>
 #include <string_view>
 #include <vector>
 
+#include "base/ip_network.h"
 #include "tims/result.h"
 
 namespace tims::config {
@@ -20,13 +19,7 @@ class Networks {
   [[nodiscard]] bool contains(std::string_view endpoint) const;
 
  private:
-  struct Network {
-    std::array<std::uint8_t, 16> address{};  // IPv4 as ::ffff:a.b.c.d
-    unsigned bits = 0;
-  };
-  static Result<Network> parse_one(const std::string& text);
-
-  std::vector<Network> networks_;
+  std::vector<base::IpNetwork> networks_;
 };
 
 }  // namespace tims::config

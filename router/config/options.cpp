@@ -377,6 +377,13 @@ constexpr std::array kOptions{
          .reload = Reload::kRestart,
          .help = "Refuses expired certificates of others, if the clock of this host is "
                  "synchronised. Otherwise they are accepted, so that no clock stops a robot."}),
+    row<Kind::kDuration, &Config::security, &Config::Security::renew_within>(
+        {.key = "security.renew_within",
+         .range = {0, 24 * kHour},
+         .reload = Reload::kRestart,
+         .help = "A certificate that is due to be renewed is renewed within this time after the "
+                 "start of the router, or after a new list of the fleet, at a random moment, so "
+                 "that the routers of a fleet do not ask the base at once."}),
 
     row<Kind::kFlag, &Config::sim, &Config::Sim::faults>(
         {.key = "sim.faults",

@@ -79,6 +79,7 @@ TEST(Options, SetGivesBackWhatGetGave) {
                               "security.insecure=true",
                               "security.keys=/etc/tims/keys",
                               "security.refuse_expired=true",
+                              "security.renew_within=1h",
                               "router.role=subsystem",
                               "router.priority=5",
                               "address.widths=6/8/10/8",

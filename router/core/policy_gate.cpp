@@ -5,8 +5,8 @@
 namespace tims::core {
 
 std::optional<Address> data_mailbox(const Message& message) {
+  if (!is_about_streams(message.header)) return std::nullopt;
   const bool starts = message.header.type == type::kGetContData;
-  if (!starts && message.header.type != type::kStopContData) return std::nullopt;
   const std::size_t at = starts ? 4 : 0;
   const auto body = message.body();
   if (body.size() < at + 4) return std::nullopt;
@@ -26,7 +26,7 @@ void PolicyGate::leave(Time now, Client& client) {
   client.profile = nullptr;
 }
 
-policy::Verdict PolicyGate::judge(Time now, const Client& sender, Message& message,
+policy::Verdict PolicyGate::judge(Time now, Client& sender, Message& message,
                                   policy::Right right) {
   Header& header = message.header;
   policy::Query query{.dest = header.dest,
@@ -34,17 +34,16 @@ policy::Verdict PolicyGate::judge(Time now, const Client& sender, Message& messa
                       .type = header.type,
                       .is_sample = (header.flags & flag::kStream) != 0 && header.type <= 0,
                       .right = right};
-  if (header.type <= 0 && right == policy::Right::kNone &&
-      enforcer_->is_answer(now, component(header.dest), component(header.src)))
-    query.is_answer = true;
   const policy::Verdict verdict =
       enforcer_->judge(now, *sender.profile, query, header.priority,
                        static_cast<std::uint32_t>(message.bytes.size()));
   header.priority = verdict.priority;
   if (verdict.what != policy::Verdict::What::kPass) return verdict;
-  if (query.is_answer && query.is_sample)
-    enforcer_->asked(now, component(header.dest), component(header.src));
-  if ((header.flags & flag::kTrace) != 0) {
+  const bool traced = (header.flags & flag::kTrace) != 0;
+  // Of these, more than the header is judged.
+  if (verdict.lasts && !traced && right == policy::Right::kNone && !is_about_streams(header))
+    sender.recent.keep(*sender.profile, header, verdict);
+  if (traced) {
     query.right = policy::Right::kTrace;
     if (enforcer_->judge(now, *sender.profile, query, 0, 0).what != policy::Verdict::What::kPass)
       header.flags &= static_cast<std::uint8_t>(~flag::kTrace);
@@ -52,22 +51,14 @@ policy::Verdict PolicyGate::judge(Time now, const Client& sender, Message& messa
   return verdict;
 }
 
-void PolicyGate::delivered(Time now, const Client& receiver, const Message& message) {
-  if (message.header.type <= 0 || !receiver.is_judged()) return;
-  enforcer_->asked(now, component(message.header.src), component(message.header.dest));
-  if (const auto mailbox = data_mailbox(message))
-    enforcer_->asked(now, component(*mailbox), component(message.header.dest));
+void PolicyGate::asked(Time now, const Message& command) {
+  enforcer_->asked(now, command.header.src, command.header.dest);
+  if (const auto mailbox = data_mailbox(command))
+    enforcer_->asked(now, *mailbox, command.header.dest);
 }
 
 std::string PolicyGate::text_of(policy::RuleNumber number, const Client& sender) const {
   return enforcer_->policy().rule(number).text.title() + " for " + sender.profile->subject().name;
-}
-
-// A component answers from any of its mailboxes to any of the asker's.
-Address PolicyGate::component(Address address) const {
-  Address::Fields fields = address.fields(widths_);
-  fields.local = 0;
-  return Address::of(fields, widths_);
 }
 
 }  // namespace tims::core

@@ -58,6 +58,7 @@ struct Client {
   bool owes_answer = false;               // has not answered the last lifesign
   bool keeps_newest = false;              // see Port::keep_newest()
   policy::Profile* profile = nullptr;     // what it may send; null: everything
+  policy::RecentPasses recent{};          // of what it sends
   Count in{};                             // sent by it
   Count out{};                            // accepted by its mailbox, connection or queue
   Count dropped{};                        // addressed to it, and lost

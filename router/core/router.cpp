@@ -27,17 +27,6 @@ bool is_foreign(const Client* sender) {
   return sender != nullptr && sender->info.port != PortKind::kLocal;
 }
 
-EventKind kind_of(Registration::Status status) {
-  switch (status) {
-    case Registration::Status::kOk:
-      return EventKind::kRegistered;
-    case Registration::Status::kTooMany:
-      return EventKind::kMailboxLimit;
-    default:
-      return EventKind::kAddressRefused;
-  }
-}
-
 constexpr Duration kLoopEventEvery = std::chrono::seconds(1);
 constexpr Duration kRefusalEventEvery = std::chrono::seconds(1);
 
@@ -243,6 +232,8 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
   const std::optional<std::uint32_t> own = handle_of(sender, header.src);
   const bool forged = !own;
   if (forged && (local || (sender.is_judged() && !link))) return Outcome::kForgedSource;
+  if (is_about_streams(header) && !names_own_mailbox(sender, message))
+    return Outcome::kForgedSource;
   if (forged && !link) count(EventKind::kForgedSourceTolerated);
   const std::uint32_t handle = forged || link ? 0 : *own;
 
@@ -272,6 +263,14 @@ std::optional<std::uint32_t> Router::handle_of(const Client& owner, Address addr
   const auto reader = std::ranges::find(text_readers_, owner.id, &TextReader::client);
   if (reader == text_readers_.end()) return std::nullopt;
   return reader->handle;
+}
+
+// Who asks for a stream names its receiver: nobody may have it sent to others.
+bool Router::names_own_mailbox(const Client& sender, const Message& message) const {
+  const auto mailbox = data_mailbox(message);
+  if (!mailbox) return true;
+  if (sender.info.port == PortKind::kLink) return may_come_from(sender, *mailbox);
+  return !sender.is_judged() || handle_of(sender, *mailbox);
 }
 
 // Addresses of routers have class 0, which is reserved for them.
@@ -341,7 +340,7 @@ Outcome Router::hand_over(Time now, const Receiver& to, Client& receiver, Messag
                                            (flag::kNativeOrder & flag::kHeaderLittleEndian));
   wire::encode_header(header, message.bytes.first<kHeaderSize>());
   const Outcome outcome = port_of(to).deliver(now, to, message);
-  if (receiver.is_judged() && taken(outcome)) gate_.delivered(now, receiver, message);
+  if (taken(outcome)) gate_.delivered(now, receiver, message);
   const Count one{1, message.bytes.size()};
   if (!taken(outcome)) {
     count_dropped(&receiver, one);
@@ -406,14 +405,14 @@ void Router::count_dropped(Client* receiver, const Count& count) {
 std::optional<Outcome> Router::judge(Time now, Client& sender, std::uint32_t handle,
                                      Message& message) {
   using What = policy::Verdict::What;
-  if (!sender.is_judged()) return std::nullopt;
+  if (gate_.passes(sender, message)) return std::nullopt;
   const Header& header = message.header;
-  const auto mailbox = data_mailbox(message);
-  if (mailbox && sender.info.port != PortKind::kLink && !handle_of(sender, *mailbox))
-    return Outcome::kForgedSource;
   const bool asks =
       header.type == type::kAdminRequest && (is_router(header.dest) || is_for_router(header));
   const policy::Right right = asks ? hooks_.right_of(message) : policy::Right::kNone;
+  const bool asks_here = is_for_router(header) || header.dest == settings_.address;
+  if (asks_here && right == policy::Right::kLook && hooks_.writes_rules(sender.info))
+    return std::nullopt;
   const policy::Verdict verdict = gate_.judge(now, sender, message, right);
   const bool passes = verdict.what == What::kPass;
   if (verdict.report)

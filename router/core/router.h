@@ -89,6 +89,8 @@ class RouterHooks : public Interface {
 
   // What a question to a router needs.
   virtual policy::Right right_of(const Message& /*request*/) { return policy::Right::kLook; }
+  // A program of this host whose user writes the rules: root, or that of the router.
+  virtual bool writes_rules(const ClientInfo& /*client*/) { return false; }
   // The policy denies a question to a router: to be answered with the rule, like admin().
   virtual void deny_admin(ClientId /*from*/, const Message& /*request*/,
                           std::string_view /*rule*/) {}
@@ -292,6 +294,7 @@ class Router {
   // The port's number for a mailbox of the client; empty when the mailbox belongs to another
   // client.
   [[nodiscard]] std::optional<std::uint32_t> handle_of(const Client& owner, Address address) const;
+  [[nodiscard]] bool names_own_mailbox(const Client& sender, const Message& message) const;
   [[nodiscard]] bool is_router(Address address) const;
   // Without a handle: its connection.
   static Receiver receiver_of(const Client& client, std::uint32_t handle = 0);
@@ -366,7 +369,7 @@ class Router {
   MissingRouters missing_;
   NewestValues* newest_ = nullptr;
   DrivingLeases leases_;
-  PolicyGate gate_{settings_.widths};
+  PolicyGate gate_;
   Lifesigns lifesigns_;
   MessageCounters messages_;
   EventCounters event_counts_;

@@ -12,6 +12,17 @@ std::string lease_text(const DrivingLease& lease) {
 
 }  // namespace
 
+EventKind kind_of(Registration::Status status) {
+  switch (status) {
+    case Registration::Status::kOk:
+      return EventKind::kRegistered;
+    case Registration::Status::kTooMany:
+      return EventKind::kMailboxLimit;
+    default:
+      return EventKind::kAddressRefused;
+  }
+}
+
 EventKind kind_of_end(PortKind port, CloseReason reason) {
   if (port == PortKind::kLink) return EventKind::kLinkDown;
   switch (reason) {

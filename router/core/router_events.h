@@ -4,6 +4,7 @@
 #include <string_view>
 
 #include "router/core/driving_leases.h"
+#include "router/core/router.h"
 #include "router/core/statistics.h"
 #include "router/policy/enforcer.h"
 #include "tims/message.h"
@@ -11,6 +12,7 @@
 
 namespace tims::core {
 
+EventKind kind_of(Registration::Status status);
 EventKind kind_of_end(PortKind port, CloseReason reason);
 
 Event lease_taken(Time now, const DrivingLease& lease);

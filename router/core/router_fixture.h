@@ -66,12 +66,16 @@ class RecordingSink final : public Port, public RouterHooks {
   void deny_admin(ClientId, const Message&, std::string_view rule) override {
     denied.emplace_back(rule);
   }
+  policy::Right right_of(const Message&) override { return right; }
+  bool writes_rules(const ClientInfo& client) override { return client.uid == writer; }
   void trace_denied(ClientId, const Message&, std::string_view) override { ++traces_denied; }
   void traced(ClientId from, ClientId to, const Message&) override { traces.push_back({from, to}); }
   void event(const Event& event) override { events.push_back(event); }
   void moved(Address address) override { moved_addresses.push_back(address); }
 
   Outcome outcome = Outcome::kDelivered;  // returned for every delivery
+  std::uint32_t writer = 77;                   // the user that writes rules
+  policy::Right right = policy::Right::kLook;  // that questions need
   std::vector<Delivery> delivered;
   std::vector<Reply> replies;
   std::vector<Close> closed;

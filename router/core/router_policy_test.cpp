@@ -37,6 +37,20 @@ class RouterPolicyTest : public RouterTest {
     return {.type = type, .priority = priority, .dest = dest, .src = src};
   }
 
+  // To the ladar, with a body that is big-endian.
+  static Header about_stream(std::int8_t type, Address src) {
+    Header asking = header(type, kLadar, src);
+    asking.flags = 0;
+    return asking;
+  }
+  // The body of GET_CONT_DATA.
+  static Bytes subscription_for(Address mailbox) {
+    Bytes body(4);
+    for (int shift = 24; shift >= 0; shift -= 8)
+      body.push_back(std::byte(mailbox.raw() >> shift & 0xFF));
+    return body;
+  }
+
   // What may be looked at but not driven by guests.
   const std::vector<policy::RuleText> guests_{{.name = "own", .from = "own", .then = "allow"},
                                               {.name = "guests look",
@@ -95,23 +109,72 @@ TEST_F(RouterPolicyTest, ASubscriptionForSomebodyElseIsForged) {
   enter(PortKind::kLocal, "own", kChassis);
   enter(PortKind::kLocal, "own", kLadar);
   const ClientId guest = enter(PortKind::kTcp, "user:guest", kTool);
-  const auto body_of = [](Address mailbox) {
-    Bytes body(4);
-    for (int shift = 24; shift >= 0; shift -= 8)
-      body.push_back(std::byte(mailbox.raw() >> shift & 0xFF));
-    return body;
-  };
-  Header ask = header(type::kGetContData, kLadar, kTool);
-  ask.flags = 0;
-  EXPECT_EQ(send(guest, ask, body_of(kChassis)), Outcome::kForgedSource);
-  EXPECT_EQ(send(guest, ask, body_of(kTool)), Outcome::kDelivered);
+  const Header ask = about_stream(type::kGetContData, kTool);
+  EXPECT_EQ(send(guest, ask, subscription_for(kChassis)), Outcome::kForgedSource);
+  EXPECT_EQ(send(guest, ask, subscription_for(kTool)), Outcome::kDelivered);
+  EXPECT_EQ(send(guest, ask, subscription_for(kChassis)), Outcome::kForgedSource)
+      << "although the same header has just passed";
+  EXPECT_EQ(send(guest, ask), Outcome::kDelivered) << "its component refuses it";
+  EXPECT_EQ(send(guest, ask, subscription_for(kChassis)), Outcome::kForgedSource);
 }
+
+// A robot has streams sent to its own mailboxes only, whether or not there are rules.
+TEST_F(RouterPolicyTest, ASubscriptionForAnotherRobotIsForgedOverALinkToo) {
+  enter(PortKind::kLocal, "own", kChassis);
+  enter(PortKind::kLocal, "own", kLadar);
+  constexpr Address kOfRobot3{0x03180000};
+  const ClientId robot = link(LinkKind::kSub, 3, "robot3");
+  ASSERT_TRUE(router_.learn(now_, robot, kOfRobot3, {.router = Address(0x03000100), .hops = 1}));
+  const ClientId base = link(LinkKind::kSuper, 9, "base");
+  const Header ask = about_stream(type::kGetContData, kOfRobot3);
+  EXPECT_EQ(send(robot, ask, subscription_for(kOfRobot3)), Outcome::kDelivered);
+  EXPECT_EQ(send(robot, ask, subscription_for(Address(0x03180001))), Outcome::kDelivered);
+  EXPECT_EQ(send(robot, ask, subscription_for(kChassis)), Outcome::kForgedSource);
+  EXPECT_EQ(send(robot, ask, subscription_for(Address(0x05180000))), Outcome::kForgedSource);
+  Header stop = about_stream(type::kStopContData, kOfRobot3);
+  Bytes body = subscription_for(kChassis);
+  body.erase(body.begin(), body.begin() + 4);
+  EXPECT_EQ(send(robot, stop, body), Outcome::kForgedSource) << "nor stops those of others";
+  stop.flags = flag::kNativeOrder;
+  std::ranges::reverse(body);
+  EXPECT_EQ(send(robot, stop, body), Outcome::kForgedSource);
+  const Header above = about_stream(type::kGetContData, kTool);
+  EXPECT_EQ(send(base, above, subscription_for(kTool)), Outcome::kDelivered);
+  EXPECT_EQ(send(base, above, subscription_for(kChassis)), Outcome::kForgedSource);
+  EXPECT_EQ(count(PortKind::kLink, Outcome::kForgedSource), 5U);
+}
+
 
 TEST_F(RouterPolicyTest, AJudgedClientSendsFromItsOwnMailboxesOnly) {
   set(guests_);
   enter(PortKind::kLocal, "own", kChassis);
   const ClientId guest = enter(PortKind::kTcp, "user:guest", kTool);
   EXPECT_EQ(send(guest, header(type::kGetStatus, kChassis, kLadar)), Outcome::kForgedSource);
+}
+
+// Streams are not judged message by message: what may change a verdict is looked at nevertheless.
+TEST_F(RouterPolicyTest, WhatHasPassedPassesAgainUntilSomethingDiffers) {
+  set(guests_);
+  enter(PortKind::kLocal, "own", kChassis);
+  const ClientId guest = enter(PortKind::kTcp, "user:guest", kTool);
+  const Header status = header(type::kGetStatus, kChassis, kTool, 20);
+  for (int i = 0; i < 3; ++i) EXPECT_EQ(send(guest, status), Outcome::kDelivered);
+  EXPECT_EQ(enforcer_.hits(1).messages, 3U);
+  EXPECT_EQ(enforcer_.hits(1).bytes, 3U * kHeaderSize);
+  EXPECT_EQ(send(guest, header(type::kOn, kChassis, kTool, 20)), Outcome::kDenied);
+  EXPECT_EQ(send(guest, header(type::kGetStatus, kChassis, kLadar, 20)), Outcome::kForgedSource);
+  EXPECT_EQ(send(guest, header(type::kGetStatus, kChassis, kTool, 21)), Outcome::kDelivered);
+  EXPECT_EQ(sink_.delivered.back().header.priority, 20);
+  Header traced = status;
+  traced.flags = flag::kTrace;
+  EXPECT_EQ(send(guest, traced), Outcome::kDelivered);
+  EXPECT_TRUE(sink_.traces.empty());
+  std::vector<policy::RuleText> rules = guests_;
+  rules[1].then = "deny";
+  rules[1].priority_max = 255;
+  set(rules);
+  EXPECT_EQ(send(guest, status), Outcome::kDenied) << "a reload applies at once";
+  EXPECT_EQ(enforcer_.hits(1).denied, 1U);
 }
 
 TEST_F(RouterPolicyTest, AnAnswerNeedsNoRuleForAMinute) {
@@ -141,6 +204,24 @@ TEST_F(RouterPolicyTest, QuestionsToRoutersAreMessagesToo) {
   EXPECT_EQ(sink_.denied.back(), "rule \"(none)\" for user:guest");
   EXPECT_EQ(send(own, header(type::kAdminRequest, Address(), Address())), Outcome::kHandled);
   EXPECT_EQ(sink_.questions.size(), 1U);
+}
+
+// Else who has made a mistake in the rules could not see which.
+TEST_F(RouterPolicyTest, WhoWritesTheRulesMayAlwaysLookAtThisRouter) {
+  set({{.name = "nobody", .then = "deny"}});
+  const ClientId writer = router_.connect(now_, {.port = PortKind::kLocal,
+                                                 .token = ++token_,
+                                                 .uid = sink_.writer,
+                                                 .subject = *policy::Subject::parse("own")});
+  ASSERT_EQ(router_.register_mailbox(now_, writer, kTool).status, Registration::Status::kOk);
+  const Header question = header(type::kAdminRequest, kOwn, kTool);
+  EXPECT_EQ(send(writer, question), Outcome::kHandled);
+  EXPECT_EQ(send(writer, header(type::kAdminRequest, Address(0x03000100), kTool)),
+            Outcome::kDenied)
+      << "another router";
+  EXPECT_EQ(send(writer, header(type::kGetStatus, kOwn, kTool)), Outcome::kDenied);
+  sink_.right = policy::Right::kChange;
+  EXPECT_EQ(send(writer, question), Outcome::kDenied);
 }
 
 TEST_F(RouterPolicyTest, TracingIsARightOfItsOwn) {
@@ -182,6 +263,25 @@ TEST_F(RouterPolicyTest, RoutersAreMetByRulesThatNameThem) {
   EXPECT_EQ(sink_.replies.back().header.type, type::kNotAvailable);
   EXPECT_EQ(send(peer, header(type::kGetStatus, kChassis, Address(0x03180000))),
             Outcome::kDelivered);
+}
+
+// Questions to routers come over links like messages, and rules for routers name the rights.
+TEST_F(RouterPolicyTest, ARobotThatMayLookDoesNotChangeOtherRouters) {
+  set({{.name = "robots", .from = "role:system", .types = "change", .then = "deny"}});
+  const ClientId peer = router_.connect(
+      now_, {.port = PortKind::kLink,
+             .token = ++token_,
+             .name = "robot3",
+             .link = {.kind = LinkKind::kPeer, .role = Role::kSystem, .system = 3},
+             .subject = *policy::Subject::parse("router:robot3, system:3, role:system")});
+  const Header question = header(type::kAdminRequest, kOwn, Address(0x03000100));
+  EXPECT_EQ(send(peer, question), Outcome::kHandled);
+  sink_.right = policy::Right::kChange;
+  EXPECT_EQ(send(peer, question), Outcome::kDenied);
+  EXPECT_EQ(sink_.denied.back(), "rule \"robots\" for router:robot3");
+  EXPECT_EQ(send(peer, header(type::kAdminRequest, Address(), Address())),
+            Outcome::kMalformedCommand)
+      << "a link commands nothing";
 }
 
 // They had mappings of mailboxes: see io/local_port.

@@ -212,8 +212,8 @@ Result<void> LinkPort::use_keys(Time now, const security::Credentials& credentia
       {.number = credentials.list_number(),
        .bytes = std::make_shared<const security::Bytes>(credentials.list_bytes)},
       [&, is_believed = Believed(credentials.roots)](const link::PeerName& peer) mutable {
-        const auto certificate = security::Certificate::from_der(peer.certificate);
-        return certificate && !(credentials.list && credentials.list->revokes(*certificate)) &&
+        const auto named = security::Revoked::from_bytes(peer.certificate);
+        return named && !(credentials.list && credentials.list->revokes(*named)) &&
                is_believed(peer.issuer);
       });
   return {};

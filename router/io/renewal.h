@@ -3,6 +3,7 @@
 // tried again each hour.
 #pragma once
 
+#include <algorithm>
 #include <functional>
 #include <string>
 #include <thread>
@@ -29,6 +30,9 @@ class Renewal {
   // `first`: when it looks for the first time; others of the fleet should do it at other times.
   Renewal(Loop& loop, Log& log, Steps steps, Time first)
       : loop_(loop), log_(log), steps_(std::move(steps)), next_(first) {}
+
+  // It may have become due: looks at this time, unless it will look before.
+  void look_at(Time time) { next_ = std::min(next_, time); }
 
   [[nodiscard]] Time next_timeout() const { return next_; }
   void on_timeout(Time now);

@@ -11,9 +11,9 @@ namespace {
 
 namespace kind = policy::kind;
 
-bool is_own_user(uid_t uid) { return uid == 0 || uid == ::geteuid(); }
-
 }  // namespace
+
+bool is_own_user(uid_t uid) { return uid == 0 || uid == ::geteuid(); }
 
 policy::Subject local_subject(const os::LocalPeer& peer) {
   policy::Subject subject;

@@ -1,6 +1,8 @@
 // Who a client is, as rules of the policy name it (router/policy/subject.h).
 #pragma once
 
+#include <sys/types.h>
+
 #include "os/peer.h"
 #include "router/core/types.h"
 #include "router/io/rights.h"
@@ -8,6 +10,9 @@
 #include "router/policy/subject.h"
 
 namespace tims::io {
+
+// Root, or the user that this router runs as: they can write its rules and its keys.
+bool is_own_user(uid_t uid);
 
 // A program at the Unix socket. It is the router's own if it runs as its user, as root, or in its
 // group, to whom the socket is open.

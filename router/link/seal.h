@@ -44,7 +44,7 @@ struct PeerName {
   std::uint16_t system = 0;
   std::uint16_t id = 0;
   std::string name{};                    // for people
-  std::vector<std::byte> certificate{};  // DER
+  std::vector<std::byte> certificate{};  // as lists of the fleet name it
   std::vector<std::byte> issuer{};       // the certificate of who has signed it, DER
 };
 

@@ -1,12 +1,14 @@
 #include "router/policy/enforcer.h"
 
 #include <algorithm>
+#include <bit>
 #include <string_view>
 
 namespace tims::policy {
 namespace {
 
 constexpr std::size_t kStreamSets = 1024;
+constexpr unsigned kCellShift = 64 - std::bit_width(Enforcer::kCacheCells - 1);
 
 std::uint64_t mixed(std::uint64_t value) {
   value = (value ^ value >> 32) * 0x9E3779B97F4A7C15ULL;
@@ -31,6 +33,7 @@ bool is_same_rule(const RuleText& a, const RuleText& b) {
 Enforcer::Enforcer(Policy policy, std::uint64_t secret)
     : policy_(std::move(policy)),
       secret_(secret),
+      component_mask_(~0U << policy_.widths().local),
       hits_(policy_.rules().size()),
       conversations_(secret),
       cache_(kCacheCells),
@@ -81,92 +84,102 @@ void Enforcer::leave(Time now, Profile& profile) {
 
 void Enforcer::build(Profile& profile) {
   profile.id_ = ++last_id_;
+  profile.salt_ = mixed(secret_ + profile.id_) | 1;
   profile.rules_ = policy_.rules_for(profile.subject_);
   profile.free_ = policy_.rule(profile.rules_.front()).lets_all_pass();
-  profile.states_.assign(profile.rules_.size(), {});
-  for (std::size_t i = 0; i < profile.rules_.size(); ++i) {
-    const RuleNumber number = profile.rules_[i];
-    const std::uint64_t rate = policy_.rule(number).text.rate;
-    if (rate == 0) continue;
+  profile.rulings_.clear();
+  for (const RuleNumber number : profile.rules_) {
+    const Rule& rule = policy_.rule(number);
+    profile.rulings_.push_back(
+        {.rule = number, .action = rule.action, .priority_max = rule.text.priority_max});
+    if (rule.text.rate == 0) continue;
     const auto [place, added] = buckets_.try_emplace({profile.subject_.name, number});
-    if (added) place->second.limiter = {rate, rate};
+    if (added) place->second.limiter = {rule.text.rate, rule.text.rate};
     ++place->second.users;
-    profile.states_[i].bucket = &place->second.limiter;
+    profile.rulings_.back().bucket = &place->second.limiter;
   }
 }
 
 Verdict Enforcer::judge(Time now, Profile& profile, const Query& query, std::uint8_t priority,
                         std::uint32_t bytes) {
-  const std::uint16_t at = position(profile, query);
-  const RuleNumber number = profile.rules_[at];
-  const Rule& rule = policy_.rule(number);
-  if (rule.action != Action::kThin && query.is_answer) {
+  Profile::Ruling& found = ruling(profile, query);
+  if (!found.lets_pass(priority)) return judge_by(now, found, query, priority, bytes);
+  count(hits_[found.rule], bytes);
+  return {.rule = found.rule, .priority = priority, .lasts = true};
+}
+
+Verdict Enforcer::judge_by(Time now, Profile::Ruling& ruling, const Query& query,
+                           std::uint8_t priority, std::uint32_t bytes) {
+  if (ruling.action != Action::kThin && is_answer(now, query)) {
     ++replies_;
     return {.priority = std::min(priority, kReplyPriorityMax)};
   }
-  Hits& hits = hits_[number];
-  ++hits.messages;
-  hits.bytes += bytes;
-  Profile::State& state = profile.states_[at];
-  if (rule.action == Action::kDeny) return deny(now, state, number, priority);
-  if (state.bucket != nullptr) {
-    if (!state.bucket->ready(now)) {
+  Hits& hits = hits_[ruling.rule];
+  count(hits, bytes);
+  if (ruling.action == Action::kDeny) return deny(now, ruling, priority);
+  if (ruling.bucket != nullptr) {
+    if (!ruling.bucket->ready(now)) {
       ++hits.over_rate;
-      return deny(now, state, number, priority);
+      return deny(now, ruling, priority);
     }
-    state.bucket->take(bytes);
+    ruling.bucket->take(bytes);
   }
-  if (rule.action == Action::kThin && !passes_thin(now, number, query, bytes)) {
+  if (ruling.action == Action::kThin && !passes_thin(now, ruling.rule, query, bytes)) {
     ++hits.thinned;
-    return {.what = Verdict::What::kThinned, .rule = number, .priority = priority};
+    return {.what = Verdict::What::kThinned, .rule = ruling.rule, .priority = priority};
   }
-  if (priority > rule.text.priority_max) ++hits.lowered;
-  return {.rule = number,
-          .priority = std::min(priority, rule.text.priority_max),
-          .report = rule.action == Action::kObserve && is_news(now, state)};
+  if (priority > ruling.priority_max) ++hits.lowered;
+  return {.rule = ruling.rule,
+          .priority = std::min(priority, ruling.priority_max),
+          .report = ruling.action == Action::kObserve && is_news(now, ruling)};
 }
 
-Verdict Enforcer::deny(Time now, Profile::State& state, RuleNumber rule, std::uint8_t priority) {
-  ++hits_[rule].denied;
-  return {.what = Verdict::What::kDenied,
-          .rule = rule,
-          .priority = priority,
-          .report = is_news(now, state)};
-}
-
-bool Enforcer::is_news(Time now, Profile::State& state) {
-  if (now < state.report_at) {
-    ++state.denied;
-    return false;
-  }
-  state.report_at = now + kReportEvery;
-  next_report_ = std::min(next_report_, state.report_at);
+// Samples keep the conversation open.
+bool Enforcer::is_answer(Time now, const Query& query) {
+  if (query.type > 0 || query.right != Right::kNone) return false;
+  const Address asker = component(query.dest);
+  const Address other = component(query.src);
+  if (!conversations_.is_open(now, asker, other)) return false;
+  if (query.is_sample) conversations_.open(now, asker, other);
   return true;
 }
 
-// The place of the deciding rule in the profile, from the cache if it is there.
-std::uint16_t Enforcer::position(const Profile& profile, const Query& query) {
-  const std::uint16_t class_id = query.class_id(policy_.widths());
-  const auto type = static_cast<std::uint8_t>(query.type);
-  const auto kind = static_cast<std::uint8_t>((query.is_sample ? 1U : 0U) |
-                                              static_cast<unsigned>(query.right) << 1U);
-  const std::uint64_t word = std::uint64_t{query.dest.raw()} << 32 | std::uint64_t{class_id} << 16 |
-                             std::uint64_t{type} << 8 | kind;
-  const std::size_t number = mixed((word ^ secret_) + mixed(profile.id_)) & (kCacheCells - 1);
-  Cell& cell = cache_[number];
-  if (cell.profile == profile.id_ && cell.dest == query.dest.raw() && cell.class_id == class_id &&
-      cell.type == type && cell.kind == kind)
-    return cell.position;
-  const RuleNumber decided = policy_.decide(profile.rules_, query);
-  const auto found = std::ranges::lower_bound(profile.rules_, decided);
-  const auto at = static_cast<std::uint16_t>(found - profile.rules_.begin());
-  cell = {.profile = profile.id_,
-          .dest = query.dest.raw(),
-          .class_id = class_id,
-          .type = type,
-          .kind = kind,
-          .position = at};
-  return at;
+Verdict Enforcer::deny(Time now, Profile::Ruling& ruling, std::uint8_t priority) {
+  ++hits_[ruling.rule].denied;
+  return {.what = Verdict::What::kDenied,
+          .rule = ruling.rule,
+          .priority = priority,
+          .report = is_news(now, ruling)};
+}
+
+bool Enforcer::is_news(Time now, Profile::Ruling& ruling) {
+  if (now < ruling.report_at) {
+    ++ruling.denied;
+    return false;
+  }
+  ruling.report_at = now + kReportEvery;
+  next_report_ = std::min(next_report_, ruling.report_at);
+  return true;
+}
+
+// Of the deciding rule, from the cache if it is there. All that a decision depends on is in the
+// key; a product with an odd secret number spreads it over the cells.
+Profile::Ruling& Enforcer::ruling(Profile& profile, const Query& query) {
+  const std::uint64_t class_id = query.type > 0 ? 0 : query.class_id(policy_.widths());
+  const std::uint64_t kind = (query.is_sample ? 1U : 0U) | static_cast<unsigned>(query.right) << 1U;
+  const std::uint64_t key = std::uint64_t{query.dest.raw()} << 32 | class_id << 16 |
+                            std::uint64_t{static_cast<std::uint8_t>(query.type)} << 8 | kind;
+  Cell& cell = cache_[key * profile.salt_ >> kCellShift];
+  if (cell.key != key || cell.profile != profile.id_)
+    cell = {.key = key, .profile = profile.id_, .position = decide(profile, query)};
+  return profile.rulings_[cell.position];
+}
+
+// The place of the deciding rule in the profile.
+std::uint32_t Enforcer::decide(const Profile& profile, const Query& query) const {
+  const auto found =
+      std::ranges::lower_bound(profile.rules_, policy_.decide(profile.rules_, query));
+  return static_cast<std::uint32_t>(found - profile.rules_.begin());
 }
 
 bool Enforcer::passes_thin(Time now, RuleNumber number, const Query& query, std::uint32_t bytes) {
@@ -209,18 +222,17 @@ std::vector<DenialReport> Enforcer::take_reports(Time now) {
 }
 
 void Enforcer::take_reports(Time now, Profile& profile, std::vector<DenialReport>& reports) {
-  for (std::size_t i = 0; i < profile.states_.size(); ++i) {
-    Profile::State& state = profile.states_[i];
-    if (state.denied == 0) continue;
-    if (now < state.report_at) {
-      next_report_ = std::min(next_report_, state.report_at);
+  for (Profile::Ruling& ruling : profile.rulings_) {
+    if (ruling.denied == 0) continue;
+    if (now < ruling.report_at) {
+      next_report_ = std::min(next_report_, ruling.report_at);
       continue;
     }
-    const RuleText& rule = policy_.rule(profile.rules_[i]).text;
+    const RuleText& rule = policy_.rule(ruling.rule).text;
     reports.push_back(
-        {rule.name, rule.place, profile.subject_.name, std::exchange(state.denied, 0)});
+        {rule.name, rule.place, profile.subject_.name, std::exchange(ruling.denied, 0)});
     // The next minute is counted, too.
-    state.report_at = now == kNever ? Time{} : now + kReportEvery;
+    ruling.report_at = now == kNever ? Time{} : now + kReportEvery;
   }
 }
 

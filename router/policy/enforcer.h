@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,6 +19,7 @@
 #include "router/policy/conversations.h"
 #include "router/policy/policy.h"
 #include "router/policy/subject.h"
+#include "tims/message.h"
 #include "tims/time.h"
 
 namespace tims::policy {
@@ -28,22 +30,33 @@ class Profile {
   // True when everything passes: its messages are not judged, and a local program may write to
   // mailboxes directly.
   [[nodiscard]] bool is_free() const { return free_; }
+  [[nodiscard]] std::uint32_t id() const { return id_; }  // another one after each reload
   [[nodiscard]] const Subject& subject() const { return subject_; }
   [[nodiscard]] const std::vector<RuleNumber>& rules() const { return rules_; }
 
  private:
   friend class Enforcer;
-  struct State {                          // of one of its rules
+  // What one of its rules does, all in one place of memory.
+  struct Ruling {
+    RuleNumber rule = 0;
+    Action action = Action::kDeny;
+    std::uint8_t priority_max = 255;
     base::RateLimiter* bucket = nullptr;  // null: no rate
     std::uint64_t denied = 0;             // not reported yet
     Time report_at{};                     // before: a denial is only counted
+
+    // A message of this priority passes as it is, whatever passed before it.
+    [[nodiscard]] bool lets_pass(std::uint8_t priority) const {
+      return action == Action::kAllow && bucket == nullptr && priority <= priority_max;
+    }
   };
 
-  Subject subject_;
-  std::uint32_t id_ = 0;  // never used again, so that old verdicts in the cache are never found
+  std::uint32_t id_ = 0;  // never used again, so that old verdicts are never found
   bool free_ = false;
+  std::uint64_t salt_ = 1;      // of its keys in the cache; odd
+  std::vector<Ruling> rulings_;  // of rules_
   std::vector<RuleNumber> rules_;
-  std::vector<State> states_;
+  Subject subject_;
   std::size_t clients_ = 0;
 };
 
@@ -62,6 +75,33 @@ struct Verdict {
   RuleNumber rule = 0;        // kDenied, kThinned, and passing ones with `report`
   std::uint8_t priority = 0;  // the message's from now on
   bool report = false;  // the first denial (or observation) of this rule and subject in a minute
+  bool lasts = false;   // the same message passes again, until the rules change
+};
+
+// What a client has sent lately and may send again without being judged: most messages are the
+// next one of a few streams.
+class RecentPasses {
+ public:
+  // The rule by which the same message has passed; empty: it is to be judged.
+  [[nodiscard]] std::optional<RuleNumber> find(const Profile& profile, const Header& header) const;
+  // Precondition: the verdict on this message lasts.
+  void keep(const Profile& profile, const Header& header, const Verdict& verdict);
+
+ private:
+  struct Pass {
+    std::uint32_t profile = 0;  // 0: none
+    Address dest{};
+    Address src{};
+    RuleNumber rule = 0;
+    std::uint8_t flags = 0;
+    std::int8_t type = 0;
+    std::uint8_t priority = 0;
+  };
+  static constexpr unsigned kBits = 3;
+
+  static std::size_t place(Address dest) { return dest.raw() * 0x9E3779B1U >> (32 - kBits); }
+
+  std::array<Pass, 1U << kBits> passes_{};
 };
 
 // Denials that were only counted since the last report.
@@ -100,11 +140,18 @@ class Enforcer {
   // Precondition: the profile is not free. `bytes`: of the message, with its header.
   Verdict judge(Time now, Profile& profile, const Query& query, std::uint8_t priority,
                 std::uint32_t bytes);
-  // A command of `asker` is delivered to a client that is not free, or a sample of a stream that
-  // was asked for to `asker`: answers of `other` need no rule for a minute (Query::is_answer).
-  void asked(Time now, Address asker, Address other) { conversations_.open(now, asker, other); }
-  [[nodiscard]] bool is_answer(Time now, Address asker, Address other) const {
-    return conversations_.is_open(now, asker, other);
+  // Whether such a message has passed before; then it is counted.
+  bool passes_again(const Profile& profile, const RecentPasses& recent, const Header& header,
+                    std::uint32_t bytes) {
+    const auto rule = recent.find(profile, header);
+    if (rule) count(hits_[*rule], bytes);
+    return rule.has_value();
+  }
+  // A command of `asker` is delivered to a client that is not free: what `other` answers needs no
+  // rule for a minute, and streams as long as they last. Any of its mailboxes may answer to any of
+  // the asker's.
+  void asked(Time now, Address asker, Address other) {
+    conversations_.open(now, component(asker), component(other));
   }
 
   // Counts that are due; call at or after next_report().
@@ -113,13 +160,9 @@ class Enforcer {
 
  private:
   struct Cell {
+    std::uint64_t key = 0;
     std::uint32_t profile = 0;  // 0: empty
-    std::uint32_t dest = 0;
-    std::uint16_t class_id = 0;
-    std::uint8_t type = 0;
-    std::uint8_t kind = 0;  // sample, right
-    std::uint16_t position = 0;
-    std::uint16_t spare = 0;
+    std::uint32_t position = 0;
   };
   static_assert(sizeof(Cell) == 16);
   struct Bucket {
@@ -137,18 +180,30 @@ class Enforcer {
   };
 
   void build(Profile& profile);
-  [[nodiscard]] std::uint16_t position(const Profile& profile, const Query& query);
+  static void count(Hits& hits, std::uint32_t bytes) {
+    ++hits.messages;
+    hits.bytes += bytes;
+  }
+  [[nodiscard]] Profile::Ruling& ruling(Profile& profile, const Query& query);
+  [[nodiscard]] std::uint32_t decide(const Profile& profile, const Query& query) const;
+  Verdict judge_by(Time now, Profile::Ruling& ruling, const Query& query, std::uint8_t priority,
+                   std::uint32_t bytes);
+  bool is_answer(Time now, const Query& query);
+  [[nodiscard]] Address component(Address address) const {
+    return Address(address.raw() & component_mask_);
+  }
   [[nodiscard]] bool passes_thin(Time now, RuleNumber number, const Query& query,
                                  std::uint32_t bytes);
   Stream& stream_of(RuleNumber number, const Query& query);
-  Verdict deny(Time now, Profile::State& state, RuleNumber rule, std::uint8_t priority);
-  bool is_news(Time now, Profile::State& state);
+  Verdict deny(Time now, Profile::Ruling& ruling, std::uint8_t priority);
+  bool is_news(Time now, Profile::Ruling& ruling);
   void take_reports(Time now, Profile& profile, std::vector<DenialReport>& reports);
 
   Policy policy_;
   std::uint64_t secret_;
+  std::uint32_t component_mask_;  // all but the local id
   std::vector<Hits> hits_;
-  std::uint64_t replies_ = 0;
+  std::uint64_t replies_ = 0;  // that passed without a rule
   std::map<std::string, std::unique_ptr<Profile>, std::less<>> profiles_;  // by identities
   std::map<std::pair<std::string, RuleNumber>, Bucket> buckets_;           // by name of the subject
   std::uint32_t last_id_ = 0;
@@ -158,5 +213,25 @@ class Enforcer {
   std::vector<DenialReport> left_;  // of profiles that have gone
   Time next_report_ = kNever;
 };
+
+inline std::optional<RuleNumber> RecentPasses::find(const Profile& profile,
+                                                    const Header& header) const {
+  const Pass& pass = passes_[place(header.dest)];
+  const bool same = pass.profile == profile.id() && pass.dest == header.dest &&
+                    pass.src == header.src && pass.type == header.type &&
+                    pass.flags == header.flags && pass.priority == header.priority;
+  return same ? std::optional(pass.rule) : std::nullopt;
+}
+
+inline void RecentPasses::keep(const Profile& profile, const Header& header,
+                               const Verdict& verdict) {
+  passes_[place(header.dest)] = {.profile = profile.id(),
+                                 .dest = header.dest,
+                                 .src = header.src,
+                                 .rule = verdict.rule,
+                                 .flags = header.flags,
+                                 .type = header.type,
+                                 .priority = header.priority};
+}
 
 }  // namespace tims::policy

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 
+#include "base/ip_network.h"
 #include "base/text.h"
 
 namespace tims::policy {
@@ -27,83 +27,15 @@ Parts parts_of(std::string_view text) {
   return {text.substr(0, colon), text.substr(colon + 1)};
 }
 
-// An address of the internet, IPv4 as ::ffff:a.b.c.d. Parsed here, since policy makes no system
-// calls.
-using Bits = std::array<std::uint8_t, 16>;
-
-bool parse_v4(std::string_view text, std::uint8_t* to) {
-  for (int i = 0; i < 4; ++i) {
-    const std::size_t dot = i < 3 ? text.find('.') : text.size();
-    if (dot == std::string_view::npos) return false;
-    const auto number = base::parse_number<std::uint8_t>(text.substr(0, dot));
-    if (!number) return false;
-    to[i] = *number;
-    text.remove_prefix(std::min(text.size(), dot + 1));
-  }
-  return text.empty();
+// Without the scope of an address: "%eth0".
+std::optional<base::IpNetwork> network_of(std::string_view value) {
+  if (value.find('/') == std::string_view::npos) value = value.substr(0, value.find('%'));
+  return base::IpNetwork::parse(value);
 }
 
-// Groups of four hex digits; "::" stands once for as many zeros as are missing.
-bool parse_groups(std::string_view text, std::vector<std::uint8_t>& bytes) {
-  while (!text.empty()) {
-    const std::size_t colon = std::min(text.find(':'), text.size());
-    const auto group = base::parse_number<std::uint16_t>(text.substr(0, colon), 16);
-    if (!group || colon > 4) return false;
-    bytes.push_back(static_cast<std::uint8_t>(*group >> 8));
-    bytes.push_back(static_cast<std::uint8_t>(*group & 0xFF));
-    if (colon + 1 == text.size()) return false;
-    text.remove_prefix(std::min(text.size(), colon + 1));
-  }
-  return bytes.size() <= 16;
-}
-
-std::optional<Bits> parse_address(std::string_view text) {
-  Bits bits{};
-  if (text.starts_with("::ffff:") && text.find('.') != std::string_view::npos)
-    text.remove_prefix(7);
-  if (text.find(':') == std::string_view::npos) {
-    bits[10] = bits[11] = 0xFF;
-    return parse_v4(text, bits.data() + 12) ? std::optional(bits) : std::nullopt;
-  }
-  text = text.substr(0, text.find('%'));
-  const std::size_t gap = text.find("::");
-  std::vector<std::uint8_t> head;
-  std::vector<std::uint8_t> tail;
-  if (!parse_groups(text.substr(0, gap), head)) return std::nullopt;
-  if (gap == std::string_view::npos) {
-    if (head.size() != 16) return std::nullopt;
-  } else if (!parse_groups(text.substr(gap + 2), tail) || head.size() + tail.size() > 14) {
-    return std::nullopt;
-  }
-  std::ranges::copy(head, bits.begin());
-  std::ranges::copy(tail, bits.end() - static_cast<std::ptrdiff_t>(tail.size()));
-  return bits;
-}
-
-struct Net {
-  Bits bits{};
-  unsigned length = 128;
-};
-
-std::optional<Net> parse_net(std::string_view text) {
-  const std::size_t slash = text.find('/');
-  const auto bits = parse_address(text.substr(0, slash));
-  if (!bits) return std::nullopt;
-  const bool is_v4 = text.find(':') == std::string_view::npos;
-  Net net{*bits, 128};
-  if (slash == std::string_view::npos) return net;
-  const auto length = base::parse_number<unsigned>(text.substr(slash + 1));
-  if (!length || *length > (is_v4 ? 32U : 128U)) return std::nullopt;
-  net.length = *length + (is_v4 ? 96 : 0);
-  return net;
-}
-
-bool contains(const Net& net, const Bits& bits) {
-  for (unsigned i = 0; i < net.length; ++i) {
-    const auto bit = static_cast<std::uint8_t>(0x80U >> (i % 8));
-    if ((net.bits[i / 8] & bit) != (bits[i / 8] & bit)) return false;
-  }
-  return true;
+bool is_in(const std::optional<base::IpNetwork>& narrow,
+           const std::optional<base::IpNetwork>& wide) {
+  return wide && narrow && wide->contains(*narrow);
 }
 
 template <std::size_t size>
@@ -121,7 +53,7 @@ std::string problem_of_value(std::string_view kind, std::string_view value) {
   if (kind == kind::kRight) return one_of("right", value, kRights);
   if (kind == kind::kPort) return one_of("port", value, kPorts);
   if (kind == kind::kNet)
-    return value == "*" || parse_net(value)
+    return value == "*" || network_of(value)
                ? ""
                : "\"" + std::string(value) + "\" is no network: write net:10.9.0.0/16";
   const bool is_number = kind == kind::kUid || kind == kind::kGid || kind == kind::kSystem;
@@ -212,13 +144,14 @@ bool SubjectPattern::matches(const Subject& subject) const {
   if (subject.is_router() && !names_routers()) return false;
   if (text_ == "*") return true;
   const Parts own = parts_of(text_);
+  const auto net = own.kind == kind::kNet ? network_of(own.value) : std::nullopt;
   const bool glob = text_.ends_with('*');
   const std::string_view beginning = std::string_view(text_).substr(0, text_.size() - 1);
   return std::ranges::any_of(subject.identities, [&](const std::string& identity) {
     if (glob) return identity.starts_with(beginning);
     if (own.kind != kind::kNet) return identity == text_;
     const Parts parts = parts_of(identity);
-    return parts.kind == kind::kNet && is_in_net(parts.value, own.value);
+    return parts.kind == kind::kNet && is_in(network_of(parts.value), net);
   });
 }
 
@@ -230,16 +163,7 @@ bool SubjectPattern::covers(const SubjectPattern& other) const {
   if (own.kind != its.kind || own.value.empty()) return false;
   if (text_.ends_with('*'))
     return other.text_.starts_with(std::string_view(text_).substr(0, text_.size() - 1));
-  if (own.kind != kind::kNet) return false;
-  const auto wide = parse_net(own.value);
-  const auto narrow = parse_net(its.value);
-  return wide && narrow && wide->length <= narrow->length && contains(*wide, narrow->bits);
-}
-
-bool is_in_net(std::string_view address, std::string_view net) {
-  const auto bits = parse_address(address);
-  const auto parsed = parse_net(net);
-  return bits && parsed && contains(*parsed, *bits);
+  return own.kind == kind::kNet && is_in(network_of(its.value), network_of(own.value));
 }
 
 }  // namespace tims::policy

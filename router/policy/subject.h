@@ -70,7 +70,4 @@ class SubjectPattern {
   std::string text_;
 };
 
-// "10.9.0.0/16", "fe80::1": whether the address is in this net.
-bool is_in_net(std::string_view address, std::string_view net);
-
 }  // namespace tims::policy

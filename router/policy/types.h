@@ -23,7 +23,6 @@ struct Query {
   Address src{};
   std::int8_t type = 0;
   bool is_sample = false;      // of a stream (flag STREAM)
-  bool is_answer = false;      // somebody has asked for it; needs no rule
   Right right = Right::kNone;  // of a question to a router
 
   // The class that a type belongs to: of the receiver of a command, of the sender of all others.

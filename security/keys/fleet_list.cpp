@@ -46,8 +46,22 @@ void FleetList::revoke(const Certificate& certificate) {
   revoked_serials_.insert(entry.serial);
 }
 
-bool FleetList::revokes(const Certificate& certificate) const {
-  const Revoked entry = Revoked::of(certificate);
+Bytes Revoked::to_bytes() const {
+  Bytes bytes;
+  append(bytes, serial);
+  append(bytes, public_key);
+  return bytes;
+}
+
+std::optional<Revoked> Revoked::from_bytes(View bytes) {
+  Revoked entry;
+  if (bytes.size() != entry.serial.size() + entry.public_key.size()) return std::nullopt;
+  std::ranges::copy(bytes.first(entry.serial.size()), entry.serial.begin());
+  std::ranges::copy(bytes.subspan(entry.serial.size()), entry.public_key.begin());
+  return entry;
+}
+
+bool FleetList::revokes(const Revoked& entry) const {
   return revoked_keys_.contains(entry.public_key) || revoked_serials_.contains(entry.serial);
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <set>
 #include <string>
 #include <string_view>
@@ -19,6 +20,9 @@ struct Revoked {
   Digest public_key{};
   auto operator<=>(const Revoked&) const = default;
   static Revoked of(const Certificate& certificate);
+  // For who keeps many, without their certificates: parsing one takes longer than all the rest.
+  [[nodiscard]] Bytes to_bytes() const;
+  static std::optional<Revoked> from_bytes(View bytes);
 };
 
 class FleetList {
@@ -33,7 +37,10 @@ class FleetList {
   std::vector<Certificate> roots;  // at least one
 
   void revoke(const Certificate& certificate);
-  [[nodiscard]] bool revokes(const Certificate& certificate) const;
+  [[nodiscard]] bool revokes(const Certificate& certificate) const {
+    return revokes(Revoked::of(certificate));
+  }
+  [[nodiscard]] bool revokes(const Revoked& entry) const;
   [[nodiscard]] std::size_t size() const { return revoked_.size(); }
 
   // The list with the issuing certificate and its signature. kTooBig: more than the limits above.

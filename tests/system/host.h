@@ -42,6 +42,7 @@ class Host {
   void listen_at(std::string udp) { udp_ = std::move(udp); }
   [[nodiscard]] const std::string& udp() const { return udp_; }
   [[nodiscard]] std::string socket() const { return router_->socket_path(); }
+  [[nodiscard]] const std::string& tcp() const { return router_->tcp(); }
   [[nodiscard]] std::string log() { return router_->process().output(); }
 
   Session session(const std::string& name) const {

@@ -109,6 +109,32 @@ TEST_F(KeysTest, TheRouterOfTheBaseSeesARevocation) {
   EXPECT_THAT(renewed.err, HasSubstr("revoked"));
 }
 
+// A new root: its list comes over the link, the router asks the base for a new certificate, and its
+// link goes on with it. That the old root ends proves that nobody needs it.
+TEST_F(KeysTest, ARouterRenewsItsCertificateByItself) {
+  init();
+  ASSERT_EQ(join(token("3"), robot_).status, 0);
+  const std::string before = robot_.read_public("identity.pem").value();
+  (void)token("4");  // while it is open, key serve answers
+  auto base =
+      router(base_, "top", "0", {"udp.listen=127.0.0.1:0", "link=kind=sub,system=*"}).value();
+  const auto listens = base.wait_for_line("listening udp");
+  ASSERT_TRUE(listens.ok()) << listens.error().message();
+  auto robot = router(robot_, "system", "3",
+                      {"link=kind=super,to=" + listens->substr(listens->rfind(' ') + 1),
+                       "security.renew_within=0s"})
+                   .value();
+  ASSERT_TRUE(robot.wait_for_line("is up").ok()) << robot.output();
+  ASSERT_EQ(timsctl({"key", "rotate", "--keys", base_.path()}).status, 0);
+  EXPECT_TRUE(robot.wait_for_line("list 2").ok()) << robot.output();
+  EXPECT_TRUE(robot.wait_for_line("renewed the certificate of").ok()) << robot.output();
+  EXPECT_NE(robot_.read_public("identity.pem").value(), before);
+  const Said finished = timsctl({"key", "rotate", "--finish", "--keys", base_.path()});
+  EXPECT_EQ(finished.status, 0) << finished.err;
+  EXPECT_TRUE(robot.wait_for_line("list 3").ok()) << robot.output();
+  EXPECT_EQ(robot.output().find("is down"), std::string::npos) << robot.output();
+}
+
 TEST_F(KeysTest, ACertificateForBrowsersThatNeverEndsIsRefused) {
   init();
   auto base = router(base_, "top", "0",

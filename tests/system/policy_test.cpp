@@ -1,11 +1,13 @@
 // The policy with real programs: programs of another user, original clients, timsctl, a reload.
 #include <csignal>
+#include <filesystem>
 #include <fstream>
 
 #include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "os/file.h"
 #include "tests/support/tcp_client.h"
 #include "tests/system/timsctl_fixture.h"
 
@@ -131,11 +133,15 @@ TEST_F(OtherUsersTest, AProgramOfAnotherUserLooksAndDoesNotDrive) {
   auto chassis = open(*robot, kChassis);
 
   const Ran moved = nobody({"msg", "pub", "Chassis/0/0", "move", "vx=200", "-y"});
-  EXPECT_NE(moved.code, 0) << moved.out;
+  EXPECT_EQ(moved.code, 5) << moved.out;
+  EXPECT_THAT(moved.err, HasSubstr("rule \"(none)\" denies it to uid:65534"));
+  EXPECT_THAT(moved.err, HasSubstr("timsctl acl show"));
+  const Ran on = nobody({"component", "on", "Chassis/0/0"});
+  EXPECT_NE(on.code, 0) << on.out;
   EXPECT_FALSE(chassis->try_peek()) << "it did not reach the chassis";
   EXPECT_EQ(number_of(rule("(none)"), "denied"), 1);
   const Ran log = own({"acl", "log"});
-  EXPECT_THAT(log.out, HasSubstr("type 21 by rule \"(none)\" for uid:65534"));
+  EXPECT_THAT(log.out, HasSubstr("type 1 by rule \"(none)\" for uid:65534"));
 
   EXPECT_EQ(nobody({"route", "show"}).code, 0) << "questions to the router are looking";
   const Ran changed = nobody({"route", "add", "Ladar(3/*)", "robot3"});
@@ -179,6 +185,59 @@ then = "allow"
   EXPECT_EQ(finish(*pub).code, 0);
   EXPECT_TRUE(other.send({.type = type::kGetStatus, .dest = kChassis, .src = kTool}));
   EXPECT_TRUE(chassis->peek_for(kPatience)) << "the original was not disconnected";
+}
+
+// Rules that forget their owner: the hint of each refusal leads to verbs that work.
+TEST_F(PolicyTest, WhoWritesTheRulesMayReadThemWhateverTheySay) {
+  start(R"toml(
+[[rule]]
+name = "nobody"
+then = "deny"
+)toml");
+  const Ran shown = own({"acl", "show"});
+  EXPECT_EQ(shown.code, 0) << shown.err;
+  EXPECT_THAT(shown.out, HasSubstr("nobody"));
+  EXPECT_EQ(own({"status"}).code, 0);
+  EXPECT_EQ(own({"acl", "log"}).code, 0);
+  const Ran changed = own({"route", "add", "Ladar(3/*)", "robot3"});
+  EXPECT_EQ(changed.code, 5) << changed.out;
+  EXPECT_THAT(changed.err, HasSubstr("rule \"nobody\" at "));
+}
+
+// Whatever it sends to: messages of a program under a policy go through the router.
+TEST_F(OtherUsersTest, AProgramUnderAPolicyHasNoMemoryOfOthers) {
+  start(std::string(kLooks) + R"toml(
+[[rule]]
+name = "nobody sends data"
+from = "uid:65534"
+types = "replies"
+then = "allow"
+)toml");
+  auto robot = session("victim");
+  auto victim = open(*robot, Address(2));  // to which the actors send
+  // Neither mapped nor held as a descriptor.
+  const auto has_memory_of_victim = [](const ChildProcess& process) {
+    const std::string folder = fmt::format("/proc/{}/", process.pid());
+    std::string all = os::read_file(folder + "maps").value_or("");
+    for (const auto& file : std::filesystem::directory_iterator(folder + "fd"))
+      all += std::filesystem::read_symlink(file).string();
+    EXPECT_THAT(all, HasSubstr("memfd:tims-send-and-close")) << "its own";
+    return all.find("memfd:tims-victim") != std::string::npos;
+  };
+  const auto actor = [&](Address own) {
+    return std::vector<std::string>{TIMS_ACTOR_PROGRAM, "send-and-close", socket_path(),
+                                    own.to_string({})};
+  };
+  for (const bool is_judged : {false, true}) {
+    const Address own(kTool.raw() + (is_judged ? 1U : 0U));
+    auto sender = ChildProcess::start(is_judged ? as_nobody(actor(own)) : actor(own));
+    ASSERT_TRUE(sender) << sender.error().message();
+    ASSERT_TRUE(sender->wait_for_line("ready"));
+    const auto sent = victim->peek_for(kPatience);
+    ASSERT_TRUE(sent) << sent.error().message();
+    EXPECT_EQ(sent->header().src, own);
+    EXPECT_EQ(has_memory_of_victim(*sender), !is_judged);
+  }
 }
 
 TEST_F(OtherUsersTest, ExplainAndTraceNameTheRule) {

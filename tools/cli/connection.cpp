@@ -338,7 +338,9 @@ Message ask(Connection& connection, const Signals& signals, tims::Address compon
   while (auto message = receive(connection, signals, deadline, losses)) {
     if (message->header.src != component || message->header.seq_nr != seq_nr) continue;
     if (message->header.type == tims::type::kNotAvailable)
-      throw no_such_mailbox(name, "`timsctl component list` shows all");
+      throw no_such_mailbox(name,
+                            "`timsctl component list` shows all; where a rule denies it, `timsctl "
+                            "acl log` says so");
     return std::move(*message);
   }
   throw Failure(Exit::kTimeout, "timeout", name + " did not answer",

@@ -119,6 +119,8 @@ constexpr CatalogueEntry kEntries[] = {
     {"address_in_use", "error", "another client owns the address",
      "`timsctl mbx show ADDR` names the owner; give one of the two another instance"},
     {"no_such_mailbox", "error", "the address is not registered", "`timsctl mbx list`"},
+    {"denied_by_rule", "error", "a rule of the policy of a router denies the message",
+     "`timsctl acl show` lists its rules, `timsctl acl test` tries them"},
     {"denied", "error", "the system denies access to the socket of the router",
      "join the group of the socket, or use sudo"},
     {"no_device", "error", "the device cannot be opened, or was disconnected",

@@ -309,18 +309,27 @@ class Publisher {
         target_name_(target.to_string(connection.widths())),
         connection_(connection) {}
 
-  // Data to an unregistered address would be dropped without an answer.
+  // Data to an unregistered address would be dropped without an answer, and the answer to a denied
+  // command does not say why.
   void check_route(std::int8_t type) {
     AdminClient admin = context_.admin(connection_);
     json::object route;
     try {
-      route = admin.ask({{"ask", "route"}, {"to", target_.to_hex()}, {"type", type}});
+      route = admin.ask({{"ask", "route"},
+                         {"to", target_.to_hex()},
+                         {"from", connection_.address().to_hex()},
+                         {"type", type}});
     } catch (const Failure& failure) {
       if (failure.exit != Exit::kTimeout) throw;
       return context_.out.detail(
           failure.message);  // an original router does not support this request
     }
-    if (text_at(route, "verdict") == "no_route") throw no_such_mailbox(target_name_);
+    const std::string verdict = text_at(route, "verdict");
+    if (verdict == "no_route") throw no_such_mailbox(target_name_);
+    if (verdict == "denied" && type > 0)  // others pass as answers
+      throw Failure(Exit::kDenied, "denied_by_rule",
+                    target_name_ + ": " + base::printable(text_at(route, "reason")),
+                    "`timsctl acl show` lists the rules");
   }
 
   void send(const Draft& draft) {
@@ -361,13 +370,24 @@ class Publisher {
     while (const auto message = receive(connection_, context_.signals, deadline)) {
       if (message->header.src != target_) continue;
       report(&*message);
-      if (message->header.type == tims::type::kNotAvailable) return Exit::kNoSuch;
+      if (message->header.type == tims::type::kNotAvailable) {
+        note_not_available();
+        return Exit::kNoSuch;
+      }
       const bool failed = message->header.type == tims::type::kError ||
                           message->header.type == tims::type::kTimeout;
       return failed ? Exit::kNo : Exit::kDone;
     }
     throw Failure(Exit::kTimeout, "timeout", target_name_ + " did not answer within the timeout",
                   "use a longer --timeout, or --no-wait");
+  }
+
+  // By a router on the way, which knows more or permits less than ours.
+  void note_not_available() {
+    const tims::AddressWidths widths = connection_.widths();
+    context_.out.note(fmt::format(
+        "it is gone, or a rule denies it: `timsctl explain {} {}` names the router and the rule",
+        shell_name(connection_.address(), widths), shell_name(target_, widths)));
   }
 
   void report(const Message* answer) {

@@ -110,7 +110,7 @@ class TlsHandshaker::One {
                  .system = identity->system,
                  .id = identity->id,
                  .name = identity->name,
-                 .certificate = chain.front().to_der(),
+                 .certificate = security::Revoked::of(chain.front()).to_bytes(),
                  .issuer = chain.size() > 1 ? chain[1].to_der() : security::Bytes()}};
     for (const auto secret :
          {std::span<std::byte>(secrets), std::span<std::byte>(first), std::span<std::byte>(second)})
