@@ -205,7 +205,7 @@ struct Config {
   struct Security {
     bool insecure = false;  // listening beyond loopback without authentication was allowed
     std::string keys;       // a folder (security/keys/key_folder.h); empty: this router has no keys
-    bool refuse_expired = false;  // certificates, if the clock can be trusted
+    bool refuse_expired = false;                       // certificates, if the clock can be trusted
     Duration renew_within = std::chrono::minutes(10);  // a certificate that is due
     bool operator==(const Security&) const = default;
   } security;

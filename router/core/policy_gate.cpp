@@ -26,8 +26,7 @@ void PolicyGate::leave(Time now, Client& client) {
   client.profile = nullptr;
 }
 
-policy::Verdict PolicyGate::judge(Time now, Client& sender, Message& message,
-                                  policy::Right right) {
+policy::Verdict PolicyGate::judge(Time now, Client& sender, Message& message, policy::Right right) {
   Header& header = message.header;
   policy::Query query{.dest = header.dest,
                       .src = header.src,

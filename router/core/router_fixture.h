@@ -73,7 +73,7 @@ class RecordingSink final : public Port, public RouterHooks {
   void event(const Event& event) override { events.push_back(event); }
   void moved(Address address) override { moved_addresses.push_back(address); }
 
-  Outcome outcome = Outcome::kDelivered;  // returned for every delivery
+  Outcome outcome = Outcome::kDelivered;       // returned for every delivery
   std::uint32_t writer = 77;                   // the user that writes rules
   policy::Right right = policy::Right::kLook;  // that questions need
   std::vector<Delivery> delivered;

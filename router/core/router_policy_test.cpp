@@ -144,7 +144,6 @@ TEST_F(RouterPolicyTest, ASubscriptionForAnotherRobotIsForgedOverALinkToo) {
   EXPECT_EQ(count(PortKind::kLink, Outcome::kForgedSource), 5U);
 }
 
-
 TEST_F(RouterPolicyTest, AJudgedClientSendsFromItsOwnMailboxesOnly) {
   set(guests_);
   enter(PortKind::kLocal, "own", kChassis);
@@ -216,8 +215,7 @@ TEST_F(RouterPolicyTest, WhoWritesTheRulesMayAlwaysLookAtThisRouter) {
   ASSERT_EQ(router_.register_mailbox(now_, writer, kTool).status, Registration::Status::kOk);
   const Header question = header(type::kAdminRequest, kOwn, kTool);
   EXPECT_EQ(send(writer, question), Outcome::kHandled);
-  EXPECT_EQ(send(writer, header(type::kAdminRequest, Address(0x03000100), kTool)),
-            Outcome::kDenied)
+  EXPECT_EQ(send(writer, header(type::kAdminRequest, Address(0x03000100), kTool)), Outcome::kDenied)
       << "another router";
   EXPECT_EQ(send(writer, header(type::kGetStatus, kOwn, kTool)), Outcome::kDenied);
   sink_.right = policy::Right::kChange;

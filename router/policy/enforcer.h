@@ -53,7 +53,7 @@ class Profile {
 
   std::uint32_t id_ = 0;  // never used again, so that old verdicts are never found
   bool free_ = false;
-  std::uint64_t salt_ = 1;      // of its keys in the cache; odd
+  std::uint64_t salt_ = 1;       // of its keys in the cache; odd
   std::vector<Ruling> rulings_;  // of rules_
   std::vector<RuleNumber> rules_;
   Subject subject_;

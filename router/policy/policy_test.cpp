@@ -140,8 +140,7 @@ bool naive_type(std::string_view types, const Query& q, std::uint32_t dest_class
   if (types == "*") return true;
   if (types == "commands") return q.type > 0;
   if (types == "replies") return q.type <= 0;
-  if (types == "chassis.move")
-    return q.type == 21 && dest_class == class_id::kChassis;
+  if (types == "chassis.move") return q.type == 21 && dest_class == class_id::kChassis;
   if (types == "20..22") return q.type >= 20 && q.type <= 22;
   return std::to_string(q.type) == types;
 }

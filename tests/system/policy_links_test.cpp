@@ -30,10 +30,10 @@ class PolicyLinksTest : public testing::Test {
     base.emplace("base", "top", 0, 1, std::vector<std::string>{"kind=sub,system=*,interval=5s"},
                  std::vector<std::string>{"sim.faults=true", lifetimes()});
     base->start();
-    robot.emplace("robot1", "system", 1, 1,
-                  std::vector<std::string>{"kind=super,interval=5s,to=" + base->udp(),
-                                           "kind=sub,system=1"},
-                  std::vector<std::string>{lifetimes()});
+    robot.emplace(
+        "robot1", "system", 1, 1,
+        std::vector<std::string>{"kind=super,interval=5s,to=" + base->udp(), "kind=sub,system=1"},
+        std::vector<std::string>{lifetimes()});
     robot->start();
     arm.emplace("arm", "subsystem", 1, 2,
                 std::vector<std::string>{"kind=super,to=" + robot->udp()});
