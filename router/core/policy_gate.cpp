@@ -39,8 +39,8 @@ policy::Verdict PolicyGate::judge(Time now, Client& sender, Message& message, po
   header.priority = verdict.priority;
   if (verdict.what != policy::Verdict::What::kPass) return verdict;
   const bool traced = (header.flags & flag::kTrace) != 0;
-  // Of these, more than the header is judged.
-  if (verdict.lasts && !traced && right == policy::Right::kNone && !is_about_streams(header))
+  // Of others, more than the header is judged.
+  if (verdict.lasts && !traced && right == policy::Right::kNone)
     sender.recent.keep(*sender.profile, header, verdict);
   if (traced) {
     query.right = policy::Right::kTrace;
