@@ -29,6 +29,7 @@
 #include "router/io/net/resolver.h"
 #include "router/io/renewal.h"
 #include "router/io/service.h"
+#include "router/io/subjects.h"
 #include "router/io/tcp_port.h"
 #include "router/io/tls_gate.h"
 #include "router/io/tracer.h"
