@@ -1,6 +1,7 @@
 // What the policy promises across routers, between real processes: commands that come too late,
 // streams for others, and who drives a robot of several hosts.
 #include <array>
+#include <chrono>
 
 #include <boost/json/parse.hpp>
 #include <fmt/format.h>
@@ -20,6 +21,8 @@ constexpr Address kChassis(0x01110000);
 constexpr Address kLadar(0x01140000);
 constexpr Address kTool(0x000F0700);
 constexpr Address kOtherTool(0x000F0800);
+constexpr Address kRobot(0x01000100);
+constexpr Address kArm(0x01000200);
 constexpr std::int8_t kMove = 21;
 constexpr std::uint8_t kSpeedPriority = 20;
 
@@ -58,8 +61,11 @@ class PolicyLinksTest : public testing::Test {
     EXPECT_TRUE(client->register_mailbox(mailbox).ok());
     return std::move(*client);
   }
-  static json::object ask(TcpClient& client, std::string_view question) {
-    EXPECT_TRUE(client.send({.type = type::kAdminRequest, .seq_nr = 7}, bytes_of(question)).ok());
+  // Asks a router from a mailbox of the client.
+  static json::object ask(TcpClient& client, Address mailbox, Address router,
+                          std::string_view question) {
+    const Header header{.type = type::kAdminRequest, .dest = router, .src = mailbox};
+    EXPECT_TRUE(client.send(header, bytes_of(question)).ok());
     const auto answer = client.receive();
     EXPECT_TRUE(answer.ok()) << answer.error().message();
     return answer ? json::parse(text_of(answer->body)).as_object() : json::object();
@@ -69,13 +75,16 @@ class PolicyLinksTest : public testing::Test {
     const std::array<std::int32_t, 3> speed{100, 0, 0};
     const Header header{.type = kMove, .priority = kSpeedPriority, .dest = kChassis, .src = from};
     EXPECT_TRUE(client.send(header, std::as_bytes(std::span(speed))).ok());
-    for (;;) {
+    using Clock = std::chrono::steady_clock;
+    for (const auto end = Clock::now() + kPatience; Clock::now() < end;) {
       while (const auto request = chassis->try_peek())
         EXPECT_TRUE(chassis->reply(request->header(), type::kOk).ok());
       const auto answer = client.receive(std::chrono::milliseconds(20));
       if (answer) return answer->header.type;
-      if (answer.error().code() != Errc::kTimeout) return 99;
+      if (answer.error().code() != Errc::kTimeout) break;
     }
+    ADD_FAILURE() << "no answer";
+    return 99;
   }
 
   std::optional<Host> base;
@@ -130,12 +139,14 @@ TEST_F(PolicyLinksTest, ALeaseHoldsForTheHostsBelowARobotToo) {
   TcpClient holder = original(*robot, kTool);
   TcpClient beside = original(*arm, kOtherTool);
   EXPECT_EQ(answer_to_move(beside, kOtherTool), type::kOk) << "nobody drives";
-  const auto taken = ask(holder, R"({"ask":"lease","robot":1,"do":"take","name":"tablet"})");
+  const auto taken =
+      ask(holder, kTool, kRobot, R"({"ask":"lease","robot":1,"do":"take","name":"tablet"})");
   ASSERT_TRUE(taken.contains("done")) << json::serialize(taken);
   EXPECT_TRUE(eventually([&] { return answer_to_move(beside, kOtherTool) == type::kError; },
                          "the arm knows who drives"));
   EXPECT_EQ(answer_to_move(holder, kTool), type::kOk) << "over the link";
-  const auto other = ask(beside, R"({"ask":"lease","robot":1,"do":"take_over","name":"desk"})");
+  const auto other =
+      ask(beside, kOtherTool, kArm, R"({"ask":"lease","robot":1,"do":"take_over","name":"desk"})");
   EXPECT_THAT(json::serialize(other), HasSubstr("lease_elsewhere"));
   holder.close();
   EXPECT_TRUE(eventually([&] { return answer_to_move(beside, kOtherTool) == type::kOk; },
