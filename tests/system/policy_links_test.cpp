@@ -38,8 +38,8 @@ class PolicyLinksTest : public testing::Test {
         std::vector<std::string>{"kind=super,interval=5s,to=" + base->udp(), "kind=sub,system=1"},
         std::vector<std::string>{lifetimes()});
     robot->start();
-    arm.emplace("arm", "subsystem", 1, 2,
-                std::vector<std::string>{"kind=super,to=" + robot->udp()});
+    arm.emplace("arm", "subsystem", 1, 2, std::vector<std::string>{"kind=super,to=" + robot->udp()},
+                std::vector<std::string>{lifetimes()});
     arm->start();
     session.emplace(arm->session("chassis"));
     chassis.emplace(open(*session, kChassis));
