@@ -9,10 +9,12 @@ struct Stolen : Story {
   Stolen() : Story(1, {}, core::Compression::kOff, true) { begin(); }
 
   // Past the checks of the robot's own router.
-  void send_over_link(const Header& header, std::uint8_t hops = 0) {
-    std::array<std::byte, kHeaderSize + 4> bytes{};
+  void send_over_link(const Header& header, std::uint8_t hops = 0,
+                      const std::vector<std::byte>& body = std::vector<std::byte>(4)) {
+    std::vector<std::byte> bytes(kHeaderSize);
+    bytes.insert(bytes.end(), body.begin(), body.end());
     Header whole = header;
-    whole.length = bytes.size();
+    whole.length = static_cast<std::uint32_t>(bytes.size());
     wire::encode_header(whole, std::span(bytes).first<kHeaderSize>());
     robot->links().for_each([&](const link::Link& one) {
       if (one.peer().name.view() != "base") return;
@@ -52,6 +54,23 @@ TEST(StolenRobot, SourcesOfOthersAreCountedAndNotPassedOn) {
       s.send_over_link({.flags = flags, .type = type::kData, .dest = kChassis, .src = src});
   EXPECT_EQ(s.at_base(core::Outcome::kForgedSource), 12U);
   EXPECT_EQ(s.other->arrivals(s.chassis).size(), before + 3) << "its own";
+}
+
+// The mailbox that data are sent to, or not any more, is named in the body.
+TEST(StolenRobot, DataAreAskedForItsOwnMailboxesOnly) {
+  Stolen s;
+  std::size_t expected = s.other->arrivals(s.chassis).size();
+  for (const std::int8_t type : {type::kGetContData, type::kStopContData}) {
+    for (const Address mailbox : {kGui, kChassis, kLadar}) {
+      std::vector<std::byte> body(type == type::kGetContData ? 4 : 0);
+      for (int shift = 24; shift >= 0; shift -= 8)
+        body.push_back(static_cast<std::byte>(mailbox.raw() >> shift & 0xFF));
+      s.send_over_link({.flags = 0, .type = type, .dest = kChassis, .src = kLadar}, 0, body);
+    }
+    ++expected;
+  }
+  EXPECT_EQ(s.at_base(core::Outcome::kForgedSource), 4U);
+  EXPECT_EQ(s.other->arrivals(s.chassis).size(), expected) << "its own";
 }
 
 TEST(StolenRobot, MessagesThatClaimToHaveComeFarEnd) {
