@@ -48,7 +48,7 @@ class PolicyGate {
   }
 
   // "rule \"no driving\" at router.toml:12 for user:guest"
-  [[nodiscard]] std::string text_of(policy::RuleNumber rule, const Client& sender) const;
+  [[nodiscard]] std::string text_of(policy::RuleNumber number, const Client& sender) const;
 
  private:
   void asked(Time now, const Message& command);
