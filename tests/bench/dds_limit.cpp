@@ -16,7 +16,9 @@
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <fastdds/dds/subscriber/Subscriber.hpp>
 #include <fastdds/dds/topic/TopicDataType.hpp>
+#include <fastdds/rtps/transport/TCPv4TransportDescriptor.h>
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
+#include <fastrtps/utils/IPLocator.h>
 
 #include "libtims/os/clock.h"
 #include "tests/bench/dds_host.h"
@@ -29,6 +31,7 @@ namespace {
 
 namespace fast = eprosima::fastdds::dds;
 namespace rtps = eprosima::fastrtps::rtps;
+namespace transport = eprosima::fastdds::rtps;
 using Octets = std::vector<std::byte>;
 
 constexpr std::size_t kEncapsulation = 4;
@@ -79,6 +82,31 @@ void set_common(const Plan& plan, Qos& qos) {
   qos.endpoint().history_memory_policy = rtps::PREALLOCATED_WITH_REALLOC_MEMORY_MODE;
 }
 
+constexpr std::uint16_t kTcpPort = 5100;
+
+std::shared_ptr<transport::TransportDescriptorInterface> udp() {
+  auto udp = std::make_shared<transport::UDPv4TransportDescriptor>();
+  udp->sendBufferSize = udp->receiveBufferSize = 4 << 20;
+  return udp;
+}
+
+// As the library's examples for TCP: the receiver of pings listens, the sender connects.
+void set_tcp(const Plan& plan, fast::DomainParticipantQos& qos) {
+  auto tcp = std::make_shared<transport::TCPv4TransportDescriptor>();
+  tcp->sendBufferSize = tcp->receiveBufferSize = 4 << 20;
+  tcp->enable_tcp_nodelay = true;
+  if (plan.sender()) {
+    rtps::Locator_t server;
+    server.kind = LOCATOR_KIND_TCPv4;
+    rtps::IPLocator::setIPv4(server, plan.endpoint.substr(0, plan.endpoint.rfind(':')));
+    server.port = kTcpPort;
+    qos.wire_protocol().builtin.initialPeersList.push_back(server);
+  } else {
+    tcp->add_listener_port(kTcpPort);
+  }
+  qos.transport().user_transports.push_back(std::move(tcp));
+}
+
 // One end; the library's thread calls `on_octets`.
 class End final : public fast::DataReaderListener {
  public:
@@ -86,9 +114,10 @@ class End final : public fast::DataReaderListener {
     wait_for_interface(plan.host);
     fast::DomainParticipantQos qos;
     qos.transport().use_builtin_transports = false;
-    auto udp = std::make_shared<eprosima::fastdds::rtps::UDPv4TransportDescriptor>();
-    udp->sendBufferSize = udp->receiveBufferSize = 4 << 20;
-    qos.transport().user_transports.push_back(std::move(udp));
+    if (plan.link == "dds-tcp")
+      set_tcp(plan, qos);
+    else
+      qos.transport().user_transports.push_back(udp());
     participant_ = fast::DomainParticipantFactory::get_instance()->create_participant(0, qos);
     fast::TypeSupport(new OctetsType(plan.payload)).register_type(participant_);
     const bool pings = plan.sender();

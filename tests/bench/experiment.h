@@ -51,7 +51,7 @@ struct Experiment {
   std::uint32_t priority = 255;     // of a pulse
   std::uint32_t bulk_priority = 0;  // of the large messages
   Cable cable{};                    // between two hosts
-  std::string paths{};              // of routers that connect by name; empty: by address
+  std::string paths{};              // between two routers; with dds: they connect by name
   bool rate_is_set = false;         // the capacity of the cable is configured in the routers
   bool sealed = false;              // the routers have keys
   bool one_cpu = false;             // all processes share the last CPU

@@ -68,7 +68,7 @@ Result<void> Middle::start_on_two_hosts() {
 
 Result<void> Middle::start_routers() {
   if (auto made = make_keys(); !made) return made;
-  const bool by_name = !experiment_.paths.empty();
+  const bool by_name = connects_by_name();
   const std::string base = TwoHosts::address(Side::kBase) + kRouterPort;
   if (auto started = add_router(Side::kBase, "listening udp",
                                 {"router.name=base", "router.role=top", link("sub", "")});
@@ -112,7 +112,7 @@ Result<void> Middle::add_router(Side side, const char* awaited, std::vector<std:
   const Place& place = side == Side::kBase ? of_receivers() : of_senders();
   settings.insert(settings.end(), {"udp.listen=" + place.address + kRouterPort, "tcp.listen=off",
                                    trust(side), "sim.faults=true"});
-  if (!experiment_.paths.empty()) settings.emplace_back("fleet.name=bench");
+  if (connects_by_name()) settings.emplace_back("fleet.name=bench");
   std::vector<std::string> command = place.enter;
   std::ranges::copy(router_command(setting_.router, place.socket, std::move(settings)),
                     std::back_inserter(command));

@@ -50,6 +50,10 @@ class Middle {
   Result<void> start_here(std::vector<std::string> command);
   Result<void> start_on_two_hosts();
   Result<void> start_routers();
+  // By the name of their fleet; else by address.
+  [[nodiscard]] bool connects_by_name() const {
+    return experiment_.paths.find("dds") != std::string::npos;
+  }
   [[nodiscard]] std::string link(const char* kind, const std::string& to) const;
   Result<void> make_keys();
   [[nodiscard]] std::string trust(Side side) const;

@@ -65,6 +65,8 @@ constexpr Alone kAlone[] = {
     {"echo", "futex", futex_echo},
     {"ping", "dds", dds_ping},
     {"echo", "dds", dds_echo},
+    {"ping", "dds-tcp", dds_ping},
+    {"echo", "dds-tcp", dds_echo},
     {"memcpy", "memcpy", copy_through_memory},
     {"memcpy-slots", "memcpy-slots", copy_into_slots},
     {"self", "self", send_to_myself},

@@ -82,6 +82,44 @@ void add_sealed_cases(std::vector<Case>& cases, bool quick) {
   cases.push_back(sealed_idle());
 }
 
+// Links over TCP beside those over UDP; the limit is what else could carry them where no UDP
+// passes.
+Case tcp_hosts_rtt(std::size_t payload, bool one_cpu) {
+  Experiment by_tcp = round_trip("tims", Between::kTwoRouters, payload, one_cpu);
+  Experiment by_udp = by_tcp;
+  by_tcp.paths = "tcp";
+  by_udp.paths = "udp";
+  Case c{.scenario = one_cpu ? "tcp_hosts_rtt@1cpu" : "tcp_hosts_rtt", .payload = payload};
+  c.contenders = {{"tims", by_tcp}, {"tims-udp", by_udp}};
+  c.rows = {{"tims", "p50_us", "tims-udp", {}}};
+  if (!io::DdsEngine::built_in()) return c;
+  c.contenders.emplace_back("limit", round_trip("dds-tcp", Between::kCable, payload, one_cpu));
+  c.contenders.emplace_back("limit-udp", round_trip("dds", Between::kCable, payload, one_cpu));
+  c.rows.push_back({"tims", "p50_us", "limit", {}});
+  c.rows.push_back({"limit", "p50_us", "limit-udp", {}});
+  return c;
+}
+
+Case tcp_hosts_throughput(std::size_t payload) {
+  Experiment by_tcp = stream("tims", Between::kTwoRouters, payload);
+  Experiment by_udp = by_tcp;
+  by_tcp.paths = "tcp";
+  by_udp.paths = "udp";
+  return {
+      .scenario = "tcp_hosts_throughput",
+      .payload = payload,
+      .contenders = {{"tims", by_tcp}, {"tims-udp", by_udp}},
+      .rows = {{"tims", rate_metric(payload), "tims-udp", {}}, {"tims", "cpu_s", "tims-udp", {}}}};
+}
+
+void add_tcp_cases(std::vector<Case>& cases, bool quick) {
+  for (const bool one_cpu : {false, true})
+    for (const std::size_t payload : sizes(quick).hosts_round_trip)
+      cases.push_back(tcp_hosts_rtt(payload, one_cpu));
+  for (const std::size_t payload : sizes(quick).stream)
+    cases.push_back(tcp_hosts_throughput(payload));
+}
+
 // Over DDS without routers: the cost of the engine in addition to the library it uses.
 Case dds_rtt(std::size_t payload, bool one_cpu) {
   return {
@@ -232,6 +270,7 @@ std::vector<Case> hosts_cases(bool quick) {
       cases.push_back(hosts_rtt(payload, one_cpu));
   for (const std::size_t payload : sizes(quick).stream) cases.push_back(hosts_throughput(payload));
   add_sealed_cases(cases, quick);
+  add_tcp_cases(cases, quick);
   if (io::DdsEngine::built_in()) add_dds_cases(cases, quick);
   cases.push_back(urgent_latency());
   cases.push_back(lossy_link());
