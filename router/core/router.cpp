@@ -227,10 +227,6 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
   const bool link = sender.info.port == PortKind::kLink;
   if (is_for_router(header) && link) return Outcome::kMalformedCommand;
   if (link && !may_come_from(sender, header.src)) return Outcome::kForgedSource;
-  // Whoever is below must not make others send data to a third.
-  const auto mailbox = link ? data_mailbox(message) : std::nullopt;
-  if (mailbox && sender.info.link.kind != LinkKind::kSuper && !may_come_from(sender, *mailbox))
-    return Outcome::kForgedSource;
   if (is_for_router(header) && !local) return carry_out(now, sender, message);
 
   const std::optional<std::uint32_t> own = handle_of(sender, header.src);
