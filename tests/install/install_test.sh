@@ -59,7 +59,7 @@ systemd-analyze verify "$units"/*.service 2>&1 | tee "$work/verified"
 [[ ! -s $work/verified ]] || fail "systemd-analyze verify complains"
 rm "$units/tims-robot@scout.service"
 for program in tims-router timsctl gdos-log LadarSickLms200 rack-emulate World; do expect "$own/bin/$program"; done
-for program in timsctl-robot timsctl-sim tims-crash-report; do expect "$own/libexec/tims/$program"; done
+for program in timsctl-deploy timsctl-robot timsctl-sim tims-crash-report; do expect "$own/libexec/tims/$program"; done
 expect "$own/libexec/tims/tims-router-dds"
 if [[ -e $own/bin/CameraV4l ]]; then expect "$own/libexec/tims/rack-video-reader"; fi
 "$own/bin/timsctl" robot --json | grep -q tims/robots/1  # found in the installation

@@ -137,7 +137,7 @@ constexpr OptionRow kOptions[] = {
     {"filter", 0, "COND",
      "only messages that match: 'vx>100', 'type_name=move,points[].distance<300'",
      [](Options& o, string_view v) { o.filter = v; }},
-    {"dry-run", 0, "", "only print what would be written",
+    {"dry-run", 0, "", "only print what would be changed",
      [](Options& o, string_view) { o.dry_run = true; }},
     {"no-wait", 0, "", "do not wait for the answer to a command",
      [](Options& o, string_view) { o.no_wait = true; }},
@@ -175,7 +175,7 @@ constexpr OptionRow kOptions[] = {
      [](Options& o, string_view v) {
        o.system = number_up_to(65535, "a system from 0 to 65535", v);
      }},
-    {"on", 0, "HOST", "start only the components for HOST, on this host",
+    {"on", 0, "HOST", "up: start only the components for HOST, on this host; deploy: only HOST",
      [](Options& o, string_view v) { o.on = v; }},
     {"world", 0, "ADDR", "address of the World; required if there are several",
      [](Options& o, string_view v) { o.world = v; }},
@@ -234,8 +234,10 @@ constexpr OptionRow kOptions[] = {
      [](Options& o, string_view) { o.bearer = true; }},
     {"finish", 0, "", "believe the old root no longer",
      [](Options& o, string_view) { o.finish = true; }},
-    {"force", 0, "", "also if members would have to join again",
+    {"force", 0, "", "also if members would have to join again, or something is lost (deploy)",
      [](Options& o, string_view) { o.force = true; }},
+    {"undo", 0, "", "back to what was there before the last deployment",
+     [](Options& o, string_view) { o.undo = true; }},
     {"until-idle", 0, "", "end when no token is open any more",
      [](Options& o, string_view) { o.until_idle = true; }},
     {"detach", 0, "", "continue in the background after the start",
@@ -245,6 +247,7 @@ constexpr OptionRow kOptions[] = {
 };
 
 constexpr std::string_view kRobot = "timsctl-robot";
+constexpr std::string_view kDeploy = "timsctl-deploy";
 constexpr std::string_view kSim = "timsctl-sim";
 
 // The last verb of timsctl-robot implements `timsctl component param save` and is not listed.
@@ -262,6 +265,16 @@ constexpr Verb kProgramVerbs[] = {
     {"param", "save", "ADDR [NAME]", 1, 2, "wait dry-run", false,
      "Write the parameters of a component that were set since `up` started it into the robot file.",
      "", nullptr, kRows, kRobot},
+
+    {"deploy", "", "FILE", 1, 1, "on system dry-run undo force yes", false,
+     "Bring a robot to its hosts, over ssh: packages, configuration and keys, as its file says in "
+     "[deploy] and [host.NAME]. No host is changed before all are prepared; each comes up within "
+     "30 s (--timeout) and `doctor` finds nothing new, or it goes back. After an interruption, "
+     "call "
+     "it again. --undo: what was there before the last deployment. --force: also overwrite files "
+     "that were changed there, and replace packages that nobody has to go back to. Exit status 1: "
+     "a host was not changed, or went back; 6: it is not known.",
+     "timsctl deploy scout.toml --dry-run", nullptr, kTexts, kDeploy},
 
     {"sim", "up", "FILE", 1, 1, "fleet for detach insecure", true,
      "Start a fleet on this machine: network namespaces, a router with keys in each, components, "

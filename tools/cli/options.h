@@ -89,14 +89,15 @@ struct Options {
   bool raw = false;
   bool no_wait = false;
   bool anyway = false;   // of nav goto
-  bool dry_run = false;  // of component param save
+  bool dry_run = false;  // of component param save, deploy
   bool origin = false;
   bool all_routers = false;
   bool hops = false;
   bool detach = false;
   bool gps = false;         // of nav goto
   bool finish = false;      // of key rotate
-  bool force = false;       // of key rotate --finish
+  bool force = false;       // of key rotate --finish, deploy
+  bool undo = false;        // of deploy
   bool until_idle = false;  // of key serve
   bool insecure = false;    // of sim up
 
@@ -157,8 +158,8 @@ inline constexpr std::string_view kGeneralOptions =
     "host router json json-lines output timeout quiet verbose no-color utc";
 inline constexpr std::string_view kShowOptions = "watch count once sort";
 
-// The verbs of timsctl-robot and timsctl-sim. timsctl lists them with its own verbs and executes
-// the program. Verbs without an example are not listed.
+// The verbs of timsctl-robot, timsctl-deploy and timsctl-sim. timsctl lists them with its own verbs
+// and executes the program. Verbs without an example are not listed.
 std::span<const Verb> program_verbs();
 
 }  // namespace timsctl

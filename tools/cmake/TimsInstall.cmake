@@ -67,7 +67,7 @@ function(tims_install_host)
   # programs with file capabilities, for which the dynamic linker ignores $ORIGIN. What a package installs
   # is never moved.
   set(common ${CMAKE_INSTALL_LIBDIR}/tims)
-  set(own timsctl-robot timsctl-sim tims-crash-report tims-router-dds)  # not for users
+  set(own timsctl-deploy timsctl-robot timsctl-sim tims-crash-report tims-router-dds)  # not for users
   if(TARGET rack-video-reader)
     list(APPEND own rack-video-reader)
   endif()

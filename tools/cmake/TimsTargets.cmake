@@ -174,7 +174,7 @@ function(tims_program_groups)
   set(robots ${CMAKE_SOURCE_DIR}/deploy/robots)
   programs_named_in(started ${robots}/sim.toml ${robots}/recorder.toml ${robots}/emulated.toml ${robots}/dora-base.toml
                     ${robots}/dora-drive.toml ${robots}/dora-laser.toml ${robots}/dora-nav.toml)
-  add_custom_target(demo_programs DEPENDS ${started} tims-router timsctl timsctl-robot timsctl-sim tims-demo
+  add_custom_target(demo_programs DEPENDS ${started} tims-router timsctl timsctl-deploy timsctl-robot timsctl-sim tims-demo
                                           tims-crash-report World)
   foreach(more tims-replay console)
     if(TARGET ${more})

@@ -22,6 +22,16 @@ namespace fs = std::filesystem;
 
 const std::vector<std::string> kPlaceholders = {"system"};
 
+// Lower case letters, digits, and + - . behind the first character.
+bool is_package_name(std::string_view name) {
+  constexpr std::string_view kOthers = "+-.";
+  const auto is_plain = [](char c) { return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9'); };
+  return name.size() >= 2 && name.size() <= 100 && is_plain(name.front()) &&
+         std::ranges::all_of(name, [&](char c) {
+           return is_plain(c) || kOthers.find(c) != std::string_view::npos;
+         });
+}
+
 // A component as written, before the system of the robot is known.
 struct ComponentTable {
   base::Place at;
@@ -61,11 +71,18 @@ class RobotReader {
          {"files", [&](const Node& n) { files(n); }},
          {"restart", [&](const Node& n) { restart(n, restart_); }},
          {"host", [&](const Node& n) { reader_.named_tables(n, [&](const Node& h) { host(h); }); }},
+         {"deploy", [&](const Node& n) { deploy(n); }},
          {"component", [&](const Node& n) { components_ = &n; }}});
     if (system_) robot_.system = *system_;
     robot_.files = base::filled_in(robot_.files,
                                    base::Placeholders{{"system", std::to_string(robot_.system)}});
     if (components_ != nullptr) read_components(*components_);
+    for (Host& host : robot_.hosts) {
+      if (host.packages.empty()) host.packages = robot_.deploy.host.packages;
+      if (host.name == kMainHost && !robot_.deploy.host.ssh.empty())
+        reader_.add({{.file = file, .line = 1, .column = 1},
+                     "[deploy] is the host main: give [host.main] another name"});
+    }
     if (robot_.components.empty() && reader_.problems().empty())
       reader_.add({{.file = file, .line = 1, .column = 1},
                    "a robot needs at least one component: add [[component]]"});
@@ -98,11 +115,38 @@ class RobotReader {
     out = static_cast<Restart>(found - kNames.begin());
   }
 
+  void deploy(const Node& node) {
+    Deploy& deploy = robot_.deploy;
+    deploy.host.name = kMainHost;
+    reader_.table(node, "[deploy]",
+                  {{"ssh", [&](const Node& n) { reader_.text(n, deploy.host.ssh); }},
+                   {"packages", [&](const Node& n) { packages(n, deploy.host.packages); }},
+                   {"files", [&](const Node& n) { reader_.text(n, deploy.host.files); }},
+                   {"repository", [&](const Node& n) { repository(n, deploy.repository); }}});
+    if (deploy.host.ssh.starts_with('-'))
+      reader_.add({node.at_key, "[deploy]: ssh is not a destination for ssh"});
+  }
+
+  void repository(const Node& node, std::string& out) {
+    if (reader_.text(node, out) && !std::ranges::all_of(out, [](char c) { return c >= ' '; }))
+      reader_.refuse(node, "repository is a folder, or one line of sources.list");
+  }
+
+  void packages(const Node& node, std::vector<std::string>& out) {
+    reader_.texts(node, [&](const Node& n, const std::string& name) {
+      if (!is_package_name(name))
+        return reader_.refuse(n, fmt::format("\"{}\" is not the name of a Debian package", name));
+      out.push_back(name);
+    });
+  }
+
   void host(const Node& node) {
     Host host{.name = node.key, .ssh = {}, .router = {}};
     reader_.table(node, fmt::format("[host.{}]", node.key),
                   {{"ssh", [&](const Node& n) { reader_.text(n, host.ssh); }},
-                   {"router", [&](const Node& n) { reader_.text(n, host.router); }}});
+                   {"router", [&](const Node& n) { reader_.text(n, host.router); }},
+                   {"packages", [&](const Node& n) { packages(n, host.packages); }},
+                   {"files", [&](const Node& n) { reader_.text(n, host.files); }}});
     if (!is_name(host.name))
       reader_.add({node.at_key,
                    fmt::format("\"{}\" is not a host name: at most {} letters, digits, - and _",

@@ -33,7 +33,17 @@ struct Host {
   std::string name;
   std::string ssh;     // destination for ssh: "pi@arm"
   std::string router;  // router on that host, as for --host of timsctl; empty: the default
+  // What `timsctl deploy` brings there.
+  std::vector<std::string> packages{};  // names of Debian packages; empty: those of [deploy]
+  std::string files{};                  // folder beside the robot file; becomes /etc/tims
 };
+
+// [deploy]: the computer of the components without host, and from where packages come.
+struct Deploy {
+  Host host{};             // its name is kMainHost; without ssh it is not deployed
+  std::string repository;  // a folder, or a line of sources.list; empty: what hosts' apt knows
+};
+inline constexpr std::string_view kMainHost = "main";
 
 struct Robot {
   std::string name;
@@ -41,6 +51,7 @@ struct Robot {
   std::string files;  // folder of files that messages name; empty: the default of the components
   std::vector<Host> hosts;
   std::vector<Component> components;
+  Deploy deploy{};
 };
 
 struct RobotFile {

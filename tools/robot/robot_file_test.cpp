@@ -46,6 +46,44 @@ restart = "never"
   EXPECT_EQ(file.robot.components[1].restart, Restart::kNever);
 }
 
+TEST(RobotFile, WhatIsDeployed) {
+  const RobotFile file = read(R"(
+[deploy]
+ssh = "root@scout.local"
+repository = "packages"
+packages = ["tims-router", "timsctl"]
+files = "scout/main"
+[host.arm]
+ssh = "pi@arm.local"
+files = "scout/arm"
+[host.eye]
+ssh = "eye"
+packages = ["rack-devices"]
+[[component]]
+program = "ChassisSim"
+)");
+  ASSERT_TRUE(file.problems.empty()) << file.problems.front().to_string();
+  EXPECT_EQ(file.robot.deploy.host.name, "main");
+  EXPECT_EQ(file.robot.deploy.host.ssh, "root@scout.local");
+  EXPECT_EQ(file.robot.deploy.host.files, "scout/main");
+  EXPECT_EQ(file.robot.deploy.repository, "packages");
+  EXPECT_THAT(file.robot.hosts.at(0).packages, ElementsAre("tims-router", "timsctl"));
+  EXPECT_EQ(file.robot.hosts.at(0).files, "scout/arm");
+  EXPECT_THAT(file.robot.hosts.at(1).packages, ElementsAre("rack-devices"));
+
+  const std::string component = "[[component]]\nprogram = \"ChassisSim\"\n";
+  EXPECT_THAT(problems("[deploy]\nssh = \"-oProxyCommand=x\"\n" + component),
+              HasSubstr("not a destination"));
+  for (const char* name : {"a", "Tims", "a b", "-tims", "tims;reboot", "$(x)", "a/b"})
+    EXPECT_THAT(problems(std::string("[deploy]\npackages = [\"") + name + "\"]\n" + component),
+                HasSubstr("not the name of a Debian package"))
+        << name;
+  EXPECT_THAT(problems("[deploy]\nrepository = \"deb x\\ndeb y\"\n" + component),
+              HasSubstr("one line"));
+  EXPECT_THAT(problems("[deploy]\nssh = \"a\"\n[host.main]\nssh = \"b\"\n" + component),
+              HasSubstr("another name"));
+}
+
 TEST(RobotFile, AnotherSystemThanThatOfTheFile) {
   const RobotFile file = read(R"(
 system = 3

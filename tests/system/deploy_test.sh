@@ -1,0 +1,390 @@
+#!/usr/bin/env bash
+# deploy_test.sh STORY BIN: timsctl deploy against two hosts with real sshd, apt, dpkg and our router. A host is a set of
+# namespaces: its file system is that of this machine, with all changes in a tmpfs of its own; its services are started by a
+# small systemctl; its packages are tiny ones, made here. Needs root; status 77 (skipped) where that is not possible.
+set -euo pipefail
+
+readonly STORY=$1
+PATH=/usr/sbin:/sbin:$PATH
+
+skip() { echo "skipped: $*"; exit 77; }
+fail() { echo "FAILED: $*" >&2; show_logs >&2; exit 1; }
+show_logs() {
+  for host in main arm; do
+    [[ ! -f $T/$host/root/var/lib/tims-deploy/log ]] || { echo "--- log of $host"; tail -n 30 "$T/$host/root/var/lib/tims-deploy/log"; }
+  done
+  tail -n 40 "$T"/*.out
+}
+
+# --- a host. In its own network namespace, then in the others, then in its own root.
+
+readonly TIMS_PROGRAMS=$2
+if [[ $STORY == host ]]; then
+  folder=$3 name=$4 number=$5 caller=$6
+  ip link add eth0 type veth peer name "$name" netns "$caller"
+  nsenter -t "$caller" -n sh -c "ip address add 10.79.$number.1/24 dev $name && ip link set $name up"
+  ip link set lo up
+  ip address add "10.79.$number.2/24" dev eth0
+  ip link set eth0 up
+  exec unshare --mount --pid --fork --kill-child "$0" root "$TIMS_PROGRAMS" "$folder" "$name"
+fi
+if [[ $STORY == root ]]; then
+  folder=$3 name=$4 root=$3/root
+  mount --make-rprivate /
+  mount -t tmpfs -o size=192m tmpfs "$folder/layer"
+  mkdir "$folder"/layer/{upper,work}
+  mount -t overlay overlay -o "lowerdir=/,upperdir=$folder/layer/upper,workdir=$folder/layer/work" "$root"
+  mount -t proc proc "$root/proc"
+  mount --rbind /dev "$root/dev"
+  mount -t tmpfs tmpfs "$root/run"
+  mkdir -p "$root/run/sshd" "$root$TIMS_PROGRAMS/../lib" "$root$(dirname "$folder")"
+  mount --bind "$TIMS_PROGRAMS" "$root$TIMS_PROGRAMS"
+  mount --bind "$TIMS_PROGRAMS/../lib" "$root$TIMS_PROGRAMS/../lib"
+  mount --bind "$(dirname "$folder")" "$root$(dirname "$folder")"
+  # Lists and tools of this machine that take time, and which nobody has to try here.
+  mount -t tmpfs tmpfs "$root/var/lib/apt/lists"
+  rm -rf "$root"/etc/apt/sources.list* "$root/etc/tims" "$root/var/lib/tims-deploy" "$root"/etc/apt/apt.conf.d/*
+  mkdir "$root/etc/apt/sources.list.d"
+  install -m 755 "$(dirname "$folder")/systemctl" "$root/usr/local/bin/systemctl"
+  echo ready >"$folder/ready"
+  exec chroot "$root" /usr/sbin/sshd -D -e -f "$(dirname "$folder")/sshd_config"
+fi
+
+[[ $(id -u) == 0 ]] || skip "network and mount namespaces need root"
+for tool in sshd dpkg-deb apt-ftparchive nsenter; do command -v $tool >/dev/null || skip "no $tool"; done
+if [[ -z ${DEPLOY_TEST_NETWORK:-} ]]; then
+  unshare --net --mount true 2>/dev/null || skip "no namespaces here"
+  DEPLOY_TEST_NETWORK=own exec unshare --net --mount "$0" "$@"
+fi
+ip link set lo up
+
+T=$(mktemp -d /tmp/deploy-test.XXXXXX)
+readonly T
+hosts=()
+cleanup() {
+  for pid in "${hosts[@]}"; do kill "$pid" 2>/dev/null || true; done
+  wait
+  rm -rf "$T"
+}
+trap cleanup EXIT
+
+# What is seen of systemd: units as processes, with their ids in /run/units.
+cat >"$T/systemctl" <<SYSTEMCTL
+#!/bin/sh
+mkdir -p /run/units /run/tims
+[ "\$2" = --quiet ] && shift
+[ "\$2" = --now ] && now=yes && shift
+verb=\$1 unit=\$2
+runs() { [ -f "/run/units/\$unit" ] && kill -0 "\$(cat "/run/units/\$unit")" 2>/dev/null; }
+end() {
+  ! runs || { kill "\$(cat "/run/units/\$unit")"; while runs; do sleep 0.05; done; }
+  rm -f "/run/units/\$unit"
+}
+begin() { setsid "\$@" </dev/null >>"/run/units/\$unit.log" 2>&1 & echo \$! >"/run/units/\$unit"; }
+case \$verb in
+  is-active) runs ;;
+  restart)
+    end
+    case \$unit in
+      tims-router)
+        rm -f /run/tims/router.sock
+        begin /usr/bin/tims-router --config /etc/tims/router.toml --set unix.path=/run/tims/router.sock
+        until [ -S /run/tims/router.sock ]; do runs || exit 1; sleep 0.05; done ;;
+      *) robot=\${unit#*@}; begin /usr/bin/timsctl -H unix:/run/tims/router.sock up "/etc/tims/robots/\$robot.toml" ;;
+    esac ;;
+  disable) [ -z "\${now:-}" ] || end ;;
+esac
+SYSTEMCTL
+
+ssh-keygen -q -t ed25519 -N '' -f "$T/host_key"
+ssh-keygen -q -t ed25519 -N '' -f "$T/id"
+cat >"$T/sshd_config" <<CONFIG
+HostKey $T/host_key
+AuthorizedKeysFile $T/id.pub
+StrictModes no
+UsePAM no
+PidFile none
+CONFIG
+cat >"$T/ssh_config" <<CONFIG
+Host main
+  HostName 10.79.1.2
+Host arm
+  HostName 10.79.2.2
+Host *
+  User root
+  IdentityFile $T/id
+  IdentitiesOnly yes
+  StrictHostKeyChecking no
+  UserKnownHostsFile /dev/null
+  LogLevel ERROR
+CONFIG
+mkdir "$T/bin"
+printf '#!/bin/sh\nexec /usr/bin/ssh -F %s "$@"\n' "$T/ssh_config" >"$T/bin/ssh"
+chmod 755 "$T/bin/ssh" "$T"
+PATH=$T/bin:$PATH
+
+# until_true TEXT COMMAND...: 20 s at most.
+until_true() {
+  local text=$1 end=$((SECONDS + 20))
+  shift
+  until "$@" >/dev/null 2>&1; do
+    [[ $SECONDS -lt $end ]] || fail "this does not come true: $text"
+    read -rt 0.1 <> <(:) || true
+  done
+}
+
+start_host() {
+  local name=$1 number=$2
+  mkdir -p "$T/$name"/{layer,root}
+  unshare --net --uts "$0" host "$TIMS_PROGRAMS" "$T/$name" "$name" "$number" $$ >"$T/$name.out" 2>&1 &
+  hosts+=($!)
+}
+on() { local host=$1; shift; ssh "$host" "$@"; }
+
+# --- packages and robot
+
+# package NAME VERSION FOLDER: of the files in $T/content; with its scripts.
+package() {
+  local name=$1 version=$2 folder=$3
+  mkdir -p "$T/content/DEBIAN"
+  printf 'Package: %s\nVersion: %s\nArchitecture: all\nMaintainer: test <t@example>\nDescription: test\n%s' "$name" "$version" \
+    "${DEPENDS:+Depends: $DEPENDS
+}" >"$T/content/DEBIAN/control"
+  dpkg-deb -Zgzip -z1 --root-owner-group -b "$T/content" "$folder" >/dev/null
+  rm -rf "$T/content"
+}
+
+# repository VERSION [POSTINST]: tims-router and timsctl of this version, and what else is in $T/more.
+repository() {
+  local version=$1 postinst=${2:-:} folder=$T/packages
+  rm -rf "$folder" "$T/content"
+  mkdir -p "$folder" "$T"/content/{usr/bin,lib/systemd/system,etc/tims,DEBIAN}
+  ln -s "$TIMS_PROGRAMS/tims-router" "$T/content/usr/bin/tims-router"
+  touch "$T/content/lib/systemd/system/tims-router.service"
+  echo "# of the package, version $version" >"$T/content/etc/tims/router.toml"
+  echo /etc/tims/router.toml >"$T/content/DEBIAN/conffiles"
+  printf '#!/bin/sh\nset -e\n%s\n' "$postinst" >"$T/content/DEBIAN/postinst"
+  chmod 755 "$T/content/DEBIAN/postinst"
+  DEPENDS="tims-common (= $version)" package tims-router "$version" "$folder"
+  mkdir -p "$T/content/usr/bin"
+  ln -s "$TIMS_PROGRAMS/timsctl" "$T/content/usr/bin/timsctl"
+  package timsctl "$version" "$folder"
+  mkdir -p "$T/content/usr/share/tims-common"
+  [[ -z ${BIG:-} ]] || truncate -s 300M "$T/content/usr/share/tims-common/big"
+  package tims-common "$version" "$folder"
+  (cd "$folder" && apt-ftparchive packages . >Packages)
+}
+
+robot() {
+  mkdir -p "$T"/scout/{main,arm}/keys
+  chmod 755 "$T"/scout/*
+  cat >"$T/scout.toml" <<ROBOT
+[deploy]
+ssh = "main"
+repository = "packages"
+packages = ["tims-router", "timsctl"]
+files = "scout/main"
+[host.arm]
+ssh = "arm"
+files = "scout/arm"
+[[component]]
+command = "sleep 1000"
+ROBOT
+  for host in main arm; do
+    printf '[router]\nname = "%s"\n[http]\nlisten = "off"\n' "$host" >"$T/scout/$host/router.toml"
+    echo "a key of $host" >"$T/scout/$host/keys/identity.key"
+  done
+}
+
+deploy() { "$TIMS_PROGRAMS/timsctl" deploy "$T/scout.toml" --no-color --timeout 5s "$@" >"$T/deploy.out" 2>&1 </dev/null; }
+expect_deploy() {
+  local expected=$1 status=0
+  shift
+  deploy "$@" || status=$?
+  [[ $status == "$expected" ]] || fail "timsctl deploy $*: status $status, not $expected"
+}
+said() { grep -qE "$1" "$T/deploy.out" || fail "timsctl deploy does not say: $1"; }
+version() { on "$1" "dpkg-query -W -f '\${Version} \${db:Status-Abbrev}' tims-router"; }
+is_version() { [[ $(version "$1") == "$2 ii " ]] || fail "$1 has tims-router $(version "$1"), not $2"; }
+has() { on "$1" grep -q "'$3'" "/etc/tims/$2" || fail "$1: $2 is without $3: $(on "$1" cat "/etc/tims/$2")"; }
+router_runs() { on "$1" timsctl -H unix:/run/tims/router.sock router show | grep -q "$1" || fail "no router on $1"; }
+clean() {
+  on "$1" "cd /var/lib/tims-deploy && ls" | grep -E '^(next|snap|phase|reserve|holder|stop)$' && fail "$1 has remains" || true
+  [[ -z $(on "$1" "find /etc/tims -name '.*.new'") ]] || fail "$1 has temporary files"
+}
+
+start_host main 1
+start_host arm 2
+robot
+repository 1.0
+until_true "sshd of main answers" on main true
+until_true "sshd of arm answers" on arm true
+
+story_upgrade() {
+  expect_deploy 0 --dry-run
+  said 'install tims-router 1.0'
+  said 'new robots/scout.toml'
+  version main 2>/dev/null && fail "a dry run installs"
+  clean main
+
+  expect_deploy 0
+  said 'main +deployed'
+  said 'arm +deployed'
+  for host in main arm; do
+    is_version $host 1.0
+    has $host router.toml "name = \"$host\""
+    router_runs $host
+    clean $host
+  done
+  [[ $(on arm stat -c %a /etc/tims/keys/identity.key) == 600 ]] || fail "the key can be read by others"
+  grep -q 'a key of' "$T/deploy.out" && fail "a key is shown"
+  on main systemctl is-active tims-robot@scout || fail "the robot does not run"
+  on arm test -e /etc/tims/robots/scout.toml && fail "the arm has the robot file"
+
+  expect_deploy 0
+  said 'arm +unchanged'
+
+  repository 1.1
+  echo '# newer' >>"$T/scout/arm/router.toml"
+  echo 'another key' >"$T/scout/arm/keys/identity.key"
+  expect_deploy 0
+  said 'tims-router 1.0 -> 1.1'
+  said '^\+# newer'
+  said 'changed keys/identity.key'
+  is_version arm 1.1
+  has arm router.toml '# newer'
+  has arm keys/identity.key 'another key'
+
+  expect_deploy 0 --undo
+  said 'tims-router 1.1 -> 1.0'
+  is_version main 1.0
+  is_version arm 1.0
+  has arm keys/identity.key 'a key of arm'
+  on arm grep -q newer /etc/tims/router.toml && fail "undo left the newer file"
+  router_runs arm
+  expect_deploy 0 --undo
+  is_version arm 1.1
+  has arm router.toml '# newer'
+
+  # A renewed key stays, a changed file is not overwritten without being asked.
+  on arm "echo renewed >/etc/tims/keys/identity.key"
+  on main "echo '# by hand' >>/etc/tims/router.toml"
+  expect_deploy 1
+  said 'main +untouched.*router.toml; --force'
+  said 'arm +untouched.*main could not be prepared'
+  expect_deploy 0 --force --on main
+  on main grep -q 'by hand' /etc/tims/router.toml && fail "--force did not overwrite"
+  expect_deploy 0
+  has arm keys/identity.key renewed
+  clean arm
+}
+
+story_goes_back() {
+  expect_deploy 0
+  # A package that does not configure, on one of two hosts.
+  repository 1.1 'hostname -I | grep -q 10.79.1 || { echo "this host is wrong"; exit 1; }'
+  expect_deploy 1
+  said 'main +deployed'
+  said 'arm +went_back: packages:'
+  is_version main 1.1
+  is_version arm 1.0
+  router_runs arm
+  clean arm
+
+  # A router that does not come up.
+  printf '[http]\nlisten = "10.99.99.99:8080"\n[security]\ninsecure = true\n' >>"$T/scout/arm/router.toml"
+  sed -i '/^\[http\]$/{N;/off/d}' "$T/scout/arm/router.toml"
+  expect_deploy 1 --on arm
+  said 'arm +went_back'
+  on arm grep -q 10.99 /etc/tims/router.toml && fail "the file did not go back"
+  router_runs arm
+  robot
+
+  # A file that is wrong is found before anything is done.
+  echo 'nonsense = 1' >>"$T/scout/arm/router.toml"
+  expect_deploy 1
+  said 'arm: router.toml:.*nonsense'
+  robot
+
+  # A disk that fills in the middle.
+  BIG=yes repository 1.2
+  expect_deploy 1 --on arm
+  said 'arm +went_back: .*No space left'
+  is_version arm 1.0
+  router_runs arm
+  clean arm
+  repository 1.3
+  expect_deploy 0
+  is_version arm 1.3
+}
+
+story_cut() {
+  expect_deploy 0
+  repository 1.1 'touch /run/configuring; while [ -e /hold ]; do sleep 0.1; done'
+  on arm touch /hold
+
+  # ssh breaks in the middle, and comes again.
+  deploy &
+  local deployer=$!
+  until_true "the package is being configured" on arm test -e /run/configuring
+  on arm "pkill -f '^sshd: root'" || true
+  until_true "it connects again" grep -q 'arm: applying: connection lost' "$T/deploy.out"
+  on arm rm /hold
+  wait $deployer || fail "it did not survive a broken connection"
+  said 'arm +deployed'
+  is_version arm 1.1
+
+  # The deployer is killed; the host ends alone, and the next one finds it so.
+  repository 1.2 'touch /run/configuring2; while [ -e /hold ]; do sleep 0.1; done'
+  on arm touch /hold
+  "$TIMS_PROGRAMS/timsctl" deploy "$T/scout.toml" --timeout 5s --on arm </dev/null >"$T/killed.out" 2>&1 &
+  deployer=$!
+  until_true "the package is being configured" on arm test -e /run/configuring2
+  kill -9 $deployer
+  wait $deployer || true
+  until_true "its connections end" bash -c "! pgrep -f '^/usr/bin/ssh -F $T/ssh_config.*-M'"
+  expect_deploy 1 --on arm
+  said 'busy'
+  on arm rm /hold
+  until_true "the host ends alone" on arm test ! -e /var/lib/tims-deploy/phase
+  expect_deploy 0
+  said 'arm +unchanged'
+  is_version arm 1.2
+
+  # Ctrl-C in the middle: the host goes back.
+  repository 1.3 'touch /run/configuring3; while [ -e /hold ]; do sleep 0.1; done'
+  on arm touch /hold
+  set -m # a shell without jobs starts them deaf to Ctrl-C
+  "$TIMS_PROGRAMS/timsctl" deploy "$T/scout.toml" --timeout 5s --on arm </dev/null >"$T/deploy.out" 2>&1 &
+  deployer=$!
+  set +m
+  until_true "the package is being configured" on arm test -e /run/configuring3
+  kill -INT $deployer
+  until_true "the host is told" on arm test -e /var/lib/tims-deploy/stop
+  on arm rm /hold
+  local status=0
+  wait $deployer || status=$?
+  [[ $status == 130 ]] || fail "Ctrl-C: status $status"
+  said 'arm +went_back: stopped'
+  is_version arm 1.2
+  router_runs arm
+  clean arm
+
+  # A host that loses its power in the middle: everything of it is killed there.
+  repository 1.4 'touch /run/configuring4; while [ -e /hold ]; do sleep 0.1; done'
+  on arm touch /hold
+  "$TIMS_PROGRAMS/timsctl" deploy "$T/scout.toml" --timeout 5s --on arm </dev/null >"$T/power.out" 2>&1 &
+  deployer=$!
+  until_true "the package is being configured" on arm test -e /run/configuring4
+  kill -9 $deployer
+  wait $deployer || true
+  on arm "pkill -9 -f tims-deploy; pkill -9 apt-get; pkill -9 dpkg; pkill -9 -f postinst; rm /hold" || true
+  expect_deploy 0
+  said 'arm +deployed'
+  is_version arm 1.4
+  router_runs arm
+  clean arm
+}
+
+"story_$STORY"
+echo "passed: $STORY"

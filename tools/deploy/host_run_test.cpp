@@ -1,0 +1,1 @@
+#include "tools/deploy/host_run.h"

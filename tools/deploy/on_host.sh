@@ -1,0 +1,487 @@
+# What `timsctl deploy` runs on a host, as root: sh -c THIS tims-deploy THIS VERB ID [ARGUMENT...]. Nothing has to be
+# installed before, and a host never has another version of it. Every verb may be called again after the connection was lost.
+# What a deployer says comes through stdin and is not believed: names are checked here, too. /var/lib/tims-deploy has
+#   holder    who deploys: ID, time, name            next/     what is to be: files, wanted packages, plan, debs
+#   phase     what the job is doing; none: nothing   snap/     what was there when the job began
+#   result    of the last job: ID and its end        current/  what was deployed last
+#   log       of the last job                        before/   what was there before that, for --undo
+#   packages/ the repository that was carried here   reserve   room on the disk for going back
+# Files are written beside their place, to the disk, and renamed.
+set -eu
+umask 077
+export LC_ALL=C.UTF-8 DEBIAN_FRONTEND=noninteractive PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin
+script=$1 verb=$2 id=$3
+own=/var/lib/tims-deploy etc=/etc/tims
+
+say() { printf '%s\n' "$*"; }
+fail() { printf 'tims-deploy: %s\n' "$*" >&2; exit 10; }
+
+# write_file PATH [MODE]: from stdin; the complete old or the complete new text, whatever happens.
+write_file() {
+  cat >"$1.new" && chmod "${2:-600}" "$1.new" && sync "$1.new" && mv -fT "$1.new" "$1" && sync "$(dirname "$1")"
+}
+
+is_name() {
+  case $1 in '' | *[!A-Za-z0-9._+~:%/-]* | /* | -* | .* | */.* | *//*) return 1 ;; esac
+}
+
+job_runs() { ! flock -s -n job.lock true; }
+has_result() { [ -f result ] && [ "$(cut -d ' ' -f1 <result)" = "$id" ]; }
+
+# hold: only one deployer at a time works here. One that has gone is forgotten after a minute, or when it comes again.
+hold() {
+  who=$1
+  if [ -f holder ]; then
+    read -r other since other_who <holder || true
+    if [ "$other" != "$id" ]; then
+      ! job_runs || fail "busy: a deployment of $other_who is not over yet"
+      [ "$other_who" = "$who" ] || [ $(($(date +%s) - since)) -gt 60 ] || fail "busy: $other_who deploys here"
+    fi
+  fi
+  say "$id $(date +%s) $who" | write_file holder
+}
+
+version_of() { dpkg-query -W -f '${db:Status-Abbrev} ${Version}' "$1" 2>/dev/null | sed -n 's/^[ih]i *//p'; }
+
+# The files that can be deployed and are there. Links and what they lead to are not.
+managed() {
+  (cd "$1" 2>/dev/null && find router.toml router.d robots keys -maxdepth 1 -type f 2>/dev/null) |
+    grep -xE 'router\.toml|(router\.d|robots|keys)/[A-Za-z0-9_][A-Za-z0-9._-]*' | sort || true
+}
+
+# --- what is there
+
+look() {
+  say "arch $(dpkg --print-architecture)"
+  say "free_kib $(df -Pk /var | awk 'NR == 2 { print $4 }')"
+  dpkg-query -W -f 'package ${Package} ${Version} ${db:Status-Abbrev}\n' 'libtims*' 'librack*' 'tims-*' 'rack-*' timsctl \
+    python3-tims 2>/dev/null || true
+  [ ! -f phase ] || say "phase $(cat phase)"
+  ! job_runs || say "running"
+  [ ! -d before ] || say "undo"
+  managed "$etc" | while read -r name; do
+    text=-
+    case $name in *.toml) [ "$(stat -c %s "$etc/$name")" -gt 60000 ] || text=$(od -An -v -tx1 <"$etc/$name" | tr -d ' \n') ;; esac
+    say "file $name $(sha256sum <"$etc/$name" | cut -c1-64) $text"
+  done
+  [ ! -f current/manifest ] || sed 's/^/deployed /' current/manifest
+  [ ! -d packages ] || (cd packages && sha256sum -- *.deb 2>/dev/null | sed 's/^/deb /') || true
+  say "end"
+}
+
+# --- what is to be
+
+# take SHA256 SIZE PATH: so many bytes of stdin.
+take() {
+  mkdir -p "$(dirname "$3")"
+  head -c "$2" >"$3.part" || fail "disk: cannot write $own/$3"
+  [ "$(sha256sum <"$3.part" | cut -c1-64)" = "$1" ] || { rm -f "$3.part"; fail "damaged: $3 did not arrive as it was sent"; }
+  mv -f "$3.part" "$3"
+}
+
+# receive: lines of stdin, with the bytes of files behind theirs.
+receive() {
+  while read -r kind rest; do
+    # shellcheck disable=SC2086
+    case $kind in
+      wanted) is_name "$rest" || fail "bad name of a package"; say "$rest" >>next/wanted ;;
+      source) say "$rest" >next/source ;;
+      keep) is_name "$rest" && mkdir -p "$(dirname "next/files/$rest")" && cp "$etc/$rest" "next/files/$rest" || fail "lost: $rest" ;;
+      file) set -- $rest; is_name "$1" || fail "bad name of a file"; take "$2" "$3" "next/files/$1" ;;
+      deb)
+        set -- $rest
+        case $1 in */*) fail "bad name of a package" ;; esac
+        is_name "$1" || fail "bad name of a package"
+        take "$2" "$3" "packages/$1"
+        chmod 644 "packages/$1"
+        ;;
+      end) return 0 ;;
+      *) fail "unknown: $kind" ;;
+    esac
+  done
+  fail "damaged: the end is missing"
+}
+
+idle() {
+  ! job_runs || fail "busy: the last deployment is not over yet"
+  [ ! -f phase ] || fail "busy: the last deployment was interrupted"
+}
+
+stage() {
+  idle
+  rm -rf next snap reserve stop result
+  mkdir -p next/files next/debs/partial next/old packages
+  chmod 755 next next/debs packages
+  : >next/wanted
+  receive
+  (cd next/files && find . -type f -printf '%P\n' | sort | xargs -r sha256sum) >next/manifest
+  managed next/files | sed -n 's#^robots/\(.*\)\.toml$#\1#p' >next/robots
+}
+
+apt() {
+  apt-get -q -y -o Dir::Etc::SourceParts="$own/next/sources.d" -o Dir::Cache::archives="$own/next/debs" \
+    -o DPkg::Lock::Timeout=120 -o Dpkg::Options::=--force-confdef -o Dpkg::Options::=--force-confold "$@"
+}
+
+sources() {
+  mkdir -p next/sources.d next/only.d
+  chmod 755 next/sources.d next/only.d
+  for list in /etc/apt/sources.list.d/*; do
+    case $list in */tims-deploy.list | */\*) ;; *) cp "$list" next/sources.d/ ;; esac
+  done
+  [ -f next/source ] || return 0
+  cp next/source next/only.d/tims-deploy.list
+  cp next/source next/sources.d/tims-deploy.list
+  chmod 644 next/sources.d/* next/only.d/*
+  # Only this one: a host without Internet does not wait for the others.
+  apt -o Dir::Etc::SourceList=/dev/null -o Dir::Etc::SourceParts="$own/next/only.d" -o APT::Get::List-Cleanup=0 \
+    -o APT::Update::Error-Mode=any update >prepare.log 2>&1 || fail "apt: $(apt_error)"
+}
+
+apt_error() { grep -E '^(E|Err|W):|dpkg: error|No space left' prepare.log | tail -n 1 | cut -c1-300; }
+
+# What apt would do: name, version now (or -), version then.
+simulate() {
+  # shellcheck disable=SC2046
+  apt -s install $(cat next/wanted) >prepare.log 2>&1 || return 1
+  ! grep -q '^Remv ' prepare.log || fail "apt: it would remove $(sed -n 's/^Remv \([^ ]*\).*/\1/p' prepare.log | tr '\n' ' ')"
+  awk '/^Inst / { old = "-"; new = $3
+    if ($3 ~ /^\[/) { old = substr($3, 2, length($3) - 2); new = $4 }
+    sub(/^\(/, "", new); print $2, old, new }' prepare.log >next/plan
+}
+
+# Debs of what is installed now and changes, without which nobody could go back.
+keep_old() {
+  while read -r name old _; do
+    [ "$old" != - ] || continue
+    full=$(say "$old" | sed 's/:/%3a/g')
+    found=$(find current/debs packages /var/cache/apt/archives -maxdepth 1 \( -name "${name%:*}_${full}_*.deb" -o \
+      -name "${name%:*}_${old#*:}_*.deb" \) 2>/dev/null | head -n 1)
+    if [ -n "$found" ]; then
+      cp "$found" next/old/ || fail "disk: no room for the packages of now"
+    else
+      (cd next/old && apt-get -q download "$name=$old") >/dev/null 2>&1 || say "$name=$old"
+    fi
+  done <next/plan >next/lost
+  [ ! -s next/lost ] || [ "$1" = force ] ||
+    fail "lost: no repository has what is installed now, so that nobody could go back: $(tr '\n' ' ' <next/lost)"
+}
+
+reserve() {
+  rm -f reserve
+  fallocate -l "$((2 * $(du -sk next/old | cut -f1) + 8192))KiB" reserve 2>/dev/null ||
+    { rm -f reserve; fail "disk: /var has no room for an upgrade that can go back"; }
+}
+
+prepare() {
+  : >next/plan
+  if [ -s next/wanted ]; then
+    sources
+    simulate || { apt update >/dev/null 2>&1 || true; simulate || fail "apt: $(apt_error)"; }
+    if [ -s next/plan ]; then
+      # shellcheck disable=SC2046
+      apt --download-only install $(awk '{ print $1 "=" $3 }' next/plan) >prepare.log 2>&1 || fail "apt: $(apt_error)"
+      keep_old "$1"
+    fi
+  fi
+  reserve
+  sed 's/^/install /' next/plan
+}
+
+# undo: what was there before the last deployment becomes what is to be.
+undo() {
+  idle
+  [ -d before ] || fail "nothing was deployed here before, so that there is nothing to go back to"
+  rm -rf next snap stop result
+  cp -al before next
+  mkdir -p next/old
+  say dpkg >next/how
+  while read -r name to; do
+    now=$(version_of "$name")
+    [ "${now:--}" = "$to" ] || say "$name ${now:--} $to"
+  done <before/packages >next/plan
+  keep_old "$1"
+  reserve
+  sed 's/^/install /' next/plan
+}
+
+# --- the job: it goes on when the connection is lost, and ends with what is to be or with what was there
+
+step() { say "$*" >>progress; }
+stopped() { [ -e stop ]; }
+phase() { say "$*" | write_file phase; }
+
+is_active() { systemctl is-active --quiet "$1"; }
+has_router() { [ -f /lib/systemd/system/tims-router.service ]; }
+# robots FOLDER: the robots that it runs.
+robots() { cat "$1/robots" 2>/dev/null || true; }
+
+# The files that change.
+changes() {
+  managed next/files >names
+  while read -r name; do cmp -s "next/files/$name" "$etc/$name" || say "$name"; done <names
+  managed current/files | grep -vxF -f names | while read -r name; do [ ! -f "$etc/$name" ] || say "$name"; done || true
+}
+
+snapshot() {
+  [ ! -f snap/complete ] || return 0
+  rm -rf snap
+  mkdir -p snap/files snap/debs
+  managed "$etc" | while read -r name; do
+    mkdir -p "$(dirname "snap/files/$name")" && cp -p "$etc/$name" "snap/files/$name" || exit 1
+  done || return 1
+  awk '{ print $1, $2 }' next/plan >snap/packages && cp -al next/old/. snap/debs/ || return 1
+  managed snap/files | sed -n 's#^robots/\(.*\)\.toml$#\1#p' | while read -r robot; do
+    ! is_active "tims-robot@$robot" || say "$robot"
+  done >snap/robots
+  ! has_router || ! is_active tims-router || : >snap/router
+  failures >snap/failures
+  changes >next/changes
+  sync -f snap
+  : >snap/complete
+}
+
+# set_packages PLAN DEBS: the versions of the plan's third column, also older ones; - is removed.
+set_packages() {
+  debs='' gone=''
+  while read -r name _ to; do
+    case $to in
+      -) gone="$gone $name" ;;
+      *) for deb in "$2/${name%:*}"_*.deb; do [ ! -f "$deb" ] || debs="$debs $deb"; done ;;
+    esac
+  done <"$1"
+  # shellcheck disable=SC2086
+  [ -z "$debs" ] || dpkg --force-confdef --force-confold --auto-deconfigure -i $debs || return 1
+  # shellcheck disable=SC2086
+  [ -z "$gone" ] || dpkg --remove $gone || return 1
+}
+
+install_packages() {
+  [ -s next/plan ] || return 0
+  step installing
+  dpkg --configure -a || true # what an earlier run of this job had begun
+  if [ -f next/how ]; then
+    set_packages next/plan next/debs
+  else
+    # shellcheck disable=SC2046
+    apt --no-download install $(awk '{ print $1 "=" $3 }' next/plan)
+  fi
+}
+
+# write_files FROM OTHER: those of FROM; what only OTHER has goes.
+write_files() {
+  mkdir -p "$etc"
+  for folder in "$etc" "$etc/router.d" "$etc/robots" "$etc/keys"; do
+    [ ! -L "$folder" ] || { say "$folder is a link"; return 1; }
+  done
+  owner=root
+  ! id tims >/dev/null 2>&1 || owner=tims
+  managed "$1/files" >names
+  while read -r name; do
+    ! cmp -s "$1/files/$name" "$etc/$name" || continue
+    folder=$(dirname "$etc/$name") mode=644 folder_mode=755
+    case $name in keys/*) mode=600 folder_mode=700 ;; esac
+    [ -d "$folder" ] || { mkdir -p "$folder" && chmod $folder_mode "$folder" && chown "$owner:" "$folder"; } || return 1
+    temporary=$folder/.${name##*/}.new
+    rm -f "$temporary" && cp "$1/files/$name" "$temporary" && chmod $mode "$temporary" && chown "$owner:" "$temporary" &&
+      sync "$temporary" && mv -fT "$temporary" "$etc/$name" && sync "$folder" || return 1
+  done <names
+  managed "$2/files" | grep -vxF -f names | while read -r name; do rm -f "$etc/$name"; done || true
+}
+
+# services WANTED OTHER: those of WANTED run, with what is in force now; robots of OTHER alone do not.
+services() {
+  has_router || return 0
+  systemctl daemon-reload || return 1
+  again=''
+  [ ! -s next/plan ] && ! grep -qE '^(router|keys)' next/changes || again=yes
+  if [ -n "$again" ] || ! is_active tims-router; then
+    step "restarting tims-router"
+    systemctl enable tims-router && systemctl restart tims-router || return 1
+  fi
+  for robot in $(robots "$2"); do
+    robots "$1" | grep -qxF "$robot" || systemctl disable --now "tims-robot@$robot" || true
+  done
+  for robot in $(robots "$1"); do
+    if [ -n "$again" ] || grep -q '^robots/' next/changes || ! is_active "tims-robot@$robot"; then
+      step "restarting tims-robot@$robot"
+      systemctl enable "tims-robot@$robot" && systemctl restart "tims-robot@$robot" || return 1
+    fi
+  done
+}
+
+doctor() { timsctl -H unix:/run/tims/router.sock doctor --json; }
+# What doctor calls a failure now.
+failures() {
+  command -v timsctl >/dev/null || return 0
+  doctor 2>/dev/null | tr '{' '\n' | sed -n 's/^"id":"\([^"]*\)","level":"failure".*/\1/p' | sort -u
+}
+
+# What is not as it must be: FOLDER's services run, and doctor finds nothing that it has not found before.
+problem() {
+  has_router || return 0
+  for unit in tims-router $(robots "$1" | sed 's/^/tims-robot@/'); do
+    is_active "$unit" || { say "$unit does not run"; return 0; }
+  done
+  command -v timsctl >/dev/null || return 0
+  status=0
+  doctor >doctor.json 2>doctor.log || status=$?
+  case $status in
+    0) ;;
+    1) failures | grep -vxF -f snap/failures | sed 's/^/doctor: /' | head -n 1 ;;
+    *) say "the router does not answer" ;;
+  esac
+}
+
+# comes_up FOLDER: within the time that the deployer gives.
+comes_up() {
+  step checking
+  end=$(($(date +%s) + patience))
+  while why=$(problem "$1") && [ -n "$why" ]; do
+    ! stopped || { why=stopped; return 1; }
+    [ "$(date +%s)" -lt $end ] || return 1
+    sleep 0.3
+  done
+}
+
+log_error() {
+  found=$(grep -E 'No space left|dpkg: error|^E:|exit status|subprocess' log | head -n 1 | cut -c1-200)
+  say "$1: ${found:-$(tail -n 1 log | cut -c1-200)}"
+}
+
+finish() {
+  sync -f .
+  say "$id $*" | write_file result
+  rm -rf phase reserve stop next snap holder names
+}
+
+# go_back REASON: whatever was done goes.
+go_back() {
+  rm -f reserve stop
+  phase "back $*"
+  step "going back: $*"
+  dpkg --configure -a || true
+  awk '{ print $1, "-", $2 }' snap/packages >snap/plan
+  set_packages snap/plan snap/debs || { finish "broken $*; its packages did not go back: $(log_error dpkg)"; return; }
+  write_files snap next || { finish "broken $*; its files did not go back"; return; }
+  # Where no router ran before, there is nothing to come up.
+  if [ -f snap/router ]; then
+    services snap next || { finish "broken $*; its services did not go back"; return; }
+    comes_up snap || { finish "broken $*; went back, but $why"; return; }
+  fi
+  finish "back $*"
+}
+
+keep() {
+  phase keeping
+  if [ -d next ]; then
+    mkdir -p next/kept
+    for deb in next/debs/*.deb current/debs/*.deb; do
+      [ -f "$deb" ] || continue
+      # shellcheck disable=SC2046,SC2016
+      set -- $(dpkg-deb -W --showformat='${Package} ${Version}' "$deb")
+      [ "$(version_of "$1")" != "$2" ] || cp -lf "$deb" next/kept/
+    done
+    rm -rf next/debs next/old && mv next/kept next/debs
+    [ ! -f next/source ] || write_file /etc/apt/sources.list.d/tims-deploy.list 644 <next/source
+    for deb in packages/*.deb; do
+      [ ! -f packages/Packages ] || grep -qE "^Filename: (\./)?${deb#packages/}\$" packages/Packages || rm -f "$deb"
+    done
+    if [ -d snap ]; then rm -rf before && mv snap before; fi
+    rm -rf current && mv next current
+  fi
+  finish kept
+}
+
+job() {
+  exec 8>job.lock
+  flock -w 5 8 || exit 0
+  trap '' HUP PIPE INT TERM
+  set +e
+  [ -f phase ] || { rm -f progress result log; phase applying; }
+  was=$(cat phase)
+  case $was in
+    keeping) keep; exit ;;
+    back*) go_back "${was#back }"; exit ;;
+  esac
+  snapshot || { finish "back disk: cannot keep what is there now"; exit; }
+  stopped && { go_back stopped; exit; }
+  install_packages || { go_back "$(log_error packages)"; exit; }
+  stopped && { go_back stopped; exit; }
+  if [ -s next/changes ]; then
+    step configuring
+    write_files next current || { go_back "$(log_error files)"; exit; }
+    stopped && { go_back stopped; exit; }
+  fi
+  services next current || { go_back "$(log_error services)"; exit; }
+  comes_up next || { go_back "$why"; exit; }
+  # What was before the last change is still what --undo means.
+  if [ -s next/plan ] || [ -s next/changes ] || [ ! -d current ]; then keep; else finish same; fi
+}
+
+# follow: what the job says, until its end.
+follow() {
+  lines=0 ended=''
+  while [ -z "$ended" ]; do
+    ended=yes
+    has_result || ! job_runs || ended=''
+    if [ -f progress ]; then
+      sed -n "$((lines + 1)),\$p" progress | sed 's/^/step /'
+      lines=$(wc -l <progress)
+    fi
+    [ -n "$ended" ] || sleep 0.2
+  done
+  has_result || fail "interrupted: the job has ended without a result"
+  say "result $(cut -d ' ' -f2- <result)"
+  [ ! -f log ] || tail -n 8 log | sed 's/^/log /'
+}
+
+apply() {
+  patience=$1
+  case $patience in '' | *[!0-9]*) fail "bad time" ;; esac
+  # If it is over, the deployer did not hear it.
+  if ! has_result && ! job_runs; then
+    [ -d next ] || fail "interrupted: nothing is prepared any more"
+    setsid sh -c "$script" tims-deploy "$script" job "$id" "$patience" </dev/null >>log 2>&1 9>&- &
+    tries=0
+    until job_runs || has_result || [ $tries = 100 ]; do tries=$((tries + 1)) && sleep 0.05; done
+  fi
+  exec 9>&-
+  follow
+}
+
+# recover: a job that was interrupted, as by a power failure, goes back; one that had come up is kept.
+recover() {
+  job_runs || [ ! -f phase ] || [ "$(cat phase)" != applying ] || phase "back interrupted"
+  rm -f result
+  apply "$1"
+}
+
+[ "$(id -u)" = 0 ] || fail "rights: needs root, or sudo without a password"
+command -v dpkg-query >/dev/null || fail "system: this is no Debian"
+mkdir -p "$own"
+chmod 755 "$own"
+cd "$own"
+if [ "$verb" = job ]; then
+  patience=$4
+  job
+  exit
+fi
+: >>job.lock
+case $verb in
+  look) look; exit ;;
+  stop) ! job_runs || : >stop; exit 0 ;;
+esac
+exec 9>lock
+flock -w 60 9 || fail "busy: another command of a deployment runs"
+hold "$4"
+case $verb in
+  stage) stage ;;
+  carry) receive ;;
+  prepare) prepare "$5" ;;
+  undo) undo "$5" ;;
+  apply) apply "$5" ;;
+  recover) recover "$5" ;;
+  release) job_runs || [ -f phase ] || rm -rf next snap reserve stop holder ;;
+  *) fail "unknown verb" ;;
+esac
