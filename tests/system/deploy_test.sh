@@ -11,9 +11,10 @@ skip() { echo "skipped: $*"; exit 77; }
 fail() { echo "FAILED: $*" >&2; show_logs >&2; exit 1; }
 show_logs() {
   for host in main arm; do
-    [[ ! -f $T/$host/root/var/lib/tims-deploy/log ]] || { echo "--- log of $host"; tail -n 30 "$T/$host/root/var/lib/tims-deploy/log"; }
+    echo "--- log of $host"
+    ssh -oConnectTimeout=2 $host tail -n 30 /var/lib/tims-deploy/log /run/units/*.log || true
   done
-  tail -n 40 "$T"/*.out
+  tail -n 40 -- "$T"/*.out
 }
 
 # --- a host. In its own network namespace, then in the others, then in its own root.
@@ -62,8 +63,8 @@ T=$(mktemp -d /tmp/deploy-test.XXXXXX)
 readonly T
 hosts=()
 cleanup() {
-  for pid in "${hosts[@]}"; do kill "$pid" 2>/dev/null || true; done
-  wait
+  for pid in "${hosts[@]}"; do kill -9 "$pid" 2>/dev/null || true; done
+  wait 2>/dev/null || true
   rm -rf "$T"
 }
 trap cleanup EXIT
@@ -104,6 +105,7 @@ AuthorizedKeysFile $T/id.pub
 StrictModes no
 UsePAM no
 PidFile none
+LogLevel ERROR
 CONFIG
 cat >"$T/ssh_config" <<CONFIG
 Host main
@@ -210,7 +212,7 @@ has() { on "$1" grep -q "'$3'" "/etc/tims/$2" || fail "$1: $2 is without $3: $(o
 router_runs() { on "$1" timsctl -H unix:/run/tims/router.sock router show | grep -q "$1" || fail "no router on $1"; }
 clean() {
   on "$1" "cd /var/lib/tims-deploy && ls" | grep -E '^(next|snap|phase|reserve|holder|stop)$' && fail "$1 has remains" || true
-  [[ -z $(on "$1" "find /etc/tims -name '.*.new'") ]] || fail "$1 has temporary files"
+  [[ -z $(on "$1" "find /etc -maxdepth 3 -path '/etc/tims/*' -name '.*.new'") ]] || fail "$1 has temporary files"
 }
 
 start_host main 1
@@ -273,7 +275,7 @@ story_upgrade() {
   said 'main +untouched.*router.toml; --force'
   said 'arm +untouched.*main could not be prepared'
   expect_deploy 0 --force --on main
-  on main grep -q 'by hand' /etc/tims/router.toml && fail "--force did not overwrite"
+  on main grep -q by.hand /etc/tims/router.toml && fail "--force did not overwrite"
   expect_deploy 0
   has arm keys/identity.key renewed
   clean arm

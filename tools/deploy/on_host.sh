@@ -114,7 +114,7 @@ stage() {
   chmod 755 next next/debs packages
   : >next/wanted
   receive
-  (cd next/files && find . -type f -printf '%P\n' | sort | xargs -r sha256sum) >next/manifest
+  managed next/files >next/owned # what a later deployment may remove
   managed next/files | sed -n 's#^robots/\(.*\)\.toml$#\1#p' >next/robots
 }
 
@@ -216,11 +216,14 @@ has_router() { [ -f /lib/systemd/system/tims-router.service ]; }
 # robots FOLDER: the robots that it runs.
 robots() { cat "$1/robots" 2>/dev/null || true; }
 
+# owned FOLDER: the files that it has deployed, not those that were there without us.
+owned() { cat "$1/owned" 2>/dev/null || true; }
+
 # The files that change.
 changes() {
   managed next/files >names
   while read -r name; do cmp -s "next/files/$name" "$etc/$name" || say "$name"; done <names
-  managed current/files | grep -vxF -f names | while read -r name; do [ ! -f "$etc/$name" ] || say "$name"; done || true
+  owned current | grep -vxF -f names | while read -r name; do [ ! -f "$etc/$name" ] || say "$name"; done || true
 }
 
 snapshot() {
@@ -235,6 +238,7 @@ snapshot() {
     ! is_active "tims-robot@$robot" || say "$robot"
   done >snap/robots
   ! has_router || ! is_active tims-router || : >snap/router
+  owned current >snap/owned
   failures >snap/failures
   changes >next/changes
   sync -f snap
@@ -268,7 +272,7 @@ install_packages() {
   fi
 }
 
-# write_files FROM OTHER: those of FROM; what only OTHER has goes.
+# write_files FROM LIST: those of FROM; what only the list names goes.
 write_files() {
   mkdir -p "$etc"
   for folder in "$etc" "$etc/router.d" "$etc/robots" "$etc/keys"; do
@@ -286,7 +290,7 @@ write_files() {
     rm -f "$temporary" && cp "$1/files/$name" "$temporary" && chmod $mode "$temporary" && chown "$owner:" "$temporary" &&
       sync "$temporary" && mv -fT "$temporary" "$etc/$name" && sync "$folder" || return 1
   done <names
-  managed "$2/files" | grep -vxF -f names | while read -r name; do rm -f "$etc/$name"; done || true
+  grep -vxF -f names "$2" | while read -r name; do rm -f "$etc/$name"; done || true
 }
 
 # services WANTED OTHER: those of WANTED run, with what is in force now; robots of OTHER alone do not.
@@ -352,7 +356,7 @@ log_error() {
 finish() {
   sync -f .
   say "$id $*" | write_file result
-  rm -rf phase reserve stop next snap holder names
+  rm -rf phase reserve stop next snap holder names gone
 }
 
 # go_back REASON: whatever was done goes.
@@ -363,7 +367,8 @@ go_back() {
   dpkg --configure -a || true
   awk '{ print $1, "-", $2 }' snap/packages >snap/plan
   set_packages snap/plan snap/debs || { finish "broken $*; its packages did not go back: $(log_error dpkg)"; return; }
-  write_files snap next || { finish "broken $*; its files did not go back"; return; }
+  managed next/files >gone
+  write_files snap gone || { finish "broken $*; its files did not go back"; return; }
   # Where no router ran before, there is nothing to come up.
   if [ -f snap/router ]; then
     services snap next || { finish "broken $*; its services did not go back"; return; }
@@ -383,6 +388,7 @@ keep() {
       [ "$(version_of "$1")" != "$2" ] || cp -lf "$deb" next/kept/
     done
     rm -rf next/debs next/old && mv next/kept next/debs
+    (cd next/files && xargs -r sha256sum <../owned) >next/manifest
     [ ! -f next/source ] || write_file /etc/apt/sources.list.d/tims-deploy.list 644 <next/source
     for deb in packages/*.deb; do
       [ ! -f packages/Packages ] || grep -qE "^Filename: (\./)?${deb#packages/}\$" packages/Packages || rm -f "$deb"
@@ -394,27 +400,26 @@ keep() {
 }
 
 job() {
-  exec 8>job.lock
-  flock -w 5 8 || exit 0
   trap '' HUP PIPE INT TERM
   set +e
-  [ -f phase ] || { rm -f progress result log; phase applying; }
+  [ -f phase ] || { rm -f progress result && : >log && phase applying; }
   was=$(cat phase)
   case $was in
-    keeping) keep; exit ;;
-    back*) go_back "${was#back }"; exit ;;
+    keeping) keep; return ;;
+    back*) go_back "${was#back }"; return ;;
   esac
-  snapshot || { finish "back disk: cannot keep what is there now"; exit; }
-  stopped && { go_back stopped; exit; }
-  install_packages || { go_back "$(log_error packages)"; exit; }
-  stopped && { go_back stopped; exit; }
+  snapshot || { finish "back disk: cannot keep what is there now"; return; }
+  stopped && { go_back stopped; return; }
+  install_packages || { go_back "$(log_error packages)"; return; }
+  stopped && { go_back stopped; return; }
   if [ -s next/changes ]; then
     step configuring
-    write_files next current || { go_back "$(log_error files)"; exit; }
-    stopped && { go_back stopped; exit; }
+    owned current >gone
+    write_files next gone || { go_back "$(log_error files)"; return; }
+    stopped && { go_back stopped; return; }
   fi
-  services next current || { go_back "$(log_error services)"; exit; }
-  comes_up next || { go_back "$why"; exit; }
+  services next current || { go_back "$(log_error services)"; return; }
+  comes_up next || { go_back "$why"; return; }
   # What was before the last change is still what --undo means.
   if [ -s next/plan ] || [ -s next/changes ] || [ ! -d current ]; then keep; else finish same; fi
 }
@@ -464,7 +469,9 @@ chmod 755 "$own"
 cd "$own"
 if [ "$verb" = job ]; then
   patience=$4
-  job
+  exec 8>job.lock
+  flock -w 5 8 || exit 0
+  job 8>&- # what it starts does not keep the lock
   exit
 fi
 : >>job.lock
