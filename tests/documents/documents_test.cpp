@@ -96,6 +96,10 @@ std::map<std::string, Reader> readers() {
        [](const std::string& text) {
          return texts_of(timsctl::robot::read_robot({"scout.toml", text}, "scout", {}).problems);
        }},
+      {"docs/deploying.md",
+       [](const std::string& text) {
+         return texts_of(timsctl::robot::read_robot({"scout.toml", text}, "scout", {}).problems);
+       }},
       {"docs/operating.md", read_router_part},
       {"docs/security.md", read_router_part},
       {"proxies/README.md",

@@ -287,7 +287,7 @@ story_goes_back() {
   repository 1.1 'hostname -I | grep -q 10.79.1 || { echo "this host is wrong"; exit 1; }'
   expect_deploy 1
   said 'main +deployed'
-  said 'arm +went_back: packages:'
+  said 'arm +went_back +packages:'
   is_version main 1.1
   is_version arm 1.0
   router_runs arm
@@ -311,7 +311,7 @@ story_goes_back() {
   # A disk that fills in the middle.
   BIG=yes repository 1.2
   expect_deploy 1 --on arm
-  said 'arm +went_back: .*No space left'
+  said 'arm +went_back +.*No space left'
   is_version arm 1.0
   router_runs arm
   clean arm
@@ -367,7 +367,7 @@ story_cut() {
   local status=0
   wait $deployer || status=$?
   [[ $status == 130 ]] || fail "Ctrl-C: status $status"
-  said 'arm +went_back: stopped'
+  said 'arm +went_back +stopped'
   is_version arm 1.2
   router_runs arm
   clean arm

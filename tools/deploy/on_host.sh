@@ -4,7 +4,7 @@
 #   holder    who deploys: ID, time, name            next/     what is to be: files, wanted packages, plan, debs
 #   phase     what the job is doing; none: nothing   snap/     what was there when the job began
 #   result    of the last job: ID and its end        current/  what was deployed last
-#   log       of the last job                        before/   what was there before that, for --undo
+#   log       of the last job, error.log its reason  before/   what was there before that, for --undo
 #   packages/ the repository that was carried here   reserve   room on the disk for going back
 # Files are written beside their place, to the disk, and renamed.
 set -eu
@@ -105,6 +105,9 @@ receive() {
 idle() {
   ! job_runs || fail "busy: the last deployment is not over yet"
   [ ! -f phase ] || fail "busy: the last deployment was interrupted"
+  # It would put its former files over those deployed.
+  ! grep -qs '"pending":' /var/lib/tims-agent/record.json ||
+    fail "busy: a change of the configuration waits: timsctl config confirm, or undo"
 }
 
 stage() {
@@ -349,8 +352,8 @@ comes_up() {
 }
 
 log_error() {
-  found=$(grep -E 'No space left|dpkg: error|^E:|exit status|subprocess' log | head -n 1 | cut -c1-200)
-  say "$1: ${found:-$(tail -n 1 log | cut -c1-200)}"
+  found=$(grep -E 'No space left|dpkg: error|^E:|exit status|subprocess|Job for' log | tr -d '\r' | head -n 1 | cut -c1-200)
+  say "$1: ${found:-$(tail -n 1 log | tr -d '\r' | cut -c1-200)}"
 }
 
 finish() {
@@ -362,6 +365,7 @@ finish() {
 # go_back REASON: whatever was done goes.
 go_back() {
   rm -f reserve stop
+  [ -f error.log ] || tail -n 8 log | tr -d '\r' >error.log
   phase "back $*"
   step "going back: $*"
   dpkg --configure -a || true
@@ -402,7 +406,7 @@ keep() {
 job() {
   trap '' HUP PIPE INT TERM
   set +e
-  [ -f phase ] || { rm -f progress result && : >log && phase applying; }
+  [ -f phase ] || { rm -f progress result error.log && : >log && phase applying; }
   was=$(cat phase)
   case $was in
     keeping) keep; return ;;
@@ -438,7 +442,7 @@ follow() {
   done
   has_result || fail "interrupted: the job has ended without a result"
   say "result $(cut -d ' ' -f2- <result)"
-  [ ! -f log ] || tail -n 8 log | sed 's/^/log /'
+  [ ! -f error.log ] || sed 's/^/log /' error.log
 }
 
 apply() {
