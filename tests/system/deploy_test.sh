@@ -380,7 +380,7 @@ story_cut() {
   until_true "the package is being configured" on arm test -e /run/configuring4
   kill -9 $deployer
   wait $deployer || true
-  on arm "pkill -9 -f tims-deploy; pkill -9 apt-get; pkill -9 dpkg; pkill -9 -f postinst; rm /hold" || true
+  on arm "kill -9 \$(pgrep -f '[t]ims-deploy|[a]pt-get|[d]pkg|[p]ostinst'); rm /hold" || true
   expect_deploy 0
   said 'arm +deployed'
   is_version arm 1.4

