@@ -229,6 +229,10 @@ story_upgrade() {
   version main 2>/dev/null && fail "a dry run installs"
   clean main
 
+  expect_deploy 0 --dry-run --json
+  said '^\{"schema":"tims/deploy/1".*"host":"arm".*"outcome":"untouched","reason":"dry run"'
+  expect_deploy 2 --on leg
+
   expect_deploy 0
   said 'main +deployed'
   said 'arm +deployed'
@@ -308,6 +312,18 @@ story_goes_back() {
   said 'arm: router.toml:.*nonsense'
   robot
 
+  touch "$T/scout/arm/passwd"
+  expect_deploy 1
+  said 'arm: .*passwd is not deployed'
+  rm "$T/scout/arm/passwd"
+  mkdir "$T/scout/arm/robots"
+  for number in {1..62}; do touch "$T/scout/arm/robots/$number.dxf"; done
+  expect_deploy 0 --dry-run --on arm # 64 files
+  touch "$T/scout/arm/robots/63.dxf"
+  expect_deploy 1 --dry-run --on arm
+  said 'more than 64 files'
+  rm -r "$T/scout/arm/robots"
+
   # A disk that fills in the middle.
   BIG=yes repository 1.2
   expect_deploy 1 --on arm
@@ -386,6 +402,32 @@ story_cut() {
   is_version arm 1.4
   router_runs arm
   clean arm
+}
+
+# With real packages: $PACKAGES, and newer ones of the same in $NEWER (tools/packages).
+story_packages() {
+  local old new
+  sed -i 's/^packages = .*/packages = ["tims-router", "timsctl", "rack-components"]/' "$T/scout.toml"
+  sed -i 's/^command = .*/program = "ChassisSim"/' "$T/scout.toml"
+  old=$(sed -n '/^Package: tims-router$/,/^$/s/^Version: //p' "$PACKAGES/Packages" | sort -V | tail -n 1)
+  new=$(sed -n '/^Package: tims-router$/,/^$/s/^Version: //p' "$NEWER/Packages" | sort -V | tail -n 1)
+  rm -rf "$T/packages"
+  cp -r "$PACKAGES" "$T/packages"
+  expect_deploy 0
+  is_version arm "$old"
+  router_runs arm
+  until_true "the component of the packages is there" on main "timsctl -H unix:/run/tims/router.sock route show | grep -q Chassis"
+  [[ $(on arm stat -c %U /etc/tims/keys/identity.key) == tims ]] || fail "the key does not belong to the router"
+  rm -rf "$T/packages"
+  cp -r "$NEWER" "$T/packages"
+  expect_deploy 0
+  is_version main "$new"
+  is_version arm "$new"
+  router_runs main
+  expect_deploy 0 --undo
+  is_version main "$old"
+  router_runs main
+  clean main
 }
 
 "story_$STORY"

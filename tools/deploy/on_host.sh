@@ -352,14 +352,16 @@ problem() {
   esac
 }
 
-# comes_up FOLDER: within the time that the deployer gives.
+# comes_up FOLDER: within the time that the deployer gives, and not only for a moment.
 comes_up() {
   step checking
-  end=$(($(date +%s) + patience))
-  while why=$(problem "$1") && [ -n "$why" ]; do
+  end=$(($(date +%s) + patience)) good=0
+  while [ $good -lt 2 ]; do
     ! stopped || { why=stopped; return 1; }
-    [ "$(date +%s)" -lt $end ] || return 1
-    sleep 0.3
+    why=$(problem "$1")
+    if [ -z "$why" ]; then good=$((good + 1)); else good=0; fi
+    [ -z "$why" ] || [ "$(date +%s)" -lt $end ] || return 1
+    [ $good = 2 ] || sleep 1
   done
 }
 
