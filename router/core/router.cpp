@@ -232,10 +232,12 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
   const std::optional<std::uint32_t> own = handle_of(sender, header.src);
   const bool forged = !own;
   if (forged && (local || (sender.is_judged() && !link))) return Outcome::kForgedSource;
-  if (is_about_streams(header) && !names_own_mailbox(sender, message))
-    return Outcome::kForgedSource;
-  if (forged && !link) count(EventKind::kForgedSourceTolerated);
   const std::uint32_t handle = forged || link ? 0 : *own;
+  if (is_about_streams(header) && !names_own_mailbox(sender, message)) {
+    answer_not_available(now, receiver_of(sender, handle), header);
+    return Outcome::kForgedSource;
+  }
+  if (forged && !link) count(EventKind::kForgedSourceTolerated);
 
   if (const auto stopped = judge(now, sender, handle, message)) return *stopped;
   if (own && newest_ != nullptr && newest_->wants(header)) newest_->keep(now, message);

@@ -274,7 +274,8 @@ void Swarm::send_something() {
     return all[network_.random(all.size())];
   };
   const bool sample = plan_.troubles.samples && network_.random(3) == 0;
-  Header header{.type = static_cast<std::int8_t>(network_.random(2) == 0 ? 7 : -7),
+  // A command of a class, whose body is nobody's affair, or an answer.
+  Header header{.type = static_cast<std::int8_t>(network_.random(2) == 0 ? 21 : -7),
                 .priority = static_cast<std::uint8_t>(network_.random(256))};
   if (sample) header.flags |= flag::kStream, header.type = type::kData;
   std::size_t size = network_.random(64);
