@@ -360,7 +360,9 @@ TEST_F(BehindNat, TheConsoleReachesTheRobotWithItsLogin) {
   const std::string reset = R"({"ask":"link","link":"base","do":"reset"})";
   {
     WebSocketClient lena = page("look");
-    EXPECT_EQ(answer_of(lena, type::kGetStatus, kRobotChassis), type::kEnabled);
+    EXPECT_TRUE(eventually(
+        [&] { return answer_of(lena, type::kGetStatus, kRobotChassis) == type::kEnabled; },
+        "it is on"));
     EXPECT_EQ(answer_of(lena, type::kGetData, kRobotChassis, std::string(4, '\0')), type::kData);
     EXPECT_EQ(answer_of(lena, type::kAdminRequest, kRobotRouter, links), type::kAdminReply);
     EXPECT_EQ(answer_of(lena, type::kOff, kRobotChassis), type::kNotAvailable);
