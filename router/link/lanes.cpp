@@ -145,14 +145,19 @@ std::uint64_t LaneSender::lose(Time now, StreamBuffer& buffer, std::uint64_t to,
   std::uint64_t offset = buffer.begin();
   while (offset < to) {
     const Header header = header_at(buffer, offset);
+    std::array<std::byte, kRecordPrefix> prefix;
+    buffer.read(offset, prefix);
     offset += record_size(header.length);
-    losses_.on_lost(now, header, why);
+    if (!RecordPrefix::decode(prefix).late) losses_.on_lost(now, header, why);  // else it was
   }
   buffer.release_to(offset);
   return offset;
 }
 
+// What is in flight is perhaps not sent again for a long time: its sender learns now that it is
+// late.
 void LaneSender::expire(Time now, Duration lifetime) {
+  mark_late(now, {stream_.begin(), stream_.end()});
   const Time limit = now - lifetime;
   if (!stream_.empty() && stream_since_.oldest(stream_.begin()) <= limit) {
     const std::uint64_t old = stream_.begin();

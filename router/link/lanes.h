@@ -103,7 +103,7 @@ class LaneSender {
   void on_skip_lost() { skip_due_ = skip_to_ > skip_acked_; }
   void on_skip_acked(std::uint64_t to) { skip_acked_ = std::max(skip_acked_, to); }
 
-  // Drops everything older than `lifetime`.
+  // Drops everything older than `lifetime`, and marks what is older than its own.
   void expire(Time now, Duration lifetime);
   // Drops everything; the lane restarts.
   void clear(Time now, core::Outcome why);

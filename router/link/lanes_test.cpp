@@ -125,6 +125,26 @@ TEST_F(LifetimesTest, ALostCommandIsRepeatedWithinItsLifetimeOnly) {
   EXPECT_EQ(pool.used(), 0U);
 }
 
+// On a line that is silent, what is repeated may be something else all the time.
+TEST_F(LifetimesTest, TheLossOfACommandThatIsNotSentAgainIsReportedOnceAndInTime) {
+  push(36);
+  take_all(40);
+  now += 150ms;
+  sender.expire(now, 30s);
+  EXPECT_TRUE(lost.empty());
+  now += 1ms;
+  sender.expire(now, 30s);
+  EXPECT_EQ(lost, Seqs{0});
+  now += 31s;
+  sender.expire(now, 30s);
+  EXPECT_EQ(lost, Seqs{0});
+  push(36);
+  now += 1s;
+  sender.expire(now, 30s);
+  sender.clear(now, core::Outcome::kNoRoute);
+  EXPECT_EQ(lost, (Seqs{0, 1}));
+}
+
 TEST_F(LifetimesTest, ACommandThatWasNeverSentIsNotSentLate) {
   push(36);     // committed
   push(36, 0);  // waits
