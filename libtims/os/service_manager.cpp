@@ -22,8 +22,17 @@ namespace tims::os {
 
 namespace {
 
-constexpr timespec kMoment{0, 1'000'000};
 constexpr Duration kKeepPatience = std::chrono::milliseconds(500);
+
+// For a manager that is busy: tries again until it has room.
+template <typename Try>
+bool succeeds_within(Duration patience, Try attempt) {
+  constexpr timespec kMoment{0, 1'000'000};
+  const Time end = deadline_after(patience);
+  bool done = attempt();
+  for (; !done && now() < end; done = attempt()) ::nanosleep(&kMoment, nullptr);
+  return done;
+}
 
 // The connection that this program has inherited; empty: none.
 File inherited_connection() {
@@ -65,10 +74,7 @@ bool ServiceManager::report(std::string_view variable, std::string_view value) {
 }
 
 bool ServiceManager::report(std::string_view variable, std::string_view value, Duration patience) {
-  bool taken = report(variable, value);
-  for (const Time end = deadline_after(patience); !taken && now() < end; taken = flush())
-    ::nanosleep(&kMoment, nullptr);
-  return taken;
+  return report(variable, value) || succeeds_within(patience, [this] { return flush(); });
 }
 
 // FDPOLL=0: an error of a socket is the program's affair.
@@ -82,12 +88,7 @@ bool ServiceManager::forget(std::string_view name) {
 
 bool ServiceManager::send_about_sockets(const std::string& text, int socket) const {
   if (!socket_ || path_.empty()) return false;  // `timsctl up` keeps none
-  const Time end = deadline_after(kKeepPatience);
-  while (!send(text, socket)) {
-    if (now() > end) return false;
-    ::nanosleep(&kMoment, nullptr);
-  }
-  return true;
+  return succeeds_within(kKeepPatience, [&] { return send(text, socket); });
 }
 
 bool ServiceManager::flush() {

@@ -3,13 +3,11 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <cstddef>
 #include <cstdlib>
-#include <cstring>
 #include <utility>
 
-#include <arpa/inet.h>
 #include <fcntl.h>
+#include <netdb.h>
 #include <netinet/in.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -24,19 +22,6 @@ namespace {
 constexpr int kFirstInherited = 3;  // SD_LISTEN_FDS_START
 constexpr int kInheritedMax = 64;
 
-struct OwnAddress {
-  sockaddr_storage address{};
-  socklen_t size = sizeof address;
-
-  explicit OwnAddress(int socket) {
-    if (::getsockname(socket, reinterpret_cast<sockaddr*>(&address), &size) != 0) size = 0;
-  }
-  template <typename Address>
-  [[nodiscard]] const Address& as() const {
-    return reinterpret_cast<const Address&>(address);
-  }
-};
-
 int type_of(int socket) {
   int type = 0;
   socklen_t size = sizeof type;
@@ -44,59 +29,30 @@ int type_of(int socket) {
   return type;
 }
 
-std::string host_and_port(int family, const void* host, in_port_t port) {
-  std::array<char, INET6_ADDRSTRLEN> text{};
-  ::inet_ntop(family, host, text.data(), text.size());
-  return std::string(text.data()) + "-" + std::to_string(ntohs(port));
+// "tcp-127.0.0.1-2000", "unix-/run/tims/router.sock"; empty for another family.
+std::string name_of(int type, const sockaddr& address) {
+  if (address.sa_family == AF_UNIX)
+    return "unix-" + std::string(reinterpret_cast<const sockaddr_un&>(address).sun_path);
+  std::array<char, NI_MAXHOST> host{};
+  std::array<char, NI_MAXSERV> port{};
+  const socklen_t size = address.sa_family == AF_INET ? sizeof(sockaddr_in) : sizeof(sockaddr_in6);
+  if (::getnameinfo(&address, size, host.data(), host.size(), port.data(), port.size(),
+                    NI_NUMERICHOST | NI_NUMERICSERV) != 0)
+    return {};
+  return std::string(type == SOCK_DGRAM ? "udp-" : "tcp-") + host.data() + "-" + port.data();
 }
 
-// Also the name of the socket at the manager, where it must not contain a colon.
 std::string name_of(int socket) {
-  const OwnAddress bound(socket);
-  std::string name = type_of(socket) == SOCK_DGRAM ? "udp-" : "tcp-";
-  switch (bound.address.ss_family) {
-    case AF_UNIX:
-      name = "unix-" + std::string(bound.as<sockaddr_un>().sun_path);
-      break;
-    case AF_INET: {
-      const auto& address = bound.as<sockaddr_in>();
-      name += host_and_port(AF_INET, &address.sin_addr, address.sin_port);
-      break;
-    }
-    case AF_INET6: {
-      const auto& address = bound.as<sockaddr_in6>();
-      name += host_and_port(AF_INET6, &address.sin6_addr, address.sin6_port);
-      break;
-    }
-    default:
-      break;
-  }
+  sockaddr_storage bound{};
+  socklen_t size = sizeof bound;
+  if (::getsockname(socket, reinterpret_cast<sockaddr*>(&bound), &size) != 0) return {};
+  return name_of(type_of(socket), reinterpret_cast<const sockaddr&>(bound));
+}
+
+// A name at the manager must not contain a colon.
+std::string without_colons(std::string name) {
   std::ranges::replace(name, ':', '.');
   return name;
-}
-
-// Not byte by byte: systems fill what follows the address differently.
-bool same_address(const sockaddr& one, const sockaddr& other) {
-  if (one.sa_family != other.sa_family) return false;
-  switch (one.sa_family) {
-    case AF_UNIX:
-      return std::strncmp(reinterpret_cast<const sockaddr_un&>(one).sun_path,
-                          reinterpret_cast<const sockaddr_un&>(other).sun_path,
-                          sizeof sockaddr_un::sun_path) == 0;
-    case AF_INET: {
-      const auto& a = reinterpret_cast<const sockaddr_in&>(one);
-      const auto& b = reinterpret_cast<const sockaddr_in&>(other);
-      return a.sin_port == b.sin_port && a.sin_addr.s_addr == b.sin_addr.s_addr;
-    }
-    case AF_INET6: {
-      const auto& a = reinterpret_cast<const sockaddr_in6&>(one);
-      const auto& b = reinterpret_cast<const sockaddr_in6&>(other);
-      return a.sin6_port == b.sin6_port && a.sin6_scope_id == b.sin6_scope_id &&
-             std::memcmp(&a.sin6_addr, &b.sin6_addr, sizeof a.sin6_addr) == 0;
-    }
-    default:
-      return false;
-  }
 }
 
 int number_in(const char* name) {
@@ -121,15 +77,15 @@ std::vector<File> SocketStore::inherited() {
     File file(number);
     ::fcntl(number, F_SETFD, FD_CLOEXEC);
     ::fcntl(number, F_SETFL, ::fcntl(number, F_GETFL) | O_NONBLOCK);
-    if (OwnAddress(number).size > 0) sockets.push_back(std::move(file));
+    if (!name_of(number).empty()) sockets.push_back(std::move(file));
   }
   return sockets;
 }
 
 File SocketStore::take(int type, const sockaddr& address) {
+  const std::string wanted = name_of(type, address);
   const auto found = std::ranges::find_if(inherited_, [&](const File& file) {
-    return type_of(file.get()) == type &&
-           same_address(OwnAddress(file.get()).as<sockaddr>(), address);
+    return type_of(file.get()) == type && name_of(file.get()) == wanted;
   });
   if (found == inherited_.end()) return {};
   File taken = std::move(*found);
@@ -146,12 +102,14 @@ File SocketStore::take_unix(const std::string& path) {
   return take(SOCK_SEQPACKET, reinterpret_cast<const sockaddr&>(address));
 }
 
-bool SocketStore::keep(int socket) { return manager_.keep(name_of(socket), socket); }
+bool SocketStore::keep(int socket) {
+  return manager_.keep(without_colons(name_of(socket)), socket);
+}
 
 std::vector<std::string> SocketStore::forget_rest() {
   std::vector<std::string> names;
   for (const File& file : std::exchange(inherited_, {})) {
-    names.push_back(name_of(file.get()));
+    names.push_back(without_colons(name_of(file.get())));
     manager_.forget(names.back());
   }
   return names;
