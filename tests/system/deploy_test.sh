@@ -32,7 +32,7 @@ fi
 if [[ $STORY == root ]]; then
   folder=$3 name=$4 root=$3/root
   mount --make-rprivate /
-  mount -t tmpfs -o size=192m tmpfs "$folder/layer"
+  mount -t tmpfs -o size="${DISK:-192m}" tmpfs "$folder/layer"
   mkdir "$folder"/layer/{upper,work}
   mount -t overlay overlay -o "lowerdir=/,upperdir=$folder/layer/upper,workdir=$folder/layer/work" "$root"
   mount -t proc proc "$root/proc"
@@ -51,6 +51,8 @@ if [[ $STORY == root ]]; then
   exec chroot "$root" /usr/sbin/sshd -D -e -f "$(dirname "$folder")/sshd_config"
 fi
 
+# Real packages need more room; all others have a disk that is soon full.
+[[ $STORY != packages ]] || export DISK=1g
 [[ $(id -u) == 0 ]] || skip "network and mount namespaces need root"
 for tool in sshd dpkg-deb apt-ftparchive nsenter; do command -v $tool >/dev/null || skip "no $tool"; done
 if [[ -z ${DEPLOY_TEST_NETWORK:-} ]]; then
@@ -336,6 +338,17 @@ story_goes_back() {
   is_version arm 1.3
 }
 
+# hold_in_the_middle VERSION OUT: deploys to arm in the background, as $deployer, until its package waits for /hold to go.
+hold_in_the_middle() {
+  repository "$1" "touch /run/configuring-$1; while [ -e /hold ]; do sleep 0.1; done"
+  on arm touch /hold
+  set -m # a shell without jobs starts them deaf to Ctrl-C
+  "$TIMS_PROGRAMS/timsctl" deploy "$T/scout.toml" --timeout 5s --on arm </dev/null >"$T/$2" 2>&1 &
+  deployer=$!
+  set +m
+  until_true "the package is being configured" on arm test -e "/run/configuring-$1"
+}
+
 story_cut() {
   expect_deploy 0
   repository 1.1 'touch /run/configuring; while [ -e /hold ]; do sleep 0.1; done'
@@ -353,11 +366,7 @@ story_cut() {
   is_version arm 1.1
 
   # The deployer is killed; the host ends alone, and the next one finds it so.
-  repository 1.2 'touch /run/configuring2; while [ -e /hold ]; do sleep 0.1; done'
-  on arm touch /hold
-  "$TIMS_PROGRAMS/timsctl" deploy "$T/scout.toml" --timeout 5s --on arm </dev/null >"$T/killed.out" 2>&1 &
-  deployer=$!
-  until_true "the package is being configured" on arm test -e /run/configuring2
+  hold_in_the_middle 1.2 killed.out
   kill -9 $deployer
   wait $deployer || true
   until_true "its connections end" bash -c "! pgrep -f '^/usr/bin/ssh -F $T/ssh_config.*-M'"
@@ -370,13 +379,7 @@ story_cut() {
   is_version arm 1.2
 
   # Ctrl-C in the middle: the host goes back.
-  repository 1.3 'touch /run/configuring3; while [ -e /hold ]; do sleep 0.1; done'
-  on arm touch /hold
-  set -m # a shell without jobs starts them deaf to Ctrl-C
-  "$TIMS_PROGRAMS/timsctl" deploy "$T/scout.toml" --timeout 5s --on arm </dev/null >"$T/deploy.out" 2>&1 &
-  deployer=$!
-  set +m
-  until_true "the package is being configured" on arm test -e /run/configuring3
+  hold_in_the_middle 1.3 deploy.out
   kill -INT $deployer
   until_true "the host is told" on arm test -e /var/lib/tims-deploy/stop
   on arm rm /hold
@@ -389,11 +392,7 @@ story_cut() {
   clean arm
 
   # A host that loses its power in the middle: everything of it is killed there.
-  repository 1.4 'touch /run/configuring4; while [ -e /hold ]; do sleep 0.1; done'
-  on arm touch /hold
-  "$TIMS_PROGRAMS/timsctl" deploy "$T/scout.toml" --timeout 5s --on arm </dev/null >"$T/power.out" 2>&1 &
-  deployer=$!
-  until_true "the package is being configured" on arm test -e /run/configuring4
+  hold_in_the_middle 1.4 power.out
   kill -9 $deployer
   wait $deployer || true
   on arm "kill -9 \$(pgrep -f '[t]ims-deploy|[a]pt-get|[d]pkg|[p]ostinst'); rm /hold" || true
