@@ -7,10 +7,9 @@ import subprocess
 import tempfile
 import unittest
 
-import rack
 import rack.messages
 import tims
-from support import PATIENCE, PROGRAMS, Child, eventually
+from support import PATIENCE, PROGRAMS, Child, component_proxy, eventually
 
 JAVA = (os.environ["TIMS_JAVA"], "-XX:TieredStopAtLevel=1", "-cp", os.environ["TIMS_CLASS_PATH"])
 
@@ -58,18 +57,7 @@ class Client(unittest.TestCase):
     def wait_for(self, name):
         session = tims.Session(self.router, timeout=PATIENCE)
         self.addCleanup(session.close)
-        work = session.open("Tool(0/9)", slots=4, body_max=70000)
-        self.addCleanup(work.close)
-        proxy = rack.messages.LadarProxy(work, name, rack.Timeouts(on=PATIENCE, off=PATIENCE, data=PATIENCE))
-
-        def there():
-            try:
-                return proxy.status() is not None
-            except tims.NoMailbox:
-                return False
-
-        eventually(there, f"{name} is there")
-        return proxy
+        return component_proxy(self, session, rack.messages.LadarProxy, name)
 
     def timsctl(self, *arguments):
         return subprocess.run([PROGRAMS / "timsctl", "-H", self.router, *arguments], capture_output=True, text=True,

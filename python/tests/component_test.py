@@ -13,7 +13,7 @@ import rack
 import tims
 import rack.messages
 from rack.messages import LadarProxy, PilotProxy
-from support import PATIENCE, PROGRAMS, Child, WithRouter, eventually
+from support import PATIENCE, PROGRAMS, Child, WithRouter, component_proxy, eventually
 
 EXAMPLES = pathlib.Path(os.environ["TIMS_SOURCES"]) / "python" / "examples"
 
@@ -106,18 +106,7 @@ class Components(WithRouter):
     def proxy(self, kind, name):
         session = self.session()
         self.addCleanup(session.close)
-        work = session.open("Tool(0/9)", slots=4, body_max=70000)
-        self.addCleanup(work.close)
-        proxy = kind(work, name, rack.Timeouts(on=PATIENCE, off=PATIENCE, data=PATIENCE))
-
-        def there():
-            try:
-                return proxy.status() is not None
-            except tims.NoMailbox:
-                return False
-
-        eventually(there, f"{name} is there")
-        return proxy
+        return component_proxy(self, session, kind, name)
 
     def counter_proxy(self, instance=0):
         return self.proxy(CounterProxy, self.session().make_address(0, 150, instance))

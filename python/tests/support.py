@@ -10,6 +10,7 @@ import threading
 import time
 import unittest
 
+import rack
 import tims
 
 PROGRAMS = pathlib.Path(os.environ["TIMS_PROGRAMS"])
@@ -24,6 +25,22 @@ def eventually(condition, what="the condition"):
             raise AssertionError(f"{what} did not become true in {PATIENCE:.0f} s")
         time.sleep(0.005)
     return value
+
+
+def component_proxy(test, session, kind, name):
+    """A proxy of this kind, once the component is there; the test closes its mailbox."""
+    work = session.open("Tool(0/9)", slots=4, body_max=70000)
+    test.addCleanup(work.close)
+    proxy = kind(work, name, rack.Timeouts(on=PATIENCE, off=PATIENCE, data=PATIENCE))
+
+    def there():
+        try:
+            return proxy.status() is not None
+        except tims.NoMailbox:
+            return False
+
+    eventually(there, f"{name} is there")
+    return proxy
 
 
 class Child:

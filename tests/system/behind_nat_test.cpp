@@ -6,11 +6,9 @@
 
 #include <boost/json/serialize.hpp>
 
-#include "tests/support/eventually.h"
-#include "tests/support/two_networks.h"
 #include "tests/system/fleet_keys.h"
-#include "tests/system/host.h"
 #include "tests/system/timsctl_fixture.h"
+#include "tests/system/two_hosts_fixture.h"
 #include "tests/system/websocket_client.h"
 
 namespace tims::test {
@@ -93,12 +91,11 @@ device = "pioneer"
 line = "pty:FOLDER/pioneer"
 )";
 
-class BehindNat : public testing::Test {
+class BehindNat : public TwoHosts {
  protected:
   void SetUp() override {
-    auto made = TwoNetworks::enter();
-    if (!made) GTEST_SKIP() << made.error().message();
-    networks_.emplace(std::move(*made));
+    TwoHosts::SetUp();
+    if (IsSkipped()) return;
     const auto hidden = hidden_.hide_behind(*networks_);
     ASSERT_TRUE(hidden.ok()) << hidden.error().message();
     base_ = std::make_unique<Host>(
@@ -118,15 +115,11 @@ class BehindNat : public testing::Test {
         eventually([&] { return base_->knows(kRobotChassis); }, "the base knows the robot"));
   }
   void TearDown() override {
-    if (HasFailure() && robot_)
-      std::cerr << "base:\n" << base_->log() << "robot:\n" << robot_->log();
-    // The programs must exit before their networks are removed.
     tunnel_.reset();
     if (up_) (void)up_->stop(SIGINT, kStart);
     up_.reset();
     agents_.clear();
-    robot_.reset();
-    base_.reset();
+    TwoHosts::TearDown();
   }
 
   // As the operator with these keys, at another host: through the base's port with TLS.
@@ -189,10 +182,7 @@ class BehindNat : public testing::Test {
   const std::string drive_ = keys_.user("dora", {.look = true, .drive = true});
   const std::string configure_ =
       keys_.user("anna", {.look = true, .drive = true, .configure = true});
-  std::optional<TwoNetworks> networks_;
   HiddenNetwork hidden_;
-  std::unique_ptr<Host> base_;
-  std::unique_ptr<Host> robot_;
 
  private:
   void write(const fs::path& path, std::string_view content) const {

@@ -10,10 +10,9 @@
 #include <gmock/gmock.h>
 #include <unistd.h>
 
-#include "tests/support/eventually.h"
-#include "tests/support/two_networks.h"
 #include "tests/system/host.h"
 #include "tests/system/traffic.h"
+#include "tests/system/two_hosts_fixture.h"
 
 namespace tims::test {
 
@@ -31,32 +30,6 @@ inline std::unique_ptr<Host> fleet_host(const std::string& name, const std::stri
   auto host = std::make_unique<Host>(name, role, system, id, links, fleet_settings(more));
   host->listen_at("0.0.0.0:2010");
   return host;
-}
-
-// The router's status of its link to `peer`; null: no link.
-inline boost::json::value link_of(const Host& host, std::string_view peer) {
-  namespace json = boost::json;
-  boost::system::error_code error;
-  const json::value answer = json::parse(host.timsctl({"link", "show", "--json"}), error);
-  if (error || answer.as_object().if_contains("items") == nullptr) return nullptr;
-  for (const json::value& item : answer.at("items").as_array()) {
-    const json::value& name = item.at("peer");
-    if (name.is_string() && name.as_string() == peer) return item;
-  }
-  return nullptr;
-}
-
-// Waits until the link to `peer` is up and this router sends over that path.
-inline testing::AssertionResult goes_by(const Host& host, const std::string& peer,
-                                        const std::string& path, Duration within = kPatience) {
-  return eventually(
-      [&]() -> std::string {
-        const boost::json::value link = link_of(host, peer);
-        if (link.is_null()) return "no link to " + peer;
-        const bool good = link.at("state") == "up" && link.at("path").as_string() == path;
-        return good ? "" : "link to " + peer + ": " + boost::json::serialize(link);
-      },
-      within);
 }
 
 }  // namespace tims::test

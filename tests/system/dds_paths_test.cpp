@@ -1,8 +1,6 @@
 // A base and a robot on two hosts, connected by UDP and DDS: either path or both are cut.
+#include <csignal>
 #include <fstream>
-#include <iostream>
-
-#include <signal.h>
 
 #include "tests/system/dds_fixture.h"
 #include "tests/system/rtps_storm.h"
@@ -14,72 +12,26 @@ namespace dds_paths_test {
 using testing::HasSubstr;
 using namespace std::chrono_literals;
 
-class DdsPaths : public testing::Test {
+class DdsPaths : public TwoHosts {
  protected:
-  void SetUp() override {
-    auto made = TwoNetworks::enter();
-    if (!made) GTEST_SKIP() << made.error().message();
-    networks_.emplace(std::move(*made));
-  }
-  void TearDown() override {
-    if (HasFailure() && robot_)
-      std::cerr << "base:\n" << base_->log() << "robot:\n" << robot_->log();
-    // The programs must exit before their networks are removed.
-    robot_.reset();
-    base_.reset();
-  }
   void start(const std::string& paths = "udp+dds") {
     base_ = fleet_host("base", "top", 0, 1, paths);
     base_->start();
     robot_ = fleet_host("robot", "system", 1, 1, paths);
     networks_->on_the_right([this] { robot_->start(); });
   }
-  // Waits until both paths work; a link that loses one before that is down until the other is
-  // prepared.
-  static testing::AssertionResult both_work(const Host& host, const std::string& peer) {
-    return eventually(
-        [&] {
-          const boost::json::value link = link_of(host, peer);
-          if (link.is_null()) return false;
-          for (const auto& path : link.at("paths").as_array())
-            if (!path.at("works").as_bool()) return false;
-          return true;
-        },
-        "both paths work");
-  }
-  // Drops matching packets on the left host, incoming or outgoing.
-  static void drop(const std::vector<std::string>& what, bool in = true, bool out = true) {
-    std::string commands = "nft add table inet cut\n";
-    for (const char* hook : {"input", "output"})
-      commands += std::string("nft add chain inet cut ") + hook + " '{ type filter hook " + hook +
-                  " priority 0; }'\n";
-    for (const std::string& match : what) {
-      if (in) commands += "nft add rule inet cut input " + match + " drop\n";
-      if (out) commands += "nft add rule inet cut output " + match + " drop\n";
-    }
-    const auto done = TwoNetworks::run(commands);
-    ASSERT_TRUE(done.ok()) << done.error().message();
-  }
   static void cut_udp(bool in = true, bool out = true) {
     drop({"udp dport 2010", "udp sport 2010"}, in, out);
   }
   static void cut_dds() { drop({"udp dport != 2010 udp sport != 2010"}); }
-  static void heal() {
-    const auto done = TwoNetworks::run("nft flush ruleset");
-    ASSERT_TRUE(done.ok()) << done.error().message();
-  }
-
-  std::optional<TwoNetworks> networks_;
-  std::unique_ptr<Host> base_;
-  std::unique_ptr<Host> robot_;
 };
 
 TEST_F(DdsPaths, UdpFailsAndRecovers) {
   start();
   EXPECT_TRUE(goes_by(*base_, "robot", "udp"));
   EXPECT_TRUE(goes_by(*robot_, "base", "udp"));
-  EXPECT_TRUE(both_work(*base_, "robot"));
-  EXPECT_TRUE(both_work(*robot_, "base"));
+  EXPECT_TRUE(all_paths_work(*base_, "robot"));
+  EXPECT_TRUE(all_paths_work(*robot_, "base"));
   Traffic traffic(*base_, *robot_);
   EXPECT_TRUE(traffic.goes_on());
   cut_udp();
@@ -109,8 +61,8 @@ TEST_F(DdsPaths, TheProcessOfDdsIsKilled) {
   start("dds+udp");
   EXPECT_TRUE(goes_by(*base_, "robot", "dds"));
   EXPECT_TRUE(goes_by(*robot_, "base", "dds"));
-  EXPECT_TRUE(both_work(*base_, "robot"));
-  EXPECT_TRUE(both_work(*robot_, "base"));
+  EXPECT_TRUE(all_paths_work(*base_, "robot"));
+  EXPECT_TRUE(all_paths_work(*robot_, "base"));
   Traffic traffic(*base_, *robot_);
   EXPECT_TRUE(traffic.goes_on());
   for (Host* host : {base_.get(), robot_.get()}) {
@@ -132,7 +84,7 @@ TEST_F(DdsPaths, TheProcessOfDdsIsKilled) {
 // Whatever the library makes of it, also if its process ends: the link goes on over UDP.
 TEST_F(DdsPaths, AStormOfForgedDatagramsEndsNothing) {
   start();
-  EXPECT_TRUE(both_work(*base_, "robot"));
+  EXPECT_TRUE(all_paths_work(*base_, "robot"));
   Traffic traffic(*base_, *robot_);
   for (int round = 0; round < 5; ++round) {
     RtpsStorm::send(TwoNetworks::kLeft, 200);
@@ -160,8 +112,8 @@ TEST_F(DdsPaths, TheProcessOfDdsHasNoRights) {
 TEST_F(DdsPaths, AFilterInOneDirection) {
   start();
   EXPECT_TRUE(goes_by(*base_, "robot", "udp"));
-  EXPECT_TRUE(both_work(*base_, "robot"));
-  EXPECT_TRUE(both_work(*robot_, "base"));
+  EXPECT_TRUE(all_paths_work(*base_, "robot"));
+  EXPECT_TRUE(all_paths_work(*robot_, "base"));
   Traffic traffic(*base_, *robot_);
   cut_udp(false, true);  // datagrams from the base
   EXPECT_TRUE(goes_by(*base_, "robot", "dds"));
@@ -303,7 +255,7 @@ TEST_F(DdsPaths, ARobotThatGetsAnotherAddress) {
       },
       "the base knows the new address"));
   EXPECT_TRUE(goes_by(*base_, "robot", "udp"));
-  EXPECT_TRUE(both_work(*base_, "robot"));
+  EXPECT_TRUE(all_paths_work(*base_, "robot"));
 }
 
 }  // namespace dds_paths_test

@@ -32,6 +32,13 @@ std::string as_text(const ReplayResult& result) {
   return text;
 }
 
+// All was received as it was recorded, in this number of messages.
+void expect_complete(const ReplayResult& result, std::uint64_t messages) {
+  EXPECT_TRUE(result.same()) << as_text(result);
+  EXPECT_EQ(result.end, ReplayEnd::kComplete);
+  EXPECT_EQ(result.received_as_expected, messages);
+}
+
 class Recordings : public testing::Test {
  protected:
   void SetUp() override {
@@ -57,26 +64,13 @@ class Recordings : public testing::Test {
   std::unique_ptr<RouterProcess> router_ = std::make_unique<RouterProcess>(settings("256KiB"));
 };
 
-TEST_F(Recordings, OperatorDrivesWithTheGui) {
-  const ReplayResult result = replay_all("a-gui-drive");
-  EXPECT_TRUE(result.same()) << as_text(result);
-  EXPECT_EQ(result.end, ReplayEnd::kComplete);
-  EXPECT_EQ(result.received_as_expected, 4291U);
-}
+TEST_F(Recordings, OperatorDrivesWithTheGui) { expect_complete(replay_all("a-gui-drive"), 4291); }
 
 TEST_F(Recordings, ClientUsesEveryGenericCommand) {
-  const ReplayResult result = replay_all("b-python-client");
-  EXPECT_TRUE(result.same()) << as_text(result);
-  EXPECT_EQ(result.end, ReplayEnd::kComplete);
-  EXPECT_EQ(result.received_as_expected, 1218U);
+  expect_complete(replay_all("b-python-client"), 1218);
 }
 
-TEST_F(Recordings, Disturbances) {
-  const ReplayResult result = replay_all("c-disturbances");
-  EXPECT_TRUE(result.same()) << as_text(result);
-  EXPECT_EQ(result.end, ReplayEnd::kComplete);
-  EXPECT_EQ(result.received_as_expected, 2457U);
-}
+TEST_F(Recordings, Disturbances) { expect_complete(replay_all("c-disturbances"), 2457); }
 
 // The same programs, which know nothing of TLS, by `timsctl tunnel` to a router with keys.
 class RecordingsByTunnel : public testing::Test {
@@ -106,17 +100,11 @@ class RecordingsByTunnel : public testing::Test {
 };
 
 TEST_F(RecordingsByTunnel, OperatorDrivesWithTheGui) {
-  const ReplayResult result = replay_all("a-gui-drive");
-  EXPECT_TRUE(result.same()) << as_text(result);
-  EXPECT_EQ(result.end, ReplayEnd::kComplete);
-  EXPECT_EQ(result.received_as_expected, 4291U);
+  expect_complete(replay_all("a-gui-drive"), 4291);
 }
 
 TEST_F(RecordingsByTunnel, ClientUsesEveryGenericCommand) {
-  const ReplayResult result = replay_all("b-python-client");
-  EXPECT_TRUE(result.same()) << as_text(result);
-  EXPECT_EQ(result.end, ReplayEnd::kComplete);
-  EXPECT_EQ(result.received_as_expected, 1218U);
+  expect_complete(replay_all("b-python-client"), 1218);
 }
 
 }  // namespace recordings_test

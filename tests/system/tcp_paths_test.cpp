@@ -1,41 +1,24 @@
 // A base and a robot with keys on two hosts, between which a firewall may drop all UDP: the link
 // goes over TCP then, sealed like before.
-#include <iostream>
 #include <memory>
-#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
-#include <boost/json/parse.hpp>
-#include <boost/json/serialize.hpp>
 #include <gmock/gmock.h>
 
-#include "tests/support/eventually.h"
-#include "tests/support/two_networks.h"
 #include "tests/system/fleet_keys.h"
-#include "tests/system/host.h"
 #include "tests/system/traffic.h"
+#include "tests/system/two_hosts_fixture.h"
 
 namespace tims::test {
 namespace tcp_paths_test {
 
-namespace json = boost::json;
 using security::MemberRole;
 using testing::HasSubstr;
 
-class TcpPaths : public testing::Test {
+class TcpPaths : public TwoHosts {
  protected:
-  void SetUp() override {
-    auto made = TwoNetworks::enter();
-    if (!made) GTEST_SKIP() << made.error().message();
-    networks_.emplace(std::move(*made));
-  }
-  void TearDown() override {
-    if (HasFailure() && robot_)
-      std::cerr << "base:\n" << base_->log() << "robot:\n" << robot_->log();
-    // The programs must exit before their networks are removed.
-    robot_.reset();
-    base_.reset();
-  }
   void start(const std::string& paths_of_base = "udp+tcp",
              const std::string& paths_of_robot = "udp+tcp") {
     base_ = std::make_unique<Host>(
@@ -51,65 +34,24 @@ class TcpPaths : public testing::Test {
     robot_->listen_at("0.0.0.0:2010");
     networks_->on_the_right([this] { robot_->start(); });
   }
-  // All UDP on the left host, or what comes to a port by TCP.
-  static void drop(const std::string& what) {
-    const auto done = TwoNetworks::run(
-        "nft add table inet cut\n"
-        "nft add chain inet cut input '{ type filter hook input priority 0; }'\n"
-        "nft add chain inet cut output '{ type filter hook output priority 0; }'\n"
-        "nft add rule inet cut input " +
-        what + " drop\nnft add rule inet cut output " + what + " drop\n");
-    ASSERT_TRUE(done.ok()) << done.error().message();
-  }
-  static void drop_udp() { drop("meta l4proto udp"); }
-  static void drop_tcp() { drop("meta l4proto tcp"); }
-  static void heal() {
-    const auto done = TwoNetworks::run("nft flush ruleset");
-    ASSERT_TRUE(done.ok()) << done.error().message();
-  }
-
-  static json::value link_of(const Host& host) {
-    boost::system::error_code error;
-    const json::value answer = json::parse(host.timsctl({"link", "show", "--json"}), error);
-    if (error || answer.as_object().if_contains("items") == nullptr) return nullptr;
-    const auto& items = answer.at("items").as_array();
-    return items.empty() ? json::value() : items.front();
-  }
-  static testing::AssertionResult goes_by(const Host& host, const std::string& path) {
-    return eventually([&]() -> std::string {
-      const json::value link = link_of(host);
-      const bool good = link.is_object() && link.at("state") == "up" &&
-                        link.at("path").as_string() == path && link.at("secure").as_bool();
-      return good ? "" : json::serialize(link);
-    });
-  }
-  static testing::AssertionResult both_work(const Host& host) {
-    return eventually(
-        [&] {
-          const json::value link = link_of(host);
-          if (!link.is_object()) return false;
-          for (const auto& path : link.at("paths").as_array())
-            if (!path.at("works").as_bool()) return false;
-          return true;
-        },
-        "both paths work");
-  }
+  static void drop_udp() { drop({"meta l4proto udp"}); }
+  static void drop_tcp() { drop({"meta l4proto tcp"}); }
   void expect_both_go_by(const std::string& path) const {
-    EXPECT_TRUE(goes_by(*base_, path));
-    EXPECT_TRUE(goes_by(*robot_, path));
+    for (const auto& [host, peer] :
+         {std::pair(base_.get(), "robot"), std::pair(robot_.get(), "base")}) {
+      EXPECT_TRUE(goes_by(*host, peer, path));
+      EXPECT_TRUE(link_of(*host, peer).at("secure").as_bool());
+    }
   }
 
   FleetKeys keys_;
-  std::optional<TwoNetworks> networks_;
-  std::unique_ptr<Host> base_;
-  std::unique_ptr<Host> robot_;
 };
 
 TEST_F(TcpPaths, UdpFailsAndRecovers) {
   start();
   expect_both_go_by("udp");
-  EXPECT_TRUE(both_work(*base_));
-  EXPECT_TRUE(both_work(*robot_));
+  EXPECT_TRUE(all_paths_work(*base_, "robot"));
+  EXPECT_TRUE(all_paths_work(*robot_, "base"));
   Traffic traffic(*base_, *robot_);
   EXPECT_TRUE(traffic.goes_on());
   drop_udp();
@@ -163,13 +105,13 @@ TEST_F(TcpPaths, ConnectionsAreMadeAgain) {
 TEST_F(TcpPaths, TcpFailsAndRecoversUnnoticed) {
   start();
   expect_both_go_by("udp");
-  EXPECT_TRUE(both_work(*robot_));
+  EXPECT_TRUE(all_paths_work(*robot_, "base"));
   Traffic traffic(*base_, *robot_);
   drop_tcp();
   EXPECT_TRUE(traffic.goes_on());
   heal();
-  EXPECT_TRUE(both_work(*base_));
-  EXPECT_TRUE(both_work(*robot_));
+  EXPECT_TRUE(all_paths_work(*base_, "robot"));
+  EXPECT_TRUE(all_paths_work(*robot_, "base"));
   traffic.expect_all();
   EXPECT_THAT(base_->log(), testing::Not(HasSubstr("is down")));
 }
