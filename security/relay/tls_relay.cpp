@@ -68,7 +68,8 @@ short TlsRelay::outer_events() const {
 }
 
 short TlsRelay::inner_events() const {
-  const bool reads = state_ == State::kOpen && !inner_ended_ && to_outer_.empty();
+  const bool opened = state_ == State::kOpen || state_ == State::kEnding;
+  const bool reads = opened && !inner_ended_ && to_outer_.empty();
   return static_cast<short>((reads ? POLLIN : 0) | (to_inner_.empty() ? 0 : POLLOUT));
 }
 

@@ -2,6 +2,7 @@
 // connections, certificates that are refused; and that all bytes arrive in both directions.
 #include "security/relay/tls_relays.h"
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <string>
@@ -134,6 +135,38 @@ TEST_F(TlsRelaysTest, WhatWasSentBeforeTheEndArrives) {
   });
   EXPECT_EQ(read_all(client.get(), last.size() + 1).size(), last.size());
   writer.join();
+}
+
+// Whether what it waits for has come.
+bool is_called(const TlsRelay& relay) {
+  const auto has = [](int socket, short events) {
+    return events != 0 && os::is_ready(socket, events, Time{});
+  };
+  return relay.state() != TlsRelay::State::kOver &&
+         (has(relay.outer(), relay.outer_events()) || has(relay.inner(), relay.inner_events()));
+}
+
+// All that can happen at one instant.
+void work_at(Time now, std::span<TlsRelay> relays) {
+  const auto called = [&] { return std::ranges::find_if(relays, is_called); };
+  for (auto relay = called(); relay != relays.end(); relay = called()) relay->work(now);
+}
+
+TEST_F(TlsRelaysTest, ItIsOverAtOnceWhenBothSidesHaveEnded) {
+  constexpr Time kNow{};
+  auto wire = pair();
+  std::array<TlsRelay, 2> relays{
+      TlsRelay(server_.on(std::move(wire[0]), context(TlsSettings::Side::kServer)), kNever),
+      TlsRelay(client_.on(std::move(wire[1]), context(TlsSettings::Side::kClient)), kNever)};
+  work_at(kNow, relays);
+  ASSERT_TRUE(server_.opened && client_.opened);
+  client_.opened->socket.reset();
+  work_at(kNow, relays);
+  EXPECT_EQ(relays[0].state(), TlsRelay::State::kEnding) << "the server may still answer";
+  server_.opened->socket.reset();
+  work_at(kNow, relays);
+  EXPECT_EQ(relays[0].state(), TlsRelay::State::kOver);
+  EXPECT_EQ(relays[1].state(), TlsRelay::State::kOver);
 }
 
 TEST_F(TlsRelaysTest, APlainConnectionIsHandedOnUntouchedWhereItIsAllowed) {
