@@ -17,6 +17,7 @@
 #include "router/config/options.h"
 #include "router/core/newest_values.h"
 #include "router/core/router.h"
+#include "router/io/admin_actions.h"
 #include "router/io/admin_service.h"
 #include "router/io/arguments.h"
 #include "router/io/http/console_folder.h"

@@ -4,8 +4,13 @@
 #include <deque>
 #include <vector>
 
+#include <boost/json/parse.hpp>
+
 #include "router/core/router.h"
+#include "router/io/admin_actions.h"
+#include "router/io/admin_answers.h"
 #include "router/io/admin_service.h"
+#include "router/io/answer_frame.h"
 
 namespace tims::io::test {
 
@@ -125,5 +130,13 @@ class AdminFixture : public AdminSource {
   core::ClientId laser_{};
   core::ClientId pilot_{};
 };
+
+// The answer to a question that changes nothing.
+inline boost::json::object ask(const AdminFixture& lab, std::string_view question) {
+  return boost::json::parse(answer_admin(question, lab, AdminFixture::clocks())).as_object();
+}
+inline std::string_view error_code(const boost::json::object& answer) {
+  return answer.at("error").at("code").as_string();
+}
 
 }  // namespace tims::io::test

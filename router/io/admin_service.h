@@ -1,6 +1,5 @@
-// The router's own answers. The admin protocol's service (ADMIN.md): takes questions as JSON and
-// returns answers as JSON (reports.h); and executes their requests: taking links up
-// and down, faults, routes.
+// The admin protocol's service (ADMIN.md): takes questions as JSON, and returns answers as JSON
+// (admin_answers.h) or executes their requests (admin_actions.h).
 #pragma once
 
 #include <cstddef>
@@ -17,21 +16,6 @@
 #include "router/io/admin_source.h"
 
 namespace tims::io {
-
-inline constexpr std::size_t kAnswerBytesMax = 256 << 10;
-
-inline constexpr std::size_t kStaticRoutesMax = 256;
-
-// Answers any bytes immediately: a question that would wait is answered with the current data,
-// and one that would change something is refused.
-std::string answer_admin(std::string_view question, const AdminSource& source,
-                         const Clocks& clocks);
-
-// The static routes after a reload: the configured ones, as changed from `before` to `after`, and
-// those added and deleted at run time.
-std::vector<core::StaticRoute> reload_routes(const std::vector<core::StaticRoute>& running,
-                                             const std::vector<core::StaticRoute>& before,
-                                             const std::vector<core::StaticRoute>& after);
 
 // The questions that have arrived and are not answered yet. The router must not be called while
 // it delivers a question (core::RouterHooks::admin), so answers are generated at the end of a

@@ -15,11 +15,9 @@ namespace tims::io {
 namespace reports_test {
 
 namespace json = boost::json;
+using test::ask;
 using test::LinkedFixture;
 
-json::object ask(const LinkedFixture& lab, const std::string& question) {
-  return json::parse(answer_admin(question, lab, LinkedFixture::clocks())).as_object();
-}
 // The items of all pages of `limit`, by what they are known as: their name, else where they are.
 std::map<std::string, json::object> items(const LinkedFixture& lab, const std::string& question,
                                           int limit = 1000) {

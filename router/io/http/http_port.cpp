@@ -8,7 +8,7 @@
 #include <fmt/format.h>
 
 #include "os/clock.h"
-#include "router/io/admin_service.h"
+#include "router/io/admin_answers.h"
 #include "router/io/metrics.h"
 #include "router/io/subjects.h"
 #include "wire/header.h"
