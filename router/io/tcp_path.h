@@ -45,7 +45,7 @@ class TcpPath final : public link::DatagramSender {
   TcpPath(Loop& loop, Log& log, Listener& listener);
   TcpPath(const TcpPath&) = delete;
   TcpPath& operator=(const TcpPath&) = delete;
-  ~TcpPath();
+  ~TcpPath() override;
 
   // For routers that connect. Returns the listening address.
   Result<config::Endpoint> listen(const config::Endpoint& where);
