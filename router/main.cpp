@@ -582,8 +582,9 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     for (const auto& change : config::changes(configuration_.config, loaded.config)) {
       log_.info("reloaded: " + change.to_string());
     }
-    router_.set_static_routes(io::reload_routes(
-        router_.static_routes(), static_routes(configuration_.config), static_routes(wanted)));
+    router_.set_static_routes(io::reload_routes(router_.routes().all_static(),
+                                                static_routes(configuration_.config),
+                                                static_routes(wanted)));
     const bool same_policy = policy_text(loaded.origins, wanted) ==
                              policy_text(configuration_.origins, configuration_.config);
     configuration_.config = std::move(wanted);

@@ -101,7 +101,7 @@ RouteReport report_route(const Router& router, Time now, Address to, std::int8_t
     if (report.action == policy::Action::kDeny)
       return {.verdict = Verdict::kDenied, .not_available = type > 0, .denied = report};
   }
-  const Router::NextHop hop = router.next_hop(sender, to);
+  const NextHop hop = router.routes().next_hop(sender, to);
   if (hop.to == nullptr)
     return {.verdict = Verdict::kNoRoute, .why_not = hop.why_not, .not_available = type > 0};
   const bool link = hop.to->info.port == PortKind::kLink;

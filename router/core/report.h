@@ -87,7 +87,7 @@ struct RouteReport {
   std::optional<MailboxReport> mailbox{};  // set for kDeliver, and for kForward when it is known
   Peer link{};                             // kForward: the link used
   Address next{};                          // the router at its other end
-  Router::NextHop::By by = Router::NextHop::By::kNone;
+  NextHop::By by = NextHop::By::kNone;
   Outcome why_not = Outcome::kNoRoute;  // kNoRoute
   bool not_available = false;           // kNoRoute, kDenied: this type would be answered so
   VerdictReport denied{};               // kDenied

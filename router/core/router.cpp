@@ -30,22 +30,13 @@ bool is_foreign(const Client* sender) {
 constexpr Duration kLoopEventEvery = std::chrono::seconds(1);
 constexpr Duration kRefusalEventEvery = std::chrono::seconds(1);
 
-bool is_link(const Client* client, LinkKind kind) {
-  return client != nullptr && client->info.port == PortKind::kLink &&
-         client->info.link.kind == kind;
-}
-
-// Messages from routers above or beside are forwarded only downwards, which rules out loops.
-bool only_down(const Client* from) {
-  return is_link(from, LinkKind::kSuper) || is_link(from, LinkKind::kPeer);
-}
-
 }  // namespace
 
 Router::Router(const RouterSettings& settings, HashSeed seed, RouterHooks& hooks)
     : settings_(settings),
       hooks_(hooks),
       registrations_(seed, tims::text_sink(settings.widths)),
+      routes_(clients_, registrations_, settings.widths),
       lifesigns_(settings.lifesign_interval) {
   settings_.classes = settings.classes.at(settings.widths);
   const Origin here{settings.address, settings.epoch, 0};
@@ -103,7 +94,7 @@ ClientId Router::connect(Time now, const ClientInfo& info) {
   gate_.enter(now, client);
   if (info.lifesign) lifesigns_.watch(now, client);
   const bool link = info.port == PortKind::kLink;
-  if (link) links_.push_back(client.id);
+  if (link) routes_.add_link(client.id);
   happened(now, link ? EventKind::kLinkUp : EventKind::kClientCame, Address(), client.peer());
   return client.id;
 }
@@ -138,8 +129,7 @@ void Router::disconnect(Time now, ClientId id, CloseReason reason) {
   miss(now, *client, behind);
   lifesigns_.unwatch(*client);
   if (!leases_.empty()) ended(now, leases_.end_of(id));
-  std::erase(links_, id);
-  if (uplink_ == id) uplink_ = kNoClient;
+  routes_.remove_link(id);
   record_end(now, *client, reason);
   gate_.leave(now, *client);
   clients_.remove(id);
@@ -226,7 +216,7 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
   const bool local = sender.info.port == PortKind::kLocal;
   const bool link = sender.info.port == PortKind::kLink;
   if (is_for_router(header) && link) return Outcome::kMalformedCommand;
-  if (link && !may_come_from(sender, header.src)) return Outcome::kForgedSource;
+  if (link && !routes_.may_come_from(sender, header.src)) return Outcome::kForgedSource;
   if (is_for_router(header) && !local) return carry_out(now, sender, message);
 
   const std::optional<std::uint32_t> own = handle_of(sender, header.src);
@@ -252,7 +242,7 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
   }
   const Outcome outcome = forward(now, &sender, message);
   const bool lost_command =
-      header.type > 0 && !taken(outcome) && leads_over_link(sender, header.dest);
+      header.type > 0 && !taken(outcome) && routes_.leads_over_link(sender, header.dest);
   if (lost_command || (is_unroutable(outcome) && wants_notification(sender, header)))
     answer_not_available(now, receiver_of(sender, handle), header);
   return outcome;
@@ -271,7 +261,7 @@ std::optional<std::uint32_t> Router::handle_of(const Client& owner, Address addr
 bool Router::names_own_mailbox(const Client& sender, const Message& message) const {
   const auto mailbox = data_mailbox(message);
   if (!mailbox) return true;
-  if (sender.info.port == PortKind::kLink) return may_come_from(sender, *mailbox);
+  if (sender.info.port == PortKind::kLink) return routes_.may_come_from(sender, *mailbox);
   return !sender.is_judged() || handle_of(sender, *mailbox);
 }
 
@@ -287,7 +277,7 @@ Receiver Router::receiver_of(const Client& client, std::uint32_t handle) {
 }
 
 Outcome Router::forward(Time now, Client* from, Message& message) {
-  NextHop on = next_hop(from, message.header.dest);
+  NextHop on = routes_.next_hop(from, message.header.dest);
   if (on.to == nullptr) {
     const bool unread = message.header.dest == text_sink() && message.header.type <= 0;
     return unread && on.why_not == Outcome::kNoRoute ? Outcome::kUnread : on.why_not;
@@ -328,7 +318,7 @@ void Router::copy_text(Time now, Message& message) {
 
 // A command to the sink is meant for our own log program; the original's windows accept texts
 // only.
-Router::NextHop Router::local_text_reader(const NextHop& otherwise) const {
+NextHop Router::local_text_reader(const NextHop& otherwise) const {
   for (const TextReader& reader : text_readers_) {
     Client* client = clients_.find(reader.client);
     if (client->info.port == PortKind::kLocal) return {client, reader.handle, NextHop::By::kTable};
@@ -559,76 +549,6 @@ Peer Router::peer(ClientId id) const {
 
 // --- Other routers
 
-Router::NextHop Router::next_hop(const Client* from, Address dest) const {
-  NextHop on;
-  const auto take = [&](ClientId next, std::uint32_t handle, NextHop::By by) {
-    Client* to = clients_.find(next);
-    if (to == nullptr) return false;
-    if (from != nullptr && to->id == from->id && to->info.port == PortKind::kLink) {
-      on.why_not = Outcome::kWouldReturn;
-      return false;
-    }
-    on = {to, handle, by};
-    return true;
-  };
-  if (const Table::Entry* entry = find(dest)) {
-    const Client* owner = clients_.find(entry->owner);
-    if (only_down(from) && only_down(owner)) return {.why_not = Outcome::kWouldReturn};
-    take(entry->owner, entry->handle, NextHop::By::kTable);
-    return on;
-  }
-  for (const StaticRoute& route : static_routes_) {
-    if (!route.match.matches(dest)) continue;
-    if (take(link_named(route.via.view()), 0, NextHop::By::kStatic)) return on;
-  }
-  if (only_down(from)) return on.why_not == Outcome::kNoRoute ? NextHop{} : on;
-  const auto system = dest.fields(settings_.widths).system;
-  if (const ClientId peer = peer_router(system); peer && take(peer, 0, NextHop::By::kSystem))
-    return on;
-  // Includes the own system: an operator's joystick for this robot may be registered at the base.
-  take(uplink_, 0, NextHop::By::kUp);
-  return on;
-}
-
-bool Router::leads_over_link(const Client& from, Address dest) const {
-  const NextHop on = next_hop(&from, dest);
-  return on.to != nullptr && on.to->info.port == PortKind::kLink;
-}
-
-// The system router of another robot, linked as a peer.
-ClientId Router::peer_router(std::uint32_t system) const {
-  for (const ClientId id : links_) {
-    const Client& other = *clients_.find(id);
-    if (is_link(&other, LinkKind::kPeer) && other.info.link.role == Role::kSystem &&
-        other.info.link.system == system)
-      return id;
-  }
-  return kNoClient;
-}
-
-ClientId Router::link_named(std::string_view name) const {
-  for (const ClientId id : links_) {
-    if (clients_.find(id)->info.name.view() == name) return id;
-  }
-  return kNoClient;
-}
-
-bool Router::may_come_from(const Client& link, Address address) const {
-  const ClientInfo::Link& with = link.info.link;
-  const auto system = address.fields(settings_.widths).system;
-  // From above comes anything but what is here or below.
-  if (with.kind == LinkKind::kSuper) {
-    const Table::Entry* entry = find(address);
-    if (entry == nullptr || entry->owner == link.id) return true;
-  } else if ((with.role == Role::kTop || system == with.system) &&
-             (!with.only || system == *with.only)) {
-    return true;
-  }
-  return std::ranges::any_of(static_routes_, [&](const StaticRoute& route) {
-    return route.match.matches(address) && link_named(route.via.view()) == link.id;
-  });
-}
-
 Outcome Router::stop_loop(Time now, const Client* from, const Client& to, const Message& message) {
   if (now >= next_loop_event_) {
     next_loop_event_ = now + kLoopEventEvery;
@@ -639,8 +559,8 @@ Outcome Router::stop_loop(Time now, const Client* from, const Client& to, const 
 }
 
 void Router::set_uplink(Time now, ClientId link) {
-  if (uplink_ == link) return;
-  uplink_ = link;
+  if (routes_.uplink() == link) return;
+  routes_.set_uplink(link);
   happened(now, EventKind::kUplinkChanged, Address(), peer(link));
 }
 
@@ -776,7 +696,7 @@ void Router::on_undelivered(Time now, ClientId link, const Header& header, Outco
   count_dropped(clients_.find(link), one);
   if (header.type <= 0) return;
   // The sender is answered as if the message had been refused immediately.
-  const NextHop back = next_hop(nullptr, header.src);
+  const NextHop back = routes_.next_hop(nullptr, header.src);
   if (back.to == nullptr) return;
   answer_not_available(now, receiver_of(*back.to, back.handle), header);
 }

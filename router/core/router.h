@@ -18,6 +18,7 @@
 #include "router/core/newest_values.h"
 #include "router/core/policy_gate.h"
 #include "router/core/registrations.h"
+#include "router/core/routes.h"
 #include "router/core/statistics.h"
 #include "router/core/stream_counters.h"
 #include "router/core/types.h"
@@ -123,13 +124,6 @@ inline constexpr std::size_t kAuditEvents = 1024;
 // Maximum number of clients of one router that may own the sink of texts at the same time.
 inline constexpr std::size_t kTextReadersMax = 16;
 
-// The route for messages to unregistered destinations.
-struct StaticRoute {
-  AddressPattern match{};
-  Text<64> text{};  // the pattern as configured
-  Text<64> via{};   // name of a router at the other end of a link
-};
-
 struct Registration {
   enum class Status : std::uint8_t { kOk, kAddressInUse, kTooMany, kNoSuchClient };
   Status status = Status::kOk;
@@ -142,6 +136,8 @@ enum class Removal : std::uint8_t { kOk, kUnknown, kNotOwner };
 class Router {
  public:
   Router(const RouterSettings& settings, HashSeed seed, RouterHooks& hooks);
+  Router(const Router&) = delete;
+  Router& operator=(const Router&) = delete;
 
   // Must be called before traffic starts. A port that is switched off is not attached and has no
   // clients.
@@ -210,7 +206,6 @@ class Router {
 
   // Sets the link for messages to unknown destinations; kNoClient: none.
   void set_uplink(Time now, ClientId link);
-  [[nodiscard]] ClientId uplink() const { return uplink_; }
   // The link announces a mailbox. `origin.hops` is counted from this router. Returns false when
   // the announcement is refused because it is in a loop.
   bool learn(Time now, ClientId link, Address address, const Origin& origin);
@@ -218,16 +213,12 @@ class Router {
   void forget_all(Time now, ClientId link);
   // The link's current announcement of this address, whether the link owns it or waits for it.
   [[nodiscard]] std::optional<Origin> announced(ClientId link, Address address) const;
-  // True when the address is in the system the link is configured for, or when a static route
-  // leads to it over the link. Checked for mailboxes that the link announces and for sources of
-  // messages it brings.
-  [[nodiscard]] bool may_come_from(const Client& link, Address address) const;
   // A message that was handed to a link, and that the link has lost or dropped.
   void on_undelivered(Time now, ClientId link, const Header& header, Outcome outcome);
   // Events of links that are not about a message: counted and logged.
   void note(const Event& event) { happened(event); }
-  void set_static_routes(std::vector<StaticRoute> routes) { static_routes_ = std::move(routes); }
-  [[nodiscard]] const std::vector<StaticRoute>& static_routes() const { return static_routes_; }
+  void set_static_routes(std::vector<StaticRoute> routes) { routes_.set_static(std::move(routes)); }
+  [[nodiscard]] const Routes& routes() const { return routes_; }
 
   // The table announced to routers above and beside: all mailboxes below this router and its own.
   [[nodiscard]] const ExportedTable& exported_table() const {
@@ -245,15 +236,6 @@ class Router {
   [[nodiscard]] Origin origin(const Table::Entry& entry) const {
     return registrations_.origin(*clients_.find(entry.owner), entry);
   }
-
-  // The client that a message to this address is handed to; `from` is null for the router itself.
-  struct NextHop {
-    Client* to = nullptr;
-    std::uint32_t handle = 0;
-    enum class By : std::uint8_t { kTable, kStatic, kSystem, kUp, kNone } by = By::kNone;
-    Outcome why_not = Outcome::kNoRoute;  // set when `to` is null
-  };
-  [[nodiscard]] NextHop next_hop(const Client* from, Address dest) const;
 
   // Routers that a link announced before it went down, and that no other link has announced
   // since.
@@ -307,14 +289,11 @@ class Router {
   static void count_dropped(Client* receiver, const Count& count);
 
   // --- other routers
-  [[nodiscard]] ClientId link_named(std::string_view name) const;
-  [[nodiscard]] ClientId peer_router(std::uint32_t system) const;
   void learn_again(Time now, Address address);
   [[nodiscard]] std::vector<Address> routers_behind(const Client& link) const;
   void miss(Time now, const Client& link, const std::vector<Address>& routers);
   void duplicate(Time now, const Client& link, Address address, const Origin& origin);
   [[nodiscard]] Peer peer_router(const Client& link, const Origin& origin) const;
-  [[nodiscard]] bool leads_over_link(const Client& from, Address dest) const;
   Outcome stop_loop(Time now, const Client* from, const Client& to, const Message& message);
 
   // --- policy
@@ -354,9 +333,6 @@ class Router {
   RouterSettings settings_;
   RouterHooks& hooks_;
   std::array<Port*, kPortKindCount> ports_{};
-  ClientId uplink_{};
-  std::vector<ClientId> links_;
-  std::vector<StaticRoute> static_routes_;
   Time next_loop_event_{};
   Time next_refusal_event_{};
   struct TextReader {
@@ -366,6 +342,7 @@ class Router {
   std::vector<TextReader> text_readers_;  // all but the first, which is in the table
   Clients clients_;
   Registrations registrations_;
+  Routes routes_;
   MissingRouters missing_;
   NewestValues* newest_ = nullptr;
   DrivingLeases leases_;

@@ -22,7 +22,7 @@ constexpr Origin kFar{Address(0x01000200), 6, 2};
 class RouterLinksTest : public RouterTest {
  protected:
   [[nodiscard]] ClientId hop_of(ClientId from, Address to) const {
-    const Router::NextHop hop = router_.next_hop(router_.client(from), to);
+    const NextHop hop = router_.routes().next_hop(router_.client(from), to);
     return hop.to == nullptr ? kNoClient : hop.to->id;
   }
   [[nodiscard]] std::size_t events(EventKind kind) const {
@@ -236,7 +236,7 @@ TEST_F(RouterLinksTest, WhatIsNotKnownGoesUpAndNeverBack) {
   EXPECT_EQ(sink_.replies[0].to.client, up);
   EXPECT_EQ(sink_.replies[0].header.type, type::kNotAvailable);
   router_.disconnect(now_, up, CloseReason::kSilent);
-  EXPECT_EQ(router_.uplink(), kNoClient);
+  EXPECT_EQ(router_.routes().uplink(), kNoClient);
 }
 
 // An operator's joystick for robot 1 may be registered at the base.
@@ -245,10 +245,10 @@ TEST_F(RouterLinksTest, WhatASystemRouterDoesNotKnowOfItsOwnSystemGoesUpToo) {
   const ClientId up =
       robot.connect(now_, {.port = PortKind::kLink, .link = {.kind = LinkKind::kSuper}});
   robot.set_uplink(now_, up);
-  EXPECT_EQ(robot.next_hop(nullptr, Address(0x02140000)).to->id, up);
-  EXPECT_EQ(robot.next_hop(nullptr, kPilot).to->id, up);
-  EXPECT_EQ(robot.next_hop(nullptr, kLadar).to->id, up);
-  EXPECT_EQ(robot.next_hop(robot.client(up), kLadar).to, nullptr) << "and never back";
+  EXPECT_EQ(robot.routes().next_hop(nullptr, Address(0x02140000)).to->id, up);
+  EXPECT_EQ(robot.routes().next_hop(nullptr, kPilot).to->id, up);
+  EXPECT_EQ(robot.routes().next_hop(nullptr, kLadar).to->id, up);
+  EXPECT_EQ(robot.routes().next_hop(robot.client(up), kLadar).to, nullptr) << "and never back";
 }
 
 TEST_F(RouterLinksTest, APeerIsAskedForItsOwnSystem) {
@@ -269,7 +269,7 @@ TEST_F(RouterLinksTest, WhatComesFromAboveGoesDownOnly) {
   router_.learn(now_, sub, kPilot, kFar);
   EXPECT_EQ(hop_of(up, kPilot), sub);
   EXPECT_EQ(hop_of(up, kLadar), kNoClient);
-  EXPECT_EQ(router_.next_hop(router_.client(up), kLadar).why_not, Outcome::kWouldReturn);
+  EXPECT_EQ(router_.routes().next_hop(router_.client(up), kLadar).why_not, Outcome::kWouldReturn);
   EXPECT_EQ(hop_of(sub, kLadar), peer);
 }
 
@@ -294,7 +294,7 @@ TEST_F(RouterLinksTest, SourcesAndMailboxesMustBelongBehindTheLink) {
   router_.register_mailbox(now_, local, here);
   ASSERT_TRUE(router_.learn(now_, robot3, Address(0x03110000), kRobot));
   const auto may = [&](ClientId from, Address address) {
-    return router_.may_come_from(*router_.client(from), address);
+    return router_.routes().may_come_from(*router_.client(from), address);
   };
   EXPECT_TRUE(may(robot3, Address(0x03110000)));
   EXPECT_TRUE(may(robot3, Address(0x03770000))) << "not announced yet, or any more";

@@ -58,7 +58,7 @@ QuestionError no_link(const AdminSource& source, std::string_view name) {
 }
 
 std::optional<QuestionError> change_routes(const Question& question, AdminSource& source) {
-  std::vector<core::StaticRoute> routes = source.router().static_routes();
+  std::vector<core::StaticRoute> routes = source.router().routes().all_static();
   const std::size_t gone = std::erase_if(routes, [&](const core::StaticRoute& route) {
     return route.text.view() == question.pattern &&
            (question.link.empty() || route.via.view() == question.link);
@@ -123,7 +123,7 @@ std::optional<Person> person_asking(core::ClientId asker, const AdminSource& sou
 // A subsystem router has the leases of the router above it, and gives none.
 std::optional<QuestionError> lease_elsewhere(const Question& question, core::ClientId asker,
                                              const core::Router& router) {
-  const core::Client* above = router.client(router.uplink());
+  const core::Client* above = router.client(router.routes().uplink());
   const bool is_below = router.settings().role == core::Role::kSubsystem && above != nullptr &&
                         above->info.link.role == core::Role::kSystem;
   if (is_below && asker != above->id)

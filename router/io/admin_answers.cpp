@@ -200,7 +200,7 @@ class Answerer {
   // All routes added at run time; of a longer configured list only the beginning.
   [[nodiscard]] json::array static_routes() const {
     json::array routes;
-    for (const core::StaticRoute& route : router_.static_routes()) {
+    for (const core::StaticRoute& route : router_.routes().all_static()) {
       if (routes.size() == kStaticRoutesMax) break;
       routes.push_back({{"match", route.text.view()}, {"via", route.via.view()}});
     }

@@ -19,7 +19,7 @@ using base::seconds;
 using base::valid_utf8;
 using core::name;
 using link::name;
-using By = core::Router::NextHop::By;
+using By = core::NextHop::By;
 
 // --- values
 

@@ -153,7 +153,7 @@ void Advertiser::add(Time now, Address address, core::Origin origin) {
   if (here.hops < core::kHopsMax) ++here.hops;
   const bool countable = here.hops == origin.hops + 1;
   const core::Client* from = router_.client(client_);
-  const bool allowed = from != nullptr && router_.may_come_from(*from, address);
+  const bool allowed = from != nullptr && router_.routes().may_come_from(*from, address);
   if (!allowed) note(now, core::EventKind::kAddressRefused, address);
   if (!allowed || !router_.learn(now, client_, address, here) || !countable) {
     router_.forget(now, client_, address);

@@ -301,7 +301,7 @@ bool Links::goes_on_packed(core::ClientId from, const core::Message& message,
                            std::uint32_t size) const {
   const core::NewestValues* newest = router_.newest();
   if (newest != nullptr && newest->wants(message.header)) return false;
-  const auto next = router_.next_hop(router_.client(from), message.header.dest);
+  const auto next = router_.routes().next_hop(router_.client(from), message.header.dest);
   if (next.to == nullptr || next.to->info.port != core::PortKind::kLink) return false;
   const Link* link = this->link(next.to->info.token);
   return link != nullptr && link->takes_packed(message, size);

@@ -27,7 +27,8 @@ class CheckingSink final : public Port, public RouterHooks {
     fuzz::require(entry == nullptr ? link : entry->owner == to.client);
     fuzz::require(!link || (to.client != sender && message.hops < kHopsMax));
     // Configured routes may create loops, so they are excluded.
-    fuzz::require(!goes_up(to.client) || !goes_up(sender) || !router->static_routes().empty());
+    fuzz::require(!goes_up(to.client) || !goes_up(sender) ||
+                  !router->routes().all_static().empty());
     return outcome;
   }
   void reply(Time, const Receiver& to, const Header& header) override {

@@ -174,7 +174,8 @@ TEST(Reconnect, AsymmetricLoss) {
   s.cut_one_way("robot", "base");
   EXPECT_TRUE(s.run_until([&] { return !Story::knows(*s.base, kCamera); }, 3 * kKeepAlive + 100ms));
   // The robot learns that the base does not receive it, and answers commands with NOT_AVAILABLE.
-  EXPECT_TRUE(s.run_until([&] { return s.robot->router().uplink() == core::kNoClient; }, 500ms));
+  EXPECT_TRUE(
+      s.run_until([&] { return s.robot->router().routes().uplink() == core::kNoClient; }, 500ms));
   s.robot->send(s.now(), s.ladar, {.type = 3, .dest = kGui, .src = kLadar});
   EXPECT_EQ(Story::not_available(*s.robot, s.ladar), 1U);
   s.cut_one_way("robot", "base", false);
