@@ -69,7 +69,9 @@ class RecordingSink final : public Port, public RouterHooks {
   policy::Right right_of(const Message&) override { return right; }
   bool writes_rules(const ClientInfo& client) override { return client.uid == writer; }
   void trace_denied(ClientId, const Message&, std::string_view) override { ++traces_denied; }
-  void traced(ClientId from, ClientId to, const Message&) override { traces.push_back({from, to}); }
+  void traced(ClientId from, ClientId to, const Message&) override {
+    traces.emplace_back(from, to);
+  }
   void event(const Event& event) override { events.push_back(event); }
   void moved(Address address) override { moved_addresses.push_back(address); }
 
