@@ -138,6 +138,11 @@ class RouterTest : public testing::Test {
   [[nodiscard]] std::uint64_t count(EventKind kind) const {
     return router_.event_counts().of(kind);
   }
+  // Whom a message of this client is handed to.
+  [[nodiscard]] ClientId hop_of(ClientId from, Address to) const {
+    const NextHop hop = router_.routes().next_hop(router_.client(from), to);
+    return hop.to == nullptr ? kNoClient : hop.to->id;
+  }
   [[nodiscard]] ClientId owner(std::uint32_t address) const {
     const Table::Entry* entry = router_.find(Address(address));
     return entry == nullptr ? kNoClient : entry->owner;

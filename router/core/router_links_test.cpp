@@ -21,10 +21,6 @@ constexpr Origin kFar{Address(0x01000200), 6, 2};
 
 class RouterLinksTest : public RouterTest {
  protected:
-  [[nodiscard]] ClientId hop_of(ClientId from, Address to) const {
-    const NextHop hop = router_.routes().next_hop(router_.client(from), to);
-    return hop.to == nullptr ? kNoClient : hop.to->id;
-  }
   [[nodiscard]] std::size_t events(EventKind kind) const {
     return static_cast<std::size_t>(
         std::ranges::count(sink_.events, kind, [](const Event& e) { return e.kind; }));

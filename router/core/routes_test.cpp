@@ -15,13 +15,7 @@ constexpr Address kPilot(0x00180000);
 constexpr Origin kRobot{Address(0x01000100), 5, 1};
 constexpr Origin kFar{Address(0x01000200), 6, 2};
 
-class RoutesTest : public RouterTest {
- protected:
-  [[nodiscard]] ClientId hop_of(ClientId from, Address to) const {
-    const NextHop hop = router_.routes().next_hop(router_.client(from), to);
-    return hop.to == nullptr ? kNoClient : hop.to->id;
-  }
-};
+using RoutesTest = RouterTest;
 
 TEST_F(RoutesTest, WhatIsNotKnownGoesUpAndNeverBack) {
   const ClientId up = link(LinkKind::kSuper, 0, "base");
