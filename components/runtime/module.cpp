@@ -784,7 +784,11 @@ void Module::Runtime::report_failure(const char* what, const std::string& why) {
 // A component that failed again and again is reported to be on when it has been on for a while.
 void Module::Runtime::report_settled() {
   const auto failures = failures_.settled(tims::os::now());
-  if (failures) log_.print("Module on, after {} more failures", *failures);
+  if (!failures) return;
+  if (*failures == 0)
+    log_.print("Module on");
+  else
+    log_.print("Module on, after {} more failure{}", *failures, *failures == 1 ? "" : "s");
 }
 
 void Module::Runtime::report_status(std::string_view status, const tims::Error* why) {

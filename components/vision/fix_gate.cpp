@@ -27,7 +27,11 @@ std::optional<RobotFix> FixGate::take(TimeStamp time, std::span<const RobotFix> 
   };
   const auto count = std::ranges::count_if(fixes, is_believed);
   if (count > 0) elsewhere_.reset();
-  if (count == 1) return *std::ranges::find_if(fixes, is_believed);
+  if (count == 1) {
+    const RobotFix& fix = *std::ranges::find_if(fixes, is_believed);
+    // It would replace what is known better: by MonteCarloLocalisation, for example.
+    return fix.deviation < deviation ? std::optional(fix) : std::nullopt;
+  }
   // Of several poses that fit equally, none says where the robot is.
   return count == 0 && fixes.size() == 1 ? elsewhere(time, fixes.front(), believed, deviation)
                                          : std::nullopt;

@@ -38,6 +38,12 @@ TEST_F(FixGateTest, SendsWhatIsNearAtOnce) {
   EXPECT_FALSE(sends({}));
 }
 
+TEST_F(FixGateTest, WhatIsKnownBetterIsNotReplaced) {
+  EXPECT_FALSE(sends({fix_at(45, 0)}, {}, 20));
+  EXPECT_FALSE(sends({fix_at(45, 0)}, {}, 30));
+  EXPECT_TRUE(sends({fix_at(45, 0)}, {}, 31));
+}
+
 TEST_F(FixGateTest, OfTwoThatFitTheOneThatIsBelieved) {
   ASSERT_TRUE(sends({fix_at(3000, 0), fix_at(20, 0)}));
   EXPECT_EQ(sent_->pose.x, 20);

@@ -52,7 +52,7 @@ Listeners::Added Listeners::add(const Listener& wanted) {
     listeners_.push_back(wanted);
     return Added::kNew;
   }
-  known->reduction = wanted.reduction;
+  const bool is_changed = std::exchange(known->reduction, wanted.reduction) != wanted.reduction;
   known->once = wanted.once;
   known->requested = wanted.requested;
   // The answer to GET_NEXT_DATA is identified by its sequence number.
@@ -60,7 +60,7 @@ Listeners::Added Listeners::add(const Listener& wanted) {
     known->priority = wanted.priority;
     known->seq_nr = wanted.seq_nr;
   }
-  return Added::kAgain;
+  return is_changed ? Added::kChanged : Added::kAgain;
 }
 
 bool Listeners::remove(tims::Address mailbox) {

@@ -36,7 +36,8 @@ class Listeners {
  public:
   explicit Listeners(std::size_t max);
 
-  enum class Added : std::uint8_t { kNew, kAgain, kFull };
+  // kChanged: it was one at another period.
+  enum class Added : std::uint8_t { kNew, kChanged, kAgain, kFull };
   // GET_CONT_DATA of the component `source`.
   Added add(const tims::Header& request, tims::Address source, tims::Address mailbox,
             std::uint32_t reduction, tims::Time now = {});

@@ -49,6 +49,7 @@ TEST_F(ListenersTest, GetEachSoManyThDataSet) {
 
 TEST_F(ListenersTest, ASecondRequestChangesOnlyTheReduction) {
   (void)listeners.add(request(kFirst, 1, 9), kSource, kFirst, 1);
+  EXPECT_EQ(listeners.add(request(kFirst, 2, 3), kSource, kFirst, 2), Added::kChanged);
   EXPECT_EQ(listeners.add(request(kFirst, 2, 3), kSource, kFirst, 2), Added::kAgain);
   EXPECT_TRUE(listeners.take_due(due).empty());
   const auto second = listeners.take_due(due);

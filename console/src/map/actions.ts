@@ -6,7 +6,7 @@ import type { FeatureMapDataPoint, ObjRecogObject, WorldData } from '../codec/me
 import { command } from '../model/commands';
 import type { Robot } from '../model/fleet';
 import { types, wordBody } from '../tims/header';
-import { degrees, metres } from '../ui/quantities';
+import { heading, metres } from '../ui/quantities';
 import { firstOf } from './follow';
 import type { RobotScene } from './scene';
 import { distanceToLine, headingTo, type Point, type Pose } from './transform';
@@ -42,7 +42,7 @@ const obstacleHeight = 1000;
 
 // The distance and the direction from one place to another.
 export function measured({ x, y, rho, end }: Spot): string {
-  return `${metres(Math.hypot(end.x - x, end.y - y))}, ${degrees((rho + 2 * Math.PI) % (2 * Math.PI))}`;
+  return `${metres(Math.hypot(end.x - x, end.y - y))}, ${heading(rho)}`;
 }
 
 const turnHint = 'press at the place, and drag to where it shall look';

@@ -12,7 +12,6 @@ export interface MapColours {
   transparent: string;
   rain: string;
   dirt: string;
-  trail: string;
   path: string;
   pilot: string;
   goal: string;
@@ -48,7 +47,6 @@ function readColours(): MapColours {
     transparent: colour('transparent'),
     rain: colour('rain'),
     dirt: colour('dirt'),
-    trail: colour('trail'),
     path: colour('path'),
     pilot: colour('pilot'),
     goal: colour('goal'),

@@ -1,4 +1,5 @@
-// Fills the scene of a robot from the data of its components: one subscription for each that is registered.
+// Fills the scene of a robot from the data of its components: one subscription for the first of a class that is on, and
+// for each position, path and pilot.
 
 import type { Console } from '../app/console';
 import { classId, decodeData, decodeStruct, valueName } from '../codec/catalogue';
@@ -8,7 +9,15 @@ import { command } from '../model/commands';
 import type { Component, Robot } from '../model/fleet';
 import { decodeHeader, headerSize } from '../tims/header';
 import { planOf } from './plan';
-import { type DetectedObject, defaultHull, movedTo, type RobotScene, type Spline, type Wall } from './scene';
+import {
+  type DetectedObject,
+  defaultHull,
+  movedTo,
+  otherMovedTo,
+  type RobotScene,
+  type Spline,
+  type Wall,
+} from './scene';
 import type { Pose } from './transform';
 
 interface PositionData {
@@ -32,15 +41,28 @@ interface ObjectsData {
   objects: { objectId: number; type: number; pos: Pose; dim: { x: number; y: number } }[];
 }
 
-type Take = (scene: RobotScene, data: never, now: number) => void;
+type Take = (scene: RobotScene, data: never, now: number, instance: number) => void;
 
 const periods = { fast: 66, normal: 200, slow: 1000 }; // ms
 
-const sources: { name: string; period: number; take: Take; elements?: boolean }[] = [
-  { name: 'Position', period: periods.fast, take: takePosition as Take },
+interface Source {
+  name: string;
+  period: number;
+  take: Take;
+  takeOther?: Take; // of its other instances
+  elements?: boolean;
+}
+
+const sources: Source[] = [
+  {
+    name: 'Position',
+    period: periods.fast,
+    take: takePosition as Take,
+    takeOther: takeOtherPosition as Take,
+  },
   { name: 'Scan2d', period: periods.fast, take: takeScan as Take, elements: true },
-  { name: 'Pilot', period: periods.normal, take: takePilot as Take },
-  { name: 'Path', period: periods.slow, take: takePath as Take },
+  { name: 'Pilot', period: periods.normal, take: takePilot as Take, takeOther: takePilot as Take },
+  { name: 'Path', period: periods.slow, take: takePath as Take, takeOther: takePath as Take },
   { name: 'Mcl', period: periods.normal, take: takeMcl as Take },
   { name: 'ObjRecog', period: periods.normal, take: takeObjects as Take },
   { name: 'Gps', period: periods.normal, take: takeGps as Take },
@@ -50,21 +72,20 @@ const sources: { name: string; period: number; take: Take; elements?: boolean }[
 // Returns what ends it. `changed` is called after every change.
 export function followRobot(console: Console, robot: Robot, scene: RobotScene, changed: () => void): () => void {
   const ends: (() => void)[] = [];
-  for (const { name, period, take, elements = false } of sources) {
-    const component = firstOf(robot, name);
-    if (component === undefined) continue;
-    ends.push(
-      console.client.subscribe(component.address, period, ({ message, at }) => {
-        const header = decodeHeader(message);
-        if (header === undefined) return;
-        take(
-          scene,
-          decodeData(component.classId, message.subarray(headerSize), header.flags, { elements }) as never,
-          at,
-        );
-        changed();
-      }),
-    );
+  const follow = ({ address, classId: id, instance }: Component, take: Take, period: number, elements = false) =>
+    console.client.subscribe(address, period, ({ message, at }) => {
+      const header = decodeHeader(message);
+      if (header === undefined) return;
+      take(scene, decodeData(id, message.subarray(headerSize), header.flags, { elements }) as never, at, instance);
+      changed();
+    });
+  for (const { name, period, take, takeOther, elements } of sources) {
+    const first = firstOf(robot, name);
+    if (first === undefined) continue;
+    ends.push(follow(first, take, period, elements));
+    if (takeOther === undefined) continue;
+    for (const other of robot.components)
+      if (other.classId === first.classId && other !== first) ends.push(follow(other, takeOther, periods.normal));
   }
   void askHull(console, robot, scene).then(changed, () => {});
   ends.push(followPlan(console, robot, scene, changed));
@@ -83,20 +104,28 @@ function takePosition(scene: RobotScene, { pos, var: deviation }: PositionData, 
   movedTo(scene, pos, Math.max(deviation.x, deviation.y), now);
 }
 
+function takeOtherPosition(scene: RobotScene, { pos }: PositionData, _now: number, instance: number): void {
+  otherMovedTo(scene, instance, pos);
+}
+
 function takeScan(scene: RobotScene, { refPos, points }: ScanData): void {
   if (scene.pose === undefined) return;
   const isAbsolute = refPos.x !== 0 || refPos.y !== 0 || refPos.rho !== 0;
   scene.scan = { pose: scene.pose, isAbsolute, points };
 }
 
-function takePilot(scene: RobotScene, { dest, distanceToDest, splines }: PilotData): void {
+// A pilot that is on without a way to drive leaves that of the one that drives.
+function takePilot(scene: RobotScene, data: PilotData, _now: number, instance: number): void {
+  const { dest, distanceToDest, splines } = data;
+  if (splines.length > 0) scene.pilot = instance;
+  if (scene.pilot !== undefined && scene.pilot !== instance) return;
   scene.goal = dest;
   scene.distanceToGoal = distanceToDest;
   scene.splines = splines;
 }
 
-function takePath(scene: RobotScene, { splines }: { splines: Spline[] }): void {
-  scene.path = splines;
+function takePath(scene: RobotScene, { splines }: { splines: Spline[] }, _now: number, instance: number): void {
+  scene.paths.set(instance, splines);
 }
 
 function takeMcl(scene: RobotScene, { points }: { points: RobotScene['particles'] }): void {

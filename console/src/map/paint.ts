@@ -64,8 +64,10 @@ export function paintMap(
   if (layers.map) for (const { plan } of scenes) if (plan !== undefined) paintPlan(drawing, plan, false);
   for (const scene of scenes) {
     if (layers.walls) paintWalls(drawing, scene);
-    if (layers.trail) paintLine(drawing, scene.trail, robotColour(colours, scene.system), 1, 0.5);
-    if (layers.path) paintSplines(drawing, scene.path, colours.path, 2);
+    const colour = robotColour(colours, scene.system);
+    if (layers.trail) paintTrails(drawing, scene, colour);
+    // Of one robot, a colour tells what a line is; of several, whose.
+    if (layers.path) paintPaths(drawing, scene, scenes.length > 1 ? colour : colours.path);
     if (layers.particles) addPoints(drawing, scene.particles, pixelOf(colours.particle), 2);
     if (layers.scan) addScan(drawing, scene);
   }
@@ -83,6 +85,35 @@ export function paintMap(
     paintRobot(drawing, scene, now);
   }
   paintScale(drawing);
+}
+
+// Instances differ in their dashes, which everybody can tell apart.
+const dashes = [[], [7, 4], [2, 3], [9, 3, 2, 3]];
+const dashOf = (instance: number) => dashes[instance % dashes.length] ?? [];
+
+function paintTrails(drawing: Drawing, { trail, otherTrails, system }: RobotScene, colour: string): void {
+  const { context, view, size, colours } = drawing;
+  paintLine(drawing, trail, colour, 1, 0.5);
+  for (const [instance, other] of otherTrails) {
+    context.setLineDash(dashes[1 + (instance % (dashes.length - 1))] ?? []);
+    paintLine(drawing, other, colour, 1.5);
+    context.setLineDash([]);
+    const last = other.at(-1);
+    if (last === undefined) continue;
+    const { x, y } = toScreen(view, size, last);
+    context.fillStyle = colours.text;
+    context.font = '11px system-ui, sans-serif';
+    context.textAlign = 'left';
+    context.fillText(`Position ${system}/${instance}`, x + 6, y + 4);
+  }
+}
+
+function paintPaths(drawing: Drawing, { paths }: RobotScene, colour: string): void {
+  for (const [instance, splines] of paths) {
+    drawing.context.setLineDash(dashOf(instance));
+    paintSplines(drawing, splines, colour, 2);
+    drawing.context.setLineDash([]);
+  }
 }
 
 export function robotColour(colours: MapColours, system: number): string {
@@ -309,7 +340,8 @@ function paintObjects({ context, view, size, colours }: Drawing, { objects }: Ro
     context.stroke();
     const at = toScreen(view, size, pose);
     const name = type === 0 ? '' : valueName('ObjRecogObject.type', type);
-    context.fillText(`${id} ${name ?? ''}`, at.x, at.y + 4);
+    const above = Math.hypot(half.x, half.y) * view.scale; // and not on the points that it is made of
+    context.fillText(`${id} ${name ?? ''}`, at.x, at.y - above - 3);
   }
 }
 

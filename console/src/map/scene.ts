@@ -56,10 +56,12 @@ export interface RobotScene {
   deviation: number; // mm, of the position
   poseAt: number; // performance.now()
   trail: Pose[];
+  otherTrails: Map<number, Pose[]>; // of the robot's other instances of Position, by instance
   hull: Hull;
   scan: ScanPoints | undefined;
-  path: Spline[];
-  splines: Spline[]; // of the pilot
+  paths: Map<number, Spline[]>; // by instance of Path
+  splines: Spline[]; // of the pilot that drives
+  pilot: number | undefined; // its instance
   goal: Pose | undefined;
   distanceToGoal: number; // mm
   particles: { x: number; y: number; type: number }[];
@@ -92,10 +94,12 @@ export function emptyScene(system: number, goals = new Goals()): RobotScene {
     deviation: 0,
     poseAt: 0,
     trail: [],
+    otherTrails: new Map(),
     hull: defaultHull,
     scan: undefined,
-    path: [],
+    paths: new Map(),
     splines: [],
+    pilot: undefined,
     goal: undefined,
     distanceToGoal: 0,
     particles: [],
@@ -112,8 +116,19 @@ export function movedTo(scene: RobotScene, pose: Pose, deviation: number, now: n
   scene.pose = pose;
   scene.deviation = deviation;
   scene.poseAt = now;
-  const last = scene.trail.at(-1);
+  lengthen(scene.trail, pose);
+}
+
+// What another instance of Position believes.
+export function otherMovedTo({ otherTrails }: RobotScene, instance: number, pose: Pose): void {
+  const trail = otherTrails.get(instance) ?? [];
+  otherTrails.set(instance, trail);
+  lengthen(trail, pose);
+}
+
+function lengthen(trail: Pose[], pose: Pose): void {
+  const last = trail.at(-1);
   if (last !== undefined && Math.hypot(pose.x - last.x, pose.y - last.y) < trailStep) return;
-  scene.trail.push(pose);
-  if (scene.trail.length > trailMax) scene.trail.splice(0, scene.trail.length - trailMax);
+  trail.push(pose);
+  if (trail.length > trailMax) trail.splice(0, trail.length - trailMax);
 }

@@ -121,6 +121,12 @@ export class Fleet {
     }
   }
 
+  // It begins anew, with its present parameters.
+  async restart(component: Component): Promise<void> {
+    if (component.state.value !== 'off') await this.turn(component, false);
+    await this.turn(component, true);
+  }
+
   // Those that depend on others come last in the list, and go off first. Goes on when one does not go off; throws then.
   async turnAllOff(robot: Robot, progress: (text: string) => void = () => {}): Promise<void> {
     const components = [...robot.components].reverse().filter(({ state }) => state.value !== 'off');

@@ -5,6 +5,7 @@ import { useEffect } from 'preact/hooks';
 import { useConsole } from '../app/console';
 import { route, setOption } from '../app/route';
 import { FilterBox } from '../ui/filter_box';
+import { timeText, UtcSwitch } from '../ui/times';
 import { askedRouter, RouterChoice } from './asked_router';
 import type { EventItem } from './reports';
 
@@ -68,6 +69,7 @@ export function Events() {
         <span class="small faint">
           {shown.length} of {events.value.length}
         </span>
+        <UtcSwitch />
       </div>
       {trouble.value !== '' && <p class="bad">{trouble.value}</p>}
       {lost.value > 0 && <p class="warn">{lost.value} events were overwritten before they could be shown.</p>}
@@ -83,7 +85,7 @@ export function Events() {
         <tbody>
           {shown.map((event) => (
             <tr key={event.seq}>
-              <td class="time">{new Date(event.time).toLocaleTimeString('en-GB')}</td>
+              <td class="time">{timeText(new Date(event.time))}</td>
               <td>{wordsOf(event)}</td>
               <td>{event.address?.name}</td>
               <td>{event.text ?? event.reason}</td>

@@ -6,6 +6,7 @@ import { route, setOption } from '../app/route';
 import { useAttempt } from '../ui/attempt';
 import { ComponentInput } from '../ui/component_input';
 import { duration } from '../ui/quantities';
+import { timeText, UtcSwitch } from '../ui/times';
 import type { HopRecord } from './reports';
 
 interface Result {
@@ -38,8 +39,14 @@ export function TraceForm() {
         <button type="submit" class="primary" disabled={busy.value}>
           Trace
         </button>
+        <UtcSwitch />
       </form>
       <Failure />
+      {result.value === undefined && !busy.value && (
+        <p class="summary faint">
+          Sends one message. Each router on its way reports when it passed, and how long it had waited there.
+        </p>
+      )}
       {result.value !== undefined && <Hops result={result.value} />}
     </>
   );
@@ -61,7 +68,7 @@ function Hops({ result: { hops, answered } }: { result: Result }) {
         <tbody>
           {hops.map(({ time, router, from, to, waited_s: waited }) => (
             <tr key={`${time} ${router}`}>
-              <td class="time">{time.slice(11, 26)}</td>
+              <td class="time">{timeText(new Date(time)) + time.slice(19, 26)}</td>
               <td>{router}</td>
               <td>{from.name}</td>
               <td>{to.name}</td>

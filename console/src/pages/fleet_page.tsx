@@ -4,7 +4,8 @@ import { useSignal } from '@preact/signals';
 import { useEffect, useRef } from 'preact/hooks';
 import { nameOf, useConsole } from '../app/console';
 import { go, route, setOption } from '../app/route';
-import { className } from '../codec/catalogue';
+import { classId, className } from '../codec/catalogue';
+import type { ChassisData } from '../codec/messages';
 import type { Component, Robot } from '../model/fleet';
 import type { Lease } from '../model/leases';
 import type { LogText } from '../model/log';
@@ -19,6 +20,7 @@ import { Lamp } from '../ui/lamp';
 import { needs } from '../ui/needs';
 import { age, duration } from '../ui/quantities';
 import { stopRobots } from '../ui/stop_button';
+import { InSight, useInSight, useStream } from '../ui/use_stream';
 
 interface Row {
   robot: Robot;
@@ -215,8 +217,9 @@ function RobotCard({ row, router, driver }: CardProperties) {
   const [word, kind] = wordOf(row);
   const console = useConsole();
   const { attempt, busy, Failure } = useAttempt();
+  const [element, inSight] = useInSight<HTMLLIElement>();
   return (
-    <li class={`robot ${kind === 'bad' ? 'troubled' : kind === 'warn' ? 'doubtful' : ''}`}>
+    <li ref={element} class={`robot ${kind === 'bad' ? 'troubled' : kind === 'warn' ? 'doubtful' : ''}`}>
       <h2>
         <a href={`#/robot/${robot.system}`}>{robot.system === 0 ? 'Base' : `Robot ${robot.system}`}</a>
         <span class={`word ${kind}`}>{word}</span>
@@ -231,6 +234,9 @@ function RobotCard({ row, router, driver }: CardProperties) {
         <span class="faint">
           {robot.components.length} components{router?.rtt_s != null && `, link ${duration(router.rtt_s)}`}
         </span>
+        <InSight.Provider value={inSight}>
+          <Battery robot={robot} />
+        </InSight.Provider>
       </p>
       {driver !== undefined && <p class="small">{driver.holder} drives it</p>}
       <ul class="troubles">
@@ -281,6 +287,16 @@ function RobotCard({ row, router, driver }: CardProperties) {
       <Failure />
     </li>
   );
+}
+
+const batteryPeriod = 5000; // ms
+
+// Of a chassis that is on and measures it.
+function Battery({ robot }: { robot: Robot }) {
+  const chassis = robot.components.find((each) => each.classId === classId('Chassis') && each.state.value === 'on');
+  const { value } = useStream<ChassisData>(chassis?.address, batteryPeriod);
+  const voltage = value.value?.data.battery ?? 0;
+  return voltage > 0 ? <span>battery {voltage.toFixed(1)} V</span> : null;
 }
 
 // A router that the own one has known and no longer reaches: its robot is away as a whole.

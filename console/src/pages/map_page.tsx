@@ -6,9 +6,10 @@ import { useConsole } from '../app/console';
 import { route } from '../app/route';
 import { actions, type Spot } from '../map/actions';
 import { BackgroundMenu } from '../map/background_menu';
+import { mapColours } from '../map/colours';
 import { firstOf, followRobot } from '../map/follow';
 import { type Centre, MapCanvas, newMapModel, zoom } from '../map/map_canvas';
-import { allLayers, type Layers, unknownDeviation } from '../map/paint';
+import { allLayers, type Layers, robotColour, unknownDeviation } from '../map/paint';
 import { emptyScene, type RobotScene } from '../map/scene';
 import { WaypointList } from '../map/waypoint_list';
 import type { Robot } from '../model/fleet';
@@ -16,7 +17,7 @@ import { useAttempt } from '../ui/attempt';
 import { Icon } from '../ui/icons';
 import { stateWord } from '../ui/lamp';
 import { needs } from '../ui/needs';
-import { degrees, metres } from '../ui/quantities';
+import { heading, metres } from '../ui/quantities';
 import { pageVisible } from '../ui/use_stream';
 
 const robotsMax = 20; // with their scans and paths
@@ -261,12 +262,17 @@ function Positions({ model, robots }: { model: ReturnType<typeof newMapModel>; r
 
 function PositionRow({ robot, scene }: { robot: Robot; scene: RobotScene | undefined }) {
   const { system } = robot;
+  const name = (
+    <th scope="row">
+      <span class="swatch" style={{ background: robotColour(mapColours(), system) }} /> {system}
+    </th>
+  );
   const pose = scene?.pose;
   if (scene === undefined || pose === undefined) {
     const position = firstOf(robot, 'Position');
     return (
       <tr>
-        <th scope="row">{system}</th>
+        {name}
         <td colSpan={5} class="faint">
           {position === undefined ? 'it has no Position' : `Position: ${stateWord(position.state.value)}`}
         </td>
@@ -275,10 +281,10 @@ function PositionRow({ robot, scene }: { robot: Robot; scene: RobotScene | undef
   }
   return (
     <tr>
-      <th scope="row">{system}</th>
+      {name}
       <td>{metres(pose.x)}</td>
       <td>{metres(pose.y)}</td>
-      <td>{degrees(pose.rho)}</td>
+      <td>{heading(pose.rho)}</td>
       <td>{deviationText(scene.deviation)}</td>
       <td>{scene.distanceToGoal > 0 ? metres(scene.distanceToGoal) : '–'}</td>
     </tr>

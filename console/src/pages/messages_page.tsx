@@ -13,6 +13,7 @@ import { ComponentInput } from '../ui/component_input';
 import { FilterBox } from '../ui/filter_box';
 import { needs } from '../ui/needs';
 import { saveFile } from '../ui/save';
+import { timeText, UtcSwitch } from '../ui/times';
 
 const order: Level[] = ['print', 'error', 'warning', 'info', 'detail'];
 const letters: Record<Level, string> = { print: 'P', error: 'E', warning: 'W', info: 'I', detail: 'D' };
@@ -58,6 +59,7 @@ export function MessagesPage() {
           change={(text) => setOption('filter', text)}
         />
         <LevelMenu />
+        <UtcSwitch />
         <button type="button" onClick={() => save(console, shown.filter(wanted))} disabled={texts.length === 0}>
           Save
         </button>
@@ -187,7 +189,7 @@ export function LogTable({ texts, empty }: { texts: LogText[]; empty: preact.Com
         <tbody>
           {texts.map((text) => (
             <tr key={text.number} class={`level-${text.level}`}>
-              <td class="time">{timeText(text.time)}</td>
+              <td class="time">{preciseText(text.time)}</td>
               <td>
                 <abbr title={text.level}>{letters[text.level]}</abbr>
               </td>
@@ -224,8 +226,8 @@ function passes(console: Console, text: LogText, level: Level, filter: string): 
   );
 }
 
-function timeText(time: Date): string {
-  return `${time.toLocaleTimeString('en-GB')}.${`${time.getMilliseconds()}`.padStart(3, '0')}`;
+function preciseText(time: Date): string {
+  return `${timeText(time)}.${`${time.getMilliseconds()}`.padStart(3, '0')}`;
 }
 
 function save(console: Console, texts: LogText[]) {

@@ -11,6 +11,7 @@ import { type NumberField, numberAt, numberFields } from '../plots/number_fields
 import { Ring } from '../plots/ring';
 import { decodeHeader, headerSize, types } from '../tims/header';
 import { useAttempt } from '../ui/attempt';
+import { fixed } from '../ui/quantities';
 import { saveFile } from '../ui/save';
 import { pageVisible } from '../ui/use_stream';
 
@@ -224,7 +225,7 @@ function options(curves: Curve[], element: HTMLElement): uPlot.Options {
     scales: { x: { time: false, range: () => [-windowTime, 0] }, y: { range: (_, min, max) => valueRange(min, max) } },
     axes: [
       { ...axis, label: 'seconds' },
-      { ...axis, size: 76 },
+      { ...axis, size: 76, values: (_plot, splits) => stepTexts(splits) },
     ],
     series: [
       {},
@@ -236,6 +237,13 @@ function options(curves: Curve[], element: HTMLElement): uPlot.Options {
       })),
     ],
   };
+}
+
+// With as many digits as tell each from the next.
+function stepTexts(splits: number[]): string[] {
+  const step = Math.abs((splits[1] ?? 1) - (splits[0] ?? 0)) || 1;
+  const digits = Math.min(12, Math.max(0, Math.ceil(-Math.log10(step) - 1e-9)));
+  return splits.map((value) => fixed(value, digits));
 }
 
 // A little more than the values; around one that stays the same, too.

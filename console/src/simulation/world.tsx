@@ -9,7 +9,7 @@ import { command } from '../model/commands';
 import type { Component } from '../model/fleet';
 import { type Attempt, useAttempt } from '../ui/attempt';
 import { needs } from '../ui/needs';
-import { degrees, metres } from '../ui/quantities';
+import { heading, metres } from '../ui/quantities';
 import { useStream } from '../ui/use_stream';
 import { StreamBox } from '../views/view';
 
@@ -76,7 +76,7 @@ function Robots({ robots }: { robots: WorldThing[] }) {
             <th scope="row">{name}</th>
             <td>{metres(pos.x)}</td>
             <td>{metres(pos.y)}</td>
-            <td>{degrees(pos.rho)}</td>
+            <td>{heading(pos.rho)}</td>
             <td>{metres(travelled)}</td>
             <td>
               {contactText({ walls, obstacles, people, robots: others })}

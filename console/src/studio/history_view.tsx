@@ -2,6 +2,7 @@
 
 import { useSignal } from '@preact/signals';
 import { useEffect } from 'preact/hooks';
+import { dateText, UtcSwitch } from '../ui/times';
 import { type PastChange, pastChanges } from './past';
 import { show } from './place';
 import type { Outcome } from './protocol';
@@ -36,31 +37,36 @@ export function HistoryView() {
     if (await studio.goBackTo(`Back to “${why}”`, at)) show({ view: 'changes' });
   };
   return (
-    <ol class="history">
-      {changes.value.map((change) => (
-        <li key={change.at.map(({ host, generation }) => `${host} ${generation}`).join()} class="box">
-          <h2>{change.why || outcomeWords[change.outcome]}</h2>
-          <p>
-            <time dateTime={change.time}>{new Date(change.time).toLocaleString('en-GB')}</time>
-            {change.who !== '' && `, by ${change.who}`}
-            {', '}
-            <strong class={change.outcome === 'went_back' ? 'bad' : ''}>{outcomeWords[change.outcome]}</strong>
-            {change.reason && `: ${change.reason}`}
-          </p>
-          <p class="faint">
-            {change.at
-              .map(({ host, generation, files }) => `${host} (${generation}): ${files.join(', ') || 'no file'}`)
-              .join('; ')}
-          </p>
-          {change.outcome !== 'went_back' && (
-            <p class="actions">
-              <button type="button" onClick={() => void goBack(change)}>
-                Go back to this<span class="hidden">: {change.why || outcomeWords[change.outcome]}</span>
-              </button>
+    <>
+      <div class="tools">
+        <UtcSwitch />
+      </div>
+      <ol class="history">
+        {changes.value.map((change) => (
+          <li key={change.at.map(({ host, generation }) => `${host} ${generation}`).join()} class="box">
+            <h2>{change.why || outcomeWords[change.outcome]}</h2>
+            <p>
+              <time dateTime={change.time}>{dateText(new Date(change.time))}</time>
+              {change.who !== '' && `, by ${change.who}`}
+              {', '}
+              <strong class={change.outcome === 'went_back' ? 'bad' : ''}>{outcomeWords[change.outcome]}</strong>
+              {change.reason && `: ${change.reason}`}
             </p>
-          )}
-        </li>
-      ))}
-    </ol>
+            <p class="faint">
+              {change.at
+                .map(({ host, generation, files }) => `${host} (${generation}): ${files.join(', ') || 'no file'}`)
+                .join('; ')}
+            </p>
+            {change.outcome !== 'went_back' && (
+              <p class="actions">
+                <button type="button" onClick={() => void goBack(change)}>
+                  Go back to this<span class="hidden">: {change.why || outcomeWords[change.outcome]}</span>
+                </button>
+              </p>
+            )}
+          </li>
+        ))}
+      </ol>
+    </>
   );
 }

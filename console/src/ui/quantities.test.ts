@@ -1,10 +1,16 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { degrees, fixed, metres } from './quantities';
+import { degrees, fixed, heading, metres } from './quantities';
 
 test('what is rounded to zero has no sign', () => {
   assert.equal(metres(-4), '0.00 m');
   assert.equal(metres(-6), '-0.01 m');
   assert.equal(degrees(-0.0001), '0.0°');
   assert.equal(fixed(1.005, 1), '1.0');
+});
+
+test('a direction is within one turn', () => {
+  assert.equal(heading(2 * Math.PI - 0.0001), '0.0°');
+  assert.equal(heading(-Math.PI / 2), '270.0°');
+  assert.equal(heading(5 * Math.PI), '180.0°');
 });

@@ -43,6 +43,13 @@ export function degrees(radians: number): string {
   return `${fixed((radians * 180) / Math.PI, 1)}°`;
 }
 
+// Of a direction: from 0.0 to 359.9.
+export function heading(radians: number): string {
+  const turn = 2 * Math.PI;
+  const text = degrees(((radians % turn) + turn) % turn);
+  return text === '360.0°' ? '0.0°' : text;
+}
+
 // Without the sign of what is rounded to zero.
 export function fixed(value: number, digits: number): string {
   return (Math.round(value * 10 ** digits) / 10 ** digits + 0).toFixed(digits);

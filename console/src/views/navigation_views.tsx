@@ -16,7 +16,7 @@ import type {
 import { command } from '../model/commands';
 import { useAttempt } from '../ui/attempt';
 import { needs } from '../ui/needs';
-import { degrees, metres, radians } from '../ui/quantities';
+import { degrees, heading as headingText, metres, radians } from '../ui/quantities';
 import { SoundSwitch } from '../ui/sound_switch';
 import { useStream } from '../ui/use_stream';
 import { FieldTable } from './fields_view';
@@ -35,7 +35,7 @@ function Pose({ pos, deviation }: { pos: Position3d; deviation?: Position3d }) {
     ['Down', 'z', metres],
     ['Roll', 'phi', degrees],
     ['Pitch', 'psi', degrees],
-    ['Heading', 'rho', degrees],
+    ['Heading', 'rho', headingText],
   ];
   return (
     <table class="fields">
@@ -150,7 +150,7 @@ export function PilotView({ component }: ViewProperties) {
               'to the goal': data.distanceToDest < 0 ? 'no goal' : metres(data.distanceToDest),
               'goal north': metres(data.dest.x),
               'goal east': metres(data.dest.y),
-              'goal heading': degrees(data.dest.rho),
+              'goal heading': headingText(data.dest.rho),
             }}
           />
         )}

@@ -2,7 +2,7 @@
 
 import { valueName } from '../codec/catalogue';
 import type { ClockData, CompassData, GpsData, JoystickData } from '../codec/messages';
-import { degrees, metres } from '../ui/quantities';
+import { degrees, heading, metres } from '../ui/quantities';
 import { useStream } from '../ui/use_stream';
 import { Values } from './parts';
 import { StreamBox, type ViewProperties } from './view';
@@ -16,7 +16,7 @@ export function CompassView({ component }: ViewProperties) {
     <StreamBox component={component} stream={stream}>
       {data !== undefined && (
         <div class="gyro">
-          <svg class="horizon" viewBox="-50 -50 100 100" role="img" aria-label={`north, ${degrees(data.orientation)}`}>
+          <svg class="horizon" viewBox="-50 -50 100 100" role="img" aria-label={`north, ${heading(data.orientation)}`}>
             <circle class="dial" r="46" />
             <text y="-32">N</text>
             <path
@@ -25,7 +25,7 @@ export function CompassView({ component }: ViewProperties) {
               d="M0 -28L7 16L0 9L-7 16z"
             />
           </svg>
-          <Values of={{ Orientation: degrees(data.orientation), 'standard deviation': degrees(data.varOrientation) }} />
+          <Values of={{ Orientation: heading(data.orientation), 'standard deviation': degrees(data.varOrientation) }} />
         </div>
       )}
     </StreamBox>
@@ -74,7 +74,7 @@ export function GpsView({ component }: ViewProperties) {
             latitude: `${((data.latitude * 180) / Math.PI).toFixed(7)}°`,
             longitude: `${((data.longitude * 180) / Math.PI).toFixed(7)}°`,
             altitude: metres(data.altitude),
-            heading: degrees(data.heading),
+            heading: heading(data.heading),
             speed: `${(data.speed / 1000).toFixed(2)} m/s`,
             north: metres(data.pos.x),
             east: metres(data.pos.y),

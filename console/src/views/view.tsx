@@ -46,7 +46,7 @@ export function StreamBox<Data>({
           {waitText(component, state)}
         </p>
       )}
-      {drops !== undefined && !isOld && (
+      {drops !== undefined && drops.dropped >= 0.5 && !isOld && (
         <p class="warn small" role="status">
           {Math.round(drops.samples - drops.dropped)} of {Math.round(drops.samples)} Hz shown,{' '}
           {Math.round(drops.dropped)} dropped at the router: the line to it is too slow.
