@@ -128,6 +128,21 @@ test('links, mailboxes and events of any router', async () => {
   await watched.close();
 });
 
+test('times are those of the zone where one is, or UTC, on every page that shows some', async () => {
+  const watched = await Watched.open(browser, base, '#/network?tab=events', { timezoneId: 'Asia/Tokyo' });
+  const { page } = watched;
+  const newest = async () => Number((await page.locator('td.time').first().textContent()).match(/(\d\d):\d\d:\d\d/)[1]);
+  await page.locator('td.time').first().waitFor();
+  const local = await newest();
+  await page.getByRole('button', { name: 'UTC' }).click();
+  await eventually(async () => [8, 9, 10].includes((local - (await newest()) + 24) % 24), 'nine hours less'); // a new one
+  for (const path of ['messages', 'network?tab=trace']) {
+    await page.goto(`${base.address}/#/${path}`);
+    await page.getByRole('button', { name: 'UTC', pressed: true }).waitFor();
+  }
+  await watched.close();
+});
+
 test('a robot whose programs have ended is missed, also by who comes again, until it is forgotten', async () => {
   const programs = await robots[1].up('sim.toml', 2);
   const watched = await Watched.open(browser, base);

@@ -131,6 +131,7 @@ test('keys: on and off, messages, driving and STOP', async () => {
   await keyboard.press('Control+k');
   await keyboard.type(`drive robot ${system}`);
   await keyboard.press('Enter');
+  await page.locator('button:enabled', { hasText: /^Drive with/ }).waitFor();
   await focused(page, /^Drive with/);
   await keyboard.press('Enter');
   await page.getByRole('button', { name: 'Release' }).waitFor();
@@ -272,5 +273,39 @@ test('two tabs, back and forward, and a reload', async () => {
   await page.getByRole('heading', { name: 'Messages' }).waitFor();
   await page.getByRole('link', { name: 'Fleet' }).click();
   await page.getByRole('link', { name: `Robot ${system}` }).waitFor();
+  await watched.close();
+});
+
+test('two tabs drive: the second is told who does, takes over, and the first is told', async () => {
+  const watched = await Watched.open(browser, host, `#/drive/${system}`);
+  const { page, context } = watched;
+  await page.getByRole('button', { name: `Drive with ${pilot}` }).click();
+  await page.getByRole('button', { name: 'Release' }).waitFor();
+  const other = await context.newPage();
+  await other.goto(`${host.address}/#/drive/${system}`);
+  await other.getByText(/^Another page under your name .* drives this robot/).waitFor();
+  const takeOver = await other.getByRole('button', { name: /^Take over with/ }).boundingBox();
+  await other.mouse.move(takeOver.x + 20, takeOver.y + 20);
+  await other.mouse.down();
+  await other.getByRole('button', { name: 'Release' }).waitFor();
+  await other.mouse.up();
+  await page.getByText(/^You no longer drive/).waitFor();
+  await other.getByRole('button', { name: 'Release' }).click();
+  await page.getByRole('button', { name: `Drive with ${pilot}` }).waitFor();
+  await watched.close();
+});
+
+test('two tabs show the map, each its own part of it', async () => {
+  const watched = await Watched.open(browser, host, `#/map?robots=${system}`);
+  const { page, context } = watched;
+  const scale = (tab) => tab.getByRole('img', { name: /^Map of/ }).getAttribute('data-scale');
+  await eventually(async () => (await scale(page)) !== null, 'it is drawn');
+  const other = await context.newPage();
+  await other.goto(`${host.address}/#/map?robots=${system}`);
+  await eventually(async () => (await scale(other)) !== null, 'it is drawn, too');
+  const before = await scale(page);
+  await other.getByRole('button', { name: 'Zoom in' }).click();
+  await eventually(async () => Number(await scale(other)) > 1.4 * Number(before), 'it is larger');
+  assert.equal(await scale(page), before);
   await watched.close();
 });

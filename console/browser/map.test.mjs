@@ -17,7 +17,7 @@ let swarm;
 
 const classOf = (name) => schema.classes.find((each) => each.name === name);
 const made = (name) => Buffer.from(schema.structs.find((struct) => struct.name === name).made, 'hex');
-const component = (name) => swarm.components.get(addressOf(system, classOf(name).id, 0));
+const component = (name, instance = 0) => swarm.components.get(addressOf(system, classOf(name).id, instance));
 
 // A map of one wall.
 function featureMap() {
@@ -44,6 +44,12 @@ before(async () => {
       period,
       answers[name] ?? {},
     );
+  for (const [name, instance] of [
+    ['Position', 1],
+    ['Path', 0],
+    ['Path', 1],
+  ])
+    swarm.add(addressOf(system, classOf(name).id, instance), () => made(`${name}Data`), period, {});
 });
 
 after(async () => {
@@ -78,6 +84,16 @@ test('a wall is marked, and said which one it is', async () => {
   await press(-1.5, -1);
   await page.getByText('no wall of the map is there').waitFor();
   assert.equal(component('FeatureMap').commands.length, 0, 'to mark commands nothing');
+  await watched.close();
+});
+
+test('each instance of Position and Path is drawn; in the table, a robot has its colour', async () => {
+  const { watched, page } = await onMap();
+  const isFollowed = (name, instance) => component(name, instance).listeners.size > 0;
+  for (const name of ['Position', 'Path'])
+    await eventually(() => isFollowed(name, 0) && isFollowed(name, 1), `both instances of ${name} are followed`);
+  const swatch = page.getByRole('rowheader', { name: `${system}` }).locator('.swatch');
+  assert.equal(await swatch.evaluate((element) => getComputedStyle(element).backgroundColor), 'rgb(11, 95, 206)');
   await watched.close();
 });
 

@@ -21,6 +21,7 @@ let swarm;
 const data = {
   Chassis: () => {
     const body = made('ChassisData');
+    body.writeFloatLE(24.6, body.length - 8); // battery
     body.writeUInt32LE(addressOf(system, classOf('Pilot').id, 0), body.length - 4);
     return body;
   },
@@ -334,6 +335,29 @@ test('the map: position, estimate, walls, waypoints', async () => {
     assert.equal(list.readInt32LE(0), 2);
     assert.equal(list.readInt32LE(12), 500, 'speed, mm/s');
   });
+});
+
+test('a component begins anew: it goes off, and on again', async () => {
+  const watched = await Watched.open(browser, host, `#/robot/${system}?tiles=Gyro/0`);
+  const address = addressOf(system, classOf('Gyro').id, 0);
+  swarm.journal.length = 0;
+  await watched.page.getByRole('button', { name: 'Restart Gyro/0' }).click();
+  const switched = () =>
+    swarm.journal.filter(({ dest, type }) => dest === address && (type === 1 || type === 2)).map(({ type }) => type);
+  await eventually(() => switched().join() === '2,1', 'OFF, then ON');
+  await watched.page.getByRole('button', { name: /^Gyro\/0: on/ }).waitFor();
+  await watched.close();
+});
+
+test('the battery of a robot is on its card, as long as that is in sight', async () => {
+  for (const { listeners } of swarm.components.values()) listeners.clear();
+  const watched = await Watched.open(browser, host);
+  const { page } = watched;
+  await page.getByText('battery 24.6 V').waitFor();
+  assert.equal(swarm.listeners, 1, 'nothing else is asked for');
+  await page.goto(`${host.address}/#/messages`);
+  await eventually(() => swarm.listeners === 0, 'nobody listens');
+  await watched.close();
 });
 
 test('what is scrolled out of sight, or closed, sends nothing', async () => {

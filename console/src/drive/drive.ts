@@ -18,20 +18,36 @@ export interface StickPilot {
 
 export const pilotsOf = (robot: Robot) => robot.components.filter(({ classId: id }) => id === classId('Pilot'));
 
-// The pilots of a robot that are driven by a joystick.
-export async function stickPilots(console: Console, robot: Robot): Promise<StickPilot[]> {
-  const found: StickPilot[] = [];
-  for (const pilot of pilotsOf(robot)) {
-    const answer = await console.client.call(pilot.address, types.getParam);
-    if (answer.type !== types.param) continue;
-    const list = decodeMessage(pilot.classId, types.param, answer.body, answer.flags) as unknown as ParameterList;
-    const value = (name: string) => list.parameters.find((parameter) => parameter.name === name)?.valueInt;
-    const instance = value('joystickInst');
-    if (instance === undefined || instance < 0) continue;
-    const system = value('joystickSys') ?? robot.system;
-    found.push({ pilot, joystick: addressOf({ system, classId: classes.joystick, instance }, widthsOf(console)) });
+export interface Pilots {
+  byStick: StickPilot[];
+  byThemselves: Component[];
+  silent: Component[]; // they have not answered, this time
+}
+
+// The pilots of a robot by what drives them. One that does not answer hides none of the others.
+export async function askPilots(console: Console, robot: Robot): Promise<Pilots> {
+  const pilots: Pilots = { byStick: [], byThemselves: [], silent: [] };
+  const all = pilotsOf(robot);
+  const sticks = await Promise.all(all.map((pilot) => stickOf(console, robot, pilot).catch(() => null)));
+  for (const [i, pilot] of all.entries()) {
+    const joystick = sticks[i];
+    if (joystick === null) pilots.silent.push(pilot);
+    else if (joystick === undefined) pilots.byThemselves.push(pilot);
+    else pilots.byStick.push({ pilot, joystick });
   }
-  return found;
+  return pilots;
+}
+
+// Undefined: it listens to none.
+async function stickOf(console: Console, robot: Robot, pilot: Component): Promise<number | undefined> {
+  const answer = await console.client.call(pilot.address, types.getParam);
+  if (answer.type !== types.param) return undefined;
+  const list = decodeMessage(pilot.classId, types.param, answer.body, answer.flags) as unknown as ParameterList;
+  const value = (name: string) => list.parameters.find((parameter) => parameter.name === name)?.valueInt;
+  const instance = value('joystickInst');
+  if (instance === undefined || instance < 0) return undefined;
+  const system = value('joystickSys') ?? robot.system;
+  return addressOf({ system, classId: classes.joystick, instance }, widthsOf(console));
 }
 
 export interface DrivingOptions {

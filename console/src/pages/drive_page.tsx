@@ -5,7 +5,15 @@ import { useEffect, useMemo, useRef } from 'preact/hooks';
 import { nameOf, useConsole } from '../app/console';
 import { isText } from '../app/keys';
 import { route } from '../app/route';
-import { beginDriving, endDriving, pilotsOf, type StickPilot, startPilot, stickPilots } from '../drive/drive';
+import {
+  askPilots,
+  beginDriving,
+  endDriving,
+  type Pilots,
+  pilotsOf,
+  type StickPilot,
+  startPilot,
+} from '../drive/drive';
 import { isAnyOtherKey, stickKey, stickOfGamepad, stickOfKeys, stickOfPad } from '../drive/stick';
 import { firstOf } from '../map/follow';
 import { fittingName } from '../model/console_name';
@@ -23,6 +31,7 @@ import { ScanSight } from '../views/scan_view';
 
 const renewPeriod = 50; // ms; the worker lets the stick go after 250
 const holderPeriod = 1000;
+const askAgainTime = 1000;
 const takeOverTime = 1000;
 
 export function DrivePage() {
@@ -48,23 +57,13 @@ export function DrivePage() {
 
 function DriveRobot({ robot }: { robot: Robot }) {
   const console = useConsole();
-  const pilots = useSignal<StickPilot[] | undefined>(undefined);
   const driven = useSignal<StickPilot | undefined>(undefined);
   const trouble = useSignal('');
   const report = useSignal('');
   const busy = useSignal(false);
   const speed = useSignal(30);
   const signature = robot.components.map(({ address }) => address).join();
-  useEffect(() => {
-    stickPilots(console, robot).then(
-      (found) => {
-        pilots.value = found;
-      },
-      (error: Error) => {
-        trouble.value = error.message;
-      },
-    );
-  }, [signature]);
+  const pilots = usePilots(robot, signature);
   useEffect(() => console.fleet.watch(robot.components.map(({ address }) => address)), [signature]);
   // The stick is lost with the connection; whoever comes back takes it anew.
   const stick = console.client.stick.value;
@@ -106,7 +105,6 @@ function DriveRobot({ robot }: { robot: Robot }) {
     });
   const all = pilotsOf(robot);
   const keyOf = (pilot: Component) => `${all.indexOf(pilot) + 1}`;
-  const selfDriving = all.filter((pilot) => pilots.value?.every((each) => each.pilot !== pilot) === true);
   const other = useHolder(robot, driven.value === undefined);
   const end = () =>
     attempt(async () => {
@@ -127,7 +125,8 @@ function DriveRobot({ robot }: { robot: Robot }) {
       if (isText(event.target) || event.ctrlKey || event.altKey || event.metaKey || busy.peek()) return;
       const chosen = /^Digit[1-9]$/.test(event.code) ? all[Number(event.key) - 1] : undefined;
       if (chosen === undefined || chosen === driven.peek()?.pilot || other !== undefined) return;
-      const stick = pilots.peek()?.find(({ pilot }) => pilot === chosen);
+      const stick = pilots.byStick.find(({ pilot }) => pilot === chosen);
+      if (stick === undefined && !pilots.byThemselves.includes(chosen)) return;
       void (stick === undefined ? start(chosen) : begin(stick, false));
     };
     addEventListener('keydown', onKey);
@@ -138,7 +137,7 @@ function DriveRobot({ robot }: { robot: Robot }) {
       <div class="tools">
         <h1>Drive robot {robot.system}</h1>
         {driven.value === undefined ? (
-          pilots.value?.map((each) =>
+          pilots.byStick.map((each) =>
             other === undefined ? (
               <button
                 key={each.pilot.address}
@@ -168,7 +167,7 @@ function DriveRobot({ robot }: { robot: Robot }) {
           </button>
         )}
         {other === undefined &&
-          selfDriving.map((pilot) => (
+          pilots.byThemselves.map((pilot) => (
             <button
               key={pilot.address}
               type="button"
@@ -182,7 +181,8 @@ function DriveRobot({ robot }: { robot: Robot }) {
         {busy.value && <span role="status">One moment …</span>}
         <span class="small" role="status">
           {driven.value !== undefined ? 'You drive.' : report.value}
-          {other !== undefined && `${other.holder} drives this robot, for ${age(other.age_s)}.`}
+          {other !== undefined &&
+            `${whoIs(other.holder, console.leases.name.value)} drives this robot, for ${age(other.age_s)}.`}
         </span>
         <span class="grow" />
         {driven.value === undefined && <YourName />}
@@ -204,7 +204,12 @@ function DriveRobot({ robot }: { robot: Robot }) {
           {trouble.value}
         </p>
       )}
-      {pilots.value?.length === 0 && (
+      {pilots.silent.length > 0 && (
+        <p class="notice" role="status">
+          {pilots.silent.map(({ address }) => nameOf(console, address)).join(', ')} does not answer; asking again.
+        </p>
+      )}
+      {pilots.isAsked && pilots.byStick.length + pilots.silent.length === 0 && (
         <p class="notice">
           None of its pilots listens to a joystick: start a <code>PilotJoystick</code> for it.
         </p>
@@ -215,6 +220,29 @@ function DriveRobot({ robot }: { robot: Robot }) {
       </div>
     </section>
   );
+}
+
+// Those that do not answer are asked again.
+function usePilots(robot: Robot, signature: string): Pilots & { isAsked: boolean } {
+  const console = useConsole();
+  const pilots = useSignal<Pilots | undefined>(undefined);
+  const isConnected = console.client.connection.value.state === 'connected';
+  useEffect(() => {
+    let timer: ReturnType<typeof setTimeout>;
+    let ended = !isConnected;
+    const ask = async () => {
+      const found = await askPilots(console, robot);
+      if (ended) return;
+      pilots.value = found;
+      if (found.silent.length > 0) timer = setTimeout(ask, askAgainTime);
+    };
+    if (isConnected) void ask();
+    return () => {
+      ended = true;
+      clearTimeout(timer);
+    };
+  }, [signature, isConnected]);
+  return { ...(pilots.value ?? { byStick: [], byThemselves: [], silent: [] }), isAsked: pilots.value !== undefined };
 }
 
 // What of the robot is in error, and why. Below the stick, which must not move under a finger.
@@ -233,6 +261,9 @@ function Troubles({ robot }: { robot: Robot }) {
     </ul>
   );
 }
+
+// Another tab of this browser has the same name.
+const whoIs = (holder: string, own: string) => (holder === own ? `Another page under your name (${own})` : holder);
 
 function YourName() {
   const { name } = useConsole().leases;
