@@ -172,6 +172,31 @@ test('any other key stops it and ends its pilot', async () => {
   await watched.close();
 });
 
+test('on the map the wheel and keys zoom, Home shows all, and it turns with the robot', async () => {
+  for (const name of ['Chassis', 'Odometry', 'Position']) await host.timsctl('component', 'on', `${name}(${sim}/0)`);
+  const watched = await Watched.open(browser, host, '#/map');
+  const { page } = watched;
+  const map = page.getByRole('img', { name: /^Map of/ });
+  const scale = () => map.evaluate(({ dataset }) => Number(dataset.scale));
+  await page.getByText('0.00 m').first().waitFor();
+  await eventually(async () => (await scale()) > 0, 'it is drawn');
+  const becomes = (condition, what) => eventually(async () => condition(await scale()), what);
+  const before = await scale();
+  await map.hover();
+  await page.mouse.wheel(0, -400);
+  await becomes((now) => now > 2 * before, 'the wheel makes it larger');
+  const larger = await scale();
+  await map.focus();
+  await page.keyboard.press('-');
+  await becomes((now) => now < 0.9 * larger, 'a key makes it smaller');
+  await page.keyboard.press('Home');
+  await becomes((now) => Math.abs(now - before) < 0.1 * before, 'all are shown');
+  await page.getByRole('button', { name: 'robot', exact: true }).click();
+  await page.getByRole('button', { name: 'robot', exact: true, pressed: true }).waitFor();
+  await page.keyboard.press('Escape');
+  await watched.close();
+});
+
 test('on the map the right button zooms, and both bring a place into the middle', async () => {
   for (const name of ['Chassis', 'Odometry', 'Position']) await host.timsctl('component', 'on', `${name}(${sim}/0)`);
   const watched = await Watched.open(browser, host, '#/map');
@@ -258,6 +283,18 @@ test('texts of components arrive, and one that is repeated is one row', async ()
     await turn('on');
     return (await page.getByRole('cell', { name }).count()) > 0;
   }, 'a text of the component');
+  await page.getByText('Levels', { exact: true }).click();
+  await page.getByLabel('Level of', { exact: true }).fill(name);
+  await page.getByLabel('Level of the component').selectOption('detail');
+  await page.getByRole('button', { name: 'Set', exact: true }).click();
+  await page.getByText(`${name} reports up to detail.`).waitFor();
+  const { items } = await host.timsctl('component', 'param', 'get', name, 'gdosLevel');
+  assert.equal(items[0].value, 4);
+  const saved = page.waitForEvent('download');
+  await page.getByRole('button', { name: 'Save', exact: true }).click();
+  assert.match(readFileSync(await (await saved).path(), 'utf8'), /Z print Odometry\(\d+\/0\) /);
+  await page.getByRole('button', { name: 'Clear' }).click();
+  await page.getByText('No messages yet').waitFor();
   await watched.close();
 });
 

@@ -248,6 +248,10 @@ test('tiles are moved by keys, mouse and finger, and are wide; who comes again f
   const before = await width();
   await page.getByRole('button', { name: 'Wide Chassis/0' }).click();
   await eventually(async () => (await width()) > 1.9 * before, 'it is wide');
+  await page.keyboard.press('f');
+  await page.getByRole('region', { name: 'Scan2d/0' }).waitFor({ state: 'hidden' });
+  await page.keyboard.press('f');
+  await page.getByRole('region', { name: 'Scan2d/0' }).waitFor();
   await page.goto(`${host.address}/#/fleet`);
   await page.getByRole('link', { name: `Robot ${system}` }).click();
   await page.getByRole('region', { name: 'Chassis/0' }).waitFor();

@@ -3,7 +3,7 @@ import assert from 'node:assert/strict';
 import { readFileSync } from 'node:fs';
 import { after, afterEach, before, test } from 'node:test';
 import { eventually, Host, launch, Watched } from './fixture.mjs';
-import { addressOf, Swarm } from './swarm.mjs';
+import { addressOf, cameraData, Swarm } from './swarm.mjs';
 
 const schema = JSON.parse(readFileSync(new URL('../src/codec/schema.json', import.meta.url), 'utf8'));
 const system = 7;
@@ -219,6 +219,27 @@ test('Camera: its format', async () => {
   await view.tile.getByLabel('Mode').selectOption('jpeg');
   await compared('Camera', 'SET_FORMAT', ['width=320', 'height=240', 'depth=-1', 'mode=41'], () => view.click('Set'));
   await view.watched.close(); // its picture of no pixels is refused in words
+});
+
+test('what a view shows is saved: once, or each', async () => {
+  component('Camera').data = cameraData(16, 12);
+  for (const [name, button, file] of [
+    ['Camera', 'Save picture', /\.png$/],
+    ['Scan2d', 'Save points', /^scan-\d+\.csv$/],
+  ]) {
+    const view = await opened(name);
+    const saved = async (act) => {
+      const download = view.watched.page.waitForEvent('download');
+      await act();
+      assert.match((await download).suggestedFilename(), file);
+    };
+    await saved(() => view.click(button));
+    const each = view.tile.getByLabel('save each');
+    await saved(() => each.check());
+    await saved(() => {}); // the next one
+    await each.uncheck();
+    await view.watched.close();
+  }
 });
 
 test('maps are loaded and saved by name', async () => {

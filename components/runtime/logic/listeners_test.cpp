@@ -68,7 +68,7 @@ TEST_F(ListenersTest, NextDataOnce) {
 
 TEST_F(ListenersTest, AContinuousListenerThatAsksForTheNextBecomesOneOfOnce) {
   (void)listeners.add(request(kFirst, 1), kSource, kFirst, 5);
-  EXPECT_EQ(listeners.add_once(request(kFirst, 2), kSource), Added::kAgain);
+  EXPECT_EQ(listeners.add_once(request(kFirst, 2), kSource), Added::kChanged);
   const auto next = listeners.take_due(due);
   ASSERT_EQ(next.size(), 1U);
   EXPECT_EQ(next[0].seq_nr, 2);

@@ -160,6 +160,16 @@ export class Log {
   }
 }
 
+// The last ones that pass, without looking at all of a long log.
+export function lastOf(texts: LogText[], passes: (text: LogText) => boolean, most: number): LogText[] {
+  const found: LogText[] = [];
+  for (let i = texts.length - 1; i >= 0 && found.length < most; --i) {
+    const text = texts[i];
+    if (text !== undefined && passes(text)) found.push(text);
+  }
+  return found.reverse();
+}
+
 // Equal neighbours become one.
 function folded(texts: LogText[]): LogText[] {
   const rows: LogText[] = [];

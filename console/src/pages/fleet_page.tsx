@@ -34,7 +34,7 @@ const rowsAtOnce = 60; // more than a large screen shows
 const errorAge = 5 * 60 * 1000; // ms
 const noteTime = 5000; // ms
 const goneTime = 20_000; // ms; longer than between two notes of when it was seen
-const linksMax = 200; // of a larger fleet, the page of the network shows what is wrong with links
+const linksMax = 200; // 300 kB and 2 ms of the router a question; larger fleets: see the page of the network
 
 export function FleetPage() {
   const console = useConsole();

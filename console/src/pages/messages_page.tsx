@@ -6,7 +6,7 @@ import { type Console, nameOf, useConsole } from '../app/console';
 import { route, setOption } from '../app/route';
 import { command } from '../model/commands';
 import { firstErrors } from '../model/first_errors';
-import type { LogText } from '../model/log';
+import { type LogText, lastOf } from '../model/log';
 import type { Level } from '../tims/gdos';
 import { useAttempt } from '../ui/attempt';
 import { ComponentInput } from '../ui/component_input';
@@ -204,16 +204,6 @@ export function LogTable({ texts, empty }: { texts: LogText[]; empty: preact.Com
       </table>
     </div>
   );
-}
-
-// The last ones that pass, without looking at all of a long log.
-function lastOf(texts: LogText[], passes: (text: LogText) => boolean, most: number): LogText[] {
-  const found: LogText[] = [];
-  for (let i = texts.length - 1; i >= 0 && found.length < most; --i) {
-    const text = texts[i];
-    if (text !== undefined && passes(text)) found.push(text);
-  }
-  return found.reverse();
 }
 
 function passes(console: Console, text: LogText, level: Level, filter: string): boolean {

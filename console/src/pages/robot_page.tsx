@@ -5,10 +5,12 @@ import { useEffect } from 'preact/hooks';
 import { nameOf, useConsole } from '../app/console';
 import { route } from '../app/route';
 import { type Component, type Robot, shortName } from '../model/fleet';
+import { type LogText, lastOf } from '../model/log';
 import { useAttempt } from '../ui/attempt';
 import { FilterBox } from '../ui/filter_box';
 import { Lamp, stateWord } from '../ui/lamp';
 import { needs } from '../ui/needs';
+import { timeText } from '../ui/times';
 import { groupOf, groups } from '../views/groups';
 import { openTiles, toggleTile } from './open_tiles';
 import { Tiles } from './robot_tiles';
@@ -30,8 +32,36 @@ export function RobotPage() {
   return (
     <div class="robot-page">
       <ComponentList robot={robot} />
-      <Tiles robot={robot} />
+      <div class="robot-views">
+        <Tiles robot={robot} />
+        <Strip robot={robot} />
+      </div>
     </div>
+  );
+}
+
+const stripRows = 3;
+
+// Its newest errors and warnings.
+function Strip({ robot }: { robot: Robot }) {
+  const console = useConsole();
+  const all = console.log.texts.value;
+  const own = new Set(robot.components.map(({ address }) => address));
+  const isTrouble = ({ sender, level }: LogText) => own.has(sender) && (level === 'error' || level === 'warning');
+  const texts = lastOf(all, isTrouble, stripRows);
+  if (texts.length === 0) return null;
+  return (
+    <section class="strip" aria-label="Newest errors and warnings">
+      <ul>
+        {texts.map(({ number, time, level, sender, text, count }) => (
+          <li key={number} class={`level-${level}`} title={text}>
+            <span class="time">{timeText(time)}</span> {level}: {nameOf(console, sender)}: {text}
+            {count > 1 && <span class="count">{count} times</span>}
+          </li>
+        ))}
+      </ul>
+      <a href={`#/messages?filter=${encodeURIComponent(`(${robot.system}/`)}`}>Messages</a>
+    </section>
   );
 }
 
