@@ -1,10 +1,10 @@
 // Which poses from markers are sent to Position.
 //
 // A pose near the believed one is sent at once, if it is more certain than that; of two that fit
-// equally, none. One elsewhere is either a wrong marker, or the robot was carried away: it is sent when all pictures of two seconds
-// have agreed on it, while the movement between them is that of the odometry. A single marker may
-// have been moved itself: as long as the position is certain and the robot stands, it takes longer.
-// Pure.
+// equally, none. One elsewhere is either a wrong marker, or the robot was carried away: it is sent
+// when all pictures of two seconds have agreed on it, while the movement between them is that of
+// the odometry. A single marker may have been moved itself: as long as the position is certain and
+// the robot stands, it takes longer. Pure.
 #pragma once
 
 #include <chrono>
