@@ -418,6 +418,7 @@ tims::Address Module::component_of(tims::Address mailbox) const {
 
 std::string Module::description() const {
   std::vector<UsedComponent> inputs;
+  inputs.reserve(partners_.size());
   for (const PartnerNames& partner : partners_)
     inputs.push_back(
         {.class_id = partner.class_id, .system = partner.system, .instance = partner.instance});

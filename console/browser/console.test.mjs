@@ -295,6 +295,13 @@ test('texts of components arrive, and one that is repeated is one row', async ()
   assert.match(readFileSync(await (await saved).path(), 'utf8'), /Z print Odometry\(\d+\/0\) /);
   await page.getByRole('button', { name: 'Clear' }).click();
   await page.getByText('No messages yet').waitFor();
+  await host.timsctl('component', 'on', `Pilot(${sim}/0)`);
+  await page.goto(`${host.address}/#/robot/${sim}`);
+  await page
+    .getByRole('region', { name: 'Newest errors and warnings' })
+    .getByText(/error: Pilot.*Joystick/)
+    .waitFor();
+  await host.timsctl('component', 'off', `Pilot(${sim}/0)`);
   await watched.close();
 });
 

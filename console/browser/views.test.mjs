@@ -362,6 +362,7 @@ test('a component begins anew: it goes off, and on again', async () => {
   const watched = await Watched.open(browser, host, `#/robot/${system}?tiles=Gyro/0`);
   const address = addressOf(system, classOf('Gyro').id, 0);
   swarm.journal.length = 0;
+  await watched.page.getByRole('button', { name: 'Commands' }).click();
   await watched.page.getByRole('button', { name: 'Restart Gyro/0' }).click();
   const switched = () =>
     swarm.journal.filter(({ dest, type }) => dest === address && (type === 1 || type === 2)).map(({ type }) => type);

@@ -10,11 +10,9 @@ import { findMessage } from '../codec/catalogue';
 import { type Component, type Robot, shortName } from '../model/fleet';
 import { numberFields } from '../plots/number_fields';
 import { types } from '../tims/header';
-import { useAttempt } from '../ui/attempt';
 import { Commands } from '../ui/commands';
 import { Icon } from '../ui/icons';
 import { Lamp, stateWord } from '../ui/lamp';
-import { needs } from '../ui/needs';
 import { Parameters } from '../ui/parameters';
 import { InSight, useInSight } from '../ui/use_stream';
 import { viewFor } from '../views/views';
@@ -147,8 +145,6 @@ function Tile({ name, place, component, full }: TileProperties) {
     if (wasOpenedNow(name)) element.current?.scrollIntoView({ block: 'nearest' });
   }, []);
   const console = useConsole();
-  const { attempt, busy, Failure } = useAttempt();
-  const isAnswering = !['silent', 'unknown'].includes(component.state.value);
   const isFull = full.value === name;
   const View = viewFor(component.classId);
   const choose = (value: Tab) => () => {
@@ -164,17 +160,8 @@ function Tile({ name, place, component, full }: TileProperties) {
       <header>
         <Lamp state={component.state.value} />
         <h2>{name}</h2>
-        <span class="small faint">{busy.value ? 'restarting …' : stateWord(component.state.value)}</span>
+        <span class="small faint">{stateWord(component.state.value)}</span>
         <span class="grow" />
-        <button
-          type="button"
-          class="quiet"
-          aria-label={`Restart ${name}`}
-          {...needs('ON', { disabled: busy.value || !isAnswering, title: restartHint(isAnswering) })}
-          onClick={() => attempt(() => console.fleet.restart(component))}
-        >
-          <Icon name="restart" />
-        </button>
         <MoveButton name={name} />
         <button
           type="button"
@@ -202,7 +189,6 @@ function Tile({ name, place, component, full }: TileProperties) {
           <Icon name="close" />
         </button>
       </header>
-      <Failure />
       <div class="tile-tabs">
         <button type="button" class="quiet" aria-pressed={tab.value === 'view'} onClick={choose('view')}>
           Data
@@ -233,11 +219,6 @@ function Tile({ name, place, component, full }: TileProperties) {
     </section>
   );
 }
-
-const restartHint = (isAnswering: boolean) =>
-  isAnswering
-    ? 'Restart: off, and on again'
-    : 'It does not answer; a program that has ended is started again by timsctl up';
 
 // There is something to plot.
 const hasNumbers = ({ classId }: Component) =>

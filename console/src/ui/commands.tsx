@@ -5,8 +5,9 @@ import { useConsole } from '../app/console';
 import { decodeMessage, findMessage, type Message, messagesOf } from '../codec/catalogue';
 import type { Field, Fields } from '../codec/struct';
 import { refusal } from '../model/commands';
-import type { Component } from '../model/fleet';
+import { type Component, shortName } from '../model/fleet';
 import { FieldTable } from '../views/fields_view';
+import { useAttempt } from './attempt';
 import { needs } from './needs';
 
 const commandTime = 20000; // ms; a device may take its time
@@ -25,7 +26,13 @@ export function Commands({ component }: { component: Component }) {
   const value = useSignal<Fields>({});
   const reply = useSignal<Reply | undefined>(undefined);
   const message = commands[chosen.value];
-  if (message === undefined) return <p class="faint">This class has no commands of its own.</p>;
+  if (message === undefined)
+    return (
+      <>
+        <Restart component={component} />
+        <p class="faint">This class has no commands of its own.</p>
+      </>
+    );
   const choose = (index: number) => {
     chosen.value = index;
     value.value = {};
@@ -45,6 +52,7 @@ export function Commands({ component }: { component: Component }) {
   };
   return (
     <form class="commands" onSubmit={send}>
+      <Restart component={component} />
       <label>
         Command{' '}
         <select value={chosen.value} onChange={(event) => choose(Number(event.currentTarget.value))}>
@@ -70,6 +78,30 @@ export function Commands({ component }: { component: Component }) {
         </div>
       )}
     </form>
+  );
+}
+
+function Restart({ component }: { component: Component }) {
+  const { fleet } = useConsole();
+  const { attempt, busy, Failure } = useAttempt();
+  const isAnswering = !['silent', 'unknown'].includes(component.state.value);
+  return (
+    <div class="actions">
+      <button
+        type="button"
+        aria-label={`Restart ${shortName(component)}`}
+        {...needs('ON', { disabled: busy.value || !isAnswering })}
+        onClick={() => attempt(() => fleet.restart(component))}
+      >
+        Restart
+      </button>
+      <span class="small faint">
+        {isAnswering
+          ? 'Off, and on again'
+          : 'It does not answer; a program that has ended is started again by timsctl up'}
+      </span>
+      <Failure />
+    </div>
   );
 }
 

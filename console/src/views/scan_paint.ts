@@ -21,6 +21,7 @@ export interface ScanLook {
 }
 
 const ringPixels = 40;
+const textHeight = 14; // pixels
 const zoomMax = 50;
 
 export const wholeScan: ScanLook = { style: 'points', zoom: 1, centre: { x: 0, y: 0 } };
@@ -138,6 +139,7 @@ function paintRings(context: CanvasRenderingContext2D, view: View, size: Size, c
     context.beginPath();
     context.arc(x, y, radius * view.scale, 0, 2 * Math.PI);
     context.stroke();
-    context.fillText(`${radius / 1000} m`, x + 3, y - radius * view.scale - 3);
+    const top = y - radius * view.scale;
+    if (top > textHeight) context.fillText(`${radius / 1000} m`, x + 3, top - 3);
   }
 }

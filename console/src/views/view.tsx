@@ -85,7 +85,10 @@ function TurnOn({ component }: ViewProperties) {
 function waitText(component: Component, state: string | undefined): string {
   if (state === 'gone' || component.state.value === 'silent') return 'It does not answer.';
   if (component.state.value === 'off') return 'It is off.';
-  if (component.state.value === 'error') return `It is in error: ${component.why.value || 'the messages say why'}.`;
+  if (component.state.value === 'error')
+    return `It is in error: ${sentence(component.why.value || 'the messages say why')}`;
   if (state === 'refused') return 'It refuses to send its data; asking again.';
   return 'Waiting for data …';
 }
+
+const sentence = (text: string) => (/[.?!]$/.test(text) ? text : `${text}.`);
