@@ -59,20 +59,29 @@ class Progress {
   std::vector<std::pair<std::size_t, link::HandshakeProgress>> all_;
 };
 
-class Robot final : core::Port, core::RouterHooks, link::DatagramSender {
+// What a robot with keys has of them.
+struct Member {
+  std::unique_ptr<link::Handshaker> handshaker{};
+  link::FleetListBytes list{};
+};
+
+class Robot final : core::Port, core::RouterHooks, link::DatagramSender, link::ListKeeper {
  public:
-  // `handshaker`: null without keys.
-  Robot(const link::Identity& self, std::uint64_t seed, io::UdpSocket socket,
-        std::unique_ptr<link::Handshaker> handshaker)
+  // `member`: empty without keys.
+  Robot(const link::Identity& self, std::uint64_t seed, io::UdpSocket socket, Member member)
       : socket_(std::move(socket)),
-        handshaker_(std::move(handshaker)),
+        handshaker_(std::move(member.handshaker)),
         memory_(parts_.bytes(), kMessageMaxDefault, 4 * std::size_t{kMessageMaxDefault}),
         router_({.address = self.address()}, {self.epoch, seed}, *this),
         links_(router_, blocks_.pool(), memory_,
-               {.self = self, .secret = {seed, seed}, .handshaker = handshaker_.get()}) {
+               {.self = self,
+                .secret = {seed, seed},
+                .handshaker = handshaker_.get(),
+                .lists = handshaker_ == nullptr ? nullptr : this}) {
     router_.attach(core::PortKind::kLocal, *this);
     router_.attach(core::PortKind::kLink, links_);
     links_.set_sender(link::PathKind::kUdp, this);
+    links_.use_list({}, std::move(member.list), [](const link::PeerName&) { return true; });
   }
 
   void start(Time now, const link::NetAddress& base) {
@@ -131,6 +140,8 @@ class Robot final : core::Port, core::RouterHooks, link::DatagramSender {
   void admin(Time, core::ClientId, const core::Message&) override {}
   void traced(core::ClientId, core::ClientId, const core::Message&) override {}
   void event(const core::Event&) override {}
+  // The base has the same list, which nobody replaces.
+  void check(std::uint64_t, std::uint64_t, std::string_view, std::vector<std::byte>&&) override {}
 
   io::UdpSocket socket_;
   std::unique_ptr<link::Handshaker> handshaker_;
@@ -154,10 +165,10 @@ class Fleet {
     auto socket = io::UdpSocket::open({"127.0.0.1", 0});
     if (!socket) return socket.error();
     const link::Identity self = identity(number, core::next_random(random_));
-    auto handshaker = handshaker_of(number, self);
-    if (!handshaker) return handshaker.error();
+    auto member = member_of(number, self);
+    if (!member) return member.error();
     robots_.push_back(std::make_unique<Robot>(self, core::next_random(random_), std::move(*socket),
-                                              std::move(*handshaker)));
+                                              std::move(*member)));
     watch(robots_.back()->descriptor(), robots_.back().get());
     robots_.back()->start(os::now(), base);
     return {};
@@ -185,9 +196,8 @@ class Fleet {
     event.data.ptr = robot;
     ::epoll_ctl(poller_.get(), EPOLL_CTL_ADD, descriptor, &event);
   }
-  Result<std::unique_ptr<link::Handshaker>> handshaker_of(std::uint64_t number,
-                                                          const link::Identity& self) {
-    if (keys_.empty()) return std::unique_ptr<link::Handshaker>();
+  Result<Member> member_of(std::uint64_t number, const link::Identity& self) {
+    if (keys_.empty()) return Member{};
     const auto folder =
         FleetKeys::folder_of(keys_, security::MemberRole::kSystem, self.system, self.id);
     const auto own = security::KeyFolder(folder).load();
@@ -198,7 +208,9 @@ class Fleet {
         });
     if (auto set = handshaker->set_credentials(*own, security::Expiry::kWarn); !set)
       return set.error();
-    return std::unique_ptr<link::Handshaker>(std::move(handshaker));
+    return Member{.handshaker = std::move(handshaker),
+                  .list = {.number = own->list_number(),
+                           .bytes = std::make_shared<const security::Bytes>(own->list_bytes)}};
   }
   void take_handshakes() {
     for (auto& [robot, progress] : progress_.take())
