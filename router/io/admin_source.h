@@ -30,6 +30,7 @@ struct UdpReport {
   std::uint64_t strange = 0;        // not of this protocol
   std::uint64_t unknown_token = 0;  // of a session that does not exist
   std::uint64_t refused = 0;        // who asked for a link
+  link::Handshakes::Counters handshakes{};
 };
 
 // The engine that serves all DDS paths.

@@ -450,7 +450,8 @@ std::optional<UdpReport> LinkPort::udp_report() const {
                    .dropped_by_kernel = socket_->counters().dropped_by_kernel,
                    .strange = links_.counters().strange,
                    .unknown_token = links_.counters().unknown_token,
-                   .refused = links_.counters().refused};
+                   .refused = links_.counters().refused,
+                   .handshakes = links_.counters().handshakes};
 }
 
 std::optional<DdsReport> LinkPort::dds_report() const {

@@ -172,6 +172,17 @@ void add_strangers(MetricsPage& page, const link::Links::Counters& counters) {
   page.sample(counters.strange, {{"reason", "strange"}});
   page.sample(counters.unknown_token, {{"reason", "unknown_token"}});
   page.sample(counters.refused, {{"reason", "refused"}});
+  const link::Handshakes::Counters& handshakes = counters.handshakes;
+  page.family("tims_handshakes", "gauge",
+              "Handshakes of routers that ask for a link, in progress.");
+  page.sample(handshakes.in_progress);
+  page.family(
+      "tims_handshakes_total", "counter",
+      "Those that have begun and how they ended, and datagrams that found no room for one.");
+  page.sample(handshakes.accepted, {{"what", "accepted"}});
+  page.sample(handshakes.answered, {{"what", "answered"}});
+  page.sample(handshakes.given_up, {{"what", "given_up"}});
+  page.sample(handshakes.turned_away, {{"what", "turned_away"}});
 }
 
 void add_refusals(MetricsPage& page, const HttpRefusals& refused) {

@@ -348,6 +348,14 @@ json::object to_json(const core::DrivingLease& lease, const AddressWidths& width
 
 // --- the router and its process
 
+json::object to_json(const link::Handshakes::Counters& handshakes) {
+  return {{"in_progress", handshakes.in_progress},
+          {"accepted", handshakes.accepted},
+          {"answered", handshakes.answered},
+          {"given_up", handshakes.given_up},
+          {"turned_away", handshakes.turned_away}};
+}
+
 json::object to_json(const core::StatusReport& router, const ProcessReport& process) {
   const AddressWidths& w = router.widths;
   json::value udp;
@@ -358,7 +366,8 @@ json::object to_json(const core::StatusReport& router, const ProcessReport& proc
            {"dropped_by_kernel", socket->dropped_by_kernel},
            {"strange", socket->strange},
            {"unknown_token", socket->unknown_token},
-           {"refused", socket->refused}};
+           {"refused", socket->refused},
+           {"handshakes", to_json(socket->handshakes)}};
   return {{"name", valid_utf8(process.name)},
           {"address", to_json(router.address, w)},
           {"widths", json::array{w.system, w.class_id, w.instance, w.local}},

@@ -55,7 +55,11 @@ bool Handshakes::goes_on(Time now, One& one, const NetAddress& to, const Retry& 
 }
 
 bool Handshakes::accept(Time now, const NetAddress& from, const Crypto& first) {
-  if (!make_room(now)) return false;
+  if (!make_room(now)) {
+    ++counters_.turned_away;
+    return false;
+  }
+  ++counters_.accepted;
   One& one = add(now, Side::kAccepts, from, first.token, first.cookie);
   std::ranges::copy(first.bytes.first(std::min(kBeginning, first.bytes.size())),
                     one.beginning.begin());
@@ -63,18 +67,37 @@ bool Handshakes::accept(Time now, const NetAddress& from, const Crypto& first) {
   return true;
 }
 
-// Those that have answered need no more than a repetition of the answer.
+std::size_t Handshakes::accepted_now() const {
+  return static_cast<std::size_t>(std::ranges::count_if(
+      all_, [](const auto& entry) { return entry.second.side == Side::kAccepts; }));
+}
+
+Handshakes::Counters Handshakes::counters() const {
+  Counters counters = counters_;
+  counters.in_progress = accepted_now();
+  return counters;
+}
+
+// Only the other side's delays count: one that waits for the handshaker of this side has cost work
+// already, which would have to be done again.
 bool Handshakes::make_room(Time now) {
-  const auto accepted = [](const auto& entry) { return entry.second.side == Side::kAccepts; };
-  if (static_cast<std::size_t>(std::ranges::count_if(all_, accepted)) < kAcceptedMax) return true;
+  if (accepted_now() < kAcceptedMax) return true;
   const auto yields = [&](const auto& entry) {
     const One& one = entry.second;
-    return accepted(entry) && (one.answered || now >= one.began + kYieldsAfter);
+    if (one.side != Side::kAccepts || one.waits_since == kNever) return false;
+    const Duration waited = one.waited + (now - one.waits_since);
+    return waited >= (one.answer_sent ? kAnsweredYieldsAfter : kYieldsAfter);
   };
   const auto oldest = std::ranges::find_if(all_, yields);
   if (oldest == all_.end()) return false;
-  end(oldest->first);
+  give_up(oldest->second);
   return true;
+}
+
+// It is this side's turn.
+void Handshakes::take_turn(Time now, One& one) {
+  if (one.waits_since != kNever) one.waited += now - one.waits_since;
+  one.waits_since = kNever;
 }
 
 // Only the connecting side repeats its cookie. A router that begins again has another one, so what
@@ -87,6 +110,15 @@ Handshakes::One* Handshakes::find(const NetAddress& from, const Crypto& crypto) 
            (connects || one.cookie == crypto.cookie);
   });
   return found == all_.end() ? nullptr : &found->second;
+}
+
+std::optional<std::uint64_t> Handshakes::cookie_of(const NetAddress& from,
+                                                   std::uint64_t token) const {
+  const auto found = std::ranges::find_if(all_, [&](const auto& entry) {
+    const One& one = entry.second;
+    return one.side == Side::kAccepts && one.token == token && one.address == from;
+  });
+  return found == all_.end() ? std::nullopt : std::optional(found->second.cookie);
 }
 
 Handshakes::One* Handshakes::calling(std::uint64_t token) {
@@ -107,7 +139,7 @@ bool Handshakes::on_crypto(Time now, const NetAddress& from, const Crypto& crypt
   if (one->side == Side::kAccepts && crypto.offset == 0) {
     const std::size_t known = std::min(kBeginning, crypto.bytes.size());
     if (!std::ranges::equal(crypto.bytes.first(known), std::span(one->beginning).first(known))) {
-      end(one->number);
+      give_up(*one);
       return false;
     }
   }
@@ -119,7 +151,10 @@ void Handshakes::give(Time now, One& one, const Crypto& crypto) {
   std::span<const std::byte> bytes;
   if (!one.stream.receive(crypto, bytes)) return;
   one.heard = now;
-  if (!bytes.empty()) handshaker_->receive(one.number, bytes);
+  if (!bytes.empty()) {
+    take_turn(now, one);
+    handshaker_->receive(one.number, bytes);
+  }
   if (one.answer_sent && one.stream.is_acknowledged()) return end(one.number);
   flush(now, one);
 }
@@ -127,8 +162,9 @@ void Handshakes::give(Time now, One& one, const Crypto& crypto) {
 void Handshakes::on_progress(Time now, HandshakeProgress&& progress) {
   One* one = find(progress.handshake);
   if (one == nullptr) return;
+  one->waits_since = now;
   const bool fits = one->stream.write(progress.to_send);
-  one->answer_sent = one->answered && !progress.to_send.empty();
+  if (one->answered && !progress.to_send.empty()) one->answer_sent = true;
   flush(now, *one);
   if (!progress.failure.empty() || !fits)
     return fail(now, one->number, fits ? progress.failure : "the handshake is too long");
@@ -142,8 +178,10 @@ void Handshakes::on_progress(Time now, HandshakeProgress&& progress) {
 }
 
 void Handshakes::answer(Time now, One& handshake, std::span<const std::byte> message) {
+  if (handshake.side == Side::kAccepts && !handshake.answered) ++counters_.answered;
   handshake.answered = true;
   handshake.asks_again = kNever;
+  take_turn(now, handshake);
   handshaker_->send(handshake.number, message);
   flush(now, handshake);
 }
@@ -166,6 +204,11 @@ void Handshakes::flush(Time now, One& one) {
 void Handshakes::end(std::uint64_t number) {
   handshaker_->end(number);
   all_.erase(number);
+}
+
+void Handshakes::give_up(const One& one) {
+  if (one.side == Side::kAccepts && !one.answered) ++counters_.given_up;
+  end(one.number);
 }
 
 void Handshakes::fail(Time now, std::uint64_t number, std::string_view why) {
@@ -197,7 +240,7 @@ void Handshakes::on_timeout(Time now) {
     if (one == nullptr) continue;
     const bool silent = one->side == Side::kConnects && now >= one->heard + kSilenceMax;
     if (silent || now >= one->began + kTimeMax) {
-      end(number);
+      give_up(*one);
     } else if (one->asks_again <= now) {
       one->asks_again = kNever;
       observer_.on_message(now, *one);

@@ -29,8 +29,10 @@ class Handshakes {
   static constexpr Duration kTimeMax = std::chrono::seconds(10);
   // Without a datagram of the other side, the connecting side begins again.
   static constexpr Duration kSilenceMax = std::chrono::seconds(3);
-  // When there are too many, one that has taken this long makes room.
+  // When there are too many, one makes room whose other side has kept this router waiting for so
+  // long in all; less when only the acknowledgement of the answer is missing.
   static constexpr Duration kYieldsAfter = std::chrono::seconds(2);
+  static constexpr Duration kAnsweredYieldsAfter = 2 * CryptoStream::kRepeatFirst;
   static constexpr std::size_t kBeginning = 64;
 
   struct One {
@@ -40,7 +42,9 @@ class Handshakes {
     std::uint64_t token = 0;  // of the HELLO
     std::uint64_t cookie = 0;
     Time began{};
-    Time heard{};  // the last datagram of the other side
+    Time heard{};               // the last datagram of the other side
+    Duration waited{};          // for the other side, before its newest bytes
+    Time waits_since = kNever;  // for the other side; kNever: it is this side's turn
     Time asks_again = kNever;
     CryptoStream stream{};
     // How an accepted one began: TLS's random number is in it.
@@ -49,6 +53,14 @@ class Handshakes {
     Verified verified{};
     bool answered = false;  // this side has nothing more to say
     bool answer_sent = false;
+  };
+  // Of those that this side has accepted, since its start.
+  struct Counters {
+    std::size_t in_progress = 0;  // now
+    std::uint64_t accepted = 0;
+    std::uint64_t answered = 0;     // by a link or a refusal
+    std::uint64_t given_up = 0;     // they made room, took too long, or were begun again
+    std::uint64_t turned_away = 0;  // datagrams that would have begun one, without room
   };
   class Observer : public core::Interface {
    public:
@@ -72,6 +84,9 @@ class Handshakes {
   // Returns false when the datagram belongs to no handshake: also when the connecting side has
   // begun again meanwhile, with the cookie that is still valid.
   bool on_crypto(Time now, const NetAddress& from, const Crypto& crypto);
+  // That of an accepted one in progress. Its other side begins again when it gets another one.
+  [[nodiscard]] std::optional<std::uint64_t> cookie_of(const NetAddress& from,
+                                                       std::uint64_t token) const;
   void on_progress(Time now, HandshakeProgress&& progress);
   // The last message of the accepting side.
   void answer(Time now, One& handshake, std::span<const std::byte> message);
@@ -85,6 +100,7 @@ class Handshakes {
   [[nodiscard]] Time next_timeout() const;
   void on_timeout(Time now);
   [[nodiscard]] std::size_t count() const { return all_.size(); }
+  [[nodiscard]] Counters counters() const;
 
  private:
   One& add(Time now, Side side, const NetAddress& address, std::uint64_t token,
@@ -97,13 +113,17 @@ class Handshakes {
   void flush(Time now, One& one);
   void fail(Time now, std::uint64_t number, std::string_view why);
   void end(std::uint64_t number);
+  void give_up(const One& one);
+  [[nodiscard]] std::size_t accepted_now() const;
   bool make_room(Time now);
+  static void take_turn(Time now, One& one);
   [[nodiscard]] static Time due(const One& one);
 
   Handshaker* handshaker_;
   Observer& observer_;
   std::uint64_t last_ = 0;
   std::map<std::uint64_t, One> all_;  // by number
+  Counters counters_;                 // without in_progress
 };
 
 }  // namespace tims::link

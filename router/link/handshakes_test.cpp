@@ -23,12 +23,20 @@ class HandshakesTest : public testing::Test, public Handshaker, public Handshake
   void send(std::uint64_t, std::span<const std::byte>) override {}
   void end(std::uint64_t handshake) override { running.erase(handshake); }
   // Handshakes::Observer
-  void on_message(Time, Handshakes::One&) override {}
+  void on_message(Time at, Handshakes::One& handshake) override {
+    all.answer(at, handshake, bytes);
+  }
   void on_failed(Time, const Handshakes::One&, std::string_view why) override { failure = why; }
   void send(const NetAddress&, std::span<const std::byte>) override {}
 
   Crypto first(std::uint64_t token, std::uint64_t cookie = 5) {
     return {.token = token, .cookie = cookie, .bytes = bytes};
+  }
+
+  // As many as there is room for, with the tokens from 1 on.
+  void fill() {
+    for (std::uint64_t n = 1; n <= Handshakes::kAcceptedMax; ++n)
+      EXPECT_TRUE(all.accept(now, address_of(1), first(n)));
   }
 
   Time now{100s};
@@ -38,15 +46,72 @@ class HandshakesTest : public testing::Test, public Handshaker, public Handshake
   Handshakes all{this, *this};
 };
 
-TEST_F(HandshakesTest, AreBoundedAndOldOnesMakeRoom) {
-  for (std::uint64_t n = 1; n <= Handshakes::kAcceptedMax; ++n)
-    EXPECT_TRUE(all.accept(now, address_of(1), first(n)));
+TEST_F(HandshakesTest, AreBoundedAndThoseThatLetUsWaitMakeRoom) {
+  fill();
   EXPECT_FALSE(all.accept(now, address_of(1), first(100)));
   EXPECT_EQ(running.size(), Handshakes::kAcceptedMax);
-  now += Handshakes::kYieldsAfter;
+  for (const auto& [number, size] : std::map(running)) all.on_progress(now, {.handshake = number});
+  now += Handshakes::kYieldsAfter - 1ns;
+  EXPECT_FALSE(all.accept(now, address_of(1), first(100)));
+  now += 1ns;
   EXPECT_TRUE(all.accept(now, address_of(1), first(100)));
   EXPECT_EQ(running.size(), Handshakes::kAcceptedMax);
   EXPECT_FALSE(running.contains(1)) << "the oldest";
+  const auto counters = all.counters();
+  EXPECT_EQ(counters.in_progress, Handshakes::kAcceptedMax);
+  EXPECT_EQ(counters.accepted, Handshakes::kAcceptedMax + 1);
+  EXPECT_EQ(counters.turned_away, 2U);
+  EXPECT_EQ(counters.given_up, 1U);
+}
+
+// Its work would have to be done again.
+TEST_F(HandshakesTest, OneThatWaitsForThisSideMakesNoRoom) {
+  fill();
+  now += Handshakes::kTimeMax - 1ns;
+  EXPECT_FALSE(all.accept(now, address_of(1), first(100)));
+}
+
+// The sum counts: bytes that come one by one gain no time.
+TEST_F(HandshakesTest, WhoDripsItsBytesMakesRoomLikeOneThatIsSilent) {
+  fill();
+  Duration drip = Handshakes::kYieldsAfter / 4;
+  Crypto next = first(0);
+  for (int n = 1; n <= 4; ++n) {
+    for (const auto& [number, size] : std::map(running))
+      all.on_progress(now, {.handshake = number});
+    now += drip;
+    EXPECT_EQ(all.accept(now, address_of(1), first(100)), n == 4) << n;
+    next.offset += 3;
+    for (std::uint64_t token = 1; token <= Handshakes::kAcceptedMax && n < 4; ++token) {
+      next.token = token;
+      EXPECT_TRUE(all.on_crypto(now, address_of(1), next));
+    }
+  }
+}
+
+TEST_F(HandshakesTest, KeepTheirCookie) {
+  EXPECT_TRUE(all.accept(now, address_of(1), first(1, 5)));
+  EXPECT_EQ(all.cookie_of(address_of(1), 1), 5U);
+  EXPECT_FALSE(all.cookie_of(address_of(1), 2));
+  EXPECT_FALSE(all.cookie_of(address_of(2), 1));
+}
+
+// An answer that is not on its way yet is as good as none. One that is may have to be repeated.
+TEST_F(HandshakesTest, AnAnswerIsSentAndRepeatedBeforeItsHandshakeMakesRoom) {
+  fill();
+  const std::vector<std::byte> flight(10);
+  for (const auto& [number, size] : std::map(running))
+    all.on_progress(now, {.handshake = number, .to_send = flight, .messages = {flight}});
+  EXPECT_EQ(all.counters().answered, Handshakes::kAcceptedMax);
+  now += Handshakes::kAnsweredYieldsAfter;
+  EXPECT_FALSE(all.accept(now, address_of(1), first(100)));
+  for (const auto& [number, size] : std::map(running))
+    all.on_progress(now, {.handshake = number, .to_send = flight});
+  now += Handshakes::kAnsweredYieldsAfter - 1ns;
+  EXPECT_FALSE(all.accept(now, address_of(1), first(100)));
+  now += 1ns;
+  EXPECT_TRUE(all.accept(now, address_of(1), first(100)));
+  EXPECT_EQ(all.counters().given_up, 0U);
 }
 
 TEST_F(HandshakesTest, EndAfterTheirTime) {

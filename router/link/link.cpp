@@ -10,6 +10,9 @@ namespace {
 
 constexpr int kHellosEach = 10;  // to one router, before another candidate is tried
 constexpr Duration kAfterRefusal = std::chrono::seconds(3);
+// Routers that end each session at once, because they do not understand each other, begin sessions
+// no faster than this.
+constexpr Duration kEndedTwiceAfter = std::chrono::seconds(3);
 // How often the side that connects asks about a session that is up.
 constexpr Duration kAskAgain = std::chrono::seconds(1);
 // The age of keys at which a new handshake begins: fresh secrets, certificates checked again.
@@ -249,13 +252,16 @@ void Link::come_up(Time now) {
 }
 
 void Link::go_down(Time now, core::CloseReason reason, State state) {
+  const bool ended =
+      reason == core::CloseReason::kBadRecord || reason == core::CloseReason::kPeerClosed;
+  const Time first = ended ? std::max(now, since_ + kEndedTwiceAfter) : now;
   const core::ClientId client = std::exchange(client_, core::kNoClient);
   advertiser_.end();
   context_.end_lists(now, slot_);
   session_.set_open(false);
   enter(now, state);
   router_.disconnect(now, client, reason);
-  if (state == State::kSilent && settings_.connects) begin_connecting(now, now);
+  if (state == State::kSilent && settings_.connects) begin_connecting(now, first);
 }
 
 void Link::forget_session(Time now, core::Outcome why) {

@@ -31,7 +31,7 @@ struct LinksSetup {
   // source of random numbers.
   core::SipKey secret{};
   Handshaker* handshaker = nullptr;  // null: this router has no keys
-  ListKeeper* lists = nullptr;       // null as well: lists of the fleet stay where they are
+  ListKeeper* lists = nullptr;       // null as well, and only then
   std::uint32_t links_max = 4096;
   Packing::Clock clock = nullptr;  // to measure what compression costs; null: it is not measured
 };
@@ -139,9 +139,13 @@ class Links final : public core::Port,
     std::uint64_t strange = 0;        // datagrams that do not belong to this protocol
     std::uint64_t unknown_token = 0;  // datagrams of unknown sessions
     std::uint64_t refused = 0;        // refused HELLOs and handshakes
+    Handshakes::Counters handshakes{};
   };
   [[nodiscard]] Counters counters() const {
-    return {.strange = strange_, .unknown_token = unknown_token_, .refused = reception_.refused()};
+    return {.strange = strange_,
+            .unknown_token = unknown_token_,
+            .refused = reception_.refused(),
+            .handshakes = reception_.handshakes()};
   }
 
  private:

@@ -51,7 +51,9 @@ void Reception::on_hello(Time now, const NetAddress& from, const Hello& hello) {
 }
 
 void Reception::on_hello(Time now, const NetAddress& from, const SealedHello& hello) {
-  answer(now, {from}, admission_.retry(now, from, hello.token, 0));
+  Retry retry = admission_.retry(now, from, hello.token, 0);
+  retry.cookie = handshakes_.cookie_of(from, hello.token).value_or(retry.cookie);
+  answer(now, {from}, retry);
 }
 
 void Reception::on_crypto(Time now, const NetAddress& from, const Crypto& crypto) {

@@ -67,6 +67,7 @@ class Reception final : private Handshakes::Observer {
   void on_timeout(Time now) { handshakes_.on_timeout(now); }
 
   [[nodiscard]] std::uint64_t refused() const { return refused_; }  // HELLOs and handshakes
+  [[nodiscard]] Handshakes::Counters handshakes() const { return handshakes_.counters(); }
 
  private:
   // Who asks for a link: a datagram from a proven address, or the message of a handshake.

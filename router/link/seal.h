@@ -63,7 +63,7 @@ struct HandshakeProgress {
   std::string failure{};  // not empty: the handshake has ended, for this reason
 };
 
-// Runs handshakes, elsewhere and later: each call returns at once, and the results are passed to
+// Runs handshakes, elsewhere and later: each call returns at once, and its result is passed to
 // Links::on_handshake().
 class Handshaker : public core::Interface {
  public:

@@ -157,7 +157,7 @@ class Fleet {
   // `keys`: folder of FleetKeys; empty: the links are open.
   explicit Fleet(std::string keys)
       : poller_(::epoll_create1(EPOLL_CLOEXEC)), keys_(std::move(keys)) {
-    if (!keys_.empty()) watch(progress_.descriptor(), nullptr);
+    if (!keys_.empty()) watch(progress_.descriptor(), kHandshakes);
   }
 
   Result<void> add(const link::NetAddress& base) {
@@ -169,8 +169,9 @@ class Fleet {
     if (!member) return member.error();
     robots_.push_back(std::make_unique<Robot>(self, core::next_random(random_), std::move(*socket),
                                               std::move(*member)));
-    watch(robots_.back()->descriptor(), robots_.back().get());
+    watch(robots_.back()->descriptor(), number);
     robots_.back()->start(os::now(), base);
+    wakes_.push_back(robots_.back()->next_timeout());
     return {};
   }
 
@@ -179,21 +180,25 @@ class Fleet {
     for (;;) {
       const int n = ::epoll_wait(poller_.get(), events.data(), events.size(), milliseconds_left());
       for (int i = 0; i < n; ++i) {
-        auto* const robot = static_cast<Robot*>(events[static_cast<std::size_t>(i)].data.ptr);
-        robot == nullptr ? take_handshakes() : robot->on_input(os::now(), datagrams_);
+        const std::uint64_t what = events[static_cast<std::size_t>(i)].data.u64;
+        what == kHandshakes
+            ? take_handshakes()
+            : with(what, [this](Robot& robot) { robot.on_input(os::now(), datagrams_); });
       }
-      for (const auto& robot : robots_) {
-        const Time now = os::now();
-        if (robot->next_timeout() <= now) robot->on_timeout(now);
-      }
+      const Time now = os::now();
+      for (std::size_t robot = 0; robot < robots_.size(); ++robot)
+        if (wakes_[robot] <= now) with(robot, [now](Robot& one) { one.on_timeout(now); });
     }
   }
 
  private:
-  void watch(int descriptor, Robot* robot) const {
+  static constexpr std::uint64_t kHandshakes = ~std::uint64_t{0};
+
+  // `what`: a robot, or kHandshakes.
+  void watch(int descriptor, std::uint64_t what) const {
     epoll_event event{};
     event.events = EPOLLIN;
-    event.data.ptr = robot;
+    event.data.u64 = what;
     ::epoll_ctl(poller_.get(), EPOLL_CTL_ADD, descriptor, &event);
   }
   Result<Member> member_of(std::uint64_t number, const link::Identity& self) {
@@ -212,15 +217,19 @@ class Fleet {
                   .list = {.number = own->list_number(),
                            .bytes = std::make_shared<const security::Bytes>(own->list_bytes)}};
   }
+  template <typename Act>
+  void with(std::size_t robot, Act act) {
+    act(*robots_[robot]);
+    wakes_[robot] = robots_[robot]->next_timeout();
+  }
   void take_handshakes() {
     for (auto& [robot, progress] : progress_.take())
-      robots_[robot]->on_handshake(os::now(), std::move(progress));
+      with(robot, [&](Robot& one) { one.on_handshake(os::now(), std::move(progress)); });
   }
   [[nodiscard]] int milliseconds_left() const {
     constexpr Duration kLongest = std::chrono::milliseconds(100);
     const Time now = os::now();
-    Time next = now + kLongest;
-    for (const auto& robot : robots_) next = std::min(next, robot->next_timeout());
+    const Time next = std::min(now + kLongest, *std::ranges::min_element(wakes_));
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(next - now);
     return static_cast<int>(std::max<std::int64_t>(0, left.count()));
   }
@@ -230,6 +239,7 @@ class Fleet {
   Progress progress_;
   std::uint64_t random_ = static_cast<std::uint64_t>(os::now().time_since_epoch().count());
   std::vector<std::unique_ptr<Robot>> robots_;
+  std::vector<Time> wakes_;  // of each robot; together, because all of them are looked at often
   io::Datagrams datagrams_;
 };
 

@@ -136,8 +136,8 @@ Result<void> Middle::start_relays() {
   for (std::size_t i = 0; i < places_.size(); ++i) {
     std::vector<std::string> command = places_[i].enter;
     command.insert(command.end(),
-                   {setting_.program, "--role", "udp-relay", "--host", places_[i].address,
-                    "--endpoint", places_[1 - i].address + kRouterPort});
+                   {setting_.program, "--role", "udp-relay", "--link", experiment_.link, "--host",
+                    places_[i].address, "--endpoint", places_[1 - i].address + kRouterPort});
     if (auto line = add(std::move(command), "listening udp"); !line) return line.error();
     places_[i].endpoint = places_[i].address + kRouterPort;
   }

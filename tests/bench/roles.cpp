@@ -22,6 +22,7 @@
 #include "tests/bench/ring_link.h"
 #include "tests/bench/robot_start.h"
 #include "tests/bench/round_trip.h"
+#include "tests/bench/sealed_burst.h"
 #include "tests/bench/sealing.h"
 #include "tests/bench/self.h"
 #include "tests/bench/stream.h"
@@ -102,7 +103,8 @@ constexpr Alone kAlone[] = {
 bool run_role(const Plan& plan) {
   ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // also with strace, which would not kill it
   if (plan.role == "relay") return run_relay();
-  if (plan.role == "udp-relay") return run_udp_relay(plan.host, plan.endpoint);
+  if (plan.role == "udp-relay")
+    return run_udp_relay(plan.host, plan.endpoint, plan.link == "udp-sealed");
   for (const Alone& alone : kAlone) {
     const bool is_any = *alone.link == '\0';
     if (plan.role != alone.role || (!is_any && plan.link != alone.link)) continue;
@@ -119,7 +121,9 @@ bool run_role(const Plan& plan) {
   if (plan.link == "tcp-router") return play(plan, TcpLink::open(plan, kRouter));
   if (plan.link == "tcp-relay") return play(plan, TcpLink::open(plan, kRelay));
   if (plan.link == "dds-engine") return play(plan, DdsEngineLink::open(plan));
-  if (plan.link == "udp") return play(plan, UdpLink::open(plan));
+  if (plan.link == "udp") return play(plan, UdpLink::open(plan, kUdpDatagram));
+  if (plan.link == "udp-sealed")
+    return play(plan, UdpLink::open(plan, kUdpDatagram - SealedBurst::kOverhead));
   std::fprintf(stderr, "unknown link \"%s\"\n", plan.link.c_str());
   return false;
 }

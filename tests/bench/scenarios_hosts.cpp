@@ -56,9 +56,15 @@ Case sealed_throughput(std::size_t payload) {
   Experiment sealed = open;
   sealed.sealed = true;
   Case c{.scenario = "sealed_throughput", .payload = payload};
-  c.contenders = {{"tims-sealed", sealed}, {"tims", open}};
-  c.rows = {{"tims-sealed", rate_metric(payload), "tims", {}},
-            {"tims-sealed", "cpu_s", "tims", {}}};
+  const char* const rate = rate_metric(payload);
+  c.contenders = {{"tims-sealed", sealed},
+                  {"tims", open},
+                  {"limit-sealed", stream("udp-sealed", Between::kTwoRelays, payload)},
+                  {"limit-chain", stream("udp", Between::kTwoRelays, payload)}};
+  c.rows = {{"tims-sealed", rate, "tims", {}},
+            {"tims-sealed", "cpu_s", "tims", {}},
+            {"tims-sealed", rate, "limit-sealed", {}},
+            {"limit-sealed", rate, "limit-chain", {}}};
   if (payload == 64 || payload == kMi) c.rows[0].target = {.ratio_max = kSealedRateRatio};
   return c;
 }

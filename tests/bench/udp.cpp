@@ -11,12 +11,12 @@
 #include <sys/socket.h>
 
 #include "tests/bench/addresses.h"
+#include "tests/bench/sealed_burst.h"
 
 namespace tims::bench {
 namespace {
 
-constexpr std::size_t kDatagram = 1472;  // fills an Ethernet frame
-constexpr std::size_t kBurst = 44 * kDatagram;
+constexpr std::size_t kBurstDatagrams = 44;
 constexpr int kBuffer = 16 << 20;
 constexpr std::size_t kGroMax = 64 << 10;
 
@@ -48,9 +48,9 @@ class SegmentSize {
   alignas(cmsghdr) std::array<char, CMSG_SPACE(sizeof(int))> bytes_{};
 };
 
-// Datagrams received together are sent together.
+// Datagrams received together are sent together. `seal`: null for a relay without keys.
 void pass(const os::File& socket, const sockaddr_in& client, const sockaddr_in& beyond,
-          std::span<std::byte> buffer) {
+          std::span<std::byte> buffer, SealedBurst* seal) {
   sockaddr_in peer{};
   iovec part{buffer.data(), buffer.size()};
   msghdr message{};
@@ -61,10 +61,20 @@ void pass(const os::File& socket, const sockaddr_in& client, const sockaddr_in& 
   SegmentSize segment(message);
   const ssize_t n = ::recvmsg(socket.get(), &message, 0);
   if (n <= 0) return;
-  const int size = segment.received();
+  const int merged = segment.received();
+  const bool together = merged > 0 && merged < n;
+  std::size_t size = static_cast<std::size_t>(together ? merged : n);
   part.iov_len = static_cast<std::size_t>(n);
-  peer = peer.sin_port == client.sin_port ? beyond : client;
-  if (size > 0 && size < n) {
+  const bool goes_out = peer.sin_port == client.sin_port;
+  peer = goes_out ? beyond : client;
+  if (seal != nullptr) {
+    const auto burst = buffer.first(part.iov_len);
+    const auto parts = goes_out ? seal->seal(burst, size) : seal->open(burst, size);
+    message.msg_iov = parts.data();
+    message.msg_iovlen = parts.size();
+    goes_out ? size += SealedBurst::kOverhead : size -= SealedBurst::kOverhead;
+  }
+  if (together) {
     segment.attach(static_cast<std::uint16_t>(size));
   } else {
     message.msg_controllen = 0;
@@ -98,19 +108,20 @@ Result<os::File> open_udp(const std::string& endpoint) {
   return socket;
 }
 
-bool send_trains(const os::File& socket, std::span<const std::byte> first,
+bool send_trains(const os::File& socket, std::size_t datagram, std::span<const std::byte> first,
                  std::span<const std::byte> second) {
+  const std::size_t burst = kBurstDatagrams * datagram;
   while (!first.empty() || !second.empty()) {
-    const auto a = first.first(std::min(first.size(), kBurst));
-    const auto b = second.first(std::min(second.size(), kBurst - a.size()));
+    const auto a = first.first(std::min(first.size(), burst));
+    const auto b = second.first(std::min(second.size(), burst - a.size()));
     std::array<iovec, 2> parts{{{const_cast<std::byte*>(a.data()), a.size()},
                                 {const_cast<std::byte*>(b.data()), b.size()}}};
     msghdr message{};
     message.msg_iov = parts.data();
     message.msg_iovlen = parts.size();
     SegmentSize segment(message);
-    if (a.size() + b.size() > kDatagram) {
-      segment.attach(kDatagram);
+    if (a.size() + b.size() > datagram) {
+      segment.attach(static_cast<std::uint16_t>(datagram));
     } else {
       message.msg_controllen = 0;
     }
@@ -121,14 +132,15 @@ bool send_trains(const os::File& socket, std::span<const std::byte> first,
   return true;
 }
 
-bool run_udp_relay(const std::string& host, const std::string& endpoint) {
+bool run_udp_relay(const std::string& host, const std::string& endpoint, bool sealed) {
   const auto socket = open_udp(host + kRouterPort);
   const auto client = udp_address(host + kClientPort);
   const auto beyond = udp_address(endpoint);
   if (!socket || !client || !beyond) return false;
   std::fprintf(stderr, "listening udp %s%s\n", host.c_str(), kRouterPort);
   std::vector<std::byte> buffer(kGroMax);
-  for (;;) pass(*socket, *client, *beyond, buffer);
+  SealedBurst seal;
+  for (;;) pass(*socket, *client, *beyond, buffer, sealed ? &seal : nullptr);
 }
 
 }  // namespace tims::bench

@@ -14,28 +14,29 @@ constexpr std::size_t kReadAhead = 1 << 20;
 
 }  // namespace
 
-UdpLink::UdpLink(const Plan& plan, os::File socket)
+UdpLink::UdpLink(const Plan& plan, std::size_t datagram, os::File socket)
     : socket_(std::move(socket)),
+      datagram_(datagram),
       header_(message_header(plan)),
       gather_(plan.streaming() ? kGather : 0),
       out_(2 * kGather),
       in_(std::max(kReadAhead, 3 * (kHeaderSize + plan.payload))) {}
 
-Result<UdpLink> UdpLink::open(const Plan& plan) {
+Result<UdpLink> UdpLink::open(const Plan& plan, std::size_t datagram) {
   auto socket = open_udp(plan.host + kClientPort);
   if (!socket) return socket.error();
   const auto to = udp_address(plan.endpoint);
   if (!to) return to.error();
   if (::connect(socket->get(), reinterpret_cast<const sockaddr*>(&*to), sizeof *to) != 0)
     return os::system_error("UDP to " + plan.endpoint);
-  return UdpLink(plan, std::move(*socket));
+  return UdpLink(plan, datagram, std::move(*socket));
 }
 
 bool UdpLink::send(std::span<const std::byte> payload) {
   header_.length = static_cast<std::uint32_t>(kHeaderSize + payload.size());
   if (header_.length > gather_ / 2) {
     flush();
-    return send_trains(socket_, std::as_bytes(std::span(&header_, 1)), payload);
+    return send_trains(socket_, datagram_, std::as_bytes(std::span(&header_, 1)), payload);
   }
   append(&header_, sizeof header_);
   append(payload.data(), payload.size());
@@ -49,7 +50,7 @@ void UdpLink::append(const void* bytes, std::size_t size) {
 }
 
 void UdpLink::flush() {
-  if (filled_ > 0) send_trains(socket_, std::span(out_).first(filled_), {});
+  if (filled_ > 0) send_trains(socket_, datagram_, std::span(out_).first(filled_), {});
   filled_ = 0;
 }
 

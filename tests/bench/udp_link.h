@@ -17,7 +17,8 @@ namespace tims::bench {
 
 class UdpLink {
  public:
-  static Result<UdpLink> open(const Plan& plan);
+  // `datagram`: the size of its datagrams.
+  static Result<UdpLink> open(const Plan& plan, std::size_t datagram);
 
   [[nodiscard]] bool needs_credit() const { return true; }
   bool send(std::span<const std::byte> payload);
@@ -43,11 +44,12 @@ class UdpLink {
   // Both ends are on the same machine, so a Header can be read without conversion.
   static_assert(sizeof(Header) == kHeaderSize && offsetof(Header, length) == 12);
 
-  UdpLink(const Plan& plan, os::File socket);
+  UdpLink(const Plan& plan, std::size_t datagram, os::File socket);
   void append(const void* bytes, std::size_t size);
   bool read_some(Duration timeout);
 
   os::File socket_;
+  std::size_t datagram_;
   Duration timeout_{};
   Header header_;  // of the messages
   std::size_t gather_;

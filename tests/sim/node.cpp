@@ -13,8 +13,7 @@ namespace {
 
 using core::next_random;
 
-constexpr std::size_t kPlaces = 32;  // for messages being reassembled
-constexpr Duration kHandshakeStep = std::chrono::microseconds(700);
+constexpr std::size_t kPlaces = 32;                            // for messages being reassembled
 constexpr Duration kListTime = std::chrono::milliseconds(30);  // verified and on the disk
 
 link::Identity identity(const NodeSetup& setup, std::uint64_t epoch) {
@@ -123,11 +122,13 @@ void Node::check(std::uint64_t transfer, std::uint64_t number, std::string_view,
 std::optional<ToyHandshaker> Node::handshaker() {
   if (!setup_.keys) return std::nullopt;
   ++runs_;
+  handshakes_until_ = network_.now();
   return std::optional<ToyHandshaker>(
       std::in_place, *setup_.keys, core::spread(random_ + runs_),
       [this, run = runs_](link::HandshakeProgress&& progress) {
         auto shared = std::make_shared<link::HandshakeProgress>(std::move(progress));
-        network_.at(network_.now() + kHandshakeStep, [this, run, shared] {
+        handshakes_until_ = std::max(handshakes_until_, network_.now()) + setup_.handshake_step;
+        network_.at(handshakes_until_, [this, run, shared] {
           if (!alive() || run != runs_) return;
           running_->links.on_handshake(network_.now(), std::move(*shared));
           end_turn(network_.now());

@@ -38,6 +38,8 @@ struct NodeSetup {
   core::PriorityClasses classes{};
   // Its links are sealed, unless they say otherwise. Without: the network's.
   std::optional<ToyKeys> keys{};
+  // What a step of a handshake takes its thread, one step after the other.
+  Duration handshake_step = std::chrono::microseconds(700);
 };
 
 // What a client received.
@@ -151,7 +153,8 @@ class Node final : private core::Port,
 
   SimulatedNetwork& network_;
   NodeSetup setup_;
-  std::uint64_t runs_ = 0;  // with keys
+  std::uint64_t runs_ = 0;   // with keys
+  Time handshakes_until_{};  // its thread has work
   ToyList list_;
   std::vector<std::byte> list_bytes_;
   std::size_t lists_checked_ = 0;

@@ -276,7 +276,7 @@ TEST(Identity, APeerThatAcknowledgesPacketsNeverSent) {
   const core::Event* down = Story::find_event(*s.base, core::EventKind::kLinkDown);
   ASSERT_NE(down, nullptr);
   EXPECT_EQ(down->reason, core::CloseReason::kBadRecord);
-  EXPECT_TRUE(s.run_until([&] { return s.converged(); }, 2s));
+  EXPECT_TRUE(s.run_until([&] { return s.converged(); }, 4s));
 }
 
 TEST(Identity, APeerThatFloods) {

@@ -401,5 +401,65 @@ TEST(SealedAdmission, HalfHandshakesAreBoundedAndEnd) {
   EXPECT_EQ(s.base->handshakes(), 0U);
 }
 
+// A hundred robots call at once. A handshake takes the base 30 ms, in three steps; the robots
+// have their own computers. No handshake is done twice, so the base needs little more than its own
+// time.
+TEST(SealedLinks, AFleetRejoinsARestartedBaseInTheTimeOfItsHandshakes) {
+  constexpr std::uint16_t kRobots = 100;
+  constexpr Duration kOne = 3 * 10ms;
+  SimulatedNetwork network(1);
+  network.seal_all();
+  network.set_faults({.delay = 5ms});
+  Node& base = network.add({.name = "base",
+                            .role = core::Role::kTop,
+                            .links = {sub_link()},
+                            .block_bytes = 1U << 20,
+                            .handshake_step = kOne / 3});
+  for (std::uint16_t n = 1; n <= kRobots; ++n)
+    network.add({.name = "robot" + std::to_string(n),
+                 .system = n,
+                 .links = {super_link(address_of(0))},
+                 .block_bytes = 1U << 20});
+  for (const auto& node : network.nodes()) node->start(network.now());
+  const auto all_up = [&] { return Story::links_up(base) == kRobots; };
+  const auto report = [&] {
+    const auto counters = base.links().counters().handshakes;
+    return std::to_string(counters.accepted) + " accepted, " + std::to_string(counters.answered) +
+           " answered, " + std::to_string(counters.given_up) + " given up, " +
+           std::to_string(counters.turned_away) + " turned away";
+  };
+  const Duration allowed = kRobots * kOne * 3 / 2;
+  EXPECT_TRUE(network.run_until(all_up, allowed)) << report();
+  network.run_for(1s);
+  base.kill();
+  network.run_for(50ms);
+  base.start(network.now());
+  const Time restarted = network.now();
+  EXPECT_TRUE(network.run_until(all_up, allowed)) << report();
+  EXPECT_GE(network.now() - restarted, kRobots * kOne) << "the base has one thread for handshakes";
+  const auto counters = base.links().counters().handshakes;
+  EXPECT_EQ(counters.answered, kRobots) << report();
+  EXPECT_EQ(counters.given_up, 0U) << report();
+}
+
+// Whoever ends each session, because it does not understand the other router, does not make the
+// other one shake hands without end.
+TEST(SealedLinks, SessionsThatEndAtOnceBeginSeldom) {
+  Sealed s;
+  s.begin();
+  const auto before = s.base->links().counters().handshakes.accepted;
+  for (int n = 0; n < 1000; ++n) {
+    s.run_for(10ms);
+    s.base->links().for_each([&](const link::Link& one) {
+      if (one.peer().name.view() == "robot" && one.is_up()) {
+        s.base->links().act(s.now(), "robot", link::Links::Action::kReset);
+        s.base->end_turn(s.now());
+      }
+    });
+  }
+  EXPECT_GE(s.base->links().counters().handshakes.accepted - before, 3U);
+  EXPECT_LE(s.base->links().counters().handshakes.accepted - before, 5U);
+}
+
 }  // namespace stories_sealed
 }  // namespace tims::sim
