@@ -17,13 +17,16 @@ const here = dirname(fileURLToPath(import.meta.url));
 // Bytes of script, compressed with brotli: what the first page loads, and all of it.
 export const BUDGET = { first: 60_000, all: 250_000 };
 const BROTLI = { params: { [constants.BROTLI_PARAM_QUALITY]: 10 } };
-const COMPRESSED = /\.(js|css|html|svg|json|txt)$/;
+const COMPRESSED = /\.(js|css|html|svg|json|txt|webmanifest)$/;
 
 // The page, and the worker that it starts at once: it finds its name in a <meta>, so that both are built
 // together and share what they have in common.
 const PAGE = 'src/main.tsx';
 const WORKER = 'src/tims/worker.ts';
 const STYLE = 'src/app/style.css';
+
+// Asked for by these names: a browser keeps the manifest, and the icon of an app that was installed.
+const NAMED = ['app.webmanifest', 'icon.svg'];
 
 export async function build(folder, budget = BUDGET) {
   const { build: bundle } = await import('esbuild');
@@ -51,6 +54,7 @@ export async function build(folder, budget = BUDGET) {
     Object.entries(metafile.outputs).map(([path, output]) => [path.replace(/^dist\//, ''), output]),
   );
   files.set('index.html', Buffer.from(page(outputs)));
+  for (const name of NAMED) files.set(name, readFileSync(join(here, 'src', name)));
   files.set('licences.txt', Buffer.from(licences(metafile)));
   const sizes = check(files, outputs, budget);
   write(folder, files);

@@ -45,13 +45,19 @@ test('the router accepts the files: 64 of them, 4 MiB with their compressed form
   for (const path of files) assert.match(path, /^\w[\w.-]*(\/\w[\w.-]*)*$/);
 });
 
+const named = ['app.webmanifest', 'icon.svg'];
+
+test('who installs it as an app finds its icon', () => {
+  for (const { src } of JSON.parse(read('app.webmanifest')).icons) assert.ok(named.includes(src.slice(1)), src);
+});
+
 test('the page loads files of the build with a hash, and has nothing inline', () => {
   const html = read('index.html').toString();
   const loaded = [...html.matchAll(/(?:src|href|content)="\/([^"]*)"/g)].map((match) => match[1]);
   assert.ok(loaded.length >= 2);
   for (const path of loaded) {
     assert.ok(files.includes(path), path);
-    assert.match(path, /-[A-Z0-9]{8}\.(js|css)$/);
+    if (!named.includes(path)) assert.match(path, /-[A-Z0-9]{8}\.(js|css)$/);
   }
   assert.doesNotMatch(html, /<script(?![^>]* src=)|<style|style="| on\w+="|https?:\/\//);
 });

@@ -260,6 +260,14 @@ test('tiles are moved by keys, mouse and finger, and are wide; who comes again f
   await watched.close();
 });
 
+test('tiles that belong together are opened at once', async () => {
+  const watched = await Watched.open(browser, host, `#/robot/${system}`);
+  const { page } = watched;
+  await page.getByRole('button', { name: 'Driving' }).click();
+  for (const name of ['Chassis/0', 'Scan2d/0', 'Pilot/0']) await page.getByRole('region', { name }).waitFor();
+  await watched.close();
+});
+
 test('two tabs, back and forward, and a reload', async () => {
   const watched = await Watched.open(browser, host, `#/robot/${system}?tiles=Chassis/0`);
   const { page, context } = watched;

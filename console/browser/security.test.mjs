@@ -168,6 +168,16 @@ test('a name that somebody lets point here shows nothing', async () => {
   await context.close();
 });
 
+test('it can be installed as an app', async () => {
+  const watched = await Watched.open(browser, host);
+  const session = await watched.context.newCDPSession(watched.page);
+  const { url, errors, data } = await session.send('Page.getAppManifest');
+  assert.deepEqual([url, errors, JSON.parse(data).short_name], [`${host.address}/app.webmanifest`, [], 'RACK']);
+  const icon = await watched.page.evaluate(() => fetch('/icon.svg').then(({ headers }) => headers.get('content-type')));
+  assert.equal(icon, 'image/svg+xml');
+  await watched.close();
+});
+
 test('the policy of the page forbids scripts from elsewhere and within', async () => {
   const watched = await Watched.open(browser, host);
   const { page } = watched;

@@ -10,7 +10,7 @@ let opened: string | undefined; // last by hand: it is brought into sight
 
 export const openTiles = () => parseTiles(route.value.options.get('tiles') ?? '');
 
-function setTiles(tiles: OpenTile[]): void {
+export function setTiles(tiles: OpenTile[]): void {
   const text = tilesText(tiles);
   setOption('tiles', text);
   localStorage.setItem(memory(route.value.arguments[0]), text);

@@ -22,11 +22,12 @@ import {
   moveTileTo,
   openTiles,
   recallTiles,
+  setTiles,
   toggleTile,
   toggleWide,
   wasOpenedNow,
 } from './open_tiles';
-import { placesOf } from './tiles';
+import { kitsOf, placesOf } from './tiles';
 
 export function Tiles({ robot }: { robot: Robot }) {
   const open = openTiles();
@@ -37,6 +38,7 @@ export function Tiles({ robot }: { robot: Robot }) {
   }, [robot.system]);
   useViewKeys(robot, full);
   const [box, columns] = useColumns();
+  const kits = kitsOf(robot.components.map(shortName));
   if (open.length === 0)
     return (
       <section class="empty">
@@ -44,6 +46,19 @@ export function Tiles({ robot }: { robot: Robot }) {
         <p>
           Its lamp turns it on and off; its name opens its view here. The address of this page holds the views: send it,
           or keep it as a bookmark.
+        </p>
+        <p class="actions">
+          {kits.length > 0 && 'Or open what belongs together:'}
+          {kits.map(({ name, tiles }) => (
+            <button
+              key={name}
+              type="button"
+              title={tiles.map((tile) => tile.name).join(', ')}
+              onClick={() => setTiles(tiles)}
+            >
+              {name}
+            </button>
+          ))}
         </p>
         <p class="actions">
           <a class="button" href={`#/map?robots=${robot.system}`}>

@@ -1,6 +1,6 @@
 import assert from 'node:assert/strict';
 import { test } from 'node:test';
-import { moved, parseTiles, placesOf, tilesText } from './tiles';
+import { kitsOf, moved, parseTiles, placesOf, tilesText } from './tiles';
 
 const text = 'Chassis/0,Camera/0!,Scan2d/0';
 const tiles = parseTiles(text);
@@ -32,4 +32,16 @@ test('a tile is moved, at most to an end', () => {
   assert.equal(order('Scan2d/0', 1), text);
   assert.equal(order('Chassis/0', -1), text);
   assert.equal(order('Gps/0', 1), text);
+});
+
+test('what belongs together is offered as far as the robot has it', () => {
+  const kits = kitsOf(['Chassis/0', 'Pilot/1', 'Pilot/2', 'Position/0']);
+  assert.deepEqual(
+    kits.map((kit) => [kit.name, tilesText(kit.tiles)]),
+    [
+      ['Driving', 'Chassis/0,Pilot/1'],
+      ['Way', 'Pilot/1,Position/0'],
+    ],
+  );
+  assert.deepEqual(kitsOf([]), []);
 });

@@ -16,6 +16,24 @@ export function tilesText(tiles: OpenTile[]): string {
   return tiles.map(({ name, wide }) => (wide ? `${name}!` : name)).join(',');
 }
 
+// What one wants to see at once, as far as a robot has it: the first component of each class.
+const kits: [name: string, classes: string[]][] = [
+  ['Driving', ['Chassis', 'Scan2d', 'Camera', 'Pilot']],
+  ['Localisation', ['Position', 'Mcl', 'Gps', 'Compass']],
+  ['Way', ['Path', 'Pilot', 'Position', 'Planner']],
+  ['Sensors', ['Ladar', 'Scan2d', 'Scan3d', 'Camera', 'Gyro', 'ObjRecog']],
+];
+
+// `names`: of the components, such as "Chassis/0".
+export function kitsOf(names: string[]): { name: string; tiles: OpenTile[] }[] {
+  return kits
+    .map(([name, classes]) => {
+      const found = classes.flatMap((each) => names.find((other) => other.startsWith(`${each}/`)) ?? []);
+      return { name, tiles: found.map((tile) => ({ name: tile, wide: false })) };
+    })
+    .filter(({ tiles }) => tiles.length > 1);
+}
+
 // The columns of each tile, as values of grid-column: the next free ones. One that is too wide for the rest of them begins
 // at the first.
 export function placesOf(tiles: OpenTile[], columns: number): string[] {

@@ -176,6 +176,7 @@ TEST_F(ConsoleFilesTest, EveryFileIsProtected) {
     for (const auto* field :
          {"Content-Security-Policy: default-src 'none'; script-src 'self'; style-src 'self'; "
           "img-src 'self' blob: data:; connect-src 'self'; worker-src 'self'; font-src 'self'; "
+          "manifest-src 'self'; "
           "base-uri 'none'; form-action 'none'; frame-ancestors 'none'\r\n",
           "X-Content-Type-Options: nosniff\r\n", "Referrer-Policy: no-referrer\r\n",
           "Cross-Origin-Opener-Policy: same-origin\r\n",
