@@ -43,6 +43,20 @@ afterEach(Watched.closeAll);
 const stateOf = async (name) => (await host.timsctl('component', 'status', name)).state;
 const becomes = (name, state) => eventually(async () => (await stateOf(name)) === state, `${name} is ${state}`);
 const speed = async () => (await host.timsctl('component', 'data', `Chassis(${system}/0)`)).data.vx;
+// A page that has stalled on a busy machine has let the stick go: it is pressed again.
+async function drivesOr(pressAgain) {
+  for (let begin = Date.now(); ; await pressAgain()) {
+    const drives = () => eventually(async () => (await speed()) > 50, 'it drives', 5000);
+    if (
+      await drives().then(
+        () => true,
+        () => false,
+      )
+    )
+      return;
+    assert(Date.now() < begin + 30_000, 'it never drives');
+  }
+}
 const chassis = `Chassis(${system}/0)`;
 const pilot = `Pilot(${system}/0)`;
 
@@ -65,10 +79,17 @@ test('thumbs: on and off, messages, driving and STOP', async () => {
   await page.getByRole('button', { name: 'Release' }).waitFor();
   await becomes(pilot, 'on');
   const session = await watched.context.newCDPSession(page);
-  const pad = await page.getByRole('application', { name: /Stick/ }).boundingBox();
-  const finger = { x: pad.x + pad.width / 2, y: pad.y + pad.height / 4 };
-  await session.send('Input.dispatchTouchEvent', { type: 'touchStart', touchPoints: [finger] });
-  await eventually(async () => (await speed()) > 50, 'it drives');
+  await page.getByText(/points; the nearest/).waitFor(); // the layout is final
+  const press = async () => {
+    const pad = await page.getByRole('application', { name: /Stick/ }).boundingBox();
+    const finger = { x: pad.x + pad.width / 2, y: pad.y + pad.height / 4 };
+    await session.send('Input.dispatchTouchEvent', { type: 'touchStart', touchPoints: [finger] });
+  };
+  await press();
+  await drivesOr(async () => {
+    await session.send('Input.dispatchTouchEvent', { type: 'touchEnd', touchPoints: [] });
+    await press();
+  });
   await session.send('Input.dispatchTouchEvent', { type: 'touchEnd', touchPoints: [] });
   await tap('button', `Stop robot ${system}`);
   await becomes(pilot, 'off');
@@ -137,7 +158,10 @@ test('keys: on and off, messages, driving and STOP', async () => {
   await page.getByRole('button', { name: 'Release' }).waitFor();
   await becomes(pilot, 'on');
   await keyboard.down('ArrowUp');
-  await eventually(async () => (await speed()) > 50, 'it drives');
+  await drivesOr(async () => {
+    await keyboard.up('ArrowUp');
+    await keyboard.down('ArrowUp');
+  });
   await keyboard.press('Shift+Escape');
   await becomes(pilot, 'off');
   await keyboard.up('ArrowUp');

@@ -60,7 +60,7 @@ function Strip({ robot }: { robot: Robot }) {
           </li>
         ))}
       </ul>
-      <a href={`#/messages?filter=${encodeURIComponent(`(${robot.system}/`)}`}>Messages</a>
+      <a href={`#/messages?filter=${encodeURIComponent(`(${robot.system}/`)}`}>All of them</a>
     </section>
   );
 }
