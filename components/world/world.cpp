@@ -169,6 +169,7 @@ class World : public DataModule<WorldData> {
       log().error("{}", file.problems[i].to_string());
     if (!file.problems.empty()) return refused(file.problems.back().to_string());
     for (const std::string& remark : file.remarks) log().warning("plan {}", remark);
+    for (const auto& hint : file.hints) log().warning("{}", hint.to_string());
     if (integer("seed") != 0) file.description.seed = static_cast<std::uint64_t>(integer("seed"));
     return std::move(file.description);
   }

@@ -80,6 +80,9 @@ class Edit {
       case TomlOperation::Kind::kRemove:
         remove();
         break;
+      case TomlOperation::Kind::kRename:
+        rename();
+        break;
     }
     return std::move(text_);
   }
@@ -336,6 +339,29 @@ class Edit {
     return at >= end || text_[at] == '#';
   }
 
+  // --- rename
+
+  void rename() {
+    auto [node, steps] = walk(operation_.path);
+    if (steps < operation_.path.size()) refuse(*node, path_text() + " is not in this file");
+    const bool has_header = node->form == Form::kTable || node->form == Form::kTables;
+    if (node->is_element || has_header) refuse(*node, path_text() + " is not the key of a value");
+    if (node->owner->child(operation_.name) != nullptr)
+      refuse(*node, path_text() + " is there as " + operation_.name + ", too: remove one of them");
+    const bool in_line = node->owner_of_entry().form == Form::kInlineTable;
+    std::size_t at = in_line
+                         ? node->entry.begin
+                         : text_.find_first_not_of(
+                               " \t", std::max(document_.begin, node->statements.front().begin));
+    // The last one of a dotted key.
+    while (true) {
+      const std::size_t end = at + key_size(std::string_view(text_).substr(at));
+      const std::size_t next = text_.find_first_not_of(" \t", end);
+      if (text_[next] != '.') return put({at, end}, key_text(operation_.name));
+      at = text_.find_first_not_of(" \t", next + 1);
+    }
+  }
+
   // --- bytes
 
   // Behind the comma that follows after blanks, line ends and comments; 0: none.
@@ -425,6 +451,13 @@ TomlPath edited_part(const TomlOperation& operation) {
   return path;
 }
 
+// Where its value is afterwards.
+TomlPath path_behind(const TomlOperation& operation) {
+  TomlPath path = operation.path;
+  if (operation.kind == TomlOperation::Kind::kRename) path.back() = operation.name;
+  return path;
+}
+
 // What an operation promises: the text is valid, the value is there or gone, and all other values
 // are as before.
 void check_result(const TextFile& before, const TextFile& after, const TomlOperation& operation) {
@@ -436,10 +469,12 @@ void check_result(const TextFile& before, const TextFile& after, const TomlOpera
   const TomlTree tree = parse_toml(after);
   if (!tree.problems.empty()) throw refused(": " + tree.problems.front().text);
   const TomlPath part = edited_part(operation);
-  const bool is_there = find_node(tree.root, operation.path) != nullptr;
+  const TomlPath behind = path_behind(operation);
+  const bool is_there = find_node(tree.root, behind) != nullptr;
   const bool wanted = operation.kind != TomlOperation::Kind::kRemove;
   if (is_there != wanted && part.size() == operation.path.size()) throw refused("");
-  const Values values = values_beside(tree, part);
+  const bool is_renamed = operation.kind == TomlOperation::Kind::kRename;
+  const Values values = values_beside(tree, is_renamed ? behind : part);
   const bool same =
       std::ranges::equal(values_beside(old, part), values, [](const auto& a, const auto& b) {
         return a.first == b.first && is_same(a.second->value, b.second->value);

@@ -44,10 +44,12 @@ struct TomlOperation {
     kSet,     // replaces a value, or adds the key and the tables above it
     kAdd,     // appends an element to a list; makes the list
     kRemove,  // a key, table or element, with the comment on its line
+    kRename,  // a key of a value
   };
   Kind kind = Kind::kSet;
   TomlPath path{};
-  TomlInput value{};  // not of kRemove
+  TomlInput value{};   // of kSet and kAdd
+  std::string name{};  // of kRename: the new key, in place of the path's last step
 };
 
 struct TomlEdited {

@@ -174,7 +174,10 @@ Result<void> RouterLink::connect() {
 
 Result<os::File> RouterLink::dial() {
   if (const auto* tcp = std::get_if<wire::TcpEndpoint>(&settings_.router)) return dial(*tcp);
-  return os::connect_unix(std::get<wire::UnixEndpoint>(settings_.router).path);
+  auto socket = os::connect_unix(std::get<wire::UnixEndpoint>(settings_.router).path);
+  if (!socket && errno == EACCES)
+    return Error(Errc::kRefused, "permission denied, is this user in the group of the socket?");
+  return socket;
 }
 
 // The session talks to a bridge with the same protocol as to a local router.

@@ -13,8 +13,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (!path || line == std::string::npos) return 0;
   fuzz::require(base::parse_toml_path(base::to_string(*path)) == path);
   const base::TextFile file{"fuzz.toml", all.substr(line + 1)};
-  base::TomlOperation operation{.kind = static_cast<base::TomlOperation::Kind>(kind % 3),
-                                .path = *path};
+  base::TomlOperation operation{
+      .kind = static_cast<base::TomlOperation::Kind>(kind % 4), .path = *path, .name = "a b"};
   if (kind % 2 == 0)
     operation.value.value = base::TomlInput::Table{{"a b", {std::string("x\n\"")}}};
   else

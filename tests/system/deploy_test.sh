@@ -12,7 +12,7 @@ fail() { echo "FAILED: $*" >&2; show_logs >&2; exit 1; }
 show_logs() {
   for host in main arm; do
     echo "--- log of $host"
-    ssh -oConnectTimeout=2 $host tail -n 30 /var/lib/tims-deploy/log /run/units/*.log || true
+    ssh -oConnectTimeout=2 root@$host tail -n 30 /var/lib/tims-deploy/log /run/units/*.log || true
   done
   tail -n 40 -- "$T"/*.out
 }
@@ -47,6 +47,8 @@ if [[ $STORY == root ]]; then
   rm -rf "$root"/etc/apt/sources.list* "$root/etc/tims" "$root/var/lib/tims-deploy" "$root"/etc/apt/apt.conf.d/*
   mkdir "$root/etc/apt/sources.list.d"
   install -m 755 "$(dirname "$folder")/systemctl" "$root/usr/local/bin/systemctl"
+  chroot "$root" useradd --create-home --shell /bin/sh pi
+  [[ ! -d $root/etc/sudoers.d ]] || echo 'pi ALL=(ALL) NOPASSWD: ALL' >"$root/etc/sudoers.d/pi"
   echo ready >"$folder/ready"
   exec chroot "$root" /usr/sbin/sshd -D -e -f "$(dirname "$folder")/sshd_config"
 fi
@@ -114,6 +116,7 @@ Host main
   HostName 10.79.1.2
 Host arm
   HostName 10.79.2.2
+  User $(command -v sudo >/dev/null && echo pi || echo root)
 Host *
   User root
   IdentityFile $T/id
@@ -143,7 +146,7 @@ start_host() {
   unshare --net --uts "$0" host "$TIMS_PROGRAMS" "$T/$name" "$name" "$number" $$ >"$T/$name.out" 2>&1 &
   hosts+=($!)
 }
-on() { local host=$1; shift; ssh "$host" "$@"; }
+on() { local host=$1; shift; ssh "root@$host" "$@"; }
 
 # --- packages and robot
 
@@ -287,6 +290,32 @@ story_upgrade() {
   clean arm
 }
 
+# Where apt finds packages, in its two forms; and rights.
+story_forms() {
+  repository 1.0
+  sed -i "s#^repository = .*#repository = \"deb [trusted=yes] file:$T/packages ./\"#" "$T/scout.toml"
+  expect_deploy 0
+  is_version arm 1.0
+  on arm test -f /etc/apt/sources.list.d/tims-deploy.list || fail "no tims-deploy.list"
+
+  repository 1.1
+  sed -i "s#^repository = .*#repository = '''\nTypes: deb\nURIs: file:$T/packages\nSuites: ./\nTrusted: yes\n'''#" "$T/scout.toml"
+  expect_deploy 0
+  is_version arm 1.1
+  on arm grep -qx 'Suites: ./' /etc/apt/sources.list.d/tims-deploy.sources || fail "no tims-deploy.sources"
+  on arm test -e /etc/apt/sources.list.d/tims-deploy.list && fail "tims-deploy.list stays"
+  on arm apt-get -q update | grep -q "file:$T/packages" || fail "apt does not know the repository"
+  clean arm
+
+  command -v sudo >/dev/null || { echo "without sudo: rights are not tried"; return 0; }
+  on arm "sed -i 's/NOPASSWD: //' /etc/sudoers.d/pi"
+  expect_deploy 1 --on arm
+  said 'arm +untouched +rights: pi is not root there.*a password is required'
+  on arm rm /etc/sudoers.d/pi
+  expect_deploy 1 --on arm
+  said 'arm +untouched +rights: pi is not root there'
+}
+
 story_goes_back() {
   expect_deploy 0
   # A package that does not configure, on one of two hosts.
@@ -358,7 +387,7 @@ story_cut() {
   deploy &
   local deployer=$!
   until_true "the package is being configured" on arm test -e /run/configuring
-  on arm "pkill -f '^sshd: root'" || true
+  on arm "pkill -f '^sshd: (root|pi)'" || true
   until_true "it connects again" grep -q 'arm: applying: connection lost' "$T/deploy.out"
   on arm rm /hold
   wait $deployer || fail "it did not survive a broken connection"

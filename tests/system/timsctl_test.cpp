@@ -1,12 +1,42 @@
 // timsctl as used by people and scripts: every verb, output format and exit status.
 #include <fstream>
 
+#include "os/file.h"
 #include "router/core/statistics.h"
 #include "tests/support/eventually.h"
 #include "tests/system/timsctl_fixture.h"
 
 namespace tims::test {
 namespace timsctl_test {
+
+TEST_F(TimsctlTest, ConfigMigrateRewritesFormerNamesOnlyAndCheckHints) {
+  const std::string path = router_.folder() + "/scout.toml";
+  const std::string other = router_.folder() + "/other.toml";
+  const std::string before =
+      "# mine\n[[component]]\nprogram = \"Scan2d\"   # of the ladar\n"
+      "parameters = { reflectorFilter = 1,  ladarInst=0 }\n";
+  std::ofstream(path) << before;
+  std::ofstream(other) << "[tcp]\nlisten = \"off\"\n";
+  const Ran hint = timsctl({"config", "check", path});
+  EXPECT_EQ(hint.code, 0) << hint.err;
+  EXPECT_THAT(hint.out,
+              HasSubstr("scout.toml:4:16: reflectorFilter is called reflectorFilterMode"));
+
+  const Ran dry = timsctl({"config", "migrate", path, other, "--dry-run"});
+  EXPECT_EQ(dry.code, 0) << dry.err;
+  EXPECT_THAT(dry.out, HasSubstr("+parameters = { reflectorFilterMode = 1,  ladarInst=0 }"));
+  EXPECT_THAT(dry.err, HasSubstr("other.toml: no key has a former name"));
+  EXPECT_EQ(*os::read_file(path), before);
+
+  const Ran done = timsctl({"config", "migrate", path, "--json"});
+  EXPECT_EQ(done.code, 0) << done.err;
+  EXPECT_EQ(json_lines(done.out).at(0).at("schema"), "tims/config_migrate/1");
+  EXPECT_EQ(*os::read_file(path),
+            "# mine\n[[component]]\nprogram = \"Scan2d\"   # of the ladar\n"
+            "parameters = { reflectorFilterMode = 1,  ladarInst=0 }\n");
+  EXPECT_EQ(timsctl({"config", "check", path}).out, path + ": no errors\n");
+  EXPECT_EQ(timsctl({"config", "migrate", router_.folder() + "/none.toml"}).code, 4);
+}
 
 TEST_F(TimsctlTest, EveryVerbThatShowsHasTextAndJsonOutput) {
   struct Case {

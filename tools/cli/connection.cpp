@@ -164,9 +164,9 @@ void check_socket(const std::string& path) {
   if (socket.error() == tims::Errc::kInvalidArgument) throw usage_error(socket.error().detail());
   const std::string reason = std::system_category().message(errno);
   if (errno == EACCES || errno == EPERM)
-    throw Failure(
-        Exit::kDenied, "denied", path + ": " + reason,
-        "join the group that owns the socket (`ls -l " + path + "`), or set unix.everybody");
+    throw Failure(Exit::kDenied, "denied", path + ": " + reason,
+                  "join the group that owns the socket (`ls -l " + path +
+                      "`; `adduser YOU tims` as root, then log in again), or set unix.everybody");
   if (errno == EPROTOTYPE)
     throw Failure(Exit::kNoRouter, "no_router", path + ": this is not the socket of a router");
   throw Failure(Exit::kNoRouter, "no_router", "no router at " + path + ": " + reason,

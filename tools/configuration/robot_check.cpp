@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "base/renamed_keys.h"
 #include "base/text.h"
 #include "base/toml_edit.h"
 
@@ -31,8 +32,10 @@ class Check {
   std::vector<Finding> run() {
     const robot::RobotFile robot = robot::read_robot(file_, robot_name(file_.name));
     for (const base::Problem& problem : robot.problems) findings_.push_back(finding_of(problem));
+    for (const base::Problem& hint : robot.hints) add(hint.at, "", hint.text, false);
     if (!robot.problems.empty()) return std::move(findings_);
-    const base::TomlTree tree = base::parse_toml(file_);
+    base::TomlTree tree = base::parse_toml(file_);
+    (void)base::rename_former_keys(tree);
     for (const Instance& each : instances_of(file_, robot, around_.describe)) {
       const TomlNode& node = child(tree.root, "component")->children.at(each.number);
       if (each.described != nullptr) check(each, node);

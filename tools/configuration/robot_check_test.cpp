@@ -14,6 +14,7 @@ const Description& scan2d() {
       boost::json::parse(
           R"({"rack_description": 1, "program": "Scan2d", "class": "Scan2d", "class_id": 25,
         "parameters": [
+          {"name": "reflectorFilterMode", "type": "int", "default": 0, "min": 0, "max": 1},
           {"name": "maxRange", "type": "int", "default": 8000, "min": 0, "max": 100000, "unit": "mm"},
           {"name": "gain", "type": "float", "default": 1.5, "min": -1, "max": 2},
           {"name": "mode", "type": "text", "default": "a", "choices": [{"value": "rgb24"}, {"value": "raw8"}]},
@@ -70,6 +71,12 @@ TEST(RobotCheck, SuggestsNamesChoicesAndFiles) {
   EXPECT_THAT(found("ladarInst = 0, mode = \"rgb42\""), HasSubstr("must be one of rgb24, raw8"));
   EXPECT_THAT(found("ladarInst = 0, mapFile = \"flor.dxf\""),
               HasSubstr("flor.dxf is not there; did you mean floor.dxf?"));
+}
+
+TEST(RobotCheck, HintsAtFormerNames) {
+  EXPECT_THAT(found("ladarInst = 0, reflectorFilter = 1"),
+              HasSubstr("warning 4:  reflectorFilter is called reflectorFilterMode since 0.2"));
+  EXPECT_THAT(found("ladarInst = 0, reflectorFilter = 2"), HasSubstr("must be a whole number"));
 }
 
 TEST(RobotCheck, NeedsRequiredParametersAndKnowsPriorities) {

@@ -14,6 +14,7 @@
 #include "os/environment.h"
 #include "os/wakeup.h"
 #include "security/crypto/digest.h"
+#include "tools/cli/arguments.h"
 #include "tools/cli/random_id.h"
 #include "tools/configuration/differences.h"
 
@@ -221,7 +222,9 @@ void Deployer::send(Host& host, const std::string& verb, std::string_view more,
 std::string Deployer::staged(const Host& host) const {
   std::string text;
   for (const std::string& name : host.target.packages) text += fmt::format("wanted {}\n", name);
-  if (!order_.source.empty()) text += fmt::format("source {}\n", order_.source);
+  // With a colon, since the host's shell takes blanks at the beginning away.
+  for (const std::string_view line : parts_of(order_.source, '\n'))
+    if (!line.empty()) text += fmt::format("source :{}\n", line);
   for (const auto& [name, content] : host.target.files) {
     const std::string digest = sha256_of(content);
     if (is_kept(host.facts, name, digest))

@@ -85,7 +85,7 @@ receive() {
     # shellcheck disable=SC2086
     case $kind in
       wanted) is_name "$rest" || fail "bad name of a package"; say "$rest" >>next/wanted ;;
-      source) say "$rest" >next/source ;;
+      source) say "${rest#:}" >>next/source ;;
       keep) is_name "$rest" && mkdir -p "$(dirname "next/files/$rest")" && cp "$etc/$rest" "next/files/$rest" || fail "lost: $rest" ;;
       file) set -- $rest; is_name "$1" || fail "bad name of a file"; take "$2" "$3" "next/files/$1" ;;
       deb)
@@ -126,15 +126,19 @@ apt() {
     -o DPkg::Lock::Timeout=120 -o Dpkg::Options::=--force-confdef -o Dpkg::Options::=--force-confold "$@"
 }
 
+# In the form of one line, or of several with names.
+source_name() { if grep -q '^deb ' "$1"; then say tims-deploy.list; else say tims-deploy.sources; fi; }
+
 sources() {
   mkdir -p next/sources.d next/only.d
   chmod 755 next/sources.d next/only.d
   for list in /etc/apt/sources.list.d/*; do
-    case $list in */tims-deploy.list | */\*) ;; *) cp "$list" next/sources.d/ ;; esac
+    case $list in */tims-deploy.* | */\*) ;; *) cp "$list" next/sources.d/ ;; esac
   done
   [ -f next/source ] || return 0
-  cp next/source next/only.d/tims-deploy.list
-  cp next/source next/sources.d/tims-deploy.list
+  name=$(source_name next/source)
+  cp next/source "next/only.d/$name"
+  cp next/source "next/sources.d/$name"
   chmod 644 next/sources.d/* next/only.d/*
   # Only this one: a host without Internet does not wait for the others.
   apt -o Dir::Etc::SourceList=/dev/null -o Dir::Etc::SourceParts="$own/next/only.d" -o APT::Get::List-Cleanup=0 \
@@ -411,7 +415,11 @@ keep() {
     done
     rm -rf next/debs next/old && mv next/kept next/debs
     (cd next/files && xargs -r sha256sum <../owned) >next/manifest
-    [ ! -f next/source ] || write_file /etc/apt/sources.list.d/tims-deploy.list 644 <next/source
+    if [ -f next/source ]; then
+      list=/etc/apt/sources.list.d/$(source_name next/source)
+      write_file "$list" 644 <next/source
+      for other in /etc/apt/sources.list.d/tims-deploy.*; do [ "$other" = "$list" ] || rm -f "$other"; done
+    fi
     for deb in packages/*.deb; do
       [ ! -f packages/Packages ] || grep -qE "^Filename: (\./)?${deb#packages/}\$" packages/Packages || rm -f "$deb"
     done
@@ -484,7 +492,7 @@ recover() {
   apply "$1"
 }
 
-[ "$(id -u)" = 0 ] || fail "rights: needs root, or sudo without a password"
+[ "$(id -u)" = 0 ] || fail "rights: needs root"
 command -v dpkg-query >/dev/null || fail "system: this is no Debian"
 mkdir -p "$own"
 chmod 755 "$own"

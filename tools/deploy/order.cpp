@@ -76,10 +76,10 @@ Target target_of(const robot::Host& host, const fs::path& folder) {
   return target;
 }
 
-// A folder beside the robot file is carried along; anything else is a line of sources.list.
+// A folder beside the robot file is carried along; anything else is for apt, in one of its forms.
 void read_repository(const std::string& repository, const fs::path& folder, Order& order) {
   if (repository.empty()) return;
-  if (repository.starts_with("deb ")) {
+  if (repository.starts_with("deb ") || repository.starts_with("Types:")) {
     order.source = repository;
     return;
   }

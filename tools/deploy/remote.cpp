@@ -19,9 +19,12 @@ constexpr int kSshFailed = 255;             // exit status of ssh for its own er
 constexpr tims::Duration kEndTime = std::chrono::seconds(2);
 
 // Becomes root if it is not, and runs the script with its own text as first argument.
-constexpr std::string_view kStart =
-    R"sh(if [ "$(id -u)" = 0 ]; then exec sh -c "$1" tims-deploy "$@"; )sh"
-    R"sh(else exec sudo -n -- sh -c "$1" tims-deploy "$@"; fi)sh";
+constexpr std::string_view kStart = R"sh([ "$(id -u)" != 0 ] || exec sh -c "$1" tims-deploy "$@"
+why=$(LC_ALL=C sudo -n -- sh -c : 2>&1) && exec sudo -n -- sh -c "$1" tims-deploy "$@"
+me=$(id -un)
+printf 'tims-deploy: rights: %s is not root there, and cannot become it without a password (%s); ' "$me" "${why##*: }" >&2
+printf 'as root there: echo "%s ALL=(ALL) NOPASSWD: ALL" >/etc/sudoers.d/%s\n' "$me" "$me" >&2
+exit 10)sh";
 
 tims::os::File memory_of(std::string_view text) {
   tims::os::File file(::memfd_create("stdin", MFD_CLOEXEC));

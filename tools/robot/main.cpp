@@ -79,6 +79,7 @@ UpRequest read_robot_file(const Context& context) {
   auto read = robot::read_robot({from_stdin ? "stdin" : path, deployment.source.text}, name,
                                 context.options.system);
   fail_if_any(read.problems, "bad_robot", "deploy/robots/README.md");
+  for (const base::Problem& hint : read.hints) context.out.note(hint.to_string());
   request.robot = std::move(read.robot);
   need_host(request.robot, deployment.host);
   deployment.name = request.robot.name;

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "base/renamed_keys.h"
 #include "base/toml.h"
 #include "base/toml_edit.h"
 #include "os/file.h"
@@ -56,10 +57,11 @@ class RobotReader {
   }
 
   RobotFile read(const base::TextFile& file) {
-    const base::TomlTree tree = base::parse_toml(file);
+    base::TomlTree tree = base::parse_toml(file);
+    std::vector<base::Problem> hints = base::rename_former_keys(tree);
     for (const base::Problem& problem : tree.problems) reader_.add(problem);
     if (tree.problems.empty()) read(tree.root, file.name);
-    return {.robot = std::move(robot_), .problems = reader_.problems()};
+    return {.robot = std::move(robot_), .problems = reader_.problems(), .hints = std::move(hints)};
   }
 
  private:
@@ -128,8 +130,11 @@ class RobotReader {
   }
 
   void repository(const Node& node, std::string& out) {
-    if (reader_.text(node, out) && !std::ranges::all_of(out, [](char c) { return c >= ' '; }))
-      reader_.refuse(node, "repository is a folder, or one line of sources.list");
+    if (!reader_.text(node, out)) return;
+    const bool is_stanza = out.starts_with("Types:");
+    if (!std::ranges::all_of(out, [&](char c) { return c >= ' ' || (is_stanza && c == '\n'); }))
+      reader_.refuse(node,
+                     "repository is a folder, one line of sources.list, or lines from Types: on");
   }
 
   void packages(const Node& node, std::vector<std::string>& out) {
@@ -257,12 +262,16 @@ base::TomlInput input_of(const std::string& value) {
 base::TomlEdited with_parameter(const base::TextFile& file, std::size_t component,
                                 const std::string& name, const std::string& value) {
   const base::TomlPath path{"component", component, "parameters", name};
-  const base::TomlTree tree = base::parse_toml(file);
+  base::TomlTree tree = base::parse_toml(file);
+  std::vector<base::TomlOperation> operations;
+  for (const base::FormerKey& former : base::former_keys(tree))
+    if (former.path_now() == path) operations.push_back(former.renaming());
+  (void)base::rename_former_keys(tree);
   const Node* old = base::find_node(tree.root, path);
   const bool was_text = old != nullptr && std::holds_alternative<std::string>(old->value);
-  const base::TomlOperation operation{
-      .path = path, .value = was_text ? base::TomlInput{.value = value} : input_of(value)};
-  return base::edited_toml(file, {&operation, 1});
+  operations.push_back(
+      {.path = path, .value = was_text ? base::TomlInput{.value = value} : input_of(value)});
+  return base::edited_toml(file, operations);
 }
 
 std::string* argument(Component& component, const std::string& name) {

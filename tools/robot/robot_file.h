@@ -41,7 +41,7 @@ struct Host {
 // [deploy]: the computer of the components without host, and from where packages come.
 struct Deploy {
   Host host{};             // its name is kMainHost; without ssh it is not deployed
-  std::string repository;  // a folder, or a line of sources.list; empty: what hosts' apt knows
+  std::string repository;  // a folder, or an entry of sources.list; empty: what hosts' apt knows
 };
 inline constexpr std::string_view kMainHost = "main";
 
@@ -57,6 +57,7 @@ struct Robot {
 struct RobotFile {
   Robot robot;  // valid only if there are no problems
   std::vector<base::Problem> problems;
+  std::vector<base::Problem> hints{};  // keys by their former names
 };
 
 inline constexpr std::size_t kNameMax = 31;  // it is used as the name of a folder

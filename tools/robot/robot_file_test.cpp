@@ -240,6 +240,18 @@ TEST(ParameterEdit, WhereverParametersMayStand) {
             "[[component]]\r\nprogram = \"A\"\r\nparameters = { x = \"007\" }\r\n");
 }
 
+TEST(ParameterEdit, AFormerNameBecomesThatOfNow) {
+  const std::string text =
+      "[[component]]\nprogram = \"Scan2d\"\nparameters = { reflectorFilter = 1 } # c\n";
+  EXPECT_EQ(edited(text, {{"reflectorFilterMode", "0"}}),
+            "[[component]]\nprogram = \"Scan2d\"\nparameters = { reflectorFilterMode = 0 } # c\n");
+  EXPECT_EQ(edited(text, {{"reflectorFilterMode", "1"}}), text);
+  const RobotFile file = read(text);
+  EXPECT_THAT(file.robot.components.at(0).command, testing::Contains("--reflectorFilterMode=1"));
+  ASSERT_EQ(file.hints.size(), 1U);
+  EXPECT_THAT(file.hints[0].to_string(), HasSubstr("r.toml:3:16: reflectorFilter is called"));
+}
+
 TEST(ParameterEdit, WhatTheFileHasAlreadyChangesNothing) {
   const std::string text = "[[component]]\nprogram = \"A\"\nparameters = { x = 1_0 }";
   const auto result = with_parameters({"r.toml", text}, {}, 0, {{"x", "10"}});

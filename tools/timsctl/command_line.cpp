@@ -201,8 +201,13 @@ constexpr Verb kOwnVerbs[] = {
      "Show the configuration that the router uses.", "timsctl config show --origin", config_show,
      kRows},
     {"config", "check", "FILE", 1, 1, "", false,
-     "Check a configuration file as the router would. Exit status 1: it has errors.",
+     "Check a configuration file as the router would, or that of a robot. Exit status 1: it has "
+     "errors.",
      "timsctl config check /etc/tims/router.toml", config_check},
+    {"config", "migrate", "FILE...", 1, 64, "dry-run", false,
+     "Rewrite keys that had another name in the former release, in files of routers, robots and "
+     "worlds on this host, and show what changes; all else stays as it is, byte for byte.",
+     "timsctl config migrate /etc/tims/robots/scout.toml --dry-run", config_migrate},
     {"config", "diff", "EDIT...", 1, 64, "", false,
      "Show what edits of configuration files would change, as text and as sentences, and whether "
      "their hosts accept them. EDIT: [ROUTER@]FILE=SOURCE takes the text of a file of this host; "

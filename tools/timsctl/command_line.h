@@ -82,6 +82,7 @@ Exit stats(Context& context);
 
 Exit config_check(Context& context);
 Exit config_show(Context& context);
+Exit config_migrate(Context& context);
 Exit config_diff(Context& context);
 Exit config_apply(Context& context);
 Exit config_confirm(Context& context);

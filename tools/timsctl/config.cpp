@@ -166,25 +166,12 @@ std::string problem_line(const json::object& problem) {
                      is_error ? "" : "warning: ", text_at(problem, "text"));
 }
 
-std::string in_colour(std::string_view diff, bool colour) {
-  std::string text;
-  for (const std::string_view line : parts_of(diff, '\n')) {
-    if (line.empty()) continue;
-    const Tone tone = line.starts_with('+')   ? Tone::kGood
-                      : line.starts_with('-') ? Tone::kBad
-                      : line.starts_with('@') ? Tone::kDim
-                                              : Tone::kPlain;
-    text += paint(line, tone, colour) + "\n";
-  }
-  return text;
-}
-
 std::string checked_text(const std::vector<ConfigHost>& hosts, bool colour) {
   std::string text;
   for (const ConfigHost& host : hosts) {
     if (hosts.size() > 1) text += paint(host.name, Tone::kBold, colour) + "\n";
     for (const json::object& file : objects(items_of(host.checked, "files"))) {
-      text += in_colour(text_at(file, "diff"), colour);
+      text += diff_in_colour(text_at(file, "diff"), colour);
       for (const json::value& sentence : items_of(file, "sentences"))
         text.append("  ").append(sentence.as_string()).append("\n");
     }

@@ -50,6 +50,19 @@ ConfigEdit parse_config_edit(std::string_view argument) {
   return edit;
 }
 
+std::string diff_in_colour(std::string_view diff, bool colour) {
+  std::string text;
+  for (const std::string_view line : parts_of(diff, '\n')) {
+    if (line.empty()) continue;
+    const Tone tone = line.starts_with('+')   ? Tone::kGood
+                      : line.starts_with('-') ? Tone::kBad
+                      : line.starts_with('@') ? Tone::kDim
+                                              : Tone::kPlain;
+    text += paint(line, tone, colour) + "\n";
+  }
+  return text;
+}
+
 json::object operation_of(const ConfigEdit& edit) {
   if (edit.source.empty()) return {{"op", "remove"}, {"path", edit.path}};
   return {{"op", "set"}, {"path", edit.path}, {"value", value_of(edit.source)}};

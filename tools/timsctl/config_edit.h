@@ -25,6 +25,9 @@ struct ConfigEdit {
 // Throws Failure: not an edit.
 ConfigEdit parse_config_edit(std::string_view argument);
 
+// A unified diff, painted for a terminal.
+std::string diff_in_colour(std::string_view diff, bool colour);
+
 // The operation of PROTOCOL.md for an edit with a path.
 json::object operation_of(const ConfigEdit& edit);
 

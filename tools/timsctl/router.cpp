@@ -1,4 +1,4 @@
-// timsctl status, router, clock, link, fleet, mbx, stats and config: the state of a router.
+// timsctl status, router, clock, link, fleet, mbx, stats and config show: the state of a router.
 
 #include <algorithm>
 #include <csignal>
@@ -638,7 +638,7 @@ Exit stats(Context& context) {
   return show(context, ask, draw);
 }
 
-// --- timsctl config: the configuration of the router, and the check of a file
+// --- timsctl config show: the configuration of the router
 
 namespace {
 
@@ -651,62 +651,11 @@ constexpr Column kWithout[] = {{"KEY", "key"},
                                {"ORIGIN", "origin", Cell::kText, true},
                                {"RELOADABLE", "reloadable", Cell::kText, true}};
 
-tims::config::Host this_host() {
-  return {.name = tims::os::host_name(), .uid = ::getuid(), .environment = tims::os::environment()};
-}
-
-tims::config::Loaded load_file(const std::string& path) {
-  auto files = tims::config::read_files(path);
-  if (!files)
-    throw Failure(std::filesystem::exists(path) ? Exit::kDenied : Exit::kNoSuch,
-                  std::filesystem::exists(path) ? "denied" : "no_such_file",
-                  files.error().message());
-  return tims::config::load({.files = std::move(*files), .settings = {}, .host = this_host()});
-}
-
-std::vector<std::string> cautions_of(const tims::config::Loaded& loaded) {
-  return loaded.ok() ? tims::config::cautions(loaded.config) : std::vector<std::string>();
-}
-
-json::object report(const std::string& path, const tims::config::Loaded& loaded) {
-  json::array items;
-  for (const tims::config::Problem& problem : loaded.problems)
-    items.push_back(json::object{{"file", problem.at.file},
-                                 {"line", problem.at.line},
-                                 {"column", problem.at.column},
-                                 {"text", problem.text}});
-  const auto cautions = cautions_of(loaded);
-  return {{"schema", "tims/config_check/1"},
-          {"file", path},
-          {"ok", loaded.ok()},
-          {"cautions", json::array(cautions.begin(), cautions.end())},
-          {"items", std::move(items)}};
-}
-
 }  // namespace
 
 Exit config_show(Context& context) {
   return show_items(context, {{"ask", "config"}},
                     context.options.origin ? std::span<const Column>(kWithOrigin) : kWithout);
-}
-
-Exit config_check(Context& context) {
-  const std::string& path = context.options.arguments.front();
-  const tims::config::Loaded loaded = load_file(path);
-  const Exit exit = loaded.ok() ? Exit::kDone : Exit::kNo;
-  if (context.out.json()) {
-    context.out.write(report(path, loaded));
-    return exit;
-  }
-  for (const tims::config::Problem& problem : loaded.problems)
-    context.out.write(problem.to_string() + "\n");
-  for (const std::string& caution : cautions_of(loaded)) context.out.write(caution + "\n");
-  if (loaded.ok())
-    context.out.write(path + ": no errors\n");
-  else
-    context.out.note(fmt::format("{}: {} error{}", path, loaded.problems.size(),
-                                 loaded.problems.size() == 1 ? "" : "s"));
-  return exit;
 }
 
 }  // namespace timsctl

@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 #include "base/measure.h"
+#include "base/renamed_keys.h"
 #include "components/geometry/pose.h"
 #include "components/world/core/camera_lens.h"
 
@@ -57,7 +58,8 @@ class WorldReader {
       : read_plan_(read_plan), decode_(decode) {}
 
   WorldFile read(const tims::base::TextFile& text) {
-    const tims::base::TomlTree tree = tims::base::parse_toml(text);
+    tims::base::TomlTree tree = tims::base::parse_toml(text);
+    file_.hints = tims::base::rename_former_keys(tree);
     for (const auto& problem : tree.problems) reader_.add(problem);
     WorldDescription& world = file_.description;
     bool has_ground = false;

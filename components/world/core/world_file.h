@@ -18,6 +18,7 @@ struct WorldFile {
   std::vector<tims::base::Problem> problems{};
   // What of drawings is not in the world: "floor.dxf, line 17: LINE without an end".
   std::vector<std::string> remarks{};
+  std::vector<tims::base::Problem> hints{};  // keys by their former names
 };
 
 inline constexpr std::size_t kRobotsMax = 16;

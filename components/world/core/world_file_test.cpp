@@ -200,6 +200,8 @@ TEST(WorldFile, EveryProblemHasItsPlace) {
   EXPECT_THAT(problems("name = 1\nspeed = 3\n"),
               ElementsAre("w.toml:1:8: name must be a text in quotes, not 1",
                           HasSubstr("w.toml:2:1: unknown key of a world \"speed\"")));
+  EXPECT_THAT(problems("[[robot]]\nname = \"a\"\nat = [1, 2, 3]\nslip = { way = 2 }\n"),
+              ElementsAre("w.toml:4:16: distance must be a number from -0.5 to 0.5, not 2"));
   EXPECT_THAT(
       problems("[[robot]]\nkind = \"car\"\nat = [1, 2]\nlag = 5\nslip = { distance = 2 }\n"),
       ElementsAre("w.toml:1:1: name is missing",
