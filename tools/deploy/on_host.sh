@@ -145,7 +145,10 @@ sources() {
     -o APT::Update::Error-Mode=any update >prepare.log 2>&1 || fail "apt: $(apt_error)"
 }
 
-apt_error() { grep -E '^(E|Err|W):|dpkg: error|No space left' prepare.log | tail -n 1 | cut -c1-300; }
+# The first error is the cause of the others.
+apt_error() {
+  { grep '^E:' prepare.log || grep -E '^(Err|W):|dpkg: error|No space left' prepare.log | tail -n 1; } | head -n 1 | cut -c1-300
+}
 
 # What apt would do: name, version now (or -), version then.
 simulate() {
