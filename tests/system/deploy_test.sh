@@ -47,7 +47,7 @@ if [[ $STORY == root ]]; then
   rm -rf "$root"/etc/apt/sources.list* "$root/etc/tims" "$root/var/lib/tims-deploy" "$root"/etc/apt/apt.conf.d/*
   mkdir "$root/etc/apt/sources.list.d"
   install -m 755 "$(dirname "$folder")/systemctl" "$root/usr/local/bin/systemctl"
-  chroot "$root" useradd --create-home --shell /bin/sh pi
+  chroot "$root" useradd --create-home --password '*' --shell /bin/sh pi
   [[ ! -d $root/etc/sudoers.d ]] || echo 'pi ALL=(ALL) NOPASSWD: ALL' >"$root/etc/sudoers.d/pi"
   echo ready >"$folder/ready"
   exec chroot "$root" /usr/sbin/sshd -D -e -f "$(dirname "$folder")/sshd_config"
@@ -304,7 +304,7 @@ story_forms() {
   is_version arm 1.1
   on arm grep -qx 'Suites: ./' /etc/apt/sources.list.d/tims-deploy.sources || fail "no tims-deploy.sources"
   on arm test -e /etc/apt/sources.list.d/tims-deploy.list && fail "tims-deploy.list stays"
-  on arm apt-get -q update | grep -q "file:$T/packages" || fail "apt does not know the repository"
+  on arm apt-get -q update | grep -q "copy:$T/packages" || fail "apt does not know the repository"
   clean arm
 
   command -v sudo >/dev/null || { echo "without sudo: rights are not tried"; return 0; }

@@ -85,7 +85,8 @@ receive() {
     # shellcheck disable=SC2086
     case $kind in
       wanted) is_name "$rest" || fail "bad name of a package"; say "$rest" >>next/wanted ;;
-      source) say "${rest#:}" >>next/source ;;
+      # Not file:, whose packages apt leaves where they are: nobody could go back to them later.
+      source) say "${rest#:}" | sed 's#file:/#copy:/#g' >>next/source ;;
       keep) is_name "$rest" && mkdir -p "$(dirname "next/files/$rest")" && cp "$etc/$rest" "next/files/$rest" || fail "lost: $rest" ;;
       file) set -- $rest; is_name "$1" || fail "bad name of a file"; take "$2" "$3" "next/files/$1" ;;
       deb)
@@ -112,7 +113,7 @@ idle() {
 
 stage() {
   idle
-  rm -rf next snap reserve stop result
+  rm -rf next snap reserve stop result progress
   mkdir -p next/files next/debs/partial next/old packages
   chmod 755 next next/debs packages
   : >next/wanted
@@ -202,7 +203,7 @@ prepare() {
 undo() {
   idle
   [ -d before ] || fail "nothing was deployed here before, so that there is nothing to go back to"
-  rm -rf next snap stop result
+  rm -rf next snap stop result progress
   cp -al before next
   mkdir -p next/old
   say dpkg >next/how
@@ -435,7 +436,7 @@ keep() {
 job() {
   trap '' HUP PIPE INT TERM
   set +e
-  [ -f phase ] || { rm -f progress result error.log && : >log && phase applying; }
+  [ -f phase ] || { rm -f result error.log && : >log && phase applying; }
   was=$(cat phase)
   case $was in
     keeping) keep; return ;;
