@@ -302,7 +302,7 @@ story_forms() {
   sed -i "s#^repository = .*#repository = '''\nTypes: deb\nURIs: file:$T/packages\nSuites: ./\nTrusted: yes\n'''#" "$T/scout.toml"
   expect_deploy 0
   is_version arm 1.1
-  on arm grep -qx 'Suites: ./' /etc/apt/sources.list.d/tims-deploy.sources || fail "no tims-deploy.sources"
+  on arm "grep -qx 'Suites: ./' /etc/apt/sources.list.d/tims-deploy.sources" || fail "no tims-deploy.sources"
   on arm test -e /etc/apt/sources.list.d/tims-deploy.list && fail "tims-deploy.list stays"
   on arm apt-get -q update | grep -q "copy:$T/packages" || fail "apt does not know the repository"
   clean arm
