@@ -31,7 +31,8 @@ Result<void> send_packet(int socket, std::uint32_t request, const wire::Record& 
 // Timeout of send calls.
 void set_timeout(int socket, Duration timeout) {
   const auto us = std::chrono::duration_cast<std::chrono::microseconds>(timeout).count();
-  const timeval value{us / 1'000'000, us % 1'000'000};
+  const timeval value{.tv_sec = static_cast<std::time_t>(us / 1'000'000),
+                      .tv_usec = static_cast<suseconds_t>(us % 1'000'000)};
   ::setsockopt(socket, SOL_SOCKET, SO_SNDTIMEO, &value, sizeof value);
 }
 

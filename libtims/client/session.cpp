@@ -33,8 +33,8 @@ SessionOptions with_defaults(SessionOptions options) {
 }
 
 // Lays the mailboxes out one after another; returns the total size.
-std::size_t place(std::span<const MailboxOptions> options, OwnSegment& segment) {
-  std::size_t at = 0;
+std::uint64_t place(std::span<const MailboxOptions> options, OwnSegment& segment) {
+  std::uint64_t at = 0;
   for (const MailboxOptions& o : options) {
     segment.mailboxes.push_back({.address = o.address, .offset = at, .wake = {}});
     const auto bytes = shm::Geometry::of(o.slots, o.body_max + kHeaderSize).bytes;
@@ -55,7 +55,7 @@ Result<void> check(std::span<const MailboxOptions> options, const AddressWidths&
 Result<std::shared_ptr<OwnSegment>> make_segment(std::span<const MailboxOptions> options,
                                                  const std::string& name) {
   auto segment = std::make_shared<OwnSegment>();
-  const std::size_t bytes = place(options, *segment);
+  const std::uint64_t bytes = place(options, *segment);
   auto memfd = os::make_memfd("tims-" + name, bytes);
   if (!memfd) return memfd.error();
   segment->memfd = std::move(*memfd);

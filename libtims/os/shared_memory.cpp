@@ -1,5 +1,7 @@
 #include "os/shared_memory.h"
 
+#include <utility>
+
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -28,6 +30,8 @@ Result<Mapping> Mapping::of(const File& memfd) {
   struct stat status {};
   if (::fstat(memfd.get(), &status) != 0) return system_error("fstat");
   if (status.st_size <= 0) return Error(Errc::kBadLayout, "empty shared memory");
+  if (!std::in_range<std::size_t>(status.st_size))
+    return Error(Errc::kBadLayout, "more shared memory than this program can map");
   const auto size = static_cast<std::size_t>(status.st_size);
   void* data = ::mmap(nullptr, size, PROT_READ | PROT_WRITE, MAP_SHARED, memfd.get(), 0);
   if (data == MAP_FAILED) return system_error("mmap");
@@ -49,7 +53,7 @@ void Mapping::discard(std::size_t offset, std::size_t size) const {
   ::madvise(data_ + offset, size, MADV_REMOVE);
 }
 
-Result<File> make_memfd(const std::string& name, std::size_t size) {
+Result<File> make_memfd(const std::string& name, std::uint64_t size) {
   File file(::memfd_create(name.c_str(), MFD_CLOEXEC | MFD_ALLOW_SEALING));
   if (!file) return system_error("memfd_create");
   if (::ftruncate(file.get(), static_cast<off_t>(size)) != 0) return system_error("ftruncate");

@@ -48,7 +48,7 @@ class Mapping {
 };
 
 // Creates a zeroed memfd of `size` bytes whose size can no longer change.
-Result<File> make_memfd(const std::string& name, std::size_t size);
+Result<File> make_memfd(const std::string& name, std::uint64_t size);
 
 // How the owner of a mailbox is woken; descriptor -1: by its futex.
 struct Waker {

@@ -155,7 +155,8 @@ struct Geometry {
   std::size_t holders_at = 0;  // offset of the holders of shared places
   std::size_t slots_at = 0;
   std::size_t long_at = 0;
-  std::size_t bytes = 0;  // total size
+  // Total size: what another process states must not wrap round where a pointer has 32 bits.
+  std::uint64_t bytes = 0;
 
   static constexpr bool valid(std::uint32_t slots, std::uint32_t message_max) {
     return slots >= 1 && slots <= kSlotsMax && message_max >= kHeaderSize &&
@@ -185,7 +186,7 @@ struct Geometry {
     const std::size_t holders = g.shares_places() ? g.long_places : 0;
     g.slots_at = up(g.holders_at + holders * sizeof(std::uint64_t), kPair);
     g.long_at = g.slots_at + g.slots * g.stride;
-    g.bytes = g.long_at + g.long_places * g.long_stride;
+    g.bytes = g.long_at + std::uint64_t{g.long_places} * g.long_stride;
     return g;
   }
 

@@ -83,7 +83,7 @@ TEST(Geometry, LongBodiesLieBehindTheSlots) {
       EXPECT_GE(g.long_stride, message_max - kHeaderSize);
       EXPECT_EQ(g.long_at % 128, 0U);
       EXPECT_EQ(g.long_stride % 256, 128U);
-      EXPECT_EQ(g.bytes, g.long_at + slots * g.long_stride);
+      EXPECT_EQ(g.bytes, g.long_at + std::uint64_t{slots} * g.long_stride);  // 1 TB
     }
 }
 

@@ -123,7 +123,8 @@ void MessageQueue::removed(std::uint64_t size) {
 void MessageQueue::ask_for_room(std::size_t size) {
   if (shares_ == nullptr || bytes_ + size > bytes_max_ || bytes_ + size <= limit()) return;
   const std::uint64_t left = 3 * (bytes_ + size) - bytes_;
-  shares_->find_room(*this, left / BlockPool::kBlockSize + 1 + kIndexBlocks);
+  shares_->find_room(*this,
+                     static_cast<std::size_t>(left / BlockPool::kBlockSize) + 1 + kIndexBlocks);
 }
 
 // Drops waiting messages, the oldest of the lowest priority first, until the pool has `blocks` free
@@ -212,7 +213,7 @@ void MessageQueue::drop_oldest(std::size_t level, LossCounts& replaced) {
 
 // Returns the number of bytes consumed.
 std::uint64_t MessageQueue::consume_begun(std::uint64_t size) {
-  const std::uint64_t n = std::min(size, begun_bytes_);
+  const auto n = static_cast<std::size_t>(std::min<std::uint64_t>(size, begun_bytes_));
   begun_.drop(pool_, n);
   begun_bytes_ -= n;
   removed(n);
@@ -228,7 +229,7 @@ std::uint64_t MessageQueue::consume_first(std::uint64_t size) {
   Level& level = levels()[i];
   const Header header = header_of_first(level);
   if (is_sample(header)) streams_->left(header);
-  const std::uint64_t n = std::min<std::uint64_t>(size, header.length);
+  const auto n = static_cast<std::size_t>(std::min<std::uint64_t>(size, header.length));
   level.messages.drop(pool_, n);
   removed(n);
   if (n < header.length) {

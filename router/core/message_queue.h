@@ -131,7 +131,7 @@ class MessageQueue {
   Time progress_at_{};       // when something was written, or the first message came
   std::uint64_t bytes_ = 0;  // in begun_ and all levels
   ByteChain begun_;          // the rest of a message that has been written in part
-  std::uint64_t begun_bytes_ = 0;
+  std::size_t begun_bytes_ = 0;
   std::size_t begun_class_ = 0;
   BlockPool::Index index_ = BlockPool::kNone;  // block of the levels, while there are some
   // reserved so that a message can always become begun_

@@ -69,9 +69,17 @@ class Table {
  private:
   // Product of two 64-bit numbers, with its upper and lower halves combined by exclusive or.
   static std::uint64_t fold(std::uint64_t a, std::uint64_t b) {
+#ifdef __SIZEOF_INT128__
     __extension__ using Wide = unsigned __int128;
     const Wide product = Wide{a} * b;
     return static_cast<std::uint64_t>(product) ^ static_cast<std::uint64_t>(product >> 64);
+#else  // words of 32 bits
+    constexpr std::uint64_t kLow = 0xFFFFFFFF;
+    const std::uint64_t first = (a >> 32) * (b & kLow);
+    const std::uint64_t second = (a & kLow) * (b >> 32);
+    const std::uint64_t carry = ((a & kLow) * (b & kLow) >> 32) + (first & kLow) + (second & kLow);
+    return (a * b) ^ ((a >> 32) * (b >> 32) + (first >> 32) + (second >> 32) + (carry >> 32));
+#endif
   }
   [[nodiscard]] std::size_t home(Address address) const {
     const std::uint64_t once = fold(address.raw() ^ seed_.first, seed_.second);

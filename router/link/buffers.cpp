@@ -122,7 +122,7 @@ void StreamBuffer::add_block() {
 
 void StreamBuffer::write(std::uint64_t offset, std::span<const std::byte> bytes) {
   while (!bytes.empty()) {
-    const std::size_t size = std::min(kBlock - (offset - base_) % kBlock, bytes.size());
+    const std::size_t size = std::min(left_in_block(offset), bytes.size());
     std::memcpy(at(offset), bytes.data(), size);
     offset += size;
     bytes = bytes.subspan(size);
@@ -131,7 +131,7 @@ void StreamBuffer::write(std::uint64_t offset, std::span<const std::byte> bytes)
 
 void StreamBuffer::move_front(std::size_t size, StreamBuffer& to) {
   while (size > 0) {
-    const std::size_t piece = std::min(kBlock - (begin_ - base_) % kBlock, size);
+    const std::size_t piece = std::min(left_in_block(begin_), size);
     to.append({at(begin_), piece});
     release_to(begin_ + piece);
     size -= piece;

@@ -183,7 +183,7 @@ class StreamBuffer {
   void append(std::span<const std::byte> bytes) {  // precondition: has_room()
     while (!bytes.empty()) {
       if (end_ == base_ + count_ * kBlock) add_block();
-      const std::size_t size = std::min(kBlock - (end_ - base_) % kBlock, bytes.size());
+      const std::size_t size = std::min(left_in_block(end_), bytes.size());
       std::memcpy(at(end_), bytes.data(), size);
       slot(count_ - 1).needed += static_cast<std::uint32_t>(size);
       end_ += size;
@@ -194,7 +194,7 @@ class StreamBuffer {
   // Copies the bytes from `offset` on. Precondition: all of them are stored.
   void read(std::uint64_t offset, std::span<std::byte> to) const {
     while (!to.empty()) {
-      const std::size_t size = std::min(kBlock - (offset - base_) % kBlock, to.size());
+      const std::size_t size = std::min(left_in_block(offset), to.size());
       std::memcpy(to.data(), at(offset), size);
       offset += size;
       to = to.subspan(size);
@@ -223,7 +223,10 @@ class StreamBuffer {
     const std::uint64_t i = (offset - base_) / kBlock;
     return pool_.at(ring_[(first_ + i) & (ring_.size() - 1)].index) + (offset - base_) % kBlock;
   }
-  [[nodiscard]] Block& slot(std::size_t i) { return ring_[(first_ + i) & (ring_.size() - 1)]; }
+  [[nodiscard]] std::size_t left_in_block(std::uint64_t offset) const {
+    return kBlock - static_cast<std::size_t>((offset - base_) % kBlock);
+  }
+  [[nodiscard]] Block& slot(std::uint64_t i) { return ring_[(first_ + i) & (ring_.size() - 1)]; }
   void add_block();
   void give_back(Block& block) {
     if (block.index != core::BlockPool::kNone) pool_.release(block.index);

@@ -203,7 +203,7 @@ LaneReceiver::Verdict LaneReceiver::on_bytes(Time now, std::uint64_t offset,
   const std::uint64_t window = control_ ? kControlWindow : kLaneWindow;
   if (offset + bytes.size() > next_ + window) return Verdict::kRefused;
   if (offset > next_) return keep_early(now, offset, bytes) ? Verdict::kTaken : Verdict::kRefused;
-  bytes = bytes.subspan(next_ - offset);
+  bytes = bytes.subspan(static_cast<std::size_t>(next_ - offset));
   arrived_ = now;
   const std::size_t taken = consume(now, bytes, true);
   next_ += taken;
@@ -260,8 +260,8 @@ LaneReceiver::Verdict LaneReceiver::drain_early(Time now) {
     while (next_ < end) {
       arrived_ = early_since_.oldest(next_);
       const std::size_t inside = next_ % kBlock;
-      const std::size_t size = std::min(
-          {std::uint64_t{kBlock - inside}, end - next_, early_since_.oldest_end() - next_});
+      const auto size = static_cast<std::size_t>(std::min(
+          {std::uint64_t{kBlock - inside}, end - next_, early_since_.oldest_end() - next_}));
       std::byte* block = reassembly_.pool.at(block_of(next_));
       const std::size_t taken = consume(now, {block + inside, size}, false);
       next_ += taken;

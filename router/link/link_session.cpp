@@ -599,9 +599,10 @@ bool LinkSession::put_stream(Time now, Packet& packet, std::size_t lane) {
   if (!packet.takes_piece(kStreamHeaderSize)) return false;
   const auto range = lanes_[lane].take(now, packet.out.room() - kStreamHeaderSize, committed_max());
   if (!range) return false;
-  put_header(packet.out, static_cast<std::uint8_t>(lane), range->begin, range->size());
-  lanes_[lane].read(*range, packet.out.reserve(range->size()));
-  counters_.lane_bytes_out[lane] += kStreamHeaderSize + range->size();
+  const auto size = static_cast<std::size_t>(range->size());
+  put_header(packet.out, static_cast<std::uint8_t>(lane), range->begin, size);
+  lanes_[lane].read(*range, packet.out.reserve(size));
+  counters_.lane_bytes_out[lane] += kStreamHeaderSize + size;
   packet.record.piece[packet.record.pieces++] = {.offset = range->begin,
                                                  .size = static_cast<std::uint16_t>(range->size()),
                                                  .lane = static_cast<std::uint8_t>(lane)};

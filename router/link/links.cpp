@@ -168,8 +168,8 @@ void Links::send_list_message(Time now, std::uint32_t slot, ControlMessage& mess
 std::size_t Links::list_part_size(std::uint32_t slot) const {
   const LinkSession& session = slots_[slot].link->session();
   if (session.queued_bytes(kControlLane) > kListBacklogMax) return 0;
-  return std::clamp<std::size_t>(session.rate() / 100, ListExchange::kPartMin,
-                                 ListExchange::kPartMax);
+  return static_cast<std::size_t>(std::clamp<std::uint64_t>(
+      session.rate() / 100, ListExchange::kPartMin, ListExchange::kPartMax));
 }
 
 void Links::check_list(std::uint64_t transfer, std::uint64_t number, std::uint32_t slot,

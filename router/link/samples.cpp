@@ -87,7 +87,7 @@ SampleSender::Piece SampleSender::piece_of(const Sample& sample, Range range) {
                     .total = sample.header.length,
                     .offset = static_cast<std::uint32_t>(range.begin - sample.at),
                     .bytes = {}},
-          .size = range.size(),
+          .size = static_cast<std::size_t>(range.size()),
           .at = range.begin};
 }
 

@@ -201,7 +201,8 @@ bool Enforcer::passes_thin(Time now, RuleNumber number, const Query& query, std:
 
 Enforcer::Stream& Enforcer::stream_of(RuleNumber number, const Query& query) {
   const std::uint64_t both = std::uint64_t{query.src.raw()} << 32 | query.dest.raw();
-  const std::uint64_t set_number = mixed((both ^ secret_) + number) & (kStreamSets - 1);
+  const auto set_number =
+      static_cast<std::size_t>(mixed((both ^ secret_) + number) & (kStreamSets - 1));
   auto& set = streams_[set_number];
   Stream* oldest = set.data();
   for (Stream& stream : set) {

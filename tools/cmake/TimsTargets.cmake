@@ -42,6 +42,9 @@ add_library(tims_options INTERFACE)
 target_compile_options(tims_options INTERFACE -Wall -Wextra -Wpedantic -Wshadow -Wconversion
                        $<$<COMPILE_LANGUAGE:CXX>:-Wnon-virtual-dtor;-Wold-style-cast> $<$<BOOL:${TIMS_WERROR}>:-Werror>)
 target_include_directories(tims_options INTERFACE ${CMAKE_SOURCE_DIR})
+if(CMAKE_SIZEOF_VOID_P EQUAL 4)  # recordings and memory of more than 2 GiB
+  target_compile_definitions(tims_options INTERFACE _FILE_OFFSET_BITS=64)
+endif()
 target_link_libraries(tims_options INTERFACE tims_sanitizers)
 
 # Several sources of a target are compiled as one: half of what a source costs is its headers. tools/check
