@@ -146,7 +146,8 @@ class Answerer {
     const ProcessReport process = source_.process(clocks_.now);
     merge(out, to_json(report, process));
     json::array recent;
-    const std::uint64_t since = report.last_event - std::min(report.last_event, kStatusEvents);
+    const std::uint64_t since =
+        report.last_event - std::min<std::uint64_t>(report.last_event, kStatusEvents);
     for (const core::Event& event :
          core::report_events(router_.events(), since, kStatusEvents).items)
       recent.push_back(to_json(event, clocks_, widths()));
@@ -393,8 +394,9 @@ class Answerer {
   template <typename List, typename Item>
   void fill_page_of(json::object& out, const List& list, Item item) {
     Page& page = page_.emplace();
-    for (std::size_t i = first_number(question_); i < list.size(); ++i) {
-      if (page.size() < question_.limit && page.add(item(list[i]))) continue;
+    for (std::uint64_t i = first_number(question_); i < list.size(); ++i) {
+      if (page.size() < question_.limit && page.add(item(list[static_cast<std::size_t>(i)])))
+        continue;
       out["next"] = std::to_string(i);
       return;
     }

@@ -307,7 +307,7 @@ std::size_t WebSocketOutput::add_rest(std::size_t count) {
   frame_body_ = 0;
   for (; count < available && rest_ > 0; ++count) {
     auto& piece = pieces_[count];
-    piece = piece.first(std::min<std::uint64_t>(piece.size(), rest_));
+    piece = piece.first(std::min(piece.size(), rest_));
     frame_body_ += piece.size();
     rest_ -= piece.size();
   }

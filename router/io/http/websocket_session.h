@@ -79,7 +79,7 @@ class WebSocketOutput {
   bool has_replaced_ = false;
   bool in_frame_ = false;
   std::array<std::byte, kHeaderSize> header_{};  // of the message being written
-  std::uint64_t rest_ = 0;                       // bytes of it that are not in frames yet
+  std::size_t rest_ = 0;                         // bytes of it that are not in frames yet
   std::uint64_t frame_body_ = 0;                 // bytes of the frame that are still in the queue
   std::array<std::span<const std::byte>, kFramePiecesMax> pieces_{};
 };
