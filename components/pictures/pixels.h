@@ -2,6 +2,7 @@
 // of the caller, so that no conversion allocates any once its buffers have their size.
 #pragma once
 
+#include <bit>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -26,6 +27,13 @@ enum class PixelLayout : std::uint8_t {
   kGrbg,
   kBggr
 };
+
+// Numbers of 16 bits as this machine, and so OpenCV, has them.
+inline constexpr PixelLayout kNative16 =
+    std::endian::native == std::endian::little ? PixelLayout::kLittle16 : PixelLayout::kBig16;
+constexpr bool has_16_bits(PixelLayout layout) {
+  return layout == PixelLayout::kLittle16 || layout == PixelLayout::kBig16;
+}
 
 constexpr bool is_bayer(PixelLayout layout) { return layout >= PixelLayout::kRggb; }
 

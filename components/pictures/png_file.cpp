@@ -42,7 +42,7 @@ Result<Bitmap> of_pixels(const PixelView& view) {
                        "the picture has not as many bytes as its size needs");
   const auto form = [&]() -> std::pair<PixelLayout, int> {
     if (view.layout == PixelLayout::kGrey) return {PixelLayout::kGrey, CV_8UC1};
-    if (view.layout == PixelLayout::kBig16) return {PixelLayout::kLittle16, CV_16UC1};
+    if (view.layout == PixelLayout::kBig16) return {kNative16, CV_16UC1};
     return {PixelLayout::kBgr, CV_8UC3};
   };
   const auto [layout, type] = form();

@@ -257,7 +257,7 @@ class PilotPath : public DataModule<PilotData> {
   template <typename T>
   void record(PilotRecord kind, const T& message) {
     if (!capture_) return;
-    const auto size = encode(message, std::span(bytes_));
+    const auto size = encode(message, std::span(bytes_), std::endian::little);
     if (!size) return;
     const bool is_output = kind == PilotRecord::kMove || kind == PilotRecord::kStatus;
     capture_->add(now(), is_output ? device::Direction::kSent : device::Direction::kReceived,

@@ -16,7 +16,7 @@ using tims::Error;
 
 template <typename T>
 Result<T> read(const CaptureRecord& record) {
-  auto value = decode<T>(record.bytes);
+  auto value = decode<T>(record.bytes, std::endian::little);
   if (!value) return Error(Errc::kMalformed, value.error().detail());
   return value;
 }
@@ -109,7 +109,7 @@ Result<void> PilotReplay::begin(const CaptureRecord& record) {
 Result<void> PilotReplay::take_input(const CaptureRecord& record) {
   PathDriver::Inputs& inputs = driver_.inputs();
   const auto into = [&](auto& data) -> Result<void> {
-    auto good = decode(record.bytes, std::endian::native, data);
+    auto good = decode(record.bytes, std::endian::little, data);
     if (good) return good;
     is_lost_ = true;
     return Error(Errc::kMalformed, good.error().detail());

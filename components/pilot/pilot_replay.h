@@ -17,8 +17,8 @@
 
 namespace rack::pilot {
 
-// The id of a record; its payload is the message named behind it, in the byte order of this
-// machine.
+// The id of a record; its payload is the message named behind it, little-endian: a recording is
+// replayed on any machine.
 enum class PilotRecord : std::uint32_t {
   kBegin = 1,  // PathDriverSettings: the pilot was turned on
   kPosition,   // PositionData

@@ -65,7 +65,7 @@ class Drive {
     made.time = std::chrono::milliseconds(time_);
     made.id = static_cast<std::uint32_t>(kind);
     made.bytes.resize(encoded_size(message));
-    EXPECT_TRUE(encode(message, made.bytes));
+    EXPECT_TRUE(encode(message, made.bytes, std::endian::little));
   }
 
   void step() {

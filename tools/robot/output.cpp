@@ -39,7 +39,7 @@ void ProgramOutput::take(std::string_view text, tims::Time now, FloodGate& gate,
     return;
   }
   std::vector<std::string> more = split(text);
-  more.resize(gate.pass(now, more.size()));
+  more.resize(static_cast<std::size_t>(gate.pass(now, more.size())));
   lines.insert(lines.end(), std::make_move_iterator(more.begin()),
                std::make_move_iterator(more.end()));
 }

@@ -9,6 +9,8 @@
 namespace rack::device {
 namespace {
 
+using pictures::has_16_bits;
+using pictures::kNative16;
 using pictures::PictureSize;
 using pictures::PixelLayout;
 using pictures::PixelView;
@@ -71,7 +73,7 @@ Result<FrameRectifier::Frame> FrameRectifier::rectify(const VideoHead& head,
     return rectify_plain({.layout = layout, .size = *size, .bytes = decoded_}, format_of(layout));
   }
   const auto layout = layout_of_format(head.format);
-  if (!layout || *layout == PixelLayout::kBig16)
+  if (!layout)
     return Error(Errc::kInvalidArgument,
                  "frames of format " + letters_of(head.format) + " cannot be rectified");
   const PixelView view{.layout = *layout,
@@ -88,13 +90,23 @@ Result<FrameRectifier::Frame> FrameRectifier::rectify(const VideoHead& head,
     return rectify_plain({.layout = PixelLayout::kBgr, .size = view.size, .bytes = decoded_},
                          video::kBgr24);
   }
+  if (has_16_bits(*layout)) return rectify_numbers(view, head.format);
   return shares_colours(*layout) ? rectify_pairs(view, head, mode)
                                  : rectify_plain(view, head.format);
 }
 
+// In the order of this machine, because means are computed.
+Result<FrameRectifier::Frame> FrameRectifier::rectify_numbers(const PixelView& view,
+                                                              std::uint32_t format) {
+  if (view.layout == kNative16) return rectify_plain(view, format);
+  if (auto made = converter_.convert(view, kNative16, decoded_); !made) return made.error();
+  return rectify_plain({.layout = kNative16, .size = view.size, .bytes = decoded_},
+                       format ^ video::kBigEndian);
+}
+
 Result<FrameRectifier::Frame> FrameRectifier::rectify_plain(const PixelView& view,
                                                             std::uint32_t format) {
-  const bool is_wide = view.layout == PixelLayout::kLittle16;
+  const bool is_wide = has_16_bits(view.layout);
   const std::size_t line = view.size.width * bytes_of(view.layout);
   made_.resize(line * view.size.height);
   auto done =

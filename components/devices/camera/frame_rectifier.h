@@ -40,6 +40,7 @@ class FrameRectifier {
  private:
   tims::Result<void> prepare(pictures::PictureSize size);
   tims::Result<Frame> rectify_plain(const pictures::PixelView& view, std::uint32_t format);
+  tims::Result<Frame> rectify_numbers(const pictures::PixelView& view, std::uint32_t format);
   tims::Result<Frame> rectify_pairs(const pictures::PixelView& view, const VideoHead& head,
                                     u16 mode);
 

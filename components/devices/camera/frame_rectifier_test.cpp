@@ -1,5 +1,9 @@
 #include "components/devices/camera/frame_rectifier.h"
 
+#include <array>
+#include <bit>
+#include <cstring>
+
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -9,6 +13,9 @@ namespace frame_rectifier_test {
 using testing::ElementsAre;
 using testing::HasSubstr;
 using Bytes = std::vector<std::byte>;
+
+constexpr std::uint32_t kNativeGrey16 =
+    video::kGrey16 | (std::endian::native == std::endian::big ? video::kBigEndian : 0);
 
 // Pictures of 8x2 pixels move to the right by two pixels.
 pictures::CameraCalibration shift() {
@@ -44,7 +51,7 @@ TEST_F(FrameRectifierTest, FramesKeepTheirFormat) {
     std::uint32_t pixel;  // bytes
   };
   for (const Case& one : {Case{video::kGrey, 1}, Case{video::kRgb24, 3}, Case{video::kBgr24, 3},
-                          Case{video::kGrey16, 2}, Case{video::kYuyv, 2}, Case{video::kUyvy, 2}}) {
+                          Case{kNativeGrey16, 2}, Case{video::kYuyv, 2}, Case{video::kUyvy, 2}}) {
     // Lines are padded by 4 bytes.
     const std::uint32_t line = 8 * one.pixel + 4;
     const Bytes frame = counted(std::size_t{2} * line);
@@ -59,6 +66,29 @@ TEST_F(FrameRectifierTest, FramesKeepTheirFormat) {
                                      std::span(frame).subspan(y * line, row_bytes - moved)))
           << letters_of(one.format);
     }
+  }
+}
+
+// Between two pixels: of bytes in the wrong order, another mean.
+TEST(FrameRectifierNumbers, AreRectifiedInBothOrdersOfBytes) {
+  pictures::CameraCalibration between = shift();
+  between.rectified.cx += 0.5;
+  for (const std::uint32_t format : {video::kGrey16, video::kGrey16 | video::kBigEndian}) {
+    const int high = format == video::kGrey16 ? 1 : 0;
+    Bytes frame(32);
+    for (std::size_t i = 0; i < 16; ++i) {
+      const unsigned value = i % 2 == 0 ? 0x00FF : 0x0101;
+      frame[2 * i + static_cast<std::size_t>(high)] = static_cast<std::byte>(value >> 8);
+      frame[2 * i + static_cast<std::size_t>(1 - high)] = static_cast<std::byte>(value & 0xFF);
+    }
+    FrameRectifier rectifier{between};
+    const auto made = rectifier.rectify({format, 8, 2, 16}, frame, camera_mode::kMono16);
+    ASSERT_TRUE(made) << made.error().detail();
+    EXPECT_EQ(made->head.format, kNativeGrey16);
+    std::array<std::uint16_t, 16> pixels{};
+    ASSERT_EQ(made->bytes.size(), sizeof pixels);
+    std::memcpy(pixels.data(), made->bytes.data(), sizeof pixels);
+    EXPECT_EQ(pixels[5], 0x0100) << letters_of(format);
   }
 }
 
