@@ -33,14 +33,14 @@ Jpeg::Jpeg() : settings_{cv::IMWRITE_JPEG_QUALITY, 0} {
 Result<PictureSize> Jpeg::decode(std::span<const std::byte> jpeg, PixelLayout layout,
                                  std::size_t bytes_max, std::vector<std::byte>& pixels) {
   const auto size = jpeg_size(jpeg);
-  const std::size_t bytes =
-      size ? std::size_t{size->width} * size->height * bytes_of(layout) : std::size_t{0};
+  const std::uint64_t bytes =
+      size ? std::uint64_t{size->width} * size->height * bytes_of(layout) : std::uint64_t{0};
   if (bytes > bytes_max)
     return Error(Errc::kTooBig, "a picture of " + std::to_string(size->width) + "x" +
                                     std::to_string(size->height) + " pixels");
   if (jpeg.size() > bytes_max) return too_big();
   if (auto good = check_jpeg(jpeg); !good) return good.error();
-  pixels.resize(bytes);
+  pixels.resize(static_cast<std::size_t>(bytes));
   cv::Mat target(static_cast<int>(size->height), static_cast<int>(size->width), type_of(layout),
                  pixels.data());
   const cv::Mat source(1, static_cast<int>(jpeg.size()), CV_8U,

@@ -116,7 +116,8 @@ bool PixelView::is_whole() const {
   constexpr std::uint32_t kSideMax = 0xFFFF;
   if (size.width == 0 || size.height == 0 || size.width > kSideMax || size.height > kSideMax)
     return false;
-  return bytes.size() >= stride_of(*this) * (size.height - 1) + size.width * bytes_of(layout);
+  return bytes.size() >=
+         std::uint64_t{stride_of(*this)} * (size.height - 1) + size.width * bytes_of(layout);
 }
 
 bool PixelConverter::can_convert(PixelLayout from, PixelLayout to) {

@@ -35,8 +35,8 @@ Result<Bitmap> of_jpeg(std::span<const std::byte> jpeg) {
 }
 
 Result<Bitmap> of_pixels(const PixelView& view) {
-  const std::size_t needed =
-      std::size_t{view.size.width} * view.size.height * bytes_of(view.layout);
+  const std::uint64_t needed =
+      std::uint64_t{view.size.width} * view.size.height * bytes_of(view.layout);
   if (view.bytes.size() != needed)
     return tims::Error(tims::Errc::kMalformed,
                        "the picture has not as many bytes as its size needs");

@@ -54,7 +54,8 @@ tims::Result<void> Rectifier::rectify(const Raster& from, std::span<std::byte> t
   const std::size_t line = width * static_cast<std::size_t>(from.channels) *
                            static_cast<std::size_t>(from.channel_bytes);
   const std::size_t stride = std::max(from.line_bytes, line);
-  if (from.bytes.size() < stride * (height - 1) + line || to.size() < line * height)
+  if (from.bytes.size() < std::uint64_t{stride} * (height - 1) + line ||
+      to.size() < std::uint64_t{line} * height)
     return tims::Error(tims::Errc::kMalformed,
                        "the picture has fewer bytes than its size requires");
   const int type = CV_MAKETYPE(from.channel_bytes == 1 ? CV_8U : CV_16U, from.channels);

@@ -14,7 +14,7 @@ struct GreyView {
 
   [[nodiscard]] bool is_whole() const {
     return width >= 0 && height >= 0 &&
-           pixels.size() >= static_cast<std::size_t>(width) * static_cast<std::size_t>(height);
+           pixels.size() >= static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height);
   }
 };
 

@@ -180,7 +180,7 @@ Result<void> PictureMaker::make(const VideoHead& head, std::span<const std::byte
                             thinning, thinned_);
   if (!view) return view.error();
   if (mode == camera_mode::kJpeg) return to_jpeg(*view, picture);
-  if (std::size_t{view->size.width} * view->size.height * depth_of(mode) / 8 > kCameraBytesMax)
+  if (std::uint64_t{view->size.width} * view->size.height * depth_of(mode) / 8 > kCameraBytesMax)
     return Error(Errc::kTooBig, "the picture exceeds the maximum size of a message");
   if (auto made = converter_.convert(*view, *to, picture.image); !made) return made;
   set_size(picture, view->size, mode);

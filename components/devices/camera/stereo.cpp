@@ -78,7 +78,7 @@ Stereo::~Stereo() = default;
 Result<std::span<const std::uint16_t>> Stereo::match(std::span<const std::byte> pair, int width,
                                                      int height) {
   if (width < 1 || height < 1 ||
-      pair.size() < 2 * static_cast<std::size_t>(width) * static_cast<std::size_t>(height))
+      pair.size() < 2 * static_cast<std::uint64_t>(width) * static_cast<std::uint64_t>(height))
     return Error(Errc::kMalformed, "the stereo pair has fewer bytes than its size requires");
   auto done = pictures::call_opencv("matching a stereo pair", [&] {
     if (!matcher_) matcher_ = std::make_unique<Matcher>(settings_);
