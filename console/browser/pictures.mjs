@@ -12,7 +12,7 @@ await network();
 await browser.close();
 
 async function map() {
-  const system = 95;
+  const system = 91;
   const host = await Host.start();
   await host.up('emulated.toml', system);
   for (const name of ['Mcl', 'Path']) await host.timsctl('component', 'on', `${name}(${system}/0)`);
