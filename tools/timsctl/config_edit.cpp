@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/toml.h"
+#include "tools/cli/arguments.h"
 #include "tools/cli/failure.h"
 #include "tools/cli/output.h"
 

@@ -128,6 +128,7 @@ Exit config_check(Context& context) {
 // All files are read before one is written.
 Exit config_migrate(Context& context) {
   std::vector<Migration> all;
+  all.reserve(context.options.arguments.size());
   for (const std::string& path : context.options.arguments) all.push_back(migration_of(path));
   json::array items;
   for (const Migration& migration : all) {
