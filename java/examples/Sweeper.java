@@ -13,6 +13,11 @@ public final class Sweeper extends DataModule<LadarData> {
   }
 
   @Override
+  protected String purpose() {
+    return "Scans a round room.";
+  }
+
+  @Override
   protected void moduleOn() {
     setPeriod(integer("period"));
   }

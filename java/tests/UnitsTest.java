@@ -5,6 +5,8 @@ import java.util.OptionalInt;
 import rack.messages.CameraData;
 import rack.messages.ChassisData;
 import rack.messages.ClockData;
+import rack.messages.DescriptionPage;
+import rack.messages.DescriptionRequest;
 import rack.messages.GdosData;
 import rack.messages.LadarData;
 import rack.messages.LadarPoint;
@@ -26,6 +28,7 @@ public final class UnitsTest {
     history();
     listeners();
     parameters();
+    description();
   }
 
   private static void same(Object is, Object expected) {
@@ -155,5 +158,34 @@ public final class UnitsTest {
     list.parameters.get(1).valueFloat = 3f;
     refused(() -> all.set(list), "gain is 3.0, allowed are 0 to 2");
     same(all.get("period"), 10); // all or none
+  }
+
+  private static void description() {
+    List<Parameters.Row> rows = new java.util.ArrayList<>(List.of(Parameters.real("gain", 0.5f, "gain \u00fc\u00fc \"x\" [%]", 0, 2)));
+    for (int i = 0; i < 200; ++i) rows.add(Parameters.text("file" + i, "", "what to read, \u00e4"));
+    Description long1 = new Description("P", "", 0x14, rows, false);
+    StringBuilder whole = new StringBuilder();
+    DescriptionRequest request = new DescriptionRequest();
+    DescriptionPage page;
+    do {
+      request.bytesMax = 5 + request.offset % 3; // no page ends inside a character
+      page = long1.page(request);
+      whole.append(page.text);
+      request.offset += page.text.getBytes(java.nio.charset.StandardCharsets.UTF_8).length;
+    } while (request.offset < page.size);
+    same(page.size > 4000, true);
+    same(whole.toString().startsWith("{\"rack_description\": 1, \"program\": \"P\", \"purpose\": \"\", \"class\": \"Ladar\""), true);
+    same(whole.toString().contains("\"default\": 0.5, \"min\": 0, \"max\": 2, \"unit\": \"%\", \"help\": \"gain \u00fc\u00fc \\\"x\\\"\""), true);
+    same(whole.toString().contains("\ufffd"), false);
+    same(whole.toString().endsWith("], \"inputs\": [], \"outputs\": []}\n"), true);
+    request.offset = page.size;
+    same(long1.page(request).text, "");
+    request.offset = page.size + 1;
+    refused(() -> long1.page(request), "the description has " + page.size + " bytes");
+    request.offset = -1;
+    refused(() -> long1.page(request), "from byte -1");
+    request.offset = 0;
+    request.bytesMax = 0;
+    same(long1.page(request).text.getBytes(java.nio.charset.StandardCharsets.UTF_8).length <= 4000, true);
   }
 }

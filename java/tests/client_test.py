@@ -1,5 +1,6 @@
 """The client in Java against a router and components of the build; components in Java, seen by timsctl and Python."""
 
+import json
 import os
 import pathlib
 import re
@@ -74,6 +75,12 @@ class Client(unittest.TestCase):
         self.assertEqual((len(scan.points), scan.points[180].distance, scan.duration), (181, 3000, 20))
         self.assertEqual(self.timsctl("component", "param", "set", "Ladar/0/0", "radius", "700").returncode, 0)
         eventually(lambda: ladar.get_next_data(PATIENCE).points[0].distance == 700)
+        described = json.loads(self.timsctl("component", "describe", "Ladar/0/0", "--json").stdout)
+        self.assertEqual((described["program"], described["class"], described["purpose"]), ("Sweeper", "Ladar", "Scans a round room."))
+        rows = {row["name"]: row for row in described["parameters"]}
+        self.assertEqual([rows["radius"][key] for key in ("type", "min", "max", "unit", "help", "takes_effect")],
+                         ["int", 100, 30000, "mm", "radius of the room", "on"])
+        self.assertEqual(described["outputs"][0]["period"], "period")
         echoed = self.timsctl("msg", "echo", "Ladar/0/0", "-n", "2")
         self.assertEqual(echoed.returncode, 0, echoed.stderr)
         self.assertIn("700", echoed.stdout)

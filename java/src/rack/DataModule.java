@@ -62,6 +62,11 @@ public abstract class DataModule<D extends Struct> extends Module {
   }
 
   @Override
+  final boolean hasData() {
+    return true;
+  }
+
+  @Override
   final void begin() throws Exception {
     synchronized (lock) {
       history.clear();

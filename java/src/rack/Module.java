@@ -8,6 +8,7 @@ import java.util.OptionalInt;
 import java.util.concurrent.CountDownLatch;
 import java.util.concurrent.ThreadLocalRandom;
 import java.util.concurrent.TimeUnit;
+import rack.messages.DescriptionRequest;
 import rack.messages.ParameterList;
 import tims.Address;
 import tims.Flag;
@@ -42,6 +43,7 @@ public abstract class Module {
   private final String program;
   private final int classId;
   private final Parameters parameters;
+  private Description description;
   private final LifeCycle lifeCycle = new LifeCycle();
   private final Object lock = new Object(); // of lifeCycle
   private String router = "localhost";
@@ -69,6 +71,11 @@ public abstract class Module {
   }
 
   // --- what a component is
+
+  /** One sentence, for people who look for a component. */
+  protected String purpose() {
+    return "";
+  }
 
   /** Once at the start, and at the end. */
   protected void moduleInit() throws Exception {}
@@ -168,6 +175,10 @@ public abstract class Module {
   /** It is not on any more. */
   void end() {}
 
+  boolean hasData() {
+    return false;
+  }
+
   /** False: it is no request of data. */
   boolean dataCommand(Message command) throws Exception {
     return false;
@@ -226,6 +237,7 @@ public abstract class Module {
   }
 
   private void tasks() throws Exception {
+    description = new Description(program, purpose(), classId, parameters.rows(), hasData());
     Thread commandTask = new Thread(this::commandTask, program + "C");
     log(Level.PRINT, "Init");
     moduleInit();
@@ -342,6 +354,7 @@ public abstract class Module {
       case Type.OFF -> off(command);
       case Type.GET_STATUS -> reply(command, status());
       case Type.GET_PARAM -> reply(command, Type.PARAM, parameters.list(program));
+      case Type.GET_DESCRIPTION -> reply(command, Type.DESCRIPTION, description.page(DescriptionRequest.decode(command)));
       case Type.SET_PARAM -> {
         parameters.set(ParameterList.decode(command));
         reply(command, Type.OK);

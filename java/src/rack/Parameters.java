@@ -37,6 +37,10 @@ public final class Parameters {
     }
   }
 
+  List<Row> rows() {
+    return List.copyOf(rows.values());
+  }
+
   synchronized Object get(String name) {
     Object value = values.get(name);
     if (value == null) throw new IllegalArgumentException("there is no parameter " + name + ": declare it in the constructor");

@@ -40,6 +40,11 @@ public final class Address {
     return localOf(address) == 0 ? text : text + ":" + localOf(address);
   }
 
+  /** Its number, if the class has no name. */
+  public static String className(int classId) {
+    return ClassNames.BY_ID.getOrDefault(classId, String.valueOf(classId));
+  }
+
   public static int systemOf(int address) {
     return address >>> 24;
   }

@@ -11,6 +11,7 @@ public final class Type {
   public static final int DATA = -6;
   public static final int CONT_DATA = -7;
   public static final int PARAM = -9;
+  public static final int DESCRIPTION = -13;
   public static final int ON = 1;
   public static final int OFF = 2;
   public static final int GET_STATUS = 3;
@@ -20,6 +21,7 @@ public final class Type {
   public static final int GET_NEXT_DATA = 8;
   public static final int GET_PARAM = 9;
   public static final int SET_PARAM = 10;
+  public static final int GET_DESCRIPTION = 13;
 
   private Type() {}
 }
