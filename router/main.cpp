@@ -10,6 +10,7 @@
 #include <fmt/ranges.h>
 #include <unistd.h>
 
+#include "base/measure.h"
 #include "os/clock.h"
 #include "os/environment.h"
 #include "router/config/load.h"
@@ -249,6 +250,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     report.insecure = configuration_.config.security.insecure;
     report.exposed = exposed_ports();
     report.cautions = config::cautions(configuration_.config);
+    if (keys_ && keys_->has_old_list()) report.cautions.push_back(old_list_text());
     if (keys_) report.keys = keys_report(*keys_);
     return report;
   }
@@ -325,8 +327,9 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     auto keys = io::MemberKeys::load(configuration_.config);
     if (!keys) return keys.error();
     keys_ = std::move(*keys);
+    believed_ = keys_->credentials().roots;
     log_.info(describe_keys());
-    if (auto used = links_.use_keys(os::now(), keys_->credentials(), keys_->expiry()); !used)
+    if (auto used = links_.use_keys(os::now(), keys_->credentials(), keys_->strictness()); !used)
       return Error(used.error().code(), "security.keys: " + used.error().detail());
     if (auto opened = open_gate(); !opened) return opened;
     loop_.watch({.next = [this] { return keys_->next_timeout(); },
@@ -377,7 +380,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
 
   [[nodiscard]] Result<io::TlsGate::Contexts> tls_contexts() const {
     const config::Config::Http& http = configuration_.config.http;
-    return io::TlsGate::contexts_of(keys_->credentials(), keys_->expiry(), http.certificate,
+    return io::TlsGate::contexts_of(keys_->credentials(), keys_->strictness(), http.certificate,
                                     http.key);
   }
 
@@ -402,19 +405,26 @@ class Program final : private core::RouterHooks, private io::AdminSource {
     return {};
   }
 
-  // Certificates and logins that are revoked end at once.
+  // Connections and logins by certificates that are revoked, or whose root has gone, end at once.
   void take_new_keys() {
     if (auto contexts = tls_contexts())
       gate_->set_contexts(std::move(*contexts));
     else
       log_.error("former keys stay in force: " + contexts.error().detail());
-    const auto list = keys_->credentials().list;
+    const security::Credentials& own = keys_->credentials();
+    const auto list = own.list;
     const auto is_revoked = [list](const security::Certificate& certificate) {
       return list && list->revokes(certificate);
     };
-    gate_->end_if(is_revoked);
+    gate_->end_if([is_revoked, roots = security::BelievedRoots(own.roots)](
+                      const std::vector<security::Certificate>& chain) mutable {
+      return is_revoked(chain.front()) || chain.size() < 2 || !roots.have_signed(chain[1].to_der());
+    });
+    const bool root_has_gone = std::ranges::any_of(
+        std::exchange(believed_, own.roots),
+        [&](const auto& root) { return std::ranges::find(own.roots, root) == own.roots.end(); });
     http_.end_if([&](const io::Person& person) {
-      return person.certificate && is_revoked(*person.certificate);
+      return person.certificate && (root_has_gone || is_revoked(*person.certificate));
     });
   }
 
@@ -425,7 +435,23 @@ class Program final : private core::RouterHooks, private io::AdminSource {
                        own.list_number(), own.list ? own.list->size() : 0);
   }
 
+  [[nodiscard]] std::string old_list_text() const {
+    const config::Config::Security& security = configuration_.config.security;
+    return fmt::format(
+        "the list of revoked certificates (number {}) is older than security.list_age_max ({}): is "
+        "the base reached, and does timsctl key serve run there?{}",
+        keys_->credentials().list_number(),
+        base::human_duration(std::chrono::duration<double>(security.list_age_max).count()),
+        security.refuse_old_list ? " Users and routers of other robots are refused" : "");
+  }
+  // One line when it becomes old.
+  void look_at_age_of_list() {
+    const bool was_old = std::exchange(list_is_old_, keys_->has_old_list());
+    if (list_is_old_ && !was_old) log_.warning(old_list_text());
+  }
+
   void look_at_keys(Time now) {
+    look_at_age_of_list();
     const auto changed = keys_->on_timeout(now);
     if (!changed) return log_.error("former keys stay in force: " + keys_->problem());
     if (*changed) use_new_keys(now);
@@ -442,7 +468,7 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   void use_new_keys(Time now) {
     log_.info(describe_keys());
     if (renewal_) renewal_->look_at(renewal_time());
-    const auto used = links_.use_keys(now, keys_->credentials(), keys_->expiry());
+    const auto used = links_.use_keys(now, keys_->credentials(), keys_->strictness());
     if (!used) log_.error("links use the former keys: " + used.error().detail());
     take_new_keys();
     loop_.end_turn(now);
@@ -615,6 +641,8 @@ class Program final : private core::RouterHooks, private io::AdminSource {
   io::Log log_{configuration_.config.log.level};
   io::LimitedLog limited_log_{log_};
   std::optional<io::MemberKeys> keys_;  // empty: without keys
+  bool list_is_old_ = false;
+  std::vector<security::Certificate> believed_;  // roots, when the keys were taken last
   io::Loop loop_;
   std::unique_ptr<io::TlsGate> gate_;   // null: without keys
   std::optional<io::Renewal> renewal_;  // empty: without keys, or at the base

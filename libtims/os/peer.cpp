@@ -14,7 +14,11 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-#include "os/file.h"
+// Since Linux 6.5; not in the headers of Debian 12. Rare architectures have another number, and an
+// unknown option is refused as by older kernels.
+#ifndef SO_PEERPIDFD
+#define SO_PEERPIDFD 77
+#endif
 
 namespace tims::os {
 namespace {
@@ -22,20 +26,9 @@ namespace {
 constexpr std::size_t kProcBytesMax = 64 << 10;
 constexpr int kTcpEstablished = 1;  // TCP_ESTABLISHED; <netinet/tcp.h> does not go with others
 
-std::string proc_text(pid_t pid, const char* name) {
-  auto text = read_file("/proc/" + std::to_string(pid) + "/" + name, kProcBytesMax);
+std::string proc_text(const std::string& proc, pid_t pid, const char* name) {
+  auto text = read_file(proc + "/" + std::to_string(pid) + "/" + name, kProcBytesMax);
   return text ? std::move(*text) : std::string();
-}
-
-// Field 22 of /proc/PID/stat: clock ticks from boot to the start. The second field is a name in
-// parentheses, which may contain anything.
-double started_s(pid_t pid) {
-  const std::string text = proc_text(pid, "stat");
-  std::size_t at = text.rfind(')');
-  for (int field = 2; field < 22 && at != std::string::npos; ++field) at = text.find(' ', at + 1);
-  if (at == std::string::npos) return -1;
-  return static_cast<double>(std::strtoull(text.c_str() + at + 1, nullptr, 10)) /
-         static_cast<double>(::sysconf(_SC_CLK_TCK));
 }
 
 double since_boot_s() {
@@ -44,16 +37,23 @@ double since_boot_s() {
   return static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec) * 1e-9;
 }
 
-// The process keeps its number while the descriptor says that it runs.
-std::string unit_of(pid_t pid) {
+// Of the process that connected, also if it has ended and others have its number.
+File process_at(int socket, bool& is_known) {
+  int process = -1;
+  socklen_t size = sizeof process;
+  is_known =
+      ::getsockopt(socket, SOL_SOCKET, SO_PEERPIDFD, &process, &size) == 0 || errno != ENOPROTOOPT;
+  return File(process);
+}
+
+std::string unit_at(int socket, pid_t pid, const std::string& proc) {
+  bool is_known = false;
+  if (const File process = process_at(socket, is_known); is_known)
+    return process ? unit_of(process, pid, proc) : std::string();
   const double accepted_s = since_boot_s();
   const File process(static_cast<int>(::syscall(SYS_pidfd_open, pid, 0)));
-  if (!process) return {};
-  const std::string unit = unit_of_cgroup(proc_text(pid, "cgroup"));
-  const double start = started_s(pid);
-  pollfd look{process.get(), POLLIN, 0};
-  const bool runs = ::poll(&look, 1, 0) == 0;
-  return runs && start >= 0 && start <= accepted_s ? unit : std::string();
+  if (!process || !has_started_by(accepted_s, pid, proc)) return {};
+  return unit_of(process, pid, proc);
 }
 
 std::vector<gid_t> groups_of(int socket) {
@@ -121,7 +121,25 @@ std::optional<Question> question_for(int socket) {
 
 }  // namespace
 
-std::optional<LocalPeer> local_peer(int socket) {
+// The process keeps its number while the descriptor says that it runs.
+std::string unit_of(const File& process, pid_t pid, const std::string& proc) {
+  std::string unit = unit_of_cgroup(proc_text(proc, pid, "cgroup"));
+  pollfd look{process.get(), POLLIN, 0};
+  return ::poll(&look, 1, 0) == 0 ? unit : std::string();
+}
+
+// Field 22 of /proc/PID/stat: clock ticks from boot to the start. The second field is a name in
+// parentheses, which may contain anything.
+bool has_started_by(double since_boot_s, pid_t pid, const std::string& proc) {
+  const std::string text = proc_text(proc, pid, "stat");
+  std::size_t at = text.rfind(')');
+  for (int field = 2; field < 22 && at != std::string::npos; ++field) at = text.find(' ', at + 1);
+  if (at == std::string::npos) return false;
+  const auto ticks = std::strtoull(text.c_str() + at + 1, nullptr, 10);
+  return static_cast<double>(ticks) <= since_boot_s * static_cast<double>(::sysconf(_SC_CLK_TCK));
+}
+
+std::optional<LocalPeer> local_peer(int socket, const std::string& proc) {
   ucred credentials{};
   socklen_t size = sizeof credentials;
   if (::getsockopt(socket, SOL_SOCKET, SO_PEERCRED, &credentials, &size) != 0) return std::nullopt;
@@ -129,7 +147,7 @@ std::optional<LocalPeer> local_peer(int socket) {
                    .uid = credentials.uid,
                    .gid = credentials.gid,
                    .groups = groups_of(socket),
-                   .unit = unit_of(credentials.pid),
+                   .unit = unit_at(socket, credentials.pid, proc),
                    .label = label_of(socket)};
 }
 

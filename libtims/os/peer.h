@@ -7,6 +7,8 @@
 
 #include <sys/types.h>
 
+#include "os/file.h"
+
 namespace tims::os {
 
 // A program at a Unix socket, as it was when it connected.
@@ -18,9 +20,16 @@ struct LocalPeer {
   std::string unit;           // systemd unit: "laser.service"; empty: none, or not certain
   std::string label;          // of AppArmor or SELinux; empty: none
 };
-// Call it right after the connection was accepted: the unit is read from the process with the
-// peer's number, which must not have been started after that.
-std::optional<LocalPeer> local_peer(int socket);
+// Call it right after the connection was accepted. The number of a process that has ended may be
+// another one's by now: its unit is never the peer's. Kernels before 6.5 cannot name the process
+// that connected; with them, one that was started before the connection was accepted is taken for
+// it. `proc`: where the kernel tells about processes.
+std::optional<LocalPeer> local_peer(int socket, const std::string& proc = "/proc");
+
+// The unit of the process `pid`; empty if it has none, or has ended as `process`, a pidfd, tells.
+std::string unit_of(const File& process, pid_t pid, const std::string& proc);
+// Whether it began to run by this time after boot; `proc` as above.
+bool has_started_by(double since_boot_s, pid_t pid, const std::string& proc);
 
 // The user that owns the other end of a TCP connection within this host; empty: unknown, or the
 // other end is elsewhere.

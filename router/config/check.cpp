@@ -43,6 +43,7 @@ class Checker {
       check_exposure("http.listen", config_.http.listen);
       check_exposure("udp.listen", config_.udp.listen);
     }
+    check_age_of_list();
     check_names();
     check_origins();
     check_newest();
@@ -118,6 +119,14 @@ class Checker {
                                            "\"parameters\", \"state\" and \"*\", nor "
                                            "the name of a class such as Position",
                                            in_quotes(stream)));
+  }
+
+  void check_age_of_list() {
+    const Config::Security& security = config_.security;
+    if (security.refuse_old_list && security.list_age_max == Duration::zero())
+      fail("security.refuse_old_list",
+           "security.refuse_old_list: no list is old without security.list_age_max: set it to "
+           "several days, as in list_age_max = \"72h\"");
   }
 
   void check_lifetimes() {

@@ -273,6 +273,13 @@ TEST(Check, AnErrorBesideARefusedValueHasItsPlace) {
                           StartsWith("r.toml:5:6: link.to does not fit kind = \"sub\"")));
 }
 
+TEST(Check, OldListsAreRefusedOnlyWhenAnyIsOld) {
+  EXPECT_THAT(problems("[security]\nrefuse_old_list = true\n"),
+              ElementsAre(HasSubstr("no list is old without security.list_age_max")));
+  EXPECT_THAT(problems("[security]\nrefuse_old_list = true\nlist_age_max = \"72h\"\n"),
+              testing::IsEmpty());
+}
+
 // With keys, DDS leaves the host only where that is wanted, and then its faults are named.
 TEST(Check, DdsBeyondTheHost) {
   const auto loaded = [](const std::string& text) {

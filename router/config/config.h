@@ -205,7 +205,10 @@ struct Config {
   struct Security {
     bool insecure = false;  // listening beyond loopback without authentication was allowed
     std::string keys;       // a folder (security/keys/key_folder.h); empty: this router has no keys
-    bool refuse_expired = false;                       // certificates, if the clock can be trusted
+    bool refuse_expired = false;  // certificates, if the clock can be trusted
+    // After which the list of revoked certificates is old, if the clock can be trusted; 0: never.
+    Duration list_age_max{};
+    bool refuse_old_list = false;  // with an old list: users, and routers of other robots
     Duration renew_within = std::chrono::minutes(10);  // a certificate that is due
     bool operator==(const Security&) const = default;
   } security;

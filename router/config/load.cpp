@@ -149,7 +149,7 @@ class Loader {
                          key, list->name, list->sample_setting));
   }
 
-  // "kind=super,to=10.9.1.1:2010": adds one item.
+  // "kind=super,to=10.9.1.1:2010": adds one item. A list in it has "+" between its elements.
   void add_item_setting(const List& list, std::string_view text, const Origin& at) {
     const std::size_t index = append(list, at);
     while (!text.empty()) {
@@ -164,8 +164,15 @@ class Loader {
       else if (const Entry entry = entry_of(list, index, *option); is_written(entry.key))
         fail(at, fmt::format("{} is given twice", option->key));
       else
-        store(entry, parse_setting(*option, part.substr(equals + 1)), at);
+        store(entry, parse_part(*option, part.substr(equals + 1)), at);
     }
+  }
+
+  static Result<Value> parse_part(const Option& option, std::string_view text) {
+    if (!option.is_list) return parse_setting(option, text);
+    std::string elements;
+    for (const char each : text) each == '+' ? elements += ", " : elements += each;
+    return parse_setting(option, elements);
   }
 
   void fail_part(const List& list, std::size_t index, std::string_view part, const Origin& at) {

@@ -32,6 +32,17 @@ Config good(std::string text, std::vector<std::string> settings = {}) {
   return loaded.config;
 }
 
+TEST(Settings, AListInAnItemHasAPlusBetweenItsElements) {
+  const Loaded loaded =
+      load({{},
+            {"rule=name=a,from=uid:1+uid:2,types=drive+look,then=allow", "rule=name=b,then=deny"},
+            kHost});
+  ASSERT_TRUE(loaded.ok()) << loaded.problems.front().to_string();
+  ASSERT_EQ(loaded.config.rules.size(), 2U);
+  EXPECT_EQ(loaded.config.rules[0].from, "uid:1, uid:2");
+  EXPECT_EQ(loaded.config.rules[0].types, "drive, look");
+}
+
 TEST(Load, NothingWrittenGivesTheDefaults) {
   EXPECT_EQ(good(""), defaults(kHost));
   EXPECT_EQ(good("# only a comment\n[tcp]\n"), defaults(kHost));

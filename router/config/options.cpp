@@ -377,6 +377,21 @@ constexpr std::array kOptions{
          .reload = Reload::kRestart,
          .help = "Refuses expired certificates of others, if the clock of this host is "
                  "synchronised. Otherwise they are accepted, so that no clock stops a robot."}),
+    row<Kind::kDuration, &Config::security, &Config::Security::list_age_max>(
+        {.key = "security.list_age_max",
+         .range = {0, 3650 * 24 * kHour},
+         .reload = Reload::kRestart,
+         .help = "A list of revoked certificates that is older than this is reported (log, status, "
+                 "timsctl doctor), if the clock of this host is synchronised; 0: a list may have "
+                 "any age. timsctl key serve makes a new one each day, so several days are "
+                 "sensible."}),
+    row<Kind::kFlag, &Config::security, &Config::Security::refuse_old_list>(
+        {.key = "security.refuse_old_list",
+         .reload = Reload::kRestart,
+         .help = "While the list is older than security.list_age_max, refuses new connections of "
+                 "users and of routers of other robots, whose certificates may have been revoked "
+                 "meanwhile. Routers above and those of the same robot are accepted, and what is "
+                 "connected stays, so that no clock stops a robot."}),
     row<Kind::kDuration, &Config::security, &Config::Security::renew_within>(
         {.key = "security.renew_within",
          .range = {0, 24 * kHour},
@@ -669,7 +684,7 @@ priority_max = 20
 rate = "1MB"
 then = "allow"
 )toml";
-  rules.sample_setting = "rule='name=own programs,from=own,then=allow'";
+  rules.sample_setting = "rule='name=drivers,from=uid:1000+uid:1001,types=drive+look,then=allow'";
   return rules;
 }
 

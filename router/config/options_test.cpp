@@ -79,6 +79,8 @@ TEST(Options, SetGivesBackWhatGetGave) {
                               "security.insecure=true",
                               "security.keys=/etc/tims/keys",
                               "security.refuse_expired=true",
+                              "security.list_age_max=72h",
+                              "security.refuse_old_list=true",
                               "security.renew_within=1h",
                               "router.role=subsystem",
                               "router.priority=5",

@@ -216,7 +216,11 @@ Outcome Router::dispatch(Time now, Client& sender, Message& message) {
   const bool local = sender.info.port == PortKind::kLocal;
   const bool link = sender.info.port == PortKind::kLink;
   if (is_for_router(header) && link) return Outcome::kMalformedCommand;
-  if (link && !routes_.may_come_from(sender, header.src)) return Outcome::kForgedSource;
+  const bool may_not = link && !routes_.may_come_from(sender, header.src);
+  // Who uses an address of another system there would wait for an answer in vain.
+  if (may_not && header.type > 0 && sender.info.link.kind != LinkKind::kSuper)
+    answer_not_available(now, receiver_of(sender, 0), header);
+  if (may_not) return Outcome::kForgedSource;
   if (is_for_router(header) && !local) return carry_out(now, sender, message);
 
   const std::optional<std::uint32_t> own = handle_of(sender, header.src);

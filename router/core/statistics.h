@@ -226,6 +226,7 @@ enum class CloseReason : std::uint8_t {
   kLoggedOut,
   kRevoked,
   kJudged,
+  kOldRoot,
 };
 constexpr std::array kCloseReasons{
     Label<CloseReason>{CloseReason::kNone, "none", ""},
@@ -260,8 +261,10 @@ constexpr std::array kCloseReasons{
     Label<CloseReason>{CloseReason::kRevoked, "revoked", "its certificate is revoked"},
     Label<CloseReason>{CloseReason::kJudged, "judged",
                        "rules of the policy apply to it from now on: it must connect again"},
+    Label<CloseReason>{CloseReason::kOldRoot, "old_root",
+                       "its certificate comes from a root that the fleet believes no longer"},
 };
-static_assert(complete(kCloseReasons, CloseReason::kJudged));
+static_assert(complete(kCloseReasons, CloseReason::kOldRoot));
 std::string_view name(CloseReason reason);
 std::string_view sentence(CloseReason reason);
 

@@ -76,28 +76,6 @@ std::size_t parts_space(std::uint32_t message_max) {
   return link::MessageMemory::kPlacesMax * link::MessageMemory::place_bytes(message_max);
 }
 
-// Whether an issuing certificate comes from one of the roots. Nearly all members have the same one.
-class Believed {
- public:
-  explicit Believed(const std::vector<security::Certificate>& roots) : roots_(roots) {}
-  bool operator()(const std::vector<std::byte>& issuer) {
-    const auto [known, is_new] = known_.try_emplace(issuer, false);
-    if (is_new) known->second = comes_from_a_root(issuer);
-    return known->second;
-  }
-
- private:
-  [[nodiscard]] bool comes_from_a_root(const std::vector<std::byte>& issuer) const {
-    const auto certificate = security::Certificate::from_der(issuer);
-    return certificate && std::ranges::any_of(roots_, [&](const security::Certificate& root) {
-             return root.has_signed(*certificate);
-           });
-  }
-
-  const std::vector<security::Certificate>& roots_;
-  std::map<std::vector<std::byte>, bool> known_;
-};
-
 }  // namespace
 
 DdsPath::DdsPath(Loop& loop, Log& log, link::Links& links, const config::Config& config)
@@ -200,22 +178,23 @@ std::unique_ptr<TlsHandshaker> LinkPort::make_handshaker() {
 }
 
 Result<void> LinkPort::use_keys(Time now, const security::Credentials& credentials,
-                                security::Expiry expiry) {
-  if (auto ready = handshaker_->set_credentials(credentials, expiry); !ready) return ready;
+                                const security::Strictness& strictness) {
+  if (auto ready = handshaker_->set_credentials(credentials, strictness); !ready) return ready;
   list_keeper_->set_credentials(credentials);
   std::vector<security::Certificate> shown = credentials.chain;
   shown.insert(shown.end(), credentials.roots.begin(), credentials.roots.end());
   if (shown != shown_) links_.renew_keys(now);
   shown_ = std::move(shown);
-  links_.use_list(
-      now,
-      {.number = credentials.list_number(),
-       .bytes = std::make_shared<const security::Bytes>(credentials.list_bytes)},
-      [&, is_believed = Believed(credentials.roots)](const link::PeerName& peer) mutable {
-        const auto named = security::Revoked::from_bytes(peer.certificate);
-        return named && !(credentials.list && credentials.list->revokes(*named)) &&
-               is_believed(peer.issuer);
-      });
+  links_.use_list(now,
+                  {.number = credentials.list_number(),
+                   .bytes = std::make_shared<const security::Bytes>(credentials.list_bytes)},
+                  [list = credentials.list, roots = security::BelievedRoots(credentials.roots)](
+                      const link::PeerName& peer) mutable {
+                    const auto named = security::Revoked::from_bytes(peer.certificate);
+                    if (!named || (list && list->revokes(*named))) return link::Standing::kRevoked;
+                    return roots.have_signed(peer.issuer) ? link::Standing::kGood
+                                                          : link::Standing::kOldRoot;
+                  });
   return {};
 }
 

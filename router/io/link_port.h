@@ -92,7 +92,7 @@ class LinkPort final : private link::LinksShell,
   // it revokes, or whose root is believed no longer, end, and the others are told. Precondition:
   // there is a folder of keys.
   Result<void> use_keys(Time now, const security::Credentials& credentials,
-                        security::Expiry expiry);
+                        const security::Strictness& strictness);
 
   // To be attached to the router.
   [[nodiscard]] core::Port& port() { return links_; }

@@ -52,8 +52,15 @@ MemberKeys::MemberKeys(security::KeyFolder folder, security::Credentials credent
       credentials_(std::move(credentials)),
       stamps_(stamps),
       router_(config.router),
-      expiry_(config.security.refuse_expired ? security::Expiry::kRefuse
-                                             : security::Expiry::kWarn) {}
+      strictness_{.expired = config.security.refuse_expired,
+                  .list_age_max = config.security.list_age_max / std::chrono::seconds(1),
+                  .old_list = config.security.refuse_old_list} {}
+
+bool MemberKeys::has_old_list() const {
+  return security::is_list_old(credentials_.list.get(),
+                               security::system_check_time(credentials_.passed()),
+                               strictness_.list_age_max);
+}
 
 MemberKeys::Stamps MemberKeys::look(const security::KeyFolder& folder) {
   Stamps stamps;

@@ -22,7 +22,9 @@ class MemberKeys {
 
   [[nodiscard]] const security::Credentials& credentials() const { return credentials_; }
   [[nodiscard]] const security::KeyFolder& folder() const { return folder_; }
-  [[nodiscard]] security::Expiry expiry() const { return expiry_; }
+  [[nodiscard]] const security::Strictness& strictness() const { return strictness_; }
+  // The list is older than security.list_age_max.
+  [[nodiscard]] bool has_old_list() const;
   // Why the present files cannot be used; empty: they are in force.
   [[nodiscard]] const std::string& problem() const { return problem_; }
 
@@ -54,7 +56,7 @@ class MemberKeys {
   Stamps stamps_;
   std::string problem_{};
   config::Config::Router router_;
-  security::Expiry expiry_;
+  security::Strictness strictness_;
   Time next_look_{};
 };
 

@@ -46,11 +46,11 @@ Result<void> add_files(TlsSettings& settings, const std::string& certificate,
 }  // namespace
 
 Result<TlsGate::Contexts> TlsGate::contexts_of(const security::Credentials& own,
-                                               security::Expiry expiry,
+                                               const security::Strictness& strictness,
                                                const std::string& certificate,
                                                const std::string& key) {
   auto members = security::TlsContext::make(
-      security::member_settings(own, TlsSettings::Side::kServer, expiry));
+      security::member_settings(own, TlsSettings::Side::kServer, strictness));
   if (!members) return members.error();
   TlsSettings settings;
   settings.side = TlsSettings::Side::kServer;
@@ -77,9 +77,9 @@ TlsGate::TlsGate(Loop& loop, LimitedLog& log, Contexts contexts,
 
 TlsGate::~TlsGate() = default;
 
-void TlsGate::end_if(std::function<bool(const security::Certificate&)> which) {
+void TlsGate::end_if(std::function<bool(const std::vector<security::Certificate>&)> which) {
   relays_->end_if([which = std::move(which)](const security::TlsRelays::Chain& chain) {
-    return !chain.empty() && which(chain.front());
+    return !chain.empty() && which(chain);
   });
 }
 

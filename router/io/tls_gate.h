@@ -35,7 +35,8 @@ class TlsGate {
 
   // The files (PEM) are for browsers; empty: they are shown the member's certificate. Errors name
   // the file, and what to do.
-  static Result<Contexts> contexts_of(const security::Credentials& own, security::Expiry expiry,
+  static Result<Contexts> contexts_of(const security::Credentials& own,
+                                      const security::Strictness& strictness,
                                       const std::string& certificate, const std::string& key);
   static Result<std::unique_ptr<TlsGate>> open(Loop& loop, LimitedLog& log, Contexts contexts);
   TlsGate(const TlsGate&) = delete;
@@ -44,8 +45,8 @@ class TlsGate {
 
   // For connections to come.
   void set_contexts(Contexts contexts) { contexts_ = std::move(contexts); }
-  // Ends the connections whose certificate is one of these.
-  void end_if(std::function<bool(const security::Certificate&)> which);
+  // Ends the connections whose certificates are one of these: the member's, then the issuing one.
+  void end_if(std::function<bool(const std::vector<security::Certificate>&)> which);
   // Calls `on_connection` from the loop, with a socket that carries plain bytes; or closes it.
   void take(os::File socket, Visitor visitor, const Entrance& entrance, OnConnection on_connection);
 

@@ -17,6 +17,8 @@ constexpr Duration kEndedTwiceAfter = std::chrono::seconds(3);
 constexpr Duration kAskAgain = std::chrono::seconds(1);
 // The age of keys at which a new handshake begins: fresh secrets, certificates checked again.
 constexpr Duration kKeysMax = std::chrono::hours(1);
+// How long a router whose certificate comes from a former root may take to show another one.
+constexpr Duration kProofTime = std::chrono::seconds(10);
 // How long an accepting side keeps sending keep-alives to a silent router.
 constexpr Duration kCallsAfterSilence = std::chrono::seconds(30);
 // When it then removes the link.
@@ -31,6 +33,10 @@ constexpr std::array<std::string_view, 6> kStates{"idle", "connecting", "refused
 std::uint64_t ns(Time t) { return static_cast<std::uint64_t>(t.time_since_epoch().count()); }
 
 }  // namespace
+
+core::CloseReason close_reason(Standing standing) {
+  return standing == Standing::kRevoked ? core::CloseReason::kRevoked : core::CloseReason::kOldRoot;
+}
 
 std::string_view name(Link::State state) { return kStates[static_cast<std::size_t>(state)]; }
 
@@ -158,6 +164,7 @@ void Link::on_welcome(Time now, const NetAddress& from, const Welcome& welcome,
     const auto jitter = static_cast<std::int64_t>(context_.random() % 1000);
     next_handshake_ = now + kKeysMax - kKeysMax * jitter / 10'000;
     certificate_ = std::move(verified.peer);
+    proves_until_ = kNever;
   }
   if (is_up()) return;
   called_ = true;
@@ -217,11 +224,13 @@ std::uint8_t Link::resume(Time now, const NetAddress& from, const Hello& hello,
   return generation;
 }
 
-// As it names itself; proven where the link is sealed.
+// As its certificate names it. Without keys, and only then, as it names itself.
 policy::Subject Link::subject() const {
   namespace kind = policy::kind;
   policy::Subject subject;
-  subject.add(kind::kRouter, peer_.name.view()).add(kind::kSystem, peer_.system);
+  const std::string_view name =
+      session_.keys().are_used() ? std::string_view(certificate_.name) : peer_.name.view();
+  subject.add(kind::kRouter, name).add(kind::kSystem, peer_.system);
   subject.add(kind::kRole, core::name(peer_.role));
   return subject.add(kind::kPort, core::name(core::PortKind::kLink));
 }
@@ -267,7 +276,7 @@ void Link::go_down(Time now, core::CloseReason reason, State state) {
 void Link::forget_session(Time now, core::Outcome why) {
   session_.reset(now, why);
   session_.keys().clear();
-  next_handshake_ = kNever;
+  next_handshake_ = proves_until_ = kNever;
   clock_.reset();
   rtt_.reset();
   last_sent_ns_ = 0;
@@ -294,8 +303,16 @@ void Link::ask(Time now, const NetAddress& to) {
   context_.send(to, std::span(bytes).first(put_hello(bytes)));
 }
 
-void Link::expel(Time now) {
-  take_down(now, State::kSilent, core::CloseReason::kRevoked);
+void Link::judge(Time now, Standing standing) {
+  if (standing == Standing::kGood) return;
+  if (standing == Standing::kRevoked || !is_up() || !settings_.connects)
+    return expel(now, close_reason(standing));
+  proves_until_ = std::min(proves_until_, now + kProofTime);
+  renew_keys(now);
+}
+
+void Link::expel(Time now, core::CloseReason reason) {
+  take_down(now, State::kSilent, reason);
   if (settings_.connects) begin_connecting(now, now);
 }
 
@@ -479,7 +496,7 @@ Time Link::next_timeout(Time now) {
   if (keeps_alive(now)) next = std::min(next, next_keep_alive_);
   if (is_up())
     next = std::min({next, last_received_ + dead_after(), std::max(next_handshake_, asked_until_),
-                     paths_.next_timeout(session_.rtt().smoothed())});
+                     proves_until_, paths_.next_timeout(session_.rtt().smoothed())});
   return std::min(next, gone_at());
 }
 
@@ -493,6 +510,7 @@ Time Link::gone_at() const {
 void Link::on_timeout(Time now) {
   if (is_up() && now >= last_received_ + dead_after())
     go_down(now, core::CloseReason::kSilent, State::kSilent);
+  if (is_up() && now >= proves_until_) expel(now, core::CloseReason::kOldRoot);
   if (is_up()) watch_paths(now);
   // Repeated until it succeeds.
   if (is_up() && now >= next_handshake_ && now >= asked_until_) ask(now, address());

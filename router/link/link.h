@@ -122,8 +122,11 @@ class Link final : private ArrivalObserver, private LossObserver {
   }
   // A new handshake for a link that is up, because certificates have changed.
   void renew_keys(Time now);
-  // The other router's certificate is revoked: the session ends, and with it what waits.
-  void expel(Time now);
+  // What the newest list makes of the other router's certificate. If it is revoked, the session
+  // ends, and with it what waits. If its root has gone, a router that this side has called is asked
+  // to prove itself again, since it may have another certificate by now; one that has called shows
+  // a new one by itself.
+  void judge(Time now, Standing standing);
   // Sends the next HELLO or keep-alive immediately.
   void call_now(Time now);
   // Announces changes of the exported table; cheap when there are none.
@@ -220,6 +223,7 @@ class Link final : private ArrivalObserver, private LossObserver {
   [[nodiscard]] KeepAlive keep_alive(Time now) const;
   [[nodiscard]] bool keeps_alive(Time now) const;
   [[nodiscard]] Hello hello() const;
+  void expel(Time now, core::CloseReason reason);
   void forget_session(Time now, core::Outcome why);
   void end_session(Time now);
   void lose_session(Time now);
@@ -252,6 +256,8 @@ class Link final : private ArrivalObserver, private LossObserver {
   // A HELLO was sent while the link is up, to be answered until then.
   Time asked_until_{};
   Time next_handshake_ = kNever;  // for new keys
+  // The other router has to show a certificate of a believed root until then.
+  Time proves_until_ = kNever;
   Time next_keep_alive_ = kNever;
   Time last_received_{};
   Duration keep_alive_{};  // the interval announced to the other side
@@ -270,6 +276,8 @@ class Link final : private ArrivalObserver, private LossObserver {
 };
 
 std::string_view name(Link::State state);
+// Of a link whose other router has lost this standing; precondition: not kGood.
+core::CloseReason close_reason(Standing standing);
 
 // The router at the other end, for the event log.
 core::Peer link_peer(std::string_view name, std::string_view endpoint, core::ClientId id = {});

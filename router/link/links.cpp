@@ -143,10 +143,11 @@ void Links::renew_keys(Time now) {
 
 // --- lists of the fleet
 
-void Links::use_list(Time now, FleetListBytes list, const Accepted& accepted) {
+void Links::use_list(Time now, FleetListBytes list, StandingOf standing_of) {
+  standing_of_ = std::move(standing_of);
   for_each_link([&](Link& link) {
-    if (!link.keys().are_used() || accepted(link.certificate())) return;
-    link.expel(now);
+    if (!link.keys().are_used()) return;
+    link.judge(now, standing(link.certificate()));
     index(link);
     touch(link);
   });

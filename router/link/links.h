@@ -77,10 +77,10 @@ class Links final : public core::Port,
   // Own certificates or the believed roots have changed: a new handshake on every link that this
   // side has called, which proves both sides again.
   void renew_keys(Time now);
-  // There is another list of the fleet: links whose router is not `accepted` any more end at once,
-  // and all others are told.
-  using Accepted = std::function<bool(const PeerName&)>;
-  void use_list(Time now, FleetListBytes list, const Accepted& accepted);
+  // There is another list of the fleet, which says what standing a certificate has from now on:
+  // links whose router is revoked end at once, and all others are told.
+  using StandingOf = std::function<Standing(const PeerName&)>;
+  void use_list(Time now, FleetListBytes list, StandingOf standing_of);
   // Names to be resolved (again): those of links that connect and are not up.
   [[nodiscard]] std::vector<std::string> names_to_resolve() const;
 
@@ -194,6 +194,9 @@ class Links final : public core::Port,
   [[nodiscard]] std::size_t links_in_use() const override;
   Link& add(Time now, const LinkSettings& settings) override;
   void was_taken(Link& link) override;
+  [[nodiscard]] Standing standing(const PeerName& peer) const override {
+    return standing_of_ ? standing_of_(peer) : Standing::kGood;
+  }
   void on_welcome(Time now, const NetAddress& from, const Welcome& welcome,
                   Handshakes::One* handshake) override;
   void on_refuse(Time now, const NetAddress& from, const Refuse& refuse) override;
@@ -246,6 +249,7 @@ class Links final : public core::Port,
   Packing packing_;
   Reception reception_;
   ListExchange lists_;
+  StandingOf standing_of_;
   Fleet fleet_;
   StandbyTurns standby_turns_;
   std::vector<LinkSettings> settings_;

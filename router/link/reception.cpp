@@ -75,6 +75,7 @@ void Reception::on_crypto(Time now, const NetAddress& from, const Crypto& crypto
 // --- handshakes
 
 void Reception::on_message(Time now, Handshakes::One& handshake) {
+  if (!is_believed(now, handshake)) return;
   if (handshake.side == Handshaker::Side::kAccepts) return on_who(now, handshake);
   if (const auto datagram = decode(handshake.message)) {
     if (const auto* welcome = std::get_if<Welcome>(&*datagram))
@@ -84,6 +85,23 @@ void Reception::on_message(Time now, Handshakes::One& handshake) {
       house_.on_refuse(now, handshake.address, *refuse);
   }
   handshakes_.finish(now, handshake);
+}
+
+// The handshake may have begun before the newest list was in force.
+bool Reception::is_believed(Time now, Handshakes::One& handshake) {
+  const Standing standing = house_.standing(handshake.verified.peer);
+  if (standing == Standing::kGood) return true;
+  const Refuse refusal{.echo = handshake.token,
+                       .code = RefuseCode::kCertificate,
+                       .text = core::sentence(close_reason(standing))};
+  if (handshake.side == Handshaker::Side::kConnects) {
+    house_.on_refuse(now, handshake.address, refusal);
+    handshakes_.finish(now, handshake);
+  } else {
+    admission_.note_refused(now, handshake.address, {}, refusal.text.view());
+    refuse(now, {handshake.address, &handshake}, refusal);
+  }
+  return false;
 }
 
 void Reception::on_who(Time now, Handshakes::One& handshake) {

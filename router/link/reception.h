@@ -35,6 +35,7 @@ class Reception final : private Handshakes::Observer {
     virtual Link& add(Time now, const LinkSettings& settings) = 0;
     // Its tokens or its other router may have changed, and it may have something to send.
     virtual void was_taken(Link& link) = 0;
+    [[nodiscard]] virtual Standing standing(const PeerName& peer) const = 0;
     // What a router that this one has called says. `handshake`: null for an open link.
     virtual void on_welcome(Time now, const NetAddress& from, const Welcome& welcome,
                             Handshakes::One* handshake) = 0;
@@ -88,6 +89,7 @@ class Reception final : private Handshakes::Observer {
     house_.send(to, datagram);
   }
 
+  bool is_believed(Time now, Handshakes::One& handshake);
   void on_who(Time now, Handshakes::One& handshake);
   void admit(Time now, const Caller& caller, const Hello& hello);
   const LinkSettings* settings_for(Time now, const Caller& caller, const Hello& hello,

@@ -48,6 +48,13 @@ struct PeerName {
   std::vector<std::byte> issuer{};       // the certificate of who has signed it, DER
 };
 
+// What the fleet's newest list makes of a certificate.
+enum class Standing : std::uint8_t {
+  kGood,
+  kRevoked,
+  kOldRoot,  // it comes from a root that is believed no longer
+};
+
 // The other router, proven by a handshake. Without keys there is no sealer and no certificate.
 struct Verified {
   std::unique_ptr<Sealer> sealer{};

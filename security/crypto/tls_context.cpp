@@ -36,6 +36,7 @@ int verify_code(Refusal::Code code) {
     case Refusal::Code::kNotYetValid:
       return X509_V_ERR_CERT_NOT_YET_VALID;
     case Refusal::Code::kIdentity:
+    case Refusal::Code::kOldList:
       break;
   }
   return X509_V_ERR_APPLICATION_VERIFICATION;

@@ -15,7 +15,7 @@ namespace tims::security {
 // Why a certificate is not accepted although its chain is right. `code` becomes the alert by which
 // the other side learns of it.
 struct Refusal {
-  enum class Code : std::uint8_t { kRevoked, kExpired, kNotYetValid, kIdentity };
+  enum class Code : std::uint8_t { kRevoked, kExpired, kNotYetValid, kIdentity, kOldList };
   Code code = Code::kIdentity;
   std::string text;
 };

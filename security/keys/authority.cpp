@@ -344,6 +344,18 @@ Result<std::vector<Issued>> Authority::revoke(std::string_view name, std::int64_
   return found;
 }
 
+Result<bool> Authority::refresh_list(std::int64_t now) const {
+  const auto lock = keys_.lock();
+  if (!lock) return lock.error();
+  auto next = list();
+  if (!next) return next.error();
+  if (now - next->made < kListDays * kDay) return false;
+  next->number += 1;
+  next->made = now;
+  if (auto done = put_list(*next, issuing_, issuing_key_); !done) return done.error();
+  return true;
+}
+
 // The list that makes the new root known is signed by the old authority and is in force before the
 // new one issues anything. Interrupted before the note, the old authority goes on, and
 // finish_rotation() forgets the new root.

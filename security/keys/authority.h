@@ -67,6 +67,10 @@ class Authority {
   // was revoked; kNoMailbox: nothing fits; kInvalidArgument: several members have this name.
   [[nodiscard]] Result<std::vector<Issued>> revoke(std::string_view name, std::int64_t now) const;
 
+  // Signs the list in force anew, with the next number, if it is a day old: so members that want to
+  // know can tell whether theirs is the newest. True: there is a new one.
+  static constexpr std::int64_t kListDays = 1;
+  [[nodiscard]] Result<bool> refresh_list(std::int64_t now) const;
   // Replaces root and issuing key. Members believe old and new root from now on (by the list). The
   // base itself keeps its certificate of the old root: who has been away knows no other one, and
   // gets the list from it.

@@ -29,7 +29,7 @@ class AuthorityTest : public testing::Test {
   // "" or why the server refuses.
   static std::string meet(const KeyFolder& client, const KeyFolder& server) {
     const auto context = [](const KeyFolder& keys, TlsSettings::Side side) {
-      return TlsContext::make(member_settings(keys.load().value(), side, Expiry::kWarn)).value();
+      return TlsContext::make(member_settings(keys.load().value(), side)).value();
     };
     TlsSession a(context(client, TlsSettings::Side::kClient));
     TlsSession b(context(server, TlsSettings::Side::kServer));

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -31,7 +32,31 @@ struct Credentials {
 // The identity in a verified certificate, which must be one of this fleet.
 Result<Identity> identity_of(const Certificate& certificate, std::string_view fleet);
 
-enum class Expiry : std::uint8_t { kWarn, kRefuse };
+// Whether certificates come from one of the roots that a list believes. Nearly all members have the
+// same issuing certificate, so each is looked at once.
+class BelievedRoots {
+ public:
+  explicit BelievedRoots(std::vector<Certificate> roots) : roots_(std::move(roots)) {}
+  // `issuing`: DER.
+  [[nodiscard]] bool have_signed(const Bytes& issuing);
+
+ private:
+  std::vector<Certificate> roots_;
+  std::map<Bytes, bool> known_;
+};
+
+// What a member refuses, provided that its clock can be trusted. By default nothing: what is past
+// its time is reported.
+struct Strictness {
+  bool expired = false;           // certificates that have expired
+  std::int64_t list_age_max = 0;  // seconds, after which a list of the fleet is old; 0: never
+  // With an old list, which may not name them yet: users, and routers of other systems that are not
+  // above. Those of the own robot and above are accepted: they do not stop, and bring a new list.
+  bool old_list = false;
+};
+
+// A member that has no list has an old one.
+bool is_list_old(const FleetList* list, const CheckTime& time, std::int64_t list_age_max);
 
 // The own certificate as people are told: "valid", "valid, due to be renewed" (from half of its
 // life on), "valid, but the clock is not synchronised", "ends soon", "expired", "not valid yet",
@@ -43,11 +68,13 @@ std::string_view state_of(const Credentials& own, const CheckTime& time);
 bool has_old_root(const Credentials& own);
 
 // Whether a certificate of a right chain is accepted: not revoked, its dates, and (depth 0) names a
-// member of the fleet. With kWarn an expired certificate is accepted.
-std::optional<Refusal> judge(const Certificate& certificate, int depth, std::string_view fleet,
-                             const FleetList* list, const CheckTime& time, Expiry expiry);
+// member of the fleet.
+std::optional<Refusal> judge(const Certificate& certificate, int depth, const Identity& own,
+                             const FleetList* list, const CheckTime& time,
+                             const Strictness& strictness);
 
 // For links and connections between members: TLS 1.3, certificates on both sides.
-TlsSettings member_settings(const Credentials& own, TlsSettings::Side side, Expiry expiry);
+TlsSettings member_settings(const Credentials& own, TlsSettings::Side side,
+                            const Strictness& strictness = {});
 
 }  // namespace tims::security

@@ -211,8 +211,7 @@ Result<Identity> renew_certificate(const KeyFolder& keys, std::vector<std::strin
   if (!key) return key.error();
   const auto csr = CertificateRequest::make(*key, own->identity.uris());
   if (!csr) return csr.error();
-  const auto context =
-      TlsContext::make(member_settings(*own, TlsSettings::Side::kClient, Expiry::kWarn));
+  const auto context = TlsContext::make(member_settings(*own, TlsSettings::Side::kClient));
   if (!context) return context.error();
   const auto answer = ask_any(
       hosts, port, *context,

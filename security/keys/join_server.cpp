@@ -22,7 +22,7 @@ constexpr int kBacklog = 64;
 Result<TlsContext> context_of(const KeyFolder& keys) {
   const auto own = keys.load();
   if (!own) return own.error();
-  TlsSettings settings = member_settings(*own, TlsSettings::Side::kServer, Expiry::kWarn);
+  TlsSettings settings = member_settings(*own, TlsSettings::Side::kServer);
   settings.peer = TlsSettings::PeerCertificate::kOptional;
   settings.chain.insert(settings.chain.end(), own->roots.begin(), own->roots.end());
   return TlsContext::make(std::move(settings));

@@ -211,7 +211,7 @@ class Fleet {
         std::make_unique<io::TlsHandshaker>([this, number](link::HandshakeProgress&& progress) {
           progress_.add(number, std::move(progress));
         });
-    if (auto set = handshaker->set_credentials(*own, security::Expiry::kWarn); !set)
+    if (auto set = handshaker->set_credentials(*own, security::Strictness{}); !set)
       return set.error();
     return Member{.handshaker = std::move(handshaker),
                   .list = {.number = own->list_number(),

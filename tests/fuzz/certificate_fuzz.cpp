@@ -10,8 +10,9 @@ void look_at(const tims::security::Certificate& certificate) {
   using namespace tims::security;
   const auto identity = Identity::parse(certificate.uris());
   if (identity) fuzz::require(Identity::parse(identity->uris()).value() == *identity);
-  const auto refusal = judge(certificate, 0, "harbour", nullptr,
-                             {.now = 1'800'000'000, .trusted = true}, Expiry::kRefuse);
+  const auto refusal = judge(certificate, 0, {.fleet = "harbour", .name = {}, .rights = {}},
+                             nullptr, {.now = 1'800'000'000, .trusted = true},
+                             {.expired = true, .list_age_max = 1, .old_list = true});
   fuzz::require(refusal || (identity && identity->fleet == "harbour"));
   fuzz::use(certificate.serial());
   fuzz::use(certificate.subject());

@@ -100,7 +100,14 @@ void Node::use_list(Time now) {
   running_->links.use_list(now,
                            {.number = list_.number,
                             .bytes = std::make_shared<const std::vector<std::byte>>(list_bytes_)},
-                           [this](const link::PeerName& peer) { return !list_.revokes(peer); });
+                           [this](const link::PeerName& peer) { return list_.standing(peer); });
+}
+
+void Node::renew(Time now, std::uint8_t root) {
+  setup_.keys->root = root;
+  running_->handshaker->set_root(root);
+  running_->links.renew_keys(now);
+  end_turn(now);
 }
 
 // The result comes a moment later, as that of another thread does.

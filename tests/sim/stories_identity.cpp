@@ -386,6 +386,11 @@ TEST(Identity, ARobotTransfersNothingOfOtherSystems) {
   ASSERT_EQ(base.arrivals(gui).size(), 1U);
   EXPECT_EQ(base.arrivals(gui)[0].header.src, own);
   EXPECT_EQ(base.router().messages().total(core::Outcome::kForgedSource).messages, 2U);
+  EXPECT_EQ(Story::not_available(robot, client), 0U);
+  robot.send(w.now(), client, {.type = 3, .dest = kGui, .src = foreign});
+  EXPECT_TRUE(w.run_until([&] { return Story::not_available(robot, client) == 1; }, 100ms))
+      << "a command is not left without an answer";
+  EXPECT_EQ(base.arrivals(gui).size(), 1U);
 }
 
 // A link may be restricted to one system; a router of another one does not get that far.

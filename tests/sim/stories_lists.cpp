@@ -47,6 +47,70 @@ TEST(Lists, EndTheLinkOfWhoIsRevoked) {
   EXPECT_TRUE(s.gui_reaches_camera()) << "the others stay";
 }
 
+const core::Event* link_down(const Node& node, const std::string& name) {
+  for (const core::Event& event : node.events)
+    if (event.kind == core::EventKind::kLinkDown && event.client.name.view() == name) return &event;
+  return nullptr;
+}
+
+// All have renewed; the base, which is called by all, shows its new certificate in no handshake
+// before the list comes.
+TEST(Lists, TheEndOfARootCutsNobodyWhoHasRenewed) {
+  Three s;
+  s.begin();
+  for (Node* node : {s.host, s.robot, s.other, s.base}) {
+    node->renew(s.now(), 2);
+    s.run_for(100ms);
+  }
+  s.publish(*s.base, {.number = 2, .first_root = 2});
+  EXPECT_TRUE(s.all_have(2, 1s));
+  s.run_for(20s);
+  for (Node* node : {s.host, s.robot, s.other, s.base})
+    EXPECT_EQ(Story::find_event(*node, core::EventKind::kLinkDown), nullptr) << node->setup().name;
+  EXPECT_TRUE(s.gui_reaches_camera());
+}
+
+// A router that was called is cut off at once, one that calls has the time of a handshake.
+TEST(Lists, TheEndOfARootEndsLinksOfItsCertificates) {
+  Three s;
+  s.begin();
+  for (Node* node : {s.host, s.robot}) node->renew(s.now(), 2);  // neither the base nor `other`
+  s.run_for(100ms);
+  s.publish(*s.base, {.number = 2, .first_root = 2});
+  ASSERT_TRUE(s.run_until([&] { return !Story::knows(*s.base, kChassis); }, 100ms));
+  const core::Event* down = link_down(*s.base, "other");
+  ASSERT_NE(down, nullptr);
+  EXPECT_EQ(core::sentence(down->reason),
+            "its certificate comes from a root that the fleet believes no longer");
+  EXPECT_EQ(link_down(*s.base, "robot"), nullptr);
+  const Time end = s.now() + 10s;
+  s.run_for(9s);
+  EXPECT_EQ(link_down(*s.robot, "base"), nullptr);
+  ASSERT_TRUE(s.run_until([&] { return link_down(*s.robot, "base") != nullptr; }, 2s));
+  EXPECT_EQ(link_down(*s.robot, "base")->reason, core::CloseReason::kOldRoot);
+  EXPECT_LE(s.now(), end + 100ms);
+  s.run_for(20s);
+  EXPECT_EQ(Story::links_up(*s.other), 0U);
+  EXPECT_EQ(Story::links_up(*s.host), 1U) << "the robot and its host have renewed";
+}
+
+// However far a handshake has come when the list arrives: it does not bring who is revoked in.
+TEST(Lists, HoldForHandshakesThatHadBegun) {
+  std::size_t in_time = 0;
+  for (Duration after = 0ms; after < 12ms; after += 800us) {
+    Three s;
+    for (Node* node : {s.base, s.robot, s.host}) node->start(s.now());
+    s.run_for(1s);
+    s.other->start(s.now());
+    s.run_for(after);
+    in_time += s.base->handshakes() > 0 && Story::links_up(*s.base) == 1 ? 1 : 0;
+    s.publish(*s.base, {.number = 2, .revoked = {{2, 1}}});
+    s.run_for(3s);
+    EXPECT_EQ(Story::links_up(*s.base), 1U) << "list after " << after.count() << " ns";
+  }
+  EXPECT_GE(in_time, 3U) << "while a handshake was in progress";
+}
+
 // The others go on as they are: no new handshake for the sake of somebody else's certificate.
 TEST(Lists, LeaveTheOtherLinksAlone) {
   Three s;

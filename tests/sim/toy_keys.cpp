@@ -60,10 +60,18 @@ void put_record(std::vector<std::byte>& to, Record kind, std::span<const std::by
 
 }  // namespace
 
+link::Standing ToyList::standing(const link::PeerName& name) const {
+  if (std::ranges::find(revoked, std::pair(name.system, name.id)) != revoked.end())
+    return link::Standing::kRevoked;
+  return name.issuer.empty() || std::to_integer<std::uint8_t>(name.issuer.front()) >= first_root
+             ? link::Standing::kGood
+             : link::Standing::kOldRoot;
+}
+
 std::vector<std::byte> ToyList::encode(std::uint64_t fleet) const {
   std::vector<std::byte> bytes(size);
   ByteWriter out(bytes);
-  out.put(std::uint64_t{0}, number, static_cast<std::uint16_t>(revoked.size()));
+  out.put(std::uint64_t{0}, number, first_root, static_cast<std::uint16_t>(revoked.size()));
   for (const auto& [system, id] : revoked) out.put(system, id);
   ByteWriter(bytes).put(hash({fleet, 5}, 0, std::span(bytes).subspan(8)));
   return bytes;
@@ -74,7 +82,7 @@ std::optional<ToyList> ToyList::open(std::span<const std::byte> bytes, std::uint
   const auto signature = in.get<std::uint64_t>();
   ToyList list{.size = bytes.size()};
   std::uint16_t count = 0;
-  in.get(list.number, count);
+  in.get(list.number, list.first_root, count);
   if (!in.ok() || signature != hash({fleet, 5}, 0, bytes.subspan(8))) return std::nullopt;
   for (; count > 0; --count) {
     auto& [system, id] = list.revoked.emplace_back();
@@ -139,7 +147,7 @@ void ToyHandshaker::put_name(const One& one, link::HandshakeProgress& progress) 
   std::array<std::byte, kFlight> body{};
   ByteWriter out(body);
   const std::uint64_t purpose = one.side == Side::kConnects ? kFromConnecting : kFromAccepting;
-  out.put(one.ours, keys_.name.role, keys_.name.system, keys_.name.id);
+  out.put(one.ours, keys_.name.role, keys_.name.system, keys_.name.id, keys_.root);
   const std::uint64_t proof = hash(secret(one, purpose), 0, out.written());
   out.put(proof);
   put_record(progress.to_send, Record::kName, body);
@@ -156,6 +164,7 @@ bool ToyHandshaker::on_name(One& one, std::span<const std::byte> record,
   in.get<std::uint8_t>();
   peer.role = static_cast<core::Role>(record[8]);
   in.get(peer.system, peer.id);
+  peer.issuer = {static_cast<std::byte>(in.get<std::uint8_t>())};
   const auto signed_part = record.first(record.size() - in.rest().size());
   const std::uint64_t purpose = accepts ? kFromConnecting : kFromAccepting;
   if (in.get<std::uint64_t>() != hash(secret(one, purpose), 0, signed_part) || !in.ok())

@@ -22,18 +22,18 @@ namespace tims::sim {
 struct ToyKeys {
   std::uint64_t fleet = 0;  // the fleet's key
   link::PeerName name{};    // that its certificate states
+  std::uint8_t root = 1;    // from which its certificate comes; a later one has a higher number
 };
 
-// A list of the fleet: its number, the routers whose certificates are revoked, and as many bytes as
-// are to be carried, signed with the fleet's key.
+// A list of the fleet: its number, the first root that is believed, the routers whose certificates
+// are revoked, and as many bytes as are to be carried, signed with the fleet's key.
 struct ToyList {
   std::uint64_t number = 0;
+  std::uint8_t first_root = 1;
   std::vector<std::pair<std::uint16_t, std::uint16_t>> revoked{};  // system, id
   std::size_t size = 200;
 
-  [[nodiscard]] bool revokes(const link::PeerName& name) const {
-    return std::ranges::find(revoked, std::pair(name.system, name.id)) != revoked.end();
-  }
+  [[nodiscard]] link::Standing standing(const link::PeerName& name) const;
   [[nodiscard]] std::vector<std::byte> encode(std::uint64_t fleet) const;
   // Nothing if it is not of this fleet.
   static std::optional<ToyList> open(std::span<const std::byte> bytes, std::uint64_t fleet);
@@ -71,6 +71,8 @@ class ToyHandshaker final : public link::Handshaker {
   void send(std::uint64_t handshake, std::span<const std::byte> message) override;
   void end(std::uint64_t handshake) override { all_.erase(handshake); }
 
+  // The certificate that is shown from now on.
+  void set_root(std::uint8_t root) { keys_.root = root; }
   [[nodiscard]] std::size_t running() const { return all_.size(); }
 
  private:

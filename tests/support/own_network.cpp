@@ -6,6 +6,8 @@
 #include <sys/ioctl.h>
 #include <sys/socket.h>
 
+#include "tests/support/two_networks.h"
+
 namespace tims::test {
 namespace {
 
@@ -28,6 +30,14 @@ Result<OwnNetwork> OwnNetwork::enter() {
   ifreq up{};
   up.ifr_flags = IFF_UP;
   if (auto done = configure_loopback(SIOCSIFFLAGS, up); !done) return done.error();
+  return network;
+}
+
+Result<OwnNetwork> OwnNetwork::enter_with(const std::string& address) {
+  auto network = enter();
+  if (!network) return network;
+  if (auto added = TwoNetworks::run("ip address add " + address + "/32 dev lo"); !added)
+    return added.error();
   return network;
 }
 

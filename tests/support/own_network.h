@@ -14,6 +14,9 @@ class OwnNetwork {
  public:
   // Needs root; the error states this.
   static Result<OwnNetwork> enter();
+  // With this address on its loopback interface, from where a router with keys allows nothing in
+  // the clear.
+  static Result<OwnNetwork> enter_with(const std::string& address);
 
   OwnNetwork(OwnNetwork&&) noexcept = default;
   OwnNetwork& operator=(OwnNetwork&&) = delete;

@@ -20,7 +20,6 @@
 #include "tests/support/eventually.h"
 #include "tests/support/own_network.h"
 #include "tests/support/tcp_client.h"
-#include "tests/support/two_networks.h"
 #include "tests/system/byte_socket.h"
 #include "tests/system/fleet_keys.h"
 #include "tests/system/tcp_fixture.h"
@@ -43,11 +42,9 @@ std::string client_hello() {
 class TlsHostile : public TcpTest {
  protected:
   void SetUp() override {
-    auto entered = OwnNetwork::enter();
+    auto entered = OwnNetwork::enter_with(kAddress);
     if (!entered) GTEST_SKIP() << entered.error().message();
     network_.emplace(std::move(*entered));
-    // Not a loopback address, from where nothing is allowed in the clear.
-    ASSERT_TRUE(TwoNetworks::run(std::string("ip address add ") + kAddress + "/32 dev lo").ok());
     rlimit files{};
     ::getrlimit(RLIMIT_NOFILE, &files);
     files.rlim_cur = files.rlim_max;

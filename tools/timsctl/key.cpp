@@ -119,6 +119,7 @@ constexpr Column kOwnLines[] = {
     {.title = "Serial", .path = "serial"},
     {.title = "Roots", .path = "roots"},
     {.title = "List", .path = "list", .as = Cell::kCount},
+    {.title = "Made", .path = "list_made"},
     {.title = "Revoked", .path = "revoked", .as = Cell::kCount},
     {.title = "Folder", .path = "folder"},
     {.title = "Authority", .path = "authority"},
@@ -306,6 +307,7 @@ Exit key_show(Context& context) {
                       {"fleet", own.identity.fleet},
                       {"state", security::state_of(own, security::system_check_time(own.passed()))},
                       {"list", own.list_number()},
+                      {"list_made", own.list ? date_text(own.list->made) : ""},
                       {"revoked", own.list ? own.list->size() : 0},
                       {"folder", keys.path()},
                       {"authority", Authority::exists(keys)}};

@@ -94,6 +94,15 @@ std::string renew_own(const KeyFolder& keys) {
               : "the certificate of the base is not renewed: " + done.error().detail();
 }
 
+// For members with security.list_age_max. A failure is tried again, and their routers report it.
+std::string refresh_list(const KeyFolder& keys) {
+  const auto authority = Authority::open(keys);
+  const auto done =
+      authority ? authority->refresh_list(wall_seconds()) : tims::Result<bool>(authority.error());
+  if (!done) return "the list of the fleet is not signed anew: " + done.error().detail();
+  return *done ? "the list of the fleet is signed anew" : "";
+}
+
 Exit serve(Context& context, JoinServer& server, const KeyFolder& keys) {
   const tims::Time end = context.run_end();
   tims::Time look = tims::os::now() + kLookAtTokens;
@@ -107,8 +116,9 @@ Exit serve(Context& context, JoinServer& server, const KeyFolder& keys) {
     if (now >= end) return Exit::kDone;
     if (now >= look_at_own) {
       look_at_own = now + kLookAtOwn;
-      if (const std::string event = renew_own(keys); !event.empty())
-        context.out.write(fmt::format("{} {}\n", date_text(wall_seconds()), event));
+      for (const std::string& event : {renew_own(keys), refresh_list(keys)})
+        if (!event.empty())
+          context.out.write(fmt::format("{} {}\n", date_text(wall_seconds()), event));
     }
     if (now < look) continue;
     look = now + kLookAtTokens;

@@ -48,8 +48,8 @@ class Tunnel {
   Tunnel(const Options& options, TcpHost router)
       : router_(std::move(router)),
         own_(key_value(key_folder(options).load())),
-        tls_(key_value(TlsContext::make(security::member_settings(
-            own_, security::TlsSettings::Side::kClient, security::Expiry::kWarn)))),
+        tls_(key_value(TlsContext::make(
+            security::member_settings(own_, security::TlsSettings::Side::kClient)))),
         ended_(key_value(tims::os::make_event_fd())),
         relays_(key_value(security::TlsRelays::start())) {}
 

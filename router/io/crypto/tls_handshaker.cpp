@@ -155,13 +155,13 @@ TlsHandshaker::~TlsHandshaker() {
 }
 
 Result<void> TlsHandshaker::set_credentials(const security::Credentials& credentials,
-                                            security::Expiry expiry) {
+                                            const security::Strictness& strictness) {
   using Tls = security::TlsSettings::Side;
   auto connecting =
-      security::TlsContext::make(security::member_settings(credentials, Tls::kClient, expiry));
+      security::TlsContext::make(security::member_settings(credentials, Tls::kClient, strictness));
   if (!connecting) return connecting.error();
   auto accepting =
-      security::TlsContext::make(security::member_settings(credentials, Tls::kServer, expiry));
+      security::TlsContext::make(security::member_settings(credentials, Tls::kServer, strictness));
   if (!accepting) return accepting.error();
   keys_ = std::make_shared<const Keys>(
       Keys{std::move(*connecting), std::move(*accepting), credentials.identity.fleet});

@@ -28,7 +28,8 @@ class TlsHandshaker final : public link::Handshaker {
   ~TlsHandshaker() override;
 
   // For handshakes that begin from now on. Before the first call none succeeds.
-  Result<void> set_credentials(const security::Credentials& credentials, security::Expiry expiry);
+  Result<void> set_credentials(const security::Credentials& credentials,
+                               const security::Strictness& strictness);
 
   void begin(std::uint64_t handshake, Side side, std::span<const std::byte> binding) override;
   void receive(std::uint64_t handshake, std::span<const std::byte> bytes) override;

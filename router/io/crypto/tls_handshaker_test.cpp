@@ -33,7 +33,7 @@ class End {
           reports_.push_back(std::move(progress));
           wakes_.notify_one();
         }) {
-    EXPECT_TRUE(handshaker.set_credentials(credentials, security::Expiry::kWarn).ok());
+    EXPECT_TRUE(handshaker.set_credentials(credentials, security::Strictness{}).ok());
   }
   // Takes what has been reported, after at least one report.
   void wait() {
