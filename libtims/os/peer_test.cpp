@@ -78,6 +78,10 @@ class PeerUnit : public testing::Test {
     std::filesystem::create_directories(folder);
     std::ofstream(folder / name) << text;
   }
+  void put_start(int ticks) const {
+    put("stat", std::to_string(child_) + " (a) b) S 1 1 1 0 -1 0 0 0 0 0 0 0 0 0 20 0 1 0 " +
+                    std::to_string(ticks) + " 0\n");
+  }
   [[nodiscard]] std::string unit() const {
     return local_peer(accepted_.get(), proc_.path().string()).value().unit;
   }
@@ -105,7 +109,7 @@ class PeerUnit : public testing::Test {
 };
 
 TEST_F(PeerUnit, IsThatOfTheProcessThatConnected) {
-  put("stat", std::to_string(child_) + " (a) b) S 1 1 1 0 -1 0 0 0 0 0 0 0 0 0 20 0 1 0 0 0\n");
+  put_start(0);
   EXPECT_EQ(unit(), "laser.service");
   const pid_t pid = child_;
   end();
@@ -119,6 +123,7 @@ TEST_F(PeerUnit, IsNotInheritedByWhoGetsItsNumber) {
   child_ = start_as(number);
   if (child_ < 0) GTEST_SKIP() << "choosing a number needs CAP_CHECKPOINT_RESTORE";
   ASSERT_EQ(child_, number);
+  put_start(0);  // as if it had run before the connection was accepted
   EXPECT_EQ(local_peer(accepted_.get())->pid, number) << "all that SO_PEERCRED can tell";
   EXPECT_EQ(unit(), "");
 }
@@ -126,8 +131,7 @@ TEST_F(PeerUnit, IsNotInheritedByWhoGetsItsNumber) {
 // Where the kernel does not know who connected.
 TEST_F(PeerUnit, IsNotThatOfAProcessThatStartedLater) {
   const auto started_at = [&](int ticks) {
-    put("stat", std::to_string(child_) + " (a) b) S 1 1 1 0 -1 0 0 0 0 0 0 0 0 0 20 0 1 0 " +
-                    std::to_string(ticks) + " 0\n");
+    put_start(ticks);
     const double now = 50'000.0 / static_cast<double>(::sysconf(_SC_CLK_TCK));
     return has_started_by(now, child_, proc_.path().string());
   };
