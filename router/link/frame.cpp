@@ -155,7 +155,8 @@ void put_header(ByteWriter& out, const SampleFrame& frame, std::size_t size) {
           frame.total, frame.offset);
 }
 
-ControlMessage::ControlMessage(std::int8_t type) : header_{.type = type}, bytes_(kHeaderSize) {}
+ControlMessage::ControlMessage(std::int8_t type)
+    : header_{.flags = flag::kBodyLittleEndian, .type = type}, bytes_(kHeaderSize) {}
 
 void ControlMessage::put_u32(std::uint32_t value) {
   for (int shift = 0; shift < 32; shift += 8)
@@ -198,7 +199,7 @@ void ControlMessage::put(Address address, const core::Origin& origin) {
 
 std::span<const std::byte> ControlMessage::finish() {
   header_.length = static_cast<std::uint32_t>(bytes_.size());
-  wire::encode_header(header_, std::span(bytes_).first<kHeaderSize>());
+  wire::encode_header(header_, std::span(bytes_).first<kHeaderSize>(), std::endian::little);
   return bytes_;
 }
 
