@@ -81,7 +81,8 @@ class Robot final : core::Port, core::RouterHooks, link::DatagramSender, link::L
     router_.attach(core::PortKind::kLocal, *this);
     router_.attach(core::PortKind::kLink, links_);
     links_.set_sender(link::PathKind::kUdp, this);
-    links_.use_list({}, std::move(member.list), [](const link::PeerName&) { return true; });
+    links_.use_list({}, std::move(member.list),
+                    [](const link::PeerName&) { return link::Standing::kGood; });
   }
 
   void start(Time now, const link::NetAddress& base) {
