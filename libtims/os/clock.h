@@ -33,8 +33,8 @@ inline std::chrono::sys_time<std::chrono::nanoseconds> wall_now() {
 
 // Offset of local time from UTC at the given time.
 inline std::chrono::seconds utc_offset(std::chrono::sys_time<std::chrono::nanoseconds> time) {
-  const std::time_t whole =
-      std::chrono::floor<std::chrono::seconds>(time).time_since_epoch().count();
+  const auto whole = static_cast<std::time_t>(
+      std::chrono::floor<std::chrono::seconds>(time).time_since_epoch().count());
   std::tm fields{};
   ::localtime_r(&whole, &fields);
   return std::chrono::seconds(fields.tm_gmtoff);

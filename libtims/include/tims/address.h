@@ -142,5 +142,7 @@ TIMS_API bool name_class(std::uint32_t class_id, std::string_view name);
 
 template <>
 struct std::hash<tims::Address> {
-  std::size_t operator()(tims::Address a) const noexcept { return a.raw() * 0x9E3779B97F4A7C15ULL; }
+  std::size_t operator()(tims::Address a) const noexcept {
+    return static_cast<std::size_t>(a.raw() * 0x9E3779B97F4A7C15ULL);
+  }
 };
