@@ -224,8 +224,8 @@ class Fleet {
     wakes_[robot] = robots_[robot]->next_timeout();
   }
   void take_handshakes() {
-    for (auto& [robot, progress] : progress_.take())
-      with(robot, [&](Robot& one) { one.on_handshake(os::now(), std::move(progress)); });
+    for (auto& one : progress_.take())
+      with(one.first, [&](Robot& robot) { robot.on_handshake(os::now(), std::move(one.second)); });
   }
   [[nodiscard]] int milliseconds_left() const {
     constexpr Duration kLongest = std::chrono::milliseconds(100);
