@@ -1,5 +1,6 @@
 // Links with keys: what an attacker on the network, who hears and forges everything, cannot do.
 #include <map>
+#include <utility>
 
 #include "router/link/datagram.h"
 #include "tests/sim/story.h"
@@ -281,10 +282,14 @@ std::string refusal_at(Node& node) {
 
 struct Pair : SimulatedNetwork {
   Pair(std::optional<ToyKeys> base_keys, std::optional<ToyKeys> robot_keys) : SimulatedNetwork(7) {
-    base =
-        &add({.name = "base", .role = core::Role::kTop, .links = {sub_link()}, .keys = base_keys});
-    robot = &add(
-        {.name = "robot", .system = 3, .links = {super_link(address_of(0))}, .keys = robot_keys});
+    base = &add({.name = "base",
+                 .role = core::Role::kTop,
+                 .links = {sub_link()},
+                 .keys = std::move(base_keys)});
+    robot = &add({.name = "robot",
+                  .system = 3,
+                  .links = {super_link(address_of(0))},
+                  .keys = std::move(robot_keys)});
     set_faults({.delay = 1ms});
     base->start(now());
     robot->start(now());
@@ -306,7 +311,7 @@ TEST(SealedAdmission, TakesRoutersOfTheFleet) {
 
 TEST(SealedAdmission, RefusesOthersAndBothSidesSayWhy) {
   const auto why = [](std::optional<ToyKeys> base, std::optional<ToyKeys> robot) {
-    Pair pair(base, robot);
+    Pair pair(std::move(base), std::move(robot));
     EXPECT_EQ(Story::links_up(*pair.base) + Story::links_up(*pair.robot), 0U);
     EXPECT_NE(refusal_at(*pair.base), "");
     EXPECT_EQ(refusal_at(*pair.base), refusal_at(*pair.robot));
