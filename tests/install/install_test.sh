@@ -55,7 +55,7 @@ exposure gdos-log 10
 exposure tims-agent 15
 exposure tims-keys 15
 exposure tims-robot@scout 30
-systemd-analyze verify "$units"/*.service 2>&1 | tee "$work/verified"
+systemd-analyze verify "$units"/*.service "$units"/*.socket 2>&1 | tee "$work/verified"
 [[ ! -s $work/verified ]] || fail "systemd-analyze verify complains"
 rm "$units/tims-robot@scout.service"
 for program in tims-router timsctl gdos-log LadarSickLms200 rack-emulate World; do expect "$own/bin/$program"; done

@@ -15,6 +15,9 @@ foreach(service tims-router tims-robot@ tims-agent tims-keys gdos-log)
        DESTINATION ${CMAKE_INSTALL_PREFIX}/${TIMS_UNIT_DIR})
 endforeach()
 
+file(INSTALL ${deploy}/systemd/tims-router.socket
+     DESTINATION ${CMAKE_INSTALL_PREFIX}/${TIMS_UNIT_DIR})
+
 # The settings of this host are its owner's: what is there already stays as it is.
 if(EXISTS $ENV{DESTDIR}${TIMS_SYSCONFDIR}/tims/router.toml)
   message(STATUS "Kept: $ENV{DESTDIR}${TIMS_SYSCONFDIR}/tims/router.toml")
